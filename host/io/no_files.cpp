@@ -57,7 +57,8 @@ std::vector<Material> load_materials(const Mesh& /*mesh*/, const std::filesystem
                                      std::vector<Warning>* /*warnings*/) {
   fail(mesh_file.string());
 }
-Texture load_material_texture(const std::vector<Material>& /*materials*/, MaterialSlot /*slot*/) {
+Texture load_material_texture(const std::vector<Material>& /*materials*/, MaterialSlot /*slot*/,
+                              std::vector<Warning>* /*warnings*/) {
   fail("a material's picture");
 }
 

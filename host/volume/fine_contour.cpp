@@ -30,7 +30,8 @@ void warn_of_voxels(const DeviceVoxels& voxels, const Volume& volume, ContourRep
     report.warnings.push_back({"non-finite-voxels",
                                std::to_string(voxels.not_finite) + " voxels of volume '" +
                                    volume.name +
-                                   "' are not finite; they count as outside the solid.",
+                                   "' are not finite: infinities on the solid's side of the iso "
+                                   "value count as inside, others as outside.",
                                voxels.not_finite});
   }
   if (voxels.beyond_float != 0) {
@@ -80,7 +81,8 @@ FineContour::Kernels FineContour::kernels(const DeviceVoxels& voxels) const {
 bool FineContour::all_changed(const DeviceVoxels& voxels) const {
   if (!state_.cells || voxels.type != state_.type || voxels.iso != state_.iso) return true;
   // What stands for voxels that are not finite is that of the whole volume.
-  return voxels.outside != state_.outside && (voxels.not_finite != 0 || state_.not_finite);
+  return (voxels.outside != state_.outside || voxels.infinite_inside != state_.infinite_inside) &&
+         (voxels.not_finite != 0 || state_.not_finite);
 }
 
 Planes FineContour::find_signs_anew(const Volume& volume, const DeviceVoxels& voxels, Slabs& slabs,
@@ -163,6 +165,7 @@ KeptVertices FineContour::update(const Volume& volume, const Planes& voxel_plane
   next.type = voxels.type;
   next.iso = voxels.iso;
   next.outside = voxels.outside;
+  next.infinite_inside = voxels.infinite_inside;
   next.not_finite = voxels.not_finite != 0;
   const CellGrid& cells = *next.cells;
   const std::uint32_t end = volume.size[2] + 2;

@@ -46,6 +46,7 @@ class FineContour {
     RawVector<kiln_volume_crossing> crossings;
     VoxelType type = VoxelType::f32;
     float iso = 0, outside = 0;
+    double infinite_inside = 0;
     bool not_finite = false;
   };
   Kernels kernels(const DeviceVoxels& voxels) const;

@@ -49,6 +49,7 @@ struct Range {
   double lowest = std::numeric_limits<double>::infinity();
   double highest = -std::numeric_limits<double>::infinity();
   std::uint64_t not_finite = 0;
+  std::uint64_t above = 0, below = 0;  ///< Of these: infinite, and minus infinite
 };
 
 Range find_range(const Volume& volume) {
@@ -58,12 +59,14 @@ Range find_range(const Volume& volume) {
     std::mutex mutex;
     parallel_for(voxel_count(volume), kGrainOfVoxels, [&](std::size_t begin, std::size_t end) {
       T low = std::numeric_limits<T>::max(), high = std::numeric_limits<T>::lowest();
-      std::uint64_t bad = 0;
+      std::uint64_t bad = 0, above = 0, below = 0;
       for (std::size_t i = begin; i < end; ++i) {
         const T value = voxels[i];
         if constexpr (std::is_floating_point_v<T>) {
           const bool good = std::abs(value) <= std::numeric_limits<T>::max();
           bad += good ? 0 : 1;
+          above += value > std::numeric_limits<T>::max() ? 1 : 0;
+          below += value < std::numeric_limits<T>::lowest() ? 1 : 0;
           low = good && value < low ? value : low;
           high = good && value > high ? value : high;
         } else {
@@ -74,6 +77,8 @@ Range find_range(const Volume& volume) {
       if (bad == end - begin) low = high = 0;  // nothing to say of it
       const std::lock_guard lock(mutex);
       range.not_finite += bad;
+      range.above += above;
+      range.below += below;
       if (bad == end - begin) return;
       range.lowest = std::min(range.lowest, static_cast<double>(low));
       range.highest = std::max(range.highest, static_cast<double>(high));
@@ -165,7 +170,15 @@ DeviceVoxels device_voxels(const Volume& volume, const ContourOptions& options, 
   }
   result.not_finite = range.not_finite;
   double outside = options.inside == Inside::above ? range.lowest : range.highest;
-  if (size_of(volume.type) >= 4 && volume.type != VoxelType::f32) {
+  // Infinities on the solid's side are in it, as far as the farthest finite voxel, or as far in as others are out.
+  const bool above = options.inside == Inside::above;
+  const bool infinite_inside = (above ? range.above : range.below) != 0;
+  if (infinite_inside) {
+    const double farthest = above ? range.highest : range.lowest;
+    const bool reaches = above ? farthest > options.iso : farthest < options.iso;
+    result.infinite_inside = reaches ? farthest : 2 * options.iso - outside;
+  }
+  if (infinite_inside || (size_of(volume.type) >= 4 && volume.type != VoxelType::f32)) {
     // Relative to the iso value, so that no digit near it is lost.
     const auto relative = [&](double value) {
       const double difference = value - options.iso;
@@ -187,7 +200,10 @@ DeviceVoxels device_voxels(const Volume& volume, const ContourOptions& options, 
                    [&](std::size_t begin, std::size_t end) {
                      std::uint64_t count = 0;
                      for (std::size_t i = begin; i < end; ++i) {
-                       const auto value = static_cast<double>(voxels[i]);
+                       auto value = static_cast<double>(voxels[i]);
+                       if (infinite_inside && std::isinf(value) && (value > 0) == above) {
+                         value = result.infinite_inside;
+                       }
                        result.converted[i] = relative(value);
                        count += changes(value) ? 1 : 0;
                      }

@@ -12,11 +12,14 @@ namespace kiln {
 /// Voxels of a type that kernels read (u8, i8, u16, i16, f32), beside the volume or converted from it.
 struct DeviceVoxels {
   const std::byte* data = nullptr;
-  std::vector<float> converted;  ///< Where the type is another: value - iso, its sign kept
+  /// Where the type is another, or infinite voxels are of the solid: value - iso, its sign kept
+  std::vector<float> converted;
   VoxelType type = VoxelType::f32;
   float iso = 0;  ///< The least float that is not below the iso value; 0 where converted
   float outside =
-      0;  ///< The finite voxel farthest from the solid: stands for voxels that are not finite
+      0;  ///< The finite voxel farthest from the solid: stands for other voxels that are not finite
+  double infinite_inside =
+      0;  ///< What stands for infinite voxels of the solid, where there are any
   std::uint64_t not_finite = 0;
   std::uint64_t beyond_float = 0;  ///< Whose difference to the iso value a float cannot hold
 

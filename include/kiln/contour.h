@@ -80,7 +80,8 @@ struct ContourReport {
 /// apart so that the mesh is a closed, consistently oriented 2-manifold (Wenger 2013, "Isosurfaces",
 /// section 3.3: ambiguous faces between two cells that both join what the face separates are joined).
 ///
-/// Voxels that are not finite count as outside ("non-finite-voxels"). Vertices have positions relative
+/// Voxels that are not finite count as outside, infinities on the solid's side of the iso value as inside
+/// ("non-finite-voxels"). Vertices have positions relative
 /// to the volume's origin and smooth unit normals. Deterministic: the same on every run, number of
 /// threads and conforming device. Nothing is kept, and several threads may call it. A ProgressScope hears of it
 /// and may stop it.

@@ -95,7 +95,10 @@ struct LoadMeshOptions {
 ///
 /// Polygons become triangles as Triangulation::automatic has it. In PLY's strips -1 ends a strip, and
 /// a triangle with a repeated corner, which only turns it, is none. PLY gives UVs per vertex (s t, u
-/// v, texture_u texture_v...) or per corner (a face list "texcoord"), OBJ per corner. STL corners
+/// v, tu tv, s0 t0, texture_u texture_v...) or per corner (a face list "texcoord"), OBJ per corner. OFF has
+/// any of the letters ST, C, N, 4 and n. Colours of OBJ (r g b, r g b a, or ZBrush's #MRGB lines), of PLY's
+/// floats and of OFF are bytes where any of the file is above 1 (1.001, for rounding), else fractions. Names in
+/// OBJ may hold '#'. OBJ, PLY and OFF may be UTF-16 with a byte-order mark. STL corners
 /// with exactly equal positions become one vertex. Positions are read in double precision. A mesh
 /// farther from the world's origin than 16 of its diagonals gets an `origin` of its own; its box is that of
 /// triangles with area. PLY's
@@ -116,6 +119,10 @@ struct LoadMeshOptions {
 ///   missing-uvs           corners without UV where others have one: NaN, nothing is baked there
 ///   missing-normals       corners without normal where others have one: normal zero
 ///   missing-colors        vertices without colour where others have one: white
+///   color-scale           colours above 1 that are nearly black as bytes: they may be brighter than white
+///   bad-polypaint         colours of #MRGB lines that are none, or of no vertex: ignored
+///   unused-properties     PLY: a second set of UVs, or a part of a set: ignored
+///   ignored-header-lines  PLY: lines of the header that are none of PLY's
 ///   bad-tangents          NaN, infinite, zero or along the normal: MikkTSpace's are taken there
 ///   long-tangents         not of length 1: they are made so where they are used
 ///   tangent-signs         neither 1 nor -1: below 0 counts as -1

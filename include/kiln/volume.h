@@ -56,8 +56,9 @@ struct Volume {
 
 /// Reads a volume; the name's extension, in any case, says the format:
 ///
-///   .nrrd, .nhdr  NRRD 1 to 5, attached or detached data; raw, gzip, text. `space directions` and
-///                 `space origin`, else `spacings`, else spacing 1. Left-handed spaces
+///   .nrrd, .nhdr  NRRD 1 to 5, attached or detached data, also in several files (LIST, or a pattern
+///                 such as slice%03d.raw 1 100 1); raw, gzip, text. `space directions` and `space
+///                 origin`, else `spacings`, else `axis mins` and `axis maxs`, else spacing 1. Left-handed spaces
 ///                 (left-anterior-superior, 3D-left-handed) get x negated, so that no picture is
 ///                 mirrored.
 ///   .mha, .mhd    MetaImage, data LOCAL or in a file of its own; raw, compressed (zlib), text.
@@ -74,12 +75,13 @@ struct Volume {
 /// files, right-anterior-superior in NIfTI (the same body, turned by 180 degrees about z). Either byte
 /// order. Limits: one value a voxel; three axes (others must have size 1); a header of a MiB; axes
 /// with lengths from 1e-30 to 1e30, at least a 1e-4th part of a right angle apart. 64-bit integers,
-/// bzip2, and volumes over many files are refused by name.
+/// bzip2, and MetaImages over many files are refused by name.
 ///
 /// What is imperfect but can be handled is counted in `warnings`:
 ///
 ///   non-finite-voxels  NaN or infinite: kept. The contouring decides what they mean.
 ///   trailing-bytes     after the last voxel: ignored
+///   assumed-cells      NRRD: ends of axes that do not say whether they are of cells or nodes: cells
 ///   missing-spacing    an axis without a usable spacing: 1
 ///   bad-transform      a NIfTI form without three independent axes: the next of the rule above
 ///   ignored-scale      a mapping of values that is not applied: NIfTI's where it is not finite,

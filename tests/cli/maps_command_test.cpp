@@ -87,6 +87,38 @@ TEST(MapsCommand, FindsWhatMaterialsName) {
   EXPECT_NE(ids[0]["color"], ids[1]["color"]);
 }
 
+/// What Blender writes of a material without its extensions, and what nobody wrote.
+TEST(MapsCommand, ConvertsMaterialsAndSaysSo) {
+  KILN_REQUIRE_DEVICE();
+  const fs::path scene = make_scene();
+  std::ofstream(scene / "high.mtl")
+      << "# Blender 5.0.1 MTL File: 'None'\nnewmtl brick\nNs 422.5\nKa 1 1 1\nillum 2\n"
+         "map_Bump -bm 1.000000 C:\\proj\\tilt.png\nnewmtl glass\nNs 422.5\nKa 1 1 1\nillum 2\n";
+  fs::create_directory(scene / "tex");
+  // A normal that leans 30 degrees along u: (sin, 0, cos) as n/2 + 1/2.
+  save_image({1, 1, 3, {0.75F, 0.5F, 0.933F}}, scene / "tex" / "tilt.png", {ImageFormat::png16});
+  const ProcessResult result =
+      bake(scene, {"--maps", "mask", "--transfer", "mtl:normals", "--transfer", "mtl:roughness",
+                   "--transfer", "mtl:metallic", "--format", "png16"});
+  ASSERT_EQ(result.exit_code, 0) << result.errors;
+  for (const char* word :
+       {"1 - sqrt(Ns / 1000)", "high.mtl: line 2", "tilt.png' was taken", "illum"}) {
+    EXPECT_NE(result.errors.find(word), std::string::npos) << word << " in " << result.errors;
+  }
+  const Image normals = load_image(scene / "out" / "low_normals.png");
+  EXPECT_NEAR(normals.at(3, 8)[0], 0.75, 0.002);
+  EXPECT_NEAR(normals.at(3, 8)[1], 0.5, 0.002);
+  EXPECT_NEAR(normals.at(3, 8)[2], 0.933, 0.002);
+  EXPECT_NEAR(normals.at(13, 8)[2], 1, 0.002);
+  EXPECT_NEAR(load_image(scene / "out" / "low_roughness.png").at(3, 8)[0], 0.35, 0.0001);
+  EXPECT_EQ(load_image(scene / "out" / "low_metallic.png").at(3, 8)[0], 0);
+  expect_exit(bake(scene, {"--transfer", "mtl:emission"}), 3, {"emission", "map_Ke", "high.mtl"});
+  expect_exit(bake(scene, {"--maps", "color"}), 3, {"colour", "map_Kd", "high.mtl"});
+  std::ofstream(scene / "high.mtl") << "newmtl brick\nmap_roughness r.png\nnewmtl glass\n";
+  expect_exit(bake(scene, {"--transfer", "mtl:roughness"}), 3,
+              {"roughness", "line 2: map_roughness"});
+}
+
 TEST(MapsCommand, TransparentPartsAreNotThere) {
   KILN_REQUIRE_DEVICE();
   const fs::path scene = make_scene();

@@ -45,26 +45,37 @@ bool all_in_the_folder(const std::vector<kiln::Material>& materials) {
   return true;
 }
 
+/// Materials without a picture or number of the slot are refused: others may have theirs.
+void check_texture(const std::vector<kiln::Material>& materials, kiln::MaterialSlot slot,
+                   std::vector<kiln::Warning>* warnings) {
+  try {
+    const kiln::Texture texture = kiln::load_material_texture(materials, slot, warnings);
+    if (texture.plain.size() != materials.size() || texture.image_of.size() != materials.size()) {
+      std::abort();
+    }
+    for (const std::uint32_t image : texture.image_of) {
+      if (image != kiln::Texture::kNone && image >= texture.images.size()) std::abort();
+    }
+  } catch (const kiln::Error& error) {
+    if (error.code() != kiln::ErrorCode::input) std::abort();
+  }
+}
+
 }  // namespace
 
 /// Materials and their textures come, or kiln::Error of an input.
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   using kiln::MaterialSlot;
   std::vector<kiln::Warning> warnings;
+  kiln::FileFinder finder(folder(), &warnings);
   try {
     const std::vector<kiln::Material> materials = kiln::read_materials(
-        {"input", {reinterpret_cast<const char*>(data), size}, &warnings}, folder());
+        {"input", {reinterpret_cast<const char*>(data), size}, &warnings}, folder(), &finder);
     if (!all_in_the_folder(materials)) return 0;
     for (const MaterialSlot slot :
          {MaterialSlot::color, MaterialSlot::opacity, MaterialSlot::normal, MaterialSlot::roughness,
           MaterialSlot::metallic, MaterialSlot::emission}) {
-      const kiln::Texture texture = kiln::load_material_texture(materials, slot);
-      if (texture.plain.size() != materials.size() || texture.image_of.size() != materials.size()) {
-        std::abort();
-      }
-      for (const std::uint32_t image : texture.image_of) {
-        if (image != kiln::Texture::kNone && image >= texture.images.size()) std::abort();
-      }
+      check_texture(materials, slot, &warnings);
     }
   } catch (const kiln::Error& error) {
     if (error.code() != kiln::ErrorCode::input) std::abort();

@@ -13,9 +13,12 @@
 namespace kiln::test {
 
 inline int fuzz_volume(const std::uint8_t* data, std::size_t size, VolumeFormat format) {
-  const auto source = bytes_in_memory({reinterpret_cast<const char*>(data), size});
+  const std::string_view bytes(reinterpret_cast<const char*>(data), size);
+  const auto source = bytes_in_memory(bytes);
   std::vector<Warning> warnings;
-  const VolumeInput input{"input", source.get(), &warnings, {}};
+  // Files of voxels hold the same bytes.
+  const VolumeInput input{"input", source.get(), &warnings,
+                          [bytes](const std::string&) { return bytes_in_memory(bytes); }};
   try {
     const std::string broken = broken_promise(parse_volume(input, format));
     if (!broken.empty()) {

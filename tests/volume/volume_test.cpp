@@ -353,5 +353,38 @@ TEST(Contour, VoxelsThatAreNotFiniteAreOutside) {
   }
 }
 
+/// Infinite voxels on the solid's side are in it: a ball whose core is infinite is the ball.
+TEST(Contour, InfiniteVoxelsOfTheSolidAreInside) {
+  KILN_REQUIRE_DEVICE();
+  constexpr float kInfinity = std::numeric_limits<float>::infinity();
+  for (const bool above : {true, false}) {
+    const auto value = [&](double x, double y, double z, double core) {
+      const double r = std::hypot(x - 9.5, y - 9.5, z - 9.5);
+      return (r < core ? double{kInfinity} : 7.2 - r) * (above ? 1 : -1);
+    };
+    const ContourOptions options{.iso = 0, .inside = above ? Inside::above : Inside::below};
+    const auto mesh_of = [&](double core, ContourReport* report) {
+      const Volume volume = make_float_volume(
+          {20, 20, 20}, [&](double x, double y, double z) { return value(x, y, z, core); });
+      return contour(*test::device(), volume, options, report);
+    };
+    ContourReport report;
+    // Four voxels below the surface no difference reaches the core: the same mesh.
+    const Mesh whole = mesh_of(0, nullptr);
+    const Mesh cored = mesh_of(3, &report);
+    EXPECT_EQ(cored.triangles, whole.triangles);
+    ASSERT_EQ(cored.positions.size(), whole.positions.size());
+    EXPECT_EQ(cored.positions, whole.positions);
+    ASSERT_EQ(report.warnings.size(), 1U);
+    EXPECT_EQ(report.warnings[0].code, "non-finite-voxels");
+    // Infinite up to the surface: it is a ball still, its surface between the voxels.
+    const Mesh full = mesh_of(7.2, nullptr);
+    EXPECT_TRUE(topology(full).is_closed_manifold());
+    for (const Vec3& p : full.positions) {
+      EXPECT_NEAR(std::hypot(p.x - 9.5, p.y - 9.5, p.z - 9.5), 7.2, 1.8);  // a voxel's diagonal
+    }
+  }
+}
+
 }  // namespace
 }  // namespace kiln

@@ -14,7 +14,7 @@ namespace kiln {
 /// std::from_chars: locale-free, correctly rounded, "nan" and "inf" included; a leading '+' is allowed.
 class TextScanner {
  public:
-  /// \param comment       the character that starts a comment to the end of its line, or 0
+  /// \param comment       the character that, at the start of a word, starts a comment to the end of its line, or 0
   /// \param continuation  whether a backslash before a line's end joins the next line
   explicit TextScanner(std::string_view text, char comment = 0, bool continuation = false)
       : at_(text.data()),
@@ -32,8 +32,7 @@ class TextScanner {
   std::string_view token_in_line() {
     skip_blanks();
     const char* start = at_;
-    while (at_ != end_ && !is_blank(*at_) && !ends_line(*at_) && *at_ != comment_ && !joins_lines())
-      ++at_;
+    while (at_ != end_ && !is_blank(*at_) && !ends_line(*at_) && !joins_lines()) ++at_;
     return {start, static_cast<std::size_t>(at_ - start)};
   }
 
@@ -46,14 +45,29 @@ class TextScanner {
     }
   }
 
-  /// What is left of this line, without blanks at its ends.
+  /// What is left of this line, without blanks at its ends: a name. Names may hold the character that starts
+  /// comments ("Material #25"), so none starts here.
   std::string_view rest_of_line() {
-    skip_blanks();
+    while (at_ != end_ && (is_blank(*at_) || joins_lines())) {
+      if (is_blank(*at_)) {
+        ++at_;
+      } else {
+        join_lines();
+      }
+    }
     const char* start = at_;
-    while (at_ != end_ && !ends_line(*at_) && *at_ != comment_) ++at_;
+    while (at_ != end_ && !ends_line(*at_)) ++at_;
     const char* stop = at_;
     while (stop != start && is_blank(stop[-1])) --stop;
     return {start, static_cast<std::size_t>(stop - start)};
+  }
+
+  /// The comment that a line begins with, its first character included; empty where it begins with none.
+  /// To be asked at a line's start.
+  std::string_view comment() {
+    while (at_ != end_ && is_blank(*at_)) ++at_;
+    if (comment_ == 0 || at_ == end_ || *at_ != comment_) return {};
+    return rest_of_line();
   }
 
   /// Goes to the start of the next line; false at the end of the text.
@@ -112,12 +126,23 @@ class TextScanner {
   std::uint64_t line_ = 1;
 };
 
+/// "1.#INF00", "-1.#IND" and the like, as Microsoft's C library wrote what is not finite.
+inline std::optional<double> to_non_finite(std::string_view token) {
+  const double sign = token.starts_with('-') ? -1 : 1;
+  if (sign < 0) token.remove_prefix(1);
+  if (token.starts_with("1.#INF")) return sign * std::numeric_limits<double>::infinity();
+  for (const char* nan : {"1.#QNAN", "1.#SNAN", "1.#IND"}) {
+    if (token.starts_with(nan)) return std::numeric_limits<double>::quiet_NaN();
+  }
+  return std::nullopt;
+}
+
 /// The whole token as a number, or nothing. A double beyond its range reads as infinity or zero.
 inline std::optional<double> to_double(std::string_view token) {
   if (token.size() > 1 && token[0] == '+' && token[1] != '-') token.remove_prefix(1);
   double value = 0;
   const auto [stop, status] = std::from_chars(token.data(), token.data() + token.size(), value);
-  if (stop != token.data() + token.size() || token.empty()) return std::nullopt;
+  if (stop != token.data() + token.size() || token.empty()) return to_non_finite(token);
   if (status == std::errc::result_out_of_range) {
     const bool negative = token[0] == '-';
     const std::size_t exponent = token.find_first_of("eE");

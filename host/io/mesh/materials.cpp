@@ -2,10 +2,12 @@
 #include "io/mesh/materials.h"
 
 #include <algorithm>
+#include <cstdio>
 #include <map>
 #include <memory>
 #include <string_view>
 
+#include "base/counted.h"
 #include "io/file/bounds.h"
 #include "io/file/byte_source.h"
 #include "io/file/text_scanner.h"
@@ -56,26 +58,157 @@ std::array<float, 4> plain_of(const Material& material, MaterialSlot slot) {
   return {};
 }
 
+/// Whether a material says what stands in for a picture; normals have no number, opacity is 1 by the format.
+MaterialNumber number_of(const Material& material, MaterialSlot slot) {
+  switch (slot) {
+    case MaterialSlot::color:
+      return material.color_from;
+    case MaterialSlot::opacity:
+      return MaterialNumber::given;
+    case MaterialSlot::normal:
+      return MaterialNumber::none;
+    case MaterialSlot::roughness:
+      return material.roughness_from;
+    case MaterialSlot::metallic:
+      return material.metallic_from;
+    case MaterialSlot::emission:
+      return material.emission_from;
+  }
+  return MaterialNumber::none;
+}
+
+/// What a slot is called, and the statements of MTL that give it.
+struct SlotWords {
+  const char* name;
+  const char* statements;
+};
+SlotWords words_of(MaterialSlot slot) {
+  switch (slot) {
+    case MaterialSlot::color:
+      return {"colour", "map_Kd or Kd"};
+    case MaterialSlot::opacity:
+      return {"opacity", "map_d or d"};
+    case MaterialSlot::normal:
+      return {"normals", "norm, map_Kn, map_Bump or bump"};
+    case MaterialSlot::roughness:
+      return {"roughness", "map_Pr, Pr or Ns"};
+    case MaterialSlot::metallic:
+      return {"metalness", "map_Pm or Pm"};
+    case MaterialSlot::emission:
+      return {"emission", "map_Ke or Ke"};
+  }
+  return {"picture", "it"};
+}
+
+/// A material in words: its name, and where a file describes it.
+std::string in_words(const Material& material) {
+  return "\"" + printable(material.name) + "\" (" +
+         (material.place.empty() ? "described in no file" : material.place) + ")";
+}
+
+/// Materials of which one thing is to be said.
+class Found {
+ public:
+  void add(const Material& material) {
+    if (count_++ == 0) first_ = &material;
+  }
+  std::uint64_t count() const { return count_; }
+  const Material& first() const { return *first_; }
+  /// \param text  after "3 materials, "M" (a.mtl: line 1) first, "
+  void warn(std::vector<Warning>* warnings, const char* code, const std::string& text) const {
+    if (count_ == 0 || warnings == nullptr) return;
+    warnings->push_back({code,
+                         counted(count_, "material") + ", " + in_words(*first_) +
+                             (count_ > 1 ? " first, " : ", ") + text,
+                         count_});
+  }
+
+ private:
+  const Material* first_ = nullptr;
+  std::uint64_t count_ = 0;
+};
+
+/// No material is given by a constant that nobody wrote down; what stands in for another number is said.
+void check_values(const std::vector<Material>& materials, MaterialSlot slot,
+                  std::vector<Warning>* warnings) {
+  Found without, converted;
+  for (const Material& material : materials) {
+    if (!file_of(material, slot).empty()) continue;
+    const MaterialNumber number = number_of(material, slot);
+    if (number == MaterialNumber::none) without.add(material);
+    if (number == MaterialNumber::converted) converted.add(material);
+  }
+  const SlotWords words = words_of(slot);
+  const std::string what = std::string(words.name) + " (" + words.statements + ")";
+  if (without.count() == materials.size()) {
+    std::string ignored;  // perhaps the picture is among these
+    if (warnings != nullptr) {
+      for (const Warning& warning : *warnings) {
+        if (warning.code == "ignored-pictures") ignored += " (" + warning.message + ")";
+      }
+    }
+    throw Error(ErrorCode::input,
+                "No material of the high poly has " + what + ": " + in_words(without.first()) +
+                    (without.count() > 1 ? " is the first without" : " has none") +
+                    ". Write it there, or give the picture itself." + ignored);
+  }
+  // A material without a normal map is flat, as it should be.
+  if (slot != MaterialSlot::normal) {
+    const float stand_in = plain_of({}, slot)[0];
+    without.warn(warnings, "material-value",
+                 "without " + what + ": it is " + (stand_in == 0 ? "0" : "1") + " there.");
+  }
+  if (converted.count() == 0) return;
+  char value[32];
+  std::snprintf(value, sizeof value, " (here %.4g).", double{plain_of(converted.first(), slot)[0]});
+  if (slot == MaterialSlot::roughness) {
+    converted.warn(warnings, "roughness-from-ns",
+                   "without map_Pr and Pr: the roughness is 1 - sqrt(Ns / 1000), as Blender writes "
+                   "Ns" +
+                       std::string(value));
+  } else {
+    converted.warn(
+        warnings, "metallic-from-illum",
+        "without map_Pm and Pm: the metalness is Ka where illum is 3 or 6, or else 0, as "
+        "Blender writes it" +
+            std::string(value));
+  }
+}
+
+/// Whether a picture has one channel, or three or four that say the same: heights, and no normals.
+bool is_grey(const Image& image) {
+  if (image.channels < 3) return true;
+  constexpr float kRounding = 1.5F / 255;
+  for (std::size_t i = 0; i + 2 < image.pixels.size(); i += image.channels) {
+    const float* const p = &image.pixels[i];
+    if (std::max({p[0], p[1], p[2]}) - std::min({p[0], p[1], p[2]}) > kRounding) return false;
+  }
+  return true;
+}
+
 }  // namespace
 
 std::vector<Material> load_materials(const Mesh& mesh, const fs::path& mesh_file,
                                      std::vector<Warning>* warnings) {
   std::vector<Material> read;
+  FileFinder finder(mesh_file.parent_path(), warnings);
   for (const std::string& name : mesh.material_files) {
     std::string file = name;
     std::replace(file.begin(), file.end(), '\\', '/');
-    const fs::path path = mesh_file.parent_path() / file;
+    const fs::path path = finder.find(mesh_file.parent_path() / file, mesh_file.string());
     MeshInput input{path.string(), {}, warnings};
-    const FailWith fail = [&input](const std::string& place, const std::string& problem,
-                                   const std::string& remedy) {
-      input.fail(place, problem, remedy);
+    const FailWith fail = [&](const std::string& place, const std::string& problem,
+                              const std::string& remedy) {
+      MeshInput named = input;
+      named.file += " (materials of " + mesh_file.string() + ")";
+      named.fail(place, problem, remedy);
     };
     const std::unique_ptr<ByteSource> source = open_file(path, fail);
     require_memory("its bytes", source->size(), memory_failure(fail, ""));
     std::string bytes(static_cast<std::size_t>(source->size()), '\0');
     bytes.resize(source->read_at(0, bytes.data(), bytes.size()));
     input.bytes = bytes;
-    for (Material& material : read_materials(input, path.parent_path())) {
+    for (Material& material : read_materials(input, path.parent_path(), &finder)) {
       read.push_back(std::move(material));
     }
   }
@@ -96,19 +229,25 @@ std::vector<Material> load_materials(const Mesh& mesh, const fs::path& mesh_file
     warnings->push_back({"material-missing",
                          "'" + mesh_file.string() + "': " + std::to_string(missing) +
                              " of its materials (\"" + printable(example) +
-                             "\" for one) are described in no file; they are white.",
+                             "\" for one) are described in no file.",
                          missing});
   }
   return materials;
 }
 
-Texture load_material_texture(const std::vector<Material>& materials, MaterialSlot slot) {
+Texture load_material_texture(const std::vector<Material>& materials, MaterialSlot slot,
+                              std::vector<Warning>* warnings) {
+  if (materials.empty()) {
+    throw Error(ErrorCode::input,
+                "The high poly has no materials: give the picture itself, or an OBJ with its MTL.");
+  }
+  check_values(materials, slot, warnings);
   Texture texture;
   const bool color = slot == MaterialSlot::color || slot == MaterialSlot::emission;
   texture.kind = slot == MaterialSlot::normal ? TextureKind::normal
                  : color                      ? TextureKind::srgb
                                               : TextureKind::linear;
-  std::map<fs::path, std::uint32_t> known;
+  std::map<fs::path, std::uint32_t> known;  // kNone: a picture of heights
   // Opacity may stand in the colour's alpha.
   const bool in_alpha = slot == MaterialSlot::opacity &&
                         std::all_of(materials.begin(), materials.end(), [](const Material& m) {
@@ -116,6 +255,7 @@ Texture load_material_texture(const std::vector<Material>& materials, MaterialSl
                         });
   const MaterialSlot from = in_alpha ? MaterialSlot::color : slot;
   texture.channel = in_alpha ? 3 : 0;
+  Found heights;
   for (const Material& material : materials) {
     const fs::path& file = file_of(material, from);
     texture.plain.push_back(plain_of(material, slot));
@@ -125,12 +265,22 @@ Texture load_material_texture(const std::vector<Material>& materials, MaterialSl
     }
     const auto [entry, added] =
         known.emplace(file, static_cast<std::uint32_t>(texture.images.size()));
-    if (added) texture.images.push_back(std::make_shared<const Image>(load_image(file)));
+    if (added) {
+      auto image = std::make_shared<const Image>(load_image(file));
+      if (slot == MaterialSlot::normal && is_grey(*image)) {
+        entry->second = Texture::kNone;
+      } else {
+        texture.images.push_back(std::move(image));
+      }
+    }
     texture.image_of.push_back(entry->second);
+    if (slot == MaterialSlot::normal && entry->second == Texture::kNone) heights.add(material);
   }
-  if (materials.empty()) {
-    throw Error(ErrorCode::input,
-                "The high poly has no materials: give the picture itself, or an OBJ with its MTL.");
+  if (heights.count() != 0) {
+    heights.warn(warnings, "bump-is-height",
+                 "with a grey picture where a normal map belongs ('" +
+                     heights.first().normal_file.string() +
+                     "'): it holds heights, and was left out. Bake it into a normal map first.");
   }
   return texture;
 }

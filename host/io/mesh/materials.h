@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <vector>
 
+#include "io/mesh/file_finder.h"
 #include "io/mesh/mesh_reader.h"
 #include "kiln/material.h"
 
@@ -11,7 +12,9 @@ namespace kiln {
 
 /// Never reads outside the bytes; memory and time are linear in their number.
 /// \param folder  that pictures' names start from
+/// \param finder  finds pictures that are not there; may be null
 /// \throws Error(input)
-std::vector<Material> read_materials(const MeshInput& input, const std::filesystem::path& folder);
+std::vector<Material> read_materials(const MeshInput& input, const std::filesystem::path& folder,
+                                     FileFinder* finder = nullptr);
 
 }  // namespace kiln

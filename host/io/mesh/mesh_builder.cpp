@@ -117,6 +117,55 @@ void MeshBuilder::Names::set(std::string_view name, std::size_t triangles) {
   now_ = entry->second;
 }
 
+void MeshBuilder::set_color(std::size_t vertex, const std::array<double, 4>& rgba) {
+  const auto scaled = [&rgba](double scale) {
+    std::array<std::uint8_t, 4> bytes;
+    for (std::size_t k = 0; k < 4; ++k) {
+      const double value = rgba[k] * scale;
+      bytes[k] = static_cast<std::uint8_t>(std::lround(value > 0 ? std::min(value, 255.0) : 0.0));
+    }
+    return bytes;
+  };
+  for (const double value : rgba) {
+    if (std::isfinite(value)) largest_color_ = std::max(largest_color_, value);
+  }
+  set_color_bytes(vertex, scaled(1));
+  colors[vertex] = scaled(255);
+}
+
+void MeshBuilder::set_color_bytes(std::size_t vertex, const std::array<std::uint8_t, 4>& rgba) {
+  for (auto* list : {&byte_colors_, &colors}) {
+    if (list->size() <= vertex) list->resize(vertex + 1, {255, 255, 255, 255});
+    (*list)[vertex] = rgba;
+  }
+  ++colored_;
+}
+
+/// Of formats in which colours may be fractions or bytes: those of vertices that have none, and which it is.
+void MeshBuilder::finish_colors() {
+  if (byte_colors_.empty()) return;
+  for (auto* list : {&byte_colors_, &colors}) list->resize(positions.size(), {255, 255, 255, 255});
+  if (colored_ < positions.size()) {
+    const std::uint64_t bare = positions.size() - colored_;
+    input_.warn("missing-colors",
+                std::to_string(bare) + " vertices have no colour; they are white.", bare);
+  }
+  // Fractions that were converted end in 1.0000001.
+  constexpr double kFraction = 1.001, kDark = 16;
+  if (largest_color_ <= kFraction) return;
+  colors = std::move(byte_colors_);
+  if (largest_color_ < kDark) {
+    char text[32];
+    std::snprintf(text, sizeof text, "%.4g", largest_color_);
+    input_.warn(
+        "color-scale",
+        std::string("its largest colour channel is ") + text +
+            ": above 1, so its colours count as 0 to 255, and are nearly black. If they are "
+            "fractions brighter than white, export them clamped to 1.",
+        colored_);
+  }
+}
+
 void MeshBuilder::split_polygons() {
   std::vector<Position> corners;
   std::vector<Triangle> local;
@@ -451,6 +500,7 @@ Mesh MeshBuilder::finish() {
                 short_faces_);
   }
   Mesh mesh;
+  finish_colors();
   split_polygons();
   place(mesh);
   complete_attributes(mesh);

@@ -41,9 +41,16 @@ class MeshBuilder {
   std::vector<Position> positions;
   std::vector<Vec2> uvs;
   std::vector<Vec3> normals;  ///< Any length; made unit by finish(), zero where that is impossible.
-  std::vector<std::array<std::uint8_t, 4>> colors;  ///< Empty or one per position.
+  std::vector<std::array<std::uint8_t, 4>> colors;  ///< Empty or one per position, in order.
   std::vector<Tangent> tangents;                    ///< Empty or one per position; any length.
   bool tangent_signs = false;  ///< Whether the file gives their signs; else the UVs say them.
+
+  /// The colour of a vertex in a format that has fractions as well as bytes: finish() tells which they are by
+  /// the largest of the file. Vertices in increasing order; those left out are white. kFull: full either way.
+  void set_color(std::size_t vertex, const std::array<double, 4>& rgba);
+  /// The same in bytes, whatever the other colours are.
+  void set_color_bytes(std::size_t vertex, const std::array<std::uint8_t, 4>& rgba);
+  static constexpr double kFull = std::numeric_limits<double>::infinity();
 
   /// One polygon in the file's order. `uv` and `normal` are empty (no corner has any) or as long as
   /// `vertex`. Fewer than three corners: counted, and reported as a warning.
@@ -112,6 +119,7 @@ class MeshBuilder {
   };
 
   void check_growth() const;
+  void finish_colors();
   void split_polygons();
   void number_polygons(Mesh& mesh) const;
   void check_finite() const;
@@ -127,6 +135,10 @@ class MeshBuilder {
   void count_degenerate(const Mesh& mesh);
 
   const MeshInput& input_;
+  /// What set_color() was given, as bytes; `colors` holds it as fractions until finish() has decided.
+  std::vector<std::array<std::uint8_t, 4>> byte_colors_;
+  double largest_color_ = 0;
+  std::uint64_t colored_ = 0;
   std::vector<Triangle> triangles_, uv_triangles_, normal_triangles_;
   std::vector<Polygon> polygons_;
   std::vector<std::uint32_t> polygon_vertex_, polygon_uv_, polygon_normal_;

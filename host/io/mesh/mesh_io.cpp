@@ -10,6 +10,7 @@
 #include "io/file/bounds.h"
 #include "io/file/byte_source.h"
 #include "io/file/text_scanner.h"
+#include "io/file/unicode.h"
 #include "io/mesh/mesh_reader.h"
 #include "kiln/files.h"
 #include "kiln/mesh.h"
@@ -64,8 +65,13 @@ Guess guess(std::string_view bytes) {
   if (head.find('\0') != head.npos) return {};
   TextScanner scan(head, '#');
   const std::string_view first = scan.token();
-  if (first == "solid" && head.find("facet") != head.npos) return of(MeshFormat::stl);
-  if (first.size() <= 7 && first.ends_with("OFF")) return of(MeshFormat::off);
+  if (lower(std::string(first)) == "solid" &&
+      lower(std::string(head)).find("facet") != std::string::npos) {
+    return of(MeshFormat::stl);
+  }
+  if (first.ends_with("OFF") && first.find_first_not_of("STCN4n") == first.size() - 3) {
+    return of(MeshFormat::off);
+  }
   if (first.starts_with("{")) return {{}, "JSON (glTF?)"};
   if (first.starts_with("<")) return {{}, "XML or HTML"};
   for (const char* word : {"v", "vt", "vn", "f", "o", "g", "mtllib", "usemtl"}) {
@@ -99,7 +105,8 @@ void MeshInput::warn(std::string code, const std::string& message, std::uint64_t
 
 Mesh parse_mesh(const MeshInput& given, MeshFormat format) {
   MeshInput input = given;
-  if (input.bytes.starts_with("\xEF\xBB\xBF")) input.bytes.remove_prefix(3);  // UTF-8's mark
+  std::string converted;
+  if (format != MeshFormat::stl) input.bytes = as_utf8(input.bytes, converted);
   if (input.bytes.empty()) input.fail("", "the file is empty", "Export the mesh again.");
   const Guess content = guess(input.bytes);
   if (!content.name.empty() && content.format != format) {

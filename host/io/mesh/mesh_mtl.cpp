@@ -1,10 +1,14 @@
 // Wavefront MTL, text: numbers of materials, and the names of their pictures.
 #include <algorithm>
+#include <array>
 #include <cctype>
+#include <cmath>
 #include <map>
 #include <optional>
+#include <span>
 
 #include "io/file/text_scanner.h"
+#include "io/file/unicode.h"
 #include "io/mesh/materials.h"
 #include "kiln/material.h"
 
@@ -33,6 +37,28 @@ std::optional<OptionWords> words_of(std::string_view option) {
   return found == known.end() ? std::nullopt : std::optional(found->second);
 }
 
+/// Whether an option with these words changes nothing: exporters write "-bm 1.0" always.
+bool says_nothing(std::string_view option, std::span<const std::string_view> words) {
+  const auto all = [&](double value) {
+    return std::all_of(words.begin(), words.end(),
+                       [value](std::string_view word) { return to_double(word) == value; });
+  };
+  if (option == "-bm" || option == "-s") return all(1);
+  if (option == "-o" || option == "-t") return all(0);
+  if (option == "-clamp" || option == "-cc") return words[0] == "off";
+  if (option == "-blendu" || option == "-blendv") return words[0] == "on";
+  if (option == "-mm") return to_double(words[0]) == 0 && to_double(words[1]) == 1;
+  return false;
+}
+
+/// Statements of pictures that Kiln has no use for.
+bool is_other_picture(std::string_view keyword) {
+  static constexpr std::string_view kKnown[] = {"map_ka", "map_ks",    "map_refl",  "map_ps",
+                                                "map_pc", "map_pcr",   "map_aat",   "map_tf",
+                                                "map_ni", "map_aniso", "map_anisor"};
+  return std::find(std::begin(kKnown), std::end(kKnown), keyword) != std::end(kKnown);
+}
+
 std::string_view without_blanks(std::string_view text) {
   while (!text.empty() && (text.front() == ' ' || text.front() == '\t')) text.remove_prefix(1);
   while (!text.empty() && (text.back() == ' ' || text.back() == '\t')) text.remove_suffix(1);
@@ -41,47 +67,88 @@ std::string_view without_blanks(std::string_view text) {
 
 class MtlReader {
  public:
-  MtlReader(const MeshInput& input, const fs::path& folder)
-      : input_(input), folder_(folder), scan_(input.bytes, '#', true) {}
+  MtlReader(const MeshInput& input, const fs::path& folder, FileFinder* finder)
+      : input_(input), folder_(folder), finder_(finder), scan_(input.bytes, '#', true) {}
 
   std::vector<Material> read() {
     do {
+      if (scan_.comment().starts_with("# Blender")) by_blender_ = true;
       const std::string keyword = lower(scan_.token_in_line());
       if (!keyword.empty()) statement(keyword);
     } while (scan_.next_line());
-    if (placed_ != 0) {
-      input_.warn("texture-options",
-                  std::to_string(placed_) +
-                      " pictures are moved, scaled or changed by options (\"" + placed_example_ +
-                      "\" for one), which were left out.",
-                  placed_);
-    }
+    finish_material();
+    const auto warn = [this](const char* code, const Counted& what, const std::string& text) {
+      if (what.count == 0) return;
+      input_.warn(code, printable(what.example) + ": " + std::to_string(what.count) + " " + text,
+                  what.count);
+    };
+    warn("texture-options", placed_,
+         "pictures (this is the first) are moved, scaled or changed by options, which were left "
+         "out.");
+    warn("ignored-pictures", ignored_,
+         "statements of pictures (this is the first) are none that Kiln reads, and were ignored; "
+         "see "
+         "its manual for those of MTL.");
+    warn("blender-pictures", stand_ins_,
+         "pictures (this is the first) count as roughness (map_Ns) and metalness (map_refl), as "
+         "Blender writes them.");
     return std::move(materials_);
   }
 
  private:
+  /// What was met, and its first place.
+  struct Counted {
+    std::uint64_t count = 0;
+    std::string example;
+  };
+  void count(Counted& what, std::string_view word) {
+    if (what.count++ == 0) what.example = scan_.place() + ": " + printable(word);
+  }
+
   void statement(const std::string& keyword) {
     if (keyword == "newmtl") {
+      finish_material();
       materials_.emplace_back();
       const std::string_view name = scan_.rest_of_line();
       materials_.back().name = name.empty() ? "default" : std::string(name);
+      materials_.back().place = input_.file + ": " + scan_.place();
       return;
     }
     if (materials_.empty()) return;
     Material& material = materials_.back();
-    if (keyword == "kd") return color(material.color);
-    if (keyword == "ke") return color(material.emission);
+    if (keyword == "kd") return color(material.color, &material.color_from);
+    if (keyword == "ke") return color(material.emission, &material.emission_from);
+    if (keyword == "ka") return color(ambient_);
     if (keyword == "d") {
       scan_ahead_halo();
       material.opacity = number();
+      has_opacity_ = true;
     } else if (keyword == "tr") {
-      material.opacity = 1 - number();
+      // Some write Tr as d, and both: d is plain.
+      const float transparency = number();
+      if (!has_opacity_) material.opacity = 1 - transparency;
     } else if (keyword == "pr") {
       material.roughness = number();
+      material.roughness_from = MaterialNumber::given;
     } else if (keyword == "pm") {
       material.metallic = number();
+      material.metallic_from = MaterialNumber::given;
+    } else if (keyword == "ns") {
+      shininess_ = number();
+    } else if (keyword == "illum") {
+      illumination_ = scan_.token_in_line();
+    } else if (keyword == "map_ns" && by_blender_) {
+      exponent_file_ = picture(keyword);
+    } else if (keyword == "map_refl" && by_blender_) {
+      reflection_file_ = picture(keyword);
+    } else if (keyword == "map_bump" || keyword == "bump") {
+      fs::path file = picture(keyword);
+      if (!has_normals_) material.normal_file = std::move(file);
     } else if (fs::path* file = picture_of(material, keyword)) {
-      *file = picture();
+      *file = picture(keyword);
+      has_normals_ = has_normals_ || file == &material.normal_file;
+    } else if (keyword.starts_with("map_") && !is_other_picture(keyword)) {
+      count(ignored_, keyword);
     }
   }
 
@@ -93,6 +160,36 @@ class MtlReader {
     if (keyword == "map_pm") return &material.metallic_file;
     if (keyword == "map_ke") return &material.emission_file;
     return nullptr;
+  }
+
+  /// Numbers that other statements stand in for, as Blender's exporter writes them without `Pr` and `Pm`:
+  /// Ns = 1000 (1 - roughness)^2; a metal's `illum` reflects (3, or 6 where it is transparent), and `Ka` is its
+  /// metalness.
+  void finish_material() {
+    if (materials_.empty()) return;
+    Material& material = materials_.back();
+    if (material.roughness_from == MaterialNumber::none && shininess_ >= 0) {
+      material.roughness = 1 - std::sqrt(std::min(shininess_, 1000.0F) / 1000);
+      material.roughness_from = MaterialNumber::converted;
+    }
+    if (by_blender_ && material.metallic_from == MaterialNumber::none && !illumination_.empty()) {
+      const bool reflects = illumination_ == "3" || illumination_ == "6";
+      if (reflects) material.metallic = (ambient_[0] + ambient_[1] + ambient_[2]) / 3;
+      material.metallic_from = MaterialNumber::converted;
+    }
+    const auto stand_in = [&](fs::path& file, fs::path& other, const char* keyword) {
+      if (file.empty() && !other.empty()) {
+        file = other;
+        if (stand_ins_.count++ == 0) stand_ins_.example = material.name + ": " + keyword;
+      }
+      other.clear();
+    };
+    stand_in(material.roughness_file, exponent_file_, "map_Ns");
+    stand_in(material.metallic_file, reflection_file_, "map_refl");
+    ambient_ = {};
+    shininess_ = -1;
+    illumination_ = {};
+    has_normals_ = has_opacity_ = false;
   }
 
   /// "d -halo 0.5".
@@ -111,16 +208,17 @@ class MtlReader {
     return static_cast<float>(*value);
   }
 
-  void color(std::array<float, 3>& to) {
+  void color(std::array<float, 3>& to, MaterialNumber* from = nullptr) {
     const TextScanner before = scan_;
     const std::string_view first = scan_.token_in_line();
     if (first == "spectral" || first == "xyz") return;  // of no use here: white
     scan_ = before;
     for (float& value : to) value = number();
+    if (from != nullptr) *from = MaterialNumber::given;
   }
 
   /// The file that a line names, after its options; names may have blanks in them.
-  fs::path picture() {
+  fs::path picture(std::string_view keyword) {
     std::string_view rest = without_blanks(scan_.rest_of_line());
     while (rest.starts_with('-')) {
       const std::string_view option = next_word(rest);
@@ -129,12 +227,17 @@ class MtlReader {
         rest = std::string_view(option.data(), option.size() + rest.size() + gap(option, rest));
         break;
       }
-      if (placed_++ == 0) placed_example_ = printable(option);
-      for (int i = 0; i < words->most; ++i) {
+      std::array<std::string_view, 3> given;
+      int found = 0;
+      for (; found < words->most; ++found) {
         std::string_view ahead = rest;
         const std::string_view word = next_word(ahead);
-        if (i >= words->least && !to_double(word)) break;
+        if (found >= words->least && !to_double(word)) break;
+        given[static_cast<std::size_t>(found)] = word;
         rest = ahead;
+      }
+      if (!says_nothing(option, std::span(given).first(static_cast<std::size_t>(found)))) {
+        count(placed_, option);
       }
     }
     std::string name(rest);
@@ -143,7 +246,9 @@ class MtlReader {
     }
     std::replace(name.begin(), name.end(), '\\', '/');
     if (name.empty()) return {};
-    return folder_ / fs::path(name);
+    const fs::path path = folder_ / fs::path(name);
+    if (finder_ == nullptr) return path;
+    return finder_->find(path, input_.file + ": " + scan_.place() + ": " + std::string(keyword));
   }
 
   /// Takes the first word off a text.
@@ -159,16 +264,28 @@ class MtlReader {
 
   const MeshInput& input_;
   fs::path folder_;
+  FileFinder* finder_;
   TextScanner scan_;
   std::vector<Material> materials_;
-  std::uint64_t placed_ = 0;
-  std::string placed_example_;
+  Counted placed_, ignored_, stand_ins_;
+  bool by_blender_ = false;
+  // Of the material that is being read.
+  std::array<float, 3> ambient_{};
+  float shininess_ = -1;  ///< Below 0: not given.
+  std::string_view illumination_;
+  fs::path exponent_file_, reflection_file_;
+  bool has_opacity_ = false;  ///< By `d`.
+  bool has_normals_ = false;  ///< By a statement that means no heights.
 };
 
 }  // namespace
 
-std::vector<Material> read_materials(const MeshInput& input, const fs::path& folder) {
-  return MtlReader(input, folder).read();
+std::vector<Material> read_materials(const MeshInput& given, const fs::path& folder,
+                                     FileFinder* finder) {
+  MeshInput input = given;
+  std::string converted;
+  input.bytes = as_utf8(input.bytes, converted);
+  return MtlReader(input, folder, finder).read();
 }
 
 }  // namespace kiln

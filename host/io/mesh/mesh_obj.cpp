@@ -1,7 +1,7 @@
 // Wavefront OBJ, read by Kiln itself: a half-edge mesh drops faces at edges that more than two share,
 // and what is wrong with a file is said with its line.
 #include <algorithm>
-#include <cmath>
+#include <charconv>
 #include <string>
 #include <unordered_set>
 #include <vector>
@@ -19,16 +19,26 @@ class ObjReader {
 
   Mesh read() {
     do {
+      const std::string_view comment = scan_.comment();
+      if (comment.starts_with("#MRGB ")) polypaint(comment.substr(6));
       const std::string_view keyword = scan_.token_in_line();
       if (!keyword.empty()) statement(keyword);
     } while (scan_.next_line());
+    finish_polypaint();
     check_forward_references();
-    finish_colors();
     if (ignored_ != 0) {
       input_.warn("ignored-statements",
                   std::to_string(ignored_) + " statements of kinds that Kiln does not use (\"" +
                       ignored_example_ + "\" for one) were ignored.",
                   ignored_);
+    }
+    if (bad_polypaint_ != 0) {
+      input_.warn(
+          "bad-polypaint",
+          std::to_string(bad_polypaint_) + " colours in its #MRGB lines (" +
+              bad_polypaint_example_ +
+              " for one) are not eight hexadecimal digits, or of no vertex, and were ignored.",
+          bad_polypaint_);
     }
     builder_.describe_face = [this](std::uint32_t triangle) {
       const auto after = std::upper_bound(
@@ -68,13 +78,64 @@ class ObjReader {
     } else if (keyword == "usemtl") {
       builder_.set_material(scan_.rest_of_line());
     } else if (keyword == "mtllib") {
-      // One name, which may have blanks in it, as exporters write it.
-      builder_.material_files.emplace_back(scan_.rest_of_line());
+      material_files(scan_.rest_of_line());
     } else if (keyword == "s") {
-      builder_.set_smoothing(scan_.rest_of_line());
+      builder_.set_smoothing(scan_.token_in_line());
     } else {
       if (ignored_++ == 0) ignored_example_ = scan_.place() + ": " + printable(keyword);
     }
+  }
+
+  /// One name, which may have blanks in it, as exporters write it, or several that end in ".mtl".
+  void material_files(std::string_view names) {
+    const auto add = [this](std::string_view name) {
+      while (name.starts_with(' ') || name.starts_with('\t')) name.remove_prefix(1);
+      if (name.size() > 1 && name.starts_with('"') && name.ends_with('"')) {
+        name = name.substr(1, name.size() - 2);
+      }
+      if (!name.empty()) builder_.material_files.emplace_back(name);
+    };
+    for (std::size_t at = 0; at < names.size();) {
+      at = std::min(names.find_first_of(" \t", at), names.size());
+      std::string_view word = names.substr(0, at);
+      if (word.ends_with('"')) word.remove_suffix(1);
+      const std::string_view ending =
+          word.substr(word.size() - std::min<std::size_t>(4, word.size()));
+      if (ending == ".mtl" || ending == ".MTL") {
+        add(names.substr(0, at));
+        names.remove_prefix(at);
+        at = 0;
+      }
+      at = std::min(names.find_first_not_of(" \t", at), names.size());
+    }
+    add(names);
+  }
+
+  /// ZBrush's colours: MMRRGGBB in hexadecimal digits of each of the vertices before, MM a mask.
+  void polypaint(std::string_view digits) {
+    while (digits.starts_with(' ')) digits.remove_prefix(1);
+    for (; digits.size() >= 8; digits.remove_prefix(8)) {
+      std::uint32_t value = 0;
+      const auto [stop, status] = std::from_chars(digits.data(), digits.data() + 8, value, 16);
+      if (status != std::errc() || stop != digits.data() + 8) break;
+      polypaint_.push_back(value);
+    }
+    if (!digits.empty() && bad_polypaint_++ == 0) bad_polypaint_example_ = scan_.place();
+  }
+
+  /// Blocks of colours follow their vertices, once an object.
+  void finish_polypaint() {
+    if (polypaint_.size() > builder_.positions.size()) {
+      bad_polypaint_ += polypaint_.size() - builder_.positions.size();
+      if (bad_polypaint_example_.empty()) bad_polypaint_example_ = scan_.place();
+      polypaint_.resize(builder_.positions.size());
+    }
+    std::size_t vertex = builder_.positions.size() - polypaint_.size();
+    for (const std::uint32_t value : polypaint_) {
+      const auto byte = [value](int shift) { return static_cast<std::uint8_t>(value >> shift); };
+      builder_.set_color_bytes(vertex++, {byte(16), byte(8), byte(0), 255});
+    }
+    polypaint_.clear();
   }
 
   double number(const char* rule) {
@@ -87,6 +148,7 @@ class ObjReader {
   }
 
   void vertex() {
+    if (!polypaint_.empty()) finish_polypaint();
     MeshBuilder::Position p;
     for (double& value : p) value = number("a vertex has x, y and z");
     double more[4];
@@ -100,15 +162,9 @@ class ObjReader {
       }
       more[count++] = *value;
     }
-    if (count >= 3) {  // x y z [w] r g b
-      const double* rgb = more + (count - 3);
-      const auto channel = [](double value) {
-        return static_cast<std::uint8_t>(
-            std::lround(255 * (value > 0 ? std::min(value, 1.0) : 0.0)));
-      };
-      builder_.colors.resize(builder_.positions.size(), {255, 255, 255, 255});
-      builder_.colors.push_back({channel(rgb[0]), channel(rgb[1]), channel(rgb[2]), 255});
-      ++colored_;
+    if (count >= 3) {  // x y z r g b [a]; one number more is a weight
+      builder_.set_color(builder_.positions.size(),
+                         {more[0], more[1], more[2], count == 4 ? more[3] : MeshBuilder::kFull});
     }
     builder_.positions.push_back(p);
   }
@@ -202,15 +258,6 @@ class ObjReader {
     check(normal_reach_, builder_.normals.size(), "normal");
   }
 
-  void finish_colors() {
-    if (colored_ == 0) return;
-    builder_.colors.resize(builder_.positions.size(), {255, 255, 255, 255});
-    if (const std::uint64_t bare = builder_.positions.size() - colored_) {
-      input_.warn("missing-colors",
-                  std::to_string(bare) + " vertices have no colour; they are white.", bare);
-    }
-  }
-
   const MeshInput& input_;
   TextScanner scan_;
   MeshBuilder builder_;
@@ -218,8 +265,9 @@ class ObjReader {
   std::vector<FaceLine> face_lines_;
   Reach vertex_reach_, uv_reach_, normal_reach_;
   std::uint32_t triangles_ = 0;
-  std::uint64_t colored_ = 0, ignored_ = 0;
-  std::string ignored_example_;
+  std::vector<std::uint32_t> polypaint_;
+  std::uint64_t ignored_ = 0, bad_polypaint_ = 0;
+  std::string ignored_example_, bad_polypaint_example_;
 };
 
 }  // namespace

@@ -18,16 +18,9 @@ class OffReader {
 
   Mesh read() {
     header();
+    if (colors_ && normals_ && has_negative_colors()) colors_first_ = !colors_first_;
     for (std::uint64_t i = 0; i < vertices_; ++i) vertex(i);
     for (std::uint64_t i = 0; i < faces_; ++i) face(i);
-    if (colored_ != 0) {
-      if (const std::uint64_t bare = vertices_ - colored_) {
-        input_.warn("missing-colors",
-                    std::to_string(bare) + " vertices have no colour; they are white.", bare);
-      }
-    } else {
-      builder_.colors.clear();
-    }
     return builder_.finish();
   }
 
@@ -36,26 +29,46 @@ class OffReader {
     input_.fail(scan_.place(), problem, "Correct the line or export the mesh again.");
   }
 
+  /// "OFF" behind the letters that say what vertices have, in any order, as programs write them.
+  void keyword(std::string_view word) {
+    std::string_view letters = word;
+    if (letters.ends_with("OFF") || letters == "off") {
+      letters.remove_suffix(3);
+    } else {
+      fail("\"" + printable(word) + "\" is not the keyword of an OFF file");
+    }
+    while (!letters.empty()) {
+      const std::size_t length = letters.starts_with("ST") ? 2 : 1;
+      bool* const has = length == 2         ? &textured_
+                        : letters[0] == 'C' ? &colors_
+                        : letters[0] == 'N' ? &normals_
+                        : letters[0] == '4' ? &homogeneous_
+                        : letters[0] == 'n' ? &of_any_dimension_
+                                            : nullptr;
+      if (has == nullptr || *has) {
+        fail("\"" + printable(word) + "\" is not the keyword of an OFF file");
+      }
+      // Geomview has normals before colours, and "CN" for both; MeshLab the reverse of either.
+      if (has == &colors_) colors_first_ = normals_;
+      *has = true;
+      letters.remove_prefix(length);
+    }
+  }
+
   void header() {
     std::string_view word = scan_.token();
     if (!to_integer(word)) {  // the keyword may be absent
-      std::string_view flags = word;
-      const auto take = [&flags](std::string_view prefix) {
-        if (!flags.starts_with(prefix)) return false;
-        flags.remove_prefix(prefix.size());
-        return true;
-      };
-      textured_ = take("ST");
-      colors_ = take("C");
-      normals_ = take("N");
-      if (flags == "4OFF" || flags == "nOFF" || flags == "4nOFF") {
-        fail("\"" + printable(word) + "\" has vertices of other than three dimensions");
-      }
-      if (flags != "OFF") fail("\"" + printable(word) + "\" is not the keyword of an OFF file");
+      keyword(word);
       word = scan_.token();
       if (word == "BINARY") {
         input_.fail(scan_.place(), "it is a binary OFF file",
                     "Convert it to ASCII OFF or to PLY, for example with MeshLab.");
+      }
+      if (of_any_dimension_) {
+        if (to_integer(word) != 3) {
+          fail("its vertices have \"" + printable(word) + "\" dimensions; Kiln reads three");
+        }
+        word = scan_.token();
       }
     }
     const auto vertices = to_integer(word);
@@ -86,43 +99,64 @@ class OffReader {
          "\" where a number belongs");
   }
 
-  void vertex(std::uint64_t i) {
-    MeshBuilder::Position p;
-    p[0] = number(scan_.token(), i);
-    p[1] = number(scan_.token_in_line(), i);
-    p[2] = number(scan_.token_in_line(), i);
-    builder_.positions.push_back(p);
-    if (normals_) {
-      double n[3];
-      for (double& value : n) value = number(scan_.token_in_line(), i);
-      builder_.normals.push_back({narrow(n[0]), narrow(n[1]), narrow(n[2])});
+  /// The numbers of a vertex' line, into `values_`.
+  void numbers(std::uint64_t i) {
+    values_.clear();
+    std::string_view token = scan_.token();
+    do {
+      values_.push_back(number(token, i));
+      token = scan_.token_in_line();
+    } while (!token.empty());
+    const std::size_t needed = corner_numbers() + (normals_ ? 3 : 0);
+    if (values_.size() < needed) number({}, i);
+    if (values_.size() < needed + (textured_ ? 2 : 0)) {
+      fail("vertex " + std::to_string(i) + " has no texture coordinate");
     }
-    rest_.clear();
-    for (std::string_view token = scan_.token_in_line(); !token.empty();
-         token = scan_.token_in_line()) {
-      rest_.push_back(token);
+  }
+  std::size_t corner_numbers() const { return homogeneous_ ? 4 : 3; }
+  /// Of the colour in `values_`: 0, 3 or 4.
+  std::size_t channels() const {
+    const std::size_t rest =
+        values_.size() - corner_numbers() - (normals_ ? 3 : 0) - (textured_ ? 2 : 0);
+    return !colors_ || rest < 3 ? 0 : std::min<std::size_t>(rest, 4);
+  }
+
+  /// Whether a colour is below 0 if colours and normals stand in the order that the keyword says: then they stand
+  /// in the other.
+  bool has_negative_colors() {
+    const TextScanner before = scan_;
+    bool negative = false;
+    for (std::uint64_t i = 0; i < vertices_ && !negative; ++i) {
+      numbers(i);
+      const auto color =
+          values_.begin() + static_cast<std::ptrdiff_t>(corner_numbers() + (colors_first_ ? 0 : 3));
+      negative = std::any_of(color, color + static_cast<std::ptrdiff_t>(channels()),
+                             [](double value) { return value < 0; });
+    }
+    scan_ = before;
+    return negative;
+  }
+
+  void vertex(std::uint64_t i) {
+    numbers(i);
+    const double* at = values_.data();
+    const double w = homogeneous_ ? at[3] : 1;
+    builder_.positions.push_back({at[0] / w, at[1] / w, at[2] / w});
+    at += corner_numbers();
+    const std::size_t channels = this->channels();
+    const double* const color = at + (normals_ && !colors_first_ ? 3 : 0);
+    const double* const normal = at + (colors_first_ ? channels : 0);
+    if (normals_) {
+      builder_.normals.push_back({narrow(normal[0]), narrow(normal[1]), narrow(normal[2])});
+    }
+    if (channels != 0) {
+      builder_.set_color(
+          i, {color[0], color[1], color[2], channels == 4 ? color[3] : MeshBuilder::kFull});
     }
     if (textured_) {
-      if (rest_.size() < 2) fail("vertex " + std::to_string(i) + " has no texture coordinate");
-      const double u = number(rest_[rest_.size() - 2], i), v = number(rest_[rest_.size() - 1], i);
-      builder_.uvs.push_back({narrow(u), narrow(v)});
-      rest_.resize(rest_.size() - 2);
+      const double* const uv = values_.data() + values_.size() - 2;
+      builder_.uvs.push_back({narrow(uv[0]), narrow(uv[1])});
     }
-    std::array<std::uint8_t, 4> rgba{255, 255, 255, 255};
-    if (colors_ && rest_.size() >= 3) {
-      // Fractions where a token looks like one, else 0 to 255.
-      const std::size_t channels = std::min<std::size_t>(rest_.size(), 4);
-      double scale = 1;
-      for (std::size_t k = 0; k < channels; ++k) {
-        if (rest_[k].find_first_of(".eE") != std::string_view::npos) scale = 255;
-      }
-      for (std::size_t k = 0; k < channels; ++k) {
-        const double value = number(rest_[k], i) * scale;
-        rgba[k] = static_cast<std::uint8_t>(std::lround(value > 0 ? std::min(value, 255.0) : 0.0));
-      }
-      ++colored_;
-    }
-    if (colors_) builder_.colors.push_back(rgba);
   }
 
   void face(std::uint64_t i) {
@@ -158,8 +192,11 @@ class OffReader {
   TextScanner scan_;
   MeshBuilder builder_;
   bool textured_ = false, colors_ = false, normals_ = false;
-  std::uint64_t vertices_ = 0, faces_ = 0, colored_ = 0;
-  std::vector<std::string_view> rest_;
+  bool homogeneous_ = false;       ///< Positions are x y z w.
+  bool of_any_dimension_ = false;  ///< A line says how many coordinates vertices have.
+  bool colors_first_ = false;      ///< Before the normals.
+  std::uint64_t vertices_ = 0, faces_ = 0;
+  std::vector<double> values_;  ///< Of a vertex.
   std::vector<std::uint32_t> corners_;
 };
 

@@ -110,8 +110,12 @@ class BodyReader {
 
   /// Reads all into the builder; or, with `check_only`, finds every fault that reading would find.
   void read(MeshBuilder& builder, bool check_only) {
+    // Faces may come before the vertices.
     for (const Element& element : header_.elements) {
-      if (element.name == "vertex") vertices_ = element.count;
+      if (element.name != "vertex") continue;
+      vertices_ = element.count;
+      vertex_normals_ = has(element, Role::nx);
+      vertex_uvs_ = has(element, Role::u);
     }
     std::ptrdiff_t useful = std::count_if(header_.elements.begin(), header_.elements.end(),
                                           [](const Element& e) { return is_useful(e); });
@@ -140,6 +144,11 @@ class BodyReader {
     return element.name == "vertex" || element.name == "face" || element.name == "tristrips";
   }
 
+  static bool has(const Element& element, Role role) {
+    return std::any_of(element.properties.begin(), element.properties.end(),
+                       [role](const Property& property) { return property.role == role; });
+  }
+
   [[noreturn]] void truncated(const Element& element, std::uint64_t index) {
     input_.fail(source_.place(),
                 "the file ends at " + printable(element.name) + " " + std::to_string(index) +
@@ -164,25 +173,22 @@ class BodyReader {
   void read_vertices(const Element& element, MeshBuilder& builder) {
     std::array<double, static_cast<std::size_t>(Role::wedge_uvs) + 1> value{};
     const auto get = [&value](Role role) { return value[static_cast<std::size_t>(role)]; };
-    const auto has = [&element](Role role) {
-      return std::any_of(element.properties.begin(), element.properties.end(),
-                         [role](const Property& property) { return property.role == role; });
-    };
-    const bool normals = has(Role::nx), uvs = has(Role::u), colors = has(Role::red);
+    const bool colors = has(element, Role::red);
     double color_scale = 1;
+    bool float_colors = false;
     for (const Property& property : element.properties) {
       if (property.role != Role::red) continue;
-      if (property.type == Type::float32 || property.type == Type::float64) color_scale = 255;
+      float_colors = !integral(property.type);
       if (property.type == Type::uint16) color_scale = 1 / 257.0;
     }
-    value[static_cast<std::size_t>(Role::alpha)] = 255 / color_scale;
+    value[static_cast<std::size_t>(Role::alpha)] = MeshBuilder::kFull;
     const auto channel = [&](Role role) {
       const double c = get(role) * color_scale;
       return static_cast<std::uint8_t>(std::lround(c > 0 ? std::min(c, 255.0) : 0.0));
     };
     const auto single = [&](Role role) { return narrow(get(role)); };
-    const bool tangents = has(Role::tx);
-    builder.tangent_signs = has(Role::tw);
+    const bool tangents = has(element, Role::tx);
+    builder.tangent_signs = has(element, Role::tw);
     builder.positions.reserve(element.count);
     for (std::uint64_t i = 0; i < element.count; ++i) {
       for (const Property& property : element.properties) {
@@ -194,21 +200,21 @@ class BodyReader {
         }
       }
       builder.positions.push_back({get(Role::x), get(Role::y), get(Role::z)});
-      if (normals) {
+      if (vertex_normals_) {
         builder.normals.push_back({single(Role::nx), single(Role::ny), single(Role::nz)});
       }
-      if (uvs) builder.uvs.push_back({single(Role::u), single(Role::v)});
+      if (vertex_uvs_) builder.uvs.push_back({single(Role::u), single(Role::v)});
       if (tangents) {
         builder.tangents.push_back(
             {{single(Role::tx), single(Role::ty), single(Role::tz)}, single(Role::tw)});
       }
-      if (colors) {
+      if (float_colors) {
+        builder.set_color(i, {get(Role::red), get(Role::green), get(Role::blue), get(Role::alpha)});
+      } else if (colors) {
         builder.colors.push_back(
             {channel(Role::red), channel(Role::green), channel(Role::blue), channel(Role::alpha)});
       }
     }
-    vertex_normals_ = normals;
-    vertex_uvs_ = uvs;
   }
 
   std::uint64_t list_length(const Element& element, const Property& property, std::uint64_t index) {

@@ -58,6 +58,7 @@ struct Header {
 };
 
 std::size_t size_of(Type type);
+bool integral(Type type);
 
 /// \throws Error(input) with the line
 Header parse_header(const MeshInput& input);

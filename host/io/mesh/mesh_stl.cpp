@@ -1,6 +1,8 @@
 // STL, read by Kiln itself: OpenMesh's reader leaves out degenerate triangles without a word (its
 // corners go through an ordered map whose order NaN breaks), which Kiln promises never to do.
+#include <algorithm>
 #include <bit>
+#include <cctype>
 #include <cstring>
 #include <string>
 #include <vector>
@@ -103,6 +105,26 @@ Mesh read_binary(const MeshInput& input) {
   return builder.finish();
 }
 
+/// Whether a token is a keyword (in lower case), which some programs write in capitals.
+bool is_word(std::string_view token, std::string_view keyword) {
+  return std::equal(token.begin(), token.end(), keyword.begin(), keyword.end(),
+                    [](unsigned char a, unsigned char b) { return std::tolower(a) == b; });
+}
+
+/// The keyword that a statement begins with. "end loop" is "endloop".
+std::string keyword_at(TextScanner& scan) {
+  std::string word(scan.token());
+  for (char& c : word) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  if (word != "end") return word;
+  const TextScanner before = scan;
+  const std::string_view what = scan.token_in_line();
+  for (const char* kind : {"solid", "facet", "loop"}) {
+    if (is_word(what, kind)) return word + kind;
+  }
+  scan = before;
+  return word;
+}
+
 Mesh read_ascii(const MeshInput& input) {
   TextScanner scan(input.bytes);
   MeshBuilder builder(input);
@@ -112,7 +134,7 @@ Mesh read_ascii(const MeshInput& input) {
   const char* const remedy = "Correct the line or export the mesh again.";
   bool in_facet = false;
   for (;;) {
-    const std::string_view word = scan.token();
+    const std::string word = keyword_at(scan);
     if (word.empty()) break;
     if (word == "vertex") {
       if (!in_facet) input.fail(scan.place(), "a vertex stands outside of any facet", remedy);
@@ -162,9 +184,8 @@ Mesh read_stl(const MeshInput& input) {
       bytes.size() >= kHeaderBytes &&
       bytes.size() ==
           kHeaderBytes + kTriangleBytes * std::uint64_t{little_endian(bytes.data() + 80)};
-  std::string first(TextScanner(bytes).token());
-  for (char& c : first) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-  const bool text = first == "solid" && bytes.substr(0, 1024).find('\0') == std::string_view::npos;
+  const bool text = is_word(TextScanner(bytes).token(), "solid") &&
+                    bytes.substr(0, 1024).find('\0') == std::string_view::npos;
   return !sized && text ? read_ascii(input) : read_binary(input);
 }
 

@@ -52,12 +52,12 @@ class Writer {
   std::string buffer_;
 };
 
-/// Names end at the line's end: a control character would break the line, '#' start a comment, and
-/// a final backslash join the next line.
+/// Names end at the line's end: a control character would break the line, and a final backslash join the
+/// next line. '#' stays: in a name it starts no comment.
 std::string safe_name(const std::string& name) {
   std::string safe = name.empty() ? "default" : name;
   for (char& c : safe) {
-    if (static_cast<unsigned char>(c) < 32 || c == 127 || c == '#' || c == '\\') c = '_';
+    if (static_cast<unsigned char>(c) < 32 || c == 127 || c == '\\') c = '_';
   }
   return safe;
 }

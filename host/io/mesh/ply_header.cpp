@@ -34,54 +34,65 @@ std::optional<Type> to_type(std::string_view name) {
 }
 
 Role vertex_role(std::string_view name) {
-  static constexpr std::array<std::pair<std::string_view, Role>, 40> kRoles{
-      {{"x", Role::x},
-       {"y", Role::y},
-       {"z", Role::z},
-       {"nx", Role::nx},
-       {"ny", Role::ny},
-       {"nz", Role::nz},
-       {"normal_x", Role::nx},
-       {"normal_y", Role::ny},
-       {"normal_z", Role::nz},
-       {"u", Role::u},
-       {"v", Role::v},
-       {"s", Role::u},
-       {"t", Role::v},
-       {"texture_u", Role::u},
-       {"texture_v", Role::v},
-       {"texture_s", Role::u},
-       {"texture_t", Role::v},
-       {"texcoord_u", Role::u},
-       {"texcoord_v", Role::v},
-       {"tex_u", Role::u},
-       {"tex_v", Role::v},
-       {"red", Role::red},
-       {"green", Role::green},
-       {"blue", Role::blue},
-       {"diffuse_red", Role::red},
-       {"diffuse_green", Role::green},
-       {"diffuse_blue", Role::blue},
-       {"r", Role::red},
-       {"g", Role::green},
-       {"b", Role::blue},
-       {"alpha", Role::alpha},
-       {"diffuse_alpha", Role::alpha},
-       {"tx", Role::tx},
-       {"ty", Role::ty},
-       {"tz", Role::tz},
-       {"tw", Role::tw},
-       {"tangent_x", Role::tx},
-       {"tangent_y", Role::ty},
-       {"tangent_z", Role::tz},
-       {"tangent_w", Role::tw}}};
+  static constexpr std::pair<std::string_view, Role> kRoles[] = {{"x", Role::x},
+                                                                 {"y", Role::y},
+                                                                 {"z", Role::z},
+                                                                 {"nx", Role::nx},
+                                                                 {"ny", Role::ny},
+                                                                 {"nz", Role::nz},
+                                                                 {"normal_x", Role::nx},
+                                                                 {"normal_y", Role::ny},
+                                                                 {"normal_z", Role::nz},
+                                                                 {"u", Role::u},
+                                                                 {"v", Role::v},
+                                                                 {"s", Role::u},
+                                                                 {"t", Role::v},
+                                                                 {"texture_u", Role::u},
+                                                                 {"texture_v", Role::v},
+                                                                 {"texture_s", Role::u},
+                                                                 {"texture_t", Role::v},
+                                                                 {"texcoord_u", Role::u},
+                                                                 {"texcoord_v", Role::v},
+                                                                 {"tex_u", Role::u},
+                                                                 {"tex_v", Role::v},
+                                                                 {"tex_s", Role::u},
+                                                                 {"tex_t", Role::v},
+                                                                 {"texcoord_s", Role::u},
+                                                                 {"texcoord_t", Role::v},
+                                                                 {"texcoord_x", Role::u},
+                                                                 {"texcoord_y", Role::v},
+                                                                 {"tu", Role::u},
+                                                                 {"tv", Role::v},
+                                                                 {"s0", Role::u},
+                                                                 {"t0", Role::v},
+                                                                 {"u0", Role::u},
+                                                                 {"v0", Role::v},
+                                                                 {"uv_u", Role::u},
+                                                                 {"uv_v", Role::v},
+                                                                 {"red", Role::red},
+                                                                 {"green", Role::green},
+                                                                 {"blue", Role::blue},
+                                                                 {"diffuse_red", Role::red},
+                                                                 {"diffuse_green", Role::green},
+                                                                 {"diffuse_blue", Role::blue},
+                                                                 {"r", Role::red},
+                                                                 {"g", Role::green},
+                                                                 {"b", Role::blue},
+                                                                 {"alpha", Role::alpha},
+                                                                 {"diffuse_alpha", Role::alpha},
+                                                                 {"tx", Role::tx},
+                                                                 {"ty", Role::ty},
+                                                                 {"tz", Role::tz},
+                                                                 {"tw", Role::tw},
+                                                                 {"tangent_x", Role::tx},
+                                                                 {"tangent_y", Role::ty},
+                                                                 {"tangent_z", Role::tz},
+                                                                 {"tangent_w", Role::tw}};
   for (const auto& [known, role] : kRoles) {
     if (known == name) return role;
   }
   return Role::unused;
 }
-
-bool integral(Type type) { return type != Type::float32 && type != Type::float64; }
 
 /// Lines of the header, ended by LF, CR LF or CR, whichever ends the first line: after a binary
 /// file's "end_header" the next byte may be of any value.
@@ -112,7 +123,7 @@ class Lines {
   std::uint64_t number_ = 0;
 };
 
-/// Uses that come in sets are dropped unless the whole set is there once.
+/// Uses that come in sets are dropped unless the whole set is there; of several sets the first counts.
 void check_roles(const MeshInput& input, Element& vertex) {
   const auto count = [&vertex](Role role) {
     return std::count_if(vertex.properties.begin(), vertex.properties.end(),
@@ -126,28 +137,43 @@ void check_roles(const MeshInput& input, Element& vertex) {
                    " property \"" + name + "\"",
                "A vertex needs exactly x, y and z; export the mesh again.");
   }
-  const auto keep_whole = [&](std::initializer_list<Role> set) {
-    const bool whole = std::all_of(set.begin(), set.end(), [&](Role r) { return count(r) == 1; });
+  std::uint64_t unused = 0;
+  std::string example;
+  const auto drop = [&](Property& property) {
+    property.role = Role::unused;
+    if (unused++ == 0) example = printable(property.name);
+  };
+  for (auto property = vertex.properties.begin(); property != vertex.properties.end(); ++property) {
+    if (property->role == Role::unused) continue;
+    const bool again = std::any_of(vertex.properties.begin(), property, [&](const Property& other) {
+      return other.role == property->role;
+    });
+    if (again) drop(*property);
+  }
+  const auto keep_whole = [&](std::initializer_list<Role> set, std::optional<Role> more = {}) {
+    if (std::all_of(set.begin(), set.end(), [&](Role r) { return count(r) == 1; })) return;
     for (Property& property : vertex.properties) {
-      if (!whole && std::find(set.begin(), set.end(), property.role) != set.end()) {
-        property.role = Role::unused;
+      if (std::find(set.begin(), set.end(), property.role) != set.end() || property.role == more) {
+        drop(property);
       }
     }
-    return whole;
   };
   keep_whole({Role::nx, Role::ny, Role::nz});
   keep_whole({Role::u, Role::v});
-  const auto keep_with = [&](std::initializer_list<Role> set, Role one) {
-    if (keep_whole(set) && count(one) <= 1) return;
-    for (Property& property : vertex.properties) {
-      if (property.role == one) property.role = Role::unused;
-    }
-  };
-  keep_with({Role::red, Role::green, Role::blue}, Role::alpha);
-  keep_with({Role::tx, Role::ty, Role::tz}, Role::tw);
+  keep_whole({Role::red, Role::green, Role::blue}, Role::alpha);
+  keep_whole({Role::tx, Role::ty, Role::tz}, Role::tw);
+  if (unused == 0) return;
+  input.warn("unused-properties",
+             "header: " + std::to_string(unused) +
+                 " properties of its vertices come a second time, or without the others of their "
+                 "kind (\"" +
+                 example + "\" for one), and were ignored.",
+             unused);
 }
 
 }  // namespace
+
+bool integral(Type type) { return type != Type::float32 && type != Type::float64; }
 
 std::size_t size_of(Type type) {
   static constexpr std::size_t kSizes[] = {1, 1, 2, 2, 4, 4, 4, 8};
@@ -161,6 +187,8 @@ Header parse_header(const MeshInput& input) {
     input.fail("line " + std::to_string(lines.number()), problem, "Export the mesh again.");
   };
   bool has_format = false;
+  std::uint64_t strange = 0;
+  std::string strange_example;
   for (;;) {
     const auto line = lines.next();
     if (!line) fail("the header has no \"end_header\" (truncated)");
@@ -228,12 +256,21 @@ Header parse_header(const MeshInput& input) {
       }
       element.properties.push_back(std::move(property));
     } else if (!word.empty() && word != "comment" && word != "obj_info") {
-      fail("\"" + printable(word) + "\" is not a word of a PLY header");
+      if (strange++ == 0) {
+        strange_example =
+            "line " + std::to_string(lines.number()) + ": \"" + printable(*line) + "\"";
+      }
     }
   }
   if (!has_format) fail("the header has no \"format\" line");
   for (Element& element : header.elements) {
     if (element.name == "vertex") check_roles(input, element);
+  }
+  if (strange != 0) {
+    input.warn("ignored-header-lines",
+               std::to_string(strange) + " lines of its header are no statements of PLY (" +
+                   strange_example + " for one) and were passed over.",
+               strange);
   }
   header.body = lines.offset();
   header.body_line = lines.number() + 1;

@@ -111,6 +111,7 @@ std::vector<NrrdAxis> parse_axes(const VolumeInput& input, const HeaderFields& f
   };
   numbers("spacings", &NrrdAxis::spacing);
   numbers("axismins", &NrrdAxis::minimum);
+  numbers("axismaxs", &NrrdAxis::maximum);
   const HeaderField* centers = fields.find("centers");
   if (centers == nullptr) centers = fields.find("centerings");
   if (centers != nullptr) {
@@ -118,7 +119,27 @@ std::vector<NrrdAxis> parse_axes(const VolumeInput& input, const HeaderFields& f
     check_count(input, *centers, list.size(), axes.size());
     for (std::size_t a = 0; a < axes.size(); ++a) {
       axes[a].cell_centered = lower_case(list[a]) == "cell";
+      axes[a].node_centered = lower_case(list[a]) == "node";
     }
+  }
+  std::uint64_t assumed = 0;
+  for (NrrdAxis& axis : axes) {
+    if (axis.spacing || !axis.minimum || !axis.maximum) continue;
+    if (!axis.node_centered && !axis.cell_centered) {
+      axis.cell_centered = true;
+      ++assumed;
+    }
+    const std::uint64_t steps = axis.size - (axis.node_centered ? 1 : 0);
+    const double spacing = (*axis.maximum - *axis.minimum) / static_cast<double>(steps);
+    if (axis.size != 0 && steps != 0 && spacing != 0) axis.spacing = spacing;
+  }
+  if (assumed != 0) {
+    input.warn(
+        "assumed-cells",
+        fields.find("axismaxs")->place() + ": " + std::to_string(assumed) +
+            " axes do not say (centers) whether their ends are those of cells or nodes: cells, "
+            "as Teem takes them",
+        assumed);
   }
   if (const HeaderField* directions = fields.find("spacedirections")) {
     const auto list = vector_words(directions->value);

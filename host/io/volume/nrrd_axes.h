@@ -19,7 +19,9 @@ struct NrrdAxis {
   std::string kind;  ///< Empty: not said
   std::optional<double> spacing;
   std::optional<double> minimum;  ///< Position of its start
+  std::optional<double> maximum;  ///< ... and of its end
   bool cell_centered = false;
+  bool node_centered = false;
   bool has_direction = false;  ///< `space directions` is given, and not "none" here
   std::array<double, 3> direction{};
 };

@@ -1,6 +1,9 @@
 // NRRD, versions 1 to 5. http://teem.sourceforge.net/nrrd/format.html
+#include <algorithm>
 #include <array>
+#include <cstdlib>
 #include <limits>
+#include <memory>
 #include <utility>
 
 #include "io/volume/nrrd_axes.h"
@@ -14,7 +17,8 @@ constexpr const char* kExportAgain = "Correct the header, or export the volume a
 
 struct Header {
   HeaderFields fields;
-  std::size_t end = 0;  ///< Where what follows the blank line begins.
+  std::vector<std::string> files;  ///< Of "data file: LIST"
+  std::size_t end = 0;             ///< Where what follows the blank line begins.
 };
 
 /// Names of fields are compared without case and blanks: "data file" is "datafile".
@@ -76,7 +80,13 @@ Header parse_header(const VolumeInput& input, std::string_view text) {
     if (header.fields.find(field.key) != nullptr) {
       input.fail(place(), "field \"" + field.shown + "\" comes twice", "Remove one of the lines.");
     }
+    const bool list = field.key == "datafile" && (field.value + " ").starts_with("LIST ");
     header.fields.all.push_back(std::move(field));
+    if (!list) continue;
+    // The rest of the header are names.
+    while (const auto name = lines.next()) {
+      if (!trimmed(*name).empty()) header.files.emplace_back(trimmed(*name));
+    }
   }
   if (!closed && text.size() == kHeaderLimit) {
     input.fail("header", "it has no blank line at its end within its first MiB", kExportAgain);
@@ -195,6 +205,125 @@ void skip(const VolumeInput& input, const HeaderFields& fields, const ByteSource
   }
 }
 
+/// Names by "slice%03d.raw 1 100 1": a pattern, the first number, the last, the step.
+std::vector<std::string> numbered_files(const VolumeInput& input, const HeaderField& field) {
+  const auto fail = [&](const char* problem) {
+    input.fail(
+        field.place(), "\"" + printable(field.value) + "\" " + problem,
+        "Write it as slice%03d.raw 1 100 1: a name with a number, the first, the last and the "
+        "step.");
+  };
+  constexpr std::int64_t kMostFiles = 1 << 20, kMostDigits = 20;
+  const auto list = words(field.value);
+  if (list.size() < 4 || list.size() > 5) fail("does not say which numbers its files have");
+  const std::string pattern(list[0]);
+  const std::size_t percent = pattern.find('%'), end = pattern.find('d', percent);
+  const std::string format =
+      end == pattern.npos ? "" : pattern.substr(percent + 1, end - percent - 1);
+  const auto digits = format.empty() ? 0 : to_integer(format);
+  if (end == pattern.npos || !digits || *digits < 0 || *digits > kMostDigits) {
+    fail("has no number such as %d or %03d");
+  }
+  const auto first = to_integer(list[1]), last = to_integer(list[2]), step = to_integer(list[3]);
+  const auto ordinary = [](const auto& n) { return n && std::abs(*n) < std::int64_t{1} << 40; };
+  if (!ordinary(first) || !ordinary(last) || !ordinary(step) || *step == 0 ||
+      (*last - *first) / *step < 0 || (*last - *first) / *step >= kMostFiles) {
+    fail("does not say which numbers its files have");
+  }
+  std::vector<std::string> names;
+  for (std::int64_t n = *first; *step > 0 ? n <= *last : n >= *last; n += *step) {
+    std::string number = std::to_string(std::abs(n));
+    const std::size_t width = static_cast<std::size_t>(*digits) - (n < 0 && *digits > 0 ? 1 : 0);
+    if (number.size() < width)
+      number.insert(0, width - number.size(), format[0] == '0' ? '0' : ' ');
+    names.push_back(pattern.substr(0, percent) + (n < 0 ? "-" : "") + number +
+                    pattern.substr(end + 1));
+  }
+  return names;
+}
+
+/// The data of several files, one after the other. One is open at a time: scans have more slices than a process
+/// may have open files.
+class JoinedFiles final : public ByteSource {
+ public:
+  /// \param place  where data begin in a file, apart from what is skipped
+  /// \param bytes  of all voxels: files that are not packed hold the same share each
+  JoinedFiles(const VolumeInput& input, const HeaderFields& fields, const HeaderField& field,
+              const std::vector<std::string>& names, const VoxelPlace& place, std::uint64_t bytes)
+      : input_(input) {
+    const bool packed = place.encoding == VoxelEncoding::packed;
+    const std::uint64_t share = bytes / names.size();
+    if (!packed && share * names.size() != bytes) {
+      input.fail(field.place(),
+                 std::to_string(bytes) + " bytes of voxels are not spread evenly over " +
+                     std::to_string(names.size()) + " files",
+                 "Correct the list, or export the volume again.");
+    }
+    std::uint64_t trailing = 0;
+    for (const std::string& name : names) {
+      const auto data = input.open_beside(name);
+      VoxelPlace begin = place;
+      skip(input, fields, *data, begin);
+      if (begin.skip_unpacked != 0) {
+        input.fail(field.place(), "bytes are to be skipped in several packed files",
+                   "Join them into one file (\"unu save -f nrrd\" does).");
+      }
+      if (begin.at_end && data->size() >= share) begin.offset = data->size() - share;
+      std::uint64_t length = data->size() - std::min(begin.offset, data->size());
+      if (!packed && length < share) {
+        input.fail("data file " + printable(name),
+                   std::to_string(share) + " bytes are its share of the voxels, but it has " +
+                       std::to_string(length),
+                   place.remedy);
+      }
+      if (!packed && length > share) {
+        trailing += length - share;
+        length = share;
+      }
+      parts_.push_back({name, begin.offset, size_});
+      size_ += length;
+    }
+    if (trailing != 0) {
+      input.warn("trailing-bytes",
+                 std::to_string(trailing) + " bytes after the voxels of its files were ignored",
+                 trailing);
+    }
+  }
+
+  std::uint64_t size() const override { return size_; }
+  std::size_t read_at(std::uint64_t offset, void* to, std::size_t count) const override {
+    std::size_t have = 0;
+    while (have < count && offset + have < size_) {
+      const std::uint64_t at = offset + have;
+      const auto after =
+          std::upper_bound(parts_.begin(), parts_.end(), at,
+                           [](std::uint64_t place, const Part& part) { return place < part.at; });
+      const auto part = static_cast<std::size_t>(after - parts_.begin()) - 1;
+      const std::uint64_t end = after == parts_.end() ? size_ : after->at;
+      if (!data_ || part != open_) data_ = input_.open_beside(parts_[part].name);
+      open_ = part;
+      const auto wanted = static_cast<std::size_t>(std::min<std::uint64_t>(count - have, end - at));
+      const std::size_t got = data_->read_at(parts_[part].offset + (at - parts_[part].at),
+                                             static_cast<char*>(to) + have, wanted);
+      have += got;
+      if (got < wanted) break;  // shortened meanwhile
+    }
+    return have;
+  }
+
+ private:
+  struct Part {
+    std::string name;
+    std::uint64_t offset;  ///< In its file
+    std::uint64_t at;      ///< In the whole
+  };
+  const VolumeInput& input_;
+  std::vector<Part> parts_;
+  std::uint64_t size_ = 0;
+  mutable std::unique_ptr<ByteSource> data_;  // of the part that is open
+  mutable std::size_t open_ = 0;
+};
+
 }  // namespace
 
 Volume read_nrrd(const VolumeInput& input) {
@@ -211,7 +340,8 @@ Volume read_nrrd(const VolumeInput& input) {
   const auto chosen = choose_axes(input, fields, axes);
   std::array<std::uint64_t, 3> size{};
   for (std::size_t a = 0; a < 3; ++a) size[a] = axes[chosen[a]].size;
-  check_size(input, fields.find("sizes")->place(), size, volume.type);
+  const std::uint64_t voxel_bytes =
+      check_size(input, fields.find("sizes")->place(), size, volume.type);
   for (std::size_t a = 0; a < 3; ++a) volume.size[a] = static_cast<std::uint32_t>(size[a]);
   place_in_space(input, fields, axes, chosen, volume);
 
@@ -223,17 +353,29 @@ Volume read_nrrd(const VolumeInput& input) {
     read_voxels(input, *input.source, place, volume);
     return volume;
   }
-  if (lower_case(file->value).starts_with("list") || file->value.find('%') != std::string::npos) {
-    input.fail(file->place(), "the voxels are spread over several files",
-               "Join them into one file (\"unu save -f nrrd\" does).");
-  }
   if (!input.open_beside) {
     input.fail(file->place(), "the voxels are in a file of their own", "Save them in one file.");
   }
-  const auto data = input.open_beside(file->value);
   place.remedy = "Check that the data file belongs to the header, or export the volume again.";
-  skip(input, fields, *data, place);
-  read_voxels(input, *data, place, volume);
+  std::vector<std::string> names = header.files;
+  if (file->value.find('%') != std::string::npos) names = numbered_files(input, *file);
+  if (names.empty()) {
+    if ((file->value + " ").starts_with("LIST ")) {
+      input.fail(file->place(), "no names of files follow", "Name them, each on a line.");
+    }
+    const auto data = input.open_beside(file->value);
+    skip(input, fields, *data, place);
+    read_voxels(input, *data, place, volume);
+    return volume;
+  }
+  if (place.encoding == VoxelEncoding::text) {
+    input.fail(file->place(), "text is spread over several files",
+               "Join them into one file (\"unu save -f nrrd\" does).");
+  }
+  const JoinedFiles data(input, fields, *file, names, place, voxel_bytes);
+  place.offset = place.skip_unpacked = 0;
+  place.at_end = false;
+  read_voxels(input, data, place, volume);
   return volume;
 }
 

@@ -83,5 +83,226 @@ TEST(Materials, AreFoundBesideTheMesh) {
   EXPECT_THROW(load_materials(mesh, folder / "mesh.obj"), Error);
 }
 
+// ---- which statements mean what ----------------------------------------------------------------
+
+std::uint64_t count(const std::vector<Warning>& warnings, const std::string& code) {
+  std::uint64_t sum = 0;
+  for (const Warning& warning : warnings) sum += warning.code == code ? warning.count : 0;
+  return sum;
+}
+
+std::string message(const std::vector<Warning>& warnings, const std::string& code) {
+  for (const Warning& warning : warnings) {
+    if (warning.code == code) return warning.message;
+  }
+  return {};
+}
+
+TEST(Materials, NormalMapsHaveManyNames) {
+  for (const char* word : {"map_Bump", "map_bump", "bump", "norm", "map_Kn"}) {
+    std::vector<Warning> warnings;
+    const std::string text = "newmtl M\n" + std::string(word) + " -bm 1.000000 n.png\n";
+    EXPECT_EQ(read(text, &warnings)[0].normal_file, fs::path("folder/n.png")) << word;
+    EXPECT_TRUE(warnings.empty()) << "a strength of 1 changes nothing";
+  }
+  // A statement that means nothing but normals comes first, wherever it stands.
+  EXPECT_EQ(read("newmtl M\nnorm n.png\nmap_Bump h.png\n")[0].normal_file,
+            fs::path("folder/n.png"));
+  EXPECT_EQ(read("newmtl M\nmap_Bump h.png\nnorm n.png\n")[0].normal_file,
+            fs::path("folder/n.png"));
+  std::vector<Warning> warnings;
+  read("newmtl M\nmap_Bump -bm 0.3 n.png\n", &warnings);
+  EXPECT_EQ(count(warnings, "texture-options"), 1u);
+}
+
+TEST(Materials, GreyPicturesAreHeights) {
+  const fs::path folder = test::scratch_folder();
+  save_image({1, 2, 3, {0.5F, 0.5F, 0.5F, 0.9F, 0.9F, 0.9F}}, folder / "grey.png",
+             {.format = ImageFormat::png8});
+  save_image({2, 1, 1, {0.5F, 0.9F}}, folder / "one.png", {.format = ImageFormat::png8});
+  save_image({1, 1, 3, {0.5F, 0.5F, 1}}, folder / "flat.png", {.format = ImageFormat::png8});
+  std::vector<Material> materials(4);
+  materials[0].normal_file = folder / "grey.png";
+  materials[1].normal_file = folder / "one.png";
+  materials[2].normal_file = folder / "flat.png";
+  std::vector<Warning> warnings;
+  const Texture texture = load_material_texture(materials, MaterialSlot::normal, &warnings);
+  EXPECT_EQ(texture.image_of,
+            (std::vector<std::uint32_t>{Texture::kNone, Texture::kNone, 0, Texture::kNone}));
+  ASSERT_EQ(texture.images.size(), 1u);
+  EXPECT_EQ(count(warnings, "bump-is-height"), 2u);
+  EXPECT_NE(message(warnings, "bump-is-height").find("grey.png"), std::string::npos);
+}
+
+/// As Blender 5.0.1 wrote them for roughness 0.35 and 0.2, metalness 0, 0.75 and 0.6.
+const std::string kBlender =
+    "# Blender 5.0.1 MTL File: 'None'\n# www.blender.org\n\nnewmtl Material #25\nNs 422.499969\n"
+    "Ka 1.000000 1.000000 1.000000\nKe 0.000000 0.000000 0.000000\nd 1.000000\nillum 2\n\n"
+    "newmtl metal\nNs 640.000000\nKa 0.750000 0.750000 0.750000\nd 1.000000\nillum 3\n\n"
+    "newmtl glassmetal\nNs 640.000000\nKa 0.600000 0.600000 0.600000\nd 0.500000\nillum 6\n\n"
+    "newmtl textured\nKa 1 1 1\nillum 2\nmap_Ns rough.png\nmap_refl metal.png\n\n"
+    "newmtl pbr\nNs 10\nillum 3\nPr 0.350000\nPm 0.250000\n";
+
+TEST(Materials, BlendersNumbersAreConverted) {
+  std::vector<Warning> warnings;
+  const std::vector<Material> m = read(kBlender, &warnings);
+  ASSERT_EQ(m.size(), 5u);
+  EXPECT_EQ(m[0].name, "Material #25");
+  EXPECT_EQ(m[0].place, "test.mtl: line 4");
+  EXPECT_NEAR(m[0].roughness, 0.35, 1e-6);
+  EXPECT_EQ(m[0].metallic, 0);
+  EXPECT_NEAR(m[1].roughness, 0.2, 1e-6);
+  EXPECT_EQ(m[1].metallic, 0.75F);
+  EXPECT_NEAR(m[2].metallic, 0.6, 1e-6);
+  EXPECT_EQ(m[3].roughness_file, fs::path("folder/rough.png"));
+  EXPECT_EQ(m[3].metallic_file, fs::path("folder/metal.png"));
+  EXPECT_EQ(count(warnings, "blender-pictures"), 2u);
+  EXPECT_EQ(m[4].roughness, 0.35F);
+  EXPECT_EQ(m[4].metallic, 0.25F);
+  EXPECT_EQ(m[4].roughness_from, MaterialNumber::given);
+  const std::vector<Material> plain = {m[0], m[1], m[2], m[4]};
+  warnings.clear();
+  const Texture rough = load_material_texture(plain, MaterialSlot::roughness, &warnings);
+  EXPECT_NEAR(rough.plain[0][0], 0.35, 1e-6);
+  EXPECT_EQ(count(warnings, "roughness-from-ns"), 3u);
+  EXPECT_NE(message(warnings, "roughness-from-ns").find("test.mtl: line 4"), std::string::npos);
+  load_material_texture(plain, MaterialSlot::metallic, &warnings);
+  EXPECT_EQ(count(warnings, "metallic-from-illum"), 3u);
+  // In other programs' files Ka is a colour of light, and map_Ns an exponent.
+  warnings.clear();
+  const std::vector<Material> other =
+      read("newmtl M\nNs 1000\nKa 1 1 1\nillum 3\nmap_Ns e.png\nmap_Pr_typo x.png\n", &warnings);
+  EXPECT_EQ(other[0].roughness, 0);
+  EXPECT_TRUE(other[0].roughness_file.empty());
+  EXPECT_EQ(other[0].metallic_from, MaterialNumber::none);
+  EXPECT_EQ(count(warnings, "ignored-pictures"), 2u);
+  EXPECT_NE(message(warnings, "ignored-pictures").find("line 5: map_ns"), std::string::npos);
+  for (const auto& [ns, roughness] :
+       {std::pair("-3", 1.0), {"0", 1.0}, {"250", 0.5}, {"9999", 0.0}}) {
+    EXPECT_NEAR(read("newmtl M\nNs " + std::string(ns) + "\n")[0].roughness, roughness, 1e-6);
+  }
+}
+
+TEST(Materials, WhatNobodyWroteIsNoMap) {
+  const std::vector<Material> bare = read("newmtl M\nKs 1 1 1\n");
+  for (const MaterialSlot slot :
+       {MaterialSlot::color, MaterialSlot::normal, MaterialSlot::roughness, MaterialSlot::metallic,
+        MaterialSlot::emission}) {
+    try {
+      load_material_texture(bare, slot);
+      ADD_FAILURE() << "a constant";
+    } catch (const Error& error) {
+      EXPECT_EQ(error.code(), ErrorCode::input);
+      EXPECT_NE(std::string(error.what()).find("\"M\" (test.mtl: line 1)"), std::string::npos)
+          << error.what();
+    }
+  }
+  EXPECT_EQ(load_material_texture(bare, MaterialSlot::opacity).plain[0][0], 1);
+  std::vector<Warning> warnings;
+  const Texture some = load_material_texture(read("newmtl a\nPm 0.5\nnewmtl b\nnewmtl c\n"),
+                                             MaterialSlot::metallic, &warnings);
+  EXPECT_EQ(some.plain[0][0], 0.5F);
+  EXPECT_EQ(some.plain[1][0], 0);
+  EXPECT_EQ(count(warnings, "material-value"), 2u);
+  EXPECT_NE(message(warnings, "material-value").find("\"b\" (test.mtl: line 3)"),
+            std::string::npos);
+}
+
+TEST(Materials, OfAnyEncodingAndWriter) {
+  // 3ds Max's opacity in both words; some write Tr as d.
+  EXPECT_EQ(read("newmtl a\nd 1.0\nTr 1.0\n")[0].opacity, 1);
+  EXPECT_EQ(read("newmtl a\nTr 1.0\nd 1.0\n")[0].opacity, 1);
+  const std::string text =
+      "newmtl Stra\xC3\x9F"
+      "e\nKd 1 0 0\n";
+  EXPECT_EQ(read("\xEF\xBB\xBF" + text)[0].name,
+            "Stra\xC3\x9F"
+            "e");
+  std::string wide = "\xFF\xFE";
+  for (const std::string& c : {std::string("newmtl "), std::string(1, '\x3D')}) {
+    if (c.size() == 1) {
+      wide += std::string("\x3D\xD8\x00\xDE\x3D\xD8", 6);  // U+1F600, and half of a pair
+    } else {
+      for (const char letter : c) wide += std::string{letter, '\0'};
+    }
+  }
+  EXPECT_EQ(read(wide)[0].name, "\xF0\x9F\x98\x80\xEF\xBF\xBD");
+}
+
+/// Paths of another machine.
+TEST(Materials, PicturesAreFoundInTheMeshsFolders) {
+  const fs::path folder = test::scratch_folder() / "model";
+  for (const char* sub : {"tex", "old/tex", "a/b/c/d/e"}) fs::create_directories(folder / sub);
+  const auto picture = [](const fs::path& path) {
+    save_image({1, 1, 3, {1, 0, 0}}, path, {.format = ImageFormat::png8});
+  };
+  picture(folder / "tex" / "a.png");
+  picture(folder / "old" / "tex" / "a.png");
+  picture(folder / "Wood.PNG");
+  picture(folder / "a/b/c/d/e" / "deep.png");
+  picture(folder.parent_path() / "above.png");
+  std::ofstream(folder / "mesh.mtl")
+      << "newmtl a\nmap_Kd C:\\proj\\tex\\a.png\nnewmtl b\nmap_Kd /home/x/wood.png\n"
+         "newmtl c\nmap_Kd D:\\deep.png\nnewmtl d\nmap_Kd above.png\nnewmtl e\nmap_Kd "
+         "old/tex/a.png\n"
+         "newmtl f\nmap_Kd ../above.png\n";
+  std::ofstream(folder / "mesh.obj") << "mtllib X:\\scenes\\mesh.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\n";
+  std::ofstream out(folder / "mesh.obj", std::ios::app);
+  for (const char* name : {"a", "b", "c", "d", "e", "f"}) out << "usemtl " << name << "\nf 1 2 3\n";
+  out.close();
+  std::vector<Warning> warnings;
+  const std::vector<Material> m =
+      load_materials(load_mesh(folder / "mesh.obj"), folder / "mesh.obj", &warnings);
+  EXPECT_EQ(m[0].color_file, folder / "tex/a.png");
+  EXPECT_EQ(m[1].color_file, folder / "Wood.PNG");
+  EXPECT_FALSE(fs::exists(m[2].color_file)) << "four levels";
+  EXPECT_FALSE(fs::exists(m[3].color_file)) << "never above the mesh's folder";
+  EXPECT_EQ(m[4].color_file, folder / "old/tex/a.png");
+  EXPECT_TRUE(fs::exists(m[5].color_file)) << "as the file says";
+  EXPECT_EQ(count(warnings, "found-elsewhere"), 3u);  // the MTL, a.png, Wood.PNG
+  bool said = false;
+  for (const Warning& warning : warnings) {
+    said = said || (warning.message.find("line 2: map_kd") != std::string::npos &&
+                    warning.message.find("one of 2 files") != std::string::npos &&
+                    warning.message.find("tex/a.png' was taken") != std::string::npos);
+  }
+  EXPECT_TRUE(said);
+  // A missing MTL's message names the mesh.
+  fs::remove(folder / "mesh.mtl");
+  try {
+    load_materials(load_mesh(folder / "mesh.obj"), folder / "mesh.obj");
+    ADD_FAILURE();
+  } catch (const Error& error) {
+    EXPECT_NE(std::string(error.what()).find("mesh.obj"), std::string::npos) << error.what();
+  }
+}
+
+TEST(Materials, TheCases) {
+  KILN_REQUIRE_DATA("cases");
+  const fs::path cases = *test::shared_data("cases");
+  const auto texture = [](const fs::path& obj, MaterialSlot slot) {
+    return load_material_texture(load_materials(load_mesh(obj), obj), slot);
+  };
+  for (const char* name :
+       {"plane", "plane_pbr", "k_bump", "k_map_Bump", "k_map_bump", "k_map_Kn", "k_norm"}) {
+    const Texture normals =
+        texture(cases / "bump" / (std::string(name) + ".obj"), MaterialSlot::normal);
+    ASSERT_EQ(normals.images.size(), 1u) << name;
+    EXPECT_NEAR(normals.images[0]->pixels[0], 0.75, 0.003);
+    EXPECT_NEAR(normals.images[0]->pixels[1], 0.5, 0.003);
+    EXPECT_NEAR(normals.images[0]->pixels[2], 0.933, 0.003);
+  }
+  EXPECT_THROW(texture(cases / "bump" / "odd.obj", MaterialSlot::roughness), Error);
+  EXPECT_NEAR(texture(cases / "bump" / "plane.obj", MaterialSlot::roughness).plain[0][0], 0.5,
+              1e-6);
+  for (const char* name : {"hash", "lib"}) {
+    const Texture colors =
+        texture(cases / "hash" / (std::string(name) + ".obj"), MaterialSlot::color);
+    EXPECT_EQ(colors.plain[0], (std::array<float, 4>{1, 0, 0, 1}));
+    EXPECT_EQ(colors.plain[1], (std::array<float, 4>{0, 1, 0, 1}));
+  }
+  EXPECT_EQ(texture(cases / "hash" / "tex.obj", MaterialSlot::color).images.size(), 2u);
+}
+
 }  // namespace
 }  // namespace kiln

@@ -191,7 +191,7 @@ TEST(MeshIo, RefusesBadWordsWithTheirLine) {
                       .replace(200, 1, "?"),
                   {"line", "?", "xport"});
   expect_bad_text("w.off", "OFF BINARY\n", {"binary", "Convert"});
-  expect_bad_text("w.off", "4OFF\n3 1 0\n", {"dimensions"});
+  expect_bad_text("w.off", "nOFF 4\n3 1 0\n", {"\"4\" dimensions"});
   expect_bad_text("w.off", "OFF\n3 1 0\n0 0 0\n1 zero 0\n0 1 0\n3 0 1 2\n",
                   {"line 4", "vertex 1", "zero"});
   expect_bad_text("w.stl", "solid a\nfacet normal 0 0 1\nouter loop\nvertex 0 zero 0\n",

@@ -179,10 +179,10 @@ TEST(MeshIo, NamesOfObjTrianglesRunApart) {
 TEST(MeshIo, ReadsObjColorsContinuationsForwardReferencesAndCrLf) {
   const Loaded loaded = load_text(
       "odd.obj",
-      "f 1 2 \\\r\n 3\r\nv 0 0 0 1 0 0\r\nv 1 0 0 0 0.5 2 # note\r\n\r\nv +0 1e0 0 1 0 0 1\r\n");
+      "f 1 2 \\\r\n 3\r\nv 0 0 0 1 0 0\r\nv 1 0 0 0 0.5 1 # note\r\n\r\nv +0 1e0 0 0 0 1 0.2\r\n");
   EXPECT_EQ(loaded.mesh.triangles, (std::vector<Triangle>{{0, 1, 2}}));
   const std::vector<std::array<std::uint8_t, 4>> colors{
-      {255, 0, 0, 255}, {0, 128, 255, 255}, {0, 0, 255, 255}};
+      {255, 0, 0, 255}, {0, 128, 255, 255}, {0, 0, 255, 51}};
   EXPECT_EQ(loaded.mesh.colors, colors);
 }
 
@@ -268,7 +268,7 @@ TEST(MeshIo, ReadsOffWithItsVariants) {
   EXPECT_TRUE(plain.mesh.colors.empty());
   EXPECT_EQ(load_text("b.off", "3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2").mesh.triangles.size(), 1u);
   const Loaded colored =
-      load_text("c.off", "COFF 3 1\n0 0 0 255 0 7\n1 0 0 0.5 0 1.0 0.2\n0 1 0\n3 0 1 2\n");
+      load_text("c.off", "COFF 3 1\n0 0 0 255 0 7\n1 0 0 128.0 0 255 51\n0 1 0\n3 0 1 2\n");
   const std::vector<std::array<std::uint8_t, 4>> colors{
       {255, 0, 7, 255}, {128, 0, 255, 51}, {255, 255, 255, 255}};
   EXPECT_EQ(colored.mesh.colors, colors);

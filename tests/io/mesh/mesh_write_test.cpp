@@ -82,7 +82,7 @@ TEST(MeshIo, WritesNothingOrAll) {
   mesh.triangles[0][0] = 0;
   mesh.group_names[1] = "two\nlines # and \\";
   save_obj(mesh, path);
-  EXPECT_EQ(load(path).mesh.group_names[1], "two_lines _ and _");
+  EXPECT_EQ(load(path).mesh.group_names[1], "two_lines # and _");
   try {
     save_obj(mesh, folder / "missing" / "out.obj");
     ADD_FAILURE();

@@ -41,6 +41,59 @@ TEST(VolumeIo, ReadsNrrdSpacingsMinimaAndHandedness) {
   }
 }
 
+TEST(VolumeIo, TakesNrrdSpacingFromTheEndsOfAxes) {
+  const auto read = [](const std::string& lines) {
+    return load(write_file("m.nrrd", "NRRD0004\ntype: uchar\ndimension: 3\nsizes: 4 2 1\n" + lines +
+                                         "encoding: raw\n\nabcdefgh"));
+  };
+  // Cells: 4 of them from -1 to 1, the first voxel in the middle of the first. Nodes: 3 steps.
+  Loaded got = read("axis mins: -1 0 5\naxis maxs: 1 6 7\ncenters: cell node cell\n");
+  const std::array<std::array<double, 3>, 3> axes{{{0.5, 0, 0}, {0, 6, 0}, {0, 0, 2}}};
+  EXPECT_EQ(got.volume.axes, axes);
+  EXPECT_EQ(got.volume.origin, (std::array<double, 3>{-0.75, 0, 6}));
+  EXPECT_TRUE(got.warnings.empty());
+  // Teem takes cells where nothing is said.
+  got = read("axis mins: -1 0 5\naxis maxs: 1 4 7\n");
+  EXPECT_EQ(got.volume.axes[1][1], 2);
+  EXPECT_EQ(got.count("assumed-cells"), 3u);
+  // `spacings` come first; a node alone, or an axis without length, has no spacing.
+  EXPECT_EQ(read("spacings: 3 3 3\naxis mins: 0 0 0\naxis maxs: 1 1 1\n").volume.axes[0][0], 3);
+  got = read("axis mins: 0 0 0\naxis maxs: 3 0 1\ncenters: node node node\n");
+  EXPECT_EQ(got.count("missing-spacing"), 2u);
+  EXPECT_EQ(got.volume.axes[0][0], 1);
+}
+
+TEST(VolumeIo, JoinsNrrdDataOfSeveralFiles) {
+  write_file("slice 7.raw", "xxabcd");
+  write_file("slice 8.raw", "xxefgh");
+  write_file("slice 9.raw", "xxijklz");
+  const std::string start =
+      "NRRD0004\ntype: uchar\ndimension: 3\nsizes: 2 2 3\nspacings: 1 1 1\nencoding: raw\n";
+  const auto text = [](const Volume& volume) {
+    return std::string(reinterpret_cast<const char*>(volume.voxels.data()), volume.voxels.size());
+  };
+  for (const std::string files : {"LIST\nslice 7.raw\nslice 8.raw\r\nslice 9.raw\n",
+                                  "LIST 2\nslice 7.raw\nslice 8.raw\nslice 9.raw"}) {
+    const Loaded got = load(write_file("l.nhdr", start + "byte skip: 2\ndata file: " + files));
+    EXPECT_EQ(text(got.volume), "abcdefghijkl");
+    EXPECT_EQ(got.count("trailing-bytes"), 1u);
+  }
+  for (int i = 8; i < 11; ++i) {
+    write_file("s" + std::string(i < 10 ? "0" : "") + std::to_string(i) + ".raw",
+               std::string(4, static_cast<char>('a' + i)));
+  }
+  EXPECT_EQ(text(load(write_file("l.nhdr", start + "data file: s%02d.raw 8 10 1\n")).volume),
+            "iiiijjjjkkkk");
+  EXPECT_EQ(text(load(write_file("l.nhdr", start + "data file: s%02d.raw 10 8 -1 2\n")).volume),
+            "kkkkjjjjiiii");
+  const std::string packed =
+      "NRRD0004\ntype: uchar\ndimension: 3\nsizes: 2 2 2\nspacings: 1 1 1\nencoding: gzip\n";
+  write_file("a.gz", test::packed("abcde", true));
+  write_file("b.gz", test::packed("fgh", true));
+  EXPECT_EQ(text(load(write_file("p.nhdr", packed + "data file: LIST\na.gz\nb.gz\n")).volume),
+            "abcdefgh");
+}
+
 TEST(VolumeIo, LeavesOutDimensionsOfSizeOne) {
   const auto nrrd = [](const std::string& lines) {
     return load(write_file("d.nrrd", "NRRD0004\ntype: uchar\ndimension: 4\nencoding: raw\n" +

@@ -26,12 +26,19 @@ class Materials {
   Materials(const BakeArguments& arguments, const Mesh& high, std::vector<Warning>& warnings)
       : arguments_(arguments), high_(high), warnings_(warnings) {}
 
-  Texture texture(MaterialSlot slot) {
-    if (!read_) read_ = load_materials(high_, arguments_.high, &warnings_);
-    return load_material_texture(*read_, slot);
+  Texture texture(MaterialSlot slot) { return load_material_texture(all(), slot, &warnings_); }
+  bool have_colors() {
+    return std::any_of(all().begin(), all().end(), [](const Material& material) {
+      return material.color_from != MaterialNumber::none || !material.color_file.empty();
+    });
   }
 
  private:
+  const std::vector<Material>& all() {
+    if (!read_) read_ = load_materials(high_, arguments_.high, &warnings_);
+    return *read_;
+  }
+
   const BakeArguments& arguments_;
   const Mesh& high_;
   std::vector<Warning>& warnings_;
@@ -89,7 +96,8 @@ void load_textures(const BakeArguments& arguments, const Mesh& high, BakeOptions
     }
   }
   if (high.material_files.empty()) return;
-  if (asks(options, &MapInfo::takes_color) && !options.color) {
+  if (asks(options, &MapInfo::takes_color) && !options.color &&
+      (high.colors.empty() || materials.have_colors())) {
     Texture texture = materials.texture(MaterialSlot::color);
     // Vertex colours say more than a plain material.
     if (has_pictures(texture) || high.colors.empty()) options.color = std::move(texture);

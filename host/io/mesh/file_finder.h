@@ -1,0 +1,37 @@
+// Files that are not where another file says they are.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "kiln/error.h"
+
+namespace kiln {
+
+/// Finds pictures and materials whose paths are those of another machine, in a folder and the folders in it. It
+/// never looks above it and follows no links to folders.
+class FileFinder {
+ public:
+  /// \param warnings  where to append "found-elsewhere"; may be null
+  explicit FileFinder(std::filesystem::path folder, std::vector<Warning>* warnings = nullptr)
+      : folder_(std::move(folder)), warnings_(warnings) {}
+
+  /// The path itself where a file is there, or nothing of its name is found; else what is found.
+  /// \param named_by  file and line that name it, for the warning
+  std::filesystem::path find(const std::filesystem::path& path, const std::string& named_by);
+
+ private:
+  void list();
+
+  std::filesystem::path folder_;
+  std::vector<Warning>* warnings_;
+  bool listed_ = false;
+  /// By the name in lower case.
+  std::map<std::string, std::vector<std::filesystem::path>> files_;
+  std::map<std::filesystem::path, std::filesystem::path> found_;
+};
+
+}  // namespace kiln
