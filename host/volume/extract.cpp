@@ -98,6 +98,18 @@ void describe_light(const LightSurface& light, const ExtractOptions& options,
                                    ": fewer would change the surface's topology.",
                                light.faces});
   }
+  if (!(light.pieces == light.fine_pieces)) {
+    const auto words = [](const LightSurface::Pieces& pieces) {
+      return counted(pieces.parts, "part") + " and " + counted(pieces.loops, "border loop");
+    };
+    report.warnings.push_back(
+        {"border-changed",
+         "The full contour has " + words(light.fine_pieces) + ", the low poly " +
+             words(light.pieces) +
+             ": the volume's open border cuts strips there that are one cell wide. Close the "
+             "border, or ask for more faces.",
+         1});
+  }
   if (light.changed_topology != 0) {
     const std::string kept = std::to_string(report.used.kept_faces);
     const std::string why =
