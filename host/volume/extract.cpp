@@ -238,6 +238,9 @@ void check_extract_options(const ExtractOptions& options) {
   if (!options.choose.size && (options.size < 16 || options.size > 8192)) {
     fail("The map's size is " + std::to_string(options.size) + " texels; use 16 to 8192.");
   }
+  if (options.unwrap == UnwrapMethod::squares) {
+    fail("Equal squares are for unwrap(): low polys from volumes have pairs or charts.");
+  }
   if (options.density == TexelDensity::detail && options.unwrap != UnwrapMethod::charts) {
     fail("Texels by detail are for large charts: polygons by themselves have them by area.");
   }
