@@ -6,7 +6,6 @@
 #include "command/measure_run.h"
 #include "interrupt.h"
 #include "kiln/kiln.h"
-#include "kiln/layout.h"
 #include "report/check_result.h"
 #include "report/console.h"
 #include "report/json_text.h"
