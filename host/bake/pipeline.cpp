@@ -294,6 +294,12 @@ void Pipeline::blend() {
 void Pipeline::finish_maps(Image* drawn) {
   const BakeOptions& options = scene_.options;
   BakeReport& report = result_.report;
+  if (options.two_component) {
+    for (Layer& layer : layers_.all()) {
+      if (layer.row->info.type != MapType::unit_vector) continue;
+      flatten_below_surface(layer.row->info.kind.name, layer.image, layers_.coverage(), report);
+    }
+  }
   std::vector<std::vector<Image>> mips(layers_.all().size());
   if (options.mips) {
     progress_.at(kAtMips, "mip-maps");
@@ -302,12 +308,6 @@ void Pipeline::finish_maps(Image* drawn) {
     report.seconds_mips += watch_.lap();
   }
   progress_.at(kAtGutter, "gutter");
-  if (options.two_component) {
-    for (const Layer& layer : layers_.all()) {
-      if (layer.row->info.type != MapType::unit_vector) continue;
-      warn_below_surface(layer.row->info.kind.name, layer.image, layers_.coverage(), report);
-    }
-  }
   std::vector<Image> images = layers_.finish(context_, options, bands_stay_ == Bands::stay,
                                              result_.coverage, report.gutter_texels, drawn);
   result_.maps.clear();

@@ -87,13 +87,20 @@ void count_samples(BandReads& reads, const Correspondence& match, double unit, B
   }
 }
 
-void warn_below_surface(std::string_view map, const Image& image,
-                        std::span<const std::uint8_t> coverage, BakeReport& report) {
+void flatten_below_surface(std::string_view map, Image& image,
+                           std::span<const std::uint8_t> coverage, BakeReport& report) {
   std::uint64_t baked = 0, below = 0;
   for (std::size_t i = 0; i < coverage.size(); ++i) {
     if (coverage[i] != kCoverageBaked) continue;
     ++baked;
-    below += image.pixels[i * image.channels + 2] <= 0 ? 1 : 0;
+    float* const normal = &image.pixels[i * image.channels];
+    if (!std::signbit(normal[2])) continue;
+    ++below;
+    if (normal[2] == 0) continue;
+    const float size = std::sqrt(normal[0] * normal[0] + normal[1] * normal[1]);
+    normal[0] = size > 0 ? normal[0] / size : 1;
+    normal[1] = size > 0 ? normal[1] / size : 0;
+    normal[2] = -0.0F;  // the sign tells that it was pulled up
   }
   if (below == 0) return;
   char share[32];

@@ -23,11 +23,12 @@ void clear_counts(BakeReport& report);
 void count_samples(BandReads& reads, const Correspondence& match, double unit, BakeReport& report,
                    double& distance_sum);
 
-/// Warns of texels whose normals point below the surface, where the third component is left out and
-/// loses its sign: they were pulled up to the horizon.
+/// Pulls texels whose normals point below the surface up to the horizon, and warns of them: where the third
+/// component is left out, it has no sign. A texel counts by its own normal, not by its samples'. One that
+/// was pulled up before, and not baked anew, counts again.
 /// \param image  unit vectors as they are, before encoding; coverage as of Layers
-void warn_below_surface(std::string_view map, const Image& image,
-                        std::span<const std::uint8_t> coverage, BakeReport& report);
+void flatten_below_surface(std::string_view map, Image& image,
+                           std::span<const std::uint8_t> coverage, BakeReport& report);
 
 /// Warns where there is nothing to bake to, or much was missed.
 void warn_about_misses(BakeReport& report);

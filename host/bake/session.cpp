@@ -92,7 +92,7 @@ void BakeSession::Impl::bake_maps(const DenseNormals::Change& change, bool any_m
   if (pass.read && baked && quick && texels.coverage_stays()) {
     texels.finish_all(options);
     update.dirty = {0, 0, options.width, options.height};
-  } else if (pass.read || !padding_is_copied()) {
+  } else if (pass.read || !quick) {
     pipeline.finish_maps();
     update.dirty = {0, 0, options.width, options.height};
   } else {

@@ -30,7 +30,6 @@ kiln_detail_params detail_params(const BakeOptions& options) {
       break;
   }
   detail.y_scale = options.flip_y ? -1.0F : 1.0F;
-  detail.two_component = options.two_component ? 1 : 0;
   detail.two_sided = options.two_sided ? 1 : 0;
   return detail;
 }

@@ -76,7 +76,9 @@ void share_patches(std::vector<Patch>& singles, std::vector<Patch>& patches) {
   }
 }
 
-std::vector<Patch> make_patches(const Mesh& mesh, const std::vector<TriangleShape>& shapes) {
+/// \param squares  all alike, with a square for each triangle left over
+std::vector<Patch> make_patches(const Mesh& mesh, const std::vector<TriangleShape>& shapes,
+                                bool squares) {
   const Pairing pairing = pair_triangles(mesh.positions, mesh.triangles, shapes);
   std::vector<Patch> patches, singles;
   patches.reserve(pairing.pairs);
@@ -100,7 +102,12 @@ std::vector<Patch> make_patches(const Mesh& mesh, const std::vector<TriangleShap
       patches.push_back(patch);
     }
   }
-  share_patches(singles, patches);
+  if (!squares) {
+    share_patches(singles, patches);
+    return patches;
+  }
+  patches.insert(patches.end(), singles.begin(), singles.end());
+  for (Patch& patch : patches) patch.width = patch.height = 1;
   return patches;
 }
 
@@ -109,6 +116,7 @@ struct Rule {
   std::uint32_t side = 0;      ///< Of the grid.
   std::uint32_t border = 1;    ///< Steps between charts.
   std::uint32_t smallest = 2;  ///< Shortest leg, steps. A triangle never gets less than one square.
+  bool squares = false;        ///< Both legs alike
 };
 
 struct Legs {
@@ -120,6 +128,10 @@ Legs legs_of(const Patch& patch, double scale, const Rule& rule) {
   const auto whole = [&](double value) {
     return std::max(rule.smallest, static_cast<std::uint32_t>(std::min(value + 0.5, most)));
   };
+  if (rule.squares) {
+    const std::uint32_t leg = std::max(2U, whole(patch.width * scale));
+    return {leg, leg};
+  }
   // The second side makes up for the first one's rounding.
   const double area = patch.width * scale * (patch.height * scale);
   Legs legs{};
@@ -220,12 +232,13 @@ class LayoutSearch {
 
 /// The widest border that leaves room, then shorter legs, then steps finer than a texel.
 Layout find_layout(const std::vector<Patch>& patches, const UnwrapOptions& options) {
+  const bool squares = options.method == UnwrapMethod::squares;
   for (std::uint32_t border = options.border_texels; border >= 1; border /= 2) {
-    auto layout = LayoutSearch(patches, {options.size, border, 2}).run();
+    auto layout = LayoutSearch(patches, {options.size, border, 2, squares}).run();
     if (layout && (layout->coverage >= kWantedCoverage || border == 1)) return std::move(*layout);
   }
   for (std::uint32_t side = options.size; side <= std::uint32_t{1} << 22; side *= 2) {
-    if (auto layout = LayoutSearch(patches, {side, 1, 1}).run()) return std::move(*layout);
+    if (auto layout = LayoutSearch(patches, {side, 1, 1, squares}).run()) return std::move(*layout);
   }
   throw Error(ErrorCode::input,
               "unwrap: the mesh has too many triangles for a texture; simplify it first");
@@ -307,7 +320,8 @@ std::string plain(double value) {
 
 Mesh unwrap_pairs(const Mesh& mesh, const UnwrapOptions& options,
                   const std::vector<TriangleShape>& shapes, UnwrapReport* report) {
-  const std::vector<Patch> patches = make_patches(mesh, shapes);
+  const std::vector<Patch> patches =
+      make_patches(mesh, shapes, options.method == UnwrapMethod::squares);
   const Layout layout = find_layout(patches, options);
 
   Mesh result = mesh;

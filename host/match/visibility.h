@@ -6,7 +6,8 @@
 // directions that see it:
 //   face    v_f = sum over V of w c_f(d) d / sum of w c_f(d); a vertex takes the mean of its faces' v_f,
 //           weighted by their angles there
-//   vertex  v_v = the same over the pixels of its faces, each by its barycentric weight; or over its own rays
+//   vertex  v_v = the same over the pixels of its faces, each by its barycentric weight. Not over what sees
+//           the vertex itself: where faces meet at a fold, most of it is hidden though they are not
 //   texel   v_t = the same over its own lookups or rays; sums and weights are smoothed, then divided
 // The standard deviation of V is sqrt(1 - |v|^2), since the directions are unit.
 #pragma once

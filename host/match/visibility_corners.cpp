@@ -21,64 +21,64 @@ Vec3d area_normal(const std::array<LowSurface::Corner, 3>& corners) {
   return cross(Vec3d(corners[1].position) - a, Vec3d(corners[2].position) - a);
 }
 
-/// By vertices' own rays.
-std::vector<DirectionSum> vertices_by_rays(cl::Context& context, const LowSurface& surface,
-                                           const SurfaceTopology& topology,
-                                           VisibilityProbe& probe) {
-  std::vector<Vec3d> sums(topology.vertex_count);
-  std::vector<Vec3> positions(topology.vertex_count);
-  for (std::size_t t = 0; t < surface.triangles.size(); ++t) {
-    if (surface.usable[t] == 0) continue;
-    const Vec3d normal = area_normal(surface.triangles[t]);
-    const double size = length(normal);
-    for (std::size_t k = 0; k < 3; ++k) {
-      const std::uint32_t vertex = topology.vertices[t][k];
-      sums[vertex] += normal * (corner_angle(surface.triangles[t], k) / size);
-      positions[vertex] = surface.triangles[t][k].position;
+/// What VisibilityProbe::corners() counts in pixels, by rays: the centroids of kParts x kParts equal parts of
+/// each face see in its stead, each shared among the corners by its barycentric weights.
+/// \return [3 * triangles]
+std::vector<DirectionSum> corners_by_rays(cl::Context& context, const LowSurface& surface,
+                                          VisibilityProbe& probe) {
+  constexpr std::size_t kParts = 4;
+  constexpr std::size_t kFacesAtATime = 1 << 16;
+  std::vector<std::array<double, 3>> shares;
+  for (std::size_t row = 0; row < kParts; ++row) {
+    for (std::size_t k = 0; k < 2 * row + 1; ++k) {
+      // Even parts point the way that the face does, odd ones the other way.
+      const double down = (static_cast<double>(row) + (k % 2 == 0 ? 2.0 : 1.0) / 3) / kParts;
+      const double along = (static_cast<double>(k / 2) + (k % 2 == 0 ? 1.0 : 2.0) / 3) / kParts;
+      shares.push_back({1 - down, down - along, along});
     }
   }
-  std::vector<Vec3> normals(sums.size());
-  for (std::size_t i = 0; i < sums.size(); ++i) {
-    const double size = length(sums[i]);
-    if (size > 0) normals[i] = to_float(sums[i] * (1 / size));
-  }
-  VisibilityProbe::Places places = probe.places(positions, normals);
-  probe.add_by_rays(places);
-  const std::vector<float> seen = places.sums.download(context);
-  const std::size_t plane = places.capacity;
-  std::vector<DirectionSum> result(sums.size());
-  for (std::size_t i = 0; i < result.size(); ++i) {
-    result[i].add({seen[i], seen[i + plane], seen[i + 2 * plane]}, seen[i + 3 * plane]);
+  const std::size_t count = surface.triangles.size();
+  std::vector<DirectionSum> result(3 * count);
+  for (std::size_t first = 0; first < count; first += kFacesAtATime) {
+    const std::size_t faces = std::min(kFacesAtATime, count - first);
+    std::vector<Vec3> positions(shares.size() * faces);
+    std::vector<Vec3> normals(positions.size());
+    for (std::size_t i = 0; i < positions.size(); ++i) {
+      const std::size_t t = first + i / shares.size();
+      if (surface.usable[t] == 0) continue;
+      const auto& corners = surface.triangles[t];
+      const Vec3d normal = area_normal(corners);
+      Vec3d point;
+      for (std::size_t k = 0; k < 3; ++k) {
+        point += Vec3d(corners[k].position) * shares[i % shares.size()][k];
+      }
+      positions[i] = to_float(point);
+      normals[i] = to_float(normal * (1 / length(normal)));
+    }
+    VisibilityProbe::Places places = probe.places(positions, normals);
+    probe.add_by_rays(places);
+    const std::vector<float> seen = places.sums.download(context);
+    const std::size_t plane = places.capacity;
+    for (std::size_t i = 0; i < positions.size(); ++i) {
+      const std::size_t t = first + i / shares.size();
+      if (surface.usable[t] == 0) continue;
+      const double area = length(area_normal(surface.triangles[t]));
+      for (std::size_t k = 0; k < 3; ++k) {
+        const double share = area * shares[i % shares.size()][k];
+        result[3 * t + k].add(Vec3d{seen[i], seen[i + plane], seen[i + 2 * plane]} * share,
+                              share * seen[i + 3 * plane]);
+      }
+    }
   }
   return result;
 }
 
-/// Faces by rays from four places each: the middle, and the middles of what is left at the corners.
-std::vector<DirectionSum> faces_by_rays(cl::Context& context, const LowSurface& surface,
-                                        VisibilityProbe& probe) {
-  const std::size_t count = surface.triangles.size();
-  std::vector<Vec3> positions(4 * count);
-  std::vector<Vec3> normals(4 * count);
-  for (std::size_t t = 0; t < count; ++t) {
-    if (surface.usable[t] == 0) continue;
-    const auto& corners = surface.triangles[t];
-    const Vec3d normal = area_normal(corners);
-    for (std::size_t i = 0; i < 4; ++i) {
-      Vec3d point;
-      for (std::size_t k = 0; k < 3; ++k) {
-        point += Vec3d(corners[k].position) * (i == 3 ? 1.0 / 3 : i == k ? 2.0 / 3 : 1.0 / 6);
-      }
-      positions[4 * t + i] = to_float(point);
-      normals[4 * t + i] = to_float(normal * (1 / length(normal)));
-    }
-  }
-  VisibilityProbe::Places places = probe.places(positions, normals);
-  probe.add_by_rays(places);
-  const std::vector<float> seen = places.sums.download(context);
-  const std::size_t plane = places.capacity;
-  std::vector<DirectionSum> result(count);
-  for (std::size_t i = 0; i < 4 * count; ++i) {
-    result[i / 4].add({seen[i], seen[i + plane], seen[i + 2 * plane]}, seen[i + 3 * plane]);
+std::vector<DirectionSum> corners_by_views(VisibilityProbe& probe) {
+  const std::vector<float> corners = probe.corners();
+  std::vector<DirectionSum> result(corners.size() / 4);
+  for (std::size_t i = 0; i < result.size(); ++i) {
+    const float* c = &corners[4 * i];
+    result[i].add({c[0], c[1], c[2]}, c[3]);
   }
   return result;
 }
@@ -112,20 +112,13 @@ void VisibilityField::make_corners(const LowSurface& surface, VisibilityProbe& p
   const bool faces = options.at == VisibilityAt::face;
   std::vector<DirectionSum> vertices(topology.vertex_count);
   std::vector<DirectionSum> of_face;
-  if (report.by_rays) {
-    if (faces) {
-      of_face = faces_by_rays(context_, surface, probe);
-    } else {
-      vertices = vertices_by_rays(context_, surface, topology, probe);
-    }
-  } else {
-    const std::vector<float> corners = probe.corners();
-    if (faces) of_face.resize(count);
-    for (std::size_t t = 0; t < count; ++t) {
-      for (std::size_t k = 0; k < 3; ++k) {
-        const float* c = &corners[12 * t + 4 * k];
-        (faces ? of_face[t] : vertices[topology.vertices[t][k]]).add({c[0], c[1], c[2]}, c[3]);
-      }
+  if (faces) of_face.resize(count);
+  const std::vector<DirectionSum> corners =
+      report.by_rays ? corners_by_rays(context_, surface, probe) : corners_by_views(probe);
+  for (std::size_t t = 0; t < count; ++t) {
+    for (std::size_t k = 0; k < 3; ++k) {
+      const DirectionSum& corner = corners[3 * t + k];
+      (faces ? of_face[t] : vertices[topology.vertices[t][k]]).add(corner.sum, corner.weight);
     }
   }
   std::vector<std::uint8_t> used(topology.vertex_count, 0);

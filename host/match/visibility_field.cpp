@@ -72,8 +72,7 @@ VisibilityField::VisibilityField(cl::Context& context, const LowSurface& surface
   check_visibility(options);
   std::vector<ProbeDirection> directions = probe_directions(options);
   report.directions = static_cast<std::uint32_t>(directions.size());
-  report.by_rays = options.test == VisibilityTest::automatic ? options.at == VisibilityAt::vertex
-                                                             : options.test == VisibilityTest::rays;
+  report.by_rays = options.test == VisibilityTest::rays;
   VisibilityProbe probe(context, surface, std::move(directions), options.view_size, traversal);
   probe.ask(std::move(keep_on));
   if (options.at == VisibilityAt::texel) {

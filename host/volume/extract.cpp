@@ -98,6 +98,18 @@ void describe_light(const LightSurface& light, const ExtractOptions& options,
                                    ": fewer would change the surface's topology.",
                                light.faces});
   }
+  if (!(light.pieces == light.fine_pieces)) {
+    const auto words = [](const LightSurface::Pieces& pieces) {
+      return counted(pieces.parts, "part") + " and " + counted(pieces.loops, "border loop");
+    };
+    report.warnings.push_back(
+        {"border-changed",
+         "The full contour has " + words(light.fine_pieces) + ", the low poly " +
+             words(light.pieces) +
+             ": the volume's open border cuts strips there that are one cell wide. Close the "
+             "border, or ask for more faces.",
+         1});
+  }
   if (light.changed_topology != 0) {
     const std::string kept = std::to_string(report.used.kept_faces);
     const std::string why =
@@ -225,6 +237,9 @@ void check_extract_options(const ExtractOptions& options) {
   }
   if (!options.choose.size && (options.size < 16 || options.size > 8192)) {
     fail("The map's size is " + std::to_string(options.size) + " texels; use 16 to 8192.");
+  }
+  if (options.unwrap == UnwrapMethod::squares) {
+    fail("Equal squares are for unwrap(): low polys from volumes have pairs or charts.");
   }
   if (options.density == TexelDensity::detail && options.unwrap != UnwrapMethod::charts) {
     fail("Texels by detail are for large charts: polygons by themselves have them by area.");

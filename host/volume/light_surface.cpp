@@ -186,6 +186,73 @@ void join_without_length(LightSurface& light, std::vector<std::uint32_t>& stands
   }
 }
 
+/// Numbers joined into sets.
+class Joined {
+ public:
+  explicit Joined(std::size_t count) : parent_(count, kNone) {}
+  void join(std::uint32_t a, std::uint32_t b) {
+    if (parent_[a] == kNone) parent_[a] = a;
+    if (parent_[b] == kNone) parent_[b] = b;
+    parent_[root(a)] = root(b);
+  }
+  /// Of the numbers that were joined.
+  std::uint64_t sets() const {
+    std::uint64_t count = 0;
+    for (std::uint32_t i = 0; i < parent_.size(); ++i) count += parent_[i] == i ? 1 : 0;
+    return count;
+  }
+
+ private:
+  std::uint32_t root(std::uint32_t i) {
+    while (parent_[i] != i) i = parent_[i] = parent_[parent_[i]];
+    return i;
+  }
+  std::vector<std::uint32_t> parent_;
+};
+
+/// \param at_border  by vertex, 1 where border edges may end; empty: everywhere
+LightSurface::Pieces count_pieces(const std::vector<PolygonCorners>& polygons, std::size_t vertices,
+                                  const std::vector<std::uint8_t>& at_border) {
+  Joined parts(vertices), loops(vertices);
+  std::vector<std::uint64_t> edges;
+  for (const PolygonCorners& c : polygons) {
+    const std::size_t count = c[3] == kNone ? 3 : 4;
+    for (std::size_t k = 0; k < count; ++k) {
+      const std::uint32_t a = c[k], b = c[(k + 1) % count];
+      parts.join(a, b);
+      if (at_border.empty() || (at_border[a] != 0 && at_border[b] != 0)) {
+        edges.push_back(edge_key(a, b));
+      }
+    }
+  }
+  std::sort(edges.begin(), edges.end());
+  for (std::size_t i = 0; i < edges.size();) {
+    std::size_t end = i + 1;
+    while (end < edges.size() && edges[end] == edges[i]) ++end;
+    if (end - i == 1) {
+      loops.join(static_cast<std::uint32_t>(edges[i] >> 32), static_cast<std::uint32_t>(edges[i]));
+    }
+    i = end;
+  }
+  return {parts.sets(), loops.sets()};
+}
+
+LightSurface::Pieces count_fine_pieces(const FineSurface& surface,
+                                       const std::vector<std::uint8_t>& small) {
+  std::vector<PolygonCorners> polygons;
+  std::vector<std::uint8_t> at_border(surface.keys.size(), 0);
+  for (const FineEdge& edge : surface.edges) {
+    if (edge.is_quad()) {
+      if (small.empty() || small[edge.vertices[0]] == 0) polygons.push_back(edge.vertices);
+      continue;
+    }
+    for (const std::uint32_t vertex : edge.vertices) {
+      if (vertex != kNone) at_border[vertex] = 1;
+    }
+  }
+  return count_pieces(polygons, surface.keys.size(), at_border);
+}
+
 std::uint64_t quads_left(const FineSurface& surface, const std::vector<std::uint8_t>& small) {
   if (small.empty()) return surface.quads;
   return static_cast<std::uint64_t>(std::count_if(
@@ -329,6 +396,12 @@ LightSurface choose_light_surface(const FineSurface& surface, const VertexTree& 
       if (corner != kNone) corner = number[corner];
     }
     light.faces += polygon.is_quad() ? 2 : 1;
+  }
+  if (tree.open() && options.keep_topology) {
+    std::vector<PolygonCorners> polygons;
+    for (const LightSurface::Polygon& polygon : light.polygons) polygons.push_back(polygon.corners);
+    light.fine_pieces = count_fine_pieces(surface, small);
+    light.pieces = count_pieces(polygons, count, {});
   }
   choose_diagonals(light);
   light.reached = options.faces == 0 || light.faces <= options.faces;

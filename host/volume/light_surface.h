@@ -32,9 +32,17 @@ struct LightSurface {
   std::uint64_t changed_topology = 0;  ///< Clusters that are not one sheet
   std::uint64_t parts = 0;             ///< Connected parts of the fine surface
   std::uint64_t dropped_parts = 0;     ///< ... left out for being small
-  bool reached = true;                 ///< No more faces than asked for
-  double error_limit = 0;              ///< That decided, cells; 0 where faces were asked for
-  std::uint64_t aimed_faces = 0;       ///< Asked for, or the share of the fine surface's
+  /// Where the topology is to be kept and the volume's border is open: of the fine surface without small
+  /// parts, and of the low poly.
+  struct Pieces {
+    std::uint64_t parts = 0;  ///< Joined by polygons
+    std::uint64_t loops = 0;  ///< Of border edges
+    bool operator==(const Pieces&) const = default;
+  };
+  Pieces fine_pieces, pieces;
+  bool reached = true;            ///< No more faces than asked for
+  double error_limit = 0;         ///< That decided, cells; 0 where faces were asked for
+  std::uint64_t aimed_faces = 0;  ///< Asked for, or the share of the fine surface's
 };
 
 struct LightOptions {

@@ -16,6 +16,8 @@ struct Shape {
   std::int32_t euler2 = 0;       ///< Twice its surface's Euler characteristic
   std::uint16_t once = 0;        ///< Bit: the node's edge is crossed
   std::uint16_t repeatedly = 0;  ///< ... more than once
+  /// Lines on each face of the node (2 axis + side) that end at the volume's open border, up to 3.
+  std::array<std::uint8_t, 6> ends{};
 };
 
 /// The four edges of each face, as bits. Faces are 2 axis + side.
@@ -32,17 +34,19 @@ constexpr std::array<std::uint16_t, 6> face_edges() {
   return result;
 }
 
-/// A disk that meets no edge of the node twice and no face in more than one line. Then the vertex that
-/// replaces it has one ring of polygons. \param at_border  lines may end at the volume's open border
-bool is_one_sheet(const Shape& shape, bool at_border) {
+/// A disk that meets no edge of the node twice, no face in more than one line, and the volume's open border
+/// in no more than one. Then the vertex that replaces it has one ring of polygons, or one fan at the border.
+bool is_one_sheet(const Shape& shape) {
   constexpr std::array<std::uint16_t, 6> kFaces = face_edges();
   if (shape.euler2 != 2 || shape.repeatedly != 0) return false;
-  if (std::popcount(shape.once) < (at_border ? 1 : 3)) return false;
-  for (const std::uint16_t face : kFaces) {
-    const int crossed = std::popcount(static_cast<std::uint16_t>(shape.once & face));
-    if (crossed > 2 || (crossed == 1 && !at_border)) return false;
+  int ends = 0;
+  for (std::size_t face = 0; face < kFaces.size(); ++face) {
+    const int met = std::popcount(static_cast<std::uint16_t>(shape.once & kFaces[face]));
+    // A line leads from one crossing or end to another.
+    if (met + shape.ends[face] != 0 && met + shape.ends[face] != 2) return false;
+    ends += shape.ends[face];
   }
-  return true;
+  return ends <= 2 && std::popcount(shape.once) >= (ends == 0 ? 3 : 1);
 }
 
 /// Joins fine vertices; a set's number is its lowest member.
@@ -136,6 +140,69 @@ std::vector<Rim> find_rims(const FineSurface& surface) {
 /// Sides of an edge's quad that cross the plane of constant u, and of constant v.
 constexpr std::array<std::array<std::uint32_t, 2>, 2> kAcrossU = {{{0, 1}, {3, 2}}};
 constexpr std::array<std::array<std::uint32_t, 2>, 2> kAcrossV = {{{1, 2}, {0, 3}}};
+
+/// The line between the two cells at an edge in the open border.
+struct BorderLine {
+  std::uint32_t axis;                  ///< Across which the cells meet
+  std::uint8_t level;                  ///< They are in one node from this level + 1 on
+  std::array<std::uint32_t, 2> sides;  ///< The lower cell and the upper one: of the edge's four
+};
+
+BorderLine line_at_border(const FineEdge& edge) {
+  const auto both = [&](const std::array<std::uint32_t, 2>& sides) {
+    return edge.vertices[sides[0]] != CellGrid::kNone && edge.vertices[sides[1]] != CellGrid::kNone;
+  };
+  for (const auto& sides : kAcrossU) {
+    if (both(sides)) return {(edge.axis + 1U) % 3, edge.u_level, sides};
+  }
+  return {(edge.axis + 2U) % 3, edge.v_level, both(kAcrossV[0]) ? kAcrossV[0] : kAcrossV[1]};
+}
+
+/// Numbers of edges in the open border at which a line between two cells ends, but for lines that end there
+/// with both ends: no polygon has them as its side, so they join nothing.
+std::vector<std::uint32_t> ending_edges(const FineSurface& surface) {
+  struct Ending {
+    std::uint64_t cells;
+    std::uint32_t edge;
+  };
+  const auto key = [](std::uint32_t a, std::uint32_t b) {
+    return std::uint64_t{std::min(a, b)} << 32 | std::max(a, b);
+  };
+  std::vector<Ending> endings;
+  std::vector<std::uint8_t> ends(surface.keys.size(), 0);
+  for (std::uint32_t i = 0; i < surface.edges.size(); ++i) {
+    const FineEdge& edge = surface.edges[i];
+    if (edge.is_quad() ||
+        std::count(edge.vertices.begin(), edge.vertices.end(), CellGrid::kNone) != 2) {
+      continue;
+    }
+    const BorderLine line = line_at_border(edge);
+    const std::uint32_t a = edge.vertices[line.sides[0]], b = edge.vertices[line.sides[1]];
+    endings.push_back({key(a, b), i});
+    ends[a] = ends[b] = 1;
+  }
+  const auto before = [](const Ending& a, const Ending& b) { return a.cells < b.cells; };
+  std::stable_sort(endings.begin(), endings.end(), before);
+  std::vector<std::uint8_t> is_side(endings.size(), 0);
+  for (const FineEdge& edge : surface.edges) {
+    if (!edge.is_quad()) continue;
+    for (std::size_t k = 0; k < 4; ++k) {
+      const std::uint32_t a = edge.vertices[k], b = edge.vertices[(k + 1) % 4];
+      if (ends[a] == 0 || ends[b] == 0) continue;
+      const auto [first, last] =
+          std::equal_range(endings.begin(), endings.end(), Ending{key(a, b), 0}, before);
+      for (auto at = first; at != last; ++at)
+        is_side[static_cast<std::size_t>(at - endings.begin())] = 1;
+    }
+  }
+  std::vector<std::uint32_t> result;
+  for (std::size_t i = 0; i < endings.size(); ++i) {
+    if (is_side[i] != 0) result.push_back(endings[i].edge);
+  }
+  std::sort(result.begin(), result.end());
+  return result;
+}
+
 /// Which of a cell's edges along the axis it is: u + 2 v (shared/volume.h), for each of the four cells.
 constexpr std::array<std::uint32_t, 4> kCorner = {3, 2, 0, 1};
 
@@ -157,7 +224,7 @@ const VertexTree::Cluster* VertexTree::find_earlier(const Earlier& earlier, std:
 
 VertexTree::VertexTree(const FineSurface& surface, const std::array<std::uint32_t, 3>& size,
                        bool open, const Earlier& earlier)
-    : leaves_(static_cast<std::uint32_t>(surface.keys.size())) {
+    : open_(open), leaves_(static_cast<std::uint32_t>(surface.keys.size())) {
   std::vector<Rim> rims;  // by node
   if (open) rims = find_rims(surface);
   Sets sets(leaves_);
@@ -169,9 +236,16 @@ VertexTree::VertexTree(const FineSurface& surface, const std::array<std::uint32_
 
   // Edges at which something still joins, and edges that lie on nodes' edges; numbers rise.
   const auto edge_count = static_cast<std::uint32_t>(surface.edges.size());
-  std::vector<std::uint32_t> joining(edge_count), framing;
+  std::vector<std::uint32_t> joining(edge_count), framing, ending;
   for (std::uint32_t i = 0; i < edge_count; ++i) joining[i] = i;
   framing = joining;
+  if (open) {
+    ending = ending_edges(surface);
+    std::erase_if(framing, [&](std::uint32_t i) { return !surface.edges[i].is_quad(); });
+    std::erase_if(joining, [&](std::uint32_t i) {
+      return !surface.edges[i].is_quad() && !std::binary_search(ending.begin(), ending.end(), i);
+    });
+  }
   const std::uint32_t side = std::max({size[0], size[1], size[2]}) + 1;
 
   struct Touched {
@@ -272,6 +346,19 @@ VertexTree::VertexTree(const FineSurface& surface, const std::array<std::uint32_
         shape->once = static_cast<std::uint16_t>(shape->once | bit);
       }
     }
+    std::erase_if(ending, [&](std::uint32_t index) {
+      return line_at_border(surface.edges[index]).level < level;
+    });
+    for (const std::uint32_t index : ending) {
+      const FineEdge& edge = surface.edges[index];
+      const BorderLine line = line_at_border(edge);
+      for (const std::uint32_t upper : {0U, 1U}) {
+        Shape* shape = shape_at(edge.vertices[line.sides[upper]]);
+        if (shape == nullptr) continue;
+        std::uint8_t& ends = shape->ends[2 * line.axis + 1 - upper];
+        ends = static_cast<std::uint8_t>(std::min(ends + 1, 3));
+      }
+    }
     std::erase_if(joining, [&](std::uint32_t index) {
       const FineEdge& edge = surface.edges[index];
       const auto later = [&](std::uint32_t at) { return at != 31 && at > plane; };
@@ -324,18 +411,16 @@ VertexTree::VertexTree(const FineSurface& surface, const std::array<std::uint32_
           const Cluster& below = clusters_[leaf - leaves_];
           node = below.node;
         }
-        bool at_border = false;
         std::array<double, 3> low{}, high{};
         for (std::size_t k = 0; k < 3; ++k) {
           node[k] = node[k] >> level << level;
           const std::uint32_t last = node[k] + (1U << level);
-          at_border = at_border || (open && (node[k] < 1 || last > size[k]));
           low[k] = open ? std::max(node[k], 1U) : node[k];
           high[k] = std::min(last, open ? size[k] : size[k] + 1);
         }
         if (old != nullptr) {
           cluster = *old;
-          cluster.is_one_sheet = is_one_sheet(shapes[first - leaves_ + i], at_border);
+          cluster.is_one_sheet = is_one_sheet(shapes[first - leaves_ + i]);
           continue;
         }
         cluster.node = node;
@@ -346,7 +431,7 @@ VertexTree::VertexTree(const FineSurface& surface, const std::array<std::uint32_
         cluster.place = minimum.place;
         cluster.error =
             std::max({cluster.error, static_cast<float>(minimum.error), static_cast<float>(apart)});
-        cluster.is_one_sheet = is_one_sheet(shapes[first - leaves_ + i], at_border);
+        cluster.is_one_sheet = is_one_sheet(shapes[first - leaves_ + i]);
       }
     });
   }

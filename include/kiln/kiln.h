@@ -19,6 +19,7 @@
 #include "kiln/height_field.h"
 #include "kiln/image.h"
 #include "kiln/layers.h"
+#include "kiln/layout.h"
 #include "kiln/light_plan.h"
 #include "kiln/lod.h"
 #include "kiln/lowpoly.h"

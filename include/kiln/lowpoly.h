@@ -185,6 +185,9 @@ Mesh fit_normals(const Mesh& low, const Mesh& high, const FitNormalsOptions& opt
 enum class UnwrapMethod : std::uint8_t {
   pairs,  ///< Two triangles a rectangle: quick, texels well used, thousands of seams. For baking only.
   charts,  ///< Few large charts: few seams, so that mip-maps, compression and painting work.
+  /// Two triangles a square, all squares alike, as Wang, Froehlich and Goebel pack them: to compare with. Small
+  /// triangles get as many texels as large ones.
+  squares,
 };
 
 /// Where the texels of large charts go.
@@ -240,7 +243,8 @@ struct UnwrapReport {
 /// poly; about 100,000 to 200,000 look-ups of nearest points; packing, up to two times more.
 ///
 /// **Pairs**: triangles are paired along shared edges and packed as rectangles (Wang, Froehlich, Goebel,
-/// "Fast Normal Map Generation for Simplified Meshes", section 2, where they are squares).
+/// "Fast Normal Map Generation for Simplified Meshes", section 2, where they are squares). **Squares** are theirs:
+/// one size for all pairs, one for each triangle left over, and no regard to shape or area.
 ///
 /// A pair is the two halves of a rectangle. Its sides follow the lengths of the quadrilateral's, its
 /// area the pair's, so texel density is even; triangles left over share rectangles with a border

@@ -72,15 +72,15 @@ struct ViewOptions {
 /// Where directions of visibility are gathered.
 enum class VisibilityAt {
   face,    ///< On faces, then averaged at vertices by the faces' angles there
-  vertex,  ///< At vertices
+  vertex,  ///< At vertices: what sees places of their faces, each by its barycentric weight there
   texel,   ///< At texels, smoothed over neighbours on the surface, across seams too
 };
 
 /// How it is found out whether a place is seen from a direction.
 enum class VisibilityTest {
-  automatic,  ///< views, but for vertices rays
-  views,      ///< Pictures of the low poly: as fine as their pixels
-  rays,       ///< Rays from the place: exact
+  automatic,  ///< views
+  views,      ///< Pictures of the low poly, as in the paper: as fine as their pixels
+  rays,       ///< Rays from texels, or from 16 places of each face: no pixels, and slower
 };
 
 /// From where the low poly is likely to be looked at. +Y is up.

@@ -27,8 +27,8 @@ typedef struct kiln_detail_params {
   kiln_uint out_capacity;   // ... of the result
   kiln_int space;           // KILN_SPACE_*
   kiln_float y_scale;       // -1 turns green down
-  kiln_uint two_component;  // 1: directions below the horizon are pulled up to it
   kiln_uint two_sided;      // 1: normals that point away from the low poly are turned to it
+  kiln_uint padding;
 } kiln_detail_params;
 KILN_CHECK_SIZE(kiln_detail_params, 32);
 

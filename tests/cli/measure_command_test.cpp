@@ -128,6 +128,29 @@ TEST(MeasureCommand, RatesWaysToMatch) {
   EXPECT_EQ(run_kiln({"measure", scene / "high.obj", scene / "none.obj"}).exit_code, 3);
 }
 
+TEST(MeasureCommand, RatesTheUvsOfOneMesh) {
+  KILN_REQUIRE_DEVICE();
+  const fs::path scene = test::scratch_folder();
+  save_obj(test::cube(2), scene / "cube.obj");
+  const ProcessResult result =
+      run_kiln({"measure", scene / "cube.obj", "--size", "256", "--json", scene / "layout.json"});
+  ASSERT_EQ(result.exit_code, 0) << result.errors;
+  EXPECT_NE(result.output.find("12 edges, 24 units"), std::string::npos) << result.output;
+  const json layout = read_json(scene / "layout.json")["layout"];
+  EXPECT_EQ(layout["charts"], 6);
+  EXPECT_EQ(layout["seams"], 12);
+  EXPECT_NEAR(layout["seam_length"].get<double>(), 24, 1e-4);
+  EXPECT_NEAR(layout["area"].get<double>(), 24, 1e-4);
+  // Six rectangles of (1/3 - 0.02) x (1/2 - 0.02).
+  const double used = 6 * (1 / 3.0 - 0.02) * 0.48;
+  EXPECT_NEAR(layout["used"].get<double>(), used, 0.01);
+  EXPECT_NEAR(layout["texels_per_unit"]["mean"].get<double>(), 256 * std::sqrt(used / 24), 1e-3);
+  // Flags of matches need two meshes.
+  const ProcessResult refused = run_kiln({"measure", scene / "cube.obj", "--directions", "12"});
+  EXPECT_EQ(refused.exit_code, 2);
+  EXPECT_NE(refused.errors.find("give both meshes"), std::string::npos) << refused.errors;
+}
+
 TEST(MeasureCommand, ShowsAThinModelLarge) {
   KILN_REQUIRE_DEVICE();
   const fs::path scene = test::scratch_folder();

@@ -71,6 +71,44 @@ TEST(VolumeCommand, WritesMeshAndMap) {
             bytes(scene / "raw" / "ball_low_normal.png"));
 }
 
+TEST(VolumeCommand, MakesSeveralLevels) {
+  KILN_REQUIRE_DEVICE();
+  const fs::path scene = make_scene();
+  const auto run = [&](const std::vector<std::string>& more) {
+    std::vector<std::string> words = {"volume", scene / "ball.nrrd", "--iso", "127.5",
+                                      "--json", scene / "r.json",    "--out", scene / "out"};
+    words.insert(words.end(), more.begin(), more.end());
+    const ProcessResult result = run_kiln(words);
+    EXPECT_EQ(result.exit_code, 0) << result.errors;
+    return result;
+  };
+  run({"--faces", "1600", "--size", "256", "--lod", "3"});
+  const json levels = read_json(scene / "out" / "ball_lods.json")["levels"];
+  ASSERT_EQ(levels.size(), 3U);
+  EXPECT_EQ(read_json(scene / "r.json")["levels"], levels);
+  std::size_t most = 1600;
+  for (std::uint32_t k = 0; k < 3; ++k) {
+    const std::string stem = "ball_lod" + std::to_string(k);
+    EXPECT_EQ(levels[k]["mesh"], stem + ".obj");
+    EXPECT_EQ(levels[k]["maps"], json::array({stem + "_normal.png"}));
+    const Mesh mesh = load_mesh(scene / "out" / (stem + ".obj"));
+    EXPECT_EQ(levels[k]["faces"], mesh.triangles.size());
+    EXPECT_LE(mesh.triangles.size(), most);
+    most = mesh.triangles.size() / 4;
+    EXPECT_EQ(load_image(scene / "out" / (stem + "_normal.png")).width, 256U >> k);
+    EXPECT_EQ(test::topology(mesh).parts, 1U);
+  }
+  // Each level is what the command makes with the same faces and map.
+  run({"--faces", std::to_string(levels[0]["faces"].get<int>() / 4), "--size", "128"});
+  EXPECT_EQ(bytes(scene / "out" / "ball_low_normal.png"),
+            bytes(scene / "out" / "ball_lod1_normal.png"));
+  // A level that the topology allows no fewer faces is left out.
+  const ProcessResult few =
+      run({"--faces", "8", "--size", "64", "--topology", "keep", "--lod", "4", "--force"});
+  EXPECT_NE(few.errors.find("left out"), std::string::npos) << few.errors;
+  EXPECT_LT(read_json(scene / "out" / "ball_lods.json")["levels"].size(), 4U);
+}
+
 TEST(VolumeCommand, BakesTheLongWay) {
   KILN_REQUIRE_DEVICE();
   const fs::path scene = make_scene();

@@ -133,7 +133,6 @@ class DetailScene {
 struct Case {
   NormalMapSpace space;
   bool flip_y;
-  bool two_component;
 };
 
 class DetailTest : public testing::TestWithParam<Case> {};
@@ -150,7 +149,6 @@ TEST_P(DetailTest, AgreesWithTheDoublePrecisionInverse) {
     BakeOptions options;
     options.space = GetParam().space;
     options.flip_y = GetParam().flip_y;
-    options.two_component = GetParam().two_component;
     const SourceAttributes attributes(context, scene.high);
     NormalDetail detail(context, scene.surface, attributes, options);
     const std::uint32_t places = DetailScene::texels_capacity(texels);
@@ -163,8 +161,7 @@ TEST_P(DetailTest, AgreesWithTheDoublePrecisionInverse) {
     const std::vector<std::uint8_t> flags = coverage.download(context);
     std::vector<bool> written(places);
     for (std::uint32_t t = 0; t < texels; ++t) {
-      const auto expected = test::reference_normal(scene.samples[t], options.space, options.flip_y,
-                                                   options.two_component);
+      const auto expected = test::reference_normal(scene.samples[t], options.space, options.flip_y);
       const std::uint32_t place = scene.texel_index[t];
       for (std::size_t c = 0; c < 3; ++c) {
         EXPECT_NEAR(values[place * 3 + c], expected[c], kTolerance) << "texel " << t;
@@ -181,13 +178,11 @@ TEST_P(DetailTest, AgreesWithTheDoublePrecisionInverse) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Spaces, DetailTest,
-                         testing::Values(Case{NormalMapSpace::tangent, false, false},
-                                         Case{NormalMapSpace::tangent, true, false},
-                                         Case{NormalMapSpace::tangent, false, true},
-                                         Case{NormalMapSpace::object, false, false},
-                                         Case{NormalMapSpace::object, true, false},
-                                         Case{NormalMapSpace::face, false, false},
-                                         Case{NormalMapSpace::face, false, true}));
+                         testing::Values(Case{NormalMapSpace::tangent, false},
+                                         Case{NormalMapSpace::tangent, true},
+                                         Case{NormalMapSpace::object, false},
+                                         Case{NormalMapSpace::object, true},
+                                         Case{NormalMapSpace::face, false}));
 
 TEST(Detail, BothPathsGiveTheSameBytes) {
   KILN_REQUIRE_DEVICE();
@@ -206,7 +201,6 @@ TEST(Detail, BothPathsGiveTheSameBytes) {
           options.miss = miss;
           options.flip_y = options_tried % 2 == 0;
           options.two_sided = options_tried % 3 == 0;
-          options.two_component = space != NormalMapSpace::object && options_tried % 5 == 0;
           ++options_tried;
           std::vector<std::vector<float>> images;
           std::vector<std::vector<std::uint8_t>> flags;
@@ -255,7 +249,7 @@ TEST_P(ResolveTest, AveragesTheSamplesThatCount) {
     for (std::uint32_t s = t * kSamples; s < (t + 1) * kSamples; ++s) {
       hits += scene.samples[s].hit;
       if (!scene.samples[s].hit && options.miss != MissPolicy::keep) continue;
-      const auto n = test::reference_normal(scene.samples[s], options.space, false, false);
+      const auto n = test::reference_normal(scene.samples[s], options.space, false);
       sum += Vec3d{n[0], n[1], n[2]};
       ++used;
     }

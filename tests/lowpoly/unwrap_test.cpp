@@ -30,7 +30,7 @@ Mesh of(std::vector<Vec3> positions, std::vector<Triangle> triangles) {
 LayoutFacts unwrapped(const Mesh& mesh, UnwrapOptions options = {}, Mesh* result = nullptr,
                       UnwrapReport* report_out = nullptr) {
   UnwrapReport report;
-  options.method = UnwrapMethod::pairs;
+  if (options.method == UnwrapMethod::charts) options.method = UnwrapMethod::pairs;
   const Mesh out = unwrap(mesh, options, &report);
   EXPECT_EQ(out.positions.size(), mesh.positions.size());
   EXPECT_EQ(out.triangles, mesh.triangles);
@@ -183,6 +183,39 @@ TEST(Unwrap, VeryUnequalTrianglesKeepATexelEach) {
   mesh.triangles.push_back({first, first + 1, first + 2});
   mesh.triangles.push_back({first, first + 1, first + 3});  // A needle, 1e10 times as long as wide.
   EXPECT_EQ(unwrapped(mesh).collapsed, 0u);
+}
+
+TEST(Unwrap, SquaresAreAllAlike) {
+  Mesh fan = test::plane(5, 3, 3, 0.2);  // far from square, and with a triangle left over
+  fan.triangles.pop_back();
+  fan.uv_triangles.pop_back();
+  fan.normals.clear();
+  fan.normal_triangles.clear();
+  for (const Mesh& mesh : {test::plane(8, 8), fan, test::tetrahedron(), test::torus(20, 9)}) {
+    for (const std::uint32_t size : {256U, 1000U}) {
+      Mesh out;
+      UnwrapReport report;
+      unwrapped(mesh, {.method = UnwrapMethod::squares, .size = size}, &out, &report);
+      // Rows and columns of squares, each with its border of 2 texels.
+      const std::size_t squares = (mesh.triangles.size() + 1) / 2;
+      EXPECT_EQ(report.charts, squares) << mesh.name;
+      const auto across = static_cast<std::uint32_t>(std::ceil(std::sqrt(squares)));
+      const double leg = size / across - 2;
+      for (const Triangle& t : out.uv_triangles) {
+        double u[2] = {1, 0}, v[2] = {1, 0};
+        for (const std::uint32_t corner : t) {
+          u[0] = std::min<double>(u[0], out.uvs[corner].x);
+          u[1] = std::max<double>(u[1], out.uvs[corner].x);
+          v[0] = std::min<double>(v[0], out.uvs[corner].y);
+          v[1] = std::max<double>(v[1], out.uvs[corner].y);
+        }
+        ASSERT_NEAR((u[1] - u[0]) * size, leg, 1e-3) << mesh.name;
+        ASSERT_NEAR((v[1] - v[0]) * size, leg, 1e-3) << mesh.name;
+      }
+      EXPECT_NEAR(report.coverage * size * size,
+                  0.5 * leg * leg * static_cast<double>(mesh.triangles.size()), 1e-3);
+    }
+  }
 }
 
 TEST(Unwrap, AnyScaleGivesTheSameLayout) {

@@ -12,6 +12,7 @@
 #include "mesh/frame.h"
 #include "mesh/kernels_shared.h"
 #include "mesh/surface_links.h"
+#include "reference/visibility.h"
 #include "support/environment.h"
 #include "support/shapes.h"
 
@@ -233,6 +234,63 @@ TEST(VisibilityField, WhatNothingSeesKeepsItsNormal) {
       EXPECT_EQ(report.unseen, report.without);
       EXPECT_EQ(report.by_rays, test == VisibilityTest::rays);
       EXPECT_EQ(result.report.missed, 0U);
+    }
+  }
+}
+
+/// A sheet of steep folds, whose valleys hide most of what their sides see.
+Mesh accordion() {
+  Mesh mesh;
+  mesh.name = "accordion";
+  for (int i = 0; i < 7; ++i) {
+    const float x = 0.3F * static_cast<float>(i);
+    const float z = i % 2 == 0 ? 0.0F : 0.6F;
+    mesh.positions.push_back({x, 0, z});
+    mesh.positions.push_back({x, 1.5F, z});
+    if (i == 0) continue;
+    const auto at = static_cast<std::uint32_t>(2 * i);
+    mesh.triangles.push_back({at - 2, at, at + 1});
+    mesh.triangles.push_back({at - 2, at + 1, at - 1});
+  }
+  mesh.uvs = {{0, 0}, {1, 0}, {0, 1}};
+  mesh.uv_triangles.assign(mesh.triangles.size(), {0, 1, 2});
+  return mesh;
+}
+
+TEST(VisibilityField, VerticesGoByWhatSeesTheirFaces) {
+  KILN_REQUIRE_DEVICE();
+  for (const Mesh& mesh : {accordion(), test::torus(12, 6), test::cube()}) {
+    const Frame frame = Frame::of(mesh);
+    const LowSurface surface = LowSurface::of(mesh, frame);
+    VisibilityOptions options;
+    options.at = VisibilityAt::vertex;
+    options.directions = 200;
+    std::vector<reference::SeenDirection> directions;
+    for (const ProbeDirection& d : probe_directions(options)) {
+      directions.push_back({{d.toward.x, d.toward.y, d.toward.z}, d.weight});
+    }
+    const std::vector<Vec3> corners = frame.to_frame(mesh);
+    const std::vector<reference::SeenSum> expected = reference::see_around_vertices(
+        corners, mesh.triangles, directions, 8, KILN_VISIBILITY_LEAST_COSINE, 1e-6, 10);
+    for (const VisibilityTest test :
+         {VisibilityTest::automatic, VisibilityTest::views, VisibilityTest::rays}) {
+      options.test = test;
+      VisibilityReport report;
+      const VisibilityField field(context_of(*test::device()), surface, 64, 64, options,
+                                  Traversal::automatic, report);
+      EXPECT_EQ(report.by_rays, test == VisibilityTest::rays);
+      const std::vector<float> means = field.field().download(context_of(*test::device()));
+      double sum = 0;
+      for (std::size_t i = 0; i < 3 * mesh.triangles.size(); ++i) {
+        const reference::SeenSum& e = expected[mesh.triangles[i / 3][i % 3]];
+        const Vec3d mean = Vec3d{e.sum[0], e.sum[1], e.sum[2]} * (1 / e.weight);
+        const Vec3d found{means[4 * i], means[4 * i + 1], means[4 * i + 2]};
+        sum += angle(found, mean);
+        // Where a fold hides part of a face, 16, 64 or some 100 places tell its edge to within a tenth of it.
+        ASSERT_LT(angle(found, mean), 2) << mesh.name << " " << i;
+        ASSERT_NEAR(length(found), length(mean), 0.03) << mesh.name << " " << i;
+      }
+      EXPECT_LT(sum / static_cast<double>(3 * mesh.triangles.size()), 0.8) << mesh.name;
     }
   }
 }

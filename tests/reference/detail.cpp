@@ -26,8 +26,7 @@ glm::dmat3 face_matrix(const std::array<LowSurface::Corner, 3>& c) {
 
 }  // namespace
 
-std::array<double, 3> reference_normal(const DetailSample& s, NormalMapSpace space, bool flip_y,
-                                       bool two_component) {
+std::array<double, 3> reference_normal(const DetailSample& s, NormalMapSpace space, bool flip_y) {
   const glm::dvec3 low_normal =
       mix3(vec(s.low[0].normal), vec(s.low[1].normal), vec(s.low[2].normal), s.low_u, s.low_v);
   glm::dvec3 n = glm::normalize(low_normal);
@@ -43,7 +42,6 @@ std::array<double, 3> reference_normal(const DetailSample& s, NormalMapSpace spa
   } else if (space == NormalMapSpace::face) {
     n = glm::normalize(glm::transpose(face_matrix(s.low)) * n);
   }
-  if (two_component && n.z < 0) n = glm::normalize(glm::dvec3(n.x, n.y, 0));
   if (flip_y) n.y = -n.y;
   return {n.x, n.y, n.z};
 }

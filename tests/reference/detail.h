@@ -18,6 +18,6 @@ struct DetailSample {
 
 /// The normal that a sample's map value stands for, components in [-1, 1].
 std::array<double, 3> reference_normal(const DetailSample& sample, NormalMapSpace space,
-                                       bool flip_y, bool two_component);
+                                       bool flip_y);
 
 }  // namespace kiln::test

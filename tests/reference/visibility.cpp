@@ -63,4 +63,36 @@ SeenSum see(std::span<const Vec3> positions, std::span<const Triangle> triangles
   return result;
 }
 
+std::vector<SeenSum> see_around_vertices(std::span<const Vec3> positions,
+                                         std::span<const Triangle> triangles,
+                                         std::span<const SeenDirection> directions, int places,
+                                         double least_cosine, double start, double end) {
+  std::vector<SeenSum> result(positions.size());
+  for (const Triangle& t : triangles) {
+    const Point a = from(positions[t[0]], {0, 0, 0});
+    const Point ab = from(positions[t[1]], a);
+    const Point ac = from(positions[t[2]], a);
+    Point normal = {ab[1] * ac[2] - ab[2] * ac[1], ab[2] * ac[0] - ab[0] * ac[2],
+                    ab[0] * ac[1] - ab[1] * ac[0]};
+    const double area = std::hypot(normal[0], normal[1], normal[2]);
+    for (double& n : normal) n /= area;
+    for (int k = 0; k < places * places; ++k) {
+      // Even over the triangle: the distance from its first corner as the root of an even number.
+      const double away = std::sqrt((k / places + 0.5) / places);
+      const double along = (k % places + 0.5) / places;
+      const std::array<double, 3> share = {1 - away, away * (1 - along), away * along};
+      Point place;
+      for (std::size_t i = 0; i < 3; ++i) place[i] = a[i] + share[1] * ab[i] + share[2] * ac[i];
+      const SeenSum seen =
+          see(positions, triangles, place, normal, directions, least_cosine, start, end, 0);
+      for (std::size_t corner = 0; corner < 3; ++corner) {
+        SeenSum& sum = result[t[corner]];
+        for (std::size_t i = 0; i < 3; ++i) sum.sum[i] += area * share[corner] * seen.sum[i];
+        sum.weight += area * share[corner] * seen.weight;
+      }
+    }
+  }
+  return result;
+}
+
 }  // namespace kiln::reference

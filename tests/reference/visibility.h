@@ -5,6 +5,7 @@
 #include <array>
 #include <cstdint>
 #include <span>
+#include <vector>
 
 #include "kiln/types.h"
 
@@ -29,5 +30,14 @@ SeenSum see(std::span<const Vec3> positions, std::span<const Triangle> triangles
             const std::array<double, 3>& place, const std::array<double, 3>& normal,
             std::span<const SeenDirection> directions, double least_cosine, double start,
             double end, double slack);
+
+/// What sees the faces around each vertex (Tarini, Cignoni, Scopigno, section 3.3, per vertex): places spread over
+/// each face alike see, and each counts for the face's corners by its barycentric weights. Pixels of pictures
+/// do the same.
+/// \param places  a face: this many squared
+std::vector<SeenSum> see_around_vertices(std::span<const Vec3> positions,
+                                         std::span<const Triangle> triangles,
+                                         std::span<const SeenDirection> directions, int places,
+                                         double least_cosine, double start, double end);
 
 }  // namespace kiln::reference

@@ -9,6 +9,7 @@
 #include <limits>
 #include <map>
 #include <numbers>
+#include <set>
 #include <string>
 #include <type_traits>
 #include <vector>
@@ -78,6 +79,7 @@ struct Topology {
   std::uint64_t degenerate = 0;          ///< Triangles with a repeated vertex
   std::int64_t euler = 0;                ///< V - E + F over the vertices that are used
   std::uint64_t parts = 0;               ///< Connected by edges
+  std::uint64_t border_loops = 0;        ///< Border edges, connected at their ends
 
   bool is_closed_manifold() const {
     return border_edges == 0 && inconsistent_edges == 0 && crowded_edges == 0 &&
@@ -127,14 +129,21 @@ inline Topology topology(const Mesh& mesh) {
     }
     if (met != links[v].size()) ++result.pinched_vertices;
   }
+  for (std::uint32_t i = 0; i < part.size(); ++i) part[i] = i;
   for (const auto& [ends, count] : edges) {
     if (count[0] + count[1] == 1) {
       ++result.border_edges;
+      part[find(ends.first)] = find(ends.second);
     } else if (count[0] != count[1]) {
       ++result.inconsistent_edges;
     }
     if (count[0] + count[1] > 2) ++result.crowded_edges;
   }
+  std::set<std::uint32_t> loops;
+  for (const auto& [ends, count] : edges) {
+    if (count[0] + count[1] == 1) loops.insert(find(ends.first));
+  }
+  result.border_loops = loops.size();
   result.euler = vertices - static_cast<std::int64_t>(edges.size()) +
                  static_cast<std::int64_t>(mesh.triangles.size());
   return result;

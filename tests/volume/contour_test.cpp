@@ -257,6 +257,83 @@ TEST(VertexTree, OpenBordersStayOpen) {
   }
 }
 
+/// Balls and tubes, many of which the border cuts: near its planes, edges and corners.
+Volume droplets(std::array<std::uint32_t, 3> size, std::uint32_t seed) {
+  std::mt19937 random(seed);
+  std::uniform_real_distribution<double> unit(0, 1);
+  struct Ball {
+    std::array<double, 3> at;
+    double radius;
+    std::size_t along;  // 3: a ball, else a tube
+  };
+  std::vector<Ball> balls;
+  for (int i = 0; i < 40; ++i) {
+    Ball ball{{}, 1.2 + 3 * unit(random), static_cast<std::size_t>(random() % 6)};
+    for (std::size_t k = 0; k < 3; ++k) {
+      const double last = size[k] - 1;
+      const std::uint32_t where = random() % 3;
+      ball.at[k] = where == 0   ? 3 * unit(random) - 1
+                   : where == 1 ? last + 1 - 3 * unit(random)
+                                : last * unit(random);
+    }
+    balls.push_back(ball);
+  }
+  return test::make_float_volume(size, [=](double x, double y, double z) {
+    const double at[3] = {x, y, z};
+    double best = -1e9;
+    for (const Ball& ball : balls) {
+      double square = 0;
+      for (std::size_t k = 0; k < 3; ++k) {
+        if (k != ball.along) square += (at[k] - ball.at[k]) * (at[k] - ball.at[k]);
+      }
+      best = std::max(best, ball.radius - std::sqrt(square));
+    }
+    return best;
+  });
+}
+
+TEST(VertexTree, OpenBordersKeepPartsAndLoops) {
+  KILN_REQUIRE_DEVICE();
+  std::uint64_t parts = 0, loops = 0;
+  for (std::uint32_t seed = 0; seed < 24; ++seed) {
+    // Planes of voxels at the border that are sides of the octree's nodes, and others.
+    const std::uint32_t side = 30 + seed % 5;
+    const Volume volume = droplets({side, 32, 33}, seed);
+    for (const double error : {0.05, 0.3, 100.0}) {
+      const Simplified s = simplified(volume, 0, error, true, true);
+      EXPECT_EQ(s.after.parts, s.before.parts) << seed << " " << error;
+      EXPECT_EQ(s.after.border_loops, s.before.border_loops) << seed << " " << error;
+      EXPECT_EQ(s.after.euler, s.before.euler) << seed << " " << error;
+      EXPECT_EQ(s.after.inconsistent_edges, 0U) << seed << " " << error;
+      EXPECT_EQ(s.after.crowded_edges, 0U) << seed << " " << error;
+      EXPECT_LE(s.after.pinched_vertices, s.before.pinched_vertices) << seed << " " << error;
+      EXPECT_LT(s.mesh.triangles.size(), 2 * s.fine.quads);
+      parts += s.before.parts;
+      loops += s.before.border_loops;
+    }
+  }
+  EXPECT_GT(parts, 300U);
+  EXPECT_GT(loops, 500U);
+}
+
+TEST(VertexTree, OpenBordersKeepPartsAndLoopsOfNoise) {
+  KILN_REQUIRE_DEVICE();
+  std::mt19937 random(12);
+  for (int round = 0; round < 12; ++round) {
+    const Volume volume = test::make_float_volume({17, 22, 16}, [&](double x, double y, double z) {
+      return 600 * std::sin(x * 0.7 + round) * std::cos(y * 0.6) * std::sin(z * 0.5 + 1) +
+             (static_cast<int>(random() % 601) - 300);
+    });
+    for (const double error : {0.1, 0.4, 100.0}) {
+      const Simplified s = simplified(volume, 0, error, true, true, 20.5);
+      EXPECT_EQ(s.after.euler, s.before.euler) << round << " " << error;
+      EXPECT_EQ(s.after.parts, s.before.parts) << round << " " << error;
+      EXPECT_EQ(s.after.border_loops, s.before.border_loops) << round << " " << error;
+      EXPECT_LE(s.after.pinched_vertices, s.before.pinched_vertices) << round << " " << error;
+    }
+  }
+}
+
 TEST(VertexTree, OpenRimsStayWhereTheyAre) {
   KILN_REQUIRE_DEVICE();
   const Volume volume = test::make_float_volume(

@@ -78,11 +78,11 @@ void add_run_flags(Command& command, BakeArguments& a) {
       .add_flag(
           "--unwrap{given}", a.unwrap_method,
           "Give LOW new UVs, and write it beside the maps. How the low poly is laid out, "
-          "with LOW or without: --unwrap=charts (few large ones, default) or --unwrap=pairs (of "
-          "triangles)")
-      ->check(one_of({"given", "charts", "pairs"}))
+          "with LOW or without: --unwrap=charts (few large ones, default), --unwrap=pairs (of "
+          "triangles) or --unwrap=squares (pairs in equal squares, to compare with)")
+      ->check(one_of({"given", "charts", "pairs", "squares"}))
       ->each([&a](const std::string&) { a.unwrap = true; })
-      ->type_name("[=charts|pairs]")
+      ->type_name("[=charts|pairs|squares]")
       ->group(group_low);
   add_density_option(command, a.density, "the high poly")->group(group_low);
 

@@ -48,8 +48,8 @@ void add_view_flags(Command& command, BakeArguments& a) {
       ->group(group_visibility);
   command
       .add_option("--visibility-test", a.visibility_test,
-                  "What finds out what they see: views (pictures of LOW), rays (exact), or auto: "
-                  "rays for vertices, else views")
+                  "What finds out what they see: views (pictures of LOW, as in the paper), rays "
+                  "(no pixels, and slower), or auto: views")
       ->check(one_of(visibility_test_values()))
       ->capture_default_str()
       ->group(group_visibility);

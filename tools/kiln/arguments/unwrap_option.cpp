@@ -7,8 +7,11 @@ namespace kiln::cli {
 UnwrapOptions unwrap_options(const std::string& method, std::uint32_t size, const Mesh* high) {
   UnwrapOptions options;
   options.size = std::clamp(size, 16U, 65536U);
-  options.method = method == "pairs" ? UnwrapMethod::pairs : UnwrapMethod::charts;
-  if (method != "pairs") options.border_texels = std::max(2U, options.size / 256);
+  options.method = method == "pairs"     ? UnwrapMethod::pairs
+                   : method == "squares" ? UnwrapMethod::squares
+                                         : UnwrapMethod::charts;
+  if (options.method == UnwrapMethod::charts)
+    options.border_texels = std::max(2U, options.size / 256);
   options.detail_of = high;
   return options;
 }
@@ -24,10 +27,9 @@ Option* add_density_option(Command& command, std::string& density, const char* h
 }
 
 void check_density(bool given, const std::string& method) {
-  if (!given || method != "pairs") return;
-  throw Error(ErrorCode::usage,
-              "--density is for large charts, but pairs have texels by area: leave it out, or "
-              "unwrap by charts.");
+  if (!given || (method != "pairs" && method != "squares")) return;
+  throw Error(ErrorCode::usage, "--density is for large charts, but --unwrap " + method +
+                                    " makes others: leave it out, or unwrap by charts.");
 }
 
 }  // namespace kiln::cli

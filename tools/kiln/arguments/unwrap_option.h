@@ -15,13 +15,13 @@ inline const std::vector<std::string> kDensities = {"area", "detail"};
 inline constexpr const char* kByDetail = "detail";
 /// Adds --density. \param high  what it calls the high poly
 Option* add_density_option(Command& command, std::string& density, const char* high);
-/// For every command that has --density. \throws Error(usage) where it was given and pairs are laid out
+/// For every command that has --density. \throws Error(usage) where it was given and no large charts are laid out
 void check_density(bool given, const std::string& method);
 
-/// \param method  "pairs"; all else is charts
+/// \param method  "pairs" or "squares"; all else is charts
 /// \param size    the map's smaller side, texels
 /// \param high    whose detail charts get texels by; null: by area
-/// Charts stand 1/256 of the size apart (8 texels of 2,048), at least 2 texels; pairs 2 texels.
+/// Charts stand 1/256 of the size apart (8 texels of 2,048), at least 2 texels; pairs and squares 2 texels.
 UnwrapOptions unwrap_options(const std::string& method, std::uint32_t size,
                              const Mesh* high = nullptr);
 

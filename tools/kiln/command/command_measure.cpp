@@ -94,7 +94,8 @@ int run_rating(const MeasureArguments& a) {
   if (a.low.empty()) {
     fail(
         "To rate matches, give both meshes: kiln measure HIGH LOW. With HIGH alone, name a study: "
-        "--study views, faces or size.");
+        "--study views, faces or size. Of one mesh without other flags than --size, the UVs are "
+        "rated.");
   }
   if (a.faces) fail("--faces is for --study: leave it out.");
   const bool loaded = !a.bake.load_match.empty();
@@ -240,8 +241,8 @@ int run_rating(const MeasureArguments& a) {
 Run add_measure(Command& app) {
   Command* command = app.add_command(
       "measure",
-      "Rate the matches on two meshes; or, with --study, how errors depend on views, "
-      "faces and map size");
+      "Rate the matches on two meshes; one mesh's UVs; or, with --study, how errors depend on "
+      "views, faces and map size");
   auto a = std::make_shared<MeasureArguments>();
   const std::set<std::string> own = {"--match",         "--max-distance", "--views", "--view-size",
                                      "--visibility-at", "--directions",   "--view"};
@@ -322,6 +323,14 @@ Run add_measure(Command& app) {
       throw Error(ErrorCode::usage, flag + " is for rating matches: leave out --study, or it.");
     }
     part_maps(a->bake);
+    if (a->study.empty() && a->low.empty()) {
+      const std::set<std::string> own_of_layouts = {"--size", "--json", "--quiet", "--device"};
+      const std::set<std::string> given = given_flags(*command);
+      if (std::all_of(given.begin(), given.end(),
+                      [&](const std::string& flag) { return own_of_layouts.contains(flag); })) {
+        return rate_one_layout(*a);
+      }
+    }
     return a->study.empty() ? run_rating(*a) : run_one_study(*a);
   };
 }

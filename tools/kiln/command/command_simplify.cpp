@@ -191,8 +191,9 @@ Run add_simplify(Command& app) {
   Option* unwrap =
       command
           ->add_option("--unwrap", arguments->unwrap,
-                       "How UVs are laid out: charts (few large ones) or pairs (of triangles)")
-          ->check(one_of({"charts", "pairs"}))
+                       "How UVs are laid out: charts (few large ones), pairs (of triangles) or "
+                       "squares (pairs in equal squares, to compare with)")
+          ->check(one_of({"charts", "pairs", "squares"}))
           ->capture_default_str();
   Option* density = add_density_option(*command, arguments->density, "HIGH");
   Option* keep =

@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <cstdio>
 #include <memory>
 #include <optional>
@@ -13,6 +14,7 @@
 #include "kiln/kiln.h"
 #include "report/check_result.h"
 #include "report/console.h"
+#include "report/json_text.h"
 #include "report/report.h"
 
 namespace kiln::cli {
@@ -27,7 +29,7 @@ struct VolumeArguments {
   SurfaceArguments surface;
   std::string match = kDirect;
   std::string max_distance;
-  std::uint32_t samples = 1;
+  std::uint32_t samples = 1, lods = 0;
   std::string size = "auto";
   std::string unwrap = "pairs", density = "area";
   bool by_density = false;  // --density was given
@@ -112,6 +114,64 @@ Baked bake_map(const Device& device, const VolumeArguments& a, const Mesh& dense
   return baked;
 }
 
+/// What a level after the first is extracted with: for half the size on screen of the one before, so with a
+/// quarter of its faces and half the side of its map. Parts and topology are those of all levels.
+ExtractOptions next_level(const ExtractOptions& first, const ExtractReport& before) {
+  ExtractOptions options = first;
+  options.choose = {};
+  options.faces = static_cast<std::uint32_t>(std::max<std::uint64_t>(4, before.faces / 4));
+  options.keep_topology = before.used.keep_topology;
+  options.min_part = before.used.min_part;
+  options.size = std::max(16U, before.used.size / 2);
+  return options;
+}
+
+/// Adds further levels to the first. One that would save less than a tenth of the faces is left out, and so
+/// are those after it. \returns false where cancelled
+bool add_levels(const Device& device, const VolumeArguments& a, const ExtractOptions& options,
+                const VolumeSession& session, const std::optional<Mesh>& dense, Console& console,
+                std::vector<ExtractResult>& levels, std::vector<Warning>& warnings) {
+  while (levels.size() < a.lods) {
+    const ExtractReport& before = levels.back().report;
+    ExtractResult level = session.extract(next_level(options, before));
+    const std::string name = "Level " + std::to_string(levels.size());
+    if (10 * level.report.faces > 9 * before.faces) {
+      warnings.push_back(
+          {"lod-left-out",
+           name + " and what follows are left out: " + with_commas(level.report.faces) +
+               " faces would be left of " + with_commas(before.faces) +
+               (before.used.keep_topology ? ", to keep every part, hole and handle." : "."),
+           a.lods - levels.size()});
+      break;
+    }
+    if (a.match != kDirect) {
+      Baked baked = bake_map(device, a, *dense, level, console);
+      if (baked.cancelled) return false;
+      level.report.warnings = std::move(baked.report.warnings);
+    }
+    for (Warning& warning : level.report.warnings) {
+      if (warning.code == "faces-not-reached") continue;
+      warning.message = name + ": " + warning.message;
+      warnings.push_back(warning);
+    }
+    levels.push_back(std::move(level));
+  }
+  return true;
+}
+
+/// One level as programs read it.
+Json level_json(const ExtractResult& level, std::size_t number, const fs::path& mesh,
+                const fs::path& map) {
+  return {{"level", number},
+          {"mesh", mesh.filename().string()},
+          {"maps", {map.filename().string()}},
+          {"faces", level.report.faces},
+          {"positions", level.mesh.positions.size()},
+          {"vertices", split_vertices(level.mesh)},
+          {"size", level.normal_map.width},
+          {"error_cells", level.report.error}};
+}
+
 /// What was chosen, and why.
 void print_choice(Console& console, const ExtractReport& r, const ExtractOptions& options) {
   const ExtractUsed& used = r.used;
@@ -170,6 +230,7 @@ void print_summary(Console& console, const ExtractReport& r, const ExtractOption
 Json json_of(const VolumeArguments& a, const ExtractOptions& options) {
   Json json = describe(a.surface, options);
   json.update({{"match", a.match},
+               {"lod", a.lods == 0 ? Json() : Json(a.lods)},
                {"size", options.choose.size ? Json("auto") : Json(options.size)},
                {"chart_border", options.border_texels},
                {"unwrap", a.unwrap},
@@ -187,11 +248,19 @@ int run_volume(const VolumeArguments& a) {
   Console console(a.quiet, a.json);
   Stopwatch watch;
   const fs::path folder = a.out;
-  const std::string stem = fs::path(a.volume).stem().string() + "_low";
-  const fs::path mesh_path = folder / (stem + ".obj");
-  const fs::path map_path = folder / (stem + "_normal" + extension(image_options));
-  check_paths({a.volume}, {mesh_path, map_path, a.full, a.json});
-  check_not_foreign(mesh_path, a.force);
+  const std::string name = fs::path(a.volume).stem().string();
+  std::vector<fs::path> meshes, maps;  // by level
+  for (std::uint32_t k = 0; k < std::max(1U, a.lods); ++k) {
+    const std::string stem = name + (a.lods == 0 ? "_low" : "_lod" + std::to_string(k));
+    meshes.push_back(folder / (stem + ".obj"));
+    maps.push_back(folder / (stem + "_normal" + extension(image_options)));
+  }
+  const fs::path lods_path = a.lods == 0 ? fs::path() : folder / (name + "_lods.json");
+  std::vector<fs::path> files = {a.full, a.json, lods_path};
+  files.insert(files.end(), meshes.begin(), meshes.end());
+  files.insert(files.end(), maps.begin(), maps.end());
+  check_paths({a.volume}, files);
+  for (const fs::path& mesh : meshes) check_not_foreign(mesh, a.force);
   if (!a.full.empty()) check_not_foreign(a.full, a.force);
   prepare_output_folder(folder);
   prepare_parent(a.full);
@@ -200,12 +269,17 @@ int run_volume(const VolumeArguments& a) {
   const Device device = Device::open(a.device);
   std::vector<Warning> warnings;
   if (!console.progress(0, "reading " + a.volume)) return kExitCancelled;
-  const Volume volume = read_volume(a.volume, a.surface, warnings);
+  Volume loaded = read_volume(a.volume, a.surface, warnings);
   const double load_seconds = watch.lap();
   std::optional<ProgressScope> stages(console.stages_at(0.2));
-  ExtractResult result = extract(device, volume, options);
+  std::optional<VolumeSession> session;
+  if (a.lods != 0) session.emplace(device, std::move(loaded), options.contour);
+  const Volume& volume = session ? session->volume() : loaded;
+  std::vector<ExtractResult> levels;
+  levels.reserve(std::max(1U, a.lods));  // the first is referred to
+  levels.push_back(session ? session->extract(options) : extract(device, volume, options));
   stages.reset();
-  result.mesh.name = stem;
+  ExtractResult& result = levels.front();
   watch.lap();
   std::optional<Baked> baked;
   std::optional<Mesh> dense;
@@ -220,11 +294,25 @@ int run_volume(const VolumeArguments& a) {
     if (baked->cancelled) return kExitCancelled;
     baked->contour = dense_seconds;
   }
+  std::vector<Warning> of_levels;
+  if (session && !add_levels(device, a, options, *session, dense, console, levels, of_levels)) {
+    return kExitCancelled;
+  }
   watch.lap();
-  if (!console.progress(0.9, "writing " + mesh_path.string())) return kExitCancelled;
-  std::vector<std::string> outputs = {mesh_path.string(), map_path.string()};
-  save_obj(result.mesh, mesh_path);
-  save_image(result.normal_map, map_path, image_options);
+  std::vector<std::string> outputs;
+  Json levels_json = Json::array();
+  for (std::size_t k = 0; k < levels.size(); ++k) {
+    if (!console.progress(0.9, "writing " + meshes[k].string())) return kExitCancelled;
+    levels[k].mesh.name = meshes[k].stem().string();
+    save_obj(levels[k].mesh, meshes[k]);
+    save_image(levels[k].normal_map, maps[k], image_options);
+    outputs.insert(outputs.end(), {meshes[k].string(), maps[k].string()});
+    levels_json.push_back(level_json(levels[k], k, meshes[k], maps[k]));
+  }
+  if (!lods_path.empty()) {
+    save_text(lods_path, to_text({{"version", version()}, {"levels", levels_json}}));
+    outputs.push_back(lods_path.string());
+  }
   if (!a.full.empty()) {
     save_obj(*dense, a.full);
     outputs.push_back(a.full);
@@ -237,6 +325,7 @@ int run_volume(const VolumeArguments& a) {
   if (baked) {
     warnings.insert(warnings.end(), baked->report.warnings.begin(), baked->report.warnings.end());
   }
+  warnings.insert(warnings.end(), of_levels.begin(), of_levels.end());
 
   if (!a.json.empty()) {
     Json json = {{"version", version()},
@@ -281,6 +370,7 @@ int run_volume(const VolumeArguments& a) {
                  {"memory", {{"peak_resident_bytes", peak_resident_bytes()}}},
                  {"outputs", outputs},
                  {"warnings", describe(warnings)}};
+    if (a.lods != 0) json["levels"] = levels_json;
     if (baked) {
       json["bake"] = {
           {"dense_triangles", baked->triangles},
@@ -294,6 +384,12 @@ int run_volume(const VolumeArguments& a) {
   for (const Warning& warning : warnings) console.warning(warning.message);
   print_summary(console, r, options);
   char text[400];
+  for (std::size_t k = 0; a.lods != 0 && k < levels.size(); ++k) {
+    std::snprintf(text, sizeof text, "level %zu: %s faces within %.3g cells, map of %u x %u", k,
+                  with_commas(levels[k].report.faces).c_str(), levels[k].report.error,
+                  levels[k].normal_map.width, levels[k].normal_map.height);
+    console.line(text);
+  }
   std::snprintf(text, sizeof text,
                 "%.2f s: load %.2f, scan %.2f, outer %.2f, hermite %.2f, vertices %.2f, quads "
                 "%.2f, simplify %.2f, atlas %.2f, map %.2f, save %.2f",
@@ -340,6 +436,13 @@ Run add_volume(Command& app) {
   command->add_option("--full", a.full, "Also write the full-resolution contour (OBJ)")
       ->group(kSurfaceGroup);
 
+  command
+      ->add_option("--lod", a.lods,
+                   "N low polys, 2 to 8, each for half the size on screen of the one before: a "
+                   "quarter of its faces, a map of half the side, the same parts (NAME_lod0, "
+                   "NAME_lod1...; NAME_lods.json)")
+      ->check(range(2U, 8U))
+      ->group(kSurfaceGroup);
   command->add_option("--size", a.size, "Texels a side, 16 to 8192, or auto: about one a cell")
       ->capture_default_str()
       ->group(kMapGroup);

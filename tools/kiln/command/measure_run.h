@@ -34,6 +34,9 @@ struct MeasureArguments {
 
 const std::map<std::string, StudyKind>& study_kinds();
 
+/// Of one mesh alone, without --study. \returns the exit code
+int rate_one_layout(const MeasureArguments& arguments);
+
 /// With --study. \returns the exit code
 int run_one_study(const MeasureArguments& arguments);
 

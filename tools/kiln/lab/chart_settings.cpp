@@ -116,8 +116,8 @@ std::vector<ChartSetting> chart_settings() {
        visibility(MatchMethod::visibility, VisibilityAt::vertex)},
       {"visibility_face", "visibility, faces", Family::visibility,
        visibility(MatchMethod::visibility, VisibilityAt::face)},
-      {"hybrid", "hybrid", Family::visibility,
-       visibility(MatchMethod::hybrid, VisibilityAt::vertex)},
+      {"hybrid", "hybrid, texels", Family::visibility,
+       visibility(MatchMethod::hybrid, VisibilityAt::texel)},
       {"uv", "same UVs", Family::uv, same_uvs()},
   };
   add_other_matches(matches(), settings);
