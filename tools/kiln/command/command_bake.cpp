@@ -18,6 +18,7 @@
 #include "report/causes.h"
 #include "report/check_result.h"
 #include "report/missed_patch.h"
+#include "report/terminal.h"
 
 namespace kiln::cli {
 namespace {
@@ -78,12 +79,13 @@ std::string missed_place(const BakeResult& result, const Mesh& low) {
 /// Of a low poly that was made here: both meshes lie in one place.
 std::string misses_of_made(const BakeReport& report, double strays) {
   char text[256];
-  std::snprintf(text, sizeof text,
-                "%.2g%% of the samples found no point of the high poly within the distance: the "
-                "low poly strays up to %.1f%% of the diagonal. Ask for more faces, or raise "
-                "--max-distance.",
-                100.0 * static_cast<double>(report.missed) / static_cast<double>(report.samples),
-                100 * strays);
+  std::snprintf(
+      text, sizeof text,
+      "%s of the samples found no point of the high poly within the distance: the "
+      "low poly strays up to %.1f%% of the diagonal. Ask for more faces, or raise "
+      "--max-distance.",
+      in_percent(static_cast<double>(report.missed) / static_cast<double>(report.samples)).c_str(),
+      100 * strays);
   return text;
 }
 
@@ -262,14 +264,13 @@ int verdict(const BakeRun& run) {
   const double missed = 100.0 * static_cast<double>(report.missed) /
                         static_cast<double>(std::max<std::uint64_t>(1, report.samples));
   if (missed > run.arguments.max_missed_percent) {
-    std::fprintf(
-        stderr, "kiln: %s\n",
-        too_many_missed(run.arguments, run.result, run.low.mesh, run.low_path, missed).c_str());
+    print_line(stderr, "kiln: " + too_many_missed(run.arguments, run.result, run.low.mesh,
+                                                  run.low_path, missed));
     return 1;
   }
   const bool planned = run.lods ? run.lods->reached : !run.light || run.light->reached;
   if (!planned || (run.planned && !run.planned->reached && !angle_bound(run.arguments).empty())) {
-    std::fprintf(stderr, "kiln: the error asked for was not reached.\n");
+    print_line(stderr, "kiln: the error asked for was not reached.");
     return 1;
   }
   return 0;
