@@ -5,6 +5,7 @@
 #include <fstream>
 #include <iterator>
 #include <nlohmann/json.hpp>
+#include <numbers>
 #include <string>
 #include <vector>
 
@@ -335,6 +336,82 @@ TEST(FilesCommand, SaysWhatMakesBoxesFit) {
   says("LOW is 0.01 times as large as HIGH; scale one of them, and swap Y and Z", 0.01, [](Vec3 p) {
     return Vec3{p.x, p.z, p.y};
   });
+}
+
+/// A sphere of 48 x 24 cells with normals. \param normals, faces  -1: turned
+void write_ball(const fs::path& file, int normals, int faces, bool with_uvs) {
+  std::ofstream out(file);
+  constexpr int kAround = 48, kUp = 24;
+  for (int i = 0; i <= kUp; ++i) {
+    for (int j = 0; j <= kAround; ++j) {
+      const double t = std::numbers::pi * i / kUp, p = 2 * std::numbers::pi * j / kAround;
+      const double x = std::sin(t) * std::cos(p), y = std::sin(t) * std::sin(p), z = std::cos(t);
+      out << "v " << x << " " << y << " " << z << "\nvn " << normals * x << " " << normals * y
+          << " " << normals * z << "\nvt " << static_cast<double>(j) / kAround << " "
+          << 1 - static_cast<double>(i) / kUp << "\n";
+    }
+  }
+  const auto corner = [&](int i, int j) {
+    const std::string v = std::to_string(i * (kAround + 1) + j + 1);
+    return " " + v + "/" + (with_uvs ? v : "") + "/" + v;
+  };
+  for (int i = 1; i < kUp - 1; ++i) {
+    for (int j = 0; j < kAround; ++j) {
+      const std::string a = corner(i, j), b = corner(i + 1, j), c = corner(i + 1, j + 1),
+                        d = corner(i, j + 1);
+      out << "f" << (faces > 0 ? a + b + c + d : d + c + b + a) << "\n";
+    }
+  }
+}
+
+TEST(FilesCommand, NormalsThatOpposeTheirFacesAreTurned) {
+  KILN_REQUIRE_DEVICE();
+  const fs::path folder = test::scratch_folder();
+  const auto bake = [&](const std::string& high, const std::string& low,
+                        const std::vector<std::string>& more = {}) {
+    std::vector<std::string> line = {"bake",  folder / high, folder / low,         "--size",
+                                     "64",    "--maps",      "normal,ao",          "--format",
+                                     "exr32", "--out",       folder / (high + low)};
+    line.insert(line.end(), more.begin(), more.end());
+    return run_kiln(line);
+  };
+  for (const int normals : {1, -1}) {
+    for (const int faces : {1, -1}) {
+      const std::string name = std::to_string(normals) + std::to_string(faces);
+      write_ball(folder / ("high" + name + ".obj"), normals, faces, false);
+      write_ball(folder / ("low" + name + ".obj"), normals, faces, true);
+    }
+  }
+  const auto expect_flat = [&](const std::string& high, const std::string& low) {
+    SCOPED_TRACE(high + " " + low);
+    const fs::path maps = folder / (high + low);
+    const std::string stem = fs::path(low).stem().string();
+    // The same surface, whose normals are its own: straight up, and open to all sides.
+    for (const std::uint32_t row : {16U, 32U, 48U}) {
+      EXPECT_NEAR(load_image(maps / (stem + "_normal.exr")).at(20, row)[2], 1.0F, 1e-3F);
+      EXPECT_NEAR(*load_image(maps / (stem + "_ao.exr")).at(20, row), 1.0F, 1e-2F);
+    }
+  };
+  ASSERT_EQ(bake("high11.obj", "low11.obj").exit_code, 0);
+  expect_flat("high11.obj", "low11.obj");
+  for (const std::string wrong : {"1-1", "-11"}) {
+    const ProcessResult high = bake("high" + wrong + ".obj", "low11.obj");
+    EXPECT_EQ(high.exit_code, 0) << high.errors;
+    EXPECT_NE(high.errors.find("HIGH 'high" + wrong), std::string::npos) << high.errors;
+    EXPECT_NE(high.errors.find("turned"), std::string::npos) << high.errors;
+    expect_flat("high" + wrong + ".obj", "low11.obj");
+    const ProcessResult low = bake("high11.obj", "low" + wrong + ".obj");
+    EXPECT_EQ(low.exit_code, 0) << low.errors;
+    EXPECT_NE(low.errors.find("LOW 'low" + wrong), std::string::npos) << low.errors;
+    expect_flat("high11.obj", "low" + wrong + ".obj");
+  }
+  // Inside out as a whole, a mesh may be a room: the message says what is the matter, with whom, and the remedy.
+  const ProcessResult room = bake("high-1-1.obj", "low11.obj");
+  EXPECT_EQ(room.exit_code, 3);
+  EXPECT_NE(room.errors.find("HIGH 'high-1-1'"), std::string::npos) << room.errors;
+  EXPECT_NE(room.errors.find("--two-sided"), std::string::npos) << room.errors;
+  EXPECT_EQ(room.errors.find("LOW"), std::string::npos) << room.errors;
+  EXPECT_EQ(bake("high-1-1.obj", "low11.obj", {"--two-sided"}).exit_code, 0);
 }
 
 }  // namespace

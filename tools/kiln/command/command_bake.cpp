@@ -172,6 +172,10 @@ bool read_inputs(BakeRun& run) {
       }
     }
   }
+  if (!made && !run.options.two_sided) {
+    const std::string inside_out = why_inside_out(run.dense.mesh, run.low.mesh);
+    if (!inside_out.empty()) run.warnings.push_back({"high-inside-out", inside_out, 1});
+  }
   run.low_path = made ? (std::filesystem::path(arguments.out) / (run.low.stem + ".obj")).string()
                       : arguments.low;
   (made ? run.stages.low : run.stages.load) += run.watch.lap();
