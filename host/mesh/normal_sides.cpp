@@ -121,8 +121,9 @@ double agreement(const Mesh& mesh, const std::vector<Vec3>& smooth, std::size_t 
 /// MeshParts of a mesh, by numbers.
 struct MeshParts {
   std::vector<Part> list;
-  std::vector<std::uint32_t> of;                                // of a triangle
-  std::vector<std::pair<std::uint32_t, std::uint32_t>> against;  // triangles at an edge that face differently
+  std::vector<std::uint32_t> of;  // of a triangle
+  std::vector<std::pair<std::uint32_t, std::uint32_t>>
+      against;  // triangles at an edge that face differently
 };
 
 MeshParts parts_of(const Mesh& mesh) {
@@ -295,8 +296,8 @@ class Judge {
     for (const std::uint32_t p : solid) (faults_[p].faces ? faces : normals) += parts_.list[p].area;
     // Who faces against a sound neighbour is turned round.
     for (const auto& [a, b] : parts_.against) {
-      for (const auto& [own, other] : {std::pair(parts_.of[a], parts_.of[b]),
-                                       std::pair(parts_.of[b], parts_.of[a])}) {
+      for (const auto& [own, other] :
+           {std::pair(parts_.of[a], parts_.of[b]), std::pair(parts_.of[b], parts_.of[a])}) {
         if (faults_[own].mirror == kAsIs || faults_[own].decided ||
             faults_[other].mirror != kAsIs) {
           continue;
@@ -325,8 +326,8 @@ class OtherNormals {
       std::uint32_t& n = mesh_.normal_triangles[t][k];
       const Vec3 own = mesh_.normals[n];
       if (!is_usable_normal(own)) continue;
-      const auto [found, is_new] = other_.try_emplace(
-          {n, which}, static_cast<std::uint32_t>(mesh_.normals.size()));
+      const auto [found, is_new] =
+          other_.try_emplace({n, which}, static_cast<std::uint32_t>(mesh_.normals.size()));
       if (is_new) {
         mesh_.normals.push_back({own.x * static_cast<float>(signs[0]),
                                  own.y * static_cast<float>(signs[1]),
@@ -418,9 +419,8 @@ bool may_face_inwards(const Mesh& mesh, std::span<const Triangle> triangles) {
     part.flux += face.area * dot(way, face.normal);
     part.most += face.area * length(way);
   }
-  return std::any_of(sums.begin(), sums.end(), [](const Sums& part) {
-    return part.flux < kPerhapsInward * part.most;
-  });
+  return std::any_of(sums.begin(), sums.end(),
+                     [](const Sums& part) { return part.flux < kPerhapsInward * part.most; });
 }
 
 }  // namespace

@@ -15,9 +15,11 @@ struct AgreedNormals {
   std::uint64_t normals = 0;   ///< Triangles whose normals were turned, or mirrored
   std::uint64_t faces = 0;     ///< Triangles that were turned round, as their normals show
   std::uint64_t mirrored = 0;  ///< Of all these: whose normals were those of a mirror image
-  std::uint64_t unclear = 0;   ///< Of all these: of open parts, where nothing told which of both was wrong
-  std::uint64_t strange = 0;   ///< Triangles of parts whose normals oppose most faces in no such way: left as they are
-  std::uint32_t first = 0;     ///< The lowest of all
+  std::uint64_t unclear =
+      0;  ///< Of all these: of open parts, where nothing told which of both was wrong
+  std::uint64_t strange =
+      0;  ///< Triangles of parts whose normals oppose most faces in no such way: left as they are
+  std::uint32_t first = 0;  ///< The lowest of all
 };
 
 /// Sets right parts whose own normals oppose their faces, as tools leave meshes that they mirror: normals are turned,

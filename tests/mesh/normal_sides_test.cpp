@@ -270,7 +270,8 @@ TEST(NormalSides, FindsPartsThatFaceInwards) {
   EXPECT_EQ(inward_parts(turned).count, 1U);
   EXPECT_EQ(inward_parts(turned).parts, 1U);
   // Without a lid it still has an inside.
-  std::erase_if(turned.triangles, [&](const Triangle& t) { return turned.positions[t[0]].z > 0.6F; });
+  std::erase_if(turned.triangles,
+                [&](const Triangle& t) { return turned.positions[t[0]].z > 0.6F; });
   turned.normal_triangles = turned.triangles;
   EXPECT_EQ(inward_parts(turned).count, 1U);
   // The inner wall of a shell faces inwards rightly.
