@@ -152,16 +152,15 @@ TEST(FilesCommand, SaysHowPolygonsAreCutAndSplitsSeams) {
                                           "vt 0.05 0.1\nvt 0.45 0.1\nvt 0.45 0.9\nvt 0.05 0.9\n"
                                           "vt 0.55 0.1\nvt 0.95 0.1\nvt 0.95 0.9\nvt 0.55 0.9\n"
                                           "f 1/1 2/2 3/3 4/4\nf 1/5 4/6 6/7 5/8\n";
+  // HIGH has a hard edge there; or it is as smooth as LOW, whose normals then need no map at all.
+  std::ofstream(folder / "hard.obj") << "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 0 0 1\nv 0 1 1\n"
+                                        "vn 0 0 1\nvn 1 0 0\n"
+                                        "f 1//1 2//1 3//1 4//1\nf 1//2 4//2 6//2 5//2\n";
+  std::string high = "hard.obj";
   const auto bake = [&](const std::string& out, const std::vector<std::string>& flags) {
-    std::vector<std::string> line = {"bake",
-                                     folder / "corner.obj",
-                                     folder / "corner.obj",
-                                     "--out",
-                                     folder / out,
-                                     "--size",
-                                     "16",
-                                     "--json",
-                                     folder / (out + ".json")};
+    std::vector<std::string> line = {"bake",  folder / high, folder / "corner.obj",
+                                     "--out", folder / out,  "--size",
+                                     "16",    "--json",      folder / (out + ".json")};
     line.insert(line.end(), flags.begin(), flags.end());
     return run_kiln(line);
   };
@@ -183,6 +182,15 @@ TEST(FilesCommand, SaysHowPolygonsAreCutAndSplitsSeams) {
   EXPECT_EQ(soft_seams(written).edges, 0U);
   EXPECT_EQ(soft_seams(written).seams, 1U);
   EXPECT_TRUE(fs::exists(folder / "split" / "corner_split_normal.png"));
+  high = "corner.obj";
+  const ProcessResult smooth = bake("smooth", {});
+  EXPECT_EQ(smooth.exit_code, 0) << smooth.errors;
+  EXPECT_EQ(smooth.errors.find("seam"), std::string::npos) << smooth.errors;
+  const ProcessResult kept = bake("kept", {"--split-at-seams"});
+  EXPECT_EQ(kept.exit_code, 0) << kept.errors;
+  EXPECT_NE(kept.errors.find("Its normals were left as they are"), std::string::npos)
+      << kept.errors;
+  EXPECT_EQ(soft_seams(load_mesh(folder / "kept" / "corner_split.obj")).edges, 1U);
   EXPECT_EQ(run_kiln({"bake", folder / "corner.obj", "--out", folder / "none", "--split-at-seams"})
                 .exit_code,
             2);

@@ -211,6 +211,57 @@ void make_cage(BakeRun& run, const Source& source) {
   run.stages.cage = run.watch.lap();
 }
 
+/// How far rendered normals of LOW with a small map of its own are off HIGH's, mean degrees; with nothing found, none.
+std::optional<double> normals_off(const BakeRun& run, const Device& device, const Source& source,
+                                  const Mesh& low, const NormalReference& reference) {
+  constexpr std::uint32_t kMostTexels = 512;
+  const BakeOptions plain;
+  BakeOptions options = run.options;
+  options.width = std::min(options.width, kMostTexels);
+  options.height = std::min(options.height, kMostTexels);
+  options.maps = plain.maps;
+  options.space = plain.space;
+  options.bitangent = plain.bitangent;
+  options.flip_y = options.two_component = options.raw = options.mips = options.keep_match = false;
+  options.transfers = {};
+  options.progress = {};
+  const BakeResult result = bake_from(run.dense, source, low, options);
+  if (result.cancelled || result.report.missed == result.report.samples) return std::nullopt;
+  return reference.compare(Scene(device, low, {&result.maps[0].image})).mean_degrees;
+}
+
+/// Splitting seams gives corners other normals. What they were may suit better, as weighted normals of bevels do:
+/// the normals that a picture shows decide.
+void judge_seams(BakeRun& run, const Device& device, const Source& source) {
+  constexpr double kClearly = 0.98;
+  LowMesh& low = run.low;
+  if (!low.whole && !low.seam_warning) return;
+  if (run.options.match != nullptr) {  // of one size, and of LOW as it is
+    if (low.seam_warning) run.warnings.push_back(*low.seam_warning);
+    return;
+  }
+  std::vector<ViewAngles> views;
+  for (const Vec3& toward : spread_views(kPlanViews)) views.push_back(view_angles(toward));
+  const NormalReference reference(Scene(device, run.dense.mesh), run.dense.mesh, std::move(views),
+                                  kPlanPixels);
+  const Mesh other = low.whole ? std::move(*low.whole) : split_at_seams(low.mesh);
+  const Mesh &whole = low.whole ? other : low.mesh, &split = low.whole ? low.mesh : other;
+  const std::optional<double> as_is = normals_off(run, device, source, whole, reference);
+  const std::optional<double> off = normals_off(run, device, source, split, reference);
+  if (low.seam_warning) {
+    if (as_is && off && *off < kClearly * *as_is) run.warnings.push_back(*low.seam_warning);
+    return;
+  }
+  if (!as_is || !off || *off <= *as_is) return;
+  char text[240];
+  std::snprintf(text, sizeof text,
+                "--split-at-seams: with hard edges at its seams, LOW and its map are %.3g degrees "
+                "off HIGH's normals; as they are, %.3g. Its normals were left as they are.",
+                *off, *as_is);
+  run.warnings.push_back({"seams-kept", text, low.soft_seams});
+  low.mesh = other;
+}
+
 /// \returns false where it was cancelled
 bool make_maps(BakeRun& run, const Source& source) {
   run.options.progress = [&](double done, std::string_view stage) {
@@ -305,6 +356,7 @@ int run_bake(const BakeArguments& given) {
   if (!run.console.progress(kAtSource, "preparing the high poly")) return kExitCancelled;
   const Source source(device, run.dense.mesh, traversal(arguments));
   run.stages.build = run.watch.lap();
+  judge_seams(run, device, source);
   make_cage(run, source);
   if (!make_maps(run, source)) return kExitCancelled;
   const double making = run.watch.lap();
