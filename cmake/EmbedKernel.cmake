@@ -5,7 +5,7 @@
 #
 # `#include "lib/x.clh"` is resolved against ROOT, once a file. Each line of the result keeps the file
 # and line it came from, so that a compiler's message or a debugger names the true place. Lines that are
-# comments alone stay empty: compilers of C++ need take no more than 65,536 characters.
+# comments alone stay empty, and indents go: compilers of C++ need take no more than 65,536 characters.
 
 cmake_policy(VERSION 3.25)
 
@@ -40,6 +40,7 @@ function(flatten file)
     elseif(line MATCHES "^[ \t]*//")
       string(APPEND text "\n")
     else()
+      string(REGEX REPLACE "^[ \t]+" "" line "${line}")
       string(APPEND text "${line}\n")
     endif()
   endforeach()

@@ -11,7 +11,9 @@
 
 #include "image/value_range.h"
 #include "kiln/error.h"
+#include "mesh/frame.h"
 #include "mesh/normals.h"
+#include "mesh/usable.h"
 #include "mesh/uv_grid.h"
 #include "mesh/vector.h"
 
@@ -54,10 +56,34 @@ class Cutter {
       throw Error(ErrorCode::input, "Nothing of '" + mesh_.name +
                                         "' is opaque enough: lower the threshold of opacity.");
     }
+    leave_out_slivers();
     return std::move(result_);
   }
 
  private:
+  /// Parts that rounding leaves without area: nothing can be found on them, and they are no flaws of the mesh.
+  void leave_out_slivers() {
+    const Frame frame = Frame::of(result_);
+    const std::vector<Vec3> positions = frame.to_frame(result_);
+    std::size_t kept = 0;
+    for (std::size_t t = 0; t < result_.triangles.size(); ++t) {
+      if (is_part_[t] && !has_area(positions, result_.triangles[t])) continue;
+      for (auto* list : {&result_.triangles, &result_.uv_triangles, &result_.normal_triangles}) {
+        (*list)[kept] = (*list)[t];
+      }
+      for (auto* names : {&result_.groups, &result_.objects, &result_.materials}) {
+        if (!names->empty()) (*names)[kept] = (*names)[t];
+      }
+      ++kept;
+    }
+    for (auto* list : {&result_.triangles, &result_.uv_triangles, &result_.normal_triangles}) {
+      list->resize(kept);
+    }
+    for (auto* names : {&result_.groups, &result_.objects, &result_.materials}) {
+      if (!names->empty()) names->resize(kept);
+    }
+  }
+
   void over(std::size_t triangle) {
     triangle_ = triangle;
     parts_.clear();
@@ -94,6 +120,7 @@ class Cutter {
       result_.triangles.push_back(mesh_.triangles[triangle]);
       result_.uv_triangles.push_back(uv);
       result_.normal_triangles.push_back(normal_triangles_[triangle]);
+      is_part_.push_back(false);
     } else {
       ++report_.cut;
       vertices_.clear();
@@ -173,6 +200,7 @@ class Cutter {
     result_.triangles.push_back(at);
     result_.uv_triangles.push_back(uv);
     result_.normal_triangles.push_back(normal);
+    is_part_.push_back(true);
   }
 
   /// Position, UV and normal of a point, in the pools: those that are there, or new ones.
@@ -217,6 +245,7 @@ class Cutter {
   std::vector<std::unique_ptr<BoundedChannel>> pictures_;
   std::vector<Triangle> normal_triangles_;
   Mesh result_;
+  std::vector<bool> is_part_;  // of its triangles: cut off from one of the mesh
 
   std::size_t triangle_ = 0;  // that is cut
   std::array<Vec2, 3> uv_;

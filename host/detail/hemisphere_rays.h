@@ -26,6 +26,9 @@ inline RayQuery query_up_to(float distance, bool back_faces) {
 /// Texels that a thread of the host takes at a time.
 inline constexpr std::size_t kTexelsOfPiece = std::size_t{1} << 16;
 
+/// Samples whose rays are cast together: their data stays in a core's cache, and they lie close together.
+inline constexpr std::uint32_t kPiece = 1U << 14;
+
 inline constexpr std::uint32_t kLanes = KILN_HEMISPHERE_LANES;
 /// Rounded up to whole work-items.
 constexpr std::uint32_t padded(std::uint32_t count) {

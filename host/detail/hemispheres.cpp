@@ -273,8 +273,15 @@ void Hemispheres::measure(const TexelBand& band, const Correspondence& match, bo
   context_.fill(sums.depth, 0.0F);
   const RayCaster& caster = source_.rays();
   const RayQuery query = query_up_to(std::min(thick_, beyond_), true);
-  const cl::Kernel depth = context_.kernel("hemisphere", "kiln_hemisphere_depth");
   make_turns(band);
+  sums.has_depth = true;
+  if (caster.traversal() == Traversal::cpu) {
+    over_pieces(band, match, second, rays_in_, kPiece, [&](const kiln_hemisphere_params& params) {
+      measure_piece(params, caster, query, sums.depth);
+    });
+    return;
+  }
+  const cl::Kernel depth = context_.kernel("hemisphere", "kiln_hemisphere_depth");
   over_rays(band, match, second, rays_in_, turns_, false,
             [&](const kiln_hemisphere_params& params, std::uint32_t count) {
               if (first_hits_.capacity < ray_capacity_) {
@@ -285,7 +292,6 @@ void Hemispheres::measure(const TexelBand& band, const Correspondence& match, bo
               context_.launch(depth, params.stride / kLanes, kLocalLanes, params,
                               first_hits_.triangle, first_hits_.distance, sums.depth);
             });
-  sums.has_depth = true;
 }
 
 std::vector<float> Hemispheres::open(const TexelBand& band, const Correspondence& match,

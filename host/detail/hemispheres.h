@@ -180,6 +180,9 @@ class Hemispheres : public SharedWork {
   void cast_piece(kiln_hemisphere_params params, const RaySet& set, std::span<const Turned> turned,
                   const RayCaster& caster, const RayQuery& query, const cl::Array<float>& points,
                   const cl::Array<float>& lean);
+  /// Adds to each sample how far its rays inward come. For Traversal::cpu.
+  void measure_piece(kiln_hemisphere_params params, const RayCaster& caster, const RayQuery& query,
+                     const cl::Array<float>& depth);
   /// Of as many samples as were picked, whose points are texel_points_. For Traversal::cpu.
   void cast_texels(std::uint32_t count, const RaySet& set, std::span<const Turned> turned);
   /// Rays of all of prepare_filter()'s texels, which have a sample each.
@@ -228,7 +231,7 @@ class Hemispheres : public SharedWork {
   std::array<Sums, 2> sums_;
 
   std::uint32_t ray_capacity_ = 0;
-  cl::Array<float> points_, texel_points_, rays_, scratch_;
+  cl::Array<float> points_, texel_points_, rays_, scratch_, distances_;
   cl::Array<std::uint32_t> lit_;
   TexelBand some_;  // samples that are not done yet
   Correspondence some_match_;

@@ -9,8 +9,6 @@ namespace kiln {
 namespace {
 
 constexpr std::size_t kLocalLanes = 8;
-// Samples whose rays are cast together: their data stays in a core's cache, and they lie close together.
-constexpr std::uint32_t kPiece = 1U << 14;
 // Bounds a launch, and memory on the device: 25 MB, with nearest hits 47 MB.
 constexpr std::uint32_t kMostRays = 1U << 20;
 // From so many rays on, of at most so many samples, neighbours in a row have less in common than a sample's rays.
@@ -23,6 +21,14 @@ constexpr std::uint32_t kRows = 32;
 // Frame units: the high poly's diagonal is 0.5 to 1, its points' rounding about 1e-7. Origins lie this far
 // off their face, which is a hundred times that and at most 1.5e-5 of the diagonal.
 constexpr float kPush = 0x1p-17F;
+
+/// How many rays of how many samples are cast together.
+kiln_cast_params blocks_of(std::uint32_t rays) {
+  kiln_cast_params how{};
+  how.rows = std::min(kRows, rays);
+  how.samples = KILN_OCCLUSION_BLOCK / how.rows / kLanes * kLanes;
+  return how;
+}
 
 }  // namespace
 
@@ -190,14 +196,29 @@ void Hemispheres::cast_texels(std::uint32_t count, const RaySet& set,
   }
 }
 
+void Hemispheres::measure_piece(kiln_hemisphere_params params, const RayCaster& caster,
+                                const RayQuery& query, const cl::Array<float>& depth) {
+  const kiln_cast_params how = blocks_of(rays_in_.count);
+  const std::size_t items = (params.stride + how.samples - 1) / how.samples;
+  make_room(context_, scratch_, items * 6 * KILN_OCCLUSION_BLOCK);
+  make_room(context_, distances_, items * KILN_OCCLUSION_BLOCK);
+  const cl::Kernel cast =
+      context_.kernel("hemisphere_depth", "kiln_hemisphere_cast_depth", caster.tree().defines());
+  const std::uint32_t most = std::max(1U, kMostRays / params.stride);
+  for (params.first_ray = 0; params.first_ray < rays_in_.count; params.first_ray += params.rays) {
+    params.rays = std::min(most, rays_in_.count - params.first_ray);
+    context_.launch(cast, items, 1, params, caster.params(query, KILN_OCCLUSION_BLOCK), how,
+                    caster.tree().nodes, caster.tree().blocks, points_, turns_, turn_table_,
+                    rays_in_.directions, rays_in_.rings, scratch_, distances_, depth);
+  }
+}
+
 /// In one kernel, for Traversal::cpu.
 void Hemispheres::cast_piece(kiln_hemisphere_params params, const RaySet& set,
                              std::span<const Turned> turned, const RayCaster& caster,
                              const RayQuery& query, const cl::Array<float>& points,
                              const cl::Array<float>& lean) {
-  kiln_cast_params how{};
-  how.rows = std::min(kRows, set.count);
-  how.samples = KILN_OCCLUSION_BLOCK / how.rows / kLanes * kLanes;
+  kiln_cast_params how = blocks_of(set.count);
   how.wants_lean = lean.empty() ? 0 : 1;
   const std::size_t items = (params.stride + how.samples - 1) / how.samples;
   make_room(context_, scratch_, items * 6 * KILN_OCCLUSION_BLOCK);

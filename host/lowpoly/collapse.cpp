@@ -168,8 +168,58 @@ bool EdgeCollapser::take(const Entry& entry) {
     return false;
   }
   if (!keeps_topology(entry.a, entry.b) || !is_within_bound(entry, step)) return false;
+  if (rule_ != nullptr) return take_with_twins(entry, step);
   collapse(entry.a, entry.b, step);
   return true;
+}
+
+/// Whether the step of a copy may be taken, too.
+std::optional<EdgeCollapser::Step> EdgeCollapser::step_of_twin(const Entry& twin) {
+  Step step = step_for(twin.a, twin.b);
+  if (!step.allowed || step.anchor != Anchor::none) return std::nullopt;
+  if (snap_) step.target = snap_(step.target);
+  const bool may = keeps_shapes(twin, step) &&
+                   rule_->keeps(mesh_, twin.a, twin.b, step.anchor, step.target) &&
+                   keeps_topology(twin.a, twin.b) && is_within_bound(twin, step);
+  return may ? std::optional(step) : std::nullopt;
+}
+
+/// Takes a step that may be taken, and those of its copies, or none of them.
+bool EdgeCollapser::take_with_twins(const Entry& entry, Step& step) {
+  std::vector<std::array<std::uint32_t, 2>> twins;
+  bool all = rule_->find_twins(mesh_, entry.a, entry.b, step.anchor, step.target, twins);
+  const auto entry_of = [&](const std::array<std::uint32_t, 2>& edge) {
+    Entry twin = entry;
+    twin.a = edge[0];
+    twin.b = edge[1];
+    return twin;
+  };
+  for (std::size_t i = 0; all && i < twins.size(); ++i)
+    all = step_of_twin(entry_of(twins[i])).has_value();
+  // Asked last, as the guard remembers.
+  if (all && !twins.empty()) all = is_within_bound(entry, step);
+  if (all) {
+    collapse(entry.a, entry.b, step);
+    std::array<std::uint32_t, 2> last = {entry.a, entry.b};
+    for (std::size_t i = 0; i < twins.size(); ++i) {
+      // Both ends are the first one now.
+      for (std::size_t k = i; k < twins.size(); ++k) {
+        std::replace(twins[k].begin(), twins[k].end(), last[1], last[0]);
+      }
+      last = twins[i];
+      // Where one next to another may not any more, what is around it has lost its copies, and stays.
+      const std::optional<Step> own = step_of_twin(entry_of(last));
+      if (!own) break;
+      collapse(last[0], last[1], *own);
+    }
+  }
+  rule_->end_twins();
+  if (all || entry.leniency == CollapseShape::kMostLenient) return all;
+  Entry later = entry;
+  later.cost *= penalty_;
+  ++later.leniency;
+  queue_.push(later);
+  return false;
 }
 
 /// A sum of planes counts most of them twice and thrice, and some of surface that lies elsewhere by now: planes of

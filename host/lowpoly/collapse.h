@@ -116,6 +116,9 @@ class EdgeCollapser {
   bool guard_keeps(std::uint32_t a, std::uint32_t b, Anchor anchor, const Vec3d& target);
   bool is_within_bound(const Entry& entry, Step& step);
   bool take(const Entry& entry);
+  bool has_twins(std::uint32_t a, std::uint32_t b, const Step& step);
+  std::optional<Step> step_of_twin(const Entry& twin);
+  bool take_with_twins(const Entry& entry, Step& step);
   bool mend_by_moving(std::uint32_t triangle, const auto& bad);
   bool mend_by_collapse(std::uint32_t triangle, const auto& bad);
 

@@ -45,6 +45,14 @@ bool EdgeCollapser::mend_by_moving(std::uint32_t triangle, const auto& bad) {
   return true;
 }
 
+/// Whether copies would have to collapse, too: they need no mending, or are mended themselves.
+bool EdgeCollapser::has_twins(std::uint32_t a, std::uint32_t b, const Step& step) {
+  std::vector<std::array<std::uint32_t, 2>> twins;
+  const bool all = rule_->find_twins(mesh_, a, b, step.anchor, step.target, twins);
+  rule_->end_twins();
+  return !all || !twins.empty();
+}
+
 /// Collapses a side: to an end, the middle, or the best point.
 bool EdgeCollapser::mend_by_collapse(std::uint32_t triangle, const auto& bad) {
   Step best{Quadric()};
@@ -65,7 +73,10 @@ bool EdgeCollapser::mend_by_collapse(std::uint32_t triangle, const auto& bad) {
       step.target = snap_ ? snap_(place) : place;
       step.cost = step.sum.at(step.target);
       if (!(step.cost < best.cost)) continue;
-      if (rule_ != nullptr && !rule_->keeps(mesh_, a, b, step.anchor, step.target)) continue;
+      if (rule_ != nullptr &&
+          (!rule_->keeps(mesh_, a, b, step.anchor, step.target) || has_twins(a, b, step))) {
+        continue;
+      }
       if (!bad.none_around(a, b, step.target) || !bad.none_around(b, a, step.target)) continue;
       if (!guard_keeps(a, b, step.anchor, step.target)) continue;
       best = step;

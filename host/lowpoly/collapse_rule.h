@@ -1,6 +1,7 @@
 // What an edge collapse must keep beside the surface's shape.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <optional>
 #include <vector>
@@ -32,6 +33,15 @@ class CollapseRule {
   /// Whether the step leaves what must stay. Called for few edges, just before the step.
   virtual bool keeps(const CollapseMesh& mesh, std::uint32_t a, std::uint32_t b, Anchor anchor,
                      const Vec3d& target) const = 0;
+
+  /// Steps that must be taken with this one, which keeps() allows: of copies, which stay copies. Each edge has the end
+  /// that corresponds to `a` first. Until end_twins() the rule takes steps of these edges as parts of it.
+  /// \returns false where one of them cannot be, so that this one must not
+  virtual bool find_twins(const CollapseMesh&, std::uint32_t, std::uint32_t, Anchor, const Vec3d&,
+                          std::vector<std::array<std::uint32_t, 2>>&) {
+    return true;
+  }
+  virtual void end_twins() {}
 
   /// The step is about to be taken: both ends become `kept`, at `target`.
   virtual void collapse(const CollapseMesh& mesh, std::uint32_t a, std::uint32_t b, Anchor anchor,

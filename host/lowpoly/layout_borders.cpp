@@ -62,8 +62,8 @@ void each_probe(const std::array<Vec2, 3>& p, const Vec2& low, const Vec2& size,
 
 LayoutBorders::LayoutBorders(std::span<const Vec2> uvs, std::span<const Triangle> corners,
                              std::span<const std::uint32_t> charts,
-                             std::vector<std::uint8_t> on_border)
-    : on_border_(std::move(on_border)), chart_(uvs.size(), 0) {
+                             std::vector<std::uint8_t> on_border, const LayoutCopies& copies)
+    : copies_(&copies), on_border_(std::move(on_border)), chart_(uvs.size(), 0) {
   for (std::size_t t = 0; t < corners.size(); ++t) {
     for (const std::uint32_t c : corners[t]) chart_[c] = charts[t];
   }
@@ -112,11 +112,13 @@ void LayoutBorders::find_overlaps(std::span<const Vec2> uvs, std::span<const Tri
         [&](std::uint32_t probe) {
           std::uint32_t& first = owner[probe];
           if (first == kNone) {
-            first = charts[t];
+            first = static_cast<std::uint32_t>(t);
             return;
           }
-          twice[charts[t]] = twice[first] = 1;
-          const auto [low, high] = std::minmax({root(group_, first), root(group_, charts[t])});
+          if (copies_->triangles(first, static_cast<std::uint32_t>(t))) return;
+          const std::uint32_t chart = charts[first];
+          twice[charts[t]] = twice[chart] = 1;
+          const auto [low, high] = std::minmax({root(group_, chart), root(group_, charts[t])});
           group_[high] = low;
         });
   }
@@ -155,7 +157,7 @@ bool LayoutBorders::free(std::span<const Vec2> uvs, std::uint32_t before, std::u
         if (on_border_[other] == 0 || other == before || other == gone || other == after) continue;
         if (group_[chart_[other]] == own && overlapping_[own] != 0) continue;
         const Vec2& p = uvs[other];
-        if (p == a || p == c) continue;
+        if (p == a || p == c || (p == b && copies_->first(other) == copies_->first(gone))) continue;
         if (sign * doubled(a, b, p) >= 0 && sign * doubled(b, c, p) >= 0 &&
             sign * doubled(c, a, p) >= 0) {
           return false;

@@ -7,17 +7,20 @@
 #include <vector>
 
 #include "kiln/types.h"
+#include "lowpoly/layout_copies.h"
 
 namespace kiln {
 
-/// Corners of chart borders in a grid over the layout. Charts that overlap from the start are not held
-/// apart from each other.
+/// Corners of chart borders in a grid over the layout. Charts that overlap from the start, not as
+/// copies, are not held apart from each other.
 class LayoutBorders {
  public:
   /// \param corners  indices into uvs, by triangle
   /// \param on_border  by UV: whether it lies on a chart's border
+  /// \param copies  of the same corners; outlives this
   LayoutBorders(std::span<const Vec2> uvs, std::span<const Triangle> corners,
-                std::span<const std::uint32_t> charts, std::vector<std::uint8_t> on_border);
+                std::span<const std::uint32_t> charts, std::vector<std::uint8_t> on_border,
+                const LayoutCopies& copies);
 
   /// A border that goes from `before` straight to `after`, without `gone` between them, sweeps over a
   /// triangle. Whether no corner of a border lies in it. That is enough where no borders cross:
@@ -33,6 +36,7 @@ class LayoutBorders {
   std::uint32_t column(float u) const;
   std::uint32_t row(float v) const;
 
+  const LayoutCopies* copies_;
   std::vector<std::uint8_t> on_border_;
   std::vector<std::uint32_t> chart_;       ///< By UV.
   std::vector<std::uint32_t> group_;       ///< By chart: those that overlap each other are in one.

@@ -68,7 +68,14 @@ double LayoutRule::Attributes::best(std::size_t axis, const Vec3d& p) const {
 }
 
 LayoutRule::LayoutRule(const CollapseMesh& mesh, Layout layout)
-    : layout_(std::move(layout)), borders_({}, {}, {}, {}), attributes_(layout_.uvs.size()) {
+    : layout_(std::move(layout)),
+      copies_(layout_.uvs, layout_.corners),
+      vertex_of_(layout_.uvs.size(), kNoVertex),
+      borders_({}, {}, {}, {}, copies_),
+      attributes_(layout_.uvs.size()) {
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+    for (std::size_t k = 0; k < 3; ++k) vertex_of_[layout_.corners[t][k]] = mesh.triangles[t][k];
+  }
   const std::vector<std::uint64_t> edges = mesh.edges();
   classify(mesh, edges);
   std::vector<std::uint8_t> on_border(layout_.uvs.size(), 0);
@@ -79,7 +86,8 @@ LayoutRule::LayoutRule(const CollapseMesh& mesh, Layout layout)
       on_border[corner_at(mesh, t, a)] = on_border[corner_at(mesh, t, b)] = 1;
     });
   }
-  borders_ = LayoutBorders(layout_.uvs, layout_.corners, layout_.charts, std::move(on_border));
+  borders_ =
+      LayoutBorders(layout_.uvs, layout_.corners, layout_.charts, std::move(on_border), copies_);
   add_attributes(mesh);
 }
 
@@ -225,7 +233,14 @@ LayoutRule::Plan LayoutRule::plan(const CollapseMesh& mesh, std::uint32_t a, std
       anchor == Anchor::first ? onto(b, a) : onto(a, b);
     } else {
       onto(b, a);
-      if (plan.kind == Plan::Kind::onto) plan.kind = Plan::Kind::inside;
+      if (plan.kind != Plan::Kind::onto) return plan;
+      // Borders between copies and others stay, and so do folds.
+      const int gone = rank(plan.pairs[0].gone), kept = rank(plan.pairs[0].kept);
+      if (gone == kept) {
+        plan.kind = Plan::Kind::inside;
+      } else if (gone > kept) {
+        onto(a, b);
+      }
     }
     return plan;
   }
@@ -238,6 +253,13 @@ LayoutRule::Plan LayoutRule::plan(const CollapseMesh& mesh, std::uint32_t a, std
   const Plan other = plan;
   onto(b, a);
   if (other.kind == Plan::Kind::none) return plan;
+  // All copies go the same way.
+  const int goes = rank(plan.pairs[0].gone), stays = rank(plan.pairs[0].kept);
+  if (goes != stays) return goes < stays ? plan : other;
+  if (has_copies(plan) || has_copies(other)) {
+    const auto key = [&](const Plan& p) { return copies_.first(p.pairs[0].kept); };
+    return key(other) < key(plan) ? other : plan;
+  }
   // Either way: the cheaper. What the shape costs differs little where a line is straight.
   const Quadric keeps_b = cost_of(other), keeps_a = cost_of(plan);
   return keeps_b.at(mesh.points[b]) < keeps_a.at(mesh.points[a]) ? other : plan;
@@ -287,6 +309,9 @@ std::optional<Vec3d> LayoutRule::place(const CollapseMesh& mesh, std::uint32_t a
 Vec2 LayoutRule::uv_at(const Plan& plan, const Vec3d& target) const {
   const Vec2 &a = layout_.uvs[plan.pairs[0].gone], &b = layout_.uvs[plan.pairs[0].kept];
   if (plan.kind == Plan::Kind::onto) return b;
+  for (const auto& [corner, uv] : moved_) {
+    if (corner == plan.pairs[0].kept) return uv;
+  }
   Attributes sum = attributes_[plan.pairs[0].gone];
   sum += attributes_[plan.pairs[0].kept];
   if (!(sum.weight > 0)) return b;
@@ -391,7 +416,94 @@ void LayoutRule::collapse(const CollapseMesh& mesh, std::uint32_t a, std::uint32
       }
     }
   });
+  if (copies_.any()) {
+    for (const std::uint32_t end : {chosen.gone, chosen.kept}) {
+      mesh.each_around(end, [&](std::uint32_t t) { vertex_of_[corner_at(mesh, t, end)] = kept; });
+    }
+  }
   lines_[kept] = lines_[chosen.kept];
+}
+
+int LayoutRule::rank(std::uint32_t uv) const {
+  return copies_.on_fold(uv) ? 2 : copies_.has(uv) ? 1 : 0;
+}
+
+bool LayoutRule::has_copies(const Plan& plan) const {
+  for (std::size_t i = 0; i < plan.count; ++i) {
+    if (copies_.has(plan.pairs[i].gone)) return true;
+  }
+  return false;
+}
+
+/// Adds the steps of copies of the corners of step `of`. False where a copy has no such edge, or cannot go that way.
+bool LayoutRule::add_twins(const CollapseMesh& mesh, std::vector<Plan>& group,
+                           std::size_t of) const {
+  bool all = true;
+  const auto add = [&](const Pair& pair) {
+    const std::uint32_t gone = vertex_of_[pair.gone], kept = vertex_of_[pair.kept];
+    for (const Plan& known : group) {
+      if (known.gone == gone && known.kept == kept) return true;
+      const bool moves = group[of].kind == Plan::Kind::inside && known.kept == kept;
+      if (moves || known.gone == gone || known.kept == gone || known.gone == kept) return false;
+    }
+    const Plan twin = plan(mesh, gone, kept, Anchor::none);
+    const Plan other = plan(mesh, kept, gone, Anchor::none);
+    const Plan& fits = twin.gone == gone ? twin : other;
+    if (fits.kind != group[of].kind || fits.gone != gone || fits.kept != kept) return false;
+    group.push_back(fits);
+    return true;
+  };
+  for (std::size_t i = 0; i < group[of].count; ++i) {
+    const Pair pair = group[of].pairs[i];
+    std::size_t found = 0, moved = 0;
+    copies_.each(pair.gone, [&](std::uint32_t gone) {
+      std::uint32_t kept = kNoVertex;
+      const auto look_at = [&](std::uint32_t other) {
+        mesh.each_on_edge(vertex_of_[gone], vertex_of_[other], [&](std::uint32_t t) {
+          const Triangle& c = layout_.corners[t];
+          if (std::find(c.begin(), c.end(), gone) != c.end() &&
+              std::find(c.begin(), c.end(), other) != c.end()) {
+            kept = other;
+          }
+        });
+      };
+      if (copies_.on_fold(pair.kept)) look_at(pair.kept);
+      copies_.each(pair.kept, look_at);
+      ++found;
+      all = all && kept != kNoVertex && add({gone, kept});
+    });
+    if (group[of].kind != Plan::Kind::inside) continue;
+    copies_.each(pair.kept, [&](std::uint32_t) { ++moved; });
+    all = all && moved == found;
+  }
+  return all;
+}
+
+bool LayoutRule::find_twins(const CollapseMesh& mesh, std::uint32_t a, std::uint32_t b,
+                            Anchor anchor, const Vec3d& target,
+                            std::vector<std::array<std::uint32_t, 2>>& twins) {
+  moved_.clear();
+  if (!copies_.any()) return true;
+  std::vector<Plan> group{plan(mesh, a, b, anchor)};
+  for (std::size_t i = 0; i < group[0].count; ++i) {
+    const Pair& pair = group[0].pairs[i];
+    if (rank(pair.gone) > rank(pair.kept)) return false;  // off a fold, or out of the copies
+  }
+  if (!has_copies(group[0])) return true;
+  if (anchor != Anchor::none) return false;
+  for (std::size_t i = 0; i < group.size(); ++i) {
+    if (!add_twins(mesh, group, i)) return false;
+  }
+  const std::uint32_t lead = group[0].pairs[0].kept;
+  const Vec2 from = layout_.uvs[lead], to = uv_at(group[0], target);
+  for (std::size_t i = 1; i < group.size(); ++i) {
+    const Plan& twin = group[i];
+    twins.push_back({twin.kept, twin.gone});  // the order in which plan() has that end go
+    if (twin.kind != Plan::Kind::inside) continue;
+    const Vec2& own = layout_.uvs[twin.pairs[0].kept];
+    moved_.emplace_back(twin.pairs[0].kept, Vec2{own.x + (to.x - from.x), own.y + (to.y - from.y)});
+  }
+  return true;
 }
 
 bool LayoutRule::may_move(const CollapseMesh&, std::uint32_t, const Vec3d&) const { return false; }

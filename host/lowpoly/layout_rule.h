@@ -4,11 +4,13 @@
 #include <array>
 #include <cstdint>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "kiln/types.h"
 #include "lowpoly/collapse_rule.h"
 #include "lowpoly/layout_borders.h"
+#include "lowpoly/layout_copies.h"
 
 namespace kiln {
 
@@ -26,11 +28,15 @@ struct Layout {
 ///
 /// Inside a chart, a moved vertex gets the UV that the affine maps of its triangles call best.
 /// Their error counts (Hoppe 1999, "New Quadric Metric for Simplifying Meshes with Appearance Attributes",
-/// section 3). Vertices of seams and borders only move along these, onto their next: both sides together.
+/// section 3). Copies, as of mirrored halves, collapse together, so that they stay copies.
+/// Vertices of seams and borders only move along these, onto their next: both sides together.
 class LayoutRule : public CollapseRule {
  public:
   /// \param layout  UVs equal by value at a vertex must have one index
   LayoutRule(const CollapseMesh& mesh, Layout layout);
+
+  LayoutRule(const LayoutRule&) = delete;
+  LayoutRule& operator=(const LayoutRule&) = delete;
 
   void add_planes(const CollapseMesh& mesh, std::vector<Quadric>& quadrics) const override;
   std::optional<Vec3d> place(const CollapseMesh& mesh, std::uint32_t a, std::uint32_t b,
@@ -39,6 +45,9 @@ class LayoutRule : public CollapseRule {
              const Vec3d& target) const override;
   void collapse(const CollapseMesh& mesh, std::uint32_t a, std::uint32_t b, Anchor anchor,
                 const Vec3d& target, std::uint32_t kept) override;
+  bool find_twins(const CollapseMesh& mesh, std::uint32_t a, std::uint32_t b, Anchor anchor,
+                  const Vec3d& target, std::vector<std::array<std::uint32_t, 2>>& twins) override;
+  void end_twins() override { moved_.clear(); }
   bool may_move(const CollapseMesh& mesh, std::uint32_t vertex, const Vec3d& target) const override;
 
   /// UVs now; corners are indices into them, by the triangles given at first.
@@ -78,7 +87,16 @@ class LayoutRule : public CollapseRule {
                  const Vec2& uv) const;
   bool keeps_line(const CollapseMesh& mesh, const Plan& plan) const;
 
+  /// 0: a corner without copies; 1: with copies; 2: on a fold. What has less goes, where two become one.
+  int rank(std::uint32_t uv) const;
+  bool has_copies(const Plan& plan) const;
+  bool add_twins(const CollapseMesh& mesh, std::vector<Plan>& group, std::size_t of) const;
+
   Layout layout_;
+  LayoutCopies copies_;
+  std::vector<std::uint32_t> vertex_of_;  ///< By UV.
+  std::vector<std::pair<std::uint32_t, Vec2>>
+      moved_;  ///< Where UVs of copies go, of the step under way.
   LayoutBorders borders_;
   std::vector<Attributes> attributes_;  ///< By UV.
   std::vector<std::uint8_t>

@@ -12,6 +12,7 @@
 
 #include "base/beside.h"
 #include "base/counted.h"
+#include "base/percent.h"
 #include "lowpoly/collapse_pieces.h"
 #include "lowpoly/crumbs.h"
 #include "lowpoly/grid_start.h"
@@ -273,12 +274,10 @@ bool SimplifyJob::drop_crumbs() {
   fit_.reset();
   dense_positions_ = to_floats(dense_.points);
   check_ = SimplifyCheck(dense_positions_, dense_.triangles, options_.height_field);
-  std::array<char, 32> text{};
-  std::snprintf(text.data(), text.size(), "%.2g%%", 100 * size);
   report_.warnings.push_back({"dropped-parts",
                               counted(report_.dropped_parts, "part") + " of the high poly " +
                                   (report_.dropped_parts == 1 ? "is" : "are") + " smaller than " +
-                                  text.data() + " of its diagonal, which a low poly of " +
+                                  percent(size, 2) + " of its diagonal, which a low poly of " +
                                   counted(options_.faces, "face") +
                                   " is off by; left out: keep the parts, or ask for more faces",
                               report_.dropped_parts});

@@ -1,14 +1,13 @@
 #include "match/uv.h"
 
 #include <algorithm>
-#include <array>
 #include <bit>
 #include <cmath>
-#include <cstdio>
 #include <string>
 
 #include "accel/device_bvh.h"
 #include "base/parallel.h"
+#include "base/percent.h"
 #include "mesh/kernels_shared.h"
 #include "mesh/uv_grid.h"
 #include "source/dense_uvs.h"
@@ -28,12 +27,6 @@ bool is_large(const kiln_uv_piece& piece) {
   const auto [x_low, x_high] = std::minmax_element(piece.x, piece.x + 3);
   const auto [y_low, y_high] = std::minmax_element(piece.y, piece.y + 3);
   return *x_high - *x_low > kHeld || *y_high - *y_low > kHeld;
-}
-
-std::string percent(double share) {
-  std::array<char, 32> text{};
-  std::snprintf(text.data(), text.size(), "%.3g%%", 100 * share);
-  return text.data();
 }
 
 std::string triangles(std::uint64_t count) {

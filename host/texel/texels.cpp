@@ -2,9 +2,10 @@
 
 #include <algorithm>
 #include <array>
-#include <cstdio>
 #include <utility>
 
+#include "base/counted.h"
+#include "base/percent.h"
 #include "texel/texel_bins.h"
 #include "texel/texel_pieces.h"
 
@@ -36,13 +37,6 @@ template <typename T>
 void upload(cl::Context& context, cl::Array<T>& array, const std::vector<T>& data) {
   reserve(context, array, data.size());
   array.write(context, std::span<const T>(data));
-}
-
-std::string share(std::uint64_t part, std::uint64_t whole) {
-  std::array<char, 32> text{};
-  std::snprintf(text.data(), text.size(), "%.3g%%",
-                100.0 * static_cast<double>(part) / static_cast<double>(whole));
-  return text.data();
 }
 
 }  // namespace
@@ -158,9 +152,10 @@ void TexelSampler::Impl::warn_about_overlaps() {
   report.warnings.insert(
       report.warnings.begin(),
       {"uv-overlap",
-       "UV triangles of the low poly overlap on " + std::to_string(report.overlapping_samples) +
-           (report.overlapping_samples == 1 ? " sample (" : " samples (") +
-           share(report.overlapping_samples, report.samples) +
+       "UV triangles of the low poly overlap on " + counted(report.overlapping_samples, "sample") +
+           " (" +
+           percent(static_cast<double>(report.overlapping_samples) /
+                   static_cast<double>(report.samples)) +
            " of those covered), for example triangles " + std::to_string(overlap.lower) + " and " +
            std::to_string(overlap.upper) + " at texel column " + std::to_string(overlap.column) +
            ", row " + std::to_string(overlap.row) +

@@ -20,7 +20,7 @@ struct CutOutReport {
 ///
 /// Where a texture's texels are on both sides of the threshold, triangles are quartered, down to a
 /// texel's size. There they are cut along the line between their corners' values. So borders are as
-/// smooth as the texture read bilinearly. New triangles lie in the old ones and have their normals,
+/// smooth as the texture read bilinearly. Parts without area are left out. New triangles lie in the old ones and have their normals,
 /// UVs, colours and names. Computed normals are those of the whole mesh. Reads its arguments during
 /// the call alone. Thread safety: may be called from several threads.
 /// \param opacity    its `channel` is read; must have pictures

@@ -51,7 +51,7 @@ class OutputSet {
 bool placing_outputs() noexcept;
 
 /// Fails now, and not after minutes of work, where no file could be written to a folder. Creates the
-/// folder where only its last part is missing. Finishes what a killed process began there. Any thread.
+/// folder, and those that it lies in, where they are missing. Finishes what a killed process began there. Any thread.
 /// \throws Error(output)
 void prepare_output_folder(const std::filesystem::path& folder);
 

@@ -31,6 +31,7 @@
 #include "kiln/memory.h"
 #include "kiln/mesh.h"
 #include "kiln/mesh_view.h"
+#include "kiln/orientation.h"
 #include "kiln/own_map.h"
 #include "kiln/parts.h"
 #include "kiln/pixels.h"

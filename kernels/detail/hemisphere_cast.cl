@@ -17,32 +17,7 @@
 
 #define STREAM_CONES 1
 #include "accel/occlusion_block.clh"
-#include "detail/hemisphere_ray.clh"
-
-/// Rays of rows [first_row, first_row + rows) of samples [lane, lane + samples) of the launch, row by row.
-static KILN_STREAM_CALL void hemisphere_fill(const kiln_hemisphere_params params,
-                                             global const float* points, global const uint* turns,
-                                             global const float* turn_table,
-                                             global const float* directions,
-                                             global const uint* rings, uint lane, uint samples,
-                                             uint first_row, uint rows, global float* rays) {
-  for (uint i = 0; i < samples; i += LANES) {
-    hemisphere_lanes lanes;
-    hemisphere_load(params, points + params.first_point + lane + i, false,
-                    vload8(0, turns + params.first + lane + i), turn_table, &lanes);
-    global float* to = rays + i;
-    for (uint row = first_row; row < first_row + rows; ++row, to += samples) {
-      float8 origin[3], opposite[3];
-      hemisphere_ray(params, &lanes, (uint8)(row), (uint8)(rings[row]),
-                     (uint8)(rings[row + params.all_rays]), directions, origin, opposite);
-      KILN_UNROLL
-      for (int axis = 0; axis < 3; ++axis) {
-        vstore8(origin[axis], 0, to + axis * KILN_OCCLUSION_BLOCK);
-        vstore8(opposite[axis], 0, to + (3 + axis) * KILN_OCCLUSION_BLOCK);
-      }
-    }
-  }
-}
+#include "detail/hemisphere_fill.clh"
 
 /// Adds to each sample how many of its rays hit nothing; \param lean  0, or to the sums of their directions
 /// \param unequal  of kiln_hemisphere_params

@@ -5,6 +5,7 @@
 #include <fstream>
 #include <iterator>
 #include <nlohmann/json.hpp>
+#include <numbers>
 #include <string>
 #include <vector>
 
@@ -113,7 +114,20 @@ TEST(FilesCommand, SaysWhichFilesOverlapAndWhichAreNotThere) {
   const ProcessResult over = plates.bake("over_low.obj", "over", {});
   EXPECT_EQ(over.exit_code, 0) << over.errors;
   EXPECT_NE(over.errors.find("lower_low.obj' and '"), std::string::npos) << over.errors;
-  EXPECT_NE(over.errors.find("over_low.obj' overlap on"), std::string::npos) << over.errors;
+  // u from 0.3 to 0.47, v from 0.05 to 0.95.
+  EXPECT_NE(over.errors.find("over_low.obj' overlap on 15% of"), std::string::npos) << over.errors;
+  // A place counts once, however many triangles of a file lie there: u from 0.3 to 0.47, forty times.
+  std::ofstream many(plates.folder / "many_low.obj");
+  for (int copy = 0; copy < 40; ++copy) {
+    for (const auto& [a, b] : {std::pair(0, 0), {1, 0}, {1, 1}, {0, 1}}) {
+      many << "v " << 0.5 + a << " " << b << " " << 0.02 << "\nvt " << 0.3 + 0.45 * a + 1e-5 * copy
+           << " " << 0.05 + 0.9 * b << "\n";
+    }
+    many << "f -4/-4 -3/-3 -2/-2 -1/-1\n";
+  }
+  many.close();
+  const ProcessResult heap = plates.bake("many_low.obj", "many", {});
+  EXPECT_NE(heap.errors.find("many_low.obj' overlap on 15% of"), std::string::npos) << heap.errors;
   const ProcessResult gone = plates.bake("gone.obj", "gone", {});
   EXPECT_EQ(gone.exit_code, 3);
   EXPECT_NE(gone.errors.find("gone.obj"), std::string::npos) << gone.errors;
@@ -189,16 +203,15 @@ TEST(FilesCommand, SaysHowPolygonsAreCutAndSplitsSeams) {
                                           "vt 0.05 0.1\nvt 0.45 0.1\nvt 0.45 0.9\nvt 0.05 0.9\n"
                                           "vt 0.55 0.1\nvt 0.95 0.1\nvt 0.95 0.9\nvt 0.55 0.9\n"
                                           "f 1/1 2/2 3/3 4/4\nf 1/5 4/6 6/7 5/8\n";
+  // HIGH has a hard edge there; or it is as smooth as LOW, whose normals then need no map at all.
+  std::ofstream(folder / "hard.obj") << "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 0 0 1\nv 0 1 1\n"
+                                        "vn 0 0 1\nvn 1 0 0\n"
+                                        "f 1//1 2//1 3//1 4//1\nf 1//2 4//2 6//2 5//2\n";
+  std::string high = "hard.obj";
   const auto bake = [&](const std::string& out, const std::vector<std::string>& flags) {
-    std::vector<std::string> line = {"bake",
-                                     folder / "corner.obj",
-                                     folder / "corner.obj",
-                                     "--out",
-                                     folder / out,
-                                     "--size",
-                                     "16",
-                                     "--json",
-                                     folder / (out + ".json")};
+    std::vector<std::string> line = {"bake",  folder / high, folder / "corner.obj",
+                                     "--out", folder / out,  "--size",
+                                     "16",    "--json",      folder / (out + ".json")};
     line.insert(line.end(), flags.begin(), flags.end());
     return run_kiln(line);
   };
@@ -220,6 +233,15 @@ TEST(FilesCommand, SaysHowPolygonsAreCutAndSplitsSeams) {
   EXPECT_EQ(soft_seams(written).edges, 0U);
   EXPECT_EQ(soft_seams(written).seams, 1U);
   EXPECT_TRUE(fs::exists(folder / "split" / "corner_split_normal.png"));
+  high = "corner.obj";
+  const ProcessResult smooth = bake("smooth", {});
+  EXPECT_EQ(smooth.exit_code, 0) << smooth.errors;
+  EXPECT_EQ(smooth.errors.find("seam"), std::string::npos) << smooth.errors;
+  const ProcessResult kept = bake("kept", {"--split-at-seams"});
+  EXPECT_EQ(kept.exit_code, 0) << kept.errors;
+  EXPECT_NE(kept.errors.find("Its normals were left as they are"), std::string::npos)
+      << kept.errors;
+  EXPECT_EQ(soft_seams(load_mesh(folder / "kept" / "corner_split.obj")).edges, 1U);
   EXPECT_EQ(run_kiln({"bake", folder / "corner.obj", "--out", folder / "none", "--split-at-seams"})
                 .exit_code,
             2);
@@ -373,6 +395,82 @@ TEST(FilesCommand, SaysWhatMakesBoxesFit) {
   says("LOW is 0.01 times as large as HIGH; scale one of them, and swap Y and Z", 0.01, [](Vec3 p) {
     return Vec3{p.x, p.z, p.y};
   });
+}
+
+/// A sphere of 48 x 24 cells with normals. \param normals, faces  -1: turned
+void write_ball(const fs::path& file, int normals, int faces, bool with_uvs) {
+  std::ofstream out(file);
+  constexpr int kAround = 48, kUp = 24;
+  for (int i = 0; i <= kUp; ++i) {
+    for (int j = 0; j <= kAround; ++j) {
+      const double t = std::numbers::pi * i / kUp, p = 2 * std::numbers::pi * j / kAround;
+      const double x = std::sin(t) * std::cos(p), y = std::sin(t) * std::sin(p), z = std::cos(t);
+      out << "v " << x << " " << y << " " << z << "\nvn " << normals * x << " " << normals * y
+          << " " << normals * z << "\nvt " << static_cast<double>(j) / kAround << " "
+          << 1 - static_cast<double>(i) / kUp << "\n";
+    }
+  }
+  const auto corner = [&](int i, int j) {
+    const std::string v = std::to_string(i * (kAround + 1) + j + 1);
+    return " " + v + "/" + (with_uvs ? v : "") + "/" + v;
+  };
+  for (int i = 1; i < kUp - 1; ++i) {
+    for (int j = 0; j < kAround; ++j) {
+      const std::string a = corner(i, j), b = corner(i + 1, j), c = corner(i + 1, j + 1),
+                        d = corner(i, j + 1);
+      out << "f" << (faces > 0 ? a + b + c + d : d + c + b + a) << "\n";
+    }
+  }
+}
+
+TEST(FilesCommand, NormalsThatOpposeTheirFacesAreTurned) {
+  KILN_REQUIRE_DEVICE();
+  const fs::path folder = test::scratch_folder();
+  const auto bake = [&](const std::string& high, const std::string& low,
+                        const std::vector<std::string>& more = {}) {
+    std::vector<std::string> line = {"bake",  folder / high, folder / low,         "--size",
+                                     "64",    "--maps",      "normal,ao",          "--format",
+                                     "exr32", "--out",       folder / (high + low)};
+    line.insert(line.end(), more.begin(), more.end());
+    return run_kiln(line);
+  };
+  for (const int normals : {1, -1}) {
+    for (const int faces : {1, -1}) {
+      const std::string name = std::to_string(normals) + std::to_string(faces);
+      write_ball(folder / ("high" + name + ".obj"), normals, faces, false);
+      write_ball(folder / ("low" + name + ".obj"), normals, faces, true);
+    }
+  }
+  const auto expect_flat = [&](const std::string& high, const std::string& low) {
+    SCOPED_TRACE(high + " " + low);
+    const fs::path maps = folder / (high + low);
+    const std::string stem = fs::path(low).stem().string();
+    // The same surface, whose normals are its own: straight up, and open to all sides.
+    for (const std::uint32_t row : {16U, 32U, 48U}) {
+      EXPECT_NEAR(load_image(maps / (stem + "_normal.exr")).at(20, row)[2], 1.0F, 1e-3F);
+      EXPECT_NEAR(*load_image(maps / (stem + "_ao.exr")).at(20, row), 1.0F, 1e-2F);
+    }
+  };
+  ASSERT_EQ(bake("high11.obj", "low11.obj").exit_code, 0);
+  expect_flat("high11.obj", "low11.obj");
+  for (const std::string wrong : {"1-1", "-11"}) {
+    const ProcessResult high = bake("high" + wrong + ".obj", "low11.obj");
+    EXPECT_EQ(high.exit_code, 0) << high.errors;
+    EXPECT_NE(high.errors.find("HIGH 'high" + wrong), std::string::npos) << high.errors;
+    EXPECT_NE(high.errors.find("turned"), std::string::npos) << high.errors;
+    expect_flat("high" + wrong + ".obj", "low11.obj");
+    const ProcessResult low = bake("high11.obj", "low" + wrong + ".obj");
+    EXPECT_EQ(low.exit_code, 0) << low.errors;
+    EXPECT_NE(low.errors.find("LOW 'low" + wrong), std::string::npos) << low.errors;
+    expect_flat("high11.obj", "low" + wrong + ".obj");
+  }
+  // Inside out as a whole, a mesh may be a room: the message says what is the matter, with whom, and the remedy.
+  const ProcessResult room = bake("high-1-1.obj", "low11.obj");
+  EXPECT_EQ(room.exit_code, 3);
+  EXPECT_NE(room.errors.find("HIGH 'high-1-1'"), std::string::npos) << room.errors;
+  EXPECT_NE(room.errors.find("--two-sided"), std::string::npos) << room.errors;
+  EXPECT_EQ(room.errors.find("LOW"), std::string::npos) << room.errors;
+  EXPECT_EQ(bake("high-1-1.obj", "low11.obj", {"--two-sided"}).exit_code, 0);
 }
 
 }  // namespace

@@ -11,6 +11,7 @@
 #include "report/causes.h"
 #include "report/flags.h"
 #include "report/missed_patch.h"
+#include "report/terminal.h"
 
 namespace kiln::cli {
 namespace {
@@ -35,6 +36,20 @@ TEST(Flags, LeaveNamesOfFilesAlone) {
         "max_distances", "my_max_distance is", "max_distance.obj is", "", "two_sidedness"}) {
     EXPECT_EQ(with_flags(text), text);
   }
+}
+
+TEST(Terminal, IsGivenNoControlCharacters) {
+  EXPECT_EQ(printable("m\x1b[31mX\x7f\tand\nso on, \xc3\xa9\xe2\x82\xac"),
+            "m\\x1b[31mX\\x7f\tand\nso on, \xc3\xa9\xe2\x82\xac");
+  // C1, as two bytes and as one, which is no UTF-8.
+  EXPECT_EQ(printable("\xc2\x9b\x9b"), "\\xc2\\x9b\\x9b");
+  EXPECT_EQ(printable("\xc2\xa0"), "\xc2\xa0");
+}
+
+TEST(Terminal, LinesAreCutBetweenCharacters) {
+  EXPECT_EQ(first_columns("a\xc3\xa9\xe2\x82\xac.", 3), "a\xc3\xa9\xe2\x82\xac");
+  EXPECT_EQ(first_columns("ab", 3), "ab");
+  EXPECT_EQ(first_columns("ab", 0), "");
 }
 
 std::vector<std::string> codes(const std::vector<Warning>& warnings) {

@@ -61,13 +61,118 @@ TEST(Command, ReportsGoToStreamsWithoutReplacingThem) {
   EXPECT_EQ(WEXITSTATUS(std::system(full.c_str())), 5);
 }
 
+/// Runs a line of the shell, in which `kiln` is the command. \returns its exit code
+int shell(const std::string& line) {
+  const std::string command =
+      "kiln() { '" + std::string(test::kiln_command()) + "' \"$@\"; }; " + line;
+  return WEXITSTATUS(std::system(command.c_str()));
+}
+
+TEST(Command, MakesFoldersThatFilesGoTo) {
+  KILN_REQUIRE_DEVICE();
+  const fs::path scene = make_scene(500);
+  const fs::path out = scene / "a/b", report = scene / "c/d/r.json";
+  const auto run = [](std::vector<std::string> words) {
+    const ProcessResult result = run_kiln(std::move(words));
+    EXPECT_EQ(result.exit_code, 0) << result.errors;
+  };
+  run({"bake", scene / "high.obj", scene / "low.obj", "--size", "16", "--out", out, "--json",
+       report, "--save-match", scene / "e/f/m.exr"});
+  EXPECT_TRUE(fs::exists(out / "low_normal.png"));
+  EXPECT_TRUE(fs::exists(report));
+  EXPECT_TRUE(fs::exists(scene / "e/f/m.exr"));
+  const std::string map = out / "low_normal.png";
+  run({"diff", map, map, "--out", scene / "g/h/d.png", "--json", scene / "i/j/r.json"});
+  EXPECT_TRUE(fs::exists(scene / "g/h/d.png"));
+  EXPECT_TRUE(fs::exists(scene / "i/j/r.json"));
+  run({"simplify", scene / "high.obj", "--faces", "50", "--out", scene / "k/l/low.obj"});
+  EXPECT_TRUE(fs::exists(scene / "k/l/low.obj"));
+  run({"render", scene / "high.obj", "--size", "16", "--out", scene / "m/n/p.png"});
+  EXPECT_TRUE(fs::exists(scene / "m/n/p.png"));
+}
+
+TEST(Command, GoesOnWhereItsReaderHasReadEnough) {
+  KILN_REQUIRE_DEVICE();
+  const fs::path scene = make_scene(500);
+  const std::string bake = "kiln bake '" + (scene / "high.obj").string() + "' '" +
+                           (scene / "low.obj").string() + "' --size 16 --out '" + scene.string();
+  const std::string errors = (scene / "errors.txt").string();
+  // A reader that reads nothing at all: each line meets a closed pipe.
+  for (const std::string more : {"", " --json -"}) {
+    const fs::path out = scene / ("out" + std::to_string(more.size()));
+    EXPECT_EQ(shell("(" + bake + "/" + out.filename().string() + "'" + more + " 2> '" + errors +
+                    "'; echo $? > '" + (scene / "code").string() + "') | true; sleep 1"),
+              0);
+    std::ifstream code(scene / "code");
+    int value = -1;
+    for (int tries = 0; tries < 100 && !(code >> value); ++tries) {
+      usleep(100000);
+      code.close();
+      code.clear();
+      code.open(scene / "code");
+    }
+    EXPECT_EQ(value, 0);
+    EXPECT_TRUE(fs::exists(out / "low_normal.png"));
+    fs::remove(scene / "code");
+    std::ifstream said(errors);
+    EXPECT_EQ(std::string(std::istreambuf_iterator<char>(said), {}).find("kiln:"),
+              std::string::npos);
+  }
+}
+
+TEST(Command, WritesNothingIntoFilesWhereStreamsAreClosed) {
+  KILN_REQUIRE_DEVICE();
+  const fs::path scene = make_scene(500);
+  const std::string high = scene / "high.obj", low = scene / "low.obj";
+  ASSERT_EQ(run_kiln({"bake", high, low, "--size", "16", "--out", scene / "good"}).exit_code, 0);
+  const auto content = [](const fs::path& file) {
+    std::ifstream stream(file, std::ios::binary);
+    return std::string(std::istreambuf_iterator<char>(stream), {});
+  };
+  const std::string wanted = content(scene / "good/low_normal.png");
+  ASSERT_FALSE(wanted.empty());
+  int number = 0;
+  const auto bake = [&](const std::string& more) {
+    const fs::path out = scene / std::to_string(++number);
+    const int code = shell("kiln bake '" + high + "' '" + low + "' --size 16 --out '" +
+                           out.string() + "' " + more);
+    if (fs::exists(out / "low_normal.png")) {
+      EXPECT_EQ(content(out / "low_normal.png"), wanted) << more;
+    }
+    return std::pair(code, fs::exists(out / "low_normal.png"));
+  };
+  using Result = std::pair<int, bool>;
+  // What standard output was to get is lost, which is an error, as on a full disk.
+  EXPECT_EQ(bake("<&- >&- 2> /dev/null"), Result(5, false));
+  EXPECT_EQ(bake("<&- >&- 2>&-"), Result(5, false));
+  EXPECT_EQ(bake("--quiet <&- >&- 2>&-"), Result(0, true));
+  EXPECT_EQ(bake("<&- 2>&- > /dev/null"), Result(0, true));
+}
+
+TEST(Command, EscapesControlCharactersOfFiles) {
+  KILN_REQUIRE_DEVICE();
+  const fs::path scene = make_scene(500);
+  std::ofstream evil(scene / "evil.obj");
+  evil << "mtllib \x1b]0;title\x07\xc2\x9b.mtl\n" << std::ifstream(scene / "high.obj").rdbuf();
+  evil.close();
+  const ProcessResult result = run_kiln({"bake", scene / "evil.obj", scene / "low.obj", "--size",
+                                         "16", "--maps", "color", "--out", scene / "out"});
+  EXPECT_EQ(result.exit_code, 3);
+  EXPECT_NE(result.errors.find("\\x1b]0;title\\x07\\xc2\\x9b.mtl"), std::string::npos)
+      << result.errors;
+  EXPECT_EQ(result.errors.find('\x1b'), std::string::npos);
+}
+
 TEST(Command, RefusesToWriteWhereItCannot) {
   KILN_REQUIRE_DEVICE();
   const fs::path scene = make_scene(500);
   const std::string high = scene / "high.obj";
   const std::string low = scene / "low.obj";
-  expect_failure({"bake", high, low, "--out", scene / "no/such/folder"}, 5, {"no/such/folder"});
+  // Folders that it makes go where the run fails, all of them.
+  expect_failure({"bake", high, scene / "no.obj", "--out", scene / "no/such/folder"}, 3,
+                 {"no.obj"});
   EXPECT_FALSE(fs::exists(scene / "no"));
+  expect_failure({"bake", high, low, "--out", scene / "high.obj/no/folder"}, 5, {"high.obj/no"});
   expect_failure({"bake", high, low, "--out", high}, 5, {"high.obj", "folder"});
   if (geteuid() != 0) {
     fs::create_directory(scene / "locked");

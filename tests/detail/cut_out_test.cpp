@@ -88,6 +88,28 @@ TEST(CutOut, RepeatsAndKeepsWhatIsWhole) {
   EXPECT_GT(area_of(whole), 0.99 * area_of(cut));
 }
 
+TEST(CutOut, LeavesNoPartsWithoutArea) {
+  KILN_REQUIRE_DEVICE();
+  // A disc whose values are those of the threshold on whole rows, so that cuts run through corners; far from the
+  // origin, where parts of a texel are a few roundings wide. One triangle of the mesh has no area itself.
+  Image picture{64, 64, 1, std::vector<float>(64 * 64)};
+  for (std::uint32_t y = 0; y < 64; ++y) {
+    for (std::uint32_t x = 0; x < 64; ++x) {
+      picture.pixels[y * 64 + x] = static_cast<float>((x / 3 + y / 5) % 3) / 2;
+    }
+  }
+  Texture opacity;
+  opacity.images = {std::make_shared<const Image>(picture)};
+  Mesh mesh = test::plane(4, 4);
+  for (Vec3& p : mesh.positions) p = {p.x * 0.01F + 30, p.y * 0.01F + 40, p.z};
+  mesh.triangles.push_back({0, 0, 1});
+  mesh.uv_triangles.push_back({0, 0, 1});
+  if (!mesh.normal_triangles.empty()) mesh.normal_triangles.push_back({0, 0, 1});
+  const Mesh cut = cut_out(mesh, opacity, 0.5);
+  EXPECT_GT(cut.triangles.size(), 1000U);
+  EXPECT_LE(Source(*test::device(), cut).stats().skipped_triangles, 1U);
+}
+
 TEST(CutOut, RaysPassWhereItIsTransparent) {
   KILN_REQUIRE_DEVICE();
   // A card over a floor: seen from the card, all that is not leaf is floor.

@@ -335,5 +335,99 @@ TEST(KeepUvs, MissingUvsAndOnePointOfTheLayoutStayWhatTheyAre) {
   }
 }
 
+/// A grid over [x0, x1] x [0, 1] whose vertices and UVs are given; the cells left of 0 are cut the other way.
+void add_grid(Mesh& mesh, int x0, int x1, int n, const auto& position, const auto& uv) {
+  const auto first = static_cast<std::uint32_t>(mesh.positions.size());
+  const auto width = static_cast<std::uint32_t>((x1 - x0) * n + 1);
+  for (int j = 0; j <= n; ++j) {
+    for (int i = x0 * n; i <= x1 * n; ++i) {
+      const double x = static_cast<double>(i) / n, y = static_cast<double>(j) / n;
+      mesh.positions.push_back(position(x, y));
+      mesh.uvs.push_back(uv(x, y));
+    }
+  }
+  for (std::uint32_t j = 0; j < static_cast<std::uint32_t>(n); ++j) {
+    for (std::uint32_t i = 0; i + 1 < width; ++i) {
+      const std::uint32_t a = first + j * width + i, b = a + 1, d = a + width, c = d + 1;
+      const bool left = static_cast<int>(i) + x0 * n < 0;
+      mesh.triangles.push_back(left ? Triangle{a, b, d} : Triangle{a, b, c});
+      mesh.triangles.push_back(left ? Triangle{b, c, d} : Triangle{a, c, d});
+    }
+  }
+  mesh.uv_triangles = mesh.triangles;
+}
+
+Vec2 in_layout(double u, double v) {
+  return {static_cast<float>(0.05 + 0.44 * u), static_cast<float>(0.05 + 0.9 * v)};
+}
+
+/// Triangles up to `most_u` by the places of their corners in the layout: how many there are at each.
+std::map<std::array<std::array<float, 2>, 3>, int> places(const Mesh& mesh, float most_u) {
+  std::map<std::array<std::array<float, 2>, 3>, int> found;
+  for (const Triangle& t : mesh.uv_triangles) {
+    std::array<std::array<float, 2>, 3> corners{};
+    for (std::size_t k = 0; k < 3; ++k) {
+      // UVs of copies may part by rounding.
+      corners[k] = {std::round(mesh.uvs[t[k]].x * 1e5F), std::round(mesh.uvs[t[k]].y * 1e5F)};
+    }
+    if (std::max({corners[0][0], corners[1][0], corners[2][0]}) / 1e5F > most_u) continue;
+    std::sort(corners.begin(), corners.end());
+    ++found[corners];
+  }
+  return found;
+}
+
+TEST(KeepUvs, MirroredHalvesStayCopies) {
+  // Folded at x = 0. The halves are not mirror images on the surface, so that each by itself would go its own way.
+  Mesh high;
+  add_grid(
+      high, -1, 1, 40,
+      [](double x, double y) {
+        return Vec3{static_cast<float>(x), static_cast<float>(y),
+                    static_cast<float>(0.1 * std::sin(5 * x + 1) * std::cos(4 * y + x))};
+      },
+      [](double x, double y) { return in_layout(std::abs(x), y); });
+  for (const std::uint32_t faces : {2000U, 400U, 100U}) {
+    const Mesh low = simplify(high, {.faces = faces, .keep_uvs = true});
+    EXPECT_LE(low.triangles.size(), faces);
+    EXPECT_GT(low.triangles.size(), faces * 9 / 10);
+    for (const auto& [place, count] : places(low, 1)) EXPECT_EQ(count, 2) << faces;
+    const Probes probes(low);
+    EXPECT_LE(*std::max_element(probes.count.begin(), probes.count.end()), 2) << faces;
+  }
+}
+
+TEST(KeepUvs, RepeatedPartsStayCopiesBesideOthers) {
+  // A patch, and one at the same UVs that goes on beyond them.
+  Mesh high;
+  const auto uv = [](double x, double y) { return in_layout(x, y); };
+  add_grid(
+      high, 0, 1, 30,
+      [](double x, double y) {
+        return Vec3{static_cast<float>(x), static_cast<float>(y),
+                    static_cast<float>(0.05 * std::sin(9 * x) * std::cos(4 * y))};
+      },
+      uv);
+  add_grid(
+      high, 0, 2, 30,
+      [](double x, double y) {
+        return Vec3{static_cast<float>(5 + x), static_cast<float>(y),
+                    static_cast<float>(0.08 * std::sin(3 * x + 2) * std::cos(7 * y))};
+      },
+      uv);
+  for (const std::uint32_t faces : {2000U, 500U, 200U}) {
+    const Mesh low = simplify(high, {.faces = faces, .keep_uvs = true});
+    EXPECT_LE(low.triangles.size(), faces);
+    for (const auto& [place, count] : places(low, 0.4901F)) EXPECT_EQ(count, 2) << faces;
+    const Probes probes(low);
+    for (int i = 0; i < Probes::kSide * Probes::kSide; ++i) {
+      const double u = (i % Probes::kSide + 0.4142) / Probes::kSide;
+      if (probes.count[static_cast<std::size_t>(i)] > (u < 0.49 ? 2 : 1)) {
+        FAIL() << "overlap at " << i << " of " << faces;
+      }
+    }
+  }
+}
+
 }  // namespace
 }  // namespace kiln

@@ -7,12 +7,14 @@
 #include <exception>
 #include <limits>
 #include <new>
+#include <string>
 
 #include "crash.h"
 #include "interrupt.h"
 #include "kiln/kiln.h"
 #include "program.h"
 #include "report/flags.h"
+#include "report/terminal.h"
 
 #ifdef __GLIBC__
 #include <malloc.h>
@@ -45,8 +47,8 @@ int run(int argc, char** argv) {
     command = program.parse({argv + 1, argv + argc});
     if (!command) return 0;  // --help, --version
   } catch (const UsageError& error) {
-    std::fprintf(stderr, "kiln: %s\n", program.explain(error).c_str());
-    std::fprintf(stderr, "Run 'kiln --help' or 'kiln COMMAND --help' for what is accepted.\n");
+    cli::print_line(stderr, "kiln: " + program.explain(error));
+    cli::print_line(stderr, "Run 'kiln --help' or 'kiln COMMAND --help' for what is accepted.");
     return static_cast<int>(ErrorCode::usage);
   }
   // Whatever ends the run: a folder that was made for nothing goes.
@@ -61,11 +63,7 @@ int run(int argc, char** argv) {
     const int result = command();
     if (result == cli::kExitCancelled) return cancelled();
     // First: where it fails, no file appears.
-    if (std::fflush(stdout) != 0 || std::ferror(stdout) != 0) {
-      throw Error(ErrorCode::output,
-                  "Standard output could not be written: the disk is full, or it "
-                  "was closed.");
-    }
+    cli::finish_output();
     outputs.commit();
     tidy.success = result == 0;
     return result;
@@ -76,7 +74,7 @@ int run(int argc, char** argv) {
     if (std::strstr(error.what(), "PoCL's cache of kernels") != nullptr) {
       cli::retry();
     }
-    std::fprintf(stderr, "kiln: %s\n", cli::with_flags(error.what()).c_str());
+    cli::print_line(stderr, "kiln: " + cli::with_flags(error.what()));
     return static_cast<int>(error.code());
   }
 }
@@ -85,6 +83,7 @@ int run(int argc, char** argv) {
 
 int main(int argc, char** argv) {
   using namespace kiln;
+  if (!cli::reserve_descriptors()) return static_cast<int>(ErrorCode::output);
   // PoCL installs a process-wide handler for arithmetic traps; ours to decide, so not wanted.
   setenv("POCL_SIGFPE_HANDLER", "0", 0);
   int exit_code = static_cast<int>(ErrorCode::internal);
@@ -98,7 +97,7 @@ int main(int argc, char** argv) {
     std::fputs("kiln: Memory ran out. Use a smaller --size, fewer --samples or a lighter mesh.\n",
                stderr);
   } catch (const std::exception& error) {
-    std::fprintf(stderr, "kiln: %s\n", error.what());
+    cli::print_line(stderr, std::string("kiln: ") + error.what());
   }
   if (driver_failed()) {
     // Its handlers at exit would wait for locks that it holds for good.

@@ -58,6 +58,22 @@ void refuse_broken_link(const std::filesystem::path& folder) {
   }
 }
 
+/// One whose parent is there. \throws Error(output)
+void create_output_folder(const std::filesystem::path& folder) {
+  std::error_code error;
+  const bool made = std::filesystem::create_directory(folder, error);
+  if (error) {
+    throw Error(ErrorCode::output, "The output folder '" + folder.string() +
+                                       "' cannot be created (" + error.message() +
+                                       "): choose another place.");
+  }
+  if (!made) return;  // another process was faster, or the path ends in a slash
+  const std::filesystem::path whole = std::filesystem::absolute(folder, error);
+  const std::lock_guard lock(created_mutex);
+  created_folders.push_back(error ? folder : whole);
+  note_created_folder(created_folders.back());
+}
+
 }  // namespace
 
 void save_text(const std::filesystem::path& path, std::string_view text) {
@@ -80,11 +96,12 @@ void save_text(const std::filesystem::path& path, std::string_view text) {
 
 void remove_empty_output_folders() noexcept {
   const std::lock_guard lock(created_mutex);
-  for (const std::filesystem::path& folder : created_folders) {
+  // Last made, first gone.
+  while (!created_folders.empty()) {
     // Fails where something is in it, as it should.
-    if (rmdir(folder.c_str()) != 0) continue;
+    [[maybe_unused]] const int not_empty = rmdir(created_folders.back().c_str());
+    created_folders.pop_back();
   }
-  created_folders.clear();
   forget_created_folders();
 }
 
@@ -94,16 +111,12 @@ void prepare_output_folder(const std::filesystem::path& folder) {
   std::error_code error;
   if (!fs::exists(target, error)) {
     refuse_broken_link(target);
-    fs::create_directory(target, error);
-    if (error) {
-      throw Error(ErrorCode::output, "The output folder '" + target.string() +
-                                         "' cannot be created (" + error.message() +
-                                         "): create its parent folder, or choose another place.");
+    fs::path folder_so_far;
+    for (const fs::path& part : target) {
+      folder_so_far /= part;
+      if (fs::exists(folder_so_far, error)) continue;
+      create_output_folder(folder_so_far);
     }
-    const fs::path whole = fs::absolute(target, error);
-    const std::lock_guard lock(created_mutex);
-    created_folders.push_back(error ? target : whole);
-    note_created_folder(created_folders.back());
     return;
   }
   if (!fs::is_directory(target, error)) {

@@ -26,7 +26,7 @@ struct Slot {
 static_assert(std::atomic<int>::is_always_lock_free);
 
 std::array<Slot, 64> slots;
-std::array<Slot, 16> folder_slots;
+std::array<Slot, 64> folder_slots;
 std::atomic<unsigned> name_counter{0};
 
 int register_name(std::span<Slot> all, const std::string& name) {

@@ -71,6 +71,7 @@ DenseInput load_dense(const std::vector<std::string>& files, const HeightArgumen
   }
   Mesh mesh = load_meshes(files, options, named, warnings).mesh;
   mesh.tangents = {};  // for its normal textures MikkTSpace computes them
+  turn_normals("HIGH", Trusted::faces, mesh, warnings);
   return {std::move(mesh), {}};
 }
 
@@ -84,6 +85,7 @@ DenseInput load_dense(const std::string& path, const HeightArguments& arguments,
     }
     Mesh mesh = load_mesh(path, options, &warnings);
     mesh.tangents = {};
+    turn_normals("HIGH", Trusted::faces, mesh, warnings);
     return {std::move(mesh), {}};
   }
   DenseInput dense;
@@ -113,6 +115,72 @@ void turn_strays(Mesh& high, std::vector<Warning>& warnings) {
                 with_commas(high.triangles.size()).c_str(), high.origin[0] + place.x,
                 high.origin[1] + place.y, high.origin[2] + place.z);
   warnings.push_back({"turned-triangles", text, turned.count});
+}
+
+void turn_normals(const std::string& which, Trusted trust, Mesh& mesh,
+                  std::vector<Warning>& warnings) {
+  const AgreedNormals found = agree_normals(mesh, trust);
+  const std::uint64_t turned = found.normals + found.faces;
+  if (turned + found.strange == 0) return;
+  const Vec3& place = mesh.positions[mesh.triangles[found.first][0]];
+  char text[160];
+  std::snprintf(text, sizeof text, ", one at (%.5g, %.5g, %.5g)", mesh.origin[0] + place.x,
+                mesh.origin[1] + place.y, mesh.origin[2] + place.z);
+  const std::string at = text;
+  const std::string all = " of " + with_commas(mesh.triangles.size()) + " triangles";
+  const char* remedy =
+      " To be rid of this, let the program that made the mesh recalculate its normals, or export "
+      "it again.";
+  if (turned != 0) {
+    std::string done;
+    if (found.faces != 0) {
+      done = plural(found.faces, "triangle") + (found.faces == 1 ? " was" : " were") +
+             " turned round, as the normals show";
+    }
+    if (found.normals != 0) {
+      done += (done.empty() ? "" : "; ") + ("the normals of " + plural(found.normals, "triangle")) +
+              " were turned, as the faces show";
+    }
+    if (found.mirrored != 0) {
+      done += "; those of " + with_commas(found.mirrored) + " were a mirror image's";
+    }
+    if (found.unclear != 0) {
+      done += ". Of " + plural(found.unclear, "triangle") +
+              " of open parts nothing tells which of both is wrong: see that the map is right, or "
+              "add --two-sided";
+    }
+    warnings.push_back({"turned-normals",
+                        which + " '" + mesh.name + "': normals of " + with_commas(turned) + all +
+                            " opposed their faces" + at + "; " + done + "." + remedy,
+                        turned});
+  }
+  if (found.strange != 0) {
+    warnings.push_back({"strange-normals",
+                        which + " '" + mesh.name +
+                            "': normals of most faces point to the back in "
+                            "parts of " +
+                            with_commas(found.strange) + all + (turned == 0 ? at : "") +
+                            ", in no way that turning them mends; they are taken as they are." +
+                            remedy,
+                        found.strange});
+  }
+}
+
+std::string why_inside_out(const Mesh& high, const Mesh& low) {
+  const InwardParts found = inward_parts(high);
+  if (found.count == 0 || inward_parts(low).count != 0) return {};
+  char text[240];
+  std::snprintf(
+      text, sizeof text,
+      "%s of %s that %s an inside %s inside out, one at (%.5g, %.5g, %.5g): rays meet the "
+      "backs of its faces",
+      with_commas(found.count).c_str(), plural(found.parts, "part").c_str(),
+      found.parts == 1 ? "has" : "have", found.count == 1 ? "is" : "are",
+      high.origin[0] + found.example.x, high.origin[1] + found.example.y,
+      high.origin[2] + found.example.z);
+  return "HIGH '" + high.name + "': " + text +
+         ". Turn them round in the modelling tool (recalculate normals outside), or add "
+         "--two-sided.";
 }
 
 UvOptions uv_options(const DenseInput& dense, UvOptions options) {

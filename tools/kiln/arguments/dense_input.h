@@ -46,6 +46,14 @@ DenseInput load_dense(const std::string& path, const HeightArguments& arguments,
 /// Turns triangles of a high poly that low polys are made of as those beside them face, and says so: else each is a hole.
 void turn_strays(Mesh& high, std::vector<Warning>& warnings);
 
+/// Sets right normals that oppose their faces, of HIGH or LOW, with a warning: see agree_normals().
+void turn_normals(const std::string& which, Trusted trust, Mesh& mesh,
+                  std::vector<Warning>& warnings);
+
+/// Whether rays from LOW meet but the backs of parts of HIGH: these face inwards, and no part of LOW does.
+/// \returns what is the matter, and the remedy; empty where nothing is
+std::string why_inside_out(const Mesh& high, const Mesh& low);
+
 /// How far matching by UVs trusts the layouts of a high poly and of a low poly. Those of a height field
 /// agree by make; how far the surfaces are apart is what is baked, so its heights are allowed for.
 UvOptions uv_options(const DenseInput& dense, UvOptions options = {});

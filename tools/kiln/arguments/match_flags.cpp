@@ -128,6 +128,7 @@ MeshFiles load_low_files(const BakeArguments& arguments, std::vector<Warning>& w
                     " has none. PLY gives them, as properties tx, ty, tz and tw of its vertices, "
                     "beside UVs; leave --tangents out for those of MikkTSpace.");
   }
+  turn_normals("LOW", Trusted::normals, files.mesh, warnings);
   return files;
 }
 

@@ -125,13 +125,17 @@ std::string in_words(const std::vector<std::string>& files) {
 void warn_of_shared_texels(const MeshFiles& low, std::vector<Warning>& warnings) {
   if (low.files.size() < 2 || low.mesh.uv_triangles.empty()) return;
   std::vector<std::uint32_t> owner(std::size_t{kGrid} * kGrid, kNone);
+  std::vector<const std::string*> counted(owner.size(),
+                                          nullptr);  // the last file that shares a cell
   std::map<std::pair<std::string, std::string>, Shared> pairs;
   for (std::uint32_t t = 0; t < low.mesh.triangles.size(); ++t) {
     over_cells(uvs_of(low.mesh, t), [&](std::uint32_t x, std::uint32_t y) {
       std::uint32_t& known = owner[std::size_t{y} * kGrid + x];
       if (known == kNone) known = t;
       const std::string &a = low.file_of(known), &b = low.file_of(t);
-      if (&a == &b || same_place(low.mesh, known, t)) return;
+      const std::string*& last = counted[std::size_t{y} * kGrid + x];
+      if (&a == &b || last == &b || same_place(low.mesh, known, t)) return;
+      last = &b;
       Shared& shared = pairs[{a, b}];
       if (shared.cells++ == 0) {
         shared.u = (x + 0.5) / kGrid;
@@ -141,9 +145,9 @@ void warn_of_shared_texels(const MeshFiles& low, std::vector<Warning>& warnings)
   }
   for (const auto& [files, shared] : pairs) {
     char text[160];
-    std::snprintf(text, sizeof text, " overlap on %.2g%% of the unit square, at UV (%.4g, %.4g) ",
-                  100.0 * static_cast<double>(shared.cells) / (double{kGrid} * kGrid), shared.u,
-                  shared.v);
+    std::snprintf(text, sizeof text, " overlap on %s of the unit square, at UV (%.4g, %.4g) ",
+                  in_percent(static_cast<double>(shared.cells) / (double{kGrid} * kGrid)).c_str(),
+                  shared.u, shared.v);
     warnings.push_back({"files-overlap",
                         "UVs of '" + files.first + "' and '" + files.second + "'" + text +
                             "for one, and all LOW share one map: lay them out side by side, add "

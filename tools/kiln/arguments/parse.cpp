@@ -5,6 +5,7 @@
 #include <cctype>
 #include <charconv>
 #include <cmath>
+#include <cstdio>
 #include <filesystem>
 #include <string_view>
 
@@ -228,6 +229,32 @@ Check number_from_0() {
         return good ? std::string() : "expected a number, 0 or more, not '" + text + "'";
       },
       "NUMBER");
+}
+
+std::string in_percent(double share, int digits) {
+  constexpr double kMost = 1e6;
+  constexpr int kMostDecimals = 6;
+  const double value = 100 * share;
+  if (!(value < kMost)) return "over 1000000%";
+  int decimals = 0;
+  const double enough = std::pow(10.0, digits - 1);
+  for (double v = value; v > 0 && v < enough && decimals < kMostDecimals; v *= 10) ++decimals;
+  char text[32];
+  std::snprintf(text, sizeof text, "%.*f", decimals, value);
+  std::string number = text;
+  if (decimals > 0) number.erase(number.find_last_not_of('0') + 1);
+  if (number.back() == '.') number.pop_back();
+  return number + "%";
+}
+
+std::string of_diagonal(double share) {
+  char text[48];
+  if (share < 10) {
+    std::snprintf(text, sizeof text, "%.3f%% of the diagonal", 100 * share);
+  } else {
+    std::snprintf(text, sizeof text, "%.3g times the diagonal", share);
+  }
+  return text;
 }
 
 std::string with_commas(std::uint64_t value) {

@@ -4,6 +4,7 @@
 
 #include "arguments/small_file.h"
 #include "report/json_text.h"
+#include "report/terminal.h"
 
 namespace kiln::cli {
 namespace {
@@ -57,7 +58,9 @@ void check_not_foreign(const fs::path& obj, bool force) {
 }
 
 void prepare_parent(const fs::path& file) {
-  if (counts(file)) prepare_output_folder(file.parent_path());
+  std::error_code none;
+  const bool stream = fs::exists(file, none) && !fs::is_regular_file(file, none);
+  if (counts(file) && !stream) prepare_output_folder(file.parent_path());
 }
 
 void save_report(const fs::path& path, const Json& report) {
@@ -67,9 +70,7 @@ void save_report(const fs::path& path, const Json& report) {
     return;
   }
   std::fwrite(text.data(), 1, text.size(), stdout);
-  if (std::fflush(stdout) != 0) {
-    throw Error(ErrorCode::output, "The report could not be written to standard output.");
-  }
+  finish_output();
 }
 
 }  // namespace kiln::cli

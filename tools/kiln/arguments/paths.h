@@ -23,7 +23,7 @@ void check_not_foreign(const std::filesystem::path& obj, bool force);
 /// Whether Kiln wrote an OBJ, and nothing has written over it.
 bool is_own_obj(const std::filesystem::path& obj);
 
-/// The folder that a file goes to must take files; made where only its last part is missing.
+/// The folder that a file goes to must take files; made where it is missing. Streams such as /dev/stdout need none.
 /// \throws Error(output)
 void prepare_parent(const std::filesystem::path& file);
 

@@ -89,10 +89,11 @@ Warning light_not_reached(const LightBake& light, const std::string& place) {
     if (!(light.max_outline > 0 && light.chosen.one_sided > light.max_outline))
       return bounds_not_reached(light.bounds, light.chosen.size);
     std::snprintf(text, sizeof text,
-                  "Outlines differ by %.2g%% of what either mesh covers%s, more than the %.2g%% of "
+                  "Outlines differ by %s of what either mesh covers%s, more than the %s of "
                   "--max-outline: no low poly that was looked at comes nearer. Accept more, or "
                   "simplify with --faces.",
-                  100 * light.chosen.one_sided, place.c_str(), 100 * light.max_outline);
+                  in_percent(light.chosen.one_sided).c_str(), place.c_str(),
+                  in_percent(light.max_outline).c_str());
     return {"outlines-not-reached", text, 1};
   }
   std::snprintf(
@@ -188,8 +189,8 @@ std::vector<std::string> trade_table(const LightBake& light) {
     lines.emplace_back(text);
   }
   if (light.max_outline > 0) {
-    std::snprintf(text, sizeof text, "outlines differ by %.2g%% of what either mesh covers",
-                  100 * light.chosen.one_sided);
+    std::snprintf(text, sizeof text, "outlines differ by %s of what either mesh covers",
+                  in_percent(light.chosen.one_sided).c_str());
     lines.emplace_back(text);
   }
   if (light.chosen.size == 0 && light.reached) {

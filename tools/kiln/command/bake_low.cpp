@@ -45,12 +45,13 @@ PolygonCounts count_polygons(const Mesh& mesh) {
   return counts;
 }
 
-/// Soft seams are split where that is asked for, else a warning shows one.
-void mind_seams(const BakeArguments& arguments, LowMesh& low, std::vector<Warning>& warnings) {
+/// Soft seams are split where that is asked for, else a warning shows one: both where judge_seams() finds that it helps.
+void mind_seams(const BakeArguments& arguments, LowMesh& low) {
   if (low.mesh.uv_triangles.empty()) return;  // the bake says so
   const SoftSeams seams = soft_seams(low.mesh, kSoftDegrees);
   low.soft_seams = seams.edges;
   if (arguments.split_at_seams) {
+    low.whole = low.mesh;
     low.mesh = split_at_seams(low.mesh);
     low.made = true;
     return;
@@ -69,11 +70,11 @@ void mind_seams(const BakeArguments& arguments, LowMesh& low, std::vector<Warnin
                 plural(seams.between_flats, "UV seam").c_str(),
                 at(low.mesh.origin[0], seams.example.x), at(low.mesh.origin[1], seams.example.y),
                 at(low.mesh.origin[2], seams.example.z), seams.example_degrees);
-  warnings.push_back({"soft-seams",
+  low.seam_warning = {"soft-seams",
                       "LOW " + in_words(low_files(arguments)) + text +
                           "Its normal map gets gradients there. Make these edges hard in the "
                           "modelling tool, or add --split-at-seams.",
-                      seams.between_flats});
+                      seams.between_flats};
 }
 
 }  // namespace
@@ -107,7 +108,7 @@ LowMesh prepare_low(const BakeArguments& arguments, const DenseInput& dense, Con
     }
     low.stem = low_stem(arguments);
     if (!arguments.unwrap) {
-      mind_seams(arguments, low, warnings);
+      mind_seams(arguments, low);
       return low;
     }
   } else if (onto_plane(arguments)) {

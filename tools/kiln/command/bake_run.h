@@ -30,7 +30,9 @@ struct LowMesh {
   std::string stem;   // of the maps' names
   bool made = false;  // by us, or its UVs: it is written beside the maps
   PolygonCounts polygons;
-  std::uint64_t soft_seams = 0;  // before they were split
+  std::uint64_t soft_seams = 0;         // before they were split
+  std::optional<Mesh> whole;            // before they were split
+  std::optional<Warning> seam_warning;  // that is given where splitting them helps
   std::optional<SimplifyReport> simplified;
   std::optional<UnwrapReport> unwrapped;
 };

@@ -108,10 +108,11 @@ std::string summary(const PlannedBake& planned) {
 std::string summary(const UvReport& uv, double diagonal) {
   char text[320];
   std::snprintf(text, sizeof text,
-                "layouts: %s of the high poly's samples covered twice; surfaces %.3g%% of the "
-                "diagonal apart at the same UV on average, 95%% of the samples within %.3g%%",
-                percent(uv.overlapping, uv.covered).c_str(), 100 * uv.mean_distance / diagonal,
-                100 * uv.p95_distance / diagonal);
+                "layouts: %s of the high poly's samples covered twice; surfaces %s of the "
+                "diagonal apart at the same UV on average, 95%% of the samples within %s",
+                percent(uv.overlapping, uv.covered).c_str(),
+                in_percent(uv.mean_distance / diagonal, 3).c_str(),
+                in_percent(uv.p95_distance / diagonal, 3).c_str());
   return text;
 }
 
@@ -167,18 +168,18 @@ std::string texels_line(const BakeReport& report, std::uint64_t map_texels,
   const std::uint64_t found = report.samples - report.missed;
   std::string searched;
   if (report.max_distance > 0) {
-    std::snprintf(text, sizeof text, ", search distance %.3g (%.3f%%)", report.max_distance,
-                  100 * report.max_distance / source.diagonal);
+    std::snprintf(text, sizeof text, ", search distance %.3g (%s)", report.max_distance,
+                  of_diagonal(report.max_distance / source.diagonal).c_str());
     searched = text;
   }
   std::snprintf(text, sizeof text,
                 "%s of %s texels covered, %s matched (%s), %s samples missed (%s); mean distance "
-                "%.3g units (%.3f%% of the diagonal)%s",
+                "%.3g units (%s)%s",
                 with_commas(report.texels).c_str(), with_commas(map_texels).c_str(),
                 percent(found, report.samples).c_str(), shares(report).c_str(),
                 with_commas(report.missed).c_str(), percent(report.missed, report.samples).c_str(),
-                report.mean_abs_distance, 100 * report.mean_abs_distance / source.diagonal,
-                searched.c_str());
+                report.mean_abs_distance,
+                of_diagonal(report.mean_abs_distance / source.diagonal).c_str(), searched.c_str());
   return text;
 }
 

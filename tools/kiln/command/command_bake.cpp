@@ -18,6 +18,7 @@
 #include "report/causes.h"
 #include "report/check_result.h"
 #include "report/missed_patch.h"
+#include "report/terminal.h"
 
 namespace kiln::cli {
 namespace {
@@ -78,12 +79,13 @@ std::string missed_place(const BakeResult& result, const Mesh& low) {
 /// Of a low poly that was made here: both meshes lie in one place.
 std::string misses_of_made(const BakeReport& report, double strays) {
   char text[256];
-  std::snprintf(text, sizeof text,
-                "%.2g%% of the samples found no point of the high poly within the distance: the "
-                "low poly strays up to %.1f%% of the diagonal. Ask for more faces, or raise "
-                "--max-distance.",
-                100.0 * static_cast<double>(report.missed) / static_cast<double>(report.samples),
-                100 * strays);
+  std::snprintf(
+      text, sizeof text,
+      "%s of the samples found no point of the high poly within the distance: the "
+      "low poly strays up to %.1f%% of the diagonal. Ask for more faces, or raise "
+      "--max-distance.",
+      in_percent(static_cast<double>(report.missed) / static_cast<double>(report.samples)).c_str(),
+      100 * strays);
   return text;
 }
 
@@ -170,6 +172,10 @@ bool read_inputs(BakeRun& run) {
       }
     }
   }
+  if (!made && !run.options.two_sided) {
+    const std::string inside_out = why_inside_out(run.dense.mesh, run.low.mesh);
+    if (!inside_out.empty()) run.warnings.push_back({"high-inside-out", inside_out, 1});
+  }
   run.low_path = made ? (std::filesystem::path(arguments.out) / (run.low.stem + ".obj")).string()
                       : arguments.low;
   (made ? run.stages.low : run.stages.load) += run.watch.lap();
@@ -204,6 +210,57 @@ void make_cage(BakeRun& run, const Source& source) {
   run.options.max_distance.reset();  // that was for finding it
   run.warnings.insert(run.warnings.end(), run.cage->warnings.begin(), run.cage->warnings.end());
   run.stages.cage = run.watch.lap();
+}
+
+/// How far rendered normals of LOW with a small map of its own are off HIGH's, mean degrees; with nothing found, none.
+std::optional<double> normals_off(const BakeRun& run, const Device& device, const Source& source,
+                                  const Mesh& low, const NormalReference& reference) {
+  constexpr std::uint32_t kMostTexels = 512;
+  const BakeOptions plain;
+  BakeOptions options = run.options;
+  options.width = std::min(options.width, kMostTexels);
+  options.height = std::min(options.height, kMostTexels);
+  options.maps = plain.maps;
+  options.space = plain.space;
+  options.bitangent = plain.bitangent;
+  options.flip_y = options.two_component = options.raw = options.mips = options.keep_match = false;
+  options.transfers = {};
+  options.progress = {};
+  const BakeResult result = bake_from(run.dense, source, low, options);
+  if (result.cancelled || result.report.missed == result.report.samples) return std::nullopt;
+  return reference.compare(Scene(device, low, {&result.maps[0].image})).mean_degrees;
+}
+
+/// Splitting seams gives corners other normals. What they were may suit better, as weighted normals of bevels do:
+/// the normals that a picture shows decide.
+void judge_seams(BakeRun& run, const Device& device, const Source& source) {
+  constexpr double kClearly = 0.98;
+  LowMesh& low = run.low;
+  if (!low.whole && !low.seam_warning) return;
+  if (run.options.match != nullptr) {  // of one size, and of LOW as it is
+    if (low.seam_warning) run.warnings.push_back(*low.seam_warning);
+    return;
+  }
+  std::vector<ViewAngles> views;
+  for (const Vec3& toward : spread_views(kPlanViews)) views.push_back(view_angles(toward));
+  const NormalReference reference(Scene(device, run.dense.mesh), run.dense.mesh, std::move(views),
+                                  kPlanPixels);
+  const Mesh other = low.whole ? std::move(*low.whole) : split_at_seams(low.mesh);
+  const Mesh &whole = low.whole ? other : low.mesh, &split = low.whole ? low.mesh : other;
+  const std::optional<double> as_is = normals_off(run, device, source, whole, reference);
+  const std::optional<double> off = normals_off(run, device, source, split, reference);
+  if (low.seam_warning) {
+    if (as_is && off && *off < kClearly * *as_is) run.warnings.push_back(*low.seam_warning);
+    return;
+  }
+  if (!as_is || !off || *off <= *as_is) return;
+  char text[240];
+  std::snprintf(text, sizeof text,
+                "--split-at-seams: with hard edges at its seams, LOW and its map are %.3g degrees "
+                "off HIGH's normals; as they are, %.3g. Its normals were left as they are.",
+                *off, *as_is);
+  run.warnings.push_back({"seams-kept", text, low.soft_seams});
+  low.mesh = other;
 }
 
 /// \returns false where it was cancelled
@@ -263,14 +320,13 @@ int verdict(const BakeRun& run) {
   const double missed = 100.0 * static_cast<double>(report.missed) /
                         static_cast<double>(std::max<std::uint64_t>(1, report.samples));
   if (missed > run.arguments.max_missed_percent) {
-    std::fprintf(
-        stderr, "kiln: %s\n",
-        too_many_missed(run.arguments, run.result, run.low.mesh, run.low_path, missed).c_str());
+    print_line(stderr, "kiln: " + too_many_missed(run.arguments, run.result, run.low.mesh,
+                                                  run.low_path, missed));
     return 1;
   }
   const bool planned = run.lods ? run.lods->reached : !run.light || run.light->reached;
   if (!planned || (run.planned && !run.planned->reached && !angle_bound(run.arguments).empty())) {
-    std::fprintf(stderr, "kiln: the error asked for was not reached.\n");
+    print_line(stderr, "kiln: the error asked for was not reached.");
     return 1;
   }
   return 0;
@@ -301,6 +357,7 @@ int run_bake(const BakeArguments& given) {
   if (!run.console.progress(kAtSource, "preparing the high poly")) return kExitCancelled;
   const Source source(device, run.dense.mesh, traversal(arguments));
   run.stages.build = run.watch.lap();
+  judge_seams(run, device, source);
   make_cage(run, source);
   if (!make_maps(run, source)) return kExitCancelled;
   const double making = run.watch.lap();

@@ -5,15 +5,17 @@
 #include "kiln/kiln.h"
 #include "report/json_text.h"
 #include "report/report.h"
+#include "report/terminal.h"
 
 namespace kiln::cli {
 namespace {
 
 void print(const DeviceInfo& info) {
   const auto gib = [](std::uint64_t bytes) { return static_cast<double>(bytes) / (1ULL << 30); };
-  std::printf("%d  %s\n", info.index, info.name.c_str());
-  std::printf("   %s, %s, driver %s, %u compute units\n", info.is_gpu ? "GPU" : "CPU",
-              info.platform.c_str(), info.driver.c_str(), info.compute_units);
+  print_line(stdout, std::to_string(info.index) + "  " + info.name);
+  print_line(stdout, std::string("   ") + (info.is_gpu ? "GPU" : "CPU") + ", " + info.platform +
+                         ", driver " + info.driver + ", " + std::to_string(info.compute_units) +
+                         " compute units");
   std::printf("   memory %.1f GiB, largest buffer %.1f GiB, 64-bit atomics: %s\n",
               gib(info.memory_bytes), gib(info.largest_buffer_bytes),
               info.has_atomics_64 ? "yes" : "no");

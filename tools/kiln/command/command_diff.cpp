@@ -10,6 +10,7 @@
 #include "picture/sheet.h"
 #include "report/map_file.h"
 #include "report/report.h"
+#include "report/terminal.h"
 
 namespace kiln::cli {
 namespace {
@@ -23,6 +24,7 @@ bool is_exr(const std::string& path) { return std::filesystem::path(path).extens
 
 void check(const DiffArguments& arguments) {
   check_paths({arguments.a, arguments.b, arguments.mask}, {arguments.out, arguments.json});
+  prepare_parent(arguments.json);
   if (arguments.out.empty()) return;
   if (!is_exr(arguments.out) && std::filesystem::path(arguments.out).extension() != ".png") {
     throw Error(ErrorCode::usage, "--out '" + arguments.out +
@@ -81,17 +83,17 @@ int run_diff(const DiffArguments& arguments) {
   if (arguments.max_error && difference.max_error > *arguments.max_error) within = false;
   if (!has_limit && difference.max_error > 0) within = false;
 
-  std::fprintf(arguments.json == "-" ? stderr : stdout,
-               "%s texels: angle mean %.4f, 95%% %.4f, 99%% %.4f, max %.4f degrees; "
-               "channel error mean %.6f, max %.6f, worst at (%u, %u)\n",
-               std::to_string(difference.compared).c_str(), difference.mean_angle_degrees,
-               difference.p95_angle_degrees, difference.p99_angle_degrees,
-               difference.max_angle_degrees, difference.mean_error, difference.max_error,
-               difference.worst_x, difference.worst_y);
-  std::fprintf(arguments.json == "-" ? stderr : stdout, "%s\n",
-               within      ? "within"
-               : has_limit ? "beyond the limits"
-                           : "different");
+  char text[320];
+  std::snprintf(text, sizeof text,
+                "%s texels: angle mean %.4f, 95%% %.4f, 99%% %.4f, max %.4f degrees; "
+                "channel error mean %.6f, max %.6f, worst at (%u, %u)",
+                std::to_string(difference.compared).c_str(), difference.mean_angle_degrees,
+                difference.p95_angle_degrees, difference.p99_angle_degrees,
+                difference.max_angle_degrees, difference.mean_error, difference.max_error,
+                difference.worst_x, difference.worst_y);
+  std::FILE* const to = arguments.json == "-" ? stderr : stdout;
+  print_line(to, text);
+  print_line(to, within ? "within" : has_limit ? "beyond the limits" : "different");
   if (!arguments.out.empty()) save_difference(arguments, a, b, mask ? &*mask : nullptr);
   if (!arguments.json.empty()) {
     const Json report = {

@@ -64,7 +64,7 @@ int run_gallery(const GalleryArguments& a) {
   check_paths({a.high, a.low},
               {folder / "matches.png", folder / "error.png", folder / "samples.png", a.json});
   prepare_output_folder(folder);
-  if (!a.json.empty() && a.json != "-") prepare_parent(a.json);
+  prepare_parent(a.json);
 
   const Device device = Device::open(a.device);
   if (!console.progress(0, "reading " + a.high)) return kExitCancelled;

@@ -140,7 +140,7 @@ int run_rating(const MeasureArguments& a) {
   }
   check_paths({inputs_read.begin(), inputs_read.end()}, files);
   if (options.pictures) prepare_output_folder(folder);
-  if (!a.json.empty() && a.json != "-") prepare_parent(a.json);
+  prepare_parent(a.json);
 
   const Device device = Device::open(a.device);
   if (!console.progress(0, "reading " + a.high)) return kExitCancelled;

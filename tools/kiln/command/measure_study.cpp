@@ -93,7 +93,7 @@ int run_one_study(const MeasureArguments& arguments) {
   Stopwatch watch;
   const fs::path folder = arguments.out;
   prepare_output_folder(folder);
-  if (!arguments.json.empty()) prepare_output_folder(fs::path(arguments.json).parent_path());
+  prepare_parent(arguments.json);
 
   const Device device = Device::open(arguments.device);
   if (!console.progress(0, "reading " + arguments.high)) return kExitCancelled;

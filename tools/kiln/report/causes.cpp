@@ -33,6 +33,7 @@ constexpr std::array kFollows = {
     Follows{"no-texels", "uv-degenerate"},
     Follows{"no-texels", "uv-outside"},
     // Of the bake: what is missed. An error that was not reached decides the exit code, so it is always told.
+    Follows{"many-misses", "high-inside-out"},
     Follows{"many-misses", "coarse-views"},
     Follows{"many-misses", "short-rays"},
     Follows{"many-misses", "uv-source-degenerate"},

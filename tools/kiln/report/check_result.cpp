@@ -6,6 +6,7 @@
 #include <cstdio>
 #include <string>
 
+#include "arguments/dense_input.h"
 #include "arguments/parse.h"
 
 namespace kiln::cli {
@@ -127,6 +128,8 @@ void check_result(const BakeReport& report, const Mesh& high, const Mesh& low) {
             "larger --size, or move the UVs into the unit square.");
   }
   if (report.missed == report.samples) {
+    const std::string inside_out = report.uv ? "" : why_inside_out(high, low);
+    if (!inside_out.empty()) throw Error(ErrorCode::input, "No point was found. " + inside_out);
     throw Error(ErrorCode::input, why_nothing(report, high, low));
   }
 }
@@ -141,6 +144,7 @@ Mesh load_light(const std::string& path, const std::string& otherwise,
                 std::vector<Warning>& warnings) {
   Mesh mesh = load_mesh(path, &warnings);
   check_has_uvs(mesh, path, otherwise);
+  turn_normals("LOW", Trusted::normals, mesh, warnings);
   return mesh;
 }
 

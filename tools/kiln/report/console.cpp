@@ -3,20 +3,21 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <cstdio>
 #include <cstdlib>
 #include <map>
 #include <utility>
 
 #include "interrupt.h"
 #include "report/flags.h"
+#include "report/terminal.h"
 
 namespace kiln::cli {
 
 Console::Console(bool quiet, const std::string& report)
     : quiet_(quiet), report_on_output_(report == "-"), terminal_(isatty(STDERR_FILENO) != 0) {
+  // Without a name it says nothing of what it can do.
   const char* kind = std::getenv("TERM");
-  if (kind != nullptr && std::string_view(kind) == "dumb") terminal_ = false;
+  if (kind == nullptr || *kind == '\0' || std::string_view(kind) == "dumb") terminal_ = false;
 }
 
 Console::~Console() { clear_bar(); }
@@ -33,14 +34,18 @@ bool Console::progress(double share, std::string_view stage) {
   if (quiet_ || !terminal_) return true;
   const int percent = std::clamp(static_cast<int>(share * 100), 0, 100);
   if (percent == last_percent_ && stage == last_stage_) return true;
-  constexpr int kWidth = 32;
-  const int filled = percent * kWidth / 100;
-  std::string bar(static_cast<std::size_t>(filled), '#');
-  bar.append(static_cast<std::size_t>(kWidth - filled), '.');
+  // A line that wraps would not be cleared: it ends a column before the last one.
+  const std::size_t columns = terminal_columns() - 1;
+  const std::size_t width = std::min<std::size_t>(32, columns / 3);
+  const std::size_t filled = static_cast<std::size_t>(percent) * width / 100;
   const double seconds =
       std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
-  std::fprintf(stderr, "\r\033[K[%s] %3d%%  %5.1f s  %.*s", bar.c_str(), percent, seconds,
-               static_cast<int>(stage.size()), stage.data());
+  char numbers[64];
+  std::snprintf(numbers, sizeof numbers, "] %3d%%  %5.1f s  ", percent, seconds);
+  const std::string line = "[" + std::string(filled, '#') + std::string(width - filled, '.') +
+                           numbers + printable(stage);
+  const std::string_view shown = first_columns(line, columns);
+  std::fprintf(stderr, "\r\033[K%.*s", static_cast<int>(shown.size()), shown.data());
   std::fflush(stderr);
   bar_shown_ = true;
   last_percent_ = percent;
@@ -51,14 +56,12 @@ bool Console::progress(double share, std::string_view stage) {
 void Console::line(const std::string& text) {
   if (quiet_) return;
   clear_bar();
-  std::FILE* const to = report_on_output_ ? stderr : stdout;
-  std::fprintf(to, "%s\n", text.c_str());
-  std::fflush(to);
+  print_line(report_on_output_ ? stderr : stdout, text);
 }
 
 void Console::warning(const std::string& text) {
   clear_bar();
-  std::fprintf(stderr, "warning: %s\n", with_flags(text).c_str());
+  print_line(stderr, "warning: " + with_flags(text));
 }
 
 void print_warnings(Console& console, const std::vector<Warning>& general,

@@ -6,23 +6,6 @@
 namespace kiln::cli {
 namespace {
 
-/// Bytes of the UTF-8 character at the start; 0 where there is none (RFC 3629: neither too long a form,
-/// nor half of a surrogate, nor beyond U+10FFFF).
-std::size_t character(std::string_view text) {
-  const auto byte = [&](std::size_t i) { return static_cast<unsigned char>(text[i]); };
-  const unsigned first = byte(0);
-  if (first < 0x80) return 1;
-  const std::size_t length = first >= 0xF0 ? 4 : first >= 0xE0 ? 3 : 2;
-  if (first < 0xC2 || first > 0xF4 || text.size() < length) return 0;
-  for (std::size_t i = 1; i < length; ++i) {
-    if ((byte(i) & 0xC0U) != 0x80) return 0;
-  }
-  const unsigned second = byte(1);
-  const bool bad = (first == 0xE0 && second < 0xA0) || (first == 0xED && second > 0x9F) ||
-                   (first == 0xF0 && second < 0x90) || (first == 0xF4 && second > 0x8F);
-  return bad ? 0 : length;
-}
-
 bool is_escape(std::string_view text) {
   const auto digit = [&](std::size_t i) {
     return std::isxdigit(static_cast<unsigned char>(text[i])) != 0;
@@ -37,12 +20,27 @@ unsigned value_of(char digit) {
 
 }  // namespace
 
+std::size_t utf8_length(std::string_view text) {
+  const auto byte = [&](std::size_t i) { return static_cast<unsigned char>(text[i]); };
+  const unsigned first = byte(0);
+  if (first < 0x80) return 1;
+  const std::size_t length = first >= 0xF0 ? 4 : first >= 0xE0 ? 3 : 2;
+  if (first < 0xC2 || first > 0xF4 || text.size() < length) return 0;
+  for (std::size_t i = 1; i < length; ++i) {
+    if ((byte(i) & 0xC0U) != 0x80) return 0;
+  }
+  const unsigned second = byte(1);
+  const bool bad = (first == 0xE0 && second < 0xA0) || (first == 0xED && second > 0x9F) ||
+                   (first == 0xF0 && second < 0x90) || (first == 0xF4 && second > 0x8F);
+  return bad ? 0 : length;
+}
+
 std::string escape_bytes(std::string_view bytes) {
   constexpr const char* kDigits = "0123456789abcdef";
   std::string text;
   text.reserve(bytes.size());
   while (!bytes.empty()) {
-    const std::size_t length = is_escape(bytes) ? 0 : character(bytes);
+    const std::size_t length = is_escape(bytes) ? 0 : utf8_length(bytes);
     if (length == 0) {
       const auto byte = static_cast<unsigned char>(bytes[0]);
       text += {'\\', 'x', kDigits[byte >> 4], kDigits[byte & 15]};

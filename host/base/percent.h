@@ -1,0 +1,27 @@
+// Shares in messages.
+#pragma once
+
+#include <cmath>
+#include <cstdio>
+#include <string>
+
+namespace kiln {
+
+/// A share in percent, with so many digits that count but never an exponent: "0.0031%", "12.3%", "750%".
+inline std::string percent(double share, int digits = 3) {
+  constexpr double kMost = 1e6;
+  constexpr int kMostDecimals = 6;
+  const double value = 100 * share;
+  if (!(value < kMost)) return "over 1000000%";
+  int decimals = 0;
+  const double enough = std::pow(10.0, digits - 1);
+  for (double v = value; v > 0 && v < enough && decimals < kMostDecimals; v *= 10) ++decimals;
+  char text[32];
+  std::snprintf(text, sizeof text, "%.*f", decimals, value);
+  std::string number = text;
+  if (decimals > 0) number.erase(number.find_last_not_of('0') + 1);
+  if (number.back() == '.') number.pop_back();
+  return number + "%";
+}
+
+}  // namespace kiln
