@@ -44,7 +44,7 @@ kiln_compile_together(host hot_8
   detail/id_colors.cpp detail/low_frames.cpp detail/position.cpp detail/provenance.cpp detail/registry.cpp
   detail/shadow.cpp detail/share_filter.cpp detail/slope.cpp detail/surface_texture.cpp detail/thickness.cpp
   detail/uv.cpp detail/vertex_color.cpp detail/visibility.cpp texel/correspondence.cpp texel/edge_turn.cpp
-  texel/sheet_reach.cpp texel/texel_bins.cpp texel/texel_pieces.cpp texel/texels.cpp texel/validate_match.cpp)
+  texel/sheet_reach.cpp texel/small_charts.cpp texel/texel_bins.cpp texel/texel_pieces.cpp texel/texels.cpp texel/validate_match.cpp)
 kiln_compile_together(host hot_9
   image/push_pull.cpp image/texture_filter.cpp io/image/exr_layers.cpp io/image/png_check.cpp
   io/image/run_deflate.cpp lowpoly/chart_sheet.cpp lowpoly/keep_colors.cpp lowpoly/layout_rule.cpp

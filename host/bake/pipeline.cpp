@@ -38,6 +38,8 @@ Pipeline::Pipeline(const Scene& scene, Bands bands, BakeProgress progress)
       surface_.copy_of.size() -
       static_cast<std::size_t>(
           std::count(surface_.copy_of.begin(), surface_.copy_of.end(), LowSurface::kNoCopy));
+  result_.report.small_triangles = sampler_.small_charts().triangles.size();
+  result_.report.small_without_texel = sampler_.small_charts().without.size();
   result_.report.seconds_texels = watch_.lap() - result_.report.seconds_build;
   if (options.mips) {
     chart_of_triangle_ = uv_charts(scene_.low);

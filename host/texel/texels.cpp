@@ -62,6 +62,7 @@ struct TexelSampler::Impl {
                            options.max_samples_per_band)),
         pieces(TexelPieces::of(surface, options.width * options.samples,
                                options.height * options.samples)),
+        small(give_texels(surface, options)),
         bins(grid, pieces),
         sampled(grid.band_count(), false),
         slots(grid.slot_table()) {
@@ -74,6 +75,14 @@ struct TexelSampler::Impl {
         cl::Array<kiln_texel_corners>(context, std::span<const kiln_texel_corners>(pieces.corners));
     pieces.corners = {};  // only the device needs them
     report.warnings = pieces.warnings;
+  }
+
+  SmallCharts give_texels(const LowSurface& surface, const TexelOptions& options) {
+    if (!options.small_charts) return {};
+    SmallCharts charts =
+        SmallCharts::of(surface, pieces, options.width, options.height, options.samples);
+    pieces.own(surface, charts.texels, options.width, options.height, options.samples);
+    return charts;
   }
 
   kiln_texel_params params(std::uint32_t first_row) const {
@@ -98,6 +107,7 @@ struct TexelSampler::Impl {
   cl::Context& context;
   TexelGrid grid;
   TexelPieces pieces;
+  SmallCharts small;
   TexelBins bins;
   TexelReport report;
   std::vector<bool> sampled;
@@ -260,5 +270,6 @@ TexelBand TexelSampler::sample(std::uint32_t band, TexelBand recycled) {
 }
 
 const TexelReport& TexelSampler::report() const { return impl_->report; }
+const SmallCharts& TexelSampler::small_charts() const { return impl_->small; }
 
 }  // namespace kiln
