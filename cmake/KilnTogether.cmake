@@ -75,7 +75,7 @@ kiln_compile_together(host cold_1
 kiln_compile_together(host cold_2
   bake/attribute.cpp bake/bake.cpp bake/check.cpp bake/errors.cpp bake/fallback_blend.cpp bake/find_cage.cpp
   bake/layers.cpp bake/map_units.cpp bake/match_alone.cpp bake/match_stage.cpp bake/recall_report.cpp
-  bake/report.cpp bake/session.cpp bake/session_source.cpp bake/session_texels.cpp bake/switches.cpp
+  bake/copy_check.cpp bake/report.cpp bake/session.cpp bake/session_source.cpp bake/session_texels.cpp bake/switches.cpp
   base/error.cpp base/heartbeat.cpp base/memory.cpp base/normal_angle.cpp base/parallel.cpp
   base/voxel_type.cpp)
 kiln_compile_together(host cold_3
