@@ -284,7 +284,7 @@ double CopyCheck::tell(const Mesh& low, std::vector<Warning>& warnings) {
   char text[96];
   std::snprintf(text, sizeof text, "%.3g%%", 100 * share);
   warnings.push_back(
-      {"uv-copies-differ",
+      {kWarning,
        std::to_string(copies.size()) +
            " triangles of the low poly have the UVs of others and share their texels, but on " +
            text +

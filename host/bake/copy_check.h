@@ -18,6 +18,8 @@ namespace kiln {
 /// What a copy (LowSurface::copy_of) finds beside what the triangle finds that is baked for it.
 class CopyCheck {
  public:
+  static constexpr const char* kWarning = "uv-copies-differ";
+
   /// A point of a triangle of the low poly.
   struct Place {
     std::uint32_t triangle = 0;

@@ -103,8 +103,11 @@ RecallReport Recall::report(const Frame& frame) const {
 
 void warn_about_loss(const RecallReport& recall, const BakeOptions& options,
                      std::vector<Warning>& warnings) {
-  // What copies lose has a warning of its own.
-  if (recall.lost - recall.by_copies < kWarnFrom) return;
+  // What copies lose may have a warning of its own.
+  const bool told = std::any_of(warnings.begin(), warnings.end(), [](const Warning& warning) {
+    return warning.code == CopyCheck::kWarning;
+  });
+  if (recall.lost - (told ? recall.by_copies : 0) < kWarnFrom) return;
   char text[160];
   std::snprintf(text, sizeof text, "%.1f%% of the high poly's visible surface near the low poly ",
                 100 * recall.lost);
