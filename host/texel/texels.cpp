@@ -185,6 +185,7 @@ TexelBand TexelSampler::Impl::sample(std::uint32_t index, TexelBand&& recycled) 
   band.row_count = std::min(grid.band_rows(), grid.height - band.first_row);
   band.texel_count = 0;
   band.sample_count = 0;
+  band.small_triangles = small.triangles.empty() ? nullptr : &small.triangles;
 
   bins.fill(index, current);
   const std::size_t block_count = current.blocks.size();

@@ -29,6 +29,9 @@ struct TexelBand {
   cl::Array<float> barycentric;          ///< 2 planes: weights of corner 1 and corner 2
   cl::Array<float> points;               ///< 7 planes: position x y z, unit direction x y z, reach
                                          ///< (length of the direction before normalising)
+  /// Triangles whose samples lie beside the texels' centres (SmallCharts), ascending; null: none. As long as the
+  /// sampler lives.
+  const std::vector<std::uint32_t>* small_triangles = nullptr;
 };
 
 struct TexelOptions {
