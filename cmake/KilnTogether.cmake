@@ -44,7 +44,7 @@ kiln_compile_together(host hot_8
   detail/id_colors.cpp detail/low_frames.cpp detail/position.cpp detail/provenance.cpp detail/registry.cpp
   detail/shadow.cpp detail/share_filter.cpp detail/slope.cpp detail/surface_texture.cpp detail/thickness.cpp
   detail/uv.cpp detail/vertex_color.cpp detail/visibility.cpp texel/correspondence.cpp texel/edge_turn.cpp
-  texel/sheet_reach.cpp texel/texel_bins.cpp texel/texel_pieces.cpp texel/texels.cpp texel/validate_match.cpp)
+  texel/sheet_reach.cpp texel/small_charts.cpp texel/texel_bins.cpp texel/texel_pieces.cpp texel/texels.cpp texel/validate_match.cpp)
 kiln_compile_together(host hot_9
   image/push_pull.cpp image/texture_filter.cpp io/image/exr_layers.cpp io/image/png_check.cpp
   io/image/run_deflate.cpp lowpoly/chart_sheet.cpp lowpoly/keep_colors.cpp lowpoly/layout_rule.cpp
@@ -75,7 +75,7 @@ kiln_compile_together(host cold_1
 kiln_compile_together(host cold_2
   bake/attribute.cpp bake/bake.cpp bake/check.cpp bake/errors.cpp bake/fallback_blend.cpp bake/find_cage.cpp
   bake/layers.cpp bake/map_units.cpp bake/match_alone.cpp bake/match_stage.cpp bake/recall_report.cpp
-  bake/report.cpp bake/session.cpp bake/session_source.cpp bake/session_texels.cpp bake/switches.cpp
+  bake/copy_check.cpp bake/report.cpp bake/session.cpp bake/session_source.cpp bake/session_texels.cpp bake/switches.cpp
   base/error.cpp base/heartbeat.cpp base/memory.cpp base/normal_angle.cpp base/parallel.cpp
   base/voxel_type.cpp)
 kiln_compile_together(host cold_3

@@ -16,7 +16,7 @@ constexpr std::int32_t kEverywhere = 16384;
 bool is_averaged(MapType type) { return type != MapType::id && type != MapType::coverage; }
 
 GutterOptions gutter_of(const MapInfo& map, const BakeOptions& options, std::int32_t texels) {
-  const bool fill = options.miss != MissPolicy::keep || map.fills_misses;
+  const bool fill = !map.misses_are_zero && (options.miss != MissPolicy::keep || map.fills_misses);
   return {texels, fill, map.type == MapType::unit_vector};
 }
 
@@ -195,7 +195,7 @@ std::vector<std::vector<Image>> Layers::mips(cl::Context& context, const BakeOpt
     if (!is_averaged(map.type)) continue;
     MipOptions mip_options;
     mip_options.unit_vectors = map.type == MapType::unit_vector;
-    mip_options.missed_have_values = options.miss == MissPolicy::keep && !map.fills_misses;
+    mip_options.missed_have_values = !gutter_of(map, options, options.gutter).fill_missed;
     if (options.miss == MissPolicy::mark && mip_options.unit_vectors) {
       mip_options.missed = {1, -1, 1, 0};
     }

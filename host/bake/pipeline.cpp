@@ -49,6 +49,8 @@ Pipeline::Pipeline(const Scene& scene, Bands bands, BakeProgress progress)
       surface_.copy_of.size() -
       static_cast<std::size_t>(
           std::count(surface_.copy_of.begin(), surface_.copy_of.end(), LowSurface::kNoCopy));
+  result_.report.small_triangles = sampler_.small_charts().triangles.size();
+  result_.report.small_without_texel = sampler_.small_charts().without.size();
   result_.report.seconds_texels = watch_.lap() - result_.report.seconds_build;
   if (options.mips) {
     chart_of_triangle_ = uv_charts(scene_.low);
@@ -131,8 +133,24 @@ void Pipeline::prepare_match(Clusters& clusters) {
   matcher_ = make_matcher(scene_.high, surface_, scene_.options, report, clusters, progress_,
                           turn_.turns());
   made_warnings_ = std::exchange(report.warnings, {});
+  prepare_copies();
   context_.finish();
   report.seconds_match += watch_.lap() - (report.seconds_build - built);
+}
+
+/// For triangles that share texels. Matches by UVs find the same for both, and saved ones have no other points.
+void Pipeline::prepare_copies() {
+  const BakeOptions& options = scene_.options;
+  copies_.reset();
+  if (bands_stay_ == Bands::stay || surface_.copy_of.empty() || options.match != nullptr ||
+      match_row(options.method).at_uvs != nullptr)
+    return;
+  copies_.emplace(match_request(options, scene_.high, surface_), options, *matcher_,
+                  [this](TexelBand& band) {
+                    turn_.apply(context_, band);
+                    sheets_.apply(context_, band);
+                    cage_.apply(context_, band);
+                  });
 }
 
 void Pipeline::move(std::uint32_t first, std::span<const Vec3> positions) {
@@ -156,8 +174,12 @@ void Pipeline::make_collectors() {
   // Of a mesh without a hierarchy: it would take longer than the bake.
   if (options.match != nullptr || !match_row(options.method).info.tells_recall) return;
   const MatchRequest request = match_request(options, scene_.high, surface_);
-  if (options.recall > 0) recall_.emplace(request, Recall::spread(scene_.high, options.recall));
-  if (options.recall_vertices) recall_vertices_.emplace(request, Recall::vertices(scene_.high));
+  CopyCheck* const copies = copies_ ? &*copies_ : nullptr;
+  if (options.recall > 0)
+    recall_.emplace(request, Recall::spread(scene_.high, options.recall), copies);
+  if (options.recall_vertices) {
+    recall_vertices_.emplace(request, Recall::vertices(scene_.high), copies);
+  }
   result_.report.seconds_recall += watch_.lap();
 }
 
@@ -240,6 +262,10 @@ void Pipeline::finish_match(bool first_time) {
   report.warnings.insert(report.warnings.end(), sampling.begin(), sampling.end());
   if (const std::string coarse = coarse_steps(scene_.low, scene_.high.frame); !coarse.empty()) {
     report.warnings.push_back({"coarse-low", "'" + scene_.low.name + "': " + coarse, 1});
+  }
+  warn_about_small_charts(sampler_.small_charts(), scene_.low, report.warnings);
+  if (copies_ && first_time) {
+    report.uv_copies_differ = copies_->tell(scene_.low, report.warnings);
   }
   warn_about_misses(report);
   warn_about_pixels();

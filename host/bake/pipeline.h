@@ -7,6 +7,7 @@
 #include <optional>
 #include <vector>
 
+#include "bake/copy_check.h"
 #include "bake/fallback_blend.h"
 #include "bake/layers.h"
 #include "bake/match_stage.h"
@@ -84,6 +85,7 @@ class Pipeline {
 
  private:
   bool keeps_matcher() const;
+  void prepare_copies();
   PipelineBand& sampled(std::uint32_t number);
   PipelineBand& take(std::uint32_t number);
   void find(PipelineBand& band, const Pass& pass);
@@ -112,6 +114,7 @@ class Pipeline {
   std::vector<PipelineBand> bands_;  // one, or all
   bool sampled_ = false;             // all, and they stay
   std::unique_ptr<Matcher> matcher_;
+  std::optional<CopyCheck> copies_;     // where triangles share texels
   std::vector<Warning> made_warnings_;  // of making the matcher
   std::vector<std::uint32_t> chart_of_triangle_;
   ChartMap charts_;

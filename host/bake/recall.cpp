@@ -20,10 +20,12 @@ namespace {
 // Fewer where a ray meets more leaves than this, as in fans of needles: the cost stays what it is elsewhere.
 constexpr std::uint32_t kDirections = 64, kFewestDirections = 8;
 constexpr double kManyLeaves = 1000;
-constexpr double kSteepest = 0.5;  // cosine to the low poly's face
-constexpr double kSteps = 1.5;     // of samples, within which one stands for a place
-constexpr float kOff = 1e-5F;      // off the place's own face
-constexpr float kFar = 4;          // beyond the high poly, frame units
+constexpr double kSteepest = 0.5;             // cosine to the low poly's face
+constexpr double kSteps = 1.5;                // of samples, within which one stands for a place
+constexpr double kInwardOfPlace = 1.0 / 256;  // of the way to the middle
+constexpr double kNearFinding = 0.01;         // frame units, around what a copy finds
+constexpr float kOff = 1e-5F;                 // off the place's own face
+constexpr float kFar = 4;                     // beyond the high poly, frame units
 constexpr std::size_t kGrainOfSeen = 1 << 14;
 constexpr std::size_t kFilterBits = 1 << 20;
 constexpr std::size_t kAtOnce = 1 << 20;  // rays
@@ -71,8 +73,9 @@ cl::Array<float> points_of(cl::Context& context, const std::vector<Recall::Place
 struct LowFaces {
   std::vector<Vec3> positions;
   std::vector<Triangle> triangles;
-  std::vector<Vec3d> normals;  ///< Unit
-  std::vector<double> step;    ///< Between samples, frame units; 0 without UVs
+  std::vector<Vec3d> normals;     ///< Unit
+  std::vector<double> step;       ///< Between samples, frame units; 0 without UVs
+  std::vector<std::uint32_t> of;  ///< The low poly's triangles
 
   LowFaces(const LowSurface& surface, double columns, double rows) {
     for (std::size_t t = 0; t < surface.triangles.size(); ++t) {
@@ -91,8 +94,8 @@ struct LowFaces {
       // The surface's way a step in u and in v.
       const double along_u = length(ab * cv - ac * bv), along_v = length(ac * bu - ab * cu);
       const double mean = (along_u / columns + along_v / rows) / (2 * std::abs(area));
-      // What is baked from elsewhere has no samples of its own.
-      step.push_back(std::isfinite(mean) && !surface.is_copy(t) ? mean : 0);
+      step.push_back(std::isfinite(mean) ? mean : 0);
+      of.push_back(static_cast<std::uint32_t>(t));
     }
   }
 };
@@ -154,14 +157,15 @@ Recall::Places Recall::vertices(const Source::Impl& high) {
   return places;
 }
 
-Recall::Recall(const MatchRequest& request, Places places)
+Recall::Recall(const MatchRequest& request, Places places, CopyCheck* copies)
     : places_(std::move(places.list)),
       spacing_(places.spacing),
       radius_(places_.size()),
       seen_(places_.size()),
-      held_(places_.size()) {
+      held_(places_.size()),
+      by_copies_(places_.size()) {
   if (places_.empty()) return;
-  find_near(request);
+  find_near(request, copies);
   find_seen(request);
   make_grid();
   const double samples =
@@ -170,7 +174,7 @@ Recall::Recall(const MatchRequest& request, Places places)
   if (samples > kSamplesATriangle * triangles) find_triangles(request.source);
 }
 
-void Recall::find_near(const MatchRequest& request) {
+void Recall::find_near(const MatchRequest& request, CopyCheck* copies) {
   cl::Context& context = context_of(request.source.device);
   const LowFaces low(request.surface, double{1} * request.width * request.samples,
                      double{1} * request.height * request.samples);
@@ -188,6 +192,34 @@ void Recall::find_near(const MatchRequest& request) {
     const double cosine = dot(low.normals[triangle[i]], Vec3d(places_[i].normal));
     if (!(cosine > kSteepest)) continue;
     radius_[i] = static_cast<float>(kSteps * low.step[triangle[i]] / cosine);
+  }
+  if (copies == nullptr) return;
+  std::vector<CopyCheck::Place> places;
+  std::vector<std::uint32_t> of;
+  for (std::uint32_t i = 0; i < count; ++i) {
+    if (!(radius_[i] > 0) || !request.surface.is_copy(low.of[triangle[i]])) continue;
+    const Triangle& corners = low.triangles[triangle[i]];
+    const Vec3d a(low.positions[corners[0]]), b(low.positions[corners[1]]),
+        c(low.positions[corners[2]]);
+    const Vec3d ab = b - a, ac = c - a, up = cross(ab, ac), way = Vec3d(places_[i].position) - a;
+    const double area = dot(up, up);
+    // The nearest point lies below the place, or on the triangle's border. There a ray may go by the high poly.
+    double u = std::clamp(dot(cross(way, ac), up) / area, 0.0, 1.0);
+    double v = std::clamp(dot(cross(ab, way), up) / area, 0.0, 1 - u);
+    u += (1.0 / 3 - u) * kInwardOfPlace;
+    v += (1.0 / 3 - v) * kInwardOfPlace;
+    places.push_back({low.of[triangle[i]], static_cast<float>(u), static_cast<float>(v)});
+    of.push_back(i);
+  }
+  const std::vector<CopyCheck::Finding> findings = copies->find(places);
+  for (std::size_t k = 0; k < findings.size(); ++k) {
+    const std::uint32_t i = of[k];
+    by_copies_[i] = findings[k].verdict == CopyCheck::Verdict::other ? 1 : 0;
+    if (findings[k].verdict != CopyCheck::Verdict::same) continue;
+    // The map holds it where the match finds this place, not a layer above it.
+    const Vec3d away = findings[k].found - Vec3d(places_[i].position);
+    const double near = std::max(double{radius_[i]}, kNearFinding);
+    held_[i] = dot(away, away) <= near * near ? 1 : 0;
   }
 }
 

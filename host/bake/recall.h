@@ -7,6 +7,7 @@
 #include <unordered_map>
 #include <vector>
 
+#include "bake/copy_check.h"
 #include "detail/band_reads.h"
 #include "kiln/recall.h"
 #include "match/registry.h"
@@ -34,7 +35,8 @@ class Recall {
   static Places vertices(const Source::Impl& high);
 
   /// Finds out which places count. \param request  says the map's size, and how far samples look
-  Recall(const MatchRequest& request, Places places);
+  /// \param copies  tells what triangles that share texels find; null where none do
+  Recall(const MatchRequest& request, Places places, CopyCheck* copies);
 
   /// Marks what a band's samples stand for.
   void store(const Source::Impl& high, BandReads& reads, const Correspondence& match);
@@ -45,7 +47,7 @@ class Recall {
   std::vector<Recalled> marks() const;
 
  private:
-  void find_near(const MatchRequest& request);
+  void find_near(const MatchRequest& request, CopyCheck* copies);
   void find_seen(const MatchRequest& request);
   void make_grid();
   /// Most samples of large maps lie on triangles that no place reaches into, or whose places are all held
@@ -68,6 +70,7 @@ class Recall {
   std::vector<float> radius_;  ///< Within which a sample stands for the place; 0: it does not count
   std::vector<float> seen_;    ///< Sum of cosines of directions that see it
   std::vector<std::uint8_t> held_;
+  std::vector<std::uint8_t> by_copies_;  ///< Where it is lost, it is for this reason
   /// Per triangle: which places may reach into it, see find_triangles(); empty: not known.
   std::vector<std::uint32_t> near_;
   std::vector<std::uint32_t> few_, few_first_;  ///< Places of triangles that have few, in runs

@@ -61,7 +61,7 @@ std::string advice(const BakeOptions& options) {
 
 RecallReport Recall::report(const Frame& frame) const {
   RecallReport result;
-  double all = 0, lost = 0;
+  double all = 0, lost = 0, by_copies = 0;
   std::vector<Vec3d> places;
   std::vector<double> weight;
   for (std::size_t i = 0; i < places_.size(); ++i) {
@@ -70,11 +70,13 @@ RecallReport Recall::report(const Frame& frame) const {
     all += double{seen_[i]};
     if (held_[i] != 0) continue;
     lost += double{seen_[i]};
+    if (by_copies_[i] != 0) by_copies += double{seen_[i]};
     places.push_back(Vec3d(places_[i].position));
     weight.push_back(double{seen_[i]});
   }
   if (places.empty()) return result;
   result.lost = lost / all;
+  result.by_copies = by_copies / all;
   const std::vector<std::uint32_t> part = parts_of(places, kLink * spacing_);
   std::vector<double> size(places.size());
   for (std::size_t i = 0; i < places.size(); ++i) size[part[i]] += weight[i];
@@ -101,7 +103,11 @@ RecallReport Recall::report(const Frame& frame) const {
 
 void warn_about_loss(const RecallReport& recall, const BakeOptions& options,
                      std::vector<Warning>& warnings) {
-  if (recall.lost < kWarnFrom) return;
+  // What copies lose may have a warning of its own.
+  const bool told = std::any_of(warnings.begin(), warnings.end(), [](const Warning& warning) {
+    return warning.code == CopyCheck::kWarning;
+  });
+  if (recall.lost - (told ? recall.by_copies : 0) < kWarnFrom) return;
   char text[160];
   std::snprintf(text, sizeof text, "%.1f%% of the high poly's visible surface near the low poly ",
                 100 * recall.lost);

@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <cstdio>
+#include <set>
 #include <string>
 
 #include "base/parallel.h"
@@ -13,6 +14,8 @@
 
 namespace kiln {
 namespace {
+
+constexpr std::size_t kMostNamed = 5;
 
 std::string finders() {
   return match_names([](const MatchRow& row) { return row.finds_the_rest; });
@@ -130,6 +133,60 @@ void warn_about_misses(BakeReport& report) {
              (report.uv ? ": " : " within the distance: ") + miss_advice(report),
          report.missed});
   }
+}
+
+std::string names_of(const Mesh& mesh, std::uint32_t triangle) {
+  std::string names;
+  const auto add = [&](const char* what, const std::vector<std::uint32_t>& of,
+                       const std::vector<std::string>& list) {
+    // Meshes of files without names have the file's as object and group.
+    if (of.empty() || names.find("'" + list[of[triangle]] + "'") != std::string::npos) return;
+    names += (names.empty() ? "" : ", ") + std::string(what) + " '" + list[of[triangle]] + "'";
+  };
+  add("object", mesh.objects, mesh.object_names);
+  add("group", mesh.groups, mesh.group_names);
+  add("material", mesh.materials, mesh.material_names);
+  return names;
+}
+
+std::string name_of(const Mesh& mesh, std::uint32_t triangle) {
+  const std::string names = names_of(mesh, triangle);
+  return "triangle " + std::to_string(triangle) + (names.empty() ? "" : " (" + names + ")");
+}
+
+void warn_about_small_charts(const SmallCharts& small, const Mesh& low,
+                             std::vector<Warning>& warnings) {
+  if (small.triangles.empty()) return;
+  const auto in_words = [](std::size_t count) { return std::to_string(count); };
+  std::string message = in_words(small.triangles.size()) +
+                        " triangles of the low poly are in charts that hold no texel's centre. ";
+  if (!small.texels.empty()) {
+    const OwnedTexel& texel = small.texels.front();
+    message += "Of these, " + in_words(small.triangles.size() - small.without.size()) +
+               " took free texels nearby (" + in_words(small.texels.size()) + "), for example " +
+               name_of(low, texel.triangle) + " that of column " + in_words(texel.column) +
+               ", row " + in_words(texel.row) + ". ";
+  }
+  if (!small.without.empty()) {
+    message += in_words(small.without.size()) + " found none within 8 texels and are not baked: " +
+               name_of(low, small.without.front());
+    // Others of the same names say nothing new.
+    std::set<std::string> seen;
+    seen.insert(names_of(low, small.without.front()));
+    std::size_t more = 0;
+    for (const std::uint32_t t : small.without) {
+      if (!seen.insert(names_of(low, t)).second) continue;
+      if (seen.size() <= kMostNamed) {
+        message += ", " + name_of(low, t);
+      } else {
+        ++more;
+      }
+    }
+    if (more > 0) message += ", and those of " + in_words(more) + " other names";
+    message += ". ";
+  }
+  message += "Give these charts more room, or the map more texels.";
+  warnings.push_back({"uv-small", message, small.triangles.size()});
 }
 
 }  // namespace kiln

@@ -3,11 +3,14 @@
 
 #include <cstdint>
 #include <span>
+#include <string>
 #include <string_view>
+#include <vector>
 
 #include "detail/band_reads.h"
 #include "kiln/bake.h"
 #include "texel/correspondence.h"
+#include "texel/small_charts.h"
 
 namespace kiln {
 
@@ -32,5 +35,14 @@ void flatten_below_surface(std::string_view map, Image& image,
 
 /// Warns where there is nothing to bake to, or much was missed.
 void warn_about_misses(BakeReport& report);
+
+/// The object, group and material of a triangle: "object 'bolt', material 'steel'"; empty where it has none.
+std::string names_of(const Mesh& mesh, std::uint32_t triangle);
+/// A triangle as messages name it: "triangle 5 (object 'bolt')".
+std::string name_of(const Mesh& mesh, std::uint32_t triangle);
+
+/// Adds a warning where charts of the low poly hold no texel's centre.
+void warn_about_small_charts(const SmallCharts& small, const Mesh& low,
+                             std::vector<Warning>& warnings);
 
 }  // namespace kiln

@@ -93,10 +93,11 @@ MapRow opacity_map() {
   row.info = {MapKind{"opacity"},
               1,
               MapType::scalar,
-              "how opaque the high poly is, 0 to 1: its texture's alpha, or else its vertices'",
+              "how opaque the high poly is, 0 to 1: its texture's alpha, or else its vertices'; 0 "
+              "where nothing was found",
               0,
               1};
-  row.info.fills_misses = row.info.takes_opacity = true;
+  row.info.misses_are_zero = row.info.takes_opacity = true;
   row.info.other_names = "alpha";
   row.follows_positions = true;
   row.make = [](const MapRequest& request) {

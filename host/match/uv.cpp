@@ -260,13 +260,16 @@ namespace {
 class UvMatcher : public Matcher {
  public:
   explicit UvMatcher(const MatchRequest& request)
-      : raster_(request.source, request.width, request.height, request.samples),
+      : source_(request.source),
+        surface_(request.surface),
+        raster_(request.source, request.width, request.height, request.samples),
         options_(request.uv) {}
 
   void run(const TexelBand& band, Correspondence& match) override {
     // Also where the band has no samples: the high poly may overlap there.
     raster_.match(band, match, true);
     if (band.sample_count == 0) return;
+    if (band.small_triangles != nullptr) match_small(band, match);
     raster_.distance(band, match);
     raster_.measure(match);
   }
@@ -282,6 +285,48 @@ class UvMatcher : public Matcher {
   void finish(MatchNotes& notes) override { raster_.report(options_, notes); }
 
  private:
+  /// Samples of small charts have other UVs than the texels that they stand for.
+  void match_small(const TexelBand& band, Correspondence& match) const {
+    cl::Context& context = context_of(source_.device);
+    const std::size_t count = band.sample_count;
+    std::vector<std::uint32_t> low(count), triangle(count), samples;
+    std::vector<float> u(count), v(count);
+    std::vector<std::uint8_t> status(count);
+    band.triangle.read(context, low);
+    band.barycentric.read(context, u);
+    band.barycentric.read(context, v, band.capacity);
+    std::vector<Vec2> uvs;
+    for (std::uint32_t i = 0; i < count; ++i) {
+      if (!std::binary_search(band.small_triangles->begin(), band.small_triangles->end(), low[i])) {
+        continue;
+      }
+      const auto& [a, b, c] = surface_.triangles[low[i]];
+      const double second = u[i], third = v[i], first = 1 - second - third;
+      uvs.push_back({static_cast<float>(a.uv.x * first + b.uv.x * second + c.uv.x * third),
+                     static_cast<float>(a.uv.y * first + b.uv.y * second + c.uv.y * third)});
+      samples.push_back(i);
+    }
+    if (samples.empty()) return;
+    const UvPoints points = find_uv_points(source_, uvs);
+    match.triangle.read(context, triangle);
+    match.barycentric.read(context, u);
+    match.barycentric.read(context, v, match.capacity);
+    match.status.read(context, status);
+    for (std::size_t k = 0; k < samples.size(); ++k) {
+      const std::uint32_t i = samples[k];
+      triangle[i] = points.triangle[k];
+      u[i] = points.barycentric[k];
+      v[i] = points.barycentric[k + samples.size()];
+      status[i] = triangle[i] == KILN_NO_TRIANGLE ? KILN_STATUS_MISS : KILN_STATUS_UV;
+    }
+    match.triangle.write(context, std::span<const std::uint32_t>(triangle));
+    match.barycentric.write(context, std::span<const float>(u));
+    match.barycentric.write(context, std::span<const float>(v), match.capacity);
+    match.status.write(context, std::span<const std::uint8_t>(status));
+  }
+
+  const Source::Impl& source_;
+  const LowSurface& surface_;
   UvRaster raster_;
   UvOptions options_;
 };

@@ -94,6 +94,7 @@ class ViewMatcher : public Matcher {
   TexelBand probe_samples(const LowSurface& surface) const {
     TexelOptions options;
     options.width = options.height = kProbeMap;
+    options.small_charts = false;
     TexelSampler sampler(context_, surface, options);
     if (sampler.band_count() != 1) throw Error(ErrorCode::internal, "A plan's probes are split.");
     return sampler.sample(0);

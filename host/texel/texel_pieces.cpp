@@ -4,6 +4,7 @@
 #include <bit>
 #include <cmath>
 #include <cstdio>
+#include <limits>
 #include <optional>
 #include <string>
 
@@ -12,6 +13,9 @@
 
 namespace kiln {
 namespace {
+
+// Of the way to a triangle's middle: points on its very border may miss a high poly that ends there.
+constexpr double kInward = 1.0 / 256;
 
 /// Count and first example of something imperfect.
 struct Finding {
@@ -213,6 +217,67 @@ TexelPieces TexelPieces::of(const LowSurface& surface, std::uint32_t sample_widt
   result.corners = std::move(all.corners);
   result.fixed = std::move(all.fixed);
   return result;
+}
+
+void TexelPieces::own(const LowSurface& surface, std::span<const OwnedTexel> texels,
+                      std::uint32_t width, std::uint32_t height, std::uint32_t samples) {
+  Builder all;
+  all.grid = UvGrid::of(width * samples, height * samples);
+  for (const OwnedTexel& texel : texels) {
+    const auto& triangle = surface.triangles[texel.triangle];
+    std::array<double, 3> x{}, y{};
+    for (std::size_t k = 0; k < 3; ++k) {
+      x[k] = double{triangle[k].uv.x} * width;
+      y[k] = (1 - double{triangle[k].uv.y}) * height;
+    }
+    const auto first = static_cast<std::uint32_t>(pieces.size() + all.pieces.size());
+    // The texel's square, as two triangles.
+    for (const auto& half : {std::array<std::uint32_t, 3>{0, 1, 3}, {0, 3, 2}}) {
+      FixedTriangle f{};
+      std::array<ClipVertex, 3> points;
+      for (std::size_t k = 0; k < 3; ++k) {
+        const std::uint32_t column = texel.column + half[k] % 2, row = texel.row + half[k] / 2;
+        f.x[k] = static_cast<std::int32_t>(std::int64_t{column} * samples << shift);
+        f.y[k] = static_cast<std::int32_t>(std::int64_t{row} * samples << shift);
+        auto [u, v] = samples == 1 ? nearest_weights(x, y, texel.column + 0.5, texel.row + 0.5)
+                                   : nearest_weights(x, y, column, row);
+        u += (1.0 / 3 - u) * kInward;
+        v += (1.0 / 3 - v) * kInward;
+        points[k].weight = {1 - u - v, u, v};
+      }
+      all.add_piece(f, triangle, points, texel.triangle, first);
+    }
+  }
+  pieces.insert(pieces.end(), all.pieces.begin(), all.pieces.end());
+  corners.insert(corners.end(), all.corners.begin(), all.corners.end());
+  fixed.insert(fixed.end(), all.fixed.begin(), all.fixed.end());
+}
+
+std::array<double, 2> nearest_weights(const std::array<double, 3>& x,
+                                      const std::array<double, 3>& y, double at_x, double at_y) {
+  const double bx = x[1] - x[0], by = y[1] - y[0], cx = x[2] - x[0], cy = y[2] - y[0];
+  const double px = at_x - x[0], py = at_y - y[0];
+  const double area = bx * cy - by * cx;
+  const double u = (px * cy - py * cx) / area, v = (bx * py - by * px) / area;
+  if (u >= 0 && v >= 0 && u + v <= 1) return {u, v};
+  constexpr std::array<std::array<double, 2>, 3> kCorners = {{{0, 0}, {1, 0}, {0, 1}}};
+  std::array<double, 2> best{};
+  double least = std::numeric_limits<double>::infinity();
+  for (std::size_t k = 0; k < 3; ++k) {
+    const std::size_t next = (k + 1) % 3;
+    const double ex = x[next] - x[k], ey = y[next] - y[k];
+    const double along = ex * ex + ey * ey;
+    const double way = (at_x - x[k]) * ex + (at_y - y[k]) * ey;
+    const double share = along > 0 ? std::clamp(way / along, 0.0, 1.0) : 0;
+    const double dx = x[k] + share * ex - at_x, dy = y[k] + share * ey - at_y;
+    const double away = dx * dx + dy * dy;
+    if (!(away < least)) continue;
+    least = away;
+    for (std::size_t c = 0; c < 2; ++c) {
+      best[c] = kCorners[k][c] + share * (kCorners[next][c] - kCorners[k][c]);
+    }
+  }
+  return best;
 }
 
 }  // namespace kiln

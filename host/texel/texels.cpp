@@ -56,6 +56,7 @@ struct TexelSampler::Impl {
                            options.max_samples_per_band)),
         pieces(TexelPieces::of(surface, options.width * options.samples,
                                options.height * options.samples)),
+        small(give_texels(surface, options)),
         bins(grid, pieces),
         sampled(grid.band_count(), false),
         slots(grid.slot_table()) {
@@ -68,6 +69,14 @@ struct TexelSampler::Impl {
         cl::Array<kiln_texel_corners>(context, std::span<const kiln_texel_corners>(pieces.corners));
     pieces.corners = {};  // only the device needs them
     report.warnings = pieces.warnings;
+  }
+
+  SmallCharts give_texels(const LowSurface& surface, const TexelOptions& options) {
+    if (!options.small_charts) return {};
+    SmallCharts charts =
+        SmallCharts::of(surface, pieces, options.width, options.height, options.samples);
+    pieces.own(surface, charts.texels, options.width, options.height, options.samples);
+    return charts;
   }
 
   kiln_texel_params params(std::uint32_t first_row) const {
@@ -92,6 +101,7 @@ struct TexelSampler::Impl {
   cl::Context& context;
   TexelGrid grid;
   TexelPieces pieces;
+  SmallCharts small;
   TexelBins bins;
   TexelReport report;
   std::vector<bool> sampled;
@@ -170,6 +180,7 @@ TexelBand TexelSampler::Impl::sample(std::uint32_t index, TexelBand&& recycled) 
   band.row_count = std::min(grid.band_rows(), grid.height - band.first_row);
   band.texel_count = 0;
   band.sample_count = 0;
+  band.small_triangles = small.triangles.empty() ? nullptr : &small.triangles;
 
   bins.fill(index, current);
   const std::size_t block_count = current.blocks.size();
@@ -255,5 +266,6 @@ TexelBand TexelSampler::sample(std::uint32_t band, TexelBand recycled) {
 }
 
 const TexelReport& TexelSampler::report() const { return impl_->report; }
+const SmallCharts& TexelSampler::small_charts() const { return impl_->small; }
 
 }  // namespace kiln

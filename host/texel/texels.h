@@ -8,6 +8,7 @@
 #include "cl/context.h"
 #include "kiln/error.h"
 #include "mesh/low_surface.h"
+#include "texel/small_charts.h"
 
 namespace kiln {
 
@@ -28,6 +29,9 @@ struct TexelBand {
   cl::Array<float> barycentric;          ///< 2 planes: weights of corner 1 and corner 2
   cl::Array<float> points;               ///< 7 planes: position x y z, unit direction x y z, reach
                                          ///< (length of the direction before normalising)
+  /// Triangles whose samples lie beside the texels' centres (SmallCharts), ascending; null: none. As long as the
+  /// sampler lives.
+  const std::vector<std::uint32_t>* small_triangles = nullptr;
 };
 
 struct TexelOptions {
@@ -35,6 +39,7 @@ struct TexelOptions {
   std::uint32_t height = 1024;
   std::uint32_t samples = 1;                     ///< N: N x N samples a texel, 1 to 16
   std::uint32_t max_samples_per_band = 1 << 22;  ///< Bounds device memory
+  bool small_charts = true;  ///< Charts without the centre of a sample get texels; see SmallCharts
 };
 
 /// What the UV layout looks like, counted over all bands.
@@ -53,6 +58,9 @@ struct TexelReport {
 /// lowest index wins and the overlap is counted. What lies outside the unit square has no texel; it
 /// is counted. Triangles with zero UV area cover nothing and are counted. Winding does not matter
 /// (mirrored charts are baked).
+///
+/// Charts between the centres of samples then get texels that nothing covers: see SmallCharts. Such a texel has all
+/// of its samples, on its triangle (TexelPieces::own).
 class TexelSampler {
  public:
   /// \throws Error(usage) for a size of 0 or above 16384, samples of 0 or above 16
@@ -67,6 +75,8 @@ class TexelSampler {
   TexelBand sample(std::uint32_t band, TexelBand recycled = {});
   /// Complete after every band was sampled.
   const TexelReport& report() const;
+  /// Charts that hold no sample's centre, and what they got. Empty without TexelOptions::small_charts.
+  const SmallCharts& small_charts() const;
 
  private:
   struct Impl;

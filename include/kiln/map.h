@@ -191,6 +191,8 @@ struct MapInfo {
   bool takes_origin = false;            ///< Its values are places, measured from BakedMap::origin
   /// The low poly has no such value: where nothing was found, MissPolicy::keep fills from neighbouring texels.
   bool fills_misses = false;
+  /// 0 is its value where nothing was found, whatever MissPolicy says: there is nothing there.
+  bool misses_are_zero = false;
   /// Renderers shade the low poly by it: unit normals in BakeOptions::space. Plans measure what it shows.
   bool shades = false;
   /// Its values are colours in linear light: integer formats hold them sRGB-encoded (to_srgb()).

@@ -18,9 +18,12 @@ namespace KILN_PUBLIC kiln {
 /// place within one and a half samples' steps of its point. The two faces do not look opposite
 /// ways. Layers closer than that are one.
 struct RecallReport {
-  std::uint64_t places = 0;       ///< That counted
-  double lost = 0;                ///< Share that no sample stands for, 0 to 1
-  double largest = 0;             ///< Share of the largest connected part of it, 0 to 1
+  std::uint64_t places = 0;  ///< That counted
+  double lost = 0;           ///< Share that no sample stands for, 0 to 1
+  double largest = 0;        ///< Share of the largest connected part of it, 0 to 1
+  /// Of `lost`, the share near triangles that share others' texels and find another surface than these
+  /// (BakeReport::uv_copies_differ), 0 to 1. What finds the same is on these texels, and not lost.
+  double by_copies = 0;
   std::array<double, 3> where{};  ///< A place in the middle of that part, world units
 };
 

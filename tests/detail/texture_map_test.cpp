@@ -163,6 +163,202 @@ TEST(TextureMaps, WhatWasMissedIsFilled) {
   EXPECT_EQ(image_of(bake(source, test::plane(1, 1), options), "vertex_color").at(0, 0)[1], 0);
 }
 
+/// A card with leaves over and under it: rectangles, in texels of 32 from the upper left, and how opaque each is.
+struct Leaf {
+  double left, top, right, bottom;
+  float height;
+  std::uint8_t alpha;
+};
+constexpr Leaf kLeaves[] = {{3.25, 2.5, 17.75, 9.25, 0.05F, 255},
+                            {11.5, 14.0, 29.25, 21.75, -0.03F, 102},
+                            {20.5, 25.75, 20.75, 30.0, 0.2F, 255}};
+
+Mesh leaves() {
+  Mesh mesh;
+  mesh.name = "leaves";
+  for (const Leaf& leaf : kLeaves) {
+    const auto first = static_cast<std::uint32_t>(mesh.positions.size());
+    const auto at = [](double texels) { return static_cast<float>(texels / 32 - 0.5); };
+    mesh.positions.insert(mesh.positions.end(), {{at(leaf.left), -at(leaf.bottom), leaf.height},
+                                                 {at(leaf.right), -at(leaf.bottom), leaf.height},
+                                                 {at(leaf.right), -at(leaf.top), leaf.height},
+                                                 {at(leaf.left), -at(leaf.top), leaf.height}});
+    mesh.colors.resize(mesh.positions.size(), {200, 100, 50, leaf.alpha});
+    mesh.triangles.insert(mesh.triangles.end(),
+                          {{first, first + 1, first + 2}, {first, first + 2, first + 3}});
+  }
+  return mesh;
+}
+
+/// Opacity over a texel's square: exact, since borders lie between samples of a quarter texel.
+double opacity_of_leaves(std::uint32_t x, std::uint32_t y) {
+  double sum = 0;
+  for (const Leaf& leaf : kLeaves) {
+    const double across = std::min(leaf.right, x + 1.0) - std::max(leaf.left, x + 0.0);
+    const double down = std::min(leaf.bottom, y + 1.0) - std::max(leaf.top, y + 0.0);
+    sum += std::max(across, 0.0) * std::max(down, 0.0) * leaf.alpha / 255.0;
+  }
+  return sum;
+}
+
+/// Where no leaf lies a card is transparent, whatever becomes of other maps there; at borders it is by the share.
+TEST(TextureMaps, OpacityIsNoneWhereNothingIs) {
+  KILN_REQUIRE_DEVICE();
+  const Source source(*test::device(), leaves());
+  BakeOptions options = options_of(32, 32, {MapKind{"opacity"}, MapKind{"color"}, MapKind::mask});
+  options.samples = 4;
+  options.mips = true;
+  for (const MissPolicy miss : {MissPolicy::keep, MissPolicy::fill, MissPolicy::mark}) {
+    for (const std::int32_t gutter : {0, 16, -1}) {
+      options.miss = miss;
+      options.gutter = gutter;
+      const BakeResult baked = bake(source, test::plane(1, 1), options);
+      const Image& map = image_of(baked, "opacity");
+      const Image& half = baked.map(MapKind{"opacity"}).mips[0];
+      for (std::uint32_t y = 0; y < 32; ++y) {
+        for (std::uint32_t x = 0; x < 32; ++x) {
+          EXPECT_NEAR(*map.at(x, y), opacity_of_leaves(x, y), 1e-6) << x << " " << y;
+          if (opacity_of_leaves(x, y) == 0) {
+            EXPECT_EQ(*map.at(x, y), 0);
+          }
+          double below = 0;
+          for (std::uint32_t k = 0; k < 4; ++k) {
+            below += opacity_of_leaves(x / 2 * 2 + k % 2, y / 2 * 2 + k / 2) / 4;
+          }
+          EXPECT_NEAR(*half.at(x / 2, y / 2), below, 1e-6) << x / 2 << " " << y / 2;
+        }
+      }
+      if (miss == MissPolicy::mark) continue;
+      // Colours still run on under what is transparent.
+      EXPECT_NEAR(image_of(baked, "color").at(0, 31)[0], linear_of_bytes()[200], 1e-3);
+    }
+  }
+}
+
+/// Texels of padding copy the card's border: transparent where that is.
+TEST(TextureMaps, OpacityIsPaddedAsItIs) {
+  KILN_REQUIRE_DEVICE();
+  Mesh card = test::plane(1, 1);
+  for (Vec2& uv : card.uvs) uv = {0.25F + uv.x / 2, 0.25F + uv.y / 2};
+  Mesh high = test::plane(1, 1, 0.5, 1);  // the middle half
+  high.colors.assign(high.positions.size(), {255, 255, 255, 255});
+  BakeOptions options = options_of(64, 64, {MapKind{"opacity"}});
+  options.gutter = 16;
+  const Image map = image_of(bake(Source(*test::device(), high), card, options), "opacity");
+  for (std::uint32_t y = 0; y < 64; ++y) {
+    for (std::uint32_t x = 0; x < 64; ++x) {
+      const bool reached = std::hypot(std::max({16.0 - x, x - 47.0, 0.0}),
+                                      std::max({16.0 - y, y - 47.0, 0.0})) <= 16;
+      EXPECT_EQ(*map.at(x, y), x >= 24 && x < 40 && reached ? 1 : 0) << x << " " << y;
+    }
+  }
+}
+
+/// The same of cards with holes: cut out, or read where the texture is transparent.
+TEST(TextureMaps, OpacityOfCutOutLeavesIsTheirs) {
+  KILN_REQUIRE_DEVICE();
+  constexpr std::uint32_t kSide = 128;
+  Image picture{kSide, kSide, 4, std::vector<float>(std::size_t{kSide} * kSide * 4, 1.0F)};
+  const auto inside = [](double u, double v) { return std::hypot(u - 0.5, v - 0.5) < 0.3; };
+  for (std::uint32_t y = 0; y < kSide; ++y) {
+    for (std::uint32_t x = 0; x < kSide; ++x) {
+      picture.at(x, y)[3] = inside((x + 0.5) / kSide, (y + 0.5) / kSide) ? 1 : 0;
+    }
+  }
+  Texture texture = texture_of(std::move(picture), TextureKind::linear);
+  texture.channel = 3;
+  Mesh card = test::plane(1, 1);
+  for (Vec3& p : card.positions) p.z = 0.1F;
+  BakeOptions options = options_of(64, 64, {MapKind{"opacity"}});
+  options.opacity = texture;
+  options.gutter = 16;
+  for (const bool cut : {false, true}) {
+    for (const std::uint32_t samples : {1U, 4U}) {
+      options.samples = samples;
+      const Source source(*test::device(), cut ? cut_out(card, texture, 0.5) : card);
+      const Image map = image_of(bake(source, test::plane(1, 1), options), "opacity");
+      for (std::uint32_t y = 0; y < 64; ++y) {
+        for (std::uint32_t x = 0; x < 64; ++x) {
+          const double away = std::hypot((x + 0.5) / 64 - 0.5, (y + 0.5) / 64 - 0.5);
+          // A texel's half diagonal, and a texel of the picture, beside the border.
+          if (std::abs(away - 0.3) < 0.7072 / 64 + 1.5 / kSide) continue;
+          EXPECT_NEAR(*map.at(x, y), away < 0.3 ? 1 : 0, 1e-6) << cut << " " << x << " " << y;
+        }
+      }
+    }
+  }
+}
+
+/// The recipe for leaf cards: tilted leaves of either winding, near the card and far from it. Mask and opacity are the
+/// leaves' silhouettes along the card's normal, sample by sample.
+TEST(TextureMaps, LeafCardsHaveTheirSilhouettes) {
+  KILN_REQUIRE_DEVICE();
+  constexpr std::uint32_t kSide = 64, kSamples = 4, kAcross = kSide * kSamples;
+  for (const float far : {0.02F, 0.5F}) {
+    Mesh high;
+    std::vector<std::uint8_t> covered(std::size_t{kAcross} * kAcross);
+    std::uint32_t state = 7;
+    const auto random = [&](float least, float most) {
+      state = state * 1664525U + 1013904223U;
+      return least + (most - least) * static_cast<float>(state >> 8) / 16777216.0F;
+    };
+    for (int leaf = 0; leaf < 25; ++leaf) {
+      const auto first = static_cast<std::uint32_t>(high.positions.size());
+      const Vec3 at{random(-0.4F, 0.4F), random(-0.4F, 0.4F), random(-far, far)};
+      const float angle = random(0, 6.28F), tilt = far * random(-1, 1), size = 0.09F;
+      std::array<std::array<double, 2>, 4> outline{};
+      for (std::uint32_t k = 0; k < 4; ++k) {
+        const float along = k == 0 || k == 3 ? -size : size, across = k < 2 ? -size / 3 : size / 3;
+        const Vec3 p{at.x + along * std::cos(angle) - across * std::sin(angle),
+                     at.y + along * std::sin(angle) + across * std::cos(angle),
+                     at.z + tilt * along};
+        high.positions.push_back(p);
+        outline[k] = {double{p.x}, double{p.y}};
+      }
+      Triangle a{first, first + 1, first + 2}, b{first, first + 2, first + 3};
+      if (leaf % 2 == 0) {
+        std::swap(a[1], a[2]);
+        std::swap(b[1], b[2]);
+      }
+      high.triangles.insert(high.triangles.end(), {a, b});
+      for (std::uint32_t j = 0; j < kAcross; ++j) {
+        for (std::uint32_t i = 0; i < kAcross; ++i) {
+          const double x = (i + 0.5) / kAcross - 0.5, y = 0.5 - (j + 0.5) / kAcross;
+          bool inside = true;
+          for (std::size_t k = 0; k < 4; ++k) {
+            const auto &p = outline[k], &q = outline[(k + 1) % 4];
+            inside = inside && (q[0] - p[0]) * (y - p[1]) - (q[1] - p[1]) * (x - p[0]) > 0;
+          }
+          if (inside) covered[std::size_t{j} * kAcross + i] = 1;
+        }
+      }
+    }
+    high.colors.assign(high.positions.size(), {255, 255, 255, 255});
+    BakeOptions options;
+    options.width = options.height = kSide;
+    options.samples = kSamples;
+    options.maps = {MapKind::mask, MapKind{"opacity"}};
+    options.two_sided = true;
+    const BakeResult baked = bake(Source(*test::device(), high), test::plane(1, 1), options);
+    std::size_t beside = 0;
+    for (std::uint32_t y = 0; y < kSide; ++y) {
+      for (std::uint32_t x = 0; x < kSide; ++x) {
+        double wanted = 0;
+        for (std::uint32_t s = 0; s < kSamples * kSamples; ++s) {
+          const std::size_t row = y * kSamples + s / kSamples, column = x * kSamples + s % kSamples;
+          wanted += covered[row * kAcross + column] / double{kSamples * kSamples};
+        }
+        const float mask = *baked.map(MapKind::mask).image.at(x, y);
+        EXPECT_NEAR(*baked.map(MapKind{"opacity"}).image.at(x, y), mask, 1e-6);
+        // A sample's ray may go by an edge on either side.
+        EXPECT_NEAR(mask, wanted, 1.01 / (kSamples * kSamples)) << x << " " << y;
+        beside += std::abs(mask - wanted) > 1e-6 ? 1 : 0;
+      }
+    }
+    EXPECT_LE(beside, 8U) << far;
+  }
+}
+
 TEST(TextureMaps, AFlatNormalMapIsTheNormals) {
   KILN_REQUIRE_DEVICE();
   Mesh high = test::uv_sphere(64, 32);

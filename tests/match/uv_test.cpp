@@ -9,6 +9,7 @@
 #include <cmath>
 #include <limits>
 #include <random>
+#include <set>
 
 #include "kiln/kiln.h"
 #include "match/uv_points.h"
@@ -19,6 +20,7 @@
 #include "source/dense_mesh.h"
 #include "support/environment.h"
 #include "support/shapes.h"
+#include "texel/small_charts.h"
 #include "texel/texels.h"
 
 namespace kiln {
@@ -51,6 +53,15 @@ void expect_as_reference(const Mesh& dense, const Mesh& low, const BakeOptions& 
       test::reference_samples(layout_of(low), width, height, samples);
   const Match& match = *baked.match;
   ASSERT_EQ(match.triangle.size(), ours.size());
+  // Texels of charts that cover no sample: their samples have UVs of their own.
+  const LowSurface surface = LowSurface::of(low, Frame::of(dense));
+  const TexelPieces pieces =
+      TexelPieces::of(surface, options.width * options.samples, options.height * options.samples);
+  std::set<std::size_t> owned;
+  for (const OwnedTexel& texel :
+       SmallCharts::of(surface, pieces, options.width, options.height, options.samples).texels) {
+    owned.insert(std::size_t{texel.row} * options.width + texel.column);
+  }
   std::uint64_t covered = 0, overlapping = 0, found = 0;
   double sum = 0;
   std::vector<double> distances;
@@ -62,6 +73,17 @@ void expect_as_reference(const Mesh& dense, const Mesh& low, const BakeOptions& 
   for (std::size_t i = 0; i < ours.size(); ++i) {
     covered += ours[i].covering > 0 ? 1 : 0;
     overlapping += ours[i].covering > 1 ? 1 : 0;
+    const std::size_t across = std::size_t{options.width} * options.samples;
+    const std::size_t texel =
+        i / across / options.samples * options.width + i % across / options.samples;
+    if (owned.contains(texel)) {
+      ASSERT_NE(match.status[i], KILN_STATUS_NONE) << i;
+      if (match.status[i] == KILN_STATUS_MISS) continue;
+      ++found;
+      sum += std::abs(match.distance[i]);
+      distances.push_back(std::abs(match.distance[i]));
+      continue;
+    }
     if (lows[i].triangle < 0) {
       ASSERT_EQ(match.status[i], KILN_STATUS_NONE) << i;
       continue;
@@ -94,6 +116,25 @@ void expect_as_reference(const Mesh& dense, const Mesh& low, const BakeOptions& 
   const double exact = distances[distances.size() - distances.size() / 20 - 1];
   EXPECT_GE(baked.report.uv->p95_distance, exact - 1e-5);
   EXPECT_LE(baked.report.uv->p95_distance, exact * (1 + 1.0 / 256) + 1e-5);
+}
+
+/// A chart that covers no sample finds the point at its own UV, not at its texel's centre.
+TEST(Uv, OfSmallChartsIsTheirOwn) {
+  KILN_REQUIRE_DEVICE();
+  Mesh mesh = test::plane(1, 1);
+  for (Vec2& uv : mesh.uvs) uv = {0.1F + uv.x * 0.005F, 0.1F + uv.y * 0.005F};
+  BakeOptions options;
+  options.width = options.height = 16;
+  options.method = MatchMethod::uv;
+  options.keep_match = true;
+  const BakeResult baked = bake(Source(*test::device(), mesh), mesh, options);
+  EXPECT_EQ(baked.report.small_triangles, 2U);
+  EXPECT_EQ(baked.report.by_uv, 2U);
+  EXPECT_EQ(baked.report.missed, 0U);
+  for (std::size_t i = 0; i < baked.match->status.size(); ++i) {
+    if (baked.match->status_of(i) == SampleStatus::empty) continue;
+    EXPECT_NEAR(baked.match->distance[i], 0, 1e-4);
+  }
 }
 
 TEST(Uv, MatchesBruteForceOnAGrid) {

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <string>
 #include <vector>
 
 #include "kiln/kiln.h"
@@ -268,6 +269,149 @@ TEST(UvCopies, LeaveNoStepAcrossTheMirrorSeam) {
     EXPECT_LE(step, 1 / 255.0);
     EXPECT_GT(most, 0.15);  // else there would be nothing to step
   }
+}
+
+const Warning* warning_of(const BakeReport& report, const std::string& code) {
+  for (const Warning& warning : report.warnings) {
+    if (warning.code == code) return &warning;
+  }
+  return nullptr;
+}
+
+/// A fine sheet over each quad of a strip, with a height of its own.
+template <typename Height>
+Mesh sheets(std::uint32_t quads, const Height& height) {
+  constexpr std::uint32_t kSteps = 96;
+  Mesh mesh;
+  mesh.name = "sheets";
+  for (std::uint32_t q = 0; q < quads; ++q) {
+    const auto first = static_cast<std::uint32_t>(mesh.positions.size());
+    for (std::uint32_t j = 0; j <= kSteps; ++j) {
+      for (std::uint32_t i = 0; i <= kSteps; ++i) {
+        const float x = static_cast<float>(i) / kSteps, y = static_cast<float>(j) / kSteps;
+        mesh.positions.push_back({static_cast<float>(q) + x, y, height(q, x, y)});
+      }
+    }
+    for (std::uint32_t j = 0; j < kSteps; ++j) {
+      for (std::uint32_t i = 0; i < kSteps; ++i) {
+        const std::uint32_t a = first + j * (kSteps + 1) + i, b = a + kSteps + 1;
+        mesh.triangles.insert(mesh.triangles.end(), {{a, a + 1, b + 1}, {a, b + 1, b}});
+      }
+    }
+  }
+  return mesh;
+}
+
+/// Waves along x or y, steepest 32 degrees.
+float waves(float along) { return 0.01F * std::sin(62.8F * along); }
+
+BakeOptions plain_options() {
+  BakeOptions options;
+  options.width = options.height = 128;
+  options.max_distance = Length::absolute(0.1);
+  return options;
+}
+
+/// Two materials on one UV square, and other waves under each: half of the high poly is on no texel.
+TEST(UvCopies, OfAnotherSurfaceAreLostAndNamed) {
+  KILN_REQUIRE_DEVICE();
+  Mesh low = strip({{}, {}});
+  low.material_names = {"wood", "steel"};
+  low.materials = {0, 0, 1, 1};
+  const Source source(*test::device(), sheets(2, [](std::uint32_t q, float x, float y) {
+    return waves(q == 0 ? x : y);
+  }));
+  for (const MatchMethod method : {MatchMethod::ray, MatchMethod::closest, MatchMethod::views,
+                                   MatchMethod::visibility, MatchMethod::hybrid}) {
+    BakeOptions options = plain_options();
+    options.method = method;
+    const BakeReport report = bake(source, low, options).report;
+    // The normals are within 5 degrees where both slopes nearly vanish: 10% of each, so 1% of both.
+    EXPECT_GT(report.uv_copies_differ, 0.95) << method.name;
+    const Warning* warning = warning_of(report, "uv-copies-differ");
+    ASSERT_NE(warning, nullptr) << method.name;
+    EXPECT_NE(warning->message.find("'steel'"), std::string::npos) << warning->message;
+    EXPECT_NE(warning->message.find("'wood'"), std::string::npos) << warning->message;
+    EXPECT_EQ(warning_of(report, "lost-surface"), nullptr);
+    if (!report.recall) continue;
+    // Half of what views show, but for what is the same by chance.
+    EXPECT_NEAR(report.recall->lost, 0.5, 0.03) << method.name;
+    EXPECT_NEAR(report.recall->by_copies, report.recall->lost, 0.01) << method.name;
+  }
+}
+
+/// The same waves under each, moved or mirrored with the UVs: nothing is lost, at any scale and turn of a copy.
+TEST(UvCopies, OfTheSameSurfaceAreNotLost) {
+  KILN_REQUIRE_DEVICE();
+  for (const bool mirrored : {false, true}) {
+    for (const float scale : {1.0F, 3.0F}) {
+      Mesh low = strip({{}, {mirrored}});
+      Mesh high = sheets(2, [&](std::uint32_t q, float x, float y) {
+        return waves(q == 1 && mirrored ? 1 - x : x) + 0.3F * waves(y);
+      });
+      // The second half is as large as `scale` says, and stands upright.
+      const auto place = [&](std::vector<Vec3>& positions) {
+        for (std::size_t i = positions.size() / 2; i < positions.size(); ++i) {
+          const Vec3 p = positions[i];
+          positions[i] = {3 - scale * p.z, scale * p.y, scale * (p.x - 1)};
+        }
+      };
+      place(low.positions);
+      place(high.positions);
+      low.normals.clear();
+      low.normal_triangles.clear();
+      BakeOptions options = plain_options();
+      options.max_distance = Length::absolute(0.1 * scale);
+      options.maps = {MapKind::normal};
+      const BakeReport report = bake(Source(*test::device(), high), low, options).report;
+      EXPECT_EQ(report.uv_copies, 2U);
+      EXPECT_LT(report.uv_copies_differ, 0.002) << mirrored << " " << scale;
+      EXPECT_EQ(warning_of(report, "uv-copies-differ"), nullptr);
+      ASSERT_TRUE(report.recall.has_value());
+      EXPECT_LT(report.recall->lost, 0.005) << mirrored << " " << scale;
+    }
+  }
+}
+
+/// Flat sheets differ by their material, or by their vertices' colours alone.
+TEST(UvCopies, OfOtherColoursAreLost) {
+  KILN_REQUIRE_DEVICE();
+  const Mesh low = strip({{}, {}});
+  const Mesh flat = sheets(2, [](std::uint32_t, float, float) { return 0.0F; });
+  Mesh colored = flat, named = flat;
+  for (const Vec3& p : flat.positions) {
+    const auto red = static_cast<std::uint8_t>(p.x <= 1 ? 200 : 100);
+    colored.colors.push_back({red, 100, 100, 255});
+  }
+  named.material_names = {"a", "b"};
+  for (std::size_t t = 0; t < flat.triangles.size(); ++t) {
+    named.materials.push_back(t < flat.triangles.size() / 2 ? 0 : 1);
+  }
+  const auto differ = [&](const Mesh& high) {
+    return bake(Source(*test::device(), high), low, plain_options()).report.uv_copies_differ;
+  };
+  EXPECT_EQ(differ(flat), 0);
+  EXPECT_GT(differ(colored), 0.98);
+  EXPECT_GT(differ(named), 0.98);
+}
+
+/// Two files on one square: joined, each triangle has the name of its file.
+TEST(UvCopies, OfAnotherFileAreNamed) {
+  KILN_REQUIRE_DEVICE();
+  Mesh first = strip({{}}), second = strip({{}});
+  first.name = "left.obj";
+  second.name = "right.obj";
+  for (Vec3& p : second.positions) p.x += 1;
+  const Mesh both[] = {first, second};
+  const Source source(*test::device(), sheets(2, [](std::uint32_t q, float x, float y) {
+    return waves(q == 0 ? x : y);
+  }));
+  const BakeReport report = bake(source, join_meshes(both), plain_options()).report;
+  const Warning* warning = warning_of(report, "uv-copies-differ");
+  ASSERT_NE(warning, nullptr);
+  EXPECT_NE(warning->message.find("'right.obj'"), std::string::npos) << warning->message;
+  EXPECT_NE(warning->message.find("'left.obj'"), std::string::npos) << warning->message;
+  EXPECT_NEAR(report.recall->lost, 0.5, 0.03);
 }
 
 }  // namespace

@@ -106,7 +106,14 @@ void add_parts(const BakeRun& run, Json& json) {
   if (report.uv) json["uv"] = describe(*report.uv);
   if (report.views) json["views"] = describe(*report.views);
   if (run.parts) json["parts"] = run.parts->names;
-  if (report.uv_copies > 0) json["uv_copies"] = report.uv_copies;
+  if (report.uv_copies > 0) {
+    json["uv_copies"] = report.uv_copies;
+    json["uv_copies_differ"] = report.uv_copies_differ;
+  }
+  if (report.small_triangles > 0) {
+    json["small_charts"] = {{"triangles", report.small_triangles},
+                            {"without_texel", report.small_without_texel}};
+  }
   if (run.reasons) json["reasons"] = reasons_json(*run.reasons);
   if (report.cage_mesh) json["cage"] = describe(*report.cage_mesh);
   if (run.cage) {

@@ -106,6 +106,7 @@ Json describe(const EdgeReport& edges) {
 Json describe(const RecallReport& recall) {
   return {{"places", recall.places},
           {"lost", recall.lost},
+          {"by_copies", recall.by_copies},
           {"largest", {{"lost", recall.largest}, {"where", recall.where}}}};
 }
 

@@ -1,0 +1,303 @@
+#include "bake/copy_check.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <map>
+#include <string>
+#include <utility>
+
+#include "bake/report.h"
+#include "detail/registry.h"
+#include "mesh/kernels_shared.h"
+
+namespace kiln {
+namespace {
+
+constexpr std::uint32_t kPlacesOfCopies = 4096;
+constexpr double kWarnOfCopies = 0.05;    // share of the copies' area
+constexpr double kAway = 0.02;            // of the diagonal, where no map holds lengths
+constexpr double kAwayOfLengths = 0.001;  // ... where one does
+constexpr double kSameNormal = 0.9962;    // cosine of 5 degrees
+constexpr double kSameColor = 32;         // of 255
+constexpr std::uint32_t kRoundedTo = 64;  // kernels read that far beyond the last sample
+
+bool holds_lengths(const BakeOptions& options) {
+  return std::any_of(options.maps.begin(), options.maps.end(),
+                     [](MapKind map) { return map_row(map).unit == "world units"; });
+}
+
+/// Where the bake's own matcher reads the places of its samples in the map, plain rays stand in for it.
+std::unique_ptr<Matcher> own_matcher(const MatchRequest& request, const BakeOptions& options) {
+  if (!any_in_chain(options, [](const MatchRow& row) { return row.info.takes_visibility; })) {
+    return nullptr;
+  }
+  const auto rows = match_rows();
+  const auto rays = std::find_if(rows.begin(), rows.end(),
+                                 [](const MatchRow& row) { return row.info.along_low; });
+  MatchNotes notes;
+  return rays->make(request, notes);
+}
+
+/// The sides of a triangle's UVs on the surface, and its unit normal.
+struct UvFrame {
+  Vec3d u, v, normal;
+  double size = 0;  // of the area that a unit of UVs has
+
+  explicit UvFrame(const std::array<LowSurface::Corner, 3>& corners) {
+    const auto& [a, b, c] = corners;
+    const Vec3d p = Vec3d(b.position) - Vec3d(a.position);
+    const Vec3d q = Vec3d(c.position) - Vec3d(a.position);
+    const double pu = double{b.uv.x} - a.uv.x, pv = double{b.uv.y} - a.uv.y;
+    const double qu = double{c.uv.x} - a.uv.x, qv = double{c.uv.y} - a.uv.y;
+    const double area = pu * qv - qu * pv;
+    u = (p * qv - q * pv) * (1 / area);
+    v = (q * pu - p * qu) * (1 / area);
+    const Vec3d up = cross(p, q);
+    normal = up * (1 / length(up));
+    size = length(cross(u, v));
+  }
+
+  /// A vector of this triangle as one of another.
+  Vec3d carry(const Vec3d& way, const UvFrame& to) const {
+    const double uu = dot(u, u), uv = dot(u, v), vv = dot(v, v);
+    const double determinant = uu * vv - uv * uv;
+    const double along_u = dot(way, u), along_v = dot(way, v);
+    return to.u * ((along_u * vv - along_v * uv) / determinant) +
+           to.v * ((along_v * uu - along_u * uv) / determinant) +
+           to.normal * (dot(way, normal) * std::sqrt(to.size / size));
+  }
+};
+
+std::array<double, 2> uv_of(const LowSurface& surface, const CopyCheck::Place& place) {
+  const auto& [a, b, c] = surface.triangles[place.triangle];
+  const double u = place.u, v = place.v;
+  return {a.uv.x * (1 - u - v) + b.uv.x * u + c.uv.x * v,
+          a.uv.y * (1 - u - v) + b.uv.y * u + c.uv.y * v};
+}
+
+}  // namespace
+
+CopyCheck::CopyCheck(const MatchRequest& request, const BakeOptions& options, Matcher& matcher,
+                     std::function<void(TexelBand&)> prepare)
+    : source_(request.source),
+      surface_(request.surface),
+      own_(own_matcher(request, options)),
+      matcher_(own_ != nullptr ? *own_ : matcher),
+      prepare_(std::move(prepare)),
+      two_sided_(options.two_sided),
+      most_away_((holds_lengths(options) ? kAwayOfLengths : kAway) * source_.frame.diagonal *
+                 source_.frame.scale),
+      uv_places_(surface_.triangles.size()),
+      baked_(uv_places_) {
+  for (std::uint32_t t = 0; t < uv_places_.size(); ++t) {
+    if (surface_.usable[t] == 0) continue;
+    uv_places_[t] = UvPlace::of(surface_.triangles[t]);
+    if (uv_places_[t].area != 0 && !surface_.is_copy(t)) baked_.add(t);
+  }
+  cl::Context& context = context_of(source_.device);
+  normals_ = source_.attributes.normals.download(context);
+  normal_indices_ = source_.attributes.normal_indices.download(context);
+}
+
+/// Where the triangle that is baked for a copy has the same UV.
+std::optional<CopyCheck::Place> CopyCheck::baked_at(const Place& place) const {
+  UvPosition at = uv_of(surface_, place);
+  for (std::size_t axis = 0; axis < 2; ++axis) at[axis] -= uv_places_[place.triangle].offset[axis];
+  std::uint32_t triangle = surface_.copy_of[place.triangle];
+  if (!uv_places_[triangle].holds(at)) {
+    const bool found = baked_.any_at(at, [&](std::uint32_t other) {
+      if (!uv_places_[other].holds(at)) return false;
+      triangle = other;
+      return true;
+    });
+    if (!found) return std::nullopt;
+  }
+  const auto& [a, b, c] = uv_places_[triangle].uv;
+  const double area = uv_places_[triangle].area;
+  const double u = ((at[0] - a[0]) * (c[1] - a[1]) - (at[1] - a[1]) * (c[0] - a[0])) / area;
+  const double v = ((b[0] - a[0]) * (at[1] - a[1]) - (b[1] - a[1]) * (at[0] - a[0])) / area;
+  return Place{triangle, static_cast<float>(u), static_cast<float>(v)};
+}
+
+std::vector<CopyCheck::Point> CopyCheck::match(std::span<const Place> places) {
+  cl::Context& context = context_of(source_.device);
+  const auto count = static_cast<std::uint32_t>(places.size());
+  TexelBand band;
+  band.row_count = 1;
+  band.texel_count = band.sample_count = count;
+  band.capacity = (count + kRoundedTo - 1) / kRoundedTo * kRoundedTo;
+  const std::size_t plane = band.capacity;
+  std::vector<std::uint32_t> index(plane), first(plane + 1), slot(plane), triangle(plane);
+  std::vector<float> weights(2 * plane), points(7 * plane);
+  std::vector<Vec3d> from(count);
+  for (std::uint32_t i = 0; i < count; ++i) {
+    const Place& place = places[i];
+    const auto& corners = surface_.triangles[place.triangle];
+    const double share[3] = {1.0 - place.u - place.v, place.u, place.v};
+    Vec3d direction;
+    for (std::size_t k = 0; k < 3; ++k) {
+      from[i] += Vec3d(corners[k].position) * share[k];
+      direction += Vec3d(corners[k].direction) * share[k];
+    }
+    const double reach = length(direction);
+    const Vec3 p = to_float(from[i]);
+    const Vec3 d = to_float(direction * (reach > 0 ? 1 / reach : 0));
+    const float values[7] = {p.x, p.y, p.z, d.x, d.y, d.z, static_cast<float>(reach)};
+    for (std::size_t k = 0; k < 7; ++k) points[k * plane + i] = values[k];
+    index[i] = first[i] = i;
+    triangle[i] = place.triangle;
+    weights[i] = place.u;
+    weights[plane + i] = place.v;
+  }
+  first[count] = count;
+  band.texel_index = cl::Array<std::uint32_t>(context, std::span<const std::uint32_t>(index));
+  band.texel_first = cl::Array<std::uint32_t>(context, std::span<const std::uint32_t>(first));
+  band.sample_slot = cl::Array<std::uint32_t>(context, std::span<const std::uint32_t>(slot));
+  band.triangle = cl::Array<std::uint32_t>(context, std::span<const std::uint32_t>(triangle));
+  band.barycentric = cl::Array<float>(context, std::span<const float>(weights));
+  band.points = cl::Array<float>(context, std::span<const float>(points));
+  prepare_(band);
+  Correspondence found(context, band.capacity);
+  found.count = count;
+  matcher_.run(band, found);
+  context.finish();
+  const std::vector<std::uint32_t> of = found.triangle.download(context);
+  const std::vector<float> at = found.barycentric.download(context);
+
+  std::vector<Point> result(count);
+  for (std::uint32_t i = 0; i < count; ++i) {
+    if (of[i] == KILN_NO_TRIANGLE) continue;
+    Point& point = result[i];
+    point.found = true;
+    point.triangle = of[i];
+    const double u = at[i], v = at[plane + i];
+    const double share[3] = {1 - u - v, u, v};
+    for (std::size_t k = 0; k < 3; ++k) {
+      const std::uint32_t vertex = source_.triangles[of[i]][k];
+      point.at += Vec3d(source_.positions[vertex]) * share[k];
+      const float* n = &normals_[std::size_t{3} * normal_indices_[std::size_t{3} * of[i] + k]];
+      point.normal += Vec3d(Vec3{n[0], n[1], n[2]}) * share[k];
+      for (std::size_t c = 0; c < 4 && !source_.colors.empty(); ++c) {
+        point.color[c] += source_.colors[vertex][c] * share[k];
+      }
+    }
+    const double size = length(point.normal);
+    if (size > 0) point.normal = point.normal * (1 / size);
+    point.offset = point.at - from[i];
+  }
+  return result;
+}
+
+bool CopyCheck::are_same(const Place& place, const Point& point, const Place& baked,
+                         const Point& other) const {
+  const UvFrame from(surface_.triangles[place.triangle]), to(surface_.triangles[baked.triangle]);
+  const Vec3d away = from.carry(point.offset, to) - other.offset;
+  if (!(dot(away, away) <= most_away_ * most_away_)) return false;
+  if (!source_.materials.of.empty() &&
+      source_.materials.of[point.triangle] != source_.materials.of[other.triangle]) {
+    return false;
+  }
+  for (std::size_t c = 0; c < 4; ++c) {
+    if (std::abs(point.color[c] - other.color[c]) > kSameColor) return false;
+  }
+  // As maps show them: back faces of two-sided meshes are turned to the low poly.
+  const auto shown = [&](const Vec3d& normal, const UvFrame& low) {
+    return two_sided_ && dot(normal, low.normal) < 0 ? normal * -1.0 : normal;
+  };
+  Vec3d carried = from.carry(shown(point.normal, from), to);
+  const double size = length(carried);
+  if (!(size > 0)) return true;
+  return dot(carried * (1 / size), shown(other.normal, to)) >= kSameNormal;
+}
+
+std::vector<CopyCheck::Finding> CopyCheck::find(std::span<const Place> places) {
+  std::vector<Finding> result(places.size());
+  std::vector<Place> both;  // of the copy, and of the other one
+  std::vector<std::size_t> of;
+  for (std::size_t i = 0; i < places.size(); ++i) {
+    const std::optional<Place> baked = baked_at(places[i]);
+    if (!baked) continue;
+    result[i].baked = baked->triangle;
+    both.push_back(places[i]);
+    both.push_back(*baked);
+    of.push_back(i);
+  }
+  if (both.empty()) return result;
+  const std::vector<Point> points = match(both);
+  for (std::size_t k = 0; k < of.size(); ++k) {
+    const Point &own = points[2 * k], &other = points[2 * k + 1];
+    if (!own.found) continue;
+    Finding& finding = result[of[k]];
+    finding.found = own.at;
+    const bool same = other.found && are_same(both[2 * k], own, both[2 * k + 1], other);
+    finding.verdict = same ? Verdict::same : Verdict::other;
+  }
+  return result;
+}
+
+double CopyCheck::tell(const Mesh& low, std::vector<Warning>& warnings) {
+  std::vector<std::uint32_t> copies;
+  std::vector<double> until;  // area
+  double area = 0;
+  for (std::uint32_t t = 0; t < surface_.copy_of.size(); ++t) {
+    if (!surface_.is_copy(t)) continue;
+    const auto& [a, b, c] = surface_.triangles[t];
+    area +=
+        length(cross(Vec3d(b.position) - Vec3d(a.position), Vec3d(c.position) - Vec3d(a.position)));
+    copies.push_back(t);
+    until.push_back(area);
+  }
+  if (!(area > 0)) return 0;
+  std::vector<Place> places;
+  for (std::uint32_t i = 0; i < kPlacesOfCopies; ++i) {
+    const auto at =
+        std::upper_bound(until.begin(), until.end(), area * (i + 0.5) / kPlacesOfCopies);
+    const auto spread = [&](double step) { return i * step - std::floor(i * step); };
+    double u = spread(0.7548776662466927), v = spread(0.5698402909980532);
+    if (u + v > 1) {
+      u = 1 - u;
+      v = 1 - v;
+    }
+    const auto copy =
+        std::min<std::size_t>(static_cast<std::size_t>(at - until.begin()), copies.size() - 1);
+    places.push_back({copies[copy], static_cast<float>(u), static_cast<float>(v)});
+  }
+  const std::vector<Finding> findings = find(places);
+  struct Pair {
+    std::uint64_t count = 0;
+    std::uint32_t copy = 0, baked = 0;
+  };
+  std::map<std::pair<std::string, std::string>, Pair> pairs;
+  std::uint64_t others = 0;
+  for (std::size_t i = 0; i < findings.size(); ++i) {
+    if (findings[i].verdict != Verdict::other) continue;
+    ++others;
+    Pair& pair = pairs[{names_of(low, places[i].triangle), names_of(low, findings[i].baked)}];
+    if (pair.count++ == 0) pair = {1, places[i].triangle, findings[i].baked};
+  }
+  const double share = static_cast<double>(others) / static_cast<double>(findings.size());
+  if (share <= kWarnOfCopies) return share;
+  const auto most = std::max_element(pairs.begin(), pairs.end(), [](const auto& a, const auto& b) {
+    return a.second.count < b.second.count;
+  });
+  char text[96];
+  std::snprintf(text, sizeof text, "%.3g%%", 100 * share);
+  warnings.push_back(
+      {kWarning,
+       std::to_string(copies.size()) +
+           " triangles of the low poly have the UVs of others and share their texels, but on " +
+           text +
+           " of their surface the high poly is another one there, which is on no texel: for "
+           "example " +
+           name_of(low, most->second.copy) + " on the texels of " +
+           name_of(low, most->second.baked) +
+           (pairs.size() > 1 ? ", and " + std::to_string(pairs.size() - 1) + " more pairs of names"
+                             : std::string()) +
+           ". Give them places of their own in the layout (unwrap() lays all out anew), or bake "
+           "them apart.",
+       copies.size()});
+  return share;
+}
+
+}  // namespace kiln

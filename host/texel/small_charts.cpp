@@ -1,0 +1,395 @@
+#include "texel/small_charts.h"
+
+#include <algorithm>
+#include <atomic>
+#include <bit>
+#include <cmath>
+#include <limits>
+#include <tuple>
+#include <unordered_map>
+
+#include "base/disjoint_sets.h"
+#include "base/parallel.h"
+
+namespace kiln {
+namespace {
+
+constexpr std::int64_t kReach = 8;       // texels, within which a free one is near
+constexpr std::uint32_t kTileShift = 6;  // tiles of 64 x 64 texels are looked at, or not
+constexpr std::size_t kGrainOfSmall = 1 << 14;
+constexpr double kSurelyCovers = 0.75;  // radius of an inscribed circle, samples: above sqrt(1/2)
+constexpr double kNowhere = std::numeric_limits<double>::infinity();
+
+std::int64_t floor_div(std::int64_t a, std::int64_t b) {
+  const std::int64_t q = a / b;
+  return q - (a % b != 0 && (a < 0) != (b < 0) ? 1 : 0);
+}
+
+/// Columns [first, last] of the samples that a piece covers in a row; none where last < first. Exact.
+struct Columns {
+  std::int64_t first, last;
+};
+
+Columns covered_columns(const kiln_texel_piece& piece, std::uint32_t shift, std::int64_t row,
+                        std::int64_t count) {
+  Columns columns{0, count - 1};
+  for (std::size_t k = 0; k < 3; ++k) {
+    const std::int64_t open = ((piece.closed >> k) & 1U) != 0 ? 0 : 1;
+    const std::int64_t step = std::int64_t{piece.a[k]} * (std::int64_t{1} << shift);
+    const std::int64_t rest =
+        std::int64_t{piece.b[k]} * row * (std::int64_t{1} << shift) + piece.c[k] - open;
+    if (step == 0) {
+      if (rest < 0) return {0, -1};
+    } else if (step > 0) {
+      columns.first = std::max(columns.first, -floor_div(rest, step));
+    } else {
+      columns.last = std::min(columns.last, floor_div(rest, -step));
+    }
+  }
+  return columns;
+}
+
+/// Rows of samples whose centres a triangle may hold.
+Columns rows_of(const FixedTriangle& f, std::uint32_t shift, std::int64_t count) {
+  const auto [low, high] = std::minmax_element(f.y.begin(), f.y.end());
+  const std::int64_t half = std::int64_t{1} << (shift - 1), unit = std::int64_t{1} << shift;
+  return {std::max<std::int64_t>(-floor_div(half - *low, unit), 0),
+          std::min<std::int64_t>(floor_div(*high - half, unit), count - 1)};
+}
+
+/// Whether it covers the centre of a sample without a doubt.
+bool is_large(const FixedTriangle& f, const UvGrid& grid) {
+  if (grid.beyond_square(f)) return false;
+  double around = 0;
+  for (std::size_t k = 0; k < 3; ++k) {
+    around += std::hypot(double{1.0} * f.x[k] - f.x[(k + 1) % 3],
+                         double{1.0} * f.y[k] - f.y[(k + 1) % 3]);
+  }
+  const double area = std::abs(static_cast<double>(doubled_area(f)));
+  return area > kSurelyCovers * std::ldexp(around, static_cast<int>(grid.shift));
+}
+
+/// One number for a corner's UV and position: equal ones are the same vertex of a chart.
+std::uint64_t key_of(const LowSurface::Corner& corner) {
+  std::uint64_t key = 0;
+  for (const float value :
+       {corner.uv.x, corner.uv.y, corner.position.x, corner.position.y, corner.position.z}) {
+    key = (key ^ std::bit_cast<std::uint32_t>(value + 0.0F)) * 0x9E3779B97F4A7C15U;
+    key ^= key >> 29U;
+  }
+  return key;
+}
+
+/// A UV triangle in texels, rows downwards.
+struct Outline {
+  std::array<double, 3> x{}, y{};
+
+  Outline(const LowSurface& surface, std::uint32_t triangle, double width, double height) {
+    for (std::size_t k = 0; k < 3; ++k) {
+      const Vec2& uv = surface.triangles[triangle][k].uv;
+      x[k] = uv.x * width;
+      y[k] = (1 - double{uv.y}) * height;
+    }
+  }
+
+  /// The least and greatest x between two heights; the least is above the greatest where it lies elsewhere.
+  std::array<double, 2> across(double top, double bottom) const {
+    double low = kNowhere, high = -kNowhere;
+    for (std::size_t k = 0; k < 3; ++k) {
+      const std::size_t next = (k + 1) % 3;
+      const double upper = std::min(y[k], y[next]), lower = std::max(y[k], y[next]);
+      if (lower < top || upper > bottom) continue;
+      for (const double at : {std::max(upper, top), std::min(lower, bottom)}) {
+        const double share = y[next] == y[k] ? 0 : (at - y[k]) / (y[next] - y[k]);
+        low = std::min(low, x[k] + share * (x[next] - x[k]));
+        high = std::max(high, x[k] + share * (x[next] - x[k]));
+      }
+      if (y[next] == y[k]) {
+        low = std::min(low, x[next]);
+        high = std::max(high, x[next]);
+      }
+    }
+    return {low, high};
+  }
+
+  /// Squared, from a texel's centre.
+  double away(std::int64_t column, std::int64_t row) const {
+    const double at_x = static_cast<double>(column) + 0.5, at_y = static_cast<double>(row) + 0.5;
+    const auto [u, v] = nearest_weights(x, y, at_x, at_y);
+    const double dx = x[0] + u * (x[1] - x[0]) + v * (x[2] - x[0]) - at_x;
+    const double dy = y[0] + u * (y[1] - y[0]) + v * (y[2] - y[0]) - at_y;
+    return dx * dx + dy * dy;
+  }
+};
+
+class Finder {
+ public:
+  Finder(const LowSurface& surface, const TexelPieces& pieces, std::uint32_t width,
+         std::uint32_t height, std::uint32_t samples)
+      : surface_(surface),
+        pieces_(pieces),
+        width_(width),
+        height_(height),
+        samples_(samples),
+        grid_(UvGrid::of(width * samples, height * samples)) {}
+
+  SmallCharts run() {
+    find_uncovered();
+    find_charts();
+    if (result_.triangles.empty()) return std::move(result_);
+    mark_covered();
+    serve();
+    return std::move(result_);
+  }
+
+ private:
+  struct Place {
+    double away = kNowhere;
+    std::int64_t row = 0, column = 0;
+    bool found() const { return away < kNowhere; }
+    bool operator<(const Place& other) const {
+      return std::tie(away, row, column) < std::tie(other.away, other.row, other.column);
+    }
+  };
+
+  bool covers_any(std::size_t i) const {
+    const FixedTriangle& f = pieces_.fixed[i];
+    if (is_large(f, grid_)) return true;
+    const Columns rows = rows_of(f, pieces_.shift, std::int64_t{height_} * samples_);
+    for (std::int64_t row = rows.first; row <= rows.last; ++row) {
+      const Columns columns =
+          covered_columns(pieces_.pieces[i], pieces_.shift, row, std::int64_t{width_} * samples_);
+      if (columns.first <= columns.last) return true;
+    }
+    return false;
+  }
+
+  /// Triangles with a piece, of which none covers a sample.
+  void find_uncovered() {
+    covers_.assign(surface_.triangles.size(), kNoPiece);
+    std::vector<std::uint8_t> piece_covers(pieces_.pieces.size());
+    parallel_for(piece_covers.size(), kGrainOfSmall, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t i = begin; i < end; ++i) piece_covers[i] = covers_any(i) ? 1 : 0;
+    });
+    for (std::size_t i = 0; i < piece_covers.size(); ++i) {
+      std::uint8_t& covers = covers_[pieces_.pieces[i].triangle];
+      covers = std::max(covers, piece_covers[i] != 0 ? kCovers : kCoversNone);
+    }
+    for (std::uint32_t t = 0; t < covers_.size(); ++t) {
+      if (covers_[t] == kCoversNone) uncovered_.push_back(t);
+    }
+  }
+
+  /// Of these, the ones in charts that cover none at all.
+  void find_charts() {
+    if (uncovered_.empty()) return;
+    std::unordered_map<std::uint64_t, std::uint32_t> at;  // corners of uncovered triangles
+    std::vector<std::array<std::uint32_t, 3>> corners;
+    at.reserve(3 * uncovered_.size());
+    for (const std::uint32_t t : uncovered_) {
+      std::array<std::uint32_t, 3> own{};
+      for (std::size_t k = 0; k < 3; ++k) {
+        own[k] = at.emplace(key_of(surface_.triangles[t][k]), static_cast<std::uint32_t>(at.size()))
+                     .first->second;
+      }
+      corners.push_back(own);
+    }
+    DisjointSets sets(at.size());
+    for (const auto& own : corners) {
+      sets.join(own[0], own[1]);
+      sets.join(own[0], own[2]);
+    }
+    std::vector<std::uint8_t> touched(at.size()), touches(at.size());
+    parallel_for(covers_.size(), kGrainOfSmall, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t t = begin; t < end; ++t) {
+        if (covers_[t] != kCovers) continue;
+        for (const LowSurface::Corner& corner : surface_.triangles[t]) {
+          const auto found = at.find(key_of(corner));
+          if (found == at.end()) continue;
+          std::atomic_ref<std::uint8_t>(touched[found->second]).store(1, std::memory_order_relaxed);
+        }
+      }
+    });
+    for (std::uint32_t i = 0; i < touched.size(); ++i) {
+      if (touched[i] != 0) touches[sets.find(i)] = 1;
+    }
+    std::unordered_map<std::uint32_t, std::uint32_t> number;
+    for (std::size_t i = 0; i < uncovered_.size(); ++i) {
+      const std::uint32_t root = sets.find(corners[i][0]);
+      if (touches[root] != 0) continue;
+      const auto chart = number.emplace(root, static_cast<std::uint32_t>(charts_.size())).first;
+      if (chart->second == charts_.size()) charts_.emplace_back();
+      charts_[chart->second].push_back(static_cast<std::uint32_t>(result_.triangles.size()));
+      result_.triangles.push_back(uncovered_[i]);
+      outlines_.emplace_back(surface_, uncovered_[i], width_, height_);
+    }
+  }
+
+  std::size_t tile_of(std::int64_t column, std::int64_t row) const {
+    return static_cast<std::size_t>((row >> kTileShift) * tiles_across_ + (column >> kTileShift));
+  }
+
+  /// Calls `visit(column, row)` for the map's texels that lie within `reach` texels of a triangle, or a little
+  /// farther; with 0, for those that it reaches into.
+  template <class Visit>
+  void near(const Outline& outline, std::int64_t reach, const Visit& visit) const {
+    const auto [top, bottom] = std::minmax({outline.y[0], outline.y[1], outline.y[2]});
+    const auto whole = [](double x, std::uint32_t size) {
+      return static_cast<std::int64_t>(std::clamp(x, -16.0, size + 16.0));
+    };
+    const std::int64_t first = whole(std::floor(top), height_) - reach;
+    const std::int64_t last = whole(std::ceil(bottom), height_) - 1 + reach;
+    for (std::int64_t row = std::max<std::int64_t>(first, 0);
+         row <= std::min<std::int64_t>(last, std::int64_t{height_} - 1); ++row) {
+      const auto [low, high] =
+          outline.across(static_cast<double>(row - reach), static_cast<double>(row + reach + 1));
+      if (low > high) continue;
+      const std::int64_t left = whole(std::floor(low), width_) - reach;
+      const std::int64_t right = whole(std::ceil(high), width_) - 1 + reach;
+      for (std::int64_t column = std::max<std::int64_t>(left, 0);
+           column <= std::min<std::int64_t>(right, std::int64_t{width_} - 1); ++column) {
+        visit(column, row);
+      }
+    }
+  }
+
+  /// Which texels near small charts have a covered sample.
+  void mark_covered() {
+    tiles_across_ = (std::int64_t{width_} >> kTileShift) + 1;
+    tiles_.assign(tile_of(0, std::int64_t{height_}) + static_cast<std::size_t>(tiles_across_), 0);
+    for (const Outline& outline : outlines_) {
+      near(outline, kReach,
+           [&](std::int64_t column, std::int64_t row) { tiles_[tile_of(column, row)] = 1; });
+    }
+    taken_.assign(std::size_t{width_} * height_, false);
+    const auto samples = std::int64_t{samples_};
+    for (std::size_t i = 0; i < pieces_.pieces.size(); ++i) {
+      const FixedTriangle& f = pieces_.fixed[i];
+      const Columns rows = rows_of(f, pieces_.shift, std::int64_t{height_} * samples);
+      const auto [low, high] = std::minmax_element(f.x.begin(), f.x.end());
+      const std::int64_t texel = samples << pieces_.shift;
+      const auto tile = [&](std::int64_t column) {
+        return std::clamp<std::int64_t>(column, 0, std::int64_t{width_} - 1) >> kTileShift;
+      };
+      const std::int64_t left = tile(floor_div(*low, texel)), right = tile(floor_div(*high, texel));
+      for (std::int64_t row = rows.first; row <= rows.last; ++row) {
+        const auto first = tiles_.begin() + static_cast<std::ptrdiff_t>(tile_of(0, row / samples));
+        if (std::find(first + left, first + right + 1, 1) == first + right + 1) {
+          // On to the next row of tiles.
+          row = ((row / samples >> kTileShift) + 1) * (samples << kTileShift) - 1;
+          continue;
+        }
+        const Columns columns =
+            covered_columns(pieces_.pieces[i], pieces_.shift, row, std::int64_t{width_} * samples);
+        if (columns.first > columns.last) continue;
+        const auto line = taken_.begin() + static_cast<std::ptrdiff_t>(row / samples * width_);
+        std::fill(line + columns.first / samples, line + columns.last / samples + 1, true);
+      }
+    }
+  }
+
+  std::size_t index_of(std::int64_t column, std::int64_t row) const {
+    return static_cast<std::size_t>(row * std::int64_t{width_} + column);
+  }
+
+  void give(std::uint32_t small, const Place& place) {
+    taken_[index_of(place.column, place.row)] = true;
+    has_[small] = 1;
+    result_.texels.push_back({static_cast<std::uint32_t>(place.column),
+                              static_cast<std::uint32_t>(place.row), result_.triangles[small]});
+  }
+
+  /// The free texel whose centre is nearest.
+  Place nearest(const Outline& outline) const {
+    Place best;
+    for (std::int64_t reach = 1; reach <= kReach; reach *= 2) {
+      near(outline, reach, [&](std::int64_t column, std::int64_t row) {
+        if (taken_[index_of(column, row)]) return;
+        best = std::min(best, Place{outline.away(column, row), row, column});
+      });
+      // Texels that were not looked at have their centres more than half a texel beyond.
+      const double sure = static_cast<double>(reach) + 0.5;
+      if (best.away <= sure * sure) break;
+    }
+    const double most = static_cast<double>(kReach);
+    return best.away <= most * most ? best : Place{};
+  }
+
+  void serve() {
+    has_.assign(outlines_.size(), 0);
+    for (const std::vector<std::uint32_t>& chart : charts_) {
+      Place best;
+      std::uint32_t owner = 0;
+      for (const std::uint32_t small : chart) {
+        const Place place = nearest(outlines_[small]);
+        if (!(place < best)) continue;
+        best = place;
+        owner = small;
+      }
+      if (best.found()) give(owner, best);
+    }
+    serve_overlapped();
+    for (std::uint32_t small = 0; small < outlines_.size(); ++small) {
+      if (has_[small] != 0) continue;
+      const Place place = nearest(outlines_[small]);
+      if (place.found()) {
+        give(small, place);
+      } else {
+        result_.without.push_back(result_.triangles[small]);
+      }
+    }
+    std::sort(result_.texels.begin(), result_.texels.end(),
+              [](const OwnedTexel& a, const OwnedTexel& b) {
+                return std::tie(a.row, a.column) < std::tie(b.row, b.column);
+              });
+  }
+
+  void serve_overlapped() {
+    struct Reached {
+      std::size_t texel;
+      double away;
+      std::uint32_t small;
+    };
+    std::vector<Reached> reached;
+    for (std::uint32_t small = 0; small < outlines_.size(); ++small) {
+      near(outlines_[small], 0, [&](std::int64_t column, std::int64_t row) {
+        const std::size_t texel = index_of(column, row);
+        if (taken_[texel]) return;
+        reached.push_back({texel, outlines_[small].away(column, row), small});
+      });
+    }
+    std::sort(reached.begin(), reached.end(), [](const Reached& a, const Reached& b) {
+      return std::tie(a.texel, a.away, a.small) < std::tie(b.texel, b.away, b.small);
+    });
+    for (const auto& [texel, away, small] : reached) {
+      if (taken_[texel]) continue;
+      give(small, {away, static_cast<std::int64_t>(texel / width_),
+                   static_cast<std::int64_t>(texel % width_)});
+    }
+  }
+
+  static constexpr std::uint8_t kNoPiece = 0, kCoversNone = 1, kCovers = 2;
+
+  const LowSurface& surface_;
+  const TexelPieces& pieces_;
+  std::uint32_t width_, height_, samples_;
+  UvGrid grid_;
+  SmallCharts result_;
+  std::vector<std::uint8_t> covers_;  // of triangles
+  std::vector<std::uint32_t> uncovered_;
+  std::vector<Outline> outlines_;                   // of result_.triangles
+  std::vector<std::vector<std::uint32_t>> charts_;  // numbers in these
+  std::vector<std::uint8_t> has_;
+  std::int64_t tiles_across_ = 0;
+  std::vector<std::uint8_t> tiles_;  // near small charts
+  std::vector<bool> taken_;          // texels
+};
+
+}  // namespace
+
+SmallCharts SmallCharts::of(const LowSurface& surface, const TexelPieces& pieces,
+                            std::uint32_t width, std::uint32_t height, std::uint32_t samples) {
+  return Finder(surface, pieces, width, height, samples).run();
+}
+
+}  // namespace kiln
