@@ -83,6 +83,7 @@ class Pipeline {
   Match whole_match();
 
  private:
+  double reach() const;
   bool keeps_matcher() const;
   PipelineBand& sampled(std::uint32_t number);
   PipelineBand& take(std::uint32_t number);

@@ -1,5 +1,6 @@
 // Where the point of the high poly lies.
 #include "detail/point_map.h"
+#include "detail/value_ranges.h"
 
 namespace kiln {
 
@@ -13,6 +14,7 @@ MapRow position_map() {
               0};
   row.follows_positions = true;
   row.unit = "world units";
+  row.range = range_of_bounds;
   row.make = [](const MapRequest& request) {
     return make_point_map(
         request, position_map().info,
