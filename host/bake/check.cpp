@@ -219,6 +219,40 @@ void check_map_options(const BakeOptions& options) {
   if (options.curvature_radius) check_length("curvature_radius", *options.curvature_radius, false);
 }
 
+void check_ranges(const BakeOptions& options) {
+  std::vector<std::string_view> seen;
+  for (const MapRange& given : options.ranges) {
+    const MapKind kind = given.kind;
+    const ValueRange range = given.range;
+    const std::string name(kind.name);
+    if (!std::isfinite(range.low) || !std::isfinite(range.high) || !(range.low < range.high)) {
+      usage("The range of " + name + " is " + std::to_string(range.low) + " to " +
+            std::to_string(range.high) +
+            ": it must be finite, and the first less than the second.");
+    }
+    if (std::find(seen.begin(), seen.end(), kind.name) != seen.end()) {
+      usage("The map " + name + " has two ranges: give one.", kContradiction);
+    }
+    seen.push_back(kind.name);
+    const auto is_called = [&](const auto& own) { return own.name == kind.name; };
+    if (std::any_of(options.transfers.begin(), options.transfers.end(), is_called) ||
+        std::any_of(options.own_maps.begin(), options.own_maps.end(), is_called)) {
+      continue;
+    }
+    if (std::find(options.maps.begin(), options.maps.end(), kind) == options.maps.end()) {
+      usage("There is a range of '" + name +
+                "', which is no map of this bake: ask for the map, or leave "
+                "the range out.",
+            kContradiction);
+    }
+    const MapType type = map_row(kind).info.type;
+    if (type == MapType::unit_vector || type == MapType::id || type == MapType::coverage) {
+      usage("The map " + name + " takes no range: its values are directions, names or coverage.",
+            kContradiction);
+    }
+  }
+}
+
 void check_two_component(const BakeOptions& options) {
   if (!options.two_component) return;
   const bool all_sides = options.space == NormalMapSpace::object ||
@@ -264,6 +298,7 @@ void validate(const BakeOptions& options) {
           ": it must be 0 to 4096 texels, or -1 for an infinite one.");
   }
   check_two_component(options);
+  check_ranges(options);
   if (options.recall > kMostPlaces) {
     usage("recall is " + std::to_string(options.recall) + " places: it must be 0 to " +
           std::to_string(kMostPlaces) + ".");

@@ -354,7 +354,29 @@ void Pipeline::measure_errors() {
   report.seconds_errors += watch_.lap();
 }
 
+/// How far points lie from the low poly's, world units.
+double Pipeline::reach() const {
+  const BakeOptions& options = scene_.options;
+  const bool looks = options.match == nullptr && !any_in_chain(options, [](const MatchRow& row) {
+                       return !row.info.looks_far;
+                     });
+  if (!looks) return scene_.high.frame.diagonal;
+  const MatchRequest request = match_request(options, scene_.high, surface_);
+  const double cage =
+      std::max(request.cage.value_or(0) * unit_,
+               result_.report.cage_mesh ? result_.report.cage_mesh->outward_most : 0);
+  // From a cage, rays pass the low poly on their way.
+  return std::max(cage, request.distance * unit_ - (request.cage ? cage : 0));
+}
+
 void Pipeline::finish_report() {
+  const double farthest = reach();
+  for (BakedMap& map : result_.maps) {
+    const auto layer =
+        std::find_if(layers_.all().begin(), layers_.all().end(),
+                     [&](const Layer& made) { return made.row->info.kind == map.kind; });
+    map.ranges = ranges_of(*layer->row, {scene_.high, scene_.options, farthest});
+  }
   result_.report.ids.clear();
   layers_.report(result_.report);
   result_.report.peak_device_bytes = context_.peak_device_bytes();

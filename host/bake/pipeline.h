@@ -84,6 +84,7 @@ class Pipeline {
   Match whole_match();
 
  private:
+  double reach() const;
   bool keeps_matcher() const;
   void prepare_copies();
   PipelineBand& sampled(std::uint32_t number);

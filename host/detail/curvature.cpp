@@ -5,46 +5,42 @@
 #include <cmath>
 #include <memory>
 #include <optional>
-#include <vector>
 
 #include "detail/point_map.h"
-#include "mesh/length.h"
+#include "detail/value_ranges.h"
 
 namespace kiln {
 namespace {
 
-constexpr double kShare = 0.005;  // of the diagonal: the radius where none is given
-// In the frame, where the mesh is about 1 across: what lies beyond is as good as these.
-constexpr double kLeast = 1e-9, kMost = 16;
-
-/// The mean curvature at the high poly's vertices, found when first needed, once for all maps of it.
-class BendAtVertices : public SharedWork {
+/// The high poly's mean curvature, for all maps of it.
+class Bend : public SharedWork {
  public:
-  explicit BendAtVertices(const MapRequest& request) : source_(request.source) {
-    const Length radius = request.options.curvature_radius.value_or(Length::share(kShare));
-    radius_ = std::clamp(to_frame(radius, source_.frame), kLeast, kMost);
-  }
+  struct Room : PointRoom {
+    MeanCurvature::Room room;
+  };
+
+  explicit Bend(const MapRequest& request)
+      : source_(request.source), radius_(curvature_radius(request.options, request.source.frame)) {}
 
   void next_band() override {}
   void next_source() override { made_of_.reset(); }
   void find(std::uint64_t source_version) {
     if (made_of_ == source_version) return;
-    at_vertex_ = mean_curvature(source_.positions, source_.triangles, radius_);
+    curvature_.emplace(source_.positions, source_.triangles, radius_);
     made_of_ = source_version;
   }
 
-  /// Interpolated, 1 / world unit.
+  /// 1 / world unit.
   double at(const DensePoint& point) const {
-    const Triangle& corners = source_.triangles[point.triangle];
-    const double mean = at_vertex_[corners[0]] * (1.0 - point.u - point.v) +
-                        at_vertex_[corners[1]] * point.u + at_vertex_[corners[2]] * point.v;
-    return mean * source_.frame.scale;
+    const double bend =
+        curvature_->on(point.triangle, point.u, point.v, static_cast<Room&>(*point.room).room);
+    return bend * source_.frame.scale;
   }
 
  private:
   const Source::Impl& source_;
-  double radius_ = 0;
-  std::vector<double> at_vertex_;  // in the frame
+  double radius_;                           // in the frame
+  std::optional<MeanCurvature> curvature_;  // in the frame
   std::optional<std::uint64_t> made_of_;
 };
 
@@ -52,12 +48,13 @@ class Curvature : public PointFunction {
  public:
   /// \param apart  convex and concave in channels of their own
   Curvature(const MapRequest& request, bool apart)
-      : bend_(request.shared.of<BendAtVertices>(request)), apart_(apart) {}
+      : bend_(request.shared.of<Bend>(request)), apart_(apart) {}
 
   void prepare(std::uint64_t source_version) override { bend_->find(source_version); }
   PointNeeds needs() const override {
     return {.position = false, .normal = false, .distance = false};
   }
+  std::unique_ptr<PointRoom> room() const override { return std::make_unique<Bend::Room>(); }
   void operator()(const DensePoint& point, float* value) const override {
     if (!point.found) return;  // 0
     const auto bend = static_cast<float>(bend_->at(point));
@@ -67,11 +64,11 @@ class Curvature : public PointFunction {
     }
     value[0] = std::max(bend, 0.0F);
     value[1] = std::max(-bend, 0.0F);
-    value[2] = std::abs(bend);  // a channel of nothing but 0 has no range for integer formats
+    value[2] = std::abs(bend);
   }
 
  private:
-  std::shared_ptr<BendAtVertices> bend_;
+  std::shared_ptr<Bend> bend_;
   bool apart_;
 };
 
@@ -96,6 +93,7 @@ MapRow curvature_map() {
                          "convex, 1 / world unit",
                          0, 0},
                         false);
+  row.range = range_of_curvature_signed;
   row.info.other_names = "cavity";
   return row;
 }
@@ -107,6 +105,7 @@ MapRow convexity_map() {
                 "1 / world unit",
                 0, 0},
                true);
+  row.range = range_of_curvature;
   row.info.other_names = "concavity";
   return row;
 }

@@ -1,6 +1,7 @@
 // The way from the low poly to the high poly.
 #include "detail/low_frames.h"
 #include "detail/point_map.h"
+#include "detail/value_ranges.h"
 
 namespace kiln {
 namespace {
@@ -32,6 +33,7 @@ MapRow displacement_map() {
               0};
   row.follows_positions = true;
   row.unit = "world units";
+  row.range = range_of_reach_signed;
   row.make = [](const MapRequest& request) {
     return make_point_map(request, displacement_map().info,
                           std::unique_ptr<PointFunction>(std::make_unique<Displacement>(request)));

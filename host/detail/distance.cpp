@@ -1,5 +1,6 @@
 // How far the high poly's point is from the low poly's, whatever the direction.
 #include "detail/point_map.h"
+#include "detail/value_ranges.h"
 
 namespace kiln {
 
@@ -13,6 +14,7 @@ MapRow distance_map() {
               0};
   row.follows_positions = true;
   row.unit = "world units";
+  row.range = range_of_reach;
   row.make = [](const MapRequest& request) {
     return make_point_map(
         request, distance_map().info,

@@ -1,5 +1,6 @@
 // How far the high poly lies above the low poly.
 #include "detail/point_map.h"
+#include "detail/value_ranges.h"
 
 namespace kiln {
 
@@ -14,6 +15,7 @@ MapRow height_map() {
   row.info.other_names = "bump";
   row.follows_positions = true;
   row.unit = "world units";
+  row.range = range_of_reach_signed;
   row.make = [](const MapRequest& request) {
     return make_point_map(
         request, height_map().info,

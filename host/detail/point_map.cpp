@@ -117,6 +117,8 @@ class PointMap : public MapMaker {
       Average average(info_);
       UvFacet facet;
       DensePoint point;
+      const std::unique_ptr<PointRoom> room = function_->room();
+      point.room = room.get();
       for (std::size_t t = begin; t < end; ++t) {
         std::uint8_t& coverage = out.coverage[samples.index[t]];
         float* const to = &out.values[std::size_t{samples.index[t]} * info_.channels];

@@ -9,6 +9,14 @@
 
 namespace kiln {
 
+/// Memory that a function uses again from point to point, one a thread. No value depends on it.
+struct PointRoom {
+  PointRoom() = default;
+  PointRoom(const PointRoom&) = delete;
+  PointRoom& operator=(const PointRoom&) = delete;
+  virtual ~PointRoom() = default;
+};
+
 /// A point of the high poly, as a map sees it; or, where nothing was found, the point of the low poly that
 /// stands in for it (Wang et al., section 2).
 struct DensePoint {
@@ -29,6 +37,7 @@ struct DensePoint {
   /// Sides of the sample's share of its texel (rightwards, downwards), in UVs of the high poly's
   /// triangle: carried there along the low poly's normal.
   std::array<std::array<double, 2>, 2> uv_sides;
+  PointRoom* room = nullptr;  ///< Of the function's room()
   Vec3d
       seen;  ///< Mean of the directions that see the low poly's point; 0 where not known, or none does
 };
@@ -50,6 +59,7 @@ class PointFunction {
   /// Before each band, on one thread. \param source_version  another one where the high poly changed
   virtual void prepare(std::uint64_t source_version) { static_cast<void>(source_version); }
   virtual void operator()(const DensePoint& point, float* value) const = 0;
+  virtual std::unique_ptr<PointRoom> room() const { return nullptr; }
   /// What there is to say at the end, beside the texels.
   virtual void report(BakeReport& report) const { static_cast<void>(report); }
 };

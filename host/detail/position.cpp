@@ -1,5 +1,6 @@
 // Where the point of the high poly lies.
 #include "detail/point_map.h"
+#include "detail/value_ranges.h"
 
 namespace kiln {
 
@@ -14,6 +15,7 @@ MapRow position_map() {
   row.info.takes_origin = true;
   row.follows_positions = true;
   row.unit = "world units";
+  row.range = range_of_bounds;
   row.make = [](const MapRequest& request) {
     const std::array<double, 3> origin = map_origin(request.options, request.source.frame);
     return make_point_map(

@@ -11,36 +11,7 @@
 #include "image/gutter.h"
 
 namespace kiln {
-namespace {
-
-constexpr std::size_t kTexelsAtOnce = std::size_t{1} << 16;
-constexpr float kFar = std::numeric_limits<float>::infinity();
-
-/// Of the texels that are baked. \tparam kStep  from value to value where it is known, or 0 \param step  the same
-template <std::size_t kStep>
-ValueRange range_of(std::span<const std::uint8_t> coverage, const float* value, std::size_t step) {
-  // Four bounds, so that none waits for the one before it; chosen, not branched to.
-  constexpr std::size_t kBounds = 4;
-  std::array<float, kBounds> low{}, high{};
-  low.fill(kFar);
-  high.fill(-kFar);
-  const auto take = [&](std::size_t i, std::size_t bound) {
-    const float at = value[i * (kStep != 0 ? kStep : step)];
-    const bool baked = coverage[i] == kCoverageBaked;
-    const float below = baked ? at : kFar, above = baked ? at : -kFar;
-    low[bound] = below < low[bound] ? below : low[bound];
-    high[bound] = above > high[bound] ? above : high[bound];
-  };
-  std::size_t i = 0;
-  for (; i + kBounds <= coverage.size(); i += kBounds) {
-    for (std::size_t bound = 0; bound < kBounds; ++bound) take(i + bound, bound);
-  }
-  for (; i < coverage.size(); ++i) take(i, 0);
-  return {std::min({low[0], low[1], low[2], low[3]}),
-          std::max({high[0], high[1], high[2], high[3]})};
-}
-
-}  // namespace
+namespace {}  // namespace
 
 std::span<const MapRow> map_rows() {
   static const std::vector<MapRow> rows = {normal_map(),       ao_map(),
@@ -118,29 +89,41 @@ void encode_texel(const MapInfo& map, const BakeOptions& options, std::uint8_t c
   for (int c = 0; c < 3; ++c) pixel[c] = pixel[c] * 0.5F + 0.5F;
 }
 
-ValueRange value_range(const BakedMap& map, std::span<const std::uint8_t> coverage,
-                       std::uint32_t channel) {
-  const MapInfo& info = map.info.kind.name.empty() ? find_map(map.kind.name) : map.info;
-  if (info.low != 0 || info.high != 0) return {info.low, info.high};
-  ValueRange range{kFar, -kFar};
-  std::mutex mutex;
-  parallel_for(coverage.size(), kTexelsAtOnce, [&](std::size_t begin, std::size_t end) {
-    const float* first = &map.image.pixels[begin * map.image.channels + channel];
-    const auto texels = coverage.subspan(begin, end - begin);
-    const ValueRange part = map.image.channels == 1
-                                ? range_of<1>(texels, first, 1)
-                                : range_of<0>(texels, first, map.image.channels);
-    const std::lock_guard lock(mutex);
-    range = {std::min(range.low, part.low), std::max(range.high, part.high)};
-  });
-  // Nothing baked: 0. And -0 is no bound, since which of the zeros came first depends on the threads.
-  range =
-      range.low > range.high ? ValueRange{0, 0} : ValueRange{range.low + 0.0F, range.high + 0.0F};
-  if (info.type == MapType::signed_scalar) {
-    range.high = std::max(std::abs(range.low), std::abs(range.high));
-    range.low = -range.high;
+std::vector<ValueRange> ranges_of(const MapRow& row, const RangeRequest& request) {
+  std::vector<ValueRange> ranges;
+  for (std::uint32_t c = 0; c < row.info.channels; ++c) {
+    ranges.push_back(row.range != nullptr ? row.range(request, c)
+                                          : ValueRange{row.info.low, row.info.high});
   }
-  return range;
+  for (const MapRange& given : request.options.ranges) {
+    if (given.kind == row.info.kind) ranges.assign(row.info.channels, given.range);
+  }
+  return ranges;
+}
+
+RangeExcess beyond_range(const BakedMap& map, std::span<const std::uint8_t> coverage) {
+  RangeExcess excess;
+  const std::size_t channels = map.image.channels;
+  if (map.info.type == MapType::unit_vector || map.ranges.size() != channels) return excess;
+  for (std::size_t i = 0; i < coverage.size(); ++i) {
+    if (coverage[i] != kCoverageBaked) continue;
+    bool within = true;
+    for (std::size_t c = 0; c < channels; ++c) {
+      const float value = map.image.pixels[i * channels + c];
+      const auto [low, high] = map.ranges[c];
+      // What rounding adds to a bound shows in no integer format.
+      const float slack = (high - low) * 1e-5F;
+      if (value >= low - slack && value <= high + slack) continue;
+      within = false;
+      if (std::max(value - high, low - value) <= excess.by) continue;
+      excess.by = std::max(value - high, low - value);
+      excess.value = value;
+      excess.x = static_cast<std::uint32_t>(i % map.image.width);
+      excess.y = static_cast<std::uint32_t>(i / map.image.width);
+    }
+    excess.texels += within ? 0 : 1;
+  }
+  return excess;
 }
 
 }  // namespace kiln

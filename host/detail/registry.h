@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "detail/band_reads.h"
+#include "detail/value_ranges.h"
 #include "kiln/bake.h"
 #include "kiln/map.h"
 #include "mesh/low_surface.h"
@@ -71,6 +72,8 @@ struct MapRow {
   bool reads_around = false;
   /// Of its values, where MapInfo does not tell: "world units".
   std::string_view unit = {};
+  /// Where integer formats put each channel's values; none: MapInfo::low and high, in all channels.
+  ValueRange (*range)(const RangeRequest& request, std::uint32_t channel) = nullptr;
   /// Its values are about the map's own texels: at no size are they nearer to the surface.
   bool of_texels = false;
   std::function<std::unique_ptr<MapMaker>(const MapRequest& request)> make;
@@ -84,6 +87,9 @@ const MapRow& map_row(MapKind kind);
 /// The rows of maps that a bake brings along, in their order. Their names stay for as long as the program runs.
 /// \throws Error(usage) for a name that cannot be one, or is taken
 std::vector<MapRow> own_rows(const BakeOptions& options);
+
+/// The range of each channel: what the caller gave (BakeOptions::ranges), or the row's rule.
+std::vector<ValueRange> ranges_of(const MapRow& row, const RangeRequest& request);
 
 /// The first of a bake's maps that shades (MapInfo::shades); none: it has none.
 std::optional<MapKind> shading_map(const BakeOptions& options);

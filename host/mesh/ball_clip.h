@@ -1,54 +1,77 @@
-// Edges and triangles clipped by a ball.
+// Triangles clipped by a ball.
 #pragma once
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstddef>
-#include <utility>
+#include <numbers>
 
 #include "mesh/vector.h"
 
 namespace kiln {
 
-/// Which part of the way from a to b lies in a ball around 0: [first, second], nothing where second
-/// < first.
-inline std::pair<double, double> part_within(const Vec3d& a, const Vec3d& b,
-                                             double squared_radius) {
-  const Vec3d way = b - a;
-  const double squared = dot(way, way), half = dot(a, way);
-  const double root = half * half - squared * (dot(a, a) - squared_radius);
-  if (!(root > 0) || !(squared > 0)) return {1, 0};
-  const double reach = std::sqrt(root);
-  return {std::max(0.0, (-half - reach) / squared), std::min(1.0, (-half + reach) / squared)};
-}
+/// What of a triangle lies in a ball.
+struct BallClip {
+  double area = 0;
+  std::array<double, 3> share{};  ///< Of the length of edge k, from corner k
+};
 
-/// Area of a triangle's part in a ball around 0: of the circle that the ball cuts out of its plane,
-/// by sectors and triangles from the circle's centre.
-inline double area_within(const std::array<Vec3d, 3>& corners, double squared_radius) {
+/// Clips a triangle by a ball around 0: edges by the chords that they are in it, the area by the circle that the ball
+/// cuts out of the triangle's plane, as triangles and sectors from the circle's centre.
+inline BallClip clip_by_ball(const std::array<Vec3d, 3>& corners, double squared_radius) {
+  BallClip clip;
   const Vec3d across = cross(corners[1] - corners[0], corners[2] - corners[0]);
-  const Vec3d normal = across * (1 / length(across));
-  const Vec3d centre = normal * dot(normal, corners[0]);
-  const double squared = squared_radius - dot(centre, centre);
-  if (!(squared > 0)) return 0;
-  const auto triangle = [&](const Vec3d& p, const Vec3d& q) { return dot(normal, cross(p, q)); };
-  const auto sector = [&](const Vec3d& p, const Vec3d& q) {
-    return squared * std::atan2(triangle(p, q), dot(p, q));
+  const double doubled_area = length(across);
+  const Vec3d normal = doubled_area > 0 ? across * (1 / doubled_area) : Vec3d{};
+  const double away = dot(normal, corners[0]);
+  const double squared = squared_radius - away * away;  // of the circle's radius
+  // Sectors' angles add up to that of a product of complex numbers, which takes one arc tangent.
+  double real = 1, imaginary = 0;
+  const auto turn = [&](double cosine, double sine) {
+    const double before = real;
+    real = before * cosine - imaginary * sine;
+    imaginary = before * sine + imaginary * cosine;
   };
-  double doubled = 0;
+  double triangles = 0;
+  bool centre_inside = true, lines_far = true;
   for (std::size_t k = 0; k < 3; ++k) {
-    const Vec3d p = corners[k] - centre, q = corners[(k + 1) % 3] - centre;
-    const auto [begin, end] = part_within(p, q, squared);
-    if (end <= begin) {
-      doubled += sector(p, q);
-      continue;
+    const Vec3d& p = corners[k];
+    const Vec3d& q = corners[(k + 1) % 3];
+    const Vec3d way = q - p;
+    const double whole = dot(way, way), half = dot(p, way), start = dot(p, p);
+    const double root = half * half - whole * (start - squared_radius);
+    double begin = 1, end = 0;
+    if (root > 0 && whole > 0) {
+      const double reach = std::sqrt(root), scale = 1 / whole;
+      begin = std::max(0.0, (-half - reach) * scale);
+      end = std::min(1.0, (-half + reach) * scale);
     }
-    const Vec3d in = p + (q - p) * begin, out = p + (q - p) * end;
-    if (begin > 0) doubled += sector(p, in);
-    doubled += triangle(in, out);
-    if (end < 1) doubled += sector(out, q);
+    if (end > begin) clip.share[k] = end - begin;
+    if (!(squared > 0)) continue;
+    // In the plane, from the circle's centre: dot and cross products of points on the edge.
+    const double in_plane = start - away * away, side = dot(normal, cross(p, way));
+    centre_inside = centre_inside && side >= 0;
+    lines_far = lines_far && side * side > 0.81 * squared * whole;
+    if (end > begin) {
+      triangles += side * (end - begin);
+      if (begin > 0) turn(in_plane + begin * half, side * begin);
+      if (end < 1) turn(in_plane + (1 + end) * half + end * whole, side * (1 - end));
+    } else {
+      turn(in_plane + half, side);
+    }
   }
-  return std::max(0.0, doubled / 2);
+  if (!(squared > 0) || !(doubled_area > 0)) return clip;
+  // Of 0 to a full turn; where the centre lies outside, of a half at most. Rounding must not make one of the other.
+  double angle = std::atan2(imaginary, real);
+  constexpr double kNone = 1e-9;
+  if (centre_inside && std::abs(angle) < kNone) {
+    angle = lines_far ? 2 * std::numbers::pi : 0;
+  } else if (angle < (centre_inside ? 0 : -std::numbers::pi / 2)) {
+    angle += 2 * std::numbers::pi;
+  }
+  clip.area = std::clamp((triangles + squared * angle) / 2, 0.0, doubled_area / 2);
+  return clip;
 }
 
 }  // namespace kiln

@@ -2,14 +2,13 @@
 
 #include <algorithm>
 #include <array>
-#include <atomic>
+#include <cmath>
 #include <cstdint>
 #include <limits>
 #include <tuple>
-#include <utility>
+#include <vector>
 
 #include "base/parallel.h"
-#include "mesh/bend_tree.h"
 #include "mesh/dense_normals.h"
 #include "mesh/usable.h"
 #include "mesh/vector.h"
@@ -18,16 +17,12 @@
 namespace kiln {
 namespace {
 
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
+// Of the radius, the longest edge of a triangle, and of one over it, how much its corners differ, for values to be
+// interpolated.
+constexpr double kShort = 1.0 / 4, kAlike = 1.0 / 256;
+constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
 constexpr std::size_t kGrainOfSums = 256;
 constexpr std::size_t kGrainOfTriangles = std::size_t{1} << 12;
-constexpr std::size_t kGroup = 16;  // places that look for their balls' boxes together
-
-/// The mesh's edges: angles, and what is short at each place.
-struct Edges {
-  std::vector<std::array<float, 3>> angle;  ///< Of each triangle, edge k from corner k; signed
-  std::vector<double> shortest;             ///< At each place; infinite where there is no edge
-};
 
 Vec3d area_normal(std::span<const Vec3> positions, const Triangle& t) {
   const Vec3d first(positions[t[0]]);
@@ -42,10 +37,12 @@ double angle_between(const Vec3d& normal, const Vec3d& other, const Vec3d& way) 
   return std::atan2(sine, dot(normal, other));
 }
 
-Edges find_edges(std::span<const Vec3> positions, std::span<const Triangle> triangles,
-                 std::span<const std::uint32_t> place, std::span<const std::uint8_t> usable) {
-  Edges edges{std::vector<std::array<float, 3>>(triangles.size()),
-              std::vector<double>(positions.size(), kInfinity)};
+/// Of each triangle, edge k from corner k; signed.
+std::vector<std::array<float, 3>> find_angles(std::span<const Vec3> positions,
+                                              std::span<const Triangle> triangles,
+                                              std::span<const std::uint32_t> place,
+                                              std::span<const std::uint8_t> usable) {
+  std::vector<std::array<float, 3>> angles(triangles.size());
   const Adjacency corners =
       Adjacency::make(positions.size(), triangles.size() * 3, [&](std::size_t i) {
         return usable[i / 3] != 0 ? std::size_t{place[triangles[i / 3][i % 3]]} : positions.size();
@@ -72,47 +69,27 @@ Edges find_edges(std::span<const Vec3> positions, std::span<const Triangle> tria
       for (std::size_t i = 0; i < sides.size();) {
         std::size_t next = i + 1;
         while (next < sides.size() && sides[next].other == sides[i].other) ++next;
-        const Vec3d way = Vec3d(positions[sides[i].other]) - Vec3d(positions[v]);
-        edges.shortest[v] = std::min(edges.shortest[v], length(way));
         const bool joined = next - i == 2 && sides[i].inward == 0 && sides[i + 1].inward == 1;
         if (joined && v < sides[i].other) {
+          const Vec3d way = Vec3d(positions[sides[i].other]) - Vec3d(positions[v]);
           const std::uint32_t a = sides[i].corner, b = sides[i + 1].corner;
           const auto angle =
               static_cast<float>(angle_between(area_normal(positions, triangles[a / 3]),
                                                area_normal(positions, triangles[b / 3]), way));
-          edges.angle[a / 3][a % 3] = edges.angle[b / 3][b % 3] = angle;
+          angles[a / 3][a % 3] = angles[b / 3][b % 3] = angle;
         }
         i = next;
       }
     }
   });
-  return edges;
-}
-
-/// Mean curvature at places that lie close together.
-void bend_at(const BendTree& tree, std::span<const Vec3> positions,
-             std::span<const std::uint32_t> places, std::span<const double> shortest, double radius,
-             BendTree::Room& room, std::vector<double>& result) {
-  Vec3d low{kInfinity, kInfinity, kInfinity}, high{-kInfinity, -kInfinity, -kInfinity};
-  double widest = radius;
-  for (const std::uint32_t v : places) {
-    const Vec3d at(positions[v]);
-    low = {std::min(low.x, at.x), std::min(low.y, at.y), std::min(low.z, at.z)};
-    high = {std::max(high.x, at.x), std::max(high.y, at.y), std::max(high.z, at.z)};
-    widest = std::max(widest, shortest[v]);
-  }
-  tree.begin(low, high, widest, room);
-  for (const std::uint32_t v : places) {
-    const BendSums sums = tree.within(Vec3d(positions[v]), std::max(radius, shortest[v]), room);
-    if (sums.area > 0) result[v] = sums.bend / sums.area;
-  }
+  return angles;
 }
 
 }  // namespace
 
-std::vector<double> mean_curvature(std::span<const Vec3> positions,
-                                   std::span<const Triangle> triangles, double radius,
-                                   std::uint64_t* steps) {
+MeanCurvature::MeanCurvature(std::span<const Vec3> positions, std::span<const Triangle> triangles,
+                             double radius)
+    : positions_(positions), triangles_(triangles), radius_(radius), at_vertex_(positions.size()) {
   const std::vector<std::uint32_t> place = weld_vertices(positions);
   std::vector<std::uint8_t> usable(triangles.size());
   parallel_for(triangles.size(), kGrainOfTriangles, [&](std::size_t begin, std::size_t end) {
@@ -120,25 +97,39 @@ std::vector<double> mean_curvature(std::span<const Vec3> positions,
       usable[t] = has_area(positions, triangles[t]) ? 1 : 0;
     }
   });
-  const Edges edges = find_edges(positions, triangles, place, usable);
-  const BendTree tree(positions, triangles, usable, edges.angle);
-  std::vector<double> result(positions.size(), 0.0);
-  const std::vector<std::uint32_t> places = tree.places(place);
-  std::atomic<std::uint64_t> all_steps{0};
-  parallel_for((places.size() + kGroup - 1) / kGroup, kGrainOfSums / kGroup,
-               [&](std::size_t begin, std::size_t end) {
-                 BendTree::Room room;
-                 for (std::size_t group = begin; group < end; ++group) {
-                   const std::size_t first = group * kGroup;
-                   const std::size_t count = std::min(kGroup, places.size() - first);
-                   bend_at(tree, positions, std::span(places).subspan(first, count), edges.shortest,
-                           radius, room, result);
-                 }
-                 all_steps += room.steps;
-               });
-  if (steps != nullptr) *steps = all_steps;
-  for (std::size_t v = 0; v < result.size(); ++v) result[v] = result[place[v]];
-  return result;
+  tree_.emplace(positions, triangles, usable, find_angles(positions, triangles, place, usable),
+                radius);
+  for (std::atomic<double>& value : at_vertex_) value.store(kUnknown, std::memory_order_relaxed);
+}
+
+double MeanCurvature::at(const Vec3d& point, Room& room) const {
+  const BendSums sums = tree_->within(point, room);
+  return sums.area > 0 ? sums.bend / sums.area : 0;
+}
+
+/// Of threads that ask for the same vertex at once, each finds the same value.
+double MeanCurvature::at_vertex(std::uint32_t vertex, Room& room) const {
+  std::atomic<double>& kept = at_vertex_[vertex];
+  double value = kept.load(std::memory_order_relaxed);
+  if (std::isnan(value)) {
+    value = at(Vec3d(positions_[vertex]), room);
+    kept.store(value, std::memory_order_relaxed);
+  }
+  return value;
+}
+
+double MeanCurvature::on(std::uint32_t triangle, double u, double v, Room& room) const {
+  const Triangle& t = triangles_[triangle];
+  const std::array<Vec3d, 3> p = {Vec3d(positions_[t[0]]), Vec3d(positions_[t[1]]),
+                                  Vec3d(positions_[t[2]])};
+  const double longest = std::max({length(p[1] - p[0]), length(p[2] - p[1]), length(p[0] - p[2])});
+  if (longest <= radius_ * kShort) {
+    const double a = at_vertex(t[0], room), b = at_vertex(t[1], room), c = at_vertex(t[2], room);
+    if (std::max({a, b, c}) - std::min({a, b, c}) <= kAlike / radius_) {
+      return a + (b - a) * u + (c - a) * v;
+    }
+  }
+  return at(p[0] * (1.0 - u - v) + p[1] * u + p[2] * v, room);
 }
 
 }  // namespace kiln

@@ -1,43 +1,67 @@
 // Mean curvature of triangle meshes.
 #pragma once
 
+#include <atomic>
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <vector>
 
 #include "kiln/types.h"
+#include "mesh/bend_tree.h"
 
 namespace kiln {
 
-/// Signed mean curvature (k1 + k2) / 2 at every vertex, over the surface in a ball B around it: the
+/// Signed mean curvature (k1 + k2) / 2 of a mesh at any point, over the surface in a ball B around it: the
 /// normal cycle (Cohen-Steiner, Morvan, "Restricted Delaunay Triangulations and Normal Cycle", SCG
 /// 2003),
 ///
 ///     H = 1 / area(B) * sum over edges of angle * length(edge in B) / 2,
 ///
 /// with the angle between the normals of an edge's two triangles, positive where the edge is
-/// convex. Edges and triangles are clipped by the ball exactly.
+/// convex. Edges and triangles are clipped by the ball exactly, so H is a property of the surface: however flat faces
+/// are cut into triangles, it is the same, to rounding. The radius is the same everywhere for the same reason: one that
+/// follows the edges would follow how the surface is cut. So a faceted surface has its curvature within a radius of its
+/// edges, and none on flat faces.
 ///
 /// Vertices at one place are one. Triangles without area, or not finite, do not count. Edges count
 /// that two triangles share in opposite senses; borders, edges of more triangles and edges between
 /// triangles of opposite winding are flat. All of the mesh in the ball counts, also the other side
 /// of a thin wall.
 ///
-/// Parts of the mesh that fit in a box with a diagonal of 1/8 of the radius are not clipped: they
-/// count by the share of the box's width that is in the ball. The ball's part of longer edges is
-/// exact while its border crosses 800 long triangles, or 3,200 short, at most; where more cross it
-/// (needles round one tip, sheets that lie on each other), one of some hundred in the same box
-/// stands for it. So a vertex costs some hundred steps, however many edges the ball holds.
+/// On triangles that are small, values are interpolated between those at the corners, found when first asked for: the
+/// longest edge is at most 1/4 of the radius, and the corners' values differ by at most 1/256 of one over the radius.
+/// Between these the exact value lies as well wherever it changes in one direction; at worst it is off by what
+/// interpolation over so short a way misses of sharp edges, below 0.1 over the radius.
 ///
-/// \param radius  above 0, same units as the positions. Where all of a vertex's edges are longer,
-///                the ball reaches to the end of the shortest one: in less there is nothing
-///                but the vertex itself.
-/// \param steps   where not null, receives the number of boxes and triangles looked at
-/// \returns for each vertex, in one over the positions' unit; 0 for vertices of no triangle
-/// Deterministic, whatever the number of threads. Time n log n for n triangles and some ten
-/// microseconds a vertex on each thread; memory about 80 bytes a triangle.
-std::vector<double> mean_curvature(std::span<const Vec3> positions,
-                                   std::span<const Triangle> triangles, double radius,
-                                   std::uint64_t* steps = nullptr);
+/// BendTree tells where balls that hold very many triangles are less than exact.
+class MeanCurvature {
+ public:
+  /// Memory that evaluations use again. One a thread.
+  using Room = BendTree::Room;
+
+  /// \param positions  with the triangles, to stay as they are for as long as this is in use
+  /// \param radius     above 0, same units as the positions
+  /// Time n log n for n triangles; memory about 130 bytes a triangle, four times that where long ones lie in all
+  /// directions.
+  MeanCurvature(std::span<const Vec3> positions, std::span<const Triangle> triangles,
+                double radius);
+
+  /// At a point anywhere. \returns in one over the positions' unit; 0 where the ball holds no surface. Some
+  /// microseconds.
+  double at(const Vec3d& point, Room& room) const;
+  /// At a point of a triangle, by the weights of its corners 1 and 2. Any number of threads may ask at once, each with
+  /// its own room: the value is the same to the bit, whatever was asked before.
+  double on(std::uint32_t triangle, double u, double v, Room& room) const;
+
+ private:
+  double at_vertex(std::uint32_t vertex, Room& room) const;
+
+  std::span<const Vec3> positions_;
+  std::span<const Triangle> triangles_;
+  double radius_;
+  std::optional<BendTree> tree_;
+  mutable std::vector<std::atomic<double>> at_vertex_;  // NaN: not asked for yet
+};
 
 }  // namespace kiln

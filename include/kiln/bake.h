@@ -84,6 +84,9 @@ struct BakeOptions {
   std::vector<Transfer> transfers =
       {};  ///< A map each, after `maps`; names that no map has, none twice
   std::vector<OwnMap> own_maps = {};  ///< A map each, after those; names as of transfers
+  /// What integer formats put at 0 and at 1 in some of the maps; none twice. None given: BakedMap::ranges says the
+  /// rule, which is the same for all maps that are baked from one high poly with the same options.
+  std::vector<MapRange> ranges = {};
   /// Compare each map at up to 2,000 texels with a finer evaluation (BakeReport::errors).
   bool report_errors = false;
   MissPolicy miss = MissPolicy::keep;  ///< What undecided samples get

@@ -173,7 +173,8 @@ struct MapInfo {
   std::uint32_t channels = 3;           ///< 1 to 4
   MapType type = MapType::unit_vector;  ///< What its values are
   std::string_view holds;               ///< In words, with the unit
-  /// Value that integer formats put at 0. Both 0: they depend on what was baked; see value_range().
+  /// Value that integer formats put at 0. Both 0: they depend on the high poly and the options; see
+  /// BakedMap::ranges.
   float low = 0;
   float high = 1;  ///< Value that integer formats put at 1
   /// It holds what a match by visibility went by: BakeOptions::method must take VisibilityOptions.
@@ -205,6 +206,18 @@ struct MapInfo {
   std::string_view other_names = {};
 };
 
+/// Values of a channel that an integer format puts at 0 and at 1.
+struct ValueRange {
+  float low = 0;   ///< Value at 0
+  float high = 1;  ///< Value at 1
+};
+
+/// A range of the caller's own, for all channels of a map.
+struct MapRange {
+  MapKind kind = {};      ///< Of a map that is baked, but not of unit vectors, names or coverage
+  ValueRange range = {};  ///< Finite, low below high
+};
+
 /// One map of a bake.
 struct BakedMap {
   MapKind kind = MapKind::normal;  ///< What it holds
@@ -216,8 +229,13 @@ struct BakedMap {
   std::vector<Image> mips;
   std::uint32_t cluster = 0;  ///< Which one of VisibilityOptions::clusters
   MapInfo info = {};          ///< What there is to say of it, also where it is not one of maps()
-  /// Of maps that hold places (MapInfo::takes_origin): they are measured from here. See BakeOptions::origin.
+  /// Maps of places (MapInfo::takes_origin): they are measured from here. See BakeOptions::origin.
   std::array<double, 3> origin{};
+  /// Of each channel, where integer formats put its values: BakeOptions::ranges, or the map's rule, which
+  /// takes nothing of the picture. MapInfo::low and high; position: the bounding box of the high poly's used
+  /// vertices; height, displacement, distance: how far the match looks (matches that do not: the high poly's
+  /// diagonal); curvature and convexity: one over BakeOptions::curvature_radius. Rounded outward.
+  std::vector<ValueRange> ranges = {};
 };
 
 /// All maps, in the order that they are listed to people. Constant, and as long-lived as the program: any
@@ -228,18 +246,16 @@ std::span<const MapInfo> maps();
 /// \throws Error(usage) for a name that no map has; the message lists those there are
 const MapInfo& find_map(std::string_view name);
 
-/// Values of each channel that an integer format puts at 0 and at 1.
-struct ValueRange {
-  float low = 0;   ///< Value at 0
-  float high = 1;  ///< Value at 1
+/// Baked texels whose values lie beyond a map's range, which integer formats clamp.
+struct RangeExcess {
+  std::uint64_t texels = 0;    ///< How many
+  float value = 0;             ///< The one that is farthest beyond
+  float by = 0;                ///< How far
+  std::uint32_t x = 0, y = 0;  ///< Its texel: column and row, from the top left
 };
 
-/// The range of a baked map: MapInfo's; else of the texels that are baked. For
-/// MapType::signed_scalar -m to m, m the largest magnitude; for others the channel's least to its
-/// greatest value. Any thread may call it; nothing is kept.
+/// Counts them. Unit vectors have none. Any thread may call it; nothing is kept.
 /// \param coverage  BakeResult::coverage
-/// \param channel   below the map's channels
-ValueRange value_range(const BakedMap& map, std::span<const std::uint8_t> coverage,
-                       std::uint32_t channel);
+RangeExcess beyond_range(const BakedMap& map, std::span<const std::uint8_t> coverage);
 
 }  // namespace kiln

@@ -73,6 +73,11 @@ TEST(Command, RefusesBadUsage) {
   expect_failure(bake({"--curvature-radius", "1%"}), 2, {"--curvature-radius", "--maps"}, out);
   expect_failure(bake({"--maps", "curvature", "--curvature-radius", "0"}), 2,
                  {"--curvature-radius"}, out);
+  expect_failure(bake({"--range", "height=0,1"}), 2, {"height", "no map of this bake"}, out);
+  expect_failure(bake({"--maps", "height", "--range", "height=1,0"}), 2, {"range", "less"}, out);
+  expect_failure(bake({"--maps", "height", "--range", "height=1"}), 2, {"--range", "MAP=LO,HI"},
+                 out);
+  expect_failure(bake({"--range", "normal=0,1"}), 2, {"normal", "no range"}, out);
   expect_failure(bake({"--match", "guess"}), 2, {"guess", "ray"}, out);
   expect_failure(bake({"--max-distance", "0"}), 2, {"--max-distance"}, out);
   expect_failure(bake({"--max-distance", "nan"}), 2, {"--max-distance"}, out);

@@ -252,17 +252,79 @@ TEST(Maps, AreFollowedBySessions) {
   }
 }
 
-TEST(Maps, RangesAreThoseOfTheBakedTexels) {
-  BakedMap height{MapKind{"height"}, Image{2, 2, 1, {-3, 1, 100, 2}}, {}, 0};
-  const std::vector<std::uint8_t> coverage = {kCoverageBaked, kCoverageBaked, kCoverageEmpty,
-                                              kCoverageBaked};
-  EXPECT_EQ(value_range(height, coverage, 0).low, -3);
-  EXPECT_EQ(value_range(height, coverage, 0).high, 3);
-  BakedMap slope{MapKind{"slope"}, height.image, {}, 0};
-  EXPECT_EQ(value_range(slope, coverage, 0).high, 180);
-  BakedMap position{MapKind{"position"}, Image{1, 2, 3, {1, 2, 3, 5, 1, 9}}, {}, 0};
-  EXPECT_EQ(value_range(position, std::span(coverage).first(2), 1).low, 1);
-  EXPECT_EQ(value_range(position, std::span(coverage).first(2), 1).high, 2);
+TEST(Maps, RangesAreOfTheHighPolyAndTheOptionsAlone) {
+  KILN_REQUIRE_DEVICE();
+  Mesh high = test::BumpySphere::dense(2000, true);
+  high.positions.push_back({900, 900, 900});  // of no triangle
+  const Source source(*test::device(), high);
+  const std::vector<MapKind> kinds = {
+      MapKind{"position"},  MapKind{"height"},    MapKind{"displacement"}, MapKind{"distance"},
+      MapKind{"curvature"}, MapKind{"convexity"}, MapKind{"slope"},        MapKind::normal};
+  BakeOptions options = asking(kinds);
+  options.max_distance = Length::absolute(0.123);
+  options.curvature_radius = Length::absolute(0.3);
+  // Two parts of one object.
+  Mesh upper = test::BumpySphere::light(8, 4), lower = upper;
+  const auto half = [](Mesh& mesh, bool first) {
+    for (std::vector<Triangle>* of :
+         {&mesh.triangles, &mesh.uv_triangles, &mesh.normal_triangles}) {
+      const auto middle = of->begin() + static_cast<std::ptrdiff_t>(of->size() / 2);
+      first ? of->erase(middle, of->end()) : of->erase(of->begin(), middle);
+    }
+  };
+  half(upper, true);
+  half(lower, false);
+  const BakeResult one = bake(source, upper, options), other = bake(source, lower, options);
+  for (std::size_t m = 0; m < kinds.size(); ++m) {
+    ASSERT_EQ(one.maps[m].ranges.size(), one.maps[m].info.channels) << kinds[m].name;
+    for (std::size_t c = 0; c < one.maps[m].ranges.size(); ++c) {
+      EXPECT_EQ(one.maps[m].ranges[c].low, other.maps[m].ranges[c].low) << kinds[m].name;
+      EXPECT_EQ(one.maps[m].ranges[c].high, other.maps[m].ranges[c].high) << kinds[m].name;
+    }
+    // Tangent frames are oblique where the low poly is coarse: components may be longer than the way.
+    if (kinds[m] == MapKind{"displacement"}) continue;
+    EXPECT_EQ(beyond_range(one.maps[m], one.coverage).texels, 0U) << kinds[m].name;
+  }
+  const auto range = [&](const char* name, std::size_t channel) {
+    return map_of(one, name).ranges[channel];
+  };
+  EXPECT_EQ(range("height", 0).high, 0.13F);
+  EXPECT_EQ(range("height", 0).low, -0.13F);
+  EXPECT_EQ(range("displacement", 2).low, -0.13F);
+  EXPECT_EQ(range("distance", 0).low, 0);
+  EXPECT_EQ(range("distance", 0).high, 0.13F);
+  EXPECT_EQ(range("curvature", 0).low, -3.4F);  // 1 / 0.3, rounded outward
+  for (std::size_t c = 0; c < 3; ++c) {
+    EXPECT_EQ(range("convexity", c).low, 0);
+    EXPECT_EQ(range("convexity", c).high, 3.4F);
+    float least = 1e9F, most = -1e9F;
+    for (std::size_t v = 0; v + 1 < high.positions.size(); ++v) {
+      const Vec3& p = high.positions[v];
+      const float at = c == 0 ? p.x : c == 1 ? p.y : p.z;
+      least = std::min(least, at);
+      most = std::max(most, at);
+    }
+    EXPECT_LE(range("position", c).low, least);
+    EXPECT_GT(range("position", c).low, least - 0.2F);
+    EXPECT_GE(range("position", c).high, most);
+    EXPECT_LT(range("position", c).high, most + 0.2F);
+  }
+  EXPECT_EQ(range("slope", 0).high, 180);
+
+  options.ranges = {{MapKind{"height"}, {-0.001F, 0.002F}}};
+  const BakeResult given = bake(source, upper, options);
+  EXPECT_EQ(map_of(given, "height").ranges[0].low, -0.001F);
+  const RangeExcess excess = beyond_range(map_of(given, "height"), given.coverage);
+  EXPECT_GT(excess.texels, 0U);
+  const std::size_t texel = excess.x + std::size_t{excess.y} * options.width;
+  EXPECT_EQ(map_of(given, "height").image.pixels[texel], excess.value);
+  for (const MapRange& wrong :
+       {MapRange{MapKind{"height"}, {1, 1}}, MapRange{MapKind{"ao"}, {0, 1}},
+        MapRange{MapKind::normal, {0, 1}},
+        MapRange{MapKind{"height"}, {0, std::numeric_limits<float>::infinity()}}}) {
+    options.ranges = {wrong};
+    EXPECT_THROW(validate(options), Error);
+  }
 }
 
 TEST(Maps, NormalsOfSeveralSpacesAreThoseOfBakesOfEach) {

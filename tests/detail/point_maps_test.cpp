@@ -340,8 +340,9 @@ TEST(PointMaps, CurvatureIsInWorldUnits) {
     EXPECT_LT(error / static_cast<double>(texels), 0.03);
     means[k] = sum / static_cast<double>(texels);
     // An integer format has the flat in its middle.
-    const ValueRange range = value_range(baked.maps[0], baked.coverage, 0);
+    const ValueRange range = baked.maps[0].ranges[0];
     EXPECT_EQ(range.low, -range.high);
+    EXPECT_EQ(range.high, 1.5F);  // 1 / 0.7, rounded up
   }
   EXPECT_NEAR(means[0], means[1], 1e-6);
 }

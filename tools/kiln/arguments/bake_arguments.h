@@ -30,6 +30,7 @@ struct BakeArguments {
   std::string match = default_match();
   std::string max_distance;
   std::string curvature_radius;
+  std::vector<std::string> ranges;
   std::string views;
   std::vector<std::string> view;
   std::uint32_t view_size = 0;

@@ -91,6 +91,13 @@ void add_detail_flags(Command& command, BakeArguments& a) {
                   "Curvature is the mean over HIGH's surface this far around the point (default "
                   "0.5%). World units, or P% of HIGH's diagonal")
       ->group("Curvature (--maps curvature)");
+  command
+      .add_option(
+          "--range", a.ranges,
+          "MAP=LO,HI: the values of a map that are 0 and 1 in a PNG, instead of those of its "
+          "rule. May be given again")
+      ->allow_extra_args(false)
+      ->group("The map");
 }
 
 }  // namespace kiln::cli

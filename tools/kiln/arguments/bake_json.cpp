@@ -86,6 +86,7 @@ Json describe(const BakeArguments& a, const BakeReport& report) {
       {"ao_occluders", asks_occlusion(a) ? Json(a.ao_occluders) : Json()},
       {"ao_back_faces", asks_occlusion(a) ? Json(!a.ao_ignore_back_faces) : Json()},
       {"curvature_radius", or_null(a.curvature_radius)},
+      {"range", a.ranges},
       {"ao_error", a.ao_error > 0 ? Json(a.ao_error) : Json()},
       {"alpha_test", a.alpha_test > 0 ? Json(a.alpha_test) : Json()},
       {"transfer", a.transfers},

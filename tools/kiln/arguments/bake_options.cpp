@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <charconv>
 #include <limits>
 #include <string>
 #include <tuple>
@@ -10,6 +11,30 @@
 #include "arguments/transfers.h"
 
 namespace kiln::cli {
+namespace {
+
+/// "height=-0.2,0.2" of a map of this bake. The name lives as long as the arguments.
+MapRange parse_range(const BakeArguments& a, const std::string& text) {
+  const std::size_t equals = text.find('='), comma = text.find(',', equals);
+  MapRange range;
+  const auto number = [&](std::size_t begin, std::size_t end, float& value) {
+    const char* const last = text.data() + end;
+    const auto [stop, status] = std::from_chars(text.data() + begin, last, value);
+    return status == std::errc() && stop == last;
+  };
+  if (equals == std::string::npos || comma == std::string::npos ||
+      !number(equals + 1, comma, range.range.low) ||
+      !number(comma + 1, text.size(), range.range.high)) {
+    fail_usage("--range '" + text + "': write MAP=LO,HI, two numbers, such as height=-0.2,0.2.");
+  }
+  const std::string_view name = std::string_view(text).substr(0, equals);
+  const std::vector<std::string> own = own_map_names(a);
+  const bool is_own = std::find(own.begin(), own.end(), name) != own.end();
+  range.kind = is_own ? MapKind{name} : find_map(name).kind;
+  return range;
+}
+
+}  // namespace
 
 BakeOptions bake_options(const BakeArguments& a) {
   BakeOptions options;
@@ -77,6 +102,7 @@ BakeOptions bake_options(const BakeArguments& a) {
   options.occlusion.distance = optional_length("--ao-distance", a.ao_distance);
   options.occlusion.falloff = occlusion_falloff_values().at(a.ao_falloff);
   options.curvature_radius = optional_length("--curvature-radius", a.curvature_radius);
+  for (const std::string& text : a.ranges) options.ranges.push_back(parse_range(a, text));
   options.occlusion.max_error = a.ao_error;
   options.own_maps = load_own_maps(a);
   options.id_by = id_by_values().at(a.id_by);

@@ -8,6 +8,7 @@
 #include "arguments/low_record.h"
 #include "arguments/mesh_files.h"
 #include "arguments/packs.h"
+#include "arguments/parse.h"
 #include "arguments/paths.h"
 #include "arguments/transfers.h"
 #include "command/bake_run.h"
@@ -38,14 +39,30 @@ bool has_clusters(const std::string& map) {
 }
 
 /// Values of a map's channels that lie at 0 and at 1 in a file; none where it holds them as they are.
-std::vector<ValueRange> stored_ranges(const BakedMap& map, const BakeResult& result,
-                                      const SaveImageOptions& options) {
-  std::vector<ValueRange> ranges;
-  for (std::uint32_t c = 0; c < map.image.channels && !is_exr(options); ++c) {
-    ranges.push_back(value_range(map, result.coverage, c));
-    if (ranges[c].low == 0 && ranges[c].high == 1) return {};
-  }
-  return ranges;
+std::vector<ValueRange> stored_ranges(const BakedMap& map, const SaveImageOptions& options) {
+  const bool as_is = std::all_of(map.ranges.begin(), map.ranges.end(), [](const ValueRange& range) {
+    return range.low == 0 && range.high == 1;
+  });
+  return as_is || is_exr(options) || map.info.type == MapType::unit_vector
+             ? std::vector<ValueRange>()
+             : map.ranges;
+}
+
+/// Integer formats clamp what lies beyond the range.
+void warn_of_clamped(BakeRun& run, const BakedMap& map, const std::string& name) {
+  const RangeExcess excess = beyond_range(map, run.result.coverage);
+  if (is_exr(run.save_options) || excess.texels == 0) return;
+  char value[32];
+  std::snprintf(value, sizeof value, "%.6g", double{excess.value});
+  const std::string example = std::string(value) + " at texel column " + std::to_string(excess.x) +
+                              ", row " + std::to_string(excess.y);
+  run.warnings.push_back(
+      {"beyond-range",
+       with_commas(excess.texels) + " texels of the map " + name +
+           " lie beyond its range and are clamped, for " + "example " + example +
+           ": give --range " + map_name(map.kind) +
+           "=LO,HI that holds them, or --format exr, which holds values as they are.",
+       excess.texels});
 }
 
 /// Moves values into [0, 1]. \tparam kChannels  known to the compiler, which then moves several at once
@@ -174,12 +191,13 @@ void warn_of_format(BakeRun& run, const BakedMap& map, const std::string& name,
 /// From values to what a file of the format holds of them.
 void store(BakeRun& run, BakedMap& map, const std::string& name) {
   const SaveImageOptions& options = run.save_options;
+  warn_of_clamped(run, map, name);
   if (map.info.is_color && !is_exr(options)) {
     to_srgb(map.image);
     for (Image& level : map.mips) to_srgb(level);
   }
   if (map.info.takes_origin) run.origin = map.origin;
-  const std::vector<ValueRange> range = stored_ranges(map, run.result, options);
+  const std::vector<ValueRange> range = stored_ranges(map, options);
   warn_of_format(run, map, name, range);
   if (!range.empty()) {
     store_in(range, map.image);

@@ -1,0 +1,81 @@
+#include "detail/value_ranges.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "detail/registry.h"
+#include "mesh/length.h"
+
+namespace kiln {
+namespace {
+
+/// Rounding of a multiple that is meant to be whole.
+constexpr double kSlack = 1e-9;
+
+double power_of_ten_below(double value) { return std::pow(10.0, std::floor(std::log10(value))); }
+
+/// Not below, to two digits.
+float rounded_up(double value) {
+  if (!(value > 0) || !std::isfinite(value)) return 0;
+  const double step = power_of_ten_below(value) / 10;
+  const double rounded = std::ceil(value / step - kSlack) * step;
+  return static_cast<float>(std::min(rounded, double{std::numeric_limits<float>::max()}));
+}
+
+ValueRange both_signs(float most) { return {-most, most}; }
+
+}  // namespace
+
+ValueRange range_of_bounds(const RangeRequest& request, std::uint32_t channel) {
+  const Source::Impl& source = request.source;
+  double low = std::numeric_limits<double>::infinity(), high = -low;
+  for (const Triangle& triangle : source.triangles) {
+    for (const std::uint32_t corner : triangle) {
+      const Vec3& p = source.positions[corner];
+      if (!is_finite(p)) continue;
+      const double at = channel == 0 ? p.x : channel == 1 ? p.y : p.z;
+      low = std::min(low, at);
+      high = std::max(high, at);
+    }
+  }
+  if (!(low <= high)) return {0, 0};
+  const Frame& frame = source.frame;
+  const double step = power_of_ten_below(frame.diagonal) / 10;
+  const double origin = map_origin(request.options, frame)[channel];
+  const auto world = [&](double at) { return at / frame.scale + (frame.center[channel] - origin); };
+  // The positions of the frame are rounded, and so are the map's values.
+  const double slack = kSlack + 1e-6 * frame.diagonal / step;
+  const auto first = static_cast<float>(std::floor(world(low) / step + slack) * step);
+  const auto last = static_cast<float>(std::ceil(world(high) / step - slack) * step);
+  // A flat mesh has one value, which is in the middle.
+  if (first < last) return {first, last};
+  return {static_cast<float>(first - step), static_cast<float>(last + step)};
+}
+
+ValueRange range_of_reach(const RangeRequest& request, std::uint32_t /*channel*/) {
+  return {0, rounded_up(request.reach)};
+}
+
+ValueRange range_of_reach_signed(const RangeRequest& request, std::uint32_t /*channel*/) {
+  return both_signs(rounded_up(request.reach));
+}
+
+ValueRange range_of_curvature(const RangeRequest& request, std::uint32_t /*channel*/) {
+  const Frame& frame = request.source.frame;
+  return {0, rounded_up(frame.scale / curvature_radius(request.options, frame))};
+}
+
+ValueRange range_of_curvature_signed(const RangeRequest& request, std::uint32_t channel) {
+  return both_signs(range_of_curvature(request, channel).high);
+}
+
+double curvature_radius(const BakeOptions& options, const Frame& frame) {
+  constexpr double kShare = 0.005;  // of the diagonal, where none is given
+  // In the frame, where the mesh is about 1 across: what lies beyond is as good as these.
+  constexpr double kLeast = 1e-9, kMost = 16;
+  const Length radius = options.curvature_radius.value_or(Length::share(kShare));
+  return std::clamp(to_frame(radius, frame), kLeast, kMost);
+}
+
+}  // namespace kiln
