@@ -227,7 +227,14 @@ TEST(BakedMips, WhereChartsMeetAreNearerToASmallerBakeThanBoxFiltering) {
       if (level < 3) continue;  // none of the smaller bake's centres lies in such a texel
       bunny.options.width = bunny.options.height = 1024U >> level;
       const BakeResult smaller = bake(source, bunny.low, bunny.options);
-      const Image mask = border_mask(baked, charts, level, true, smaller);
+      Image mask = border_mask(baked, charts, level, true, smaller);
+      // Charts without a centre have texels of the smaller bake that are mostly others' here.
+      const std::uint32_t side = 1024U >> level;
+      const LowSurface surface = LowSurface::of(bunny.low, Frame());
+      for (const OwnedTexel& texel :
+           SmallCharts::of(surface, TexelPieces::of(surface, side, side), side, side, 1).texels) {
+        *mask.at(texel.column, texel.row) = 0;
+      }
       const Image& wanted = smaller.maps[0].image;
       const ImageDifference ours = compare_images(baked.maps[0].mips[level - 1], wanted, &mask);
       const ImageDifference box = compare_images(boxed, wanted, &mask);
