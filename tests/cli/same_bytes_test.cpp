@@ -80,7 +80,7 @@ TEST(Command, VisibilityGivesTheSameBytesEveryTime) {
   for (const std::vector<std::string>& options :
        {std::vector<std::string>{"--match", "visibility"},
         {"--match", "visibility", "--visibility-at", "vertex"},
-        {"--match", "visibility", "--visibility-at", "vertex", "--visibility-test", "views"},
+        {"--match", "visibility", "--visibility-at", "vertex", "--visibility-test", "rays"},
         {"--match", "visibility", "--visibility-at", "face"},
         {"--match", "visibility", "--visibility-test", "rays", "--samples", "2"},
         {"--match", "hybrid", "--visibility-smooth", "9"},
