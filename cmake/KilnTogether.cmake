@@ -32,12 +32,12 @@ kiln_compile_together(host hot_5
 kiln_compile_together(host hot_6
   accel/bvh.cpp accel/bvh_guards.cpp accel/bvh_merge.cpp accel/bvh_nodes.cpp accel/bvh_refit.cpp
   accel/bvh_split.cpp accel/closest.cpp accel/depth_views.cpp accel/device_bvh.cpp accel/guard_prism.cpp accel/raster_chunks.cpp accel/ray.cpp measure/assess_samples.cpp
-  measure/lod.cpp measure/normal_probe.cpp measure/probe_pictures.cpp measure/probe_places.cpp)
+  measure/normal_probe.cpp measure/probe_pictures.cpp measure/probe_places.cpp)
 kiln_compile_together(host hot_7
   measure/assess.cpp measure/assess_rays.cpp measure/assess_uniformity.cpp measure/bounds.cpp
-  measure/depth.cpp measure/light_bytes.cpp measure/light_check.cpp measure/light_looks.cpp
-  measure/light_maker.cpp measure/light_model.cpp measure/light_plan.cpp measure/light_trials.cpp measure/measure.cpp measure/plan.cpp
-  measure/probe_least.cpp measure/screen_pictures.cpp)
+  measure/depth.cpp measure/measure.cpp measure/probe_least.cpp measure/screen_pictures.cpp plan/candidate.cpp
+ plan/level_evaluator.cpp plan/lods.cpp lowpoly/low_poly_bytes.cpp plan/low_poly_plan.cpp
+  plan/match_plan.cpp)
 kiln_compile_together(host hot_8
   detail/ao.cpp detail/band_reads.cpp detail/bent_normal.cpp detail/color.cpp detail/cut_out.cpp
   detail/distance.cpp detail/height.cpp detail/hemisphere_views.cpp detail/hemispheres.cpp

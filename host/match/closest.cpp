@@ -31,7 +31,7 @@ MatchRow closest_match() {
       row.finds_the_rest = true;
   row.info.other_names = "nearest";
   row.plan_turn = 4;
-  row.light_turn = 3;
+  row.low_poly_turn = 3;
   row.make = [](const MatchRequest& request, MatchNotes&) -> std::unique_ptr<Matcher> {
     return std::make_unique<ClosestMatcher>(
         request.source.closest(),

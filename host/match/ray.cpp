@@ -76,7 +76,7 @@ MatchRow ray_match() {
   row.info.takes_cage = row.info.along_low = row.info.takes_parts = row.info.tells_recall =
       row.info.tells_reasons = row.follows_bvh = row.far_on_sheets = row.finds_the_rest = true;
   row.info.other_names = "rays raycast raycasting raytrace raytracing";
-  row.plan_turn = row.light_turn = 1;
+  row.plan_turn = row.low_poly_turn = 1;
   row.make = [](const MatchRequest& request, MatchNotes&) -> std::unique_ptr<Matcher> {
     const bool cage = request.cage_mesh || request.cage.has_value();
     std::unique_ptr<Matcher> rays =

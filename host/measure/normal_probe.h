@@ -22,6 +22,18 @@ struct DenseShown {
   PictureHits hits;
 };
 
+/// Where plans look from: kPlanViews unit vectors towards the eye.
+std::vector<Vec3> plan_directions();
+
+/// Pictures of the high poly from some directions.
+/// \param screen  pixels that the high poly covers, the longer of width and height; 0: endlessly many
+/// \param coarse  two thirds of the pixels a side: enough to compare low polys, not to say what one reaches
+DenseShown shown_from(const Source::Impl& source, std::uint32_t screen,
+                      const std::vector<Vec3>& toward, bool coarse = false);
+
+/// A mesh with UVs, though they say nothing: probes of surfaces do not read them.
+Mesh with_any_uvs(Mesh mesh);
+
 /// Places that pictures from many sides show on both meshes: points of the low poly with their texture
 /// coordinates, and the high poly's normal in the same pixel. What a picture of the low poly would show
 /// is looked up there (bilinear, as kernels/render.cl does it). So measuring one more map casts no ray. Pixels are point samples, so fewer of them estimate the same mean.

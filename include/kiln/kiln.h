@@ -19,8 +19,6 @@
 #include "kiln/height_field.h"
 #include "kiln/image.h"
 #include "kiln/layers.h"
-#include "kiln/light_plan.h"
-#include "kiln/lod.h"
 #include "kiln/lowpoly.h"
 #include "kiln/map.h"
 #include "kiln/match.h"

@@ -18,7 +18,7 @@
 #include "base/parallel.h"
 #include "kiln/bake.h"
 #include "kiln/contour.h"
-#include "kiln/light_plan.h"
+#include "kiln/plan.h"
 #include "kiln/session.h"
 #include "kiln/threads.h"
 #include "support/environment.h"
@@ -162,12 +162,12 @@ std::vector<std::pair<std::string, std::function<void()>>> silent_work(const Dev
       {"unwrap", [=] { unwrap(*some, {.method = UnwrapMethod::charts}); }},
       {"contour", [=] { contour(device, *volume, {.iso = 0}); }},
       {"extract", [=] { extract(device, *volume, {.contour = {.iso = 0}, .faces = 3000}); }},
-      {"bake_light",
+      {"plan_low_poly",
        [=] {
-         LightPlanOptions options;
+         LowPolyPlanOptions options;
          options.max_error = 3;
          options.bake.width = options.bake.height = 64;
-         const LightBake light = bake_light(*source, *some, options);
+         const LowPolyPlan light = plan_low_poly(*source, *some, options);
          if (light.cancelled) throw Error(ErrorCode::cancelled, "cancelled");
        }},
   };

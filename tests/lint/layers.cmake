@@ -12,7 +12,8 @@ set(floors
   "source render lowpoly io"
   "match detail volume"
   "bake"
-  "measure")
+  "measure"
+  "plan")
 set(level 0)
 foreach(floor IN LISTS floors)
   separate_arguments(rooms UNIX_COMMAND "${floor}")

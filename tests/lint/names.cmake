@@ -5,7 +5,7 @@
 cmake_policy(VERSION 3.25)
 
 # Rooms of the lower floors name kernels, which are called like the matches that launch them.
-set(rooms source render volume bake measure)
+set(rooms source render volume bake measure plan)
 
 # Of the command, experiments name what they compare, and which maps they look at. What no setting of `kiln chart`
 # names, it takes from the rows. Everything else of the command reads rows.

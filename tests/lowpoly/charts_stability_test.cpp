@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "kiln/light_plan.h"
+#include "kiln/plan.h"
 #include "lowpoly/charts_check.h"
 #include "support/shapes.h"
 

@@ -174,7 +174,7 @@ TEST(KeepColors, OfPlans) {
   const LodChain chain = bake_lods(source, high, options);
   ASSERT_FALSE(chain.levels.empty());
   for (const LodLevel& level : chain.levels) {
-    const Mesh& low = level.light.low;
+    const Mesh& low = level.plan.low;
     ASSERT_EQ(low.colors.size(), low.positions.size());
     for (std::size_t v = 0; v < low.positions.size(); ++v) {
       EXPECT_NEAR(low.colors[v][0], ramp(low.positions[v])[0], 40) << v;

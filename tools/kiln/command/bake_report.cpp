@@ -92,9 +92,10 @@ void add_parts(const BakeRun& run, Json& json) {
   if (!run.ranges.empty()) json["ranges"] = run.ranges;
   if (run.options.mips) json["mips"] = run.mips;
   if (run.planned) json["auto"] = plan_json(*run.planned);
-  if (run.light) {
+  if (run.plan) {
     const std::string& screen = run.arguments.screen;
-    json["plan"] = light_json(*run.light, screen.empty() ? 0 : parse_pixels("--screen", screen));
+    json["plan"] =
+        low_poly_plan_json(*run.plan, screen.empty() ? 0 : parse_pixels("--screen", screen));
   }
   if (run.lods) json["lods"] = run.lod_levels;
   if (!report.ids.empty()) json["ids"] = ids_json(report.ids);

@@ -218,15 +218,15 @@ void print_summary(BakeRun& run, const Source::Stats& source, double total) {
   if (!run.low.mesh.tangents.empty() && run.arguments.space == "tangent") {
     console.line("LOW: tangents of its file (--tangents mikktspace computes them)");
   }
-  if (run.light) {
-    for (const std::string& line : trade_table(*run.light)) console.line(line);
+  if (run.plan) {
+    for (const std::string& line : trade_table(*run.plan)) console.line(line);
   }
   if (run.lods) {
     for (const std::string& line : lod_table(*run.lods)) console.line(line);
   }
   if (run.planned) console.line(summary(*run.planned));
   for (const MapReached& map : run.planned ? run.planned->bounds
-                               : run.light ? run.light->bounds
+                               : run.plan  ? run.plan->bounds
                                            : std::vector<MapReached>()) {
     console.line(describe(map));
   }
@@ -247,7 +247,7 @@ void print_summary(BakeRun& run, const Source::Stats& source, double total) {
     console.line(summary(*report.visibility, run.options.visibility.clusters));
   }
   const std::uint64_t map_texels =
-      run.light     ? std::uint64_t{run.light->chosen.size} * run.light->chosen.size
+      run.plan      ? std::uint64_t{run.plan->chosen.size} * run.plan->chosen.size
       : run.planned ? std::uint64_t{run.planned->chosen.width} * run.planned->chosen.height
                     : std::uint64_t{run.options.width} * run.options.height;
   print_totals(console, report, map_texels, source, run.stages, total);

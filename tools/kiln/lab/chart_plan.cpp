@@ -148,8 +148,8 @@ class PlanCharter {
     point.way = way;
     point.faces = simple.triangles.size();
     point.size = size;
-    const LightBytes plain =
-        light_bytes(simple.positions.size(), point.faces, size, {kChannels}, kGridBits);
+    const LowPolyBytes plain =
+        low_poly_bytes(simple.positions.size(), point.faces, size, {kChannels}, kGridBits);
     if (size != 0 && (plain.texels > kMostApart * plain.vertices ||
                       plain.vertices > kMostApart * plain.texels)) {
       return true;
@@ -172,7 +172,7 @@ class PlanCharter {
     const BakeResult result = bake(source_, low, bake_with);
     if (result.cancelled) return false;
     point.vertices = split_vertices(low);
-    point.bytes = light_bytes(point.vertices, point.faces, size, {kChannels}, kGridBits);
+    point.bytes = low_poly_bytes(point.vertices, point.faces, size, {kChannels}, kGridBits);
     point.degrees = measured(low, rounded(result.maps[0].image), bake_with);
     chart_.points.push_back(point);
     return true;
@@ -249,7 +249,7 @@ class PlanCharter {
   bool add_plan(double wanted, double at) {
     PlanStand stand;
     stand.wanted = wanted;
-    LightPlanOptions options;
+    LowPolyPlanOptions options;
     options.max_error = wanted;
     options.screen = options_.screen;
     options.bake.width = options.bake.height = options_.size;
@@ -258,20 +258,19 @@ class PlanCharter {
       return say(at, "plan for " + text_of(wanted) + " degrees: " + std::string(stage));
     };
     const Stopwatch watch;
-    LightBake light = bake_light(source_, high_, options);
-    if (light.cancelled) return false;
+    LowPolyPlan plan = plan_low_poly(source_, high_, options);
+    if (plan.cancelled) return false;
     stand.seconds = watch.total();
-    stand.reached = light.reached;
-    stand.chosen = light.chosen;
-    stand.degrees =
-        light.result ? measured(light.low, light.drawn, light.bake) : measured(light.low);
+    stand.reached = plan.reached;
+    stand.chosen = plan.chosen;
+    stand.degrees = plan.result ? measured(plan.low, plan.drawn, plan.bake) : measured(plan.low);
     stand.front_bytes = bytes_at(PlanWay::kiln, stand.degrees);
     stand.plain_bytes = bytes_at(PlanWay::plain, stand.degrees);
     chart_.plans.push_back(stand);
     return true;
   }
 
-  /// Of a normal map: see light_bytes().
+  /// Of a normal map: see low_poly_bytes().
   static constexpr std::uint32_t kChannels = 3;
 
   const Device& device_;

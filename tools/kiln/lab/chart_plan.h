@@ -23,7 +23,7 @@ const char* way_name(PlanWay way);
 constexpr std::uint32_t kGridBits = 8;
 
 struct PlanChartOptions {
-  /// LightPlanOptions::screen, of plans and of what the grid is measured by; 0: points of 128² pictures
+  /// LowPolyPlanOptions::screen, of plans and of what the grid is measured by; 0: points of 128² pictures
   std::uint32_t screen = 0;
   std::uint32_t size = 1024;  ///< The largest map, texels a side
   std::vector<double>
@@ -36,16 +36,16 @@ struct PlanPoint {
   std::uint64_t faces = 0;     ///< Triangles
   std::uint64_t vertices = 0;  ///< As a renderer holds them
   std::uint32_t size = 0;      ///< Texels a side; 0: no map
-  LightBytes bytes;
+  LowPolyBytes bytes;
   double degrees = 0;  ///< Mean angle between rendered normals and the high poly's
   bool front = false;  ///< Nothing else of its way has both fewer bytes and less error
 };
 
-/// What bake_light() made for an error.
+/// What plan_low_poly() made for an error.
 struct PlanStand {
   double wanted = 0;     ///< Degrees
   bool reached = false;  ///< By the plan's own measure
-  LightTrial chosen;     ///< Its `measured` is of the plan's own pictures
+  Candidate chosen;      ///< Its `measured` is of the plan's own pictures
   double degrees = 0;    ///< As PlanPoint
   /// Bytes of either way's front at `degrees`, between its points; 0 where it does not get there.
   double front_bytes = 0, plain_bytes = 0;

@@ -109,7 +109,7 @@ std::string plan_chart_data(const std::vector<PlanChart>& charts) {
       "wanted_degrees,front_bytes,plain_front_bytes,seconds\n";
   for (std::size_t i = 0; i < charts.size(); ++i) {
     const auto line = [&](const char* kind, const auto& made, std::uint32_t bits,
-                          const LightBytes& bytes, double degrees,
+                          const LowPolyBytes& bytes, double degrees,
                           const std::vector<std::string>& rest) {
       text +=
           join({std::to_string(i + 1), kind, std::to_string(made.faces),
@@ -174,7 +174,7 @@ Plot plan_chart_plot(const std::vector<PlanChart>& charts) {
   double least = 1e300, most = 0;
   for (const PlanChart& chart : charts) {
     data["panels"].push_back(panel(chart));
-    const auto show = [&](const LightBytes& bytes) {
+    const auto show = [&](const LowPolyBytes& bytes) {
       least = std::min(least, kib(bytes.total()));
       most = std::max(most, kib(bytes.total()));
     };
@@ -206,7 +206,7 @@ std::vector<std::string> summary(const PlanChart& chart) {
 }
 
 Json describe(const PlanChart& chart) {
-  const auto bytes = [](const LightBytes& b) {
+  const auto bytes = [](const LowPolyBytes& b) {
     return Json{{"vertices", b.vertices}, {"texels", b.texels}, {"total", b.total()}};
   };
   const auto known = [](double value) { return value > 0 ? Json(value) : Json(); };

@@ -49,7 +49,7 @@ struct NearPlan : Dense {
   }
 };
 
-TEST(LightCommand, PlansFacesAndTexelsTogether) {
+TEST(LowPolyCommand, PlansFacesAndTexelsTogether) {
   KILN_REQUIRE_DEVICE();
   const NearPlan& dense = NearPlan::made();
   const ProcessResult& done = dense.done;
@@ -80,7 +80,7 @@ TEST(LightCommand, PlansFacesAndTexelsTogether) {
   EXPECT_EQ(dense.report("older")["plan"]["chosen"], plan["chosen"]);
 }
 
-TEST(LightCommand, TakesTheSizeOnScreenAndLeavesTheMapOut) {
+TEST(LowPolyCommand, TakesTheSizeOnScreenAndLeavesTheMapOut) {
   KILN_REQUIRE_DEVICE();
   const NearPlan& dense = NearPlan::made();
   ASSERT_EQ(dense.done.exit_code, 0) << dense.done.errors;
@@ -108,7 +108,7 @@ TEST(LightCommand, TakesTheSizeOnScreenAndLeavesTheMapOut) {
   EXPECT_FALSE(fs::exists(dense.folder / "none" / "high_low_normal.png"));
 }
 
-TEST(LightCommand, WarnsOfHeavyLightMeshes) {
+TEST(LowPolyCommand, WarnsOfHeavyLightMeshes) {
   KILN_REQUIRE_DEVICE();
   const Dense dense;
   const ProcessResult heavy = dense.bake("heavy", {"--faces", "4500", "--unwrap=pairs"});
@@ -119,7 +119,7 @@ TEST(LightCommand, WarnsOfHeavyLightMeshes) {
   EXPECT_EQ(light.errors.find("more than half"), std::string::npos) << light.errors;
 }
 
-TEST(LightCommand, RefusesWhatContradictsThePlan) {
+TEST(LowPolyCommand, RefusesWhatContradictsThePlan) {
   KILN_REQUIRE_DEVICE();
   const Dense dense;
   const auto refuses = [&](const std::vector<std::string>& more, const std::string& word) {
@@ -153,7 +153,7 @@ struct Wavy : Dense {
   }
 };
 
-TEST(LightCommand, WritesALevelForEachSizeOnScreen) {
+TEST(LowPolyCommand, WritesALevelForEachSizeOnScreen) {
   KILN_REQUIRE_DEVICE();
   const Wavy dense;
   const ProcessResult done =
@@ -183,7 +183,7 @@ TEST(LightCommand, WritesALevelForEachSizeOnScreen) {
   EXPECT_EQ(levels[0]["screen"], 96);
 }
 
-TEST(LightCommand, OneMapServesAllLevelsWhereAsked) {
+TEST(LowPolyCommand, OneMapServesAllLevelsWhereAsked) {
   KILN_REQUIRE_DEVICE();
   const Wavy dense;
   const ProcessResult done =
@@ -206,7 +206,7 @@ TEST(LightCommand, OneMapServesAllLevelsWhereAsked) {
   EXPECT_LT(levels[1]["faces"], levels[0]["faces"]);
 }
 
-TEST(LightCommand, LevelsAppearTogetherOrNotAtAll) {
+TEST(LowPolyCommand, LevelsAppearTogetherOrNotAtAll) {
   KILN_REQUIRE_DEVICE();
   const Dense dense;
   const fs::path folder = dense.folder / "there";
@@ -238,7 +238,7 @@ TEST(LightCommand, LevelsAppearTogetherOrNotAtAll) {
   refuses({"--max-error", "normal=6", "--screen", "600px", "--lod", "2", "--reasons"}, "--reasons");
 }
 
-TEST(LightCommand, BoundsErrorsOfSeveralMaps) {
+TEST(LowPolyCommand, BoundsErrorsOfSeveralMaps) {
   KILN_REQUIRE_DEVICE();
   const Dense dense;
   const ProcessResult done = dense.bake(
@@ -268,7 +268,7 @@ TEST(LightCommand, BoundsErrorsOfSeveralMaps) {
   }
 }
 
-TEST(LightCommand, GathersLightByViews) {
+TEST(LowPolyCommand, GathersLightByViews) {
   KILN_REQUIRE_DEVICE();
   const Dense dense;
   const std::vector<std::string> plain = {"--faces", "200", "--maps", "ao"};
@@ -300,7 +300,7 @@ TEST(LightCommand, GathersLightByViews) {
   EXPECT_NE(other.errors.find("ao or bent_normal"), std::string::npos) << other.errors;
 }
 
-TEST(LightCommand, DarkensLessWithDistance) {
+TEST(LowPolyCommand, DarkensLessWithDistance) {
   KILN_REQUIRE_DEVICE();
   const Dense dense;
   const auto with = [&](const char* name, std::vector<std::string> more) {
@@ -324,7 +324,7 @@ TEST(LightCommand, DarkensLessWithDistance) {
   EXPECT_NE(word.errors.find("linear"), std::string::npos) << word.errors;
 }
 
-TEST(LightCommand, SearchesAsFarAsTheLowPolyStrays) {
+TEST(LowPolyCommand, SearchesAsFarAsTheLowPolyStrays) {
   KILN_REQUIRE_DEVICE();
   const Dense dense;
   const auto searched = [&](const char* name, const char* faces, std::vector<std::string> more) {
@@ -343,7 +343,7 @@ TEST(LightCommand, SearchesAsFarAsTheLowPolyStrays) {
   EXPECT_NE(searched("fine", "3000", {}).find("(2.000%)"), std::string::npos);
 }
 
-TEST(LightCommand, NamesTheFlagOfAMapThatIsTooSmall) {
+TEST(LowPolyCommand, NamesTheFlagOfAMapThatIsTooSmall) {
   KILN_REQUIRE_DEVICE();
   const Dense dense;
   const ProcessResult small = dense.bake("small", {"--max-error", "normal=5", "--size", "8"});
@@ -351,7 +351,7 @@ TEST(LightCommand, NamesTheFlagOfAMapThatIsTooSmall) {
   EXPECT_NE(small.errors.find("--size"), std::string::npos) << small.errors;
 }
 
-TEST(LightCommand, ExitsWith1WhereTheErrorIsOutOfReach) {
+TEST(LowPolyCommand, ExitsWith1WhereTheErrorIsOutOfReach) {
   KILN_REQUIRE_DEVICE();
   const Dense dense;
   const ProcessResult done =

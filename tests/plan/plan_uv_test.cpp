@@ -6,7 +6,7 @@
 
 #include "kiln/kiln.h"
 #include "measure/normal_probe.h"
-#include "measure/plan_scene.h"
+#include "plan/plan_scene.h"
 #include "support/environment.h"
 #include "support/shapes.h"
 

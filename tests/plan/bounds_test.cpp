@@ -116,23 +116,23 @@ TEST(Bounds, LeaveHalfOfOcclusionToItsRays) {
   EXPECT_FALSE(grain.bounds[0].reached()) << grain.bounds[0].error;
 }
 
-TEST(Bounds, ShapeTheLightMeshToo) {
+TEST(Bounds, ShapeTheLowPolyToo) {
   KILN_REQUIRE_DEVICE();
   const Mesh high = test::BumpySphere::dense(20000, true);
   const Source source(*test::device(), high);
-  LightPlanOptions options;
+  LowPolyPlanOptions options;
   options.max_error = 12;
   options.bake.maps = {MapKind::normal, MapKind{"position"}};
   options.bake.width = options.bake.height = 512;
   options.may_leave_map_out = false;
-  const LightBake free = bake_light(source, high, options);
+  const LowPolyPlan free = plan_low_poly(source, high, options);
   ASSERT_TRUE(free.reached);
   options.bounds = {{MapKind{"position"}, 1}};
-  const LightBake wide = bake_light(source, high, options);
+  const LowPolyPlan wide = plan_low_poly(source, high, options);
   ASSERT_EQ(wide.bounds.size(), 1U);
   EXPECT_EQ(wide.chosen.size, free.chosen.size) << "what is reached anyway costs nothing";
   options.bounds[0].max_error = 0.7 * wide.bounds[0].error;
-  const LightBake bound = bake_light(source, high, options);
+  const LowPolyPlan bound = plan_low_poly(source, high, options);
   EXPECT_TRUE(bound.reached);
   EXPECT_LE(bound.bounds[0].error, options.bounds[0].max_error);
   EXPECT_GT(bound.chosen.size, wide.chosen.size);

@@ -1,17 +1,18 @@
-// Plans of light meshes beside a brute-force grid over faces and sizes of maps.
+// Plans of low polys beside a brute-force grid over faces and sizes of maps.
 //
-// light_grid [--screen PIXELS] [--repeat N] [--times] HIGH:DEGREES [HIGH:DEGREES ...]
+// plan_grid [--screen PIXELS] [--repeat N] [--times] [--cache FILE] HIGH:DEGREES [HIGH:DEGREES ...]
 //
 // For each high poly: the plan; then, for every size of maps and for none, low polys from as many faces as the
 // plan's bytes and 5% more allow, down in steps of 5%, until two in a row miss the error. All go the plan's way: the
 // same low polys, charts, samples, bits and match. Pictures from 30 directions that the plan does not look from
 // measure all of them. The error to reach is the one asked for as these pictures measure it: times the plan's error by
-// pictures over the plan's own. With --screen, plan and pictures are for that size on screen. One JSON line a mesh:
+// pictures over the plan's own. With --screen, plan and pictures are for that size on screen. --cache keeps what the
+// grid measured, for the next plan. One JSON line a mesh:
 //
-//   tried    faces, size, bytes, expected and measured degrees of each map
-//   looked   faces, degrees without a map and with an endless one of each low poly that was looked at
+//   tried    faces, size, bytes, expected and measured degrees of each candidate
+//   looked   faces, degrees without a map and with an endless one of each level that was evaluated
 //   excess   bytes of the plan over those of the lightest that was found: 1 where that is the plan
-//   grid     bakes that the grid took
+//   grid     points of the grid
 //   ratio    processor seconds of the plan, over those of one bake of its result: reading the file and the high poly's
 //            structures count in both; least of --repeat runs each. --times: nothing but this
 #include <sys/resource.h>
@@ -20,8 +21,10 @@
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
+#include <fstream>
 #include <map>
 #include <memory>
+#include <sstream>
 #include <string>
 #include <utility>
 #include <vector>
@@ -62,17 +65,18 @@ struct Asked {
   std::uint32_t screen = 0;
   int repeat = 2;
   bool times = false;
+  std::string cache;  ///< File of points that were measured before; empty: none
 };
 
-LightPlanOptions plan_options(const Asked& asked) {
-  LightPlanOptions options;
+LowPolyPlanOptions plan_options(const Asked& asked) {
+  LowPolyPlanOptions options;
   options.max_error = asked.degrees;
   options.screen = asked.screen;
   options.bake.width = options.bake.height = kLargest;
   return options;
 }
 
-BakeOptions bake_options(const LightTrial& chosen, std::uint32_t size) {
+BakeOptions bake_options(const Candidate& chosen, std::uint32_t size) {
   BakeOptions options;
   options.width = options.height = size;
   options.method = chosen.method;
@@ -85,7 +89,7 @@ Mesh laid_out(const Mesh& mesh, std::uint32_t size) {
 }
 
 /// One bake of what a plan came to, from the file on.
-void bake_chosen(const Device& device, const std::string& path, const LightTrial& chosen) {
+void bake_chosen(const Device& device, const std::string& path, const Candidate& chosen) {
   const Mesh high = load_mesh(path);
   SimplifyOptions options;
   options.faces = static_cast<std::uint32_t>(chosen.faces);
@@ -153,21 +157,37 @@ std::vector<std::uint32_t> ladder(std::size_t dense) {
 
 class Grid {
  public:
-  Grid(const Source& source, const Mesh& high, const Pictures& pictures, const LightTrial& chosen)
+  Grid(const Source& source, const Mesh& high, const Pictures& pictures, const Candidate& chosen,
+       const Asked& asked)
       : source_(source),
         pictures_(pictures),
         chosen_(chosen),
-        levels_(high, ladder(high.triangles.size()), LevelRule::shape) {}
+        file_(asked.cache),
+        key_(high.name + " " + std::to_string(asked.screen) + " " +
+             std::string(chosen.method.name) + " " + std::to_string(chosen.bits)),
+        levels_(high, ladder(high.triangles.size()), LevelRule::shape) {
+    if (file_.empty()) return;
+    std::ifstream known(file_);
+    for (std::string line; std::getline(known, line);) {
+      const std::size_t tab = line.find('\t');
+      if (tab == std::string::npos || line.substr(0, tab) != key_) continue;
+      std::istringstream values(line.substr(tab));
+      std::size_t level = 0;
+      Point point;
+      values >> level >> point.size >> point.faces >> point.bytes >> point.degrees;
+      known_[{level, point.size}] = point;
+    }
+  }
 
   /// Of one size, those that reach `wanted`, lighter than `most` bytes.
   void run(std::uint32_t size, double wanted, double most, std::vector<Point>& found) {
     int misses = 0;
     for (std::size_t level = 0; level < levels_.count() && misses < 2; ++level) {
       const std::uint64_t least =
-          light_bytes(levels_.vertices(level), levels_.faces(level), size, {3}, chosen_.bits)
+          low_poly_bytes(levels_.vertices(level), levels_.faces(level), size, {3}, chosen_.bits)
               .total();
       if (static_cast<double>(least) > most) continue;
-      const Point point = at(level, size);
+      const Point point = remembered(level, size);
       ++count;
       if (point.degrees <= wanted) {
         found.push_back(point);
@@ -181,12 +201,24 @@ class Grid {
   int count = 0;
 
  private:
+  Point remembered(std::size_t level, std::uint32_t size) {
+    const auto found = known_.find({level, size});
+    if (found != known_.end()) return found->second;
+    const Point point = at(level, size);
+    if (!file_.empty()) {
+      std::ofstream(file_, std::ios::app)
+          << key_ << '\t' << level << ' ' << point.size << ' ' << point.faces << ' ' << point.bytes
+          << ' ' << point.degrees << '\n';
+    }
+    return known_[{level, size}] = point;
+  }
+
   Point at(std::size_t level, std::uint32_t size) {
     const auto made = meshes_.find(level);
     const Mesh& mesh = made != meshes_.end() ? made->second : meshes_[level] = levels_.mesh(level);
     Point point{mesh.triangles.size(), size};
     if (size == 0) {
-      point.bytes = light_bytes(split_vertices(mesh), point.faces, 0, {3}, chosen_.bits).total();
+      point.bytes = low_poly_bytes(split_vertices(mesh), point.faces, 0, {3}, chosen_.bits).total();
       point.degrees = pictures_.degrees(mesh);
       return point;
     }
@@ -195,30 +227,32 @@ class Grid {
     BakeOptions options = bake_options(chosen_, size);
     options.recall = 0;
     const BakeResult result = bake(source_, low, options);
-    point.bytes = light_bytes(split_vertices(low), point.faces, size, {3}, chosen_.bits).total();
+    point.bytes = low_poly_bytes(split_vertices(low), point.faces, size, {3}, chosen_.bits).total();
     point.degrees = pictures_.degrees(low, rounded(result.maps[0].image, chosen_.bits), options);
     return point;
   }
 
   const Source& source_;
   const Pictures& pictures_;
-  const LightTrial& chosen_;
+  const Candidate& chosen_;
+  const std::string file_, key_;
+  std::map<std::pair<std::size_t, std::uint32_t>, Point> known_;
   SimplifyLevels levels_;
   std::map<std::size_t, Mesh> meshes_;
 };
 
 /// Of maps that were made, and of low polys that were looked at, in short lists.
-void print_tries(const LightBake& plan) {
+void print_tries(const LowPolyPlan& plan) {
   const char* comma = "";
   std::printf(",\"tried\":[");
-  for (const LightTrial& t : plan.trials) {
+  for (const Candidate& t : plan.candidates) {
     std::printf("%s[%llu,%u,%llu,%.3f,%.3f]", std::exchange(comma, ","),
                 static_cast<unsigned long long>(t.faces), t.size,
                 static_cast<unsigned long long>(t.bytes.total()), t.expected, t.measured);
   }
   comma = "";
   std::printf("],\"looked\":[");
-  for (const LightLevel& l : plan.levels) {
+  for (const PlanLevel& l : plan.levels) {
     std::printf("%s[%llu,%.3f,%.3f]", std::exchange(comma, ","),
                 static_cast<unsigned long long>(l.faces), l.without_map, l.limit);
   }
@@ -228,11 +262,11 @@ void print_tries(const LightBake& plan) {
 void compare(const Device& device, const Asked& asked) {
   const Mesh high = load_mesh(asked.path);
   const Source source(device, high);
-  const LightBake plan = bake_light(source, high, plan_options(asked));
+  const LowPolyPlan plan = plan_low_poly(source, high, plan_options(asked));
   std::printf("{\"mesh\":\"%s\",\"wanted\":%g,\"screen\":%u,\"reached\":%s,\"trials\":%zu",
               high.name.c_str(), asked.degrees, asked.screen, plan.reached ? "true" : "false",
-              plan.trials.size());
-  const LightTrial& chosen = plan.chosen;
+              plan.candidates.size());
+  const Candidate& chosen = plan.chosen;
   std::printf(",\"faces\":%llu,\"size\":%u,\"bytes\":%llu,\"measured\":%.4f",
               static_cast<unsigned long long>(chosen.faces), chosen.size,
               static_cast<unsigned long long>(chosen.bytes.total()), chosen.measured);
@@ -242,7 +276,7 @@ void compare(const Device& device, const Asked& asked) {
   print_tries(plan);
   const double planned = least_seconds(asked.repeat, [&] {
     const Mesh mesh = load_mesh(asked.path);
-    bake_light(Source(device, mesh), mesh, plan_options(asked));
+    plan_low_poly(Source(device, mesh), mesh, plan_options(asked));
   });
   const double baked =
       least_seconds(asked.repeat, [&] { bake_chosen(device, asked.path, chosen); });
@@ -252,7 +286,7 @@ void compare(const Device& device, const Asked& asked) {
     const double at_plan = plan.result ? pictures.degrees(plan.low, plan.drawn, plan.bake)
                                        : pictures.degrees(plan.low);
     const double wanted = at_plan * asked.degrees / chosen.measured;
-    Grid grid(source, high, pictures, chosen);
+    Grid grid(source, high, pictures, chosen, asked);
     std::vector<Point> found{{chosen.faces, chosen.size, chosen.bytes.total(), at_plan}};
     grid.run(0, wanted, kMoreBytes * static_cast<double>(chosen.bytes.total()), found);
     for (std::uint32_t size = kSmallest; size <= kLargest; size *= 2) {
@@ -283,6 +317,8 @@ int run(int argc, char** argv) {
       asked.times = true;
     } else if (word == "--screen" && i + 1 < argc) {
       asked.screen = static_cast<std::uint32_t>(std::atoi(argv[++i]));
+    } else if (word == "--cache" && i + 1 < argc) {
+      asked.cache = argv[++i];
     } else if (word == "--repeat" && i + 1 < argc) {
       asked.repeat = std::max(1, std::atoi(argv[++i]));
     } else if (colon != std::string::npos) {
@@ -290,7 +326,7 @@ int run(int argc, char** argv) {
       asked.degrees = std::atof(word.c_str() + colon + 1);
       all.push_back(asked);
     } else {
-      std::fprintf(stderr, "light_grid: '%s' is no HIGH:DEGREES\n", word.c_str());
+      std::fprintf(stderr, "plan_grid: '%s' is no HIGH:DEGREES\n", word.c_str());
       return 2;
     }
   }
@@ -306,7 +342,7 @@ int main(int argc, char** argv) {
   try {
     return kiln::run(argc, argv);
   } catch (const std::exception& error) {
-    std::fprintf(stderr, "light_grid: %s\n", error.what());
+    std::fprintf(stderr, "plan_grid: %s\n", error.what());
     return 1;
   }
 }

@@ -11,9 +11,9 @@
 
 namespace kiln::cli {
 
-LightPlanOptions light_options(const BakeRun& run) {
+LowPolyPlanOptions low_poly_options(const BakeRun& run) {
   const BakeArguments& a = run.arguments;
-  LightPlanOptions options;
+  LowPolyPlanOptions options;
   const char* flag = a.max_angle.empty() ? "--max-error" : "--max-angle";
   options.max_error = parse_degrees(flag, angle_bound(a));
   options.bounds = map_bounds(a);
@@ -51,17 +51,14 @@ std::string degrees(double angle) {
   return text;
 }
 
-bool same(const LightTrial& a, const LightTrial& b) {
-  return a.faces == b.faces && a.size == b.size && a.laid_out_for == b.laid_out_for;
-}
+bool same(const Candidate& a, const Candidate& b) { return a.faces == b.faces && a.size == b.size; }
 
-Json trial_json(const LightTrial& trial) {
+Json trial_json(const Candidate& trial) {
   return {{"faces", trial.faces},
           {"positions", trial.positions},
           {"vertices", trial.vertices},
           {"charts", trial.charts},
           {"size", trial.size},
-          {"laid_out_for", trial.laid_out_for},
           {"samples", trial.samples},
           {"bits", trial.bits},
           {"match", match_name(trial.method)},
@@ -75,31 +72,31 @@ Json trial_json(const LightTrial& trial) {
           {"one_sided_share", trial.measured < 0 ? Json() : Json(trial.one_sided)}};
 }
 
-Json trials_json(const std::vector<LightTrial>& trials) {
+Json trials_json(const std::vector<Candidate>& trials) {
   Json json = Json::array();
-  for (const LightTrial& trial : trials) json.push_back(trial_json(trial));
+  for (const Candidate& trial : trials) json.push_back(trial_json(trial));
   return json;
 }
 
 }  // namespace
 
-Warning light_not_reached(const LightBake& light, const std::string& place) {
+Warning plan_not_reached(const LowPolyPlan& plan, const std::string& place) {
   char text[320];
-  if (light.chosen.measured <= light.wanted) {
-    if (!(light.max_outline > 0 && light.chosen.one_sided > light.max_outline))
-      return bounds_not_reached(light.bounds, light.chosen.size);
+  if (plan.chosen.measured <= plan.wanted) {
+    if (!(plan.max_outline > 0 && plan.chosen.one_sided > plan.max_outline))
+      return bounds_not_reached(plan.bounds, plan.chosen.size);
     std::snprintf(text, sizeof text,
                   "Outlines differ by %.2g%% of what either mesh covers%s, more than the %.2g%% of "
                   "--max-outline: no low poly that was looked at comes nearer. Accept more, or "
                   "simplify with --faces.",
-                  100 * light.chosen.one_sided, place.c_str(), 100 * light.max_outline);
+                  100 * plan.chosen.one_sided, place.c_str(), 100 * plan.max_outline);
     return {"outlines-not-reached", text, 1};
   }
   std::snprintf(
       text, sizeof text,
       "No low poly with maps up to the given --size is expected to reach a mean error "
       "of %.3g degrees%s; what is written reaches %.3g. Allow a larger map, or accept more.",
-      light.wanted, place.c_str(), light.chosen.measured);
+      plan.wanted, place.c_str(), plan.chosen.measured);
   return {"error-not-reached", text, 1};
 }
 
@@ -123,11 +120,11 @@ void warn_of_heavy_low(const Mesh& low, const Mesh& high, std::vector<Warning>& 
                       light});
 }
 
-void warn_of_outline(const LightBake& light, const std::string& place,
+void warn_of_outline(const LowPolyPlan& plan, const std::string& place,
                      std::vector<Warning>& warnings) {
   constexpr double kMuch = 0.05;
-  const LightTrial& chosen = light.chosen;
-  if (light.max_outline > 0 || !(chosen.one_sided > kMuch)) return;
+  const Candidate& chosen = plan.chosen;
+  if (plan.max_outline > 0 || !(chosen.one_sided > kMuch)) return;
   char text[320];
   std::snprintf(text, sizeof text,
                 "The outlines of the low poly and the high poly differ%s: %.1f%% of what either "
@@ -137,45 +134,45 @@ void warn_of_outline(const LightBake& light, const std::string& place,
   warnings.push_back({"outlines", text, 1});
 }
 
-bool make_light(BakeRun& run, const Source& source) {
-  LightPlanOptions options = light_options(run);
+bool make_plan(BakeRun& run, const Source& source) {
+  LowPolyPlanOptions options = low_poly_options(run);
   draw_at_once(run, options);
-  LightBake planned = bake_light(source, run.dense.mesh, options);
+  LowPolyPlan planned = plan_low_poly(source, run.dense.mesh, options);
   if (planned.cancelled) return false;
-  take_light(run, std::move(planned));
-  if (!run.light->reached) run.warnings.push_back(light_not_reached(*run.light));
-  warn_of_outline(*run.light, {}, run.warnings);
+  take_plan(run, std::move(planned));
+  if (!run.plan->reached) run.warnings.push_back(plan_not_reached(*run.plan));
+  warn_of_outline(*run.plan, {}, run.warnings);
   return true;
 }
 
-void take_light(BakeRun& run, LightBake planned) {
-  run.light = std::move(planned);
-  LightBake& light = *run.light;
-  run.low.mesh = light.low;
+void take_plan(BakeRun& run, LowPolyPlan planned) {
+  run.plan = std::move(planned);
+  LowPolyPlan& plan = *run.plan;
+  run.low.mesh = plan.low;
   run.low.mesh.name = run.low.stem;
-  run.low.simplified = light.simplified;
-  run.low.unwrapped = light.unwrapped;
+  run.low.simplified = plan.simplified;
+  run.low.unwrapped = plan.unwrapped;
   if (!run.arguments.given.contains("--format")) {
-    run.arguments.format = light.chosen.bits == 8 ? "png8" : "png16";
+    run.arguments.format = plan.chosen.bits == 8 ? "png8" : "png16";
     run.save_options = image_options(run.arguments);
   }
-  if (light.result) run.result = std::move(*light.result);
-  light.result.reset();
+  if (plan.result) run.result = std::move(*plan.result);
+  plan.result.reset();
 }
 
-std::vector<std::string> trade_table(const LightBake& light) {
+std::vector<std::string> trade_table(const LowPolyPlan& plan) {
   char text[256];
   std::snprintf(text, sizeof text, "%9s %9s %12s %10s %10s", "faces", "vertices", "map", "KiB",
                 "degrees");
   std::vector<std::string> lines = {text};
-  std::vector<LightTrial> rows = light.trade;
-  std::erase_if(rows, [&](const LightTrial& row) { return row.size == light.chosen.size; });
-  rows.push_back(light.chosen);
+  std::vector<Candidate> rows = plan.trade;
+  std::erase_if(rows, [&](const Candidate& row) { return row.size == plan.chosen.size; });
+  rows.push_back(plan.chosen);
   std::sort(rows.begin(), rows.end(),
-            [](const LightTrial& a, const LightTrial& b) { return a.size < b.size; });
-  for (const LightTrial& row : rows) {
-    LightTrial known = row;
-    for (const LightTrial& trial : light.trials) {
+            [](const Candidate& a, const Candidate& b) { return a.size < b.size; });
+  for (const Candidate& row : rows) {
+    Candidate known = row;
+    for (const Candidate& trial : plan.candidates) {
       if (same(trial, row)) known = trial;
     }
     const bool made = known.measured >= 0;
@@ -184,43 +181,43 @@ std::vector<std::string> trade_table(const LightBake& light) {
                   kib(row.bytes.total()).c_str(),
                   degrees(made ? known.measured : row.expected).c_str(),
                   made ? ("measured, ± " + degrees(known.standard_error)).c_str() : "expected",
-                  same(row, light.chosen) ? "  <- chosen" : "");
+                  same(row, plan.chosen) ? "  <- chosen" : "");
     lines.emplace_back(text);
   }
-  if (light.max_outline > 0) {
+  if (plan.max_outline > 0) {
     std::snprintf(text, sizeof text, "outlines differ by %.2g%% of what either mesh covers",
-                  100 * light.chosen.one_sided);
+                  100 * plan.chosen.one_sided);
     lines.emplace_back(text);
   }
-  if (light.chosen.size == 0 && light.reached) {
-    lines.push_back("no map needed: normals at the vertices are within " + degrees(light.wanted) +
+  if (plan.chosen.size == 0 && plan.reached) {
+    lines.push_back("no map needed: normals at the vertices are within " + degrees(plan.wanted) +
                     " degrees");
   }
   return lines;
 }
 
-Json light_json(const LightBake& light, std::uint32_t screen) {
+Json low_poly_plan_json(const LowPolyPlan& plan, std::uint32_t screen) {
   Json levels = Json::array();
-  for (const LightLevel& level : light.levels) {
+  for (const PlanLevel& level : plan.levels) {
     levels.push_back({{"faces", level.faces},
                       {"positions", level.positions},
                       {"without_map_degrees", level.without_map},
                       {"limit_degrees", level.limit}});
   }
-  return {{"wanted_degrees", light.wanted},
-          {"max_outline", light.max_outline > 0 ? Json(light.max_outline) : Json()},
-          {"reached", light.reached},
+  return {{"wanted_degrees", plan.wanted},
+          {"max_outline", plan.max_outline > 0 ? Json(plan.max_outline) : Json()},
+          {"reached", plan.reached},
           {"screen", screen == 0 ? Json() : Json(screen)},
           {"views", kPlanViews},
-          {"chosen", trial_json(light.chosen)},
-          {"trials", trials_json(light.trials)},
-          {"trade", trials_json(light.trade)},
+          {"chosen", trial_json(plan.chosen)},
+          {"trials", trials_json(plan.candidates)},
+          {"trade", trials_json(plan.trade)},
           {"levels", levels},
-          {"bounds", bounds_json(light.bounds)},
+          {"bounds", bounds_json(plan.bounds)},
           {"seconds",
-           {{"simplify", light.seconds_simplify},
-            {"unwrap", light.seconds_unwrap},
-            {"measure", light.seconds_measure}}}};
+           {{"simplify", plan.seconds_simplify},
+            {"unwrap", plan.seconds_unwrap},
+            {"measure", plan.seconds_measure}}}};
 }
 
 namespace {
@@ -228,17 +225,17 @@ namespace {
 /// Maps that weigh more than so many times what was chosen are not drawn.
 constexpr std::uint64_t kDrawn = 16;
 
-Plot light_plot(const LightBake& light, const std::string& stem) {
+Plot plan_plot(const LowPolyPlan& plan, const std::string& stem) {
   Json panel = {{"y_title", "Mean angle between rendered normals, degrees"},
                 {"curves", Json::array()},
                 {"levels", Json::array()}};
   char text[96];
-  std::snprintf(text, sizeof text, "wanted: %.3g degrees", light.wanted);
-  panel["levels"].push_back({{"title", text}, {"look", "none"}, {"y", light.wanted}});
+  std::snprintf(text, sizeof text, "wanted: %.3g degrees", plan.wanted);
+  panel["levels"].push_back({{"title", text}, {"look", "none"}, {"y", plan.wanted}});
   std::vector<std::uint32_t> sizes;
   double least = 1e300, most = 0;
-  for (const LightTrial& trial : light.outlook) {
-    if (trial.bytes.total() <= kDrawn * light.chosen.bytes.total()) sizes.push_back(trial.size);
+  for (const Candidate& trial : plan.outlook) {
+    if (trial.bytes.total() <= kDrawn * plan.chosen.bytes.total()) sizes.push_back(trial.size);
   }
   std::sort(sizes.begin(), sizes.end());
   sizes.erase(std::unique(sizes.begin(), sizes.end()), sizes.end());
@@ -248,7 +245,7 @@ Plot light_plot(const LightBake& light, const std::string& stem) {
                   {"look", share},
                   {"x", Json::array()},
                   {"y", Json::array()}};
-    for (const LightTrial& trial : light.outlook) {
+    for (const Candidate& trial : plan.outlook) {
       if (trial.size != sizes[i]) continue;
       const double size = static_cast<double>(trial.bytes.total()) / 1024;
       curve["x"].push_back(size);
@@ -259,10 +256,10 @@ Plot light_plot(const LightBake& light, const std::string& stem) {
     panel["curves"].push_back(std::move(curve));
   }
   std::snprintf(text, sizeof text, "chosen: %s faces, map: %s",
-                with_commas(light.chosen.faces).c_str(), size_text(light.chosen.size).c_str());
+                with_commas(plan.chosen.faces).c_str(), size_text(plan.chosen.size).c_str());
   panel["rings"] = {{"title", text},
-                    {"x", {static_cast<double>(light.chosen.bytes.total()) / 1024}},
-                    {"y", {light.chosen.measured}}};
+                    {"x", {static_cast<double>(plan.chosen.bytes.total()) / 1024}},
+                    {"y", {plan.chosen.measured}}};
   // Powers of four around all of it.
   Json ticks = Json::array();
   double tick = 1.0 / 256;
@@ -280,15 +277,15 @@ Plot light_plot(const LightBake& light, const std::string& stem) {
 
 }  // namespace
 
-void draw_at_once(BakeRun& run, LightPlanOptions& options) {
-  options.on_measured = [&run](const LightBake& light) {
+void draw_at_once(BakeRun& run, LowPolyPlanOptions& options) {
+  options.on_measured = [&run](const LowPolyPlan& plan) {
     if (run.python && run.python->began()) run.python = start_python();
-    if (run.python) begin_plot(*run.python, light_plot(light, run.low.stem));
+    if (run.python) begin_plot(*run.python, plan_plot(plan, run.low.stem));
   };
 }
 
-bool save_light_plot(BakeRun& run) {
-  return save_plots(run.arguments.out, {light_plot(*run.light, run.low.stem)}, run.outputs,
+bool save_plan_plot(BakeRun& run) {
+  return save_plots(run.arguments.out, {plan_plot(*run.plan, run.low.stem)}, run.outputs,
                     run.warnings, std::move(run.python));
 }
 

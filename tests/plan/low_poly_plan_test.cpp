@@ -1,6 +1,4 @@
 // Plans of faces, texels and match together: the error asked for, by few bytes.
-#include "kiln/light_plan.h"
-
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -8,15 +6,16 @@
 #include <limits>
 
 #include "kiln/kiln.h"
-#include "measure/light_looks.h"
+#include "kiln/plan.h"
+#include "measure/normal_probe.h"
 #include "support/environment.h"
 #include "support/shapes.h"
 
 namespace kiln {
 namespace {
 
-LightPlanOptions light_options(double max_error, std::uint32_t size = 512) {
-  LightPlanOptions options;
+LowPolyPlanOptions low_poly_options(double max_error, std::uint32_t size = 512) {
+  LowPolyPlanOptions options;
   options.max_error = max_error;
   options.bake.width = options.bake.height = size;
   return options;
@@ -34,55 +33,70 @@ double by_pictures(const Mesh& high, const Mesh& low, const Image* map) {
       .mean_degrees;
 }
 
-TEST(LightPlan, ReachesTheErrorWithFewerBytesThanAGridFinds) {
+TEST(LowPolyPlan, ReachesTheErrorWithFewerBytesThanAGridFinds) {
   KILN_REQUIRE_DEVICE();
   const Mesh high = test::BumpySphere::dense(8000, true);
   const Source source(*test::device(), high);
   const double wanted = 5;
-  LightPlanOptions options = light_options(wanted);
+  LowPolyPlanOptions options = low_poly_options(wanted);
   options.may_leave_map_out = false;
-  const LightBake light = bake_light(source, high, options);
-  ASSERT_TRUE(light.reached);
-  ASSERT_TRUE(light.result.has_value());
-  EXPECT_EQ(light.wanted, wanted);
-  EXPECT_LE(light.chosen.measured, wanted);
-  EXPECT_EQ(light.low.triangles.size(), light.chosen.faces);
-  EXPECT_EQ(light.chosen.vertices, split_vertices(light.low));
-  const BakedMap& map = light.result->maps.front();
-  EXPECT_EQ(map.image.width, light.chosen.size);
-  EXPECT_EQ(map.image.height, light.chosen.size);
-  const double seen = by_pictures(high, light.low, &map.image);
-  EXPECT_NEAR(seen, light.chosen.measured, 0.04 * wanted);
-  // The first map is laid out for its first mip-map.
-  ASSERT_FALSE(light.trials.empty());
-  EXPECT_EQ(light.trials[0].size, 2 * light.trials[0].laid_out_for);
-  for (std::size_t i = 1; i < light.trials.size(); ++i) {
-    EXPECT_EQ(light.trials[i].laid_out_for, light.trials[i].size);
-  }
+  const LowPolyPlan plan = plan_low_poly(source, high, options);
+  ASSERT_TRUE(plan.reached);
+  ASSERT_TRUE(plan.result.has_value());
+  EXPECT_EQ(plan.wanted, wanted);
+  EXPECT_LE(plan.chosen.measured, wanted);
+  EXPECT_EQ(plan.low.triangles.size(), plan.chosen.faces);
+  EXPECT_EQ(plan.chosen.vertices, split_vertices(plan.low));
+  const BakedMap& map = plan.result->maps.front();
+  EXPECT_EQ(map.image.width, plan.chosen.size);
+  EXPECT_EQ(map.image.height, plan.chosen.size);
+  const double seen = by_pictures(high, plan.low, &map.image);
+  EXPECT_NEAR(seen, plan.chosen.measured, 0.04 * wanted);
 
   std::uint64_t least = std::numeric_limits<std::uint64_t>::max();
   for (const std::uint32_t size : {32U, 64U, 128U}) {
     for (std::uint32_t faces = 1200; faces >= 100; faces = faces * 3 / 4) {
       const Mesh low =
           unwrap(simplify(high, {.faces = faces}), {.method = UnwrapMethod::charts, .size = size});
-      const LightBytes bytes =
-          light_bytes(split_vertices(low), low.triangles.size(), size, {3}, light.chosen.bits);
-      if (bytes.total() >= light.chosen.bytes.total()) continue;
-      BakeOptions bake = light.bake;
+      const LowPolyBytes bytes =
+          low_poly_bytes(split_vertices(low), low.triangles.size(), size, {3}, plan.chosen.bits);
+      if (bytes.total() >= plan.chosen.bytes.total()) continue;
+      BakeOptions bake = plan.bake;
       bake.width = bake.height = size;
       const BakeResult result = kiln::bake(source, low, bake);
       if (by_pictures(high, low, &result.maps.front().image) >
-          seen * wanted / light.chosen.measured) {
+          seen * wanted / plan.chosen.measured) {
         break;  // and so will fewer faces
       }
       least = std::min(least, bytes.total());
     }
   }
-  EXPECT_LE(static_cast<double>(light.chosen.bytes.total()), 1.1 * static_cast<double>(least));
+  EXPECT_LE(static_cast<double>(plan.chosen.bytes.total()), 1.1 * static_cast<double>(least));
+}
+
+TEST(LowPolyPlan, IsTheSameOnEveryRun) {
+  KILN_REQUIRE_DEVICE();
+  const Mesh high = test::BumpySphere::dense(6000, true);
+  const Source source(*test::device(), high);
+  const LowPolyPlan first = plan_low_poly(source, high, low_poly_options(4, 256));
+  EXPECT_LE(first.candidates.size(), 8U);
+  for (const int threads : {1, 3}) {
+    set_thread_limit(threads);
+    const LowPolyPlan again = plan_low_poly(source, high, low_poly_options(4, 256));
+    set_thread_limit(0);
+    EXPECT_EQ(again.low.positions, first.low.positions);
+    EXPECT_EQ(again.low.uvs, first.low.uvs);
+    EXPECT_EQ(again.drawn.pixels, first.drawn.pixels);
+    ASSERT_EQ(again.candidates.size(), first.candidates.size());
+    for (std::size_t i = 0; i < first.candidates.size(); ++i) {
+      EXPECT_EQ(again.candidates[i].measured, first.candidates[i].measured);
+      EXPECT_EQ(again.candidates[i].expected, first.candidates[i].expected);
+    }
+  }
 }
 
 /// Two bumpy spheres, one just inside the other: coarse low polys stray far.
-TEST(LightPlan, SearchesAsFarAsTheLowPolyStrays) {
+TEST(LowPolyPlan, SearchesAsFarAsTheLowPolyStrays) {
   KILN_REQUIRE_DEVICE();
   Mesh high = test::BumpySphere::dense(8000);
   const auto corners = static_cast<std::uint32_t>(high.positions.size());
@@ -96,60 +110,62 @@ TEST(LightPlan, SearchesAsFarAsTheLowPolyStrays) {
     high.triangles.push_back({v[0] + corners, v[2] + corners, v[1] + corners});
   }
   const Source source(*test::device(), high);
-  LightPlanOptions options = light_options(8, 128);
+  LowPolyPlanOptions options = low_poly_options(8, 128);
   options.may_leave_map_out = false;
-  const LightBake light = bake_light(source, high, options);
-  ASSERT_TRUE(light.result.has_value());
-  EXPECT_GT(light.simplified.error, 0.02);
-  EXPECT_LT(light.result->report.missed, light.result->report.samples / 50);
-  ASSERT_TRUE(light.bake.max_distance.has_value());
+  const LowPolyPlan plan = plan_low_poly(source, high, options);
+  ASSERT_TRUE(plan.result.has_value());
+  EXPECT_GT(plan.simplified.error, 0.02);
+  EXPECT_LT(plan.result->report.missed, plan.result->report.samples / 50);
+  ASSERT_TRUE(plan.bake.max_distance.has_value());
 
   // A distance that is asked for stays.
   options.bake.max_distance = Length::share(0.03);
-  const LightBake asked = bake_light(source, high, options);
+  const LowPolyPlan asked = plan_low_poly(source, high, options);
   EXPECT_EQ(asked.result->report.max_distance, 0.03 * source.stats().diagonal);
 }
 
-TEST(LightPlan, SaysWhatItTriedAndExpected) {
+TEST(LowPolyPlan, SaysWhatItTriedAndExpected) {
   KILN_REQUIRE_DEVICE();
   const Mesh high = test::BumpySphere::dense(6000, true);
   const Source source(*test::device(), high);
-  LightPlanOptions options = light_options(8);
-  LightBake told;
-  options.on_measured = [&](const LightBake& light) { told = light; };
-  const LightBake light = bake_light(source, high, options);
-  ASSERT_FALSE(light.trials.empty());
-  EXPECT_EQ(told.chosen.measured, light.chosen.measured);
-  EXPECT_EQ(told.outlook.size(), light.outlook.size());
-  EXPECT_TRUE(std::any_of(light.trials.begin(), light.trials.end(), [&](const LightTrial& trial) {
-    return trial.faces == light.chosen.faces && trial.size == light.chosen.size;
-  }));
-  for (const LightTrial& trial : light.trials) {
-    EXPECT_GE(trial.measured, 0);
-    if (trial.measured <= light.wanted) EXPECT_GE(trial.bytes.total(), light.chosen.bytes.total());
+  LowPolyPlanOptions options = low_poly_options(8);
+  LowPolyPlan told;
+  options.on_measured = [&](const LowPolyPlan& plan) { told = plan; };
+  const LowPolyPlan plan = plan_low_poly(source, high, options);
+  ASSERT_FALSE(plan.candidates.empty());
+  EXPECT_EQ(told.chosen.measured, plan.chosen.measured);
+  EXPECT_EQ(told.outlook.size(), plan.outlook.size());
+  EXPECT_TRUE(
+      std::any_of(plan.candidates.begin(), plan.candidates.end(), [&](const Candidate& candidate) {
+        return candidate.faces == plan.chosen.faces && candidate.size == plan.chosen.size;
+      }));
+  for (const Candidate& candidate : plan.candidates) {
+    EXPECT_GE(candidate.measured, 0);
+    if (candidate.measured <= plan.wanted)
+      EXPECT_GE(candidate.bytes.total(), plan.chosen.bytes.total());
   }
-  EXPECT_TRUE(std::is_sorted(light.trade.begin(), light.trade.end(),
+  EXPECT_TRUE(std::is_sorted(plan.trade.begin(), plan.trade.end(),
                              [](const auto& a, const auto& b) { return a.size < b.size; }));
-  for (const LightTrial& row : light.trade) {
-    EXPECT_LE(row.expected, light.wanted);
-    EXPECT_GE(row.faces, light.levels.front().faces) << "coarser than all that was looked at";
-    for (const LightTrial& trial : light.trials) {
-      if (trial.size == row.size && trial.laid_out_for == row.size && trial.measured > light.wanted)
-        EXPECT_GT(row.faces, trial.faces) << row.size;
+  for (const Candidate& row : plan.trade) {
+    EXPECT_LE(row.expected, plan.wanted);
+    EXPECT_GE(row.faces, plan.levels.front().faces) << "coarser than all that was looked at";
+    for (const Candidate& candidate : plan.candidates) {
+      if (candidate.size == row.size && candidate.measured > plan.wanted)
+        EXPECT_GT(row.faces, candidate.faces) << row.size;
     }
   }
-  EXPECT_TRUE(std::is_sorted(light.levels.begin(), light.levels.end(),
+  EXPECT_TRUE(std::is_sorted(plan.levels.begin(), plan.levels.end(),
                              [](const auto& a, const auto& b) { return a.faces < b.faces; }));
-  EXPECT_GT(light.levels.front().limit, light.levels.back().limit);
-  EXPECT_EQ(light.outlook.size() % light.levels.size(), 0U);
+  EXPECT_GT(plan.levels.front().limit, plan.levels.back().limit);
+  EXPECT_EQ(plan.outlook.size() % plan.levels.size(), 0U);
 }
 
-TEST(LightPlan, LeavesTheMapOutWhereNoneIsNeeded) {
+TEST(LowPolyPlan, LeavesTheMapOutWhereNoneIsNeeded) {
   KILN_REQUIRE_DEVICE();
   const Mesh high = test::icosphere(5);
   const Source source(*test::device(), high);
-  LightPlanOptions options = light_options(8);
-  const LightBake without = bake_light(source, high, options);
+  LowPolyPlanOptions options = low_poly_options(8);
+  const LowPolyPlan without = plan_low_poly(source, high, options);
   EXPECT_TRUE(without.reached);
   EXPECT_EQ(without.chosen.size, 0U);
   EXPECT_FALSE(without.result.has_value());
@@ -157,12 +173,12 @@ TEST(LightPlan, LeavesTheMapOutWhereNoneIsNeeded) {
   EXPECT_TRUE(without.low.uvs.empty());
   EXPECT_LE(by_pictures(high, without.low, nullptr), 8 * 1.04);
   options.may_leave_map_out = false;
-  const LightBake with = bake_light(source, high, options);
+  const LowPolyPlan with = plan_low_poly(source, high, options);
   EXPECT_TRUE(with.result.has_value());
   EXPECT_GE(with.chosen.size, 16U);
 }
 
-TEST(LightPlan, FarAwayItNeedsLess) {
+TEST(LowPolyPlan, FarAwayItNeedsLess) {
   KILN_REQUIRE_DEVICE();
   Mesh high = test::icosphere(5);
   for (Vec3& p : high.positions) {
@@ -172,35 +188,35 @@ TEST(LightPlan, FarAwayItNeedsLess) {
   high.normals.clear();
   high.normal_triangles.clear();
   const Source source(*test::device(), high);
-  LightPlanOptions options = light_options(4);
-  const LightBake near = bake_light(source, high, options);
+  LowPolyPlanOptions options = low_poly_options(4);
+  const LowPolyPlan near = plan_low_poly(source, high, options);
   options.screen = 24;
-  const LightBake far = bake_light(source, high, options);
+  const LowPolyPlan far = plan_low_poly(source, high, options);
   EXPECT_TRUE(near.reached);
   EXPECT_TRUE(far.reached);
   EXPECT_LT(2 * far.chosen.bytes.total(), near.chosen.bytes.total());
 }
 
 /// The rounding of 8 bits is 0.16 degrees on average, and a texel of 16 bits weighs four times as much.
-TEST(LightPlan, TakesSixteenBitsOnlyWhereEightAskForMoreBytes) {
+TEST(LowPolyPlan, TakesSixteenBitsOnlyWhereEightAskForMoreBytes) {
   KILN_REQUIRE_DEVICE();
   const Mesh high = test::BumpySphere::dense(6000, true);
   const Source source(*test::device(), high);
-  LightPlanOptions options = light_options(0.4, 256);
+  LowPolyPlanOptions options = low_poly_options(0.4, 256);
   options.may_leave_map_out = false;
-  const LightBake coarse = bake_light(source, high, options);
+  const LowPolyPlan coarse = plan_low_poly(source, high, options);
   EXPECT_EQ(coarse.chosen.bits, 8U);
   options.bits = 16;
-  const LightBake more = bake_light(source, high, options);
+  const LowPolyPlan more = plan_low_poly(source, high, options);
   if (more.reached) EXPECT_TRUE(coarse.reached);
   EXPECT_LT(coarse.chosen.bytes.total(), more.chosen.bytes.total());
   options.bits = 0;
   options.max_error = 0.15;
-  EXPECT_EQ(bake_light(source, high, options).chosen.bits, 16U);
+  EXPECT_EQ(plan_low_poly(source, high, options).chosen.bits, 16U);
 }
 
 /// A size on screen is the mesh's, from every side: a ball is as wide as that. Boxes around it are wider.
-TEST(LightPlan, SizesOnScreenAreThoseOfTheMesh) {
+TEST(LowPolyPlan, SizesOnScreenAreThoseOfTheMesh) {
   KILN_REQUIRE_DEVICE();
   const Source source(*test::device(), test::icosphere(5));
   const auto extent = [&](const Picture& picture, const Vec3d& axis) {
@@ -212,7 +228,7 @@ TEST(LightPlan, SizesOnScreenAreThoseOfTheMesh) {
     EXPECT_NEAR(low + high, 0, 1e-5) << "in the middle";
     return high - low;
   };
-  const DenseShown shown = shown_to_plans(source, 50);
+  const DenseShown shown = shown_from(impl_of(source), 50, plan_directions());
   ASSERT_EQ(shown.pictures.size(), kPlanViews);
   for (const Picture& picture : shown.pictures) {
     const double wide = std::max(extent(picture, picture.right), extent(picture, picture.up));
@@ -221,12 +237,12 @@ TEST(LightPlan, SizesOnScreenAreThoseOfTheMesh) {
   }
 }
 
-TEST(LightPlan, TellsHowFarOutlinesDiffer) {
+TEST(LowPolyPlan, TellsHowFarOutlinesDiffer) {
   KILN_REQUIRE_DEVICE();
   const Source source(*test::device(), test::icosphere(5));
   // With a size on screen and without.
   for (const std::uint32_t screen : {0U, 50U}) {
-    const DenseShown shown = shown_to_plans(source, screen);
+    const DenseShown shown = shown_from(impl_of(source), screen, plan_directions());
     const auto share = [&](double radius) {
       const Mesh low = with_any_uvs(test::icosphere(5, radius));
       const NormalError error = NormalProbe(impl_of(source), low, shown).without_map();
@@ -239,30 +255,30 @@ TEST(LightPlan, TellsHowFarOutlinesDiffer) {
   }
 }
 
-TEST(LightPlan, ObeysWhatIsGiven) {
+TEST(LowPolyPlan, ObeysWhatIsGiven) {
   KILN_REQUIRE_DEVICE();
   const Mesh high = test::BumpySphere::dense(6000, true);
   const Source source(*test::device(), high);
-  LightPlanOptions options = light_options(5);
+  LowPolyPlanOptions options = low_poly_options(5);
   options.choose_match = options.choose_samples = options.may_leave_map_out = false;
   options.bits = 16;
   options.bake.method = MatchMethod::closest;
   options.bake.samples = 2;
   options.bake.maps = {MapKind::normal, MapKind::mask};
   options.bake.raw = true;
-  const LightBake light = bake_light(source, high, options);
-  EXPECT_EQ(light.chosen.method, MatchMethod::closest);
-  EXPECT_EQ(light.chosen.samples, 2U);
-  EXPECT_EQ(light.chosen.bits, 16U);
-  ASSERT_TRUE(light.result.has_value());
-  ASSERT_EQ(light.result->maps.size(), 2U);
-  const auto& pixels = light.result->maps.front().image.pixels;
+  const LowPolyPlan plan = plan_low_poly(source, high, options);
+  EXPECT_EQ(plan.chosen.method, MatchMethod::closest);
+  EXPECT_EQ(plan.chosen.samples, 2U);
+  EXPECT_EQ(plan.chosen.bits, 16U);
+  ASSERT_TRUE(plan.result.has_value());
+  ASSERT_EQ(plan.result->maps.size(), 2U);
+  const auto& pixels = plan.result->maps.front().image.pixels;
   EXPECT_LT(*std::min_element(pixels.begin(), pixels.end()), -0.1F);
-  EXPECT_EQ(light.chosen.bytes.texels, light_bytes(0, 0, light.chosen.size, {3, 1}, 16).texels);
+  EXPECT_EQ(plan.chosen.bytes.texels, low_poly_bytes(0, 0, plan.chosen.size, {3, 1}, 16).texels);
 }
 
 /// A plan of a height field is a mesh over its rectangle with its layout, whatever its size and place.
-TEST(LightPlan, OfHeightFieldsKeepTheirLayout) {
+TEST(LowPolyPlan, OfHeightFieldsKeepTheirLayout) {
   KILN_REQUIRE_DEVICE();
   Image heights;
   heights.width = heights.height = 97;
@@ -275,78 +291,78 @@ TEST(LightPlan, OfHeightFieldsKeepTheirLayout) {
   const HeightFieldOptions extent{300, 200, 60};
   const Mesh high = height_field_mesh(heights, extent);
   const Source source(*test::device(), high);
-  LightPlanOptions options = light_options(4);
+  LowPolyPlanOptions options = low_poly_options(4);
   options.height_field = true;
   options.may_leave_map_out = false;
   for (const bool choose : {true, false}) {
     options.choose_match = choose;
     options.bake.method = choose ? MatchMethod::ray : MatchMethod::uv;
-    const LightBake light = bake_light(source, high, options);
-    EXPECT_TRUE(light.reached);
-    EXPECT_LT(light.low.triangles.size(), high.triangles.size() / 8);
-    ASSERT_TRUE(light.result.has_value());
-    Mesh laid_out = light.low;
+    const LowPolyPlan plan = plan_low_poly(source, high, options);
+    EXPECT_TRUE(plan.reached);
+    EXPECT_LT(plan.low.triangles.size(), high.triangles.size() / 8);
+    ASSERT_TRUE(plan.result.has_value());
+    Mesh laid_out = plan.low;
     lay_out_over_height_field(laid_out, heights, extent);
-    ASSERT_EQ(light.low.uvs.size(), laid_out.uvs.size());
+    ASSERT_EQ(plan.low.uvs.size(), laid_out.uvs.size());
     std::size_t corners = 0;
     for (std::size_t v = 0; v < laid_out.uvs.size(); ++v) {
-      const Vec2 &uv = light.low.uvs[v], &wanted = laid_out.uvs[v];
+      const Vec2 &uv = plan.low.uvs[v], &wanted = laid_out.uvs[v];
       EXPECT_NEAR(uv.x, wanted.x, 1e-6);
       EXPECT_NEAR(uv.y, wanted.y, 1e-6);
       corners += (uv.x == 0 || uv.x == 1) && (uv.y == 0 || uv.y == 1) ? 1 : 0;
     }
     EXPECT_EQ(corners, 4U);
-    EXPECT_EQ(light.result->report.texels, std::uint64_t{light.chosen.size} * light.chosen.size);
+    EXPECT_EQ(plan.result->report.texels, std::uint64_t{plan.chosen.size} * plan.chosen.size);
   }
   Mesh upright = high;
   for (Vec3& p : upright.positions) p.y = 0;
-  EXPECT_THROW(bake_light(Source(*test::device(), upright), upright, options), Error);
+  EXPECT_THROW(plan_low_poly(Source(*test::device(), upright), upright, options), Error);
 }
 
-TEST(LightPlan, SaysWhereTheErrorIsOutOfReach) {
+TEST(LowPolyPlan, SaysWhereTheErrorIsOutOfReach) {
   KILN_REQUIRE_DEVICE();
   const Mesh high = test::BumpySphere::dense(2000, true);
   const Source source(*test::device(), high);
-  LightPlanOptions options = light_options(1e-4, 32);
+  LowPolyPlanOptions options = low_poly_options(1e-4, 32);
   options.may_leave_map_out = false;  // The high poly itself has hardly an error.
-  const LightBake light = bake_light(source, high, options);
-  EXPECT_FALSE(light.reached);
-  EXPECT_GT(light.chosen.measured, 1e-4);
-  EXPECT_TRUE(light.trade.empty());
+  const LowPolyPlan plan = plan_low_poly(source, high, options);
+  EXPECT_FALSE(plan.reached);
+  EXPECT_GT(plan.chosen.measured, 1e-4);
+  EXPECT_TRUE(plan.trade.empty());
 }
 
-TEST(LightPlan, RefusesAndCancels) {
+TEST(LowPolyPlan, RefusesAndCancels) {
   KILN_REQUIRE_DEVICE();
   const Mesh high = test::BumpySphere::dense(2000, true);
   const Source source(*test::device(), high);
   const auto refuses = [&](const auto& change) {
-    LightPlanOptions options = light_options(5);
+    LowPolyPlanOptions options = low_poly_options(5);
     change(options);
-    EXPECT_THROW(bake_light(source, high, options), Error);
+    EXPECT_THROW(plan_low_poly(source, high, options), Error);
   };
-  refuses([](LightPlanOptions& o) { o.max_error = 0; });
-  refuses([](LightPlanOptions& o) { o.max_error = std::nan(""); });
-  refuses([](LightPlanOptions& o) { o.screen = 15; });
-  refuses([](LightPlanOptions& o) { o.bits = 9; });
-  refuses([](LightPlanOptions& o) { o.bake.width = 8; });
-  refuses([](LightPlanOptions& o) { o.bake.maps = {MapKind::mask}; });
-  refuses([](LightPlanOptions& o) { o.bake.method = MatchMethod::uv; });
-  refuses([&](LightPlanOptions& o) { o.bake.cage_mesh = &high; });
-  LightPlanOptions options = light_options(5);
+  refuses([](LowPolyPlanOptions& o) { o.max_error = 0; });
+  refuses([](LowPolyPlanOptions& o) { o.max_error = std::nan(""); });
+  refuses([](LowPolyPlanOptions& o) { o.screen = 15; });
+  refuses([](LowPolyPlanOptions& o) { o.bits = 9; });
+  refuses([](LowPolyPlanOptions& o) { o.bake.width = 8; });
+  refuses([](LowPolyPlanOptions& o) { o.bake.maps = {MapKind::mask}; });
+  refuses([](LowPolyPlanOptions& o) { o.bake.method = MatchMethod::uv; });
+  refuses([&](LowPolyPlanOptions& o) { o.bake.cage_mesh = &high; });
+  LowPolyPlanOptions options = low_poly_options(5);
   options.bake.progress = [](double, std::string_view) { return false; };
-  EXPECT_TRUE(bake_light(source, high, options).cancelled);
+  EXPECT_TRUE(plan_low_poly(source, high, options).cancelled);
 }
 
-TEST(LightPlan, CountsBytes) {
+TEST(LowPolyPlan, CountsBytes) {
   // 100 vertices of 24 bytes, 180 triangles of 6; 16 x 16 texels and a third.
-  const LightBytes bytes = light_bytes(100, 180, 16, {3}, 8);
+  const LowPolyBytes bytes = low_poly_bytes(100, 180, 16, {3}, 8);
   EXPECT_EQ(bytes.vertices, 2400U + 1080U);
   EXPECT_EQ(bytes.texels, 342U);
   EXPECT_EQ(bytes.total(), bytes.vertices + bytes.texels);
-  EXPECT_EQ(light_bytes(100, 180, 0, {3}, 8).total(), 1600U + 1080U);
-  EXPECT_EQ(light_bytes(65537, 1, 0, {}, 8).total(), 65537U * 16 + 12);
-  EXPECT_EQ(light_bytes(0, 0, 16, {1}, 8).texels, 171U);
-  EXPECT_EQ(light_bytes(0, 0, 16, {3}, 16).texels, 1366U);
+  EXPECT_EQ(low_poly_bytes(100, 180, 0, {3}, 8).total(), 1600U + 1080U);
+  EXPECT_EQ(low_poly_bytes(65537, 1, 0, {}, 8).total(), 65537U * 16 + 12);
+  EXPECT_EQ(low_poly_bytes(0, 0, 16, {1}, 8).texels, 171U);
+  EXPECT_EQ(low_poly_bytes(0, 0, 16, {3}, 16).texels, 1366U);
   Mesh mesh = test::cube();
   mesh.uvs.clear();
   mesh.uv_triangles.clear();
@@ -375,23 +391,24 @@ Mesh far_cubes(int a_side, float apart) {
   return mesh;
 }
 
-TEST(LightPlan, UsesMoreThanHalfOfTheFacesWhereNothingElseDoes) {
+TEST(LowPolyPlan, UsesMoreThanHalfOfTheFacesWhereNothingElseDoes) {
   KILN_REQUIRE_DEVICE();
   const Mesh high = far_cubes(6, 2);
-  const LightBake light = bake_light(Source(*test::device(), high), high, light_options(0.5, 64));
-  EXPECT_TRUE(light.reached);
-  EXPECT_EQ(light.chosen.size, 0U);
-  EXPECT_EQ(light.low.triangles.size(), high.triangles.size());
+  const LowPolyPlan plan =
+      plan_low_poly(Source(*test::device(), high), high, low_poly_options(0.5, 64));
+  EXPECT_TRUE(plan.reached);
+  EXPECT_EQ(plan.chosen.size, 0U);
+  EXPECT_EQ(plan.low.triangles.size(), high.triangles.size());
 }
 
-TEST(LightPlan, WhatIsSmallerThanAPixelIsNotSaidToBeReached) {
+TEST(LowPolyPlan, WhatIsSmallerThanAPixelIsNotSaidToBeReached) {
   KILN_REQUIRE_DEVICE();
   const Mesh high = far_cubes(4, 200);
-  LightPlanOptions options = light_options(5, 64);
+  LowPolyPlanOptions options = low_poly_options(5, 64);
   options.screen = 32;
-  const LightBake light = bake_light(Source(*test::device(), high), high, options);
-  EXPECT_FALSE(light.reached);
-  EXPECT_EQ(light.chosen.measured, 180);
+  const LowPolyPlan plan = plan_low_poly(Source(*test::device(), high), high, options);
+  EXPECT_FALSE(plan.reached);
+  EXPECT_EQ(plan.chosen.measured, 180);
 }
 
 }  // namespace
