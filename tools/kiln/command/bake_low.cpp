@@ -6,6 +6,7 @@
 #include "arguments/bake_values.h"
 #include "arguments/match_flags.h"
 #include "arguments/parse.h"
+#include "arguments/paths.h"
 #include "arguments/unwrap_option.h"
 #include "command/bake_run.h"
 

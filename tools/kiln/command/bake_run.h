@@ -11,7 +11,7 @@
 #include "arguments/bake_arguments.h"
 #include "arguments/dense_input.h"
 #include "kiln/kiln.h"
-#include "lab/plot.h"
+#include "picture/plot.h"
 #include "report/console.h"
 #include "report/report.h"
 

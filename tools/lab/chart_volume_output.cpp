@@ -5,8 +5,8 @@
 #include "arguments/parse.h"
 #include "lab/chart_output.h"
 #include "lab/chart_volume.h"
-#include "lab/plot.h"
 #include "lab/study.h"
+#include "picture/plot.h"
 
 namespace kiln::cli {
 namespace {

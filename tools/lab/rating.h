@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "kiln/kiln.h"
-#include "lab/plot.h"
 #include "lab/uv_fit.h"
+#include "picture/plot.h"
 #include "report/report.h"
 
 namespace kiln::cli {

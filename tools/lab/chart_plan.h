@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "kiln/kiln.h"
-#include "lab/plot.h"
+#include "picture/plot.h"
 #include "report/report.h"
 
 namespace kiln::cli {

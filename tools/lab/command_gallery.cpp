@@ -117,10 +117,7 @@ int run_gallery(const GalleryArguments& a) {
 }  // namespace
 
 Run add_gallery(Command& app) {
-  Command* command = app.add_command(
-      "gallery",
-      "Pictures of every match side by side: the low poly with each map, where each is "
-      "wrong, and where texels land on HIGH");
+  Command* command = name_lab_command(app, "gallery");
   auto a = std::make_shared<GalleryArguments>();
   command->add_option("HIGH", a->high, std::string("The high poly (") + kDenseKinds + ")")
       ->required();

@@ -1,4 +1,4 @@
-#include "lab/program.h"
+#include "picture/running_program.h"
 
 #include <fcntl.h>
 #include <poll.h>

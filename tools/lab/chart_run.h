@@ -10,7 +10,7 @@
 #include "arguments/surface_arguments.h"
 #include "kiln/kiln.h"
 #include "lab/chart.h"
-#include "lab/plot.h"
+#include "picture/plot.h"
 
 namespace kiln::cli {
 

@@ -1,4 +1,4 @@
-// Pictures of data: C++ writes what they show, lab/plot.py draws it.
+// Pictures of data: C++ writes what they show, picture/plot.py draws it.
 #pragma once
 
 #include <filesystem>
@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "kiln/image.h"
-#include "lab/program.h"
+#include "picture/running_program.h"
 #include "report/report.h"
 
 namespace kiln::cli {
@@ -23,7 +23,7 @@ std::string exact_text(double value);
 /// One picture, NAME.png.
 struct Plot {
   std::string name;
-  Json data;                   ///< As lab/plot.py reads it; saved as NAME_plot.json
+  Json data;                   ///< As picture/plot.py reads it; saved as NAME_plot.json
   std::optional<Image> tiles;  ///< One channel of 16 bits; saved as NAME_plot.png
 };
 

@@ -3,9 +3,9 @@
 
 #include "arguments/parse.h"
 #include "arguments/paths.h"
-#include "command/measure_run.h"
 #include "interrupt.h"
 #include "kiln/kiln.h"
+#include "lab/measure_run.h"
 #include "report/check_result.h"
 #include "report/console.h"
 #include "report/json_text.h"

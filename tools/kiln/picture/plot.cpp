@@ -1,4 +1,4 @@
-#include "lab/plot.h"
+#include "picture/plot.h"
 
 #include <unistd.h>
 
@@ -10,11 +10,11 @@
 
 #include "interrupt.h"
 #include "kiln/files.h"
-#include "lab/program.h"
+#include "picture/running_program.h"
 
 namespace kiln::cli {
 
-extern const char kPlotScript[];  // lab/plot.py, by CMakeLists.txt
+extern const char kPlotScript[];  // picture/plot.py, by CMakeLists.txt
 
 namespace {
 

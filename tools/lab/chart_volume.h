@@ -9,7 +9,7 @@
 
 #include "kiln/kiln.h"
 #include "lab/chart.h"
-#include "lab/plot.h"
+#include "picture/plot.h"
 #include "report/report.h"
 
 namespace kiln::cli {

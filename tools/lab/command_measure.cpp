@@ -12,13 +12,13 @@
 #include "arguments/parse.h"
 #include "arguments/paths.h"
 #include "arguments/transfers.h"
-#include "command/measure_run.h"
 #include "commands.h"
 #include "interrupt.h"
 #include "kiln/kiln.h"
-#include "lab/plot.h"
+#include "lab/measure_run.h"
 #include "lab/rating.h"
 #include "lab/study_output.h"
+#include "picture/plot.h"
 #include "report/check_result.h"
 #include "report/console.h"
 #include "report/json_text.h"
@@ -239,10 +239,7 @@ int run_rating(const MeasureArguments& a) {
 }  // namespace
 
 Run add_measure(Command& app) {
-  Command* command = app.add_command(
-      "measure",
-      "Rate the matches on two meshes; one mesh's UVs; or, with --study, how errors depend on "
-      "views, faces and map size");
+  Command* command = name_lab_command(app, "measure");
   auto a = std::make_shared<MeasureArguments>();
   const std::set<std::string> own = {"--match",         "--max-distance", "--views", "--view-size",
                                      "--visibility-at", "--directions",   "--view"};

@@ -2,7 +2,7 @@
 #include <algorithm>
 #include <utility>
 
-#include "command/chart_run.h"
+#include "lab/chart_run.h"
 
 namespace kiln::cli {
 

@@ -1,4 +1,4 @@
-// Pictures of values on a mesh, for lab/plot.py.
+// Pictures of values on a mesh, for picture/plot.py.
 #pragma once
 
 #include <cstdint>

@@ -5,10 +5,10 @@
 #include "arguments/parse.h"
 #include "arguments/paths.h"
 #include "arguments/surface_arguments.h"
-#include "command/chart_run.h"
 #include "lab/chart_output.h"
+#include "lab/chart_run.h"
 #include "lab/chart_volume.h"
-#include "lab/plot.h"
+#include "picture/plot.h"
 
 namespace kiln::cli {
 namespace {

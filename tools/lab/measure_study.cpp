@@ -3,10 +3,10 @@
 
 #include "arguments/parse.h"
 #include "arguments/paths.h"
-#include "command/measure_run.h"
 #include "interrupt.h"
-#include "lab/plot.h"
+#include "lab/measure_run.h"
 #include "lab/study_output.h"
+#include "picture/plot.h"
 #include "report/check_result.h"
 #include "report/console.h"
 #include "report/json_text.h"

@@ -26,7 +26,7 @@ double by_size(const Setting& s) { return s.size; }
 
 using Figure = std::function<double(const Setting&)>;
 
-/// \param look  as lab/plot.py knows it: a name, or a share from light to dark
+/// \param look  as picture/plot.py knows it: a name, or a share from light to dark
 Json curve(const std::string& title, const Json& look, const std::vector<const Setting*>& series,
            const Figure& x, const Figure& y) {
   Json json = {{"title", title}, {"look", look}, {"x", Json::array()}, {"y", Json::array()}};

@@ -1,4 +1,4 @@
-// What `kiln measure` is told. For the files command/measure_study.cpp and command_measure.cpp.
+// What `kiln measure` is told. For the files lab/measure_study.cpp and command_measure.cpp.
 #pragma once
 
 #include <cstdint>

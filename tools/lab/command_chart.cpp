@@ -6,13 +6,13 @@
 #include "arguments/paths.h"
 #include "arguments/small_file.h"
 #include "arguments/surface_arguments.h"
-#include "command/chart_run.h"
 #include "commands.h"
 #include "interrupt.h"
 #include "kiln/kiln.h"
 #include "lab/chart_output.h"
+#include "lab/chart_run.h"
 #include "lab/chart_volume.h"
-#include "lab/plot.h"
+#include "picture/plot.h"
 #include "report/check_result.h"
 #include "report/console.h"
 #include "report/report.h"
@@ -177,10 +177,7 @@ int run_chart(const ChartArguments& a) {
 }  // namespace
 
 Run add_chart(Command& app) {
-  Command* command = app.add_command(
-      "chart",
-      "Speed against accuracy of every match, or of every way to map a volume: a plot, "
-      "a table and the figures");
+  Command* command = name_lab_command(app, "chart");
   auto a = std::make_shared<ChartArguments>();
   command
       ->add_option("HIGH", a->meshes,

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "lab/chart.h"
-#include "lab/plot.h"
+#include "picture/plot.h"
 #include "report/report.h"
 
 namespace kiln::cli {

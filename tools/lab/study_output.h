@@ -3,8 +3,8 @@
 
 #include <string>
 
-#include "lab/plot.h"
 #include "lab/study.h"
+#include "picture/plot.h"
 #include "report/report.h"
 
 namespace kiln::cli {

@@ -6,8 +6,8 @@
 
 #include "arguments/bake_arguments.h"
 #include "arguments/parse.h"
-#include "lab/plot.h"
 #include "lab/study.h"
+#include "picture/plot.h"
 
 namespace kiln::cli {
 namespace {
