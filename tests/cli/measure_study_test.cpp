@@ -218,7 +218,7 @@ TEST(MeasureCommand, RefusesBadUsage) {
   expect({high, "--study", "views", "--max-distance", "0", "--out", out}, 2, {"--max-distance"});
   expect({high, "--study", "faces", "--zoom", "2", "--out", out}, 2, {"--zoom", "--study"});
   expect({high, low, "--picture-size", "90"}, 2, {"--picture-size", "--out"});
-  expect({high, "--study", "views", "--out", scene / "no/such"}, 5, {"no/such"});
+  expect({high, "--study", "views", "--out", high + "/such"}, 5, {"high.obj/such"});
 }
 
 TEST(MeasureCommand, NamesTheRemedyForBadInput) {

@@ -1,44 +1,93 @@
-// Speed against accuracy: every way to match, each timed and compared with the truth.
+// What charts of speed against accuracy share: marks, their plot, and how a chart is run and saved.
 #pragma once
 
 #include <array>
-#include <cstddef>
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
+#include "arguments/dense_input.h"
+#include "arguments/surface_arguments.h"
 #include "kiln/kiln.h"
-#include "lab/chart_ao.h"
-#include "lab/uv_fit.h"
+#include "picture/plot.h"
+#include "report/report.h"
 
 namespace kiln::cli {
 
-/// Ways to match that are drawn alike.
-enum class ChartFamily {
-  rays,
-  views,  ///< As Kiln matches by default: best angle, points moved to the normal's line
-  paper,  ///< As Wang, Froehlich and Goebel 2003 do: least depth difference, points left where they are
-  views_rays,  ///< Views, and rays where no view sees
-  closest,     ///< Nearest points
-  visibility,  ///< Rays along directions of visibility, and between them and the normal
-  uv,          ///< The point with the same UV
-  directions,  ///< Rays by another rule, or to elsewhere
-  cages,       ///< Rays from a cage
-  others,      ///< Matches that no setting names, with their defaults
-};
-const char* family_name(ChartFamily family);
+constexpr const char* kChartName = "chart";  ///< Of the files, without their endings
 
-/// One mark of the chart.
+/// Something that was timed and measured.
+struct Mark {
+  std::string name;            ///< In files: letters, digits and _
+  std::string label;           ///< In the picture
+  std::string family;          ///< Marks of one are drawn alike
+  std::vector<double> runs;    ///< Seconds, in order
+  double seconds = 0;          ///< Their median
+  std::vector<double> errors;  ///< By measure
+  std::vector<bool> front;     ///< By measure: nothing else is both faster and closer
+
+  /// The fastest run, and the slowest.
+  double least() const;
+  double most() const;
+};
+
+/// What errors are told by.
+struct Measure {
+  std::string name;  ///< In files
+  std::string title, unit;
+};
+
+/// How marks of a family are drawn.
+struct MarkStyle {
+  const char *family, *title, *mark, *color;
+};
+
+/// The index of the middle one by a key; of an even number the lower of the two.
+std::size_t median_index(const std::vector<double>& keys);
+/// Sets `front` of marks with seconds and errors.
+void mark_fronts(const std::vector<Mark*>& marks);
+/// "●" on the front of a measure, for tables.
+std::string front_dot(const Mark& mark, std::size_t measure);
+/// {"measure": true, ...}
+Json describe_front(const Mark& mark, std::span<const Measure> measures);
+/// The names of marks on the front of a measure.
+Json front_names(const std::vector<const Mark*>& marks, std::size_t measure);
+/// A panel of a chart's plot.
+Json chart_panel(const std::vector<const Mark*>& marks, std::span<const Measure> measures,
+                 std::size_t measure);
+/// Adds the styles that occur.
+void add_styles(std::span<const MarkStyle> styles, const std::vector<const Mark*>& marks,
+                Json& plot);
+/// Ends a subtitle: how many runs the seconds come from.
+std::string runs_note(unsigned repeat);
+/// The same in a table's text.
+std::string runs_text(unsigned repeat);
+/// "On DEVICE (PLATFORM, driver DRIVER)", in Markdown.
+std::string on_device(const DeviceInfo& device);
+
+template <typename Row>
+void mark_fronts(std::vector<Row>& rows) {
+  std::vector<Mark*> marks;
+  for (Row& row : rows) marks.push_back(&row);
+  mark_fronts(std::as_const(marks));
+}
+template <typename Row>
+auto marks_of(const std::vector<Row>& rows) {
+  std::vector<const Mark*> marks;
+  for (const Row& row : rows) marks.push_back(&row);
+  return marks;
+}
+
+/// What a setting of a chart of matches bakes with.
 struct ChartSetting {
-  std::string name;   ///< In files: letters, digits and _
-  std::string label;  ///< In the picture
-  ChartFamily family = ChartFamily::rays;
-  BakeOptions bake;        ///< Match and samples; size, distance and maps are the chart's
-  bool find_cage = false;  ///< As --cage auto, which counts as a part of the match
+  std::string name, label, family;  ///< As Mark
+  BakeOptions bake;                 ///< Match and samples; size, distance and maps are the chart's
+  bool find_cage = false;           ///< As --cage auto, which counts as a part of the match
 };
-
 /// What is compared: a row a setting. The reference is among them. Matching by UVs is for pairs whose layouts
 /// agree.
 std::vector<ChartSetting> chart_settings();
@@ -51,87 +100,68 @@ std::vector<ChartSetting> all_chart_settings();
 const std::vector<std::string>& hard_settings();
 /// Its map is what other maps are compared with.
 constexpr const char* kChartReference = "ray_4x4";
+/// The settings of charts of volumes.
+std::vector<std::string> volume_setting_names();
+/// The settings of ambient occlusion.
+std::vector<std::string> ao_setting_names();
 
-struct ChartOptions {
-  std::vector<ChartSetting> settings = chart_settings();  ///< The reference among them
-  std::uint32_t size = 1024;                              ///< Texels a side of the map
-  Length max_distance = Length::share(0.02);
-  UvOptions uv;                    ///< Of all settings
-  std::uint32_t repeat = 3;        ///< Timed runs of each setting
-  std::uint32_t directions = 512;  ///< Of viewing rays, for Tarini's measures
-  std::uint32_t pixels = 512;      ///< A side of the pictures whose normals are measured
-  /// All settings must do for all pairs. Else those that do not are left out.
-  bool strict = false;
+/// What `kiln chart` is told.
+struct ChartArguments {
+  std::vector<std::string> meshes;       ///< Or volumes
+  HeightArguments heights;               ///< Of all height fields
+  SurfaceArguments surface;              ///< Of volumes
+  std::vector<std::string> for_volumes;  ///< Options given that meshes have no use for
+  std::string out, device;
+  std::string max_distance = "2%";
+  std::vector<std::string> settings;
+  std::uint32_t size = 1024;                ///< Texels a side of the maps
+  std::uint32_t repeat = 3;                 ///< Timed runs of each setting
+  std::optional<std::uint32_t> directions;  ///< Of viewing rays
+  std::uint32_t pixels = 512;               ///< A side of the pictures whose normals are measured
+  bool ao = false;                          ///< Also ambient occlusion
+  std::optional<double> ao_error;           ///< A share of 1
+  std::optional<double> ao_budget;          ///< Seconds
+  bool plan = false;                        ///< Bytes against error of high polys alone
+  std::vector<std::string> max_errors;      ///< To plan for, degrees
+  std::string screen;                       ///< Of plans: pixels wide; empty: none
+  std::vector<std::string> not_for_plans;   ///< Options given that plans have no use for
+  bool quiet = false;
+
+  /// Whether --settings names it.
+  bool names(const std::string& setting) const;
 };
 
-/// Of one timed run, with a high poly newly put on the device.
-struct ChartSeconds {
-  double source = 0;  ///< Putting the high poly on the device
-  double build = 0, match = 0;
-  double texels = 0, detail = 0, image = 0;
-  double total = 0;  ///< All that, wall clock
-  double correspondence() const { return build + match; }
+/// A kind of chart: what it reads, measures and writes. run_chart() calls the functions in their order.
+class ChartKind {
+ public:
+  virtual ~ChartKind() = default;
+
+  std::string inputs_key;            ///< Of the inputs, in the report
+  std::vector<std::string> inputs;   ///< Files, each measured by itself
+  std::vector<Warning> warnings;     ///< Of all of the work
+  std::vector<Warning> of_settings;  ///< Those of single settings
+
+  /// What could stop a long run later stops it now. \returns false where progress said stop
+  virtual bool look(const Progress& progress) = 0;
+  virtual void read(std::size_t input) = 0;
+  /// Measures what was read last. \returns its part of the report; nothing where progress said stop
+  virtual std::optional<Json> measure(const Device& device, std::size_t input,
+                                      const Progress& progress) = 0;
+  virtual std::string data() const = 0;                           ///< chart.csv
+  virtual std::string table(const DeviceInfo& device) const = 0;  ///< chart.md
+  virtual std::string ao_data() const { return {}; }              ///< chart_ao.csv; empty: none
+  virtual Json plot(const DeviceInfo& device) const = 0;          ///< Of chart.png
+  virtual Json options() const = 0;                               ///< For the report
+  virtual std::vector<std::string> lines() const = 0;             ///< For a person
 };
+std::unique_ptr<ChartKind> chart_of_matches(const ChartArguments& arguments);
+std::unique_ptr<ChartKind> chart_of_volumes(const ChartArguments& arguments);
+std::unique_ptr<ChartKind> chart_of_plans(const ChartArguments& arguments);
 
-/// How far from the truth, by several measures.
-enum class ChartMeasure {
-  map,  ///< Against the reference map, over texels that both have and where the reference found something
-  object_space,            ///< Tarini et al. 2003, section 4.1
-  normalised_image_space,  ///< Section 4.2.1
-  uniformity,              ///< Section 4.3
-  picture,                 ///< Rendered normals against the high poly's, over held-out views
-};
-constexpr std::array<ChartMeasure, 5> kChartMeasures = {
-    ChartMeasure::map, ChartMeasure::object_space, ChartMeasure::normalised_image_space,
-    ChartMeasure::uniformity, ChartMeasure::picture};
-/// Those that are drawn.
-constexpr std::array<ChartMeasure, 4> kChartPanels = {
-    ChartMeasure::object_space, ChartMeasure::normalised_image_space, ChartMeasure::uniformity,
-    ChartMeasure::picture};
-/// Of Tarini's measures: texels a side, one sample each.
-constexpr std::uint32_t kAssessedSize = 256;
+/// Runs a chart and saves it. \returns the exit code
+int run_chart(const ChartArguments& arguments, ChartKind& kind);
 
-struct ChartRow {
-  ChartSetting setting;
-  BakeReport report;               ///< Of the first run, which is not timed
-  std::vector<ChartSeconds> runs;  ///< Timed, in order
-  ChartSeconds seconds;  ///< The run whose correspondence() is the median of them; `total`: the
-                         ///< median of its own
-  ImageDifference map_error;
-  NormalError normal_error;
-  MatchAssessment match;
-  std::array<bool, kChartMeasures.size()> on_front{};  ///< Undominated, by measure
-
-  /// Mean: degrees, % of the diagonal (object space), 0 to 1 (normalised) or % (uniformity).
-  double error(ChartMeasure measure) const;
-  bool front(ChartMeasure measure) const { return on_front[static_cast<std::size_t>(measure)]; }
-};
-
-/// One high poly and one light one.
-struct ChartPair {
-  std::string high_path, low_path;
-  std::string high_name, low_name;
-  std::uint64_t high_faces = 0, low_faces = 0;
-  double diagonal = 0;             ///< Of HIGH, world units
-  double max_distance = 0;         ///< World units
-  std::vector<Vec3> held_out;      ///< Directions measured from
-  std::uint32_t pixels = 0;        ///< A side of their pictures
-  double least_angle_degrees = 0;  ///< Between them and those matched from
-  NormalError without_map;         ///< The low poly's own normals
-  std::vector<ChartRow> rows;      ///< As the options' settings, but for those left out
-  std::vector<LeftOut> left_out;
-  std::vector<Warning> warnings;  ///< Of HIGH
-  std::optional<AoChart> ao;      ///< Where it was asked for
-};
-
-/// Bakes with every setting once for the errors, then `repeat` times in turns for the seconds. Each
-/// time it is from a new Source. The errors are the same on every run; the seconds are not.
-/// \returns nothing where progress said stop
-/// \throws Error(input) where nothing matches, nothing can be compared, or (strict) a setting does not do
-std::optional<ChartPair> run_chart(const Device& device, const Mesh& high, const Mesh& low,
-                                   const ChartOptions& options, const Progress& progress);
-
-/// Which points no other dominates: none is as good in both and better in one.
-std::vector<bool> pareto_front(const std::vector<std::array<double, 2>>& points);
+/// Among the high polys.
+bool has_height_fields(const ChartArguments& arguments);
 
 }  // namespace kiln::cli

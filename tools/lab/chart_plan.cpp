@@ -7,6 +7,9 @@
 #include <tuple>
 #include <utility>
 
+#include "lab/measuring.h"
+#include "picture/plot.h"
+
 namespace kiln::cli {
 namespace {
 
@@ -109,9 +112,7 @@ class PlanCharter {
   /// None near those that plans look from.
   static std::vector<ViewAngles> views() {
     const std::vector<Vec3> seen = held_out_views(kPlanViews, spread_views(12));
-    std::vector<ViewAngles> angles;
-    for (const Vec3& toward : held_out_views(kViews, seen)) angles.push_back(view_angles(toward));
-    return angles;
+    return angles_of(held_out_views(kViews, seen));
   }
 
   bool say(double done, const std::string& stage) const { return progress_(done, stage); }

@@ -7,8 +7,6 @@
 #include <vector>
 
 #include "kiln/kiln.h"
-#include "picture/plot.h"
-#include "report/report.h"
 
 namespace kiln::cli {
 
@@ -67,16 +65,5 @@ struct PlanChart {
 /// \throws Error(input) where HIGH has too few faces
 std::optional<PlanChart> run_plan_chart(const Device& device, const Mesh& high,
                                         const PlanChartOptions& options, const Progress& progress);
-
-/// Comma-separated values, a line a point or plan after a line of column names.
-std::string plan_chart_data(const std::vector<PlanChart>& charts);
-/// Plans and fronts, a table each a high poly, in Markdown.
-std::string plan_chart_table(const std::vector<PlanChart>& charts, const DeviceInfo& device);
-/// A panel a high poly.
-Plot plan_chart_plot(const std::vector<PlanChart>& charts);
-/// Lines for a person: the plans of one high poly.
-std::vector<std::string> summary(const PlanChart& chart);
-/// For the report.
-Json describe(const PlanChart& chart);
 
 }  // namespace kiln::cli

@@ -1,30 +1,112 @@
-#include "lab/chart_volume.h"
-
+// Speed against accuracy of maps from volumes: straight from the voxels, or the full contour baked.
 #include <algorithm>
 #include <utility>
 
-#include "lab/study.h"
+#include "arguments/parse.h"
+#include "arguments/small_file.h"
+#include "lab/chart.h"
+#include "lab/measuring.h"
+#include "lab/table.h"
 #include "report/check_result.h"
-#include "report/report.h"
 
 namespace kiln::cli {
 namespace {
 
-constexpr std::uint32_t kViews = 12;  // matched from
+constexpr std::uint32_t kMatchedViews = 12;  // matched from
 constexpr std::uint32_t kLargest = 8192;
 
-BakeOptions by(MatchMethod method, std::uint32_t samples = 1) {
-  BakeOptions bake;
-  bake.method = method;
-  bake.samples = samples;
-  return bake;
+/// How a map of a volume's surface comes about.
+struct VolumeWay {
+  std::string name, label, family;  ///< As Mark; the name without the size of the map
+  std::optional<BakeOptions> bake;  ///< The full contour baked so; else no bake
+  bool every_size = false;          ///< At half and twice the size, too
+};
+constexpr const char* kNoMap = "none";        ///< The low poly's own normals
+constexpr const char* kDirectMap = "direct";  ///< extract()'s map
+
+bool is_direct(const VolumeWay& way) { return way.name == kDirectMap; }
+bool is_plain(const VolumeWay& way) { return way.name == kNoMap; }
+
+/// What is compared.
+std::vector<VolumeWay> volume_ways() {
+  BakeOptions rays, more_rays, views, closest;
+  more_rays.samples = 2;
+  views.method = MatchMethod::views;
+  views.views.count = kMatchedViews;
+  closest.method = MatchMethod::closest;
+  return {{kNoMap, "no map", "none", std::nullopt, false},
+          {kDirectMap, "direct", "direct", std::nullopt, true},
+          {"ray", "rays", "rays", rays, true},
+          {"ray_2x2", "rays, 2×2 samples", "rays", more_rays, false},
+          {"views_12", "12 views", "views", views, false},
+          {"closest", "nearest points", "closest", closest, true}};
 }
 
-BakeOptions by_views() {
-  BakeOptions bake = by(MatchMethod::views);
-  bake.views.count = kViews;
-  return bake;
+// Told apart by shape and lightness too (after Okabe and Ito's colours for all kinds of sight).
+constexpr std::array<MarkStyle, 5> kStyles = {{{"none", "no map", "+", "#777777"},
+                                               {"direct", "direct", "s", "#d55e00"},
+                                               {"rays", "contour baked by rays", "^", "#222222"},
+                                               {"views", "by depth views", "o", "#0072b2"},
+                                               {"closest", "by nearest points", "v", "#cc79a7"}}};
+
+/// Mean angles: of the map's texels to the field's gradient on the shading normal's line; of rendered normals to
+/// the full contour's, over views that nothing is matched from.
+enum Measured : std::size_t { kGradient, kPicture };
+const std::vector<Measure>& measures() {
+  static const std::vector<Measure> all = {
+      {"gradient_error", "Error of the map: angle to the volume's gradient", "Mean angle, degrees"},
+      {"normal_error", "Error of the picture: rendered normals to the full contour's",
+       "Mean angle, degrees"}};
+  return all;
 }
+
+struct VolumeOptions {
+  std::vector<VolumeWay> ways = volume_ways();
+  ExtractOptions extract;  ///< Surface, faces, charts' border; size and space are the chart's
+  std::uint32_t size, repeat;
+  Length max_distance;
+  std::uint32_t pixels;  ///< A side of the pictures whose normals are measured
+};
+
+/// Of one timed run, from the volume in memory to low poly and map. What several ways share counts for each:
+/// the full contour, once; the low poly and its UVs.
+struct VolumeSeconds {
+  double contour = 0;  ///< The finest contour; for a bake as a mesh, too
+  double light = 0;    ///< Simplifying, and UVs where there is a map
+  double build = 0;    ///< Putting the high poly on the device, structures
+  double map = 0;      ///< Splatting; the rest of the bake
+  double total = 0;    ///< Wall clock of all that
+};
+
+struct VolumeRow : Mark {
+  std::uint32_t size = 0;             ///< Texels a side; 0: no map
+  std::optional<BakeReport> report;   ///< Of a bake, which is not timed
+  GradientError gradient;             ///< GradientLine::shading
+  GradientError gradient_along_face;  ///< GradientLine::face
+  NormalError picture;
+  std::vector<VolumeSeconds> all_seconds;  ///< As `runs`
+  VolumeSeconds of_median;
+};
+
+/// The low poly's atlas for one size of map, and what could be compared there.
+struct VolumeSize {
+  std::uint32_t size = 0;
+  std::uint64_t covered = 0;                               ///< Texels of the low poly
+  std::uint64_t no_surface = 0, cut = 0, no_gradient = 0;  ///< See GradientReference
+  double texels_per_cell = 0;
+};
+
+struct VolumeChart {
+  std::string name;
+  std::array<std::uint32_t, 3> voxels{};
+  ExtractReport light;                ///< At the given size
+  std::uint64_t dense_triangles = 0;  ///< Of the full contour
+  double diagonal = 0,
+         max_distance = 0;  ///< World units; max_distance: also how far the surface is looked for
+  std::vector<VolumeSize> sizes;
+  std::vector<VolumeRow> rows;
+  std::vector<Warning> warnings;
+};
 
 /// One size of map: the low poly with its UVs is made once for all ways.
 struct Sized {
@@ -32,10 +114,7 @@ struct Sized {
   ExtractResult light;
 };
 
-bool is_direct(const VolumeWay& way) { return way.name == kDirectMap; }
-bool is_plain(const VolumeWay& way) { return way.name == kNoMap; }
-
-ExtractOptions extract_options(const VolumeChartOptions& options, std::uint32_t size) {
+ExtractOptions extract_options(const VolumeOptions& options, std::uint32_t size) {
   ExtractOptions extract = options.extract;
   extract.size = size;
   extract.space = NormalMapSpace::object;
@@ -44,8 +123,8 @@ ExtractOptions extract_options(const VolumeChartOptions& options, std::uint32_t 
   return extract;
 }
 
-BakeOptions bake_options(const VolumeChartOptions& options, const VolumeWay& way,
-                         std::uint32_t size, const Progress& progress) {
+BakeOptions bake_options(const VolumeOptions& options, const VolumeWay& way, std::uint32_t size,
+                         const Progress& progress) {
   BakeOptions bake = *way.bake;
   bake.width = bake.height = size;
   bake.space = NormalMapSpace::object;
@@ -61,29 +140,10 @@ double contour_seconds(const ContourReport& r) {
          r.seconds_quads;
 }
 
-VolumeSeconds median(std::vector<VolumeSeconds> runs) {
-  if (runs.empty()) return {};
-  std::stable_sort(runs.begin(), runs.end(), [](const VolumeSeconds& a, const VolumeSeconds& b) {
-    return a.total < b.total;
-  });
-  return runs[(runs.size() - 1) / 2];
-}
-
-void mark_fronts(std::vector<VolumeRow>& rows) {
-  for (const VolumeMeasure measure : kVolumeMeasures) {
-    std::vector<std::array<double, 2>> points;
-    for (const VolumeRow& row : rows) points.push_back({row.seconds.total, row.error(measure)});
-    const std::vector<bool> front = pareto_front(points);
-    for (std::size_t i = 0; i < rows.size(); ++i) {
-      rows[i].on_front[static_cast<std::size_t>(measure)] = front[i];
-    }
-  }
-}
-
 /// Makes one chart.
 class Runner {
  public:
-  Runner(const Device& device, const Volume& volume, const VolumeChartOptions& options,
+  Runner(const Device& device, const Volume& volume, const VolumeOptions& options,
          const Progress& progress)
       : device_(device), volume_(volume), options_(options), progress_(progress) {}
 
@@ -98,7 +158,12 @@ class Runner {
     }
     plan();
     if (!measure() || !time()) return std::nullopt;
-    for (VolumeRow& row : chart_.rows) row.seconds = median(row.runs);
+    for (VolumeRow& row : chart_.rows) {
+      const std::size_t middle = median_index(row.runs);
+      row.seconds = row.runs[middle];
+      row.of_median = row.all_seconds[middle];
+      row.errors = {row.gradient.mean_degrees, row.picture.mean_degrees};
+    }
     mark_fronts(chart_.rows);
     return std::move(chart_);
   }
@@ -170,13 +235,9 @@ class Runner {
     chart_.max_distance = options_.max_distance.relative
                               ? options_.max_distance.value * chart_.diagonal
                               : options_.max_distance.value;
-    std::vector<ViewAngles> angles;
-    for (const Vec3& toward :
-         held_out_views(kHeldOutViews, spread_views(kViews), kLeastHeldOutAngle)) {
-      angles.push_back(view_angles(toward));
-    }
     if (!show("drawing the full contour")) return false;
-    const NormalReference pictures(Scene(device_, dense_), dense_, angles, options_.pixels);
+    const NormalReference pictures(Scene(device_, dense_), dense_, usual_held_out_angles(),
+                                   options_.pixels);
     for (Sized& sized : sizes_) {
       if (!measure(source, pictures, sized)) return false;
       chart_.sizes.push_back(sized.size);
@@ -280,7 +341,8 @@ class Runner {
             seconds.map = rest - result.report.seconds_build;
             seconds.total = seconds.contour + seconds.light + seconds.build + seconds.map;
           }
-          row.runs.push_back(seconds);
+          row.runs.push_back(seconds.total);
+          row.all_seconds.push_back(seconds);
           done_ += 1;
         }
       }
@@ -290,7 +352,7 @@ class Runner {
 
   const Device& device_;
   const Volume& volume_;
-  const VolumeChartOptions& options_;
+  const VolumeOptions& options_;
   const Progress& progress_;
   Mesh dense_;
   std::vector<Sized> sizes_;
@@ -300,29 +362,266 @@ class Runner {
   double done_ = 0, steps_ = 1;
 };
 
+/// Empty where there is nothing to tell.
+std::string percent_text(std::uint64_t count, std::uint64_t all) {
+  if (all == 0) return "";
+  return fixed_text(100 * static_cast<double>(count) / static_cast<double>(all), 2) + "%";
+}
+
+Json json_of(const GradientError& e) {
+  return fields(
+      "texels empty_texels mean_angle_degrees rms_angle_degrees median_angle_degrees "
+      "p95_angle_degrees p99_angle_degrees max_angle_degrees",
+      {e.texels, e.empty, e.mean_degrees, e.rms_degrees, e.median_degrees, e.p95_degrees,
+       e.p99_degrees, e.max_degrees});
+}
+
+Json json_of(const VolumeSeconds& s) {
+  return fields("total contour light build map", {s.total, s.contour, s.light, s.build, s.map});
+}
+
+Json json_of(const VolumeRow& row) {
+  Json runs = Json::array();
+  for (const VolumeSeconds& run : row.all_seconds) runs.push_back(json_of(run));
+  Json json = fields(
+      "name label family size seconds runs gradient_error gradient_error_along_face normal_error "
+      "on_front",
+      {row.name, row.label, row.family, row.size == 0 ? Json() : Json(row.size),
+       json_of(row.of_median), runs, json_of(row.gradient), json_of(row.gradient_along_face),
+       describe(row.picture), describe_front(row, measures())});
+  if (row.report) {
+    json["texels"] = describe_texels(*row.report);
+    json["warnings"] = describe(row.report->warnings);
+  }
+  return json;
+}
+
+Json json_of(const VolumeChart& chart) {
+  Json sizes = Json::array(), rows = Json::array(), fronts;
+  for (const VolumeSize& s : chart.sizes) {
+    sizes.push_back(
+        fields("size texels_per_cell covered_texels no_surface_texels border_texels flat_texels",
+               {s.size, s.texels_per_cell, s.covered, s.no_surface, s.cut, s.no_gradient}));
+  }
+  for (const VolumeRow& row : chart.rows) rows.push_back(json_of(row));
+  for (std::size_t m = 0; m < measures().size(); ++m) {
+    fronts[measures()[m].name] = front_names(marks_of(chart.rows), m);
+  }
+  const ExtractReport& light = chart.light;
+  return fields("full_contour_triangles diagonal max_distance_world light sizes settings front",
+                {chart.dense_triangles, chart.diagonal, chart.max_distance,
+                 fields("faces quads triangles error_cells parts",
+                        {light.faces, light.quads, light.triangles, light.error, light.parts}),
+                 sizes, rows, fronts});
+}
+
+class VolumesChart : public ChartKind {
+ public:
+  explicit VolumesChart(const ChartArguments& a) : arguments_(a) {
+    inputs_key = "volumes";
+    inputs = a.meshes;
+    options_.extract = extract_options(a.surface);
+    options_.size = a.size, options_.repeat = a.repeat, options_.pixels = a.pixels;
+    options_.max_distance = parse_length_above_0("--max-distance", a.max_distance);
+    if (a.settings.empty()) return;
+    std::erase_if(options_.ways, [&](const VolumeWay& way) { return !a.names(way.name); });
+  }
+
+  bool look(const Progress&) override {
+    for (const std::string& path : inputs) {
+      std::vector<Warning> none;
+      if (!is_readable_file(path))
+        read_volume(path, arguments_.surface, none);  // says what is wrong
+    }
+    return true;
+  }
+
+  void read(std::size_t i) override {
+    volume_ = read_volume(inputs[i], arguments_.surface, warnings);
+  }
+
+  std::optional<Json> measure(const Device& device, std::size_t i,
+                              const Progress& progress) override {
+    std::optional<VolumeChart> chart = Runner(device, volume_, options_, progress).run();
+    if (!chart) return std::nullopt;
+    warnings.insert(warnings.end(), chart->warnings.begin(), chart->warnings.end());
+    for (const VolumeRow& row : chart->rows) {
+      if (!row.report) continue;
+      const std::vector<Warning>& more = row.report->warnings;
+      of_settings.insert(of_settings.end(), more.begin(), more.end());
+    }
+    Json json = {{"volume", describe(volume_, inputs[i])}};
+    json.update(json_of(*chart));
+    charts_.push_back(std::move(*chart));
+    return json;
+  }
+
+  std::string data() const override {
+    Table table(
+        "volume|setting|family|seconds|gradient_error|normal_error|gradient_front|normal_front|"
+        "seconds_least|seconds_most|seconds_contour|seconds_light|seconds_build|seconds_map|size|"
+        "gradient_texels|gradient_empty|gradient_rms|gradient_median|gradient_p95|gradient_p99|"
+        "gradient_max|face_gradient_mean|face_gradient_rms|face_gradient_p95|normal_pixels|"
+        "normal_rms|normal_p95|samples|missed");
+    for (std::size_t i = 0; i < charts_.size(); ++i) {
+      for (const VolumeRow& row : charts_[i].rows) {
+        const VolumeSeconds& s = row.of_median;
+        const GradientError &g = row.gradient, &f = row.gradient_along_face;
+        const NormalError& p = row.picture;
+        table.add({i + 1,
+                   row.name,
+                   row.family,
+                   row.seconds,
+                   row.errors[kGradient],
+                   row.errors[kPicture],
+                   bool{row.front[kGradient]},
+                   bool{row.front[kPicture]},
+                   row.least(),
+                   row.most(),
+                   s.contour,
+                   s.light,
+                   s.build,
+                   s.map,
+                   row.size,
+                   g.texels,
+                   g.empty,
+                   g.rms_degrees,
+                   g.median_degrees,
+                   g.p95_degrees,
+                   g.p99_degrees,
+                   g.max_degrees,
+                   f.mean_degrees,
+                   f.rms_degrees,
+                   f.p95_degrees,
+                   p.pixels,
+                   p.rms_degrees,
+                   p.p95_degrees,
+                   row.report ? row.report->samples : 0,
+                   row.report ? row.report->missed : 0});
+      }
+    }
+    return table.csv();
+  }
+
+  std::string table(const DeviceInfo& device) const override {
+    std::string text =
+        "# Maps from volumes: speed against accuracy\n\n" + on_device(device) +
+        ". Seconds: from the volume in memory to low poly and object-space map there, " +
+        runs_text(options_.repeat) +
+        "; the full contour counts once for each way, also where a high poly is made of it. "
+        "Errors are angles in degrees, mean / root of the mean square / 95%: of the map's texels "
+        "to the volume's gradient at a place of the surface. A line through the texel's point "
+        "meets it: along the shading normal, and along the triangle's. And of rendered normals to "
+        "the full contour's from " +
+        std::to_string(kHeldOutViews) +
+        " directions that nothing is matched from. Missed: samples of the bake that found "
+        "nothing; empty: texels compared that the map leaves without a normal, where the low "
+        "poly's own counts. ●: nothing else is both faster and closer.\n";
+    for (const VolumeChart& chart : charts_) {
+      text += formatted(
+          "\n## %s, %u × %u × %u voxels: full contour of %s faces, low poly of %s "
+          "(%s quads)\n\n",
+          markdown_cell(chart.name).c_str(), chart.voxels[0], chart.voxels[1], chart.voxels[2],
+          with_commas(chart.dense_triangles).c_str(), with_commas(chart.light.faces).c_str(),
+          with_commas(chart.light.quads).c_str());
+      for (const VolumeSize& s : chart.sizes) {
+        const std::uint64_t compared = s.covered - s.no_surface - s.cut - s.no_gradient;
+        text += formatted(
+            "- %u²: %.2f texels a cell; of %s texels %s compared, %s without the "
+            "surface within %g units, %s on the volume's border, %s where the field "
+            "is flat\n",
+            s.size, s.texels_per_cell, with_commas(s.covered).c_str(),
+            with_commas(compared).c_str(), with_commas(s.no_surface).c_str(), chart.max_distance,
+            with_commas(s.cut).c_str(), with_commas(s.no_gradient).c_str());
+      }
+      Table table(
+          "way|>seconds|>contour|>low poly|>build|>map|>missed|>empty|>error to the gradient|^|"
+          ">along the faces' normals|>picture's error|^");
+      for (const VolumeRow& row : chart.rows) {
+        const VolumeSeconds& s = row.of_median;
+        const auto angles = [](const auto& e) {
+          return formatted("%.3f / %.2f / %.2f", e.mean_degrees, e.rms_degrees, e.p95_degrees);
+        };
+        table.add({markdown_cell(row.label), fixed_text(s.total, 3), fixed_text(s.contour, 3),
+                   fixed_text(s.light, 3), row.report ? fixed_text(s.build, 3) : "",
+                   row.size != 0 ? fixed_text(s.map, 3) : "",
+                   row.report ? percent_text(row.report->missed, row.report->samples) : "",
+                   row.size != 0 ? percent_text(row.gradient.empty, row.gradient.texels) : "",
+                   angles(row.gradient), front_dot(row, kGradient), angles(row.gradient_along_face),
+                   angles(row.picture), front_dot(row, kPicture)});
+      }
+      text += "\n" + table.markdown();
+    }
+    return text;
+  }
+
+  Json plot(const DeviceInfo& device) const override {
+    Json data = fields(
+        "kind title subtitle seconds_title styles groups",
+        {"chart", "Normal maps from volumes: straight from the voxels, or the full contour baked",
+         device.name + runs_note(options_.repeat),
+         "Seconds from the volume in memory to low poly and map", Json::array(), Json::array()});
+    add_styles(kStyles, marks_of(charts_.front().rows), data);
+    for (const VolumeChart& chart : charts_) {
+      Json panels = Json::array();
+      for (const std::size_t m : {kGradient, kPicture}) {
+        panels.push_back(chart_panel(marks_of(chart.rows), measures(), m));
+      }
+      data["groups"].push_back(
+          fields("title note panels",
+                 {chart.name + ", full contour of " + with_commas(chart.dense_triangles) +
+                      " faces, to " + with_commas(chart.light.faces),
+                  "", panels}));
+    }
+    return data;
+  }
+
+  Json options() const override {
+    Json json = describe(arguments_.surface, options_.extract), names = Json::array();
+    for (const VolumeWay& way : options_.ways) names.push_back(way.name);
+    json.update(fields("size chart_border max_distance repeat pixels settings",
+                       {options_.size, options_.extract.border_texels, arguments_.max_distance,
+                        options_.repeat, options_.pixels, names}));
+    return json;
+  }
+
+  std::vector<std::string> lines() const override {
+    std::vector<std::string> lines;
+    for (const VolumeChart& chart : charts_) {
+      lines.push_back(chart.name + ", " + with_commas(chart.dense_triangles) + " faces, to " +
+                      with_commas(chart.light.faces) +
+                      " (* nothing else is both faster and closer):");
+      for (const VolumeRow& row : chart.rows) {
+        const GradientError& g = row.gradient;
+        const NormalError& p = row.picture;
+        lines.push_back(formatted(
+            "%-14s %8.3f s; to the gradient mean %.3f degrees, rms %.2f, 95%% %.2f%s; picture "
+            "mean %.3f, rms %.2f, 95%% %.2f%s",
+            row.name.c_str(), row.seconds, g.mean_degrees, g.rms_degrees, g.p95_degrees,
+            row.front[kGradient] ? " *" : "", p.mean_degrees, p.rms_degrees, p.p95_degrees,
+            row.front[kPicture] ? " *" : ""));
+      }
+    }
+    return lines;
+  }
+
+ private:
+  const ChartArguments& arguments_;
+  VolumeOptions options_;
+  Volume volume_;
+  std::vector<VolumeChart> charts_;
+};
+
 }  // namespace
 
-const char* measure_name(VolumeMeasure measure) {
-  return measure == VolumeMeasure::gradient ? "gradient_error" : "normal_error";
+std::vector<std::string> volume_setting_names() {
+  std::vector<std::string> names;
+  for (const VolumeWay& way : volume_ways()) names.push_back(way.name);
+  return names;
 }
 
-double VolumeRow::error(VolumeMeasure measure) const {
-  return measure == VolumeMeasure::gradient ? gradient.mean_degrees : picture.mean_degrees;
-}
-
-std::vector<VolumeWay> volume_ways() {
-  return {{kNoMap, "no map", "none", std::nullopt, false},
-          {kDirectMap, "direct", "direct", std::nullopt, true},
-          {"ray", "rays", "rays", by(MatchMethod::ray), true},
-          {"ray_2x2", "rays, 2×2 samples", "rays", by(MatchMethod::ray, 2), false},
-          {"views_12", "12 views", "views", by_views(), false},
-          {"closest", "nearest points", "closest", by(MatchMethod::closest), true}};
-}
-
-std::optional<VolumeChart> run_volume_chart(const Device& device, const Volume& volume,
-                                            const VolumeChartOptions& options,
-                                            const Progress& progress) {
-  return Runner(device, volume, options, progress).run();
+std::unique_ptr<ChartKind> chart_of_volumes(const ChartArguments& arguments) {
+  return std::make_unique<VolumesChart>(arguments);
 }
 
 }  // namespace kiln::cli

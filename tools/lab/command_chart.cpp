@@ -1,177 +1,159 @@
 #include <algorithm>
 #include <memory>
 
-#include "arguments/dense_input.h"
 #include "arguments/parse.h"
 #include "arguments/paths.h"
-#include "arguments/small_file.h"
-#include "arguments/surface_arguments.h"
 #include "commands.h"
-#include "interrupt.h"
-#include "kiln/kiln.h"
-#include "lab/chart_output.h"
-#include "lab/chart_run.h"
-#include "lab/chart_volume.h"
-#include "picture/plot.h"
-#include "report/check_result.h"
-#include "report/console.h"
-#include "report/report.h"
+#include "lab/chart.h"
 
 namespace kiln::cli {
 namespace {
 
 namespace fs = std::filesystem;
 
-std::string file_name(const char* ending) { return std::string(kChartName) + ending; }
+/// The name that stands for the settings that suit hard surfaces.
+constexpr const char* kHard = "hard";
 
-ChartOptions chart_options(const ChartArguments& a) {
-  ChartOptions options = a.options;
-  options.max_distance = parse_length_above_0("--max-distance", a.max_distance);
-  options.directions = a.directions.value_or(options.directions);
-  if (a.settings.empty()) return options;
-  options.strict = true;
-  options.settings = all_chart_settings();
-  std::erase_if(options.settings, [&](const ChartSetting& setting) {
-    const bool named =
-        std::find(a.settings.begin(), a.settings.end(), setting.name) != a.settings.end();
-    return !named && setting.name != kChartReference;
-  });
-  return options;
+[[noreturn]] void fail(const std::string& text) { throw Error(ErrorCode::usage, text); }
+
+/// Every setting of charts of meshes, by name.
+std::vector<std::string> mesh_setting_names() {
+  std::vector<std::string> names;
+  for (const ChartSetting& setting : all_chart_settings()) names.push_back(setting.name);
+  for (const std::string& name : ao_setting_names()) names.push_back(name);
+  return names;
 }
 
-Json json_of(const ChartArguments& a, const ChartOptions& options) {
-  Json names = Json::array();
-  for (const ChartSetting& setting : options.settings) names.push_back(setting.name);
-  Json ao_names = Json::array();
-  for (const AoSetting& setting : ao_options(a).settings) ao_names.push_back(setting.name);
-  return {{"size", options.size},
-          {"max_distance", a.max_distance},
-          {"height", has_height_fields(a) ? Json(a.heights.height) : Json()},
-          {"extent", a.heights.extent.empty() ? Json() : Json(a.heights.extent)},
-          {"repeat", options.repeat},
-          {"directions", options.directions},
-          {"pixels", options.pixels},
-          {"settings", names},
-          {"ao_settings", ao_names}};
+bool is_volume(const ChartArguments& a, const std::string& path) {
+  return !a.surface.raw_size.empty() || is_volume_name(path);
 }
 
-}  // namespace
-
-ChartFiles save_chart_files(const fs::path& folder, const std::string& data, const Plot& plot,
-                            const std::string& table, const std::string& ao_data) {
-  ChartFiles files;
-  const auto save = [&](const char* ending, const std::string& text) {
-    save_text(folder / file_name(ending), text);
-    files.outputs.push_back((folder / file_name(ending)).string());
-  };
-  save(".csv", data);
-  save(".md", table);
-  if (!ao_data.empty()) save("_ao.csv", ao_data);
-  files.cancelled = !save_plots(folder, {plot}, files.outputs, files.warnings);
-  files.outputs.push_back((folder / file_name(".json")).string());
-  return files;
-}
-
-namespace {
-
-int run_chart_command(const ChartArguments& arguments) {
-  const ChartOptions options = chart_options(arguments);
-  AoChartOptions ao = ao_options(arguments);
-  ao.max_distance = options.max_distance;
-  Console console(arguments.quiet);
-  Stopwatch watch;
-  const fs::path folder = arguments.out;
-  prepare_output_folder(folder);
-  const Device device = Device::open(arguments.device);
-
-  // What could stop a long run later stops it now: low polys are read first, and dense ones looked for.
-  std::vector<Warning> warnings;
-  std::vector<Mesh> lows;
-  const std::size_t count = arguments.meshes.size() / 2;
-  for (std::size_t i = 0; i < count; ++i) {
-    const std::string& high = arguments.meshes[2 * i];
-    if (!is_readable_file(high)) load_dense(high, {}, warnings);  // says what is wrong with it
-    const std::string& low = arguments.meshes[2 * i + 1];
-    if (!console.progress(0, "reading " + low)) return kExitCancelled;
-    lows.push_back(load_light(low, "", warnings));
+/// Settings by name that a kind of input does not have. \throws Error(usage)
+void check_settings(const ChartArguments& a, const std::vector<std::string>& names,
+                    const char* kind) {
+  for (const std::string& name : a.settings) {
+    if (std::find(names.begin(), names.end(), name) != names.end()) continue;
+    fail("--settings " + name + " is not for " + kind + ": give some of " + join(names, ", ") +
+         ".");
   }
-  double seconds_load = watch.lap();
-  double seconds_chart = 0;
+}
 
-  std::vector<ChartPair> pairs;
-  Json pairs_json = Json::array();
-  for (std::size_t i = 0; i < count; ++i) {
-    const std::string& path = arguments.meshes[2 * i];
-    const auto show = [&](double done, std::string_view stage) {
-      const double before = static_cast<double>(i);
-      return console.progress(kChartAtSave * (before + done) / static_cast<double>(count), stage);
-    };
-    if (!show(0, "reading " + path)) return kExitCancelled;
-    const DenseInput dense =
-        load_dense(path, is_height_field(path) ? arguments.heights : HeightArguments(), warnings);
-    const Mesh& high = dense.mesh;
-    seconds_load += watch.lap();
-    ChartOptions own = options;
-    own.uv = uv_options(dense);
-    const double share = ao.settings.empty() ? 1 : 0.5;
-    const auto first = [&](double done, std::string_view stage) {
-      return show(share * done, stage);
-    };
-    const auto second = [&](double done, std::string_view stage) {
-      return show(share + (1 - share) * done, stage);
-    };
-    std::optional<ChartPair> pair = run_chart(device, high, lows[i], own, first);
-    if (!pair) return kExitCancelled;
-    warnings.insert(warnings.end(), pair->warnings.begin(), pair->warnings.end());
-    Json json = {{"high", describe(high, path)},
-                 {"low", describe(lows[i], arguments.meshes[2 * i + 1])}};
-    json.update(describe(*pair));
-    if (!add_ao(device, high, lows[i], ao, second, *pair, json)) return kExitCancelled;
-    pairs_json.push_back(std::move(json));
-    pairs.push_back(std::move(*pair));
-    seconds_chart += watch.lap();
+/// Before any work. \throws Error(usage)
+void check_volumes(const ChartArguments& a) {
+  for (const std::string& path : a.meshes) {
+    if (is_volume(a, path)) continue;
+    fail("'" + path + "' is no volume, but '" + a.meshes.front() +
+         "' is: give volumes alone, or meshes alone, HIGH LOW.");
   }
+  if (a.surface.iso.empty()) {
+    fail("'" + a.meshes.front() + "' is a volume: say which surface of it by --iso VALUE.");
+  }
+  if (a.heights.given()) {
+    fail("--height and --extent are for height fields, but '" + a.meshes.front() +
+         "' is a volume.");
+  }
+  cli::check(a.surface);
+  check_settings(a, volume_setting_names(), "volumes");
+  if (a.ao || a.ao_error || a.ao_budget) {
+    fail("--ao, --ao-error and --ao-budget are for meshes, but '" + a.meshes.front() +
+         "' is a volume.");
+  }
+  if (a.directions) {
+    fail("--directions is for measures of meshes, but '" + a.meshes.front() + "' is a volume.");
+  }
+}
 
-  if (!console.progress(kChartAtSave, "writing")) return kExitCancelled;
-  const ChartFiles files =
-      save_chart_files(folder, chart_data(pairs), chart_plot(pairs, options, device.info()),
-                       chart_table(pairs, options, ao, device.info()), chart_ao_data(pairs));
-  if (files.cancelled) return kExitCancelled;
-  const std::vector<std::string>& outputs = files.outputs;
-  warnings.insert(warnings.end(), files.warnings.begin(), files.warnings.end());
-  const fs::path report = outputs.back();
-  Json json = {{"version", version()},
-               {"device", describe(device.info())},
-               {"compile_seconds", device.compile_seconds()},
-               {"options", json_of(arguments, options)},
-               {"pairs", pairs_json}};
-  add_ending(json, {{"load", seconds_load}, {"chart", seconds_chart}, {"save", watch.lap()}}, watch,
-             outputs, warnings);
-  save_report(report, json);
+void check_heights(const ChartArguments& a, bool has_fields) {
+  if (!has_fields && a.heights.given()) {
+    fail("--height and --extent are for a HIGH that is a height field, a PNG or EXR; none is.");
+  }
+  height_field_options(a.heights);
+}
 
-  console.progress(1, "done");
-  std::vector<Warning> of_settings;
-  for (const ChartPair& pair : pairs) {
-    for (const ChartRow& row : pair.rows) {
-      of_settings.insert(of_settings.end(), row.report.warnings.begin(), row.report.warnings.end());
+/// Before any work. \throws Error(usage)
+void check_ao(const ChartArguments& a) {
+  const std::vector<std::string> names = ao_setting_names();
+  const bool charted = a.ao || std::any_of(names.begin(), names.end(),
+                                           [&](const std::string& name) { return a.names(name); });
+  for (const auto& [flag, given] : {std::pair("--ao-error", a.ao_error.has_value()),
+                                    std::pair("--ao-budget", a.ao_budget.has_value())}) {
+    if (given && !charted) {
+      fail(std::string(flag) +
+           " chooses among ways to gather ambient occlusion, but none is "
+           "charted: add --ao.");
     }
   }
-  print_warnings(console, warnings, of_settings, report.string());
-  for (const ChartPair& pair : pairs) {
-    console.line(pair.high_name + " to " + pair.low_name +
-                 " (* nothing else is both faster and closer):");
-    for (const ChartRow& row : pair.rows) console.line(summary(row));
-    if (!pair.ao) continue;
-    for (const std::string& line : summary(*pair.ao, ao)) console.line(line);
-  }
-  for (const std::string& output : outputs) console.line("wrote " + output);
-  return 0;
+  if (a.ao_error == 0) fail("--ao-error is 0, but must be above 0, such as 2/255.");
 }
 
-int run_chart(const ChartArguments& a) {
-  check_chart(a);
-  if (a.plan) return run_plan_command(a);
-  return has_volumes(a) ? run_volumes_command(a) : run_chart_command(a);
+/// Before any work. \throws Error(usage)
+void check_meshes(const ChartArguments& a) {
+  for (const std::string& path : a.meshes) {
+    if (!is_volume_name(path)) continue;
+    fail("'" + path + "' is a volume, but '" + a.meshes.front() +
+         "' is not: give volumes alone, or meshes alone, HIGH LOW.");
+  }
+  if (!a.for_volumes.empty()) {
+    fail(a.for_volumes.front() + " is for volumes, but '" + a.meshes.front() + "' is none.");
+  }
+  check_heights(a, has_height_fields(a));
+  check_settings(a, mesh_setting_names(), "meshes");
+  check_ao(a);
+  if (a.meshes.size() % 2 != 0) {
+    fail("Meshes come in pairs, HIGH LOW, but '" + a.meshes.back() +
+         "' has no LOW: give its low poly, with UVs.");
+  }
+}
+
+/// Before any work. \throws Error(usage)
+void check_plan(const ChartArguments& a) {
+  for (const std::string& flag : a.not_for_plans) {
+    fail(flag + " is for charts of matches, but --plan charts bytes: leave it out.");
+  }
+  if (!a.for_volumes.empty()) {
+    fail(a.for_volumes.front() + " is for volumes, but --plan takes meshes.");
+  }
+  for (const std::string& path : a.meshes) {
+    if (is_volume_name(path)) {
+      fail("'" + path + "' is a volume, but --plan takes high polys alone.");
+    }
+  }
+  check_heights(a, std::any_of(a.meshes.begin(), a.meshes.end(), is_height_field));
+}
+
+/// Settings without the comma between them would be meshes. \throws Error(usage)
+void check_no_settings(const ChartArguments& a) {
+  std::vector<std::string> names = mesh_setting_names();
+  for (const std::string& name : volume_setting_names()) names.push_back(name);
+  for (const std::string& path : a.meshes) {
+    std::error_code ignored;
+    if (fs::exists(path, ignored) || std::find(names.begin(), names.end(), path) == names.end())
+      continue;
+    std::sort(names.begin(), names.end());
+    names.erase(std::unique(names.begin(), names.end()), names.end());
+    fail("'" + path +
+         "' is no file but the name of a setting: give settings "
+         "separated by commas, --settings NAME,NAME, of " +
+         join(names, ", ") + ".");
+  }
+}
+
+int run(const ChartArguments& a) {
+  const bool volumes = is_volume(a, a.meshes.front());
+  check_no_settings(a);
+  if (!a.plan && !a.screen.empty()) fail("--screen says at which size --plan looks: add --plan.");
+  if (!a.plan && !a.max_errors.empty()) fail("--max-error says what --plan plans for: add --plan.");
+  (a.plan ? check_plan : volumes ? check_volumes : check_meshes)(a);
+  const std::unique_ptr<ChartKind> kind = (a.plan    ? chart_of_plans
+                                           : volumes ? chart_of_volumes
+                                                     : chart_of_matches)(a);
+  std::vector<fs::path> outputs;
+  for (const char* ending : {".json", ".csv", ".md", "_ao.csv"}) {
+    outputs.push_back(fs::path(a.out) / (std::string(kChartName) + ending));
+  }
+  for (const std::string& file : plot_files(kChartName)) outputs.push_back(fs::path(a.out) / file);
+  check_paths({a.meshes.begin(), a.meshes.end()}, outputs);
+  return run_chart(a, *kind);
 }
 
 }  // namespace
@@ -194,7 +176,7 @@ Run add_chart(Command& app) {
           "shows")
       ->required();
   command
-      ->add_option("--size", a->options.size,
+      ->add_option("--size", a->size,
                    "Texels a side of the maps (of volumes half and twice that, too)")
       ->check(range(16U, 8192U))
       ->capture_default_str();
@@ -203,7 +185,7 @@ Run add_chart(Command& app) {
                    "How far to look each way: world units, or P% of HIGH's diagonal")
       ->capture_default_str();
   command
-      ->add_option("--repeat", a->options.repeat,
+      ->add_option("--repeat", a->repeat,
                    "Timed runs of each setting, of which the median counts; one more comes first, "
                    "which compiles the kernels and gives the errors")
       ->check(range(1U, 1000U))
@@ -214,7 +196,7 @@ Run add_chart(Command& app) {
                    "uniformity come from (default 512)")
       ->check(range(12U, 4096U));
   command
-      ->add_option("--pixels", a->options.pixels,
+      ->add_option("--pixels", a->pixels,
                    "Pixels a side of the pictures that rendered normals are measured in")
       ->check(range(16U, 4096U))
       ->capture_default_str();
@@ -230,11 +212,23 @@ Run add_chart(Command& app) {
       ->add_option("--ao-budget", a->ao_budget,
                    "Of ambient occlusion: say what comes nearest to the truth in so many seconds")
       ->check(positive_number());
-  add_plan_options(*command, *a);
+  command->add_flag("--plan", a->plan,
+                    "Of each HIGH alone: bytes against error of low polys by number of faces and "
+                    "map size. Beside them plans, and meshoptimizer with a plain bake");
+  command
+      ->add_option("--max-error", a->max_errors,
+                   "With --plan: errors to plan for, degrees, separated by commas (default: three "
+                   "between the best and the worst)")
+      ->delimiter(',')
+      ->allow_extra_args(false);
+  command->add_option("--screen", a->screen,
+                      "With --plan: the largest size at which the mesh will be seen, such as "
+                      "600px; plans and the grid are measured at that size, by mean normals of "
+                      "pixels");
   std::vector<std::string> names = mesh_setting_names();
   names.emplace_back(kHard);
-  for (const VolumeWay& way : volume_ways()) {
-    if (std::find(names.begin(), names.end(), way.name) == names.end()) names.push_back(way.name);
+  for (const std::string& name : volume_setting_names()) {
+    if (std::find(names.begin(), names.end(), name) == names.end()) names.push_back(name);
   }
   command
       ->add_option("--settings", a->settings,
@@ -259,18 +253,20 @@ Run add_chart(Command& app) {
   for (const Option* option : command->get_options()) {
     if (std::find(own.begin(), own.end(), option) == own.end()) for_volumes.push_back(option);
   }
-  const std::vector<const Option*> not_for_plans = options_not_for_plans(*command);
-  return [a, for_volumes, not_for_plans] {
-    const auto given = [](const std::vector<const Option*>& options,
-                          std::vector<std::string>& flags) {
-      for (const Option* option : options) {
-        if (option->count() != 0) flags.push_back(option->get_name());
-      }
-    };
-    given(for_volumes, a->for_volumes);
-    given(not_for_plans, a->not_for_plans);
-    expand_settings(*a);
-    return run_chart(*a);
+  return [a, command, for_volumes] {
+    for (const Option* option : for_volumes) {
+      if (option->count() != 0) a->for_volumes.push_back(option->get_name());
+    }
+    for (const char* name : {"--settings", "--repeat", "--max-distance", "--ao", "--ao-error",
+                             "--ao-budget", "--directions", "--pixels"}) {
+      if (command->find_option(name)->count() != 0) a->not_for_plans.emplace_back(name);
+    }
+    const auto hard = std::find(a->settings.begin(), a->settings.end(), kHard);
+    if (hard != a->settings.end()) {
+      const auto at = a->settings.erase(hard);
+      a->settings.insert(at, hard_settings().begin(), hard_settings().end());
+    }
+    return run(*a);
   };
 }
 

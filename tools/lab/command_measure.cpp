@@ -3,6 +3,7 @@
 #include <memory>
 #include <optional>
 #include <set>
+#include <utility>
 
 #include "arguments/bake_arguments.h"
 #include "arguments/bake_values.h"
@@ -15,10 +16,12 @@
 #include "commands.h"
 #include "interrupt.h"
 #include "kiln/kiln.h"
-#include "lab/measure_run.h"
+#include "lab/measuring.h"
 #include "lab/rating.h"
-#include "lab/study_output.h"
+#include "lab/study.h"
+#include "lab/table.h"
 #include "picture/plot.h"
+#include "picture/view_arguments.h"
 #include "report/check_result.h"
 #include "report/console.h"
 #include "report/json_text.h"
@@ -28,6 +31,214 @@ namespace kiln::cli {
 namespace {
 
 namespace fs = std::filesystem;
+
+[[noreturn]] void fail(const std::string& text) { throw Error(ErrorCode::usage, text); }
+
+struct MeasureArguments {
+  std::string high, low, study, out, json, device;
+  std::string max_distance = "2%";
+  bool distance_given = false;
+  BakeArguments bake;                    // flags of the match and of maps, all but those below
+  std::set<std::string> matching_flags;  // their names
+  std::vector<std::string> matches, visibility_at;
+  std::optional<std::uint32_t> views, view_size, size, faces, directions, pixels;
+  HeightArguments heights;
+  ViewArguments view;
+  std::optional<std::uint32_t> picture_size;
+  bool quiet = false;
+
+  /// Whether something says how pictures are taken.
+  bool asks_for_view() const { return view.given() || view.square || picture_size.has_value(); }
+};
+
+const std::map<std::string, StudyKind>& study_kinds() {
+  static const std::map<std::string, StudyKind> kinds = {
+      {"views", StudyKind::views}, {"faces", StudyKind::faces}, {"size", StudyKind::size}};
+  return kinds;
+}
+
+// ---- one mesh's UVs ----------------------------------------------------------------------------
+
+std::vector<std::string> lines_of(const LayoutRating& r, std::uint32_t size) {
+  const std::string charts = with_commas(r.charts), seams = with_commas(r.seams);
+  const std::string triangles = with_commas(r.triangles), mirrored = with_commas(r.mirrored);
+  return {formatted("stretch (1 is none): L2 %.3f, Linf %.3f", r.stretch_l2, r.stretch_linf),
+          formatted("uniformity:          %.1f%%", r.uniformity_percent),
+          formatted("texels a unit:       %.4g least, %.4g mean, %.4g most at %u x %u",
+                    r.least_density, r.mean_density, r.greatest_density, size, size),
+          formatted("charts:              %s, with seams of %s edges, %.4g units long",
+                    charts.c_str(), seams.c_str(), r.seam_length),
+          formatted("used:                %.1f%% of the square, %.2g%% of that more than once",
+                    100 * r.used, 100 * r.overlap),
+          formatted("triangles:           %s, %s of them mirrored; %s without texels",
+                    triangles.c_str(), mirrored.c_str(), with_commas(r.flat).c_str())};
+}
+
+int rate_one_layout(const MeasureArguments& a) {
+  Console console(a.quiet, a.json);
+  Stopwatch watch;
+  check_paths({a.high}, {a.json});
+  if (!a.json.empty() && a.json != "-") prepare_parent(a.json);
+  const Device device = Device::open(a.device);
+  if (!console.progress(0, "reading " + a.high)) return kExitCancelled;
+  std::vector<Warning> warnings;
+  const Mesh mesh = load_mesh(a.high, &warnings);
+  if (mesh.uvs.empty()) {
+    throw Error(ErrorCode::usage,
+                "'" + a.high +
+                    "' has no UVs to rate. To rate matches, give both meshes: kiln measure HIGH "
+                    "LOW. With HIGH alone, name a study: --study views, faces or size.");
+  }
+  const std::uint32_t size = a.size.value_or(512);
+  if (!console.progress(0.5, "rating the layout")) return kExitCancelled;
+  const LayoutRating r = rate_layout(device, mesh, size, size);
+  warnings.insert(warnings.end(), r.warnings.begin(), r.warnings.end());
+  console.progress(1, "done");
+  print_warnings(console, warnings, {}, "--json");
+  if (a.json != "-") {
+    for (const std::string& line : lines_of(r, size)) console.line(line);
+  }
+  if (a.json.empty()) return 0;
+  const Json rating = fields(
+      "triangles degenerate flat mirrored area stretch_l2 stretch_linf uniformity_percent "
+      "texels_per_unit charts seams seam_length texels used overlap",
+      {r.triangles, r.degenerate, r.flat, r.mirrored, r.area, r.stretch_l2, r.stretch_linf,
+       r.uniformity_percent,
+       fields("least mean greatest", {r.least_density, r.mean_density, r.greatest_density}),
+       r.charts, r.seams, r.seam_length, r.texels, r.used, r.overlap});
+  const Json json =
+      fields("version inputs options layout seconds memory warnings",
+             {version(), fields("low", {describe(mesh, a.high)}), fields("size", {size}), rating,
+              fields("rate total", {r.seconds, watch.total()}),
+              fields("peak_resident_bytes", {peak_resident_bytes()}), describe(warnings)});
+  save_report(a.json, json);
+  return 0;
+}
+
+// ---- studies -----------------------------------------------------------------------------------
+
+/// Contradictions between several options.
+void check_study(const MeasureArguments& a) {
+  if (!a.matches.empty() || a.directions || !a.visibility_at.empty()) {
+    fail(
+        "--match, --directions and --visibility-at are for rating matches: leave out "
+        "--study, "
+        "or them.");
+  }
+  if (a.out.empty()) fail("--study needs --out, a folder for its data and pictures.");
+  if (!a.low.empty() && a.study != "views") {
+    fail("--study " + a.study + " makes its own low polys, but LOW '" + a.low +
+         "' was given: leave it out.");
+  }
+  if (!a.low.empty() && a.faces) {
+    fail("--faces is for making a low poly, but LOW '" + a.low +
+         "' was given: leave one of them out.");
+  }
+  const auto varies = [&](bool given, const char* option, bool is_varied) {
+    if (given && is_varied) {
+      fail("--study " + a.study + " varies " + option + " itself: leave the option out.");
+    }
+  };
+  varies(a.views.has_value(), "--views", a.study == "views");
+  varies(a.faces.has_value(), "--faces", a.study != "views");
+  varies(a.size.has_value(), "--size", a.study == "size");
+  if (a.asks_for_view()) {
+    fail(
+        "--view, --zoom, --at, --square and --picture-size are for rating matches: --study looks "
+        "from a direction that nothing was matched from. Leave them out.");
+  }
+}
+
+StudyOptions study_options(const MeasureArguments& a) {
+  StudyOptions options;
+  options.kind = study_kinds().at(a.study);
+  options.views = a.views.value_or(options.views);
+  options.view_size = a.view_size.value_or(options.view_size);
+  options.size = a.size.value_or(options.size);
+  options.faces = a.faces.value_or(options.faces);
+  options.pixels = a.pixels.value_or(options.pixels);
+  options.z_up = a.view.z_up;
+  options.max_distance = parse_length_above_0("--max-distance", a.max_distance);
+  return options;
+}
+
+int run_one_study(const MeasureArguments& a) {
+  check_study(a);
+  const StudyOptions options = study_options(a);
+  Console console(a.quiet, a.json);
+  Stopwatch watch;
+  const fs::path folder = a.out;
+  prepare_output_folder(folder);
+  prepare_parent(a.json);
+
+  const Device device = Device::open(a.device);
+  if (!console.progress(0, "reading " + a.high)) return kExitCancelled;
+  std::vector<Warning> warnings;
+  const Mesh high = load_dense(a.high, a.heights, warnings).mesh;
+  std::optional<Mesh> low;
+  if (!a.low.empty()) {
+    low = load_light(a.low, ", or leave LOW out", warnings);
+  }
+  const double seconds_load = watch.lap();
+
+  constexpr double kAtStudy = 0.02;
+  constexpr double kAtSave = 0.97;
+  const Study study = run_study(
+      device, high, low ? &*low : nullptr, options, [&](double done, std::string_view stage) {
+        return console.progress(kAtStudy + (kAtSave - kAtStudy) * done, stage);
+      });
+  if (study.cancelled) return kExitCancelled;
+  warnings.insert(warnings.end(), study.warnings.begin(), study.warnings.end());
+  const double seconds_study = watch.lap();
+
+  const Plot plot = study_plot(study, options, high.name);
+  if (!console.progress(kAtSave, "writing")) return kExitCancelled;
+  const fs::path data = folder / (plot.name + ".csv");
+  save_text(data, study_data(study));
+  std::vector<std::string> outputs = {data.string()};
+  if (!save_plots(folder, {plot, error_plot(study, options)}, outputs, warnings)) {
+    return kExitCancelled;
+  }
+  const double seconds_save = watch.lap();
+
+  if (!a.json.empty()) {
+    double bake = 0, measure = 0;
+    for (const Setting& setting : study.settings) {
+      bake += setting.seconds_bake;
+      measure += setting.seconds_measure;
+    }
+    // Options in force; null: varied by the study, or not used.
+    const bool views = options.kind == StudyKind::views;
+    Json json =
+        fields("version device inputs options",
+               {version(), describe(device.info()),
+                fields("high low", {describe(high, a.high), low ? describe(*low, a.low) : Json()}),
+                fields("study max_distance views view_size size faces height extent z_up",
+                       {a.study, a.max_distance, views ? Json() : Json(options.views),
+                        options.view_size == 0 ? Json("auto") : Json(options.view_size),
+                        options.kind == StudyKind::size ? Json() : Json(options.size),
+                        views && a.low.empty() ? Json(options.faces) : Json(),
+                        is_height_field(a.high) ? Json(a.heights.height) : Json(),
+                        a.heights.extent.empty() ? Json() : Json(a.heights.extent), a.view.z_up})});
+    json.update(describe(study, options));
+    add_ending(json,
+               fields("load low bake measure study save", {seconds_load, study.seconds_low, bake,
+                                                           measure, seconds_study, seconds_save}),
+               watch, outputs, warnings);
+    save_text(a.json, to_text(json));
+  }
+  console.progress(1, "done");
+  std::vector<Warning> of_settings;
+  for (const Setting& setting : study.settings) {
+    of_settings.insert(of_settings.end(), setting.warnings.begin(), setting.warnings.end());
+  }
+  print_warnings(console, warnings, of_settings, "--json");
+  for (const std::string& line : study_lines(study, options)) console.line(line);
+  for (const std::string& output : outputs) console.line("wrote " + output);
+  return 0;
+}
+
+// ---- two meshes --------------------------------------------------------------------------------
 
 /// The flags of the match for one method, as the bake has them.
 BakeArguments baking(const MeasureArguments& a, const std::string& method) {
@@ -39,12 +250,6 @@ BakeArguments baking(const MeasureArguments& a, const std::string& method) {
   if (a.views) bake.views = std::to_string(*a.views);
   if (a.view_size) bake.view_size = *a.view_size;
   return bake;
-}
-
-/// All that need no direction, and axis where there is one.
-std::vector<std::string> rated_methods(const MeasureArguments& a) {
-  if (!a.matches.empty()) return a.matches;
-  return match_names();
 }
 
 /// Maps whose errors are asked for.
@@ -90,7 +295,6 @@ void take_match_flags(const MeasureArguments& a, const DenseInput& dense, const 
 
 /// Without --study: every way to match asked for, rated on the two meshes.
 int run_rating(const MeasureArguments& a) {
-  const auto fail = [](const std::string& text) { throw Error(ErrorCode::usage, text); };
   if (a.low.empty()) {
     fail(
         "To rate matches, give both meshes: kiln measure HIGH LOW. With HIGH alone, name a study: "
@@ -103,7 +307,9 @@ int run_rating(const MeasureArguments& a) {
     fail("--load-match is a match that was made: leave --match out.");
   }
   RatingOptions options;
-  options.methods = loaded ? std::vector<std::string>{default_match()} : rated_methods(a);
+  options.methods = loaded              ? std::vector<std::string>{default_match()}
+                    : a.matches.empty() ? match_names()
+                                        : a.matches;
   for (const std::string& at : a.visibility_at) {
     options.visibility_at.push_back(visibility_at_values().at(at));
   }
@@ -176,47 +382,38 @@ int run_rating(const MeasureArguments& a) {
   std::vector<std::string> outputs;
   if (options.pictures) {
     if (!console.progress(0.95, "writing")) return kExitCancelled;
-    const auto save = [&](const Image& image, const std::string& name) {
-      save_image(image, folder / name, {ImageFormat::exr_float});
-      outputs.push_back((folder / name).string());
-    };
     for (const Rating& row : ratings->rows) {
       const std::string stem = low.name + "_" + row.name;
-      const AssessmentFields& fields = row.match.fields;
-      save(fields.object_space, stem + "_object_space.exr");
-      save(fields.image_space, stem + "_image_space.exr");
-      save(fields.normalised_image_space, stem + "_normalised_image_space.exr");
-      save(fields.uniformity, stem + "_uniformity.exr");
-      save(fields.match_distance, stem + "_match_distance.exr");
-      save(fields.stretch, stem + "_stretch.exr");
-      save(row.normal_error, stem + "_normal_error.exr");
+      const AssessmentFields& f = row.match.fields;
+      for (const auto& [measure, image] :
+           {std::pair("object_space", &f.object_space), std::pair("image_space", &f.image_space),
+            std::pair("normalised_image_space", &f.normalised_image_space),
+            std::pair("uniformity", &f.uniformity), std::pair("match_distance", &f.match_distance),
+            std::pair("stretch", &f.stretch), std::pair("normal_error", &row.normal_error)}) {
+        outputs.push_back((folder / (stem + "_" + measure + ".exr")).string());
+        save_image(*image, outputs.back(), {ImageFormat::exr_float});
+      }
       if (row.recalled.empty()) continue;
-      const fs::path colored = folder / (stem + "_recall.obj");
-      save_obj(recall_mesh(high, row), colored);
-      outputs.push_back(colored.string());
+      outputs.push_back((folder / (stem + "_recall.obj")).string());
+      save_obj(recall_mesh(high, row), outputs.back());
     }
     if (!save_plots(folder, {ratings_plot(*ratings)}, outputs, warnings)) return kExitCancelled;
   }
   if (!a.json.empty()) {
-    Json json = {
-        {"version", version()},
-        {"device", cli::describe(device.info())},
-        {"inputs", {{"high", cli::describe(high, a.high)}, {"low", cli::describe(low, a.low)}}},
-        {"options",
-         {{"match", options.methods},
-          {"visibility_at", a.visibility_at},
-          {"size", options.size},
-          {"directions", options.directions},
-          {"pixels", options.pixels},
-          {"match_flags", a.bake.given},
-          {"max_distance", a.max_distance},
-          {"height", is_height_field(a.high) ? Json(a.heights.height) : Json()},
-          {"extent", a.heights.extent.empty() ? Json() : Json(a.heights.extent)},
-          {"view", {options.view.azimuth_degrees, options.view.elevation_degrees}},
-          {"zoom", options.view.zoom},
-          {"z_up", options.view.z_up}}}};
+    const bool field = is_height_field(a.high);
+    Json json = fields(
+        "version device inputs options",
+        {version(), describe(device.info()),
+         fields("high low", {describe(high, a.high), describe(low, a.low)}),
+         fields("match visibility_at size directions pixels match_flags max_distance height extent "
+                "view zoom z_up",
+                {options.methods, a.visibility_at, options.size, options.directions, options.pixels,
+                 a.bake.given, a.max_distance, field ? Json(a.heights.height) : Json(),
+                 a.heights.extent.empty() ? Json() : Json(a.heights.extent),
+                 Json::array({options.view.azimuth_degrees, options.view.elevation_degrees}),
+                 options.view.zoom, options.view.z_up})});
     if (!options.maps.empty()) json["options"]["maps"] = options.maps;
-    json.update(cli::describe(*ratings));
+    json.update(describe(*ratings));
     add_ending(json, {{"load", seconds_load}, {"rate", seconds_rate}}, watch, outputs, warnings);
     save_report(a.json, json);
   }

@@ -2,14 +2,13 @@
 
 #include <algorithm>
 #include <array>
-#include <cmath>
 #include <limits>
 #include <utility>
 
 #include "arguments/bake_arguments.h"
 #include "arguments/bake_values.h"
-#include "lab/normal_error.h"
-#include "lab/study.h"
+#include "arguments/parse.h"
+#include "lab/table.h"
 #include "lab/value_tiles.h"
 #include "report/check_result.h"
 
@@ -160,17 +159,12 @@ BakeOptions bake_options(const Candidate& candidate, const RatingOptions& option
 std::optional<Ratings> rate(const Device& device, const Mesh& high, const Mesh& low,
                             const RatingOptions& options, const Progress& progress) {
   Ratings ratings;
-  ratings.views = kHeldOutViews;
   ratings.maps = options.maps;
   if (!progress(0, "preparing the high poly")) return std::nullopt;
   const Source source(device, high);
   ratings.diagonal = source.stats().diagonal;
   ratings.warnings = source.warnings();
-  const std::vector<Vec3> usual = spread_views(12);
-  std::vector<ViewAngles> angles;
-  for (const Vec3& toward : held_out_views(kHeldOutViews, usual, kLeastHeldOutAngle)) {
-    angles.push_back(view_angles(toward));
-  }
+  const std::vector<ViewAngles> angles = usual_held_out_angles();
   const NormalReference reference(Scene(device, high), high, angles, options.pixels);
   std::vector<Candidate> rows = candidates(options);
   std::erase_if(rows, [&](const Candidate& row) {
@@ -225,7 +219,7 @@ std::optional<Ratings> rate(const Device& device, const Mesh& high, const Mesh& 
     if (options.pictures) {
       draw_pictures(device, high, low, map, options, row);
       row.normal_error = normal_error_texture(device, Scene(device, high), scene, high, low, angles,
-                                              map.width, map.height, options.pixels);
+                                              options.size, options.pixels);
     }
     ratings.rows.push_back(std::move(row));
   }
@@ -245,53 +239,167 @@ Mesh recall_mesh(const Mesh& high, const Rating& row) {
 
 Plot ratings_plot(const Ratings& ratings) {
   struct Measure {
-    const char* title;
-    const char* unit;
+    const char *title, *unit;
     const Image Rating::*picture;
-    double (*value)(const Rating&, float);  ///< Of a pixel, as ValueTiles has it
+    float beside;  ///< What pixels beside the mesh hold; others below 0 are not known
+    bool length;   ///< World units, told as a share of the diagonal
   };
-  const auto share = [](const Rating& row, float pixel) {
-    return pixel == kBeside ? ValueTiles::kBeside
-           : pixel < 0      ? ValueTiles::kNotKnown
-                            : 100 * pixel / row.match.diagonal;
-  };
-  const auto plain = [](const Rating&, float pixel) {
-    return pixel == kBeside ? ValueTiles::kBeside
-           : pixel < 0      ? ValueTiles::kNotKnown
-                            : double{pixel};
-  };
-  const auto angle = [](const Rating&, float pixel) {
-    return pixel == -1 ? ValueTiles::kBeside : pixel < 0 ? ValueTiles::kNotKnown : double{pixel};
-  };
-  const std::array<Measure, 4> measures = {
-      {{"object space", "% of the diagonal", &Rating::object_space, share},
-       {"normalised image space", "0 to 1", &Rating::normalised, plain},
-       {"uniformity", "% longer or shorter", &Rating::uniformity, plain},
-       {"error of the normal", "degrees", &Rating::angle, angle}}};
+  constexpr std::array<Measure, 4> kMeasures = {
+      {{"object space", "% of the diagonal", &Rating::object_space, kBeside, true},
+       {"normalised image space", "0 to 1", &Rating::normalised, kBeside, false},
+       {"uniformity", "% longer or shorter", &Rating::uniformity, kBeside, false},
+       {"error of the normal", "degrees", &Rating::angle, -1, false}}};
   ValueTiles tiles;
   std::vector<Json> shades;
   for (const Rating& row : ratings.rows) shades.push_back(tiles.add_gray(row.shape)["index"]);
   Json blocks = Json::array();
-  for (const Measure& measure : measures) {
-    Json block = {{"title", measure.title}, {"unit", measure.unit}};
+  for (const Measure& measure : kMeasures) {
+    Json shown = Json::array();
     for (std::size_t i = 0; i < ratings.rows.size(); ++i) {
       const Rating& row = ratings.rows[i];
-      Json tile =
-          tiles.add(row.*measure.picture, [&](float pixel) { return measure.value(row, pixel); });
+      Json tile = tiles.add(row.*measure.picture, [&](float pixel) {
+        return pixel == measure.beside ? ValueTiles::kBeside
+               : pixel < 0             ? ValueTiles::kNotKnown
+               : measure.length        ? 100 * pixel / row.match.diagonal
+                                       : double{pixel};
+      });
       tile["shade"] = shades[i];
       tile["captions"] = Json::array({row.name});
-      block["tiles"].push_back(std::move(tile));
+      shown.push_back(std::move(tile));
     }
-    blocks.push_back(std::move(block));
+    blocks.push_back(fields("title unit tiles", {measure.title, measure.unit, shown}));
   }
-  return {
-      "measure",
-      {{"kind", "pictures"},
-       {"image", "measure_plot.png"},
-       {"tile", tiles.size()},
-       {"blocks", blocks},
-       {"legend", {{{"code", 1}, {"text", "missed, never visible, or seen of one mesh only"}}}}},
-      tiles.image()};
+  return tiles.plot("measure", blocks, "missed, never visible, or seen of one mesh only");
+}
+
+// ---- as a report and as a table ----------------------------------------------------------------
+
+namespace {
+
+double miss_rate(const MatchAssessment& a) {
+  return a.samples != 0 ? static_cast<double>(a.missed) / static_cast<double>(a.samples) : 0;
+}
+
+/// Of the maps asked for, those without an error: names and coverage, and of a saved match all but those of rays.
+std::vector<std::string> without_error(const Rating& row, const std::vector<std::string>& maps) {
+  std::vector<std::string> names;
+  for (const std::string& map : maps) {
+    const bool told = std::any_of(row.bake.errors.begin(), row.bake.errors.end(),
+                                  [&](const MapError& error) { return error.kind.name == map; });
+    if (!told) names.push_back(map);
+  }
+  return names;
+}
+
+/// A table of the errors of maps.
+void add_errors(const Ratings& ratings, std::vector<std::string>& lines) {
+  lines.emplace_back(
+      "match             error of             rms       mean        95%       most  unit, against "
+      "what (texels)");
+  for (const Rating& row : ratings.rows) {
+    for (const MapError& error : row.bake.errors) {
+      lines.push_back(formatted("%-17s %-13s %10.4g %10.4g %10.4g %10.4g  %s, %s (%s)",
+                                row.name.c_str(), std::string(error.kind.name).c_str(), error.rms,
+                                error.mean, error.p95, error.max, std::string(error.unit).c_str(),
+                                std::string(error.against).c_str(),
+                                with_commas(error.texels).c_str()));
+    }
+    for (const std::string& map : without_error(row, ratings.maps)) {
+      lines.push_back(formatted("%-17s %-13s states no error", row.name.c_str(), map.c_str()));
+    }
+  }
+}
+
+Json json_of(const Distribution& d, double diagonal) {
+  return fields("mean rms median p95 p99 max mean_of_diagonal area",
+                {d.mean, d.rms, d.median, d.p95, d.p99, d.max, d.mean / diagonal, d.area});
+}
+
+/// In world units.
+Json json_of(const RayMeasure& m, double diagonal) {
+  return fields("mean rms mean_of_diagonal rms_of_diagonal share_of_rays",
+                {m.mean, m.rms, m.mean / diagonal, m.rms / diagonal, m.share});
+}
+
+/// Tarini's measures under the paper's names, and Kiln's own.
+Json json_of(const MatchAssessment& a) {
+  const RayMeasure& n = a.normalised_image_space;
+  const auto uniformity = [](const Uniformity& u) {
+    return fields("mean_percent pairs", {u.mean_percent, u.pairs});
+  };
+  Json uniform = uniformity(a.uniformity);
+  uniform["across_seams"] = uniformity(a.uniformity_across_seams);
+  return fields(
+      "directions object_space image_space normalised_image_space uniformity match_distance "
+      "image_space_by_place never_visible stretch fold_rate largest_jump",
+      {a.directions, json_of(a.object_space, a.diagonal), json_of(a.image_space, a.diagonal),
+       fields("mean rms share_of_rays", {n.mean, n.rms, n.share}), uniform,
+       json_of(a.match_distance, a.diagonal), json_of(a.image_space_by_place, a.diagonal),
+       a.never_visible,
+       fields("mean_log2 deviation cells", {a.mean_stretch, json_of(a.stretch, 1), a.cells}),
+       a.folded,
+       fields("distance of_diagonal largest_step_of_texels",
+              {a.largest_jump, a.largest_jump / a.diagonal, a.largest_step})});
+}
+
+Json json_of(const Rating& row, const std::vector<std::string>& maps) {
+  const MatchAssessment& a = row.match;
+  Json json =
+      fields("name method samples miss_rate", {row.name, row.method, a.samples, miss_rate(a)});
+  if (row.visibility_at)
+    json["visibility_at"] = name_of(visibility_at_values(), *row.visibility_at);
+  json["texels"] = describe_texels(row.bake);
+  json["recall"] = row.bake.recall ? describe(*row.bake.recall) : Json();
+  json.update(json_of(a));
+  json["rendered_normals"] = describe(row.normal);
+  json["seconds"] =
+      fields("build match assess", {row.bake.seconds_build, row.bake.seconds_match, a.seconds});
+  json["warnings"] = describe(row.bake.warnings);
+  if (!maps.empty()) {
+    json["errors"] = describe(row.bake.errors);
+    json["without_error"] = without_error(row, maps);
+    json["seconds"]["errors"] = row.bake.seconds_errors;
+  }
+  return json;
+}
+
+}  // namespace
+
+Json describe(const Ratings& ratings) {
+  Json rows = Json::array();
+  for (const Rating& row : ratings.rows) rows.push_back(json_of(row, ratings.maps));
+  return fields("diagonal left_out rendered_views without_map methods",
+                {ratings.diagonal, describe_left_out(ratings.left_out, "method"), kHeldOutViews,
+                 describe(ratings.without_map), rows});
+}
+
+std::vector<std::string> ratings_table(const Ratings& ratings) {
+  std::vector<std::string> lines = {
+      "match              object space     image   normalised  uniformity  match     missed  "
+      "lost     normals            match",
+      "                   % of diagonal    space                %           distance  %       "
+      "% of HIGH degrees           seconds",
+      "                   mean    rms                                                         "
+      "         mean   rms    95%"};
+  for (const Rating& row : ratings.rows) {
+    const MatchAssessment& a = row.match;
+    const double percent = 100 / a.diagonal;
+    // Of HIGH's surface, where the match can tell.
+    const std::string lost =
+        row.bake.recall ? fixed_text(100 * row.bake.recall->lost, 2) : std::string("-");
+    lines.push_back(
+        formatted("%-17s %7.4f %7.4f %8.4f %10.4f %11.2f %10.4f %8.2f %8s %8.2f %6.2f %6.2f %8.3f",
+                  row.name.c_str(), a.object_space.mean * percent, a.object_space.rms * percent,
+                  a.image_space.mean * percent, a.normalised_image_space.mean,
+                  a.uniformity.mean_percent, a.match_distance.mean * percent, 100 * miss_rate(a),
+                  lost.c_str(), row.normal.mean_degrees, row.normal.rms_degrees,
+                  row.normal.p95_degrees, row.bake.seconds_build + row.bake.seconds_match));
+  }
+  const NormalError& none = ratings.without_map;
+  lines.push_back(formatted("%-95s %6.2f %6.2f %6.2f", "(no map)", none.mean_degrees,
+                            none.rms_degrees, none.p95_degrees));
+  if (!ratings.maps.empty()) add_errors(ratings, lines);
+  return lines;
 }
 
 }  // namespace kiln::cli

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "kiln/kiln.h"
-#include "lab/uv_fit.h"
+#include "lab/measuring.h"
 #include "picture/plot.h"
 #include "report/report.h"
 
@@ -55,7 +55,6 @@ struct Ratings {
   std::vector<std::string> maps;  ///< Whose errors BakeReport::errors has, where they state one
   std::vector<LeftOut> left_out;  ///< By methods' names
   NormalError without_map;
-  std::uint32_t views = 0;  ///< Of the normals
   double diagonal = 0;
   std::vector<Warning> warnings;
 };

@@ -6,13 +6,12 @@
 #include <utility>
 
 #include "arguments/bake_values.h"
-#include "report/report.h"
+#include "lab/measuring.h"
 
 namespace kiln::cli {
 namespace {
 
 constexpr std::uint32_t kPictureSize = 640;  // pixels a side of the error picture's panels
-constexpr double kEnough = 0.05;             // see levels_off
 
 /// What is to be measured, in an order that makes each low poly once.
 std::vector<Setting> plan(const StudyOptions& options, const Mesh& high, const Mesh* low) {
@@ -180,8 +179,7 @@ Study run_study(const Device& device, const Mesh& high, const Mesh* low,
   study.diagonal = source.stats().diagonal;
   study.warnings = source.warnings();
   const Scene high_scene(device, high);
-  std::vector<ViewAngles> angles;
-  for (const Vec3& toward : study.held_out) angles.push_back(view_angles(toward));
+  const std::vector<ViewAngles> angles = angles_of(study.held_out);
   const NormalReference reference(high_scene, high, angles, options.pixels);
   std::optional<DepthReference> depths;
   if (options.kind == StudyKind::faces) depths.emplace(high_scene, high, angles, options.pixels);
@@ -225,12 +223,7 @@ Study run_study(const Device& device, const Mesh& high, const Mesh* low,
     const Scene scene(device, mesh, map);
     setting.normal = reference.compare(scene);
     if (depths && setting.curve == Curve::none) setting.depth = depths->compare(scene);
-    if (setting.normal.pixels == 0) {
-      throw Error(ErrorCode::input,
-                  "'" + mesh.name + "' is seen nowhere that '" + high.name +
-                      "' is, so there is nothing to measure: both must lie in the "
-                      "same place, in the same units.");
-    }
+    check_seen(setting.normal, high, mesh);
     setting.seconds_measure = watch.lap();
 
     if (setting.views == 0) continue;
@@ -260,27 +253,6 @@ Study run_study(const Device& device, const Mesh& high, const Mesh* low,
   }
   study.cancelled = false;
   return study;
-}
-
-std::vector<const Setting*> select(const Study& study, Curve curve, std::uint32_t target_faces) {
-  std::vector<const Setting*> result;
-  for (const Setting& setting : study.settings) {
-    if (setting.curve == curve && (target_faces == 0 || setting.target_faces == target_faces)) {
-      result.push_back(&setting);
-    }
-  }
-  return result;
-}
-
-const Setting* levels_off(const std::vector<const Setting*>& series) {
-  if (series.empty()) return nullptr;
-  const auto mean = [](const Setting* setting) { return setting->normal.mean_degrees; };
-  const Setting* least =
-      *std::min_element(series.begin(), series.end(),
-                        [&](const Setting* a, const Setting* b) { return mean(a) < mean(b); });
-  return *std::find_if(series.begin(), series.end(), [&](const Setting* setting) {
-    return mean(setting) <= mean(least) * (1 + kEnough);
-  });
 }
 
 }  // namespace kiln::cli

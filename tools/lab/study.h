@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "kiln/kiln.h"
+#include "picture/plot.h"
 
 namespace kiln::cli {
 
@@ -29,8 +30,6 @@ struct StudyOptions {
 constexpr std::array<std::uint32_t, 11> kStudyViews = {1, 2, 3, 4, 6, 8, 12, 16, 24, 32, 48};
 constexpr std::array<std::uint32_t, 6> kStudyFaces = {500, 1000, 2000, 4000, 8000, 16000};
 constexpr std::array<std::uint32_t, 5> kStudySizes = {128, 256, 512, 1024, 2048};
-constexpr std::uint32_t kHeldOutViews = 30;
-constexpr double kLeastHeldOutAngle = 2;  ///< Degrees from a view matched from to one measured from
 
 /// How a setting's map was made: one curve of a plot.
 enum class Curve {
@@ -81,11 +80,17 @@ struct Study {
 Study run_study(const Device& device, const Mesh& high, const Mesh* low,
                 const StudyOptions& options, const Progress& progress);
 
-/// The settings of one curve, and of one low poly where `target_faces` is given, in the study's order.
-std::vector<const Setting*> select(const Study& study, Curve curve, std::uint32_t target_faces = 0);
-
-/// The first of an ordered series whose mean angle is within 5% of the series' least: more than that (views,
-/// texels) gains little.
-const Setting* levels_off(const std::vector<const Setting*>& series);
+/// "views", "faces" or "size".
+const char* study_name(StudyKind kind);
+/// Comma-separated values, a line a setting after a line of column names: the same bytes on every run.
+std::string study_data(const Study& study);
+/// The figures as curves.
+Plot study_plot(const Study& study, const StudyOptions& options, const std::string& mesh);
+/// HIGH, the setting with the largest mean error and that with the least, each pixel coloured by its error.
+Plot error_plot(const Study& study, const StudyOptions& options);
+/// Lines for a person: settings, and what the figures say.
+std::vector<std::string> study_lines(const Study& study, const StudyOptions& options);
+/// Settings and findings, for the report.
+Json describe(const Study& study, const StudyOptions& options);
 
 }  // namespace kiln::cli

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "lab/table.h"
+
 namespace kiln::cli {
 namespace {
 
@@ -74,6 +76,14 @@ Image ValueTiles::image() const {
     }
   }
   return result;
+}
+
+Plot ValueTiles::plot(const std::string& name, const Json& blocks, const char* not_known) const {
+  const Json legend = Json::array({fields("code text", {1, not_known})});
+  return {name,
+          fields("kind image tile blocks legend",
+                 {"pictures", name + "_plot.png", size(), blocks, legend}),
+          image()};
 }
 
 Image gray(const Image& picture) {

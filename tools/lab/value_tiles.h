@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "kiln/kiln.h"
-#include "report/report.h"
+#include "picture/plot.h"
 
 namespace kiln::cli {
 
@@ -26,13 +26,15 @@ class ValueTiles {
 
   /// Width and height of a tile, cropped.
   Json size() const;
-  Image image() const;
+  /// NAME.png of blocks of tiles. \param not_known  what the legend says of pixels without a value
+  Plot plot(const std::string& name, const Json& blocks, const char* not_known) const;
 
  private:
   struct Box {
     std::size_t left, top, right, bottom;  ///< right, bottom: the first beside it
   };
   Box box() const;
+  Image image() const;
 
   std::size_t width_ = 0, height_ = 0;
   std::vector<std::vector<float>> tiles_;  ///< As 16-bit numbers

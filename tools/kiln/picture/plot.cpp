@@ -50,6 +50,13 @@ std::string exact_text(double value) {
   return text;
 }
 
+Json plot_panel(const std::string& y_title) {
+  return {{"y_title", y_title},
+          {"curves", Json::array()},
+          {"levels", Json::array()},
+          {"rings", {{"title", ""}, {"x", Json::array()}, {"y", Json::array()}}}};
+}
+
 std::vector<std::string> plot_files(const std::string& name) {
   return {name + "_plot.json", name + "_plot.png", name + ".png", kScriptName};
 }

@@ -27,6 +27,20 @@ struct Plot {
   std::optional<Image> tiles;  ///< One channel of 16 bits; saved as NAME_plot.png
 };
 
+/// A panel of a plot of curves, which has none yet.
+Json plot_panel(const std::string& y_title);
+/// A curve of a list's elements. \param look  as the script knows it: a name, or a share from light to dark
+template <typename List, typename X, typename Y>
+Json plot_curve(const std::string& title, const Json& look, const List& list, const X& x,
+                const Y& y) {
+  Json curve = {{"title", title}, {"look", look}, {"x", Json::array()}, {"y", Json::array()}};
+  for (const auto& element : list) {
+    curve["x"].push_back(x(element));
+    curve["y"].push_back(y(element));
+  }
+  return curve;
+}
+
 /// The files that save_plots() may write.
 std::vector<std::string> plot_files(const std::string& name);
 
