@@ -75,7 +75,11 @@ TEST(PlanChart, ShowsTheFrontAndWherePlansStand) {
     EXPECT_LT(over, 1.3);
   }
   EXPECT_LT(plans[0]["bytes"]["total"], plans[1]["bytes"]["total"]);
-  EXPECT_EQ(read_lines(out / "chart.csv").size(), 1 + points.size() + plans.size());
+  const std::vector<std::string> data = read_lines(out / "chart.csv");
+  EXPECT_EQ(data.size(), 1 + points.size() + plans.size());
+  for (const std::string& line : data) {
+    EXPECT_EQ(std::count(line.begin(), line.end(), ','), 14) << line;  // between 15 columns
+  }
   for (const char* file : {"chart.md", "chart_plot.json", "kiln_plot.py"}) {
     EXPECT_TRUE(fs::exists(out / file)) << file;
   }

@@ -8,7 +8,7 @@
 #include <utility>
 
 #include "lab/measuring.h"
-#include "picture/plot.h"
+#include "lab/table.h"
 
 namespace kiln::cli {
 namespace {

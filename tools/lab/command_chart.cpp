@@ -5,6 +5,7 @@
 #include "arguments/paths.h"
 #include "commands.h"
 #include "lab/chart.h"
+#include "lab/table.h"
 
 namespace kiln::cli {
 namespace {

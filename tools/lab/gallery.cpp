@@ -26,14 +26,15 @@ namespace {
 
 namespace fs = std::filesystem;
 
-struct GalleryOptions {
-  std::vector<std::string> methods;  ///< As `kiln bake --match` has them
-  bool strict = false;  ///< All must do for the meshes. Else those that do not are left out
-  UvOptions uv;
-  std::uint32_t size = 1024;   ///< Texels a side
-  std::uint32_t pixels = 512;  ///< A side of the pictures whose normals are measured
-  Length max_distance = Length::share(0.02);
-  RenderOptions view;  ///< Without a frame
+struct GalleryArguments {
+  std::string high, low, out, json, device, max_distance = "2%";
+  std::vector<std::string> matches;  ///< Empty: all that do for the meshes
+  HeightArguments heights;
+  ViewArguments view;
+  std::uint32_t size = 1024;         ///< Texels a side
+  std::uint32_t picture_size = 480;  ///< Pixels of the longer side
+  std::uint32_t pixels = 512;        ///< A side of the pictures whose normals are measured
+  bool quiet = false;
 };
 
 /// One way to match.
@@ -196,19 +197,15 @@ std::string missed_text(const BakeReport& report) {
   return "missed " + fixed_text(share, 2) + "%";
 }
 
-BakeOptions bake_options(const GalleryOptions& options, const std::string& method) {
-  BakeOptions bake_with;
-  bake_with.method = match_method(method);
-  bake_with.width = bake_with.height = options.size;
-  bake_with.max_distance = options.max_distance;
-  bake_with.uv = options.uv;
-  return bake_with;
-}
-
 /// The map to look at, and then the points that the same match finds. \returns false where stopped
 bool bake_exhibit(const Source& source, const Mesh& high, const Mesh& low,
-                  const GalleryOptions& options, const Progress& show, Exhibit& exhibit) {
-  BakeOptions bake_with = bake_options(options, exhibit.method);
+                  const GalleryArguments& a, const UvOptions& uv, const Progress& show,
+                  Exhibit& exhibit) {
+  BakeOptions bake_with;
+  bake_with.method = match_method(exhibit.method);
+  bake_with.width = bake_with.height = a.size;
+  bake_with.max_distance = parse_length_above_0("--max-distance", a.max_distance);
+  bake_with.uv = uv;
   bake_with.keep_match = true;
   bake_with.progress = show;
   BakeResult baked = bake(source, low, bake_with);
@@ -216,7 +213,7 @@ bool bake_exhibit(const Source& source, const Mesh& high, const Mesh& low,
   check_result(baked.report, high, low);
   exhibit.map = std::move(baked.maps[0].image);
   BakeOptions points;
-  points.width = points.height = options.size;
+  points.width = points.height = a.size;
   points.match = &*baked.match;
   points.maps = {MapKind{"position"}, MapKind{"displacement"}};
   points.space = NormalMapSpace::object;
@@ -230,20 +227,22 @@ bool bake_exhibit(const Source& source, const Mesh& high, const Mesh& low,
   return true;
 }
 
+/// \returns nothing where progress said stop
+/// \throws Error(input) where nothing matches, or a match that was asked for does not do
 std::optional<Gallery> make_gallery(const Device& device, const Mesh& high, const Mesh& low,
-                                    const GalleryOptions& options, const Progress& progress) {
+                                    const GalleryArguments& a, const UvOptions& uv,
+                                    RenderOptions view, const Progress& progress) {
   Gallery gallery;
   if (!progress(0, "preparing the high poly")) return std::nullopt;
   const Source source(device, high);
   gallery.warnings = source.warnings();
-  std::vector<std::string> methods = options.methods;
+  std::vector<std::string> methods = a.matches.empty() ? match_names() : a.matches;
   std::erase_if(methods, [&](const std::string& name) {
     std::optional<LeftOut> left =
-        unfit(match_method(name), "--match " + name, source, high, low, options.uv, options.strict);
+        unfit(match_method(name), "--match " + name, source, high, low, uv, !a.matches.empty());
     if (left) gallery.left_out.push_back({name, left->reason});
     return left.has_value();
   });
-  RenderOptions view = options.view;
   view.frame = &high;
   const Scene original(device, high), plain(device, low);
   RenderOptions flat = view;
@@ -261,7 +260,7 @@ std::optional<Gallery> make_gallery(const Device& device, const Mesh& high, cons
       return progress((static_cast<double>(i) + 0.6 * done) / steps,
                       "matching by " + exhibit.method);
     };
-    if (!bake_exhibit(source, high, low, options, show, exhibit)) return std::nullopt;
+    if (!bake_exhibit(source, high, low, a, uv, show, exhibit)) return std::nullopt;
     if (!progress((static_cast<double>(i) + 0.6) / steps, "drawing")) return std::nullopt;
     const Scene mapped(device, low, {&exhibit.map});
     angles.add(original, mapped, view);
@@ -270,8 +269,8 @@ std::optional<Gallery> make_gallery(const Device& device, const Mesh& high, cons
         {mapped.draw(view),
          {exhibit.method, "normals off " + fixed_text(exhibit.mean_degrees, 2) + " degrees",
           missed_text(exhibit.bake)}});
-    exhibit.error = normal_error_texture(device, original, mapped, high, low, held_out,
-                                         options.size, options.pixels);
+    exhibit.error =
+        normal_error_texture(device, original, mapped, high, low, held_out, a.size, a.pixels);
     gallery.exhibits.push_back(std::move(exhibit));
   }
   gallery.matches = make_sheet(panels);
@@ -292,27 +291,6 @@ std::optional<Gallery> make_gallery(const Device& device, const Mesh& high, cons
 
 // ---- the command -------------------------------------------------------------------------------
 
-struct GalleryArguments {
-  std::string high, low, out, json, device, max_distance = "2%";
-  std::vector<std::string> matches;
-  HeightArguments heights;
-  ViewArguments view;
-  std::uint32_t size = 1024, picture_size = 480, pixels = 512;
-  bool quiet = false;
-};
-
-GalleryOptions gallery_options(const GalleryArguments& a) {
-  GalleryOptions options;
-  options.methods = a.matches.empty() ? match_names() : a.matches;
-  options.strict = !a.matches.empty();
-  options.size = a.size;
-  options.pixels = a.pixels;
-  options.max_distance = parse_length_above_0("--max-distance", a.max_distance);
-  options.view = view_options(a.view, is_height_field(a.high));
-  options.view.size = a.picture_size;
-  return options;
-}
-
 std::vector<std::string> save_gallery(const Gallery& gallery, const fs::path& folder,
                                       const std::string& stem) {
   std::vector<std::string> outputs;
@@ -330,7 +308,9 @@ std::vector<std::string> save_gallery(const Gallery& gallery, const fs::path& fo
 }
 
 int run_gallery(const GalleryArguments& a) {
-  GalleryOptions options = gallery_options(a);
+  parse_length_above_0("--max-distance", a.max_distance);  // before any work
+  RenderOptions view = view_options(a.view, is_height_field(a.high));
+  view.size = a.picture_size;
   Console console(a.quiet, a.json);
   Stopwatch watch;
   const fs::path folder = a.out;
@@ -343,13 +323,13 @@ int run_gallery(const GalleryArguments& a) {
   if (!console.progress(0, "reading " + a.high)) return kExitCancelled;
   std::vector<Warning> warnings;
   const DenseInput dense = load_dense(a.high, a.heights, warnings);
-  options.uv = uv_options(dense);
   const Mesh low = load_light(a.low, "", warnings);
   const double seconds_load = watch.lap();
   const std::optional<Gallery> gallery =
-      make_gallery(device, dense.mesh, low, options, [&](double done, std::string_view stage) {
-        return console.progress(0.05 + 0.9 * done, stage);
-      });
+      make_gallery(device, dense.mesh, low, a, uv_options(dense), view,
+                   [&](double done, std::string_view stage) {
+                     return console.progress(0.05 + 0.9 * done, stage);
+                   });
   if (!gallery) return kExitCancelled;
   warnings.insert(warnings.end(), gallery->warnings.begin(), gallery->warnings.end());
   const double seconds_draw = watch.lap();
@@ -371,17 +351,17 @@ int run_gallery(const GalleryArguments& a) {
                              {exhibit.method, exhibit.mean_degrees, describe_texels(exhibit.bake),
                               describe(exhibit.bake.warnings)}));
   }
-  const RenderOptions& view = options.view;
   Json json = fields(
       "version device inputs options methods left_out samples",
       {version(), describe(device.info()),
        fields("high low", {describe(dense.mesh, a.high), describe(low, a.low)}),
-       fields("match size max_distance picture_size pixels view zoom at z_up square height extent",
-              {options.methods, options.size, a.max_distance, a.picture_size, a.pixels,
-               Json::array({view.azimuth_degrees, view.elevation_degrees}), view.zoom,
-               view.at ? Json(*view.at) : Json(), view.z_up, a.view.square,
-               is_height_field(a.high) ? Json(a.heights.height) : Json(),
-               a.heights.extent.empty() ? Json() : Json(a.heights.extent)}),
+       fields(
+           "match size max_distance picture_size pixels view zoom at z_up square height extent",
+           {a.matches.empty() ? match_names() : a.matches, a.size, a.max_distance, a.picture_size,
+            a.pixels, Json::array({view.azimuth_degrees, view.elevation_degrees}), view.zoom,
+            view.at ? Json(*view.at) : Json(), view.z_up, a.view.square,
+            is_height_field(a.high) ? Json(a.heights.height) : Json(),
+            a.heights.extent.empty() ? Json() : Json(a.heights.extent)}),
        methods, describe_left_out(gallery->left_out, "method"),
        fields("every drawn", {gallery->every, gallery->samples_drawn})});
   add_ending(json, {{"load", seconds_load}, {"draw", seconds_draw}}, watch, outputs, warnings);

@@ -1,19 +1,73 @@
-#include "lab/rating.h"
-
+// Ways to match rated on one pair of meshes: `kiln measure HIGH LOW --match ...`.
 #include <algorithm>
 #include <array>
+#include <functional>
 #include <limits>
 #include <utility>
 
-#include "arguments/bake_arguments.h"
 #include "arguments/bake_values.h"
+#include "arguments/match_flags.h"
 #include "arguments/parse.h"
+#include "arguments/paths.h"
+#include "arguments/transfers.h"
+#include "interrupt.h"
+#include "lab/measure.h"
+#include "lab/measuring.h"
 #include "lab/table.h"
 #include "lab/value_tiles.h"
 #include "report/check_result.h"
+#include "report/console.h"
 
 namespace kiln::cli {
 namespace {
+
+namespace fs = std::filesystem;
+
+struct RatingOptions {
+  std::vector<std::string> methods;  ///< As `kiln bake --match` has them
+  /// Where those that take directions of visibility gather them: each is rated so often. Empty: where
+  /// `kiln bake` does.
+  std::vector<VisibilityAt> visibility_at;
+  bool strict = false;  ///< All must do for the meshes. Else those that do not are left out
+  UvOptions uv;
+  /// How a method is baked, but for its name, size and what is kept. Empty: as by default.
+  std::function<BakeOptions(const std::string& method)> bake_of;
+  std::uint32_t size = 512;        ///< Texels a side
+  std::uint32_t directions = 512;  ///< Of viewing rays
+  std::uint32_t pixels = 512;      ///< A side of the pictures whose normals are measured
+  Length max_distance = Length::share(0.02);
+  bool pictures = false;
+  std::vector<std::string> maps;  ///< Whose errors are told, as bake_of has them; may be none
+  RenderOptions view;  ///< Of the pictures. Size 0: by how much of a picture the mesh fills
+};
+
+/// One way to match.
+struct Rating {
+  std::string
+      name;  ///< In files: the method, and where it gathers directions if that was asked for
+  std::string method;
+  std::optional<VisibilityAt> visibility_at;
+  BakeReport bake;
+  MatchAssessment match;
+  NormalError normal;  ///< Rendered normals against the high poly's, over held-out views
+  // With pictures, one channel: each field as it lies on the low poly, and the error of the normal; degrees
+  // -1 and -2 as normal_angles() has them.
+  Image shape;                                 ///< Clay: shading for the others
+  Image object_space, normalised, uniformity;  ///< Values as AssessmentFields, by pixel; -99 beside
+  Image angle;
+  Image normal_error;  ///< Mean angle of the rendered normals at each texel, degrees; -1: not seen
+  std::vector<Recalled>
+      recalled;  ///< Of HIGH's vertices, with pictures; empty where it cannot be told
+};
+
+struct Ratings {
+  std::vector<Rating> rows;
+  std::vector<std::string> maps;  ///< Whose errors BakeReport::errors has, where they state one
+  std::vector<LeftOut> left_out;  ///< By methods' names
+  NormalError without_map;
+  double diagonal = 0;
+  std::vector<Warning> warnings;
+};
 
 constexpr double kPictureSide = 330;  // of a square with the mesh's area in a picture
 constexpr float kBeside = -99;
@@ -154,8 +208,6 @@ BakeOptions bake_options(const Candidate& candidate, const RatingOptions& option
   return bake_with;
 }
 
-}  // namespace
-
 std::optional<Ratings> rate(const Device& device, const Mesh& high, const Mesh& low,
                             const RatingOptions& options, const Progress& progress) {
   Ratings ratings;
@@ -274,8 +326,6 @@ Plot ratings_plot(const Ratings& ratings) {
 
 // ---- as a report and as a table ----------------------------------------------------------------
 
-namespace {
-
 double miss_rate(const MatchAssessment& a) {
   return a.samples != 0 ? static_cast<double>(a.missed) / static_cast<double>(a.samples) : 0;
 }
@@ -363,9 +413,7 @@ Json json_of(const Rating& row, const std::vector<std::string>& maps) {
   return json;
 }
 
-}  // namespace
-
-Json describe(const Ratings& ratings) {
+Json json_of(const Ratings& ratings) {
   Json rows = Json::array();
   for (const Rating& row : ratings.rows) rows.push_back(json_of(row, ratings.maps));
   return fields("diagonal left_out rendered_views without_map methods",
@@ -400,6 +448,204 @@ std::vector<std::string> ratings_table(const Ratings& ratings) {
                             none.rms_degrees, none.p95_degrees));
   if (!ratings.maps.empty()) add_errors(ratings, lines);
   return lines;
+}
+
+// ---- the command -------------------------------------------------------------------------------
+
+[[noreturn]] void fail(const std::string& text) { throw Error(ErrorCode::usage, text); }
+
+/// The flags of the match for one method, as the bake has them.
+BakeArguments baking(const MeasureArguments& a, const std::string& method) {
+  BakeArguments bake = a.bake;
+  bake.high = a.high;
+  bake.low = a.low;
+  bake.heights = a.heights;
+  bake.match = method;
+  if (a.views) bake.views = std::to_string(*a.views);
+  if (a.view_size) bake.view_size = *a.view_size;
+  return bake;
+}
+
+/// Maps whose errors are asked for.
+std::vector<std::string> measured_maps(const MeasureArguments& a) {
+  const bool asked = a.bake.given.contains("--maps") || a.bake.given.contains("--transfer");
+  std::vector<std::string> maps = asked ? all_maps(a.bake) : std::vector<std::string>();
+  for (auto map = maps.begin(); map != maps.end();) {
+    map = std::find(maps.begin(), map, *map) == map ? map + 1 : maps.erase(map);
+  }
+  return maps;
+}
+
+/// Bakes as the flags say; methods that a flag does not serve are left out, or refused where they were named.
+/// \param textures  of HIGH, that maps hold; it and the inputs outlive the rating
+void take_match_flags(const MeasureArguments& a, const DenseInput& dense, const MatchInputs& inputs,
+                      const BakeOptions& textures, RatingOptions& options,
+                      std::vector<LeftOut>& unserved) {
+  std::erase_if(options.methods, [&](const std::string& method) {
+    try {
+      check(baking(a, method));
+    } catch (const Error& error) {
+      if (options.strict || !a.bake.load_match.empty()) throw;
+      unserved.push_back({method, error.what()});
+      return true;
+    }
+    return false;
+  });
+  if (options.methods.empty()) throw Error(ErrorCode::usage, unserved.front().reason);
+  options.bake_of = [&, own = options.max_distance](const std::string& method) {
+    const BakeArguments bake = baking(a, method);
+    BakeOptions result = bake_options(bake);
+    result.width = result.height = options.size;
+    result.color = textures.color;
+    result.opacity = textures.opacity;
+    result.transfers = textures.transfers;
+    const bool cage = !bake.cage.empty() || !bake.cage_mesh.empty();
+    if (!cage || a.distance_given) result.max_distance = own;
+    result.uv = uv_options(dense, result.uv);
+    inputs.apply(result);
+    return result;
+  };
+}
+
+}  // namespace
+
+int run_rating(const MeasureArguments& a) {
+  if (a.low.empty()) {
+    fail(
+        "To rate matches, give both meshes: kiln measure HIGH LOW. With HIGH alone, name a study: "
+        "--study views, faces or size. Of one mesh without other flags than --size, the UVs are "
+        "rated.");
+  }
+  if (a.faces) fail("--faces is for --study: leave it out.");
+  const bool loaded = !a.bake.load_match.empty();
+  if (loaded && !a.matches.empty()) {
+    fail("--load-match is a match that was made: leave --match out.");
+  }
+  RatingOptions options;
+  options.methods = loaded              ? std::vector<std::string>{default_match()}
+                    : a.matches.empty() ? match_names()
+                                        : a.matches;
+  for (const std::string& at : a.visibility_at) {
+    options.visibility_at.push_back(visibility_at_values().at(at));
+  }
+  if (!a.visibility_at.empty() &&
+      std::none_of(options.methods.begin(), options.methods.end(),
+                   [](const std::string& name) { return find_match(name).takes_visibility; })) {
+    fail("--visibility-at is for --match visibility and hybrid: add one of them, or leave it out.");
+  }
+  options.strict = !a.matches.empty();
+  options.maps = measured_maps(a);
+  options.size = a.size.value_or(options.size);
+  options.directions = a.directions.value_or(options.directions);
+  options.pixels = a.pixels.value_or(options.pixels);
+  options.max_distance = parse_length_above_0("--max-distance", a.max_distance);
+  options.pictures = !a.out.empty();
+  if (!options.pictures && a.asks_for_view()) {
+    fail("--view, --zoom, --at, --square and --picture-size are for pictures: add --out DIR.");
+  }
+  options.view = view_options(a.view, is_height_field(a.high));
+  options.view.size = a.picture_size.value_or(0);
+  Console console(a.quiet, a.json);
+  Stopwatch watch;
+  const fs::path folder = a.out;
+  std::vector<fs::path> files = {a.json};
+  if (options.pictures) {
+    for (const std::string& file : plot_files("measure")) files.push_back(folder / file);
+  }
+  std::vector<std::string> inputs_read = high_files(baking(a, default_match()));
+  for (const std::string& file : low_files(baking(a, default_match()))) inputs_read.push_back(file);
+  inputs_read.insert(inputs_read.end(), {a.bake.load_match, a.bake.cage_mesh, a.bake.match_list});
+  for (const std::string& file : occluder_files(a.bake)) inputs_read.push_back(file);
+  for (const TransferArgument& transfer : parse_transfers(a.bake)) {
+    inputs_read.push_back(transfer.file);
+  }
+  check_paths({inputs_read.begin(), inputs_read.end()}, files);
+  if (options.pictures) prepare_output_folder(folder);
+  prepare_parent(a.json);
+
+  const Device device = Device::open(a.device);
+  if (!console.progress(0, "reading " + a.high)) return kExitCancelled;
+  std::vector<Warning> warnings;
+  const bool more = has_more_files(a.bake);
+  const DenseInput dense = load_dense(high_files(baking(a, default_match())), a.heights,
+                                      load_options(a.bake), more, warnings);
+  const Mesh& high = dense.mesh;
+  options.uv = uv_options(dense);
+  const Mesh low = load_low(baking(a, default_match()), warnings);
+  warn_of_boxes("HIGH and LOW", dense.mesh, low, warnings);
+  check_has_uvs(low, a.low, "");
+  MatchInputs inputs;
+  inputs.read(a.bake, high, low, warnings);
+  inputs.make_cage(baking(a, default_match()), device, high, low, warnings);
+  std::vector<LeftOut> unserved;
+  BakeOptions textures;
+  if (!a.bake.given.empty() || a.views || a.view_size) {
+    textures = bake_options(baking(a, default_match()));
+    if (!options.maps.empty()) load_textures(a.bake, high, textures, warnings);
+    take_match_flags(a, dense, inputs, textures, options, unserved);
+  }
+  const double seconds_load = watch.lap();
+  std::optional<Ratings> ratings =
+      rate(device, high, low, options, [&](double done, std::string_view stage) {
+        return console.progress(0.05 + 0.9 * done, stage);
+      });
+  if (!ratings) return kExitCancelled;
+  warnings.insert(warnings.end(), ratings->warnings.begin(), ratings->warnings.end());
+  ratings->left_out.insert(ratings->left_out.end(), unserved.begin(), unserved.end());
+  if (loaded) ratings->rows[0].name = ratings->rows[0].method = "loaded";
+  const double seconds_rate = watch.lap();
+  std::vector<std::string> outputs;
+  if (options.pictures) {
+    if (!console.progress(0.95, "writing")) return kExitCancelled;
+    for (const Rating& row : ratings->rows) {
+      const std::string stem = low.name + "_" + row.name;
+      const AssessmentFields& f = row.match.fields;
+      for (const auto& [measure, image] :
+           {std::pair("object_space", &f.object_space), std::pair("image_space", &f.image_space),
+            std::pair("normalised_image_space", &f.normalised_image_space),
+            std::pair("uniformity", &f.uniformity), std::pair("match_distance", &f.match_distance),
+            std::pair("stretch", &f.stretch), std::pair("normal_error", &row.normal_error)}) {
+        outputs.push_back((folder / (stem + "_" + measure + ".exr")).string());
+        save_image(*image, outputs.back(), {ImageFormat::exr_float});
+      }
+      if (row.recalled.empty()) continue;
+      outputs.push_back((folder / (stem + "_recall.obj")).string());
+      save_obj(recall_mesh(high, row), outputs.back());
+    }
+    if (!save_plots(folder, {ratings_plot(*ratings)}, outputs, warnings)) return kExitCancelled;
+  }
+  if (!a.json.empty()) {
+    const bool field = is_height_field(a.high);
+    Json json = fields(
+        "version device inputs options",
+        {version(), describe(device.info()),
+         fields("high low", {describe(high, a.high), describe(low, a.low)}),
+         fields("match visibility_at size directions pixels match_flags max_distance height extent "
+                "view zoom z_up",
+                {options.methods, a.visibility_at, options.size, options.directions, options.pixels,
+                 a.bake.given, a.max_distance, field ? Json(a.heights.height) : Json(),
+                 a.heights.extent.empty() ? Json() : Json(a.heights.extent),
+                 Json::array({options.view.azimuth_degrees, options.view.elevation_degrees}),
+                 options.view.zoom, options.view.z_up})});
+    if (!options.maps.empty()) json["options"]["maps"] = options.maps;
+    json.update(json_of(*ratings));
+    add_ending(json, {{"load", seconds_load}, {"rate", seconds_rate}}, watch, outputs, warnings);
+    save_report(a.json, json);
+  }
+  console.progress(1, "done");
+  std::vector<Warning> of_methods;
+  for (const Rating& row : ratings->rows) {
+    of_methods.insert(of_methods.end(), row.bake.warnings.begin(), row.bake.warnings.end());
+  }
+  print_warnings(console, warnings, of_methods, "--json");
+  if (a.json != "-") {
+    for (const std::string& line : ratings_table(*ratings)) console.line(line);
+    for (const LeftOut& left : ratings->left_out) {
+      console.line("left out: " + left.name + ": " + left.reason);
+    }
+    for (const std::string& output : outputs) console.line("wrote " + output);
+  }
+  return 0;
 }
 
 }  // namespace kiln::cli

@@ -4,8 +4,6 @@
 #include <cstdio>
 #include <stdexcept>
 
-#include "picture/plot.h"
-
 namespace kiln::cli {
 namespace {
 
@@ -30,7 +28,7 @@ std::string csv_cell(const Json& cell) {
   if (text == "null") return {};
   if (text == "true" || text == "false") return text == "true" ? "1" : "0";
   const bool whole = text.find_first_not_of("-0123456789") == text.npos;
-  return whole ? text : exact_text(cell.number());
+  return whole ? text : formatted("%.9g", cell.number());
 }
 
 }  // namespace
@@ -45,6 +43,14 @@ std::string formatted(const char* format, ...) {
   va_end(again);
   return text;
 }
+
+std::string join(const std::vector<std::string>& parts, const char* between) {
+  std::string text;
+  for (std::size_t i = 0; i < parts.size(); ++i) text += (i == 0 ? "" : between) + parts[i];
+  return text;
+}
+
+std::string text_of(double value) { return formatted("%g", value); }
 
 std::string fixed_text(double value, int digits) { return formatted("%.*f", digits, value); }
 
@@ -77,9 +83,7 @@ std::string Table::csv() const {
   for (const Json& row : rows_) {
     std::vector<std::string> cells;
     for (const Json& cell : row.elements()) cells.push_back(csv_cell(cell));
-    text += cells.front();
-    for (std::size_t i = 1; i < cells.size(); ++i) text += "," + cells[i];
-    text += "\n";
+    text += join(cells, ",") + "\n";
   }
   return text;
 }

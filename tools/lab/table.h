@@ -12,6 +12,9 @@ namespace kiln::cli {
 
 /// As printf().
 [[gnu::format(printf, 1, 2)]] std::string formatted(const char* format, ...);
+std::string join(const std::vector<std::string>& parts, const char* between);
+/// A number as people write it: "0.05", "2000".
+std::string text_of(double value);
 /// With so many digits after the point.
 std::string fixed_text(double value, int digits);
 /// A text inside a table of Markdown.

@@ -3,7 +3,6 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <cstdio>
 #include <cstdlib>
 #include <sstream>
 #include <string_view>
@@ -31,24 +30,6 @@ fs::path present(const fs::path& file) {
 }
 
 }  // namespace
-
-std::string join(const std::vector<std::string>& parts, const char* between) {
-  std::string text;
-  for (const std::string& part : parts) text += (text.empty() ? "" : between) + part;
-  return text;
-}
-
-std::string text_of(double value) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%g", value);
-  return text;
-}
-
-std::string exact_text(double value) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%.9g", value);
-  return text;
-}
 
 Json plot_panel(const std::string& y_title) {
   return {{"y_title", y_title},
@@ -83,7 +64,7 @@ void begin_plot(RunningProgram& python, const Plot& plot) {
 bool save_plots(const fs::path& folder, const std::vector<Plot>& plots,
                 std::vector<std::string>& outputs, std::vector<Warning>& warnings,
                 std::optional<RunningProgram> python) {
-  std::vector<std::string> by_hand;
+  std::string by_hand;
   for (const Plot& plot : plots) {
     const auto saved = [&](const std::string& file) {
       outputs.push_back((folder / file).string());
@@ -112,7 +93,7 @@ bool save_plots(const fs::path& folder, const std::vector<Plot>& plots,
     if (result && result->exit_code == kNoMatplotlib) result.reset();
     constexpr std::string_view kPng = "\x89PNG\r\n\x1a\n";
     if (!result) {
-      by_hand.push_back(command);
+      by_hand += (by_hand.empty() ? "" : " && ") + command;
     } else if (result->exit_code != 0 || result->output.substr(0, kPng.size()) != kPng) {
       std::string reason = result->errors;
       std::replace(reason.begin(), reason.end(), '\n', ' ');
@@ -130,7 +111,7 @@ bool save_plots(const fs::path& folder, const std::vector<Plot>& plots,
     warnings.push_back({"no-plot",
                         "Python with matplotlib is not installed, so there is no picture: install "
                         "the package python3-matplotlib, then run '" +
-                            join(by_hand, " && ") + "' in " + folder.string() + ".",
+                            by_hand + "' in " + folder.string() + ".",
                         1});
   }
   return true;

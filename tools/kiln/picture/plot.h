@@ -12,14 +12,6 @@
 
 namespace kiln::cli {
 
-std::string join(const std::vector<std::string>& parts, const char* between);
-
-/// A number as people write it: "0.05", "2000".
-std::string text_of(double value);
-
-/// A number as data: nine digits.
-std::string exact_text(double value);
-
 /// One picture, NAME.png.
 struct Plot {
   std::string name;
