@@ -5,6 +5,7 @@
 #include "arguments/paths.h"
 #include "commands.h"
 #include "lab/chart.h"
+#include "lab/measuring.h"
 #include "lab/table.h"
 
 namespace kiln::cli {
@@ -14,8 +15,6 @@ namespace fs = std::filesystem;
 
 /// The name that stands for the settings that suit hard surfaces.
 constexpr const char* kHard = "hard";
-
-[[noreturn]] void fail(const std::string& text) { throw Error(ErrorCode::usage, text); }
 
 /// Every setting of charts of meshes, by name.
 std::vector<std::string> mesh_setting_names() {

@@ -10,6 +10,7 @@
 #include "commands.h"
 #include "interrupt.h"
 #include "lab/measure.h"
+#include "lab/measuring.h"
 #include "lab/table.h"
 #include "report/check_result.h"
 #include "report/console.h"
@@ -45,10 +46,9 @@ int rate_layout_of(const MeasureArguments& a) {
   std::vector<Warning> warnings;
   const Mesh mesh = load_mesh(a.high, &warnings);
   if (mesh.uvs.empty()) {
-    throw Error(ErrorCode::usage,
-                "'" + a.high +
-                    "' has no UVs to rate. To rate matches, give both meshes: kiln measure HIGH "
-                    "LOW. With HIGH alone, name a study: --study views, faces or size.");
+    fail("'" + a.high +
+         "' has no UVs to rate. To rate matches, give both meshes: kiln measure HIGH "
+         "LOW. With HIGH alone, name a study: --study views, faces or size.");
   }
   const std::uint32_t size = a.size.value_or(512);
   if (!console.progress(0.5, "rating the layout")) return kExitCancelled;
@@ -153,7 +153,7 @@ Run add_measure(Command& app) {
       if (takes) a->bake.given.insert(flag);
       if (flag == "--max-distance") a->distance_given = true;
       if (!takes || a->study.empty()) continue;
-      throw Error(ErrorCode::usage, flag + " is for rating matches: leave out --study, or it.");
+      fail(flag + " is for rating matches: leave out --study, or it.");
     }
     part_maps(a->bake);
     if (a->study.empty() && a->low.empty()) {

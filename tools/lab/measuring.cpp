@@ -47,6 +47,8 @@ Image places() {
 
 }  // namespace
 
+void fail(const std::string& text) { throw Error(ErrorCode::usage, text); }
+
 std::vector<ViewAngles> angles_of(const std::vector<Vec3>& directions) {
   std::vector<ViewAngles> angles;
   for (const Vec3& toward : directions) angles.push_back(view_angles(toward));

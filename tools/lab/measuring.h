@@ -13,6 +13,9 @@ namespace kiln::cli {
 constexpr std::uint32_t kHeldOutViews = 30;
 constexpr double kLeastHeldOutAngle = 2;  ///< Degrees from a view matched from to one measured from
 
+/// \throws Error(usage)
+[[noreturn]] void fail(const std::string& text);
+
 std::vector<ViewAngles> angles_of(const std::vector<Vec3>& directions);
 /// kHeldOutViews, none near those of a bake's default of 12 views.
 std::vector<ViewAngles> usual_held_out_angles();

@@ -452,8 +452,6 @@ std::vector<std::string> ratings_table(const Ratings& ratings) {
 
 // ---- the command -------------------------------------------------------------------------------
 
-[[noreturn]] void fail(const std::string& text) { throw Error(ErrorCode::usage, text); }
-
 /// The flags of the match for one method, as the bake has them.
 BakeArguments baking(const MeasureArguments& a, const std::string& method) {
   BakeArguments bake = a.bake;
@@ -491,7 +489,7 @@ void take_match_flags(const MeasureArguments& a, const DenseInput& dense, const 
     }
     return false;
   });
-  if (options.methods.empty()) throw Error(ErrorCode::usage, unserved.front().reason);
+  if (options.methods.empty()) fail(unserved.front().reason);
   options.bake_of = [&, own = options.max_distance](const std::string& method) {
     const BakeArguments bake = baking(a, method);
     BakeOptions result = bake_options(bake);

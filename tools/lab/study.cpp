@@ -685,18 +685,17 @@ Json json_of(const Study& study, const StudyOptions& options) {
       enough[std::to_string(faces)] = levels_off(select(study, Curve::kiln, faces)).size;
     }
   }
-  Json json = fields("study measured_from diagonal max_distance_world settings worst best findings",
-                     {study_name(options.kind),
-                      describe_views(study.held_out, options.pixels, study.least_angle_degrees),
-                      study.diagonal, study.max_distance, settings, study.worst.setting,
-                      study.best.setting, findings(study, options)});
+  Json json = fields(
+      "study measured_from diagonal max_distance_world settings worst best",
+      {study_name(options.kind),
+       describe_views(study.held_out, options.pixels, study.least_angle_degrees), study.diagonal,
+       study.max_distance, settings, study.worst.setting, study.best.setting});
   if (!enough.empty()) json["levels_off_at"] = enough;
+  json["findings"] = findings(study, options);
   return json;
 }
 
 // ---- the command -------------------------------------------------------------------------------
-
-[[noreturn]] void fail(const std::string& text) { throw Error(ErrorCode::usage, text); }
 
 /// Contradictions between several options.
 void check_study(const MeasureArguments& a) {
@@ -801,7 +800,7 @@ int run_study(const MeasureArguments& a) {
                fields("load low bake measure study save", {seconds_load, study.seconds_low, bake,
                                                            measure, seconds_study, seconds_save}),
                watch, outputs, warnings);
-    save_text(a.json, to_text(json));
+    save_report(a.json, json);
   }
   console.progress(1, "done");
   std::vector<Warning> of_settings;
