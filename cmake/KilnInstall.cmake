@@ -1,5 +1,5 @@
 # Installs the library, its headers, the CMake package and the pkg-config file.
-install(TARGETS kiln EXPORT kiln-targets
+install(TARGETS ${kiln_parts} EXPORT kiln-targets
   FILE_SET HEADERS DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}
   LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR}
   ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR}
@@ -16,26 +16,23 @@ install(FILES ${CMAKE_CURRENT_BINARY_DIR}/kiln-config.cmake
   DESTINATION ${CMAKE_INSTALL_LIBDIR}/cmake/kiln)
 
 # Whoever links a static Kiln links what it was built with.
-get_target_property(kiln_links kiln LINK_LIBRARIES)
 set(kiln_private "")
-foreach(library IN LISTS kiln_links)
-  if(library STREQUAL "OpenCL::OpenCL")
-    string(APPEND kiln_private " -lOpenCL")
-  elseif(library STREQUAL "OpenMeshCore")
+if(NOT BUILD_SHARED_LIBS)
+  set(kiln_private " -lkiln_geometry -lOpenCL -lmeshoptimizer -pthread")
+  if(KILN_WITH_IO)
     string(APPEND kiln_private " -lOpenMeshCore")
-  elseif(library STREQUAL "meshoptimizer::meshoptimizer")
-    string(APPEND kiln_private " -lmeshoptimizer")
-  elseif(library STREQUAL "Threads::Threads")
-    string(APPEND kiln_private " -pthread")
-  elseif(library STREQUAL "Vdb::openvdb")
+  endif()
+  if(TARGET Vdb::openvdb)
     string(APPEND kiln_private " -lopenvdb -ltbb -lImath")
   endif()
-endforeach()
+endif()
 set(kiln_pc_requires "")
 set(kiln_pc_flags "")
 set(kiln_pc_libs "")
-if(kiln_type STREQUAL "STATIC_LIBRARY")
+set(kiln_pc_before "")
+if(NOT BUILD_SHARED_LIBS)
   set(kiln_pc_flags " -DKILN_STATIC")
+  set(kiln_pc_before "-lkiln_measure -lkiln_volume ")
   set(kiln_pc_libs "${kiln_private}")
   if(KILN_WITH_IO)
     set(kiln_pc_requires "OpenEXR libpng zlib")

@@ -10,5 +10,18 @@
 
 #pragma GCC visibility push(default)
 #include "kiln/kiln.h"
+#include "kiln/assess.h"
+#include "kiln/contour.h"
+#include "kiln/depth.h"
+#include "kiln/gradient.h"
+#include "kiln/height_field.h"
+#include "kiln/layout.h"
+#include "kiln/measure.h"
+#include "kiln/normals.h"
+#include "kiln/plan.h"
+#include "kiln/render.h"
+#include "kiln/simplify.h"
+#include "kiln/unwrap.h"
+#include "kiln/volume.h"
 #include "kiln/opencl.h"
 #pragma GCC visibility pop

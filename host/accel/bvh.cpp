@@ -10,8 +10,8 @@
 #include <string>
 #include <vector>
 
-#include "accel/bvh_guards.h"
 #include "accel/bvh_nodes.h"
+#include "accel/bvh_prisms.h"
 #include "accel/bvh_range.h"
 #include "base/parallel.h"
 #include "kiln/error.h"
@@ -74,7 +74,7 @@ class Builder {
       crowded = crowded || subtree.crowded;
     }
     if (const double area{root.box.half_area()}; area > 0) bvh.leaves_a_line = leaf_area / area;
-    if (guard_ && (crowded || bvh.leaves_a_line > kCrowded)) add_guards(bvh);
+    if (guard_ && (crowded || bvh.leaves_a_line > kCrowded)) add_prisms(bvh);
     bvh.duplicates = duplicates_;
     bvh.triangles -= duplicates_;
     return bvh;

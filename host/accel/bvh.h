@@ -27,7 +27,7 @@ struct Bvh {
   /// "Heuristics for ray tracing using space subdivision", section 2): few for scans, a share of all for a fan of
   /// needles. Of the tree as it was built.
   double leaves_a_line = 0;
-  std::uint64_t guards = 0;  ///< Among the nodes: see kiln_bvh_guard
+  std::uint64_t guards = 0;  ///< Among the nodes: see kiln_bvh_prism
 
   std::span<const kiln_bvh_node> nodes() const { return {node_data.get(), node_count}; }
   std::span<const kiln_bvh_block> blocks() const { return {block_data.get(), block_count}; }

@@ -2,7 +2,7 @@
 
 namespace kiln::bvh {
 
-/// Whether all corners are the same numbers, in the same order: then so is every answer, and ties go to the
+/// True if all corners are the same numbers, in the same order: then so is every answer, and ties go to the
 /// lower index.
 bool Merger::same_corners(std::uint32_t a, std::uint32_t b) const {
   for (std::size_t k = 0; k < 3; ++k) {

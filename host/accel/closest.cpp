@@ -26,7 +26,7 @@ ClosestFinder::ClosestFinder(cl::Context& context, std::shared_ptr<const Tree> t
 
 void ClosestFinder::find(const cl::Array<float>& points, std::uint32_t count,
                          std::uint32_t capacity, const ClosestQuery& query,
-                         Correspondence& result) const {
+                         DeviceCorrespondence& result) const {
   if (!(query.max_distance >= 0 && query.max_distance <= KILN_CLOSEST_FARTHEST)) {
     throw Error(ErrorCode::usage, "The distance to search for the nearest point is " +
                                       std::to_string(query.max_distance) +

@@ -9,7 +9,7 @@
 #include "accel/device_bvh.h"
 #include "cl/context.h"
 #include "kiln/types.h"
-#include "texel/correspondence.h"
+#include "texel/device_correspondence.h"
 
 namespace kiln {
 
@@ -35,7 +35,7 @@ class ClosestFinder {
   /// point lies behind the sample, against its direction) and status for each.
   /// \throws Error(usage) for a distance out of range
   void find(const cl::Array<float>& points, std::uint32_t count, std::uint32_t capacity,
-            const ClosestQuery& query, Correspondence& result) const;
+            const ClosestQuery& query, DeviceCorrespondence& result) const;
 
   Traversal traversal() const { return traversal_; }  ///< Never automatic
 

@@ -8,7 +8,7 @@
 namespace kiln {
 namespace {
 
-constexpr std::uint32_t kViewsPerLaunch = 64;  // bits of the kernel's `left_out`
+constexpr std::uint32_t kDepthViewsPerLaunch = 64;  // bits of the kernel's `left_out`
 // Of the device's memory, for the keys of one batch.
 constexpr double kShareOfMemory = 0.25;
 
@@ -47,7 +47,7 @@ std::uint32_t DepthViews::batch_size(const cl::Context& context, std::uint32_t s
                                 kShareOfMemory * static_cast<double>(context.info().memory_bytes));
   // Pixels of a batch are counted in 32 bits.
   const double most = std::min(limit / bytes, 4294967295.0 / pixels);
-  return static_cast<std::uint32_t>(std::clamp(most, 1.0, double{kViewsPerLaunch}));
+  return static_cast<std::uint32_t>(std::clamp(most, 1.0, double{kDepthViewsPerLaunch}));
 }
 
 DepthViews::DepthViews(cl::Context& context, Rasterizer& rasterizer,
@@ -68,7 +68,7 @@ DepthViews::DepthViews(cl::Context& context, Rasterizer& rasterizer,
 }
 
 void DepthViews::reset(cl::Context& context, std::uint32_t count, const cl::Array<float>& score,
-                       Correspondence& result) {
+                       DeviceCorrespondence& result) {
   result.count = count;
   context.fill(score, std::numeric_limits<float>::infinity());
   context.fill(result.triangle, std::uint32_t{KILN_NO_TRIANGLE});
@@ -94,7 +94,7 @@ kiln_views_params DepthViews::params(std::uint32_t count, std::uint32_t capacity
 
 void DepthViews::match(const cl::Array<float>& points, std::uint32_t count, std::uint32_t capacity,
                        const ViewQuery& query, const cl::Array<float>& score,
-                       Correspondence& result) const {
+                       DeviceCorrespondence& result) const {
   kiln_views_params values = params(count, capacity, query);
   values.result_capacity = result.capacity;
   context_.launch(context_.kernel("views", "kiln_views_match"), count, kLocal, values,

@@ -8,7 +8,7 @@
 #include "cl/context.h"
 #include "kiln/bake.h"
 #include "mesh/vector.h"
-#include "texel/correspondence.h"
+#include "texel/device_correspondence.h"
 
 namespace kiln {
 
@@ -42,7 +42,8 @@ class DepthViews {
   /// Improves the correspondence of samples [0, count) of `points`, where a view is better than the
   /// `score` so far; of equally good ones the first that was ever asked stays.
   void match(const cl::Array<float>& points, std::uint32_t count, std::uint32_t capacity,
-             const ViewQuery& query, const cl::Array<float>& score, Correspondence& result) const;
+             const ViewQuery& query, const cl::Array<float>& score,
+             DeviceCorrespondence& result) const;
 
   /// How much along its direction each view sees each sample: the cosine, or 0 where it does not.
   /// \param quality  [views * count]
@@ -51,7 +52,7 @@ class DepthViews {
 
   /// Sets a band's samples to undecided.
   static void reset(cl::Context& context, std::uint32_t count, const cl::Array<float>& score,
-                    Correspondence& result);
+                    DeviceCorrespondence& result);
 
   /// Views of this size that fit one batch on this device.
   static std::uint32_t batch_size(const cl::Context& context, std::uint32_t size);

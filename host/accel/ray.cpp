@@ -97,7 +97,7 @@ RayCaster& RayCaster::operator=(RayCaster&&) noexcept = default;
 
 void RayCaster::intersect(const cl::Array<float>& points, std::uint32_t count,
                           std::uint32_t capacity, const RayQuery& query,
-                          Correspondence& result) const {
+                          DeviceCorrespondence& result) const {
   check_query(query, count, std::min(capacity, result.capacity));
   result.count = count;
   const bool gpu = impl_->traversal == Traversal::gpu;

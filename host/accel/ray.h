@@ -9,7 +9,7 @@
 #include "cl/context.h"
 #include "kiln/types.h"
 #include "shared/ray.h"
-#include "texel/correspondence.h"
+#include "texel/device_correspondence.h"
 
 namespace kiln {
 
@@ -57,7 +57,7 @@ class RayCaster {
   /// direction x y z, reach; see TexelBand). Writes triangle, barycentric, distance (signed, along
   /// the direction, from the sample's position) and status for each.
   void intersect(const cl::Array<float>& points, std::uint32_t count, std::uint32_t capacity,
-                 const RayQuery& query, Correspondence& result) const;
+                 const RayQuery& query, DeviceCorrespondence& result) const;
 
   /// Any-hit: writes 1 to `hit` where something lies in [t_min, t_max].
   void occluded(const cl::Array<float>& points, std::uint32_t count, std::uint32_t capacity,

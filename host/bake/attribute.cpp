@@ -11,7 +11,7 @@
 #include "kiln/validate.h"
 #include "match/match_array.h"
 #include "shared/match.h"
-#include "source/dense_mesh.h"
+#include "source/high_poly.h"
 
 namespace kiln {
 namespace {

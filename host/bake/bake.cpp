@@ -4,8 +4,8 @@
 #include <utility>
 
 #include "bake/pipeline.h"
+#include "base/progress_guard.h"
 #include "match/match_array.h"
-#include "source/alive.h"
 
 namespace kiln {
 namespace {
@@ -63,8 +63,8 @@ BakeResult bake_drawn(const Source::Impl& high, const Mesh& low, const BakeOptio
 }
 
 BakeResult bake(const Source& source, const Mesh& low, const BakeOptions& options) {
-  Alive alive(options.progress);
-  const BakeProgress progress(alive.progress());
+  ProgressGuard guard(options.progress);
+  const BakeProgress progress(guard.progress());
   return unless_cancelled<BakeResult>(
       [&] { return bake_clusters(impl_of(source), low, options, progress); },
       [](BakeResult& none) { none.cancelled = true; });

@@ -158,7 +158,7 @@ std::vector<CopyCheck::Point> CopyCheck::match(std::span<const Place> places) {
   band.barycentric = cl::Array<float>(context, std::span<const float>(weights));
   band.points = cl::Array<float>(context, std::span<const float>(points));
   prepare_(band);
-  Correspondence found(context, band.capacity);
+  DeviceCorrespondence found(context, band.capacity);
   found.count = count;
   matcher_.run(band, found);
   context.finish();

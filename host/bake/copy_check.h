@@ -1,4 +1,4 @@
-// Whether triangles that share texels stand for the same surface of the high poly.
+// True if triangles that share texels stand for the same surface of the high poly.
 #pragma once
 
 #include <cstdint>

@@ -45,8 +45,8 @@ class Picker {
     return to;
   }
 
-  Correspondence of(const Correspondence& from) const {
-    Correspondence to;
+  DeviceCorrespondence of(const DeviceCorrespondence& from) const {
+    DeviceCorrespondence to;
     to.count = count();
     to.capacity = capacity_;
     to.triangle = of(from.triangle, from.capacity, 1);
@@ -166,17 +166,17 @@ class Finer {
 
   /// Where the match reads more of a band than its points, all of the band is matched, and maps are still made of
   /// the part alone.
-  Correspondence matched(const TexelBand& part, const Picker& picker) {
+  DeviceCorrespondence matched(const TexelBand& part, const Picker& picker) {
     const bool whole = scene_.matcher.needs_band();
     const TexelBand& band = whole ? band_ : part;
-    Correspondence match(context_, band.capacity, layers_.need_visibility());
+    DeviceCorrespondence match(context_, band.capacity, layers_.need_visibility());
     match.count = band.sample_count;
     scene_.matcher.run(band, match);
     context_.finish();
     return whole ? picker.of(match) : std::move(match);
   }
 
-  void compare(const TexelBand& texels, const Correspondence& match,
+  void compare(const TexelBand& texels, const DeviceCorrespondence& match,
                std::span<const std::uint32_t> places) {
     const std::size_t size = std::size_t{texels.row_count} * options_.width;
     const std::size_t offset = std::size_t{texels.first_row} * options_.width;

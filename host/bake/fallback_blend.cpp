@@ -15,7 +15,7 @@ namespace {
 /// Of a step along a row or column, and aslant. Whole numbers, so that all orders of adding agree.
 constexpr std::uint32_t kStraight = 1000;
 constexpr std::uint32_t kDiagonal = 1414;
-constexpr std::uint32_t kFar = 0xFFFFFFFFU;
+constexpr std::uint32_t kFarFromBorder = 0xFFFFFFFFU;
 
 /// The eight neighbours of texels on the surface: first the four that share a side.
 class Neighbours {
@@ -81,7 +81,7 @@ void FallbackBlend::plan(const LowSurface& surface) {
     return triangle_[texel] != KILN_NO_TRIANGLE &&
            decider_[texel] == static_cast<std::uint8_t>(decider);
   };
-  cost_.assign(decider_.size(), kFar);
+  cost_.assign(decider_.size(), kFarFromBorder);
   // Half a texel of the way lies on the fallback's side of the border.
   const std::uint32_t farthest = reach_ * kStraight + kStraight / 2;
   using Step = std::pair<std::uint32_t, std::uint32_t>;  // the cost so far, the texel
@@ -114,7 +114,7 @@ void FallbackBlend::plan(const LowSurface& surface) {
 
 float FallbackBlend::share(std::size_t texel) const {
   const std::uint32_t cost = cost_[texel];
-  if (cost == kFar) return 1;
+  if (cost == kFarFromBorder) return 1;
   if (cost == 0) return 0;
   const double way = (static_cast<double>(cost) / kStraight - 0.5) / reach_;
   return static_cast<float>(way * way * (3 - 2 * way));
@@ -123,7 +123,7 @@ float FallbackBlend::share(std::size_t texel) const {
 bool FallbackBlend::touches(const TexelBand& band) const {
   const auto first = cost_.begin() + static_cast<std::ptrdiff_t>(band.first_row) * width_;
   return std::any_of(first, first + static_cast<std::ptrdiff_t>(band.row_count) * width_,
-                     [](std::uint32_t cost) { return cost != kFar; });
+                     [](std::uint32_t cost) { return cost != kFarFromBorder; });
 }
 
 std::uint64_t FallbackBlend::run(cl::Context& context, const TexelBand& band, Matcher& matcher,
@@ -149,8 +149,8 @@ std::uint64_t FallbackBlend::run(cl::Context& context, const TexelBand& band, Ma
   matcher.run_fallback(band, chosen, found_);
   const auto count = static_cast<std::uint32_t>(chosen.size());
   if (other_.capacity < band.capacity) {
-    other_ = Correspondence();
-    other_ = Correspondence(context, band.capacity);
+    other_ = DeviceCorrespondence();
+    other_ = DeviceCorrespondence(context, band.capacity);
   }
   context.fill(other_.triangle, std::uint32_t{KILN_NO_TRIANGLE});
   const cl::Array<std::uint32_t> indices(context, std::span<const std::uint32_t>(chosen));

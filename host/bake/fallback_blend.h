@@ -13,7 +13,7 @@
 #include "detail/band_reads.h"
 #include "match/matcher.h"
 #include "mesh/low_surface.h"
-#include "texel/correspondence.h"
+#include "texel/device_correspondence.h"
 #include "texel/texels.h"
 
 namespace kiln {
@@ -37,12 +37,13 @@ class FallbackBlend {
   /// texels that are not the method's.
   float share(std::size_t texel) const;
 
-  /// Whether a band has texels that take both.
+  /// True if a band has texels that take both.
   bool touches(const TexelBand& band) const;
 
   /// Makes a band's texels again, blended: told what the fallback found, and how much of the match each
   /// sample keeps.
-  using Make = std::function<void(const Correspondence& other, const cl::Array<float>& shares)>;
+  using Make =
+      std::function<void(const DeviceCorrespondence& other, const cl::Array<float>& shares)>;
 
   /// Bakes a band again, blended. Texels of which the fallback finds nothing come out as before.
   /// \param matcher  has run the band last
@@ -56,7 +57,7 @@ class FallbackBlend {
   std::vector<std::uint32_t> triangle_;  // of the low poly, of each texel; gone after plan()
   std::vector<std::uint8_t> decider_;    // of each texel
   std::vector<std::uint32_t> cost_;      // from the border, in kStraight a texel
-  Correspondence found_, other_;
+  DeviceCorrespondence found_, other_;
 };
 
 }  // namespace kiln

@@ -126,19 +126,19 @@ BandPixels Layers::pixels(Layer& layer, const TexelBand& band) {
           std::span(coverage_).subspan(offset, count)};
 }
 
-void Layers::run(const TexelBand& band, const Correspondence& match) {
+void Layers::run(const TexelBand& band, const DeviceCorrespondence& match) {
   for (Layer& layer : layers_) layer.maker->run(band, match, pixels(layer, band));
 }
 
-void Layers::run_blended(const TexelBand& band, const Correspondence& match,
-                         const Correspondence& other, const cl::Array<float>& shares) {
+void Layers::run_blended(const TexelBand& band, const DeviceCorrespondence& match,
+                         const DeviceCorrespondence& other, const cl::Array<float>& shares) {
   shared_.next_band();
   for (Layer& layer : layers_) {
     layer.maker->run_blended(band, match, other, shares, pixels(layer, band));
   }
 }
 
-void Layers::run_some(const TexelBand& part, const Correspondence& match,
+void Layers::run_some(const TexelBand& part, const DeviceCorrespondence& match,
                       std::span<const std::size_t> places) {
   shared_.next_band();
   std::vector<float> values;

@@ -8,7 +8,7 @@
 #include "cl/context.h"
 #include "detail/registry.h"
 #include "image/mips.h"
-#include "mesh/dense_normals.h"
+#include "mesh/high_poly_normals.h"
 
 namespace kiln {
 
@@ -32,14 +32,14 @@ class Layers {
   /// The high poly changed.
   void next_source() { shared_.next_source(); }
   /// Makes the texels of a band in all maps, and says which are covered.
-  void run(const TexelBand& band, const Correspondence& match);
-  void run_blended(const TexelBand& band, const Correspondence& match, const Correspondence& other,
-                   const cl::Array<float>& shares);
+  void run(const TexelBand& band, const DeviceCorrespondence& match);
+  void run_blended(const TexelBand& band, const DeviceCorrespondence& match,
+                   const DeviceCorrespondence& other, const cl::Array<float>& shares);
 
   /// Makes some texels anew, of the maps that do not follow positions.
   /// \param part    a band of these texels alone, with `match` of its samples
   /// \param places  of its texels in the map
-  void run_some(const TexelBand& part, const Correspondence& match,
+  void run_some(const TexelBand& part, const DeviceCorrespondence& match,
                 std::span<const std::size_t> places);
 
   std::vector<Layer>& all() { return layers_; }
@@ -50,15 +50,15 @@ class Layers {
   BandReads& reads() { return *reads_; }
   /// The first map of unit vectors; null where there is none.
   const Image* unit_vectors() const;
-  /// Whether one of the maps changes wherever vertices of the high poly move.
+  /// True if one of the maps changes wherever vertices of the high poly move.
   bool follow_positions() const;
-  /// Whether one of the maps may change anywhere wherever the high poly changes.
+  /// True if one of the maps may change anywhere wherever the high poly changes.
   bool read_around() const;
-  /// Whether one of the maps holds what a match by visibility went by.
+  /// True if one of the maps holds what a match by visibility went by.
   bool need_visibility() const;
-  /// Whether one of the maps is made to an error that is given.
+  /// True if one of the maps is made to an error that is given.
   bool obey_max_error(const BakeOptions& options) const;
-  /// Whether one of the maps fills what was missed whatever MissPolicy says.
+  /// True if one of the maps fills what was missed whatever MissPolicy says.
   bool fill_misses() const;
   /// Per texel: empty, baked or missed (image/gutter.h).
   const std::vector<std::uint8_t>& coverage() const { return coverage_; }

@@ -2,7 +2,7 @@
 #include <utility>
 
 #include "bake/pipeline.h"
-#include "source/alive.h"
+#include "base/progress_guard.h"
 
 namespace kiln {
 namespace {
@@ -39,8 +39,8 @@ MatchResult match_alone(const Source::Impl& high, const Mesh& low, BakeOptions o
 
 MatchResult match(const Source& source, const Mesh& low, const BakeOptions& options) {
   check_alone(options);
-  Alive alive(options.progress);
-  const BakeProgress progress(alive.progress());
+  ProgressGuard guard(options.progress);
+  const BakeProgress progress(guard.progress());
   return unless_cancelled<MatchResult>(
       [&] { return match_alone(impl_of(source), low, options, progress); },
       [](MatchResult& none) { none.cancelled = true; });

@@ -38,7 +38,7 @@ void warn_about_length(const char* name, const std::optional<Length>& length, co
   warnings.push_back({"far-rays", text, 1});
 }
 
-/// Whether a cage mesh says where rays leave to.
+/// True if a cage mesh says where rays leave to.
 bool has_offsets(const LowSurface& surface) {
   return surface.has_cage_mesh && surface.cage_kind == CageKind::offsets;
 }

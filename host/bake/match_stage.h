@@ -32,7 +32,7 @@ struct Clusters {
 /// \param report  out: where they turn at hard edges, how far off; may be null
 EdgeTurn edge_turn(const BakeOptions& options, const Source::Impl& source,
                    const LowSurface& surface, EdgeReport* report = nullptr);
-/// Whether they turn as the high poly says, and so change with it.
+/// True if they turn as the high poly says, and so change with it.
 bool turns_by_source(const BakeOptions& options);
 
 /// How far samples on open sheets look where nothing is near: only where nobody says how far.

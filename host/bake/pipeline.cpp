@@ -96,8 +96,8 @@ PipelineBand& Pipeline::sampled(std::uint32_t number) {
   sheets_.apply(context_, band.texels);
   cage_.apply(context_, band.texels);
   if (band.match.capacity < band.texels.capacity) {
-    band.match = Correspondence();
-    band.match = Correspondence(context_, band.texels.capacity, layers_.need_visibility());
+    band.match = DeviceCorrespondence();
+    band.match = DeviceCorrespondence(context_, band.texels.capacity, layers_.need_visibility());
   }
   band.match.count = band.texels.sample_count;
   return band;
@@ -166,7 +166,7 @@ void Pipeline::move(std::uint32_t first, std::span<const Vec3> positions) {
 void Pipeline::make_collectors() {
   const BakeOptions& options = scene_.options;
   if (!options.fallback.empty() && layers_.unit_vectors() != nullptr) {
-    switches_.emplace(scene_.low, options.width, options.height);
+    transitions_.emplace(scene_.low, options.width, options.height);
   }
   if (options.fallback_blend > 0) {
     blend_.emplace(options.width, options.height, options.fallback_blend);
@@ -176,9 +176,9 @@ void Pipeline::make_collectors() {
   const MatchRequest request = match_request(options, scene_.high, surface_);
   CopyCheck* const copies = copies_ ? &*copies_ : nullptr;
   if (options.recall > 0)
-    recall_.emplace(request, Recall::spread(scene_.high, options.recall), copies);
-  if (options.recall_vertices) {
-    recall_vertices_.emplace(request, Recall::vertices(scene_.high), copies);
+    coverage_.emplace(request, HighCoverage::spread(scene_.high, options.recall), copies);
+  if (options.vertex_coverage) {
+    vertex_coverage_.emplace(request, HighCoverage::vertices(scene_.high), copies);
   }
   result_.report.seconds_recall += watch_.lap();
 }
@@ -233,11 +233,11 @@ void Pipeline::find(PipelineBand& band, const Pass& pass) {
 /// What a band tells beside its maps.
 void Pipeline::note(const PipelineBand& band, const Pass& pass) {
   BakeReport& report = result_.report;
-  if (switches_) switches_->store(layers_.reads(), band.texels, matcher_->deciders());
+  if (transitions_) transitions_->store(layers_.reads(), band.texels, matcher_->deciders());
   if (blend_) blend_->store(layers_.reads(), band.texels, matcher_->deciders());
   report.seconds_image += watch_.lap();
-  if (recall_) recall_->store(scene_.high, layers_.reads(), band.match);
-  if (recall_vertices_) recall_vertices_->store(scene_.high, layers_.reads(), band.match);
+  if (coverage_) coverage_->store(scene_.high, layers_.reads(), band.match);
+  if (vertex_coverage_) vertex_coverage_->store(scene_.high, layers_.reads(), band.match);
   report.seconds_recall += watch_.lap();
   if (result_.match && (pass.match || pass.measure)) {
     store_band(context_, band.texels, band.match, unit_, *result_.match);
@@ -286,14 +286,14 @@ void Pipeline::warn_about_pixels() {
        1});
 }
 
-void Pipeline::tell_recall() {
+void Pipeline::report_coverage() {
   BakeReport& report = result_.report;
-  if (recall_) report.recall = recall_->report(scene_.high.frame);
+  if (coverage_) report.recall = coverage_->report(scene_.high.frame);
   // Where little was found at all, that is what there is to say.
   if (report.recall && report.missed * 50 <= report.samples) {
     warn_about_loss(*report.recall, scene_.options, report.warnings);
   }
-  if (recall_vertices_) result_.recalled = recall_vertices_->marks();
+  if (vertex_coverage_) result_.recalled = vertex_coverage_->marks();
   report.seconds_recall += watch_.lap();
 }
 
@@ -308,11 +308,11 @@ void Pipeline::blend() {
     matcher_->run(band.texels, band.match);
     report.blended_texels +=
         blend_->run(context_, band.texels, *matcher_,
-                    [&](const Correspondence& other, const cl::Array<float>& shares) {
+                    [&](const DeviceCorrespondence& other, const cl::Array<float>& shares) {
                       layers_.run_blended(band.texels, band.match, other, shares);
                     });
   }
-  if (switches_) report.switches_blended = switches_->measure(*layers_.unit_vectors());
+  if (transitions_) report.transitions_blended = transitions_->measure(*layers_.unit_vectors());
   report.seconds_match += watch_.lap();
 }
 
@@ -387,8 +387,8 @@ BakeResult Pipeline::run(Clusters& clusters, Image* drawn) {
   make_collectors();
   over_bands({});
   finish_match(true);
-  tell_recall();
-  if (switches_) result_.report.switches = switches_->measure(*layers_.unit_vectors());
+  report_coverage();
+  if (transitions_) result_.report.transitions = transitions_->measure(*layers_.unit_vectors());
   blend();
   if (scene_.options.report_errors || layers_.obey_max_error(scene_.options)) measure_errors();
   finish_maps(drawn);

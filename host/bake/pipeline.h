@@ -9,11 +9,11 @@
 
 #include "bake/copy_check.h"
 #include "bake/fallback_blend.h"
+#include "bake/high_coverage.h"
 #include "bake/layers.h"
 #include "bake/match_stage.h"
+#include "bake/match_transitions.h"
 #include "bake/progress.h"
-#include "bake/recall.h"
-#include "bake/switches.h"
 #include "base/stopwatch.h"
 #include "match/cage_reach.h"
 
@@ -22,10 +22,10 @@ namespace kiln {
 /// A band of rows: its samples, and their points of the high poly.
 struct PipelineBand {
   TexelBand texels;
-  Correspondence match;
+  DeviceCorrespondence match;
 };
 
-/// Whether each band takes the place of the last one, or all stay on the device, for baking again.
+/// True if each band takes the place of the last one, or all stay on the device, for baking again.
 enum class Bands { pass, stay };
 
 /// What a pass over the bands does with each.
@@ -57,7 +57,7 @@ class Pipeline {
   void sample();
   /// Makes the matcher, unless one is there that follows the high poly as it moves.
   void prepare_match(Clusters& clusters);
-  /// Whether points stay as the high poly moves, and only distances change.
+  /// True if points stay as the high poly moves, and only distances change.
   bool points_stay() const { return matcher_ != nullptr && matcher_->points_stay(); }
   /// The high poly's vertices [first, first + positions.size()) moved. Frame units
   void move(std::uint32_t first, std::span<const Vec3> positions);
@@ -94,7 +94,7 @@ class Pipeline {
   EdgeTurn find_turn();
   Match empty_match();
   void make_collectors();
-  void tell_recall();
+  void report_coverage();
   void blend();
   void measure_errors();
   void warn_about_pixels();
@@ -119,9 +119,9 @@ class Pipeline {
   std::vector<Warning> made_warnings_;  // of making the matcher
   std::vector<std::uint32_t> chart_of_triangle_;
   ChartMap charts_;
-  std::optional<Switches> switches_;
+  std::optional<MatchTransitions> transitions_;
   std::optional<FallbackBlend> blend_;
-  std::optional<Recall> recall_, recall_vertices_;
+  std::optional<HighCoverage> coverage_, vertex_coverage_;
   double distance_sum_ = 0;
   std::uint32_t cluster_ = 0;
   std::optional<std::uint64_t> source_hash_, low_hash_;

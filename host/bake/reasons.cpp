@@ -6,7 +6,7 @@
 
 #include "bake/match_stage.h"
 #include "match/cage_reach.h"
-#include "match/host_match.h"
+#include "match/host_correspondence.h"
 #include "match/match_array.h"
 #include "match/ray.h"
 #include "mesh/vector.h"
@@ -14,7 +14,7 @@
 namespace kiln {
 namespace {
 
-constexpr float kFar = 4;  // beyond any mesh, frame units
+constexpr float kFarFromHigh = 4;  // beyond any mesh, frame units
 
 class Explainer {
  public:
@@ -76,10 +76,10 @@ class Explainer {
                     band.capacity, count, indices, band.points, rays);
     RayQuery two_sided = query_, far = query_;
     two_sided.two_sided = true;
-    far.t_max = kFar;
-    if (!far.inward) far.t_min = -kFar;
-    const HostMatch same = cast(rays, count, query_), back = cast(rays, count, two_sided),
-                    farther = cast(rays, count, far);
+    far.t_max = kFarFromHigh;
+    if (!far.inward) far.t_min = -kFarFromHigh;
+    const HostCorrespondence same = cast(rays, count, query_), back = cast(rays, count, two_sided),
+                             farther = cast(rays, count, far);
     for (std::uint32_t k = 0; k < count; ++k) {
       const std::uint32_t i = missed[k];
       Reason reason = Reason::nothing;
@@ -101,13 +101,14 @@ class Explainer {
     }
   }
 
-  HostMatch cast(const cl::Array<float>& rays, std::uint32_t count, const RayQuery& query) const {
-    Correspondence found(context_, count);
+  HostCorrespondence cast(const cl::Array<float>& rays, std::uint32_t count,
+                          const RayQuery& query) const {
+    DeviceCorrespondence found(context_, count);
     high_.rays().intersect(rays, count, count, query, found);
-    return HostMatch(context_, found, count);
+    return HostCorrespondence(context_, found, count);
   }
 
-  /// Whether what rays meet and do not take lies beyond an inner shell, not on another part.
+  /// True if what rays meet and do not take lies beyond an inner shell, not on another part.
   bool ends_at_shell() const {
     return surface_.has_cage_mesh && surface_.cage_kind == CageKind::shells &&
            options_.parts == nullptr;

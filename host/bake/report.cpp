@@ -48,8 +48,8 @@ void clear_counts(BakeReport& report) {
       report.closest = report.by_uv = report.passed_over = report.missed = 0;
 }
 
-void count_samples(BandReads& reads, const Correspondence& match, double unit, BakeReport& report,
-                   double& distance_sum) {
+void count_samples(BandReads& reads, const DeviceCorrespondence& match, double unit,
+                   BakeReport& report, double& distance_sum) {
   const std::vector<std::uint8_t>& status = reads.read(match.status, match.count);
   const std::vector<float>& distance = reads.read(match.distance, match.count);
   struct Sums {

@@ -9,7 +9,7 @@
 
 #include "detail/band_reads.h"
 #include "kiln/bake.h"
-#include "texel/correspondence.h"
+#include "texel/device_correspondence.h"
 #include "texel/small_charts.h"
 
 namespace kiln {
@@ -23,8 +23,8 @@ void clear_counts(BakeReport& report);
 /// Adds a band's correspondences to the report. Distances are added per block in a fixed order.
 /// \param reads  of the band
 /// \param unit   world length of a frame unit
-void count_samples(BandReads& reads, const Correspondence& match, double unit, BakeReport& report,
-                   double& distance_sum);
+void count_samples(BandReads& reads, const DeviceCorrespondence& match, double unit,
+                   BakeReport& report, double& distance_sum);
 
 /// Pulls texels whose normals point below the surface up to the horizon, and warns of them: where the third
 /// component is left out, it has no sign. A texel counts by its own normal, not by its samples'. One that

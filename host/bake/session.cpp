@@ -61,7 +61,7 @@ BakeSession::Impl::Impl(const Device& device, Mesh&& dense, Mesh&& low_mesh,
       moved(high.positions.size()),
       set(high.normals.size()) {}
 
-/// Whether each texel of padding is a copy of one baked texel, always the same.
+/// True if each texel of padding is a copy of one baked texel, always the same.
 bool BakeSession::Impl::padding_is_copied() {
   return options.gutter >= 0 && !options.mips &&
          ((options.miss == MissPolicy::keep && !pipeline.layers().fill_misses()) ||
@@ -69,7 +69,7 @@ bool BakeSession::Impl::padding_is_copied() {
 }
 
 /// Runs the stages that what changed calls for.
-void BakeSession::Impl::bake_maps(const DenseNormals::Change& change, bool any_moved) {
+void BakeSession::Impl::bake_maps(const HighPolyNormals::Change& change, bool any_moved) {
   Layers& layers = pipeline.layers();
   Pass pass;
   pass.match = !baked || (any_moved && !pipeline.points_stay());
@@ -106,7 +106,7 @@ const BakeResult& BakeSession::Impl::bake() {
   const bool any_moved = !moved.items().empty();
   if (baked && !any_moved && set.items().empty()) return pipeline.result();
   pipeline.start_watch();
-  const DenseNormals::Change change = update_source();
+  const HighPolyNormals::Change change = update_source();
   pipeline.layers().next_source();
   pipeline.context().finish();
   update.seconds_source = pipeline.lap();

@@ -8,7 +8,7 @@
 
 #include "bake/pipeline.h"
 #include "kiln/session.h"
-#include "mesh/dense_normals.h"
+#include "mesh/high_poly_normals.h"
 
 namespace kiln {
 
@@ -46,12 +46,12 @@ class SessionTexels {
   /// \param copied  padding is copied from texels
   void prepare(const BakeOptions& options, bool copied);
   /// Chooses the texels whose triangles have a changed normal. \returns false for more than half of all
-  bool choose(const DenseNormals& normals, const DenseNormals::Change& change);
+  bool choose(const HighPolyNormals& normals, const HighPolyNormals::Change& change);
   /// Makes the chosen texels of all maps that read no positions.
   void read();
   /// Puts them into the finished maps. \returns where they and the padding that copies them lie
   Rectangle finish(const BakeOptions& options);
-  /// Whether the same texels are baked as when padding was found last.
+  /// True if the same texels are baked as when padding was found last.
   bool coverage_stays() const;
   /// Where it does: all texels of all maps. Cheaper than finding their padding again.
   void finish_all(const BakeOptions& options);
@@ -92,14 +92,14 @@ struct KILN_HIDDEN BakeSession::Impl {
 
   const BakeResult& bake();
   /// Takes over what moved and turned. \returns the entries of the pool of normals that changed
-  DenseNormals::Change update_source();
-  void bake_maps(const DenseNormals::Change& change, bool any_moved);
+  HighPolyNormals::Change update_source();
+  void bake_maps(const HighPolyNormals::Change& change, bool any_moved);
 
   Mesh high, low;
   BakeOptions options;
   Bounds bounds;
   Source::Impl source;
-  DenseNormals normals;
+  HighPolyNormals normals;
   Pipeline pipeline;
   SessionTexels texels;
   Clusters visibility;  // of the low poly: it stays
@@ -109,8 +109,8 @@ struct KILN_HIDDEN BakeSession::Impl {
   Update update;
 
  private:
-  void move_vertices(Stamps& triangles, DenseNormals::Change& change);
-  void upload_normals(Stamps& triangles, const DenseNormals::Change& change);
+  void move_vertices(Stamps& triangles, HighPolyNormals::Change& change);
+  void upload_normals(Stamps& triangles, const HighPolyNormals::Change& change);
   bool padding_is_copied();
 };
 

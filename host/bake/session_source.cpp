@@ -4,7 +4,7 @@
 namespace kiln {
 
 /// Takes over positions, and normals that follow from them. \param triangles  out: whose corners moved
-void BakeSession::Impl::move_vertices(Stamps& triangles, DenseNormals::Change& change) {
+void BakeSession::Impl::move_vertices(Stamps& triangles, HighPolyNormals::Change& change) {
   if (moved.items().empty()) return;
   moved.sort();
   for (const std::uint32_t vertex : moved.items()) {
@@ -22,7 +22,7 @@ void BakeSession::Impl::move_vertices(Stamps& triangles, DenseNormals::Change& c
 }
 
 /// Brings the device's normals up to date. \param triangles  in and out: those that changed
-void BakeSession::Impl::upload_normals(Stamps& triangles, const DenseNormals::Change& change) {
+void BakeSession::Impl::upload_normals(Stamps& triangles, const HighPolyNormals::Change& change) {
   cl::Context& context = pipeline.context();
   const CornerNormals& corners = normals.corners();
   if (change.rebuilt) {
@@ -41,8 +41,8 @@ void BakeSession::Impl::upload_normals(Stamps& triangles, const DenseNormals::Ch
   }
 }
 
-DenseNormals::Change BakeSession::Impl::update_source() {
-  DenseNormals::Change change;
+HighPolyNormals::Change BakeSession::Impl::update_source() {
+  HighPolyNormals::Change change;
   Stamps triangles(high.triangles.size());
   move_vertices(triangles, change);
   if (!set.items().empty() && !change.rebuilt) {

@@ -73,7 +73,7 @@ void SessionTexels::index() {
   for (std::uint32_t& item : texels_of_.items) item = pairs[item].second;
 }
 
-bool SessionTexels::choose(const DenseNormals& normals, const DenseNormals::Change& change) {
+bool SessionTexels::choose(const HighPolyNormals& normals, const HighPolyNormals::Change& change) {
   chosen_.clear();
   // Most normals are most texels: no need to look them up.
   if (change.entries.size() > normals.corners().normals.size() / 2) return false;
@@ -127,7 +127,7 @@ void SessionTexels::read_band(std::size_t number, std::span<const std::uint32_t>
   part.texel_first = cl::Array<std::uint32_t>(context, std::span<const std::uint32_t>(first));
   part.triangle = cl::Array<std::uint32_t>(context, samples);
   part.barycentric = cl::Array<float>(context, std::size_t{2} * samples);
-  Correspondence match;
+  DeviceCorrespondence match;
   match.count = match.capacity = samples;
   match.triangle = cl::Array<std::uint32_t>(context, samples);
   match.barycentric = cl::Array<float>(context, std::size_t{2} * samples);

@@ -9,7 +9,7 @@
 #include <thread>
 #include <vector>
 
-#include "base/heartbeat.h"
+#include "base/progress_guard.h"
 #include "kiln/error.h"
 #include "kiln/threads.h"
 
@@ -59,7 +59,7 @@ void parallel_pieces(std::size_t count, std::size_t grain, const void* body,
   if (threads <= 1) {
     for (std::size_t begin = 0; begin < count; begin += grain) {
       call(body, begin, std::min(count, begin + grain));
-      Heartbeat::beat();
+      ProgressGuard::poll();
     }
     return;
   }
@@ -70,7 +70,7 @@ void parallel_pieces(std::size_t count, std::size_t grain, const void* body,
     try {
       for (std::size_t piece = next++; piece < pieces; piece = next++) {
         call(body, piece * grain, std::min(count, (piece + 1) * grain));
-        Heartbeat::beat();  // of the calling thread: others have none
+        ProgressGuard::poll();  // of the calling thread: others have none
       }
     } catch (...) {
       next = pieces;

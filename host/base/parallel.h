@@ -18,7 +18,7 @@ void parallel_pieces(std::size_t count, std::size_t grain, const void* body,
 /// Calls body(begin, end) over [0, count) in pieces of `grain`, on `thread_limit` threads
 /// (0: thread_count()). Which thread takes which piece is not defined, so bodies must write to disjoint
 /// places. The first exception thrown is thrown again here, after all threads have stopped. The calling thread
-/// takes part, and gives a sign of life (base/heartbeat.h) with each of its pieces.
+/// takes part, and gives a sign of life (base/progress_guard.h) with each of its pieces.
 template <typename Body>
 void parallel_for(std::size_t count, std::size_t grain, const Body& body, int thread_limit = 0) {
   parallel_pieces(

@@ -5,6 +5,7 @@
 #include <cstring>
 #include <thread>
 
+#include "base/progress_guard.h"
 #include "cl/binary_cache.h"
 #include "cl/driver.h"
 #include "cl/program.h"
@@ -196,11 +197,9 @@ void Context::enqueue(const Kernel& kernel, std::size_t count, std::size_t local
         "Launching " + kernel.name() + " on " + info_.name);
 }
 
-thread_local void (*while_waiting)() = nullptr;
-
 /// Waits for everything enqueued where somebody wants to know meanwhile.
 void Context::wait() {
-  if (while_waiting == nullptr) return;
+  if (!ProgressGuard::active()) return;
   struct Event {
     cl_event event = nullptr;
     ~Event() {
@@ -224,7 +223,7 @@ void Context::wait() {
     const auto waited = std::chrono::steady_clock::now() - start;
     std::this_thread::sleep_for(std::clamp<std::chrono::nanoseconds>(
         waited / 16, std::chrono::microseconds{10}, std::chrono::microseconds{4000}));
-    while_waiting();
+    ProgressGuard::poll();
   }
 }
 
@@ -250,10 +249,10 @@ template <typename Copy>
 void in_pieces(std::size_t bytes, const Copy& copy) {
   constexpr std::size_t kPiece = std::size_t{1} << 26;
   for (std::size_t at = 0; at < bytes;) {
-    const std::size_t piece = while_waiting == nullptr ? bytes : std::min(kPiece, bytes - at);
+    const std::size_t piece = !ProgressGuard::active() ? bytes : std::min(kPiece, bytes - at);
     copy(at, piece);
     at += piece;
-    if (while_waiting != nullptr) while_waiting();
+    if (ProgressGuard::active()) ProgressGuard::poll();
   }
 }
 

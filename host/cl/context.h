@@ -33,10 +33,6 @@ inline constexpr std::size_t kLocal = 64;
 
 namespace kiln::ocl {
 
-/// What this thread calls every few milliseconds while it waits for a device; null: nothing. May throw: the
-/// wait then ends, and what was enqueued goes on.
-extern thread_local void (*while_waiting)();
-
 /// Turns an OpenCL status into Error(device). The one conversion point.
 void check(cl_int status, std::string_view what);
 

@@ -5,6 +5,7 @@
 #include <string>
 
 #include "cl/context.h"
+#include "cl/driver_state.h"
 
 namespace kiln::ocl {
 

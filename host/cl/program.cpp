@@ -5,6 +5,7 @@
 #include <system_error>
 #include <utility>
 
+#include "base/progress_guard.h"
 #include "cl/binary_cache.h"
 #include "cl/embedded.h"
 
@@ -140,7 +141,7 @@ std::shared_ptr<Context::Build> Context::build_by(
   auto made = std::make_shared<Build>();
   made->program = task->get_future().share();
   programs_.emplace(key, made);
-  if (while_waiting != nullptr) {
+  if (ProgressGuard::active()) {
     try {
       made->thread = std::jthread([task] { (*task)(); });
       return made;
@@ -155,9 +156,9 @@ std::shared_ptr<Context::Build> Context::build_by(
 Kernel Context::kernel_by(const std::string& key, const std::string& name,
                           std::function<std::shared_ptr<Program>()> build) {
   const std::shared_ptr<Build> made = build_by(key, std::move(build));
-  if (while_waiting == nullptr) made->program.wait();
+  if (!ProgressGuard::active()) made->program.wait();
   while (made->program.wait_for(std::chrono::milliseconds(4)) != std::future_status::ready) {
-    while_waiting();
+    ProgressGuard::poll();
   }
   const std::lock_guard lock(programs_mutex_);
   if (made->thread.joinable()) made->thread.join();

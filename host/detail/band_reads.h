@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "cl/context.h"
-#include "detail/shared_work.h"
+#include "detail/shared_result.h"
 
 namespace kiln {
 

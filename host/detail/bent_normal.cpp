@@ -19,23 +19,25 @@ class BentNormal : public MapMaker {
 
   void report(BakeReport& report) const override { rays_->report(report); }
 
-  void run(const TexelBand& band, const Correspondence& match, const BandPixels& out) override {
+  void run(const TexelBand& band, const DeviceCorrespondence& match,
+           const BandPixels& out) override {
     if (band.sample_count == 0) return;
-    const Correspondence none;
+    const DeviceCorrespondence none;
     make(band, match, none, none_, none_, out);
   }
 
-  void run_blended(const TexelBand& band, const Correspondence& match, const Correspondence& other,
-                   const cl::Array<float>& shares, const BandPixels& out) override {
+  void run_blended(const TexelBand& band, const DeviceCorrespondence& match,
+                   const DeviceCorrespondence& other, const cl::Array<float>& shares,
+                   const BandPixels& out) override {
     if (band.sample_count == 0) return;
     make(band, match, other, rays_->lean(band, other, true), shares, out);
   }
 
  private:
   /// \param other  of no capacity: there is none
-  void make(const TexelBand& band, const Correspondence& match, const Correspondence& other,
-            const cl::Array<float>& other_lean, const cl::Array<float>& shares,
-            const BandPixels& out) {
+  void make(const TexelBand& band, const DeviceCorrespondence& match,
+            const DeviceCorrespondence& other, const cl::Array<float>& other_lean,
+            const cl::Array<float>& shares, const BandPixels& out) {
     const std::uint32_t plane = Hemispheres::plane_of(band);
     detail_.count = band.sample_count;
     detail_.low_capacity = band.capacity;

@@ -29,7 +29,7 @@ class OwnColor : public PointFunction {
   }
 
  protected:
-  void color_at(const DensePoint& point, float* color) const {
+  void color_at(const HighPoint& point, float* color) const {
     if (texture_) {
       texture_->read(point, color);
     } else {
@@ -47,7 +47,7 @@ class OwnColor : public PointFunction {
 class Color : public OwnColor {
  public:
   using OwnColor::OwnColor;
-  void operator()(const DensePoint& point, float* value) const override {
+  void operator()(const HighPoint& point, float* value) const override {
     if (!point.found) return;
     float color[4];
     color_at(point, color);
@@ -58,7 +58,7 @@ class Color : public OwnColor {
 class Opacity : public OwnColor {
  public:
   using OwnColor::OwnColor;
-  void operator()(const DensePoint& point, float* value) const override {
+  void operator()(const HighPoint& point, float* value) const override {
     if (!point.found) return;
     float color[4];
     color_at(point, color);

@@ -31,7 +31,7 @@ class Bend : public SharedWork {
   }
 
   /// 1 / world unit.
-  double at(const DensePoint& point) const {
+  double at(const HighPoint& point) const {
     const double bend =
         curvature_->on(point.triangle, point.u, point.v, static_cast<Room&>(*point.room).room);
     return bend * source_.frame.scale;
@@ -55,7 +55,7 @@ class Curvature : public PointFunction {
     return {.position = false, .normal = false, .distance = false};
   }
   std::unique_ptr<PointRoom> room() const override { return std::make_unique<Bend::Room>(); }
-  void operator()(const DensePoint& point, float* value) const override {
+  void operator()(const HighPoint& point, float* value) const override {
     if (!point.found) return;  // 0
     const auto bend = static_cast<float>(bend_->at(point));
     if (!apart_) {

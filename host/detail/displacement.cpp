@@ -10,7 +10,7 @@ class Displacement : public PointFunction {
  public:
   explicit Displacement(const MapRequest& request) : frames_(request) {}
 
-  void operator()(const DensePoint& point, float* value) const override {
+  void operator()(const HighPoint& point, float* value) const override {
     const Vec3d way = frames_.in_space(point, point.offset);
     value[0] = static_cast<float>(way.x);
     value[1] = static_cast<float>(way.y);

@@ -18,7 +18,7 @@ MapRow distance_map() {
   row.make = [](const MapRequest& request) {
     return make_point_map(
         request, distance_map().info,
-        [](const DensePoint& point, float* value) {
+        [](const HighPoint& point, float* value) {
           value[0] = static_cast<float>(length(point.offset));
         },
         PointNeeds{.normal = false, .distance = false});

@@ -19,9 +19,7 @@ MapRow height_map() {
   row.make = [](const MapRequest& request) {
     return make_point_map(
         request, height_map().info,
-        [](const DensePoint& point, float* value) {
-          value[0] = static_cast<float>(point.distance);
-        },
+        [](const HighPoint& point, float* value) { value[0] = static_cast<float>(point.distance); },
         PointNeeds{.position = false, .normal = false});
   };
   return row;

@@ -11,11 +11,12 @@
 namespace kiln {
 namespace {
 
-constexpr std::size_t kGrain = 1 << 12;
+constexpr std::size_t kTexelGrain = 1 << 12;
 
 class HemisphereMap : public MapMaker {
  public:
-  using Read = std::vector<float> (Hemispheres::*)(const TexelBand&, const Correspondence&, bool);
+  using Read = std::vector<float> (Hemispheres::*)(const TexelBand&, const DeviceCorrespondence&,
+                                                   bool);
 
   HemisphereMap(const MapRequest& request, Read read)
       : reads_(request.reads()),
@@ -27,14 +28,16 @@ class HemisphereMap : public MapMaker {
     if (read_ == &Hemispheres::open) rays_->report(report);
   }
 
-  void run(const TexelBand& band, const Correspondence& match, const BandPixels& out) override {
+  void run(const TexelBand& band, const DeviceCorrespondence& match,
+           const BandPixels& out) override {
     if (band.sample_count == 0) return;
     average_samples(*reads_, band, match, miss_, (*rays_.*read_)(band, match, false),
                     band.sample_count, out);
   }
 
-  void run_blended(const TexelBand& band, const Correspondence& match, const Correspondence& other,
-                   const cl::Array<float>& shares, const BandPixels& out) override {
+  void run_blended(const TexelBand& band, const DeviceCorrespondence& match,
+                   const DeviceCorrespondence& other, const cl::Array<float>& shares,
+                   const BandPixels& out) override {
     if (band.sample_count == 0) return;
     std::vector<float> values = (*rays_.*read_)(band, match, false);
     const std::vector<float> others = (*rays_.*read_)(band, other, true);
@@ -56,7 +59,7 @@ class HemisphereMap : public MapMaker {
 
 }  // namespace
 
-void average_samples(BandReads& reads, const TexelBand& band, const Correspondence& match,
+void average_samples(BandReads& reads, const TexelBand& band, const DeviceCorrespondence& match,
                      MissPolicy miss, std::span<const float> values, std::size_t plane,
                      const BandPixels& out) {
   const std::size_t channels = values.size() >= 3 * plane ? 3 : 1;
@@ -64,7 +67,7 @@ void average_samples(BandReads& reads, const TexelBand& band, const Corresponden
   const std::vector<std::uint32_t>& first =
       reads.read(band.texel_first, band.texel_count + std::size_t{1});
   const std::vector<std::uint32_t>& triangle = reads.read(match.triangle, band.sample_count);
-  parallel_for(band.texel_count, kGrain, [&](std::size_t begin, std::size_t end) {
+  parallel_for(band.texel_count, kTexelGrain, [&](std::size_t begin, std::size_t end) {
     for (std::size_t t = begin; t < end; ++t) {
       std::uint8_t& coverage = out.coverage[index[t]];
       coverage = kCoverageMissed;
@@ -98,7 +101,7 @@ void average_samples(BandReads& reads, const TexelBand& band, const Corresponden
 
 std::unique_ptr<MapMaker> make_hemisphere_map(
     const MapRequest& request,
-    std::vector<float> (Hemispheres::*read)(const TexelBand&, const Correspondence&, bool)) {
+    std::vector<float> (Hemispheres::*read)(const TexelBand&, const DeviceCorrespondence&, bool)) {
   return std::make_unique<HemisphereMap>(request, read);
 }
 

@@ -241,7 +241,7 @@ void Hemispheres::turn(const TexelBand& band, const std::string& kernel,
                   band.texel_index, band.texel_first, band.sample_slot, to);
 }
 
-void Hemispheres::cast(const TexelBand& band, const Correspondence& match, bool second) {
+void Hemispheres::cast(const TexelBand& band, const DeviceCorrespondence& match, bool second) {
   Sums& sums = sums_[second ? 1 : 0];
   if (sums.has_open) return;
   make_room(context_, sums.open, plane_of(band));
@@ -266,7 +266,7 @@ void Hemispheres::cast(const TexelBand& band, const Correspondence& match, bool 
   sums.has_open = true;
 }
 
-void Hemispheres::measure(const TexelBand& band, const Correspondence& match, bool second) {
+void Hemispheres::measure(const TexelBand& band, const DeviceCorrespondence& match, bool second) {
   Sums& sums = sums_[second ? 1 : 0];
   if (sums.has_depth) return;
   make_room(context_, sums.depth, plane_of(band));
@@ -285,8 +285,8 @@ void Hemispheres::measure(const TexelBand& band, const Correspondence& match, bo
   over_rays(band, match, second, rays_in_, turns_, false,
             [&](const kiln_hemisphere_params& params, std::uint32_t count) {
               if (first_hits_.capacity < ray_capacity_) {
-                first_hits_ = Correspondence();
-                first_hits_ = Correspondence(context_, ray_capacity_);
+                first_hits_ = DeviceCorrespondence();
+                first_hits_ = DeviceCorrespondence(context_, ray_capacity_);
               }
               caster.intersect(rays_, count, ray_capacity_, query, first_hits_);
               context_.launch(depth, params.stride / kLanes, kLocalLanes, params,
@@ -294,7 +294,7 @@ void Hemispheres::measure(const TexelBand& band, const Correspondence& match, bo
             });
 }
 
-std::vector<float> Hemispheres::open(const TexelBand& band, const Correspondence& match,
+std::vector<float> Hemispheres::open(const TexelBand& band, const DeviceCorrespondence& match,
                                      bool second) {
   if (view_directions_ > 0) return open_by_views(band, match, second);
   if (max_error_ > 0) return open_within(band, match, second);
@@ -314,7 +314,7 @@ std::vector<float> Hemispheres::shares(const TexelBand& band,
   return shares;
 }
 
-std::vector<float> Hemispheres::lit(const TexelBand& band, const Correspondence& match,
+std::vector<float> Hemispheres::lit(const TexelBand& band, const DeviceCorrespondence& match,
                                     bool second) {
   make_room(context_, lit_, plane_of(band));
   context_.fill(lit_, std::uint32_t{0});
@@ -336,13 +336,13 @@ std::vector<float> Hemispheres::lit(const TexelBand& band, const Correspondence&
   return shares(band, lit_, rays_to_light_.count);
 }
 
-const cl::Array<float>& Hemispheres::lean(const TexelBand& band, const Correspondence& match,
+const cl::Array<float>& Hemispheres::lean(const TexelBand& band, const DeviceCorrespondence& match,
                                           bool second) {
   view_directions_ > 0 ? see(band, match, second) : cast(band, match, second);
   return sums_[second ? 1 : 0].lean;
 }
 
-std::vector<float> Hemispheres::thickness(const TexelBand& band, const Correspondence& match,
+std::vector<float> Hemispheres::thickness(const TexelBand& band, const DeviceCorrespondence& match,
                                           bool second) {
   measure(band, match, second);
   std::vector<float> shares(band.sample_count);

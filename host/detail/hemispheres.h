@@ -12,9 +12,9 @@
 
 #include "accel/ray.h"
 #include "cl/context.h"
+#include "detail/ao_denoiser.h"
 #include "detail/hemisphere_views.h"
 #include "detail/registry.h"
-#include "detail/share_filter.h"
 #include "mesh/kernels_shared.h"
 #include "shared/hemisphere.h"
 
@@ -36,16 +36,18 @@ class Hemispheres : public SharedWork {
   void want_lean() { wants_lean_ = true; }
 
   /// [samples] the share of a sample's rays that hit nothing. \param second  see above
-  std::vector<float> open(const TexelBand& band, const Correspondence& match, bool second);
+  std::vector<float> open(const TexelBand& band, const DeviceCorrespondence& match, bool second);
 
   /// Sums of the directions of those rays, 3 planes of plane_of(band).
-  const cl::Array<float>& lean(const TexelBand& band, const Correspondence& match, bool second);
+  const cl::Array<float>& lean(const TexelBand& band, const DeviceCorrespondence& match,
+                               bool second);
 
   /// [samples] the mean way inward to the first surface, as a share of the distance that counts as thick.
-  std::vector<float> thickness(const TexelBand& band, const Correspondence& match, bool second);
+  std::vector<float> thickness(const TexelBand& band, const DeviceCorrespondence& match,
+                               bool second);
 
   /// [samples] the share of ShadowLight's disc that is seen; 0 where the surface looks away from its middle.
-  std::vector<float> lit(const TexelBand& band, const Correspondence& match, bool second);
+  std::vector<float> lit(const TexelBand& band, const DeviceCorrespondence& match, bool second);
 
   /// Says what open() and lean() are gathered by.
   void report(BakeReport& report) const;
@@ -72,7 +74,8 @@ class Hemispheres : public SharedWork {
   };
 
   /// open() with OcclusionOptions::max_error.
-  std::vector<float> open_within(const TexelBand& band, const Correspondence& match, bool second);
+  std::vector<float> open_within(const TexelBand& band, const DeviceCorrespondence& match,
+                                 bool second);
   /// Samples that have rays, by texels.
   struct Shared {
     std::vector<std::uint32_t> samples;  // in near_order()
@@ -82,7 +85,7 @@ class Hemispheres : public SharedWork {
   /// Two estimates of texels, from as many rays: how many are open, of all samples.
   struct Estimates {
     const TexelBand& band;
-    const Correspondence& match;
+    const DeviceCorrespondence& match;
     bool second = false;
     Shared shared;
     std::vector<std::uint32_t> a, b, rays;  // rays: of one sample, in each
@@ -93,12 +96,12 @@ class Hemispheres : public SharedWork {
   /// Casts another `rays` rays of each sample of some texels for a. Where asked for both, as many for b.
   void estimate(Estimates& of, const std::vector<std::uint32_t>& texels, std::uint32_t rays,
                 std::span<std::vector<std::uint32_t>* const> open);
-  ShareFilter::Result filtered(const Estimates& of);
-  bool refine(Estimates& of, const ShareFilter::Result& last, const std::vector<float>& before);
-  Shared prepare_filter(const TexelBand& band, const Correspondence& match, bool second);
+  AoDenoiser::Result filtered(const Estimates& of);
+  bool refine(Estimates& of, const AoDenoiser::Result& last, const std::vector<float>& before);
+  Shared prepare_filter(const TexelBand& band, const DeviceCorrespondence& match, bool second);
   /// Copies samples to some_, some_match_ and some_turns_.
   /// \param round  other rays in each, as make_keys() says; none: those of make_turns()
-  void pick(const TexelBand& band, const Correspondence& match,
+  void pick(const TexelBand& band, const DeviceCorrespondence& match,
             std::span<const std::uint32_t> samples, std::optional<std::uint32_t> round);
   /// Of the picked samples, by make_keys().
   void turn_picked(std::uint32_t count, std::uint32_t round, cl::Array<std::uint32_t>& turns);
@@ -108,7 +111,7 @@ class Hemispheres : public SharedWork {
     std::vector<std::uint32_t> samples;
   };
   /// Of OcclusionOptions::own_part a group each part, else one of all. Samples without rays are left out.
-  std::vector<Group> groups(const TexelBand& band, const Correspondence& match, bool second,
+  std::vector<Group> groups(const TexelBand& band, const DeviceCorrespondence& match, bool second,
                             std::span<const std::uint32_t> samples);
   const RayCaster& occluders_of(std::uint32_t part);
   /// The band's samples, neighbours in the map close together: what their rays meet is in the cache then.
@@ -120,18 +123,18 @@ class Hemispheres : public SharedWork {
   };
   /// \param rounds  other rays each, which are counted one by one; the points are made once. None: those of
   /// make_turns()
-  void cast_group(const Group& group, const TexelBand& band, const Correspondence& match,
+  void cast_group(const Group& group, const TexelBand& band, const DeviceCorrespondence& match,
                   bool second, const RaySet& set, std::span<const std::uint32_t> rounds,
                   std::span<Counted> counted);
   /// All samples of a band, each against its own part.
-  Counted cast_parts(const TexelBand& band, const Correspondence& match, bool second,
+  Counted cast_parts(const TexelBand& band, const DeviceCorrespondence& match, bool second,
                      const RaySet& set, bool lean);
   /// How many of another `rays` rays of each of some samples, in near_order(), hit nothing: by round, by sample
   /// of the band.
   /// \param rounds  other rays each
-  std::vector<Counted> cast_more(const TexelBand& band, const Correspondence& match, bool second,
-                                 std::span<const std::uint32_t> samples, std::uint32_t rays,
-                                 std::span<const std::uint32_t> rounds);
+  std::vector<Counted> cast_more(const TexelBand& band, const DeviceCorrespondence& match,
+                                 bool second, std::span<const std::uint32_t> samples,
+                                 std::uint32_t rays, std::span<const std::uint32_t> rounds);
   const RaySet& outward_rays(std::uint32_t count);
   void upload_rays(RaySet& set, std::uint32_t count, double radius);
   void upload();
@@ -143,24 +146,26 @@ class Hemispheres : public SharedWork {
   };
   Occluding all_occluding() const;
   /// By depth views: open() and lean().
-  std::vector<float> open_by_views(const TexelBand& band, const Correspondence& match, bool second);
-  void see(const TexelBand& band, const Correspondence& match, bool second);
+  std::vector<float> open_by_views(const TexelBand& band, const DeviceCorrespondence& match,
+                                   bool second);
+  void see(const TexelBand& band, const DeviceCorrespondence& match, bool second);
   std::vector<float> shares(const TexelBand& band, const cl::Array<std::uint32_t>& counts,
                             std::uint32_t rays) const;
   void make_turns(const TexelBand& band);
   /// As make_turns(), for rays whose sums are smoothed: neighbours' rays are spread over each other.
   void make_keys(const TexelBand& band);
   void turn(const TexelBand& band, const std::string& kernel, cl::Array<std::uint32_t>& to);
-  void cast(const TexelBand& band, const Correspondence& match, bool second);
-  void measure(const TexelBand& band, const Correspondence& match, bool second);
+  void cast(const TexelBand& band, const DeviceCorrespondence& match, bool second);
+  void measure(const TexelBand& band, const DeviceCorrespondence& match, bool second);
   /// Makes rays, piece by piece, and gives each to `use` with what describes it.
   /// With few samples of many rays and `turns_well`, a sample's rays lie one after another (by_sample).
   using Use = std::function<void(const kiln_hemisphere_params& params, std::uint32_t count)>;
-  void over_rays(const TexelBand& band, const Correspondence& match, bool second, const RaySet& set,
-                 const cl::Array<std::uint32_t>& turns, bool turns_well, const Use& use);
+  void over_rays(const TexelBand& band, const DeviceCorrespondence& match, bool second,
+                 const RaySet& set, const cl::Array<std::uint32_t>& turns, bool turns_well,
+                 const Use& use);
   /// Points of the band's samples, so many at a time, in points_.
   using OfPiece = std::function<void(kiln_hemisphere_params params)>;
-  void over_pieces(const TexelBand& band, const Correspondence& match, bool second,
+  void over_pieces(const TexelBand& band, const DeviceCorrespondence& match, bool second,
                    const RaySet& set, std::uint32_t together, const OfPiece& use);
   static bool casts_by_sample(const TexelBand& band, const RaySet& set);
   /// Rays that samples have: how far theirs are turned, and where those that hit nothing are counted.
@@ -169,14 +174,14 @@ class Hemispheres : public SharedWork {
   };
   /// Adds to each sample how many of its rays outward hit nothing, and the sums of their directions.
   /// \param lean  empty: not asked for
-  void count_open(const TexelBand& band, const Correspondence& match, bool second,
+  void count_open(const TexelBand& band, const DeviceCorrespondence& match, bool second,
                   const RaySet& set, std::span<const Turned> turned, const RayCaster& caster,
                   const cl::Array<float>& lean);
-  kiln_hemisphere_params ray_params(const TexelBand& band, const Correspondence& match, bool second,
-                                    const RaySet& set) const;
+  kiln_hemisphere_params ray_params(const TexelBand& band, const DeviceCorrespondence& match,
+                                    bool second, const RaySet& set) const;
   /// Of samples [params.first, params.first + params.count).
   void make_points(const kiln_hemisphere_params& params, const TexelBand& band,
-                   const Correspondence& match, const cl::Array<float>& points);
+                   const DeviceCorrespondence& match, const cl::Array<float>& points);
   void cast_piece(kiln_hemisphere_params params, const RaySet& set, std::span<const Turned> turned,
                   const RayCaster& caster, const RayQuery& query, const cl::Array<float>& points,
                   const cl::Array<float>& lean);
@@ -189,12 +194,13 @@ class Hemispheres : public SharedWork {
   void cast_all(std::uint32_t rays, std::span<std::vector<std::uint32_t>* const> open,
                 Estimates& of);
   /// The same in one kernel, for Traversal::cpu.
-  void cast_blocks(const TexelBand& band, const Correspondence& match, bool second,
+  void cast_blocks(const TexelBand& band, const DeviceCorrespondence& match, bool second,
                    const RaySet& set, std::span<const Turned> turned, const RayCaster& caster,
                    const RayQuery& query, const cl::Array<float>& lean);
   /// The same of few samples with many rays, as casts_by_sample() says.
-  void cast_own(const TexelBand& band, const Correspondence& match, bool second, const RaySet& set,
-                std::span<const Turned> turned, const RayCaster& caster, const RayQuery& query);
+  void cast_own(const TexelBand& band, const DeviceCorrespondence& match, bool second,
+                const RaySet& set, std::span<const Turned> turned, const RayCaster& caster,
+                const RayQuery& query);
   /// Adds what hits_ says to counts of open rays.
   void add_open(const kiln_hemisphere_params& params, const cl::Array<std::uint32_t>& open);
 
@@ -234,12 +240,12 @@ class Hemispheres : public SharedWork {
   cl::Array<float> points_, texel_points_, rays_, scratch_, distances_;
   cl::Array<std::uint32_t> lit_;
   TexelBand some_;  // samples that are not done yet
-  Correspondence some_match_;
+  DeviceCorrespondence some_match_;
   cl::Array<std::uint32_t> picked_, some_turns_, more_turns_, some_open_, more_open_;
   cl::Array<float> some_lean_;
-  std::optional<ShareFilter> filter_;
+  std::optional<AoDenoiser> filter_;
   cl::Array<std::uint8_t> hits_;
-  Correspondence first_hits_;
+  DeviceCorrespondence first_hits_;
 };
 
 }  // namespace kiln

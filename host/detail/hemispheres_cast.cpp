@@ -8,7 +8,7 @@
 namespace kiln {
 namespace {
 
-constexpr std::size_t kLocalLanes = 8;
+constexpr std::size_t kCastLanes = 8;
 // Bounds a launch, and memory on the device: 25 MB, with nearest hits 47 MB.
 constexpr std::uint32_t kMostRays = 1U << 20;
 // From so many rays on, of at most so many samples, neighbours in a row have less in common than a sample's rays.
@@ -32,8 +32,9 @@ kiln_cast_params blocks_of(std::uint32_t rays) {
 
 }  // namespace
 
-kiln_hemisphere_params Hemispheres::ray_params(const TexelBand& band, const Correspondence& match,
-                                               bool second, const RaySet& set) const {
+kiln_hemisphere_params Hemispheres::ray_params(const TexelBand& band,
+                                               const DeviceCorrespondence& match, bool second,
+                                               const RaySet& set) const {
   kiln_hemisphere_params params{};
   params.all_rays = set.count;
   params.low_capacity = band.capacity;
@@ -54,14 +55,14 @@ kiln_hemisphere_params Hemispheres::ray_params(const TexelBand& band, const Corr
 }
 
 void Hemispheres::make_points(const kiln_hemisphere_params& params, const TexelBand& band,
-                              const Correspondence& match, const cl::Array<float>& points) {
+                              const DeviceCorrespondence& match, const cl::Array<float>& points) {
   context_.launch(context_.kernel("hemisphere", "kiln_hemisphere_points"), params.stride, kLocal,
                   params, band.triangle, band.barycentric, band.points, shading_, match.triangle,
                   match.barycentric, positions_, triangles_, source_.attributes.normal_indices,
                   source_.attributes.normals, picked_, points);
 }
 
-void Hemispheres::over_pieces(const TexelBand& band, const Correspondence& match, bool second,
+void Hemispheres::over_pieces(const TexelBand& band, const DeviceCorrespondence& match, bool second,
                               const RaySet& set, std::uint32_t together, const OfPiece& use) {
   upload();
   const std::uint32_t piece = padded(std::min(together, band.sample_count));
@@ -87,7 +88,7 @@ bool Hemispheres::casts_by_sample(const TexelBand& band, const RaySet& set) {
   return set.count >= kManyRays && band.sample_count <= kFewSamples;
 }
 
-void Hemispheres::over_rays(const TexelBand& band, const Correspondence& match, bool second,
+void Hemispheres::over_rays(const TexelBand& band, const DeviceCorrespondence& match, bool second,
                             const RaySet& set, const cl::Array<std::uint32_t>& turns,
                             bool turns_well, const Use& use) {
   const bool by_sample = turns_well && casts_by_sample(band, set);
@@ -124,10 +125,10 @@ void Hemispheres::add_open(const kiln_hemisphere_params& params,
     return;
   }
   context_.launch(context_.kernel("hemisphere", "kiln_hemisphere_open"), params.stride / kLanes,
-                  kLocalLanes, params, hits_, open);
+                  kCastLanes, params, hits_, open);
 }
 
-void Hemispheres::count_open(const TexelBand& band, const Correspondence& match, bool second,
+void Hemispheres::count_open(const TexelBand& band, const DeviceCorrespondence& match, bool second,
                              const RaySet& set, std::span<const Turned> turned,
                              const RayCaster& caster, const cl::Array<float>& lean) {
   const RayQuery query = query_up_to(occluding_, back_faces_);
@@ -147,12 +148,12 @@ void Hemispheres::count_open(const TexelBand& band, const Correspondence& match,
                 add_open(params, *to);
                 if (lean.empty()) return;
                 context_.launch(context_.kernel("hemisphere", "kiln_hemisphere_lean"),
-                                params.stride / kLanes, kLocalLanes, params, hits_, rays_, lean);
+                                params.stride / kLanes, kCastLanes, params, hits_, rays_, lean);
               });
   }
 }
 
-void Hemispheres::cast_blocks(const TexelBand& band, const Correspondence& match, bool second,
+void Hemispheres::cast_blocks(const TexelBand& band, const DeviceCorrespondence& match, bool second,
                               const RaySet& set, std::span<const Turned> turned,
                               const RayCaster& caster, const RayQuery& query,
                               const cl::Array<float>& lean) {
@@ -161,7 +162,7 @@ void Hemispheres::cast_blocks(const TexelBand& band, const Correspondence& match
   });
 }
 
-void Hemispheres::cast_own(const TexelBand& band, const Correspondence& match, bool second,
+void Hemispheres::cast_own(const TexelBand& band, const DeviceCorrespondence& match, bool second,
                            const RaySet& set, std::span<const Turned> turned,
                            const RayCaster& caster, const RayQuery& query) {
   const std::uint32_t together = kMostRays / set.count;

@@ -13,7 +13,7 @@
 namespace kiln {
 namespace {
 
-constexpr std::size_t kLocalLanes = 8;
+constexpr std::size_t kGroupLanes = 8;
 // Samples that are copied together: 42 MB.
 constexpr std::size_t kPicked = std::size_t{1} << 20;
 // Squares of the map whose texels stay together, texels across: 2^kTileBits.
@@ -124,7 +124,7 @@ const RayCaster& Hemispheres::occluders_of(std::uint32_t part) {
 }
 
 std::vector<Hemispheres::Group> Hemispheres::groups(const TexelBand& band,
-                                                    const Correspondence& match, bool second,
+                                                    const DeviceCorrespondence& match, bool second,
                                                     std::span<const std::uint32_t> samples) {
   const std::vector<std::uint32_t>& found = reads_->read(match.triangle, band.sample_count);
   const auto has_rays = [&](std::uint32_t sample) {
@@ -147,9 +147,9 @@ std::vector<Hemispheres::Group> Hemispheres::groups(const TexelBand& band,
   return result;
 }
 
-void Hemispheres::cast_group(const Group& group, const TexelBand& band, const Correspondence& match,
-                             bool second, const RaySet& set, std::span<const std::uint32_t> rounds,
-                             std::span<Counted> counted) {
+void Hemispheres::cast_group(const Group& group, const TexelBand& band,
+                             const DeviceCorrespondence& match, bool second, const RaySet& set,
+                             std::span<const std::uint32_t> rounds, std::span<Counted> counted) {
   const RayQuery query = query_up_to(beyond_, back_faces_);  // of the light's rays
   const cl::Kernel lit = context_.kernel("hemisphere", "kiln_hemisphere_lit");
   const cl::Array<float> no_lean;
@@ -179,7 +179,7 @@ void Hemispheres::cast_group(const Group& group, const TexelBand& band, const Co
                 [&](const kiln_hemisphere_params& of, std::uint32_t rays) {
                   make_room(context_, hits_, ray_capacity_);
                   group.caster->occluded(rays_, rays, ray_capacity_, query, hits_);
-                  context_.launch(lit, of.stride / kLanes, kLocalLanes, of, hits_, rays_,
+                  context_.launch(lit, of.stride / kLanes, kGroupLanes, of, hits_, rays_,
                                   some_open_);
                 });
     } else {
@@ -202,8 +202,9 @@ void Hemispheres::cast_group(const Group& group, const TexelBand& band, const Co
   }
 }
 
-Hemispheres::Counted Hemispheres::cast_parts(const TexelBand& band, const Correspondence& match,
-                                             bool second, const RaySet& set, bool lean) {
+Hemispheres::Counted Hemispheres::cast_parts(const TexelBand& band,
+                                             const DeviceCorrespondence& match, bool second,
+                                             const RaySet& set, bool lean) {
   Counted counted;
   counted.open.resize(plane_of(band));
   if (lean) counted.lean.resize(std::size_t{3} * plane_of(band));
@@ -215,7 +216,8 @@ Hemispheres::Counted Hemispheres::cast_parts(const TexelBand& band, const Corres
 }
 
 std::vector<Hemispheres::Counted> Hemispheres::cast_more(const TexelBand& band,
-                                                         const Correspondence& match, bool second,
+                                                         const DeviceCorrespondence& match,
+                                                         bool second,
                                                          std::span<const std::uint32_t> samples,
                                                          std::uint32_t rays,
                                                          std::span<const std::uint32_t> rounds) {

@@ -78,7 +78,7 @@ const RayCaster& Hemispheres::occluders() {
   return *all_occluders_;
 }
 
-void Hemispheres::see(const TexelBand& band, const Correspondence& match, bool second) {
+void Hemispheres::see(const TexelBand& band, const DeviceCorrespondence& match, bool second) {
   Sums& sums = sums_[second ? 1 : 0];
   if (sums.has_open) return;
   if (!views_) {
@@ -119,8 +119,8 @@ void Hemispheres::report(BakeReport& report) const {
 
 /// Even and odd directions are two estimates of each texel, which are smoothed over the surface, across seams, as
 /// far as that loses nothing.
-std::vector<float> Hemispheres::open_by_views(const TexelBand& band, const Correspondence& match,
-                                              bool second) {
+std::vector<float> Hemispheres::open_by_views(const TexelBand& band,
+                                              const DeviceCorrespondence& match, bool second) {
   see(band, match, second);
   const std::vector<float>& seen = sums_[second ? 1 : 0].seen;
   const std::size_t plane = band.sample_count;
@@ -139,7 +139,7 @@ std::vector<float> Hemispheres::open_by_views(const TexelBand& band, const Corre
       pairs[2 * t + half] = all > 0 ? static_cast<float>(open / all) : 0.0F;
     }
   }
-  const ShareFilter::Result smooth = filter_->run(pairs);
+  const AoDenoiser::Result smooth = filter_->run(pairs);
   for (std::size_t t = 0; t < texels; ++t) {
     for (std::size_t s = shared.first[t]; s < shared.first[t + 1]; ++s) {
       shares[shared.samples[s]] = smooth.shares[t];

@@ -78,7 +78,7 @@ class Ids : public PointFunction {
   PointNeeds needs() const override {
     return {.position = false, .normal = false, .distance = false};
   }
-  void operator()(const DensePoint& point, float* value) const override {
+  void operator()(const HighPoint& point, float* value) const override {
     if (!point.found) return;  // black
     const std::array<float, 3>& color = legend_[number_[point.triangle]].color;
     std::copy(color.begin(), color.end(), value);

@@ -11,7 +11,8 @@ class MaskMap : public MapMaker {
  public:
   explicit MaskMap(const MapRequest& request) : reads_(request.reads()) {}
 
-  void run(const TexelBand& band, const Correspondence& match, const BandPixels& out) override {
+  void run(const TexelBand& band, const DeviceCorrespondence& match,
+           const BandPixels& out) override {
     if (band.sample_count == 0) return;
     const std::vector<std::uint32_t>& index = reads_->read(band.texel_index, band.texel_count);
     const std::vector<std::uint32_t>& first =
@@ -28,8 +29,9 @@ class MaskMap : public MapMaker {
     }
   }
 
-  void run_blended(const TexelBand& band, const Correspondence& match, const Correspondence&,
-                   const cl::Array<float>&, const BandPixels& out) override {
+  void run_blended(const TexelBand& band, const DeviceCorrespondence& match,
+                   const DeviceCorrespondence&, const cl::Array<float>&,
+                   const BandPixels& out) override {
     run(band, match, out);
   }
 

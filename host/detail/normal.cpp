@@ -66,14 +66,14 @@ std::size_t NormalDetail::items(const TexelBand& band) const {
   return (band.sample_count + width_ - 1) / width_;
 }
 
-void NormalDetail::describe(const TexelBand& band, const Correspondence& match) {
+void NormalDetail::describe(const TexelBand& band, const DeviceCorrespondence& match) {
   detail_.count = band.sample_count;
   detail_.low_capacity = band.capacity;
   detail_.hit_capacity = match.capacity;
   detail_.out_capacity = band.capacity;
 }
 
-void NormalDetail::prepare(const TexelBand& band, const Correspondence& match) {
+void NormalDetail::prepare(const TexelBand& band, const DeviceCorrespondence& match) {
   describe(band, match);
   if (values_.size() < std::size_t{3} * band.capacity) {
     values_ = cl::Array<float>();
@@ -81,7 +81,7 @@ void NormalDetail::prepare(const TexelBand& band, const Correspondence& match) {
   }
 }
 
-void NormalDetail::resolve(const TexelBand& band, const Correspondence& match,
+void NormalDetail::resolve(const TexelBand& band, const DeviceCorrespondence& match,
                            const cl::Array<float>& image, const cl::Array<std::uint8_t>& coverage) {
   resolve_.texel_count = band.texel_count;
   resolve_.capacity = band.capacity;
@@ -90,7 +90,7 @@ void NormalDetail::resolve(const TexelBand& band, const Correspondence& match,
                   coverage);
 }
 
-void NormalDetail::run(const TexelBand& band, const Correspondence& match,
+void NormalDetail::run(const TexelBand& band, const DeviceCorrespondence& match,
                        const cl::Array<float>& image, const cl::Array<std::uint8_t>& coverage) {
   if (band.sample_count == 0) return;
   if (band.sample_count == band.texel_count) {
@@ -108,8 +108,8 @@ void NormalDetail::run(const TexelBand& band, const Correspondence& match,
   resolve(band, match, image, coverage);
 }
 
-void NormalDetail::run_blended(const TexelBand& band, const Correspondence& match,
-                               const Correspondence& other, const cl::Array<float>& shares,
+void NormalDetail::run_blended(const TexelBand& band, const DeviceCorrespondence& match,
+                               const DeviceCorrespondence& other, const cl::Array<float>& shares,
                                const cl::Array<float>& image,
                                const cl::Array<std::uint8_t>& coverage) {
   if (band.sample_count == 0) return;
@@ -129,14 +129,16 @@ class NormalReader : public MapMaker {
       : context_(context_of(request.source.device)),
         detail_(context_, request.surface, request.source.attributes, options) {}
 
-  void run(const TexelBand& band, const Correspondence& match, const BandPixels& out) override {
+  void run(const TexelBand& band, const DeviceCorrespondence& match,
+           const BandPixels& out) override {
     begin(out);
     detail_.run(band, match, image_, coverage_);
     end(out);
   }
 
-  void run_blended(const TexelBand& band, const Correspondence& match, const Correspondence& other,
-                   const cl::Array<float>& shares, const BandPixels& out) override {
+  void run_blended(const TexelBand& band, const DeviceCorrespondence& match,
+                   const DeviceCorrespondence& other, const cl::Array<float>& shares,
+                   const BandPixels& out) override {
     begin(out);
     detail_.run_blended(band, match, other, shares, image_, coverage_);
     end(out);

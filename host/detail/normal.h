@@ -5,8 +5,8 @@
 #include "kiln/bake.h"
 #include "mesh/kernels_shared.h"
 #include "mesh/low_surface.h"
-#include "source/dense_mesh.h"
-#include "texel/correspondence.h"
+#include "source/high_poly.h"
+#include "texel/device_correspondence.h"
 #include "texel/texels.h"
 
 namespace kiln {
@@ -30,23 +30,23 @@ class NormalDetail {
   /// \param image     [rows * width * 3] of the band, interleaved; texels that are not covered keep
   ///                  what is there
   /// \param coverage  [rows * width]: 1 baked, 2 missed
-  void run(const TexelBand& band, const Correspondence& match, const cl::Array<float>& image,
+  void run(const TexelBand& band, const DeviceCorrespondence& match, const cl::Array<float>& image,
            const cl::Array<std::uint8_t>& coverage);
 
   /// The same with two correspondences: the normals of both are mixed, each as a direction in space.
   /// \param other   with triangles for the samples that are mixed, and none for the rest
   /// \param shares  [samples] how much of `match` a sample takes, 0 to 1
-  void run_blended(const TexelBand& band, const Correspondence& match, const Correspondence& other,
-                   const cl::Array<float>& shares, const cl::Array<float>& image,
-                   const cl::Array<std::uint8_t>& coverage);
+  void run_blended(const TexelBand& band, const DeviceCorrespondence& match,
+                   const DeviceCorrespondence& other, const cl::Array<float>& shares,
+                   const cl::Array<float>& image, const cl::Array<std::uint8_t>& coverage);
 
  private:
   cl::Kernel kernel(const char* name) const;
   std::size_t items(const TexelBand& band) const;
-  void describe(const TexelBand& band, const Correspondence& match);
-  void prepare(const TexelBand& band, const Correspondence& match);
-  void resolve(const TexelBand& band, const Correspondence& match, const cl::Array<float>& image,
-               const cl::Array<std::uint8_t>& coverage);
+  void describe(const TexelBand& band, const DeviceCorrespondence& match);
+  void prepare(const TexelBand& band, const DeviceCorrespondence& match);
+  void resolve(const TexelBand& band, const DeviceCorrespondence& match,
+               const cl::Array<float>& image, const cl::Array<std::uint8_t>& coverage);
 
   cl::Context& context_;
   std::size_t width_;  // samples of a work-item

@@ -12,7 +12,7 @@
 #include "mesh/kernels_shared.h"
 #include "mesh/low_shading.h"
 #include "shared/own.h"
-#include "source/dense_uvs.h"
+#include "source/high_poly_uvs.h"
 
 namespace kiln {
 namespace {
@@ -44,13 +44,15 @@ class Own : public MapMaker {
                                                  source_.uv_triangles.size() * 3));
   }
 
-  void run(const TexelBand& band, const Correspondence& match, const BandPixels& out) override {
+  void run(const TexelBand& band, const DeviceCorrespondence& match,
+           const BandPixels& out) override {
     if (band.sample_count == 0) return;
     average(band, match, values_of(band, match), out);
   }
 
-  void run_blended(const TexelBand& band, const Correspondence& match, const Correspondence& other,
-                   const cl::Array<float>& shares, const BandPixels& out) override {
+  void run_blended(const TexelBand& band, const DeviceCorrespondence& match,
+                   const DeviceCorrespondence& other, const cl::Array<float>& shares,
+                   const BandPixels& out) override {
     if (band.sample_count == 0) return;
     std::vector<float> values = values_of(band, match);
     const std::vector<float> others = values_of(band, other);
@@ -85,7 +87,7 @@ class Own : public MapMaker {
   }
 
   /// Four planes of the band's capacity.
-  std::vector<float> values_of(const TexelBand& band, const Correspondence& match) {
+  std::vector<float> values_of(const TexelBand& band, const DeviceCorrespondence& match) {
     upload();
     if (values_.size() < std::size_t{4} * band.capacity) {
       values_ = cl::Array<float>();
@@ -116,8 +118,8 @@ class Own : public MapMaker {
     return values;
   }
 
-  void average(const TexelBand& band, const Correspondence& match, std::span<const float> values,
-               const BandPixels& out) {
+  void average(const TexelBand& band, const DeviceCorrespondence& match,
+               std::span<const float> values, const BandPixels& out) {
     const std::vector<std::uint32_t>& index = reads_->read(band.texel_index, band.texel_count);
     const std::vector<std::uint32_t>& first =
         reads_->read(band.texel_first, band.texel_count + std::size_t{1});

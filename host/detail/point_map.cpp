@@ -18,8 +18,8 @@ constexpr std::size_t kMostChannels = 4;
 using Value = std::array<float, kMostChannels>;
 
 /// A correspondence on the host.
-struct HostMatch {
-  HostMatch(BandReads& reads, const Correspondence& match, std::uint32_t count)
+struct HostCorrespondence {
+  HostCorrespondence(BandReads& reads, const DeviceCorrespondence& match, std::uint32_t count)
       : triangle(reads.read(match.triangle, count)),
         u(reads.read(match.barycentric, count)),
         v(reads.read(match.barycentric, count, match.capacity)) {
@@ -86,25 +86,28 @@ class PointMap : public MapMaker {
 
   void report(BakeReport& report) const override { function_->report(report); }
 
-  void run(const TexelBand& band, const Correspondence& match, const BandPixels& out) override {
+  void run(const TexelBand& band, const DeviceCorrespondence& match,
+           const BandPixels& out) override {
     make(band, match, nullptr, nullptr, out);
   }
 
-  void run_blended(const TexelBand& band, const Correspondence& match, const Correspondence& other,
-                   const cl::Array<float>& shares, const BandPixels& out) override {
+  void run_blended(const TexelBand& band, const DeviceCorrespondence& match,
+                   const DeviceCorrespondence& other, const cl::Array<float>& shares,
+                   const BandPixels& out) override {
     make(band, match, &other, &shares, out);
   }
 
  private:
-  void make(const TexelBand& band, const Correspondence& match, const Correspondence* other,
-            const cl::Array<float>* shares, const BandPixels& out) {
+  void make(const TexelBand& band, const DeviceCorrespondence& match,
+            const DeviceCorrespondence* other, const cl::Array<float>* shares,
+            const BandPixels& out) {
     if (band.sample_count == 0) return;
     function_->prepare(reads_->source_version());
     normals_ = reads_->read_source(source_.attributes.normals);
     normal_indices_ = reads_->read_source(source_.attributes.normal_indices);
     const HostSamples samples(*reads_, band);
-    const HostMatch found(*reads_, match, band.sample_count);
-    std::optional<HostMatch> mixed;
+    const HostCorrespondence found(*reads_, match, band.sample_count);
+    std::optional<HostCorrespondence> mixed;
     std::span<const float> share;
     if (other != nullptr && info_.type != MapType::id) {
       mixed.emplace(*reads_, *other, band.sample_count);
@@ -116,7 +119,7 @@ class PointMap : public MapMaker {
       const bool as_is = !mixed && info_.type != MapType::unit_vector;
       Average average(info_);
       UvFacet facet;
-      DensePoint point;
+      HighPoint point;
       const std::unique_ptr<PointRoom> room = function_->room();
       point.room = room.get();
       for (std::size_t t = begin; t < end; ++t) {
@@ -232,8 +235,9 @@ class PointMap : public MapMaker {
   /// \param facet  of the sample before
   /// \param point  of the sample before, or of none: what is not needed stays as it was at first
   /// \param value  as many as there are channels
-  void value_at(const HostSamples& samples, std::size_t s, const HostMatch& found,
-                const HostMatch& first, UvFacet& facet, DensePoint& point, float* value) const {
+  void value_at(const HostSamples& samples, std::size_t s, const HostCorrespondence& found,
+                const HostCorrespondence& first, UvFacet& facet, HighPoint& point,
+                float* value) const {
     if (!first.seen[0].empty()) point.seen = {first.seen[0][s], first.seen[1][s], first.seen[2][s]};
     point.triangle = found.triangle[s];
     point.found = point.triangle != KILN_NO_TRIANGLE;
@@ -259,12 +263,12 @@ class PointMap : public MapMaker {
     (*function_)(point, value);
   }
 
-  static Vec3d on_low(const DensePoint& point, const Vec3& a, const Vec3& b, const Vec3& c) {
+  static Vec3d on_low(const HighPoint& point, const Vec3& a, const Vec3& b, const Vec3& c) {
     const double u = point.low_u, v = point.low_v;
     return Vec3d(a) * (1 - u - v) + Vec3d(b) * u + Vec3d(c) * v;
   }
 
-  void place(DensePoint& point) const {
+  void place(HighPoint& point) const {
     const auto& of_low = surface_.triangles[point.low_triangle];
     const auto low = [&] {
       return on_low(point, of_low[0].position, of_low[1].position, of_low[2].position);
@@ -287,7 +291,7 @@ class PointMap : public MapMaker {
   }
 
   /// Its normal and its UVs, as far as they are needed.
-  void turn(DensePoint& point, UvFacet& facet) const {
+  void turn(HighPoint& point, UvFacet& facet) const {
     const auto& [a, b, c] = surface_.triangles[point.low_triangle];
     const Vec3d low = unit(on_low(point, a.normal, b.normal, c.normal), Vec3d(a.normal));
     if (!point.found) {
@@ -307,7 +311,7 @@ class PointMap : public MapMaker {
     if (two_sided_ && dot(point.normal, low) < 0) point.normal = point.normal * -1.0;
   }
 
-  void carry(DensePoint& point, const Vec3d& along, UvFacet& facet) const {
+  void carry(HighPoint& point, const Vec3d& along, UvFacet& facet) const {
     facet.move_to(source_, point.triangle);
     point.has_uv = facet.has_uv;
     if (!facet.has_uv) return;

@@ -19,7 +19,7 @@ struct PointRoom {
 
 /// A point of the high poly, as a map sees it; or, where nothing was found, the point of the low poly that
 /// stands in for it (Wang et al., section 2).
-struct DensePoint {
+struct HighPoint {
   bool found = true;
   std::uint32_t triangle = 0;  ///< Of the high poly; KILN_NO_TRIANGLE where nothing was found
   float u = 0, v = 0;          ///< Weights of its corners 1 and 2
@@ -42,7 +42,7 @@ struct DensePoint {
       seen;  ///< Mean of the directions that see the low poly's point; 0 where not known, or none does
 };
 
-/// What of a DensePoint a function reads beside which points they are: what it does not is not worked out.
+/// What of a HighPoint a function reads beside which points they are: what it does not is not worked out.
 struct PointNeeds {
   bool position = true;
   bool normal = true;
@@ -58,7 +58,7 @@ class PointFunction {
   virtual PointNeeds needs() const { return {}; }
   /// Before each band, on one thread. \param source_version  another one where the high poly changed
   virtual void prepare(std::uint64_t source_version) { static_cast<void>(source_version); }
-  virtual void operator()(const DensePoint& point, float* value) const = 0;
+  virtual void operator()(const HighPoint& point, float* value) const = 0;
   virtual std::unique_ptr<PointRoom> room() const { return nullptr; }
   /// What there is to say at the end, beside the texels.
   virtual void report(BakeReport& report) const { static_cast<void>(report); }
@@ -76,7 +76,7 @@ std::unique_ptr<MapMaker> make_point_map(const MapRequest& request, const MapInf
   struct Called : PointFunction {
     Called(Function called, PointNeeds needs) : call(std::move(called)), wanted(needs) {}
     PointNeeds needs() const override { return wanted; }
-    void operator()(const DensePoint& point, float* value) const override { call(point, value); }
+    void operator()(const HighPoint& point, float* value) const override { call(point, value); }
     Function call;
     PointNeeds wanted;
   };

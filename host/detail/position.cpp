@@ -20,7 +20,7 @@ MapRow position_map() {
     const std::array<double, 3> origin = map_origin(request.options, request.source.frame);
     return make_point_map(
         request, position_map().info,
-        [origin](const DensePoint& point, float* value) {
+        [origin](const HighPoint& point, float* value) {
           value[0] = static_cast<float>(point.position.x - origin[0]);
           value[1] = static_cast<float>(point.position.y - origin[1]);
           value[2] = static_cast<float>(point.position.z - origin[2]);

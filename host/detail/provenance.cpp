@@ -10,7 +10,7 @@ namespace {
 
 using Colour = std::array<float, 3>;
 
-Colour colour_of(const DensePoint& point) {
+Colour colour_of(const HighPoint& point) {
   if (!point.found) return {1, 0, 1};  // as MissPolicy::mark has it
   switch (point.status) {
     case KILN_STATUS_OUTWARD:
@@ -47,11 +47,10 @@ MapRow provenance_map() {
   // It follows the match alone; but texels that are read for changed normals have no status.
   row.follows_positions = true;
   row.make = [](const MapRequest& request) {
-    return make_point_map(request, provenance_map().info,
-                          [](const DensePoint& point, float* value) {
-                            const Colour colour = colour_of(point);
-                            std::copy(colour.begin(), colour.end(), value);
-                          });
+    return make_point_map(request, provenance_map().info, [](const HighPoint& point, float* value) {
+      const Colour colour = colour_of(point);
+      std::copy(colour.begin(), colour.end(), value);
+    });
   };
   return row;
 }

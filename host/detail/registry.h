@@ -13,8 +13,8 @@
 #include "kiln/bake.h"
 #include "kiln/map.h"
 #include "mesh/low_surface.h"
-#include "source/dense_mesh.h"
-#include "texel/correspondence.h"
+#include "source/high_poly.h"
+#include "texel/device_correspondence.h"
 #include "texel/texels.h"
 
 namespace kiln {
@@ -50,13 +50,14 @@ class MapMaker {
   virtual ~MapMaker() = default;
 
   /// Makes the texels of a band. Texels that are not covered keep what is there.
-  virtual void run(const TexelBand& band, const Correspondence& match, const BandPixels& out) = 0;
+  virtual void run(const TexelBand& band, const DeviceCorrespondence& match,
+                   const BandPixels& out) = 0;
 
   /// The same with two correspondences, whose values are mixed.
   /// \param other   with triangles for the samples that are mixed, and none for the rest
   /// \param shares  [samples] how much of `match` a sample takes, 0 to 1
-  virtual void run_blended(const TexelBand& band, const Correspondence& match,
-                           const Correspondence& other, const cl::Array<float>& shares,
+  virtual void run_blended(const TexelBand& band, const DeviceCorrespondence& match,
+                           const DeviceCorrespondence& other, const cl::Array<float>& shares,
                            const BandPixels& out) = 0;
 
   /// What there is to say at the end, beside the texels.

@@ -17,7 +17,7 @@ MapRow slope_map() {
               180};
   row.unit = "degrees";
   row.make = [](const MapRequest& request) {
-    return make_point_map(request, slope_map().info, [](const DensePoint& point, float* value) {
+    return make_point_map(request, slope_map().info, [](const HighPoint& point, float* value) {
       const double cosine = std::clamp(point.normal.y, -1.0, 1.0);
       value[0] = static_cast<float>(std::acos(cosine) * 180 / std::numbers::pi);
     });

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <string>
 
-#include "source/dense_uvs.h"
+#include "source/high_poly_uvs.h"
 
 namespace kiln {
 
@@ -44,7 +44,7 @@ const FilteredTexture* SurfaceTexture::picture_of(std::uint32_t triangle) const 
   return picture == Texture::kNone ? nullptr : pictures_[picture].get();
 }
 
-void SurfaceTexture::read(const DensePoint& point, float* value) const {
+void SurfaceTexture::read(const HighPoint& point, float* value) const {
   std::fill_n(value, 4, 0.0F);
   const FilteredTexture* picture = picture_of(point.triangle);
   if (picture == nullptr) {

@@ -19,7 +19,7 @@ class SurfaceTexture {
 
   /// The texture's mean over the point's sides. \param value  four numbers: those that the picture lacks are
   /// its first one (colours of one channel) or 1 (alpha)
-  void read(const DensePoint& point, float* value) const;
+  void read(const HighPoint& point, float* value) const;
 
   /// Numbers of the pictures that are not finite.
   std::uint64_t replaced() const;

@@ -32,7 +32,7 @@ class Plain : public PointFunction {
   PointNeeds needs() const override {
     return {.position = false, .normal = false, .uv = true, .distance = false};
   }
-  void operator()(const DensePoint& point, float* value) const override {
+  void operator()(const HighPoint& point, float* value) const override {
     if (!point.found) return;
     float read[4];
     texture_.read(point, read);
@@ -74,7 +74,7 @@ class Normals : public PointFunction {
     made_of_ = source_version;
   }
 
-  void operator()(const DensePoint& point, float* value) const override {
+  void operator()(const HighPoint& point, float* value) const override {
     Vec3d normal = point.normal;
     if (point.found) {
       float read[4];

@@ -1,7 +1,7 @@
 // The high poly's own UVs.
 #include "detail/point_map.h"
 #include "mesh/uv_grid.h"
-#include "source/dense_uvs.h"
+#include "source/high_poly_uvs.h"
 
 namespace kiln {
 
@@ -16,7 +16,7 @@ MapRow uv_map() {
                   "The high poly has no UVs, which the map uv holds: give it a layout, or leave "
                   "the map out.");
     }
-    return make_point_map(request, uv_map().info, [&source](const DensePoint& point, float* value) {
+    return make_point_map(request, uv_map().info, [&source](const HighPoint& point, float* value) {
       if (!point.found) return;  // 0
       const Triangle& corners = source.uv_triangles[point.triangle];
       const double weights[3] = {1.0 - point.u - point.v, point.u, point.v};

@@ -6,7 +6,7 @@
 #include "mesh/kernels_shared.h"
 #include "mesh/uv_grid.h"
 #include "mesh/vector.h"
-#include "source/dense_mesh.h"
+#include "source/high_poly.h"
 
 namespace kiln {
 

@@ -4,7 +4,7 @@
 #include <cstdint>
 
 #include "kiln/bake.h"
-#include "source/dense_mesh.h"
+#include "source/high_poly.h"
 
 namespace kiln {
 

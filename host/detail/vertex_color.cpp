@@ -1,7 +1,7 @@
 // Colours of the high poly's vertices.
+#include "base/srgb.h"
 #include "detail/point_map.h"
 #include "detail/vertex_colors.h"
-#include "image/srgb.h"
 
 namespace kiln {
 
@@ -12,7 +12,7 @@ void check_vertex_colors(const Source::Impl& source, const char* map, const char
                                     map + " holds: " + remedy);
 }
 
-void read_vertex_color(const Source::Impl& source, const DensePoint& point, float* value) {
+void read_vertex_color(const Source::Impl& source, const HighPoint& point, float* value) {
   const std::array<float, 256>& linear = linear_of_bytes();
   const Triangle& corners = source.triangles[point.triangle];
   const double weights[3] = {1.0 - point.u - point.v, point.u, point.v};
@@ -39,7 +39,7 @@ MapRow vertex_color_map() {
     check_vertex_colors(source, "vertex_color",
                         "give a PLY or OBJ that has them, or leave the map out.");
     return make_point_map(request, vertex_color_map().info,
-                          [&source](const DensePoint& point, float* value) {
+                          [&source](const HighPoint& point, float* value) {
                             if (!point.found) return;
                             float color[4];
                             read_vertex_color(source, point, color);

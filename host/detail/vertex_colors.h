@@ -9,6 +9,6 @@ namespace kiln {
 void check_vertex_colors(const Source::Impl& source, const char* map, const char* remedy);
 
 /// \param point  found \param value  red, green and blue in linear light, and alpha
-void read_vertex_color(const Source::Impl& source, const DensePoint& point, float* value);
+void read_vertex_color(const Source::Impl& source, const HighPoint& point, float* value);
 
 }  // namespace kiln

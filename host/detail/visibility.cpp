@@ -27,12 +27,11 @@ MapRow visibility_map() {
                       -1);
   row.unit = "of a unit length";
   row.make = [](const MapRequest& request) {
-    return make_point_map(request, visibility_map().info,
-                          [](const DensePoint& point, float* value) {
-                            value[0] = static_cast<float>(point.seen.x);
-                            value[1] = static_cast<float>(point.seen.y);
-                            value[2] = static_cast<float>(point.seen.z);
-                          });
+    return make_point_map(request, visibility_map().info, [](const HighPoint& point, float* value) {
+      value[0] = static_cast<float>(point.seen.x);
+      value[1] = static_cast<float>(point.seen.y);
+      value[2] = static_cast<float>(point.seen.z);
+    });
   };
   return row;
 }
@@ -44,7 +43,7 @@ MapRow deviation_map() {
                       0);
   row.unit = "of a unit length";
   row.make = [](const MapRequest& request) {
-    return make_point_map(request, deviation_map().info, [](const DensePoint& point, float* value) {
+    return make_point_map(request, deviation_map().info, [](const HighPoint& point, float* value) {
       const double common = dot(point.seen, point.seen);
       value[0] = static_cast<float>(std::sqrt(std::max(0.0, 1 - common)));
     });

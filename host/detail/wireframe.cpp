@@ -24,7 +24,7 @@ class Wireframe : public PointFunction {
     }
   }
 
-  void operator()(const DensePoint& point, float* value) const override {
+  void operator()(const HighPoint& point, float* value) const override {
     if (!point.found) return;  // 0
     const Triangle& corners = source_.triangles[point.triangle];
     const Vec3d p[3] = {Vec3d(source_.positions[corners[0]]), Vec3d(source_.positions[corners[1]]),

@@ -11,7 +11,7 @@ namespace {
 
 constexpr std::size_t kBlockRows = 16;
 // A mean shorter than this has no direction to speak of.
-constexpr double kVanishing = 1e-6;
+constexpr double kVanishingLength = 1e-6;
 // How far a squared length may be from 1 for a vector to count as unit in single precision: making it
 // unit again would only stir the last bit, and constant maps are to stay constant.
 constexpr double kUnitSlack = 1e-6;
@@ -118,9 +118,9 @@ class Sum {
     for (std::size_t c = 0; c < kChannels; ++c) {
       result.mean[c] = static_cast<float>(sum_[c] * share);
     }
-    if (unit_vectors && squared_length(result.mean) < kVanishing * kVanishing) {
+    if (unit_vectors && squared_length(result.mean) < kVanishingLength * kVanishingLength) {
       // Just long enough that every mean has a direction, and too short to turn others.
-      const double scale = 2 * kVanishing / std::sqrt(squared_length(first_));
+      const double scale = 2 * kVanishingLength / std::sqrt(squared_length(first_));
       for (std::size_t c = 0; c < kVector<kChannels>; ++c) {
         result.mean[c] = static_cast<float>(scale * first_[c]);
       }

@@ -8,7 +8,7 @@
 
 #include "base/float4.h"
 #include "base/parallel.h"
-#include "image/srgb.h"
+#include "base/srgb.h"
 #include "kiln/error.h"
 
 namespace kiln {
@@ -41,7 +41,7 @@ struct Cover {
   std::array<double, 4> shares{};
 };
 
-std::int64_t wrapped(std::int64_t place, std::int64_t size) {
+std::int64_t wrapped_texel(std::int64_t place, std::int64_t size) {
   if (place >= 0 && place < size)
     return place;  // nearly always, and a division takes as long as all else
   const std::int64_t rest = place % size;
@@ -103,7 +103,7 @@ std::array<double, 4> sum_of(const Spread& spread, const float* pixels, std::int
       for (int k = 0; k < 4 && i + k < spread.columns; ++k) {
         std::int64_t x0 = spread.x + left[k], y0 = spread.y + top[k], x1 = x0 + 1, y1 = y0 + 1;
         if constexpr (!Inside) {
-          x0 = wrapped(x0, width), y0 = wrapped(y0, height);
+          x0 = wrapped_texel(x0, width), y0 = wrapped_texel(y0, height);
           x1 = x0 + 1 == width ? 0 : x0 + 1, y1 = y0 + 1 == height ? 0 : y0 + 1;
         }
         const auto at = [&](std::int64_t to_right, std::int64_t to_bottom) {

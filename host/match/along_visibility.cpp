@@ -31,7 +31,7 @@ class VisibilityMatcher : public Matcher {
     field_ = field;
   }
 
-  void run(const TexelBand& band, Correspondence& match) override {
+  void run(const TexelBand& band, DeviceCorrespondence& match) override {
     if (band.sample_count == 0) return;
     if (capacity_ < band.capacity) {
       points_ = cl::Array<float>();
@@ -84,7 +84,7 @@ MatchRow visibility_match() {
 
 MatchRow hybrid_match() {
   MatchRow row = row_of(MatchMethod::hybrid, "between the direction of visibility and the normal");
-  row.plan_turn = row.light_turn = 2;
+  row.plan_turn = row.low_poly_turn = 2;
   row.make = make<true>;
   return row;
 }

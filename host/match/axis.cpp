@@ -13,7 +13,7 @@ class AxisMatcher : public Matcher {
         query_(ray_query(request, false)),
         axis_(to_float(axis)) {}
 
-  void run(const TexelBand& band, Correspondence& match) override {
+  void run(const TexelBand& band, DeviceCorrespondence& match) override {
     if (band.sample_count == 0) return;
     const std::size_t plane = band.capacity;
     std::vector<float> points = band.points.download(context_);

@@ -7,7 +7,7 @@
 
 #include "accel/ray.h"
 #include "base/parallel.h"
-#include "match/host_match.h"
+#include "match/host_correspondence.h"
 #include "mesh/vector.h"
 
 namespace kiln {
@@ -124,13 +124,13 @@ class Probes {
     });
     cl::Context& context = context_of(high_.device);
     const cl::Array<float> points(context, std::span<const float>(planes));
-    Correspondence met(context, count);
+    DeviceCorrespondence met(context, count);
     RayQuery query;
     query.t_min = -static_cast<float>(reach);
     query.t_max = static_cast<float>(reach);
     query.outermost = true;
     high_.rays().intersect(points, count, count, query, met);
-    const HostMatch found(context, met, count);
+    const HostCorrespondence found(context, met, count);
     std::vector<std::array<Profile, 2>> profiles(end - begin);
     for (std::size_t i = 0; i < count; ++i) {
       const Vec3d direction{planes[3 * std::size_t{count} + i], planes[4 * std::size_t{count} + i],

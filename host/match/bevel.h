@@ -5,7 +5,7 @@
 
 #include "kiln/parts.h"
 #include "mesh/hard_edges.h"
-#include "source/dense_mesh.h"
+#include "source/high_poly.h"
 
 namespace kiln {
 

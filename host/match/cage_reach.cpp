@@ -5,7 +5,7 @@
 #include <span>
 #include <string>
 
-#include "match/host_match.h"
+#include "match/host_correspondence.h"
 #include "match/surface_places.h"
 #include "mesh/vector.h"
 
@@ -70,9 +70,9 @@ std::vector<float> CageReach::to_hull(cl::Context& context, const cl::Array<floa
   query.t_min = -kTouching;
   query.t_max = kFarthest;
   query.two_sided = true;
-  Correspondence met(context, count);
+  DeviceCorrespondence met(context, count);
   rays_->intersect(points, count, capacity, query, met);
-  const HostMatch found(context, met, count);
+  const HostCorrespondence found(context, met, count);
   std::vector<float> planes(std::size_t{7} * capacity), ways(count);
   points.read(context, planes);
   const std::size_t plane = capacity;
@@ -105,7 +105,7 @@ std::vector<float> CageReach::to_hull(cl::Context& context, const cl::Array<floa
   return ways;
 }
 
-Maybe<CageReport> CageReach::report(const LowSurface& surface) const {
+std::optional<CageReport> CageReach::report(const LowSurface& surface) const {
   if (!surface.has_cage_mesh) return std::nullopt;
   const double unit = 1 / frame_.scale;
   std::vector<float> outward = ways_, inward;

@@ -23,7 +23,7 @@ class CageReach {
   /// Of a band that was just sampled and turned. \throws Error(input) where a hull does not enclose it
   void apply(cl::Context& context, TexelBand& band) const;
   /// World units; none without a cage mesh.
-  Maybe<CageReport> report(const LowSurface& surface) const;
+  std::optional<CageReport> report(const LowSurface& surface) const;
 
  private:
   std::vector<float> to_hull(cl::Context& context, const cl::Array<float>& points,

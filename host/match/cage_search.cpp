@@ -6,7 +6,7 @@
 #include <span>
 
 #include "base/parallel.h"
-#include "match/host_match.h"
+#include "match/host_correspondence.h"
 #include "match/low_rays.h"
 #include "match/part_matcher.h"
 #include "mesh/vector.h"
@@ -15,29 +15,29 @@
 namespace kiln {
 namespace {
 
-constexpr std::size_t kPlaces = 1 << 18;
+constexpr std::size_t kSearchPlaces = 1 << 18;
 // Shares of the high poly's diagonal.
-constexpr double kFarthest = 0.25;    // that a solid may reach out
-constexpr double kDeepest = 0.1;      // that a face may lie in
-constexpr double kCovered = 0.001;    // nearer below another part nobody sees a place
-constexpr double kFloating = 0.0025;  // farther out a face says nothing of the wall below
-constexpr double kNear = 0.0025;      // so near nobody asks whose a face is
-constexpr float kForeign = 0.5F;      // nearer than this share of the ray's way: another place's
-constexpr int kSolids = 4;            // one over another
+constexpr double kFarthestShell = 0.25;  // that a solid may reach out
+constexpr double kDeepest = 0.1;         // that a face may lie in
+constexpr double kCovered = 0.001;       // nearer below another part nobody sees a place
+constexpr double kFloating = 0.0025;     // farther out a face says nothing of the wall below
+constexpr double kNear = 0.0025;         // so near nobody asks whose a face is
+constexpr float kForeign = 0.5F;         // nearer than this share of the ray's way: another place's
+constexpr int kSolids = 4;               // one over another
 constexpr float kStep = 4 * KILN_BVH_EPSILON;  // past a face
-constexpr float kNone = std::numeric_limits<float>::infinity();
+constexpr float kNoShell = std::numeric_limits<float>::infinity();
 
 class Search {
  public:
   Search(const MatchRequest& request, const EdgeTurn& turn, const Parts* parts)
       : request_(request), context_(context_of(request.source.device)), parts_(parts) {
     const double diagonal = request.source.frame.diagonal * request.source.frame.scale;
-    farthest_ = static_cast<float>(kFarthest * diagonal);
+    farthest_ = static_cast<float>(kFarthestShell * diagonal);
     deepest_ = static_cast<float>(std::max(request.distance, kDeepest * diagonal));
     covered_ = static_cast<float>(kCovered * diagonal);
     floating_ = static_cast<float>(kFloating * diagonal);
     near_ = static_cast<float>(kNear * diagonal);
-    needs_.places = spread_places(context_, request.surface, kPlaces);
+    needs_.places = spread_places(context_, request.surface, kSearchPlaces);
     turn.apply(context_, needs_.places.band);
     count_ = needs_.places.size();
     points_.resize(7 * count_);
@@ -69,7 +69,7 @@ class Search {
   Hits cast(const std::vector<float>& from, const RayQuery& query, bool backs = false) const {
     std::vector<float> planes = points_;
     for (std::size_t i = 0; i < count_; ++i) {
-      const bool casts = from[i] < kNone;
+      const bool casts = from[i] < kNoShell;
       for (std::size_t axis = 0; axis < 3; ++axis) {
         float& d = planes[(3 + axis) * count_ + i];
         if (casts) planes[axis * count_ + i] += from[i] * d;
@@ -79,14 +79,14 @@ class Search {
     }
     const cl::Array<float> points(context_, std::span<const float>(planes));
     const auto count = static_cast<std::uint32_t>(count_);
-    Correspondence met(context_, count);
+    DeviceCorrespondence met(context_, count);
     request_.source.rays().intersect(points, count, count, query, met);
-    const HostMatch found(context_, met, count);
-    Hits hits{std::vector<float>(count_, kNone), std::vector<std::uint8_t>(count_)};
+    const HostCorrespondence found(context_, met, count);
+    Hits hits{std::vector<float>(count_, kNoShell), std::vector<std::uint8_t>(count_)};
     parallel_for(count_, 1 << 12, [&](std::size_t begin, std::size_t end) {
       for (std::size_t i = begin; i < end; ++i) {
         const std::uint32_t t = found.triangle[i];
-        if (t == KILN_NO_TRIANGLE || !(from[i] < kNone) || !own(i, t)) continue;
+        if (t == KILN_NO_TRIANGLE || !(from[i] < kNoShell) || !own(i, t)) continue;
         hits.at[i] = from[i] + (backs ? -found.distance[i] : found.distance[i]);
         hits.leaves[i] = dot(normal(t), direction(i)) > 0 ? 1 : 0;
       }
@@ -94,7 +94,7 @@ class Search {
     return hits;
   }
 
-  /// Whether a face is of the part that the place belongs to.
+  /// True if a face is of the part that the place belongs to.
   bool own(std::size_t i, std::uint32_t triangle) const {
     return parts_ == nullptr || parts_->high[triangle] == parts_->low[needs_.places.triangle[i]];
   }
@@ -109,20 +109,20 @@ class Search {
     return {points_[3 * count_ + i], points_[4 * count_ + i], points_[5 * count_ + i]};
   }
 
-  HostMatch match(const MatchRequest& request) const {
+  HostCorrespondence match(const MatchRequest& request) const {
     MatchNotes notes;
     const MatchRow row = ray_match();
     const std::unique_ptr<Matcher> matcher =
         parts_ != nullptr ? part_matcher(row, request, *parts_, notes) : row.make(request, notes);
     const auto count = static_cast<std::uint32_t>(count_);
-    Correspondence met(context_, count);
+    DeviceCorrespondence met(context_, count);
     matcher->run(needs_.places.band, met);
-    return HostMatch(context_, met, count);
+    return HostCorrespondence(context_, met, count);
   }
 
   /// The faces that the bake itself would find.
   void look() {
-    const HostMatch found = match(request_);
+    const HostCorrespondence found = match(request_);
     height_.resize(count_);
     needs_.found.resize(count_);
     for (std::size_t i = 0; i < count_; ++i) {
@@ -133,7 +133,7 @@ class Search {
 
   /// Where a place's ray meets the next face above its own.
   std::vector<float> above() const {
-    std::vector<float> from(count_, kNone);
+    std::vector<float> from(count_, kNoShell);
     for (std::size_t i = 0; i < count_; ++i) {
       if (needs_.counts[i] != 0) from[i] = std::max(height_[i], 0.0F) + kStep;
     }
@@ -147,7 +147,7 @@ class Search {
     query.t_max = farthest_;
     query.two_sided = true;
     const Hits first = cast(above(), query);
-    std::vector<float> from(count_, kNone), below(count_, kNone);
+    std::vector<float> from(count_, kNoShell), below(count_, kNoShell);
     for (std::size_t i = 0; i < count_; ++i) {
       const float most = std::min(limit_[i], static_cast<float>(request_.distance));
       if (first.leaves[i] == 0 && first.at[i] <= most) from[i] = first.at[i] + kStep;
@@ -161,9 +161,9 @@ class Search {
     const Hits last = cast(from, query);
     bool any = false;
     for (std::size_t i = 0; i < count_; ++i) {
-      const Hits& top = entered.at[i] < kNone ? first : last;
+      const Hits& top = entered.at[i] < kNoShell ? first : last;
       if (!(top.at[i] < std::min(limit_[i], farthest_))) continue;
-      if (from[i] == kNone && !(entered.at[i] < kNone)) continue;
+      if (from[i] == kNoShell && !(entered.at[i] < kNoShell)) continue;
       height_[i] = top.at[i];
       needs_.found[i] = 1;
       any = true;
@@ -178,7 +178,7 @@ class Search {
     if (std::find(foreign.begin(), foreign.end(), 1) == foreign.end()) return;
     MatchRequest request = request_;
     request.ray.rule = RayRule::nearest;
-    const HostMatch nearest = match(request);
+    const HostCorrespondence nearest = match(request);
     for (std::size_t i = 0; i < count_; ++i) {
       if (foreign[i] == 0) continue;
       needs_.found[i] = nearest.triangle[i] != KILN_NO_TRIANGLE ? 1 : 0;
@@ -210,7 +210,7 @@ class Search {
 
   /// For places without a face.
   void look_inward() {
-    std::vector<float> from(count_, kNone);
+    std::vector<float> from(count_, kNoShell);
     for (std::size_t i = 0; i < count_; ++i) {
       if (needs_.counts[i] != 0 && needs_.found[i] == 0) from[i] = 0;
     }
@@ -220,7 +220,7 @@ class Search {
     query.two_sided = request_.two_sided;
     const Hits hits = cast(from, query);
     for (std::size_t i = 0; i < count_; ++i) {
-      if (!(hits.at[i] < kNone)) continue;
+      if (!(hits.at[i] < kNoShell)) continue;
       height_[i] = hits.at[i];
       needs_.found[i] = 1;
     }
@@ -232,7 +232,7 @@ class Search {
     query.t_max = farthest_;
     query.two_sided = true;
     const Hits up = cast(above(), query);
-    std::vector<float> from(count_, kNone);
+    std::vector<float> from(count_, kNoShell);
     for (std::size_t i = 0; i < count_; ++i) {
       if (needs_.found[i] == 0 || height_[i] > floating_) continue;
       from[i] = std::min(height_[i], 0.0F) - floating_;
@@ -248,7 +248,7 @@ class Search {
       needs_.outward[i] = std::max(height_[i], 0.0F);
       needs_.inward[i] = std::max(-height_[i], 0.0F);
       needs_.outward_most[i] = std::min({up.at[i], limit_[i], farthest_});
-      needs_.inward_most[i] = down.at[i] < kNone ? -down.at[i] : kNone;
+      needs_.inward_most[i] = down.at[i] < kNoShell ? -down.at[i] : kNoShell;
     }
   }
 

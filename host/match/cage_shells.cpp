@@ -76,7 +76,7 @@ class Shell {
 
   const std::vector<double>& off() const { return off_; }
 
-  /// Whether the next face lies within it.
+  /// True if the next face lies within it.
   bool conflicts(std::size_t i) const { return needs_.counts[i] != 0 && at(i) > most_[i] + kSlack; }
 
  private:

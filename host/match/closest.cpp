@@ -11,7 +11,7 @@ class ClosestMatcher : public Matcher {
   ClosestMatcher(const ClosestFinder& finder, const ClosestQuery& query)
       : finder_(finder), query_(query) {}
 
-  void run(const TexelBand& band, Correspondence& match) override {
+  void run(const TexelBand& band, DeviceCorrespondence& match) override {
     if (band.sample_count == 0) return;
     finder_.find(band.points, band.sample_count, band.capacity, query_, match);
   }
@@ -31,7 +31,7 @@ MatchRow closest_match() {
       row.finds_the_rest = true;
   row.info.other_names = "nearest";
   row.plan_turn = 4;
-  row.light_turn = 3;
+  row.low_poly_turn = 3;
   row.make = [](const MatchRequest& request, MatchNotes&) -> std::unique_ptr<Matcher> {
     return std::make_unique<ClosestMatcher>(
         request.source.closest(),

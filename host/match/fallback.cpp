@@ -23,7 +23,7 @@ class FallbackMatcher : public Matcher {
                   std::vector<std::unique_ptr<Matcher>> rest)
       : context_(context), first_(std::move(first)), rest_(std::move(rest)) {}
 
-  void run(const TexelBand& band, Correspondence& match) override {
+  void run(const TexelBand& band, DeviceCorrespondence& match) override {
     deciders_.clear();
     if (band.sample_count == 0) return;
     first_->run(band, match);
@@ -40,7 +40,7 @@ class FallbackMatcher : public Matcher {
   std::span<const Decider> deciders() const override { return deciders_; }
 
   void run_fallback(const TexelBand& band, std::span<const std::uint32_t> samples,
-                    Correspondence& found) override {
+                    DeviceCorrespondence& found) override {
     const auto count = static_cast<std::uint32_t>(samples.size());
     ask(*rest_.front(), band, samples, found);
     for (std::size_t k = 1; k < rest_.size(); ++k) {
@@ -59,7 +59,8 @@ class FallbackMatcher : public Matcher {
   }
 
  private:
-  std::vector<std::uint32_t> undecided(const Correspondence& match, std::uint32_t count) const {
+  std::vector<std::uint32_t> undecided(const DeviceCorrespondence& match,
+                                       std::uint32_t count) const {
     std::vector<std::uint8_t> status(count);
     match.status.read(context_, status);
     std::vector<std::uint32_t> samples;
@@ -71,7 +72,7 @@ class FallbackMatcher : public Matcher {
 
   /// What one of the fallbacks says of some samples of a band, in their order.
   void ask(Matcher& matcher, const TexelBand& band, std::span<const std::uint32_t> samples,
-           Correspondence& found) {
+           DeviceCorrespondence& found) {
     const auto count = static_cast<std::uint32_t>(samples.size());
     grow(found, count);
     if (matcher.needs_band()) {
@@ -98,14 +99,14 @@ class FallbackMatcher : public Matcher {
     context_.finish();  // `indices` goes
   }
 
-  void grow(Correspondence& match, std::uint32_t capacity) const {
+  void grow(DeviceCorrespondence& match, std::uint32_t capacity) const {
     if (match.capacity >= capacity) return;
-    match = Correspondence();
-    match = Correspondence(context_, capacity);
+    match = DeviceCorrespondence();
+    match = DeviceCorrespondence(context_, capacity);
   }
 
-  void scatter(const std::vector<std::uint32_t>& to, const Correspondence& from,
-               Correspondence& match) const {
+  void scatter(const std::vector<std::uint32_t>& to, const DeviceCorrespondence& from,
+               DeviceCorrespondence& match) const {
     const auto count = static_cast<std::uint32_t>(to.size());
     const cl::Array<std::uint32_t> indices(context_, std::span<const std::uint32_t>(to));
     context_.launch(context_.kernel("match", "kiln_match_scatter"), count, kLocal, count,
@@ -119,14 +120,14 @@ class FallbackMatcher : public Matcher {
   std::unique_ptr<Matcher> first_;
   std::vector<std::unique_ptr<Matcher>> rest_;
   TexelBand some_;  // its points and their count, no more
-  Correspondence decided_, next_, whole_;
+  DeviceCorrespondence decided_, next_, whole_;
   std::vector<Decider> deciders_;
 };
 
 }  // namespace
 
 void Matcher::run_fallback(const TexelBand& /*band*/, std::span<const std::uint32_t> /*samples*/,
-                           Correspondence& /*found*/) {
+                           DeviceCorrespondence& /*found*/) {
   throw Error(ErrorCode::internal, "There is no fallback to ask.");
 }
 

@@ -5,7 +5,7 @@
 #include <span>
 
 #include "accel/closest.h"
-#include "match/host_match.h"
+#include "match/host_correspondence.h"
 
 namespace kiln {
 namespace {
@@ -39,9 +39,9 @@ std::vector<float> LowRays::limits(cl::Context& context, const TexelBand& sample
   query.t_min = kOwnFace;
   query.t_max = std::max(farthest, kOwnFace);
   query.two_sided = true;
-  Correspondence met(context, samples.capacity);
+  DeviceCorrespondence met(context, samples.capacity);
   rays_->intersect(samples.points, count, samples.capacity, query, met);
-  const HostMatch found(context, met, count);
+  const HostCorrespondence found(context, met, count);
   std::vector<float> points(std::size_t{7} * samples.capacity);
   samples.points.read(context, points);
   std::vector<float> limit(count, farthest);
@@ -59,9 +59,9 @@ std::vector<float> LowRays::distances(cl::Context& context, const std::vector<fl
                                       float farthest) const {
   const auto count = static_cast<std::uint32_t>(points.size() / 7);
   const cl::Array<float> device_points(context, std::span<const float>(points));
-  Correspondence met(context, count);
+  DeviceCorrespondence met(context, count);
   ClosestFinder(context, tree_).find(device_points, count, count, {farthest, true}, met);
-  const HostMatch found(context, met, count);
+  const HostCorrespondence found(context, met, count);
   std::vector<float> distance(count, farthest);
   for (std::size_t i = 0; i < count; ++i) {
     if (found.triangle[i] != KILN_NO_TRIANGLE) distance[i] = std::abs(found.distance[i]);

@@ -5,6 +5,7 @@
 #include "base/fnv.h"
 #include "base/parallel.h"
 #include "kiln/validate.h"
+#include "match/host_correspondence.h"
 #include "mesh/kernels_shared.h"
 
 namespace kiln {
@@ -45,14 +46,6 @@ class Hash {
 
  private:
   Fnv1a hash_;
-};
-
-struct HostBand {
-  explicit HostBand(std::size_t count)
-      : triangle(count), u(count), v(count), distance(count), status(count) {}
-  std::vector<std::uint32_t> triangle;
-  std::vector<float> u, v, distance;
-  std::vector<std::uint8_t> status;
 };
 
 }  // namespace
@@ -150,14 +143,9 @@ void check_meshes(const Match& match, std::uint64_t source_hash, std::uint64_t l
   check(match.low_hash, low_hash, "low", "match-low");
 }
 
-void store_band(cl::Context& context, const TexelBand& band, const Correspondence& from,
+void store_band(cl::Context& context, const TexelBand& band, const DeviceCorrespondence& from,
                 double unit, Match& match) {
-  HostBand host(band.sample_count);
-  from.triangle.read(context, host.triangle);
-  from.barycentric.read(context, host.u);
-  from.barycentric.read(context, host.v, from.capacity);
-  from.distance.read(context, host.distance);
-  from.status.read(context, host.status);
+  const HostCorrespondence host(context, from, band.sample_count);
   for_each_sample(context, band, match, [&](std::size_t sample, std::size_t element) {
     match.triangle[element] = host.triangle[sample];
     match.status[element] = host.status[sample];
@@ -169,8 +157,8 @@ void store_band(cl::Context& context, const TexelBand& band, const Correspondenc
 }
 
 void load_band(cl::Context& context, const TexelBand& band, const Match& from, double unit,
-               Correspondence& match) {
-  HostBand host(band.sample_count);
+               DeviceCorrespondence& match) {
+  HostCorrespondence host(band.sample_count);
   for_each_sample(context, band, from, [&](std::size_t sample, std::size_t element) {
     const bool covered = from.status[element] != KILN_STATUS_NONE;
     host.triangle[sample] = from.triangle[element];
@@ -180,11 +168,7 @@ void load_band(cl::Context& context, const TexelBand& band, const Match& from, d
     host.status[sample] = covered ? from.status[element] : std::uint8_t{KILN_STATUS_MISS};
   });
   match.count = band.sample_count;
-  match.triangle.write(context, host.triangle);
-  match.barycentric.write(context, host.u);
-  match.barycentric.write(context, host.v, match.capacity);
-  match.distance.write(context, host.distance);
-  match.status.write(context, host.status);
+  host.write(context, match);
 }
 
 }  // namespace kiln

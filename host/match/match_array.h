@@ -8,7 +8,7 @@
 
 #include "cl/context.h"
 #include "kiln/bake.h"
-#include "texel/correspondence.h"
+#include "texel/device_correspondence.h"
 #include "texel/texels.h"
 
 namespace kiln {
@@ -34,12 +34,12 @@ std::vector<std::size_t> sample_elements(cl::Context& context, const TexelBand& 
                                          const Match& match);
 
 /// Scatters a band's correspondences into the map's match. \param unit world length of a frame unit
-void store_band(cl::Context& context, const TexelBand& band, const Correspondence& from,
+void store_band(cl::Context& context, const TexelBand& band, const DeviceCorrespondence& from,
                 double unit, Match& match);
 
 /// The inverse: fills a band's correspondences from the map's match. Samples that the match does not
 /// cover become misses.
 void load_band(cl::Context& context, const TexelBand& band, const Match& from, double unit,
-               Correspondence& match);
+               DeviceCorrespondence& match);
 
 }  // namespace kiln

@@ -6,19 +6,19 @@
 #include <span>
 
 #include "kiln/bake.h"
-#include "texel/correspondence.h"
+#include "texel/device_correspondence.h"
 #include "texel/texels.h"
 
 namespace kiln {
 
-/// Whether the method decided a sample, or one of its fallbacks.
+/// True if the method decided a sample, or one of its fallbacks.
 enum class Decider : std::uint8_t { nothing, method, fallback };
 
 /// What a match says of itself.
 struct MatchNotes {
-  Maybe<ViewReport> views;
-  Maybe<VisibilityReport> visibility;
-  Maybe<UvReport> uv;
+  std::optional<ViewReport> views;
+  std::optional<VisibilityReport> visibility;
+  std::optional<UvReport> uv;
   std::vector<Warning> warnings;
 };
 
@@ -30,9 +30,9 @@ class Matcher {
   virtual ~Matcher() = default;
 
   /// Writes the correspondences of a band's samples; enqueued, or finished.
-  virtual void run(const TexelBand& band, Correspondence& match) = 0;
+  virtual void run(const TexelBand& band, DeviceCorrespondence& match) = 0;
 
-  /// Whether it reads more of a band than its points: then it must be given all samples.
+  /// True if it reads more of a band than its points: then it must be given all samples.
   virtual bool needs_band() const { return false; }
 
   /// Of each sample of the last band; empty where there is no fallback.
@@ -42,14 +42,14 @@ class Matcher {
   /// \param found  grown where it is too small
   /// \throws Error(internal) where there is none
   virtual void run_fallback(const TexelBand& band, std::span<const std::uint32_t> samples,
-                            Correspondence& found);
+                            DeviceCorrespondence& found);
 
-  /// Whether samples keep their points as the high poly's vertices move, so that only distances change.
+  /// True if samples keep their points as the high poly's vertices move, so that only distances change.
   virtual bool points_stay() const { return false; }
   /// Where points stay: vertices [first, first + positions.size()) moved. Frame units
   virtual void move(std::uint32_t /*first*/, std::span<const Vec3> /*positions*/) {}
   /// Where points stay: the distances of a band's samples, anew.
-  virtual void measure(const TexelBand& /*band*/, Correspondence& /*match*/) {}
+  virtual void measure(const TexelBand& /*band*/, DeviceCorrespondence& /*match*/) {}
 
   /// Adds what is known after the last band. \throws Error(input) where the match is unfit
   virtual void finish(MatchNotes& /*notes*/) {}

@@ -6,10 +6,10 @@
 #include <span>
 #include <vector>
 
-#include "match/host_match.h"
+#include "match/host_correspondence.h"
 #include "match/low_rays.h"
 #include "match/ray.h"
-#include "match/some_samples.h"
+#include "match/sample_subset.h"
 #include "shared/ray.h"
 
 namespace kiln {
@@ -29,7 +29,7 @@ class OutermostMatcher : public Matcher {
     outermost_.outermost = true;
   }
 
-  void run(const TexelBand& band, Correspondence& match) override {
+  void run(const TexelBand& band, DeviceCorrespondence& match) override {
     if (band.sample_count == 0) return;
     rays_.intersect(band.points, band.sample_count, band.capacity, outermost_, match);
     std::vector<std::uint8_t> status(band.sample_count);
@@ -44,20 +44,20 @@ class OutermostMatcher : public Matcher {
  private:
   /// Decides samples whose rays meet several faces outward.
   void decide(const TexelBand& band, const std::vector<std::uint32_t>& samples,
-              Correspondence& match) {
+              DeviceCorrespondence& match) {
     const auto count = static_cast<std::uint32_t>(samples.size());
-    SomeSamples some(context_, band, samples);
+    SampleSubset some(context_, band, samples);
     if (!low_) low_.emplace(context_, surface_);
     const std::vector<float> limits = low_->limits(context_, some.band, outermost_.t_max);
     some.band.points.write(context_, std::span(limits), std::size_t{6} * count);
 
-    Correspondence result(context_, count);
+    DeviceCorrespondence result(context_, count);
     rays_.intersect(some.band.points, count, count, nearest_, result);
-    HostMatch chosen(context_, result, count);
+    HostCorrespondence chosen(context_, result, count);
     RayQuery limited = outermost_;
     limited.limited = true;
     rays_.intersect(some.band.points, count, count, limited, result);
-    const HostMatch outer(context_, result, count);
+    const HostCorrespondence outer(context_, result, count);
     for (std::size_t i = 0; i < count; ++i) {
       const bool found = outer.triangle[i] != KILN_NO_TRIANGLE;
       if (!found || !(outer.distance[i] > chosen.distance[i] + kSameFace)) continue;

@@ -5,7 +5,7 @@
 #include <utility>
 #include <vector>
 
-#include "match/host_match.h"
+#include "match/host_correspondence.h"
 
 namespace kiln {
 namespace {
@@ -75,7 +75,7 @@ class PartMatcher : public Matcher {
     }
   }
 
-  void run(const TexelBand& band, Correspondence& match) override {
+  void run(const TexelBand& band, DeviceCorrespondence& match) override {
     if (band.sample_count == 0) return;
     std::vector<std::uint32_t> triangle(band.sample_count);
     band.triangle.read(context_, triangle);
@@ -83,7 +83,7 @@ class PartMatcher : public Matcher {
     for (std::uint32_t i = 0; i < band.sample_count; ++i) {
       samples_[part_of_low_[triangle[i]]].push_back(i);
     }
-    HostMatch all(band.sample_count);
+    HostCorrespondence all(band.sample_count);
     std::vector<float> barycentric(2 * std::size_t{band.capacity});
     band.barycentric.read(context_, barycentric);
     for (std::size_t p = 0; p < parts_.size(); ++p) {
@@ -130,11 +130,11 @@ class PartMatcher : public Matcher {
 
   /// One part's samples.
   void run(const TexelBand& some, Part& part, const std::vector<std::uint32_t>& samples,
-           HostMatch& all) {
+           HostCorrespondence& all) {
     const std::uint32_t count = some.sample_count;
-    Correspondence result(context_, count);
+    DeviceCorrespondence result(context_, count);
     part.matcher->run(some, result);
-    const HostMatch found(context_, result, count);
+    const HostCorrespondence found(context_, result, count);
     for (std::uint32_t k = 0; k < count; ++k) {
       const std::uint32_t i = samples[k];
       if (found.triangle[k] == KILN_NO_TRIANGLE) continue;

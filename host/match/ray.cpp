@@ -5,9 +5,9 @@
 #include <utility>
 #include <vector>
 
-#include "match/far_rays.h"
+#include "match/extended_range.h"
 #include "match/outermost.h"
-#include "match/second_look.h"
+#include "match/smooth_normal_retry.h"
 
 namespace kiln {
 namespace {
@@ -16,7 +16,7 @@ class RayMatcher : public Matcher {
  public:
   RayMatcher(const RayCaster& rays, const RayQuery& query) : rays_(rays), query_(query) {}
 
-  void run(const TexelBand& band, Correspondence& match) override {
+  void run(const TexelBand& band, DeviceCorrespondence& match) override {
     if (band.sample_count == 0) return;
     rays_.intersect(band.points, band.sample_count, band.capacity, query_, match);
   }
@@ -34,7 +34,7 @@ class ShellMatcher : public Matcher {
     inner_ = cl::Array<float>(context_, std::span<const float>(request.surface.shell(true)));
   }
 
-  void run(const TexelBand& band, Correspondence& match) override {
+  void run(const TexelBand& band, DeviceCorrespondence& match) override {
     if (band.sample_count == 0) return;
     rays_->run(band, match);
     context_.launch(context_.kernel("match", "kiln_match_end"), band.sample_count, kLocal,
@@ -76,7 +76,7 @@ MatchRow ray_match() {
   row.info.takes_cage = row.info.along_low = row.info.takes_parts = row.info.tells_recall =
       row.info.tells_reasons = row.follows_bvh = row.far_on_sheets = row.finds_the_rest = true;
   row.info.other_names = "rays raycast raycasting raytrace raytracing";
-  row.plan_turn = row.light_turn = 1;
+  row.plan_turn = row.low_poly_turn = 1;
   row.make = [](const MatchRequest& request, MatchNotes&) -> std::unique_ptr<Matcher> {
     const bool cage = request.cage_mesh || request.cage.has_value();
     std::unique_ptr<Matcher> rays =
@@ -86,8 +86,8 @@ MatchRow ray_match() {
     if (request.cage_mesh && request.surface.cage_kind == CageKind::shells) {
       rays = std::make_unique<ShellMatcher>(std::move(rays), request);
     }
-    if (request.turned) rays = second_look(std::move(rays), request);
-    return request.sheet_reach > 0 ? far_rays(std::move(rays), request) : std::move(rays);
+    if (request.turned) rays = smooth_normal_retry(std::move(rays), request);
+    return request.sheet_reach > 0 ? extended_range(std::move(rays), request) : std::move(rays);
   };
   return row;
 }

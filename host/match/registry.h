@@ -15,7 +15,7 @@
 #include "match/uv_points.h"
 #include "match/visibility.h"
 #include "mesh/low_surface.h"
-#include "source/dense_mesh.h"
+#include "source/high_poly.h"
 
 namespace kiln {
 
@@ -71,8 +71,8 @@ struct MatchRow {
   bool far_on_sheets = false;
   /// It finds nearly all that a match without a search, or by views, misses: messages advise it as a fallback.
   bool finds_the_rest = false;
-  /// Its turn among the matches that bake_planned() tries, and that bake_light() does; 0: not tried.
-  std::uint8_t plan_turn = 0, light_turn = 0;
+  /// Its turn among the matches that bake_planned() tries, and that plan_low_poly() does; 0: not tried.
+  std::uint8_t plan_turn = 0, low_poly_turn = 0;
   /// Of matches that go by UVs alone: the points at any UVs, as a map of endless size would find them.
   UvPoints (*at_uvs)(const Source::Impl& source, std::span<const Vec2> uvs) = nullptr;
   std::unique_ptr<Matcher> (*make)(const MatchRequest& request, MatchNotes& notes) = nullptr;
@@ -91,10 +91,10 @@ std::string match_names(bool (*has)(const MatchRow& row));
 MatchMethod match_at_uvs();
 
 /// Matches that have a turn of plans, in its order.
-/// \param turn  MatchRow::plan_turn or light_turn
+/// \param turn  MatchRow::plan_turn or low_poly_turn
 std::vector<MatchMethod> planned_matches(std::uint8_t MatchRow::*turn);
 
-/// Whether a method of the chain has a property: the method, or one of its fallbacks.
+/// True if a method of the chain has a property: the method, or one of its fallbacks.
 /// \param has  takes a row
 template <typename Has>
 bool any_in_chain(const BakeOptions& options, const Has& has) {

@@ -11,7 +11,7 @@ class SavedMatcher : public Matcher {
   SavedMatcher(cl::Context& context, const Match& saved, double unit)
       : context_(context), saved_(saved), unit_(unit) {}
 
-  void run(const TexelBand& band, Correspondence& match) override {
+  void run(const TexelBand& band, DeviceCorrespondence& match) override {
     load_band(context_, band, saved_, unit_, match);
   }
 

@@ -10,7 +10,7 @@
 #include "base/percent.h"
 #include "mesh/kernels_shared.h"
 #include "mesh/uv_grid.h"
-#include "source/dense_uvs.h"
+#include "source/high_poly_uvs.h"
 
 namespace kiln {
 namespace {
@@ -21,7 +21,7 @@ constexpr std::uint32_t kTile = KILN_UV_TILE;
 constexpr std::uint32_t kFractionBits = 9;
 constexpr std::uint32_t kDropped = 23 - kFractionBits;
 
-/// Whether a float does not hold the sides of a piece's box.
+/// True if a float does not hold the sides of a piece's box.
 bool is_large(const kiln_uv_piece& piece) {
   constexpr std::int32_t kHeld = 1 << 24;
   const auto [x_low, x_high] = std::minmax_element(piece.x, piece.x + 3);
@@ -88,7 +88,7 @@ void UvRaster::cover(const kiln_uv_params& params) {
                   pieces_, lowest_, highest_);
 }
 
-void UvRaster::match(const TexelBand& band, Correspondence& match, bool first_time) {
+void UvRaster::match(const TexelBand& band, DeviceCorrespondence& match, bool first_time) {
   if (first_time) sample_total_ += band.sample_count;
   const std::uint32_t first_row = band.first_row * samples_;
   const std::uint32_t end_row = first_row + band.row_count * samples_;
@@ -149,7 +149,7 @@ void UvRaster::match(const TexelBand& band, Correspondence& match, bool first_ti
                   match.triangle, match.barycentric, match.distance, match.status);
 }
 
-void UvRaster::distance(const TexelBand& band, Correspondence& match) const {
+void UvRaster::distance(const TexelBand& band, DeviceCorrespondence& match) const {
   kiln_uv_params params{};
   params.sample_count = band.sample_count;
   params.band_capacity = band.capacity;
@@ -159,7 +159,7 @@ void UvRaster::distance(const TexelBand& band, Correspondence& match) const {
                   match.distance);
 }
 
-void UvRaster::measure(const Correspondence& match) {
+void UvRaster::measure(const DeviceCorrespondence& match) {
   std::vector<std::uint8_t> status(match.count);
   std::vector<float> distance(match.count);
   match.status.read(context_, status);
@@ -265,7 +265,7 @@ class UvMatcher : public Matcher {
         raster_(request.source, request.width, request.height, request.samples),
         options_(request.uv) {}
 
-  void run(const TexelBand& band, Correspondence& match) override {
+  void run(const TexelBand& band, DeviceCorrespondence& match) override {
     // Also where the band has no samples: the high poly may overlap there.
     raster_.match(band, match, true);
     if (band.sample_count == 0) return;
@@ -278,7 +278,7 @@ class UvMatcher : public Matcher {
   void move(std::uint32_t first, std::span<const Vec3> positions) override {
     raster_.set_positions(first, positions);
   }
-  void measure(const TexelBand& band, Correspondence& match) override {
+  void measure(const TexelBand& band, DeviceCorrespondence& match) override {
     raster_.distance(band, match);
   }
 
@@ -286,7 +286,7 @@ class UvMatcher : public Matcher {
 
  private:
   /// Samples of small charts have other UVs than the texels that they stand for.
-  void match_small(const TexelBand& band, Correspondence& match) const {
+  void match_small(const TexelBand& band, DeviceCorrespondence& match) const {
     cl::Context& context = context_of(source_.device);
     const std::size_t count = band.sample_count;
     std::vector<std::uint32_t> low(count), triangle(count), samples;

@@ -43,14 +43,14 @@ class UvRaster {
 
   /// Writes triangle, barycentric and status of a band's samples, enqueued; distances are 0.
   /// \param first_time  count what is drawn for the report
-  void match(const TexelBand& band, Correspondence& match, bool first_time);
+  void match(const TexelBand& band, DeviceCorrespondence& match, bool first_time);
   /// Writes the distances of a band's samples from the source's positions.
-  void distance(const TexelBand& band, Correspondence& match) const;
+  void distance(const TexelBand& band, DeviceCorrespondence& match) const;
   /// Takes over positions of vertices [first, first + count). In the source's frame.
   void set_positions(std::uint32_t first, std::span<const Vec3> positions);
 
   /// Adds a band's distances to the sums.
-  void measure(const Correspondence& match);
+  void measure(const DeviceCorrespondence& match);
 
   /// What was counted, and what of it calls for a warning.
   /// \throws Error(input) where a bound is exceeded

@@ -4,12 +4,12 @@
 #include "base/parallel.h"
 #include "match/uv.h"
 #include "mesh/uv_grid.h"
-#include "source/dense_uvs.h"
+#include "source/high_poly_uvs.h"
 
 namespace kiln {
 namespace {
 
-constexpr std::uint32_t kTile = KILN_UV_TILE;
+constexpr std::uint32_t kLayoutTile = KILN_UV_TILE;
 
 void check_uvs(const Source::Impl& source) {
   if (has_uvs(source)) return;
@@ -38,7 +38,7 @@ struct Builder {
       ++without_area;
       return;
     }
-    if (in_guard(uvs[0]) && in_guard(uvs[1]) && in_guard(uvs[2])) {
+    if (in_prism(uvs[0]) && in_prism(uvs[1]) && in_prism(uvs[2])) {
       FixedTriangle fixed;
       for (std::size_t k = 0; k < 3; ++k) {
         fixed.x[k] = grid.fixed_x(uvs[k].x);
@@ -53,7 +53,7 @@ struct Builder {
       return;
     }
     ++outside;
-    const std::vector<ClipVertex> polygon = clip_to_guard(uvs);
+    const std::vector<ClipVertex> polygon = clip_to_prism(uvs);
     for (std::size_t i = 2; i < polygon.size(); ++i) {
       const std::array<ClipVertex, 3> fan{polygon[0], polygon[i - 1], polygon[i]};
       FixedTriangle fixed;
@@ -100,7 +100,7 @@ void for_each_task(const kiln_uv_piece& piece, std::uint32_t index, const UvGrid
   const auto [y_low, y_high] = std::minmax_element(piece.y, piece.y + 3);
   const auto [x_first, x_last] = samples_within(*x_low, *x_high, grid.shift, grid.sample_width);
   const auto [y_first, y_last] = samples_within(*y_low, *y_high, grid.shift, grid.sample_height);
-  constexpr auto kSide = static_cast<std::int32_t>(kTile);
+  constexpr auto kSide = static_cast<std::int32_t>(kLayoutTile);
   for (std::int32_t y = y_first; y <= y_last;) {
     const std::int32_t y_end = std::min((y / kSide + 1) * kSide, y_last + 1);
     for (std::int32_t x = x_first; x <= x_last; x += kSide) {
@@ -145,7 +145,7 @@ UvLayout UvLayout::of(const Source::Impl& source, std::uint32_t sample_width,
   }
 
   // Counted, then sorted by runs of rows.
-  const std::size_t row_runs = (sample_height + kTile - 1) / kTile;
+  const std::size_t row_runs = (sample_height + kLayoutTile - 1) / kLayoutTile;
   layout.first_task.assign(row_runs + 1, 0);
   const auto for_all = [&](const auto& add) {
     for (std::size_t i = 0; i < layout.pieces.size(); ++i) {
@@ -153,13 +153,13 @@ UvLayout UvLayout::of(const Source::Impl& source, std::uint32_t sample_width,
     }
   };
   for_all([&](const kiln_uv_task& task) {
-    ++layout.first_task[static_cast<std::uint32_t>(task.y) / kTile + 1];
+    ++layout.first_task[static_cast<std::uint32_t>(task.y) / kLayoutTile + 1];
   });
   for (std::size_t i = 0; i < row_runs; ++i) layout.first_task[i + 1] += layout.first_task[i];
   layout.tasks.resize(layout.first_task[row_runs]);
   std::vector<std::uint32_t> cursor(layout.first_task.begin(), layout.first_task.end() - 1);
   for_all([&](const kiln_uv_task& task) {
-    layout.tasks[cursor[static_cast<std::uint32_t>(task.y) / kTile]++] = task;
+    layout.tasks[cursor[static_cast<std::uint32_t>(task.y) / kLayoutTile]++] = task;
   });
   return layout;
 }

@@ -15,9 +15,9 @@ namespace {
 constexpr std::size_t kGrainOfPoints = 1 << 12;
 constexpr std::size_t kMostCells = 1024;  // a side
 // Weights this little below 0 are still in the triangle: no point between two of them is in neither.
-constexpr double kSlack = 1e-9;
+constexpr double kUvSlack = 1e-9;
 
-/// Whether a triangle may be found, as UvLayout has it.
+/// True if a triangle may be found, as UvLayout has it.
 bool usable(const Source::Impl& source, std::size_t triangle, const std::array<Vec2, 3>& uv) {
   const auto finite_corner = [&](std::uint32_t i) { return is_finite(source.positions[i]); };
   const Triangle& t = source.triangles[triangle];
@@ -107,7 +107,7 @@ UvPoints find_uv_points(const Source::Impl& source, std::span<const Vec2> uvs) {
       const auto [y_low, y_high] = std::minmax({uv[0].y, uv[1].y, uv[2].y});
       cells.for_each_in({x_low, y_low}, {x_high, y_high}, [&](std::uint32_t i) {
         const auto [u, v] = weights.at(uvs[i]);
-        if (u < -kSlack || v < -kSlack || u + v > 1 + kSlack) return;
+        if (u < -kUvSlack || v < -kUvSlack || u + v > 1 + kUvSlack) return;
         // KILN_NO_TRIANGLE is the highest of all; the lowest wins, whoever comes first.
         const std::atomic_ref<std::uint32_t> lowest(found.triangle[i]);
         std::uint32_t known = lowest.load(std::memory_order_relaxed);

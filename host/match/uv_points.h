@@ -5,7 +5,7 @@
 #include <span>
 #include <vector>
 
-#include "source/dense_mesh.h"
+#include "source/high_poly.h"
 
 namespace kiln {
 

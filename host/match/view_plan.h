@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "accel/depth_views.h"
-#include "source/dense_mesh.h"
+#include "source/high_poly.h"
 #include "texel/texels.h"
 
 namespace kiln {

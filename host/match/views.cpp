@@ -35,7 +35,7 @@ class ViewMatcher : public Matcher {
     context_.finish();
   }
 
-  void run(const TexelBand& band, Correspondence& match) override {
+  void run(const TexelBand& band, DeviceCorrespondence& match) override {
     if (band.sample_count == 0) return;
     if (score_.size() < band.capacity) {
       score_ = cl::Array<float>();

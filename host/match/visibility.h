@@ -20,7 +20,7 @@
 #include <vector>
 
 #include "accel/device_bvh.h"
-#include "base/heartbeat.h"
+#include "base/progress_guard.h"
 #include "cl/context.h"
 #include "kiln/bake.h"
 #include "mesh/kernels_shared.h"
@@ -130,7 +130,7 @@ class VisibilityField {
              std::uint32_t capacity, std::uint32_t cluster = 0) const;
 
   /// Where more than one cluster was asked for.
-  const Maybe<VisibilityClusters>& clusters() const { return clusters_; }
+  const std::optional<VisibilityClusters>& clusters() const { return clusters_; }
 
   /// Means of directions per texel (or corner), 4 floats each, for tests.
   const cl::Array<float>& field() const { return field_; }
@@ -153,7 +153,7 @@ class VisibilityField {
   cl::Array<float> normals_;
   cl::Array<float> field_;
   std::vector<cl::Array<float>> further_;  // the field for clusters 1 and on
-  Maybe<VisibilityClusters> clusters_;
+  std::optional<VisibilityClusters> clusters_;
   cl::Array<std::uint32_t> field_triangle_;
   cl::Array<std::uint32_t> chart_;
   cl::Array<std::uint32_t> border_;  // of each pixel: its place among the links

@@ -136,7 +136,7 @@ class RayBench {
   const RayCaster& dense_rays_;
   cl::Array<float> points_, normals_, offsets_, dense_normals_;
   cl::Array<std::uint8_t> hidden_;
-  Correspondence met_;
+  DeviceCorrespondence met_;
   cl::Array<float> sums_;
   RayQuery hide_, meet_;
   kiln_assess_params params_{};

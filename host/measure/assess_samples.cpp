@@ -10,7 +10,7 @@
 namespace kiln {
 namespace {
 
-constexpr std::size_t kGrain = 1 << 14;
+constexpr std::size_t kSampleGrain = 1 << 14;
 
 /// Of every triangle of the low poly: unit normal, and surface area over texture area.
 struct LowFaces {
@@ -88,7 +88,7 @@ AssessedSamples assessed_samples(const Source::Impl& source, const Mesh& low, co
       band.points.read(context, planes[axis], axis * band.capacity);
     }
     band.triangle.read(context, std::span(samples.triangle).subspan(first));
-    parallel_for(band.sample_count, kGrain, [&](std::size_t begin, std::size_t end) {
+    parallel_for(band.sample_count, kSampleGrain, [&](std::size_t begin, std::size_t end) {
       for (std::size_t k = begin; k < end; ++k) {
         const std::size_t i = first + k;
         const std::uint32_t triangle = samples.triangle[i];

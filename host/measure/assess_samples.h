@@ -6,7 +6,7 @@
 
 #include "kiln/bake.h"
 #include "mesh/vector.h"
-#include "source/dense_mesh.h"
+#include "source/high_poly.h"
 
 namespace kiln {
 

@@ -74,7 +74,7 @@ BakeOptions point_options(const BakeOptions& bake, std::span<const MapBound> bou
   options.raw = true;
   options.two_component = options.mips = options.report_errors = options.keep_match = false;
   options.recall = options.fallback_blend = 0;
-  options.recall_vertices = false;
+  options.vertex_coverage = false;
   options.gutter = 0;
   options.progress = {};
   return options;

@@ -6,7 +6,7 @@
 
 #include "kiln/bake.h"
 #include "mesh/low_surface.h"
-#include "source/dense_mesh.h"
+#include "source/high_poly.h"
 
 namespace kiln {
 

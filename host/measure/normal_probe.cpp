@@ -141,7 +141,7 @@ NormalError NormalProbe::with_map(const Image& map, const BakeOptions& baked) co
 
 void NormalProbe::match_places(const BakeOptions& options,
                                std::shared_ptr<const VisibilityField>& field,
-                               Correspondence& match) const {
+                               DeviceCorrespondence& match) const {
   BakeReport report;
   Clusters clusters{0, field};
   const EdgeTurn turn = edge_turn(options, source_, surface_);
@@ -163,7 +163,7 @@ void NormalProbe::match_places(const BakeOptions& options,
 /// The matcher by UVs finds points for the samples of a map, but the places lie between those.
 void NormalProbe::match_by_uv(const BakeOptions& options,
                               std::shared_ptr<const VisibilityField>& field,
-                              Correspondence& match) const {
+                              DeviceCorrespondence& match) const {
   const std::size_t count = places_.size();
   std::vector<Vec2> uvs(count);
   parallel_for(count, kProbeGrain, [&](std::size_t begin, std::size_t end) {
@@ -219,7 +219,7 @@ NormalProbe::Limit NormalProbe::limit(const BakeOptions& options,
   in_space.space = NormalMapSpace::object;
   in_space.flip_y = in_space.two_component = false;
   in_space.miss = MissPolicy::keep;
-  Correspondence match(context, band_.capacity);
+  DeviceCorrespondence match(context, band_.capacity);
   match.count = band_.sample_count;
   if (match_row(options.method).at_uvs != nullptr) {
     match_by_uv(in_space, field, match);

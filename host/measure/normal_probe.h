@@ -12,15 +12,27 @@
 #include "kiln/measure.h"
 #include "match/cage_reach.h"
 #include "measure/probe_pictures.h"
-#include "source/dense_mesh.h"
+#include "source/high_poly.h"
 
 namespace kiln {
 
 /// What the high poly shows in pictures: found once for any number of low polys.
-struct DenseShown {
+struct HighPolyView {
   std::vector<Picture> pictures;
   PictureHits hits;
 };
+
+/// Where plans look from: kPlanViews unit vectors towards the eye.
+std::vector<Vec3> plan_directions();
+
+/// Pictures of the high poly from some directions.
+/// \param screen  pixels that the high poly covers, the longer of width and height; 0: endlessly many
+/// \param coarse  two thirds of the pixels a side: enough to compare low polys, not to say what one reaches
+HighPolyView shown_from(const Source::Impl& source, std::uint32_t screen,
+                        const std::vector<Vec3>& toward, bool coarse = false);
+
+/// A mesh with UVs, though they say nothing: probes of surfaces do not read them.
+Mesh with_any_uvs(Mesh mesh);
 
 /// Places that pictures from many sides show on both meshes: points of the low poly with their texture
 /// coordinates, and the high poly's normal in the same pixel. What a picture of the low poly would show
@@ -41,7 +53,7 @@ class NormalProbe {
   /// In pictures of which the high poly's side is known. Where a pixel has several points, normals are
   /// compared by their means over each pixel that both meshes cover whole. Where there is none, as of parts smaller
   /// than a pixel, nothing can be said: errors are 180 degrees, as large as any.
-  NormalProbe(const Source::Impl& source, const Mesh& low, const DenseShown& dense);
+  NormalProbe(const Source::Impl& source, const Mesh& low, const HighPolyView& dense);
 
   /// Of the low poly's own normals.
   NormalError without_map() const;
@@ -83,9 +95,9 @@ class NormalProbe {
                    const PictureHits& dense);
   TexelBand band_of(const std::vector<Place>& places) const;
   void match_places(const BakeOptions& options, std::shared_ptr<const VisibilityField>& field,
-                    Correspondence& match) const;
+                    DeviceCorrespondence& match) const;
   void match_by_uv(const BakeOptions& options, std::shared_ptr<const VisibilityField>& field,
-                   Correspondence& match) const;
+                   DeviceCorrespondence& match) const;
   NormalError compare(const Image& shown) const;
   /// The mean normal of each run of points.
   static Image pixel_means(const Image& points, std::uint32_t each);

@@ -42,7 +42,7 @@ double NormalProbe::least_share(const Limit& limit) const {
   }
   cl::Context& context = context_of(source_.device);
   const cl::Array<float> device_points(context, std::span<const float>(points));
-  Correspondence match(context, count);
+  DeviceCorrespondence match(context, count);
   RayQuery query;
   query.t_max = static_cast<float>(2 * start_);
   query.two_sided = true;

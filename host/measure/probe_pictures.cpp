@@ -160,7 +160,7 @@ PictureHits hits_by_rays(cl::Context& context, const RayCaster& rays,
     }
   });
   const cl::Array<float> device_points(context, std::span<const float>(points));
-  Correspondence match(context, count);
+  DeviceCorrespondence match(context, count);
   RayQuery query;
   query.t_max = static_cast<float>(2 * start);
   query.two_sided = true;

@@ -9,7 +9,7 @@
 #include "kiln/measure.h"
 #include "mesh/vector.h"
 #include "render/camera.h"
-#include "source/dense_mesh.h"
+#include "source/high_poly.h"
 
 namespace kiln {
 

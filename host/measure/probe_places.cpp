@@ -59,7 +59,7 @@ NormalProbe::NormalProbe(const Source::Impl& source, const Mesh& low, const Mesh
   take_places(pictures, shown, hits_by_raster(source, pictures, needed));
 }
 
-NormalProbe::NormalProbe(const Source::Impl& source, const Mesh& low, const DenseShown& dense)
+NormalProbe::NormalProbe(const Source::Impl& source, const Mesh& low, const HighPolyView& dense)
     : NormalProbe(source, low, nullptr) {
   worst_where_unseen_ = true;
   take_places(dense.pictures,

@@ -1,24 +1,42 @@
-// A high poly at a size on screen: see kiln/light_plan.h.
+// Pictures of a high poly at a size on screen: of plans, and for who checks them (kiln/measure.h).
 #include <string>
 #include <vector>
 
-#include "kiln/light_plan.h"
+#include "kiln/measure.h"
 #include "kiln/plan.h"
-#include "measure/light_looks.h"
 #include "measure/normal_probe.h"
 
 namespace kiln {
 namespace {
 
-std::vector<Vec3> other_directions(std::size_t count) {
-  return held_out_views(count, held_out_views(kPlanViews, spread_views(12)));
-}
+/// Pixels a side that are looked at without a size on screen.
+constexpr std::uint32_t kPixels = 48;
 
 }  // namespace
 
+std::vector<Vec3> plan_directions() { return held_out_views(kPlanViews, spread_views(12)); }
+
+HighPolyView shown_from(const Source::Impl& source, std::uint32_t screen,
+                        const std::vector<Vec3>& toward, bool coarse) {
+  std::vector<ViewAngles> views;
+  views.reserve(toward.size());
+  for (const Vec3& direction : toward) views.push_back(view_angles(direction));
+  const std::uint32_t fine = screen == 0 ? kPixels : kScreenPixels;
+  HighPolyView shown;
+  shown.pictures = pictures_of(source, views, {coarse ? fine * 2 / 3 : fine, screen});
+  shown.hits = hits_by_rays(context_of(source.device), source.rays(), shown.pictures, kDenseStart);
+  return shown;
+}
+
+Mesh with_any_uvs(Mesh mesh) {
+  mesh.uvs = {{0, 0}, {1, 0}, {0, 1}};
+  mesh.uv_triangles.assign(mesh.triangles.size(), Triangle{0, 1, 2});
+  return mesh;
+}
+
 struct ScreenPictures::Impl {
   const Source& source;
-  DenseShown shown;
+  HighPolyView shown;
 };
 
 ScreenPictures::ScreenPictures(const Source& source, std::uint32_t screen, std::size_t views) {
@@ -27,7 +45,9 @@ ScreenPictures::ScreenPictures(const Source& source, std::uint32_t screen, std::
                                       " pixels, views is " + std::to_string(views) +
                                       "; give 16 to 16384 pixels and a view at least");
   }
-  impl_.reset(new Impl{source, shown_from(source, screen, other_directions(views))});
+  const std::vector<Vec3> toward =
+      held_out_views(static_cast<std::uint32_t>(views), plan_directions());
+  impl_.reset(new Impl{source, shown_from(impl_of(source), screen, toward)});
 }
 ScreenPictures::~ScreenPictures() = default;
 

@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "base/parallel.h"
-#include "mesh/dense_normals.h"
+#include "mesh/high_poly_normals.h"
 #include "mesh/usable.h"
 #include "mesh/vector.h"
 #include "mesh/weld.h"

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "kiln/types.h"
-#include "mesh/bend_tree.h"
+#include "mesh/edge_tree.h"
 
 namespace kiln {
 
@@ -34,11 +34,11 @@ namespace kiln {
 /// Between these the exact value lies as well wherever it changes in one direction; at worst it is off by what
 /// interpolation over so short a way misses of sharp edges, below 0.1 over the radius.
 ///
-/// BendTree tells where balls that hold very many triangles are less than exact.
+/// EdgeTree tells where balls that hold very many triangles are less than exact.
 class MeanCurvature {
  public:
   /// Memory that evaluations use again. One a thread.
-  using Room = BendTree::Room;
+  using Room = EdgeTree::Room;
 
   /// \param positions  with the triangles, to stay as they are for as long as this is in use
   /// \param radius     above 0, same units as the positions
@@ -60,7 +60,7 @@ class MeanCurvature {
   std::span<const Vec3> positions_;
   std::span<const Triangle> triangles_;
   double radius_;
-  std::optional<BendTree> tree_;
+  std::optional<EdgeTree> tree_;
   mutable std::vector<std::atomic<double>> at_vertex_;  // NaN: not asked for yet
 };
 

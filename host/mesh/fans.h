@@ -10,7 +10,7 @@
 
 namespace kiln {
 
-/// Whether two triangles run along an edge in the same sense: never so on an oriented manifold.
+/// True if two triangles run along an edge in the same sense: never so on an oriented manifold.
 bool has_repeated_sides(std::span<const Triangle> triangles);
 /// The same where the sides are at hand.
 bool has_repeated_sides(const SideLists& sides);

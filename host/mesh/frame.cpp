@@ -13,8 +13,8 @@ namespace kiln {
 
 Bounds Bounds::of(const Mesh& mesh) {
   validate(mesh);
-  constexpr double kInfinity = std::numeric_limits<double>::infinity();
-  const Bounds none{{kInfinity, kInfinity, kInfinity}, {-kInfinity, -kInfinity, -kInfinity}};
+  constexpr double kUnbounded = std::numeric_limits<double>::infinity();
+  const Bounds none{{kUnbounded, kUnbounded, kUnbounded}, {-kUnbounded, -kUnbounded, -kUnbounded}};
   Bounds bounds = none;
   std::mutex mutex;
   parallel_for(mesh.triangles.size(), 1 << 16, [&](std::size_t begin, std::size_t end) {

@@ -16,25 +16,25 @@ namespace {
 constexpr double kSameNormal = 0.99996192306;  // cos 0.5 degrees
 constexpr std::size_t kGrainOfEdges = 256;
 
-struct Side {
+struct HardSide {
   std::uint32_t a = 0, b = 0;  ///< Welded corners, a < b
   std::uint32_t triangle = 0;
   std::uint8_t at_a = 0, at_b = 0;  ///< Corners of the triangle
 };
 
-std::vector<Side> sides_of(const LowSurface& surface) {
+std::vector<HardSide> sides_of(const LowSurface& surface) {
   std::vector<Vec3> positions;
   positions.reserve(3 * surface.triangles.size());
   for (const auto& corners : surface.triangles) {
     for (const LowSurface::Corner& corner : corners) positions.push_back(corner.position);
   }
   const std::vector<std::uint32_t> welded = weld_vertices(positions);
-  std::vector<Side> sides;
+  std::vector<HardSide> sides;
   for (std::uint32_t t = 0; t < surface.triangles.size(); ++t) {
     if (surface.usable[t] == 0) continue;
     for (std::uint8_t k = 0; k < 3; ++k) {
       const auto next = static_cast<std::uint8_t>((k + 1) % 3);
-      Side side{welded[3 * t + k], welded[3 * t + next], t, k, next};
+      HardSide side{welded[3 * t + k], welded[3 * t + next], t, k, next};
       if (side.a == side.b) continue;
       if (side.a > side.b) {
         std::swap(side.a, side.b);
@@ -43,7 +43,7 @@ std::vector<Side> sides_of(const LowSurface& surface) {
       sides.push_back(side);
     }
   }
-  std::sort(sides.begin(), sides.end(), [](const Side& x, const Side& y) {
+  std::sort(sides.begin(), sides.end(), [](const HardSide& x, const HardSide& y) {
     return std::tie(x.a, x.b, x.triangle, x.at_a) < std::tie(y.a, y.b, y.triangle, y.at_a);
   });
   return sides;
@@ -53,12 +53,12 @@ bool parts(const Vec3& a, const Vec3& b) {
   return dot(Vec3d(a), Vec3d(b)) < kSameNormal * length(Vec3d(a)) * length(Vec3d(b));
 }
 
-struct Box {
+struct EdgeBox {
   std::array<float, 3> lo{}, hi{};
 };
 
-Box box_of(std::span<const Vec3> points, float widened) {
-  Box box{{INFINITY, INFINITY, INFINITY}, {-INFINITY, -INFINITY, -INFINITY}};
+EdgeBox box_of(std::span<const Vec3> points, float widened) {
+  EdgeBox box{{INFINITY, INFINITY, INFINITY}, {-INFINITY, -INFINITY, -INFINITY}};
   for (const Vec3& p : points) {
     const std::array<float, 3> x = {p.x, p.y, p.z};
     for (std::size_t k = 0; k < 3; ++k) {
@@ -69,7 +69,7 @@ Box box_of(std::span<const Vec3> points, float widened) {
   return box;
 }
 
-bool overlap(const Box& a, const Box& b) {
+bool overlap(const EdgeBox& a, const EdgeBox& b) {
   for (std::size_t k = 0; k < 3; ++k) {
     if (a.lo[k] > b.hi[k] || a.hi[k] < b.lo[k]) return false;
   }
@@ -79,16 +79,16 @@ bool overlap(const Box& a, const Box& b) {
 }  // namespace
 
 HardEdges HardEdges::of(const LowSurface& surface) {
-  const std::vector<Side> sides = sides_of(surface);
+  const std::vector<HardSide> sides = sides_of(surface);
   HardEdges result;
-  const auto corner = [&](const Side& side, std::uint8_t k) -> const LowSurface::Corner& {
+  const auto corner = [&](const HardSide& side, std::uint8_t k) -> const LowSurface::Corner& {
     return surface.triangles[side.triangle][k];
   };
   for (std::size_t first = 0, end = 0; first < sides.size(); first = end) {
     while (end < sides.size() && sides[end].a == sides[first].a && sides[end].b == sides[first].b) {
       ++end;
     }
-    const Side& one = sides[first];
+    const HardSide& one = sides[first];
     bool hard = false;
     for (std::size_t i = first + 1; i < end && !hard; ++i) {
       hard = parts(corner(one, one.at_a).normal, corner(sides[i], sides[i].at_a).normal) ||
@@ -105,7 +105,7 @@ HardEdges HardEdges::of(const LowSurface& surface) {
 }
 
 HardEdges::Near HardEdges::near(const LowSurface& surface, std::span<const float> widths) const {
-  std::vector<Box> boxes(edges.size());
+  std::vector<EdgeBox> boxes(edges.size());
   std::vector<std::uint32_t> order(edges.size());
   std::iota(order.begin(), order.end(), 0U);
   for (std::size_t e = 0; e < edges.size(); ++e) {
@@ -117,13 +117,13 @@ HardEdges::Near HardEdges::near(const LowSurface& surface, std::span<const float
     return std::tie(boxes[a].lo[0], a) < std::tie(boxes[b].lo[0], b);
   });
   float longest = 0;
-  for (const Box& box : boxes) longest = std::max(longest, box.hi[0] - box.lo[0]);
+  for (const EdgeBox& box : boxes) longest = std::max(longest, box.hi[0] - box.lo[0]);
   std::vector<std::vector<std::uint32_t>> lists(surface.triangles.size());
   parallel_for(lists.size(), kGrainOfEdges, [&](std::size_t begin, std::size_t end) {
     for (std::size_t t = begin; t < end; ++t) {
       if (surface.usable[t] == 0) continue;
       const auto& [a, b, c] = surface.triangles[t];
-      const Box box = box_of(std::array{a.position, b.position, c.position}, 0);
+      const EdgeBox box = box_of(std::array{a.position, b.position, c.position}, 0);
       const auto from =
           std::lower_bound(order.begin(), order.end(), box.lo[0] - longest,
                            [&](std::uint32_t e, float x) { return boxes[e].lo[0] < x; });

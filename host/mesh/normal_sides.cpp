@@ -36,7 +36,7 @@ constexpr std::array<Signs, 8> kMirrors = {{{1, 1, 1},
                                             {1, -1, -1}}};
 constexpr std::size_t kAsIs = 0, kTurned = 1;
 
-/// Whether a triangle's normals oppose it: the cosine between the two, of what fits best.
+/// True if a triangle's normals oppose it: the cosine between the two, of what fits best.
 constexpr double kOpposed = -0.2;
 /// Of a part's area, what must be opposed.
 constexpr double kAll = 0.95;
@@ -58,7 +58,7 @@ constexpr double kNearlyClosed = 0.3, kSomeVolume = 1e-3;
 constexpr double kPerhapsInward = -0.02;
 constexpr std::size_t kGrain = std::size_t{1} << 15;
 
-struct Part {
+struct SidePart {
   double area = 0, opposed = 0;  // twice the area
   std::array<double, kMirrors.size()> off{};
   double flux = 0, most_flux = 0;
@@ -75,7 +75,7 @@ struct Part {
     const double least = open ? kNearlyClosed : kSomeVolume;
     return outward() > least ? 1 : outward() < -least ? -1 : 0;
   }
-  bool holds(const Part& other) const {
+  bool holds(const SidePart& other) const {
     for (std::size_t k = 0; k < 3; ++k) {
       if (!(low[k] <= other.low[k] && high[k] >= other.high[k])) return false;
     }
@@ -83,15 +83,15 @@ struct Part {
   }
 };
 
-struct Face {
+struct SideFace {
   Vec3d normal, middle;  // unit, where it has an area
   double area = 0;       // twice
 };
 
-Face face_of(const Mesh& mesh, std::size_t t) {
+SideFace face_of(const Mesh& mesh, std::size_t t) {
   const Triangle& v = mesh.triangles[t];
   const Vec3d a(mesh.positions[v[0]]), b(mesh.positions[v[1]]), c(mesh.positions[v[2]]);
-  Face face;
+  SideFace face;
   face.normal = cross(b - a, c - a);
   const double size = length(face.normal);
   if (!(size > 0) || !std::isfinite(size)) return face;
@@ -120,7 +120,7 @@ double agreement(const Mesh& mesh, const std::vector<Vec3>& smooth, std::size_t 
 
 /// MeshParts of a mesh, by numbers.
 struct MeshParts {
-  std::vector<Part> list;
+  std::vector<SidePart> list;
   std::vector<std::uint32_t> of;  // of a triangle
   std::vector<std::pair<std::uint32_t, std::uint32_t>>
       against;  // triangles at an edge that face differently
@@ -149,10 +149,10 @@ MeshParts parts_of(const Mesh& mesh) {
       parts.list.back().low.fill(std::numeric_limits<double>::infinity());
       parts.list.back().high.fill(-std::numeric_limits<double>::infinity());
     }
-    Part& part = parts.list[parts.of[t] = parts.of[root]];
+    SidePart& part = parts.list[parts.of[t] = parts.of[root]];
     part.open = part.open || open[t] != 0;
     ++part.triangles;
-    const Face face = face_of(mesh, t);
+    const SideFace face = face_of(mesh, t);
     if (face.area == 0) continue;
     part.area += face.area;
     part.middle += face.middle * face.area;
@@ -165,13 +165,13 @@ MeshParts parts_of(const Mesh& mesh) {
       }
     }
   }
-  for (Part& part : parts.list) {
+  for (SidePart& part : parts.list) {
     if (part.is_used()) part.middle = part.middle * (1 / part.area);
   }
   for (std::uint32_t t = 0; t < welded.size(); ++t) {
-    const Face face = face_of(mesh, t);
+    const SideFace face = face_of(mesh, t);
     if (face.area == 0) continue;
-    Part& part = parts.list[parts.of[t]];
+    SidePart& part = parts.list[parts.of[t]];
     const Vec3d way = face.middle - part.middle;
     part.flux += face.area * dot(way, face.normal);
     part.most_flux += face.area * length(way);
@@ -179,14 +179,14 @@ MeshParts parts_of(const Mesh& mesh) {
   return parts;
 }
 
-/// Whether a quick look finds normals that ordinary meshes do not have.
+/// True if a quick look finds normals that ordinary meshes do not have.
 bool is_ordinary(const Mesh& mesh) {
   const std::size_t pieces = (mesh.triangles.size() + kGrain - 1) / kGrain;
   std::vector<std::pair<double, double>> sums(pieces);  // area, and the same times how far off
   std::atomic<bool> opposed{false};
   parallel_for(mesh.triangles.size(), kGrain, [&](std::size_t begin, std::size_t end) {
     for (std::size_t t = begin; t < end; ++t) {
-      const Face face = face_of(mesh, t);
+      const SideFace face = face_of(mesh, t);
       if (face.area == 0) continue;
       const double cosine = agreement(mesh, {}, t, face.normal, kMirrors[kAsIs]);
       if (cosine < kOpposed) opposed = true;
@@ -222,7 +222,7 @@ class Judge {
   }
   const Fault& fault(std::uint32_t triangle) const { return faults_[parts_.of[triangle]]; }
   bool is_strange(std::uint32_t triangle) const {
-    const Part& part = parts_.list[parts_.of[triangle]];
+    const SidePart& part = parts_.list[parts_.of[triangle]];
     return fault(triangle).mirror == kAsIs && part.triangles >= kEnough &&
            2 * part.opposed > part.area;
   }
@@ -234,9 +234,9 @@ class Judge {
     const std::vector<std::uint32_t> first = weld_vertices(mesh.positions);
     for (std::size_t v = 0; v < smooth.size(); ++v) smooth[v] = smooth[first[v]];
     for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
-      const Face face = face_of(mesh, t);
+      const SideFace face = face_of(mesh, t);
       if (face.area == 0) continue;
-      Part& part = parts_.list[parts_.of[t]];
+      SidePart& part = parts_.list[parts_.of[t]];
       for (std::size_t m = 0; m < kMirrors.size(); ++m) {
         const double cosine = agreement(mesh, smooth, t, face.normal, kMirrors[m]);
         part.off[m] += face.area * (1 - cosine) / part.area;
@@ -247,7 +247,7 @@ class Judge {
 
   bool is_styled() const {
     double open = 0, neither = 0;
-    for (const Part& part : parts_.list) {
+    for (const SidePart& part : parts_.list) {
       if (!part.open) continue;
       open += part.area;
       const std::size_t mirrors = part.triangles < kEnough ? kTurned + 1 : kMirrors.size();
@@ -258,7 +258,7 @@ class Judge {
     return neither > kStyled * open;
   }
 
-  static std::size_t mirror_of(const Part& part) {
+  static std::size_t mirror_of(const SidePart& part) {
     if (!part.is_used()) return kAsIs;
     if (part.opposed >= kAll * part.area && part.off[kTurned] < kFits) return kTurned;
     if (part.open && part.triangles < kEnough) return kAsIs;
@@ -405,14 +405,14 @@ bool may_face_inwards(const Mesh& mesh, std::span<const Triangle> triangles) {
   };
   std::vector<Sums> sums(mesh.positions.size());
   for (std::size_t t = 0; t < triangles.size(); ++t) {
-    const Face face = face_of(mesh, t);
+    const SideFace face = face_of(mesh, t);
     if (face.area == 0) continue;
     Sums& part = sums[sets.find(triangles[t][0])];
     part.middle += face.middle * face.area;
     part.area += face.area;
   }
   for (std::size_t t = 0; t < triangles.size(); ++t) {
-    const Face face = face_of(mesh, t);
+    const SideFace face = face_of(mesh, t);
     if (face.area == 0) continue;
     Sums& part = sums[sets.find(triangles[t][0])];
     const Vec3d way = face.middle - part.middle * (1 / part.area);
@@ -431,17 +431,17 @@ InwardParts inward_parts(const Mesh& mesh) {
   const bool shared = mesh.positions.size() < mesh.triangles.size();
   if (!may_face_inwards(mesh, shared ? mesh.triangles : welded_triangles(mesh))) return result;
   const MeshParts parts = parts_of(mesh);
-  std::vector<const Part*> inward, outward;
-  for (const Part& part : parts.list) {
+  std::vector<const SidePart*> inward, outward;
+  for (const SidePart& part : parts.list) {
     if (!part.is_used() || part.side() == 0) continue;
     (part.side() < 0 ? inward : outward).push_back(&part);
   }
   result.parts = inward.size() + outward.size();
   constexpr std::size_t kMostComparisons = 10'000'000;
   if (inward.size() * outward.size() > kMostComparisons) return result;
-  for (const Part* part : inward) {
+  for (const SidePart* part : inward) {
     if (std::any_of(outward.begin(), outward.end(),
-                    [&](const Part* other) { return other->holds(*part); })) {
+                    [&](const SidePart* other) { return other->holds(*part); })) {
       continue;
     }
     if (result.count++ == 0) result.example = mesh.positions[mesh.triangles[part->first][0]];

@@ -32,7 +32,7 @@ void corner_weights(std::span<const Vec3> positions, std::span<const Triangle> t
 /// A sum of weighted normals made unit; zero where they cancel out. \param total  the weights' sum
 Vec3 normalized_sum(const Vec3d& sum, double total);
 
-/// Whether a normal has a direction.
+/// True if a normal has a direction.
 bool is_usable_normal(const Vec3& normal);
 
 /// Angle-weighted unit normals, one per vertex (Thürmer and Wüthrich 1998), summed in double

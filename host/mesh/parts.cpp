@@ -1,4 +1,4 @@
-// Groups of two meshes paired by their names.
+// NamedGroups of two meshes paired by their names.
 #include "kiln/parts.h"
 
 #include <algorithm>
@@ -13,10 +13,10 @@
 namespace kiln {
 namespace {
 
-constexpr std::size_t kMostNamed = 5;      // in a warning
-constexpr std::size_t kLongestShown = 80;  // of a name
-constexpr std::size_t kMostEdits = 32;     // a name farther off is not near
-constexpr std::size_t kMostAsked = 64;     // names that patterns are guessed from
+constexpr std::size_t kMostNamedParts = 5;  // in a warning
+constexpr std::size_t kLongestShown = 80;   // of a name
+constexpr std::size_t kMostEdits = 32;      // a name farther off is not near
+constexpr std::size_t kMostAsked = 64;      // names that patterns are guessed from
 constexpr std::size_t kMostGuesses = 8;
 
 /// The text that a pattern's first `*` stands for, the shortest that fits; empty text for a pattern without one.
@@ -59,7 +59,7 @@ std::string_view without_copy_number(std::string_view name) {
   return numbered ? name.substr(0, dot) : name;
 }
 
-enum class Side { low, high };
+enum class PartSide { low, high };
 
 /// Names of parts by patterns, or by a list.
 class PartNamer {
@@ -74,18 +74,18 @@ class PartNamer {
   }
 
   /// The part that a group is of.
-  std::string operator()(const std::string& group, Side side) const {
+  std::string operator()(const std::string& group, PartSide side) const {
     if (names_.by == PartsBy::list) {
-      const auto pair = (side == Side::low ? of_low_ : of_high_).first(group);
+      const auto pair = (side == PartSide::low ? of_low_ : of_high_).first(group);
       if (pair) return names_.list[*pair].low;
       // No name of the other side: a list is all there is.
-      return (side == Side::low ? "low " : "high ") + group;
+      return (side == PartSide::low ? "low " : "high ") + group;
     }
     if (names_.by != PartsBy::name) return group;
     for (const std::string_view name : {std::string_view(group), without_copy_number(group)}) {
       const std::string text = lower(name);
       // What is made of the high poly keeps its names.
-      const bool is_low = side == Side::low;
+      const bool is_low = side == PartSide::low;
       for (const auto* patterns : {is_low ? &low_ : &high_, is_low ? &high_ : nullptr}) {
         if (patterns == nullptr) continue;
         for (const std::string& pattern : *patterns) {
@@ -183,13 +183,13 @@ Kind kind_of(PartsBy by) {
 }
 
 /// A mesh's groups, objects or materials, by the parts that they are of.
-struct Groups {
+struct NamedGroups {
   const std::vector<std::uint32_t>* of;  ///< Of each triangle
   std::vector<std::string> used;         ///< Names of groups that have triangles
   std::vector<std::string> used_parts;   ///< Of each of these
   std::vector<std::string> part_of;      ///< Of each group
 
-  Groups(const Mesh& mesh, const PartNames& names, const PartNamer& part_name, Side side) {
+  NamedGroups(const Mesh& mesh, const PartNames& names, const PartNamer& part_name, PartSide side) {
     const bool objects = names.by == PartsBy::object, materials = names.by == PartsBy::material;
     of = objects ? &mesh.objects : materials ? &mesh.materials : &mesh.groups;
     const std::vector<std::string>& all = objects     ? mesh.object_names
@@ -197,7 +197,7 @@ struct Groups {
                                                       : mesh.group_names;
     const Kind kind = kind_of(names.by);
     if (of->size() != mesh.triangles.size()) {
-      throw Error(ErrorCode::input, std::string(side == Side::low ? "The low" : "The high") +
+      throw Error(ErrorCode::input, std::string(side == PartSide::low ? "The low" : "The high") +
                                         " poly '" + mesh.name + "' has no " + kind.many +
                                         " to pair: " + kind.advice + ".");
     }
@@ -244,18 +244,18 @@ std::vector<PatternPair> patterns_of(std::string_view low, std::string_view high
   return patterns;
 }
 
-std::size_t pairs_by(const PartNames& names, const Groups& low, const Groups& high) {
+std::size_t pairs_by(const PartNames& names, const NamedGroups& low, const NamedGroups& high) {
   const PartNamer part_name(names);
   std::unordered_set<std::string> parts;
-  for (const std::string& name : high.used) parts.insert(part_name(name, Side::high));
+  for (const std::string& name : high.used) parts.insert(part_name(name, PartSide::high));
   return static_cast<std::size_t>(std::count_if(
       low.used.begin(), low.used.end(),
-      [&](const std::string& name) { return parts.contains(part_name(name, Side::low)); }));
+      [&](const std::string& name) { return parts.contains(part_name(name, PartSide::low)); }));
 }
 
 /// Patterns by which more of the low poly's groups have a pair, in words; else empty. They are those that most
 /// of the names without a pair have in common with their nearest.
-std::string other_patterns(const PartNames& names, const Groups& low, const Groups& high,
+std::string other_patterns(const PartNames& names, const NamedGroups& low, const NamedGroups& high,
                            const std::map<std::string, std::uint32_t>& pairs) {
   if (names.by != PartsBy::name) return {};
   std::map<PatternPair, std::size_t> votes;
@@ -289,24 +289,24 @@ std::string other_patterns(const PartNames& names, const Groups& low, const Grou
 }
 
 /// Adds a warning that names groups without a pair.
-void warn(Side side, const Groups& groups, PartsBy by, const Groups& others,
+void warn(PartSide side, const NamedGroups& groups, PartsBy by, const NamedGroups& others,
           const std::map<std::string, std::uint32_t>& pairs, const std::string& remedy,
           std::vector<Warning>& warnings) {
   std::string list;
   std::size_t count = 0;
   for (std::size_t g = 0; g < groups.used.size(); ++g) {
     if (pairs.contains(groups.used_parts[g])) continue;
-    if (++count > kMostNamed) continue;
+    if (++count > kMostNamedParts) continue;
     list += (count == 1 ? "" : ", ") + quoted(groups.used[g]);
     const std::string* nearest = nearest_name(groups.used[g], others.used);
     if (nearest != nullptr) list += " (nearest: " + quoted(*nearest) + ")";
   }
   if (count == 0) return;
-  if (count > kMostNamed) list += " and " + std::to_string(count - kMostNamed) + " more";
+  if (count > kMostNamedParts) list += " and " + std::to_string(count - kMostNamedParts) + " more";
   std::string kind = kind_of(by).one;
   kind[0] = static_cast<char>(kind[0] - 'a' + 'A');
   warnings.push_back({"unmatched-parts",
-                      kind + "s of the " + (side == Side::low ? "low" : "high") +
+                      kind + "s of the " + (side == PartSide::low ? "low" : "high") +
                           " poly without a pair" +
                           (by == PartsBy::list ? " in the list: " : " of their name: ") + list +
                           ". All that has no pair is matched together." + remedy,
@@ -333,8 +333,8 @@ Parts pair_parts(const Mesh& high, const Mesh& low, const PartNames& names) {
     throw Error(ErrorCode::usage, "The list of parts is empty.");
   }
   const PartNamer part_name(names);
-  const Groups of_high(high, names, part_name, Side::high);
-  const Groups of_low(low, names, part_name, Side::low);
+  const NamedGroups of_high(high, names, part_name, PartSide::high);
+  const NamedGroups of_low(low, names, part_name, PartSide::low);
   const std::unordered_set<std::string> in_high(of_high.used_parts.begin(),
                                                 of_high.used_parts.end());
   std::map<std::string, std::uint32_t> pairs;
@@ -364,7 +364,7 @@ Parts pair_parts(const Mesh& high, const Mesh& low, const PartNames& names) {
     parts.names.push_back(name);
   }
   bool rest = false;
-  const auto number = [&](const Groups& groups) {
+  const auto number = [&](const NamedGroups& groups) {
     const auto none = static_cast<std::uint32_t>(pairs.size());
     std::vector<std::uint32_t> part_of;
     for (const std::string& part : groups.part_of) {
@@ -385,8 +385,8 @@ Parts pair_parts(const Mesh& high, const Mesh& low, const PartNames& names) {
     ++parts.count;
     parts.names.emplace_back();
   }
-  warn(Side::low, of_low, names.by, of_high, pairs, remedy, parts.warnings);
-  warn(Side::high, of_high, names.by, of_low, pairs, "", parts.warnings);
+  warn(PartSide::low, of_low, names.by, of_high, pairs, remedy, parts.warnings);
+  warn(PartSide::high, of_high, names.by, of_low, pairs, "", parts.warnings);
   return parts;
 }
 

@@ -15,17 +15,17 @@
 namespace kiln {
 namespace {
 
-constexpr double kSameNormal = 0.99996192306;  // cos 0.5 degrees, as of hard edges
+constexpr double kSameSeamNormal = 0.99996192306;  // cos 0.5 degrees, as of hard edges
 
 /// A triangle's side by its welded ends, a < b.
-struct Side {
+struct SeamSide {
   std::uint32_t a = 0, b = 0, triangle = 0;
   std::uint8_t at_a = 0, at_b = 0;  ///< Corners of the triangle
 };
 
 /// Two triangles that share a side.
 struct Shared {
-  Side one, other;
+  SeamSide one, other;
   bool parts_uvs = false, hard = false;
 };
 
@@ -47,7 +47,7 @@ struct Surface {
 };
 
 bool same_normal(const Vec3& a, const Vec3& b) {
-  return !(dot(Vec3d(a), Vec3d(b)) < kSameNormal * length(Vec3d(a)) * length(Vec3d(b)));
+  return !(dot(Vec3d(a), Vec3d(b)) < kSameSeamNormal * length(Vec3d(a)) * length(Vec3d(b)));
 }
 
 bool same_uv(const Mesh& mesh, std::uint32_t t, std::size_t i, std::uint32_t u, std::size_t k) {
@@ -57,13 +57,13 @@ bool same_uv(const Mesh& mesh, std::uint32_t t, std::size_t i, std::uint32_t u, 
 
 /// Neighbours over edges: of edges of more than two triangles, each with the first one.
 std::vector<Shared> shared_sides(const Mesh& mesh, const Surface& surface) {
-  std::vector<Side> sides;
+  std::vector<SeamSide> sides;
   for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t) {
     if (length(surface.weights[t].normal) == 0) continue;  // no area, or not finite
     for (std::uint8_t k = 0; k < 3; ++k) {
       const auto next = static_cast<std::uint8_t>((k + 1) % 3);
-      Side side{surface.welded[mesh.triangles[t][k]], surface.welded[mesh.triangles[t][next]], t, k,
-                next};
+      SeamSide side{surface.welded[mesh.triangles[t][k]], surface.welded[mesh.triangles[t][next]],
+                    t, k, next};
       if (side.a > side.b) {
         std::swap(side.a, side.b);
         std::swap(side.at_a, side.at_b);
@@ -71,12 +71,12 @@ std::vector<Shared> shared_sides(const Mesh& mesh, const Surface& surface) {
       sides.push_back(side);
     }
   }
-  std::sort(sides.begin(), sides.end(), [](const Side& x, const Side& y) {
+  std::sort(sides.begin(), sides.end(), [](const SeamSide& x, const SeamSide& y) {
     return std::tie(x.a, x.b, x.triangle) < std::tie(y.a, y.b, y.triangle);
   });
   std::vector<Shared> shared;
   for (std::size_t first = 0, i = 1; i < sides.size(); ++i) {
-    const Side &one = sides[first], &other = sides[i];
+    const SeamSide &one = sides[first], &other = sides[i];
     if (one.a != other.a || one.b != other.b) {
       first = i;
       continue;
@@ -165,7 +165,7 @@ Mesh split_at_seams(const Mesh& mesh) {
   std::vector<std::uint8_t> at_seam(3 * mesh.triangles.size());  // corners joined
   for (const Shared& edge : edges) {
     if (!edge.parts_uvs || edge.hard) continue;
-    for (const Side& side : {edge.one, edge.other}) {
+    for (const SeamSide& side : {edge.one, edge.other}) {
       at_seam[corners.find(3 * side.triangle + side.at_a)] = 1;
       at_seam[corners.find(3 * side.triangle + side.at_b)] = 1;
     }

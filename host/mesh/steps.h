@@ -1,4 +1,4 @@
-// Whether coordinates are fine enough for a mesh's own edges.
+// True if coordinates are fine enough for a mesh's own edges.
 #pragma once
 
 #include <array>

@@ -45,7 +45,7 @@ double squared_to_segment(const Vec3d& offset, const Vec3d& edge) {
   return squared(offset - (along < length2 ? edge * (along / length2) : edge));
 }
 
-/// Whether both of two triangles are farther than the best for sure, by their planes.
+/// True if both of two triangles are farther than the best for sure, by their planes.
 bool both_farther(const Vec3d& p, const Vec3* one, const Vec3* other, double best) {
   const Two ax{one[0].x, other[0].x}, ay{one[0].y, other[0].y}, az{one[0].z, other[0].z};
   const Two bx = Two{one[1].x, other[1].x} - ax, by = Two{one[1].y, other[1].y} - ay,

@@ -29,7 +29,7 @@ class SurfaceDistance {
   double squared(const Vec3& point, double within = std::numeric_limits<double>::infinity()) const;
   /// The same, and the corners of the triangle that is nearest; null where there is none.
   double squared(const Vec3& point, double within, const Vec3*& corners) const;
-  /// Whether some triangle is no farther than a squared distance. Quicker than finding the nearest.
+  /// True if some triangle is no farther than a squared distance. Quicker than finding the nearest.
   bool is_within(const Vec3& point, double squared) const;
   /// The triangle that is nearest, as numbered when it was given; 0 where there is none. Of several it is
   /// always the same one.

@@ -15,14 +15,14 @@ namespace {
 /// Triangles that a straight way may cross.
 constexpr int kLongestWalk = 64;
 
-struct Side {
+struct LinkSide {
   std::uint32_t low, high;  // vertices
   std::uint32_t triangle;
   std::uint8_t edge;  // opposite this corner
   bool rising;        // runs from the lower vertex to the higher
 };
 
-std::uint32_t root(std::vector<std::uint32_t>& parent, std::uint32_t triangle) {
+std::uint32_t root_of_link(std::vector<std::uint32_t>& parent, std::uint32_t triangle) {
   while (parent[triangle] != triangle) {
     parent[triangle] = parent[parent[triangle]];
     triangle = parent[triangle];
@@ -104,7 +104,7 @@ SurfaceTopology SurfaceTopology::of(const LowSurface& surface) {
     topology.vertices[i / 3][i % 3] = number[i];
   }
 
-  std::vector<Side> sides;
+  std::vector<LinkSide> sides;
   sides.reserve(3 * count);
   for (std::uint32_t t = 0; t < count; ++t) {
     if (surface.usable[t] == 0) continue;
@@ -114,7 +114,7 @@ SurfaceTopology SurfaceTopology::of(const LowSurface& surface) {
       sides.push_back({std::min(from, to), std::max(from, to), t, k, from < to});
     }
   }
-  std::stable_sort(sides.begin(), sides.end(), [](const Side& a, const Side& b) {
+  std::stable_sort(sides.begin(), sides.end(), [](const LinkSide& a, const LinkSide& b) {
     return a.low != b.low ? a.low < b.low : a.high < b.high;
   });
   std::vector<std::uint32_t> parent(count);
@@ -126,15 +126,16 @@ SurfaceTopology SurfaceTopology::of(const LowSurface& surface) {
       ++end;
     }
     if (end - i == 2 && sides[i].rising != sides[i + 1].rising) {
-      const Side& a = sides[i];
-      const Side& b = sides[i + 1];
+      const LinkSide& a = sides[i];
+      const LinkSide& b = sides[i + 1];
       topology.neighbour[a.triangle][a.edge] = b.triangle;
       topology.neighbour[b.triangle][b.edge] = a.triangle;
       const auto& x = surface.triangles[a.triangle];
       const auto& y = surface.triangles[b.triangle];
       if (same_uv(x[(a.edge + 1U) % 3].uv, y[(b.edge + 2U) % 3].uv) &&
           same_uv(x[(a.edge + 2U) % 3].uv, y[(b.edge + 1U) % 3].uv)) {
-        const auto [low, high] = std::minmax({root(parent, a.triangle), root(parent, b.triangle)});
+        const auto [low, high] =
+            std::minmax({root_of_link(parent, a.triangle), root_of_link(parent, b.triangle)});
         parent[high] = low;
       }
     }
@@ -143,7 +144,7 @@ SurfaceTopology SurfaceTopology::of(const LowSurface& surface) {
   std::uint32_t charts = 0;
   topology.chart.resize(count);
   for (std::uint32_t t = 0; t < count; ++t) {
-    const std::uint32_t first = root(parent, t);
+    const std::uint32_t first = root_of_link(parent, t);
     topology.chart[t] = first == t ? charts++ : topology.chart[first];
   }
   return topology;

@@ -10,7 +10,7 @@
 
 namespace kiln {
 
-/// Whether a triangle is finite and has an area. In double precision a product of two differences
+/// True if a triangle is finite and has an area. In double precision a product of two differences
 /// of floats is exact or nearly so: parallel edges are found out.
 inline bool has_area(std::span<const Vec3> positions, const Triangle& triangle) {
   for (const std::uint32_t corner : triangle) {

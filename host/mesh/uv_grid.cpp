@@ -7,8 +7,8 @@
 namespace kiln {
 namespace {
 
-constexpr double kGuardLow = -1;
-constexpr double kGuardHigh = 2;
+constexpr double kPrismLow = -1;
+constexpr double kPrismHigh = 2;
 
 /// Where an edge crosses a line u = bound or v = bound. The end points are put in order first, so that
 /// triangles on both sides of an edge get the same point.
@@ -81,21 +81,21 @@ bool UvGrid::misses_square(const FixedTriangle& f) const {
   return *x_high <= 0 || *x_low >= right || *y_high <= 0 || *y_low >= bottom;
 }
 
-bool in_guard(const Vec2& uv) {
-  return uv.x >= kGuardLow && uv.x <= kGuardHigh && uv.y >= kGuardLow && uv.y <= kGuardHigh;
+bool in_prism(const Vec2& uv) {
+  return uv.x >= kPrismLow && uv.x <= kPrismHigh && uv.y >= kPrismLow && uv.y <= kPrismHigh;
 }
 
-std::vector<ClipVertex> clip_to_guard(const std::array<Vec2, 3>& uvs) {
+std::vector<ClipVertex> clip_to_prism(const std::array<Vec2, 3>& uvs) {
   std::vector<ClipVertex> polygon(3);
   for (std::size_t k = 0; k < 3; ++k) {
     polygon[k].u = uvs[k].x;
     polygon[k].v = uvs[k].y;
     polygon[k].weight[k] = 1;
   }
-  polygon = clip(polygon, &ClipVertex::u, kGuardLow, 1);
-  polygon = clip(polygon, &ClipVertex::u, kGuardHigh, -1);
-  polygon = clip(polygon, &ClipVertex::v, kGuardLow, 1);
-  return clip(polygon, &ClipVertex::v, kGuardHigh, -1);
+  polygon = clip(polygon, &ClipVertex::u, kPrismLow, 1);
+  polygon = clip(polygon, &ClipVertex::u, kPrismHigh, -1);
+  polygon = clip(polygon, &ClipVertex::v, kPrismLow, 1);
+  return clip(polygon, &ClipVertex::v, kPrismHigh, -1);
 }
 
 }  // namespace kiln

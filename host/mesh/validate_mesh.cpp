@@ -1,4 +1,4 @@
-// Whether a mesh holds together: what everything else takes for granted.
+// True if a mesh holds together: what everything else takes for granted.
 #include <atomic>
 #include <cmath>
 #include <string>

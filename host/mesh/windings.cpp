@@ -22,7 +22,7 @@ namespace {
 /// Where the smaller side of a part has more of its area than this, it is no small mistake.
 constexpr double kMinority = 0.4;
 
-/// Whether two triangles run along an edge from the same end to the other, as those that face alike do not.
+/// True if two triangles run along an edge from the same end to the other, as those that face alike do not.
 bool any_side_twice(std::span<const Triangle> triangles, std::size_t vertices) {
   std::vector<std::uint32_t> start(vertices + 1, 0), ends(triangles.size() * 3);
   for (const Triangle& t : triangles) {
@@ -55,14 +55,14 @@ bool any_side_twice(std::span<const Triangle> triangles, std::size_t vertices) {
 }
 
 /// A triangle beside another, at an edge that no third one has.
-struct Beside {
+struct AsyncTask {
   std::uint32_t triangle;
   bool against;  ///< Faces the other way
 };
 
 /// Up to three a triangle.
 struct Neighbours {
-  std::vector<std::array<Beside, 3>> of;
+  std::vector<std::array<AsyncTask, 3>> of;
   std::vector<std::uint8_t> count;
   std::vector<std::uint8_t> open;  ///< Triangles with an edge that two do not share
 
@@ -108,7 +108,7 @@ class Windings {
 
   struct Part {
     std::vector<std::uint32_t> triangles;
-    bool two_sided = true, closed = true;  ///< Whether it has two sides, as a Möbius strip has not
+    bool two_sided = true, closed = true;  ///< True if it has two sides, as a Möbius strip has not
   };
 
   /// Walks over a part, and gives each triangle the side that the first one faces to, or the other.
@@ -120,7 +120,7 @@ class Windings {
       const std::uint32_t t = part.triangles[i];
       part.closed = part.closed && beside_.open[t] == 0;
       for (std::size_t k = 0; k < beside_.count[t]; ++k) {
-        const Beside next = beside_.of[t][k];
+        const AsyncTask next = beside_.of[t][k];
         const std::uint8_t side = side_[t] ^ static_cast<std::uint8_t>(next.against);
         if (side_[next.triangle] == kNone) {
           side_[next.triangle] = side;

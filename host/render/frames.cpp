@@ -13,7 +13,7 @@
 namespace kiln {
 namespace {
 
-constexpr std::uint32_t kTilePixels = KILN_RENDER_TILE * KILN_RENDER_TILE;
+constexpr std::uint32_t kFrameTilePixels = KILN_RENDER_TILE * KILN_RENDER_TILE;
 constexpr std::uint32_t kLargest = 2048;
 constexpr std::uint32_t kNotTimed = 2;
 
@@ -82,7 +82,7 @@ class FramePainter {
     one.samples = 1;
     kiln_render_params params = camera_params(Camera::fit(target, one), scene_.target.frame, one);
     const std::uint32_t rows = (params.height + KILN_RENDER_TILE - 1) / KILN_RENDER_TILE;
-    params.pixel_count = params.sample_count = params.tile_columns * rows * kTilePixels;
+    params.pixel_count = params.sample_count = params.tile_columns * rows * kFrameTilePixels;
     params.capacity = capacity_;
     return params;
   }
@@ -119,9 +119,9 @@ class FramePainter {
     const auto tiles = [](std::uint32_t pixels) {
       return (pixels + KILN_RENDER_TILE - 1) / KILN_RENDER_TILE;
     };
-    capacity_ = tiles(width) * tiles(height) * kTilePixels;
+    capacity_ = tiles(width) * tiles(height) * kFrameTilePixels;
     keys_ = DepthKeys(context_, DepthKeys::count(width, height));
-    match_ = Correspondence(context_, capacity_);
+    match_ = DeviceCorrespondence(context_, capacity_);
     surface_ = cl::Array<float>(context_, std::size_t{KILN_SURFACE_PLANES} * capacity_);
     open_ = cl::Array<std::uint8_t>(context_, capacity_);
     colors_ = cl::Array<float>(context_, std::size_t{3} * capacity_);
@@ -133,7 +133,7 @@ class FramePainter {
   Rasterizer raster_;
   std::uint32_t capacity_ = 0;
   DepthKeys keys_;
-  Correspondence match_;
+  DeviceCorrespondence match_;
   cl::Array<float> surface_, colors_;
   cl::Array<std::uint8_t> open_;
 };

@@ -57,7 +57,7 @@ struct Part {
   cl::Array<float> surface;  ///< KILN_SURFACE_PLANES planes
   cl::Array<std::uint8_t> hit, open;
   cl::Array<float> colors;  ///< [3 * pixels]
-  Correspondence match;
+  DeviceCorrespondence match;
 
   Part(cl::Context& context, std::uint32_t samples, std::uint32_t pixels)
       : points(context, std::size_t{7} * samples),

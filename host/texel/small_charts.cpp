@@ -57,7 +57,7 @@ Columns rows_of(const FixedTriangle& f, std::uint32_t shift, std::int64_t count)
           std::min<std::int64_t>(floor_div(*high - half, unit), count - 1)};
 }
 
-/// Whether it covers the centre of a sample without a doubt.
+/// True if it covers the centre of a sample without a doubt.
 bool is_large(const FixedTriangle& f, const UvGrid& grid) {
   if (grid.beyond_square(f)) return false;
   double around = 0;

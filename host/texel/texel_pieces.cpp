@@ -51,7 +51,7 @@ struct Builder {
       return;
     }
     const auto first = static_cast<std::uint32_t>(pieces.size());
-    if (in_guard(triangle[0].uv) && in_guard(triangle[1].uv) && in_guard(triangle[2].uv)) {
+    if (in_prism(triangle[0].uv) && in_prism(triangle[1].uv) && in_prism(triangle[2].uv)) {
       FixedTriangle f;
       for (std::size_t k = 0; k < 3; ++k) {
         f.x[k] = grid.fixed_x(triangle[k].uv.x);
@@ -70,7 +70,7 @@ struct Builder {
     }
     outside.add(t);
     const std::vector<ClipVertex> polygon =
-        clip_to_guard({triangle[0].uv, triangle[1].uv, triangle[2].uv});
+        clip_to_prism({triangle[0].uv, triangle[1].uv, triangle[2].uv});
     for (std::size_t i = 2; i < polygon.size(); ++i) {
       const std::array<ClipVertex, 3> fan{polygon[0], polygon[i - 1], polygon[i]};
       FixedTriangle f;

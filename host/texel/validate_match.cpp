@@ -1,4 +1,4 @@
-// Whether a match holds together, wherever it comes from.
+// True if a match holds together, wherever it comes from.
 #include <atomic>
 #include <cmath>
 #include <string>

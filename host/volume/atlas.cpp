@@ -5,18 +5,18 @@
 #include <cmath>
 
 #include "base/parallel.h"
-#include "lowpoly/packing.h"
-#include "lowpoly/pairing.h"
 #include "mesh/vector.h"
+#include "pack/rectangle_packing.h"
+#include "unwrap/pairing.h"
 #include "volume/seams.h"
 
 namespace kiln {
 namespace {
 
-constexpr std::uint32_t kNone = VertexTree::kNone;
+constexpr std::uint32_t kNoPolygon = VertexTree::kNone;
 
 /// The corner that a triangle's longest side starts at.
-std::size_t longest_side(const LightSurface& light, const Triangle& t) {
+std::size_t longest_side(const SimplifiedIsosurface& light, const Triangle& t) {
   std::array<double, 3> lengths;
   for (std::size_t k = 0; k < 3; ++k) {
     lengths[k] = length(Vec3d(light.positions[t[k]]) - Vec3d(light.positions[t[(k + 1) % 3]]));
@@ -26,10 +26,10 @@ std::size_t longest_side(const LightSurface& light, const Triangle& t) {
 }
 
 /// Corners of each chart: quads as they are, triangles in pairs or single.
-std::vector<std::array<std::uint32_t, 4>> chart_corners(const LightSurface& light) {
+std::vector<std::array<std::uint32_t, 4>> chart_corners(const SimplifiedIsosurface& light) {
   std::vector<std::array<std::uint32_t, 4>> charts;
   std::vector<Triangle> triangles;
-  for (const LightSurface::Polygon& polygon : light.polygons) {
+  for (const SimplifiedIsosurface::Polygon& polygon : light.polygons) {
     const auto& c = polygon.corners;
     if (polygon.is_quad()) {
       charts.push_back(c);
@@ -56,7 +56,7 @@ std::vector<std::array<std::uint32_t, 4>> chart_corners(const LightSurface& ligh
     if (!paired) {
       // The longest side is the diagonal of the square.
       const std::size_t k = longest_side(light, t);
-      charts.push_back({t[(k + 1) % 3], t[(k + 2) % 3], t[k], kNone});
+      charts.push_back({t[(k + 1) % 3], t[(k + 2) % 3], t[k], kNoPolygon});
     } else if (i < other) {
       charts.push_back({first, triangles[other][pairing.apex[other]], second, t[apex]});
     }
@@ -69,11 +69,11 @@ struct Extent {
   double width, height;
 };
 
-Extent extent(const LightSurface& light, const std::array<std::uint32_t, 4>& c) {
+Extent extent(const SimplifiedIsosurface& light, const std::array<std::uint32_t, 4>& c) {
   const auto side = [&](std::size_t a, std::size_t b) {
     return length(Vec3d(light.positions[c[a]]) - Vec3d(light.positions[c[b]]));
   };
-  if (c[3] == kNone) {
+  if (c[3] == kNoPolygon) {
     // A square, so that its diagonal passes from texel to texel.
     const double longer = std::max(side(0, 1), side(1, 2));
     return {longer, longer};
@@ -175,15 +175,15 @@ void set_weights(const float* a, const float* b, const float* c, float rows[2][3
   rows[1][2] = static_cast<float>(-third[0] * a[0] - third[1] * a[1]);
 }
 
-kiln_volume_chart make_chart(const LightSurface& light, const std::array<std::uint32_t, 4>& corners,
-                             const PackSize& size, const PackPlace& place, std::uint32_t map,
-                             std::uint32_t border) {
+kiln_volume_chart make_chart(const SimplifiedIsosurface& light,
+                             const std::array<std::uint32_t, 4>& corners, const PackSize& size,
+                             const PackPlace& place, std::uint32_t map, std::uint32_t border) {
   kiln_volume_chart chart{};
   chart.size[0] = place.turned ? size.height : size.width;
   chart.size[1] = place.turned ? size.width : size.height;
   chart.place[0] = place.x;
   chart.place[1] = map - place.y - chart.size[1];  // rows from the top
-  chart.corners = corners[3] == kNone ? 3 : 4;
+  chart.corners = corners[3] == kNoPolygon ? 3 : 4;
   chart.triangles = chart.corners - 2;
   const auto b = static_cast<float>(border);
   const float right = static_cast<float>(chart.size[0] - 1) - b;
@@ -194,7 +194,7 @@ kiln_volume_chart make_chart(const LightSurface& light, const std::array<std::ui
     const std::size_t from = (k + (place.turned ? 1 : 0)) % 4;
     chart.texel[k][0] = ring[from][0];
     chart.texel[k][1] = ring[from][1];
-    chart.corner[k] = corners[k] == kNone ? 0 : corners[k];
+    chart.corner[k] = corners[k] == kNoPolygon ? 0 : corners[k];
   }
   for (std::uint32_t k = 0; k < chart.triangles; ++k) {
     const auto at = [&](std::uint32_t c) { return Vec3d(light.positions[corners[c]]); };
@@ -212,7 +212,7 @@ kiln_volume_chart make_chart(const LightSurface& light, const std::array<std::ui
   return chart;
 }
 
-std::vector<Extent> extents_of(const LightSurface& light,
+std::vector<Extent> extents_of(const SimplifiedIsosurface& light,
                                const std::vector<std::array<std::uint32_t, 4>>& corners) {
   std::vector<Extent> extents;
   extents.reserve(corners.size());
@@ -222,7 +222,7 @@ std::vector<Extent> extents_of(const LightSurface& light,
 
 }  // namespace
 
-Mesh polygon_mesh(const LightSurface& light, const Volume& volume) {
+Mesh polygon_mesh(const SimplifiedIsosurface& light, const Volume& volume) {
   Mesh mesh;
   mesh.name = volume.name;
   mesh.origin = volume.origin;
@@ -230,13 +230,14 @@ Mesh polygon_mesh(const LightSurface& light, const Volume& volume) {
   mesh.normals = light.normals;
   for (const auto& c : chart_corners(light)) {
     mesh.triangles.push_back({c[0], c[1], c[2]});
-    if (c[3] != kNone) mesh.triangles.push_back({c[0], c[2], c[3]});
+    if (c[3] != kNoPolygon) mesh.triangles.push_back({c[0], c[2], c[3]});
   }
   mesh.normal_triangles = mesh.triangles;
   return mesh;
 }
 
-std::uint32_t atlas_size(const LightSurface& light, double texels_per_unit, std::uint32_t border) {
+std::uint32_t atlas_size(const SimplifiedIsosurface& light, double texels_per_unit,
+                         std::uint32_t border) {
   constexpr std::uint32_t kStep = 16, kLargest = 8192;
   const std::vector<Extent> extents = extents_of(light, chart_corners(light));
   const std::vector<PackSize> sizes = pack_sizes(extents, texels_per_unit, kLargest, border);
@@ -255,7 +256,7 @@ std::uint32_t atlas_size(const LightSurface& light, double texels_per_unit, std:
   return kLargest;
 }
 
-Atlas make_atlas(const LightSurface& light, const Volume& volume, std::uint32_t size,
+Atlas make_atlas(const SimplifiedIsosurface& light, const Volume& volume, std::uint32_t size,
                  std::uint32_t border) {
   const auto corners = chart_corners(light);
   const std::vector<Extent> extents = extents_of(light, corners);

@@ -8,11 +8,11 @@
 
 #include "base/parallel.h"
 #include "image/gutter.h"
-#include "lowpoly/unwrap_charts.h"
 #include "mesh/frame.h"
 #include "mesh/low_shading.h"
 #include "mesh/low_surface.h"
 #include "mesh/vector.h"
+#include "unwrap/unwrap_charts.h"
 #include "volume/atlas.h"
 #include "volume/normal_splat.h"
 
@@ -32,13 +32,13 @@ constexpr std::uint32_t kPolygonBorder = 1;
 constexpr int kPoints = 2;
 constexpr std::size_t kRowsAtOnce = 16;
 
-double area_of(const LightSurface& light) {
+double area_of(const SimplifiedIsosurface& light) {
   double area = 0;
   const auto add = [&](std::uint32_t a, std::uint32_t b, std::uint32_t c) {
     const Vec3d at(light.positions[a]);
     area += 0.5 * length(cross(Vec3d(light.positions[b]) - at, Vec3d(light.positions[c]) - at));
   };
-  for (const LightSurface::Polygon& polygon : light.polygons) {
+  for (const SimplifiedIsosurface::Polygon& polygon : light.polygons) {
     const auto& c = polygon.corners;
     add(c[0], c[1], c[2]);
     if (polygon.is_quad()) add(c[0], c[2], c[3]);
@@ -172,8 +172,9 @@ void gather_rows(const std::vector<Placed>& placed, const PolygonTexels& polygon
 
 }  // namespace
 
-ChartLayout lay_out_charts(const LightSurface& light, const Volume& volume, std::uint32_t size,
-                           std::uint32_t border, const TexelDetail* detail, KnownCharts* known) {
+ChartLayout lay_out_charts(const SimplifiedIsosurface& light, const Volume& volume,
+                           std::uint32_t size, std::uint32_t border, const TexelDetail* detail,
+                           KnownCharts* known) {
   UnwrapOptions options;
   options.method = UnwrapMethod::charts;
   options.size = size;
@@ -184,7 +185,7 @@ ChartLayout lay_out_charts(const LightSurface& light, const Volume& volume, std:
   return layout;
 }
 
-ChartLayout lay_out_charts_at(const LightSurface& light, const Volume& volume,
+ChartLayout lay_out_charts_at(const SimplifiedIsosurface& light, const Volume& volume,
                               double texels_per_unit, std::uint32_t border, std::uint32_t& size,
                               const TexelDetail* detail) {
   const auto size_for = [&](double side) {
@@ -200,7 +201,7 @@ ChartLayout lay_out_charts_at(const LightSurface& light, const Volume& volume,
   return lay_out_charts(light, volume, size, border, detail, &known);
 }
 
-Image chart_map(cl::Context& context, const FineSurface& surface, const LightSurface& light,
+Image chart_map(cl::Context& context, const FineSurface& surface, const SimplifiedIsosurface& light,
                 const Volume& volume, const ChartLayout& layout, double spacing,
                 const ExtractOptions& options, std::uint64_t& splatted) {
   ExtractOptions fine = options;

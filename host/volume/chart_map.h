@@ -3,11 +3,11 @@
 
 #include "cl/context.h"
 #include "kiln/contour.h"
-#include "kiln/lowpoly.h"
-#include "lowpoly/texel_detail.h"
-#include "lowpoly/unwrap_charts.h"
+#include "kiln/unwrap.h"
+#include "unwrap/texel_detail.h"
+#include "unwrap/unwrap_charts.h"
 #include "volume/fine_surface.h"
-#include "volume/light_surface.h"
+#include "volume/simplified_isosurface.h"
 
 namespace kiln {
 
@@ -22,13 +22,13 @@ struct ChartLayout {
 /// \param detail  for texels by it; null: by area
 /// \param known   see unwrap_for()
 /// \throws Error(input) where the charts are too many for the size
-ChartLayout lay_out_charts(const LightSurface& light, const Volume& volume, std::uint32_t size,
-                           std::uint32_t border, const TexelDetail* detail = nullptr,
-                           KnownCharts* known = nullptr);
+ChartLayout lay_out_charts(const SimplifiedIsosurface& light, const Volume& volume,
+                           std::uint32_t size, std::uint32_t border,
+                           const TexelDetail* detail = nullptr, KnownCharts* known = nullptr);
 
 /// The same with a map, a multiple of 16 texels, that is about large enough for a density; at most 8192.
 /// \param size  [out]
-ChartLayout lay_out_charts_at(const LightSurface& light, const Volume& volume,
+ChartLayout lay_out_charts_at(const SimplifiedIsosurface& light, const Volume& volume,
                               double texels_per_unit, std::uint32_t border, std::uint32_t& size,
                               const TexelDetail* detail = nullptr);
 
@@ -36,7 +36,7 @@ ChartLayout lay_out_charts_at(const LightSurface& light, const Volume& volume,
 /// two charts hold along a seam is the same.
 /// \param layout    of `light`
 /// \param splatted  [out] texels of the polygons that fine vertices fell into
-Image chart_map(cl::Context& context, const FineSurface& surface, const LightSurface& light,
+Image chart_map(cl::Context& context, const FineSurface& surface, const SimplifiedIsosurface& light,
                 const Volume& volume, const ChartLayout& layout, double spacing,
                 const ExtractOptions& options, std::uint64_t& splatted);
 

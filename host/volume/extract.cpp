@@ -11,15 +11,15 @@
 #include <utility>
 
 #include "base/counted.h"
-#include "base/heartbeat.h"
 #include "base/memory.h"
+#include "base/progress_guard.h"
 #include "mesh/charts.h"
 #include "volume/atlas.h"
 #include "volume/chart_map.h"
 #include "volume/fine_mesh.h"
-#include "volume/light_mending.h"
-#include "volume/light_surface.h"
+#include "volume/isosurface_repair.h"
 #include "volume/normal_splat.h"
+#include "volume/simplified_isosurface.h"
 #include "volume/vertex_tree.h"
 
 namespace kiln {
@@ -38,7 +38,7 @@ struct BytesOf {
 constexpr BytesOf kPairs{48, 1500}, kCharts{260, 4300};
 
 /// \param size  of the map
-void require_map(const BytesOf& bytes, const LightSurface& light, const Volume& volume,
+void require_map(const BytesOf& bytes, const SimplifiedIsosurface& light, const Volume& volume,
                  std::uint64_t size) {
   require_memory("The low poly of volume '" + volume.name + "' and its map",
                  bytes.texel * size * size + bytes.face * light.faces);
@@ -71,10 +71,10 @@ double spacing_of(const Volume& volume) {
   return spacing;
 }
 
-void describe_light(const LightSurface& light, const ExtractOptions& options,
+void describe_light(const SimplifiedIsosurface& light, const ExtractOptions& options,
                     ExtractReport& report) {
   report.faces = light.faces;
-  for (const LightSurface::Polygon& polygon : light.polygons) {
+  for (const SimplifiedIsosurface::Polygon& polygon : light.polygons) {
     ++(polygon.is_quad() ? report.quads : report.triangles);
   }
   report.error = light.error;
@@ -99,7 +99,7 @@ void describe_light(const LightSurface& light, const ExtractOptions& options,
                                light.faces});
   }
   if (!(light.pieces == light.fine_pieces)) {
-    const auto words = [](const LightSurface::Pieces& pieces) {
+    const auto words = [](const SimplifiedIsosurface::Pieces& pieces) {
       return counted(pieces.parts, "part") + " and " + counted(pieces.loops, "border loop");
     };
     report.warnings.push_back(
@@ -123,13 +123,13 @@ void describe_light(const LightSurface& light, const ExtractOptions& options,
   }
 }
 
-void describe_flaws(const LightFlaws& flaws, const Volume& volume, ExtractReport& report) {
+void describe_flaws(const IsosurfaceFlaws& flaws, const Volume& volume, ExtractReport& report) {
   report.mended = flaws.mended;
   report.left_out = flaws.left_out;
   report.folded = flaws.folded.count;
   report.without_area = flaws.flat.count;
   report.repeated = flaws.repeated.count;
-  const auto warn = [&](const char* code, const LightFlaws::Left& left, const char* what,
+  const auto warn = [&](const char* code, const IsosurfaceFlaws::Left& left, const char* what,
                         const char* remedy) {
     if (left.count == 0) return;
     std::array<char, 96> place{};
@@ -155,23 +155,23 @@ void describe_flaws(const LightFlaws& flaws, const Volume& volume, ExtractReport
 }
 
 /// What is to be chosen, chosen.
-LightSurface choose_surface(const FineSurface& surface, const VertexTree& tree,
-                            const Volume& volume, const ExtractOptions& options,
-                            ExtractUsed& used) {
-  LightOptions light_options{.faces = options.faces,
-                             .error = options.error,
-                             .share = options.choose.error ? kShare : 1,
-                             .keep_topology = options.keep_topology || options.choose.topology,
-                             .min_part = options.min_part};
+SimplifiedIsosurface choose_surface(const FineSurface& surface, const VertexTree& tree,
+                                    const Volume& volume, const ExtractOptions& options,
+                                    ExtractUsed& used) {
+  IsosurfaceOptions light_options{.faces = options.faces,
+                                  .error = options.error,
+                                  .share = options.choose.error ? kShare : 1,
+                                  .keep_topology = options.keep_topology || options.choose.topology,
+                                  .min_part = options.min_part};
   if (options.choose.min_part) {
     const bool noise = count_small_parts(tree, kSmallPart) >= kNoiseParts;
     light_options.min_part = noise ? kSmallPart : 0;
   }
-  LightSurface light = choose_light_surface(surface, tree, volume, light_options);
+  SimplifiedIsosurface light = simplify_isosurface(surface, tree, volume, light_options);
   if (options.choose.topology && light.aimed_faces != 0 && light.faces > 2 * light.aimed_faces) {
     used.kept_faces = light.faces;
     light_options.keep_topology = false;
-    light = choose_light_surface(surface, tree, volume, light_options);
+    light = simplify_isosurface(surface, tree, volume, light_options);
   }
   used.error = light.error_limit;
   used.keep_topology = light_options.keep_topology;
@@ -267,23 +267,23 @@ ExtractResult extract_from(cl::Context& context, const Volume& volume, const Fin
   ExtractResult result;
   ExtractReport& report = result.report;
   report.contour = contour;
-  Heartbeat::at(0, "simplifying");
+  ProgressGuard::poll_at(0, "simplifying");
   report.warnings = contour.warnings;
-  LightSurface light = choose_surface(surface, tree, volume, options, report.used);
+  SimplifiedIsosurface light = choose_surface(surface, tree, volume, options, report.used);
   if (light.polygons.empty()) {
     throw Error(ErrorCode::input, "Nothing of the surface of volume '" + volume.name +
                                       "' is left: ask for more faces or a smaller error, or keep "
                                       "the topology.");
   }
   report.clusters = tree.count() - tree.leaves();
-  const auto flaws = mend_light_surface(surface, volume, light);
+  const auto flaws = repair_isosurface(surface, volume, light);
   describe_light(light, options, report);
   describe_flaws(flaws, volume, report);
   report.seconds_simplify = seconds_tree + lap();
   ExtractOptions sized = options;
   const double spacing = spacing_of(volume);
   if (options.unwrap == UnwrapMethod::charts) {
-    Heartbeat::at(0, "growing charts on " + counted(light.polygons.size(), "polygon"));
+    ProgressGuard::poll_at(0, "growing charts on " + counted(light.polygons.size(), "polygon"));
     std::optional<TexelDetail> detail;
     if (options.density == TexelDensity::detail) detail.emplace(fine_mesh(surface, volume));
     const TexelDetail* by = detail ? &*detail : nullptr;
@@ -295,7 +295,7 @@ ExtractResult extract_from(cl::Context& context, const Volume& volume, const Fin
     require_map(kCharts, light, volume, sized.size);
     describe_charts(layout, volume, report);
     report.seconds_atlas = lap();
-    Heartbeat::at(0, "making the map");
+    ProgressGuard::poll_at(0, "making the map");
     result.normal_map =
         chart_map(context, surface, light, volume, layout, spacing, sized, report.splatted_texels);
     result.mesh = std::move(layout.mesh);
@@ -319,7 +319,7 @@ ExtractResult extract(const Device& device, const Volume& volume, const ExtractO
   check_extract_options(options);
   const auto start = std::chrono::steady_clock::now();
   ContourReport contour;
-  Heartbeat::at(0, "contouring");
+  ProgressGuard::poll_at(0, "contouring");
   const FineSurface surface =
       fine_surface(context_of(device), volume, options.contour, true, contour);
   const auto contoured = std::chrono::steady_clock::now();

@@ -17,7 +17,7 @@
 namespace kiln {
 namespace {
 
-constexpr double kStep = 0.25;                     // cells
+constexpr double kGradientStep = 0.25;             // cells
 constexpr std::uint32_t kNoTriangle = 0xFFFFFFFF;  // no triangle
 /// Corners of charts lie on texels' centres, up to rounding.
 constexpr double kEdge = 1e-3;  // texels
@@ -84,7 +84,7 @@ class Finder {
   /// \param from, along  in index space: the line is from + t along, |t| up to 1
   /// \param place  [out] of the surface
   Found find(const Vec3d& from, const Vec3d& along, Vec3d& place) const {
-    const auto steps = std::max(1, static_cast<int>(std::ceil(length(along) / kStep)));
+    const auto steps = std::max(1, static_cast<int>(std::ceil(length(along) / kGradientStep)));
     const double step = 1.0 / steps;
     bool fore = solid(from), back = fore;
     for (int k = 0; k < steps; ++k) {

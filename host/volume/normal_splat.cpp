@@ -73,7 +73,7 @@ class Charts {
   }
 
   /// \return texels that fine vertices fell into
-  std::uint64_t splat(const FineSurface& surface, const LightSurface& light) {
+  std::uint64_t splat(const FineSurface& surface, const SimplifiedIsosurface& light) {
     const cl::Array<kiln_volume_vertex> fine(context_, view(surface.vertices));
     const cl::Array<std::uint32_t> begins(context_, view(light.leaf_begins));
     const cl::Array<std::uint32_t> leaves(context_, view(light.leaves));
@@ -189,9 +189,9 @@ Image compose(const RawVector<float>& values, const Atlas& atlas, std::uint32_t 
 
 }  // namespace
 
-Image splat_normals(cl::Context& context, const FineSurface& surface, const LightSurface& light,
-                    const Atlas& atlas, double texels_per_cell, const ExtractOptions& options,
-                    std::uint64_t& splatted) {
+Image splat_normals(cl::Context& context, const FineSurface& surface,
+                    const SimplifiedIsosurface& light, const Atlas& atlas, double texels_per_cell,
+                    const ExtractOptions& options, std::uint64_t& splatted) {
   const Pyramids pyramids = make_pyramids(atlas);
   kiln_volume_level params{};
   params.charts = static_cast<std::uint32_t>(atlas.charts.size());

@@ -5,14 +5,14 @@
 #include "kiln/contour.h"
 #include "volume/atlas.h"
 #include "volume/fine_surface.h"
-#include "volume/light_surface.h"
+#include "volume/simplified_isosurface.h"
 
 namespace kiln {
 
 /// \param texels_per_cell  side of a cell of the volume: how far seams reach into charts
 /// \param splatted  [out] texels that fine vertices fell into
-Image splat_normals(cl::Context& context, const FineSurface& surface, const LightSurface& light,
-                    const Atlas& atlas, double texels_per_cell, const ExtractOptions& options,
-                    std::uint64_t& splatted);
+Image splat_normals(cl::Context& context, const FineSurface& surface,
+                    const SimplifiedIsosurface& light, const Atlas& atlas, double texels_per_cell,
+                    const ExtractOptions& options, std::uint64_t& splatted);
 
 }  // namespace kiln

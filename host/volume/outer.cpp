@@ -18,7 +18,7 @@ namespace {
 constexpr std::size_t kPlanes = 16;  // worked on by one thread at a time
 /// A region is a way in from without where it holds at least this share of what the largest one holds of
 /// the volume's border.
-constexpr std::uint64_t kShare = 20;
+constexpr std::uint64_t kOuterShare = 20;
 
 /// Runs are numbered in 32 bits.
 constexpr std::uint64_t kMostRuns = 0xFFFFFFFE;
@@ -139,7 +139,7 @@ class Regions {
         on_border.empty() ? 0 : *std::max_element(on_border.begin(), on_border.end());
     std::vector<char> open(runs_.size());
     for (std::uint32_t i = 0; i < runs_.size(); ++i) {
-      open[i] = most != 0 && on_border[region(i)] * kShare >= most ? 1 : 0;
+      open[i] = most != 0 && on_border[region(i)] * kOuterShare >= most ? 1 : 0;
     }
     return open;
   }

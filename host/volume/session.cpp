@@ -15,7 +15,7 @@ namespace {
 
 constexpr std::size_t kSlabBytes = std::size_t{1} << 30;
 
-double lap(std::chrono::steady_clock::time_point& last) {
+double session_lap(std::chrono::steady_clock::time_point& last) {
   const auto now = std::chrono::steady_clock::now();
   const double seconds = std::chrono::duration<double>(now - last).count();
   last = now;
@@ -53,11 +53,11 @@ struct KILN_HIDDEN VolumeSession::Impl {
     report = std::move(fresh);
     last.kept = kept.before + (fine.surface().keys.size() - kept.new_after);
     last.vertices = fine.surface().keys.size() - last.kept;
-    last.seconds_contour = lap(clock);
+    last.seconds_contour = session_lap(clock);
     const bool open = options.border == VolumeBorder::open;
     VertexTree next(fine.surface(), volume.size, open, {tree ? &*tree : nullptr, kept});
     tree = std::move(next);
-    last.seconds_tree = lap(clock);
+    last.seconds_tree = session_lap(clock);
   }
 
   /// Exchanges a box of voxels with others.

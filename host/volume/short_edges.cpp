@@ -109,7 +109,7 @@ class Collapser {
   }
 
  private:
-  /// Whether one of the polygons has a side at the vertex that no other has.
+  /// True if one of the polygons has a side at the vertex that no other has.
   bool at_border(std::uint32_t vertex, const std::vector<std::uint32_t>& around) const {
     std::vector<std::uint32_t> ends;
     for (const std::uint32_t i : around) {

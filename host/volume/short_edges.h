@@ -14,7 +14,7 @@ namespace kiln {
 /// Corners of a triangle (the last one 0xFFFFFFFF) or a quad.
 using PolygonCorners = std::array<std::uint32_t, 4>;
 
-/// Whether two places are one but for the rounding of floats.
+/// True if two places are one but for the rounding of floats.
 bool same_place(const Vec3& a, const Vec3& b);
 
 /// Joins neighbours at the same place: integer data at an integer value have the vertices of several

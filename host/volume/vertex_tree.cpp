@@ -5,8 +5,8 @@
 #include <span>
 #include <utility>
 
-#include "base/heartbeat.h"
 #include "base/parallel.h"
+#include "base/progress_guard.h"
 
 namespace kiln {
 namespace {
@@ -254,7 +254,7 @@ VertexTree::VertexTree(const FineSurface& surface, const std::array<std::uint32_
   std::vector<Touched> touched;
   std::vector<std::uint32_t> lowest;  // fine vertex of each new cluster
   for (std::uint32_t level = 1; (side - 1) >> (level - 1) != 0; ++level) {
-    Heartbeat::beat();
+    ProgressGuard::poll();
     const std::uint32_t plane = level - 1;
     touched.clear();
     lowest.clear();

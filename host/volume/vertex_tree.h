@@ -29,7 +29,7 @@ class VertexTree {
   VertexTree(const FineSurface& surface, const std::array<std::uint32_t, 3>& size, bool open,
              const Earlier& earlier = {nullptr, {}});
 
-  bool open() const { return open_; }  ///< Whether the volume's border is
+  bool open() const { return open_; }  ///< True if the volume's border is
   std::uint32_t leaves() const { return leaves_; }
   std::uint32_t count() const { return static_cast<std::uint32_t>(parent_.size()); }
   std::uint32_t parent(std::uint32_t node) const { return parent_[node]; }

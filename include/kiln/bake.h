@@ -5,16 +5,15 @@
 #include <optional>
 #include <vector>
 
+#include "kiln/coverage.h"
 #include "kiln/error.h"
 #include "kiln/export.h"
 #include "kiln/image.h"
 #include "kiln/map.h"
 #include "kiln/match.h"
-#include "kiln/maybe.h"
 #include "kiln/mesh.h"
 #include "kiln/own_map.h"
 #include "kiln/parts.h"
-#include "kiln/recall.h"
 #include "kiln/source.h"
 #include "kiln/texture.h"
 #include "kiln/types.h"
@@ -95,11 +94,11 @@ struct BakeOptions {
   /// into another (Wang et al., section 6). Mip-maps made from the image alone mix them.
   bool mips = false;
 
-  /// Places of the high poly that RecallReport looks at, 0 (none) to 2^20. For matches that search its
+  /// Places of the high poly that HighCoverageReport looks at, 0 (none) to 2^20. For matches that search its
   /// hierarchy (MatchInfo::tells_recall), not for saved ones, and not in sessions. The standard error of a
   /// share p is sqrt(p (1 - p) / places): 0.1% for 1% of 8192.
   std::uint32_t recall = 8192;
-  bool recall_vertices = false;  ///< Also fill BakeResult::recalled
+  bool vertex_coverage = false;  ///< Also fill BakeResult::recalled
   bool keep_match = false;       ///< Return the correspondence in BakeResult::match
   /// Reuse this one instead of matching. Read during the call.
   const struct Match* match = nullptr;
@@ -107,7 +106,7 @@ struct BakeOptions {
 };
 
 /// How much the map changes from texel to texel where the method changes, and where it does not.
-struct SwitchReport {
+struct TransitionReport {
   std::uint64_t sides = 0;  ///< Between texels of one chart that different methods decided, or none
   double mean_degrees = 0;  ///< Over these sides, between the map's unit vectors
   double elsewhere_degrees = 0;  ///< Over all others
@@ -137,38 +136,38 @@ struct BakeReport {
   std::uint64_t gutter_texels = 0;        ///< Texels that padding filled
   double max_distance = 0;                ///< As used, world units
   double mean_abs_distance = 0;           ///< Of the samples that hit, world units
-  Maybe<ViewReport> views;                ///< Where matched by views
-  Maybe<SwitchReport> switches;           ///< Where a fallback was asked for; before blending
-  Maybe<SwitchReport> switches_blended;   ///< After, where blending was asked for
-  std::uint64_t blended_texels = 0;       ///< Of the method, that took some of the fallback's
-  Maybe<VisibilityReport> visibility;     ///< Where matched by visibility
-  Maybe<UvReport> uv;                     ///< Where matched by UVs
-  EdgeReport edges;                       ///< Where rays turn at hard edges; else 0 of them
-  Maybe<CageReport> cage_mesh;            ///< Where rays start from a mesh
-  Maybe<RecallReport> recall;             ///< Where it was asked for and can be told
-  double seconds_recall = 0;              ///< Telling it
-  double seconds_build = 0;               ///< Structures of the source, made for this bake
-  double seconds_texels = 0;              ///< Samples of the low poly
-  double seconds_match = 0;               ///< The match and its fallbacks
-  double seconds_detail = 0;              ///< Reading of the maps' values
-  double seconds_image = 0;               ///< Padding and encoding
-  double seconds_mips = 0;                ///< Charts, levels, their gutters and encoding
-  std::vector<IdEntry> ids;               ///< The legend of the map id, where it was baked
-  Maybe<OcclusionReport> occlusion;       ///< Where ao or bent_normal was baked
-  std::vector<MapError> errors;           ///< Where BakeOptions::report_errors asks for them
-  double seconds_errors = 0;              ///< The finer evaluation
-  std::uint64_t peak_device_bytes = 0;    ///< The most memory on the device at once
-  std::vector<Warning> warnings;          ///< Of all steps
+  std::optional<ViewReport> views;        ///< Where matched by views
+  std::optional<TransitionReport> transitions;  ///< Where a fallback was asked for; before blending
+  std::optional<TransitionReport> transitions_blended;  ///< After, where blending was asked for
+  std::uint64_t blended_texels = 0;            ///< Of the method, that took some of the fallback's
+  std::optional<VisibilityReport> visibility;  ///< Where matched by visibility
+  std::optional<UvReport> uv;                  ///< Where matched by UVs
+  EdgeReport edges;                            ///< Where rays turn at hard edges; else 0 of them
+  std::optional<CageReport> cage_mesh;         ///< Where rays start from a mesh
+  std::optional<HighCoverageReport> recall;    ///< Where it was asked for and can be told
+  double seconds_recall = 0;                   ///< Telling it
+  double seconds_build = 0;                    ///< Structures of the source, made for this bake
+  double seconds_texels = 0;                   ///< Samples of the low poly
+  double seconds_match = 0;                    ///< The match and its fallbacks
+  double seconds_detail = 0;                   ///< Reading of the maps' values
+  double seconds_image = 0;                    ///< Padding and encoding
+  double seconds_mips = 0;                     ///< Charts, levels, their gutters and encoding
+  std::vector<IdEntry> ids;                    ///< The legend of the map id, where it was baked
+  std::optional<OcclusionReport> occlusion;    ///< Where ao or bent_normal was baked
+  std::vector<MapError> errors;                ///< Where BakeOptions::report_errors asks for them
+  double seconds_errors = 0;                   ///< The finer evaluation
+  std::uint64_t peak_device_bytes = 0;         ///< The most memory on the device at once
+  std::vector<Warning> warnings;               ///< Of all steps
 };
 
 /// The maps of a bake, and what there is to say of them.
 struct BakeResult {
   std::vector<BakedMap> maps;          ///< In the order of BakeOptions::maps, for each cluster
   std::vector<std::uint8_t> coverage;  ///< Per texel, rows from the top: values of TexelState
-  Maybe<Match> match;                  ///< Where BakeOptions::keep_match asks for it
-  std::vector<Recalled>
-      recalled;  ///< Per vertex of the high poly, where recall_vertices asks for it
-  Maybe<VisibilityClusters> clusters;  ///< Where more than one was asked for
+  std::optional<Match> match;          ///< Where BakeOptions::keep_match asks for it
+  std::vector<VertexCoverage>
+      recalled;  ///< Per vertex of the high poly, where vertex_coverage asks for it
+  std::optional<VisibilityClusters> clusters;  ///< Where more than one was asked for
   BakeReport report;  ///< With several clusters of the first one, but for what all have in common
   bool cancelled = false;  ///< The progress callback said stop: there are no maps.
 

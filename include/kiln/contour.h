@@ -11,9 +11,9 @@
 #include "kiln/error.h"
 #include "kiln/export.h"
 #include "kiln/image.h"
-#include "kiln/lowpoly.h"
 #include "kiln/mesh.h"
 #include "kiln/render.h"
+#include "kiln/unwrap.h"
 #include "kiln/volume.h"
 
 namespace KILN_PUBLIC kiln {

@@ -37,16 +37,6 @@ struct DeviceInfo {
 /// All OpenCL devices of all platforms, GPUs first. Empty where there is no platform. Any thread may call it.
 std::vector<DeviceInfo> list_devices();
 
-/// Whether an OpenCL driver has thrown a C++ exception in this process: memory ran out within it, say. It
-/// may hold its locks for good then, so Kiln calls no driver again, not even to release anything; whatever
-/// needs a device throws Error(device). A process should end by _exit(), since drivers have handlers that
-/// run at exit. \see in_driver()
-bool driver_failed() noexcept;
-
-/// Whether this thread is within a call of an OpenCL driver: for a handler of signals that drivers die by.
-/// Async-signal-safe.
-bool in_driver() noexcept;
-
 /// An open OpenCL device: context, queue and the programs built so far. Cheap to copy (shared).
 ///
 /// Thread safety: any number of threads may use one Device, or copies of it, at the same time.

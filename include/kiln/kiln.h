@@ -1,33 +1,25 @@
 /// \file
-/// Kiln bakes the detail of high polys into the textures of low polys. This header includes the
-/// whole public API but for kiln/opencl.h, which needs OpenCL's headers; each part's header documents it.
+/// Kiln bakes the detail of high polys into the textures of low polys. This header is the core: devices, meshes,
+/// sources, matches, maps, bakes, sessions, images, errors. By name: kiln/simplify.h, normals.h, unwrap.h (low polys),
+/// height_field.h, render.h, volume.h, contour.h, gradient.h (volumes), measure.h, assess.h, depth.h, layout.h, plan.h
+/// (measures and plans), and opencl.h, which needs OpenCL's headers.
 #pragma once
 
-#include "kiln/assess.h"
 #include "kiln/attribute.h"
 #include "kiln/bake.h"
 #include "kiln/cage.h"
-#include "kiln/contour.h"
 #include "kiln/correspondence.h"
+#include "kiln/coverage.h"
 #include "kiln/cut_out.h"
-#include "kiln/depth.h"
 #include "kiln/device.h"
 #include "kiln/error.h"
 #include "kiln/export.h"
 #include "kiln/files.h"
-#include "kiln/gradient.h"
-#include "kiln/height_field.h"
 #include "kiln/image.h"
 #include "kiln/layers.h"
-#include "kiln/layout.h"
-#include "kiln/light_plan.h"
-#include "kiln/lod.h"
-#include "kiln/lowpoly.h"
 #include "kiln/map.h"
 #include "kiln/match.h"
 #include "kiln/material.h"
-#include "kiln/maybe.h"
-#include "kiln/measure.h"
 #include "kiln/memory.h"
 #include "kiln/mesh.h"
 #include "kiln/mesh_view.h"
@@ -35,12 +27,9 @@
 #include "kiln/own_map.h"
 #include "kiln/parts.h"
 #include "kiln/pixels.h"
-#include "kiln/plan.h"
 #include "kiln/progress.h"
 #include "kiln/ray.h"
 #include "kiln/reasons.h"
-#include "kiln/recall.h"
-#include "kiln/render.h"
 #include "kiln/seams.h"
 #include "kiln/session.h"
 #include "kiln/source.h"
@@ -49,5 +38,3 @@
 #include "kiln/types.h"
 #include "kiln/validate.h"
 #include "kiln/version.h"
-#include "kiln/volume.h"
-#include "kiln/watch.h"

@@ -172,7 +172,7 @@ struct VisibilityReport {
   double seconds = 0;  ///< Part of seconds_match
 };
 
-/// Whether the layouts are fit for matching by UVs: the high poly's must not overlap, and both must agree.
+/// True if the layouts are fit for matching by UVs: the high poly's must not overlap, and both must agree.
 struct UvReport {
   std::uint64_t covered = 0;  ///< Samples of the map that the high poly's UV triangles cover
   std::uint64_t overlapping =

@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cstdint>
+#include <memory>
 #include <span>
 #include <utility>
 #include <vector>
@@ -127,6 +128,30 @@ class NormalReference {
   std::uint32_t size_;
   bool z_up_;
   std::vector<Image> pictures_;
+};
+
+/// Pictures of a high poly at a size on screen, compared with low polys as LowPolyPlanOptions::screen does: mean
+/// normals of pixels. They come from directions that plans do not look from.
+/// Thread safety: one thread at a time.
+class ScreenPictures {
+ public:
+  /// \param source  must outlive this
+  /// \param screen  pixels that the high poly covers, the longer of width and height, 16 to 16384
+  /// \param views   directions, 1 or more
+  /// \throws Error(usage) for numbers out of range
+  ScreenPictures(const Source& source, std::uint32_t screen, std::size_t views = 30);
+  ~ScreenPictures();
+  ScreenPictures(const ScreenPictures&) = delete;
+  ScreenPictures& operator=(const ScreenPictures&) = delete;
+
+  /// The mean angle of a low poly's own normals, degrees.
+  double degrees(const Mesh& low) const;
+  /// With a normal map, n/2 + 1/2. \param baked  how it was made
+  double degrees(const Mesh& low, const Image& map, const BakeOptions& baked) const;
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
 };
 
 }  // namespace kiln

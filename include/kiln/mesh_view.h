@@ -30,7 +30,7 @@ class Strided {
   Strided(std::span<const T> elements) : Strided(elements.data(), elements.size()) {}
 
   std::size_t size() const { return count_; }       ///< Elements
-  bool empty() const { return count_ == 0; }        ///< Whether there is none
+  bool empty() const { return count_ == 0; }        ///< True if there is none
   const std::byte* data() const { return first_; }  ///< The first one
   std::size_t stride() const { return stride_; }    ///< Bytes from one to the next
   /// An element. \param i below size()

@@ -10,7 +10,7 @@
 
 namespace KILN_PUBLIC kiln {
 
-/// Whether a mesh holds together. Imperfect coordinates (degenerate triangles, NaN) are allowed: they are
+/// True if a mesh holds together. Imperfect coordinates (degenerate triangles, NaN) are allowed: they are
 /// skipped, and counted in warnings.
 ///
 /// \throws Error(input) that names the mesh, the element and the value, with these ids:
@@ -25,7 +25,7 @@ namespace KILN_PUBLIC kiln {
 /// threads.
 void validate(const Mesh& mesh);
 
-/// Whether options are in range and do not contradict each other, whatever the meshes are. A match that they
+/// True if options are in range and do not contradict each other, whatever the meshes are. A match that they
 /// point to is not looked at.
 ///
 /// \throws Error(usage) that names the parameter, its value and the range; ids: `option-range` for numbers;
@@ -34,7 +34,7 @@ void validate(const Mesh& mesh);
 /// Cost: below a microsecond. Thread safety: may be called from several threads.
 void validate(const BakeOptions& options);
 
-/// Whether a match holds together: all arrays of width * height elements, and each sample possible.
+/// True if a match holds together: all arrays of width * height elements, and each sample possible.
 ///
 /// \throws Error(input) that names the sample and the value, with these ids:
 ///   match-size      width, height or samples out of range, or an array of another length

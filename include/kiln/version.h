@@ -3,9 +3,9 @@
 #include "kiln/export.h"
 
 /// Of these headers. Before 1.0 the API may change with every minor version, and so does the shared
-/// library's name (libkiln.so.0.2); patch versions are compatible both ways.
+/// library's name (libkiln.so.0.3); patch versions are compatible both ways.
 #define KILN_VERSION_MAJOR 0  ///< Changes where programs have to
-#define KILN_VERSION_MINOR 2  ///< Changes with new features
+#define KILN_VERSION_MINOR 3  ///< Changes with new features
 #define KILN_VERSION_PATCH 0  ///< Changes with repairs
 /// One number to compare, 10000 a major version and 100 a minor one: `#if KILN_VERSION >= 100`.
 #define KILN_VERSION (KILN_VERSION_MAJOR * 10000 + KILN_VERSION_MINOR * 100 + KILN_VERSION_PATCH)

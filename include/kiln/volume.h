@@ -100,10 +100,10 @@ struct Volume {
 ///      https://itk.org/Wiki/ITK/MetaIO/Documentation, https://nifti.nimh.nih.gov/nifti-1
 Volume load_volume(const std::filesystem::path& path, std::vector<Warning>* warnings = nullptr);
 
-/// Whether this build of Kiln reads .vdb. This and is_volume_name(): any thread.
+/// True if this build of Kiln reads .vdb. This and is_volume_name(): any thread.
 bool reads_openvdb();
 
-/// Whether load_volume() knows the name's extension, .vdb included: no look at the file.
+/// True if load_volume() knows the name's extension, .vdb included: no look at the file.
 bool is_volume_name(const std::filesystem::path& path);
 
 enum class ByteOrder : std::uint8_t { little, big };

@@ -98,7 +98,7 @@ static inline bool raster_is_small(const raster_triangle* t) {
   return hi.x - lo.x <= KILN_RASTER_SMALL && hi.y - lo.y <= KILN_RASTER_SMALL;
 }
 
-/// Whether a depth may still win at a pixel, by a plain read beside other work-items' atomic writes. It is
+/// True if a depth may still win at a pixel, by a plain read beside other work-items' atomic writes. It is
 /// 32 bits wide, so it is never torn, and depths only fall: an old one lets more through, and the atomic
 /// operation decides. Most triangles lose here, where reading is cheaper. With KILN_CHECK_RACES nothing is
 /// read, so that a detector of data races can check all else.

@@ -13,7 +13,7 @@
 //
 // Results are those of hemisphere.cl and occlusion.cl, bit by bit: the same rays, tests that do not depend on
 // the order, sums in the order of rows. Limits: drivers that turn work-items into lanes, see occlusion.cl.
-// Defines: KILN_BVH_PLAIN  see accel/guard.clh
+// Defines: KILN_BVH_PLAIN  see accel/prism.clh
 
 #define STREAM_CONES 1
 #include "accel/occlusion_block.clh"

@@ -5,7 +5,7 @@
 //
 // Results are those of hemisphere.cl and ray.cl, bit by bit, as in hemisphere_cast.cl. Rays of a row run in all
 // directions, so that beams of them have nothing in common: one by one they take six times as long. Limits: see
-// occlusion.cl. Defines: KILN_BVH_PLAIN  see accel/guard.clh
+// occlusion.cl. Defines: KILN_BVH_PLAIN  see accel/prism.clh
 
 #define STREAM_CONES 1
 #define STREAM_NEAREST 1

@@ -39,14 +39,14 @@ KILN_CHECK_SIZE(kiln_bvh_node, 256);
 /// KILN_BVH_GUARD_REACH on each axis are sheared as for a triangle. A difference of coordinates is off by at
 /// most 2^-20 then. So is its product with a shear of at most 1. The sum is off by 2^-19: 2^-18 for a
 /// corner of the prism or of a triangle, in each of two directions. The margin is larger than both together.
-struct kiln_bvh_guard {
+struct kiln_bvh_prism {
   kiln_float corner[3][KILN_BVH_WIDTH];  // [axis][corner]: 3 of the base, 3 above them, 2 unused
   kiln_float plane[4][KILN_BVH_WIDTH];   // normals out of the prism, and distances from 0: sides, floor, roof
-  kiln_float slack, tilt;                // see guard_between in kernels/accel/guard.clh
+  kiln_float slack, tilt;                // see prism_between in kernels/accel/prism.clh
   kiln_uint pad[KILN_BVH_WIDTH - 2];
 };
-typedef struct kiln_bvh_guard kiln_bvh_guard;
-KILN_CHECK_SIZE(kiln_bvh_guard, 256);
+typedef struct kiln_bvh_prism kiln_bvh_prism;
+KILN_CHECK_SIZE(kiln_bvh_prism, 256);
 
 /// Lanes of `plane`.
 #define KILN_BVH_GUARD_FLOOR 3

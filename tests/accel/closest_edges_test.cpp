@@ -10,6 +10,7 @@
 #include "accel/closest.h"
 #include "accel/closest_scene.h"
 #include "kiln/error.h"
+#include "kiln/render.h"
 #include "shared/match.h"
 #include "support/ray_scene.h"
 #include "support/shapes.h"

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "accel/closest.h"
+#include "kiln/render.h"
 #include "support/ray_scene.h"
 
 namespace kiln::test {
@@ -23,7 +24,7 @@ inline ClosestFinder finder_of(const Scene& scene, Traversal traversal) {
 inline Cast find(const ClosestFinder& finder, const std::vector<Ray>& samples,
                  const ClosestQuery& query) {
   return match_of(samples, [&](const cl::Array<float>& points, std::uint32_t count,
-                               std::uint32_t capacity, Correspondence& result) {
+                               std::uint32_t capacity, DeviceCorrespondence& result) {
     finder.find(points, count, capacity, query, result);
   });
 }

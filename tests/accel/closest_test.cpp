@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "accel/closest_scene.h"
+#include "kiln/render.h"
 #include "reference/closest.h"
 #include "shared/match.h"
 #include "support/ray_scene.h"

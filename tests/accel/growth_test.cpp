@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "accel/bvh.h"
+#include "kiln/render.h"
 #include "support/crowded.h"
 
 namespace kiln {
@@ -162,7 +163,7 @@ class Walker {
       }
       return from <= to ? from : std::numeric_limits<float>::infinity();
     };
-    const auto meets = [&](const kiln_bvh_guard& guard, float best) {
+    const auto meets = [&](const kiln_bvh_prism& guard, float best) {
       const double o[] = {origin.x, origin.y, origin.z},
                    d[] = {direction.x, direction.y, direction.z};
       double from = 0, to = 2, slack = double{best};
@@ -197,7 +198,7 @@ class Walker {
       }
       return squared;
     };
-    const auto near = [&](const kiln_bvh_guard& guard, float best) {
+    const auto near = [&](const kiln_bvh_prism& guard, float best) {
       float beyond = 0;
       for (std::size_t k = 0; k <= KILN_BVH_GUARD_ROOF; ++k) {
         beyond = std::max(beyond, guard.plane[0][k] * from.x + guard.plane[1][k] * from.y +
@@ -260,7 +261,7 @@ class Walker {
         continue;
       }
       if ((next.child & KILN_BVH_GUARD) != 0) {
-        kiln_bvh_guard guard;
+        kiln_bvh_prism guard;
         std::memcpy(&guard, &bvh_.nodes()[node_of_child(next.child) - 1], sizeof guard);
         ++visits_;
         if (!meets(guard, best)) continue;

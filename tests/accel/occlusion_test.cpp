@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "accel/ray.h"
+#include "kiln/render.h"
 #include "reference/ray.h"
 #include "support/ray_scene.h"
 

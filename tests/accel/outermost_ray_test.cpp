@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "accel/ray.h"
+#include "kiln/render.h"
 #include "shared/match.h"
 #include "shared/ray.h"
 #include "support/ray_scene.h"

@@ -6,6 +6,7 @@
 
 #include "accel/ray.h"
 #include "kiln/error.h"
+#include "kiln/render.h"
 #include "shared/match.h"
 #include "support/ray_scene.h"
 

@@ -8,6 +8,7 @@
 #include <random>
 #include <vector>
 
+#include "kiln/render.h"
 #include "reference/ray.h"
 #include "shared/match.h"
 #include "support/ray_scene.h"

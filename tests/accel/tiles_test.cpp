@@ -288,7 +288,7 @@ TEST(Tiles, MatchingSeesNothingInEmptyTiles) {
   query.max_distance = 0.3F;
   views.probe(samples, kCount, kCount, query, quality);
   const std::vector<float> seen = quality.download(context());
-  Correspondence match(context(), kCount);
+  DeviceCorrespondence match(context(), kCount);
   const cl::Array<float> score(context(), kCount);
   DepthViews::reset(context(), kCount, score, match);
   views.match(samples, kCount, kCount, query, score, match);

@@ -7,6 +7,7 @@
 
 #include "kiln/attribute.h"
 #include "kiln/bake.h"
+#include "kiln/render.h"
 #include "support/environment.h"
 #include "support/shapes.h"
 

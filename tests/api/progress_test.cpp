@@ -14,13 +14,16 @@
 #include <string>
 #include <vector>
 
-#include "base/heartbeat.h"
 #include "base/parallel.h"
+#include "base/progress_guard.h"
 #include "kiln/bake.h"
 #include "kiln/contour.h"
-#include "kiln/light_plan.h"
+#include "kiln/plan.h"
 #include "kiln/session.h"
+#include "kiln/simplify.h"
 #include "kiln/threads.h"
+#include "kiln/unwrap.h"
+#include "kiln/volume.h"
 #include "support/environment.h"
 #include "support/shapes.h"
 #include "support/volumes.h"
@@ -30,10 +33,10 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-TEST(Heartbeat, ParallelLoopsAndSerialOnesTellTheirCaller) {
+TEST(ProgressGuard, ParallelLoopsAndSerialOnesTellTheirCaller) {
   for (const int threads : {1, 3}) {
     int calls = 0;
-    Heartbeat heart([&](double, std::string_view) { return ++calls < 4; });
+    ProgressGuard heart([&](double, std::string_view) { return ++calls < 4; });
     std::atomic<int> pieces{0};
     EXPECT_THROW(parallel_for(
                      1000, 1,
@@ -49,22 +52,22 @@ TEST(Heartbeat, ParallelLoopsAndSerialOnesTellTheirCaller) {
   }
 }
 
-TEST(Heartbeat, IsSilentWithoutACallbackAndInsideOne) {
-  Heartbeat none((Progress()));
-  Heartbeat::beat();
+TEST(ProgressGuard, IsSilentWithoutACallbackAndInsideOne) {
+  ProgressGuard none((Progress()));
+  ProgressGuard::poll();
   int calls = 0;
-  Heartbeat heart([&](double, std::string_view) {
+  ProgressGuard heart([&](double, std::string_view) {
     ++calls;
     std::this_thread::sleep_for(std::chrono::milliseconds(60));
-    Heartbeat::beat();  // the callback itself uses Kiln
+    ProgressGuard::poll();  // the callback itself uses Kiln
     return true;
   });
   std::this_thread::sleep_for(std::chrono::milliseconds(60));
-  Heartbeat::beat();
+  ProgressGuard::poll();
   EXPECT_EQ(calls, 1);
 }
 
-TEST(Heartbeat, WhatTheCallbackThrowsComesOut) {
+TEST(ProgressGuard, WhatTheCallbackThrowsComesOut) {
   KILN_REQUIRE_DEVICE();
   const Source source(*test::device(), test::cube());
   BakeOptions options{.width = 16, .height = 16};
@@ -162,12 +165,12 @@ std::vector<std::pair<std::string, std::function<void()>>> silent_work(const Dev
       {"unwrap", [=] { unwrap(*some, {.method = UnwrapMethod::charts}); }},
       {"contour", [=] { contour(device, *volume, {.iso = 0}); }},
       {"extract", [=] { extract(device, *volume, {.contour = {.iso = 0}, .faces = 3000}); }},
-      {"bake_light",
+      {"plan_low_poly",
        [=] {
-         LightPlanOptions options;
+         LowPolyPlanOptions options;
          options.max_error = 3;
          options.bake.width = options.bake.height = 64;
-         const LightBake light = bake_light(*source, *some, options);
+         const LowPolyPlan light = plan_low_poly(*source, *some, options);
          if (light.cancelled) throw Error(ErrorCode::cancelled, "cancelled");
        }},
   };

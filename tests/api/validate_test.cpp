@@ -11,9 +11,10 @@
 #include <string>
 
 #include "kiln/attribute.h"
-#include "kiln/lowpoly.h"
 #include "kiln/render.h"
 #include "kiln/session.h"
+#include "kiln/simplify.h"
+#include "kiln/unwrap.h"
 #include "support/environment.h"
 #include "support/shapes.h"
 

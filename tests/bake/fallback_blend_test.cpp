@@ -54,14 +54,14 @@ TEST(FallbackBlend, LeavesNoStep) {
   const Mesh low = ground();
   const BakeResult plain = bake(source, low, blend_options(kWidth, 1, 0));
   const BakeResult blended = bake(source, low, blend_options(kWidth, 1, kReach));
-  EXPECT_FALSE(plain.report.switches_blended);
+  EXPECT_FALSE(plain.report.transitions_blended);
   EXPECT_EQ(plain.report.missed, 0U);
-  ASSERT_TRUE(blended.report.switches && blended.report.switches_blended);
-  EXPECT_EQ(blended.report.switches->mean_degrees, plain.report.switches->mean_degrees);
-  EXPECT_EQ(blended.report.switches->sides, blended.report.switches_blended->sides);
-  EXPECT_GT(blended.report.switches->mean_degrees, 25);
-  EXPECT_LT(blended.report.switches_blended->mean_degrees,
-            blended.report.switches->mean_degrees / 50);
+  ASSERT_TRUE(blended.report.transitions && blended.report.transitions_blended);
+  EXPECT_EQ(blended.report.transitions->mean_degrees, plain.report.transitions->mean_degrees);
+  EXPECT_EQ(blended.report.transitions->sides, blended.report.transitions_blended->sides);
+  EXPECT_GT(blended.report.transitions->mean_degrees, 25);
+  EXPECT_LT(blended.report.transitions_blended->mean_degrees,
+            blended.report.transitions->mean_degrees / 50);
   EXPECT_EQ(blended.report.blended_texels % kHeight, 0U);
   EXPECT_GE(blended.report.blended_texels, kReach * kHeight);
   EXPECT_LE(blended.report.blended_texels, (kReach + 2) * kHeight);

@@ -5,7 +5,16 @@
 
 #include "bake/golden_scene.h"
 #include "bake/golden_table.h"
+#include "kiln/assess.h"
+#include "kiln/contour.h"
+#include "kiln/height_field.h"
 #include "kiln/kiln.h"
+#include "kiln/measure.h"
+#include "kiln/plan.h"
+#include "kiln/render.h"
+#include "kiln/simplify.h"
+#include "kiln/unwrap.h"
+#include "kiln/volume.h"
 #include "support/environment.h"
 
 namespace kiln {

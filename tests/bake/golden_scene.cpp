@@ -9,6 +9,7 @@
 #include <map>
 #include <string>
 
+#include "kiln/volume.h"
 #include "support/volumes.h"
 
 namespace kiln::test {

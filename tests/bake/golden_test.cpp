@@ -253,7 +253,7 @@ const Row kFallbacks[] = {
     {"views", [](BakeOptions& o) { o.fallback = {MatchMethod::views}; }},
 };
 
-/// Whether the fallback is another way than the method's own.
+/// True if the fallback is another way than the method's own.
 bool is_another_way(const BakeOptions& options) {
   return options.fallback.empty() || options.fallback.front() != options.method;
 }

@@ -5,7 +5,7 @@
 #include <random>
 #include <string>
 
-#include "base/heartbeat.h"
+#include "base/progress_guard.h"
 #include "cl/context.h"
 #include "support/environment.h"
 
@@ -27,21 +27,13 @@ std::string long_source(int kernels, const std::string& last = "") {
   return text + last;
 }
 
-/// While it lives, waits of this thread count up to a number and then throw.
+/// While it lives, polls of this thread are counted; above `most` they cancel.
 struct Counting {
-  static thread_local int calls;
-  static thread_local int most;
-  explicit Counting(int wanted) {
-    calls = 0;
-    most = wanted;
-    cl::while_waiting = [] {
-      if (++calls > most) throw Cancelled();
-    };
-  }
-  ~Counting() { cl::while_waiting = nullptr; }
+  explicit Counting(int most)
+      : guard([this, most](double, std::string_view) { return ++calls <= most; }) {}
+  int calls = 0;
+  ProgressGuard guard;
 };
-thread_local int Counting::calls = 0;
-thread_local int Counting::most = 0;
 
 TEST(Build, WaitsForTheCompilerGiveSignsOfLife) {
   KILN_REQUIRE_DEVICE();
@@ -49,7 +41,7 @@ TEST(Build, WaitsForTheCompilerGiveSignsOfLife) {
   const Counting counting(1 << 30);
   const cl::Kernel kernel = context.kernel_with("image", "k3", long_source(60), "mine");
   EXPECT_NE(kernel.get(), nullptr);
-  EXPECT_GT(Counting::calls, 4);
+  EXPECT_GT(counting.calls, 4);
 }
 
 TEST(Build, GoesOnWhereAWaitEndsAndServesTheNext) {
@@ -59,7 +51,7 @@ TEST(Build, GoesOnWhereAWaitEndsAndServesTheNext) {
   const double before = context.build_seconds();
   const auto start = std::chrono::steady_clock::now();
   {
-    const Counting counting(2);
+    const Counting counting(0);
     EXPECT_THROW(context.kernel_with("image", "k3", source, "mine"), Cancelled);
   }
   const std::chrono::duration<double> waited = std::chrono::steady_clock::now() - start;
@@ -73,7 +65,7 @@ TEST(Build, GoesOnWhereAWaitEndsAndServesTheNext) {
 TEST(Build, MayBeLeftBehindWithTheDevice) {
   KILN_REQUIRE_DEVICE();
   const Device device = Device::open(test::device()->info().name);
-  const Counting counting(2);
+  const Counting counting(0);
   EXPECT_THROW(context_of(device).kernel_with("image", "k3", long_source(60), "mine"), Cancelled);
 }
 

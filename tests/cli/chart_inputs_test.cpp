@@ -11,7 +11,9 @@
 
 #include "cli/chart_files.h"
 #include "cli/lab_scene.h"
+#include "kiln/height_field.h"
 #include "kiln/kiln.h"
+#include "kiln/volume.h"
 #include "support/environment.h"
 #include "support/process.h"
 #include "support/shapes.h"

@@ -9,7 +9,7 @@
 
 #include "cli/chart_files.h"
 #include "cli/lab_scene.h"
-#include "kiln/light_plan.h"
+#include "kiln/plan.h"
 
 namespace kiln {
 namespace {
@@ -49,8 +49,8 @@ TEST(PlanChart, ShowsTheFrontAndWherePlansStand) {
     faces.push_back(p["faces"].get<std::uint64_t>());
     EXPECT_EQ(p["front"].get<bool>(), on_front(p, points)) << p;
     on_fronts += p["front"].get<bool>();
-    const LightBytes bytes =
-        light_bytes(p["vertices"], p["faces"], p["size"].get<std::uint32_t>(), {3}, 8);
+    const LowPolyBytes bytes =
+        low_poly_bytes(p["vertices"], p["faces"], p["size"].get<std::uint32_t>(), {3}, 8);
     EXPECT_EQ(p["bytes"]["total"], bytes.total());
     EXPECT_EQ(p["bytes"]["texels"], bytes.texels);
   }
@@ -75,7 +75,11 @@ TEST(PlanChart, ShowsTheFrontAndWherePlansStand) {
     EXPECT_LT(over, 1.3);
   }
   EXPECT_LT(plans[0]["bytes"]["total"], plans[1]["bytes"]["total"]);
-  EXPECT_EQ(read_lines(out / "chart.csv").size(), 1 + points.size() + plans.size());
+  const std::vector<std::string> data = read_lines(out / "chart.csv");
+  EXPECT_EQ(data.size(), 1 + points.size() + plans.size());
+  for (const std::string& line : data) {
+    EXPECT_EQ(std::count(line.begin(), line.end(), ','), 14) << line;  // between 15 columns
+  }
   for (const char* file : {"chart.md", "chart_plot.json", "kiln_plot.py"}) {
     EXPECT_TRUE(fs::exists(out / file)) << file;
   }

@@ -39,7 +39,7 @@ TEST(ChartSettings, TakeAMatchThatIsAddedFromItsRow) {
   ASSERT_EQ(settings.size(), before + 1);
   EXPECT_TRUE(has(settings, "spiral"));
   EXPECT_EQ(settings.back().bake.method, added.method);
-  EXPECT_STREQ(family_name(settings.back().family), "others");
+  EXPECT_EQ(settings.back().family, "others");
   add_other_matches(rows, settings);
   EXPECT_EQ(settings.size(), before + 1);
 }

@@ -38,6 +38,23 @@ void expect_refused(const ProcessResult& result, const Words& words) {
   EXPECT_EQ(result.errors.find("did you mean"), std::string::npos) << result.errors;
 }
 
+/// Charts, ratings and galleries are run by a program of its own, which some builds leave out.
+TEST(Friction, SaysWhereTheLabIsLookedForWhereItIsMissing) {
+  const fs::path folder = test::scratch_folder();
+  const fs::path alone = folder / "kiln";
+  fs::copy_file(test::kiln_command(), alone);
+  for (const Words& words : {Words{"chart", "a.obj"}, Words{"help", "chart"}}) {
+    Words command = {alone};
+    command.insert(command.end(), words.begin(), words.end());
+    const ProcessResult result = test::run_process(command);
+    EXPECT_EQ(result.exit_code, 1);
+    EXPECT_NE(result.errors.find("chart is run by kiln-lab"), std::string::npos) << result.errors;
+    EXPECT_NE(result.errors.find((folder / "kiln-lab").string()), std::string::npos)
+        << result.errors;
+    EXPECT_NE(result.errors.find("Install it beside kiln."), std::string::npos) << result.errors;
+  }
+}
+
 TEST(Friction, AnswersFlagsOfOtherBakers) {
   for (const auto& [flag, remedy] : std::vector<std::pair<std::string, std::string>>{
            {"--udim", "Split LOW by tile"},

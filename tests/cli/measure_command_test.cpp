@@ -10,6 +10,7 @@
 #include "cli/lab_scene.h"
 #include "cli/measure_files.h"
 #include "kiln/kiln.h"
+#include "kiln/measure.h"
 #include "support/environment.h"
 #include "support/process.h"
 #include "support/shapes.h"

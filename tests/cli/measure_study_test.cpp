@@ -164,11 +164,13 @@ TEST(MeasureCommand, StudiesSize) {
   const fs::path out = scene / "out";
   const ProcessResult result =
       run_kiln({"measure", scene / "high.obj", "--study", "size", "--out", out, "--views", "4",
-                "--view-size", "256", "--pixels", "64", "--json", scene / "report.json"},
+                "--view-size", "256", "--pixels", "64", "--json", "-"},
                test::without_python());
   ASSERT_EQ(result.exit_code, 0) << result.errors;
   expect_files(out, "study_size", 1, false);
-  const json report = read_json(scene / "report.json");
+  // Standard output is the report's alone.
+  const json report = json::parse(result.output);
+  EXPECT_FALSE(fs::exists("-"));
   const std::vector<json> settings = select(report, "kiln");
   ASSERT_EQ(settings.size(), 10U);
   EXPECT_EQ(settings[0]["size"], 128);
@@ -218,7 +220,7 @@ TEST(MeasureCommand, RefusesBadUsage) {
   expect({high, "--study", "views", "--max-distance", "0", "--out", out}, 2, {"--max-distance"});
   expect({high, "--study", "faces", "--zoom", "2", "--out", out}, 2, {"--zoom", "--study"});
   expect({high, low, "--picture-size", "90"}, 2, {"--picture-size", "--out"});
-  expect({high, "--study", "views", "--out", scene / "no/such"}, 5, {"no/such"});
+  expect({high, "--study", "views", "--out", high + "/such"}, 5, {"high.obj/such"});
 }
 
 TEST(MeasureCommand, NamesTheRemedyForBadInput) {

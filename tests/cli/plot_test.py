@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""The pictures of tools/kiln/lab/plot.py: sizes, colours, and that words stand clear of each other.
+"""The pictures of tools/kiln/picture/plot.py: sizes, colours, and that words stand clear of each other.
 
     python3 plot_test.py FOLDER        of plot.py; exit code 69 where matplotlib is missing
 """

@@ -10,6 +10,7 @@
 #include "cli/chart_files.h"
 #include "cli/command_scene.h"
 #include "kiln/kiln.h"
+#include "kiln/plan.h"
 #include "mesh/fans.h"
 #include "support/json_file.h"
 #include "support/process.h"

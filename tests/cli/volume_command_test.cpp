@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 
 #include "kiln/kiln.h"
+#include "kiln/volume.h"
 #include "support/environment.h"
 #include "support/json_file.h"
 #include "support/process.h"

@@ -5,6 +5,8 @@
 #include <vector>
 
 #include "detail/occlusion_scene.h"
+#include "kiln/measure.h"
+#include "kiln/render.h"
 #include "mesh/low_surface.h"
 #include "mesh/vector.h"
 

@@ -51,7 +51,7 @@ class DetailScene {
     band.triangle = upload(low_triangle);
     band.barycentric =
         planes(&test::DetailSample::low_u, &test::DetailSample::low_v, band.capacity);
-    match = Correspondence(context, count + 3);
+    match = DeviceCorrespondence(context, count + 3);
     match.count = count;
     match.triangle.write(context, hit_triangle);
     match.barycentric = planes(&test::DetailSample::u, &test::DetailSample::v, match.capacity);
@@ -64,7 +64,7 @@ class DetailScene {
   std::vector<test::DetailSample> samples;
   std::vector<std::uint32_t> texel_index, texel_first;
   TexelBand band;
-  Correspondence match;
+  DeviceCorrespondence match;
 
  private:
   double number() { return std::uniform_real_distribution<double>(-1, 1)(random_); }

@@ -9,7 +9,7 @@
 #include "bake/layers.h"
 #include "detail/occlusion_scene.h"
 #include "kiln/session.h"
-#include "source/dense_mesh.h"
+#include "source/high_poly.h"
 
 namespace kiln {
 namespace {
@@ -22,8 +22,9 @@ using test::map_of;
 const std::vector<MapKind> kAll = {MapKind{"ao"}, MapKind{"bent_normal"}, MapKind{"thickness"}};
 
 /// Correspondences along +Z, at heights from `low` to `high` over the low poly.
-Correspondence look(const Source::Impl& source, const TexelBand& band, float low, float high) {
-  Correspondence match(context_of(source.device), band.capacity);
+DeviceCorrespondence look(const Source::Impl& source, const TexelBand& band, float low,
+                          float high) {
+  DeviceCorrespondence match(context_of(source.device), band.capacity);
   RayQuery query;
   query.t_min = low * static_cast<float>(source.frame.scale);
   query.t_max = high * static_cast<float>(source.frame.scale);
@@ -190,8 +191,8 @@ TEST(OcclusionParts, BlendsMixValues) {
   const LowSurface surface = LowSurface::of(ground(1), source.frame);
   TexelSampler sampler(context, surface, {options.width, options.height, 1, 1 << 20});
   const TexelBand band = sampler.sample(0);
-  const Correspondence above = look(source, band, 0.05F, 0.15F);
-  const Correspondence below = look(source, band, -0.15F, -0.05F);
+  const DeviceCorrespondence above = look(source, band, 0.05F, 0.15F);
+  const DeviceCorrespondence below = look(source, band, -0.15F, -0.05F);
   const auto values = [&](const std::function<void(Layers&)>& run) {
     Layers layers(source, surface, options);
     run(layers);

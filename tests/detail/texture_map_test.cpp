@@ -8,8 +8,8 @@
 #include <stdexcept>
 #include <utility>
 
+#include "base/srgb.h"
 #include "image/gutter.h"
-#include "image/srgb.h"
 #include "kiln/kiln.h"
 #include "support/environment.h"
 #include "support/shapes.h"

@@ -3,6 +3,8 @@
 #include <fstream>
 
 #include "kiln/kiln.h"
+#include "kiln/render.h"
+#include "kiln/simplify.h"
 #include "support/environment.h"
 #include "support/shapes.h"
 

@@ -130,43 +130,5 @@ TEST_F(Crashes, ACacheOnAFullDiskIsLeftForAnEmptyOne) {
   EXPECT_NE(failed.errors.find("POCL_CACHE_DIR"), std::string::npos) << failed.errors;
 }
 
-// As PoCL's threads do where memory runs out while it holds a lock.
-TEST_F(Crashes, ADriverWhoseThreadsWaitForEachOtherEndsTheRun) {
-  if (std::string(test::fault_library()).empty()) GTEST_SKIP() << "no library of faults";
-  fs::copy(filled().cache, folder_ / "cache", fs::copy_options::recursive);
-  const auto run = [&](const char* way) {
-    ProcessOptions options;
-    options.environment = {{"POCL_CACHE_DIR", folder_ / "cache"},
-                           {"LD_PRELOAD", test::fault_library()},
-                           {"KILN_FAULT_READ", way}};
-    options.timeout_seconds = 60;
-    return test::run_kiln(words(folder_ / way), options);
-  };
-  // What only takes its time is waited for.
-  std::vector<std::future<ProcessResult>> slow;
-  for (const char* way : {"sleep", "wait"}) {
-    slow.push_back(std::async(std::launch::async, run, way));
-  }
-  for (auto& waited : slow) {
-    const ProcessResult result = waited.get();
-    EXPECT_EQ(result.exit_code, 0) << result.errors;
-    EXPECT_GE(result.seconds, 3);
-  }
-  EXPECT_TRUE(fs::exists(folder_ / "sleep" / "low_mask.png"));
-  EXPECT_TRUE(fs::exists(folder_ / "wait" / "low_mask.png"));
-  // It ends within 2 s, on a machine that does nothing else: the quickest of several tries counts.
-  double more = 1e9;
-  for (int tries = 0; tries < 4 && more > 2.5; ++tries) {
-    const double whole = run("none").seconds;
-    const ProcessResult stuck = run("deadlock");
-    EXPECT_EQ(stuck.exit_code, 4) << stuck.errors;
-    EXPECT_NE(stuck.errors.find("kiln: The OpenCL driver does not return"), std::string::npos)
-        << stuck.errors;
-    EXPECT_FALSE(fs::exists(folder_ / "deadlock" / "low_mask.png"));
-    more = std::min(more, stuck.seconds - whole);
-  }
-  EXPECT_LE(more, 2.5);
-}
-
 }  // namespace
 }  // namespace kiln

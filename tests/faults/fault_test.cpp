@@ -82,7 +82,7 @@ std::size_t lines_of(const std::string& text) {
   return static_cast<std::size_t>(std::count(text.begin(), text.end(), '\n'));
 }
 
-/// Whether a file is what a run without faults writes: its bytes, or a whole file of its kind.
+/// True if a file is what a run without faults writes: its bytes, or a whole file of its kind.
 bool is_whole(const std::string& name, const std::string& bytes, const std::string& good) {
   if (!holds_times(name)) return bytes == good;
   if (!name.ends_with(".json")) return lines_of(bytes) == lines_of(good);
@@ -160,7 +160,7 @@ class Runner {
   struct Outcome {
     ProcessResult process;
     Files files;
-    bool folder = false;  ///< Whether there is one for the outputs
+    bool folder = false;  ///< True if there is one for the outputs
   };
 
   /// \param before  what is in the folder; empty: there is no folder

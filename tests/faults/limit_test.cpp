@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "kiln/kiln.h"
+#include "kiln/unwrap.h"
 #include "support/environment.h"
 #include "support/process.h"
 #include "support/shapes.h"

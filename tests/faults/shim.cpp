@@ -47,7 +47,7 @@ long first = 0;
 bool all_that_follow = false;
 int (*real_main)(int, char**, char**) = nullptr;
 
-/// Whether this call is to fail.
+/// True if this call is to fail.
 bool fails(Call call, int reason) {
   if (!started) return false;
   const long number = ++calls[call];

@@ -23,6 +23,14 @@ namespace {
 namespace fs = std::filesystem;
 using kiln::cli::Program;
 
+// As one program.
+constexpr kiln::cli::CommandEntry kCommands[] = {
+    {"bake", kiln::cli::add_bake},      {"simplify", kiln::cli::add_simplify},
+    {"render", kiln::cli::add_render},  {"measure", kiln::cli::add_measure},
+    {"chart", kiln::cli::add_chart},    {"gallery", kiln::cli::add_gallery},
+    {"diff", kiln::cli::add_diff},      {"volume", kiln::cli::add_volume},
+    {"devices", kiln::cli::add_devices}};
+
 constexpr std::size_t kMostWords = 64;
 constexpr const char* kValues[] = {"0",         "1",        "-1",
                                    "2.5",       "nan",      "inf",
@@ -60,7 +68,7 @@ bool needs_input(const std::string& command) {
 const std::vector<std::pair<std::string, std::vector<std::string>>>& flags() {
   static const auto all = [] {
     std::vector<std::pair<std::string, std::vector<std::string>>> commands;
-    const Program program;
+    const Program program(kCommands);
     for (const kiln::cli::Command* command : program.app().commands()) {
       auto& [name, names] = commands.emplace_back(command->get_name(), std::vector<std::string>{});
       for (const kiln::cli::Option* option : command->get_options())
@@ -122,7 +130,7 @@ extern "C" std::size_t LLVMFuzzerCustomMutator(std::uint8_t* data, std::size_t s
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   const std::vector<std::string> words = words_of(data, size);
   if (!std::all_of(words.begin(), words.end(), stays_here)) return 0;
-  Program program;
+  Program program(kCommands);
   try {
     const kiln::cli::Run run = program.parse(words);
     if (run && needs_input(words[0])) run();

@@ -10,6 +10,7 @@
 #include "image/mips.h"
 #include "image/two_quads.h"
 #include "kiln/kiln.h"
+#include "kiln/unwrap.h"
 #include "mesh/charts.h"
 #include "mesh/low_surface.h"
 #include "support/environment.h"

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "image/push_pull.h"
+#include "kiln/render.h"
 #include "reference/gutter.h"
 #include "support/environment.h"
 

@@ -11,6 +11,8 @@
 #include "image/gutter.h"
 #include "image/two_quads.h"
 #include "kiln/kiln.h"
+#include "kiln/render.h"
+#include "kiln/unwrap.h"
 #include "mesh/charts.h"
 #include "reference/mips.h"
 #include "support/shapes.h"

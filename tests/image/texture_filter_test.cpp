@@ -10,7 +10,7 @@
 #include <utility>
 
 #include "base/parallel.h"
-#include "image/srgb.h"
+#include "base/srgb.h"
 #include "kiln/error.h"
 
 namespace kiln {

@@ -8,11 +8,12 @@ set(floors
   "base"
   "cl mesh"
   "texel"
-  "accel image"
-  "source render lowpoly io"
+  "accel image pack"
+  "source render simplify unwrap io"
   "match detail volume"
   "bake"
-  "measure")
+  "measure"
+  "plan")
 set(level 0)
 foreach(floor IN LISTS floors)
   separate_arguments(rooms UNIX_COMMAND "${floor}")

@@ -5,11 +5,11 @@
 cmake_policy(VERSION 3.25)
 
 # Rooms of the lower floors name kernels, which are called like the matches that launch them.
-set(rooms source render volume bake measure)
+set(rooms source render volume bake measure plan)
 
 # Of the command, experiments name what they compare, and which maps they look at. What no setting of `kiln chart`
 # names, it takes from the rows. Everything else of the command reads rows.
-set(experiments lab/chart_settings.cpp lab/chart_volume.cpp lab/gallery.cpp)
+set(experiments tools/lab/chart_settings.cpp tools/lab/chart_volume.cpp tools/lab/gallery.cpp)
 # Words of other lists, too: values of --ao-by, --visibility-test and --study.
 set(other_words "\"views\"")
 
@@ -45,17 +45,18 @@ foreach(room IN LISTS rooms)
 endforeach()
 
 # A text that begins braces or stands in brackets is a key of a report: {"ray", a.ray}, json["ray"].
-file(GLOB_RECURSE files RELATIVE ${ROOT}/tools/kiln ${ROOT}/tools/kiln/*.h ${ROOT}/tools/kiln/*.cpp)
+file(GLOB_RECURSE files RELATIVE ${ROOT} ${ROOT}/tools/kiln/*.h ${ROOT}/tools/kiln/*.cpp ${ROOT}/tools/lab/*.h
+  ${ROOT}/tools/lab/*.cpp)
 list(REMOVE_ITEM files ${experiments})
 foreach(file IN LISTS files)
-  file(READ ${ROOT}/tools/kiln/${file} text)
+  file(READ ${ROOT}/${file} text)
   string(REGEX REPLACE "//[^\n]*" "" text "${text}")
   string(REGEX REPLACE "(MapKind|MatchMethod){\"" "\\1::" text "${text}")
   string(REGEX REPLACE "[[{]\"[a-z_]+\"" "" text "${text}")
   string(REGEX MATCHALL "(MapKind|MatchMethod)::[a-z_]+|\"[a-z_]+\"" words "${text}")
   foreach(word IN LISTS words)
     if("${word}" MATCHES "::" OR ("${word}" IN_LIST names AND NOT "${word}" IN_LIST other_words))
-      string(APPEND found "tools/kiln/${file} knows ${word} by name\n")
+      string(APPEND found "${file} knows ${word} by name\n")
     endif()
   endforeach()
 endforeach()

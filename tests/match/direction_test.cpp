@@ -183,7 +183,7 @@ TEST(Direction, LeavesSmoothMeshesAlone) {
 
 /// A cube of half-size 1 with edges rounded by `radius`, and `gap` larger all round.
 Mesh rounded_cube(double radius, double gap = 0) {
-  sample::DenseParts parts("rounded");
+  sample::HighPolyParts parts("rounded");
   const double half = 1 + gap;
   parts.rounded_box({}, {half, half, half}, radius, 8);
   return parts.mesh();

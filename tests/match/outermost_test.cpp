@@ -36,7 +36,7 @@ struct Seen {
 
 constexpr double kNextToNone = 0.01;
 
-/// Whether a face that views show lies on a sample's perpendicular, by the oracle.
+/// True if a face that views show lies on a sample's perpendicular, by the oracle.
 bool had_a_choice(const Source::Impl& high, const test::HardBake& bake, std::size_t i,
                   const test::Shown& shown, double reach) {
   const Vec3 p = bake.samples.position[i], n = bake.samples.normal[i];

@@ -17,7 +17,7 @@ TEST(MatchRows, PlansTryThemInTheirTurns) {
   EXPECT_EQ(planned_matches(&MatchRow::plan_turn),
             (Methods{MatchMethod::ray, MatchMethod::hybrid, MatchMethod::visibility,
                      MatchMethod::closest, MatchMethod::views}));
-  EXPECT_EQ(planned_matches(&MatchRow::light_turn),
+  EXPECT_EQ(planned_matches(&MatchRow::low_poly_turn),
             (Methods{MatchMethod::ray, MatchMethod::hybrid, MatchMethod::closest}));
   EXPECT_EQ(match_at_uvs(), MatchMethod::uv);
 }

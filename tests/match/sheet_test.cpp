@@ -91,7 +91,7 @@ TEST(Sheet, IsOpenAndLooksToOneSide) {
   for (const float size : sizes_of(box)) EXPECT_EQ(size, 0);
 }
 
-std::size_t far_rays(const Source& source, const Mesh& low, const BakeOptions& options) {
+std::size_t extended_range(const Source& source, const Mesh& low, const BakeOptions& options) {
   const BakeResult baked = bake(source, low, options);
   return static_cast<std::size_t>(
       std::count_if(baked.report.warnings.begin(), baked.report.warnings.end(),
@@ -105,13 +105,13 @@ TEST(LongRays, AreWarnedOf) {
   const Source source(*test::device(), cube);
   BakeOptions options;
   options.width = options.height = 32;
-  EXPECT_EQ(far_rays(source, cube, options), 0U);
+  EXPECT_EQ(extended_range(source, cube, options), 0U);
   options.cage = Length::absolute(50);
-  EXPECT_EQ(far_rays(source, cube, options), 1U);
+  EXPECT_EQ(extended_range(source, cube, options), 1U);
   options.cage = Length::share(0.05);
-  EXPECT_EQ(far_rays(source, cube, options), 0U);
+  EXPECT_EQ(extended_range(source, cube, options), 0U);
   options.max_distance = Length::absolute(50);
-  EXPECT_EQ(far_rays(source, cube, options), 1U);
+  EXPECT_EQ(extended_range(source, cube, options), 1U);
 }
 
 }  // namespace

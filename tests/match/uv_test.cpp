@@ -17,7 +17,7 @@
 #include "mesh/kernels_shared.h"
 #include "mesh/vector.h"
 #include "reference/texel.h"
-#include "source/dense_mesh.h"
+#include "source/high_poly.h"
 #include "support/environment.h"
 #include "support/shapes.h"
 #include "texel/small_charts.h"
@@ -184,7 +184,7 @@ Raster rasterise(const Mesh& dense, const Mesh& low, std::uint32_t size, std::ui
   Raster result;
   for (std::uint32_t b = 0; b < sampler.band_count(); ++b) {
     const TexelBand band = sampler.sample(b);
-    Correspondence match(context, band.capacity);
+    DeviceCorrespondence match(context, band.capacity);
     match.count = band.sample_count;
     raster.match(band, match, true);
     const std::vector<std::uint32_t> triangle = match.triangle.download(context);

@@ -248,26 +248,26 @@ TEST(SwitchedMethods, AreMeasuredWhereTheyMeet) {
   options.width = options.height = 200;
   options.space = NormalMapSpace::object;
   options.max_distance = Length::absolute(0.05);
-  EXPECT_FALSE(bake(source, low, options).report.switches);
+  EXPECT_FALSE(bake(source, low, options).report.transitions);
   options.fallback = {MatchMethod::closest};
   const double leap = std::acos(0.8) / kDegree;
   for (const MatchMethod method : {MatchMethod::ray, MatchMethod::visibility}) {
     options.method = method;
     const BakeResult result = bake(source, low, options);
-    ASSERT_TRUE(result.report.switches);
+    ASSERT_TRUE(result.report.transitions);
     // 160 texels a side of rays, and 8 more all around within sqrt(0.05^2 - 0.03^2) = 0.04.
     const double inner = 4 * 160;
     const double outer = 4 * 176;
-    EXPECT_NEAR(static_cast<double>(result.report.switches->sides), inner + outer, 40);
-    EXPECT_NEAR(result.report.switches->mean_degrees, leap * outer / (inner + outer), 1);
-    EXPECT_NEAR(result.report.switches->elsewhere_degrees, 0, 1e-3);
+    EXPECT_NEAR(static_cast<double>(result.report.transitions->sides), inner + outer, 40);
+    EXPECT_NEAR(result.report.transitions->mean_degrees, leap * outer / (inner + outer), 1);
+    EXPECT_NEAR(result.report.transitions->elsewhere_degrees, 0, 1e-3);
   }
   // Far enough, nothing is missed, and no seam is left.
   options.max_distance = Length::absolute(0.5);
   const BakeResult all = bake(source, low, options);
   EXPECT_EQ(all.report.missed, 0U);
-  EXPECT_GT(all.report.switches->sides, 600U);
-  EXPECT_NEAR(all.report.switches->mean_degrees, 0, 1e-3);
+  EXPECT_GT(all.report.transitions->sides, 600U);
+  EXPECT_NEAR(all.report.transitions->mean_degrees, 0, 1e-3);
 }
 
 TEST(VisibilityBake, ViewsDecideWhatRaysLeave) {

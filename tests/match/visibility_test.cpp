@@ -10,6 +10,7 @@
 #include <random>
 
 #include "kiln/kiln.h"
+#include "kiln/render.h"
 #include "mesh/frame.h"
 #include "mesh/kernels_shared.h"
 #include "mesh/surface_links.h"

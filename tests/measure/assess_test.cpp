@@ -8,6 +8,7 @@
 #include <numbers>
 
 #include "kiln/kiln.h"
+#include "kiln/measure.h"
 #include "shared/common.h"
 #include "shared/match.h"
 #include "support/environment.h"

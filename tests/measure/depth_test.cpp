@@ -5,6 +5,7 @@
 
 #include <cmath>
 
+#include "kiln/render.h"
 #include "support/environment.h"
 #include "support/shapes.h"
 

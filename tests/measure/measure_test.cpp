@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "kiln/render.h"
 #include "support/environment.h"
 #include "support/shapes.h"
 

@@ -11,7 +11,7 @@
 
 #include "io/mesh/mesh_reader.h"
 #include "kiln/mesh.h"
-#include "mesh/dense_normals.h"
+#include "mesh/high_poly_normals.h"
 #include "mesh/normals.h"
 
 namespace kiln {
@@ -141,7 +141,7 @@ TEST(PolygonNormals, TrianglesStayAsTheyWere) {
 
 TEST(PolygonNormals, FollowWhereVerticesMove) {
   Mesh mesh = Sheet(true).mesh(MeshFormat::obj);
-  DenseNormals normals(mesh, mesh.positions);
+  HighPolyNormals normals(mesh, mesh.positions);
   for (const std::uint32_t vertex : {40U, 111U, 200U}) {
     mesh.positions[vertex].z += 0.375F;
     std::vector<std::uint32_t> triangles;

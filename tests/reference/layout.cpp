@@ -19,7 +19,7 @@ std::int64_t turn(const Point& a, const Point& b, const Point& c) {
   return (b.x - a.x) * (c.y - a.y) - (b.y - a.y) * (c.x - a.x);
 }
 
-/// Whether a side of `a` has all of `b` on its outer side or on it (both counter-clockwise).
+/// True if a side of `a` has all of `b` on its outer side or on it (both counter-clockwise).
 bool has_separating_side(const Corners& a, const Corners& b) {
   for (std::size_t k = 0; k < 3; ++k) {
     const Point &from = a[k], &to = a[(k + 1) % 3];
@@ -30,7 +30,7 @@ bool has_separating_side(const Corners& a, const Corners& b) {
   return false;
 }
 
-/// Whether the point is nearer to the segment than `border`, without rounding.
+/// True if the point is nearer to the segment than `border`, without rounding.
 bool nearer(const Point& p, const Point& a, const Point& b, std::int64_t border) {
   const std::int64_t ex = b.x - a.x, ey = b.y - a.y, px = p.x - a.x, py = p.y - a.y;
   const std::int64_t along = px * ex + py * ey, length2 = ex * ex + ey * ey;

@@ -28,7 +28,7 @@ Integer cross(const Point& o, const Point& a, const Point& b) {
   return (a.x - o.x) * (b.y - o.y) - (a.y - o.y) * (b.x - o.x);
 }
 
-/// Whether a centre that lies exactly on the edge from a to b belongs to the triangle on its right (rows
+/// True if a centre that lies exactly on the edge from a to b belongs to the triangle on its right (rows
 /// grow downwards): the edge is horizontal with the triangle below it, or leads upwards.
 bool owns(const Point& a, const Point& b) { return (a.y == b.y && b.x > a.x) || b.y < a.y; }
 

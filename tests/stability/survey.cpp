@@ -8,6 +8,7 @@
 #include <optional>
 #include <random>
 
+#include "kiln/assess.h"
 #include "kiln/kiln.h"
 #include "shared/match.h"
 #include "support/shapes.h"

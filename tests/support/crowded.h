@@ -6,6 +6,7 @@
 #include <random>
 #include <vector>
 
+#include "kiln/render.h"
 #include "kiln/types.h"
 
 namespace kiln::test {

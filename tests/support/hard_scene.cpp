@@ -5,6 +5,7 @@
 #include <numeric>
 
 #include "accel/ray.h"
+#include "kiln/measure.h"
 #include "mesh/weld.h"
 #include "shared/match.h"
 #include "support/environment.h"
@@ -62,7 +63,7 @@ Shown::Shown(const Source& source, const Mesh& high, const Mesh& low, const Hard
   const AssessedSamples& samples = bake.samples;
   const RayCaster light(context, impl_of(source).frame.to_frame(low), low.triangles);
   const auto count = static_cast<std::uint32_t>(samples.size());
-  Correspondence shown(context, count);
+  DeviceCorrespondence shown(context, count);
   cl::Array<std::uint8_t> hidden(context, count);
   for (const Vec3& w : spread_views(kDirections)) {
     const cl::Array<float> points = towards(context, samples, w);

@@ -30,7 +30,7 @@ class Shown {
   /// \param reach  frame units
   Shown(const Source& source, const Mesh& high, const Mesh& low, const HardBake& bake, float reach);
 
-  /// Whether any direction sees the place of sample `i`, and something there.
+  /// True if any direction sees the place of sample `i`, and something there.
   bool seen(std::size_t i) const { return sum_[i] > 0; }
   /// The share of it that is of a triangle's part; 0 for no triangle.
   double share(std::size_t i, std::uint32_t triangle) const;

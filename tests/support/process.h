@@ -34,7 +34,7 @@ ProcessResult run_process(const std::vector<std::string>& command,
 /// The kiln command of this build. \param arguments after the command's name
 ProcessResult run_kiln(std::vector<std::string> arguments, const ProcessOptions& options = {});
 
-/// Whether standard error has warnings alone, or nothing.
+/// True if standard error has warnings alone, or nothing.
 bool only_warnings(const std::string& errors);
 
 /// A folder to take as PATH: every program on ours but `program`. (An empty PATH would also take away
@@ -50,7 +50,7 @@ std::string found_program(const std::string& name);
 /// A folder with one program, NAME: a script for /bin/sh.
 std::string folder_with(const std::string& name, const std::string& script);
 
-/// Whether a python3 of PATH has matplotlib, so that pictures of data are drawn.
+/// True if a python3 of PATH has matplotlib, so that pictures of data are drawn.
 bool has_matplotlib();
 
 }  // namespace kiln::test

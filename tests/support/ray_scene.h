@@ -11,6 +11,7 @@
 
 #include "accel/ray.h"
 #include "kiln/device.h"
+#include "kiln/render.h"
 #include "support/environment.h"
 
 namespace kiln::test {
@@ -185,7 +186,7 @@ Cast match_of(const std::vector<Ray>& rays, const Run& match) {
   const std::uint32_t capacity = count + 5;
   const std::vector<float> planes = planes_of(rays, capacity);
   const cl::Array<float> points(context, std::span<const float>(planes));
-  Correspondence result(context, capacity + 3);
+  DeviceCorrespondence result(context, capacity + 3);
   // Canaries: what lies beyond the samples must stay.
   context.fill(result.triangle, std::uint32_t{0xABABABABu});
   context.fill(result.barycentric, -77.0f);
@@ -216,7 +217,7 @@ Cast match_of(const std::vector<Ray>& rays, const Run& match) {
 
 inline Cast cast(const RayCaster& caster, const std::vector<Ray>& rays, const RayQuery& query) {
   return match_of(rays, [&](const cl::Array<float>& points, std::uint32_t count,
-                            std::uint32_t capacity, Correspondence& result) {
+                            std::uint32_t capacity, DeviceCorrespondence& result) {
     caster.intersect(points, count, capacity, query, result);
   });
 }

@@ -7,7 +7,13 @@
 #include <map>
 #include <vector>
 
+#include "kiln/contour.h"
 #include "kiln/kiln.h"
+#include "kiln/measure.h"
+#include "kiln/plan.h"
+#include "kiln/render.h"
+#include "kiln/unwrap.h"
+#include "kiln/volume.h"
 #include "reference/layout.h"
 #include "support/environment.h"
 #include "support/volumes.h"

@@ -1,5 +1,7 @@
 // The parts of contouring that need no device: sheets of cells, error functions; and with one, the tree of
 // vertices.
+#include "kiln/contour.h"
+
 #include <gtest/gtest.h>
 
 #include <bit>
@@ -7,12 +9,13 @@
 #include <map>
 #include <random>
 
+#include "kiln/volume.h"
 #include "support/environment.h"
 #include "support/volumes.h"
 #include "volume/fine_surface.h"
-#include "volume/light_surface.h"
 #include "volume/patches.h"
 #include "volume/qef.h"
+#include "volume/simplified_isosurface.h"
 #include "volume/vertex_tree.h"
 
 namespace kiln {
@@ -146,7 +149,7 @@ TEST(Qef, MinimumWithinTheBoxIsTheLeast) {
   }
 }
 
-Mesh to_mesh(const LightSurface& light) {
+Mesh to_mesh(const SimplifiedIsosurface& light) {
   Mesh mesh;
   mesh.positions = light.positions;
   for (const auto& polygon : light.polygons) {
@@ -159,7 +162,7 @@ Mesh to_mesh(const LightSurface& light) {
 
 struct Simplified {
   FineSurface fine;
-  LightSurface light;
+  SimplifiedIsosurface light;
   Mesh mesh;
   Topology before, after;
 };
@@ -173,8 +176,8 @@ Simplified simplified(const Volume& volume, std::uint32_t faces, double error,
   Simplified result;
   result.fine = fine_surface(context_of(*test::device()), volume, options, true, report);
   const VertexTree tree(result.fine, volume.size, open);
-  result.before = topology(to_mesh(choose_light_surface(result.fine, tree, volume, {.error = -1})));
-  result.light = choose_light_surface(
+  result.before = topology(to_mesh(simplify_isosurface(result.fine, tree, volume, {.error = -1})));
+  result.light = simplify_isosurface(
       result.fine, tree, volume, {.faces = faces, .error = error, .keep_topology = keep_topology});
   result.mesh = to_mesh(result.light);
   result.after = topology(result.mesh);

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "kiln/contour.h"
+#include "kiln/volume.h"
 #include "support/environment.h"
 #include "support/volumes.h"
 

@@ -8,7 +8,12 @@
 #include <string>
 #include <vector>
 
+#include "kiln/contour.h"
+#include "kiln/gradient.h"
 #include "kiln/kiln.h"
+#include "kiln/measure.h"
+#include "kiln/render.h"
+#include "kiln/volume.h"
 #include "support/environment.h"
 #include "support/mesh_check.h"
 #include "support/volumes.h"

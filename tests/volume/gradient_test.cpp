@@ -9,6 +9,8 @@
 #include <functional>
 #include <numbers>
 
+#include "kiln/contour.h"
+#include "kiln/volume.h"
 #include "support/volumes.h"
 
 namespace kiln {

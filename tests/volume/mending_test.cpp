@@ -10,7 +10,10 @@
 #include <utility>
 #include <vector>
 
+#include "kiln/contour.h"
 #include "kiln/kiln.h"
+#include "kiln/unwrap.h"
+#include "kiln/volume.h"
 #include "mesh/vector.h"
 #include "support/environment.h"
 #include "support/mesh_check.h"

@@ -16,6 +16,7 @@
 #include "kiln/contour.h"
 #include "kiln/error.h"
 #include "kiln/memory.h"
+#include "kiln/volume.h"
 #include "support/environment.h"
 #include "support/volumes.h"
 
@@ -44,7 +45,7 @@ struct Flags {
       }
     }
   }
-  /// Whether any voxel of the cube around a voxel is set.
+  /// True if any voxel of the cube around a voxel is set.
   Flags dilated(int radius) const {
     Flags result{size, std::vector<char>(solid.size())};
     for_all([&](int x, int y, int z) {

@@ -9,7 +9,9 @@
 #include <string>
 #include <vector>
 
+#include "kiln/contour.h"
 #include "kiln/kiln.h"
+#include "kiln/volume.h"
 #include "support/environment.h"
 #include "support/volumes.h"
 

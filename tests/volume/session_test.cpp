@@ -5,7 +5,9 @@
 #include <random>
 #include <vector>
 
+#include "kiln/contour.h"
 #include "kiln/kiln.h"
+#include "kiln/volume.h"
 #include "support/environment.h"
 #include "support/volumes.h"
 

@@ -1,4 +1,6 @@
 // The full-resolution contour: closed, oriented, of the right topology, and where the surface is.
+#include "kiln/volume.h"
+
 #include <gtest/gtest.h>
 
 #include <cmath>

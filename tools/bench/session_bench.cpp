@@ -18,6 +18,7 @@
 #include <vector>
 
 #include "kiln/kiln.h"
+#include "kiln/render.h"
 
 namespace kiln {
 namespace {

@@ -16,7 +16,7 @@
 #include "kiln/kiln.h"
 #include "match/uv.h"
 #include "mesh/kernels_shared.h"
-#include "source/dense_mesh.h"
+#include "source/high_poly.h"
 #include "support.h"
 #include "texel/texels.h"
 

@@ -10,6 +10,7 @@
 
 #include "kiln/contour.h"
 #include "kiln/error.h"
+#include "kiln/volume.h"
 #include "support.h"
 #include "volume_scene.h"
 

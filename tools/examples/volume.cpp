@@ -1,5 +1,7 @@
 // From voxels in memory to a low poly with a normal map: a ball of radius 20 in 48 x 48 x 48 voxels.
+#include <kiln/contour.h>
 #include <kiln/kiln.h>
+#include <kiln/volume.h>
 
 #include <cmath>
 #include <cstdio>

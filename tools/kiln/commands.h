@@ -1,7 +1,9 @@
 // The subcommands. Each adds itself to the command line and says what to run.
 #pragma once
 
+#include <array>
 #include <functional>
+#include <string_view>
 
 #include "arguments/command_line.h"
 
@@ -9,6 +11,28 @@ namespace kiln::cli {
 
 /// Runs a parsed subcommand; returns the exit code.
 using Run = std::function<int()>;
+
+/// A command of a program.
+struct CommandEntry {
+  std::string_view name;
+  Run (*add)(
+      Command& app);  ///< nullptr: another program runs it, and this one has its name for help
+};
+
+/// The commands that kiln-lab runs (tools/lab), with what help says of them.
+inline constexpr std::array<std::array<std::string_view, 2>, 3> kLabCommands = {{
+    {"measure",
+     "Rate the matches on two meshes; one mesh's UVs; or, with --study, how errors depend on "
+     "views, faces and map size"},
+    {"chart",
+     "Speed against accuracy of every match, or of every way to map a volume: a plot, "
+     "a table and the figures"},
+    {"gallery",
+     "Pictures of every match side by side: the low poly with each map, where each is "
+     "wrong, and where texels land on HIGH"},
+}};
+/// Adds one of them without its options.
+Command* name_lab_command(Command& app, std::string_view name);
 
 Run add_bake(Command& app);
 Run add_simplify(Command& app);

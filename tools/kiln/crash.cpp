@@ -14,6 +14,7 @@
 #include <exception>
 #include <filesystem>
 
+#include "cl/driver_state.h"
 #include "commands.h"
 #include "kiln/kiln.h"
 
@@ -124,15 +125,6 @@ void on_exit_within() {
   _exit(static_cast<int>(ErrorCode::internal));
 }
 
-/// On the watching thread.
-void on_stuck() {
-  remove_temporary_files();
-  say("kiln: The OpenCL driver does not return: its threads wait for each other, most likely since "
-      "memory ran "
-      "out within it. Free some memory, or use a smaller size; then run it again.\n");
-  _exit(static_cast<int>(ErrorCode::device));
-}
-
 pid_t child = 0;
 extern "C" void pass_on(int number) {
   if (child > 0) kill(child, number);
@@ -159,7 +151,6 @@ void catch_crashes(char** argv) noexcept {
   prepare_retry(argv);
   std::set_terminate(on_terminate);
   if (std::atexit(on_exit_within) != 0) say("kiln: A handler could not be set.\n");
-  watch_driver(on_stuck);  // without, where it cannot be
   for (const int number : {SIGSEGV, SIGBUS, SIGABRT, SIGILL}) {
     struct sigaction before {};
     // A sanitizer's or a parent's is the better one.

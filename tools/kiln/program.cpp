@@ -1,6 +1,8 @@
 #include "program.h"
 
+#include <algorithm>
 #include <cstdlib>
+#include <stdexcept>
 
 #include "arguments/memory_option.h"
 #include "arguments/near_words.h"
@@ -29,21 +31,27 @@ std::string in_list(const std::vector<std::string>& names) {
 
 }  // namespace
 
-Program::Program()
+Command* name_lab_command(Command& app, std::string_view name) {
+  const auto* command = std::find_if(kLabCommands.begin(), kLabCommands.end(),
+                                     [&](const auto& known) { return known[0] == name; });
+  return app.add_command(name, (*command)[1]);
+}
+
+Program::Program(std::span<const CommandEntry> commands)
     : app_("Kiln bakes the detail of high polys into the textures of low polys.", "kiln",
            std::string("kiln ") + version(),
            "Exit codes: 0 done, 1 beyond the limits (diff) or a defect, 2 usage, 3 input, 4 "
            "device,\n"
            "5 output, 130 cancelled. 'kiln COMMAND --help' explains a command.") {
-  commands_["bake"] = add_bake(app_);
-  commands_["simplify"] = add_simplify(app_);
-  commands_["render"] = add_render(app_);
-  commands_["measure"] = add_measure(app_);
-  commands_["chart"] = add_chart(app_);
-  commands_["gallery"] = add_gallery(app_);
-  commands_["diff"] = add_diff(app_);
-  commands_["volume"] = add_volume(app_);
-  commands_["devices"] = add_devices(app_);
+  for (const CommandEntry& entry : commands) {
+    Run& run = commands_[std::string(entry.name)];
+    if (entry.add != nullptr) {
+      run = entry.add(app_);
+      continue;
+    }
+    name_lab_command(app_, entry.name);
+    run = []() -> int { throw std::logic_error("kiln-lab was not asked"); };  // see asked_of_lab()
+  }
   add_memory_option(app_);
 }
 

@@ -3,6 +3,7 @@
 
 #include <functional>
 #include <map>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -13,7 +14,8 @@ namespace kiln::cli {
 
 class Program {
  public:
-  Program();
+  /// \param commands  in the order of help
+  explicit Program(std::span<const CommandEntry> commands);
 
   /// What the words after the program's name ask for; nothing where it is answered already (--help, --version).
   /// \throws UsageError

@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "kiln/error.h"
+#include "kiln/volume.h"
 
 namespace kiln::sample {
 namespace {

@@ -28,9 +28,9 @@ Stand stand_along(const Point& origin, const Point& axis);
 using Outline = std::vector<std::array<double, 2>>;
 
 /// Collects dense parts: closed shells with a normal of its own at every corner, exact to rounding.
-class DenseParts {
+class HighPolyParts {
  public:
-  explicit DenseParts(std::string name);
+  explicit HighPolyParts(std::string name);
 
   /// A box with edges rounded by `radius`, below half of the least half-size, in `steps` steps a half.
   void rounded_box(const Stand& stand, const Point& half, double radius, int steps = 4);

@@ -51,17 +51,17 @@ Stand stand_along(const Point& origin, const Point& axis) {
   return stand;
 }
 
-DenseParts::DenseParts(std::string name) { mesh_.name = std::move(name); }
+HighPolyParts::HighPolyParts(std::string name) { mesh_.name = std::move(name); }
 
-void DenseParts::group(std::string name) { mesh_.group_names.push_back(std::move(name)); }
+void HighPolyParts::group(std::string name) { mesh_.group_names.push_back(std::move(name)); }
 
-std::uint32_t DenseParts::corner(const Stand& stand, const Point& local, const Point& normal) {
+std::uint32_t HighPolyParts::corner(const Stand& stand, const Point& local, const Point& normal) {
   mesh_.positions.push_back(to_float(stand.at(local)));
   mesh_.normals.push_back(to_float(unit(stand.turned(normal))));
   return static_cast<std::uint32_t>(mesh_.positions.size() - 1);
 }
 
-void DenseParts::triangle(std::uint32_t a, std::uint32_t b, std::uint32_t c) {
+void HighPolyParts::triangle(std::uint32_t a, std::uint32_t b, std::uint32_t c) {
   if (!mesh_.group_names.empty()) {
     mesh_.groups.push_back(static_cast<std::uint32_t>(mesh_.group_names.size() - 1));
   }
@@ -69,12 +69,12 @@ void DenseParts::triangle(std::uint32_t a, std::uint32_t b, std::uint32_t c) {
   mesh_.normal_triangles.push_back({a, b, c});
 }
 
-void DenseParts::quad(std::uint32_t a, std::uint32_t b, std::uint32_t c, std::uint32_t d) {
+void HighPolyParts::quad(std::uint32_t a, std::uint32_t b, std::uint32_t c, std::uint32_t d) {
   triangle(a, b, c);
   triangle(a, c, d);
 }
 
-void DenseParts::rounded_box(const Stand& stand, const Point& half, double radius, int steps) {
+void HighPolyParts::rounded_box(const Stand& stand, const Point& half, double radius, int steps) {
   const std::array<double, 3> h = {half.x, half.y, half.z};
   for (std::size_t axis = 0; axis < 3; ++axis) {
     const std::size_t across = (axis + 1) % 3, up = (axis + 2) % 3;
@@ -111,7 +111,7 @@ void DenseParts::rounded_box(const Stand& stand, const Point& half, double radiu
   }
 }
 
-void DenseParts::turned(const Stand& stand, const std::vector<Turned>& profile, int segments) {
+void HighPolyParts::turned(const Stand& stand, const std::vector<Turned>& profile, int segments) {
   for (const Turned& part : profile) {
     const auto first = static_cast<std::uint32_t>(mesh_.positions.size());
     for (int i = 0; i <= segments; ++i) {
@@ -131,8 +131,8 @@ void DenseParts::turned(const Stand& stand, const std::vector<Turned>& profile, 
   }
 }
 
-void DenseParts::disc(const Stand& stand, double radius, double height, double rounding,
-                      int segments) {
+void HighPolyParts::disc(const Stand& stand, double radius, double height, double rounding,
+                         int segments) {
   std::vector<Turned> profile = {
       {{0, 0}, {radius, 0}, {0, -1}, {0, -1}},
       {{radius, 0}, {radius, height - rounding}, {1, 0}, {1, 0}},
@@ -150,8 +150,8 @@ void DenseParts::disc(const Stand& stand, double radius, double height, double r
   turned(stand, profile, segments);
 }
 
-void DenseParts::prism(const Stand& stand, int sides, double radius, double height,
-                       double chamfer) {
+void HighPolyParts::prism(const Stand& stand, int sides, double radius, double height,
+                          double chamfer) {
   const auto at = [&](int i, double r, double z) -> Point {
     const double angle = 2 * std::numbers::pi * (i % sides) / sides;
     return {r * std::cos(angle), r * std::sin(angle), z};
@@ -180,8 +180,8 @@ void DenseParts::prism(const Stand& stand, int sides, double radius, double heig
   }
 }
 
-void DenseParts::bent_plate(const Stand& stand, double inner, double outer, double angle,
-                            double span, double half, int segments) {
+void HighPolyParts::bent_plate(const Stand& stand, double inner, double outer, double angle,
+                               double span, double half, int segments) {
   const auto at = [&](int i, double r, double z) -> Point {
     const double a = angle + span * i / segments;
     return {r * std::cos(a), r * std::sin(a), z};
@@ -214,9 +214,9 @@ void DenseParts::bent_plate(const Stand& stand, double inner, double outer, doub
        {end, end, end, end});
 }
 
-void DenseParts::extrusion(const Stand& stand, const Outline& outline,
-                           const std::array<double, 2>& centre, double half, double radius,
-                           int steps) {
+void HighPolyParts::extrusion(const Stand& stand, const Outline& outline,
+                              const std::array<double, 2>& centre, double half, double radius,
+                              int steps) {
   struct Rim {
     Point at, normal;
   };
@@ -259,8 +259,8 @@ void DenseParts::extrusion(const Stand& stand, const Outline& outline,
   }
 }
 
-void DenseParts::sheet(const Stand& stand, double w, double h, int steps,
-                       double (*height)(double x, double y)) {
+void HighPolyParts::sheet(const Stand& stand, double w, double h, int steps,
+                          double (*height)(double x, double y)) {
   const auto first = static_cast<std::uint32_t>(mesh_.positions.size());
   constexpr double kStep = 1e-5;
   for (int j = 0; j <= steps; ++j) {

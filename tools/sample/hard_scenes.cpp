@@ -40,7 +40,7 @@ struct Builder {
   }
   HardScene done() { return {high.mesh(), low.finish(), stamps}; }
 
-  DenseParts high;
+  HighPolyParts high;
   LightParts low;
   std::vector<Stamp> stamps;
 };

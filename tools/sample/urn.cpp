@@ -68,7 +68,7 @@ class Urn {
   };
   Band between(Mark low, Mark high) const { return {profile_.arc_of(low), profile_.arc_of(high)}; }
 
-  /// Whether a place lies in a band, and where in it.
+  /// True if a place lies in a band, and where in it.
   static bool in_band(const Place& at, const Band& band, int repeats, BandPoint& p) {
     if (at.arc < band.arc_low || at.arc > band.arc_high) return false;
     p.height = band.arc_high - band.arc_low;

@@ -17,7 +17,7 @@
 namespace kiln {
 namespace {
 
-constexpr std::size_t kBandRows = 256;
+constexpr std::size_t kLayerBandRows = 256;
 
 [[noreturn]] void usage(const std::string& text) { throw Error(ErrorCode::usage, text); }
 
@@ -60,7 +60,7 @@ template <typename T>
 void convert(const Image& image, std::size_t first, std::size_t count, std::vector<T>& band,
              int threads) {
   const std::size_t row = std::size_t{image.width} * image.channels;
-  band.resize(kBandRows * row);
+  band.resize(kLayerBandRows * row);
   const float* from = image.pixels.data() + first * row;
   parallel_for(
       count, 16,
@@ -77,8 +77,8 @@ void write_layers(std::span<const ImageLayer> layers, Imf::OutputFile& output, I
                   int threads) {
   const std::size_t height = layers[0].image->height;
   std::vector<std::vector<T>> bands(layers.size());
-  for (std::size_t first = 0; first < height; first += kBandRows) {
-    const std::size_t count = std::min(kBandRows, height - first);
+  for (std::size_t first = 0; first < height; first += kLayerBandRows) {
+    const std::size_t count = std::min(kLayerBandRows, height - first);
     Imf::FrameBuffer buffer;
     for (std::size_t l = 0; l < layers.size(); ++l) {
       const Image& image = *layers[l].image;

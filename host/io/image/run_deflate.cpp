@@ -58,7 +58,7 @@ std::size_t run_of(const std::uint8_t* at, std::size_t most, std::uint8_t byte) 
   return length;
 }
 
-/// Whether the four bytes from `at` on are the same.
+/// True if the four bytes from `at` on are the same.
 bool four_same(const std::uint8_t* at) {
   std::uint32_t four = 0;
   std::memcpy(&four, at, sizeof(four));

@@ -14,14 +14,14 @@ namespace fs = std::filesystem;
 constexpr int kLevels = 4;
 constexpr std::size_t kMostEntries = 20000;
 
-std::string lower(std::string text) {
+std::string lower_case(std::string text) {
   for (char& c : text) c = c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
   return text;
 }
 
 std::vector<std::string> parts_of(const fs::path& path) {
   std::vector<std::string> parts;
-  for (const fs::path& part : path) parts.push_back(lower(part.string()));
+  for (const fs::path& part : path) parts.push_back(lower_case(part.string()));
   return parts;
 }
 
@@ -50,7 +50,7 @@ void FileFinder::list() {
       if (at.depth() + 1 >= kLevels || at->is_symlink(ignored)) at.disable_recursion_pending();
     } else if (at->is_regular_file(ignored)) {
       const fs::path path = folder_.empty() ? at->path().lexically_relative(start) : at->path();
-      files_[lower(path.filename().string())].push_back(path);
+      files_[lower_case(path.filename().string())].push_back(path);
     }
   }
 }
@@ -61,7 +61,7 @@ fs::path FileFinder::find(const fs::path& path, const std::string& named_by) {
   const auto [entry, added] = found_.emplace(path, path);
   if (!added) return entry->second;
   if (!listed_) list();
-  const auto candidates = files_.find(lower(path.filename().string()));
+  const auto candidates = files_.find(lower_case(path.filename().string()));
   if (candidates == files_.end()) return path;
   const std::vector<std::string> wanted = parts_of(path);
   const auto rank = [&](const fs::path& candidate) {

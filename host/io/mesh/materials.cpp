@@ -58,7 +58,7 @@ std::array<float, 4> plain_of(const Material& material, MaterialSlot slot) {
   return {};
 }
 
-/// Whether a material says what stands in for a picture; normals have no number, opacity is 1 by the format.
+/// True if a material says what stands in for a picture; normals have no number, opacity is 1 by the format.
 MaterialNumber number_of(const Material& material, MaterialSlot slot) {
   switch (slot) {
     case MaterialSlot::color:
@@ -175,13 +175,13 @@ void check_values(const std::vector<Material>& materials, MaterialSlot slot,
   }
 }
 
-/// Whether a picture has one channel, or three or four that say the same: heights, and no normals.
+/// True if a picture has one channel, or three or four that say the same: heights, and no normals.
 bool is_grey(const Image& image) {
   if (image.channels < 3) return true;
-  constexpr float kRounding = 1.5F / 255;
+  constexpr float kGreyRounding = 1.5F / 255;
   for (std::size_t i = 0; i + 2 < image.pixels.size(); i += image.channels) {
     const float* const p = &image.pixels[i];
-    if (std::max({p[0], p[1], p[2]}) - std::min({p[0], p[1], p[2]}) > kRounding) return false;
+    if (std::max({p[0], p[1], p[2]}) - std::min({p[0], p[1], p[2]}) > kGreyRounding) return false;
   }
   return true;
 }

@@ -230,7 +230,7 @@ void MeshBuilder::check_finite() const {
               bad);
 }
 
-/// Whether a triangle has an area in the file.
+/// True if a triangle has an area in the file.
 bool MeshBuilder::has_area_in_file(std::size_t triangle) const {
   const auto [a, b, c] = triangles_[triangle];
   return has_area(vector_of(positions[a]), vector_of(positions[b]), vector_of(positions[c]));
@@ -324,19 +324,31 @@ void MeshBuilder::check_steps(const Mesh& mesh) {
   if (!coarse_.empty()) input_.warn("coarse-coordinates", coarse_, 1);
 }
 
-/// Beside an origin, a triangle without area that lies farther out than all others is rounded by more than they are,
-/// and could get a large area: all its corners become one.
+/// A triangle without area that lies farther out than all others is rounded by more than they are, and could get a
+/// large area: all its corners become one.
 void MeshBuilder::keep_flat(const Mesh& mesh, const Box& used) {
-  if (mesh.origin == Position{} || std::all_of(positions.begin(), positions.end(),
-                                               [&](const Position& p) { return used.holds(p); })) {
+  if (std::all_of(positions.begin(), positions.end(),
+                  [&](const Position& p) { return used.holds(p); })) {
     return;
   }
+  // Floats written with nine digits are no more than this share from the numbers in the file.
+  constexpr double kNineDigits = 1e-8;
+  const auto is_rounded = [&](std::uint32_t v) {
+    const Vec3& p = mesh.positions[v];
+    const std::array<double, 3> kept = {p.x, p.y, p.z};
+    for (std::size_t k = 0; k < 3; ++k) {
+      const double given = positions[v][k];
+      if (std::abs(kept[k] + mesh.origin[k] - given) > kNineDigits * std::abs(given)) return true;
+    }
+    return false;
+  };
   for (std::size_t t = 0; t < triangles_.size(); ++t) {
     Triangle& corners = triangles_[t];
     const bool outside = std::any_of(corners.begin(), corners.end(), [&](std::uint32_t corner) {
       return !used.holds(positions[corner]);
     });
-    if (outside && has_area(mesh.positions, corners) && !has_area_in_file(t)) {
+    if (outside && has_area(mesh.positions, corners) && !has_area_in_file(t) &&
+        std::any_of(corners.begin(), corners.end(), is_rounded)) {
       corners = {corners[0], corners[0], corners[0]};
     }
   }

@@ -43,7 +43,7 @@ class MeshBuilder {
   std::vector<Vec3> normals;  ///< Any length; made unit by finish(), zero where that is impossible.
   std::vector<std::array<std::uint8_t, 4>> colors;  ///< Empty or one per position, in order.
   std::vector<Tangent> tangents;                    ///< Empty or one per position; any length.
-  bool tangent_signs = false;  ///< Whether the file gives their signs; else the UVs say them.
+  bool tangent_signs = false;  ///< True if the file gives their signs; else the UVs say them.
 
   /// The colour of a vertex in a format that has fractions as well as bytes: finish() tells which they are by
   /// the largest of the file. Vertices in increasing order; those left out are white. kFull: full either way.

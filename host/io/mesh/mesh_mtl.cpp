@@ -37,7 +37,7 @@ std::optional<OptionWords> words_of(std::string_view option) {
   return found == known.end() ? std::nullopt : std::optional(found->second);
 }
 
-/// Whether an option with these words changes nothing: exporters write "-bm 1.0" always.
+/// True if an option with these words changes nothing: exporters write "-bm 1.0" always.
 bool says_nothing(std::string_view option, std::span<const std::string_view> words) {
   const auto all = [&](double value) {
     return std::all_of(words.begin(), words.end(),

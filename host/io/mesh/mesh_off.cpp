@@ -121,7 +121,7 @@ class OffReader {
     return !colors_ || rest < 3 ? 0 : std::min<std::size_t>(rest, 4);
   }
 
-  /// Whether a colour is below 0 if colours and normals stand in the order that the keyword says: then they stand
+  /// True if a colour is below 0 if colours and normals stand in the order that the keyword says: then they stand
   /// in the other.
   bool has_negative_colors() {
     const TextScanner before = scan_;

@@ -105,7 +105,7 @@ Mesh read_binary(const MeshInput& input) {
   return builder.finish();
 }
 
-/// Whether a token is a keyword (in lower case), which some programs write in capitals.
+/// True if a token is a keyword (in lower case), which some programs write in capitals.
 bool is_word(std::string_view token, std::string_view keyword) {
   return std::equal(token.begin(), token.end(), keyword.begin(), keyword.end(),
                     [](unsigned char a, unsigned char b) { return std::tolower(a) == b; });

@@ -22,7 +22,7 @@ double sine(const Vec3& a, const Vec3& b, double product) {
   return std::sqrt(x * x + y * y + z * z) / product;
 }
 
-/// Whether the UVs of a triangle are mirrored.
+/// True if the UVs of a triangle are mirrored.
 bool mirrored(const Mesh& mesh, std::size_t t) {
   const auto& [a, b, c] = mesh.uv_triangles[t];
   const Vec2 &p = mesh.uvs[a], &q = mesh.uvs[b], &r = mesh.uvs[c];

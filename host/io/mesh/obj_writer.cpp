@@ -120,7 +120,7 @@ class Names {
       out.text(keyword_ + safe_name(name) + "\n");
     }
   }
-  /// Whether a reader numbers them as we do without that: all are used, in their order.
+  /// True if a reader numbers them as we do without that: all are used, in their order.
   bool in_order() const {
     std::uint32_t next = 0;
     for (const std::uint32_t name : of_) {
@@ -151,7 +151,7 @@ class Names {
   std::uint32_t now_ = kNone;
 };
 
-/// Whether all three corners have a UV: a file has no word for one that is not finite.
+/// True if all three corners have a UV: a file has no word for one that is not finite.
 bool has_uvs(const Mesh& mesh, std::size_t triangle) {
   if (mesh.uv_triangles.empty()) return false;
   const Triangle& t = mesh.uv_triangles[triangle];

@@ -21,7 +21,7 @@ std::array<double, 3> cross_from(const std::array<double, 3>& at, const std::arr
   return {u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]};
 }
 
-/// Whether a quad folds over where it is cut along corners `i` and i + 2.
+/// True if a quad folds over where it is cut along corners `i` and i + 2.
 bool folds(Corners corners, std::size_t i) {
   const auto& at = corners[i];
   const auto& across = corners[(i + 2) % 4];

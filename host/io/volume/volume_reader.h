@@ -43,7 +43,7 @@ Volume read_nifti(const VolumeInput& input);
 /// By path, since OpenVDB opens files itself; only where reads_openvdb().
 Volume read_openvdb(const VolumeInput& input, const std::filesystem::path& path);
 
-/// Whether an OpenVDB file's header, metadata, descriptors and root nodes fit within its size: OpenVDB
+/// True if an OpenVDB file's header, metadata, descriptors and root nodes fit within its size: OpenVDB
 /// allocates what lengths and counts there say, or reads on for as long, before it knows.
 /// \throws Error(input) "damaged", with the byte
 void check_openvdb_frame(const VolumeInput& input);

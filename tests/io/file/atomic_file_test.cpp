@@ -223,7 +223,7 @@ TEST_P(AtomicFileTest, ASignalHandlerCanRemoveWhatIsBeingWritten) {
   EXPECT_TRUE(fs::exists(folder_ / "c"));
 }
 
-// Whether or not something was begun in them.
+// True if or not something was begun in them.
 TEST_P(AtomicFileTest, ASignalHandlerCanRemoveFoldersMadeForNothing) {
   const fs::path made = folder_ / "made", kept = folder_ / "kept", there = folder_ / "there";
   fs::create_directory(there);

@@ -7,6 +7,8 @@
 #include <vector>
 
 #include "kiln/kiln.h"
+#include "kiln/simplify.h"
+#include "kiln/unwrap.h"
 #include "support/environment.h"
 #include "support/shapes.h"
 

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "arguments/command_line.h"
-#include "arguments/dense_input.h"
+#include "arguments/high_poly_input.h"
 #include "kiln/kiln.h"
 #include "report/report.h"
 
@@ -119,7 +119,7 @@ RayTraversal traversal(const BakeArguments& arguments);
 /// All files of either side, the positional one first; none for a LOW that Kiln makes.
 std::vector<std::string> high_files(const BakeArguments& arguments);
 std::vector<std::string> low_files(const BakeArguments& arguments);
-/// Whether either side has several files: then a file without names is a part of the file's name.
+/// True if either side has several files: then a file without names is a part of the file's name.
 bool has_more_files(const BakeArguments& arguments);
 
 /// Values as they are written on the command line.
@@ -139,7 +139,7 @@ std::string criterion_name(ViewCriterion criterion);
 /// Which parts are to be paired, the list's file read. \throws Error(input) for a list that cannot be read
 PartNames part_names(const BakeArguments& arguments);
 
-/// Whether directions of visibility are asked for.
+/// True if directions of visibility are asked for.
 bool by_visibility(const BakeArguments& arguments);
 
 /// The angle that --match auto is to reach, and how far a low poly that Kiln makes may deviate; empty where
@@ -149,13 +149,13 @@ std::string deviation_bound(const BakeArguments& arguments);
 
 /// Whether --max-error names maps, the normal map first of all: "normal=DEGREES", an angle between rendered normals.
 bool bounds_maps(const BakeArguments& arguments);
-/// Whether faces, map size and match are chosen together: no LOW, no --faces, but an error to reach.
+/// True if faces, map size and match are chosen together: no LOW, no --faces, but an error to reach.
 bool plans_light(const BakeArguments& arguments);
 
-/// Whether all levels of detail share one layout and its maps.
+/// True if all levels of detail share one layout and its maps.
 bool shares_uvs(const BakeArguments& arguments);
 
-/// Whether the low poly is a plane of Kiln's, under a height field.
+/// True if the low poly is a plane of Kiln's, under a height field.
 bool onto_plane(const BakeArguments& arguments);
 
 bool is_exr(const SaveImageOptions& options);

@@ -7,7 +7,7 @@
 #include "arguments/packs.h"
 #include "arguments/parse.h"
 #include "arguments/unwrap_option.h"
-#include "kiln/light_plan.h"
+#include "kiln/plan.h"
 
 namespace kiln::cli {
 namespace {
@@ -56,7 +56,7 @@ void check_lods(const BakeArguments& a) {
 }
 
 /// Flags of a plan of low poly, map and match together.
-void check_light_plan(const BakeArguments& a) {
+void check_low_poly_plan(const BakeArguments& a) {
   map_bounds(a);
   const bool plans = plans_light(a);
   if (!a.screen.empty()) {
@@ -132,7 +132,7 @@ void check_low(const BakeArguments& a) {
     fail_usage(
         "--max-angle is for --match auto: leave it out, or --max-error bounds the low poly.");
   }
-  check_light_plan(a);
+  check_low_poly_plan(a);
   check_lods(a);
   const bool bounded = !deviation_bound(a).empty();
   if (a.faces != 0 && bounded) {

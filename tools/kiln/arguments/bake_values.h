@@ -36,7 +36,7 @@ MissPolicy miss_policy(const BakeArguments& arguments);
 /// The matches that are asked in turn for what the match leaves undecided.
 std::vector<MatchMethod> fallback_methods(const BakeArguments& arguments);
 
-/// Whether a match is the one asked for, or one of its fallbacks.
+/// True if a match is the one asked for, or one of its fallbacks.
 bool matches_by(const BakeArguments& arguments, MatchMethod method);
 
 /// The first match with a property, such as &MatchInfo::takes_views. One must have it.

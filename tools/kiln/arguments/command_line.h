@@ -69,7 +69,7 @@ class Option {
   Option* capture_default_str();
   /// Parsing fails without it.
   Option* required();
-  /// Whether it takes the words that follow its first value, too.
+  /// True if it takes the words that follow its first value, too.
   Option* allow_extra_args(bool allow);
   /// What separates several values of one word.
   Option* delimiter(char between);
@@ -92,7 +92,7 @@ class Option {
   std::size_t count() const;
   /// The values that were given.
   const std::vector<std::string>& results() const;
-  /// Whether it is given without a value.
+  /// True if it is given without a value.
   bool is_flag() const;
 
  private:

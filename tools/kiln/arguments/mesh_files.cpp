@@ -23,7 +23,7 @@ std::array<Vec2, 3> uvs_of(const Mesh& mesh, std::uint32_t t) {
   return {mesh.uvs[a], mesh.uvs[b], mesh.uvs[c]};
 }
 
-/// Whether two triangles have the same UVs in any order: copies of one part.
+/// True if two triangles have the same UVs in any order: copies of one part.
 bool same_place(const Mesh& mesh, std::uint32_t t, std::uint32_t u) {
   const auto place = [&](std::uint32_t triangle) {
     std::array<Vec2, 3> uvs = uvs_of(mesh, triangle);

@@ -9,7 +9,7 @@
 
 namespace kiln::cli {
 
-/// Whether two paths are one file, there or not yet.
+/// True if two paths are one file, there or not yet.
 bool is_one_file(const std::filesystem::path& a, const std::filesystem::path& b);
 
 /// Refuses outputs that are inputs, or that are written twice, before any work. Empty paths and "-" do not

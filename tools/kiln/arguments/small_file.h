@@ -17,7 +17,7 @@ std::string read_small_file(const std::filesystem::path& path, std::size_t most,
 /// The first bytes of a regular file, at most `count`; empty where there is none that can be read.
 std::string head_of_file(const std::filesystem::path& path, std::size_t count);
 
-/// Whether there is a regular file that can be read.
+/// True if there is a regular file that can be read.
 bool is_readable_file(const std::filesystem::path& path);
 
 }  // namespace kiln::cli

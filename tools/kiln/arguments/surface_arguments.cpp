@@ -8,6 +8,8 @@
 #include <utility>
 
 #include "arguments/parse.h"
+#include "kiln/contour.h"
+#include "kiln/volume.h"
 
 namespace kiln::cli {
 namespace {

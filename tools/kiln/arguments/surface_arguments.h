@@ -7,7 +7,9 @@
 #include <vector>
 
 #include "arguments/command_line.h"
+#include "kiln/contour.h"
 #include "kiln/kiln.h"
+#include "kiln/volume.h"
 #include "report/report.h"
 
 namespace kiln::cli {

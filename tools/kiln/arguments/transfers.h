@@ -26,7 +26,7 @@ Words<MaterialSlot> material_slot_values();
 TransferArgument parse_transfer(const std::string& text);
 std::vector<TransferArgument> parse_transfers(const BakeArguments& arguments);
 
-/// Whether the map of this name holds a texture of BakeOptions, such as &MapInfo::takes_color.
+/// True if the map of this name holds a texture of BakeOptions, such as &MapInfo::takes_color.
 bool map_takes(std::string_view name, bool MapInfo::*texture);
 /// ... any of its textures: --transfer gives this one, and makes no map of its own.
 bool is_texture_of_map(std::string_view name);

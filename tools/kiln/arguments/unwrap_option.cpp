@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "kiln/unwrap.h"
+
 namespace kiln::cli {
 
 UnwrapOptions unwrap_options(const std::string& method, std::uint32_t size, const Mesh* high) {

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "arguments/command_line.h"
-#include "kiln/lowpoly.h"
+#include "kiln/unwrap.h"
 
 namespace kiln::cli {
 

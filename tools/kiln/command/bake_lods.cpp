@@ -4,6 +4,7 @@
 
 #include "arguments/parse.h"
 #include "command/bake_run.h"
+#include "kiln/plan.h"
 #include "report/json_text.h"
 
 namespace kiln::cli {
@@ -13,7 +14,7 @@ namespace fs = std::filesystem;
 
 /// One level as programs read it. \param files  that were written for it, the mesh first
 Json level_json(const LodLevel& level, std::size_t number, const std::vector<std::string>& files) {
-  const LightTrial& chosen = level.light.chosen;
+  const Candidate& chosen = level.plan.chosen;
   Json json = {{"level", number},
                {"screen", level.screen},
                {"mesh", fs::path(files.front()).filename().string()},
@@ -32,8 +33,8 @@ Json level_json(const LodLevel& level, std::size_t number, const std::vector<std
                {"measured_degrees", chosen.measured},
                {"standard_error_degrees", chosen.standard_error},
                {"one_sided_share", chosen.one_sided},
-               {"wanted_degrees", level.light.wanted},
-               {"reached", level.light.reached}};
+               {"wanted_degrees", level.plan.wanted},
+               {"reached", level.plan.reached}};
   for (std::size_t i = 1; i < files.size(); ++i) {
     json["maps"].push_back(fs::path(files[i]).filename().string());
   }
@@ -62,7 +63,7 @@ std::string lods_file(const BakeArguments& arguments) {
 
 bool make_lods(BakeRun& run, const Source& source) {
   LodOptions options;
-  options.plan = light_options(run);
+  options.plan = low_poly_options(run);
   draw_at_once(run, options.plan);
   options.levels = run.arguments.lods;
   options.error_growth = run.arguments.lod_growth;
@@ -70,16 +71,16 @@ bool make_lods(BakeRun& run, const Source& source) {
   run.lods = bake_lods(source, run.dense.mesh, options);
   LodChain& chain = *run.lods;
   if (chain.cancelled) return false;
-  take_light(run, chain.levels.front().light);
-  chain.levels.front().light.result.reset();
+  take_plan(run, chain.levels.front().plan);
+  chain.levels.front().plan.result.reset();
   for (const LodLevel& level : chain.levels) {
-    const LightBake& light = level.light;
+    const LowPolyPlan& plan = level.plan;
     const std::string place = " at " + std::to_string(level.screen) + " pixels";
-    if (!light.reached) run.warnings.push_back(light_not_reached(light, place));
-    warn_of_outline(light, place, run.warnings);
+    if (!plan.reached) run.warnings.push_back(plan_not_reached(plan, place));
+    warn_of_outline(plan, place, run.warnings);
     if (&level == &chain.levels.front()) continue;  // The run's own warnings.
     for (const auto* list :
-         {&light.simplified.warnings, light.unwrapped ? &light.unwrapped->warnings : nullptr}) {
+         {&plan.simplified.warnings, plan.unwrapped ? &plan.unwrapped->warnings : nullptr}) {
       if (list != nullptr) run.warnings.insert(run.warnings.end(), list->begin(), list->end());
     }
   }
@@ -90,14 +91,14 @@ bool save_lods(BakeRun& run) {
   LodChain& chain = *run.lods;
   if (!save_level(run, chain.levels.front(), 0)) return false;
   for (std::size_t k = 1; k < chain.levels.size(); ++k) {
-    LightBake& light = chain.levels[k].light;
+    LowPolyPlan& plan = chain.levels[k].plan;
     // The run's mesh and maps are those of the level while it is written.
     LowMesh low;
-    low.mesh = std::move(light.low);
+    low.mesh = std::move(plan.low);
     low.stem = low.mesh.name = lod_stem(run.arguments, k);
     low.made = true;
     BakeResult result;
-    if (light.result) result = std::move(*light.result);
+    if (plan.result) result = std::move(*plan.result);
     Json mips, ranges = Json::object();
     const auto swap = [&] {
       std::swap(run.low, low);
@@ -123,7 +124,7 @@ std::vector<std::string> lod_table(const LodChain& chain) {
   std::vector<std::string> lines = {text};
   for (std::size_t k = 0; k < chain.levels.size(); ++k) {
     const LodLevel& level = chain.levels[k];
-    const LightTrial& chosen = level.light.chosen;
+    const Candidate& chosen = level.plan.chosen;
     const std::string size = std::to_string(chosen.size);
     const std::string map = chosen.size == 0  ? "none"
                             : !level.own_maps ? "that of 0"

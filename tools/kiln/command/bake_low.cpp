@@ -6,8 +6,12 @@
 #include "arguments/bake_values.h"
 #include "arguments/match_flags.h"
 #include "arguments/parse.h"
+#include "arguments/paths.h"
 #include "arguments/unwrap_option.h"
 #include "command/bake_run.h"
+#include "kiln/normals.h"
+#include "kiln/simplify.h"
+#include "kiln/unwrap.h"
 
 namespace kiln::cli {
 
@@ -79,7 +83,7 @@ void mind_seams(const BakeArguments& arguments, LowMesh& low) {
 
 }  // namespace
 
-LowMesh prepare_low(const BakeArguments& arguments, const DenseInput& dense, Console& console,
+LowMesh prepare_low(const BakeArguments& arguments, const HighPolyInput& dense, Console& console,
                     std::vector<Warning>& warnings) {
   const Mesh& high = dense.mesh;
   const auto [width, height] = parse_size(arguments.size);

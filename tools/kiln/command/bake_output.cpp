@@ -12,7 +12,7 @@
 #include "arguments/paths.h"
 #include "arguments/transfers.h"
 #include "command/bake_run.h"
-#include "lab/plot.h"
+#include "picture/plot.h"
 
 namespace kiln::cli {
 namespace {

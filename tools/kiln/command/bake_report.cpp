@@ -2,6 +2,7 @@
 #include "arguments/map_bounds.h"
 #include "arguments/parse.h"
 #include "command/bake_run.h"
+#include "kiln/plan.h"
 #include "report/flags.h"
 
 namespace kiln::cli {
@@ -93,9 +94,10 @@ void add_parts(const BakeRun& run, Json& json) {
   if (run.origin) json["origin"] = *run.origin;
   if (run.options.mips) json["mips"] = run.mips;
   if (run.planned) json["auto"] = plan_json(*run.planned);
-  if (run.light) {
+  if (run.plan) {
     const std::string& screen = run.arguments.screen;
-    json["plan"] = light_json(*run.light, screen.empty() ? 0 : parse_pixels("--screen", screen));
+    json["plan"] =
+        low_poly_plan_json(*run.plan, screen.empty() ? 0 : parse_pixels("--screen", screen));
   }
   if (run.lods) json["lods"] = run.lod_levels;
   if (!report.ids.empty()) json["ids"] = ids_json(report.ids);
@@ -122,9 +124,9 @@ void add_parts(const BakeRun& run, Json& json) {
   }
   if (report.edges.edges != 0) json["hard_edges"] = describe(report.edges);
   if (report.recall) json["recall"] = describe(*report.recall);
-  if (report.switches) json["switches"] = describe(*report.switches);
-  if (report.switches_blended) {
-    json["switches_blended"] = describe(*report.switches_blended);
+  if (report.transitions) json["switches"] = describe(*report.transitions);
+  if (report.transitions_blended) {
+    json["switches_blended"] = describe(*report.transitions_blended);
     json["switches_blended"]["blended_texels"] = report.blended_texels;
   }
   if (report.visibility) json["visibility"] = describe(*report.visibility);

@@ -9,9 +9,12 @@
 #include <vector>
 
 #include "arguments/bake_arguments.h"
-#include "arguments/dense_input.h"
+#include "arguments/high_poly_input.h"
 #include "kiln/kiln.h"
-#include "lab/plot.h"
+#include "kiln/plan.h"
+#include "kiln/simplify.h"
+#include "kiln/unwrap.h"
+#include "picture/plot.h"
 #include "report/console.h"
 #include "report/report.h"
 
@@ -54,7 +57,7 @@ struct BakeRun {
   Stages stages;
   std::vector<Warning> warnings;
   std::size_t warnings_of_high = 0;  // the first of them
-  DenseInput dense;
+  HighPolyInput dense;
   LowMesh low;
   std::string low_path;
   std::optional<Mesh> cage_mesh;  // that was loaded
@@ -64,8 +67,8 @@ struct BakeRun {
   std::optional<Match> match;  // that was loaded
   std::optional<Reasons> reasons;
   std::optional<PlannedBake> planned;
-  std::optional<LightBake> light;  // its mesh and maps are `low` and `result`
-  std::optional<LodChain> lods;    // its first level is `light`
+  std::optional<LowPolyPlan> plan;  // its mesh and maps are `low` and `result`
+  std::optional<LodChain> lods;     // its first level is `light`
   Json lod_levels = Json::array();
   BakeResult result;
   std::vector<std::string> outputs;
@@ -83,35 +86,35 @@ std::string lod_stem(const BakeArguments& arguments, std::size_t level);
 /// What the low poly comes from: a file that is read.
 const std::string& low_source(const BakeArguments& arguments);
 /// Reads LOW; or makes one from HIGH; or unwraps the given one.
-LowMesh prepare_low(const BakeArguments& arguments, const DenseInput& dense, Console& console,
+LowMesh prepare_low(const BakeArguments& arguments, const HighPolyInput& dense, Console& console,
                     std::vector<Warning>& warnings);
 
 /// Says so where a low poly has more than half of the high poly's vertices.
 void warn_of_heavy_low(const Mesh& low, const Mesh& high, std::vector<Warning>& warnings);
 
-// ---- bake_light.cpp ----
+// ---- bake_plan.cpp ----
 
 /// What to plan.
-LightPlanOptions light_options(const BakeRun& run);
+LowPolyPlanOptions low_poly_options(const BakeRun& run);
 /// Of maps that a plan's largest size does not do for.
 Warning bounds_not_reached(const std::vector<MapReached>& bounds, std::uint32_t size);
 
 /// Plans the low poly, its map and the match together, and makes them. \returns false where it was cancelled
-bool make_light(BakeRun& run, const Source& source);
+bool make_plan(BakeRun& run, const Source& source);
 /// Takes what was planned for the run's mesh and maps.
-void take_light(BakeRun& run, LightBake planned);
+void take_plan(BakeRun& run, LowPolyPlan planned);
 /// \param place  which of several low polys, as in "at 600 pixels "; may be empty
-Warning light_not_reached(const LightBake& light, const std::string& place = {});
+Warning plan_not_reached(const LowPolyPlan& plan, const std::string& place = {});
 /// Tells where pictures show that outlines differ much.
-void warn_of_outline(const LightBake& light, const std::string& place,
+void warn_of_outline(const LowPolyPlan& plan, const std::string& place,
                      std::vector<Warning>& warnings);
 /// The trade that the plan made, as lines of a table.
-std::vector<std::string> trade_table(const LightBake& light);
-Json light_json(const LightBake& light, std::uint32_t screen);
-/// Lets Python draw what save_light_plot() saves as soon as it is known.
-void draw_at_once(BakeRun& run, LightPlanOptions& options);
+std::vector<std::string> trade_table(const LowPolyPlan& plan);
+Json low_poly_plan_json(const LowPolyPlan& plan, std::uint32_t screen);
+/// Lets Python draw what save_plan_plot() saves as soon as it is known.
+void draw_at_once(BakeRun& run, LowPolyPlanOptions& options);
 /// Draws what was expected of all sizes and faces. \returns false where it was cancelled
-bool save_light_plot(BakeRun& run);
+bool save_plan_plot(BakeRun& run);
 
 // ---- bake_lods.cpp ----
 

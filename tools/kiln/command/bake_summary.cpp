@@ -4,6 +4,7 @@
 #include "arguments/map_bounds.h"
 #include "arguments/parse.h"
 #include "command/bake_run.h"
+#include "kiln/plan.h"
 #include "report/flags.h"
 
 namespace kiln::cli {
@@ -141,7 +142,7 @@ std::string summary(const EdgeReport& edges, double diagonal) {
 }
 
 /// One line about what is on no texel.
-std::string summary(const RecallReport& recall) {
+std::string summary(const HighCoverageReport& recall) {
   char text[200];
   std::snprintf(text, sizeof text, "recall: texels hold %.2f%% of HIGH's visible surface near LOW",
                 100 * (1 - recall.lost));
@@ -219,15 +220,15 @@ void print_summary(BakeRun& run, const Source::Stats& source, double total) {
   if (!run.low.mesh.tangents.empty() && run.arguments.space == "tangent") {
     console.line("LOW: tangents of its file (--tangents mikktspace computes them)");
   }
-  if (run.light) {
-    for (const std::string& line : trade_table(*run.light)) console.line(line);
+  if (run.plan) {
+    for (const std::string& line : trade_table(*run.plan)) console.line(line);
   }
   if (run.lods) {
     for (const std::string& line : lod_table(*run.lods)) console.line(line);
   }
   if (run.planned) console.line(summary(*run.planned));
   for (const MapReached& map : run.planned ? run.planned->bounds
-                               : run.light ? run.light->bounds
+                               : run.plan  ? run.plan->bounds
                                            : std::vector<MapReached>()) {
     console.line(describe(map));
   }
@@ -248,7 +249,7 @@ void print_summary(BakeRun& run, const Source::Stats& source, double total) {
     console.line(summary(*report.visibility, run.options.visibility.clusters));
   }
   const std::uint64_t map_texels =
-      run.light     ? std::uint64_t{run.light->chosen.size} * run.light->chosen.size
+      run.plan      ? std::uint64_t{run.plan->chosen.size} * run.plan->chosen.size
       : run.planned ? std::uint64_t{run.planned->chosen.width} * run.planned->chosen.height
                     : std::uint64_t{run.options.width} * run.options.height;
   print_totals(console, report, map_texels, source, run.stages, total);

@@ -15,6 +15,10 @@
 #include "command/bake_run.h"
 #include "commands.h"
 #include "interrupt.h"
+#include "kiln/measure.h"
+#include "kiln/plan.h"
+#include "kiln/render.h"
+#include "kiln/simplify.h"
 #include "report/causes.h"
 #include "report/check_result.h"
 #include "report/missed_patch.h"
@@ -38,7 +42,7 @@ Warning not_reached(const PlannedBake& planned) {
 }
 
 /// bake(); of layouts that disagree over a height field, it also says what is the likely reason.
-BakeResult bake_from(const DenseInput& dense, const Source& source, const Mesh& low,
+BakeResult bake_from(const HighPolyInput& dense, const Source& source, const Mesh& low,
                      const BakeOptions& options) {
   try {
     return bake(source, low, options);
@@ -105,7 +109,7 @@ void name_place_of_misses(BakeRun& run) {
 }
 
 /// A low poly that was made here tells how far it strays. What was asked for goes first.
-void search_far_enough(BakeRun& run) {
+void widen_search(BakeRun& run) {
   const BakeOptions& options = run.options;
   if (!run.low.simplified || run.dense.heights || options.max_distance || options.cage ||
       !run.arguments.cage.empty() || !run.arguments.cage_mesh.empty()) {
@@ -164,7 +168,7 @@ bool read_inputs(BakeRun& run) {
     run.low.made = true;
   } else {
     run.low = prepare_low(arguments, run.dense, run.console, run.warnings);
-    search_far_enough(run);
+    widen_search(run);
     if (made && !onto_plane(arguments)) {
       warn_of_heavy_low(run.low.mesh, run.dense.mesh, run.warnings);
       if (run.low.simplified) {
@@ -269,7 +273,7 @@ bool make_maps(BakeRun& run, const Source& source) {
     return run.console.progress(kAtBake + (kAtSave - kAtBake) * done, stage);
   };
   if (plans_light(run.arguments)) {
-    const bool made = run.arguments.lods > 0 ? make_lods(run, source) : make_light(run, source);
+    const bool made = run.arguments.lods > 0 ? make_lods(run, source) : make_plan(run, source);
     if (!made) return false;
     warn_of_heavy_low(run.low.mesh, run.dense.mesh, run.warnings);
     if (run.low.simplified) {
@@ -277,7 +281,7 @@ bool make_maps(BakeRun& run, const Source& source) {
                          "Rendered normals do not tell. Ask for a smaller angle, or for --faces.",
                          run.warnings);
     }
-    if (run.light->chosen.size == 0) return true;
+    if (run.plan->chosen.size == 0) return true;
   } else if (run.arguments.match == kAutomatic) {
     PlanOptions plan_options;
     plan_options.bake = run.options;
@@ -324,7 +328,7 @@ int verdict(const BakeRun& run) {
                                                   run.low_path, missed));
     return 1;
   }
-  const bool planned = run.lods ? run.lods->reached : !run.light || run.light->reached;
+  const bool planned = run.lods ? run.lods->reached : !run.plan || run.plan->reached;
   if (!planned || (run.planned && !run.planned->reached && !angle_bound(run.arguments).empty())) {
     print_line(stderr, "kiln: the error asked for was not reached.");
     return 1;
@@ -361,9 +365,9 @@ int run_bake(const BakeArguments& given) {
   make_cage(run, source);
   if (!make_maps(run, source)) return kExitCancelled;
   const double making = run.watch.lap();
-  if (run.light || run.planned) run.stages.plan = planning(run.result.report, making);
+  if (run.plan || run.planned) run.stages.plan = planning(run.result.report, making);
   if (!(run.lods ? save_lods(run) : save_outputs(run))) return kExitCancelled;
-  if (run.light && !save_light_plot(run)) return kExitCancelled;
+  if (run.plan && !save_plan_plot(run)) return kExitCancelled;
   run.stages.save = run.watch.lap();
 
   collect_warnings(run, source);

@@ -6,7 +6,7 @@
 #include <set>
 
 #include "arguments/bake_values.h"
-#include "arguments/dense_input.h"
+#include "arguments/high_poly_input.h"
 #include "arguments/match_flags.h"
 #include "arguments/mesh_files.h"
 #include "arguments/option_table.h"
@@ -16,6 +16,7 @@
 #include "command/render_parts.h"
 #include "commands.h"
 #include "kiln/kiln.h"
+#include "kiln/render.h"
 #include "picture/angles.h"
 #include "picture/cage_picture.h"
 #include "picture/dressed.h"
@@ -221,7 +222,7 @@ int run_render(const RenderArguments& arguments) {
   prepare_parent(arguments.json);
   std::vector<Warning> warnings;
   const Mesh mesh = load_low(baking(arguments), warnings);
-  std::optional<DenseInput> dense;
+  std::optional<HighPolyInput> dense;
   if (!arguments.reference.empty()) {
     dense = load_dense(high_files(baking(arguments)), arguments.heights,
                        load_options(arguments.bake), has_more_files(arguments.bake), warnings);

@@ -3,7 +3,7 @@
 #include <memory>
 #include <optional>
 
-#include "arguments/dense_input.h"
+#include "arguments/high_poly_input.h"
 #include "arguments/mesh_files.h"
 #include "arguments/parse.h"
 #include "arguments/paths.h"
@@ -11,6 +11,10 @@
 #include "commands.h"
 #include "interrupt.h"
 #include "kiln/kiln.h"
+#include "kiln/normals.h"
+#include "kiln/plan.h"
+#include "kiln/simplify.h"
+#include "kiln/unwrap.h"
 #include "report/console.h"
 #include "report/report.h"
 

@@ -84,7 +84,7 @@ void check_bake(const RenderArguments& arguments) {
   check(baking(arguments));
 }
 
-Image bake_map(const RenderArguments& arguments, const Device& device, const DenseInput& dense,
+Image bake_map(const RenderArguments& arguments, const Device& device, const HighPolyInput& dense,
                const Mesh& mesh, std::vector<Warning>& warnings) {
   const BakeArguments bake_as = baking(arguments);
   MatchInputs inputs;

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "arguments/bake_arguments.h"
-#include "arguments/dense_input.h"
+#include "arguments/high_poly_input.h"
 #include "picture/dressed.h"
 #include "picture/view_arguments.h"
 
@@ -29,7 +29,7 @@ struct RenderArguments {
   bool draw_cage = false;
 };
 
-/// Whether a map is to be baked for the picture: --map-size was given, or a flag of the match without --draw-cage.
+/// True if a map is to be baked for the picture: --map-size was given, or a flag of the match without --draw-cage.
 bool bakes(const RenderArguments& arguments);
 
 /// The flags of the match as the bake has them.
@@ -38,7 +38,7 @@ BakeArguments baking(const RenderArguments& arguments);
 /// What would only be found out after the meshes were read. \throws Error(usage)
 void check_bake(const RenderArguments& arguments);
 
-Image bake_map(const RenderArguments& arguments, const Device& device, const DenseInput& dense,
+Image bake_map(const RenderArguments& arguments, const Device& device, const HighPolyInput& dense,
                const Mesh& mesh, std::vector<Warning>& warnings);
 
 }  // namespace kiln::cli

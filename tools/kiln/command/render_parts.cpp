@@ -4,6 +4,8 @@
 #include <cstdio>
 #include <filesystem>
 
+#include "kiln/measure.h"
+#include "kiln/render.h"
 #include "picture/view_arguments.h"
 
 namespace kiln::cli {

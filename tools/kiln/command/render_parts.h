@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "kiln/kiln.h"
+#include "kiln/render.h"
 #include "picture/sheet.h"
 #include "report/console.h"
 #include "report/report.h"

@@ -1,5 +1,8 @@
 #include "picture/angles.h"
 
+#include "kiln/measure.h"
+#include "kiln/render.h"
+
 namespace kiln::cli {
 namespace {
 

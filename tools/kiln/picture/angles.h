@@ -5,6 +5,8 @@
 #include <vector>
 
 #include "kiln/kiln.h"
+#include "kiln/measure.h"
+#include "kiln/render.h"
 #include "picture/sheet.h"
 
 namespace kiln::cli {

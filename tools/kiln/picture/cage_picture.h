@@ -5,6 +5,7 @@
 
 #include "arguments/bake_arguments.h"
 #include "kiln/kiln.h"
+#include "kiln/render.h"
 
 namespace kiln::cli {
 

@@ -10,7 +10,7 @@ namespace {
 
 constexpr double kRows = 10;  // of a glyph's grid, in the height of a line
 
-/// Whether a byte begins a character of UTF-8.
+/// True if a byte begins a character of UTF-8.
 bool begins(char byte) { return (static_cast<unsigned char>(byte) & 0xC0U) != 0x80U; }
 
 }  // namespace

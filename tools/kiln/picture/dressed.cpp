@@ -4,6 +4,7 @@
 #include <cmath>
 #include <filesystem>
 
+#include "kiln/render.h"
 #include "picture/sheet.h"
 #include "report/map_file.h"
 

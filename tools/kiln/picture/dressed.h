@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "kiln/kiln.h"
+#include "kiln/render.h"
 
 namespace kiln::cli {
 

@@ -2,6 +2,9 @@
 
 #include <cstdio>
 
+#include "kiln/measure.h"
+#include "kiln/render.h"
+
 namespace kiln::cli {
 namespace {
 

@@ -1,9 +1,10 @@
-// Whether a normal map's green points the other way.
+// True if a normal map's green points the other way.
 #pragma once
 
 #include <vector>
 
 #include "kiln/kiln.h"
+#include "kiln/render.h"
 
 namespace kiln::cli {
 

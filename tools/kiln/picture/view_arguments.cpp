@@ -6,6 +6,7 @@
 
 #include "arguments/parse.h"
 #include "kiln/measure.h"
+#include "kiln/render.h"
 
 namespace kiln::cli {
 namespace {

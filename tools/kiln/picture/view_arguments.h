@@ -15,7 +15,7 @@ struct ViewArguments {
   double zoom = 1;
   bool z_up = false, square = false;
 
-  /// Whether one says from where: several views leave no room for it.
+  /// True if one says from where: several views leave no room for it.
   bool given() const { return !view.empty() || !at.empty() || zoom != 1; }
 };
 

@@ -6,7 +6,7 @@
 #include <cstdio>
 #include <string>
 
-#include "arguments/dense_input.h"
+#include "arguments/high_poly_input.h"
 #include "arguments/parse.h"
 
 namespace kiln::cli {

@@ -42,7 +42,7 @@ constexpr std::array kFlags = {
     Flag{"views.size", "--view-size"},
 };
 
-/// Whether a name may begin after this text: not within a word, a quote or a path.
+/// True if a name may begin after this text: not within a word, a quote or a path.
 bool may_begin(std::string_view before) {
   return before.empty() || before.back() == ' ' || before.back() == '(';
 }

@@ -5,6 +5,9 @@
 #include <cstdio>
 
 #include "arguments/parse.h"
+#include "kiln/contour.h"
+#include "kiln/measure.h"
+#include "kiln/simplify.h"
 #include "report/flags.h"
 
 namespace kiln::cli {
@@ -103,17 +106,17 @@ Json describe(const EdgeReport& edges) {
           {"width", {{"least", edges.least}, {"median", edges.median}, {"most", edges.most}}}};
 }
 
-Json describe(const RecallReport& recall) {
+Json describe(const HighCoverageReport& recall) {
   return {{"places", recall.places},
           {"lost", recall.lost},
           {"by_copies", recall.by_copies},
           {"largest", {{"lost", recall.largest}, {"where", recall.where}}}};
 }
 
-Json describe(const SwitchReport& switches) {
-  return {{"sides", switches.sides},
-          {"mean_degrees", switches.mean_degrees},
-          {"elsewhere_degrees", switches.elsewhere_degrees}};
+Json describe(const TransitionReport& transitions) {
+  return {{"sides", transitions.sides},
+          {"mean_degrees", transitions.mean_degrees},
+          {"elsewhere_degrees", transitions.elsewhere_degrees}};
 }
 
 Json describe(const UvReport& uv) {

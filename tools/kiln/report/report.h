@@ -6,7 +6,10 @@
 #include <string>
 #include <vector>
 
+#include "kiln/contour.h"
 #include "kiln/kiln.h"
+#include "kiln/measure.h"
+#include "kiln/simplify.h"
 #include "report/json.h"
 
 namespace kiln::cli {
@@ -19,8 +22,8 @@ Json describe(const ViewReport& views);
 Json describe(const VisibilityReport& visibility);
 Json describe(const CageReport& cage);
 Json describe(const EdgeReport& edges);
-Json describe(const RecallReport& recall);
-Json describe(const SwitchReport& switches);
+Json describe(const HighCoverageReport& recall);
+Json describe(const TransitionReport& transitions);
 Json describe(const UvReport& uv);
 Json describe(const std::vector<MapError>& errors);
 /// What a low poly was mended of, and what stayed.

@@ -19,7 +19,7 @@ bool is_control(std::string_view character) {
   return character.size() == 2 && first == 0xC2 && static_cast<unsigned char>(character[1]) < 0xA0;
 }
 
-/// Whether a pipe or socket has no reader any more.
+/// True if a pipe or socket has no reader any more.
 bool reader_left(int descriptor) {
   pollfd state{descriptor, POLLOUT, 0};
   return poll(&state, 1, 0) == 1 && (state.revents & (POLLERR | POLLHUP)) != 0;

@@ -1,0 +1,265 @@
+#include "accel/bounding_prism.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "base/float4.h"
+#include "base/symmetric.h"
+
+namespace kiln::bvh {
+namespace {
+
+constexpr std::size_t kSides = 16,
+                      kEven = 13;  // directions of sides: so many spread evenly, 3 of an edge
+constexpr double kMargin = KILN_BVH_GUARD_MARGIN + 1e-6;  // supports are of single precision
+constexpr double kFarthestSlab = 2;
+constexpr double kSharpest = 1e-6;  // sine between two sides
+
+/// What the directions of an axis are chosen by.
+struct Shape {
+  Matrix3 spread{};                                        ///< Covariance of the corners
+  Matrix3 normals{};                                       ///< Squares of normals, by area
+  std::size_t largest = 0;                                 ///< First corner of the largest triangle
+  double longest = 0;                                      ///< Edge
+  double least = std::numeric_limits<double>::infinity();  ///< Twice the area
+};
+
+void add_square(Matrix3& m, const Vec3d& v, double weight) {
+  const double a[] = {v.x, v.y, v.z};
+  for (std::size_t i = 0; i < 3; ++i) {
+    for (std::size_t j = 0; j < 3; ++j) m[i][j] += weight * a[i] * a[j];
+  }
+}
+
+Shape shape_of(const Corners& corners) {
+  Shape shape;
+  Vec3d mean;
+  const std::size_t count = corners.x.size();
+  for (std::size_t i = 0; i < count; ++i) mean += corners.at(i);
+  mean = mean * (1 / static_cast<double>(count));
+  double most = -1;
+  for (std::size_t i = 0; i < count; i += 3) {
+    const Vec3d a = corners.at(i), b = corners.at(i + 1), c = corners.at(i + 2);
+    for (const Vec3d& p : {a, b, c}) {
+      add_square(shape.spread, p - mean, 1 / static_cast<double>(count));
+    }
+    const Vec3d normal = cross(b - a, c - a);
+    const double area = length(normal);
+    if (area > 0) add_square(shape.normals, normal, 1 / area);
+    shape.longest = std::max({shape.longest, length(b - a), length(c - b), length(a - c)});
+    shape.least = std::min(shape.least, area);
+    if (area > most) {
+      most = area;
+      shape.largest = i;
+    }
+  }
+  return shape;
+}
+
+/// The eigenvectors of the least and of the largest eigenvalue.
+std::array<Vec3d, 2> extreme_axes(Matrix3 m) {
+  Matrix3 v;
+  diagonalise(m, v);
+  std::size_t least = 0, most = 0;
+  for (std::size_t k = 1; k < 3; ++k) {
+    if (m[k][k] < m[least][least]) least = k;
+    if (m[k][k] > m[most][most]) most = k;
+  }
+  const auto column = [&](std::size_t k) { return Vec3d{v[0][k], v[1][k], v[2][k]}; };
+  return {column(least), column(most)};
+}
+
+struct Point2 {
+  double x, y;
+};
+double cross2(const Point2& a, const Point2& b) { return a.x * b.y - a.y * b.x; }
+
+/// Normals of the sides that are tried, in the plane of e and f: as many as fit the corners' spread, so that
+/// needles get as many as round shapes; and those of the largest triangle.
+std::array<Point2, kSides> sides_of(const Corners& corners, const Shape& shape, const Vec3d& e,
+                                    const Vec3d& f) {
+  const auto spread = [&](const Vec3d& a, const Vec3d& b) {
+    const double u[] = {a.x, a.y, a.z}, v[] = {b.x, b.y, b.z};
+    double sum = 0;
+    for (std::size_t i = 0; i < 3; ++i) {
+      for (std::size_t j = 0; j < 3; ++j) sum += u[i] * shape.spread[i][j] * v[j];
+    }
+    return sum;
+  };
+  // Cholesky: the spread is l lᵀ. A direction d of the round shape is one of l⁻ᵀ d here.
+  constexpr double kLeast = kMargin * kMargin;
+  const double l00 = std::sqrt(std::max(spread(e, e), 0.0) + kLeast);
+  const double l10 = spread(e, f) / l00;
+  const double l11 = std::sqrt(std::max(spread(f, f) - l10 * l10, 0.0) + kLeast);
+  std::array<Point2, kSides> sides{};
+  const auto unit = [](double x, double y) {
+    const double size = std::sqrt(x * x + y * y);
+    return size > 0 ? Point2{x / size, y / size} : Point2{1, 0};
+  };
+  for (std::size_t k = 0; k < kEven; ++k) {
+    const double angle = 2 * std::numbers::pi * static_cast<double>(k) / kEven;
+    const double y = std::sin(angle) / l11;
+    sides[k] = unit((std::cos(angle) - l10 * y) / l00, y);
+  }
+  std::array<Point2, 3> corner{};
+  for (std::size_t k = 0; k < 3; ++k) {
+    const Vec3d p = corners.at(shape.largest + k);
+    corner[k] = {dot(p, e), dot(p, f)};
+  }
+  const Point2 ab{corner[1].x - corner[0].x, corner[1].y - corner[0].y};
+  const Point2 ac{corner[2].x - corner[0].x, corner[2].y - corner[0].y};
+  const double turn = cross2(ab, ac) < 0 ? -1 : 1;
+  for (std::size_t k = 0; k < 3; ++k) {
+    const Point2 &from = corner[k], &to = corner[(k + 1) % 3];
+    sides[kEven + k] = unit(turn * (to.y - from.y), turn * (from.x - to.x));
+  }
+  return sides;
+}
+
+/// How far the corners reach along each side's normal.
+std::array<float, kSides> supports(const Corners& corners, const std::array<Vec3d, kSides>& ways) {
+  constexpr std::size_t kGroups = kSides / 4;
+  Float4 wx[kGroups], wy[kGroups], wz[kGroups], most[kGroups];
+  for (std::size_t g = 0; g < kGroups; ++g) {
+    const Vec3 a = to_float(ways[4 * g]), b = to_float(ways[4 * g + 1]);
+    const Vec3 c = to_float(ways[4 * g + 2]), d = to_float(ways[4 * g + 3]);
+    wx[g] = Float4{a.x, b.x, c.x, d.x};
+    wy[g] = Float4{a.y, b.y, c.y, d.y};
+    wz[g] = Float4{a.z, b.z, c.z, d.z};
+    most[g] = splat(-std::numeric_limits<float>::infinity());
+  }
+  for (std::size_t i = 0; i < corners.x.size(); ++i) {
+    const Float4 x = splat(corners.x[i]), y = splat(corners.y[i]), z = splat(corners.z[i]);
+    for (std::size_t g = 0; g < kGroups; ++g) {
+      most[g] = upper(most[g], x * wx[g] + y * wy[g] + z * wz[g]);
+    }
+  }
+  std::array<float, kSides> result{};
+  for (std::size_t k = 0; k < kSides; ++k) result[k] = most[k / 4][static_cast<int>(k % 4)];
+  return result;
+}
+
+/// Three of the sides, and what they make: a triangle around all corners.
+struct Base {
+  std::array<std::size_t, 3> side{};
+  double half_area = std::numeric_limits<double>::infinity();
+};
+
+/// The three sides with which a prism of a height has the least surface.
+Base best_base(const std::array<Point2, kSides>& sides, const std::array<double, kSides>& ends,
+               double height) {
+  Base best;
+  for (std::size_t i = 0; i < kSides; ++i) {
+    for (std::size_t j = i + 1; j < kSides; ++j) {
+      const double ij = cross2(sides[i], sides[j]);
+      if (!(std::abs(ij) > kSharpest)) continue;
+      for (std::size_t k = j + 1; k < kSides; ++k) {
+        const double jk = cross2(sides[j], sides[k]), ki = cross2(sides[k], sides[i]);
+        const double sign = ij > 0 ? 1 : -1;
+        if (!(jk * sign > kSharpest) || !(ki * sign > kSharpest)) continue;
+        // Sines of the triangle's angles, which its edges are proportional to.
+        const double a = jk * sign, b = ki * sign, c = ij * sign;
+        const double sum = a * ends[i] + b * ends[j] + c * ends[k];
+        const double scale = sum / (a * b * c);
+        const double half_area = scale * (sum + height * (a + b + c)) / 2;
+        if (half_area < best.half_area) best = {{i, j, k}, half_area};
+      }
+    }
+  }
+  return best;
+}
+
+Prism prism_along(const Corners& corners, const Shape& shape, const Vec3d& axis) {
+  const Vec3d other = std::abs(axis.x) < 0.6 ? Vec3d{1, 0, 0} : Vec3d{0, 1, 0};
+  Vec3d e = cross(axis, other);
+  e = e * (1 / length(e));
+  const Vec3d f = cross(axis, e);
+  const std::array<Point2, kSides> sides = sides_of(corners, shape, e, f);
+  std::array<Vec3d, kSides> ways;
+  for (std::size_t k = 0; k < kSides; ++k) ways[k] = e * sides[k].x + f * sides[k].y;
+  std::array<double, kSides> ends{};
+  const std::array<float, kSides> reached = supports(corners, ways);
+  for (std::size_t k = 0; k < kSides; ++k) ends[k] = double{reached[k]} + kMargin;
+  double low = std::numeric_limits<double>::infinity(), high = -low;
+  for (std::size_t i = 0; i < corners.x.size(); ++i) {
+    const double at = dot(corners.at(i), axis);
+    low = std::min(low, at);
+    high = std::max(high, at);
+  }
+  low -= kMargin;
+  high += kMargin;
+  const Base base = best_base(sides, ends, high - low);
+  Prism prism;
+  if (!std::isfinite(base.half_area)) return prism;
+  for (std::size_t k = 0; k < 3; ++k) {
+    const std::size_t i = base.side[k], j = base.side[(k + 1) % 3];
+    const double det = cross2(sides[i], sides[j]);
+    const double x = (ends[i] * sides[j].y - ends[j] * sides[i].y) / det;
+    const double y = (sides[i].x * ends[j] - sides[j].x * ends[i]) / det;
+    prism.corners[k] = e * x + f * y + axis * low;
+    prism.corners[k + 3] = e * x + f * y + axis * high;
+    prism.normals[k] = ways[i];
+    prism.ends[k] = ends[i];
+  }
+  prism.normals[3] = axis * -1;
+  prism.ends[3] = -low;
+  prism.normals[4] = axis;
+  prism.ends[4] = high;
+  for (const Vec3d& p : prism.corners) {
+    if (!(std::max({std::abs(p.x), std::abs(p.y), std::abs(p.z)}) <= kFarthestSlab)) return prism;
+  }
+  prism.half_area = base.half_area;
+  return prism;
+}
+
+/// What prism_between takes off and adds: see kernels/accel/prism.clh.
+void set_slack(const Corners& corners, const Shape& shape, Prism& prism) {
+  const double edge = shape.longest;
+  const double weight = (0x1p-21 * edge * edge + 4 * 0x1p-18 * edge) / shape.least;
+  prism.slack = 4 * 3 * edge * weight + 0x1p-15;
+  double least = 1;  // square of a cosine
+  for (std::size_t i = 0; i < corners.x.size(); i += 3) {
+    const Vec3d a = corners.at(i);
+    const Vec3d normal = cross(corners.at(i + 1) - a, corners.at(i + 2) - a);
+    const double along = dot(normal, prism.normals[4]);
+    least = std::min(least, along * along / dot(normal, normal));
+  }
+  const double cosine = std::sqrt(least), sine = std::sqrt(1 - least);
+  prism.tilt = 2 * (sine + 1 - cosine) + 1e-5;  // single precision there
+}
+
+}  // namespace
+
+Prism fit_prism(const Corners& corners) {
+  const Shape shape = shape_of(corners);
+  const std::array<Vec3d, 2> spread = extreme_axes(shape.spread);
+  Prism best;
+  for (const Vec3d& axis : {extreme_axes(shape.normals)[1], spread[0], spread[1]}) {
+    const Prism prism = prism_along(corners, shape, axis);
+    if (prism.half_area < best.half_area) best = prism;
+  }
+  set_slack(corners, shape, best);
+  return best;
+}
+
+kiln_bvh_prism prism_of(const Prism& prism) {
+  kiln_bvh_prism guard{};
+  for (std::size_t k = 0; k < KILN_BVH_WIDTH; ++k) {
+    const Vec3 corner = to_float(prism.corners[std::min<std::size_t>(k, 5)]);
+    guard.corner[0][k] = corner.x;
+    guard.corner[1][k] = corner.y;
+    guard.corner[2][k] = corner.z;
+    const std::size_t p = std::min<std::size_t>(k, 4);
+    const Vec3 normal = to_float(prism.normals[p]);
+    guard.plane[0][k] = normal.x;
+    guard.plane[1][k] = normal.y;
+    guard.plane[2][k] = normal.z;
+    guard.plane[3][k] = static_cast<float>(prism.ends[p]);
+  }
+  guard.slack = static_cast<float>(prism.slack);
+  guard.tilt = static_cast<float>(prism.tilt);
+  return guard;
+}
+
+}  // namespace kiln::bvh

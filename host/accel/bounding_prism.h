@@ -1,0 +1,40 @@
+// The prism of a guard: three sides, a floor and a roof around some triangles.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <limits>
+#include <vector>
+
+#include "mesh/vector.h"
+#include "shared/bvh.h"
+
+namespace kiln::bvh {
+
+/// Corners of triangles, three after three.
+struct Corners {
+  std::vector<float> x, y, z;
+  void add(float px, float py, float pz) {
+    x.push_back(px);
+    y.push_back(py);
+    z.push_back(pz);
+  }
+  Vec3d at(std::size_t i) const { return {x[i], y[i], z[i]}; }
+};
+
+struct Prism {
+  std::array<Vec3d, 6> corners;  ///< 3 of the floor, then those above them
+  std::array<Vec3d, 5> normals;  ///< Out of it, unit: sides, floor, roof
+  std::array<double, 5> ends{};  ///< No corner lies farther along a normal
+  double slack = 0, tilt = 0;    ///< Of kiln_bvh_prism
+  double height() const { return ends[3] + ends[4]; }
+  double half_area = std::numeric_limits<double>::infinity();  ///< Infinite: there is none
+};
+
+/// A small prism around all corners, by KILN_BVH_GUARD_MARGIN larger: the best of three directions of its axis
+/// and of 16 of its sides. None where it would reach beyond 2 frame units.
+Prism fit_prism(const Corners& corners);
+
+kiln_bvh_prism prism_of(const Prism& prism);
+
+}  // namespace kiln::bvh

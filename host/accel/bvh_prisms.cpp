@@ -1,0 +1,227 @@
+#include "accel/bvh_prisms.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <cstring>
+#include <limits>
+#include <vector>
+
+#include "accel/bounding_prism.h"
+#include "accel/bvh_range.h"
+#include "base/parallel.h"
+
+namespace kiln::bvh {
+namespace {
+
+constexpr std::uint32_t kFewTriangles = 16;  // a guard costs as much as testing some of these
+// Of the surface of the box, and of the guard above; or of how thick they are.
+constexpr double kPays = 0.75, kThinPays = 0.5;
+constexpr double kLargestTilt = 0.5;  // above which thin guards tell little
+constexpr std::uint32_t kNone = 0xFFFFFFFFu;
+
+/// A child that is a node, and may get a guard.
+struct Candidate {
+  std::uint32_t node = 0;  ///< The child's own index
+  std::uint32_t triangles = 0;
+  double box = 0;              ///< Half area
+  std::array<double, 3> size;  ///< Of the box
+  Prism prism{};
+};
+
+class Guards {
+ public:
+  explicit Guards(Bvh& bvh) : bvh_(bvh) {}
+
+  void add() {
+    measure();
+    find();
+    if (candidates_.empty()) return;
+    fit();
+    choose();
+    insert();
+  }
+
+ private:
+  static bool used(const kiln_bvh_node& node, std::size_t c) {
+    return node.planes[0][0][c] <= node.planes[0][1][c];
+  }
+  static bool is_leaf(std::uint32_t child) { return (child & KILN_BVH_LEAF) != 0; }
+
+  static std::array<double, 3> size_of(const kiln_bvh_node& node, std::size_t c) {
+    std::array<double, 3> size;
+    for (std::size_t a = 0; a < 3; ++a) {
+      size[a] = double{node.planes[a][1][c]} - double{node.planes[a][0][c]};
+    }
+    return size;
+  }
+  static double half_area(const std::array<double, 3>& size) {
+    return size[0] * size[1] + size[1] * size[2] + size[2] * size[0];
+  }
+  static double half_area(const kiln_bvh_node& node, std::size_t c) {
+    return half_area(size_of(node, c));
+  }
+
+  /// Triangles and leaves' areas below each node. A child's index is larger than its parent's.
+  void measure() {
+    triangles_.assign(bvh_.node_count, 0);
+    leaf_area_.assign(bvh_.node_count, 0);
+    for (std::size_t i = bvh_.node_count; i-- > 0;) {
+      const kiln_bvh_node& node = bvh_.node_data[i];
+      for (std::size_t c = 0; c < KILN_BVH_WIDTH; ++c) {
+        if (!used(node, c)) continue;
+        const std::uint32_t child = node.child[c];
+        if (is_leaf(child)) {
+          const kiln_bvh_block& block = bvh_.block_data[child & ~KILN_BVH_LEAF];
+          for (const kiln_uint triangle : block.triangle) {
+            triangles_[i] += triangle != KILN_NO_TRIANGLE ? 1 : 0;
+          }
+          leaf_area_[i] += half_area(node, c);
+        } else {
+          triangles_[i] += triangles_[child];
+          leaf_area_[i] += leaf_area_[child];
+        }
+      }
+    }
+  }
+
+  /// Nodes below the topmost that are crowded. The root is asked by its children: nothing leads to it.
+  void find() {
+    std::vector<bool> crowded(bvh_.node_count, false);
+    const kiln_bvh_node& top = bvh_.node_data[0];
+    Box root;
+    for (std::size_t c = 0; c < KILN_BVH_WIDTH; ++c) {
+      if (!used(top, c)) continue;
+      const auto& p = top.planes;
+      root.include(Float4{p[0][0][c], p[1][0][c], p[2][0][c], 0});
+      root.include(Float4{p[0][1][c], p[1][1][c], p[2][1][c], 0});
+    }
+    crowded[0] = leaf_area_[0] > kCrowded * double{root.half_area()};
+    for (std::size_t i = 0; i < bvh_.node_count; ++i) {
+      const kiln_bvh_node& node = bvh_.node_data[i];
+      for (std::size_t c = 0; c < KILN_BVH_WIDTH; ++c) {
+        const std::uint32_t child = node.child[c];
+        if (!used(node, c) || is_leaf(child)) continue;
+        const std::array<double, 3> size = size_of(node, c);
+        const double box = half_area(size);
+        crowded[child] = crowded[i] || leaf_area_[child] > kCrowded * box;
+        if (!crowded[child] || triangles_[child] < kFewTriangles) continue;
+        candidates_.push_back({child, triangles_[child], box, size, {}});
+      }
+    }
+  }
+
+  Corners corners_below(std::uint32_t top, std::size_t triangles) const {
+    Corners corners;
+    corners.x.reserve(3 * triangles);
+    corners.y.reserve(3 * triangles);
+    corners.z.reserve(3 * triangles);
+    std::vector<std::uint32_t> open{top};
+    while (!open.empty()) {
+      const kiln_bvh_node& node = bvh_.node_data[open.back()];
+      open.pop_back();
+      for (std::size_t c = 0; c < KILN_BVH_WIDTH; ++c) {
+        if (!used(node, c)) continue;
+        if (!is_leaf(node.child[c])) {
+          open.push_back(node.child[c]);
+          continue;
+        }
+        const kiln_bvh_block& block = bvh_.block_data[node.child[c] & ~KILN_BVH_LEAF];
+        for (std::size_t lane = 0; lane < KILN_BVH_LEAF_TRIANGLES; ++lane) {
+          if (block.triangle[lane] == KILN_NO_TRIANGLE) continue;
+          for (const auto& at : block.corner) corners.add(at[0][lane], at[1][lane], at[2][lane]);
+        }
+      }
+    }
+    return corners;
+  }
+
+  void fit() {
+    std::vector<std::uint32_t> order(candidates_.size());
+    for (std::uint32_t i = 0; i < order.size(); ++i) order[i] = i;
+    std::stable_sort(order.begin(), order.end(), [&](std::uint32_t a, std::uint32_t b) {
+      return candidates_[a].triangles > candidates_[b].triangles;
+    });
+    parallel_for(order.size(), 1, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t i = begin; i < end; ++i) {
+        Candidate& candidate = candidates_[order[i]];
+        candidate.prism = fit_prism(corners_below(candidate.node, candidate.triangles));
+      }
+    });
+  }
+
+  /// From the top down: those that are much smaller than their box and than the guard above.
+  void choose() {
+    std::vector<std::uint32_t> candidate_of(bvh_.node_count, kNone);
+    for (std::uint32_t i = 0; i < candidates_.size(); ++i) candidate_of[candidates_[i].node] = i;
+    struct Above {
+      double half_area = std::numeric_limits<double>::infinity();
+      double height = half_area;
+    };
+    std::vector<Above> above(bvh_.node_count);
+    guard_of_.assign(bvh_.node_count, kNone);
+    for (std::size_t i = 0; i < bvh_.node_count; ++i) {
+      if (const std::uint32_t k = candidate_of[i]; k != kNone) {
+        const Candidate& candidate = candidates_[k];
+        const Prism& prism = candidate.prism;
+        const Vec3d& axis = prism.normals[4];
+        const double across = std::abs(axis.x) * candidate.size[0] +
+                              std::abs(axis.y) * candidate.size[1] +
+                              std::abs(axis.z) * candidate.size[2];
+        const double height = prism.height() + 2 * prism.slack;
+        const bool small = prism.half_area < kPays * std::min(candidate.box, above[i].half_area);
+        const bool thin = prism.half_area < candidate.box && prism.tilt < kLargestTilt &&
+                          height < kThinPays * std::min(across, above[i].height);
+        if (small || thin) {
+          guard_of_[i] = k;
+          above[i] = {prism.half_area, prism.tilt < kLargestTilt ? height : above[i].height};
+        }
+      }
+      const kiln_bvh_node& node = bvh_.node_data[i];
+      for (std::size_t c = 0; c < KILN_BVH_WIDTH; ++c) {
+        if (used(node, c) && !is_leaf(node.child[c])) above[node.child[c]] = above[i];
+      }
+    }
+  }
+
+  /// Moves nodes up, and puts each guard right before its node.
+  void insert() {
+    std::vector<std::uint32_t> moved(bvh_.node_count);
+    std::uint32_t guards = 0;
+    for (std::size_t i = 0; i < bvh_.node_count; ++i) {
+      if (guard_of_[i] != kNone) ++guards;
+      moved[i] = static_cast<std::uint32_t>(i) + guards;
+    }
+    const std::size_t count = bvh_.node_count + guards;
+    if (guards == 0 || count >= KILN_BVH_GUARD) return;
+    auto nodes = std::make_unique_for_overwrite<kiln_bvh_node[]>(count);
+    for (std::size_t i = 0; i < bvh_.node_count; ++i) {
+      kiln_bvh_node node = bvh_.node_data[i];
+      for (kiln_uint& child : node.child) {
+        if (is_leaf(child)) continue;
+        child = guard_of_[child] == kNone ? moved[child] : KILN_BVH_GUARD | (moved[child] - 1);
+      }
+      nodes[moved[i]] = node;
+      if (guard_of_[i] == kNone) continue;
+      const kiln_bvh_prism guard = prism_of(candidates_[guard_of_[i]].prism);
+      static_assert(sizeof guard == sizeof node);
+      std::memcpy(&nodes[moved[i] - 1], &guard, sizeof guard);
+    }
+    bvh_.node_data = std::move(nodes);
+    bvh_.node_count = count;
+    bvh_.guards = guards;
+  }
+
+  Bvh& bvh_;
+  std::vector<std::uint32_t> triangles_;
+  std::vector<double> leaf_area_;
+  std::vector<Candidate> candidates_;
+  std::vector<std::uint32_t> guard_of_;  ///< By node: its candidate, or kNone
+};
+
+}  // namespace
+
+void add_prisms(Bvh& bvh) { Guards(bvh).add(); }
+
+}  // namespace kiln::bvh

@@ -1,0 +1,65 @@
+// Points in slabs of y, by x in each: what a small box looks at is few of them.
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <numeric>
+#include <span>
+#include <utility>
+#include <vector>
+
+#include "mesh/vector.h"
+
+namespace kiln {
+
+/// Some of many points, as a triangle's box finds them.
+class CoverageSlabs {
+ public:
+  /// \param points  of all; \param some  which of them
+  CoverageSlabs(std::span<const Vec3> points, std::vector<std::uint32_t> some)
+      : points_(points), order_(std::move(some)) {
+    if (order_.empty()) return;
+    const auto [least, most] = std::minmax_element(
+        order_.begin(), order_.end(),
+        [&](std::uint32_t a, std::uint32_t b) { return points[a].y < points[b].y; });
+    least_ = points[*least].y;
+    size_ = points[*most].y - least_;
+    const auto key = [&](std::uint32_t i) { return std::pair(slab(points_[i].y), points_[i].x); };
+    std::sort(order_.begin(), order_.end(),
+              [&](std::uint32_t a, std::uint32_t b) { return key(a) < key(b); });
+    for (const std::uint32_t i : order_) ++first_[slab(points_[i].y) + 1];
+    std::partial_sum(first_.begin(), first_.end(), first_.begin());
+  }
+
+  /// Calls use(point) for those whose x and y lie within a box, and for some beside, until it says false.
+  template <typename Use>
+  void around(const Vec3d& low, const Vec3d& top, const Use& use) const {
+    if (order_.empty()) return;
+    for (std::size_t s = slab(low.y); s <= slab(top.y); ++s) {
+      const std::uint32_t* const end = order_.data() + first_[s + 1];
+      const std::uint32_t* next =
+          std::lower_bound(order_.data() + first_[s], end, low.x,
+                           [&](std::uint32_t i, double x) { return points_[i].x < x; });
+      for (; next != end && points_[*next].x <= top.x; ++next) {
+        if (!use(*next)) return;
+      }
+    }
+  }
+
+ private:
+  static constexpr std::size_t kSlabs = 64;
+
+  std::size_t slab(double y) const {
+    const double at = (y - least_) / size_ * kSlabs;
+    return at > 0 ? static_cast<std::size_t>(std::min(at, kSlabs - 1.0)) : 0;  // NaN: 0
+  }
+
+  std::span<const Vec3> points_;
+  std::vector<std::uint32_t> order_;
+  double least_ = 0, size_ = 0;
+  std::array<std::size_t, kSlabs + 1> first_{};
+};
+
+}  // namespace kiln

@@ -1,0 +1,428 @@
+#include "bake/high_coverage.h"
+
+#include <algorithm>
+#include <atomic>
+#include <cmath>
+#include <cstdio>
+#include <numeric>
+#include <string>
+
+#include "accel/closest.h"
+#include "accel/depth_views.h"
+#include "accel/ray.h"
+#include "bake/coverage_slabs.h"
+#include "base/parallel.h"
+#include "mesh/kernels_shared.h"
+
+namespace kiln {
+namespace {
+
+// Fewer where a ray meets more leaves than this, as in fans of needles: the cost stays what it is elsewhere.
+constexpr std::uint32_t kDirections = 64, kFewestDirections = 8;
+constexpr double kManyLeaves = 1000;
+constexpr double kSteepest = 0.5;             // cosine to the low poly's face
+constexpr double kSteps = 1.5;                // of samples, within which one stands for a place
+constexpr double kInwardOfPlace = 1.0 / 256;  // of the way to the middle
+constexpr double kNearFinding = 0.01;         // frame units, around what a copy finds
+constexpr float kOff = 1e-5F;                 // off the place's own face
+constexpr float kFar = 4;                     // beyond the high poly, frame units
+constexpr std::size_t kGrainOfSeen = 1 << 14;
+constexpr std::size_t kFilterBits = 1 << 20;
+constexpr std::size_t kAtOnce = 1 << 20;  // rays
+constexpr double kWider = 1.0001;         // than a radius, for what is rounded
+constexpr double kSamplesATriangle = 16;  // above which it pays to look at triangles first
+constexpr float kOutside = 1e-3F;         // of its sides, that a point may lie off its triangle
+constexpr std::size_t kFewPlaces = 16;    // above which a triangle's places are found by the grid
+// Of a triangle: no place reaches into it, or all that do are held; the grid knows them; a list.
+constexpr std::uint32_t kUnseen = 0, kGrid = 1, kFirstFew = 2;
+
+Vec3d face_normal(const Source::Impl& high, const Triangle& t) {
+  const Vec3d a(high.positions[t[0]]);
+  return cross(Vec3d(high.positions[t[1]]) - a, Vec3d(high.positions[t[2]]) - a);
+}
+
+std::array<Vec3d, 2> box_of(const Source::Impl& high, const Triangle& t) {
+  Vec3d low(high.positions[t[0]]), top = low;
+  for (const std::uint32_t corner : t) {
+    const Vec3d p(high.positions[corner]);
+    low = {std::min(low.x, p.x), std::min(low.y, p.y), std::min(low.z, p.z)};
+    top = {std::max(top.x, p.x), std::max(top.y, p.y), std::max(top.z, p.z)};
+  }
+  return {low, top};
+}
+
+/// A share in [0, 1) of a number, evenly spread over numbers that follow each other.
+double spread_share(std::uint64_t i, double step) {
+  const double x = static_cast<double>(i) * step;
+  return x - std::floor(x);
+}
+
+/// Samples as the searches want them: position, direction, nothing more.
+cl::Array<float> points_of(cl::Context& context, const std::vector<HighCoverage::Place>& rays) {
+  const std::size_t count = rays.size();
+  std::vector<float> planes(7 * count);
+  for (std::size_t i = 0; i < count; ++i) {
+    const auto& [p, d] = rays[i];
+    const float values[6] = {p.x, p.y, p.z, d.x, d.y, d.z};
+    for (std::size_t k = 0; k < 6; ++k) planes[k * count + i] = values[k];
+  }
+  return {context, std::span<const float>(planes)};
+}
+
+/// The low poly's usable faces, for searches of the nearest point.
+struct LowFaces {
+  std::vector<Vec3> positions;
+  std::vector<Triangle> triangles;
+  std::vector<Vec3d> normals;     ///< Unit
+  std::vector<double> step;       ///< Between samples, frame units; 0 without UVs
+  std::vector<std::uint32_t> of;  ///< The low poly's triangles
+
+  LowFaces(const LowSurface& surface, double columns, double rows) {
+    for (std::size_t t = 0; t < surface.triangles.size(); ++t) {
+      if (surface.usable[t] == 0) continue;
+      const auto first = static_cast<std::uint32_t>(positions.size());
+      triangles.push_back({first, first + 1, first + 2});
+      const auto& [a, b, c] = surface.triangles[t];
+      for (const auto& corner : surface.triangles[t]) positions.push_back(corner.position);
+      const Vec3d ab = Vec3d(b.position) - Vec3d(a.position);
+      const Vec3d ac = Vec3d(c.position) - Vec3d(a.position);
+      const Vec3d normal = cross(ab, ac);
+      normals.push_back(normal * (1 / length(normal)));
+      const double bu = double{b.uv.x} - a.uv.x, bv = double{b.uv.y} - a.uv.y;
+      const double cu = double{c.uv.x} - a.uv.x, cv = double{c.uv.y} - a.uv.y;
+      const double area = bu * cv - bv * cu;
+      // The surface's way a step in u and in v.
+      const double along_u = length(ab * cv - ac * bv), along_v = length(ac * bu - ab * cu);
+      const double mean = (along_u / columns + along_v / rows) / (2 * std::abs(area));
+      step.push_back(std::isfinite(mean) ? mean : 0);
+      of.push_back(static_cast<std::uint32_t>(t));
+    }
+  }
+};
+
+/// How far from the low poly samples may find points.
+double reach_of(const MatchRequest& request) {
+  if (request.cage) return std::max(*request.cage, request.distance - *request.cage);
+  return request.cage_mesh ? request.distance / 2 : request.distance;
+}
+
+}  // namespace
+
+HighCoverage::Places HighCoverage::spread(const Source::Impl& high, std::uint32_t count) {
+  std::vector<double> area(high.triangles.size());
+  parallel_for(area.size(), kGrainOfSeen, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t t = begin; t < end; ++t) {
+      const double size = length(face_normal(high, high.triangles[t]));
+      area[t] = std::isfinite(size) ? size : 0;
+    }
+  });
+  const double whole = std::accumulate(area.begin(), area.end(), 0.0);
+  Places places;
+  places.spacing = std::sqrt(whole / 2 / std::max(count, 1U));  // areas are twice the triangles'
+  double before = 0;
+  std::size_t t = 0;
+  for (std::uint32_t i = 0; i < count && whole > 0; ++i) {
+    const double wanted = whole * (i + 0.5) / count;
+    while (t + 1 < area.size() && before + area[t] <= wanted) before += area[t++];
+    if (!(area[t] > 0)) continue;
+    // Weights of the corners, even over the triangle.
+    double u = spread_share(i, 0.7548776662466927), v = spread_share(i, 0.5698402909980532);
+    if (u + v > 1) {
+      u = 1 - u;
+      v = 1 - v;
+    }
+    const Triangle& corners = high.triangles[t];
+    const Vec3d a(high.positions[corners[0]]), b(high.positions[corners[1]]),
+        c(high.positions[corners[2]]);
+    const Vec3d normal = face_normal(high, corners);
+    places.list.push_back(
+        {to_float(a + (b - a) * u + (c - a) * v), to_float(normal * (1 / area[t]))});
+  }
+  return places;
+}
+
+HighCoverage::Places HighCoverage::vertices(const Source::Impl& high) {
+  std::vector<Vec3d> normals(high.positions.size());
+  for (const Triangle& t : high.triangles) {
+    const Vec3d normal = face_normal(high, t);
+    if (!std::isfinite(length(normal))) continue;
+    for (const std::uint32_t corner : t) normals[corner] = normals[corner] + normal;
+  }
+  Places places;
+  for (std::size_t i = 0; i < normals.size(); ++i) {
+    const double size = length(normals[i]);
+    places.list.push_back(
+        {high.positions[i], size > 0 ? to_float(normals[i] * (1 / size)) : Vec3{}});
+  }
+  return places;
+}
+
+HighCoverage::HighCoverage(const MatchRequest& request, Places places, CopyCheck* copies)
+    : places_(std::move(places.list)),
+      spacing_(places.spacing),
+      radius_(places_.size()),
+      seen_(places_.size()),
+      held_(places_.size()),
+      by_copies_(places_.size()) {
+  if (places_.empty()) return;
+  find_near(request, copies);
+  find_seen(request);
+  make_grid();
+  const double samples =
+      double{1} * request.width * request.height * request.samples * request.samples;
+  const double triangles = static_cast<double>(request.source.triangles.size());
+  if (samples > kSamplesATriangle * triangles) find_triangles(request.source);
+}
+
+void HighCoverage::find_near(const MatchRequest& request, CopyCheck* copies) {
+  cl::Context& context = context_of(request.source.device);
+  const LowFaces low(request.surface, double{1} * request.width * request.samples,
+                     double{1} * request.height * request.samples);
+  const auto count = static_cast<std::uint32_t>(places_.size());
+  DeviceCorrespondence nearest(context, count);
+  const ClosestFinder finder(context, std::make_shared<Tree>(context, low.positions, low.triangles),
+                             request.source.traversal);
+  ClosestQuery query;
+  query.max_distance = static_cast<float>(std::min(reach_of(request), double{kFar}));
+  finder.find(points_of(context, places_), count, count, query, nearest);
+  std::vector<std::uint32_t> triangle(count);
+  nearest.triangle.read(context, triangle);
+  for (std::uint32_t i = 0; i < count; ++i) {
+    if (triangle[i] == KILN_NO_TRIANGLE) continue;
+    const double cosine = dot(low.normals[triangle[i]], Vec3d(places_[i].normal));
+    if (!(cosine > kSteepest)) continue;
+    radius_[i] = static_cast<float>(kSteps * low.step[triangle[i]] / cosine);
+  }
+  if (copies == nullptr) return;
+  std::vector<CopyCheck::Place> places;
+  std::vector<std::uint32_t> of;
+  for (std::uint32_t i = 0; i < count; ++i) {
+    if (!(radius_[i] > 0) || !request.surface.is_copy(low.of[triangle[i]])) continue;
+    const Triangle& corners = low.triangles[triangle[i]];
+    const Vec3d a(low.positions[corners[0]]), b(low.positions[corners[1]]),
+        c(low.positions[corners[2]]);
+    const Vec3d ab = b - a, ac = c - a, up = cross(ab, ac), way = Vec3d(places_[i].position) - a;
+    const double area = dot(up, up);
+    // The nearest point lies below the place, or on the triangle's border. There a ray may go by the high poly.
+    double u = std::clamp(dot(cross(way, ac), up) / area, 0.0, 1.0);
+    double v = std::clamp(dot(cross(ab, way), up) / area, 0.0, 1 - u);
+    u += (1.0 / 3 - u) * kInwardOfPlace;
+    v += (1.0 / 3 - v) * kInwardOfPlace;
+    places.push_back({low.of[triangle[i]], static_cast<float>(u), static_cast<float>(v)});
+    of.push_back(i);
+  }
+  const std::vector<CopyCheck::Finding> findings = copies->find(places);
+  for (std::size_t k = 0; k < findings.size(); ++k) {
+    const std::uint32_t i = of[k];
+    by_copies_[i] = findings[k].verdict == CopyCheck::Verdict::other ? 1 : 0;
+    if (findings[k].verdict != CopyCheck::Verdict::same) continue;
+    // The map holds it where the match finds this place, not a layer above it.
+    const Vec3d away = findings[k].found - Vec3d(places_[i].position);
+    const double near = std::max(double{radius_[i]}, kNearFinding);
+    held_[i] = dot(away, away) <= near * near ? 1 : 0;
+  }
+}
+
+void HighCoverage::find_seen(const MatchRequest& request) {
+  cl::Context& context = context_of(request.source.device);
+  const RayCaster& caster = request.source.rays();
+  const double fewer = std::max(1.0, caster.stats().leaves_a_line / kManyLeaves);
+  std::vector<Vec3> directions;
+  for (const Vec3d& direction : spread_directions(
+           std::max(static_cast<std::uint32_t>(kDirections / fewer), kFewestDirections))) {
+    directions.push_back(to_float(direction));
+  }
+  std::vector<Place> rays;
+  std::vector<std::uint32_t> of;
+  const auto cast = [&] {
+    if (rays.empty()) return;
+    const auto count = static_cast<std::uint32_t>(rays.size());
+    cl::Array<std::uint8_t> hit(context, count);
+    caster.occluded(points_of(context, rays), count, count,
+                    {.t_min = kOff, .t_max = kFar, .two_sided = true}, hit);
+    const std::vector<std::uint8_t> hidden = hit.download(context);
+    for (std::size_t k = 0; k < of.size(); ++k) {
+      const double cosine = dot(Vec3d(places_[of[k]].normal), Vec3d(rays[k].normal));
+      if (hidden[k] == 0) seen_[of[k]] += static_cast<float>(cosine);
+    }
+    rays.clear();
+    of.clear();
+  };
+  for (std::uint32_t i = 0; i < places_.size(); ++i) {
+    if (!(radius_[i] > 0)) continue;
+    const Vec3d normal(places_[i].normal);
+    const Vec3 from = to_float(Vec3d(places_[i].position) + normal * double{kOff});
+    for (const Vec3& w : directions) {
+      if (!(dot(normal, Vec3d(w)) > 0.05)) continue;
+      rays.push_back({from, w});
+      of.push_back(i);
+    }
+    if (rays.size() > kAtOnce) cast();
+  }
+  cast();
+}
+
+std::uint64_t HighCoverage::cell(const std::array<std::int64_t, 3>& at) {
+  std::uint64_t hash = static_cast<std::uint64_t>(at[0]) * 0x9E3779B97F4A7C15U;
+  hash = (hash ^ (hash >> 29) ^ static_cast<std::uint64_t>(at[1])) * 0xBF58476D1CE4E5B9U;
+  hash = (hash ^ (hash >> 31) ^ static_cast<std::uint64_t>(at[2])) * 0x94D049BB133111EBU;
+  return hash ^ (hash >> 30);
+}
+
+std::int64_t HighCoverage::slice(double x) const {
+  // Rounded down, without a call of floor(): it is asked three times a sample.
+  const double side = x * per_side_;
+  const auto near = static_cast<std::int64_t>(side);
+  return near - (side < static_cast<double>(near) ? 1 : 0);
+}
+
+/// Each place stands in all cells that it reaches into, so that a sample looks into one.
+void HighCoverage::make_grid() {
+  maybe_.assign(kFilterBits / 64, 0);
+  float farthest = 0;
+  for (std::size_t i = 0; i < places_.size(); ++i) {
+    if (seen_[i] > 0) farthest = std::max(farthest, radius_[i]);
+  }
+  if (!(farthest > 0)) return;
+  per_side_ = 0.5 / farthest;  // so that few places stand in more than eight
+  for (std::uint32_t i = 0; i < places_.size(); ++i) {
+    if (!(seen_[i] > 0)) continue;
+    const Vec3d p(places_[i].position);
+    const double r = double{radius_[i]} * kWider;
+    for (std::int64_t z = slice(p.z - r); z <= slice(p.z + r); ++z) {
+      for (std::int64_t y = slice(p.y - r); y <= slice(p.y + r); ++y) {
+        for (std::int64_t x = slice(p.x - r); x <= slice(p.x + r); ++x) {
+          const std::uint64_t key = cell({x, y, z});
+          maybe_[key % kFilterBits / 64] |= std::uint64_t{1} << (key % 64);
+          std::vector<std::uint32_t>& list = cells_[key];
+          if (list.empty() || list.back() != i) list.push_back(i);
+        }
+      }
+    }
+  }
+}
+
+void HighCoverage::find_triangles(const Source::Impl& high) {
+  std::vector<std::uint32_t> seen;
+  std::vector<Vec3> points(places_.size());
+  double farthest = 0;
+  for (std::uint32_t i = 0; i < places_.size(); ++i) {
+    points[i] = places_[i].position;
+    if (!(seen_[i] > 0)) continue;
+    seen.push_back(i);
+    farthest = std::max(farthest, double{radius_[i]} * kWider);
+  }
+  const CoverageSlabs slabs(points, std::move(seen));
+  struct Found {
+    std::vector<std::uint32_t> triangles, ends, places;
+  };
+  const std::size_t count = high.triangles.size();
+  std::vector<Found> found((count + kGrainOfSeen - 1) / kGrainOfSeen);
+  parallel_for(count, kGrainOfSeen, [&](std::size_t begin, std::size_t end) {
+    // Named, since the lambda within reads them.
+    std::vector<std::uint32_t>& triangles = found[begin / kGrainOfSeen].triangles;
+    std::vector<std::uint32_t>& ends = found[begin / kGrainOfSeen].ends;
+    std::vector<std::uint32_t>& places = found[begin / kGrainOfSeen].places;
+    for (std::size_t t = begin; t < end; ++t) {
+      const auto box = box_of(high, high.triangles[t]);
+      const Vec3d &low = box[0], &top = box[1];
+      const double slack = kOutside * 4 * length(top - low);
+      const std::size_t before = places.size();
+      const Vec3d reach = Vec3d{1, 1, 1} * (slack + farthest);
+      slabs.around(low - reach, top + reach, [&](std::uint32_t i) {
+        const Vec3d p(points[i]);
+        const double r = slack + double{radius_[i]} * kWider;
+        const bool within = p.x > low.x - r && p.x < top.x + r && p.y > low.y - r &&
+                            p.y < top.y + r && p.z > low.z - r && p.z < top.z + r;
+        if (within) places.push_back(i);
+        return places.size() <= before + kFewPlaces;
+      });
+      if (places.size() == before) continue;
+      triangles.push_back(static_cast<std::uint32_t>(t));
+      if (places.size() > before + kFewPlaces) places.resize(before);  // the grid has them
+      ends.push_back(static_cast<std::uint32_t>(places.size()));
+    }
+  });
+  near_.assign(count, kUnseen);
+  few_first_ = {0};
+  for (const auto& [triangles, ends, places] : found) {
+    const auto base = static_cast<std::uint32_t>(few_.size());
+    few_.insert(few_.end(), places.begin(), places.end());
+    for (std::size_t k = 0; k < triangles.size(); ++k) {
+      const bool many = ends[k] == (k == 0 ? 0 : ends[k - 1]);
+      near_[triangles[k]] =
+          many ? kGrid : kFirstFew + static_cast<std::uint32_t>(few_first_.size()) - 1;
+      if (!many) few_first_.push_back(base + ends[k]);
+    }
+  }
+}
+
+/// True if a place is held, by this sample or an earlier one.
+bool HighCoverage::hold(std::uint32_t i, const Sample& sample) {
+  std::atomic_ref<std::uint8_t> held(held_[i]);
+  if (held.load(std::memory_order_relaxed) != 0) return true;
+  const Vec3d way = Vec3d(places_[i].position) - sample.point;
+  if (dot(way, way) > double{radius_[i]} * radius_[i]) return false;
+  if (!(dot(cross(sample.ab, sample.ac), Vec3d(places_[i].normal)) > 0)) return false;
+  held.store(1, std::memory_order_relaxed);
+  return true;
+}
+
+void HighCoverage::mark(const Sample& sample) {
+  const Vec3d& p = sample.point;
+  const std::uint64_t key = cell({slice(p.x), slice(p.y), slice(p.z)});
+  if ((maybe_[key % kFilterBits / 64] >> (key % 64) & 1) == 0) return;
+  const auto found = cells_.find(key);
+  if (found == cells_.end()) return;
+  for (const std::uint32_t i : found->second) hold(i, sample);
+}
+
+bool HighCoverage::mark_few(std::uint32_t few, const Sample& sample) {
+  bool all = true;
+  for (std::uint32_t k = few_first_[few]; k < few_first_[few + std::size_t{1}]; ++k) {
+    if (!hold(few_[k], sample)) all = false;
+  }
+  return all;
+}
+
+void HighCoverage::store(const Source::Impl& high, BandReads& reads,
+                         const DeviceCorrespondence& match) {
+  if (cells_.empty() || match.count == 0) return;
+  const std::vector<std::uint32_t>& triangle = reads.read(match.triangle, match.count);
+  const std::vector<float>& u = reads.read(match.barycentric, match.count);
+  const std::vector<float>& v = reads.read(match.barycentric, match.count, match.capacity);
+  parallel_for(match.count, kGrainOfSeen, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) {
+      const std::uint32_t of = triangle[i];
+      if (of == KILN_NO_TRIANGLE) continue;
+      const bool inside = u[i] >= -kOutside && v[i] >= -kOutside && u[i] + v[i] <= 1 + kOutside;
+      std::uint32_t near = kGrid;
+      if (!near_.empty() && inside) {
+        near = std::atomic_ref<std::uint32_t>(near_[of]).load(std::memory_order_relaxed);
+        if (near == kUnseen) continue;
+      }
+      const Triangle& t = high.triangles[of];
+      const Vec3d a(high.positions[t[0]]), b(high.positions[t[1]]), c(high.positions[t[2]]);
+      const Vec3d ab = b - a, ac = c - a;
+      const Sample sample{a + ab * double{u[i]} + ac * double{v[i]}, ab, ac};
+      if (near == kGrid) {
+        mark(sample);
+      } else if (mark_few(near - kFirstFew, sample)) {
+        // No sample of this triangle can hold another place.
+        std::atomic_ref<std::uint32_t>(near_[of]).store(kUnseen, std::memory_order_relaxed);
+      }
+    }
+  });
+}
+
+std::vector<VertexCoverage> HighCoverage::marks() const {
+  std::vector<VertexCoverage> result;
+  for (std::size_t i = 0; i < places_.size(); ++i) {
+    result.push_back(!(seen_[i] > 0) ? VertexCoverage::beside
+                     : held_[i] != 0 ? VertexCoverage::held
+                                     : VertexCoverage::lost);
+  }
+  return result;
+}
+
+}  // namespace kiln

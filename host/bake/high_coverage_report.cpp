@@ -1,0 +1,121 @@
+// What was lost, summed up: shares, and the largest connected part.
+#include <algorithm>
+#include <cstdio>
+#include <numeric>
+#include <string>
+
+#include "bake/high_coverage.h"
+
+namespace kiln {
+namespace {
+
+constexpr double kLink = 2.5;  // spacings, within which lost places are of one part
+constexpr double kWarnFrom = 0.01;
+
+/// The part of each of some places, named by one of its members: neighbours within `link` are of one.
+std::vector<std::uint32_t> parts_of(const std::vector<Vec3d>& places, double link) {
+  std::vector<std::uint32_t> order(places.size()), root(places.size());
+  std::iota(order.begin(), order.end(), 0U);
+  std::iota(root.begin(), root.end(), 0U);
+  std::sort(order.begin(), order.end(), [&](std::uint32_t a, std::uint32_t b) {
+    return std::pair(places[a].x, a) < std::pair(places[b].x, b);
+  });
+  const auto find = [&](std::uint32_t i) {
+    while (root[i] != i) i = root[i] = root[root[i]];
+    return i;
+  };
+  for (std::size_t i = 0; i < order.size(); ++i) {
+    const Vec3d& a = places[order[i]];
+    for (std::size_t j = i + 1; j < order.size() && places[order[j]].x - a.x <= link; ++j) {
+      const Vec3d way = places[order[j]] - a;
+      if (dot(way, way) > link * link) continue;
+      const std::uint32_t one = find(order[i]), other = find(order[j]);
+      root[std::max(one, other)] = std::min(one, other);
+    }
+  }
+  for (std::uint32_t i = 0; i < root.size(); ++i) root[i] = find(i);
+  return root;
+}
+
+std::string in_words(const std::array<double, 3>& p) {
+  char text[96];
+  std::snprintf(text, sizeof text, "%.4g, %.4g, %.4g", p[0], p[1], p[2]);
+  return text;
+}
+
+std::string advice(const BakeOptions& options) {
+  const auto takes_cage = [](const MatchRow& row) { return row.info.takes_cage; };
+  if (!takes_cage(match_row(options.method))) {
+    return "other matches may find it: try MatchMethod::" + match_names(takes_cage) + ".";
+  }
+  if (options.cage || options.cage_mesh != nullptr) {
+    return "raise BakeOptions::cage, so that rays start above it, or leave the cage out.";
+  }
+  if (options.ray.rule == RayRule::nearest) {
+    return "rays stop at nearer faces: take RayRule::outermost.";
+  }
+  return "raise max_distance, or give the low poly a part of its own there.";
+}
+
+}  // namespace
+
+HighCoverageReport HighCoverage::report(const Frame& frame) const {
+  HighCoverageReport result;
+  double all = 0, lost = 0, by_copies = 0;
+  std::vector<Vec3d> places;
+  std::vector<double> weight;
+  for (std::size_t i = 0; i < places_.size(); ++i) {
+    if (!(seen_[i] > 0)) continue;
+    ++result.places;
+    all += double{seen_[i]};
+    if (held_[i] != 0) continue;
+    lost += double{seen_[i]};
+    if (by_copies_[i] != 0) by_copies += double{seen_[i]};
+    places.push_back(Vec3d(places_[i].position));
+    weight.push_back(double{seen_[i]});
+  }
+  if (places.empty()) return result;
+  result.lost = lost / all;
+  result.by_copies = by_copies / all;
+  const std::vector<std::uint32_t> part = parts_of(places, kLink * spacing_);
+  std::vector<double> size(places.size());
+  for (std::size_t i = 0; i < places.size(); ++i) size[part[i]] += weight[i];
+  const auto most =
+      static_cast<std::uint32_t>(std::max_element(size.begin(), size.end()) - size.begin());
+  result.largest = size[most] / all;
+  Vec3d middle;
+  for (std::size_t i = 0; i < places.size(); ++i) {
+    if (part[i] == most) middle = middle + places[i] * (weight[i] / size[most]);
+  }
+  double least = INFINITY;
+  Vec3d nearest;
+  for (std::size_t i = 0; i < places.size(); ++i) {
+    const Vec3d way = places[i] - middle;
+    if (part[i] != most || !(dot(way, way) < least)) continue;
+    least = dot(way, way);
+    nearest = places[i];
+  }
+  result.where = {frame.center[0] + nearest.x / frame.scale,
+                  frame.center[1] + nearest.y / frame.scale,
+                  frame.center[2] + nearest.z / frame.scale};
+  return result;
+}
+
+void warn_about_loss(const HighCoverageReport& recall, const BakeOptions& options,
+                     std::vector<Warning>& warnings) {
+  // What copies lose may have a warning of its own.
+  const bool told = std::any_of(warnings.begin(), warnings.end(), [](const Warning& warning) {
+    return warning.code == CopyCheck::kWarning;
+  });
+  if (recall.lost - (told ? recall.by_copies : 0) < kWarnFrom) return;
+  char text[160];
+  std::snprintf(text, sizeof text, "%.1f%% of the high poly's visible surface near the low poly ",
+                100 * recall.lost);
+  std::string message = text;
+  std::snprintf(text, sizeof text, "is on no texel, most of it (%.1f%%) around ",
+                100 * recall.largest);
+  message += text + in_words(recall.where) + ": " + advice(options);
+  warnings.push_back({"lost-surface", message, 1});
+}
+
+}  // namespace kiln

@@ -1,0 +1,21 @@
+#include <utility>
+
+#include "base/progress_guard.h"
+#include "kiln/progress.h"
+
+namespace kiln {
+
+struct ProgressScope::Impl {
+  explicit Impl(Progress progress) : guard(std::move(progress)) {}
+
+  ProgressGuard guard;
+};
+
+ProgressScope::ProgressScope(Progress progress) : impl_(new Impl(std::move(progress))) {}
+ProgressScope::~ProgressScope() { delete impl_; }
+
+void ProgressScope::at(double done, std::string_view stage) {
+  if (!impl_->guard.tell(done, stage)) throw Cancelled();
+}
+
+}  // namespace kiln

@@ -1,0 +1,91 @@
+// Less noise in shares of rays: smoothed over the surface as far as it does not blur.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "cl/context.h"
+#include "mesh/low_surface.h"
+#include "mesh/surface_links.h"
+
+namespace kiln {
+
+/// Chooses for each place how often to smooth, by two estimates of every texel from other rays.
+///
+/// Smoothed by itself, one estimate is held against the other, unsmoothed one: the mean square of
+/// their difference has three parts: the latter's noise, the detail that smoothing lost, and the
+/// noise that it left. The noise is the same for all of them, so the lost detail is known over some
+/// texels (the choice among a bank of filters after Rousselle, Knaus and Zwicker, "Adaptive Rendering
+/// with Non-Local Means Filtering", 2012). The same bytes on every device and number of threads.
+class AoDenoiser {
+ public:
+  AoDenoiser(cl::Context& context, const LowSurface& surface, std::uint32_t width,
+             std::uint32_t height);
+
+  /// Texels of a band of rows.
+  struct Texels {
+    std::uint32_t first_row = 0, row_count = 0;
+    std::span<const std::uint32_t> place;     ///< (row - first_row) * width + column
+    std::span<const std::uint32_t> triangle;  ///< Of the low poly
+    const cl::Array<float>& points;           ///< Positions and normals, 6 planes
+    std::uint32_t points_plane = 0;
+  };
+  void prepare(const Texels& texels);
+
+  struct Result {
+    std::vector<float> shares;  ///< Of each texel
+    std::vector<float> errors;  ///< Root mean square expected around it, over some 2,000 texels
+  };
+  /// \param estimates  two of each texel: a, b, a, b...
+  Result run(std::span<const float> estimates);
+
+ private:
+  // After 0, 1, 2, 4 and 8 steps, whose deviations are 0 to 2.3 texels.
+  static constexpr std::array<std::uint32_t, 5> kSteps{0, 1, 2, 4, 8};
+  static constexpr std::uint32_t kTile = 16;  // texels a side
+  /// Of each texel, of each level: two numbers. The first one is the caller's.
+  struct Levels {
+    std::array<std::span<const float>, kSteps.size()> of;
+    std::array<std::unique_ptr<float[]>, kSteps.size()> memory;
+  };
+  struct Between {
+    std::uint32_t before = 0, behind = 0;
+    double way = 0;
+  };
+
+  /// What there is to say of some texels: their number, and of each level squares of errors, and of noise.
+  struct Tile {
+    double count = 0, blur = 0;  // blur: squares of what the first step loses
+    std::array<double, kSteps.size()> error{}, noise{};  // error: without blur
+    void add(const Tile& other);
+  };
+  struct Choice {
+    std::int32_t level = -1;  // -1: the tile has no texels
+    float error = 0;
+  };
+
+  std::uint32_t tile_of(std::uint32_t place) const {
+    return place / width_ / kTile * tiles_across_ + place % width_ / kTile;
+  }
+  void sort_into_tiles(const Texels& texels);
+  bool find_tiles();
+  static std::vector<Between> between(std::uint32_t places, std::uint32_t tiles);
+  Levels smoothed(std::span<const float> estimates);
+  Tile errors_of(const Levels& levels, std::size_t tile) const;
+  std::vector<Choice> choose(const Levels& levels) const;
+
+  cl::Context& context_;
+  const LowSurface& surface_;
+  SurfaceTopology topology_;
+  std::uint32_t width_, height_, tiles_across_, tiles_down_ = 0, count_ = 0;
+  std::vector<std::uint32_t> place_;       // of each texel
+  std::vector<std::uint32_t> tile_first_;  // [tiles + 1] into the next
+  std::vector<std::uint32_t> by_tile_;     // texels; empty: as they come
+  cl::Array<std::uint32_t> neighbours_;    // with their weights
+  cl::Array<float> from_, to_;
+};
+
+}  // namespace kiln

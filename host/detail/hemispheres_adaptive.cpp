@@ -1,0 +1,268 @@
+// Ambient occlusion to a given error: texels cast until two smoothed estimates agree.
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <memory>
+#include <numbers>
+#include <numeric>
+
+#include "base/parallel.h"
+#include "detail/hemisphere_rays.h"
+#include "detail/hemispheres.h"
+
+namespace kiln {
+namespace {
+
+// Picked samples are rounded up to so many.
+constexpr std::uint32_t kBlock = 64;
+constexpr std::uint32_t kMostAddedRays = 4096;
+// Of OcclusionOptions::rays, an estimate begins with the reciprocal of this; there are two.
+constexpr std::uint32_t kBegin = 8;
+// What is expected is this share of what is asked for, since it is estimated.
+constexpr double kSafe = 0.8;
+// How much of a texel's error stays where more rays do not help.
+constexpr float kNoHelp = 0.85F;
+constexpr std::uint32_t kMostTimes = 8;  // at once
+
+/// Even, since rays that are balanced have less noise: 16 less than 21.
+std::uint32_t rays_at_first(std::uint32_t rays) {
+  const std::uint32_t share = rays / kBegin;
+  return share > 1 ? share / 2 * 2 : 1;
+}
+
+}  // namespace
+
+const Hemispheres::RaySet& Hemispheres::outward_rays(std::uint32_t count) {
+  RaySet& set = more_rays_[count];
+  set.falls_off = true;
+  if (set.count == 0) upload_rays(set, count, 1);
+  return set;
+}
+
+void Hemispheres::pick(const TexelBand& band, const DeviceCorrespondence& match,
+                       std::span<const std::uint32_t> samples, std::optional<std::uint32_t> round) {
+  const auto count = static_cast<std::uint32_t>(samples.size());
+  const std::uint32_t capacity = (count + kBlock - 1) / kBlock * kBlock;
+  make_room(context_, some_.triangle, capacity);
+  make_room(context_, some_.barycentric, std::size_t{2} * capacity);
+  make_room(context_, some_.points, std::size_t{3} * capacity);
+  make_room(context_, some_match_.triangle, capacity);
+  make_room(context_, some_match_.barycentric, std::size_t{2} * capacity);
+  make_room(context_, some_turns_, capacity);
+  some_.sample_count = count;
+  some_.capacity = some_match_.capacity = capacity;
+  make_room(context_, picked_, capacity);
+  picked_.write(context_, samples);
+  const kiln_pick_params params{count,    band.capacity,   match.capacity,
+                                capacity, round ? 1U : 0U, round.value_or(0)};
+  context_.launch(context_.kernel("hemisphere", "kiln_hemisphere_pick"), count, kLocal, params,
+                  picked_, band.triangle, band.barycentric, band.points, match.triangle,
+                  match.barycentric, round ? keys_ : turns_, some_.triangle, some_.barycentric,
+                  some_.points, some_match_.triangle, some_match_.barycentric, some_turns_);
+}
+
+void Hemispheres::turn_picked(std::uint32_t count, std::uint32_t round,
+                              cl::Array<std::uint32_t>& turns) {
+  make_room(context_, turns, padded(count));
+  const kiln_pick_params params{count, 0, 0, 0, 1, round};
+  context_.launch(context_.kernel("hemisphere", "kiln_hemisphere_turn_more"), count, kLocal, params,
+                  picked_, keys_, turns);
+}
+
+/// What the filter knows of the band: texels with a sample that has rays, the first of which stands for it.
+Hemispheres::Shared Hemispheres::prepare_filter(const TexelBand& band,
+                                                const DeviceCorrespondence& match, bool second) {
+  const std::vector<std::uint32_t>& index = reads_->read(band.texel_index, band.texel_count);
+  const std::vector<std::uint32_t>& first =
+      reads_->read(band.texel_first, band.texel_count + std::size_t{1});
+  const std::vector<std::uint32_t>& triangle = reads_->read(match.triangle, band.sample_count);
+  const std::vector<std::uint32_t>& low = reads_->read(band.triangle, band.sample_count);
+  near_order(band);
+  const auto has_rays = [&](std::uint32_t sample) {
+    return triangle[sample] != KILN_NO_TRIANGLE || (keep_ && !second);
+  };
+  // Counted first, so that each piece knows where its own begin.
+  struct Piece {
+    std::size_t samples = 0, texels = 0;
+  };
+  const std::size_t all = near_texels_.size();
+  std::vector<Piece> pieces((all + kTexelsOfPiece - 1) / kTexelsOfPiece + 1);
+  parallel_for(all, kTexelsOfPiece, [&](std::size_t begin, std::size_t end) {
+    Piece& piece = pieces[begin / kTexelsOfPiece + 1];
+    for (std::size_t i = begin; i < end; ++i) {
+      const std::uint32_t t = near_texels_[i];
+      std::size_t count = 0;
+      for (std::uint32_t s = first[t]; s < first[t + 1]; ++s) count += has_rays(s) ? 1 : 0;
+      piece.samples += count;
+      piece.texels += count > 0 ? 1 : 0;
+    }
+  });
+  for (std::size_t p = 1; p < pieces.size(); ++p) {
+    pieces[p].samples += pieces[p - 1].samples;
+    pieces[p].texels += pieces[p - 1].texels;
+  }
+  Shared shared;
+  shared.samples.resize(pieces.back().samples);
+  shared.first.resize(pieces.back().texels + 1);
+  std::vector<std::uint32_t> stands(pieces.back().texels), place(stands.size()),
+      of_low(stands.size());
+  parallel_for(all, kTexelsOfPiece, [&](std::size_t begin, std::size_t end) {
+    auto [to, at] = pieces[begin / kTexelsOfPiece];
+    for (std::size_t i = begin; i < end; ++i) {
+      const std::uint32_t t = near_texels_[i];
+      const std::size_t before = to;
+      for (std::uint32_t s = first[t]; s < first[t + 1]; ++s) {
+        if (has_rays(s)) shared.samples[to++] = s;
+      }
+      if (to == before) continue;
+      stands[at] = shared.samples[before];
+      place[at] = index[t];
+      of_low[at] = low[stands[at]];
+      shared.first[++at] = static_cast<std::uint32_t>(to);
+    }
+  });
+  if (stands.empty()) return shared;
+  if (!filter_) filter_.emplace(context_, surface_, width_, height_);
+  upload();
+  make_room(context_, picked_, stands.size());
+  picked_.write(context_, stands);
+  kiln_hemisphere_params params = ray_params(band, match, second, rays_out_);
+  params.by_list = 1;
+  params.count = static_cast<std::uint32_t>(stands.size());
+  params.stride = params.plane = padded(params.count);
+  make_room(context_, texel_points_, std::size_t{KILN_HEMISPHERE_PLANES} * params.plane);
+  make_points(params, band, match, texel_points_);
+  filter_->prepare({band.first_row, band.row_count, place, of_low, texel_points_, params.plane});
+  context_.finish();
+  return shared;
+}
+
+void Hemispheres::cast_all(std::uint32_t rays, std::span<std::vector<std::uint32_t>* const> open,
+                           Estimates& of) {
+  const auto count = static_cast<std::uint32_t>(of.rays.size());
+  const std::array<Turned, 2> all{Turned{&some_turns_, &some_open_},
+                                  Turned{&more_turns_, &more_open_}};
+  const std::span<const Turned> turned = std::span(all).first(open.size());
+  const std::array<cl::Array<std::uint32_t>*, 2> turns{&some_turns_, &more_turns_};
+  const std::array<cl::Array<std::uint32_t>*, 2> counts{&some_open_, &more_open_};
+  for (std::size_t i = 0; i < open.size(); ++i) {
+    turn_picked(count, of.turn++, *turns[i]);
+    make_room(context_, *counts[i], padded(count));
+    context_.fill(*counts[i], std::uint32_t{0});
+  }
+  cast_texels(count, outward_rays(rays), turned);
+  for (std::size_t i = 0; i < open.size(); ++i) counts[i]->read(context_, *open[i]);
+}
+
+void Hemispheres::estimate(Estimates& of, const std::vector<std::uint32_t>& texels,
+                           std::uint32_t rays, std::span<std::vector<std::uint32_t>* const> open) {
+  if (rays == 0) return;
+  std::vector<std::uint32_t> samples, rounds;
+  samples.reserve(of.shared.samples.size());
+  for (const std::uint32_t t : texels) {
+    samples.insert(samples.end(), of.shared.samples.begin() + of.shared.first[t],
+                   of.shared.samples.begin() + of.shared.first[t + 1]);
+  }
+  for (std::size_t i = 0; i < open.size(); ++i) rounds.push_back(of.turn++);
+  const std::vector<Counted> found = cast_more(of.band, of.match, of.second, samples, rays, rounds);
+  for (std::size_t i = 0; i < open.size(); ++i) {
+    for (const std::uint32_t t : texels) {
+      for (std::size_t s = of.shared.first[t]; s < of.shared.first[t + 1]; ++s) {
+        (*open[i])[t] += found[i].open[of.shared.samples[s]];
+      }
+    }
+  }
+}
+
+AoDenoiser::Result Hemispheres::filtered(const Estimates& of) {
+  const std::size_t texels = of.rays.size();
+  const auto pairs = std::make_unique_for_overwrite<float[]>(2 * texels);
+  parallel_for(texels, kTexelsOfPiece, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t t = begin; t < end; ++t) {
+      const double all =
+          static_cast<double>(of.rays[t]) * (of.shared.first[t + 1] - of.shared.first[t]);
+      pairs[2 * t] = static_cast<float>(of.a[t] / all);
+      pairs[2 * t + 1] = static_cast<float>(of.b[t] / all);
+    }
+  });
+  return filter_->run({pairs.get(), 2 * texels});
+}
+
+/// Casts more where that brings the error of the whole down at the least cost: with errors e of n rays each, and
+/// squares that fall as 1 / n, that is n in proportion to e sqrt(n). By groups of texels that have as many
+/// rays and get as many. \returns whether there were any
+bool Hemispheres::refine(Estimates& of, const AoDenoiser::Result& last,
+                         const std::vector<float>& before) {
+  double squares = 0, roots = 0;
+  for (const float error : last.errors) squares += static_cast<double>(error) * error;
+  const auto texel_count = static_cast<double>(of.rays.size());
+  const double wanted = kSafe * max_error_ * kSafe * max_error_;
+  if (squares / texel_count <= wanted) return false;
+  for (std::size_t t = 0; t < of.rays.size(); ++t) {
+    roots += last.errors[t] * std::sqrt(of.rays[t]);
+  }
+  of.done.resize(of.rays.size());
+  of.cast.resize(of.rays.size());
+  std::map<std::pair<std::uint32_t, std::uint32_t>, std::vector<std::uint32_t>> groups;
+  for (std::uint32_t t = 0; t < of.rays.size(); ++t) {
+    // Where more rays have not helped, it is not rays that are missing.
+    if (!before.empty() && last.errors[t] > kNoHelp * before[t] && of.round == of.cast[t]) {
+      of.done[t] = 1;
+    }
+    if (of.done[t] != 0) continue;
+    const double more = roots / texel_count / wanted * last.errors[t] / std::sqrt(of.rays[t]);
+    if (more <= 1) continue;
+    std::uint32_t times = 2;
+    while (times < kMostTimes && times * std::numbers::sqrt2 < more) times *= 2;
+    while (times > 1 && 2 * times * of.rays[t] > kMostAddedRays) times /= 2;
+    if (times > 1) groups[{of.rays[t], times}].push_back(t);
+  }
+  ++of.round;
+  for (const auto& [key, texels] : groups) {
+    const auto [rays, times] = key;
+    for (const std::uint32_t t : texels) {
+      of.a[t] += of.b[t];
+      of.b[t] = 0;
+      of.rays[t] = rays * times;
+      of.cast[t] = of.round;
+    }
+    estimate(of, texels, rays * (times - 2), std::array{&of.a});
+    estimate(of, texels, rays * times, std::array{&of.b});
+  }
+  return !groups.empty();
+}
+
+std::vector<float> Hemispheres::open_within(const TexelBand& band,
+                                            const DeviceCorrespondence& match, bool second) {
+  make_keys(band);
+  std::vector<float> shares(band.sample_count);
+  Estimates of{band, match, second, prepare_filter(band, match, second), {}, {}, {}, {}, {}};
+  const std::size_t texels = of.shared.first.size() - 1;
+  if (texels == 0) return shares;
+  of.a.resize(texels);
+  of.b.resize(texels);
+  of.rays.assign(texels, rays_at_first(rays_out_.count));
+  if (of.shared.single() && parts_ == nullptr && occluders().traversal() == Traversal::cpu) {
+    cast_all(of.rays[0], std::array{&of.a, &of.b}, of);
+  } else {
+    std::vector<std::uint32_t> all(texels);
+    std::iota(all.begin(), all.end(), 0U);
+    estimate(of, all, of.rays[0], std::array{&of.a, &of.b});
+  }
+  AoDenoiser::Result result = filtered(of);
+  std::vector<float> before;
+  while (refine(of, result, before)) {
+    before = std::move(result.errors);
+    result = filtered(of);
+  }
+  parallel_for(texels, kTexelsOfPiece, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t t = begin; t < end; ++t) {
+      for (std::size_t s = of.shared.first[t]; s < of.shared.first[t + 1]; ++s) {
+        shares[of.shared.samples[s]] = result.shares[t];
+      }
+    }
+  });
+  return shares;
+}
+
+}  // namespace kiln

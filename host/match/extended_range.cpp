@@ -1,0 +1,70 @@
+#include "match/extended_range.h"
+
+#include <cmath>
+#include <span>
+#include <utility>
+#include <vector>
+
+#include "match/host_correspondence.h"
+#include "match/ray.h"
+#include "match/sample_subset.h"
+
+namespace kiln {
+namespace {
+
+class ExtendedRange : public Matcher {
+ public:
+  ExtendedRange(std::unique_ptr<Matcher> near, const MatchRequest& request)
+      : context_(context_of(request.source.device)),
+        rays_(request.source.rays()),
+        near_(std::move(near)),
+        query_(ray_query(request, false)) {
+    query_.t_max = static_cast<float>(request.sheet_reach);
+    query_.t_min = -query_.t_max;
+  }
+
+  void run(const TexelBand& band, DeviceCorrespondence& match) override {
+    if (band.sample_count == 0) return;
+    near_->run(band, match);
+    std::vector<std::uint8_t> status(band.sample_count);
+    match.status.read(context_, status);
+    std::vector<float> reach(band.sample_count);
+    band.points.read(context_, reach, std::size_t{6} * band.capacity);
+    std::vector<std::uint32_t> missed;
+    for (std::uint32_t i = 0; i < band.sample_count; ++i) {
+      if (status[i] == KILN_STATUS_MISS && reach[i] > 0) missed.push_back(i);
+    }
+    if (!missed.empty()) look_farther(band, missed, reach, match);
+  }
+
+  bool needs_band() const override { return near_->needs_band(); }
+
+ private:
+  void look_farther(const TexelBand& band, const std::vector<std::uint32_t>& samples,
+                    const std::vector<float>& reach, DeviceCorrespondence& match) {
+    const auto count = static_cast<std::uint32_t>(samples.size());
+    const SampleSubset some(context_, band, samples);
+    DeviceCorrespondence result(context_, count);
+    rays_.intersect(some.band.points, count, count, query_, result);
+    HostCorrespondence found(context_, result, count);
+    for (std::uint32_t k = 0; k < count; ++k) {
+      if (std::abs(found.distance[k]) > reach[samples[k]]) found.triangle[k] = KILN_NO_TRIANGLE;
+    }
+    result.triangle.write(context_, std::span<const std::uint32_t>(found.triangle));
+    some.put_back(result, match);
+  }
+
+  cl::Context& context_;
+  const RayCaster& rays_;
+  std::unique_ptr<Matcher> near_;
+  RayQuery query_;
+};
+
+}  // namespace
+
+std::unique_ptr<Matcher> extended_range(std::unique_ptr<Matcher> near,
+                                        const MatchRequest& request) {
+  return std::make_unique<ExtendedRange>(std::move(near), request);
+}
+
+}  // namespace kiln

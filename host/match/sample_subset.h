@@ -1,0 +1,58 @@
+// Some samples of a band: gathered, matched by themselves, and put back.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "texel/device_correspondence.h"
+#include "texel/texels.h"
+
+namespace kiln {
+
+/// Close together in memory: points alone, of what a band has, unless told of the places, too.
+class SampleSubset {
+ public:
+  SampleSubset(cl::Context& context, const TexelBand& from,
+               const std::vector<std::uint32_t>& samples)
+      : context_(context), indices_(context, std::span(samples)) {
+    band.sample_count = band.capacity = static_cast<std::uint32_t>(samples.size());
+    band.points = cl::Array<float>(context, std::size_t{7} * band.capacity);
+    context.launch(context.kernel("match", "kiln_match_gather"), band.sample_count, kLocal,
+                   band.sample_count, from.capacity, band.capacity, indices_, from.points,
+                   band.points);
+  }
+
+  /// Where on the low poly they lie. \param triangle, u, v  of all of the band
+  void take_places(const std::vector<std::uint32_t>& samples,
+                   const std::vector<std::uint32_t>& triangle, const std::vector<float>& u,
+                   const std::vector<float>& v) {
+    std::vector<std::uint32_t> of;
+    std::vector<float> weights(2 * samples.size());
+    for (std::size_t k = 0; k < samples.size(); ++k) {
+      of.push_back(triangle[samples[k]]);
+      weights[k] = u[samples[k]];
+      weights[samples.size() + k] = v[samples[k]];
+    }
+    band.triangle = cl::Array<std::uint32_t>(context_, std::span<const std::uint32_t>(of));
+    band.barycentric = cl::Array<float>(context_, std::span<const float>(weights));
+  }
+
+  /// Puts what was found for them where the samples came from.
+  void put_back(const DeviceCorrespondence& result, const DeviceCorrespondence& match) const {
+    context_.launch(context_.kernel("match", "kiln_match_scatter"), band.sample_count, kLocal,
+                    band.sample_count, band.capacity, match.capacity, indices_, result.triangle,
+                    result.barycentric, result.distance, result.status, match.triangle,
+                    match.barycentric, match.distance, match.status);
+    context_.finish();  // the indices go
+  }
+
+  TexelBand band;
+
+ private:
+  cl::Context& context_;
+  cl::Array<std::uint32_t> indices_;
+};
+
+}  // namespace kiln

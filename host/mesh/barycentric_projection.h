@@ -1,0 +1,26 @@
+// Where a point's foot lies on a triangle.
+#pragma once
+
+#include <algorithm>
+#include <array>
+
+#include "mesh/vector.h"
+
+namespace kiln {
+
+/// Barycentric weights of a point's foot on a triangle; beyond an edge, of a place on it.
+inline std::array<double, 3> barycentric_projection(const Vec3d& p, const Vec3d& a, const Vec3d& b,
+                                                    const Vec3d& c) {
+  const Vec3d normal = cross(b - a, c - a);
+  const double area = dot(normal, normal);
+  if (!(area > 0)) return {1.0 / 3, 1.0 / 3, 1.0 / 3};
+  std::array<double, 3> share = {0, dot(cross(p - a, c - a), normal) / area,
+                                 dot(cross(b - a, p - a), normal) / area};
+  share[0] = 1 - share[1] - share[2];
+  double sum = 0;
+  for (double& s : share) sum += s = std::max(s, 0.0);
+  for (double& s : share) s /= sum;
+  return share;
+}
+
+}  // namespace kiln

@@ -1,0 +1,436 @@
+#include "mesh/edge_tree.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <tuple>
+#include <utility>
+
+#include "base/parallel.h"
+#include "mesh/ball_clip.h"
+
+namespace kiln {
+namespace {
+
+constexpr std::size_t kLeaf = 4;      // pieces
+constexpr double kFinest = 1.0 / 16;  // of the radius: half the diagonal of boxes not opened
+// A box whose diagonal is so many radii lies in no ball: 2, and what rounding could take.
+constexpr double kSurelyWider = 2.001;
+constexpr float kFlat = 0;
+constexpr std::size_t kMostCut = 4096;     // pieces that a ball's border crosses
+constexpr std::size_t kMostLeaves = 8192;  // that its border may cross
+constexpr std::size_t kMostBoxes = 64;     // of one level, where a ball has more
+constexpr std::size_t kFewPieces = 256;    // near a cube, to be looked at one by one
+constexpr std::size_t kCells = 64;         // cubes that a thread keeps
+// Balls of points all over the mesh's box that touch a piece's box, on average: fewer need no shorter pieces.
+constexpr double kFewTouched = 8;
+constexpr std::size_t kMostPieces = 4;  // of a triangle, on average
+constexpr double kWorthCutting = 8;     // times the least reach
+constexpr std::uint32_t kMostHalvings = 60;
+
+/// Squared distances from 0 to a box.
+double nearest(const Vec3d& low, const Vec3d& high) {
+  const Vec3d way{std::max({low.x, -high.x, 0.0}), std::max({low.y, -high.y, 0.0}),
+                  std::max({low.z, -high.z, 0.0})};
+  return dot(way, way);
+}
+double farthest(const Vec3d& low, const Vec3d& high) {
+  const Vec3d way{std::max(-low.x, high.x), std::max(-low.y, high.y), std::max(-low.z, high.z)};
+  return dot(way, way);
+}
+
+struct Box {
+  Vec3 low{kFar, kFar, kFar}, high{-kFar, -kFar, -kFar};
+  static constexpr float kFar = std::numeric_limits<float>::infinity();
+  void add(const Vec3& p) {
+    low = {std::min(low.x, p.x), std::min(low.y, p.y), std::min(low.z, p.z)};
+    high = {std::max(high.x, p.x), std::max(high.y, p.y), std::max(high.z, p.z)};
+  }
+  /// Volume of the places that are within a radius of it, as a box.
+  double reach(double radius) const {
+    const Vec3d size = Vec3d(high) - Vec3d(low);
+    return (size.x + 2 * radius) * (size.y + 2 * radius) * (size.z + 2 * radius);
+  }
+};
+
+Box box_of(const BendPiece& piece) {
+  Box box;
+  for (const Vec3& p : piece.corner) box.add(p);
+  return box;
+}
+
+/// Halves a piece across its longest edge until each part's reach is small enough.
+template <typename Body>
+void cut(const BendPiece& piece, double radius, double most, std::uint32_t left, const Body& body) {
+  if (left == 0 || box_of(piece).reach(radius) <= most) return body(piece);
+  std::size_t k = 0;
+  double longest = -1;
+  for (std::size_t i = 0; i < 3; ++i) {
+    const Vec3d way = Vec3d(piece.corner[(i + 1) % 3]) - Vec3d(piece.corner[i]);
+    if (dot(way, way) <= longest) continue;
+    longest = dot(way, way);
+    k = i;
+  }
+  const std::size_t l = (k + 1) % 3, m = (k + 2) % 3;
+  const Vec3 middle = to_float((Vec3d(piece.corner[k]) + Vec3d(piece.corner[l])) * 0.5);
+  BendPiece first = piece, second = piece;
+  first.corner[l] = second.corner[k] = middle;
+  first.angle[l] = second.angle[m] = kFlat;
+  cut(first, radius, most, left - 1, body);
+  cut(second, radius, most, left - 1, body);
+}
+
+/// Long triangles in all directions have boxes that each ball touches: cuts them, as far as the number of pieces
+/// allows.
+std::vector<BendPiece> cut_long(std::vector<BendPiece> pieces, double radius) {
+  Box all;
+  for (const BendPiece& piece : pieces) {
+    for (const Vec3& p : piece.corner) all.add(p);
+  }
+  const auto with = [&](double most, const auto& body) {
+    for (const BendPiece& piece : pieces) cut(piece, radius, most, kMostHalvings, body);
+  };
+  const double room = all.reach(radius);
+  // Pieces of about a radius reach no less far when they are cut.
+  const double least = Box{{0, 0, 0}, {0, 0, 0}}.reach(radius) * kWorthCutting;
+  double best = std::numeric_limits<double>::infinity();
+  for (double most = room; most >= least; most /= 2) {
+    double touched = 0;
+    std::size_t count = 0;
+    with(best, [&](const BendPiece& piece) { touched += box_of(piece).reach(radius) / room; });
+    if (touched <= kFewTouched) break;
+    with(most, [&](const BendPiece&) { ++count; });
+    if (count > kMostPieces * pieces.size()) break;
+    best = most;
+  }
+  if (best > room) return pieces;
+  std::vector<BendPiece> parts;
+  with(best, [&](const BendPiece& piece) { parts.push_back(piece); });
+  return parts;
+}
+
+}  // namespace
+
+EdgeTree::EdgeTree(std::span<const Vec3> positions, std::span<const Triangle> triangles,
+                   std::span<const std::uint8_t> usable,
+                   std::span<const std::array<float, 3>> angle, double radius)
+    : radius_(radius), squared_(radius * radius) {
+  std::vector<BendPiece> pieces;
+  pieces.reserve(triangles.size());
+  for (std::uint32_t t = 0; t < triangles.size(); ++t) {
+    if (usable[t] == 0) continue;
+    const Triangle& c = triangles[t];
+    pieces.push_back({{positions[c[0]], positions[c[1]], positions[c[2]]}, angle[t]});
+  }
+  pieces = cut_long(std::move(pieces), radius);
+  count_ = pieces.size();
+  std::vector<Item> order(count_);
+  for (std::uint32_t i = 0; i < count_; ++i) {
+    Vec3d sum;
+    for (const Vec3& corner : pieces[i].corner) sum += Vec3d(corner);
+    const Vec3 centre = to_float(sum * (1.0 / 3));
+    order[i] = {{centre.x, centre.y, centre.z}, i};
+  }
+  while (count_ >> levels_ > kLeaf) ++levels_;
+  for (std::uint32_t level = 0; level < levels_; ++level) {
+    for_each_of(level, [&](std::size_t i) { split(order, level, i); });
+  }
+  nodes_.resize((std::size_t{2} << levels_) - 1);
+  pieces_.resize(count_);
+  for_each_of(levels_, [&](std::size_t leaf) {
+    const auto begin = order.begin() + static_cast<std::ptrdiff_t>(begin_of(levels_, leaf));
+    const auto end = order.begin() + static_cast<std::ptrdiff_t>(begin_of(levels_, leaf + 1));
+    // The order of sums is not left to nth_element.
+    std::sort(begin, end, [](const Item& a, const Item& b) { return a.piece < b.piece; });
+    for (auto item = begin; item != end; ++item) {
+      pieces_[static_cast<std::size_t>(item - order.begin())] = pieces[item->piece];
+    }
+    fill_leaf(leaf);
+  });
+  for (std::uint32_t level = levels_; level-- > 0;) {
+    for_each_of(level, [&](std::size_t i) { join(first_of(level) + i); });
+  }
+}
+
+/// What balls around a point may hold, found for its cube: so it says the same whatever was asked before.
+const EdgeTree::Cell& EdgeTree::cell_of(const Vec3d& centre, Room& room) const {
+  const auto along = [&](double at) { return static_cast<std::int64_t>(std::floor(at / radius_)); };
+  const std::array<std::int64_t, 3> at = {along(centre.x), along(centre.y), along(centre.z)};
+  room.cells.resize(kCells);
+  const auto slot = static_cast<std::uint64_t>(at[0] + 7 * at[1] + 53 * at[2]) % kCells;
+  Cell& cell = room.cells[slot];
+  if (cell.known && cell.at == at) return cell;
+  cell.at = at;
+  cell.known = true;
+  const auto end = [&](double up) {
+    return Vec3d{(static_cast<double>(at[0]) + up) * radius_,
+                 (static_cast<double>(at[1]) + up) * radius_,
+                 (static_cast<double>(at[2]) + up) * radius_};
+  };
+  constexpr double kRounding = 1e-3;  // of the radius, more than division rounds
+  const Vec3d low = end(-kRounding), high = end(1 + kRounding);
+  cell.few = gather(low, high, cell, room.steps);
+  if (!cell.few) begin(low, high, cell, room.steps);
+  return cell;
+}
+
+/// All pieces within a radius of a box. \returns false where there are many
+bool EdgeTree::gather(const Vec3d& low, const Vec3d& high, Cell& cell, std::uint64_t& steps) const {
+  cell.pieces.clear();
+  if (count_ == 0) return true;
+  std::array<std::size_t, 66> stack{};  // one level leaves one behind
+  std::size_t height = 1;
+  while (height != 0) {
+    const std::size_t at = stack[--height];
+    const Node& node = nodes_[at];
+    ++steps;
+    if (nearest(Vec3d(node.low) - high, Vec3d(node.high) - low) >= squared_) continue;
+    if (at < first_of(levels_)) {
+      stack[height++] = 2 * at + 2;
+      stack[height++] = 2 * at + 1;
+      continue;
+    }
+    const std::size_t leaf = at - first_of(levels_);
+    for (std::size_t i = begin_of(levels_, leaf); i < begin_of(levels_, leaf + 1); ++i) {
+      const Box box = box_of(pieces_[i]);
+      ++steps;
+      if (nearest(Vec3d(box.low) - high, Vec3d(box.high) - low) >= squared_) continue;
+      const Vec3d centre = (Vec3d(box.low) + Vec3d(box.high)) * 0.5;
+      double farthest = 0;
+      for (const Vec3& p : pieces_[i].corner) {
+        farthest = std::max(farthest, length(Vec3d(p) - centre));
+      }
+      cell.pieces.push_back({pieces_[i], centre, farthest});
+    }
+    if (cell.pieces.size() > kFewPieces) return false;
+  }
+  return true;
+}
+
+/// Where searches for balls around points of a box begin: boxes too large to lie in one of them are opened, boxes beyond
+/// all of them left out.
+void EdgeTree::begin(const Vec3d& low, const Vec3d& high, Cell& cell, std::uint64_t& steps) const {
+  cell.boxes.clear();
+  std::array<std::size_t, 66> stack{};  // one level leaves one behind
+  std::size_t height = 1;
+  while (height != 0) {
+    const std::size_t at = stack[--height];
+    const Node& node = nodes_[at];
+    ++steps;
+    if (nearest(Vec3d(node.low) - high, Vec3d(node.high) - low) >= squared_) continue;
+    const bool opens = length(Vec3d(node.high) - Vec3d(node.low)) > radius_ * kSurelyWider;
+    if (!opens || at >= first_of(levels_)) {
+      cell.boxes.push_back(at);
+      if (cell.boxes.size() <= kMostLeaves) continue;
+      cell.boxes.assign(1, 0);
+      return;
+    }
+    stack[height++] = 2 * at + 2;
+    stack[height++] = 2 * at + 1;
+  }
+}
+
+BendSums EdgeTree::within(const Vec3d& centre, Room& room) const {
+  const Cell& cell = cell_of(centre, room);
+  if (cell.few) return by_pieces(cell, centre, room);
+  BendSums sums;
+  for (const bool coarse : {false, true}) {
+    if (by_boxes(cell, centre, coarse, room, sums)) return sums;
+  }
+  return by_levels(centre, room);
+}
+
+BendSums EdgeTree::by_pieces(const Cell& cell, const Vec3d& centre, Room& room) const {
+  BendSums sums;
+  for (const Near& near : cell.pieces) {
+    const Vec3d way = near.centre - centre;
+    const double reach = radius_ + near.radius;
+    if (dot(way, way) >= reach * reach) continue;
+    bool is_cut = false;
+    sums += clipped(near.piece, centre, is_cut);
+  }
+  room.steps += cell.pieces.size();
+  return sums;
+}
+
+/// \param coarse  small boxes count by their shares \returns false where it would take too long
+bool EdgeTree::by_boxes(const Cell& cell, const Vec3d& centre, bool coarse, Room& room,
+                        BendSums& sums) const {
+  sums = {};
+  std::array<std::size_t, 66> stack{};  // one level leaves one behind
+  std::size_t height = 0, cuts = 0, leaves = 0;
+  for (std::size_t box = 0; height != 0 || box < cell.boxes.size();) {
+    const std::size_t at = height != 0 ? stack[--height] : cell.boxes[box++];
+    ++room.steps;
+    if (settled(nodes_[at], centre, coarse, sums)) continue;
+    if (at < first_of(levels_)) {
+      stack[height++] = 2 * at + 2;
+      stack[height++] = 2 * at + 1;
+      continue;
+    }
+    const std::size_t leaf = at - first_of(levels_);
+    for (std::size_t i = begin_of(levels_, leaf); i < begin_of(levels_, leaf + 1); ++i) {
+      bool is_cut = false;
+      sums += clipped(pieces_[i], centre, is_cut);
+      cuts += is_cut ? 1 : 0;
+      ++room.steps;
+    }
+    if (cuts > kMostCut || ++leaves > kMostLeaves) return false;
+  }
+  return true;
+}
+
+/// The sums in a ball, all boxes of a level before those of the next, as long as they are few.
+BendSums EdgeTree::by_levels(const Vec3d& centre, Room& room) const {
+  BendSums sums;
+  room.front.assign(1, 0);
+  for (std::uint32_t level = 0; !room.front.empty(); ++level) {
+    room.steps += room.front.size();
+    room.next.clear();
+    for (const std::size_t at : room.front) {
+      if (!settled(nodes_[at], centre, /*coarse=*/true, sums)) room.next.push_back(at);
+    }
+    if (level < levels_ && room.next.size() <= kMostBoxes / 2) {
+      room.front.clear();
+      for (const std::size_t at : room.next) {
+        room.front.push_back(2 * at + 1);
+        room.front.push_back(2 * at + 2);
+      }
+      continue;
+    }
+    for (const std::size_t at : room.next) {
+      const std::size_t i = at - first_of(level);
+      const std::size_t middle = (begin_of(level, i) + begin_of(level, i + 1)) / 2;
+      const Shares share = shares(pieces_[middle], centre);
+      sums += {nodes_[at].sums.area * share.area, nodes_[at].sums.bend * share.bend};
+    }
+    room.steps += room.next.size();
+    break;
+  }
+  return sums;
+}
+
+/// Adds what is known of a box without opening it. \returns whether that is all of it
+bool EdgeTree::settled(const Node& node, const Vec3d& centre, bool coarse, BendSums& sums) const {
+  const Vec3d low = Vec3d(node.low) - centre, high = Vec3d(node.high) - centre;
+  if (nearest(low, high) >= squared_) return true;
+  if (farthest(low, high) <= squared_) {
+    sums += node.sums;
+    return true;
+  }
+  if (!coarse) return false;
+  const double half = length(high - low) / 2;
+  if (half >= radius_ * kFinest) return false;
+  const double away = length(low + high) / 2;
+  const double share = std::clamp((radius_ + half - away) / (2 * half), 0.0, 1.0);
+  sums += {node.sums.area * share, node.sums.bend * share};
+  return true;
+}
+
+template <typename Body>
+void EdgeTree::for_each_of(std::uint32_t level, const Body& body) const {
+  // Some thousand triangles a piece, so that threads are worth it.
+  const std::size_t grain = 1 + (std::size_t{1} << 13) / (1 + (count_ >> level));
+  parallel_for(std::size_t{1} << level, grain, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) body(i);
+  });
+}
+
+/// Halves a node's pieces along the widest side of their centres' box.
+void EdgeTree::split(std::vector<Item>& order, std::uint32_t level, std::size_t i) const {
+  const auto at = [&](std::size_t item) {
+    return order.begin() + static_cast<std::ptrdiff_t>(item);
+  };
+  const auto begin = at(begin_of(level, i)), end = at(begin_of(level, i + 1));
+  const auto middle = at(begin_of(level + 1, 2 * i + 1));
+  std::array<float, 3> low = begin->centre, high = low;
+  for (auto item = begin; item != end; ++item) {
+    for (std::size_t k = 0; k < 3; ++k) {
+      low[k] = std::min(low[k], item->centre[k]);
+      high[k] = std::max(high[k], item->centre[k]);
+    }
+  }
+  std::size_t axis = 0;
+  for (std::size_t k = 1; k < 3; ++k) {
+    if (high[k] - low[k] > high[axis] - low[axis]) axis = k;
+  }
+  std::nth_element(begin, middle, end, [axis](const Item& a, const Item& b) {
+    return std::tie(a.centre[axis], a.piece) < std::tie(b.centre[axis], b.piece);
+  });
+}
+
+void EdgeTree::fill_leaf(std::size_t leaf) {
+  Box box;
+  BendSums all;
+  for (std::size_t i = begin_of(levels_, leaf); i < begin_of(levels_, leaf + 1); ++i) {
+    BendPiece& piece = pieces_[i];
+    std::array<Vec3d, 3> p;
+    for (std::size_t k = 0; k < 3; ++k) {
+      box.add(piece.corner[k]);
+      p[k] = Vec3d(piece.corner[k]);
+    }
+    piece.area = static_cast<float>(length(cross(p[1] - p[0], p[2] - p[0])) / 2);
+    double bend = 0;
+    for (std::size_t k = 0; k < 3; ++k) {
+      bend += piece.angle[k] * length(p[(k + 1) % 3] - p[k]) / 4;
+    }
+    piece.bend = static_cast<float>(bend);
+    all += {piece.area, piece.bend};
+  }
+  nodes_[first_of(levels_) + leaf] = {box.low, box.high, all};
+}
+
+void EdgeTree::join(std::size_t at) {
+  const Node &left = nodes_[2 * at + 1], &right = nodes_[2 * at + 2];
+  Box box{left.low, left.high};
+  box.add(right.low);
+  box.add(right.high);
+  BendSums sums = left.sums;
+  sums += right.sums;
+  nodes_[at] = {box.low, box.high, sums};
+}
+
+namespace {
+
+std::array<Vec3d, 3> corners(const BendPiece& piece, const Vec3d& from) {
+  return {Vec3d(piece.corner[0]) - from, Vec3d(piece.corner[1]) - from,
+          Vec3d(piece.corner[2]) - from};
+}
+
+}  // namespace
+
+/// \param cut  becomes true where the ball's border may cross it
+BendSums EdgeTree::clipped(const BendPiece& piece, const Vec3d& centre, bool& cut) const {
+  const std::array<Vec3d, 3> p = corners(piece, centre);
+  const auto inside = [&](const Vec3d& c) { return dot(c, c) <= squared_; };
+  if (inside(p[0]) && inside(p[1]) && inside(p[2])) return {piece.area, piece.bend};
+  const auto [x_low, x_high] = std::minmax({p[0].x, p[1].x, p[2].x});
+  const auto [y_low, y_high] = std::minmax({p[0].y, p[1].y, p[2].y});
+  const auto [z_low, z_high] = std::minmax({p[0].z, p[1].z, p[2].z});
+  if (nearest({x_low, y_low, z_low}, {x_high, y_high, z_high}) >= squared_) return {};
+  cut = true;
+  const BallClip clip = clip_by_ball(p, squared_);
+  BendSums sums{clip.area, 0};
+  for (std::size_t k = 0; k < 3; ++k) {
+    if (piece.angle[k] == kFlat || clip.share[k] == 0) continue;
+    sums.bend += piece.angle[k] * clip.share[k] * length(p[(k + 1) % 3] - p[k]) / 4;
+  }
+  return sums;
+}
+
+/// One piece's, for all of its box: of its bend by lengths and the angles' sizes, since angles of
+/// both signs may add up to nothing.
+EdgeTree::Shares EdgeTree::shares(const BendPiece& piece, const Vec3d& centre) const {
+  const std::array<Vec3d, 3> p = corners(piece, centre);
+  const BallClip clip = clip_by_ball(p, squared_);
+  const double area = piece.area > 0 ? std::min(1.0, clip.area / piece.area) : 0;
+  double inside = 0, all = 0;
+  for (std::size_t k = 0; k < 3; ++k) {
+    const double weight = std::abs(double{piece.angle[k]}) * length(p[(k + 1) % 3] - p[k]);
+    inside += clip.share[k] * weight;
+    all += weight;
+  }
+  return {area, all > 0 ? inside / all : area};
+}
+
+}  // namespace kiln

@@ -1,0 +1,15 @@
+// Half-edges of an indexed triangle list: 3 t + k runs from corner k of triangle t to the next corner.
+#pragma once
+
+#include <cstdint>
+#include <limits>
+
+namespace kiln {
+
+/// Marks an absent triangle or half-edge.
+inline constexpr std::uint32_t kNoIndex = std::numeric_limits<std::uint32_t>::max();
+
+inline std::uint32_t next_half_edge(std::uint32_t h) { return h % 3 == 2 ? h - 2 : h + 1; }
+inline std::uint32_t previous_half_edge(std::uint32_t h) { return h % 3 == 0 ? h + 2 : h - 1; }
+
+}  // namespace kiln

@@ -1,0 +1,121 @@
+#include "mesh/high_poly_normals.h"
+
+#include <algorithm>
+#include <cstring>
+
+#include "base/parallel.h"
+
+namespace kiln {
+namespace {
+
+constexpr std::size_t kGrainOfNormals = 1 << 12;
+
+bool same_bits(const Vec3& a, const Vec3& b) { return std::memcmp(&a, &b, sizeof a) == 0; }
+
+}  // namespace
+
+HighPolyNormals::HighPolyNormals(const Mesh& mesh, std::span<const Vec3> positions)
+    : computed_(mesh.normal_triangles.empty()) {
+  rebuild(mesh, positions);
+}
+
+bool HighPolyNormals::has_extra(const Mesh& mesh) const {
+  return corners_.normals.size() != (computed_ ? mesh.positions.size() : mesh.normals.size());
+}
+
+void HighPolyNormals::index() {
+  users_ = Adjacency::make(corners_.normals.size(), corners_.triangles.size() * 3,
+                           [&](std::size_t i) { return corners_.triangles[i / 3][i % 3]; });
+}
+
+HighPolyNormals::Change HighPolyNormals::rebuild(const Mesh& mesh,
+                                                 std::span<const Vec3> positions) {
+  corners_ = corner_normals(mesh, positions);
+  index();
+  if (computed_) {
+    first_ = weld_positions(positions);
+    weights_.resize(mesh.triangles.size());
+    parallel_for(weights_.size(), kGrainOfNormals, [&](std::size_t begin, std::size_t end) {
+      corner_weights(positions, mesh.triangles, mesh.polygons, begin, end, &weights_[begin]);
+    });
+  }
+  return {true, {}};
+}
+
+std::vector<std::uint32_t> HighPolyNormals::first_of_polygons(
+    const Mesh& mesh, std::span<const std::uint32_t> triangles) {
+  std::vector<std::uint32_t> firsts(triangles.begin(), triangles.end());
+  if (mesh.polygons.empty()) return firsts;
+  for (std::uint32_t& t : firsts) {
+    while (t > 0 && mesh.polygons[t - 1] == mesh.polygons[t]) --t;
+  }
+  std::sort(firsts.begin(), firsts.end());
+  firsts.erase(std::unique(firsts.begin(), firsts.end()), firsts.end());
+  return firsts;
+}
+
+HighPolyNormals::Change HighPolyNormals::move(const Mesh& mesh, std::span<const Vec3> positions,
+                                              std::span<const std::uint32_t> triangles) {
+  if (!computed_ && !has_extra(mesh)) return {};
+  if (has_extra(mesh) || weld_positions(positions) != first_) return rebuild(mesh, positions);
+  const std::vector<std::uint32_t> firsts = first_of_polygons(mesh, triangles);
+  parallel_for(firsts.size(), kGrainOfNormals, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) {
+      const std::uint32_t t = firsts[i];
+      corner_weights(positions, mesh.triangles, mesh.polygons, t, t + 1, &weights_[t]);
+    }
+  });
+  std::vector<std::uint32_t> touched;
+  std::vector<bool> seen(corners_.normals.size());
+  for (const std::uint32_t first : firsts) {
+    std::uint32_t t = first;
+    do {
+      for (const std::uint32_t entry : corners_.triangles[t]) {
+        if (seen[entry]) continue;
+        seen[entry] = true;
+        touched.push_back(entry);
+      }
+      ++t;
+    } while (t < mesh.polygons.size() && mesh.polygons[t] == mesh.polygons[first]);
+  }
+  std::sort(touched.begin(), touched.end());
+  // Summed in the order of triangles, as for all of them.
+  std::vector<Vec3> sums(touched.size());
+  parallel_for(touched.size(), kGrainOfNormals, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) {
+      Vec3d sum;
+      double total = 0;
+      for (const std::uint32_t corner : users_.of(touched[i])) {
+        const CornerWeights& weights = weights_[corner / 3];
+        sum += weights.normal * weights.angles[corner % 3];
+        total += weights.angles[corner % 3];
+      }
+      sums[i] = normalized_sum(sum, total);
+    }
+  });
+  Change change;
+  for (std::size_t i = 0; i < touched.size(); ++i) {
+    if (sums[i] == Vec3{}) return rebuild(mesh, positions);
+    Vec3& normal = corners_.normals[touched[i]];
+    if (same_bits(normal, sums[i])) continue;
+    normal = sums[i];
+    change.entries.push_back(touched[i]);
+  }
+  return change;
+}
+
+HighPolyNormals::Change HighPolyNormals::set(const Mesh& mesh, std::span<const Vec3> positions,
+                                             std::span<const std::uint32_t> entries) {
+  if (has_extra(mesh)) return rebuild(mesh, positions);
+  Change change;
+  for (const std::uint32_t entry : entries) {
+    const Vec3d n(mesh.normals[entry]);
+    const Vec3 unit = to_float(n * (1 / length(n)));
+    if (same_bits(corners_.normals[entry], unit)) continue;
+    corners_.normals[entry] = unit;
+    change.entries.push_back(entry);
+  }
+  return change;
+}
+
+}  // namespace kiln

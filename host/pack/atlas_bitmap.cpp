@@ -1,0 +1,198 @@
+#include "pack/atlas_bitmap.h"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <numbers>
+#include <numeric>
+#include <tuple>
+#include <utility>
+
+#include "base/progress_guard.h"
+#include "pack/cell_rows.h"
+
+namespace kiln {
+namespace {
+
+/// So many of the largest are drawn at all turns, and so many at half of them.
+constexpr std::size_t kAllTurns = 12, kHalfTurns = 32;
+
+/// Above this many outlines, the search for a place starts where the last one of nearly the same size went.
+constexpr std::size_t kManyOutlines = 100;
+/// Sizes are the same up to this factor.
+constexpr double kSameSize = 1.25;
+
+/// The score of a place, less is better.
+std::uint32_t score(const ChartMask& mask, std::uint32_t x, std::uint32_t y, std::uint32_t rule) {
+  if (rule == 0) return 2 * (y + mask.height);
+  if (rule == 1) return 2 * y + mask.height;
+  return std::max(2 * (y + mask.height), x + mask.width);
+}
+
+/// Rows from which the next outlines of a size may find room.
+class LowestRows {
+ public:
+  explicit LowestRows(std::size_t count) : many_(count > kManyOutlines) {}
+
+  /// The row to look from. \param mask  of the outline, at any turn
+  std::uint32_t& of(const Outline& outline, const ChartMask& mask) {
+    if (!many_) return none_ = 0;  // From below.
+    const auto step = [](double size) {
+      return static_cast<int>(std::log(size) / std::log(kSameSize));
+    };
+    return rows_[{step(outline.area), step(std::max(mask.width, mask.height))}];
+  }
+
+ private:
+  bool many_;
+  std::uint32_t none_ = 0;
+  std::map<std::pair<int, int>, std::uint32_t> rows_;
+};
+
+CellRows::Window window_of(const PackOrder& order, std::uint32_t outline, std::uint32_t cells) {
+  CellRows::Window window{cells};
+  if (order.left.empty()) return window;
+  const double left = order.left[outline] * cells, reach = order.reach * cells;
+  window.first = static_cast<std::uint32_t>(std::max(0.0, left - reach));
+  window.last = static_cast<std::uint32_t>(left + reach);
+  return window;
+}
+
+/// Looks for an outline's best place by the order's rule, at all turns that it may have.
+/// \param guess  a turn that is likely the best, or -1: with a good place known, less is looked at. The answer
+///               does not depend on it
+/// \param bottom  the lowest row
+void look(const CellRows& taken, const AtlasBitmap& sheet, const PackOrder& order, std::uint32_t i,
+          std::int8_t guess, std::uint32_t bottom, Packed& packed) {
+  std::uint32_t best = 0;
+  CellRows::Window window = window_of(order, i, sheet.cells);
+  window.bottom = bottom;
+  const auto look_at = [&](std::int8_t turn) {
+    const ChartMask& mask = sheet.mask(i, turn);
+    if (mask.runs.empty()) return;
+    if (packed.turn[i] >= 0) {  // Higher is worse.
+      window.top = order.rule == 1 ? (best + mask.height) / 2 : best / 2;
+    }
+    const auto at = taken.find(mask, window);
+    if (!at) return;
+    const std::uint32_t value = score(mask, at->first, at->second, order.rule);
+    if (packed.turn[i] >= 0 &&
+        std::tie(value, at->first, turn) >= std::tie(best, packed.x[i], packed.turn[i])) {
+      return;
+    }
+    best = value;
+    packed.x[i] = at->first, packed.y[i] = at->second;
+    packed.turn[i] = turn;
+  };
+  if (order.turn[i] >= 0) return look_at(order.turn[i]);
+  if (guess >= 0) look_at(guess);
+  for (std::int8_t turn = 0; turn < static_cast<std::int8_t>(AtlasPacker::kTurns); ++turn) {
+    if (turn != guess) look_at(turn);
+  }
+}
+
+}  // namespace
+
+AtlasPacker::AtlasPacker(std::span<const Outline> outlines, std::uint32_t size, double padding,
+                         std::vector<double> angles)
+    : outlines_(outlines), size_(size), padding_(padding), angles_(std::move(angles)) {
+  const bool new_angles = angles_.empty();
+  for (const Outline& outline : outlines) {
+    area_ += outline.area;
+    if (new_angles) angles_.push_back(best_box_angle(outline));
+  }
+  std::vector<std::uint32_t> order(outlines.size());
+  std::iota(order.begin(), order.end(), 0U);
+  std::stable_sort(order.begin(), order.end(), [&](std::uint32_t a, std::uint32_t b) {
+    return outlines[a].area > outlines[b].area;
+  });
+  turns_of_.resize(outlines.size());
+  for (std::size_t n = 0; n < order.size(); ++n) {
+    turns_of_[order[n]] = n < kAllTurns ? kTurns : n < kHalfTurns ? kTurns / 2 : kTurns / 4;
+  }
+}
+
+AtlasBitmap AtlasPacker::draw(std::uint32_t cells, double scale,
+                              std::span<const std::int8_t> only) const {
+  AtlasBitmap sheet{cells, scale, std::vector<ChartMask>(outlines_.size() * kTurns)};
+  const double margin = 0.5 * padding_ * cells / size_;
+  for (std::size_t i = 0; i < outlines_.size(); ++i) {
+    const auto angle = [&](std::uint32_t turn) {
+      return angles_[i] + turn * 2 * std::numbers::pi / kTurns;
+    };
+    ChartMask* const masks = sheet.masks.data() + i * kTurns;
+    if (!only.empty() && only[i] >= 0) {
+      const auto turn = static_cast<std::uint8_t>(only[i]);
+      masks[turn] = make_mask(outlines_[i], angle(turn), scale, margin);
+      continue;
+    }
+    for (std::uint32_t turn = 0; turn < kTurns / 4; turn += kTurns / turns_of_[i]) {
+      auto turned = make_turned_masks(outlines_[i], angle(turn), scale, margin);
+      for (std::uint32_t quarter = 0; quarter < 4; ++quarter) {
+        masks[turn + quarter * kTurns / 4] = std::move(turned[quarter]);
+      }
+    }
+  }
+  return sheet;
+}
+
+/// Writes down where an outline went: x, y and its turn are known. A turn below 0: that it found no place.
+void AtlasPacker::note(const AtlasBitmap& sheet, std::uint32_t outline, Packed& packed) const {
+  if (packed.turn[outline] < 0) {
+    packed.left_out += outlines_[outline].area;
+    packed.refused.push_back(outline);
+    return;
+  }
+  const ChartMask& mask = sheet.mask(outline, packed.turn[outline]);
+  const std::uint32_t x = packed.x[outline], y = packed.y[outline];
+  const double cell = static_cast<double>(size_) / sheet.cells;
+  packed.places[outline] = {mask.turn, {(x + mask.shift.x) * cell, (y + mask.shift.y) * cell}};
+  packed.weight += outlines_[outline].area * (y + mask.height);
+  packed.height = std::max(packed.height, y + mask.height);
+}
+
+void AtlasPacker::place(const AtlasBitmap& sheet, Packed& packed) const {
+  packed.places.assign(outlines_.size(), {});
+  for (std::uint32_t i = 0; i < outlines_.size(); ++i) note(sheet, i, packed);
+}
+
+Packed AtlasPacker::pack(const AtlasBitmap& sheet, const PackOrder& order, double most,
+                         const Packed* done, std::size_t same) const {
+  Packed packed;
+  packed.places.assign(outlines_.size(), {});
+  packed.turn.assign(outlines_.size(), -1);
+  packed.x.assign(outlines_.size(), 0), packed.y = packed.x;
+  std::uint32_t longest = 1;
+  for (const ChartMask& mask : sheet.masks) {
+    if (!mask.runs.empty())  // The longest comes first.
+      longest = std::max(longest, mask.runs[0].last - mask.runs[0].first + 1);
+  }
+  CellRows taken(sheet.cells, sheet.cells, longest);
+  LowestRows lowest(outlines_.size());
+  for (std::size_t n = 0; n < order.order.size(); ++n) {
+    ProgressGuard::poll();
+    const std::uint32_t i = order.order[n];
+    std::uint32_t& bottom = lowest.of(outlines_[i], sheet.masks[std::size_t{i} * kTurns]);
+    if (n < same) {
+      packed.turn[i] = done->turn[i], packed.x[i] = done->x[i], packed.y[i] = done->y[i];
+    } else {
+      if (n == same && n > 0) taken.widen(0, sheet.cells, 0, sheet.cells - 1);
+      look(taken, sheet, order, i, done != nullptr ? done->turn[i] : std::int8_t{-1}, bottom,
+           packed);
+    }
+    note(sheet, i, packed);
+    if (packed.left_out > most) return packed;
+    if (packed.turn[i] < 0) continue;
+    const ChartMask& mask = sheet.mask(i, packed.turn[i]);
+    if (n < same) {
+      taken.mark(mask, packed.x[i], packed.y[i]);
+    } else {
+      taken.take(mask, packed.x[i], packed.y[i]);
+      // An outline of another shape may fit a little lower.
+      bottom = std::max(bottom, packed.y[i] - std::min(packed.y[i], mask.height));
+    }
+  }
+  return packed;
+}
+
+}  // namespace kiln

@@ -1,0 +1,79 @@
+#include "pack/box_packing.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <vector>
+
+#include "pack/rectangle_packing.h"
+
+namespace kiln {
+namespace {
+
+struct TurnedBox {
+  Vec2d turn, low, high;
+};
+
+TurnedBox turned_box(const Outline& outline) {
+  const double angle = best_box_angle(outline), most = std::numeric_limits<double>::max();
+  TurnedBox box{{std::cos(angle), std::sin(angle)}, {most, most}, {-most, -most}};
+  for (const auto& ring : outline.rings) {
+    for (const Vec2d& p : ring) {
+      const Vec2d q{box.turn.x * p.x - box.turn.y * p.y, box.turn.y * p.x + box.turn.x * p.y};
+      box.low = {std::min(box.low.x, q.x), std::min(box.low.y, q.y)};
+      box.high = {std::max(box.high.x, q.x), std::max(box.high.y, q.y)};
+    }
+  }
+  return box;
+}
+
+}  // namespace
+
+OutlinePacking pack_boxes(std::span<const Outline> outlines, std::uint32_t size, double padding) {
+  // Boxes stand on whole steps, of a texel or the padding where that is less.
+  const double step = std::min(1.0, padding);
+  const auto side = static_cast<std::uint32_t>(std::floor(size / step));
+  const auto border = static_cast<std::uint32_t>(std::ceil(padding / step));
+  std::vector<TurnedBox> boxes;
+  double area = 0;
+  for (const Outline& outline : outlines) {
+    boxes.push_back(turned_box(outline));
+    area += outline.area;
+  }
+  std::vector<PackSize> sizes(boxes.size());
+  std::vector<PackPlace> places;
+  OutlinePacking best;
+  double low = 0, high = std::sqrt(1.0 * side * side / area);  // Steps per unit.
+  for (int round = 0; round < 24 && high - low > 0.004 * high; ++round) {
+    const double scale = low > 0 || round < 2 ? 0.5 * (low + high) : 0.25 * high;
+    double covered = 0;
+    for (std::size_t i = 0; i < boxes.size(); ++i) {
+      const auto cells = [&](double extent) {
+        return static_cast<std::uint32_t>(std::ceil(extent * scale)) + border;
+      };
+      sizes[i] = {cells(boxes[i].high.x - boxes[i].low.x), cells(boxes[i].high.y - boxes[i].low.y)};
+      covered += 1.0 * sizes[i].width * sizes[i].height;
+    }
+    if (covered > 1.0 * side * side || !pack_rectangles(sizes, side, places)) {
+      high = scale;
+      continue;
+    }
+    low = scale;
+    best.scale = scale * step;
+    best.places.resize(boxes.size());
+    for (std::size_t i = 0; i < boxes.size(); ++i) {
+      const TurnedBox& box = boxes[i];
+      const double x = places[i].x + 0.5 * border, y = places[i].y + 0.5 * border;
+      // A quarter turn more takes the box's top to the left.
+      best.places[i] =
+          places[i].turned
+              ? OutlinePlace{{-box.turn.y, box.turn.x},
+                             {(x + box.high.y * scale) * step, (y - box.low.x * scale) * step}}
+              : OutlinePlace{box.turn,
+                             {(x - box.low.x * scale) * step, (y - box.low.y * scale) * step}};
+    }
+  }
+  return best;
+}
+
+}  // namespace kiln

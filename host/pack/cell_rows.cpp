@@ -1,0 +1,263 @@
+#include "pack/cell_rows.h"
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cstddef>
+#include <cstring>
+
+namespace kiln {
+namespace {
+
+constexpr std::uint64_t kAllOnes = ~std::uint64_t{0};
+
+/// Lengths of free runs are told apart in up to twice so many steps. So many of a mask's runs are held against them.
+constexpr std::uint32_t kRoomBits = 6;
+constexpr std::size_t kKeyRuns = 16;
+/// In rows of more words than this, only words with room are searched after the first runs.
+constexpr std::uint32_t kFewWords = 4, kWholeRuns = 3;
+
+/// Two words in a register: the compilers' vector extension.
+using TwoWords = std::uint64_t __attribute__((vector_size(16)));
+
+TwoWords load_two(const std::uint64_t* from) {
+  TwoWords value;
+  std::memcpy(&value, from, sizeof value);
+  return value;
+}
+
+/// Words a row: a power of two, so that there are few kinds.
+std::uint32_t words_of(std::uint32_t width) { return std::bit_ceil((width + 63) / 64); }
+
+}  // namespace
+
+CellRows::CellRows(std::uint32_t width, std::uint32_t height, std::uint32_t longest)
+    : width_(width),
+      height_(height),
+      words_(words_of(width)),
+      levels_(static_cast<std::uint32_t>(std::bit_width(std::min(width, longest)))),
+      // Shifting reads beyond the last row.
+      bits_(std::size_t{levels_} * height * words_ + words_ + 1),
+      step_(static_cast<std::uint32_t>(std::bit_width(width >> kRoomBits)) -
+            (width >> kRoomBits != 0 ? 1 : 0)),
+      row_words_((height + 63) / 64),
+      roomy_((std::size_t{width >> step_} + 1) * row_words_ + height / 64 + 2, kAllOnes),
+      room_(height, width >> step_),
+      free_(height, FreeRun{0, width, 0}) {}
+
+void CellRows::clear() {
+  std::fill(bits_.begin(), bits_.end(), 0);
+  std::fill(roomy_.begin(), roomy_.end(), kAllOnes);
+  std::fill(room_.begin(), room_.end(), width_ >> step_);
+  std::fill(free_.begin(), free_.end(), FreeRun{0, width_, 0});
+}
+
+void CellRows::take(const ChartMask& mask, std::uint32_t x, std::uint32_t y) {
+  mark(mask, x, y);
+  widen(y, y + mask.height, x, x + mask.width - 1);
+}
+
+void CellRows::mark(const ChartMask& mask, std::uint32_t x, std::uint32_t y) {
+  for (const ChartMask::Run& run : mask.runs) {
+    std::uint64_t* const cells = row(0, y + run.row);
+    for (std::uint32_t i = x + run.first, end = x + run.last + 1; i < end;) {
+      const std::uint32_t count = std::min(64 - i % 64, end - i);
+      cells[i / 64] |= (kAllOnes >> (64 - count)) << i % 64;
+      i += count;
+    }
+    free_[y + run.row].take(x + run.first, x + run.last + 1);
+  }
+}
+
+void CellRows::widen(std::uint32_t first, std::uint32_t end, std::uint32_t left,
+                     std::uint32_t right) {
+  const std::uint32_t last_word = std::min(right / 64 + 1, words_);
+  for (std::uint32_t k = 1; k < levels_; ++k) {
+    const std::uint32_t shift = 1U << (k - 1), whole = shift / 64, part = shift % 64;
+    const std::uint32_t first_word = (left - std::min(left, (1U << k) - 1)) / 64;
+    std::uint64_t* wide = row(k, first);
+    const std::uint64_t* narrow = row(k - 1, first);
+    for (std::uint32_t y = first; y < end; ++y, wide += words_, narrow += words_) {
+      // Bits from beyond the row's end stand for places outside.
+      const std::uint64_t* const beside = narrow + whole;
+      if (words_ == 1) {
+        wide[0] = narrow[0] | beside[0] >> part | beside[1] << 1 << (63 - part);
+        continue;
+      }
+      const auto down = static_cast<int>(part);
+      for (std::uint32_t w = first_word / 2 * 2; w < last_word; w += 2) {
+        const TwoWords now = load_two(narrow + w) | load_two(beside + w) >> down |
+                             load_two(beside + w + 1) << 1 << (63 - down);
+        std::memcpy(wide + w, &now, sizeof now);
+      }
+    }
+  }
+  for (std::uint32_t y = first; y < end; ++y) {
+    if (free_[y].length() < free_[y].others) find_longest(y);
+    note_room(y, free_[y].length() >> step_);
+  }
+}
+
+void CellRows::FreeRun::take(std::uint32_t first, std::uint32_t last) {
+  if (first >= end || last <= begin) return;
+  const std::uint32_t left = first - std::min(first, begin), right = end - std::min(end, last);
+  others = std::max(others, std::min(left, right));
+  if (left < right) {
+    begin = last;
+  } else {
+    end = begin + left;
+  }
+}
+
+void CellRows::find_longest(std::uint32_t y) {
+  FreeRun& longest = free_[y];
+  longest = {};
+  const std::uint64_t* const cells = row(0, y);
+  std::uint32_t begin = 0;
+  const auto add = [&](std::uint32_t end) {
+    const FreeRun run{begin, end, std::max(longest.others, longest.length())};
+    if (run.length() > longest.length()) {
+      longest = run;
+    } else {
+      longest.others = std::max(longest.others, run.length());
+    }
+  };
+  for (std::uint32_t x = 0; x < width_;) {
+    const std::uint64_t word = cells[x / 64] >> x % 64;
+    const std::uint32_t left = std::min(64 - x % 64, width_ - x);
+    const auto zeros = std::min(static_cast<std::uint32_t>(std::countr_zero(word)), left);
+    x += zeros;
+    if (zeros == left) continue;
+    add(x);
+    x += std::min(static_cast<std::uint32_t>(std::countr_one(word >> zeros)), left - zeros);
+    begin = x;
+  }
+  if (begin < width_) add(width_);
+}
+
+void CellRows::note_room(std::uint32_t y, std::uint32_t room) {
+  for (; room_[y] > room; --room_[y])
+    roomy_[std::size_t{room_[y]} * row_words_ + y / 64] &= ~(std::uint64_t{1} << y % 64);
+}
+
+/// For 64 rows from a multiple of 64: rows where a mask may lie, since its rows find room for their longest
+/// runs. Asks a few rows of the mask that lie far from each other.
+std::uint64_t CellRows::rows_with_room(const ChartMask& mask, std::uint32_t first) const {
+  std::uint64_t result = kAllOnes;
+  for (std::size_t n = 0; n < std::min(kKeyRuns, mask.runs.size()) && result != 0; ++n) {
+    const std::uint32_t r = mask.runs[n].row;
+    const std::uint64_t* const rows =
+        roomy_.data() +
+        std::size_t{static_cast<std::uint16_t>(mask.longest[r])} / (1U << step_) * row_words_ +
+        (first + r) / 64;
+    result &= rows[0] >> r % 64 | rows[1] << 1 << (63 - r % 64);
+  }
+  return result;
+}
+
+template <std::uint32_t words>
+std::optional<std::pair<std::uint32_t, std::uint32_t>> CellRows::find_in(
+    const ChartMask& mask, const Window& window) const {
+  const std::uint32_t places = std::min(width_ - mask.width, window.last) + 1;
+  std::array<std::uint64_t, words> outside{}, blocked{};
+  for (std::uint32_t w = 0; w < words; ++w) {
+    const std::uint32_t from = w * 64;
+    outside[w] = places >= from + 64 ? 0 : places <= from ? kAllOnes : kAllOnes << (places - from);
+    if (window.first >= from + 64) {
+      outside[w] = kAllOnes;
+    } else if (window.first > from) {
+      outside[w] |= kAllOnes >> (from + 64 - window.first);
+    }
+  }
+  const std::uint32_t top = std::min(height_, window.top);
+  if (mask.height > top) return std::nullopt;
+  const std::uint32_t end = top - mask.height + 1;
+  std::uint32_t above = window.bottom / 64 * 64;
+  std::uint64_t rows = 0;
+  for (;;) {
+    while (rows == 0) {
+      if (above >= end) return std::nullopt;
+      rows = rows_with_room(mask, above);
+      if (above < window.bottom) rows &= kAllOnes << (window.bottom - above);
+      if (end - above < 64) rows &= kAllOnes >> (64 - (end - above));
+      above += 64;
+    }
+    const std::uint32_t y = above - 64 + static_cast<std::uint32_t>(std::countr_zero(rows));
+    rows &= rows - 1;
+    blocked = outside;
+    bool free = true;
+    std::array<std::uint32_t, words> open{};
+    std::uint32_t count = 0;
+    for (std::size_t r = 0; r < mask.runs.size() && free; ++r) {
+      const ChartMask::Run& run = mask.runs[r];
+      const std::uint32_t length = run.last - run.first + 1;
+      const auto k = static_cast<std::uint32_t>(std::bit_width(length)) - 1;
+      const std::uint32_t a = run.first, b = run.last + 1 - (1U << k);
+      const std::uint64_t* const from = row(k, y + run.row);
+      // Bits from beyond the row's end are outside anyway.
+      const std::uint64_t *const at_a = from + a / 64, *const at_b = from + b / 64;
+      const auto block = [&](std::uint32_t w) {
+        return blocked[w] |= at_a[w] >> a % 64 | at_a[w + 1] << 1 << (63 - a % 64) |
+                             at_b[w] >> b % 64 | at_b[w + 1] << 1 << (63 - b % 64);
+      };
+      if (words > kFewWords && r > kWholeRuns) {
+        // In wide rows, search only words that still have a place.
+        std::uint32_t left = 0;
+        for (std::uint32_t n = 0; n < count; ++n) {
+          const std::uint32_t w = open[n];
+          open[left] = w;
+          left += block(w) != kAllOnes ? 1 : 0;
+        }
+        count = left;
+        free = count > 0;
+        continue;
+      }
+      if constexpr (words == 1) {
+        free = block(0) != kAllOnes;
+      } else {
+        const auto down_a = static_cast<int>(a % 64), down_b = static_cast<int>(b % 64);
+        TwoWords all{kAllOnes, kAllOnes};
+        for (std::uint32_t w = 0; w < words; w += 2) {
+          const TwoWords now = load_two(blocked.data() + w) | load_two(at_a + w) >> down_a |
+                               load_two(at_a + w + 1) << 1 << (63 - down_a) |
+                               load_two(at_b + w) >> down_b |
+                               load_two(at_b + w + 1) << 1 << (63 - down_b);
+          std::memcpy(blocked.data() + w, &now, sizeof now);
+          all &= now;
+        }
+        free = (all[0] & all[1]) != kAllOnes;
+      }
+      if (words <= kFewWords || r < kWholeRuns) continue;
+      for (std::uint32_t w = 0; w < words; ++w) {
+        open[count] = w;
+        count += blocked[w] != kAllOnes ? 1 : 0;
+      }
+    }
+    if (!free) continue;
+    for (std::uint32_t w = 0; w < words; ++w) {
+      if (blocked[w] == kAllOnes) continue;
+      return std::pair{w * 64 + static_cast<std::uint32_t>(std::countr_one(blocked[w])), y};
+    }
+  }
+}
+
+std::optional<std::pair<std::uint32_t, std::uint32_t>> CellRows::find(const ChartMask& mask,
+                                                                      const Window& window) const {
+  if (mask.width > width_ || mask.height > height_) return std::nullopt;
+  switch (words_) {
+    case 1:
+      return find_in<1>(mask, window);
+    case 2:
+      return find_in<2>(mask, window);
+    case 4:
+      return find_in<4>(mask, window);
+    case 8:
+      return find_in<8>(mask, window);
+    case 16:
+      return find_in<16>(mask, window);
+    default:
+      return find_in<32>(mask, window);
+  }
+}
+
+}  // namespace kiln

@@ -1,0 +1,362 @@
+#include "pack/outline_mask.h"
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <utility>
+
+#include "base/two.h"
+namespace kiln {
+namespace {
+
+Vec2d turned(const Vec2d& p, const Vec2d& turn) {
+  return {turn.x * p.x - turn.y * p.y, turn.y * p.x + turn.x * p.y};
+}
+
+struct Box {
+  Vec2d low{std::numeric_limits<double>::max(), std::numeric_limits<double>::max()};
+  Vec2d high{-low.x, -low.y};
+  void add(const Vec2d& p) {
+    low = {std::min(low.x, p.x), std::min(low.y, p.y)};
+    high = {std::max(high.x, p.x), std::max(high.y, p.y)};
+  }
+};
+
+/// A shape's extent in x within a slab between two heights.
+struct Span {
+  double low = std::numeric_limits<double>::max(), high = -low;
+  void add(double x) {
+    low = std::min(low, x);
+    high = std::max(high, x);
+  }
+};
+
+Two both(double value) { return Two{value, value}; }
+
+/// The two sides of the strip around a segment, each from its lower end up.
+struct Strip {
+  Two low_x, low_y, high_x, high_y, slope;
+
+  Strip(const Vec2d& a, const Vec2d& b, const Vec2d& side) {
+    const Two off_x{side.x, -side.x}, off_y{side.y, -side.y};
+    const Two ax = both(a.x) + off_x, ay = both(a.y) + off_y;
+    const Two bx = both(b.x) + off_x, by = both(b.y) + off_y;
+    low_x = ay <= by ? ax : bx, low_y = ay <= by ? ay : by;
+    high_x = ay <= by ? bx : ax, high_y = ay <= by ? by : ay;
+    slope = ay == by ? both(0) : (bx - ax) / (by - ay);
+  }
+
+  /// Adds what the slab has of them.
+  void add_to(Span& span, double bottom) const {
+    const Two from = both(bottom), to = both(bottom + 1);
+    const Two begin = low_y < from ? low_x + (from - low_y) * slope : low_x;
+    const Two end = high_y > to ? high_x + (to - high_y) * slope : high_x;
+    const Two none = both(std::numeric_limits<double>::max());
+    const auto away = (high_y < from) | (low_y > to);
+    const Two low = away ? none : begin < end ? begin : end;
+    const Two high = away ? -none : begin < end ? end : begin;
+    span.low = std::min({span.low, low[0], low[1]});
+    span.high = std::max({span.high, high[0], high[1]});
+  }
+};
+
+/// Adds what the slab has of a disc.
+inline void add_disc(const Vec2d& centre, double radius, double bottom, Span& span) {
+  const double away = centre.y - std::clamp(centre.y, bottom, bottom + 1);
+  const double squared = radius * radius - away * away;
+  if (squared < 0) return;
+  const double reach = std::sqrt(squared);
+  span.add(centre.x - reach);
+  span.add(centre.x + reach);
+}
+
+/// Rows of cells, set or not, 64 a word.
+class Cells {
+ public:
+  Cells(std::uint32_t width, std::uint32_t height)
+      : width_(width), height_(height), words_(width / 64 + 1), set_(words_ * height, 0) {}
+
+  /// Sets every cell that comes within `margin` of the ring.
+  void widen(const std::vector<Vec2d>& ring, double margin) {
+    if (ring.empty()) return;
+    Disc first, a, b;
+    find(first, ring[0], margin);
+    a = first;
+    for (std::size_t i = 0; i < ring.size(); ++i) {
+      const bool is_last = i + 1 == ring.size();
+      if (!is_last) find(b, ring[i + 1], margin);
+      widen(ring[i], ring[is_last ? 0 : i + 1], margin, a, is_last ? first : b);
+      std::swap(a, b);
+    }
+  }
+
+  /// Sets cells whose centres are inside: each side toggles all that lie to its right.
+  void fill(const std::vector<std::vector<Vec2d>>& rings) {
+    for (const auto& ring : rings) {
+      for (std::size_t i = 0; i < ring.size(); ++i) {
+        Vec2d a = ring[i], b = ring[(i + 1) % ring.size()];
+        if (a.y > b.y) std::swap(a, b);
+        const double slope = (b.x - a.x) / (b.y - a.y);
+        for (std::uint32_t y = up(a.y - 0.5, height_), end = up(b.y - 0.5, height_); y < end; ++y) {
+          const std::uint32_t cell = up(a.x + (y + 0.5 - a.y) * slope - 0.5, width_);
+          row(y)[cell / 64] ^= std::uint64_t{1} << cell % 64;
+        }
+      }
+    }
+    for (std::uint32_t y = 0; y < height_; ++y) {
+      std::uint64_t carry = 0;
+      for (std::size_t w = 0; w < words_; ++w) {
+        std::uint64_t& word = row(y)[w];
+        for (std::uint32_t shift = 1; shift < 64; shift *= 2) word ^= word << shift;
+        word ^= carry;
+        carry = (word >> 63) != 0 ? ~std::uint64_t{0} : 0;
+      }
+    }
+  }
+
+  /// The set cells a quarter turn on: a row becomes a column, the lowest the last.
+  Cells turned() const {
+    Cells result(height_, width_);
+    std::array<std::uint64_t, 64> block;
+    for (std::size_t w = 0; w < words_; ++w) {
+      for (std::uint32_t base = 0; base < height_; base += 64) {
+        const std::uint32_t rows = std::min(64U, height_ - base);
+        // Bit i of the new row comes from the row i below the highest left one.
+        const std::uint32_t top = height_ - base;
+        for (std::uint32_t i = 0; i < 64; ++i) block[i] = i < rows ? row(top - 1 - i)[w] : 0;
+        transpose(block);
+        const auto columns = static_cast<std::uint32_t>(std::min<std::size_t>(64, width_ - 64 * w));
+        for (std::uint32_t i = 0; i < columns; ++i) {
+          result.row(static_cast<std::uint32_t>(64 * w) + i)[base / 64] = block[i];
+        }
+      }
+    }
+    return result;
+  }
+
+  /// By rows.
+  std::vector<ChartMask::Run> runs() const {
+    std::vector<ChartMask::Run> result;
+    result.reserve(height_ + height_ / 2);
+    for (std::uint32_t y = 0; y < height_; ++y) {
+      for (std::uint32_t x = next(y, 0, true); x < width_;) {
+        const std::uint32_t end = next(y, x, false);
+        result.push_back({y, x, end - 1});
+        x = next(y, end, true);
+      }
+    }
+    return result;
+  }
+
+ private:
+  /// Adds the disc around a vertex to the rows it meets.
+  struct Disc {
+    std::uint32_t first = 0;
+    std::vector<Span> rows;
+
+    void add_to(Span& span, std::uint32_t y) const {
+      if (y - first >= rows.size()) return;  // Below the first one it is very large.
+      span.low = std::min(span.low, rows[y - first].low);
+      span.high = std::max(span.high, rows[y - first].high);
+    }
+  };
+
+  void find(Disc& disc, const Vec2d& centre, double radius) const {
+    disc.first = row_at(centre.y - radius - kSlack);
+    const std::uint32_t last = row_at(centre.y + radius + kSlack);
+    disc.rows.assign(last - disc.first + 1, {});
+    for (std::uint32_t y = disc.first; y <= last; ++y)
+      add_disc(centre, radius, y, disc.rows[y - disc.first]);
+  }
+
+  /// The same of one side: in each row, what the slab has of the two discs at its ends and of the sides of the
+  /// strip between them.
+  void widen(const Vec2d& a, const Vec2d& b, double margin, const Disc& at_a, const Disc& at_b) {
+    const Vec2d along = b - a;
+    const double size = std::sqrt(dot(along, along));
+    const Strip strip(a, b, size > 0 ? Vec2d{-along.y, along.x} * (margin / size) : Vec2d{0, 0});
+    const std::uint32_t first = row_at(std::min(a.y, b.y) - margin - kSlack);
+    const std::uint32_t last = row_at(std::max(a.y, b.y) + margin + kSlack);
+    for (std::uint32_t y = first; y <= last; ++y) {
+      Span span;
+      at_a.add_to(span, y);
+      at_b.add_to(span, y);
+      strip.add_to(span, y);
+      if (span.low <= span.high) set(y, span.low - kSlack, span.high + kSlack);
+    }
+  }
+
+  /// More than what rounding may lose, cells.
+  static constexpr double kSlack = 1e-9;
+
+  /// Bit j of word i becomes bit i of word j: blocks of half the side change places, then theirs.
+  static void transpose(std::array<std::uint64_t, 64>& block) {
+    std::uint64_t low = 0xffffffff;
+    for (std::uint32_t half = 32; half != 0; half /= 2, low ^= low << half) {
+      for (std::uint32_t i = 0; i < 64; i = (i + half + 1) & ~half) {
+        const std::uint64_t swap = (block[i] >> half ^ block[i + half]) & low;
+        block[i + half] ^= swap;
+        block[i] ^= swap << half;
+      }
+    }
+  }
+
+  std::uint64_t* row(std::uint32_t y) { return set_.data() + words_ * y; }
+  const std::uint64_t* row(std::uint32_t y) const { return set_.data() + words_ * y; }
+  /// The least whole number that is not below, from 0 to `most`.
+  static std::uint32_t up(double value, std::uint32_t most) {
+    const double kept = std::clamp(value, 0.0, 1.0 * most);
+    const auto whole = static_cast<std::int32_t>(kept);
+    return static_cast<std::uint32_t>(whole + (whole < kept ? 1 : 0));
+  }
+  /// The cell at a place, of so many.
+  static std::uint32_t cell_at(double place, std::uint32_t count) {
+    return static_cast<std::uint32_t>(
+        static_cast<std::int32_t>(std::clamp(place, 0.0, count - 1.0)));
+  }
+  std::uint32_t row_at(double y) const { return cell_at(y, height_); }
+
+  void set(std::uint32_t y, double low, double high) {
+    for (std::uint32_t x = cell_at(low, width_), end = cell_at(high, width_) + 1; x < end;) {
+      const std::uint32_t count = std::min(64 - x % 64, end - x);
+      row(y)[x / 64] |= (~std::uint64_t{0} >> (64 - count)) << x % 64;
+      x += count;
+    }
+  }
+
+  /// The first cell from x on that is set, or is not; the width where there is none.
+  std::uint32_t next(std::uint32_t y, std::uint32_t x, bool is_set) const {
+    while (x < width_) {
+      const std::uint64_t word = row(y)[x / 64];
+      const std::uint64_t rest = (is_set ? word : ~word) >> x % 64;
+      if (rest != 0)
+        return std::min(width_, x + static_cast<std::uint32_t>(std::countr_zero(rest)));
+      x = (x / 64 + 1) * 64;
+    }
+    return width_;
+  }
+
+  std::uint32_t width_, height_;
+  std::size_t words_;
+  std::vector<std::uint64_t> set_;
+};
+
+/// All but runs.
+struct Drawn {
+  ChartMask mask;
+  Cells cells;
+};
+
+Drawn draw(const Outline& outline, double angle, double scale, double margin) {
+  ChartMask mask;
+  mask.turn = {std::cos(angle), std::sin(angle)};
+  std::vector<std::vector<Vec2d>> rings = outline.rings;
+  Box box;
+  for (auto& ring : rings) {
+    for (Vec2d& p : ring) {
+      p = turned(p, mask.turn) * scale;
+      box.add(p);
+    }
+  }
+  mask.shift = {margin - box.low.x, margin - box.low.y};
+  const auto cells = [&](double extent) {
+    return static_cast<std::uint32_t>(std::max(1.0, std::ceil(extent + 2 * margin)));
+  };
+  mask.width = cells(box.high.x - box.low.x);
+  mask.height = cells(box.high.y - box.low.y);
+  for (auto& ring : rings) {
+    for (Vec2d& p : ring) p = p + mask.shift;
+  }
+  Cells grid(mask.width, mask.height);
+  grid.fill(rings);
+  for (const auto& ring : rings) grid.widen(ring, margin);
+  return {std::move(mask), std::move(grid)};
+}
+
+}  // namespace
+
+void ChartMask::arrange() {
+  longest.assign(height, 0);
+  const Run* most = nullptr;
+  for (const Run& run : runs) {
+    const auto count = static_cast<std::int16_t>(run.last - run.first + 1);
+    longest[run.row] = std::max(longest[run.row], count);
+    if (most == nullptr || run.last - run.first > most->last - most->first) most = &run;
+  }
+  if (most == nullptr) return;
+  // Neighbouring rows mostly agree, so a blocking row is found sooner far away. So rows go
+  // by how often 2 divides them, at most this often.
+  static constexpr std::uint32_t kHalvings = 4;
+  const auto place = [](const Run& run) {
+    return kHalvings - std::min(kHalvings, static_cast<std::uint32_t>(std::countr_zero(run.row)));
+  };
+  std::array<std::size_t, kHalvings + 2> starts{};
+  for (const Run& run : runs) ++starts[place(run) + 1];
+  for (std::size_t i = 1; i < starts.size(); ++i) starts[i] += starts[i - 1];
+  std::vector<Run> arranged(runs.size());
+  // The longest leads, and the others of its kind follow.
+  for (std::uint32_t i = 0; i <= place(*most); ++i) starts[i] += 1;
+  arranged[0] = *most;
+  for (const Run& run : runs) {
+    if (&run != most) arranged[starts[place(run)]++] = run;
+  }
+  runs = std::move(arranged);
+}
+
+ChartMask make_mask(const Outline& outline, double angle, double scale, double margin) {
+  Drawn drawn = draw(outline, angle, scale, margin);
+  drawn.mask.runs = drawn.cells.runs();
+  drawn.mask.arrange();
+  return std::move(drawn.mask);
+}
+
+std::array<ChartMask, 4> make_turned_masks(const Outline& outline, double angle, double scale,
+                                           double margin) {
+  Drawn drawn = draw(outline, angle, scale, margin);
+  std::array<ChartMask, 4> masks;
+  for (std::size_t quarter = 0; quarter < 4; ++quarter) {
+    ChartMask& mask = masks[quarter];
+    if (quarter == 0) {
+      mask = std::move(drawn.mask);
+    } else {
+      const ChartMask& last = masks[quarter - 1];
+      mask.width = last.height;
+      mask.height = last.width;
+      mask.turn = {-last.turn.y, last.turn.x};
+      mask.shift = {last.height - last.shift.y, last.shift.x};
+    }
+    if (quarter < 2) {
+      if (quarter == 1) drawn.cells = drawn.cells.turned();
+      mask.runs = drawn.cells.runs();
+    } else {
+      mask.runs.reserve(masks[quarter - 2].runs.size());
+      for (const ChartMask::Run& run : masks[quarter - 2].runs) {
+        mask.runs.push_back(
+            {mask.height - 1 - run.row, mask.width - 1 - run.last, mask.width - 1 - run.first});
+      }
+    }
+    mask.arrange();
+  }
+  return masks;
+}
+
+double best_box_angle(const Outline& outline) {
+  double best = 0, least = std::numeric_limits<double>::max();
+  constexpr int kSteps = 48;
+  for (int i = 0; i < kSteps; ++i) {
+    const double angle = i * (0.5 * std::numbers::pi / kSteps);
+    const Vec2d turn{std::cos(angle), std::sin(angle)};
+    Box box;
+    for (const auto& ring : outline.rings) {
+      for (const Vec2d& p : ring) box.add(turned(p, turn));
+    }
+    const double area = (box.high.x - box.low.x) * (box.high.y - box.low.y);
+    if (area < least * (1 - 1e-9)) least = area, best = angle;
+  }
+  return best;
+}
+
+}  // namespace kiln

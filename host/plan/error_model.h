@@ -1,0 +1,80 @@
+// What the texels of a map add to the error of a mesh.
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <iterator>
+#include <map>
+#include <vector>
+
+namespace kiln {
+
+/// Mean angles of rendered normals that a mesh reaches, degrees, and how its outlines differ.
+struct LevelErrors {
+  double without_map = 0;  ///< Of its own normals
+  double limit = 0;        ///< With a map of endless size
+  double one_sided = 0;    ///< NormalError::one_sided_share
+};
+
+/// The error of a mesh with a map of s texels a side: e(s) = limit + d / (1 + d h(s)), d = without_map - limit. A tiny
+/// map shows nothing of the detail d, a large one all of it. The sharpness h is that of maps that were measured, of the
+/// mesh with the nearest number of faces.
+class ErrorModel {
+ public:
+  /// \param own  its charts are laid out for this size; else it is a mip-map of a larger map, which counts until a map
+  ///             of this size is measured
+  void measured(double faces, const LevelErrors& level, std::uint32_t size, double error,
+                bool own) {
+    std::vector<Sharpness>& known = known_[size];
+    if (!own && !known.empty() && known.front().own) return;
+    if (own) std::erase_if(known, [](const Sharpness& other) { return !other.own; });
+    const double above = std::max(error - level.limit, kRounding * level.limit + kTiny);
+    known.push_back(
+        {faces, std::max(1 / above - 1 / detail(level), kRounding / detail(level)), own});
+  }
+
+  /// \param level  as it is with normals for a map
+  double expected(double faces, const LevelErrors& level, std::uint32_t size) const {
+    return level.limit + detail(level) / (1 + detail(level) * sharpness(faces, size));
+  }
+
+ private:
+  struct Sharpness {
+    double faces = 0, value = 0;
+    bool own = false;
+  };
+  /// Maps within this share of the limit, or of none at all, are as good as these.
+  static constexpr double kRounding = 0.01, kTiny = 1e-9;
+
+  static double detail(const LevelErrors& level) {
+    return std::max(level.without_map - level.limit, kTiny);
+  }
+
+  static double nearest(const std::vector<Sharpness>& known, double faces) {
+    const auto apart = [faces](const Sharpness& s) { return std::abs(std::log(s.faces / faces)); };
+    return std::min_element(
+               known.rbegin(), known.rend(),
+               [&](const Sharpness& a, const Sharpness& b) { return apart(a) < apart(b); })
+        ->value;
+  }
+
+  /// Beyond the sizes that are known, along the last two. Smooth detail gains with the square of the size; edges, which
+  /// are blurred by a texel's width, with the size.
+  double sharpness(double faces, std::uint32_t size) const {
+    if (known_.empty()) return 0;
+    const auto found = known_.lower_bound(size);
+    if (found != known_.end()) return nearest(found->second, faces);
+    const auto last = std::prev(known_.end()),
+               other = last == known_.begin() ? last : std::prev(last);
+    const double value = nearest(last->second, faces);
+    const double slope = std::log(value / nearest(other->second, faces)) /
+                         std::log(1.0 * last->first / other->first);
+    return value *
+           std::pow(1.0 * size / last->first, last == other ? 1 : std::clamp(slope, 1.0, 2.0));
+  }
+
+  std::map<std::uint32_t, std::vector<Sharpness>> known_;  ///< By size
+};
+
+}  // namespace kiln

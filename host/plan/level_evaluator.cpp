@@ -1,0 +1,196 @@
+#include "plan/level_evaluator.h"
+
+#include <algorithm>
+#include <cmath>
+#include <iterator>
+#include <vector>
+
+#include "base/progress_guard.h"
+#include "base/stopwatch.h"
+#include "match/registry.h"
+#include "plan/widen_search.h"
+#include "unwrap/unwrap_charts.h"
+
+namespace kiln {
+
+using namespace plan_settings;
+
+namespace {
+
+/// Those of height fields are their layout, which matching by UVs reads.
+Mesh with_some_uvs(const Mesh& low) { return low.uvs.empty() ? with_any_uvs(low) : low; }
+
+}  // namespace
+
+LevelEvaluator::LevelEvaluator(const Source& source, const Mesh& high,
+                               const LowPolyPlanOptions& options, BakeOptions& bake,
+                               LowPolyPlan& plan, LevelCache& cache)
+    : source_(source), high_(high), options_(options), bake_(bake), plan_(plan), cache_(cache) {
+  ProgressGuard::poll_at(0, "looking at the high poly");
+  const Stopwatch watch;
+  fine_ = shown_from(impl_of(source), options.screen, plan_directions());
+  coarse_ = shown_from(impl_of(source), options.screen, plan_directions(), /*coarse=*/true);
+  plan.seconds_measure += watch.total();
+  make_levels(kFinestFaces);
+}
+
+void LevelEvaluator::make_levels(std::uint32_t most) {
+  ProgressGuard::poll_at(0.05, "simplifying");
+  const Stopwatch watch;
+  most_ = most;
+  set_ = &cache_[most];
+  for (auto& nodes : nodes_) nodes.clear();
+  if (set_->levels == nullptr) {
+    std::vector<std::uint32_t> faces;
+    for (double goal = std::min<double>(most, static_cast<double>(high_.triangles.size()));
+         goal >= 2 || faces.empty(); goal *= kLevelShare) {
+      const auto whole = static_cast<std::uint32_t>(std::max(goal, 2.0));
+      if (faces.empty() || whole < faces.back()) faces.push_back(whole);
+    }
+    set_->levels = std::make_unique<SimplifyLevels>(
+        high_, faces, options_.height_field ? LevelRule::height_field : LevelRule::shape);
+  }
+  plan_.seconds_simplify += watch.total();
+}
+
+bool LevelEvaluator::refine() {
+  if (most_ > kFinestFaces || high_.triangles.size() <= most_) return false;
+  make_levels(8 * kFinestFaces);
+  return true;
+}
+
+LevelErrors LevelEvaluator::at(std::size_t level, bool mapped) {
+  const std::map<std::size_t, LevelErrors>& nodes = nodes_[mapped ? 1 : 0];
+  const std::size_t before = level / kNodeStep * kNodeStep;
+  if (!is_settled_ || nodes.empty()) {
+    evaluate(before, mapped);
+    if (level > before) evaluate(std::min(before + kNodeStep, count() - 1), mapped);
+  }
+  const auto after = nodes.lower_bound(level);
+  if (after == nodes.end()) return std::prev(after)->second;
+  const LevelErrors& b = after->second;
+  if (after == nodes.begin() || after->first == level) return b;
+  const std::size_t first = std::prev(after)->first;
+  const LevelErrors& a = std::prev(after)->second;
+  const double share =
+      std::log(faces(level) / faces(first)) / std::log(faces(after->first) / faces(first));
+  const auto between = [share](double from, double to) {
+    return from > 0 && to > 0 ? from * std::pow(to / from, share) : from + (to - from) * share;
+  };
+  return {between(a.without_map, b.without_map), between(a.limit, b.limit),
+          between(a.one_sided, b.one_sided)};
+}
+
+std::vector<std::size_t> LevelEvaluator::evaluated() const {
+  std::vector<std::size_t> levels;
+  for (const auto& [level, errors] : nodes_[nodes_[1].empty() ? 0 : 1]) levels.push_back(level);
+  return levels;
+}
+
+void LevelEvaluator::evaluate(std::size_t level, bool mapped) {
+  if (nodes_[mapped ? 1 : 0].contains(level)) return;
+  ProgressGuard::poll_at(0.2, "evaluating low polys");
+  const Stopwatch watch;
+  auto looked = set_->glances.find(level);
+  if (looked == set_->glances.end()) {
+    looked = set_->glances.emplace(level, levels().glance(level)).first;
+  }
+  const Stopwatch measuring;
+  const NormalProbe probe(impl_of(source_), with_some_uvs(looked->second[mapped ? 1 : 0]), coarse_);
+  const NormalError error = probe.without_map();
+  nodes_[mapped ? 1 : 0][level] =
+      mapped ? mapped_errors(probe) : LevelErrors{error.mean_degrees, 0, error.one_sided_share};
+  plan_.seconds_measure += measuring.total();
+  plan_.seconds_simplify += watch.total() - measuring.total();
+}
+
+LevelErrors LevelEvaluator::mapped_errors(const NormalProbe& probe) const {
+  std::shared_ptr<const VisibilityField> field;
+  BakeOptions options = limit_options(bake_.method);
+  const NormalProbe::Limit limit = widen_search(
+      options, [&](const BakeOptions& wide) { return probe.limit(wide, field); },
+      [](const NormalProbe::Limit& found) { return found.missed; });
+  const NormalError bare = probe.without_map();
+  return {bare.mean_degrees, limit.error.mean_degrees, bare.one_sided_share};
+}
+
+BakeOptions LevelEvaluator::limit_options(MatchMethod method) const {
+  BakeOptions options = bake_;
+  options.method = method;
+  std::erase(options.fallback, method);
+  options.visibility.at = VisibilityAt::vertex;
+  options.visibility.directions = std::min(options.visibility.directions, kDirections);
+  options.progress = {};
+  return options;
+}
+
+bool LevelEvaluator::choose_match(std::size_t level) {
+  const std::size_t nearest = level / kNodeStep * kNodeStep;
+  evaluate(nearest, /*mapped=*/true);
+  ProgressGuard::poll_at(0.3, "looking at ways to match");
+  const NormalProbe probe(impl_of(source_), with_some_uvs(set_->glances.at(nearest)[1]), coarse_);
+  const Stopwatch watch;
+  std::shared_ptr<const VisibilityField> field;
+  std::vector<MatchMethod> ways = planned_matches(&MatchRow::low_poly_turn);
+  if (bake_.cage) {
+    std::erase_if(ways, [](MatchMethod way) { return !match_row(way).info.takes_cage; });
+  }
+  const MatchMethod first = ways.front(), before = bake_.method;
+  if (options_.height_field) ways.insert(ways.begin(), match_at_uvs());
+  double least = 0;
+  for (const MatchMethod way : ways) {
+    const NormalProbe::Limit limit = probe.limit(limit_options(way), field);
+    if (least != 0 && limit.error.mean_degrees >= kGain * least) continue;
+    least = limit.error.mean_degrees;
+    if (way != bake_.method) {
+      bake_.method = way;
+      nodes_[1].clear();
+    }
+    // What no match whatever gets below: hard edges seldom leave another room.
+    if (way == first && probe.least_share(limit) >= kGain) break;
+  }
+  std::erase(bake_.fallback, bake_.method);
+  plan_.seconds_measure += watch.total();
+  return bake_.method != before;
+}
+
+const Mesh& LevelEvaluator::mesh(std::size_t level) {
+  const auto found = set_->meshes.find(level);
+  if (found != set_->meshes.end()) return found->second;
+  const Stopwatch watch;
+  const Mesh& made = set_->meshes[level] = levels().mesh(level);
+  plan_.seconds_simplify += watch.total();
+  return made;
+}
+
+const LaidOut& LevelEvaluator::laid_out(std::size_t level, std::uint32_t size) {
+  const auto found = set_->laid_out.find({level, size});
+  if (found != set_->laid_out.end()) return found->second;
+  const Mesh& simplified = mesh(level);
+  ProgressGuard::poll_at(0.4, "laying out charts");
+  const Stopwatch watch;
+  LaidOut next;
+  if (options_.height_field) {
+    next.mesh = simplified;
+    next.report.charts = 1;
+    next.report.coverage = 1;
+  } else {
+    if (options_.density == TexelDensity::detail && !detail_) detail_.emplace(high_);
+    next.mesh = unwrap_for(simplified, {options_.unwrap, size, std::max(2U, size / 256)},
+                           detail_ ? &*detail_ : nullptr, &next.report);
+  }
+  levels().fit_normals(next.mesh);
+  plan_.seconds_unwrap += watch.total();
+  return set_->laid_out[{level, size}] = std::move(next);
+}
+
+void LevelEvaluator::solve(std::size_t level) {
+  ProgressGuard::poll_at(0.9, "simplifying anew, without flaws");
+  const Stopwatch watch;
+  levels().solve(level);
+  set_->meshes.erase(level);
+  std::erase_if(set_->laid_out, [&](const auto& item) { return item.first.first == level; });
+  plan_.seconds_simplify += watch.total();
+}
+
+}  // namespace kiln

@@ -1,0 +1,186 @@
+// Chains of low polys.
+#include <algorithm>
+#include <string>
+#include <utility>
+
+#include "bake/progress.h"
+#include "base/stopwatch.h"
+#include "measure/normal_probe.h"
+#include "plan/candidate.h"
+#include "plan/low_poly_plan.h"
+#include "simplify/transfer_colors.h"
+
+namespace kiln {
+namespace {
+
+/// A level has at most this share of the bytes of the one before.
+constexpr double kLevelBytes = 0.9;
+/// Meshes simplified from the first level go down to so few faces.
+constexpr std::uint32_t kFewestFaces = 12;
+
+class LodMaker {
+ public:
+  LodMaker(const Source& source, const Mesh& high, const LodOptions& options)
+      : source_(source), high_(high), options_(options) {}
+
+  LodChain run() {
+    chain_.levels.reserve(options_.levels);  // `simpler_` refers to the first.
+    for (std::uint32_t k = 0; k < options_.levels && !chain_.cancelled; ++k) {
+      if (k > 0) growth_ *= options_.error_growth;
+      LodLevel level;
+      level.screen = options_.plan.screen >> k;
+      level.own_maps = k == 0 || !options_.share_uvs;
+      level.plan = level.own_maps ? planned(k, level.screen) : simplified(k, level.screen);
+      chain_.cancelled = level.plan.cancelled;
+      if (!chain_.cancelled) add(std::move(level));
+    }
+    chain_.reached = std::all_of(chain_.levels.begin(), chain_.levels.end(),
+                                 [](const LodLevel& level) { return level.plan.reached; });
+    return std::move(chain_);
+  }
+
+ private:
+  const LowPolyPlan& first() const { return chain_.levels.front().plan; }
+  const LowPolyPlan& before() const { return chain_.levels.back().plan; }
+  double max_outline() const { return std::min(growth_ * options_.plan.max_outline, 0.99); }
+
+  Progress progress_of(std::uint32_t k) const {
+    const Progress& progress = options_.plan.bake.progress;
+    if (!progress) return {};
+    return [&progress, k, all = options_.levels](double done, std::string_view stage) {
+      return progress((k + done) / all, "level " + std::to_string(k) + ": " + std::string(stage));
+    };
+  }
+
+  LowPolyPlan planned(std::uint32_t k, std::uint32_t screen) {
+    LowPolyPlanOptions options = options_.plan;
+    options.screen = screen;
+    options.bake.progress = progress_of(k);
+    options.max_error *= growth_;
+    options.max_outline = max_outline();
+    for (MapBound& bound : options.bounds) bound.max_error *= growth_;
+    if (k > 0) options.on_measured = {};
+    if (options_.share_uvs) options.may_leave_map_out = false;
+    LowPolyPlan plan = plan_levels(source_, high_, options, cache_);
+    if (k == 0 || plan.cancelled || plan.chosen.faces <= before().chosen.faces) return plan;
+    // More faces and a smaller map are lighter, but no level of detail that an engine's user expects.
+    return plan_levels(source_, high_, options, cache_, before().chosen.faces);
+  }
+
+  /// The coarsest of the first level's simplifications that its map fits within the error.
+  LowPolyPlan simplified(std::uint32_t k, std::uint32_t screen) {
+    return unless_cancelled<LowPolyPlan>(
+        [&] {
+          const Progress callback = progress_of(k);
+          const BakeProgress progress(callback);
+          LowPolyPlan plan;
+          plan.wanted = growth_ * options_.plan.max_error;
+          plan.max_outline = max_outline();
+          plan.bake = first().bake;
+          plan.chosen = before().chosen;  // Where none does, this level is left out.
+          make_simpler();
+          progress.at(0, "looking at the high poly");
+          const Stopwatch watch;
+          const HighPolyView shown = shown_from(impl_of(source_), screen, plan_directions());
+          std::size_t begin = 0;
+          while (begin < simpler_->count() && simpler_->faces(begin) >= before().chosen.faces) {
+            ++begin;
+          }
+          coarsest(begin, simpler_->count(), [&](std::size_t level) {
+            progress.at(0.5, "measuring low polys");
+            return fits(level, shown, plan);
+          });
+          plan.seconds_measure = watch.total();
+          return plan;
+        },
+        [](LowPolyPlan& none) { none.cancelled = true; });
+  }
+
+  void make_simpler() {
+    if (simpler_ != nullptr) return;
+    std::vector<std::uint32_t> faces;
+    for (auto goal = static_cast<double>(first().chosen.faces);
+         goal >= kFewestFaces || faces.empty(); goal *= plan_settings::kLevelShare) {
+      const auto next = static_cast<std::uint32_t>(goal * plan_settings::kLevelShare);
+      const std::uint32_t whole = std::max(next, kFewestFaces);
+      if (faces.empty() || whole < faces.back()) faces.push_back(whole);
+    }
+    simpler_ = std::make_unique<SimplifyLevels>(first().low, faces, LevelRule::keep_uvs);
+  }
+
+  /// Measures a level, and takes it for the plan's choice where it is within the error.
+  bool fits(std::size_t level, const HighPolyView& shown, LowPolyPlan& plan) {
+    SimplifyReport report;
+    Mesh low = simpler_->mesh(level, &report);
+    Candidate candidate = first().chosen;
+    candidate.faces = low.triangles.size();
+    candidate.positions = low.positions.size();
+    candidate.vertices = split_vertices(low);
+    candidate.charts = report.charts;
+    // Vertices with UVs; the map is the first level's.
+    candidate.bytes =
+        low_poly_bytes(candidate.vertices, candidate.faces, candidate.size, {}, candidate.bits);
+    const NormalProbe probe(impl_of(source_), low, shown);
+    set_measured(probe.with_map(first().drawn, plan.bake), candidate);
+    candidate.expected = candidate.measured;
+    plan.candidates.push_back(candidate);
+    if (candidate.measured > plan.wanted ||
+        (plan.max_outline > 0 && candidate.one_sided > plan.max_outline)) {
+      return false;
+    }
+    plan.low = std::move(low);
+    transfer_colors(first().low, plan.low);
+    plan.simplified = std::move(report);
+    plan.chosen = candidate;
+    return plan.reached = true;
+  }
+
+  void add(LodLevel level) {
+    const auto weight = [&](const LowPolyPlan& plan) {  // Shared maps do not count.
+      const LowPolyBytes& bytes = plan.chosen.bytes;
+      return static_cast<double>(level.own_maps ? bytes.total() : bytes.vertices);
+    };
+    if (chain_.levels.empty() || (weight(level.plan) <= kLevelBytes * weight(before()) &&
+                                  (level.plan.reached || !before().reached))) {
+      chain_.levels.push_back(std::move(level));
+      return;
+    }
+    std::string text = "At " + std::to_string(level.screen) + " pixels the mesh of " +
+                       std::to_string(before().chosen.faces) +
+                       " faces serves, too: what is within the error there has more faces, or over "
+                       "90% of its bytes.";
+    if (options_.error_growth == 1 && chain_.warnings.empty()) {
+      text += " Errors that grow from level to level (--lod-growth) give lighter ones.";
+    }
+    chain_.warnings.push_back({"lod-left-out", std::move(text), 1});
+  }
+
+  const Source& source_;
+  const Mesh& high_;
+  const LodOptions& options_;
+  double growth_ = 1;  ///< The level's error over the first one's
+  LevelCache cache_;
+  std::unique_ptr<SimplifyLevels> simpler_;  ///< Of the first level
+  LodChain chain_;
+};
+
+}  // namespace
+
+LodChain bake_lods(const Source& source, const Mesh& high, const LodOptions& options) {
+  const auto require = [](bool holds, const std::string& text) {
+    if (!holds) throw Error(ErrorCode::usage, "bake_lods: " + text);
+  };
+  require(options.levels >= 2 && options.levels <= 8,
+          "levels is " + std::to_string(options.levels) + "; it must be 2 to 8");
+  require(options.error_growth >= 1 && options.error_growth <= 4,
+          "error_growth is " + std::to_string(options.error_growth) + "; it must be 1 to 4");
+  const std::uint32_t least = 16U << (options.levels - 1);
+  require(options.plan.screen >= least, "screen is " + std::to_string(options.plan.screen) +
+                                            " pixels; " + std::to_string(options.levels) +
+                                            " levels, each for half the pixels, need " +
+                                            std::to_string(least) + " at least");
+  check_plan(options.plan);
+  return LodMaker(source, high, options).run();
+}
+
+}  // namespace kiln

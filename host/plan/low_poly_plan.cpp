@@ -1,0 +1,351 @@
+// The search for the lightest low poly and map: see README.md.
+#include "plan/low_poly_plan.h"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "bake/progress.h"
+#include "base/stopwatch.h"
+#include "detail/registry.h"
+#include "kiln/progress.h"
+#include "match/registry.h"
+#include "measure/bounds.h"
+#include "plan/candidate.h"
+#include "plan/settings.h"
+#include "simplify/transfer_colors.h"
+
+namespace kiln {
+namespace {
+
+using namespace plan_settings;
+
+class LowPolyPlanner {
+ public:
+  LowPolyPlanner(const Source& source, const Mesh& high, const LowPolyPlanOptions& options,
+                 LevelCache& cache, std::uint64_t most_faces)
+      : source_(source),
+        high_(high),
+        options_(options),
+        most_faces_(most_faces > 0 ? static_cast<double>(most_faces) : HUGE_VAL),
+        most_one_sided_(options.max_outline > 0 ? options.max_outline : kMostOneSided),
+        bake_(options.bake),
+        alive_(bake_.progress),
+        evaluator_(source, high, options, bake_, plan_, cache),
+        builder_(source, options, bake_, evaluator_, plan_) {
+    plan_.wanted = options.max_error;
+    plan_.max_outline = options.max_outline;
+    if (options.choose_rays) leave_to_rays(options.bounds, bake_);
+    if (options.may_leave_map_out && options.bounds.empty()) sizes_.push_back(0);
+    const std::uint32_t largest = std::min(bake_.width, bake_.height);
+    for (std::uint32_t size = kSmallestMap; size <= largest; size *= 2) sizes_.push_back(size);
+  }
+
+  LowPolyPlan run() {
+    try_first_map();
+    do {
+      do {
+        search();
+      } while (!mend());
+    } while (!finish());
+    plan_.reached = does(plan_.chosen) && all_reached(plan_.bounds);
+    return std::move(plan_);
+  }
+
+ private:
+  /// Candidates of one size that did not do.
+  struct Missed {
+    std::size_t finest = SIZE_MAX;  ///< Level
+    int count = 0;
+  };
+  using Choice = std::pair<std::size_t, std::uint32_t>;  // Level, size
+
+  bool does(const Candidate& candidate) const {
+    return candidate.measured <= options_.max_error &&
+           (options_.max_outline == 0 || candidate.one_sided <= options_.max_outline);
+  }
+  /// Nor is a part of the surface lost.
+  bool is_sound(const Candidate& candidate) const {
+    return does(candidate) && candidate.one_sided <= most_one_sided_;
+  }
+  bool is_better(const Candidate& a, const Candidate& b) const {
+    const auto rank = [&](const Candidate& c) {
+      if (c.size < sizes_.front()) return -1;  // Too small for another map
+      return is_sound(c) ? 2 : does(c) ? 1 : 0;
+    };
+    if (rank(a) != rank(b)) return rank(a) > rank(b);
+    return rank(a) > 0 ? a.bytes.total() < b.bytes.total() : a.measured < b.measured;
+  }
+  MadeCandidate& best() {
+    return *std::min_element(made_.begin(), made_.end(), [&](const auto& a, const auto& b) {
+      return is_better(a.candidate, b.candidate);
+    });
+  }
+  bool found() {
+    return !made_.empty() && is_sound(best().candidate) && best().candidate.size >= sizes_.front();
+  }
+
+  void make(const Choice& choice) {
+    std::size_t level = choice.first;
+    const std::uint32_t size = choice.second;
+    if (!is_clean(level)) {
+      // A lighter one with flaws is no gain. Where nothing does yet, the next finer one without, if there is one near.
+      for (std::size_t step = 1; step <= 8 && level == choice.first && !found(); step *= 2) {
+        if (level >= finest() + step && is_clean(level - step)) level -= step;
+      }
+      if (found()) {
+        missed_[size].finest = level;
+        return;
+      }
+    }
+    made_.push_back(builder_.build(level, size));
+    if (!is_sound(made_.back().candidate)) miss(made_.back());
+  }
+  /// Triangles that face away are holes to many renderers. What a head start left can be mended.
+  bool is_clean(std::size_t level) const {
+    return !evaluator_.levels().has_flaws(level) || evaluator_.levels().is_flawed(level);
+  }
+  void miss(const MadeCandidate& made) {
+    Missed& missed = missed_[made.candidate.size];
+    missed.finest = std::min(missed.finest, made.level);
+    ++missed.count;
+  }
+
+  std::size_t finest() const {
+    std::size_t level = 0;
+    while (level + 1 < evaluator_.count() && evaluator_.faces(level) > most_faces_) ++level;
+    return level;
+  }
+
+  /// The coarsest level whose limit leaves half of the error to texels.
+  std::optional<std::size_t> coarsest_for_map() {
+    return coarsest(finest(), evaluator_.count(), [&](std::size_t level) {
+      const LevelErrors errors = evaluator_.at(level, true);
+      return errors.limit <= options_.max_error / 2 && errors.one_sided <= most_one_sided_;
+    });
+  }
+  /// The coarsest that does without a map, if that weighs at most so much.
+  std::optional<std::size_t> coarsest_without_map(double most) {
+    if (sizes_.front() != 0) return std::nullopt;
+    return coarsest(first_within(most, 0), evaluator_.count(), [&](std::size_t level) {
+      const LevelErrors errors = evaluator_.at(level, false);
+      return errors.without_map <= options_.max_error && errors.one_sided <= most_one_sided_;
+    });
+  }
+  /// The finest level that weighs less than so much.
+  std::size_t first_within(double most, std::uint32_t size) const {
+    std::size_t level = finest();
+    while (level < evaluator_.count() && builder_.bytes(level, size) >= most) ++level;
+    return level;
+  }
+
+  /// The first map tells how much texels matter. Its mesh leaves half of the error to them, and weighs about as much as
+  /// they do. Where a mesh without a map is lighter than that one with the smallest, no map is made.
+  void try_first_map() {
+    std::optional<std::size_t> mapped = coarsest_for_map();
+    while (!mapped && finest() == 0 && !coarsest_without_map(HUGE_VAL) && evaluator_.refine()) {
+      mapped = coarsest_for_map();
+    }
+    std::size_t level = mapped.value_or(finest());
+    auto size = sizes_.begin() + (sizes_.front() == 0 ? 1 : 0);
+    if (coarsest_without_map(builder_.bytes(level, *size))) {
+      sizes_ = {0};
+      return;
+    }
+    if (options_.choose_match && evaluator_.choose_match(level)) {
+      level = std::max(level, coarsest_for_map().value_or(level));
+    }
+    const double most = 2 * builder_.bytes(level, *size);
+    while (size + 1 != sizes_.end() && builder_.bytes(level, size[1]) < most) ++size;
+    make({level, *size});
+  }
+
+  /// Of each size the coarsest level that is expected to do; of these, the lightest. A size that was never within the
+  /// error is aimed a margin below it, the size of the lightest so far above it: what nearly does is worth a try there.
+  /// Each miss at a size lowers the aim.
+  std::optional<Choice> lightest_expected() {
+    std::optional<Choice> lightest;
+    const MadeCandidate* known = found() ? &best() : nullptr;
+    double most = HUGE_VAL;
+    if (known) most = kWorthwhile * static_cast<double>(known->candidate.bytes.total());
+    // Those without a map last: these take the finest levels.
+    for (auto at = sizes_.rbegin(); at != sizes_.rend(); ++at) {
+      const std::uint32_t size = *at;
+      const Missed& missed = missed_[size];
+      const int margins = (known && known->candidate.size == size ? 2 : -1) - missed.count;
+      const double aim = options_.max_error * (1 + kMargin * margins);
+      const std::size_t end = std::min(evaluator_.count(), missed.finest);
+      const auto found_level = coarsest(first_within(most, size), end, [&](std::size_t level) {
+        return builder_.expected_error(level, size) <= aim &&
+               evaluator_.at(level, size != 0).one_sided <= most_one_sided_;
+      });
+      if (!found_level) continue;
+      lightest = {*found_level, size};
+      most = builder_.bytes(*found_level, size);
+    }
+    return lightest;
+  }
+
+  /// The lightest that is expected to come near the least error of all.
+  Choice nearest_expected() {
+    double least = HUGE_VAL, most = HUGE_VAL;
+    for (const std::uint32_t size : sizes_) {
+      least = std::min(least, builder_.expected_error(finest(), size));
+    }
+    Choice nearest = {finest(), sizes_.back()};
+    for (const std::uint32_t size : sizes_) {
+      const auto level = coarsest(finest(), evaluator_.count(), [&](std::size_t at) {
+        return builder_.expected_error(at, size) <= least * (1 + kMargin);
+      });
+      if (!level || builder_.bytes(*level, size) >= most) continue;
+      nearest = {*level, size};
+      most = builder_.bytes(*level, size);
+    }
+    return nearest;
+  }
+
+  /// Makes what is expected to be lightest, until nothing lighter is expected. Where nothing is expected to do, makes
+  /// what comes near the least error.
+  void search() {
+    const std::size_t most = std::max(kMostCandidates, made_.size() + 2);
+    while (made_.size() < most) {
+      const std::optional<Choice> next = lightest_expected();
+      if (next) {
+        make(*next);
+      } else if (found()) {
+        return;
+      } else {
+        make(nearest_expected());
+        if (!found()) return;
+      }
+    }
+  }
+
+  /// Meshes that are only tried may have flaws that take long to mend. \returns whether the best has none of them
+  bool mend() {
+    const Choice chosen = {best().level, best().candidate.size};
+    if (!evaluator_.levels().is_flawed(chosen.first)) return true;
+    evaluator_.solve(chosen.first);
+    std::erase_if(made_, [&](const MadeCandidate& made) { return made.level == chosen.first; });
+    make(chosen);
+    return false;
+  }
+
+  /// Bakes all maps of the best, and measures these. \returns whether that ends the plan
+  bool finish() {
+    MadeCandidate& chosen = best();
+    const bool was_found = found();
+    plan_.low = chosen.low;
+    transfer_colors(high_, plan_.low);
+    if (chosen.candidate.size != 0) builder_.finish(chosen);
+    plan_.chosen = chosen.candidate;
+    list_expected();
+    if (options_.on_measured) options_.on_measured(plan_);
+    if (was_found && !is_sound(chosen.candidate)) {
+      miss(chosen);
+      return false;
+    }
+    if (plan_.result) {
+      plan_.bounds =
+          reached_bounds(impl_of(source_), plan_.low, plan_.bake, options_.bounds, *plan_.result);
+    }
+    if (!all_reached(plan_.bounds) && chosen.candidate.size < sizes_.back()) {
+      // A map of this size does not do for another map, whatever the mesh is.
+      std::erase_if(sizes_, [&](std::uint32_t size) { return size <= chosen.candidate.size; });
+      return false;
+    }
+    const Stopwatch watch;
+    plan_.simplified = evaluator_.levels().report(chosen.level);
+    plan_.seconds_simplify += watch.total();
+    return true;
+  }
+
+  /// LowPolyPlan::candidates, trade, outlook and levels, by what is known.
+  void list_expected() {
+    for (auto* list : {&plan_.candidates, &plan_.trade, &plan_.outlook}) list->clear();
+    plan_.levels.clear();
+    for (const MadeCandidate& made : made_) plan_.candidates.push_back(made.candidate);
+    const std::vector<std::size_t> known = evaluator_.evaluated();
+    evaluator_.settle(true);
+    for (const std::uint32_t size : sizes_) {
+      const std::size_t end = std::min(known.back() + 1, missed_[size].finest);
+      const auto fewest = coarsest(known.front(), end, [&](std::size_t level) {
+        return builder_.expected_error(level, size) <= options_.max_error;
+      });
+      if (fewest) plan_.trade.push_back(builder_.expect(*fewest, size));
+      for (const std::size_t level : known) plan_.outlook.push_back(builder_.expect(level, size));
+    }
+    for (auto level = known.rbegin(); level != known.rend(); ++level) {
+      plan_.levels.push_back(
+          {evaluator_.levels().faces(*level), evaluator_.levels().vertices(*level),
+           evaluator_.at(*level, false).without_map, evaluator_.at(*level, true).limit});
+    }
+    evaluator_.settle(false);
+  }
+
+  const Source& source_;
+  const Mesh& high_;
+  const LowPolyPlanOptions& options_;
+  const double most_faces_, most_one_sided_;
+  BakeOptions bake_;
+  ProgressScope alive_;
+  std::vector<std::uint32_t> sizes_;        ///< Of maps, rising; 0: none
+  std::map<std::uint32_t, Missed> missed_;  ///< By size
+  std::vector<MadeCandidate> made_;
+  LowPolyPlan plan_;
+  LevelEvaluator evaluator_;
+  CandidateBuilder builder_;
+};
+
+}  // namespace
+
+void check_plan(const LowPolyPlanOptions& options) {
+  const auto require = [](bool holds, const std::string& text) {
+    if (!holds) throw Error(ErrorCode::usage, "plan_low_poly: " + text);
+  };
+  const BakeOptions& bake = options.bake;
+  const MatchInfo& match = match_row(bake.method).info;
+  require(std::isfinite(options.max_error) && options.max_error > 0,
+          "max_error is " + std::to_string(options.max_error) +
+              " degrees; it must be finite and above 0");
+  require(options.max_outline >= 0 && options.max_outline < 1,
+          "max_outline is " + std::to_string(options.max_outline) +
+              "; it must be a share above 0 and below 1, or 0");
+  require(options.density != TexelDensity::detail ||
+              (options.unwrap == UnwrapMethod::charts && !options.height_field),
+          "density by detail is for large charts, not for pairs or height fields");
+  check_bounds(bake, options.bounds);
+  require(options.screen == 0 || (options.screen >= 16 && options.screen <= 16384),
+          "screen is " + std::to_string(options.screen) + " pixels; it must be 16 to 16384, or 0");
+  require(options.bits == 0 || options.bits == 8 || options.bits == 16,
+          "bits is " + std::to_string(options.bits) + "; it must be 8, 16 or 0");
+  require(std::min(bake.width, bake.height) >= kSmallestMap,
+          "the largest map is " + std::to_string(bake.width) + " x " + std::to_string(bake.height) +
+              "; it must be 16 x 16 at least");
+  require(shading_map(bake).has_value(),
+          "it measures normal maps, but none is among the maps: add it");
+  require(bake.cage_mesh == nullptr && bake.parts == nullptr && bake.match == nullptr,
+          "a cage mesh, parts and a saved match belong to a given low poly");
+  require((!match.needs_uvs || options.height_field) && !match.needs_direction,
+          "matching by " + std::string(bake.method.name) + " is for a low poly of your own");
+}
+
+LowPolyPlan plan_levels(const Source& source, const Mesh& high, const LowPolyPlanOptions& options,
+                        LevelCache& cache, std::uint64_t most_faces) {
+  return unless_cancelled<LowPolyPlan>(
+      [&] { return LowPolyPlanner(source, high, options, cache, most_faces).run(); },
+      [](LowPolyPlan& none) { none.cancelled = true; });
+}
+
+LowPolyPlan plan_low_poly(const Source& source, const Mesh& high,
+                          const LowPolyPlanOptions& options) {
+  check_plan(options);
+  LevelCache cache;
+  return plan_levels(source, high, options, cache);
+}
+
+}  // namespace kiln

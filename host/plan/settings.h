@@ -1,0 +1,31 @@
+// The constants of plans of low polys. Each is a compromise between a plan's time and its bytes.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+
+namespace kiln::plan_settings {
+
+/// Each level has this share of the faces of the one before. Charts scatter errors by a few percent, so that finer
+/// steps would tell nothing.
+inline constexpr double kLevelShare = 0.96;
+/// Levels that are evaluated lie this far apart: half the faces, by kLevelShare. Errors of those between follow.
+inline constexpr std::size_t kNodeStep = 17;
+/// Faces of the finest level. Where it is too coarse for the error, levels begin anew at eight times as many.
+inline constexpr std::uint32_t kFinestFaces = 25000;
+/// Meshes and maps that are made and measured: they take most of a plan's time.
+inline constexpr std::size_t kMostCandidates = 8;
+/// What is not expected to weigh less than this share of the lightest so far is not made.
+inline constexpr double kWorthwhile = 0.93;
+/// Share of the error that is left as room for the scatter of charts; once more after each miss.
+inline constexpr double kMargin = 0.02;
+/// Outlines that differ by more than this share of what either mesh covers have lost a part of the surface.
+inline constexpr double kMostOneSided = 0.1;
+/// Below this error, degrees, the rounding of 8 bits (0.16 degrees on average) asks for more texels than 16 bits cost.
+inline constexpr double kEightBits = 0.2;
+/// Directions that visibility is found from where meshes are compared: errors are within a thousandth of those of all.
+inline constexpr std::uint32_t kDirections = 64;
+/// Another match must get nearer by this to be worth what it costs.
+inline constexpr double kGain = 0.97;
+
+}  // namespace kiln::plan_settings

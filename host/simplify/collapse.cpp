@@ -1,0 +1,324 @@
+#include "simplify/collapse.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "base/progress_guard.h"
+
+namespace kiln {
+namespace {
+
+/// Collapses that leave bad shapes wait until they are this much cheaper than good ones. Refusing
+/// them for good would leave the slivers of a high poly (at a sphere's poles) to stay as they are.
+constexpr double kPenalty = 1.5, kPenaltyOfSquares = 6;
+constexpr double kStale = 1.01;  ///< At a hub, costs may be out of date by this share.
+/// Refused edges are tried again while a round takes at least one step in so many triangles, or a few rounds more.
+constexpr std::size_t kWorthAnother = 64, kMostPoorRounds = 4;
+
+}  // namespace
+
+EdgeCollapser::EdgeCollapser(CollapseMesh& mesh, CollapseConstraint* rule, Snap snap,
+                             std::vector<std::uint8_t> fixed)
+    : mesh_(mesh),
+      rule_(rule),
+      snap_(std::move(snap)),
+      shape_(mesh),
+      quadrics_(mesh.points.size()),
+      off_(mesh.points.size()),
+      stamps_(mesh.points.size(), 0),
+      fixed_(std::move(fixed)),
+      border_(mesh.points.size(), 0),
+      penalty_(rule == nullptr ? kPenalty : kPenaltyOfSquares) {
+  renew_queue();
+}
+
+/// True if some triangle of a and one of b have their other two corners in common.
+bool EdgeCollapser::lies_on_another(std::uint32_t a, std::uint32_t b) {
+  const std::span<const std::uint32_t> around = mesh_.around(b);
+  mesh_.visits += around.size();
+  const auto is_common = [&](std::uint32_t v) {
+    return std::find(common_.begin(), common_.end(), v) != common_.end();
+  };
+  for (const std::uint32_t t : around) {
+    if (mesh_.alive[t] == 0 || mesh_.contains(t, a)) continue;
+    const Triangle& v = mesh_.triangles[t];
+    const std::size_t k = v[0] == b ? 0 : v[1] == b ? 1 : 2;
+    const std::uint32_t p = v[(k + 1) % 3], q = v[(k + 2) % 3];
+    if (!is_common(p) || !is_common(q)) continue;
+    if (mesh_.is_hub(p) && mesh_.is_hub(q)) return true;  // Too many to look at.
+    mesh_.visits += std::min(mesh_.valence[p], mesh_.valence[q]);
+    bool twin = false;
+    mesh_.each_on_edge(p, q, [&](std::uint32_t other) { twin = twin || mesh_.contains(other, a); });
+    if (twin) return true;
+  }
+  return false;
+}
+
+bool EdgeCollapser::keeps_topology(std::uint32_t a, std::uint32_t b) {
+  if (mesh_.is_hub(a)) return keeps_topology_at_hub(a, b);
+  if (mesh_.is_hub(b)) return keeps_topology_at_hub(b, a);
+  mesh_.gather_unordered(a, near_a_);
+  mesh_.gather_unordered(b, near_b_);
+  std::uint32_t on_edge = 0;
+  common_.clear();
+  bool border_a = false, border_b = false;
+  for (const CollapseMesh::Neighbour& n : near_a_) {
+    border_a = border_a || n.triangles == 1;
+    if (n.vertex == b) on_edge = n.triangles;
+  }
+  for (const CollapseMesh::Neighbour& n : near_b_) border_b = border_b || n.triangles == 1;
+  mesh_.find_common(near_a_, near_b_, common_);
+  if (on_edge == 0 || common_.size() != on_edge) return false;
+  if (border_a && border_b && on_edge != 1) return false;
+  // Something must be left, and no two triangles may come to lie on the same corners.
+  if (mesh_.valence[a] + mesh_.valence[b] <= 2 * on_edge) return false;
+  return !lies_on_another(a, b);
+}
+
+/// The same without a look at all triangles of the hub: only the other's neighbours count. A step next to
+/// a second hub waits.
+bool EdgeCollapser::keeps_topology_at_hub(std::uint32_t hub, std::uint32_t b) {
+  mesh_.gather(b, near_b_);
+  std::uint32_t on_edge = 0;
+  common_.clear();
+  bool border_b = false;
+  for (const CollapseMesh::Neighbour& n : near_b_) {
+    border_b = border_b || n.triangles == 1;
+    if (n.vertex == hub) {
+      on_edge = n.triangles;
+      continue;
+    }
+    if (mesh_.is_hub(n.vertex)) return false;
+    bool next = false;
+    mesh_.visits += mesh_.valence[n.vertex];
+    mesh_.each_on_edge(n.vertex, hub, [&](std::uint32_t) { next = true; });
+    if (next) common_.push_back(n.vertex);
+  }
+  if (on_edge == 0 || common_.size() != on_edge) return false;
+  if (border_[hub] != 0 && border_b && on_edge != 1) return false;
+  return !lies_on_another(hub, b);
+}
+
+bool EdgeCollapser::keeps_shapes(const Entry& e, const Step& step) {
+  const std::uint32_t fixed = step.anchor == Anchor::first    ? e.a
+                              : step.anchor == Anchor::second ? e.b
+                                                              : kNoVertex;
+  return shape_.keeps(mesh_, e.a, e.b, step.target, fixed, e.leniency);
+}
+
+void EdgeCollapser::collapse(std::uint32_t a, std::uint32_t b, const Step& step) {
+  // The fan around the vertex that goes is walked, so a hub is kept.
+  const bool swap = step.anchor == Anchor::second;
+  const std::uint32_t kept = swap ? b : a, gone = swap ? a : b;
+  if (rule_ != nullptr) rule_->collapse(mesh_, a, b, step.anchor, step.target, kept);
+  if (guard_ != nullptr) guard_->collapse();
+  mesh_.points[kept] = step.target;
+  quadrics_[kept] += quadrics_[gone];
+  off_[kept] = quadrics_[kept].off(step.target);
+  if (!lines_.empty()) lines_[kept] += lines_[gone];
+  border_[kept] = border_[kept] | border_[gone];
+  shape_.merge(kept, gone);
+  if (step.anchor != Anchor::none) mesh_.gather(gone, near_b_);
+  mesh_.merge(kept, gone);
+  ++stamps_[gone];
+  if (step.anchor != Anchor::none) {
+    // Entries of the hub's other edges stay: their costs are brought up to date when their turn comes.
+    for (const CollapseMesh::Neighbour& n : near_b_) {
+      if (n.vertex != kept) push(kept, n.vertex);
+    }
+    return;
+  }
+  ++stamps_[kept];
+  if (deferred_) {
+    deferred_->push_back(kept);
+    return;
+  }
+  mesh_.gather_unordered(kept, near_a_);
+  push_all(kept, near_a_);
+  if (guard_ == nullptr) return;
+  touched_[kept] = 1;
+  for (const CollapseMesh::Neighbour& n : near_a_) touched_[n.vertex] = 1;
+}
+
+/// Takes a step if it may be taken; if it only leaves bad shapes, it waits.
+bool EdgeCollapser::take(const Entry& entry) {
+  Step step = step_for(entry.a, entry.b);
+  if (!step.allowed) return false;
+  if (step.anchor != Anchor::none) {
+    const double cost = step.cost * std::pow(penalty_, entry.leniency);
+    if (cost > kStale * entry.cost) {
+      ++mesh_.visits;
+      Entry later = entry;
+      later.cost = cost;
+      queue_.push(later);
+      return false;
+    }
+  }
+  if (snap_) step.target = snap_(step.target);
+  const bool shapes =
+      keeps_shapes(entry, step) &&
+      (rule_ == nullptr || rule_->keeps(mesh_, entry.a, entry.b, step.anchor, step.target));
+  if (!shapes) {
+    if (entry.leniency == CollapseShape::kMostLenient) return false;
+    Entry later = entry;
+    later.cost *= penalty_;
+    ++later.leniency;
+    queue_.push(later);
+    return false;
+  }
+  if (!keeps_topology(entry.a, entry.b) || !is_within_bound(entry, step)) return false;
+  if (rule_ != nullptr) return take_with_twins(entry, step);
+  collapse(entry.a, entry.b, step);
+  return true;
+}
+
+/// True if the step of a copy may be taken, too.
+std::optional<EdgeCollapser::Step> EdgeCollapser::step_of_twin(const Entry& twin) {
+  Step step = step_for(twin.a, twin.b);
+  if (!step.allowed || step.anchor != Anchor::none) return std::nullopt;
+  if (snap_) step.target = snap_(step.target);
+  const bool may = keeps_shapes(twin, step) &&
+                   rule_->keeps(mesh_, twin.a, twin.b, step.anchor, step.target) &&
+                   keeps_topology(twin.a, twin.b) && is_within_bound(twin, step);
+  return may ? std::optional(step) : std::nullopt;
+}
+
+/// Takes a step that may be taken, and those of its copies, or none of them.
+bool EdgeCollapser::take_with_twins(const Entry& entry, Step& step) {
+  std::vector<std::array<std::uint32_t, 2>> twins;
+  bool all = rule_->find_twins(mesh_, entry.a, entry.b, step.anchor, step.target, twins);
+  const auto entry_of = [&](const std::array<std::uint32_t, 2>& edge) {
+    Entry twin = entry;
+    twin.a = edge[0];
+    twin.b = edge[1];
+    return twin;
+  };
+  for (std::size_t i = 0; all && i < twins.size(); ++i)
+    all = step_of_twin(entry_of(twins[i])).has_value();
+  // Asked last, as the guard remembers.
+  if (all && !twins.empty()) all = is_within_bound(entry, step);
+  if (all) {
+    collapse(entry.a, entry.b, step);
+    std::array<std::uint32_t, 2> last = {entry.a, entry.b};
+    for (std::size_t i = 0; i < twins.size(); ++i) {
+      // Both ends are the first one now.
+      for (std::size_t k = i; k < twins.size(); ++k) {
+        std::replace(twins[k].begin(), twins[k].end(), last[1], last[0]);
+      }
+      last = twins[i];
+      // Where one next to another may not any more, what is around it has lost its copies, and stays.
+      const std::optional<Step> own = step_of_twin(entry_of(last));
+      if (!own) break;
+      collapse(last[0], last[1], *own);
+    }
+  }
+  rule_->end_twins();
+  if (all || entry.leniency == CollapseShape::kMostLenient) return all;
+  Entry later = entry;
+  later.cost *= penalty_;
+  ++later.leniency;
+  queue_.push(later);
+  return false;
+}
+
+/// A sum of planes counts most of them twice and thrice, and some of surface that lies elsewhere by now: planes of
+/// the mesh as it is place vertices better (Lindstrom and Turk 1998, "Fast and Memory Efficient Polygonal
+/// Simplification"). At powers of two, so that a way through several numbers of faces is the same as to the last.
+bool EdgeCollapser::renew() {
+  if (rule_ != nullptr || mesh_.faces > next_renewal_) return false;
+  // AsyncTask a hub most edges wait: to look at all of them again and again would cost too much.
+  const auto is_hub = [](std::uint32_t valence) { return valence > CollapseMesh::kMostAround; };
+  if (std::any_of(mesh_.valence.begin(), mesh_.valence.end(), is_hub)) {
+    next_renewal_ = 0;
+    return false;
+  }
+  queue_.assign({});
+  if (guard_ == nullptr) compact();
+  renew_queue();
+  return true;
+}
+
+void EdgeCollapser::compact() {
+  const std::vector<std::uint32_t> number = mesh_.compact();
+  queue_.renumber(number, stamps_);
+  shape_.renumber(number);
+  renumber_values(quadrics_, number);
+  renumber_values(off_, number);
+  renumber_values(stamps_, number);
+  renumber_values(fixed_, number);
+  renumber_values(border_, number);
+}
+
+/// Brings to the cache what the next entries will look at: the cheapest edges lie anywhere in the mesh.
+void EdgeCollapser::fetch_ahead() const {
+  constexpr std::size_t kCorners = 1, kTriangles = 2, kList = 4, kVertex = 8;
+  if (const Entry* e = queue_.ahead(kVertex)) {
+    for (const std::uint32_t v : {e->a, e->b}) {
+      __builtin_prefetch(&stamps_[v]);
+      mesh_.fetch(v);
+    }
+  }
+  const auto current = [&](std::size_t others) {
+    const Entry* const e = queue_.ahead(others);
+    return e != nullptr && is_current(*e) ? e : nullptr;
+  };
+  if (const Entry* e = current(kList)) {
+    for (const std::uint32_t v : {e->a, e->b}) {
+      mesh_.fetch_list(v);
+      fetch_planes(v);
+    }
+  }
+  if (const Entry* e = current(kTriangles)) {
+    for (const std::uint32_t v : {e->a, e->b}) mesh_.fetch_triangles(v);
+  }
+  if (const Entry* e = current(kCorners)) {
+    for (const std::uint32_t v : {e->a, e->b}) mesh_.fetch_corners(v);
+  }
+}
+
+void EdgeCollapser::run_cheap(double cost) {
+  constexpr std::uint8_t kDone = 2;
+  deferred_.emplace();
+  for (const Entry* front = nullptr; (front = queue_.front(stamps_)) != nullptr;) {
+    const Entry entry = *front;
+    if (entry.cost > cost) break;
+    queue_.pop();
+    if (is_current(entry)) take(entry);
+  }
+  const std::vector<std::uint32_t> changed = std::move(*deferred_);
+  deferred_.reset();
+  std::vector<std::uint8_t> waits(mesh_.points.size(), 0);
+  for (const std::uint32_t v : changed) waits[v] = 1;
+  for (const std::uint32_t v : changed) {
+    if (waits[v] == kDone) continue;
+    mesh_.gather_unordered(v, near_a_);
+    std::erase_if(near_a_, [&](const CollapseMesh::Neighbour& n) {
+      return waits[n.vertex] != 0 && n.vertex < v;
+    });
+    push_all(v, near_a_);
+    waits[v] = kDone;
+  }
+  if (2 * mesh_.faces < mesh_.triangles.size()) compact();
+}
+
+void EdgeCollapser::run(std::size_t faces) {
+  constexpr std::size_t kBeat = 1024;
+  std::size_t poor = 0, looked = 0;
+  while (true) {
+    std::size_t taken = 0;
+    while (mesh_.all_faces() > faces && queue_.front(stamps_) != nullptr) {
+      if (++looked % kBeat == 0) ProgressGuard::poll();
+      if (renew()) continue;
+      const Entry entry = *queue_.front(stamps_);
+      queue_.pop();
+      fetch_ahead();
+      if (is_current(entry)) taken += take(entry);
+    }
+    if (mesh_.all_faces() <= faces || taken == 0) return;
+    if (taken * kWorthAnother < mesh_.faces && ++poor > kMostPoorRounds) return;
+    fill_queue(mesh_.edges(), guard_ != nullptr);  // Refused edges may be allowed by now.
+  }
+}
+
+}  // namespace kiln

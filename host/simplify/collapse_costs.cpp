@@ -1,0 +1,148 @@
+// EdgeCollapser: what edges cost, and their entries in the queue.
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <optional>
+#include <utility>
+
+#include "base/parallel.h"
+#include "simplify/collapse.h"
+#include "simplify/quadric_pair.h"
+
+namespace kiln {
+namespace {
+
+/// Share of the edge length that counts as deviation: where the surface is flat, short edges go first and triangles
+/// stay even. So little that no face stays there that curved places need.
+constexpr double kLengthWeight = 1e-7;
+/// Under a rule: the same of squared deviation, more than single precision loses. By the square of the length, 1e-8 was
+/// too much for long edges.
+constexpr double kLengthWeightOfSquares = 1e-12;
+/// Edges that a thread looks at at a time: more than a piece of a mesh has, which is one thread's already.
+constexpr std::size_t kEdgesOfPart = std::size_t{1} << 15;
+
+}  // namespace
+
+/// Position and cost of an edge's collapse. A hub stays: moving it would move its whole fan.
+/// A step costs what the surface is farther off by it, distance times weight: pictures show a deviation by its size,
+/// not by its square. Under a rule, whose planes weigh against squares, it costs these, as Garland and Heckbert have it.
+EdgeCollapser::Step EdgeCollapser::step_for(std::uint32_t a, std::uint32_t b) const {
+  Step step(quadrics_[a] + quadrics_[b]);
+  const bool hub_a = mesh_.is_hub(a), hub_b = mesh_.is_hub(b);
+  if ((hub_a && hub_b) || (!fixed_.empty() && (fixed_[a] != 0 || fixed_[b] != 0))) return step;
+  step.anchor = hub_a ? Anchor::first : hub_b ? Anchor::second : Anchor::none;
+  const Vec3d &pa = mesh_.points[a], &pb = mesh_.points[b];
+  if (rule_ != nullptr) {
+    const std::optional<Vec3d> place = rule_->place(mesh_, a, b, step.anchor, step.sum);
+    if (!place) return step;
+    step.target = *place;
+  } else {
+    step.target = hub_a ? pa : hub_b ? pb : step.sum.best_near(pa, pb);
+  }
+  step.allowed = true;
+  const double size = length(pb - pa);
+  if (rule_ != nullptr) {
+    step.cost = step.sum.at(step.target) + kLengthWeightOfSquares * size * step.sum.area;
+    return step;
+  }
+  const double already = off_[a] + off_[b];
+  step.cost =
+      std::max(0.0, step.sum.off(step.target) - already) + kLengthWeight * size * step.sum.area;
+  return step;
+}
+
+/// An edge that may not go has endless cost.
+EdgeCollapser::Entry EdgeCollapser::entry_for(std::uint32_t a, std::uint32_t b) const {
+  const Step step = step_for(a, b);
+  const double cost = step.allowed ? step.cost : std::numeric_limits<double>::infinity();
+  return {cost, a, b, stamps_[a], stamps_[b], 0};
+}
+
+/// Entries of edges, two at a time where no rule and no hub asks for more.
+/// \param edges  as CollapseMesh::edges()
+/// \param entries  out: one of each
+void EdgeCollapser::make_entries(std::span<const std::uint64_t> edges, Entry* entries) const {
+  const auto first = [](std::uint64_t edge) { return static_cast<std::uint32_t>(edge >> 32); };
+  const auto second = [](std::uint64_t edge) { return static_cast<std::uint32_t>(edge); };
+  const auto is_plain = [&](std::uint64_t edge) {
+    const std::uint32_t a = first(edge), b = second(edge);
+    return rule_ == nullptr && (fixed_.empty() || (fixed_[a] == 0 && fixed_[b] == 0)) &&
+           !mesh_.is_hub(a) && !mesh_.is_hub(b);
+  };
+  std::size_t waits = edges.size();  // One that is plain, until there is a second.
+  for (std::size_t i = 0; i < edges.size(); ++i) {
+    if (!is_plain(edges[i])) {
+      entries[i] = entry_for(first(edges[i]), second(edges[i]));
+    } else if (waits == edges.size()) {
+      waits = i;
+    } else {
+      const std::uint32_t a = first(edges[waits]), b = second(edges[waits]);
+      const std::uint32_t c = first(edges[i]), d = second(edges[i]);
+      const TwoQuadrics sums(quadrics_[a], quadrics_[b], quadrics_[c], quadrics_[d]);
+      const TwoQuadrics::Point from(mesh_.points[a], mesh_.points[c]);
+      const TwoQuadrics::Point to(mesh_.points[b], mesh_.points[d]);
+      const TwoQuadrics::Point way = to - from;
+      const Two already{off_[a] + off_[b], off_[c] + off_[d]};
+      const Two added = sums.off(sums.best_near(from, to)) - already;
+      const Two cost =
+          larger(Two{0, 0}, added) + kLengthWeight * TwoQuadrics::root(dot(way, way)) * sums.area;
+      entries[waits] = {cost[0], a, b, stamps_[a], stamps_[b], 0};
+      entries[i] = {cost[1], c, d, stamps_[c], stamps_[d], 0};
+      waits = edges.size();
+    }
+  }
+  if (waits < edges.size()) entries[waits] = entry_for(first(edges[waits]), second(edges[waits]));
+}
+
+/// \param all           edges of the mesh, each once
+/// \param only_touched  leaves out those around which nothing changed since the last time
+void EdgeCollapser::fill_queue(std::vector<std::uint64_t> all, bool only_touched) {
+  if (rule_ == nullptr) {
+    parallel_for(off_.size(), std::size_t{1} << 14, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t v = begin; v < end; ++v) off_[v] = quadrics_[v].off(mesh_.points[v]);
+    });
+  }
+  if (only_touched) {
+    std::erase_if(all, [&](std::uint64_t e) {
+      return touched_[e >> 32] == 0 && touched_[static_cast<std::uint32_t>(e)] == 0;
+    });
+  }
+  if (guard_ != nullptr) touched_.assign(mesh_.points.size(), 0);
+  mesh_.visits += all.size();
+  std::vector<Entry> entries(all.size());
+  parallel_for(all.size(), kEdgesOfPart, [&](std::size_t begin, std::size_t end) {
+    make_entries(std::span(all).subspan(begin, end - begin), &entries[begin]);
+  });
+  std::erase_if(entries, [](const Entry& e) { return std::isinf(e.cost); });
+  queue_.assign(std::move(entries));
+}
+
+/// Makes quadrics anew, and all entries.
+void EdgeCollapser::renew_queue() {
+  std::vector<std::uint64_t> edges = build_quadrics();
+  if (rule_ != nullptr) rule_->add_planes(mesh_, quadrics_);
+  fill_queue(std::move(edges));
+}
+
+void EdgeCollapser::push(std::uint32_t a, std::uint32_t b) {
+  ++mesh_.visits;
+  const Entry entry = entry_for(std::min(a, b), std::max(a, b));
+  if (!std::isinf(entry.cost)) queue_.push(entry);
+}
+
+/// Pushes the edges from a vertex to others.
+void EdgeCollapser::push_all(std::uint32_t v, const std::vector<CollapseMesh::Neighbour>& others) {
+  for (const CollapseMesh::Neighbour& n : others) fetch_planes(n.vertex);
+  mesh_.visits += others.size();
+  edges_.clear();
+  for (const CollapseMesh::Neighbour& n : others) {
+    edges_.push_back(std::uint64_t{std::min(v, n.vertex)} << 32 | std::max(v, n.vertex));
+  }
+  entries_.resize(edges_.size());
+  make_entries(edges_, entries_.data());
+  for (const Entry& entry : entries_) {
+    if (!std::isinf(entry.cost)) queue_.push(entry);
+  }
+}
+
+}  // namespace kiln

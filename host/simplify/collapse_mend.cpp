@@ -1,0 +1,120 @@
+// EdgeCollapser: steps that mend bad triangles.
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <vector>
+
+#include "simplify/collapse.h"
+
+namespace kiln {
+
+/// Moves a corner: to the middle of its neighbours, or between there and where it is.
+bool EdgeCollapser::mend_by_moving(std::uint32_t triangle, const auto& bad) {
+  double least = std::numeric_limits<double>::infinity();
+  std::uint32_t mover = kNoVertex;
+  Vec3d best;
+  for (const std::uint32_t v : mesh_.triangles[triangle]) {
+    if (mesh_.is_hub(v) || border_[v] != 0) continue;
+    mesh_.gather(v, near_a_);
+    Vec3d middle;
+    for (const CollapseMesh::Neighbour& n : near_a_) middle += mesh_.points[n.vertex];
+    middle = middle * (1.0 / static_cast<double>(near_a_.size()));
+    for (const double share : {1.0, 0.5, 0.25, 1.5}) {
+      Vec3d target = mesh_.points[v] + (middle - mesh_.points[v]) * share;
+      if (snap_) target = snap_(target);
+      const double cost = quadrics_[v].at(target);
+      if (!(cost < least)) continue;
+      if (rule_ != nullptr && !rule_->may_move(mesh_, v, target)) continue;
+      if (!bad.none_around(v, kNoVertex, target)) continue;
+      if (!prism_keeps(v, kNoVertex, Anchor::none, target)) continue;
+      least = cost;
+      mover = v;
+      best = target;
+    }
+  }
+  if (mover == kNoVertex) return false;
+  if (guard_ != nullptr) {
+    prism_keeps(mover, kNoVertex, Anchor::none, best);
+    guard_->collapse();
+  }
+  mesh_.points[mover] = best;
+  off_[mover] = quadrics_[mover].off(best);
+  ++stamps_[mover];
+  mesh_.gather(mover, near_a_);
+  for (const CollapseMesh::Neighbour& n : near_a_) push(mover, n.vertex);
+  return true;
+}
+
+/// True if copies would have to collapse, too: they need no mending, or are mended themselves.
+bool EdgeCollapser::has_twins(std::uint32_t a, std::uint32_t b, const Step& step) {
+  std::vector<std::array<std::uint32_t, 2>> twins;
+  const bool all = rule_->find_twins(mesh_, a, b, step.anchor, step.target, twins);
+  rule_->end_twins();
+  return !all || !twins.empty();
+}
+
+/// Collapses a side: to an end, the middle, or the best point.
+bool EdgeCollapser::mend_by_collapse(std::uint32_t triangle, const auto& bad) {
+  Step best{Quadric()};
+  best.cost = std::numeric_limits<double>::infinity();
+  std::uint32_t best_a = 0, best_b = 0;
+  for (std::size_t k = 0; k < 3; ++k) {
+    const auto [a, b] =
+        std::minmax({mesh_.triangles[triangle][k], mesh_.triangles[triangle][(k + 1) % 3]});
+    Step step = step_for(a, b);
+    if (!step.allowed || step.anchor != Anchor::none || !keeps_topology(a, b)) continue;
+    std::vector<Vec3d> places{step.target};
+    if (rule_ == nullptr || rule_->any_place()) {
+      places.push_back(mesh_.points[a]);
+      places.push_back(mesh_.points[b]);
+      places.push_back((mesh_.points[a] + mesh_.points[b]) * 0.5);
+    }
+    for (const Vec3d& place : places) {
+      step.target = snap_ ? snap_(place) : place;
+      step.cost = step.sum.at(step.target);
+      if (!(step.cost < best.cost)) continue;
+      if (rule_ != nullptr &&
+          (!rule_->keeps(mesh_, a, b, step.anchor, step.target) || has_twins(a, b, step))) {
+        continue;
+      }
+      if (!bad.none_around(a, b, step.target) || !bad.none_around(b, a, step.target)) continue;
+      if (!prism_keeps(a, b, step.anchor, step.target)) continue;
+      best = step;
+      best_a = a;
+      best_b = b;
+    }
+  }
+  if (!std::isfinite(best.cost)) return false;
+  prism_keeps(best_a, best_b, best.anchor, best.target);
+  collapse(best_a, best_b, best);
+  return true;
+}
+
+bool EdgeCollapser::mend(std::uint32_t triangle,
+                         const std::function<bool(const TriangleCorners&)>& bad) {
+  if (mesh_.alive[triangle] == 0) return true;
+  struct Around {
+    const CollapseMesh& mesh;
+    const std::function<bool(const TriangleCorners&)>& bad;
+    std::uint32_t mended;  ///< Looked at first: it most often stays bad.
+    bool none_around(std::uint32_t moved, std::uint32_t other, const Vec3d& target) const {
+      const auto is_bad = [&](std::uint32_t t) {
+        if (mesh.alive[t] == 0 || mesh.contains(t, other)) return false;
+        TriangleCorners corners;
+        for (std::size_t k = 0; k < 3; ++k) {
+          const std::uint32_t v = mesh.triangles[t][k];
+          corners[k] = v == moved ? target : mesh.points[v];
+        }
+        return bad(corners);
+      };
+      if (mesh.contains(mended, moved) && is_bad(mended)) return false;
+      const std::span<const std::uint32_t> all = mesh.around(moved);
+      return std::none_of(all.begin(), all.end(),
+                          [&](std::uint32_t t) { return t != mended && is_bad(t); });
+    }
+  };
+  const Around around{mesh_, bad, triangle};
+  return mend_by_moving(triangle, around) || mend_by_collapse(triangle, around);
+}
+
+}  // namespace kiln

@@ -1,0 +1,220 @@
+#include "simplify/collapse_mesh.h"
+
+#include <algorithm>
+#include <numeric>
+
+namespace kiln {
+
+CollapseMesh::CollapseMesh(std::span<const Vec3d> positions, std::span<const Triangle> given,
+                           std::span<const std::uint32_t> of_triangles)
+    : points(positions.begin(), positions.end()),
+      triangles(given.begin(), given.end()),
+      labels(of_triangles.begin(), of_triangles.end()),
+      alive(given.size(), 1),
+      valence(positions.size(), 0),
+      faces(given.size()),
+      lists_(positions.size()),
+      pool_(3 * given.size()),
+      marks_(positions.size(), 0) {
+  for (const Triangle& t : triangles) {
+    for (const std::uint32_t vertex : t) ++valence[vertex];
+  }
+  std::uint32_t first = 0;
+  for (std::size_t v = 0; v < lists_.size(); ++v) {
+    lists_[v] = {first, 0, valence[v]};
+    first += valence[v];
+  }
+  for (std::uint32_t t = 0; t < triangles.size(); ++t) {
+    for (const std::uint32_t vertex : triangles[t]) {
+      List& list = lists_[vertex];
+      pool_[list.first + list.size++] = t;
+    }
+  }
+}
+
+void CollapseMesh::count_sides(std::vector<std::uint8_t> of_triangles) {
+  two_sided = std::move(of_triangles);
+  backs = 0;
+  for (std::size_t t = 0; t < two_sided.size(); ++t) {
+    if (alive[t] != 0) backs += two_sided[t];
+  }
+}
+
+void CollapseMesh::gather_unordered(std::uint32_t vertex, std::vector<Neighbour>& neighbours) {
+  neighbours.clear();
+  visits += valence[vertex];
+  each_around(vertex, [&](std::uint32_t t) {
+    for (const std::uint32_t other : triangles[t]) {
+      if (other == vertex) continue;
+      if (marks_[other] != 0) {
+        ++neighbours[marks_[other] - 1].triangles;
+        continue;
+      }
+      neighbours.push_back({other, 1});
+      marks_[other] = static_cast<std::uint32_t>(neighbours.size());
+    }
+  });
+  for (const Neighbour& n : neighbours) marks_[n.vertex] = 0;
+}
+
+void CollapseMesh::gather(std::uint32_t vertex, std::vector<Neighbour>& neighbours) {
+  gather_unordered(vertex, neighbours);
+  std::sort(neighbours.begin(), neighbours.end(),
+            [](const Neighbour& a, const Neighbour& b) { return a.vertex < b.vertex; });
+}
+
+void CollapseMesh::find_common(const std::vector<Neighbour>& one,
+                               const std::vector<Neighbour>& other,
+                               std::vector<std::uint32_t>& common) {
+  common.clear();
+  for (const Neighbour& n : one) marks_[n.vertex] = 1;
+  for (const Neighbour& n : other) {
+    if (marks_[n.vertex] != 0) common.push_back(n.vertex);
+  }
+  for (const Neighbour& n : one) marks_[n.vertex] = 0;
+}
+
+std::vector<std::uint64_t> CollapseMesh::edges() const {
+  // Half-edges bucketed by their lower vertex; the few in a bucket are then sorted.
+  std::vector<std::uint32_t> start(points.size() + 1, 0);
+  const auto each = [&](const auto& body) {
+    for (std::size_t t = 0; t < triangles.size(); ++t) {
+      if (alive[t] == 0) continue;
+      for (std::size_t k = 0; k < 3; ++k) {
+        const std::uint32_t a = triangles[t][k], b = triangles[t][(k + 1) % 3];
+        body(std::min(a, b), std::max(a, b));
+      }
+    }
+  };
+  each([&](std::uint32_t a, std::uint32_t) { ++start[a + 1]; });
+  for (std::size_t v = 1; v < start.size(); ++v) start[v] += start[v - 1];
+  std::vector<std::uint32_t> higher(start.back()), next(start.begin(), start.end() - 1);
+  each([&](std::uint32_t a, std::uint32_t b) { higher[next[a]++] = b; });
+  std::vector<std::uint64_t> result;
+  result.reserve(higher.size() / 2 + 1);
+  for (std::size_t a = 0; a + 1 < start.size(); ++a) {
+    const auto first = higher.begin() + start[a], last = higher.begin() + start[a + 1];
+    std::sort(first, last);
+    for (auto b = first; b != last; ++b) {
+      if (b == first || *b != *(b - 1)) result.push_back(std::uint64_t{a} << 32 | *b);
+    }
+  }
+  return result;
+}
+
+/// Drops dead triangles from a list once they are the greater part: a step for each that died.
+void CollapseMesh::tidy(std::uint32_t vertex) {
+  List& list = lists_[vertex];
+  if (list.size <= 2 * std::size_t{valence[vertex]}) return;
+  visits += list.size;
+  const auto begin = pool_.begin() + list.first;
+  const auto end =
+      std::remove_if(begin, begin + list.size, [&](std::uint32_t t) { return alive[t] == 0; });
+  list.size = static_cast<std::uint32_t>(end - begin);
+}
+
+/// Moves a list that has no room for so many more to the end, and makes its room twice as large.
+void CollapseMesh::make_room(std::uint32_t vertex, std::uint32_t more) {
+  List& list = lists_[vertex];
+  if (list.size + more <= list.capacity) return;
+  const auto first = static_cast<std::uint32_t>(pool_.size());
+  const std::uint32_t capacity = 2 * (list.size + more);
+  pool_.resize(pool_.size() + capacity);
+  std::copy_n(pool_.begin() + list.first, list.size, pool_.begin() + first);
+  list.first = first;
+  list.capacity = capacity;
+}
+
+void CollapseMesh::merge(std::uint32_t kept, std::uint32_t gone) {
+  visits += lists_[gone].size;
+  make_room(kept, valence[gone]);
+  List& list = lists_[kept];
+  for (const std::uint32_t t : around(gone)) {
+    if (alive[t] == 0) continue;
+    if (contains(t, kept)) {
+      alive[t] = 0;
+      --faces;
+      if (!two_sided.empty()) backs -= two_sided[t];
+      for (const std::uint32_t vertex : triangles[t]) {
+        --valence[vertex];
+        if (vertex != gone && vertex != kept) tidy(vertex);
+      }
+    } else {
+      for (std::uint32_t& vertex : triangles[t]) {
+        if (vertex == gone) vertex = kept;
+      }
+      pool_[list.first + list.size++] = t;
+      ++valence[kept];
+    }
+  }
+  lists_[gone] = {};
+  valence[gone] = 0;
+  tidy(kept);
+}
+
+std::vector<std::uint32_t> CollapseMesh::compact() {
+  std::vector<std::uint32_t> number(points.size(), kNoVertex), of_triangle(triangles.size());
+  if (given_triangles_.empty()) {
+    given_triangles_.resize(triangles.size());
+    std::iota(given_triangles_.begin(), given_triangles_.end(), 0U);
+    given_vertices_.resize(points.size());
+    std::iota(given_vertices_.begin(), given_vertices_.end(), 0U);
+  }
+  std::uint32_t vertices = 0, count = 0;
+  for (std::size_t v = 0; v < number.size(); ++v) {
+    if (valence[v] != 0) number[v] = vertices++;
+  }
+  for (std::size_t t = 0; t < triangles.size(); ++t) {
+    if (alive[t] == 0) continue;
+    of_triangle[t] = count;
+    const Triangle& corners = triangles[t];
+    triangles[count] = {number[corners[0]], number[corners[1]], number[corners[2]]};
+    given_triangles_[count] = given_triangles_[t];
+    if (!labels.empty()) labels[count] = labels[t];
+    if (!two_sided.empty()) two_sided[count] = two_sided[t];
+    ++count;
+  }
+  std::vector<std::uint32_t> pool;
+  pool.reserve(3 * std::size_t{count});
+  for (std::size_t v = 0; v < number.size(); ++v) {
+    if (number[v] == kNoVertex) continue;
+    const auto first = static_cast<std::uint32_t>(pool.size());
+    for (const std::uint32_t t : around(static_cast<std::uint32_t>(v))) {
+      if (alive[t] != 0) pool.push_back(of_triangle[t]);
+    }
+    lists_[number[v]] = {first, valence[v], valence[v]};
+  }
+  pool_ = std::move(pool);
+  lists_.resize(vertices);
+  marks_.resize(vertices);
+  triangles.resize(count);
+  given_triangles_.resize(count);
+  if (!labels.empty()) labels.resize(count);
+  if (!two_sided.empty()) two_sided.resize(count);
+  alive.assign(count, 1);
+  renumber_values(points, number);
+  renumber_values(given_vertices_, number);
+  renumber_values(valence, number);
+  return number;
+}
+
+void CollapseMesh::extract(std::vector<Vec3d>& positions, std::vector<Triangle>& left,
+                           std::vector<std::uint32_t>& sources) const {
+  std::vector<std::uint32_t> renumbered(points.size(), kNoVertex);
+  positions.clear();
+  left.clear();
+  sources.clear();
+  for (std::size_t v = 0; v < points.size(); ++v) {
+    if (valence[v] == 0) continue;
+    renumbered[v] = static_cast<std::uint32_t>(positions.size());
+    positions.push_back(points[v]);
+  }
+  for (std::uint32_t t = 0; t < triangles.size(); ++t) {
+    if (alive[t] == 0) continue;
+    const Triangle& v = triangles[t];
+    left.push_back({renumbered[v[0]], renumbered[v[1]], renumbered[v[2]]});
+    sources.push_back(given_triangle(t));
+  }
+}
+
+}  // namespace kiln

@@ -1,0 +1,142 @@
+// The mesh that edge collapses work on: which triangles lie around which vertex.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+#include <span>
+#include <utility>
+#include <vector>
+
+#include "kiln/types.h"
+#include "mesh/vector.h"
+
+namespace kiln {
+
+inline constexpr std::uint32_t kNoVertex = std::numeric_limits<std::uint32_t>::max();
+
+/// A triangle mesh whose vertices can be merged. Looking at a vertex costs as many steps as it has
+/// triangles; merging costs as many as the one that goes has. `visits` counts these steps, so that
+/// tests can tell how cost grows without a clock.
+class CollapseMesh {
+ public:
+  struct Neighbour {
+    std::uint32_t vertex, triangles;
+  };
+  /// Vertices of more triangles are hubs: no step may look at all of these.
+  static constexpr std::uint32_t kMostAround = 256;
+
+  /// Triangles must have three different vertices.
+  /// \param labels  by triangle; empty: none
+  CollapseMesh(std::span<const Vec3d> positions, std::span<const Triangle> given,
+               std::span<const std::uint32_t> labels = {});
+
+  bool contains(std::uint32_t triangle, std::uint32_t vertex) const {
+    const Triangle& t = triangles[triangle];
+    return t[0] == vertex || t[1] == vertex || t[2] == vertex;
+  }
+  bool is_hub(std::uint32_t vertex) const { return valence[vertex] > kMostAround; }
+  /// Triangles of an edge, in order of the list of the end with fewer triangles.
+  template <class Body>
+  void each_on_edge(std::uint32_t a, std::uint32_t b, const Body& body) const {
+    if (valence[b] < valence[a]) std::swap(a, b);
+    for (const std::uint32_t t : around(a)) {
+      if (alive[t] != 0 && contains(t, b)) body(t);
+    }
+  }
+  template <class Body>
+  void each_around(std::uint32_t vertex, const Body& body) const {
+    for (const std::uint32_t t : around(vertex)) {
+      if (alive[t] != 0) body(t);
+    }
+  }
+  /// Triangles of a vertex, some no longer alive.
+  std::span<const std::uint32_t> around(std::uint32_t vertex) const {
+    const List& list = lists_[vertex];
+    return {pool_.data() + list.first, list.size};
+  }
+  /// Brings to the processor's cache what is soon looked at. First a vertex's own, later the list of its triangles, then
+  /// these, and at last their corners: each is found by what came before.
+  void fetch(std::uint32_t vertex) const {
+    __builtin_prefetch(&lists_[vertex]);
+    __builtin_prefetch(&points[vertex]);
+  }
+  void fetch_list(std::uint32_t vertex) const { __builtin_prefetch(around(vertex).data()); }
+  void fetch_triangles(std::uint32_t vertex) const {
+    if (is_hub(vertex)) return;
+    for (const std::uint32_t t : around(vertex)) {
+      __builtin_prefetch(&triangles[t]);
+      __builtin_prefetch(&alive[t]);
+    }
+  }
+  void fetch_corners(std::uint32_t vertex) const {
+    if (is_hub(vertex)) return;
+    for (const std::uint32_t t : around(vertex)) {
+      for (const std::uint32_t v : triangles[t]) __builtin_prefetch(&points[v]);
+    }
+  }
+  /// Neighbours with the number of triangles on the edge to each, by vertex.
+  void gather(std::uint32_t vertex, std::vector<Neighbour>& neighbours);
+  /// The same in any order, in less time.
+  void gather_unordered(std::uint32_t vertex, std::vector<Neighbour>& neighbours);
+  /// Vertices that are in both.
+  void find_common(const std::vector<Neighbour>& one, const std::vector<Neighbour>& other,
+                   std::vector<std::uint32_t>& common);
+  /// All edges, each once, as lower vertex << 32 | higher vertex, in order.
+  std::vector<std::uint64_t> edges() const;
+  /// `gone` becomes `kept`; triangles with both vanish.
+  void merge(std::uint32_t kept, std::uint32_t gone);
+  /// From now on some triangles count for two: those of two-sided sheets.
+  void count_sides(std::vector<std::uint8_t> of_triangles);
+  /// Triangles with those on backs.
+  std::size_t all_faces() const { return faces + backs; }
+  /// Drops what is no longer alive, so that the rest lies close together. Triangles and vertices keep their order.
+  /// \returns the new number of each vertex, or kNoVertex
+  std::vector<std::uint32_t> compact();
+  /// The number that a triangle had when it was given, and a vertex.
+  std::uint32_t given_triangle(std::uint32_t triangle) const {
+    return given_triangles_.empty() ? triangle : given_triangles_[triangle];
+  }
+  std::uint32_t given_vertex(std::uint32_t vertex) const {
+    return given_vertices_.empty() ? vertex : given_vertices_[vertex];
+  }
+  /// The remaining mesh, with only the vertices in use, in their original order.
+  /// \param sources  the index that each triangle had when it was given
+  void extract(std::vector<Vec3d>& positions, std::vector<Triangle>& left,
+               std::vector<std::uint32_t>& sources) const;
+
+  std::vector<Vec3d> points;
+  std::vector<Triangle> triangles;
+  std::vector<std::uint32_t> labels;  ///< Per triangle; empty: none.
+  std::vector<std::uint8_t> alive;    ///< Per triangle.
+  std::vector<std::uint32_t> valence;
+  std::vector<std::uint8_t> two_sided;  ///< Per triangle, whether it has a back; empty: none has.
+  std::size_t faces = 0, backs = 0;
+  std::uint64_t visits = 0;
+
+ private:
+  /// A vertex's range of triangles in pool_.
+  struct List {
+    std::uint32_t first = 0, size = 0, capacity = 0;
+  };
+  void tidy(std::uint32_t vertex);
+  void make_room(std::uint32_t vertex, std::uint32_t more);
+
+  std::vector<List> lists_;
+  std::vector<std::uint32_t> pool_;
+  std::vector<std::uint32_t> marks_;  ///< By vertex; 0 but while neighbours are gathered.
+  std::vector<std::uint32_t> given_triangles_, given_vertices_;  ///< Empty: all as they were given.
+};
+
+/// Keeps values by vertex where vertices are renumbered, which keep their order.
+template <class Value>
+void renumber_values(std::vector<Value>& values, const std::vector<std::uint32_t>& number) {
+  if (values.empty()) return;
+  std::size_t count = 0;
+  for (std::size_t v = 0; v < number.size(); ++v) {
+    if (number[v] != kNoVertex) values[count++] = values[v];
+  }
+  values.resize(count);
+}
+
+}  // namespace kiln

@@ -1,0 +1,197 @@
+// The planes that hold a mesh in place while its edges collapse.
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cmath>
+#include <span>
+#include <utility>
+#include <vector>
+
+#include "base/parallel.h"
+#include "mesh/vertex_lists.h"
+#include "simplify/collapse.h"
+
+namespace kiln {
+namespace {
+
+/// Under a rule, weight of the planes that stand on open borders, against a triangle's own.
+constexpr double kBorderWeight = 10;
+/// Weight of the sum of planes so far beside planes of the mesh as it is. Without it, what a thin rim has lost is
+/// forgotten, and it loses more.
+constexpr double kMemory = 0.1;
+/// Weight of the planes that stand on lines between labels, against those on open borders, for each unit of an edge's
+/// mean length: a line is as wide as a face. So steps of dense lines do not hold what few faces are left.
+constexpr double kLineWeight = 2;
+/// An edge between two labels, with a triangle of each.
+struct LabelLine {
+  std::uint32_t a, b;
+  std::array<std::uint32_t, 2> triangles;
+};
+
+/// All of them.
+struct LabelLines {
+  std::vector<LabelLine> lines;
+  double length = 0, length_of_all = 0, edges = 0;
+
+  void add(const std::vector<Vec3d>& points, const std::vector<std::uint32_t>& labels,
+           std::uint32_t a, std::span<const SideLists::Item> of_edge) {
+    if (labels.empty()) return;
+    const std::uint32_t b = SideLists::higher(of_edge[0]);
+    const double size = kiln::length(points[b] - points[a]);
+    length_of_all += size;
+    ++edges;
+    for (std::size_t i = 1; i < of_edge.size(); ++i) {
+      const std::uint32_t one = of_edge[i - 1].index / 3, other = of_edge[i].index / 3;
+      if (labels[one] == labels[other]) continue;
+      lines.push_back({a, b, {one, other}});
+      length += size;
+    }
+  }
+  double room() const { return room_for_lines(length, length_of_all); }
+};
+
+/// The triangles that are left, and their labels.
+class Left {
+  std::vector<Triangle> own_triangles_;
+  std::vector<std::uint32_t> own_labels_;
+
+ public:
+  const std::vector<Triangle>& triangles;
+  const std::vector<std::uint32_t>& labels;
+  explicit Left(const CollapseMesh& mesh)
+      : triangles(is_whole(mesh) ? mesh.triangles : own_triangles_),
+        labels(is_whole(mesh) ? mesh.labels : own_labels_) {
+    if (is_whole(mesh)) return;
+    own_triangles_.reserve(mesh.faces);
+    for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+      if (mesh.alive[t] == 0) continue;
+      own_triangles_.push_back(mesh.triangles[t]);
+      if (!mesh.labels.empty()) own_labels_.push_back(mesh.labels[t]);
+    }
+  }
+
+ private:
+  static bool is_whole(const CollapseMesh& mesh) { return mesh.faces == mesh.triangles.size(); }
+};
+
+Vec3d normal_at(const std::vector<Vec3d>& points, const Triangle& v) {
+  return cross(points[v[1]] - points[v[0]], points[v[2]] - points[v[0]]);
+}
+
+}  // namespace
+
+/// Planes on each line, by its length. A crease is held by its faces, whose samples have a bound.
+void EdgeCollapser::bound_lines(double bound) {
+  lines_.clear();
+  lines_bound_ = bound;
+  const Left left(mesh_);
+  if (left.labels.empty()) return;
+  LabelLines found;
+  SideLists(left.triangles, mesh_.points.size())
+      .each_edge([&](std::uint32_t a, std::span<const SideLists::Item> of_edge) {
+        found.add(mesh_.points, left.labels, a, of_edge);
+      });
+  if (found.lines.empty() || !(found.room() > 0)) return;
+  lines_.resize(mesh_.points.size());
+  for (const LabelLine& line : found.lines) {
+    const Quadric held = line_planes(mesh_.points[line.a], mesh_.points[line.b],
+                                     normal_at(mesh_.points, left.triangles[line.triangles[0]]),
+                                     normal_at(mesh_.points, left.triangles[line.triangles[1]]), 1);
+    lines_[line.a] += held;
+    lines_[line.b] += held;
+  }
+}
+
+/// Makes values on all threads, in parts that fit in a cache, and gives them out in order.
+template <class Value, class Make, class Give>
+void made_in_parts(std::size_t count, const Make& make, const Give& give) {
+  constexpr std::size_t kPart = std::size_t{1} << 15, kOfThread = std::size_t{1} << 13;
+  std::vector<Value> values(std::min(count, kPart));
+  for (std::size_t first = 0; first < count; first += kPart) {
+    const std::size_t part = std::min(kPart, count - first);
+    // A piece of a mesh is one thread's already.
+    parallel_for(part, count <= kPart ? kPart : kOfThread, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t i = begin; i < end; ++i) values[i] = make(first + i);
+    });
+    for (std::size_t i = 0; i < part; ++i) give(first + i, values[i]);
+  }
+}
+
+/// \returns all edges, each once, as CollapseMesh::edges()
+std::vector<std::uint64_t> EdgeCollapser::build_quadrics() {
+  const std::vector<Vec3d>& points = mesh_.points;
+  const Left left(mesh_);
+  const std::vector<Triangle>& triangles = left.triangles;
+  for (Quadric& sum : quadrics_) sum *= kMemory;
+  next_renewal_ = std::bit_floor(std::max<std::size_t>(mesh_.faces, 1) - 1);
+  const auto normal_of = [&](const Triangle& v) { return normal_at(points, v); };
+  made_in_parts<Quadric>(
+      triangles.size(),
+      [&](std::size_t t) {
+        const Vec3d normal = normal_of(triangles[t]);
+        const double size = length(normal);
+        Quadric quadric;
+        quadric.area = size / 6;  // A third of the area for each corner.
+        if (size > 0) quadric.add_plane(normal * (1 / size), points[triangles[t][0]], quadric.area);
+        return quadric;
+      },
+      [&](std::size_t t, const Quadric& quadric) {
+        for (const std::uint32_t vertex : triangles[t]) quadrics_[vertex] += quadric;
+      });
+  LabelLines found;
+  const SideLists sides(triangles, points.size());
+  std::vector<std::uint64_t> edges;
+  std::vector<std::span<const SideLists::Item>> of_edges;
+  edges.reserve(triangles.size() * 3 / 2 + 1);
+  of_edges.reserve(edges.capacity());
+  sides.each_edge([&](std::uint32_t a, std::span<const SideLists::Item> of_edge) {
+    edges.push_back(std::uint64_t{a} << 32 | SideLists::higher(of_edge[0]));
+    of_edges.push_back(of_edge);
+    found.add(points, left.labels, a, of_edge);
+  });
+  const auto ends_of = [&](std::size_t i) {
+    return std::pair(static_cast<std::uint32_t>(edges[i] >> 32),
+                     static_cast<std::uint32_t>(edges[i]));
+  };
+  made_in_parts<Quadric>(
+      edges.size(),
+      [&](std::size_t i) {
+        const std::span<const SideLists::Item> of_edge = of_edges[i];
+        const auto [a, b] = ends_of(i);
+        if (of_edge.size() == 2 && rule_ == nullptr) {
+          const auto far = [&](const SideLists::Item& side) -> const Vec3d& {
+            return points[triangles[side.index / 3][(side.index + 2) % 3]];
+          };
+          const bool forward = SideLists::forward(of_edge[0]);
+          return bent_planes(points[forward ? a : b], points[forward ? b : a], far(of_edge[0]),
+                             far(of_edge[1]));
+        }
+        if (of_edge.size() != 1) return Quadric();
+        const Vec3d normal = normal_of(triangles[of_edge[0].index / 3]);
+        if (rule_ == nullptr) return border_planes(points[a], points[b], normal);
+        const Vec3d edge = points[b] - points[a];
+        return standing_plane(points[a], points[b], normal, kBorderWeight * dot(edge, edge) / 2);
+      },
+      [&](std::size_t i, const Quadric& quadric) {
+        const auto [a, b] = ends_of(i);
+        if (of_edges[i].size() == 1) {
+          border_[a] = border_[b] = 1;
+        } else if (of_edges[i].size() != 2 || rule_ != nullptr) {
+          return;
+        }
+        quadrics_[a] += quadric;
+        quadrics_[b] += quadric;
+      });
+  if (found.lines.empty()) return edges;
+  const double share = kLineWeight * found.length_of_all / found.edges * found.room();
+  for (const LabelLine& line : found.lines) {
+    const Vec3d &a = points[line.a], &b = points[line.b];
+    const Quadric held = line_planes(a, b, normal_of(triangles[line.triangles[0]]),
+                                     normal_of(triangles[line.triangles[1]]), share);
+    quadrics_[line.a] += held;
+    quadrics_[line.b] += held;
+  }
+  return edges;
+}
+
+}  // namespace kiln

@@ -1,0 +1,186 @@
+#include "simplify/collapse_shape.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "mesh/two_boxes.h"
+
+namespace kiln {
+namespace {
+
+/// Cosine of the largest turn of a triangle in one collapse, by leniency.
+constexpr std::array<double, 3> kTurnLimits{0.5, 0.2, 0.0};
+/// Quality below which a triangle must not get worse. 1: equilateral; 0: no area. Long triangles along bevels and
+/// creases stand for the surface better than even ones: this is 80 times as long as high. With 0.35, rendered
+/// normals were up to 13% worse.
+constexpr double kQualityLimit = 0.02;
+/// Doubled area over the square of the longest side: below this it must not get worse either, however
+/// lenient. Single precision tells such a triangle from one without area.
+constexpr double kAreaLimit = 1e-5;
+/// And below this it has none.
+constexpr double kNoArea = 1e-12;
+/// Cosine of the angle between a triangle and the surface that its corners stand for.
+constexpr std::array<double, 3> kFacingLimits{0.2, 0.0, -0.1};
+/// Length of the mean of unit normals below which they have no direction in common.
+constexpr double kLeastAgreement = 0.3;
+/// Cosine of the angle between the normals of neighbours, by leniency: beyond it they are folded.
+constexpr std::array<double, 3> kFoldLimits{-0.8, -0.9, -0.985};
+/// Cosine of a turn that folds nothing: on flat places hardly anything has to be looked at.
+constexpr double kHardlyTurned = 0.9999;
+/// The same where collapses go on until nothing more is allowed.
+constexpr double kStrictFold = -0.5;
+/// Limits of squares, by more than rounding farther in. What hardly turns and is well shaped by these is so by the limits
+/// above: most triangles need no root and no division.
+constexpr double kFartherIn = 1 + 1e-6;
+constexpr double kSurelyHardlyTurned = kHardlyTurned * kHardlyTurned * kFartherIn;
+constexpr double kSureAreaLimit = kAreaLimit * kAreaLimit * kFartherIn;
+constexpr double kSureArea = kNoArea * kNoArea * kFartherIn;
+constexpr double kSureQuality = kQualityLimit * kQualityLimit / 12 * kFartherIn;
+/// Products of squares below this may have lost bits.
+constexpr double kLeastExact = 1e-280;
+/// Triangles around, above which they are sorted to find one.
+constexpr std::size_t kManyAround = 32;
+
+/// \param sides  the sum of their squares
+double quality(double sides, double doubled_area) {
+  return 2 * std::sqrt(3.0) * doubled_area / sides;
+}
+
+}  // namespace
+
+CollapseShape::CollapseShape(const CollapseMesh& mesh) : facing_(mesh.points.size()) {
+  for (const Triangle& t : mesh.triangles) {
+    const Vec3d normal =
+        cross(mesh.points[t[1]] - mesh.points[t[0]], mesh.points[t[2]] - mesh.points[t[0]]);
+    for (const std::uint32_t vertex : t) facing_[vertex] += Facing{normal, length(normal)};
+  }
+}
+
+CollapseShape::Facing& CollapseShape::Facing::operator+=(const Facing& other) {
+  sum += other.sum;
+  area += other.area;
+  return *this;
+}
+
+/// Cosine of the angle to the mean direction; 1 if the surface faces all ways and has none.
+double CollapseShape::Facing::cosine(const Vec3d& unit_normal) const {
+  const double size = length(sum);
+  return size > kLeastAgreement * area ? dot(unit_normal, sum) / size : 1;
+}
+
+void CollapseShape::Star::make_unit() {
+  if (std::exchange(is_unit, true)) return;
+  before = before * (1 / length(before));
+  after = after * (1 / length(after));
+}
+
+/// Adds the triangles around `moved` that survive; false where one may not be.
+bool CollapseShape::add(CollapseMesh& mesh, std::uint32_t moved, std::uint32_t other,
+                        const Vec3d& target, std::uint32_t leniency, const Facing& facing) {
+  mesh.visits += mesh.around(moved).size();
+  const Vec3d& a = mesh.points[moved];
+  const Two ax{a.x, target.x}, ay{a.y, target.y}, az{a.z, target.z};  // Before and after.
+  for (const std::uint32_t t : mesh.around(moved)) {
+    if (mesh.alive[t] == 0 || mesh.contains(t, other)) continue;
+    const Triangle& v = mesh.triangles[t];
+    const std::size_t k = v[0] == moved ? 0 : v[1] == moved ? 1 : 2;
+    const std::uint32_t first = v[(k + 1) % 3], second = v[(k + 2) % 3];
+    const Vec3d &b = mesh.points[first], &c = mesh.points[second];
+    const Two bx = Two{b.x, b.x} - ax, by = Two{b.y, b.y} - ay, bz = Two{b.z, b.z} - az;
+    const Two cx = Two{c.x, c.x} - ax, cy = Two{c.y, c.y} - ay, cz = Two{c.z, c.z} - az;
+    const Two nx = by * cz - bz * cy, ny = bz * cx - bx * cz, nz = bx * cy - by * cx;
+    const Two n2 = nx * nx + ny * ny + nz * nz;
+    const Two b2 = bx * bx + by * by + bz * bz, c2 = cx * cx + cy * cy + cz * cz;
+    const Vec3d bc = c - b;
+    const double d2 = dot(bc, bc);
+    const Two longest = larger(larger(b2, c2), Two{d2, d2});
+    const Vec3d before{nx[0], ny[0], nz[0]}, after{nx[1], ny[1], nz[1]};
+    const double turn = dot(before, after), squares = n2[0] * n2[1];
+    const double sides = b2[1] + d2 + c2[1];
+    if (!sharpening_ && turn > 0 && turn * turn > kSurelyHardlyTurned * squares &&
+        squares > kLeastExact && n2[0] > kSureArea * longest[0] * longest[0] &&
+        n2[1] > kSureAreaLimit * longest[1] * longest[1] && n2[1] > kSureQuality * sides * sides) {
+      star_.push_back({first, second, /*turned=*/false, /*is_unit=*/false, before, after});
+      continue;
+    }
+    const double length_before = std::sqrt(n2[0]), length_after = std::sqrt(n2[1]);
+    const double ratio_before = length_before / longest[0], ratio = length_after / longest[1];
+    if (!(ratio > kNoArea) || (ratio < kAreaLimit && !(ratio > ratio_before))) return false;
+    const bool had_area = ratio_before > kNoArea;
+    if (had_area && !(turn > kTurnLimits[leniency] * length_before * length_after)) return false;
+    const Vec3d normal = after * (1 / length_after);
+    const Vec3d was = had_area ? before * (1 / length_before) : Vec3d{};
+    const bool turned = !had_area || !(dot(was, normal) > kHardlyTurned);
+    if (sharpening_ || turned) {
+      Facing surface = facing;
+      surface += facing_[first];
+      surface += facing_[second];
+      if (const double cosine = surface.cosine(normal); cosine < kFacingLimits[leniency]) {
+        // Unless it faced away already, and more.
+        if (!had_area || !(cosine > surface.cosine(was))) return false;
+      }
+    }
+    if (leniency == 0) {
+      const double good = quality(sides, length_after);
+      if (good < kQualityLimit && good < quality(b2[0] + d2 + c2[0], length_before)) return false;
+    }
+    any_turned_ = any_turned_ || sharpening_ || turned;
+    star_.push_back({first, second, turned, /*is_unit=*/true, was, normal});
+  }
+  return true;
+}
+
+/// True if neighbours come to lie back to back that did not before.
+bool CollapseShape::folds(CollapseMesh& mesh, std::uint32_t a, std::uint32_t b,
+                          std::uint32_t leniency) {
+  if (!any_turned_) return false;
+  double before = 1, after = 1;
+  const bool many = star_.size() > kManyAround;
+  const auto is_less = [](const Star& x, std::uint32_t v) { return x.first < v; };
+  if (many) {
+    std::sort(star_.begin(), star_.end(),
+              [](const Star& x, const Star& y) { return x.first < y.first; });
+  }
+  for (Star& s : star_) {
+    if (!sharpening_ && !s.turned) continue;
+    s.make_unit();
+    auto next = star_.begin();
+    if (many) next = std::lower_bound(next, star_.end(), s.second, is_less);
+    for (; next != star_.end() && !(many && next->first != s.second); ++next) {
+      if (next->first != s.second) continue;
+      next->make_unit();
+      before = std::min(before, dot(s.before, next->before));
+      after = std::min(after, dot(s.after, next->after));
+    }
+    if (mesh.is_hub(s.first) && mesh.is_hub(s.second)) continue;
+    mesh.visits += std::min(mesh.valence[s.first], mesh.valence[s.second]);
+    mesh.each_on_edge(s.first, s.second, [&](std::uint32_t t) {
+      if (mesh.contains(t, a) || mesh.contains(t, b)) return;
+      const Triangle& v = mesh.triangles[t];
+      const Vec3d normal =
+          cross(mesh.points[v[1]] - mesh.points[v[0]], mesh.points[v[2]] - mesh.points[v[0]]);
+      const double size = length(normal);
+      // Only a neighbour that runs the other way along the edge is the same surface.
+      const std::size_t k = v[0] == s.second ? 0 : v[1] == s.second ? 1 : 2;
+      if (!(size > 0) || v[(k + 1) % 3] != s.first) return;
+      before = std::min(before, dot(s.before, normal) / size);
+      after = std::min(after, dot(s.after, normal) / size);
+    });
+  }
+  if (sharpening_) return after < kStrictFold && after < before - *sharpening_;
+  return after < kFoldLimits[leniency] && after < before;
+}
+
+bool CollapseShape::keeps(CollapseMesh& mesh, std::uint32_t a, std::uint32_t b, const Vec3d& target,
+                          std::uint32_t fixed, std::uint32_t leniency) {
+  star_.clear();
+  any_turned_ = false;
+  Facing facing = facing_[a];
+  if (b != kNoVertex) facing += facing_[b];
+  if (a != fixed && !add(mesh, a, b, target, leniency, facing)) return false;
+  if (b != kNoVertex && b != fixed && !add(mesh, b, a, target, leniency, facing)) return false;
+  return !folds(mesh, a, b, leniency);
+}
+
+}  // namespace kiln

@@ -1,0 +1,50 @@
+// Weights of high-poly samples while a low poly is fitted.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "kiln/types.h"
+#include "mesh/quadric.h"
+#include "mesh/vector.h"
+
+namespace kiln {
+
+/// Weights of places of a high poly: larger in curved areas, as in bent_planes().
+class CurvatureWeights {
+ public:
+  CurvatureWeights(std::span<const Vec3> positions, std::span<const Triangle> triangles)
+      : positions_(positions), facing_(positions.size()) {
+    for (const Triangle& t : triangles) {
+      const Vec3d normal = cross(at(t[1]) - at(t[0]), at(t[2]) - at(t[0]));
+      for (const std::uint32_t v : t) facing_[v] += normal;
+    }
+    for (Vec3d& normal : facing_) {
+      if (const double size = length(normal); size > 0) normal = normal * (1 / size);
+    }
+  }
+  /// For each unit of area: 1 where it is flat. Curvature is the mean of that along the sides.
+  double of(const Triangle& t) const {
+    double bent = 0;
+    for (std::size_t k = 0; k < 3; ++k) {
+      const std::uint32_t a = t[k], b = t[(k + 1) % 3];
+      const Vec3d side = at(b) - at(a);
+      const double turn = dot(facing_[b] - facing_[a], side), square = dot(side, side);
+      if (square > 0) bent += (turn > 0 ? turn : -kHollowWeight * turn) / square;
+    }
+    return 1 + kMore * bent / 3;
+  }
+
+ private:
+  /// Weight of a sample per unit of curvature: fitted vertices have more to lose on outlines than collapses.
+  static constexpr double kMore = 1;
+
+  Vec3d at(std::uint32_t vertex) const { return Vec3d(positions_[vertex]); }
+
+  std::span<const Vec3> positions_;
+  std::vector<Vec3d> facing_;  ///< Unit normals of vertices.
+};
+
+}  // namespace kiln

@@ -1,0 +1,298 @@
+#include "simplify/deviation_bound.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "base/parallel.h"
+#include "mesh/surface_distance.h"
+
+namespace kiln {
+namespace {
+
+/// Samples that say where to move, at most.
+constexpr std::size_t kMost = 128;
+/// Weight of samples on the surface against those at the bound, and of distances along the surface.
+constexpr double kAlike = 0.01, kBoundAcross = 0.02;
+
+/// As single precision holds it: what is measured in the end.
+Vec3d rounded(const Vec3d& p) { return Vec3d(to_float(p)); }
+
+double to_segment(const Vec3d& offset, const Vec3d& edge, double edge2, double& share) {
+  const double along = dot(offset, edge);
+  share = along > 0 ? (along < edge2 ? along / edge2 : 1.0) : 0.0;
+  const Vec3d rest = offset - edge * share;
+  return dot(rest, rest);
+}
+
+/// The squared distance of a triangle, and the shares of its corners at the nearest point.
+/// \param best  what is farther for sure need not be exact
+template <class Face>
+double to_face(const Face& f, const Vec3d& p, double best, std::array<double, 3>* share) {
+  const Vec3d ap = p - f.a;
+  const double along = dot(ap, f.normal);
+  if (f.size > 0) {
+    if (share == nullptr && along * along > 1.0001 * best * f.size &&
+        f.size > 1e-12 * f.ab2 * f.ac2) {
+      return std::numeric_limits<double>::infinity();
+    }
+    const double d20 = dot(ap, f.ab), d21 = dot(ap, f.ac);
+    const double v = f.ac2 * d20 - f.ab_ac * d21, w = f.ab2 * d21 - f.ab_ac * d20;
+    const double whole = f.ab2 * f.ac2 - f.ab_ac * f.ab_ac;
+    if (v >= 0 && w >= 0 && v + w <= whole) {
+      if (share != nullptr) *share = {1 - (v + w) / whole, v / whole, w / whole};
+      return along * along / f.size;
+    }
+  }
+  double s0 = 0, s1 = 0, s2 = 0;
+  const Vec3d bc = f.ac - f.ab;
+  const double e0 = to_segment(ap, f.ab, f.ab2, s0), e1 = to_segment(ap, f.ac, f.ac2, s1),
+               e2 = to_segment(ap - f.ab, bc, dot(bc, bc), s2);
+  if (share != nullptr) {
+    if (e0 <= e1 && e0 <= e2)
+      *share = {1 - s0, s0, 0};
+    else if (e1 <= e2)
+      *share = {1 - s1, 0, s1};
+    else
+      *share = {0, 1 - s2, s2};
+  }
+  return std::min({e0, e1, e2});
+}
+
+}  // namespace
+
+BoundSamples::BoundSamples(std::span<const Vec3> positions, std::span<const Triangle> dense,
+                           std::uint64_t most)
+    : surface(positions, dense) {
+  const std::uint64_t available = std::uint64_t{dense.size()} * 4;
+  const std::uint64_t count = std::min(available, most);
+  std::vector<std::uint8_t> seen(positions.size(), 0);
+  for (std::uint64_t i = 0; i < count; ++i) {
+    const std::uint64_t sample = distance_sample(i, count, available);
+    const auto t = static_cast<std::uint32_t>(sample / 4);
+    const Triangle& v = dense[t];
+    const std::size_t k = sample % 4;
+    if (k < 3) {
+      if (seen[v[k]] != 0) continue;
+      seen[v[k]] = 1;
+    }
+    points.push_back(distance_point(positions, v, k));
+    triangles.push_back(t);
+  }
+}
+
+DeviationBound::DeviationBound(const CollapseMesh& mesh, const BoundSamples& samples, double bound,
+                               bool own)
+    : samples_(samples),
+      limits_(samples.points.size(), bound * bound),
+      bound_(bound * bound),
+      first_(mesh.triangles.size(), kNoVertex),
+      count_(mesh.triangles.size(), 0),
+      next_(samples.points.size(), kNoVertex) {
+  std::vector<std::uint32_t> of = samples.triangles;
+  if (!own) {
+    const std::vector<Vec3> points = to_floats(mesh.points);
+    const SurfaceDistance tree(points, mesh.triangles);
+    std::vector<double> squared(of.size());
+    parallel_for(of.size(), 1024, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t i = begin; i < end; ++i) {
+        of[i] = tree.nearest(samples.points[i]);
+        const Triangle& t = mesh.triangles[of[i]];
+        const Face face = face_of(of[i], rounded(mesh.points[t[0]]), rounded(mesh.points[t[1]]),
+                                  rounded(mesh.points[t[2]]));
+        squared[i] = to_face(face, Vec3d(samples.points[i]),
+                             std::numeric_limits<double>::infinity(), nullptr);
+      }
+    });
+    holds_ =
+        std::none_of(squared.begin(), squared.end(), [&](double d) { return d > bound * bound; }) &&
+        distance_back(samples.surface, points, mesh.triangles).largest <= bound;
+  }
+  for (std::size_t i = of.size(); i-- > 0;) {
+    next_[i] = first_[of[i]];
+    first_[of[i]] = static_cast<std::uint32_t>(i);
+    ++count_[of[i]];
+  }
+}
+
+void DeviationBound::narrow(std::span<const Place> places) {
+  for (std::size_t i = 0; i < limits_.size(); ++i) {
+    const Vec3d p(samples_.points[i]);
+    const bool inside = std::any_of(places.begin(), places.end(), [&](const Place& place) {
+      const Vec3d way = p - place.center;
+      return dot(way, way) < place.radius * place.radius;
+    });
+    if (inside) limits_[i] *= 1.0 / 16;
+  }
+}
+
+DeviationBound::Face DeviationBound::face_of(std::uint32_t triangle, const Vec3d& a, const Vec3d& b,
+                                             const Vec3d& c) {
+  Face f;
+  f.triangle = triangle;
+  f.a = a;
+  f.ab = b - a;
+  f.ac = c - a;
+  f.normal = cross(f.ab, f.ac);
+  f.size = dot(f.normal, f.normal);
+  f.ab2 = dot(f.ab, f.ab);
+  f.ac2 = dot(f.ac, f.ac);
+  f.ab_ac = dot(f.ab, f.ac);
+  return f;
+}
+
+void DeviationBound::add_around(const CollapseMesh& mesh, std::uint32_t moved, std::uint32_t other,
+                                const Vec3d& target, bool with_common) {
+  for (const std::uint32_t t : mesh.around(moved)) {
+    if (mesh.alive[t] == 0) continue;
+    const bool common = other != kNoVertex && mesh.contains(t, other);
+    if (common && !with_common) continue;
+    before_.push_back(t);
+    slot_.push_back(common ? kNoVertex : static_cast<std::uint32_t>(star_.size()));
+    if (common) continue;
+    const Triangle& v = mesh.triangles[t];
+    const std::size_t k = v[0] == moved ? 0 : v[1] == moved ? 1 : 2;
+    star_.push_back(face_of(t, target, rounded(mesh.points[v[(k + 1) % 3]]),
+                            rounded(mesh.points[v[(k + 2) % 3]])));
+  }
+}
+
+void DeviationBound::gather(const CollapseMesh& mesh, std::uint32_t a, std::uint32_t b,
+                            Anchor anchor, const Vec3d& target) {
+  before_.clear();
+  slot_.clear();
+  star_.clear();
+  const Vec3d place = rounded(target);
+  // The fan around an anchor stays as it is.
+  if (anchor != Anchor::first) add_around(mesh, a, b, place, true);
+  if (b != kNoVertex && anchor != Anchor::second) {
+    add_around(mesh, b, a, place, anchor == Anchor::first);
+  }
+}
+
+/// The nearest triangle of the star; that at `first` is looked at before the others.
+DeviationBound::Assigned DeviationBound::nearest(std::uint32_t sample, std::size_t first) const {
+  Assigned result{sample, 0, std::numeric_limits<double>::infinity()};
+  const Vec3d p(samples_.points[sample]);
+  const std::size_t count = star_.size();
+  for (std::size_t k = 0, i = first; k < count; ++k, i = i + 1 == count ? 0 : i + 1) {
+    const double squared = to_face(star_[i], p, result.squared, nullptr);
+    if (!(squared < result.squared)) continue;
+    result.squared = squared;
+    result.face = static_cast<std::uint32_t>(i);
+  }
+  result.squared /= limits_[sample];
+  return result;
+}
+
+/// Assigns all samples around. \returns false at the first that is too far, which will be the first of the next time
+bool DeviationBound::assign() {
+  assigned_.clear();
+  for (std::size_t i = 0; i < before_.size(); ++i) {
+    std::uint32_t previous = kNoVertex;
+    for (std::uint32_t s = first_[before_[i]]; s != kNoVertex; previous = s, s = next_[s]) {
+      assigned_.push_back(nearest(s, slot_[i] == kNoVertex ? 0 : slot_[i]));
+      refused_ = assigned_.back().squared;
+      if (refused_ <= 1) continue;
+      has_refused_ = true;
+      if (previous != kNoVertex) {
+        next_[previous] = next_[s];
+        next_[s] = first_[before_[i]];
+        first_[before_[i]] = s;
+      }
+      return false;
+    }
+  }
+  return true;
+}
+
+/// True if the triangles of the star are near the high poly: where they meet, in their middles, and halfway along
+/// the edges that move.
+bool DeviationBound::is_near(const Vec3d& place) {
+  const auto is_off = [&](const Vec3d& p) {
+    const Vec3 at = to_float(p);
+    if (samples_.surface.is_within(at, bound_)) return false;
+    refused_ = samples_.surface.is_within(at, kNear * bound_) ? 1 : kNear;
+    return true;
+  };
+  const auto is_face_off = [&](const Face& f) {
+    if (is_off(f.a + (f.ab + f.ac) * (1.0 / 3)) || is_off(f.a + f.ab * 0.5)) return true;
+    // Its other edge is a neighbour's first, but for the last one of a border.
+    const bool shared = std::any_of(star_.begin(), star_.end(), [&](const Face& other) {
+      return other.ab.x == f.ac.x && other.ab.y == f.ac.y && other.ab.z == f.ac.z;
+    });
+    return !shared && is_off(f.a + f.ac * 0.5);
+  };
+  if (!is_off(place) && std::none_of(star_.begin(), star_.end(), is_face_off)) return true;
+  has_refused_ = true;
+  return false;
+}
+
+bool DeviationBound::keeps(const CollapseMesh& mesh, std::uint32_t a, std::uint32_t b,
+                           Anchor anchor, const Vec3d& target) {
+  gather(mesh, a, b, anchor, target);
+  return assign() && is_near(target);
+}
+
+void DeviationBound::collapse() {
+  for (const std::uint32_t t : before_) {
+    first_[t] = kNoVertex;
+    count_[t] = 0;
+  }
+  for (const Assigned& s : assigned_) {
+    const std::uint32_t t = star_[s.face].triangle;
+    next_[s.sample] = first_[t];
+    first_[t] = s.sample;
+    ++count_[t];
+  }
+}
+
+/// Least squares of the distances along the way to each sample; where the large ones count, weights are fourth
+/// powers.
+Vec3d DeviationBound::better(const Vec3d& target, Distances which) {
+  double xx = 0, xy = 0, xz = 0, yy = 0, yz = 0, zz = 0, weight = 0;
+  Vec3d right;
+  std::size_t count = 0;
+  for (const std::uint32_t t : before_) count += count_[t];
+  const std::size_t stride = std::max<std::size_t>(1, count / kMost);
+  for (std::size_t i = 0; i < before_.size(); ++i) {
+    // The first of a triangle is often the farthest.
+    std::size_t skip = 0;
+    for (std::uint32_t s = first_[before_[i]]; s != kNoVertex; s = next_[s]) {
+      if (skip++ % stride != 0) continue;
+      const Assigned found = nearest(s, slot_[i] == kNoVertex ? 0 : slot_[i]);
+      const Face& f = star_[found.face];
+      const Vec3d p(samples_.points[s]);
+      std::array<double, 3> share{};
+      to_face(f, p, 0, &share);
+      if (!(share[0] > 0)) continue;
+      const Vec3d rest = p - f.a - f.ab * share[1] - f.ac * share[2];
+      const double size = length(rest), relative = found.squared;
+      Vec3d along = f.size > 0 ? f.normal * (1 / std::sqrt(f.size)) : Vec3d{};
+      if (relative > 1e-6) along = rest * (1 / size);
+      const double w =
+          which == Distances::all ? share[0] : (relative * relative + kAlike) * share[0];
+      const double square = w * share[0], pull = w * dot(along, rest);
+      xx += square * along.x * along.x, xy += square * along.x * along.y;
+      xz += square * along.x * along.z, yy += square * along.y * along.y;
+      yz += square * along.y * along.z, zz += square * along.z * along.z;
+      right += along * pull;
+      weight += square;
+    }
+  }
+  if (!(weight > 0)) return target;
+  const double more = kBoundAcross * weight;
+  const Vec3d row0{xx + more, xy, xz}, row1{xy, yy + more, yz}, row2{xz, yz, zz + more};
+  const Vec3d c12 = cross(row1, row2), c20 = cross(row2, row0), c01 = cross(row0, row1);
+  return target + (c12 * right.x + c20 * right.y + c01 * right.z) * (1 / dot(row0, c12));
+}
+
+double DeviationBound::energy(Distances which) const {
+  double sum = 0;
+  for (const Assigned& s : assigned_) {
+    sum += which == Distances::all ? s.squared : s.squared * (s.squared * s.squared + kAlike);
+  }
+  return sum;
+}
+
+}  // namespace kiln

@@ -1,0 +1,246 @@
+#include "simplify/enclosing_hull_constraint.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <utility>
+
+namespace kiln {
+namespace {
+
+/// Rounding of double precision, in a mesh of unit size.
+constexpr double kHullRounding = 1e-14;
+/// Two half-spaces whose normals' sine is below this are parallel.
+constexpr double kParallel = 1e-9;
+
+/// The least value of a symmetric matrix's form: x.M.x / 2 - r.x, from the middle of an edge.
+struct Form {
+  Vec3d row0, row1, row2, right;
+
+  Vec3d times(const Vec3d& v) const { return {dot(row0, v), dot(row1, v), dot(row2, v)}; }
+};
+
+/// Along a line from `at`: the least point with all half-spaces before `count`.
+std::optional<Vec3d> least_on_line(const Form& form, const Vec3d& at, const Vec3d& along,
+                                   std::span<const HalfSpace> spaces) {
+  double low = -std::numeric_limits<double>::infinity(), high = -low;
+  for (const HalfSpace& space : spaces) {
+    const double slope = dot(space.normal, along);
+    const double room = space.offset - dot(space.normal, at);
+    if (std::abs(slope) < kParallel) {
+      if (room > kHullRounding) return std::nullopt;
+    } else if (slope > 0) {
+      low = std::max(low, room / slope);
+    } else {
+      high = std::min(high, room / slope);
+    }
+  }
+  if (low > high + kHullRounding) return std::nullopt;
+  const double best = dot(along, form.right - form.times(at)) / dot(along, form.times(along));
+  return at + along * std::min(std::max(best, low), high);
+}
+
+/// In the plane that bounds a half-space.
+std::optional<Vec3d> least_on_plane(const Form& form, const HalfSpace& plane,
+                                    std::span<const HalfSpace> spaces) {
+  const Vec3d& n = plane.normal;
+  const Vec3d other = std::abs(n.x) < 0.6 ? Vec3d{1, 0, 0} : Vec3d{0, 1, 0};
+  Vec3d u = cross(n, other);
+  u = u * (1 / length(u));
+  const Vec3d v = cross(n, u);
+  const Vec3d from = n * plane.offset;
+  const Vec3d mu = form.times(u), mv = form.times(v), rest = form.right - form.times(from);
+  const double uu = dot(u, mu), uv = dot(u, mv), vv = dot(v, mv);
+  const double ru = dot(u, rest), rv = dot(v, rest);
+  const double determinant = uu * vv - uv * uv;
+  Vec3d best =
+      from + u * ((ru * vv - rv * uv) / determinant) + v * ((rv * uu - ru * uv) / determinant);
+  for (std::size_t i = 0; i < spaces.size(); ++i) {
+    const HalfSpace& space = spaces[i];
+    if (dot(space.normal, best) >= space.offset - kHullRounding) continue;
+    const Vec3d along = cross(n, space.normal);
+    const double sine = length(along);
+    if (sine < kParallel) return std::nullopt;
+    // The point of both planes in the plane of their normals.
+    const double cosine = dot(n, space.normal);
+    const double share = 1 / (sine * sine);
+    const Vec3d at = n * ((plane.offset - space.offset * cosine) * share) +
+                     space.normal * ((space.offset - plane.offset * cosine) * share);
+    const std::optional<Vec3d> on_line =
+        least_on_line(form, at, along * (1 / sine), spaces.first(i));
+    if (!on_line) return std::nullopt;
+    best = *on_line;
+  }
+  return best;
+}
+
+/// Calls `body` with the ends of each open edge of a vertex, as its triangle has them, and with that triangle's normal.
+template <class Body>
+void each_open_edge(const CollapseMesh& mesh, std::uint32_t vertex, const Body& body) {
+  struct Side {
+    std::uint32_t other, triangle;
+    bool out;  ///< From the vertex to the other
+  };
+  thread_local std::vector<Side> sides;
+  sides.clear();
+  mesh.each_around(vertex, [&](std::uint32_t t) {
+    const Triangle& v = mesh.triangles[t];
+    const std::size_t k = v[0] == vertex ? 0 : v[1] == vertex ? 1 : 2;
+    sides.push_back({v[(k + 1) % 3], t, true});
+    sides.push_back({v[(k + 2) % 3], t, false});
+  });
+  std::sort(sides.begin(), sides.end(),
+            [](const Side& a, const Side& b) { return a.other < b.other; });
+  for (std::size_t begin = 0, end = 0; begin < sides.size(); begin = end) {
+    while (end < sides.size() && sides[end].other == sides[begin].other) ++end;
+    if (end - begin != 1) continue;
+    const Side& side = sides[begin];
+    const Triangle& v = mesh.triangles[side.triangle];
+    const Vec3d& p = mesh.points[v[0]];
+    const Vec3d normal = cross(mesh.points[v[1]] - p, mesh.points[v[2]] - p);
+    const Vec3d &here = mesh.points[vertex], &there = mesh.points[side.other];
+    body(side.out ? here : there, side.out ? there : here, normal);
+  }
+}
+
+void add_space(const Vec3d& normal, const Vec3d& through, std::vector<HalfSpace>& spaces) {
+  const double size = length(normal);
+  if (!(size > 0)) return;  // No point makes a tetrahedron with it.
+  const Vec3d unit = normal * (1 / size);
+  spaces.push_back({unit, dot(unit, through)});
+}
+
+void add_spaces(const CollapseMesh& mesh, std::uint32_t vertex, bool open,
+                std::vector<HalfSpace>& spaces) {
+  mesh.each_around(vertex, [&](std::uint32_t t) {
+    const Triangle& v = mesh.triangles[t];
+    const Vec3d& p = mesh.points[v[0]];
+    add_space(cross(mesh.points[v[1]] - p, mesh.points[v[2]] - p), p, spaces);
+  });
+  if (!open) return;
+  each_open_edge(mesh, vertex, [&](const Vec3d& from, const Vec3d& to, const Vec3d& normal) {
+    add_space(cross(to - from, normal), from, spaces);
+  });
+}
+
+}  // namespace
+
+/// One half-space after the other: where the least point so far lies outside of one, the new one lies on its plane
+/// (Seidel 1991, for linear programs).
+std::optional<Vec3d> least_within(const Quadric& q, const Vec3d& a, const Vec3d& b,
+                                  std::span<const HalfSpace> spaces, double slack) {
+  const Vec3d middle = (a + b) * 0.5;
+  // As Quadric::best_near: a slight pull to the middle keeps the matrix regular.
+  const double pull = 1e-3 * (q.xx + q.yy + q.zz) + std::numeric_limits<double>::min();
+  Form form{{q.xx + pull, q.xy, q.xz},
+            {q.xy, q.yy + pull, q.yz},
+            {q.xz, q.yz, q.zz + pull},
+            {-(q.xx * middle.x + q.xy * middle.y + q.xz * middle.z + q.x),
+             -(q.xy * middle.x + q.yy * middle.y + q.yz * middle.z + q.y),
+             -(q.xz * middle.x + q.yz * middle.y + q.zz * middle.z + q.z)}};
+  std::vector<HalfSpace> moved(spaces.begin(), spaces.end());
+  for (HalfSpace& space : moved) space.offset += slack - dot(space.normal, middle);
+  const Vec3d c12 = cross(form.row1, form.row2), c20 = cross(form.row2, form.row0),
+              c01 = cross(form.row0, form.row1);
+  Vec3d best =
+      (c12 * form.right.x + c20 * form.right.y + c01 * form.right.z) * (1 / dot(form.row0, c12));
+  for (std::size_t i = 0; i < moved.size(); ++i) {
+    if (dot(moved[i].normal, best) >= moved[i].offset - kHullRounding) continue;
+    const std::optional<Vec3d> on_plane =
+        least_on_plane(form, moved[i], std::span<const HalfSpace>(moved).first(i));
+    if (!on_plane) return std::nullopt;
+    best = *on_plane;
+  }
+  // Far positions are rejected; also false for NaN.
+  const Vec3d edge = b - a;
+  if (!(dot(best, best) <= 4 * dot(edge, edge))) return std::nullopt;
+  return middle + best;
+}
+
+EnclosingHullConstraint::EnclosingHullConstraint(const CollapseMesh& mesh, Snap snap, double slack)
+    : snap_(std::move(snap)),
+      slack_(slack),
+      fixed_(mesh.points.size(), 0),
+      open_(mesh.points.size(), 0) {
+  std::vector<std::pair<std::uint64_t, int>> sides;
+  sides.reserve(3 * mesh.triangles.size());
+  for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t) {
+    for (std::size_t k = 0; k < 3; ++k) {
+      const std::uint64_t a = mesh.triangles[t][k], b = mesh.triangles[t][(k + 1) % 3];
+      sides.emplace_back(a < b ? a << 32 | b : b << 32 | a, a < b ? 1 : -1);
+    }
+  }
+  std::sort(sides.begin(), sides.end());
+  for (std::size_t begin = 0, end = 0; begin < sides.size(); begin = end) {
+    int sense = 0;
+    while (end < sides.size() && sides[end].first == sides[begin].first)
+      sense += sides[end++].second;
+    if (sense == 0) continue;
+    std::vector<std::uint8_t>& marks = end - begin == 1 ? open_ : fixed_;
+    marks[sides[begin].first >> 32] = 1;
+    marks[sides[begin].first & 0xffffffffU] = 1;
+  }
+}
+
+/// True if a vertex that goes there takes nothing away.
+bool EnclosingHullConstraint::is_outside(const CollapseMesh& mesh, std::uint32_t vertex,
+                                         const Vec3d& target) const {
+  bool outside = true;
+  mesh.each_around(vertex, [&](std::uint32_t t) {
+    const Triangle& v = mesh.triangles[t];
+    const Vec3d& p = mesh.points[v[0]];
+    const Vec3d normal = cross(mesh.points[v[1]] - p, mesh.points[v[2]] - p);
+    outside = outside && dot(normal, target - p) >= -kHullRounding * length(normal);
+  });
+  if (!outside || open_[vertex] == 0) return outside;
+  each_open_edge(mesh, vertex, [&](const Vec3d& from, const Vec3d& to, const Vec3d& normal) {
+    const Vec3d across = cross(to - from, normal);
+    outside = outside && dot(across, target - from) >= -kHullRounding * length(across);
+  });
+  return outside;
+}
+
+std::optional<Vec3d> EnclosingHullConstraint::place(const CollapseMesh& mesh, std::uint32_t a,
+                                                    std::uint32_t b, Anchor anchor,
+                                                    Quadric& sum) const {
+  const bool stays_a = anchor == Anchor::first || fixed_[a] != 0;
+  const bool stays_b = anchor == Anchor::second || fixed_[b] != 0;
+  if (stays_a && stays_b) return std::nullopt;
+  if (stays_a || stays_b) {
+    const Vec3d& target = mesh.points[stays_a ? a : b];
+    return is_outside(mesh, stays_a ? b : a, target) ? std::optional(target) : std::nullopt;
+  }
+  thread_local std::vector<HalfSpace> spaces;
+  spaces.clear();
+  add_spaces(mesh, a, open_[a] != 0, spaces);
+  add_spaces(mesh, b, open_[b] != 0, spaces);
+  // On the planes themselves where the mesh's numbers allow, or else a little outside.
+  for (const double slack : {0.0, slack_, 4 * slack_}) {
+    const std::optional<Vec3d> best =
+        least_within(sum, mesh.points[a], mesh.points[b], spaces, slack);
+    if (!best) return std::nullopt;
+    const Vec3d target = snap_(*best);
+    if (is_outside(mesh, a, target) && is_outside(mesh, b, target)) return target;
+  }
+  return std::nullopt;
+}
+
+bool EnclosingHullConstraint::keeps(const CollapseMesh& mesh, std::uint32_t a, std::uint32_t b,
+                                    Anchor anchor, const Vec3d& target) const {
+  return (anchor == Anchor::first || is_outside(mesh, a, target)) &&
+         (anchor == Anchor::second || is_outside(mesh, b, target));
+}
+
+void EnclosingHullConstraint::collapse(const CollapseMesh&, std::uint32_t a, std::uint32_t b,
+                                       Anchor, const Vec3d&, std::uint32_t kept) {
+  fixed_[kept] = static_cast<std::uint8_t>(fixed_[a] | fixed_[b]);
+  open_[kept] = static_cast<std::uint8_t>(open_[a] | open_[b]);
+}
+
+bool EnclosingHullConstraint::may_move(const CollapseMesh& mesh, std::uint32_t vertex,
+                                       const Vec3d& target) const {
+  return fixed_[vertex] == 0 && is_outside(mesh, vertex, target);
+}
+
+}  // namespace kiln

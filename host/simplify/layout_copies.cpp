@@ -1,0 +1,103 @@
+#include "simplify/layout_copies.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+#include <unordered_map>
+
+#include "base/disjoint_sets.h"
+#include "mesh/uv_grid.h"
+
+namespace kiln {
+namespace {
+
+/// How far apart corners may lie that are the same, and the side of the cells in which they are looked for.
+constexpr double kNear = 1e-5, kCell = 1.0 / 1024;
+
+struct CopyPlace {
+  std::array<double, 2> whole{};  ///< Taken off, so that the middle lies in the unit square.
+  std::array<double, 2> middle{};
+};
+
+std::int64_t cell_of(double value) { return static_cast<std::int64_t>(std::floor(value / kCell)); }
+
+std::uint64_t key_of(std::int64_t x, std::int64_t y) {
+  return static_cast<std::uint64_t>(x + 2) << 32 | static_cast<std::uint64_t>(y + 2);
+}
+
+}  // namespace
+
+LayoutCopies::LayoutCopies(std::span<const Vec2> uvs, std::span<const Triangle> corners)
+    : on_fold_(uvs.size(), 0), first_triangle_(corners.size()) {
+  std::iota(first_triangle_.begin(), first_triangle_.end(), 0U);
+  std::vector<CopyPlace> places(corners.size());
+  std::unordered_map<std::uint64_t, std::vector<std::uint32_t>> cells;
+  cells.reserve(corners.size());
+  DisjointSets same(uvs.size());
+  const auto at = [&](std::uint32_t t, std::size_t k) {
+    const Vec2& uv = uvs[corners[t][k]];
+    return std::array<double, 2>{uv.x - places[t].whole[0], uv.y - places[t].whole[1]};
+  };
+  /// Which corner of `other` is the same as each of t; false where one has none.
+  const auto matches = [&](std::uint32_t t, std::uint32_t other, std::array<std::size_t, 3>& of) {
+    std::array<bool, 3> taken{};
+    for (std::size_t k = 0; k < 3; ++k) {
+      const auto p = at(t, k);
+      for (of[k] = 0; of[k] < 3; ++of[k]) {
+        const auto q = at(other, of[k]);
+        if (!taken[of[k]] && std::abs(p[0] - q[0]) < kNear && std::abs(p[1] - q[1]) < kNear) break;
+      }
+      if (of[k] == 3) return false;
+      taken[of[k]] = true;
+    }
+    return true;
+  };
+  for (std::uint32_t t = 0; t < corners.size(); ++t) {
+    const Vec2 &a = uvs[corners[t][0]], &b = uvs[corners[t][1]], &c = uvs[corners[t][2]];
+    if (!is_finite(a) || !is_finite(b) || !is_finite(c)) continue;
+    const double twice =
+        (double{b.x} - a.x) * (double{c.y} - a.y) - (double{b.y} - a.y) * (double{c.x} - a.x);
+    if (twice == 0) continue;
+    CopyPlace& place = places[t];
+    const double u = (double{a.x} + b.x + c.x) / 3, v = (double{a.y} + b.y + c.y) / 3;
+    place.whole = {std::floor(u), std::floor(v)};
+    place.middle = {u - place.whole[0], v - place.whole[1]};
+    const std::int64_t x = cell_of(place.middle[0]), y = cell_of(place.middle[1]);
+    std::array<std::size_t, 3> of{};
+    std::uint32_t found = t;
+    for (std::int64_t row = y - 1; row <= y + 1; ++row) {
+      for (std::int64_t column = x - 1; column <= x + 1; ++column) {
+        const auto list = cells.find(key_of(column, row));
+        if (list == cells.end()) continue;
+        for (const std::uint32_t other : list->second) {
+          std::array<std::size_t, 3> order{};
+          if (other >= found || !matches(t, other, order)) continue;
+          found = other;
+          of = order;
+        }
+      }
+    }
+    if (found == t) {
+      cells[key_of(x, y)].push_back(t);  // the first of its copies stands for all
+      continue;
+    }
+    any_ = true;
+    first_triangle_[t] = found;
+    for (std::size_t k = 0; k < 3; ++k) {
+      same.join(corners[t][k], corners[found][of[k]]);
+      if (corners[t][k] == corners[found][of[k]]) on_fold_[corners[t][k]] = 1;
+    }
+  }
+  if (!any_) return;
+  next_.resize(uvs.size());
+  first_.resize(uvs.size());
+  std::iota(next_.begin(), next_.end(), 0U);
+  for (std::uint32_t uv = 0; uv < uvs.size(); ++uv) {
+    first_[uv] = same.find(uv);
+    if (first_[uv] == uv) continue;
+    next_[uv] = next_[first_[uv]];
+    next_[first_[uv]] = uv;
+  }
+}
+
+}  // namespace kiln

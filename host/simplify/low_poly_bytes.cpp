@@ -1,0 +1,41 @@
+// What low polys weigh.
+#include <algorithm>
+#include <array>
+#include <vector>
+
+#include "kiln/plan.h"
+
+namespace kiln {
+
+LowPolyBytes low_poly_bytes(std::uint64_t vertices, std::uint64_t faces, std::uint32_t size,
+                            const std::vector<std::uint32_t>& channels, std::uint32_t bits) {
+  LowPolyBytes bytes;
+  bytes.vertices = vertices * (size == 0 ? 16 : 24) + faces * 3 * (vertices > 65536 ? 4 : 2);
+  const std::uint64_t texels = std::uint64_t{size} * size;
+  std::uint64_t halves = 0;  // bytes a texel, twice
+  for (const std::uint32_t count : channels) {
+    // A normal map has two channels: the third follows.
+    halves += bits > 8 ? 4 * std::uint64_t{std::min(count, 2U)} : count == 1 ? 1 : 2;
+  }
+  bytes.texels = (texels * halves / 2 * 4 + 2) / 3;
+  return bytes;
+}
+
+std::uint64_t split_vertices(const Mesh& mesh) {
+  const std::size_t count = mesh.triangles.size();
+  const bool laid_out = mesh.uv_triangles.size() == count;
+  const bool facing = mesh.normal_triangles.size() == count;
+  if (!laid_out && !facing) return mesh.positions.size();
+  std::vector<std::array<std::uint32_t, 3>> corners;
+  corners.reserve(3 * count);
+  for (std::size_t t = 0; t < count; ++t) {
+    for (std::size_t k = 0; k < 3; ++k) {
+      corners.push_back({mesh.triangles[t][k], laid_out ? mesh.uv_triangles[t][k] : 0,
+                         facing ? mesh.normal_triangles[t][k] : 0});
+    }
+  }
+  std::sort(corners.begin(), corners.end());
+  return static_cast<std::uint64_t>(std::unique(corners.begin(), corners.end()) - corners.begin());
+}
+
+}  // namespace kiln

@@ -1,0 +1,359 @@
+#include "simplify/presimplify.h"
+
+#include <meshoptimizer.h>
+
+#include <algorithm>
+#include <cstdint>
+#include <functional>
+#include <numeric>
+#include <optional>
+#include <span>
+#include <utility>
+#include <vector>
+
+#include "base/disjoint_sets.h"
+#include "base/parallel.h"
+#include "mesh/fans.h"
+#include "mesh/vertex_lists.h"
+#include "simplify/heightfield_constraint.h"
+#include "simplify/label_seams.h"
+#include "simplify/mesh_pieces.h"
+#include "simplify/small_components.h"
+
+namespace kiln {
+namespace {
+
+/// Height fields are brought down to this share of their heights for it.
+constexpr double kFlattened = 0.1;
+/// Other meshes are bent by this. On flat places meshoptimizer's collapses cost nothing: it leaves long slivers from rim
+/// to rim, and folds, which hinder all collapses that follow.
+constexpr float kBend = 0.05F;
+/// Triangles of a piece, at least. Pieces are halved until one more time would leave fewer.
+constexpr std::size_t kPresimplifyPiece = 125'000;
+/// Pieces keep their borders. Where these leave this many times the goal, as on meshes of many small parts, the
+/// mesh goes on as a whole.
+constexpr double kTooMany = 1.25;
+/// Triangles of a small_component, at most.
+constexpr std::size_t kSmallComponent = 64;
+/// meshoptimizer's time grows with the square of the triangles around a vertex: 0.2 ns times their sum of squares,
+/// where EdgeCollapser takes 10 us a triangle. So it is left out above this sum for each triangle.
+constexpr double kWorthSquares = 50'000;
+/// Cosine of the angle between neighbours' normals from which on one of them may be folded.
+constexpr double kMaybeFolded = 0;
+
+struct Input {
+  const std::vector<Vec3>& positions;
+  const std::vector<Triangle>& triangles;
+};
+
+/// Bends space a little, so that hardly a plane stays flat.
+void bend(std::vector<Vec3>& positions) {
+  const auto along = [](float a, float b) { return kBend * (a * a + 0.6F * b * b + 0.5F * a * b); };
+  for (Vec3& p : positions) {
+    p = {p.x + along(p.y, p.z), p.y + along(p.z, p.x), p.z + along(p.x, p.y)};
+  }
+}
+
+float scale_of(const std::vector<Vec3>& positions) {
+  return meshopt_simplifyScale(&positions.data()->x, positions.size(), sizeof(Vec3));
+}
+
+std::vector<Triangle> simplified(const Input& mesh, std::size_t faces, double error,
+                                 unsigned int options) {
+  static_assert(sizeof(Triangle) == 3 * sizeof(unsigned int) && sizeof(Vec3) == 3 * sizeof(float));
+  std::vector<Triangle> result(mesh.triangles.size());
+  const std::size_t indices =
+      meshopt_simplify(result.data()->data(), mesh.triangles.data()->data(),
+                       mesh.triangles.size() * 3, &mesh.positions.data()->x, mesh.positions.size(),
+                       sizeof(Vec3), faces * 3, static_cast<float>(error), options, nullptr);
+  result.resize(indices / 3);
+  return result;
+}
+
+/// A piece by itself: its border stays.
+std::vector<Triangle> simplified_piece(const Input& mesh, const std::vector<std::uint32_t>& piece,
+                                       double share, double error) {
+  std::vector<std::uint32_t> number(mesh.positions.size(), kNoVertex), given;
+  std::vector<Vec3> positions;
+  std::vector<Triangle> triangles;
+  triangles.reserve(piece.size());
+  for (const std::uint32_t t : piece) {
+    Triangle corners = mesh.triangles[t];
+    for (std::uint32_t& vertex : corners) {
+      if (number[vertex] == kNoVertex) {
+        number[vertex] = static_cast<std::uint32_t>(given.size());
+        given.push_back(vertex);
+        positions.push_back(mesh.positions[vertex]);
+      }
+      vertex = number[vertex];
+    }
+    triangles.push_back(corners);
+  }
+  // meshoptimizer takes errors as shares of what it is given.
+  const double larger = scale_of(mesh.positions) / std::max(scale_of(positions), 1e-12F);
+  const auto faces = static_cast<std::size_t>(share * static_cast<double>(piece.size()));
+  std::vector<Triangle> result =
+      simplified({positions, triangles}, faces, error * larger, meshopt_SimplifyLockBorder);
+  for (Triangle& t : result) {
+    for (std::uint32_t& vertex : t) vertex = given[vertex];
+  }
+  return result;
+}
+
+/// Piece by piece on all threads, then as a whole where need be.
+/// \param stays      by triangle, whether it does; empty: none
+/// \param meanwhile  other work, done on one of the threads
+std::vector<Triangle> simplified_by_pieces(const Input& mesh,
+                                           const std::vector<std::uint8_t>& stays,
+                                           std::size_t faces, double error,
+                                           const std::function<void()>& meanwhile) {
+  std::vector<std::vector<std::uint32_t>> pieces =
+      pieces_of(mesh.positions, mesh.triangles, kPresimplifyPiece);
+  if (pieces.size() == 1 && stays.empty()) {
+    meanwhile();
+    return simplified(mesh, faces, error, 0);
+  }
+  std::vector<Triangle> result;
+  if (!stays.empty()) {
+    for (std::vector<std::uint32_t>& piece : pieces) {
+      std::erase_if(piece, [&](std::uint32_t t) {
+        if (stays[t] != 0) result.push_back(mesh.triangles[t]);
+        return stays[t] != 0;
+      });
+    }
+  }
+  const std::size_t untouched = result.size();
+  const double share = static_cast<double>(faces) / static_cast<double>(mesh.triangles.size());
+  std::vector<std::vector<Triangle>> parts(pieces.size());
+  parallel_for(pieces.size() + 1, 1, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) {
+      if (i == pieces.size()) {
+        meanwhile();
+        continue;
+      }
+      parts[i] = simplified_piece(mesh, pieces[i], share, error);
+    }
+  });
+  for (const std::vector<Triangle>& part : parts) {
+    result.insert(result.end(), part.begin(), part.end());
+  }
+  const bool near =
+      static_cast<double>(result.size() - untouched) <= kTooMany * static_cast<double>(faces);
+  if (near || !stays.empty()) return result;
+  return simplified({mesh.positions, result}, faces, error, 0);
+}
+
+/// True if some vertices have so many triangles that meshoptimizer would be slower than EdgeCollapser.
+bool has_costly_hubs(const std::vector<Triangle>& triangles, std::size_t vertices) {
+  std::vector<std::uint32_t> around(vertices, 0);
+  for (const Triangle& t : triangles) {
+    for (const std::uint32_t v : t) ++around[v];
+  }
+  double squares = 0;
+  for (const std::uint32_t n : around) squares += static_cast<double>(n) * n;
+  return squares > kWorthSquares * static_cast<double>(triangles.size());
+}
+
+/// True if each triangle lies in one of the places; empty where there are none.
+std::vector<std::uint8_t> in_places(const Work& work, std::span<const Place> places) {
+  if (places.empty()) return {};
+  constexpr std::size_t kTrianglesOfPiece = std::size_t{1} << 15;
+  std::vector<std::uint8_t> result(work.triangles.size(), 0);
+  parallel_for(result.size(), kTrianglesOfPiece, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t t = begin; t < end; ++t) {
+      const Vec3d& corner = work.points[work.triangles[t][0]];
+      result[t] = std::any_of(places.begin(), places.end(), [&](const Place& place) {
+        const Vec3d offset = corner - place.center;
+        return dot(offset, offset) < place.radius * place.radius;
+      });
+    }
+  });
+  return result;
+}
+
+/// Triangles beside sharp edges: one that is folded, where its neighbours are not, is among them.
+std::vector<std::uint32_t> beside_sharp_edges(const std::vector<Vec3d>& normals,
+                                              const std::vector<Triangle>& triangles,
+                                              std::size_t vertices) {
+  std::vector<std::uint8_t> found(triangles.size(), 0);
+  SideLists(triangles, vertices)
+      .each_edge([&](std::uint32_t, std::span<const SideLists::Item> sides) {
+        for (std::size_t i = 1; i < sides.size(); ++i) {
+          const std::uint32_t a = sides[i - 1].index / 3, b = sides[i].index / 3;
+          if (dot(normals[a], normals[b]) <=
+              kMaybeFolded * length(normals[a]) * length(normals[b])) {
+            found[a] = found[b] = 1;
+          }
+        }
+      });
+  std::vector<std::uint32_t> result;
+  for (std::uint32_t t = 0; t < triangles.size(); ++t) {
+    if (found[t] != 0) result.push_back(t);
+  }
+  return result;
+}
+
+/// By vertex, the number of its part: triangles of a dense mesh that hang together by edges. None where several parts
+/// touch.
+std::vector<std::uint32_t> dense_parts(const std::vector<Triangle>& dense, const SideLists& sides) {
+  DisjointSets parts(dense.size());
+  sides.each_edge([&](std::uint32_t, std::span<const SideLists::Item> of_edge) {
+    for (const SideLists::Item& side : of_edge) parts.join(of_edge[0].index / 3, side.index / 3);
+  });
+  std::vector<std::uint32_t> result(sides.vertices(), kNoVertex);
+  std::vector<std::uint8_t> several(sides.vertices(), 0);
+  for (std::uint32_t t = 0; t < dense.size(); ++t) {
+    const std::uint32_t part = parts.find(t);
+    for (const std::uint32_t v : dense[t]) {
+      if (result[v] != kNoVertex && result[v] != part) several[v] = 1;
+      result[v] = part;
+    }
+  }
+  for (std::size_t v = 0; v < several.size(); ++v) {
+    if (several[v] != 0) result[v] = kNoVertex;
+  }
+  return result;
+}
+
+/// Triangles that face away from the dense triangles around their corners.
+/// \param origin  of each vertex of `triangles`, the dense one
+std::vector<Fold> folds_of(const std::vector<Vec3d>& points, const std::vector<Triangle>& dense,
+                           const std::vector<Triangle>& triangles,
+                           const std::vector<std::uint32_t>& origin) {
+  const auto normal_of = [&](const Triangle& t) {
+    return cross(points[t[1]] - points[t[0]], points[t[2]] - points[t[0]]);
+  };
+  std::vector<Vec3d> normals(triangles.size());
+  std::transform(triangles.begin(), triangles.end(), normals.begin(), normal_of);
+  const std::vector<std::uint32_t> candidates =
+      beside_sharp_edges(normals, triangles, points.size());
+  std::vector<std::uint32_t> number(points.size(), kNoVertex);
+  std::uint32_t count = 0;
+  for (const std::uint32_t t : candidates) {
+    for (const std::uint32_t v : triangles[t]) {
+      if (number[origin[v]] == kNoVertex) number[origin[v]] = count++;
+    }
+  }
+  std::vector<Vec3d> facing(count);
+  for (const Triangle& t : dense) {
+    if (number[t[0]] == kNoVertex && number[t[1]] == kNoVertex && number[t[2]] == kNoVertex) {
+      continue;
+    }
+    const Vec3d normal = normal_of(t);
+    for (const std::uint32_t v : t) {
+      if (number[v] != kNoVertex) facing[number[v]] += normal;
+    }
+  }
+  std::vector<Fold> folds;
+  for (const std::uint32_t t : candidates) {
+    Vec3d surface;
+    for (const std::uint32_t v : triangles[t]) {
+      const Vec3d& at = facing[number[origin[v]]];
+      if (const double size = length(at); size > 0) surface += at * (1 / size);
+    }
+    if (!(dot(normals[t], surface) > 0)) folds.push_back({t, surface});
+  }
+  return folds;
+}
+
+}  // namespace
+
+void drop_small_components(std::vector<Triangle>& triangles, const std::vector<Triangle>& dense,
+                           const std::vector<std::uint32_t>& origin, const SideLists& dense_sides) {
+  DisjointSets parts(origin.size());
+  join_parts(triangles, parts);
+  std::vector<std::uint32_t> size(origin.size(), 0);
+  for (const Triangle& t : triangles) ++size[parts.find(t[0])];
+  std::vector<std::uint8_t> torn(origin.size(), 0);  // Small parts beside a cut.
+  bool any = false;
+  for (auto v = static_cast<std::uint32_t>(dense_sides.vertices()); v < origin.size(); ++v) {
+    for (const std::uint32_t end : {v, origin[v]}) {
+      const std::uint32_t part = parts.find(end);
+      torn[part] = size[part] > 0 && size[part] <= kSmallComponent;
+      any = any || torn[part] != 0;
+    }
+  }
+  if (!any) return;
+  // Of a small_component, all vertices that one dense part alone has are of the same: it was cut off that.
+  const std::vector<std::uint32_t> dense_part = dense_parts(dense, dense_sides);
+  std::vector<std::uint8_t> lives(dense.size(), 0);  // Dense parts of which more is left.
+  std::vector<std::uint32_t> cut_off(origin.size(),
+                                     kNoVertex);  // What small_components were cut off.
+  for (std::uint32_t v = 0; v < origin.size(); ++v) {
+    const std::uint32_t from = dense_part[origin[v]], part = parts.find(v);
+    if (from == kNoVertex) continue;
+    if (size[part] > kSmallComponent) lives[from] = 1;
+    if (torn[part] != 0) cut_off[part] = from;
+  }
+  for (std::size_t part = 0; part < torn.size(); ++part) {
+    if (torn[part] != 0) torn[part] = cut_off[part] != kNoVertex && lives[cut_off[part]] != 0;
+  }
+  std::erase_if(triangles, [&](const Triangle& t) { return torn[parts.find(t[0])] != 0; });
+}
+
+/// meshoptimizer leaves pairs of triangles back to back, and edges with four triangles, where the high
+/// poly had none: the former are removed, the latter cut. It also lets no triangle turn over, but as seen
+/// from the side: height fields are made flat for it, so that this is nearly as seen from above.
+void presimplify(Work& work, std::size_t faces, double error, bool height_field,
+                 std::span<const Place> untouched, bool parts) {
+  if (has_costly_hubs(work.triangles, work.points.size())) return;
+  std::vector<Vec3> positions = to_floats(work.points);
+  if (height_field) {
+    for (Vec3& p : positions) p.z *= static_cast<float>(kFlattened);
+    error *= kFlattened;
+  } else {
+    bend(positions);
+  }
+  const std::vector<std::uint8_t> stays = in_places(work, untouched);
+  std::vector<Triangle> given = work.triangles;
+  std::optional<LabelSeams> seams;
+  if (!work.labels.empty()) {
+    seams.emplace(work.labels, given, positions);
+    if (!seams->pays()) {
+      if (work.keep_labels) return;
+      seams.reset();
+      given = work.triangles;
+      positions.resize(work.points.size());
+      work.labels.clear();
+    }
+  }
+  std::optional<SideLists> sides;
+  DisjointSets of_parts(parts ? work.points.size() : 0);
+  std::vector<Triangle> triangles =
+      simplified_by_pieces({positions, given}, stays, faces, error, [&] {
+        sides.emplace(work.triangles, work.points.size());
+        if (parts) join_parts(work.triangles, of_parts);
+      });
+  if (triangles.empty()) return;
+  if (seams) seams->join(triangles);
+  if (height_field && std::any_of(triangles.begin(), triangles.end(), [&](const Triangle& t) {
+        return !(upward(work.points[t[0]], work.points[t[1]], work.points[t[2]]) > kLeastUpward);
+      })) {
+    return;
+  }
+  std::vector<std::uint32_t> origin(work.points.size());
+  std::iota(origin.begin(), origin.end(), 0U);
+  if (!has_repeated_sides(*sides)) {
+    remove_back_to_back(triangles);
+    if (triangles.empty()) return;
+    if (has_repeated_sides(triangles)) {
+      for (const std::uint32_t original : split_into_fans(triangles, work.points.size())) {
+        work.points.push_back(work.points[original]);
+        work.torn.push_back(work.points[original]);
+        origin.push_back(original);
+      }
+      drop_small_components(triangles, work.triangles, origin, *sides);
+    }
+  }
+  const std::size_t before = triangles.size();
+  if (parts) restore_lost_parts(triangles, work.triangles, origin, of_parts);
+  if (seams) {
+    if (triangles.size() > before) seams->add(work.triangles, work.labels);
+    work.labels = seams->of(triangles, origin);
+  }
+  work.folds = folds_of(work.points, work.triangles, triangles, origin);
+  work.triangles = std::move(triangles);
+  work.sources.clear();
+}
+
+}  // namespace kiln

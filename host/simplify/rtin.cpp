@@ -1,0 +1,245 @@
+#include "simplify/rtin.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <functional>
+#include <optional>
+#include <utility>
+#include <vector>
+
+#include "base/parallel.h"
+#include "simplify/heightfield_constraint.h"
+
+namespace kiln {
+namespace {
+
+constexpr std::size_t kPointsOfPiece = std::size_t{1} << 15;
+/// Points of the square lattice for each of the grid, at most: long strips would need many.
+constexpr std::size_t kMostLattice = 8;
+
+/// Heights over a grid of columns (x) and rows (y), row by row.
+struct Grid {
+  std::vector<double> x, y, z;
+};
+
+std::vector<double> distinct(const std::vector<Vec3d>& points, double Vec3d::*axis) {
+  std::vector<double> values(points.size());
+  std::transform(points.begin(), points.end(), values.begin(),
+                 [axis](const Vec3d& p) { return p.*axis; });
+  // Rows lie one after the other in most meshes: what repeats at once goes before the sort.
+  values.erase(std::unique(values.begin(), values.end()), values.end());
+  std::sort(values.begin(), values.end());
+  values.erase(std::unique(values.begin(), values.end()), values.end());
+  return values;
+}
+
+/// The grid that a mesh is; nothing where it is none.
+std::optional<Grid> grid_of(const Work& work) {
+  Grid grid{distinct(work.points, &Vec3d::x), distinct(work.points, &Vec3d::y), {}};
+  const std::size_t columns = grid.x.size(), rows = grid.y.size();
+  if (columns < 2 || rows < 2 || columns * rows != work.points.size() ||
+      work.triangles.size() != 2 * (columns - 1) * (rows - 1)) {
+    return std::nullopt;
+  }
+  struct At {
+    std::uint32_t column, row;
+  };
+  std::vector<At> at(work.points.size());
+  const auto index = [](const std::vector<double>& values, double value) {
+    return static_cast<std::uint32_t>(std::lower_bound(values.begin(), values.end(), value) -
+                                      values.begin());
+  };
+  parallel_for(at.size(), kPointsOfPiece, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) {
+      at[i] = {index(grid.x, work.points[i].x), index(grid.y, work.points[i].y)};
+    }
+  });
+  std::vector<std::uint8_t> taken(work.points.size(), 0);
+  grid.z.resize(work.points.size());
+  for (std::size_t i = 0; i < at.size(); ++i) {
+    const std::size_t place = at[i].row * columns + at[i].column;
+    if (std::exchange(taken[place], 1) != 0) return std::nullopt;
+    grid.z[place] = work.points[i].z;
+  }
+  // As many triangles as fill all cells, each within one of them and facing up: so they do fill these.
+  const bool fits =
+      std::all_of(work.triangles.begin(), work.triangles.end(), [&](const Triangle& t) {
+        const auto [left, right] = std::minmax({at[t[0]].column, at[t[1]].column, at[t[2]].column});
+        const auto [bottom, top] = std::minmax({at[t[0]].row, at[t[1]].row, at[t[2]].row});
+        return right - left == 1 && top - bottom == 1 &&
+               upward(work.points[t[0]], work.points[t[1]], work.points[t[2]]) > 0;
+      });
+  return fits ? std::optional(std::move(grid)) : std::nullopt;
+}
+
+/// The grid's surface over a square of a power of two of cells, which halving needs.
+class Lattice {
+ public:
+  static std::size_t cells_for(const Grid& grid) {
+    std::size_t cells = 1;
+    while (cells + 1 < std::max(grid.x.size(), grid.y.size())) cells *= 2;
+    return cells;
+  }
+  explicit Lattice(const Grid& grid) : cells_(cells_for(grid)) {
+    x_ = spread(grid.x);
+    y_ = spread(grid.y);
+    z_.resize(side() * side());
+    const std::size_t columns = grid.x.size();
+    parallel_for(side(), 16, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t j = begin; j < end; ++j) {
+        const auto [row, up] = cell(j, grid.y.size());
+        for (std::size_t i = 0; i < side(); ++i) {
+          const auto [column, right] = cell(i, columns);
+          const double* at = &grid.z[row * columns + column];
+          const std::size_t next = right > 0 ? 1 : 0, above = up > 0 ? columns : 0;
+          const double low = at[0] + (at[next] - at[0]) * right;
+          const double high = at[above] + (at[above + next] - at[above]) * right;
+          z_[j * side() + i] = low + (high - low) * up;
+        }
+      }
+    });
+  }
+  std::size_t cells() const { return cells_; }
+  std::size_t side() const { return cells_ + 1; }
+  double height(std::size_t place) const { return z_[place]; }
+  Vec3d point(std::size_t place) const {
+    return {x_[place % side()], y_[place / side()], z_[place]};
+  }
+
+ private:
+  /// The row or column at or before a place, and how far on it is to the next.
+  std::pair<std::size_t, double> cell(std::size_t place, std::size_t count) const {
+    const std::size_t scaled = place * (count - 1);
+    return {scaled / cells_, static_cast<double>(scaled % cells_) / static_cast<double>(cells_)};
+  }
+  std::vector<double> spread(const std::vector<double>& values) const {
+    std::vector<double> result(side());
+    for (std::size_t i = 0; i < side(); ++i) {
+      const auto [at, on] = cell(i, values.size());
+      result[i] = on > 0 ? values[at] + (values[at + 1] - values[at]) * on : values[at];
+    }
+    return result;
+  }
+
+  std::size_t cells_;
+  std::vector<double> x_, y_, z_;
+};
+
+/// For each place but the corners: how far heights are off, at most, where no triangle is halved there.
+std::vector<double> errors_of(const Lattice& lattice) {
+  const std::size_t side = lattice.side();
+  std::vector<double> errors(side * side, 0);
+  // Middles of hypotenuses, from the smallest triangles on: first those of the sides of squares, then of diagonals.
+  for (std::size_t step = 1; step < lattice.cells(); step *= 2) {
+    const std::size_t square = 2 * step;
+    const auto off = [&](std::size_t at, std::size_t from, std::size_t to) {
+      return std::abs(lattice.height(at) - (lattice.height(from) + lattice.height(to)) / 2);
+    };
+    // Halves of the triangles on a square's side have the middles of the squares of half the size beside it.
+    parallel_for(lattice.cells() / step + 1, 8, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t row = begin; row < end; ++row) {
+        const std::size_t j = row * step;
+        const bool upright = row % 2 == 1;
+        for (std::size_t i = upright ? 0 : step; i < side; i += square) {
+          const std::size_t at = j * side + i, reach = upright ? step * side : step;
+          double worst = off(at, at - reach, at + reach);
+          if (step > 1) {
+            const std::size_t half = step / 2;
+            for (const bool right : {false, true}) {
+              for (const bool up : {false, true}) {
+                if ((right ? i + half >= side : i < half) || (up ? j + half >= side : j < half))
+                  continue;
+                worst = std::max(
+                    worst,
+                    errors[(up ? j + half : j - half) * side + (right ? i + half : i - half)]);
+              }
+            }
+          }
+          errors[at] = worst;
+        }
+      }
+    });
+    // Diagonals run from the corners of the square of twice the size to its middle.
+    parallel_for(lattice.cells() / square, 8, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t row = begin; row < end; ++row) {
+        for (std::size_t column = 0; column < lattice.cells() / square; ++column) {
+          const std::size_t at = (row * square + step) * side + column * square + step;
+          const bool rising = (row + column) % 2 == 0;
+          const std::size_t reach = rising ? step * side + step : step * side - step;
+          errors[at] =
+              std::max({off(at, at - reach, at + reach), errors[at - step], errors[at + step],
+                        errors[at - step * side], errors[at + step * side]});
+        }
+      }
+    });
+  }
+  return errors;
+}
+
+/// The error that triangles are halved above, so that about `faces` are left.
+double limit_for(const std::vector<double>& errors, std::size_t faces, double error) {
+  const std::size_t middles = faces / 2;  // Each halving makes two more triangles, at the rim one.
+  if (middles >= errors.size()) return std::min(0.0, error);
+  std::vector<double> sorted = errors;
+  std::nth_element(sorted.begin(), sorted.begin() + static_cast<std::ptrdiff_t>(middles),
+                   sorted.end(), std::greater<>());
+  return std::min(sorted[middles], error);
+}
+
+/// Triangles that are halved where the error is above the limit.
+class TriangleHalving {
+ public:
+  TriangleHalving(const Lattice& lattice, const std::vector<double>& errors, double limit)
+      : lattice_(lattice), errors_(errors), limit_(limit), number_(errors.size(), kNoVertex) {
+    const std::size_t last = errors.size() - 1, end = lattice.cells();
+    add(last, 0, end);
+    add(0, last, last - end);
+  }
+  std::vector<Vec3d> points;
+  std::vector<Triangle> triangles;
+
+ private:
+  /// \param a, b, c  places, counter-clockwise: a hypotenuse, and the corner at the right angle
+  void add(std::size_t a, std::size_t b, std::size_t c) {
+    const std::size_t middle = (a + b) / 2;
+    const bool smallest =
+        std::max(a, c) - std::min(a, c) == 1 || std::max(a, c) - std::min(a, c) == lattice_.side();
+    if (!smallest && errors_[middle] > limit_) {
+      add(c, a, middle);
+      add(b, c, middle);
+      return;
+    }
+    triangles.push_back({number(c), number(a), number(b)});
+  }
+  std::uint32_t number(std::size_t place) {
+    if (number_[place] == kNoVertex) {
+      number_[place] = static_cast<std::uint32_t>(points.size());
+      points.push_back(lattice_.point(place));
+    }
+    return number_[place];
+  }
+
+  const Lattice& lattice_;
+  const std::vector<double>& errors_;
+  double limit_;
+  std::vector<std::uint32_t> number_;
+};
+
+}  // namespace
+
+bool simplify_to_rtin(Work& work, std::size_t faces, double error) {
+  const std::optional<Grid> grid = grid_of(work);
+  if (!grid) return false;
+  const std::size_t side = Lattice::cells_for(*grid) + 1;
+  if (side * side > kMostLattice * work.points.size()) return false;
+  const Lattice lattice(*grid);
+  const std::vector<double> errors = errors_of(lattice);
+  TriangleHalving halving(lattice, errors, limit_for(errors, faces, error));
+  work.points = std::move(halving.points);
+  work.triangles = std::move(halving.triangles);
+  work.sources.clear();
+  return true;
+}
+
+}  // namespace kiln

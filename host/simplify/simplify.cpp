@@ -1,0 +1,210 @@
+// A low poly from a high poly: see kiln/lowpoly.h.
+#include "kiln/simplify.h"
+
+#include <chrono>
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "base/memory.h"
+#include "kiln/normals.h"
+#include "kiln/validate.h"
+#include "simplify/height_layout.h"
+#include "simplify/normal_fit.h"
+#include "simplify/simplify_job.h"
+#include "simplify/simplify_levels.h"
+#include "simplify/simplify_uvs.h"
+#include "simplify/transfer_colors.h"
+#include "simplify/transfer_labels.h"
+
+namespace kiln {
+namespace {
+
+// Measured with 2 million faces: 160 beside the mesh.
+constexpr std::uint64_t kBytesOfFace = 160;
+/// Levels may do without a map, and without UVs: edges whose faces turn by so many degrees are hard then. Charts end
+/// at such edges, so levels look as they do with UVs.
+constexpr double kCrease = 75;
+
+void check(const Mesh& high, const SimplifyOptions& options) {
+  if (options.faces == 0 && !(options.max_error > 0 && options.max_error <= 1)) {
+    throw Error(ErrorCode::usage,
+                "simplify: max_error is " + std::to_string(options.max_error) +
+                    "; it must be above 0 and at most 1, a share of the diagonal");
+  }
+  require_memory("Simplification", kBytesOfFace * high.triangles.size());
+  if (options.hull && (options.height_field || options.keep_uvs)) {
+    throw Error(ErrorCode::usage, std::string("simplify: hull and ") +
+                                      (options.keep_uvs ? "keep_uvs" : "height_field") +
+                                      " exclude each other: both say where vertices may go");
+  }
+  if (!options.keep_uvs) return;
+  if (options.height_field) {
+    throw Error(
+        ErrorCode::usage,
+        "simplify: keep_uvs and height_field exclude each other: a height field's UVs follow "
+        "from its rectangle");
+  }
+  if (high.uv_triangles.size() != high.triangles.size() || high.uvs.empty()) {
+    throw Error(ErrorCode::input, "simplify: mesh '" + high.name +
+                                      "' has no UVs to keep; give it some, or leave keep_uvs out");
+  }
+}
+
+}  // namespace
+
+Mesh simplify(const Mesh& high, const SimplifyOptions& options, SimplifyReport* report) {
+  const auto start = std::chrono::steady_clock::now();
+  validate(high);
+  check(high, options);
+  SimplifyReport unwanted;
+  SimplifyReport& out = report != nullptr ? *report : unwanted;
+  out = {};
+  out.input_faces = high.triangles.size();
+  std::optional<Mesh> repaired;
+  if (options.keep_uvs) repaired = with_finite_uvs(high, out.warnings);
+  Mesh mesh = SimplifyJob(repaired ? *repaired : high, options, out).run(report != nullptr);
+  transfer_labels(high, mesh);
+  transfer_colors(high, mesh);
+  if (options.fit_normals) NormalFit(high).run(mesh);
+  out.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  return mesh;
+}
+
+struct SimplifyLevels::Impl {
+  Impl(const Mesh& mesh, std::span<const std::uint32_t> faces, LevelRule rule)
+      : repaired(rule == LevelRule::keep_uvs ? with_finite_uvs(mesh, report.warnings)
+                                             : std::nullopt),
+        high(repaired ? *repaired : mesh),
+        asked(faces.begin(), faces.end()) {
+    options.faces = asked.empty() ? 1 : asked.front();
+    options.keep_uvs = rule == LevelRule::keep_uvs;
+    options.height_field = rule == LevelRule::height_field;
+    check(high, options);
+    job.emplace(high, options, report);
+    results = job->levels(asked);
+    of_high = report;
+    of_high.input_faces = high.triangles.size();
+  }
+
+  /// A level that was fitted and mended, and what was found meanwhile.
+  struct Made {
+    SimplifyResult result;
+    SimplifyReport report;
+    bool flawed = false, measured = false;
+  };
+
+  /// Begins to work on a level.
+  void turn_to(std::size_t level) {
+    options.faces = asked.at(level);
+    report = of_high;
+  }
+
+  Made& made(std::size_t level) {
+    const auto found = meshes.find(level);
+    if (found != meshes.end()) return found->second;
+    turn_to(level);
+    Made next{results.at(level), {}};
+    next.flawed = !job->improve(next.result) && job->may_solve();
+    next.report = report;
+    return meshes[level] = std::move(next);
+  }
+
+  const NormalFit& normals() {
+    if (!fit) fit.emplace(high);
+    return *fit;
+  }
+
+  Mesh finished(const SimplifyResult& result) {
+    Mesh mesh = job->finish(result);
+    transfer_labels(high, mesh);
+    normals().run(mesh, {.crease_degrees = kCrease}, nullptr, &samples);
+    lay_out(mesh);
+    return mesh;
+  }
+
+  void lay_out(Mesh& mesh) const {
+    if (options.height_field) lay_out_over(mesh, FieldRectangle::of(high));
+  }
+
+  SimplifyReport report, of_high;
+  const std::optional<Mesh> repaired;  ///< With finite UVs, where some were not
+  const Mesh& high;
+  std::vector<std::uint32_t> asked;  ///< Face count asked for each of `results`
+  SimplifyOptions options;
+  std::optional<SimplifyJob> job;
+  std::optional<NormalFit> fit;  ///< Made where it is first needed
+  NormalFit::Samples samples;    ///< Samples of the last mesh
+  std::vector<SimplifyResult> results;
+  std::map<std::size_t, Made> meshes;  ///< By level
+};
+
+SimplifyLevels::SimplifyLevels(const Mesh& high, std::span<const std::uint32_t> faces,
+                               LevelRule rule) {
+  validate(high);
+  impl_ = std::make_unique<Impl>(high, faces, rule);
+}
+SimplifyLevels::~SimplifyLevels() = default;
+
+std::size_t SimplifyLevels::count() const { return impl_->results.size(); }
+std::uint32_t SimplifyLevels::asked(std::size_t level) const { return impl_->asked.at(level); }
+std::size_t SimplifyLevels::faces(std::size_t level) const {
+  return impl_->job->count_faces(impl_->results.at(level));
+}
+std::size_t SimplifyLevels::vertices(std::size_t level) const {
+  return impl_->job->count_vertices(impl_->results.at(level));
+}
+
+Mesh SimplifyLevels::mesh(std::size_t level, SimplifyReport* report) const {
+  if (report != nullptr) *report = this->report(level);
+  Impl::Made& made = impl_->made(level);
+  impl_->turn_to(level);
+  impl_->report = made.report;
+  return impl_->finished(made.result);
+}
+
+SimplifyReport SimplifyLevels::report(std::size_t level) const {
+  Impl::Made& made = impl_->made(level);
+  if (!std::exchange(made.measured, true)) {
+    made.result.deviation = impl_->job->deviation(made.result);
+  }
+  impl_->turn_to(level);
+  impl_->report = made.report;
+  impl_->job->finish(made.result, /*measured=*/true);
+  return impl_->report;
+}
+
+std::array<Mesh, 2> SimplifyLevels::glance(std::size_t level) const {
+  impl_->turn_to(level);
+  SimplifyResult result = impl_->results.at(level);
+  impl_->job->fit_roughly(result);
+  std::array<Mesh, 2> looks =
+      impl_->normals().look(impl_->job->finish(result), {.crease_degrees = kCrease});
+  for (Mesh& look : looks) impl_->lay_out(look);
+  return looks;
+}
+
+void SimplifyLevels::fit_normals(Mesh& low) const {
+  impl_->normals().run(low, {}, nullptr, &impl_->samples);
+}
+
+bool SimplifyLevels::is_flawed(std::size_t level) const { return impl_->made(level).flawed; }
+
+bool SimplifyLevels::has_flaws(std::size_t level) const {
+  const SimplifyReport& report = impl_->made(level).report;
+  return report.folded + report.without_area + report.holes > 0;
+}
+
+void SimplifyLevels::solve(std::size_t level) const {
+  Impl::Made& made = impl_->made(level);
+  if (!std::exchange(made.flawed, false)) return;
+  impl_->turn_to(level);
+  made.result = impl_->job->solve();
+  made.report = impl_->report;
+  made.measured = false;
+}
+
+}  // namespace kiln

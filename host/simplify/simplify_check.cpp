@@ -1,0 +1,294 @@
+#include "simplify/simplify_check.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstring>
+#include <limits>
+#include <numeric>
+
+#include "base/parallel.h"
+#include "mesh/vertex_lists.h"
+#include "simplify/heightfield_constraint.h"
+
+namespace kiln {
+namespace {
+
+using flaw_rules::is_flat;
+using flaw_rules::kAway;
+using flaw_rules::kBackToBack;
+using flaw_rules::kNoArea;
+using flaw_rules::kSuspicious;
+using flaw_rules::normal_of;
+using flaw_rules::unit_or_zero;
+
+/// The high poly has a sharp edge where normals this far apart are near each other.
+constexpr double kSharp = -0.5;
+/// A triangle does not face away where the high poly faces its way, as a cosine, and this near, a share of its longest side. Between its corners
+/// a triangle misses a bent surface: those of a thin shell reach beyond its other side.
+constexpr double kSameWay = 0.5, kBetweenCorners = 0.05;
+/// Search radius for the high poly around a triangle, share of the diagonal.
+constexpr double kReach = 0.02;
+/// And how much farther triangles are kept.
+constexpr double kSpare = 0.01;
+/// Cells a side of the grid that finds dense triangles near some place.
+constexpr int kCells = 128;
+constexpr std::size_t kTrianglesOfPiece = std::size_t{1} << 15;
+
+TriangleCorners corners_of(const std::vector<Vec3d>& points, const Triangle& t) {
+  return {points[t[0]], points[t[1]], points[t[2]]};
+}
+
+/// Sides by edge: triangles that run along it, neighbours of opposite sense first.
+struct Side {
+  std::uint64_t key;
+  std::uint32_t triangle;
+  bool forward;
+};
+
+std::vector<Side> sorted_sides(std::span<const Triangle> triangles) {
+  std::vector<Side> sides;
+  sides.reserve(triangles.size() * 3);
+  for (std::uint32_t t = 0; t < triangles.size(); ++t) {
+    for (std::size_t k = 0; k < 3; ++k) {
+      const std::uint64_t a = triangles[t][k], b = triangles[t][(k + 1) % 3];
+      sides.push_back({a < b ? a << 32 | b : b << 32 | a, t, a < b});
+    }
+  }
+  std::sort(sides.begin(), sides.end(), [](const Side& a, const Side& b) {
+    return a.key != b.key ? a.key < b.key : a.triangle < b.triangle;
+  });
+  return sides;
+}
+
+/// A triangle's neighbours: the least cosine between its normal and one of theirs, and how many are suspicious.
+struct Neighbours {
+  double least = 1;
+  int suspicious = 0;
+  void add(double cosine) {
+    least = std::min(least, cosine);
+    suspicious += cosine < kSuspicious;
+  }
+};
+
+std::vector<Neighbours> neighbours_of(const std::vector<Vec3d>& normals,
+                                      const std::vector<Triangle>& triangles) {
+  std::vector<Neighbours> found(triangles.size());
+  const std::vector<Side> sides = sorted_sides(triangles);
+  for (std::size_t i = 1; i < sides.size(); ++i) {
+    const Side &a = sides[i - 1], &b = sides[i];
+    if (a.key != b.key || a.forward == b.forward) continue;
+    const double cosine = dot(normals[a.triangle], normals[b.triangle]);
+    found[a.triangle].add(cosine);
+    found[b.triangle].add(cosine);
+  }
+  return found;
+}
+
+/// Cells of a grid over [-1, 1]^3 that a box touches, as runs along x: of each the first cell and their count.
+/// \param body  \returns whether to go on
+template <class Body>
+void each_run(const Vec3d& low, const Vec3d& high, const Body& body) {
+  const auto at = [](double x) {
+    return static_cast<std::size_t>(
+        std::clamp(static_cast<int>((x + 1) / 2 * kCells), 0, kCells - 1));
+  };
+  const std::size_t first = at(low.x), count = at(high.x) - first + 1;
+  for (std::size_t z = at(low.z); z <= at(high.z); ++z) {
+    for (std::size_t y = at(low.y); y <= at(high.y); ++y) {
+      if (!body((z * kCells + y) * kCells + first, count)) return;
+    }
+  }
+}
+
+void bounds(const TriangleCorners& p, Vec3d& low, Vec3d& high) {
+  low = {std::min({p[0].x, p[1].x, p[2].x}), std::min({p[0].y, p[1].y, p[2].y}),
+         std::min({p[0].z, p[1].z, p[2].z})};
+  high = {std::max({p[0].x, p[1].x, p[2].x}), std::max({p[0].y, p[1].y, p[2].y}),
+          std::max({p[0].z, p[1].z, p[2].z})};
+}
+
+}  // namespace
+
+/// Keeps a tree of the high poly's triangles around the candidates: most meshes have few of these.
+void SimplifyCheck::load_near(const std::vector<Vec3d>& points,
+                              const std::vector<Triangle>& triangles,
+                              std::span<const std::uint32_t> candidates) {
+  if (surface_ && marked_.empty()) return;  // All of it.
+  // Wider than needed, so that the tree still serves when a few of the candidates have been mended.
+  std::vector<std::uint8_t> needed(std::size_t{kCells} * kCells * kCells, 0), marked = needed;
+  Vec3d low, high;
+  for (const std::uint32_t t : candidates) {
+    bounds(corners_of(points, triangles[t]), low, high);
+    const double reach = kReach + length(high - low);
+    for (auto* cells : {&needed, &marked}) {
+      const double wide = cells == &needed ? reach : reach + kSpare;
+      const Vec3d margin{wide, wide, wide};
+      each_run(low - margin, high + margin, [&](std::size_t first, std::size_t count) {
+        std::memset(cells->data() + first, 1, count);
+        return true;
+      });
+    }
+  }
+  const bool known =
+      std::equal(needed.begin(), needed.end(), marked_.begin(), marked_.end(),
+                 [](std::uint8_t wanted, std::uint8_t had) { return wanted <= had; });
+  if (known) return;
+  std::vector<std::uint8_t> is_near(triangles_.size(), 0);
+  parallel_for(triangles_.size(), kTrianglesOfPiece, [&](std::size_t begin, std::size_t end) {
+    Vec3d from, to;
+    for (std::size_t i = begin; i < end; ++i) {
+      const Triangle& t = triangles_[i];
+      bounds({Vec3d(positions_[t[0]]), Vec3d(positions_[t[1]]), Vec3d(positions_[t[2]])}, from, to);
+      each_run(from, to, [&](std::size_t first, std::size_t count) {
+        is_near[i] = std::memchr(marked.data() + first, 1, count) != nullptr;
+        return is_near[i] == 0;
+      });
+    }
+  });
+  near_.clear();
+  for (std::size_t i = 0; i < triangles_.size(); ++i) {
+    if (is_near[i] != 0) near_.push_back(triangles_[i]);
+  }
+  surface_ = std::make_unique<SurfaceDistance>(positions_, near_);
+  marked_ = std::move(marked);
+}
+
+/// True if the high poly near each of four of its points faces the other way.
+/// \param shell  whether that of a thin shell may, if the other side is near enough
+bool SimplifyCheck::faces_away(const TriangleCorners& p, bool shell) const {
+  const Vec3d normal = unit_or_zero(normal_of(p));
+  const double longest = std::max({length(p[1] - p[0]), length(p[2] - p[1]), length(p[0] - p[2])});
+  const double between = shell ? std::min(kBetweenCorners * longest, kReach) : 0;
+  std::size_t away = 0;
+  for (std::size_t i = 0; i < 4; ++i) {
+    Vec3d at;
+    for (std::size_t k = 0; k < 3; ++k) at += p[k] * (i == 3 ? 1.0 / 3 : i == k ? 0.6 : 0.2);
+    const Vec3 point = to_float(at);
+    const Vec3* corners = nullptr;
+    const double nearest = surface_->squared(point, kReach * kReach, corners);
+    if (corners == nullptr) return false;
+    const auto agreement = [&](const Vec3* c) {
+      return dot(normal, unit_or_zero(normal_of({Vec3d(c[0]), Vec3d(c[1]), Vec3d(c[2])})));
+    };
+    double best = agreement(corners);
+    const double radius = 1.1 * std::sqrt(nearest) + 1e-4;
+    if (best < kAway) {
+      surface_->each_within(point, radius * radius,
+                            [&](const Vec3* c) { best = std::max(best, agreement(c)); });
+    }
+    if (best < kAway && between > radius) {
+      surface_->each_within(point, between * between, [&](const Vec3* c) {
+        if (agreement(c) > kSameWay) best = 1;
+      });
+    }
+    away += best < kAway;
+    if (i >= away + 1) return false;  // Two do not.
+  }
+  return away >= 3;
+}
+
+/// True if the high poly turns sharply near the triangle, or is thin there.
+bool SimplifyCheck::has_edge(const TriangleCorners& p) const {
+  const Vec3d center = (p[0] + p[1] + p[2]) * (1.0 / 3);
+  double radius = 0;
+  for (const Vec3d& corner : p) radius = std::max(radius, length(corner - center));
+  const Vec3d normal = unit_or_zero(normal_of(p));
+  double most = -1, least = 1;
+  surface_->each_within(to_float(center), radius * radius, [&](const Vec3* c) {
+    const double cosine =
+        dot(normal, unit_or_zero(normal_of({Vec3d(c[0]), Vec3d(c[1]), Vec3d(c[2])})));
+    most = std::max(most, cosine);
+    least = std::min(least, cosine);
+  });
+  return most > -kSharp && least < kSharp;
+}
+
+Flaws SimplifyCheck::find(const std::vector<Vec3d>& points,
+                          const std::vector<Triangle>& triangles) {
+  return find_in(points, triangles, nullptr);
+}
+
+Flaws SimplifyCheck::find_among(const std::vector<Vec3d>& points,
+                                const std::vector<Triangle>& triangles,
+                                std::span<const std::uint32_t> some) {
+  std::vector<std::uint8_t> marks(triangles.size(), 0);
+  for (const std::uint32_t t : some) marks[t] = 1;
+  return find_in(points, triangles, &marks);
+}
+
+Flaws SimplifyCheck::find_in(const std::vector<Vec3d>& points,
+                             const std::vector<Triangle>& triangles,
+                             const std::vector<std::uint8_t>* some) {
+  const auto counts = [&](std::size_t t) { return some == nullptr || (*some)[t] != 0; };
+  Flaws flaws;
+  std::vector<Vec3d> normals(triangles.size()), around(points.size());
+  for (std::uint32_t t = 0; t < triangles.size(); ++t) {
+    const TriangleCorners corners = corners_of(points, triangles[t]);
+    const Vec3d normal = normal_of(corners);
+    for (const std::uint32_t v : triangles[t]) around[v] += normal;
+    normals[t] = unit_or_zero(normal);
+    if (counts(t) && is_flat(corners)) flaws.flat.push_back(t);
+    if (height_field_ && counts(t) && !(upward(corners[0], corners[1], corners[2]) > kNoArea)) {
+      flaws.facing_down.push_back(t);
+    }
+  }
+  const std::vector<Neighbours> neighbours = neighbours_of(normals, triangles);
+  std::vector<std::uint32_t> candidates;
+  for (std::uint32_t t = 0; t < triangles.size(); ++t) {
+    if (!counts(t)) continue;
+    int against = 0;
+    for (const std::uint32_t v : triangles[t]) against += dot(normals[t], around[v]) < 0;
+    if (neighbours[t].least < kSuspicious || against >= 2) candidates.push_back(t);
+  }
+  std::vector<std::uint32_t> looked_at = candidates;
+  looked_at.insert(looked_at.end(), flaws.flat.begin(), flaws.flat.end());
+  looked_at.insert(looked_at.end(), flaws.facing_down.begin(), flaws.facing_down.end());
+  if (looked_at.empty()) return flaws;
+  load_near(points, triangles, looked_at);
+  std::vector<std::uint8_t> folded(candidates.size(), 0);
+  constexpr std::size_t kCandidatesOfPiece = 64;
+  parallel_for(candidates.size(), kCandidatesOfPiece, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) {
+      const std::uint32_t t = candidates[i];
+      const TriangleCorners corners = corners_of(points, triangles[t]);
+      if (is_flat(corners)) continue;
+      // At a shell's rim, a triangle turns away from one neighbour; one that is folded from several.
+      const bool rim = neighbours[t].suspicious == 1;
+      folded[i] =
+          faces_away(corners, rim) || (neighbours[t].least < kBackToBack && !has_edge(corners));
+    }
+  });
+  for (std::size_t i = 0; i < candidates.size(); ++i) {
+    if (folded[i] != 0) flaws.folded.push_back(candidates[i]);
+  }
+  return flaws;
+}
+
+bool SimplifyCheck::is_flaw(const TriangleCorners& p) const {
+  if (is_flat(p) || faces_away(p, true)) return true;
+  return height_field_ && !(upward(p[0], p[1], p[2]) > kLeastUpward);
+}
+
+std::uint64_t count_rims(std::span<const Triangle> triangles, std::size_t vertices) {
+  std::vector<std::uint32_t> parent(vertices);
+  std::iota(parent.begin(), parent.end(), 0U);
+  const auto find = [&](std::uint32_t v) {
+    while (parent[v] != v) v = parent[v] = parent[parent[v]];
+    return v;
+  };
+  std::vector<std::uint8_t> open(vertices, 0);
+  SideLists(triangles, vertices)
+      .each_edge([&](std::uint32_t a, std::span<const SideLists::Item> sides) {
+        if (sides.size() != 1) return;
+        const std::uint32_t b = SideLists::higher(sides[0]);
+        open[a] = open[b] = 1;
+        const std::uint32_t ra = find(a), rb = find(b);
+        parent[std::max(ra, rb)] = std::min(ra, rb);
+      });
+  std::uint64_t count = 0;
+  for (std::uint32_t v = 0; v < vertices; ++v) count += open[v] != 0 && find(v) == v;
+  return count;
+}
+
+}  // namespace kiln

@@ -1,0 +1,398 @@
+#include "simplify/simplify_job.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdio>
+#include <functional>
+#include <limits>
+#include <optional>
+#include <string>
+#include <utility>
+
+#include "base/async_task.h"
+#include "base/counted.h"
+#include "base/percent.h"
+#include "mesh/charts.h"
+#include "mesh/fans.h"
+#include "mesh/normals.h"
+#include "simplify/collapse_pieces.h"
+#include "simplify/inside_out.h"
+#include "simplify/presimplify.h"
+#include "simplify/rtin.h"
+#include "simplify/simplify_uvs.h"
+#include "simplify/small_components.h"
+
+namespace kiln {
+namespace {
+
+/// Denser meshes are first brought down to kDirectLimit or, on the way to few faces, less. Finely curved ones, which
+/// meshoptimizer does no good, in pieces, up to kFineLimit.
+constexpr std::size_t kDirectLimit = 100'000, kLeastStart = 50'000, kFineLimit = 2'500'000;
+/// But to no less than so many times the goal: up to the limit, and above it.
+constexpr std::size_t kStartShare = 10, kLargeStartShare = 4;
+/// Samples while looking for small_components.
+constexpr std::uint64_t kGuidingSamples = 1 << 14;
+/// Head starts at most, and places in all: where these are not enough, a head start does not help.
+constexpr int kMostStarts = 4;
+/// The same with a bound, which looks for ways around flaws itself.
+constexpr int kMostBoundStarts = 2;
+constexpr std::size_t kMostPlaces = 256;
+
+/// To how many faces a head start goes. \param faces  goal; 0: by error
+std::size_t goal_of_start(std::size_t faces) {
+  if (faces == 0) return kDirectLimit;
+  const std::size_t small = std::clamp(kStartShare * faces, kLeastStart, kDirectLimit);
+  return std::max(small, kLargeStartShare * faces);
+}
+
+/// \param place_of  of a triangle without area (false), or of one that is folded (true)
+void warn_of_flaws(SimplifyReport& report, const std::function<std::string(bool)>& place_of) {
+  const auto warn = [&](const char* code, std::uint64_t count, const std::string& what,
+                        std::optional<bool> folded = {}) {
+    if (count == 0) return;
+    const std::string where = folded ? ", one " + place_of(*folded) : "";
+    report.warnings.push_back(
+        {code, what + where + "; ask for more faces, or repair the high poly there", count});
+  };
+  const auto triangles = [](std::uint64_t count, const char* one, const char* many) {
+    return counted(count, "triangle") + " of the low poly " + (count == 1 ? one : many) +
+           " and could not be mended";
+  };
+  warn("folded-triangles", report.folded,
+       triangles(report.folded, "faces away from the high poly", "face away from the high poly"),
+       true);
+  warn("flat-triangles", report.without_area,
+       triangles(report.without_area, "has no area", "have no area"), false);
+  warn("new-holes", report.holes,
+       counted(report.holes, "hole") + " of the low poly " + (report.holes == 1 ? "is" : "are") +
+           " not in the high poly");
+}
+
+}  // namespace
+
+/// Turns folded triangles back, as far as that goes.
+void SimplifyState::unfold(std::span<const Fold> folds) {
+  constexpr int kRounds = 3;  // One fold may be in another's way.
+  for (int round = 0; round < kRounds; ++round) {
+    bool any = false;
+    for (const Fold& fold : folds) {
+      const auto bad = [&](const TriangleCorners& p) {
+        const Vec3d normal = cross(p[1] - p[0], p[2] - p[0]);
+        return !(dot(normal, fold.surface) > 0);
+      };
+      const Triangle& t = mesh_.triangles[fold.triangle];
+      if (mesh_.alive[fold.triangle] == 0) continue;
+      if (!bad({mesh_.points[t[0]], mesh_.points[t[1]], mesh_.points[t[2]]})) continue;
+      any = collapser_.mend(fold.triangle, bad) || any;
+    }
+    if (!any) return;
+  }
+}
+
+SimplifyResult SimplifyJob::to_count(const Work& work) const {
+  SimplifyState shrinking(work, layout(), options_, scale_);
+  shrinking.count_sides(sides_of(work));
+  shrinking.collapser().run(options_.faces);
+  SimplifyResult result;
+  shrinking.extract(result);
+  return result;
+}
+
+/// Mends what it can; returns how many triangles were mended.
+std::size_t SimplifyJob::mend(SimplifyResult& result) {
+  Flaws flaws = check_.find(result.points, result.triangles);
+  const std::size_t found = flaws.count();
+  for (int round = 0; round < kMendingRounds && !flaws.none(); ++round) {
+    SimplifyState shrinking(result.points, result.triangles, result.labels,
+                            options_.keep_uvs ? &result.layout : nullptr, options_, scale_);
+    const auto bad = [&](const TriangleCorners& corners) { return check_.is_flaw(corners); };
+    bool any = false;
+    for (const auto* list : {&flaws.flat, &flaws.facing_down, &flaws.folded}) {
+      for (const std::uint32_t t : *list) any = shrinking.collapser().mend(t, bad) || any;
+    }
+    if (!any) break;
+    shrinking.extract(result);
+    flaws = check_.find(result.points, result.triangles);
+  }
+  return found - std::min(found, flaws.count());
+}
+
+/// Counts what is left: folds, triangles without area, and holes that the high poly does not have.
+bool SimplifyJob::is_good(SimplifyResult& result) {
+  const Flaws flaws = check_.find(result.points, result.triangles);
+  report_.folded = flaws.folded.size() + flaws.facing_down.size();
+  report_.without_area = flaws.flat.size();
+  const std::uint64_t rims = count_rims(result.triangles, result.points.size());
+  const std::uint64_t before = rims == 0 ? 0 : count_rims(dense_.triangles, dense_.points.size());
+  report_.holes = rims > before ? rims - before : 0;
+  result.flawed.clear();
+  for (const auto* list : {&flaws.flat, &flaws.facing_down, &flaws.folded}) {
+    for (const std::uint32_t t : *list) {
+      const Triangle& v = result.triangles[t];
+      const Vec3d &a = result.points[v[0]], &b = result.points[v[1]], &c = result.points[v[2]];
+      const double longest = std::max({length(b - a), length(c - b), length(a - c)});
+      result.flawed.push_back({(a + b + c) * (1.0 / 3), longest + kAroundFlaws});
+    }
+  }
+  return flaws.none() && report_.holes == 0;
+}
+
+/// True if the high poly is brought down in pieces first.
+bool SimplifyJob::is_fine() {
+  if (!is_fine_) {
+    const std::size_t count = dense_.triangles.size();
+    is_fine_ = options_.faces != 0 && count > kDirectLimit && count <= kFineLimit &&
+               !options_.height_field && is_finely_curved(dense_);
+  }
+  return *is_fine_;
+}
+
+/// The high poly, or what a head start leaves of it on the way to a number of faces.
+/// \param parts  whether none of its parts may vanish
+/// \param fine   whether it goes in pieces, not by meshoptimizer
+Work SimplifyJob::start(std::size_t faces, std::span<const Place> untouched, bool parts,
+                        bool fine) const {
+  const std::size_t near_goal = goal_of_start(faces);
+  const bool dense = dense_.triangles.size() > std::max(kDirectLimit, near_goal) &&
+                     !options_.keep_uvs && !options_.hull;
+  if (dense && fine) {
+    return collapsed_in_pieces(dense_, dense_positions_, near_goal, untouched,
+                               [this](const Vec3d& p) { return scale_.snap(p); });
+  }
+  Work work = dense_;
+  if (dense) {
+    const double error = options_.faces == 0 ? 0.1 * options_.max_error : 1.0;
+    if (options_.height_field && untouched.empty() && work.labels.empty() &&
+        simplify_to_rtin(work, near_goal, error)) {
+      return work;
+    }
+    presimplify(work, near_goal, error, options_.height_field, untouched, parts);
+  }
+  return work;
+}
+
+std::vector<SimplifyResult> SimplifyJob::levels(std::vector<std::uint32_t>& faces) {
+  std::vector<SimplifyResult> results;
+  const Work work = start(faces.empty() ? 0 : faces.front(), {}, false, is_fine());
+  SimplifyState shrinking(work, layout(), options_, scale_);
+  shrinking.count_sides(sides_of(work));
+  std::vector<std::uint32_t> found;
+  for (const std::uint32_t goal : faces) {
+    const std::size_t before = shrinking.faces();
+    // A collapse takes two faces, so that the level before may have as few.
+    if (!results.empty() && before <= goal) continue;
+    shrinking.collapser().run(goal);
+    if (!results.empty() && shrinking.faces() == before) break;
+    shrinking.extract(results.emplace_back());
+    found.push_back(goal);
+  }
+  faces = std::move(found);
+  return results;
+}
+
+bool SimplifyJob::improve(SimplifyResult& result) {
+  if (fit(result)) return true;
+  report_.mended = mend(result);
+  return is_good(result);
+}
+
+bool SimplifyJob::may_solve() { return dense_.triangles.size() > kDirectLimit; }
+
+DistanceReport SimplifyJob::deviation(const SimplifyResult& result) const {
+  return measure(result, kMostSamples);
+}
+
+/// The low poly of what a head start left, or of the high poly itself. \returns whether it is good
+/// \param last  whether to take it in any case
+bool SimplifyJob::try_from(const Work& work, bool last, SimplifyResult& result) {
+  const bool by_error = options_.faces == 0;
+  if (by_error) {
+    result = within(options_.max_error, work);
+  } else {
+    AsyncTask<bool> prepared([this] { return prepare_fit(); });
+    result = to_count(work);
+    prepared.get();
+  }
+  if (result.triangles.empty()) {
+    if (last) result = unchanged();
+    result.bound = true;
+    return last;
+  }
+  if (by_error) return is_good(result) || last;
+  if (fit(result)) return true;
+  report_.mended = mend(result);
+  return is_good(result) || last;
+}
+
+/// Places where the next presimplification keeps the high poly.
+std::vector<Place> SimplifyJob::flawed_places(const SimplifyResult& result,
+                                              const Work& work) const {
+  std::vector<Place> places = result.flawed;
+  if (report_.holes > 0) {
+    for (const Vec3d& p : work.torn) places.push_back({p, kAroundFlaws});
+  }
+  return places;
+}
+
+SimplifyResult SimplifyJob::solve() {
+  SimplifyResult result;
+  std::vector<Place> places;
+  const bool fine = is_fine();
+  const int starts = options_.faces == 0 ? kMostBoundStarts : kMostStarts;
+  for (int attempt = 0; attempt < starts; ++attempt) {
+    const Work work = start(options_.faces, places, true, fine);
+    if (work.triangles.size() == dense_.triangles.size()) break;
+    if (try_from(work, false, result)) return result;
+    if (result.triangles.empty()) break;
+    const std::vector<Place> flawed = flawed_places(result, work);
+    places.insert(places.end(), flawed.begin(), flawed.end());
+    if (flawed.empty() || places.size() > kMostPlaces) break;
+  }
+  try_from(dense_, true, result);
+  return result;
+}
+
+/// Leaves out parts of the high poly that are smaller than a low poly with all of them is off. \returns whether there
+/// are any
+bool SimplifyJob::drop_small_components() {
+  if (options_.keep_parts || options_.faces == 0 || !is_free(options_)) return false;
+  AsyncTask<bool> fine([this] { return is_fine(); });  // Most meshes stay as they are.
+  const ComponentSizes parts(dense_);
+  fine.get();
+  if (parts.is_whole()) return false;
+  // No low poly is off by more than its triangles are long.
+  const std::size_t of_one_side = options_.faces * dense_.triangles.size() / faces_of_dense();
+  if (parts.count_below(mean_edge(dense_, std::max<std::size_t>(of_one_side, 1))) == 0)
+    return false;
+  const double size =
+      measure(to_count(start(options_.faces, {}, true, /*fine=*/false)), kGuidingSamples).largest;
+  report_.dropped_parts = parts.count_below(size);
+  if (report_.dropped_parts == 0) return false;
+  dense_ = parts.without(dense_, size);
+  is_fine_.reset();
+  fit_.reset();
+  dense_positions_ = to_floats(dense_.points);
+  check_ = SimplifyCheck(dense_positions_, dense_.triangles, options_.height_field);
+  report_.warnings.push_back({"dropped-parts",
+                              counted(report_.dropped_parts, "part") + " of the high poly " +
+                                  (report_.dropped_parts == 1 ? "is" : "are") + " smaller than " +
+                                  percent(size, 2) + " of its diagonal, which a low poly of " +
+                                  counted(options_.faces, "face") +
+                                  " is off by; left out: keep the parts, or ask for more faces",
+                              report_.dropped_parts});
+  return true;
+}
+
+void SimplifyJob::warn_of_count(const SimplifyResult& result) {
+  const std::size_t left = count_faces(result);
+  if (options_.faces == 0 || left <= options_.faces) return;
+  const std::uint64_t parts = count_components(result.triangles, result.points.size());
+  report_.warnings.push_back(
+      {"faces-not-reached",
+       counted(options_.faces, "face") + (options_.faces == 1 ? " was" : " were") +
+           " asked for, but " + std::to_string(left) + " are needed to keep the shape" +
+           (options_.keep_uvs ? " and the UVs of " : " of ") + counted(parts, "connected part") +
+           ": no part, hole or handle may vanish, and no face turn over",
+       left});
+}
+
+std::string SimplifyJob::place_in_words(const Vec3d& place) const {
+  const Vec3 p = scale_.to_mesh(place);
+  std::array<char, 96> text{};
+  std::snprintf(text.data(), text.size(), "at (%.5g, %.5g, %.5g)", high_.origin[0] + p.x,
+                high_.origin[1] + p.y, high_.origin[2] + p.z);
+  return text.data();
+}
+
+Mesh SimplifyJob::assemble(const SimplifyResult& result) const {
+  Mesh mesh;
+  mesh.name = high_.name;
+  mesh.origin = high_.origin;
+  mesh.triangles = result.triangles;
+  std::vector<Vec3d> points = result.points;
+  add_backs(result, points, mesh.triangles);
+  if (turned_) {
+    for (Triangle& t : mesh.triangles) std::swap(t[1], t[2]);
+  }
+  mesh.positions.reserve(points.size());
+  for (const Vec3d& p : points) mesh.positions.push_back(scale_.to_mesh(p));
+  mesh.normals = vertex_normals(to_floats(points), mesh.triangles);
+  mesh.normal_triangles = mesh.triangles;
+  name(result, mesh);
+  if (!options_.keep_uvs) return mesh;
+  std::vector<std::uint32_t> number(result.layout.uvs.size(), kNoVertex);
+  for (const Triangle& t : result.layout.corners) {
+    Triangle& corners = mesh.uv_triangles.emplace_back();
+    for (std::size_t k = 0; k < 3; ++k) {
+      if (number[t[k]] == kNoVertex) {
+        number[t[k]] = static_cast<std::uint32_t>(mesh.uvs.size());
+        mesh.uvs.push_back(result.layout.uvs[t[k]]);
+      }
+      corners[k] = number[t[k]];
+    }
+  }
+  return mesh;
+}
+
+void SimplifyJob::warn_of_uvs_outside(const Mesh& mesh) {
+  const std::uint64_t outside = count_outside(mesh);
+  if (outside == 0) return;
+  const bool before = count_outside(high_) > 0;
+  report_.warnings.push_back(
+      {"uv-outside",
+       std::to_string(outside) + " of " + std::to_string(mesh.triangles.size()) +
+           " triangles of the low poly reach out of the unit square of UV space, as those of the "
+           "high poly do" +
+           (before ? "" : " not: seams at its border were simplified, within the error asked for") +
+           ". A bake leaves out what lies outside, and coverage counts it",
+       outside});
+}
+
+Mesh SimplifyJob::finish(const SimplifyResult& result, bool measured) {
+  warn_of_count(result);
+  warn_of_bound(result);
+  warn_of_flaws(report_, [&](bool folded) {
+    const Place& place = result.flawed.at(folded ? report_.without_area : 0);
+    return place_in_words(place.center);
+  });
+  report_.faces = count_faces(result);
+  report_.error = result.deviation.largest;
+  report_.mean_error = result.deviation.mean;
+  report_.back_error = result.back.largest;
+  Mesh mesh = assemble(result);
+  if (options_.keep_uvs) {
+    std::vector<std::uint32_t> charts = uv_charts(mesh);
+    report_.charts = *std::max_element(charts.begin(), charts.end()) + 1;
+    report_.coverage = uv_area(mesh);
+    if (measured) report_.uv_strays = uvs_stray(mesh, high_);
+    warn_of_uvs_outside(mesh);
+  }
+  return mesh;
+}
+
+Mesh SimplifyJob::run(bool with_deviation) {
+  if (options_.hull) {
+    warn_of_inside_out(
+        dense_, [&](const Vec3d& p) { return place_in_words(p); }, report_.warnings);
+  }
+  const std::size_t count = faces_of_dense();
+  if (options_.faces == 0 || options_.faces < count) {
+    if (options_.faces < count && drop_small_components() && faces_of_dense() <= options_.faces) {
+      return finish(unchanged(), with_deviation);
+    }
+    SimplifyResult result = solve();
+    if (options_.faces != 0 && with_deviation) result.deviation = measure(result, kMostSamples);
+    return finish(result, with_deviation);
+  }
+  if (options_.faces > count) {
+    report_.warnings.push_back({"faces-above-input",
+                                std::to_string(options_.faces) +
+                                    " faces were asked for, but the mesh has " +
+                                    std::to_string(count) + " that can be used; all were kept",
+                                count});
+  }
+  return finish(unchanged(), with_deviation);
+}
+
+}  // namespace kiln

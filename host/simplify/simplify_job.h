@@ -1,0 +1,245 @@
+// simplify() at work: the high poly, ways down from it, what is mended and checked.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "kiln/simplify.h"
+#include "mesh/surface_distance.h"
+#include "mesh/two_sided.h"
+#include "simplify/collapse.h"
+#include "simplify/deviation_bound.h"
+#include "simplify/enclosing_hull_constraint.h"
+#include "simplify/heightfield_constraint.h"
+#include "simplify/simplify_check.h"
+#include "simplify/simplify_input.h"
+#include "simplify/surface_fit.h"
+#include "simplify/uv_seam_constraint.h"
+
+namespace kiln {
+
+/// Rounds of finding and mending flaws.
+inline constexpr int kMendingRounds = 4;
+/// Samples of the high poly that the deviation is measured at, at most.
+inline constexpr std::uint64_t kMostSamples = 1 << 18;
+/// Radius around flaws in which another presimplification keeps the high poly, share of the diagonal.
+inline constexpr double kAroundFlaws = 0.01;
+
+/// A low poly at about unit size.
+struct SimplifyResult {
+  std::vector<Vec3d> points;
+  std::vector<Triangle> triangles;
+  std::vector<std::uint32_t>
+      labels;     ///< By triangle, of SimplifyJob::labels(); empty: none are known.
+  Layout layout;  ///< Empty where none is kept.
+  /// By point, the planes that it stands for; empty: none are known.
+  std::vector<Quadric> quadrics;
+  DistanceReport deviation;
+  DistanceReport back;  ///< The other way, with a bound.
+  bool bound = false;   ///< True if a bound stopped collapses.
+  /// Triangles that are no good, as SimplifyJob::is_good() found: those without area first.
+  std::vector<Place> flawed;
+};
+
+/// A mesh under simplification, with what must be kept of it.
+class SimplifyState {
+ public:
+  SimplifyState(const Work& work, const Layout* layout, const SimplifyOptions& options,
+                const Scale& scale)
+      : SimplifyState(work.points, work.triangles, work.labels, layout, options, scale) {
+    unfold(work.folds);
+  }
+  SimplifyState(const std::vector<Vec3d>& points, const std::vector<Triangle>& triangles,
+                const std::vector<std::uint32_t>& labels, const Layout* layout,
+                const SimplifyOptions& options, const Scale& scale)
+      : mesh_(points, triangles, labels),
+        layout_(layout == nullptr ? nullptr : std::make_unique<UvSeamConstraint>(mesh_, *layout)),
+        height_(options.height_field ? std::make_unique<HeightfieldConstraint>(mesh_) : nullptr),
+        hull_(options.hull
+                  ? std::make_unique<EnclosingHullConstraint>(
+                        mesh_, [scale](const Vec3d& p) { return scale.snap(p); }, scale.slack())
+                  : nullptr),
+        collapser_(mesh_, rule(), [scale](const Vec3d& p) { return scale.snap(p); }) {}
+
+  EdgeCollapser& collapser() { return collapser_; }
+  /// Bounds how far samples may be from now on. \returns whether they are within the bound
+  /// \param close  where the bound is closer, and closer still
+  bool guard(const BoundSamples& samples, double bound, bool own,
+             std::span<const std::vector<Place>> close, double sharpening) {
+    guard_ = std::make_unique<DeviationBound>(mesh_, samples, bound, own);
+    for (const std::vector<Place>& places : close) guard_->narrow(places);
+    collapser_.guard(guard_.get(), sharpening, bound);
+    return guard_->holds();
+  }
+  void run_within();
+  bool is_bound() const { return guard_->has_refused(); }
+  std::size_t faces() const { return mesh_.all_faces(); }
+  /// \param of_triangles  as CollapseMesh::two_sided
+  void count_sides(std::vector<std::uint8_t> of_triangles) {
+    mesh_.count_sides(std::move(of_triangles));
+  }
+
+  /// \param of  where to write which triangle each one was; may be null
+  void extract(SimplifyResult& result, std::vector<std::uint32_t>* of = nullptr) const {
+    std::vector<std::uint32_t> own;
+    std::vector<std::uint32_t>& sources = of != nullptr ? *of : own;
+    mesh_.extract(result.points, result.triangles, sources);
+    result.quadrics.clear();
+    for (std::uint32_t v = 0; v < mesh_.points.size(); ++v) {
+      if (mesh_.valence[v] != 0) result.quadrics.push_back(collapser_.quadric(v));
+    }
+    result.labels.clear();
+    if (!mesh_.labels.empty()) {
+      for (std::size_t t = 0; t < mesh_.labels.size(); ++t) {
+        if (mesh_.alive[t] != 0) result.labels.push_back(mesh_.labels[t]);
+      }
+    }
+    result.layout = {};
+    if (!layout_) return;
+    const Layout& from = layout_->layout();
+    result.layout.uvs = from.uvs;
+    for (const std::uint32_t t : sources) {
+      result.layout.corners.push_back(from.corners[t]);
+      result.layout.charts.push_back(from.charts[t]);
+      if (!from.groups.empty()) result.layout.groups.push_back(from.groups[t]);
+    }
+  }
+
+ private:
+  void unfold(std::span<const Fold> folds);
+  /// True if vertices may be moved beside collapses.
+  bool may_relax() const { return !layout_ && !hull_; }
+  CollapseConstraint* rule() const {
+    if (layout_) return layout_.get();
+    if (height_) return height_.get();
+    return hull_.get();
+  }
+  CollapseMesh mesh_;
+  std::unique_ptr<UvSeamConstraint> layout_;
+  std::unique_ptr<HeightfieldConstraint> height_;
+  std::unique_ptr<EnclosingHullConstraint> hull_;
+  EdgeCollapser collapser_;
+  std::unique_ptr<DeviationBound> guard_;
+};
+
+/// The state of simplify().
+class SimplifyJob {
+ public:
+  SimplifyJob(const Mesh& high, const SimplifyOptions& options, SimplifyReport& report)
+      : high_(high),
+        options_(options),
+        report_(report),
+        cleaned_(clean(high, sources_, is_free(options) ? &backs_ : nullptr, report.warnings)),
+        scale_(high, cleaned_),
+        dense_(prepared()),
+        dense_positions_(to_floats(dense_.points)),
+        check_(dense_positions_, dense_.triangles, options.height_field) {
+    if (options.keep_uvs)
+      layout_ = layout_of(high, dense_);
+    else
+      find_labels();
+  }
+
+  Mesh run(bool with_deviation);
+
+  /// One mesh a number of faces, not yet mended, as long as there are fewer to come to.
+  /// \param faces  falling; those that give a mesh of their own stay
+  std::vector<SimplifyResult> levels(std::vector<std::uint32_t>& faces);
+  /// Fits one of them, and mends what that does not. \returns whether it is good
+  bool improve(SimplifyResult& result);
+  /// Fits one roughly, to look at.
+  void fit_roughly(SimplifyResult& result);
+  /// True if solve() may find what improve() does not: levels come from one head start, which it makes anew.
+  bool may_solve();
+  /// The low poly, mended; where a head start left what cannot be mended, from one that leaves the high poly as it is
+  /// there; where that does not end, from the high poly itself.
+  SimplifyResult solve();
+  /// Deviation of a low poly, over all samples.
+  DistanceReport deviation(const SimplifyResult& result) const;
+  /// Triangles of its mesh, and vertices: backs of two-sided sheets have their own.
+  std::size_t count_faces(const SimplifyResult& result) const {
+    return count_faces(result.triangles.size(), result.labels);
+  }
+  std::size_t count_vertices(const SimplifyResult& result) const;
+  /// The mesh of what was found, and the report.
+  /// \param measured  the report also says how far UVs stray, which takes a while
+  Mesh finish(const SimplifyResult& result, bool measured = false);
+
+ private:
+  /// True if no rule says how vertices may move. Then backs of two-sided sheets are left out meanwhile, and what is inside
+  /// out is turned.
+  static bool is_free(const SimplifyOptions& options) {
+    return !options.keep_uvs && !options.hull && !options.height_field;
+  }
+  /// True if a triangle has a back.
+  bool has_back(const std::vector<std::uint32_t>& labels, std::size_t triangle) const {
+    if (label_back_.empty()) return false;
+    return !dense_.keep_labels || label_back_[labels[triangle]] != TwoSided::kNone;
+  }
+  /// Triangles with their backs.
+  std::size_t count_faces(std::size_t triangles, const std::vector<std::uint32_t>& labels) const;
+  std::size_t faces_of_dense() const { return count_faces(dense_.triangles.size(), dense_.labels); }
+  std::vector<std::uint8_t> sides_of(const Work& work) const;
+  void add_backs(const SimplifyResult& result, std::vector<Vec3d>& points,
+                 std::vector<Triangle>& triangles) const;
+  DistanceReport measure(const SimplifyResult& result, std::uint64_t samples) const;
+  /// The cleaned mesh, made ready for collapses.
+  Work prepared() {
+    turned_ = is_free(options_) && backs_.empty() && turn_outwards(high_, cleaned_);
+    return compact(high_, std::move(cleaned_), std::move(sources_), std::move(backs_), scale_);
+  }
+  const Layout* layout() const { return options_.keep_uvs ? &layout_ : nullptr; }
+  SimplifyResult unchanged() const {
+    return {dense_.points, dense_.triangles, dense_.labels, layout_, {}, {}, {}, false, {}};
+  }
+  SimplifyResult to_count(const Work& work) const;
+  SimplifyResult within(double bound, const Work& work);
+  std::size_t mend_within(SimplifyState& shrinking, SimplifyResult& result);
+  bool is_fine();
+  Work start(std::size_t faces, std::span<const Place> untouched, bool parts, bool fine) const;
+  void find_labels();
+  bool drop_small_components();
+  bool is_fitted(std::size_t faces) const;
+  bool prepare_fit();
+  std::span<const Quadric> planes_of(const SimplifyResult& result) const;
+  SurfaceFit& surface_fit();
+  bool fit(SimplifyResult& result);
+  void take_back_flaws(SimplifyResult& fitted, const SimplifyResult& before);
+  std::size_t mend(SimplifyResult& result);
+  bool is_good(SimplifyResult& result);
+  bool try_from(const Work& work, bool last, SimplifyResult& result);
+  std::vector<Place> flawed_places(const SimplifyResult& result, const Work& work) const;
+  void warn_of_count(const SimplifyResult& result);
+  void warn_of_uvs_outside(const Mesh& mesh);
+  void name(const SimplifyResult& result, Mesh& mesh) const;
+  void warn_of_bound(const SimplifyResult& result);
+  std::string place_in_words(const Vec3d& place) const;
+  Mesh assemble(const SimplifyResult& result) const;
+
+  const Mesh& high_;
+  const SimplifyOptions& options_;
+  SimplifyReport& report_;
+  std::vector<SourceTriangle> sources_;
+  std::vector<std::uint32_t> backs_;
+  std::vector<Triangle> cleaned_;
+  Scale scale_;
+  bool turned_ =
+      false;  ///< True if all triangles of dense_ face the other way than the given mesh's.
+  Work dense_;
+  std::vector<Vec3> dense_positions_;
+  SimplifyCheck check_;
+  Layout layout_;
+  std::vector<std::uint32_t> label_source_;      ///< By label, a triangle of the high poly.
+  std::vector<std::uint32_t> label_back_;        ///< As Labels::backs
+  std::unique_ptr<BoundSamples> bound_samples_;  ///< Once asked for.
+  std::optional<bool> is_fine_;                  ///< Once asked for.
+  std::optional<SurfaceFit> fit_;                ///< Once asked for.
+};
+
+}  // namespace kiln

@@ -1,0 +1,66 @@
+// simplify() at work: groups, objects and materials, whose borders are lines on the surface.
+#include <algorithm>
+#include <span>
+#include <utility>
+
+#include "mesh/quadric.h"
+#include "mesh/vertex_lists.h"
+#include "simplify/simplify_job.h"
+
+namespace kiln {
+namespace {
+
+/// True if a low poly's lines were held at all: else a vote of places names its triangles better.
+bool are_held(const SimplifyResult& result) {
+  double length_of_lines = 0, length_of_all = 0;
+  SideLists(result.triangles, result.points.size())
+      .each_edge([&](std::uint32_t a, std::span<const SideLists::Item> sides) {
+        const double size = length(result.points[SideLists::higher(sides[0])] - result.points[a]);
+        length_of_all += size;
+        for (std::size_t i = 1; i < sides.size(); ++i) {
+          const std::uint32_t one = sides[i - 1].index / 3, other = sides[i].index / 3;
+          if (result.labels[one] != result.labels[other]) length_of_lines += size;
+        }
+      });
+  return room_for_lines(length_of_lines, length_of_all) > 0;
+}
+
+}  // namespace
+
+/// Groups, objects and materials to hold where triangles differ.
+void SimplifyJob::find_labels() {
+  Labels labels = labels_of(high_, dense_);
+  dense_.backs = {};
+  label_back_ = std::move(labels.backs);
+  const auto one_sided = std::count(label_back_.begin(), label_back_.end(), TwoSided::kNone);
+  dense_.keep_labels = one_sided != 0;
+  if (labels.source.size() < 2 && label_back_.empty()) return;
+  label_source_ = std::move(labels.source);
+  if (label_source_.size() > 1) dense_.labels = std::move(labels.of);
+}
+
+/// Groups, objects and materials of the triangles that each came from, then those of their backs.
+void SimplifyJob::name(const SimplifyResult& result, Mesh& mesh) const {
+  const bool laid_out = options_.keep_uvs;
+  const std::vector<std::uint32_t> one(label_source_.size() == 1 ? result.triangles.size() : 0, 0);
+  const std::vector<std::uint32_t>& labels = laid_out      ? result.layout.groups
+                                             : one.empty() ? result.labels
+                                                           : one;
+  const std::vector<std::uint32_t>& source = laid_out ? layout_.group_of : label_source_;
+  if (labels.empty() || (!laid_out && one.empty() && !are_held(result))) return;
+  const auto keep = [&](const std::vector<std::uint32_t>& from, std::vector<std::uint32_t>& to) {
+    if (from.size() != high_.triangles.size()) return;
+    for (const std::uint32_t label : labels) to.push_back(from[source[label]]);
+    for (std::size_t t = 0; t < labels.size() && !label_back_.empty(); ++t) {
+      if (has_back(labels, t)) to.push_back(from[label_back_[labels[t]]]);
+    }
+  };
+  keep(high_.groups, mesh.groups);
+  keep(high_.objects, mesh.objects);
+  keep(high_.materials, mesh.materials);
+  mesh.group_names = high_.group_names;
+  mesh.object_names = high_.object_names;
+  mesh.material_names = high_.material_names;
+}
+
+}  // namespace kiln

@@ -1,0 +1,152 @@
+#include "simplify/simplify_uvs.h"
+
+#include <algorithm>
+#include <array>
+#include <limits>
+#include <map>
+#include <span>
+#include <string>
+
+#include "base/counted.h"
+#include "mesh/surface_distance.h"
+#include "mesh/uv_grid.h"
+
+namespace kiln {
+namespace {
+
+constexpr std::uint32_t kNone = std::numeric_limits<std::uint32_t>::max();
+
+/// A corner without a finite UV, in triangles where others have one: those of one vertex and UV are one.
+struct BareCorner {
+  double u = 0, v = 0, count = 0;  ///< Sums of the finite UVs of its triangles
+  std::uint32_t given = kNone;     ///< The UV that a triangle beside has there
+
+  Vec2 mean() const { return {static_cast<float>(u / count), static_cast<float>(v / count)}; }
+};
+
+/// By vertex, then UV.
+using BareCorners = std::map<std::array<std::uint32_t, 2>, BareCorner>;
+
+/// Corners of a triangle without a finite UV.
+int bare_corners(const Mesh& mesh, std::size_t t) {
+  const Triangle& uv = mesh.uv_triangles[t];
+  return static_cast<int>(std::count_if(uv.begin(), uv.end(),
+                                        [&](std::uint32_t v) { return !is_finite(mesh.uvs[v]); }));
+}
+
+/// True if two triangles have a vertex other than `at` with the same finite UV: one chart goes on.
+bool goes_on(const Mesh& mesh, std::size_t t, std::size_t other, std::uint32_t at) {
+  for (std::size_t i = 0; i < 3; ++i) {
+    const std::uint32_t vertex = mesh.triangles[t][i], uv = mesh.uv_triangles[t][i];
+    for (std::size_t k = 0; k < 3; ++k) {
+      if (vertex != at && mesh.triangles[other][k] == vertex && mesh.uv_triangles[other][k] == uv &&
+          is_finite(mesh.uvs[uv])) {
+        return true;
+      }
+    }
+  }
+  return false;
+}
+
+BareCorners find_bare(const Mesh& mesh, std::span<const std::uint32_t> partly) {
+  BareCorners found;
+  std::map<std::uint32_t, std::vector<std::uint32_t>> at;  // Triangles that lack a vertex's UV
+  for (const std::uint32_t t : partly) {
+    for (std::size_t k = 0; k < 3; ++k) {
+      const std::uint32_t vertex = mesh.triangles[t][k], uv = mesh.uv_triangles[t][k];
+      if (is_finite(mesh.uvs[uv])) continue;
+      at[vertex].push_back(t);
+      BareCorner& corner = found[{vertex, uv}];
+      for (const std::uint32_t from : mesh.uv_triangles[t]) {
+        const Vec2& other = mesh.uvs[from];
+        if (is_finite(other)) corner.u += other.x, corner.v += other.y, corner.count += 1;
+      }
+    }
+  }
+  for (std::uint32_t s = 0; s < mesh.triangles.size(); ++s) {
+    for (std::size_t k = 0; k < 3; ++k) {
+      const auto here = at.find(mesh.triangles[s][k]);
+      if (here == at.end() || !is_finite(mesh.uvs[mesh.uv_triangles[s][k]])) continue;
+      for (const std::uint32_t t : here->second) {
+        if (!goes_on(mesh, t, s, here->first)) continue;
+        const auto own = std::find(mesh.triangles[t].begin(), mesh.triangles[t].end(), here->first);
+        const std::uint32_t bare =
+            mesh.uv_triangles[t][static_cast<std::size_t>(own - mesh.triangles[t].begin())];
+        const auto corner = found.find({here->first, bare});
+        if (corner != found.end() && corner->second.given == kNone)
+          corner->second.given = mesh.uv_triangles[s][k];
+      }
+    }
+  }
+  return found;
+}
+
+}  // namespace
+
+std::optional<Mesh> with_finite_uvs(const Mesh& mesh, std::vector<Warning>& warnings) {
+  std::vector<std::uint32_t> partly;
+  for (std::uint32_t t = 0; t < mesh.uv_triangles.size(); ++t) {
+    const int bare = bare_corners(mesh, t);
+    if (bare == 1 || bare == 2) partly.push_back(t);
+  }
+  if (partly.empty()) return std::nullopt;
+  const std::size_t bad = partly.size();
+  warnings.push_back({"non-finite-uvs",
+                      counted(bad, "triangle") + (bad == 1 ? " has" : " have") +
+                          " a corner without a UV, or with one that is NaN or infinite, where "
+                          "others have one: it got the UV that triangles beside have there, or "
+                          "the mean of its triangles' others",
+                      bad});
+  Mesh result = mesh;
+  BareCorners corners = find_bare(mesh, partly);
+  for (auto& [key, corner] : corners) {
+    if (corner.given != kNone) continue;
+    corner.given = static_cast<std::uint32_t>(result.uvs.size());
+    result.uvs.push_back(corner.mean());
+  }
+  for (const std::uint32_t t : partly) {
+    for (std::size_t k = 0; k < 3; ++k) {
+      std::uint32_t& uv = result.uv_triangles[t][k];
+      if (!is_finite(mesh.uvs[uv])) uv = corners.at({mesh.triangles[t][k], uv}).given;
+    }
+  }
+  return result;
+}
+
+std::uint64_t count_outside(const Mesh& mesh) {
+  std::uint64_t count = 0;
+  for (std::size_t t = 0; t < mesh.uv_triangles.size(); ++t) {
+    const Triangle& corners = mesh.uv_triangles[t];
+    count += bare_corners(mesh, t) == 0 &&
+             std::any_of(corners.begin(), corners.end(), [&](std::uint32_t v) {
+               const Vec2& uv = mesh.uvs[v];
+               return uv.x < 0 || uv.x > 1 || uv.y < 0 || uv.y > 1;
+             });
+  }
+  return count;
+}
+
+namespace {
+
+/// Triangles of finite UVs, in the plane z = 0.
+struct FlatUvs {
+  std::vector<Vec3> positions;
+  std::vector<Triangle> triangles;
+  explicit FlatUvs(const Mesh& mesh) {
+    for (const Vec2& uv : mesh.uvs) positions.push_back({uv.x, uv.y, 0});
+    for (std::size_t t = 0; t < mesh.uv_triangles.size(); ++t) {
+      if (bare_corners(mesh, t) == 0) triangles.push_back(mesh.uv_triangles[t]);
+    }
+  }
+};
+
+}  // namespace
+
+double uvs_stray(const Mesh& low, const Mesh& high) {
+  const FlatUvs from(low), to(high);
+  if (from.triangles.empty() || to.triangles.empty()) return 0;
+  return distance_back(SurfaceDistance(to.positions, to.triangles), from.positions, from.triangles)
+      .largest;
+}
+
+}  // namespace kiln

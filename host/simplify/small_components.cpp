@@ -1,0 +1,99 @@
+#include "simplify/small_components.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <utility>
+
+namespace kiln {
+
+ComponentSizes::ComponentSizes(const Work& work) : part_(work.triangles.size()) {
+  DisjointSets sets(work.points.size());
+  join_parts(work.triangles, sets);
+  std::uint32_t roots = 0;
+  for (std::uint32_t v = 0; v < work.points.size(); ++v) roots += sets.find(v) == v;
+  if (roots < 2) {
+    diagonal_ = {std::numeric_limits<double>::infinity()};
+    return;
+  }
+  constexpr std::uint32_t kNoComponent = std::numeric_limits<std::uint32_t>::max();
+  constexpr double kFar = std::numeric_limits<double>::max();
+  std::vector<std::uint32_t> number(work.points.size(), kNoComponent);
+  std::vector<std::pair<Vec3d, Vec3d>> boxes;
+  for (std::size_t t = 0; t < part_.size(); ++t) {
+    std::uint32_t& part = number[sets.find(work.triangles[t][0])];
+    if (part == kNoComponent) {
+      part = static_cast<std::uint32_t>(boxes.size());
+      boxes.push_back({{kFar, kFar, kFar}, {-kFar, -kFar, -kFar}});
+    }
+    part_[t] = part;
+    auto& [low, high] = boxes[part];
+    for (const std::uint32_t v : work.triangles[t]) {
+      const Vec3d& p = work.points[v];
+      low = {std::min(low.x, p.x), std::min(low.y, p.y), std::min(low.z, p.z)};
+      high = {std::max(high.x, p.x), std::max(high.y, p.y), std::max(high.z, p.z)};
+    }
+  }
+  for (const auto& [low, high] : boxes) diagonal_.push_back(length(high - low));
+  largest_ = static_cast<std::uint32_t>(std::max_element(diagonal_.begin(), diagonal_.end()) -
+                                        diagonal_.begin());
+}
+
+bool ComponentSizes::is_below(std::uint32_t part, double size) const {
+  return part != largest_ && diagonal_[part] < size;
+}
+
+std::uint64_t ComponentSizes::count_below(double size) const {
+  std::uint64_t count = 0;
+  for (std::uint32_t part = 0; part < diagonal_.size(); ++part) count += is_below(part, size);
+  return count;
+}
+
+Work ComponentSizes::without(const Work& work, double size) const {
+  constexpr std::uint32_t kNoComponent = std::numeric_limits<std::uint32_t>::max();
+  Work result;
+  result.keep_labels = work.keep_labels;
+  std::vector<std::uint32_t> number(work.points.size(), kNoComponent);
+  for (std::size_t t = 0; t < part_.size(); ++t) {
+    if (is_below(part_[t], size)) continue;
+    Triangle corners = work.triangles[t];
+    for (std::uint32_t& v : corners) {
+      if (number[v] == kNoComponent) {
+        number[v] = static_cast<std::uint32_t>(result.points.size());
+        result.points.push_back(work.points[v]);
+      }
+      v = number[v];
+    }
+    result.triangles.push_back(corners);
+    if (!work.sources.empty()) result.sources.push_back(work.sources[t]);
+    if (!work.labels.empty()) result.labels.push_back(work.labels[t]);
+  }
+  return result;
+}
+
+void join_parts(const std::vector<Triangle>& triangles, DisjointSets& parts) {
+  for (const Triangle& t : triangles) {
+    parts.join(t[0], t[1]);
+    parts.join(t[1], t[2]);
+  }
+}
+
+void restore_lost_parts(std::vector<Triangle>& triangles, const std::vector<Triangle>& dense,
+                        const std::vector<std::uint32_t>& origin, DisjointSets& parts) {
+  std::vector<std::uint8_t> lives(origin.size(), 0);
+  for (const Triangle& t : triangles) lives[parts.find(origin[t[0]])] = 1;
+  for (const Triangle& t : dense) {
+    if (lives[parts.find(t[0])] == 0) triangles.push_back(t);
+  }
+}
+
+double mean_edge(const Work& work, std::size_t faces) {
+  double area = 0;
+  for (const Triangle& t : work.triangles) {
+    const Vec3d &a = work.points[t[0]], &b = work.points[t[1]], &c = work.points[t[2]];
+    area += 0.5 * length(cross(b - a, c - a));
+  }
+  return std::sqrt(4 / std::sqrt(3.0) * area / static_cast<double>(faces));
+}
+
+}  // namespace kiln

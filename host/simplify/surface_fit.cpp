@@ -1,0 +1,375 @@
+#include "simplify/surface_fit.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <numeric>
+#include <optional>
+
+#include "base/parallel.h"
+#include "base/progress_guard.h"
+#include "mesh/quadric.h"
+#include "mesh/surface_distance.h"
+#include "simplify/curvature_weights.h"
+#include "simplify/heightfield_constraint.h"
+
+namespace kiln {
+namespace {
+
+/// Samples of the high poly for each face, and at least.
+constexpr std::size_t kSamplesOfFace = 24, kLeastSamples = 1 << 15;
+constexpr int kRounds = 4;
+/// The same of what is only looked at.
+constexpr std::size_t kRoughSamplesOfFace = 6, kLeastRoughSamples = 1 << 11;
+constexpr int kRoughRounds = 2;
+/// A sample and the triangle that it is matched with face the same way, at least so nearly (cosine).
+constexpr double kAgreement = 0.3;
+/// Weight of distances across the high poly's normal, and of staying in place.
+constexpr double kAcross = 0.002, kStay = 0.02;
+/// Weight of staying on lines between labels.
+constexpr double kOnLine = 6;
+/// Weight of a sample at a side over one in the middle of a triangle. Outlines are made of sides: without
+/// this, silhouettes of smooth shapes are a little too wide.
+constexpr double kAtSides = 6;
+/// Weight of a vertex's distance from the high poly's nearest plane, against that of the faces around. Outlines are made
+/// of vertices that stick out.
+constexpr double kOntoPlane = 0.05;
+/// Weight of a vertex's own planes, where collapses met them as badly as samples are off; where they met them better, as
+/// many times more, up to a bound. Flats and creases are met to rounding: few samples must not move vertices off them.
+constexpr double kOnPlanes = 0.003, kMostMet = 1000;
+/// A step's length, against that of the shortest side around.
+constexpr double kLongestStep = 0.3;
+/// Cosine of the largest turn of a triangle in one step.
+constexpr double kTurnLimit = 0.9;
+/// Doubled area over the square of the longest side, below which it may not fall.
+constexpr double kLeastShape = 1e-3;
+/// More than single precision loses of distances at about unit size.
+constexpr double kSingleRounding = 1e-6;
+
+Vec3d normal_of(const Vec3d& a, const Vec3d& b, const Vec3d& c) { return cross(b - a, c - a); }
+
+/// Shares of the corners at the point of a triangle that is nearest.
+std::array<double, 3> shares_at(const Vec3d& p, const std::array<Vec3d, 3>& c) {
+  const Vec3d n = normal_of(c[0], c[1], c[2]);
+  const double whole = dot(n, n);
+  std::array<double, 3> share{1, 0, 0};
+  if (whole > 0) {
+    for (std::size_t k = 0; k < 3; ++k) {
+      share[k] = dot(n, normal_of(p, c[(k + 1) % 3], c[(k + 2) % 3])) / whole;
+    }
+    if (share[0] >= 0 && share[1] >= 0 && share[2] >= 0) return share;
+  }
+  double best = std::numeric_limits<double>::infinity();
+  for (std::size_t k = 0; k < 3; ++k) {
+    const Vec3d &from = c[k], &to = c[(k + 1) % 3];
+    const Vec3d edge = to - from;
+    const double size = dot(edge, edge);
+    const double t = size > 0 ? std::clamp(dot(p - from, edge) / size, 0.0, 1.0) : 0.0;
+    const Vec3d rest = p - (from + edge * t);
+    if (!(dot(rest, rest) < best)) continue;
+    best = dot(rest, rest);
+    share = {0, 0, 0};
+    share[k] = 1 - t;
+    share[(k + 1) % 3] = t;
+  }
+  return share;
+}
+
+/// Mean of squares of the unit directions across the lines that meet at a vertex.
+struct AcrossLines {
+  double xx = 0, xy = 0, xz = 0, yy = 0, yz = 0, zz = 0, count = 0;
+  void add(const Vec3d& n, double w) {
+    xx += w * n.x * n.x, xy += w * n.x * n.y, xz += w * n.x * n.z;
+    yy += w * n.y * n.y, yz += w * n.y * n.z, zz += w * n.z * n.z;
+    ++count;
+  }
+};
+
+/// By vertex, the lines between labels; empty without any.
+std::vector<AcrossLines> lines_of(const std::vector<Vec3d>& points,
+                                  const std::vector<Triangle>& low,
+                                  std::span<const std::uint32_t> labels) {
+  std::vector<AcrossLines> lines(labels.empty() ? 0 : points.size());
+  if (labels.empty()) return lines;
+  const auto facing = [&](const SideLists::Item& side) {
+    const Triangle& t = low[side.index / 3];
+    const Vec3d normal = normal_of(points[t[0]], points[t[1]], points[t[2]]);
+    return normal * (1 / length(normal));
+  };
+  double length_of_lines = 0, length_of_all = 0;
+  SideLists(low, points.size())
+      .each_edge([&](std::uint32_t a, std::span<const SideLists::Item> sides) {
+        const std::uint32_t b = SideLists::higher(sides[0]);
+        const Vec3d edge = points[b] - points[a];
+        length_of_all += length(edge);
+        if (sides.size() != 2 || labels[sides[0].index / 3] == labels[sides[1].index / 3]) return;
+        length_of_lines += length(edge);
+        const Vec3d one = facing(sides[0]), other = facing(sides[1]);
+        const Vec3d across = cross(one + other, edge);
+        const double size = length(across);
+        if (!(size > 0) || !std::isfinite(size)) return;
+        for (const std::uint32_t v : {a, b}) {
+          lines[v].add(across * (1 / size), line_share(one, other));
+        }
+      });
+  const double room = room_for_lines(length_of_lines, length_of_all);
+  for (AcrossLines& of : lines) {
+    const double w = of.count > 0 ? kOnLine * room / of.count : 0;
+    for (double* sum : {&of.xx, &of.xy, &of.xz, &of.yy, &of.yz, &of.zz}) *sum *= w;
+  }
+  return lines;
+}
+
+/// Sums of weighted squares of distances, quadratic in a step.
+struct Pull {
+  double xx = 0, xy = 0, xz = 0, yy = 0, yz = 0, zz = 0;
+  Vec3d right;
+  double weight = 0, missed = 0;  ///< Sums of weights, and of squares as they are.
+
+  void add(const Vec3d& normal, const Vec3d& missing, double share, double w) {
+    const double along = dot(normal, missing), square = w * share * share;
+    xx += square * normal.x * normal.x, xy += square * normal.x * normal.y;
+    xz += square * normal.x * normal.z, yy += square * normal.y * normal.y;
+    yz += square * normal.y * normal.z, zz += square * normal.z * normal.z;
+    right += normal * (w * share * along) + missing * (w * share * kAcross);
+    weight += square;
+    missed += square * along * along;
+  }
+  /// Draws onto a plane, but not along it: where planes hardly hold a vertex, as on shallow fillets, that moved it off.
+  void draw(const Vec3d& normal, const Vec3d& missing, double w) {
+    add(normal, normal * dot(normal, missing), 1, w);
+  }
+  /// Lets a step go less far across lines, for as many times the weight so far.
+  void hold(const AcrossLines& lines) {
+    xx += weight * lines.xx, xy += weight * lines.xy, xz += weight * lines.xz;
+    yy += weight * lines.yy, yz += weight * lines.yz, zz += weight * lines.zz;
+  }
+  /// Draws onto the planes that a vertex at p stands for. \param met  where collapses put it
+  void hold(const Quadric& planes, const Vec3d& met, const Vec3d& p) {
+    if (!(missed > 0) || !(planes.area > 0)) return;
+    const double off = planes.at(met) / planes.area + missed / weight / kMostMet;
+    const double w = kOnPlanes * missed / off / planes.area;
+    xx += w * planes.xx, xy += w * planes.xy, xz += w * planes.xz;
+    yy += w * planes.yy, yz += w * planes.yz, zz += w * planes.zz;
+    right += planes.slope(p) * -w;
+  }
+  Vec3d step() const {
+    const double more = (kAcross + kStay) * weight;
+    const Vec3d row0{xx + more, xy, xz}, row1{xy, yy + more, yz}, row2{xz, yz, zz + more};
+    const Vec3d c12 = cross(row1, row2), c20 = cross(row2, row0), c01 = cross(row0, row1);
+    return (c12 * right.x + c20 * right.y + c01 * right.z) * (1 / dot(row0, c12));
+  }
+};
+
+/// A low poly whose vertices move.
+class Moving {
+ public:
+  Moving(std::vector<Vec3d>& points, const std::vector<Triangle>& triangles, bool height_field)
+      : points_(points),
+        triangles_(triangles),
+        height_field_(height_field),
+        corners_(
+            points.size(), triangles.size() * 3,
+            [&](std::size_t i) { return triangles[i / 3][i % 3]; },
+            [](std::size_t) { return std::uint64_t{0}; }),
+        fixed_(points.size(), 0) {
+    SideLists(triangles, points.size())
+        .each_edge([&](std::uint32_t a, std::span<const SideLists::Item> sides) {
+          if (sides.size() != 2) fixed_[a] = fixed_[SideLists::higher(sides[0])] = 1;
+        });
+  }
+
+  bool fixed(std::uint32_t vertex) const { return fixed_[vertex] != 0; }
+  /// Corners, as 3 * triangle + corner.
+  std::span<const VertexLists::Item> corners(std::uint32_t vertex) const {
+    return corners_.of(vertex);
+  }
+  double longest_step(std::uint32_t vertex) const {
+    double shortest = std::numeric_limits<double>::infinity();
+    for (const VertexLists::Item& corner : corners(vertex)) {
+      const Triangle& t = triangles_[corner.index / 3];
+      const Vec3d edge = points_[t[(corner.index + 1) % 3]] - points_[vertex];
+      shortest = std::min(shortest, dot(edge, edge));
+    }
+    return kLongestStep * std::sqrt(shortest);
+  }
+  bool allows(std::uint32_t vertex, const Vec3d& target) const {
+    for (const VertexLists::Item& corner : corners(vertex)) {
+      const Triangle& t = triangles_[corner.index / 3];
+      const std::size_t k = corner.index % 3;
+      const Vec3d &b = points_[t[(k + 1) % 3]], &c = points_[t[(k + 2) % 3]];
+      const Vec3d before = normal_of(points_[vertex], b, c), after = normal_of(target, b, c);
+      const double size = length(after);
+      const Vec3d ab = b - target, bc = c - b, ca = target - c;
+      const double longest = std::max({dot(ab, ab), dot(bc, bc), dot(ca, ca)});
+      if (!(size > kLeastShape * longest)) return false;
+      if (!(dot(before, after) > kTurnLimit * length(before) * size)) return false;
+      if (height_field_ && !(upward(target, b, c) > kLeastUpward)) return false;
+    }
+    return true;
+  }
+
+ private:
+  std::vector<Vec3d>& points_;
+  const std::vector<Triangle>& triangles_;
+  bool height_field_;
+  VertexLists corners_;
+  std::vector<std::uint8_t> fixed_;
+};
+
+}  // namespace
+
+std::size_t SurfaceFit::wanted_for(std::size_t faces, bool rough) {
+  return rough ? std::max(kLeastRoughSamples, kRoughSamplesOfFace * faces)
+               : std::max(kLeastSamples, kSamplesOfFace * faces);
+}
+
+/// By area, on height fields; else by how bent they are, too.
+void SurfaceFit::weigh() {
+  share_.resize(triangles_.size());
+  std::optional<CurvatureWeights> bent;
+  if (!height_field_) bent.emplace(positions_, triangles_);
+  parallel_for(share_.size(), std::size_t{1} << 14, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) {
+      const Triangle& t = triangles_[i];
+      const Vec3d a(positions_[t[0]]), b(positions_[t[1]]), c(positions_[t[2]]);
+      share_[i] = length(normal_of(a, b, c)) * (bent ? bent->of(t) : 1);
+    }
+  });
+}
+
+/// Evenly spaced in the list of triangles, by weight: fillets, rims and edges have next to no area, and faces there would
+/// move at random by one or two samples. Where there are few triangles, three of each.
+void SurfaceFit::take_samples(std::size_t wanted) {
+  if (wanted_ == wanted) return;
+  wanted_ = wanted;
+  if (share_.empty()) weigh();
+  using Shares = std::array<double, 3>;
+  constexpr std::array<Shares, 3> kThree{
+      {{2.0 / 3, 1.0 / 6, 1.0 / 6}, {1.0 / 6, 2.0 / 3, 1.0 / 6}, {1.0 / 6, 1.0 / 6, 2.0 / 3}}};
+  constexpr std::array<Shares, 1> kOne{{{1.0 / 3, 1.0 / 3, 1.0 / 3}}};
+  const bool all = kThree.size() * triangles_.size() < wanted;
+  const double step =
+      std::accumulate(share_.begin(), share_.end(), 0.0) / static_cast<double>(wanted);
+  samples_.clear();
+  samples_.reserve(all ? kThree.size() * triangles_.size() : wanted + wanted / 2);
+  double sum = 0;
+  for (std::size_t i = 0; i < share_.size(); ++i) {
+    if (!(share_[i] > 0)) continue;
+    const double before = std::floor(sum / step);
+    sum += share_[i];
+    const double picked = std::floor(sum / step) - before;
+    if (!all && picked < 1) continue;
+    const std::span<const Shares> places =
+        all || picked > 1 ? std::span<const Shares>(kThree) : std::span<const Shares>(kOne);
+    const Triangle& t = triangles_[i];
+    const Vec3d a(positions_[t[0]]), b(positions_[t[1]]), c(positions_[t[2]]);
+    const Vec3d normal = normal_of(a, b, c);
+    const double size = length(normal);
+    for (const Shares& corners : places) {
+      Sample& sample = samples_.emplace_back();
+      sample.point = a * corners[0] + b * corners[1] + c * corners[2];
+      sample.normal = normal * (1 / size);
+      // A triangle stands for those that are left out.
+      sample.weight =
+          (all ? share_[i] : std::max(share_[i], step)) / static_cast<double>(places.size());
+    }
+  }
+}
+
+/// Position of a sample's match on the current low poly.
+Vec3d SurfaceFit::place_of(const Sample& s, const std::vector<Vec3d>& points,
+                           const std::vector<Triangle>& low) {
+  const Triangle& t = low[s.triangle];
+  return points[t[0]] * s.share[0] + points[t[1]] * s.share[1] + points[t[2]] * s.share[2];
+}
+
+/// A bound of the squared distance of the nearest triangle: that to where a sample was matched, and what rounding
+/// to single precision may add to it. Endless where it was matched with nothing.
+double SurfaceFit::surely_within(const Sample& known, const Vec3d& point,
+                                 const std::vector<Vec3d>& points,
+                                 const std::vector<Triangle>& low) {
+  if (known.share == std::array<double, 3>{}) return std::numeric_limits<double>::infinity();
+  const double distance = length(point - place_of(known, points, low)) + kSingleRounding;
+  return distance * distance;
+}
+
+/// Matches the samples with the low poly as it is now.
+/// \param before  what they were matched with in the last round; empty in the first
+/// \param found   out: the samples, matched
+void SurfaceFit::match(const std::vector<Sample>& before, const std::vector<Vec3d>& points,
+                       const std::vector<Triangle>& low, std::vector<Sample>& found) const {
+  std::vector<Vec3> floats(points.size());
+  std::transform(points.begin(), points.end(), floats.begin(), to_float);
+  const SurfaceDistance tree(floats, low);
+  found.resize(samples_.size());
+  parallel_for(found.size(), 1024, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) {
+      Sample& s = found[i] = samples_[i];
+      if (s.weight == 0) continue;
+      // No farther than where it was, or where its neighbour in the list is.
+      const Sample* known = !before.empty() ? &before[i] : i > begin ? &found[i - 1] : nullptr;
+      const double within = known == nullptr ? std::numeric_limits<double>::infinity()
+                                             : surely_within(*known, s.point, points, low);
+      s.triangle = tree.nearest(to_float(s.point), within);
+      const Triangle& t = low[s.triangle];
+      const std::array<Vec3d, 3> corners{points[t[0]], points[t[1]], points[t[2]]};
+      const Vec3d normal = normal_of(corners[0], corners[1], corners[2]);
+      if (!(dot(normal, s.normal) > kAgreement * length(normal))) s.weight = 0;
+      s.share = shares_at(s.point, corners);
+      s.weight *= 1 + kAtSides * (1 - 27 * s.share[0] * s.share[1] * s.share[2]);
+    }
+  });
+}
+
+void SurfaceFit::run(std::vector<Vec3d>& points, const std::vector<Triangle>& low,
+                     std::span<const std::uint32_t> labels, std::span<const Quadric> planes,
+                     bool rough) {
+  take_samples(wanted_for(low.size(), rough));
+  std::vector<Sample> found, before;
+  const std::vector<Vec3d> met = points;
+  const Moving moving(points, low, height_field_);
+  const std::vector<AcrossLines> lines = lines_of(points, low, labels);
+  for (int round = 0; round < (rough ? kRoughRounds : kRounds); ++round) {
+    before.swap(found);
+    match(before, points, low, found);
+    const VertexLists of_triangle(
+        low.size(), found.size(), [&](std::size_t i) { return found[i].triangle; },
+        [](std::size_t) { return std::uint64_t{0}; });
+    for (std::uint32_t v = 0; v < points.size(); ++v) {
+      if (moving.fixed(v)) continue;
+      Pull pull;
+      const Sample* nearest = nullptr;
+      double least = std::numeric_limits<double>::infinity();
+      for (const VertexLists::Item& corner : moving.corners(v)) {
+        for (const VertexLists::Item& item : of_triangle.of(corner.index / 3)) {
+          const Sample& s = found[item.index];
+          if (s.weight == 0) continue;
+          const Vec3d way = s.point - points[v];
+          if (const double square = dot(way, way); square < least) least = square, nearest = &s;
+          pull.add(s.normal, s.point - place_of(s, points, low), s.share[corner.index % 3],
+                   s.weight);
+        }
+      }
+      if (!(pull.weight > 0)) continue;
+      const double onto = height_field_ ? 0 : kOntoPlane * pull.weight;
+      pull.draw(nearest->normal, nearest->point - points[v], onto);
+      if (!planes.empty()) pull.hold(planes[v], met[v], points[v]);
+      if (!lines.empty()) pull.hold(lines[v]);
+      Vec3d step = pull.step();
+      const double size = length(step), longest = moving.longest_step(v);
+      if (!(size > 0)) continue;  // Also where it is not a number.
+      if (size > longest) step = step * (longest / size);
+      for (const double part : {1.0, 0.5}) {
+        const Vec3d target = snap_(points[v] + step * part);
+        if (!moving.allows(v, target)) continue;
+        points[v] = target;
+        break;
+      }
+    }
+    ProgressGuard::poll();
+  }
+}
+
+}  // namespace kiln

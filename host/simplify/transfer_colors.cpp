@@ -1,0 +1,218 @@
+#include "simplify/transfer_colors.h"
+
+#include <Eigen/IterativeLinearSolvers>
+#include <Eigen/SparseCore>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <vector>
+
+#include "base/parallel.h"
+#include "base/srgb.h"
+#include "mesh/barycentric_projection.h"
+#include "mesh/frame.h"
+#include "mesh/surface_distance.h"
+#include "mesh/two_sided.h"
+#include "mesh/vector.h"
+#include "simplify/normal_fans.h"
+
+namespace kiln {
+namespace {
+
+using Rgba = Eigen::Array4d;
+using Colors = Eigen::Matrix<double, Eigen::Dynamic, 4>;
+
+constexpr std::size_t kLeastPlaces = 100000;
+constexpr std::size_t kPlacesOfVertex = 40;
+constexpr std::size_t kGrainOfPlaces = 256;
+// Extra share of a vertex's weight for its nearest place: colours would ring with few places.
+constexpr double kTowardsNearest = 0.01;
+// A vertex is on one side of a sheet where its faces look one way by this share of their area.
+constexpr double kOneSide = 0.1;
+
+/// Place of a high-poly vertex on the low poly.
+struct ColoredPlace {
+  Triangle corners{};
+  std::array<double, 3> share{};
+  double area = 0;
+  Rgba color = Rgba::Zero();
+};
+
+Rgba linear_of(const std::array<std::uint8_t, 4>& color) {
+  const auto& linear = linear_of_bytes();
+  return {linear[color[0]], linear[color[1]], linear[color[2]], color[3] / 255.0};
+}
+
+/// Faces around each vertex, in frame units.
+struct Surroundings {
+  std::vector<double> area;  ///< A third of the triangles'; 0 where a corner is not finite.
+  std::vector<Vec3d>
+      facing;  ///< Six times the same as a vector; about 0 where a vertex is on both sides of a sheet.
+
+  /// Side of a sheet a vertex is on: along the normal of a triangle (1), against it (-1), or both (0).
+  int side(std::size_t vertex, const Vec3d& normal) const {
+    const double agrees = dot(facing[vertex], normal);
+    if (std::abs(agrees) < kOneSide * 6 * area[vertex] * length(normal)) return 0;
+    return agrees > 0 ? 1 : -1;
+  }
+};
+
+Surroundings around_vertices(const Mesh& high, const std::vector<Vec3>& positions) {
+  Surroundings around{std::vector<double>(positions.size()), std::vector<Vec3d>(positions.size())};
+  for (const Triangle& t : high.triangles) {
+    const Vec3d facing = face_of(positions, t);
+    const double area = length(facing) / 6;
+    if (!std::isfinite(area)) continue;
+    for (const std::uint32_t vertex : t) {
+      around.area[vertex] += area;
+      around.facing[vertex] += facing;
+    }
+  }
+  return around;
+}
+
+std::vector<ColoredPlace> places_of(const Mesh& high, const Mesh& low) {
+  const Frame frame = Frame::of(high);
+  const std::vector<Vec3> dense = frame.to_frame(high), light = frame.to_frame(low);
+  const Surroundings around = around_vertices(high, dense);
+  const SurfaceDistance surface(light, low.triangles);
+  const TwoSided sides = TwoSided::of(low);
+  const std::size_t most = std::max(kLeastPlaces, kPlacesOfVertex * low.positions.size());
+  const std::size_t step = (dense.size() + most - 1) / most;
+  const std::size_t count = (dense.size() + step - 1) / step;
+  // Those of vertices on both sides of a sheet have a second, on its back.
+  std::vector<ColoredPlace> places(sides.empty() ? count : 2 * count);
+  parallel_for(count, kGrainOfPlaces, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) {
+      const Vec3& point = dense[i * step];
+      if (!(around.area[i * step] > 0) || !is_finite(point)) continue;
+      const auto put = [&](ColoredPlace& place, std::uint32_t triangle, double area) {
+        place.area = area;
+        place.color = linear_of(high.colors[i * step]);
+        place.corners = low.triangles[triangle];
+        const auto& [a, b, c] = place.corners;
+        place.share =
+            barycentric_projection(Vec3d(point), Vec3d(light[a]), Vec3d(light[b]), Vec3d(light[c]));
+      };
+      const std::uint32_t nearest = surface.nearest(point);
+      const std::uint32_t twin = sides.empty() ? TwoSided::kNone : sides.twins[nearest];
+      const int side = twin == TwoSided::kNone
+                           ? 1
+                           : around.side(i * step, face_of(light, low.triangles[nearest]));
+      const double area = around.area[i * step];
+      put(places[i], side < 0 ? twin : nearest, side == 0 ? area / 2 : area);
+      if (side == 0) put(places[count + i], twin, area / 2);
+    }
+  });
+  return places;
+}
+
+/// Sums at each vertex.
+struct VertexColors {
+  std::vector<double> weight;  ///< Weight of its places; 0: it has none
+  Colors nearest;              ///< The colour of the place that is nearest, by its share
+};
+
+VertexColors nearest_places(const std::vector<ColoredPlace>& places, std::size_t count) {
+  VertexColors result{std::vector<double>(count),
+                      Colors::Zero(static_cast<Eigen::Index>(count), 4)};
+  std::vector<double> share(count);
+  for (const ColoredPlace& place : places) {
+    for (std::size_t k = 0; k < 3; ++k) {
+      const std::uint32_t v = place.corners[k];
+      result.weight[v] += place.area * place.share[k];
+      if (place.area == 0 || place.share[k] <= share[v]) continue;
+      share[v] = place.share[k];
+      result.nearest.row(v) = place.color.matrix().transpose();
+    }
+  }
+  return result;
+}
+
+/// Vertices without a colour take the mean of their neighbours', step by step.
+void spread(const Mesh& low, VertexColors& vertices) {
+  auto& [weight, mean] = vertices;
+  for (bool changed = true; changed;) {
+    changed = false;
+    std::vector<double> count(weight.size());
+    Colors sum = Colors::Zero(mean.rows(), 4);
+    for (const Triangle& t : low.triangles) {
+      for (const std::uint32_t to : t) {
+        if (weight[to] > 0) continue;
+        for (const std::uint32_t from : t) {
+          if (!(weight[from] > 0)) continue;
+          sum.row(to) += mean.row(from);
+          ++count[to];
+        }
+      }
+    }
+    for (std::size_t v = 0; v < weight.size(); ++v) {
+      if (count[v] == 0) continue;
+      const auto row = static_cast<Eigen::Index>(v);
+      mean.row(row) = sum.row(row) / count[v];
+      weight[v] = 1e-30;  // It has a colour now.
+      changed = true;
+    }
+  }
+}
+
+/// Least squares over all places.
+Colors fit(const std::vector<ColoredPlace>& places, const VertexColors& vertices) {
+  const Eigen::Index count = vertices.nearest.rows();
+  std::vector<Eigen::Triplet<double>> entries;
+  entries.reserve(9 * places.size() + vertices.weight.size());
+  Colors right = Colors::Zero(count, 4);
+  for (const ColoredPlace& place : places) {
+    for (std::size_t i = 0; i < 3; ++i) {
+      const double w = place.area * place.share[i];
+      if (w == 0) continue;
+      right.row(place.corners[i]) += (w * place.color).matrix().transpose();
+      for (std::size_t k = 0; k < 3; ++k) {
+        entries.emplace_back(place.corners[i], place.corners[k], w * place.share[k]);
+      }
+    }
+  }
+  for (Eigen::Index v = 0; v < count; ++v) {
+    const double w = kTowardsNearest * vertices.weight[static_cast<std::size_t>(v)];
+    entries.emplace_back(v, v, w);
+    right.row(v) += w * vertices.nearest.row(v);
+  }
+  Eigen::SparseMatrix<double> matrix(count, count);
+  matrix.setFromTriplets(entries.begin(), entries.end());
+  Eigen::ConjugateGradient<Eigen::SparseMatrix<double>, Eigen::Lower | Eigen::Upper> solver;
+  solver.setTolerance(1e-5);
+  solver.setMaxIterations(200);
+  solver.compute(matrix);
+  return solver.solveWithGuess(right, vertices.nearest);
+}
+
+std::uint8_t byte_of(double value) {
+  return static_cast<std::uint8_t>(std::lround(255 * std::clamp(value, 0.0, 1.0)));
+}
+
+}  // namespace
+
+void transfer_colors(const Mesh& high, Mesh& low) {
+  if (high.colors.empty() || low.triangles.empty()) return;
+  if (std::all_of(high.colors.begin(), high.colors.end(),
+                  [&](const auto& color) { return color == high.colors.front(); })) {
+    low.colors.assign(low.positions.size(), high.colors.front());
+    return;
+  }
+  const std::vector<ColoredPlace> places = places_of(high, low);
+  VertexColors vertices = nearest_places(places, low.positions.size());
+  spread(low, vertices);
+  const Colors colors = fit(places, vertices);
+  low.colors.resize(low.positions.size());
+  for (std::size_t v = 0; v < low.colors.size(); ++v) {
+    const Rgba color = colors.row(static_cast<Eigen::Index>(v)).transpose().array();
+    for (std::size_t k = 0; k < 3; ++k) {
+      const auto channel = static_cast<float>(color[static_cast<Eigen::Index>(k)]);
+      low.colors[v][k] = byte_of(to_srgb(channel));
+    }
+    low.colors[v][3] = byte_of(color[3]);
+  }
+}
+
+}  // namespace kiln

@@ -1,0 +1,107 @@
+#include "simplify/transfer_labels.h"
+
+#include <algorithm>
+#include <array>
+#include <string>
+#include <vector>
+
+#include "base/parallel.h"
+#include "mesh/frame.h"
+#include "mesh/surface_distance.h"
+#include "mesh/two_sided.h"
+#include "mesh/vector.h"
+#include "simplify/normal_fans.h"
+
+namespace kiln {
+namespace {
+
+using Names = std::vector<std::uint32_t>;
+
+constexpr std::size_t kGrain = 256;
+
+/// True if triangles have different names. All of one name are told at once.
+bool differ(const Names& names) {
+  return std::any_of(names.begin(), names.end(),
+                     [&](std::uint32_t name) { return name != names.front(); });
+}
+
+/// The high poly's nearest triangles to four places of each of the low poly's; of two-sided sheets, those of its side.
+std::vector<std::array<std::uint32_t, 4>> nearest_of(const Mesh& high, const Mesh& low) {
+  const Frame frame = Frame::of(high);
+  const std::vector<Vec3> dense = frame.to_frame(high), light = frame.to_frame(low);
+  std::vector<Triangle> usable;
+  std::vector<std::uint32_t> number;
+  for (std::uint32_t t = 0; t < high.triangles.size(); ++t) {
+    const Triangle& corners = high.triangles[t];
+    if (!std::all_of(corners.begin(), corners.end(),
+                     [&](std::uint32_t v) { return is_finite(dense[v]); })) {
+      continue;
+    }
+    usable.push_back(corners);
+    number.push_back(t);
+  }
+  const SurfaceDistance surface(dense, usable);
+  const TwoSided low_sides = TwoSided::of(low);
+  const TwoSided sides = low_sides.empty() ? low_sides : TwoSided::of(high);
+  const auto of_side = [&](std::uint32_t found, const Triangle& t) {
+    if (sides.empty() || sides.twins[found] == TwoSided::kNone) return found;
+    const bool away = dot(face_of(dense, high.triangles[found]), face_of(light, t)) < 0;
+    return away ? sides.twins[found] : found;
+  };
+  std::vector<std::array<std::uint32_t, 4>> nearest(low.triangles.size());
+  parallel_for(nearest.size(), kGrain, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t t = begin; t < end; ++t) {
+      std::array<Vec3d, 3> corner;
+      for (std::size_t k = 0; k < 3; ++k) corner[k] = Vec3d(light[low.triangles[t][k]]);
+      const Vec3d middle = (corner[0] + corner[1] + corner[2]) * (1.0 / 3);
+      nearest[t][0] = number[surface.nearest(to_float(middle))];
+      for (std::size_t k = 0; k < 3; ++k) {
+        nearest[t][k + 1] = number[surface.nearest(to_float(middle * 0.5 + corner[k] * 0.5))];
+      }
+      for (std::uint32_t& found : nearest[t]) found = of_side(found, low.triangles[t]);
+    }
+  });
+  return nearest;
+}
+
+/// The name that most of four have; of several the first's.
+std::uint32_t most(const std::array<std::uint32_t, 4>& nearest, const Names& names) {
+  std::uint32_t best = names[nearest[0]];
+  std::ptrdiff_t votes = 0;
+  for (const std::uint32_t t : nearest) {
+    const auto count = std::count_if(nearest.begin(), nearest.end(),
+                                     [&](std::uint32_t other) { return names[other] == names[t]; });
+    if (count > votes) {
+      votes = count;
+      best = names[t];
+    }
+  }
+  return best;
+}
+
+}  // namespace
+
+void transfer_labels(const Mesh& high, Mesh& low) {
+  struct Kind {
+    const Names& from;
+    Names& to;
+    const std::vector<std::string>& names;
+    std::vector<std::string>& names_to;
+  };
+  const std::array<Kind, 3> kinds = {
+      Kind{high.groups, low.groups, high.group_names, low.group_names},
+      Kind{high.objects, low.objects, high.object_names, low.object_names},
+      Kind{high.materials, low.materials, high.material_names, low.material_names}};
+  std::vector<std::array<std::uint32_t, 4>> nearest;
+  for (const Kind& kind : kinds) {
+    if (kind.from.size() != high.triangles.size() || !kind.to.empty()) continue;
+    kind.names_to = kind.names;
+    kind.to.assign(low.triangles.size(), kind.from.front());
+    if (!differ(kind.from)) continue;
+    if (nearest.empty()) nearest = nearest_of(high, low);
+    for (std::size_t t = 0; t < nearest.size(); ++t) kind.to[t] = most(nearest[t], kind.from);
+  }
+  if (!low.materials.empty()) low.material_files = high.material_files;
+}
+
+}  // namespace kiln

@@ -1,0 +1,514 @@
+#include "simplify/uv_seam_constraint.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "mesh/uv_grid.h"
+
+namespace kiln {
+namespace {
+
+/// Weight of squared distances in the layout, brought to the surface's scale, against those to planes: the
+/// map holds what is at a UV, so a shift along the surface matters less than one away from it.
+constexpr double kUvWeight = 0.02;
+/// Weight of the planes that stand on seams and borders of groups, against a triangle's own.
+constexpr double kSeamWeight = 10;
+/// A UV triangle's doubled area over its longest side squared: below this it may not get worse.
+constexpr double kLeastUvArea = 1e-3;
+constexpr std::uint8_t kInside = 0, kLine = 2, kCorner = 3;
+
+double squared(const Vec2& a, const Vec2& b) {
+  const double x = double{b.x} - a.x, y = double{b.y} - a.y;
+  return x * x + y * y;
+}
+
+double doubled(const std::array<Vec2, 3>& p) {
+  return (double{p[1].x} - p[0].x) * (double{p[2].y} - p[0].y) -
+         (double{p[1].y} - p[0].y) * (double{p[2].x} - p[0].x);
+}
+
+/// Doubled area over the longest side squared, with the sign of the turning; 0 for a point.
+double uv_shape(const std::array<Vec2, 3>& p) {
+  const double longest = std::max({squared(p[0], p[1]), squared(p[1], p[2]), squared(p[2], p[0])});
+  return longest > 0 ? doubled(p) / longest : 0;
+}
+
+double axis_of(const Vec2& uv, std::size_t axis) { return axis == 0 ? uv.x : uv.y; }
+
+/// The reciprocal frame of a triangle: what is 0, 1, 2 at its corners has the gradient sum of value *
+/// frame. Nothing where it has no area.
+bool corner_gradients(const std::array<Vec3d, 3>& p, std::array<Vec3d, 3>& gradients,
+                      double& area) {
+  const Vec3d normal = cross(p[1] - p[0], p[2] - p[0]);
+  const double n2 = dot(normal, normal);
+  if (!(n2 > 0)) return false;
+  for (std::size_t k = 0; k < 3; ++k) {
+    gradients[k] = cross(normal, p[(k + 2) % 3] - p[(k + 1) % 3]) * (1 / n2);
+  }
+  area = std::sqrt(n2) / 2;
+  return true;
+}
+
+}  // namespace
+
+UvSeamConstraint::Attributes& UvSeamConstraint::Attributes::operator+=(const Attributes& o) {
+  for (std::size_t i = 0; i < 2; ++i) {
+    linear[i] += o.linear[i];
+    gradient[i] += o.gradient[i];
+    offset[i] += o.offset[i];
+  }
+  weight += o.weight;
+  return *this;
+}
+
+/// The value that the affine maps agree on best at a point.
+double UvSeamConstraint::Attributes::best(std::size_t axis, const Vec3d& p) const {
+  return (dot(gradient[axis], p) + offset[axis]) / weight;
+}
+
+UvSeamConstraint::UvSeamConstraint(const CollapseMesh& mesh, Layout layout)
+    : layout_(std::move(layout)),
+      copies_(layout_.uvs, layout_.corners),
+      vertex_of_(layout_.uvs.size(), kNoVertex),
+      borders_({}, {}, {}, {}, copies_),
+      attributes_(layout_.uvs.size()) {
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+    for (std::size_t k = 0; k < 3; ++k) vertex_of_[layout_.corners[t][k]] = mesh.triangles[t][k];
+  }
+  const std::vector<std::uint64_t> edges = mesh.edges();
+  classify(mesh, edges);
+  std::vector<std::uint8_t> on_border(layout_.uvs.size(), 0);
+  for (const std::uint64_t edge : edges) {
+    const auto a = static_cast<std::uint32_t>(edge >> 32), b = static_cast<std::uint32_t>(edge);
+    if (!is_uv_border(mesh, a, b)) continue;
+    mesh.each_on_edge(a, b, [&](std::uint32_t t) {
+      on_border[corner_at(mesh, t, a)] = on_border[corner_at(mesh, t, b)] = 1;
+    });
+  }
+  borders_ =
+      LayoutBorders(layout_.uvs, layout_.corners, layout_.charts, std::move(on_border), copies_);
+  add_attributes(mesh);
+}
+
+/// Number of lines that meet at each vertex.
+void UvSeamConstraint::classify(const CollapseMesh& mesh, std::span<const std::uint64_t> edges) {
+  std::vector<std::uint32_t> lines(mesh.points.size(), 0), seams(mesh.points.size(), 0);
+  for (const std::uint64_t edge : edges) {
+    const auto a = static_cast<std::uint32_t>(edge >> 32), b = static_cast<std::uint32_t>(edge);
+    if (!is_line(mesh, a, b)) continue;
+    const bool seam = is_uv_border(mesh, a, b);
+    for (const std::uint32_t v : {a, b}) {
+      ++lines[v];
+      seams[v] += seam;
+    }
+  }
+  lines_.resize(mesh.points.size());
+  for (std::size_t v = 0; v < lines.size(); ++v) {
+    // A seam that ends on a border of groups stops both lines.
+    const bool passes = lines[v] == 2 && seams[v] != 1;
+    lines_[v] = lines[v] == 0 ? kInside : passes ? kLine : kCorner;
+  }
+}
+
+void UvSeamConstraint::add_attributes(const CollapseMesh& mesh) {
+  double surface = 0, layout = 0;
+  std::array<Vec3d, 3> p, gradients;
+  std::array<Vec2, 3> uv;
+  const auto load = [&](std::size_t t) {
+    for (std::size_t k = 0; k < 3; ++k) {
+      p[k] = mesh.points[mesh.triangles[t][k]];
+      uv[k] = layout_.uvs[layout_.corners[t][k]];
+    }
+    return is_finite(uv[0]) && is_finite(uv[1]) && is_finite(uv[2]);
+  };
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+    if (!load(t)) continue;
+    surface += length(cross(p[1] - p[0], p[2] - p[0]));
+    layout += std::abs(doubled(uv));
+  }
+  scale_ = layout > 0 ? std::sqrt(surface / layout) : 1;
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+    double area = 0;
+    if (!load(t) || !corner_gradients(p, gradients, area)) continue;
+    Attributes one;
+    one.weight = area / 3;
+    for (std::size_t axis = 0; axis < 2; ++axis) {
+      Vec3d gradient;
+      for (std::size_t k = 0; k < 3; ++k) {
+        gradient += gradients[k] * (scale_ * axis_of(uv[k], axis));
+      }
+      const double offset = scale_ * axis_of(uv[0], axis) - dot(gradient, p[0]);
+      one.linear[axis].add_linear(gradient, offset, one.weight);
+      one.gradient[axis] = gradient * one.weight;
+      one.offset[axis] = offset * one.weight;
+    }
+    for (const std::uint32_t corner : layout_.corners[t]) attributes_[corner] += one;
+  }
+}
+
+/// Planes upright on the triangles along each line; open borders have theirs already.
+void UvSeamConstraint::add_planes(const CollapseMesh& mesh, std::vector<Quadric>& quadrics) const {
+  for (const std::uint64_t edge : mesh.edges()) {
+    const auto a = static_cast<std::uint32_t>(edge >> 32), b = static_cast<std::uint32_t>(edge);
+    if (lines_[a] == kInside || lines_[b] == kInside || !is_line(mesh, a, b)) continue;
+    std::uint32_t sides = 0;
+    mesh.each_on_edge(a, b, [&](std::uint32_t) { ++sides; });
+    if (sides < 2) continue;
+    const Vec3d along = mesh.points[b] - mesh.points[a];
+    mesh.each_on_edge(a, b, [&](std::uint32_t t) {
+      const Triangle& v = mesh.triangles[t];
+      const Vec3d& origin = mesh.points[v[0]];
+      Vec3d normal = cross(along, cross(mesh.points[v[1]] - origin, mesh.points[v[2]] - origin));
+      normal = normal * (1 / length(normal));
+      if (!std::isfinite(normal.x + normal.y + normal.z)) return;
+      const double weight = kSeamWeight * dot(along, along) / (2 * sides);
+      for (const std::uint32_t vertex : {a, b}) {
+        quadrics[vertex].add_plane(normal, mesh.points[a], weight);
+      }
+    });
+  }
+}
+
+std::uint32_t UvSeamConstraint::corner_at(const CollapseMesh& mesh, std::uint32_t t,
+                                          std::uint32_t vertex) const {
+  const Triangle& v = mesh.triangles[t];
+  return layout_.corners[t][v[0] == vertex ? 0 : v[1] == vertex ? 1 : 2];
+}
+
+bool UvSeamConstraint::is_uv_border(const CollapseMesh& mesh, std::uint32_t a,
+                                    std::uint32_t b) const {
+  std::uint32_t count = 0, at_a = 0, at_b = 0;
+  bool same = true;
+  mesh.each_on_edge(a, b, [&](std::uint32_t t) {
+    const std::uint32_t ca = corner_at(mesh, t, a), cb = corner_at(mesh, t, b);
+    if (count++ == 0) {
+      at_a = ca;
+      at_b = cb;
+    }
+    same = same && ca == at_a && cb == at_b;
+  });
+  return count != 2 || !same;
+}
+
+bool UvSeamConstraint::is_line(const CollapseMesh& mesh, std::uint32_t a, std::uint32_t b) const {
+  if (is_uv_border(mesh, a, b)) return true;
+  if (layout_.groups.empty()) return false;
+  std::uint32_t group = kNoVertex;
+  bool same = true;
+  mesh.each_on_edge(a, b, [&](std::uint32_t t) {
+    same = same && (group == kNoVertex || layout_.groups[t] == group);
+    group = layout_.groups[t];
+  });
+  return !same;
+}
+
+/// Finds the corners that merge, from the edge's triangles. False if more than two sides meet.
+bool UvSeamConstraint::pair_corners(const CollapseMesh& mesh, Plan& plan) const {
+  bool fits = true;
+  mesh.each_on_edge(plan.gone, plan.kept, [&](std::uint32_t t) {
+    const Pair pair{corner_at(mesh, t, plan.gone), corner_at(mesh, t, plan.kept)};
+    for (std::size_t i = 0; i < plan.count; ++i) {
+      if (plan.pairs[i].gone != pair.gone) continue;
+      fits = fits && plan.pairs[i].kept == pair.kept;
+      return;
+    }
+    if (plan.count == plan.pairs.size()) {
+      fits = false;
+    } else {
+      plan.pairs[plan.count++] = pair;
+    }
+  });
+  return fits && plan.count > 0;
+}
+
+UvSeamConstraint::Plan UvSeamConstraint::plan(const CollapseMesh& mesh, std::uint32_t a,
+                                              std::uint32_t b, Anchor anchor) const {
+  Plan plan;
+  const auto onto = [&](std::uint32_t gone, std::uint32_t kept) {
+    plan = {Plan::Kind::onto, gone, kept, {}, 0};
+    if (!pair_corners(mesh, plan)) plan.kind = Plan::Kind::none;
+  };
+  if (lines_[a] == kInside && lines_[b] == kInside) {
+    if (anchor != Anchor::none) {
+      anchor == Anchor::first ? onto(b, a) : onto(a, b);
+    } else {
+      onto(b, a);
+      if (plan.kind != Plan::Kind::onto) return plan;
+      // Borders between copies and others stay, and so do folds.
+      const int gone = rank(plan.pairs[0].gone), kept = rank(plan.pairs[0].kept);
+      if (gone == kept) {
+        plan.kind = Plan::Kind::inside;
+      } else if (gone > kept) {
+        onto(a, b);
+      }
+    }
+    return plan;
+  }
+  const bool along = lines_[a] != kInside && lines_[b] != kInside;
+  if (along && !is_line(mesh, a, b)) return plan;
+  const bool a_may_go = lines_[a] == kInside || (along && lines_[a] == kLine);
+  const bool b_may_go = lines_[b] == kInside || (along && lines_[b] == kLine);
+  if (a_may_go && anchor != Anchor::first) onto(a, b);
+  if (!b_may_go || anchor == Anchor::second) return plan;
+  const Plan other = plan;
+  onto(b, a);
+  if (other.kind == Plan::Kind::none) return plan;
+  // All copies go the same way.
+  const int goes = rank(plan.pairs[0].gone), stays = rank(plan.pairs[0].kept);
+  if (goes != stays) return goes < stays ? plan : other;
+  if (has_copies(plan) || has_copies(other)) {
+    const auto key = [&](const Plan& p) { return copies_.first(p.pairs[0].kept); };
+    return key(other) < key(plan) ? other : plan;
+  }
+  // Either way: the cheaper. What the shape costs differs little where a line is straight.
+  const Quadric keeps_b = cost_of(other), keeps_a = cost_of(plan);
+  return keeps_b.at(mesh.points[b]) < keeps_a.at(mesh.points[a]) ? other : plan;
+}
+
+/// The error of UVs as a quadric of the place.
+Quadric UvSeamConstraint::cost_of(const Plan& plan) const {
+  const double weight = kUvWeight;
+  Quadric cost;
+  for (std::size_t i = 0; i < plan.count; ++i) {
+    Attributes sum = attributes_[plan.pairs[i].gone];
+    sum += attributes_[plan.pairs[i].kept];
+    if (!(sum.weight > 0)) continue;
+    for (std::size_t axis = 0; axis < 2; ++axis) {
+      Quadric part = sum.linear[axis];
+      part.area = 0;
+      if (plan.kind == Plan::Kind::inside) {
+        // With the best value at each place: Hoppe 1999, section 3, with the value eliminated.
+        part.add_linear(sum.gradient[axis], sum.offset[axis], -1 / sum.weight);
+      } else {
+        const double value = scale_ * axis_of(layout_.uvs[plan.pairs[i].kept], axis);
+        const Vec3d step = sum.gradient[axis] * -value;
+        part.x += step.x, part.y += step.y, part.z += step.z;
+        part.c += value * (sum.weight * value - 2 * sum.offset[axis]);
+      }
+      for (double* term : {&part.xx, &part.xy, &part.xz, &part.yy, &part.yz, &part.zz, &part.x,
+                           &part.y, &part.z, &part.c}) {
+        *term *= weight;
+      }
+      cost += part;
+    }
+  }
+  return cost;
+}
+
+std::optional<Vec3d> UvSeamConstraint::place(const CollapseMesh& mesh, std::uint32_t a,
+                                             std::uint32_t b, Anchor anchor, Quadric& sum) const {
+  const Plan chosen = plan(mesh, a, b, anchor);
+  if (chosen.kind == Plan::Kind::none) return std::nullopt;
+  sum += cost_of(chosen);
+  if (chosen.kind == Plan::Kind::onto) return mesh.points[chosen.kept];
+  return sum.best_near(mesh.points[a], mesh.points[b]);
+}
+
+/// The UV of the vertex that two inside a chart become: the one that their triangles' maps call best, not
+/// far outside of the two.
+Vec2 UvSeamConstraint::uv_at(const Plan& plan, const Vec3d& target) const {
+  const Vec2 &a = layout_.uvs[plan.pairs[0].gone], &b = layout_.uvs[plan.pairs[0].kept];
+  if (plan.kind == Plan::Kind::onto) return b;
+  for (const auto& [corner, uv] : moved_) {
+    if (corner == plan.pairs[0].kept) return uv;
+  }
+  Attributes sum = attributes_[plan.pairs[0].gone];
+  sum += attributes_[plan.pairs[0].kept];
+  if (!(sum.weight > 0)) return b;
+  std::array<float, 2> uv{};
+  for (std::size_t axis = 0; axis < 2; ++axis) {
+    const auto [low, high] = std::minmax({axis_of(a, axis), axis_of(b, axis)});
+    const double room = std::sqrt(squared(a, b)) / 2;
+    uv[axis] =
+        static_cast<float>(std::clamp(sum.best(axis, target) / scale_, low - room, high + room));
+  }
+  return {uv[0], uv[1]};
+}
+
+/// True if triangles around a vertex of the edge keep their sense in the layout.
+bool UvSeamConstraint::keeps_uvs(const CollapseMesh& mesh, std::uint32_t vertex, const Plan& plan,
+                                 const Vec2& inside_uv) const {
+  const std::uint32_t other = vertex == plan.gone ? plan.kept : plan.gone;
+  for (const std::uint32_t t : mesh.around(vertex)) {
+    if (mesh.alive[t] == 0 || mesh.contains(t, other)) continue;
+    std::array<Vec2, 3> uv;
+    std::size_t at = 0;
+    for (std::size_t k = 0; k < 3; ++k) {
+      uv[k] = layout_.uvs[layout_.corners[t][k]];
+      if (mesh.triangles[t][k] == vertex) at = k;
+    }
+    const std::uint32_t corner = layout_.corners[t][at];
+    Vec2 moved = inside_uv;
+    if (plan.kind == Plan::Kind::onto) {
+      const auto pair =
+          std::find_if(plan.pairs.begin(), plan.pairs.begin() + plan.count,
+                       [&](const Pair& candidate) { return candidate.gone == corner; });
+      if (pair == plan.pairs.begin() + plan.count) return false;  // A side that the edge lacks.
+      moved = layout_.uvs[pair->kept];
+    } else if (corner != plan.pairs[0].gone && corner != plan.pairs[0].kept) {
+      return false;
+    }
+    const double before = uv_shape(uv);
+    uv[at] = moved;
+    const double after = uv_shape(uv);
+    if (before == 0 || std::isnan(before)) {
+      if (after != 0 && !std::isnan(after)) return false;
+      continue;
+    }
+    const double least = std::min(kLeastUvArea, std::abs(before));
+    if (!((before > 0 ? after : -after) >= least)) return false;
+  }
+  return true;
+}
+
+/// True if the line that bends at the vertex that goes may run straight instead.
+bool UvSeamConstraint::keeps_line(const CollapseMesh& mesh, const Plan& plan) const {
+  std::uint32_t before = kNoVertex;
+  bool free = true;
+  mesh.each_around(plan.gone, [&](std::uint32_t t) {
+    for (const std::uint32_t v : mesh.triangles[t]) {
+      if (v == plan.gone || v == plan.kept || !is_line(mesh, plan.gone, v)) continue;
+      before = v;
+      // A triangle with three lines is a chart or a group of its own.
+      if (mesh.contains(t, plan.kept) && is_line(mesh, v, plan.kept)) free = false;
+    }
+  });
+  if (!free || before == kNoVertex) return false;
+  if (!is_uv_border(mesh, plan.gone, plan.kept)) return true;
+  mesh.each_on_edge(plan.gone, before, [&](std::uint32_t t) {
+    const std::uint32_t corner = corner_at(mesh, t, plan.gone);
+    for (std::size_t i = 0; i < plan.count; ++i) {
+      if (plan.pairs[i].gone != corner) continue;
+      free = free &&
+             borders_.free(layout_.uvs, corner_at(mesh, t, before), corner, plan.pairs[i].kept);
+    }
+  });
+  return free;
+}
+
+bool UvSeamConstraint::keeps(const CollapseMesh& mesh, std::uint32_t a, std::uint32_t b,
+                             Anchor anchor, const Vec3d& target) const {
+  const Plan chosen = plan(mesh, a, b, anchor);
+  if (chosen.kind == Plan::Kind::none) return false;
+  const Vec2 uv = uv_at(chosen, target);
+  if (!keeps_uvs(mesh, chosen.gone, chosen, uv)) return false;
+  if (chosen.kind == Plan::Kind::inside) return keeps_uvs(mesh, chosen.kept, chosen, uv);
+  return lines_[chosen.gone] == kInside || keeps_line(mesh, chosen);
+}
+
+void UvSeamConstraint::collapse(const CollapseMesh& mesh, std::uint32_t a, std::uint32_t b,
+                                Anchor anchor, const Vec3d& target, std::uint32_t kept) {
+  const Plan chosen = plan(mesh, a, b, anchor);
+  const Vec2 uv = uv_at(chosen, target);
+  for (std::size_t i = 0; i < chosen.count; ++i) {
+    const Pair& pair = chosen.pairs[i];
+    attributes_[pair.kept] += attributes_[pair.gone];
+    if (chosen.kind == Plan::Kind::inside) layout_.uvs[pair.kept] = uv;
+    if (pair.gone != pair.kept) borders_.remove(pair.gone);
+  }
+  mesh.each_around(chosen.gone, [&](std::uint32_t t) {
+    for (std::size_t k = 0; k < 3; ++k) {
+      if (mesh.triangles[t][k] != chosen.gone) continue;
+      for (std::size_t i = 0; i < chosen.count; ++i) {
+        if (chosen.pairs[i].gone != layout_.corners[t][k]) continue;
+        layout_.corners[t][k] = chosen.pairs[i].kept;
+        break;
+      }
+    }
+  });
+  if (copies_.any()) {
+    for (const std::uint32_t end : {chosen.gone, chosen.kept}) {
+      mesh.each_around(end, [&](std::uint32_t t) { vertex_of_[corner_at(mesh, t, end)] = kept; });
+    }
+  }
+  lines_[kept] = lines_[chosen.kept];
+}
+
+int UvSeamConstraint::rank(std::uint32_t uv) const {
+  return copies_.on_fold(uv) ? 2 : copies_.has(uv) ? 1 : 0;
+}
+
+bool UvSeamConstraint::has_copies(const Plan& plan) const {
+  for (std::size_t i = 0; i < plan.count; ++i) {
+    if (copies_.has(plan.pairs[i].gone)) return true;
+  }
+  return false;
+}
+
+/// Adds the steps of copies of the corners of step `of`. False where a copy has no such edge, or cannot go that way.
+bool UvSeamConstraint::add_twins(const CollapseMesh& mesh, std::vector<Plan>& group,
+                                 std::size_t of) const {
+  bool all = true;
+  const auto add = [&](const Pair& pair) {
+    const std::uint32_t gone = vertex_of_[pair.gone], kept = vertex_of_[pair.kept];
+    for (const Plan& known : group) {
+      if (known.gone == gone && known.kept == kept) return true;
+      const bool moves = group[of].kind == Plan::Kind::inside && known.kept == kept;
+      if (moves || known.gone == gone || known.kept == gone || known.gone == kept) return false;
+    }
+    const Plan twin = plan(mesh, gone, kept, Anchor::none);
+    const Plan other = plan(mesh, kept, gone, Anchor::none);
+    const Plan& fits = twin.gone == gone ? twin : other;
+    if (fits.kind != group[of].kind || fits.gone != gone || fits.kept != kept) return false;
+    group.push_back(fits);
+    return true;
+  };
+  for (std::size_t i = 0; i < group[of].count; ++i) {
+    const Pair pair = group[of].pairs[i];
+    std::size_t found = 0, moved = 0;
+    copies_.each(pair.gone, [&](std::uint32_t gone) {
+      std::uint32_t kept = kNoVertex;
+      const auto look_at = [&](std::uint32_t other) {
+        mesh.each_on_edge(vertex_of_[gone], vertex_of_[other], [&](std::uint32_t t) {
+          const Triangle& c = layout_.corners[t];
+          if (std::find(c.begin(), c.end(), gone) != c.end() &&
+              std::find(c.begin(), c.end(), other) != c.end()) {
+            kept = other;
+          }
+        });
+      };
+      if (copies_.on_fold(pair.kept)) look_at(pair.kept);
+      copies_.each(pair.kept, look_at);
+      ++found;
+      all = all && kept != kNoVertex && add({gone, kept});
+    });
+    if (group[of].kind != Plan::Kind::inside) continue;
+    copies_.each(pair.kept, [&](std::uint32_t) { ++moved; });
+    all = all && moved == found;
+  }
+  return all;
+}
+
+bool UvSeamConstraint::find_twins(const CollapseMesh& mesh, std::uint32_t a, std::uint32_t b,
+                                  Anchor anchor, const Vec3d& target,
+                                  std::vector<std::array<std::uint32_t, 2>>& twins) {
+  moved_.clear();
+  if (!copies_.any()) return true;
+  std::vector<Plan> group{plan(mesh, a, b, anchor)};
+  for (std::size_t i = 0; i < group[0].count; ++i) {
+    const Pair& pair = group[0].pairs[i];
+    if (rank(pair.gone) > rank(pair.kept)) return false;  // off a fold, or out of the copies
+  }
+  if (!has_copies(group[0])) return true;
+  if (anchor != Anchor::none) return false;
+  for (std::size_t i = 0; i < group.size(); ++i) {
+    if (!add_twins(mesh, group, i)) return false;
+  }
+  const std::uint32_t lead = group[0].pairs[0].kept;
+  const Vec2 from = layout_.uvs[lead], to = uv_at(group[0], target);
+  for (std::size_t i = 1; i < group.size(); ++i) {
+    const Plan& twin = group[i];
+    twins.push_back({twin.kept, twin.gone});  // the order in which plan() has that end go
+    if (twin.kind != Plan::Kind::inside) continue;
+    const Vec2& own = layout_.uvs[twin.pairs[0].kept];
+    moved_.emplace_back(twin.pairs[0].kept, Vec2{own.x + (to.x - from.x), own.y + (to.y - from.y)});
+  }
+  return true;
+}
+
+bool UvSeamConstraint::may_move(const CollapseMesh&, std::uint32_t, const Vec3d&) const {
+  return false;
+}
+
+}  // namespace kiln

@@ -1,0 +1,107 @@
+// Simplification that keeps a UV layout, and the borders between groups.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <span>
+#include <utility>
+#include <vector>
+
+#include "kiln/types.h"
+#include "simplify/collapse_constraint.h"
+#include "simplify/layout_borders.h"
+#include "simplify/layout_copies.h"
+
+namespace kiln {
+
+/// Attributes of a mesh at its triangles' corners, and per triangle.
+struct Layout {
+  std::vector<Vec2> uvs;
+  std::vector<Triangle> corners;        ///< Indices into uvs, by triangle.
+  std::vector<std::uint32_t> groups;    ///< By triangle, of group, object and material; empty: one.
+  std::vector<std::uint32_t> group_of;  ///< A triangle of the given mesh that is in a group.
+  std::vector<std::uint32_t> charts;    ///< By triangle.
+};
+
+/// Keeps seams, their ends and crossings, open borders, and borders between groups where they are: on the
+/// surface and in the layout. Lets no UV triangle turn over, and no charts come to overlap.
+///
+/// Inside a chart, a moved vertex gets the UV that the affine maps of its triangles call best.
+/// Their error counts (Hoppe 1999, "New Quadric Metric for Simplifying Meshes with Appearance Attributes",
+/// section 3). Copies, as of mirrored halves, collapse together, so that they stay copies.
+/// Vertices of seams and borders only move along these, onto their next: both sides together.
+class UvSeamConstraint : public CollapseConstraint {
+ public:
+  /// \param layout  UVs equal by value at a vertex must have one index
+  UvSeamConstraint(const CollapseMesh& mesh, Layout layout);
+
+  UvSeamConstraint(const UvSeamConstraint&) = delete;
+  UvSeamConstraint& operator=(const UvSeamConstraint&) = delete;
+
+  void add_planes(const CollapseMesh& mesh, std::vector<Quadric>& quadrics) const override;
+  std::optional<Vec3d> place(const CollapseMesh& mesh, std::uint32_t a, std::uint32_t b,
+                             Anchor anchor, Quadric& sum) const override;
+  bool keeps(const CollapseMesh& mesh, std::uint32_t a, std::uint32_t b, Anchor anchor,
+             const Vec3d& target) const override;
+  void collapse(const CollapseMesh& mesh, std::uint32_t a, std::uint32_t b, Anchor anchor,
+                const Vec3d& target, std::uint32_t kept) override;
+  bool find_twins(const CollapseMesh& mesh, std::uint32_t a, std::uint32_t b, Anchor anchor,
+                  const Vec3d& target, std::vector<std::array<std::uint32_t, 2>>& twins) override;
+  void end_twins() override { moved_.clear(); }
+  bool may_move(const CollapseMesh& mesh, std::uint32_t vertex, const Vec3d& target) const override;
+
+  /// UVs now; corners are indices into them, by the triangles given at first.
+  const Layout& layout() const { return layout_; }
+
+ private:
+  /// Squared errors of affine maps, weighted by area: of position and UV.
+  struct Attributes {
+    std::array<Quadric, 2> linear;   ///< For u and v each: sum of w (g . p + d)^2
+    std::array<Vec3d, 2> gradient;   ///< of w g
+    std::array<double, 2> offset{};  ///< of w d
+    double weight = 0;
+    Attributes& operator+=(const Attributes& other);
+    double best(std::size_t axis, const Vec3d& p) const;
+  };
+  /// Merged corners: the one that goes, and the one that it becomes.
+  struct Pair {
+    std::uint32_t gone, kept;
+  };
+  struct Plan {
+    enum class Kind : std::uint8_t { none, inside, onto } kind = Kind::none;
+    std::uint32_t gone = 0, kept = 0;  ///< Vertices. Inside: both move.
+    std::array<Pair, 2> pairs{};
+    std::size_t count = 0;
+  };
+
+  bool is_line(const CollapseMesh& mesh, std::uint32_t a, std::uint32_t b) const;
+  bool is_uv_border(const CollapseMesh& mesh, std::uint32_t a, std::uint32_t b) const;
+  std::uint32_t corner_at(const CollapseMesh& mesh, std::uint32_t t, std::uint32_t vertex) const;
+  void classify(const CollapseMesh& mesh, std::span<const std::uint64_t> edges);
+  void add_attributes(const CollapseMesh& mesh);
+  Plan plan(const CollapseMesh& mesh, std::uint32_t a, std::uint32_t b, Anchor anchor) const;
+  bool pair_corners(const CollapseMesh& mesh, Plan& plan) const;
+  Quadric cost_of(const Plan& plan) const;
+  Vec2 uv_at(const Plan& plan, const Vec3d& target) const;
+  bool keeps_uvs(const CollapseMesh& mesh, std::uint32_t vertex, const Plan& plan,
+                 const Vec2& uv) const;
+  bool keeps_line(const CollapseMesh& mesh, const Plan& plan) const;
+
+  /// 0: a corner without copies; 1: with copies; 2: on a fold. What has less goes, where two become one.
+  int rank(std::uint32_t uv) const;
+  bool has_copies(const Plan& plan) const;
+  bool add_twins(const CollapseMesh& mesh, std::vector<Plan>& group, std::size_t of) const;
+
+  Layout layout_;
+  LayoutCopies copies_;
+  std::vector<std::uint32_t> vertex_of_;  ///< By UV.
+  std::vector<std::pair<std::uint32_t, Vec2>>
+      moved_;  ///< Where UVs of copies go, of the step under way.
+  LayoutBorders borders_;
+  std::vector<Attributes> attributes_;  ///< By UV.
+  std::vector<std::uint8_t>
+      lines_;         ///< That meet at a vertex: 0; 2, which it may move along; or more.
+  double scale_ = 1;  ///< Length of a UV unit on the surface.
+};
+
+}  // namespace kiln

@@ -1,0 +1,217 @@
+#include "source/high_poly.h"
+
+#include <algorithm>
+#include <chrono>
+#include <unordered_map>
+
+#include "base/progress_guard.h"
+#include "kiln/validate.h"
+#include "mesh/steps.h"
+#include "mesh/usable.h"
+
+namespace kiln {
+namespace {
+
+/// Makes `slot` at first use, and accounts for its time and its memory on the device.
+template <typename Pointer, typename Make>
+Pointer& made(Pointer& slot, Source::Stats& stats, const Make& make) {
+  if (slot == nullptr) {
+    const auto start = std::chrono::steady_clock::now();
+    const std::int64_t before = cl::Context::bytes_of_thread();
+    slot = make();
+    stats.device_bytes += static_cast<std::uint64_t>(cl::Context::bytes_of_thread() - before);
+    stats.build_seconds +=
+        std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  }
+  return slot;
+}
+
+/// Of vertices that move: a triangle may get an area later. Their coordinates are at most 1.
+constexpr double kFarthestMoved = 2;
+
+// Numbers that kernels read beyond the last one.
+constexpr std::size_t kPadding = 1;
+
+/// Before it is copied.
+template <typename T>
+const T& alive(const T& large) {
+  ProgressGuard::poll();
+  return large;
+}
+
+}  // namespace
+
+SourceAttributes::SourceAttributes(cl::Context& context, const CornerNormals& corners)
+    : normal_indices(context, corners.triangles.size() * 3 + kPadding),
+      normals(context, corners.normals.size() * 3 + kPadding) {
+  if (!corners.triangles.empty()) {
+    normal_indices.write(context, std::span<const std::uint32_t>(corners.triangles[0].data(),
+                                                                 corners.triangles.size() * 3));
+  }
+  if (!corners.normals.empty()) {
+    normals.write(context,
+                  std::span<const float>(&corners.normals[0].x, corners.normals.size() * 3));
+  }
+}
+
+Source::Impl::Impl(const Device& opened, const Mesh& high, Traversal wanted,
+                   const std::optional<Bounds>& bounds)
+    : device(opened),
+      frame(bounds ? Frame::of(high, *bounds) : Frame::of(high)),
+      traversal(wanted),
+      positions(bounds ? frame.to_frame_within(high, kFarthestMoved) : frame.to_frame(high)),
+      triangles(alive(high.triangles)),
+      uvs(alive(high.uvs)),
+      uv_triangles(alive(high.uv_triangles)),
+      colors(alive(high.colors)),
+      materials{high.materials, high.material_names},
+      groups{high.groups, high.group_names},
+      objects{high.objects, high.object_names} {
+  cl::Context& context = context_of(device);
+  const std::int64_t before = cl::Context::bytes_of_thread();
+  attributes = SourceAttributes(context, corner_normals(high, positions));
+  stats_.triangles = triangles.size();
+  stats_.skipped_triangles = count_without_area(positions, triangles);
+  stats_.device_bytes = static_cast<std::uint64_t>(cl::Context::bytes_of_thread() - before);
+  stats_.diagonal = frame.diagonal;
+  const std::uint64_t skipped = stats_.skipped_triangles;
+  const std::string coarse = coarse_steps(high, frame);
+  if (skipped == triangles.size()) {
+    throw Error(ErrorCode::input, "All " + std::to_string(skipped) + " triangles of '" + high.name +
+                                      "' have no area or are not finite" +
+                                      (coarse.empty() ? ": nothing can be baked from it."
+                                                      : " once they are rounded: " + coarse));
+  }
+  if (skipped != 0) {
+    const std::uint64_t flat = count_without_area(high.positions, triangles);
+    const std::uint64_t rounded = skipped - std::min(skipped, flat);
+    warnings.push_back(
+        {rounded == 0 ? "source-skipped" : "source-rounded",
+         std::to_string(skipped) + " of " + std::to_string(triangles.size()) + " triangles of '" +
+             high.name + "' have no area or are not finite" +
+             (rounded == 0 ? ""
+                           : ", " + std::to_string(rounded) + " of them since they are rounded") +
+             "; rays pass through them.",
+         skipped});
+  }
+  if (!coarse.empty()) warnings.push_back({"coarse-source", "'" + high.name + "': " + coarse, 1});
+}
+
+Source::Impl::Impl(const Impl& whole, const std::vector<std::uint32_t>& some)
+    : device(whole.device), frame(whole.frame), traversal(whole.traversal) {
+  std::unordered_map<std::uint32_t, std::uint32_t>
+      places;  // many parts of a whole: nothing of its size
+  for (const std::uint32_t t : some) {
+    Triangle corners = whole.triangles[t];
+    for (std::uint32_t& corner : corners) {
+      const auto next = static_cast<std::uint32_t>(positions.size());
+      const auto [place, added] = places.emplace(corner, next);
+      if (added) positions.push_back(whole.positions[corner]);
+      corner = place->second;
+    }
+    triangles.push_back(corners);
+  }
+  stats_.triangles = triangles.size();
+  stats_.skipped_triangles = count_without_area(positions, triangles);
+  stats_.diagonal = frame.diagonal;
+}
+
+const std::shared_ptr<Tree>& Source::Impl::tree() const {
+  return made(tree_, stats_, [&] {
+    return std::make_shared<Tree>(context_of(device), positions, triangles, will_move);
+  });
+}
+
+void Source::Impl::move(std::uint32_t first, std::span<const Vec3> moved,
+                        std::span<const std::uint32_t> triangles_moved) {
+  const std::lock_guard lock(mutex_);
+  const auto count_usable = [&] {
+    std::vector<bool> usable;
+    if (tree_ == nullptr) return usable;
+    for (const std::uint32_t t : triangles_moved)
+      usable.push_back(has_area(positions, triangles[t]));
+    return usable;
+  };
+  const std::vector<bool> before = count_usable();
+  std::copy(moved.begin(), moved.end(), positions.begin() + first);
+  raster_.reset();
+  if (tree_ == nullptr) return;
+  if (count_usable() == before) {
+    tree_->refit(context_of(device), positions, triangles);
+  } else {
+    // Other triangles count now: in place, since those who walk it hold it.
+    *tree_ = Tree(context_of(device), positions, triangles, will_move);
+  }
+}
+
+RayCaster& Source::Impl::rays() const {
+  const auto lock = lock_polling(mutex_);
+  if (rays_ == nullptr) rays_ = std::make_unique<RayCaster>(context_of(device), tree(), traversal);
+  return *rays_;
+}
+
+ClosestFinder& Source::Impl::closest() const {
+  const auto lock = lock_polling(mutex_);
+  if (closest_ == nullptr) {
+    closest_ = std::make_unique<ClosestFinder>(context_of(device), tree(), traversal);
+  }
+  return *closest_;
+}
+
+Rasterizer& Source::Impl::raster() const {
+  const auto lock = lock_polling(mutex_);
+  return *made(raster_, stats_, [&] {
+    return std::make_unique<Rasterizer>(context_of(device), positions, triangles);
+  });
+}
+
+Source::Stats Source::Impl::stats() const {
+  const auto lock = lock_polling(mutex_);
+  return stats_;
+}
+
+std::uint64_t Source::Impl::duplicates() const {
+  const auto lock = lock_polling(mutex_);
+  return tree_ == nullptr ? 0 : tree_->stats.duplicates;
+}
+
+Traversal traversal_of(RayTraversal wanted) {
+  return wanted == RayTraversal::cpu   ? Traversal::cpu
+         : wanted == RayTraversal::gpu ? Traversal::gpu
+                                       : Traversal::automatic;
+}
+
+Source::Source(const Device& device, const Mesh& high, RayTraversal traversal,
+               const std::optional<Bounds>& bounds) {
+  if (high.triangles.empty()) {
+    throw Error(ErrorCode::input,
+                "'" + high.name + "' has no triangles: there is nothing to bake from.");
+  }
+  if (bounds) validate(high);  // else with its own bounds
+  if (traversal < RayTraversal::automatic || traversal > RayTraversal::gpu) {
+    throw Error(ErrorCode::usage, "traversal is no RayTraversal: use one of its names.",
+                "option-enum");
+  }
+  impl_ = std::make_shared<Impl>(device, high, traversal_of(traversal), bounds);
+}
+
+std::optional<Source> Source::build(const Device& device, const Mesh& high,
+                                    const Progress& progress, RayTraversal traversal,
+                                    const std::optional<Bounds>& bounds) {
+  ProgressGuard guard(progress);
+  try {
+    const Progress tell = guard.progress();
+    if (tell && !tell(0, "source")) return std::nullopt;
+    Source source(device, high, traversal, bounds);
+    source.impl_->rays();
+    if (tell && !tell(1, "done")) return std::nullopt;
+    return source;
+  } catch (const Cancelled&) {
+    return std::nullopt;
+  }
+}
+
+Source::Stats Source::stats() const { return impl_->stats(); }
+const std::vector<Warning>& Source::warnings() const { return impl_->warnings; }
+
+}  // namespace kiln

@@ -1,0 +1,374 @@
+#include "unwrap/chart_cut_search.h"
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <limits>
+#include <numbers>
+#include <numeric>
+#include <tuple>
+#include <utility>
+
+#include "mesh/half_edge.h"
+
+namespace kiln {
+namespace {
+
+/// Lines tried across each.
+constexpr int kLines = 13;
+/// Boxes of parts are hardly smaller, times the area; what could not gain even then is not looked at.
+constexpr double kLeastBox = 1.1;
+/// A part is at least this share of its chart.
+constexpr double kLeastShare = 0.01;
+/// A connected piece of a band below this share of the chart is an island.
+constexpr double kIsland = 0.002;
+
+using Reach = CutShape::Reach;
+
+Vec2d direction_of(std::size_t d) {
+  const double angle = static_cast<double>(d) * std::numbers::pi / CutShape::kDirections;
+  return {std::cos(angle), std::sin(angle)};
+}
+
+/// The best cut along lines across one direction. The lines make bands of triangles; what hangs together in
+/// a band is a node. Each line is then tried on the few nodes.
+class Sweep {
+ public:
+  Sweep(const CutShape& shape, std::span<const CutPrice> prices)
+      : shape_(shape),
+        prices_(prices),
+        count_(static_cast<std::uint32_t>(shape.chart.triangles.size())),
+        apart_(prices.size()),
+        best_(prices.size()) {}
+
+  std::vector<ChartCut> run(std::size_t direction) {
+    find_nodes(direction);
+    find_links();
+    absorb_islands();
+    for (int line = 1; line <= kLines; ++line) look(line);
+    for (std::size_t p = 0; p < best_.size(); ++p) {
+      if (best_[p].gain <= 0) continue;
+      best_[p].apart.resize(count_);
+      for (std::uint32_t i = 0; i < count_; ++i) best_[p].apart[i] = apart_[p][node_of_[i]];
+    }
+    return std::move(best_);
+  }
+
+ private:
+  /// Connected triangles of one band.
+  struct Node {
+    int band = 0;
+    double area = 0;
+  };
+  /// The edges between two nodes.
+  struct Link {
+    std::uint32_t a = 0, b = 0;
+    double length = 0;
+  };
+  /// Connected nodes on one side of a line.
+  struct Part {
+    std::uint32_t neighbour = kNoIndex;
+    bool leaf = true;   ///< Next to one other part alone.
+    double length = 0;  ///< Length of its edges to others.
+    double area = 0;
+  };
+
+  void find_nodes(std::size_t direction) {
+    const double low = -shape_.whole.to[direction + CutShape::kDirections];
+    const double high = shape_.whole.to[direction];
+    const double bands = high > low ? (kLines + 1) / (high - low) : 0;
+    std::vector<int> band(count_);
+    // As in their reaches, but side by side in memory.
+    const std::vector<Vec2d>& points = shape_.chart.points;
+    const Vec2d to = direction_of(direction);
+    std::vector<float> along(points.size());
+    for (std::size_t v = 0; v < along.size(); ++v)
+      along[v] = static_cast<float>(dot(to, points[v]));
+    for (std::uint32_t i = 0; i < count_; ++i) {
+      double across = 0;
+      for (const std::uint32_t v : shape_.chart.triangles[i]) across += along[v];
+      band[i] = static_cast<int>((across / 3 - low) * bands);
+    }
+    node_of_.resize(count_);
+    std::iota(node_of_.begin(), node_of_.end(), 0U);
+    for (const CutShape::Edge& edge : shape_.edges) {
+      if (band[edge.a] != band[edge.b]) {
+        across_.push_back(edge);
+        continue;
+      }
+      const std::uint32_t a = first_of(node_of_, edge.a), b = first_of(node_of_, edge.b);
+      node_of_[std::max(a, b)] = std::min(a, b);
+    }
+    for (std::uint32_t i = 0; i < count_; ++i) {  // Earlier ones have their node already.
+      if (node_of_[i] == i) {
+        node_of_[i] = static_cast<std::uint32_t>(nodes_.size());
+        nodes_.push_back({band[i], 0});
+      } else {
+        node_of_[i] = node_of_[node_of_[i]];
+      }
+      nodes_[node_of_[i]].area += shape_.chart.rest[i].area;
+    }
+  }
+
+  /// The first of what an element hangs together with.
+  static std::uint32_t first_of(std::vector<std::uint32_t>& to, std::uint32_t i) {
+    while (to[i] != i) i = to[i] = to[to[i]];
+    return i;
+  }
+
+  void find_links() {
+    std::vector<std::vector<Link>> from(nodes_.size());
+    for (const CutShape::Edge& edge : across_) {
+      add_link(from, node_of_[edge.a], node_of_[edge.b], edge.length);
+    }
+    gather(from);
+  }
+
+  /// Islands go to the neighbour that they share most with. Bands have ragged sides: pieces that lie apart there
+  /// would keep a line from parting the chart in two.
+  void absorb_islands() {
+    const auto count = static_cast<std::uint32_t>(nodes_.size());
+    std::vector<std::uint32_t> to(count);
+    std::iota(to.begin(), to.end(), 0U);
+    std::vector<const Link*> best(count, nullptr);
+    for (const Link& link : links_) {
+      for (const std::uint32_t n : {link.a, link.b}) {
+        if (best[n] == nullptr || link.length > best[n]->length) best[n] = &link;
+      }
+    }
+    for (std::uint32_t n = 0; n < count; ++n) {
+      if (best[n] == nullptr || nodes_[n].area >= kIsland * shape_.area) continue;
+      to[first_of(to, n)] = first_of(to, best[n]->a == n ? best[n]->b : best[n]->a);
+    }
+    std::vector<std::uint32_t> number(count, kNoIndex);
+    std::vector<Node> nodes;
+    for (std::uint32_t n = 0; n < count; ++n) {
+      if (to[n] != n) continue;
+      number[n] = static_cast<std::uint32_t>(nodes.size());
+      nodes.push_back({nodes_[n].band, 0});
+    }
+    for (std::uint32_t n = 0; n < count; ++n) {
+      number[n] = number[first_of(to, n)];
+      nodes[number[n]].area += nodes_[n].area;
+    }
+    if (nodes.size() == count) return;
+    nodes_ = std::move(nodes);
+    for (std::uint32_t& node : node_of_) node = number[node];
+    std::vector<std::vector<Link>> from(nodes_.size());
+    for (const Link& link : links_) {
+      add_link(from, number[link.a], number[link.b], link.length);
+    }
+    gather(from);
+  }
+
+  void gather(const std::vector<std::vector<Link>>& from) {
+    links_.clear();
+    for (const std::vector<Link>& some : from)
+      links_.insert(links_.end(), some.begin(), some.end());
+  }
+
+  static void add_link(std::vector<std::vector<Link>>& from, std::uint32_t a, std::uint32_t b,
+                       double length) {
+    if (a == b) return;
+    if (a > b) std::swap(a, b);
+    const auto known =
+        std::find_if(from[a].begin(), from[a].end(), [&](const Link& link) { return link.b == b; });
+    if (known == from[a].end()) {
+      from[a].push_back({a, b, length});
+    } else {
+      known->length += length;
+    }
+  }
+
+  void look(int line) {
+    line_ = static_cast<std::size_t>(line);
+    const auto is_low = [&](std::uint32_t node) { return nodes_[node].band < line; };
+    part_.resize(nodes_.size());
+    std::iota(part_.begin(), part_.end(), 0U);
+    for (const Link& link : links_) {
+      if (is_low(link.a) != is_low(link.b)) continue;
+      const std::uint32_t a = first_of(part_, link.a), b = first_of(part_, link.b);
+      part_[std::max(a, b)] = std::min(a, b);
+    }
+    parts_.assign(nodes_.size(), {});
+    spans_.clear();
+    parts_count_ = 0;
+    for (std::uint32_t n = 0; n < nodes_.size(); ++n) {
+      part_[n] = first_of(part_, n);
+      parts_count_ += part_[n] == n ? 1 : 0;
+      parts_[part_[n]].area += nodes_[n].area;
+    }
+    if (parts_count_ < 2) return;
+    for (const Link& link : links_) {
+      const std::uint32_t a = part_[link.a], b = part_[link.b];
+      if (a == b) continue;
+      for (const auto& [one, other] : {std::pair{a, b}, std::pair{b, a}}) {
+        Part& part = parts_[one];
+        part.leaf = part.leaf && (part.neighbour == kNoIndex || part.neighbour == other);
+        part.neighbour = other;
+        part.length += link.length;
+      }
+    }
+    for (std::uint32_t p = 0; p < parts_.size(); ++p) {
+      if (part_[p] == p && parts_[p].leaf) consider(p);
+    }
+  }
+
+  void consider(std::uint32_t p) {
+    const Part& part = parts_[p];
+    const double rest = shape_.area - part.area;
+    double boxes = -1;  // Boxes of both parts; computed when first needed.
+    for (std::size_t n = 0; n < prices_.size(); ++n) {
+      const CutPrice& price = prices_[n];
+      ChartCut& best = best_[n];
+      if (std::min(part.area, rest) < std::max(price.least, kLeastShare * shape_.area)) continue;
+      const double cost =
+          part.length * (2 * price.margin + price.seam) - 2 * price.size * part.area * rest;
+      const double worth = best.gain_at(part.length);
+      if (shape_.box - kLeastBox * shape_.area - cost <= worth) continue;
+      if (boxes < 0) boxes = boxes_of(p);
+      const double gain = shape_.box - boxes - cost;
+      if (gain <= worth) continue;
+      best.gain = gain;
+      best.length = part.length;
+      apart_[n].resize(nodes_.size());
+      for (std::uint32_t i = 0; i < nodes_.size(); ++i) apart_[n][i] = part_[i] == p;
+    }
+  }
+
+  /// The smallest upright boxes of a part and of the rest, added.
+  double boxes_of(std::uint32_t p) {
+    if (reaches_.empty()) find_reaches();
+    if (parts_count_ == 2) {  // One below the line, and one above.
+      return below_[line_].smallest_box() + above_[line_].smallest_box();
+    }
+    if (spans_.empty()) {
+      spans_.resize(nodes_.size());
+      for (std::uint32_t n = 0; n < nodes_.size(); ++n) spans_[part_[n]].add(reaches_[n]);
+    }
+    Reach outside;
+    for (std::uint32_t n = 0; n < nodes_.size(); ++n) {
+      if (n != p && part_[n] == n) outside.add(spans_[n]);
+    }
+    return spans_[p].smallest_box() + outside.smallest_box();
+  }
+
+  /// Extents of all nodes in one pass: nothing inside a node reaches farther than its border.
+  void find_reaches() {
+    reaches_.assign(nodes_.size(), {});
+    std::vector<std::uint32_t> last(shape_.reach.size(), kNoIndex);
+    const auto add = [&](std::uint32_t i, std::uint32_t v) {
+      const std::uint32_t node = node_of_[i];
+      if (last[v] == node) return;  // Once, or little more often.
+      last[v] = node;
+      reaches_[node].add(shape_.reach[v]);
+    };
+    for (const CutShape::Rim& rim : shape_.rim) add(rim.triangle, rim.vertex);
+    for (const std::size_t side : {0, 1}) {
+      for (const CutShape::Edge& edge : across_) {
+        if (node_of_[edge.a] == node_of_[edge.b]) continue;
+        for (const std::uint32_t v : edge.ends) add(side == 0 ? edge.a : edge.b, v);
+      }
+    }
+    // Extents below each line, and above it.
+    below_.assign(kLines + 2, {});
+    above_.assign(kLines + 2, {});
+    for (std::uint32_t n = 0; n < nodes_.size(); ++n) {
+      const auto band = static_cast<std::size_t>(std::clamp(nodes_[n].band, 0, kLines));
+      below_[band + 1].add(reaches_[n]);
+      above_[band].add(reaches_[n]);
+    }
+    for (std::size_t line = 1; line < below_.size(); ++line) {
+      below_[line].add(below_[line - 1]);
+      above_[below_.size() - 1 - line].add(above_[below_.size() - line]);
+    }
+  }
+
+  const CutShape& shape_;
+  std::span<const CutPrice> prices_;
+  std::uint32_t count_;
+  std::vector<std::uint32_t> node_of_;  ///< Node of each triangle.
+  std::vector<Node> nodes_;
+  std::vector<Link> links_;
+  std::vector<CutShape::Edge> across_;  ///< Edges between bands.
+  std::vector<Reach> reaches_;          ///< Extent of each node; empty until one is needed.
+  std::vector<Reach> below_,
+      above_;  ///< Extents below a line and above it, once reaches are there.
+  std::size_t line_ = 0,
+              parts_count_ = 0;      ///< The line that is looked at, and the parts that it makes.
+  std::vector<std::uint32_t> part_;  ///< The first node of each node's part.
+  std::vector<Part> parts_;
+  std::vector<Reach> spans_;                      ///< Span of each part; empty until one is needed.
+  std::vector<std::vector<std::uint8_t>> apart_;  ///< At each price, per node, for the best cut.
+  std::vector<ChartCut> best_;
+};
+
+}  // namespace
+
+double CutShape::Reach::smallest_box() const {
+  const auto span = [&](std::size_t d) { return double{to[d]} + double{to[d + kDirections]}; };
+  double least = std::numeric_limits<double>::max();
+  for (std::size_t k = 0; k < kDirections / 2; ++k) {
+    least = std::min(least, span(k) * span(k + kDirections / 2));
+  }
+  return least;
+}
+
+double smallest_box(const FlatChart& chart) {
+  Reach whole;
+  for (std::size_t d = 0; d < CutShape::kDirections; ++d) {
+    const Vec2d to = direction_of(d);
+    for (const std::uint32_t v : chart.boundary) {
+      const auto along = static_cast<float>(dot(to, chart.points[v]));
+      whole.to[d] = std::max(whole.to[d], along);
+      whole.to[d + CutShape::kDirections] = std::max(whole.to[d + CutShape::kDirections], -along);
+    }
+  }
+  return whole.smallest_box();
+}
+
+CutShape::CutShape(const ChartSurface& surface, const FlatChart& given,
+                   const ChartNeighbours& neighbour)
+    : chart(given), reach(given.points.size()) {
+  edges.reserve(neighbour.size() / 2);
+  for (std::uint32_t i = 0; i < chart.source.size(); ++i) {
+    for (std::uint32_t k = 0; k < 3; ++k) {
+      const std::uint32_t n = neighbour[3 * i + k];
+      if (n == kNoIndex || n < i) continue;
+      const Triangle& t = chart.triangles[i];
+      edges.push_back(
+          {i, n, {t[k], t[(k + 1) % 3]}, surface.length[3 * std::size_t{chart.source[i]} + k]});
+    }
+    area += chart.rest[i].area;
+  }
+  for (std::size_t d = 0; d < kDirections; ++d) {
+    const Vec2d to = direction_of(d);
+    for (std::size_t v = 0; v < reach.size(); ++v) {
+      const auto along = static_cast<float>(dot(to, chart.points[v]));
+      reach[v].to[d] = along;
+      reach[v].to[d + kDirections] = -along;
+    }
+  }
+  std::vector<std::uint8_t> open(chart.points.size(), 0);
+  for (const std::uint32_t v : chart.boundary) {
+    open[v] = 1;
+    whole.add(reach[v]);
+  }
+  for (std::uint32_t i = 0; i < chart.triangles.size(); ++i) {
+    for (const std::uint32_t v : chart.triangles[i]) {
+      if (open[v] != 0) rim.push_back({i, v});
+    }
+  }
+  box = whole.smallest_box();
+}
+
+bool CutShape::may_gain(const CutPrice& price) const {
+  return area >= 2 * price.least && box - kLeastBox * area + 0.5 * price.size * area * area > 0;
+}
+
+std::vector<ChartCut> CutShape::best_cuts(std::size_t direction,
+                                          std::span<const CutPrice> prices) const {
+  return Sweep(*this, prices).run(direction);
+}
+
+}  // namespace kiln

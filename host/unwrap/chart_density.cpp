@@ -1,0 +1,322 @@
+#include "unwrap/chart_density.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numbers>
+#include <numeric>
+#include <utility>
+
+#include "mesh/half_edge.h"
+#include "unwrap/chart_cuts.h"
+
+namespace kiln {
+namespace {
+
+/// Added to errors: what no map resolves, a sixteenth of a degree.
+constexpr double kUnseen = 0.001;
+/// The error of a map falls with the square of the texel's side at best.
+constexpr double kSteepest = 2;
+/// Charts of few places lean towards the mean, as if they had this share of the area besides.
+constexpr double kTowardsMean = 0.0005;
+/// Directions in half a turn.
+constexpr std::size_t kCutDirections = 8;
+
+/// error = level * side^-power, over an area.
+struct PowerLaw {
+  double area = 0, level = 0, power = 0;
+
+  double error(double s) const { return area * level * std::pow(s, -power); }
+  /// The scale s at which error + weight * area * s^2 is least.
+  double best(double weight, double least, double most) const {
+    const double s = std::pow(0.5 * power * level / weight, 1 / (2 + power));
+    return std::clamp(s, least, most);
+  }
+};
+
+TexelNeed sum_of(std::span<const TexelNeed> needs) {
+  TexelNeed sum;
+  for (const TexelNeed& need : needs) {
+    sum.area += need.area;
+    for (std::size_t k = 0; k < sum.errors.size(); ++k) sum.errors[k] += need.errors[k];
+  }
+  return sum;
+}
+
+/// \param whole  what the need leans towards
+PowerLaw law_of(const TexelNeed& need, const TexelNeed& whole) {
+  TexelErrors e{};
+  for (std::size_t k = 0; k < e.size(); ++k) {
+    e[k] = kUnseen + (need.errors[k] + kTowardsMean * whole.errors[k]) /
+                         (need.area + kTowardsMean * whole.area);
+  }
+  const double power = std::log2(e[0] / e[2]) / std::log2(kTexelSides[0] / kTexelSides[2]);
+  return {need.area, std::cbrt(e[0] * e[1] * e[2]), std::clamp(power, 0.0, kSteepest)};
+}
+
+/// The error one texel's area must save: the Lagrange multiplier at which charts fill the area.
+double weight_for(const std::vector<PowerLaw>& laws, double area) {
+  const double least = 1 / std::sqrt(kMostDenser), most = std::sqrt(kMostDenser);
+  double low = 1e-12, high = 1e6;
+  for (int i = 0; i < 100; ++i) {
+    const double weight = std::sqrt(low * high);
+    double taken = 0;
+    for (const PowerLaw& law : laws) {
+      const double s = law.best(weight, least, most);
+      taken += law.area * s * s;
+    }
+    (taken > area ? low : high) = weight;
+  }
+  return high;
+}
+
+std::vector<PowerLaw> laws_of(std::span<const TexelNeed> needs, const TexelNeed& whole) {
+  std::vector<PowerLaw> laws;
+  for (const TexelNeed& need : needs) laws.push_back(law_of(need, whole));
+  return laws;
+}
+
+/// The best cut of one chart.
+class DensityCut {
+ public:
+  DensityCut(const ChartSurface& surface, const ChartBorders& borders, const DensityPrice& price,
+             const TexelNeed& whole, double weight)
+      : surface_(surface), borders_(borders), price_(price), whole_(whole), weight_(weight) {}
+
+  struct Found {
+    double gain = 0;
+    std::vector<std::uint8_t> apart;
+  };
+
+  /// One for each direction at most, the best first.
+  /// \param local  the place in the chart of each of its triangles
+  std::vector<Found> run(const FlatChart& chart, std::span<const TexelNeed> needs,
+                         const std::vector<std::uint32_t>& local) {
+    chart_ = &chart;
+    local_ = &local;
+    needs_.clear();
+    for (const std::uint32_t t : chart.source) needs_.push_back(needs[t]);
+    chart_sum_ = sum_of(needs_);
+    if (chart_sum_.area < 2 * price_.least) return {};
+    chart_cost_ = cost(chart_sum_);
+    std::vector<Found> found;
+    for (std::size_t d = 0; d < kCutDirections; ++d) {
+      Found cut = along(static_cast<double>(d) * std::numbers::pi / kCutDirections);
+      if (cut.gain > 0) found.push_back(std::move(cut));
+    }
+    std::stable_sort(found.begin(), found.end(),
+                     [](const Found& a, const Found& b) { return a.gain > b.gain; });
+    return found;
+  }
+
+ private:
+  struct Cost {
+    double value = 0, scale = 1;
+  };
+
+  /// Error and texels, in units of texels' area, at the best scale.
+  Cost cost(const TexelNeed& need) const {
+    const PowerLaw law = law_of(need, whole_);
+    const double s = law.best(weight_, 1 / std::sqrt(kMostDenser), std::sqrt(kMostDenser));
+    return {law.error(s) / weight_ + law.area * s * s, s};
+  }
+
+  double gain(const TexelNeed& part, double length) const {
+    TexelNeed rest = chart_sum_;
+    rest.area -= part.area;
+    for (std::size_t k = 0; k < rest.errors.size(); ++k) rest.errors[k] -= part.errors[k];
+    if (std::min(part.area, rest.area) < price_.least) return 0;
+    const Cost a = cost(part), b = cost(rest);
+    return chart_cost_.value - a.value - b.value -
+           length * (price_.seam + price_.margin * (a.scale + b.scale));
+  }
+
+  std::uint32_t neighbour(std::uint32_t i, std::uint32_t k) const {
+    const std::uint32_t h = 3 * chart_->source[i] + k;
+    return borders_.is_glued(h) ? (*local_)[surface_.mate[h] / 3] : kNoIndex;
+  }
+
+  /// The best of all lines across a direction.
+  Found along(double angle) const {
+    const auto count = static_cast<std::uint32_t>(chart_->source.size());
+    const Vec2d to{std::cos(angle), std::sin(angle)};
+    std::vector<double> at(count);
+    for (std::uint32_t i = 0; i < count; ++i) {
+      const Triangle& t = chart_->triangles[i];
+      at[i] = dot(to, chart_->points[t[0]] + chart_->points[t[1]] + chart_->points[t[2]]);
+    }
+    std::vector<std::uint32_t> order(count);
+    std::iota(order.begin(), order.end(), 0U);
+    std::stable_sort(order.begin(), order.end(),
+                     [&](std::uint32_t a, std::uint32_t b) { return at[a] < at[b]; });
+    std::vector<std::uint8_t> apart(count, 0);
+    TexelNeed part;
+    double length = 0, best = 0;
+    std::size_t most = 0;
+    for (std::uint32_t n = 0; n + 1 < count; ++n) {
+      const std::uint32_t i = order[n];
+      add(part, needs_[i]);
+      apart[i] = 1;
+      for (std::uint32_t k = 0; k < 3; ++k) {
+        const std::uint32_t other = neighbour(i, k);
+        if (other == kNoIndex) continue;
+        const double side = surface_.length[3 * chart_->source[i] + k];
+        length += apart[other] != 0 ? -side : side;
+      }
+      const double value = gain(part, length);
+      if (value > best) best = value, most = n + 1;
+    }
+    if (most == 0) return {};
+    for (std::size_t n = 0; n < count; ++n) apart[order[n]] = n < most ? 1 : 0;
+    return in_two(std::move(apart));
+  }
+
+  static void add(TexelNeed& sum, const TexelNeed& need) {
+    sum.area += need.area;
+    for (std::size_t k = 0; k < sum.errors.size(); ++k) sum.errors[k] += need.errors[k];
+  }
+
+  /// Each side is what hangs together of it and has most area; the rest goes to the other.
+  Found in_two(std::vector<std::uint8_t> apart) const {
+    for (const std::uint8_t side : {1, 0}) keep_largest(apart, side);
+    TexelNeed part;
+    double length = 0;
+    for (std::uint32_t i = 0; i < apart.size(); ++i) {
+      if (apart[i] == 0) continue;
+      add(part, needs_[i]);
+      for (std::uint32_t k = 0; k < 3; ++k) {
+        const std::uint32_t other = neighbour(i, k);
+        if (other == kNoIndex || apart[other] != 0) continue;
+        length += surface_.length[3 * chart_->source[i] + k];
+      }
+    }
+    const double value = gain(part, length);
+    return {value, std::move(apart)};
+  }
+
+  void keep_largest(std::vector<std::uint8_t>& apart, std::uint8_t side) const {
+    std::vector<std::uint32_t> piece(apart.size(), kNoIndex), stack;
+    std::vector<double> areas;
+    for (std::uint32_t seed = 0; seed < apart.size(); ++seed) {
+      if (apart[seed] != side || piece[seed] != kNoIndex) continue;
+      const auto id = static_cast<std::uint32_t>(areas.size());
+      areas.push_back(0);
+      stack.assign(1, seed);
+      piece[seed] = id;
+      while (!stack.empty()) {
+        const std::uint32_t i = stack.back();
+        stack.pop_back();
+        areas[id] += needs_[i].area;
+        for (std::uint32_t k = 0; k < 3; ++k) {
+          const std::uint32_t other = neighbour(i, k);
+          if (other == kNoIndex || apart[other] != side || piece[other] != kNoIndex) continue;
+          piece[other] = id;
+          stack.push_back(other);
+        }
+      }
+    }
+    if (areas.size() < 2) return;
+    const auto largest =
+        static_cast<std::uint32_t>(std::max_element(areas.begin(), areas.end()) - areas.begin());
+    for (std::uint32_t i = 0; i < apart.size(); ++i) {
+      if (apart[i] == side && piece[i] != largest) apart[i] = 1 - side;
+    }
+  }
+
+  const ChartSurface& surface_;
+  const ChartBorders& borders_;
+  const DensityPrice& price_;
+  const TexelNeed& whole_;
+  double weight_;  ///< Price of a texel's area, as error.
+  const FlatChart* chart_ = nullptr;
+  const std::vector<std::uint32_t>* local_ = nullptr;
+  std::vector<TexelNeed> needs_;  ///< Needs of the chart's triangles.
+  TexelNeed chart_sum_;
+  Cost chart_cost_;
+};
+
+}  // namespace
+
+std::vector<double> texel_scales(std::span<const TexelNeed> needs) {
+  const TexelNeed whole = sum_of(needs);
+  const std::vector<PowerLaw> laws = laws_of(needs, whole);
+  const double weight = weight_for(laws, whole.area);
+  std::vector<double> scales;
+  double taken = 0;
+  for (const PowerLaw& law : laws) {
+    const double s = law.best(weight, 1 / std::sqrt(kMostDenser), std::sqrt(kMostDenser));
+    scales.push_back(s);
+    taken += law.area * s * s;
+  }
+  for (double& s : scales) s *= std::sqrt(whole.area / taken);
+  return scales;
+}
+
+double expected_error(std::span<const TexelNeed> needs, std::span<const double> scales) {
+  const std::vector<PowerLaw> laws = laws_of(needs, sum_of(needs));
+  double sum = 0;
+  for (std::size_t i = 0; i < laws.size(); ++i) sum += laws[i].error(scales[i]);
+  return sum;
+}
+
+FlatTriangles flat_triangles(const ChartSurface& surface, const ChartBorders& borders,
+                             const std::vector<FlatChart>& charts, std::size_t count) {
+  FlatTriangles flat;
+  flat.corners.resize(count);
+  flat.beside.assign(count, {kNoIndex, kNoIndex, kNoIndex});
+  for (const FlatChart& chart : charts) {
+    for (std::size_t i = 0; i < chart.source.size(); ++i) {
+      const std::uint32_t t = surface.source[chart.source[i]];
+      for (std::uint32_t k = 0; k < 3; ++k) {
+        flat.corners[t][k] = chart.points[chart.triangles[i][k]];
+        const std::uint32_t h = 3 * chart.source[i] + k;
+        if (borders.is_glued(h)) flat.beside[t][k] = surface.source[surface.mate[h] / 3];
+      }
+    }
+  }
+  return flat;
+}
+
+std::vector<TexelNeed> texel_needs(const ChartSurface& surface,
+                                   std::span<const TexelErrors> errors) {
+  std::vector<TexelNeed> needs(surface.triangles.size());
+  for (std::size_t t = 0; t < needs.size(); ++t) {
+    needs[t] = {surface.area[t], errors[surface.source[t]]};
+    for (double& error : needs[t].errors) error *= surface.area[t];
+  }
+  return needs;
+}
+
+std::vector<TexelNeed> chart_needs(const std::vector<FlatChart>& charts,
+                                   std::span<const TexelNeed> needs) {
+  std::vector<TexelNeed> result;
+  std::vector<TexelNeed> own;
+  for (const FlatChart& chart : charts) {
+    own.clear();
+    for (const std::uint32_t t : chart.source) own.push_back(needs[t]);
+    result.push_back(sum_of(own));
+  }
+  return result;
+}
+
+void cut_by_density(const ChartSurface& surface, ChartBorders& borders, const DensityPrice& price,
+                    std::span<const TexelNeed> needs, std::vector<FlatChart>& charts) {
+  const TexelNeed whole = sum_of(needs);
+  const double weight = weight_for(laws_of(chart_needs(charts, needs), whole), whole.area);
+  DensityCut search(surface, borders, price, whole, weight);
+  std::vector<std::uint32_t> local(surface.triangles.size());
+  for (std::size_t i = 0; i < charts.size();) {
+    for (std::uint32_t t = 0; t < charts[i].source.size(); ++t) local[charts[i].source[t]] = t;
+    bool cut = false;
+    for (const auto& found : search.run(charts[i], needs, local)) {
+      FlatChart apart;
+      cut = cut_apart(surface, borders, found.apart, local, charts[i], apart);
+      if (!cut) continue;
+      charts.push_back(std::move(apart));
+      break;
+    }
+    if (!cut) ++i;
+  }
+}
+
+}  // namespace kiln

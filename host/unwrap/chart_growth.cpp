@@ -1,0 +1,371 @@
+#include "unwrap/chart_growth.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <memory>
+#include <span>
+#include <utility>
+
+#include "base/parallel.h"
+#include "unwrap/chart_choice.h"
+#include "unwrap/chart_merger.h"
+#include "unwrap/cut_scratch.h"
+#include "unwrap/flat_predicates.h"
+#include "unwrap/smoothed_normals.h"
+
+namespace kiln {
+namespace {
+
+/// Merges tried at once, on any number of threads. Most are refused, so few are tried in vain.
+constexpr std::size_t kTogether = 6;
+/// Pieces of work that patches are laid flat in.
+constexpr std::size_t kPieces = 32;
+/// Rounds that may bring a chart within its limits.
+constexpr int kRigidRounds = 5, kInjectiveRounds = 15;
+/// Charts are not relaxed from a circle that have more border vertices than this, times the root of triangles.
+constexpr double kMostBorder = 6;
+
+/// Charts laid edge to edge whose borders touch at so many places do not come off each other.
+constexpr std::size_t kMostTouches = 16;
+/// Nor do those of which more sides of the border lie in the other chart.
+constexpr std::size_t kMostCovered = 16;
+/// Merges of fewer triangles together are done before a thread has started.
+constexpr std::size_t kWorthThreads = 200;
+
+/// The triangles that a patch was merged of: the first patches are the triangles.
+std::vector<std::uint32_t> triangles_of(const std::vector<ChartPatch>& patches, std::uint32_t p) {
+  std::vector<std::uint32_t> triangles, stack{p};
+  while (!stack.empty()) {
+    const std::uint32_t at = stack.back();
+    stack.pop_back();
+    const auto& parts = patches[at].parts;
+    if (parts[0] == kNoIndex) {
+      triangles.push_back(at);
+    } else {
+      stack.insert(stack.end(), {parts[1], parts[0]});
+    }
+  }
+  return triangles;
+}
+
+/// A patch, and the way down in it by the larger part each time, until a part can be laid flat.
+struct Descent {
+  std::vector<std::uint32_t> path;  ///< The patch first, a triangle last.
+  int fails = -1, fits = 0;  ///< Places in the path: the last that fails, the first that fits.
+  FlatChart chart;           ///< The flattened chart, if it fits.
+
+  bool is_done() const { return fails + 1 == fits && !chart.source.empty(); }
+  /// The place to try next: much smaller ones until one fits, then half-way back.
+  int next(std::span<const std::uint32_t> sizes) const {
+    constexpr double kSmaller = 0.7;
+    if (fails < 0 || fails + 1 == fits) return fails + 1;
+    if (!chart.source.empty()) return (fails + fits) / 2;
+    int at = fails + 1;
+    while (at < fits && sizes[path[static_cast<std::size_t>(at)]] >
+                            kSmaller * sizes[path[static_cast<std::size_t>(fails)]]) {
+      ++at;
+    }
+    return at;
+  }
+};
+
+/// Lays patches flat. Those that cannot be within the limits are taken apart, as they were merged.
+class PatchLayer {
+ public:
+  PatchLayer(const ChartSurface& surface, const std::vector<ChartPatch>& patches,
+             const ChartLimits& limits, ChartBorders& borders)
+      : surface_(surface),
+        patches_(patches),
+        limits_(limits),
+        borders_(borders),
+        scratches_(surface) {
+    sizes_.reserve(patches.size());
+    for (const ChartPatch& patch : patches) {  // Parts come before what is made of them.
+      const auto [a, b] = patch.parts;
+      sizes_.push_back(a == kNoIndex ? 1 : sizes_[a] + sizes_[b]);
+    }
+  }
+
+  std::vector<FlatChart> run(int threads) {
+    std::vector<Descent> waiting;
+    for (std::uint32_t p = 0; p < patches_.size(); ++p) {
+      if (patches_[p].alive) waiting.push_back(descent(p));
+    }
+    std::vector<FlatChart> charts;
+    while (!waiting.empty()) {
+      const auto lay = [&](std::size_t begin, std::size_t end) {
+        std::unique_ptr<CutScratch> scratch = scratches_.take();
+        for (std::size_t i = begin; i < end; ++i) try_next(waiting[i], *scratch);
+        scratches_.give_back(std::move(scratch));
+      };
+      parallel_for(waiting.size(), waiting.size() / kPieces + 1, lay, threads);
+      std::vector<Descent> next;
+      for (Descent& one : waiting) {
+        if (!one.is_done()) {
+          next.push_back(std::move(one));
+          continue;
+        }
+        charts.push_back(std::move(one.chart));
+        for (std::size_t n = 0; n < static_cast<std::size_t>(one.fits); ++n) {
+          const ChartPatch& patch = patches_[one.path[n]];
+          borders_.unglue(patch.glued);
+          next.push_back(descent(patch.parts[patch.parts[0] == one.path[n + 1] ? 1 : 0]));
+        }
+      }
+      waiting = std::move(next);
+    }
+    return charts;
+  }
+
+ private:
+  Descent descent(std::uint32_t p) const {
+    Descent result;
+    result.path.push_back(p);
+    while (patches_[p].parts[0] != kNoIndex) {
+      const auto [a, b] = patches_[p].parts;
+      p = sizes_[b] > sizes_[a] ? b : a;
+      result.path.push_back(p);
+    }
+    result.fits = static_cast<int>(result.path.size()) - 1;
+    return result;
+  }
+
+  void try_next(Descent& one, CutScratch& scratch) const {
+    const auto at = static_cast<std::size_t>(one.next(sizes_));
+    const auto mark_above = [&](std::uint8_t value) {
+      for (std::size_t n = 0; n < at; ++n)
+        scratch.mark(surface_, patches_[one.path[n]].glued, value);
+    };
+    mark_above(1);
+    FlatChart chart = cut_open(surface_, triangles_of(patches_, one.path[at]), borders_.glued(),
+                               scratch.local, scratch.other);
+    mark_above(0);
+    const bool done = chart.source.size() == 1    ? (lay_flat(chart, surface_), true)
+                      : lay_flat(chart, surface_) ? within(chart, limits_)
+                                                  : relax_from_circle(chart, limits_);
+    if (!done) {
+      one.fails = static_cast<int>(at);
+      return;
+    }
+    one.fits = static_cast<int>(at);
+    one.chart = std::move(chart);
+  }
+
+  const ChartSurface& surface_;
+  const std::vector<ChartPatch>& patches_;
+  const ChartLimits& limits_;
+  ChartBorders& borders_;
+  std::vector<std::uint32_t> sizes_;  ///< Triangles of each patch.
+  ScratchPool scratches_;
+};
+
+/// Patches of triangles whose guide normals agree; those that cannot be laid flat within the limits are taken
+/// apart again.
+std::vector<FlatChart> grow_patches(const ChartSurface& surface, std::span<const Vec3d> guide,
+                                    const ChartLimits& limits, double most_variance,
+                                    ChartBorders& borders, int threads) {
+  ChartMerger merger(surface, borders);
+  for (std::uint32_t t = 0; t < surface.triangles.size(); ++t) {
+    ChartPatch patch;
+    patch.open = 3 * t;
+    patch.area = surface.area[t];
+    patch.normal = guide[t] * surface.area[t];
+    merger.own(t, merger.add(std::move(patch)));
+  }
+  merger.run(
+      1,
+      [&](double area, const Vec3d& normal) {
+        return variance(area, normal) <= most_variance * area;
+      },
+      [](std::span<const ChartPatch>, std::span<std::uint8_t>) {});
+
+  return PatchLayer(surface, merger.patches(), limits, borders).run(threads);
+}
+
+/// Lays the joined chart's points where those of its parts are, the second moved so that the joint fits.
+void lay_edge_to_edge(FlatChart& joined, const FlatChart& a, const FlatChart& b) {
+  const std::size_t split = a.triangles.size();
+  std::vector<std::uint8_t> of_a(joined.points.size(), 0);
+  for (std::size_t i = 0; i < split; ++i) {
+    for (std::size_t k = 0; k < 3; ++k) {
+      joined.points[joined.triangles[i][k]] = a.points[a.triangles[i][k]];
+      of_a[joined.triangles[i][k]] = 1;
+    }
+  }
+  Vec2d mean_a, mean_b;
+  double count = 0;
+  const auto each_joint = [&](const auto& body) {
+    for (std::size_t i = 0; i < b.triangles.size(); ++i) {
+      for (std::size_t k = 0; k < 3; ++k) {
+        const std::uint32_t v = joined.triangles[split + i][k];
+        if (of_a[v] != 0) body(joined.points[v], b.points[b.triangles[i][k]]);
+      }
+    }
+  };
+  each_joint([&](const Vec2d& in_a, const Vec2d& in_b) {
+    mean_a = mean_a + in_a, mean_b = mean_b + in_b, ++count;
+  });
+  mean_a = mean_a * (1 / count), mean_b = mean_b * (1 / count);
+  double c = 0, s = 0;
+  each_joint([&](const Vec2d& in_a, const Vec2d& in_b) {
+    c += dot(in_b - mean_b, in_a - mean_a);
+    s += cross(in_b - mean_b, in_a - mean_a);
+  });
+  const double size = std::hypot(c, s);
+  c = size > 0 ? c / size : 1, s = size > 0 ? s / size : 0;
+  for (std::size_t i = 0; i < b.triangles.size(); ++i) {
+    for (std::size_t k = 0; k < 3; ++k) {
+      const std::uint32_t v = joined.triangles[split + i][k];
+      if (of_a[v] != 0) continue;
+      const Vec2d p = b.points[b.triangles[i][k]] - mean_b;
+      joined.points[v] = mean_a + Vec2d{c * p.x - s * p.y, s * p.x + c * p.y};
+    }
+  }
+}
+
+/// Two charts as one, laid edge to edge. \param joint  half-edges to glue
+FlatChart join(const ChartSurface& surface, const ChartBorders& borders,
+               std::span<const std::uint32_t> joint, const FlatChart& a, const FlatChart& b,
+               CutScratch& scratch) {
+  std::vector<std::uint32_t> triangles;
+  std::vector<RestShape> rest;
+  triangles.reserve(a.source.size() + b.source.size());
+  rest.reserve(triangles.capacity());
+  for (const FlatChart* part : {&a, &b}) {
+    triangles.insert(triangles.end(), part->source.begin(), part->source.end());
+    rest.insert(rest.end(), part->rest.begin(), part->rest.end());
+  }
+  scratch.mark(surface, joint, 1);
+  FlatChart joined =
+      cut_open(surface, triangles, borders.glued(), scratch.local, scratch.other, std::move(rest));
+  scratch.mark(surface, joint, 0);
+  lay_edge_to_edge(joined, a, b);
+  return joined;
+}
+
+/// Relaxes a joined chart. \returns whether it is injective and within
+bool lay_joined(FlatChart& chart, const ChartLimits& limits) {
+  if (!is_short(chart, limits)) return false;
+  const std::vector<Vec2d> outline = outline_of(chart);
+  if (touches(outline, 0, kMostTouches).size() == kMostTouches) return false;
+  if (covered_sides(outline) > kMostCovered) return false;
+  const auto system = rigid_system(chart);
+  if (!rigid_rounds(chart, kRigidRounds, *system)) return false;
+  if (is_injective(chart)) return within(chart, limits);
+  if (rigid_energy(chart) > limits.energy + chart.forced) return false;
+  const std::vector<Vec2d> before = chart.points;
+  if (untangle(chart, {}, *system)) {
+    if (!within(chart, limits)) injective_rounds(chart, kInjectiveRounds, &limits, system.get());
+    if (within(chart, limits)) return true;
+  }
+  chart.points = before;
+  // On the way from a circle, what is long and winding gets stuck.
+  const double width = std::sqrt(static_cast<double>(chart.triangles.size()));
+  if (static_cast<double>(chart.boundary.size()) > kMostBorder * width) return false;
+  return relax_from_circle(chart, limits, system.get());
+}
+
+}  // namespace
+
+bool relax_from_circle(FlatChart& chart, const ChartLimits& limits, const RigidSystem* known) {
+  if (rigid_energy(chart) > limits.energy + chart.forced) return false;
+  if (!on_circle(chart) || !is_injective(chart)) return false;
+  injective_rounds(chart, kInjectiveRounds, &limits, known);
+  return within(chart, limits);
+}
+
+bool lay_flat(FlatChart& chart, const ChartSurface& surface) {
+  constexpr int kRounds = 4;
+  if (chart.triangles.size() == 1) {
+    lay_single(chart, surface);
+    return is_injective(chart);
+  }
+  project(chart, surface);
+  const std::vector<Vec2d> projected = chart.points;
+  const auto system = rigid_system(chart);
+  if (rigid_rounds(chart, kRounds, *system) && is_injective(chart)) return true;
+  chart.points = projected;
+  if (!conformal(chart)) return false;
+  const std::vector<Vec2d> start = chart.points;
+  if (rigid_rounds(chart, 2 * kRounds, *system) && is_injective(chart)) return true;
+  chart.points = start;
+  return is_injective(chart);
+}
+
+std::vector<FlatChart> grow_charts(const ChartSurface& surface, ChartBorders& borders,
+                                   const ChartLimits& limits, const ChartWay& way, int threads) {
+  const std::vector<Vec3d> guide = smoothed_normals(surface, way.smoothing);
+  std::vector<FlatChart> charts =
+      grow_patches(surface, guide, limits, way.variance, borders, threads);
+  const auto always = [](auto&&...) { return true; };
+  join_charts(surface, borders, limits, guide, always, charts, threads);
+  return charts;
+}
+
+void join_charts(const ChartSurface& surface, ChartBorders& borders, const ChartLimits& limits,
+                 std::span<const Vec3d> guide, const JoinWorth& worth,
+                 std::vector<FlatChart>& charts, int threads) {
+  ChartMerger merger(surface, borders);
+  for (std::uint32_t c = 0; c < charts.size(); ++c) {
+    ChartPatch patch;
+    for (const std::uint32_t t : charts[c].source) {
+      merger.own(t, c);
+      patch.area += surface.area[t];
+      patch.normal += guide[t] * surface.area[t];
+      for (std::uint32_t k = 0; k < 3; ++k) {
+        if (!borders.is_glued(3 * t + k)) patch.open = 3 * t + k;
+      }
+    }
+    patch.border = borders.trace(patch.open);
+    merger.add(std::move(patch));
+  }
+  ScratchPool scratches(surface);
+  const auto accept = [&](std::span<const ChartPatch> joined, std::span<std::uint8_t> accepted) {
+    std::array<FlatChart, kTogether> laid;
+    MergeTrials<kTogether> trials(joined);
+    // The largest first, so that none is left for the end; but those that may be vain after the others.
+    std::array<std::size_t, kTogether> order{}, sizes{};
+    std::size_t triangles = 0;
+    for (std::size_t i = 0; i < joined.size(); ++i) {
+      for (const std::uint32_t part : joined[i].parts) sizes[i] += charts[part].triangles.size();
+      order[i] = i;
+      triangles += sizes[i];
+    }
+    std::stable_sort(order.begin(), order.begin() + static_cast<std::ptrdiff_t>(joined.size()),
+                     [&](std::size_t p, std::size_t q) {
+                       return std::pair(trials.has_rival(q), sizes[p]) >
+                              std::pair(trials.has_rival(p), sizes[q]);
+                     });
+    const auto lay = [&](std::size_t begin, std::size_t end) {
+      std::unique_ptr<CutScratch> scratch = scratches.take();
+      for (std::size_t n = begin; n < end; ++n) {
+        const std::size_t i = order[n];
+        if (trials.is_vain(i)) {
+          accepted[i] = 0;
+          continue;
+        }
+        const FlatChart &a = charts[joined[i].parts[0]], &b = charts[joined[i].parts[1]];
+        laid[i] = join(surface, borders, joined[i].glued, a, b, *scratch);
+        const auto gains = [&] { return worth(joined[i].glued, a, b, laid[i]); };
+        accepted[i] = gains() && lay_joined(laid[i], limits) && gains() ? 1 : 0;
+        trials.note(i, accepted[i] != 0);
+      }
+      scratches.give_back(std::move(scratch));
+    };
+    parallel_for(joined.size(), 1, lay, triangles < kWorthThreads ? 1 : threads);
+    for (std::size_t i = 0; i < joined.size(); ++i) {
+      for (const std::uint32_t part : joined[i].parts) {
+        if (charts[part].source.empty()) accepted[i] = 0;  // One before took it.
+      }
+      if (accepted[i] == 0) continue;
+      for (const std::uint32_t part : joined[i].parts) charts[part] = {};
+      charts.push_back(std::move(laid[i]));
+    }
+  };
+  merger.run(
+      kTogether, [](double, const Vec3d&) { return true; }, accept);
+  std::erase_if(charts, [](const FlatChart& chart) { return chart.source.empty(); });
+}
+
+}  // namespace kiln

@@ -1,0 +1,243 @@
+// Greedy merging of patches into discs: the least rise of normals' variance for the longest edge first.
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <atomic>
+#include <cstddef>
+#include <cstdint>
+#include <queue>
+#include <span>
+#include <tuple>
+#include <utility>
+#include <vector>
+
+#include "base/progress_guard.h"
+#include "mesh/half_edge.h"
+#include "unwrap/chart_borders.h"
+
+namespace kiln {
+
+/// The pull of small patches to be merged where nothing bends.
+inline constexpr double kSmallPull = 0.02;
+
+struct ChartPatch {
+  std::uint32_t open = 0, border = 3;  ///< A half-edge of its border; how many that has.
+  double area = 0;
+  Vec3d normal;  ///< Sum of normals by area.
+  std::array<std::uint32_t, 2> parts{kNoIndex, kNoIndex};
+  std::vector<std::uint32_t> glued;  ///< Half-edges that joined the parts.
+  bool alive = true;
+};
+
+inline double variance(double area, const Vec3d& normal) { return area - length(normal); }
+
+/// Merges tried at once, in their order: one that has a part of an earlier one goes only where that was refused.
+template <std::size_t count>
+class MergeTrials {
+ public:
+  explicit MergeTrials(std::span<const ChartPatch> joined) : joined_(joined) {}
+
+  /// True if it need not be flattened: an earlier one is known to contain part of it. Any thread.
+  bool is_vain(std::size_t i) const {
+    for (std::size_t j = 0; j < i; ++j) {
+      if (shares_part(i, j) && laid_[j] == 1 && goes(j)) return true;
+    }
+    return false;
+  }
+  bool has_rival(std::size_t i) const {
+    for (std::size_t j = 0; j < i; ++j) {
+      if (shares_part(i, j)) return true;
+    }
+    return false;
+  }
+  void note(std::size_t i, bool laid) { laid_[i] = laid ? 1 : -1; }
+
+ private:
+  bool shares_part(std::size_t i, std::size_t j) const {
+    const auto [a, b] = joined_[i].parts;
+    const auto [c, d] = joined_[j].parts;
+    return a == c || a == d || b == c || b == d;
+  }
+  /// True if a merge that could be flattened is known to be superseded.
+  bool goes(std::size_t i) const {
+    for (std::size_t j = 0; j < i; ++j) {
+      if (shares_part(i, j) && laid_[j] != -1 && !is_vain(j)) return false;
+    }
+    return true;
+  }
+
+  std::span<const ChartPatch> joined_;
+  std::array<std::atomic<int>, count> laid_{};  ///< 0: not known yet, -1: not.
+};
+
+/// Greedy merging; what a merge must fulfil is the caller's.
+class ChartMerger {
+ public:
+  ChartMerger(const ChartSurface& surface, ChartBorders& borders)
+      : surface_(surface), borders_(borders), owner_(surface.triangles.size()) {}
+
+  std::uint32_t add(ChartPatch patch) {
+    patches_.push_back(std::move(patch));
+    root_.push_back(static_cast<std::uint32_t>(root_.size()));
+    waiting_.emplace_back();
+    place_.push_back(kNoIndex);
+    return root_.back();
+  }
+  void own(std::uint32_t triangle, std::uint32_t patch) { owner_[triangle] = patch; }
+  std::vector<ChartPatch>& patches() { return patches_; }
+
+  /// Merges until no pair is left that may. `fits(area, normal)` is a quick look before a pair queues;
+  /// `accept(joined, accepted)` sees up to `width` joined patches at once, the cheapest first, and refuses some by
+  /// 0. A part may be in several: where one of these is accepted, those after it must be refused. With a width of
+  /// more than 1 joints are open while it looks.
+  template <typename Fits, typename Accept>
+  void run(std::size_t width, const Fits& fits, const Accept& accept) {
+    for (std::uint32_t p = 0; p < patches_.size(); ++p) {
+      if (patches_[p].alive) propose(p, true, fits);
+    }
+    std::vector<ChartPatch> joined;
+    std::vector<std::uint8_t> accepted;
+    while (!queue_.empty()) {
+      ProgressGuard::poll();
+      take(width, joined);
+      accepted.assign(joined.size(), 1);
+      accept(std::span<const ChartPatch>(joined), accepted);
+      for (std::size_t i = 0; i < joined.size(); ++i) {
+        if (accepted[i] == 0) {
+          if (width == 1) borders_.unglue(joined[i].glued);
+          continue;
+        }
+        if (width > 1) glue(joined[i]);
+        const auto [a, b] = joined[i].parts;
+        for (const std::uint32_t part : {a, b}) {
+          patches_[part].alive = false;
+          waiting_[part] = {};
+        }
+        const std::uint32_t id = add(std::move(joined[i]));
+        root_[a] = root_[b] = id;
+        propose(id, false, fits);
+      }
+    }
+  }
+
+ private:
+  struct Pair {
+    double cost = 0;
+    std::uint32_t a = 0, b = 0, half_edge = 0;
+    std::uint32_t from = 0;                    ///< Which of the two queued it.
+    bool operator<(const Pair& other) const {  // The cheapest on top.
+      return std::tie(cost, a, b) > std::tie(other.cost, other.a, other.b);
+    }
+  };
+
+  /// Takes the cheapest pairs that can be glued.
+  void take(std::size_t width, std::vector<ChartPatch>& joined) {
+    joined.clear();
+    while (joined.size() < width && !queue_.empty()) {
+      const Pair pair = queue_.top();
+      queue_.pop();
+      queue_next(pair.from);
+      const ChartPatch &a = patches_[pair.a], &b = patches_[pair.b];
+      if (!a.alive || !b.alive) continue;
+      ChartPatch patch;
+      patch.open = pair.half_edge;
+      patch.parts = {pair.a, pair.b};
+      if (!glue(patch)) continue;
+      if (width > 1) borders_.unglue(patch.glued);
+      patch.border = a.border + b.border - 2 * static_cast<std::uint32_t>(patch.glued.size());
+      patch.area = a.area + b.area;
+      patch.normal = a.normal + b.normal;
+      joined.push_back(std::move(patch));
+    }
+  }
+
+  /// Glues the parts of a patch. \param patch  open: a half-edge of the joint; out: one of its border
+  bool glue(ChartPatch& patch) {
+    const auto [a, b] = patch.parts;
+    const std::uint32_t joint = patch.glued.empty() ? patch.open : patch.glued.front();
+    patch.glued.clear();
+    patch.open = borders_.glue(borders_.run_through(joint), patches_[a].border, patches_[b].border,
+                               patch.glued);
+    return patch.open != kNoIndex;
+  }
+
+  std::uint32_t owner(std::uint32_t half_edge) {
+    std::uint32_t p = owner_[half_edge / 3];
+    while (root_[p] != p) p = root_[p] = root_[root_[p]];
+    return p;
+  }
+
+  /// Queues the cheapest pair that a patch has waiting. Most of the others are never needed: they wait apart,
+  /// since a queue of all would be many times as long.
+  void queue_next(std::uint32_t p) {
+    std::vector<Pair>& waiting = waiting_[p];
+    while (!waiting.empty()) {
+      std::pop_heap(waiting.begin(), waiting.end());
+      const Pair pair = waiting.back();
+      waiting.pop_back();
+      if (!patches_[pair.a].alive || !patches_[pair.b].alive) continue;
+      queue_.push(pair);
+      return;
+    }
+  }
+
+  /// Queues a patch with each of its neighbours, over the longest run they share.
+  template <typename Fits>
+  void propose(std::uint32_t p, bool later_only, const Fits& fits) {
+    std::vector<std::pair<std::uint32_t, ChartBorders::Run>> best;
+    const std::uint32_t open = patches_[p].open;
+    std::uint32_t h = open;
+    const auto look = [&](std::uint32_t half_edge) {
+      const ChartBorders::Run run = borders_.run_through(half_edge);
+      const std::uint32_t other = owner(surface_.mate[half_edge]);
+      if (place_[other] == kNoIndex) {
+        place_[other] = static_cast<std::uint32_t>(best.size());
+        best.push_back({other, run});
+      } else if (run.length > best[place_[other]].second.length) {
+        best[place_[other]].second = run;
+      }
+    };
+    bool any = false;
+    std::uint32_t last_shared = kNoIndex;
+    do {
+      const std::uint32_t m = surface_.mate[h];
+      if (m != kNoIndex && owner(m) != p) {
+        last_shared = h;
+        const std::uint32_t before = borders_.previous(h);
+        const bool goes_on =
+            surface_.mate[before] != kNoIndex && borders_.next(m) == surface_.mate[before];
+        if (!goes_on) look(h), any = true;
+      }
+      h = borders_.next(h);
+    } while (h != open);
+    if (!any && last_shared != kNoIndex) look(last_shared);
+    const ChartPatch& patch = patches_[p];
+    std::vector<Pair>& waiting = waiting_[p];
+    for (const auto& [other, run] : best) {
+      place_[other] = kNoIndex;
+      if (later_only && other < p) continue;
+      const ChartPatch& neighbour = patches_[other];
+      const double area = patch.area + neighbour.area;
+      const Vec3d normal = patch.normal + neighbour.normal;
+      if (!fits(area, normal)) continue;
+      const double rise = variance(area, normal) - variance(patch.area, patch.normal) -
+                          variance(neighbour.area, neighbour.normal);
+      const double cost =
+          (std::max(rise, 0.0) + kSmallPull * std::min(patch.area, neighbour.area)) / run.length;
+      waiting.push_back({cost, std::min(p, other), std::max(p, other), run.first, p});
+    }
+    std::make_heap(waiting.begin(), waiting.end());
+    queue_next(p);
+  }
+
+  const ChartSurface& surface_;
+  ChartBorders& borders_;
+  std::vector<std::uint32_t> owner_, root_;
+  std::vector<ChartPatch> patches_;
+  std::priority_queue<Pair> queue_;         ///< The cheapest pair of each patch.
+  std::vector<std::vector<Pair>> waiting_;  ///< Heaps of the other pairs that a patch has queued.
+  std::vector<std::uint32_t> place_;        ///< Scratch of propose(): of each patch, or kNoIndex.
+};
+
+}  // namespace kiln

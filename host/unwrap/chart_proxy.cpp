@@ -1,0 +1,342 @@
+#include "unwrap/chart_proxy.h"
+
+#include <algorithm>
+#include <array>
+#include <limits>
+#include <numeric>
+#include <queue>
+#include <tuple>
+#include <utility>
+
+#include "base/progress_guard.h"
+#include "mesh/half_edge.h"
+#include "mesh/quadric.h"
+
+namespace kiln {
+namespace {
+
+/// Weight of an edge's squared length, times the area around its start, against squared distances.
+constexpr double kLengthCost = 0.003;
+/// A border's plane weighs its squared length, times this.
+constexpr double kBorderWeight = 1;
+/// Triangles that a collapse moves turn by less than this cosine says.
+constexpr double kLeastCosine = 0.3;
+/// They keep this share of an equilateral triangle's area, for the same sides; or what they had.
+constexpr double kLeastShape = 0.05;
+
+/// The half-edge that starts a vertex's fan: at a border the one without a mate, else any.
+std::uint32_t fan_begin(const std::vector<std::uint32_t>& mate, std::uint32_t h) {
+  std::uint32_t begin = h;
+  while (mate[begin] != kNoIndex) {
+    begin = next_half_edge(mate[begin]);
+    if (begin == h) break;
+  }
+  return begin;
+}
+
+class ProxyCollapse {
+ public:
+  ProxyCollapse(const ChartSurface& surface, const VertexFans& fans)
+      : surface_(surface),
+        at_(fans.of),
+        mate_(surface.mate),
+        curve_(surface.mate.size()),
+        first_(fans.first),
+        piece_(surface.triangles.size()),
+        gone_(surface.triangles.size(), 0),
+        inside_(surface.mate.size(), 0),
+        area_(surface.area),
+        position_(fans.first.size()),
+        quadric_(fans.first.size()),
+        queued_(fans.first.size(), 0),
+        left_(surface.triangles.size()) {
+    std::iota(curve_.begin(), curve_.end(), 0U);
+    std::iota(piece_.begin(), piece_.end(), 0U);
+    for (std::uint32_t v = 0; v < first_.size(); ++v)
+      position_[v] = surface.positions[start_of(surface, first_[v])];
+    for (std::uint32_t h = 0; h < at_.size(); ++h) {
+      const std::uint32_t t = h / 3;
+      Quadric& from = quadric_[at_[h]];
+      from.add_plane(surface.normal[t], position_[at_[h]], surface.area[t]);
+      from.area += surface.area[t];
+      if (mate_[h] != kNoIndex) continue;
+      const double squared = surface.length[h] * surface.length[h];
+      const Quadric plane = standing_plane(position_[at_[h]], position_[end(h)], surface.normal[t],
+                                           kBorderWeight * squared);
+      from += plane;
+      quadric_[end(h)] += plane;
+    }
+  }
+
+  void run(std::size_t triangles) {
+    for (std::uint32_t v = 0; v < first_.size(); ++v) propose(v);
+    while (left_ > triangles && !queue_.empty()) {
+      const Candidate next = queue_.top();
+      queue_.pop();
+      queued_[next.from] = 0;
+      // Its neighbours may have changed since.
+      const Candidate now = cheapest(next.from);
+      if (now.half_edge == kNoIndex) continue;
+      if (now.cost > next.cost) {
+        push(now);
+        continue;
+      }
+      if ((++done_ & 0xfff) == 0) ProgressGuard::poll();
+      collapse(now);
+    }
+  }
+
+  ChartProxy result() {
+    ChartProxy proxy;
+    std::vector<std::uint32_t> number(gone_.size(), kNoIndex), vertex(first_.size(), kNoIndex);
+    ChartSurface& made = proxy.surface;
+    for (std::uint32_t t = 0; t < gone_.size(); ++t) {
+      if (gone_[t] != 0) continue;
+      number[t] = static_cast<std::uint32_t>(made.triangles.size());
+      Triangle corners{};
+      for (std::uint32_t k = 0; k < 3; ++k) {
+        const std::uint32_t v = at_[3 * t + k];
+        if (vertex[v] == kNoIndex) {
+          vertex[v] = static_cast<std::uint32_t>(made.positions.size());
+          made.positions.push_back(position_[v]);
+        }
+        corners[k] = vertex[v];
+        proxy.curve.push_back(curve_[3 * t + k]);
+      }
+      made.triangles.push_back(corners);
+      made.source.push_back(surface_.source[t]);
+    }
+    for (std::uint32_t t = 0; t < gone_.size(); ++t) {
+      for (std::uint32_t k = 0; gone_[t] == 0 && k < 3; ++k) {
+        const std::uint32_t m = mate_[3 * t + k];
+        made.mate.push_back(m == kNoIndex ? kNoIndex : 3 * number[m / 3] + m % 3);
+      }
+      proxy.piece.push_back(number[piece_of(t)]);
+    }
+    proxy.inside = std::move(inside_);
+    return proxy;
+  }
+
+ private:
+  /// An edge that one end may collapse along; of its two half-edges, one that there is.
+  struct Candidate {
+    double cost = 0;
+    std::uint32_t from = 0, half_edge = kNoIndex;
+    Vec3d place;  ///< Position of the other end after the collapse
+    bool operator<(const Candidate& other) const {  // The cheapest on top.
+      return std::tie(cost, from) > std::tie(other.cost, other.from);
+    }
+  };
+
+  std::uint32_t end(std::uint32_t h) const { return at_[next_half_edge(h)]; }
+  bool at_border(std::uint32_t v) const { return mate_[first_[v]] == kNoIndex; }
+
+  std::uint32_t piece_of(std::uint32_t t) {
+    while (piece_[t] != t) t = piece_[t] = piece_[piece_[t]];
+    return t;
+  }
+
+  /// Calls body(h) for the half-edges from a vertex, then `last(h)` for one that ends at it, at a border.
+  template <typename Body, typename Last>
+  void each_from(std::uint32_t v, const Body& body, const Last& last) const {
+    const std::uint32_t begin = first_[v];
+    std::uint32_t h = begin;
+    do {
+      body(h);
+      const std::uint32_t before = previous_half_edge(h);
+      h = mate_[before];
+      if (h == kNoIndex) {
+        last(before);
+        return;
+      }
+    } while (h != begin);
+  }
+  template <typename Body>
+  void each_neighbour(std::uint32_t v, const Body& body) const {
+    each_from(
+        v, [&](std::uint32_t h) { body(end(h)); }, [&](std::uint32_t h) { body(at_[h]); });
+  }
+
+  void push(const Candidate& one) {
+    queue_.push(one);
+    queued_[one.from] = 1;
+  }
+  void propose(std::uint32_t v) {
+    const Candidate best = cheapest(v);
+    if (best.half_edge != kNoIndex) push(best);
+  }
+
+  /// The cheapest collapse of a vertex that may be done.
+  Candidate cheapest(std::uint32_t v) {
+    candidates_.clear();
+    const bool border = at_border(v);
+    const auto add = [&](std::uint32_t h, std::uint32_t to) {
+      if (border && mate_[h] != kNoIndex) return;
+      const Vec3d &a = position_[v], &b = position_[to], along = b - a;
+      const Quadric q = quadric_[v] + quadric_[to];
+      const Vec3d place = at_border(to) && !border ? b : q.best_near(a, b);
+      candidates_.push_back({q.at(place) + kLengthCost * dot(along, along) * q.area, v, h, place});
+    };
+    each_from(
+        v, [&](std::uint32_t h) { add(h, end(h)); }, [&](std::uint32_t h) { add(h, at_[h]); });
+    while (!candidates_.empty()) {
+      const auto best = std::max_element(
+          candidates_.begin(), candidates_.end(), [](const Candidate& a, const Candidate& b) {
+            return std::tie(a.cost, a.half_edge) > std::tie(b.cost, b.half_edge);
+          });
+      if (may(*best)) return *best;
+      *best = candidates_.back();
+      candidates_.pop_back();
+    }
+    return {};
+  }
+
+  std::uint32_t target(const Candidate& one) const {
+    return at_[one.half_edge] == one.from ? end(one.half_edge) : at_[one.half_edge];
+  }
+
+  /// True if a half-edge's triangle vanishes when the edge of h collapses.
+  bool vanishes(std::uint32_t g, std::uint32_t h) const {
+    return g / 3 == h / 3 || (mate_[h] != kNoIndex && g / 3 == mate_[h] / 3);
+  }
+
+  /// True if a collapse keeps the topology and flips no triangle.
+  bool may(const Candidate& one) {
+    const std::uint32_t u = one.from, v = target(one), h = one.half_edge, m = mate_[h];
+    std::array<std::uint32_t, 2> sides{h, m}, apex{kNoIndex, kNoIndex};
+    for (std::size_t i = 0; i < 2; ++i) {
+      if (sides[i] == kNoIndex) continue;
+      const std::uint32_t next = next_half_edge(sides[i]), before = previous_half_edge(sides[i]);
+      if (mate_[next] == kNoIndex && mate_[before] == kNoIndex) return false;
+      apex[i] = at_[before];
+      std::size_t around = 0;
+      each_neighbour(apex[i], [&](std::uint32_t) { ++around; });
+      if (around <= 3 && !at_border(apex[i])) return false;
+    }
+    if (apex[0] == apex[1]) return false;
+    ring_.clear();
+    each_neighbour(u, [&](std::uint32_t w) { ring_.push_back(w); });
+    bool linked = true;
+    each_neighbour(v, [&](std::uint32_t w) {
+      if (w == apex[0] || w == apex[1]) return;
+      linked = linked && std::find(ring_.begin(), ring_.end(), w) == ring_.end();
+    });
+    if (!linked) return false;
+    bool good = true;
+    for (const std::uint32_t w : {u, v}) {
+      each_from(
+          w,
+          [&](std::uint32_t g) {
+            if (!good || vanishes(g, h)) return;
+            const Vec3d &a = position_[end(g)], &b = position_[at_[previous_half_edge(g)]];
+            good = keeps(a, b, position_[w], one.place);
+          },
+          [](std::uint32_t) {});
+    }
+    return good;
+  }
+
+  /// True if a triangle keeps its orientation and becomes no needle when its third corner moves.
+  static bool keeps(const Vec3d& a, const Vec3d& b, const Vec3d& from, const Vec3d& to) {
+    const Vec3d before = cross(b - a, from - a), after = cross(b - a, to - a);
+    const double size = length(after);
+    if (!(dot(before, after) > kLeastCosine * length(before) * size)) return false;
+    const auto shape = [&](double doubled, const Vec3d& c) {
+      const double sides = dot(b - a, b - a) + dot(c - a, c - a) + dot(c - b, c - b);
+      return 3.4641016151377544 * doubled / sides;
+    };
+    return shape(size, to) >= std::min(kLeastShape, shape(length(before), from));
+  }
+
+  void collapse(const Candidate& one) {
+    const std::uint32_t u = one.from, v = target(one), h = one.half_edge, m = mate_[h];
+    fan_.clear();
+    each_from(
+        u, [&](std::uint32_t g) { fan_.push_back(g); }, [](std::uint32_t) {});
+    // A half-edge from v that stays, until its fan is looked through.
+    std::uint32_t from_v = kNoIndex;
+    each_from(
+        v,
+        [&](std::uint32_t g) {
+          if (!vanishes(g, h)) from_v = g;
+        },
+        [](std::uint32_t) {});
+    for (const std::uint32_t g : fan_) {
+      at_[g] = v;
+      if (!vanishes(g, h)) from_v = g;
+    }
+    close(h);
+    if (m != kNoIndex) close(m);
+    first_[v] = fan_begin(mate_, from_v);
+    quadric_[v] += quadric_[u];
+    position_[v] = one.place;
+    each_neighbour(v, [&](std::uint32_t w) {
+      if (queued_[w] == 0) again_.push_back(w);
+    });
+    if (queued_[v] == 0) again_.push_back(v);
+    for (const std::uint32_t w : again_) propose(w);
+    again_.clear();
+  }
+
+  /// Takes a triangle out whose half-edge h has shrunk to a point: its other two become one edge.
+  void close(std::uint32_t h) {
+    const std::uint32_t t = h / 3, apex = at_[previous_half_edge(h)];
+    std::array<std::uint32_t, 2> own{next_half_edge(h), previous_half_edge(h)};
+    std::array<std::uint32_t, 2> over{mate_[own[0]], mate_[own[1]]};
+    gone_[t] = 1;
+    --left_;
+    const auto area = [&](std::uint32_t g) {
+      return g == kNoIndex ? std::numeric_limits<double>::infinity() : area_[piece_of(g / 3)];
+    };
+    // The smaller piece takes it in.
+    if (area(over[1]) < area(over[0])) std::swap(own[0], own[1]), std::swap(over[0], over[1]);
+    const std::uint32_t to = over[0] / 3;
+    piece_[t] = to;
+    area_[to] += area_[t];
+    inside_[curve_[own[0]]] = inside_[curve_[over[0]]] = 1;
+    curve_[over[0]] = curve_[own[1]];
+    mate_[over[0]] = over[1];
+    if (over[1] != kNoIndex) mate_[over[1]] = over[0];
+    // The apex's fan may have begun here.
+    first_[apex] = fan_begin(mate_, at_[over[0]] == apex ? over[0] : next_half_edge(over[0]));
+  }
+
+  const ChartSurface& surface_;
+  std::vector<std::uint32_t> at_, mate_, curve_, first_, piece_;
+  std::vector<std::uint8_t> gone_, inside_;
+  std::vector<double> area_;  ///< Area of each triangle's piece
+  std::vector<Vec3d> position_;
+  std::vector<Quadric> quadric_;
+  std::vector<std::uint8_t> queued_;
+  std::priority_queue<Candidate> queue_;
+  std::vector<Candidate> candidates_;
+  std::vector<std::uint32_t> ring_, fan_, again_;
+  std::size_t left_, done_ = 0;
+};
+
+}  // namespace
+
+VertexFans::VertexFans(const ChartSurface& surface) : of(surface.mate.size(), kNoIndex) {
+  for (std::uint32_t h = 0; h < of.size(); ++h) {
+    if (of[h] != kNoIndex) continue;
+    const std::uint32_t begin = fan_begin(surface.mate, h);
+    std::uint32_t g = begin;
+    do {
+      of[g] = static_cast<std::uint32_t>(first.size());
+      g = surface.mate[previous_half_edge(g)];
+    } while (g != kNoIndex && g != begin);
+    first.push_back(begin);
+  }
+}
+
+ChartProxy chart_proxy(const ChartSurface& surface, const VertexFans& fans, std::size_t triangles) {
+  ProxyCollapse collapse(surface, fans);
+  collapse.run(triangles);
+  ChartProxy proxy = collapse.result();
+  measure_surface(proxy.surface);
+  proxy.surface.finer = static_cast<double>(surface.triangles.size()) /
+                        static_cast<double>(proxy.surface.triangles.size());
+  return proxy;
+}
+
+}  // namespace kiln

@@ -1,0 +1,154 @@
+#include "unwrap/chart_surface.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <span>
+#include <utility>
+
+#include "mesh/half_edge.h"
+#include "mesh/usable.h"
+#include "mesh/weld.h"
+
+namespace kiln {
+namespace {
+
+/// At edges of more triangles than this, none are mates.
+constexpr std::size_t kMostSheets = 32;
+
+/// Pairs the half-edges at an edge of more than two triangles: those that bend least first. Sheets that
+/// touch go on by themselves there.
+void pair_sheets(ChartSurface& surface,
+                 std::span<const std::pair<std::uint64_t, std::uint32_t>> edges) {
+  struct Bend {
+    double cosine = 0;
+    std::uint32_t a = 0, b = 0;
+  };
+  std::vector<Bend> bends;
+  for (std::size_t i = 0; i < edges.size(); ++i) {
+    for (std::size_t j = i + 1; j < edges.size(); ++j) {
+      const std::uint32_t a = edges[i].second, b = edges[j].second;
+      if (start_of(surface, a) != end_of(surface, b)) continue;
+      bends.push_back({dot(surface.normal[a / 3], surface.normal[b / 3]), a, b});
+    }
+  }
+  std::stable_sort(bends.begin(), bends.end(),
+                   [](const Bend& p, const Bend& q) { return p.cosine > q.cosine; });
+  for (const Bend& bend : bends) {
+    if (surface.mate[bend.a] != kNoIndex || surface.mate[bend.b] != kNoIndex) continue;
+    surface.mate[bend.a] = bend.b;
+    surface.mate[bend.b] = bend.a;
+  }
+}
+
+/// Opposite half-edges: they run along an edge in opposite senses.
+/// \returns of each vertex, whether it is at an edge of more than two triangles
+std::vector<std::uint8_t> find_mates(ChartSurface& surface) {
+  std::vector<std::uint8_t> at_sheets(surface.positions.size(), 0);
+  const std::size_t count = surface.triangles.size() * 3;
+  surface.mate.assign(count, kNoIndex);
+  std::vector<std::pair<std::uint64_t, std::uint32_t>> edges(count);
+  for (std::uint32_t h = 0; h < count; ++h) {
+    const std::uint64_t a = start_of(surface, h), b = end_of(surface, h);
+    edges[h] = {std::min(a, b) << 32 | std::max(a, b), h};
+  }
+  std::sort(edges.begin(), edges.end());
+  for (std::size_t i = 0; i < count;) {
+    std::size_t end = i + 1;
+    while (end < count && edges[end].first == edges[i].first) ++end;
+    const std::uint32_t a = edges[i].second, b = edges[end - 1].second;
+    if (end - i == 2 && start_of(surface, a) == end_of(surface, b)) {
+      surface.mate[a] = b;
+      surface.mate[b] = a;
+    } else if (end - i > 2) {
+      at_sheets[start_of(surface, a)] = at_sheets[end_of(surface, a)] = 1;
+      if (end - i <= kMostSheets) pair_sheets(surface, std::span(edges).subspan(i, end - i));
+    }
+    i = end;
+  }
+  return at_sheets;
+}
+
+void measure(ChartSurface& surface) {
+  surface.length.resize(surface.triangles.size() * 3);
+  for (std::uint32_t h = 0; h < surface.length.size(); ++h) {
+    surface.length[h] =
+        length(surface.positions[end_of(surface, h)] - surface.positions[start_of(surface, h)]);
+  }
+  for (const Triangle& t : surface.triangles) {
+    const Vec3d& a = surface.positions[t[0]];
+    const Vec3d n = cross(surface.positions[t[1]] - a, surface.positions[t[2]] - a);
+    const double doubled = length(n);
+    surface.area.push_back(0.5 * doubled);
+    surface.normal.push_back(doubled > 0 ? n * (1 / doubled) : Vec3d{0, 0, 1});
+    surface.total_area += surface.area.back();
+  }
+}
+
+/// Angles around inner vertices; a vertex where discs meet in one point counts as it is.
+/// \param open  of each vertex, whether its angles say nothing; those at borders are added
+void find_bends(ChartSurface& surface, std::vector<std::uint8_t> open) {
+  constexpr double kLeastTurn = 0.1;
+  const std::size_t count = surface.positions.size();
+  std::vector<double> turn(count, 0);
+  for (std::uint32_t h = 0; h < surface.mate.size(); ++h) {
+    const double to = surface.length[h], from = surface.length[previous_half_edge(h)],
+                 across = surface.length[next_half_edge(h)];
+    const double cosine = (to * to + from * from - across * across) / (2 * to * from);
+    turn[start_of(surface, h)] += std::acos(std::clamp(cosine, -1.0, 1.0));
+    if (surface.mate[h] == kNoIndex) open[start_of(surface, h)] = open[end_of(surface, h)] = 1;
+  }
+  for (std::size_t v = 0; v < count; ++v) {
+    turn[v] = open[v] != 0 ? 0 : std::log(std::max(turn[v] / (2 * std::numbers::pi), kLeastTurn));
+  }
+  for (const Triangle& t : surface.triangles) {
+    const double a = turn[t[0]], b = turn[t[1]], c = turn[t[2]];
+    surface.bend.push_back((a + b + c) / 3);
+    surface.bend_squared.push_back((a * a + b * b + c * c) / 3);
+  }
+}
+
+}  // namespace
+
+void measure_surface(ChartSurface& surface) {
+  measure(surface);
+  find_bends(surface, std::vector<std::uint8_t>(surface.positions.size(), 0));
+}
+
+ChartSurface chart_surface(const Mesh& mesh) {
+  ChartSurface surface;
+  const std::vector<std::uint32_t> weld = weld_vertices(mesh.positions);
+  std::vector<std::uint32_t> number(mesh.positions.size(), kNoIndex);
+  std::vector<std::uint32_t> kept;
+  for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t) {
+    if (!has_area(mesh.positions, mesh.triangles[t])) continue;
+    Triangle corners = mesh.triangles[t];
+    for (std::uint32_t& corner : corners) {
+      std::uint32_t& index = number[weld[corner]];
+      if (index == kNoIndex) {
+        index = static_cast<std::uint32_t>(kept.size());
+        kept.push_back(weld[corner]);
+      }
+      corner = index;
+    }
+    surface.triangles.push_back(corners);
+    surface.source.push_back(t);
+  }
+  if (kept.empty()) return surface;
+  Vec3d low(mesh.positions[kept[0]]), high = low;
+  for (const std::uint32_t v : kept) {
+    const Vec3d p(mesh.positions[v]);
+    low = {std::min(low.x, p.x), std::min(low.y, p.y), std::min(low.z, p.z)};
+    high = {std::max(high.x, p.x), std::max(high.y, p.y), std::max(high.z, p.z)};
+  }
+  const double extent = std::max({high.x - low.x, high.y - low.y, high.z - low.z});
+  const double scale = std::ldexp(1.0, -std::ilogb(extent));
+  for (const std::uint32_t v : kept) {
+    surface.positions.push_back((Vec3d(mesh.positions[v]) - low) * scale);
+  }
+  measure(surface);
+  find_bends(surface, find_mates(surface));
+  return surface;
+}
+
+}  // namespace kiln

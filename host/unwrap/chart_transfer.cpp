@@ -1,0 +1,295 @@
+#include "unwrap/chart_transfer.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <iterator>
+#include <memory>
+#include <span>
+#include <utility>
+
+#include "base/parallel.h"
+#include "mesh/half_edge.h"
+#include "unwrap/chart_growth.h"
+#include "unwrap/cut_scratch.h"
+#include "unwrap/straighten_seams.h"
+
+namespace kiln {
+namespace {
+
+/// Edges of the surface that are glued: pieces, the proxy's glued edges, and all trees around vertices but for their
+/// parts that seams go along.
+std::vector<std::uint8_t> glued_by(const ChartSurface& surface, const VertexFans& fans,
+                                   const ChartProxy& proxy, const ChartBorders& borders) {
+  std::vector<std::uint8_t> glued = proxy.inside;
+  std::vector<std::uint8_t> curve(glued.size(), 0);
+  for (std::uint32_t h = 0; h < proxy.curve.size(); ++h) {
+    curve[proxy.curve[h]] = 1;
+    if (borders.is_glued(h)) glued[proxy.curve[h]] = 1;
+  }
+  const auto end = [&](std::uint32_t h) { return fans.of[next_half_edge(h)]; };
+  // Edges that are open, of each fan.
+  std::vector<std::uint32_t> open(fans.first.size(), 0);
+  for (std::uint32_t h = 0; h < glued.size(); ++h) {
+    const std::uint32_t m = surface.mate[h];
+    if (glued[h] != 0 || (m != kNoIndex && m < h)) continue;
+    ++open[fans.of[h]], ++open[end(h)];
+  }
+  std::vector<std::uint32_t> leaves;
+  for (std::uint32_t v = 0; v < open.size(); ++v) {
+    if (open[v] == 1) leaves.push_back(v);
+  }
+  while (!leaves.empty()) {
+    const std::uint32_t v = leaves.back();
+    leaves.pop_back();
+    if (open[v] != 1) continue;
+    std::uint32_t h = fans.first[v];  // Not at a border, which has two open edges
+    while (glued[h] != 0) h = surface.mate[previous_half_edge(h)];
+    if (curve[h] != 0) continue;
+    glued[h] = glued[surface.mate[h]] = 1;
+    --open[v];
+    if (--open[end(h)] == 1) leaves.push_back(end(h));
+  }
+  return glued;
+}
+
+/// Rounds that may bring a chart within its limits.
+constexpr int kTransferRigidRounds = 5, kTransferInjectiveRounds = 15, kPullRounds = 40;
+/// Weights that hold vertices where the proxy has them, relative to their triangles: tried in turn.
+constexpr std::array<double, 2> kHolds{0, 0.01};
+/// Limits of untangling: touching places of the border and flipped triangles, as shares of their numbers.
+constexpr std::size_t kMostTransferTouches = 16, kMostFlips = 8, kSidesOfTouch = 8,
+                      kTrianglesOfFlip = 200;
+/// Border vertices pushed with each one that touches.
+constexpr std::size_t kReach = 4;
+/// Charts of more triangles get stuck on the way from a circle.
+constexpr std::size_t kMostFromCircle = 3000;
+
+/// Lays a chart flat near to where it starts. \returns whether it is injective and within
+bool lay_near(FlatChart& chart, FlatStart start, const ChartLimits& limits) {
+  const auto system = rigid_system(chart);
+  const std::vector<double> holds = start.holds;
+  const UntangleEffort effort{
+      kPullRounds, std::max(kMostTransferTouches, chart.boundary.size() / kSidesOfTouch),
+      std::max(kMostFlips, chart.triangles.size() / kTrianglesOfFlip), kReach};
+  for (const double by : kHolds) {
+    for (std::size_t v = 0; v < holds.size(); ++v) start.holds[v] = by * holds[v];
+    if (!rigid_rounds(chart, kTransferRigidRounds, *system, &start)) continue;
+    if (!is_injective(chart)) {
+      if (rigid_energy(chart) > limits.energy + chart.forced) continue;
+      if (!untangle(chart, effort, *system, &start)) continue;
+    }
+    injective_rounds(chart, kTransferInjectiveRounds, &limits, system.get(), true);
+    if (within(chart, limits)) return true;
+  }
+  return chart.triangles.size() <= kMostFromCircle &&
+         relax_from_circle(chart, limits, system.get());
+}
+
+/// UV layout of the proxy's charts.
+class ProxyLayout {
+ public:
+  ProxyLayout(const ChartSurface& surface, const ChartProxy& proxy, const ChosenCharts& chosen)
+      : surface_(surface), proxy_(proxy), at_(proxy.surface.triangles.size()) {
+    for (std::uint32_t c = 0; c < chosen.charts.size(); ++c) {
+      const FlatChart& chart = chosen.charts[c];
+      for (std::uint32_t i = 0; i < chart.source.size(); ++i) at_[chart.source[i]] = {c, i};
+    }
+    for (const FlatChart& chart : chosen.charts) charts_.push_back(&chart);
+  }
+
+  /// \param chart  of the surface
+  /// \param of     the proxy's chart that it is of
+  /// \param local  scratch, one entry a triangle of the surface
+  FlatStart start_of(const FlatChart& chart, std::uint32_t of, std::span<const std::uint8_t> glued,
+                     std::vector<std::uint32_t>& local) const {
+    const auto count = static_cast<std::uint32_t>(chart.source.size());
+    FlatStart start;
+    std::vector<Vec2d>& result = start.rotations;
+    result.resize(count);
+    start.places.resize(chart.points.size());
+    start.holds.resize(chart.points.size(), 0);
+    std::vector<std::uint8_t> known(count, 0);
+    std::vector<std::uint32_t> queue;
+    for (std::uint32_t i = 0; i < count; ++i) {
+      const std::uint32_t t = chart.source[i], piece = proxy_.piece[t];
+      local[t] = i;
+      if (at_[piece].first != of) continue;
+      std::array<Vec2d, 3> places;
+      for (std::size_t k = 0; k < 3; ++k) {
+        places[k] = place(surface_.positions[surface_.triangles[t][k]], piece);
+        const std::uint32_t v = chart.triangles[i][k];
+        start.places[v] = start.places[v] + places[k];
+        ++start.holds[v];
+      }
+      result[i] = rotation(chart.rest[i], places);
+      known[i] = 1;
+      queue.push_back(i);
+    }
+    if (queue.empty()) {
+      result[0] = {1, 0};
+      known[0] = 1;
+      queue.push_back(0);
+    }
+    // Trims brought the others: they unfold from their neighbours.
+    for (std::size_t n = 0; n < queue.size(); ++n) {
+      const std::uint32_t i = queue[n];
+      for (std::uint32_t k = 0; k < 3; ++k) {
+        const std::uint32_t h = 3 * chart.source[i] + k, m = surface_.mate[h];
+        if (glued[h] == 0 || known[local[m / 3]] != 0) continue;
+        const std::uint32_t j = local[m / 3];
+        const Vec2d own = side(chart.rest[i], k), other = side(chart.rest[j], m % 3) * -1;
+        const Vec2d turn{dot(other, own), cross(other, own)}, r = result[i];
+        const Vec2d both{r.x * turn.x - r.y * turn.y, r.x * turn.y + r.y * turn.x};
+        const double size = std::hypot(both.x, both.y);
+        result[j] = size > 0 ? both * (1 / size) : r;
+        known[j] = 1;
+        queue.push_back(j);
+      }
+    }
+    for (std::size_t v = 0; v < start.holds.size(); ++v) {
+      if (start.holds[v] == 0) continue;
+      start.places[v] = start.places[v] * (1 / start.holds[v]);
+      start.holds[v] = 1;
+    }
+    return start;
+  }
+
+ private:
+  /// The side from corner k of a triangle at rest.
+  static Vec2d side(const RestShape& rest, std::size_t k) {
+    const Vec2d& g = rest.gradient[(k + 2) % 3];
+    return Vec2d{g.y, -g.x} * (2 * rest.area);
+  }
+
+  /// A position as it is mapped by a triangle of the proxy.
+  Vec2d place(const Vec3d& position, std::uint32_t piece) const {
+    const auto [c, n] = at_[piece];
+    const FlatChart& chart = *charts_[c];
+    const ChartSurface& made = proxy_.surface;
+    const Triangle& corners = made.triangles[piece];
+    const double doubled = 2 * made.area[piece];
+    Vec2d result;
+    for (std::size_t k = 0; k < 3; ++k) {
+      const Vec3d& from = made.positions[corners[(k + 1) % 3]];
+      const Vec3d across = cross(made.normal[piece], made.positions[corners[(k + 2) % 3]] - from);
+      const double share = dot(across, position - from) / doubled;
+      result = result + chart.points[chart.triangles[n][k]] * share;
+    }
+    return result;
+  }
+
+  /// The rotation nearest to a triangle's map; as cosine and sine.
+  static Vec2d rotation(const RestShape& rest, const std::array<Vec2d, 3>& places) {
+    Vec2d u, v;
+    for (std::size_t k = 0; k < 3; ++k) {
+      u = u + rest.gradient[k] * places[k].x;
+      v = v + rest.gradient[k] * places[k].y;
+    }
+    const double x = u.x + v.y, y = v.x - u.y, size = std::hypot(x, y);
+    return size > 0 ? Vec2d{x / size, y / size} : Vec2d{1, 0};
+  }
+
+  const ChartSurface& surface_;
+  const ChartProxy& proxy_;
+  std::vector<std::pair<std::uint32_t, std::uint32_t>>
+      at_;  ///< Chart and place of each triangle of the proxy
+  std::vector<const FlatChart*> charts_;
+};
+
+/// Some triangles as a surface: other edges than glued ones are borders.
+ChartSurface part_of(const ChartSurface& surface, std::span<const std::uint32_t> triangles,
+                     std::span<const std::uint8_t> glued, std::vector<std::uint32_t>& local) {
+  ChartSurface part;
+  part.positions = surface.positions;
+  part.total_area = surface.total_area;
+  for (std::uint32_t i = 0; i < triangles.size(); ++i) local[triangles[i]] = i;
+  for (const std::uint32_t t : triangles) {
+    part.triangles.push_back(surface.triangles[t]);
+    part.source.push_back(t);
+    for (std::uint32_t k = 0; k < 3; ++k) {
+      const std::uint32_t h = 3 * t + k, m = surface.mate[h];
+      part.mate.push_back(glued[h] == 0 ? kNoIndex : 3 * local[m / 3] + m % 3);
+      part.length.push_back(surface.length[h]);
+    }
+    part.area.push_back(surface.area[t]);
+    part.normal.push_back(surface.normal[t]);
+    part.bend.push_back(surface.bend[t]);
+    part.bend_squared.push_back(surface.bend_squared[t]);
+  }
+  return part;
+}
+
+/// Grows charts anew of one that has no map.
+std::vector<FlatChart> grow_again(const ChartSurface& surface, const FlatChart& chart,
+                                  const ChartLimits& limits, std::vector<std::uint8_t>& glued,
+                                  std::vector<std::uint32_t>& local, int threads) {
+  const ChartSurface part = part_of(surface, chart.source, glued, local);
+  ChartBorders borders(part);
+  std::vector<FlatChart> charts = grow_charts(part, borders, limits, {}, threads);
+  for (std::uint32_t h = 0; h < part.mate.size(); ++h) {
+    if (part.mate[h] != kNoIndex) glued[3 * part.source[h / 3] + h % 3] = borders.is_glued(h);
+  }
+  for (FlatChart& one : charts) {
+    for (std::uint32_t& t : one.source) t = part.source[t];
+  }
+  return charts;
+}
+
+}  // namespace
+
+ChosenCharts transfer_charts(const ChartSurface& surface, const VertexFans& fans,
+                             const ChartProxy& proxy, const ChosenCharts& chosen,
+                             const ChartLimits& limits, int threads,
+                             std::vector<std::uint8_t>& anew) {
+  anew.clear();
+  std::vector<std::uint32_t> chart_of(proxy.surface.triangles.size());
+  for (std::uint32_t c = 0; c < chosen.charts.size(); ++c) {
+    for (const std::uint32_t t : chosen.charts[c].source) chart_of[t] = c;
+  }
+  std::vector<std::uint32_t> label;
+  label.reserve(proxy.piece.size());
+  for (const std::uint32_t piece : proxy.piece) label.push_back(chart_of[piece]);
+  ChosenCharts made{ChartBorders(surface), {}, chosen.packed, chosen.any_size};
+  made.borders.restore(glued_by(surface, fans, proxy, chosen.borders));
+  straighten_seams(surface, made.borders, label);
+  std::vector<std::vector<std::uint32_t>> triangles(chosen.charts.size());
+  for (std::uint32_t t = 0; t < label.size(); ++t) triangles[label[t]].push_back(t);
+  std::vector<FlatChart>& charts = made.charts;
+  charts.resize(triangles.size());
+  std::vector<std::uint8_t> done(charts.size(), 0);
+  const ProxyLayout layout(surface, proxy, chosen);
+  ScratchPool scratches(surface);
+  const auto lay = [&](std::size_t begin, std::size_t end) {
+    std::unique_ptr<CutScratch> scratch = scratches.take();
+    for (std::size_t c = begin; c < end; ++c) {
+      charts[c] = cut_open(surface, triangles[c], made.borders.glued(), scratch->local);
+      const FlatStart start = layout.start_of(charts[c], static_cast<std::uint32_t>(c),
+                                              made.borders.glued(), scratch->local);
+      done[c] = is_disc(charts[c]) && lay_near(charts[c], start, limits) ? 1 : 0;
+    }
+    scratches.give_back(std::move(scratch));
+  };
+  parallel_for(charts.size(), 1, lay, threads);
+  if (std::find(done.begin(), done.end(), 0) == done.end()) return made;
+  std::vector<std::uint8_t> glued = made.borders.glued();
+  std::vector<std::uint32_t> local(surface.triangles.size());
+  std::vector<FlatChart> all;
+  for (std::size_t c = 0; c < charts.size(); ++c) {
+    if (done[c] != 0) {
+      all.push_back(std::move(charts[c]));
+      continue;
+    }
+    anew.resize(label.size(), 0);
+    for (const std::uint32_t t : charts[c].source) anew[t] = 1;
+    std::vector<FlatChart> some = grow_again(surface, charts[c], limits, glued, local, threads);
+    std::move(some.begin(), some.end(), std::back_inserter(all));
+  }
+  charts = std::move(all);
+  made.borders.restore(std::move(glued));
+  made.packed.reset();
+  return made;
+}
+
+}  // namespace kiln

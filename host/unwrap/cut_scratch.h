@@ -1,0 +1,51 @@
+// Scratch for cutting charts open on many threads.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <mutex>
+#include <span>
+#include <utility>
+#include <vector>
+
+#include "unwrap/chart_surface.h"
+
+namespace kiln {
+
+/// Scratch of cut_open() for edges that are glued otherwise than the borders say.
+struct CutScratch {
+  std::vector<std::uint32_t> local;
+  std::vector<std::uint8_t> other;  ///< 0, but while it is in use.
+
+  explicit CutScratch(const ChartSurface& surface)
+      : local(surface.triangles.size()), other(surface.mate.size(), 0) {}
+  /// Edges that count as the opposite; 0: no longer.
+  void mark(const ChartSurface& surface, std::span<const std::uint32_t> edges, std::uint8_t value) {
+    for (const std::uint32_t h : edges) other[h] = other[surface.mate[h]] = value;
+  }
+};
+
+/// As many as there are threads at work, since each is as large as the surface.
+class ScratchPool {
+ public:
+  explicit ScratchPool(const ChartSurface& surface) : surface_(surface) {}
+
+  std::unique_ptr<CutScratch> take() {
+    const std::lock_guard lock(mutex_);
+    if (free_.empty()) return std::make_unique<CutScratch>(surface_);
+    std::unique_ptr<CutScratch> one = std::move(free_.back());
+    free_.pop_back();
+    return one;
+  }
+  void give_back(std::unique_ptr<CutScratch> one) {
+    const std::lock_guard lock(mutex_);
+    free_.push_back(std::move(one));
+  }
+
+ private:
+  const ChartSurface& surface_;
+  std::mutex mutex_;
+  std::vector<std::unique_ptr<CutScratch>> free_;
+};
+
+}  // namespace kiln

@@ -1,0 +1,257 @@
+// Charts as flat meshes: cutting open, projecting, checking, measuring. The solvers are in
+// flat_solvers.cpp.
+#include "unwrap/flat_chart.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <numeric>
+#include <utility>
+
+#include "mesh/half_edge.h"
+#include "unwrap/flat_predicates.h"
+
+namespace kiln {
+namespace {
+
+/// Needles count as at least this high over their longest side.
+constexpr double kLeastHeight = 2e-3;
+/// Energy of the best flat maps of rough balls, over the variance of their bends.
+constexpr double kForced = 3.5;
+/// The part of roughness that is added to the limit of a single triangle, over the limit and that energy.
+constexpr double kForcedWorst = 6;
+/// Sides of a border stay this far apart, over the side of a square with the surface's area: a few UV steps.
+constexpr double kLeastApart = 1e-6;
+
+/// The triangle in its own plane, counter-clockwise, its longest side along x.
+std::array<Vec2d, 3> rest_points(const ChartSurface& surface, std::uint32_t t) {
+  std::uint32_t base = 0;  // The longest side starts at this corner.
+  for (std::uint32_t k = 1; k < 3; ++k) {
+    if (surface.length[3 * t + k] > surface.length[3 * t + base]) base = k;
+  }
+  const auto at = [&](std::uint32_t k) {
+    return surface.positions[surface.triangles[t][(base + k) % 3]];
+  };
+  const double side = surface.length[3 * t + base];
+  const Vec3d along = (at(1) - at(0)) * (1 / side);
+  const double foot = dot(at(2) - at(0), along);
+  const double height = std::max(2 * surface.area[t] / side, kLeastHeight * side);
+  std::array<Vec2d, 3> points;
+  points[base] = {0, 0};
+  points[(base + 1) % 3] = {side, 0};
+  points[(base + 2) % 3] = {foot, height};
+  return points;
+}
+
+RestShape rest_shape(const std::array<Vec2d, 3>& p) {
+  RestShape rest;
+  rest.area = 0.5 * cross(p[1] - p[0], p[2] - p[0]);
+  for (std::uint32_t k = 0; k < 3; ++k) {
+    const Vec2d opposite = p[(k + 2) % 3] - p[(k + 1) % 3];
+    rest.gradient[k] = {-opposite.y / (2 * rest.area), opposite.x / (2 * rest.area)};
+  }
+  return rest;
+}
+
+/// Which half-edges are glued, see cut_open().
+struct GluedEdges {
+  std::span<const std::uint8_t> glued, other;
+  bool operator[](std::uint32_t h) const { return glued[h] != (other.empty() ? 0 : other[h]); }
+};
+
+/// The border's half-edges in order: round every vertex, over glued edges, to the next open one.
+std::vector<std::uint32_t> border_of(const ChartSurface& surface, const GluedEdges& glued,
+                                     std::uint32_t first) {
+  std::vector<std::uint32_t> border;
+  std::uint32_t h = first;
+  do {
+    border.push_back(h);
+    h = next_half_edge(h);
+    while (glued[h]) h = next_half_edge(surface.mate[h]);
+  } while (h != first);
+  return border;
+}
+
+/// From end to end, along the best of eight directions: at least 0.98 of it.
+double length_of(const FlatChart& chart) {
+  constexpr int kDirections = 8;
+  double longest = 0;
+  for (int i = 0; i < kDirections; ++i) {
+    const double angle = std::numbers::pi * i / kDirections;
+    const Vec2d along{std::cos(angle), std::sin(angle)};
+    double least = std::numeric_limits<double>::infinity(), most = -least;
+    for (const std::uint32_t v : chart.boundary) {
+      least = std::min(least, dot(along, chart.points[v]));
+      most = std::max(most, dot(along, chart.points[v]));
+    }
+    longest = std::max(longest, most - least);
+  }
+  return longest;
+}
+
+}  // namespace
+
+FlatChart cut_open(const ChartSurface& surface, std::span<const std::uint32_t> triangles,
+                   std::span<const std::uint8_t> glued_by, std::vector<std::uint32_t>& local,
+                   std::span<const std::uint8_t> other_by, std::vector<RestShape> rest) {
+  const GluedEdges glued{glued_by, other_by};
+  FlatChart chart;
+  chart.source.assign(triangles.begin(), triangles.end());
+  const auto count = static_cast<std::uint32_t>(triangles.size());
+  for (std::uint32_t i = 0; i < count; ++i) local[triangles[i]] = i;
+  std::vector<std::uint32_t> root(std::size_t{count} * 3);
+  std::iota(root.begin(), root.end(), 0U);
+  const auto find = [&](std::uint32_t c) {
+    while (root[c] != c) c = root[c] = root[root[c]];
+    return c;
+  };
+  const auto join = [&](std::uint32_t a, std::uint32_t b) {
+    a = find(a), b = find(b);
+    root[std::max(a, b)] = std::min(a, b);
+  };
+  std::uint32_t open = kNoIndex;
+  for (std::uint32_t i = 0; i < count; ++i) {
+    for (std::uint32_t k = 0; k < 3; ++k) {
+      const std::uint32_t h = 3 * triangles[i] + k;
+      if (!glued[h]) {
+        if (open == kNoIndex) open = h;
+        continue;
+      }
+      const std::uint32_t m = surface.mate[h];
+      if (m < h) continue;
+      const std::uint32_t other = 3 * local[m / 3];
+      join(3 * i + k, other + (m % 3 + 1) % 3);
+      join(3 * i + (k + 1) % 3, other + m % 3);
+    }
+  }
+  std::vector<std::uint32_t> number(root.size());
+  chart.triangles.resize(count);
+  for (std::uint32_t c = 0; c < root.size(); ++c) {
+    const std::uint32_t r = find(c);
+    if (r == c) {
+      number[c] = static_cast<std::uint32_t>(chart.vertex.size());
+      chart.vertex.push_back(surface.triangles[triangles[c / 3]][c % 3]);
+    }
+    chart.triangles[c / 3][c % 3] = number[r];
+  }
+  double area = 0, bend = 0, squared = 0;
+  const bool is_known = rest.size() == count;
+  chart.rest = std::move(rest);
+  chart.rest.reserve(count);
+  for (const std::uint32_t t : triangles) {
+    if (!is_known) chart.rest.push_back(rest_shape(rest_points(surface, t)));
+    area += surface.area[t];
+    bend += surface.area[t] * surface.bend[t];
+    squared += surface.area[t] * surface.bend_squared[t];
+  }
+  bend /= area, squared /= area;
+  // A bend in one direction is shape, not roughness: cuts remove it.
+  chart.forced = kForced * std::max(0.0, squared - bend * bend);
+  for (const std::uint32_t h : border_of(surface, glued, open)) {
+    chart.boundary.push_back(chart.triangles[local[h / 3]][h % 3]);
+  }
+  chart.points.resize(chart.vertex.size());
+  chart.apart = kLeastApart * std::sqrt(surface.total_area);
+  return chart;
+}
+
+bool is_disc(const FlatChart& chart) {
+  return 2 * chart.points.size() == 2 + chart.triangles.size() + chart.boundary.size();
+}
+
+void project(FlatChart& chart, const ChartSurface& surface) {
+  Vec3d n;
+  for (const std::uint32_t t : chart.source) n += surface.normal[t] * surface.area[t];
+  const double size = length(n);
+  n = size > 0 ? n * (1 / size) : Vec3d{0, 0, 1};
+  const Vec3d helper = std::abs(n.x) < 0.6 ? Vec3d{1, 0, 0} : Vec3d{0, 1, 0};
+  Vec3d u = cross(helper, n);
+  u = u * (1 / length(u));
+  const Vec3d v = cross(n, u);
+  for (std::size_t i = 0; i < chart.vertex.size(); ++i) {
+    const Vec3d& p = surface.positions[chart.vertex[i]];
+    chart.points[i] = {dot(p, u), dot(p, v)};
+  }
+}
+
+void lay_single(FlatChart& chart, const ChartSurface& surface) {
+  const std::array<Vec2d, 3> points = rest_points(surface, chart.source[0]);
+  for (std::size_t k = 0; k < 3; ++k) chart.points[chart.triangles[0][k]] = points[k];
+}
+
+bool is_injective(const FlatChart& chart, double apart) {
+  for (const Triangle& t : chart.triangles) {
+    if (!orient2d_certain(chart.points[t[0]], chart.points[t[1]], chart.points[t[2]])) return false;
+  }
+  std::vector<Vec2d> border;
+  border.reserve(chart.boundary.size());
+  for (const std::uint32_t v : chart.boundary) border.push_back(chart.points[v]);
+  return is_simple(border, apart);
+}
+
+FlatDistortion distortion(const FlatChart& chart) {
+  FlatDistortion result;
+  double area = 0, sum = 0;
+  for (std::size_t i = 0; i < chart.triangles.size(); ++i) {
+    Vec2d du, dv;  // The rows of the Jacobian.
+    for (std::size_t k = 0; k < 3; ++k) {
+      const Vec2d& p = chart.points[chart.triangles[i][k]];
+      du = du + chart.rest[i].gradient[k] * p.x;
+      dv = dv + chart.rest[i].gradient[k] * p.y;
+    }
+    const double det = cross(du, dv);
+    if (!(det > 0))
+      return {std::numeric_limits<double>::infinity(), std::numeric_limits<double>::infinity()};
+    const double squares = dot(du, du) + dot(dv, dv);
+    area += chart.rest[i].area;
+    sum += chart.rest[i].area * (squares * (1 + 1 / (det * det)) / 4 - 1);
+    const double a =
+        0.5 * (std::sqrt(squares + 2 * det) + std::sqrt(std::max(0.0, squares - 2 * det)));
+    result.worst = std::max({result.worst, a, a / det});
+  }
+  result.energy = sum / area;
+  return result;
+}
+
+bool is_short(const FlatChart& chart, const ChartLimits& limits) {
+  if (std::isinf(limits.length) || length_of(chart) <= limits.length) return true;
+  // A triangle that is as long cannot be cut.
+  constexpr double kOfEdge = 1.1;
+  double longest = 0;
+  for (const Triangle& t : chart.triangles) {
+    for (std::size_t k = 0; k < 3; ++k) {
+      const Vec2d edge = chart.points[t[(k + 1) % 3]] - chart.points[t[k]];
+      longest = std::max(longest, std::hypot(edge.x, edge.y));
+    }
+  }
+  return length_of(chart) <= kOfEdge * longest;
+}
+
+bool within(const FlatChart& chart, const ChartLimits& limits) {
+  if (!is_short(chart, limits)) return false;
+  const FlatDistortion d = distortion(chart);
+  return d.energy <= limits.energy + chart.forced &&
+         d.worst <= limits.worst * (1 + kForcedWorst * chart.forced);
+}
+
+double flat_area(const FlatChart& chart) {
+  double area = 0;
+  for (const Triangle& t : chart.triangles) {
+    const Vec2d& a = chart.points[t[0]];
+    area += 0.5 * cross(chart.points[t[1]] - a, chart.points[t[2]] - a);
+  }
+  return area;
+}
+
+void normalise(FlatChart& chart) {
+  double area = 0;
+  for (const auto& rest : chart.rest) area += rest.area;
+  const double flat = flat_area(chart);
+  if (!(flat > 0)) return;
+  const double scale = std::sqrt(area / flat);
+  for (Vec2d& p : chart.points) p = p * scale;
+}
+
+}  // namespace kiln

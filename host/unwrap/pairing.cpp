@@ -1,0 +1,199 @@
+#include "unwrap/pairing.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "mesh/vector.h"
+#include "mesh/weld.h"
+
+namespace kiln {
+namespace {
+
+/// Pairs beyond this are worse than two singles: halves of 5 times the area, or a shear of 4.
+constexpr double kStretchLimit = 0.7;
+
+struct Link {
+  float stretch;
+  std::uint32_t a, b;  ///< Triangles, a < b.
+  std::uint8_t apex_a, apex_b;
+};
+
+double pair_stretch(const TriangleShape& a, int apex_a, const TriangleShape& b, int apex_b) {
+  // Around the quad: apex of a, next corner of a, apex of b, next corner of b. Sides that face each
+  // other share a rectangle's side.
+  const double a_next = a.squared_edge[(apex_a + 2) % 3], a_last = a.squared_edge[(apex_a + 1) % 3];
+  const double b_next = b.squared_edge[(apex_b + 2) % 3], b_last = b.squared_edge[(apex_b + 1) % 3];
+  const double width = std::sqrt(a_next) + std::sqrt(b_next);
+  const double height = std::sqrt(a_last) + std::sqrt(b_last);
+  const double scale = std::sqrt((a.area + b.area) / (width * height));
+  const double total =
+      a.area * stretch(width * scale, height * scale, a_next, a_last, a.squared_edge[apex_a]) +
+      b.area * stretch(width * scale, height * scale, b_next, b_last, b.squared_edge[apex_b]);
+  // Both halves count alike beside their areas, or a tiny one would be sacrificed to a large one.
+  const double even = 0.5 * (std::log(a.area) - std::log(b.area));
+  return total / (a.area + b.area) + 0.25 * even * even;
+}
+
+std::vector<Link> find_links(std::span<const Vec3> positions, std::span<const Triangle> triangles,
+                             std::span<const TriangleShape> shapes) {
+  struct Side {
+    std::uint64_t key;  ///< Lower vertex, higher vertex.
+    std::uint32_t triangle;
+    std::uint8_t apex, forward;
+  };
+  const std::vector<std::uint32_t> welded = weld_vertices(positions);
+  std::vector<Side> sides;
+  sides.reserve(triangles.size() * 3);
+  for (std::uint32_t t = 0; t < triangles.size(); ++t) {
+    if (!(shapes[t].area > 0)) continue;
+    for (std::uint8_t apex = 0; apex < 3; ++apex) {
+      const std::uint64_t from = welded[triangles[t][(apex + 1) % 3]];
+      const std::uint64_t to = welded[triangles[t][(apex + 2) % 3]];
+      sides.push_back({from < to ? from << 32 | to : to << 32 | from, t, apex, from < to});
+    }
+  }
+  std::sort(sides.begin(), sides.end(), [](const Side& a, const Side& b) {
+    if (a.key != b.key) return a.key < b.key;
+    if (a.forward != b.forward) return a.forward > b.forward;
+    return a.triangle < b.triangle;
+  });
+  std::vector<Link> links;
+  links.reserve(sides.size() / 2);
+  for (std::size_t begin = 0, end = 0; begin < sides.size(); begin = end) {
+    std::size_t backward = begin;
+    while (end < sides.size() && sides[end].key == sides[begin].key) {
+      if (sides[end++].forward) backward = end;
+    }
+    // At an edge of many triangles the i-th of either sense are paired: linear cost.
+    for (std::size_t i = begin, j = backward; i < backward && j < end; ++i, ++j) {
+      const Side& a = sides[i].triangle < sides[j].triangle ? sides[i] : sides[j];
+      const Side& b = sides[i].triangle < sides[j].triangle ? sides[j] : sides[i];
+      if (a.triangle == b.triangle) continue;
+      const double cost = pair_stretch(shapes[a.triangle], a.apex, shapes[b.triangle], b.apex);
+      if (!(cost <= kStretchLimit)) continue;
+      links.push_back({static_cast<float>(cost), a.triangle, b.triangle, a.apex, b.apex});
+    }
+  }
+  std::sort(links.begin(), links.end(), [](const Link& x, const Link& y) {
+    if (x.stretch != y.stretch) return x.stretch < y.stretch;
+    return x.a != y.a ? x.a < y.a : x.b != y.b ? x.b < y.b : x.apex_a < y.apex_a;
+  });
+  return links;
+}
+
+/// A matching that grows by alternating paths. Odd cycles (blossoms) are not contracted, so a path
+/// may be overlooked; in triangle meshes almost none is.
+class Matching {
+ public:
+  Matching(std::size_t triangles, std::span<const Link> links)
+      : links_(links), mate_(triangles, kNoIndex), of_(triangles, {kNoIndex, kNoIndex, kNoIndex}) {
+    for (std::uint32_t i = 0; i < links.size(); ++i) {
+      for (const std::uint32_t t : {links[i].a, links[i].b}) {
+        const auto free = std::find(of_[t].begin(), of_[t].end(), kNoIndex);
+        if (free != of_[t].end()) *free = i;  // Three sides, at most one link each.
+      }
+    }
+    for (std::uint32_t i = 0; i < links.size(); ++i) {
+      if (mate_[links[i].a] == kNoIndex && mate_[links[i].b] == kNoIndex) join(i);
+    }
+  }
+
+  /// Looks for an alternating path from every single triangle, near ones first.
+  void augment() {
+    std::vector<std::uint32_t> seen(mate_.size(), kNoIndex), queue, from;
+    for (std::uint32_t root = 0; root < mate_.size(); ++root) {
+      if (mate_[root] != kNoIndex || of_[root][0] == kNoIndex) continue;
+      queue.assign(1, root);
+      from.assign(1, kNoIndex);
+      seen[root] = root;
+      bool found = false;
+      for (std::size_t head = 0; head < queue.size() && head < kReach && !found; ++head) {
+        for (const std::uint32_t link : of_[queue[head]]) {
+          if (link == kNoIndex) break;
+          const std::uint32_t other = across(link, queue[head]);
+          if (seen[other] == root) continue;
+          seen[other] = root;
+          if (mate_[other] == kNoIndex) {
+            flip(link, head, from);
+            found = true;
+            break;
+          }
+          const std::uint32_t next = across(mate_[other], other);
+          if (seen[next] == root) continue;
+          seen[next] = root;
+          queue.push_back(next);
+          from.push_back(static_cast<std::uint32_t>(head));
+          via_.resize(std::max(via_.size(), queue.size()));
+          via_[queue.size() - 1] = link;
+        }
+      }
+    }
+  }
+
+  const std::vector<std::uint32_t>& mate() const { return mate_; }
+
+ private:
+  static constexpr std::size_t kReach = 256;  ///< Triangles looked at from one single.
+
+  std::uint32_t across(std::uint32_t link, std::uint32_t triangle) const {
+    return links_[link].a == triangle ? links_[link].b : links_[link].a;
+  }
+  void join(std::uint32_t link) { mate_[links_[link].a] = mate_[links_[link].b] = link; }
+
+  void flip(std::uint32_t link, std::size_t head, const std::vector<std::uint32_t>& from) {
+    // Each join takes both of its triangles away from their old mates, whose other one the next join
+    // up the path takes over.
+    std::uint32_t at = static_cast<std::uint32_t>(head);
+    std::uint32_t current = link;
+    while (true) {
+      join(current);
+      if (from[at] == kNoIndex) break;
+      current = via_[at];
+      at = from[at];
+    }
+  }
+
+  std::span<const Link> links_;
+  std::vector<std::uint32_t> mate_;               ///< Link of each triangle.
+  std::vector<std::array<std::uint32_t, 3>> of_;  ///< Links of each triangle, best first.
+  std::vector<std::uint32_t> via_;                ///< Link by which a queue entry was reached.
+};
+
+}  // namespace
+
+double stretch(double width, double height, double leg_u, double leg_v, double hypotenuse) {
+  // First fundamental form of the map, and its eigenvalues: the squared singular values.
+  const double e = leg_u / (width * width);
+  const double g = leg_v / (height * height);
+  const double f = 0.5 * (leg_u + leg_v - hypotenuse) / (width * height);
+  const double mean = 0.5 * (e + g);
+  const double root = std::sqrt(0.25 * (e - g) * (e - g) + f * f);
+  const double determinant = std::max(e * g - f * f, 1e-12 * mean * mean);
+  const double large = mean + root;
+  const double log_large = 0.5 * std::log(large);
+  const double log_small = 0.5 * std::log(determinant / large);
+  return 0.5 * (log_large * log_large + log_small * log_small);
+}
+
+Pairing pair_triangles(std::span<const Vec3> positions, std::span<const Triangle> triangles,
+                       std::span<const TriangleShape> shapes) {
+  const std::vector<Link> links = find_links(positions, triangles, shapes);
+  Matching matching(triangles.size(), links);
+  matching.augment();
+
+  Pairing result;
+  result.partner.assign(triangles.size(), kNoIndex);
+  result.apex.assign(triangles.size(), 0);
+  for (std::uint32_t t = 0; t < triangles.size(); ++t) {
+    const std::uint32_t link = matching.mate()[t];
+    if (link == kNoIndex) continue;
+    const bool is_a = links[link].a == t;
+    result.partner[t] = is_a ? links[link].b : links[link].a;
+    result.apex[t] = is_a ? links[link].apex_a : links[link].apex_b;
+    result.pairs += is_a;
+  }
+  return result;
+}
+
+}  // namespace kiln

@@ -1,0 +1,225 @@
+#include "unwrap/texel_detail.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <tuple>
+
+#include "base/parallel.h"
+#include "mesh/barycentric_projection.h"
+#include "mesh/half_edge.h"
+#include "mesh/triangle_spread.h"
+
+namespace kiln {
+namespace {
+
+/// Places on a low poly; each triangle has one more, at least.
+constexpr double kPlaces = 8000;
+/// Share of a map that charts are expected to cover.
+constexpr double kCovered = 0.75;
+constexpr std::size_t kGrainOfTriangles = 32;
+
+/// Triangles with finite corners.
+std::vector<std::uint32_t> finite_triangles(const Mesh& mesh, const std::vector<Vec3>& positions) {
+  std::vector<std::uint32_t> result;
+  for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t) {
+    const Triangle& c = mesh.triangles[t];
+    if (is_finite(positions[c[0]]) && is_finite(positions[c[1]]) && is_finite(positions[c[2]])) {
+      result.push_back(t);
+    }
+  }
+  return result;
+}
+
+std::vector<Triangle> those(const std::vector<Triangle>& triangles,
+                            const std::vector<std::uint32_t>& which) {
+  std::vector<Triangle> result;
+  result.reserve(which.size());
+  for (const std::uint32_t t : which) result.push_back(triangles[t]);
+  return result;
+}
+
+/// Places on a triangle, begun elsewhere on each, and turns of the texel around them.
+struct Spread : TriangleSpread {
+  double turn;
+  Spread(std::size_t triangle, std::size_t place)
+      : Spread(static_cast<double>(triangle), static_cast<double>(place)) {}
+
+ private:
+  Spread(double t, double i)
+      : TriangleSpread(i, 0.6180339887498949 * t, 0.4142135623730950 * t),
+        turn(0.5 * std::numbers::pi *
+             fraction_of(0.8191725133961645 * i + 0.7320508075688772 * t)) {}
+};
+
+}  // namespace
+
+TexelDetail::TexelDetail(const Mesh& high)
+    : frame_(Frame::of(high)),
+      positions_(frame_.to_frame(high)),
+      source_(finite_triangles(high, positions_)),
+      triangles_(those(high.triangles, source_)),
+      normals_(corner_normals(high, positions_)),
+      surface_(positions_, triangles_) {}
+
+/// \returns false where the nearest point faces away
+bool TexelDetail::normal_at(const Vec3d& point, const Vec3d& facing, Vec3d& normal) const {
+  const std::uint32_t t = surface_.nearest(to_float(point));
+  const Triangle& c = triangles_[t];
+  const std::array<double, 3> share = barycentric_projection(
+      point, Vec3d(positions_[c[0]]), Vec3d(positions_[c[1]]), Vec3d(positions_[c[2]]));
+  normal = {};
+  for (std::size_t k = 0; k < 3; ++k) {
+    normal += Vec3d(normals_.normals[normals_.triangles[source_[t]][k]]) * share[k];
+  }
+  const double size = length(normal);
+  if (!(size > 0)) return false;
+  normal = normal * (1 / size);
+  return dot(normal, facing) > 0;
+}
+
+/// Places of one low poly.
+class TexelDetail::Walk {
+ public:
+  Walk(const TexelDetail& detail, const Mesh& low, const FlatTriangles& flat)
+      : detail_(detail),
+        low_(low),
+        flat_(flat),
+        positions_(detail.frame_.to_frame(low)),
+        normals_(corner_normals(low, positions_)),
+        tangents_(corner_tangents()) {}
+
+  double area(std::size_t t) const {
+    const auto& [a, b, c] = flat_.corners[t];
+    return 0.5 * cross(b - a, c - a);
+  }
+
+  /// The high poly's normal where a point of the layout is, in the low poly's frame. \param t  a triangle nearby
+  bool normal_at(std::uint32_t t, const Vec2d& at, Vec3d& normal) const {
+    constexpr int kMostSteps = 200;
+    for (int step = 0; step < kMostSteps && t != kNoIndex; ++step) {
+      const std::array<Vec2d, 3>& c = flat_.corners[t];
+      const double whole = cross(c[1] - c[0], c[2] - c[0]);
+      std::array<double, 3> share{};
+      std::size_t out = 0;
+      for (std::size_t k = 0; k < 3; ++k) {
+        const Vec2d &a = c[(k + 1) % 3], &b = c[(k + 2) % 3];
+        share[k] = cross(b - a, at - a) / whole;
+        if (share[k] < share[out]) out = k;
+      }
+      if (share[out] >= 0) return looked_up(t, share, normal);
+      t = flat_.beside[t][(out + 1) % 3];
+    }
+    return false;
+  }
+
+ private:
+  /// By corner: where the layout's x goes on the surface, the mean over the triangles that lie round it.
+  std::vector<Vec3d> corner_tangents() const {
+    struct Corner {
+      std::uint32_t position = 0;
+      Vec2d at;
+      std::size_t corner = 0;
+      auto key() const { return std::tie(position, at.x, at.y); }
+    };
+    std::vector<Corner> corners;
+    std::vector<Vec3d> own(3 * low_.triangles.size()), result(own.size());
+    for (std::size_t t = 0; t < low_.triangles.size(); ++t) {
+      const auto& [a, b, c] = flat_.corners[t];
+      const double whole = cross(b - a, c - a);
+      if (!(whole > 0)) continue;
+      const Vec3d p(positions_[low_.triangles[t][0]]);
+      const Vec3d tangent = (Vec3d(positions_[low_.triangles[t][1]]) - p) * (c - a).y -
+                            (Vec3d(positions_[low_.triangles[t][2]]) - p) * (b - a).y;
+      const double size = length(tangent);
+      for (std::size_t k = 0; k < 3; ++k) {
+        if (size > 0) own[3 * t + k] = tangent * (1 / size);
+        corners.push_back({low_.triangles[t][k], flat_.corners[t][k], 3 * t + k});
+      }
+    }
+    std::stable_sort(corners.begin(), corners.end(),
+                     [](const Corner& a, const Corner& b) { return a.key() < b.key(); });
+    for (std::size_t i = 0; i < corners.size();) {
+      std::size_t end = i;
+      Vec3d sum;
+      for (; end < corners.size() && corners[end].key() == corners[i].key(); ++end) {
+        sum += own[corners[end].corner];
+      }
+      for (; i < end; ++i) result[corners[i].corner] = sum;
+    }
+    return result;
+  }
+
+  bool looked_up(std::uint32_t t, const std::array<double, 3>& share, Vec3d& normal) const {
+    std::array<Vec3d, 3> p;
+    Vec3d up, along;
+    for (std::size_t k = 0; k < 3; ++k) {
+      p[k] = Vec3d(positions_[low_.triangles[t][k]]);
+      up += Vec3d(normals_.normals[normals_.triangles[t][k]]) * share[k];
+      along += tangents_[3 * std::size_t{t} + k] * share[k];
+    }
+    Vec3d found;
+    if (!detail_.normal_at(p[0] * share[0] + p[1] * share[1] + p[2] * share[2],
+                           cross(p[1] - p[0], p[2] - p[0]), found)) {
+      return false;
+    }
+    const double height = length(up);
+    if (!(height > 0)) return false;
+    up = up * (1 / height);
+    along = along - up * dot(along, up);
+    const double size = length(along);
+    if (!(size > 0)) return false;
+    along = along * (1 / size);
+    normal = {dot(found, along), dot(found, cross(up, along)), dot(found, up)};
+    return true;
+  }
+
+  const TexelDetail& detail_;
+  const Mesh& low_;
+  const FlatTriangles& flat_;
+  std::vector<Vec3> positions_;
+  CornerNormals normals_;
+  std::vector<Vec3d> tangents_;
+};
+
+std::vector<TexelErrors> TexelDetail::errors(const Mesh& low, const FlatTriangles& flat,
+                                             std::uint32_t size, int threads) const {
+  const Walk walk(*this, low, flat);
+  std::vector<TexelErrors> result(low.triangles.size(), TexelErrors{});
+  double total = 0;
+  for (std::size_t t = 0; t < result.size(); ++t) total += walk.area(t);
+  const double side = std::sqrt(total / kCovered) / size;
+  const auto look_at = [&](std::uint32_t t) {
+    const auto& [a, b, c] = flat.corners[t];
+    const auto places = 1 + static_cast<std::size_t>(kPlaces * walk.area(t) / total);
+    double seen = 0;
+    for (std::size_t i = 0; i < places; ++i) {
+      const Spread at(t, i);
+      const Vec2d p = a + (b - a) * at.u + (c - a) * at.v;
+      Vec3d middle, corner;
+      if (!walk.normal_at(t, p, middle)) continue;
+      ++seen;
+      for (std::size_t s = 0; s < kTexelSides.size(); ++s) {
+        const double reach = std::sqrt(0.5) * side * kTexelSides[s];
+        Vec3d mean;
+        for (int k = 0; k < 4; ++k) {
+          const double angle = at.turn + 0.5 * std::numbers::pi * k;
+          const Vec2d q = p + Vec2d{std::cos(angle), std::sin(angle)} * reach;
+          if (walk.normal_at(t, q, corner)) mean += corner;
+        }
+        const double most = length(mean);
+        if (most > 0) result[t][s] += length(middle - mean * (1 / most));
+      }
+    }
+    for (double& error : result[t]) error = seen > 0 ? error / seen : 0;
+  };
+  const auto body = [&](std::size_t begin, std::size_t end) {
+    for (std::size_t t = begin; t < end; ++t) {
+      if (walk.area(t) > 0) look_at(static_cast<std::uint32_t>(t));
+    }
+  };
+  if (total > 0) parallel_for(result.size(), kGrainOfTriangles, body, threads);
+  return result;
+}
+
+}  // namespace kiln

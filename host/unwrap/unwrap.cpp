@@ -1,0 +1,96 @@
+// Texture coordinates: see kiln/lowpoly.h.
+#include "kiln/unwrap.h"
+
+#include <chrono>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "base/counted.h"
+#include "base/memory.h"
+#include "kiln/validate.h"
+#include "unwrap/texel_detail.h"
+#include "unwrap/unwrap_charts.h"
+#include "unwrap/unwrap_pairs.h"
+
+namespace kiln {
+namespace {
+
+// Measured with 5,000 to 80,000 faces: 107 to 148, and 793 to 870.
+constexpr std::uint64_t kBytesOfFaceInPairs = 160, kBytesOfFaceInCharts = 900;
+/// Copies of positions, corners and normals, and the boxes around them.
+constexpr std::uint64_t kBytesOfDetail = 160;
+
+void check(const Mesh& mesh, const UnwrapOptions& options) {
+  if (options.size < 16 || options.size > 65536) {
+    throw Error(ErrorCode::usage, "unwrap: size is " + std::to_string(options.size) +
+                                      "; it must be between 16 and 65536 texels");
+  }
+  if (options.border_texels < 1 || options.border_texels > options.size / 4) {
+    throw Error(ErrorCode::usage, "unwrap: border_texels is " +
+                                      std::to_string(options.border_texels) +
+                                      "; it must be between 1 and a quarter of the size (" +
+                                      std::to_string(options.size / 4) + ")");
+  }
+  if (options.detail_of != nullptr && options.method != UnwrapMethod::charts) {
+    throw Error(ErrorCode::usage,
+                "unwrap: detail_of is for charts: pairs have texels by area alone");
+  }
+  validate(mesh);
+  if (options.detail_of != nullptr) validate(*options.detail_of);
+}
+
+/// Texel detail of UnwrapOptions::detail_of, if given.
+std::optional<TexelDetail> detail_of(const UnwrapOptions& options) {
+  if (options.detail_of == nullptr) return std::nullopt;
+  require_memory("Looking at the detail of the high poly",
+                 kBytesOfDetail * options.detail_of->triangles.size());
+  return std::make_optional<TexelDetail>(*options.detail_of);
+}
+
+}  // namespace
+
+Mesh unwrap(const Mesh& mesh, const UnwrapOptions& options, UnwrapReport* report) {
+  return unwrap_for(mesh, options, nullptr, report);
+}
+
+Mesh unwrap_for(const Mesh& mesh, const UnwrapOptions& options, const TexelDetail* detail,
+                UnwrapReport* report, KnownCharts* known) {
+  const auto start = std::chrono::steady_clock::now();
+  check(mesh, options);
+  const bool charts = options.method == UnwrapMethod::charts;
+  require_memory("Unwrapping",
+                 (charts ? kBytesOfFaceInCharts : kBytesOfFaceInPairs) * mesh.triangles.size());
+  std::vector<TriangleShape> shapes(mesh.triangles.size());
+  std::uint64_t degenerate = 0;
+  std::size_t example = 0;
+  for (std::size_t t = 0; t < shapes.size(); ++t) {
+    const Triangle& corners = mesh.triangles[t];
+    shapes[t] = triangle_shape(mesh.positions[corners[0]], mesh.positions[corners[1]],
+                               mesh.positions[corners[2]]);
+    if (!(shapes[t].area > 0) && degenerate++ == 0) example = t;
+  }
+  if (degenerate == shapes.size()) {
+    throw Error(ErrorCode::input,
+                "unwrap: mesh '" + mesh.name +
+                    "' has no triangle of positive area; check the file it is from");
+  }
+  if (report != nullptr) *report = {};
+  const std::optional<TexelDetail> own = detail == nullptr ? detail_of(options) : std::nullopt;
+  if (own) detail = &*own;
+  Mesh result = charts ? unwrap_charts(mesh, options, report, 0, detail, known)
+                       : unwrap_pairs(mesh, options, shapes, report);
+  if (report == nullptr) return result;
+  if (degenerate != 0) {
+    report->warnings.push_back(
+        {"degenerate-triangles",
+         counted(degenerate, "triangle") + (degenerate == 1 ? " has" : " have") +
+             " no area or a corner that is not finite (the first is " + std::to_string(example) +
+             "); no texel is covered there: all UVs are at 0, 0",
+         degenerate});
+  }
+  report->seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  return result;
+}
+
+}  // namespace kiln

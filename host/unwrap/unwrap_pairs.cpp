@@ -1,0 +1,356 @@
+#include "unwrap/unwrap_pairs.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdio>
+#include <optional>
+#include <string>
+#include <tuple>
+#include <vector>
+
+#include "pack/rectangle_packing.h"
+#include "unwrap/pairing.h"
+
+namespace kiln {
+namespace {
+
+/// Longer patches waste space and shear little less.
+constexpr double kAspectLimit = 16;
+/// A border that leaves less of the map to triangles than this is halved.
+constexpr double kWantedPairCoverage = 0.25;
+
+/// A rectangle for one or two triangles. The first has its right angle at the lower left corner, the
+/// second at the upper right one; they share the diagonal, or keep a border along it.
+struct Patch {
+  double width = 0, height = 0;  ///< Legs of the triangles, in units of the surface.
+  std::array<std::uint32_t, 2> triangle{kNoIndex, kNoIndex};
+  std::array<std::uint8_t, 2> apex{};  ///< The corner that gets the right angle.
+  bool joined = false;
+};
+
+/// Gives `patch` sides in the ratio of its legs, and the area that makes up for two triangles.
+void set_sides(Patch& patch, double width, double height, double area) {
+  const double limit = kAspectLimit;
+  double ratio = std::clamp(width / height, 1 / limit, limit);
+  if (!(ratio > 0)) ratio = 1;  // Legs of no length, or too long for squares in double precision.
+  patch.height = std::sqrt(area / ratio);
+  patch.width = patch.height * ratio;
+}
+
+Patch single_patch(const TriangleShape& shape, std::uint32_t triangle) {
+  Patch patch;
+  const double* edge = shape.squared_edge;
+  const std::uint8_t apex = edge[0] >= edge[1] && edge[0] >= edge[2] ? 0
+                            : edge[1] >= edge[2]                     ? 1
+                                                                     : 2;
+  patch.triangle[0] = triangle;
+  patch.apex[0] = apex;
+  set_sides(patch, std::sqrt(edge[(apex + 2) % 3]), std::sqrt(edge[(apex + 1) % 3]),
+            2 * shape.area);
+  return patch;
+}
+
+/// Lets single triangles of like shape and size share rectangles.
+void share_patches(std::vector<Patch>& singles, std::vector<Patch>& patches) {
+  const auto key = [](const Patch& p) {
+    return std::tuple(std::lround(2 * std::log2(p.width / p.height)), p.width * p.height,
+                      p.triangle[0]);
+  };
+  std::sort(singles.begin(), singles.end(),
+            [&](const Patch& a, const Patch& b) { return key(a) < key(b); });
+  for (std::size_t i = 0; i < singles.size(); ++i) {
+    Patch patch = singles[i];
+    if (i + 1 < singles.size()) {
+      const Patch& next = singles[i + 1];
+      const double area = patch.width * patch.height, next_area = next.width * next.height;
+      if (std::get<0>(key(patch)) == std::get<0>(key(next)) && next_area <= 1.5 * area) {
+        patch.triangle[1] = next.triangle[0];
+        patch.apex[1] = next.apex[0];
+        set_sides(patch, std::sqrt(patch.width * next.width), std::sqrt(patch.height * next.height),
+                  0.5 * (area + next_area));
+        ++i;
+      }
+    }
+    patches.push_back(patch);
+  }
+}
+
+/// \param squares  all alike, with a square for each triangle left over
+std::vector<Patch> make_patches(const Mesh& mesh, const std::vector<TriangleShape>& shapes,
+                                bool squares) {
+  const Pairing pairing = pair_triangles(mesh.positions, mesh.triangles, shapes);
+  std::vector<Patch> patches, singles;
+  patches.reserve(pairing.pairs);
+  for (std::uint32_t t = 0; t < shapes.size(); ++t) {
+    if (!(shapes[t].area > 0)) continue;
+    const std::uint32_t other = pairing.partner[t];
+    if (other == kNoIndex) {
+      singles.push_back(single_patch(shapes[t], t));
+    } else if (t < other) {
+      Patch patch;
+      patch.triangle = {t, other};
+      patch.apex = {pairing.apex[t], pairing.apex[other]};
+      patch.joined = true;
+      double width = 0, height = 0;
+      for (const std::size_t k : {0u, 1u}) {
+        const TriangleShape& shape = shapes[patch.triangle[k]];
+        width += std::sqrt(shape.squared_edge[(patch.apex[k] + 2) % 3]);
+        height += std::sqrt(shape.squared_edge[(patch.apex[k] + 1) % 3]);
+      }
+      set_sides(patch, width, height, shapes[t].area + shapes[other].area);
+      patches.push_back(patch);
+    }
+  }
+  if (!squares) {
+    share_patches(singles, patches);
+    return patches;
+  }
+  patches.insert(patches.end(), singles.begin(), singles.end());
+  for (Patch& patch : patches) patch.width = patch.height = 1;
+  return patches;
+}
+
+/// Rounding of patches to cells of whole grid steps.
+struct Rule {
+  std::uint32_t side = 0;      ///< Steps of the grid.
+  std::uint32_t border = 1;    ///< Steps between charts.
+  std::uint32_t smallest = 2;  ///< Shortest leg, steps. A triangle never gets less than one square.
+  bool squares = false;        ///< Both legs alike
+};
+
+struct Legs {
+  std::uint32_t width, height;
+};
+
+Legs legs_of(const Patch& patch, double scale, const Rule& rule) {
+  const double most = 1e9;
+  const auto whole = [&](double value) {
+    return std::max(rule.smallest, static_cast<std::uint32_t>(std::min(value + 0.5, most)));
+  };
+  if (rule.squares) {
+    const std::uint32_t leg = std::max(2U, whole(patch.width * scale));
+    return {leg, leg};
+  }
+  // The second side makes up for the first one's rounding.
+  const double area = patch.width * scale * (patch.height * scale);
+  Legs legs{};
+  if (patch.width >= patch.height) {
+    legs.height = whole(patch.height * scale);
+    legs.width = whole(area / legs.height);
+  } else {
+    legs.width = whole(patch.width * scale);
+    legs.height = whole(area / legs.width);
+  }
+  if (legs.width == 1 && legs.height == 1)
+    (patch.width >= patch.height ? legs.width : legs.height) = 2;
+  return legs;
+}
+
+PackSize cell_of(const Patch& patch, const Legs& legs, const Rule& rule) {
+  const bool apart = patch.triangle[1] != kNoIndex && !patch.joined;
+  const std::uint32_t extra = rule.border + (apart ? rule.border : 0);
+  return {legs.width + extra, legs.height + extra};
+}
+
+struct PairLayout {
+  Rule rule;
+  double scale = 0;
+  std::vector<PackPlace> places;
+  double coverage = 0;
+};
+
+class LayoutSearch {
+ public:
+  LayoutSearch(const std::vector<Patch>& patches, const Rule& rule)
+      : patches_(patches), rule_(rule), sizes_(patches.size()) {}
+
+  /// The largest scale that fits, to about 0.1%, or nothing where not even the smallest cells do.
+  std::optional<PairLayout> run() {
+    const double side = rule_.side;
+    double area = 0;
+    for (const Patch& patch : patches_) area += patch.width * patch.height;
+    // Without borders and waste; from there down until the cells' area fits, then until they pack.
+    const double ceiling = side / std::sqrt(area);
+    if (cells_area(0) > side * side) return std::nullopt;
+    double low = 0, high = ceiling;
+    for (int i = 0; i < 40 && (high - low) > 1e-4 * high; ++i) {
+      const double middle = 0.5 * (low + high);
+      (cells_area(middle) <= side * side ? low : high) = middle;
+    }
+    const double bound = high;
+    double fits = 0;
+    double step = 0.01;
+    for (double scale = bound; scale > 1e-4 * bound;
+         scale *= 1 - step, step = std::min(0.2, step * 1.5)) {
+      if (pack(scale)) {
+        fits = scale;
+        break;
+      }
+      high = scale;
+    }
+    if (fits == 0 && !pack(0)) return std::nullopt;
+    for (int i = 0; i < 8 && high - fits > 1e-3 * high; ++i) {
+      const double middle = 0.5 * (fits + high);
+      (pack(middle) ? fits : high) = middle;
+    }
+    return std::move(best_);
+  }
+
+ private:
+  double cells_area(double scale) const {
+    double area = 0;
+    for (const Patch& patch : patches_) {
+      const PackSize cell = cell_of(patch, legs_of(patch, scale, rule_), rule_);
+      area += static_cast<double>(cell.width) * cell.height;
+    }
+    return area;
+  }
+
+  /// Keeps the layout where it fits.
+  bool pack(double scale) {
+    double covered = 0;
+    for (std::size_t i = 0; i < patches_.size(); ++i) {
+      const Legs legs = legs_of(patches_[i], scale, rule_);
+      sizes_[i] = cell_of(patches_[i], legs, rule_);
+      if (std::max(sizes_[i].width, sizes_[i].height) > rule_.side) return false;
+      covered += static_cast<double>(legs.width) * legs.height *
+                 (patches_[i].triangle[1] == kNoIndex ? 0.5 : 1.0);
+    }
+    if (!pack_rectangles(sizes_, rule_.side, places_)) return false;
+    const double side = rule_.side;
+    best_ = PairLayout{rule_, scale, places_, covered / (side * side)};
+    return true;
+  }
+
+  const std::vector<Patch>& patches_;
+  Rule rule_;
+  std::vector<PackSize> sizes_;
+  std::vector<PackPlace> places_;
+  std::optional<PairLayout> best_;
+};
+
+/// The widest border that leaves room, then shorter legs, then steps finer than a texel.
+PairLayout find_layout(const std::vector<Patch>& patches, const UnwrapOptions& options) {
+  const bool squares = options.method == UnwrapMethod::squares;
+  for (std::uint32_t border = options.border_texels; border >= 1; border /= 2) {
+    auto layout = LayoutSearch(patches, {options.size, border, 2, squares}).run();
+    if (layout && (layout->coverage >= kWantedPairCoverage || border == 1))
+      return std::move(*layout);
+  }
+  for (std::uint32_t side = options.size; side <= std::uint32_t{1} << 22; side *= 2) {
+    if (auto layout = LayoutSearch(patches, {side, 1, 1, squares}).run()) return std::move(*layout);
+  }
+  throw Error(ErrorCode::input,
+              "unwrap: the mesh has too many triangles for a texture; simplify it first");
+}
+
+/// Writes the UVs of one patch. Coordinates in the cell run along x and y before it is turned.
+class UvWriter {
+ public:
+  UvWriter(const PairLayout& layout, Mesh& mesh) : layout_(layout), mesh_(mesh) {}
+
+  void write(const Patch& patch, const PackPlace& place) {
+    const Legs legs = legs_of(patch, layout_.scale, layout_.rule);
+    const PackSize cell = cell_of(patch, legs, layout_.rule);
+    const std::uint32_t margin = layout_.rule.border / 2;
+    const std::uint32_t end_x = cell.width - layout_.rule.border;
+    const std::uint32_t end_y = cell.height - layout_.rule.border;
+    const auto add = [&](std::uint32_t x, std::uint32_t y) {
+      // A quarter turn counter-clockwise, never a reflection, so that no chart is mirrored.
+      const std::uint32_t u = place.turned ? end_y - y : x;
+      const std::uint32_t v = place.turned ? x : y;
+      const double side = layout_.rule.side;
+      mesh_.uvs.push_back({static_cast<float>((place.x + margin + u) / side),
+                           static_cast<float>((place.y + margin + v) / side)});
+      return static_cast<std::uint32_t>(mesh_.uvs.size() - 1);
+    };
+    const std::uint32_t right = add(legs.width, 0);
+    const std::uint32_t up = add(0, legs.height);
+    set(patch, 0, add(0, 0), right, up);
+    if (patch.triangle[1] == kNoIndex) return;
+    const std::uint32_t corner = add(end_x, end_y);
+    if (patch.joined) {
+      set(patch, 1, corner, up, right);
+    } else {
+      const std::uint32_t left = add(end_x - legs.width, end_y);
+      set(patch, 1, corner, left, add(end_x, end_y - legs.height));
+    }
+  }
+
+ private:
+  void set(const Patch& patch, std::size_t which, std::uint32_t apex, std::uint32_t next,
+           std::uint32_t last) {
+    Triangle& uv = mesh_.uv_triangles[patch.triangle[which]];
+    uv[patch.apex[which]] = apex;
+    uv[(patch.apex[which] + 1) % 3] = next;
+    uv[(patch.apex[which] + 2) % 3] = last;
+  }
+
+  const PairLayout& layout_;
+  Mesh& mesh_;
+};
+
+/// Standard deviation, over the surface, of log2(texture area / surface area).
+double density_spread(const std::vector<Patch>& patches, const PairLayout& layout,
+                      const std::vector<TriangleShape>& shapes) {
+  double weight = 0, sum = 0, squares = 0;
+  const auto each = [&](const auto& body) {
+    for (const Patch& patch : patches) {
+      const Legs legs = legs_of(patch, layout.scale, layout.rule);
+      const double uv_area = 0.5 * legs.width * legs.height;
+      for (const std::uint32_t t : patch.triangle) {
+        if (t != kNoIndex) body(shapes[t].area, std::log2(uv_area) - std::log2(shapes[t].area));
+      }
+    }
+  };
+  each([&](double area, double density) { weight += area, sum += area * density; });
+  const double mean = sum / weight;
+  each([&](double area, double density) { squares += area * (density - mean) * (density - mean); });
+  return std::sqrt(squares / weight);
+}
+
+/// A number without trailing zeros.
+std::string plain(double value) {
+  std::array<char, 32> text{};
+  std::snprintf(text.data(), text.size(), "%g", value);
+  return text.data();
+}
+
+}  // namespace
+
+Mesh unwrap_pairs(const Mesh& mesh, const UnwrapOptions& options,
+                  const std::vector<TriangleShape>& shapes, UnwrapReport* report) {
+  const std::vector<Patch> patches =
+      make_patches(mesh, shapes, options.method == UnwrapMethod::squares);
+  const PairLayout layout = find_layout(patches, options);
+
+  Mesh result = mesh;
+  result.tangents.clear();  // those of other UVs
+  result.uvs.clear();
+  result.uvs.reserve(patches.size() * 4 + 1);
+  result.uvs.push_back({0, 0});  // All corners of the triangles that cover nothing.
+  result.uv_triangles.assign(mesh.triangles.size(), Triangle{0, 0, 0});
+  UvWriter writer(layout, result);
+  for (std::size_t i = 0; i < patches.size(); ++i) writer.write(patches[i], layout.places[i]);
+  if (report == nullptr) return result;
+
+  for (const Patch& patch : patches) {
+    report->charts += patch.joined || patch.triangle[1] == kNoIndex ? 1 : 2;
+  }
+  report->coverage = layout.coverage;
+  report->density_spread = density_spread(patches, layout, shapes);
+  report->border_texels = static_cast<double>(layout.rule.border) * options.size / layout.rule.side;
+  if (report->border_texels < options.border_texels) {
+    report->warnings.push_back(
+        {"border-shrunk",
+         std::to_string(report->charts) + " charts leave no room for a border of " +
+             std::to_string(options.border_texels) + " texels at a size of " +
+             std::to_string(options.size) + "; it is " + plain(report->border_texels) +
+             " texels: use a larger size or fewer faces",
+         report->charts});
+  }
+  return result;
+}
+
+}  // namespace kiln

@@ -1,0 +1,16 @@
+// Texture coordinates by pairs of triangles packed as rectangles: see unwrap().
+#pragma once
+
+#include <vector>
+
+#include "kiln/unwrap.h"
+#include "mesh/triangle_shape.h"
+
+namespace kiln {
+
+/// \param shapes  of the mesh's triangles, one at least of positive area
+/// \param report  empty; may be null. [out] all but seconds and degenerate triangles
+Mesh unwrap_pairs(const Mesh& mesh, const UnwrapOptions& options,
+                  const std::vector<TriangleShape>& shapes, UnwrapReport* report);
+
+}  // namespace kiln

@@ -1,0 +1,312 @@
+#include "volume/isosurface_patch.h"
+
+#include <algorithm>
+#include <limits>
+#include <numeric>
+#include <utility>
+
+#include "base/parallel.h"
+#include "mesh/vertex_lists.h"
+
+namespace kiln {
+namespace {
+
+/// The root mean square distance of a vertex to the crossings' planes that it stands for, cells.
+double error_of(const FineSurface& surface, const Volume& volume, const SimplifiedIsosurface& light,
+                std::uint32_t vertex) {
+  const auto axis = [&](std::size_t k) {
+    return Vec3d(volume.axes[k][0], volume.axes[k][1], volume.axes[k][2]);
+  };
+  const Vec3d x = axis(0), y = axis(1), z = axis(2), p(light.positions[vertex]);
+  const double volume_of_cell = dot(x, cross(y, z));
+  const Vec3d padded =
+      Vec3d(dot(p, cross(y, z)), dot(p, cross(z, x)), dot(p, cross(x, y))) * (1 / volume_of_cell) +
+      Vec3d(1, 1, 1);
+  Qef qef;
+  for (std::uint32_t i = light.leaf_begins[vertex]; i < light.leaf_begins[vertex + 1]; ++i) {
+    const std::uint32_t leaf = light.leaves[i];
+    qef.add(surface.qefs[leaf], unpack_place(surface.keys[leaf]));
+  }
+  return qef.error_at(padded);
+}
+
+}  // namespace
+
+IsosurfaceFaces::IsosurfaceFaces(const SimplifiedIsosurface& light) {
+  triangles.reserve(light.faces);
+  for (const SimplifiedIsosurface::Polygon& polygon : light.polygons) {
+    const auto& c = polygon.corners;
+    triangles.push_back({c[0], c[1], c[2]});
+    if (polygon.is_quad()) triangles.push_back({c[0], c[2], c[3]});
+  }
+}
+
+IsosurfaceChange::IsosurfaceChange(const SimplifiedIsosurface& light, const IsosurfaceFaces& faces)
+    : triangles(faces.triangles), alive(faces.triangles.size(), 1), into(light.positions.size()) {
+  std::iota(into.begin(), into.end(), 0U);
+}
+
+void IsosurfaceChange::make_polygons(SimplifiedIsosurface& light) const {
+  std::vector<SimplifiedIsosurface::Polygon> polygons;
+  polygons.reserve(light.polygons.size());
+  const auto add = [&](const Triangle& t) { polygons.push_back({{t[0], t[1], t[2], kNoVertex}}); };
+  std::size_t next = 0;
+  light.faces = 0;
+  for (const SimplifiedIsosurface::Polygon& polygon : light.polygons) {
+    const std::size_t first = next, count = polygon.is_quad() ? 2 : 1;
+    next += count;
+    for (std::size_t t = first; t < next; ++t) light.faces += alive[t];
+    if (count == 2 && alive[first] != 0 && alive[first + 1] != 0) {
+      const Triangle &a = triangles[first], &b = triangles[first + 1];
+      if (a[1] != b[2]) {
+        polygons.push_back({{a[0], a[1], a[2], b[2]}});
+      } else {
+        add(a);
+        add(b);
+      }
+      continue;
+    }
+    for (std::size_t t = first; t < next; ++t) {
+      if (alive[t] != 0) add(triangles[t]);
+    }
+  }
+  light.polygons = std::move(polygons);
+}
+
+/// Numbers the vertices that polygons have, and drops the others. By vertex that there was.
+std::vector<std::uint32_t> IsosurfaceChange::number_vertices(SimplifiedIsosurface& light) const {
+  std::vector<std::uint32_t> number(light.positions.size(), kNoVertex);
+  for (const SimplifiedIsosurface::Polygon& polygon : light.polygons) {
+    for (const std::uint32_t corner : polygon.corners) {
+      if (corner != kNoVertex) number[corner] = 0;
+    }
+  }
+  std::uint32_t left = 0;
+  for (std::uint32_t v = 0; v < number.size(); ++v) {
+    if (number[v] == kNoVertex) continue;
+    light.positions[left] = light.positions[v];
+    light.normals[left] = light.normals[v];
+    number[v] = left++;
+  }
+  light.positions.resize(left);
+  light.normals.resize(left);
+  for (SimplifiedIsosurface::Polygon& polygon : light.polygons) {
+    for (std::uint32_t& corner : polygon.corners) {
+      if (corner != kNoVertex) corner = number[corner];
+    }
+  }
+  for (std::uint32_t v = 0; v < number.size(); ++v) number[v] = number[into[v]];
+  return number;
+}
+
+/// Gives each vertex the fine vertices of those that it stands for.
+void IsosurfaceChange::deal_leaves(const std::vector<std::uint32_t>& number,
+                                   SimplifiedIsosurface& light) const {
+  std::vector<std::uint32_t> begins(light.positions.size() + 1, 0);
+  const std::vector<std::uint32_t>& old = light.leaf_begins;
+  for (std::size_t v = 0; v < number.size(); ++v) {
+    if (number[v] != kNoVertex) begins[number[v] + 1] += old[v + 1] - old[v];
+  }
+  std::partial_sum(begins.begin(), begins.end(), begins.begin());
+  RawVector<std::uint32_t> leaves(begins.back());
+  std::vector<std::uint32_t> at(begins.begin(), begins.end() - 1);
+  for (std::size_t v = 0; v < number.size(); ++v) {
+    if (number[v] == kNoVertex) continue;
+    std::copy(light.leaves.begin() + old[v], light.leaves.begin() + old[v + 1],
+              leaves.begin() + at[number[v]]);
+    at[number[v]] += old[v + 1] - old[v];
+  }
+  light.leaf_begins = std::move(begins);
+  light.leaves = std::move(leaves);
+}
+
+std::vector<std::uint32_t> IsosurfaceChange::apply(const FineSurface& surface,
+                                                   SimplifiedIsosurface& light) {
+  for (std::uint32_t& to : into) {
+    while (into[to] != to) to = into[to];
+  }
+  for (Triangle& t : triangles) {
+    for (std::uint32_t& v : t) v = into[v];
+  }
+  make_polygons(light);
+  std::vector<std::uint32_t> number = number_vertices(light);
+  deal_leaves(number, light);
+  std::vector<std::uint8_t> grown(light.positions.size(), 0);
+  for (std::uint32_t v = 0; v < into.size(); ++v) {
+    if (into[v] == v || number[v] == kNoVertex) continue;
+    grown[number[v]] = 1;
+  }
+  for (std::uint32_t v = 0; v < grown.size(); ++v) {
+    if (grown[v] == 0) continue;
+    std::sort(light.leaves.begin() + light.leaf_begins[v],
+              light.leaves.begin() + light.leaf_begins[v + 1]);
+    light.normals[v] = light.mean_normal(surface, v);
+  }
+  return number;
+}
+
+IsosurfacePatch::IsosurfacePatch(const FineSurface& surface, const SimplifiedIsosurface& light,
+                                 const IsosurfaceFaces& faces, std::span<const std::uint32_t> given)
+    : faces_(faces) {
+  constexpr float kFar = std::numeric_limits<float>::max();
+  Vec3 low{kFar, kFar, kFar}, high{-kFar, -kFar, -kFar};
+  for (const Vec3& p : light.positions) {
+    low = {std::min(low.x, p.x), std::min(low.y, p.y), std::min(low.z, p.z)};
+    high = {std::max(high.x, p.x), std::max(high.y, p.y), std::max(high.z, p.z)};
+  }
+  center_ = (Vec3d(low) + Vec3d(high)) * 0.5;
+  size_ = std::max(length(Vec3d(high) - Vec3d(low)), std::numeric_limits<double>::min());
+
+  std::vector<std::uint8_t> free(light.positions.size(), 0);
+  for (const std::uint32_t t : given) {
+    for (const std::uint32_t v : faces.triangles[t]) free[v] = 1;
+  }
+  const std::vector<std::uint8_t> inner = free;
+  const auto touches = [](const std::vector<std::uint8_t>& marks, const Triangle& t) {
+    return (marks[t[0]] | marks[t[1]] | marks[t[2]]) != 0;
+  };
+  for (const Triangle& t : faces.triangles) {
+    if (!touches(inner, t)) continue;
+    for (const std::uint32_t v : t) free[v] = 1;
+  }
+  std::vector<std::uint32_t> number(light.positions.size(), kNoVertex);
+  std::vector<std::uint8_t> free_here;
+  for (std::uint32_t i = 0; i < faces.triangles.size(); ++i) {
+    if (!touches(free, faces.triangles[i])) continue;
+    all_.push_back(i);
+    Triangle t = faces.triangles[i];
+    for (std::uint32_t& v : t) {
+      if (number[v] == kNoVertex) {
+        number[v] = static_cast<std::uint32_t>(vertices_.size());
+        vertices_.push_back(v);
+        points.push_back(to_unit(light.positions[v]));
+        free_here.push_back(free[v]);
+      }
+      v = number[v];
+    }
+    triangles.push_back(t);
+  }
+  find_fixed(free_here);
+  leave_repeats_out();
+  for (std::uint32_t t = 0; t < numbers_.size(); ++t) {
+    if (std::binary_search(given.begin(), given.end(), numbers_[t])) seeds.push_back(t);
+  }
+  gather_fine(surface, light, free_here);
+}
+
+void IsosurfacePatch::find_fixed(std::span<const std::uint8_t> free) {
+  fixed.resize(points.size());
+  for (std::size_t v = 0; v < fixed.size(); ++v) fixed[v] = free[v] == 0;
+  SideLists(triangles, points.size())
+      .each_edge([&](std::uint32_t a, std::span<const SideLists::Item> sides) {
+        if (sides.size() != 1) return;
+        fixed[a] = fixed[SideLists::higher(sides[0])] = 1;
+      });
+}
+
+/// The collapser takes no two triangles of the same corners and sense.
+void IsosurfacePatch::leave_repeats_out() {
+  std::vector<std::pair<Triangle, std::uint32_t>> turned;
+  for (std::uint32_t i = 0; i < triangles.size(); ++i) {
+    turned.emplace_back(lowest_first(triangles[i]), i);
+  }
+  std::sort(turned.begin(), turned.end());
+  std::vector<std::uint8_t> repeats(triangles.size(), 0);
+  for (std::size_t i = 1; i < turned.size(); ++i) {
+    if (turned[i].first != turned[i - 1].first) continue;
+    repeats[turned[i].second] = 1;
+    for (const std::uint32_t v : turned[i].first) fixed[v] = 1;
+  }
+  std::vector<Triangle> others;
+  for (std::size_t i = 0; i < triangles.size(); ++i) {
+    if (repeats[i] != 0) continue;
+    others.push_back(triangles[i]);
+    numbers_.push_back(all_[i]);
+  }
+  triangles = std::move(others);
+  all_ = numbers_;
+}
+
+/// Fine quads whose corners vertices of the patch stand for.
+void IsosurfacePatch::gather_fine(const FineSurface& surface, const SimplifiedIsosurface& light,
+                                  std::span<const std::uint8_t> free) {
+  std::vector<std::uint32_t> number(surface.vertices.size(), kNoVertex);
+  for (std::size_t at = 0; at < vertices_.size(); ++at) {
+    if (free[at] == 0) continue;  // What is mended reaches no farther.
+    const std::uint32_t v = vertices_[at];
+    for (std::uint32_t i = light.leaf_begins[v]; i < light.leaf_begins[v + 1]; ++i) {
+      const std::uint32_t leaf = light.leaves[i];
+      const float* p = surface.vertices[leaf].position;
+      number[leaf] = static_cast<std::uint32_t>(fine_points.size());
+      fine_points.push_back(to_float(to_unit({p[0], p[1], p[2]})));
+    }
+  }
+  constexpr std::size_t kGrain = 1 << 15;
+  std::vector<std::vector<Triangle>> parts((surface.edges.size() + kGrain - 1) / kGrain);
+  parallel_for(parts.size(), 1, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t part = begin; part < end; ++part) {
+      const std::size_t last = std::min(surface.edges.size(), (part + 1) * kGrain);
+      for (std::size_t i = part * kGrain; i < last; ++i) {
+        const FineEdge& edge = surface.edges[i];
+        if (!edge.is_quad()) continue;
+        std::array<std::uint32_t, 4> c{};
+        for (std::size_t k = 0; k < 4; ++k) c[k] = number[edge.vertices[k]];
+        if (std::find(c.begin(), c.end(), kNoVertex) != c.end()) continue;
+        if ((edge.rises != 0) == surface.mirrored) std::swap(c[1], c[3]);
+        parts[part].push_back({c[0], c[1], c[2]});
+        parts[part].push_back({c[0], c[2], c[3]});
+      }
+    }
+  });
+  for (const auto& part : parts) {
+    fine_triangles.insert(fine_triangles.end(), part.begin(), part.end());
+  }
+}
+
+void IsosurfacePatch::take(const CollapseMesh& mesh,
+                           std::span<const std::pair<std::uint32_t, std::uint32_t>> merges) {
+  points = mesh.points;
+  std::vector<std::uint8_t> seed(triangles.size(), 0);
+  for (const std::uint32_t t : seeds) seed[t] = 1;
+  seeds.clear();
+  std::uint32_t kept = 0;
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+    if (mesh.alive[t] == 0) continue;
+    if (seed[t] != 0) seeds.push_back(kept);
+    triangles[kept] = mesh.triangles[t];
+    numbers_[kept++] = numbers_[t];
+  }
+  triangles.resize(kept);
+  numbers_.resize(kept);
+  for (const auto& [stays, gone] : merges) {
+    fixed[stays] = fixed[stays] | fixed[gone];
+    merges_.emplace_back(stays, gone);
+  }
+}
+
+void IsosurfacePatch::apply(const FineSurface& surface, const Volume& volume,
+                            SimplifiedIsosurface& light) const {
+  IsosurfaceChange change(light, faces_);
+  for (const std::uint32_t t : all_) change.alive[t] = 0;
+  for (std::size_t i = 0; i < triangles.size(); ++i) {
+    change.alive[numbers_[i]] = 1;
+    for (std::size_t k = 0; k < 3; ++k)
+      change.triangles[numbers_[i]][k] = vertices_[triangles[i][k]];
+  }
+  for (const auto& [stays, gone] : merges_) change.into[vertices_[gone]] = vertices_[stays];
+  std::vector<std::uint32_t> changed;
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    Vec3& at = light.positions[vertices_[i]];
+    if (length(to_unit(at) - points[i]) == 0) continue;
+    at = to_world(points[i]);
+    changed.push_back(vertices_[i]);
+  }
+  for (const auto& [stays, gone] : merges_) changed.push_back(vertices_[stays]);
+  const std::vector<std::uint32_t> number = change.apply(surface, light);
+  for (const std::uint32_t v : changed) {
+    if (number[v] == kNoVertex) continue;
+    light.error = std::max(light.error, error_of(surface, volume, light, number[v]));
+  }
+}
+
+}  // namespace kiln

@@ -1,0 +1,304 @@
+#include "volume/isosurface_repair.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <limits>
+#include <optional>
+#include <span>
+#include <utility>
+#include <vector>
+
+#include "base/parallel.h"
+#include "mesh/vector.h"
+#include "mesh/vertex_lists.h"
+#include "simplify/collapse.h"
+#include "simplify/simplify_check.h"
+#include "volume/isosurface_patch.h"
+
+namespace kiln {
+namespace {
+
+// As SimplifyCheck looks at triangles, but with the fine vertices that their corners stand for.
+using flaw_rules::is_flat;
+using flaw_rules::is_thin;
+using flaw_rules::kAway;
+using flaw_rules::kBackToBack;
+using flaw_rules::kSuspicious;
+using flaw_rules::normal_of;
+using flaw_rules::unit_or_zero;
+
+/// How often flaws are looked for and mended.
+constexpr int kRounds = 4;
+/// And again only if at least one in so many was mended.
+constexpr std::size_t kWorthAnother = 2;
+/// Height of a triangle that mending may leave, a share of its longest side.
+constexpr double kThin = 1e-4;
+/// Fine vertices of a side count for it from this cosine on.
+constexpr double kOfSide = 0.3;
+
+/// A low poly with its fine surface.
+struct Both {
+  const FineSurface& surface;
+  const SimplifiedIsosurface& light;
+
+  TriangleCorners corners(const Triangle& t) const {
+    return {Vec3d(light.positions[t[0]]), Vec3d(light.positions[t[1]]),
+            Vec3d(light.positions[t[2]])};
+  }
+  Vec3 center(const Triangle& t) const {
+    const TriangleCorners p = corners(t);
+    return to_float((p[0] + p[1] + p[2]) * (1.0 / 3));
+  }
+  /// Calls `body` with place and normal of the fine vertices that a vertex stands for.
+  void each_leaf(std::uint32_t vertex, const auto& body) const {
+    for (std::uint32_t i = light.leaf_begins[vertex]; i < light.leaf_begins[vertex + 1]; ++i) {
+      const kiln_volume_vertex& leaf = surface.vertices[light.leaves[i]];
+      body(Vec3d(leaf.position[0], leaf.position[1], leaf.position[2]),
+           Vec3d(leaf.normal[0], leaf.normal[1], leaf.normal[2]));
+    }
+  }
+  /// True if a gap closed between a triangle and one back to back with it: fine vertices that face its way lie below
+  /// those that face the other way.
+  bool was_gap(const Triangle& t) const {
+    const Vec3d normal = unit_or_zero(normal_of(corners(t)));
+    double above = 0, below = 0;
+    std::size_t count_above = 0, count_below = 0;
+    for (const std::uint32_t vertex : t) {
+      const Vec3d at(light.positions[vertex]);
+      each_leaf(vertex, [&](const Vec3d& p, const Vec3d& n) {
+        const double along = dot(n, normal), height = dot(p - at, normal);
+        if (along > kOfSide) above += height, ++count_above;
+        if (along < -kOfSide) below += height, ++count_below;
+      });
+    }
+    if (count_above == 0 || count_below == 0) return false;
+    return above / static_cast<double>(count_above) < below / static_cast<double>(count_below);
+  }
+  /// True if the fine surface turns sharply between a triangle's corners, or is thin there.
+  bool has_edge(const Triangle& t) const {
+    const Vec3d normal = unit_or_zero(normal_of(corners(t)));
+    double most = -1, least = 1;
+    for (const std::uint32_t vertex : t) {
+      each_leaf(vertex, [&](const Vec3d&, const Vec3d& n) {
+        most = std::max(most, dot(n, normal));
+        least = std::min(least, dot(n, normal));
+      });
+    }
+    return most > -kSuspicious && least < kSuspicious;
+  }
+  /// True if the nearest fine vertices of its corners' face away from a triangle.
+  bool may_face_away(const Triangle& t) const {
+    const TriangleCorners p = corners(t);
+    const Vec3d normal = unit_or_zero(normal_of(p));
+    std::array<Vec3d, 4> places;
+    std::array<double, 4> nearest{}, cosines{};
+    for (std::size_t i = 0; i < 4; ++i) {
+      for (std::size_t k = 0; k < 3; ++k)
+        places[i] += p[k] * (i == 3 ? 1.0 / 3 : i == k ? 0.6 : 0.2);
+      nearest[i] = std::numeric_limits<double>::infinity();
+    }
+    for (const std::uint32_t vertex : t) {
+      each_leaf(vertex, [&](const Vec3d& at, const Vec3d& n) {
+        for (std::size_t i = 0; i < 4; ++i) {
+          const Vec3d d = at - places[i];
+          if (!(dot(d, d) < nearest[i])) continue;
+          nearest[i] = dot(d, d);
+          cosines[i] = dot(n, normal);
+        }
+      });
+    }
+    return std::count_if(cosines.begin(), cosines.end(), [](double c) { return c < kAway; }) >= 3;
+  }
+};
+
+/// Leaves pairs back to back out where a gap closed; counts what else is there twice.
+void leave_gaps_out(const FineSurface& surface, SimplifiedIsosurface& light,
+                    IsosurfaceFlaws& flaws) {
+  const IsosurfaceFaces faces(light);
+  const Both both{surface, light};
+  struct Item {
+    Triangle sorted;
+    std::uint32_t triangle;
+    bool even;  ///< True if the corners are an even permutation of the sorted ones.
+  };
+  std::vector<Item> items(faces.triangles.size());
+  parallel_for(items.size(), 1 << 14, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) {
+      Triangle t = lowest_first(faces.triangles[i]);
+      const bool even = t[1] < t[2];
+      if (!even) std::swap(t[1], t[2]);
+      items[i] = {t, static_cast<std::uint32_t>(i), even};
+    }
+  });
+  const VertexLists lists(
+      light.positions.size(), items.size(), [&](std::size_t i) { return items[i].sorted[0]; },
+      [&](std::size_t i) { return std::uint64_t{items[i].sorted[1]} << 32 | items[i].sorted[2]; });
+  std::vector<std::uint8_t> gone;
+  for (std::size_t v = 0; v < lists.vertices(); ++v) {
+    const auto of = lists.of(v);
+    for (std::size_t begin = 0, end = 0; begin < of.size(); begin = end) {
+      while (end < of.size() && of[end].key == of[begin].key) ++end;
+      const std::size_t count = end - begin;
+      if (count < 2) continue;
+      std::array<std::vector<std::uint32_t>, 2> sides;
+      for (std::size_t i = begin; i < end; ++i) {
+        sides[items[of[i].index].even ? 0 : 1].push_back(of[i].index);
+      }
+      const std::size_t pairs = std::min(sides[0].size(), sides[1].size());
+      const Triangle& first = faces.triangles[of[begin].index];
+      if (pairs > 0 && both.was_gap(first)) {
+        if (gone.empty()) gone.resize(items.size(), 0);
+        for (const auto& side : sides) {
+          for (std::size_t i = 0; i < pairs; ++i) gone[side[i]] = 1;
+        }
+        flaws.left_out += 2 * pairs;
+        if (count - 2 * pairs < 2) continue;
+        flaws.repeated.count += count - 2 * pairs - 1;
+      } else {
+        flaws.repeated.count += count - 1;
+      }
+      flaws.repeated.place = both.center(first);
+    }
+  }
+  if (gone.empty()) return;
+  IsosurfaceChange change(light, faces);
+  for (std::uint32_t t = 0; t < gone.size(); ++t) change.alive[t] = gone[t] == 0;
+  change.apply(surface, light);
+}
+
+/// Triangles that may be folded, or have no area.
+std::vector<std::uint32_t> find_suspects(const Both& both, const IsosurfaceFaces& faces) {
+  const std::vector<Triangle>& triangles = faces.triangles;
+  std::vector<Vec3d> normals(triangles.size());
+  std::vector<std::uint8_t> looked_at(triangles.size(), 0);
+  parallel_for(triangles.size(), 1 << 14, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t t = begin; t < end; ++t) {
+      normals[t] = unit_or_zero(normal_of(both.corners(triangles[t])));
+      int against = 0;
+      for (const std::uint32_t v : triangles[t])
+        against += dot(normals[t], Vec3d(both.light.normals[v])) < 0;
+      looked_at[t] = against >= 2 || is_flat(both.corners(triangles[t]));
+    }
+  });
+  std::vector<std::uint8_t> back_to_back(triangles.size(), 0);
+  const SideLists sides(triangles, both.light.positions.size());
+  sides.each_edge([&](std::uint32_t, std::span<const SideLists::Item> of) {
+    for (std::size_t i = 1; i < of.size(); ++i) {
+      if (SideLists::forward(of[i - 1]) == SideLists::forward(of[i])) continue;
+      const std::uint32_t a = of[i - 1].index / 3, b = of[i].index / 3;
+      const double cosine = dot(normals[a], normals[b]);
+      if (cosine < kSuspicious) looked_at[a] = looked_at[b] = 1;
+      if (cosine < kBackToBack && of.size() == 2) back_to_back[a] = back_to_back[b] = 1;
+    }
+  });
+  std::vector<std::uint32_t> candidates, result;
+  for (std::uint32_t t = 0; t < triangles.size(); ++t) {
+    if (looked_at[t] != 0) candidates.push_back(t);
+  }
+  std::vector<std::uint8_t> suspect(candidates.size(), 0);
+  parallel_for(candidates.size(), 16, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) {
+      const Triangle& t = triangles[candidates[i]];
+      suspect[i] =
+          back_to_back[candidates[i]] != 0 || is_flat(both.corners(t)) || both.may_face_away(t);
+    }
+  });
+  for (std::size_t i = 0; i < candidates.size(); ++i) {
+    if (suspect[i] != 0) result.push_back(candidates[i]);
+  }
+  return result;
+}
+
+/// The rim of a patch stays, and what is inside may go anywhere.
+class PatchRule : public CollapseConstraint {
+ public:
+  explicit PatchRule(const std::vector<std::uint8_t>& fixed) : fixed_(fixed) {}
+
+  std::optional<Vec3d> place(const CollapseMesh& mesh, std::uint32_t a, std::uint32_t b,
+                             Anchor anchor, Quadric& sum) const override {
+    const bool stays_a = anchor == Anchor::first || fixed_[a] != 0;
+    const bool stays_b = anchor == Anchor::second || fixed_[b] != 0;
+    if (stays_a && stays_b) return std::nullopt;
+    const Vec3d &pa = mesh.points[a], &pb = mesh.points[b];
+    return stays_a ? pa : stays_b ? pb : sum.best_near(pa, pb);
+  }
+  bool any_place() const override { return true; }
+  bool keeps(const CollapseMesh& mesh, std::uint32_t a, std::uint32_t b, Anchor,
+             const Vec3d& target) const override {
+    const auto stays = [&](std::uint32_t v) {
+      return fixed_[v] == 0 || length(mesh.points[v] - target) == 0;
+    };
+    return stays(a) && stays(b);
+  }
+  void collapse(const CollapseMesh&, std::uint32_t a, std::uint32_t b, Anchor, const Vec3d&,
+                std::uint32_t kept) override {
+    fixed_[kept] = fixed_[a] | fixed_[b];
+    merges.emplace_back(kept, kept == a ? b : a);
+  }
+  bool may_move(const CollapseMesh&, std::uint32_t vertex, const Vec3d&) const override {
+    return fixed_[vertex] == 0;
+  }
+
+  std::vector<std::pair<std::uint32_t, std::uint32_t>> merges;  ///< Kept, gone.
+
+ private:
+  std::vector<std::uint8_t> fixed_;
+};
+
+/// Mends a patch as far as that goes.
+void mend_patch(IsosurfacePatch& patch, IsosurfaceFlaws& flaws) {
+  SimplifyCheck check(patch.fine_points, patch.fine_triangles);
+  const auto bad = [&](const TriangleCorners& corners) {
+    return is_thin(corners, kThin) || check.is_flaw(corners);
+  };
+  const auto snap = [&](const Vec3d& p) { return patch.snap(p); };
+  Flaws found = check.find_among(patch.points, patch.triangles, patch.seeds);
+  const std::size_t before = found.count();
+  for (int round = 0; round < kRounds && !found.none(); ++round) {
+    CollapseMesh mesh(patch.points, patch.triangles);
+    PatchRule rule(patch.fixed);
+    EdgeCollapser collapser(mesh, &rule, snap);
+    bool any = false;
+    for (const auto* list : {&found.flat, &found.folded}) {
+      for (const std::uint32_t t : *list) any = collapser.mend(t, bad) || any;
+    }
+    if (!any) break;
+    patch.seeds.clear();
+    for (const auto* list : {&found.flat, &found.folded}) {
+      patch.seeds.insert(patch.seeds.end(), list->begin(), list->end());
+    }
+    patch.take(mesh, rule.merges);
+    const std::size_t last = found.count();
+    found = check.find_among(patch.points, patch.triangles, patch.seeds);
+    if (found.count() * kWorthAnother > last * (kWorthAnother - 1)) break;
+  }
+  flaws.mended += before - std::min(before, found.count());
+  const auto left = [&](const std::vector<std::uint32_t>& list, IsosurfaceFlaws::Left& to) {
+    to.count = list.size();
+    if (list.empty()) return;
+    Vec3d sum;
+    for (const std::uint32_t v : patch.triangles[list[0]]) sum += patch.points[v];
+    to.place = patch.to_world(sum * (1.0 / 3));
+  };
+  left(found.flat, flaws.flat);
+  left(found.folded, flaws.folded);
+}
+
+}  // namespace
+
+IsosurfaceFlaws repair_isosurface(const FineSurface& surface, const Volume& volume,
+                                  SimplifiedIsosurface& light) {
+  IsosurfaceFlaws flaws;
+  if (light.changed_topology != 0) leave_gaps_out(surface, light, flaws);
+  const IsosurfaceFaces faces(light);
+  const std::vector<std::uint32_t> suspects = find_suspects({surface, light}, faces);
+  if (suspects.empty()) return flaws;
+  IsosurfacePatch patch(surface, light, faces, suspects);
+  mend_patch(patch, flaws);
+  patch.apply(surface, volume, light);
+  return flaws;
+}
+
+}  // namespace kiln

@@ -1,0 +1,415 @@
+#include "volume/simplified_isosurface.h"
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <limits>
+#include <unordered_map>
+#include <unordered_set>
+
+#include "base/parallel.h"
+#include "mesh/vector.h"
+#include "volume/short_edges.h"
+
+namespace kiln {
+namespace {
+
+constexpr std::uint32_t kNone = VertexTree::kNone;
+constexpr float kNever = std::numeric_limits<float>::infinity();
+
+/// Connected parts of the fine surface.
+struct Pieces {
+  std::vector<std::uint32_t> of;     ///< The root above each node
+  std::vector<std::uint32_t> sizes;  ///< Fine vertices, of roots
+  std::uint32_t largest = 0;
+
+  explicit Pieces(const VertexTree& tree) : of(tree.count()), sizes(tree.count()) {
+    for (std::uint32_t node = tree.count(); node-- > 0;) {
+      of[node] = tree.parent(node) == kNone ? node : of[tree.parent(node)];
+      if (node < tree.leaves()) ++sizes[of[node]];
+    }
+    for (const std::uint32_t size : sizes) largest = std::max(largest, size);
+  }
+};
+
+/// 1 for fine vertices of parts that are left out; empty where none is.
+std::vector<std::uint8_t> small_parts(const VertexTree& tree, double min_part,
+                                      SimplifiedIsosurface& light) {
+  const Pieces parts(tree);
+  for (const std::uint32_t size : parts.sizes) {
+    if (size == 0) continue;
+    ++light.parts;
+    if (size < min_part * parts.largest) ++light.dropped_parts;
+  }
+  std::vector<std::uint8_t> result;
+  if (light.dropped_parts == 0) return result;
+  result.resize(tree.leaves());
+  for (std::uint32_t leaf = 0; leaf < tree.leaves(); ++leaf) {
+    result[leaf] = parts.sizes[parts.of[leaf]] < min_part * parts.largest ? 1 : 0;
+  }
+  return result;
+}
+
+/// From which limit on a cluster's vertices are one, whichever cluster above does it.
+std::vector<float> merging_limits(const VertexTree& tree, bool keep_topology) {
+  const std::uint32_t leaves = tree.leaves();
+  std::vector<float> limits(tree.count() - leaves);
+  for (std::uint32_t node = tree.count(); node-- > leaves;) {
+    const VertexTree::Cluster& cluster = tree.cluster(node);
+    float limit = cluster.is_one_sheet || !keep_topology ? cluster.error : kNever;
+    const std::uint32_t parent = tree.parent(node);
+    if (parent != kNone) limit = std::min(limit, limits[parent - leaves]);
+    limits[node - leaves] = limit;
+  }
+  return limits;
+}
+
+/// The limit that leaves at most `faces` triangles: a quad loses one with each of the first two of its
+/// sides whose ends become one vertex.
+float limit_for_faces(const FineSurface& surface, const VertexTree& tree,
+                      const std::vector<std::uint8_t>& small, const std::vector<float>& limits,
+                      std::size_t faces) {
+  RawVector<float> losses(2 * surface.edges.size());
+  parallel_for(surface.edges.size(), 1 << 14, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) {
+      const FineEdge& edge = surface.edges[i];
+      float first = -1, second = -1;  // edges that are no quads have no triangles to lose
+      if (edge.is_quad() && (small.empty() || small[edge.vertices[0]] == 0)) {
+        first = second = kNever;
+        for (std::size_t k = 0; k < 4; ++k) {
+          std::uint32_t a = edge.vertices[k], b = edge.vertices[(k + 1) % 4];
+          while (a != b) {
+            std::uint32_t& lower = a < b ? a : b;
+            if (lower == kNone) break;
+            lower = tree.parent(lower);
+            if (lower == kNone) break;
+          }
+          if (a != b) continue;
+          const float limit = limits[a - tree.leaves()];
+          second = std::min(second, std::max(first, limit));
+          first = std::min(first, limit);
+        }
+      }
+      losses[2 * i] = first;
+      losses[2 * i + 1] = second;
+    }
+  });
+  if (losses.size() <= faces) return -1;
+  // So many must be lost.
+  const auto last = losses.begin() + static_cast<std::ptrdiff_t>(losses.size() - faces - 1);
+  std::nth_element(losses.begin(), last, losses.end());
+  if (*last != kNever) return *last;
+  float most = -1;
+  for (auto at = losses.begin(); at != last; ++at) {
+    if (*at != kNever) most = std::max(most, *at);
+  }
+  return most;
+}
+
+Vec3d world(const Volume& volume, const Vec3d& padded) {
+  const double at[3] = {padded.x - 1, padded.y - 1, padded.z - 1};
+  Vec3d result;
+  for (std::size_t k = 0; k < 3; ++k) {
+    result += Vec3d(volume.axes[k][0], volume.axes[k][1], volume.axes[k][2]) * at[k];
+  }
+  return result;
+}
+
+Vec3d normal_of(const Vec3& a, const Vec3& b, const Vec3& c) {
+  return cross(Vec3d(b) - Vec3d(a), Vec3d(c) - Vec3d(a));
+}
+
+/// True if a quad's triangles fit the normals better with the diagonal from corner 1 to 3 than from 0 to 2:
+/// by their least agreement.
+bool prefers_second(const SimplifiedIsosurface& light,
+                    const SimplifiedIsosurface::Polygon& polygon) {
+  const auto& c = polygon.corners;
+  const auto position = [&](std::size_t k) { return light.positions[c[k % 4]]; };
+  const auto agreement = [&](std::size_t first) {
+    double least = 1;
+    for (std::size_t half = 0; half < 2; ++half) {
+      const std::size_t k0 = first, k1 = first + 1 + half, k2 = first + 2 + half;
+      const Vec3d normal = normal_of(position(k0), position(k1), position(k2));
+      const Vec3d wanted = Vec3d(light.normals[c[k0 % 4]]) + Vec3d(light.normals[c[k1 % 4]]) +
+                           Vec3d(light.normals[c[k2 % 4]]);
+      const double size = length(normal) * length(wanted);
+      least = std::min(least, size > 0 ? dot(normal, wanted) / size : -1.0);
+    }
+    return least;
+  };
+  return agreement(1) > agreement(0);
+}
+
+std::uint64_t edge_key(std::uint32_t a, std::uint32_t b) {
+  return std::uint64_t{std::min(a, b)} << 32 | std::max(a, b);
+}
+
+/// Turns quads so that the better diagonal runs from corner 0 to 2; the other one where that is an edge
+/// of other polygons already, so that no edge gets more than two triangles for it.
+void choose_diagonals(SimplifiedIsosurface& light) {
+  std::unordered_set<std::uint64_t> taken;
+  taken.reserve(3 * light.polygons.size());
+  for (const SimplifiedIsosurface::Polygon& polygon : light.polygons) {
+    const std::size_t count = polygon.is_quad() ? 4 : 3;
+    for (std::size_t k = 0; k < count; ++k) {
+      taken.insert(edge_key(polygon.corners[k], polygon.corners[(k + 1) % count]));
+    }
+  }
+  for (SimplifiedIsosurface::Polygon& polygon : light.polygons) {
+    if (!polygon.is_quad()) continue;
+    auto& c = polygon.corners;
+    const std::uint64_t diagonals[2] = {edge_key(c[0], c[2]), edge_key(c[1], c[3])};
+    std::size_t chosen = prefers_second(light, polygon) ? 1 : 0;
+    if (taken.count(diagonals[chosen]) != 0 && taken.count(diagonals[1 - chosen]) == 0) {
+      chosen = 1 - chosen;
+    }
+    taken.insert(diagonals[chosen]);
+    if (chosen == 1) std::rotate(c.begin(), c.begin() + 1, c.end());
+  }
+}
+
+/// Takes edges without length between fine vertices out; what stood for one that is gone is then stood for
+/// by the other. Clusters whose boxes meet at a corner stay apart: they stand for surface of some extent,
+/// and joined they would have more of it than a chart shows well.
+void join_without_length(SimplifiedIsosurface& light, std::vector<std::uint32_t>& stands,
+                         std::uint32_t leaves, const std::function<Vec3(std::uint32_t)>& place) {
+  std::vector<PolygonCorners> polygons;
+  polygons.reserve(light.polygons.size());
+  for (const SimplifiedIsosurface::Polygon& polygon : light.polygons)
+    polygons.push_back(polygon.corners);
+  const auto gone = collapse_short_edges(polygons, place, leaves);
+  if (gone.empty()) return;
+  light.polygons.clear();
+  for (const PolygonCorners& corners : polygons) light.polygons.push_back({corners});
+  const std::unordered_map<std::uint32_t, std::uint32_t> by(gone.begin(), gone.end());
+  for (std::uint32_t& node : stands) {
+    const auto at = by.find(node);
+    if (at != by.end()) node = at->second;
+  }
+}
+
+/// Numbers joined into sets.
+class Joined {
+ public:
+  explicit Joined(std::size_t count) : parent_(count, kNone) {}
+  void join(std::uint32_t a, std::uint32_t b) {
+    if (parent_[a] == kNone) parent_[a] = a;
+    if (parent_[b] == kNone) parent_[b] = b;
+    parent_[root(a)] = root(b);
+  }
+  /// Of the numbers that were joined.
+  std::uint64_t sets() const {
+    std::uint64_t count = 0;
+    for (std::uint32_t i = 0; i < parent_.size(); ++i) count += parent_[i] == i ? 1 : 0;
+    return count;
+  }
+
+ private:
+  std::uint32_t root(std::uint32_t i) {
+    while (parent_[i] != i) i = parent_[i] = parent_[parent_[i]];
+    return i;
+  }
+  std::vector<std::uint32_t> parent_;
+};
+
+/// \param at_border  by vertex, 1 where border edges may end; empty: everywhere
+SimplifiedIsosurface::Pieces count_pieces(const std::vector<PolygonCorners>& polygons,
+                                          std::size_t vertices,
+                                          const std::vector<std::uint8_t>& at_border) {
+  Joined parts(vertices), loops(vertices);
+  std::vector<std::uint64_t> edges;
+  for (const PolygonCorners& c : polygons) {
+    const std::size_t count = c[3] == kNone ? 3 : 4;
+    for (std::size_t k = 0; k < count; ++k) {
+      const std::uint32_t a = c[k], b = c[(k + 1) % count];
+      parts.join(a, b);
+      if (at_border.empty() || (at_border[a] != 0 && at_border[b] != 0)) {
+        edges.push_back(edge_key(a, b));
+      }
+    }
+  }
+  std::sort(edges.begin(), edges.end());
+  for (std::size_t i = 0; i < edges.size();) {
+    std::size_t end = i + 1;
+    while (end < edges.size() && edges[end] == edges[i]) ++end;
+    if (end - i == 1) {
+      loops.join(static_cast<std::uint32_t>(edges[i] >> 32), static_cast<std::uint32_t>(edges[i]));
+    }
+    i = end;
+  }
+  return {parts.sets(), loops.sets()};
+}
+
+SimplifiedIsosurface::Pieces count_fine_pieces(const FineSurface& surface,
+                                               const std::vector<std::uint8_t>& small) {
+  std::vector<PolygonCorners> polygons;
+  std::vector<std::uint8_t> at_border(surface.keys.size(), 0);
+  for (const FineEdge& edge : surface.edges) {
+    if (edge.is_quad()) {
+      if (small.empty() || small[edge.vertices[0]] == 0) polygons.push_back(edge.vertices);
+      continue;
+    }
+    for (const std::uint32_t vertex : edge.vertices) {
+      if (vertex != kNone) at_border[vertex] = 1;
+    }
+  }
+  return count_pieces(polygons, surface.keys.size(), at_border);
+}
+
+std::uint64_t quads_left(const FineSurface& surface, const std::vector<std::uint8_t>& small) {
+  if (small.empty()) return surface.quads;
+  return static_cast<std::uint64_t>(std::count_if(
+      surface.edges.begin(), surface.edges.end(),
+      [&](const FineEdge& edge) { return edge.is_quad() && small[edge.vertices[0]] == 0; }));
+}
+
+}  // namespace
+
+Vec3 SimplifiedIsosurface::mean_normal(const FineSurface& surface, std::uint32_t vertex) const {
+  Vec3d sum;
+  for (std::uint32_t k = leaf_begins[vertex]; k < leaf_begins[vertex + 1]; ++k) {
+    const float* n = surface.vertices[leaves[k]].normal;
+    sum += Vec3d(n[0], n[1], n[2]);
+  }
+  if (!(length(sum) > 1e-9)) {
+    const float* n = surface.vertices[leaves[leaf_begins[vertex]]].normal;
+    sum = Vec3d(n[0], n[1], n[2]);
+  }
+  return to_float(sum * (1 / length(sum)));
+}
+
+std::uint64_t count_small_parts(const VertexTree& tree, double share) {
+  const Pieces parts(tree);
+  return static_cast<std::uint64_t>(
+      std::count_if(parts.sizes.begin(), parts.sizes.end(),
+                    [&](std::uint32_t size) { return size != 0 && size < share * parts.largest; }));
+}
+
+SimplifiedIsosurface simplify_isosurface(const FineSurface& surface, const VertexTree& tree,
+                                         const Volume& volume, const IsosurfaceOptions& options) {
+  const std::uint32_t leaves = tree.leaves();
+  SimplifiedIsosurface light;
+  const std::vector<std::uint8_t> small = small_parts(tree, options.min_part, light);
+  const std::vector<float> limits = merging_limits(tree, options.keep_topology);
+  light.aimed_faces = options.faces;
+  if (options.faces == 0 && options.share < 1) {
+    const double all = 2 * static_cast<double>(quads_left(surface, small));
+    light.aimed_faces = static_cast<std::uint64_t>(std::ceil(all * options.share));
+  }
+  float limit = static_cast<float>(options.error);
+  if (light.aimed_faces != 0) {
+    const float least =
+        limit_for_faces(surface, tree, small, limits, static_cast<std::size_t>(light.aimed_faces));
+    limit = options.faces != 0 ? least : std::max(limit, least);
+  }
+  if (options.faces == 0) light.error_limit = double{limit};
+  // The topmost cluster within the limit stands for all below it.
+  std::vector<std::uint32_t> stands(tree.count());
+  for (std::uint32_t node = tree.count(); node-- > 0;) {
+    const std::uint32_t parent = tree.parent(node);
+    const std::uint32_t above = parent == kNone ? kNone : stands[parent];
+    if (above != kNone) {
+      stands[node] = above;
+    } else if (node < leaves) {
+      stands[node] = node;
+    } else {
+      const VertexTree::Cluster& cluster = tree.cluster(node);
+      const bool within =
+          (cluster.is_one_sheet || !options.keep_topology) && cluster.error <= limit;
+      stands[node] = within ? node : kNone;
+    }
+  }
+
+  // Polygons of distinct vertices, part by part in the edges' order.
+  constexpr std::size_t kGrain = 1 << 15;
+  std::vector<std::vector<SimplifiedIsosurface::Polygon>> parts(
+      (surface.edges.size() + kGrain - 1) / kGrain);
+  parallel_for(parts.size(), 1, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t part = begin; part < end; ++part) {
+      const std::size_t last = std::min(surface.edges.size(), (part + 1) * kGrain);
+      for (std::size_t i = part * kGrain; i < last; ++i) {
+        const FineEdge& edge = surface.edges[i];
+        if (!edge.is_quad() || (!small.empty() && small[edge.vertices[0]] != 0)) continue;
+        SimplifiedIsosurface::Polygon polygon{{kNone, kNone, kNone, kNone}};
+        std::size_t corners = 0;
+        for (std::size_t k = 0; k < 4; ++k) {
+          const std::uint32_t vertex = stands[edge.vertices[k]];
+          if (vertex != stands[edge.vertices[(k + 1) % 4]]) polygon.corners[corners++] = vertex;
+        }
+        if (corners < 3) continue;
+        if ((edge.rises != 0) == surface.mirrored) {
+          std::reverse(polygon.corners.begin(),
+                       polygon.corners.begin() + static_cast<std::ptrdiff_t>(corners));
+        }
+        parts[part].push_back(polygon);
+      }
+    }
+  });
+  for (const auto& part : parts) {
+    light.polygons.insert(light.polygons.end(), part.begin(), part.end());
+  }
+
+  const auto place = [&](std::uint32_t node) {
+    if (node >= leaves) return to_float(world(volume, tree.cluster(node).place));
+    const float* p = surface.vertices[node].position;
+    return Vec3{p[0], p[1], p[2]};
+  };
+  join_without_length(light, stands, leaves, place);
+
+  // Vertices that polygons use, in the order of the tree.
+  std::vector<std::uint32_t> number(tree.count(), kNone);
+  for (const SimplifiedIsosurface::Polygon& polygon : light.polygons) {
+    for (const std::uint32_t corner : polygon.corners) {
+      if (corner != kNone) number[corner] = 0;
+    }
+  }
+  std::uint32_t count = 0;
+  for (std::uint32_t node = 0; node < tree.count(); ++node) {
+    if (number[node] == kNone) continue;
+    number[node] = count++;
+    light.positions.push_back(place(node));
+    if (node < leaves) continue;
+    const VertexTree::Cluster& cluster = tree.cluster(node);
+    light.error = std::max(light.error, double{cluster.error});
+    if (!cluster.is_one_sheet) ++light.changed_topology;
+  }
+  // Their fine vertices.
+  light.leaf_begins.assign(count + 1, 0);
+  for (std::uint32_t leaf = 0; leaf < leaves; ++leaf) {
+    const std::uint32_t vertex = number[stands[leaf]];
+    if (vertex != kNone) ++light.leaf_begins[vertex + 1];
+  }
+  for (std::uint32_t i = 0; i < count; ++i) light.leaf_begins[i + 1] += light.leaf_begins[i];
+  light.leaves.resize(light.leaf_begins[count]);
+  {
+    std::vector<std::uint32_t> next(light.leaf_begins.begin(), light.leaf_begins.end() - 1);
+    for (std::uint32_t leaf = 0; leaf < leaves; ++leaf) {
+      const std::uint32_t vertex = number[stands[leaf]];
+      if (vertex != kNone) light.leaves[next[vertex]++] = leaf;
+    }
+  }
+  light.normals.resize(count);
+  parallel_for(count, 256, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) {
+      light.normals[i] = light.mean_normal(surface, static_cast<std::uint32_t>(i));
+    }
+  });
+  for (SimplifiedIsosurface::Polygon& polygon : light.polygons) {
+    for (std::uint32_t& corner : polygon.corners) {
+      if (corner != kNone) corner = number[corner];
+    }
+    light.faces += polygon.is_quad() ? 2 : 1;
+  }
+  if (tree.open() && options.keep_topology) {
+    std::vector<PolygonCorners> polygons;
+    for (const SimplifiedIsosurface::Polygon& polygon : light.polygons)
+      polygons.push_back(polygon.corners);
+    light.fine_pieces = count_fine_pieces(surface, small);
+    light.pieces = count_pieces(polygons, count, {});
+  }
+  choose_diagonals(light);
+  light.reached = options.faces == 0 || light.faces <= options.faces;
+  return light;
+}
+
+}  // namespace kiln

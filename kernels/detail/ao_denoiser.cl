@@ -1,0 +1,90 @@
+// Smooths shares of rays over the surface: each texel takes from the eight beside it, across seams too, as much
+// as they are alike.
+//
+// Two estimates of each texel, of other rays, are smoothed with the same weights but apart. So each can say
+// what the other one loses (host/detail/ao_denoiser.h). Weights know the high poly's points alone, never the
+// shares: the filter is linear, and a sum of them has the error of its parts.
+//
+// kernel              global  local  memory traffic an item
+// kiln_share_weights  texels  64     reads 56 B + 8 points (gathered), writes 32 B
+// kiln_share_smooth   texels  64     reads 40 B + 8 values (gathered), writes 8 B
+//
+// A texel's neighbours lie one after another, so that all eight are one vector.
+//
+// Strengths: a step costs as much as reading one ray. Limits: what lies between texels is not known: where a
+// shadow's edge crosses a flat face, only the host's choice of how often to smooth protects it.
+
+#include "lib/unroll.clh"
+#include "shared/ao_denoiser.h"
+
+// Normals that are 1 - cos apart by this much have nothing to do with each other (26 degrees).
+#define NORMAL_REACH 0.1f
+// A neighbour that is this often further away than the nearest one lies beyond a jump.
+#define JUMP 6.0f
+
+/// One plane's values of eight texels.
+static inline float8 share_gather(global const float* plane, const uint which[8]) {
+  float found[KILN_SHARE_NEIGHBOURS];
+  KILN_UNROLL
+  for (int k = 0; k < KILN_SHARE_NEIGHBOURS; ++k) found[k] = plane[which[k]];
+  return vload8(0, found);
+}
+
+/// How much of each neighbour a step takes, in 256ths, above its number. They and the texel's own part sum to 1.
+/// \param neighbours  of each texel, their numbers, below 2^24; the texel's own where there is none
+/// \param points      positions, then unit normals, a plane each axis
+kernel void kiln_share_weights(const kiln_share_params params,
+                               global uint* restrict neighbours,
+                               global const float* restrict points) {
+#pragma OPENCL FP_CONTRACT OFF
+  const size_t i = get_global_id(0);
+  if (i >= params.count) return;
+  const size_t plane = params.points;
+  const uint8 beside = vload8(i, neighbours);
+  uint which[KILN_SHARE_NEIGHBOURS];
+  vstore8(beside, 0, which);
+  float8 step[3], along[3];
+  KILN_UNROLL
+  for (int axis = 0; axis < 3; ++axis) {
+    global const float* position = points + axis * plane;
+    global const float* normal = points + (3 + axis) * plane;
+    step[axis] = share_gather(position, which) - position[i];
+    along[axis] = normal[i] * share_gather(normal, which);
+  }
+  const float8 squares = (step[0] * step[0] + step[1] * step[1]) + step[2] * step[2];
+  const float8 away = squares * (float8)(1.0f, 1.0f, 1.0f, 1.0f, 0.5f, 0.5f, 0.5f, 0.5f);
+  const int8 other = beside != (uint8)((uint)i);
+  const float8 counted = select((float8)(INFINITY), away, other & (away > 0.0f));
+  const float4 fewer = min(counted.lo, counted.hi);
+  const float nearest = min(min(fewer.x, fewer.y), min(fewer.z, fewer.w));
+  const float8 apart = 1.0f - ((along[0] + along[1]) + along[2]);
+  const float8 alike = max(0.0f, 1.0f - apart * (1.0f / NORMAL_REACH));
+  const float8 share =
+      select((float8)(0.0f), alike * alike, other & (away <= (float8)(JUMP * JUMP * nearest)));
+  const float sum = 1.0f + share.s0 + share.s1 + share.s2 + share.s3 + share.s4 + share.s5 +
+                    share.s6 + share.s7;
+  vstore8(beside | convert_uint8(share / sum * 256.0f) << 24u, i, neighbours);
+}
+
+/// One step of both estimates.
+kernel void kiln_share_smooth(const kiln_share_params params,
+                              global const uint* restrict neighbours,
+                              global const float* restrict from,
+                              global float* restrict to) {
+#pragma OPENCL FP_CONTRACT OFF
+  const size_t i = get_global_id(0);
+  if (i >= params.count) return;
+  const uint8 packed = vload8(i, neighbours);
+  const float8 weight = convert_float8(packed >> 24u) * (1.0f / 256.0f);
+  uint which[KILN_SHARE_NEIGHBOURS];
+  float part[KILN_SHARE_NEIGHBOURS];
+  vstore8(packed & 0xffffffu, 0, which);
+  vstore8(weight, 0, part);
+  float2 sum = (float2)(0.0f);
+  KILN_UNROLL
+  for (int k = 0; k < KILN_SHARE_NEIGHBOURS; ++k) sum += part[k] * vload2(which[k], from);
+  // Weights are 256ths: their sum is exact in any order.
+  const float4 halves = weight.lo + weight.hi;
+  const float own = 1.0f - ((halves.x + halves.y) + (halves.z + halves.w));
+  vstore2(sum + own * vload2(i, from), i, to);
+}

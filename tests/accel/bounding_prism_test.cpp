@@ -1,0 +1,138 @@
+// Guards of nodes change no answer: trees with and without them, every bit compared.
+#include <gtest/gtest.h>
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "accel/bvh.h"
+#include "closest_scene.h"
+#include "kiln/render.h"
+#include "support/crowded.h"
+#include "support/ray_scene.h"
+
+namespace kiln::test {
+namespace {
+
+struct Pile {
+  const char* name;
+  Scene scene;
+};
+
+std::vector<Pile> piles() {
+  constexpr std::uint32_t kMany = 1500;
+  return {{"shifted", shifted<Scene>(kMany)},
+          {"turned", turned<Scene>(kMany)},
+          {"slivers", slivers<Scene>(kMany)},
+          {"fan", fan<Scene>(3 * kMany)}};
+}
+
+/// Rays in all directions, some along the planes of triangles, some from far away.
+std::vector<Ray> rays_of(const Scene& scene) {
+  std::vector<Ray> rays = random_rays(1500, 21);
+  for (const float spread : {3.0F, 7.9F, 8.1F, 100.0F}) {
+    for (Ray ray : random_rays(200, 22, spread)) {
+      const Vec3& to = scene.positions[rays.size() * 7 % scene.positions.size()];
+      ray.direction = unit(
+          {0.7F * to.x - ray.origin.x, 0.7F * to.y - ray.origin.y, 0.7F * to.z - ray.origin.z});
+      rays.push_back(ray);
+    }
+  }
+  Even random(23);
+  for (std::size_t i = 0; i < 2000; ++i) {
+    // Towards a point of a triangle's edge: from a point of its plane, from just off it, or from anywhere.
+    const std::size_t t = (i * 31) % scene.triangles.size();
+    const auto corner = [&](std::size_t k) { return scene.positions[scene.triangles[t][k]]; };
+    const Vec3 a = corner(0), b = corner(1), c = corner(2);
+    const float w = random.unit(), s = 1 + random.unit(),
+                off = i % 3 == 0 ? 0 : random.within(1e-4F);
+    const Vec3 at{a.x + w * (b.x - a.x), a.y + w * (b.y - a.y), a.z + w * (b.z - a.z)};
+    Vec3 from{at.x + s * (at.x - c.x) + off, at.y + s * (at.y - c.y) - off,
+              at.z + s * (at.z - c.z) + off};
+    if (i % 2 == 0) from = random.point(1);
+    rays.push_back({from, unit({at.x - from.x, at.y - from.y, at.z - from.z}), 0.05F});
+  }
+  return rays;
+}
+
+std::shared_ptr<const Tree> tree_of(const Scene& scene, bool keep) {
+  return std::make_shared<const Tree>(context_of(*device()), scene.positions, scene.triangles,
+                                      keep);
+}
+
+constexpr Traversal kAll[] = {Traversal::cpu, Traversal::cpu_single, Traversal::gpu};
+
+TEST(Guards, AreThereWhereBoxesOverlap) {
+  for (const Pile& pile : piles()) {
+    const Bvh bvh = build_bvh(pile.scene.positions, pile.scene.triangles);
+    EXPECT_GT(bvh.guards, 0u) << pile.name;
+    EXPECT_EQ(build_bvh(pile.scene.positions, pile.scene.triangles, false).guards, 0u) << pile.name;
+  }
+  for (const Scene& scene : {bumpy_sphere(40, 3, 0.01F), random_soup(20000, 4, 0.02F)}) {
+    EXPECT_EQ(build_bvh(scene.positions, scene.triangles).guards, 0u);
+  }
+}
+
+TEST(Guards, ChangeNoRay) {
+  KILN_REQUIRE_DEVICE();
+  for (const Pile& pile : piles()) {
+    const std::vector<Ray> rays = rays_of(pile.scene);
+    const auto with = tree_of(pile.scene, false), without = tree_of(pile.scene, true);
+    for (const Traversal traversal : kAll) {
+      const RayCaster guarded(context_of(*device()), with, traversal);
+      const RayCaster plain(context_of(*device()), without, traversal);
+      for (const RayCase& entry : all_queries()) {
+        EXPECT_TRUE(cast(guarded, rays, entry.query) == cast(plain, rays, entry.query))
+            << pile.name << ", " << entry.name << ", " << static_cast<int>(traversal);
+      }
+    }
+  }
+}
+
+TEST(Guards, ChangeNoOcclusion) {
+  KILN_REQUIRE_DEVICE();
+  cl::Context& context = context_of(*device());
+  for (const Pile& pile : piles()) {
+    const std::vector<Ray> rays = rays_of(pile.scene);
+    const auto count = static_cast<std::uint32_t>(rays.size());
+    const std::vector<float> planes = planes_of(rays, count);
+    const cl::Array<float> points(context, std::span<const float>(planes));
+    const auto with = tree_of(pile.scene, false), without = tree_of(pile.scene, true);
+    for (const Traversal traversal : kAll) {
+      const auto hits = [&](const std::shared_ptr<const Tree>& tree, const RayQuery& query) {
+        cl::Array<std::uint8_t> hit(context, count);
+        RayCaster(context, tree, traversal).occluded(points, count, count, query, hit);
+        return hit.download(context);
+      };
+      for (const float t_max : {0.01F, 0.3F, 20.0F}) {
+        for (const bool two_sided : {false, true}) {
+          const RayQuery query{.t_min = 1e-4F, .t_max = t_max, .two_sided = two_sided};
+          EXPECT_TRUE(hits(with, query) == hits(without, query))
+              << pile.name << ", " << t_max << ", " << static_cast<int>(traversal);
+        }
+      }
+    }
+  }
+}
+
+TEST(Guards, ChangeNoClosestPoint) {
+  KILN_REQUIRE_DEVICE();
+  for (const Pile& pile : piles()) {
+    const std::vector<Ray> samples = rays_of(pile.scene);
+    const auto with = tree_of(pile.scene, false), without = tree_of(pile.scene, true);
+    for (const Traversal traversal : kAll) {
+      const ClosestFinder guarded(context_of(*device()), with, traversal);
+      const ClosestFinder plain(context_of(*device()), without, traversal);
+      for (const float distance : {0.05F, 10.0F}) {
+        for (const bool two_sided : {false, true}) {
+          const ClosestQuery query{.max_distance = distance, .two_sided = two_sided};
+          EXPECT_TRUE(find(guarded, samples, query) == find(plain, samples, query))
+              << pile.name << ", " << distance << ", " << static_cast<int>(traversal);
+        }
+      }
+    }
+  }
+}
+
+}  // namespace
+}  // namespace kiln::test

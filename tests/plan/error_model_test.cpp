@@ -1,0 +1,94 @@
+// What plans expect of maps that were not made.
+#include "plan/error_model.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "plan/level_evaluator.h"
+
+namespace kiln {
+namespace {
+
+constexpr LevelErrors kLevel = {12, 2, 0};
+constexpr double kFaces = 1000;
+
+TEST(ErrorModel, GoesThroughWhatWasMeasured) {
+  ErrorModel model;
+  EXPECT_NEAR(model.expected(kFaces, kLevel, 64), 12, 1e-9) << "nothing is known of any map";
+  for (const auto& [size, error] : {std::pair{32U, 9.0}, {64U, 6.0}, {128U, 3.5}}) {
+    model.measured(kFaces, kLevel, size, error, true);
+    EXPECT_NEAR(model.expected(kFaces, kLevel, size), error, 1e-9);
+  }
+}
+
+TEST(ErrorModel, FallsWithTheSizeAndStaysWithinItsBounds) {
+  ErrorModel model;
+  model.measured(kFaces, kLevel, 32, 9, false);
+  model.measured(kFaces, kLevel, 64, 6, false);
+  double last = 12;
+  for (std::uint32_t size = 32; size <= 16384; size *= 2) {
+    const double error = model.expected(kFaces, kLevel, size);
+    EXPECT_LT(error, last) << size;
+    EXPECT_GT(error, kLevel.limit) << size;
+    last = error;
+  }
+  // Beyond what is known sharpness grows with the size at least, with its square at most.
+  const auto sharpness = [&](std::uint32_t size) {
+    return 1 / (model.expected(kFaces, kLevel, size) - kLevel.limit) - 0.1;
+  };
+  EXPECT_GE(sharpness(256), 4 * sharpness(64) * (1 - 1e-9));
+  EXPECT_LE(sharpness(256), 16 * sharpness(64) * (1 + 1e-9));
+}
+
+TEST(ErrorModel, TakesMapsOfTheirOwnSizeBeforeMipMaps) {
+  ErrorModel model;
+  model.measured(kFaces, kLevel, 64, 6, false);
+  model.measured(2 * kFaces, kLevel, 64, 7, true);
+  EXPECT_NEAR(model.expected(kFaces, kLevel, 64), 7, 1e-9);
+  model.measured(kFaces, kLevel, 64, 6, false);
+  EXPECT_NEAR(model.expected(kFaces, kLevel, 64), 7, 1e-9);
+  // Of two, that of the nearer number of faces.
+  model.measured(kFaces / 2, kLevel, 64, 5, true);
+  EXPECT_NEAR(model.expected(0.9 * kFaces, kLevel, 64), 5, 1e-9);
+  EXPECT_NEAR(model.expected(1.2 * kFaces, kLevel, 64), 7, 1e-9);
+}
+
+/// Errors are what they are, also where they make no sense.
+TEST(ErrorModel, StaysFinite) {
+  for (const LevelErrors& level :
+       {LevelErrors{0, 0, 0}, LevelErrors{1, 3, 0}, LevelErrors{180, 180, 0}}) {
+    for (const double error : {0.0, 1.0, 200.0}) {
+      ErrorModel model;
+      model.measured(kFaces, level, 64, error, true);
+      for (const std::uint32_t size : {16U, 64U, 4096U}) {
+        EXPECT_TRUE(std::isfinite(model.expected(kFaces, level, size)));
+      }
+    }
+  }
+}
+
+TEST(Coarsest, IsTheLastThatDoesAndAsksFew) {
+  for (std::size_t begin : {0U, 5U, 40U}) {
+    for (std::size_t end : {5U, 41U, 200U}) {
+      for (std::size_t last = begin; last <= std::max(begin, end); ++last) {
+        int asked = 0;
+        const auto found = coarsest(begin, end, [&](std::size_t level) {
+          EXPECT_GE(level, begin);
+          EXPECT_LT(level, end);
+          ++asked;
+          return level < last;
+        });
+        if (last == begin || end <= begin) {
+          EXPECT_FALSE(found.has_value());
+        } else {
+          EXPECT_EQ(found, last - 1);
+        }
+        EXPECT_LE(asked, 12);  // log of 200 by halves is 8, by thirds 13; nodes end it sooner.
+      }
+    }
+  }
+}
+
+}  // namespace
+}  // namespace kiln

@@ -1,0 +1,140 @@
+// simplify() leaves out parts that are too small to be seen at the number of faces, and counts them.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <random>
+#include <string>
+
+#include "kiln/simplify.h"
+#include "kiln/threads.h"
+#include "mesh/fans.h"
+#include "support/shapes.h"
+
+namespace kiln {
+namespace {
+
+/// Adds a ball.
+void add_ball(Mesh& mesh, const Vec3& center, double radius, std::uint32_t slices) {
+  const Mesh ball = test::uv_sphere(slices, slices, radius);
+  const auto first = static_cast<std::uint32_t>(mesh.positions.size());
+  for (const Vec3& p : ball.positions) {
+    mesh.positions.push_back({p.x + center.x, p.y + center.y, p.z + center.z});
+  }
+  for (const Triangle& t : ball.triangles) {
+    mesh.triangles.push_back({first + t[0], first + t[1], first + t[2]});
+  }
+}
+
+/// A bumpy ball, and small balls on a larger one around it.
+Mesh with_small_components(int count, double radius) {
+  Mesh mesh = test::BumpySphere::dense(20000);
+  mesh.uvs.clear();
+  mesh.uv_triangles.clear();
+  mesh.normals.clear();
+  mesh.normal_triangles.clear();
+  std::mt19937 random(7);
+  const auto unit = [&] { return static_cast<float>(random() % 65536) / 32768 - 1; };
+  for (int i = 0; i < count; ++i) {
+    Vec3 p{unit(), unit(), unit()};
+    const float away = 1.6F / std::max(0.01F, std::sqrt(p.x * p.x + p.y * p.y + p.z * p.z));
+    add_ball(mesh, {p.x * away, p.y * away, p.z * away}, radius, 5);
+  }
+  return mesh;
+}
+
+std::uint64_t parts_of(const Mesh& mesh) {
+  return count_components(mesh.triangles, mesh.positions.size());
+}
+
+std::uint64_t warned(const SimplifyReport& report) {
+  for (const Warning& w : report.warnings) {
+    if (w.code == "dropped-parts") return w.count;
+  }
+  return 0;
+}
+
+TEST(Crumbs, PartsSmallerThanTheErrorGo) {
+  const Mesh high = with_small_components(30, 0.002);
+  ASSERT_EQ(parts_of(high), 31u);
+  SimplifyReport report;
+  const Mesh low = simplify(high, {.faces = 300}, &report);
+  EXPECT_EQ(parts_of(low), 1u);
+  EXPECT_EQ(report.dropped_parts, 30u);
+  EXPECT_EQ(warned(report), 30u);
+  EXPECT_LE(low.triangles.size(), 300u);
+  EXPECT_GE(low.triangles.size(), 290u);
+  EXPECT_EQ(report.input_faces, high.triangles.size());
+}
+
+TEST(Crumbs, StayWhereAskedFor) {
+  const Mesh high = with_small_components(30, 0.002);
+  SimplifyReport report;
+  EXPECT_EQ(parts_of(simplify(high, {.faces = 300, .keep_parts = true}, &report)), 31u);
+  EXPECT_EQ(report.dropped_parts, 0u);
+  EXPECT_EQ(warned(report), 0u);
+  // A bound is of every part, and a hull encloses each.
+  EXPECT_EQ(parts_of(simplify(high, {.max_error = 0.01}, &report)), 31u);
+  EXPECT_EQ(parts_of(simplify(high, {.faces = 300, .hull = true}, &report)), 31u);
+  EXPECT_EQ(report.dropped_parts, 0u);
+}
+
+TEST(Crumbs, StayAboveTheLimitOfHeadStarts) {
+  Mesh high = with_small_components(30, 0.002);
+  add_ball(high, {0, 0, 4}, 1, 260);
+  ASSERT_GT(high.triangles.size(), 150'000u);
+  SimplifyReport report;
+  EXPECT_EQ(parts_of(simplify(high, {.faces = 600, .keep_parts = true}, &report)), 32u);
+  EXPECT_EQ(report.dropped_parts, 0u);
+  EXPECT_EQ(parts_of(simplify(high, {.max_error = 0.01}, &report)), 32u);
+  // Each that goes is counted.
+  EXPECT_EQ(parts_of(simplify(high, {.faces = 600}, &report)), 2u);
+  EXPECT_EQ(report.dropped_parts, 30u);
+}
+
+TEST(Crumbs, PartsThatCanBeSeenStay) {
+  SimplifyReport report;
+  EXPECT_EQ(parts_of(simplify(with_small_components(10, 0.2), {.faces = 800}, &report)), 11u);
+  EXPECT_EQ(report.dropped_parts, 0u);
+  // Crumbs are seen at more faces.
+  EXPECT_EQ(parts_of(simplify(with_small_components(10, 0.01), {.faces = 8000}, &report)), 11u);
+}
+
+TEST(Crumbs, PartsOfOneSizeAllStay) {
+  Mesh high;
+  for (int i = 0; i < 40; ++i)
+    add_ball(high, {static_cast<float>(i % 8), static_cast<float>(i / 8), 0}, 0.2, 8);
+  SimplifyReport report;
+  EXPECT_EQ(parts_of(simplify(high, {.faces = 400}, &report)), 40u);
+  EXPECT_EQ(report.dropped_parts, 0u);
+  // Also where all are small_components, something is left.
+  EXPECT_GE(parts_of(simplify(high, {.faces = 4}, &report)), 1u);
+}
+
+TEST(Crumbs, RandomScenesKeepWhatIsLarger) {
+  std::mt19937 random(11);
+  for (int i = 0; i < 12; ++i) {
+    SCOPED_TRACE(i);
+    Mesh high;
+    add_ball(high, {0, 0, 0}, 1, 24);
+    const std::uint32_t count = 1 + static_cast<std::uint32_t>(random() % 12);
+    for (std::uint32_t k = 0; k < count; ++k) {
+      const double radius = 0.5 / (1 << random() % 10);
+      add_ball(high, {3 + 1.5F * static_cast<float>(k), 0, 0}, radius, 6);
+    }
+    const std::uint32_t faces = 100 + static_cast<std::uint32_t>(random() % 400);
+    SimplifyReport report, kept;
+    const Mesh low = simplify(high, {.faces = faces}, &report);
+    simplify(high, {.faces = faces, .keep_parts = true}, &kept);
+    EXPECT_EQ(parts_of(low) + report.dropped_parts, count + 1u);
+    EXPECT_EQ(warned(report), report.dropped_parts);
+    EXPECT_LE(report.faces, std::max<std::uint64_t>(faces, 4 * (count + 1)));
+    set_thread_limit(1);
+    const Mesh again = simplify(high, {.faces = faces});
+    set_thread_limit(0);
+    ASSERT_EQ(again.triangles, low.triangles);
+    ASSERT_EQ(again.positions.size(), low.positions.size());
+  }
+}
+
+}  // namespace
+}  // namespace kiln

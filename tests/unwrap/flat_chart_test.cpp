@@ -1,0 +1,365 @@
+// Flat charts by closed forms: what can be unrolled is unrolled, and what overlaps is seen.
+#include "unwrap/flat_chart.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numbers>
+#include <random>
+#include <vector>
+
+#include "support/shapes.h"
+#include "unwrap/chart_growth.h"
+#include "unwrap/flat_predicates.h"
+#include "unwrap/flat_system.h"
+#include "unwrap/pairing.h"
+#include "unwrap/smoothed_normals.h"
+
+namespace kiln {
+namespace {
+
+/// All inner edges glued: for sheets, which are discs as they are.
+FlatChart sheet(const ChartSurface& surface) {
+  std::vector<std::uint8_t> glued;
+  std::vector<std::uint32_t> all, local(surface.triangles.size());
+  for (const std::uint32_t mate : surface.mate) glued.push_back(mate != kNoIndex);
+  for (std::uint32_t t = 0; t < surface.triangles.size(); ++t) all.push_back(t);
+  return cut_open(surface, all, glued, local);
+}
+
+/// A sheet bent by `bend(x, y)`, x from 0 to the width, y from 0 to the height.
+template <typename Bend>
+ChartSurface bent(std::uint32_t nx, std::uint32_t ny, double width, double height,
+                  const Bend& bend) {
+  Mesh mesh = test::plane(nx, ny, width, height);
+  for (Vec3& p : mesh.positions) {
+    p = to_float(bend(double{p.x} + 0.5 * width, double{p.y} + 0.5 * height));
+  }
+  return chart_surface(mesh);
+}
+
+/// Fills a system with random blocks whose diagonal outweighs the rest, solves it, and multiplies back.
+template <std::size_t N>
+void expect_solved(std::uint32_t nx, std::uint32_t ny) {
+  const ChartSurface surface = bent(nx, ny, nx, ny, [](double x, double y) {
+    return Vec3d{x, y, 0};
+  });
+  FlatChart chart = sheet(surface);
+  project(chart, surface);
+  FlatSystem<N> system(chart);
+  std::mt19937 random(nx);
+  const auto number = [&] { return static_cast<double>(random() % 1000) / 1000; };
+  struct Entry {
+    std::uint32_t a = 0, b = 0;
+    double xx = 0, xy = 0, yy = 0;
+  };
+  for (int again = 0; again < 2; ++again) {  // The pattern is used more than once.
+    std::vector<Entry> entries;
+    system.clear();
+    const auto add = [&](typename FlatSystem<N>::Block& block, const Entry& entry) {
+      entries.push_back(entry);
+      if (entry.a != entry.b) entries.push_back({entry.b, entry.a, entry.xx, entry.xy, entry.yy});
+      block[0] += entry.xx;
+      if constexpr (N == 2) {
+        block[1] += entry.xy;
+        block[2] += entry.xy;
+        block[3] += entry.yy;
+      }
+    };
+    const auto part = [&](std::uint32_t a, std::uint32_t b, double weight) {
+      const double xx = weight * (1 + number());
+      if (N == 1) return Entry{a, b, xx, 0, xx};
+      return Entry{a, b, xx, 0.2 * weight * number(), weight * (1 + number())};
+    };
+    for (std::size_t i = 0; i < chart.triangles.size(); ++i) {
+      const Triangle& t = chart.triangles[i];
+      for (std::size_t k = 0; k < 3; ++k) {
+        add(system.own(i, k), part(t[k], t[k], 6));
+        add(system.side(i, k), part(t[k], t[(k + 1) % 3], -0.5));
+      }
+    }
+    std::vector<Vec2d> right(chart.points.size());
+    for (Vec2d& p : right) p = {number(), number()};
+    std::vector<Vec2d> points = right;
+    ASSERT_TRUE(system.factorize());
+    ASSERT_TRUE(system.solve(points));
+    for (const Entry& e : entries) {
+      const Vec2d& p = points[e.b];
+      right[e.a] = right[e.a] - Vec2d{e.xx * p.x + e.xy * p.y, e.xy * p.x + e.yy * p.y};
+    }
+    for (const Vec2d& rest : right) {
+      EXPECT_NEAR(rest.x, 0, 1e-12);
+      EXPECT_NEAR(rest.y, 0, 1e-12);
+    }
+  }
+  system.diagonal(0)[0] = -1;
+  EXPECT_FALSE(system.factorize());
+}
+
+TEST(FlatSystem, SolutionsMultiplyBack) {
+  expect_solved<1>(1, 1);
+  expect_solved<1>(9, 7);
+  expect_solved<2>(1, 1);
+  expect_solved<2>(9, 7);
+  expect_solved<2>(40, 2);
+}
+
+TEST(FlatPredicates, CoveredSidesAreThoseInsideAnotherPart) {
+  // A strip of 40 steps a turn that winds outwards by a third of its width: its second turn lies on its first.
+  const auto spiral = [](std::size_t steps) {
+    std::vector<Vec2d> ring;
+    for (const bool outer : {true, false}) {
+      for (std::size_t i = 0; i <= steps; ++i) {
+        const double turns = static_cast<double>(outer ? i : steps - i) / 40;
+        const double angle = 2 * std::numbers::pi * turns, radius = (outer ? 2 : 1) + turns / 3;
+        ring.push_back({radius * std::cos(angle), radius * std::sin(angle)});
+      }
+    }
+    return ring;
+  };
+  EXPECT_EQ(covered_sides(spiral(36)), 0U);
+  // Of each step beyond a turn, the inner side lies on the first turn, and the first turn's outer side below it.
+  // So may both ends.
+  for (const std::size_t beyond : {4U, 20U}) {
+    const std::size_t covered = covered_sides(spiral(40 + beyond));
+    EXPECT_GE(covered, 2 * beyond - 1);
+    EXPECT_LE(covered, 2 * beyond + 3);
+  }
+  EXPECT_EQ(covered_sides(std::vector<Vec2d>{{0, 0}, {1, 0}}), 0U);
+}
+
+TEST(FlatChart, ThreeQuartersOfACylinderUnroll) {
+  const ChartSurface surface = bent(48, 6, 4.7, 1, [](double x, double y) {
+    return Vec3d{std::cos(x), std::sin(x), y};
+  });
+  FlatChart chart = sheet(surface);
+  project(chart, surface);
+  EXPECT_FALSE(is_injective(chart));
+  ASSERT_TRUE(conformal(chart));
+  EXPECT_TRUE(is_injective(chart));
+  EXPECT_LT(distortion(chart).energy, 1e-6);
+  EXPECT_LT(distortion(chart).worst, 1.01);
+}
+
+TEST(FlatChart, ConformalMapsKeepAnglesOnASphere) {
+  // A cap of the unit sphere: mean squared quasi-conformal error far below what a projection has.
+  const ChartSurface surface = bent(16, 16, 1.6, 1.6, [](double x, double y) {
+    const double u = x - 0.8, v = y - 0.8, r = std::hypot(u, v);
+    const double s = r > 0 ? std::sin(r) / r : 1;
+    return Vec3d{u * s, v * s, std::cos(r)};
+  });
+  FlatChart chart = sheet(surface);
+  project(chart, surface);
+  ASSERT_TRUE(conformal(chart));
+  const double start = distortion(chart).energy;
+  ASSERT_TRUE(is_injective(chart));
+  double last = start;
+  for (int round = 0; round < 4; ++round) {
+    injective_rounds(chart, 1);
+    EXPECT_TRUE(is_injective(chart));
+    EXPECT_LE(distortion(chart).energy, last);
+    last = distortion(chart).energy;
+  }
+  EXPECT_LT(last, 0.7 * start);
+}
+
+TEST(FlatChart, RoundsStopBeforeTheBorderMeetsItself) {
+  // A ring of 350 degrees whose rest shape is a ring of 370: relaxed, its ends would overlap.
+  constexpr double degree = std::numbers::pi / 180;
+  // Along x round the ring, along y inward: counter-clockwise from above.
+  const auto ring = [](const Vec3d& at, double angle) {
+    const double radius = 3 - at.y;
+    return Vec2d{radius * std::cos(angle * at.x), radius * std::sin(angle * at.x)};
+  };
+  const ChartSurface surface = bent(60, 3, 1, 1, [&](double x, double y) {
+    const Vec2d p = ring({x, y, 0}, 370 * degree);
+    return Vec3d{p.x, p.y, 0.4 * x};
+  });
+  // The unbent sheet: its vertices have the same numbers.
+  const ChartSurface flat = bent(60, 3, 1, 1, [](double x, double y) { return Vec3d{x, y, 0}; });
+  ASSERT_EQ(flat.triangles, surface.triangles);
+  FlatChart chart = sheet(surface);
+  for (std::size_t v = 0; v < chart.vertex.size(); ++v) {
+    chart.points[v] = ring(flat.positions[chart.vertex[v]], 350 * degree);
+  }
+  ASSERT_TRUE(is_injective(chart));
+  const double before = distortion(chart).energy;
+  injective_rounds(chart, 8);
+  EXPECT_TRUE(is_injective(chart));
+  EXPECT_LT(distortion(chart).energy, before);
+}
+
+/// A ring whose rest shape turns by more than a full turn, laid out as that, so that its ends overlap.
+FlatChart overlapping_ring(double degrees, const ChartSurface& surface) {
+  FlatChart chart = sheet(surface);
+  for (std::size_t v = 0; v < chart.points.size(); ++v) {
+    const Vec3d& p = surface.positions[chart.vertex[v]];
+    chart.points[v] = {p.x, p.y};
+  }
+  EXPECT_FALSE(is_injective(chart)) << degrees;
+  EXPECT_LT(rigid_energy(chart), 0.01);
+  return chart;
+}
+
+ChartSurface ring_surface(double degrees) {
+  return bent(90, 3, 1, 1, [degrees](double x, double y) {
+    const double radius = 3 - y, angle = x * degrees * std::numbers::pi / 180;
+    return Vec3d{radius * std::cos(angle), radius * std::sin(angle), 1e-3 * x};
+  });
+}
+
+TEST(FlatChart, EndsThatOverlapALittleArePulledApart) {
+  const ChartSurface surface = ring_surface(366);
+  FlatChart chart = overlapping_ring(366, surface);
+  ASSERT_TRUE(untangle(chart, {20}, *rigid_system(chart)));
+  EXPECT_TRUE(is_injective(chart, chart.apart));
+  const ChartLimits limits;
+  EXPECT_LT(distortion(chart).energy, limits.energy);
+  EXPECT_LT(distortion(chart).worst, limits.worst);
+}
+
+TEST(FlatChart, EndsThatOverlapMuchAreLeft) {
+  const ChartSurface surface = ring_surface(500);
+  FlatChart chart = overlapping_ring(500, surface);
+  EXPECT_FALSE(untangle(chart, {10}, *rigid_system(chart)));
+}
+
+TEST(FlatChart, AFlippedTriangleIsTurned) {
+  const ChartSurface surface = bent(6, 6, 1, 1, [](double x, double y) { return Vec3d{x, y, 0}; });
+  FlatChart chart = sheet(surface);
+  project(chart, surface);
+  ASSERT_TRUE(is_injective(chart));
+  std::uint32_t inner = 0;
+  while (std::find(chart.boundary.begin(), chart.boundary.end(), inner) != chart.boundary.end()) {
+    ++inner;
+  }
+  chart.points[inner] = chart.points[inner] + Vec2d{0.2, 0.25};
+  ASSERT_FALSE(is_injective(chart));
+  ASSERT_TRUE(untangle(chart, {10}, *rigid_system(chart)));
+  injective_rounds(chart, 8);
+  EXPECT_LT(distortion(chart).energy, 1e-3);
+}
+
+TEST(FlatChart, CrumpledSheetsLieOnACircleOneToOne) {
+  for (std::uint32_t seed = 1; seed <= 5; ++seed) {
+    SCOPED_TRACE(seed);
+    std::mt19937 random(seed);
+    const ChartSurface surface = bent(12, 10, 1, 1, [&](double x, double y) {
+      return Vec3d{x, y, 0.3 * static_cast<double>(random() % 1000) / 1000};
+    });
+    FlatChart chart = sheet(surface);
+    ASSERT_TRUE(on_circle(chart));
+    EXPECT_TRUE(is_injective(chart));
+    const double start = distortion(chart).energy;
+    injective_rounds(chart, 10);
+    EXPECT_TRUE(is_injective(chart));
+    EXPECT_LT(distortion(chart).energy, 0.5 * start);
+    // Where they may end before, they do, and within.
+    ASSERT_TRUE(on_circle(chart));
+    const ChartLimits limits{.energy = 0.4 * start};
+    ASSERT_FALSE(within(chart, limits));
+    injective_rounds(chart, 10, &limits);
+    EXPECT_TRUE(within(chart, limits));
+  }
+}
+
+TEST(FlatChart, RoundsKeepTheBorderApart) {
+  const ChartSurface surface = bent(40, 2, 6.1, 0.5, [](double x, double y) {
+    // A ring that nearly closes, in its plane: relaxed it stays so.
+    return Vec3d{(1 + y) * std::sin(x), (1 + y) * std::cos(x), 0.2 * std::sin(9 * x)};
+  });
+  FlatChart chart = sheet(surface);
+  chart.apart = 0.05;
+  ASSERT_TRUE(on_circle(chart));
+  injective_rounds(chart, 30);
+  EXPECT_TRUE(is_injective(chart, chart.apart));
+}
+
+TEST(FlatChart, BendsAreTheAngleThatIsMissing) {
+  const double pi = std::numbers::pi;
+  const ChartSurface rolled = bent(20, 6, 3, 1, [](double x, double y) {
+    return Vec3d{std::cos(x), std::sin(x), y};
+  });
+  for (const double bend : rolled.bend) EXPECT_NEAR(bend, 0, 1e-12);
+  EXPECT_NEAR(sheet(rolled).forced, 0, 1e-12);
+  // A pyramid's tip: four times 60 degrees.
+  Mesh tip;
+  tip.positions = {{1, 0, 0}, {0, 1, 0}, {-1, 0, 0}, {0, -1, 0}, {0, 0, 1}};
+  tip.triangles = {{0, 1, 4}, {1, 2, 4}, {2, 3, 4}, {3, 0, 4}};
+  const double missing = std::log(4 * (pi / 3) / (2 * pi));
+  const ChartSurface pyramid = chart_surface(tip);
+  for (std::size_t t = 0; t < 4; ++t) {
+    EXPECT_NEAR(pyramid.bend[t], missing / 3, 1e-6);
+    EXPECT_NEAR(pyramid.bend_squared[t], missing * missing / 3, 1e-6);
+  }
+}
+
+TEST(FlatChart, RoughnessIsAllowedForButNotShape) {
+  // All of a cube's bends are the same.
+  Mesh box = test::cube();
+  const ChartSurface cube = chart_surface(box);
+  std::vector<std::uint8_t> glued(cube.mate.size(), 0);
+  std::vector<std::uint32_t> local(cube.triangles.size());
+  EXPECT_NEAR(cut_open(cube, std::array<std::uint32_t, 1>{0}, glued, local).forced, 0, 1e-9);
+  std::mt19937 random(3);
+  const ChartSurface rough = bent(30, 30, 1, 1, [&](double x, double y) {
+    return Vec3d{x, y, 0.06 * static_cast<double>(random() % 1000) / 1000};
+  });
+  FlatChart chart = sheet(rough);
+  EXPECT_GT(chart.forced, 0.02);
+  // No map of it has much less.
+  ASSERT_TRUE(on_circle(chart));
+  injective_rounds(chart, 60);
+  EXPECT_GT(distortion(chart).energy, 0.4 * chart.forced);
+  EXPECT_LT(distortion(chart).energy, 1.5 * chart.forced);
+}
+
+TEST(FlatChart, GuideNormalsLeaveRoughnessOut) {
+  std::mt19937 random(7);
+  const ChartSurface surface = bent(30, 30, 1, 1, [&](double x, double y) {
+    return Vec3d{x, y, 0.04 * static_cast<double>(random() % 1000) / 1000};
+  });
+  const auto mean_up = [](const std::vector<Vec3d>& normals) {
+    double sum = 0;
+    for (const Vec3d& n : normals) sum += n.z;
+    return sum / static_cast<double>(normals.size());
+  };
+  EXPECT_DOUBLE_EQ(mean_up(smoothed_normals(surface, 0)), mean_up(surface.normal));
+  EXPECT_LT(mean_up(surface.normal), 0.9);
+  EXPECT_GT(mean_up(smoothed_normals(surface, 3)), 0.95);
+  EXPECT_GT(mean_up(smoothed_normals(surface, 20)), 0.98);
+}
+
+TEST(FlatChart, SimplePolygons) {
+  const std::vector<Vec2d> square{{0, 0}, {1, 0}, {1, 1}, {0, 1}};
+  EXPECT_TRUE(is_simple(square));
+  EXPECT_FALSE(is_simple(std::vector<Vec2d>{{0, 0}, {1, 1}, {1, 0}, {0, 1}}));
+  EXPECT_FALSE(is_simple(std::vector<Vec2d>{{0, 0}, {2, 0}, {1, 0}, {0, 1}})) << "folds back";
+  EXPECT_FALSE(is_simple(std::vector<Vec2d>{{0, 0}, {4, 0}, {4, 2}, {2, 0}, {0, 2}})) << "touches";
+  EXPECT_TRUE(is_simple(std::vector<Vec2d>{{0, 0}, {1, 0}, {2, 0}, {2, 2}, {0, 2}})) << "straight";
+  const std::vector<Vec2d> hook{{0, 0},   {3, 0},     {3, 1},     {0, 1},
+                                {0, 0.9}, {2.9, 0.9}, {2.9, 0.1}, {0, 0.1}};
+  EXPECT_TRUE(is_simple(hook, 0.09));
+  EXPECT_FALSE(is_simple(hook, 0.11));
+  EXPECT_FALSE(first_touch(hook, 0.09).has_value());
+}
+
+TEST(FlatChart, GrownChartsOfASphereAreDiscsThatCoverIt) {
+  const ChartSurface surface = chart_surface(test::icosphere(2));
+  ChartBorders borders(surface);
+  const std::vector<FlatChart> charts = grow_charts(surface, borders, {});
+  std::vector<int> seen(surface.triangles.size(), 0);
+  for (const FlatChart& chart : charts) {
+    EXPECT_TRUE(is_injective(chart));
+    EXPECT_TRUE(within(chart, {}));
+    for (const std::uint32_t t : chart.source) ++seen[t];
+    // Euler: a disc has V - E + F = 1, and E = (3 F + border) / 2.
+    EXPECT_EQ(2 * chart.points.size() - chart.triangles.size() - chart.boundary.size(), 2u);
+  }
+  for (const int count : seen) EXPECT_EQ(count, 1);
+}
+
+}  // namespace
+}  // namespace kiln

@@ -1,0 +1,197 @@
+#include "arguments/high_poly_input.h"
+
+#include <algorithm>
+#include <cctype>
+#include <cmath>
+#include <cstdio>
+#include <filesystem>
+#include <tuple>
+
+#include "arguments/mesh_files.h"
+#include "arguments/parse.h"
+#include "kiln/height_field.h"
+
+namespace kiln::cli {
+namespace {
+
+/// How far a height field may lie from the mesh under it, as a share of its diagonal: by its heights.
+double relief(const Mesh& field) {
+  const Bounds box = Bounds::of(field);
+  double squared = 0;
+  for (std::size_t k = 0; k < 3; ++k) squared += std::pow(box.high[k] - box.low[k], 2);
+  const double reach =
+      std::max({std::abs(box.low[2]), std::abs(box.high[2]), box.high[2] - box.low[2]});
+  return squared > 0 ? reach / std::sqrt(squared) : 0;
+}
+
+}  // namespace
+
+void add_height_options(Command& command, HeightArguments& arguments, const std::string& group) {
+  command
+      .add_option("--height", arguments.height,
+                  "World units of a value of 1 (PNG: white), along +Z")
+      ->capture_default_str()
+      ->group(group);
+  command
+      .add_option("--extent", arguments.extent,
+                  "X or X,Y: world units that the outermost pixels span (default: the longer side "
+                  "is 1; Y by the image's sides)")
+      ->group(group);
+}
+
+bool is_height_field(const std::string& path) {
+  std::string ending = std::filesystem::path(path).extension().string();
+  std::transform(ending.begin(), ending.end(), ending.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  return ending == ".png" || ending == ".exr";
+}
+
+HeightFieldOptions height_field_options(const HeightArguments& arguments) {
+  HeightFieldOptions options;
+  options.height = arguments.height;
+  if (!arguments.extent.empty()) {
+    std::tie(options.width, options.depth) = parse_extent(arguments.extent);
+  }
+  return options;
+}
+
+HighPolyInput load_dense(const std::vector<std::string>& files, const HeightArguments& arguments,
+                         const LoadMeshOptions& options, bool named,
+                         std::vector<Warning>& warnings) {
+  if (files.size() == 1 && (!named || is_height_field(files[0]))) {
+    return load_dense(files[0], arguments, warnings, options);
+  }
+  for (const std::string& file : files) {
+    if (!is_height_field(file)) continue;
+    throw Error(ErrorCode::usage, "'" + file +
+                                      "' is a height field, which cannot be joined with other "
+                                      "files: give it alone.");
+  }
+  if (arguments.given()) {
+    throw Error(ErrorCode::usage, "--height and --extent are for a height field, a PNG or EXR; " +
+                                      in_words(files) + " are meshes.");
+  }
+  Mesh mesh = load_meshes(files, options, named, warnings).mesh;
+  mesh.tangents = {};  // for its normal textures MikkTSpace computes them
+  turn_normals("HIGH", Trusted::faces, mesh, warnings);
+  return {std::move(mesh), {}};
+}
+
+HighPolyInput load_dense(const std::string& path, const HeightArguments& arguments,
+                         std::vector<Warning>& warnings, const LoadMeshOptions& options) {
+  if (!is_height_field(path)) {
+    if (arguments.given()) {
+      throw Error(
+          ErrorCode::usage,
+          "--height and --extent are for a height field, a PNG or EXR; '" + path + "' is a mesh.");
+    }
+    Mesh mesh = load_mesh(path, options, &warnings);
+    mesh.tangents = {};
+    turn_normals("HIGH", Trusted::faces, mesh, warnings);
+    return {std::move(mesh), {}};
+  }
+  HighPolyInput dense;
+  dense.heights = load_image(path);
+  if (dense.heights->channels > 1) {
+    warnings.push_back({"height-channels",
+                        "The height field '" + path + "' has " +
+                            std::to_string(dense.heights->channels) +
+                            " channels: the first was taken for heights.",
+                        1});
+  }
+  dense.mesh = height_field_mesh(*dense.heights, height_field_options(arguments));
+  dense.mesh.name = std::filesystem::path(path).stem().string();
+  return dense;
+}
+
+void turn_strays(Mesh& high, std::vector<Warning>& warnings) {
+  const TurnedTriangles turned = agree_windings(high);
+  if (turned.count == 0) return;
+  const Vec3& place = high.positions[high.triangles[turned.first][0]];
+  char text[400];
+  std::snprintf(text, sizeof text,
+                "'%s': %s of %s triangles faced against those beside them, one at (%.5g, %.5g, "
+                "%.5g); they were turned round. To be rid of this, let the program that made the "
+                "mesh recalculate its normals.",
+                high.name.c_str(), with_commas(turned.count).c_str(),
+                with_commas(high.triangles.size()).c_str(), high.origin[0] + place.x,
+                high.origin[1] + place.y, high.origin[2] + place.z);
+  warnings.push_back({"turned-triangles", text, turned.count});
+}
+
+void turn_normals(const std::string& which, Trusted trust, Mesh& mesh,
+                  std::vector<Warning>& warnings) {
+  const AgreedNormals found = agree_normals(mesh, trust);
+  const std::uint64_t turned = found.normals + found.faces;
+  if (turned + found.strange == 0) return;
+  const Vec3& place = mesh.positions[mesh.triangles[found.first][0]];
+  char text[160];
+  std::snprintf(text, sizeof text, ", one at (%.5g, %.5g, %.5g)", mesh.origin[0] + place.x,
+                mesh.origin[1] + place.y, mesh.origin[2] + place.z);
+  const std::string at = text;
+  const std::string all = " of " + with_commas(mesh.triangles.size()) + " triangles";
+  const char* remedy =
+      " To be rid of this, let the program that made the mesh recalculate its normals, or export "
+      "it again.";
+  if (turned != 0) {
+    std::string done;
+    if (found.faces != 0) {
+      done = plural(found.faces, "triangle") + (found.faces == 1 ? " was" : " were") +
+             " turned round, as the normals show";
+    }
+    if (found.normals != 0) {
+      done += (done.empty() ? "" : "; ") + ("the normals of " + plural(found.normals, "triangle")) +
+              " were turned, as the faces show";
+    }
+    if (found.mirrored != 0) {
+      done += "; those of " + with_commas(found.mirrored) + " were a mirror image's";
+    }
+    if (found.unclear != 0) {
+      done += ". Of " + plural(found.unclear, "triangle") +
+              " of open parts nothing tells which of both is wrong: see that the map is right, or "
+              "add --two-sided";
+    }
+    warnings.push_back({"turned-normals",
+                        which + " '" + mesh.name + "': normals of " + with_commas(turned) + all +
+                            " opposed their faces" + at + "; " + done + "." + remedy,
+                        turned});
+  }
+  if (found.strange != 0) {
+    warnings.push_back({"strange-normals",
+                        which + " '" + mesh.name +
+                            "': normals of most faces point to the back in "
+                            "parts of " +
+                            with_commas(found.strange) + all + (turned == 0 ? at : "") +
+                            ", in no way that turning them mends; they are taken as they are." +
+                            remedy,
+                        found.strange});
+  }
+}
+
+std::string why_inside_out(const Mesh& high, const Mesh& low) {
+  const InwardParts found = inward_parts(high);
+  if (found.count == 0 || inward_parts(low).count != 0) return {};
+  char text[240];
+  std::snprintf(
+      text, sizeof text,
+      "%s of %s that %s an inside %s inside out, one at (%.5g, %.5g, %.5g): rays meet the "
+      "backs of its faces",
+      with_commas(found.count).c_str(), plural(found.parts, "part").c_str(),
+      found.parts == 1 ? "has" : "have", found.count == 1 ? "is" : "are",
+      high.origin[0] + found.example.x, high.origin[1] + found.example.y,
+      high.origin[2] + found.example.z);
+  return "HIGH '" + high.name + "': " + text +
+         ". Turn them round in the modelling tool (recalculate normals outside), or add "
+         "--two-sided.";
+}
+
+UvOptions uv_options(const HighPolyInput& dense, UvOptions options) {
+  if (dense.heights) {
+    const double apart = relief(dense.mesh);
+    options.warn_distance += apart;
+    options.max_distance += apart;
+  }
+  return options;
+}
+
+}  // namespace kiln::cli

@@ -1,0 +1,120 @@
+#include "picture/plot.h"
+
+#include <unistd.h>
+
+#include <algorithm>
+#include <cstdlib>
+#include <sstream>
+#include <string_view>
+
+#include "interrupt.h"
+#include "kiln/files.h"
+#include "picture/running_program.h"
+
+namespace kiln::cli {
+
+extern const char kPlotScript[];  // picture/plot.py, by CMakeLists.txt
+
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr int kNoMatplotlib = 69;      // the script's exit code
+constexpr double kLimitSeconds = 300;  // matplotlib's first run lists all fonts
+constexpr const char* kScriptName = "kiln_plot.py";
+
+/// Where a file that this run saved can be read now.
+fs::path present(const fs::path& file) {
+  const fs::path held = OutputSet::held(file);
+  return held.empty() ? fs::absolute(file) : held;
+}
+
+}  // namespace
+
+Json plot_panel(const std::string& y_title) {
+  return {{"y_title", y_title},
+          {"curves", Json::array()},
+          {"levels", Json::array()},
+          {"rings", {{"title", ""}, {"x", Json::array()}, {"y", Json::array()}}}};
+}
+
+std::vector<std::string> plot_files(const std::string& name) {
+  return {name + "_plot.json", name + "_plot.png", name + ".png", kScriptName};
+}
+
+std::optional<RunningProgram> start_python() {
+  const char* set = std::getenv("PATH");
+  std::istringstream folders(set == nullptr ? "/usr/bin:/bin" : set);
+  // The first one's place, and what it goes on to where it has no matplotlib.
+  std::vector<std::string> command = {"", "-c", kPlotScript, "-", "-"};
+  for (std::string folder; std::getline(folders, folder, ':');) {
+    const fs::path python = fs::path(folder) / "python3";
+    if (folder.empty() || access(python.c_str(), X_OK) != 0) continue;
+    command.front().empty() ? command.front() = python : command.emplace_back(python);
+  }
+  if (command.front().empty()) return std::nullopt;
+  // Not in the plot's folder: Python would take a json.py there for its own.
+  return RunningProgram::start(std::move(command), "/");
+}
+
+void begin_plot(RunningProgram& python, const Plot& plot) {
+  python.begin(plot.data.dump(), kLimitSeconds);
+}
+
+bool save_plots(const fs::path& folder, const std::vector<Plot>& plots,
+                std::vector<std::string>& outputs, std::vector<Warning>& warnings,
+                std::optional<RunningProgram> python) {
+  std::string by_hand;
+  for (const Plot& plot : plots) {
+    const auto saved = [&](const std::string& file) {
+      outputs.push_back((folder / file).string());
+      return folder / file;
+    };
+    Json data = plot.data;
+    save_text(saved(plot.name + "_plot.json"), data.dump(1) + "\n");
+    if (plot.tiles) {
+      const fs::path tiles = saved(plot.name + "_plot.png");
+      save_image(*plot.tiles, tiles, {ImageFormat::png16});
+      data["image"] = present(tiles).string();
+    }
+    const std::string command = std::string("python3 ") + kScriptName + " " + plot.name +
+                                "_plot.json " + plot.name + ".png";
+    // Where one finds no Python, no other does.
+    std::optional<ProgramResult> result;
+    const std::string text = data.dump();
+    if (python && python->began() && !python->began_with(text)) python.reset();
+    if (by_hand.empty() && !python) python = start_python();
+    if (by_hand.empty() && python) {
+      if (!python->began()) python->begin(text, kLimitSeconds);
+      result = python->finish();
+    }
+    python.reset();
+    if (interrupted()) return false;
+    if (result && result->exit_code == kNoMatplotlib) result.reset();
+    constexpr std::string_view kPng = "\x89PNG\r\n\x1a\n";
+    if (!result) {
+      by_hand += (by_hand.empty() ? "" : " && ") + command;
+    } else if (result->exit_code != 0 || result->output.substr(0, kPng.size()) != kPng) {
+      std::string reason = result->errors;
+      std::replace(reason.begin(), reason.end(), '\n', ' ');
+      warnings.push_back({"no-plot",
+                          plot.name + ".png is not drawn: Python ended with exit code " +
+                              std::to_string(result->exit_code) + ": " + reason,
+                          1});
+    } else {
+      save_text(saved(plot.name + ".png"), result->output);
+    }
+  }
+  if (!by_hand.empty()) {
+    save_text(folder / kScriptName, kPlotScript);
+    outputs.push_back((folder / kScriptName).string());
+    warnings.push_back({"no-plot",
+                        "Python with matplotlib is not installed, so there is no picture: install "
+                        "the package python3-matplotlib, then run '" +
+                            by_hand + "' in " + folder.string() + ".",
+                        1});
+  }
+  return true;
+}
+
+}  // namespace kiln::cli

@@ -1,0 +1,116 @@
+#include "program_main.h"
+
+#include <unistd.h>
+
+#include <cstdio>
+#include <cstdlib>
+#include <cstring>
+#include <exception>
+#include <limits>
+#include <new>
+#include <span>
+#include <string>
+
+#include "cl/driver_state.h"
+#include "crash.h"
+#include "interrupt.h"
+#include "kiln/kiln.h"
+#include "program.h"
+#include "report/flags.h"
+#include "report/terminal.h"
+
+#ifdef __GLIBC__
+#include <malloc.h>
+#endif
+
+namespace {
+
+using kiln::cli::UsageError;
+
+int cancelled() {
+  std::fputs("\nCancelled.\n", stderr);
+  return kiln::cli::kExitCancelled;
+}
+
+/// Memory that was used is used again, rather than given back and asked for: a quarter of the page faults of a
+/// bake were of pages that it had had before.
+void keep_memory() {
+#ifdef __GLIBC__
+  mallopt(M_MMAP_MAX, 0);
+  mallopt(M_TRIM_THRESHOLD, std::numeric_limits<int>::max());
+#endif
+}
+
+/// All that may throw.
+int run(int argc, char** argv, std::span<const kiln::cli::CommandEntry> commands) {
+  using namespace kiln;
+  cli::Program program(commands);
+  cli::Run command;
+  try {
+    command = program.parse({argv + 1, argv + argc});
+    if (!command) return 0;  // --help, --version
+  } catch (const UsageError& error) {
+    cli::print_line(stderr, "kiln: " + program.explain(error));
+    cli::print_line(stderr, "Run 'kiln --help' or 'kiln COMMAND --help' for what is accepted.");
+    return static_cast<int>(ErrorCode::usage);
+  }
+  // Whatever ends the run: a folder that was made for nothing goes.
+  struct Tidy {
+    bool success = false;
+    ~Tidy() {
+      if (!success) remove_empty_output_folders();
+    }
+  } tidy;
+  try {
+    OutputSet outputs;
+    const int result = command();
+    if (result == cli::kExitCancelled) return cancelled();
+    // First: where it fails, no file appears.
+    cli::finish_output();
+    outputs.commit();
+    tidy.success = result == 0;
+    return result;
+  } catch (const Error& error) {
+    // A driver that is interrupted while it compiles fails in its own way.
+    if (cli::interrupted()) return cancelled();
+    // What the message of a kernel that PoCL did not build says.
+    if (std::strstr(error.what(), "PoCL's cache of kernels") != nullptr) {
+      cli::retry();
+    }
+    cli::print_line(stderr, "kiln: " + cli::with_flags(error.what()));
+    return static_cast<int>(error.code());
+  }
+}
+
+}  // namespace
+
+int kiln::cli::program_main(int argc, char** argv, std::span<const CommandEntry> commands) {
+  if (!cli::reserve_descriptors()) {
+    std::fputs(
+        "kiln: The standard output, input or error stream is closed, and /dev/null does not open "
+        "in its place.\n",
+        stderr);
+    return static_cast<int>(ErrorCode::output);
+  }
+  // PoCL installs a process-wide handler for arithmetic traps; ours to decide, so not wanted.
+  setenv("POCL_SIGFPE_HANDLER", "0", 0);
+  int exit_code = static_cast<int>(ErrorCode::internal);
+  try {
+    if (cli::supervised(exit_code)) return exit_code;
+    keep_memory();
+    cli::catch_crashes(argv);
+    cli::catch_interrupts();
+    exit_code = run(argc, argv, commands);
+  } catch (const std::bad_alloc&) {
+    std::fputs("kiln: Memory ran out. Use a smaller --size, fewer --samples or a lighter mesh.\n",
+               stderr);
+  } catch (const std::exception& error) {
+    cli::print_line(stderr, std::string("kiln: ") + error.what());
+  }
+  if (driver_failed()) {
+    // Its handlers at exit would wait for locks that it holds for good.
+    std::fflush(nullptr);
+    _exit(exit_code);
+  }
+  return exit_code;
+}

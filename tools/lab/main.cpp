@@ -1,0 +1,9 @@
+// kiln-lab: what compares and studies ways to bake. `kiln chart`, `kiln measure` and `kiln gallery` run it.
+#include "program_main.h"
+
+int main(int argc, char** argv) {
+  using namespace kiln::cli;
+  constexpr CommandEntry kCommands[] = {
+      {"measure", add_measure}, {"chart", add_chart}, {"gallery", add_gallery}};
+  return program_main(argc, argv, kCommands);
+}

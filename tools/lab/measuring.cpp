@@ -1,0 +1,135 @@
+#include "lab/measuring.h"
+
+#include <algorithm>
+
+#include "kiln/measure.h"
+#include "kiln/render.h"
+#include "lab/table.h"
+#include "report/check_result.h"
+#include "report/flags.h"
+
+namespace kiln::cli {
+namespace {
+
+constexpr std::uint32_t kTrialSize = 256;
+
+/// Empty where it does.
+std::string why_not(MatchMethod method, const Source& source, const Mesh& high, const Mesh& low,
+                    const UvOptions& uv) {
+  if (high.uvs.empty()) return "'" + high.name + "' has no UVs.";
+  BakeOptions trial;
+  trial.method = method;
+  trial.uv = uv;
+  trial.width = trial.height = kTrialSize;
+  try {
+    const BakeReport report = bake(source, low, trial).report;
+    if (report.samples != 0 && report.missed == report.samples)
+      return why_nothing(report, high, low);
+  } catch (const Error& error) {
+    if (error.code() != ErrorCode::input) throw;
+    return with_flags(error.what());
+  }
+  return {};
+}
+
+// A side of the map that says where a pixel lies; between its texels places are exact.
+constexpr std::uint32_t kPlaces = 256;
+
+/// Each place's own u and v, and 1.
+Image places() {
+  Image map{kPlaces, kPlaces, 3, {}};
+  for (std::uint32_t y = 0; y < kPlaces; ++y) {
+    for (std::uint32_t x = 0; x < kPlaces; ++x) {
+      map.pixels.insert(map.pixels.end(), {(static_cast<float>(x) + 0.5F) / kPlaces,
+                                           (static_cast<float>(y) + 0.5F) / kPlaces, 1.0F});
+    }
+  }
+  return map;
+}
+
+}  // namespace
+
+void fail(const std::string& text) { throw Error(ErrorCode::usage, text); }
+
+std::vector<ViewAngles> angles_of(const std::vector<Vec3>& directions) {
+  std::vector<ViewAngles> angles;
+  for (const Vec3& toward : directions) angles.push_back(view_angles(toward));
+  return angles;
+}
+
+std::vector<ViewAngles> usual_held_out_angles() {
+  return angles_of(held_out_views(kHeldOutViews, spread_views(12), kLeastHeldOutAngle));
+}
+
+Json describe_views(const std::vector<Vec3>& held_out, std::uint32_t size, double least_angle) {
+  Json directions = Json::array();
+  for (const Vec3& d : held_out) directions.push_back(Json::array({d.x, d.y, d.z}));
+  return fields("views size least_angle_to_a_matching_view_degrees directions",
+                {held_out.size(), size, least_angle, directions});
+}
+
+void check_seen(const NormalError& error, const Mesh& high, const Mesh& low) {
+  if (error.pixels != 0) return;
+  throw Error(ErrorCode::input, "'" + low.name + "' is seen nowhere that '" + high.name +
+                                    "' is, so there is nothing to measure: both must lie in the "
+                                    "same place, in the same units.");
+}
+
+Json describe_left_out(const std::vector<LeftOut>& left_out, const char* key) {
+  Json json = Json::array();
+  for (const LeftOut& left : left_out) json.push_back({{key, left.name}, {"reason", left.reason}});
+  return json;
+}
+
+std::optional<LeftOut> unfit(MatchMethod method, const std::string& name, const Source& source,
+                             const Mesh& high, const Mesh& low, const UvOptions& uv, bool must) {
+  if (!find_match(method.name).needs_uvs) return std::nullopt;
+  const std::string reason = why_not(method, source, high, low, uv);
+  if (reason.empty()) return std::nullopt;
+  if (must) {
+    throw Error(ErrorCode::input,
+                name + " does not do for '" + high.name + "' and '" + low.name + "': " + reason);
+  }
+  return LeftOut{name, reason};
+}
+
+Image normal_error_texture(const Device& device, const Scene& high, const Scene& shown,
+                           const Mesh& frame, const Mesh& low, const std::vector<ViewAngles>& views,
+                           std::uint32_t size, std::uint32_t pixels) {
+  const Image map = places();
+  const Scene placed(device, low, {&map});
+  std::vector<double> sums(std::size_t{size} * size);
+  std::vector<std::uint32_t> counts(sums.size());
+  const auto cell = [&](float share) {
+    return std::min(static_cast<std::uint32_t>(std::max(0.0F, share) * static_cast<float>(size)),
+                    size - 1);
+  };
+  for (const ViewAngles& angles : views) {
+    RenderOptions view;
+    view.frame = &frame;
+    view.size = pixels;
+    view.samples = 1;
+    view.azimuth_degrees = angles.azimuth_degrees;
+    view.elevation_degrees = angles.elevation_degrees;
+    view.trim = false;
+    view.show_normals = true;
+    const Image error = normal_angles(high.draw(view), shown.draw(view));
+    view.show_normals = false;
+    view.show_colors = true;
+    const Image place = placed.draw(view);
+    for (std::size_t i = 0; i < error.pixels.size(); ++i) {
+      const float* uv = &place.pixels[3 * i];
+      if (error.pixels[i] < 0 || uv[2] < 0.999F) continue;
+      const std::size_t texel = std::size_t{cell(uv[1])} * size + cell(uv[0]);
+      sums[texel] += error.pixels[i];
+      ++counts[texel];
+    }
+  }
+  Image result{size, size, 1, {}};
+  for (std::size_t i = 0; i < sums.size(); ++i) {
+    result.pixels.push_back(counts[i] == 0 ? -1.0F : static_cast<float>(sums[i] / counts[i]));
+  }
+  return result;
+}
+
+}  // namespace kiln::cli

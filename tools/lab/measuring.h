@@ -1,0 +1,56 @@
+// What ratings, charts, studies and galleries measure by: views that nothing is matched from, and fitness.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "kiln/kiln.h"
+#include "kiln/measure.h"
+#include "kiln/render.h"
+#include "report/report.h"
+
+namespace kiln::cli {
+
+constexpr std::uint32_t kHeldOutViews = 30;
+constexpr double kLeastHeldOutAngle = 2;  ///< Degrees from a view matched from to one measured from
+
+/// \throws Error(usage)
+[[noreturn]] void fail(const std::string& text);
+
+std::vector<ViewAngles> angles_of(const std::vector<Vec3>& directions);
+/// kHeldOutViews, none near those of a bake's default of 12 views.
+std::vector<ViewAngles> usual_held_out_angles();
+/// Of held-out views, for a report. \param size  of pictures, pixels a side
+Json describe_views(const std::vector<Vec3>& held_out, std::uint32_t size, double least_angle);
+
+/// \throws Error(input) where no picture shows both meshes
+void check_seen(const NormalError& error, const Mesh& high, const Mesh& low);
+
+/// Something that was to be compared but does not do for two meshes.
+struct LeftOut {
+  std::string name, reason;
+};
+/// \param key  of the name
+Json describe_left_out(const std::vector<LeftOut>& left_out, const char* key);
+
+/// True if a way to match does for two meshes. By UVs: HIGH must have some, and both layouts must agree
+/// and share some place (found by baking a small map). Others always do.
+/// \param name  of what is to be compared, for people
+/// \param must  throw where it does not
+/// \returns nothing where it does
+/// \throws Error(input) where it must do, but does not
+std::optional<LeftOut> unfit(MatchMethod method, const std::string& name, const Source& source,
+                             const Mesh& high, const Mesh& low, const UvOptions& uv, bool must);
+
+/// The error of rendered normals, brought back onto the texels that show it: the mean angle between HIGH's
+/// normals and those that LOW shows with its map, over all pixels of all views with a texel under them.
+/// \param shown   LOW with its map
+/// \param size    of the result, texels a side
+/// \param pixels  a side of the pictures
+/// \returns degrees, one channel; -1 where no view sees both meshes
+Image normal_error_texture(const Device& device, const Scene& high, const Scene& shown,
+                           const Mesh& frame, const Mesh& low, const std::vector<ViewAngles>& views,
+                           std::uint32_t size, std::uint32_t pixels);
+
+}  // namespace kiln::cli
