@@ -34,9 +34,10 @@ struct LayoutRating {
   /// 100 | step / mean step - 1 | over texels and their neighbours beside and below. A step is the distance
   /// on the surface, |Ss| or |St|: the limit for fine maps, where each triangle has its share of the texels.
   double uniformity_percent = 0;
-  /// Texels a world unit: the root of texels over surface, of the triangle that has fewest, of all together, and of
-  /// the one that has most.
-  double least_density = 0, mean_density = 0, greatest_density = 0;
+  /// Texels a world unit, the root of texels over surface: of the triangle with the fewest
+  double least_density = 0;
+  double mean_density = 0;      ///< ... of all triangles together
+  double greatest_density = 0;  ///< ... of the triangle with the most
 
   std::uint64_t charts = 0;  ///< Connected pieces of the layout
   std::uint64_t seams = 0;   ///< Edges between two faces, where UVs part

@@ -248,10 +248,11 @@ const MapInfo& find_map(std::string_view name);
 
 /// Baked texels whose values lie beyond a map's range, which integer formats clamp.
 struct RangeExcess {
-  std::uint64_t texels = 0;    ///< How many
-  float value = 0;             ///< The one that is farthest beyond
-  float by = 0;                ///< How far
-  std::uint32_t x = 0, y = 0;  ///< Its texel: column and row, from the top left
+  std::uint64_t texels = 0;  ///< Number of such texels
+  float value = 0;           ///< The value that is farthest beyond
+  float by = 0;              ///< Its distance from the range
+  std::uint32_t x = 0;       ///< Column of its texel
+  std::uint32_t y = 0;       ///< Row of its texel, from the top
 };
 
 /// Counts them. Unit vectors have none. Any thread may call it; nothing is kept.
