@@ -25,7 +25,7 @@ namespace {
 struct Band {
   TexelBand device;
   std::vector<float> host;
-  Correspondence match;
+  DeviceCorrespondence match;
   RayResults peer;
 };
 
@@ -53,7 +53,7 @@ class ClosestBench {
       band.device = sampler.sample(i);
       if (band.device.sample_count == 0) continue;
       band.host = band.device.points.download(context_of(device_));
-      band.match = Correspondence(context_of(device_), band.device.capacity);
+      band.match = DeviceCorrespondence(context_of(device_), band.device.capacity);
       samples_ += band.device.sample_count;
       bands_.push_back(std::move(band));
     }

@@ -75,7 +75,7 @@ void bench_kernels(const Device& device, const Mesh& dense, std::uint32_t size) 
   const LowSurface surface = LowSurface::of(light(), high.frame);
   TexelSampler sampler(context, surface, {size, size, 1, 1U << 20});
   std::vector<TexelBand> bands;
-  std::vector<Correspondence> matches;
+  std::vector<DeviceCorrespondence> matches;
   std::uint64_t samples = 0;
   for (std::uint32_t b = 0; b < sampler.band_count(); ++b) {
     bands.push_back(sampler.sample(b));
@@ -91,13 +91,13 @@ void bench_kernels(const Device& device, const Mesh& dense, std::uint32_t size) 
     for (std::size_t b = 0; b < bands.size(); ++b) body(bands[b], matches[b]);
     context.finish();
   };
-  const auto match = [&](const TexelBand& band, Correspondence& found) {
+  const auto match = [&](const TexelBand& band, DeviceCorrespondence& found) {
     raster.match(band, found, false);
   };
-  const auto distance = [&](const TexelBand& band, Correspondence& found) {
+  const auto distance = [&](const TexelBand& band, DeviceCorrespondence& found) {
     raster.distance(band, found);
   };
-  const auto read = [&](const TexelBand& band, Correspondence& found) {
+  const auto read = [&](const TexelBand& band, DeviceCorrespondence& found) {
     detail.run(band, found, image, coverage);
   };
   // Every sample has a point before anything is timed.

@@ -53,7 +53,7 @@ void bench_views(const Device& device, const Mesh& high, const Mesh& low, std::u
   }
   Rasterizer rasterizer(context, positions, high.triangles);
   const std::vector<Vec3d> directions = spread_directions(12);
-  Correspondence result(context, capacity);
+  DeviceCorrespondence result(context, capacity);
   const cl::Array<float> score(context, capacity);
   ViewQuery query;
   query.max_distance = static_cast<float>(0.02 * frame.diagonal * frame.scale);
