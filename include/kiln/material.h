@@ -1,7 +1,10 @@
 #pragma once
 
 #include <array>
+#include <cstddef>
+#include <cstdint>
 #include <filesystem>
+#include <memory>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -19,25 +22,57 @@ enum class MaterialNumber {
   converted,  ///< Other statements: see Material
 };
 
-/// A material as an MTL file describes it. Paths are empty where it names no such picture.
+/// A picture that a material names, and how it lies on the surface.
+struct MaterialPicture {
+  std::filesystem::path file;  ///< Where it is; of an embedded picture, what messages call it
+  /// The bytes of a picture that the mesh's file embeds, PNG, JPEG and so on; null: they are in `file`.
+  std::shared_ptr<const std::vector<std::byte>> bytes;
+  /// The channel that counts where the slot is a number (opacity, roughness, metalness, occlusion), 0 to 3;
+  /// -1: the slot's usual one, which is the first, of opacity the alpha of a colour.
+  int channel = -1;
+  std::uint32_t uv_set = 0;  ///< Set of UVs that it lies on
+  /// From the mesh's UVs to the picture's, both with the origin at the lower left, two rows of an affine map:
+  /// u' = m[0] u + m[1] v + m[2], v' = m[3] u + m[4] v + m[5].
+  std::array<float, 6> uv_transform{1, 0, 0, 0, 1, 0};
+
+  bool empty() const noexcept { return file.empty() && bytes == nullptr; }
+};
+
+/// How a material treats its opacity.
+enum class AlphaMode {
+  opaque,  ///< Opacity is ignored
+  mask,    ///< Below Material::alpha_cutoff nothing is there
+  blend,   ///< Transparent
+};
+
+/// A material as an MTL file, a glTF or an FBX describes it. Pictures are empty where it names none. Numbers are
+/// multiplied with the pictures where the format says so (glTF); MTL's numbers stand where there is no picture.
 struct Material {
   std::string name;                     ///< As Mesh::material_names has it
   std::array<float, 3> color{1, 1, 1};  ///< `Kd`, linear light
   float opacity = 1;                    ///< `d`, or 1 - `Tr`
   float roughness = 1;  ///< `Pr`, or else 1 - sqrt(`Ns` / 1000), as Blender writes it
   float metallic = 0;   ///< `Pm`; or else, in Blender's files, `Ka` where `illum` reflects, or 0
-  std::array<float, 3> emission{};       ///< `Ke`, linear light
-  std::filesystem::path color_file;      ///< `map_Kd`
-  std::filesystem::path opacity_file;    ///< `map_d`
-  std::filesystem::path normal_file;     ///< `norm`, `map_Kn`, or else `map_Bump`, `bump`
-  std::filesystem::path roughness_file;  ///< `map_Pr`, or else, in Blender's files, `map_Ns`
-  std::filesystem::path metallic_file;   ///< `map_Pm`, or else, in Blender's files, `map_refl`
-  std::filesystem::path emission_file;   ///< `map_Ke`
+  std::array<float, 3> emission{};          ///< `Ke`, linear light
+  float normal_scale = 1;                   ///< glTF's: of the normal map's x and y
+  float occlusion_strength = 1;             ///< glTF's
+  AlphaMode alpha_mode = AlphaMode::blend;  ///< MTL has no word for it
+  float alpha_cutoff = 0.5F;                ///< Of AlphaMode::mask
+  bool double_sided = false;                ///< glTF's
+  bool multiplies = false;                  ///< True if numbers are factors of the pictures (glTF)
+  MaterialPicture color_map;      ///< `map_Kd`; alpha as well where opacity_map is the same picture
+  MaterialPicture opacity_map;    ///< `map_d`
+  MaterialPicture normal_map;     ///< `norm`, `map_Kn`, or else `map_Bump`, `bump`
+  MaterialPicture roughness_map;  ///< `map_Pr`, or else, in Blender's files, `map_Ns`
+  MaterialPicture metallic_map;   ///< `map_Pm`, or else, in Blender's files, `map_refl`
+  MaterialPicture emission_map;   ///< `map_Ke`
+  MaterialPicture occlusion_map;  ///< glTF's alone
   MaterialNumber color_from = MaterialNumber::none;      ///< Of `color`
   MaterialNumber roughness_from = MaterialNumber::none;  ///< Of `roughness`
   MaterialNumber metallic_from = MaterialNumber::none;   ///< Of `metallic`
   MaterialNumber emission_from = MaterialNumber::none;   ///< Of `emission`
-  std::string place;  ///< File and line of its `newmtl`; empty: no file describes it
+  std::string extras;                                    ///< JSON of glTF's `extras`; empty: none
+  std::string place;  ///< File and line of its `newmtl`, or its index; empty: no file describes it
 };
 
 /// Which of a material's pictures.

@@ -35,8 +35,9 @@ const fs::path& folder() {
 /// Other files are none of a fuzzer's business: to open a device may do something.
 bool all_in_the_folder(const std::vector<kiln::Material>& materials) {
   for (const kiln::Material& m : materials) {
-    for (const fs::path* file : {&m.color_file, &m.opacity_file, &m.normal_file, &m.roughness_file,
-                                 &m.metallic_file, &m.emission_file}) {
+    for (const fs::path* file :
+         {&m.color_map.file, &m.opacity_map.file, &m.normal_map.file, &m.roughness_map.file,
+          &m.metallic_map.file, &m.emission_map.file}) {
       if (!file->empty() && (file->parent_path() != folder() || file->filename() == "..")) {
         return false;
       }

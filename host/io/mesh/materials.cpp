@@ -22,19 +22,19 @@ namespace fs = std::filesystem;
 const fs::path& file_of(const Material& material, MaterialSlot slot) {
   switch (slot) {
     case MaterialSlot::color:
-      return material.color_file;
+      return material.color_map.file;
     case MaterialSlot::opacity:
-      return material.opacity_file;
+      return material.opacity_map.file;
     case MaterialSlot::normal:
-      return material.normal_file;
+      return material.normal_map.file;
     case MaterialSlot::roughness:
-      return material.roughness_file;
+      return material.roughness_map.file;
     case MaterialSlot::metallic:
-      return material.metallic_file;
+      return material.metallic_map.file;
     case MaterialSlot::emission:
-      return material.emission_file;
+      return material.emission_map.file;
   }
-  return material.color_file;
+  return material.color_map.file;
 }
 
 /// What stands in for a picture.
@@ -249,10 +249,11 @@ Texture load_material_texture(const std::vector<Material>& materials, MaterialSl
                                               : TextureKind::linear;
   std::map<fs::path, std::uint32_t> known;  // kNone: a picture of heights
   // Opacity may stand in the colour's alpha.
-  const bool in_alpha = slot == MaterialSlot::opacity &&
-                        std::all_of(materials.begin(), materials.end(), [](const Material& m) {
-                          return m.opacity_file.empty() || m.opacity_file == m.color_file;
-                        });
+  const bool in_alpha =
+      slot == MaterialSlot::opacity &&
+      std::all_of(materials.begin(), materials.end(), [](const Material& m) {
+        return m.opacity_map.file.empty() || m.opacity_map.file == m.color_map.file;
+      });
   const MaterialSlot from = in_alpha ? MaterialSlot::color : slot;
   texture.channel = in_alpha ? 3 : 0;
   Found heights;
@@ -279,7 +280,7 @@ Texture load_material_texture(const std::vector<Material>& materials, MaterialSl
   if (heights.count() != 0) {
     heights.warn(warnings, "bump-is-height",
                  "with a grey picture where a normal map belongs ('" +
-                     heights.first().normal_file.string() +
+                     heights.first().normal_map.file.string() +
                      "'): it holds heights, and was left out. Bake it into a normal map first.");
   }
   return texture;

@@ -143,22 +143,22 @@ class MtlReader {
       reflection_file_ = picture(keyword);
     } else if (keyword == "map_bump" || keyword == "bump") {
       fs::path file = picture(keyword);
-      if (!has_normals_) material.normal_file = std::move(file);
+      if (!has_normals_) material.normal_map.file = std::move(file);
     } else if (fs::path* file = picture_of(material, keyword)) {
       *file = picture(keyword);
-      has_normals_ = has_normals_ || file == &material.normal_file;
+      has_normals_ = has_normals_ || file == &material.normal_map.file;
     } else if (keyword.starts_with("map_") && !is_other_picture(keyword)) {
       count(ignored_, keyword);
     }
   }
 
   static fs::path* picture_of(Material& material, std::string_view keyword) {
-    if (keyword == "map_kd") return &material.color_file;
-    if (keyword == "map_d") return &material.opacity_file;
-    if (keyword == "norm" || keyword == "map_kn") return &material.normal_file;
-    if (keyword == "map_pr") return &material.roughness_file;
-    if (keyword == "map_pm") return &material.metallic_file;
-    if (keyword == "map_ke") return &material.emission_file;
+    if (keyword == "map_kd") return &material.color_map.file;
+    if (keyword == "map_d") return &material.opacity_map.file;
+    if (keyword == "norm" || keyword == "map_kn") return &material.normal_map.file;
+    if (keyword == "map_pr") return &material.roughness_map.file;
+    if (keyword == "map_pm") return &material.metallic_map.file;
+    if (keyword == "map_ke") return &material.emission_map.file;
     return nullptr;
   }
 
@@ -184,8 +184,8 @@ class MtlReader {
       }
       other.clear();
     };
-    stand_in(material.roughness_file, exponent_file_, "map_Ns");
-    stand_in(material.metallic_file, reflection_file_, "map_refl");
+    stand_in(material.roughness_map.file, exponent_file_, "map_Ns");
+    stand_in(material.metallic_map.file, reflection_file_, "map_refl");
     ambient_ = {};
     shininess_ = -1;
     illumination_ = {};

@@ -35,12 +35,12 @@ TEST(Materials, ReadsNumbersAndNamesOfPictures) {
   EXPECT_EQ(materials[0].opacity, 0.5F);
   EXPECT_EQ(materials[0].roughness, 0.3F);
   EXPECT_EQ(materials[0].metallic, 1);
-  EXPECT_EQ(materials[0].color_file, fs::path("folder/old paint.png"));
-  EXPECT_EQ(materials[0].roughness_file, fs::path("folder/sub/rough.png"));
+  EXPECT_EQ(materials[0].color_map.file, fs::path("folder/old paint.png"));
+  EXPECT_EQ(materials[0].roughness_map.file, fs::path("folder/sub/rough.png"));
   EXPECT_EQ(materials[1].opacity, 0.25F);
-  EXPECT_EQ(materials[1].opacity_file, fs::path("folder/a b.png"));
-  EXPECT_EQ(materials[1].normal_file, fs::path("folder/n.png"));
-  EXPECT_EQ(materials[1].color_file, fs::path("folder/x.png"));
+  EXPECT_EQ(materials[1].opacity_map.file, fs::path("folder/a b.png"));
+  EXPECT_EQ(materials[1].normal_map.file, fs::path("folder/n.png"));
+  EXPECT_EQ(materials[1].color_map.file, fs::path("folder/x.png"));
   ASSERT_EQ(warnings.size(), 1U);
   EXPECT_EQ(warnings[0].code, "texture-options");
 }
@@ -50,7 +50,7 @@ TEST(Materials, RefusesWhatIsNoNumber) {
   EXPECT_THROW(read("newmtl a\nd\n"), Error);
   EXPECT_TRUE(read("map_Kd early.png\nKd x y z\n").empty());
   EXPECT_EQ(read("newmtl\n").at(0).name, "default");
-  EXPECT_TRUE(read("newmtl a\nmap_Kd -s 1\n").at(0).color_file.empty());
+  EXPECT_TRUE(read("newmtl a\nmap_Kd -s 1\n").at(0).color_map.file.empty());
 }
 
 TEST(Materials, AreFoundBesideTheMesh) {
@@ -102,13 +102,13 @@ TEST(Materials, NormalMapsHaveManyNames) {
   for (const char* word : {"map_Bump", "map_bump", "bump", "norm", "map_Kn"}) {
     std::vector<Warning> warnings;
     const std::string text = "newmtl M\n" + std::string(word) + " -bm 1.000000 n.png\n";
-    EXPECT_EQ(read(text, &warnings)[0].normal_file, fs::path("folder/n.png")) << word;
+    EXPECT_EQ(read(text, &warnings)[0].normal_map.file, fs::path("folder/n.png")) << word;
     EXPECT_TRUE(warnings.empty()) << "a strength of 1 changes nothing";
   }
   // A statement that means nothing but normals comes first, wherever it stands.
-  EXPECT_EQ(read("newmtl M\nnorm n.png\nmap_Bump h.png\n")[0].normal_file,
+  EXPECT_EQ(read("newmtl M\nnorm n.png\nmap_Bump h.png\n")[0].normal_map.file,
             fs::path("folder/n.png"));
-  EXPECT_EQ(read("newmtl M\nmap_Bump h.png\nnorm n.png\n")[0].normal_file,
+  EXPECT_EQ(read("newmtl M\nmap_Bump h.png\nnorm n.png\n")[0].normal_map.file,
             fs::path("folder/n.png"));
   std::vector<Warning> warnings;
   read("newmtl M\nmap_Bump -bm 0.3 n.png\n", &warnings);
@@ -122,9 +122,9 @@ TEST(Materials, GreyPicturesAreHeights) {
   save_image({2, 1, 1, {0.5F, 0.9F}}, folder / "one.png", {.format = ImageFormat::png8});
   save_image({1, 1, 3, {0.5F, 0.5F, 1}}, folder / "flat.png", {.format = ImageFormat::png8});
   std::vector<Material> materials(4);
-  materials[0].normal_file = folder / "grey.png";
-  materials[1].normal_file = folder / "one.png";
-  materials[2].normal_file = folder / "flat.png";
+  materials[0].normal_map.file = folder / "grey.png";
+  materials[1].normal_map.file = folder / "one.png";
+  materials[2].normal_map.file = folder / "flat.png";
   std::vector<Warning> warnings;
   const Texture texture = load_material_texture(materials, MaterialSlot::normal, &warnings);
   EXPECT_EQ(texture.image_of,
@@ -154,8 +154,8 @@ TEST(Materials, BlendersNumbersAreConverted) {
   EXPECT_NEAR(m[1].roughness, 0.2, 1e-6);
   EXPECT_EQ(m[1].metallic, 0.75F);
   EXPECT_NEAR(m[2].metallic, 0.6, 1e-6);
-  EXPECT_EQ(m[3].roughness_file, fs::path("folder/rough.png"));
-  EXPECT_EQ(m[3].metallic_file, fs::path("folder/metal.png"));
+  EXPECT_EQ(m[3].roughness_map.file, fs::path("folder/rough.png"));
+  EXPECT_EQ(m[3].metallic_map.file, fs::path("folder/metal.png"));
   EXPECT_EQ(count(warnings, "blender-pictures"), 2u);
   EXPECT_EQ(m[4].roughness, 0.35F);
   EXPECT_EQ(m[4].metallic, 0.25F);
@@ -173,7 +173,7 @@ TEST(Materials, BlendersNumbersAreConverted) {
   const std::vector<Material> other =
       read("newmtl M\nNs 1000\nKa 1 1 1\nillum 3\nmap_Ns e.png\nmap_Pr_typo x.png\n", &warnings);
   EXPECT_EQ(other[0].roughness, 0);
-  EXPECT_TRUE(other[0].roughness_file.empty());
+  EXPECT_TRUE(other[0].roughness_map.file.empty());
   EXPECT_EQ(other[0].metallic_from, MaterialNumber::none);
   EXPECT_EQ(count(warnings, "ignored-pictures"), 2u);
   EXPECT_NE(message(warnings, "ignored-pictures").find("line 5: map_ns"), std::string::npos);
@@ -253,12 +253,12 @@ TEST(Materials, PicturesAreFoundInTheMeshsFolders) {
   std::vector<Warning> warnings;
   const std::vector<Material> m =
       load_materials(load_mesh(folder / "mesh.obj"), folder / "mesh.obj", &warnings);
-  EXPECT_EQ(m[0].color_file, folder / "tex/a.png");
-  EXPECT_EQ(m[1].color_file, folder / "Wood.PNG");
-  EXPECT_FALSE(fs::exists(m[2].color_file)) << "four levels";
-  EXPECT_FALSE(fs::exists(m[3].color_file)) << "never above the mesh's folder";
-  EXPECT_EQ(m[4].color_file, folder / "old/tex/a.png");
-  EXPECT_TRUE(fs::exists(m[5].color_file)) << "as the file says";
+  EXPECT_EQ(m[0].color_map.file, folder / "tex/a.png");
+  EXPECT_EQ(m[1].color_map.file, folder / "Wood.PNG");
+  EXPECT_FALSE(fs::exists(m[2].color_map.file)) << "four levels";
+  EXPECT_FALSE(fs::exists(m[3].color_map.file)) << "never above the mesh's folder";
+  EXPECT_EQ(m[4].color_map.file, folder / "old/tex/a.png");
+  EXPECT_TRUE(fs::exists(m[5].color_map.file)) << "as the file says";
   EXPECT_EQ(count(warnings, "found-elsewhere"), 3u);  // the MTL, a.png, Wood.PNG
   bool said = false;
   for (const Warning& warning : warnings) {

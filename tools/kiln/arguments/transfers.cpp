@@ -29,7 +29,7 @@ class Materials {
   Texture texture(MaterialSlot slot) { return load_material_texture(all(), slot, &warnings_); }
   bool have_colors() {
     return std::any_of(all().begin(), all().end(), [](const Material& material) {
-      return material.color_from != MaterialNumber::none || !material.color_file.empty();
+      return material.color_from != MaterialNumber::none || !material.color_map.file.empty();
     });
   }
 
