@@ -11,9 +11,9 @@ namespace kiln {
 namespace {
 
 void check_saved(const BakeOptions& options, const Source::Impl& high, const Mesh& low) {
-  if (options.match == nullptr) return;
-  check_match(*options.match, options, high.triangles.size());
-  check_meshes(*options.match, hash_source(high.positions, high.triangles), hash_low(low));
+  if (options.match.saved == nullptr) return;
+  check_match(*options.match.saved, options, high.triangles.size());
+  check_meshes(*options.match.saved, hash_source(high.positions, high.triangles), hash_low(low));
 }
 
 /// Adds a further cluster's maps and seconds to the first one's.
@@ -34,7 +34,7 @@ BakeResult bake_clusters(const Source::Impl& high, const Mesh& low, const BakeOp
                          const BakeProgress& progress) {
   check_options(options);
   check_saved(options, high, low);
-  const std::uint32_t count = options.visibility.clusters;
+  const std::uint32_t count = options.match.visibility.clusters;
   Clusters clusters;
   BakeResult result;
   for (; clusters.cluster < count; ++clusters.cluster) {
@@ -72,12 +72,12 @@ BakeResult bake(const Source& source, const Mesh& low, const BakeOptions& option
 
 BakeResult bake(const Match& match, const Source& source, const Mesh& low,
                 const BakeOptions& options) {
-  if (options.match != nullptr) {
-    throw Error(ErrorCode::usage, "Two matches were given: leave BakeOptions::match out.",
+  if (options.match.saved != nullptr) {
+    throw Error(ErrorCode::usage, "Two matches were given: leave MatchOptions::saved out.",
                 "option-contradiction");
   }
   BakeOptions with = options;
-  with.match = &match;
+  with.match.saved = &match;
   return bake(source, low, with);
 }
 

@@ -34,15 +34,15 @@ void check_enum(const char* name, Enum value, Enum last) {
 }
 
 void check_enums(const BakeOptions& options) {
-  check_enum("views.criterion", options.views.criterion, ViewCriterion::angle);
-  check_enum("visibility.at", options.visibility.at, VisibilityAt::texel);
-  check_enum("visibility.test", options.visibility.test, VisibilityTest::rays);
-  check_enum("visibility.likelihood", options.visibility.likelihood, ViewLikelihood::list);
-  check_enum("ray.rule", options.ray.rule, RayRule::nearest);
-  check_enum("uv_copies", options.uv_copies, UvCopies::first);
-  check_enum("ray.direction", options.ray.direction, RayDirection::painted);
-  check_enum("space", options.space, NormalMapSpace::face);
-  check_enum("miss", options.miss, MissPolicy::mark);
+  check_enum("views.criterion", options.match.views.criterion, ViewCriterion::angle);
+  check_enum("visibility.at", options.match.visibility.at, VisibilityAt::texel);
+  check_enum("visibility.test", options.match.visibility.test, VisibilityTest::rays);
+  check_enum("visibility.likelihood", options.match.visibility.likelihood, ViewLikelihood::list);
+  check_enum("ray.rule", options.match.ray.rule, RayRule::nearest);
+  check_enum("uv_copies", options.match.uv_copies, UvCopies::first);
+  check_enum("ray.direction", options.match.ray.direction, RayDirection::painted);
+  check_enum("space", options.encoding.space, NormalMapSpace::face);
+  check_enum("miss", options.encoding.miss, MissPolicy::mark);
   check_enum("occlusion.by", options.occlusion.by, OcclusionBy::automatic);
   check_enum("occlusion.falloff", options.occlusion.falloff, OcclusionFalloff::smooth);
 }
@@ -89,20 +89,20 @@ void check_views(const ViewOptions& views) {
 
 void check_fallback(const BakeOptions& options) {
   constexpr std::uint32_t kLongest = 256;
-  if (options.fallback_blend > kLongest) {
-    usage("The fallback's blending is " + std::to_string(options.fallback_blend) +
+  if (options.match.fallback_blend > kLongest) {
+    usage("The fallback's blending is " + std::to_string(options.match.fallback_blend) +
           " texels: it must be 0 to " + std::to_string(kLongest) + ".");
   }
-  if (options.fallback.empty()) {
-    if (options.fallback_blend == 0) return;
+  if (options.match.fallback.empty()) {
+    if (options.match.fallback_blend == 0) return;
     usage("Blending with the fallback was asked for, but no fallback: choose one.", kContradiction);
   }
-  if (options.match != nullptr) {
+  if (options.match.saved != nullptr) {
     usage("A fallback was asked for, but a saved match is taken as it is: leave one of them out.",
           kContradiction);
   }
-  std::vector<MatchMethod> asked = {options.method};
-  for (const MatchMethod next : options.fallback) {
+  std::vector<MatchMethod> asked = {options.match.method};
+  for (const MatchMethod next : options.match.fallback) {
     if (!match_row(next).info.may_follow) {
       usage(quoted(next.name) +
                 " cannot be a fallback, since it searches nothing: choose one that searches, such "
@@ -132,16 +132,17 @@ void check_size(const BakeOptions& options) {
 }
 
 void check_distances(const BakeOptions& options) {
-  if (options.max_distance) check_length("max_distance", *options.max_distance, false);
-  if (options.cage) check_length("cage", *options.cage, true);
-  if (options.ray.edge_width) check_length("ray.edge_width", *options.ray.edge_width, false);
-  if (options.cage && options.cage_mesh != nullptr) {
+  if (options.match.max_distance) check_length("max_distance", *options.match.max_distance, false);
+  if (options.match.cage) check_length("cage", *options.match.cage, true);
+  if (options.match.ray.edge_width)
+    check_length("ray.edge_width", *options.match.ray.edge_width, false);
+  if (options.match.cage && options.match.cage_mesh != nullptr) {
     usage("Both a cage distance and a cage mesh were given: choose one.", kContradiction);
   }
-  const bool cage = options.cage || options.cage_mesh != nullptr;
-  if (cage && options.match == nullptr &&
+  const bool cage = options.match.cage || options.match.cage_mesh != nullptr;
+  if (cage && options.match.saved == nullptr &&
       !any_in_chain(options, [](const MatchRow& row) { return row.info.takes_cage; })) {
-    usage("A cage was given, but " + quoted(options.method.name) +
+    usage("A cage was given, but " + quoted(options.match.method.name) +
               " casts no rays from one: leave the cage out, or match by " +
               match_names([](const MatchRow& row) { return row.info.takes_cage; }) + ".",
           kContradiction);
@@ -150,11 +151,12 @@ void check_distances(const BakeOptions& options) {
 
 void check_map(MapKind map, const BakeOptions& options) {
   if (!map_row(map).info.needs_visibility) return;
-  if (options.match == nullptr && match_row(options.method).info.takes_visibility) return;
+  if (options.match.saved == nullptr && match_row(options.match.method).info.takes_visibility)
+    return;
   usage("The map " + std::string(map.name) +
             " holds what a match by visibility goes by: choose the match " +
             match_names([](const MatchRow& row) { return row.info.takes_visibility; }) +
-            (options.match != nullptr ? " instead of a saved match" : "") +
+            (options.match.saved != nullptr ? " instead of a saved match" : "") +
             ", or leave the map out.",
         kContradiction);
 }
@@ -190,7 +192,7 @@ void check_map_options(const BakeOptions& options) {
       options.occlusion.by_others.empty()) {
     usage("occlusion.by_high, by_low and by_others leave nothing that occludes: give one of them.");
   }
-  if (options.occlusion.own_part && options.parts == nullptr) {
+  if (options.occlusion.own_part && options.match.parts == nullptr) {
     usage("occlusion.own_part is set, but there are no parts: give `parts`, or leave it.",
           kContradiction);
   }
@@ -212,8 +214,9 @@ void check_map_options(const BakeOptions& options) {
     usage("occlusion.max_error is " + std::to_string(options.occlusion.max_error) +
           ": it must be 0 to 1.");
   }
-  if (options.origin && !std::all_of(options.origin->begin(), options.origin->end(),
-                                     [](double x) { return std::isfinite(x); })) {
+  if (options.encoding.origin &&
+      !std::all_of(options.encoding.origin->begin(), options.encoding.origin->end(),
+                   [](double x) { return std::isfinite(x); })) {
     usage("origin must be finite.");
   }
   if (options.curvature_radius) check_length("curvature_radius", *options.curvature_radius, false);
@@ -221,7 +224,7 @@ void check_map_options(const BakeOptions& options) {
 
 void check_ranges(const BakeOptions& options) {
   std::vector<std::string_view> seen;
-  for (const MapRange& given : options.ranges) {
+  for (const MapRange& given : options.encoding.ranges) {
     const MapKind kind = given.kind;
     const ValueRange range = given.range;
     const std::string name(kind.name);
@@ -254,8 +257,8 @@ void check_ranges(const BakeOptions& options) {
 }
 
 void check_two_component(const BakeOptions& options) {
-  if (!options.two_component) return;
-  const bool all_sides = options.space == NormalMapSpace::object ||
+  if (!options.encoding.two_component) return;
+  const bool all_sides = options.encoding.space == NormalMapSpace::object ||
                          std::any_of(options.maps.begin(), options.maps.end(), [&](MapKind map) {
                            return map_row(map).info.space == NormalMapSpace::object;
                          });
@@ -267,12 +270,12 @@ void check_two_component(const BakeOptions& options) {
 }
 
 void check_clusters(const BakeOptions& options) {
-  if (options.visibility.clusters <= 1) return;
-  if (!match_row(options.method).info.takes_clusters || options.match != nullptr) {
+  if (options.match.visibility.clusters <= 1) return;
+  if (!match_row(options.match.method).info.takes_clusters || options.match.saved != nullptr) {
     usage("Clusters of directions are for matching by visibility: choose that, or one cluster.",
           kContradiction);
   }
-  if (options.keep_match) {
+  if (options.report.keep_match) {
     usage("Several clusters of directions have no one match to be kept: leave one of them out.",
           kContradiction);
   }
@@ -284,8 +287,8 @@ void validate(const BakeOptions& options) {
   check_size(options);
   check_enums(options);
   named([&] {
-    match_row(options.method);
-    for (const MatchMethod next : options.fallback) match_row(next);
+    match_row(options.match.method);
+    for (const MatchMethod next : options.match.fallback) match_row(next);
     for (const MapKind map : options.maps) map_row(map);
   });
   if (options.maps.empty() && options.transfers.empty() && options.own_maps.empty()) {
@@ -293,24 +296,24 @@ void validate(const BakeOptions& options) {
   }
   check_distances(options);
   check_map_options(options);
-  if (options.gutter < -1 || options.gutter > 4096) {
-    usage("gutter is " + std::to_string(options.gutter) +
+  if (options.encoding.gutter < -1 || options.encoding.gutter > 4096) {
+    usage("gutter is " + std::to_string(options.encoding.gutter) +
           ": it must be 0 to 4096 texels, or -1 for an infinite one.");
   }
   check_two_component(options);
   check_ranges(options);
-  if (options.recall > kMostPlaces) {
-    usage("recall is " + std::to_string(options.recall) + " places: it must be 0 to " +
+  if (options.report.recall > kMostPlaces) {
+    usage("recall is " + std::to_string(options.report.recall) + " places: it must be 0 to " +
           std::to_string(kMostPlaces) + ".");
   }
   for (const MapKind map : options.maps) check_map(map, options);
-  check_views(options.views);
+  check_views(options.match.views);
   check_fallback(options);
   if (any_in_chain(options, [](const MatchRow& row) { return row.info.takes_visibility; })) {
-    in_range([&] { check_visibility(options.visibility); });
+    in_range([&] { check_visibility(options.match.visibility); });
   }
   check_clusters(options);
-  in_range([&] { check_uv(options.uv); });
+  in_range([&] { check_uv(options.match.uv); });
 }
 
 void check_options(const BakeOptions& options) { validate(options); }

@@ -85,7 +85,7 @@ CopyCheck::CopyCheck(const MatchRequest& request, const BakeOptions& options, Ma
       own_(own_matcher(request, options)),
       matcher_(own_ != nullptr ? *own_ : matcher),
       prepare_(std::move(prepare)),
-      two_sided_(options.two_sided),
+      two_sided_(options.match.two_sided),
       most_away_((holds_lengths(options) ? kAwayOfLengths : kAway) * source_.frame.diagonal *
                  source_.frame.scale),
       uv_places_(surface_.triangles.size()),

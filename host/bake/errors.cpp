@@ -241,7 +241,7 @@ void warn_not_reached(const BakeOptions& options, BakeReport& report) {
 void measure_errors(const BakedScene& scene, const BakeProgress& progress, BakeReport& report) {
   const auto baked = static_cast<std::uint64_t>(
       std::count(scene.layers.coverage().begin(), scene.layers.coverage().end(), kCoverageBaked));
-  const bool all = scene.options.report_errors;
+  const bool all = scene.options.report.errors;
   BakeOptions same = finer_options(
       scene, [&](const MapInfo& map) { return all ? map.takes_rays : map.takes_max_error; });
   if (!same.maps.empty()) {
@@ -253,7 +253,7 @@ void measure_errors(const BakedScene& scene, const BakeProgress& progress, BakeR
     finer.add_to("4096 rays from the same points", report);
     warn_not_reached(scene.options, report);
   }
-  if (!all || scene.options.match != nullptr) return;
+  if (!all || scene.options.match.saved != nullptr) return;
   BakeOptions spread = finer_options(scene, is_compared);
   if (spread.maps.empty() && spread.transfers.empty() && spread.own_maps.empty()) return;
   spread.samples = std::min(kMostSamples, kFiner * scene.options.samples);

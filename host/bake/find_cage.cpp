@@ -77,21 +77,23 @@ Warning flat_vertices(std::uint64_t count) {
 FoundCage find_cage(const Source& source, const Mesh& low, const BakeOptions& given) {
   const Source::Impl& high = impl_of(source);
   BakeOptions options;
-  options.ray.direction = given.ray.direction;
-  options.ray.edge_width = given.ray.edge_width;
+  options.match.ray.direction = given.match.ray.direction;
+  options.match.ray.edge_width = given.match.ray.edge_width;
   // As a fallback of other matches rays do not turn.
-  if (!match_row(given.method).info.along_low) options.ray.direction = RayDirection::averaged;
-  options.two_sided = given.two_sided;
-  options.parts = given.parts;
-  options.max_distance = given.max_distance;
+  if (!match_row(given.match.method).info.along_low)
+    options.match.ray.direction = RayDirection::averaged;
+  options.match.two_sided = given.match.two_sided;
+  options.match.parts = given.match.parts;
+  options.match.max_distance = given.match.max_distance;
   check_options(options);
   const LowSurface surface = LowSurface::of(low, high.frame);
   // Edges turn rays over the same widths, however far they look.
-  options.max_distance.reset();
+  options.match.max_distance.reset();
   const EdgeTurn turn = edge_turn(options, high, surface);
   MatchRequest request = match_request(options, high, surface);
-  request.distance = to_frame(given.max_distance.value_or(Length::share(kDistance)), high.frame);
-  const CageNeeds needs = find_cage_needs(request, turn, options.parts);
+  request.distance =
+      to_frame(given.match.max_distance.value_or(Length::share(kDistance)), high.frame);
+  const CageNeeds needs = find_cage_needs(request, turn, options.match.parts);
 
   const std::vector<std::uint32_t> vertex = weld_positions(low.positions);
   std::vector<std::uint32_t> corners;

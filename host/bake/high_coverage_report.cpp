@@ -45,13 +45,13 @@ std::string in_words(const std::array<double, 3>& p) {
 
 std::string advice(const BakeOptions& options) {
   const auto takes_cage = [](const MatchRow& row) { return row.info.takes_cage; };
-  if (!takes_cage(match_row(options.method))) {
+  if (!takes_cage(match_row(options.match.method))) {
     return "other matches may find it: try MatchMethod::" + match_names(takes_cage) + ".";
   }
-  if (options.cage || options.cage_mesh != nullptr) {
-    return "raise BakeOptions::cage, so that rays start above it, or leave the cage out.";
+  if (options.match.cage || options.match.cage_mesh != nullptr) {
+    return "raise MatchOptions::cage, so that rays start above it, or leave the cage out.";
   }
-  if (options.ray.rule == RayRule::nearest) {
+  if (options.match.ray.rule == RayRule::nearest) {
     return "rays stop at nearer faces: take RayRule::outermost.";
   }
   return "raise max_distance, or give the low poly a part of its own there.";

@@ -16,7 +16,8 @@ constexpr std::int32_t kEverywhere = 16384;
 bool is_averaged(MapType type) { return type != MapType::id && type != MapType::coverage; }
 
 GutterOptions gutter_of(const MapInfo& map, const BakeOptions& options, std::int32_t texels) {
-  const bool fill = !map.misses_are_zero && (options.miss != MissPolicy::keep || map.fills_misses);
+  const bool fill =
+      !map.misses_are_zero && (options.encoding.miss != MissPolicy::keep || map.fills_misses);
   return {texels, fill, map.type == MapType::unit_vector};
 }
 
@@ -29,7 +30,7 @@ std::uint64_t pad(cl::Context& context, const MapInfo& map, const BakeOptions& o
   if (texels < 0) gutter.texels = kEverywhere;
   gutter.fill_missed = false;
   std::vector<std::uint8_t> named = coverage;
-  if (options.miss == MissPolicy::fill) {
+  if (options.encoding.miss == MissPolicy::fill) {
     std::replace(named.begin(), named.end(), std::uint8_t{kCoverageMissed},
                  std::uint8_t{kCoverageEmpty});
   }
@@ -45,10 +46,10 @@ void encode(const MapInfo& map, const BakeOptions& options,
             const std::vector<std::uint8_t>& coverage, Image& image) {
   const std::array<float, 4> empty = map_background(map, options);
   const std::size_t channels = image.channels;
-  const bool marks = options.miss == MissPolicy::mark;
+  const bool marks = options.encoding.miss == MissPolicy::mark;
   const bool plain = map.type != MapType::unit_vector && !marks;
-  const bool halves =
-      map.type == MapType::unit_vector && !marks && !options.raw && !options.two_component;
+  const bool halves = map.type == MapType::unit_vector && !marks && !options.encoding.raw &&
+                      !options.encoding.two_component;
   parallel_for(coverage.size(), kGrainOfLayer, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
       if (coverage[i] == kCoverageEmpty) {
@@ -69,8 +70,8 @@ void encode(const MapInfo& map, const BakeOptions& options,
 Image as_drawn(const MapInfo& map, const BakeOptions& options,
                const std::vector<std::uint8_t>& coverage, Image image) {
   BakeOptions plain;
-  plain.space = options.space;
-  plain.miss = options.miss;
+  plain.encoding.space = options.encoding.space;
+  plain.encoding.miss = options.encoding.miss;
   encode(map, plain, coverage, image);
   return image;
 }
@@ -81,7 +82,7 @@ std::uint64_t bytes_of_maps(const BakeOptions& options) {
   for (const MapKind kind : options.maps) channels += map_row(kind).info.channels;
   const std::uint64_t texels = std::uint64_t{options.width} * options.height;
   const std::uint64_t level = texels * channels * sizeof(float);
-  return level + (options.mips ? level / 3 : 0);
+  return level + (options.encoding.mips ? level / 3 : 0);
 }
 
 }  // namespace
@@ -195,11 +196,11 @@ std::vector<std::vector<Image>> Layers::mips(cl::Context& context, const BakeOpt
     if (!is_averaged(map.type)) continue;
     MipOptions mip_options;
     mip_options.unit_vectors = map.type == MapType::unit_vector;
-    mip_options.missed_have_values = !gutter_of(map, options, options.gutter).fill_missed;
-    if (options.miss == MissPolicy::mark && mip_options.unit_vectors) {
+    mip_options.missed_have_values = !gutter_of(map, options, options.encoding.gutter).fill_missed;
+    if (options.encoding.miss == MissPolicy::mark && mip_options.unit_vectors) {
       mip_options.missed = {1, -1, 1, 0};
     }
-    std::int32_t gutter = options.gutter;
+    std::int32_t gutter = options.encoding.gutter;
     for (MipLevel& level : make_mips(layers_[l].image, coverage_, charts, mip_options)) {
       if (gutter > 0) gutter = std::max(2, gutter / 2);
       pad(context, map, options, gutter, level.image, level.coverage);
@@ -219,20 +220,20 @@ std::vector<std::size_t> Layers::pad_with(cl::Context& context, const BakeOption
       std::find(coverage_.begin(), coverage_.end(), kCoverageMissed) != coverage_.end();
   // Names are padded otherwise where something was missed, or everything is padded.
   const auto apart = [&](const MapInfo& map) {
-    return map.type == MapType::id && (missed || options.gutter < 0);
+    return map.type == MapType::id && (missed || options.encoding.gutter < 0);
   };
   const MapInfo& map = layers_[first].row->info;
   coverage = coverage_;
   if (apart(map)) {
-    padded = pad(context, map, options, options.gutter, images[first], coverage);
+    padded = pad(context, map, options, options.encoding.gutter, images[first], coverage);
     return {first};
   }
-  const GutterOptions gutter = gutter_of(map, options, options.gutter);
+  const GutterOptions gutter = gutter_of(map, options, options.encoding.gutter);
   std::vector<std::size_t> numbers;
   std::vector<GutterImage> together;
   for (std::size_t l = first; l < images.size(); ++l) {
     const MapInfo& other = layers_[l].row->info;
-    const GutterOptions wanted = gutter_of(other, options, options.gutter);
+    const GutterOptions wanted = gutter_of(other, options, options.encoding.gutter);
     if (other.type == MapType::coverage || apart(other)) continue;
     if (missed && wanted.fill_missed != gutter.fill_missed) continue;
     numbers.push_back(l);
@@ -273,8 +274,9 @@ std::vector<Image> Layers::finish(cl::Context& context, const BakeOptions& optio
     // Which texels padding would reach is said all the same.
     coverage = coverage_;
     Image none{options.width, options.height, 1, std::vector<float>(coverage.size())};
-    padded = fill_gutter(context, none, coverage,
-                         {options.gutter, options.miss != MissPolicy::keep, false});
+    padded =
+        fill_gutter(context, none, coverage,
+                    {options.encoding.gutter, options.encoding.miss != MissPolicy::keep, false});
   }
   return images;
 }

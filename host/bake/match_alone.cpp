@@ -9,12 +9,13 @@ namespace {
 
 void check_alone(const BakeOptions& options) {
   check_options(options);
-  if (options.match == nullptr && options.visibility.clusters <= 1 && options.fallback_blend == 0) {
+  if (options.match.saved == nullptr && options.match.visibility.clusters <= 1 &&
+      options.match.fallback_blend == 0) {
     return;
   }
   throw Error(ErrorCode::usage,
               "A match alone is made anew, of one cluster and without blending: leave "
-              "BakeOptions::match, visibility.clusters and fallback_blend out.",
+              "MatchOptions::saved, visibility.clusters and fallback_blend out.",
               "option-contradiction");
 }
 
@@ -22,8 +23,8 @@ void check_alone(const BakeOptions& options) {
 MatchResult match_alone(const Source::Impl& high, const Mesh& low, BakeOptions options,
                         const BakeProgress& progress) {
   options.maps.clear();
-  options.mips = false;
-  options.keep_match = true;
+  options.encoding.mips = false;
+  options.report.keep_match = true;
   Clusters clusters;
   Pipeline pipeline({high, low, options}, Bands::pass, progress);
   pipeline.prepare_match(clusters);

@@ -13,14 +13,15 @@
 namespace kiln {
 namespace {
 
-/// Frame units; see BakeOptions::max_distance for what is taken where none is given.
+/// Frame units; see MatchOptions::max_distance for what is taken where none is given.
 double match_distance(const BakeOptions& options, const LowSurface& surface, const Frame& frame) {
   // Longer than any scene is as good as that.
   constexpr double kFarthest = 1048576;
-  if (options.max_distance) return std::min(to_frame(*options.max_distance, frame), kFarthest);
+  if (options.match.max_distance)
+    return std::min(to_frame(*options.match.max_distance, frame), kFarthest);
   double distance = 0;
-  if (options.cage) distance = 2 * to_frame(*options.cage, frame);
-  if (options.cage_mesh != nullptr) distance = surface.cage_length;
+  if (options.match.cage) distance = 2 * to_frame(*options.match.cage, frame);
+  if (options.match.cage_mesh != nullptr) distance = surface.cage_length;
   return distance > 0 ? distance : to_frame(Length::share(0.02), frame);
 }
 
@@ -65,20 +66,20 @@ MatchRequest match_request(const BakeOptions& options, const Source::Impl& sourc
   request.height = options.height;
   request.samples = options.samples;
   request.distance = match_distance(options, surface, source.frame);
-  if (options.cage) request.cage = to_frame(*options.cage, source.frame);
-  request.cage_mesh = options.cage_mesh != nullptr;
-  request.two_sided = options.two_sided;
-  request.views = options.views;
-  request.visibility = options.visibility;
-  request.uv = options.uv;
-  request.ray = options.ray;
+  if (options.match.cage) request.cage = to_frame(*options.match.cage, source.frame);
+  request.cage_mesh = options.match.cage_mesh != nullptr;
+  request.two_sided = options.match.two_sided;
+  request.views = options.match.views;
+  request.visibility = options.match.visibility;
+  request.uv = options.match.uv;
+  request.ray = options.match.ray;
   return request;
 }
 
 EdgeTurn edge_turn(const BakeOptions& options, const Source::Impl& source,
                    const LowSurface& surface, EdgeReport* report) {
-  const RayDirection direction = options.ray.direction;
-  if (options.match != nullptr || !match_row(options.method).info.along_low ||
+  const RayDirection direction = options.match.ray.direction;
+  if (options.match.saved != nullptr || !match_row(options.match.method).info.along_low ||
       direction == RayDirection::averaged || has_offsets(surface)) {
     return {};
   }
@@ -88,27 +89,28 @@ EdgeTurn edge_turn(const BakeOptions& options, const Source::Impl& source,
   if (hard.edges.empty()) return {};
   if (direction == RayDirection::face) return {context, surface, hard, {}};
   Bevels bevels;
-  if (options.ray.edge_width) {
-    const double width = to_frame(*options.ray.edge_width, source.frame);
+  if (options.match.ray.edge_width) {
+    const double width = to_frame(*options.match.ray.edge_width, source.frame);
     bevels.widths.assign(hard.edges.size(), static_cast<float>(width));
     bevels.median = bevels.widths.front();
   } else {
     bevels = find_bevels(source, surface, hard, match_distance(options, surface, source.frame),
-                         options.parts);
+                         options.match.parts);
   }
   if (report != nullptr) *report = edge_report(bevels, 1 / source.frame.scale);
   return {context, surface, hard, bevels.widths};
 }
 
 bool turns_by_source(const BakeOptions& options) {
-  return match_row(options.method).info.along_low && !options.ray.edge_width &&
-         options.ray.direction == RayDirection::automatic;
+  return match_row(options.match.method).info.along_low && !options.match.ray.edge_width &&
+         options.match.ray.direction == RayDirection::automatic;
 }
 
 SheetReach sheet_reach(const BakeOptions& options, const LowSurface& surface) {
-  const bool told = options.max_distance || options.cage || options.cage_mesh != nullptr;
+  const bool told =
+      options.match.max_distance || options.match.cage || options.match.cage_mesh != nullptr;
   const bool far = any_in_chain(options, [](const MatchRow& row) { return row.far_on_sheets; });
-  if (told || options.match != nullptr || !far) return {};
+  if (told || options.match.saved != nullptr || !far) return {};
   return SheetReach(surface);
 }
 
@@ -123,7 +125,7 @@ void take_notes(MatchNotes notes, BakeReport& report) {
 void warn_about_duplicates(const Source::Impl& source, const BakeOptions& options,
                            BakeReport& report) {
   const bool walks = any_in_chain(options, [](const MatchRow& row) { return row.follows_bvh; }) &&
-                     (options.match == nullptr || !options.fallback.empty());
+                     (options.match.saved == nullptr || !options.match.fallback.empty());
   const std::uint64_t count = walks ? source.duplicates() : 0;
   if (count == 0) return;
   report.warnings.push_back(
@@ -149,16 +151,16 @@ std::unique_ptr<Matcher> make_matcher(const Source::Impl& source, const LowSurfa
       return preparing.tell(done, doing);
     };
   }
-  report.max_distance = options.match == nullptr ? request.distance * unit : 0;
-  if (options.match == nullptr && request.cage && request.distance <= *request.cage) {
+  report.max_distance = options.match.saved == nullptr ? request.distance * unit : 0;
+  if (options.match.saved == nullptr && request.cage && request.distance <= *request.cage) {
     report.warnings.push_back({"short-rays",
                                "Rays start at the cage and end before they reach the low poly: "
-                               "max_distance should be about twice BakeOptions::cage.",
+                               "max_distance should be about twice MatchOptions::cage.",
                                1});
   }
-  if (options.match == nullptr && match_row(options.method).info.looks_far) {
-    warn_about_length("BakeOptions::cage", options.cage, source.frame, report.warnings);
-    warn_about_length("max_distance", options.max_distance, source.frame, report.warnings);
+  if (options.match.saved == nullptr && match_row(options.match.method).info.looks_far) {
+    warn_about_length("MatchOptions::cage", options.match.cage, source.frame, report.warnings);
+    warn_about_length("max_distance", options.match.max_distance, source.frame, report.warnings);
     if (report.cage_mesh) {
       warn_about_length("The way from the cage to the low poly",
                         Length::absolute(report.cage_mesh->outward_most), source.frame,
@@ -168,19 +170,19 @@ std::unique_ptr<Matcher> make_matcher(const Source::Impl& source, const LowSurfa
   const double built = source.stats().build_seconds;
   MatchNotes notes;
   std::unique_ptr<Matcher> matcher;
-  if (options.match != nullptr) {
-    matcher = saved_matcher(context_of(source.device), *options.match, unit);
+  if (options.match.saved != nullptr) {
+    matcher = saved_matcher(context_of(source.device), *options.match.saved, unit);
   } else {
-    const MatchRow& row = match_row(options.method);
-    if (!row.info.looks_far && options.fallback.empty()) report.max_distance = 0;
-    request.turned = turned && options.ray.direction == RayDirection::automatic;
-    matcher = matcher_of(row, request, options.parts, notes);
+    const MatchRow& row = match_row(options.match.method);
+    if (!row.info.looks_far && options.match.fallback.empty()) report.max_distance = 0;
+    request.turned = turned && options.match.ray.direction == RayDirection::automatic;
+    matcher = matcher_of(row, request, options.match.parts, notes);
     request.turned = false;
   }
-  if (!options.fallback.empty()) {
+  if (!options.match.fallback.empty()) {
     std::vector<std::unique_ptr<Matcher>> rest;
-    for (const MatchMethod next : options.fallback) {
-      rest.push_back(matcher_of(match_row(next), request, options.parts, notes));
+    for (const MatchMethod next : options.match.fallback) {
+      rest.push_back(matcher_of(match_row(next), request, options.match.parts, notes));
     }
     matcher = with_fallbacks(context_of(source.device), std::move(matcher), std::move(rest));
   }

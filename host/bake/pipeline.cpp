@@ -25,8 +25,8 @@ Pipeline::Pipeline(const Scene& scene, Bands bands, BakeProgress progress)
       bands_stay_(bands),
       progress_(std::move(progress)),
       unit_(1 / scene.high.frame.scale),
-      surface_(LowSurface::of(scene.low, scene.high.frame, scene.options.cage_mesh,
-                              scene.options.uv_copies)),
+      surface_(LowSurface::of(scene.low, scene.high.frame, scene.options.match.cage_mesh,
+                              scene.options.match.uv_copies)),
       cage_(context_, scene.high.frame, surface_),
       sampler_(context_, surface_,
                {scene.options.width, scene.options.height, scene.options.samples, kBandSamples}),
@@ -34,7 +34,7 @@ Pipeline::Pipeline(const Scene& scene, Bands bands, BakeProgress progress)
       sheets_(sheet_reach(scene.options, surface_)),
       layers_(scene.high, surface_, scene.options, true, scene.finer) {
   const BakeOptions& options = scene_.options;
-  if (options.match == nullptr) {
+  if (options.match.saved == nullptr) {
     result_.report.cage_mesh = cage_.report(surface_);
     if (surface_.cage_hull != nullptr && !surface_.cage_hull->misfit.empty()) {
       result_.report.warnings.push_back(
@@ -52,7 +52,7 @@ Pipeline::Pipeline(const Scene& scene, Bands bands, BakeProgress progress)
   result_.report.small_triangles = sampler_.small_charts().triangles.size();
   result_.report.small_without_texel = sampler_.small_charts().without.size();
   result_.report.seconds_texels = watch_.lap() - result_.report.seconds_build;
-  if (options.mips) {
+  if (options.encoding.mips) {
     chart_of_triangle_ = uv_charts(scene_.low);
     charts_ = ChartMap(std::size_t{options.width} * options.height, options.samples);
   }
@@ -63,8 +63,8 @@ Pipeline::Pipeline(const Scene& scene, Bands bands, BakeProgress progress)
 /// How directions turn; it may build the hierarchy.
 EdgeTurn Pipeline::find_turn() {
   const BakeOptions& options = scene_.options;
-  if (options.match == nullptr && options.ray.direction == RayDirection::painted &&
-      match_row(options.method).info.along_low && scene_.low.colors.empty()) {
+  if (options.match.saved == nullptr && options.match.ray.direction == RayDirection::painted &&
+      match_row(options.match.method).info.along_low && scene_.low.colors.empty()) {
     throw Error(ErrorCode::input,
                 "'" + scene_.low.name +
                     "' has no vertex colours, which are to say where rays follow its own normals: "
@@ -109,7 +109,7 @@ PipelineBand& Pipeline::take(std::uint32_t number) {
   PipelineBand& band = sampled(number);
   context_.finish();
   result_.report.seconds_texels += watch_.lap();
-  if (scene_.options.mips) {
+  if (scene_.options.encoding.mips) {
     charts_.store(context_, band.texels, scene_.options.width, chart_of_triangle_);
   }
   result_.report.seconds_mips += watch_.lap();
@@ -118,7 +118,7 @@ PipelineBand& Pipeline::take(std::uint32_t number) {
 
 bool Pipeline::keeps_matcher() const {
   const BakeOptions& options = scene_.options;
-  return options.match == nullptr && options.parts == nullptr &&
+  return options.match.saved == nullptr && options.match.parts == nullptr &&
          !any_in_chain(options, [](const MatchRow& row) { return !row.follows_bvh; });
 }
 
@@ -142,8 +142,8 @@ void Pipeline::prepare_match(Clusters& clusters) {
 void Pipeline::prepare_copies() {
   const BakeOptions& options = scene_.options;
   copies_.reset();
-  if (bands_stay_ == Bands::stay || surface_.copy_of.empty() || options.match != nullptr ||
-      match_row(options.method).at_uvs != nullptr)
+  if (bands_stay_ == Bands::stay || surface_.copy_of.empty() || options.match.saved != nullptr ||
+      match_row(options.match.method).at_uvs != nullptr)
     return;
   copies_.emplace(match_request(options, scene_.high, surface_), options, *matcher_,
                   [this](TexelBand& band) {
@@ -165,19 +165,19 @@ void Pipeline::move(std::uint32_t first, std::span<const Vec3> positions) {
 /// What is collected beside the maps as bands pass.
 void Pipeline::make_collectors() {
   const BakeOptions& options = scene_.options;
-  if (!options.fallback.empty() && layers_.unit_vectors() != nullptr) {
+  if (!options.match.fallback.empty() && layers_.unit_vectors() != nullptr) {
     transitions_.emplace(scene_.low, options.width, options.height);
   }
-  if (options.fallback_blend > 0) {
-    blend_.emplace(options.width, options.height, options.fallback_blend);
+  if (options.match.fallback_blend > 0) {
+    blend_.emplace(options.width, options.height, options.match.fallback_blend);
   }
   // Of a mesh without a hierarchy: it would take longer than the bake.
-  if (options.match != nullptr || !match_row(options.method).info.tells_recall) return;
+  if (options.match.saved != nullptr || !match_row(options.match.method).info.tells_recall) return;
   const MatchRequest request = match_request(options, scene_.high, surface_);
   CopyCheck* const copies = copies_ ? &*copies_ : nullptr;
-  if (options.recall > 0)
-    coverage_.emplace(request, HighCoverage::spread(scene_.high, options.recall), copies);
-  if (options.vertex_coverage) {
+  if (options.report.recall > 0)
+    coverage_.emplace(request, HighCoverage::spread(scene_.high, options.report.recall), copies);
+  if (options.report.vertex_coverage) {
     vertex_coverage_.emplace(request, HighCoverage::vertices(scene_.high), copies);
   }
   result_.report.seconds_recall += watch_.lap();
@@ -201,7 +201,7 @@ void Pipeline::over_bands(const Pass& pass) {
     distance_sum_ = 0;
     clear_counts(report);
   }
-  if (scene_.options.keep_match && (pass.match || pass.measure)) {
+  if (scene_.options.report.keep_match && (pass.match || pass.measure)) {
     result_.match = empty_match();
   }
   report.seconds_image += watch_.lap();
@@ -320,14 +320,14 @@ void Pipeline::blend() {
 void Pipeline::finish_maps(Image* drawn) {
   const BakeOptions& options = scene_.options;
   BakeReport& report = result_.report;
-  if (options.two_component) {
+  if (options.encoding.two_component) {
     for (Layer& layer : layers_.all()) {
       if (layer.row->info.type != MapType::unit_vector) continue;
       flatten_below_surface(layer.row->info.kind.name, layer.image, layers_.coverage(), report);
     }
   }
   std::vector<std::vector<Image>> mips(layers_.all().size());
-  if (options.mips) {
+  if (options.encoding.mips) {
     progress_.at(kAtMips, "mip-maps");
     mips = layers_.mips(context_, options, charts_);
     if (bands_stay_ == Bands::pass) charts_ = {};
@@ -357,9 +357,9 @@ void Pipeline::measure_errors() {
 /// How far points lie from the low poly's, world units.
 double Pipeline::reach() const {
   const BakeOptions& options = scene_.options;
-  const bool looks = options.match == nullptr && !any_in_chain(options, [](const MatchRow& row) {
-                       return !row.info.looks_far;
-                     });
+  const bool looks =
+      options.match.saved == nullptr &&
+      !any_in_chain(options, [](const MatchRow& row) { return !row.info.looks_far; });
   if (!looks) return scene_.high.frame.diagonal;
   const MatchRequest request = match_request(options, scene_.high, surface_);
   const double cage =
@@ -390,7 +390,7 @@ BakeResult Pipeline::run(Clusters& clusters, Image* drawn) {
   report_coverage();
   if (transitions_) result_.report.transitions = transitions_->measure(*layers_.unit_vectors());
   blend();
-  if (scene_.options.report_errors || layers_.obey_max_error(scene_.options)) measure_errors();
+  if (scene_.options.report.errors || layers_.obey_max_error(scene_.options)) measure_errors();
   finish_maps(drawn);
   finish_report();
   progress_.tell(1, "done");

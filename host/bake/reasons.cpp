@@ -24,7 +24,7 @@ class Explainer {
         high_(high),
         options_(options),
         context_(context_of(high.device)),
-        surface_(LowSurface::of(low, high.frame, options.cage_mesh, options.uv_copies)),
+        surface_(LowSurface::of(low, high.frame, options.match.cage_mesh, options.match.uv_copies)),
         cage_(context_, high.frame, surface_),
         turn_(edge_turn(options, high, surface_)),
         query_(ray_query(match_request(options, high, surface_), true)) {
@@ -111,7 +111,7 @@ class Explainer {
   /// True if what rays meet and do not take lies beyond an inner shell, not on another part.
   bool ends_at_shell() const {
     return surface_.has_cage_mesh && surface_.cage_kind == CageKind::shells &&
-           options_.parts == nullptr;
+           options_.match.parts == nullptr;
   }
 
   bool is_folded(std::uint32_t triangle, const std::vector<float>& points, std::size_t plane,
@@ -185,8 +185,8 @@ std::array<ReasonInfo, 8> reason_infos() {
 
 Reasons explain(const Match& match, const Source& source, const Mesh& low,
                 const BakeOptions& options) {
-  if (!match_row(options.method).info.tells_reasons || !options.fallback.empty() ||
-      options.match != nullptr) {
+  if (!match_row(options.match.method).info.tells_reasons || !options.match.fallback.empty() ||
+      options.match.saved != nullptr) {
     throw Error(ErrorCode::usage,
                 "Reasons are those of rays: choose the match '" +
                     match_names([](const MatchRow& row) { return row.info.tells_reasons; }) +

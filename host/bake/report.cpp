@@ -25,7 +25,7 @@ std::string finders() {
 std::string miss_advice(const BakeReport& report) {
   if (report.uv) {
     return "the high poly's UVs leave them uncovered. Lay both meshes out alike, or let rays or "
-           "nearest points decide the rest (BakeOptions::fallback " +
+           "nearest points decide the rest (MatchOptions::fallback " +
            finders() + ").";
   }
   if (!report.views) {
@@ -33,7 +33,7 @@ std::string miss_advice(const BakeReport& report) {
            "where the high poly's faces look inward.";
   }
   std::string advice =
-      "let rays or nearest points decide them (BakeOptions::fallback " + finders() + "), ";
+      "let rays or nearest points decide them (MatchOptions::fallback " + finders() + "), ";
   advice += report.views->undersampled > 0.5 ? "raise views.size, since most triangles are smaller "
                                                "than a pixel of the views, "
                                              : "look from more sides (views.count), ";

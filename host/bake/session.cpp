@@ -27,11 +27,11 @@ const Mesh& checked(const Mesh& high) {
 
 /// Checks what a session cannot take.
 const BakeOptions& checked(const BakeOptions& options) {
-  if (options.match != nullptr || options.progress) {
+  if (options.match.saved != nullptr || options.progress) {
     throw Error(ErrorCode::usage, "A session takes neither a saved match nor a progress callback.");
   }
   check_options(options);
-  if (options.visibility.clusters > 1 || options.fallback_blend > 0) {
+  if (options.match.visibility.clusters > 1 || options.match.fallback_blend > 0) {
     throw Error(ErrorCode::usage,
                 "A session makes one map of one match: leave out clusters and blending.");
   }
@@ -63,8 +63,8 @@ BakeSession::Impl::Impl(const Device& device, Mesh&& dense, Mesh&& low_mesh,
 
 /// True if each texel of padding is a copy of one baked texel, always the same.
 bool BakeSession::Impl::padding_is_copied() {
-  return options.gutter >= 0 && !options.mips &&
-         ((options.miss == MissPolicy::keep && !pipeline.layers().fill_misses()) ||
+  return options.encoding.gutter >= 0 && !options.encoding.mips &&
+         ((options.encoding.miss == MissPolicy::keep && !pipeline.layers().fill_misses()) ||
           pipeline.result().report.missed == 0);
 }
 
@@ -73,7 +73,8 @@ void BakeSession::Impl::bake_maps(const HighPolyNormals::Change& change, bool an
   Layers& layers = pipeline.layers();
   Pass pass;
   pass.match = !baked || (any_moved && !pipeline.points_stay());
-  pass.measure = !pass.match && any_moved && (options.keep_match || layers.follow_positions());
+  pass.measure =
+      !pass.match && any_moved && (options.report.keep_match || layers.follow_positions());
   pass.read = pass.match || change.rebuilt || layers.read_around() ||
               (any_moved && layers.follow_positions());
   if (pass.match) {
@@ -88,7 +89,7 @@ void BakeSession::Impl::bake_maps(const HighPolyNormals::Change& change, bool an
   update.texels = pass.read ? texels.count() : texels.chosen();
   update.seconds_detail = pipeline.lap();
   // What finish_maps() warns of is found on the way.
-  const bool quick = padding_is_copied() && !options.two_component;
+  const bool quick = padding_is_copied() && !options.encoding.two_component;
   if (pass.read && baked && quick && texels.coverage_stays()) {
     texels.finish_all(options);
     update.dirty = {0, 0, options.width, options.height};

@@ -47,7 +47,7 @@ void SessionTexels::warm_up() {
 void SessionTexels::find_padding(const BakeOptions& options) {
   const Layers& layers = pipeline_.layers();
   if (coverage_stays()) return;
-  padding_ = layers.padding_of(pipeline_.context(), options.gutter);
+  padding_ = layers.padding_of(pipeline_.context(), options.encoding.gutter);
   padded_coverage_ = layers.coverage();
 }
 

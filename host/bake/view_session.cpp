@@ -14,8 +14,8 @@ namespace {
 BakeOptions match_alone(BakeOptions options) {
   check_options(options);
   options.maps.clear();
-  options.mips = false;
-  options.cage_mesh = nullptr;
+  options.encoding.mips = false;
+  options.match.cage_mesh = nullptr;
   return options;
 }
 
@@ -32,8 +32,8 @@ struct KILN_HIDDEN ViewSession::Impl {
     query = view_query(match_request(options, high, pipeline.surface()));
     Rasterizer& raster = high.raster();
     query.area = view_area(pipeline.surface(), query.max_distance, raster.radius());
-    size = options.views.size != 0
-               ? options.views.size
+    size = options.match.views.size != 0
+               ? options.match.views.size
                : choose_view_size(high.positions, high.triangles, query.area.radius, kLargestView)
                      .size;
     widen(query.area, raster.radius(), size);

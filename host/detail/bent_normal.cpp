@@ -11,7 +11,7 @@ class BentNormal : public MapMaker {
       : context_(context_of(request.source.device)),
         source_(request.source),
         reads_(request.reads()),
-        miss_(request.options.miss),
+        miss_(request.options.encoding.miss),
         detail_(detail_params(request.options)),
         rays_(request.shared.of<Hemispheres>(request)) {
     rays_->want_lean();

@@ -20,7 +20,7 @@ class HemisphereMap : public MapMaker {
 
   HemisphereMap(const MapRequest& request, Read read)
       : reads_(request.reads()),
-        miss_(request.options.miss),
+        miss_(request.options.encoding.miss),
         rays_(request.shared.of<Hemispheres>(request)),
         read_(read) {}
 

@@ -144,12 +144,12 @@ Hemispheres::Hemispheres(const MapRequest& request)
       height_(request.options.height),
       slot_bits_(static_cast<std::uint32_t>(
           std::bit_width(request.options.samples * request.options.samples - 1))),
-      keep_(request.options.miss == MissPolicy::keep),
-      two_sided_(request.options.two_sided),
+      keep_(request.options.encoding.miss == MissPolicy::keep),
+      two_sided_(request.options.match.two_sided),
       back_faces_(request.options.occlusion.back_faces),
       by_high_(request.options.occlusion.by_high),
       by_low_(request.options.occlusion.by_low),
-      parts_(request.options.occlusion.own_part ? request.options.parts : nullptr),
+      parts_(request.options.occlusion.own_part ? request.options.match.parts : nullptr),
       shading_(context_, std::span<const kiln_low_shading>(low_shading(request.surface))) {
   max_error_ = request.options.occlusion.max_error;
   view_directions_ = views_for(request);

@@ -31,9 +31,9 @@ Vec3d corner_bitangent(const kiln_low_shading& low, double u, double v) {
 
 LowFrames::LowFrames(const MapRequest& request)
     : shading_(low_shading(request.surface)),
-      space_(request.options.space),
-      at_corners_(request.options.bitangent == Bitangent::vertex),
-      y_scale_(request.options.flip_y ? -1 : 1) {}
+      space_(request.options.encoding.space),
+      at_corners_(request.options.encoding.bitangent == Bitangent::vertex),
+      y_scale_(request.options.encoding.flip_y ? -1 : 1) {}
 
 Vec3d LowFrames::in_space(const HighPoint& point, const Vec3d& vector) const {
   Vec3d result = in_frame(point, vector);

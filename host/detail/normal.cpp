@@ -17,10 +17,10 @@ constexpr std::size_t kWide = 8;
 
 kiln_detail_params detail_params(const BakeOptions& options) {
   kiln_detail_params detail{};
-  switch (options.space) {
+  switch (options.encoding.space) {
     case NormalMapSpace::tangent:
-      detail.space =
-          options.bitangent == Bitangent::vertex ? KILN_SPACE_TANGENT_VERTEX : KILN_SPACE_TANGENT;
+      detail.space = options.encoding.bitangent == Bitangent::vertex ? KILN_SPACE_TANGENT_VERTEX
+                                                                     : KILN_SPACE_TANGENT;
       break;
     case NormalMapSpace::object:
       detail.space = KILN_SPACE_OBJECT;
@@ -29,8 +29,8 @@ kiln_detail_params detail_params(const BakeOptions& options) {
       detail.space = KILN_SPACE_FACE;
       break;
   }
-  detail.y_scale = options.flip_y ? -1.0F : 1.0F;
-  detail.two_sided = options.two_sided ? 1 : 0;
+  detail.y_scale = options.encoding.flip_y ? -1.0F : 1.0F;
+  detail.two_sided = options.match.two_sided ? 1 : 0;
   return detail;
 }
 
@@ -44,7 +44,7 @@ NormalDetail::NormalDetail(cl::Context& context, const LowSurface& surface,
       source_(source),
       shading_(context, std::span<const kiln_low_shading>(low_shading(surface))),
       detail_(detail_params(options)) {
-  switch (options.miss) {
+  switch (options.encoding.miss) {
     case MissPolicy::keep:
       resolve_.miss = KILN_MISS_KEEP;
       break;
@@ -172,7 +172,7 @@ MapRow normals_of(MapKind kind, std::string_view holds, std::optional<NormalMapS
   row.info.space = space;
   row.make = [info = row.info](const MapRequest& request) -> std::unique_ptr<MapMaker> {
     BakeOptions options = request.options;
-    options.space = space_of(info, options);
+    options.encoding.space = space_of(info, options);
     return std::make_unique<NormalReader>(request, options);
   };
   return row;

@@ -29,7 +29,7 @@ class Own : public MapMaker {
         reads_(request.reads()),
         name_(name),
         channels_(map.channels),
-        two_sided_(request.options.two_sided),
+        two_sided_(request.options.match.two_sided),
         origin_(map_origin(request.options, request.source.frame)),
         kernel_(context_.kernel_with("own", "kiln_own_values", map.source, map.file)),
         shading_(context_, std::span<const kiln_low_shading>(low_shading(request.surface))) {

@@ -76,8 +76,8 @@ class PointMap : public MapMaker {
       : source_(request.source),
         surface_(request.surface),
         info_(info),
-        miss_(request.options.miss),
-        two_sided_(request.options.two_sided),
+        miss_(request.options.encoding.miss),
+        two_sided_(request.options.match.two_sided),
         reads_(request.reads()),
         function_(std::move(function)),
         needs_(function_->needs()) {

@@ -58,11 +58,12 @@ std::optional<MapKind> shading_map(const BakeOptions& options) {
 }
 
 NormalMapSpace space_of(const MapInfo& map, const BakeOptions& options) {
-  return map.space.value_or(options.space);
+  return map.space.value_or(options.encoding.space);
 }
 
 std::array<double, 3> map_origin(const BakeOptions& options, const Frame& frame) {
-  return options.origin ? *options.origin : local_origin(frame.center, frame.diagonal);
+  return options.encoding.origin ? *options.encoding.origin
+                                 : local_origin(frame.center, frame.diagonal);
 }
 
 std::array<float, 4> map_background(const MapInfo& map, const BakeOptions& options) {
@@ -74,7 +75,7 @@ std::array<float, 4> map_background(const MapInfo& map, const BakeOptions& optio
 
 void encode_texel(const MapInfo& map, const BakeOptions& options, std::uint8_t coverage,
                   float* pixel) {
-  const bool marked = options.miss == MissPolicy::mark && coverage == kCoverageMissed;
+  const bool marked = options.encoding.miss == MissPolicy::mark && coverage == kCoverageMissed;
   if ((map.type == MapType::id || (map.is_color && map.channels == 3)) && marked) {
     pixel[0] = pixel[2] = 1;
     pixel[1] = 0;
@@ -84,8 +85,8 @@ void encode_texel(const MapInfo& map, const BakeOptions& options, std::uint8_t c
     pixel[0] = pixel[2] = 1;
     pixel[1] = -1;
   }
-  if (options.two_component && !marked) pixel[2] = options.raw ? 0.0F : -1.0F;
-  if (options.raw) return;
+  if (options.encoding.two_component && !marked) pixel[2] = options.encoding.raw ? 0.0F : -1.0F;
+  if (options.encoding.raw) return;
   for (int c = 0; c < 3; ++c) pixel[c] = pixel[c] * 0.5F + 0.5F;
 }
 
@@ -95,7 +96,7 @@ std::vector<ValueRange> ranges_of(const MapRow& row, const RangeRequest& request
     ranges.push_back(row.range != nullptr ? row.range(request, c)
                                           : ValueRange{row.info.low, row.info.high});
   }
-  for (const MapRange& given : request.options.ranges) {
+  for (const MapRange& given : request.options.encoding.ranges) {
     if (given.kind == row.info.kind) ranges.assign(row.info.channels, given.range);
   }
   return ranges;

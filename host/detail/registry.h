@@ -89,7 +89,7 @@ const MapRow& map_row(MapKind kind);
 /// \throws Error(usage) for a name that cannot be one, or is taken
 std::vector<MapRow> own_rows(const BakeOptions& options);
 
-/// The range of each channel: what the caller gave (BakeOptions::ranges), or the row's rule.
+/// The range of each channel: what the caller gave (EncodingOptions::ranges), or the row's rule.
 std::vector<ValueRange> ranges_of(const MapRow& row, const RangeRequest& request);
 
 /// The first of a bake's maps that shades (MapInfo::shades); none: it has none.
@@ -98,7 +98,7 @@ std::optional<MapKind> shading_map(const BakeOptions& options);
 /// What a map's directions are along.
 NormalMapSpace space_of(const MapInfo& map, const BakeOptions& options);
 
-/// What maps of places measure from: BakeOptions::origin.
+/// What maps of places measure from: EncodingOptions::origin.
 std::array<double, 3> map_origin(const BakeOptions& options, const Frame& frame);
 
 /// What texels hold that no chart covers and padding does not reach. \returns as many as there are channels

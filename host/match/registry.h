@@ -98,8 +98,8 @@ std::vector<MatchMethod> planned_matches(std::uint8_t MatchRow::*turn);
 /// \param has  takes a row
 template <typename Has>
 bool any_in_chain(const BakeOptions& options, const Has& has) {
-  return has(match_row(options.method)) ||
-         std::any_of(options.fallback.begin(), options.fallback.end(),
+  return has(match_row(options.match.method)) ||
+         std::any_of(options.match.fallback.begin(), options.match.fallback.end(),
                      [&](MatchMethod next) { return has(match_row(next)); });
 }
 

@@ -65,17 +65,18 @@ BakeOptions point_options(const BakeOptions& bake, std::span<const MapBound> bou
   std::erase_if(options.transfers, [&](const Transfer& map) { return !wanted(map.name); });
   std::erase_if(options.own_maps, [&](const OwnMap& map) { return !wanted(map.name); });
   // Views are as fine as those of the map.
-  if (result.report.views) options.views.size = result.report.views->size;
+  if (result.report.views) options.match.views.size = result.report.views->size;
   options.width = options.height = side;
   options.samples = 1;
   options.occlusion.rays = kRays;
   options.occlusion.by = OcclusionBy::rays;
   options.occlusion.max_error = 0;
-  options.raw = true;
-  options.two_component = options.mips = options.report_errors = options.keep_match = false;
-  options.recall = options.fallback_blend = 0;
-  options.vertex_coverage = false;
-  options.gutter = 0;
+  options.encoding.raw = true;
+  options.encoding.two_component = options.encoding.mips = options.report.errors =
+      options.report.keep_match = false;
+  options.report.recall = options.match.fallback_blend = 0;
+  options.report.vertex_coverage = false;
+  options.encoding.gutter = 0;
   options.progress = {};
   return options;
 }
@@ -99,8 +100,8 @@ std::array<float, 4> look_up(const MapRow& row, const BakeOptions& bake, const I
     value[c] = static_cast<float>(upper * (1 - down) + lower * down);
   }
   if (row.info.type != MapType::unit_vector) return value;
-  for (std::size_t c = 0; c < 3 && !bake.raw; ++c) value[c] = 2 * value[c] - 1;
-  if (bake.two_component) {
+  for (std::size_t c = 0; c < 3 && !bake.encoding.raw; ++c) value[c] = 2 * value[c] - 1;
+  if (bake.encoding.two_component) {
     value[2] = std::sqrt(std::max(0.0F, 1 - value[0] * value[0] - value[1] * value[1]));
   }
   return value;

@@ -96,7 +96,7 @@ NormalError NormalProbe::with_normals(const std::vector<float>& normals) const {
 }
 
 NormalError NormalProbe::with_map(const Image& map, const BakeOptions& baked) const {
-  const NormalMapSpace space = baked.space;
+  const NormalMapSpace space = baked.encoding.space;
   std::vector<float> normals(3 * places_.size());
   parallel_for(places_.size(), kProbeGrain, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
@@ -108,7 +108,7 @@ NormalError NormalProbe::with_map(const Image& map, const BakeOptions& baked) co
                              a.uv.y * w + b.uv.y * place.u + c.uv.y * place.v) *
                         2 +
                     Vec3d(-1, -1, -1);
-      if (baked.flip_y) value.y = -value.y;
+      if (baked.encoding.flip_y) value.y = -value.y;
       const kiln_low_shading& low = shading_[place.triangle];
       const Vec3d face = vector_at(low.face_normal);
       Vec3d normal = value;
@@ -121,7 +121,7 @@ NormalError NormalProbe::with_map(const Image& map, const BakeOptions& baked) co
           sign = low.sign;
         }
         Vec3d across = cross(n, t);
-        if (space == NormalMapSpace::tangent && baked.bitangent == Bitangent::vertex) {
+        if (space == NormalMapSpace::tangent && baked.encoding.bitangent == Bitangent::vertex) {
           const auto at = [](const LowSurface::Corner& corner) {
             return to_float(cross(Vec3d(corner.normal), Vec3d(corner.tangent)));
           };
@@ -175,7 +175,7 @@ void NormalProbe::match_by_uv(const BakeOptions& options,
                 static_cast<float>(a.uv.y * w + b.uv.y * place.u + c.uv.y * place.v)};
     }
   });
-  UvPoints found = match_row(options.method).at_uvs(source_, uvs);
+  UvPoints found = match_row(options.match.method).at_uvs(source_, uvs);
   std::vector<std::uint8_t> status(count, KILN_STATUS_UV);
   bool missed = false;
   for (std::size_t i = 0; i < count; ++i) {
@@ -185,11 +185,11 @@ void NormalProbe::match_by_uv(const BakeOptions& options,
   }
   cl::Context& context = context_of(source_.device);
   context.fill(match.distance, 0.0F);
-  if (missed && !options.fallback.empty()) {
+  if (missed && !options.match.fallback.empty()) {
     BakeOptions rest = options;
-    rest.method = options.fallback.front();
-    rest.fallback.erase(rest.fallback.begin());
-    rest.fallback_blend = 0;
+    rest.match.method = options.match.fallback.front();
+    rest.match.fallback.erase(rest.match.fallback.begin());
+    rest.match.fallback_blend = 0;
     match_places(rest, field, match);
     const std::vector<std::uint32_t> triangle = match.triangle.download(context);
     const std::vector<float> barycentric = match.barycentric.download(context);
@@ -216,12 +216,12 @@ NormalProbe::Limit NormalProbe::limit(const BakeOptions& options,
   }
   cl::Context& context = context_of(source_.device);
   BakeOptions in_space = options;
-  in_space.space = NormalMapSpace::object;
-  in_space.flip_y = in_space.two_component = false;
-  in_space.miss = MissPolicy::keep;
+  in_space.encoding.space = NormalMapSpace::object;
+  in_space.encoding.flip_y = in_space.encoding.two_component = false;
+  in_space.encoding.miss = MissPolicy::keep;
   DeviceCorrespondence match(context, band_.capacity);
   match.count = band_.sample_count;
-  if (match_row(options.method).at_uvs != nullptr) {
+  if (match_row(options.match.method).at_uvs != nullptr) {
     match_by_uv(in_space, field, match);
   } else {
     match_places(in_space, field, match);

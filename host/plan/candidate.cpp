@@ -87,7 +87,7 @@ Candidate CandidateBuilder::expect(std::size_t level, std::uint32_t size) const 
   candidate.size = size;
   candidate.samples = samples_for(size);
   candidate.bits = bits_;
-  candidate.method = bake_.method;
+  candidate.method = bake_.match.method;
   candidate.bytes = bytes_of(level, size);
   candidate.expected = expected_error(level, size);
   return candidate;
@@ -133,16 +133,17 @@ void CandidateBuilder::build_map(MadeCandidate& made, const NormalProbe& probe) 
   trial.maps = {shading_map(trial).value()};
   trial.transfers.clear();
   trial.own_maps.clear();
-  trial.raw = trial.two_component = trial.report_errors = trial.keep_match = false;
-  trial.recall = 0;
-  trial.mips = true;
+  trial.encoding.raw = trial.encoding.two_component = trial.report.errors =
+      trial.report.keep_match = false;
+  trial.report.recall = 0;
+  trial.encoding.mips = true;
   if (!knows_maps_ && 2 * size <= largest) {
     trial.width = trial.height = 2 * size;
     trial.samples = std::max(trial.samples / 2, 1U);
   }
   knows_maps_ = true;
   if (!all_directions_) {
-    trial.visibility.directions = std::min(trial.visibility.directions, kDirections);
+    trial.match.visibility.directions = std::min(trial.match.visibility.directions, kDirections);
   }
   const std::string doing = "trying " + std::to_string(size) + " x " + std::to_string(size);
   if (bake_.progress) {
@@ -157,7 +158,7 @@ void CandidateBuilder::build_map(MadeCandidate& made, const NormalProbe& probe) 
         const BakeReport& report = baked.report;
         return report.samples == 0 ? 0 : static_cast<double>(report.missed) / report.samples;
       });
-  made.bake.max_distance = trial.max_distance;
+  made.bake.match.max_distance = trial.match.max_distance;
   const LevelErrors level = evaluator_.mapped_errors(probe);
   evaluator_.know(made.level, /*mapped=*/true, level);
   const BakedMap& map = result.maps.front();

@@ -106,7 +106,7 @@ void LevelEvaluator::evaluate(std::size_t level, bool mapped) {
 
 LevelErrors LevelEvaluator::mapped_errors(const NormalProbe& probe) const {
   std::shared_ptr<const VisibilityField> field;
-  BakeOptions options = limit_options(bake_.method);
+  BakeOptions options = limit_options(bake_.match.method);
   const NormalProbe::Limit limit = widen_search(
       options, [&](const BakeOptions& wide) { return probe.limit(wide, field); },
       [](const NormalProbe::Limit& found) { return found.missed; });
@@ -116,10 +116,10 @@ LevelErrors LevelEvaluator::mapped_errors(const NormalProbe& probe) const {
 
 BakeOptions LevelEvaluator::limit_options(MatchMethod method) const {
   BakeOptions options = bake_;
-  options.method = method;
-  std::erase(options.fallback, method);
-  options.visibility.at = VisibilityAt::vertex;
-  options.visibility.directions = std::min(options.visibility.directions, kDirections);
+  options.match.method = method;
+  std::erase(options.match.fallback, method);
+  options.match.visibility.at = VisibilityAt::vertex;
+  options.match.visibility.directions = std::min(options.match.visibility.directions, kDirections);
   options.progress = {};
   return options;
 }
@@ -132,26 +132,26 @@ bool LevelEvaluator::choose_match(std::size_t level) {
   const Stopwatch watch;
   std::shared_ptr<const VisibilityField> field;
   std::vector<MatchMethod> ways = planned_matches(&MatchRow::low_poly_turn);
-  if (bake_.cage) {
+  if (bake_.match.cage) {
     std::erase_if(ways, [](MatchMethod way) { return !match_row(way).info.takes_cage; });
   }
-  const MatchMethod first = ways.front(), before = bake_.method;
+  const MatchMethod first = ways.front(), before = bake_.match.method;
   if (options_.height_field) ways.insert(ways.begin(), match_at_uvs());
   double least = 0;
   for (const MatchMethod way : ways) {
     const NormalProbe::Limit limit = probe.limit(limit_options(way), field);
     if (least != 0 && limit.error.mean_degrees >= kGain * least) continue;
     least = limit.error.mean_degrees;
-    if (way != bake_.method) {
-      bake_.method = way;
+    if (way != bake_.match.method) {
+      bake_.match.method = way;
       nodes_[1].clear();
     }
     // What no match whatever gets below: hard edges seldom leave another room.
     if (way == first && probe.least_share(limit) >= kGain) break;
   }
-  std::erase(bake_.fallback, bake_.method);
+  std::erase(bake_.match.fallback, bake_.match.method);
   plan_.seconds_measure += watch.total();
-  return bake_.method != before;
+  return bake_.match.method != before;
 }
 
 const Mesh& LevelEvaluator::mesh(std::size_t level) {

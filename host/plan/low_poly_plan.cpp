@@ -308,7 +308,7 @@ void check_plan(const LowPolyPlanOptions& options) {
     if (!holds) throw Error(ErrorCode::usage, "plan_low_poly: " + text);
   };
   const BakeOptions& bake = options.bake;
-  const MatchInfo& match = match_row(bake.method).info;
+  const MatchInfo& match = match_row(bake.match.method).info;
   require(std::isfinite(options.max_error) && options.max_error > 0,
           "max_error is " + std::to_string(options.max_error) +
               " degrees; it must be finite and above 0");
@@ -328,10 +328,11 @@ void check_plan(const LowPolyPlanOptions& options) {
               "; it must be 16 x 16 at least");
   require(shading_map(bake).has_value(),
           "it measures normal maps, but none is among the maps: add it");
-  require(bake.cage_mesh == nullptr && bake.parts == nullptr && bake.match == nullptr,
-          "a cage mesh, parts and a saved match belong to a given low poly");
+  require(
+      bake.match.cage_mesh == nullptr && bake.match.parts == nullptr && bake.match.saved == nullptr,
+      "a cage mesh, parts and a saved match belong to a given low poly");
   require((!match.needs_uvs || options.height_field) && !match.needs_direction,
-          "matching by " + std::string(bake.method.name) + " is for a low poly of your own");
+          "matching by " + std::string(bake.match.method.name) + " is for a low poly of your own");
 }
 
 LowPolyPlan plan_levels(const Source& source, const Mesh& high, const LowPolyPlanOptions& options,

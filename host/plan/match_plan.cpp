@@ -77,7 +77,7 @@ class MatchPlanner {
     const ProgressScope alive(options_.bake.progress);
     return unless_cancelled<PlannedBake>(
         [this] {
-          const bool cage = options_.bake.cage || options_.bake.cage_mesh != nullptr;
+          const bool cage = options_.bake.match.cage || options_.bake.match.cage_mesh != nullptr;
           try {
             return planned(!cage && !impl_of(source_).uvs.empty());
           } catch (const Unfit&) {
@@ -135,7 +135,7 @@ class MatchPlanner {
 
   std::vector<MatchMethod> searching_methods() const {
     std::vector<MatchMethod> methods = planned_matches(&MatchRow::plan_turn);
-    if (options_.bake.cage || options_.bake.cage_mesh != nullptr) {
+    if (options_.bake.match.cage || options_.bake.match.cage_mesh != nullptr) {
       std::erase_if(methods, [](MatchMethod way) { return !match_row(way).info.takes_cage; });
     } else if (impl_of(source_).triangles.size() > kMany) {
       std::stable_partition(methods.begin(), methods.end(), by_views);
@@ -148,7 +148,8 @@ class MatchPlanner {
     if (!probe_) {
       std::vector<ViewAngles> views;
       for (const Vec3& toward : plan_directions()) views.push_back(view_angles(toward));
-      probe_.emplace(impl_of(source_), low_, options_.bake.cage_mesh, views, kPlanPixels, raster);
+      probe_.emplace(impl_of(source_), low_, options_.bake.match.cage_mesh, views, kPlanPixels,
+                     raster);
     }
     planned_.without_map = probe_->without_map();
     planned_.seconds_measure += watch.total();
@@ -165,8 +166,10 @@ class MatchPlanner {
     if (known != limits_.end()) return known->second.error.mean_degrees;
     const std::string doing = "looking at both meshes";
     BakeOptions options = bake_options(method, std::min(largest(), kLookSize), doing);
-    options.visibility.directions = std::min(options.visibility.directions, kLookSize / 8);
-    if (options.views.size == 0 && !by_views(methods_.front())) options.views.size = kLookSize / 2;
+    options.match.visibility.directions =
+        std::min(options.match.visibility.directions, kLookSize / 8);
+    if (options.match.views.size == 0 && !by_views(methods_.front()))
+      options.match.views.size = kLookSize / 2;
     ProgressGuard::poll_at(0, doing);
     const Stopwatch watch;
     const NormalProbe::Limit& limit = limits_[method.name] = probe_->limit(options, field_);
@@ -251,9 +254,9 @@ class MatchPlanner {
     const double share = static_cast<double>(size) / largest();
     bake.width = static_cast<std::uint32_t>(std::lround(bake.width * share));
     bake.height = static_cast<std::uint32_t>(std::lround(bake.height * share));
-    bake.method = method;
-    bake.visibility.at = VisibilityAt::vertex;
-    std::erase(bake.fallback, method);
+    bake.match.method = method;
+    bake.match.visibility.at = VisibilityAt::vertex;
+    std::erase(bake.match.fallback, method);
     if (!options_.bounds.empty() && !all_maps_) {
       bake.maps = {shading_map(bake).value()};
       bake.transfers.clear();
@@ -281,7 +284,7 @@ class MatchPlanner {
     baked.options = bake_options(
         method, size,
         "trying " + std::to_string(trial.width) + " x " + std::to_string(trial.height));
-    const bool plain = !baked.options.raw && !baked.options.two_component;
+    const bool plain = !baked.options.encoding.raw && !baked.options.encoding.two_component;
     const Stopwatch watch;
     try {
       baked.result =
@@ -385,7 +388,7 @@ PlannedBake bake_planned(const Source& source, const Mesh& low, const PlanOption
   require(std::isfinite(options.max_error) && options.max_error >= 0,
           "The error to reach is " + std::to_string(options.max_error) +
               " degrees: it must be finite, and 0 or more.");
-  require(options.bake.match == nullptr,
+  require(options.bake.match.saved == nullptr,
           "A plan chooses how to match, but a saved match was given.");
   require(shading_map(options.bake).has_value(),
           "A plan measures normal maps, but none is among the maps: add it.");

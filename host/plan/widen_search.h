@@ -16,15 +16,16 @@ template <class Attempt, class Missed>
 auto widen_search(BakeOptions& options, const Attempt& attempt, const Missed& missed) {
   constexpr double kFewMissed = 0.005, kMostLeft = 0.75, kFirstShare = 0.04, kFarthestShare = 0.16;
   auto result = attempt(options);
-  if (options.max_distance || options.cage || options.cage_mesh != nullptr) return result;
+  if (options.match.max_distance || options.match.cage || options.match.cage_mesh != nullptr)
+    return result;
   for (double share = kFirstShare; share <= kFarthestShare && missed(result) > kFewMissed;
        share *= 2) {
     BakeOptions wide = options;
-    wide.max_distance = Length::share(share);
+    wide.match.max_distance = Length::share(share);
     auto next = attempt(wide);
     if (missed(next) > kMostLeft * missed(result)) break;
     result = std::move(next);
-    options.max_distance = wide.max_distance;
+    options.match.max_distance = wide.match.max_distance;
   }
   return result;
 }

@@ -20,88 +20,65 @@
 
 namespace KILN_PUBLIC kiln {
 
-/// What to bake, how to match, and how the maps are written.
-struct BakeOptions {
-  std::uint32_t width = 2048;   ///< 1 to 16384 texels
-  std::uint32_t height = 2048;  ///< 1 to 16384 texels
-  std::uint32_t samples = 1;    ///< N x N samples a texel, 1 to 16
-  /// One or more, none twice.
-  std::vector<MapKind> maps = std::vector<MapKind>(1, MapKind::normal);
-
-  MatchMethod method = MatchMethod::ray;  ///< How points of the high poly are found
-  ViewOptions views = {};                 ///< For MatchMethod::views; its directions for axis
-  VisibilityOptions visibility = {};      ///< For MatchMethod::visibility and hybrid
-  UvOptions uv = {};                      ///< For MatchMethod::uv
-  RayOptions ray = {};                    ///< For MatchMethod::ray
-  /// Asked in order for the samples that the methods before leave undecided: none of them `method`, none
-  /// twice, and all with MatchInfo::may_follow. None given: such samples are misses.
-  std::vector<MatchMethod> fallback = {};
-  /// 0 to 256 texels: the way over the surface on which the method's normals
-  /// give way to the fallback's. The map then has no step there, but where
-  /// the fallback finds nothing. Takes up to twice the match's time.
-  std::uint32_t fallback_blend = 0;
-
-  /// How far the match looks each way (nearest points: all around; MatchMethod::uv does not look);
-  /// with a cage, the ray's length from the cage inward. Above 0. None given: 2% of the diagonal;
-  /// with a cage, twice its distance (twice the longest one of a cage mesh). Without either, rays
-  /// that miss on an open sheet of the low poly (a leaf card) look again: half the sheet's diagonal.
-  std::optional<Length> max_distance = {};
-  std::optional<Length> cage = {};  ///< Cast from this far outside, inward, first hit
-  /// ... or from this mesh: see CageKind for the three forms it may have. find_cage() (kiln/cage.h) makes one.
-  /// Read during the call; a session reads it when made.
-  const Mesh* cage_mesh = nullptr;
-  /// Samples find points of their own part alone. Lists as long as the meshes have triangles. For matches
-  /// that look from samples alone: ray, closest, axis, and these as fallbacks. Other parts still occlude, but with OcclusionOptions::own_part.
-  /// Read during the call; must outlive a session.
-  const Parts* parts = nullptr;
-  UvCopies uv_copies = UvCopies::plain;  ///< Which of several triangles of the same UVs is baked
-  bool two_sided = false;  ///< Also hit back faces of the source; normals that point away
-                           ///< from the low poly are turned to it
-
+/// How values become pictures.
+struct EncodingOptions {
   NormalMapSpace space = NormalMapSpace::tangent;  ///< Of the maps of unit vectors
   Bitangent bitangent = Bitangent::pixel;          ///< Of NormalMapSpace::tangent
   bool flip_y = false;                             ///< Green down (DirectX); default up (OpenGL)
   /// Third component left out (0): z = sqrt(1 - x^2 - y^2). A normal below the surface loses its sign and is
   /// counted ("below-surface").
   bool two_component = false;
-  bool raw = false;                 ///< Components in [-1, 1] instead of n/2 + 1/2
-  OcclusionOptions occlusion = {};  ///< For the maps ao, bent_normal and thickness
-  /// Curvature is the mean over the high poly's surface within this distance of the point. Above 0. None
-  /// given: 0.5% of the diagonal.
-  std::optional<Length> curvature_radius = {};
+  bool raw = false;  ///< Components in [-1, 1] instead of n/2 + 1/2
+  /// What integer formats put at 0 and at 1 in some of the maps; none twice. None given: BakedMap::ranges says the
+  /// rule, which is the same for all maps that are baked from one high poly with the same options.
+  std::vector<MapRange> ranges = {};
   /// For the map position, and places in maps of the caller's own: what they are measured from, world units. None
   /// given: 0; of a high poly whose box lies farther from 0 than 16 of its diagonals, the middle of the box,
   /// rounded to a power of two above the diagonal. Thus all maps of one high poly agree; maps of several agree
   /// by an origin that is given. BakedMap::origin has it.
   std::optional<std::array<double, 3>> origin = {};
-  ShadowLight light = {};   ///< For the map shadow
-  IdBy id_by = IdBy::part;  ///< For the map id
-  /// For the map color: the high poly's own textures, sRGB. None given: its vertex colours.
-  std::optional<Texture> color = {};
-  /// For the map opacity, one channel. None given: the vertex colours' alpha.
-  std::optional<Texture> opacity = {};
-  std::vector<Transfer> transfers =
-      {};  ///< A map each, after `maps`; names that no map has, none twice
-  std::vector<OwnMap> own_maps = {};  ///< A map each, after those; names as of transfers
-  /// What integer formats put at 0 and at 1 in some of the maps; none twice. None given: BakedMap::ranges says the
-  /// rule, which is the same for all maps that are baked from one high poly with the same options.
-  std::vector<MapRange> ranges = {};
-  /// Compare each map at up to 2,000 texels with a finer evaluation (BakeReport::errors).
-  bool report_errors = false;
   MissPolicy miss = MissPolicy::keep;  ///< What undecided samples get
-  std::int32_t gutter = 16;            ///< Texels; -1: infinite (push-pull)
+  std::int32_t gutter = 16;            ///< Texels, 0 to 4096; -1: infinite (push-pull)
   /// Also make mip-maps, filtered within charts: no texel of one chart, nor of the gutter, gets
   /// into another (Wang et al., section 6). Mip-maps made from the image alone mix them.
   bool mips = false;
+};
 
+/// What a bake tells beside its maps.
+struct ReportOptions {
+  /// Compare each map at up to 2,000 texels with a finer evaluation (BakeReport::errors).
+  bool errors = false;
   /// Places of the high poly that HighCoverageReport looks at, 0 (none) to 2^20. For matches that search its
   /// hierarchy (MatchInfo::tells_recall), not for saved ones, and not in sessions. The standard error of a
   /// share p is sqrt(p (1 - p) / places): 0.1% for 1% of 8192.
   std::uint32_t recall = 8192;
   bool vertex_coverage = false;  ///< Also fill BakeResult::recalled
   bool keep_match = false;       ///< Return the correspondence in BakeResult::match
-  /// Reuse this one instead of matching. Read during the call.
-  const struct Match* match = nullptr;
+};
+
+/// What to bake, how to match, how the maps are written, and what is told of them.
+struct BakeOptions {
+  std::uint32_t width = 2048;   ///< 1 to 16384 texels
+  std::uint32_t height = 2048;  ///< 1 to 16384 texels
+  std::uint32_t samples = 1;    ///< N x N samples a texel, 1 to 16
+  /// One or more, none twice.
+  std::vector<MapKind> maps = std::vector<MapKind>(1, MapKind::normal);
+  std::vector<Transfer> transfers =
+      {};  ///< A map each, after `maps`; names that no map has, none twice
+  std::vector<OwnMap> own_maps = {};  ///< A map each, after those; names as of transfers
+  OcclusionOptions occlusion = {};    ///< For the maps ao, bent_normal and thickness
+  /// Curvature is the mean over the high poly's surface within this distance of the point. Above 0. None
+  /// given: 0.5% of the diagonal.
+  std::optional<Length> curvature_radius = {};
+  ShadowLight light = {};   ///< For the map shadow
+  IdBy id_by = IdBy::part;  ///< For the map id
+  /// For the map color: the high poly's own textures, sRGB. None given: its vertex colours.
+  std::optional<Texture> color = {};
+  /// For the map opacity, one channel. None given: the vertex colours' alpha.
+  std::optional<Texture> opacity = {};
+  MatchOptions match = {};        ///< How points of the high poly are found
+  EncodingOptions encoding = {};  ///< How the maps are written
+  ReportOptions report = {};      ///< What is told beside them
   Progress progress = {};  ///< Called now and then; may cancel. See Progress for what it may do
 };
 
@@ -154,7 +131,7 @@ struct BakeReport {
   double seconds_mips = 0;                     ///< Charts, levels, their gutters and encoding
   std::vector<IdEntry> ids;                    ///< The legend of the map id, where it was baked
   std::optional<OcclusionReport> occlusion;    ///< Where ao or bent_normal was baked
-  std::vector<MapError> errors;                ///< Where BakeOptions::report_errors asks for them
+  std::vector<MapError> errors;                ///< Where ReportOptions::errors asks for them
   double seconds_errors = 0;                   ///< The finer evaluation
   std::uint64_t peak_device_bytes = 0;         ///< The most memory on the device at once
   std::vector<Warning> warnings;               ///< Of all steps
@@ -164,7 +141,7 @@ struct BakeReport {
 struct BakeResult {
   std::vector<BakedMap> maps;          ///< In the order of BakeOptions::maps, for each cluster
   std::vector<std::uint8_t> coverage;  ///< Per texel, rows from the top: values of TexelState
-  std::optional<Match> match;          ///< Where BakeOptions::keep_match asks for it
+  std::optional<Match> match;          ///< Where ReportOptions::keep_match asks for it
   std::vector<VertexCoverage>
       recalled;  ///< Per vertex of the high poly, where vertex_coverage asks for it
   std::optional<VisibilityClusters> clusters;  ///< Where more than one was asked for

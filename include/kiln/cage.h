@@ -15,7 +15,7 @@ namespace KILN_PUBLIC kiln {
 /// A cage that was found, and what there is to say of it.
 struct FoundCage {
   /// Two shells of the low poly's triangles (CageKind::shells): group "outer" first, then "inner". For
-  /// BakeOptions::cage_mesh; save_obj() and load_mesh() give it back to the bit.
+  /// MatchOptions::cage_mesh; save_obj() and load_mesh() give it back to the bit.
   Mesh mesh;
   std::uint64_t samples = 0;  ///< Places of the low poly that were looked at
   /// Of these, places over which the outer shell cannot stay below the next face: needs elsewhere
@@ -44,7 +44,7 @@ struct FoundCage {
 FoundCage find_cage(const Source& source, const Mesh& low, const BakeOptions& options = {});
 
 /// The low poly, each vertex moved along the direction in which rays leave there: the cage that
-/// BakeOptions::cage stands for. Vertices without a direction in common stay. The UVs are left out.
+/// MatchOptions::cage stands for. Vertices without a direction in common stay. The UVs are left out.
 /// \param distance  world units
 /// \throws Error(usage) for a distance that is not finite; Error(input) for a mesh that is no mesh
 Mesh offset_cage(const Mesh& low, double distance);

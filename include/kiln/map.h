@@ -21,7 +21,7 @@ struct MapKind {
   std::string_view name;  ///< As in `--maps` and file names
   friend constexpr bool operator==(MapKind, MapKind) = default;
 
-  static const MapKind normal;  ///< Unit normal of the high poly, in `BakeOptions::space`
+  static const MapKind normal;  ///< Unit normal of the high poly, in `EncodingOptions::space`
   static const MapKind mask;    ///< 1 channel: 1 where a texel was baked, 0 elsewhere
 };
 inline constexpr MapKind MapKind::normal{"normal"};
@@ -73,7 +73,7 @@ struct OcclusionOptions {
   bool by_low = false;  ///< The low poly
   /// Other meshes in the high poly's space, such as a ground or parts beside it; they outlive the bake.
   std::vector<const Mesh*> by_others = {};
-  /// With BakeOptions::parts: of the high and low poly, a sample's own part alone occludes it. Other meshes do
+  /// With MatchOptions::parts: of the high and low poly, a sample's own part alone occludes it. Other meshes do
   /// as without.
   bool own_part = false;
   /// Of ambient occlusion, 0 to 1: the root mean square of the map's error. All texels begin with a quarter of
@@ -130,7 +130,7 @@ struct MapReached {
   bool reached() const { return error <= wanted; }  ///< It is within what was asked for
 };
 
-/// How far a map is from an independent, finer evaluation at some of its texels (BakeOptions::report_errors).
+/// How far a map is from an independent, finer evaluation at some of its texels (ReportOptions::errors).
 struct MapError {
   MapKind kind = MapKind::normal;  ///< The map
   std::string_view unit;           ///< Of the figures: "degrees", "world units", "1/255", "ΔE"...
@@ -159,7 +159,7 @@ enum class TexelState : std::uint8_t {
 
 /// What the values of a map are, and so how they are averaged, padded and encoded.
 enum class MapType {
-  unit_vector,    ///< Averaged as a direction; encoded as n/2 + 1/2 unless BakeOptions::raw
+  unit_vector,    ///< Averaged as a direction; encoded as n/2 + 1/2 unless EncodingOptions::raw
   signed_scalar,  ///< One number of either sign
   scalar,         ///< One number of 0 or more
   vector,         ///< Numbers of either sign, each by itself
@@ -177,7 +177,7 @@ struct MapInfo {
   /// BakedMap::ranges.
   float low = 0;
   float high = 1;  ///< Value that integer formats put at 1
-  /// It holds what a match by visibility went by: BakeOptions::method must take VisibilityOptions.
+  /// It holds what a match by visibility went by: MatchOptions::method must take VisibilityOptions.
   bool needs_visibility = false;
   bool takes_rays = false;       ///< It obeys OcclusionOptions, but for back_faces
   bool takes_max_error = false;  ///< It obeys OcclusionOptions::max_error
@@ -194,11 +194,11 @@ struct MapInfo {
   bool fills_misses = false;
   /// 0 is its value where nothing was found, whatever MissPolicy says: there is nothing there.
   bool misses_are_zero = false;
-  /// Renderers shade the low poly by it: unit normals in BakeOptions::space. Plans measure what it shows.
+  /// Renderers shade the low poly by it: unit normals in EncodingOptions::space. Plans measure what it shows.
   bool shades = false;
   /// Its values are colours in linear light: integer formats hold them sRGB-encoded (to_srgb()).
   bool is_color = false;
-  /// Normals of this space whatever BakeOptions::space says, so that one bake has several. None: of that one.
+  /// Normals of this space whatever EncodingOptions::space says, so that one bake has several. None: of that one.
   std::optional<NormalMapSpace> space = {};
   bool takes_color = false;    ///< It holds BakeOptions::color
   bool takes_opacity = false;  ///< It holds BakeOptions::opacity
@@ -222,16 +222,16 @@ struct MapRange {
 struct BakedMap {
   MapKind kind = MapKind::normal;  ///< What it holds
   Image image;                     ///< The map, padded and encoded
-  /// With BakeOptions::mips: levels 1 and on, down to 1 x 1; sides halve, rounded down. A texel
+  /// With EncodingOptions::mips: levels 1 and on, down to 1 x 1; sides halve, rounded down. A texel
   /// holds the mean over the covered texels of level 0 under it, made unit. Only the chart that
   /// covers most of it counts. Encoded like the image. The gutter has the image's width in UV
   /// units, but 2 texels at least (none where it has none).
   std::vector<Image> mips;
   std::uint32_t cluster = 0;  ///< Which one of VisibilityOptions::clusters
   MapInfo info = {};          ///< What there is to say of it, also where it is not one of maps()
-  /// Maps of places (MapInfo::takes_origin): they are measured from here. See BakeOptions::origin.
+  /// Maps of places (MapInfo::takes_origin): they are measured from here. See EncodingOptions::origin.
   std::array<double, 3> origin{};
-  /// Of each channel, where integer formats put its values: BakeOptions::ranges, or the map's rule, which
+  /// Of each channel, where integer formats put its values: EncodingOptions::ranges, or the map's rule, which
   /// takes nothing of the picture. MapInfo::low and high; position: the bounding box of the high poly's used
   /// vertices; height, displacement, distance: how far the match looks (matches that do not: the high poly's
   /// diagonal); curvature and convexity: one over BakeOptions::curvature_radius. Rounded outward.

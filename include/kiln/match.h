@@ -9,6 +9,8 @@
 
 #include "kiln/correspondence.h"
 #include "kiln/export.h"
+#include "kiln/mesh.h"
+#include "kiln/parts.h"
 #include "kiln/ray.h"
 #include "kiln/types.h"
 
@@ -128,6 +130,41 @@ struct UvOptions {
   double max_distance = 0.05;  ///< ... and refuses
 };
 
+/// How the match finds points of the high poly.
+struct MatchOptions {
+  MatchMethod method = MatchMethod::ray;  ///< How points of the high poly are found
+  ViewOptions views = {};                 ///< For MatchMethod::views; its directions for axis
+  VisibilityOptions visibility = {};      ///< For MatchMethod::visibility and hybrid
+  UvOptions uv = {};                      ///< For MatchMethod::uv
+  RayOptions ray = {};                    ///< For MatchMethod::ray
+  /// Asked in order for the samples that the methods before leave undecided: none of them `method`, none
+  /// twice, and all with MatchInfo::may_follow. None given: such samples are misses.
+  std::vector<MatchMethod> fallback = {};
+  /// 0 to 256 texels: the way over the surface on which the method's normals
+  /// give way to the fallback's. The map then has no step there, but where
+  /// the fallback finds nothing. Takes up to twice the match's time.
+  std::uint32_t fallback_blend = 0;
+
+  /// How far the match looks each way (nearest points: all around; MatchMethod::uv does not look);
+  /// with a cage, the ray's length from the cage inward. Above 0. None given: 2% of the diagonal;
+  /// with a cage, twice its distance (twice the longest one of a cage mesh). Without either, rays
+  /// that miss on an open sheet of the low poly (a leaf card) look again: half the sheet's diagonal.
+  std::optional<Length> max_distance = {};
+  std::optional<Length> cage = {};  ///< Cast from this far outside, inward, first hit
+  /// ... or from this mesh: see CageKind for the three forms it may have. find_cage() (kiln/cage.h) makes one.
+  /// Read during the call; a session reads it when made.
+  const Mesh* cage_mesh = nullptr;
+  /// Samples find points of their own part alone. Lists as long as the meshes have triangles. For matches
+  /// that look from samples alone: ray, closest, axis, and these as fallbacks. Other parts still occlude, but with OcclusionOptions::own_part.
+  /// Read during the call; must outlive a session.
+  const Parts* parts = nullptr;
+  UvCopies uv_copies = UvCopies::plain;  ///< Which of several triangles of the same UVs is baked
+  bool two_sided = false;  ///< Also hit back faces of the source; normals that point away
+                           ///< from the low poly are turned to it
+  /// Take this match instead of looking: no fallback then, and all else here is not read. Read during the call.
+  const Match* saved = nullptr;
+};
+
 /// Which of several maps serves which views, by texels of the field of directions (the map's size; at most
 /// 2048 a side).
 struct VisibilityClusters {
@@ -193,21 +230,21 @@ struct UvReport {
 
 /// A way to match that bake() knows.
 struct MatchInfo {
-  MatchMethod method;         ///< Its name, for BakeOptions::method
+  MatchMethod method;         ///< Its name, for MatchOptions::method
   std::string_view searches;  ///< What it searches, in words
   bool needs_uvs = false;     ///< Of the high poly
-  /// It needs exactly one of BakeOptions::views.directions, so it cannot be tried without being told more.
+  /// It needs exactly one of MatchOptions::views.directions, so it cannot be tried without being told more.
   bool needs_direction = false;
-  bool may_follow = true;         ///< It can be one of BakeOptions::fallback
-  bool looks_far = true;          ///< It obeys BakeOptions::max_distance
-  bool takes_cage = false;        ///< It obeys BakeOptions::cage and cage_mesh, and ray.rule
-  bool along_low = false;         ///< It looks along the low poly's directions: BakeOptions::ray
-  bool takes_parts = false;       ///< It obeys BakeOptions::parts
-  bool tells_recall = false;      ///< It obeys BakeOptions::recall
+  bool may_follow = true;         ///< It can be one of MatchOptions::fallback
+  bool looks_far = true;          ///< It obeys MatchOptions::max_distance
+  bool takes_cage = false;        ///< It obeys MatchOptions::cage and cage_mesh, and ray.rule
+  bool along_low = false;         ///< It looks along the low poly's directions: MatchOptions::ray
+  bool takes_parts = false;       ///< It obeys MatchOptions::parts
+  bool tells_recall = false;      ///< It obeys ReportOptions::recall
   bool tells_reasons = false;     ///< explain() says why it missed a sample
-  bool takes_views = false;       ///< It draws depth views of the high poly: BakeOptions::views
-  bool takes_directions = false;  ///< It obeys BakeOptions::views.directions
-  bool takes_visibility = false;  ///< It obeys BakeOptions::visibility
+  bool takes_views = false;       ///< It draws depth views of the high poly: MatchOptions::views
+  bool takes_directions = false;  ///< It obeys MatchOptions::views.directions
+  bool takes_visibility = false;  ///< It obeys MatchOptions::visibility
   bool takes_clusters = false;    ///< It obeys VisibilityOptions::clusters
   /// It looks all around, not along a line: it finds a point wherever the high poly is near.
   bool looks_around = false;

@@ -118,7 +118,7 @@ struct LowPolyPlanOptions {
   /// How far outlines may differ: of what either mesh covers in pictures, the share that one covers alone; below 1.
   /// 0: as the error asks; but meshes that differ by over a tenth give way where finer ones do.
   double max_outline = 0;
-  bool choose_match = true;       ///< Choose how to match; else BakeOptions::method does.
+  bool choose_match = true;       ///< Choose how to match; else MatchOptions::method does.
   bool may_leave_map_out = true;  ///< The low poly's own normals may do, without a map.
   bool choose_samples = true;     ///< Choose BakeOptions::samples; else they stay.
   std::uint32_t bits = 0;         ///< Bits a channel that maps are saved with: 8 or 16; 0: choose.

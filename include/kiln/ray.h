@@ -41,7 +41,7 @@ struct RayOptions {
   std::optional<Length> edge_width = {};
 };
 
-/// What a cage mesh (BakeOptions::cage_mesh) says, by its triangles.
+/// What a cage mesh (MatchOptions::cage_mesh) says, by its triangles.
 enum class CageKind {
   /// The low poly's triangles: rays start there and run towards the low poly, whatever RayOptions::direction.
   offsets,

@@ -15,7 +15,7 @@ enum class Reason : std::uint8_t {
   empty,        ///< No sample here
   found,        ///< A point, and nothing to say
   passed_over,  ///< A point, past a nearer face (RayRule::outermost)
-  other_part,   ///< None: what the ray meets is of another part (BakeOptions::parts)
+  other_part,   ///< None: what the ray meets is of another part (MatchOptions::parts)
   back_face,    ///< None: what the ray meets looks away
   far,          ///< None: what the ray meets lies beyond max_distance
   folded,       ///< None: rays leave the low poly's face on its back, where the mesh is folded

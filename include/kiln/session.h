@@ -37,7 +37,7 @@ struct SessionOptions {
 ///     samples are matched anew. Where only normals change, the correspondences stay, as above.
 /// The maps are, to the bit, what bake() makes of Source(device, high(), traversal, bounds()).
 ///
-/// Conditions of BakeOptions::uv are checked at the first bake. Counts and distances in the report are of
+/// Conditions of MatchOptions::uv are checked at the first bake. Counts and distances in the report are of
 /// the last time that samples were matched.
 /// Memory: 69 bytes a sample on the device and 20 on the host, beside what a bake needs.
 /// Thread safety: one thread at a time for each session; sessions of one Device may run beside each other.

@@ -46,7 +46,7 @@ struct SimplifyReport {
   /// With a bound: the largest distance the other way, as a share of the diagonal; else 0. Samples are corners,
   /// centroids and middles of edges of the low poly's triangles.
   double back_error = 0;
-  /// Search distance for bakes onto the result, as a share of the diagonal (BakeOptions::max_distance): the default of
+  /// Search distance for bakes onto the result, as a share of the diagonal (MatchOptions::max_distance): the default of
   /// bakes, or 2.5 times the deviation. It is along rays, and from the low poly where that is farther off.
   double search_distance() const { return error > 0.008 ? 2.5 * error : 0.02; }
   /// Triangles that were folded, flat or facing down, and no longer are. Of two-sided sheets, flaws are counted on one

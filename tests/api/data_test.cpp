@@ -132,7 +132,7 @@ TEST(MeshView, OwnTangentsTurnTheMap) {
   const auto baked = [&](const std::array<float, 4>& tangent) {
     Buffers buffers = buffers_of(test::plane(1, 1));
     for (Vertex& vertex : buffers.vertices) vertex.tangent = tangent;
-    const BakeOptions options{.width = 4, .height = 4, .raw = true};
+    const BakeOptions options{.width = 4, .height = 4, .encoding = {.raw = true}};
     const Image image = bake(source, to_mesh(buffers.view()), options).maps[0].image;
     const float* n = image.at(1, 1);
     return std::array<float, 3>{n[0], n[1], n[2]};

@@ -38,8 +38,8 @@ TEST(MatchAlone, BothHalvesMakeWhatBakeMakes) {
   for (const MatchMethod method : {MatchMethod::ray, MatchMethod::closest, MatchMethod::views}) {
     BakeOptions options{.width = 64, .height = 48, .samples = 2};
     options.maps = {MapKind::normal, MapKind{"position"}, MapKind::mask};
-    options.method = method;
-    options.max_distance = Length::share(0.02);
+    options.match.method = method;
+    options.match.max_distance = Length::share(0.02);
     const BakeResult whole = bake(scene.source, scene.low, options);
     const MatchResult found = match(scene.source, scene.low, options);
     EXPECT_FALSE(found.cancelled);
@@ -54,9 +54,9 @@ TEST(MatchAlone, IsWhatBakeKeeps) {
   KILN_REQUIRE_DEVICE();
   const Scene scene;
   BakeOptions options{.width = 40, .height = 40, .samples = 3};
-  options.fallback = {MatchMethod::closest};
+  options.match.fallback = {MatchMethod::closest};
   const Match alone = match(scene.source, scene.low, options).match;
-  options.keep_match = true;
+  options.report.keep_match = true;
   const Match kept = *bake(scene.source, scene.low, options).match;
   EXPECT_EQ(alone.triangle, kept.triangle);
   EXPECT_EQ(alone.status, kept.status);
@@ -73,12 +73,12 @@ TEST(MatchAlone, RefusesWhatIsAboutMaps) {
   BakeOptions options{.width = 8, .height = 8};
   const Match found = match(scene.source, scene.low, options).match;
   BakeOptions again = options;
-  again.match = &found;
+  again.match.saved = &found;
   EXPECT_THROW(match(scene.source, scene.low, again), Error);
   EXPECT_THROW(bake(found, scene.source, scene.low, again), Error);
   BakeOptions clusters = options;
-  clusters.method = MatchMethod::visibility;
-  clusters.visibility.clusters = 2;
+  clusters.match.method = MatchMethod::visibility;
+  clusters.match.visibility.clusters = 2;
   EXPECT_THROW(match(scene.source, scene.low, clusters), Error);
 }
 
@@ -107,10 +107,10 @@ TEST(BakeAttribute, PositionsAreTheMapOfPositions) {
   const Scene scene;
   BakeOptions options{.width = 64, .height = 64, .samples = 2};
   options.maps = {MapKind{"position"}};
-  options.miss = MissPolicy::mark;
-  options.max_distance = Length::share(0.011);  // some samples miss
-  options.raw = true;
-  options.gutter = 3;
+  options.encoding.miss = MissPolicy::mark;
+  options.match.max_distance = Length::share(0.011);  // some samples miss
+  options.encoding.raw = true;
+  options.encoding.gutter = 3;
   const Match found = match(scene.source, scene.low, options).match;
   const BakeResult baked = bake(found, scene.source, scene.low, options);
   const auto* const positions = &scene.high.positions[0].x;

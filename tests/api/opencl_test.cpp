@@ -161,7 +161,7 @@ TEST(OpenCl, DirtyRectanglesKeepABufferUpToDate) {
   mesh.normals.clear();
   mesh.normal_triangles.clear();
   BakeOptions options{.width = 64, .height = 64};
-  options.method = MatchMethod::uv;
+  options.match.method = MatchMethod::uv;
   BakeSession session(device, mesh, test::plane(1, 1), options);
   const cl_mem buffer = foreign.buffer(64 * 64 * 8);
   std::vector<std::byte> expected(64 * 64 * 8);

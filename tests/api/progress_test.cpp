@@ -297,8 +297,8 @@ TEST(Session, NothingChangesOutsideTheDirtyRectangle) {
   mesh.normals.clear();  // they follow the positions
   mesh.normal_triangles.clear();
   BakeOptions options{.width = 64, .height = 64};
-  options.method = MatchMethod::uv;
-  options.gutter = 2;
+  options.match.method = MatchMethod::uv;
+  options.encoding.gutter = 2;
   BakeSession session(*test::device(), mesh, test::plane(1, 1), options);
   session.bake();
   EXPECT_EQ(session.last_update().dirty, (Rectangle{0, 0, 64, 64}));

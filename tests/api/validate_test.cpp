@@ -137,7 +137,7 @@ TEST(Validate, NoCorruptMeshEntersTheLibrary) {
     const Corruption& one = all[*rc::gen::inRange<std::size_t>(0, all.size())];
     one.apply(mesh);
     BakeOptions caged = small;
-    caged.cage_mesh = &mesh;
+    caged.match.cage_mesh = &mesh;
     const SessionOptions boxed{.bounds = Bounds{{-1, -1, -1}, {1, 1, 1}}};
     const std::vector<std::function<void()>> ways = {
         [&] { Source(device, mesh); },
@@ -178,59 +178,62 @@ TEST(Validate, EveryOptionIsChecked) {
       {"option-range", [](BakeOptions& o) { o.height = *rc::gen::element(0U, 16385U); }},
       {"option-range", [](BakeOptions& o) { o.samples = *rc::gen::element(0U, 17U); }},
       {"option-range", [](BakeOptions& o) { o.maps.clear(); }},
-      {"option-range", [](BakeOptions& o) { o.gutter = *rc::gen::element(-2, 4097); }},
-      {"option-range", [&](BakeOptions& o) { o.max_distance = out_of_range(0); }},
-      {"option-range", [&](BakeOptions& o) { o.cage = out_of_range(-1e-9); }},
-      {"option-range", [&](BakeOptions& o) { o.ray.edge_width = out_of_range(0); }},
+      {"option-range", [](BakeOptions& o) { o.encoding.gutter = *rc::gen::element(-2, 4097); }},
+      {"option-range", [&](BakeOptions& o) { o.match.max_distance = out_of_range(0); }},
+      {"option-range", [&](BakeOptions& o) { o.match.cage = out_of_range(-1e-9); }},
+      {"option-range", [&](BakeOptions& o) { o.match.ray.edge_width = out_of_range(0); }},
       {"option-range", [&](BakeOptions& o) { o.curvature_radius = out_of_range(0); }},
       {"option-range", [&](BakeOptions& o) { o.occlusion.distance = out_of_range(0); }},
       {"option-range", [](BakeOptions& o) { o.occlusion.rays = *rc::gen::element(0U, 4097U); }},
       {"option-range", [](BakeOptions& o) { o.occlusion.by_high = false; }},
       {"option-range", [](BakeOptions& o) { o.occlusion.by_others = {nullptr}; }},
-      {"option-range", [](BakeOptions& o) { o.fallback_blend = 257; }},
-      {"option-range", [](BakeOptions& o) { o.views.count = 513; }},
-      {"option-range", [](BakeOptions& o) { o.views.count = 0; }},
-      {"option-range", [](BakeOptions& o) { o.views.size = 8193; }},
+      {"option-range", [](BakeOptions& o) { o.match.fallback_blend = 257; }},
+      {"option-range", [](BakeOptions& o) { o.match.views.count = 513; }},
+      {"option-range", [](BakeOptions& o) { o.match.views.count = 0; }},
+      {"option-range", [](BakeOptions& o) { o.match.views.size = 8193; }},
       {"option-range",
        [](BakeOptions& o) {
-         o.method = MatchMethod::hybrid;
-         o.visibility.directions = *rc::gen::element(0U, 4097U);
+         o.match.method = MatchMethod::hybrid;
+         o.match.visibility.directions = *rc::gen::element(0U, 4097U);
        }},
       {"option-range",
-       [](BakeOptions& o) { o.uv.max_overlap = *rc::gen::element(-1.0, std::nan("")); }},
-      {"option-enum", [&](BakeOptions& o) { o.space = wild(NormalMapSpace::face); }},
-      {"option-enum", [&](BakeOptions& o) { o.miss = wild(MissPolicy::mark); }},
-      {"option-enum", [&](BakeOptions& o) { o.ray.rule = wild(RayRule::nearest); }},
-      {"option-enum", [&](BakeOptions& o) { o.ray.direction = wild(RayDirection::painted); }},
-      {"option-enum", [&](BakeOptions& o) { o.views.criterion = wild(ViewCriterion::angle); }},
-      {"option-enum", [&](BakeOptions& o) { o.visibility.at = wild(VisibilityAt::texel); }},
-      {"option-enum", [&](BakeOptions& o) { o.visibility.test = wild(VisibilityTest::rays); }},
+       [](BakeOptions& o) { o.match.uv.max_overlap = *rc::gen::element(-1.0, std::nan("")); }},
+      {"option-enum", [&](BakeOptions& o) { o.encoding.space = wild(NormalMapSpace::face); }},
+      {"option-enum", [&](BakeOptions& o) { o.encoding.miss = wild(MissPolicy::mark); }},
+      {"option-enum", [&](BakeOptions& o) { o.match.ray.rule = wild(RayRule::nearest); }},
+      {"option-enum", [&](BakeOptions& o) { o.match.ray.direction = wild(RayDirection::painted); }},
       {"option-enum",
-       [&](BakeOptions& o) { o.visibility.likelihood = wild(ViewLikelihood::list); }},
-      {"option-name", [](BakeOptions& o) { o.method = MatchMethod{"rays"}; }},
-      {"option-name", [](BakeOptions& o) { o.method = MatchMethod{}; }},
-      {"option-name", [](BakeOptions& o) { o.fallback = {MatchMethod{"nothing"}}; }},
+       [&](BakeOptions& o) { o.match.views.criterion = wild(ViewCriterion::angle); }},
+      {"option-enum", [&](BakeOptions& o) { o.match.visibility.at = wild(VisibilityAt::texel); }},
+      {"option-enum",
+       [&](BakeOptions& o) { o.match.visibility.test = wild(VisibilityTest::rays); }},
+      {"option-enum",
+       [&](BakeOptions& o) { o.match.visibility.likelihood = wild(ViewLikelihood::list); }},
+      {"option-name", [](BakeOptions& o) { o.match.method = MatchMethod{"rays"}; }},
+      {"option-name", [](BakeOptions& o) { o.match.method = MatchMethod{}; }},
+      {"option-name", [](BakeOptions& o) { o.match.fallback = {MatchMethod{"nothing"}}; }},
       {"option-name", [](BakeOptions& o) { o.maps.push_back(MapKind{"Normal"}); }},
       {"option-contradiction",
        [](BakeOptions& o) {
-         o.space = NormalMapSpace::object;
-         o.two_component = true;
+         o.encoding.space = NormalMapSpace::object;
+         o.encoding.two_component = true;
        }},
       {"option-contradiction",
        [&](BakeOptions& o) {
-         o.cage = Length::share(0.1);
-         o.cage_mesh = &cage;
+         o.match.cage = Length::share(0.1);
+         o.match.cage_mesh = &cage;
        }},
       {"option-contradiction",
        [](BakeOptions& o) {
-         o.cage = Length::share(0.1);
-         o.method = *rc::gen::element(MatchMethod::views, MatchMethod::closest, MatchMethod::uv);
+         o.match.cage = Length::share(0.1);
+         o.match.method =
+             *rc::gen::element(MatchMethod::views, MatchMethod::closest, MatchMethod::uv);
        }},
-      {"option-contradiction", [](BakeOptions& o) { o.fallback_blend = 4; }},
-      {"option-contradiction", [](BakeOptions& o) { o.fallback = {MatchMethod::ray}; }},
-      {"option-contradiction", [](BakeOptions& o) { o.fallback = {MatchMethod::uv}; }},
+      {"option-contradiction", [](BakeOptions& o) { o.match.fallback_blend = 4; }},
+      {"option-contradiction", [](BakeOptions& o) { o.match.fallback = {MatchMethod::ray}; }},
+      {"option-contradiction", [](BakeOptions& o) { o.match.fallback = {MatchMethod::uv}; }},
       {"option-contradiction", [](BakeOptions& o) { o.maps = {MapKind{"visibility"}}; }},
-      {"option-contradiction", [](BakeOptions& o) { o.visibility.clusters = 2; }},
+      {"option-contradiction", [](BakeOptions& o) { o.match.visibility.clusters = 2; }},
   };
   validate(BakeOptions{});
   const bool passed = rc::check([&] {

@@ -179,9 +179,9 @@ class Accuracy : public testing::TestWithParam<NormalMapSpace> {
     for (const std::uint32_t size : {128U, 256U, 512U, 1024U}) {
       BakeOptions options;
       options.width = options.height = size;
-      options.max_distance = Length::absolute(0.15);
-      options.space = GetParam();
-      options.recall = 0;  // another measure
+      options.match.max_distance = Length::absolute(0.15);
+      options.encoding.space = GetParam();
+      options.report.recall = 0;  // another measure
       const BakeResult baked = bake(body.source, body.low, options);
       EXPECT_EQ(baked.report.missed, 0U);
       const double error = mean_error(body.places, baked, GetParam() == NormalMapSpace::tangent);
@@ -214,8 +214,8 @@ INSTANTIATE_TEST_SUITE_P(Spaces, Accuracy,
 BakeOptions blender_options() {
   BakeOptions options;
   options.width = options.height = 1024;
-  options.cage = Length::share(0.012444);
-  options.max_distance = Length::share(0.024887);
+  options.match.cage = Length::share(0.012444);
+  options.match.max_distance = Length::share(0.024887);
   return options;
 }
 

@@ -23,7 +23,7 @@ struct Pair {
 BakeOptions small_options(std::uint32_t size = 128) {
   BakeOptions options;
   options.width = options.height = size;
-  options.max_distance = Length::absolute(0.15);
+  options.match.max_distance = Length::absolute(0.15);
   return options;
 }
 
@@ -63,7 +63,7 @@ TEST(Bake, MovesWithTheScene) {
       mesh->origin = {1e6 * scale, 0, -1e6 * scale};
     }
     BakeOptions options = small_options();
-    options.max_distance = Length::absolute(0.15 * scale);
+    options.match.max_distance = Length::absolute(0.15 * scale);
     const BakeResult result = bake(Source(*test::device(), high), low, options);
     const ImageDifference difference =
         compare_images(expected.maps[0].image, result.maps[0].image, nullptr);
@@ -94,8 +94,8 @@ TEST(Bake, KeptMatchSaysWhatTheReportSays) {
   const Source source(*test::device(), pair.high);
   BakeOptions options = small_options(96);
   options.samples = 2;
-  options.keep_match = true;
-  options.max_distance = Length::absolute(0.01);  // some miss
+  options.report.keep_match = true;
+  options.match.max_distance = Length::absolute(0.01);  // some miss
   const BakeResult result = bake(source, pair.low, options);
   ASSERT_TRUE(result.match);
   const Match& match = *result.match;
@@ -118,8 +118,8 @@ TEST(Bake, KeptMatchSaysWhatTheReportSays) {
   EXPECT_GT(counts[2], 1000U);
   EXPECT_GT(counts[4], 1000U);
 
-  options.keep_match = false;
-  options.match = &match;
+  options.report.keep_match = false;
+  options.match.saved = &match;
   const BakeResult again = bake(source, pair.low, options);
   EXPECT_EQ(again.maps[0].image.pixels, result.maps[0].image.pixels);
   EXPECT_EQ(again.coverage, result.coverage);
@@ -130,11 +130,11 @@ TEST(Bake, MissPoliciesDoWhatTheySay) {
   const Pair pair;
   const Source source(*test::device(), pair.high);
   BakeOptions options = small_options();
-  options.max_distance = Length::absolute(0.01);
+  options.match.max_distance = Length::absolute(0.01);
   const BakeResult keep = bake(source, pair.low, options);
-  options.miss = MissPolicy::mark;
+  options.encoding.miss = MissPolicy::mark;
   const BakeResult mark = bake(source, pair.low, options);
-  options.miss = MissPolicy::fill;
+  options.encoding.miss = MissPolicy::fill;
   const BakeResult fill = bake(source, pair.low, options);
   std::uint64_t missed = 0;
   for (std::size_t i = 0; i < keep.coverage.size(); ++i) {
@@ -166,10 +166,10 @@ TEST(Bake, FlipYTurnsGreenAndTwoComponentsDropBlue) {
   const Source source(*test::device(), pair.high);
   BakeOptions options = small_options();
   const BakeResult plain = bake(source, pair.low, options);
-  options.flip_y = true;
+  options.encoding.flip_y = true;
   const BakeResult flipped = bake(source, pair.low, options);
-  options.flip_y = false;
-  options.two_component = true;
+  options.encoding.flip_y = false;
+  options.encoding.two_component = true;
   const BakeResult two = bake(source, pair.low, options);
   for (std::size_t i = 0; i < plain.coverage.size(); ++i) {
     const float* p = &plain.maps[0].image.pixels[i * 3];
@@ -199,8 +199,8 @@ TEST(Bake, TwoComponentsCountWhatPointsBelowTheSurface) {
   const Source source(*test::device(), high);
   for (const std::uint32_t samples : {1U, 2U, 3U}) {
     BakeOptions options = small_options();
-    options.space = samples == 1 ? NormalMapSpace::face : NormalMapSpace::tangent;
-    options.raw = true;
+    options.encoding.space = samples == 1 ? NormalMapSpace::face : NormalMapSpace::tangent;
+    options.encoding.raw = true;
     options.samples = samples;
     const BakeResult whole = bake(source, low, options);
     const auto counted = [](const BakeResult& result) {
@@ -211,7 +211,7 @@ TEST(Bake, TwoComponentsCountWhatPointsBelowTheSurface) {
       return count;
     };
     EXPECT_EQ(counted(whole), 0U);
-    options.two_component = true;
+    options.encoding.two_component = true;
     const BakeResult two = bake(source, low, options);
     // A texel's normal is the mean of its samples', and is pulled up where that points below.
     std::uint64_t below = 0;
@@ -229,7 +229,7 @@ TEST(Bake, TwoComponentsCountWhatPointsBelowTheSurface) {
   }
   // Where all point up, there is nothing to say.
   BakeOptions options = small_options();
-  options.two_component = true;
+  options.encoding.two_component = true;
   for (const Warning& warning : bake(Source(*test::device(), low), low, options).report.warnings) {
     EXPECT_NE(warning.code, "below-surface");
   }
@@ -275,10 +275,10 @@ TEST(Bake, RefusesParametersOutOfRange) {
   expect_usage("height 16385", [](BakeOptions& o) { o.height = 16385; });
   expect_usage("samples 0", [](BakeOptions& o) { o.samples = 0; });
   expect_usage("no maps", [](BakeOptions& o) { o.maps.clear(); });
-  expect_usage("distance 0", [](BakeOptions& o) { o.max_distance = Length::share(0); });
-  expect_usage("distance NaN", [](BakeOptions& o) { o.max_distance = Length::share(NAN); });
-  expect_usage("cage -1", [](BakeOptions& o) { o.cage = Length::share(-1); });
-  expect_usage("gutter -2", [](BakeOptions& o) { o.gutter = -2; });
+  expect_usage("distance 0", [](BakeOptions& o) { o.match.max_distance = Length::share(0); });
+  expect_usage("distance NaN", [](BakeOptions& o) { o.match.max_distance = Length::share(NAN); });
+  expect_usage("cage -1", [](BakeOptions& o) { o.match.cage = Length::share(-1); });
+  expect_usage("gutter -2", [](BakeOptions& o) { o.encoding.gutter = -2; });
 }
 
 TEST(Bake, WorksAtTheSmallestSizes) {

@@ -29,8 +29,8 @@ BakeOptions asking(std::vector<MapKind> maps, std::uint32_t side) {
   BakeOptions options;
   options.width = options.height = side;
   options.maps = std::move(maps);
-  options.max_distance = Length::absolute(0.2);
-  options.report_errors = true;
+  options.match.max_distance = Length::absolute(0.2);
+  options.report.errors = true;
   return options;
 }
 
@@ -106,7 +106,7 @@ TEST(MapErrors, OcclusionIsMadeToTheErrorAskedFor) {
   const Source source(*test::device(), high);
   const Mesh low = test::ground(1);
   BakeOptions options = asking({MapKind{"ao"}}, 64);
-  options.report_errors = false;
+  options.report.errors = false;
   options.occlusion.rays = 16;
   double last = 1;
   for (const double wanted : {0.02, 0.004, 0.002}) {
@@ -138,10 +138,10 @@ TEST(MapErrors, TakeAsLongForLargeMapsAsForSmallOnes) {
   const Source source(*test::device(), high);
   const Mesh low = test::ground(1);
   BakeOptions options = asking({MapKind{"ao"}}, 48);
-  options.report_errors = false;
-  options.method = MatchMethod::visibility;
-  options.visibility.directions = 16;
-  options.visibility.view_size = 64;
+  options.report.errors = false;
+  options.match.method = MatchMethod::visibility;
+  options.match.visibility.directions = 16;
+  options.match.visibility.view_size = 64;
   options.occlusion.rays = 8;
   options.occlusion.max_error = 0.9;
   const auto least_seconds = [&](std::uint32_t side) {
@@ -165,12 +165,12 @@ TEST(MapErrors, ChangeNoTexelAndSayNothingUnasked) {
   for (const MatchMethod method : {MatchMethod::ray, MatchMethod::closest, MatchMethod::views,
                                    MatchMethod::visibility, MatchMethod::hybrid}) {
     BakeOptions options = asking({MapKind::normal, MapKind{"ao"}}, 20);
-    options.method = method;
-    options.visibility.directions = 48;
-    options.visibility.view_size = 64;
-    options.keep_match = true;
+    options.match.method = method;
+    options.match.visibility.directions = 48;
+    options.match.visibility.view_size = 64;
+    options.report.keep_match = true;
     const BakeResult with = bake(source, low, options);
-    options.report_errors = false;
+    options.report.errors = false;
     const BakeResult without = bake(source, low, options);
     EXPECT_EQ(with.maps[0].image.pixels, without.maps[0].image.pixels) << method.name;
     EXPECT_EQ(with.maps[1].image.pixels, without.maps[1].image.pixels) << method.name;
@@ -178,9 +178,9 @@ TEST(MapErrors, ChangeNoTexelAndSayNothingUnasked) {
     EXPECT_TRUE(without.report.errors.empty());
     EXPECT_EQ(with.report.missed, without.report.missed);
     // A saved match has no further points.
-    options.report_errors = true;
-    options.match = &*without.match;
-    options.keep_match = false;
+    options.report.errors = true;
+    options.match.saved = &*without.match;
+    options.report.keep_match = false;
     const BakeResult saved = bake(source, low, options);
     ASSERT_EQ(saved.report.errors.size(), 1U);
     EXPECT_NEAR(saved.report.errors[0].rms, error_of(with, "ao", "4096 rays").rms, 1e-9)

@@ -39,12 +39,12 @@ BakeOptions blend_options(std::uint32_t width, std::uint32_t samples, std::uint3
   options.width = width;
   options.height = kHeight;
   options.samples = samples;
-  options.space = NormalMapSpace::object;
-  options.raw = true;
-  options.gutter = 0;
-  options.max_distance = Length::absolute(0.05);
-  options.fallback = {MatchMethod::closest};
-  options.fallback_blend = reach;
+  options.encoding.space = NormalMapSpace::object;
+  options.encoding.raw = true;
+  options.encoding.gutter = 0;
+  options.match.max_distance = Length::absolute(0.05);
+  options.match.fallback = {MatchMethod::closest};
+  options.match.fallback_blend = reach;
   return options;
 }
 
@@ -144,8 +144,8 @@ TEST(FallbackBlend, NeedsAFallback) {
   const Source source(*test::device(), sheet_and_wall());
   BakeOptions options = blend_options(kWidth, 1, 257);
   EXPECT_THROW(bake(source, ground(), options), Error);
-  options.fallback_blend = 4;
-  options.fallback.clear();
+  options.match.fallback_blend = 4;
+  options.match.fallback.clear();
   EXPECT_THROW(bake(source, ground(), options), Error);
 }
 

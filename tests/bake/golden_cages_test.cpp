@@ -44,27 +44,27 @@ TEST(Golden, Cages) {
   const Source source(*test::device(), golden_high());
   static const GoldenRow rows[] = {
       {"auto", [](BakeOptions&) {}},
-      {"averaged", [](BakeOptions& o) { o.ray.direction = RayDirection::averaged; }},
-      {"face", [](BakeOptions& o) { o.ray.direction = RayDirection::face; }},
-      {"far", [](BakeOptions& o) { o.max_distance = Length::share(0.1); }},
-      {"two-sided", [](BakeOptions& o) { o.two_sided = true; }},
+      {"averaged", [](BakeOptions& o) { o.match.ray.direction = RayDirection::averaged; }},
+      {"face", [](BakeOptions& o) { o.match.ray.direction = RayDirection::face; }},
+      {"far", [](BakeOptions& o) { o.match.max_distance = Length::share(0.1); }},
+      {"two-sided", [](BakeOptions& o) { o.match.two_sided = true; }},
   };
   BakeOptions start = sized(96, 64);
-  start.keep_match = true;
+  start.report.keep_match = true;
   for (const GoldenRow& row : rows) {
     BakeOptions options = start;
     row.set(options);
     const Mesh cage = find_cage(source, low, options).mesh;
     group.check(std::string("found-") + row.name, cage);
-    options.cage_mesh = &cage;
-    options.max_distance.reset();
+    options.match.cage_mesh = &cage;
+    options.match.max_distance.reset();
     group.check(std::string("shells-") + row.name, bake(source, low, options));
   }
   const Mesh hull = hull_of(low);
   BakeOptions options = start;
-  options.cage_mesh = &hull;
+  options.match.cage_mesh = &hull;
   group.check("hull", bake(source, low, options));
-  options.ray.direction = RayDirection::face;
+  options.match.ray.direction = RayDirection::face;
   group.check("hull-face", bake(source, low, options));
   KILN_FINISH_GROUP(group);
 }

@@ -29,59 +29,59 @@ using Row = test::GoldenRow;
 
 const Row kImages[] = {
     {"plain", [](BakeOptions&) {}},
-    {"object", [](BakeOptions& o) { o.space = NormalMapSpace::object; }},
-    {"face", [](BakeOptions& o) { o.space = NormalMapSpace::face; }},
-    {"flip-y", [](BakeOptions& o) { o.flip_y = true; }},
+    {"object", [](BakeOptions& o) { o.encoding.space = NormalMapSpace::object; }},
+    {"face", [](BakeOptions& o) { o.encoding.space = NormalMapSpace::face; }},
+    {"flip-y", [](BakeOptions& o) { o.encoding.flip_y = true; }},
     {"face-flip-y",
      [](BakeOptions& o) {
-       o.space = NormalMapSpace::face;
-       o.flip_y = true;
+       o.encoding.space = NormalMapSpace::face;
+       o.encoding.flip_y = true;
      }},
-    {"two-component", [](BakeOptions& o) { o.two_component = true; }},
+    {"two-component", [](BakeOptions& o) { o.encoding.two_component = true; }},
     {"two-component-raw",
      [](BakeOptions& o) {
-       o.two_component = true;
-       o.flip_y = true;
-       o.raw = true;
+       o.encoding.two_component = true;
+       o.encoding.flip_y = true;
+       o.encoding.raw = true;
      }},
-    {"raw", [](BakeOptions& o) { o.raw = true; }},
+    {"raw", [](BakeOptions& o) { o.encoding.raw = true; }},
     {"object-raw",
      [](BakeOptions& o) {
-       o.space = NormalMapSpace::object;
-       o.raw = true;
+       o.encoding.space = NormalMapSpace::object;
+       o.encoding.raw = true;
      }},
-    {"miss-fill", [](BakeOptions& o) { o.miss = MissPolicy::fill; }},
+    {"miss-fill", [](BakeOptions& o) { o.encoding.miss = MissPolicy::fill; }},
     {"miss-fill-no-gutter",
      [](BakeOptions& o) {
-       o.miss = MissPolicy::fill;
-       o.gutter = 0;
+       o.encoding.miss = MissPolicy::fill;
+       o.encoding.gutter = 0;
      }},
-    {"miss-mark", [](BakeOptions& o) { o.miss = MissPolicy::mark; }},
+    {"miss-mark", [](BakeOptions& o) { o.encoding.miss = MissPolicy::mark; }},
     {"miss-mark-raw",
      [](BakeOptions& o) {
-       o.miss = MissPolicy::mark;
-       o.raw = true;
+       o.encoding.miss = MissPolicy::mark;
+       o.encoding.raw = true;
        o.samples = 2;
      }},
-    {"gutter-0", [](BakeOptions& o) { o.gutter = 0; }},
-    {"gutter-3", [](BakeOptions& o) { o.gutter = 3; }},
-    {"gutter-infinite", [](BakeOptions& o) { o.gutter = -1; }},
+    {"gutter-0", [](BakeOptions& o) { o.encoding.gutter = 0; }},
+    {"gutter-3", [](BakeOptions& o) { o.encoding.gutter = 3; }},
+    {"gutter-infinite", [](BakeOptions& o) { o.encoding.gutter = -1; }},
     {"gutter-infinite-fill",
      [](BakeOptions& o) {
-       o.gutter = -1;
-       o.miss = MissPolicy::fill;
-       o.space = NormalMapSpace::object;
+       o.encoding.gutter = -1;
+       o.encoding.miss = MissPolicy::fill;
+       o.encoding.space = NormalMapSpace::object;
      }},
     {"samples-2", [](BakeOptions& o) { o.samples = 2; }},
     {"samples-3-two-component",
      [](BakeOptions& o) {
        o.samples = 3;
-       o.two_component = true;
+       o.encoding.two_component = true;
      }},
     {"samples-4-fill",
      [](BakeOptions& o) {
        o.samples = 4;
-       o.miss = MissPolicy::fill;
+       o.encoding.miss = MissPolicy::fill;
      }},
     {"mask", [](BakeOptions& o) { o.maps = {MapKind::mask}; }},
     {"normal-and-mask",
@@ -91,36 +91,36 @@ const Row kImages[] = {
     {"mask-and-normal-fill",
      [](BakeOptions& o) {
        o.maps = {MapKind::mask, MapKind::normal};
-       o.miss = MissPolicy::fill;
-       o.gutter = -1;
+       o.encoding.miss = MissPolicy::fill;
+       o.encoding.gutter = -1;
      }},
-    {"mips", [](BakeOptions& o) { o.mips = true; }},
+    {"mips", [](BakeOptions& o) { o.encoding.mips = true; }},
     {"mips-samples-2",
      [](BakeOptions& o) {
-       o.mips = true;
+       o.encoding.mips = true;
        o.samples = 2;
        o.maps = {MapKind::normal, MapKind::mask};
-       o.gutter = 0;
+       o.encoding.gutter = 0;
      }},
     {"mips-object-infinite",
      [](BakeOptions& o) {
-       o.mips = true;
-       o.space = NormalMapSpace::object;
-       o.gutter = -1;
-       o.miss = MissPolicy::mark;
+       o.encoding.mips = true;
+       o.encoding.space = NormalMapSpace::object;
+       o.encoding.gutter = -1;
+       o.encoding.miss = MissPolicy::mark;
      }},
     {"mips-two-component-fill",
      [](BakeOptions& o) {
-       o.mips = true;
-       o.two_component = true;
-       o.miss = MissPolicy::fill;
+       o.encoding.mips = true;
+       o.encoding.two_component = true;
+       o.encoding.miss = MissPolicy::fill;
      }},
     {"mips-face-flip-y-raw",
      [](BakeOptions& o) {
-       o.mips = true;
-       o.space = NormalMapSpace::face;
-       o.flip_y = true;
-       o.raw = true;
+       o.encoding.mips = true;
+       o.encoding.space = NormalMapSpace::face;
+       o.encoding.flip_y = true;
+       o.encoding.raw = true;
      }},
     {"1x1", [](BakeOptions& o) { o.width = o.height = 1; }},
     {"64x64", [](BakeOptions& o) { o.width = o.height = 64; }},
@@ -128,30 +128,30 @@ const Row kImages[] = {
      [](BakeOptions& o) {
        o.width = 33;
        o.height = 129;
-       o.mips = true;
+       o.encoding.mips = true;
      }},
     {"256x192-far",
      [](BakeOptions& o) {
        o.width = 256;
        o.height = 192;
-       o.max_distance = Length::share(0.1);
+       o.match.max_distance = Length::share(0.1);
      }},
     {"512x512-mips",
      [](BakeOptions& o) {
        o.width = o.height = 512;
-       o.mips = true;
+       o.encoding.mips = true;
      }},
     {"512x512-views",
      [](BakeOptions& o) {
        o.width = o.height = 512;
-       o.method = MatchMethod::views;
+       o.match.method = MatchMethod::views;
      }},
     {"512x300-closest-infinite",
      [](BakeOptions& o) {
        o.width = 512;
        o.height = 300;
-       o.method = MatchMethod::closest;
-       o.gutter = -1;
+       o.match.method = MatchMethod::closest;
+       o.encoding.gutter = -1;
      }},
     {"1024x1024-samples-2",  // more than a band of rows
      [](BakeOptions& o) {
@@ -176,16 +176,16 @@ TEST(Golden, Images) {
   // From a match that was saved, whatever found it.
   BakeOptions options = sized(120, 96);
   options.samples = 2;
-  options.keep_match = true;
-  options.method = MatchMethod::views;
+  options.report.keep_match = true;
+  options.match.method = MatchMethod::views;
   const Match found = *bake(source, low, options).match;
   const std::filesystem::path file = test::scratch_folder() / "match.exr";
   save_match(found, file);
   const Match loaded = load_match(file);
-  options.method = MatchMethod::ray;
-  options.match = &loaded;
-  options.space = NormalMapSpace::object;
-  options.mips = true;
+  options.match.method = MatchMethod::ray;
+  options.match.saved = &loaded;
+  options.encoding.space = NormalMapSpace::object;
+  options.encoding.mips = true;
   group.check("saved-match", bake(source, low, options));
   KILN_FINISH_GROUP(group);
 }
@@ -232,13 +232,13 @@ TEST(Golden, Meshes) {
     BakeOptions options = sized(96, 80);
     const std::string name = pair.name;
     group.check(name, bake(source, pair.low, options));
-    options.space = NormalMapSpace::face;
-    options.fallback = {MatchMethod::views};
+    options.encoding.space = NormalMapSpace::face;
+    options.match.fallback = {MatchMethod::views};
     group.check(name + "-face", bake(source, pair.low, options));
     options = sized(96, 80);
-    options.method = MatchMethod::hybrid;
-    options.visibility.directions = 64;
-    options.space = NormalMapSpace::object;
+    options.match.method = MatchMethod::hybrid;
+    options.match.visibility.directions = 64;
+    options.encoding.space = NormalMapSpace::object;
     group.check(name + "-hybrid", bake(source, pair.low, options));
     if (pair.high.uvs.empty()) continue;
     options = sized(96, 80);
@@ -273,40 +273,40 @@ TEST(Golden, Sessions) {
       {"uv-mips-infinite",
        [](BakeOptions& o) {
          by_uv(o);
-         o.mips = true;
-         o.gutter = -1;
+         o.encoding.mips = true;
+         o.encoding.gutter = -1;
          o.samples = 2;
          o.maps = {MapKind::normal, MapKind::mask};
        }},
       {"uv-fallback",
        [](BakeOptions& o) {
          by_uv(o);
-         o.fallback = {MatchMethod::closest};
-         o.max_distance = Length::share(0.05);
+         o.match.fallback = {MatchMethod::closest};
+         o.match.max_distance = Length::share(0.05);
        }},
       {"ray", [](BakeOptions&) {}},
       {"ray-mips-infinite",
        [](BakeOptions& o) {
-         o.mips = true;
-         o.gutter = -1;
-         o.miss = MissPolicy::fill;
+         o.encoding.mips = true;
+         o.encoding.gutter = -1;
+         o.encoding.miss = MissPolicy::fill;
        }},
       {"views-object",
        [](BakeOptions& o) {
-         o.method = MatchMethod::views;
-         o.space = NormalMapSpace::object;
+         o.match.method = MatchMethod::views;
+         o.encoding.space = NormalMapSpace::object;
        }},
-      {"closest", [](BakeOptions& o) { o.method = MatchMethod::closest; }},
+      {"closest", [](BakeOptions& o) { o.match.method = MatchMethod::closest; }},
       {"visibility",
        [](BakeOptions& o) {
-         o.method = MatchMethod::visibility;
-         o.visibility.directions = 64;
+         o.match.method = MatchMethod::visibility;
+         o.match.visibility.directions = 64;
        }},
   };
   constexpr std::uint32_t kFirst = 700, kCount = 900;
   for (const Row& row : rows) {
     BakeOptions options = sized(96, 80);
-    options.keep_match = true;
+    options.report.keep_match = true;
     row.set(options);
     for (const bool with_normals : {false, true}) {
       const Mesh dense = with_normals ? with_bent_normals(golden_high()) : golden_high();
@@ -347,7 +347,7 @@ TEST(Golden, ViewSessions) {
     const std::string name = std::to_string(i + 1);
     const Match match = session.match();
     group.check(name + ":match", match);
-    options.match = &match;
+    options.match.saved = &match;
     group.check(name, bake(source, low, options));
   }
   KILN_FINISH_GROUP(group);

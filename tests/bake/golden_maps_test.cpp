@@ -60,14 +60,14 @@ const Row kMaps[] = {
     {"ao-error-keep",
      [](BakeOptions& o) {
        o.occlusion.max_error = 0.02;
-       o.miss = MissPolicy::keep;
+       o.encoding.miss = MissPolicy::keep;
        o.samples = 2;
      }},
     {"all",
      [](BakeOptions& o) {
        o.maps = {MapKind::normal,        MapKind::mask,        MapKind{"ao"},
                  MapKind{"bent_normal"}, MapKind{"curvature"}, MapKind{"id"}};
-       o.mips = true;
+       o.encoding.mips = true;
      }},
 };
 
@@ -81,7 +81,7 @@ const Row kByViews[] = {
      }},
     {"ao-views-16", [](BakeOptions& o) { o.occlusion.views = 16; }},
     {"ao-samples-2", [](BakeOptions& o) { o.samples = 2; }},
-    {"ao-mark", [](BakeOptions& o) { o.miss = MissPolicy::mark; }},
+    {"ao-mark", [](BakeOptions& o) { o.encoding.miss = MissPolicy::mark; }},
     {"ao-by-low",
      [](BakeOptions& o) {
        o.occlusion.by_high = false;
@@ -90,7 +90,7 @@ const Row kByViews[] = {
     {"bent-object",
      [](BakeOptions& o) {
        o.maps = {MapKind{"bent_normal"}};
-       o.space = NormalMapSpace::object;
+       o.encoding.space = NormalMapSpace::object;
      }},
 };
 

@@ -47,19 +47,19 @@ TEST(Golden, Plans) {
     group.check(name, planned.result);
   };
   BakeOptions options = sized(256, 256);
-  options.max_distance = Length::share(0.1);
+  options.match.max_distance = Length::share(0.1);
   check("best", source, 0, options);
   check("error-8", source, 8, options);
   check("out-of-reach", source, 0.01, options);
   options.maps = {MapKind::normal, MapKind::mask};
-  options.mips = true;
-  options.keep_match = true;
+  options.encoding.mips = true;
+  options.report.keep_match = true;
   check("all-outputs", source, 6, options);
   options = sized(128, 256);
-  options.uv.max_distance = test::kNoBound;
+  options.match.uv.max_distance = test::kNoBound;
   check("uv", with_layout, 0, options);
   check("uv-error-8", with_layout, 8, options);
-  options.cage = Length::share(0.05);
+  options.match.cage = Length::share(0.05);
   check("cage", source, 0, options);
   KILN_FINISH_GROUP(group);
 }
@@ -77,8 +77,8 @@ TEST(Golden, LightMeshes) {
     const Mesh low = unwrap(simplified, layout);
     group.check(name + "-unwrap", low);
     BakeOptions bake_options = sized(layout.size, layout.size);
-    bake_options.gutter = static_cast<std::int32_t>(layout.border_texels);
-    bake_options.mips = true;
+    bake_options.encoding.gutter = static_cast<std::int32_t>(layout.border_texels);
+    bake_options.encoding.mips = true;
     group.check(name + "-bake", bake(source, low, bake_options));
   };
   check("faces-600", {.faces = 600}, {.method = pairs, .size = 256});
@@ -104,19 +104,19 @@ TEST(Golden, HeightFields) {
   group.check("terrain", terrain);
   const Source source(*test::device(), dense);
   BakeOptions options = sized(128, 96);
-  options.keep_match = true;
+  options.report.keep_match = true;
   by_uv(options);
   group.check("plane-uv", bake(source, plane, options));
   group.check("terrain-uv", bake(source, terrain, options));
-  options.mips = true;
+  options.encoding.mips = true;
   options.samples = 2;
-  options.space = NormalMapSpace::object;
+  options.encoding.space = NormalMapSpace::object;
   group.check("terrain-uv-mips", bake(source, terrain, options));
   options = sized(128, 96);
   group.check("terrain-ray", bake(source, terrain, options));
-  options.method = MatchMethod::views;  // one view, since both are height fields
+  options.match.method = MatchMethod::views;  // one view, since both are height fields
   group.check("terrain-views", bake(source, terrain, options));
-  options.max_distance = Length::absolute(2);
+  options.match.max_distance = Length::absolute(2);
   group.check("plane-views", bake(source, plane, options));
   KILN_FINISH_GROUP(group);
 }
@@ -160,10 +160,10 @@ TEST(Golden, Volumes) {
 
   const Source full(device, contour(device, floats));
   BakeOptions options = sized(256, 256);
-  options.gutter = 2;
+  options.encoding.gutter = 2;
   group.check("full-ray", bake(full, low, options));
-  options.method = MatchMethod::closest;
-  options.space = NormalMapSpace::object;
+  options.match.method = MatchMethod::closest;
+  options.encoding.space = NormalMapSpace::object;
   group.check("full-closest", bake(full, low, options));
   KILN_FINISH_GROUP(group);
 }
@@ -175,8 +175,8 @@ TEST(Golden, Assessments) {
   const Source source(*test::device(), golden_high());
   for (const MatchMethod method : {MatchMethod::ray, MatchMethod::closest}) {
     BakeOptions options = sized(96, 80);
-    options.method = method;
-    options.keep_match = true;
+    options.match.method = method;
+    options.report.keep_match = true;
     const Match match = *bake(source, low, options).match;
     AssessOptions assess_options;
     assess_options.directions = 100;
@@ -213,10 +213,10 @@ TEST(Golden, Pictures) {
   for (const NormalMapSpace space :
        {NormalMapSpace::tangent, NormalMapSpace::object, NormalMapSpace::face}) {
     BakeOptions options = sized(128, 128);
-    options.space = space;
-    options.flip_y = space == NormalMapSpace::tangent;
+    options.encoding.space = space;
+    options.encoding.flip_y = space == NormalMapSpace::tangent;
     const Image map = bake(Source(device, high), low, options).maps[0].image;
-    const Scene scene(device, low, {&map, space, options.flip_y});
+    const Scene scene(device, low, {&map, space, options.encoding.flip_y});
     const std::string name = "low-" + std::to_string(static_cast<int>(space));
     drawn(name, scene, {.ambient_rays = 16, .frame = &high});
     drawn(name + "-normals", scene, {.samples = 1, .show_normals = true});

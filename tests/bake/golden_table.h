@@ -34,8 +34,8 @@ inline BakeOptions sized(std::uint32_t width, std::uint32_t height) {
 inline constexpr double kNoBound = std::numeric_limits<double>::infinity();
 
 inline void by_uv(BakeOptions& options) {
-  options.method = MatchMethod::uv;
-  options.uv.max_distance = kNoBound;
+  options.match.method = MatchMethod::uv;
+  options.match.uv.max_distance = kNoBound;
 }
 
 /// Whether KILN_GOLDEN_WRITE asks for the table to be written anew.

@@ -35,8 +35,8 @@ Mesh plate_with_sheet(float height) {
 BakeOptions options_of(RayRule rule) {
   BakeOptions options;
   options.width = options.height = 128;
-  options.max_distance = Length::absolute(0.2);
-  options.ray.rule = rule;
+  options.match.max_distance = Length::absolute(0.2);
+  options.match.ray.rule = rule;
   return options;
 }
 
@@ -85,7 +85,7 @@ TEST(HighCoverage, MarksVertices) {
   const Mesh high = plate_with_sheet(0.1F);
   const Source source(*test::device(), high);
   BakeOptions options = options_of(RayRule::nearest);
-  options.vertex_coverage = true;
+  options.report.vertex_coverage = true;
   const BakeResult baked = bake(source, test::plane(1, 1, 2, 2), options);
   ASSERT_EQ(baked.recalled.size(), high.positions.size());
   for (std::size_t i = 0; i < high.positions.size(); ++i) {
@@ -106,7 +106,7 @@ TEST(HighCoverage, TellsWhereDiscsAreLost) {
   BakeOptions options;
   options.width = options.height = 512;
   const BakeResult found = bake(source, scene.low, options);
-  options.ray.rule = RayRule::nearest;
+  options.match.ray.rule = RayRule::nearest;
   const BakeResult lost = bake(source, scene.low, options);
   ASSERT_TRUE(found.report.recall && lost.report.recall);
   EXPECT_LT(found.report.recall->lost, 0.01);
@@ -128,7 +128,7 @@ TEST(HighCoverage, LosesNothingOfASmoothMesh) {
   KILN_REQUIRE_DEVICE();
   const Source source(*test::device(), test::BumpySphere::dense(20000));
   BakeOptions options;
-  options.max_distance = Length::absolute(0.1);
+  options.match.max_distance = Length::absolute(0.1);
   for (const std::uint32_t size : {256U, 1024U}) {
     options.width = options.height = size;
     const BakeResult a = bake(source, test::BumpySphere::light(), options);
@@ -145,12 +145,12 @@ TEST(HighCoverage, IsNotToldWhereItIsNotAskedForOrCannotBe) {
   const Source source(*test::device(), test::plane(2, 2));
   BakeOptions options;
   options.width = options.height = 16;
-  options.recall = 0;
+  options.report.recall = 0;
   EXPECT_FALSE(bake(source, test::plane(1, 1), options).report.recall.has_value());
-  options.recall = 64;
-  options.method = MatchMethod::views;
+  options.report.recall = 64;
+  options.match.method = MatchMethod::views;
   EXPECT_FALSE(bake(source, test::plane(1, 1), options).report.recall.has_value());
-  options.recall = (1U << 20) + 1;
+  options.report.recall = (1U << 20) + 1;
   EXPECT_THROW(bake(source, test::plane(1, 1), options), Error);
 }
 

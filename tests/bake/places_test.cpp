@@ -60,8 +60,8 @@ struct Buffers {
 TEST(Places, WhatNoTriangleUsesChangesNothing) {
   KILN_REQUIRE_DEVICE();
   BakeOptions options = asking({MapKind::normal, MapKind{"position"}, MapKind{"ao"}});
-  options.space = NormalMapSpace::object;
-  options.raw = true;
+  options.encoding.space = NormalMapSpace::object;
+  options.encoding.raw = true;
   const BakeResult plain = Buffers().bake(options);
   EXPECT_EQ(plain.report.missed, 0U);
   const float* normal = plain.maps[0].image.at(16, 16);
@@ -112,11 +112,11 @@ TEST(Places, PositionsAreMeasuredFromAnOriginThatIsTold) {
   BakeOptions options = asking({MapKind{"position"}});
   // Half of the last place of 0.5 in the frame, of a float around 0.5, and of the corners' floats.
   check(Buffers().bake(options), kUtm, 1.5e-7);
-  options.origin = {499900, 4500100, 0};
-  check(Buffers().bake(options), *options.origin, 2e-5);  // floats of 300
-  options.origin = {0, 0, 0};
+  options.encoding.origin = {499900, 4500100, 0};
+  check(Buffers().bake(options), *options.encoding.origin, 2e-5);  // floats of 300
+  options.encoding.origin = {0, 0, 0};
   check(Buffers().bake(options), {}, 0.25);  // of 4,500,000
-  options.origin = {NAN, 0, 0};
+  options.encoding.origin = {NAN, 0, 0};
   EXPECT_THROW(Buffers().bake(options), Error);
 }
 

@@ -47,8 +47,8 @@ BakeOptions options_of() {
   BakeOptions options;
   options.width = 32;
   options.height = 8;
-  options.max_distance = Length::absolute(0.1);
-  options.keep_match = true;
+  options.match.max_distance = Length::absolute(0.1);
+  options.report.keep_match = true;
   return options;
 }
 
@@ -94,7 +94,7 @@ TEST(Reasons, NameOtherParts) {
   parts.high = {0, 0, 0, 0};
   const Source source(*test::device(), high);
   BakeOptions options = options_of();
-  options.parts = &parts;
+  options.match.parts = &parts;
   const BakeResult result = bake(source, low, options);
   const Reasons reasons = explain(*result.match, source, low, options);
   ASSERT_NE(count_of(reasons, Reason::other_part), nullptr);
@@ -123,7 +123,7 @@ TEST(Reasons, AreOfRaysAlone) {
   BakeOptions options = options_of();
   const BakeResult result = bake(source, plane, options);
   EXPECT_NO_THROW(explain(*result.match, source, plane, options));
-  options.method = MatchMethod::closest;
+  options.match.method = MatchMethod::closest;
   EXPECT_THROW(explain(*result.match, source, plane, options), Error);
   options = options_of();
   options.width = 16;

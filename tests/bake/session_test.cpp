@@ -33,13 +33,13 @@ BakeOptions small(MatchMethod method) {
   options.width = 70;
   options.height = 45;
   options.samples = 2;
-  options.gutter = 5;
-  options.method = method;
-  options.visibility.directions = 32;
-  options.visibility.view_size = 64;
+  options.encoding.gutter = 5;
+  options.match.method = method;
+  options.match.visibility.directions = 32;
+  options.match.visibility.view_size = 64;
   options.maps = {MapKind::normal, MapKind::mask};
-  options.max_distance.reset();
-  if (method != MatchMethod::uv) options.max_distance = Length::share(0.05);
+  options.match.max_distance.reset();
+  if (method != MatchMethod::uv) options.match.max_distance = Length::share(0.05);
   return options;
 }
 
@@ -102,7 +102,7 @@ TEST(Session, FirstBakeIsABake) {
        {MatchMethod::uv, MatchMethod::ray, MatchMethod::closest, MatchMethod::views,
         MatchMethod::visibility, MatchMethod::hybrid}) {
     BakeOptions options = small(method);
-    options.keep_match = true;
+    options.report.keep_match = true;
     const Mesh dense = inset(bumpy_plane(30, false));
     BakeSession session(*test::device(), dense, low, options);
     EXPECT_EQ(difference(session, low, options), "") << method.name;
@@ -125,13 +125,14 @@ TEST(Session, RandomUpdatesEqualFreshBakes) {
     const bool with_normals = *rc::gen::arbitrary<bool>();
     BakeOptions options = small(method);
     options.samples = *rc::gen::inRange(1U, 4U);
-    options.keep_match = *rc::gen::arbitrary<bool>();
-    options.mips = *rc::gen::inRange(0, 4) == 0;
-    options.gutter = *rc::gen::element(0, 3, -1);
-    options.miss = *rc::gen::element(MissPolicy::keep, MissPolicy::fill, MissPolicy::mark);
-    options.space = *rc::gen::element(NormalMapSpace::tangent, NormalMapSpace::object);
-    options.two_component = options.space == NormalMapSpace::tangent && *rc::gen::arbitrary<bool>();
-    if (method == MatchMethod::views) options.views.size = 64;
+    options.report.keep_match = *rc::gen::arbitrary<bool>();
+    options.encoding.mips = *rc::gen::inRange(0, 4) == 0;
+    options.encoding.gutter = *rc::gen::element(0, 3, -1);
+    options.encoding.miss = *rc::gen::element(MissPolicy::keep, MissPolicy::fill, MissPolicy::mark);
+    options.encoding.space = *rc::gen::element(NormalMapSpace::tangent, NormalMapSpace::object);
+    options.encoding.two_component =
+        options.encoding.space == NormalMapSpace::tangent && *rc::gen::arbitrary<bool>();
+    if (method == MatchMethod::views) options.match.views.size = 64;
     const Mesh low = inset_plane();
     Mesh dense = inset(bumpy_plane(24, with_normals));
     if (*rc::gen::arbitrary<bool>()) {  // a hole, so that samples are missed
@@ -335,11 +336,11 @@ TEST(Session, RefusesWhatItCannotDo) {
   flat.bounds = Bounds{};
   EXPECT_THROW(BakeSession(*test::device(), dense, low, options, flat), Error);
   BakeOptions parted = small(MatchMethod::visibility);
-  parted.visibility.clusters = 2;
+  parted.match.visibility.clusters = 2;
   EXPECT_THROW(BakeSession(*test::device(), dense, low, parted), Error);
   BakeOptions blended = options;
-  blended.fallback = {MatchMethod::ray};
-  blended.fallback_blend = 4;
+  blended.match.fallback = {MatchMethod::ray};
+  blended.match.fallback_blend = 4;
   EXPECT_THROW(BakeSession(*test::device(), dense, low, blended), Error);
   BakeOptions watched = options;
   watched.progress = [](double, std::string_view) { return true; };

@@ -27,25 +27,25 @@ TEST(Bake, CageFindsTheOuterSurfaceFirst) {
   const Source source(*test::device(), high);
   BakeOptions options;
   options.width = options.height = 16;
-  options.keep_match = true;
+  options.report.keep_match = true;
   const auto distance = [&] {
     const BakeResult result = bake(source, low, options);
     EXPECT_EQ(result.report.missed, 0U);
     return result.match->distance[8 * 16 + 8];
   };
-  options.max_distance = Length::absolute(1);
-  options.ray.rule = RayRule::nearest;
+  options.match.max_distance = Length::absolute(1);
+  options.match.ray.rule = RayRule::nearest;
   EXPECT_NEAR(distance(), 0.1, 1e-6) << "the ray from the surface meets the lower sheet first";
-  options.ray.rule = RayRule::outermost;
+  options.match.ray.rule = RayRule::outermost;
   EXPECT_NEAR(distance(), 0.3, 1e-6) << "a viewer sees the upper sheet";
-  options.cage = Length::absolute(0.5);
+  options.match.cage = Length::absolute(0.5);
   EXPECT_NEAR(distance(), 0.3, 1e-6);
-  options.cage = Length::absolute(0.2);
+  options.match.cage = Length::absolute(0.2);
   EXPECT_NEAR(distance(), 0.1, 1e-6);
-  options.cage.reset();
+  options.match.cage.reset();
   Mesh cage = low;
   for (Vec3& p : cage.positions) p.z += 0.5F;
-  options.cage_mesh = &cage;
+  options.match.cage_mesh = &cage;
   EXPECT_NEAR(distance(), 0.3, 1e-6);
   for (Vec3& p : cage.positions) p.z = 0.25F;
   EXPECT_NEAR(distance(), 0.1, 1e-6);
@@ -62,13 +62,13 @@ TEST(Bake, SkipsFacesTurnedAwayUnlessTwoSided) {
   const Source source(*test::device(), high);
   BakeOptions options;
   options.width = options.height = 16;
-  options.max_distance = Length::absolute(1);
+  options.match.max_distance = Length::absolute(1);
   EXPECT_EQ(bake(source, low, options).report.missed, 256U);
-  options.two_sided = true;
+  options.match.two_sided = true;
   EXPECT_EQ(bake(source, low, options).report.outward, 256U);
-  options.cage = Length::absolute(0.5);
+  options.match.cage = Length::absolute(0.5);
   EXPECT_EQ(bake(source, low, options).report.cage, 256U);
-  options.two_sided = false;
+  options.match.two_sided = false;
   EXPECT_EQ(bake(source, low, options).report.missed, 256U);
 }
 
@@ -81,7 +81,7 @@ TEST(Bake, HardEdgesLeaveNoGaps) {
   const Source source(*test::device(), high);
   BakeOptions options;
   options.width = options.height = 128;
-  options.max_distance = Length::absolute(2);
+  options.match.max_distance = Length::absolute(2);
   const BakeResult result = bake(source, low, options);
   EXPECT_EQ(result.report.missed, 0U);
 }
@@ -125,8 +125,8 @@ TEST(Bake, CardsWithoutThicknessKeepTheirSides) {
   const Source source(*test::device(), two_sided_card(8));
   BakeOptions options;
   options.width = options.height = 32;
-  options.space = NormalMapSpace::object;
-  options.gutter = 0;
+  options.encoding.space = NormalMapSpace::object;
+  options.encoding.gutter = 0;
   const BakeResult result = bake(source, two_sided_card(1), options);
   EXPECT_GT(result.report.samples, 500U);
   EXPECT_EQ(result.report.missed, 0U);
@@ -150,11 +150,11 @@ TEST(Bake, TwoSidedTurnsNormalsTowardsTheLightMesh) {
   const Source source(*test::device(), high);
   BakeOptions options;
   options.width = options.height = 16;
-  options.gutter = 0;
+  options.encoding.gutter = 0;
   EXPECT_EQ(bake(source, test::plane(1, 1), options).report.missed, 256U);
-  options.two_sided = true;
+  options.match.two_sided = true;
   for (const MatchMethod method : {MatchMethod::ray, MatchMethod::views}) {
-    options.method = method;
+    options.match.method = method;
     const BakeResult result = bake(source, test::plane(1, 1), options);
     EXPECT_EQ(result.report.missed, 0U);
     for (std::size_t i = 0; i < 256; ++i) {

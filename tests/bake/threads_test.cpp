@@ -28,17 +28,17 @@ std::vector<BakeOptions> all_bakes() {
   for (const MatchInfo& match : matches()) {
     BakeOptions options;
     options.width = options.height = map_size();
-    options.method = match.method;
+    options.match.method = match.method;
     options.maps = {MapKind::normal, {"height"}, {"id"}, {"ao"}};
     options.occlusion.rays = 16;
-    options.views.count = 8;
-    if (match.method == MatchMethod::axis) options.views.directions = {{0, 0, 1}};
-    options.visibility.directions = 24;
-    options.keep_match = true;
+    options.match.views.count = 8;
+    if (match.method == MatchMethod::axis) options.match.views.directions = {{0, 0, 1}};
+    options.match.visibility.directions = 24;
+    options.report.keep_match = true;
     all.push_back(options);
   }
   all.push_back(all.front());
-  all.back().fallback = {MatchMethod::views, MatchMethod::closest};
+  all.back().match.fallback = {MatchMethod::views, MatchMethod::closest};
   return all;
 }
 
@@ -81,7 +81,7 @@ class Threads : public ::testing::Test {
     for (const BakeOptions& options : bakes_) {
       expected_.push_back(bake(Source(*test::device(), high_), low_, options));
       ASSERT_GT(expected_.back().report.samples, expected_.back().report.missed)
-          << options.method.name;
+          << options.match.method.name;
     }
   }
 
@@ -100,7 +100,7 @@ class Threads : public ::testing::Test {
         const std::size_t which = (i + thread * 2) % bakes_.size();
         expect_same(
             results[thread][i], expected_[which],
-            std::string(bakes_[which].method.name) + " of thread " + std::to_string(thread));
+            std::string(bakes_[which].match.method.name) + " of thread " + std::to_string(thread));
       }
     }
   }

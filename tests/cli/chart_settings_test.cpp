@@ -20,7 +20,7 @@ TEST(ChartSettings, HaveEveryMatchThatNeedsNoDirection) {
   const std::vector<ChartSetting> settings = chart_settings();
   for (const MatchInfo& row : matches()) {
     const auto uses = [&](const ChartSetting& setting) {
-      return setting.bake.method == row.method;
+      return setting.bake.match.method == row.method;
     };
     EXPECT_EQ(std::any_of(settings.begin(), settings.end(), uses), !row.needs_direction)
         << row.method.name;
@@ -38,7 +38,7 @@ TEST(ChartSettings, TakeAMatchThatIsAddedFromItsRow) {
   add_other_matches(rows, settings);
   ASSERT_EQ(settings.size(), before + 1);
   EXPECT_TRUE(has(settings, "spiral"));
-  EXPECT_EQ(settings.back().bake.method, added.method);
+  EXPECT_EQ(settings.back().bake.match.method, added.method);
   EXPECT_EQ(settings.back().family, "others");
   add_other_matches(rows, settings);
   EXPECT_EQ(settings.size(), before + 1);

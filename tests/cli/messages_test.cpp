@@ -19,9 +19,9 @@ namespace {
 TEST(Flags, StandForTheLibrarysParameters) {
   EXPECT_EQ(with_flags("raise max_distance, or add two_sided."),
             "raise --max-distance, or add --two-sided.");
-  EXPECT_EQ(with_flags("max_distance should be about twice BakeOptions::cage."),
+  EXPECT_EQ(with_flags("max_distance should be about twice MatchOptions::cage."),
             "--max-distance should be about twice --cage.");
-  EXPECT_EQ(with_flags("(BakeOptions::fallback ray or closest)"), "(--fallback ray or closest)");
+  EXPECT_EQ(with_flags("(MatchOptions::fallback ray or closest)"), "(--fallback ray or closest)");
   EXPECT_EQ(with_flags("look from more sides (views.count), raise views.size"),
             "look from more sides (--views), raise --view-size");
   EXPECT_EQ(with_flags("or raise uv.max_overlap to take"), "or add --force-uv to take");

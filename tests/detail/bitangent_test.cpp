@@ -35,10 +35,10 @@ constexpr std::uint32_t kSide = 16;
 BakeOptions options_of(Bitangent bitangent) {
   BakeOptions options;
   options.width = options.height = kSide;
-  options.gutter = 0;
-  options.raw = true;
-  options.bitangent = bitangent;
-  options.max_distance = Length::absolute(0.2);
+  options.encoding.gutter = 0;
+  options.encoding.raw = true;
+  options.encoding.bitangent = bitangent;
+  options.match.max_distance = Length::absolute(0.2);
   return options;
 }
 
@@ -99,8 +99,8 @@ TEST(Bitangent, IsRenderedTheSameWay) {
   view.show_normals = true;
   const auto error = [&](Bitangent baked, Bitangent rendered) {
     BakeOptions options = options_of(baked);
-    options.raw = false;
-    options.gutter = 8;
+    options.encoding.raw = false;
+    options.encoding.gutter = 8;
     options.width = options.height = 64;
     const BakeResult result = bake(source, scene.low, options);
     NormalMap map{&result.maps[0].image};
@@ -124,7 +124,7 @@ TEST(Bitangent, OfDisplacement) {
   BakeOptions options = options_of(Bitangent::vertex);
   options.maps = {MapKind{"displacement"}};
   const BakeResult vertex = bake(source, scene.low, options);
-  options.bitangent = Bitangent::pixel;
+  options.encoding.bitangent = Bitangent::pixel;
   EXPECT_NE(vertex.maps[0].image.pixels, bake(source, scene.low, options).maps[0].image.pixels);
 }
 

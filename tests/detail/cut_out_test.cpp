@@ -127,9 +127,9 @@ TEST(CutOut, RaysPassWhereItIsTransparent) {
   BakeOptions options;
   options.width = options.height = 64;
   options.maps = {MapKind{"height"}};
-  options.gutter = 0;
-  options.max_distance = Length::absolute(0.2);
-  options.cage = Length::absolute(0.1);
+  options.encoding.gutter = 0;
+  options.match.max_distance = Length::absolute(0.2);
+  options.match.cage = Length::absolute(0.1);
   const Image map = bake(Source(*test::device(), high), floor, options).maps[0].image;
   for (std::uint32_t y = 0; y < 64; ++y) {
     for (std::uint32_t x = 0; x < 64; ++x) {

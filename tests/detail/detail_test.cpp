@@ -147,8 +147,8 @@ TEST_P(DetailTest, AgreesWithTheDoublePrecisionInverse) {
   for (const std::uint32_t texels : {1U, 63U, 64U, 65U, 1000U}) {
     DetailScene scene(context, texels, 1);
     BakeOptions options;
-    options.space = GetParam().space;
-    options.flip_y = GetParam().flip_y;
+    options.encoding.space = GetParam().space;
+    options.encoding.flip_y = GetParam().flip_y;
     const SourceAttributes attributes(context, scene.high);
     NormalDetail detail(context, scene.surface, attributes, options);
     const std::uint32_t places = DetailScene::texels_capacity(texels);
@@ -161,7 +161,8 @@ TEST_P(DetailTest, AgreesWithTheDoublePrecisionInverse) {
     const std::vector<std::uint8_t> flags = coverage.download(context);
     std::vector<bool> written(places);
     for (std::uint32_t t = 0; t < texels; ++t) {
-      const auto expected = test::reference_normal(scene.samples[t], options.space, options.flip_y);
+      const auto expected =
+          test::reference_normal(scene.samples[t], options.encoding.space, options.encoding.flip_y);
       const std::uint32_t place = scene.texel_index[t];
       for (std::size_t c = 0; c < 3; ++c) {
         EXPECT_NEAR(values[place * 3 + c], expected[c], kTolerance) << "texel " << t;
@@ -197,10 +198,10 @@ TEST(Detail, BothPathsGiveTheSameBytes) {
            {NormalMapSpace::tangent, NormalMapSpace::object, NormalMapSpace::face}) {
         for (const MissPolicy miss : {MissPolicy::keep, MissPolicy::fill, MissPolicy::mark}) {
           BakeOptions options;
-          options.space = space;
-          options.miss = miss;
-          options.flip_y = options_tried % 2 == 0;
-          options.two_sided = options_tried % 3 == 0;
+          options.encoding.space = space;
+          options.encoding.miss = miss;
+          options.encoding.flip_y = options_tried % 2 == 0;
+          options.match.two_sided = options_tried % 3 == 0;
           ++options_tried;
           std::vector<std::vector<float>> images;
           std::vector<std::vector<std::uint8_t>> flags;
@@ -232,8 +233,8 @@ TEST_P(ResolveTest, AveragesTheSamplesThatCount) {
   constexpr std::uint32_t kSamples = 4;
   DetailScene scene(context, kTexels, kSamples);
   BakeOptions options;
-  options.space = NormalMapSpace::object;
-  options.miss = GetParam();
+  options.encoding.space = NormalMapSpace::object;
+  options.encoding.miss = GetParam();
   const SourceAttributes attributes(context, scene.high);
   NormalDetail detail(context, scene.surface, attributes, options);
   const std::uint32_t places = DetailScene::texels_capacity(kTexels);
@@ -248,8 +249,8 @@ TEST_P(ResolveTest, AveragesTheSamplesThatCount) {
     int used = 0;
     for (std::uint32_t s = t * kSamples; s < (t + 1) * kSamples; ++s) {
       hits += scene.samples[s].hit;
-      if (!scene.samples[s].hit && options.miss != MissPolicy::keep) continue;
-      const auto n = test::reference_normal(scene.samples[s], options.space, false);
+      if (!scene.samples[s].hit && options.encoding.miss != MissPolicy::keep) continue;
+      const auto n = test::reference_normal(scene.samples[s], options.encoding.space, false);
       sum += Vec3d{n[0], n[1], n[2]};
       ++used;
     }
@@ -257,7 +258,7 @@ TEST_P(ResolveTest, AveragesTheSamplesThatCount) {
     EXPECT_EQ(flags[place], hits != 0 ? 1 : 2);
     if (used != 0 && length(sum) < 0.05) continue;  // the direction of nearly nothing
     Vec3d expected = used != 0 ? sum * (1 / length(sum)) : Vec3d{0, 0, 1};
-    if (used == 0 && options.miss == MissPolicy::mark) expected = {1, -1, 1};
+    if (used == 0 && options.encoding.miss == MissPolicy::mark) expected = {1, -1, 1};
     const double tolerance = 2e-4;  // sums of four may cancel to 0.05: kTolerance / 0.05 / 2
     EXPECT_NEAR(values[place * 3], expected.x, tolerance);
     EXPECT_NEAR(values[place * 3 + 1], expected.y, tolerance);

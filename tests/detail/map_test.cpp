@@ -39,10 +39,10 @@ BakeOptions asking(std::vector<MapKind> maps) {
   BakeOptions options;
   options.width = 64;
   options.height = 48;
-  options.gutter = 3;
+  options.encoding.gutter = 3;
   options.maps = std::move(maps);
-  options.max_distance = Length::absolute(0.5);
-  options.keep_match = true;
+  options.match.max_distance = Length::absolute(0.5);
+  options.report.keep_match = true;
   return options;
 }
 
@@ -111,7 +111,7 @@ TEST(Maps, HoldWhatTheMatchSays) {
   for (Vec3& p : low.positions) p = {3 * p.x + 7, 3 * p.y - 2, 3 * p.z};
   const Source source(*test::device(), high);
   BakeOptions options = asking({MapKind{"height"}, MapKind{"position"}, MapKind{"slope"}});
-  options.gutter = 0;
+  options.encoding.gutter = 0;
   const BakeResult baked = bake(source, low, options);
   const Match& match = *baked.match;
   std::size_t checked = 0;
@@ -149,7 +149,7 @@ TEST(Maps, MissesStandForTheLowPoly) {
   high.triangles.resize(high.triangles.size() / 2);  // the left sheet alone
   const Source source(*test::device(), high);
   BakeOptions options = asking({MapKind{"height"}, MapKind{"position"}, MapKind{"id"}});
-  options.gutter = 0;
+  options.encoding.gutter = 0;
   const BakeResult baked = bake(source, inset_plane(), options);
   std::size_t missed = 0;
   for (std::size_t i = 0; i < baked.coverage.size(); ++i) {
@@ -186,10 +186,10 @@ TEST(Maps, IdsAreNeverMixed) {
     BakeOptions options = asking({MapKind{"id"}, MapKind{"height"}});
     options.width = options.height = 37;  // the edge between the sheets crosses texels
     options.samples = 4;
-    options.gutter = -1;
-    options.mips = true;
-    options.miss = miss;
-    options.keep_match = false;
+    options.encoding.gutter = -1;
+    options.encoding.mips = true;
+    options.encoding.miss = miss;
+    options.report.keep_match = false;
     const BakeResult baked = bake(source, inset_plane(1.1, 1.1), options);
     const BakedMap& id = map_of(baked, "id");
     std::set<std::array<float, 3>> colours;
@@ -211,7 +211,7 @@ TEST(Maps, SamplesAreAveraged) {
   BakeOptions options = asking({MapKind{"height"}});
   options.width = options.height = 5;
   options.samples = 4;
-  options.gutter = 0;
+  options.encoding.gutter = 0;
   Mesh low = test::plane(1, 1);
   const BakeResult baked = bake(source, low, options);
   // Of five columns the middle one's samples lie two left and two right of the step.
@@ -230,10 +230,10 @@ TEST(Maps, AreFollowedBySessions) {
     for (Vec2& uv : high.uvs) uv = {0.1F + 0.8F * uv.x, 0.1F + 0.8F * uv.y};
     BakeOptions options =
         asking({MapKind{"height"}, MapKind::normal, MapKind{"position"}, MapKind{"slope"}});
-    options.method = method;
-    options.keep_match = false;
-    options.max_distance.reset();
-    if (method != MatchMethod::uv) options.max_distance = Length::absolute(0.3);
+    options.match.method = method;
+    options.report.keep_match = false;
+    options.match.max_distance.reset();
+    if (method != MatchMethod::uv) options.match.max_distance = Length::absolute(0.3);
     SessionOptions within;
     within.bounds = Bounds{{-0.5, -0.5, -0.25}, {0.5, 0.5, 0.25}};
     BakeSession session(*test::device(), high, inset_plane(), options, within);
@@ -261,7 +261,7 @@ TEST(Maps, RangesAreOfTheHighPolyAndTheOptionsAlone) {
       MapKind{"position"},  MapKind{"height"},    MapKind{"displacement"}, MapKind{"distance"},
       MapKind{"curvature"}, MapKind{"convexity"}, MapKind{"slope"},        MapKind::normal};
   BakeOptions options = asking(kinds);
-  options.max_distance = Length::absolute(0.123);
+  options.match.max_distance = Length::absolute(0.123);
   options.curvature_radius = Length::absolute(0.3);
   // Two parts of one object.
   Mesh upper = test::BumpySphere::light(8, 4), lower = upper;
@@ -311,7 +311,7 @@ TEST(Maps, RangesAreOfTheHighPolyAndTheOptionsAlone) {
   }
   EXPECT_EQ(range("slope", 0).high, 180);
 
-  options.ranges = {{MapKind{"height"}, {-0.001F, 0.002F}}};
+  options.encoding.ranges = {{MapKind{"height"}, {-0.001F, 0.002F}}};
   const BakeResult given = bake(source, upper, options);
   EXPECT_EQ(map_of(given, "height").ranges[0].low, -0.001F);
   const RangeExcess excess = beyond_range(map_of(given, "height"), given.coverage);
@@ -322,7 +322,7 @@ TEST(Maps, RangesAreOfTheHighPolyAndTheOptionsAlone) {
        {MapRange{MapKind{"height"}, {1, 1}}, MapRange{MapKind{"ao"}, {0, 1}},
         MapRange{MapKind::normal, {0, 1}},
         MapRange{MapKind{"height"}, {0, std::numeric_limits<float>::infinity()}}}) {
-    options.ranges = {wrong};
+    options.encoding.ranges = {wrong};
     EXPECT_THROW(validate(options), Error);
   }
 }
@@ -332,14 +332,14 @@ TEST(Maps, NormalsOfSeveralSpacesAreThoseOfBakesOfEach) {
   const Source source(*test::device(), test::BumpySphere::dense(2000, true));
   const Mesh low = test::BumpySphere::light(8, 4);
   BakeOptions options = asking({MapKind::normal, MapKind{"normal_object"}, MapKind{"normal_face"}});
-  options.miss = MissPolicy::mark;
-  options.mips = true;
+  options.encoding.miss = MissPolicy::mark;
+  options.encoding.mips = true;
   const BakeResult together = bake(source, low, options);
   options.maps = {MapKind::normal};
   for (const auto& [space, name] : {std::pair{NormalMapSpace::tangent, "normal"},
                                     {NormalMapSpace::object, "normal_object"},
                                     {NormalMapSpace::face, "normal_face"}}) {
-    options.space = space;
+    options.encoding.space = space;
     const BakeResult alone = bake(source, low, options);
     const BakedMap& map = map_of(together, name);
     EXPECT_EQ(map.image.pixels, alone.maps[0].image.pixels) << name;
@@ -349,8 +349,8 @@ TEST(Maps, NormalsOfSeveralSpacesAreThoseOfBakesOfEach) {
     }
   }
   // Of object space two components say nothing of the third.
-  options.space = NormalMapSpace::tangent;
-  options.two_component = true;
+  options.encoding.space = NormalMapSpace::tangent;
+  options.encoding.two_component = true;
   EXPECT_NO_THROW(validate(options));
   options.maps.push_back(MapKind{"normal_object"});
   EXPECT_THROW(validate(options), Error);

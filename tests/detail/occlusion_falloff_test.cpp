@@ -94,7 +94,7 @@ TEST(OcclusionFalloffs, RandomRaysSayTheSame) {
   constexpr double kReach = 0.9;
   for (const OcclusionFalloff falloff : kEach) {
     BakeOptions options = with(falloff, {MapKind{"ao"}, MapKind{"bent_normal"}}, 8);
-    options.max_distance = Length::absolute(1e-4);
+    options.match.max_distance = Length::absolute(1e-4);
     options.occlusion.rays = 1024;
     options.occlusion.distance = Length::absolute(kReach);
     const BakeResult baked = bake(source, ground(2), options);
@@ -142,13 +142,13 @@ TEST(OcclusionFalloffs, ChangeNoByteWithTheWay) {
   const Mesh high = test::torus(20, 10, 1, 0.45), low = test::torus(30, 12, 1, 0.45);
   BakeOptions options = with(OcclusionFalloff::smooth, {MapKind{"ao"}, MapKind{"bent_normal"}}, 40);
   options.samples = 2;
-  options.keep_match = true;
+  options.report.keep_match = true;
   options.occlusion.rays = 33;
-  options.max_distance = Length::share(0.1);
+  options.match.max_distance = Length::share(0.1);
   const BakeResult cpu = bake(Source(*test::device(), high, RayTraversal::cpu), low, options);
   const BakeResult gpu = bake(Source(*test::device(), high, RayTraversal::gpu), low, options);
   BakeOptions recalled = options;
-  recalled.match = &*cpu.match;
+  recalled.match.saved = &*cpu.match;
   const BakeResult again = bake(Source(*test::device(), high), low, recalled);
   for (std::size_t m = 0; m < 2; ++m) {
     EXPECT_EQ(cpu.maps[m].image.pixels, gpu.maps[m].image.pixels);
@@ -174,7 +174,7 @@ TEST(OcclusionFalloffs, ObeyTheErrorAskedFor) {
   for (const std::uint32_t samples : {1U, 2U}) {
     BakeOptions options = with(OcclusionFalloff::linear, {MapKind{"ao"}}, 96);
     options.samples = samples;
-    options.max_distance = Length::share(0.1);
+    options.match.max_distance = Length::share(0.1);
     options.occlusion.distance = Length::absolute(1.5);
     options.occlusion.max_error = 0.01;
     const BakeResult baked = bake(source, low, options);

@@ -85,7 +85,7 @@ TEST(OcclusionMaps, ASphereOnAPlane) {
   high.uvs.clear();
   high.uv_triangles.clear();
   BakeOptions options = asking({MapKind{"ao"}}, 24);
-  options.max_distance =
+  options.match.max_distance =
       Length::absolute(1e-4);  // the sphere itself is out of reach but at its foot
   options.occlusion.rays = 1024;
   const BakeResult baked = bake(Source(*test::device(), high), ground(3), options);
@@ -113,7 +113,7 @@ TEST(OcclusionMaps, AWallOnAFloor) {
   const Source source(*test::device(), corner(1));
   BakeOptions options = asking({MapKind{"ao"}, MapKind{"bent_normal"}}, 20);
   options.occlusion.rays = 1024;
-  options.max_distance = Length::absolute(0.01);
+  options.match.max_distance = Length::absolute(0.01);
   const BakeResult baked = bake(source, ground(2), options);
   double mean = 0;
   each_texel(baked, 2, [&](std::size_t i, double x, double) {
@@ -141,7 +141,7 @@ TEST(OcclusionMaps, NothingOccludesBeyondTheDistance) {
   BakeOptions options = asking({MapKind{"ao"}, MapKind{"bent_normal"}}, 20);
   options.occlusion.rays = 1024;
   options.occlusion.distance = Length::absolute(0.8);
-  options.max_distance = Length::absolute(0.01);
+  options.match.max_distance = Length::absolute(0.01);
   const BakeResult baked = bake(source, ground(2), options);
   each_texel(baked, 2, [&](std::size_t i, double x, double) {
     const double near = (x + 1) / 0.8;
@@ -163,15 +163,15 @@ TEST(OcclusionMaps, AnOpenSurfaceIsOpenToItsNormal) {
   Mesh high = test::icosphere(5, 1);
   BakeOptions options = asking({MapKind::normal, MapKind{"ao"}, MapKind{"bent_normal"}}, 48);
   options.samples = 2;
-  options.max_distance = Length::share(0.05);
+  options.match.max_distance = Length::share(0.05);
   const Mesh low = test::uv_sphere(24, 12);
   const Source source(*test::device(), high);
   for (const NormalMapSpace space :
        {NormalMapSpace::tangent, NormalMapSpace::object, NormalMapSpace::face}) {
-    options.space = space;
-    options.flip_y = space == NormalMapSpace::tangent;
-    options.two_component = space == NormalMapSpace::face;
-    options.raw = space != NormalMapSpace::object;
+    options.encoding.space = space;
+    options.encoding.flip_y = space == NormalMapSpace::tangent;
+    options.encoding.two_component = space == NormalMapSpace::face;
+    options.encoding.raw = space != NormalMapSpace::object;
     const BakeResult baked = bake(source, low, options);
     const Image& normal = map_of(baked, "normal");
     for (std::size_t i = 0; i < baked.coverage.size(); ++i) {
@@ -217,7 +217,7 @@ TEST(OcclusionMaps, ThicknessOfASlab) {
     BakeOptions options = asking({MapKind{"thickness"}}, 16);
     options.occlusion.distance = Length::absolute(kReach);
     options.occlusion.rays = 256;
-    options.max_distance = Length::absolute(0.01);
+    options.match.max_distance = Length::absolute(0.01);
     const BakeResult baked = bake(Source(*test::device(), high), ground(1), options);
     each_texel(baked, 1, [&](std::size_t i, double, double) {
       // Ways of T / cos, up to the reach: 2 T - T^2 / D on average. Rays have each height once.
@@ -237,7 +237,7 @@ TEST(OcclusionMaps, ThicknessOfASphere) {
   BakeOptions options = asking({MapKind{"thickness"}, MapKind{"ao"}}, 32);
   options.occlusion.distance = Length::absolute(2);
   options.occlusion.rays = 256;
-  options.max_distance = Length::share(0.05);
+  options.match.max_distance = Length::share(0.05);
   const BakeResult baked = bake(Source(*test::device(), high), test::uv_sphere(24, 12), options);
   double mean = 0;
   std::size_t count = 0;
@@ -260,9 +260,9 @@ TEST(OcclusionMaps, RandomRaysSayTheSame) {
   const Source source(*test::device(), high);
   for (const bool two_sided_search : {true, false}) {
     BakeOptions options = asking({MapKind{"ao"}, MapKind{"bent_normal"}, MapKind{"thickness"}}, 24);
-    options.space = NormalMapSpace::object;
-    options.max_distance = Length::share(0.1);
-    options.keep_match = true;
+    options.encoding.space = NormalMapSpace::object;
+    options.match.max_distance = Length::share(0.1);
+    options.report.keep_match = true;
     options.occlusion.rays = 1024;
     options.occlusion.back_faces = two_sided_search;
     options.occlusion.distance = Length::absolute(1.2);

@@ -153,7 +153,7 @@ TEST(OcclusionParts, MissesSeeFromTheLowPoly) {
   BakeOptions options = asking({MapKind{"ao"}, MapKind{"bent_normal"}}, 16);
   options.occlusion.rays = 1024;
   const BakeResult kept = bake(source, ground(0.5), options);
-  options.miss = MissPolicy::mark;
+  options.encoding.miss = MissPolicy::mark;
   const BakeResult marked = bake(source, ground(0.5), options);
   std::size_t missed = 0;
   for (std::size_t y = 0; y < 16; ++y) {
@@ -186,7 +186,7 @@ TEST(OcclusionParts, BlendsMixValues) {
   const Source::Impl& source = impl_of(opened);
   cl::Context& context = context_of(source.device);
   BakeOptions options = asking(kAll, 24);
-  options.space = NormalMapSpace::object;
+  options.encoding.space = NormalMapSpace::object;
   options.occlusion.distance = Length::absolute(0.5);
   const LowSurface surface = LowSurface::of(ground(1), source.frame);
   TexelSampler sampler(context, surface, {options.width, options.height, 1, 1 << 20});
@@ -240,7 +240,7 @@ TEST(OcclusionParts, SessionsFollowPositionsAndNormals) {
   BakeOptions options = asking(kAll, 32);
   options.maps.push_back(MapKind::normal);
   options.occlusion.rays = 40;
-  options.max_distance = Length::absolute(0.2);
+  options.match.max_distance = Length::absolute(0.2);
   SessionOptions within;
   within.bounds = Bounds{{-0.5, -0.5, -0.25}, {0.5, 0.5, 0.25}};
   BakeSession session(*test::device(), high, ground(1), options, within);

@@ -58,10 +58,10 @@ inline void add_disc(Mesh& mesh, Vec3 centre, float radius, bool looks_up) {
 inline BakeOptions asking(std::vector<MapKind> maps, std::uint32_t side) {
   BakeOptions options;
   options.width = options.height = side;
-  options.gutter = 0;
-  options.raw = true;
+  options.encoding.gutter = 0;
+  options.encoding.raw = true;
   options.maps = std::move(maps);
-  options.max_distance = Length::absolute(0.1);
+  options.match.max_distance = Length::absolute(0.1);
   return options;
 }
 

@@ -105,8 +105,8 @@ TEST(OcclusionViews, RaysSayTheSameOfACurvedSurface) {
   const Source source(*test::device(), folded());
   const Mesh low = test::BumpySphere::light(24, 12);
   BakeOptions options = asking({MapKind{"ao"}, MapKind{"bent_normal"}}, 64);
-  options.space = NormalMapSpace::object;
-  options.max_distance = Length::absolute(0.3);
+  options.encoding.space = NormalMapSpace::object;
+  options.match.max_distance = Length::absolute(0.3);
   options.occlusion.rays = 4096;
   const BakeResult rays = bake(source, low, options);
   EXPECT_EQ(rays.report.occlusion->by, OcclusionBy::rays);

@@ -31,9 +31,9 @@ BakeResult bake_own(const Mesh& high, const Mesh& low, OwnMap map,
                     std::vector<MapKind> others = {MapKind::mask}) {
   BakeOptions options;
   options.width = options.height = 48;
-  options.gutter = 0;
+  options.encoding.gutter = 0;
   options.maps = std::move(others);
-  options.max_distance = Length::absolute(0.25);
+  options.match.max_distance = Length::absolute(0.25);
   options.own_maps = {std::move(map)};
   return bake(Source(*test::device(), high), low, options);
 }
@@ -114,9 +114,9 @@ TEST(OwnMaps, MixedWithOthersTheyAreAveragedAndFilled) {
   options.width = 3;
   options.height = 2;
   options.samples = 4;
-  options.gutter = 0;
+  options.encoding.gutter = 0;
   options.own_maps = {map};
-  options.max_distance = Length::absolute(0.25);
+  options.match.max_distance = Length::absolute(0.25);
   Mesh high = test::plane(1, 1);
   for (Vec3& p : high.positions) p.z = 0.125F;
   const BakeResult baked = bake(Source(*test::device(), high), test::plane(1, 1), options);

@@ -55,7 +55,7 @@ TEST(OwnPart, IsWhatThePartAloneGives) {
   for (const std::uint32_t samples : {1U, 2U}) {
     BakeOptions options = options_of(40, samples);
     const BakeResult wanted = bake(alone, scene.low, options);
-    options.parts = &scene.parts;
+    options.match.parts = &scene.parts;
     const BakeResult hidden = bake(both, scene.low, options);
     options.occlusion.own_part = true;
     const BakeResult own = bake(both, scene.low, options);
@@ -79,7 +79,7 @@ TEST(OwnPart, GoesWithOtherOptions) {
   options.maps = {MapKind{"ao"}};
   options.occlusion.max_error = 0.02;
   const BakeResult wanted = bake(alone, scene.low, options);
-  options.parts = &scene.parts;
+  options.match.parts = &scene.parts;
   options.occlusion.own_part = true;
   EXPECT_EQ(map_of(bake(both, scene.low, options), "ao").pixels, map_of(wanted, "ao").pixels);
   // Other meshes darken every part.

@@ -26,10 +26,10 @@ BakeOptions asking(std::vector<MapKind> maps) {
   BakeOptions options;
   options.width = kWidth;
   options.height = kHeight;
-  options.gutter = 0;
+  options.encoding.gutter = 0;
   options.maps = std::move(maps);
-  options.max_distance = Length::absolute(0.5);
-  options.keep_match = true;
+  options.match.max_distance = Length::absolute(0.5);
+  options.report.keep_match = true;
   return options;
 }
 
@@ -125,8 +125,8 @@ TEST(PointMaps, DisplacingTheLowPolyGivesTheHighPoly) {
                                         std::pair(NormalMapSpace::face, MatchMethod::closest)}) {
       BakeOptions options = asking(
           {MapKind{"displacement"}, MapKind{"position"}, MapKind{"distance"}, MapKind{"height"}});
-      options.space = space;
-      options.method = method;
+      options.encoding.space = space;
+      options.match.method = method;
       const BakeResult baked = bake(source, low, options);
       std::size_t checked = 0;
       double sideways = 0;
@@ -159,9 +159,9 @@ TEST(PointMaps, DisplacementFlipsLikeNormals) {
   KILN_REQUIRE_DEVICE();
   const Source source(*test::device(), test::BumpySphere::dense(2000, true));
   BakeOptions options = asking({MapKind{"displacement"}});
-  options.method = MatchMethod::closest;  // rays go along the normal, where y is 0
+  options.match.method = MatchMethod::closest;  // rays go along the normal, where y is 0
   const BakeResult up = bake(source, test::BumpySphere::light(16, 9), options);
-  options.flip_y = true;
+  options.encoding.flip_y = true;
   const BakeResult down = bake(source, test::BumpySphere::light(16, 9), options);
   double largest = 0;
   for (std::size_t i = 0; i < up.coverage.size(); ++i) {
@@ -209,9 +209,9 @@ TEST(PointMaps, ProvenanceIsTheMatchsStatus) {
   const Source source(*test::device(), high);
   for (const bool blended : {false, true}) {
     BakeOptions options = asking({MapKind{"provenance"}, MapKind::normal});
-    options.max_distance = Length::absolute(0.27);
-    options.fallback = {MatchMethod::closest};
-    options.fallback_blend = blended ? 4 : 0;
+    options.match.max_distance = Length::absolute(0.27);
+    options.match.fallback = {MatchMethod::closest};
+    options.match.fallback_blend = blended ? 4 : 0;
     const BakeResult baked = bake(source, sheet(2, 1.5, 0), options);
     std::set<Colour> seen;
     for (std::size_t i = 0; i < baked.coverage.size(); ++i) {
@@ -353,10 +353,10 @@ TEST(PointMaps, AreFollowedBySessions) {
     BakeOptions options = asking({MapKind{"curvature"}, MapKind{"displacement"}, MapKind::mask,
                                   MapKind{"distance"}, MapKind{"provenance"}, MapKind{"uv"},
                                   MapKind{"wireframe"}, MapKind{"slope"}, MapKind::normal});
-    options.method = method;
-    options.keep_match = false;
-    options.max_distance.reset();
-    if (method != MatchMethod::uv) options.max_distance = Length::absolute(0.3);
+    options.match.method = method;
+    options.report.keep_match = false;
+    options.match.max_distance.reset();
+    if (method != MatchMethod::uv) options.match.max_distance = Length::absolute(0.3);
     options.curvature_radius = Length::absolute(0.1);
     SessionOptions within;
     within.bounds = Bounds{{-0.5, -0.5, -0.25}, {0.5, 0.5, 0.25}};

@@ -24,9 +24,9 @@ Mesh walled() {
 Image shadow_of(const Mesh& high, const ShadowLight& light, std::uint32_t rays) {
   BakeOptions options;
   options.width = options.height = kTexels;
-  options.gutter = 0;
+  options.encoding.gutter = 0;
   options.maps = {MapKind{"shadow"}};
-  options.max_distance = Length::absolute(0.01);
+  options.match.max_distance = Length::absolute(0.01);
   options.light = light;
   options.occlusion.rays = rays;
   return bake(Source(*test::device(), high), test::ground(kSide), options).maps[0].image;

@@ -29,8 +29,8 @@ BakeOptions options_of(std::uint32_t width, std::uint32_t height, std::vector<Ma
   options.width = width;
   options.height = height;
   options.maps = std::move(maps);
-  options.max_distance = Length::absolute(0.5);
-  options.gutter = 0;
+  options.match.max_distance = Length::absolute(0.5);
+  options.encoding.gutter = 0;
   return options;
 }
 
@@ -159,7 +159,7 @@ TEST(TextureMaps, WhatWasMissedIsFilled) {
   const BakeResult baked = bake(source, test::plane(1, 1), options);
   EXPECT_GT(std::count(baked.coverage.begin(), baked.coverage.end(), kCoverageMissed), 400);
   for (const float value : image_of(baked, "vertex_color").pixels) EXPECT_EQ(value, 1);
-  options.miss = MissPolicy::mark;
+  options.encoding.miss = MissPolicy::mark;
   EXPECT_EQ(image_of(bake(source, test::plane(1, 1), options), "vertex_color").at(0, 0)[1], 0);
 }
 
@@ -207,11 +207,11 @@ TEST(TextureMaps, OpacityIsNoneWhereNothingIs) {
   const Source source(*test::device(), leaves());
   BakeOptions options = options_of(32, 32, {MapKind{"opacity"}, MapKind{"color"}, MapKind::mask});
   options.samples = 4;
-  options.mips = true;
+  options.encoding.mips = true;
   for (const MissPolicy miss : {MissPolicy::keep, MissPolicy::fill, MissPolicy::mark}) {
     for (const std::int32_t gutter : {0, 16, -1}) {
-      options.miss = miss;
-      options.gutter = gutter;
+      options.encoding.miss = miss;
+      options.encoding.gutter = gutter;
       const BakeResult baked = bake(source, test::plane(1, 1), options);
       const Image& map = image_of(baked, "opacity");
       const Image& half = baked.map(MapKind{"opacity"}).mips[0];
@@ -243,7 +243,7 @@ TEST(TextureMaps, OpacityIsPaddedAsItIs) {
   Mesh high = test::plane(1, 1, 0.5, 1);  // the middle half
   high.colors.assign(high.positions.size(), {255, 255, 255, 255});
   BakeOptions options = options_of(64, 64, {MapKind{"opacity"}});
-  options.gutter = 16;
+  options.encoding.gutter = 16;
   const Image map = image_of(bake(Source(*test::device(), high), card, options), "opacity");
   for (std::uint32_t y = 0; y < 64; ++y) {
     for (std::uint32_t x = 0; x < 64; ++x) {
@@ -271,7 +271,7 @@ TEST(TextureMaps, OpacityOfCutOutLeavesIsTheirs) {
   for (Vec3& p : card.positions) p.z = 0.1F;
   BakeOptions options = options_of(64, 64, {MapKind{"opacity"}});
   options.opacity = texture;
-  options.gutter = 16;
+  options.encoding.gutter = 16;
   for (const bool cut : {false, true}) {
     for (const std::uint32_t samples : {1U, 4U}) {
       options.samples = samples;
@@ -338,7 +338,7 @@ TEST(TextureMaps, LeafCardsHaveTheirSilhouettes) {
     options.width = options.height = kSide;
     options.samples = kSamples;
     options.maps = {MapKind::mask, MapKind{"opacity"}};
-    options.two_sided = true;
+    options.match.two_sided = true;
     const BakeResult baked = bake(Source(*test::device(), high), test::plane(1, 1), options);
     std::size_t beside = 0;
     for (std::uint32_t y = 0; y < kSide; ++y) {
@@ -366,8 +366,8 @@ TEST(TextureMaps, AFlatNormalMapIsTheNormals) {
   for (const NormalMapSpace space :
        {NormalMapSpace::tangent, NormalMapSpace::object, NormalMapSpace::face}) {
     BakeOptions options = options_of(64, 64, {MapKind::normal});
-    options.space = space;
-    options.raw = true;
+    options.encoding.space = space;
+    options.encoding.raw = true;
     options.transfers = {{"flat", texture_of({1, 1, 3, {0.5F, 0.5F, 1}}, TextureKind::normal)}};
     const BakeResult baked = bake(source, test::BumpySphere::light(24, 12), options);
     const Image &normal = image_of(baked, "normal"), &flat = image_of(baked, "flat");
@@ -385,16 +385,16 @@ TEST(TextureMaps, ANormalMapTurnsWithTheLayout) {
   const Source source(*test::device(), high);
   const std::array<float, 3> stored{0.6F * 0.5F + 0.5F, 0.5F, 0.8F * 0.5F + 0.5F};
   BakeOptions options = options_of(16, 16, {MapKind::normal});
-  options.raw = true;
+  options.encoding.raw = true;
   options.transfers = {
       {"bumps", texture_of({1, 1, 3, {stored[0], stored[1], stored[2]}}, TextureKind::normal)}};
   const Image map = image_of(bake(source, test::plane(1, 1), options), "bumps");
   EXPECT_NEAR(map.at(8, 8)[0], 0, 1e-6);
   EXPECT_NEAR(map.at(8, 8)[1], 0.6, 1e-6);
   EXPECT_NEAR(map.at(8, 8)[2], 0.8, 1e-6);
-  options.flip_y = true;
+  options.encoding.flip_y = true;
   EXPECT_NEAR(image_of(bake(source, test::plane(1, 1), options), "bumps").at(8, 8)[1], -0.6, 1e-6);
-  options.raw = options.flip_y = false;
+  options.encoding.raw = options.encoding.flip_y = false;
   EXPECT_NEAR(image_of(bake(source, test::plane(1, 1), options), "bumps").at(8, 8)[1], 0.8, 1e-6);
 }
 

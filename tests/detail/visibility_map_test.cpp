@@ -28,13 +28,13 @@ BakeOptions asking(MatchMethod method) {
   BakeOptions options;
   options.width = kWidth;
   options.height = kHeight;
-  options.gutter = 0;
-  options.method = method;
+  options.encoding.gutter = 0;
+  options.match.method = method;
   options.maps = {MapKind{"visibility"}, MapKind{"deviation"}};
-  options.max_distance = Length::absolute(0.2);
-  options.visibility.test = VisibilityTest::rays;
-  options.visibility.smoothing = 0;
-  options.visibility.directions = 40;
+  options.match.max_distance = Length::absolute(0.2);
+  options.match.visibility.test = VisibilityTest::rays;
+  options.match.visibility.smoothing = 0;
+  options.match.visibility.directions = 40;
   return options;
 }
 
@@ -54,7 +54,7 @@ TEST(VisibilityMaps, HoldWhatBruteForceFinds) {
   const LowSurface surface = LowSurface::of(low, frame);
   const std::vector<Vec3> positions = frame.to_frame(low);
   std::vector<reference::SeenDirection> directions;
-  for (const ProbeDirection& d : probe_directions(options.visibility)) {
+  for (const ProbeDirection& d : probe_directions(options.match.visibility)) {
     const Vec3 toward = to_float(d.toward);
     directions.push_back({{toward.x, toward.y, toward.z}, d.weight});
   }
@@ -101,16 +101,16 @@ TEST(VisibilityMaps, AreOfThePlaceAndNotOfTheMethod) {
   EXPECT_EQ(one.maps[0].image.pixels, other.maps[0].image.pixels);
   // Places where nothing is found have directions all the same.
   BakeOptions near = asking(MatchMethod::visibility);
-  near.max_distance = Length::absolute(1e-4);
+  near.match.max_distance = Length::absolute(1e-4);
   const BakeResult missed = bake(source, low, near);
   EXPECT_GT(missed.report.missed, missed.report.samples / 2);
   EXPECT_EQ(one.maps[0].image.pixels, missed.maps[0].image.pixels);
   // With fallbacks, which leave no directions.
-  near.fallback = {MatchMethod::closest};
+  near.match.fallback = {MatchMethod::closest};
   EXPECT_EQ(bake(source, low, near).maps[0].image.pixels, one.maps[0].image.pixels);
   // At vertices, and in a session that bakes the same again.
   BakeOptions vertices = asking(MatchMethod::visibility);
-  vertices.visibility.at = VisibilityAt::vertex;
+  vertices.match.visibility.at = VisibilityAt::vertex;
   const BakeResult at_vertices = bake(source, low, vertices);
   EXPECT_NE(at_vertices.maps[0].image.pixels, one.maps[0].image.pixels);
   BakeSession session(*test::device(), high, low, vertices);
@@ -128,10 +128,10 @@ TEST(VisibilityMaps, NeedAMatchByVisibility) {
   EXPECT_THROW(bake(source, low, options), Error);
   options = asking(MatchMethod::visibility);
   options.maps = {MapKind::normal};
-  options.keep_match = true;
+  options.report.keep_match = true;
   const BakeResult baked = bake(source, low, options);
-  options.keep_match = false;
-  options.match = &*baked.match;
+  options.report.keep_match = false;
+  options.match.saved = &*baked.match;
   options.maps = {MapKind{"deviation"}};
   EXPECT_THROW(bake(source, low, options), Error);
 }

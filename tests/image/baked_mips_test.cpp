@@ -28,8 +28,8 @@ BakeOptions mip_bake(std::uint32_t width, std::uint32_t height) {
   BakeOptions options;
   options.width = width;
   options.height = height;
-  options.mips = true;
-  options.raw = true;
+  options.encoding.mips = true;
+  options.encoding.raw = true;
   return options;
 }
 
@@ -39,7 +39,7 @@ TEST(BakedMips, OfOppositeChartsDoNotBleedAtAnyLevel) {
   const Source source(*test::device(), mesh);
   for (const auto& [width, height] : {std::pair{64U, 64U}, {37U, 23U}, {1U, 9U}}) {
     BakeOptions options = mip_bake(width, height);
-    options.space = NormalMapSpace::object;
+    options.encoding.space = NormalMapSpace::object;
     const BakeResult baked = bake(source, mesh, options);
     std::uint32_t size = std::max(width, height);
     for (const Image& image : baked.maps[0].mips) {
@@ -62,8 +62,8 @@ TEST(BakedMips, HaveAGutterOfHalfTheWidthAtEveryLevelDownToTwo) {
   const Source source(*test::device(), mesh);
   for (const std::int32_t wanted : {16, 5, 1, 0, -1}) {
     BakeOptions options = mip_bake(256, 256);
-    options.space = NormalMapSpace::object;  // the background is 0
-    options.gutter = wanted;
+    options.encoding.space = NormalMapSpace::object;  // the background is 0
+    options.encoding.gutter = wanted;
     const BakeResult baked = bake(source, mesh, options);
     std::int32_t gutter = wanted;
     for (std::size_t k = 0; k < 5; ++k) {
@@ -86,10 +86,10 @@ TEST(BakedMips, CostNothingAndChangeNothingInTheMapItself) {
   const Mesh high = test::BumpySphere::dense(20000), low = test::BumpySphere::light();
   const Source source(*test::device(), high);
   BakeOptions options = mip_bake(96, 80);
-  options.max_distance = Length::share(0.1);
+  options.match.max_distance = Length::share(0.1);
   options.samples = 2;
   const BakeResult with = bake(source, low, options);
-  options.mips = false;
+  options.encoding.mips = false;
   const BakeResult without = bake(source, low, options);
   EXPECT_EQ(with.maps[0].image.pixels, without.maps[0].image.pixels);
   EXPECT_EQ(with.coverage, without.coverage);
@@ -107,11 +107,11 @@ TEST(BakedMips, FollowEveryPolicyAndEncoding) {
       for (const bool two : {false, true}) {
         if (two && space == NormalMapSpace::object) continue;
         BakeOptions options = mip_bake(100, 75);
-        options.miss = miss;
-        options.space = space;
-        options.two_component = two;
-        options.raw = false;
-        options.max_distance = Length::share(0.003);  // so that some miss
+        options.encoding.miss = miss;
+        options.encoding.space = space;
+        options.encoding.two_component = two;
+        options.encoding.raw = false;
+        options.match.max_distance = Length::share(0.003);  // so that some miss
         const BakeResult baked = bake(source, low, options);
         ASSERT_GT(baked.report.missed, 100U);
         std::size_t marked = 0, texels = 0;
@@ -161,8 +161,8 @@ struct Bunny {
   BakeOptions options = [] {
     BakeOptions bunny;
     bunny.width = bunny.height = 1024;
-    bunny.cage = Length::share(0.012444);
-    bunny.max_distance = Length::share(0.024887);
+    bunny.match.cage = Length::share(0.012444);
+    bunny.match.max_distance = Length::share(0.024887);
     return bunny;
   }();
 };
@@ -217,11 +217,11 @@ TEST(BakedMips, WhereChartsMeetAreNearerToASmallerBakeThanBoxFiltering) {
   const ChartMap charts = charts_of(bunny.low, 1024);
   const Source source(*test::device(), bunny.high);
   for (const NormalMapSpace space : {NormalMapSpace::tangent, NormalMapSpace::object}) {
-    bunny.options.space = space;
+    bunny.options.encoding.space = space;
     bunny.options.width = bunny.options.height = 1024;
-    bunny.options.mips = true;
+    bunny.options.encoding.mips = true;
     const BakeResult baked = bake(source, bunny.low, bunny.options);
-    bunny.options.mips = false;
+    bunny.options.encoding.mips = false;
     Image boxed = baked.maps[0].image;
     for (std::uint32_t level = 1; level <= 5; ++level) {
       boxed = box_filtered(boxed);
@@ -256,9 +256,9 @@ TEST(BakedMips, OfTexelsOfOneChartAreASmallerBakeWithAsManySamples) {
   Bunny bunny;
   const ChartMap charts = charts_of(bunny.low, 1024);
   const Source source(*test::device(), bunny.high);
-  bunny.options.mips = true;
+  bunny.options.encoding.mips = true;
   const BakeResult baked = bake(source, bunny.low, bunny.options);
-  bunny.options.mips = false;
+  bunny.options.encoding.mips = false;
   Image boxed = baked.maps[0].image;
   for (std::uint32_t level = 1; level <= 4; ++level) {
     boxed = box_filtered(boxed);

@@ -23,16 +23,17 @@ TEST(Axis, LooksStraightAlongIt) {
   BakeOptions options;
   options.width = options.height = 32;
   options.maps = {MapKind{"position"}};
-  options.method = MatchMethod{"axis"};
-  options.views.directions = {{0, 0, -7}};  // either sense: outward is where the low poly faces
-  options.max_distance = Length::absolute(1);
+  options.match.method = MatchMethod{"axis"};
+  options.match.views.directions = {
+      {0, 0, -7}};  // either sense: outward is where the low poly faces
+  options.match.max_distance = Length::absolute(1);
   const BakeResult baked = bake(source, low, options);
   EXPECT_EQ(baked.report.missed, 0U);
   EXPECT_EQ(baked.report.samples, 32U * 32U);
   double lean = 0;
   BakeOptions by_normals = options;
-  by_normals.method = MatchMethod::ray;
-  by_normals.views.directions.clear();
+  by_normals.match.method = MatchMethod::ray;
+  by_normals.match.views.directions.clear();
   const BakeResult bent = bake(source, low, by_normals);
   for (std::size_t y = 0; y < 32; ++y) {
     for (std::size_t x = 0; x < 32; ++x) {
@@ -51,11 +52,11 @@ TEST(Axis, NeedsOneDirection) {
   const Source source(*test::device(), test::plane(2, 2));
   BakeOptions options;
   options.width = options.height = 8;
-  options.method = MatchMethod{"axis"};
+  options.match.method = MatchMethod{"axis"};
   EXPECT_THROW(bake(source, test::plane(1, 1), options), Error);
-  options.views.directions = {{0, 0, 1}, {0, 1, 0}};
+  options.match.views.directions = {{0, 0, 1}, {0, 1, 0}};
   EXPECT_THROW(bake(source, test::plane(1, 1), options), Error);
-  options.method = MatchMethod{"axes"};
+  options.match.method = MatchMethod{"axes"};
   try {
     bake(source, test::plane(1, 1), options);
     FAIL() << "no error";

@@ -19,7 +19,7 @@ namespace {
 BakeOptions options_of(std::uint32_t size, RayDirection direction = RayDirection::automatic) {
   BakeOptions options;
   options.width = options.height = size;
-  options.ray.direction = direction;
+  options.match.ray.direction = direction;
   return options;
 }
 
@@ -79,7 +79,7 @@ TEST(Cage, LiesBetweenWhatItNeedsAndWhatIsNext) {
   const Source closed(*test::device(),
                       joined(walls, joined(sheet(roof, false, 3), sheet(1, true, 3))));
   BakeOptions near = options_of(64);
-  near.max_distance = Length::absolute(0.011);
+  near.match.max_distance = Length::absolute(0.011);
   const FoundCage under = find_cage(closed, low, near);
   EXPECT_GT(heights(under.mesh, 0).first, 0.01F);
   EXPECT_LT(heights(under.mesh, 0).second, roof);
@@ -95,7 +95,7 @@ TEST(Cage, ReachesIn) {
   EXPECT_LT(heights(found.mesh, 1).second, -0.04F);
   EXPECT_GT(heights(found.mesh, 1).first, -0.3F);
   BakeOptions options = options_of(32);
-  options.cage_mesh = &found.mesh;
+  options.match.cage_mesh = &found.mesh;
   const BakeReport report = bake(source, low, options).report;
   EXPECT_EQ(report.missed, 0U);
   ASSERT_TRUE(report.cage_mesh.has_value());
@@ -112,8 +112,8 @@ TEST(Cage, InnerShellEndsRays) {
   const auto missed = [&](float inner) {
     Mesh shells = joined(sheet(0.02F, true), sheet(inner, true));
     BakeOptions options = options_of(16);
-    options.cage_mesh = &shells;
-    options.max_distance = Length::absolute(1);
+    options.match.cage_mesh = &shells;
+    options.match.max_distance = Length::absolute(1);
     return bake(source, low, options).report.missed;
   };
   EXPECT_EQ(missed(-0.11F), 0U);
@@ -130,12 +130,12 @@ TEST(Cage, FindsTheSameWhateverTheDistance) {
     std::vector<Image> maps;
     for (const double percent : {1.0, 10.0}) {
       BakeOptions options = options_of(192);
-      options.space = NormalMapSpace::object;
-      options.max_distance = Length::share(percent / 100);
+      options.encoding.space = NormalMapSpace::object;
+      options.match.max_distance = Length::share(percent / 100);
       const FoundCage found = find_cage(source, scene.low, options);
       EXPECT_LT(found.conflicts, found.samples / 50);
-      options.max_distance.reset();
-      options.cage_mesh = &found.mesh;
+      options.match.max_distance.reset();
+      options.match.cage_mesh = &found.mesh;
       BakeResult result = bake(source, scene.low, options);
       EXPECT_LT(result.report.missed, result.report.samples / 500);
       ASSERT_TRUE(result.report.recall.has_value());
@@ -160,10 +160,10 @@ TEST(Cage, TakesInStampsAsAWhole) {
   const sample::HardScene scene = sample::hard_scene("cube");
   const Source source(*test::device(), scene.high);
   BakeOptions options = options_of(256);
-  options.max_distance = Length::share(0.01);
+  options.match.max_distance = Length::share(0.01);
   const FoundCage found = find_cage(source, scene.low, options);
-  options.max_distance.reset();
-  options.cage_mesh = &found.mesh;
+  options.match.max_distance.reset();
+  options.match.cage_mesh = &found.mesh;
   const test::HardBake bake(source, scene.low, options);
   const Frame& frame = impl_of(source).frame;
   for (const sample::Stamp& stamp : scene.stamps) {
@@ -196,9 +196,9 @@ TEST(Cage, IsTheSameAfterAFile) {
   ASSERT_EQ(read.positions, found.mesh.positions);
   ASSERT_EQ(read.triangles, found.mesh.triangles);
   BakeOptions options = options_of(128);
-  options.cage_mesh = &found.mesh;
+  options.match.cage_mesh = &found.mesh;
   const BakeResult own = bake(source, scene.low, options);
-  options.cage_mesh = &read;
+  options.match.cage_mesh = &read;
   EXPECT_EQ(bake(source, scene.low, options).maps[0].image.pixels, own.maps[0].image.pixels);
 
   // The inner shell may come first where it is named.
@@ -208,7 +208,7 @@ TEST(Cage, IsTheSameAfterAFile) {
               turned.triangles.begin() + static_cast<std::ptrdiff_t>(half), turned.triangles.end());
   std::rotate(turned.groups.begin(), turned.groups.begin() + static_cast<std::ptrdiff_t>(half),
               turned.groups.end());
-  options.cage_mesh = &turned;
+  options.match.cage_mesh = &turned;
   EXPECT_EQ(bake(source, scene.low, options).maps[0].image.pixels, own.maps[0].image.pixels);
 }
 
@@ -219,7 +219,7 @@ TEST(Cage, MayBeAnyClosedHull) {
   const Source source(*test::device(), test::icosphere(3, 0.75));
   BakeOptions options = options_of(64, RayDirection::face);
   const Mesh hull = test::icosphere(2, 1.1);
-  options.cage_mesh = &hull;
+  options.match.cage_mesh = &hull;
   const BakeResult result = bake(source, low, options);
   EXPECT_EQ(result.report.missed, 0U);
   EXPECT_EQ(result.report.cage, result.report.samples);
@@ -231,7 +231,7 @@ TEST(Cage, MayBeAnyClosedHull) {
 
   for (const double radius : {0.6, 0.8}) {  // inside of the cube, and through it
     const Mesh small = test::icosphere(2, radius);
-    options.cage_mesh = &small;
+    options.match.cage_mesh = &small;
     try {
       bake(source, low, options);
       ADD_FAILURE() << radius;
@@ -243,7 +243,7 @@ TEST(Cage, MayBeAnyClosedHull) {
   }
   Mesh inside_out = hull;
   for (Triangle& t : inside_out.triangles) std::swap(t[1], t[2]);
-  options.cage_mesh = &inside_out;
+  options.match.cage_mesh = &inside_out;
   EXPECT_THROW(bake(source, low, options), Error);
 }
 
@@ -251,7 +251,7 @@ TEST(Cage, RefusesOptionsOutOfRange) {
   KILN_REQUIRE_DEVICE();
   const Source source(*test::device(), test::cube());
   BakeOptions options = options_of(16);
-  options.max_distance = Length::share(-1);
+  options.match.max_distance = Length::share(-1);
   EXPECT_THROW(find_cage(source, test::cube(), options), Error);
   EXPECT_THROW(offset_cage(test::cube(), std::nan("")), Error);
   const Mesh moved = offset_cage(test::cube(2), 0.3);

@@ -16,10 +16,10 @@ namespace {
 BakeOptions closest_options(std::uint32_t size, double max_distance) {
   BakeOptions options;
   options.width = options.height = size;
-  options.method = MatchMethod::closest;
-  options.max_distance = Length::absolute(max_distance);
-  options.keep_match = true;
-  options.gutter = 0;
+  options.match.method = MatchMethod::closest;
+  options.match.max_distance = Length::absolute(max_distance);
+  options.report.keep_match = true;
+  options.encoding.gutter = 0;
   return options;
 }
 
@@ -63,7 +63,7 @@ TEST(ClosestBake, ThinSheetsKeepTheirSides) {
     ASSERT_EQ(right.match->status[i], KILN_STATUS_CLOSEST);
   }
   // That it is the facing that decides: both sides asked for, the wrong one is taken.
-  options.two_sided = true;
+  options.match.two_sided = true;
   const BakeResult wrong = bake(source, low, options);
   for (std::size_t i = 0; i < wrong.match->triangle.size(); ++i) {
     ASSERT_GE(wrong.match->triangle[i], front);
@@ -90,7 +90,7 @@ TEST(ClosestBake, IsTheSameWithBothTraversalsAndFromASavedMatch) {
   save_match(*cpu.match, folder / "match.exr");
   const Match saved = load_match(folder / "match.exr");
   EXPECT_EQ(saved.status, cpu.match->status);
-  options.match = &saved;
+  options.match.saved = &saved;
   const BakeResult again = bake(source, low, options);
   EXPECT_EQ(again.report.closest, cpu.report.closest);
   EXPECT_EQ(again.maps[0].image.pixels, cpu.maps[0].image.pixels);
@@ -104,7 +104,7 @@ TEST(ClosestBake, IsNearRaysOnASmoothSurface) {
   const Source source(*test::device(), high);
   BakeOptions options = closest_options(256, 0.1);
   const BakeResult closest = bake(source, low, options);
-  options.method = MatchMethod::ray;
+  options.match.method = MatchMethod::ray;
   const BakeResult rays = bake(source, low, options);
   EXPECT_EQ(closest.report.missed, 0U);
   const ImageDifference difference =
@@ -125,16 +125,16 @@ TEST(ClosestBake, DecidesWhatRaysMiss) {
   const Mesh low = test::plane(1, 1, 1.1, 1.1);
   const Source source(*test::device(), high);
   BakeOptions options = closest_options(128, 0.2);
-  options.method = MatchMethod::ray;
+  options.match.method = MatchMethod::ray;
   const BakeResult alone = bake(source, low, options);
   EXPECT_GT(alone.report.missed, 1000U);
-  options.fallback = {MatchMethod::closest};
+  options.match.fallback = {MatchMethod::closest};
   const BakeResult helped = bake(source, low, options);
   EXPECT_EQ(helped.report.missed, 0U);
   EXPECT_EQ(helped.report.closest, alone.report.missed);
   EXPECT_EQ(helped.report.outward, alone.report.outward);
-  options.method = MatchMethod::closest;
-  options.fallback.clear();
+  options.match.method = MatchMethod::closest;
+  options.match.fallback.clear();
   const BakeResult all = bake(source, low, options);
   for (std::size_t i = 0; i < alone.match->status.size(); ++i) {
     const bool missed = alone.match->status[i] == KILN_STATUS_MISS;
@@ -147,9 +147,9 @@ TEST(ClosestBake, DecidesWhatRaysMiss) {
     ASSERT_EQ(helped.match->distance[i], same.distance[i]);
   }
   // What lies beyond the distance stays missed.
-  options.method = MatchMethod::ray;
-  options.fallback = {MatchMethod::closest};
-  options.max_distance = Length::absolute(0.02);
+  options.match.method = MatchMethod::ray;
+  options.match.fallback = {MatchMethod::closest};
+  options.match.max_distance = Length::absolute(0.02);
   const BakeResult near = bake(source, low, options);
   EXPECT_GT(near.report.closest, 0U);
   EXPECT_GT(near.report.missed, 0U);
@@ -165,8 +165,8 @@ TEST(ClosestBake, RaysCanDecideWhatItMisses) {
   BakeOptions options = closest_options(64, 0.1);
   const Source source(*test::device(), high);
   EXPECT_EQ(bake(source, low, options).report.missed, 64U * 64);
-  options.cage = Length::absolute(0.2);
-  options.fallback = {MatchMethod::ray};
+  options.match.cage = Length::absolute(0.2);
+  options.match.fallback = {MatchMethod::ray};
   const BakeResult helped = bake(source, low, options);
   EXPECT_EQ(helped.report.cage, 64U * 64);
 }
@@ -185,15 +185,15 @@ TEST(ClosestBake, AFallbackMustBeAnotherMethod) {
     }
   };
   BakeOptions options = closest_options(16, 0.1);
-  options.fallback = {MatchMethod::closest};
+  options.match.fallback = {MatchMethod::closest};
   expect_usage(options);
-  options.method = MatchMethod::ray;
-  options.fallback = {MatchMethod::ray};
+  options.match.method = MatchMethod::ray;
+  options.match.fallback = {MatchMethod::ray};
   expect_usage(options);
-  options.fallback.clear();
+  options.match.fallback.clear();
   const BakeResult good = bake(source, plane, options);
-  options.match = &*good.match;
-  options.fallback = {MatchMethod::closest};
+  options.match.saved = &*good.match;
+  options.match.fallback = {MatchMethod::closest};
   expect_usage(options);
 }
 

@@ -25,8 +25,8 @@ constexpr double kDegrees = 180 / 3.14159265358979323846;
 BakeOptions options_of(RayDirection direction, std::uint32_t size = 256) {
   BakeOptions options;
   options.width = options.height = size;
-  options.space = NormalMapSpace::object;
-  options.ray.direction = direction;
+  options.encoding.space = NormalMapSpace::object;
+  options.match.ray.direction = direction;
   return options;
 }
 
@@ -289,7 +289,7 @@ TEST(Direction, RefusesAWidthOfNothing) {
   KILN_REQUIRE_DEVICE();
   const Source source(*test::device(), test::plane(2, 2));
   BakeOptions options = options_of(RayDirection::automatic, 8);
-  options.ray.edge_width = Length::absolute(0);
+  options.match.ray.edge_width = Length::absolute(0);
   EXPECT_THROW(bake(source, test::plane(1, 1), options), Error);
 }
 

@@ -16,11 +16,11 @@ namespace {
 BakeOptions chain_options(MatchMethod method, std::vector<MatchMethod> fallback) {
   BakeOptions options;
   options.width = options.height = 96;
-  options.keep_match = true;
-  options.method = method;
-  options.fallback = std::move(fallback);
-  options.visibility.directions = 64;
-  options.visibility.view_size = 64;
+  options.report.keep_match = true;
+  options.match.method = method;
+  options.match.fallback = std::move(fallback);
+  options.match.visibility.directions = 64;
+  options.match.visibility.view_size = 64;
   return options;
 }
 
@@ -53,17 +53,17 @@ TEST(Fallback, AChainAsksEachForWhatIsLeft) {
   const Overhang scene;
   const Source source(*test::device(), scene.high);
   BakeOptions options = chain_options(MatchMethod::views, {});
-  options.max_distance = Length::absolute(0.05);
-  options.views.count = 0;
-  options.views.directions = {{0, 0, 1}};
+  options.match.max_distance = Length::absolute(0.05);
+  options.match.views.count = 0;
+  options.match.views.directions = {{0, 0, 1}};
   const auto alone = [&](MatchMethod method) {
     BakeOptions one = options;
-    one.method = method;
+    one.match.method = method;
     return *bake(source, scene.low, one).match;
   };
   const std::vector<Match> each = {alone(MatchMethod::views), alone(MatchMethod::ray),
                                    alone(MatchMethod::closest)};
-  options.fallback = {MatchMethod::ray, MatchMethod::closest};
+  options.match.fallback = {MatchMethod::ray, MatchMethod::closest};
   const BakeResult chained = bake(source, scene.low, options);
   std::vector<std::size_t> decided(each.size());
   std::size_t left = 0;
@@ -97,13 +97,13 @@ TEST(Fallback, MatchesThatNeedTheWholeBandCanFollow) {
   const Mesh low = test::plane(2, 2);
   const Source source(*test::device(), high);
   BakeOptions options = chain_options(MatchMethod::visibility, {});
-  options.max_distance = Length::share(0.1);
+  options.match.max_distance = Length::share(0.1);
   const Match alone = *bake(source, low, options).match;
-  options.method = MatchMethod{"axis"};
-  options.views.directions = {{1, 0, 0}};  // along the plane: it meets nothing
+  options.match.method = MatchMethod{"axis"};
+  options.match.views.directions = {{1, 0, 0}};  // along the plane: it meets nothing
   const BakeResult missed = bake(source, low, options);
   ASSERT_EQ(missed.report.missed, missed.report.samples);
-  options.fallback = {MatchMethod::visibility};
+  options.match.fallback = {MatchMethod::visibility};
   const BakeResult followed = bake(source, low, options);
   EXPECT_EQ(followed.report.missed, 0U);
   EXPECT_TRUE(followed.report.visibility.has_value());

@@ -41,19 +41,19 @@ TEST(Hybrid, FollowsTheFormulaOnTheBunny) {
   constexpr std::uint32_t kSize = 192;
   BakeOptions options;
   options.width = options.height = kSize;
-  options.method = MatchMethod::hybrid;
-  options.visibility.test = VisibilityTest::rays;
-  options.visibility.smoothing = 0;
-  options.visibility.directions = 200;
-  options.max_distance = Length::share(0.02);
-  options.keep_match = true;
+  options.match.method = MatchMethod::hybrid;
+  options.match.visibility.test = VisibilityTest::rays;
+  options.match.visibility.smoothing = 0;
+  options.match.visibility.directions = 200;
+  options.match.max_distance = Length::share(0.02);
+  options.report.keep_match = true;
   const Match match = *bake(Source(*test::device(), high), low, options).match;
 
   const Frame frame = Frame::of(high);
   const LowSurface surface = LowSurface::of(low, frame);
   const std::vector<Vec3> positions = frame.to_frame(low), dense = frame.to_frame(high);
   std::vector<reference::SeenDirection> directions;
-  for (const ProbeDirection& d : probe_directions(options.visibility)) {
+  for (const ProbeDirection& d : probe_directions(options.match.visibility)) {
     const Vec3 toward = to_float(d.toward);
     directions.push_back({{toward.x, toward.y, toward.z}, d.weight});
   }
@@ -112,13 +112,13 @@ TEST(Hybrid, OnAnOpenPlaneTheNormalWeighsThreeQuarters) {
   for (Vec3& p : high.positions) p.z = 0.3F;
   BakeOptions options;
   options.width = options.height = 32;
-  options.method = MatchMethod::hybrid;
-  options.visibility.directions = 2048;
-  options.max_distance = Length::absolute(1);
-  options.keep_match = true;
+  options.match.method = MatchMethod::hybrid;
+  options.match.visibility.directions = 2048;
+  options.match.max_distance = Length::absolute(1);
+  options.report.keep_match = true;
   const Vec3d expected = hybrid({0, 0, 2.0 / 3}, {0.6, 0, 0.8});
   for (const VisibilityAt at : {VisibilityAt::texel, VisibilityAt::vertex, VisibilityAt::face}) {
-    options.visibility.at = at;
+    options.match.visibility.at = at;
     const Match match = *bake(Source(*test::device(), high), open, options).match;
     for (const float distance : match.distance) {
       ASSERT_GT(distance, 0);

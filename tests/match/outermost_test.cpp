@@ -18,10 +18,10 @@
 namespace kiln {
 namespace {
 
-BakeOptions sized(std::uint32_t size, RayRule rule = BakeOptions().ray.rule) {
+BakeOptions sized(std::uint32_t size, RayRule rule = BakeOptions().match.ray.rule) {
   BakeOptions options;
   options.width = options.height = size;
-  options.ray.rule = rule;
+  options.match.ray.rule = rule;
   return options;
 }
 
@@ -155,7 +155,7 @@ TEST(Outermost, DoesNotReachPastTheLightMesh) {
     const Mesh high = plate_under_slab(bottom, 0.05, 0.001);
     const Source source(*test::device(), high);
     BakeOptions options = sized(64);
-    options.max_distance = Length::absolute(0.1);
+    options.match.max_distance = Length::absolute(0.1);
     options.maps = {MapKind{"normal"}};
     const test::HardBake bake(source, low, options);
     std::size_t of_plate = 0;
@@ -171,7 +171,7 @@ TEST(Outermost, DoesNotReachPastTheLightMesh) {
   Mesh low = test::plane(4, 4, 2, 2);
   const Source source(*test::device(), high);
   BakeOptions options = sized(64);
-  options.max_distance = Length::absolute(0.1);
+  options.match.max_distance = Length::absolute(0.1);
   const BakeResult baked = bake(source, low, options);
   EXPECT_NEAR(static_cast<double>(baked.report.passed_over), baked.report.samples / 4.0,
               0.02 * baked.report.samples);
@@ -182,9 +182,9 @@ TEST(Outermost, IsTheNearestRuleWhereThereIsOneFace) {
   const Source source(*test::device(), test::BumpySphere::dense(20000));
   const Mesh low = test::BumpySphere::light();
   BakeOptions options = sized(128);
-  options.max_distance = Length::absolute(0.1);
+  options.match.max_distance = Length::absolute(0.1);
   const BakeResult outermost = bake(source, low, options);
-  options.ray.rule = RayRule::nearest;
+  options.match.ray.rule = RayRule::nearest;
   const BakeResult nearest = bake(source, low, options);
   EXPECT_EQ(outermost.report.passed_over, 0U);
   EXPECT_EQ(outermost.maps[0].image.pixels, nearest.maps[0].image.pixels);

@@ -269,15 +269,15 @@ TEST(Parts, FindNotOnePointOfAnotherPart) {
   BakeOptions options;
   options.width = options.height = 256;
   EXPECT_GT(strangers(source, scene, parts, options), 100U);
-  options.parts = &parts;
+  options.match.parts = &parts;
   EXPECT_EQ(strangers(source, scene, parts, options), 0U);
-  options.cage = Length::share(0.05);
+  options.match.cage = Length::share(0.05);
   EXPECT_EQ(strangers(source, scene, parts, options), 0U);
-  options.cage.reset();
-  options.fallback = {MatchMethod::closest};
+  options.match.cage.reset();
+  options.match.fallback = {MatchMethod::closest};
   EXPECT_EQ(strangers(source, scene, parts, options), 0U);
-  options.fallback = {};
-  options.method = MatchMethod::closest;
+  options.match.fallback = {};
+  options.match.method = MatchMethod::closest;
   EXPECT_EQ(strangers(source, scene, parts, options), 0U);
 }
 
@@ -295,7 +295,7 @@ TEST(Parts, OfOneNameChangeNothing) {
   options.width = options.height = 96;
   options.maps = {MapKind{"normal"}, MapKind{"height"}, MapKind{"provenance"}};
   const BakeResult all = bake(source, scene.low, options);
-  options.parts = &parts;
+  options.match.parts = &parts;
   const BakeResult apart = bake(source, scene.low, options);
   for (std::size_t k = 0; k < all.maps.size(); ++k) {
     EXPECT_EQ(all.maps[k].image.pixels, apart.maps[k].image.pixels) << k;
@@ -313,11 +313,11 @@ TEST(Parts, RefuseOtherMeshesAndMatchesThatLookElsewhere) {
   parts.high.resize(high.triangles.size() + 1);
   BakeOptions options;
   options.width = options.height = 16;
-  options.parts = &parts;
+  options.match.parts = &parts;
   EXPECT_THROW(bake(source, low, options), Error);
   parts.high.resize(high.triangles.size());
   EXPECT_EQ(bake(source, low, options).report.missed, 0U);
-  options.method = MatchMethod::views;
+  options.match.method = MatchMethod::views;
   EXPECT_THROW(bake(source, low, options), Error);
 }
 

@@ -45,22 +45,22 @@ TEST(MatchRows, ChecksGoByTheirProperties) {
   for (const MatchRow& row : match_rows()) {
     const std::string name(row.info.method.name);
     BakeOptions options;
-    options.method = row.info.method;
-    if (row.info.needs_direction) options.views = {.count = 0, .directions = {{0, 0, 1}}};
+    options.match.method = row.info.method;
+    if (row.info.needs_direction) options.match.views = {.count = 0, .directions = {{0, 0, 1}}};
     EXPECT_TRUE(is_taken(options)) << name;
     BakeOptions clusters = options;
-    clusters.visibility.clusters = 2;
+    clusters.match.visibility.clusters = 2;
     EXPECT_EQ(is_taken(clusters), row.info.takes_clusters) << name;
     BakeOptions cage = options;
-    cage.cage = Length::share(0.02);
+    cage.match.cage = Length::share(0.02);
     EXPECT_EQ(is_taken(cage), row.info.takes_cage) << name;
     BakeOptions directions = options;
     directions.maps = {MapKind{"visibility"}};
     EXPECT_EQ(is_taken(directions), row.info.takes_visibility) << name;
     BakeOptions fallback;
-    fallback.method = MatchMethod::uv;
-    fallback.fallback = {row.info.method};
-    fallback.views = options.views;
+    fallback.match.method = MatchMethod::uv;
+    fallback.match.fallback = {row.info.method};
+    fallback.match.views = options.match.views;
     EXPECT_EQ(is_taken(fallback), row.info.may_follow) << name;
   }
 }

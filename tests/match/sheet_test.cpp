@@ -37,7 +37,7 @@ TEST(Sheet, LeafCardMatchesByDefault) {
   }
   // A distance that is said is kept to.
   BakeOptions told = sized(128);
-  told.max_distance = Length::share(0.02);
+  told.match.max_distance = Length::share(0.02);
   const BakeReport& report = kiln::bake(source, scene.low, told).report;
   EXPECT_GT(report.missed, report.samples / 4);
 }
@@ -106,11 +106,11 @@ TEST(LongRays, AreWarnedOf) {
   BakeOptions options;
   options.width = options.height = 32;
   EXPECT_EQ(extended_range(source, cube, options), 0U);
-  options.cage = Length::absolute(50);
+  options.match.cage = Length::absolute(50);
   EXPECT_EQ(extended_range(source, cube, options), 1U);
-  options.cage = Length::share(0.05);
+  options.match.cage = Length::share(0.05);
   EXPECT_EQ(extended_range(source, cube, options), 0U);
-  options.max_distance = Length::absolute(50);
+  options.match.max_distance = Length::absolute(50);
   EXPECT_EQ(extended_range(source, cube, options), 1U);
 }
 

@@ -33,8 +33,8 @@ TEST(Uv, SamplesBeyondTheDenseLayoutAreMissesAndFallBack) {
   EXPECT_GT(alone.report.missed, 1000U);
   EXPECT_EQ(alone.report.missed + alone.report.by_uv, alone.report.samples);
   EXPECT_TRUE(has_warning(alone.report, "many-misses"));
-  options.fallback = {MatchMethod::closest};
-  options.max_distance = Length::absolute(2);
+  options.match.fallback = {MatchMethod::closest};
+  options.match.max_distance = Length::absolute(2);
   const BakeResult helped = bake(source, test::plane(1, 1), options);
   EXPECT_EQ(helped.report.by_uv, alone.report.by_uv);
   EXPECT_EQ(helped.report.closest, alone.report.missed);
@@ -61,7 +61,7 @@ TEST(Uv, WarnsOfOverlapAndRefusesMuch) {
   EXPECT_EQ(little.report.uv->overlap.upper, 800U);
   EXPECT_EQ(little.match->triangle, clean.match->triangle);  // the lowest wins
 
-  options.uv.max_overlap = 1e-4;
+  options.match.uv.max_overlap = 1e-4;
   try {
     bake(source, test::plane(1, 1), options);
     ADD_FAILURE() << "not refused";
@@ -90,7 +90,7 @@ TEST(Uv, WarnsOfDisagreementAndRefusesMuch) {
   const Source much = shifted(0.1F);
   EXPECT_THROW(bake(much, low, options), Error);
   EXPECT_NO_THROW(bake(much, low, trusting(options)));
-  options.uv.max_distance = -1;
+  options.match.uv.max_distance = -1;
   EXPECT_THROW(bake(much, low, options), Error);
 }
 

@@ -50,16 +50,17 @@ inline Mesh random_layout(std::uint32_t count, std::uint32_t seed, double size, 
 inline BakeOptions by_uv(std::uint32_t size) {
   BakeOptions options;
   options.width = options.height = size;
-  options.method = MatchMethod::uv;
-  options.keep_match = true;
-  options.gutter = 0;
-  options.space = NormalMapSpace::object;
-  options.raw = true;
+  options.match.method = MatchMethod::uv;
+  options.report.keep_match = true;
+  options.encoding.gutter = 0;
+  options.encoding.space = NormalMapSpace::object;
+  options.encoding.raw = true;
   return options;
 }
 
 inline BakeOptions trusting(BakeOptions options) {
-  options.uv.max_overlap = options.uv.max_distance = std::numeric_limits<double>::infinity();
+  options.match.uv.max_overlap = options.match.uv.max_distance =
+      std::numeric_limits<double>::infinity();
   return options;
 }
 

@@ -125,8 +125,8 @@ TEST(Uv, OfSmallChartsIsTheirOwn) {
   for (Vec2& uv : mesh.uvs) uv = {0.1F + uv.x * 0.005F, 0.1F + uv.y * 0.005F};
   BakeOptions options;
   options.width = options.height = 16;
-  options.method = MatchMethod::uv;
-  options.keep_match = true;
+  options.match.method = MatchMethod::uv;
+  options.report.keep_match = true;
   const BakeResult baked = bake(Source(*test::device(), mesh), mesh, options);
   EXPECT_EQ(baked.report.small_triangles, 2U);
   EXPECT_EQ(baked.report.by_uv, 2U);
@@ -263,8 +263,8 @@ TEST(Uv, AgreesWithRaysOverAPlane) {
   const Source source(*test::device(), bent_plane(80, 0.02));
   BakeOptions options = by_uv(96);
   const BakeResult uv = bake(source, test::plane(1, 1), options);
-  options.method = MatchMethod::ray;
-  options.max_distance = Length::absolute(0.1);
+  options.match.method = MatchMethod::ray;
+  options.match.max_distance = Length::absolute(0.1);
   const BakeResult rays = bake(source, test::plane(1, 1), options);
   EXPECT_EQ(uv.report.missed, 0U);
   EXPECT_EQ(rays.report.missed, 0U);

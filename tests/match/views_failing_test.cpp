@@ -78,20 +78,20 @@ TEST(ViewsFailing, WhatNoViewSeesStaysUndecidedOrGoesToRays) {
   EXPECT_EQ(wrong, 0U);
   EXPECT_EQ(alone.report.missed, inside);
 
-  options.fallback = {MatchMethod::ray};
+  options.match.fallback = {MatchMethod::ray};
   const BakeResult helped = bake_pair(high, low, options);
   EXPECT_EQ(helped.report.missed, 0U);
   EXPECT_EQ(helped.report.outward + helped.report.inward, inside);
   EXPECT_EQ(helped.report.viewed, alone.report.viewed);
 
-  options.fallback = {MatchMethod::closest};
+  options.match.fallback = {MatchMethod::closest};
   const BakeResult nearest = bake_pair(high, low, options);
   expect_sound(*nearest.match, 0.1);
   EXPECT_EQ(nearest.report.missed, 0U);
   EXPECT_EQ(nearest.report.closest, inside);
   EXPECT_EQ(nearest.report.viewed, alone.report.viewed);
-  options.method = MatchMethod::closest;
-  options.fallback.clear();
+  options.match.method = MatchMethod::closest;
+  options.match.fallback.clear();
   const BakeResult closest = bake_pair(high, low, options);
   EXPECT_EQ(closest.report.closest, closest.report.samples);
   for (std::size_t i = 0; i < alone.match->status.size(); ++i) {
@@ -120,7 +120,7 @@ TEST(ViewsFailing, ThinSheetsKeepTheirSides) {
   for (const ViewCriterion criterion :
        {ViewCriterion::depth, ViewCriterion::distance, ViewCriterion::angle}) {
     BakeOptions options = view_options(128, 0.05);
-    options.views.criterion = criterion;
+    options.match.views.criterion = criterion;
     const BakeResult result = bake_pair(high, sheet(2), options);
     EXPECT_EQ(result.report.missed, 0U);
     std::uint64_t wrong = 0;
@@ -146,13 +146,13 @@ TEST(ViewsFailing, GrazingViewsStillFindThePoint) {
   KILN_REQUIRE_DEVICE();
   const Mesh high = test::plane(100, 100, 1, 1);
   BakeOptions options = view_options(100, 0.05);
-  options.views.count = 0;
-  options.views.directions = {{1, 0, 0.035F}};  // 2 degrees above the plane
+  options.match.views.count = 0;
+  options.match.views.directions = {{1, 0, 0.035F}};  // 2 degrees above the plane
   // A triangle is a quarter of a pixel high at 1024: what lies under a sample is seldom seen, and the point
   // that is found lies up to a pixel over the sine of the angle away. More pixels help.
   double last = 1;
   for (const std::uint32_t size : {1024U, 4096U, 8192U}) {
-    options.views.size = size;
+    options.match.views.size = size;
     const BakeResult result = bake_pair(high, test::plane(3, 3, 1, 1), options);
     EXPECT_LT(result.report.missed * 20, result.report.samples);  // beside the silhouette
     double sum = 0;
@@ -188,14 +188,14 @@ TEST(ViewsFailing, TrianglesFarSmallerThanAPixel) {
   KILN_REQUIRE_DEVICE();
   // 100,000 triangles on some 200 pixels: few triangles are seen, and those are near.
   BakeOptions options = view_options(128, 0.3);
-  options.views.size = 16;
+  options.match.views.size = 16;
   const BakeResult result =
       bake_pair(test::BumpySphere::dense(100000), test::BumpySphere::light(), options);
   expect_sound(*result.match, 0.3);
   EXPECT_GT(result.report.views->undersampled, 0.99);
   EXPECT_LT(result.report.missed * 10, result.report.samples);
   // The size that Kiln chooses by itself sees nearly all.
-  options.views.size = 0;
+  options.match.views.size = 0;
   const BakeResult chosen =
       bake_pair(test::BumpySphere::dense(100000), test::BumpySphere::light(), options);
   EXPECT_LT(chosen.report.views->undersampled, 0.01);
@@ -207,7 +207,7 @@ TEST(ViewsFailing, ScaleAndPlaceChangeNothing) {
   const Mesh high = test::BumpySphere::dense(20000);
   const Mesh low = test::BumpySphere::light();
   BakeOptions options = view_options(128, 0.15);
-  options.max_distance = Length::share(0.04);
+  options.match.max_distance = Length::share(0.04);
   const BakeResult here = bake_pair(high, low, options);
   for (const double scale : {std::ldexp(1.0, -60), std::ldexp(1.0, 60)}) {
     const auto scaled = [&](Mesh mesh) {

@@ -18,10 +18,10 @@ namespace kiln::test {
 inline BakeOptions view_options(std::uint32_t size, double max_distance) {
   BakeOptions options;
   options.width = options.height = size;
-  options.method = MatchMethod::views;
-  options.max_distance = Length::absolute(max_distance);
-  options.keep_match = true;
-  options.gutter = 0;
+  options.match.method = MatchMethod::views;
+  options.match.max_distance = Length::absolute(max_distance);
+  options.report.keep_match = true;
+  options.encoding.gutter = 0;
   return options;
 }
 

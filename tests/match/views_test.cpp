@@ -26,7 +26,7 @@ TEST(Views, FindWhatRaysFind) {
   const Mesh low = test::BumpySphere::light();
   const BakeOptions options = view_options(512, 0.15);
   BakeOptions rays = options;
-  rays.method = MatchMethod::ray;
+  rays.match.method = MatchMethod::ray;
   const Source source(*test::device(), high);
   const BakeResult by_views = bake(source, low, options);
   const BakeResult by_rays = bake(source, low, rays);
@@ -52,23 +52,23 @@ TEST(Views, ErrorFallsWithDepthResolutionAndTheBetterCriterion) {
   const Mesh low = test::BumpySphere::light();
   const Source source(*test::device(), high);
   BakeOptions options = view_options(256, 0.15);
-  options.method = MatchMethod::ray;
+  options.match.method = MatchMethod::ray;
   const BakeResult rays = bake(source, low, options);
-  options.method = MatchMethod::views;
+  options.match.method = MatchMethod::views;
   double last = 1e9;
   for (const std::uint32_t size : {64U, 128U, 256U, 512U, 1024U}) {
-    options.views.size = size;
+    options.match.views.size = size;
     const double error = difference(bake(source, low, options), rays).mean_angle_degrees;
     std::printf("depth views of %u^2: mean %.4f degrees to rays\n", size, error);
     EXPECT_LT(error, last);
     last = error;
   }
   // As in the paper, on the view's line: the angle decides better than the depth.
-  options.views.size = 1024;
-  options.views.refine = false;
-  options.views.criterion = ViewCriterion::depth;
+  options.match.views.size = 1024;
+  options.match.views.refine = false;
+  options.match.views.criterion = ViewCriterion::depth;
   const double by_depth = difference(bake(source, low, options), rays).mean_angle_degrees;
-  options.views.criterion = ViewCriterion::angle;
+  options.match.views.criterion = ViewCriterion::angle;
   const double by_angle = difference(bake(source, low, options), rays).mean_angle_degrees;
   std::printf("not refined: depth %.4f, angle %.4f degrees\n", by_depth, by_angle);
   EXPECT_LT(by_angle, by_depth);
@@ -82,12 +82,12 @@ TEST(Views, AngleDecidesBestOnTheBunny) {
   const Mesh low = load_mesh(*test::shared_data("bunny_low.obj"));
   const Source source(*test::device(), high);
   BakeOptions options = view_options(512, 0.005);
-  options.method = MatchMethod::ray;
+  options.match.method = MatchMethod::ray;
   const BakeResult rays = bake(source, low, options);
-  options.method = MatchMethod::views;
+  options.match.method = MatchMethod::views;
   const auto error = [&](ViewCriterion criterion, bool refine) {
-    options.views.criterion = criterion;
-    options.views.refine = refine;
+    options.match.views.criterion = criterion;
+    options.match.views.refine = refine;
     const BakeResult result = bake(source, low, options);
     EXPECT_LT(result.report.missed * 1000, result.report.samples);
     return difference(result, rays).mean_angle_degrees;
@@ -112,14 +112,15 @@ TEST(Views, OneByOneIsTheSameAsTogether) {
        {ViewCriterion::depth, ViewCriterion::distance, ViewCriterion::angle}) {
     BakeOptions options = view_options(200, 0.15);
     options.samples = 2;
-    options.views.criterion = criterion;
-    options.views.count = 0;
-    options.views.size = 300;
-    options.views.directions = {{0, 1, 0}, {1, 0.2F, 0}, {-3, 0.5F, 1}, {0, -1, 0.1F}, {0, 0, -2}};
+    options.match.views.criterion = criterion;
+    options.match.views.count = 0;
+    options.match.views.size = 300;
+    options.match.views.directions = {
+        {0, 1, 0}, {1, 0.2F, 0}, {-3, 0.5F, 1}, {0, -1, 0.1F}, {0, 0, -2}};
     const BakeResult together = bake(source, low, options);
     ViewSession session(source, low, options);
     std::uint64_t decided = 0;
-    for (const Vec3& direction : options.views.directions) {
+    for (const Vec3& direction : options.match.views.directions) {
       const ViewSession::Step step = session.add(direction);
       EXPECT_EQ(step.samples, together.report.samples);
       EXPECT_GT(step.changed, 0U);
@@ -134,7 +135,7 @@ TEST(Views, OneByOneIsTheSameAsTogether) {
     EXPECT_EQ(match.v, together.match->v);
     EXPECT_EQ(match.distance, together.match->distance);
     EXPECT_EQ(match.status, together.match->status);
-    options.match = &match;
+    options.match.saved = &match;
     EXPECT_EQ(bake(source, low, options).maps[0].image.pixels, together.maps[0].image.pixels);
   }
 }
@@ -157,7 +158,7 @@ TEST(Views, HeightFieldsTakeOneView) {
   EXPECT_TRUE(steep.report.views->height_field);
   // A number that is asked for is kept, and a closed mesh is none.
   BakeOptions options = view_options(64, 0.2);
-  options.views.count = 7;
+  options.match.views.count = 7;
   EXPECT_EQ(bake_pair(high, test::plane(2, 2, 2, 2), options).report.views->directions.size(), 7U);
   const BakeResult round =
       bake_pair(test::BumpySphere::dense(5000), test::BumpySphere::light(), view_options(64, 0.2));
@@ -168,7 +169,7 @@ TEST(Views, HeightFieldsTakeOneView) {
 TEST(Views, PlansNoMoreThanTheSceneNeeds) {
   KILN_REQUIRE_DEVICE();
   BakeOptions options = view_options(256, 0.15);
-  options.views.automatic = true;
+  options.match.views.automatic = true;
   const BakeResult sphere =
       bake_pair(test::BumpySphere::dense(50000), test::BumpySphere::light(), options);
   const ViewReport& views = *sphere.report.views;
@@ -182,8 +183,8 @@ TEST(Views, PlansNoMoreThanTheSceneNeeds) {
   EXPECT_LE(flat.report.views->directions.size(), 3U);
   EXPECT_EQ(flat.report.missed, 0U);
   // The caller's own come first and stay; the limit holds.
-  options.views.directions = {{0, 0, 5}};
-  options.views.count = 4;
+  options.match.views.directions = {{0, 0, 5}};
+  options.match.views.count = 4;
   const BakeResult own =
       bake_pair(test::BumpySphere::dense(5000), test::BumpySphere::light(), options);
   EXPECT_EQ(own.report.views->directions.size(), 4U);
@@ -247,11 +248,11 @@ TEST(Views, RefuseWhatCannotBe) {
       EXPECT_EQ(error.code(), ErrorCode::usage) << error.what();
     }
   };
-  expect_usage([](BakeOptions& o) { o.views.count = 513; });
-  expect_usage([](BakeOptions& o) { o.views.count = 0; });
-  expect_usage([](BakeOptions& o) { o.views.size = 8193; });
-  expect_usage([](BakeOptions& o) { o.views.directions = {{0, 0, 0}}; });
-  expect_usage([](BakeOptions& o) { o.views.directions = {{0, INFINITY, 0}}; });
+  expect_usage([](BakeOptions& o) { o.match.views.count = 513; });
+  expect_usage([](BakeOptions& o) { o.match.views.count = 0; });
+  expect_usage([](BakeOptions& o) { o.match.views.size = 8193; });
+  expect_usage([](BakeOptions& o) { o.match.views.directions = {{0, 0, 0}}; });
+  expect_usage([](BakeOptions& o) { o.match.views.directions = {{0, INFINITY, 0}}; });
 }
 
 }  // namespace

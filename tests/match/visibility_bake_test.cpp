@@ -40,12 +40,12 @@ TEST(VisibilityBake, FindsWhatTheOracleFinds) {
   BakeOptions options;
   options.width = 256;
   options.height = 128;
-  options.method = MatchMethod::visibility;
-  options.visibility.test = VisibilityTest::rays;
-  options.visibility.smoothing = 0;
-  options.visibility.directions = 48;
-  options.max_distance = Length::absolute(0.2);
-  options.keep_match = true;
+  options.match.method = MatchMethod::visibility;
+  options.match.visibility.test = VisibilityTest::rays;
+  options.match.visibility.smoothing = 0;
+  options.match.visibility.directions = 48;
+  options.match.max_distance = Length::absolute(0.2);
+  options.report.keep_match = true;
   const Source source(*test::device(), high);
   const BakeResult result = bake(source, low, options);
 
@@ -55,7 +55,7 @@ TEST(VisibilityBake, FindsWhatTheOracleFinds) {
   const std::vector<Vec3> low_positions = frame.to_frame(low);
   const std::vector<Vec3> high_positions = frame.to_frame(high);
   std::vector<reference::SeenDirection> directions;
-  for (const ProbeDirection& d : probe_directions(options.visibility)) {
+  for (const ProbeDirection& d : probe_directions(options.match.visibility)) {
     const Vec3 toward = to_float(d.toward);
     directions.push_back({{toward.x, toward.y, toward.z}, d.weight});
   }
@@ -122,18 +122,18 @@ TEST(VisibilityBake, AllWaysFindTheSurface) {
   BakeOptions options;
   options.width = 300;  // neither square nor a multiple of anything
   options.height = 170;
-  options.max_distance = Length::absolute(0.1);
-  options.recall = 0;
+  options.match.max_distance = Length::absolute(0.1);
+  options.report.recall = 0;
   const double ray = mean_error(bake(source, low, options));
   for (const MatchMethod method : {MatchMethod::visibility, MatchMethod::hybrid}) {
     for (const VisibilityAt at : {VisibilityAt::texel, VisibilityAt::vertex, VisibilityAt::face}) {
       for (const VisibilityTest test : {VisibilityTest::views, VisibilityTest::rays}) {
         for (const std::uint32_t samples : {1U, 2U}) {
-          options.method = method;
+          options.match.method = method;
           options.samples = samples;
-          options.visibility.at = at;
-          options.visibility.test = test;
-          options.visibility.directions = 100;
+          options.match.visibility.at = at;
+          options.match.visibility.test = test;
+          options.match.visibility.directions = 100;
           const BakeResult result = bake(source, low, options);
           EXPECT_EQ(result.report.missed, 0U);
           EXPECT_NEAR(mean_error(result), ray, 0.2 * ray);
@@ -152,10 +152,10 @@ TEST(VisibilityBake, LargeMapsTakeASmallerField) {
   BakeOptions options;
   options.width = 4200;
   options.height = 40;
-  options.gutter = 0;
-  options.method = MatchMethod::visibility;
-  options.visibility.directions = 32;
-  options.max_distance = Length::absolute(0.1);
+  options.encoding.gutter = 0;
+  options.match.method = MatchMethod::visibility;
+  options.match.visibility.directions = 32;
+  options.match.max_distance = Length::absolute(0.1);
   const BakeResult result = bake(Source(*test::device(), high), low, options);
   EXPECT_EQ(result.report.visibility->width, 1400U);
   EXPECT_EQ(result.report.visibility->height, 14U);
@@ -182,14 +182,14 @@ TEST(VisibilityBake, TakesImperfectLightMeshes) {
   for (Vec2& uv : nowhere.uvs) uv.x += 5;
   BakeOptions options;
   options.width = options.height = 64;
-  options.max_distance = Length::share(0.1);
+  options.match.max_distance = Length::share(0.1);
   for (const MatchMethod method : {MatchMethod::visibility, MatchMethod::hybrid}) {
     for (const VisibilityAt at : {VisibilityAt::texel, VisibilityAt::vertex, VisibilityAt::face}) {
       for (const VisibilityTest test : {VisibilityTest::views, VisibilityTest::rays}) {
-        options.method = method;
-        options.visibility.at = at;
-        options.visibility.test = test;
-        options.visibility.directions = 32;
+        options.match.method = method;
+        options.match.visibility.at = at;
+        options.match.visibility.test = test;
+        options.match.visibility.directions = 32;
         const BakeResult result = bake(source, low, options);
         EXPECT_GT(result.report.samples, 3000U);
         EXPECT_LT(result.report.missed, result.report.samples / 20);
@@ -210,9 +210,9 @@ TEST(VisibilityBake, StopsWhereItIsTold) {
   for (const VisibilityTest test : {VisibilityTest::views, VisibilityTest::rays}) {
     BakeOptions options;
     options.width = options.height = 128;
-    options.max_distance = Length::absolute(0.1);
-    options.method = MatchMethod::hybrid;
-    options.visibility.test = test;
+    options.match.max_distance = Length::absolute(0.1);
+    options.match.method = MatchMethod::hybrid;
+    options.match.visibility.test = test;
     double last = -1;
     int asked = 0;
     options.progress = [&](double done, std::string_view) {
@@ -246,13 +246,13 @@ TEST(SwitchedMethods, AreMeasuredWhereTheyMeet) {
   const Source source(*test::device(), high);
   BakeOptions options;
   options.width = options.height = 200;
-  options.space = NormalMapSpace::object;
-  options.max_distance = Length::absolute(0.05);
+  options.encoding.space = NormalMapSpace::object;
+  options.match.max_distance = Length::absolute(0.05);
   EXPECT_FALSE(bake(source, low, options).report.transitions);
-  options.fallback = {MatchMethod::closest};
+  options.match.fallback = {MatchMethod::closest};
   const double leap = std::acos(0.8) / kDegree;
   for (const MatchMethod method : {MatchMethod::ray, MatchMethod::visibility}) {
-    options.method = method;
+    options.match.method = method;
     const BakeResult result = bake(source, low, options);
     ASSERT_TRUE(result.report.transitions);
     // 160 texels a side of rays, and 8 more all around within sqrt(0.05^2 - 0.03^2) = 0.04.
@@ -263,7 +263,7 @@ TEST(SwitchedMethods, AreMeasuredWhereTheyMeet) {
     EXPECT_NEAR(result.report.transitions->elsewhere_degrees, 0, 1e-3);
   }
   // Far enough, nothing is missed, and no seam is left.
-  options.max_distance = Length::absolute(0.5);
+  options.match.max_distance = Length::absolute(0.5);
   const BakeResult all = bake(source, low, options);
   EXPECT_EQ(all.report.missed, 0U);
   EXPECT_GT(all.report.transitions->sides, 600U);
@@ -279,18 +279,18 @@ TEST(VisibilityBake, ViewsDecideWhatRaysLeave) {
   const Source source(*test::device(), high);
   BakeOptions options;
   options.width = options.height = 128;
-  options.method = MatchMethod::hybrid;
-  options.max_distance = Length::absolute(0.1);
+  options.match.method = MatchMethod::hybrid;
+  options.match.max_distance = Length::absolute(0.1);
   const BakeResult rays = bake(source, low, options);
   EXPECT_GT(rays.report.missed, rays.report.samples / 10);
-  options.fallback = {MatchMethod::views};
-  options.views.count = 64;
-  options.views.refine = false;
+  options.match.fallback = {MatchMethod::views};
+  options.match.views.count = 64;
+  options.match.views.refine = false;
   const BakeResult both = bake(source, low, options);
   EXPECT_GT(both.report.viewed, rays.report.missed / 10);
   EXPECT_EQ(both.report.viewed + both.report.missed, rays.report.missed);
   EXPECT_TRUE(both.report.views);
-  options.method = MatchMethod::views;
+  options.match.method = MatchMethod::views;
   EXPECT_THROW(bake(source, low, options), Error);
 }
 

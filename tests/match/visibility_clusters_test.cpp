@@ -82,11 +82,11 @@ Vec3d side_direction(double reach) {
 BakeOptions cluster_options(std::uint32_t size, std::uint32_t clusters) {
   BakeOptions options;
   options.width = options.height = size;
-  options.method = MatchMethod::visibility;
-  options.visibility.clusters = clusters;
-  options.space = NormalMapSpace::object;
-  options.raw = true;
-  options.max_distance = Length::absolute(3);
+  options.match.method = MatchMethod::visibility;
+  options.match.visibility.clusters = clusters;
+  options.encoding.space = NormalMapSpace::object;
+  options.encoding.raw = true;
+  options.match.max_distance = Length::absolute(3);
   return options;
 }
 
@@ -116,8 +116,8 @@ TEST(VisibilityClusters, AreTheTwoSidesThatAFloorIsSeenFrom) {
   for (const VisibilityTest test : {VisibilityTest::rays, VisibilityTest::views}) {
     BakeOptions options = cluster_options(kSize, 2);
     const bool rays = test == VisibilityTest::rays;
-    options.visibility.test = test;
-    options.visibility.directions = 1024;
+    options.match.visibility.test = test;
+    options.match.visibility.directions = 1024;
     const BakeResult result = bake(source, low, options);
     ASSERT_TRUE(result.clusters && result.report.visibility);
     EXPECT_EQ(result.maps.size(), 2U);
@@ -152,8 +152,8 @@ TEST(VisibilityClusters, AreTheSameWithBothTraversals) {
   for (const VisibilityTest test : {VisibilityTest::rays, VisibilityTest::views}) {
     // Odd sizes: the last directions and samples do not fill their words and vectors.
     BakeOptions options = cluster_options(61, 3);
-    options.visibility.test = test;
-    options.visibility.directions = 77;
+    options.match.visibility.test = test;
+    options.match.visibility.directions = 77;
     const BakeResult a = bake(vectors, low, options);
     const BakeResult b = bake(scalars, low, options);
     EXPECT_GT(a.report.visibility->clustered, 300U);
@@ -237,13 +237,13 @@ TEST(VisibilityClusters, AreForVisibilityAtTexels) {
   BakeOptions options = cluster_options(16, 5);
   EXPECT_THROW(bake(source, low, options), Error);
   options = cluster_options(16, 2);
-  options.method = MatchMethod::hybrid;
+  options.match.method = MatchMethod::hybrid;
   EXPECT_THROW(bake(source, low, options), Error);
   options = cluster_options(16, 2);
-  options.visibility.at = VisibilityAt::vertex;
+  options.match.visibility.at = VisibilityAt::vertex;
   EXPECT_THROW(bake(source, low, options), Error);
   options = cluster_options(16, 2);
-  options.keep_match = true;
+  options.report.keep_match = true;
   EXPECT_THROW(bake(source, low, options), Error);
 }
 

@@ -220,11 +220,11 @@ TEST(VisibilityField, WhatNothingSeesKeepsItsNormal) {
       BakeOptions options;
       options.width = 128;
       options.height = 64;
-      options.method = MatchMethod::visibility;
-      options.visibility.at = at;
-      options.visibility.test = test;
-      options.visibility.directions = 64;
-      options.max_distance = Length::share(0.05);
+      options.match.method = MatchMethod::visibility;
+      options.match.visibility.at = at;
+      options.match.visibility.test = test;
+      options.match.visibility.directions = 64;
+      options.match.max_distance = Length::share(0.05);
       const BakeResult result = bake(Source(*test::device(), mesh), mesh, options);
       ASSERT_TRUE(result.report.visibility);
       const VisibilityReport& report = *result.report.visibility;

@@ -174,9 +174,9 @@ TEST(Assess, WhatIsHiddenDoesNotCount) {
   const Source source(*test::device(), test::cube(0.98));
   BakeOptions bake_with;
   bake_with.width = bake_with.height = 64;
-  bake_with.method = MatchMethod::closest;
-  bake_with.two_sided = true;
-  bake_with.keep_match = true;
+  bake_with.match.method = MatchMethod::closest;
+  bake_with.match.two_sided = true;
+  bake_with.report.keep_match = true;
   const BakeResult baked = bake(source, inside, bake_with);
   ASSERT_EQ(baked.report.missed, 0U);
   AssessOptions options;
@@ -223,8 +223,8 @@ TEST(Assess, AgreesWithBruteForceWhereThingsHideEachOther) {
   const Source source(*test::device(), high);
   BakeOptions bake_with;
   bake_with.width = bake_with.height = 24;
-  bake_with.max_distance = Length::share(0.1);
-  bake_with.keep_match = true;
+  bake_with.match.max_distance = Length::share(0.1);
+  bake_with.report.keep_match = true;
   const BakeResult baked = bake(source, low, bake_with);
   AssessOptions options;
   options.directions = 40;
@@ -316,9 +316,9 @@ TEST(Assess, RaysAndNearestPointsDifferAsTheyShould) {
   const Source source(*test::device(), load_mesh(*test::shared_data("bunny_high.ply")));
   BakeOptions bake_with;
   bake_with.width = bake_with.height = 256;
-  bake_with.keep_match = true;
+  bake_with.report.keep_match = true;
   const BakeResult ray = bake(source, low, bake_with);
-  bake_with.method = MatchMethod::closest;
+  bake_with.match.method = MatchMethod::closest;
   const BakeResult closest = bake(source, low, bake_with);
   AssessOptions options;
   options.directions = 64;

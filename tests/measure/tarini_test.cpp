@@ -177,10 +177,10 @@ struct Rated {
       : high(std::move(dense)), low(std::move(light)) {
     const Source source(*test::device(), high);
     BakeOptions bake_with;
-    bake_with.method = method;
+    bake_with.match.method = method;
     bake_with.width = bake_with.height = size;
-    bake_with.max_distance = reach;
-    bake_with.keep_match = true;
+    bake_with.match.max_distance = reach;
+    bake_with.report.keep_match = true;
     match = *bake(source, low, bake_with).match;
     AssessOptions options;
     options.directions = count;
@@ -359,11 +359,11 @@ TEST(Tarini, TheBunnysFiguresAreThoseFoundIndependently) {
                                Figures{MatchMethod::ray, 0.0982, 0.657, 1.35},
                                Figures{MatchMethod::visibility, 0.0972, 0.649, 1.11}}) {
     BakeOptions bake_with;
-    bake_with.method = known.method;
+    bake_with.match.method = known.method;
     bake_with.width = bake_with.height = 512;
-    bake_with.max_distance = Length::share(0.02);
-    bake_with.keep_match = true;
-    bake_with.recall = 0;
+    bake_with.match.max_distance = Length::share(0.02);
+    bake_with.report.keep_match = true;
+    bake_with.report.recall = 0;
     const Match match = *bake(source, low, bake_with).match;
     AssessOptions options;
     options.directions = 64;

@@ -190,16 +190,16 @@ TEST(UvCopies, AreBakedOnceFromTheHalfThatIsAskedFor) {
   const Source source(*test::device(), high);
   BakeOptions options;
   options.width = options.height = 64;
-  options.space = NormalMapSpace::object;
+  options.encoding.space = NormalMapSpace::object;
   const auto alone = [&](std::size_t quad) {
     Mesh one = strip({{quad == 0}});
     for (Vec3& p : one.positions) p.x += static_cast<float>(quad);
     return bake(source, one, options).maps[0].image.pixels;
   };
   const BakeResult plain = bake(source, low, options);
-  options.uv_copies = UvCopies::mirrored;
+  options.match.uv_copies = UvCopies::mirrored;
   const BakeResult mirrored = bake(source, low, options);
-  options.uv_copies = UvCopies::plain;
+  options.match.uv_copies = UvCopies::plain;
   EXPECT_EQ(plain.report.uv_copies, 2U);
   EXPECT_EQ(plain.report.texels, mirrored.report.texels);
   EXPECT_EQ(plain.maps[0].image.pixels, alone(1));
@@ -251,9 +251,9 @@ TEST(UvCopies, LeaveNoStepAcrossTheMirrorSeam) {
   const Source source(*test::device(), high);
   BakeOptions options;
   options.width = options.height = 256;
-  options.max_distance = Length::absolute(0.3);
+  options.match.max_distance = Length::absolute(0.3);
   for (const UvCopies rule : {UvCopies::plain, UvCopies::mirrored, UvCopies::first}) {
-    options.uv_copies = rule;
+    options.match.uv_copies = rule;
     const BakeResult baked = bake(source, low, options);
     EXPECT_EQ(baked.report.uv_copies, 2U);
     const Image& map = baked.maps[0].image;
@@ -308,7 +308,7 @@ float waves(float along) { return 0.01F * std::sin(62.8F * along); }
 BakeOptions plain_options() {
   BakeOptions options;
   options.width = options.height = 128;
-  options.max_distance = Length::absolute(0.1);
+  options.match.max_distance = Length::absolute(0.1);
   return options;
 }
 
@@ -324,7 +324,7 @@ TEST(UvCopies, OfAnotherSurfaceAreLostAndNamed) {
   for (const MatchMethod method : {MatchMethod::ray, MatchMethod::closest, MatchMethod::views,
                                    MatchMethod::visibility, MatchMethod::hybrid}) {
     BakeOptions options = plain_options();
-    options.method = method;
+    options.match.method = method;
     const BakeReport report = bake(source, low, options).report;
     // The normals are within 5 degrees where both slopes nearly vanish: 10% of each, so 1% of both.
     EXPECT_GT(report.uv_copies_differ, 0.95) << method.name;
@@ -361,7 +361,7 @@ TEST(UvCopies, OfTheSameSurfaceAreNotLost) {
       low.normals.clear();
       low.normal_triangles.clear();
       BakeOptions options = plain_options();
-      options.max_distance = Length::absolute(0.1 * scale);
+      options.match.max_distance = Length::absolute(0.1 * scale);
       options.maps = {MapKind::normal};
       const BakeReport report = bake(Source(*test::device(), high), low, options).report;
       EXPECT_EQ(report.uv_copies, 2U);

@@ -30,7 +30,7 @@ BakeOptions options_of(std::vector<MapKind> maps, std::uint32_t size) {
   BakeOptions options;
   options.maps = std::move(maps);
   options.width = options.height = size;
-  options.max_distance = Length::absolute(0.05);
+  options.match.max_distance = Length::absolute(0.05);
   return options;
 }
 

@@ -155,7 +155,7 @@ TEST(Lods, OneMapServesAllLevels) {
   const Source source(*test::device(), high);
   LodOptions options = lod_options(6, 96, 3);
   options.share_uvs = true;
-  options.plan.bake.space = NormalMapSpace::object;
+  options.plan.bake.encoding.space = NormalMapSpace::object;
   const LodChain chain = bake_lods(source, high, options);
   expect_chain(chain, options);
   ASSERT_GE(chain.levels.size(), 2U);

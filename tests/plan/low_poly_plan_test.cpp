@@ -121,10 +121,10 @@ TEST(LowPolyPlan, SearchesAsFarAsTheLowPolyStrays) {
   ASSERT_TRUE(plan.result.has_value());
   EXPECT_GT(plan.simplified.error, 0.02);
   EXPECT_LT(plan.result->report.missed, plan.result->report.samples / 50);
-  ASSERT_TRUE(plan.bake.max_distance.has_value());
+  ASSERT_TRUE(plan.bake.match.max_distance.has_value());
 
   // A distance that is asked for stays.
-  options.bake.max_distance = Length::share(0.03);
+  options.bake.match.max_distance = Length::share(0.03);
   const LowPolyPlan asked = plan_low_poly(source, high, options);
   EXPECT_EQ(asked.result->report.max_distance, 0.03 * source.stats().diagonal);
 }
@@ -267,10 +267,10 @@ TEST(LowPolyPlan, ObeysWhatIsGiven) {
   LowPolyPlanOptions options = low_poly_options(5);
   options.choose_match = options.choose_samples = options.may_leave_map_out = false;
   options.bits = 16;
-  options.bake.method = MatchMethod::closest;
+  options.bake.match.method = MatchMethod::closest;
   options.bake.samples = 2;
   options.bake.maps = {MapKind::normal, MapKind::mask};
-  options.bake.raw = true;
+  options.bake.encoding.raw = true;
   const LowPolyPlan plan = plan_low_poly(source, high, options);
   EXPECT_EQ(plan.chosen.method, MatchMethod::closest);
   EXPECT_EQ(plan.chosen.samples, 2U);
@@ -301,7 +301,7 @@ TEST(LowPolyPlan, OfHeightFieldsKeepTheirLayout) {
   options.may_leave_map_out = false;
   for (const bool choose : {true, false}) {
     options.choose_match = choose;
-    options.bake.method = choose ? MatchMethod::ray : MatchMethod::uv;
+    options.bake.match.method = choose ? MatchMethod::ray : MatchMethod::uv;
     const LowPolyPlan plan = plan_low_poly(source, high, options);
     EXPECT_TRUE(plan.reached);
     EXPECT_LT(plan.low.triangles.size(), high.triangles.size() / 8);
@@ -351,8 +351,8 @@ TEST(LowPolyPlan, RefusesAndCancels) {
   refuses([](LowPolyPlanOptions& o) { o.bits = 9; });
   refuses([](LowPolyPlanOptions& o) { o.bake.width = 8; });
   refuses([](LowPolyPlanOptions& o) { o.bake.maps = {MapKind::mask}; });
-  refuses([](LowPolyPlanOptions& o) { o.bake.method = MatchMethod::uv; });
-  refuses([&](LowPolyPlanOptions& o) { o.bake.cage_mesh = &high; });
+  refuses([](LowPolyPlanOptions& o) { o.bake.match.method = MatchMethod::uv; });
+  refuses([&](LowPolyPlanOptions& o) { o.bake.match.cage_mesh = &high; });
   LowPolyPlanOptions options = low_poly_options(5);
   options.bake.progress = [](double, std::string_view) { return false; };
   EXPECT_TRUE(plan_low_poly(source, high, options).cancelled);

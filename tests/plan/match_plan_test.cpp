@@ -169,7 +169,7 @@ TEST(Plan, SaysWhatIsOutOfReach) {
   // Rays that are too short miss, which a better match would not: the others are looked at, views too.
   options.max_error = 1.1 * hopeless.chosen.error.mean_degrees;
   EXPECT_TRUE(bake_planned(source, pair.low, options).reached);
-  options.bake.max_distance = Length::share(0.0005);
+  options.bake.match.max_distance = Length::share(0.0005);
   const PlannedBake short_rays = bake_planned(source, pair.low, options);
   EXPECT_FALSE(short_rays.reached);
   EXPECT_GT(short_rays.limits.front().missed, 0.01);
@@ -204,14 +204,15 @@ TEST(Plan, EncodingsChangeNothingInWhatIsMeasured) {
   const Source source(*test::device(), pair.high);
   PlanOptions options = plan_options(0, 256);
   const double plain = bake_planned(source, pair.low, options).chosen.error.mean_degrees;
-  options.bake.flip_y = true;
+  options.bake.encoding.flip_y = true;
   EXPECT_NEAR(bake_planned(source, pair.low, options).chosen.error.mean_degrees, plain, 1e-3);
-  options.bake.raw = true;
+  options.bake.encoding.raw = true;
   EXPECT_NEAR(bake_planned(source, pair.low, options).chosen.error.mean_degrees, plain, 1e-3);
-  options.bake.two_component = true;
+  options.bake.encoding.two_component = true;
   EXPECT_NEAR(bake_planned(source, pair.low, options).chosen.error.mean_degrees, plain, 0.02);
-  options.bake.raw = options.bake.two_component = options.bake.flip_y = false;
-  options.bake.space = NormalMapSpace::object;
+  options.bake.encoding.raw = options.bake.encoding.two_component = options.bake.encoding.flip_y =
+      false;
+  options.bake.encoding.space = NormalMapSpace::object;
   EXPECT_NEAR(bake_planned(source, pair.low, options).chosen.error.mean_degrees, plain,
               0.2 * plain);
 }
@@ -222,7 +223,7 @@ TEST(Plan, KeepsTheShapeOfTheMapAndTheCage) {
   const Source source(*test::device(), pair.high);
   PlanOptions options = plan_options(1e-4, 256);
   options.bake.width = 512;
-  options.bake.cage = Length::share(0.05);
+  options.bake.match.cage = Length::share(0.05);
   const PlannedBake planned = bake_planned(source, pair.low, options);
   for (const PlanTrial& trial : planned.trials) {
     EXPECT_EQ(trial.width, 2 * trial.height);

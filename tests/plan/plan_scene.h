@@ -41,7 +41,7 @@ inline PlanOptions plan_options(double max_error, std::uint32_t size = 1024) {
   PlanOptions options;
   options.max_error = max_error;
   options.bake.width = options.bake.height = size;
-  options.bake.max_distance = Length::share(0.05);
+  options.bake.match.max_distance = Length::share(0.05);
   return options;
 }
 

@@ -35,7 +35,7 @@ TEST(Plan, TakesUvsBeforeAllElseWhereLayoutsAgree) {
   pair.bend(pair.high = test::uv_sphere(384, 192));
   const Source source(*test::device(), pair.high);
   PlanOptions options = plan_options(0);
-  options.bake.method = MatchMethod::uv;
+  options.bake.match.method = MatchMethod::uv;
   const Pictures pictures(pair.high, kPlanPixels);
   const auto error = [&](std::uint32_t size) {
     options.bake.width = options.bake.height = size;
@@ -73,7 +73,7 @@ TEST(Plan, ATrialThatFindsNothingIsNeverTheResult) {
   for (Vec2& uv : pair.high.uvs) uv.x *= 0.4F;
   const Source source(*test::device(), pair.high);
   BakeOptions by_uv = plan_options(0, 128).bake;
-  by_uv.method = MatchMethod::uv;
+  by_uv.match.method = MatchMethod::uv;
   const BakeReport nothing = bake(source, pair.low, by_uv).report;
   ASSERT_GT(nothing.samples, 0U);
   ASSERT_EQ(nothing.missed, nothing.samples) << "else this tests nothing";
@@ -93,7 +93,7 @@ TEST(Plan, ATrialThatFindsNothingIsNeverTheResult) {
   raised.uvs.clear();
   raised.uv_triangles.clear();
   PlanOptions turned = plan_options(60, 128);
-  turned.bake.max_distance = Length::absolute(0.5);
+  turned.bake.match.max_distance = Length::absolute(0.5);
   Mesh inward = low;
   inward.normals = {{1, 0, 0}};  // rays run along the plane
   const PlannedBake planned = bake_planned(Source(*test::device(), raised), inward, turned);
@@ -120,11 +120,11 @@ TEST(Plan, LeavesUvsOutWhereTheyDoNotFit) {
   expect_rays(Waves(0.2F), plan_options(0, 256));
   // The bound is the caller's.
   PlanOptions strict = plan_options(reachable, 256);
-  strict.bake.uv.max_distance = 1e-4;
+  strict.bake.match.uv.max_distance = 1e-4;
   expect_rays(Waves(), strict);
   // A cage is for rays.
   PlanOptions cage = plan_options(reachable, 256);
-  cage.bake.cage = Length::share(0.05);
+  cage.bake.match.cage = Length::share(0.05);
   expect_rays(Waves(), cage);
 }
 
@@ -145,8 +145,8 @@ TEST(Plan, WithoutAnErrorTakesUvsUnlessRaysGetNearer) {
   const Waves lifted(0, 0.04F);
   const Source source(*test::device(), lifted.high);
   PlanOptions options = plan_options(0, 512);
-  options.bake.max_distance = Length::share(0.01);
-  options.bake.uv.max_distance = 0.1;
+  options.bake.match.max_distance = Length::share(0.01);
+  options.bake.match.uv.max_distance = 0.1;
   const PlannedBake planned = bake_planned(source, lifted.low, options);
   EXPECT_EQ(planned.chosen.method, MatchMethod::uv);
   EXPECT_EQ(planned.chosen.missed, 0);
@@ -164,12 +164,12 @@ TEST(Plan, KnowsWhatAFallbackAddsToUvs) {
   std::shared_ptr<const VisibilityField> field;
   BakeOptions options = plan_options(0).bake;
   const double by_rays = probe.limit(options, field).error.mean_degrees;
-  options.method = MatchMethod::uv;
+  options.match.method = MatchMethod::uv;
   const NormalProbe::Limit half = probe.limit(options, field);
   EXPECT_NEAR(half.missed, 0.5, 0.02);
   EXPECT_GT(half.error.mean_degrees, 1.2 * by_rays);
   for (const MatchMethod fallback : {MatchMethod::ray, MatchMethod::closest, MatchMethod::views}) {
-    options.fallback = {fallback};
+    options.match.fallback = {fallback};
     const NormalProbe::Limit whole = probe.limit(options, field);
     EXPECT_LT(whole.missed, 0.01);
     EXPECT_NEAR(whole.error.mean_degrees, by_rays, 0.05 * by_rays);

@@ -174,7 +174,7 @@ TEST(Frames, ShowWhatRaysShow) {
   const Source source(*test::device(), high);
   BakeOptions bake_options;
   bake_options.width = bake_options.height = 256;
-  bake_options.max_distance = Length::absolute(0.1);
+  bake_options.match.max_distance = Length::absolute(0.1);
   const BakeResult baked = bake(source, low, bake_options);
   const Scene plain(*test::device(), high), mapped(*test::device(), low, {&baked.maps[0].image});
   for (const Scene* scene : {&plain, &mapped}) {

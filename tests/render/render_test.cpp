@@ -146,9 +146,9 @@ TEST(Render, ReadsEveryKindOfMapAsItWasBaked) {
     for (const bool flip_y : {false, true}) {
       BakeOptions bake_options;
       bake_options.width = bake_options.height = 1024;
-      bake_options.max_distance = Length::absolute(0.15);
-      bake_options.space = space;
-      bake_options.flip_y = flip_y;
+      bake_options.match.max_distance = Length::absolute(0.15);
+      bake_options.encoding.space = space;
+      bake_options.encoding.flip_y = flip_y;
       const BakeResult baked = bake(source, low, bake_options);
       const Scene scene(*test::device(), low, {&baked.maps[0].image, space, flip_y});
       const auto error = [&](const Image& image) {

@@ -67,8 +67,8 @@ TEST(HeightField, BakesOntoItsPlaneWithTheFieldsSlopes) {
   const HeightFieldOptions field{64, 64, 3};
   BakeOptions options;
   options.width = options.height = 64;  // texel centres in the middles of cells
-  options.method = MatchMethod::uv;
-  options.raw = true;
+  options.match.method = MatchMethod::uv;
+  options.encoding.raw = true;
   const BakeResult baked = bake(Source(*test::device(), height_field_mesh(image, field)),
                                 height_field_plane(image, field), options);
   EXPECT_EQ(baked.report.by_uv, 64U * 64);

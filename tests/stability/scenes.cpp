@@ -303,19 +303,19 @@ std::vector<FailureScene> failure_scenes() {
 std::vector<Way> ways() {
   const auto way = [](const char* name, MatchMethod method) {
     Way result{name, {}};
-    result.options.method = method;
+    result.options.match.method = method;
     // A sheet that is seen from one side is no height field by name: views from all around.
-    if (method == MatchMethod::views) result.options.views.count = 12;
+    if (method == MatchMethod::views) result.options.match.views.count = 12;
     return result;
   };
   Way cage = way("ray, cage", MatchMethod::ray);
   cage.use_cage = true;
   Way two_sided = way("ray, two-sided", MatchMethod::ray);
-  two_sided.options.two_sided = true;
+  two_sided.options.match.two_sided = true;
   Way nearest = way("ray, nearest", MatchMethod::ray);
-  nearest.options.ray.rule = RayRule::nearest;
+  nearest.options.match.ray.rule = RayRule::nearest;
   Way averaged = way("ray, averaged", MatchMethod::ray);
-  averaged.options.ray.direction = RayDirection::averaged;
+  averaged.options.match.ray.direction = RayDirection::averaged;
   Way parts = way("ray, by parts", MatchMethod::ray);
   parts.by_parts = true;
   return {way("ray", MatchMethod::ray),

@@ -120,8 +120,8 @@ TEST_F(Stability, ALostStampIsTold) {
   for (const RayRule rule : {RayRule::outermost, RayRule::nearest}) {
     BakeOptions options;
     options.width = options.height = 128;
-    options.max_distance = scene.reach;
-    options.ray.rule = rule;
+    options.match.max_distance = scene.reach;
+    options.match.ray.rule = rule;
     const BakeReport report = bake(source, scene.low, options).report;
     ASSERT_TRUE(report.recall.has_value());
     if (rule == RayRule::outermost) {
@@ -145,8 +145,8 @@ TEST_F(Stability, SmallDisturbancesMoveTheMapLittle) {
       EXPECT_LT(movement.mean_degrees, 0.005);
       // What depends on directions in the world sees others where the scene is turned.
       const bool turned = disturbance == Disturbance::rotate || disturbance == Disturbance::mirror;
-      const bool looks =
-          way.options.method == MatchMethod::views || way.options.method == MatchMethod::visibility;
+      const bool looks = way.options.match.method == MatchMethod::views ||
+                         way.options.match.method == MatchMethod::visibility;
       EXPECT_LT(movement.max_degrees, turned && looks ? 5 : 0.05);
       EXPECT_LT(movement.above_1_degree + movement.changed_cover, 0.001);
       if (disturbance == Disturbance::translate || disturbance == Disturbance::permute) {

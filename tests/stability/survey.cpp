@@ -22,21 +22,21 @@ BakeOptions options_for(const Way& way, std::uint32_t size, const Length& reach,
                         const Length& cage) {
   BakeOptions options = way.options;
   options.width = options.height = size;
-  options.gutter = 0;
-  options.keep_match = true;
-  options.recall = 0;  // rated here by what is known of each sample
-  options.max_distance = reach;
+  options.encoding.gutter = 0;
+  options.report.keep_match = true;
+  options.report.recall = 0;  // rated here by what is known of each sample
+  options.match.max_distance = reach;
   if (way.use_cage) {
-    options.cage = cage;
-    options.max_distance = {reach.value * 2, reach.relative};
+    options.match.cage = cage;
+    options.match.max_distance = {reach.value * 2, reach.relative};
   }
   return options;
 }
 
 BakeOptions movement_options(const Way& way) {
   BakeOptions options = options_for(way, 128, Length::share(0.03), Length::share(0.03));
-  options.space = NormalMapSpace::object;
-  options.raw = true;
+  options.encoding.space = NormalMapSpace::object;
+  options.encoding.raw = true;
   return options;
 }
 
@@ -139,13 +139,13 @@ const FailureRate& Survey::rate(const FailureScene& scene, const Way& way) {
   if (!is_new) return rate;
   const Source& source = source_of(scene);
   BakeOptions options = options_for(way, kSize, scene.reach, scene.cage);
-  if (!scene.says_reach && !way.use_cage) options.max_distance.reset();
+  if (!scene.says_reach && !way.use_cage) options.match.max_distance.reset();
   std::optional<Parts> parts;
   if (way.by_parts && !scene.high.groups.empty()) {
     PartNames names;
     names.by = PartsBy::name;
     parts = pair_parts(scene.high, scene.low, names);
-    options.parts = &*parts;
+    options.match.parts = &*parts;
   }
   const BakeResult baked = bake(source, scene.low, options);
   const Match& match = *baked.match;

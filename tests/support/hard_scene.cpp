@@ -51,7 +51,7 @@ std::vector<std::uint32_t> parts_of(const Mesh& mesh) {
 }
 
 HardBake::HardBake(const Source& source, const Mesh& low, BakeOptions options) {
-  options.keep_match = true;
+  options.report.keep_match = true;
   baked = bake(source, low, options);
   samples = assessed_samples(impl_of(source), low, *baked.match);
 }

@@ -334,7 +334,7 @@ TEST(SmallCharts, OfRivetsAndSlatsAreBaked) {
     BakeOptions options;
     options.width = options.height = 64;
     options.maps = {MapKind::normal, MapKind::mask, MapKind{"height"}};
-    options.recall = 0;
+    options.report.recall = 0;
     for (const std::uint32_t samples : {1U, 3U}) {
       options.samples = samples;
       const BakeResult baked = bake(Source(*test::device(), high), low, options);

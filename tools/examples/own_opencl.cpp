@@ -19,7 +19,10 @@ int main() {
   const Device device = opencl_device({context(), chosen(), queue()});
 
   BakeSession session(device, mesh_of(sheet(170, 0.005F)), mesh_of(sheet(1, 0)),
-                      {.width = 512, .height = 512, .method = MatchMethod::uv, .gutter = 0});
+                      {.width = 512,
+                       .height = 512,
+                       .match = {.method = MatchMethod::uv},
+                       .encoding = {.gutter = 0}});
   write_pixels(device, session.bake().map(MapKind::normal).image, PixelFormat::rgba8,
                {.memory = texture()});
   const Vec3 up{0, 0, 1};

@@ -4,7 +4,8 @@
 #include "mesh_of.h"
 
 int main() {
-  const kiln::BakeOptions options{.width = 512, .height = 512, .method = kiln::MatchMethod::uv};
+  const kiln::BakeOptions options{
+      .width = 512, .height = 512, .match = {.method = kiln::MatchMethod::uv}};
   kiln::BakeSession session(kiln::Device::open(), mesh_of(sheet(170, 0.005F)), mesh_of(sheet(1, 0)),
                             options);
   for (int frame = 0; frame < 8; ++frame) {

@@ -84,12 +84,12 @@ bool AoChart::run(const Device& device, const Mesh& high, const Mesh& low,
                       return map.takes_max_error && map.takes_views;
                     })->kind};
   bake_with.width = bake_with.height = size;
-  bake_with.max_distance = max_distance;
-  bake_with.recall = 0;
+  bake_with.match.max_distance = max_distance;
+  bake_with.report.recall = 0;
   bake_with.progress = [&](double share, std::string_view) {
     return progress((done + share) / steps, stage);
   };
-  bake_with.report_errors = true;
+  bake_with.report.errors = true;
   for (AoRow& row : rows) {
     stage = "measuring ambient occlusion, " + row.label;
     bake_with.occlusion = row.occlusion;
@@ -106,7 +106,7 @@ bool AoChart::run(const Device& device, const Mesh& high, const Mesh& low,
     done += 2;
   }
   // In turns, so that what else the machine does falls on all alike.
-  bake_with.report_errors = false;
+  bake_with.report.errors = false;
   for (std::uint32_t run = 0; run < repeat; ++run) {
     for (AoRow& row : rows) {
       stage = "timing ambient occlusion, " + row.label + ", run " + std::to_string(run + 1) +

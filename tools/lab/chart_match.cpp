@@ -153,7 +153,7 @@ class Runner {
   void choose(Pair& pair) {
     for (const ChartSetting& setting : options_.settings) {
       const std::optional<LeftOut> left =
-          unfit(setting.bake.method, "The setting " + setting.name, *source_, high_, low_,
+          unfit(setting.bake.match.method, "The setting " + setting.name, *source_, high_, low_,
                 options_.uv, options_.strict);
       if (left) {
         pair.left_out.push_back({setting.name, left->reason});
@@ -162,7 +162,7 @@ class Runner {
       Row& row = pair.rows.emplace_back();
       row.name = setting.name, row.label = setting.label, row.family = setting.family;
       row.setting = setting;
-      row.setting.bake.uv = options_.uv;
+      row.setting.bake.match.uv = options_.uv;
     }
   }
 
@@ -170,7 +170,8 @@ class Runner {
   BakeOptions bake_options(const ChartSetting& setting, std::uint32_t size) const {
     BakeOptions bake_with = setting.bake;
     bake_with.width = bake_with.height = size;
-    if (!bake_with.cage && !setting.find_cage) bake_with.max_distance = options_.max_distance;
+    if (!bake_with.match.cage && !setting.find_cage)
+      bake_with.match.max_distance = options_.max_distance;
     return bake_with;
   }
 
@@ -186,7 +187,7 @@ class Runner {
     s.source = watch.lap();
     std::optional<FoundCage> cage;
     if (row.setting.find_cage)
-      bake_with.cage_mesh = &cage.emplace(find_cage(source, low_, bake_with)).mesh;
+      bake_with.match.cage_mesh = &cage.emplace(find_cage(source, low_, bake_with)).mesh;
     const double seconds_cage = watch.lap();
     baked.result = bake(source, low_, bake_with);
     s.total = watch.total();
@@ -203,11 +204,11 @@ class Runner {
   MatchAssessment assess_setting(const ChartSetting& setting, const std::vector<Vec3>& used) const {
     BakeOptions bake_with = bake_options(setting, kAssessedSize);
     bake_with.samples = 1;
-    bake_with.recall = 0;
-    bake_with.keep_match = true;
+    bake_with.report.recall = 0;
+    bake_with.report.keep_match = true;
     std::optional<FoundCage> cage;
     if (setting.find_cage)
-      bake_with.cage_mesh = &cage.emplace(find_cage(*source_, low_, bake_with)).mesh;
+      bake_with.match.cage_mesh = &cage.emplace(find_cage(*source_, low_, bake_with)).mesh;
     const BakeResult baked = bake(*source_, low_, bake_with);
     AssessOptions assess_with;
     assess_with.directions = options_.directions;
@@ -245,14 +246,15 @@ class Runner {
     for (const Row& row : pair.rows) {
       const BakeOptions& bake = row.setting.bake;
       const bool is_reference = row.name == kChartReference;
-      if (is_reference || bake.views.automatic) {
+      if (is_reference || bake.match.views.automatic) {
         BakeResult& result = early[&row] = bake_row(row, "baking with " + row.label).result;
         if (result.cancelled) return false;
         if (is_reference) check_result((reference = &result)->report, high_, low_);
       }
-      if (!find_match(bake.method.name).takes_views) continue;
-      const std::vector<Vec3> more = bake.views.automatic ? early[&row].report.views->directions
-                                                          : spread_views(*bake.views.count);
+      if (!find_match(bake.match.method.name).takes_views) continue;
+      const std::vector<Vec3> more = bake.match.views.automatic
+                                         ? early[&row].report.views->directions
+                                         : spread_views(*bake.match.views.count);
       used.insert(used.end(), more.begin(), more.end());
     }
     pair.held_out = held_out_views(kHeldOutViews, used, kLeastHeldOutAngle);
@@ -333,13 +335,13 @@ Json json_of(const Seconds& s) {
 Json json_of(const Row& row) {
   const BakeOptions& bake = row.setting.bake;
   Json json = fields("name label family samples match fallback",
-                     {row.name, row.label, row.family, bake.samples, match_name(bake.method),
-                      chain_name(bake.fallback)});
+                     {row.name, row.label, row.family, bake.samples, match_name(bake.match.method),
+                      chain_name(bake.match.fallback)});
   if (row.report.views) {
-    json.update(
-        fields("views_chosen view_size_given view_criterion view_refine views",
-               {bake.views.automatic, bake.views.size != 0, criterion_name(bake.views.criterion),
-                bake.views.refine, describe(*row.report.views)}));
+    json.update(fields("views_chosen view_size_given view_criterion view_refine views",
+                       {bake.match.views.automatic, bake.match.views.size != 0,
+                        criterion_name(bake.match.views.criterion), bake.match.views.refine,
+                        describe(*row.report.views)}));
   }
   Json runs = Json::array();
   for (const Seconds& run : row.all_seconds) runs.push_back(json_of(run));
@@ -546,9 +548,9 @@ class MatchChart : public ChartKind {
         if (!row.report.views) continue;
         // Where a number was chosen, it says so.
         const ViewReport& views = *row.report.views;
-        if (row.setting.bake.views.automatic)
+        if (row.setting.bake.match.views.automatic)
           row.label = std::to_string(views.directions.size()) + " views chosen";
-        if (row.setting.bake.views.size == 0)
+        if (row.setting.bake.match.views.size == 0)
           note = "views of " + std::to_string(views.size) + "² pixels where none are named";
       }
       Json group = fields("title note panels",

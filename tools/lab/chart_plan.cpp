@@ -172,7 +172,7 @@ class PlanCharter {
     if (way == PlanWay::kiln) low = fit_normals(low, high_);
     BakeOptions bake_with;
     bake_with.width = bake_with.height = size;
-    bake_with.recall = 0;
+    bake_with.report.recall = 0;
     if (way == PlanWay::kiln)
       bake_with.samples = std::clamp(kSampleBudget / size, 1U, kMostSamples);
     bake_with.progress = [&](double, std::string_view) { return progress_(at_, "baking"); };
@@ -192,7 +192,8 @@ class PlanCharter {
 
   double measured(const Mesh& low, const Image& map, const BakeOptions& baked) const {
     if (on_screen_) return on_screen_->degrees(low, map, baked);
-    const NormalMap normal{&map, baked.space, baked.flip_y, baked.bitangent};
+    const NormalMap normal{&map, baked.encoding.space, baked.encoding.flip_y,
+                           baked.encoding.bitangent};
     return reference_.compare(Scene(device_, low, normal)).mean_degrees;
   }
 
@@ -260,7 +261,7 @@ class PlanCharter {
     options.max_error = wanted;
     options.screen = options_.screen;
     options.bake.width = options.bake.height = options_.size;
-    options.bake.recall = 0;
+    options.bake.report.recall = 0;
     options.bake.progress = [&](double, std::string_view stage) {
       return say(at, "plan for " + text_of(wanted) + " degrees: " + std::string(stage));
     };

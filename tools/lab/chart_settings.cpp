@@ -8,7 +8,7 @@ namespace {
 
 BakeOptions by(MatchMethod method, std::uint32_t samples = 1) {
   BakeOptions bake;
-  bake.method = method;
+  bake.match.method = method;
   bake.samples = samples;
   return bake;
 }
@@ -16,35 +16,35 @@ BakeOptions by(MatchMethod method, std::uint32_t samples = 1) {
 /// \param size  pixels a side; 0: by the high poly's density
 BakeOptions views(std::uint32_t count, std::uint32_t size = 0) {
   BakeOptions bake = by(MatchMethod::views);
-  bake.views.count = count;
-  bake.views.size = size;
+  bake.match.views.count = count;
+  bake.match.views.size = size;
   return bake;
 }
 
 BakeOptions automatic_views() {
   BakeOptions bake = by(MatchMethod::views);
-  bake.views.count.reset();
-  bake.views.automatic = true;
+  bake.match.views.count.reset();
+  bake.match.views.automatic = true;
   return bake;
 }
 
 /// As Wang, Froehlich and Goebel 2003 do: least depth difference, points left where they are.
 BakeOptions paper_views(std::uint32_t count) {
   BakeOptions bake = views(count);
-  bake.views.criterion = ViewCriterion::depth;
-  bake.views.refine = false;
+  bake.match.views.criterion = ViewCriterion::depth;
+  bake.match.views.refine = false;
   return bake;
 }
 
 BakeOptions views_then_rays(std::uint32_t count) {
   BakeOptions bake = views(count);
-  bake.fallback = {MatchMethod::ray};
+  bake.match.fallback = {MatchMethod::ray};
   return bake;
 }
 
 BakeOptions visibility(MatchMethod method, VisibilityAt at) {
   BakeOptions bake = by(method);
-  bake.visibility.at = at;
+  bake.match.visibility.at = at;
   return bake;
 }
 
@@ -83,9 +83,9 @@ std::vector<ChartSetting> chart_settings() {
 
 void add_other_matches(std::span<const MatchInfo> rows, std::vector<ChartSetting>& settings) {
   for (const MatchInfo& row : rows) {
-    const bool used =
-        std::any_of(settings.begin(), settings.end(),
-                    [&](const ChartSetting& setting) { return setting.bake.method == row.method; });
+    const bool used = std::any_of(
+        settings.begin(), settings.end(),
+        [&](const ChartSetting& setting) { return setting.bake.match.method == row.method; });
     const std::string name(row.method.name);
     if (!used && !row.needs_direction) settings.push_back({name, name, "others", by(row.method)});
   }
@@ -94,24 +94,24 @@ void add_other_matches(std::span<const MatchInfo> rows, std::vector<ChartSetting
 std::vector<ChartSetting> all_chart_settings() {
   const auto along = [](RayDirection direction) {
     BakeOptions bake;
-    bake.ray.direction = direction;
+    bake.match.ray.direction = direction;
     return bake;
   };
   const auto caged = [&](RayDirection direction) {
     BakeOptions bake = along(direction);
-    bake.cage = Length::share(0.03);
+    bake.match.cage = Length::share(0.03);
     return bake;
   };
   const BakeOptions plain;
   BakeOptions nearest = along(RayDirection::averaged);
-  nearest.ray.rule = RayRule::nearest;
+  nearest.match.ray.rule = RayRule::nearest;
   std::vector<ChartSetting> settings = chart_settings();
   const std::vector<ChartSetting> hard = {
       {"ray_nearest", "nearest face, averaged", "directions", nearest},
       {"ray_averaged", "averaged", "directions", along(RayDirection::averaged)},
       {"ray_face", "face", "directions", along(RayDirection::face)},
       {"cage_auto", "cage auto", "cages", plain, true},
-      {"cage_3", "cage 3%", "cages", caged(plain.ray.direction)},
+      {"cage_3", "cage 3%", "cages", caged(plain.match.ray.direction)},
       {"cage_3_averaged", "cage 3%, averaged", "cages", caged(RayDirection::averaged)}};
   settings.insert(settings.end(), hard.begin(), hard.end());
   return settings;

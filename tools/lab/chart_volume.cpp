@@ -36,9 +36,9 @@ bool is_plain(const VolumeWay& way) { return way.name == kNoMap; }
 std::vector<VolumeWay> volume_ways() {
   BakeOptions rays, more_rays, views, closest;
   more_rays.samples = 2;
-  views.method = MatchMethod::views;
-  views.views.count = kMatchedViews;
-  closest.method = MatchMethod::closest;
+  views.match.method = MatchMethod::views;
+  views.match.views.count = kMatchedViews;
+  closest.match.method = MatchMethod::closest;
   return {{kNoMap, "no map", "none", std::nullopt, false},
           {kDirectMap, "direct", "direct", std::nullopt, true},
           {"ray", "rays", "rays", rays, true},
@@ -132,10 +132,10 @@ BakeOptions bake_options(const VolumeOptions& options, const VolumeWay& way, std
                          const Progress& progress) {
   BakeOptions bake = *way.bake;
   bake.width = bake.height = size;
-  bake.space = NormalMapSpace::object;
-  bake.max_distance = options.max_distance;
+  bake.encoding.space = NormalMapSpace::object;
+  bake.match.max_distance = options.max_distance;
   // Charts have just their border around them, and none may write into another's.
-  bake.gutter = static_cast<std::int32_t>(options.extract.border_texels);
+  bake.encoding.gutter = static_cast<std::int32_t>(options.extract.border_texels);
   bake.progress = progress;
   return bake;
 }

@@ -203,11 +203,11 @@ bool bake_exhibit(const Source& source, const Mesh& high, const Mesh& low,
                   const GalleryArguments& a, const UvOptions& uv, const Progress& show,
                   Exhibit& exhibit) {
   BakeOptions bake_with;
-  bake_with.method = match_method(exhibit.method);
+  bake_with.match.method = match_method(exhibit.method);
   bake_with.width = bake_with.height = a.size;
-  bake_with.max_distance = parse_length_above_0("--max-distance", a.max_distance);
-  bake_with.uv = uv;
-  bake_with.keep_match = true;
+  bake_with.match.max_distance = parse_length_above_0("--max-distance", a.max_distance);
+  bake_with.match.uv = uv;
+  bake_with.report.keep_match = true;
   bake_with.progress = show;
   BakeResult baked = bake(source, low, bake_with);
   if (baked.cancelled) return false;
@@ -215,10 +215,10 @@ bool bake_exhibit(const Source& source, const Mesh& high, const Mesh& low,
   exhibit.map = std::move(baked.maps[0].image);
   BakeOptions points;
   points.width = points.height = a.size;
-  points.match = &*baked.match;
+  points.match.saved = &*baked.match;
   points.maps = {MapKind{"position"}, MapKind{"displacement"}};
-  points.space = NormalMapSpace::object;
-  points.gutter = 0;
+  points.encoding.space = NormalMapSpace::object;
+  points.encoding.gutter = 0;
   BakeResult read = bake(source, low, points);
   exhibit.origin = read.maps[0].origin;
   exhibit.points = std::move(read.maps[0].image);

@@ -18,8 +18,8 @@ std::string why_not(MatchMethod method, const Source& source, const Mesh& high, 
                     const UvOptions& uv) {
   if (high.uvs.empty()) return "'" + high.name + "' has no UVs.";
   BakeOptions trial;
-  trial.method = method;
-  trial.uv = uv;
+  trial.match.method = method;
+  trial.match.uv = uv;
   trial.width = trial.height = kTrialSize;
   try {
     const BakeReport report = bake(source, low, trial).report;

@@ -159,16 +159,16 @@ void compile_kernels(const Device& device, const BakeOptions& like) {
   square.uv_triangles = square.triangles;
   BakeOptions bake_with = like;
   bake_with.width = bake_with.height = 16;
-  bake_with.max_distance = Length::share(0.1);
+  bake_with.match.max_distance = Length::share(0.1);
   bake_with.progress = nullptr;
-  bake_with.parts = nullptr;
-  bake_with.cage_mesh = nullptr;
-  bake_with.match = nullptr;
+  bake_with.match.parts = nullptr;
+  bake_with.match.cage_mesh = nullptr;
+  bake_with.match.saved = nullptr;
   bake_with.maps = {find_map(shading_map()).kind};
   bake_with.transfers = {};
   bake_with.own_maps = {};
   bake_with.occlusion = {};
-  bake_with.report_errors = false;
+  bake_with.report.errors = false;
   bake(Source(device, square), square, bake_with);
 }
 
@@ -196,18 +196,18 @@ std::vector<Candidate> candidates(const RatingOptions& options) {
 BakeOptions bake_options(const Candidate& candidate, const RatingOptions& options) {
   BakeOptions bake_with;
   bake_with.width = bake_with.height = options.size;
-  bake_with.max_distance = options.max_distance;
-  bake_with.uv = options.uv;
+  bake_with.match.max_distance = options.max_distance;
+  bake_with.match.uv = options.uv;
   if (options.bake_of) bake_with = options.bake_of(candidate.method);
-  bake_with.method = match_method(candidate.method);
-  if (candidate.visibility_at) bake_with.visibility.at = *candidate.visibility_at;
-  bake_with.keep_match = true;
-  bake_with.vertex_coverage = options.pictures;
+  bake_with.match.method = match_method(candidate.method);
+  if (candidate.visibility_at) bake_with.match.visibility.at = *candidate.visibility_at;
+  bake_with.report.keep_match = true;
+  bake_with.report.vertex_coverage = options.pictures;
   // First of all, for rendered normals, also where its error is not asked for.
   const MapKind shown = find_map(shading_map()).kind;
   std::erase(bake_with.maps, shown);
   bake_with.maps.insert(bake_with.maps.begin(), shown);
-  bake_with.report_errors = !options.maps.empty();
+  bake_with.report.errors = !options.maps.empty();
   return bake_with;
 }
 
@@ -501,8 +501,8 @@ void take_match_flags(const MeasureArguments& a, const HighPolyInput& dense,
     result.opacity = textures.opacity;
     result.transfers = textures.transfers;
     const bool cage = !bake.cage.empty() || !bake.cage_mesh.empty();
-    if (!cage || a.distance_given) result.max_distance = own;
-    result.uv = uv_options(dense, result.uv);
+    if (!cage || a.distance_given) result.match.max_distance = own;
+    result.match.uv = uv_options(dense, result.match.uv);
     inputs.apply(result);
     return result;
   };

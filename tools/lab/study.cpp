@@ -213,15 +213,15 @@ class LowMeshes {
 BakeOptions bake_options(const Setting& setting, const StudyOptions& options) {
   BakeOptions bake;
   bake.width = bake.height = setting.size;
-  bake.max_distance = options.max_distance;
-  bake.keep_match = true;
+  bake.match.max_distance = options.max_distance;
+  bake.report.keep_match = true;
   if (setting.curve == Curve::ray) return bake;
-  bake.method = first_match(&MatchInfo::takes_views);
-  bake.views.count = setting.views;
-  bake.views.size = options.view_size;
+  bake.match.method = first_match(&MatchInfo::takes_views);
+  bake.match.views.count = setting.views;
+  bake.match.views.size = options.view_size;
   if (setting.curve == Curve::paper) {
-    bake.views.criterion = ViewCriterion::depth;
-    bake.views.refine = false;
+    bake.match.views.criterion = ViewCriterion::depth;
+    bake.match.views.refine = false;
   }
   return bake;
 }

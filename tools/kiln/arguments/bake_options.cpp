@@ -47,48 +47,49 @@ BakeOptions bake_options(const BakeArguments& a) {
       options.maps.push_back(kind);
     }
   }
-  if (a.match != kAutomatic) options.method = find_match(a.match).method;
-  options.views.criterion = criterion_values().at(a.view_criterion);
-  options.fallback = fallback_methods(a);
-  options.fallback_blend = a.fallback_blend;
-  options.visibility.at = visibility_at_values().at(a.visibility_at);
-  options.visibility.test = visibility_test_values().at(a.visibility_test);
-  options.visibility.directions = a.directions;
-  options.visibility.view_size = a.visibility_size;
-  options.visibility.smoothing = a.visibility_smooth;
-  options.visibility.clusters = a.visibility_clusters;
-  options.visibility.cluster_deviation = a.visibility_deviation;
+  if (a.match != kAutomatic) options.match.method = find_match(a.match).method;
+  options.match.views.criterion = criterion_values().at(a.view_criterion);
+  options.match.fallback = fallback_methods(a);
+  options.match.fallback_blend = a.fallback_blend;
+  options.match.visibility.at = visibility_at_values().at(a.visibility_at);
+  options.match.visibility.test = visibility_test_values().at(a.visibility_test);
+  options.match.visibility.directions = a.directions;
+  options.match.visibility.view_size = a.visibility_size;
+  options.match.visibility.smoothing = a.visibility_smooth;
+  options.match.visibility.clusters = a.visibility_clusters;
+  options.match.visibility.cluster_deviation = a.visibility_deviation;
   if (const ViewLikelihood* const known = likelihood_values().find(a.view_weight)) {
-    options.visibility.likelihood = *known;
+    options.match.visibility.likelihood = *known;
   } else {
-    options.visibility.likelihood = ViewLikelihood::list;
-    options.visibility.likelihoods = load_likelihoods(a.view_weight);
+    options.match.visibility.likelihood = ViewLikelihood::list;
+    options.match.visibility.likelihoods = load_likelihoods(a.view_weight);
   }
-  options.views.size = a.view_size;
-  options.views.refine = !a.no_view_refine;
+  options.match.views.size = a.view_size;
+  options.match.views.refine = !a.no_view_refine;
   for (const std::string& view : a.view)
-    options.views.directions.push_back(parse_direction("--view", view));
+    options.match.views.directions.push_back(parse_direction("--view", view));
   if (a.views == "auto") {
-    options.views.automatic = true;
+    options.match.views.automatic = true;
   } else if (!a.views.empty()) {
-    options.views.count = parse_views(a.views);
+    options.match.views.count = parse_views(a.views);
   }
-  options.max_distance = optional_length("--max-distance", a.max_distance);
+  options.match.max_distance = optional_length("--max-distance", a.max_distance);
   if (a.force_uv) {
-    options.uv.max_overlap = options.uv.max_distance = std::numeric_limits<double>::infinity();
+    options.match.uv.max_overlap = options.match.uv.max_distance =
+        std::numeric_limits<double>::infinity();
   }
-  if (!a.cage.empty() && a.cage != kAutomatic) options.cage = parse_cage(a.cage);
-  options.two_sided = a.two_sided;
-  options.ray.rule = ray_rule_values().at(a.ray);
-  options.ray.direction = ray_direction_values().at(a.direction);
-  options.ray.edge_width = optional_length("--edge-width", a.edge_width);
-  options.uv_copies = uv_copies_values().at(a.uv_copies);
-  options.recall = a.recall;
-  options.space = space_values().at(a.space);
-  options.bitangent = bitangent_values().at(a.bitangent);
-  options.flip_y = a.flip_y;
-  options.two_component = a.two_component;
-  options.raw = a.raw;
+  if (!a.cage.empty() && a.cage != kAutomatic) options.match.cage = parse_cage(a.cage);
+  options.match.two_sided = a.two_sided;
+  options.match.ray.rule = ray_rule_values().at(a.ray);
+  options.match.ray.direction = ray_direction_values().at(a.direction);
+  options.match.ray.edge_width = optional_length("--edge-width", a.edge_width);
+  options.match.uv_copies = uv_copies_values().at(a.uv_copies);
+  options.report.recall = a.recall;
+  options.encoding.space = space_values().at(a.space);
+  options.encoding.bitangent = bitangent_values().at(a.bitangent);
+  options.encoding.flip_y = a.flip_y;
+  options.encoding.two_component = a.two_component;
+  options.encoding.raw = a.raw;
   options.occlusion.by = occlusion_by_values().at(a.ao_by);
   options.occlusion.views = a.ao_views;
   options.occlusion.rays = a.ao_rays;
@@ -102,17 +103,17 @@ BakeOptions bake_options(const BakeArguments& a) {
   options.occlusion.distance = optional_length("--ao-distance", a.ao_distance);
   options.occlusion.falloff = occlusion_falloff_values().at(a.ao_falloff);
   options.curvature_radius = optional_length("--curvature-radius", a.curvature_radius);
-  for (const std::string& text : a.ranges) options.ranges.push_back(parse_range(a, text));
+  for (const std::string& text : a.ranges) options.encoding.ranges.push_back(parse_range(a, text));
   options.occlusion.max_error = a.ao_error;
   options.own_maps = load_own_maps(a);
   options.id_by = id_by_values().at(a.id_by);
-  if (!a.origin.empty()) options.origin = parse_place("--origin", a.origin);
+  if (!a.origin.empty()) options.encoding.origin = parse_place("--origin", a.origin);
   options.light = {parse_direction("--light", a.light), a.light_angle};
-  options.report_errors = a.report_error;
-  options.miss = miss_policy(a);
-  options.gutter = parse_gutter(a.gutter);
-  options.mips = a.mips;
-  options.keep_match = !a.save_match.empty() || a.reasons;
+  options.report.errors = a.report_error;
+  options.encoding.miss = miss_policy(a);
+  options.encoding.gutter = parse_gutter(a.gutter);
+  options.encoding.mips = a.mips;
+  options.report.keep_match = !a.save_match.empty() || a.reasons;
   return options;
 }
 

@@ -129,7 +129,7 @@ std::vector<std::string> default_maps() {
   return names;
 }
 
-std::string default_match() { return std::string(BakeOptions().method.name); }
+std::string default_match() { return std::string(BakeOptions().match.method.name); }
 
 MatchMethod first_match(bool MatchInfo::*property) {
   return std::find_if(matches().begin(), matches().end(),

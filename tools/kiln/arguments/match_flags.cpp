@@ -106,12 +106,12 @@ void MatchInputs::make_cage(const BakeArguments& arguments, const Device& device
 }
 
 void MatchInputs::apply(BakeOptions& options) const {
-  if (cage_mesh_) options.cage_mesh = &*cage_mesh_;
-  if (found_cage_) options.max_distance.reset();  // that was for finding it
-  if (parts_) options.parts = &*parts_;
+  if (cage_mesh_) options.match.cage_mesh = &*cage_mesh_;
+  if (found_cage_) options.match.max_distance.reset();  // that was for finding it
+  if (parts_) options.match.parts = &*parts_;
   for (const Mesh& mesh : occluders_) options.occlusion.by_others.push_back(&mesh);
   if (!match_) return;
-  options.match = &*match_;
+  options.match.saved = &*match_;
   options.width = match_->width / match_->samples;
   options.height = match_->height / match_->samples;
   options.samples = match_->samples;

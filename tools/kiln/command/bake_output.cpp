@@ -220,7 +220,7 @@ bool save_with_mips(BakeRun& run, const BakedMap& map, const std::string& name) 
       save_image(level == 0 ? map.image : map.mips[level - 1], files[level], options);
     }
   }
-  if (run.options.mips) run.mips[name] = describe_levels(map, files);
+  if (run.options.encoding.mips) run.mips[name] = describe_levels(map, files);
   return true;
 }
 

@@ -92,7 +92,7 @@ void add_parts(const BakeRun& run, Json& json) {
   // What 0 and 1 of integer formats stand for, a channel each.
   if (!run.ranges.empty()) json["ranges"] = run.ranges;
   if (run.origin) json["origin"] = *run.origin;
-  if (run.options.mips) json["mips"] = run.mips;
+  if (run.options.encoding.mips) json["mips"] = run.mips;
   if (run.planned) json["auto"] = plan_json(*run.planned);
   if (run.plan) {
     const std::string& screen = run.arguments.screen;

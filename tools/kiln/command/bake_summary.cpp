@@ -246,7 +246,7 @@ void print_summary(BakeRun& run, const Source::Stats& source, double total) {
   if (run.reasons) print_reasons(console, *run.reasons, report.samples);
   if (report.recall && report.recall->places > 0) console.line(summary(*report.recall));
   if (report.visibility) {
-    console.line(summary(*report.visibility, run.options.visibility.clusters));
+    console.line(summary(*report.visibility, run.options.match.visibility.clusters));
   }
   const std::uint64_t map_texels =
       run.plan      ? std::uint64_t{run.plan->chosen.size} * run.plan->chosen.size

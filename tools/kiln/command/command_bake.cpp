@@ -47,7 +47,7 @@ BakeResult bake_from(const HighPolyInput& dense, const Source& source, const Mes
   try {
     return bake(source, low, options);
   } catch (const Error& error) {
-    if (!dense.heights || !find_match(options.method.name).needs_uvs ||
+    if (!dense.heights || !find_match(options.match.method.name).needs_uvs ||
         error.code() != ErrorCode::input) {
       throw;
     }
@@ -111,14 +111,14 @@ void name_place_of_misses(BakeRun& run) {
 /// A low poly that was made here tells how far it strays. What was asked for goes first.
 void widen_search(BakeRun& run) {
   const BakeOptions& options = run.options;
-  if (!run.low.simplified || run.dense.heights || options.max_distance || options.cage ||
-      !run.arguments.cage.empty() || !run.arguments.cage_mesh.empty()) {
+  if (!run.low.simplified || run.dense.heights || options.match.max_distance ||
+      options.match.cage || !run.arguments.cage.empty() || !run.arguments.cage_mesh.empty()) {
     return;
   }
   const SimplifyReport& made = *run.low.simplified;
   const SimplifyReport as_it_is;
   if (made.search_distance() <= as_it_is.search_distance()) return;
-  run.options.max_distance = Length::share(made.search_distance());
+  run.options.match.max_distance = Length::share(made.search_distance());
 }
 
 /// Of planning, without the bake of the result.
@@ -157,12 +157,12 @@ bool read_inputs(BakeRun& run) {
   run.dense = load_dense(high_files(arguments), arguments.heights, load_options(arguments),
                          has_more_files(arguments) && !made, run.warnings);
   if (made && !run.dense.heights) turn_strays(run.dense.mesh, run.warnings);
-  run.options.uv = uv_options(run.dense, run.options.uv);
+  run.options.match.uv = uv_options(run.dense, run.options.match.uv);
   load_textures(arguments, run.dense.mesh, run.options, run.warnings);
   apply_alpha_test(arguments, run.options, run.dense.mesh, run.warnings);
   run.warnings_of_high = run.warnings.size();
   run.stages.load = run.watch.lap();
-  warn_about_weights(arguments, run.options.visibility, run.warnings);
+  warn_about_weights(arguments, run.options.match.visibility, run.warnings);
   if (plans_light(arguments)) {
     run.low.stem = low_stem(arguments);
     run.low.made = true;
@@ -176,7 +176,7 @@ bool read_inputs(BakeRun& run) {
       }
     }
   }
-  if (!made && !run.options.two_sided) {
+  if (!made && !run.options.match.two_sided) {
     const std::string inside_out = why_inside_out(run.dense.mesh, run.low.mesh);
     if (!inside_out.empty()) run.warnings.push_back({"high-inside-out", inside_out, 1});
   }
@@ -187,7 +187,7 @@ bool read_inputs(BakeRun& run) {
     run.cage_mesh =
         load_cage(arguments.cage_mesh, run.low.mesh, load_options(arguments), &run.warnings);
     check_cage_directions(arguments, run.low.mesh, *run.cage_mesh);
-    run.options.cage_mesh = &*run.cage_mesh;
+    run.options.match.cage_mesh = &*run.cage_mesh;
   }
   for (const std::string& file : occluder_files(arguments)) {
     run.options.occlusion.by_others.push_back(
@@ -195,12 +195,12 @@ bool read_inputs(BakeRun& run) {
   }
   if (arguments.match_by != "all") {
     run.parts = pair_parts(run.dense.mesh, run.low.mesh, part_names(arguments));
-    run.options.parts = &*run.parts;
+    run.options.match.parts = &*run.parts;
     run.warnings.insert(run.warnings.end(), run.parts->warnings.begin(), run.parts->warnings.end());
   }
   if (!arguments.load_match.empty()) {
     run.match = load_match(arguments.load_match);
-    run.options.match = &*run.match;
+    run.options.match.saved = &*run.match;
   }
   run.stages.load += run.watch.lap();
   return true;
@@ -210,8 +210,8 @@ bool read_inputs(BakeRun& run) {
 void make_cage(BakeRun& run, const Source& source) {
   if (run.arguments.cage != kAutomatic) return;
   run.cage = find_cage(source, run.low.mesh, run.options);
-  run.options.cage_mesh = &run.cage->mesh;
-  run.options.max_distance.reset();  // that was for finding it
+  run.options.match.cage_mesh = &run.cage->mesh;
+  run.options.match.max_distance.reset();  // that was for finding it
   run.warnings.insert(run.warnings.end(), run.cage->warnings.begin(), run.cage->warnings.end());
   run.stages.cage = run.watch.lap();
 }
@@ -225,9 +225,10 @@ std::optional<double> normals_off(const BakeRun& run, const Device& device, cons
   options.width = std::min(options.width, kMostTexels);
   options.height = std::min(options.height, kMostTexels);
   options.maps = plain.maps;
-  options.space = plain.space;
-  options.bitangent = plain.bitangent;
-  options.flip_y = options.two_component = options.raw = options.mips = options.keep_match = false;
+  options.encoding.space = plain.encoding.space;
+  options.encoding.bitangent = plain.encoding.bitangent;
+  options.encoding.flip_y = options.encoding.two_component = options.encoding.raw =
+      options.encoding.mips = options.report.keep_match = false;
   options.transfers = {};
   options.progress = {};
   const BakeResult result = bake_from(run.dense, source, low, options);
@@ -241,7 +242,7 @@ void judge_seams(BakeRun& run, const Device& device, const Source& source) {
   constexpr double kClearly = 0.98;
   LowMesh& low = run.low;
   if (!low.whole && !low.seam_warning) return;
-  if (run.options.match != nullptr) {  // of one size, and of LOW as it is
+  if (run.options.match.saved != nullptr) {  // of one size, and of LOW as it is
     if (low.seam_warning) run.warnings.push_back(*low.seam_warning);
     return;
   }

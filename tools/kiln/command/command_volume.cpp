@@ -99,12 +99,12 @@ Baked bake_map(const Device& device, const VolumeArguments& a, const Mesh& dense
   BakeOptions options;
   options.width = options.height = result.normal_map.width;
   options.samples = a.samples;
-  options.method = find_match(a.match).method;
-  options.max_distance = optional_length("--max-distance", a.max_distance);
-  options.space = a.space == "tangent" ? NormalMapSpace::tangent : NormalMapSpace::object;
-  options.flip_y = a.flip_y;
+  options.match.method = find_match(a.match).method;
+  options.match.max_distance = optional_length("--max-distance", a.max_distance);
+  options.encoding.space = a.space == "tangent" ? NormalMapSpace::tangent : NormalMapSpace::object;
+  options.encoding.flip_y = a.flip_y;
   // Charts have just their border around them, and none may write into another's.
-  options.gutter = static_cast<std::int32_t>(a.surface.border_texels);
+  options.encoding.gutter = static_cast<std::int32_t>(a.surface.border_texels);
   options.progress = [&](double done, std::string_view stage) {
     return console.progress(0.6 + 0.3 * done, stage);
   };

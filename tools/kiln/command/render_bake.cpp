@@ -91,8 +91,8 @@ Image bake_map(const RenderArguments& arguments, const Device& device, const Hig
   inputs.read(bake_as, dense.mesh, mesh, warnings);
   inputs.make_cage(bake_as, device, dense.mesh, mesh, warnings);
   BakeOptions options = bake_options(bake_as);
-  options.uv = uv_options(dense, options.uv);
-  options.keep_match = false;
+  options.match.uv = uv_options(dense, options.match.uv);
+  options.report.keep_match = false;
   inputs.apply(options);
   const Source source(device, dense.mesh, traversal(bake_as));
   BakeResult result = bake(source, mesh, options);

@@ -13,8 +13,8 @@ struct Flag {
 
 // Of two that begin alike the longer one comes first.
 constexpr std::array kFlags = {
-    Flag{"BakeOptions::fallback", "--fallback"},
-    Flag{"BakeOptions::cage", "--cage"},
+    Flag{"MatchOptions::fallback", "--fallback"},
+    Flag{"MatchOptions::cage", "--cage"},
     Flag{"Device::open", "--device"},
     Flag{"RayRule::outermost", "--ray outermost"},
     Flag{"ExtractOptions::size", "--size"},
