@@ -36,7 +36,7 @@ struct Builder {
   std::vector<kiln_texel_piece> pieces;
   std::vector<kiln_texel_corners> corners;
   std::vector<FixedTriangle> fixed;
-  Finding outside, degenerate_uv, degenerate_low;
+  Finding outside, degenerate_uv, missing_uv, degenerate_low;
 
   void add_triangle(const LowSurface& surface, std::size_t t) {
     if (surface.usable[t] == 0) {
@@ -47,7 +47,7 @@ struct Builder {
     const auto& triangle = surface.triangles[t];
     for (const LowSurface::Corner& corner : triangle) {
       if (std::isfinite(corner.uv.x) && std::isfinite(corner.uv.y)) continue;
-      degenerate_uv.add(t);
+      missing_uv.add(t);
       return;
     }
     const auto first = static_cast<std::uint32_t>(pieces.size());
@@ -171,6 +171,15 @@ std::vector<Warning> describe(const LowSurface& surface, const Builder& all) {
              ": they cover no texel and were not baked. Unwrap them if they are seen.",
          found.count});
   }
+  if (const Finding& found = all.missing_uv; found.count != 0) {
+    warnings.push_back({"uv-missing",
+                        triangles_are(found.count) + (found.count == 1 ? "has" : "have") +
+                            " a corner without UVs, for example triangle " +
+                            std::to_string(found.example) +
+                            ": they cover no texel and were not baked. Unwrap them if they are "
+                            "seen.",
+                        found.count});
+  }
   if (const Finding& found = all.degenerate_low; found.count != 0) {
     warnings.push_back({"low-degenerate",
                         triangles_are(found.count) + (found.count == 1 ? "has" : "have") +
@@ -207,6 +216,7 @@ TexelPieces TexelPieces::of(const LowSurface& surface, std::uint32_t sample_widt
     all.fixed.insert(all.fixed.end(), run.fixed.begin(), run.fixed.end());
     all.outside.add(run.outside);
     all.degenerate_uv.add(run.degenerate_uv);
+    all.missing_uv.add(run.missing_uv);
     all.degenerate_low.add(run.degenerate_low);
     run = Builder{};
   }

@@ -25,7 +25,7 @@ struct TexelPieces {
   std::vector<kiln_texel_piece> pieces;
   std::vector<kiln_texel_corners> corners;
   std::vector<FixedTriangle> fixed;
-  std::vector<Warning> warnings;  ///< "uv-outside", "uv-degenerate", "low-degenerate"
+  std::vector<Warning> warnings;  ///< "uv-outside", "uv-degenerate", "uv-missing", "low-degenerate"
 
   /// Snaps all usable triangles to the grid of 2^-shift samples. Triangles that reach farther than
   /// one unit out of the unit square are clipped to [-1, 2] x [-1, 2]. They become several pieces,

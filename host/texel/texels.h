@@ -47,8 +47,8 @@ struct TexelReport {
   std::uint64_t texels = 0;  ///< Texels with at least one sample
   std::uint64_t samples = 0;
   std::uint64_t overlapping_samples = 0;  ///< Covered by more than one triangle
-  std::vector<Warning> warnings;          ///< "uv-overlap", "uv-outside", "uv-degenerate",
-                                          ///< "low-degenerate": count, rule and an example
+  std::vector<Warning> warnings;  ///< "uv-overlap", "uv-outside", "uv-degenerate", "uv-missing",
+                                  ///< "low-degenerate": count, rule and an example
 };
 
 /// Scan-converts the UV charts of a low poly, band by band.

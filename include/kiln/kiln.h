@@ -1,7 +1,7 @@
 /// \file
 /// Kiln bakes the detail of high polys into the textures of low polys. This header is the core: devices, meshes,
 /// sources, matches, maps, bakes, sessions, images, errors. By name: kiln/simplify.h, normals.h, unwrap.h (low polys),
-/// height_field.h, render.h, volume.h, contour.h, gradient.h (volumes), measure.h, assess.h, depth.h, layout.h, plan.h
+/// height_field.h, render.h, volume.h, contour.h, gradient.h (volumes), measure.h, assess.h, depth.h, layout.h, texture_sets.h, plan.h
 /// (measures and plans), and opencl.h, which needs OpenCL's headers.
 #pragma once
 

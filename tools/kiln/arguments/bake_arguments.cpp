@@ -1,8 +1,12 @@
 #include "arguments/bake_arguments.h"
 
+#include <algorithm>
+#include <tuple>
+
 #include "arguments/bake_flags.h"
 #include "arguments/bake_values.h"
 #include "arguments/map_bounds.h"
+#include "arguments/parse.h"
 
 namespace kiln::cli {
 
@@ -96,6 +100,32 @@ std::string deviation_bound(const BakeArguments& a) {
 bool plans_light(const BakeArguments& a) {
   const bool own = a.low.empty() && a.faces == 0;
   return own && a.load_match.empty() && !angle_bound(a).empty();
+}
+
+void take_sizes(BakeArguments& a) {
+  bool given = false;
+  for (const std::string& text : a.sizes) {
+    if (text.find('=') != std::string::npos) continue;
+    if (given) fail_usage("--size is given twice for all sets: leave one out, or write NAME=SIZE.");
+    given = true;
+    a.size = text;
+  }
+}
+
+std::vector<SetSize> set_sizes(const BakeArguments& a) {
+  std::vector<SetSize> sizes;
+  for (const std::string& text : a.sizes) {
+    const std::size_t equals = text.rfind('=');
+    if (equals == std::string::npos) continue;
+    SetSize size;
+    size.set = text.substr(0, equals);
+    std::tie(size.width, size.height) = parse_size(text.substr(equals + 1));
+    for (const SetSize& other : sizes) {
+      if (other.set == size.set) fail_usage("--size names the set '" + size.set + "' twice.");
+    }
+    sizes.push_back(std::move(size));
+  }
+  return sizes;
 }
 
 bool shares_uvs(const BakeArguments& a) { return a.lods > 0 && a.lod_uvs == "shared"; }

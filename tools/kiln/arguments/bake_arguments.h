@@ -10,6 +10,7 @@
 #include "arguments/command_line.h"
 #include "arguments/high_poly_input.h"
 #include "kiln/kiln.h"
+#include "kiln/texture_sets.h"
 #include "report/report.h"
 
 namespace kiln::cli {
@@ -26,6 +27,8 @@ struct BakeArguments {
   std::string tangents = "file";
   bool split_at_seams = false;
   std::string size = "2048";
+  std::vector<std::string> sizes;  // as given: `size`, and NAME=SIZE of texture sets
+  std::string sets = "auto";       // or as SetsBy
   std::vector<std::string> maps = default_maps();
   std::string match = default_match();
   std::string max_distance;
@@ -151,6 +154,18 @@ std::string deviation_bound(const BakeArguments& arguments);
 bool bounds_maps(const BakeArguments& arguments);
 /// True if faces, map size and match are chosen together: no LOW, no --faces, but an error to reach.
 bool plans_light(const BakeArguments& arguments);
+
+/// Of --size, what is for one texture set alone: its name and its size in texels.
+struct SetSize {
+  std::string set;
+  std::uint32_t width = 0, height = 0;
+};
+/// Why a bake has one set whatever LOW is; empty: it may have several.
+std::string no_sets(const BakeArguments& arguments);
+/// Makes `size` the one of `sizes` that names no set. \throws Error(usage) for several
+void take_sizes(BakeArguments& arguments);
+/// \throws Error(usage) for a size that is none, or of a set twice
+std::vector<SetSize> set_sizes(const BakeArguments& arguments);
 
 /// True if all levels of detail share one layout and its maps.
 bool shares_uvs(const BakeArguments& arguments);

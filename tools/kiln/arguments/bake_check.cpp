@@ -10,6 +10,20 @@
 #include "kiln/plan.h"
 
 namespace kiln::cli {
+
+std::string no_sets(const BakeArguments& a) {
+  if (a.low.empty() || a.unwrap) {
+    return "parts a layout of LOW's own, but Kiln lays this one out in one atlas: leave it out.";
+  }
+  if (a.match == kAutomatic) return "cannot be planned: choose a --match.";
+  if (!a.load_match.empty() || !a.save_match.empty() || a.reasons) {
+    return "has several maps, but --load-match, --save-match and --reasons are of one: leave one "
+           "of them out.";
+  }
+  if (a.visibility_clusters > 1) return "cannot be parted into clusters: leave one out.";
+  return "";
+}
+
 namespace {
 
 /// \throws Error(usage) for a chain of fallbacks that asks a match twice, or goes on after its end
@@ -307,6 +321,21 @@ void check_files(const BakeArguments& a) {
   }
 }
 
+/// Texture sets are of a layout that is there, and are baked one after the other.
+void check_sets(const BakeArguments& a) {
+  set_sizes(a);
+  if (a.sets == kAutomatic || a.sets == "none") {
+    if (a.sets == "none" && !set_sizes(a).empty()) {
+      fail_usage(
+          "--size NAME=SIZE is for texture sets, but --sets none makes one map: leave one out.");
+    }
+    return;
+  }
+  if (const std::string reason = no_sets(a); !reason.empty()) {
+    fail_usage("--sets " + a.sets + " " + reason);
+  }
+}
+
 void check_height_field(const BakeArguments& a) {
   if (!is_height_field(a.high)) {
     if (!a.given.contains("--height") && !a.given.contains("--extent")) return;
@@ -347,6 +376,7 @@ void check(const BakeArguments& a) {
   check_visibility(a);
   check_fallback(a);
   check_height_field(a);
+  check_sets(a);
   check_occlusion(a);
   check_files(a);
   if (a.raw && !is_exr(image_options(a)))

@@ -29,11 +29,27 @@ Check map_or_own() {
       known.words());
 }
 
+std::vector<std::string> sets_words() {
+  std::vector<std::string> words = {kAutomatic};
+  for (const auto& [word, value] : sets_values()) words.emplace_back(word);
+  return words;
+}
+
 }  // namespace
 
 void add_map_flags(Command& command, BakeArguments& a) {
   const char* const group_map = "The map";
-  command.add_option("--size", a.size, "Texels: one side, or WxH, 1 to 16384")
+  command
+      .add_option("--size", a.sizes,
+                  "Texels: one side, or WxH, 1 to 16384 [2048]; NAME=SIZE: of a texture set alone, "
+                  "may be given several times")
+      ->allow_extra_args(false)
+      ->group(group_map);
+  command
+      .add_option("--sets", a.sets,
+                  "Texture sets, each with maps of its own: a set a material, object or UDIM tile "
+                  "of LOW, or none; auto: by material or tile where they overlap otherwise")
+      ->check(one_of(sets_words()))
       ->capture_default_str()
       ->group(group_map);
   command

@@ -16,12 +16,20 @@ bool takes_falloff(const BakeArguments& a) {
                      [](const std::string& map) { return find_map(map).takes_falloff; });
 }
 
+Json set_sizes_json(const BakeArguments& a) {
+  Json json = Json::object();
+  for (const SetSize& size : set_sizes(a)) json[size.set] = {size.width, size.height};
+  return json;
+}
+
 }  // namespace
 
 Json describe(const BakeArguments& a, const BakeReport& report) {
   const auto or_null = [](const std::string& text) { return text.empty() ? Json() : Json(text); };
   return {
       {"size", a.size},
+      {"sets", a.sets},
+      {"set_sizes", set_sizes_json(a)},
       {"maps", a.maps},
       {"match", a.load_match.empty() ? a.match : "loaded"},
       {"views", chain_has(a, &MatchInfo::takes_views) ? Json(a.views.empty() ? "default" : a.views)

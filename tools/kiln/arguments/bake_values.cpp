@@ -117,6 +117,14 @@ Words<PartsBy> parts_by_values() {
   return kRows;
 }
 
+Words<SetsBy> sets_values() {
+  static constexpr Words<SetsBy>::Row kRows[] = {{"material", SetsBy::material},
+                                                 {"none", SetsBy::none},
+                                                 {"object", SetsBy::object},
+                                                 {"udim", SetsBy::udim}};
+  return kRows;
+}
+
 Words<UvCopies> uv_copies_values() {
   static constexpr Words<UvCopies>::Row kRows[] = {
       {"first", UvCopies::first}, {"mirrored", UvCopies::mirrored}, {"plain", UvCopies::plain}};

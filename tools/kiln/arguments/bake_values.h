@@ -9,7 +9,7 @@
 
 namespace kiln::cli {
 
-constexpr const char* kAutomatic = "auto";  ///< Of --match
+constexpr const char* kAutomatic = "auto";  ///< Of --match and --sets
 
 Words<NormalMapSpace> space_values();
 Words<Bitangent> bitangent_values();
@@ -29,6 +29,8 @@ Words<MissPolicy> miss_values();
 Words<IdBy> id_by_values();
 Words<PartsBy> parts_by_values();
 Words<UvCopies> uv_copies_values();
+/// Of --sets, beside kAutomatic.
+Words<SetsBy> sets_values();
 
 /// What the chain of fallbacks says of misses at its end.
 MissPolicy miss_policy(const BakeArguments& arguments);

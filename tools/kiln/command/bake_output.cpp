@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstdio>
 
+#include "arguments/bake_values.h"
 #include "arguments/cage_file.h"
 #include "arguments/low_record.h"
 #include "arguments/mesh_files.h"
@@ -21,7 +22,8 @@ namespace fs = std::filesystem;
 
 constexpr const char* kReasons = "_reasons.png";
 constexpr const char* kClusters = "_clusters.exr";
-constexpr const char* kLayers = "_layers.exr";
+
+std::string layers_name(const std::string& tile) { return "_layers" + tile + ".exr"; }
 
 /// Of a map for one of several clusters of directions.
 std::string cluster_name(const std::string& map, std::uint32_t cluster) {
@@ -211,7 +213,7 @@ bool save_with_mips(BakeRun& run, const BakedMap& map, const std::string& name) 
   SaveImageOptions options = run.save_options;
   options.origin = map.origin;
   const std::vector<fs::path> files =
-      map_files(run.arguments.out, run.low.stem + "_" + name, map.mips.size(), options);
+      map_files(run.arguments.out, run.low.stem + "_" + name + run.tile, map.mips.size(), options);
   for (std::size_t level = 0; level < files.size(); ++level) {
     if (!announce(run, files[level])) return false;
     if (!map.mips.empty() && is_exr(options)) {
@@ -264,7 +266,7 @@ bool save_maps(BakeRun& run) {
     }
   }
   if (!layers.empty()) {
-    const fs::path path = fs::path(run.arguments.out) / (run.low.stem + kLayers);
+    const fs::path path = fs::path(run.arguments.out) / (run.low.stem + layers_name(run.tile));
     if (!announce(run, path)) return false;
     save_layers(layers, path, run.save_options);
   }
@@ -273,15 +275,16 @@ bool save_maps(BakeRun& run) {
 
 /// Files of maps whose low poly has a name.
 void add_map_outputs(const BakeArguments& arguments, const SaveImageOptions& save_options,
-                     const std::string& stem, std::vector<fs::path>& outputs) {
+                     const SetNames& names, std::vector<fs::path>& outputs) {
+  const auto& [stem, tile] = names;
   const fs::path folder = arguments.out;
   for (const Pack& pack : parse_packs(arguments)) {
-    outputs.push_back(folder / (stem + "_" + pack.name + extension(save_options)));
+    outputs.push_back(folder / (stem + "_" + pack.name + tile + extension(save_options)));
   }
-  if (arguments.layers) outputs.push_back(folder / (stem + kLayers));
+  if (arguments.layers) outputs.push_back(folder / (stem + layers_name(tile)));
   for (const std::string& map :
        arguments.layers ? std::vector<std::string>() : all_maps(arguments)) {
-    outputs.push_back(folder / (stem + "_" + map + extension(save_options)));
+    outputs.push_back(folder / (stem + "_" + map + tile + extension(save_options)));
     for (std::uint32_t k = 1; k < arguments.visibility_clusters && has_clusters(map); ++k) {
       outputs.push_back(folder / (stem + "_" + cluster_name(map, k) + extension(save_options)));
     }
@@ -291,7 +294,14 @@ void add_map_outputs(const BakeArguments& arguments, const SaveImageOptions& sav
 
 }  // namespace
 
-void check_outputs(const BakeArguments& arguments, const SaveImageOptions& save_options) {
+SetNames names_of(const BakeArguments& arguments, const BakedSet& set) {
+  const std::string stem = low_stem(arguments);
+  if (arguments.sets == name_of(sets_values(), SetsBy::udim)) return {stem, "." + set.word};
+  return {stem + "_" + set.word, ""};
+}
+
+void check_outputs(const BakeArguments& arguments, const SaveImageOptions& save_options,
+                   std::span<const BakedSet> sets) {
   const fs::path folder = arguments.out;
   if (folder.empty()) throw Error(ErrorCode::usage, "--out is empty: give a folder.");
   if (!arguments.save_match.empty() && fs::path(arguments.save_match).extension() != ".exr") {
@@ -311,9 +321,12 @@ void check_outputs(const BakeArguments& arguments, const SaveImageOptions& save_
   std::vector<fs::path> outputs = {arguments.json, arguments.save_match, arguments.save_cage};
   for (const std::string& name : stems) {
     if (makes_low) outputs.push_back(folder / (name + ".obj"));
-    if (name == stem || !shares_uvs(arguments)) {
-      add_map_outputs(arguments, save_options, name, outputs);
+    if (sets.empty() && (name == stem || !shares_uvs(arguments))) {
+      add_map_outputs(arguments, save_options, {name, ""}, outputs);
     }
+  }
+  for (const BakedSet& set : sets) {
+    add_map_outputs(arguments, save_options, names_of(arguments, set), outputs);
   }
   if (arguments.reasons) outputs.push_back(folder / (stem + kReasons));
   if (arguments.lods > 0) outputs.push_back(folder / lods_file(arguments));
@@ -372,6 +385,13 @@ bool save_low_and_maps(BakeRun& run) {
   return true;
 }
 
+bool save_found_cage(BakeRun& run) {
+  if (run.arguments.save_cage.empty()) return true;
+  if (!announce(run, run.arguments.save_cage)) return false;
+  save_cage(run.cage->mesh, run.low.mesh, run.arguments.save_cage);
+  return true;
+}
+
 bool save_outputs(BakeRun& run) {
   const fs::path folder = run.arguments.out;
   if (!save_low_and_maps(run)) return false;
@@ -380,10 +400,7 @@ bool save_outputs(BakeRun& run) {
     if (!announce(run, path)) return false;
     save_image(picture_of(*run.reasons), path, {ImageFormat::png8});
   }
-  if (!run.arguments.save_cage.empty()) {
-    if (!announce(run, run.arguments.save_cage)) return false;
-    save_cage(run.cage->mesh, run.low.mesh, run.arguments.save_cage);
-  }
+  if (!save_found_cage(run)) return false;
   if (!run.arguments.save_match.empty()) {
     if (!announce(run, run.arguments.save_match)) return false;
     save_match(*run.result.match, run.arguments.save_match);

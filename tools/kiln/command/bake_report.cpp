@@ -90,15 +90,16 @@ void add_parts(const BakeRun& run, Json& json) {
   const BakeReport& report = run.result.report;
   const LowMesh& low = run.low;
   // What 0 and 1 of integer formats stand for, a channel each.
-  if (!run.ranges.empty()) json["ranges"] = run.ranges;
+  if (!run.ranges.empty() && run.sets.empty()) json["ranges"] = run.ranges;
   if (run.origin) json["origin"] = *run.origin;
-  if (run.options.encoding.mips) json["mips"] = run.mips;
+  if (run.options.encoding.mips && run.sets.empty()) json["mips"] = run.mips;
   if (run.planned) json["auto"] = plan_json(*run.planned);
   if (run.plan) {
     const std::string& screen = run.arguments.screen;
     json["plan"] =
         low_poly_plan_json(*run.plan, screen.empty() ? 0 : parse_pixels("--screen", screen));
   }
+  if (!run.sets.empty()) json["sets"] = run.set_reports;
   if (run.lods) json["lods"] = run.lod_levels;
   if (!report.ids.empty()) json["ids"] = ids_json(report.ids);
   if (!report.errors.empty()) {

@@ -5,6 +5,7 @@
 #include <deque>
 #include <filesystem>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -45,6 +46,13 @@ struct Stages {
   double load = 0, low = 0, build = 0, cage = 0, plan = 0, save = 0;
 };
 
+/// One of LOW's texture sets: its triangles, the size of its maps, and what their names have for it.
+struct BakedSet {
+  TextureSet set;
+  std::uint32_t width = 0, height = 0;
+  std::string word;  ///< In files' names
+};
+
 struct BakeRun {
   explicit BakeRun(const BakeArguments& given)
       : arguments(given), console(given.quiet, given.json) {}
@@ -70,6 +78,9 @@ struct BakeRun {
   std::optional<LowPolyPlan> plan;  // its mesh and maps are `low` and `result`
   std::optional<LodChain> lods;     // its first level is `light`
   Json lod_levels = Json::array();
+  std::vector<BakedSet> sets;  // none: one layout for all
+  std::string tile;            // of the UDIM tile that is written: ".1001"
+  Json set_reports = Json::array();
   BakeResult result;
   std::vector<std::string> outputs;
   std::optional<RunningProgram> python;  // to draw a plan
@@ -127,12 +138,30 @@ std::vector<std::string> lod_table(const LodChain& chain);
 /// NAME_lods.json.
 std::string lods_file(const BakeArguments& arguments);
 
+// ---- bake_sets.cpp ----
+
+/// Parts LOW into its texture sets; none where it has but one. \throws Error(usage), Error(input)
+void find_sets(BakeRun& run);
+/// Bakes the run's low poly; what is missed, and a map with nothing in it, is told. \throws Error
+void bake_maps(BakeRun& run, const Source& source);
+/// Bakes and writes one set after the other. \returns false where it was cancelled
+bool bake_sets(BakeRun& run, const Source& source);
+
 // ---- bake_output.cpp ----
 
 /// Before any work: nothing that a run reads is written over, nor an OBJ of the user's.
-void check_outputs(const BakeArguments& arguments, const SaveImageOptions& save_options);
+/// \param sets  LOW's texture sets, once they are known
+void check_outputs(const BakeArguments& arguments, const SaveImageOptions& save_options,
+                   std::span<const BakedSet> sets = {});
+/// What stands in the names of a set's maps before and after the map's own name.
+struct SetNames {
+  std::string stem, tile;
+};
+SetNames names_of(const BakeArguments& arguments, const BakedSet& set);
 /// Writes the run's low poly, if it was made, with its maps. \returns false where it was cancelled
 bool save_low_and_maps(BakeRun& run);
+/// Writes what --cage auto found, where that is asked for. \returns false where it was cancelled
+bool save_found_cage(BakeRun& run);
 /// Writes all files. \returns false where it was cancelled
 bool save_outputs(BakeRun& run);
 

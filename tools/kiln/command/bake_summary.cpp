@@ -252,7 +252,10 @@ void print_summary(BakeRun& run, const Source::Stats& source, double total) {
       run.plan      ? std::uint64_t{run.plan->chosen.size} * run.plan->chosen.size
       : run.planned ? std::uint64_t{run.planned->chosen.width} * run.planned->chosen.height
                     : std::uint64_t{run.options.width} * run.options.height;
-  print_totals(console, report, map_texels, source, run.stages, total);
+  std::uint64_t set_texels = 0;
+  for (const BakedSet& set : run.sets) set_texels += std::uint64_t{set.width} * set.height;
+  print_totals(console, report, run.sets.empty() ? map_texels : set_texels, source, run.stages,
+               total);
   for (const MapError& error : report.errors) {
     char text[256];
     std::snprintf(

@@ -108,6 +108,17 @@ void name_place_of_misses(BakeRun& run) {
   }
 }
 
+}  // namespace
+
+void bake_maps(BakeRun& run, const Source& source) {
+  run.result = bake_from(run.dense, source, run.low.mesh, run.options);
+  if (run.result.cancelled) return;
+  check_result(run.result.report, run.dense.mesh, run.low.mesh);
+  name_place_of_misses(run);
+}
+
+namespace {
+
 /// A low poly that was made here tells how far it strays. What was asked for goes first.
 void widen_search(BakeRun& run) {
   const BakeOptions& options = run.options;
@@ -135,7 +146,8 @@ std::string too_many_missed(const BakeArguments& arguments, const BakeResult& re
   char text[128];
   std::snprintf(text, sizeof text, "%.4g%% of the samples were missed, but --max-missed is %.4g. ",
                 missed, arguments.max_missed_percent);
-  const std::string message = "'" + path + "': " + text + missed_place(result, low);
+  const std::string message =
+      "'" + path + "': " + text + (result.maps.empty() ? "" : missed_place(result, low));
   if (!arguments.load_match.empty()) {
     return message + " Save the match again with a longer --max-distance.";
   }
@@ -346,6 +358,7 @@ int run_bake(const BakeArguments& given) {
   if (bounds_maps(arguments) && !arguments.given.contains("--match")) {
     arguments.match = kAutomatic;
   }
+  take_sizes(arguments);
   part_maps(arguments);
   check(arguments);
   run.options = bake_options(arguments);
@@ -364,10 +377,12 @@ int run_bake(const BakeArguments& given) {
   run.stages.build = run.watch.lap();
   judge_seams(run, device, source);
   make_cage(run, source);
-  if (!make_maps(run, source)) return kExitCancelled;
+  find_sets(run);
+  if (!(run.sets.empty() ? make_maps(run, source) : bake_sets(run, source))) return kExitCancelled;
   const double making = run.watch.lap();
   if (run.plan || run.planned) run.stages.plan = planning(run.result.report, making);
-  if (!(run.lods ? save_lods(run) : save_outputs(run))) return kExitCancelled;
+  if (run.sets.empty() && !(run.lods ? save_lods(run) : save_outputs(run))) return kExitCancelled;
+  if (!run.sets.empty() && !save_found_cage(run)) return kExitCancelled;
   if (run.plan && !save_plan_plot(run)) return kExitCancelled;
   run.stages.save = run.watch.lap();
 

@@ -1,0 +1,251 @@
+#include "kiln/texture_sets.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <map>
+#include <optional>
+#include <set>
+#include <utility>
+
+#include "kiln/validate.h"
+#include "mesh/frame.h"
+#include "mesh/low_surface.h"
+
+namespace kiln {
+namespace {
+
+constexpr std::uint32_t kTilesAcross = 10,
+                        kTilesUp = 900;      // UDIM numbers are 1001 to 9999 and some
+constexpr std::uint32_t kOverlapGrid = 512;  // cells a side, to find overlap
+constexpr double kClearlyOverlap = 0.01;     // of the unit square
+
+using UvCorners = std::array<Vec2, 3>;
+
+UvCorners corner_uvs(const Mesh& mesh, std::size_t t) {
+  const auto& [a, b, c] = mesh.uv_triangles[t];
+  return {mesh.uvs[a], mesh.uvs[b], mesh.uvs[c]};
+}
+
+bool has_uvs(const UvCorners& uvs) {
+  return std::all_of(uvs.begin(), uvs.end(),
+                     [](const Vec2& uv) { return std::isfinite(uv.x) && std::isfinite(uv.y); });
+}
+
+bool has_area_in_uv(const UvCorners& uvs) {
+  const double u1 = double{uvs[1].x} - uvs[0].x, v1 = double{uvs[1].y} - uvs[0].y;
+  const double u2 = double{uvs[2].x} - uvs[0].x, v2 = double{uvs[2].y} - uvs[0].y;
+  return u1 * v2 - u2 * v1 != 0;
+}
+
+/// The tile that a triangle's middle lies in.
+std::pair<std::int64_t, std::int64_t> tile_of(const UvCorners& uvs) {
+  const double u = (double{uvs[0].x} + uvs[1].x + uvs[2].x) / 3;
+  const double v = (double{uvs[0].y} + uvs[1].y + uvs[2].y) / 3;
+  const auto whole = [](double value) {
+    constexpr double kMost = 1e9;
+    return static_cast<std::int64_t>(std::floor(std::clamp(value, -kMost, kMost)));
+  };
+  return {whole(u), whole(v)};
+}
+
+/// Calls `use` with each cell of a grid over the unit square whose middle lies inside a triangle that is moved there.
+template <typename Use>
+void over_uv_cells(const UvCorners& uvs, double move_u, double move_v, const Use& use) {
+  std::array<std::array<double, 2>, 3> p{};
+  for (std::size_t k = 0; k < 3; ++k) {
+    p[k] = {(uvs[k].x - move_u) * kOverlapGrid, (uvs[k].y - move_v) * kOverlapGrid};
+  }
+  const auto edge = [](const auto& a, const auto& b, double x, double y) {
+    return (b[0] - a[0]) * (y - a[1]) - (b[1] - a[1]) * (x - a[0]);
+  };
+  const double area = edge(p[0], p[1], p[2][0], p[2][1]);
+  if (!(std::abs(area) > 0)) return;
+  const auto range = [&](std::size_t axis) {
+    const auto [low, high] = std::minmax({p[0][axis], p[1][axis], p[2][axis]});
+    const auto cell = [](double value) {
+      return static_cast<std::uint32_t>(std::clamp(value, 0.0, double{kOverlapGrid}));
+    };
+    return std::pair(cell(low), std::min(cell(high) + 1, kOverlapGrid));
+  };
+  const auto [x0, x1] = range(0);
+  const auto [y0, y1] = range(1);
+  for (std::uint32_t y = y0; y < y1; ++y) {
+    for (std::uint32_t x = x0; x < x1; ++x) {
+      bool inside = true;
+      for (std::size_t k = 0; k < 3; ++k) {
+        inside = inside && edge(p[k], p[(k + 1) % 3], x + 0.5, y + 0.5) * area > 0;
+      }
+      if (inside) use(std::size_t{y} * kOverlapGrid + x);
+    }
+  }
+}
+
+/// True if two triangles have the same UVs, whole numbers aside, in any order: copies of one part.
+bool are_copies(const UvCorners& a, const UvCorners& b) {
+  constexpr float kSame = 1e-4F;
+  const auto sorted = [](UvCorners uvs) {
+    const auto [u, v] = tile_of(uvs);
+    for (Vec2& uv : uvs) uv = {uv.x - static_cast<float>(u), uv.y - static_cast<float>(v)};
+    std::sort(uvs.begin(), uvs.end(), [](const Vec2& p, const Vec2& q) {
+      return std::pair(p.x, p.y) < std::pair(q.x, q.y);
+    });
+    return uvs;
+  };
+  const UvCorners p = sorted(a), q = sorted(b);
+  for (std::size_t k = 0; k < 3; ++k) {
+    if (std::abs(p[k].x - q[k].x) > kSame || std::abs(p[k].y - q[k].y) > kSame) return false;
+  }
+  return true;
+}
+
+/// The share of the unit square where triangles of different sets meet. \param in_tile  every tile is moved there,
+/// and copies do not count
+template <typename SetOf>
+double overlap_of(const Mesh& low, const SetOf& set_of, bool in_tile) {
+  constexpr std::uint32_t kNobody = 0xFFFFFFFFU;
+  std::vector<std::uint32_t> owner(std::size_t{kOverlapGrid} * kOverlapGrid, kNobody);
+  std::vector<std::uint8_t> shared(owner.size(), 0);
+  std::uint64_t cells = 0;
+  for (std::uint32_t t = 0; t < low.triangles.size(); ++t) {
+    const UvCorners uvs = corner_uvs(low, t);
+    if (!has_uvs(uvs)) continue;
+    const auto [u, v] = in_tile ? tile_of(uvs) : std::pair<std::int64_t, std::int64_t>(0, 0);
+    over_uv_cells(uvs, static_cast<double>(u), static_cast<double>(v), [&](std::size_t cell) {
+      if (owner[cell] == kNobody) owner[cell] = t;
+      if (shared[cell] != 0 || set_of(owner[cell]) == set_of(t)) return;
+      if (in_tile && are_copies(corner_uvs(low, owner[cell]), uvs)) return;
+      shared[cell] = 1;
+      ++cells;
+    });
+  }
+  return static_cast<double>(cells) / static_cast<double>(owner.size());
+}
+
+TextureSet all_of(const Mesh& low) {
+  TextureSet set;
+  set.holds.assign(low.triangles.size(), 1);
+  set.triangles = low.triangles.size();
+  return set;
+}
+
+std::vector<TextureSet> by_names(const Mesh& low, const std::vector<std::uint32_t>& of,
+                                 const std::vector<std::string>& names) {
+  std::vector<TextureSet> sets(names.size());
+  for (std::size_t i = 0; i < sets.size(); ++i) {
+    sets[i].name = names[i];
+    sets[i].holds.assign(low.triangles.size(), 0);
+  }
+  for (std::size_t t = 0; t < low.triangles.size(); ++t) {
+    const UvCorners uvs = corner_uvs(low, t);
+    if (!has_uvs(uvs)) continue;
+    sets[of[t]].holds[t] = 1;
+    if (has_area_in_uv(uvs)) ++sets[of[t]].triangles;
+  }
+  return sets;
+}
+
+std::vector<TextureSet> by_tiles(const Mesh& low) {
+  std::map<std::pair<std::int64_t, std::int64_t>, TextureSet> tiles;  // row by row
+  for (std::size_t t = 0; t < low.triangles.size(); ++t) {
+    const UvCorners uvs = corner_uvs(low, t);
+    if (!has_uvs(uvs)) continue;
+    if (!has_area_in_uv(uvs)) continue;
+    const auto [u, v] = tile_of(uvs);
+    if (u < 0 || u >= kTilesAcross || v < 0 || v >= kTilesUp) {
+      throw Error(ErrorCode::input, "Mesh '" + low.name + "': triangle " + std::to_string(t) +
+                                        " lies at UV (" + std::to_string(uvs[0].x) + ", " +
+                                        std::to_string(uvs[0].y) +
+                                        "), where UDIM has no tile: u goes from 0 to 10, v from 0 "
+                                        "up. Move its chart into a tile.");
+    }
+    TextureSet& set = tiles[{v, u}];
+    if (set.holds.empty()) {
+      set.holds.assign(low.triangles.size(), 0);
+      set.tile_u = static_cast<std::uint32_t>(u);
+      set.tile_v = static_cast<std::uint32_t>(v);
+      set.name = std::to_string(1001 + u + kTilesAcross * v);
+    }
+    set.holds[t] = 1;
+    ++set.triangles;
+  }
+  std::vector<TextureSet> sets;
+  sets.reserve(tiles.size());
+  for (auto& [place, set] : tiles) sets.push_back(std::move(set));
+  return sets;
+}
+
+}  // namespace
+
+std::vector<TextureSet> find_texture_sets(const Mesh& low, SetsBy by) {
+  validate(low);
+  if (by == SetsBy::none || low.uv_triangles.empty()) return {all_of(low)};
+  const auto missing = [&](const char* what) {
+    throw Error(ErrorCode::input, "Mesh '" + low.name + "' has no " + what +
+                                      ", so there are no texture sets by them. Choose other sets, "
+                                      "or none.");
+  };
+  std::vector<TextureSet> sets;
+  if (by == SetsBy::udim) {
+    sets = by_tiles(low);
+  } else if (by == SetsBy::material) {
+    if (low.materials.empty()) missing("materials");
+    sets = by_names(low, low.materials, low.material_names);
+  } else {
+    if (low.objects.empty()) missing("objects");
+    sets = by_names(low, low.objects, low.object_names);
+  }
+  std::erase_if(sets, [](const TextureSet& set) { return set.triangles == 0; });
+  if (sets.empty()) return {all_of(low)};
+  return sets;
+}
+
+SetsBy choose_texture_sets(const Mesh& low) {
+  validate(low);
+  if (low.uv_triangles.empty()) return SetsBy::none;
+  if (low.material_names.size() > 1 && !low.materials.empty() &&
+      overlap_of(
+          low, [&](std::uint32_t t) { return low.materials[t]; }, /*in_tile=*/false) >
+          kClearlyOverlap) {
+    return SetsBy::material;
+  }
+  bool tiled = false, in_tiles = true;
+  for (std::size_t t = 0; t < low.triangles.size(); ++t) {
+    const UvCorners uvs = corner_uvs(low, t);
+    if (!has_uvs(uvs)) continue;
+    const auto [u, v] = tile_of(uvs);
+    tiled = tiled || u != 0 || v != 0;
+    in_tiles = in_tiles && u >= 0 && u < kTilesAcross && v >= 0 && v < kTilesUp;
+  }
+  if (!tiled || !in_tiles) return SetsBy::none;
+  const auto tile = [&](std::uint32_t t) { return tile_of(corner_uvs(low, t)); };
+  return overlap_of(low, tile, /*in_tile=*/true) > kClearlyOverlap ? SetsBy::udim : SetsBy::none;
+}
+
+Mesh low_of_set(const Mesh& low, const TextureSet& set) {
+  if (low.uv_triangles.empty()) {
+    throw Error(ErrorCode::input, "Mesh '" + low.name + "' has no UVs, so it has no texture sets.");
+  }
+  Mesh mesh = low;
+  // MikkTSpace averages over neighbours, which belong to the mesh whatever set they are of.
+  const LowSurface whole = LowSurface::of(low, Frame::of(low));
+  mesh.tangents.resize(3 * low.triangles.size());
+  for (std::size_t t = 0; t < low.triangles.size(); ++t) {
+    for (std::size_t k = 0; k < 3; ++k) {
+      mesh.tangents[3 * t + k] = {whole.triangles[t][k].tangent, whole.triangles[t][k].sign};
+    }
+  }
+  constexpr float kNaN = std::numeric_limits<float>::quiet_NaN();
+  const auto nowhere = static_cast<std::uint32_t>(mesh.uvs.size());
+  for (Vec2& uv : mesh.uvs) {
+    uv = {uv.x - static_cast<float>(set.tile_u), uv.y - static_cast<float>(set.tile_v)};
+  }
+  mesh.uvs.push_back({kNaN, kNaN});
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+    if (set.holds[t] == 0) mesh.uv_triangles[t] = {nowhere, nowhere, nowhere};
+  }
+  return mesh;
+}
+
+}  // namespace kiln

@@ -1,0 +1,45 @@
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "kiln/export.h"
+#include "kiln/mesh.h"
+
+namespace KILN_PUBLIC kiln {
+
+/// What parts a low poly into texture sets: each has the unit square of UV space for itself.
+enum class SetsBy {
+  none,      ///< One set for all
+  material,  ///< A set a material (Mesh::materials)
+  object,    ///< A set an object (Mesh::objects)
+  udim,      ///< A set a tile of UV space: 1001 + u + 10 v, u from 0 to 9, v from 0 to 899
+};
+
+/// Triangles of a low poly that share one set of maps.
+struct TextureSet {
+  std::string
+      name;  ///< Of the material or object, "1001" and on for tiles; empty: the one set of all
+  std::uint32_t tile_u = 0, tile_v = 0;  ///< The tile that is moved to the unit square
+  std::vector<std::uint8_t> holds;       ///< Per triangle: 1 where it belongs to the set
+  std::uint64_t triangles = 0;           ///< How many of them have an area in UV space
+};
+
+/// Parts a low poly into its texture sets, in the order of material_names, object_names or tiles. Those without a
+/// triangle that has an area in UV space are left out; with none left the result is one set of all triangles.
+/// \throws Error(input) for a mesh that does not hold together, see validate(); without the materials or objects
+///         asked for; for UDIM, with a triangle whose middle lies in no tile
+std::vector<TextureSet> find_texture_sets(const Mesh& low, SetsBy by);
+
+/// How a low poly is meant, by its UVs: `material` where UVs of several materials overlap on over 1% of the unit
+/// square; else `udim` where charts of several tiles would overlap in one, and are no copies of each other; else
+/// `none`.
+SetsBy choose_texture_sets(const Mesh& low);
+
+/// The low poly to bake one set with: other sets' triangles have no UVs (NaN) and so no texels, but are there for
+/// all else: averaged normals, ray directions, occlusion. Its tangents are those of the whole mesh.
+/// \throws Error(input) for a mesh without UVs
+Mesh low_of_set(const Mesh& low, const TextureSet& set);
+
+}  // namespace kiln
