@@ -223,19 +223,24 @@ SetsBy choose_texture_sets(const Mesh& low) {
   return overlap_of(low, tile, /*in_tile=*/true) > kClearlyOverlap ? SetsBy::udim : SetsBy::none;
 }
 
+std::vector<Tangent> tangents_of(const Mesh& low) {
+  const LowSurface surface = LowSurface::of(low, Frame::of(low));
+  std::vector<Tangent> tangents;
+  tangents.reserve(3 * surface.triangles.size());
+  for (const auto& triangle : surface.triangles) {
+    for (const LowSurface::Corner& corner : triangle) {
+      tangents.push_back({corner.tangent, corner.sign});
+    }
+  }
+  return tangents;
+}
+
 Mesh low_of_set(const Mesh& low, const TextureSet& set) {
   if (low.uv_triangles.empty()) {
     throw Error(ErrorCode::input, "Mesh '" + low.name + "' has no UVs, so it has no texture sets.");
   }
   Mesh mesh = low;
-  // MikkTSpace averages over neighbours, which belong to the mesh whatever set they are of.
-  const LowSurface whole = LowSurface::of(low, Frame::of(low));
-  mesh.tangents.resize(3 * low.triangles.size());
-  for (std::size_t t = 0; t < low.triangles.size(); ++t) {
-    for (std::size_t k = 0; k < 3; ++k) {
-      mesh.tangents[3 * t + k] = {whole.triangles[t][k].tangent, whole.triangles[t][k].sign};
-    }
-  }
+  if (low.tangents.empty()) mesh.tangents = tangents_of(low);
   constexpr float kNaN = std::numeric_limits<float>::quiet_NaN();
   const auto nowhere = static_cast<std::uint32_t>(mesh.uvs.size());
   for (Vec2& uv : mesh.uvs) {

@@ -37,8 +37,14 @@ std::vector<TextureSet> find_texture_sets(const Mesh& low, SetsBy by);
 /// `none`.
 SetsBy choose_texture_sets(const Mesh& low);
 
+/// MikkTSpace's tangents of a low poly, or its own where it has them, made unit and square to the normals: those that a
+/// bake in tangent space takes. Three a triangle, as Mesh::tangents.
+/// \throws Error(input) for a mesh without UVs, or without a triangle that has area
+std::vector<Tangent> tangents_of(const Mesh& low);
+
 /// The low poly to bake one set with: other sets' triangles have no UVs (NaN) and so no texels, but are there for
-/// all else: averaged normals, ray directions, occlusion. Its tangents are those of the whole mesh.
+/// all else: averaged normals, ray directions, occlusion. Its tangents are those of the whole mesh:
+/// give it Mesh::tangents of tangents_of() before, and many sets find them once.
 /// \throws Error(input) for a mesh without UVs
 Mesh low_of_set(const Mesh& low, const TextureSet& set);
 

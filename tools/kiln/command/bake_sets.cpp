@@ -148,9 +148,11 @@ bool bake_sets(BakeRun& run, const Source& source) {
   double done = 0;
   run.result = {};
   if (whole.made && !save_low_and_maps(run)) return false;
+  Mesh low = whole.mesh;
+  low.tangents = tangents_of(low);
   for (const BakedSet& set : run.sets) {
     const SetNames names = names_of(run.arguments, set);
-    run.low.mesh = low_of_set(whole.mesh, set.set);
+    run.low.mesh = low_of_set(low, set.set);
     run.low.stem = names.stem;
     run.low.made = false;  // it was written already
     run.tile = names.tile;

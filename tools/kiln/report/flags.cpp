@@ -31,6 +31,7 @@ constexpr std::array kFlags = {
     Flag{"outer_only", "--outer"},
     Flag{"raise uv.max_distance", "add --force-uv"},
     Flag{"raise uv.max_overlap", "add --force-uv"},
+    Flag{"SetsBy::", "--sets "},
     Flag{"save_match()", "--save-match"},
     Flag{"simplify() makes a low poly to unwrap",
          "`kiln bake` without LOW makes a low poly that has them"},
