@@ -95,11 +95,13 @@ class Cutter {
     }
     picture_ = nullptr;
     double plain = 1;
+    transform_ = {1, 0, 0, 0, 1, 0};
     if (opacity_.image_of.empty()) {
       picture_ = pictures_[0].get();
     } else {
       const std::uint32_t material = mesh_.materials[triangle];
       const std::uint32_t picture = opacity_.image_of[material];
+      if (!opacity_.uv_transforms.empty()) transform_ = opacity_.uv_transforms[material];
       if (picture != Texture::kNone) {
         picture_ = pictures_[picture].get();
       } else if (material < opacity_.plain.size()) {
@@ -133,9 +135,14 @@ class Cutter {
             w[0] * uv_[0].y + w[1] * uv_[1].y + w[2] * uv_[2].y};
   }
 
+  std::array<double, 2> in_picture(const std::array<double, 2>& uv) const {
+    const auto& m = transform_;
+    return {m[0] * uv[0] + m[1] * uv[1] + m[2], m[3] * uv[0] + m[4] * uv[1] + m[5]};
+  }
+
   void cut(const Part& part, int depth) {
     std::array<std::array<double, 2>, 3> uv{};
-    for (std::size_t k = 0; k < 3; ++k) uv[k] = uv_at(part[k]);
+    for (std::size_t k = 0; k < 3; ++k) uv[k] = in_picture(uv_at(part[k]));
     const auto [u0, u1] = std::minmax({uv[0][0], uv[1][0], uv[2][0]});
     const auto [v0, v1] = std::minmax({uv[0][1], uv[1][1], uv[2][1]});
     const BoundedChannel::Range range = picture_->over(u0, v0, u1, v1);
@@ -250,6 +257,7 @@ class Cutter {
   std::size_t triangle_ = 0;  // that is cut
   std::array<Vec2, 3> uv_;
   const BoundedChannel* picture_ = nullptr;
+  std::array<float, 6> transform_{1, 0, 0, 0, 1, 0};  // of its UVs
   std::vector<Part> parts_;
   std::map<Weights, std::array<std::uint32_t, 3>> vertices_;
 };
@@ -268,6 +276,8 @@ void check(const Mesh& mesh, const Texture& opacity, double threshold) {
   bool fits = by_material ? opacity.image_of.size() == mesh.material_names.size() &&
                                 mesh.materials.size() == mesh.triangles.size()
                           : opacity.images.size() == 1;
+  fits = fits &&
+         (opacity.uv_transforms.empty() || opacity.uv_transforms.size() == opacity.image_of.size());
   for (const std::uint32_t picture : opacity.image_of) {
     fits = fits && (picture == Texture::kNone || picture < opacity.images.size());
   }

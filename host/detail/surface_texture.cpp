@@ -9,7 +9,10 @@ namespace kiln {
 
 SurfaceTexture::SurfaceTexture(const Source::Impl& source, const Texture& texture,
                                std::string_view name)
-    : source_(source), picture_of_material_(texture.image_of), plain_(texture.plain) {
+    : source_(source),
+      picture_of_material_(texture.image_of),
+      plain_(texture.plain),
+      uv_transforms_(texture.uv_transforms) {
   const std::string map(name);
   if (!has_uvs(source)) {
     throw Error(ErrorCode::input, "The high poly has no UVs, over which the texture of the map " +
@@ -26,6 +29,12 @@ SurfaceTexture::SurfaceTexture(const Source::Impl& source, const Texture& textur
                                       std::to_string(picture_of_material_.size()) +
                                       " materials, but the high poly has " + std::to_string(names) +
                                       ".");
+  }
+  if (!uv_transforms_.empty() && uv_transforms_.size() != picture_of_material_.size()) {
+    throw Error(ErrorCode::input, "The texture of the map " + map + " has " +
+                                      std::to_string(uv_transforms_.size()) +
+                                      " transforms of UVs for " +
+                                      std::to_string(picture_of_material_.size()) + " materials.");
   }
   for (const std::shared_ptr<const Image>& image : texture.images) {
     if (image == nullptr) throw Error(ErrorCode::input, "A texture of " + map + " is missing.");
@@ -53,7 +62,19 @@ void SurfaceTexture::read(const HighPoint& point, float* value) const {
     return;
   }
   if (!point.has_uv) return;  // a corner without UV: 0
-  picture->mean(point.uv[0], point.uv[1], point.uv_sides, value);
+  if (uv_transforms_.empty()) {
+    picture->mean(point.uv[0], point.uv[1], point.uv_sides, value);
+  } else {
+    const std::array<float, 6>& m = uv_transforms_[source_.materials.of[point.triangle]];
+    const auto moved = [&m](double u, double v, double unit) {
+      return std::array<double, 2>{m[0] * u + m[1] * v + m[2] * unit,
+                                   m[3] * u + m[4] * v + m[5] * unit};
+    };
+    const auto [u, v] = moved(point.uv[0], point.uv[1], 1);
+    const auto& sides = point.uv_sides;
+    picture->mean(u, v, {moved(sides[0][0], sides[0][1], 0), moved(sides[1][0], sides[1][1], 0)},
+                  value);
+  }
   if (picture->channels() < 3) {
     value[3] = picture->channels() == 2 ? value[1] : 1;
     value[1] = value[2] = value[0];

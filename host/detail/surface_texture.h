@@ -31,6 +31,7 @@ class SurfaceTexture {
   std::vector<std::unique_ptr<FilteredTexture>> pictures_;
   std::vector<std::uint32_t> picture_of_material_;
   std::vector<std::array<float, 4>> plain_;
+  std::vector<std::array<float, 6>> uv_transforms_;
 };
 
 /// Adds a warning where a map's pictures have numbers that are not finite.

@@ -1,6 +1,7 @@
 // A build without file formats: what reads and writes them is there, and says so.
 #include <string>
 
+#include "kiln/asset.h"
 #include "kiln/image.h"
 #include "kiln/layers.h"
 #include "kiln/match.h"
@@ -26,6 +27,10 @@ Mesh load_mesh(const std::filesystem::path& path, std::vector<Warning>* /*warnin
 }
 Mesh load_mesh(const std::filesystem::path& path, const LoadMeshOptions& /*options*/,
                std::vector<Warning>* /*warnings*/) {
+  fail(path.string());
+}
+Asset load_asset(const std::filesystem::path& path, const LoadMeshOptions& /*options*/,
+                 std::vector<Warning>* /*warnings*/) {
   fail(path.string());
 }
 Mesh load_mesh(std::span<const std::byte> /*bytes*/, std::string_view name,
@@ -58,7 +63,7 @@ std::vector<Material> load_materials(const Mesh& /*mesh*/, const std::filesystem
   fail(mesh_file.string());
 }
 Texture load_material_texture(const std::vector<Material>& /*materials*/, MaterialSlot /*slot*/,
-                              std::vector<Warning>* /*warnings*/) {
+                              std::vector<Warning>* /*warnings*/, std::uint32_t /*uv_set*/) {
   fail("a material's picture");
 }
 

@@ -37,4 +37,26 @@ struct Asset {
   double metres = 0;
 };
 
+/// Reads a mesh with its materials and hierarchy: glTF 2.0 (.glb; .gltf with its buffers beside it or in it). Of all
+/// other formats it is load_mesh(), and load_materials() where the mesh names files of them: no nodes.
+///
+/// glTF: all nodes of the default scene (else of all scenes; else all), each one with a mesh an object, whose name is
+/// the node's, else the mesh's; where two are the same, ".001" and so on follow. Mirrored nodes keep their outside.
+/// Materials alike; primitives without one have "default". Vertex colours become sRGB bytes. Without normals,
+/// triangles are flat. UVs get their origin at the lower left. Files beside it are read from its folder and those in it
+/// alone. Read are KHR_mesh_quantization, KHR_texture_transform and KHR_materials_emissive_strength; a file that
+/// requires an extension which changes its surface is refused. Warnings, beside those of load_mesh():
+///   ignored-primitives  points and lines: left out
+///   flat-normals        triangles without normals
+///   rest-pose           skins and morph targets: taken without them
+///   instances-ignored   EXT_mesh_gpu_instancing: one of each is taken
+///   bright-colors       vertex colours above 1: cut off
+///   picture-missing     pictures that are not there: the factor stands alone
+///   vertex-colors-left  vertex colours of materials that have a colour, which is not multiplied with them
+/// \throws Error(input), as load_mesh() and load_materials()
+/// Thread safety: may be called from several threads. Memory and time are linear in the files' sizes, and in what
+/// the nodes place.
+Asset load_asset(const std::filesystem::path& path, const LoadMeshOptions& options = {},
+                 std::vector<Warning>* warnings = nullptr);
+
 }  // namespace kiln

@@ -78,7 +78,7 @@ struct Material {
 /// Which of a material's pictures.
 enum class MaterialSlot { color, opacity, normal, roughness, metallic, emission };
 
-/// Reads the MTL files that a mesh names, beside it. Files and pictures that are not where they are named are
+/// Reads the MTL files that a mesh names, beside it, or the materials of a glTF file. Files and pictures that are not where they are named are
 /// looked for in the mesh's folder and the folders in it: four levels, of at most 20,000 entries. Of several with
 /// the name, the one is taken whose folders are named most alike, then the one that is nearest, then the first by
 /// the alphabet. Nothing is kept. Thread safety of both functions: may be called from several threads.
@@ -98,9 +98,10 @@ std::vector<Material> load_materials(const Mesh& mesh, const std::filesystem::pa
 ///                  picture and number: the default stands, "roughness-from-ns" and "metallic-from-illum" for
 ///                  numbers that are converted, "bump-is-height" for grey pictures, which are no normal maps:
 ///                  flat
+/// \param uv_set    that the mesh was read with (LoadMeshOptions)
 /// \throws Error(input) where a picture is missing or damaged; where no material has one, or a number (opacity:
-///         1; normals: a picture)
+///         1; normals: a picture); where one lies on another set of UVs
 Texture load_material_texture(const std::vector<Material>& materials, MaterialSlot slot,
-                              std::vector<Warning>* warnings = nullptr);
+                              std::vector<Warning>* warnings = nullptr, std::uint32_t uv_set = 0);
 
 }  // namespace kiln

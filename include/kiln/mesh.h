@@ -88,10 +88,11 @@ enum class Triangulation {
 /// What may be chosen where a mesh is read.
 struct LoadMeshOptions {
   Triangulation triangulation = Triangulation::automatic;  ///< Of polygons
+  std::uint32_t uv_set = 0;  ///< glTF's: which of several sets of UVs becomes Mesh::uvs
 };
 
-/// Reads a mesh: PLY (ascii, binary of either byte order; faces or triangle strips), OBJ, STL (ascii, binary) or OFF (ascii),
-/// chosen by extension in any case.
+/// Reads a mesh: PLY (ascii, binary of either byte order; faces or triangle strips), OBJ, STL (ascii, binary), OFF (ascii)
+/// or glTF 2.0 (.glb, .gltf; see load_asset()), chosen by extension in any case.
 ///
 /// Polygons become triangles as Triangulation::automatic has it. In PLY's strips -1 ends a strip, and
 /// a triangle with a repeated corner, which only turns it, is none. PLY gives UVs per vertex (s t, u

@@ -33,6 +33,8 @@ struct Texture {
   std::vector<std::uint32_t> image_of;
   /// Per material, what it holds where it has no picture, in linear light. Empty: 0.
   std::vector<std::array<float, 4>> plain;
+  /// Per material, from the mesh's UVs to its picture's, as MaterialPicture::uv_transform. Empty: none is moved.
+  std::vector<std::array<float, 6>> uv_transforms;
   /// The channel that counts where a map has one alone, 0 to 3; beyond the picture's own it is 1.
   std::uint32_t channel = 0;
 };

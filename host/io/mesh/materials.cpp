@@ -2,15 +2,19 @@
 #include "io/mesh/materials.h"
 
 #include <algorithm>
+#include <cmath>
+#include <compare>
 #include <cstdio>
 #include <map>
 #include <memory>
 #include <string_view>
 
 #include "base/counted.h"
+#include "base/srgb.h"
 #include "io/file/bounds.h"
 #include "io/file/byte_source.h"
 #include "io/file/text_scanner.h"
+#include "io/mesh/gltf.h"
 #include "kiln/material.h"
 
 namespace kiln {
@@ -18,23 +22,22 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// A file's path among materials of one picture.
-const fs::path& file_of(const Material& material, MaterialSlot slot) {
+const MaterialPicture& picture_of(const Material& material, MaterialSlot slot) {
   switch (slot) {
     case MaterialSlot::color:
-      return material.color_map.file;
+      return material.color_map;
     case MaterialSlot::opacity:
-      return material.opacity_map.file;
+      return material.opacity_map;
     case MaterialSlot::normal:
-      return material.normal_map.file;
+      return material.normal_map;
     case MaterialSlot::roughness:
-      return material.roughness_map.file;
+      return material.roughness_map;
     case MaterialSlot::metallic:
-      return material.metallic_map.file;
+      return material.metallic_map;
     case MaterialSlot::emission:
-      return material.emission_map.file;
+      return material.emission_map;
   }
-  return material.color_map.file;
+  return material.color_map;
 }
 
 /// What stands in for a picture.
@@ -133,7 +136,7 @@ void check_values(const std::vector<Material>& materials, MaterialSlot slot,
                   std::vector<Warning>* warnings) {
   Found without, converted;
   for (const Material& material : materials) {
-    if (!file_of(material, slot).empty()) continue;
+    if (!picture_of(material, slot).empty()) continue;
     const MaterialNumber number = number_of(material, slot);
     if (number == MaterialNumber::none) without.add(material);
     if (number == MaterialNumber::converted) converted.add(material);
@@ -186,14 +189,94 @@ bool is_grey(const Image& image) {
   return true;
 }
 
+/// What becomes of a picture before it is a texture: one of its channels (-1: all), times factors.
+struct Change {
+  int channel = -1;
+  std::array<float, 4> factors{1, 1, 1, 1};
+  auto operator<=>(const Change&) const = default;
+};
+
+/// \param in_alpha     whether the texture's channel is the alpha already
+/// \param among_gltf   whether others are glTF's, of which each picture is one channel
+Change change_of(const Material& material, MaterialSlot slot, const MaterialPicture& picture,
+                 bool in_alpha, bool among_gltf) {
+  Change change;
+  if (slot != MaterialSlot::color && slot != MaterialSlot::normal &&
+      slot != MaterialSlot::emission) {
+    change.channel = picture.channel;
+    if (slot == MaterialSlot::opacity && !in_alpha && picture.channel < 0 && among_gltf &&
+        picture.file == material.color_map.file) {
+      change.channel = 3;
+    }
+  }
+  if (!material.multiplies) return change;
+  change.factors = plain_of(material, slot);
+  if (slot == MaterialSlot::normal) change.factors.fill(material.normal_scale);
+  if (slot == MaterialSlot::color) change.factors[3] = 1;  // opacity is a slot of its own
+  return change;
+}
+
+/// Emission may be brighter than white, where to_srgb() ends.
+float srgb_beyond(double linear) {
+  if (linear <= 1) return to_srgb(static_cast<float>(linear));
+  return static_cast<float>(1.055 * std::pow(linear, 1 / 2.4) - 0.055);
+}
+
+/// A picture times its factors: of colours in linear light, of normals x and y.
+std::shared_ptr<const Image> changed(const Image& image, const Change& change, MaterialSlot slot) {
+  auto result = std::make_shared<Image>(image);
+  const std::size_t texels = std::size_t{image.width} * image.height;
+  if (change.channel >= 0) {
+    result->channels = 1;
+    result->pixels.resize(texels);
+  }
+  for (std::size_t i = 0; i < texels; ++i) {
+    const float* const read = &image.pixels[i * image.channels];
+    float* const p = &result->pixels[i * result->channels];
+    const bool has_alpha = image.channels % 2 == 0;
+    const std::uint32_t colors = image.channels - (has_alpha ? 1 : 0);
+    if (change.channel == 3) {
+      *p = (has_alpha ? read[colors] : 1) * change.factors[0];
+    } else if (change.channel >= 0) {
+      // Grey is in all three.
+      *p = read[std::min(static_cast<std::uint32_t>(change.channel), colors - 1)] *
+           change.factors[0];
+    } else if (slot == MaterialSlot::normal) {
+      double n[3];
+      for (std::size_t k = 0; k < 3; ++k) n[k] = 2 * double{read[k]} - 1;
+      n[0] *= double{change.factors[0]};
+      n[1] *= double{change.factors[0]};
+      const double size = std::sqrt(n[0] * n[0] + n[1] * n[1] + n[2] * n[2]);
+      for (std::size_t k = 0; k < 3 && size > 0; ++k) {
+        p[k] = static_cast<float>(n[k] / size / 2 + 0.5);
+      }
+    } else {
+      for (std::uint32_t k = 0; k < colors; ++k) {
+        p[k] = srgb_beyond(from_srgb(double{read[k]}) * double{change.factors[k]});
+      }
+    }
+  }
+  return result;
+}
+
+[[noreturn]] void fail_of_uv_set(const Material& material, MaterialSlot slot, std::uint32_t needed,
+                                 std::uint32_t given) {
+  throw Error(ErrorCode::input, in_words(material) + ": its picture of " + words_of(slot).name +
+                                    " lies on the set of UVs " + std::to_string(needed) +
+                                    ", but the mesh was read with set " + std::to_string(given) +
+                                    ". Export the file with one set of UVs, or give the picture "
+                                    "itself.");
+}
+
 }  // namespace
 
 std::vector<Material> load_materials(const Mesh& mesh, const fs::path& mesh_file,
                                      std::vector<Warning>* warnings) {
   std::vector<Material> read;
   FileFinder finder(mesh_file.parent_path(), warnings);
-  for (const std::string& name : mesh.material_files) {
-    std::string file = name;
+  std::vector<std::string> files = mesh.material_files;
+  if (files.empty() && is_gltf_name(mesh_file)) files.push_back(mesh_file.filename().string());
+  for (std::string& file : files) {
     std::replace(file.begin(), file.end(), '\\', '/');
     const fs::path path = finder.find(mesh_file.parent_path() / file, mesh_file.string());
     MeshInput input{path.string(), {}, warnings};
@@ -208,7 +291,10 @@ std::vector<Material> load_materials(const Mesh& mesh, const fs::path& mesh_file
     std::string bytes(static_cast<std::size_t>(source->size()), '\0');
     bytes.resize(source->read_at(0, bytes.data(), bytes.size()));
     input.bytes = bytes;
-    for (Material& material : read_materials(input, path.parent_path(), &finder)) {
+    input.folder = path.parent_path();
+    for (Material& material : is_gltf_name(path)
+                                  ? read_gltf_materials(input)
+                                  : read_materials(input, path.parent_path(), &finder)) {
       read.push_back(std::move(material));
     }
   }
@@ -236,7 +322,7 @@ std::vector<Material> load_materials(const Mesh& mesh, const fs::path& mesh_file
 }
 
 Texture load_material_texture(const std::vector<Material>& materials, MaterialSlot slot,
-                              std::vector<Warning>* warnings) {
+                              std::vector<Warning>* warnings, std::uint32_t uv_set) {
   if (materials.empty()) {
     throw Error(ErrorCode::input,
                 "The high poly has no materials: give the picture itself, or an OBJ with its MTL.");
@@ -247,35 +333,50 @@ Texture load_material_texture(const std::vector<Material>& materials, MaterialSl
   texture.kind = slot == MaterialSlot::normal ? TextureKind::normal
                  : color                      ? TextureKind::srgb
                                               : TextureKind::linear;
-  std::map<fs::path, std::uint32_t> known;  // kNone: a picture of heights
   // Opacity may stand in the colour's alpha.
   const bool in_alpha =
       slot == MaterialSlot::opacity &&
       std::all_of(materials.begin(), materials.end(), [](const Material& m) {
-        return m.opacity_map.file.empty() || m.opacity_map.file == m.color_map.file;
+        return !m.multiplies && (m.opacity_map.empty() || m.opacity_map.file == m.color_map.file);
       });
+  const bool among_gltf = std::any_of(materials.begin(), materials.end(),
+                                      [](const Material& m) { return m.multiplies; });
   const MaterialSlot from = in_alpha ? MaterialSlot::color : slot;
   texture.channel = in_alpha ? 3 : 0;
+  std::map<fs::path, std::shared_ptr<const Image>> pictures;  // null: one of heights
+  std::map<std::pair<fs::path, Change>, std::uint32_t> known;
   Found heights;
   for (const Material& material : materials) {
-    const fs::path& file = file_of(material, from);
+    const MaterialPicture& picture = picture_of(material, from);
     texture.plain.push_back(plain_of(material, slot));
-    if (file.empty()) {
-      texture.image_of.push_back(Texture::kNone);
+    texture.image_of.push_back(Texture::kNone);
+    texture.uv_transforms.push_back(picture.uv_transform);
+    if (picture.empty()) continue;
+    if (picture.uv_set != uv_set) fail_of_uv_set(material, slot, picture.uv_set, uv_set);
+    const auto [entry, added] = pictures.try_emplace(picture.file);
+    if (added) {
+      auto image = std::make_shared<const Image>(
+          picture.bytes ? load_image(*picture.bytes, picture.file.string())
+                        : load_image(picture.file));
+      if (slot != MaterialSlot::normal || !is_grey(*image)) entry->second = std::move(image);
+    }
+    if (entry->second == nullptr) {
+      heights.add(material);
       continue;
     }
-    const auto [entry, added] =
-        known.emplace(file, static_cast<std::uint32_t>(texture.images.size()));
-    if (added) {
-      auto image = std::make_shared<const Image>(load_image(file));
-      if (slot == MaterialSlot::normal && is_grey(*image)) {
-        entry->second = Texture::kNone;
-      } else {
-        texture.images.push_back(std::move(image));
-      }
+    const Change change = change_of(material, slot, picture, in_alpha, among_gltf);
+    const auto [place, is_new] = known.try_emplace(
+        {picture.file, change}, static_cast<std::uint32_t>(texture.images.size()));
+    if (is_new) {
+      texture.images.push_back(change == Change() ? entry->second
+                                                  : changed(*entry->second, change, slot));
     }
-    texture.image_of.push_back(entry->second);
-    if (slot == MaterialSlot::normal && entry->second == Texture::kNone) heights.add(material);
+    texture.image_of.back() = place->second;
+  }
+  const std::array<float, 6> as_it_is = MaterialPicture().uv_transform;
+  if (std::all_of(texture.uv_transforms.begin(), texture.uv_transforms.end(),
+                  [&](const auto& transform) { return transform == as_it_is; })) {
+    texture.uv_transforms.clear();
   }
   if (heights.count() != 0) {
     heights.warn(warnings, "bump-is-height",

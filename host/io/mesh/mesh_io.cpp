@@ -11,6 +11,7 @@
 #include "io/file/byte_source.h"
 #include "io/file/text_scanner.h"
 #include "io/file/unicode.h"
+#include "io/mesh/gltf.h"
 #include "io/mesh/mesh_reader.h"
 #include "kiln/files.h"
 #include "kiln/mesh.h"
@@ -18,10 +19,10 @@
 namespace kiln {
 namespace {
 
-constexpr const char* kFormatNames[] = {"PLY", "OBJ", "STL", "OFF"};
-constexpr const char* kFormatExtensions[] = {".ply", ".obj", ".stl", ".off"};
+constexpr const char* kFormatNames[] = {"PLY", "OBJ", "STL", "OFF", "glTF"};
+constexpr const char* kFormatExtensions[] = {".ply", ".obj", ".stl", ".off", ".gltf"};
 constexpr const char* kNownExtensions =
-    "Kiln reads .ply, .obj, .stl and .off: export the mesh as one of them.";
+    "Kiln reads .ply, .obj, .stl, .off, .glb and .gltf: export the mesh as one of them.";
 
 std::string lower(std::string text) {
   for (char& c : text) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
@@ -30,8 +31,9 @@ std::string lower(std::string text) {
 
 std::optional<MeshFormat> format_of(const std::filesystem::path& path) {
   const std::string extension = lower(path.extension().string());
+  if (extension == ".glb") return MeshFormat::gltf;
   for (const MeshFormat format :
-       {MeshFormat::ply, MeshFormat::obj, MeshFormat::stl, MeshFormat::off}) {
+       {MeshFormat::ply, MeshFormat::obj, MeshFormat::stl, MeshFormat::off, MeshFormat::gltf}) {
     if (extension == kFormatExtensions[static_cast<int>(format)]) return format;
   }
   return std::nullopt;
@@ -49,7 +51,7 @@ Guess guess(std::string_view bytes) {
     return Guess{format, kFormatNames[static_cast<int>(format)]};
   };
   if (starts("ply\n") || starts("ply\r")) return of(MeshFormat::ply);
-  if (starts("glTF")) return {{}, "binary glTF"};
+  if (starts("glTF")) return {MeshFormat::gltf, "binary glTF"};
   if (starts("Kaydara FBX")) return {{}, "FBX"};
   if (starts("BLENDER")) return {{}, "a Blender scene"};
   if (starts("\x89PNG")) return {{}, "a PNG image"};
@@ -72,7 +74,7 @@ Guess guess(std::string_view bytes) {
   if (first.ends_with("OFF") && first.find_first_not_of("STCN4n") == first.size() - 3) {
     return of(MeshFormat::off);
   }
-  if (first.starts_with("{")) return {{}, "JSON (glTF?)"};
+  if (first.starts_with("{")) return {MeshFormat::gltf, "JSON (glTF?)"};
   if (first.starts_with("<")) return {{}, "XML or HTML"};
   for (const char* word : {"v", "vt", "vn", "f", "o", "g", "mtllib", "usemtl"}) {
     if (first == word) return of(MeshFormat::obj);
@@ -103,17 +105,20 @@ void MeshInput::warn(std::string code, const std::string& message, std::uint64_t
   if (warnings != nullptr) warnings->push_back({std::move(code), file + ": " + message, count});
 }
 
-Mesh parse_mesh(const MeshInput& given, MeshFormat format) {
+Mesh parse_mesh(const MeshInput& given, MeshFormat format, Asset* whole) {
   MeshInput input = given;
   std::string converted;
   if (format != MeshFormat::stl) input.bytes = as_utf8(input.bytes, converted);
   if (input.bytes.empty()) input.fail("", "the file is empty", "Export the mesh again.");
   const Guess content = guess(input.bytes);
   if (!content.name.empty() && content.format != format) {
-    const std::string remedy = content.format
-                                   ? std::string("Rename it to ") +
-                                         kFormatExtensions[static_cast<int>(*content.format)] + "."
-                                   : "Export the mesh as PLY or OBJ.";
+    const std::string remedy =
+        content.format ? std::string("Rename it to ") +
+                             (content.name == "binary glTF"
+                                  ? ".glb"
+                                  : kFormatExtensions[static_cast<int>(*content.format)]) +
+                             "."
+                       : "Export the mesh as PLY or OBJ.";
     input.fail("",
                std::string("it is named as ") + kFormatNames[static_cast<int>(format)] +
                    " but its content looks like " + content.name,
@@ -137,6 +142,10 @@ Mesh parse_mesh(const MeshInput& given, MeshFormat format) {
       return read_stl(input);
     case MeshFormat::off:
       return read_off(input);
+    case MeshFormat::gltf:
+      if (whole == nullptr) return read_gltf(input, false).mesh;
+      *whole = read_gltf(input, true);
+      return std::move(whole->mesh);
   }
   throw Error(ErrorCode::internal, "parse_mesh: unknown format");
 }
@@ -144,7 +153,8 @@ Mesh parse_mesh(const MeshInput& given, MeshFormat format) {
 namespace {
 
 /// What `input.bytes` hold, by the name's extension.
-Mesh parse_named(const MeshInput& input, const std::filesystem::path& path) {
+Mesh parse_named(const MeshInput& input, const std::filesystem::path& path,
+                 Asset* whole = nullptr) {
   const auto format = format_of(path);
   if (!format) {
     const Guess content = input.bytes.empty() ? Guess{} : guess(input.bytes);
@@ -155,9 +165,29 @@ Mesh parse_named(const MeshInput& input, const std::filesystem::path& path) {
                    (content.name.empty() ? "" : "; its content looks like " + content.name),
                kNownExtensions);
   }
-  Mesh mesh = parse_mesh(input, *format);
+  Mesh mesh = parse_mesh(input, *format, whole);
   mesh.name = path.stem().string();
   return mesh;
+}
+
+/// The mesh of a file, and into `whole` what else it has; may be null.
+Mesh load(const std::filesystem::path& path, const LoadMeshOptions& options,
+          std::vector<Warning>* warnings, Asset* whole) {
+  MeshInput input{path.string(),     {}, warnings, options.triangulation, options.uv_set,
+                  path.parent_path()};
+  try {
+    const std::string bytes = read_file(input, path);
+    input.bytes = bytes;
+    Mesh mesh = parse_named(input, path, whole);
+    // They belong to the mesh, whether they are read or not.
+    for (std::string file : mesh.material_files) {
+      std::replace(file.begin(), file.end(), '\\', '/');
+      OutputSet::protect(path.parent_path() / file);
+    }
+    return mesh;
+  } catch (const std::bad_alloc&) {
+    input.fail("", "memory ran out while it was read", "Free some memory, or use a lighter mesh.");
+  }
 }
 
 }  // namespace
@@ -168,20 +198,18 @@ Mesh load_mesh(const std::filesystem::path& path, std::vector<Warning>* warnings
 
 Mesh load_mesh(const std::filesystem::path& path, const LoadMeshOptions& options,
                std::vector<Warning>* warnings) {
-  MeshInput input{path.string(), {}, warnings, options.triangulation};
-  try {
-    const std::string bytes = read_file(input, path);
-    input.bytes = bytes;
-    Mesh mesh = parse_named(input, path);
-    // They belong to the mesh, whether they are read or not.
-    for (std::string file : mesh.material_files) {
-      std::replace(file.begin(), file.end(), '\\', '/');
-      OutputSet::protect(path.parent_path() / file);
-    }
-    return mesh;
-  } catch (const std::bad_alloc&) {
-    input.fail("", "memory ran out while it was read", "Free some memory, or use a lighter mesh.");
+  return load(path, options, warnings, nullptr);
+}
+
+Asset load_asset(const std::filesystem::path& path, const LoadMeshOptions& options,
+                 std::vector<Warning>* warnings) {
+  Asset asset;
+  Mesh mesh = load(path, options, warnings, &asset);
+  asset.mesh = std::move(mesh);
+  if (!is_gltf_name(path) && !asset.mesh.material_files.empty()) {
+    asset.materials = load_materials(asset.mesh, path, warnings);
   }
+  return asset;
 }
 
 Mesh load_mesh(std::span<const std::byte> bytes, std::string_view name,

@@ -2,6 +2,8 @@
 #pragma once
 
 #include <cstdint>
+#include <filesystem>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -11,7 +13,9 @@
 
 namespace kiln {
 
-enum class MeshFormat { ply, obj, stl, off };
+struct Asset;
+
+enum class MeshFormat { ply, obj, stl, off, gltf };
 
 /// A mesh file that has been read into memory whole.
 struct MeshInput {
@@ -19,6 +23,9 @@ struct MeshInput {
   std::string_view bytes;                    ///< The content.
   std::vector<Warning>* warnings = nullptr;  ///< Where to append what was imperfect; may be null.
   Triangulation triangulation = Triangulation::automatic;
+  std::uint32_t uv_set = 0;  ///< Of several sets of UVs
+  /// That the files lie in which it names; none: those are not read.
+  std::optional<std::filesystem::path> folder = {};
 
   /// Throws Error(input): "<file>: <place>: <problem>. <remedy>." The place may be empty.
   [[noreturn]] void fail(const std::string& place, const std::string& problem,
@@ -29,7 +36,8 @@ struct MeshInput {
 /// Reads a mesh from memory: the readers below behind a check that the content is what `format`
 /// says. Never reads outside `bytes`; memory and time are linear in their number.
 /// \throws Error(input)
-Mesh parse_mesh(const MeshInput& input, MeshFormat format);
+/// \param whole  where to put all that the file has beside the mesh, if it is glTF; may be null
+Mesh parse_mesh(const MeshInput& input, MeshFormat format, Asset* whole = nullptr);
 
 /// Each throws Error(input) for what it cannot use, and appends to input.warnings for the rest.
 Mesh read_ply(const MeshInput& input);

@@ -166,6 +166,8 @@ void save_obj(const Mesh& mesh, const std::filesystem::path& path) {
   Writer out(file);
   out.text("# Kiln\n");
   for (const std::string& name : mesh.material_files) {
+    // Other formats describe materials in the mesh's own file, which is no MTL.
+    if (name.ends_with(".glb") || name.ends_with(".gltf")) continue;
     if (!name.empty()) out.text("mtllib " + safe_path(name) + "\n");
   }
   const bool placed = mesh.origin != std::array<double, 3>{};
