@@ -6,13 +6,19 @@ install(TARGETS ${kiln_parts} EXPORT kiln-targets
   RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
 install(EXPORT kiln-targets NAMESPACE kiln:: DESTINATION ${CMAKE_INSTALL_LIBDIR}/cmake/kiln)
 set(kiln_has_openvdb ${Vdb_FOUND})
+set(kiln_optional_packages "")  # "JPEG;TIFF": those that were found
+foreach(package JPEG WebP TIFF Stb)
+  if(KILN_WITH_IO AND ${package}_FOUND)
+    list(APPEND kiln_optional_packages ${package})
+  endif()
+endforeach()
 configure_package_config_file(cmake/kiln-config.cmake.in ${CMAKE_CURRENT_BINARY_DIR}/kiln-config.cmake
   INSTALL_DESTINATION ${CMAKE_INSTALL_LIBDIR}/cmake/kiln)
 write_basic_package_version_file(${CMAKE_CURRENT_BINARY_DIR}/kiln-config-version.cmake
   COMPATIBILITY SameMinorVersion)
 install(FILES ${CMAKE_CURRENT_BINARY_DIR}/kiln-config.cmake
               ${CMAKE_CURRENT_BINARY_DIR}/kiln-config-version.cmake
-              cmake/FindVdb.cmake
+              cmake/FindStb.cmake cmake/FindVdb.cmake cmake/FindWebP.cmake
   DESTINATION ${CMAKE_INSTALL_LIBDIR}/cmake/kiln)
 
 # Whoever links a static Kiln links what it was built with.
@@ -36,6 +42,15 @@ if(NOT BUILD_SHARED_LIBS)
   set(kiln_pc_libs "${kiln_private}")
   if(KILN_WITH_IO)
     set(kiln_pc_requires "OpenEXR libpng zlib")
+    foreach(package IN LISTS kiln_optional_packages)
+      if(package STREQUAL "JPEG")
+        string(APPEND kiln_pc_requires " libjpeg")
+      elseif(package STREQUAL "WebP")
+        string(APPEND kiln_pc_requires " libwebp")
+      elseif(package STREQUAL "TIFF")
+        string(APPEND kiln_pc_requires " libtiff-4")
+      endif()
+    endforeach()
   endif()
 endif()
 # Relative, since an installed tree may be moved.

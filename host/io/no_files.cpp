@@ -42,6 +42,8 @@ Image load_image(const std::filesystem::path& path) { fail(path.string()); }
 Image load_image(std::span<const std::byte> /*bytes*/, std::string_view name) {
   fail(std::string(name));
 }
+std::vector<std::string> picture_formats() { return {}; }
+bool holds_linear_light(const std::filesystem::path& path) { fail(path.string()); }
 void save_image(const Image& /*image*/, const std::filesystem::path& path,
                 const SaveImageOptions& /*options*/) {
   fail(path.string());

@@ -47,10 +47,12 @@ struct SaveImageOptions {
   std::array<double, 3> origin{};
 };
 
-/// Reads PNG (to [0, 1] by division, no gamma) or EXR (R, G, B, A or Y; half, float or unsigned int),
-/// chosen by content, not by name.
-/// \throws Error(input) that names the file, where it is missing, damaged or of another kind. A damaged
-///         file does not make it take memory that the file could not fill.
+/// Reads a picture, chosen by content (TGA, which has no magic number, by its name as well): PNG and EXR (R, G, B, A
+/// or Y; half, float or unsigned int), and, where their libraries were built in (picture_formats()), JPEG, WebP, TIFF
+/// (the first page), Radiance HDR, BMP and TGA. Whole numbers become [0, 1] by division. Colour profiles, gamma and
+/// EXIF's orientation are left alone; TIFF's Orientation is followed.
+/// \throws Error(input) that names the file, where it is missing, damaged, cut short, CMYK or of another kind. A
+///         damaged file does not make it take memory that the file could not fill.
 /// Thread safety of all functions here: may be called from several threads. They read their arguments during
 /// the call, keep nothing, and call nothing back.
 Image load_image(const std::filesystem::path& path);
@@ -67,9 +69,16 @@ void save_image(const Image& image, const std::filesystem::path& path,
 /// The bytes of the file that save_image() would write: the caller's own. \throws as save_image(), but for the disk
 std::vector<std::byte> encode(const Image& image, const SaveImageOptions& options = {});
 
-/// Reads an image from memory: the bytes of a whole PNG or EXR file, not kept. \param name  for messages
+/// Reads an image from memory: the bytes of a whole file, not kept. \param name  for messages, and TGA's extension
 /// \throws as load_image(path)
 Image load_image(std::span<const std::byte> bytes, std::string_view name = "image");
+
+/// The kinds of pictures that this build reads, such as "PNG".
+std::vector<std::string> picture_formats();
+
+/// True if a picture's colours are linear light, as those of OpenEXR, Radiance HDR and a TIFF of floats are: others
+/// are sRGB by custom. False for what is no picture. \throws Error(input) where it cannot be opened
+bool holds_linear_light(const std::filesystem::path& path);
 
 /// Writes an image and its mip-maps as one OpenEXR file of tiles (256 x 256, MIPMAP_LEVELS, sides
 /// rounded down). Renderers read it level by level; readers that know no mip-maps find the image.

@@ -2,12 +2,15 @@
 #include <cctype>
 #include <memory>
 #include <new>
+#include <optional>
 #include <string>
 #include <utility>
 
 #include "io/image/exr.h"
 #include "io/image/image_reader.h"
+#include "io/image/picture.h"
 #include "io/image/png.h"
+#include "kiln/files.h"
 #include "kiln/image.h"
 
 namespace kiln {
@@ -78,13 +81,136 @@ FailWith image_failure(std::string file, std::string kind) {
   };
 }
 
+namespace {
+
+/// A kind of picture. `parse` is null where its library was not built in.
+struct PictureFormat {
+  std::string name;
+  const char* library;
+  const char* option;  ///< Of CMake
+  Image (*parse)(const ByteSource& source, const std::string& file, const ImageLimits& limits);
+};
+
+enum PictureKind { kPng, kExr, kJpeg, kWebp, kTiff, kHdr, kBmp, kTga };
+
+#ifdef KILN_HAS_STB
+Image parse_hdr(const ByteSource& source, const std::string& file, const ImageLimits& limits) {
+  return parse_stb(source, file, "Radiance HDR", limits);
+}
+Image parse_bmp(const ByteSource& source, const std::string& file, const ImageLimits& limits) {
+  return parse_stb(source, file, "BMP", limits);
+}
+Image parse_tga(const ByteSource& source, const std::string& file, const ImageLimits& limits) {
+  return parse_stb(source, file, "TGA", limits);
+}
+#endif
+
+/// In the order of PictureKind.
+const PictureFormat kPictures[] = {
+    {"PNG", "", "", parse_png},          {"OpenEXR", "", "", parse_exr},
+#ifdef KILN_HAS_JPEG
+    {"JPEG", "", "", parse_jpeg},
+#else
+    {"JPEG", "libjpeg", "KILN_JPEG", nullptr},
+#endif
+#ifdef KILN_HAS_WEBP
+    {"WebP", "", "", parse_webp},
+#else
+    {"WebP", "libwebp", "KILN_WEBP", nullptr},
+#endif
+#ifdef KILN_HAS_TIFF
+    {"TIFF", "", "", parse_tiff},
+#else
+    {"TIFF", "libtiff 4.5", "KILN_TIFF", nullptr},
+#endif
+#ifdef KILN_HAS_STB
+    {"Radiance HDR", "", "", parse_hdr}, {"BMP", "", "", parse_bmp},     {"TGA", "", "", parse_tga},
+#else
+    {"Radiance HDR", "stb_image", "KILN_STB", nullptr},
+    {"BMP", "stb_image", "KILN_STB", nullptr},
+    {"TGA", "stb_image", "KILN_STB", nullptr},
+#endif
+};
+
+std::string lower_extension(const std::filesystem::path& path) {
+  std::string extension = path.extension().string();
+  for (char& c : extension) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  return extension;
+}
+
+/// By the first bytes. TGA has no magic number: its name must say so, too.
+std::optional<PictureKind> picture_kind(const std::string& head, const std::string& file) {
+  using namespace std::string_literals;
+  if (head.starts_with("\x89PNG\r\n\x1a\n")) return kPng;
+  if (head.starts_with("\x76\x2f\x31\x01")) return kExr;
+  if (head.starts_with("\xff\xd8\xff")) return kJpeg;
+  if (head.starts_with("RIFF") && head.size() >= 12 && head.substr(8, 4) == "WEBP") return kWebp;
+  for (const std::string& magic : {"II*\0"s, "MM\0*"s, "II+\0"s, "MM\0+"s}) {
+    if (head.starts_with(magic)) return kTiff;
+  }
+  if (head.starts_with("#?RADIANCE\n") || head.starts_with("#?RGBE\n")) return kHdr;
+  if (lower_extension(file) == ".tga" && looks_like_tga(head)) return kTga;
+  if (head.starts_with("BM") && head.size() >= 18) return kBmp;
+  return std::nullopt;
+}
+
+constexpr std::size_t kHeadBytes = 18;
+
+std::vector<std::string> picture_names() {
+  std::vector<std::string> names;
+  for (const PictureFormat& format : kPictures) {
+    if (format.parse != nullptr) names.push_back(format.name);
+  }
+  return names;
+}
+
+}  // namespace
+
+bool looks_like_tga(const std::string& head) {
+  if (head.size() < 18) return false;
+  const auto byte = [&](std::size_t i) { return static_cast<unsigned char>(head[i]); };
+  const unsigned palette = byte(1), kind = byte(2) & 7U, bits = byte(16);
+  const bool known =
+      palette <= 1 && byte(2) <= 11 && kind >= 1 && kind <= 3 && (palette == 1 || kind != 1);
+  const bool sized = byte(12) + byte(13) != 0 && byte(14) + byte(15) != 0;
+  return known && sized && (bits == 8 || bits == 15 || bits == 16 || bits == 24 || bits == 32);
+}
+
+std::vector<std::string> picture_formats() { return picture_names(); }
+
+bool holds_linear_light(const std::filesystem::path& path) {
+  const FailWith fail = image_failure(path.string(), "an image");
+  const std::unique_ptr<ByteSource> source = open_file(path, fail);
+  switch (picture_kind(source->head(kHeadBytes), path.string()).value_or(kPng)) {
+    case kExr:
+    case kHdr:
+      return true;
+#ifdef KILN_HAS_TIFF
+    case kTiff:
+      return tiff_holds_floats(*source);
+#endif
+    default:
+      return false;
+  }
+}
+
 Image parse_image(const ByteSource& source, const std::string& file, const ImageLimits& limits) {
-  const std::string magic = source.head(8);
-  if (magic.starts_with("\x89PNG\r\n\x1a\n")) return parse_png(source, file, limits);
-  if (magic.starts_with("\x76\x2f\x31\x01")) return parse_exr(source, file, limits);
+  const std::string head = source.head(kHeadBytes);
+  const auto kind = picture_kind(head, file);
+  if (kind && kPictures[*kind].parse != nullptr) {
+    return kPictures[*kind].parse(source, file, limits);
+  }
   const FailWith fail = image_failure(file, "an image");
-  if (magic.empty()) fail("", "it is empty", "Export it again.");
-  fail("", "it is neither PNG nor OpenEXR", "Convert it to one of them.");
+  if (head.empty()) fail("", "it is empty", "Export it again.");
+  if (kind) {
+    const PictureFormat& format = kPictures[*kind];
+    fail("", "it is " + format.name + ", and this build of Kiln was made without " + format.library,
+         std::string("Convert it to PNG, or build Kiln with ") + format.option + "=ON where " +
+             format.library + " is installed.");
+  }
+  std::string list;
+  for (const std::string& name : picture_names()) list += (list.empty() ? "" : ", ") + name;
+  fail("", "it is none of the kinds that Kiln reads (" + list + ")", "Convert it to PNG.");
   return {};
 }
 

@@ -17,7 +17,8 @@ inline constexpr std::uint32_t kLargestImageSide = 65536;
 /// <kind>" where `kind` is empty.
 FailWith image_failure(std::string file, std::string kind);
 
-/// PNG or OpenEXR by its first bytes. \param file  for messages \throws Error(input)
+/// Any picture that load_image() reads, by its first bytes; TGA by its name as well. \param file  for messages
+/// \throws Error(input)
 Image parse_image(const ByteSource& source, const std::string& file,
                   const ImageLimits& limits = {});
 

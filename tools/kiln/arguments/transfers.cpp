@@ -52,12 +52,9 @@ Texture load_texture(const TransferArgument& transfer, Materials& materials) {
     return texture;
   }
   Texture texture;
-  // Values of EXR are light already.
-  std::string ending = fs::path(transfer.file).extension().string();
-  std::transform(ending.begin(), ending.end(), ending.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  texture.kind = transfer.kind.value_or(ending == ".exr" ? TextureKind::linear : TextureKind::srgb);
   texture.images = {std::make_shared<const Image>(load_image(transfer.file))};
+  texture.kind = transfer.kind.value_or(holds_linear_light(transfer.file) ? TextureKind::linear
+                                                                          : TextureKind::srgb);
   if (map_takes(transfer.name, &MapInfo::takes_opacity)) {
     // Its alpha where it has one, else what it shows.
     texture.kind = transfer.kind.value_or(TextureKind::linear);

@@ -1,0 +1,53 @@
+// What the readers of JPEG, WebP, TIFF, TGA, BMP and Radiance HDR share. Each is there where its library was built
+// in (KILN_HAS_...), and reads pixels as they are stored: numbers are divided to [0, 1], colour profiles, gamma and
+// EXIF data are left alone.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <string>
+
+#include "io/image/image_reader.h"
+
+namespace kiln {
+
+/// Grey (YCbCr is converted) or RGB, 8 bits; CMYK is refused. EXIF's orientation is left alone, as Blender and the
+/// engines leave it: UVs are made for the pixels as they are stored.
+/// \throws Error(input), also for what libjpeg would fill with grey: data that are damaged or cut short
+Image parse_jpeg(const ByteSource& source, const std::string& file, const ImageLimits& limits = {});
+
+/// Lossy or lossless, RGB or RGBA; no animations. \throws Error(input)
+Image parse_webp(const ByteSource& source, const std::string& file, const ImageLimits& limits = {});
+
+/// The first page: grey, palette, RGB, each with alpha or without, of 1 to 32 bits (unsigned) or floats of 16 to 64;
+/// strips or tiles, channels together or apart. The tag Orientation is followed, alpha that is multiplied into the
+/// colours is divided out. \throws Error(input)
+Image parse_tiff(const ByteSource& source, const std::string& file, const ImageLimits& limits = {});
+
+/// True if the first page holds floats. False if it cannot be read.
+bool tiff_holds_floats(const ByteSource& source);
+
+/// TGA, BMP (8 bits) or Radiance HDR (floats, as its exponents say; its EXPOSURE is left alone).
+/// \param kind  "TGA", "BMP" or "Radiance HDR", for messages  \throws Error(input)
+Image parse_stb(const ByteSource& source, const std::string& file, const std::string& kind,
+                const ImageLimits& limits = {});
+
+/// True if the first 18 bytes are those of a TGA, which has no magic number.
+bool looks_like_tga(const std::string& head);
+
+/// The whole file. \throws what `fail` throws, where memory is short
+std::string read_whole(const ByteSource& source, const FailWith& fail);
+
+/// Zeros, as large as a header says.
+/// \param place    of the header, for messages
+/// \param working  bytes that the library takes beside the pixels
+/// \throws what `fail` throws: sides or pixels beyond the limits, memory short
+Image empty_image(std::uint64_t width, std::uint64_t height, std::uint32_t channels,
+                  std::uint64_t working, const std::string& place, const ImageLimits& limits,
+                  const FailWith& fail);
+
+/// From 0 to 255 to [0, 1]. \param to  as many
+void floats_of_bytes(std::span<const std::uint8_t> bytes, float* to);
+
+}  // namespace kiln

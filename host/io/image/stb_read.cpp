@@ -1,0 +1,140 @@
+// TGA, BMP and Radiance HDR by stb_image.
+#include <algorithm>
+#include <cstdint>
+#include <cstdlib>
+#include <exception>
+#include <memory>
+#include <string>
+
+#define STBI_ONLY_BMP
+#define STBI_ONLY_HDR
+#define STBI_ONLY_TGA
+#define STBI_NO_STDIO
+#define STBI_MAX_DIMENSIONS 65536
+#define STB_IMAGE_STATIC
+#define STB_IMAGE_IMPLEMENTATION
+#if defined(__GNUC__)
+#pragma GCC diagnostic push
+#pragma GCC diagnostic ignored "-Wunused-function"
+#endif
+#include <stb/stb_image.h>
+#if defined(__GNUC__)
+#pragma GCC diagnostic pop
+#endif
+
+#include "io/image/picture.h"
+
+namespace kiln {
+namespace {
+
+/// A file's bytes as stb_image asks for them. It takes zeros for what is not there, and says nothing: this notes it.
+struct Bytes {
+  const ByteSource& source;
+  std::uint64_t at = 0;
+  const char* buffer = nullptr;  ///< stb_image's own, filled ahead: it may be given less than it asks for
+  bool cut_short = false;
+  std::exception_ptr error = nullptr;
+};
+
+// No exception may pass through stb_image.
+int on_read(void* user, char* to, int count) {
+  auto& bytes = *static_cast<Bytes*>(user);
+  if (bytes.buffer == nullptr) bytes.buffer = to;
+  std::size_t got = 0;
+  try {
+    got = bytes.source.read_at(bytes.at, to, static_cast<std::size_t>(count));
+  } catch (...) {
+    bytes.error = std::current_exception();
+  }
+  bytes.at += got;
+  if (got == 0 || (to != bytes.buffer && got < static_cast<std::size_t>(count))) {
+    bytes.cut_short = true;
+  }
+  return static_cast<int>(got);
+}
+
+void on_skip(void* user, int count) {
+  auto& bytes = *static_cast<Bytes*>(user);
+  if (count < 0) {
+    bytes.at -= std::min(bytes.at, static_cast<std::uint64_t>(-std::int64_t{count}));
+  } else {
+    bytes.at = std::min(bytes.at + static_cast<std::uint64_t>(count), bytes.source.size());
+  }
+}
+
+int on_end(void* user) {
+  const auto& bytes = *static_cast<Bytes*>(user);
+  return bytes.at >= bytes.source.size() ? 1 : 0;
+}
+
+constexpr stbi_io_callbacks kCallbacks = {on_read, on_skip, on_end};
+
+struct Free {
+  void operator()(void* memory) const { stbi_image_free(memory); }
+};
+
+/// stb_image turns rows from below upwards, but not those from the right.
+void mirror(Image& image) {
+  for (std::size_t y = 0; y < image.height; ++y) {
+    for (std::size_t x = 0; x < image.width / 2; ++x) {
+      std::swap_ranges(image.at(x, y), image.at(x, y) + image.channels,
+                       image.at(image.width - 1 - x, y));
+    }
+  }
+}
+
+}  // namespace
+
+Image parse_stb(const ByteSource& source, const std::string& file, const std::string& kind,
+                const ImageLimits& limits) {
+  const FailWith fail = image_failure(file, kind);
+  const std::string again = "Export or copy the file again.";
+  const auto reason = [] {
+    const char* const text = stbi_failure_reason();
+    return std::string(text == nullptr ? "damaged" : text);
+  };
+  const bool floats = kind == "Radiance HDR";
+  int width = 0, height = 0, channels = 0;
+  Bytes header{.source = source};
+  if (stbi_info_from_callbacks(&kCallbacks, &header, &width, &height, &channels) == 0) {
+    fail("header", reason(), "Export it again, or convert it to PNG or OpenEXR.");
+  }
+  const auto wide = static_cast<std::uint64_t>(width), high = static_cast<std::uint64_t>(height);
+  // Two bytes are at best a run of 128 pixels.
+  if (wide * high / 128 > source.size()) {
+    fail("header",
+         "it says " + std::to_string(width) + " x " + std::to_string(height) +
+             " pixels, but its " + std::to_string(source.size()) + " bytes cannot hold them",
+         again);
+  }
+  Bytes bytes{.source = source};
+  std::unique_ptr<void, Free> pixels;
+  // Asked for before stb_image takes its own.
+  Image image = empty_image(wide, high, static_cast<std::uint32_t>(channels),
+                            wide * high * 4 * (floats ? sizeof(float) : 1), "header", limits, fail);
+  if (floats) {
+    pixels.reset(stbi_loadf_from_callbacks(&kCallbacks, &bytes, &width, &height, &channels, 0));
+  } else {
+    pixels.reset(stbi_load_from_callbacks(&kCallbacks, &bytes, &width, &height, &channels, 0));
+  }
+  if (bytes.error) std::rethrow_exception(bytes.error);
+  if (bytes.cut_short) fail("pixels", "the file is cut short (truncated)", again);
+  if (pixels == nullptr) fail("pixels", reason(), again);
+  if (static_cast<std::uint32_t>(width) != image.width ||
+      static_cast<std::uint32_t>(height) != image.height) {
+    fail("header", "damaged", again);
+  }
+  image.channels = static_cast<std::uint32_t>(channels);
+  image.pixels.resize(std::size_t{image.width} * image.height * image.channels);
+  if (floats) {
+    std::copy_n(static_cast<const float*>(pixels.get()), image.pixels.size(), image.pixels.data());
+  } else {
+    floats_of_bytes({static_cast<const std::uint8_t*>(pixels.get()), image.pixels.size()},
+                    image.pixels.data());
+  }
+  const std::string head = source.head(18);
+  if (kind == "TGA" && (static_cast<unsigned char>(head[17]) & 0x10U) != 0) mirror(image);
+  return image;
+}
+
+}  // namespace kiln

@@ -1,0 +1,397 @@
+// TIFF by libtiff.
+#include <ImathConfig.h>
+#include <half.h>
+#include <tiffio.h>
+
+#include <algorithm>
+#include <bit>
+#include <cstdarg>
+#include <cstdio>
+#include <cstring>
+#include <exception>
+#include <memory>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "base/memory.h"
+#include "io/image/picture.h"
+
+namespace kiln {
+namespace {
+
+/// A file's bytes as libtiff asks for them, and what it said.
+struct Tiff {
+  const ByteSource& source;
+  std::uint64_t at = 0;
+  std::exception_ptr error;  // the source's own
+  std::string message, warning;
+  TIFF* file = nullptr;
+
+  explicit Tiff(const ByteSource& bytes) : source(bytes) {}
+  Tiff(const Tiff&) = delete;
+  Tiff& operator=(const Tiff&) = delete;
+  ~Tiff() {
+    if (file != nullptr) TIFFClose(file);
+  }
+};
+
+[[gnu::format(printf, 1, 0)]] std::string formatted(const char* format, va_list arguments) {
+  char text[256] = "";
+  std::vsnprintf(text, sizeof text, format, arguments);
+  std::string words = text;
+  while (!words.empty() && (words.back() == '.' || words.back() == '\n')) words.pop_back();
+  return words;
+}
+
+// 1: libtiff's own handlers, which print, are not called. The first message says most.
+[[gnu::format(printf, 4, 0)]] int on_error(TIFF* /*file*/, void* user, const char* /*module*/, const char* format,
+             va_list arguments) {
+  auto& tiff = *static_cast<Tiff*>(user);
+  if (tiff.message.empty()) tiff.message = formatted(format, arguments);
+  return 1;
+}
+[[gnu::format(printf, 4, 0)]] int on_warning(TIFF* /*file*/, void* user, const char* /*module*/, const char* format,
+               va_list arguments) {
+  auto& tiff = *static_cast<Tiff*>(user);
+  if (tiff.warning.empty()) tiff.warning = formatted(format, arguments);
+  return 1;
+}
+
+// No exception may pass through libtiff.
+tmsize_t on_read(thandle_t user, void* to, tmsize_t count) {
+  auto& tiff = *static_cast<Tiff*>(user);
+  try {
+    const std::size_t got = tiff.source.read_at(tiff.at, to, static_cast<std::size_t>(count));
+    tiff.at += got;
+    return static_cast<tmsize_t>(got);
+  } catch (...) {
+    tiff.error = std::current_exception();
+    return -1;
+  }
+}
+tmsize_t on_write(thandle_t /*user*/, void* /*from*/, tmsize_t /*count*/) { return -1; }
+toff_t on_seek(thandle_t user, toff_t offset, int from) {
+  auto& tiff = *static_cast<Tiff*>(user);
+  if (from == SEEK_CUR) offset += tiff.at;
+  if (from == SEEK_END) offset += tiff.source.size();
+  return tiff.at = offset;
+}
+int on_close(thandle_t /*user*/) { return 0; }
+toff_t on_size(thandle_t user) { return static_cast<Tiff*>(user)->source.size(); }
+
+void open(Tiff& tiff) {
+  const std::unique_ptr<TIFFOpenOptions, void (*)(TIFFOpenOptions*)> options(TIFFOpenOptionsAlloc(),
+                                                                            TIFFOpenOptionsFree);
+  if (options == nullptr) throw std::bad_alloc();
+  TIFFOpenOptionsSetErrorHandlerExtR(options.get(), on_error, &tiff);
+  TIFFOpenOptionsSetWarningHandlerExtR(options.get(), on_warning, &tiff);
+  // 'm': not mapped.
+  tiff.file = TIFFClientOpenExt("", "rm", &tiff, on_read, on_write, on_seek, on_close, on_size,
+                                nullptr, nullptr, options.get());
+}
+
+template <typename T>
+T field(TIFF* file, std::uint32_t tag) {
+  T value{};
+  TIFFGetFieldDefaulted(file, tag, &value);
+  return value;
+}
+
+/// The tags that say what the pixels are.
+struct Layout {
+  std::uint32_t width = 0, height = 0;
+  std::uint16_t samples = 0, bits = 0, format = 0, colours = 0, planes = 0, packing = 0,
+                orientation = 0;
+  bool has_alpha = false, premultiplied = false;
+  std::uint32_t block_width = 0, block_height = 0;  ///< Of a strip or a tile
+  bool tiled = false;
+
+  std::uint32_t colour_channels() const {
+    return colours == PHOTOMETRIC_RGB || colours == PHOTOMETRIC_PALETTE ||
+                   colours == PHOTOMETRIC_YCBCR
+               ? 3
+               : 1;
+  }
+  std::uint32_t channels() const { return colour_channels() + (has_alpha ? 1 : 0); }
+};
+
+Layout layout_of(TIFF* file) {
+  Layout layout;
+  layout.width = field<std::uint32_t>(file, TIFFTAG_IMAGEWIDTH);
+  layout.height = field<std::uint32_t>(file, TIFFTAG_IMAGELENGTH);
+  layout.samples = field<std::uint16_t>(file, TIFFTAG_SAMPLESPERPIXEL);
+  layout.bits = field<std::uint16_t>(file, TIFFTAG_BITSPERSAMPLE);
+  layout.format = field<std::uint16_t>(file, TIFFTAG_SAMPLEFORMAT);
+  layout.colours = field<std::uint16_t>(file, TIFFTAG_PHOTOMETRIC);
+  layout.planes = field<std::uint16_t>(file, TIFFTAG_PLANARCONFIG);
+  layout.packing = field<std::uint16_t>(file, TIFFTAG_COMPRESSION);
+  layout.orientation = field<std::uint16_t>(file, TIFFTAG_ORIENTATION);
+  if (layout.format == SAMPLEFORMAT_VOID) layout.format = SAMPLEFORMAT_UINT;
+  std::uint16_t count = 0;
+  std::uint16_t* kinds = nullptr;
+  TIFFGetFieldDefaulted(file, TIFFTAG_EXTRASAMPLES, &count, &kinds);
+  const std::uint32_t stored = layout.colours == PHOTOMETRIC_PALETTE ? 1 : layout.colour_channels();
+  layout.has_alpha = layout.samples == stored + 1;
+  layout.premultiplied = layout.has_alpha && count == 1 && kinds[0] == EXTRASAMPLE_ASSOCALPHA;
+  layout.tiled = TIFFIsTiled(file) != 0;
+  if (layout.tiled) {
+    layout.block_width = field<std::uint32_t>(file, TIFFTAG_TILEWIDTH);
+    layout.block_height = field<std::uint32_t>(file, TIFFTAG_TILELENGTH);
+  } else {
+    layout.block_width = layout.width;
+    layout.block_height =
+        std::min(field<std::uint32_t>(file, TIFFTAG_ROWSPERSTRIP), layout.height);
+  }
+  return layout;
+}
+
+/// Refuses what would be read as something else.
+void check_kind(const Layout& layout, const FailWith& fail) {
+  const std::string convert = "Save it as RGB or grey, or convert it to PNG or OpenEXR.";
+  const std::uint16_t colours = layout.colours;
+  if (colours == PHOTOMETRIC_SEPARATED) {
+    fail("PhotometricInterpretation", "its colours are CMYK, for printing", "Convert it to RGB.");
+  }
+  const bool grey = colours == PHOTOMETRIC_MINISBLACK || colours == PHOTOMETRIC_MINISWHITE;
+  const bool from_jpeg = colours == PHOTOMETRIC_YCBCR && layout.packing == COMPRESSION_JPEG;
+  if (!grey && !from_jpeg && colours != PHOTOMETRIC_RGB && colours != PHOTOMETRIC_PALETTE) {
+    fail("PhotometricInterpretation",
+         "its colours are of kind " + std::to_string(colours) + ", which Kiln does not read",
+         convert);
+  }
+  const std::uint32_t stored = colours == PHOTOMETRIC_PALETTE ? 1 : layout.colour_channels();
+  if (layout.samples != stored && !layout.has_alpha) {
+    fail("SamplesPerPixel",
+         "a pixel has " + std::to_string(layout.samples) + " values, and its colour " +
+             std::to_string(stored) + ": with one more, for alpha, they are read",
+         convert);
+  }
+  const std::uint16_t bits = layout.bits;
+  const bool numbers = layout.format == SAMPLEFORMAT_UINT &&
+                       (bits == 1 || bits == 2 || bits == 4 || bits == 8 || bits == 16 || bits == 32);
+  const bool floats =
+      layout.format == SAMPLEFORMAT_IEEEFP && (bits == 16 || bits == 32 || bits == 64);
+  if ((!numbers && !floats) || (colours == PHOTOMETRIC_PALETTE && (floats || bits > 16))) {
+    fail("BitsPerSample",
+         "its values are " +
+             std::string(layout.format == SAMPLEFORMAT_IEEEFP ? "floats"
+                         : layout.format == SAMPLEFORMAT_UINT ? "unsigned numbers"
+                         : layout.format == SAMPLEFORMAT_INT  ? "signed numbers"
+                                                              : "numbers of an unknown kind") +
+             " of " + std::to_string(bits) + " bits, which Kiln does not read",
+         "Save it with unsigned numbers of 8 or 16 bits, or floats of 32.");
+  }
+  if (layout.planes != PLANARCONFIG_CONTIG && layout.planes != PLANARCONFIG_SEPARATE) {
+    fail("PlanarConfiguration", "damaged", "Export or copy the file again.");
+  }
+  if (layout.block_width == 0 || layout.block_height == 0) {
+    fail("header", "its strips or tiles are empty", "Export or copy the file again.");
+  }
+}
+
+/// At most so many bytes are made of one, or 0: without a bound that would help.
+std::uint64_t most_of_a_byte(std::uint16_t packing) {
+  switch (packing) {
+    case COMPRESSION_NONE:
+      return 1;
+    case COMPRESSION_PACKBITS:
+      return 64;  // 2 bytes are a run of at most 128
+    case COMPRESSION_ADOBE_DEFLATE:
+    case COMPRESSION_DEFLATE:
+      return most_unpacked(Packing::deflate, 1);
+    case COMPRESSION_LZW:
+      return 4096;  // 12 bits are at most a string as long as the table
+    default:
+      return 0;
+  }
+}
+
+/// The value at a place of a row, which libtiff has turned to this machine's order of bytes.
+double value_at(const std::uint8_t* row, std::size_t i, const Layout& layout) {
+  const auto as = [&]<typename T>(T value) {
+    std::memcpy(&value, row + i * sizeof(T), sizeof(T));
+    return value;
+  };
+  if (layout.format == SAMPLEFORMAT_IEEEFP) {
+    if (layout.bits == 64) return as(double{});
+    if (layout.bits == 32) return double{as(float{})};
+    half value;
+    value.setBits(as(std::uint16_t{}));
+    return double{static_cast<float>(value)};
+  }
+  switch (layout.bits) {
+    case 32:
+      return as(std::uint32_t{});
+    case 16:
+      return as(std::uint16_t{});
+    case 8:
+      return row[i];
+    default: {  // several a byte, from its upper end
+      const std::size_t bit = i * layout.bits;
+      return (row[bit / 8] >> (8U - layout.bits - bit % 8)) & ((1U << layout.bits) - 1U);
+    }
+  }
+}
+
+/// Turns values to what an image holds.
+class Values {
+ public:
+  Values(TIFF* file, const Layout& layout) : layout_(layout) {
+    most_ = layout.format == SAMPLEFORMAT_IEEEFP
+                ? 1
+                : static_cast<double>((std::uint64_t{1} << layout.bits) - 1);
+    if (layout.colours == PHOTOMETRIC_PALETTE) {
+      has_palette_ = TIFFGetField(file, TIFFTAG_COLORMAP, &palette_[0], &palette_[1],
+                                  &palette_[2]) != 0;
+    }
+  }
+  bool palette_is_missing() const {
+    return layout_.colours == PHOTOMETRIC_PALETTE && !has_palette_;
+  }
+
+  /// Puts a sample of the file into a pixel.
+  void put(double value, std::uint32_t sample, float* pixel) const {
+    if (layout_.colours == PHOTOMETRIC_PALETTE && sample == 0) {
+      const auto entry = static_cast<std::size_t>(value);
+      for (std::size_t k = 0; k < 3; ++k) {
+        pixel[k] = static_cast<float>(palette_[k][entry] / 65535.0);
+      }
+      return;
+    }
+    const std::uint32_t channel = layout_.colours == PHOTOMETRIC_PALETTE ? 3 : sample;
+    if (layout_.colours == PHOTOMETRIC_MINISWHITE && sample == 0) value = most_ - value;
+    pixel[channel] = static_cast<float>(value / most_);
+  }
+
+ private:
+  const Layout& layout_;
+  double most_ = 1;
+  std::uint16_t* palette_[3] = {};  // 2^bits entries each, libtiff's own
+  bool has_palette_ = false;
+};
+
+/// Reads strips or tiles, and puts their values in place. False if libtiff failed.
+bool read_blocks(Tiff& tiff, const Layout& layout, const Values& values, Image& image) {
+  const bool apart = layout.planes == PLANARCONFIG_SEPARATE;
+  const std::uint32_t together = apart ? 1 : layout.samples;
+  const tmsize_t most = layout.tiled ? TIFFTileSize(tiff.file) : TIFFStripSize(tiff.file);
+  const tmsize_t row_bytes = layout.tiled ? TIFFTileRowSize(tiff.file)
+                             : apart      ? TIFFScanlineSize(tiff.file)
+                                          : TIFFScanlineSize(tiff.file);
+  if (most <= 0 || row_bytes <= 0) return false;
+  std::vector<std::uint8_t> block(static_cast<std::size_t>(most));
+  for (std::uint32_t plane = 0; plane < (apart ? layout.samples : 1U); ++plane) {
+    for (std::uint32_t y = 0; y < image.height; y += layout.block_height) {
+      const std::uint32_t rows = std::min(layout.block_height, image.height - y);
+      for (std::uint32_t x = 0; x < image.width; x += layout.block_width) {
+        const auto sample = static_cast<std::uint16_t>(plane);
+        const tmsize_t wanted = layout.tiled ? most : static_cast<tmsize_t>(rows) * row_bytes;
+        const tmsize_t got =
+            layout.tiled
+                ? TIFFReadEncodedTile(tiff.file, TIFFComputeTile(tiff.file, x, y, 0, sample),
+                                      block.data(), wanted)
+                : TIFFReadEncodedStrip(tiff.file, TIFFComputeStrip(tiff.file, y, sample),
+                                       block.data(), wanted);
+        // Some packings only warn of what they make up.
+        if (got != wanted || !tiff.warning.empty()) return false;
+        const std::uint32_t columns = std::min(layout.block_width, image.width - x);
+        for (std::uint32_t r = 0; r < rows; ++r) {
+          const std::uint8_t* const row = block.data() + static_cast<std::size_t>(row_bytes) * r;
+          for (std::uint32_t c = 0; c < columns; ++c) {
+            float* const pixel = image.at(x + c, y + r);
+            for (std::uint32_t s = 0; s < together; ++s) {
+              values.put(value_at(row, std::size_t{c} * together + s, layout), plane + s, pixel);
+            }
+          }
+        }
+      }
+    }
+  }
+  return true;
+}
+
+void divide_by_alpha(Image& image) {
+  const std::size_t colours = image.channels - 1;
+  for (std::size_t i = 0; i < image.pixels.size(); i += image.channels) {
+    const float alpha = image.pixels[i + colours];
+    if (!(alpha > 0)) continue;
+    for (std::size_t k = 0; k < colours; ++k) image.pixels[i + k] /= alpha;
+  }
+}
+
+/// Row 0 becomes the upper one, column 0 the left one.
+Image upright(Image image, std::uint16_t orientation) {
+  const bool transposed = orientation >= ORIENTATION_LEFTTOP;
+  const bool from_right = orientation == ORIENTATION_TOPRIGHT || orientation == ORIENTATION_BOTRIGHT ||
+                          orientation == ORIENTATION_RIGHTTOP || orientation == ORIENTATION_RIGHTBOT;
+  const bool from_below = orientation == ORIENTATION_BOTLEFT || orientation == ORIENTATION_BOTRIGHT ||
+                          orientation == ORIENTATION_LEFTBOT || orientation == ORIENTATION_RIGHTBOT;
+  if (!transposed && !from_right && !from_below) return image;
+  Image turned = image;
+  if (transposed) std::swap(turned.width, turned.height);
+  for (std::size_t y = 0; y < turned.height; ++y) {
+    for (std::size_t x = 0; x < turned.width; ++x) {
+      const std::size_t u = from_right ? turned.width - 1 - x : x;
+      const std::size_t v = from_below ? turned.height - 1 - y : y;
+      std::copy_n(transposed ? image.at(v, u) : image.at(u, v), image.channels, turned.at(x, y));
+    }
+  }
+  return turned;
+}
+
+}  // namespace
+
+bool tiff_holds_floats(const ByteSource& source) {
+  Tiff tiff(source);
+  open(tiff);
+  return tiff.file != nullptr &&
+         field<std::uint16_t>(tiff.file, TIFFTAG_SAMPLEFORMAT) == SAMPLEFORMAT_IEEEFP;
+}
+
+Image parse_tiff(const ByteSource& source, const std::string& file, const ImageLimits& limits) {
+  const FailWith fail = image_failure(file, "TIFF");
+  const std::string again = "Export or copy the file again, or convert it to PNG or OpenEXR.";
+  Tiff tiff(source);
+  const auto give_up = [&](const std::string& place) {
+    if (tiff.error) std::rethrow_exception(tiff.error);
+    const std::string& said = tiff.message.empty() ? tiff.warning : tiff.message;
+    fail(place, said.empty() ? "damaged or cut short" : said, again);
+  };
+  open(tiff);
+  if (tiff.file == nullptr) give_up("header");
+  const Layout layout = layout_of(tiff.file);
+  check_kind(layout, fail);
+  const Values values(tiff.file, layout);
+  if (values.palette_is_missing()) fail("ColorMap", "it is missing", again);
+  if (layout.packing == COMPRESSION_JPEG) {
+    TIFFSetField(tiff.file, TIFFTAG_JPEGCOLORMODE, JPEGCOLORMODE_RGB);
+  }
+  if (TIFFIsCODECConfigured(layout.packing) == 0) {
+    fail("Compression", "libtiff does not read kind " + std::to_string(layout.packing), again);
+  }
+  const std::uint64_t pixels = std::uint64_t{layout.width} * layout.height;
+  const std::uint64_t ratio = most_of_a_byte(layout.packing);
+  if (ratio != 0 && capped_product(pixels, layout.samples) / 8 * layout.bits >
+                        capped_product(source.size(), ratio)) {
+    fail("header",
+         "it says " + std::to_string(layout.width) + " x " + std::to_string(layout.height) +
+             " pixels, but its " + std::to_string(source.size()) + " bytes cannot hold them",
+         "Export or copy the file again.");
+  }
+  // A block as bytes, packed and not; where it is turned, the image again.
+  const auto block =
+      static_cast<std::uint64_t>(std::max<tmsize_t>(0, layout.tiled ? TIFFTileSize(tiff.file)
+                                                                    : TIFFStripSize(tiff.file)));
+  const bool turns = layout.orientation > ORIENTATION_TOPLEFT;
+  const std::uint64_t working =
+      2 * block + (turns ? capped_product(pixels, layout.channels() * sizeof(float)) : 0);
+  Image image = empty_image(layout.width, layout.height, layout.channels(), working, "header",
+                            limits, fail);
+  tiff.warning.clear();  // of tags that nobody knows
+  if (!read_blocks(tiff, layout, values, image)) give_up("pixels");
+  if (layout.premultiplied) divide_by_alpha(image);
+  return upright(std::move(image), layout.orientation);
+}
+
+}  // namespace kiln

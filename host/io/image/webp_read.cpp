@@ -1,0 +1,52 @@
+// WebP by libwebp.
+#include <webp/decode.h>
+
+#include <string>
+#include <vector>
+
+#include "io/image/picture.h"
+
+namespace kiln {
+
+Image parse_webp(const ByteSource& source, const std::string& file, const ImageLimits& limits) {
+  const FailWith fail = image_failure(file, "WebP");
+  const std::string bytes = read_whole(source, fail);
+  const std::string again = "Export or copy the file again.";
+  const auto* const data = reinterpret_cast<const std::uint8_t*>(bytes.data());
+  if (bytes.size() < 12) fail("", "the file is cut short", again);
+  // "RIFF", the number of bytes to come, "WEBP".
+  std::uint64_t promised = 8;
+  for (std::size_t k = 0; k < 4; ++k) promised += std::uint64_t{data[4 + k]} << (8 * k);
+  if (promised > bytes.size()) {
+    fail("RIFF",
+         "it says " + std::to_string(promised) + " bytes, but the file has " +
+             std::to_string(bytes.size()) + " (truncated)",
+         again);
+  }
+  WebPBitstreamFeatures features{};
+  if (WebPGetFeatures(data, bytes.size(), &features) != VP8_STATUS_OK) {
+    fail("header", "damaged", again);
+  }
+  if (features.has_animation != 0) {
+    fail("header", "it is an animation", "Export one image of it.");
+  }
+  const std::uint32_t channels = features.has_alpha != 0 ? 4 : 3;
+  const std::uint64_t row_bytes = static_cast<std::uint64_t>(features.width) * channels;
+  // The rows, and what libwebp has beside them: 4 bytes a pixel where it is lossless.
+  const std::uint64_t working =
+      (row_bytes + 4 * static_cast<std::uint64_t>(features.width)) *
+      static_cast<std::uint64_t>(features.height);
+  Image image = empty_image(static_cast<std::uint64_t>(features.width),
+                            static_cast<std::uint64_t>(features.height), channels, working,
+                            "header", limits, fail);
+  std::vector<std::uint8_t> rows(row_bytes * image.height);
+  const auto decode = channels == 4 ? WebPDecodeRGBAInto : WebPDecodeRGBInto;
+  if (decode(data, bytes.size(), rows.data(), rows.size(), static_cast<int>(row_bytes)) ==
+      nullptr) {
+    fail("pixels", "damaged or cut short", again);
+  }
+  floats_of_bytes(rows, image.pixels.data());
+  return image;
+}
+
+}  // namespace kiln
