@@ -85,7 +85,8 @@ enum class MaterialSlot { color, opacity, normal, roughness, metallic, emission 
 /// \param mesh_file  the mesh's own path
 /// \param warnings   where to append what was imperfect; may be null: "material-missing" for names that no
 ///                   file describes, "texture-options" for placements that are left out, "ignored-pictures" for
-///                   those of statements that Kiln does not know, "found-elsewhere", "blender-pictures" where
+///                   those of statements that Kiln does not know, "found-elsewhere", "materials-differ" for a name
+///                   that two files describe otherwise (the first is taken), "blender-pictures" where
 ///                   `map_Ns` or `map_refl` is taken
 /// \returns one for each of Mesh::material_names, in order
 /// \throws Error(input) where a file is missing or has a number that is none

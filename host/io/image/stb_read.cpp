@@ -31,7 +31,8 @@ namespace {
 struct Bytes {
   const ByteSource& source;
   std::uint64_t at = 0;
-  const char* buffer = nullptr;  ///< stb_image's own, filled ahead: it may be given less than it asks for
+  const char* buffer =
+      nullptr;  ///< stb_image's own, filled ahead: it may be given less than it asks for
   bool cut_short = false;
   std::exception_ptr error = nullptr;
 };
@@ -103,8 +104,8 @@ Image parse_stb(const ByteSource& source, const std::string& file, const std::st
   // Two bytes are at best a run of 128 pixels.
   if (wide * high / 128 > source.size()) {
     fail("header",
-         "it says " + std::to_string(width) + " x " + std::to_string(height) +
-             " pixels, but its " + std::to_string(source.size()) + " bytes cannot hold them",
+         "it says " + std::to_string(width) + " x " + std::to_string(height) + " pixels, but its " +
+             std::to_string(source.size()) + " bytes cannot hold them",
          again);
   }
   Bytes bytes{.source = source};

@@ -5,6 +5,8 @@
 #include <cmath>
 #include <compare>
 #include <cstdio>
+#include <fstream>
+#include <iterator>
 #include <map>
 #include <memory>
 #include <string_view>
@@ -268,6 +270,31 @@ std::shared_ptr<const Image> changed(const Image& image, const Change& change, M
                                     "itself.");
 }
 
+/// True if two pictures are one, or copies of each other.
+bool look_alike(const MaterialPicture& a, const MaterialPicture& b) {
+  if (a.empty() || b.empty()) return a.empty() && b.empty();
+  if (a.channel != b.channel || a.uv_set != b.uv_set || a.uv_transform != b.uv_transform)
+    return false;
+  if (a.bytes != nullptr && b.bytes != nullptr) return *a.bytes == *b.bytes;
+  if (a.file == b.file) return true;
+  std::error_code error;
+  if (fs::equivalent(a.file, b.file, error)) return true;
+  std::ifstream one(a.file, std::ios::binary), other(b.file, std::ios::binary);
+  using Byte = std::istreambuf_iterator<char>;
+  return one && other && std::equal(Byte(one), Byte(), Byte(other), Byte());
+}
+
+/// True if two descriptions give one picture of a surface.
+bool look_alike(const Material& a, const Material& b) {
+  for (const MaterialSlot slot :
+       {MaterialSlot::color, MaterialSlot::opacity, MaterialSlot::normal, MaterialSlot::roughness,
+        MaterialSlot::metallic, MaterialSlot::emission}) {
+    if (!look_alike(picture_of(a, slot), picture_of(b, slot))) return false;
+  }
+  return a.color == b.color && a.opacity == b.opacity && a.roughness == b.roughness &&
+         a.metallic == b.metallic && a.emission == b.emission;
+}
+
 }  // namespace
 
 std::vector<Material> load_materials(const Mesh& mesh, const fs::path& mesh_file,
@@ -299,7 +326,21 @@ std::vector<Material> load_materials(const Mesh& mesh, const fs::path& mesh_file
     }
   }
   std::map<std::string_view, const Material*> by_name;  // the first of a name
-  for (const Material& material : read) by_name.emplace(material.name, &material);
+  Found unlike;
+  std::string other;
+  for (const Material& material : read) {
+    const auto [entry, added] = by_name.emplace(material.name, &material);
+    if (added || look_alike(*entry->second, material)) continue;
+    if (std::find(mesh.material_names.begin(), mesh.material_names.end(), material.name) ==
+        mesh.material_names.end()) {
+      continue;
+    }
+    if (unlike.count() == 0) other = material.place;
+    unlike.add(*entry->second);
+  }
+  unlike.warn(warnings, "materials-differ",
+              "described otherwise in " + other +
+                  ": the former was taken. Where both are meant, give them different names.");
   std::vector<Material> materials;
   std::uint64_t missing = 0;
   std::string example;

@@ -229,6 +229,33 @@ TEST(Materials, OfAnyEncodingAndWriter) {
   EXPECT_EQ(read(wide)[0].name, "\xF0\x9F\x98\x80\xEF\xBF\xBD");
 }
 
+/// Joined meshes have one material of a name: where their files describe two, that is told; copies are one.
+TEST(Materials, TwoOfOneNameAreTold) {
+  const fs::path folder = test::scratch_folder();
+  fs::create_directories(folder / "b");
+  const auto describe =
+      [&](const fs::path& in, const char* color, float shade) {
+        std::ofstream(in / "m.mtl") << "newmtl wood\nKd " << color << "\nmap_Kd t.png\n";
+        save_image({1, 1, 3, {shade, 0, 0}}, in / "t.png", {.format = ImageFormat::png8});
+        std::ofstream(in / "m.obj")
+            << "mtllib m.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nusemtl wood\nf 1 2 3\n";
+      };
+  const auto told = [&] {
+    std::vector<Mesh> meshes = {load_mesh(folder / "m.obj"), load_mesh(folder / "b/m.obj")};
+    meshes[1].material_files = {"b/m.mtl"};
+    std::vector<Warning> warnings;
+    load_materials(join_meshes(meshes), folder / "m.obj", &warnings);
+    return count(warnings, "materials-differ");
+  };
+  describe(folder, "1 1 1", 1);
+  describe(folder / "b", "1 1 1", 1);
+  EXPECT_EQ(told(), 0u);
+  describe(folder / "b", "1 0 1", 1);
+  EXPECT_EQ(told(), 1u);
+  describe(folder / "b", "1 1 1", 0);
+  EXPECT_EQ(told(), 1u) << "another picture of the same name";
+}
+
 /// Paths of another machine.
 TEST(Materials, PicturesAreFoundInTheMeshsFolders) {
   const fs::path folder = test::scratch_folder() / "model";

@@ -35,7 +35,16 @@ class Materials {
 
  private:
   const std::vector<Material>& all() {
-    if (!read_) read_ = load_materials(high_, arguments_.high, &warnings_);
+    if (read_) return *read_;
+    const std::size_t before = warnings_.size();
+    read_ = load_materials(high_, arguments_.high, &warnings_);
+    for (std::size_t i = before; i < warnings_.size(); ++i) {
+      // Names of joined files are one name: half of the map would show another file's material.
+      if (warnings_[i].code != "materials-differ" || high_files(arguments_).size() < 2) continue;
+      throw Error(ErrorCode::input, in_words(high_files(arguments_)) +
+                                        " have materials of the same name that are not the same: " +
+                                        warnings_[i].message);
+    }
     return *read_;
   }
 
