@@ -17,13 +17,15 @@ namespace {
 using Matrix = std::array<double, 16>;  // column-major
 
 constexpr Matrix kIdentity{1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1};
-constexpr std::uint64_t kTriangles = 4, kFanMode = 6;  // modes; below are points and lines, between strips
+constexpr std::uint64_t kTriangles = 4,
+                        kFanMode = 6;  // modes; below are points and lines, between strips
 
 Matrix product(const Matrix& a, const Matrix& b) {
   Matrix result{};
   for (std::size_t column = 0; column < 4; ++column) {
     for (std::size_t row = 0; row < 4; ++row) {
-      for (std::size_t k = 0; k < 4; ++k) result[4 * column + row] += a[4 * k + row] * b[4 * column + k];
+      for (std::size_t k = 0; k < 4; ++k)
+        result[4 * column + row] += a[4 * k + row] * b[4 * column + k];
     }
   }
   return result;
@@ -45,10 +47,22 @@ Matrix matrix_of(const GltfValue& node) {
   if (!(size > 0)) node["rotation"].fail("it is 0, which is no rotation");
   for (double& value : q) value /= size;
   const auto [x, y, z, w] = q;
-  return {(1 - 2 * (y * y + z * z)) * s[0], 2 * (x * y + z * w) * s[0], 2 * (x * z - y * w) * s[0], 0,
-          2 * (x * y - z * w) * s[1], (1 - 2 * (x * x + z * z)) * s[1], 2 * (y * z + x * w) * s[1], 0,
-          2 * (x * z + y * w) * s[2], 2 * (y * z - x * w) * s[2], (1 - 2 * (x * x + y * y)) * s[2], 0,
-          t[0], t[1], t[2], 1};
+  return {(1 - 2 * (y * y + z * z)) * s[0],
+          2 * (x * y + z * w) * s[0],
+          2 * (x * z - y * w) * s[0],
+          0,
+          2 * (x * y - z * w) * s[1],
+          (1 - 2 * (x * x + z * z)) * s[1],
+          2 * (y * z + x * w) * s[1],
+          0,
+          2 * (x * z + y * w) * s[2],
+          2 * (y * z - x * w) * s[2],
+          (1 - 2 * (x * x + y * y)) * s[2],
+          0,
+          t[0],
+          t[1],
+          t[2],
+          1};
 }
 
 /// A matrix on places, normals and tangents.
@@ -76,9 +90,7 @@ class Placing {
     }
     return result;
   }
-  Vec3 normal(const Vec3d& n) const {
-    return unit(n_[0] * n.x + n_[1] * n.y + n_[2] * n.z);
-  }
+  Vec3 normal(const Vec3d& n) const { return unit(n_[0] * n.x + n_[1] * n.y + n_[2] * n.z); }
   /// Of the length that it has in the file, so that odd ones are told.
   Vec3 tangent(const double* t) const {
     const Vec3d given(t[0], t[1], t[2]);
@@ -175,7 +187,8 @@ class GltfReader {
     }
     const auto left = std::find(is_done.begin(), is_done.end(), false);
     if (left != is_done.end()) {
-      nodes.at(static_cast<std::size_t>(left - is_done.begin())).fail("it is among its own ancestors");
+      nodes.at(static_cast<std::size_t>(left - is_done.begin()))
+          .fail("it is among its own ancestors");
     }
     return parent;
   }
@@ -191,8 +204,9 @@ class GltfReader {
       for (std::size_t k = 0; k < list.size(); ++k) {
         const std::size_t node = *list.at(k).index_into(nodes);
         if (parent[node]) {
-          list.at(k).fail("nodes[" + std::to_string(node) + "] is no root: it is a child of nodes[" +
-                          std::to_string(*parent[node]) + "]");
+          list.at(k).fail("nodes[" + std::to_string(node) +
+                          "] is no root: it is a child of nodes[" + std::to_string(*parent[node]) +
+                          "]");
         }
         if (!taken[node]) result.push_back(node);
         taken[node] = true;
@@ -234,8 +248,9 @@ class GltfReader {
       made.parent = step.parent;
       made.transform = matrix_of(node);
       made.extras = node["extras"].dump();
-      worlds.push_back(step.parent == AssetNode::kNone ? made.transform
-                                                       : product(worlds[step.parent], made.transform));
+      worlds.push_back(step.parent == AssetNode::kNone
+                           ? made.transform
+                           : product(worlds[step.parent], made.transform));
       if (const auto mesh = node["mesh"].index_into(meshes)) {
         std::string name = made.name.empty() ? meshes.at(*mesh)["name"].text() : made.name;
         if (name.empty()) name = "node " + std::to_string(step.node);
@@ -269,10 +284,13 @@ class GltfReader {
     }
     constexpr std::uint64_t kVertexBytes = 72, kCornerBytes = 36;
     const FailWith fail = [this](const std::string& place, const std::string& problem,
-                                 const std::string& remedy) { input_.fail(place, problem, remedy); };
-    require_memory("its meshes, as often as nodes place them,",
-                   std::max(capped_product(vertices, kVertexBytes), capped_product(corners, kCornerBytes)),
-                   memory_failure(fail, ""));
+                                 const std::string& remedy) {
+      input_.fail(place, problem, remedy);
+    };
+    require_memory(
+        "its meshes, as often as nodes place them,",
+        std::max(capped_product(vertices, kVertexBytes), capped_product(corners, kCornerBytes)),
+        memory_failure(fail, ""));
   }
 
   GltfNumbers attribute(const GltfValue& attributes, const std::string& name, std::size_t width,
@@ -289,7 +307,8 @@ class GltfReader {
 
   std::optional<Primitive> read_primitive(const GltfValue& from) {
     const std::uint64_t mode = from["mode"].count(kTriangles);
-    if (mode > kFanMode) from["mode"].fail("it is " + std::to_string(mode) + ", which glTF does not know");
+    if (mode > kFanMode)
+      from["mode"].fail("it is " + std::to_string(mode) + ", which glTF does not know");
     if (mode < kTriangles) {
       if (lines_++ == 0) first_lines_ = from.place();
       return std::nullopt;
@@ -310,7 +329,8 @@ class GltfReader {
     result.normals = attribute(attributes, "NORMAL", 3, count);
     result.colors = attribute(attributes, "COLOR_0", GltfFile::kColor, count);
     // The spec: tangents without normals are to be ignored.
-    if (!result.normals.values.empty()) result.tangents = attribute(attributes, "TANGENT", 4, count);
+    if (!result.normals.values.empty())
+      result.tangents = attribute(attributes, "TANGENT", 4, count);
     if (from["targets"].size() != 0) ++morphs_;
     const auto material = from["material"].index_into(file_.list("materials"));
     result.material = material.value_or(material_names_.size() - 1);
@@ -330,13 +350,14 @@ class GltfReader {
     const std::size_t n = order.size();
     if (mode == kTriangles) {
       if (n % 3 != 0 && odd_++ == 0) first_odd_ = from.place();
-      for (std::size_t i = 0; i + 2 < n; i += 3) triangles.push_back({order[i], order[i + 1], order[i + 2]});
+      for (std::size_t i = 0; i + 2 < n; i += 3)
+        triangles.push_back({order[i], order[i + 1], order[i + 2]});
       return;
     }
     for (std::size_t i = 0; i + 2 < n; ++i) {
-      const Triangle t = mode == kFanMode     ? Triangle{order[i + 1], order[i + 2], order[0]}
-                         : i % 2 == 0 ? Triangle{order[i], order[i + 1], order[i + 2]}
-                                      : Triangle{order[i], order[i + 2], order[i + 1]};
+      const Triangle t = mode == kFanMode ? Triangle{order[i + 1], order[i + 2], order[0]}
+                         : i % 2 == 0     ? Triangle{order[i], order[i + 1], order[i + 2]}
+                                          : Triangle{order[i], order[i + 2], order[i + 1]};
       // One with a repeated corner only turns the strip.
       if (t[0] != t[1] && t[1] != t[2] && t[2] != t[0]) triangles.push_back(t);
     }
@@ -355,9 +376,10 @@ class GltfReader {
         named = true;
       }
       builder_.set_material(material_names_[primitive->material]);
-      const GltfValue surface = primitives.at(i)["material"].exists()
-                                    ? file_.list("materials").at(primitive->material)["pbrMetallicRoughness"]
-                                    : primitives.at(i)["material"];
+      const GltfValue surface =
+          primitives.at(i)["material"].exists()
+              ? file_.list("materials").at(primitive->material)["pbrMetallicRoughness"]
+              : primitives.at(i)["material"];
       const auto& colors = primitive->colors.values;
       if (surface.exists() &&
           (surface["baseColorTexture"].exists() || surface["baseColorFactor"].exists()) &&
@@ -371,7 +393,8 @@ class GltfReader {
   void add(const Primitive& p, const Placing& placing) {
     const std::size_t count = p.positions.count();
     if (builder_.positions.size() + count > 0x7FFFFFFFU) {
-      input_.fail("", "its nodes place more than 2147483647 vertices", "Split or simplify the mesh.");
+      input_.fail("", "its nodes place more than 2147483647 vertices",
+                  "Split or simplify the mesh.");
     }
     const auto first = static_cast<std::uint32_t>(builder_.positions.size());
     const auto first_uv = static_cast<std::uint32_t>(builder_.uvs.size());
@@ -422,7 +445,8 @@ class GltfReader {
     if (!colors.values.empty()) {
       const double* const c = colors.at(vertex);
       for (std::size_t k = 0; k < colors.width; ++k) {
-        const float value = k < 3 ? to_srgb(narrow(c[k])) : static_cast<float>(std::clamp(c[k], 0.0, 1.0));
+        const float value =
+            k < 3 ? to_srgb(narrow(c[k])) : static_cast<float>(std::clamp(c[k], 0.0, 1.0));
         bytes[k] = static_cast<std::uint8_t>(std::lround(std::isfinite(value) ? value * 255 : 0));
         if (c[k] > 1) ++bright_;
       }
@@ -470,7 +494,8 @@ class GltfReader {
   [[noreturn]] void fail_empty() const {
     const std::size_t meshes = file_.list("meshes").size();
     if (placed_.empty() && meshes != 0) {
-      input_.fail("scenes", "no node of its scene has one of its " + counted(meshes, "mesh") + "(es)",
+      input_.fail("scenes",
+                  "no node of its scene has one of its " + counted(meshes, "mesh") + "(es)",
                   "Put the mesh into the scene, and export it again.");
     }
     input_.fail("", meshes == 0 ? "it has no meshes" : "its meshes have no triangles",
@@ -483,7 +508,8 @@ class GltfReader {
   const std::vector<std::string> material_names_;
   std::vector<Placed> placed_;
   bool has_colors_ = false, has_tangents_ = false;
-  std::uint64_t flat_ = 0, lines_ = 0, odd_ = 0, skins_ = 0, morphs_ = 0, instanced_ = 0, bright_ = 0, painted_ = 0;
+  std::uint64_t flat_ = 0, lines_ = 0, odd_ = 0, skins_ = 0, morphs_ = 0, instanced_ = 0,
+                bright_ = 0, painted_ = 0;
   std::string first_lines_, first_odd_;
 };
 

@@ -57,7 +57,8 @@ ComponentType component_of(const GltfValue& place, std::uint64_t type) {
     case kFloat:
       return component_type<float>();
     default:
-      place.fail("it has components of type " + std::to_string(type) + ", which glTF does not know");
+      place.fail("it has components of type " + std::to_string(type) +
+                 ", which glTF does not know");
   }
 }
 
@@ -72,11 +73,15 @@ std::size_t width_of(const std::string& type) {
 /// What percent signs stand for. An escape that is none stays.
 std::string decode_percent(std::string_view text) {
   const auto digit = [](char c) {
-    return c >= '0' && c <= '9' ? c - '0' : c >= 'a' && c <= 'f' ? c - 'a' + 10 : c >= 'A' && c <= 'F' ? c - 'A' + 10 : -1;
+    return c >= '0' && c <= '9'   ? c - '0'
+           : c >= 'a' && c <= 'f' ? c - 'a' + 10
+           : c >= 'A' && c <= 'F' ? c - 'A' + 10
+                                  : -1;
   };
   std::string result;
   for (std::size_t i = 0; i < text.size(); ++i) {
-    if (text[i] == '%' && i + 2 < text.size() && digit(text[i + 1]) >= 0 && digit(text[i + 2]) >= 0) {
+    if (text[i] == '%' && i + 2 < text.size() && digit(text[i + 1]) >= 0 &&
+        digit(text[i + 2]) >= 0) {
       result += static_cast<char>(digit(text[i + 1]) * 16 + digit(text[i + 2]));
       i += 2;
     } else {
@@ -147,7 +152,8 @@ GltfFile::GltfFile(const MeshInput& input) : input_(input) {
                      " bytes, but has " + std::to_string(text.size()),
                  kAgain);
     }
-    if (length < 20) input.fail("byte 8", "its length of " + std::to_string(length) + " is too short", kAgain);
+    if (length < 20)
+      input.fail("byte 8", "its length of " + std::to_string(length) + " is too short", kAgain);
     if (length < text.size()) {
       input.warn("trailing-bytes",
                  counted(text.size() - length, "byte") + " after the end were ignored.",
@@ -228,7 +234,8 @@ std::filesystem::path GltfFile::path_of(const GltfValue& uri) const {
   bool leaves = text.empty() || has_scheme || path.is_absolute() || text.find('\0') != text.npos;
   for (const std::filesystem::path& part : path) leaves = leaves || part == "..";
   if (leaves) {
-    uri.fail("\"" + printable(text.substr(0, 200)) + "\" is no file in the folder of the glTF file, and was not read",
+    uri.fail("\"" + printable(text.substr(0, 200)) +
+                 "\" is no file in the folder of the glTF file, and was not read",
              "Put it beside the glTF file, and name it without folders above.");
   }
   if (!input_.folder) {
@@ -299,21 +306,40 @@ GltfFile::Elements GltfFile::elements(const GltfValue& accessor, const GltfValue
   const auto view_index = place_of_view.index_into(list("bufferViews"));
   if (!view_index) accessor.fail("it names no bufferView");
   const std::size_t size = component_of(accessor, component_type).bytes * width;
-  const std::size_t step = row_step != 0 ? row_step : size;
+  const std::size_t step = std::max<std::size_t>(row_step != 0 ? row_step : size, 1);
   const std::string_view bytes = view(*view_index);
   // Without overflow: count is at most 2^53 by JSON, and so is divided.
   const bool fits = count == 0 || (offset <= bytes.size() && bytes.size() - offset >= size &&
                                    (count - 1) <= (bytes.size() - offset - size) / step);
   if (!fits) {
     accessor.fail("its " + counted(count, "element") + " from byte " + std::to_string(offset) +
-                  " on are more than bufferViews[" + std::to_string(*view_index) + "] has: " +
-                  std::to_string(bytes.size()) + " bytes");
+                  " on are more than bufferViews[" + std::to_string(*view_index) +
+                  "] has: " + std::to_string(bytes.size()) + " bytes");
   }
   return {count == 0 ? nullptr : bytes.data() + offset, step};
 }
 
+/// Where an accessor's elements begin, but for sparse ones; nowhere where all are zeros.
+GltfFile::Elements GltfFile::locate(const GltfValue& accessor) const {
+  const std::uint64_t count = accessor["count"].count(0);
+  const GltfValue view = accessor["bufferView"];
+  if (const auto index = view.index_into(list("bufferViews"))) {
+    const std::size_t step = list("bufferViews").at(*index)["byteStride"].count(0);
+    return elements(accessor, view, count, accessor["byteOffset"].count(0),
+                    accessor["componentType"].count(0), width_of(accessor["type"].text()), step);
+  }
+  constexpr std::size_t kFewZeros = 65536;
+  if (count > std::max(input_.bytes.size(), kFewZeros)) {
+    accessor.fail("it has " + std::to_string(count) +
+                  " elements without a bufferView, more than the file has bytes");
+  }
+  return {};
+}
+
 std::size_t GltfFile::count(std::size_t index) const {
-  return list("accessors").at(index)["count"].count(0);
+  const GltfValue accessor = list("accessors").at(index);
+  locate(accessor);
+  return accessor["count"].count(0);
 }
 
 GltfNumbers GltfFile::read(std::size_t index, std::size_t width, bool indices) const {
@@ -322,7 +348,8 @@ GltfNumbers GltfFile::read(std::size_t index, std::size_t width, bool indices) c
   const ComponentType component = component_of(accessor, type);
   const std::size_t given = width_of(accessor["type"].text());
   if (given != width && !(width == kColor && (given == 3 || given == 4))) {
-    accessor.fail("it is of type \"" + printable(accessor["type"].text().substr(0, 20)) + "\", where " +
+    accessor.fail("it is of type \"" + printable(accessor["type"].text().substr(0, 20)) +
+                  "\", where " +
                   (width == kColor ? "VEC3 or VEC4"
                    : width == 1    ? "SCALAR"
                                    : "VEC" + std::to_string(width)) +
@@ -333,19 +360,12 @@ GltfNumbers GltfFile::read(std::size_t index, std::size_t width, bool indices) c
   }
   const bool normalized = accessor["normalized"].flag() && type != kFloat;
   const std::size_t count = this->count(index);
-  const GltfValue view = accessor["bufferView"], sparse = accessor["sparse"];
-  Elements from;
-  if (view.exists()) {
-    const auto view_index = view.index_into(list("bufferViews"));
-    const std::size_t step = list("bufferViews").at(*view_index)["byteStride"].count(0);
-    from = elements(accessor, view, count, accessor["byteOffset"].count(0), type, given, step);
-  } else if (count > std::max<std::size_t>(input_.bytes.size(), 65536)) {
-    accessor.fail("it has " + std::to_string(count) +
-                  " elements without a bufferView, more than the file has bytes");
-  }
+  const GltfValue sparse = accessor["sparse"];
+  const Elements from = locate(accessor);
   const FailWith fail = [&](const std::string& /*place*/, const std::string& problem,
                             const std::string& remedy) { accessor.fail(problem, remedy); };
-  require_memory("its numbers", capped_product(count, given * sizeof(double)), memory_failure(fail, ""));
+  require_memory("its numbers", capped_product(count, given * sizeof(double)),
+                 memory_failure(fail, ""));
   GltfNumbers result{given, std::vector<double>(count * given)};
   const auto copy = [&](const char* element, std::size_t to) {
     for (std::size_t k = 0; k < given; ++k) {
@@ -364,8 +384,8 @@ GltfNumbers GltfFile::read(std::size_t index, std::size_t width, bool indices) c
   if (place_type != 5121 && place_type != 5123 && place_type != 5125) {
     places.fail("it has indices that are no unsigned integers");
   }
-  const Elements at = elements(places, places["bufferView"], changed,
-                               places["byteOffset"].count(0), place_type, 1, 0);
+  const Elements at = elements(places, places["bufferView"], changed, places["byteOffset"].count(0),
+                               place_type, 1, 0);
   const Elements value = elements(values, values["bufferView"], changed,
                                   values["byteOffset"].count(0), type, given, 0);
   const ComponentType place_component = component_of(places, place_type);
@@ -390,10 +410,11 @@ std::vector<std::uint32_t> GltfFile::indices(std::size_t accessor, std::size_t b
   for (std::size_t i = 0; i < result.size(); ++i) {
     const double index = read_numbers.values[i];
     if (!(index < static_cast<double>(below))) {
-      list("accessors").at(accessor).fail("its index " + std::to_string(i) + " is " +
-                                          std::to_string(static_cast<std::uint64_t>(index)) +
-                                          ", but there are only " + std::to_string(below) +
-                                          " vertices");
+      list("accessors")
+          .at(accessor)
+          .fail("its index " + std::to_string(i) + " is " +
+                std::to_string(static_cast<std::uint64_t>(index)) + ", but there are only " +
+                std::to_string(below) + " vertices");
     }
     result[i] = static_cast<std::uint32_t>(index);
   }

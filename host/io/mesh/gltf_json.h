@@ -38,7 +38,8 @@ class GltfValue {
   template <std::size_t N>
   std::array<double, N> numbers(const std::array<double, N>& otherwise) const {
     if (!exists()) return otherwise;
-    if (size() != N) fail("it has " + std::to_string(size()) + " numbers and not " + std::to_string(N));
+    if (size() != N)
+      fail("it has " + std::to_string(size()) + " numbers and not " + std::to_string(N));
     std::array<double, N> result;
     for (std::size_t k = 0; k < N; ++k) result[k] = at(k).number(0);
     return result;

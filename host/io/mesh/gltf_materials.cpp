@@ -70,7 +70,8 @@ class MaterialReader {
     const std::array<double, 4> color =
         (is_glossy ? glossy["diffuseFactor"] : surface["baseColorFactor"]).numbers<4>({1, 1, 1, 1});
     for (std::size_t k = 0; k < 3; ++k) material.color[k] = static_cast<float>(color[k]);
-    material.color_map = picture(is_glossy ? glossy["diffuseTexture"] : surface["baseColorTexture"]);
+    material.color_map =
+        picture(is_glossy ? glossy["diffuseTexture"] : surface["baseColorTexture"]);
     if (is_glossy) {
       material.roughness_from = material.metallic_from = MaterialNumber::none;
       material.metallic = 0;
@@ -97,8 +98,8 @@ class MaterialReader {
   void warn() const {
     if (missing_ != 0) {
       file_.input().warn("picture-missing",
-                         std::to_string(missing_) + " of its materials' pictures (" + first_missing_ +
-                             " for one) are not there; the factor stands alone.",
+                         std::to_string(missing_) + " of its materials' pictures (" +
+                             first_missing_ + " for one) are not there; the factor stands alone.",
                          missing_);
     }
   }
@@ -108,7 +109,8 @@ class MaterialReader {
     const std::string mode = from["alphaMode"].text();
     material.alpha_cutoff = static_cast<float>(from["alphaCutoff"].number(0.5));
     if (mode.empty() || mode == "OPAQUE") return;  // whatever the alpha is
-    if (mode != "MASK" && mode != "BLEND") from["alphaMode"].fail("it is none of OPAQUE, MASK, BLEND");
+    if (mode != "MASK" && mode != "BLEND")
+      from["alphaMode"].fail("it is none of OPAQUE, MASK, BLEND");
     material.alpha_mode = mode == "MASK" ? AlphaMode::mask : AlphaMode::blend;
     material.opacity = static_cast<float>(factor);
     material.opacity_map = material.color_map;
@@ -125,7 +127,8 @@ class MaterialReader {
     }
     if (factor.exists()) material.emission_from = MaterialNumber::given;
     // The default factor, 0, takes the picture away.
-    if (emission != std::array<double, 3>{}) material.emission_map = picture(from["emissiveTexture"]);
+    if (emission != std::array<double, 3>{})
+      material.emission_map = picture(from["emissiveTexture"]);
   }
 
   MaterialPicture picture(const GltfValue& texture_info) {
@@ -174,7 +177,8 @@ class MaterialReader {
   }
 
   void miss(const GltfValue& what) {
-    const std::string uri = what.place().ends_with("uri") ? " '" + what.text().substr(0, 200) + "'" : "";
+    const std::string uri =
+        what.place().ends_with("uri") ? " '" + what.text().substr(0, 200) + "'" : "";
     if (missing_++ == 0) first_missing_ = what.place() + uri;
   }
 

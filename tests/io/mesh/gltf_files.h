@@ -83,12 +83,11 @@ class GltfMaker {
 /// The unit square in z = 0, facing +z, of two triangles.
 inline GltfMaker gltf_square() {
   GltfMaker maker;
-  const std::size_t positions =
-      maker.add<float>("VEC3", {0, 0, 0, 1, 0, 0, 1, 1, 0, 0, 1, 0});
+  const std::size_t positions = maker.add<float>("VEC3", {0, 0, 0, 1, 0, 0, 1, 1, 0, 0, 1, 0});
   const std::size_t uvs = maker.add<float>("VEC2", {0, 1, 1, 1, 1, 0, 0, 0});
   const std::size_t indices = maker.add<std::uint16_t>("SCALAR", {0, 1, 2, 0, 2, 3});
-  maker.add_mesh({{"attributes", {{"POSITION", positions}, {"TEXCOORD_0", uvs}}},
-                  {"indices", indices}});
+  maker.add_mesh(
+      {{"attributes", {{"POSITION", positions}, {"TEXCOORD_0", uvs}}}, {"indices", indices}});
   return maker;
 }
 
