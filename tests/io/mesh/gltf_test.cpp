@@ -293,6 +293,16 @@ TEST(Gltf, PicturesOnOtherUvs) {
   EXPECT_THROW(load_material_texture(load_asset(other).materials, MaterialSlot::color), Error);
 }
 
+TEST(Gltf, PicturesThatDoNotRepeatAreTold) {
+  GltfMaker maker = painted_square();
+  maker.json["samplers"] = {{{"wrapS", 33071}}};
+  maker.json["textures"][0]["sampler"] = 0;
+  EXPECT_EQ(load_text("inside.glb", maker.glb()).count("texture-wrap"), 0U);
+  maker.json["materials"][0]["pbrMetallicRoughness"]["baseColorTexture"]["extensions"]
+            ["KHR_texture_transform"] = {{"offset", {0.25, 0}}};
+  EXPECT_EQ(load_text("beyond.glb", maker.glb()).count("texture-wrap"), 1U);
+}
+
 TEST(Gltf, MissingPicturesLeaveTheFactor) {
   GltfMaker maker = painted_square();
   maker.json["images"][0] = {{"uri", "nowhere.png"}};
