@@ -270,6 +270,28 @@ TEST(Gltf, MaterialsAndTheirPictures) {
               1e-6);
 }
 
+TEST(Gltf, NoMtlInObj) {
+  const Mesh mesh = load_text("painted.glb", painted_square().glb()).mesh;
+  EXPECT_EQ(mesh.material_files, (std::vector<std::string>{"painted.glb"}));
+  const std::filesystem::path path = scratch_folder() / "a.obj";
+  save_obj(mesh, path);
+  const Mesh again = load_mesh(path);
+  EXPECT_TRUE(again.material_files.empty());
+  EXPECT_EQ(again.material_names, mesh.material_names);
+}
+
+TEST(Gltf, NormalsTimesTheirScale) {
+  GltfMaker maker = painted_square();
+  maker.json["materials"][0]["normalTexture"] = {{"index", 0}, {"scale", 2}};
+  const std::filesystem::path path = write_file("normals.glb", maker.glb());
+  const std::vector<float> n =
+      load_material_texture(load_asset(path).materials, MaterialSlot::normal).images.at(0)->pixels;
+  // (-0.6, -0.2, 0.2) becomes (-1.2, -0.4, 0.2), of length sqrt(1.64).
+  EXPECT_NEAR(n[0], -1.2 / std::sqrt(1.64) / 2 + 0.5, 1e-6);
+  EXPECT_NEAR(n[1], -0.4 / std::sqrt(1.64) / 2 + 0.5, 1e-6);
+  EXPECT_NEAR(n[2], 0.2 / std::sqrt(1.64) / 2 + 0.5, 1e-6);
+}
+
 TEST(Gltf, OpaqueWhateverTheAlpha) {
   GltfMaker maker = painted_square();
   maker.json["materials"][0].erase("alphaMode");
