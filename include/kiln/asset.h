@@ -51,6 +51,7 @@ struct Asset {
 ///   rest-pose           skins and morph targets: taken without them
 ///   instances-ignored   EXT_mesh_gpu_instancing: one of each is taken
 ///   bright-colors       vertex colours above 1: cut off
+///   texture-wrap        UVs beyond pictures that do not repeat in the file: they repeat
 ///   picture-missing     pictures that are not there: the factor stands alone
 ///   vertex-colors-left  vertex colours of materials that have a colour, which is not multiplied with them
 /// \throws Error(input), as load_mesh() and load_materials()

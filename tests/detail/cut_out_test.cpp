@@ -68,6 +68,26 @@ TEST(CutOut, LeavesTheDiscOfACard) {
   EXPECT_LT(cut.triangles.size(), 12 * 2 * std::numbers::pi * kRadius * kSide);
 }
 
+TEST(CutOut, APictureMayLieMovedOnTheUvs) {
+  Mesh mesh = test::plane(1, 1);
+  mesh.material_names = {"leaf"};
+  mesh.materials.assign(mesh.triangles.size(), 0);
+  Texture opacity = leaf();
+  opacity.image_of = {0};
+  opacity.uv_transforms = {{2, 0, 0, 0, 1, 0}};  // two discs, each half as wide
+  const Mesh cut = cut_out(mesh, opacity, 0.5);
+  const double disc = std::numbers::pi * kRadius * kRadius;
+  EXPECT_NEAR(area_of(cut), disc, 1e-3 * disc);
+  for (const Triangle& t : cut.triangles) {
+    for (const std::uint32_t corner : t) {
+      const Vec3& p = cut.positions[corner];
+      EXPECT_LT(std::hypot(2 * (std::abs(p.x) - 0.25), double{p.y}), kRadius + 0.2 / kSide);
+    }
+  }
+  opacity.uv_transforms.push_back({});
+  EXPECT_THROW(cut_out(mesh, opacity, 0.5), Error);
+}
+
 TEST(CutOut, RepeatsAndKeepsWhatIsWhole) {
   Mesh mesh = test::plane(8, 8);
   for (Vec2& uv : mesh.uvs) uv = {uv.x * 2 - 3.25F, uv.y * 2 + 1.5F};

@@ -124,6 +124,42 @@ TEST(TextureMaps, ATextureMayHaveAPictureForEachMaterial) {
   EXPECT_THROW(bake(source, test::plane(1, 1), options), Error);
 }
 
+TEST(TextureMaps, APictureMayLieMovedOnTheUvs) {
+  KILN_REQUIRE_DEVICE();
+  // The same as UVs that are moved themselves, which rounding to float tells apart alone.
+  const std::array<float, 6> m{0.5F, -0.75F, 0.25F, 1.5F, 0.25F, -0.5F};
+  Mesh plain = test::plane(8, 5), moved = plain;
+  for (Mesh* mesh : {&plain, &moved}) {
+    mesh->material_names = {"all"};
+    mesh->materials.assign(mesh->triangles.size(), 0);
+  }
+  for (Vec2& uv : moved.uvs) {
+    uv = {m[0] * uv.x + m[1] * uv.y + m[2], m[3] * uv.x + m[4] * uv.y + m[5]};
+  }
+  Texture texture = texture_of(checkerboard(512, 32), TextureKind::linear);
+  texture.image_of = {0};
+  const auto board = [](const Mesh& high, const Texture& picture) {
+    const Source source(*test::device(), high);
+    BakeOptions options = options_of(45, 60, {MapKind::mask});
+    options.transfers = {{"board", picture}};
+    return image_of(bake(source, test::plane(3, 3), options), "board").pixels;
+  };
+  const std::vector<float> wanted = board(moved, texture), unmoved = board(plain, texture);
+  texture.uv_transforms = {m};
+  const std::vector<float> got = board(plain, texture);
+  // Squares are 3 texels wide or more: a UV off by 1e-6 moves 1e-4 of a texel over an edge. Filters' levels and
+  // probes may change with the last bit: 1e-2 is left for them.
+  double most = 0, apart = 0;
+  for (std::size_t i = 0; i < got.size(); ++i) {
+    most = std::max(most, std::abs(double{got[i]} - wanted[i]));
+    apart = std::max(apart, std::abs(double{unmoved[i]} - wanted[i]));
+  }
+  EXPECT_LT(most, 1e-2);
+  EXPECT_GT(apart, 0.5);
+  texture.uv_transforms = {m, m};
+  EXPECT_THROW(board(plain, texture), Error);
+}
+
 TEST(TextureMaps, VertexColoursAreInterpolatedInLinearLight) {
   KILN_REQUIRE_DEVICE();
   Mesh high = test::plane(1, 1);

@@ -8,6 +8,7 @@
 #include "base/counted.h"
 #include "base/srgb.h"
 #include "io/file/bounds.h"
+#include "io/file/text_scanner.h"
 #include "io/mesh/mesh_builder.h"
 #include "mesh/vector.h"
 
@@ -386,7 +387,17 @@ class GltfReader {
           std::any_of(colors.begin(), colors.end(), [](double value) { return value != 1; })) {
         ++painted_;
       }
+      if (primitives.at(i)["material"].exists()) extend_box(*primitive);
       add(*primitive, placing);
+    }
+  }
+
+  void extend_box(const Primitive& p) {
+    for (std::size_t i = 0; i < p.uvs.count(); ++i) {
+      const float u = narrow(p.uvs.at(i)[0]), v = narrow(1 - p.uvs.at(i)[1]);
+      if (!std::isfinite(u) || !std::isfinite(v)) continue;
+      UvBox& box = boxes_.try_emplace(p.material, UvBox{u, v, u, v}).first->second;
+      box = {std::min(box[0], u), std::min(box[1], v), std::max(box[2], u), std::max(box[3], v)};
     }
   }
 
@@ -487,6 +498,16 @@ class GltfReader {
         counted(painted_, "primitive") +
             " with vertex colours, and a material with a colour: glTF multiplies them, and Kiln "
             "takes the picture alone, or else the vertex colours alone.");
+    std::uint64_t beyond = 0;
+    std::string example;
+    for (const auto& [material, box] : boxes_) {
+      if (!gltf_reaches_beyond(file_, material, box)) continue;
+      if (beyond++ == 0) example = material_names_[material];
+    }
+    say(beyond, "texture-wrap",
+        counted(beyond, "material") + " (\"" + printable(example) +
+            "\" for one) with UVs beyond a picture that does not repeat in the file; Kiln repeats "
+            "all pictures.");
     say(bright_, "bright-colors",
         counted(bright_, "number") + " of vertex colours are above 1, and were cut off there.");
   }
@@ -507,6 +528,7 @@ class GltfReader {
   MeshBuilder builder_;
   const std::vector<std::string> material_names_;
   std::vector<Placed> placed_;
+  std::map<std::size_t, UvBox> boxes_;  // by material
   bool has_colors_ = false, has_tangents_ = false;
   std::uint64_t flat_ = 0, lines_ = 0, odd_ = 0, skins_ = 0, morphs_ = 0, instanced_ = 0,
                 bright_ = 0, painted_ = 0;

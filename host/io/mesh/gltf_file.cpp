@@ -306,7 +306,7 @@ GltfFile::Elements GltfFile::elements(const GltfValue& accessor, const GltfValue
   const auto view_index = place_of_view.index_into(list("bufferViews"));
   if (!view_index) accessor.fail("it names no bufferView");
   const std::size_t size = component_of(accessor, component_type).bytes * width;
-  const std::size_t step = row_step != 0 ? row_step : size;
+  const std::size_t step = std::max<std::size_t>(row_step != 0 ? row_step : size, 1);
   const std::string_view bytes = view(*view_index);
   // Without overflow: count is at most 2^53 by JSON, and so is divided.
   const bool fits = count == 0 || (offset <= bytes.size() && bytes.size() - offset >= size &&
@@ -319,8 +319,27 @@ GltfFile::Elements GltfFile::elements(const GltfValue& accessor, const GltfValue
   return {count == 0 ? nullptr : bytes.data() + offset, step};
 }
 
+/// Where an accessor's elements begin, but for sparse ones; nowhere where all are zeros.
+GltfFile::Elements GltfFile::locate(const GltfValue& accessor) const {
+  const std::uint64_t count = accessor["count"].count(0);
+  const GltfValue view = accessor["bufferView"];
+  if (const auto index = view.index_into(list("bufferViews"))) {
+    const std::size_t step = list("bufferViews").at(*index)["byteStride"].count(0);
+    return elements(accessor, view, count, accessor["byteOffset"].count(0),
+                    accessor["componentType"].count(0), width_of(accessor["type"].text()), step);
+  }
+  constexpr std::size_t kFewZeros = 65536;
+  if (count > std::max(input_.bytes.size(), kFewZeros)) {
+    accessor.fail("it has " + std::to_string(count) +
+                  " elements without a bufferView, more than the file has bytes");
+  }
+  return {};
+}
+
 std::size_t GltfFile::count(std::size_t index) const {
-  return list("accessors").at(index)["count"].count(0);
+  const GltfValue accessor = list("accessors").at(index);
+  locate(accessor);
+  return accessor["count"].count(0);
 }
 
 GltfNumbers GltfFile::read(std::size_t index, std::size_t width, bool indices) const {
@@ -341,16 +360,8 @@ GltfNumbers GltfFile::read(std::size_t index, std::size_t width, bool indices) c
   }
   const bool normalized = accessor["normalized"].flag() && type != kFloat;
   const std::size_t count = this->count(index);
-  const GltfValue view = accessor["bufferView"], sparse = accessor["sparse"];
-  Elements from;
-  if (view.exists()) {
-    const auto view_index = view.index_into(list("bufferViews"));
-    const std::size_t step = list("bufferViews").at(*view_index)["byteStride"].count(0);
-    from = elements(accessor, view, count, accessor["byteOffset"].count(0), type, given, step);
-  } else if (count > std::max<std::size_t>(input_.bytes.size(), 65536)) {
-    accessor.fail("it has " + std::to_string(count) +
-                  " elements without a bufferView, more than the file has bytes");
-  }
+  const GltfValue sparse = accessor["sparse"];
+  const Elements from = locate(accessor);
   const FailWith fail = [&](const std::string& /*place*/, const std::string& problem,
                             const std::string& remedy) { accessor.fail(problem, remedy); };
   require_memory("its numbers", capped_product(count, given * sizeof(double)),

@@ -43,7 +43,7 @@ class GltfFile {
   static constexpr std::size_t kColor = 34;
   /// Indices, each below `below`. Where there are strips, those that restart them are refused, too.
   std::vector<std::uint32_t> indices(std::size_t accessor, std::size_t below) const;
-  /// Elements of an accessor, before any of it is read.
+  /// Elements of an accessor, as many as the file can hold, before any of it is read.
   std::size_t count(std::size_t accessor) const;
 
   /// The bytes of a buffer view.
@@ -59,6 +59,7 @@ class GltfFile {
   Elements elements(const GltfValue& accessor, const GltfValue& place_of_view, std::size_t count,
                     std::uint64_t offset, std::uint64_t component_type, std::size_t width,
                     std::size_t row_step) const;
+  Elements locate(const GltfValue& accessor) const;
   GltfNumbers read(std::size_t accessor, std::size_t width, bool indices) const;
 
   const MeshInput& input_;

@@ -51,6 +51,15 @@ std::array<float, 6> uv_transform_of(const GltfValue& transform) {
           static_cast<float>(-c), static_cast<float>(d),  static_cast<float>(1 - d - offset[1])};
 }
 
+/// Where glTF has a picture of a material.
+std::vector<GltfValue> pictures_of(const GltfValue& material) {
+  const GltfValue surface = material["pbrMetallicRoughness"];
+  const GltfValue glossy = material["extensions"]["KHR_materials_pbrSpecularGlossiness"];
+  return {surface["baseColorTexture"],  surface["metallicRoughnessTexture"],
+          material["normalTexture"],    material["emissiveTexture"],
+          material["occlusionTexture"], glossy["diffuseTexture"]};
+}
+
 class MaterialReader {
  public:
   explicit MaterialReader(const GltfFile& file) : file_(file) {}
@@ -189,6 +198,32 @@ class MaterialReader {
 };
 
 }  // namespace
+
+bool gltf_reaches_beyond(const GltfFile& file, std::size_t material, const UvBox& box) {
+  constexpr std::uint64_t kRepeat = 10497;
+  constexpr float kReach = 1e-4F;  // rounding at the edge
+  for (const GltfValue& info : pictures_of(file.list("materials").at(material))) {
+    const auto texture = info["index"].index_into(file.list("textures"));
+    if (!texture) continue;
+    const GltfValue samplers = file.list("samplers");
+    const auto index = file.list("textures").at(*texture)["sampler"].index_into(samplers);
+    if (!index) continue;
+    const GltfValue sampler = samplers.at(*index);
+    const std::array<float, 6> m = uv_transform_of(info["extensions"]["KHR_texture_transform"]);
+    for (std::size_t axis = 0; axis < 2; ++axis) {
+      if (sampler[axis == 0 ? "wrapS" : "wrapT"].count(kRepeat) == kRepeat) continue;
+      const float* const row = &m[3 * axis];
+      float low = row[2], high = row[2];
+      for (std::size_t k = 0; k < 2; ++k) {
+        const auto [least, most] = std::minmax({row[k] * box[k], row[k] * box[2 + k]});
+        low += least;
+        high += most;
+      }
+      if (low < -kReach || high > 1 + kReach) return true;
+    }
+  }
+  return false;
+}
 
 std::vector<Material> read_gltf_materials(const GltfFile& file) {
   MaterialReader reader(file);

@@ -57,8 +57,10 @@ TEST(Gltf, SquareFromEveryContainer) {
 
   json text = maker.json;
   text["buffers"] = {{{"byteLength", maker.binary().size()}, {"uri", "a%20b.bin"}}};
-  write_file("a b.bin", maker.binary());
-  const Loaded beside = load_text("square.gltf", text.dump());
+  const std::filesystem::path folder = scratch_folder();
+  std::ofstream(folder / "a b.bin", std::ios::binary) << maker.binary();
+  std::ofstream(folder / "square.gltf") << text.dump();
+  const Loaded beside = mesh_files::load(folder / "square.gltf");
   EXPECT_EQ(beside.mesh.positions, glb.mesh.positions);
   EXPECT_EQ(beside.mesh.uvs, glb.mesh.uvs);
   // From memory there is nothing beside it.
@@ -74,15 +76,20 @@ TEST(Gltf, MirroredNodesKeepTheirOutside) {
   const std::size_t normals = maker.add<float>("VEC3", {-1, -1, -1, 1, 0, 0, 0, 1, 0, 0, 0, 1});
   const std::size_t indices =
       maker.add<std::uint8_t>("SCALAR", {0, 2, 1, 0, 1, 3, 0, 3, 2, 1, 2, 3});
-  maker.add_mesh({{"attributes", {{"POSITION", positions}, {"NORMAL", normals}}}, {"indices", indices}},
-                 false);
+  maker.add_mesh(
+      {{"attributes", {{"POSITION", positions}, {"NORMAL", normals}}}, {"indices", indices}},
+      false);
   maker.json["meshes"][0]["name"] = "tip";
   // The second has the scale 6 and a mirror; the third is turned, moved and mirrored by its parent.
-  maker.json["nodes"] = {
-      {{"mesh", 0}},
-      {{"mesh", 0}, {"scale", {-1, 2, 3}}},
-      {{"name", "parent"}, {"matrix", {1, 0, 0, 0, 0, -1, 0, 0, 0, 0, 1, 0, 10, 0, 0, 1}}, {"children", {3}}},
-      {{"mesh", 0}, {"name", "tip"}, {"rotation", {0, 0, std::sqrt(0.5), std::sqrt(0.5)}}, {"translation", {0, 5, 0}}}};
+  maker.json["nodes"] = {{{"mesh", 0}},
+                         {{"mesh", 0}, {"scale", {-1, 2, 3}}},
+                         {{"name", "parent"},
+                          {"matrix", {1, 0, 0, 0, 0, -1, 0, 0, 0, 0, 1, 0, 10, 0, 0, 1}},
+                          {"children", {3}}},
+                         {{"mesh", 0},
+                          {"name", "tip"},
+                          {"rotation", {0, 0, std::sqrt(0.5), std::sqrt(0.5)}},
+                          {"translation", {0, 5, 0}}}};
   const std::filesystem::path path = write_file("nodes.glb", maker.glb());
   const Asset asset = load_asset(path);
   EXPECT_EQ(asset.mesh.object_names, (std::vector<std::string>{"tip", "tip.001", "tip.002"}));
@@ -134,9 +141,10 @@ TEST(Gltf, SparseAndNormalisedNumbers) {
   GltfMaker maker = gltf_square();
   const std::size_t places = maker.add_view<std::uint8_t>({2});
   const std::size_t values = maker.add_view<float>({5, 6, 7});
-  maker.json["accessors"][0]["sparse"] = {{"count", 1},
-                                          {"indices", {{"bufferView", places}, {"componentType", 5121}}},
-                                          {"values", {{"bufferView", values}}}};
+  maker.json["accessors"][0]["sparse"] = {
+      {"count", 1},
+      {"indices", {{"bufferView", places}, {"componentType", 5121}}},
+      {"values", {{"bufferView", values}}}};
   const Vec3 moved = load_text("sparse.glb", maker.glb()).mesh.positions[2];
   EXPECT_EQ(moved.x, 5);
   EXPECT_EQ(moved.z, 7);
@@ -146,8 +154,8 @@ TEST(Gltf, SparseAndNormalisedNumbers) {
 
   GltfMaker quantised = gltf_square();
   quantised.json["extensionsRequired"] = {"KHR_mesh_quantization"};
-  primitive_of(quantised)["attributes"]["POSITION"] =
-      quantised.add<std::int16_t>("VEC3", {-32768, 0, 0, 32767, 0, 0, 32767, 32767, 0, 0, 32767, 0}, true);
+  primitive_of(quantised)["attributes"]["POSITION"] = quantised.add<std::int16_t>(
+      "VEC3", {-32768, 0, 0, 32767, 0, 0, 32767, 32767, 0, 0, 32767, 0}, true);
   primitive_of(quantised)["attributes"]["TEXCOORD_0"] =
       quantised.add<std::uint8_t>("VEC2", {0, 255, 255, 255, 255, 0, 0, 51}, true);
   const Mesh mesh = load_text("small.glb", quantised.glb()).mesh;
@@ -160,12 +168,14 @@ TEST(Gltf, ColoursAreLinearInTheFile) {
   for (const bool bytes : {false, true}) {
     GltfMaker maker = gltf_square();
     primitive_of(maker)["attributes"]["COLOR_0"] =
-        bytes ? maker.add<std::uint8_t>("VEC4", {0, 255, 55, 128, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0}, true)
+        bytes ? maker.add<std::uint8_t>("VEC4",
+                                        {0, 255, 55, 128, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0}, true)
               : maker.add<float>("VEC3", {0, 1, 0.21586F, 0, 0, 0, 0, 0, 0, 0, 0, 0});
     const Mesh mesh = load_text("colors.glb", maker.glb()).mesh;
     ASSERT_EQ(mesh.colors.size(), 4U);
     // 0.21586 is sRGB's 0.5020, 128 of 255; so is 55 of 255 within half a step.
-    EXPECT_EQ(mesh.colors[0], (std::array<std::uint8_t, 4>{0, 255, 128, static_cast<std::uint8_t>(bytes ? 128 : 255)}));
+    EXPECT_EQ(mesh.colors[0], (std::array<std::uint8_t, 4>{
+                                  0, 255, 128, static_cast<std::uint8_t>(bytes ? 128 : 255)}));
   }
 }
 
@@ -256,15 +266,37 @@ TEST(Gltf, MaterialsAndTheirPictures) {
   const std::vector<float> color = first(MaterialSlot::color);
   EXPECT_NEAR(color[0], 0.2, 1e-6);
   // Half of sRGB 0.4 in linear light: 0.132868 / 2, which is sRGB 0.28592.
-  EXPECT_NEAR(color[1], 1.055 * std::pow(std::pow((0.4 + 0.055) / 1.055, 2.4) / 2, 1 / 2.4) - 0.055, 1e-6);
+  EXPECT_NEAR(color[1], 1.055 * std::pow(std::pow((0.4 + 0.055) / 1.055, 2.4) / 2, 1 / 2.4) - 0.055,
+              1e-6);
+}
+
+TEST(Gltf, NoMtlInObj) {
+  const Mesh mesh = load_text("painted.glb", painted_square().glb()).mesh;
+  EXPECT_EQ(mesh.material_files, (std::vector<std::string>{"painted.glb"}));
+  const std::filesystem::path path = scratch_folder() / "a.obj";
+  save_obj(mesh, path);
+  const Mesh again = load_mesh(path);
+  EXPECT_TRUE(again.material_files.empty());
+  EXPECT_EQ(again.material_names, mesh.material_names);
+}
+
+TEST(Gltf, NormalsTimesTheirScale) {
+  GltfMaker maker = painted_square();
+  maker.json["materials"][0]["normalTexture"] = {{"index", 0}, {"scale", 2}};
+  const std::filesystem::path path = write_file("normals.glb", maker.glb());
+  const std::vector<float> n =
+      load_material_texture(load_asset(path).materials, MaterialSlot::normal).images.at(0)->pixels;
+  // (-0.6, -0.2, 0.2) becomes (-1.2, -0.4, 0.2), of length sqrt(1.64).
+  EXPECT_NEAR(n[0], -1.2 / std::sqrt(1.64) / 2 + 0.5, 1e-6);
+  EXPECT_NEAR(n[1], -0.4 / std::sqrt(1.64) / 2 + 0.5, 1e-6);
+  EXPECT_NEAR(n[2], 0.2 / std::sqrt(1.64) / 2 + 0.5, 1e-6);
 }
 
 TEST(Gltf, OpaqueWhateverTheAlpha) {
   GltfMaker maker = painted_square();
   maker.json["materials"][0].erase("alphaMode");
   const std::filesystem::path path = write_file("opaque.glb", maker.glb());
-  const Texture texture =
-      load_material_texture(load_asset(path).materials, MaterialSlot::opacity);
+  const Texture texture = load_material_texture(load_asset(path).materials, MaterialSlot::opacity);
   EXPECT_TRUE(texture.images.empty());
   EXPECT_EQ(texture.plain.at(0)[0], 1);
 }
@@ -275,11 +307,22 @@ TEST(Gltf, PicturesOnOtherUvs) {
   info["extensions"]["KHR_texture_transform"] = {{"offset", {0.25, 0.125}}, {"scale", {2, 4}}};
   // glTF: u' = 2u + 0.25 and v' = 4v + 0.125, down. With v up, v' = 1 - (4 (1 - v) + 0.125) = 4v - 3.125.
   const std::filesystem::path moved = write_file("moved.glb", maker.glb());
-  EXPECT_EQ(load_material_texture(load_asset(moved).materials, MaterialSlot::color).uv_transforms.at(0),
-            (std::array<float, 6>{2, 0, 0.25F, 0, 4, -3.125F}));
+  EXPECT_EQ(
+      load_material_texture(load_asset(moved).materials, MaterialSlot::color).uv_transforms.at(0),
+      (std::array<float, 6>{2, 0, 0.25F, 0, 4, -3.125F}));
   info["extensions"]["KHR_texture_transform"]["texCoord"] = 1;
   const std::filesystem::path other = write_file("other.glb", maker.glb());
   EXPECT_THROW(load_material_texture(load_asset(other).materials, MaterialSlot::color), Error);
+}
+
+TEST(Gltf, PicturesThatDoNotRepeatAreTold) {
+  GltfMaker maker = painted_square();
+  maker.json["samplers"] = {{{"wrapS", 33071}}};
+  maker.json["textures"][0]["sampler"] = 0;
+  EXPECT_EQ(load_text("inside.glb", maker.glb()).count("texture-wrap"), 0U);
+  maker.json["materials"][0]["pbrMetallicRoughness"]["baseColorTexture"]["extensions"]
+            ["KHR_texture_transform"] = {{"offset", {0.25, 0}}};
+  EXPECT_EQ(load_text("beyond.glb", maker.glb()).count("texture-wrap"), 1U);
 }
 
 TEST(Gltf, MissingPicturesLeaveTheFactor) {
@@ -295,15 +338,17 @@ TEST(Gltf, MissingPicturesLeaveTheFactor) {
 
 TEST(Gltf, NothingOutsideTheFolderIsRead) {
   const GltfMaker maker = gltf_square();
-  std::filesystem::create_directories(scratch_folder() / "inside");
-  write_file("outside.bin", maker.binary());
-  for (const std::string uri :
-       {std::string("../outside.bin"), std::string("%2e%2e/outside.bin"), std::string("a/../../outside.bin"),
-        std::string("..\\\\outside.bin"), (scratch_folder() / "outside.bin").string(),
-        "file://" + (scratch_folder() / "outside.bin").string(), std::string("http://a/b.bin")}) {
+  const std::filesystem::path folder = scratch_folder(), outside = folder / "outside.bin";
+  std::filesystem::create_directories(folder / "inside");
+  std::ofstream(outside, std::ios::binary) << maker.binary();
+  for (const std::string& uri :
+       {std::string("../outside.bin"), std::string("%2e%2e/outside.bin"),
+        std::string("a/../../outside.bin"), std::string("..\\\\outside.bin"), outside.string(),
+        "file://" + outside.string(), std::string("http://a/b.bin")}) {
     json text = maker.json;
     text["buffers"] = {{{"byteLength", maker.binary().size()}, {"uri", uri}}};
-    expect_bad_text("inside/a.gltf", text.dump(), {"buffers[0].uri", "folder"});
+    std::ofstream(folder / "inside" / "a.gltf") << text.dump();
+    mesh_files::expect_bad(folder / "inside" / "a.gltf", {"buffers[0].uri", "folder"});
   }
 }
 
@@ -325,7 +370,8 @@ TEST(Gltf, FilesThatLie) {
   bad({"accessors[0].count"}, [](json& j) { j["accessors"][0]["count"] = "4"; });
   bad({"accessors[0]", "type"}, [](json& j) { j["accessors"][0]["componentType"] = 5124; });
   bad({"accessors[0]", "VEC3"}, [](json& j) { j["accessors"][0]["type"] = "MAT4"; });
-  bad({"POSITION", "9"}, [](json& j) { j["meshes"][0]["primitives"][0]["attributes"]["POSITION"] = 9; });
+  bad({"POSITION", "9"},
+      [](json& j) { j["meshes"][0]["primitives"][0]["attributes"]["POSITION"] = 9; });
   bad({"TEXCOORD_0", "positions"}, [](json& j) { j["accessors"][1]["count"] = 3; });
   bad({"bufferViews[0]"}, [](json& j) { j["bufferViews"][0]["byteLength"] = 1000; });
   bad({"bufferViews[0]"}, [](json& j) { j["bufferViews"][0]["byteOffset"] = 1e15; });

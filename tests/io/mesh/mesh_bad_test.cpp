@@ -50,8 +50,9 @@ TEST(MeshIo, RefusesWrongAndUnknownExtensions) {
   expect_bad_text("a.ply", binary_stl({{Vec3{0, 0, 0}, Vec3{1, 0, 0}, Vec3{0, 1, 0}}}),
                   {"looks like STL"});
   expect_bad_text("a.obj", "OFF\n3 1 0\n", {"looks like OFF"});
-  expect_bad_text("a.obj", "glTF\2", {"glTF", "Export"});
-  expect_bad_text("a.fbx", "Kaydara FBX Binary", {".fbx", "FBX", ".ply", ".obj", ".stl", ".off"});
+  expect_bad_text("a.obj", "glTF\2", {"glTF", "Rename", ".glb"});
+  expect_bad_text("a.fbx", "Kaydara FBX Binary",
+                  {".fbx", "FBX", ".ply", ".obj", ".stl", ".off", ".glb"});
   expect_bad_text("mesh", ply, {"no extension", "PLY", ".obj"});
   EXPECT_EQ(load_text("UPPER.PLY", ply).mesh.triangles.size(), 6u);
 }
@@ -63,7 +64,7 @@ TEST(MeshIo, RefusesEmptyFilesAndGarbage) {
     state = state * 1664525u + 1013904223u;
     garbage += static_cast<char>(state >> 24);
   }
-  for (const std::string extension : {"ply", "obj", "stl", "off"}) {
+  for (const std::string extension : {"ply", "obj", "stl", "off", "glb", "gltf"}) {
     expect_bad_text("e." + extension, "", {"empty", "Export"});
     expect_bad_text("g." + extension, garbage, {"xport"});
     expect_bad_text("w." + extension, " \n\n", {"xport"});

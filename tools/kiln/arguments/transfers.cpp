@@ -26,7 +26,9 @@ class Materials {
   Materials(const BakeArguments& arguments, const Mesh& high, std::vector<Warning>& warnings)
       : arguments_(arguments), high_(high), warnings_(warnings) {}
 
-  Texture texture(MaterialSlot slot) { return load_material_texture(all(), slot, &warnings_); }
+  Texture texture(MaterialSlot slot) {
+    return load_material_texture(all(), slot, &warnings_, load_options(arguments_).uv_set);
+  }
   bool have_colors() {
     return std::any_of(all().begin(), all().end(), [](const Material& material) {
       return material.color_from != MaterialNumber::none || !material.color_map.file.empty();
