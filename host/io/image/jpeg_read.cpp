@@ -115,9 +115,9 @@ Image parse_jpeg(const ByteSource& source, const std::string& file, const ImageL
          "Export or copy the file again.");
   }
   // Its rows as bytes; of a progressive one the coefficients, too.
-  const std::uint64_t working = pixels * channels + (jpeg_has_multiple_scans(&jpeg.info) != FALSE
-                                                         ? pixels * channels * sizeof(JCOEF)
-                                                         : 0);
+  const std::uint64_t working =
+      pixels * channels +
+      (jpeg_has_multiple_scans(&jpeg.info) != FALSE ? pixels * channels * sizeof(JCOEF) : 0);
   Image image = empty_image(jpeg.info.image_width, jpeg.info.image_height, channels, working,
                             "header", limits, fail);
   const std::size_t row_bytes = std::size_t{image.width} * channels;

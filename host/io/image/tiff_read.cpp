@@ -45,14 +45,14 @@ struct Tiff {
 }
 
 // 1: libtiff's own handlers, which print, are not called. The first message says most.
-[[gnu::format(printf, 4, 0)]] int on_error(TIFF* /*file*/, void* user, const char* /*module*/, const char* format,
-             va_list arguments) {
+[[gnu::format(printf, 4, 0)]] int on_error(TIFF* /*file*/, void* user, const char* /*module*/,
+                                           const char* format, va_list arguments) {
   auto& tiff = *static_cast<Tiff*>(user);
   if (tiff.message.empty()) tiff.message = formatted(format, arguments);
   return 1;
 }
-[[gnu::format(printf, 4, 0)]] int on_warning(TIFF* /*file*/, void* user, const char* /*module*/, const char* format,
-               va_list arguments) {
+[[gnu::format(printf, 4, 0)]] int on_warning(TIFF* /*file*/, void* user, const char* /*module*/,
+                                             const char* format, va_list arguments) {
   auto& tiff = *static_cast<Tiff*>(user);
   if (tiff.warning.empty()) tiff.warning = formatted(format, arguments);
   return 1;
@@ -82,7 +82,7 @@ toff_t on_size(thandle_t user) { return static_cast<Tiff*>(user)->source.size();
 
 void open(Tiff& tiff) {
   const std::unique_ptr<TIFFOpenOptions, void (*)(TIFFOpenOptions*)> options(TIFFOpenOptionsAlloc(),
-                                                                            TIFFOpenOptionsFree);
+                                                                             TIFFOpenOptionsFree);
   if (options == nullptr) throw std::bad_alloc();
   TIFFOpenOptionsSetErrorHandlerExtR(options.get(), on_error, &tiff);
   TIFFOpenOptionsSetWarningHandlerExtR(options.get(), on_warning, &tiff);
@@ -140,8 +140,7 @@ Layout layout_of(TIFF* file) {
     layout.block_height = field<std::uint32_t>(file, TIFFTAG_TILELENGTH);
   } else {
     layout.block_width = layout.width;
-    layout.block_height =
-        std::min(field<std::uint32_t>(file, TIFFTAG_ROWSPERSTRIP), layout.height);
+    layout.block_height = std::min(field<std::uint32_t>(file, TIFFTAG_ROWSPERSTRIP), layout.height);
   }
   return layout;
 }
@@ -168,8 +167,9 @@ void check_kind(const Layout& layout, const FailWith& fail) {
          convert);
   }
   const std::uint16_t bits = layout.bits;
-  const bool numbers = layout.format == SAMPLEFORMAT_UINT &&
-                       (bits == 1 || bits == 2 || bits == 4 || bits == 8 || bits == 16 || bits == 32);
+  const bool numbers =
+      layout.format == SAMPLEFORMAT_UINT &&
+      (bits == 1 || bits == 2 || bits == 4 || bits == 8 || bits == 16 || bits == 32);
   const bool floats =
       layout.format == SAMPLEFORMAT_IEEEFP && (bits == 16 || bits == 32 || bits == 64);
   if ((!numbers && !floats) || (colours == PHOTOMETRIC_PALETTE && (floats || bits > 16))) {
@@ -242,8 +242,8 @@ class Values {
                 ? 1
                 : static_cast<double>((std::uint64_t{1} << layout.bits) - 1);
     if (layout.colours == PHOTOMETRIC_PALETTE) {
-      has_palette_ = TIFFGetField(file, TIFFTAG_COLORMAP, &palette_[0], &palette_[1],
-                                  &palette_[2]) != 0;
+      has_palette_ =
+          TIFFGetField(file, TIFFTAG_COLORMAP, &palette_[0], &palette_[1], &palette_[2]) != 0;
     }
   }
   bool palette_is_missing() const {
@@ -323,9 +323,11 @@ void divide_by_alpha(Image& image) {
 /// Row 0 becomes the upper one, column 0 the left one.
 Image upright(Image image, std::uint16_t orientation) {
   const bool transposed = orientation >= ORIENTATION_LEFTTOP;
-  const bool from_right = orientation == ORIENTATION_TOPRIGHT || orientation == ORIENTATION_BOTRIGHT ||
-                          orientation == ORIENTATION_RIGHTTOP || orientation == ORIENTATION_RIGHTBOT;
-  const bool from_below = orientation == ORIENTATION_BOTLEFT || orientation == ORIENTATION_BOTRIGHT ||
+  const bool from_right =
+      orientation == ORIENTATION_TOPRIGHT || orientation == ORIENTATION_BOTRIGHT ||
+      orientation == ORIENTATION_RIGHTTOP || orientation == ORIENTATION_RIGHTBOT;
+  const bool from_below = orientation == ORIENTATION_BOTLEFT ||
+                          orientation == ORIENTATION_BOTRIGHT ||
                           orientation == ORIENTATION_LEFTBOT || orientation == ORIENTATION_RIGHTBOT;
   if (!transposed && !from_right && !from_below) return image;
   Image turned = image;
@@ -380,14 +382,13 @@ Image parse_tiff(const ByteSource& source, const std::string& file, const ImageL
          "Export or copy the file again.");
   }
   // A block as bytes, packed and not; where it is turned, the image again.
-  const auto block =
-      static_cast<std::uint64_t>(std::max<tmsize_t>(0, layout.tiled ? TIFFTileSize(tiff.file)
-                                                                    : TIFFStripSize(tiff.file)));
+  const auto block = static_cast<std::uint64_t>(
+      std::max<tmsize_t>(0, layout.tiled ? TIFFTileSize(tiff.file) : TIFFStripSize(tiff.file)));
   const bool turns = layout.orientation > ORIENTATION_TOPLEFT;
   const std::uint64_t working =
       2 * block + (turns ? capped_product(pixels, layout.channels() * sizeof(float)) : 0);
-  Image image = empty_image(layout.width, layout.height, layout.channels(), working, "header",
-                            limits, fail);
+  Image image =
+      empty_image(layout.width, layout.height, layout.channels(), working, "header", limits, fail);
   tiff.warning.clear();  // of tags that nobody knows
   if (!read_blocks(tiff, layout, values, image)) give_up("pixels");
   if (layout.premultiplied) divide_by_alpha(image);

@@ -33,9 +33,8 @@ Image parse_webp(const ByteSource& source, const std::string& file, const ImageL
   const std::uint32_t channels = features.has_alpha != 0 ? 4 : 3;
   const std::uint64_t row_bytes = static_cast<std::uint64_t>(features.width) * channels;
   // The rows, and what libwebp has beside them: 4 bytes a pixel where it is lossless.
-  const std::uint64_t working =
-      (row_bytes + 4 * static_cast<std::uint64_t>(features.width)) *
-      static_cast<std::uint64_t>(features.height);
+  const std::uint64_t working = (row_bytes + 4 * static_cast<std::uint64_t>(features.width)) *
+                                static_cast<std::uint64_t>(features.height);
   Image image = empty_image(static_cast<std::uint64_t>(features.width),
                             static_cast<std::uint64_t>(features.height), channels, working,
                             "header", limits, fail);

@@ -11,6 +11,7 @@
 #include "io/file/byte_source.h"
 #include "io/file/text_scanner.h"
 #include "io/file/unicode.h"
+#include "io/mesh/assimp.h"
 #include "io/mesh/mesh_reader.h"
 #include "kiln/files.h"
 #include "kiln/mesh.h"
@@ -18,10 +19,11 @@
 namespace kiln {
 namespace {
 
-constexpr const char* kFormatNames[] = {"PLY", "OBJ", "STL", "OFF"};
-constexpr const char* kFormatExtensions[] = {".ply", ".obj", ".stl", ".off"};
+constexpr const char* kFormatNames[] = {"PLY", "OBJ", "STL", "OFF", "FBX"};
+constexpr const char* kFormatExtensions[] = {".ply", ".obj", ".stl", ".off", ".fbx"};
+constexpr const char* kAssimpExtensions[] = {".fbx", ".dae", ".3ds", ".x"};
 constexpr const char* kNownExtensions =
-    "Kiln reads .ply, .obj, .stl and .off: export the mesh as one of them.";
+    "Kiln reads .ply, .obj, .stl, .off, .fbx, .dae, .3ds and .x: export the mesh as one of them.";
 
 std::string lower(std::string text) {
   for (char& c : text) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
@@ -33,6 +35,9 @@ std::optional<MeshFormat> format_of(const std::filesystem::path& path) {
   for (const MeshFormat format :
        {MeshFormat::ply, MeshFormat::obj, MeshFormat::stl, MeshFormat::off}) {
     if (extension == kFormatExtensions[static_cast<int>(format)]) return format;
+  }
+  for (const char* known : kAssimpExtensions) {
+    if (extension == known) return MeshFormat::assimp;
   }
   return std::nullopt;
 }
@@ -50,7 +55,7 @@ Guess guess(std::string_view bytes) {
   };
   if (starts("ply\n") || starts("ply\r")) return of(MeshFormat::ply);
   if (starts("glTF")) return {{}, "binary glTF"};
-  if (starts("Kaydara FBX")) return {{}, "FBX"};
+  if (starts("Kaydara FBX") || starts("; FBX")) return of(MeshFormat::assimp);
   if (starts("BLENDER")) return {{}, "a Blender scene"};
   if (starts("\x89PNG")) return {{}, "a PNG image"};
   if (starts("\x76\x2f\x31\x01")) return {{}, "an OpenEXR image"};
@@ -105,6 +110,8 @@ void MeshInput::warn(std::string code, const std::string& message, std::uint64_t
 
 Mesh parse_mesh(const MeshInput& given, MeshFormat format) {
   MeshInput input = given;
+  if (input.bytes.empty()) input.fail("", "the file is empty", "Export the mesh again.");
+  if (format == MeshFormat::assimp) return read_by_assimp(input).mesh;
   std::string converted;
   if (format != MeshFormat::stl) input.bytes = as_utf8(input.bytes, converted);
   if (input.bytes.empty()) input.fail("", "the file is empty", "Export the mesh again.");
@@ -137,6 +144,8 @@ Mesh parse_mesh(const MeshInput& given, MeshFormat format) {
       return read_stl(input);
     case MeshFormat::off:
       return read_off(input);
+    case MeshFormat::assimp:
+      break;  // above
   }
   throw Error(ErrorCode::internal, "parse_mesh: unknown format");
 }

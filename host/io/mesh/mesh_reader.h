@@ -11,7 +11,7 @@
 
 namespace kiln {
 
-enum class MeshFormat { ply, obj, stl, off };
+enum class MeshFormat { ply, obj, stl, off, assimp };
 
 /// A mesh file that has been read into memory whole.
 struct MeshInput {

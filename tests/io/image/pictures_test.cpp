@@ -1,6 +1,4 @@
 // JPEG, WebP, TIFF, TGA, BMP and Radiance HDR against known pixels, each cut short at every length.
-#include "io/image/picture.h"
-
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -13,6 +11,7 @@
 
 #include "hostile.h"
 #include "io/image/image_samples.h"
+#include "io/image/picture.h"
 #include "kiln/image.h"
 #include "support/environment.h"
 
@@ -39,8 +38,7 @@ Image read(const std::string& bytes, const std::string& name = "hostile.tga") {
 std::string refusal(const std::string& bytes, const std::string& name = "hostile.tga",
                     const ImageLimits& limits = {}) {
   const test::AddressLimit limited;
-  return test::refusal(bytes,
-                       [&](const ByteSource& source) { parse_image(source, name, limits); });
+  return test::refusal(bytes, [&](const ByteSource& source) { parse_image(source, name, limits); });
 }
 
 /// Refused wherever it is cut, with the whole's pixels never given for less.
@@ -56,7 +54,8 @@ void expect_no_shorter(const std::string& whole, std::size_t step = 1) {
 std::vector<std::uint8_t> noise_bytes(std::size_t count) {
   std::vector<std::uint8_t> bytes(count);
   std::uint32_t state = 1;
-  for (std::uint8_t& byte : bytes) byte = static_cast<std::uint8_t>((state = state * 1664525 + 1013904223) >> 24);
+  for (std::uint8_t& byte : bytes)
+    byte = static_cast<std::uint8_t>((state = state * 1664525 + 1013904223) >> 24);
   return bytes;
 }
 
@@ -91,7 +90,8 @@ std::string jpeg(int width, int height, J_COLOR_SPACE colours, int channels,
   if (progressive) jpeg_simple_progression(&info);
   jpeg_start_compress(&info, TRUE);
   // EXIF that says "turned by a quarter".
-  const std::string exif = std::string("Exif\0\0MM\0*\0\0\0\x08\0\x01\x01\x12\0\x03\0\0\0\x01\0\x06\0\0\0\0\0\0", 32);
+  const std::string exif =
+      std::string("Exif\0\0MM\0*\0\0\0\x08\0\x01\x01\x12\0\x03\0\0\0\x01\0\x06\0\0\0\0\0\0", 32);
   jpeg_write_marker(&info, JPEG_APP0 + 1, reinterpret_cast<const JOCTET*>(exif.data()),
                     static_cast<unsigned>(exif.size()));
   std::vector<std::uint8_t> row(static_cast<std::size_t>(width * channels));
@@ -126,8 +126,8 @@ TEST(Jpeg, ValuesAndKinds) {
   for (const bool progressive : {false, true}) {
     for (const int channels : {1, 3}) {
       const auto pixels = slope(40, 24, channels);
-      const Image image =
-          read(jpeg(40, 24, channels == 1 ? JCS_GRAYSCALE : JCS_RGB, channels, pixels, progressive));
+      const Image image = read(
+          jpeg(40, 24, channels == 1 ? JCS_GRAYSCALE : JCS_RGB, channels, pixels, progressive));
       // As they are stored, whatever EXIF says.
       ASSERT_EQ(image.width, 40u);
       ASSERT_EQ(image.height, 24u);
@@ -184,7 +184,8 @@ TEST(WebP, ValuesAndKinds) {
   expect_bytes(read(webp(13, 7, 3, pixels)), pixels);
   pixels = noise_bytes(13 * 7 * 4);
   // Colours where nothing is seen are not kept by the encoder.
-  for (std::size_t i = 3; i < pixels.size(); i += 4) pixels[i] = std::max<std::uint8_t>(1, pixels[i]);
+  for (std::size_t i = 3; i < pixels.size(); i += 4)
+    pixels[i] = std::max<std::uint8_t>(1, pixels[i]);
   expect_bytes(read(webp(13, 7, 4, pixels)), pixels);
 }
 
@@ -285,12 +286,12 @@ std::string bytes_of(const std::vector<T>& values) {
 }
 
 TEST(Tiff, BytesOfEveryLayout) {
-  for (const int packing : {COMPRESSION_NONE, COMPRESSION_LZW, COMPRESSION_ADOBE_DEFLATE,
-                            COMPRESSION_PACKBITS}) {
+  for (const int packing :
+       {COMPRESSION_NONE, COMPRESSION_LZW, COMPRESSION_ADOBE_DEFLATE, COMPRESSION_PACKBITS}) {
     for (const int samples : {1, 2, 3, 4}) {
       for (const bool tiled : {false, true}) {
-        TiffKind kind{.width = 37, .height = 21, .samples = samples, .packing = packing,
-                      .tiled = tiled};
+        TiffKind kind{
+            .width = 37, .height = 21, .samples = samples, .packing = packing, .tiled = tiled};
         if (samples > 2) kind.colours = PHOTOMETRIC_RGB;
         const auto pixels = noise_bytes(static_cast<std::size_t>(37 * 21 * samples));
         const Image image = read(tiff(kind, bytes_of(pixels)));
@@ -315,8 +316,7 @@ TEST(Tiff, KindsOfNumbers) {
   }
   const Image from_shorts = read(tiff({.bits = 16}, bytes_of(shorts)));
   const Image from_words = read(tiff({.bits = 32}, bytes_of(words)));
-  const std::string of_floats =
-      tiff({.bits = 32, .format = SAMPLEFORMAT_IEEEFP}, bytes_of(floats));
+  const std::string of_floats = tiff({.bits = 32, .format = SAMPLEFORMAT_IEEEFP}, bytes_of(floats));
   const Image from_floats = read(of_floats);
   const Image from_doubles =
       read(tiff({.bits = 64, .format = SAMPLEFORMAT_IEEEFP}, bytes_of(doubles)));
@@ -327,8 +327,9 @@ TEST(Tiff, KindsOfNumbers) {
     EXPECT_EQ(from_doubles.pixels[i], static_cast<float>(doubles[i]));
   }
   // 0, 1, 2, -0.5 in halves.
-  const Image halves = read(tiff({.width = 2, .height = 2, .bits = 16, .format = SAMPLEFORMAT_IEEEFP},
-                                 bytes_of(std::vector<std::uint16_t>{0, 0x3c00, 0x4000, 0xb800})));
+  const Image halves =
+      read(tiff({.width = 2, .height = 2, .bits = 16, .format = SAMPLEFORMAT_IEEEFP},
+                bytes_of(std::vector<std::uint16_t>{0, 0x3c00, 0x4000, 0xb800})));
   EXPECT_EQ(halves.pixels, (std::vector<float>{0, 1, 2, -0.5F}));
   EXPECT_TRUE(tiff_holds_floats(*bytes_in_memory(of_floats)));
   EXPECT_FALSE(tiff_holds_floats(*bytes_in_memory(tiff({.bits = 32}, bytes_of(words)))));
@@ -341,21 +342,22 @@ TEST(Tiff, FewBitsPalettesAndWhiteIsZero) {
   EXPECT_EQ(bits.pixels, (std::vector<float>{1, 0, 1, 0, 1, 0}));
   const Image white = read(tiff(
       {.width = 3, .height = 2, .bits = 4, .colours = PHOTOMETRIC_MINISWHITE}, "\x0f\x30\x12\xf0"));
-  EXPECT_EQ(white.pixels,
-            (std::vector<float>{1, 0, 12 / 15.0F, 14 / 15.0F, 13 / 15.0F, 0}));
+  EXPECT_EQ(white.pixels, (std::vector<float>{1, 0, 12 / 15.0F, 14 / 15.0F, 13 / 15.0F, 0}));
   const Image palette = read(
       tiff({.width = 2, .height = 1, .colours = PHOTOMETRIC_PALETTE}, std::string("\x03\xff", 2)));
   EXPECT_EQ(palette.channels, 3u);
   EXPECT_EQ(palette.pixels,
-            (std::vector<float>{3 / 255.0F, static_cast<float>(7 / 65535.0),
-                                static_cast<float>(65532 / 65535.0), 1,
-                                static_cast<float>(7 / 65535.0),
-                                static_cast<float>(65280 / 65535.0)}));
+            (std::vector<float>{
+                3 / 255.0F, static_cast<float>(7 / 65535.0), static_cast<float>(65532 / 65535.0), 1,
+                static_cast<float>(7 / 65535.0), static_cast<float>(65280 / 65535.0)}));
 }
 
 TEST(Tiff, PlanesApart) {
   const std::string planes = {1, 2, 3, 4, 5, 6, 11, 12, 13, 14, 15, 16, 21, 22, 23, 24, 25, 26};
-  const Image image = read(tiff({.width = 3, .height = 2, .samples = 3, .colours = PHOTOMETRIC_RGB,
+  const Image image = read(tiff({.width = 3,
+                                 .height = 2,
+                                 .samples = 3,
+                                 .colours = PHOTOMETRIC_RGB,
                                  .planes = PLANARCONFIG_SEPARATE},
                                 planes));
   expect_bytes(image, {1, 11, 21, 2, 12, 22, 3, 13, 23, 4, 14, 24, 5, 15, 25, 6, 16, 26});
@@ -378,7 +380,10 @@ TEST(Tiff, EveryOrientation) {
 }
 
 TEST(Tiff, AlphaThatIsMultipliedIsDividedOut) {
-  const Image image = read(tiff({.width = 2, .height = 1, .samples = 4, .colours = PHOTOMETRIC_RGB,
+  const Image image = read(tiff({.width = 2,
+                                 .height = 1,
+                                 .samples = 4,
+                                 .colours = PHOTOMETRIC_RGB,
                                  .alpha = EXTRASAMPLE_ASSOCALPHA},
                                 std::string("\x10\x20\x30\x40\0\0\0\0", 8)));
   EXPECT_FLOAT_EQ(image.pixels[0], 0.25F);
@@ -398,9 +403,12 @@ TEST(Tiff, RefusalsNameTheTag) {
 }
 
 TEST(Tiff, CutShortAnywhereAndLittleDataForAHugeHeader) {
-  for (const int packing : {COMPRESSION_NONE, COMPRESSION_LZW, COMPRESSION_ADOBE_DEFLATE,
-                            COMPRESSION_PACKBITS}) {
-    expect_no_shorter(tiff({.width = 20, .height = 20, .samples = 3, .colours = PHOTOMETRIC_RGB,
+  for (const int packing :
+       {COMPRESSION_NONE, COMPRESSION_LZW, COMPRESSION_ADOBE_DEFLATE, COMPRESSION_PACKBITS}) {
+    expect_no_shorter(tiff({.width = 20,
+                            .height = 20,
+                            .samples = 3,
+                            .colours = PHOTOMETRIC_RGB,
                             .packing = packing},
                            bytes_of(noise_bytes(1200))),
                       13);
@@ -408,7 +416,8 @@ TEST(Tiff, CutShortAnywhereAndLittleDataForAHugeHeader) {
     // Tag 256, a short or long of one value; tag 257.
     for (const char tag : {'\0', '\1'}) {
       for (const char type : {'\3', '\4'}) {
-        const std::size_t at = bytes.find(std::string{tag, '\1', type, '\0', '\1', '\0', '\0', '\0'});
+        const std::size_t at =
+            bytes.find(std::string{tag, '\1', type, '\0', '\1', '\0', '\0', '\0'});
         if (at == std::string::npos) continue;
         bytes[at + 2] = '\4';
         bytes.replace(at + 8, 4, little_endian(30000, 4));
@@ -452,7 +461,8 @@ TEST(Tga, CutShortHugeAndByAnotherName) {
   std::string huge = tga(1, 1, 24, 0x20, {1, 2, 3});
   huge.replace(12, 4, "\x30\x75\x30\x75");
   expect_words(refusal(huge), {"TGA", "30000 x 30000"});
-  expect_words(refusal(tga(3, 2, 8, 0x20, "123456", 3), "hostile.bin"), {"none of the kinds", "PNG"});
+  expect_words(refusal(tga(3, 2, 8, 0x20, "123456", 3), "hostile.bin"),
+               {"none of the kinds", "PNG"});
 }
 
 std::string bmp(int width, int height, int bits, const std::string& data) {
@@ -493,8 +503,9 @@ TEST(Hdr, ValuesAreLinear) {
                            std::string("\x02\x02\x00\x08\x88\x80\x88\x40\x88\x20\x88\x81", 12);
   EXPECT_EQ(read(runs).pixels[23], 0.25F);
   expect_no_shorter(runs);
-  expect_words(refusal("#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 30000 +X 30000\n" + std::string(8, 1)),
-               {"Radiance HDR", "30000 x 30000"});
+  expect_words(
+      refusal("#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 30000 +X 30000\n" + std::string(8, 1)),
+      {"Radiance HDR", "30000 x 30000"});
 }
 #endif
 
