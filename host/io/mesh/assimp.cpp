@@ -95,7 +95,8 @@ struct NormalTurn {
     double determinant = 0;
     for (std::size_t k = 0; k < 3; ++k) {
       const double *const a = &m[4 * ((k + 1) % 3)], *const b = &m[4 * ((k + 2) % 3)];
-      columns[k] = {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
+      columns[k] = {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2],
+                    a[0] * b[1] - a[1] * b[0]};
     }
     for (std::size_t i = 0; i < 3; ++i) determinant += m[i] * columns[0][i];
     mirrors = determinant < 0;
@@ -259,7 +260,11 @@ class SceneReader {
       color(from, material);
       if (from.Get(AI_MATKEY_OPACITY, material.opacity) != AI_SUCCESS) material.opacity = 1;
       if (from.Get(AI_MATKEY_ROUGHNESS_FACTOR, material.roughness) == AI_SUCCESS) {
-        material.roughness_from = MaterialNumber::given;
+        // Assimp makes one of a Phong's shininess: 1 - sqrt(shininess) / 10, as Blender does, but without limits.
+        float shininess = 0;
+        const bool made = from.Get(AI_MATKEY_SHININESS, shininess) == AI_SUCCESS;
+        material.roughness = std::clamp(material.roughness, 0.0F, 1.0F);
+        material.roughness_from = made ? MaterialNumber::converted : MaterialNumber::given;
       }
       if (from.Get(AI_MATKEY_METALLIC_FACTOR, material.metallic) == AI_SUCCESS) {
         material.metallic_from = MaterialNumber::given;
@@ -271,12 +276,11 @@ class SceneReader {
       }
       material.color_map = picture(from, {aiTextureType_BASE_COLOR, aiTextureType_DIFFUSE});
       material.opacity_map = picture(from, {aiTextureType_OPACITY});
-      material.normal_map = picture(
-          from, {aiTextureType_NORMALS, aiTextureType_NORMAL_CAMERA, aiTextureType_HEIGHT});
+      material.normal_map =
+          picture(from, {aiTextureType_NORMALS, aiTextureType_NORMAL_CAMERA, aiTextureType_HEIGHT});
       material.roughness_map = picture(from, {aiTextureType_DIFFUSE_ROUGHNESS});
       material.metallic_map = picture(from, {aiTextureType_METALNESS});
-      material.emission_map =
-          picture(from, {aiTextureType_EMISSION_COLOR, aiTextureType_EMISSIVE});
+      material.emission_map = picture(from, {aiTextureType_EMISSION_COLOR, aiTextureType_EMISSIVE});
       material.occlusion_map = picture(from, {aiTextureType_AMBIENT_OCCLUSION});
     }
   }
@@ -300,7 +304,8 @@ class SceneReader {
     for (const aiTextureType kind : kinds) {
       aiString path;
       unsigned set = 0;
-      if (from.GetTexture(kind, 0, &path, nullptr, &set) != AI_SUCCESS || path.length == 0) continue;
+      if (from.GetTexture(kind, 0, &path, nullptr, &set) != AI_SUCCESS || path.length == 0)
+        continue;
       picture.uv_set = set;
       std::string name = path.C_Str();
       std::replace(name.begin(), name.end(), '\\', '/');
@@ -308,9 +313,9 @@ class SceneReader {
       // Of height 0: a file's bytes, as many as its width; others would be bare texels.
       if (embedded != nullptr && embedded->mHeight == 0) {
         const auto* const bytes = reinterpret_cast<const std::byte*>(embedded->pcData);
-        std::shared_ptr<const std::vector<std::byte>>& shared = embedded_[embedded];
+        std::shared_ptr<const std::vector<std::byte> >& shared = embedded_[embedded];
         if (shared == nullptr) {
-          shared = std::make_shared<const std::vector<std::byte>>(bytes, bytes + embedded->mWidth);
+          shared = std::make_shared<const std::vector<std::byte> >(bytes, bytes + embedded->mWidth);
         }
         picture.bytes = shared;
         picture.file = name.starts_with('*') ? "picture " + name.substr(1) : name;
@@ -336,21 +341,28 @@ class SceneReader {
       std::snprintf(text, sizeof text, "%.7g", double{centimetres});
       return std::strtod(text, nullptr) / 100;
     }
-    return fs::path(input_.file).extension() == ".dae" ? 1 : 0;  // Assimp turns Collada's to metres
+    std::string extension = fs::path(input_.file).extension().string();
+    for (char& c : extension) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+    return extension == ".dae" ? 1 : 0;  // Assimp turns Collada's to metres
   }
 
   void warn() const {
     if (skinned_ != 0) {
-      input_.warn("skinned", "meshes with bones, " + std::to_string(skinned_) + " in all, are read as stored, not as posed.", skinned_);
+      input_.warn("skinned",
+                  "meshes with bones, " + std::to_string(skinned_) +
+                      " in all, are read as stored, not as posed.",
+                  skinned_);
     }
     if (more_uvs_ != 0) {
       input_.warn("unused-properties",
-                  "meshes with more than one set of UVs, " + std::to_string(more_uvs_) + " in all: the first set is read.",
+                  "meshes with more than one set of UVs, " + std::to_string(more_uvs_) +
+                      " in all: the first set is read.",
                   more_uvs_);
     }
     if (placed_ != 0) {
       input_.warn("texture-options",
-                  counted(placed_, "picture") + " of materials would be moved, scaled or turned: that is left out.",
+                  counted(placed_, "picture") +
+                      " of materials would be moved, scaled or turned: that is left out.",
                   placed_);
     }
   }
@@ -364,7 +376,7 @@ class SceneReader {
   UniqueNames objects_, unique_materials_;
   std::map<unsigned, std::string> material_names_;
   std::map<std::string, unsigned> material_of_;
-  std::map<const aiTexture*, std::shared_ptr<const std::vector<std::byte>>> embedded_;
+  std::map<const aiTexture*, std::shared_ptr<const std::vector<std::byte> > > embedded_;
   std::uint64_t skinned_ = 0, more_uvs_ = 0, placed_ = 0;
 };
 
@@ -391,7 +403,8 @@ Asset read_by_assimp(const MeshInput& input) {
     std::string said = importer.GetErrorString();
     while (!said.empty() && (said.back() == '.' || said.back() == '\n')) said.pop_back();
     // It quotes the file.
-    std::replace_if(said.begin(), said.end(), [](unsigned char c) { return c < 32 || c > 126; }, '?');
+    std::replace_if(
+        said.begin(), said.end(), [](unsigned char c) { return c < 32 || c > 126; }, '?');
     input.fail("", "Assimp could not read it: " + said.substr(0, 300), remedy);
   }
   if (scene->mRootNode == nullptr) input.fail("", "it has no scene", remedy);

@@ -6,9 +6,9 @@
 
 namespace kiln {
 
-/// All nodes' meshes in world space, an object each; polygons stay polygons. Lengths are the file's, in FBX with the
-/// axes as Assimp turns them (Y up). Reads nothing but `input.bytes`; pictures that are not embedded are named, and
-/// looked for in the file's folder.
+/// All nodes' meshes in world space, an object each; polygons stay polygons. Lengths and axes are the file's own
+/// (Collada: metres, Y up). Reads nothing but `input.bytes`; pictures that are not embedded are named, and looked for
+/// in the file's folder.
 /// \throws Error(input): also where this build is without Assimp
 Asset read_by_assimp(const MeshInput& input);
 

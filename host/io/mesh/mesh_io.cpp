@@ -150,6 +150,14 @@ Mesh parse_mesh(const MeshInput& given, MeshFormat format) {
   throw Error(ErrorCode::internal, "parse_mesh: unknown format");
 }
 
+std::vector<std::string> mesh_formats() {
+  std::vector<std::string> names = {"PLY", "OBJ", "STL", "OFF"};
+#ifdef KILN_HAS_ASSIMP
+  names.insert(names.end(), {"FBX", "DAE", "3DS", "X"});
+#endif
+  return names;
+}
+
 namespace {
 
 /// What `input.bytes` hold, by the name's extension.
