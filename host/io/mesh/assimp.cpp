@@ -391,6 +391,7 @@ Asset read_by_assimp(const MeshInput& input) {
   // Names and transforms of nodes as they are, not of a chain of made-up ones.
   importer.SetPropertyBool(AI_CONFIG_IMPORT_FBX_PRESERVE_PIVOTS, false);
   importer.SetPropertyBool(AI_CONFIG_IMPORT_FBX_READ_ANIMATIONS, false);
+  importer.SetPropertyBool(AI_CONFIG_IMPORT_COLLADA_USE_COLLADA_NAMES, true);  // not ids
   const aiScene* scene = nullptr;
   try {
     scene = importer.ReadFileFromMemory(input.bytes.data(), input.bytes.size(), 0, hint.c_str());

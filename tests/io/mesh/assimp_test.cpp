@@ -28,22 +28,21 @@ TEST(Assimp, FilesOfOthers) {
     std::size_t triangles, polygons, objects, materials;
     double metres;
   };
-  constexpr Expected kFiles[] = {
-      {"animation_with_skeleton.fbx", 2112, 1056, 1, 1, 0.01},
-      {"box.fbx", 12, 12, 1, 1, 1},
-      {"boxWithCompressedCTypeArray.FBX", 12, 6, 1, 1, 0.01},
-      {"boxWithUncompressedCTypeArray.FBX", 12, 6, 1, 1, 0.01},
-      {"box_orphant_embedded_texture.fbx", 12, 6, 1, 1, 1},
-      {"close_to_identity_transforms.fbx", 420, 210, 4, 2, 1},
-      {"cubes_nonames.fbx", 420, 210, 4, 2, 0.01},
-      {"cubes_with_mirroring_and_pivot.fbx", 420, 210, 4, 2, 1},
-      {"cubes_with_names.fbx", 420, 210, 4, 2, 0.01},
-      {"cubes_with_outofrange_float.fbx", 420, 210, 4, 2, 0.01},
-      {"embedded_ascii/box.FBX", 12, 6, 1, 1, 1},
-      {"global_settings.fbx", 1352, 848, 2, 2, 5},
-      {"maxPbrMaterial_metalRough.fbx", 12, 6, 1, 1, 1},
-      {"maxPbrMaterial_specGloss.fbx", 12, 6, 1, 1, 1},
-      {"phong_cube.fbx", 12, 6, 1, 1, 0.01}};
+  constexpr Expected kFiles[] = {{"animation_with_skeleton.fbx", 2112, 1056, 1, 1, 0.01},
+                                 {"box.fbx", 12, 12, 1, 1, 1},
+                                 {"boxWithCompressedCTypeArray.FBX", 12, 6, 1, 1, 0.01},
+                                 {"boxWithUncompressedCTypeArray.FBX", 12, 6, 1, 1, 0.01},
+                                 {"box_orphant_embedded_texture.fbx", 12, 6, 1, 1, 1},
+                                 {"close_to_identity_transforms.fbx", 420, 210, 4, 2, 1},
+                                 {"cubes_nonames.fbx", 420, 210, 4, 2, 0.01},
+                                 {"cubes_with_mirroring_and_pivot.fbx", 420, 210, 4, 2, 1},
+                                 {"cubes_with_names.fbx", 420, 210, 4, 2, 0.01},
+                                 {"cubes_with_outofrange_float.fbx", 420, 210, 4, 2, 0.01},
+                                 {"embedded_ascii/box.FBX", 12, 6, 1, 1, 1},
+                                 {"global_settings.fbx", 1352, 848, 2, 2, 5},
+                                 {"maxPbrMaterial_metalRough.fbx", 12, 6, 1, 1, 1},
+                                 {"maxPbrMaterial_specGloss.fbx", 12, 6, 1, 1, 1},
+                                 {"phong_cube.fbx", 12, 6, 1, 1, 0.01}};
   KILN_REQUIRE_DATA("assets/FBX/box.fbx");
   const fs::path folder = test::shared_data("assets/FBX/box.fbx")->parent_path();
   for (const Expected& expected : kFiles) {
