@@ -38,6 +38,8 @@ Mesh load_mesh(std::span<const std::byte> /*bytes*/, std::string_view name,
   fail(std::string(name));
 }
 
+std::vector<std::string> mesh_formats() { return {}; }
+
 Image load_image(const std::filesystem::path& path) { fail(path.string()); }
 Image load_image(std::span<const std::byte> /*bytes*/, std::string_view name) {
   fail(std::string(name));

@@ -92,7 +92,11 @@ struct LoadMeshOptions {
 };
 
 /// Reads a mesh: PLY (ascii, binary of either byte order; faces or triangle strips), OBJ, STL (ascii, binary), OFF (ascii)
-/// or glTF 2.0 (.glb, .gltf; see load_asset()), chosen by extension in any case.
+/// or glTF 2.0 (.glb, .gltf; see load_asset()), chosen by extension in any case; and, where Assimp was built in
+/// (mesh_formats()), FBX, DAE (Collada), 3DS and X.
+///
+/// Of glTF and of Assimp's, every node is an object, in world space: names that stand twice get ".001". FBX keeps its unit (often
+/// centimetres) and its axes; DAE is in metres, Y up. Bones and animations are left out ("skinned").
 ///
 /// Polygons become triangles as Triangulation::automatic has it. In PLY's strips -1 ends a strip, and
 /// a triangle with a repeated corner, which only turns it, is none. PLY gives UVs per vertex (s t, u
@@ -142,6 +146,9 @@ Mesh load_mesh(const std::filesystem::path& path, std::vector<Warning>* warnings
 /// The same with choices. Lists, errors, threads and cost as above.
 Mesh load_mesh(const std::filesystem::path& path, const LoadMeshOptions& options,
                std::vector<Warning>* warnings = nullptr);
+
+/// The kinds of meshes that this build reads, such as "PLY".
+std::vector<std::string> mesh_formats();
 
 /// Reads a mesh from memory. Otherwise as above.
 /// \param bytes  of a whole file; not kept

@@ -39,7 +39,8 @@ Command* name_lab_command(Command& app, std::string_view name) {
 
 Program::Program(std::span<const CommandEntry> commands)
     : app_("Kiln bakes the detail of high polys into the textures of low polys.", "kiln",
-           std::string("kiln ") + version(),
+           std::string("kiln ") + version() + "\nPictures: " + in_list(picture_formats()) +
+               "\nMeshes: " + in_list(mesh_formats()),
            "Exit codes: 0 done, 1 beyond the limits (diff) or a defect, 2 usage, 3 input, 4 "
            "device,\n"
            "5 output, 130 cancelled. 'kiln COMMAND --help' explains a command.") {

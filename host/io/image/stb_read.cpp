@@ -30,6 +30,7 @@ namespace {
 /// A file's bytes as stb_image asks for them. It takes zeros for what is not there, and says nothing: this notes it.
 struct Bytes {
   const ByteSource& source;
+  bool pixels = false;  ///< False: the header alone is asked for
   std::uint64_t at = 0;
   const char* buffer =
       nullptr;  ///< stb_image's own, filled ahead: it may be given less than it asks for
@@ -41,17 +42,20 @@ struct Bytes {
 int on_read(void* user, char* to, int count) {
   auto& bytes = *static_cast<Bytes*>(user);
   if (bytes.buffer == nullptr) bytes.buffer = to;
+  const auto wanted = static_cast<std::size_t>(count);
   std::size_t got = 0;
   try {
-    got = bytes.source.read_at(bytes.at, to, static_cast<std::size_t>(count));
+    got = bytes.source.read_at(bytes.at, to, wanted);
   } catch (...) {
     bytes.error = std::current_exception();
   }
   bytes.at += got;
-  if (got == 0 || (to != bytes.buffer && got < static_cast<std::size_t>(count))) {
-    bytes.cut_short = true;
-  }
-  return static_cast<int>(got);
+  if (got != 0 && (to == bytes.buffer || got == wanted)) return static_cast<int>(got);
+  bytes.cut_short = true;
+  if (!bytes.pixels) return static_cast<int>(got);
+  // Runs of no length, which zeros are in Radiance HDR, it would read without end.
+  std::fill(to + got, to + wanted, '\xff');
+  return count;
 }
 
 void on_skip(void* user, int count) {
@@ -98,17 +102,21 @@ Image parse_stb(const ByteSource& source, const std::string& file, const std::st
   int width = 0, height = 0, channels = 0;
   Bytes header{.source = source};
   if (stbi_info_from_callbacks(&kCallbacks, &header, &width, &height, &channels) == 0) {
-    fail("header", reason(), "Export it again, or convert it to PNG or OpenEXR.");
+    if (header.error) std::rethrow_exception(header.error);
+    fail("header", header.cut_short ? "the file is cut short (truncated)" : reason(),
+         "Export it again, or convert it to PNG or OpenEXR.");
   }
-  const auto wide = static_cast<std::uint64_t>(width), high = static_cast<std::uint64_t>(height);
+  // BMP: below 0, its rows stand from above.
+  const std::uint64_t wide = static_cast<std::uint64_t>(std::abs(std::int64_t{width})),
+                      high = static_cast<std::uint64_t>(std::abs(std::int64_t{height}));
   // Two bytes are at best a run of 128 pixels.
   if (wide * high / 128 > source.size()) {
     fail("header",
-         "it says " + std::to_string(width) + " x " + std::to_string(height) + " pixels, but its " +
+         "it says " + std::to_string(wide) + " x " + std::to_string(high) + " pixels, but its " +
              std::to_string(source.size()) + " bytes cannot hold them",
          again);
   }
-  Bytes bytes{.source = source};
+  Bytes bytes{.source = source, .pixels = true};
   std::unique_ptr<void, Free> pixels;
   // Asked for before stb_image takes its own.
   Image image = empty_image(wide, high, static_cast<std::uint32_t>(channels),

@@ -11,6 +11,7 @@
 #include "io/file/byte_source.h"
 #include "io/file/text_scanner.h"
 #include "io/file/unicode.h"
+#include "io/mesh/assimp.h"
 #include "io/mesh/gltf.h"
 #include "io/mesh/mesh_reader.h"
 #include "kiln/files.h"
@@ -19,10 +20,12 @@
 namespace kiln {
 namespace {
 
-constexpr const char* kFormatNames[] = {"PLY", "OBJ", "STL", "OFF", "glTF"};
-constexpr const char* kFormatExtensions[] = {".ply", ".obj", ".stl", ".off", ".gltf"};
+constexpr const char* kFormatNames[] = {"PLY", "OBJ", "STL", "OFF", "glTF", "FBX"};
+constexpr const char* kFormatExtensions[] = {".ply", ".obj", ".stl", ".off", ".gltf", ".fbx"};
+constexpr const char* kAssimpExtensions[] = {".fbx", ".dae", ".3ds", ".x"};
 constexpr const char* kNownExtensions =
-    "Kiln reads .ply, .obj, .stl, .off, .glb and .gltf: export the mesh as one of them.";
+    "Kiln reads .ply, .obj, .stl, .off, .glb, .gltf, .fbx, .dae, .3ds and .x: export the mesh as "
+    "one of them.";
 
 std::string lower(std::string text) {
   for (char& c : text) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
@@ -35,6 +38,9 @@ std::optional<MeshFormat> format_of(const std::filesystem::path& path) {
   for (const MeshFormat format :
        {MeshFormat::ply, MeshFormat::obj, MeshFormat::stl, MeshFormat::off, MeshFormat::gltf}) {
     if (extension == kFormatExtensions[static_cast<int>(format)]) return format;
+  }
+  for (const char* known : kAssimpExtensions) {
+    if (extension == known) return MeshFormat::assimp;
   }
   return std::nullopt;
 }
@@ -52,7 +58,7 @@ Guess guess(std::string_view bytes) {
   };
   if (starts("ply\n") || starts("ply\r")) return of(MeshFormat::ply);
   if (starts("glTF")) return {MeshFormat::gltf, "binary glTF"};
-  if (starts("Kaydara FBX")) return {{}, "FBX"};
+  if (starts("Kaydara FBX") || starts("; FBX")) return of(MeshFormat::assimp);
   if (starts("BLENDER")) return {{}, "a Blender scene"};
   if (starts("\x89PNG")) return {{}, "a PNG image"};
   if (starts("\x76\x2f\x31\x01")) return {{}, "an OpenEXR image"};
@@ -107,6 +113,13 @@ void MeshInput::warn(std::string code, const std::string& message, std::uint64_t
 
 Mesh parse_mesh(const MeshInput& given, MeshFormat format, Asset* whole) {
   MeshInput input = given;
+  if (input.bytes.empty()) input.fail("", "the file is empty", "Export the mesh again.");
+  if (format == MeshFormat::assimp) {
+    Asset asset = read_by_assimp(input);
+    Mesh mesh = std::move(asset.mesh);
+    if (whole != nullptr) *whole = std::move(asset);
+    return mesh;
+  }
   std::string converted;
   if (format != MeshFormat::stl) input.bytes = as_utf8(input.bytes, converted);
   if (input.bytes.empty()) input.fail("", "the file is empty", "Export the mesh again.");
@@ -146,8 +159,18 @@ Mesh parse_mesh(const MeshInput& given, MeshFormat format, Asset* whole) {
       if (whole == nullptr) return read_gltf(input, false).mesh;
       *whole = read_gltf(input, true);
       return std::move(whole->mesh);
+    case MeshFormat::assimp:
+      break;  // above
   }
   throw Error(ErrorCode::internal, "parse_mesh: unknown format");
+}
+
+std::vector<std::string> mesh_formats() {
+  std::vector<std::string> names = {"PLY", "OBJ", "STL", "OFF", "glTF"};
+#ifdef KILN_HAS_ASSIMP
+  names.insert(names.end(), {"FBX", "DAE", "3DS", "X"});
+#endif
+  return names;
 }
 
 namespace {

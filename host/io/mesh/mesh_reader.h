@@ -15,7 +15,7 @@ namespace kiln {
 
 struct Asset;
 
-enum class MeshFormat { ply, obj, stl, off, gltf };
+enum class MeshFormat { ply, obj, stl, off, gltf, assimp };
 
 /// A mesh file that has been read into memory whole.
 struct MeshInput {

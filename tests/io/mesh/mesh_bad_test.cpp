@@ -51,8 +51,8 @@ TEST(MeshIo, RefusesWrongAndUnknownExtensions) {
                   {"looks like STL"});
   expect_bad_text("a.obj", "OFF\n3 1 0\n", {"looks like OFF"});
   expect_bad_text("a.obj", "glTF\2", {"glTF", "Rename", ".glb"});
-  expect_bad_text("a.fbx", "Kaydara FBX Binary",
-                  {".fbx", "FBX", ".ply", ".obj", ".stl", ".off", ".glb"});
+  expect_bad_text("a.max", "Kaydara FBX Binary",
+                  {".max", "FBX", ".ply", ".obj", ".stl", ".off", ".glb", ".fbx"});
   expect_bad_text("mesh", ply, {"no extension", "PLY", ".obj"});
   EXPECT_EQ(load_text("UPPER.PLY", ply).mesh.triangles.size(), 6u);
 }

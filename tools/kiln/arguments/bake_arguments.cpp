@@ -28,8 +28,9 @@ void add_file_list_flags(Command& command, BakeArguments& a) {
 
 void add_bake_options(Command& command, BakeArguments& a) {
   command
-      .add_option("HIGH", a.high,
-                  "The high poly (PLY, OBJ, STL, OFF), or a height field (PNG, EXR)")
+      .add_option(
+          "HIGH", a.high,
+          "The high poly (PLY, OBJ, STL, OFF, FBX, DAE, 3DS, X), or a height field (PNG, EXR)")
       ->required();
   command.add_option("LOW", a.low,
                      "The low poly, with UVs; left out, Kiln makes one from HIGH (of a height "

@@ -29,7 +29,8 @@ bool is_height_field(const std::string& path);
 HeightFieldOptions height_field_options(const HeightArguments& arguments);
 
 /// What the high poly may be, for help texts.
-constexpr const char* kDenseKinds = "PLY, OBJ, STL, OFF; or a height field: PNG, EXR";
+constexpr const char* kDenseKinds =
+    "PLY, OBJ, STL, OFF, FBX, DAE, 3DS, X; or a height field: PNG, EXR";
 
 /// A high poly, and what it was made of where it is a height field.
 struct HighPolyInput {

@@ -178,7 +178,9 @@ Run add_simplify(Command& app) {
   Command* command =
       app.add_command("simplify", "Make a low poly from a high poly: few faces, with UVs");
   auto arguments = std::make_shared<SimplifyArguments>();
-  command->add_option("HIGH", arguments->high, "The high poly (PLY, OBJ, STL, OFF)")->required();
+  command
+      ->add_option("HIGH", arguments->high, "The high poly (PLY, OBJ, STL, OFF, FBX, DAE, 3DS, X)")
+      ->required();
   command->add_option("--out", arguments->out, "The low poly to write (OBJ)")->required();
   Option* faces = command
                       ->add_option("--faces", arguments->faces,

@@ -1,0 +1,416 @@
+#include "io/mesh/assimp.h"
+
+#ifndef KILN_HAS_ASSIMP
+namespace kiln {
+
+Asset read_by_assimp(const MeshInput& input) {
+  input.fail("", "this build of Kiln was made without Assimp, which reads FBX, DAE, 3DS and X",
+             "Export the mesh as OBJ or PLY, or build Kiln with KILN_ASSIMP=ON where Assimp is "
+             "installed.");
+}
+
+}  // namespace kiln
+#else
+
+#include <assimp/GltfMaterial.h>
+#include <assimp/material.h>
+#include <assimp/scene.h>
+
+#include <algorithm>
+#include <assimp/IOSystem.hpp>
+#include <assimp/Importer.hpp>
+#include <bit>
+#include <cctype>
+#include <cmath>
+#include <filesystem>
+#include <map>
+#include <new>
+#include <set>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "base/counted.h"
+#include "io/file/text_scanner.h"
+#include "io/mesh/file_finder.h"
+#include "io/mesh/mesh_builder.h"
+
+namespace kiln {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// Lets no file be opened: what is read is in memory, and names in it are no reason to look at others.
+class NoFiles : public Assimp::IOSystem {
+ public:
+  bool Exists(const char* /*file*/) const override { return false; }
+  char getOsSeparator() const override { return '/'; }
+  Assimp::IOStream* Open(const char* /*file*/, const char* /*mode*/) override { return nullptr; }
+  void Close(Assimp::IOStream* /*stream*/) override {}
+};
+
+/// Names that are there once, as Blender makes them: "a", "a.001".
+class UniqueNames {
+ public:
+  std::string of(const std::string& name) {
+    if (used_.insert(name).second) return name;
+    for (int& i = next_[name];;) {
+      char number[16];
+      std::snprintf(number, sizeof number, ".%03d", ++i);
+      if (used_.insert(name + number).second) return name + number;
+    }
+  }
+
+ private:
+  std::set<std::string> used_;
+  std::map<std::string, int> next_;
+};
+
+/// An affine map, column-major.
+using Transform = std::array<double, 16>;
+
+Transform transform_of(const aiMatrix4x4& m) {
+  return {m.a1, m.b1, m.c1, m.d1, m.a2, m.b2, m.c2, m.d2,
+          m.a3, m.b3, m.c3, m.d3, m.a4, m.b4, m.c4, m.d4};
+}
+
+Transform operator*(const Transform& a, const Transform& b) {
+  Transform product{};
+  for (std::size_t column = 0; column < 4; ++column) {
+    for (std::size_t row = 0; row < 4; ++row) {
+      for (std::size_t k = 0; k < 4; ++k) {
+        product[4 * column + row] += a[4 * k + row] * b[4 * column + k];
+      }
+    }
+  }
+  return product;
+}
+
+/// How normals turn, up to their length: the cofactors, whose columns are the cross products of the map's.
+struct NormalTurn {
+  std::array<std::array<double, 3>, 3> columns{};
+  bool mirrors = false;
+
+  explicit NormalTurn(const Transform& m) {
+    double determinant = 0;
+    for (std::size_t k = 0; k < 3; ++k) {
+      const double *const a = &m[4 * ((k + 1) % 3)], *const b = &m[4 * ((k + 2) % 3)];
+      columns[k] = {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2],
+                    a[0] * b[1] - a[1] * b[0]};
+    }
+    for (std::size_t i = 0; i < 3; ++i) determinant += m[i] * columns[0][i];
+    mirrors = determinant < 0;
+  }
+  Vec3 operator()(const aiVector3D& n) const {
+    std::array<double, 3> turned{};
+    for (std::size_t i = 0; i < 3; ++i) {
+      turned[i] = columns[0][i] * n.x + columns[1][i] * n.y + columns[2][i] * n.z;
+    }
+    // Made unit here, since cofactors of small scales are too small for floats.
+    const double length = std::hypot(turned[0], turned[1], turned[2]) * (mirrors ? -1 : 1);
+    if (!std::isnormal(length)) return {};
+    return {narrow(turned[0] / length), narrow(turned[1] / length), narrow(turned[2] / length)};
+  }
+};
+
+class SceneReader {
+ public:
+  SceneReader(const MeshInput& input, const aiScene& scene)
+      : input_(input),
+        scene_(scene),
+        builder_(input),
+        folder_(fs::path(input.file).parent_path()),
+        finder_(folder_, input.warnings) {}
+
+  Asset read() {
+    nodes();
+    asset_.mesh = builder_.finish();
+    materials();
+    asset_.metres = metres();
+    warn();
+    return std::move(asset_);
+  }
+
+ private:
+  [[noreturn]] void fail(const std::string& place, const std::string& problem) const {
+    input_.fail(place, problem, "Export the mesh again, or as OBJ or glTF.");
+  }
+
+  /// Parents before children, in the file's order.
+  void nodes() {
+    struct Visit {
+      const aiNode* node;
+      std::uint32_t parent;
+      Transform of_parent;
+    };
+    std::vector<Visit> open = {{scene_.mRootNode, AssetNode::kNone, AssetNode().transform}};
+    while (!open.empty()) {
+      const Visit visit = open.back();
+      open.pop_back();
+      const auto index = static_cast<std::uint32_t>(asset_.nodes.size());
+      AssetNode& node = asset_.nodes.emplace_back();
+      node.name = visit.node->mName.C_Str();
+      node.parent = visit.parent;
+      node.transform = transform_of(visit.node->mTransformation);
+      const Transform world = visit.of_parent * node.transform;
+      if (visit.node->mNumMeshes != 0) {
+        builder_.set_object(objects_.of(node.name.empty() ? "object" : node.name));
+        asset_.object_nodes.push_back(index);
+      }
+      for (unsigned i = 0; i < visit.node->mNumMeshes; ++i) {
+        if (visit.node->mMeshes[i] >= scene_.mNumMeshes) fail(node.name, "it names no mesh");
+        mesh(*scene_.mMeshes[visit.node->mMeshes[i]], world);
+      }
+      for (unsigned i = visit.node->mNumChildren; i-- > 0;) {
+        open.push_back({visit.node->mChildren[i], index, world});
+      }
+    }
+  }
+
+  /// Corners of one place and colour become one vertex: Assimp gives each corner of FBX its own.
+  std::vector<std::uint32_t> vertices(const aiMesh& mesh, const Transform& world) {
+    using Key = std::array<std::uint64_t, 4>;
+    std::map<Key, std::uint32_t> known;
+    std::vector<std::uint32_t> of(mesh.mNumVertices);
+    for (unsigned v = 0; v < mesh.mNumVertices; ++v) {
+      const aiVector3D& p = mesh.mVertices[v];
+      MeshBuilder::Position place{};
+      Key key{};
+      for (std::size_t i = 0; i < 3; ++i) {
+        place[i] = world[i] * p.x + world[4 + i] * p.y + world[8 + i] * p.z + world[12 + i];
+        key[i] = std::bit_cast<std::uint64_t>(place[i] + 0.0);  // -0 is 0
+      }
+      std::array<std::uint8_t, 4> color{};
+      if (mesh.HasVertexColors(0)) {
+        const aiColor4D& c = mesh.mColors[0][v];
+        for (unsigned k = 0; k < 4; ++k) {
+          const float value = c[k] > 0 ? std::min(c[k], 1.0F) : 0;
+          color[k] = static_cast<std::uint8_t>(std::lround(value * 255));
+        }
+        key[3] = std::bit_cast<std::uint32_t>(color);
+      }
+      const auto [entry, added] =
+          known.emplace(key, static_cast<std::uint32_t>(builder_.positions.size()));
+      of[v] = entry->second;
+      if (!added) continue;
+      builder_.positions.push_back(place);
+      if (mesh.HasVertexColors(0)) builder_.set_color_bytes(builder_.positions.size() - 1, color);
+    }
+    return of;
+  }
+
+  void mesh(const aiMesh& mesh, const Transform& world) {
+    if (mesh.mNumFaces == 0 || mesh.mVertices == nullptr) return;
+    if (mesh.mNumBones != 0) ++skinned_;
+    if (mesh.GetNumUVChannels() > 1) ++more_uvs_;
+    builder_.set_material(material_name(mesh.mMaterialIndex));
+    const std::vector<std::uint32_t> vertex_of = vertices(mesh, world);
+    const auto first_uv = static_cast<std::uint32_t>(builder_.uvs.size());
+    const auto first_normal = static_cast<std::uint32_t>(builder_.normals.size());
+    const NormalTurn turn(world);
+    const bool uvs = mesh.HasTextureCoords(0), normals = mesh.HasNormals();
+    for (unsigned v = 0; v < mesh.mNumVertices; ++v) {
+      if (uvs) {
+        const aiVector3D& uv = mesh.mTextureCoords[0][v];
+        builder_.uvs.push_back({uv.x, uv.y});
+      }
+      if (normals) builder_.normals.push_back(turn(mesh.mNormals[v]));
+    }
+    std::vector<std::uint32_t> corners, corner_uvs, corner_normals;
+    for (unsigned f = 0; f < mesh.mNumFaces; ++f) {
+      const aiFace& face = mesh.mFaces[f];
+      corners.clear();
+      corner_uvs.clear();
+      corner_normals.clear();
+      for (unsigned i = 0; i < face.mNumIndices; ++i) {
+        // A mirrored polygon is turned round, so that it faces as its normals do.
+        const unsigned v = face.mIndices[turn.mirrors ? face.mNumIndices - 1 - i : i];
+        if (v >= mesh.mNumVertices) {
+          fail("mesh \"" + printable(mesh.mName.C_Str()) + "\", face " + std::to_string(f),
+               "its corner is vertex " + std::to_string(v) + " of " +
+                   std::to_string(mesh.mNumVertices));
+        }
+        corners.push_back(vertex_of[v]);
+        if (uvs) corner_uvs.push_back(first_uv + v);
+        if (normals) corner_normals.push_back(first_normal + v);
+      }
+      builder_.add_face(corners, corner_uvs, corner_normals);
+    }
+  }
+
+  const std::string& material_name(unsigned index) {
+    if (index >= scene_.mNumMaterials) fail("material " + std::to_string(index), "it is missing");
+    std::string& name = material_names_[index];
+    if (name.empty()) {
+      const std::string given = scene_.mMaterials[index]->GetName().C_Str();
+      name = unique_materials_.of(given.empty() ? "material" : given);
+      material_of_[name] = index;
+    }
+    return name;
+  }
+
+  void materials() {
+    for (const std::string& name : asset_.mesh.material_names) {
+      Material& material = asset_.materials.emplace_back();
+      material.name = name;
+      const auto found = material_of_.find(name);
+      if (found == material_of_.end()) continue;
+      const aiMaterial& from = *scene_.mMaterials[found->second];
+      material.place = input_.file + ": material " + std::to_string(found->second);
+      color(from, material);
+      if (from.Get(AI_MATKEY_OPACITY, material.opacity) != AI_SUCCESS) material.opacity = 1;
+      if (from.Get(AI_MATKEY_ROUGHNESS_FACTOR, material.roughness) == AI_SUCCESS) {
+        // Assimp makes one of a Phong's shininess: 1 - sqrt(shininess) / 10, as Blender does, but without limits.
+        float shininess = 0;
+        const bool made = from.Get(AI_MATKEY_SHININESS, shininess) == AI_SUCCESS;
+        material.roughness = std::clamp(material.roughness, 0.0F, 1.0F);
+        material.roughness_from = made ? MaterialNumber::converted : MaterialNumber::given;
+      }
+      if (from.Get(AI_MATKEY_METALLIC_FACTOR, material.metallic) == AI_SUCCESS) {
+        material.metallic_from = MaterialNumber::given;
+      }
+      aiColor3D emission;
+      if (from.Get(AI_MATKEY_COLOR_EMISSIVE, emission) == AI_SUCCESS) {
+        material.emission = {emission.r, emission.g, emission.b};
+        material.emission_from = MaterialNumber::given;
+      }
+      material.color_map = picture(from, {aiTextureType_BASE_COLOR, aiTextureType_DIFFUSE});
+      material.opacity_map = picture(from, {aiTextureType_OPACITY});
+      material.normal_map =
+          picture(from, {aiTextureType_NORMALS, aiTextureType_NORMAL_CAMERA, aiTextureType_HEIGHT});
+      material.roughness_map = picture(from, {aiTextureType_DIFFUSE_ROUGHNESS});
+      material.metallic_map = picture(from, {aiTextureType_METALNESS});
+      material.emission_map = picture(from, {aiTextureType_EMISSION_COLOR, aiTextureType_EMISSIVE});
+      material.occlusion_map = picture(from, {aiTextureType_AMBIENT_OCCLUSION});
+    }
+  }
+
+  static void color(const aiMaterial& from, Material& material) {
+    aiColor4D base;
+    aiColor3D diffuse;
+    if (from.Get(AI_MATKEY_BASE_COLOR, base) == AI_SUCCESS) {
+      material.color = {base.r, base.g, base.b};
+    } else if (from.Get(AI_MATKEY_COLOR_DIFFUSE, diffuse) == AI_SUCCESS) {
+      material.color = {diffuse.r, diffuse.g, diffuse.b};
+    } else {
+      return;
+    }
+    material.color_from = MaterialNumber::given;
+  }
+
+  /// The first of these kinds that a material has.
+  MaterialPicture picture(const aiMaterial& from, std::initializer_list<aiTextureType> kinds) {
+    MaterialPicture picture;
+    for (const aiTextureType kind : kinds) {
+      aiString path;
+      unsigned set = 0;
+      if (from.GetTexture(kind, 0, &path, nullptr, &set) != AI_SUCCESS || path.length == 0)
+        continue;
+      picture.uv_set = set;
+      std::string name = path.C_Str();
+      std::replace(name.begin(), name.end(), '\\', '/');
+      const aiTexture* const embedded = scene_.GetEmbeddedTexture(path.C_Str());
+      // Of height 0: a file's bytes, as many as its width; others would be bare texels.
+      if (embedded != nullptr && embedded->mHeight == 0) {
+        const auto* const bytes = reinterpret_cast<const std::byte*>(embedded->pcData);
+        std::shared_ptr<const std::vector<std::byte> >& shared = embedded_[embedded];
+        if (shared == nullptr) {
+          shared = std::make_shared<const std::vector<std::byte> >(bytes, bytes + embedded->mWidth);
+        }
+        picture.bytes = shared;
+        picture.file = name.starts_with('*') ? "picture " + name.substr(1) : name;
+      } else {
+        picture.file = finder_.find(folder_ / name, input_.file);
+      }
+      aiUVTransform placement;
+      if (from.Get(AI_MATKEY_UVTRANSFORM(kind, 0), placement) == AI_SUCCESS &&
+          (placement.mTranslation != aiVector2D(0, 0) || placement.mScaling != aiVector2D(1, 1) ||
+           placement.mRotation != 0)) {
+        ++placed_;
+      }
+      break;
+    }
+    return picture;
+  }
+
+  double metres() const {
+    float centimetres = 0;
+    if (scene_.mMetaData != nullptr && scene_.mMetaData->Get("UnitScaleFactor", centimetres)) {
+      // As many digits as were written: 2.54 is no float.
+      char text[32];
+      std::snprintf(text, sizeof text, "%.7g", double{centimetres});
+      return std::strtod(text, nullptr) / 100;
+    }
+    std::string extension = fs::path(input_.file).extension().string();
+    for (char& c : extension) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+    return extension == ".dae" ? 1 : 0;  // Assimp turns Collada's to metres
+  }
+
+  void warn() const {
+    if (skinned_ != 0) {
+      input_.warn("skinned",
+                  "meshes with bones, " + std::to_string(skinned_) +
+                      " in all, are read as stored, not as posed.",
+                  skinned_);
+    }
+    if (more_uvs_ != 0) {
+      input_.warn("unused-properties",
+                  "meshes with more than one set of UVs, " + std::to_string(more_uvs_) +
+                      " in all: the first set is read.",
+                  more_uvs_);
+    }
+    if (placed_ != 0) {
+      input_.warn("texture-options",
+                  counted(placed_, "picture") +
+                      " of materials would be moved, scaled or turned: that is left out.",
+                  placed_);
+    }
+  }
+
+  const MeshInput& input_;
+  const aiScene& scene_;
+  MeshBuilder builder_;
+  fs::path folder_;
+  FileFinder finder_;
+  Asset asset_;
+  UniqueNames objects_, unique_materials_;
+  std::map<unsigned, std::string> material_names_;
+  std::map<std::string, unsigned> material_of_;
+  std::map<const aiTexture*, std::shared_ptr<const std::vector<std::byte> > > embedded_;
+  std::uint64_t skinned_ = 0, more_uvs_ = 0, placed_ = 0;
+};
+
+}  // namespace
+
+Asset read_by_assimp(const MeshInput& input) {
+  std::string hint = fs::path(input.file).extension().string();
+  if (!hint.empty()) hint.erase(0, 1);
+  const std::string remedy = "Export the mesh again, or as OBJ or glTF.";
+  Assimp::Importer importer;
+  importer.SetIOHandler(new NoFiles);  // the importer's own
+  // Names and transforms of nodes as they are, not of a chain of made-up ones.
+  importer.SetPropertyBool(AI_CONFIG_IMPORT_FBX_PRESERVE_PIVOTS, false);
+  importer.SetPropertyBool(AI_CONFIG_IMPORT_FBX_READ_ANIMATIONS, false);
+  importer.SetPropertyBool(AI_CONFIG_IMPORT_COLLADA_USE_COLLADA_NAMES, true);  // not ids
+  const aiScene* scene = nullptr;
+  try {
+    scene = importer.ReadFileFromMemory(input.bytes.data(), input.bytes.size(), 0, hint.c_str());
+  } catch (const std::bad_alloc&) {
+    throw;
+  } catch (const std::exception& error) {
+    input.fail("", std::string("Assimp could not read it: ") + error.what(), remedy);
+  }
+  if (scene == nullptr) {
+    std::string said = importer.GetErrorString();
+    while (!said.empty() && (said.back() == '.' || said.back() == '\n')) said.pop_back();
+    // It quotes the file.
+    std::replace_if(
+        said.begin(), said.end(), [](unsigned char c) { return c < 32 || c > 126; }, '?');
+    input.fail("", "Assimp could not read it: " + said.substr(0, 300), remedy);
+  }
+  if (scene->mRootNode == nullptr) input.fail("", "it has no scene", remedy);
+  return SceneReader(input, *scene).read();
+}
+
+}  // namespace kiln
+#endif

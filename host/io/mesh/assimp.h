@@ -1,0 +1,15 @@
+// FBX, Collada, 3DS and X through Assimp.
+#pragma once
+
+#include "io/mesh/mesh_reader.h"
+#include "kiln/asset.h"
+
+namespace kiln {
+
+/// All nodes' meshes in world space, an object each; polygons stay polygons. Lengths and axes are the file's own
+/// (Collada: metres, Y up). Reads nothing but `input.bytes`; pictures that are not embedded are named, and looked for
+/// in the file's folder.
+/// \throws Error(input): also where this build is without Assimp
+Asset read_by_assimp(const MeshInput& input);
+
+}  // namespace kiln

@@ -1,0 +1,8 @@
+// TGA, BMP and Radiance HDR, by their first bytes.
+#include "image_fuzz.h"
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  return kiln::test::fuzz_bytes(data, size, [](const kiln::ByteSource& source) {
+    kiln::test::check_image(kiln::parse_image(source, "input.tga", kiln::test::kFuzzLimits));
+  });
+}
