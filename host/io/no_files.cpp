@@ -66,6 +66,10 @@ std::vector<Material> load_materials(const Mesh& /*mesh*/, const std::filesystem
                                      std::vector<Warning>* /*warnings*/) {
   fail(mesh_file.string());
 }
+void save_glb(const Mesh& /*low*/, const AssetMaps& /*maps*/, const std::filesystem::path& path,
+              const SaveGlbOptions& /*options*/) {
+  fail(path.string());
+}
 Texture load_material_texture(const std::vector<Material>& /*materials*/, MaterialSlot /*slot*/,
                               std::vector<Warning>* /*warnings*/, std::uint32_t /*uv_set*/) {
   fail("a material's picture");

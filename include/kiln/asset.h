@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "kiln/export.h"
+#include "kiln/image.h"
 #include "kiln/material.h"
 #include "kiln/mesh.h"
 
@@ -59,5 +60,36 @@ struct Asset {
 /// the nodes place.
 Asset load_asset(const std::filesystem::path& path, const LoadMeshOptions& options = {},
                  std::vector<Warning>* warnings = nullptr);
+
+/// Baked pictures of one texture set, by what a material takes them for; null: there is none. Values as files hold
+/// them: normals as n/2 + 1/2 with +Y up, colours sRGB-encoded, all in [0, 1]. Those of occlusion, roughness and
+/// metalness, which share a picture, have one size; so have colour and opacity.
+struct AssetMaps {
+  const Image* normal = nullptr;     ///< Tangent space
+  const Image* occlusion = nullptr;  ///< First channel, as of the next three
+  const Image* roughness = nullptr;
+  const Image* metallic = nullptr;
+  const Image* opacity = nullptr;
+  const Image* color = nullptr;
+  const Image* emission = nullptr;
+};
+
+/// What save_glb() writes beside a mesh and its maps.
+struct SaveGlbOptions {
+  AlphaMode alpha_mode = AlphaMode::mask;  ///< Where there is AssetMaps::opacity
+  float alpha_cutoff = 0.5F;
+  bool double_sided = false;
+  std::string extras;  ///< JSON: becomes `asset.extras.kiln`; empty: none
+};
+
+/// Writes a low poly and its maps as one binary glTF 2.0: POSITION, NORMAL, TANGENT and TEXCOORD_0 as a bake in tangent
+/// space takes them (the file's tangents, or MikkTSpace's), a node an object, one material, pictures as PNG of 8 bits,
+/// dithered. An origin of the mesh is the translation of its root. Triangles without area or UVs are left out; colours
+/// of vertices, too, which would be multiplied with the map. The file appears whole or not at all.
+/// \throws Error(input) for a mesh without UVs or a triangle that has area; Error(usage) for maps of other channels or
+///         sizes than they should have, or extras that are no JSON; Error(output), also beyond the 4 GiB of a GLB
+/// Thread safety: may be called from several threads, for files of different names.
+void save_glb(const Mesh& low, const AssetMaps& maps, const std::filesystem::path& path,
+              const SaveGlbOptions& options = {});
 
 }  // namespace kiln

@@ -1,4 +1,6 @@
 #include <algorithm>
+#include <cctype>
+#include <filesystem>
 
 #include "arguments/bake_arguments.h"
 #include "arguments/bake_values.h"
@@ -15,6 +17,8 @@ std::string no_sets(const BakeArguments& a) {
   if (a.low.empty() || a.unwrap) {
     return "parts a layout of LOW's own, but Kiln lays this one out in one atlas: leave it out.";
   }
+  if (!a.asset.empty())
+    return "has several materials, but Kiln writes a GLB of one: bake into a folder.";
   if (a.match == kAutomatic) return "cannot be planned: choose a --match.";
   if (!a.load_match.empty() || !a.save_match.empty() || a.reasons) {
     return "has several maps, but --load-match, --save-match and --reasons are of one: leave one "
@@ -22,6 +26,35 @@ std::string no_sets(const BakeArguments& a) {
   }
   if (a.visibility_clusters > 1) return "cannot be parted into clusters: leave one out.";
   return "";
+}
+
+void take_asset(BakeArguments& a) {
+  const std::filesystem::path out = a.out;
+  std::string ending = out.extension().string();
+  std::transform(ending.begin(), ending.end(), ending.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  if (ending == ".gltf")
+    fail_usage("--out '" + a.out + "': Kiln writes binary glTF: name it .glb.");
+  if (ending != ".glb" || std::filesystem::is_directory(out)) return;
+  const auto refuse = [&](bool is, const char* flag) {
+    if (is)
+      fail_usage(std::string(flag) + " is not for a GLB, --out '" + a.out +
+                 "': leave it out, or name a folder.");
+  };
+  refuse(a.given.contains("--format"), "--format");
+  refuse(a.space != "tangent", "--space");
+  refuse(a.flip_y, "--flip-y");
+  refuse(a.two_component, "--two-component");
+  refuse(a.raw, "--raw");
+  refuse(a.layers, "--layers");
+  refuse(!a.packs.empty(), "--pack");
+  refuse(a.mips, "--mips");
+  refuse(a.lods != 0, "--lod");
+  refuse(a.visibility_clusters > 1, "--visibility-clusters");
+  refuse(a.reasons, "--reasons");
+  a.asset = a.out;
+  a.out = out.has_parent_path() ? out.parent_path().string() : ".";
+  a.format = "png8";
 }
 
 namespace {

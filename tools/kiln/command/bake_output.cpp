@@ -108,11 +108,14 @@ Json describe_levels(const BakedMap& map, const std::vector<fs::path>& files) {
   return levels;
 }
 
-/// \returns false where it was cancelled
+}  // namespace
+
 bool announce(BakeRun& run, const fs::path& path) {
   run.outputs.push_back(path.string());
   return run.console.progress(kAtSave, "writing " + path.string());
 }
+
+namespace {
 
 /// A texel's side on the low poly, world units, in the mean.
 double texel_side(const BakeRun& run) {
@@ -190,7 +193,8 @@ void warn_of_format(BakeRun& run, const BakedMap& map, const std::string& name,
   }
 }
 
-/// From values to what a file of the format holds of them.
+}  // namespace
+
 void store(BakeRun& run, BakedMap& map, const std::string& name) {
   const SaveImageOptions& options = run.save_options;
   warn_of_clamped(run, map, name);
@@ -207,6 +211,8 @@ void store(BakeRun& run, BakedMap& map, const std::string& name) {
     run.ranges[name] = range_json(range);
   }
 }
+
+namespace {
 
 /// An image with its mip chain. \returns false where it was cancelled
 bool save_with_mips(BakeRun& run, const BakedMap& map, const std::string& name) {
@@ -319,6 +325,10 @@ void check_outputs(const BakeArguments& arguments, const SaveImageOptions& save_
   std::vector<std::string> stems = {stem};
   for (std::uint32_t k = 1; k < arguments.lods; ++k) stems.push_back(lod_stem(arguments, k));
   std::vector<fs::path> outputs = {arguments.json, arguments.save_match, arguments.save_cage};
+  if (!arguments.asset.empty()) {
+    outputs.emplace_back(arguments.asset);
+    stems.clear();
+  }
   for (const std::string& name : stems) {
     if (makes_low) outputs.push_back(folder / (name + ".obj"));
     if (sets.empty() && (name == stem || !shares_uvs(arguments))) {
@@ -368,6 +378,7 @@ Image picture_of(const Reasons& reasons) {
 }  // namespace
 
 bool save_low_and_maps(BakeRun& run) {
+  if (!run.arguments.asset.empty()) return save_asset(run);
   const fs::path folder = run.arguments.out;
   if (run.low.made) {
     const fs::path path = folder / (run.low.stem + ".obj");

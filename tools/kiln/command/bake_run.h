@@ -84,6 +84,7 @@ struct BakeRun {
   BakeResult result;
   std::vector<std::string> outputs;
   std::optional<RunningProgram> python;  // to draw a plan
+  std::vector<Material> materials;       // of HIGH, where a GLB is made
   Json mips, ranges = Json::object();
   std::optional<std::array<double, 3>> origin;  // of maps of places
 };
@@ -147,7 +148,19 @@ void bake_maps(BakeRun& run, const Source& source);
 /// Bakes and writes one set after the other. \returns false where it was cancelled
 bool bake_sets(BakeRun& run, const Source& source);
 
+// ---- bake_asset.cpp ----
+
+/// Of a GLB without --maps: those that HIGH's materials and colours have, beside normal and ao.
+void choose_asset_maps(BakeRun& run);
+/// Writes the run's low poly with its maps as one GLB. \returns false where it was cancelled
+bool save_asset(BakeRun& run);
+
 // ---- bake_output.cpp ----
+
+/// \returns false where it was cancelled
+bool announce(BakeRun& run, const std::filesystem::path& path);
+/// From values to what a file of the format holds of them.
+void store(BakeRun& run, BakedMap& map, const std::string& name);
 
 /// Before any work: nothing that a run reads is written over, nor an OBJ of the user's.
 /// \param sets  LOW's texture sets, once they are known

@@ -169,6 +169,7 @@ bool read_inputs(BakeRun& run) {
   run.dense = load_dense(high_files(arguments), arguments.heights, load_options(arguments),
                          has_more_files(arguments) && !made, run.warnings);
   if (made && !run.dense.heights) turn_strays(run.dense.mesh, run.warnings);
+  choose_asset_maps(run);
   run.options.match.uv = uv_options(run.dense, run.options.match.uv);
   load_textures(arguments, run.dense.mesh, run.options, run.warnings);
   apply_alpha_test(arguments, run.options, run.dense.mesh, run.warnings);
@@ -359,6 +360,7 @@ int run_bake(const BakeArguments& given) {
     arguments.match = kAutomatic;
   }
   take_sizes(arguments);
+  take_asset(arguments);
   part_maps(arguments);
   check(arguments);
   run.options = bake_options(arguments);
