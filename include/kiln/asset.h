@@ -44,7 +44,7 @@ struct Asset {
 /// the node's, else the mesh's; where two are the same, ".001" and so on follow. Mirrored nodes keep their outside.
 /// Materials alike; primitives without one have "default". Vertex colours become sRGB bytes. Without normals,
 /// triangles are flat. UVs get their origin at the lower left. Files beside it are read from its folder and those in it
-/// alone. Read are KHR_mesh_quantization, KHR_texture_transform and KHR_materials_emissive_strength; a file that
+/// alone. Read are KHR_mesh_quantization, EXT_meshopt_compression, KHR_texture_transform and KHR_materials_emissive_strength; a file that
 /// requires an extension which changes its surface is refused. Warnings, beside those of load_mesh():
 ///   ignored-primitives  points and lines: left out
 ///   flat-normals        triangles without normals
