@@ -38,7 +38,7 @@ struct Asset {
 };
 
 /// Reads a mesh with its materials and hierarchy: glTF 2.0 (.glb; .gltf with its buffers beside it or in it). Of all
-/// other formats it is load_mesh(), and load_materials() where the mesh names files of them: no nodes.
+/// other formats it is load_mesh(), and load_materials() where the files that the mesh names are there: no nodes.
 ///
 /// glTF: all nodes of the default scene (else of all scenes; else all), each one with a mesh an object, whose name is
 /// the node's, else the mesh's; where two are the same, ".001" and so on follow. Mirrored nodes keep their outside.

@@ -270,6 +270,17 @@ TEST(Gltf, MaterialsAndTheirPictures) {
               1e-6);
 }
 
+TEST(LoadAsset, ObjWithAndWithoutItsMtl) {
+  const std::filesystem::path folder = scratch_folder();
+  std::ofstream(folder / "a.obj") << "mtllib a.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nusemtl m\nf 1 2 3\n";
+  EXPECT_TRUE(load_asset(folder / "a.obj").materials.empty());
+  std::ofstream(folder / "a.mtl") << "newmtl m\nKd 0.5 0 0\n";
+  const Asset asset = load_asset(folder / "a.obj");
+  ASSERT_EQ(asset.materials.size(), 1U);
+  EXPECT_EQ(asset.materials[0].color[0], 0.5F);
+  EXPECT_TRUE(asset.nodes.empty());
+}
+
 TEST(Gltf, NoMtlInObj) {
   const Mesh mesh = load_text("painted.glb", painted_square().glb()).mesh;
   EXPECT_EQ(mesh.material_files, (std::vector<std::string>{"painted.glb"}));
