@@ -39,13 +39,13 @@ struct Asset {
 };
 
 /// Reads a mesh with its materials and hierarchy: glTF 2.0 (.glb; .gltf with its buffers beside it or in it). Of all
-/// other formats it is load_mesh(), and load_materials() where the mesh names files of them: no nodes.
+/// other formats it is load_mesh(), and load_materials() where the files that the mesh names are there: no nodes.
 ///
 /// glTF: all nodes of the default scene (else of all scenes; else all), each one with a mesh an object, whose name is
 /// the node's, else the mesh's; where two are the same, ".001" and so on follow. Mirrored nodes keep their outside.
 /// Materials alike; primitives without one have "default". Vertex colours become sRGB bytes. Without normals,
 /// triangles are flat. UVs get their origin at the lower left. Files beside it are read from its folder and those in it
-/// alone. Read are KHR_mesh_quantization, KHR_texture_transform and KHR_materials_emissive_strength; a file that
+/// alone. Read are KHR_mesh_quantization, EXT_meshopt_compression, KHR_texture_transform and KHR_materials_emissive_strength; a file that
 /// requires an extension which changes its surface is refused. Warnings, beside those of load_mesh():
 ///   ignored-primitives  points and lines: left out
 ///   flat-normals        triangles without normals

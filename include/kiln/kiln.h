@@ -5,6 +5,7 @@
 /// (measures and plans), and opencl.h, which needs OpenCL's headers.
 #pragma once
 
+#include "kiln/asset.h"
 #include "kiln/attribute.h"
 #include "kiln/bake.h"
 #include "kiln/cage.h"

@@ -1,5 +1,7 @@
 #include "io/mesh/gltf_file.h"
 
+#include <meshoptimizer.h>
+
 #include <algorithm>
 #include <bit>
 #include <cmath>
@@ -128,7 +130,8 @@ bool is_supported(const std::string& extension) {
   for (const char* start : {"KHR_materials_", "KHR_lights_", "KHR_xmp", "KHR_animation_"}) {
     if (extension.starts_with(start)) return true;
   }
-  return extension == "KHR_mesh_quantization" || extension == "KHR_texture_transform";
+  return extension == "KHR_mesh_quantization" || extension == "KHR_texture_transform" ||
+         extension == "EXT_meshopt_compression";
 }
 
 }  // namespace
@@ -204,7 +207,7 @@ GltfFile::GltfFile(const MeshInput& input) : input_(input) {
   for (std::size_t i = 0; i < required.size(); ++i) {
     const std::string name = required.at(i).text();
     if (is_supported(name)) continue;
-    const bool packed = name == "KHR_draco_mesh_compression" || name == "EXT_meshopt_compression";
+    const bool packed = name == "KHR_draco_mesh_compression";
     required.at(i).fail("it needs the extension " + name + ", which Kiln does not read",
                         packed ? "Export it without compression, or unpack it: gltf-transform copy."
                                : "Export it without this extension.");
@@ -279,8 +282,8 @@ std::string_view GltfFile::buffer(std::size_t index) const {
   return bytes.substr(0, length);
 }
 
-std::string_view GltfFile::view(std::size_t index) const {
-  const GltfValue view = list("bufferViews").at(index);
+/// What a view, or its packed form, takes of a buffer.
+std::string_view GltfFile::part_of_buffer(const GltfValue& view) const {
   const auto buffer_index = view["buffer"].index_into(list("buffers"));
   if (!buffer_index) view.fail("it names no buffer");
   const std::string_view bytes = buffer(*buffer_index);
@@ -291,6 +294,54 @@ std::string_view GltfFile::view(std::size_t index) const {
               std::to_string(bytes.size()));
   }
   return bytes.substr(offset, length);
+}
+
+/// EXT_meshopt_compression.
+std::string GltfFile::unpack(const GltfValue& view, const GltfValue& packed) const {
+  const std::string_view bytes = part_of_buffer(packed);
+  const std::uint64_t count = packed["count"].count(0), step = packed["byteStride"].count(0);
+  const std::string mode = packed["mode"].text(), filter = packed["filter"].text();
+  const bool vertices = mode == "ATTRIBUTES", triangles = mode == "TRIANGLES";
+  if (!vertices && !triangles && mode != "INDICES") packed["mode"].fail("meshopt has no such mode");
+  const bool fits = vertices ? step >= 4 && step <= 256 && step % 4 == 0
+                             : (step == 2 || step == 4) && (!triangles || count % 3 == 0);
+  if (!fits) packed.fail("its byteStride or count does not go with its mode");
+  // Vertices take at least 1/64 of their bytes: 2 bits for 16.
+  constexpr std::uint64_t kMostUnpacked = 64, kTail = 65536;
+  if (count > (kMostUnpacked * bytes.size() + kTail) / step) {
+    packed.fail("it should hold " + std::to_string(count) + " elements, more than its " +
+                std::to_string(bytes.size()) + " bytes can");
+  }
+  if (count * step != view["byteLength"].count(0)) {
+    packed.fail("it holds other than the byteLength of its bufferView");
+  }
+  const auto* const from = reinterpret_cast<const unsigned char*>(bytes.data());
+  std::string result(count * step, '\0');
+  const int error =
+      vertices    ? meshopt_decodeVertexBuffer(result.data(), count, step, from, bytes.size())
+      : triangles ? meshopt_decodeIndexBuffer(result.data(), count, step, from, bytes.size())
+                  : meshopt_decodeIndexSequence(result.data(), count, step, from, bytes.size());
+  if (error != 0) packed.fail("its data is damaged, or of a newer meshopt");
+  if (filter.empty() || filter == "NONE") return result;
+  if (filter == "OCTAHEDRAL" && vertices && (step == 4 || step == 8)) {
+    meshopt_decodeFilterOct(result.data(), count, step);
+  } else if (filter == "QUATERNION" && vertices && step == 8) {
+    meshopt_decodeFilterQuat(result.data(), count, step);
+  } else if (filter == "EXPONENTIAL" && vertices) {
+    meshopt_decodeFilterExp(result.data(), count, step);
+  } else {
+    packed["filter"].fail("it is none that meshopt has for this mode and byteStride");
+  }
+  return result;
+}
+
+std::string_view GltfFile::view(std::size_t index) const {
+  const GltfValue view = list("bufferViews").at(index);
+  const GltfValue packed = view["extensions"]["EXT_meshopt_compression"];
+  if (!packed.exists()) return part_of_buffer(view);
+  const auto known = unpacked_.find(index);
+  if (known != unpacked_.end()) return known->second;
+  return unpacked_.emplace(index, unpack(view, packed)).first->second;
 }
 
 /// Where elements lie.

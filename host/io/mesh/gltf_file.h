@@ -56,6 +56,8 @@ class GltfFile {
  private:
   struct Elements;
   std::string_view buffer(std::size_t index) const;
+  std::string_view part_of_buffer(const GltfValue& view) const;
+  std::string unpack(const GltfValue& view, const GltfValue& packed) const;
   Elements elements(const GltfValue& accessor, const GltfValue& place_of_view, std::size_t count,
                     std::uint64_t offset, std::uint64_t component_type, std::size_t width,
                     std::size_t row_step) const;
@@ -66,7 +68,8 @@ class GltfFile {
   std::unique_ptr<nlohmann::json> json_;
   std::string_view binary_;
   bool has_binary_ = false;
-  mutable std::map<std::size_t, std::string> buffers_;  // those that are not binary_
+  mutable std::map<std::size_t, std::string> buffers_;   // those that are not binary_
+  mutable std::map<std::size_t, std::string> unpacked_;  // views packed by meshopt
 };
 
 }  // namespace kiln

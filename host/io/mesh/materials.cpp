@@ -428,4 +428,22 @@ Texture load_material_texture(const std::vector<Material>& materials, MaterialSl
   return texture;
 }
 
+Asset load_asset(const std::filesystem::path& path, const LoadMeshOptions& options,
+                 std::vector<Warning>* warnings) {
+  Asset asset;
+  Mesh mesh = load_mesh_file(path, options, warnings, &asset);
+  asset.mesh = std::move(mesh);
+  FileFinder finder(path.parent_path());
+  const auto is_there = [&](std::string file) {
+    std::replace(file.begin(), file.end(), '\\', '/');
+    std::error_code error;
+    return fs::is_regular_file(finder.find(path.parent_path() / file, path.string()), error);
+  };
+  const std::vector<std::string>& files = asset.mesh.material_files;
+  if (!is_gltf_name(path) && !files.empty() && std::all_of(files.begin(), files.end(), is_there)) {
+    asset.materials = load_materials(asset.mesh, path, warnings);
+  }
+  return asset;
+}
+
 }  // namespace kiln

@@ -193,9 +193,10 @@ Mesh parse_named(const MeshInput& input, const std::filesystem::path& path,
   return mesh;
 }
 
-/// The mesh of a file, and into `whole` what else it has; may be null.
-Mesh load(const std::filesystem::path& path, const LoadMeshOptions& options,
-          std::vector<Warning>* warnings, Asset* whole) {
+}  // namespace
+
+Mesh load_mesh_file(const std::filesystem::path& path, const LoadMeshOptions& options,
+                    std::vector<Warning>* warnings, Asset* whole) {
   MeshInput input{path.string(),     {}, warnings, options.triangulation, options.uv_set,
                   path.parent_path()};
   try {
@@ -213,26 +214,13 @@ Mesh load(const std::filesystem::path& path, const LoadMeshOptions& options,
   }
 }
 
-}  // namespace
-
 Mesh load_mesh(const std::filesystem::path& path, std::vector<Warning>* warnings) {
   return load_mesh(path, LoadMeshOptions(), warnings);
 }
 
 Mesh load_mesh(const std::filesystem::path& path, const LoadMeshOptions& options,
                std::vector<Warning>* warnings) {
-  return load(path, options, warnings, nullptr);
-}
-
-Asset load_asset(const std::filesystem::path& path, const LoadMeshOptions& options,
-                 std::vector<Warning>* warnings) {
-  Asset asset;
-  Mesh mesh = load(path, options, warnings, &asset);
-  asset.mesh = std::move(mesh);
-  if (!is_gltf_name(path) && !asset.mesh.material_files.empty()) {
-    asset.materials = load_materials(asset.mesh, path, warnings);
-  }
-  return asset;
+  return load_mesh_file(path, options, warnings, nullptr);
 }
 
 Mesh load_mesh(std::span<const std::byte> bytes, std::string_view name,

@@ -39,6 +39,10 @@ struct MeshInput {
 /// \param whole  where to put all that the file has beside the mesh, if it is glTF; may be null
 Mesh parse_mesh(const MeshInput& input, MeshFormat format, Asset* whole = nullptr);
 
+/// load_mesh() of a path. \param whole  as above
+Mesh load_mesh_file(const std::filesystem::path& path, const LoadMeshOptions& options,
+                    std::vector<Warning>* warnings, Asset* whole);
+
 /// Each throws Error(input) for what it cannot use, and appends to input.warnings for the rest.
 Mesh read_ply(const MeshInput& input);
 Mesh read_obj(const MeshInput& input);

@@ -1,10 +1,10 @@
 // glTF: what each part of the format gives, and files that lie.
 #include <gtest/gtest.h>
+#include <meshoptimizer.h>
 
 #include <cmath>
 #include <fstream>
 #include <map>
-#include <set>
 
 #include "io/mesh/gltf_files.h"
 #include "io/mesh/mesh_files.h"
@@ -270,6 +270,17 @@ TEST(Gltf, MaterialsAndTheirPictures) {
               1e-6);
 }
 
+TEST(LoadAsset, ObjWithAndWithoutItsMtl) {
+  const std::filesystem::path folder = scratch_folder();
+  std::ofstream(folder / "a.obj") << "mtllib a.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nusemtl m\nf 1 2 3\n";
+  EXPECT_TRUE(load_asset(folder / "a.obj").materials.empty());
+  std::ofstream(folder / "a.mtl") << "newmtl m\nKd 0.5 0 0\n";
+  const Asset asset = load_asset(folder / "a.obj");
+  ASSERT_EQ(asset.materials.size(), 1U);
+  EXPECT_EQ(asset.materials[0].color[0], 0.5F);
+  EXPECT_TRUE(asset.nodes.empty());
+}
+
 TEST(Gltf, NoMtlInObj) {
   const Mesh mesh = load_text("painted.glb", painted_square().glb()).mesh;
   EXPECT_EQ(mesh.material_files, (std::vector<std::string>{"painted.glb"}));
@@ -350,6 +361,63 @@ TEST(Gltf, NothingOutsideTheFolderIsRead) {
     std::ofstream(folder / "inside" / "a.gltf") << text.dump();
     mesh_files::expect_bad(folder / "inside" / "a.gltf", {"buffers[0].uri", "folder"});
   }
+}
+
+/// Packs a view of a square, as tools that shrink files do.
+GltfMaker packed_square() {
+  GltfMaker maker = gltf_square();
+  const std::vector<float> positions{0, 0, 0, 1, 0, 0, 1, 1, 0, 0, 1, 0};
+  std::vector<unsigned char> bytes(meshopt_encodeVertexBufferBound(4, 12));
+  bytes.resize(meshopt_encodeVertexBuffer(bytes.data(), bytes.size(), positions.data(), 4, 12));
+  const std::size_t view = maker.add_view(bytes);
+  const json packed{{"buffer", 0},
+                    {"byteOffset", maker.json["bufferViews"][view]["byteOffset"]},
+                    {"byteLength", bytes.size()},
+                    {"byteStride", 12},
+                    {"count", 4},
+                    {"mode", "ATTRIBUTES"}};
+  // What is there without the extension is of no use.
+  maker.json["bufferViews"][0] = {{"buffer", 0},
+                                  {"byteLength", 48},
+                                  {"byteOffset", 8000},
+                                  {"extensions", {{"EXT_meshopt_compression", packed}}}};
+  const std::vector<unsigned> order{0, 1, 2, 0, 2, 3};
+  bytes.resize(meshopt_encodeIndexBufferBound(6, 4));
+  bytes.resize(meshopt_encodeIndexBuffer(bytes.data(), bytes.size(), order.data(), 6));
+  const std::size_t indices = maker.add_view(bytes);
+  maker.json["bufferViews"][2] = {
+      {"buffer", 0},
+      {"byteLength", 12},
+      {"extensions",
+       {{"EXT_meshopt_compression",
+         {{"buffer", 0},
+          {"byteOffset", maker.json["bufferViews"][indices]["byteOffset"]},
+          {"byteLength", bytes.size()},
+          {"byteStride", 2},
+          {"count", 6},
+          {"mode", "TRIANGLES"}}}}}};
+  maker.json["extensionsRequired"] = {"EXT_meshopt_compression"};
+  return maker;
+}
+
+TEST(Gltf, PackedByMeshopt) {
+  const Mesh mesh = load_text("packed.glb", packed_square().glb()).mesh;
+  EXPECT_EQ(mesh.positions, load_text("plain.glb", gltf_square().glb()).mesh.positions);
+  for (std::size_t t = 0; t < 2; ++t) EXPECT_EQ(face_normal(mesh, t).z, 1);
+  const auto bad = [](const char* key, const json& value) {
+    GltfMaker maker = packed_square();
+    maker.json["bufferViews"][0]["extensions"]["EXT_meshopt_compression"][key] = value;
+    expect_bad_text("bad.glb", maker.glb(), {"bufferViews[0].extensions.EXT_meshopt_compression"});
+  };
+  bad("count", 5);
+  bad("count", 1e12);
+  bad("byteStride", 13);
+  bad("byteStride", 0);
+  bad("byteLength", 9);
+  bad("byteLength", 1e6);
+  bad("mode", "INDICES");
+  bad("mode", "OTHER");
+  bad("filter", "QUATERNION");
 }
 
 TEST(Gltf, FilesThatLie) {
