@@ -30,7 +30,6 @@ namespace {
 /// A file's bytes as stb_image asks for them. It takes zeros for what is not there, and says nothing: this notes it.
 struct Bytes {
   const ByteSource& source;
-  bool pixels = false;  ///< False: the header alone is asked for
   std::uint64_t at = 0;
   const char* buffer =
       nullptr;  ///< stb_image's own, filled ahead: it may be given less than it asks for
@@ -52,9 +51,8 @@ int on_read(void* user, char* to, int count) {
   bytes.at += got;
   if (got != 0 && (to == bytes.buffer || got == wanted)) return static_cast<int>(got);
   bytes.cut_short = true;
-  if (!bytes.pixels) return static_cast<int>(got);
-  // Runs of no length, which zeros are in Radiance HDR, it would read without end.
-  std::fill(to + got, to + wanted, '\xff');
+  // Of Radiance HDR it would read runs of no length (zeros) or lines of a header (all but ends of lines) for ever.
+  std::fill(to + got, to + wanted, '\n');
   return count;
 }
 
@@ -116,7 +114,7 @@ Image parse_stb(const ByteSource& source, const std::string& file, const std::st
              std::to_string(source.size()) + " bytes cannot hold them",
          again);
   }
-  Bytes bytes{.source = source, .pixels = true};
+  Bytes bytes{.source = source};
   std::unique_ptr<void, Free> pixels;
   // Asked for before stb_image takes its own.
   Image image = empty_image(wide, high, static_cast<std::uint32_t>(channels),

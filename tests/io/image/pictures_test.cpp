@@ -503,6 +503,8 @@ TEST(Hdr, ValuesAreLinear) {
                            std::string("\x02\x02\x00\x08\x88\x80\x88\x40\x88\x20\x88\x81", 12);
   EXPECT_EQ(read(runs).pixels[23], 0.25F);
   expect_no_shorter(runs);
+  // A header without a format that does not end.
+  refusal("#?RADIANCE\nFO1MA2\n" + std::string(200, '\0') + "#?RADIANCE\nFO1MA2");
   expect_words(
       refusal("#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 30000 +X 30000\n" + std::string(8, 1)),
       {"Radiance HDR", "30000 x 30000"});
