@@ -229,7 +229,7 @@ Json material_of(Glb& glb, const AssetMaps& maps, const SaveGlbOptions& options,
   check_map(maps.emission, 3, "emission");
   Json material = Json::object();
   material["name"] = name;
-  Json& surface = material["pbrMetallicRoughness"];
+  Json surface = Json::object();
   surface["metallicFactor"] = maps.metallic != nullptr ? 1 : 0;
   surface["roughnessFactor"] = 1;
   if (maps.color != nullptr || maps.opacity != nullptr) {
@@ -258,6 +258,7 @@ Json material_of(Glb& glb, const AssetMaps& maps, const SaveGlbOptions& options,
     material["emissiveFactor"] = Json::array({1, 1, 1});
   }
   if (options.double_sided) material["doubleSided"] = true;
+  material["pbrMetallicRoughness"] = std::move(surface);
   return material;
 }
 

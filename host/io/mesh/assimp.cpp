@@ -1,5 +1,20 @@
 #include "io/mesh/assimp.h"
 
+#include <algorithm>
+#include <cctype>
+#include <string>
+
+namespace kiln {
+
+bool is_assimp_name(const std::filesystem::path& path) {
+  std::string ending = path.extension().string();
+  std::transform(ending.begin(), ending.end(), ending.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  return ending == ".fbx" || ending == ".dae" || ending == ".3ds" || ending == ".x";
+}
+
+}  // namespace kiln
+
 #ifndef KILN_HAS_ASSIMP
 namespace kiln {
 
@@ -321,6 +336,11 @@ class SceneReader {
         picture.file = name.starts_with('*') ? "picture " + name.substr(1) : name;
       } else {
         picture.file = finder_.find(folder_ / name, input_.file);
+        std::error_code error;
+        if (!fs::is_regular_file(picture.file, error)) {
+          if (missing_++ == 0) first_missing_ = name;
+          return {};
+        }
       }
       aiUVTransform placement;
       if (from.Get(AI_MATKEY_UVTRANSFORM(kind, 0), placement) == AI_SUCCESS &&
@@ -359,6 +379,13 @@ class SceneReader {
                       " in all: the first set is read.",
                   more_uvs_);
     }
+    if (missing_ != 0) {
+      input_.warn("picture-missing",
+                  counted(missing_, "picture") + " of materials, such as '" +
+                      printable(first_missing_) +
+                      "', cannot be found: the materials' numbers stand alone.",
+                  missing_);
+    }
     if (placed_ != 0) {
       input_.warn("texture-options",
                   counted(placed_, "picture") +
@@ -377,7 +404,8 @@ class SceneReader {
   std::map<unsigned, std::string> material_names_;
   std::map<std::string, unsigned> material_of_;
   std::map<const aiTexture*, std::shared_ptr<const std::vector<std::byte> > > embedded_;
-  std::uint64_t skinned_ = 0, more_uvs_ = 0, placed_ = 0;
+  std::uint64_t skinned_ = 0, more_uvs_ = 0, placed_ = 0, missing_ = 0;
+  std::string first_missing_;
 };
 
 }  // namespace
@@ -409,7 +437,9 @@ Asset read_by_assimp(const MeshInput& input) {
     input.fail("", "Assimp could not read it: " + said.substr(0, 300), remedy);
   }
   if (scene->mRootNode == nullptr) input.fail("", "it has no scene", remedy);
-  return SceneReader(input, *scene).read();
+  Asset asset = SceneReader(input, *scene).read();
+  asset.mesh.material_files = {fs::path(input.file).filename().string()};  // it describes its own
+  return asset;
 }
 
 }  // namespace kiln

@@ -16,6 +16,7 @@
 #include "io/file/bounds.h"
 #include "io/file/byte_source.h"
 #include "io/file/text_scanner.h"
+#include "io/mesh/assimp.h"
 #include "io/mesh/gltf.h"
 #include "kiln/material.h"
 
@@ -302,7 +303,8 @@ std::vector<Material> load_materials(const Mesh& mesh, const fs::path& mesh_file
   std::vector<Material> read;
   FileFinder finder(mesh_file.parent_path(), warnings);
   std::vector<std::string> files = mesh.material_files;
-  if (files.empty() && is_gltf_name(mesh_file)) files.push_back(mesh_file.filename().string());
+  if (files.empty() && (is_gltf_name(mesh_file) || is_assimp_name(mesh_file)))
+    files.push_back(mesh_file.filename().string());
   for (std::string& file : files) {
     std::replace(file.begin(), file.end(), '\\', '/');
     const fs::path path = finder.find(mesh_file.parent_path() / file, mesh_file.string());
@@ -319,8 +321,10 @@ std::vector<Material> load_materials(const Mesh& mesh, const fs::path& mesh_file
     bytes.resize(source->read_at(0, bytes.data(), bytes.size()));
     input.bytes = bytes;
     input.folder = path.parent_path();
-    for (Material& material : is_gltf_name(path)
-                                  ? read_gltf_materials(input)
+    if (is_assimp_name(path)) input.warnings = nullptr;  // load_mesh() said it
+    for (Material& material : is_gltf_name(path) ? read_gltf_materials(input)
+                              : is_assimp_name(path)
+                                  ? read_by_assimp(input).materials
                                   : read_materials(input, path.parent_path(), &finder)) {
       read.push_back(std::move(material));
     }
@@ -440,7 +444,8 @@ Asset load_asset(const std::filesystem::path& path, const LoadMeshOptions& optio
     return fs::is_regular_file(finder.find(path.parent_path() / file, path.string()), error);
   };
   const std::vector<std::string>& files = asset.mesh.material_files;
-  if (!is_gltf_name(path) && !files.empty() && std::all_of(files.begin(), files.end(), is_there)) {
+  if (asset.materials.empty() && !is_gltf_name(path) && !files.empty() &&
+      std::all_of(files.begin(), files.end(), is_there)) {
     asset.materials = load_materials(asset.mesh, path, warnings);
   }
   return asset;

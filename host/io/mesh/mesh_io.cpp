@@ -22,7 +22,6 @@ namespace {
 
 constexpr const char* kFormatNames[] = {"PLY", "OBJ", "STL", "OFF", "glTF", "FBX"};
 constexpr const char* kFormatExtensions[] = {".ply", ".obj", ".stl", ".off", ".gltf", ".fbx"};
-constexpr const char* kAssimpExtensions[] = {".fbx", ".dae", ".3ds", ".x"};
 constexpr const char* kNownExtensions =
     "Kiln reads .ply, .obj, .stl, .off, .glb, .gltf, .fbx, .dae, .3ds and .x: export the mesh as "
     "one of them.";
@@ -39,9 +38,7 @@ std::optional<MeshFormat> format_of(const std::filesystem::path& path) {
        {MeshFormat::ply, MeshFormat::obj, MeshFormat::stl, MeshFormat::off, MeshFormat::gltf}) {
     if (extension == kFormatExtensions[static_cast<int>(format)]) return format;
   }
-  for (const char* known : kAssimpExtensions) {
-    if (extension == known) return MeshFormat::assimp;
-  }
+  if (is_assimp_name(path)) return MeshFormat::assimp;
   return std::nullopt;
 }
 

@@ -1,6 +1,7 @@
 // Writing Wavefront OBJ.
 #include <algorithm>
 #include <array>
+#include <cctype>
 #include <charconv>
 #include <string>
 #include <string_view>
@@ -167,7 +168,12 @@ void save_obj(const Mesh& mesh, const std::filesystem::path& path) {
   out.text("# Kiln\n");
   for (const std::string& name : mesh.material_files) {
     // Other formats describe materials in the mesh's own file, which is no MTL.
-    if (name.ends_with(".glb") || name.ends_with(".gltf")) continue;
+    std::string ending = std::filesystem::path(name).extension().string();
+    for (char& c : ending) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+    if (ending == ".glb" || ending == ".gltf" || ending == ".fbx" || ending == ".dae" ||
+        ending == ".3ds" || ending == ".x") {
+      continue;
+    }
     if (!name.empty()) out.text("mtllib " + safe_path(name) + "\n");
   }
   const bool placed = mesh.origin != std::array<double, 3>{};
