@@ -79,6 +79,7 @@ struct SaveGlbOptions {
   AlphaMode alpha_mode = AlphaMode::mask;  ///< Where there is AssetMaps::opacity
   float alpha_cutoff = 0.5F;
   bool double_sided = false;
+  double metres = 0;   ///< A unit of the mesh, which becomes the root's scale; 0: 1
   std::string extras;  ///< JSON: becomes `asset.extras.kiln`; empty: none
 };
 

@@ -64,6 +64,7 @@ struct Mesh {
   /// triangles, in order. Empty: every triangle is a polygon. Computed normals weight the polygons' own
   /// corners and normals, as Blender does.
   std::vector<std::uint32_t> polygons;
+  double metres = 0;  ///< A unit's, where the file says: glTF (1), FBX and DAE; 0: it does not
 };
 
 /// Which triangles are baked where several have the same UVs, on purpose: mirrored halves, repeated parts. UVs

@@ -277,7 +277,12 @@ void save_glb(const Mesh& low, const AssetMaps& maps, const std::filesystem::pat
   const std::string name = low.name.empty() ? "mesh" : low.name;
   Json root = Json::object();
   root["name"] = name;
-  if (low.origin != std::array<double, 3>{}) root["translation"] = low.origin;
+  const double metres = options.metres > 0 ? options.metres : 1;
+  if (metres != 1) root["scale"] = Json::array({metres, metres, metres});
+  if (low.origin != std::array<double, 3>{}) {
+    root["translation"] =
+        Json::array({metres * low.origin[0], metres * low.origin[1], metres * low.origin[2]});
+  }
   json["nodes"].push_back(std::move(root));
   const std::vector<Part> parts = parts_of(low);
   for (std::size_t i = 0; i < parts.size(); ++i) {

@@ -438,6 +438,7 @@ Asset read_by_assimp(const MeshInput& input) {
   }
   if (scene->mRootNode == nullptr) input.fail("", "it has no scene", remedy);
   Asset asset = SceneReader(input, *scene).read();
+  asset.mesh.metres = asset.metres;
   asset.mesh.material_files = {fs::path(input.file).filename().string()};  // it describes its own
   return asset;
 }

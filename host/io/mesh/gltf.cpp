@@ -142,6 +142,7 @@ class GltfReader {
     }
     builder_.tangent_signs = true;
     asset.mesh = builder_.finish();
+    asset.mesh.metres = asset.metres;
     if (!with_materials) return asset;
     const std::vector<Material> materials = read_gltf_materials(file_);
     for (const std::string& name : asset.mesh.material_names) {

@@ -127,6 +127,11 @@ TEST(SaveGlb, OriginsAreTheRootsTranslation) {
   const fs::path path = test::scratch_folder() / "a.glb";
   Mesh low = test::BumpySphere::light();
   low.origin = {500000.25, 4000000.5, 100};
+  save_glb(low, {}, path, {.metres = 0.01});
+  const Mesh small = load_mesh(path);
+  const Vec3& p = low.positions[low.triangles[0][0]];
+  EXPECT_NEAR(small.origin[0] + small.positions[small.triangles[0][0]].x,
+              0.01 * (low.origin[0] + p.x), 1e-6);
   save_glb(low, {}, path);
   const Parsed glb(path);
   EXPECT_EQ(glb.head["nodes"][0]["translation"], json(low.origin));

@@ -94,6 +94,7 @@ bool save_asset(BakeRun& run) {
     options.alpha_mode = AlphaMode::blend;
   }
   options.double_sided = any([](const Material& m) { return m.double_sided; });
+  options.metres = run.arguments.low.empty() ? run.dense.mesh.metres : run.low.mesh.metres;
   const BakeReport& report = run.result.report;
   Json extras = {{"version", version()}, {"texels", describe_texels(report)}};
   if (!report.errors.empty()) extras["errors"] = describe(report.errors);
