@@ -86,7 +86,23 @@ TEST(Assimp, EmbeddedPicturesAndFactors) {
     const Image image = load_image(*picture.bytes, picture.file.string());
     EXPECT_GT(image.width, 1u);
   }
-  const Material material = read("maxPbrMaterial_metalRough.fbx").materials.at(0);
+  // Pictures that are there are found; others are told, and the numbers stand.
+  const char* const pbr = "maxPbrMaterial_metalRough.fbx";
+  const std::string bytes = test::contents(folder / pbr);
+  const fs::path scratch = test::scratch_folder();
+  std::vector<Warning> warnings;
+  const auto read_here = [&] {
+    return read_by_assimp({(scratch / pbr).string(), bytes, &warnings}).materials.at(0);
+  };
+  EXPECT_TRUE(read_here().color_map.empty());
+  EXPECT_TRUE(std::any_of(warnings.begin(), warnings.end(),
+                          [](const Warning& w) { return w.code == "picture-missing"; }));
+  for (const char* name : {"albedo", "normal", "roughness", "metalness", "emission"}) {
+    fs::create_directories(scratch / "Textures");
+    save_image({1, 1, 3, {1, 0, 0}}, scratch / "Textures" / (std::string(name) + ".png"),
+               {.format = ImageFormat::png8});
+  }
+  const Material material = read_here();
   EXPECT_EQ(material.name, "PBR Material");
   EXPECT_EQ(material.color_map.file.filename(), "albedo.png");
   EXPECT_EQ(material.normal_map.file.filename(), "normal.png");
