@@ -21,6 +21,7 @@
 #include "kiln/plan.h"
 #include "kiln/render.h"
 #include "kiln/simplify.h"
+#include "kiln/texture_sets.h"
 #include "kiln/unwrap.h"
 #include "kiln/volume.h"
 #include "kiln/opencl.h"

@@ -16,6 +16,7 @@ namespace KILN_PUBLIC kiln {
 
 /// A node of a file's hierarchy (glTF, FBX).
 struct AssetNode {
+  /// The parent of a root.
   static constexpr std::uint32_t kNone = std::numeric_limits<std::uint32_t>::max();
 
   std::string name;              ///< As the file has it; need not be unique
@@ -67,18 +68,18 @@ Asset load_asset(const std::filesystem::path& path, const LoadMeshOptions& optio
 struct AssetMaps {
   const Image* normal = nullptr;     ///< Tangent space
   const Image* occlusion = nullptr;  ///< First channel, as of the next three
-  const Image* roughness = nullptr;
-  const Image* metallic = nullptr;
-  const Image* opacity = nullptr;
-  const Image* color = nullptr;
-  const Image* emission = nullptr;
+  const Image* roughness = nullptr;  ///< First channel
+  const Image* metallic = nullptr;   ///< First channel
+  const Image* opacity = nullptr;    ///< First channel
+  const Image* color = nullptr;      ///< Three channels
+  const Image* emission = nullptr;   ///< Three channels
 };
 
 /// What save_glb() writes beside a mesh and its maps.
 struct SaveGlbOptions {
   AlphaMode alpha_mode = AlphaMode::mask;  ///< Where there is AssetMaps::opacity
-  float alpha_cutoff = 0.5F;
-  bool double_sided = false;
+  float alpha_cutoff = 0.5F;               ///< Of AlphaMode::mask
+  bool double_sided = false;               ///< Back faces are shown, too
   double metres = 0;   ///< A unit of the mesh, which becomes the root's scale; 0: 1
   std::string extras;  ///< JSON: becomes `asset.extras.kiln`; empty: none
 };

@@ -35,6 +35,7 @@ struct MaterialPicture {
   /// u' = m[0] u + m[1] v + m[2], v' = m[3] u + m[4] v + m[5].
   std::array<float, 6> uv_transform{1, 0, 0, 0, 1, 0};
 
+  /// True if there is no picture.
   bool empty() const noexcept { return file.empty() && bytes == nullptr; }
 };
 

@@ -21,9 +21,10 @@ enum class SetsBy {
 struct TextureSet {
   std::string
       name;  ///< Of the material or object, "1001" and on for tiles; empty: the one set of all
-  std::uint32_t tile_u = 0, tile_v = 0;  ///< The tile that is moved to the unit square
-  std::vector<std::uint8_t> holds;       ///< Per triangle: 1 where it belongs to the set
-  std::uint64_t triangles = 0;           ///< How many of them have an area in UV space
+  std::uint32_t tile_u = 0;  ///< Whole part of u of the tile that is moved to the unit square
+  std::uint32_t tile_v = 0;  ///< Whole part of v
+  std::vector<std::uint8_t> holds;  ///< Per triangle: 1 where it belongs to the set
+  std::uint64_t triangles = 0;      ///< How many of them have an area in UV space
 };
 
 /// Parts a low poly into its texture sets, in the order of material_names, object_names or tiles. Those without a

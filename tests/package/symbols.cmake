@@ -14,6 +14,8 @@ foreach(header IN LISTS headers)
   string(APPEND text "${content}")
 endforeach()
 
+# Functions that return strings have the standard library's ABI in their names.
+string(REPLACE "[abi:cxx11]" "" listing "${listing}")
 string(REGEX REPLACE "[][;]" " " listing "${listing}")
 string(REPLACE "\n" ";" lines "${listing}")
 set(count 0)
