@@ -93,6 +93,23 @@ bool save_asset(BakeRun& run) {
       })) {
     options.alpha_mode = AlphaMode::blend;
   }
+  const auto first_mask = std::find_if(
+      run.materials.begin(), run.materials.end(),
+      [](const Material& m) { return is_transparent(m) && m.alpha_mode == AlphaMode::mask; });
+  if (first_mask != run.materials.end()) {
+    options.alpha_cutoff = first_mask->alpha_cutoff;
+    if (options.alpha_mode == AlphaMode::blend || any([&](const Material& m) {
+          return is_transparent(m) && m.alpha_cutoff != first_mask->alpha_cutoff;
+        })) {
+      run.warnings.push_back(
+          {"alpha-modes-joined",
+           "HIGH's materials are transparent in several ways, the GLB's one "
+           "material in one: " +
+               std::string(options.alpha_mode == AlphaMode::blend ? "all are blended."
+                                                                  : "the first cutoff counts."),
+           1});
+    }
+  }
   options.double_sided = any([](const Material& m) { return m.double_sided; });
   options.metres = run.arguments.low.empty() ? run.dense.mesh.metres : run.low.mesh.metres;
   const BakeReport& report = run.result.report;
