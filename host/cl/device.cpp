@@ -2,6 +2,7 @@
 #include <cctype>
 #include <cstdlib>
 
+#include "base/lower_case.h"
 #include "cl/context.h"
 #include "cl/describe.h"
 #include "cl/driver.h"
@@ -105,13 +106,6 @@ std::vector<Found> find_devices() {
   return found;
 }
 
-std::string lower(std::string_view text) {
-  std::string result(text);
-  std::transform(result.begin(), result.end(), result.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  return result;
-}
-
 const Found* select(const std::vector<Found>& found, std::string_view selector) {
   if (selector.empty()) return found.data();
   if (std::all_of(selector.begin(), selector.end(),
@@ -120,9 +114,9 @@ const Found* select(const std::vector<Found>& found, std::string_view selector) 
         selector.size() < 6 ? std::stoul(std::string(selector)) : found.size();
     return index < found.size() ? &found[index] : nullptr;
   }
-  const std::string wanted = lower(selector);
+  const std::string wanted = lower_case(selector);
   for (const Found& candidate : found) {
-    const std::string text = lower(candidate.info.name + " " + candidate.info.platform);
+    const std::string text = lower_case(candidate.info.name + " " + candidate.info.platform);
     if (text.find(wanted) != std::string::npos) return &candidate;
   }
   return nullptr;

@@ -10,6 +10,7 @@
 #include <unordered_map>
 #include <utility>
 
+#include "base/lower_case.h"
 #include "kiln/validate.h"
 #include "mesh/vector.h"
 
@@ -58,9 +59,7 @@ std::vector<Piece> pieces_of(const Mesh& mesh, std::span<const Vec3> positions, 
 
 /// A name without what tells low polys, their cages and copies apart, in lower case.
 std::string bare_name(std::string name) {
-  for (char& c : name) {
-    if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
-  }
+  name = lower_case(name);
   for (bool again = true; again;) {
     again = false;
     for (const char* ending : {"_low", "_lp", "_lo", "_lowpoly", "_cage"}) {

@@ -10,6 +10,8 @@
 #include <unordered_set>
 #include <utility>
 
+#include "base/lower_case.h"
+
 namespace kiln {
 namespace {
 
@@ -44,14 +46,6 @@ std::optional<std::string_view> first_star(std::string_view text, std::string_vi
   return text.substr(first, star_end - first);
 }
 
-std::string lower(std::string_view text) {
-  std::string result(text);
-  for (char& c : result) {
-    if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
-  }
-  return result;
-}
-
 /// A name without the number that Blender gives to copies, `.001`; the whole name where it has none.
 std::string_view without_copy_number(std::string_view name) {
   const std::size_t dot = name.find_last_not_of("0123456789");
@@ -65,8 +59,8 @@ enum class PartSide { low, high };
 class PartNamer {
  public:
   explicit PartNamer(const PartNames& names) : names_(names) {
-    for (const std::string& pattern : names.low) low_.push_back(lower(pattern));
-    for (const std::string& pattern : names.high) high_.push_back(lower(pattern));
+    for (const std::string& pattern : names.low) low_.push_back(lower_case(pattern));
+    for (const std::string& pattern : names.high) high_.push_back(lower_case(pattern));
     for (std::size_t i = 0; i < names.list.size(); ++i) {
       of_low_.add(names.list[i].low, i);
       for (const std::string& pattern : names.list[i].high) of_high_.add(pattern, i);
@@ -83,7 +77,7 @@ class PartNamer {
     }
     if (names_.by != PartsBy::name) return group;
     for (const std::string_view name : {std::string_view(group), without_copy_number(group)}) {
-      const std::string text = lower(name);
+      const std::string text = lower_case(name);
       // What is made of the high poly keeps its names.
       const bool is_low = side == PartSide::low;
       for (const auto* patterns : {is_low ? &low_ : &high_, is_low ? &high_ : nullptr}) {

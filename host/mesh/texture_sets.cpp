@@ -5,8 +5,6 @@
 #include <cmath>
 #include <limits>
 #include <map>
-#include <optional>
-#include <set>
 #include <utility>
 
 #include "kiln/validate.h"
@@ -150,8 +148,7 @@ std::vector<TextureSet> by_tiles(const Mesh& low) {
   std::map<std::pair<std::int64_t, std::int64_t>, TextureSet> tiles;  // row by row
   for (std::size_t t = 0; t < low.triangles.size(); ++t) {
     const UvCorners uvs = corner_uvs(low, t);
-    if (!has_uvs(uvs)) continue;
-    if (!has_area_in_uv(uvs)) continue;
+    if (!has_uvs(uvs) || !has_area_in_uv(uvs)) continue;
     const auto [u, v] = tile_of(uvs);
     if (u < 0 || u >= kTilesAcross || v < 0 || v >= kTilesUp) {
       throw Error(ErrorCode::input, "Mesh '" + low.name + "': triangle " + std::to_string(t) +

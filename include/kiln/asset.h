@@ -35,8 +35,6 @@ struct Asset {
   std::vector<std::uint32_t>
       object_nodes;    ///< Per object of the mesh, index into nodes; empty with `nodes`
   std::string extras;  ///< JSON of glTF's `asset.extras`; empty: none
-  /// Metres a unit: 1 in glTF, as the file says in FBX; 0: the format does not say.
-  double metres = 0;
 };
 
 /// Reads a mesh with its materials and hierarchy: glTF 2.0 (.glb; .gltf with its buffers beside it or in it). Of all

@@ -11,6 +11,7 @@
 #include <utility>
 #include <vector>
 
+#include "base/memory.h"
 #include "io/file/bounds.h"
 #include "io/file/output_set.h"
 #include "kiln/error.h"
@@ -177,6 +178,13 @@ class InflatingStream final : public ByteStream {
 };
 
 }  // namespace
+
+std::string read_whole(const ByteSource& source, const FailWith& fail) {
+  require_memory("its bytes", source.size(), memory_failure(fail, ""));
+  std::string bytes(static_cast<std::size_t>(source.size()), '\0');
+  bytes.resize(source.read_at(0, bytes.data(), bytes.size()));
+  return bytes;
+}
 
 std::string ByteSource::head(std::size_t limit) const {
   std::string bytes(static_cast<std::size_t>(std::min<std::uint64_t>(limit, size())), '\0');

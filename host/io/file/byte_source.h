@@ -33,6 +33,9 @@ class ByteSource {
 /// \throws what `fail` throws
 std::unique_ptr<ByteSource> open_file(const std::filesystem::path& path, FailWith fail);
 
+/// The whole file. \throws what `fail` throws, where memory is short
+std::string read_whole(const ByteSource& source, const FailWith& fail);
+
 /// `bytes` must outlive the source.
 std::unique_ptr<ByteSource> bytes_in_memory(std::string_view bytes);
 

@@ -1,11 +1,11 @@
 #include <algorithm>
-#include <cctype>
 #include <memory>
 #include <new>
 #include <optional>
 #include <string>
 #include <utility>
 
+#include "base/lower_case.h"
 #include "io/image/exr.h"
 #include "io/image/image_reader.h"
 #include "io/image/picture.h"
@@ -132,12 +132,6 @@ const PictureFormat kPictures[] = {
 #endif
 };
 
-std::string lower_extension(const std::filesystem::path& path) {
-  std::string extension = path.extension().string();
-  for (char& c : extension) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-  return extension;
-}
-
 /// By the first bytes. TGA has no magic number: its name must say so, too.
 std::optional<PictureKind> picture_kind(const std::string& head, const std::string& file) {
   using namespace std::string_literals;
@@ -156,14 +150,6 @@ std::optional<PictureKind> picture_kind(const std::string& head, const std::stri
 
 constexpr std::size_t kHeadBytes = 18;
 
-std::vector<std::string> picture_names() {
-  std::vector<std::string> names;
-  for (const PictureFormat& format : kPictures) {
-    if (format.parse != nullptr) names.push_back(format.name);
-  }
-  return names;
-}
-
 }  // namespace
 
 bool looks_like_tga(const std::string& head) {
@@ -176,7 +162,13 @@ bool looks_like_tga(const std::string& head) {
   return known && sized && (bits == 8 || bits == 15 || bits == 16 || bits == 24 || bits == 32);
 }
 
-std::vector<std::string> picture_formats() { return picture_names(); }
+std::vector<std::string> picture_formats() {
+  std::vector<std::string> names;
+  for (const PictureFormat& format : kPictures) {
+    if (format.parse != nullptr) names.push_back(format.name);
+  }
+  return names;
+}
 
 bool holds_linear_light(const std::filesystem::path& path) {
   const FailWith fail = image_failure(path.string(), "an image");
@@ -209,7 +201,7 @@ Image parse_image(const ByteSource& source, const std::string& file, const Image
              format.library + " is installed.");
   }
   std::string list;
-  for (const std::string& name : picture_names()) list += (list.empty() ? "" : ", ") + name;
+  for (const std::string& name : picture_formats()) list += (list.empty() ? "" : ", ") + name;
   fail("", "it is none of the kinds that Kiln reads (" + list + ")", "Convert it to PNG.");
   return {};
 }
@@ -230,8 +222,7 @@ namespace {
 
 /// A name that ends in the extension of another format would mislead whoever reads the file.
 void check_extension(const std::filesystem::path& path, ImageFormat format) {
-  std::string extension = path.extension().string();
-  for (char& c : extension) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  const std::string extension = lower_extension(path);
   const bool exr = format == ImageFormat::exr_half || format == ImageFormat::exr_float;
   if (extension != (exr ? ".png" : ".exr")) return;
   throw Error(ErrorCode::usage, "'" + path.string() + "' would hold " + (exr ? "OpenEXR" : "PNG") +

@@ -7,13 +7,6 @@
 
 namespace kiln {
 
-std::string read_whole(const ByteSource& source, const FailWith& fail) {
-  require_memory("its bytes", source.size(), memory_failure(fail, ""));
-  std::string bytes(static_cast<std::size_t>(source.size()), '\0');
-  bytes.resize(source.read_at(0, bytes.data(), bytes.size()));
-  return bytes;
-}
-
 Image empty_image(std::uint64_t width, std::uint64_t height, std::uint32_t channels,
                   std::uint64_t working, const std::string& place, const ImageLimits& limits,
                   const FailWith& fail) {

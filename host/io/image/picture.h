@@ -36,9 +36,6 @@ Image parse_stb(const ByteSource& source, const std::string& file, const std::st
 /// True if the first 18 bytes are those of a TGA, which has no magic number.
 bool looks_like_tga(const std::string& head);
 
-/// The whole file. \throws what `fail` throws, where memory is short
-std::string read_whole(const ByteSource& source, const FailWith& fail);
-
 /// Zeros, as large as a header says.
 /// \param place    of the header, for messages
 /// \param working  bytes that the library takes beside the pixels

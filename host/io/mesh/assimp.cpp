@@ -1,20 +1,5 @@
 #include "io/mesh/assimp.h"
 
-#include <algorithm>
-#include <cctype>
-#include <string>
-
-namespace kiln {
-
-bool is_assimp_name(const std::filesystem::path& path) {
-  std::string ending = path.extension().string();
-  std::transform(ending.begin(), ending.end(), ending.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  return ending == ".fbx" || ending == ".dae" || ending == ".3ds" || ending == ".x";
-}
-
-}  // namespace kiln
-
 #ifndef KILN_HAS_ASSIMP
 namespace kiln {
 
@@ -35,7 +20,6 @@ Asset read_by_assimp(const MeshInput& input) {
 #include <assimp/IOSystem.hpp>
 #include <assimp/Importer.hpp>
 #include <bit>
-#include <cctype>
 #include <cmath>
 #include <filesystem>
 #include <map>
@@ -46,8 +30,10 @@ Asset read_by_assimp(const MeshInput& input) {
 #include <vector>
 
 #include "base/counted.h"
+#include "base/lower_case.h"
 #include "io/file/text_scanner.h"
 #include "io/mesh/file_finder.h"
+#include "io/mesh/hierarchy.h"
 #include "io/mesh/mesh_builder.h"
 
 namespace kiln {
@@ -64,41 +50,9 @@ class NoFiles : public Assimp::IOSystem {
   void Close(Assimp::IOStream* /*stream*/) override {}
 };
 
-/// Names that are there once, as Blender makes them: "a", "a.001".
-class UniqueNames {
- public:
-  std::string of(const std::string& name) {
-    if (used_.insert(name).second) return name;
-    for (int& i = next_[name];;) {
-      char number[16];
-      std::snprintf(number, sizeof number, ".%03d", ++i);
-      if (used_.insert(name + number).second) return name + number;
-    }
-  }
-
- private:
-  std::set<std::string> used_;
-  std::map<std::string, int> next_;
-};
-
-/// An affine map, column-major.
-using Transform = std::array<double, 16>;
-
-Transform transform_of(const aiMatrix4x4& m) {
+AffineMap transform_of(const aiMatrix4x4& m) {
   return {m.a1, m.b1, m.c1, m.d1, m.a2, m.b2, m.c2, m.d2,
           m.a3, m.b3, m.c3, m.d3, m.a4, m.b4, m.c4, m.d4};
-}
-
-Transform operator*(const Transform& a, const Transform& b) {
-  Transform product{};
-  for (std::size_t column = 0; column < 4; ++column) {
-    for (std::size_t row = 0; row < 4; ++row) {
-      for (std::size_t k = 0; k < 4; ++k) {
-        product[4 * column + row] += a[4 * k + row] * b[4 * column + k];
-      }
-    }
-  }
-  return product;
 }
 
 /// How normals turn, up to their length: the cofactors, whose columns are the cross products of the map's.
@@ -106,7 +60,7 @@ struct NormalTurn {
   std::array<std::array<double, 3>, 3> columns{};
   bool mirrors = false;
 
-  explicit NormalTurn(const Transform& m) {
+  explicit NormalTurn(const AffineMap& m) {
     double determinant = 0;
     for (std::size_t k = 0; k < 3; ++k) {
       const double *const a = &m[4 * ((k + 1) % 3)], *const b = &m[4 * ((k + 2) % 3)];
@@ -141,7 +95,7 @@ class SceneReader {
     nodes();
     asset_.mesh = builder_.finish();
     materials();
-    asset_.metres = metres();
+    asset_.mesh.metres = metres();
     warn();
     return std::move(asset_);
   }
@@ -156,7 +110,7 @@ class SceneReader {
     struct Visit {
       const aiNode* node;
       std::uint32_t parent;
-      Transform of_parent;
+      AffineMap of_parent;
     };
     std::vector<Visit> open = {{scene_.mRootNode, AssetNode::kNone, AssetNode().transform}};
     while (!open.empty()) {
@@ -167,9 +121,9 @@ class SceneReader {
       node.name = visit.node->mName.C_Str();
       node.parent = visit.parent;
       node.transform = transform_of(visit.node->mTransformation);
-      const Transform world = visit.of_parent * node.transform;
+      const AffineMap world = product(visit.of_parent, node.transform);
       if (visit.node->mNumMeshes != 0) {
-        builder_.set_object(objects_.of(node.name.empty() ? "object" : node.name));
+        builder_.set_object(objects_.add(node.name.empty() ? "object" : node.name));
         asset_.object_nodes.push_back(index);
       }
       for (unsigned i = 0; i < visit.node->mNumMeshes; ++i) {
@@ -183,7 +137,7 @@ class SceneReader {
   }
 
   /// Corners of one place and colour become one vertex: Assimp gives each corner of FBX its own.
-  std::vector<std::uint32_t> vertices(const aiMesh& mesh, const Transform& world) {
+  std::vector<std::uint32_t> vertices(const aiMesh& mesh, const AffineMap& world) {
     using Key = std::array<std::uint64_t, 4>;
     std::map<Key, std::uint32_t> known;
     std::vector<std::uint32_t> of(mesh.mNumVertices);
@@ -214,7 +168,7 @@ class SceneReader {
     return of;
   }
 
-  void mesh(const aiMesh& mesh, const Transform& world) {
+  void mesh(const aiMesh& mesh, const AffineMap& world) {
     if (mesh.mNumFaces == 0 || mesh.mVertices == nullptr) return;
     if (mesh.mNumBones != 0) ++skinned_;
     if (mesh.GetNumUVChannels() > 1) ++more_uvs_;
@@ -258,7 +212,7 @@ class SceneReader {
     std::string& name = material_names_[index];
     if (name.empty()) {
       const std::string given = scene_.mMaterials[index]->GetName().C_Str();
-      name = unique_materials_.of(given.empty() ? "material" : given);
+      name = unique_materials_.add(given.empty() ? "material" : given);
       material_of_[name] = index;
     }
     return name;
@@ -361,9 +315,7 @@ class SceneReader {
       std::snprintf(text, sizeof text, "%.7g", double{centimetres});
       return std::strtod(text, nullptr) / 100;
     }
-    std::string extension = fs::path(input_.file).extension().string();
-    for (char& c : extension) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-    return extension == ".dae" ? 1 : 0;  // Assimp turns Collada's to metres
+    return lower_extension(input_.file) == ".dae" ? 1 : 0;  // Assimp turns Collada's to metres
   }
 
   void warn() const {
@@ -438,7 +390,6 @@ Asset read_by_assimp(const MeshInput& input) {
   }
   if (scene->mRootNode == nullptr) input.fail("", "it has no scene", remedy);
   Asset asset = SceneReader(input, *scene).read();
-  asset.mesh.metres = asset.metres;
   asset.mesh.material_files = {fs::path(input.file).filename().string()};  // it describes its own
   return asset;
 }

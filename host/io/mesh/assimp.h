@@ -1,8 +1,6 @@
 // FBX, Collada, 3DS and X through Assimp.
 #pragma once
 
-#include <filesystem>
-
 #include "io/mesh/mesh_reader.h"
 #include "kiln/asset.h"
 
@@ -13,8 +11,5 @@ namespace kiln {
 /// in the file's folder.
 /// \throws Error(input): also where this build is without Assimp
 Asset read_by_assimp(const MeshInput& input);
-
-/// True if a file is one of these formats, by its extension in any case.
-bool is_assimp_name(const std::filesystem::path& path);
 
 }  // namespace kiln

@@ -4,6 +4,7 @@
 #include <system_error>
 #include <tuple>
 
+#include "base/lower_case.h"
 #include "io/file/text_scanner.h"
 
 namespace kiln {
@@ -13,11 +14,6 @@ namespace fs = std::filesystem;
 
 constexpr int kLevels = 4;
 constexpr std::size_t kMostEntries = 20000;
-
-std::string lower_case(std::string text) {
-  for (char& c : text) c = c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
-  return text;
-}
 
 std::vector<std::string> parts_of(const fs::path& path) {
   std::vector<std::string> parts;

@@ -9,33 +9,21 @@
 #include "base/srgb.h"
 #include "io/file/bounds.h"
 #include "io/file/text_scanner.h"
+#include "io/mesh/hierarchy.h"
 #include "io/mesh/mesh_builder.h"
 #include "mesh/vector.h"
 
 namespace kiln {
 namespace {
 
-using Matrix = std::array<double, 16>;  // column-major
-
-constexpr Matrix kIdentity{1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1};
+constexpr AffineMap kIdentity{1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1};
 constexpr std::uint64_t kTriangles = 4,
                         kFanMode = 6;  // modes; below are points and lines, between strips
 
-Matrix product(const Matrix& a, const Matrix& b) {
-  Matrix result{};
-  for (std::size_t column = 0; column < 4; ++column) {
-    for (std::size_t row = 0; row < 4; ++row) {
-      for (std::size_t k = 0; k < 4; ++k)
-        result[4 * column + row] += a[4 * k + row] * b[4 * column + k];
-    }
-  }
-  return result;
-}
-
-Matrix matrix_of(const GltfValue& node) {
+AffineMap matrix_of(const GltfValue& node) {
   const GltfValue matrix = node["matrix"];
   if (matrix.exists()) {
-    const Matrix given = matrix.numbers<16>(kIdentity);
+    const AffineMap given = matrix.numbers<16>(kIdentity);
     if (given[3] != 0 || given[7] != 0 || given[11] != 0 || given[15] != 1) {
       matrix.fail("its last row is not 0 0 0 1, and so it is no affine map");
     }
@@ -69,7 +57,7 @@ Matrix matrix_of(const GltfValue& node) {
 /// A matrix on places, normals and tangents.
 class Placing {
  public:
-  explicit Placing(const Matrix& m) : m_(m) {
+  explicit Placing(const AffineMap& m) : m_(m) {
     const Vec3d x(m[0], m[1], m[2]), y(m[4], m[5], m[6]), z(m[8], m[9], m[10]);
     const Vec3d yz = cross(y, z), zx = cross(z, x), xy = cross(x, y);
     const double determinant = dot(x, yz);
@@ -107,7 +95,7 @@ class Placing {
     const double size = length(n);
     return size > 0 && std::isfinite(size) ? to_float(n * (1 / size)) : Vec3{};
   }
-  Matrix m_;
+  AffineMap m_;
   bool mirrors_ = false;
   std::array<Vec3d, 3> n_;
 };
@@ -126,7 +114,6 @@ class GltfReader {
 
   Asset read(bool with_materials) {
     Asset asset;
-    asset.metres = 1;
     asset.extras = file_.root()["asset"]["extras"].dump();
     visit_nodes(asset);
     look_ahead();
@@ -142,7 +129,7 @@ class GltfReader {
     }
     builder_.tangent_signs = true;
     asset.mesh = builder_.finish();
-    asset.mesh.metres = asset.metres;
+    asset.mesh.metres = 1;
     if (!with_materials) return asset;
     const std::vector<Material> materials = read_gltf_materials(file_);
     for (const std::string& name : asset.mesh.material_names) {
@@ -157,7 +144,7 @@ class GltfReader {
   struct Placed {
     std::size_t mesh;
     std::uint32_t node;  // of the asset
-    Matrix matrix;
+    AffineMap matrix;
     std::string name;
   };
 
@@ -238,8 +225,8 @@ class GltfReader {
     for (auto root = first.rbegin(); root != first.rend(); ++root) {
       steps.push_back({*root, AssetNode::kNone});
     }
-    std::vector<Matrix> worlds;
-    UnlikeNames unlike;
+    std::vector<AffineMap> worlds;
+    UniqueNames unique;
     while (!steps.empty()) {
       const Step step = steps.back();
       steps.pop_back();
@@ -257,7 +244,7 @@ class GltfReader {
         std::string name = made.name.empty() ? meshes.at(*mesh)["name"].text() : made.name;
         if (name.empty()) name = "node " + std::to_string(step.node);
         if (node["skin"].exists()) ++skins_;
-        placed_.push_back({*mesh, index, worlds.back(), unlike.add(name)});
+        placed_.push_back({*mesh, index, worlds.back(), unique.add(name)});
         if (node["extensions"]["EXT_mesh_gpu_instancing"].exists()) ++instanced_;
       }
       const GltfValue children = node["children"];

@@ -29,16 +29,4 @@ using UvBox = std::array<float, 4>;
 /// Whether one of a material's pictures does not repeat, and UVs reach beyond it.
 bool gltf_reaches_beyond(const GltfFile& file, std::size_t material, const UvBox& box);
 
-/// True for .glb and .gltf.
-bool is_gltf_name(const std::filesystem::path& path);
-
-/// Names that are made unlike: "arm", "arm.001".
-class UnlikeNames {
- public:
-  std::string add(const std::string& name);
-
- private:
-  std::map<std::string, std::uint32_t> taken_;  // and how often it was asked for
-};
-
 }  // namespace kiln

@@ -266,10 +266,7 @@ std::string_view GltfFile::buffer(std::size_t index) const {
         uri.fail("'" + printable(uri.text()) + "': " + problem, remedy);
       };
       const std::filesystem::path path = path_of(uri);
-      const std::unique_ptr<ByteSource> source = open_file(path, fail);
-      require_memory("its bytes", source->size(), memory_failure(fail, ""));
-      known->second.resize(static_cast<std::size_t>(source->size()));
-      known->second.resize(source->read_at(0, known->second.data(), known->second.size()));
+      known->second = read_whole(*open_file(path, fail), fail);
       OutputSet::protect(path);
     }
     bytes = known->second;

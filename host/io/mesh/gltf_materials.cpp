@@ -1,39 +1,23 @@
 // Materials of glTF.
 #include <algorithm>
-#include <cctype>
 #include <cmath>
 #include <cstdio>
 #include <cstring>
 
 #include "io/mesh/gltf.h"
+#include "io/mesh/hierarchy.h"
 
 namespace kiln {
 
-bool is_gltf_name(const std::filesystem::path& path) {
-  std::string ending = path.extension().string();
-  for (char& c : ending) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-  return ending == ".glb" || ending == ".gltf";
-}
-
-std::string UnlikeNames::add(const std::string& name) {
-  const auto [entry, added] = taken_.emplace(name, 0);
-  if (added) return name;
-  for (;;) {
-    char number[16];
-    std::snprintf(number, sizeof number, ".%03u", ++entry->second);
-    if (taken_.emplace(name + number, 0).second) return name + number;
-  }
-}
-
 std::vector<std::string> gltf_material_names(const GltfFile& file) {
   const GltfValue materials = file.list("materials");
-  UnlikeNames unlike;
+  UniqueNames unique;
   std::vector<std::string> names;
   for (std::size_t i = 0; i < materials.size(); ++i) {
     const std::string name = materials.at(i)["name"].text();
-    names.push_back(unlike.add(name.empty() ? "material" : name));
+    names.push_back(unique.add(name.empty() ? "material" : name));
   }
-  names.push_back(unlike.add("default"));
+  names.push_back(unique.add("default"));
   return names;
 }
 

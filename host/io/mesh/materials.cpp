@@ -303,8 +303,7 @@ std::vector<Material> load_materials(const Mesh& mesh, const fs::path& mesh_file
   std::vector<Material> read;
   FileFinder finder(mesh_file.parent_path(), warnings);
   std::vector<std::string> files = mesh.material_files;
-  if (files.empty() && (is_gltf_name(mesh_file) || is_assimp_name(mesh_file)))
-    files.push_back(mesh_file.filename().string());
+  if (files.empty() && has_own_materials(mesh_file)) files.push_back(mesh_file.filename().string());
   for (std::string& file : files) {
     std::replace(file.begin(), file.end(), '\\', '/');
     const fs::path path = finder.find(mesh_file.parent_path() / file, mesh_file.string());
@@ -315,10 +314,7 @@ std::vector<Material> load_materials(const Mesh& mesh, const fs::path& mesh_file
       named.file += " (materials of " + mesh_file.string() + ")";
       named.fail(place, problem, remedy);
     };
-    const std::unique_ptr<ByteSource> source = open_file(path, fail);
-    require_memory("its bytes", source->size(), memory_failure(fail, ""));
-    std::string bytes(static_cast<std::size_t>(source->size()), '\0');
-    bytes.resize(source->read_at(0, bytes.data(), bytes.size()));
+    const std::string bytes = read_whole(*open_file(path, fail), fail);
     input.bytes = bytes;
     input.folder = path.parent_path();
     if (is_assimp_name(path)) input.warnings = nullptr;  // load_mesh() said it

@@ -1,12 +1,12 @@
 // Reading a mesh: from a path to the right reader.
 #include <algorithm>
-#include <cctype>
 #include <cstring>
 #include <memory>
 #include <new>
 #include <optional>
 #include <string>
 
+#include "base/lower_case.h"
 #include "io/file/bounds.h"
 #include "io/file/byte_source.h"
 #include "io/file/text_scanner.h"
@@ -26,13 +26,8 @@ constexpr const char* kNownExtensions =
     "Kiln reads .ply, .obj, .stl, .off, .glb, .gltf, .fbx, .dae, .3ds and .x: export the mesh as "
     "one of them.";
 
-std::string lower(std::string text) {
-  for (char& c : text) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-  return text;
-}
-
 std::optional<MeshFormat> format_of(const std::filesystem::path& path) {
-  const std::string extension = lower(path.extension().string());
+  const std::string extension = lower_extension(path);
   if (extension == ".glb") return MeshFormat::gltf;
   for (const MeshFormat format :
        {MeshFormat::ply, MeshFormat::obj, MeshFormat::stl, MeshFormat::off, MeshFormat::gltf}) {
@@ -70,8 +65,7 @@ Guess guess(std::string_view bytes) {
   if (head.find('\0') != head.npos) return {};
   TextScanner scan(head, '#');
   const std::string_view first = scan.token();
-  if (lower(std::string(first)) == "solid" &&
-      lower(std::string(head)).find("facet") != std::string::npos) {
+  if (lower_case(first) == "solid" && lower_case(head).find("facet") != std::string::npos) {
     return of(MeshFormat::stl);
   }
   if (first.ends_with("OFF") && first.find_first_not_of("STCN4n") == first.size() - 3) {
@@ -89,11 +83,7 @@ Guess guess(std::string_view bytes) {
 std::string read_file(const MeshInput& input, const std::filesystem::path& path) {
   const FailWith fail = [&input](const std::string& place, const std::string& problem,
                                  const std::string& remedy) { input.fail(place, problem, remedy); };
-  const std::unique_ptr<ByteSource> source = open_file(path, fail);
-  require_memory("its bytes", source->size(), memory_failure(fail, ""));
-  std::string bytes(static_cast<std::size_t>(source->size()), '\0');
-  bytes.resize(source->read_at(0, bytes.data(), bytes.size()));
-  return bytes;
+  return read_whole(*open_file(path, fail), fail);
 }
 
 }  // namespace

@@ -1,12 +1,12 @@
 // Wavefront MTL, text: numbers of materials, and the names of their pictures.
 #include <algorithm>
 #include <array>
-#include <cctype>
 #include <cmath>
 #include <map>
 #include <optional>
 #include <span>
 
+#include "base/lower_case.h"
 #include "io/file/text_scanner.h"
 #include "io/file/unicode.h"
 #include "io/mesh/materials.h"
@@ -16,12 +16,6 @@ namespace kiln {
 namespace {
 
 namespace fs = std::filesystem;
-
-std::string lower(std::string_view text) {
-  std::string result(text);
-  for (char& c : result) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-  return result;
-}
 
 /// How many words an option of a picture takes: numbers, or names such as "on". None: it is no option.
 struct OptionWords {
@@ -73,7 +67,7 @@ class MtlReader {
   std::vector<Material> read() {
     do {
       if (scan_.comment().starts_with("# Blender")) by_blender_ = true;
-      const std::string keyword = lower(scan_.token_in_line());
+      const std::string keyword = lower_case(scan_.token_in_line());
       if (!keyword.empty()) statement(keyword);
     } while (scan_.next_line());
     finish_material();

@@ -8,6 +8,7 @@
 #include <string_view>
 #include <vector>
 
+#include "base/lower_case.h"
 #include "kiln/error.h"
 #include "kiln/mesh.h"
 
@@ -42,6 +43,21 @@ Mesh parse_mesh(const MeshInput& input, MeshFormat format, Asset* whole = nullpt
 /// load_mesh() of a path. \param whole  as above
 Mesh load_mesh_file(const std::filesystem::path& path, const LoadMeshOptions& options,
                     std::vector<Warning>* warnings, Asset* whole);
+
+/// True for .glb and .gltf.
+inline bool is_gltf_name(const std::filesystem::path& path) {
+  const std::string extension = lower_extension(path);
+  return extension == ".glb" || extension == ".gltf";
+}
+/// True for what Assimp reads: .fbx, .dae, .3ds and .x.
+inline bool is_assimp_name(const std::filesystem::path& path) {
+  const std::string extension = lower_extension(path);
+  return extension == ".fbx" || extension == ".dae" || extension == ".3ds" || extension == ".x";
+}
+/// True if a file describes the materials of its mesh itself, where OBJ names an MTL.
+inline bool has_own_materials(const std::filesystem::path& path) {
+  return is_gltf_name(path) || is_assimp_name(path);
+}
 
 /// Each throws Error(input) for what it cannot use, and appends to input.warnings for the rest.
 Mesh read_ply(const MeshInput& input);

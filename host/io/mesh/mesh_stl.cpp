@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "base/lower_case.h"
 #include "io/file/text_scanner.h"
 #include "io/mesh/mesh_builder.h"
 
@@ -113,8 +114,7 @@ bool is_word(std::string_view token, std::string_view keyword) {
 
 /// The keyword that a statement begins with. "end loop" is "endloop".
 std::string keyword_at(TextScanner& scan) {
-  std::string word(scan.token());
-  for (char& c : word) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  const std::string word = lower_case(scan.token());
   if (word != "end") return word;
   const TextScanner before = scan;
   const std::string_view what = scan.token_in_line();

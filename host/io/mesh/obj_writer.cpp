@@ -1,13 +1,13 @@
 // Writing Wavefront OBJ.
 #include <algorithm>
 #include <array>
-#include <cctype>
 #include <charconv>
 #include <string>
 #include <string_view>
 #include <vector>
 
 #include "io/file/atomic_file.h"
+#include "io/mesh/mesh_reader.h"
 #include "kiln/mesh.h"
 #include "mesh/uv_grid.h"
 
@@ -167,13 +167,7 @@ void save_obj(const Mesh& mesh, const std::filesystem::path& path) {
   Writer out(file);
   out.text("# Kiln\n");
   for (const std::string& name : mesh.material_files) {
-    // Other formats describe materials in the mesh's own file, which is no MTL.
-    std::string ending = std::filesystem::path(name).extension().string();
-    for (char& c : ending) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-    if (ending == ".glb" || ending == ".gltf" || ending == ".fbx" || ending == ".dae" ||
-        ending == ".3ds" || ending == ".x") {
-      continue;
-    }
+    if (has_own_materials(name)) continue;  // no MTL
     if (!name.empty()) out.text("mtllib " + safe_path(name) + "\n");
   }
   const bool placed = mesh.origin != std::array<double, 3>{};

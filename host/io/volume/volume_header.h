@@ -8,6 +8,7 @@
 #include <string_view>
 #include <vector>
 
+#include "base/lower_case.h"
 #include "io/file/text_scanner.h"
 
 namespace kiln {
@@ -60,12 +61,6 @@ inline std::string_view trimmed(std::string_view text) {
   const std::size_t begin = text.find_first_not_of(" \t\r");
   if (begin == text.npos) return {};
   return text.substr(begin, text.find_last_not_of(" \t\r") - begin + 1);
-}
-
-inline std::string lower_case(std::string_view text) {
-  std::string result(text);
-  for (char& c : result) c = c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
-  return result;
 }
 
 inline std::vector<std::string_view> words(std::string_view text) {

@@ -1,12 +1,12 @@
 // Reading a volume: from a path to the right reader.
 #include <algorithm>
-#include <cctype>
 #include <cmath>
 #include <memory>
 #include <new>
 #include <optional>
 #include <string>
 
+#include "base/lower_case.h"
 #include "io/volume/volume_reader.h"
 #include "kiln/volume.h"
 
@@ -15,21 +15,16 @@ namespace {
 
 constexpr const char* kFormatNames[] = {"NRRD", "MetaImage", "NIfTI"};
 
-std::string lower(std::string text) {
-  for (char& c : text) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-  return text;
-}
-
 /// The file's name without folder and the extensions that say its format.
 struct Name {
   std::string stem, extension;
 };
 
 Name split(const std::filesystem::path& path) {
-  Name name{path.stem().string(), lower(path.extension().string())};
+  Name name{path.stem().string(), lower_extension(path)};
   if (name.extension == ".gz") {
     const std::filesystem::path inner = name.stem;
-    const std::string extension = lower(inner.extension().string());
+    const std::string extension = lower_extension(inner);
     for (const char* packed : {".nii", ".hdr", ".img"}) {
       if (extension == packed) name = {inner.stem().string(), extension + ".gz"};
     }

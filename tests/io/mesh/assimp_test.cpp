@@ -56,7 +56,7 @@ TEST(Assimp, FilesOfOthers) {
     EXPECT_EQ(mesh.object_names.size(), expected.objects);
     EXPECT_EQ(asset.object_nodes.size(), expected.objects);
     EXPECT_EQ(asset.materials.size(), expected.materials);
-    EXPECT_EQ(asset.metres, expected.metres);
+    EXPECT_EQ(asset.mesh.metres, expected.metres);
     for (const Material& material : asset.materials) {
       EXPECT_TRUE(material.roughness >= 0 && material.roughness <= 1) << material.roughness;
     }
@@ -134,7 +134,7 @@ const std::string kSquares = R"(<?xml version="1.0"?>
 TEST(Assimp, InstancesMirroredOnesFaceTheSameWay) {
   const Asset asset = read_by_assimp({"squares.dae", kSquares});
   const Mesh& mesh = asset.mesh;
-  EXPECT_EQ(asset.metres, 1);
+  EXPECT_EQ(asset.mesh.metres, 1);
   EXPECT_EQ(mesh.object_names, (std::vector<std::string>{"part", "part.001"}));
   ASSERT_EQ(asset.object_nodes.size(), 2u);
   EXPECT_EQ(asset.nodes[asset.object_nodes[1]].name, "part");

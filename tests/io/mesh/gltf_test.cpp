@@ -96,7 +96,7 @@ TEST(Gltf, MirroredNodesKeepTheirOutside) {
   EXPECT_EQ(asset.object_nodes, (std::vector<std::uint32_t>{0, 1, 3}));
   ASSERT_EQ(asset.nodes.size(), 4U);
   EXPECT_EQ(asset.nodes[3].parent, 2U);
-  EXPECT_EQ(asset.metres, 1);
+  EXPECT_EQ(asset.mesh.metres, 1);
   EXPECT_NEAR(volume(asset.mesh, 0), 1, 1e-6);
   EXPECT_NEAR(volume(asset.mesh, 1), 6, 1e-5);
   EXPECT_NEAR(volume(asset.mesh, 2), 1, 1e-3);  // ten units from the origin

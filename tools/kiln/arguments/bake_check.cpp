@@ -1,5 +1,4 @@
 #include <algorithm>
-#include <cctype>
 #include <filesystem>
 
 #include "arguments/bake_arguments.h"
@@ -30,9 +29,7 @@ std::string no_sets(const BakeArguments& a) {
 
 void take_asset(BakeArguments& a) {
   const std::filesystem::path out = a.out;
-  std::string ending = out.extension().string();
-  std::transform(ending.begin(), ending.end(), ending.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  const std::string ending = lower_extension(out);
   if (ending == ".gltf")
     fail_usage("--out '" + a.out + "': Kiln writes binary glTF: name it .glb.");
   if (ending != ".glb" || std::filesystem::is_directory(out)) return;

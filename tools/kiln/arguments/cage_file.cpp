@@ -2,10 +2,11 @@
 
 #include <algorithm>
 #include <array>
-#include <cctype>
 #include <cmath>
 #include <cstdint>
 #include <string>
+
+#include "arguments/parse.h"
 
 namespace kiln::cli {
 namespace {
@@ -13,12 +14,7 @@ namespace {
 constexpr std::size_t kRow = 4096;
 constexpr float kNoVertex = -1;
 
-bool is_image(const std::filesystem::path& path) {
-  std::string extension = path.extension().string();
-  std::transform(extension.begin(), extension.end(), extension.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  return extension == ".exr";
-}
+bool is_image(const std::filesystem::path& path) { return lower_extension(path) == ".exr"; }
 
 std::array<double, 3> way(const Vec3& from, const Vec3& to) {
   return {double{to.x} - from.x, double{to.y} - from.y, double{to.z} - from.z};

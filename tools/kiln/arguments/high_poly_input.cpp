@@ -1,7 +1,6 @@
 #include "arguments/high_poly_input.h"
 
 #include <algorithm>
-#include <cctype>
 #include <cmath>
 #include <cstdio>
 #include <filesystem>
@@ -40,9 +39,7 @@ void add_height_options(Command& command, HeightArguments& arguments, const std:
 }
 
 bool is_height_field(const std::string& path) {
-  std::string ending = std::filesystem::path(path).extension().string();
-  std::transform(ending.begin(), ending.end(), ending.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  const std::string ending = lower_extension(path);
   return ending == ".png" || ending == ".exr";
 }
 

@@ -26,6 +26,17 @@ bool parse_whole(std::string_view text, T& value) {
 
 void fail_usage(const std::string& text) { throw Error(ErrorCode::usage, text); }
 
+std::string lower_case(std::string text) {
+  for (char& c : text) {
+    if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
+  }
+  return text;
+}
+
+std::string lower_extension(const std::filesystem::path& path) {
+  return lower_case(path.extension().string());
+}
+
 std::pair<std::uint32_t, std::uint32_t> parse_size(const std::string& text) {
   constexpr const char* kExpected = "one side or WxH, each 1 to 16384, such as 2048 or 2048x1024";
   const std::size_t cross = text.find_first_of("xX");

@@ -3,6 +3,7 @@
 
 #include <array>
 #include <cstdint>
+#include <filesystem>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -16,6 +17,11 @@ namespace kiln::cli {
 
 /// \throws Error(usage) with this text.
 [[noreturn]] void fail_usage(const std::string& text);
+
+/// ASCII letters in lower case.
+std::string lower_case(std::string text);
+/// What a file's name ends in, in lower case: ".png".
+std::string lower_extension(const std::filesystem::path& path);
 
 /// "2048" or "2048x1024". \throws Error(usage)
 std::pair<std::uint32_t, std::uint32_t> parse_size(const std::string& text);

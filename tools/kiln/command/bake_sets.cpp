@@ -1,6 +1,5 @@
 // Texture sets: several layouts of one low poly, each with maps of its own.
 #include <algorithm>
-#include <cctype>
 #include <cstdint>
 #include <set>
 
@@ -37,10 +36,7 @@ void name_files(std::vector<BakedSet>& sets) {
     const std::string plain = file_word(set.set.name);
     for (std::size_t k = 1;; ++k) {
       set.word = k == 1 ? plain : plain + "_" + std::to_string(k);
-      std::string folded = set.word;
-      std::transform(folded.begin(), folded.end(), folded.begin(),
-                     [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-      if (taken.insert(folded).second) break;
+      if (taken.insert(lower_case(set.word)).second) break;
     }
   }
 }

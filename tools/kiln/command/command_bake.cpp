@@ -108,13 +108,17 @@ void name_place_of_misses(BakeRun& run) {
   }
 }
 
+/// A map with nothing in it is no success; where much is missed is told.
+void judge_result(BakeRun& run) {
+  check_result(run.result.report, run.dense.mesh, run.low.mesh);
+  name_place_of_misses(run);
+}
+
 }  // namespace
 
 void bake_maps(BakeRun& run, const Source& source) {
   run.result = bake_from(run.dense, source, run.low.mesh, run.options);
-  if (run.result.cancelled) return;
-  check_result(run.result.report, run.dense.mesh, run.low.mesh);
-  name_place_of_misses(run);
+  if (!run.result.cancelled) judge_result(run);
 }
 
 namespace {
@@ -313,11 +317,10 @@ bool make_maps(BakeRun& run, const Source& source) {
     run.result = bake_from(run.dense, source, run.low.mesh, run.options);
   }
   if (run.result.cancelled) return false;
-  check_result(run.result.report, run.dense.mesh, run.low.mesh);
+  judge_result(run);
   if (run.arguments.reasons) {
     run.reasons = explain(*run.result.match, source, run.low.mesh, run.options);
   }
-  name_place_of_misses(run);
   return true;
 }
 

@@ -1,0 +1,46 @@
+// What readers of formats with a hierarchy of nodes share.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <cstdio>
+#include <map>
+#include <string>
+
+namespace kiln {
+
+/// An affine map, column-major.
+using AffineMap = std::array<double, 16>;
+
+/// Applies `b`, then `a`.
+inline AffineMap product(const AffineMap& a, const AffineMap& b) {
+  AffineMap result{};
+  for (std::size_t column = 0; column < 4; ++column) {
+    for (std::size_t row = 0; row < 4; ++row) {
+      for (std::size_t k = 0; k < 4; ++k) {
+        result[4 * column + row] += a[4 * k + row] * b[4 * column + k];
+      }
+    }
+  }
+  return result;
+}
+
+/// Makes names that are there once, as Blender does: "arm", "arm.001".
+class UniqueNames {
+ public:
+  std::string add(const std::string& name) {
+    const auto [entry, added] = taken_.emplace(name, 0);
+    if (added) return name;
+    for (;;) {
+      char number[16];
+      std::snprintf(number, sizeof number, ".%03u", ++entry->second);
+      if (taken_.emplace(name + number, 0).second) return name + number;
+    }
+  }
+
+ private:
+  std::map<std::string, std::uint32_t> taken_;  // and how often it was asked for
+};
+
+}  // namespace kiln
