@@ -7,6 +7,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
+#include <fstream>
 #include <string>
 #include <vector>
 
@@ -22,6 +23,17 @@ inline std::filesystem::path make_scene(std::uint32_t faces = 20000) {
   std::filesystem::path folder = scratch_folder();
   save_obj(BumpySphere::dense(faces), folder / "high.obj");
   save_obj(BumpySphere::light(), folder / "low.obj");
+  return folder;
+}
+
+/// Writes kite.obj, one bent quad with UVs: cut along its shorter diagonal (corners 1 and 3) its middle lies at 0,
+/// by a fan (corners 0 and 2) at 0.2. And cut.obj, the same cut along the shorter diagonal. \returns the folder
+inline std::filesystem::path make_kite() {
+  std::filesystem::path folder = scratch_folder();
+  const std::string corners =
+      "v -2 0 0.2\nv 0 -1 0\nv 2 0 0.2\nv 0 1 0\nvt 0 0.5\nvt 0.5 0\nvt 1 0.5\nvt 0.5 1\n";
+  std::ofstream(folder / "kite.obj") << corners << "f 1/1 2/2 3/3 4/4\n";
+  std::ofstream(folder / "cut.obj") << corners << "f 1/1 2/2 4/4\nf 2/2 3/3 4/4\n";
   return folder;
 }
 

@@ -57,8 +57,8 @@ TEST(Friction, SaysWhereTheLabIsLookedForWhereItIsMissing) {
 
 TEST(Friction, AnswersFlagsOfOtherBakers) {
   for (const auto& [flag, remedy] : std::vector<std::pair<std::string, std::string>>{
-           {"--udim", "Split LOW by tile"},
-           {"--udim=1001", "Split LOW by tile"},
+           {"--udim", "--sets udim"},
+           {"--udim=1001", "--sets udim"},
            {"--skew", "Add edges to LOW"},
            {"--explode", "--match-by name"},
            {"--bevel", "Bevel the edges of HIGH"},
@@ -201,6 +201,42 @@ TEST(Friction, OtherNamesAreOfOneRow) {
   EXPECT_GT(names.size(), maps().size() + 20);
   std::sort(names.begin(), names.end());
   EXPECT_EQ(std::adjacent_find(names.begin(), names.end()), names.end());
+}
+
+/// Programs read the table of options that help is made of.
+TEST(Friction, ListsOptionsForPrograms) {
+  const ProcessResult listed = run_kiln({"bake", "--help-json"});
+  ASSERT_EQ(listed.exit_code, 0) << listed.errors;
+  const nlohmann::json rows = nlohmann::json::parse(listed.output);
+  const std::string help = run_kiln({"bake", "--help"}).output;
+  std::vector<std::string> names;
+  for (const auto& row : rows) {
+    names.push_back(row["name"]);
+    EXPECT_NE(help.find(row["help"].get<std::string>()), std::string::npos) << row;
+    EXPECT_FALSE(row["member"].get<std::string>().empty()) << row;
+  }
+  const auto row = [&](const char* name) {
+    return rows.at(
+        static_cast<std::size_t>(std::find(names.begin(), names.end(), name) - names.begin()));
+  };
+  EXPECT_EQ(row("samples")["member"], "options.samples");
+  EXPECT_EQ(row("samples")["range"], nlohmann::json::array({1, 16}));
+  EXPECT_EQ(row("samples")["default"], BakeOptions().samples);
+  EXPECT_EQ(row("gutter")["unit"], "texels");
+  EXPECT_EQ(row("view-criterion")["choices"], (Words{"angle", "depth", "distance"}));
+  EXPECT_EQ(row("view-criterion")["matches"], Words{"views"});
+  EXPECT_EQ(row("id-by")["maps"], Words{"id"});
+  EXPECT_TRUE(row("samples")["maps"].is_null());
+  EXPECT_EQ(row("HIGH")["required"], true);
+}
+
+TEST(Friction, SaysWhatExcludesAndNeedsWhat) {
+  expect_refused(run_kiln({"bake", "a", "b", "--out", "c", "--cage", "1%", "--cage-mesh", "d"}),
+                 {"--cage-mesh and --cage exclude each other", "leave one of them out"});
+  expect_refused(run_kiln({"simplify", "a", "--out", "b.obj", "--keep-parts"}),
+                 {"--keep-parts needs --faces", "add it"});
+  expect_refused(run_kiln({"bake", "a", "b", "--out", "c", "--flip-y=maybe"}),
+                 {"--flip-y is given without a value"});
 }
 
 TEST(Friction, TakesNamesInCapitalsAndWithBlanks) {

@@ -1,6 +1,7 @@
 // kiln simplify: layouts and hulls.
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <filesystem>
 #include <nlohmann/json.hpp>
 #include <string>
@@ -43,6 +44,29 @@ TEST(SimplifyCommand, PairsAreManyChartsAndChartsFew) {
   // Two triangles each, and some left over.
   EXPECT_GE(pairs["charts"], 150);
   EXPECT_EQ(pairs["border_texels"], 2);
+}
+
+TEST(SimplifyCommand, PolygonsAreCutAsAsked) {
+  const fs::path scene = test::make_kite();
+  for (const auto& [rule, middle] : {std::pair("shortest", 0.0), std::pair("fan", 0.2)}) {
+    const ProcessResult result =
+        run_kiln({"simplify", scene / "kite.obj", "--faces", "2", "--triangulate", rule, "--out",
+                  scene / "made.obj", "--json", scene / "made.json"});
+    ASSERT_EQ(result.exit_code, 0) << result.errors;
+    EXPECT_EQ(read_json(scene / "made.json")["triangulate"], rule);
+    const Mesh made = load_mesh(scene / "made.obj");
+    ASSERT_EQ(made.triangles.size(), 2U);
+    // The diagonal is the side that both triangles have: the middle of its ends is that of the quad.
+    std::size_t shared = 0;
+    for (std::size_t k = 0; k < 3; ++k) {
+      const Vec3 &a = made.positions[made.triangles[0][k]],
+                 &b = made.positions[made.triangles[0][(k + 1) % 3]];
+      if (std::abs(a.x + b.x) > 1e-5F || std::abs(a.y + b.y) > 1e-5F) continue;
+      EXPECT_NEAR((a.z + b.z) / 2, middle, 1e-6) << rule;
+      ++shared;
+    }
+    EXPECT_EQ(shared, 1U) << rule;
+  }
 }
 
 TEST(SimplifyCommand, TrianglesThatFaceAgainstOthersAreTurned) {

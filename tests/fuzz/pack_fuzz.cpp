@@ -26,13 +26,11 @@ const kiln::MapInfo& kiln::find_map(std::string_view name) {
   throw Error(ErrorCode::usage, "There is no such map.");
 }
 std::span<const kiln::MapInfo> kiln::maps() { return kMaps; }
-std::vector<std::string> kiln::cli::default_maps() { return {}; }
-std::string kiln::cli::default_match() { return "ray"; }
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
-  kiln::cli::BakeArguments arguments;
-  arguments.maps.clear();
-  for (const kiln::MapInfo& map : kMaps) arguments.maps.emplace_back(map.kind.name);
+  kiln::cli::BakeJob arguments;
+  arguments.options.maps.clear();
+  for (const kiln::MapInfo& map : kMaps) arguments.options.maps.push_back(map.kind);
   std::istringstream text({reinterpret_cast<const char*>(data), size});
   for (std::string line; std::getline(text, line);) arguments.packs.push_back(line);
   try {

@@ -21,7 +21,8 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   try {
     const kiln::cli::TransferArgument transfer = kiln::cli::parse_transfer(text);
     if (!may_name_a_map(transfer.name) || !text.starts_with(transfer.file)) std::abort();
-    if (transfer.materials() && !kiln::cli::material_slot_values().contains(transfer.name)) {
+    if (transfer.materials() &&
+        !kiln::cli::Words(kiln::cli::kMaterialSlots).contains(transfer.name)) {
       std::abort();
     }
   } catch (const kiln::Error& error) {

@@ -78,13 +78,6 @@ Run Program::parse(std::vector<std::string> words) {
                                       : "; did you mean kiln " + nearest + "?"));
   }
   if (!app_.parse(std::move(words))) return {};
-  for (const Option* option : app_.chosen()->get_options()) {
-    for (const std::string& value : option->results()) {
-      if (value.empty()) {
-        throw UsageError(option->get_name() + " was given nothing: leave it out, or give a value");
-      }
-    }
-  }
   check_environment();
   return commands_.at(app_.chosen()->get_name());
 }
@@ -103,14 +96,7 @@ std::string Program::explain(const UsageError& error) const {
                         ? "The flag for the output is --out"
                         : "A list has commas and no blanks, such as normal,ao");
   }
-  std::string text = error.what();
-  constexpr std::string_view kMissing = " is required";
-  if (chosen != nullptr && text.ends_with(kMissing)) {
-    const Option* const missing =
-        chosen->find_option(text.substr(0, text.size() - kMissing.size()));
-    if (missing != nullptr) return text + ": " + missing->get_help();
-  }
-  return text;
+  return error.what();
 }
 
 }  // namespace kiln::cli

@@ -108,7 +108,8 @@ std::vector<std::string> ao_setting_names();
 /// What `kiln chart` is told.
 struct ChartArguments {
   std::vector<std::string> meshes;       ///< Or volumes
-  HeightArguments heights;               ///< Of all height fields
+  HeightFieldOptions heights;            ///< Of all height fields
+  LoadMeshOptions load;                  ///< Of all meshes
   SurfaceArguments surface;              ///< Of volumes
   std::vector<std::string> for_volumes;  ///< Options given that meshes have no use for
   std::string out, device;

@@ -3,7 +3,7 @@
 #include <map>
 #include <utility>
 
-#include "arguments/bake_arguments.h"
+#include "arguments/bake_job.h"
 #include "arguments/parse.h"
 #include "arguments/small_file.h"
 #include "kiln/assess.h"
@@ -16,6 +16,15 @@
 
 namespace kiln::cli {
 namespace {
+
+/// As --fallback takes it.
+std::string chain_text(const std::vector<MatchMethod>& fallback) {
+  std::string names;
+  for (const MatchMethod next : fallback) {
+    names += (names.empty() ? "" : ",") + std::string(next.name);
+  }
+  return names.empty() ? "low" : names;
+}
 
 /// Of one timed run, with a high poly newly put on the device.
 struct Seconds {
@@ -335,13 +344,13 @@ Json json_of(const Seconds& s) {
 Json json_of(const Row& row) {
   const BakeOptions& bake = row.setting.bake;
   Json json = fields("name label family samples match fallback",
-                     {row.name, row.label, row.family, bake.samples, match_name(bake.match.method),
-                      chain_name(bake.match.fallback)});
+                     {row.name, row.label, row.family, bake.samples, bake.match.method.name,
+                      chain_text(bake.match.fallback)});
   if (row.report.views) {
     json.update(fields("views_chosen view_size_given view_criterion view_refine views",
                        {bake.match.views.automatic, bake.match.views.size != 0,
-                        criterion_name(bake.match.views.criterion), bake.match.views.refine,
-                        describe(*row.report.views)}));
+                        name_of(Words(kCriteria), bake.match.views.criterion),
+                        bake.match.views.refine, describe(*row.report.views)}));
   }
   Json runs = Json::array();
   for (const Seconds& run : row.all_seconds) runs.push_back(json_of(run));
@@ -378,14 +387,15 @@ class MatchChart : public ChartKind {
     for (std::size_t i = 0; i < inputs.size(); ++i) {
       if (!is_readable_file(inputs[i])) load_dense(inputs[i], {}, warnings);  // says what is wrong
       if (!progress(0, "reading " + low_path(i))) return false;
-      lows_.push_back(load_light(low_path(i), "", warnings));
+      lows_.push_back(load_light(low_path(i), "", warnings, arguments_.load));
     }
     return true;
   }
 
   void read(std::size_t i) override {
-    dense_ = load_dense(
-        inputs[i], is_height_field(inputs[i]) ? arguments_.heights : HeightArguments(), warnings);
+    dense_ = load_dense(inputs[i],
+                        is_height_field(inputs[i]) ? arguments_.heights : HeightFieldOptions(),
+                        warnings, arguments_.load);
     options_.uv = uv_options(dense_);
   }
 
@@ -574,12 +584,13 @@ class MatchChart : public ChartKind {
     Json names = Json::array(), ao_names = Json::array();
     for (const ChartSetting& setting : options_.settings) names.push_back(setting.name);
     for (const AoRow& row : ao_.rows) ao_names.push_back(row.name);
-    const HeightArguments& heights = arguments_.heights;
-    return fields("size max_distance height extent repeat directions pixels settings ao_settings",
-                  {options_.size, arguments_.max_distance,
-                   has_height_fields(arguments_) ? Json(heights.height) : Json(),
-                   heights.extent.empty() ? Json() : Json(heights.extent), options_.repeat,
-                   options_.directions, options_.pixels, names, ao_names});
+    const HeightFieldOptions& heights = arguments_.heights;
+    return fields(
+        "size max_distance height extent triangulate repeat directions pixels settings ao_settings",
+        {options_.size, arguments_.max_distance,
+         has_height_fields(arguments_) ? Json(heights.height) : Json(), extent_json(heights),
+         name_of(Words(kTriangulations), arguments_.load.triangulation), options_.repeat,
+         options_.directions, options_.pixels, names, ao_names});
   }
 
   std::vector<std::string> lines() const override {

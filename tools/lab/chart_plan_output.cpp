@@ -142,8 +142,9 @@ class PlansChart : public ChartKind {
   }
 
   void read(std::size_t i) override {
-    dense_ = load_dense(
-        inputs[i], is_height_field(inputs[i]) ? arguments_.heights : HeightArguments(), warnings);
+    dense_ = load_dense(inputs[i],
+                        is_height_field(inputs[i]) ? arguments_.heights : HeightFieldOptions(),
+                        warnings, arguments_.load);
     if (!dense_.heights) turn_strays(dense_.mesh, warnings);
   }
 

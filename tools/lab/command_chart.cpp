@@ -48,7 +48,10 @@ void check_volumes(const ChartArguments& a) {
   if (a.surface.iso.empty()) {
     fail("'" + a.meshes.front() + "' is a volume: say which surface of it by --iso VALUE.");
   }
-  if (a.heights.given()) {
+  if (a.load.triangulation != Triangulation::automatic) {
+    fail("--triangulate is for meshes, but '" + a.meshes.front() + "' is a volume.");
+  }
+  if (stretches(a.heights)) {
     fail("--height and --extent are for height fields, but '" + a.meshes.front() +
          "' is a volume.");
   }
@@ -64,10 +67,9 @@ void check_volumes(const ChartArguments& a) {
 }
 
 void check_heights(const ChartArguments& a, bool has_fields) {
-  if (!has_fields && a.heights.given()) {
+  if (!has_fields && stretches(a.heights)) {
     fail("--height and --extent are for a HIGH that is a height field, a PNG or EXR; none is.");
   }
-  height_field_options(a.heights);
 }
 
 /// Before any work. \throws Error(usage)
@@ -163,8 +165,8 @@ Run add_chart(Command& app) {
   auto a = std::make_shared<ChartArguments>();
   command
       ->add_option("HIGH", a->meshes,
-                   "High polys (PLY, OBJ, STL, OFF) or height fields (PNG, EXR), each with its "
-                   "light one, with UVs: a row of "
+                   "High polys (meshes, or height fields: PNG, EXR), each with its "
+                   "low poly, with UVs: a row of "
                    "panels a pair. Or volumes with --iso, a row of panels each. Or high polys "
                    "alone with --plan")
       ->type_name("LOW [HIGH2 LOW2 ...]")
@@ -241,10 +243,11 @@ Run add_chart(Command& app) {
       ->delimiter(',')
       ->allow_extra_args(false)
       ->check(one_of(names));
-  command->add_option("--device", a->device, "OpenCL device: index or part of its name");
-  command->add_flag("--quiet", a->quiet,
-                    "Leave out progress and the summary; warnings and errors stay");
-  add_height_options(*command, a->heights, "The height fields (HIGH is a PNG or EXR)");
+  using Job = ChartArguments;
+  const OptionRow rows[] = {triangulate_row<Job>("", "HIGH and LOW"), device_row<Job>(""),
+                            quiet_row<Job>("")};
+  add_options(*command, rows, a.get());
+  add_height_options(*command, *a, "The height fields (HIGH is a PNG or EXR)");
   const auto own = command->get_options();
   add_surface_options(*command, a->surface);
   add_chart_border_option(*command, a->surface);

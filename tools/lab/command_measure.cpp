@@ -1,7 +1,7 @@
 #include <algorithm>
 #include <memory>
 
-#include "arguments/bake_values.h"
+#include "arguments/bake_job.h"
 #include "arguments/match_flags.h"
 #include "arguments/option_table.h"
 #include "arguments/parse.h"
@@ -84,8 +84,7 @@ Run add_measure(Command& app) {
                                      "--visibility-at", "--directions",   "--view"};
   a->matching_flags = add_matching_flags(*command, a->bake, own);
   a->matching_flags.merge(add_measured_map_flags(*command, a->bake));
-  command->add_option("HIGH", a->high, std::string("The high poly (") + kDenseKinds + ")")
-      ->required();
+  command->add_option("HIGH", a->high, "The high poly (" + high_poly_kinds() + ")")->required();
   command->add_option(
       "LOW", a->low,
       "The low poly, with UVs; with --study views it may be left out: Kiln makes one");
@@ -101,7 +100,7 @@ Run add_measure(Command& app) {
           "Rate visibility and hybrid with directions gathered here: face, vertex or texel; "
           "may be given again (default: texel)")
       ->allow_extra_args(false)
-      ->check(one_of(visibility_at_values()));
+      ->check(one_of(Words(kVisibilityAt)));
   command
       ->add_option("--directions", a->directions,
                    "Directions that viewing rays come from (default 512)")
@@ -138,16 +137,13 @@ Run add_measure(Command& app) {
       ->add_option("--max-distance", a->max_distance,
                    "How far to look each way: world units, or P% of HIGH's diagonal")
       ->capture_default_str();
-  add_height_options(*command, a->heights, "The height field (HIGH is a PNG or EXR)");
+  add_height_options(*command, *a, "The height field (HIGH is a PNG or EXR)");
   command
       ->add_option("--picture-size", a->picture_size,
                    "Pixels of a picture's longer side (default: by how much of it the mesh fills)")
       ->check(range(64U, 4096U));
   add_view_options(*command, a->view);
-  command->add_option("--device", a->device, "OpenCL device: index or part of its name");
-  command->add_option("--json", a->json, "Write a report to this file");
-  command->add_flag("--quiet", a->quiet,
-                    "Leave out progress and the summary; warnings and errors stay");
+  add_run_options(*command, *a);
   return [a, command] {
     for (const std::string& flag : given_flags(*command)) {
       const bool takes = a->matching_flags.contains(flag);
@@ -156,7 +152,6 @@ Run add_measure(Command& app) {
       if (!takes || a->study.empty()) continue;
       fail(flag + " is for rating matches: leave out --study, or it.");
     }
-    part_maps(a->bake);
     if (a->study.empty() && a->low.empty()) {
       const std::set<std::string> own_of_layouts = {"--size", "--json", "--quiet", "--device"};
       const std::set<std::string> given = given_flags(*command);

@@ -5,7 +5,7 @@
 #include <memory>
 #include <optional>
 
-#include "arguments/bake_arguments.h"
+#include "arguments/bake_job.h"
 #include "arguments/high_poly_input.h"
 #include "arguments/parse.h"
 #include "arguments/paths.h"
@@ -30,7 +30,8 @@ namespace fs = std::filesystem;
 struct GalleryArguments {
   std::string high, low, out, json, device, max_distance = "2%";
   std::vector<std::string> matches;  ///< Empty: all that do for the meshes
-  HeightArguments heights;
+  HeightFieldOptions heights;
+  LoadMeshOptions load;
   ViewArguments view;
   std::uint32_t size = 1024;         ///< Texels a side
   std::uint32_t picture_size = 480;  ///< Pixels of the longer side
@@ -203,7 +204,7 @@ bool bake_exhibit(const Source& source, const Mesh& high, const Mesh& low,
                   const GalleryArguments& a, const UvOptions& uv, const Progress& show,
                   Exhibit& exhibit) {
   BakeOptions bake_with;
-  bake_with.match.method = match_method(exhibit.method);
+  bake_with.match.method = find_match(exhibit.method).method;
   bake_with.width = bake_with.height = a.size;
   bake_with.match.max_distance = parse_length_above_0("--max-distance", a.max_distance);
   bake_with.match.uv = uv;
@@ -239,8 +240,8 @@ std::optional<Gallery> make_gallery(const Device& device, const Mesh& high, cons
   gallery.warnings = source.warnings();
   std::vector<std::string> methods = a.matches.empty() ? match_names() : a.matches;
   std::erase_if(methods, [&](const std::string& name) {
-    std::optional<LeftOut> left =
-        unfit(match_method(name), "--match " + name, source, high, low, uv, !a.matches.empty());
+    std::optional<LeftOut> left = unfit(find_match(name).method, "--match " + name, source, high,
+                                        low, uv, !a.matches.empty());
     if (left) gallery.left_out.push_back({name, left->reason});
     return left.has_value();
   });
@@ -323,8 +324,8 @@ int run_gallery(const GalleryArguments& a) {
   const Device device = Device::open(a.device);
   if (!console.progress(0, "reading " + a.high)) return kExitCancelled;
   std::vector<Warning> warnings;
-  const HighPolyInput dense = load_dense(a.high, a.heights, warnings);
-  const Mesh low = load_light(a.low, "", warnings);
+  const HighPolyInput dense = load_dense(a.high, a.heights, warnings, a.load);
+  const Mesh low = load_light(a.low, "", warnings, a.load);
   const double seconds_load = watch.lap();
   const std::optional<Gallery> gallery =
       make_gallery(device, dense.mesh, low, a, uv_options(dense), view,
@@ -357,12 +358,13 @@ int run_gallery(const GalleryArguments& a) {
       {version(), describe(device.info()),
        fields("high low", {describe(dense.mesh, a.high), describe(low, a.low)}),
        fields(
-           "match size max_distance picture_size pixels view zoom at z_up square height extent",
+           "match size max_distance picture_size pixels view zoom at z_up square height extent "
+           "triangulate",
            {a.matches.empty() ? match_names() : a.matches, a.size, a.max_distance, a.picture_size,
             a.pixels, Json::array({view.azimuth_degrees, view.elevation_degrees}), view.zoom,
             view.at ? Json(*view.at) : Json(), view.z_up, a.view.square,
-            is_height_field(a.high) ? Json(a.heights.height) : Json(),
-            a.heights.extent.empty() ? Json() : Json(a.heights.extent)}),
+            is_height_field(a.high) ? Json(a.heights.height) : Json(), extent_json(a.heights),
+            name_of(Words(kTriangulations), a.load.triangulation)}),
        methods, describe_left_out(gallery->left_out, "method"),
        fields("every drawn", {gallery->every, gallery->samples_drawn})});
   add_ending(json, {{"load", seconds_load}, {"draw", seconds_draw}}, watch, outputs, warnings);
@@ -375,8 +377,7 @@ int run_gallery(const GalleryArguments& a) {
 Run add_gallery(Command& app) {
   Command* command = name_lab_command(app, "gallery");
   auto a = std::make_shared<GalleryArguments>();
-  command->add_option("HIGH", a->high, std::string("The high poly (") + kDenseKinds + ")")
-      ->required();
+  command->add_option("HIGH", a->high, "The high poly (" + high_poly_kinds() + ")")->required();
   command->add_option("LOW", a->low, "The low poly, with UVs")->required();
   command
       ->add_option("--out", a->out,
@@ -406,11 +407,10 @@ Run add_gallery(Command& app) {
       ->check(range(16U, 4096U))
       ->capture_default_str();
   add_view_options(*command, a->view);
-  add_height_options(*command, a->heights, "The height field (HIGH is a PNG or EXR)");
-  command->add_option("--device", a->device, "OpenCL device: index or part of its name");
-  command->add_option("--json", a->json, "Write a report to this file, or - for standard output");
-  command->add_flag("--quiet", a->quiet,
-                    "Leave out progress and the summary; warnings and errors stay");
+  add_height_options(*command, *a, "The height field (HIGH is a PNG or EXR)");
+  const OptionRow rows[] = {triangulate_row<GalleryArguments>("", "HIGH and LOW")};
+  add_options(*command, rows, a.get());
+  add_run_options(*command, *a);
   return [a] { return run_gallery(*a); };
 }
 

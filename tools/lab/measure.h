@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "arguments/bake_arguments.h"
+#include "arguments/bake_job.h"
 #include "arguments/high_poly_input.h"
 #include "kiln/kiln.h"
 #include "picture/view_arguments.h"
@@ -17,11 +17,11 @@ struct MeasureArguments {
   std::string high, low, study, out, json, device;
   std::string max_distance = "2%";
   bool distance_given = false;
-  BakeArguments bake;                    // flags of the match and of maps, all but those below
+  BakeJob bake;                          // flags of the match and of maps, all but those below
   std::set<std::string> matching_flags;  // their names
   std::vector<std::string> matches, visibility_at;
   std::optional<std::uint32_t> views, view_size, size, faces, directions, pixels;
-  HeightArguments heights;
+  HeightFieldOptions heights;
   ViewArguments view;
   std::optional<std::uint32_t> picture_size;
   bool quiet = false;

@@ -5,7 +5,7 @@
 #include <limits>
 #include <utility>
 
-#include "arguments/bake_values.h"
+#include "arguments/bake_job.h"
 #include "arguments/match_flags.h"
 #include "arguments/parse.h"
 #include "arguments/paths.h"
@@ -164,7 +164,7 @@ void compile_kernels(const Device& device, const BakeOptions& like) {
   bake_with.match.parts = nullptr;
   bake_with.match.cage_mesh = nullptr;
   bake_with.match.saved = nullptr;
-  bake_with.maps = {find_map(shading_map()).kind};
+  bake_with.maps = {shading_map()};
   bake_with.transfers = {};
   bake_with.own_maps = {};
   bake_with.occlusion = {};
@@ -187,7 +187,7 @@ std::vector<Candidate> candidates(const RatingOptions& options) {
       continue;
     }
     for (const VisibilityAt at : options.visibility_at) {
-      result.push_back({method + "_" + name_of(visibility_at_values(), at), method, at});
+      result.push_back({method + "_" + name_of(Words(kVisibilityAt), at), method, at});
     }
   }
   return result;
@@ -199,12 +199,12 @@ BakeOptions bake_options(const Candidate& candidate, const RatingOptions& option
   bake_with.match.max_distance = options.max_distance;
   bake_with.match.uv = options.uv;
   if (options.bake_of) bake_with = options.bake_of(candidate.method);
-  bake_with.match.method = match_method(candidate.method);
+  bake_with.match.method = find_match(candidate.method).method;
   if (candidate.visibility_at) bake_with.match.visibility.at = *candidate.visibility_at;
   bake_with.report.keep_match = true;
   bake_with.report.vertex_coverage = options.pictures;
   // First of all, for rendered normals, also where its error is not asked for.
-  const MapKind shown = find_map(shading_map()).kind;
+  const MapKind shown = shading_map();
   std::erase(bake_with.maps, shown);
   bake_with.maps.insert(bake_with.maps.begin(), shown);
   bake_with.report.errors = !options.maps.empty();
@@ -223,8 +223,8 @@ std::optional<Ratings> rate(const Device& device, const Mesh& high, const Mesh& 
   const NormalReference reference(Scene(device, high), high, angles, options.pixels);
   std::vector<Candidate> rows = candidates(options);
   std::erase_if(rows, [&](const Candidate& row) {
-    std::optional<LeftOut> left = unfit(match_method(row.method), "--match " + row.method, source,
-                                        high, low, options.uv, options.strict);
+    std::optional<LeftOut> left = unfit(find_match(row.method).method, "--match " + row.method,
+                                        source, high, low, options.uv, options.strict);
     if (left) ratings.left_out.push_back({row.name, left->reason});
     return left.has_value();
   });
@@ -399,8 +399,7 @@ Json json_of(const Rating& row, const std::vector<std::string>& maps) {
   const MatchAssessment& a = row.match;
   Json json =
       fields("name method samples miss_rate", {row.name, row.method, a.samples, miss_rate(a)});
-  if (row.visibility_at)
-    json["visibility_at"] = name_of(visibility_at_values(), *row.visibility_at);
+  if (row.visibility_at) json["visibility_at"] = name_of(Words(kVisibilityAt), *row.visibility_at);
   json["texels"] = describe_texels(row.bake);
   json["recall"] = row.bake.recall ? describe(*row.bake.recall) : Json();
   json.update(json_of(a));
@@ -456,14 +455,14 @@ std::vector<std::string> ratings_table(const Ratings& ratings) {
 // ---- the command -------------------------------------------------------------------------------
 
 /// The flags of the match for one method, as the bake has them.
-BakeArguments baking(const MeasureArguments& a, const std::string& method) {
-  BakeArguments bake = a.bake;
+BakeJob baking(const MeasureArguments& a, const std::string& method) {
+  BakeJob bake = a.bake;
   bake.high = a.high;
   bake.low = a.low;
   bake.heights = a.heights;
-  bake.match = method;
-  if (a.views) bake.views = std::to_string(*a.views);
-  if (a.view_size) bake.view_size = *a.view_size;
+  bake.options.match.method = find_match(method).method;
+  if (a.views) bake.options.match.views.count = *a.views;
+  if (a.view_size) bake.options.match.views.size = *a.view_size;
   return bake;
 }
 
@@ -494,13 +493,13 @@ void take_match_flags(const MeasureArguments& a, const HighPolyInput& dense,
   });
   if (options.methods.empty()) fail(unserved.front().reason);
   options.bake_of = [&, own = options.max_distance](const std::string& method) {
-    const BakeArguments bake = baking(a, method);
-    BakeOptions result = bake_options(bake);
+    const BakeJob bake = baking(a, method);
+    BakeOptions result = options_of(bake);
     result.width = result.height = options.size;
     result.color = textures.color;
     result.opacity = textures.opacity;
     result.transfers = textures.transfers;
-    const bool cage = !bake.cage.empty() || !bake.cage_mesh.empty();
+    const bool cage = bake.cage_auto || bake.options.match.cage || !bake.cage_mesh.empty();
     if (!cage || a.distance_given) result.match.max_distance = own;
     result.match.uv = uv_options(dense, result.match.uv);
     inputs.apply(result);
@@ -527,7 +526,7 @@ int run_rating(const MeasureArguments& a) {
                     : a.matches.empty() ? match_names()
                                         : a.matches;
   for (const std::string& at : a.visibility_at) {
-    options.visibility_at.push_back(visibility_at_values().at(at));
+    options.visibility_at.push_back(Words(kVisibilityAt).at(at));
   }
   if (!a.visibility_at.empty() &&
       std::none_of(options.methods.begin(), options.methods.end(),
@@ -556,7 +555,7 @@ int run_rating(const MeasureArguments& a) {
   std::vector<std::string> inputs_read = high_files(baking(a, default_match()));
   for (const std::string& file : low_files(baking(a, default_match()))) inputs_read.push_back(file);
   inputs_read.insert(inputs_read.end(), {a.bake.load_match, a.bake.cage_mesh, a.bake.match_list});
-  for (const std::string& file : occluder_files(a.bake)) inputs_read.push_back(file);
+  for (const std::string& file : a.bake.occluders) inputs_read.push_back(file);
   for (const TransferArgument& transfer : parse_transfers(a.bake)) {
     inputs_read.push_back(transfer.file);
   }
@@ -568,8 +567,8 @@ int run_rating(const MeasureArguments& a) {
   if (!console.progress(0, "reading " + a.high)) return kExitCancelled;
   std::vector<Warning> warnings;
   const bool more = has_more_files(a.bake);
-  const HighPolyInput dense = load_dense(high_files(baking(a, default_match())), a.heights,
-                                         load_options(a.bake), more, warnings);
+  const HighPolyInput dense =
+      load_dense(high_files(baking(a, default_match())), a.heights, a.bake.load, more, warnings);
   const Mesh& high = dense.mesh;
   options.uv = uv_options(dense);
   const Mesh low = load_low(baking(a, default_match()), warnings);
@@ -581,7 +580,7 @@ int run_rating(const MeasureArguments& a) {
   std::vector<LeftOut> unserved;
   BakeOptions textures;
   if (!a.bake.given.empty() || a.views || a.view_size) {
-    textures = bake_options(baking(a, default_match()));
+    textures = options_of(baking(a, default_match()));
     if (!options.maps.empty()) load_textures(a.bake, high, textures, warnings);
     take_match_flags(a, dense, inputs, textures, options, unserved);
   }
@@ -625,7 +624,7 @@ int run_rating(const MeasureArguments& a) {
                 "view zoom z_up",
                 {options.methods, a.visibility_at, options.size, options.directions, options.pixels,
                  a.bake.given, a.max_distance, field ? Json(a.heights.height) : Json(),
-                 a.heights.extent.empty() ? Json() : Json(a.heights.extent),
+                 extent_json(a.heights),
                  Json::array({options.view.azimuth_degrees, options.view.elevation_degrees}),
                  options.view.zoom, options.view.z_up})});
     if (!options.maps.empty()) json["options"]["maps"] = options.maps;

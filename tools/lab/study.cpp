@@ -6,7 +6,7 @@
 #include <tuple>
 #include <utility>
 
-#include "arguments/bake_values.h"
+#include "arguments/bake_job.h"
 #include "arguments/parse.h"
 #include "arguments/paths.h"
 #include "interrupt.h"
@@ -800,7 +800,7 @@ int run_study(const MeasureArguments& a) {
                         options.kind == StudyKind::size ? Json() : Json(options.size),
                         views && a.low.empty() ? Json(options.faces) : Json(),
                         is_height_field(a.high) ? Json(a.heights.height) : Json(),
-                        a.heights.extent.empty() ? Json() : Json(a.heights.extent), a.view.z_up})});
+                        extent_json(a.heights), a.view.z_up})});
     json.update(json_of(study, options));
     add_ending(json,
                fields("load low bake measure study save", {seconds_load, study.seconds_low, bake,

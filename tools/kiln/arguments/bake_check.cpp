@@ -1,33 +1,33 @@
 #include <algorithm>
 #include <filesystem>
 
-#include "arguments/bake_arguments.h"
-#include "arguments/bake_values.h"
+#include "arguments/bake_job.h"
 #include "arguments/map_bounds.h"
-#include "arguments/option_table.h"
 #include "arguments/packs.h"
 #include "arguments/parse.h"
+#include "arguments/transfers.h"
 #include "arguments/unwrap_option.h"
 #include "kiln/plan.h"
 
 namespace kiln::cli {
 
-std::string no_sets(const BakeArguments& a) {
+std::string no_sets(const BakeJob& a) {
   if (a.low.empty() || a.unwrap) {
     return "parts a layout of LOW's own, but Kiln lays this one out in one atlas: leave it out.";
   }
   if (!a.asset.empty())
     return "has several materials, but Kiln writes a GLB of one: bake into a folder.";
-  if (a.match == kAutomatic) return "cannot be planned: choose a --match.";
+  if (a.match_auto) return "cannot be planned: choose a --match.";
   if (!a.load_match.empty() || !a.save_match.empty() || a.reasons) {
     return "has several maps, but --load-match, --save-match and --reasons are of one: leave one "
            "of them out.";
   }
-  if (a.visibility_clusters > 1) return "cannot be parted into clusters: leave one out.";
+  if (a.options.match.visibility.clusters > 1)
+    return "cannot be parted into clusters: leave one out.";
   return "";
 }
 
-void take_asset(BakeArguments& a) {
+void take_asset(BakeJob& a) {
   const std::filesystem::path out = a.out;
   const std::string ending = lower_extension(out);
   if (ending == ".gltf")
@@ -39,44 +39,97 @@ void take_asset(BakeArguments& a) {
                  "': leave it out, or name a folder.");
   };
   refuse(a.given.contains("--format"), "--format");
-  refuse(a.space != "tangent", "--space");
-  refuse(a.flip_y, "--flip-y");
-  refuse(a.two_component, "--two-component");
-  refuse(a.raw, "--raw");
+  refuse(a.options.encoding.space != NormalMapSpace::tangent, "--space");
+  refuse(a.options.encoding.flip_y, "--flip-y");
+  refuse(a.options.encoding.two_component, "--two-component");
+  refuse(a.options.encoding.raw, "--raw");
   refuse(a.layers, "--layers");
   refuse(!a.packs.empty(), "--pack");
-  refuse(a.mips, "--mips");
+  refuse(a.options.encoding.mips, "--mips");
   refuse(a.lods != 0, "--lod");
-  refuse(a.visibility_clusters > 1, "--visibility-clusters");
+  refuse(a.options.match.visibility.clusters > 1, "--visibility-clusters");
   refuse(a.reasons, "--reasons");
   a.asset = a.out;
   a.out = out.has_parent_path() ? out.parent_path().string() : ".";
-  a.format = "png8";
+  a.image.format = ImageFormat::png8;
 }
 
 namespace {
 
-/// \throws Error(usage) for a chain of fallbacks that asks a match twice, or goes on after its end
-void check_fallback(const BakeArguments& a) {
-  std::vector<std::string> asked = {a.match};
-  for (std::size_t i = 0; i < a.fallback.size(); ++i) {
-    const std::string& name = a.fallback[i];
-    if (std::find(asked.begin(), asked.end(), name) != asked.end()) {
-      fail_usage("--fallback " + name +
-                 " leaves the same samples undecided as before: name each match once.");
-    }
-    if (miss_values().contains(name) && i + 1 != a.fallback.size()) {
-      fail_usage("--fallback " + name + " decides all that is left: nothing can follow it.");
-    }
-    asked.push_back(name);
+// ---- What a flag serves ---------------------------------------------------------------------------
+
+std::string joined(const std::vector<std::string>& names) {
+  std::string text;
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    text += (i == 0 ? "" : i + 1 == names.size() ? " or " : ", ") + names[i];
   }
-  if (a.given.contains("--fallback-blend") && fallback_methods(a).empty()) {
+  return text;
+}
+
+bool serves_match(const OptionRow& row, const BakeJob& a) {
+  if (row.match == nullptr) return true;
+  if (a.match_auto && row.beside_auto) return true;
+  const auto served = [&](const MatchInfo& match) {
+    const bool first = !a.match_auto && a.options.match.method == match.method;
+    return row.match(match) && (first || (row.in_fallback && matches_by(a, match.method)));
+  };
+  return std::any_of(matches().begin(), matches().end(), served);
+}
+
+/// What any of them may be.
+MapInfo own_map_info() {
+  MapInfo info;
+  info.type = MapType::unit_vector;
+  info.takes_origin = true;
+  return info;
+}
+
+bool serves_map(const OptionRow& row, const BakeJob& a) {
+  // Maps beside --maps are textures and the user's own: normals, or colours and numbers.
+  if (row.map != nullptr && !own_map_names(a).empty() && row.map(own_map_info())) return true;
+  return row.map == nullptr ||
+         std::any_of(a.options.maps.begin(), a.options.maps.end(),
+                     [&](MapKind map) { return row.map(find_map(map.name)); });
+}
+
+std::string not_this_match(const OptionRow& row, const BakeJob& a) {
+  std::vector<std::string> served, following;
+  for (const MatchInfo& match : matches()) {
+    if (!row.match(match)) continue;
+    served.emplace_back(match.method.name);
+    if (match.may_follow && row.in_fallback) following.emplace_back(match.method.name);
+  }
+  return row.flag + " is for --match " + joined(served) +
+         (following.empty() ? ": leave it out."
+                            : ": with --match " + match_word(a) + " it needs --fallback " +
+                                  joined(following) + ".");
+}
+
+std::string not_these_maps(const OptionRow& row) {
+  std::vector<std::string> served;
+  for (const MapInfo& map : maps()) {
+    if (row.map(map)) served.emplace_back(map.kind.name);
+  }
+  return row.flag + " is for --maps " + joined(served) + ": add such a map, or leave it out.";
+}
+
+// ---- Flags that contradict each other --------------------------------------------------------------
+
+/// \throws Error(usage) for a fallback that is the match itself, or that has nothing to blend
+void check_fallback(const BakeJob& a) {
+  const MatchOptions& match = a.options.match;
+  if (!a.match_auto && std::find(match.fallback.begin(), match.fallback.end(), match.method) !=
+                           match.fallback.end()) {
+    fail_usage("--fallback " + std::string(match.method.name) +
+               " leaves the same samples undecided as before: name each match once.");
+  }
+  if (a.given.contains("--fallback-blend") && match.fallback.empty()) {
     fail_usage("--fallback-blend needs a --fallback that finds points: ray, closest or views.");
   }
 }
 
 /// Flags of a chain of low polys.
-void check_lods(const BakeArguments& a) {
+void check_lods(const BakeJob& a) {
   for (const char* flag : {"--lod-uvs", "--lod-growth"}) {
     if (a.given.contains(flag) && a.lods == 0) {
       fail_usage(std::string(flag) + " is for several low polys: add --lod N, or leave it out.");
@@ -100,7 +153,7 @@ void check_lods(const BakeArguments& a) {
 }
 
 /// Flags of a plan of low poly, map and match together.
-void check_low_poly_plan(const BakeArguments& a) {
+void check_low_poly_plan(const BakeJob& a) {
   map_bounds(a);
   const bool plans = plans_light(a);
   if (!a.screen.empty()) {
@@ -120,13 +173,12 @@ void check_low_poly_plan(const BakeArguments& a) {
     }
   }
   if (!plans) {
-    if (a.match != kAutomatic && bounds_maps(a)) {
+    if (!a.match_auto && bounds_maps(a)) {
       fail_usage("--max-error normal=DEGREES needs --match auto where LOW or --faces is given.");
     }
     return;
   }
-  const auto [width, height] = parse_size(a.size);
-  if (std::min(width, height) < kSmallestMap) {
+  if (std::min(a.options.width, a.options.height) < kSmallestMap) {
     fail_usage("--size is that of the largest map to plan with: give " +
                std::to_string(kSmallestMap) + " or more.");
   }
@@ -135,24 +187,24 @@ void check_low_poly_plan(const BakeArguments& a) {
         "--max-angle and --max-error both say what is to be reached: leave one of them out.");
   }
   parse_degrees(a.max_angle.empty() ? "--max-error" : "--max-angle", angle_bound(a));
-  if (!a.cage_mesh.empty() || a.cage == kAutomatic || a.match_by == "name") {
+  if (!a.cage_mesh.empty() || a.cage_auto || a.parts_by == PartsBy::name) {
     fail_usage(
         "--cage-mesh, --cage auto and --match-by name need a LOW, yours or with --faces N: Kiln "
         "plans its own here.");
   }
   const bool by_uvs = match_has(a, &MatchInfo::needs_uvs) && !is_height_field(a.high);
   if (by_uvs || match_has(a, &MatchInfo::needs_direction)) {
-    fail_usage("--match " + a.match +
+    fail_usage("--match " + match_word(a) +
                " is for a LOW of yours: leave it out, or give LOW or --faces.");
   }
   if (!bakes_shading_map(a)) {
-    fail_usage("--max-error normal=DEGREES measures normal maps: add " + shading_map() +
-               " to --maps.");
+    fail_usage("--max-error normal=DEGREES measures normal maps: add " +
+               std::string(shading_map().name) + " to --maps.");
   }
 }
 
 /// Where texels go is a question of charts that Kiln lays out.
-void check_texels(const BakeArguments& a) {
+void check_texels(const BakeJob& a) {
   const bool given = a.given.contains("--density");
   if (given && !a.low.empty() && !a.unwrap) {
     fail_usage("--density is for charts that Kiln lays out, but LOW '" + a.low +
@@ -163,16 +215,15 @@ void check_texels(const BakeArguments& a) {
         "--density is not for a low poly of a height field, which lies over the image as it is.");
   }
   if (given && a.low.empty() && match_has(a, &MatchInfo::needs_uvs)) {
-    fail_usage("--density is for new charts, but --match " + a.match +
+    fail_usage("--density is for new charts, but --match " + match_word(a) +
                " keeps those of HIGH: leave one out.");
   }
   check_density(given, a.unwrap_method);
 }
 
 /// Flags that make a low poly, or belong to a given one.
-void check_low(const BakeArguments& a) {
-  const bool automatic = a.match == kAutomatic;
-  if (!automatic && !a.max_angle.empty()) {
+void check_low(const BakeJob& a) {
+  if (!a.match_auto && !a.max_angle.empty()) {
     fail_usage(
         "--max-angle is for --match auto: leave it out, or --max-error bounds the low poly.");
   }
@@ -211,26 +262,28 @@ void check_low(const BakeArguments& a) {
 }
 
 /// Flags of rays that serve some of their ways alone.
-void check_rays(const BakeArguments& a) {
-  const bool cage = !a.cage.empty() || !a.cage_mesh.empty();
+void check_rays(const BakeJob& a) {
+  const bool cage = a.cage_auto || a.options.match.cage || !a.cage_mesh.empty();
   if (cage && a.given.contains("--ray")) {
     fail_usage(
         "--ray is for rays without a cage: from a cage they take the first face. Leave one out.");
   }
-  if (a.given.contains("--edge-width") && a.direction != "auto") {
+  if (a.given.contains("--edge-width") &&
+      a.options.match.ray.direction != RayDirection::automatic) {
     fail_usage("--edge-width is for --direction auto.");
   }
-  if (!a.save_cage.empty() && a.cage != kAutomatic) {
+  if (!a.save_cage.empty() && !a.cage_auto) {
     fail_usage("--save-cage writes what --cage auto finds: add --cage auto.");
   }
 }
 
 /// Tangents of LOW's file fit its own UVs and normals.
-void check_tangents(const BakeArguments& a) {
+void check_tangents(const BakeJob& a) {
   if (!a.given.contains("--tangents")) return;
   if (a.low.empty()) fail_usage("--tangents are of a LOW of yours: give it, or leave them out.");
-  if (a.space != "tangent") fail_usage("--tangents is for --space tangent: leave it out.");
-  if (a.tangents == "file" && (a.unwrap || a.split_at_seams)) {
+  if (a.options.encoding.space != NormalMapSpace::tangent)
+    fail_usage("--tangents is for --space tangent: leave it out.");
+  if (a.file_tangents && (a.unwrap || a.split_at_seams)) {
     fail_usage(
         "--tangents file fits the UVs and normals of LOW's file: leave out --unwrap and "
         "--split-at-seams.");
@@ -238,7 +291,7 @@ void check_tangents(const BakeArguments& a) {
 }
 
 /// Files beside HIGH and LOW.
-void check_more_files(const BakeArguments& a) {
+void check_more_files(const BakeJob& a) {
   if (!a.more_low.empty() && a.low.empty()) {
     fail_usage("--low is for more files of a LOW that is given: name the first after HIGH.");
   }
@@ -255,71 +308,73 @@ void check_more_files(const BakeArguments& a) {
   }
 }
 
-void check_parts(const BakeArguments& a) {
+void check_parts(const BakeJob& a) {
   check_more_files(a);
-  if (a.match_by == "all" && a.given.contains("--part-occlusion")) {
+  if (!a.parts_by && a.given.contains("--part-occlusion")) {
     fail_usage(
         "--part-occlusion needs parts: add --match-by name, group, object, material or list.");
   }
-  if (a.given.contains("--bitangent") && a.space != "tangent") {
+  if (a.given.contains("--bitangent") && a.options.encoding.space != NormalMapSpace::tangent) {
     fail_usage("--bitangent is for --space tangent: leave it out.");
   }
-  if (a.reasons && !fallback_methods(a).empty()) {
+  if (a.reasons && !a.options.match.fallback.empty()) {
     fail_usage(
         "--reasons is for rays alone: leave out --fallback, or end it with low, fill or mark.");
   }
-  if (a.match_by != "all" && (a.low.empty() || a.unwrap)) {
-    fail_usage("--match-by " + a.match_by + " needs a LOW with named parts and UVs of its own.");
+  if (a.parts_by && (a.low.empty() || a.unwrap)) {
+    fail_usage("--match-by " + name_of(Words(kPartsBy), a.parts_by) +
+               " needs a LOW with named parts and UVs of its own.");
   }
-  if ((a.match_by == "list") != a.given.contains("--match-list")) {
+  if ((a.parts_by == PartsBy::list) != a.given.contains("--match-list")) {
     fail_usage("--match-by list and --match-list FILE belong together.");
   }
-  if (a.match_by != "name" &&
+  if (a.parts_by != PartsBy::name &&
       (a.given.contains("--low-names") || a.given.contains("--high-names"))) {
     fail_usage("--low-names and --high-names are for --match-by name.");
   }
 }
 
 /// Flags of visibility that serve some of its ways alone.
-void check_visibility(const BakeArguments& a) {
+void check_visibility(const BakeJob& a) {
+  const VisibilityOptions& visibility = a.options.match.visibility;
   const auto given = [&](const char* flag) { return a.given.contains(flag); };
-  if (a.visibility_clusters > 1 && a.visibility_at != "texel") {
+  if (visibility.clusters > 1 && visibility.at != VisibilityAt::texel) {
     fail_usage("--visibility-clusters is for --match visibility with --visibility-at texel.");
   }
-  if (a.visibility_at != "texel" && given("--visibility-smooth")) {
+  if (visibility.at != VisibilityAt::texel && given("--visibility-smooth")) {
     fail_usage("--visibility-smooth is for --visibility-at texel.");
   }
-  if (a.visibility_test == "rays" && given("--visibility-size")) {
+  if (visibility.test == VisibilityTest::rays && given("--visibility-size")) {
     fail_usage(
         "--visibility-size is for pictures, but --visibility-test rays takes none: leave one out.");
   }
-  if (a.visibility_clusters == 1 && given("--visibility-deviation")) {
+  if (visibility.clusters == 1 && given("--visibility-deviation")) {
     fail_usage("--visibility-deviation is for --visibility-clusters 2 and more.");
   }
-  if (a.visibility_clusters > 1 && !a.save_match.empty()) {
+  if (visibility.clusters > 1 && !a.save_match.empty()) {
     fail_usage(
         "--visibility-clusters makes several matches, --save-match saves one: leave one out.");
   }
 }
 
 /// Maps of what some matches alone go by.
-void check_maps(const BakeArguments& a) {
+void check_maps(const BakeJob& a) {
   const bool by_visibility = a.load_match.empty() && match_has(a, &MatchInfo::takes_visibility);
-  for (const std::string& name : a.maps) {
-    if (!find_map(name).needs_visibility || by_visibility) continue;
+  for (const MapKind map : a.options.maps) {
+    if (!find_map(map.name).needs_visibility || by_visibility) continue;
     fail_usage(
-        "--maps " + name +
+        "--maps " + std::string(map.name) +
         " holds what a match by visibility goes by: use it with --match visibility or hybrid.");
   }
 }
 
 /// How the light of ao and bent_normal is gathered.
-void check_occlusion(const BakeArguments& a) {
+void check_occlusion(const BakeJob& a) {
   const auto given = [&](const char* flag) { return a.given.contains(flag); };
-  if (a.ao_by == "rays" && given("--ao-views")) {
+  if (a.options.occlusion.by == OcclusionBy::rays && given("--ao-views")) {
     fail_usage("--ao-views is for --ao-by views or auto: add one of them, or leave it out.");
   }
-  if (a.ao_by != "views") return;
+  if (a.options.occlusion.by != OcclusionBy::views) return;
   for (const char* flag :
        {"--ao-distance", "--ao-falloff", "--ao-ignore-back-faces", "--ao-error"}) {
     if (!given(flag)) continue;
@@ -328,8 +383,8 @@ void check_occlusion(const BakeArguments& a) {
         " is for rays, since a depth view shows the first face alone: leave it out, or --ao-by "
         "views.");
   }
-  const bool other = std::any_of(a.maps.begin(), a.maps.end(), [](const std::string& name) {
-    return find_map(name).takes_rays && !find_map(name).takes_views;
+  const bool other = std::any_of(a.options.maps.begin(), a.options.maps.end(), [](MapKind map) {
+    return find_map(map.name).takes_rays && !find_map(map.name).takes_views;
   });
   if (given("--ao-rays") && !other) {
     fail_usage("--ao-rays is for rays, but --ao-by views casts none: leave one of them out.");
@@ -337,50 +392,47 @@ void check_occlusion(const BakeArguments& a) {
 }
 
 /// How files hold maps.
-void check_files(const BakeArguments& a) {
+void check_files(const BakeJob& a) {
   parse_packs(a);
-  if (a.layers && !is_exr(image_options(a))) {
+  if (a.layers && !is_exr(a.image)) {
     fail_usage("--layers are of one EXR: add --format exr or exr32.");
   }
-  if (a.layers && a.mips) {
+  if (a.layers && a.options.encoding.mips) {
     fail_usage("--layers hold maps of one size, --mips are smaller ones: leave one of them out.");
   }
-  if (a.report_error && a.match == kAutomatic) {
+  if (a.options.report.errors && a.match_auto) {
     fail_usage(
         "--match auto measures errors of its own: leave --report-error out, or choose a match.");
   }
 }
 
 /// Texture sets are of a layout that is there, and are baked one after the other.
-void check_sets(const BakeArguments& a) {
-  set_sizes(a);
-  if (a.sets == kAutomatic || a.sets == "none") {
-    if (a.sets == "none" && !set_sizes(a).empty()) {
-      fail_usage(
-          "--size NAME=SIZE is for texture sets, but --sets none makes one map: leave one out.");
-    }
-    return;
+void check_sets(const BakeJob& a) {
+  if (a.sets == SetsBy::none && !a.set_sizes.empty()) {
+    fail_usage(
+        "--size NAME=SIZE is for texture sets, but --sets none makes one map: leave one out.");
   }
+  if (!a.sets || a.sets == SetsBy::none) return;
   if (const std::string reason = no_sets(a); !reason.empty()) {
-    fail_usage("--sets " + a.sets + " " + reason);
+    fail_usage("--sets " + name_of(Words(kSets), a.sets) + " " + reason);
   }
 }
 
-void check_height_field(const BakeArguments& a) {
+void check_height_field(const BakeJob& a) {
   if (!is_height_field(a.high)) {
     if (!a.given.contains("--height") && !a.given.contains("--extent")) return;
     fail_usage(
         "--height and --extent are for a HIGH that is a height field, a PNG or EXR. The map of "
         "heights is --maps height.");
   }
-  height_field_options(a.heights);
-  const bool far = !a.max_distance.empty() || !a.cage.empty() || !a.cage_mesh.empty();
-  if (onto_plane(a) && !match_has(a, &MatchInfo::needs_uvs) && a.match != kAutomatic &&
+  const bool far =
+      a.options.match.max_distance || a.cage_auto || a.options.match.cage || !a.cage_mesh.empty();
+  if (onto_plane(a) && !match_has(a, &MatchInfo::needs_uvs) && !a.match_auto &&
       a.load_match.empty() && !far) {
     fail_usage(
         "Without LOW and --faces a height field is baked onto a plane at height 0, from which "
         "--match " +
-        a.match +
+        match_word(a) +
         " looks for heights no further than 2% of the diagonal: leave --match out (points are "
         "then taken at the same UV), or give --faces N, a LOW of yours, or a --max-distance "
         "beyond the heights.");
@@ -389,15 +441,32 @@ void check_height_field(const BakeArguments& a) {
 
 }  // namespace
 
-void check(const BakeArguments& a) {
-  if (a.match == kAutomatic && !bakes_shading_map(a)) {
-    fail_usage("--match auto measures normal maps: add " + shading_map() + " to --maps.");
+void check_served(const BakeJob& a) {
+  for (const OptionRow& row : bake_rows()) {
+    if (!a.given.contains(row.flag)) continue;
+    // The chain's end is about the maps.
+    if (row.flag == "--fallback" && a.options.match.fallback.empty()) continue;
+    if (row.match != nullptr && !a.load_match.empty()) {
+      fail_usage(row.flag +
+                 " is for matching, but --load-match takes a match as it is: leave one out.");
+    }
+    if (!serves_match(row, a)) fail_usage(not_this_match(row, a));
+    if (!serves_map(row, a)) fail_usage(not_these_maps(row));
+  }
+}
+
+void check(const BakeJob& a) {
+  if (a.match_auto && !bakes_shading_map(a)) {
+    fail_usage("--match auto measures normal maps: add " + std::string(shading_map().name) +
+               " to --maps.");
   }
   check_maps(a);
   check_low(a);
   check_served(a);
   for (const MatchInfo& match : matches()) {
-    if (!match.needs_direction || !matches_by(a, match.method) || a.view.size() == 1) continue;
+    if (!match.needs_direction || !matches_by(a, match.method) ||
+        a.options.match.views.directions.size() == 1)
+      continue;
     fail_usage("--match " + std::string(match.method.name) +
                " looks along one direction: give one --view, such as 0,0,1.");
   }
@@ -409,9 +478,9 @@ void check(const BakeArguments& a) {
   check_sets(a);
   check_occlusion(a);
   check_files(a);
-  if (a.raw && !is_exr(image_options(a)))
+  if (a.options.encoding.raw && !is_exr(a.image))
     fail_usage("--raw writes negative values, which PNG cannot hold: add --format exr.");
-  if (a.given.contains("--dither") && a.format != "png8")
+  if (a.given.contains("--dither") && a.image.format != ImageFormat::png8)
     fail_usage("--dither is for --format png8.");
 }
 

@@ -2,40 +2,55 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <charconv>
 #include <cstdio>
 #include <optional>
 #include <utility>
 
 #include "arguments/near_words.h"
+#include "kiln/error.h"
 
 namespace kiln::cli {
 
-Check::Check(const std::function<std::string(std::string&)>& function, std::string_view words)
-    : validator_(std::make_shared<CLI::Validator>(function, std::string(words))) {}
-Check::Check(const CLI::Validator& validator)
-    : validator_(std::make_shared<CLI::Validator>(validator)) {}
-
-std::string Check::operator()(std::string& value) const { return (*validator_)(value); }
-std::string Check::words() const { return validator_->get_description(); }
-
-Check range(double low, double high) {
-  // CLI::Range writes both with six decimals, and lets nan through.
-  const auto text = [](double value) {
-    char digits[32];
-    std::snprintf(digits, sizeof digits, "%g", value);
-    return std::string(digits);
-  };
-  return {[=](std::string& value) -> std::string {
-            double number = 0;
-            if (CLI::detail::lexical_cast(value, number) && number >= low && number <= high)
-              return {};
-            return "Value " + value + " not in range " + text(low) + " to " + text(high);
-          },
-          "FLOAT in [" + text(low) + " - " + text(high) + "]"};
+template <typename Number>
+bool read_number(std::string_view text, Number& value) {
+  if (text.size() > 1 && text[0] == '+' && text[1] != '-') text.remove_prefix(1);
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  return error == std::errc() && end == text.data() + text.size();
 }
-Check range(int low, int high) { return Check(CLI::Range(low, high)); }
-Check range(unsigned low, unsigned high) { return Check(CLI::Range(low, high)); }
-Check positive_number() { return Check(CLI::PositiveNumber); }
+template bool read_number(std::string_view, double&);
+template bool read_number(std::string_view, std::int32_t&);
+template bool read_number(std::string_view, std::int64_t&);
+template bool read_number(std::string_view, std::uint32_t&);
+
+namespace {
+
+template <typename Number>
+Check in_range(Number low, Number high) {
+  char text[80];
+  std::snprintf(text, sizeof text, "%.9g to %.9g", static_cast<double>(low),
+                static_cast<double>(high));
+  return {[=, words = std::string(text)](const std::string& value) -> std::string {
+            Number number = 0;
+            if (read_number(value, number) && number >= low && number <= high) return {};
+            return " is '" + value + "': give " + words;
+          },
+          text};
+}
+
+}  // namespace
+
+Check range(double low, double high) { return in_range(low, high); }
+Check range(int low, int high) { return in_range(low, high); }
+Check range(unsigned low, unsigned high) { return in_range(low, high); }
+Check positive_number() {
+  return {[](const std::string& value) -> std::string {
+            double number = 0;
+            if (read_number(value, number) && number > 0) return {};
+            return " is '" + value + "': give a number above 0";
+          },
+          "NUMBER"};
+}
 Check one_of(const std::vector<std::string>& names) {
   std::string words = "{";
   for (const std::string& name : names) words += (words.size() == 1 ? "" : ",") + name;
@@ -49,29 +64,40 @@ Check one_of(const std::vector<std::string>& names) {
               value = name;
               return {};
             }
-            return not_one_of(value, names);
+            return ": " + not_one_of(value, names);
           },
           words + "}"};
 }
 
 Option* Option::check(const Check& check) {
-  option_->transform(*check.validator_);  // may change the value, which check() must not
-  return this;
+  checks_.push_back(check);
+  return type_name(check.words());
 }
 Option* Option::group(std::string_view name) {
   option_->group(std::string(name));
   return this;
 }
-Option* Option::capture_default_str() {
-  option_->capture_default_str();
+Option* Option::capture_default_str() { return default_text(default_()); }
+Option* Option::default_text(const std::string& text) {
+  option_->default_str(text);
   return this;
 }
 Option* Option::required() {
+  required_ = true;
   option_->required();
   return this;
 }
 Option* Option::allow_extra_args(bool allow) {
   option_->allow_extra_args(allow);
+  if (!allow) option_->expected(1);
+  return this;
+}
+Option* Option::choices(std::vector<std::string> names) {
+  choices_ = std::move(names);
+  return this;
+}
+Option* Option::repeats() {
+  repeats_ = true;
   return this;
 }
 Option* Option::delimiter(char between) {
@@ -79,19 +105,17 @@ Option* Option::delimiter(char between) {
   return this;
 }
 Option* Option::needs(const Option* other) {
+  needs_.push_back(other);
   option_->needs(other->option_);
   return this;
 }
-Option* Option::excludes(const Option* other) {
+Option* Option::excludes(Option* other) {
+  excludes_.push_back(other);
   option_->excludes(other->option_);
   return this;
 }
 Option* Option::type_name(std::string_view words) {
   option_->type_name(std::string(words));
-  return this;
-}
-Option* Option::each(const std::function<void(std::string)>& function) {
-  option_->each(function);
   return this;
 }
 
@@ -101,6 +125,31 @@ std::string Option::get_help() const { return option_->get_description(); }
 std::size_t Option::count() const { return option_->count(); }
 const std::vector<std::string>& Option::results() const { return option_->results(); }
 bool Option::is_flag() const { return option_->get_expected_max() == 0; }
+
+void Option::take(Words words) const {
+  const std::string name = get_name();
+  if (words.size() > 1 && !repeats_ && !is_flag()) {
+    throw UsageError(name + " was given " + std::to_string(words.size()) + " times: give it once");
+  }
+  for (std::string& word : words) {
+    for (const Check& check : checks_) {
+      if (const std::string problem = check(word); !problem.empty()) {
+        throw UsageError(name + problem);
+      }
+    }
+    if (word.empty()) {
+      throw UsageError(name + (choices_.empty()
+                                   ? " was given nothing: leave it out, or give a value"
+                                   : ": " + not_one_of(word, choices_)));
+    }
+  }
+  try {
+    take_(words);
+  } catch (const Error& error) {
+    if (error.code() != ErrorCode::usage) throw;
+    throw UsageError(error.what());
+  }
+}
 
 Command::Command(std::string_view description, std::string_view name, const std::string& version,
                  const std::string& footer)
@@ -113,9 +162,76 @@ Command::Command(std::string_view description, std::string_view name, const std:
 Command::Command(CLI::App* app) : app_(app) {}
 Command::~Command() = default;
 
+Option* Command::add(std::string_view name, Option::Take take, std::string_view help) {
+  Option* const option = options_.emplace_back(std::make_unique<Option>()).get();
+  option->take_ = std::move(take);
+  option->option_ = app_->add_option(
+      std::string(name),
+      [option](const CLI::results_t& words) {
+        option->take(words);
+        return true;
+      },
+      std::string(help));
+  option->option_->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
+  return option;
+}
+
+Option* Command::add_option(std::string_view name, Option::Take take, std::string_view help) {
+  return add(name, std::move(take), help)->type_name("TEXT");
+}
+
+namespace {
+
+/// How a variable takes values, says its own, and what help says of them.
+struct Variable {
+  std::function<void(const std::string& name, const Option::Words&)> take;
+  std::function<std::string()> text;
+  const char* type;
+  bool is_list = false;
+};
+
+Variable variable(std::string& value) {
+  return {[&](const std::string&, const Option::Words& words) { value = words.back(); },
+          [&] { return value; }, "TEXT"};
+}
+Variable variable(std::vector<std::string>& value) {
+  return {[&](const std::string&, const Option::Words& words) { value = words; },
+          [&] { return "[" + CLI::detail::join(value, ",") + "]"; }, "TEXT", true};
+}
+template <typename Number>
+Variable variable(Number& value) {
+  return {[&](const std::string& name, const Option::Words& words) {
+            if (read_number(words.back(), value)) return;
+            throw UsageError(name + " is '" + words.back() + "': give a number");
+          },
+          [&] {
+            char text[32];
+            std::snprintf(text, sizeof text, "%.9g", static_cast<double>(value));
+            return std::string(text);
+          },
+          "NUMBER"};
+}
+template <typename Number>
+Variable variable(std::optional<Number>& value) {
+  return {[&](const std::string& name, const Option::Words& words) {
+            variable(value.emplace()).take(name, words);
+          },
+          [] { return std::string(); }, "NUMBER"};
+}
+
+}  // namespace
+
 template <typename Value>
 Option* Command::add_option(std::string_view name, Value& value, std::string_view help) {
-  return wrapped(app_->add_option(std::string(name), value, std::string(help)));
+  Variable of = variable(value);
+  Option* const option = add(name, {}, help);
+  option->take_ = [option, take = std::move(of.take)](const Option::Words& words) {
+    take(option->get_name(), words);
+  };
+  option->default_ = std::move(of.text);
+  option->repeats_ = of.is_list;
+  if (of.is_list) option->option_->expected(CLI::detail::expected_max_vector_size);
+  return option->type_name(of.type);
 }
 template Option* Command::add_option(std::string_view, std::string&, std::string_view);
 template Option* Command::add_option(std::string_view, double&, std::string_view);
@@ -127,42 +243,38 @@ template Option* Command::add_option(std::string_view, std::optional<std::uint32
 template Option* Command::add_option(std::string_view, std::vector<std::string>&, std::string_view);
 
 Option* Command::add_flag(std::string_view name, bool& value, std::string_view help) {
-  return wrapped(app_->add_flag(std::string(name), value, std::string(help)));
+  const std::string flag(name);
+  return add_flag(
+      name,
+      [&value, flag](const Option::Words& words) {
+        value = words.back() == "true";
+        if (value || words.back() == "false") return;
+        throw UsageError(flag + " is given without a value: leave =" + words.back() + " out");
+      },
+      help);
 }
-Option* Command::add_flag(std::string_view name, std::string& value, std::string_view help) {
-  return wrapped(app_->add_flag(std::string(name), value, std::string(help)));
+Option* Command::add_flag(std::string_view name, Option::Take take, std::string_view help) {
+  Option* const option = add(name, std::move(take), help);
+  option->option_->expected(0);
+  return option;
 }
-Option* Command::add_checked_option(std::string_view name, const Check& check,
-                                    std::string_view help) {
-  const std::function<void(const std::string&)> nothing = [](const std::string&) {};
-  return wrapped(app_->add_option_function(std::string(name), nothing, std::string(help)))
-      ->check(check);
+void Command::add_text_flag(std::string_view name, std::function<std::string()> text,
+                            const std::string& help) {
+  app_->set_version_flag(std::string(name), std::move(text), help);
 }
-void Command::remove_option(Option* option) { app_->remove_option(option->option_); }
 
 std::string Command::get_name() const { return app_->get_name(); }
 
-std::vector<Option*> Command::get_options() {
-  std::vector<Option*> options;
-  for (CLI::Option* option : app_->get_options()) options.push_back(wrapped(option));
-  return options;
-}
 std::vector<const Option*> Command::get_options() const {
   std::vector<const Option*> options;
-  for (CLI::Option* option : app_->get_options()) options.push_back(wrapped(option));
+  for (const std::unique_ptr<Option>& option : options_) options.push_back(option.get());
   return options;
 }
-const Option* Command::find_option(const std::string& name) const {
-  CLI::Option* option = app_->get_option_no_throw(name);
-  return option == nullptr ? nullptr : wrapped(option);
-}
-
-/// The one of ours that stands for an option. One that was removed stands for what has its place.
-Option* Command::wrapped(CLI::Option* option) const {
-  for (const std::unique_ptr<Option>& known : options_) {
-    if (known->option_ == option) return known.get();
-  }
-  return options_.emplace_back(std::make_unique<Option>(option)).get();
+const Option* Command::find_option(std::string_view name) const {
+  const auto found = std::find_if(options_.begin(), options_.end(), [&](const auto& option) {
+    return option->option_->check_name(std::string(name));
+  });
+  return found == options_.end() ? nullptr : found->get();
 }
 
 Command* Command::add_command(std::string_view name, std::string_view description) {
@@ -185,49 +297,45 @@ Command* Command::chosen() const {
   return nullptr;
 }
 
-namespace {
-
-/// In plain words what the parser says in its own.
-std::string in_words(const CLI::ParseError& error) {
-  std::string text = error.what();
-  const auto after = [&](std::string_view words) {
-    const std::size_t at = text.find(words);
-    return at == text.npos ? at : at + words.size();
-  };
-  if (const std::size_t at = after(": At Most 1 required but received "); at != text.npos) {
-    return text.substr(0, text.find(": At Most")) + " was given " + text.substr(at) +
-           " times: give it once";
-  }
-  if (const std::size_t at = after("Could not convert: "); at != text.npos) {
-    const std::size_t sign = text.find(" = ", at);
-    if (sign != text.npos) {
-      return text.substr(at, sign - at) + " is '" + text.substr(sign + 3) + "': give a number";
+/// What its options require, and was not given. Empty: nothing.
+std::string Command::what_is_missing() const {
+  for (const std::unique_ptr<Option>& option : options_) {
+    const std::string name = option->get_name();
+    if (option->required_ && option->count() == 0) {
+      return name + " is required: " + option->get_help();
+    }
+    if (option->count() == 0) continue;
+    for (const Option* other : option->needs_) {
+      if (other->count() != 0) continue;
+      return name + " needs " + other->get_name() + ": add it, or leave " + name + " out";
+    }
+    for (const Option* other : option->excludes_) {
+      if (other->count() == 0) continue;
+      return name + " and " + other->get_name() + " exclude each other: leave one of them out";
     }
   }
-  const std::size_t value = after(": Value "), bounds = after(" not in range ");
-  if (value != text.npos && bounds != text.npos) {
-    return text.substr(0, text.find(": Value ")) + " is '" +
-           text.substr(value, text.find(" not in range ") - value) + "': give " +
-           text.substr(bounds);
-  }
-  if (text.ends_with(" missing") && after(": 1 required ") != text.npos) {
-    return text.substr(0, text.find(": 1 required ")) + " was given nothing: give a value";
-  }
-  if (text == "A subcommand is required")
-    return "a command is missing, such as kiln bake HIGH LOW --out DIR";
-  return text;
+  return {};
 }
 
-}  // namespace
-
 bool Command::parse(std::vector<std::string> words) {
+  const std::string last = words.empty() ? "" : words.back();
   std::reverse(words.begin(), words.end());  // as CLI11 wants them
   try {
     app_->parse(words);
+  } catch (const CLI::ArgumentMismatch&) {
+    // Of several values each option is told, so one can only lack at the end.
+    throw UsageError(last + " was given nothing: give a value");
   } catch (const CLI::ParseError& error) {
-    if (error.get_exit_code() != 0) throw UsageError(in_words(error));
-    app_->exit(error);
-    return false;
+    if (error.get_exit_code() == 0) {
+      app_->exit(error);
+      return false;
+    }
+    const Command* const command = chosen();
+    if (command == nullptr) {
+      throw UsageError("a command is missing, such as kiln bake HIGH LOW --out DIR");
+    }
+    const std::string missing = command->what_is_missing();
+    throw UsageError(missing.empty() ? error.what() : missing);
   }
   return true;
 }

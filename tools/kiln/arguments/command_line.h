@@ -1,5 +1,6 @@
 // The command line: commands, their options and what these accept. The library behind it (CLI11, in
-// command_line.cpp alone) has headers that take compilers seconds for each file that includes them.
+// command_line.cpp alone) splits words into options; values are read, and refused, here. Its headers take
+// compilers seconds for each file that includes them.
 #pragma once
 
 #include <cstddef>
@@ -14,7 +15,6 @@
 namespace CLI {
 class App;
 class Option;
-class Validator;
 }  // namespace CLI
 
 namespace kiln::cli {
@@ -27,24 +27,20 @@ struct UsageError : std::runtime_error {
 /// What a value is checked by.
 class Check {
  public:
-  /// \param function  returns what is wrong with a value; empty: nothing. It may put another in its place
+  /// \param function  returns what is wrong with a value, as it follows the option's name in a sentence; empty:
+  ///                  nothing. It may put another value in its place
   /// \param words  what help says of values
-  Check(const std::function<std::string(std::string&)>& function, std::string_view words);
+  Check(std::function<std::string(std::string&)> function, std::string_view words)
+      : function_(std::move(function)), words_(words) {}
 
-  /// What is wrong with a value; empty: nothing.
-  std::string operator()(std::string& value) const;
+  /// What is wrong with a value, such as " is '0': give 1 to 16"; empty: nothing.
+  std::string operator()(std::string& value) const { return function_(value); }
   /// What help says of values.
-  std::string words() const;
+  const std::string& words() const { return words_; }
 
  private:
-  friend class Option;
-  friend Check range(double, double);
-  friend Check range(int, int);
-  friend Check range(unsigned, unsigned);
-  friend Check positive_number();
-  explicit Check(const CLI::Validator& validator);
-
-  std::shared_ptr<const CLI::Validator> validator_;
+  std::function<std::string(std::string&)> function_;
+  std::string words_;
 };
 
 /// Numbers of a range, whole ones where its ends are.
@@ -56,10 +52,16 @@ Check positive_number();
 /// Names, capital letters or not, blanks around them or not. The value becomes the name.
 Check one_of(const std::vector<std::string>& names);
 
+/// True if all of a text is a number. A plus sign before it is let through.
+template <typename Number>
+bool read_number(std::string_view text, Number& value);
+
 /// An option, flag or position of a command. Its command owns it.
 class Option {
  public:
-  explicit Option(CLI::Option* option) : option_(option) {}
+  using Words = std::vector<std::string>;
+  /// Takes the values that were given, of which there is one at least. \throws UsageError, Error(usage)
+  using Take = std::function<void(const Words&)>;
 
   /// One more check of values.
   Option* check(const Check& check);
@@ -67,20 +69,24 @@ class Option {
   Option* group(std::string_view name);
   /// Help says the variable's value, as it is now.
   Option* capture_default_str();
+  /// ... or this.
+  Option* default_text(const std::string& text);
   /// Parsing fails without it.
   Option* required();
   /// True if it takes the words that follow its first value, too.
   Option* allow_extra_args(bool allow);
+  /// What an error says where it is given nothing.
+  Option* choices(std::vector<std::string> names);
+  /// It may be given again.
+  Option* repeats();
   /// What separates several values of one word.
   Option* delimiter(char between);
   /// Parsing fails where it is given without the other.
   Option* needs(const Option* other);
   /// Parsing fails where it is given with the other.
-  Option* excludes(const Option* other);
+  Option* excludes(Option* other);
   /// What help says of values.
   Option* type_name(std::string_view words);
-  /// Called with each value.
-  Option* each(const std::function<void(std::string)>& function);
 
   /// As help says it: "--size", or "HIGH" of a position.
   std::string get_name() const;
@@ -97,7 +103,15 @@ class Option {
 
  private:
   friend class Command;
-  CLI::Option* option_;
+  void take(Words words) const;
+
+  CLI::Option* option_ = nullptr;
+  Take take_;
+  std::function<std::string()> default_;
+  std::vector<Check> checks_;
+  std::vector<std::string> choices_;
+  std::vector<const Option*> needs_, excludes_;
+  bool repeats_ = false, required_ = false;
 };
 
 /// A command, or the program with its commands.
@@ -114,20 +128,21 @@ class Command {
   /// texts, or an optional number. \param value  outlives the parsing
   template <typename Value>
   Option* add_option(std::string_view name, Value& value, std::string_view help);
+  /// Adds an option whose values a function takes.
+  Option* add_option(std::string_view name, Option::Take take, std::string_view help);
   /// Adds a flag.
   Option* add_flag(std::string_view name, bool& value, std::string_view help);
-  /// Adds a flag that may have a value after =; NAME{VALUE}: what it stands for alone.
-  Option* add_flag(std::string_view name, std::string& value, std::string_view help);
-  /// Adds an option whose values are only checked.
-  Option* add_checked_option(std::string_view name, const Check& check, std::string_view help);
-  void remove_option(Option* option);
+  /// Adds a flag that may have a value after =; without one the function is given "true".
+  Option* add_flag(std::string_view name, Option::Take take, std::string_view help);
+  /// Adds a flag that prints a text, and ends the run.
+  void add_text_flag(std::string_view name, std::function<std::string()> text,
+                     const std::string& help);
 
   std::string get_name() const;
-  /// With --help.
-  std::vector<Option*> get_options();
+  /// Without --help.
   std::vector<const Option*> get_options() const;
   /// nullptr: there is none of that name.
-  const Option* find_option(const std::string& name) const;
+  const Option* find_option(std::string_view name) const;
 
   /// Of the program: adds a command.
   Command* add_command(std::string_view name, std::string_view description);
@@ -143,12 +158,13 @@ class Command {
 
  private:
   explicit Command(CLI::App* app);
-  Option* wrapped(CLI::Option* option) const;
+  Option* add(std::string_view name, Option::Take take, std::string_view help);
+  std::string what_is_missing() const;
 
   std::unique_ptr<CLI::App> owned_;  ///< Of the program
   CLI::App* app_;
   std::vector<std::unique_ptr<Command>> commands_;
-  mutable std::vector<std::unique_ptr<Option>> options_;
+  std::vector<std::unique_ptr<Option>> options_;
 };
 
 }  // namespace kiln::cli

@@ -4,7 +4,6 @@
 #include <cmath>
 #include <cstdio>
 #include <filesystem>
-#include <tuple>
 
 #include "arguments/mesh_files.h"
 #include "arguments/parse.h"
@@ -25,38 +24,24 @@ double relief(const Mesh& field) {
 
 }  // namespace
 
-void add_height_options(Command& command, HeightArguments& arguments, const std::string& group) {
-  command
-      .add_option("--height", arguments.height,
-                  "World units of a value of 1 (PNG: white), along +Z")
-      ->capture_default_str()
-      ->group(group);
-  command
-      .add_option("--extent", arguments.extent,
-                  "X or X,Y: world units that the outermost pixels span (default: the longer side "
-                  "is 1; Y by the image's sides)")
-      ->group(group);
+std::string mesh_kinds() {
+  std::string text;
+  for (const std::string& name : mesh_formats()) text += (text.empty() ? "" : ", ") + name;
+  return text;
 }
+
+std::string high_poly_kinds() { return mesh_kinds() + "; or a height field: PNG, EXR"; }
 
 bool is_height_field(const std::string& path) {
   const std::string ending = lower_extension(path);
   return ending == ".png" || ending == ".exr";
 }
 
-HeightFieldOptions height_field_options(const HeightArguments& arguments) {
-  HeightFieldOptions options;
-  options.height = arguments.height;
-  if (!arguments.extent.empty()) {
-    std::tie(options.width, options.depth) = parse_extent(arguments.extent);
-  }
-  return options;
-}
-
-HighPolyInput load_dense(const std::vector<std::string>& files, const HeightArguments& arguments,
+HighPolyInput load_dense(const std::vector<std::string>& files, const HeightFieldOptions& heights,
                          const LoadMeshOptions& options, bool named,
                          std::vector<Warning>& warnings) {
   if (files.size() == 1 && (!named || is_height_field(files[0]))) {
-    return load_dense(files[0], arguments, warnings, options);
+    return load_dense(files[0], heights, warnings, options);
   }
   for (const std::string& file : files) {
     if (!is_height_field(file)) continue;
@@ -64,7 +49,7 @@ HighPolyInput load_dense(const std::vector<std::string>& files, const HeightArgu
                                       "' is a height field, which cannot be joined with other "
                                       "files: give it alone.");
   }
-  if (arguments.given()) {
+  if (stretches(heights)) {
     throw Error(ErrorCode::usage, "--height and --extent are for a height field, a PNG or EXR; " +
                                       in_words(files) + " are meshes.");
   }
@@ -74,10 +59,10 @@ HighPolyInput load_dense(const std::vector<std::string>& files, const HeightArgu
   return {std::move(mesh), {}};
 }
 
-HighPolyInput load_dense(const std::string& path, const HeightArguments& arguments,
+HighPolyInput load_dense(const std::string& path, const HeightFieldOptions& heights,
                          std::vector<Warning>& warnings, const LoadMeshOptions& options) {
   if (!is_height_field(path)) {
-    if (arguments.given()) {
+    if (stretches(heights)) {
       throw Error(
           ErrorCode::usage,
           "--height and --extent are for a height field, a PNG or EXR; '" + path + "' is a mesh.");
@@ -96,7 +81,7 @@ HighPolyInput load_dense(const std::string& path, const HeightArguments& argumen
                             " channels: the first was taken for heights.",
                         1});
   }
-  dense.mesh = height_field_mesh(*dense.heights, height_field_options(arguments));
+  dense.mesh = height_field_mesh(*dense.heights, heights);
   dense.mesh.name = std::filesystem::path(path).stem().string();
   return dense;
 }

@@ -5,32 +5,31 @@
 #include <string>
 #include <vector>
 
-#include "arguments/command_line.h"
+#include "arguments/option_table.h"
 #include "kiln/height_field.h"
 #include "kiln/kiln.h"
 
 namespace kiln::cli {
 
-/// What a height field is stretched to.
-struct HeightArguments {
-  double height = 1;
-  std::string extent;
+/// True if something says what a height field is stretched to.
+inline bool stretches(const HeightFieldOptions& heights) {
+  return heights.height != 1 || heights.width != 0;
+}
 
-  bool given() const { return height != 1 || !extent.empty(); }
-};
-
-/// Adds --height and --extent.
-void add_height_options(Command& command, HeightArguments& arguments, const std::string& group);
+/// Adds --height and --extent to a command. \param job  with a member `heights`
+template <typename Job>
+void add_height_options(Command& command, Job& job, const char* group) {
+  const OptionRow rows[] = {height_row<Job>(group), extent_row<Job>(group)};
+  add_options(command, rows, &job);
+}
 
 /// True if a path names a height field: a PNG or EXR, by its ending.
 bool is_height_field(const std::string& path);
 
-/// \throws Error(usage) for an extent that is none
-HeightFieldOptions height_field_options(const HeightArguments& arguments);
-
-/// What the high poly may be, for help texts.
-constexpr const char* kDenseKinds =
-    "PLY, OBJ, STL, OFF, FBX, DAE, 3DS, X; or a height field: PNG, EXR";
+/// What a mesh may be, for help texts: "PLY, OBJ, ...".
+std::string mesh_kinds();
+/// What the high poly may be.
+std::string high_poly_kinds();
 
 /// A high poly, and what it was made of where it is a height field.
 struct HighPolyInput {
@@ -40,10 +39,10 @@ struct HighPolyInput {
 
 /// Several files are meshes, and joined. \param named  see load_meshes() \param options  of meshes
 /// \throws Error(usage) where a mesh was given a height or an extent, Error(input) as the readers
-HighPolyInput load_dense(const std::vector<std::string>& files, const HeightArguments& arguments,
+HighPolyInput load_dense(const std::vector<std::string>& files, const HeightFieldOptions& arguments,
                          const LoadMeshOptions& options, bool named,
                          std::vector<Warning>& warnings);
-HighPolyInput load_dense(const std::string& path, const HeightArguments& arguments,
+HighPolyInput load_dense(const std::string& path, const HeightFieldOptions& arguments,
                          std::vector<Warning>& warnings, const LoadMeshOptions& options = {});
 
 /// Turns triangles of a high poly that low polys are made of as those beside them face, and says so: else each is a hole.

@@ -5,14 +5,14 @@
 #include <cstdio>
 #include <string_view>
 
-#include "arguments/bake_values.h"
+#include "arguments/bake_job.h"
 #include "arguments/parse.h"
 #include "arguments/transfers.h"
 
 namespace kiln::cli {
 namespace {
 
-[[noreturn]] void bad(const BakeArguments& a, const std::string& what) {
+[[noreturn]] void bad(const BakeJob& a, const std::string& what) {
   throw Error(ErrorCode::usage, "--max-error is '" + a.max_error + "': " + what);
 }
 
@@ -31,7 +31,7 @@ std::vector<std::string_view> items_of(std::string_view list) {
 std::string normal_bound(const std::string& max_error) {
   for (const std::string_view item : items_of(max_error)) {
     const std::size_t sign = item.find('=');
-    if (sign != std::string_view::npos && item.substr(0, sign) == shading_map()) {
+    if (sign != std::string_view::npos && item.substr(0, sign) == shading_map().name) {
       if (sign + 1 == item.size()) {
         throw Error(ErrorCode::usage, "--max-error is '" + max_error +
                                           "': give degrees after normal=, such as normal=1.5.");
@@ -42,7 +42,7 @@ std::string normal_bound(const std::string& max_error) {
   return "";
 }
 
-std::vector<MapBound> map_bounds(const BakeArguments& a) {
+std::vector<MapBound> map_bounds(const BakeJob& a) {
   std::vector<MapBound> bounds;
   if (!bounds_maps(a)) return bounds;
   std::vector<std::string_view> named;
@@ -57,8 +57,9 @@ std::vector<MapBound> map_bounds(const BakeArguments& a) {
       bad(a, std::string(name) + " has two errors: leave one of them out.");
     }
     named.push_back(name);
-    if (name == shading_map()) continue;
-    if (std::find(a.maps.begin(), a.maps.end(), name) == a.maps.end() &&
+    if (name == shading_map().name) continue;
+    const std::vector<MapKind> maps = maps_asked(a);
+    if (std::find(maps.begin(), maps.end(), MapKind{name}) == maps.end() &&
         std::find(own.begin(), own.end(), name) == own.end()) {
       bad(a, "no map '" + std::string(name) + "' is baked: add it to --maps, or leave it out.");
     }
@@ -69,7 +70,7 @@ std::vector<MapBound> map_bounds(const BakeArguments& a) {
     }
     bounds.push_back({MapKind{name}, error});
   }
-  if (std::find(named.begin(), named.end(), shading_map()) == named.end()) {
+  if (std::find(named.begin(), named.end(), shading_map().name) == named.end()) {
     bad(a, "add normal=DEGREES, since match and faces are chosen by the normals.");
   }
   return bounds;

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "arguments/bake_arguments.h"
+#include "arguments/bake_job.h"
 #include "kiln/map.h"
 #include "report/json_text.h"
 
@@ -12,7 +12,7 @@ namespace kiln::cli {
 
 /// The bounds of all maps but the normal map. Names stay as long as the arguments do.
 /// \throws Error(usage) for what is no list of them, or bounds a map that is not baked
-std::vector<MapBound> map_bounds(const BakeArguments& arguments);
+std::vector<MapBound> map_bounds(const BakeJob& arguments);
 
 /// The text after "normal="; empty where there is no such item.
 /// \throws Error(usage) where nothing stands after it

@@ -18,7 +18,7 @@ bool is_texture_of_map(std::string_view name) {
   return map_takes(name, &MapInfo::takes_color) || map_takes(name, &MapInfo::takes_opacity);
 }
 
-std::vector<std::string> own_map_names(const BakeArguments& arguments) {
+std::vector<std::string> own_map_names(const BakeJob& arguments) {
   std::vector<std::string> names;
   for (const TransferArgument& transfer : parse_transfers(arguments)) {
     if (!is_texture_of_map(transfer.name)) names.push_back(transfer.name);
@@ -28,27 +28,19 @@ std::vector<std::string> own_map_names(const BakeArguments& arguments) {
   return names;
 }
 
-void part_maps(BakeArguments& a) {
-  std::vector<std::string> maps;
-  for (const std::string& map : a.maps) {
-    (map.find('=') == std::string::npos ? maps : a.own_maps).push_back(map);
-  }
-  a.maps = std::move(maps);
-}
-
-std::vector<std::string> maps_asked(const BakeArguments& arguments) {
-  std::vector<std::string> maps = arguments.maps;
+std::vector<MapKind> maps_asked(const BakeJob& arguments) {
+  std::vector<MapKind> maps = arguments.options.maps;
   for (const TransferArgument& transfer : parse_transfers(arguments)) {
-    if (is_texture_of_map(transfer.name) &&
-        std::find(maps.begin(), maps.end(), transfer.name) == maps.end()) {
-      maps.push_back(transfer.name);
-    }
+    if (!is_texture_of_map(transfer.name)) continue;
+    const MapKind map = find_map(transfer.name).kind;
+    if (std::find(maps.begin(), maps.end(), map) == maps.end()) maps.push_back(map);
   }
   return maps;
 }
 
-std::vector<std::string> all_maps(const BakeArguments& arguments) {
-  std::vector<std::string> maps = maps_asked(arguments);
+std::vector<std::string> all_maps(const BakeJob& arguments) {
+  std::vector<std::string> maps;
+  for (const MapKind map : maps_asked(arguments)) maps.emplace_back(map.name);
   for (std::string& name : own_map_names(arguments)) maps.push_back(std::move(name));
   return maps;
 }

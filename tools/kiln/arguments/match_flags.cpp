@@ -3,62 +3,54 @@
 #include <algorithm>
 #include <utility>
 
-#include "arguments/bake_flags.h"
-#include "arguments/bake_values.h"
+#include "arguments/bake_job.h"
 #include "arguments/cage_file.h"
 
 namespace kiln::cli {
 
 namespace {
 
-using AddFlags = void (*)(Command&, BakeArguments&);
-
-/// Adds parts of the bake's flags, and keeps those wanted, below one heading. \returns their names
-template <typename Wanted>
-std::set<std::string> add_some(Command& command, BakeArguments& arguments,
-                               std::initializer_list<AddFlags> parts, const char* heading,
-                               const Wanted& wanted) {
-  const std::vector<Option*> before = command.get_options();
-  for (const AddFlags add : parts) add(command, arguments);
-  std::set<std::string> added;
-  for (Option* option : command.get_options()) {
-    if (std::find(before.begin(), before.end(), option) != before.end()) continue;
-    const std::string name = option->get_name();
-    if (!wanted(name)) {
-      command.remove_option(option);
-    } else {
-      option->group(heading);
-      added.insert(name);
-    }
-  }
-  return added;
+std::set<std::string> flags_of(const std::vector<OptionRow>& rows) {
+  std::set<std::string> flags;
+  for (const OptionRow& row : rows) flags.insert(row.flag);
+  return flags;
 }
 
 }  // namespace
 
-std::set<std::string> add_matching_flags(Command& command, BakeArguments& arguments,
+std::set<std::string> add_matching_flags(Command& command, BakeJob& job,
                                          const std::set<std::string>& without) {
-  // What a match has no say in, or what is of maps alone.
-  static const std::set<std::string> never = {
-      "--max-angle",           "--save-match",           "--reasons",  "--recall",
-      "--visibility-clusters", "--visibility-deviation", "--save-cage"};
-  return add_some(command, arguments, {add_file_list_flags, add_match_flags, add_view_flags},
-                  "The match, as of kiln bake", [&](const std::string& name) {
-                    return !without.contains(name) && !never.contains(name);
-                  });
+  // What says how meshes are read and points are found; but what a match has no say in.
+  static const std::set<std::string> of_meshes = {
+      "--high",           "--low",       "--triangulate",
+      "--tangents",       "--uv-copies", "--two-sided",
+      "--split-at-seams", "--traversal", "--load-match"};
+  static const std::set<std::string> never = {"--visibility-clusters", "--visibility-deviation",
+                                              "--save-cage", "--reasons", "--recall"};
+  const std::vector<OptionRow> rows =
+      rows_below(bake_rows(), "The match, as of kiln bake", [&](const OptionRow& row) {
+        return (row.match != nullptr || of_meshes.contains(row.flag)) &&
+               !never.contains(row.flag) && !without.contains(row.flag);
+      });
+  add_options(command, rows, &job);
+  return flags_of(rows);
 }
 
-std::set<std::string> add_measured_map_flags(Command& command, BakeArguments& arguments) {
-  constexpr const char* kHeading = "Maps whose errors are told, as of kiln bake";
-  std::set<std::string> added =
-      add_some(command, arguments, {add_map_flags, add_file_flags}, kHeading,
-               [](const std::string& name) { return name == "--maps" || name == "--transfer"; });
-  added.merge(add_some(command, arguments, {add_detail_flags}, kHeading,
-                       [](const std::string&) { return true; }));
-  return added;
+std::set<std::string> add_measured_map_flags(Command& command, BakeJob& job) {
+  static const std::set<std::string> wanted = {"--maps", "--transfer", "--range"};
+  // Those of values, not of how files hold them.
+  static const std::set<std::string> never = {"--space", "--bitangent",     "--flip-y",
+                                              "--raw",   "--two-component", "--gutter",
+                                              "--mips",  "--id-by"};
+  const std::vector<OptionRow> rows = rows_below(
+      bake_rows(), "Maps whose errors are told, as of kiln bake", [&](const OptionRow& row) {
+        return (row.map != nullptr || wanted.contains(row.flag)) && !never.contains(row.flag);
+      });
+  add_options(command, rows, &job);
+  return flags_of(rows);
 }
 
-void check_cage_directions(const BakeArguments& arguments, const Mesh& low, const Mesh& cage) {
+void check_cage_directions(const BakeJob& arguments, const Mesh& low, const Mesh& cage) {
   if (cage.triangles.size() != low.triangles.size()) return;
   // A vertex of LOW that lies in two places: the cage is a hull that has as many triangles.
   std::vector<std::optional<std::uint32_t>> partner(low.positions.size());
@@ -78,26 +70,26 @@ void check_cage_directions(const BakeArguments& arguments, const Mesh& low, cons
   }
 }
 
-void MatchInputs::read(const BakeArguments& arguments, const Mesh& high, const Mesh& low,
+void MatchInputs::read(const BakeJob& arguments, const Mesh& high, const Mesh& low,
                        std::vector<Warning>& warnings) {
   if (!arguments.cage_mesh.empty()) {
-    cage_mesh_ = load_cage(arguments.cage_mesh, low, load_options(arguments), &warnings);
+    cage_mesh_ = load_cage(arguments.cage_mesh, low, arguments.load, &warnings);
     check_cage_directions(arguments, low, *cage_mesh_);
   }
-  if (arguments.match_by != "all") {
+  if (arguments.parts_by) {
     parts_ = pair_parts(high, low, part_names(arguments));
     warnings.insert(warnings.end(), parts_->warnings.begin(), parts_->warnings.end());
   }
   if (!arguments.load_match.empty()) match_ = load_match(arguments.load_match);
-  for (const std::string& file : occluder_files(arguments)) {
-    occluders_.push_back(load_mesh(file, load_options(arguments), &warnings));
+  for (const std::string& file : arguments.occluders) {
+    occluders_.push_back(load_mesh(file, arguments.load, &warnings));
   }
 }
 
-void MatchInputs::make_cage(const BakeArguments& arguments, const Device& device, const Mesh& high,
+void MatchInputs::make_cage(const BakeJob& arguments, const Device& device, const Mesh& high,
                             const Mesh& low, std::vector<Warning>& warnings) {
-  if (arguments.cage != kAutomatic) return;
-  BakeOptions options = bake_options(arguments);
+  if (!arguments.cage_auto) return;
+  BakeOptions options = options_of(arguments);
   apply(options);
   FoundCage found = find_cage(Source(device, high), low, options);
   warnings.insert(warnings.end(), found.warnings.begin(), found.warnings.end());
@@ -117,10 +109,10 @@ void MatchInputs::apply(BakeOptions& options) const {
   options.samples = match_->samples;
 }
 
-MeshFiles load_low_files(const BakeArguments& arguments, std::vector<Warning>& warnings) {
-  MeshFiles files = load_meshes(low_files(arguments), load_options(arguments),
-                                has_more_files(arguments), warnings);
-  if (arguments.tangents != "file") {
+MeshFiles load_low_files(const BakeJob& arguments, std::vector<Warning>& warnings) {
+  MeshFiles files =
+      load_meshes(low_files(arguments), arguments.load, has_more_files(arguments), warnings);
+  if (!arguments.file_tangents) {
     files.mesh.tangents = {};
   } else if (arguments.given.contains("--tangents") && files.mesh.tangents.empty()) {
     throw Error(ErrorCode::input,
@@ -132,7 +124,7 @@ MeshFiles load_low_files(const BakeArguments& arguments, std::vector<Warning>& w
   return files;
 }
 
-Mesh load_low(const BakeArguments& arguments, std::vector<Warning>& warnings) {
+Mesh load_low(const BakeJob& arguments, std::vector<Warning>& warnings) {
   MeshFiles files = load_low_files(arguments, warnings);
   warn_of_shared_texels(files, warnings);
   return arguments.split_at_seams ? split_at_seams(files.mesh) : std::move(files.mesh);

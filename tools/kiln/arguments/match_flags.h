@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "arguments/bake_arguments.h"
+#include "arguments/bake_job.h"
 #include "arguments/command_line.h"
 #include "arguments/mesh_files.h"
 
@@ -15,27 +15,27 @@ namespace kiln::cli {
 /// Adds all flags of the bake that change which points are found. A command may have none of some, or its own.
 /// \param without  names such as "--match"; call this before the command adds its own
 /// \returns the names of those added
-std::set<std::string> add_matching_flags(Command& command, BakeArguments& arguments,
+std::set<std::string> add_matching_flags(Command& command, BakeJob& arguments,
                                          const std::set<std::string>& without);
 
 /// Adds the flags of the bake that say which maps are made and what they hold: --maps, --transfer, those of
 /// occlusion, shadow and curvature. \returns their names
-std::set<std::string> add_measured_map_flags(Command& command, BakeArguments& arguments);
+std::set<std::string> add_measured_map_flags(Command& command, BakeJob& arguments);
 
 /// Refuses --direction and --edge-width beside a cage of LOW's own triangles, which says itself where rays leave
 /// to. \throws Error(usage)
-void check_cage_directions(const BakeArguments& arguments, const Mesh& low, const Mesh& cage);
+void check_cage_directions(const BakeJob& arguments, const Mesh& low, const Mesh& cage);
 
 /// What they read of files, beside the meshes.
 class MatchInputs {
  public:
   /// Parts, the cage's mesh, the saved match, what darkens beside HIGH and LOW. \throws Error(input) as their readers
-  void read(const BakeArguments& arguments, const Mesh& high, const Mesh& low,
+  void read(const BakeJob& arguments, const Mesh& high, const Mesh& low,
             std::vector<Warning>& warnings);
 
   /// What --cage auto finds, with a source of its own; after read(). Without the flag: nothing.
-  void make_cage(const BakeArguments& arguments, const Device& device, const Mesh& high,
-                 const Mesh& low, std::vector<Warning>& warnings);
+  void make_cage(const BakeJob& arguments, const Device& device, const Mesh& high, const Mesh& low,
+                 std::vector<Warning>& warnings);
 
   /// Points the options at them; they must outlive the bake.
   void apply(BakeOptions& options) const;
@@ -53,9 +53,9 @@ class MatchInputs {
 
 /// The files of LOW, cut as asked, with the tangents asked for. \throws Error(input) also where --tangents file
 /// was given and no file has any
-MeshFiles load_low_files(const BakeArguments& arguments, std::vector<Warning>& warnings);
+MeshFiles load_low_files(const BakeJob& arguments, std::vector<Warning>& warnings);
 
 /// LOW as these flags have it: of one file or several, cut and split as asked.
-Mesh load_low(const BakeArguments& arguments, std::vector<Warning>& warnings);
+Mesh load_low(const BakeJob& arguments, std::vector<Warning>& warnings);
 
 }  // namespace kiln::cli

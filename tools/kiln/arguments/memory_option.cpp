@@ -18,27 +18,21 @@ std::uint64_t parse_memory(const std::string& text) {
     ++rest;
   }
   if (error != std::errc() || rest != end || !(value >= 0x1p26 && value <= 0x1p60)) {
-    throw Error(
-        ErrorCode::usage,
-        "'" + text + "' is no memory limit: give a size from 64M up, such as 500M, 4G or 2T.");
+    throw Error(ErrorCode::usage,
+                "--memory-limit: '" + text +
+                    "' is no memory limit: give a size from 64M up, such as 500M, 4G or 2T.");
   }
   return static_cast<std::uint64_t>(value);
 }
 
 void add_memory_option(Command& app) {
-  const auto check = [](const std::string& text) {
-    try {
-      set_memory_limit(parse_memory(text));
-    } catch (const Error& error) {
-      return std::string(error.what());
-    }
-    return std::string();
-  };
   for (Command* command : app.commands()) {
     command
-        ->add_checked_option(
-            "--memory-limit", Check(check, "SIZE"),
+        ->add_option(
+            "--memory-limit",
+            [](const Option::Words& words) { set_memory_limit(parse_memory(words.back())); },
             "The most memory to take, such as 4G (default: three quarters of what is free)")
+        ->type_name("SIZE")
         ->group("The run");
   }
 }

@@ -13,15 +13,15 @@ namespace {
 }
 
 /// Channels of a map of this bake; 0 where there is none of that name.
-std::uint32_t channels_of(const BakeArguments& a, const std::string& map) {
-  const std::vector<std::string> maps = maps_asked(a);
-  if (std::find(maps.begin(), maps.end(), map) != maps.end()) return find_map(map).channels;
+std::uint32_t channels_of(const BakeJob& a, const std::string& map) {
+  for (const MapKind asked : maps_asked(a)) {
+    if (asked.name == map) return find_map(map).channels;
+  }
   const std::vector<std::string> own = own_map_names(a);
   return std::find(own.begin(), own.end(), map) != own.end() ? 3 : 0;
 }
 
-PackChannel parse_channel(const BakeArguments& a, const std::string& text,
-                          const std::string& part) {
+PackChannel parse_channel(const BakeJob& a, const std::string& text, const std::string& part) {
   PackChannel channel;
   const auto [end, status] = std::from_chars(part.data(), part.data() + part.size(), channel.value);
   if (status == std::errc() && end == part.data() + part.size()) {
@@ -50,7 +50,7 @@ PackChannel parse_channel(const BakeArguments& a, const std::string& text,
 
 }  // namespace
 
-std::vector<Pack> parse_packs(const BakeArguments& a) {
+std::vector<Pack> parse_packs(const BakeJob& a) {
   std::vector<Pack> packs;
   for (const std::string& text : a.packs) {
     const std::size_t equals = text.find('=');

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "arguments/bake_arguments.h"
+#include "arguments/bake_job.h"
 
 namespace kiln::cli {
 
@@ -22,7 +22,7 @@ struct Pack {
 };
 
 /// Checks that the maps are there, too. \throws Error(usage)
-std::vector<Pack> parse_packs(const BakeArguments& arguments);
+std::vector<Pack> parse_packs(const BakeJob& arguments);
 
 /// The image of one level. \param image_of  a map's image on that level, by name, as files hold it
 template <typename ImageOf>

@@ -87,6 +87,14 @@ std::pair<double, double> parse_extent(const std::string& text) {
   return {number(all.substr(0, comma)), number(all.substr(comma + 1))};
 }
 
+Json extent_json(const HeightFieldOptions& heights) {
+  if (heights.width == 0) return {};
+  char text[64];
+  std::snprintf(text, sizeof text, heights.depth == 0 ? "%.12g" : "%.12g,%.12g", heights.width,
+                heights.depth);
+  return text;
+}
+
 Length parse_length_above_0(const char* flag, const std::string& text) {
   const Length length = parse_length(flag, text);
   if (length.value == 0) {
@@ -95,9 +103,11 @@ Length parse_length_above_0(const char* flag, const std::string& text) {
   return length;
 }
 
-std::optional<Length> optional_length(const char* flag, const std::string& text) {
-  if (text.empty()) return std::nullopt;
-  return parse_length_above_0(flag, text);
+std::string length_text(const Length& length) {
+  char text[32];
+  std::snprintf(text, sizeof text, length.relative ? "%.12g%%" : "%.12g",
+                length.relative ? 100 * length.value : length.value);
+  return text;
 }
 
 namespace {
@@ -151,7 +161,7 @@ Check share_of_1() {
   return {[](std::string& text) -> std::string {
             const std::optional<double> share = fraction(text);
             if (!share || *share > 1) {
-              return "'" + text + "' is no share of 1: give 0 to 1, such as 0.01 or 2/255";
+              return ": '" + text + "' is no share of 1: give 0 to 1, such as 0.01 or 2/255";
             }
             char digits[32];
             text.assign(digits, std::to_chars(digits, digits + sizeof digits, *share).ptr);
@@ -237,7 +247,7 @@ Check number_from_0() {
       [](const std::string& text) {
         double value = 0;
         const bool good = parse_whole(text, value) && std::isfinite(value) && value >= 0;
-        return good ? std::string() : "expected a number, 0 or more, not '" + text + "'";
+        return good ? std::string() : " is '" + text + "': give a number, 0 or more";
       },
       "NUMBER");
 }

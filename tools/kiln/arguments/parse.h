@@ -12,6 +12,8 @@
 
 #include "arguments/command_line.h"
 #include "kiln/bake.h"
+#include "kiln/height_field.h"
+#include "report/json.h"
 
 namespace kiln::cli {
 
@@ -35,8 +37,8 @@ Length parse_cage(const std::string& text);
 /// parse_length(), above 0. \throws Error(usage)
 Length parse_length_above_0(const char* flag, const std::string& text);
 
-/// The same; none where the flag was not given, and its text is empty.
-std::optional<Length> optional_length(const char* flag, const std::string& text);
+/// As it is written: "0.05", or "2%".
+std::string length_text(const Length& length);
 
 /// "0.2%" or "0.2" of the diagonal as 0.002, up to 50%. \throws Error(usage)
 double parse_error_bound(const std::string& text);
@@ -58,6 +60,9 @@ std::pair<double, double> parse_view(const std::string& text);
 
 /// "X" or "X,Y" in world units, above 0; Y is 0 where it is left out. \throws Error(usage)
 std::pair<double, double> parse_extent(const std::string& text);
+
+/// The same as text; null: by the image.
+Json extent_json(const HeightFieldOptions& heights);
 
 /// "X,Y,Z", not all 0. \throws Error(usage)
 Vec3 parse_direction(const char* flag, const std::string& text);

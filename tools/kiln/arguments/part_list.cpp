@@ -4,8 +4,7 @@
 #include <string>
 #include <string_view>
 
-#include "arguments/bake_arguments.h"
-#include "arguments/bake_values.h"
+#include "arguments/bake_job.h"
 #include "arguments/small_file.h"
 
 namespace kiln::cli {
@@ -41,11 +40,9 @@ PartPair parse_pair(const std::string& line, const std::string& place) {
 
 }  // namespace
 
-PartNames part_names(const BakeArguments& a) {
-  PartNames names;
-  names.low = a.low_names;
-  names.high = a.high_names;
-  names.by = parts_by_values().at(a.match_by);
+PartNames part_names(const BakeJob& a) {
+  PartNames names = a.part_names;
+  names.by = a.parts_by.value();
   if (names.by != PartsBy::list) return names;
   const std::string what = "--match-list '" + a.match_list + "'";
   std::istringstream text(read_small_file(a.match_list, kMostListBytes, what));

@@ -11,12 +11,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-Words<TextureKind> texture_kind_values() {
-  static constexpr Words<TextureKind>::Row kRows[] = {{"linear", TextureKind::linear},
-                                                      {"normal", TextureKind::normal},
-                                                      {"srgb", TextureKind::srgb}};
-  return kRows;
-}
+constexpr Word<TextureKind> kTextureKinds[] = {
+    {"linear", TextureKind::linear}, {"normal", TextureKind::normal}, {"srgb", TextureKind::srgb}};
 
 bool is_letter(char c) { return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z'); }
 
@@ -72,20 +68,12 @@ void check_words(const std::string& text, const std::string& file) {
 
 }  // namespace
 
-Words<MaterialSlot> material_slot_values() {
-  static constexpr Words<MaterialSlot>::Row kRows[] = {
-      {"color", MaterialSlot::color},       {"emission", MaterialSlot::emission},
-      {"metallic", MaterialSlot::metallic}, {"normals", MaterialSlot::normal},
-      {"opacity", MaterialSlot::opacity},   {"roughness", MaterialSlot::roughness}};
-  return kRows;
-}
-
 TransferArgument parse_transfer(const std::string& text) {
   TransferArgument transfer;
   transfer.file = text;
   std::string rest = text;
   if (std::optional<std::string> part = last_part(rest)) {
-    if (const TextureKind* const kind = texture_kind_values().find(*part)) {
+    if (const TextureKind* const kind = Words(kTextureKinds).find(*part)) {
       transfer.kind = *kind;
       transfer.file = rest;
       part = last_part(rest);
@@ -96,7 +84,7 @@ TransferArgument parse_transfer(const std::string& text) {
     }
   }
   if (transfer.materials()) {
-    if (!material_slot_values().contains(transfer.name)) {
+    if (!Words(kMaterialSlots).contains(transfer.name)) {
       throw Error(ErrorCode::usage,
                   "--transfer '" + text +
                       "': of materials it takes mtl:color, opacity, normals, roughness, metallic "
@@ -109,7 +97,7 @@ TransferArgument parse_transfer(const std::string& text) {
   return transfer;
 }
 
-std::vector<TransferArgument> parse_transfers(const BakeArguments& arguments) {
+std::vector<TransferArgument> parse_transfers(const BakeJob& arguments) {
   std::vector<TransferArgument> transfers;
   for (const std::string& text : arguments.transfers) transfers.push_back(parse_transfer(text));
   return transfers;

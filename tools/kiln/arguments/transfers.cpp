@@ -1,10 +1,8 @@
 #include "arguments/transfers.h"
 
 #include <algorithm>
-#include <map>
 #include <memory>
 
-#include "arguments/bake_values.h"
 #include "arguments/mesh_files.h"
 #include "arguments/small_file.h"
 
@@ -23,11 +21,11 @@ bool has_pictures(const Texture& texture) { return !texture.images.empty(); }
 /// Reads each file of materials once, when first asked for.
 class Materials {
  public:
-  Materials(const BakeArguments& arguments, const Mesh& high, std::vector<Warning>& warnings)
+  Materials(const BakeJob& arguments, const Mesh& high, std::vector<Warning>& warnings)
       : arguments_(arguments), high_(high), warnings_(warnings) {}
 
   Texture texture(MaterialSlot slot) {
-    return load_material_texture(all(), slot, &warnings_, load_options(arguments_).uv_set);
+    return load_material_texture(all(), slot, &warnings_, arguments_.load.uv_set);
   }
   bool have_colors() {
     return std::any_of(all().begin(), all().end(), [](const Material& material) {
@@ -50,7 +48,7 @@ class Materials {
     return *read_;
   }
 
-  const BakeArguments& arguments_;
+  const BakeJob& arguments_;
   const Mesh& high_;
   std::vector<Warning>& warnings_;
   std::optional<std::vector<Material>> read_;
@@ -58,7 +56,7 @@ class Materials {
 
 Texture load_texture(const TransferArgument& transfer, Materials& materials) {
   if (transfer.materials()) {
-    Texture texture = materials.texture(material_slot_values().at(transfer.name));
+    Texture texture = materials.texture(Words(kMaterialSlots).at(transfer.name));
     if (transfer.kind) texture.kind = *transfer.kind;
     return texture;
   }
@@ -76,7 +74,7 @@ Texture load_texture(const TransferArgument& transfer, Materials& materials) {
 
 }  // namespace
 
-std::vector<OwnMap> load_own_maps(const BakeArguments& a) {
+std::vector<OwnMap> load_own_maps(const BakeJob& a) {
   constexpr std::size_t kMost = std::size_t{1} << 20;
   std::vector<OwnMap> maps;
   for (const std::string& text : a.own_maps) {
@@ -90,7 +88,7 @@ std::vector<OwnMap> load_own_maps(const BakeArguments& a) {
   return maps;
 }
 
-void load_textures(const BakeArguments& arguments, const Mesh& high, BakeOptions& options,
+void load_textures(const BakeJob& arguments, const Mesh& high, BakeOptions& options,
                    std::vector<Warning>& warnings) {
   Materials materials(arguments, high, warnings);
   for (const TransferArgument& transfer : parse_transfers(arguments)) {
@@ -115,7 +113,7 @@ void load_textures(const BakeArguments& arguments, const Mesh& high, BakeOptions
   }
 }
 
-void apply_alpha_test(const BakeArguments& arguments, const BakeOptions& options, Mesh& high,
+void apply_alpha_test(const BakeJob& arguments, const BakeOptions& options, Mesh& high,
                       std::vector<Warning>& warnings) {
   if (arguments.alpha_test <= 0) return;
   if (!options.opacity) {

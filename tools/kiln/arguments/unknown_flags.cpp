@@ -18,10 +18,7 @@ struct Answer {
   std::string_view sentence;
 };
 
-constexpr std::string_view kOneTile =
-    "Kiln bakes no UDIM tiles yet. Split LOW by tile, move each tile's UVs into the unit square, "
-    "and "
-    "bake each.";
+constexpr std::string_view kTiles = "The flag is --sets udim: maps of each UDIM tile.";
 constexpr std::string_view kSkew =
     "By default details on flat faces stand straight, without a skew map. --direction painted "
     "takes "
@@ -95,9 +92,9 @@ constexpr std::string_view kMiss =
 
 constexpr std::array kBake = {
     // Not there yet.
-    Answer{"udim", kOneTile},
-    Answer{"udims", kOneTile},
-    Answer{"uv-tile", kOneTile},
+    Answer{"udim", kTiles},
+    Answer{"udims", kTiles},
+    Answer{"uv-tile", kTiles},
     Answer{"skew", kSkew},
     Answer{"skew-map", kSkew},
     Answer{"skew-correction", kSkew},
@@ -282,7 +279,7 @@ std::string answer_to_name(const std::string& name) {
 }
 
 std::string nearest_flag(const Command& command, const std::string& name) {
-  std::vector<std::string> known;
+  std::vector<std::string> known = {"help"};
   for (const Option* option : command.get_options()) {
     known.insert(known.end(), option->get_lnames().begin(), option->get_lnames().end());
   }

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "kiln/error.h"
 #include "kiln/unwrap.h"
 
 namespace kiln::cli {
@@ -16,16 +17,6 @@ UnwrapOptions unwrap_options(const std::string& method, std::uint32_t size, cons
     options.border_texels = std::max(2U, options.size / 256);
   options.detail_of = high;
   return options;
-}
-
-Option* add_density_option(Command& command, std::string& density, const char* high) {
-  return command
-      .add_option(
-          "--density", density,
-          std::string("Of large charts that Kiln lays out: texels by area, or more where ") + high +
-              " has more detail")
-      ->check(one_of(kDensities))
-      ->capture_default_str();
 }
 
 void check_density(bool given, const std::string& method) {

@@ -5,16 +5,10 @@
 #include <string>
 #include <vector>
 
-#include "arguments/command_line.h"
 #include "kiln/unwrap.h"
 
 namespace kiln::cli {
 
-/// Values of --density.
-inline const std::vector<std::string> kDensities = {"area", "detail"};
-inline constexpr const char* kByDetail = "detail";
-/// Adds --density. \param high  what it calls the high poly
-Option* add_density_option(Command& command, std::string& density, const char* high);
 /// For every command that has --density. \throws Error(usage) where it was given and no large charts are laid out
 void check_density(bool given, const std::string& method);
 

@@ -7,28 +7,34 @@
 #include <vector>
 
 #include "arguments/command_line.h"
+#include "kiln/bake.h"
 #include "kiln/error.h"
+#include "kiln/parts.h"
+#include "kiln/texture_sets.h"
+#include "kiln/unwrap.h"
 
 namespace kiln::cli {
+
+/// A word and what it stands for.
+template <typename T>
+struct Word {
+  const char* word;
+  T value;
+};
 
 /// The words that an option takes, in the order of the alphabet, as help lists them. A view.
 template <typename T>
 class Words {
  public:
-  struct Row {
-    const char* word;
-    T value;
-  };
-
   template <std::size_t N>
-  Words(const Row (&rows)[N]) : begin_(rows), end_(rows + N) {}
+  Words(const Word<T> (&rows)[N]) : begin_(rows), end_(rows + N) {}
 
-  const Row* begin() const { return begin_; }
-  const Row* end() const { return end_; }
+  const Word<T>* begin() const { return begin_; }
+  const Word<T>* end() const { return end_; }
 
   /// nullptr: none of these words.
   const T* find(std::string_view word) const {
-    for (const Row& row : *this) {
+    for (const Word<T>& row : *this) {
       if (row.word == word) return &row.value;
     }
     return nullptr;
@@ -42,14 +48,19 @@ class Words {
   }
 
  private:
-  const Row *begin_, *end_;
+  const Word<T>*begin_, *end_;
 };
 
 template <typename T>
-Check one_of(const Words<T>& words) {
+std::vector<std::string> names_of(const Words<T>& words) {
   std::vector<std::string> names;
   for (const auto& [word, value] : words) names.emplace_back(word);
-  return one_of(names);
+  return names;
+}
+
+template <typename T>
+Check one_of(const Words<T>& words) {
+  return one_of(names_of(words));
 }
 
 /// A value as it is written on the command line.
@@ -60,5 +71,64 @@ std::string name_of(const Words<T>& words, T wanted) {
   }
   throw Error(ErrorCode::internal, "An option's value has no name.");
 }
+
+inline constexpr Word<NormalMapSpace> kSpaces[] = {{"face", NormalMapSpace::face},
+                                                   {"object", NormalMapSpace::object},
+                                                   {"tangent", NormalMapSpace::tangent}};
+inline constexpr Word<Bitangent> kBitangents[] = {{"pixel", Bitangent::pixel},
+                                                  {"vertex", Bitangent::vertex}};
+inline constexpr Word<Triangulation> kTriangulations[] = {{"auto", Triangulation::automatic},
+                                                          {"blender", Triangulation::blender},
+                                                          {"fan", Triangulation::fan},
+                                                          {"shortest", Triangulation::shortest}};
+inline constexpr Word<RayTraversal> kTraversals[] = {
+    {"auto", RayTraversal::automatic}, {"cpu", RayTraversal::cpu}, {"gpu", RayTraversal::gpu}};
+inline constexpr Word<RayRule> kRayRules[] = {{"nearest", RayRule::nearest},
+                                              {"outermost", RayRule::outermost}};
+inline constexpr Word<OcclusionBy> kOcclusionBy[] = {
+    {"auto", OcclusionBy::automatic}, {"rays", OcclusionBy::rays}, {"views", OcclusionBy::views}};
+inline constexpr Word<OcclusionFalloff> kFalloffs[] = {{"linear", OcclusionFalloff::linear},
+                                                       {"none", OcclusionFalloff::none},
+                                                       {"smooth", OcclusionFalloff::smooth}};
+inline constexpr Word<RayDirection> kRayDirections[] = {{"auto", RayDirection::automatic},
+                                                        {"averaged", RayDirection::averaged},
+                                                        {"face", RayDirection::face},
+                                                        {"painted", RayDirection::painted}};
+inline constexpr Word<VisibilityAt> kVisibilityAt[] = {
+    {"face", VisibilityAt::face}, {"texel", VisibilityAt::texel}, {"vertex", VisibilityAt::vertex}};
+inline constexpr Word<VisibilityTest> kVisibilityTests[] = {{"auto", VisibilityTest::automatic},
+                                                            {"rays", VisibilityTest::rays},
+                                                            {"views", VisibilityTest::views}};
+inline constexpr Word<ViewLikelihood> kLikelihoods[] = {
+    {"all", ViewLikelihood::all}, {"horizon", ViewLikelihood::horizon}, {"up", ViewLikelihood::up}};
+inline constexpr Word<ViewCriterion> kCriteria[] = {{"angle", ViewCriterion::angle},
+                                                    {"depth", ViewCriterion::depth},
+                                                    {"distance", ViewCriterion::distance}};
+inline constexpr Word<ImageFormat> kFormats[] = {{"exr", ImageFormat::exr_half},
+                                                 {"exr32", ImageFormat::exr_float},
+                                                 {"png16", ImageFormat::png16},
+                                                 {"png8", ImageFormat::png8}};
+/// What --fallback can end with.
+inline constexpr Word<MissPolicy> kMisses[] = {
+    {"fill", MissPolicy::fill}, {"low", MissPolicy::keep}, {"mark", MissPolicy::mark}};
+inline constexpr Word<IdBy> kIdBy[] = {{"group", IdBy::group},
+                                       {"material", IdBy::material},
+                                       {"object", IdBy::object},
+                                       {"part", IdBy::part}};
+inline constexpr Word<std::optional<PartsBy>> kPartsBy[] = {
+    {"all", std::nullopt},       {"name", PartsBy::name},         {"group", PartsBy::group},
+    {"object", PartsBy::object}, {"material", PartsBy::material}, {"list", PartsBy::list}};
+inline constexpr Word<std::optional<SetsBy>> kSets[] = {{"auto", std::nullopt},
+                                                        {"material", SetsBy::material},
+                                                        {"none", SetsBy::none},
+                                                        {"object", SetsBy::object},
+                                                        {"udim", SetsBy::udim}};
+inline constexpr Word<UvCopies> kUvCopies[] = {
+    {"first", UvCopies::first}, {"mirrored", UvCopies::mirrored}, {"plain", UvCopies::plain}};
+inline constexpr Word<TexelDensity> kDensities[] = {{"area", TexelDensity::area},
+                                                    {"detail", TexelDensity::detail}};
+inline constexpr Word<bool> kLodUvs[] = {{"own", false}, {"shared", true}};
+inline constexpr Word<bool> kPartOcclusion[] = {{"all", false}, {"own", true}};
+inline constexpr Word<bool> kTangents[] = {{"file", true}, {"mikktspace", false}};
 
 }  // namespace kiln::cli

@@ -1,7 +1,6 @@
 // A low poly with its maps as one file that engines open.
 #include <algorithm>
 
-#include "arguments/bake_values.h"
 #include "command/bake_run.h"
 #include "kiln/asset.h"
 #include "report/json_text.h"
@@ -18,7 +17,7 @@ bool is_transparent(const Material& m) {
 }  // namespace
 
 void choose_asset_maps(BakeRun& run) {
-  BakeArguments& arguments = run.arguments;
+  BakeJob& arguments = run.arguments;
   if (arguments.asset.empty()) return;
   const Mesh& high = run.dense.mesh;
   if (!high.material_files.empty()) {
@@ -34,12 +33,13 @@ void choose_asset_maps(BakeRun& run) {
   const auto any = [&](const auto& has) {
     return std::any_of(run.materials.begin(), run.materials.end(), has);
   };
-  arguments.maps = {"normal", "ao"};
+  std::vector<MapKind>& maps = arguments.options.maps;
+  maps = {MapKind::normal, find_map("ao").kind};
   if (!high.colors.empty() ||
       any([](const Material& m) { return has_number(m.color_from) || !m.color_map.empty(); })) {
-    arguments.maps.emplace_back("color");
+    maps.push_back(find_map("color").kind);
   }
-  if (any(is_transparent)) arguments.maps.emplace_back("opacity");
+  if (any(is_transparent)) maps.push_back(find_map("opacity").kind);
   const auto transfer = [&](bool there, const char* slot) {
     if (there) arguments.transfers.push_back(std::string("mtl:") + slot);
   };
@@ -56,14 +56,14 @@ void choose_asset_maps(BakeRun& run) {
                     (has_number(m.emission_from) && m.emission != std::array<float, 3>{});
            }),
            "emission");
-  run.options = bake_options(arguments);
+  run.options = options_of(arguments);
 }
 
 bool save_asset(BakeRun& run) {
   AssetMaps maps;
   std::string left;
   for (BakedMap& map : run.result.maps) {
-    const std::string name = map_name(map.kind);
+    const std::string name = std::string(map.kind.name);
     store(run, map, name);
     const Image** const slot = name == "normal"      ? &maps.normal
                                : name == "ao"        ? &maps.occlusion

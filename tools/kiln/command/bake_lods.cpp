@@ -25,7 +25,7 @@ Json level_json(const LodLevel& level, std::size_t number, const std::vector<std
                {"vertices", chosen.vertices},
                {"size", chosen.size},
                {"bits", chosen.bits},
-               {"match", match_name(chosen.method)},
+               {"match", chosen.method.name},
                {"bytes",
                 {{"vertices", chosen.bytes.vertices},
                  {"texels", chosen.bytes.texels},
@@ -57,7 +57,7 @@ bool save_level(BakeRun& run, const LodLevel& level, std::size_t number) {
 
 }  // namespace
 
-std::string lods_file(const BakeArguments& arguments) {
+std::string lods_file(const BakeJob& arguments) {
   return fs::path(arguments.high).stem().string() + "_lods.json";
 }
 

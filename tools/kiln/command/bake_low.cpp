@@ -3,7 +3,7 @@
 #include <cstdio>
 #include <utility>
 
-#include "arguments/bake_values.h"
+#include "arguments/bake_job.h"
 #include "arguments/match_flags.h"
 #include "arguments/parse.h"
 #include "arguments/paths.h"
@@ -17,11 +17,11 @@ namespace kiln::cli {
 
 namespace fs = std::filesystem;
 
-std::string lod_stem(const BakeArguments& arguments, std::size_t level) {
+std::string lod_stem(const BakeJob& arguments, std::size_t level) {
   return fs::path(arguments.high).stem().string() + "_lod" + std::to_string(level);
 }
 
-std::string low_stem(const BakeArguments& arguments) {
+std::string low_stem(const BakeJob& arguments) {
   if (arguments.lods > 0) return lod_stem(arguments, 0);
   if (arguments.low.empty()) return fs::path(arguments.high).stem().string() + "_low";
   return fs::path(arguments.low).stem().string() + (arguments.unwrap           ? "_unwrapped"
@@ -29,7 +29,7 @@ std::string low_stem(const BakeArguments& arguments) {
                                                                                : "");
 }
 
-const std::string& low_source(const BakeArguments& arguments) {
+const std::string& low_source(const BakeJob& arguments) {
   return arguments.low.empty() ? arguments.high : arguments.low;
 }
 
@@ -50,7 +50,7 @@ PolygonCounts count_polygons(const Mesh& mesh) {
 }
 
 /// Soft seams are split where that is asked for, else a warning shows one: both where judge_seams() finds that it helps.
-void mind_seams(const BakeArguments& arguments, LowMesh& low) {
+void mind_seams(const BakeJob& arguments, LowMesh& low) {
   if (low.mesh.uv_triangles.empty()) return;  // the bake says so
   const SoftSeams seams = soft_seams(low.mesh, kSoftDegrees);
   low.soft_seams = seams.edges;
@@ -83,12 +83,13 @@ void mind_seams(const BakeArguments& arguments, LowMesh& low) {
 
 }  // namespace
 
-LowMesh prepare_low(const BakeArguments& arguments, const HighPolyInput& dense, Console& console,
+LowMesh prepare_low(const BakeJob& arguments, const HighPolyInput& dense, Console& console,
                     std::vector<Warning>& warnings) {
   const Mesh& high = dense.mesh;
-  const auto [width, height] = parse_size(arguments.size);
-  const UnwrapOptions layout = unwrap_options(arguments.unwrap_method, std::min(width, height),
-                                              arguments.density == kByDetail ? &high : nullptr);
+  const BakeOptions& asked = arguments.options;
+  const UnwrapOptions layout =
+      unwrap_options(arguments.unwrap_method, std::min(asked.width, asked.height),
+                     arguments.density == TexelDensity::detail ? &high : nullptr);
   LowMesh low;
   if (!arguments.low.empty()) {
     for (const std::string& file : low_files(arguments))
@@ -116,7 +117,7 @@ LowMesh prepare_low(const BakeArguments& arguments, const HighPolyInput& dense, 
       return low;
     }
   } else if (onto_plane(arguments)) {
-    low.mesh = height_field_plane(*dense.heights, height_field_options(arguments.heights));
+    low.mesh = height_field_plane(*dense.heights, arguments.heights);
     low.made = true;
     low.stem = low.mesh.name = low_stem(arguments);
     return low;
@@ -138,7 +139,7 @@ LowMesh prepare_low(const BakeArguments& arguments, const HighPolyInput& dense, 
     low.stem = low_stem(arguments);
     low.made = true;
     if (dense.heights) {
-      lay_out_over_height_field(low.mesh, *dense.heights, height_field_options(arguments.heights));
+      lay_out_over_height_field(low.mesh, *dense.heights, arguments.heights);
       low.mesh.name = low.stem;
       return low;
     }

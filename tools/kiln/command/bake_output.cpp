@@ -4,7 +4,6 @@
 #include <cmath>
 #include <cstdio>
 
-#include "arguments/bake_values.h"
 #include "arguments/cage_file.h"
 #include "arguments/low_record.h"
 #include "arguments/mesh_files.h"
@@ -30,7 +29,7 @@ std::string cluster_name(const std::string& map, std::uint32_t cluster) {
   return cluster == 0 ? map : map + "_" + std::to_string(cluster);
 }
 
-bool writes_low(const BakeArguments& arguments) {
+bool writes_low(const BakeJob& arguments) {
   return arguments.low.empty() || arguments.unwrap || arguments.split_at_seams;
 }
 
@@ -62,7 +61,7 @@ void warn_of_clamped(BakeRun& run, const BakedMap& map, const std::string& name)
       {"beyond-range",
        with_commas(excess.texels) + " texels of the map " + name +
            " lie beyond its range and are clamped, for " + "example " + example +
-           ": give --range " + map_name(map.kind) +
+           ": give --range " + std::string(map.kind.name) +
            "=LO,HI that holds them, or --format exr, which holds values as they are.",
        excess.texels});
 }
@@ -263,7 +262,7 @@ bool save_packs(BakeRun& run) {
 bool save_maps(BakeRun& run) {
   std::vector<ImageLayer> layers;
   for (BakedMap& map : run.result.maps) {
-    const std::string name = cluster_name(map_name(map.kind), map.cluster);
+    const std::string name = cluster_name(std::string(map.kind.name), map.cluster);
     store(run, map, name);
     if (run.arguments.layers) {
       layers.push_back({name, &map.image, map.origin});
@@ -280,7 +279,7 @@ bool save_maps(BakeRun& run) {
 }
 
 /// Files of maps whose low poly has a name.
-void add_map_outputs(const BakeArguments& arguments, const SaveImageOptions& save_options,
+void add_map_outputs(const BakeJob& arguments, const SaveImageOptions& save_options,
                      const SetNames& names, std::vector<fs::path>& outputs) {
   const auto& [stem, tile] = names;
   const fs::path folder = arguments.out;
@@ -291,22 +290,24 @@ void add_map_outputs(const BakeArguments& arguments, const SaveImageOptions& sav
   for (const std::string& map :
        arguments.layers ? std::vector<std::string>() : all_maps(arguments)) {
     outputs.push_back(folder / (stem + "_" + map + tile + extension(save_options)));
-    for (std::uint32_t k = 1; k < arguments.visibility_clusters && has_clusters(map); ++k) {
+    for (std::uint32_t k = 1; k < arguments.options.match.visibility.clusters && has_clusters(map);
+         ++k) {
       outputs.push_back(folder / (stem + "_" + cluster_name(map, k) + extension(save_options)));
     }
   }
-  if (arguments.visibility_clusters > 1) outputs.push_back(folder / (stem + kClusters));
+  if (arguments.options.match.visibility.clusters > 1)
+    outputs.push_back(folder / (stem + kClusters));
 }
 
 }  // namespace
 
-SetNames names_of(const BakeArguments& arguments, const BakedSet& set) {
+SetNames names_of(const BakeJob& arguments, const BakedSet& set) {
   const std::string stem = low_stem(arguments);
-  if (arguments.sets == name_of(sets_values(), SetsBy::udim)) return {stem, "." + set.word};
+  if (arguments.sets == SetsBy::udim) return {stem, "." + set.word};
   return {stem + "_" + set.word, ""};
 }
 
-void check_outputs(const BakeArguments& arguments, const SaveImageOptions& save_options,
+void check_outputs(const BakeJob& arguments, const SaveImageOptions& save_options,
                    std::span<const BakedSet> sets) {
   const fs::path folder = arguments.out;
   if (folder.empty()) throw Error(ErrorCode::usage, "--out is empty: give a folder.");
@@ -343,7 +344,7 @@ void check_outputs(const BakeArguments& arguments, const SaveImageOptions& save_
   std::vector<fs::path> inputs = {arguments.cage_mesh, arguments.match_list, arguments.load_match};
   for (const std::string& file : high_files(arguments)) inputs.emplace_back(file);
   for (const std::string& file : low_files(arguments)) inputs.emplace_back(file);
-  for (const std::string& file : occluder_files(arguments)) inputs.emplace_back(file);
+  for (const std::string& file : arguments.occluders) inputs.emplace_back(file);
   for (const TransferArgument& transfer : parse_transfers(arguments)) {
     inputs.emplace_back(transfer.file);
   }

@@ -3,7 +3,7 @@
 #include <cstdio>
 #include <utility>
 
-#include "arguments/bake_values.h"
+#include "arguments/bake_job.h"
 #include "arguments/map_bounds.h"
 #include "arguments/parse.h"
 #include "arguments/unwrap_option.h"
@@ -14,7 +14,7 @@
 namespace kiln::cli {
 
 LowPolyPlanOptions low_poly_options(const BakeRun& run) {
-  const BakeArguments& a = run.arguments;
+  const BakeJob& a = run.arguments;
   LowPolyPlanOptions options;
   const char* flag = a.max_angle.empty() ? "--max-error" : "--max-angle";
   options.max_error = parse_degrees(flag, angle_bound(a));
@@ -22,13 +22,13 @@ LowPolyPlanOptions low_poly_options(const BakeRun& run) {
   options.choose_rays = !a.given.contains("--ao-rays");
   if (!a.screen.empty()) options.screen = parse_pixels("--screen", a.screen);
   if (!a.max_outline.empty()) options.max_outline = parse_outline_bound(a.max_outline);
-  options.choose_match = a.match == kAutomatic;
+  options.choose_match = a.match_auto;
   options.choose_samples = !a.given.contains("--samples");
-  if (a.given.contains("--format")) options.bits = a.format == "png8" ? 8 : 16;
+  if (a.given.contains("--format")) options.bits = a.image.format == ImageFormat::png8 ? 8 : 16;
   options.bake = run.options;
   options.height_field = run.dense.heights.has_value();
   options.unwrap = unwrap_options(a.unwrap_method, options.bake.width).method;
-  if (a.density == kByDetail) options.density = TexelDensity::detail;
+  options.density = a.density;
   const bool normals_alone = options.bake.maps.size() == 1 && options.bake.transfers.empty() &&
                              options.bake.own_maps.empty();
   options.may_leave_map_out = normals_alone && a.packs.empty() && !a.layers && a.save_match.empty();
@@ -63,7 +63,7 @@ Json trial_json(const Candidate& trial) {
           {"size", trial.size},
           {"samples", trial.samples},
           {"bits", trial.bits},
-          {"match", match_name(trial.method)},
+          {"match", trial.method.name},
           {"bytes",
            {{"vertices", trial.bytes.vertices},
             {"texels", trial.bytes.texels},
@@ -155,8 +155,8 @@ void take_plan(BakeRun& run, LowPolyPlan planned) {
   run.low.simplified = plan.simplified;
   run.low.unwrapped = plan.unwrapped;
   if (!run.arguments.given.contains("--format")) {
-    run.arguments.format = plan.chosen.bits == 8 ? "png8" : "png16";
-    run.save_options = image_options(run.arguments);
+    run.arguments.image.format = plan.chosen.bits == 8 ? ImageFormat::png8 : ImageFormat::png16;
+    run.save_options = run.arguments.image;
   }
   if (plan.result) run.result = std::move(*plan.result);
   plan.result.reset();

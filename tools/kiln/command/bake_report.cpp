@@ -9,7 +9,7 @@ namespace kiln::cli {
 namespace {
 
 Json trial_json(const PlanTrial& trial) {
-  return {{"match", match_name(trial.method)},
+  return {{"match", trial.method.name},
           {"width", trial.width},
           {"height", trial.height},
           {"mean_angle_degrees", trial.error.mean_degrees},
@@ -24,7 +24,7 @@ Json plan_json(const PlannedBake& planned) {
   for (const PlanTrial& trial : planned.trials) trials.push_back(trial_json(trial));
   Json limits = Json::array();
   for (const PlanLimit& limit : planned.limits) {
-    limits.push_back({{"match", match_name(limit.method)},
+    limits.push_back({{"match", limit.method.name},
                       {"mean_angle_degrees", limit.error.mean_degrees},
                       {"p95_angle_degrees", limit.error.p95_degrees},
                       {"missed_share", limit.missed},
@@ -142,12 +142,12 @@ void add_parts(const BakeRun& run, Json& json) {
 
 /// What was read of the user's LOW, and of several files.
 void add_files(const BakeRun& run, Json& json) {
-  const BakeArguments& arguments = run.arguments;
+  const BakeJob& arguments = run.arguments;
   if (!arguments.more_high.empty()) json["inputs"]["high"]["files"] = high_files(arguments);
   if (arguments.low.empty()) return;
   Json& low = json["inputs"]["low"];
   if (!arguments.more_low.empty()) low["files"] = low_files(arguments);
-  low["triangulation"] = arguments.triangulate;
+  low["triangulation"] = name_of(Words(kTriangulations), arguments.load.triangulation);
   low["tangents"] = run.low.mesh.tangents.empty() ? "mikktspace" : "file";
   low["quads"] = run.low.polygons.quads;
   low["larger_polygons"] = run.low.polygons.larger;
@@ -157,7 +157,7 @@ void add_files(const BakeRun& run, Json& json) {
 }  // namespace
 
 Json report_json(const BakeRun& run, const Device& device, const Source& source, double total) {
-  const BakeArguments& arguments = run.arguments;
+  const BakeJob& arguments = run.arguments;
   const BakeReport& report = run.result.report;
   const std::string& low = arguments.low.empty() ? run.outputs[0] : arguments.low;
   Json json = {

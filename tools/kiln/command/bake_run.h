@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "arguments/bake_arguments.h"
+#include "arguments/bake_job.h"
 #include "arguments/high_poly_input.h"
 #include "kiln/kiln.h"
 #include "kiln/plan.h"
@@ -54,10 +54,9 @@ struct BakedSet {
 };
 
 struct BakeRun {
-  explicit BakeRun(const BakeArguments& given)
-      : arguments(given), console(given.quiet, given.json) {}
+  explicit BakeRun(const BakeJob& given) : arguments(given), console(given.quiet, given.json) {}
 
-  BakeArguments arguments;
+  BakeJob arguments;
   BakeOptions options;
   SaveImageOptions save_options;
   Console console;
@@ -92,13 +91,13 @@ struct BakeRun {
 // ---- bake_low.cpp ----
 
 /// The maps' stem; and of the low poly that is written beside them, where one is.
-std::string low_stem(const BakeArguments& arguments);
+std::string low_stem(const BakeJob& arguments);
 /// Of a level of detail.
-std::string lod_stem(const BakeArguments& arguments, std::size_t level);
+std::string lod_stem(const BakeJob& arguments, std::size_t level);
 /// What the low poly comes from: a file that is read.
-const std::string& low_source(const BakeArguments& arguments);
+const std::string& low_source(const BakeJob& arguments);
 /// Reads LOW; or makes one from HIGH; or unwraps the given one.
-LowMesh prepare_low(const BakeArguments& arguments, const HighPolyInput& dense, Console& console,
+LowMesh prepare_low(const BakeJob& arguments, const HighPolyInput& dense, Console& console,
                     std::vector<Warning>& warnings);
 
 /// Says so where a low poly has more than half of the high poly's vertices.
@@ -137,7 +136,7 @@ bool save_lods(BakeRun& run);
 /// The levels, as lines of a table.
 std::vector<std::string> lod_table(const LodChain& chain);
 /// NAME_lods.json.
-std::string lods_file(const BakeArguments& arguments);
+std::string lods_file(const BakeJob& arguments);
 
 // ---- bake_sets.cpp ----
 
@@ -164,13 +163,13 @@ void store(BakeRun& run, BakedMap& map, const std::string& name);
 
 /// Before any work: nothing that a run reads is written over, nor an OBJ of the user's.
 /// \param sets  LOW's texture sets, once they are known
-void check_outputs(const BakeArguments& arguments, const SaveImageOptions& save_options,
+void check_outputs(const BakeJob& arguments, const SaveImageOptions& save_options,
                    std::span<const BakedSet> sets = {});
 /// What stands in the names of a set's maps before and after the map's own name.
 struct SetNames {
   std::string stem, tile;
 };
-SetNames names_of(const BakeArguments& arguments, const BakedSet& set);
+SetNames names_of(const BakeJob& arguments, const BakedSet& set);
 /// Writes the run's low poly, if it was made, with its maps. \returns false where it was cancelled
 bool save_low_and_maps(BakeRun& run);
 /// Writes what --cage auto found, where that is asked for. \returns false where it was cancelled

@@ -3,7 +3,6 @@
 #include <cstdint>
 #include <set>
 
-#include "arguments/bake_values.h"
 #include "arguments/parse.h"
 #include "command/bake_run.h"
 #include "report/check_result.h"
@@ -46,7 +45,7 @@ void size_sets(const BakeRun& run, std::vector<BakedSet>& sets) {
     set.width = run.options.width;
     set.height = run.options.height;
   }
-  for (const SetSize& size : set_sizes(run.arguments)) {
+  for (const SetSize& size : run.arguments.set_sizes) {
     const auto found = std::find_if(sets.begin(), sets.end(),
                                     [&](const BakedSet& set) { return set.set.name == size.set; });
     if (found == sets.end()) {
@@ -107,19 +106,19 @@ void add_to(BakeReport& sum, const BakeReport& report) {
 }  // namespace
 
 void find_sets(BakeRun& run) {
-  BakeArguments& arguments = run.arguments;
-  const bool chosen = arguments.sets != kAutomatic;
+  BakeJob& arguments = run.arguments;
+  const bool chosen = arguments.sets.has_value();
   SetsBy by = SetsBy::none;
   if (no_sets(arguments).empty() && !run.low.mesh.uv_triangles.empty()) {
-    by = chosen ? sets_values().at(arguments.sets) : choose_texture_sets(run.low.mesh);
+    by = chosen ? *arguments.sets : choose_texture_sets(run.low.mesh);
   }
-  arguments.sets = name_of(sets_values(), by);
+  arguments.sets = by;
   if (by != SetsBy::none) {
     for (TextureSet& set : find_texture_sets(run.low.mesh, by)) {
       run.sets.push_back({std::move(set), 0, 0, ""});
     }
   }
-  if (run.sets.empty() && !set_sizes(arguments).empty()) {
+  if (run.sets.empty() && !arguments.set_sizes.empty()) {
     fail_usage(
         "--size NAME=SIZE is for texture sets, but LOW has one alone: give --sets material, "
         "object or udim, or --size for all.");
@@ -132,7 +131,7 @@ void find_sets(BakeRun& run) {
   std::erase_if(run.warnings, [](const Warning& w) { return w.code == "files-overlap"; });
   if (!chosen) {
     run.console.line(std::to_string(run.sets.size()) + " texture sets, a " +
-                     (by == SetsBy::udim ? "UDIM tile" : arguments.sets) +
+                     (by == SetsBy::udim ? "UDIM tile" : name_of(Words(kSets), arguments.sets)) +
                      " each: their UVs overlap (--sets none bakes one map)");
   }
 }
@@ -177,7 +176,7 @@ bool bake_sets(BakeRun& run, const Source& source) {
     if (!save_low_and_maps(run)) return false;
     const BakeReport& report = run.result.report;
     Json json = {{"name", set.set.name},
-                 {"by", run.arguments.sets},
+                 {"by", name_of(Words(kSets), run.arguments.sets)},
                  {"width", set.width},
                  {"height", set.height},
                  {"triangles", set.set.triangles},

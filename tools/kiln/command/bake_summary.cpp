@@ -71,7 +71,7 @@ std::string summary(const VisibilityReport& visibility, std::uint32_t clusters) 
 
 /// "rays, 512 x 512".
 std::string in_words(const PlanTrial& trial) {
-  return match_name(trial.method) + ", " + std::to_string(trial.width) + " x " +
+  return std::string(trial.method.name) + ", " + std::to_string(trial.width) + " x " +
          std::to_string(trial.height);
 }
 
@@ -95,7 +95,7 @@ std::string summary(const PlannedBake& planned) {
   line += "; with an endless map";
   for (const PlanLimit& limit : planned.limits) {
     std::snprintf(text, sizeof text, "%s %s: %.3g", &limit == planned.limits.data() ? "" : ";",
-                  match_name(limit.method).c_str(), limit.error.mean_degrees);
+                  std::string(limit.method.name).c_str(), limit.error.mean_degrees);
     line += text;
   }
   if (planned.least > 0) {
@@ -215,9 +215,11 @@ void print_summary(BakeRun& run, const Source::Stats& source, double total) {
   if (run.low.polygons.quads + run.low.polygons.larger > 0) {
     console.line("LOW: " + with_commas(run.low.polygons.quads) + " quads and " +
                  with_commas(run.low.polygons.larger) +
-                 " larger polygons, triangulated by the rule '" + run.arguments.triangulate + "'");
+                 " larger polygons, triangulated by the rule '" +
+                 name_of(Words(kTriangulations), run.arguments.load.triangulation) + "'");
   }
-  if (!run.low.mesh.tangents.empty() && run.arguments.space == "tangent") {
+  if (!run.low.mesh.tangents.empty() &&
+      run.arguments.options.encoding.space == NormalMapSpace::tangent) {
     console.line("LOW: tangents of its file (--tangents mikktspace computes them)");
   }
   if (run.plan) {
@@ -261,8 +263,9 @@ void print_summary(BakeRun& run, const Source::Stats& source, double total) {
     std::snprintf(
         text, sizeof text,
         "error of %s against %s: rms %.3g, mean %.3g, 95%% %.3g, most %.3g %s (%s texels)",
-        map_name(error.kind).c_str(), std::string(error.against).c_str(), error.rms, error.mean,
-        error.p95, error.max, std::string(error.unit).c_str(), with_commas(error.texels).c_str());
+        std::string(error.kind.name).c_str(), std::string(error.against).c_str(), error.rms,
+        error.mean, error.p95, error.max, std::string(error.unit).c_str(),
+        with_commas(error.texels).c_str());
     console.line(text);
   }
   for (const std::string& output : run.outputs) console.line("wrote " + output);

@@ -3,8 +3,7 @@
 #include <memory>
 #include <optional>
 
-#include "arguments/bake_arguments.h"
-#include "arguments/bake_values.h"
+#include "arguments/bake_job.h"
 #include "arguments/cage_file.h"
 #include "arguments/map_bounds.h"
 #include "arguments/match_flags.h"
@@ -58,7 +57,7 @@ BakeResult bake_from(const HighPolyInput& dense, const Source& source, const Mes
 }
 
 /// A list of likely views that says nothing.
-void warn_about_weights(const BakeArguments& arguments, const VisibilityOptions& visibility,
+void warn_about_weights(const BakeJob& arguments, const VisibilityOptions& visibility,
                         std::vector<Warning>& warnings) {
   const std::vector<VisibilityOptions::Likelihood>& list = visibility.likelihoods;
   if (list.empty() || std::any_of(list.begin(), list.end(), [&](const auto& entry) {
@@ -67,7 +66,7 @@ void warn_about_weights(const BakeArguments& arguments, const VisibilityOptions&
     return;
   }
   warnings.push_back({"equal-view-weights",
-                      "'" + arguments.view_weight +
+                      "'" + arguments.view_weights +
                           "' gives all views the same weight, as --view-weight all does. Each "
                           "direction takes the weight of the nearest line: add lines with less "
                           "weight for sides that nobody looks from.",
@@ -127,7 +126,7 @@ namespace {
 void widen_search(BakeRun& run) {
   const BakeOptions& options = run.options;
   if (!run.low.simplified || run.dense.heights || options.match.max_distance ||
-      options.match.cage || !run.arguments.cage.empty() || !run.arguments.cage_mesh.empty()) {
+      options.match.cage || run.arguments.cage_auto || !run.arguments.cage_mesh.empty()) {
     return;
   }
   const SimplifyReport& made = *run.low.simplified;
@@ -145,8 +144,8 @@ double planning(const BakeReport& report, double all) {
 }
 
 /// More was missed than --max-missed allows.
-std::string too_many_missed(const BakeArguments& arguments, const BakeResult& result,
-                            const Mesh& low, const std::string& path, double missed) {
+std::string too_many_missed(const BakeJob& arguments, const BakeResult& result, const Mesh& low,
+                            const std::string& path, double missed) {
   char text[128];
   std::snprintf(text, sizeof text, "%.4g%% of the samples were missed, but --max-missed is %.4g. ",
                 missed, arguments.max_missed_percent);
@@ -157,7 +156,7 @@ std::string too_many_missed(const BakeArguments& arguments, const BakeResult& re
   }
   const MatchMethod around = first_match(&MatchInfo::looks_around);
   const std::string fallback = "add --fallback " + std::string(around.name) + ".";
-  const bool far = arguments.match == kAutomatic || chain_has(arguments, &MatchInfo::looks_far);
+  const bool far = arguments.match_auto || chain_has(arguments, &MatchInfo::looks_far);
   if (!far) return message + " To find them, " + fallback;
   return message + " Raise --max-distance" +
          (matches_by(arguments, around) ? "." : ", or " + fallback);
@@ -165,12 +164,12 @@ std::string too_many_missed(const BakeArguments& arguments, const BakeResult& re
 
 /// Reads all files but LOW's, and makes or reads LOW. \returns false where it was cancelled
 bool read_inputs(BakeRun& run) {
-  const BakeArguments& arguments = run.arguments;
+  const BakeJob& arguments = run.arguments;
   const bool made = arguments.low.empty();
   for (const std::string& file : high_files(arguments)) {
     if (!run.console.progress(0, "reading " + file)) return false;
   }
-  run.dense = load_dense(high_files(arguments), arguments.heights, load_options(arguments),
+  run.dense = load_dense(high_files(arguments), arguments.heights, arguments.load,
                          has_more_files(arguments) && !made, run.warnings);
   if (made && !run.dense.heights) turn_strays(run.dense.mesh, run.warnings);
   choose_asset_maps(run);
@@ -201,16 +200,15 @@ bool read_inputs(BakeRun& run) {
                       : arguments.low;
   (made ? run.stages.low : run.stages.load) += run.watch.lap();
   if (!arguments.cage_mesh.empty()) {
-    run.cage_mesh =
-        load_cage(arguments.cage_mesh, run.low.mesh, load_options(arguments), &run.warnings);
+    run.cage_mesh = load_cage(arguments.cage_mesh, run.low.mesh, arguments.load, &run.warnings);
     check_cage_directions(arguments, run.low.mesh, *run.cage_mesh);
     run.options.match.cage_mesh = &*run.cage_mesh;
   }
-  for (const std::string& file : occluder_files(arguments)) {
+  for (const std::string& file : arguments.occluders) {
     run.options.occlusion.by_others.push_back(
-        &run.occluders.emplace_back(load_mesh(file, load_options(arguments), &run.warnings)));
+        &run.occluders.emplace_back(load_mesh(file, arguments.load, &run.warnings)));
   }
-  if (arguments.match_by != "all") {
+  if (arguments.parts_by) {
     run.parts = pair_parts(run.dense.mesh, run.low.mesh, part_names(arguments));
     run.options.match.parts = &*run.parts;
     run.warnings.insert(run.warnings.end(), run.parts->warnings.begin(), run.parts->warnings.end());
@@ -225,7 +223,7 @@ bool read_inputs(BakeRun& run) {
 
 /// The cage of --cage auto, for what follows as one that was given.
 void make_cage(BakeRun& run, const Source& source) {
-  if (run.arguments.cage != kAutomatic) return;
+  if (!run.arguments.cage_auto) return;
   run.cage = find_cage(source, run.low.mesh, run.options);
   run.options.match.cage_mesh = &run.cage->mesh;
   run.options.match.max_distance.reset();  // that was for finding it
@@ -300,7 +298,7 @@ bool make_maps(BakeRun& run, const Source& source) {
                          run.warnings);
     }
     if (run.plan->chosen.size == 0) return true;
-  } else if (run.arguments.match == kAutomatic) {
+  } else if (run.arguments.match_auto) {
     PlanOptions plan_options;
     plan_options.bake = run.options;
     plan_options.bounds = map_bounds(run.arguments);
@@ -353,21 +351,19 @@ int verdict(const BakeRun& run) {
   return 0;
 }
 
-int run_bake(const BakeArguments& given) {
+int run_bake(const BakeJob& given) {
   BakeRun run(given);
-  BakeArguments& arguments = run.arguments;
+  BakeJob& arguments = run.arguments;
   if (is_height_field(given.high) && !given.given.contains("--match")) {
-    arguments.match = first_match(&MatchInfo::needs_uvs).name;
+    arguments.options.match.method = first_match(&MatchInfo::needs_uvs);
   }
   if (bounds_maps(arguments) && !arguments.given.contains("--match")) {
-    arguments.match = kAutomatic;
+    arguments.match_auto = true;
   }
-  take_sizes(arguments);
   take_asset(arguments);
-  part_maps(arguments);
   check(arguments);
-  run.options = bake_options(arguments);
-  run.save_options = image_options(arguments);
+  run.options = options_of(arguments);
+  run.save_options = arguments.image;
   check_outputs(arguments, run.save_options);
   prepare_output_folder(arguments.out);
   prepare_parent(arguments.json);
@@ -378,7 +374,7 @@ int run_bake(const BakeArguments& given) {
   const Device device = Device::open(arguments.device);
   if (!read_inputs(run)) return kExitCancelled;
   if (!run.console.progress(kAtSource, "preparing the high poly")) return kExitCancelled;
-  const Source source(device, run.dense.mesh, traversal(arguments));
+  const Source source(device, run.dense.mesh, arguments.traversal);
   run.stages.build = run.watch.lap();
   judge_seams(run, device, source);
   make_cage(run, source);
@@ -409,8 +405,15 @@ int run_bake(const BakeArguments& given) {
 Run add_bake(Command& app) {
   Command* command = app.add_command(
       "bake", "Bake the detail of HIGH into textures of LOW (made from HIGH where none is given)");
-  auto arguments = std::make_shared<BakeArguments>();
-  add_bake_options(*command, *arguments);
+  auto arguments = std::make_shared<BakeJob>();
+  add_options(*command, bake_rows(), arguments.get());
+  command->add_text_flag(
+      "--help-json",
+      [] {
+        const BakeJob none;
+        return rows_json(bake_rows(), &none).dump(1);
+      },
+      "All options as JSON, for programs: types, units, ranges, defaults");
   return [command, arguments] {
     arguments->given = given_flags(*command);
     return run_bake(*arguments);

@@ -5,7 +5,7 @@
 #include <optional>
 #include <set>
 
-#include "arguments/bake_values.h"
+#include "arguments/bake_job.h"
 #include "arguments/high_poly_input.h"
 #include "arguments/match_flags.h"
 #include "arguments/mesh_files.h"
@@ -50,7 +50,7 @@ void check(const RenderArguments& arguments) {
     throw Error(ErrorCode::usage, "--out '" + arguments.out +
                                       "': the picture is a PNG, so the name must end in .png.");
   }
-  if (arguments.heights.given() && !is_height_field(arguments.reference)) {
+  if (stretches(arguments.heights) && !is_height_field(arguments.reference)) {
     throw Error(
         ErrorCode::usage,
         "--height and --extent are for a --reference that is a height field, a PNG or EXR.");
@@ -99,8 +99,8 @@ NormalMap map_of(const RenderArguments& arguments, Image& image,
   image = bakes(arguments) ? baked() : load_normal_map(arguments.normal);
   map.image = &image;
   map.flip_y = arguments.flip_y;
-  map.space = space_values().at(arguments.space);
-  map.bitangent = bitangent_values().at(arguments.bitangent);
+  map.space = Words(kSpaces).at(arguments.space);
+  map.bitangent = Words(kBitangents).at(arguments.bitangent);
   return map;
 }
 
@@ -190,7 +190,7 @@ Json describe_options(const RenderArguments& arguments, const RenderOptions& opt
                {"curvature", arguments.dress.curvature},
                {"show", arguments.show},
                {"draw_cage", arguments.draw_cage},
-               {"cage", arguments.bake.cage},
+               {"cage", find_row(bake_rows(), "--cage")->value.get(&arguments.bake)},
                {"cage_mesh", arguments.bake.cage_mesh},
                {"space", arguments.space},
                {"bitangent", arguments.bitangent},
@@ -211,7 +211,7 @@ int run_render(const RenderArguments& arguments) {
   std::vector<std::filesystem::path> files = {arguments.mesh,  arguments.normal,
                                               dress.color,     dress.occlusion,
                                               dress.curvature, arguments.reference};
-  const BakeArguments& bake_as = arguments.bake;
+  const BakeJob& bake_as = arguments.bake;
   for (const auto* more : {&arguments.show, &bake_as.more_high, &bake_as.more_low}) {
     files.insert(files.end(), more->begin(), more->end());
   }
@@ -224,8 +224,8 @@ int run_render(const RenderArguments& arguments) {
   const Mesh mesh = load_low(baking(arguments), warnings);
   std::optional<HighPolyInput> dense;
   if (!arguments.reference.empty()) {
-    dense = load_dense(high_files(baking(arguments)), arguments.heights,
-                       load_options(arguments.bake), has_more_files(arguments.bake), warnings);
+    dense = load_dense(high_files(baking(arguments)), arguments.heights, arguments.bake.load,
+                       has_more_files(arguments.bake), warnings);
   }
   const Mesh* const reference = dense ? &dense->mesh : nullptr;
   if (reference != nullptr) warn_of_boxes("--reference and MESH", *reference, mesh, warnings);
@@ -316,7 +316,7 @@ Run add_render(Command& app) {
       ->check(range(16U, 8192U))
       ->capture_default_str();
   command->add_option("--bitangent", a->bitangent, "That the map was baked with: pixel, or vertex")
-      ->check(one_of(bitangent_values()))
+      ->check(one_of(Words(kBitangents)))
       ->capture_default_str();
   command->add_option("MESH", a->mesh, "The mesh to show")->required();
   command->add_option(
@@ -341,7 +341,7 @@ Run add_render(Command& app) {
   command->add_flag("--flip-y", a->flip_y, "The map's green points down (DirectX)");
   command->add_option("--reference", a->reference,
                       "The high poly or height field, shown beside; also measures the difference");
-  add_height_options(*command, a->heights, "The height field (--reference is a PNG or EXR)");
+  add_height_options(*command, *a, "The height field (--reference is a PNG or EXR)");
   command->add_option("--out", a->out, "The picture to write (PNG)")->required();
   add_view_options(*command, a->view);
   command
@@ -368,10 +368,7 @@ Run add_render(Command& app) {
       ->add_option("--frames", a->frames,
                    "How many frames --json times of each mesh, 1 to 1000 (default 30)")
       ->check(range(1, 1000));
-  command->add_option("--device", a->device, "OpenCL device: index or part of its name");
-  command->add_option("--json", a->json, "Write a report to this file, or - for standard output");
-  command->add_flag("--quiet", a->quiet,
-                    "Leave out progress and the summary; warnings and errors stay");
+  add_run_options(*command, *a);
   return [a, command, matching] {
     for (const std::string& flag : given_flags(*command)) {
       if (matching.contains(flag)) a->bake.given.insert(flag);

@@ -5,6 +5,7 @@
 
 #include "arguments/high_poly_input.h"
 #include "arguments/mesh_files.h"
+#include "arguments/option_table.h"
 #include "arguments/parse.h"
 #include "arguments/paths.h"
 #include "arguments/unwrap_option.h"
@@ -25,7 +26,9 @@ namespace {
 constexpr const char *kForMap = "map", *kForShading = "shading";
 
 struct SimplifyArguments {
-  std::string high, out, size = "2048", unwrap = "charts", density = "area", json;
+  std::string high, out, size = "2048", unwrap = "charts", json;
+  TexelDensity density = TexelDensity::area;
+  LoadMeshOptions load;
   std::string normals = kForMap;
   std::uint32_t faces = 0;
   std::string max_error;
@@ -82,7 +85,7 @@ int run_simplify(const SimplifyArguments& arguments) {
   prepare_parent(arguments.json);
   std::vector<Warning> warnings;
   if (!console.progress(0.0, "reading")) return kExitCancelled;
-  Mesh high = load_mesh(arguments.high, &warnings);
+  Mesh high = load_mesh(arguments.high, arguments.load, &warnings);
   turn_strays(high, warnings);
   if (!console.progress(0.2, "simplifying")) return kExitCancelled;
   SimplifyReport report;
@@ -96,8 +99,9 @@ int run_simplify(const SimplifyArguments& arguments) {
   const Mesh simple = simplify(high, options, &report);
   if (!console.progress(0.8, "unwrapping")) return kExitCancelled;
   UnwrapReport unwrap_report;
-  const UnwrapOptions layout = unwrap_options(arguments.unwrap, std::min(width, height),
-                                              arguments.density == kByDetail ? &high : nullptr);
+  const UnwrapOptions layout =
+      unwrap_options(arguments.unwrap, std::min(width, height),
+                     arguments.density == TexelDensity::detail ? &high : nullptr);
   Mesh low = arguments.keep_uvs ? simple : unwrap(simple, layout, &unwrap_report);
   const bool shaded = arguments.normals != kForMap;
   FitNormalsReport normals;
@@ -148,6 +152,7 @@ int run_simplify(const SimplifyArguments& arguments) {
                  {"back_error", by_error ? Json(report.back_error) : Json()},
                  {"unwrap", arguments.keep_uvs ? "kept" : arguments.unwrap},
                  {"uv_strays", arguments.keep_uvs ? Json(report.uv_strays) : Json()},
+                 {"triangulate", name_of(Words(kTriangulations), arguments.load.triangulation)},
                  {"hull", arguments.hull},
                  {"dropped_parts", report.dropped_parts},
                  {"normals", arguments.normals},
@@ -163,7 +168,7 @@ int run_simplify(const SimplifyArguments& arguments) {
                  {"warnings", describe(warnings)}};
     if (!arguments.keep_uvs) {
       json["border_texels"] = unwrap_report.border_texels;
-      json["density"] = arguments.density;
+      json["density"] = name_of(Words(kDensities), arguments.density);
       json["density_spread"] = unwrap_report.density_spread;
       json["hard_edges"] = normals.hard_edges;
     }
@@ -178,9 +183,7 @@ Run add_simplify(Command& app) {
   Command* command =
       app.add_command("simplify", "Make a low poly from a high poly: few faces, with UVs");
   auto arguments = std::make_shared<SimplifyArguments>();
-  command
-      ->add_option("HIGH", arguments->high, "The high poly (PLY, OBJ, STL, OFF, FBX, DAE, 3DS, X)")
-      ->required();
+  command->add_option("HIGH", arguments->high, "The high poly (" + mesh_kinds() + ")")->required();
   command->add_option("--out", arguments->out, "The low poly to write (OBJ)")->required();
   Option* faces = command
                       ->add_option("--faces", arguments->faces,
@@ -201,7 +204,11 @@ Run add_simplify(Command& app) {
                        "squares (pairs in equal squares, to compare with)")
           ->check(one_of({"charts", "pairs", "squares"}))
           ->capture_default_str();
-  Option* density = add_density_option(*command, arguments->density, "HIGH");
+  using Job = SimplifyArguments;
+  const OptionRow rows[] = {density_row<Job>("", "HIGH"), triangulate_row<Job>("", "HIGH"),
+                            json_row<Job>(""), quiet_row<Job>("")};
+  add_options(*command, rows, arguments.get());
+  const Option* density = command->find_option("--density");
   Option* keep =
       command->add_flag("--keep-uvs", arguments->keep_uvs,
                         "Keep HIGH's UVs, seams and groups instead of making new charts");
@@ -227,10 +234,6 @@ Run add_simplify(Command& app) {
       ->check(one_of({kForMap, kForShading}))
       ->capture_default_str();
   command->add_flag("--force", arguments->force, "Write over an OBJ that Kiln did not write");
-  command->add_option("--json", arguments->json,
-                      "Write a report to this file, or - for standard output");
-  command->add_flag("--quiet", arguments->quiet,
-                    "Leave out progress and the summary; warnings and errors stay");
   return [arguments, size, unwrap, density] {
     arguments->laid_out = size->count() > 0 || unwrap->count() > 0 || density->count() > 0;
     arguments->by_density = density->count() > 0;

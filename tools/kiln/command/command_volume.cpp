@@ -3,8 +3,7 @@
 #include <memory>
 #include <optional>
 
-#include "arguments/bake_arguments.h"
-#include "arguments/bake_values.h"
+#include "arguments/bake_job.h"
 #include "arguments/parse.h"
 #include "arguments/paths.h"
 #include "arguments/surface_arguments.h"
@@ -35,7 +34,8 @@ struct VolumeArguments {
   std::string max_distance;
   std::uint32_t samples = 1, lods = 0;
   std::string size = "auto";
-  std::string unwrap = "pairs", density = "area";
+  std::string unwrap = "pairs";
+  TexelDensity density = TexelDensity::area;
   bool by_density = false;  // --density was given
   std::string space = "tangent";
   bool flip_y = false;
@@ -68,7 +68,7 @@ ExtractOptions map_options(const VolumeArguments& a) {
   options.space = a.space == "tangent" ? NormalMapSpace::tangent : NormalMapSpace::object;
   options.flip_y = a.flip_y;
   options.unwrap = a.unwrap == "charts" ? UnwrapMethod::charts : UnwrapMethod::pairs;
-  options.density = a.density == kByDetail ? TexelDensity::detail : TexelDensity::area;
+  options.density = a.density;
   return options;
 }
 
@@ -100,7 +100,9 @@ Baked bake_map(const Device& device, const VolumeArguments& a, const Mesh& dense
   options.width = options.height = result.normal_map.width;
   options.samples = a.samples;
   options.match.method = find_match(a.match).method;
-  options.match.max_distance = optional_length("--max-distance", a.max_distance);
+  if (!a.max_distance.empty()) {
+    options.match.max_distance = parse_length_above_0("--max-distance", a.max_distance);
+  }
   options.encoding.space = a.space == "tangent" ? NormalMapSpace::tangent : NormalMapSpace::object;
   options.encoding.flip_y = a.flip_y;
   // Charts have just their border around them, and none may write into another's.
@@ -238,7 +240,7 @@ Json json_of(const VolumeArguments& a, const ExtractOptions& options) {
                {"size", options.choose.size ? Json("auto") : Json(options.size)},
                {"chart_border", options.border_texels},
                {"unwrap", a.unwrap},
-               {"density", a.density},
+               {"density", name_of(Words(kDensities), a.density)},
                {"space", a.space},
                {"flip_y", a.flip_y},
                {"format", a.format}});
@@ -472,8 +474,8 @@ Run add_volume(Command& app) {
       ->check(one_of({"pairs", "charts"}))
       ->capture_default_str()
       ->group(kMapGroup);
-  Option* density = add_density_option(*command, a.density, "the full contour");
-  density->group(kMapGroup);
+  const OptionRow density_rows[] = {density_row<VolumeArguments>(kMapGroup, "the full contour")};
+  add_options(*command, density_rows, &a);
   add_chart_border_option(*command, a.surface);
   command->add_option("--space", a.space, "Of the normals: tangent (MikkTSpace) or object")
       ->check(one_of({"tangent", "object"}))
@@ -489,17 +491,9 @@ Run add_volume(Command& app) {
   const char* const group_run = "The run";
   command->add_flag("--force", a.force, "Write over meshes that Kiln did not write")
       ->group(group_run);
-  command
-      ->add_option("--device", a.device,
-                   "OpenCL device: index or part of its name (see kiln devices)")
-      ->group(group_run);
-  command->add_option("--json", a.json, "Write a report to this file, or - for standard output")
-      ->group(group_run);
-  command
-      ->add_flag("--quiet", a.quiet, "Leave out progress and the summary; warnings and errors stay")
-      ->group(group_run);
-  return [arguments, density] {
-    arguments->by_density = density->count() > 0;
+  add_run_options(*command, a, group_run);
+  return [arguments, command] {
+    arguments->by_density = command->find_option("--density")->count() > 0;
     return run_volume(*arguments);
   };
 }

@@ -4,7 +4,7 @@
 #include <set>
 #include <utility>
 
-#include "arguments/bake_values.h"
+#include "arguments/bake_job.h"
 #include "arguments/match_flags.h"
 #include "report/check_result.h"
 
@@ -22,15 +22,15 @@ const std::set<std::string> kOfFoundCages = {"--direction",  "--edge-width", "--
                                              "--high-names", "--two-sided"};
 
 void check_drawn_cage(const RenderArguments& arguments) {
-  const BakeArguments& bake = arguments.bake;
+  const BakeJob& bake = arguments.bake;
   if (!arguments.draw_cage) return;
-  if (bake.cage.empty() && bake.cage_mesh.empty()) {
+  if (!bake.cage_auto && !bake.options.match.cage && bake.cage_mesh.empty()) {
     throw Error(ErrorCode::usage,
                 "--draw-cage draws the cage that --cage or --cage-mesh says: add one of them.");
   }
   for (const std::string& flag : bake.given) {
     const bool serves = kOfMeshes.contains(flag) || kOfCages.contains(flag) ||
-                        (bake.cage == kAutomatic && kOfFoundCages.contains(flag));
+                        (bake.cage_auto && kOfFoundCages.contains(flag));
     if (serves || arguments.map_size_given) continue;
     throw Error(ErrorCode::usage, flag +
                                       " has no say in the cage that --draw-cage draws: leave it "
@@ -47,15 +47,15 @@ bool bakes(const RenderArguments& arguments) {
                       [](const std::string& flag) { return !kOfMeshes.contains(flag); }));
 }
 
-BakeArguments baking(const RenderArguments& arguments) {
-  BakeArguments bake = arguments.bake;
+BakeJob baking(const RenderArguments& arguments) {
+  BakeJob bake = arguments.bake;
   bake.high = arguments.reference;
   bake.low = arguments.mesh;
   bake.heights = arguments.heights;
-  bake.size = std::to_string(arguments.map_size);
-  bake.space = arguments.space;
-  bake.flip_y = arguments.flip_y;
-  bake.bitangent = arguments.bitangent;
+  bake.options.width = bake.options.height = arguments.map_size;
+  bake.options.encoding.space = Words(kSpaces).at(arguments.space);
+  bake.options.encoding.flip_y = arguments.flip_y;
+  bake.options.encoding.bitangent = Words(kBitangents).at(arguments.bitangent);
   return bake;
 }
 
@@ -86,15 +86,15 @@ void check_bake(const RenderArguments& arguments) {
 
 Image bake_map(const RenderArguments& arguments, const Device& device, const HighPolyInput& dense,
                const Mesh& mesh, std::vector<Warning>& warnings) {
-  const BakeArguments bake_as = baking(arguments);
+  const BakeJob bake_as = baking(arguments);
   MatchInputs inputs;
   inputs.read(bake_as, dense.mesh, mesh, warnings);
   inputs.make_cage(bake_as, device, dense.mesh, mesh, warnings);
-  BakeOptions options = bake_options(bake_as);
+  BakeOptions options = options_of(bake_as);
   options.match.uv = uv_options(dense, options.match.uv);
   options.report.keep_match = false;
   inputs.apply(options);
-  const Source source(device, dense.mesh, traversal(bake_as));
+  const Source source(device, dense.mesh, bake_as.traversal);
   BakeResult result = bake(source, mesh, options);
   check_result(result.report, dense.mesh, mesh);
   warnings.insert(warnings.end(), result.report.warnings.begin(), result.report.warnings.end());

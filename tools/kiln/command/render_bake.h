@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "arguments/bake_arguments.h"
+#include "arguments/bake_job.h"
 #include "arguments/high_poly_input.h"
 #include "picture/dressed.h"
 #include "picture/view_arguments.h"
@@ -17,11 +17,11 @@ struct RenderArguments {
   std::string mesh, normal, reference, out, space = "tangent", device, json;
   DressMaps dress;
   std::vector<std::string> show;
-  HeightArguments heights;
+  HeightFieldOptions heights;
   ViewArguments view;
   std::uint32_t size = 512, samples = 3, ambient_rays = 64, views = 0;
   std::optional<std::uint32_t> frames;
-  BakeArguments bake;  // flags of the match; given ones are in bake.given
+  BakeJob bake;  // flags of the match; given ones are in bake.given
   std::uint32_t map_size = 1024;
   bool map_size_given = false;
   std::string bitangent = "pixel";
@@ -33,7 +33,7 @@ struct RenderArguments {
 bool bakes(const RenderArguments& arguments);
 
 /// The flags of the match as the bake has them.
-BakeArguments baking(const RenderArguments& arguments);
+BakeJob baking(const RenderArguments& arguments);
 
 /// What would only be found out after the meshes were read. \throws Error(usage)
 void check_bake(const RenderArguments& arguments);

@@ -6,7 +6,7 @@
 #include <utility>
 #include <vector>
 
-#include "arguments/bake_values.h"
+#include "arguments/bake_job.h"
 #include "arguments/cage_file.h"
 #include "arguments/match_flags.h"
 #include "arguments/parse.h"
@@ -73,15 +73,15 @@ void draw_edge(const Viewed& a, const Viewed& b, const Image& depth, double behi
 
 }  // namespace
 
-Mesh outer_cage(const BakeArguments& arguments, const Device& device, const Mesh& low,
-                const Mesh* high, std::vector<Warning>& warnings) {
+Mesh outer_cage(const BakeJob& arguments, const Device& device, const Mesh& low, const Mesh* high,
+                std::vector<Warning>& warnings) {
   if (!arguments.cage_mesh.empty()) {
-    return outer_of(load_cage(arguments.cage_mesh, low, load_options(arguments), &warnings));
+    return outer_of(load_cage(arguments.cage_mesh, low, arguments.load, &warnings));
   }
-  const bool automatic = arguments.cage == kAutomatic;
-  const Length length = automatic ? Length{} : parse_cage(arguments.cage);
+  const bool automatic = arguments.cage_auto;
+  const Length length = arguments.options.match.cage.value_or(Length{});
   if ((automatic || length.relative) && high == nullptr) {
-    throw Error(ErrorCode::usage, "--cage " + arguments.cage +
+    throw Error(ErrorCode::usage, "--cage " + (automatic ? kAutomatic : length_text(length)) +
                                       " goes by HIGH: add --reference HIGH, or give a length in "
                                       "world units.");
   }

@@ -3,7 +3,7 @@
 
 #include <vector>
 
-#include "arguments/bake_arguments.h"
+#include "arguments/bake_job.h"
 #include "kiln/kiln.h"
 #include "kiln/render.h"
 
@@ -12,8 +12,8 @@ namespace kiln::cli {
 /// The surface that rays start from, as --cage or --cage-mesh and what goes with them say: of two shells the
 /// outer one. \param high  null: none
 /// \throws Error(usage) where a share of HIGH's diagonal, or auto, is asked for without HIGH; Error(input)
-Mesh outer_cage(const BakeArguments& arguments, const Device& device, const Mesh& low,
-                const Mesh* high, std::vector<Warning>& warnings);
+Mesh outer_cage(const BakeJob& arguments, const Device& device, const Mesh& low, const Mesh* high,
+                std::vector<Warning>& warnings);
 
 class CagePicture {
  public:

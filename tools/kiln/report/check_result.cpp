@@ -141,8 +141,8 @@ std::string why_nothing(const BakeReport& report, const Mesh& high, const Mesh& 
 }
 
 Mesh load_light(const std::string& path, const std::string& otherwise,
-                std::vector<Warning>& warnings) {
-  Mesh mesh = load_mesh(path, &warnings);
+                std::vector<Warning>& warnings, const LoadMeshOptions& options) {
+  Mesh mesh = load_mesh(path, options, &warnings);
   check_has_uvs(mesh, path, otherwise);
   turn_normals("LOW", Trusted::normals, mesh, warnings);
   return mesh;

@@ -29,6 +29,6 @@ void check_has_uvs(const Mesh& low, const std::string& path, const std::string& 
 /// \param otherwise  ends the message: ", or ..."
 /// \throws Error(input) where it has no UVs
 Mesh load_light(const std::string& path, const std::string& otherwise,
-                std::vector<Warning>& warnings);
+                std::vector<Warning>& warnings, const LoadMeshOptions& options = {});
 
 }  // namespace kiln::cli

@@ -66,6 +66,7 @@ class Json {
   /// Null where the text is no JSON.
   static Json parse(std::string_view text);
 
+  bool is_null() const { return kind_ == Kind::null; }
   bool is_string() const { return kind_ == Kind::text; }
   bool is_array() const { return kind_ == Kind::list; }
   bool is_object() const { return kind_ == Kind::object; }
