@@ -73,7 +73,7 @@ BakeResult bake(const Source& source, const Mesh& low, const BakeOptions& option
 BakeResult bake(const Match& match, const Source& source, const Mesh& low,
                 const BakeOptions& options) {
   if (options.match.saved != nullptr) {
-    throw Error(ErrorCode::usage, "Two matches were given: leave MatchOptions::saved out.",
+    throw Error(ErrorCode::usage, "Two matches were given: leave `match.saved` out.",
                 "option-contradiction");
   }
   BakeOptions with = options;

@@ -135,7 +135,7 @@ void check_distances(const BakeOptions& options) {
   if (options.match.max_distance) check_length("max_distance", *options.match.max_distance, false);
   if (options.match.cage) check_length("cage", *options.match.cage, true);
   if (options.match.ray.edge_width)
-    check_length("ray.edge_width", *options.match.ray.edge_width, false);
+    check_length("`match.ray.edge_width`", *options.match.ray.edge_width, false);
   if (options.match.cage && options.match.cage_mesh != nullptr) {
     usage("Both a cage distance and a cage mesh were given: choose one.", kContradiction);
   }
@@ -178,48 +178,52 @@ void check_occlusion_views(const OcclusionOptions& occlusion) {
 /// What single maps take.
 void check_map_options(const BakeOptions& options) {
   if (options.occlusion.rays < 1 || options.occlusion.rays > 4096) {
-    usage("occlusion.rays is " + std::to_string(options.occlusion.rays) +
+    usage("`occlusion.rays` is " + std::to_string(options.occlusion.rays) +
           ": it must be 1 to 4096.");
   }
   if (options.occlusion.views < 16 || options.occlusion.views > 4096) {
-    usage("occlusion.views is " + std::to_string(options.occlusion.views) +
+    usage("`occlusion.views` is " + std::to_string(options.occlusion.views) +
           ": it must be 16 to 4096.");
   }
   check_occlusion_views(options.occlusion);
   if (options.occlusion.distance)
-    check_length("occlusion.distance", *options.occlusion.distance, false);
+    check_length("`occlusion.distance`", *options.occlusion.distance, false);
   if (!options.occlusion.by_high && !options.occlusion.by_low &&
       options.occlusion.by_others.empty()) {
-    usage("occlusion.by_high, by_low and by_others leave nothing that occludes: give one of them.");
+    usage(
+        "`occlusion.by_high`, `by_low` and `by_others` leave nothing that occludes: give one of "
+        "them.");
   }
   if (options.occlusion.own_part && options.match.parts == nullptr) {
-    usage("occlusion.own_part is set, but there are no parts: give `parts`, or leave it.",
+    usage("`occlusion.own_part` is set, but there are no parts: give `match.parts`, or leave it.",
           kContradiction);
   }
   for (const Mesh* mesh : options.occlusion.by_others) {
-    if (mesh == nullptr) usage("occlusion.by_others has a null pointer: it must point to meshes.");
+    if (mesh == nullptr)
+      usage("`occlusion.by_others` has a null pointer: it must point to meshes.");
     validate(*mesh);
   }
   const Vec3& light = options.light.direction;
   const double squared =
       double{light.x} * light.x + double{light.y} * light.y + double{light.z} * light.z;
   if (!std::isfinite(squared) || squared == 0) {
-    usage("light.direction must be a finite direction other than 0.");
+    usage("`light.direction` must be a finite direction other than 0.");
   }
   if (!(options.light.angle_degrees >= 0 && options.light.angle_degrees <= 90)) {
-    usage("light.angle_degrees is " + std::to_string(options.light.angle_degrees) +
+    usage("`light.angle_degrees` is " + std::to_string(options.light.angle_degrees) +
           ": it must be 0 to 90.");
   }
   if (!(options.occlusion.max_error >= 0 && options.occlusion.max_error <= 1)) {
-    usage("occlusion.max_error is " + std::to_string(options.occlusion.max_error) +
+    usage("`occlusion.max_error` is " + std::to_string(options.occlusion.max_error) +
           ": it must be 0 to 1.");
   }
   if (options.encoding.origin &&
       !std::all_of(options.encoding.origin->begin(), options.encoding.origin->end(),
                    [](double x) { return std::isfinite(x); })) {
-    usage("origin must be finite.");
+    usage("`encoding.origin` must be finite.");
   }
-  if (options.curvature_radius) check_length("curvature_radius", *options.curvature_radius, false);
+  if (options.curvature_radius)
+    check_length("`curvature_radius`", *options.curvature_radius, false);
 }
 
 void check_ranges(const BakeOptions& options) {

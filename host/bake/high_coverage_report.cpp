@@ -46,15 +46,15 @@ std::string in_words(const std::array<double, 3>& p) {
 std::string advice(const BakeOptions& options) {
   const auto takes_cage = [](const MatchRow& row) { return row.info.takes_cage; };
   if (!takes_cage(match_row(options.match.method))) {
-    return "other matches may find it: try MatchMethod::" + match_names(takes_cage) + ".";
+    return "other matches may find it: try `match.method` " + match_names(takes_cage) + ".";
   }
   if (options.match.cage || options.match.cage_mesh != nullptr) {
-    return "raise MatchOptions::cage, so that rays start above it, or leave the cage out.";
+    return "raise `match.cage`, so that rays start above it, or leave the cage out.";
   }
   if (options.match.ray.rule == RayRule::nearest) {
-    return "rays stop at nearer faces: take RayRule::outermost.";
+    return "rays stop at nearer faces: take `match.ray.rule` outermost.";
   }
-  return "raise max_distance, or give the low poly a part of its own there.";
+  return "raise `match.max_distance`, or give the low poly a part of its own there.";
 }
 
 }  // namespace

@@ -15,7 +15,7 @@ void check_alone(const BakeOptions& options) {
   }
   throw Error(ErrorCode::usage,
               "A match alone is made anew, of one cluster and without blending: leave "
-              "MatchOptions::saved, visibility.clusters and fallback_blend out.",
+              "`match.saved`, `match.visibility.clusters` and `match.fallback_blend` out.",
               "option-contradiction");
 }
 

@@ -155,12 +155,13 @@ std::unique_ptr<Matcher> make_matcher(const Source::Impl& source, const LowSurfa
   if (options.match.saved == nullptr && request.cage && request.distance <= *request.cage) {
     report.warnings.push_back({"short-rays",
                                "Rays start at the cage and end before they reach the low poly: "
-                               "max_distance should be about twice MatchOptions::cage.",
+                               "`match.max_distance` should be about twice `match.cage`.",
                                1});
   }
   if (options.match.saved == nullptr && match_row(options.match.method).info.looks_far) {
-    warn_about_length("MatchOptions::cage", options.match.cage, source.frame, report.warnings);
-    warn_about_length("max_distance", options.match.max_distance, source.frame, report.warnings);
+    warn_about_length("`match.cage`", options.match.cage, source.frame, report.warnings);
+    warn_about_length("`match.max_distance`", options.match.max_distance, source.frame,
+                      report.warnings);
     if (report.cage_mesh) {
       warn_about_length("The way from the cage to the low poly",
                         Length::absolute(report.cage_mesh->outward_most), source.frame,

@@ -278,12 +278,13 @@ void Pipeline::warn_about_pixels() {
   const ViewArea area = view_area(surface_, 0, 1e300);
   const double radius = area.radius * unit_;
   if (!(report.views->pixel > radius / 25)) return;
-  report.warnings.push_back(
-      {"coarse-views",
-       "A pixel of the depth views is " + std::to_string(report.views->pixel / radius) +
-           " times the low poly's radius, so they show next to nothing of it: raise views.size, "
-           "cut away what lies far from it in the high poly, or use rays.",
-       1});
+  report.warnings.push_back({"coarse-views",
+                             "A pixel of the depth views is " +
+                                 std::to_string(report.views->pixel / radius) +
+                                 " times the low poly's radius, so they show next to nothing of "
+                                 "it: raise `match.views.size`, "
+                                 "cut away what lies far from it in the high poly, or use rays.",
+                             1});
 }
 
 void Pipeline::report_coverage() {

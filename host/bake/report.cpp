@@ -25,19 +25,21 @@ std::string finders() {
 std::string miss_advice(const BakeReport& report) {
   if (report.uv) {
     return "the high poly's UVs leave them uncovered. Lay both meshes out alike, or let rays or "
-           "nearest points decide the rest (MatchOptions::fallback " +
+           "nearest points decide the rest (`match.fallback` " +
            finders() + ").";
   }
   if (!report.views) {
-    return "check that both meshes lie in the same place. Raise max_distance, or add two_sided "
-           "where the high poly's faces look inward.";
+    return "check that both meshes lie in the same place. Raise `match.max_distance`, or add "
+           "`match.two_sided` where the high poly's faces look inward.";
   }
   std::string advice =
-      "let rays or nearest points decide them (MatchOptions::fallback " + finders() + "), ";
-  advice += report.views->undersampled > 0.5 ? "raise views.size, since most triangles are smaller "
-                                               "than a pixel of the views, "
-                                             : "look from more sides (views.count), ";
-  advice += "raise max_distance, or add two_sided where faces are turned inside out.";
+      "let rays or nearest points decide them (`match.fallback` " + finders() + "), ";
+  advice += report.views->undersampled > 0.5
+                ? "raise `match.views.size`, since most triangles are smaller "
+                  "than a pixel of the views, "
+                : "look from more sides (`match.views.count`), ";
+  advice +=
+      "raise `match.max_distance`, or add `match.two_sided` where faces are turned inside out.";
   return advice;
 }
 
@@ -109,12 +111,12 @@ void flatten_below_surface(std::string_view map, Image& image,
   char share[32];
   std::snprintf(share, sizeof share, "%.2g",
                 100 * static_cast<double>(below) / static_cast<double>(baked));
-  report.warnings.push_back(
-      {"below-surface",
-       std::string(share) + "% of the texels of the map " + std::string(map) +
-           " point below the surface. two_component has no sign for that: they lie on the horizon. "
-           "Leave it out to keep them.",
-       below});
+  report.warnings.push_back({"below-surface",
+                             std::string(share) + "% of the texels of the map " + std::string(map) +
+                                 " point below the surface. `encoding.two_component` has no sign "
+                                 "for that: they lie on the horizon. "
+                                 "Leave it out to keep them.",
+                             below});
 }
 
 void warn_about_misses(BakeReport& report) {

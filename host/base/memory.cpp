@@ -107,7 +107,7 @@ std::uint64_t memory_left() {
 
 void fail_for_stage(const std::string& problem) {
   throw Error(ErrorCode::internal,
-              problem + ". Use smaller inputs or a smaller size, or raise the memory limit.");
+              problem + ". Use smaller inputs or a smaller size, or raise the `memory_limit`.");
 }
 
 void require_memory(const std::string& what, std::uint64_t bytes, const MemoryFailure& fail) {

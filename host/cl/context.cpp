@@ -92,7 +92,7 @@ Buffer::Buffer(Context& context, std::size_t bytes) : bytes_(bytes), context_(&c
     throw Error(ErrorCode::internal, "A buffer of the device would take " + megabytes(bytes) +
                                          " of memory, but only " + megabytes(memory_left()) +
                                          " are left of the memory limit. Use smaller inputs or a "
-                                         "smaller size, or raise the memory limit.");
+                                         "smaller size, or raise the `memory_limit`.");
   }
   cl_int status = CL_SUCCESS;
   driver([&] {

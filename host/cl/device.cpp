@@ -151,7 +151,7 @@ Device Device::open(std::string_view selector) {
         "its "
         "kernels to: set HOME or POCL_CACHE_DIR to one that can be written.");
   }
-  std::string origin = "Device::open";
+  std::string origin = "`device`";
   if (selector.empty()) {
     if (const char* environment = std::getenv("KILN_DEVICE")) {
       selector = environment;

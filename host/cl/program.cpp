@@ -106,8 +106,11 @@ std::shared_ptr<Context::Program> Context::build(std::string_view source, const 
     throw Error(code,
                 builds + " does not compile on " + info_.name + " (" + options + "):\n" + log);
   }
-  throw Error(code, "Building " + builds + " (" + options + ") on " + info_.name + " failed with " +
-                        status_name(status) + ". " + cache_hint(info_) + "The build log:\n" + log);
+  const std::string hint = cache_hint(info_);
+  throw Error(code,
+              "Building " + builds + " (" + options + ") on " + info_.name + " failed with " +
+                  status_name(status) + ". " + hint + "The build log:\n" + log,
+              hint.empty() ? nullptr : "kernel-cache");
 }
 
 Kernel Context::kernel_of(Program& program, const std::string& name) {

@@ -165,20 +165,21 @@ class Own : public MapMaker {
 
 }  // namespace
 
-MapRow own_map(const OwnMap& map, std::string_view name) {
+MapRow own_map(const OwnMap& map) {
   if (map.channels != 1 && map.channels != 3 && map.channels != 4) {
     throw Error(ErrorCode::usage, "The map " + map.name + " has " + std::to_string(map.channels) +
                                       " channels: it must be 1, 3 or 4.");
   }
   MapRow row;
-  row.info.kind = MapKind{name};
+  row.info.kind = MapKind(map.name);
   row.info.channels = map.channels;
   row.info.type = MapType::vector;
   row.info.holds = "what a function of the caller's says of the point";
   row.info.fills_misses = true;
   row.info.takes_origin = true;
   row.follows_positions = row.reads_around = true;
-  row.make = [name, &map](const MapRequest& request) -> std::unique_ptr<MapMaker> {
+  row.make = [name = row.info.kind.name,
+              &map](const MapRequest& request) -> std::unique_ptr<MapMaker> {
     return std::make_unique<Own>(request, map, name);
   };
   return row;

@@ -7,6 +7,7 @@
 #include <mutex>
 #include <string>
 
+#include "base/kept_name.h"
 #include "base/parallel.h"
 #include "image/gutter.h"
 
@@ -48,7 +49,13 @@ std::span<const MapInfo> maps() {
   return infos;
 }
 
-const MapInfo& find_map(std::string_view name) { return map_row(MapKind{name}).info; }
+MapKind::MapKind(std::string_view text) : name(kept_name(text)) {}
+
+const MapInfo& find_map(std::string_view name) {
+  MapKind kind;
+  kind.name = name;  // which may be anything: not kept
+  return map_row(kind).info;
+}
 
 std::optional<MapKind> shading_map(const BakeOptions& options) {
   for (const MapKind map : options.maps) {

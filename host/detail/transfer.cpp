@@ -1,9 +1,7 @@
 // Maps that a bake brings along: textures of the high poly, each in a map of its own, and functions of the
 // caller's.
 #include <algorithm>
-#include <mutex>
 #include <optional>
-#include <set>
 #include <span>
 #include <string>
 
@@ -15,14 +13,6 @@
 
 namespace kiln {
 namespace {
-
-/// A name that outlives every bake, since maps are known by views of it.
-std::string_view kept(const std::string& name) {
-  static std::mutex mutex;
-  static std::set<std::string> names;
-  const std::lock_guard lock(mutex);
-  return *names.insert(name).first;
-}
 
 class Plain : public PointFunction {
  public:
@@ -122,7 +112,7 @@ class Normals : public PointFunction {
 
 MapRow row_of(const Transfer& transfer) {
   MapRow row;
-  row.info.kind = MapKind{kept(transfer.name)};
+  row.info.kind = MapKind(transfer.name);
   row.info.channels = 3;
   row.info.holds = "texture of the high poly, filtered over each texel's footprint";
   row.follows_positions = true;
@@ -177,7 +167,7 @@ std::vector<MapRow> own_rows(const BakeOptions& options) {
   }
   for (const OwnMap& map : options.own_maps) {
     check_name(map.name, rows);
-    rows.push_back(own_map(map, kept(map.name)));
+    rows.push_back(own_map(map));
   }
   return rows;
 }

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <string>
 
+#include "base/kept_name.h"
+
 namespace kiln {
 
 std::span<const MatchRow> match_rows() {
@@ -63,6 +65,12 @@ std::span<const MatchInfo> matches() {
   return infos;
 }
 
-const MatchInfo& find_match(std::string_view name) { return match_row(MatchMethod{name}).info; }
+MatchMethod::MatchMethod(std::string_view text) : name(kept_name(text)) {}
+
+const MatchInfo& find_match(std::string_view name) {
+  MatchMethod method;
+  method.name = name;  // which may be anything: not kept
+  return match_row(method).info;
+}
 
 }  // namespace kiln

@@ -207,7 +207,7 @@ void UvRaster::report(const UvOptions& options, MatchNotes& notes) const {
       throw Error(ErrorCode::input,
                   text + ", which is more than " + percent(options.max_overlap) +
                       ": a UV there does not say which point is meant. Use "
-                      "another match, such as ray, or raise uv.max_overlap to take "
+                      "another match, such as ray, or add `match.uv.max_overlap` to take "
                       "the triangle with the lowest index.");
     }
     warn("uv-source-overlap", text + ": the triangle with the lowest index was taken there.",
@@ -224,7 +224,7 @@ void UvRaster::report(const UvOptions& options, MatchNotes& notes) const {
       throw Error(ErrorCode::input, text + ", which is more than " + percent(options.max_distance) +
                                         ": the UVs do not lie over each other. Unwrap both "
                                         "meshes together, or use another match, such as ray. To "
-                                        "bake all the same, raise uv.max_distance.");
+                                        "bake all the same, add `match.uv.max_distance`.");
     }
     warn("uv-disagreement", text + ".", 1);
   }

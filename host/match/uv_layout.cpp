@@ -15,7 +15,7 @@ void check_uvs(const Source::Impl& source) {
   if (has_uvs(source)) return;
   throw Error(
       ErrorCode::input,
-      "The high poly has no UVs, which MatchMethod::uv finds its points by: give it the low "
+      "The high poly has no UVs, which `match.method` uv finds its points by: give it the low "
       "poly's layout, or use another match, such as ray.");
 }
 

@@ -25,7 +25,7 @@ void check_mesh(const Mesh& low) {
         ErrorCode::input,
         "Mesh " + quoted(low) +
             " has no UVs, so there is nowhere to bake to. Unwrap it in a modelling tool, or let "
-            "Kiln do it: unwrap() gives this mesh UVs, and simplify() makes a low poly to "
+            "Kiln do it: `unwrap()` gives this mesh UVs, and `simplify()` makes a low poly to "
             "unwrap.");
   }
 }
@@ -182,8 +182,8 @@ LowSurface LowSurface::of(const Mesh& low, const Frame& frame, const Mesh* cage,
         ErrorCode::input,
         "All UVs of mesh " + quoted(low) +
             " are degenerate (no triangle has an area in UV space), so there is nowhere to "
-            "bake to. Unwrap it in a modelling tool, or let Kiln do it: unwrap() gives this "
-            "mesh UVs, and simplify() makes a low poly to unwrap.");
+            "bake to. Unwrap it in a modelling tool, or let Kiln do it: `unwrap()` gives this "
+            "mesh UVs, and `simplify()` makes a low poly to unwrap.");
   }
 
   const std::vector<CornerTangent> tangents =

@@ -277,7 +277,7 @@ std::string other_patterns(const PartNames& names, const NamedGroups& low, const
   }
   const auto& [would, said, patterns] = best;
   if (would <= paired) return {};
-  return " With PartNames::low '" + patterns.low + "' and PartNames::high '" + patterns.high +
+  return " With `part_names.low` '" + patterns.low + "' and `part_names.high` '" + patterns.high +
          "' " + std::to_string(would) + " of " + std::to_string(low.used.size()) +
          " would have a pair.";
 }
@@ -350,7 +350,7 @@ Parts pair_parts(const Mesh& high, const Mesh& low, const PartNames& names) {
                                 : "near to none, such as " + quoted(of_high.used.front())) +
             "." +
             (names.by == PartsBy::name && remedy.empty()
-                 ? " PartNames::low and PartNames::high say which belong together."
+                 ? " `part_names.low` and `part_names.high` say which belong together."
                  : remedy));
   }
   for (auto& [name, part] : pairs) {

@@ -37,20 +37,21 @@ void check(const Mesh& high, const SimplifyOptions& options) {
   }
   require_memory("Simplification", kBytesOfFace * high.triangles.size());
   if (options.hull && (options.height_field || options.keep_uvs)) {
-    throw Error(ErrorCode::usage, std::string("simplify: hull and ") +
-                                      (options.keep_uvs ? "keep_uvs" : "height_field") +
+    throw Error(ErrorCode::usage, std::string("simplify: `hull` and ") +
+                                      (options.keep_uvs ? "`keep_uvs`" : "height_field") +
                                       " exclude each other: both say where vertices may go");
   }
   if (!options.keep_uvs) return;
   if (options.height_field) {
     throw Error(
         ErrorCode::usage,
-        "simplify: keep_uvs and height_field exclude each other: a height field's UVs follow "
+        "simplify: `keep_uvs` and height_field exclude each other: a height field's UVs follow "
         "from its rectangle");
   }
   if (high.uv_triangles.size() != high.triangles.size() || high.uvs.empty()) {
-    throw Error(ErrorCode::input, "simplify: mesh '" + high.name +
-                                      "' has no UVs to keep; give it some, or leave keep_uvs out");
+    throw Error(ErrorCode::input,
+                "simplify: mesh '" + high.name +
+                    "' has no UVs to keep; give it some, or leave `keep_uvs` out");
   }
 }
 

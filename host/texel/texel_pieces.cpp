@@ -160,7 +160,7 @@ std::vector<Warning> describe(const LowSurface& surface, const Builder& all) {
              " out of the unit square of UV space, for example " +
              uv_of_triangle(surface, found.example) +
              ": what lies outside has no texel and was not baked. Move the charts into the unit "
-             "square, or bake each tile by itself (SetsBy::udim).",
+             "square, or bake each tile by itself (`sets` udim).",
          found.count});
   }
   if (const Finding& found = all.degenerate_uv; found.count != 0) {

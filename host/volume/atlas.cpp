@@ -276,9 +276,9 @@ Atlas make_atlas(const SimplifiedIsosurface& light, const Volume& volume, std::u
           "The topology of volume '" + volume.name + "' keeps " + std::to_string(light.faces) +
               " faces, however few are asked for, and their " + std::to_string(corners.size()) +
               " charts are too many for " + map +
-              ": take the outer surface alone, with gaps closed (outer_only and outer_gap), "
-              "or leave small parts out (min_part). Or let parts, holes and handles go "
-              "(keep_topology = false), or ask for a larger map (ExtractOptions::size).");
+              ": take the outer surface alone, with gaps closed (`outer_only` and `outer_gap`), "
+              "or leave small parts out (`min_part`). Or let parts, holes and handles go "
+              "(see `keep_topology`), or ask for a larger map (`size`).");
     }
     throw Error(ErrorCode::usage, "The low poly has " + std::to_string(corners.size()) +
                                       " charts, too many for " + map +

@@ -88,7 +88,7 @@ void describe_light(const SimplifiedIsosurface& light, const ExtractOptions& opt
          std::to_string(light.dropped_parts) + " of " + std::to_string(light.parts) +
              " parts of the surface have less than " + share +
              "% of the largest one's vertices and were left out" +
-             (options.choose.min_part ? " as noise (min_part)." : ", as asked."),
+             (options.choose.min_part ? " as noise (`min_part`)." : ", as asked."),
          light.dropped_parts});
   }
   if (!light.reached) {

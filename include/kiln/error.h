@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <stdexcept>
 #include <string>
+#include <string_view>
 
 #include "kiln/export.h"
 
@@ -22,7 +23,9 @@ enum class ErrorCode {
 ///
 /// id() is for programs: it stays the same from version to version, where
 /// messages get better. The message is one or two sentences, ready to show
-/// to a person. They name the file or parameter, the problem and the remedy.
+/// to a person. They name the file or option, the problem and the remedy.
+/// Options stand between backticks, as the member's path below BakeOptions or
+/// the struct that has it: `match.cage`, `keep_uvs`; so do they in warnings.
 class Error : public std::runtime_error {
  public:
   /// \param message  for a person: the file or parameter, the problem, the remedy
@@ -37,6 +40,8 @@ class Error : public std::runtime_error {
   /// What is wrong, in words of a-z and dashes: `mesh-index`, `match-weight`, as the function that throws
   /// says; else the kind's name: `internal`, `usage`, `input`, `device`, `output`, `cancelled`. Never null.
   const char* id() const noexcept { return id_; }
+  /// The option that the message names first: "match.cage"; empty: none. Lives as long as the error.
+  std::string_view option() const noexcept;
 
  private:
   static constexpr const char* name_of(ErrorCode code) noexcept {

@@ -6,6 +6,7 @@
 #include <span>
 #include <string>
 #include <string_view>
+#include <type_traits>
 #include <vector>
 
 #include "kiln/export.h"
@@ -15,10 +16,15 @@
 
 namespace KILN_PUBLIC kiln {
 
-/// Which detail a map holds: the name of a map, so that maps can be added without a change here. The name is
-/// not copied: its text must outlive all use. Those of maps() live as long as the program.
+/// Which detail a map holds: the name of a map, so that maps can be added without a change here.
 struct MapKind {
-  std::string_view name;  ///< As in `--maps` and file names
+  std::string_view name;  ///< As in `--maps` and file names; lives as long as the program
+  constexpr MapKind() = default;
+  /// The map of a name, such as {"ao"}. It is copied, once a name, and kept as long as the program.
+  constexpr MapKind(const char* text)
+      : name(std::is_constant_evaluated() ? std::string_view(text)
+                                          : MapKind(std::string_view(text)).name) {}
+  explicit MapKind(std::string_view text);  ///< The same
   friend constexpr bool operator==(MapKind, MapKind) = default;
 
   static const MapKind normal;  ///< Unit normal of the high poly, in `EncodingOptions::space`

@@ -5,6 +5,7 @@
 #include <optional>
 #include <span>
 #include <string_view>
+#include <type_traits>
 #include <vector>
 
 #include "kiln/correspondence.h"
@@ -17,10 +18,15 @@
 namespace KILN_PUBLIC kiln {
 
 /// How the match finds the point of the high poly that a sample stands for: the name of a match, so that
-/// matches can be added without a change here. The name is not copied: its text must outlive all use. Those
-/// of matches() live as long as the program.
+/// matches can be added without a change here.
 struct MatchMethod {
-  std::string_view name;  ///< As in `--match`
+  std::string_view name;  ///< As in `--match`; lives as long as the program
+  constexpr MatchMethod() = default;
+  /// The match of a name, such as {"ray"}. It is copied, once a name, and kept as long as the program.
+  constexpr MatchMethod(const char* text)
+      : name(std::is_constant_evaluated() ? std::string_view(text)
+                                          : MatchMethod(std::string_view(text)).name) {}
+  explicit MatchMethod(std::string_view text);  ///< The same
   friend constexpr bool operator==(MatchMethod, MatchMethod) = default;
 
   static const MatchMethod ray;  ///< Rays along the low poly's normals (Tarini et al., section 3.2)

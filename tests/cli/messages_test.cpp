@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "kiln/error.h"
 #include "kiln/mesh.h"
 #include "report/causes.h"
 #include "report/flags.h"
@@ -16,26 +17,35 @@
 namespace kiln::cli {
 namespace {
 
-TEST(Flags, StandForTheLibrarysParameters) {
-  EXPECT_EQ(with_flags("raise max_distance, or add two_sided."),
+TEST(Flags, StandForTheLibrarysOptions) {
+  EXPECT_EQ(with_flags("raise `match.max_distance`, or add `match.two_sided`."),
             "raise --max-distance, or add --two-sided.");
-  EXPECT_EQ(with_flags("max_distance should be about twice MatchOptions::cage."),
-            "--max-distance should be about twice --cage.");
-  EXPECT_EQ(with_flags("(MatchOptions::fallback ray or closest)"), "(--fallback ray or closest)");
-  EXPECT_EQ(with_flags("look from more sides (views.count), raise views.size"),
+  EXPECT_EQ(with_flags("(`match.fallback` ray or closest)"), "(--fallback ray or closest)");
+  EXPECT_EQ(with_flags("look from more sides (`match.views.count`), raise `match.views.size`"),
             "look from more sides (--views), raise --view-size");
-  EXPECT_EQ(with_flags("or raise uv.max_overlap to take"), "or add --force-uv to take");
-  EXPECT_EQ(with_flags("let Kiln do it: unwrap() gives"),
+  EXPECT_EQ(with_flags("or add `match.uv.max_overlap` to take"), "or add --force-uv to take");
+  EXPECT_EQ(with_flags("`part_names.low`"), "--low-names");
+  EXPECT_EQ(with_flags("let Kiln do it: `unwrap()` gives"),
             "let Kiln do it: `kiln bake --unwrap` gives");
-  EXPECT_EQ(with_flags("again with save_match()."), "again with --save-match.");
+  EXPECT_EQ(with_flags("again with `save_match()`."), "again with --save-match.");
+  // Of other commands, by the name itself.
+  EXPECT_EQ(with_flags("(`outer_only` and `outer_gap`; see `keep_topology`)"),
+            "(--outer and --outer-gap; see --topology)");
 }
 
 TEST(Flags, LeaveNamesOfFilesAlone) {
-  for (const char* text :
-       {"'max_distance.obj' is damaged", "'/a/max_distance/b.obj'", "'max_distance'",
-        "max_distances", "my_max_distance is", "max_distance.obj is", "", "two_sidedness"}) {
+  for (const char* text : {"", "`", "``", "a ` b", "'`match.cage`' is damaged", "match.cage",
+                           "run `kiln bake --unwrap`", "` `"}) {
     EXPECT_EQ(with_flags(text), text);
   }
+  EXPECT_EQ(with_flags("'a`b' lacks `match.cage`"), "'a`b' lacks --cage");
+}
+
+TEST(Flags, ErrorsTellTheirOption) {
+  const std::string no_option(Error(ErrorCode::usage, "One ` alone.").option());
+  EXPECT_EQ(no_option, "");
+  const Error error(ErrorCode::usage, "`match.cage` is 0: give more, or `match.fallback`.");
+  EXPECT_EQ(error.option(), "match.cage");
 }
 
 TEST(Terminal, IsGivenNoControlCharacters) {

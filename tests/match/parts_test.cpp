@@ -89,7 +89,7 @@ std::string refusal(const Mesh& high, const Mesh& low) {
 
 TEST(PairParts, ProposesThePatternsThatFit) {
   const auto says = [](const std::string& text, const std::string& low, const std::string& high) {
-    return text.find("With PartNames::low '" + low + "' and PartNames::high '" + high + "'") !=
+    return text.find("With `part_names.low` '" + low + "' and `part_names.high` '" + high + "'") !=
            std::string::npos;
   };
   EXPECT_TRUE(says(refusal(named({"gun_sculpt", "lamp_sculpt"}), named({"lamp_game", "gun_game"})),
@@ -109,7 +109,8 @@ TEST(PairParts, ProposesThePatternsThatFit) {
   // Nothing in common: nothing is proposed.
   const std::string none = refusal(named({"x"}), named({"gun"}));
   EXPECT_EQ(none.find("With PartNames"), std::string::npos) << none;
-  EXPECT_NE(none.find("PartNames::low and PartNames::high say which belong"), std::string::npos);
+  EXPECT_NE(none.find("`part_names.low` and `part_names.high` say which belong"),
+            std::string::npos);
 }
 
 /// By the rule of what fits, tried in every way.

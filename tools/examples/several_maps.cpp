@@ -9,9 +9,9 @@ int main() {
   kiln::BakeOptions options{.width = 512, .height = 512, .samples = 2};
   const kiln::Match match = kiln::match(source, low, options).match;
   for (const std::string_view name : {"normal", "height", "curvature"}) {
-    options.maps = {kiln::MapKind{name}};
+    options.maps = {kiln::MapKind(name)};
     const kiln::BakeResult result = kiln::bake(match, source, low, options);
-    const kiln::Image& image = result.map(kiln::MapKind{name}).image;
+    const kiln::Image& image = result.map(kiln::MapKind(name)).image;
     kiln::save_image(image, std::string(name) + ".exr");
     std::printf("%.*s: %u x %u, %u channels\n", static_cast<int>(name.size()), name.data(),
                 image.width, image.height, image.channels);

@@ -4,12 +4,12 @@
 
 #include <cstdio>
 #include <cstdlib>
-#include <cstring>
 #include <exception>
 #include <limits>
 #include <new>
 #include <span>
 #include <string>
+#include <string_view>
 
 #include "cl/driver_state.h"
 #include "crash.h"
@@ -73,10 +73,7 @@ int run(int argc, char** argv, std::span<const kiln::cli::CommandEntry> commands
   } catch (const Error& error) {
     // A driver that is interrupted while it compiles fails in its own way.
     if (cli::interrupted()) return cancelled();
-    // What the message of a kernel that PoCL did not build says.
-    if (std::strstr(error.what(), "PoCL's cache of kernels") != nullptr) {
-      cli::retry();
-    }
+    if (std::string_view(error.id()) == "kernel-cache") cli::retry();
     cli::print_line(stderr, "kiln: " + cli::with_flags(error.what()));
     return static_cast<int>(error.code());
   }

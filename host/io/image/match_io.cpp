@@ -47,7 +47,7 @@ constexpr std::array<ChannelType, 5> kChannels = {{{"distance", Imf::FLOAT},
 
 [[noreturn]] void fail(const std::string& file, const std::string& what) {
   throw Error(ErrorCode::input, "Could not read '" + file + "' as a saved match: " + what +
-                                    ". Save the match again with save_match().");
+                                    ". Save the match again with `save_match()`.");
 }
 
 template <typename T>
@@ -172,7 +172,7 @@ Match parse_match(const ByteSource& source, const std::string& file, const Image
   const FailWith failure = [inner = image_failure(file, kKind)](const std::string& place,
                                                                 const std::string& problem,
                                                                 const std::string&) {
-    inner(place, problem, "Save the match again with save_match().");
+    inner(place, problem, "Save the match again with `save_match()`.");
   };
   const ExrPlan plan = check_exr(source, failure, kLargestSide, limits);
   Match match;
@@ -190,7 +190,7 @@ Match parse_match(const ByteSource& source, const std::string& file, const Image
   } catch (const Error& error) {
     throw Error(ErrorCode::input,
                 "Could not read '" + file + "' as a saved match. " + error.what() +
-                    " Save it again with save_match().",
+                    " Save it again with `save_match()`.",
                 error.id());
   }
   return match;

@@ -10,7 +10,7 @@
 namespace kiln::cli {
 namespace {
 
-/// "height=-0.2,0.2" of a map of this bake. The name lives as long as the text.
+/// "height=-0.2,0.2" of a map of this bake.
 MapRange parse_range(const BakeJob& job, const std::string& text) {
   const std::size_t equals = text.find('='), comma = text.find(',', equals);
   MapRange range;

@@ -1,78 +1,71 @@
 #include "report/flags.h"
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
+
+#include "arguments/bake_job.h"
 
 namespace kiln::cli {
 namespace {
 
-struct Flag {
-  std::string_view parameter;
-  std::string_view flag;
+/// What is no member of a bake's options, and whose flag has another name.
+struct Other {
+  std::string_view name, flag;
+};
+constexpr std::array kOthers = {
+    Other{"keep_topology", "--topology"},
+    Other{"match.saved", "--load-match"},
+    Other{"outer_only", "--outer"},
+    Other{"save_match()", "--save-match"},
+    Other{"simplify()", "`kiln bake` without LOW"},
+    Other{"unwrap()", "`kiln bake --unwrap`"},
 };
 
-// Of two that begin alike the longer one comes first.
-constexpr std::array kFlags = {
-    Flag{"MatchOptions::fallback", "--fallback"},
-    Flag{"MatchOptions::cage", "--cage"},
-    Flag{"Device::open", "--device"},
-    Flag{"RayRule::outermost", "--ray outermost"},
-    Flag{"ExtractOptions::size", "--size"},
-    Flag{"MatchMethod::", "--match "},
-    Flag{"PartNames::low", "--low-names"},
-    Flag{"PartNames::high", "--high-names"},
-    Flag{"curvature_radius", "--curvature-radius"},
-    Flag{"raise the memory limit", "raise --memory-limit"},
-    Flag{"keep_uvs", "--keep-uvs"},
-    Flag{"keep_topology = false", "--topology free"},
-    Flag{"max_distance", "--max-distance"},
-    Flag{"min_part", "--min-part P"},
-    Flag{"outer_gap", "--outer-gap N"},
-    Flag{"outer_only", "--outer"},
-    Flag{"raise uv.max_distance", "add --force-uv"},
-    Flag{"raise uv.max_overlap", "add --force-uv"},
-    Flag{"SetsBy::", "--sets "},
-    Flag{"save_match()", "--save-match"},
-    Flag{"simplify() makes a low poly to unwrap",
-         "`kiln bake` without LOW makes a low poly that has them"},
-    Flag{"two_component", "--two-component"},
-    Flag{"two_sided", "--two-sided"},
-    Flag{"ray.edge_width", "--edge-width"},
-    Flag{"unwrap()", "`kiln bake --unwrap`"},
-    Flag{"views.count", "--views"},
-    Flag{"views.size", "--view-size"},
-};
-
-/// True if a name may begin after this text: not within a word, a quote or a path.
-bool may_begin(std::string_view before) {
-  return before.empty() || before.back() == ' ' || before.back() == '(';
+/// True if a row's members, "options.width, options.height", have one of this name.
+bool has_member(const OptionRow& row, std::string_view name) {
+  std::string_view rest = row.value.member;
+  for (;;) {
+    const std::size_t comma = rest.find(", ");
+    std::string_view member = rest.substr(0, comma);
+    if (member.starts_with("options.")) member.remove_prefix(8);
+    if (member == name) return true;
+    if (comma == std::string_view::npos) return false;
+    rest.remove_prefix(comma + 2);
+  }
 }
 
-bool may_end(std::string_view after) {
-  if (after.empty() || std::string_view(" ,:;)").find(after[0]) != std::string_view::npos) {
-    return true;
+/// Empty: it names no option.
+std::string flag_of(std::string_view name) {
+  for (const Other& other : kOthers) {
+    if (other.name == name) return std::string(other.flag);
   }
-  return after[0] == '.' && (after.size() == 1 || after[1] == ' ');
+  for (const OptionRow& row : bake_rows()) {
+    if (has_member(row, name)) return row.flag;
+  }
+  const auto is_part = [](char c) { return (c >= 'a' && c <= 'z') || c == '_' || c == '.'; };
+  if (name.empty() || !std::all_of(name.begin(), name.end(), is_part)) return {};
+  std::string words(name.substr(name.rfind('.') + 1));
+  std::replace(words.begin(), words.end(), '_', '-');
+  return "--" + words;
 }
 
 }  // namespace
 
 std::string with_flags(std::string_view message) {
   std::string text;
-  for (std::size_t at = 0; at < message.size();) {
-    const std::string_view rest = message.substr(at);
-    const Flag* found = nullptr;
-    for (const Flag& known : kFlags) {
-      if (rest.starts_with(known.parameter) && may_begin(message.substr(0, at)) &&
-          (known.parameter.ends_with(':') || may_end(rest.substr(known.parameter.size())))) {
-        found = &known;
-        break;
-      }
-    }
-    text += found != nullptr ? found->flag : rest.substr(0, 1);
-    at += found != nullptr ? found->parameter.size() : 1;
+  std::size_t at = 0;
+  for (;;) {
+    const std::size_t open = message.find('`', at);
+    const std::size_t close = open == message.npos ? open : message.find('`', open + 1);
+    if (close == message.npos) return text.append(message.substr(at));
+    text += message.substr(at, open - at);
+    // After a quote it is a part of somebody's name.
+    const bool starts = open == 0 || message[open - 1] == ' ' || message[open - 1] == '(';
+    const std::string ours = starts ? flag_of(message.substr(open + 1, close - open - 1)) : "";
+    text += ours.empty() ? "`" : ours;
+    at = ours.empty() ? open + 1 : close + 1;
   }
-  return text;
 }
 
 }  // namespace kiln::cli

@@ -1,4 +1,4 @@
-// The library's messages name its own parameters; people at the command line know flags.
+// The library's messages name its own options; people at the command line know flags.
 #pragma once
 
 #include <string>
@@ -6,8 +6,8 @@
 
 namespace kiln::cli {
 
-/// A message of the library with the flag for each parameter that it names: "raise max_distance" becomes
-/// "raise --max-distance". Names in quotes and in paths stay as they are.
+/// A message of the library with the flag for each option that it names (Error::option()): "raise
+/// `match.max_distance`" becomes "raise --max-distance", by the rows of bake_rows(), or else by the name itself.
 std::string with_flags(std::string_view message);
 
 }  // namespace kiln::cli
