@@ -129,11 +129,14 @@ struct SaveAssetOptions {
 /// COLOR_0, but where a material has a picture of colours: there they would be multiplied, and are `_COLOR_0`.
 /// Triangles without area or UVs are left out. Each file appears whole or not at all, the .gltf last.
 /// \param materials  one for each of Mesh::material_names, or one for all
+/// \returns the files that were written, `path` last
 /// \throws Error(input) for a mesh without UVs or a triangle that has area; Error(usage) for materials or nodes of
 ///         another number, or extras that are no JSON; Error(output), also beyond the 4 GiB of a GLB
 /// Thread safety: may be called from several threads, for files of different names.
-void save_asset(const Mesh& low, std::span<const AssetMaterial> materials,
-                const std::filesystem::path& path, const SaveAssetOptions& options = {});
+std::vector<std::filesystem::path> save_asset(const Mesh& low,
+                                              std::span<const AssetMaterial> materials,
+                                              const std::filesystem::path& path,
+                                              const SaveAssetOptions& options = {});
 
 /// What save_glb() writes beside a mesh and its maps.
 struct SaveGlbOptions {

@@ -240,18 +240,27 @@ class GltfOutput {
     if (std::find(used.begin(), used.end(), name) == used.end()) used.push_back(name);
   }
 
-  void save() {
+  /// \returns the files, the one of `path` last
+  std::vector<fs::path> save() {
     bytes_.resize((bytes_.size() + 3) / 4 * 4);
     json_["buffers"] = Json::array({Json{{"byteLength", bytes_.size()}}});
-    if (!is_text_) return save_text(path_, binary());
+    if (!is_text_) {
+      save_text(path_, binary());
+      return {path_};
+    }
+    std::vector<fs::path> written;
+    const auto write = [&](const fs::path& name, std::string_view bytes) {
+      written.push_back(path_.parent_path() / name);
+      save_text(written.back(), bytes);
+    };
     const std::string buffer = path_.stem().string() + ".bin";
     json_["buffers"][0]["uri"] = as_uri(buffer);
-    save_text(path_.parent_path() / buffer, bytes_);
+    write(buffer, bytes_);
     for (const auto& [name, png] : files_) {
-      save_text(path_.parent_path() / name,
-                {reinterpret_cast<const char*>(png->data()), png->size()});
+      write(name, {reinterpret_cast<const char*>(png->data()), png->size()});
     }
-    save_text(path_, json_.dump(1, ' ', false, Json::error_handler_t::replace) + "\n");
+    write(path_.filename(), json_.dump(1, ' ', false, Json::error_handler_t::replace) + "\n");
+    return written;
   }
 
  private:
@@ -553,8 +562,8 @@ AssetPictures encode_maps(const AssetMaps& maps) {
   return pictures;
 }
 
-void save_asset(const Mesh& low, std::span<const AssetMaterial> materials, const fs::path& path,
-                const SaveAssetOptions& options) {
+std::vector<fs::path> save_asset(const Mesh& low, std::span<const AssetMaterial> materials,
+                                 const fs::path& path, const SaveAssetOptions& options) {
   const bool one_material = materials.size() == 1;
   if (!one_material && (low.materials.empty() || materials.size() != low.material_names.size())) {
     fail_usage("there is not one material for each of the mesh's, nor one for all.");
@@ -596,7 +605,7 @@ void save_asset(const Mesh& low, std::span<const AssetMaterial> materials, const
                                                                      : painted          ? "_COLOR_0"
                                                                                : "COLOR_0"));
   }
-  file.save();
+  return file.save();
 }
 
 void save_glb(const Mesh& low, const AssetMaps& maps, const fs::path& path,

@@ -16,8 +16,6 @@ std::string no_sets(const BakeArguments& a) {
   if (a.low.empty() || a.unwrap) {
     return "parts a layout of LOW's own, but Kiln lays this one out in one atlas: leave it out.";
   }
-  if (!a.asset.empty())
-    return "has several materials, but Kiln writes a GLB of one: bake into a folder.";
   if (a.match == kAutomatic) return "cannot be planned: choose a --match.";
   if (!a.load_match.empty() || !a.save_match.empty() || a.reasons) {
     return "has several maps, but --load-match, --save-match and --reasons are of one: leave one "
@@ -30,12 +28,10 @@ std::string no_sets(const BakeArguments& a) {
 void take_asset(BakeArguments& a) {
   const std::filesystem::path out = a.out;
   const std::string ending = lower_extension(out);
-  if (ending == ".gltf")
-    fail_usage("--out '" + a.out + "': Kiln writes binary glTF: name it .glb.");
-  if (ending != ".glb" || std::filesystem::is_directory(out)) return;
+  if ((ending != ".glb" && ending != ".gltf") || std::filesystem::is_directory(out)) return;
   const auto refuse = [&](bool is, const char* flag) {
     if (is)
-      fail_usage(std::string(flag) + " is not for a GLB, --out '" + a.out +
+      fail_usage(std::string(flag) + " is not for a glTF or GLB, --out '" + a.out +
                  "': leave it out, or name a folder.");
   };
   refuse(a.given.contains("--format"), "--format");
@@ -43,6 +39,7 @@ void take_asset(BakeArguments& a) {
   refuse(a.flip_y, "--flip-y");
   refuse(a.two_component, "--two-component");
   refuse(a.raw, "--raw");
+  refuse(!a.ranges.empty(), "--range");
   refuse(a.layers, "--layers");
   refuse(!a.packs.empty(), "--pack");
   refuse(a.mips, "--mips");

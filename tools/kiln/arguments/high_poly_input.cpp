@@ -53,9 +53,9 @@ HeightFieldOptions height_field_options(const HeightArguments& arguments) {
 }
 
 HighPolyInput load_dense(const std::vector<std::string>& files, const HeightArguments& arguments,
-                         const LoadMeshOptions& options, bool named,
-                         std::vector<Warning>& warnings) {
-  if (files.size() == 1 && (!named || is_height_field(files[0]))) {
+                         const LoadMeshOptions& options, bool named, std::vector<Warning>& warnings,
+                         bool beside) {
+  if (files.size() == 1 && is_height_field(files[0])) {
     return load_dense(files[0], arguments, warnings, options);
   }
   for (const std::string& file : files) {
@@ -66,26 +66,19 @@ HighPolyInput load_dense(const std::vector<std::string>& files, const HeightArgu
   }
   if (arguments.given()) {
     throw Error(ErrorCode::usage, "--height and --extent are for a height field, a PNG or EXR; " +
-                                      in_words(files) + " are meshes.");
+                                      in_words(files) +
+                                      (files.size() == 1 ? " is a mesh." : " are meshes."));
   }
-  Mesh mesh = load_meshes(files, options, named, warnings).mesh;
-  mesh.tangents = {};  // for its normal textures MikkTSpace computes them
-  turn_normals("HIGH", Trusted::faces, mesh, warnings);
-  return {std::move(mesh), {}};
+  MeshFiles read = load_meshes(files, options, named, warnings, beside);
+  read.mesh.tangents = {};  // for its normal textures MikkTSpace computes them
+  turn_normals("HIGH", Trusted::faces, read.mesh, warnings);
+  return {std::move(read.mesh), {}, std::move(read.beside)};
 }
 
 HighPolyInput load_dense(const std::string& path, const HeightArguments& arguments,
                          std::vector<Warning>& warnings, const LoadMeshOptions& options) {
   if (!is_height_field(path)) {
-    if (arguments.given()) {
-      throw Error(
-          ErrorCode::usage,
-          "--height and --extent are for a height field, a PNG or EXR; '" + path + "' is a mesh.");
-    }
-    Mesh mesh = load_mesh(path, options, &warnings);
-    mesh.tangents = {};
-    turn_normals("HIGH", Trusted::faces, mesh, warnings);
-    return {std::move(mesh), {}};
+    return load_dense(std::vector{path}, arguments, options, /*named=*/false, warnings);
   }
   HighPolyInput dense;
   dense.heights = load_image(path);

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "arguments/command_line.h"
+#include "kiln/asset.h"
 #include "kiln/height_field.h"
 #include "kiln/kiln.h"
 
@@ -36,13 +37,14 @@ constexpr const char* kDenseKinds =
 struct HighPolyInput {
   Mesh mesh;
   std::optional<Image> heights;
+  Asset beside;  ///< See MeshFiles::beside
 };
 
-/// Several files are meshes, and joined. \param named  see load_meshes() \param options  of meshes
+/// Several files are meshes, and joined. \param named, beside  see load_meshes() \param options  of meshes
 /// \throws Error(usage) where a mesh was given a height or an extent, Error(input) as the readers
 HighPolyInput load_dense(const std::vector<std::string>& files, const HeightArguments& arguments,
-                         const LoadMeshOptions& options, bool named,
-                         std::vector<Warning>& warnings);
+                         const LoadMeshOptions& options, bool named, std::vector<Warning>& warnings,
+                         bool beside = false);
 HighPolyInput load_dense(const std::string& path, const HeightArguments& arguments,
                          std::vector<Warning>& warnings, const LoadMeshOptions& options = {});
 

@@ -119,7 +119,7 @@ void MatchInputs::apply(BakeOptions& options) const {
 
 MeshFiles load_low_files(const BakeArguments& arguments, std::vector<Warning>& warnings) {
   MeshFiles files = load_meshes(low_files(arguments), load_options(arguments),
-                                has_more_files(arguments), warnings);
+                                has_more_files(arguments), warnings, !arguments.asset.empty());
   if (arguments.tangents != "file") {
     files.mesh.tangents = {};
   } else if (arguments.given.contains("--tangents") && files.mesh.tangents.empty()) {

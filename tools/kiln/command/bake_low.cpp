@@ -96,6 +96,7 @@ LowMesh prepare_low(const BakeArguments& arguments, const HighPolyInput& dense, 
     MeshFiles files = load_low_files(arguments, warnings);
     if (!arguments.unwrap) warn_of_shared_texels(files, warnings);
     low.mesh = std::move(files.mesh);
+    low.beside = std::move(files.beside);
     low.polygons = count_polygons(low.mesh);
     if (low.mesh.triangles.size() > high.triangles.size()) {
       if (low.mesh.uvs.empty() && !high.uvs.empty() && !arguments.unwrap) {

@@ -378,7 +378,10 @@ Image picture_of(const Reasons& reasons) {
 }  // namespace
 
 bool save_low_and_maps(BakeRun& run) {
-  if (!run.arguments.asset.empty()) return save_asset(run);
+  if (!run.arguments.asset.empty()) {
+    encode_asset_maps(run);
+    return !run.sets.empty() || save_asset(run);
+  }
   const fs::path folder = run.arguments.out;
   if (run.low.made) {
     const fs::path path = folder / (run.low.stem + ".obj");

@@ -143,7 +143,7 @@ bool bake_sets(BakeRun& run, const Source& source) {
   BakeReport sum;
   double done = 0;
   run.result = {};
-  if (whole.made && !save_low_and_maps(run)) return false;
+  if (whole.made && run.arguments.asset.empty() && !save_low_and_maps(run)) return false;
   Mesh low = whole.mesh;
   low.tangents = tangents_of(low);
   for (const BakedSet& set : run.sets) {
@@ -209,7 +209,7 @@ bool bake_sets(BakeRun& run, const Source& source) {
   run.tile.clear();
   run.result = {};
   run.result.report = std::move(sum);
-  return true;
+  return run.arguments.asset.empty() || save_asset(run);
 }
 
 }  // namespace kiln::cli

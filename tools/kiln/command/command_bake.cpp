@@ -170,8 +170,9 @@ bool read_inputs(BakeRun& run) {
   for (const std::string& file : high_files(arguments)) {
     if (!run.console.progress(0, "reading " + file)) return false;
   }
-  run.dense = load_dense(high_files(arguments), arguments.heights, load_options(arguments),
-                         has_more_files(arguments) && !made, run.warnings);
+  run.dense =
+      load_dense(high_files(arguments), arguments.heights, load_options(arguments),
+                 has_more_files(arguments) && !made, run.warnings, !arguments.asset.empty());
   if (made && !run.dense.heights) turn_strays(run.dense.mesh, run.warnings);
   choose_asset_maps(run);
   run.options.match.uv = uv_options(run.dense, run.options.match.uv);
@@ -383,6 +384,7 @@ int run_bake(const BakeArguments& given) {
   judge_seams(run, device, source);
   make_cage(run, source);
   find_sets(run);
+  keep_asset_match(run);
   if (!(run.sets.empty() ? make_maps(run, source) : bake_sets(run, source))) return kExitCancelled;
   const double making = run.watch.lap();
   if (run.plan || run.planned) run.stages.plan = planning(run.result.report, making);
