@@ -248,6 +248,43 @@ TEST(AssetCommand, HierarchiesAreKept) {
   EXPECT_TRUE(fs::exists(scene / "b_normal.png"));
 }
 
+/// An OBJ's MTL names the maps that are beside it, a material a set.
+TEST(AssetCommand, AnObjHasAnMtlThatNamesItsMaps) {
+  KILN_REQUIRE_DEVICE();
+  const fs::path scene = make_scene();
+  save_high_with_glass(scene, "glass");
+  fs::create_directories(scene / "p");
+  save_obj(low_of_halves(1), scene / "low.obj");
+  expect_exit(run_kiln({"bake", scene / "high.glb", scene / "low.obj", "--size", "64", "--out",
+                        scene / "o/new.obj", "--sets", "udim"}),
+              0, {});
+  const std::vector<std::string> files = names(scene / "o");
+  for (const char* name : {"new.obj", "new.mtl", "new_normal.1001.png", "new_ao.1002.png"}) {
+    EXPECT_TRUE(std::find(files.begin(), files.end(), name) != files.end()) << name;
+  }
+  const Asset asset = load_asset(scene / "o/new.obj");
+  // "body" is none of HIGH's: its triangles that show glass are glass.
+  EXPECT_EQ(asset.mesh.material_names,
+            (std::vector<std::string>{"glass.1001", "body.1002", "glass.1002"}));
+  EXPECT_EQ(asset.materials.at(1).normal_map.file, scene / "o/new_normal.1002.png");
+  EXPECT_EQ(asset.materials[0].opacity_map.file, scene / "o/new_opacity.1001.png");
+  EXPECT_TRUE(asset.materials[1].opacity_map.empty());
+  for (const Vec2& uv : asset.mesh.uvs) EXPECT_LE(uv.x, 1);
+  // An MTL of the user's is not written over.
+  save_text(scene / "p/made.mtl", "newmtl a\n");
+  expect_exit(
+      run_kiln({"bake", scene / "high.glb", "--faces", "500", "--out", scene / "p/made.obj"}), 3,
+      {"made.mtl", "--force"});
+  // One that Kiln makes, of the maps asked for.
+  expect_exit(run_kiln({"bake", scene / "high.glb", "--faces", "500", "--size", "64", "--out",
+                        scene / "o/made.obj", "--maps", "normal"}),
+              0, {});
+  const Asset made = load_asset(scene / "o/made.obj");
+  EXPECT_EQ(made.materials.size(), 2U);
+  EXPECT_EQ(made.materials[0].normal_map.file, scene / "o/made_normal.png");
+  EXPECT_TRUE(made.materials[0].color_map.empty());
+}
+
 /// Light brighter than white keeps its strength.
 TEST(AssetCommand, EmissionKeepsItsStrength) {
   KILN_REQUIRE_DEVICE();

@@ -22,7 +22,7 @@ std::string default_match();
 struct BakeArguments {
   std::set<std::string> given;  ///< Flags, such as "--views", whatever their values
   std::string high, low, out;
-  std::string asset;  // the GLB that --out names; `out` is its folder then
+  std::string asset;  // the GLB, glTF or OBJ that --out names; `out` is its folder then
   std::vector<std::string> more_high, more_low;  // joined to `high` and `low`
   std::string triangulate = "auto";
   std::string tangents = "file";
@@ -163,8 +163,10 @@ struct SetSize {
 };
 /// Why a bake has one set whatever LOW is; empty: it may have several.
 std::string no_sets(const BakeArguments& arguments);
-/// Parts an --out that ends in .glb. \throws Error(usage) for what a GLB cannot hold
+/// Parts an --out that ends in .glb, .gltf or .obj. \throws Error(usage) for what it cannot hold
 void take_asset(BakeArguments& arguments);
+/// True if the maps go into a glTF or GLB: not beside an OBJ, nor loosely into a folder.
+bool writes_gltf(const BakeArguments& arguments);
 /// Makes `size` the one of `sizes` that names no set. \throws Error(usage) for several
 void take_sizes(BakeArguments& arguments);
 /// \throws Error(usage) for a size that is none, or of a set twice

@@ -28,27 +28,36 @@ std::string no_sets(const BakeArguments& a) {
 void take_asset(BakeArguments& a) {
   const std::filesystem::path out = a.out;
   const std::string ending = lower_extension(out);
-  if ((ending != ".glb" && ending != ".gltf") || std::filesystem::is_directory(out)) return;
+  if ((ending != ".glb" && ending != ".gltf" && ending != ".obj") ||
+      std::filesystem::is_directory(out)) {
+    return;
+  }
   const auto refuse = [&](bool is, const char* flag) {
     if (is)
-      fail_usage(std::string(flag) + " is not for a glTF or GLB, --out '" + a.out +
+      fail_usage(std::string(flag) + " is not for a glTF, GLB or OBJ, --out '" + a.out +
                  "': leave it out, or name a folder.");
   };
-  refuse(a.given.contains("--format"), "--format");
-  refuse(a.space != "tangent", "--space");
-  refuse(a.flip_y, "--flip-y");
-  refuse(a.two_component, "--two-component");
-  refuse(a.raw, "--raw");
-  refuse(!a.ranges.empty(), "--range");
   refuse(a.layers, "--layers");
-  refuse(!a.packs.empty(), "--pack");
-  refuse(a.mips, "--mips");
   refuse(a.lods != 0, "--lod");
   refuse(a.visibility_clusters > 1, "--visibility-clusters");
-  refuse(a.reasons, "--reasons");
+  if (ending != ".obj") {
+    refuse(a.given.contains("--format"), "--format");
+    refuse(a.space != "tangent", "--space");
+    refuse(a.flip_y, "--flip-y");
+    refuse(a.two_component, "--two-component");
+    refuse(a.raw, "--raw");
+    refuse(!a.ranges.empty(), "--range");
+    refuse(!a.packs.empty(), "--pack");
+    refuse(a.mips, "--mips");
+    refuse(a.reasons, "--reasons");
+    a.format = "png8";
+  }
   a.asset = a.out;
   a.out = out.has_parent_path() ? out.parent_path().string() : ".";
-  a.format = "png8";
+}
+
+bool writes_gltf(const BakeArguments& a) {
+  return !a.asset.empty() && lower_extension(a.asset) != ".obj";
 }
 
 namespace {

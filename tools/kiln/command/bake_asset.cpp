@@ -4,8 +4,10 @@
 #include <cstdio>
 #include <fstream>
 #include <map>
+#include <set>
 
 #include "arguments/bake_values.h"
+#include "arguments/transfers.h"
 #include "command/bake_run.h"
 #include "kiln/asset.h"
 #include "report/json_text.h"
@@ -40,44 +42,11 @@ float scale_emission(Image& image) {
   return strength;
 }
 
-/// Where LOW's materials are not HIGH's: for each triangle of LOW, which special material of HIGH it shows.
-void note_materials_hit(BakeRun& run) {
-  if (!run.result.match) return;
-  const Match& match = *run.result.match;
-  const Mesh &low = run.low.mesh, &high = run.dense.mesh;
-  const std::vector<Material>& materials = run.dense.beside.materials;
-  run.materials_hit.resize(low.triangles.size(), BakeRun::kNoMaterial);
-  constexpr int kSteps = 8;  // places along an edge
-  const auto texel = [](double value, std::uint32_t size) {
-    const double inside = (value - std::floor(value)) * size;
-    return std::min(static_cast<std::uint32_t>(inside), size - 1);
-  };
-  for (std::size_t t = 0; t < low.triangles.size(); ++t) {
-    const auto& [a, b, c] = low.uv_triangles[t];
-    const Vec2 &p = low.uvs[a], &q = low.uvs[b], &r = low.uvs[c];
-    if (!std::isfinite(p.x + p.y + q.x + q.y + r.x + r.y)) continue;  // of another set
-    std::map<std::uint32_t, int> hits;
-    for (int i = 0; i < kSteps; ++i) {
-      for (int k = 0; i + k < kSteps; ++k) {
-        const double u = (i + 1.0 / 3) / kSteps, v = (k + 1.0 / 3) / kSteps, w = 1 - u - v;
-        const std::uint32_t x = texel(w * p.x + u * q.x + v * r.x, match.width);
-        const std::uint32_t y = texel(1 - (w * p.y + u * q.y + v * r.y), match.height);
-        const std::uint32_t hit = match.triangle[std::size_t{y} * match.width + x];
-        if (hit < high.materials.size() && is_special(materials[high.materials[hit]])) {
-          ++hits[high.materials[hit]];
-        }
-      }
-    }
-    const auto most = std::max_element(
-        hits.begin(), hits.end(), [](const auto& x, const auto& y) { return x.second < y.second; });
-    if (most != hits.end()) run.materials_hit[t] = most->first;
-  }
-}
-
 /// LOW as it is written: a material for each pair of a texture set and a source material.
 struct AssetMesh {
   Mesh mesh;
   std::vector<AssetMaterial> materials;
+  std::vector<std::size_t> sets;  ///< Of each material
 };
 
 /// How a material of LOW shows, by the one of HIGH; else by LOW's own.
@@ -93,8 +62,28 @@ void describe_surface(const Material* of_high, const Material* of_low, AssetMate
   material.extras = of_low != nullptr ? of_low->extras : shown->extras;
 }
 
+/// Moves each tile's UVs to the unit square, in a pool of their own.
+void move_tiles(const BakeRun& run, const std::vector<std::size_t>& set_of, Mesh& mesh) {
+  std::vector<Vec2> pool;
+  std::map<std::pair<std::size_t, std::uint32_t>, std::uint32_t> moved;  // by set
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+    const TextureSet& set = run.sets[set_of[t]].set;
+    for (std::uint32_t& uv : mesh.uv_triangles[t]) {
+      const auto [entry, added] =
+          moved.emplace(std::pair(set_of[t], uv), static_cast<std::uint32_t>(pool.size()));
+      if (added) {
+        const Vec2& at = mesh.uvs[uv];
+        pool.push_back(
+            {at.x - static_cast<float>(set.tile_u), at.y - static_cast<float>(set.tile_v)});
+      }
+      uv = entry->second;
+    }
+  }
+  mesh.uvs = std::move(pool);
+}
+
 AssetMesh with_materials(const BakeRun& run) {
-  AssetMesh result{run.low.mesh, {}};
+  AssetMesh result{run.low.mesh, {}, {}};
   Mesh& mesh = result.mesh;
   const std::vector<Material>&high = run.dense.beside.materials, &low = run.low.beside.materials;
   const std::string plain = mesh.name.empty() ? "mesh" : mesh.name;
@@ -102,23 +91,11 @@ AssetMesh with_materials(const BakeRun& run) {
   if (!run.sets.empty()) mesh.tangents = tangents_of(mesh);  // before UVs move
   std::vector<std::size_t> set_of(mesh.triangles.size(), 0);
   for (std::size_t s = 0; s < run.sets.size(); ++s) {
-    const TextureSet& set = run.sets[s].set;
-    std::map<std::uint32_t, std::uint32_t> moved;
     for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
-      if (set.holds[t] == 0) continue;
-      set_of[t] = s;
-      if (set.tile_u == 0 && set.tile_v == 0) continue;
-      for (std::uint32_t& uv : mesh.uv_triangles[t]) {
-        const auto [entry, added] = moved.emplace(uv, static_cast<std::uint32_t>(mesh.uvs.size()));
-        if (added) {
-          const Vec2 at = mesh.uvs[uv];
-          mesh.uvs.push_back(
-              {at.x - static_cast<float>(set.tile_u), at.y - static_cast<float>(set.tile_v)});
-        }
-        uv = entry->second;
-      }
+      if (run.sets[s].set.holds[t] != 0) set_of[t] = s;
     }
   }
+  if (run.arguments.sets == name_of(sets_values(), SetsBy::udim)) move_tiles(run, set_of, mesh);
   struct Key {
     std::size_t set;
     std::uint32_t own, hit;
@@ -150,7 +127,8 @@ AssetMesh with_materials(const BakeRun& run) {
       material.set = set.word;
       if (!by_material) material.name += "." + set.set.name;
     }
-    material.pictures = run.pictures[key.set];
+    if (!run.pictures.empty()) material.pictures = run.pictures[key.set];
+    result.sets.push_back(key.set);
     describe_surface(of_high, find_material(low, own), material);
     mesh.material_names.push_back(material.name);
   }
@@ -192,6 +170,39 @@ Json hashes_of(const std::vector<std::string>& files) {
 }
 
 }  // namespace
+
+void note_materials_hit(BakeRun& run) {
+  if (!run.result.match) return;
+  const Match& match = *run.result.match;
+  const Mesh &low = run.low.mesh, &high = run.dense.mesh;
+  const std::vector<Material>& materials = run.dense.beside.materials;
+  run.materials_hit.resize(low.triangles.size(), BakeRun::kNoMaterial);
+  constexpr int kSteps = 8;  // places along an edge
+  const auto texel = [](double value, std::uint32_t size) {
+    const double inside = (value - std::floor(value)) * size;
+    return std::min(static_cast<std::uint32_t>(inside), size - 1);
+  };
+  for (std::size_t t = 0; t < low.triangles.size(); ++t) {
+    const auto& [a, b, c] = low.uv_triangles[t];
+    const Vec2 &p = low.uvs[a], &q = low.uvs[b], &r = low.uvs[c];
+    if (!std::isfinite(p.x + p.y + q.x + q.y + r.x + r.y)) continue;  // of another set
+    std::map<std::uint32_t, int> hits;
+    for (int i = 0; i < kSteps; ++i) {
+      for (int k = 0; i + k < kSteps; ++k) {
+        const double u = (i + 1.0 / 3) / kSteps, v = (k + 1.0 / 3) / kSteps, w = 1 - u - v;
+        const std::uint32_t x = texel(w * p.x + u * q.x + v * r.x, match.width);
+        const std::uint32_t y = texel(1 - (w * p.y + u * q.y + v * r.y), match.height);
+        const std::uint32_t hit = match.triangle[std::size_t{y} * match.width + x];
+        if (hit < high.materials.size() && is_special(materials[high.materials[hit]])) {
+          ++hits[high.materials[hit]];
+        }
+      }
+    }
+    const auto most = std::max_element(
+        hits.begin(), hits.end(), [](const auto& x, const auto& y) { return x.second < y.second; });
+    if (most != hits.end()) run.materials_hit[t] = most->first;
+  }
+}
 
 void choose_asset_maps(BakeRun& run) {
   BakeArguments& arguments = run.arguments;
@@ -292,6 +303,52 @@ bool save_asset(BakeRun& run) {
   for (const std::filesystem::path& file : files) {
     if (file != arguments.asset) run.outputs.push_back(file.string());
   }
+  return true;
+}
+
+bool save_obj_with_mtl(BakeRun& run) {
+  const BakeArguments& arguments = run.arguments;
+  const std::filesystem::path path = arguments.asset, mtl = path.stem().string() + ".mtl";
+  AssetMesh written = with_materials(run);
+  std::string text = "# Kiln " + std::string(version()) + "\n\n";
+  std::set<std::string> taken;
+  for (std::size_t i = 0; i < written.materials.size(); ++i) {
+    std::string name = written.materials[i].name;
+    for (char& c : name) {
+      if (static_cast<unsigned char>(c) < 0x20 || c == 0x7F || c == '\\') c = '_';
+    }
+    while (!taken.insert(name).second) name += "_";
+    written.mesh.material_names[i] = name;
+    const SetNames names = run.sets.empty() ? SetNames{run.low.stem, ""}
+                                            : names_of(arguments, run.sets[written.sets[i]]);
+    const auto file_of = [&](const std::string& map) {
+      const std::vector<std::string> maps = all_maps(arguments);
+      return std::find(maps.begin(), maps.end(), map) == maps.end()
+                 ? ""
+                 : names.stem + "_" + map + names.tile + extension(run.save_options);
+    };
+    const auto add = [&](const char* statement, const std::string& map) {
+      if (const std::string file = file_of(map); !file.empty()) {
+        text += std::string(statement) + " " + file + "\n";
+      }
+    };
+    text += "newmtl " + name + "\nKd 1 1 1\nillum 2\n";
+    add("map_Kd", "color");
+    if (written.materials[i].alpha_mode != AlphaMode::opaque) add("map_d", "opacity");
+    add("norm", "normal");
+    add("map_Bump", "normal");  // many know no `norm`
+    text += "Pr 1\nPm 0\n";
+    add("map_Pr", "roughness");
+    add("map_Pm", "metallic");
+    if (!file_of("emission").empty()) text += "Ke 1 1 1\n";
+    add("map_Ke", "emission");
+    text += "\n";
+  }
+  written.mesh.material_files = {mtl.string()};
+  if (!announce(run, path.parent_path() / mtl)) return false;
+  save_text(path.parent_path() / mtl, text);
+  if (!announce(run, path)) return false;
+  save_obj(written.mesh, path);
   return true;
 }
 

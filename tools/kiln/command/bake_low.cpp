@@ -23,6 +23,7 @@ std::string lod_stem(const BakeArguments& arguments, std::size_t level) {
 
 std::string low_stem(const BakeArguments& arguments) {
   if (arguments.lods > 0) return lod_stem(arguments, 0);
+  if (!arguments.asset.empty()) return fs::path(arguments.asset).stem().string();
   if (arguments.low.empty()) return fs::path(arguments.high).stem().string() + "_low";
   return fs::path(arguments.low).stem().string() + (arguments.unwrap           ? "_unwrapped"
                                                     : arguments.split_at_seams ? "_split"

@@ -156,14 +156,18 @@ bool bake_sets(BakeRun& run, const Source& source);
 
 // ---- bake_asset.cpp ----
 
-/// Of a GLB without --maps: those that HIGH's materials and colours have, beside normal and ao.
+/// Of a GLB, glTF or OBJ without --maps: those that HIGH's materials and colours have, beside normal and ao.
 void choose_asset_maps(BakeRun& run);
 /// Of a GLB: lets the bake keep its match where LOW's materials do not tell which of HIGH's they show.
 void keep_asset_match(BakeRun& run);
 /// Encodes the run's maps as the pictures of the next set, or of the only one.
 void encode_asset_maps(BakeRun& run);
+/// Notes, for each triangle of LOW that has texels, which special material of HIGH they show; where the match is kept.
+void note_materials_hit(BakeRun& run);
 /// Writes the run's low poly with all sets' pictures as one asset. \returns false where it was cancelled
 bool save_asset(BakeRun& run);
+/// Writes the run's low poly with an MTL that names its maps. \returns false where it was cancelled
+bool save_obj_with_mtl(BakeRun& run);
 
 // ---- bake_output.cpp ----
 

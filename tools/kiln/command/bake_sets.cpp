@@ -209,7 +209,8 @@ bool bake_sets(BakeRun& run, const Source& source) {
   run.tile.clear();
   run.result = {};
   run.result.report = std::move(sum);
-  return run.arguments.asset.empty() || save_asset(run);
+  if (run.arguments.asset.empty()) return true;
+  return writes_gltf(run.arguments) ? save_asset(run) : save_obj_with_mtl(run);
 }
 
 }  // namespace kiln::cli

@@ -177,6 +177,10 @@ bool read_inputs(BakeRun& run) {
   choose_asset_maps(run);
   run.options.match.uv = uv_options(run.dense, run.options.match.uv);
   load_textures(arguments, run.dense.mesh, run.options, run.warnings);
+  if (!arguments.asset.empty() && !arguments.given.contains("--maps")) {
+    // The maps are those that some material has: in others the default is meant.
+    std::erase_if(run.warnings, [](const Warning& w) { return w.code == "material-value"; });
+  }
   apply_alpha_test(arguments, run.options, run.dense.mesh, run.warnings);
   run.warnings_of_high = run.warnings.size();
   run.stages.load = run.watch.lap();
