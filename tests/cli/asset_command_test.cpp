@@ -273,7 +273,7 @@ TEST(AssetCommand, AnObjHasAnMtlThatNamesItsMaps) {
   // An MTL of the user's is not written over.
   save_text(scene / "p/made.mtl", "newmtl a\n");
   expect_exit(
-      run_kiln({"bake", scene / "high.glb", "--faces", "500", "--out", scene / "p/made.obj"}), 3,
+      run_kiln({"bake", scene / "high.glb", "--faces", "500", "--out", scene / "p/made.obj"}), 5,
       {"made.mtl", "--force"});
   // One that Kiln makes, of the maps asked for.
   expect_exit(run_kiln({"bake", scene / "high.glb", "--faces", "500", "--size", "64", "--out",
