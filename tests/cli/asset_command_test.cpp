@@ -20,8 +20,8 @@ using test::run_kiln;
 TEST(AssetCommand, OneFileHasLowAndMaps) {
   KILN_REQUIRE_DEVICE();
   const fs::path scene = make_scene();
-  expect_exit(run_kiln({"bake", scene / "high.obj", "--faces", "500", "--size", "64", "--out",
-                        scene / "new/low.glb"}),
+  expect_exit(run_kiln({"bake", scene / "high.obj", "--faces", "500", "--size", "64", "--ao-rays",
+                        "16", "--out", scene / "new/low.glb"}),
               0, {});
   EXPECT_EQ(names(scene / "new"), std::vector<std::string>{"low.glb"});
   const Asset asset = load_asset(scene / "new/low.glb");

@@ -204,6 +204,12 @@ void note_materials_hit(BakeRun& run) {
   }
 }
 
+void start_asset_maps(BakeArguments& arguments) {
+  if (!arguments.asset.empty() && !arguments.given.contains("--maps")) {
+    arguments.maps = {"normal", "ao"};
+  }
+}
+
 void choose_asset_maps(BakeRun& run) {
   BakeArguments& arguments = run.arguments;
   if (arguments.asset.empty()) return;
@@ -213,7 +219,6 @@ void choose_asset_maps(BakeRun& run) {
   const auto any = [&](const auto& has) {
     return std::any_of(materials.begin(), materials.end(), has);
   };
-  arguments.maps = {"normal", "ao"};
   if (!high.colors.empty() ||
       any([](const Material& m) { return has_number(m.color_from) || !m.color_map.empty(); })) {
     arguments.maps.emplace_back("color");

@@ -156,7 +156,9 @@ bool bake_sets(BakeRun& run, const Source& source);
 
 // ---- bake_asset.cpp ----
 
-/// Of a GLB, glTF or OBJ without --maps: those that HIGH's materials and colours have, beside normal and ao.
+/// Of a GLB, glTF or OBJ without --maps: normal and ao...
+void start_asset_maps(BakeArguments& arguments);
+/// ... and those that HIGH's materials and colours have.
 void choose_asset_maps(BakeRun& run);
 /// Of a GLB: lets the bake keep its match where LOW's materials do not tell which of HIGH's they show.
 void keep_asset_match(BakeRun& run);

@@ -369,6 +369,7 @@ int run_bake(const BakeArguments& given) {
   }
   take_sizes(arguments);
   take_asset(arguments);
+  start_asset_maps(arguments);
   part_maps(arguments);
   check(arguments);
   run.options = bake_options(arguments);
