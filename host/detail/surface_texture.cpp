@@ -14,7 +14,7 @@ SurfaceTexture::SurfaceTexture(const Source::Impl& source, const Texture& textur
       plain_(texture.plain),
       uv_transforms_(texture.uv_transforms) {
   const std::string map(name);
-  if (!has_uvs(source)) {
+  if (!texture.images.empty() && !has_uvs(source)) {
     throw Error(ErrorCode::input, "The high poly has no UVs, over which the texture of the map " +
                                       map + " lies: give it a layout, or leave the map out.");
   }
@@ -56,12 +56,12 @@ const FilteredTexture* SurfaceTexture::picture_of(std::uint32_t triangle) const 
 void SurfaceTexture::read(const HighPoint& point, float* value) const {
   std::fill_n(value, 4, 0.0F);
   const FilteredTexture* picture = picture_of(point.triangle);
-  if (picture == nullptr) {
+  if (picture == nullptr || !point.has_uv) {
+    if (plain_.empty()) return;
     const std::uint32_t material = source_.materials.of[point.triangle];
     if (material < plain_.size()) std::copy_n(plain_[material].begin(), 4, value);
     return;
   }
-  if (!point.has_uv) return;  // a corner without UV: 0
   if (uv_transforms_.empty()) {
     picture->mean(point.uv[0], point.uv[1], point.uv_sides, value);
   } else {

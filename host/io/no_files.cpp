@@ -66,6 +66,13 @@ std::vector<Material> load_materials(const Mesh& /*mesh*/, const std::filesystem
                                      std::vector<Warning>* /*warnings*/) {
   fail(mesh_file.string());
 }
+AssetPictures encode_maps(const AssetMaps& /*maps*/) { fail("an asset's pictures"); }
+std::vector<std::filesystem::path> save_asset(const Mesh& /*low*/,
+                                              std::span<const AssetMaterial> /*materials*/,
+                                              const std::filesystem::path& path,
+                                              const SaveAssetOptions& /*options*/) {
+  fail(path.string());
+}
 void save_glb(const Mesh& /*low*/, const AssetMaps& /*maps*/, const std::filesystem::path& path,
               const SaveGlbOptions& /*options*/) {
   fail(path.string());

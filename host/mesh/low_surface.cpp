@@ -67,10 +67,15 @@ bool has_area(const Vec3& a, const Vec3& b, const Vec3& c) {
   return size > 0 && std::isfinite(size);
 }
 
+bool has_direction(const Tangent& tangent) {
+  const double size = length(Vec3d(tangent.direction));
+  return size > 0 && std::isfinite(size);
+}
+
 /// The caller's own tangent, where it has a direction.
 void take_tangent(const Tangent& given, LowSurface::Corner& corner) {
+  if (!has_direction(given)) return;
   const double size = length(Vec3d(given.direction));
-  if (!(size > 0) || !std::isfinite(size)) return;
   corner.tangent = to_float(Vec3d(given.direction) * (1 / size));
   corner.sign = given.sign < 0 ? -1.0F : 1.0F;
 }
@@ -186,8 +191,11 @@ LowSurface LowSurface::of(const Mesh& low, const Frame& frame, const Mesh* cage,
             "mesh UVs, and `simplify()` makes a low poly to unwrap.");
   }
 
+  const bool all_given =
+      !low.tangents.empty() && std::all_of(low.tangents.begin(), low.tangents.end(), has_direction);
   const std::vector<CornerTangent> tangents =
-      mikk_tangents(corner_position, corner_normal, corner_uv);
+      all_given ? std::vector<CornerTangent>(3 * count)
+                : mikk_tangents(corner_position, corner_normal, corner_uv);
   parallel_for(count, 1 << 14, [&](std::size_t begin, std::size_t end) {
     for (std::size_t t = begin; t < end; ++t) {
       for (std::size_t k = 0; k < 3; ++k) {

@@ -1,9 +1,12 @@
 #pragma once
 
 #include <array>
+#include <cstddef>
 #include <cstdint>
 #include <filesystem>
 #include <limits>
+#include <memory>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -60,7 +63,7 @@ struct Asset {
 Asset load_asset(const std::filesystem::path& path, const LoadMeshOptions& options = {},
                  std::vector<Warning>* warnings = nullptr);
 
-/// Baked pictures of one texture set, by what a material takes them for; null: there is none. Values as files hold
+/// Baked maps of one texture set, by what a material takes them for; null: there is none. Values as files hold
 /// them: normals as n/2 + 1/2 with +Y up, colours sRGB-encoded, all in [0, 1]. Those of occlusion, roughness and
 /// metalness, which share a picture, have one size; so have colour and opacity.
 struct AssetMaps {
@@ -71,7 +74,69 @@ struct AssetMaps {
   const Image* opacity = nullptr;    ///< First channel
   const Image* color = nullptr;      ///< Three channels
   const Image* emission = nullptr;   ///< Three channels
+  float emission_strength = 1;       ///< What 1 in `emission` stands for, linear light; at least 0
 };
+
+/// The same as pictures that glTF has: PNGs of 8 bits, dithered. Made by encode_maps().
+struct AssetPictures {
+  std::vector<std::byte> color;     ///< Base colour, with opacity as its alpha; empty, as all: none
+  std::vector<std::byte> surface;   ///< Occlusion, roughness and metalness: R, G, B
+  std::vector<std::byte> normal;    ///< In tangent space
+  std::vector<std::byte> emission;  ///< sRGB
+  bool has_color = false;           ///< Else `color` is white
+  bool has_opacity = false;         ///< `color` has an alpha channel
+  bool has_occlusion = false;       ///< Else it is 1 in `surface`
+  bool has_surface = false;         ///< Roughness, or metalness, is in `surface`
+  bool has_metallic = false;        ///< Else it is 0
+  float emission_strength = 1;      ///< As in AssetMaps
+};
+
+/// Encodes maps, so that their values need not be kept, and several materials can share them.
+/// \throws Error(usage) for maps of other channels or sizes than they should have
+/// Thread safety: may be called from several threads.
+AssetPictures encode_maps(const AssetMaps& maps);
+
+/// A material of a file that is written.
+struct AssetMaterial {
+  std::string name;  ///< Need not be unique
+  std::shared_ptr<const AssetPictures>
+      pictures;                            ///< Null: none. What several share is in the file once
+  AlphaMode alpha_mode = AlphaMode::mask;  ///< Where its pictures have opacity, else opaque
+  float alpha_cutoff = 0.5F;               ///< Of AlphaMode::mask
+  bool double_sided = false;               ///< Back faces are shown, too
+  std::string set;                         ///< What its pictures' names begin with; may be empty
+  std::string extras;                      ///< JSON: glTF's `extras`; empty: none
+};
+
+/// What save_asset() writes beside a mesh and its materials.
+struct SaveAssetOptions {
+  std::vector<AssetNode> nodes;  ///< As Asset::nodes; empty: a node an object
+  std::vector<std::uint32_t>
+      object_nodes;         ///< As Asset::object_nodes; AssetNode::kNone: a root of its own
+  double metres = 0;        ///< A unit of the mesh, which becomes the root's scale; 0: 1
+  std::string extras;       ///< JSON: `asset.extras`, an object; empty: none
+  std::string kiln_extras;  ///< JSON: becomes `asset.extras.kiln`; empty: none
+};
+
+/// Writes a low poly with its maps as glTF 2.0: POSITION, NORMAL, TANGENT and TEXCOORD_0 as a bake in tangent space
+/// takes them (the file's tangents, or MikkTSpace's). A name that ends in .gltf gives NAME.gltf, NAME.bin and the
+/// pictures NAME_color.png and so on beside it, any other name one binary file.
+///
+/// Nodes keep names, parents, transforms and extras; each object lies in the space of its node, with a primitive a
+/// material. An object whose node mirrors it, or has another one already, gets a node of its own below, which undoes
+/// the mirroring: programs do not agree on tangents under mirroring nodes. An object whose node flattens it is a
+/// root. Without nodes, the root is named as the mesh, and its origin is the root's translation. Vertex colours are
+/// COLOR_0, but where a material has a picture of colours: there they would be multiplied, and are `_COLOR_0`.
+/// Triangles without area or UVs are left out. Each file appears whole or not at all, the .gltf last.
+/// \param materials  one for each of Mesh::material_names, or one for all
+/// \returns the files that were written, `path` last
+/// \throws Error(input) for a mesh without UVs or a triangle that has area; Error(usage) for materials or nodes of
+///         another number, or extras that are no JSON; Error(output), also beyond the 4 GiB of a GLB
+/// Thread safety: may be called from several threads, for files of different names.
+std::vector<std::filesystem::path> save_asset(const Mesh& low,
+                                              std::span<const AssetMaterial> materials,
+                                              const std::filesystem::path& path,
+                                              const SaveAssetOptions& options = {});
 
 /// What save_glb() writes beside a mesh and its maps.
 struct SaveGlbOptions {
@@ -82,13 +147,7 @@ struct SaveGlbOptions {
   std::string extras;  ///< JSON: becomes `asset.extras.kiln`; empty: none
 };
 
-/// Writes a low poly and its maps as one binary glTF 2.0: POSITION, NORMAL, TANGENT and TEXCOORD_0 as a bake in tangent
-/// space takes them (the file's tangents, or MikkTSpace's), a node an object, one material, pictures as PNG of 8 bits,
-/// dithered. An origin of the mesh is the translation of its root. Triangles without area or UVs are left out; colours
-/// of vertices, too, which would be multiplied with the map. The file appears whole or not at all.
-/// \throws Error(input) for a mesh without UVs or a triangle that has area; Error(usage) for maps of other channels or
-///         sizes than they should have, or extras that are no JSON; Error(output), also beyond the 4 GiB of a GLB
-/// Thread safety: may be called from several threads, for files of different names.
+/// save_asset() of one material, named as the mesh, and without a hierarchy.
 void save_glb(const Mesh& low, const AssetMaps& maps, const std::filesystem::path& path,
               const SaveGlbOptions& options = {});
 

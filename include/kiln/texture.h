@@ -31,7 +31,7 @@ struct Texture {
   /// Per material of the high poly (Mesh::materials), index into images, or kNone. Empty: images[0] is for
   /// all of the mesh.
   std::vector<std::uint32_t> image_of;
-  /// Per material, what it holds where it has no picture, in linear light. Empty: 0.
+  /// Per material, what it holds where it has no picture, or the mesh no UVs, in linear light. Empty: 0.
   std::vector<std::array<float, 4>> plain;
   /// Per material, from the mesh's UVs to its picture's, as MaterialPicture::uv_transform. Empty: none is moved.
   std::vector<std::array<float, 6>> uv_transforms;

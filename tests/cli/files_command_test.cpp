@@ -428,9 +428,17 @@ TEST(FilesCommand, NormalsThatOpposeTheirFacesAreTurned) {
   const fs::path folder = test::scratch_folder();
   const auto bake = [&](const std::string& high, const std::string& low,
                         const std::vector<std::string>& more = {}) {
-    std::vector<std::string> line = {"bake",  folder / high, folder / low,         "--size",
-                                     "64",    "--maps",      "normal,ao",          "--format",
-                                     "exr32", "--out",       folder / (high + low)};
+    std::vector<std::string> line = {"bake",
+                                     folder / high,
+                                     folder / low,
+                                     "--size",
+                                     "64",
+                                     "--maps",
+                                     "normal,ao",
+                                     "--format",
+                                     "exr32",
+                                     "--out",
+                                     folder / (high + low + ".maps")};
     line.insert(line.end(), more.begin(), more.end());
     return run_kiln(line);
   };
@@ -443,7 +451,7 @@ TEST(FilesCommand, NormalsThatOpposeTheirFacesAreTurned) {
   }
   const auto expect_flat = [&](const std::string& high, const std::string& low) {
     SCOPED_TRACE(high + " " + low);
-    const fs::path maps = folder / (high + low);
+    const fs::path maps = folder / (high + low + ".maps");
     const std::string stem = fs::path(low).stem().string();
     // The same surface, whose normals are its own: straight up, and open to all sides.
     for (const std::uint32_t row : {16U, 32U, 48U}) {

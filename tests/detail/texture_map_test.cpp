@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <memory>
 #include <stdexcept>
 #include <utility>
@@ -122,6 +123,34 @@ TEST(TextureMaps, ATextureMayHaveAPictureForEachMaterial) {
   EXPECT_NEAR(*opacity.at(4, 0), 0.4F, 1e-6F);
   options.color->image_of = {0, 1};
   EXPECT_THROW(bake(source, test::plane(1, 1), options), Error);
+}
+
+/// Plain materials need no layout, and where a part has none, its material's number stands for the picture.
+TEST(TextureMaps, PlainMaterialsNeedNoUvs) {
+  KILN_REQUIRE_DEVICE();
+  Mesh high = test::plane(2, 1);
+  high.uvs.clear();
+  high.uv_triangles.clear();
+  high.material_names = {"a", "b"};
+  high.materials = {0, 0, 1, 1};
+  BakeOptions options = options_of(8, 8, {MapKind{"color"}});
+  Texture texture;
+  texture.image_of = {Texture::kNone, Texture::kNone};
+  texture.plain = {{0.1F, 0.2F, 0.3F, 1}, {0.5F, 0.6F, 0.7F, 1}};
+  options.color = texture;
+  const auto color = [&] {
+    return image_of(bake(Source(*test::device(), high), test::plane(1, 1), options), "color");
+  };
+  EXPECT_NEAR(color().at(0, 4)[1], 0.2F, 1e-6F);
+  EXPECT_NEAR(color().at(7, 4)[1], 0.6F, 1e-6F);
+  options.color->images = {std::make_shared<const Image>(Image{1, 1, 3, {1, 0, 0}})};
+  options.color->image_of = {0, 0};
+  EXPECT_THROW(color(), Error);
+  constexpr float kNaN = std::numeric_limits<float>::quiet_NaN();
+  high.uvs = {{0.5F, 0.5F}, {kNaN, kNaN}};
+  high.uv_triangles = {{0, 0, 0}, {0, 0, 0}, {1, 1, 1}, {1, 1, 1}};
+  EXPECT_NEAR(color().at(0, 4)[0], 1, 1e-6F);
+  EXPECT_NEAR(color().at(7, 4)[1], 0.6F, 1e-6F);
 }
 
 TEST(TextureMaps, APictureMayLieMovedOnTheUvs) {

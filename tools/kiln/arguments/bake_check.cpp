@@ -15,8 +15,6 @@ std::string no_sets(const BakeJob& a) {
   if (a.low.empty() || a.unwrap) {
     return "parts a layout of LOW's own, but Kiln lays this one out in one atlas: leave it out.";
   }
-  if (!a.asset.empty())
-    return "has several materials, but Kiln writes a GLB of one: bake into a folder.";
   if (a.match_auto) return "cannot be planned: choose a --match.";
   if (!a.load_match.empty() || !a.save_match.empty() || a.reasons) {
     return "has several maps, but --load-match, --save-match and --reasons are of one: leave one "
@@ -30,28 +28,36 @@ std::string no_sets(const BakeJob& a) {
 void take_asset(BakeJob& a) {
   const std::filesystem::path out = a.out;
   const std::string ending = lower_extension(out);
-  if (ending == ".gltf")
-    fail_usage("--out '" + a.out + "': Kiln writes binary glTF: name it .glb.");
-  if (ending != ".glb" || std::filesystem::is_directory(out)) return;
+  if ((ending != ".glb" && ending != ".gltf" && ending != ".obj") ||
+      std::filesystem::is_directory(out)) {
+    return;
+  }
   const auto refuse = [&](bool is, const char* flag) {
     if (is)
-      fail_usage(std::string(flag) + " is not for a GLB, --out '" + a.out +
+      fail_usage(std::string(flag) + " is not for a glTF, GLB or OBJ, --out '" + a.out +
                  "': leave it out, or name a folder.");
   };
-  refuse(a.given.contains("--format"), "--format");
-  refuse(a.options.encoding.space != NormalMapSpace::tangent, "--space");
-  refuse(a.options.encoding.flip_y, "--flip-y");
-  refuse(a.options.encoding.two_component, "--two-component");
-  refuse(a.options.encoding.raw, "--raw");
   refuse(a.layers, "--layers");
-  refuse(!a.packs.empty(), "--pack");
-  refuse(a.options.encoding.mips, "--mips");
   refuse(a.lods != 0, "--lod");
   refuse(a.options.match.visibility.clusters > 1, "--visibility-clusters");
-  refuse(a.reasons, "--reasons");
+  if (ending != ".obj") {
+    refuse(a.given.contains("--format"), "--format");
+    refuse(a.options.encoding.space != NormalMapSpace::tangent, "--space");
+    refuse(a.options.encoding.flip_y, "--flip-y");
+    refuse(a.options.encoding.two_component, "--two-component");
+    refuse(a.options.encoding.raw, "--raw");
+    refuse(!a.ranges.empty(), "--range");
+    refuse(!a.packs.empty(), "--pack");
+    refuse(a.options.encoding.mips, "--mips");
+    refuse(a.reasons, "--reasons");
+    a.image.format = ImageFormat::png8;
+  }
   a.asset = a.out;
   a.out = out.has_parent_path() ? out.parent_path().string() : ".";
-  a.image.format = ImageFormat::png8;
+}
+
+bool writes_gltf(const BakeJob& a) {
+  return !a.asset.empty() && lower_extension(a.asset) != ".obj";
 }
 
 namespace {

@@ -29,7 +29,7 @@ struct SetSize {
 struct BakeJob {
   std::set<std::string> given;  ///< Flags, such as "--views", whatever their values
   std::string high, low, out;
-  std::string asset;  // the GLB that --out names; `out` is its folder then
+  std::string asset;  // the GLB, glTF or OBJ that --out names; `out` is its folder then
   std::vector<std::string> more_high, more_low;  // joined to `high` and `low`
 
   BakeOptions options;  ///< But for what is read of files: see options_of()
@@ -131,8 +131,10 @@ bool bounds_maps(const BakeJob& job);
 bool plans_light(const BakeJob& job);
 /// Why a bake has one texture set whatever LOW is; empty: it may have several.
 std::string no_sets(const BakeJob& job);
-/// Parts an --out that ends in .glb. \throws Error(usage) for what a GLB cannot hold
+/// Parts an --out that ends in .glb, .gltf or .obj. \throws Error(usage) for what it cannot hold
 void take_asset(BakeJob& job);
+/// True if the maps go into a glTF or GLB: not beside an OBJ, nor loosely into a folder.
+bool writes_gltf(const BakeJob& job);
 /// True if all levels of detail share one layout and its maps.
 bool shares_uvs(const BakeJob& job);
 /// True if the low poly is a plane of Kiln's, under a height field.

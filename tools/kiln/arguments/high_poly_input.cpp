@@ -38,9 +38,9 @@ bool is_height_field(const std::string& path) {
 }
 
 HighPolyInput load_dense(const std::vector<std::string>& files, const HeightFieldOptions& heights,
-                         const LoadMeshOptions& options, bool named,
-                         std::vector<Warning>& warnings) {
-  if (files.size() == 1 && (!named || is_height_field(files[0]))) {
+                         const LoadMeshOptions& options, bool named, std::vector<Warning>& warnings,
+                         bool beside) {
+  if (files.size() == 1 && is_height_field(files[0])) {
     return load_dense(files[0], heights, warnings, options);
   }
   for (const std::string& file : files) {
@@ -51,26 +51,19 @@ HighPolyInput load_dense(const std::vector<std::string>& files, const HeightFiel
   }
   if (stretches(heights)) {
     throw Error(ErrorCode::usage, "--height and --extent are for a height field, a PNG or EXR; " +
-                                      in_words(files) + " are meshes.");
+                                      in_words(files) +
+                                      (files.size() == 1 ? " is a mesh." : " are meshes."));
   }
-  Mesh mesh = load_meshes(files, options, named, warnings).mesh;
-  mesh.tangents = {};  // for its normal textures MikkTSpace computes them
-  turn_normals("HIGH", Trusted::faces, mesh, warnings);
-  return {std::move(mesh), {}};
+  MeshFiles read = load_meshes(files, options, named, warnings, beside);
+  read.mesh.tangents = {};  // for its normal textures MikkTSpace computes them
+  turn_normals("HIGH", Trusted::faces, read.mesh, warnings);
+  return {std::move(read.mesh), {}, std::move(read.beside)};
 }
 
 HighPolyInput load_dense(const std::string& path, const HeightFieldOptions& heights,
                          std::vector<Warning>& warnings, const LoadMeshOptions& options) {
   if (!is_height_field(path)) {
-    if (stretches(heights)) {
-      throw Error(
-          ErrorCode::usage,
-          "--height and --extent are for a height field, a PNG or EXR; '" + path + "' is a mesh.");
-    }
-    Mesh mesh = load_mesh(path, options, &warnings);
-    mesh.tangents = {};
-    turn_normals("HIGH", Trusted::faces, mesh, warnings);
-    return {std::move(mesh), {}};
+    return load_dense(std::vector{path}, heights, options, /*named=*/false, warnings);
   }
   HighPolyInput dense;
   dense.heights = load_image(path);

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "arguments/option_table.h"
+#include "kiln/asset.h"
 #include "kiln/height_field.h"
 #include "kiln/kiln.h"
 
@@ -35,14 +36,15 @@ std::string high_poly_kinds();
 struct HighPolyInput {
   Mesh mesh;
   std::optional<Image> heights;
+  Asset beside;  ///< See MeshFiles::beside
 };
 
-/// Several files are meshes, and joined. \param named  see load_meshes() \param options  of meshes
+/// Several files are meshes, and joined. \param named, beside  see load_meshes() \param options  of meshes
 /// \throws Error(usage) where a mesh was given a height or an extent, Error(input) as the readers
-HighPolyInput load_dense(const std::vector<std::string>& files, const HeightFieldOptions& arguments,
-                         const LoadMeshOptions& options, bool named,
-                         std::vector<Warning>& warnings);
-HighPolyInput load_dense(const std::string& path, const HeightFieldOptions& arguments,
+HighPolyInput load_dense(const std::vector<std::string>& files, const HeightFieldOptions& heights,
+                         const LoadMeshOptions& options, bool named, std::vector<Warning>& warnings,
+                         bool beside = false);
+HighPolyInput load_dense(const std::string& path, const HeightFieldOptions& heights,
                          std::vector<Warning>& warnings, const LoadMeshOptions& options = {});
 
 /// Turns triangles of a high poly that low polys are made of as those beside them face, and says so: else each is a hole.

@@ -110,8 +110,8 @@ void MatchInputs::apply(BakeOptions& options) const {
 }
 
 MeshFiles load_low_files(const BakeJob& arguments, std::vector<Warning>& warnings) {
-  MeshFiles files =
-      load_meshes(low_files(arguments), arguments.load, has_more_files(arguments), warnings);
+  MeshFiles files = load_meshes(low_files(arguments), arguments.load, has_more_files(arguments),
+                                warnings, !arguments.asset.empty());
   if (!arguments.file_tangents) {
     files.mesh.tangents = {};
   } else if (arguments.given.contains("--tangents") && files.mesh.tangents.empty()) {

@@ -74,6 +74,51 @@ struct Shared {
   double u = 0, v = 0;
 };
 
+/// Reads a file with its nodes and materials. What is described beside the mesh is no reason to refuse it.
+Asset load_with_materials(const std::string& file, const LoadMeshOptions& options,
+                          std::vector<Warning>& warnings) {
+  const std::string ending = lower_extension(file);
+  if (ending != ".obj") return load_asset(file, options, &warnings);
+  Asset asset;
+  asset.mesh = load_mesh(file, options, &warnings);
+  if (asset.mesh.material_files.empty()) return asset;
+  try {
+    asset.materials = load_materials(asset.mesh, file);
+  } catch (const Error& error) {
+    warnings.push_back(
+        {"materials-unread", std::string(error.what()) + " It counts for nothing.", 1});
+  }
+  return asset;
+}
+
+/// Adds what a file has beside its mesh.
+void add_beside(const Asset& file, Asset& all) {
+  const auto first = static_cast<std::uint32_t>(all.nodes.size());
+  for (AssetNode node : file.nodes) {
+    if (node.parent != AssetNode::kNone) node.parent += first;
+    all.nodes.push_back(std::move(node));
+  }
+  for (std::size_t i = 0; i < file.object_nodes.size(); ++i) {
+    all.mesh.object_names.push_back(file.mesh.object_names[i]);
+    all.object_nodes.push_back(first + file.object_nodes[i]);
+  }
+  all.materials.insert(all.materials.end(), file.materials.begin(), file.materials.end());
+  if (all.extras.empty()) all.extras = file.extras;
+}
+
+/// Materials of several files, as their joined mesh counts them.
+std::vector<Material> by_name(const std::vector<Material>& materials,
+                              const std::vector<std::string>& names) {
+  std::vector<Material> result;
+  for (const std::string& name : names) {
+    const auto found =
+        std::find_if(materials.begin(), materials.end(),
+                     [&](const Material& material) { return material.name == name; });
+    result.push_back(found == materials.end() ? Material{.name = name} : *found);
+  }
+  return result;
+}
+
 }  // namespace
 
 void move_material_files(Mesh& mesh, const fs::path& from, const fs::path& to) {
@@ -91,14 +136,20 @@ const std::string& MeshFiles::file_of(std::size_t triangle) const {
 }
 
 MeshFiles load_meshes(const std::vector<std::string>& files, const LoadMeshOptions& options,
-                      bool named, std::vector<Warning>& warnings) {
+                      bool named, std::vector<Warning>& warnings, bool beside) {
   MeshFiles result;
   result.files = files;
   std::vector<Mesh> meshes;
   std::size_t triangles = 0;
   const fs::path folder = fs::path(files[0]).parent_path();
   for (const std::string& file : files) {
-    meshes.push_back(load_mesh(file, options, &warnings));
+    if (beside) {
+      Asset asset = load_with_materials(file, options, warnings);
+      add_beside(asset, result.beside);
+      meshes.push_back(std::move(asset.mesh));
+    } else {
+      meshes.push_back(load_mesh(file, options, &warnings));
+    }
     if (meshes.size() > 1) move_material_files(meshes.back(), fs::path(file).parent_path(), folder);
     result.first.push_back(triangles);
     triangles += meshes.back().triangles.size();
@@ -106,6 +157,8 @@ MeshFiles load_meshes(const std::vector<std::string>& files, const LoadMeshOptio
   result.first.push_back(triangles);
   const bool join = files.size() > 1 || named;
   result.mesh = join ? join_meshes(meshes, &warnings) : std::move(meshes[0]);
+  std::vector<Material>& materials = result.beside.materials;
+  if (!materials.empty()) materials = by_name(materials, result.mesh.material_names);
   return result;
 }
 

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "kiln/asset.h"
 #include "kiln/kiln.h"
 
 namespace kiln::cli {
@@ -14,6 +15,9 @@ struct MeshFiles {
   Mesh mesh;
   std::vector<std::string> files;
   std::vector<std::size_t> first;  ///< Of each file's triangles, and their number
+  /// What they have beside the mesh, where asked for: nodes, and materials as Mesh::material_names; of its own
+  /// mesh names of objects alone, as `object_nodes` counts them.
+  Asset beside;
 
   /// The file of a triangle.
   const std::string& file_of(std::size_t triangle) const;
@@ -21,10 +25,11 @@ struct MeshFiles {
 
 /// Reads files and joins them. One alone stays as it is, but where the other side of a bake has several: then
 /// its parts have names, too. Files of materials are found from the first file's folder on.
-/// \param named  a file without groups or objects is one of the file's name
+/// \param named   a file without groups or objects is one of the file's name
+/// \param beside  reads MeshFiles::beside; warns where an MTL cannot be read ("materials-unread")
 /// \throws Error(input) as load_mesh()
 MeshFiles load_meshes(const std::vector<std::string>& files, const LoadMeshOptions& options,
-                      bool named, std::vector<Warning>& warnings);
+                      bool named, std::vector<Warning>& warnings, bool beside = false);
 
 /// Names the files of materials as they are found from another folder on. Empty: the current one.
 void move_material_files(Mesh& mesh, const std::filesystem::path& from,

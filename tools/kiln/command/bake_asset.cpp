@@ -1,6 +1,12 @@
 // A low poly with its maps as one file that engines open.
 #include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <fstream>
+#include <map>
+#include <set>
 
+#include "arguments/transfers.h"
 #include "command/bake_run.h"
 #include "kiln/asset.h"
 #include "report/json_text.h"
@@ -14,32 +20,210 @@ bool is_transparent(const Material& m) {
   return m.alpha_mode != AlphaMode::opaque && (m.opacity < 1 || !m.opacity_map.empty());
 }
 
+/// True if a surface shows otherwise than opaque, from its front.
+bool is_special(const Material& m) { return is_transparent(m) || m.double_sided; }
+
+/// The material of a name that a file describes; null: none.
+const Material* find_material(const std::vector<Material>& materials, const std::string& name) {
+  const auto found = std::find_if(materials.begin(), materials.end(), [&](const Material& m) {
+    return m.name == name && !m.place.empty();
+  });
+  return found == materials.end() ? nullptr : &*found;
+}
+
+/// Brings emission into [0, 1]. \returns what 1 stands for
+float scale_emission(Image& image) {
+  float strength = 1;
+  for (const float value : image.pixels) {
+    if (std::isfinite(value)) strength = std::max(strength, value);
+  }
+  for (float& value : image.pixels) value /= strength;
+  return strength;
+}
+
+/// LOW as it is written: a material for each pair of a texture set and a source material.
+struct AssetMesh {
+  Mesh mesh;
+  std::vector<AssetMaterial> materials;
+  std::vector<std::size_t> sets;  ///< Of each material
+};
+
+/// How a material of LOW shows, by the one of HIGH; else by LOW's own.
+void describe_surface(const Material* of_high, const Material* of_low, AssetMaterial& material) {
+  const Material* const shown = of_high != nullptr ? of_high : of_low;
+  material.alpha_mode = AlphaMode::opaque;
+  if (of_high != nullptr && is_transparent(*of_high)) {
+    material.alpha_mode = of_high->alpha_mode;
+    material.alpha_cutoff = of_high->alpha_cutoff;
+  }
+  if (shown == nullptr) return;
+  material.double_sided = shown->double_sided || (of_low != nullptr && of_low->double_sided);
+  material.extras = of_low != nullptr ? of_low->extras : shown->extras;
+}
+
+/// Moves each tile's UVs to the unit square, in a pool of their own.
+void move_tiles(const BakeRun& run, const std::vector<std::size_t>& set_of, Mesh& mesh) {
+  std::vector<Vec2> pool;
+  std::map<std::pair<std::size_t, std::uint32_t>, std::uint32_t> moved;  // by set
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+    const TextureSet& set = run.sets[set_of[t]].set;
+    for (std::uint32_t& uv : mesh.uv_triangles[t]) {
+      const auto [entry, added] =
+          moved.emplace(std::pair(set_of[t], uv), static_cast<std::uint32_t>(pool.size()));
+      if (added) {
+        const Vec2& at = mesh.uvs[uv];
+        pool.push_back(
+            {at.x - static_cast<float>(set.tile_u), at.y - static_cast<float>(set.tile_v)});
+      }
+      uv = entry->second;
+    }
+  }
+  mesh.uvs = std::move(pool);
+}
+
+AssetMesh with_materials(const BakeRun& run) {
+  AssetMesh result{run.low.mesh, {}, {}};
+  Mesh& mesh = result.mesh;
+  const std::vector<Material>&high = run.dense.beside.materials, &low = run.low.beside.materials;
+  const std::string plain = mesh.name.empty() ? "mesh" : mesh.name;
+  const bool by_material = run.arguments.sets == SetsBy::material;
+  if (!run.sets.empty()) mesh.tangents = tangents_of(mesh);  // before UVs move
+  std::vector<std::size_t> set_of(mesh.triangles.size(), 0);
+  for (std::size_t s = 0; s < run.sets.size(); ++s) {
+    for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+      if (run.sets[s].set.holds[t] != 0) set_of[t] = s;
+    }
+  }
+  if (run.arguments.sets == SetsBy::udim) move_tiles(run, set_of, mesh);
+  struct Key {
+    std::size_t set;
+    std::uint32_t own, hit;
+    auto operator<=>(const Key&) const = default;
+  };
+  std::map<Key, std::uint32_t> known;
+  const std::vector<std::string> names = std::move(mesh.material_names);
+  std::vector<std::uint32_t> of = std::move(mesh.materials);
+  if (of.empty()) of.assign(mesh.triangles.size(), 0);
+  mesh.material_names.clear();
+  mesh.materials.clear();
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+    const std::string& own = names.empty() ? plain : names[of[t]];
+    const Material* of_high = find_material(high, own);
+    Key key{set_of[t], of[t], BakeRun::kNoMaterial};
+    if (of_high == nullptr && !run.materials_hit.empty()) key.hit = run.materials_hit[t];
+    const auto [entry, added] =
+        known.emplace(key, static_cast<std::uint32_t>(mesh.material_names.size()));
+    mesh.materials.push_back(entry->second);
+    if (!added) continue;
+    AssetMaterial& material = result.materials.emplace_back();
+    material.name = own;
+    if (key.hit != BakeRun::kNoMaterial) {
+      of_high = &high[key.hit];
+      material.name = high[key.hit].name;
+    }
+    if (!run.sets.empty()) {
+      const BakedSet& set = run.sets[key.set];
+      material.set = set.word;
+      if (!by_material) material.name += "." + set.set.name;
+    }
+    if (!run.pictures.empty()) material.pictures = run.pictures[key.set];
+    result.sets.push_back(key.set);
+    describe_surface(of_high, find_material(low, own), material);
+    mesh.material_names.push_back(material.name);
+  }
+  return result;
+}
+
+/// The node of each object, by its name.
+std::vector<std::uint32_t> object_nodes(const Asset& beside, const Mesh& mesh) {
+  std::vector<std::uint32_t> nodes;
+  const std::vector<std::string>& names = beside.mesh.object_names;
+  for (const std::string& object : mesh.object_names) {
+    const auto found = std::find(names.begin(), names.end(), object);
+    nodes.push_back(found == names.end()
+                        ? AssetNode::kNone
+                        : beside.object_nodes[static_cast<std::size_t>(found - names.begin())]);
+  }
+  if (mesh.objects.empty()) nodes.assign(1, AssetNode::kNone);
+  return nodes;
+}
+
+/// Files by name, with their bytes' FNV-1a of 64 bits.
+Json hashes_of(const std::vector<std::string>& files) {
+  Json json = Json::array();
+  for (const std::string& file : files) {
+    std::ifstream in(file, std::ios::binary);
+    std::vector<char> buffer(1U << 20U);
+    std::uint64_t hash = 0xCBF29CE484222325U;
+    while (in.read(buffer.data(), static_cast<std::streamsize>(buffer.size())) || in.gcount() > 0) {
+      for (std::streamsize i = 0; i < in.gcount(); ++i) {
+        hash = (hash ^ static_cast<unsigned char>(buffer[static_cast<std::size_t>(i)])) *
+               0x100000001B3U;
+      }
+    }
+    char text[24];
+    std::snprintf(text, sizeof text, "%016llx", static_cast<unsigned long long>(hash));
+    json.push_back({{"file", std::filesystem::path(file).filename().string()}, {"fnv1a", text}});
+  }
+  return json;
+}
+
 }  // namespace
+
+void note_materials_hit(BakeRun& run) {
+  if (!run.result.match) return;
+  const Match& match = *run.result.match;
+  const Mesh &low = run.low.mesh, &high = run.dense.mesh;
+  const std::vector<Material>& materials = run.dense.beside.materials;
+  run.materials_hit.resize(low.triangles.size(), BakeRun::kNoMaterial);
+  constexpr int kSteps = 8;  // places along an edge
+  const auto texel = [](double value, std::uint32_t size) {
+    const double inside = (value - std::floor(value)) * size;
+    return std::min(static_cast<std::uint32_t>(inside), size - 1);
+  };
+  for (std::size_t t = 0; t < low.triangles.size(); ++t) {
+    const auto& [a, b, c] = low.uv_triangles[t];
+    const Vec2 &p = low.uvs[a], &q = low.uvs[b], &r = low.uvs[c];
+    if (!std::isfinite(p.x + p.y + q.x + q.y + r.x + r.y)) continue;  // of another set
+    std::map<std::uint32_t, int> hits;
+    for (int i = 0; i < kSteps; ++i) {
+      for (int k = 0; i + k < kSteps; ++k) {
+        const double u = (i + 1.0 / 3) / kSteps, v = (k + 1.0 / 3) / kSteps, w = 1 - u - v;
+        const std::uint32_t x = texel(w * p.x + u * q.x + v * r.x, match.width);
+        const std::uint32_t y = texel(1 - (w * p.y + u * q.y + v * r.y), match.height);
+        const std::uint32_t hit = match.triangle[std::size_t{y} * match.width + x];
+        if (hit < high.materials.size() && is_special(materials[high.materials[hit]])) {
+          ++hits[high.materials[hit]];
+        }
+      }
+    }
+    const auto most = std::max_element(
+        hits.begin(), hits.end(), [](const auto& x, const auto& y) { return x.second < y.second; });
+    if (most != hits.end()) run.materials_hit[t] = most->first;
+  }
+}
+
+void start_asset_maps(BakeJob& arguments) {
+  if (!arguments.asset.empty() && !arguments.given.contains("--maps")) {
+    arguments.options.maps = {MapKind::normal, "ao"};
+  }
+}
 
 void choose_asset_maps(BakeRun& run) {
   BakeJob& arguments = run.arguments;
   if (arguments.asset.empty()) return;
   const Mesh& high = run.dense.mesh;
-  if (!high.material_files.empty()) {
-    try {
-      run.materials = load_materials(high, arguments.high);
-    } catch (const Error& error) {
-      // Maps that need no materials are right without them.
-      run.warnings.push_back(
-          {"materials-unread", std::string(error.what()) + " The GLB has no colours of them.", 1});
-    }
-  }
+  const std::vector<Material>& materials = run.dense.beside.materials;
   if (arguments.given.contains("--maps")) return;
   const auto any = [&](const auto& has) {
-    return std::any_of(run.materials.begin(), run.materials.end(), has);
+    return std::any_of(materials.begin(), materials.end(), has);
   };
   std::vector<MapKind>& maps = arguments.options.maps;
-  maps = {MapKind::normal, find_map("ao").kind};
   if (!high.colors.empty() ||
       any([](const Material& m) { return has_number(m.color_from) || !m.color_map.empty(); })) {
-    maps.push_back(find_map("color").kind);
+    maps.emplace_back("color");
   }
-  if (any(is_transparent)) maps.push_back(find_map("opacity").kind);
+  if (any(is_transparent)) maps.emplace_back("opacity");
   const auto transfer = [&](bool there, const char* slot) {
     if (there) arguments.transfers.push_back(std::string("mtl:") + slot);
   };
@@ -59,11 +243,24 @@ void choose_asset_maps(BakeRun& run) {
   run.options = options_of(arguments);
 }
 
-bool save_asset(BakeRun& run) {
+void keep_asset_match(BakeRun& run) {
+  if (run.arguments.asset.empty() || run.arguments.low.empty()) return;
+  const std::vector<Material>& materials = run.dense.beside.materials;
+  const std::vector<std::string>& names = run.low.mesh.material_names;
+  const bool special = std::any_of(materials.begin(), materials.end(), is_special);
+  const bool told =
+      !names.empty() && std::all_of(names.begin(), names.end(), [&](const auto& name) {
+        return find_material(materials, name) != nullptr;
+      });
+  if (special && !told) run.options.report.keep_match = true;
+}
+
+void encode_asset_maps(BakeRun& run) {
   AssetMaps maps;
   std::string left;
   for (BakedMap& map : run.result.maps) {
     const std::string name = std::string(map.kind.name);
+    if (name == "emission") maps.emission_strength = scale_emission(map.image);
     store(run, map, name);
     const Image** const slot = name == "normal"      ? &maps.normal
                                : name == "ao"        ? &maps.occlusion
@@ -79,45 +276,84 @@ bool save_asset(BakeRun& run) {
       *slot = &map.image;
     }
   }
-  if (!left.empty()) {
+  if (!left.empty() && run.pictures.empty()) {
     run.warnings.push_back(
         {"maps-left-out",
-         "A GLB's material has no place for the maps " + left + ": bake them into a folder.", 1});
+         "A glTF's material has no place for the maps " + left + ": bake them into a folder.", 1});
   }
-  SaveGlbOptions options;
-  const auto any = [&](const auto& has) {
-    return std::any_of(run.materials.begin(), run.materials.end(), has);
-  };
-  if (any([](const Material& m) {
-        return is_transparent(m) && m.alpha_mode == AlphaMode::blend;
-      })) {
-    options.alpha_mode = AlphaMode::blend;
-  }
-  const auto first_mask = std::find_if(
-      run.materials.begin(), run.materials.end(),
-      [](const Material& m) { return is_transparent(m) && m.alpha_mode == AlphaMode::mask; });
-  if (first_mask != run.materials.end()) {
-    options.alpha_cutoff = first_mask->alpha_cutoff;
-    if (options.alpha_mode == AlphaMode::blend || any([&](const Material& m) {
-          return is_transparent(m) && m.alpha_cutoff != first_mask->alpha_cutoff;
-        })) {
-      run.warnings.push_back(
-          {"alpha-modes-joined",
-           "HIGH's materials are transparent in several ways, the GLB's one "
-           "material in one: " +
-               std::string(options.alpha_mode == AlphaMode::blend ? "all are blended."
-                                                                  : "the first cutoff counts."),
-           1});
-    }
-  }
-  options.double_sided = any([](const Material& m) { return m.double_sided; });
-  options.metres = run.arguments.low.empty() ? run.dense.mesh.metres : run.low.mesh.metres;
+  run.pictures.push_back(std::make_shared<const AssetPictures>(encode_maps(maps)));
+  note_materials_hit(run);
+}
+
+bool save_asset(BakeRun& run) {
+  const BakeJob& arguments = run.arguments;
+  const Asset& beside = arguments.low.empty() ? run.dense.beside : run.low.beside;
+  const AssetMesh written = with_materials(run);
+  SaveAssetOptions options;
+  options.nodes = beside.nodes;
+  if (!options.nodes.empty()) options.object_nodes = object_nodes(beside, written.mesh);
+  options.metres = arguments.low.empty() ? run.dense.mesh.metres : run.low.mesh.metres;
+  options.extras = beside.extras;
   const BakeReport& report = run.result.report;
-  Json extras = {{"version", version()}, {"texels", describe_texels(report)}};
+  Json extras = {{"version", version()},
+                 {"inputs", {{"high", hashes_of(high_files(arguments))}}},
+                 {"options", describe(arguments, report)},
+                 {"texels", describe_texels(report)}};
+  if (!arguments.low.empty()) extras["inputs"]["low"] = hashes_of(low_files(arguments));
   if (!report.errors.empty()) extras["errors"] = describe(report.errors);
-  options.extras = to_text(extras);
-  if (!announce(run, run.arguments.asset)) return false;
-  save_glb(run.low.mesh, maps, run.arguments.asset, options);
+  if (!run.sets.empty()) extras["sets"] = run.set_reports;
+  options.kiln_extras = to_text(extras);
+  if (!announce(run, arguments.asset)) return false;
+  const auto files = save_asset(written.mesh, written.materials, arguments.asset, options);
+  for (const std::filesystem::path& file : files) {
+    if (file != arguments.asset) run.outputs.push_back(file.string());
+  }
+  return true;
+}
+
+bool save_obj_with_mtl(BakeRun& run) {
+  const BakeJob& arguments = run.arguments;
+  const std::filesystem::path path = arguments.asset, mtl = path.stem().string() + ".mtl";
+  AssetMesh written = with_materials(run);
+  std::string text = "# Kiln " + std::string(version()) + "\n\n";
+  std::set<std::string> taken;
+  for (std::size_t i = 0; i < written.materials.size(); ++i) {
+    std::string name = written.materials[i].name;
+    for (char& c : name) {
+      if (static_cast<unsigned char>(c) < 0x20 || c == 0x7F || c == '\\') c = '_';
+    }
+    while (!taken.insert(name).second) name += "_";
+    written.mesh.material_names[i] = name;
+    const SetNames names = run.sets.empty() ? SetNames{run.low.stem, ""}
+                                            : names_of(arguments, run.sets[written.sets[i]]);
+    const auto file_of = [&](const std::string& map) {
+      const std::vector<std::string> maps = all_maps(arguments);
+      return std::find(maps.begin(), maps.end(), map) == maps.end()
+                 ? ""
+                 : names.stem + "_" + map + names.tile + extension(run.save_options);
+    };
+    const auto add = [&](const char* statement, const std::string& map) {
+      if (const std::string file = file_of(map); !file.empty()) {
+        text += std::string(statement) + " " + file + "\n";
+      }
+    };
+    text += "newmtl " + name + "\nKd 1 1 1\nillum 2\n";
+    add("map_Kd", "color");
+    if (written.materials[i].alpha_mode != AlphaMode::opaque) add("map_d", "opacity");
+    add("norm", "normal");
+    add("map_Bump", "normal");  // many know no `norm`
+    text += "Pr 1\nPm 0\n";
+    add("map_Pr", "roughness");
+    add("map_Pm", "metallic");
+    if (!file_of("emission").empty()) text += "Ke 1 1 1\n";
+    add("map_Ke", "emission");
+    text += "\n";
+  }
+  written.mesh.material_files = {mtl.string()};
+  if (!announce(run, path.parent_path() / mtl)) return false;
+  save_text(path.parent_path() / mtl, text);
+  if (!announce(run, path)) return false;
+  save_obj(written.mesh, path);
   return true;
 }
 

@@ -23,6 +23,7 @@ std::string lod_stem(const BakeJob& arguments, std::size_t level) {
 
 std::string low_stem(const BakeJob& arguments) {
   if (arguments.lods > 0) return lod_stem(arguments, 0);
+  if (!arguments.asset.empty()) return fs::path(arguments.asset).stem().string();
   if (arguments.low.empty()) return fs::path(arguments.high).stem().string() + "_low";
   return fs::path(arguments.low).stem().string() + (arguments.unwrap           ? "_unwrapped"
                                                     : arguments.split_at_seams ? "_split"
@@ -97,6 +98,7 @@ LowMesh prepare_low(const BakeJob& arguments, const HighPolyInput& dense, Consol
     MeshFiles files = load_low_files(arguments, warnings);
     if (!arguments.unwrap) warn_of_shared_texels(files, warnings);
     low.mesh = std::move(files.mesh);
+    low.beside = std::move(files.beside);
     low.polygons = count_polygons(low.mesh);
     if (low.mesh.triangles.size() > high.triangles.size()) {
       if (low.mesh.uvs.empty() && !high.uvs.empty() && !arguments.unwrap) {

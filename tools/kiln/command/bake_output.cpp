@@ -30,7 +30,8 @@ std::string cluster_name(const std::string& map, std::uint32_t cluster) {
 }
 
 bool writes_low(const BakeJob& arguments) {
-  return arguments.low.empty() || arguments.unwrap || arguments.split_at_seams;
+  return arguments.low.empty() || arguments.unwrap || arguments.split_at_seams ||
+         !arguments.asset.empty();
 }
 
 bool has_clusters(const std::string& map) {
@@ -326,9 +327,13 @@ void check_outputs(const BakeJob& arguments, const SaveImageOptions& save_option
   std::vector<std::string> stems = {stem};
   for (std::uint32_t k = 1; k < arguments.lods; ++k) stems.push_back(lod_stem(arguments, k));
   std::vector<fs::path> outputs = {arguments.json, arguments.save_match, arguments.save_cage};
-  if (!arguments.asset.empty()) {
+  if (writes_gltf(arguments)) {
     outputs.emplace_back(arguments.asset);
+    outputs.push_back(fs::path(arguments.asset).replace_extension(".bin"));
     stems.clear();
+  } else if (!arguments.asset.empty()) {
+    outputs.push_back(fs::path(arguments.asset).replace_extension(".mtl"));
+    check_not_foreign(outputs.back(), arguments.force);
   }
   for (const std::string& name : stems) {
     if (makes_low) outputs.push_back(folder / (name + ".obj"));
@@ -379,9 +384,15 @@ Image picture_of(const Reasons& reasons) {
 }  // namespace
 
 bool save_low_and_maps(BakeRun& run) {
-  if (!run.arguments.asset.empty()) return save_asset(run);
+  if (writes_gltf(run.arguments)) {
+    encode_asset_maps(run);
+    return !run.sets.empty() || save_asset(run);
+  }
   const fs::path folder = run.arguments.out;
-  if (run.low.made) {
+  if (!run.arguments.asset.empty()) {
+    note_materials_hit(run);
+    if (run.sets.empty() && !save_obj_with_mtl(run)) return false;
+  } else if (run.low.made) {
     const fs::path path = folder / (run.low.stem + ".obj");
     if (!announce(run, path)) return false;
     move_material_files(run.low.mesh, fs::path(low_source(run.arguments)).parent_path(), folder);

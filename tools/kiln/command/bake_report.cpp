@@ -159,7 +159,9 @@ void add_files(const BakeRun& run, Json& json) {
 Json report_json(const BakeRun& run, const Device& device, const Source& source, double total) {
   const BakeJob& arguments = run.arguments;
   const BakeReport& report = run.result.report;
-  const std::string& low = arguments.low.empty() ? run.outputs[0] : arguments.low;
+  const std::string& low = !arguments.low.empty()     ? arguments.low
+                           : !arguments.asset.empty() ? arguments.asset
+                                                      : run.outputs[0];
   Json json = {
       {"version", version()},
       {"device", describe(device.info())},

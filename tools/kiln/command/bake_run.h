@@ -4,6 +4,7 @@
 #include <array>
 #include <deque>
 #include <filesystem>
+#include <memory>
 #include <optional>
 #include <span>
 #include <string>
@@ -11,6 +12,7 @@
 
 #include "arguments/bake_job.h"
 #include "arguments/high_poly_input.h"
+#include "kiln/asset.h"
 #include "kiln/kiln.h"
 #include "kiln/plan.h"
 #include "kiln/simplify.h"
@@ -31,6 +33,7 @@ struct PolygonCounts {
 
 struct LowMesh {
   Mesh mesh;
+  Asset beside;       // MeshFiles::beside of one that was read
   std::string stem;   // of the maps' names
   bool made = false;  // by us, or its UVs: it is written beside the maps
   PolygonCounts polygons;
@@ -82,8 +85,11 @@ struct BakeRun {
   Json set_reports = Json::array();
   BakeResult result;
   std::vector<std::string> outputs;
-  std::optional<RunningProgram> python;  // to draw a plan
-  std::vector<Material> materials;       // of HIGH, where a GLB is made
+  std::optional<RunningProgram> python;                        // to draw a plan
+  std::vector<std::shared_ptr<const AssetPictures>> pictures;  // of a GLB, one a set
+  /// Of a GLB, per triangle of LOW: the material of HIGH that it shows where that is transparent or double-sided.
+  std::vector<std::uint32_t> materials_hit;
+  static constexpr std::uint32_t kNoMaterial = 0xFFFFFFFFU;
   Json mips, ranges = Json::object();
   std::optional<std::array<double, 3>> origin;  // of maps of places
 };
@@ -149,10 +155,20 @@ bool bake_sets(BakeRun& run, const Source& source);
 
 // ---- bake_asset.cpp ----
 
-/// Of a GLB without --maps: those that HIGH's materials and colours have, beside normal and ao.
+/// Of a GLB, glTF or OBJ without --maps: normal and ao...
+void start_asset_maps(BakeJob& arguments);
+/// ... and those that HIGH's materials and colours have.
 void choose_asset_maps(BakeRun& run);
-/// Writes the run's low poly with its maps as one GLB. \returns false where it was cancelled
+/// Of a GLB: lets the bake keep its match where LOW's materials do not tell which of HIGH's they show.
+void keep_asset_match(BakeRun& run);
+/// Encodes the run's maps as the pictures of the next set, or of the only one.
+void encode_asset_maps(BakeRun& run);
+/// Notes, for each triangle of LOW that has texels, which special material of HIGH they show; where the match is kept.
+void note_materials_hit(BakeRun& run);
+/// Writes the run's low poly with all sets' pictures as one asset. \returns false where it was cancelled
 bool save_asset(BakeRun& run);
+/// Writes the run's low poly with an MTL that names its maps. \returns false where it was cancelled
+bool save_obj_with_mtl(BakeRun& run);
 
 // ---- bake_output.cpp ----
 

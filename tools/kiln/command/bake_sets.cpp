@@ -142,7 +142,7 @@ bool bake_sets(BakeRun& run, const Source& source) {
   BakeReport sum;
   double done = 0;
   run.result = {};
-  if (whole.made && !save_low_and_maps(run)) return false;
+  if (whole.made && run.arguments.asset.empty() && !save_low_and_maps(run)) return false;
   Mesh low = whole.mesh;
   low.tangents = tangents_of(low);
   for (const BakedSet& set : run.sets) {
@@ -208,7 +208,8 @@ bool bake_sets(BakeRun& run, const Source& source) {
   run.tile.clear();
   run.result = {};
   run.result.report = std::move(sum);
-  return true;
+  if (run.arguments.asset.empty()) return true;
+  return writes_gltf(run.arguments) ? save_asset(run) : save_obj_with_mtl(run);
 }
 
 }  // namespace kiln::cli

@@ -169,12 +169,17 @@ bool read_inputs(BakeRun& run) {
   for (const std::string& file : high_files(arguments)) {
     if (!run.console.progress(0, "reading " + file)) return false;
   }
-  run.dense = load_dense(high_files(arguments), arguments.heights, arguments.load,
-                         has_more_files(arguments) && !made, run.warnings);
+  run.dense =
+      load_dense(high_files(arguments), arguments.heights, arguments.load,
+                 has_more_files(arguments) && !made, run.warnings, !arguments.asset.empty());
   if (made && !run.dense.heights) turn_strays(run.dense.mesh, run.warnings);
   choose_asset_maps(run);
   run.options.match.uv = uv_options(run.dense, run.options.match.uv);
   load_textures(arguments, run.dense.mesh, run.options, run.warnings);
+  if (!arguments.asset.empty() && !arguments.given.contains("--maps")) {
+    // The maps are those that some material has: in others the default is meant.
+    std::erase_if(run.warnings, [](const Warning& w) { return w.code == "material-value"; });
+  }
   apply_alpha_test(arguments, run.options, run.dense.mesh, run.warnings);
   run.warnings_of_high = run.warnings.size();
   run.stages.load = run.watch.lap();
@@ -361,6 +366,7 @@ int run_bake(const BakeJob& given) {
     arguments.match_auto = true;
   }
   take_asset(arguments);
+  start_asset_maps(arguments);
   check(arguments);
   run.options = options_of(arguments);
   run.save_options = arguments.image;
@@ -379,6 +385,7 @@ int run_bake(const BakeJob& given) {
   judge_seams(run, device, source);
   make_cage(run, source);
   find_sets(run);
+  keep_asset_match(run);
   if (!(run.sets.empty() ? make_maps(run, source) : bake_sets(run, source))) return kExitCancelled;
   const double making = run.watch.lap();
   if (run.plan || run.planned) run.stages.plan = planning(run.result.report, making);
