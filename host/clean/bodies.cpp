@@ -57,7 +57,8 @@ struct SharedParts {
 };
 
 bool is_finite_triangle(const Mesh& mesh, const Triangle& t) {
-  return is_finite(mesh.positions[t[0]]) && is_finite(mesh.positions[t[1]]) && is_finite(mesh.positions[t[2]]);
+  return is_finite(mesh.positions[t[0]]) && is_finite(mesh.positions[t[1]]) &&
+         is_finite(mesh.positions[t[2]]);
 }
 
 /// Parts that gaps below a cell's size connect, each named by one of them.
@@ -79,7 +80,8 @@ class Bodies {
   static constexpr int kBits = 21;
 
   void add(const Mesh& mesh, const Triangle& t, std::uint32_t part) {
-    const Vec3d a = point_of(mesh, t[0]), u = point_of(mesh, t[1]) - a, v = point_of(mesh, t[2]) - a;
+    const Vec3d a = point_of(mesh, t[0]), u = point_of(mesh, t[1]) - a,
+                v = point_of(mesh, t[2]) - a;
     const double longest = std::max({length(u), length(v), length(v - u)});
     const int steps = longest < cell_ ? 0 : static_cast<int>(std::min(longest / cell_, 1e5)) + 1;
     for (int i = 0; i <= steps; ++i) {
@@ -105,7 +107,8 @@ class Bodies {
     }
     // Of 26 cells around, the 13 before: one in the same row, and three in each of four rows.
     constexpr std::uint64_t kRow = std::uint64_t{1} << kBits, kSlice = kRow << kBits;
-    for (const std::uint64_t back : {std::uint64_t{0}, kRow, kSlice - kRow, kSlice, kSlice + kRow}) {
+    for (const std::uint64_t back :
+         {std::uint64_t{0}, kRow, kSlice - kRow, kSlice, kSlice + kRow}) {
       auto first = places_.begin();
       for (const Place& place : places_) {
         const std::uint64_t from = place.first - back - 1, to = back == 0 ? from : from + 2;
@@ -188,7 +191,9 @@ std::vector<std::uint8_t> find_inner(const Mesh& mesh, Cleaned& inner) {
   const SharedParts parts(mesh);
   if (parts.count < 2) return {};
   std::vector<SeenPixels> seen = look_from_outside(mesh, parts.of, parts.count, kFirstViews);
-  const auto is_hidden = [&](const SeenPixels& of) { return of.front == 0 && of.drawn >= kEnoughDrawn; };
+  const auto is_hidden = [&](const SeenPixels& of) {
+    return of.front == 0 && of.drawn >= kEnoughDrawn;
+  };
   if (std::none_of(seen.begin(), seen.end(), is_hidden)) return {};
   const std::vector<SeenPixels> more = look_from_outside(mesh, parts.of, parts.count, kMoreViews);
   for (std::size_t p = 0; p < seen.size(); ++p) seen[p].front += more[p].front;

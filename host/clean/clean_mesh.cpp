@@ -1,5 +1,3 @@
-#include "kiln/clean.h"
-
 #include <algorithm>
 #include <chrono>
 #include <cmath>
@@ -10,6 +8,7 @@
 #include "base/counted.h"
 #include "clean/steps.h"
 #include "clean/triangle_list.h"
+#include "kiln/clean.h"
 #include "kiln/validate.h"
 #include "mesh/usable.h"
 #include "mesh/vertex_lists.h"
@@ -58,7 +57,8 @@ std::vector<std::uint8_t> find_useless(const Mesh& mesh, CleanReport& report) {
     if (finite && !has_area(mesh.positions, corners[t])) note(report.degenerate, t);
   }
   const VertexLists lists(
-      mesh.positions.size(), corners.size(), [&](std::size_t t) { return lowest_first(corners[t])[0]; },
+      mesh.positions.size(), corners.size(),
+      [&](std::size_t t) { return lowest_first(corners[t])[0]; },
       [&](std::size_t t) {
         const Triangle v = lowest_first(corners[t]);
         return std::uint64_t{v[1]} << 32 | v[2];
@@ -67,7 +67,8 @@ std::vector<std::uint8_t> find_useless(const Mesh& mesh, CleanReport& report) {
   for (std::size_t v = 0; v < lists.vertices(); ++v) {
     const std::span<const VertexLists::Item> items = lists.of(v);
     for (std::size_t i = 1; i < items.size(); ++i) {
-      if (items[i].key == items[i - 1].key && dropped[items[i].index] == 0) repeats.push_back(items[i].index);
+      if (items[i].key == items[i - 1].key && dropped[items[i].index] == 0)
+        repeats.push_back(items[i].index);
     }
   }
   std::sort(repeats.begin(), repeats.end());
@@ -111,34 +112,38 @@ std::string many(std::uint64_t count, const char* noun, const char* one, const c
   return counted(count, noun) + " " + (count == 1 ? one : several);
 }
 
-void put_in_words(const Mesh& mesh, const CleanOptions& options, CleanReport& r, std::uint64_t given,
-                  std::uint64_t floating, std::uint64_t hidden) {
+void put_in_words(const Mesh& mesh, const CleanOptions& options, CleanReport& r,
+                  std::uint64_t given, std::uint64_t floating, std::uint64_t hidden) {
   Words words(mesh, r);
   words.say("welded-vertices", r.welded,
-            std::to_string(r.welded.count) + (r.welded.count == 1 ? " vertex" : " vertices") + " of open edges within " +
-                percent_words(options.weld) + " of another @: welded.");
+            std::to_string(r.welded.count) + (r.welded.count == 1 ? " vertex" : " vertices") +
+                " of open edges within " + percent_words(options.weld) + " of another @: welded.");
   words.say("degenerate-triangles", r.degenerate,
             many(r.degenerate.count, "triangle", "has no area", "have no area") + " @: left out.");
-  words.say("duplicate-triangles", r.duplicates,
-            many(r.duplicates.count, "triangle", "repeats another", "repeat another") + " @: left out.");
+  words.say(
+      "duplicate-triangles", r.duplicates,
+      many(r.duplicates.count, "triangle", "repeats another", "repeat another") + " @: left out.");
   words.say("split-at-junctions", r.junctions,
             counted(r.junctions.count, "open edge") + " on which others end @: cut there.");
-  words.say("turned-triangles", r.turned,
-            std::to_string(r.turned.count) + " of " + counted(given, "triangle") +
-                " faced against those beside them, or away from all views from outside @; they were "
-                "turned round. To be rid of this, let the program that made the mesh recalculate its normals.");
+  words.say(
+      "turned-triangles", r.turned,
+      std::to_string(r.turned.count) + " of " + counted(given, "triangle") +
+          " faced against those beside them, or away from all views from outside @; they were "
+          "turned round. To be rid of this, let the program that made the mesh recalculate its "
+          "normals.");
   words.say("faces-inwards", r.inward,
-            "Views from outside see backs of its faces almost alone @. If it is no room, turn its faces round "
+            "Views from outside see backs of its faces almost alone @. If it is no room, turn its "
+            "faces round "
             "(flip normals) in the modelling tool.");
   words.say("filled-holes", r.holes,
-            many(r.holes.count, "hole", "of a few edges", "of a few edges") + ", below " + percent_words(options.max_hole) +
-                " around @: filled.");
+            many(r.holes.count, "hole", "of a few edges", "of a few edges") + ", below " +
+                percent_words(options.max_hole) + " around @: filled.");
   words.say("dropped-floaters", r.floaters,
-            counted(r.floaters.count, "floater") + " below " + percent_words(options.floater) + " across, of " +
-                counted(floating, "triangle") + " @: left out.");
+            counted(r.floaters.count, "floater") + " below " + percent_words(options.floater) +
+                " across, of " + counted(floating, "triangle") + " @: left out.");
   words.say("dropped-inner", r.inner,
-            counted(r.inner.count, "part") + " that no view from outside sees, of " + counted(hidden, "triangle") +
-                " @: left out.");
+            counted(r.inner.count, "part") + " that no view from outside sees, of " +
+                counted(hidden, "triangle") + " @: left out.");
 }
 
 }  // namespace

@@ -41,12 +41,14 @@ class OpenEdges {
         const std::uint32_t other = sides_[item.index / 2];
         if (other / 3 == side / 3) continue;
         const std::uint32_t v = end(item.index ^ 1U);
-        if (v == a || corners_[side / 3][0] == v || corners_[side / 3][1] == v || corners_[side / 3][2] == v) {
+        if (v == a || corners_[side / 3][0] == v || corners_[side / 3][1] == v ||
+            corners_[side / 3][2] == v) {
           if (v != b) continue;
         }
         const Vec3d to = point_of(mesh_, v) - from;
         const double s = v == b ? 1 : dot(to, way) / squared;
-        if (!(s >= share + kLeastPiece && s < next.share) || (v != b && s > 1 - kLeastPiece)) continue;
+        if (!(s >= share + kLeastPiece && s < next.share) || (v != b && s > 1 - kLeastPiece))
+          continue;
         if (v == b || length(to - way * s) <= off) next = {v, s};
       }
       if (next.share > 1) return {};

@@ -21,7 +21,10 @@ constexpr int kMostInCell = 64;
 class Cells {
  public:
   Cells(double size, std::size_t vertices, std::size_t entries)
-      : size_(size), mask_(std::bit_ceil(2 * entries + 2) - 1), head_(mask_ + 1, kEnd), next_(vertices) {}
+      : size_(size),
+        mask_(std::bit_ceil(2 * entries + 2) - 1),
+        head_(mask_ + 1, kEnd),
+        next_(vertices) {}
 
   void add(std::uint32_t v, const Vec3d& p) {
     std::uint32_t& head = head_[slot(cell(p.x), cell(p.y), cell(p.z))];
@@ -35,7 +38,8 @@ class Cells {
       for (std::int64_t y = cell(p.y - reach); y <= cell(p.y + reach); ++y) {
         for (std::int64_t z = cell(p.z - reach); z <= cell(p.z + reach); ++z) {
           int count = 0;
-          for (std::uint32_t v = head_[slot(x, y, z)]; v != kEnd && count < kMostInCell; v = next_[v]) {
+          for (std::uint32_t v = head_[slot(x, y, z)]; v != kEnd && count < kMostInCell;
+               v = next_[v]) {
             body(v);
             ++count;
           }

@@ -60,7 +60,10 @@ struct Dot {
 class Picture {
  public:
   Picture(const Mesh& mesh, const Ball& ball, const Vec3d& toward, const OutsideViews& views)
-      : mesh_(mesh), views_(views), depths_(views.pixels * views.pixels, -1e30F), ids_(depths_.size(), kNothing) {
+      : mesh_(mesh),
+        views_(views),
+        depths_(views.pixels * views.pixels, -1e30F),
+        ids_(depths_.size(), kNothing) {
     const Vec3d other = std::abs(toward.z) < 0.9 ? Vec3d{0, 0, 1} : Vec3d{1, 0, 0};
     Vec3d right = cross(other, toward);
     right = right * (1 / length(right));
@@ -109,11 +112,12 @@ class Picture {
         const std::int64_t w2 = area - w0 - w1;
         if ((w0 | w1 | w2) < 0) continue;
         ++count;
-        const auto depth = static_cast<float>(
-            (static_cast<double>(w0) * p[0]->depth + static_cast<double>(w1) * p[1]->depth +
-             static_cast<double>(w2) * p[2]->depth) /
-            static_cast<double>(area));
-        show(static_cast<std::size_t>(py) * views_.pixels + static_cast<std::size_t>(px), depth, 2 * t + (back ? 1 : 0));
+        const auto depth = static_cast<float>((static_cast<double>(w0) * p[0]->depth +
+                                               static_cast<double>(w1) * p[1]->depth +
+                                               static_cast<double>(w2) * p[2]->depth) /
+                                              static_cast<double>(area));
+        show(static_cast<std::size_t>(py) * views_.pixels + static_cast<std::size_t>(px), depth,
+             2 * t + (back ? 1 : 0));
       }
     }
     return count;

@@ -18,7 +18,8 @@ constexpr std::uint64_t kInward = 3;
 
 /// True if views could find a part that faces the wrong way.
 bool may_face_wrongly(const Mesh& mesh, const FacingParts& parts) {
-  if (std::any_of(parts.parts.begin(), parts.parts.end(), [](const auto& part) { return !part.agrees; })) {
+  if (std::any_of(parts.parts.begin(), parts.parts.end(),
+                  [](const auto& part) { return !part.agrees; })) {
     return true;
   }
   if (parts.parts.size() < 2) return false;

@@ -77,7 +77,8 @@ class OpenSides {
       const Step step = steps[i];
       if (end(step.side) == start(first)) {
         std::vector<std::uint32_t> rim(step.length);
-        for (std::size_t k = step.length, at = i; k-- > 0; at = steps[at].before) rim[k] = steps[at].side;
+        for (std::size_t k = step.length, at = i; k-- > 0; at = steps[at].before)
+          rim[k] = steps[at].side;
         return rim;
       }
       if (step.length == kMostEdges) continue;
@@ -119,7 +120,8 @@ Cleaned fill_small_holes(Mesh& mesh, double perimeter) {
       around += length(point_of(mesh, open.end(*side)) - from);
       rim.push_back({{*side / 3, *side % 3}, from});
     }
-    const bool taken = std::any_of(sides.begin(), sides.end(), [&](std::uint32_t side) { return known[side] != 0; });
+    const bool taken = std::any_of(sides.begin(), sides.end(),
+                                   [&](std::uint32_t side) { return known[side] != 0; });
     if (taken || around > perimeter) continue;
     for (const std::uint32_t side : sides) known[side] = 1;
     Vec3d normal;

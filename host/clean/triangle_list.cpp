@@ -65,7 +65,8 @@ void drop_triangles(Mesh& mesh, std::span<const std::uint8_t> dropped) {
 }
 
 void add_triangle(Mesh& mesh, const std::array<CornerOf, 3>& corners) {
-  for (std::vector<Triangle>* list : {&mesh.triangles, &mesh.uv_triangles, &mesh.normal_triangles}) {
+  for (std::vector<Triangle>* list :
+       {&mesh.triangles, &mesh.uv_triangles, &mesh.normal_triangles}) {
     if (list->empty()) continue;
     Triangle t;
     for (std::size_t k = 0; k < 3; ++k) t[k] = (*list)[corners[k].triangle][corners[k].k];

@@ -37,6 +37,8 @@ void cut_triangle(Mesh& mesh, std::uint32_t t, std::uint32_t k, std::span<const 
 /// Sides of triangles, 3 t + k, of edges that no other triangle has. \param corners  equal where positions are
 std::vector<std::uint32_t> open_sides(std::span<const Triangle> corners, std::size_t vertices);
 
-inline Vec3d point_of(const Mesh& mesh, std::uint32_t vertex) { return Vec3d(mesh.positions[vertex]); }
+inline Vec3d point_of(const Mesh& mesh, std::uint32_t vertex) {
+  return Vec3d(mesh.positions[vertex]);
+}
 
 }  // namespace kiln

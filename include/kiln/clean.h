@@ -33,16 +33,16 @@ struct Cleaned {
 
 /// What clean_mesh() did.
 struct CleanReport {
-  Cleaned welded;           ///< Vertices that were moved to one nearby
-  Cleaned junctions;        ///< Triangles that were cut where vertices lie on their open edges
-  Cleaned degenerate;       ///< Triangles without area, left out
-  Cleaned duplicates;       ///< Triangles that repeated another, left out
-  Cleaned turned;           ///< Triangles that were turned round
-  Cleaned inward;           ///< 1: views from outside see backs of faces almost alone; they were left so
-  Cleaned holes;            ///< Holes that were filled
-  Cleaned floaters;         ///< Bodies that were left out
-  Cleaned inner;            ///< Parts that no view sees, left out
-  double seconds = 0;       ///< That it took
+  Cleaned welded;      ///< Vertices that were moved to one nearby
+  Cleaned junctions;   ///< Triangles that were cut where vertices lie on their open edges
+  Cleaned degenerate;  ///< Triangles without area, left out
+  Cleaned duplicates;  ///< Triangles that repeated another, left out
+  Cleaned turned;      ///< Triangles that were turned round
+  Cleaned inward;      ///< 1: views from outside see backs of faces almost alone; they were left so
+  Cleaned holes;       ///< Holes that were filled
+  Cleaned floaters;    ///< Bodies that were left out
+  Cleaned inner;       ///< Parts that no view sees, left out
+  double seconds = 0;  ///< That it took
   std::vector<Warning> warnings;  ///< One for each of these that is not 0
 };
 

@@ -236,7 +236,9 @@ TEST(Clean, FloatersGoAndSmallPartsOfTheBodyStay) {
   Mesh floater = test::icosphere(1, 0.005), rivet = floater, stray = test::icosphere(1, 0.3);
   move(floater, {1.5F, 0, 0});
   move(rivet, {0, 1, 0});
-  move(stray, {900, 0, 0});  // Far away, and larger than the floater: it stays, and nothing else goes for it.
+  move(stray,
+       {900, 0,
+        0});  // Far away, and larger than the floater: it stays, and nothing else goes for it.
   Mesh mesh = join({body, rivet, floater, stray});
   const CleanReport report = clean_mesh(mesh);
   EXPECT_EQ(report.floaters.count, 1U);
