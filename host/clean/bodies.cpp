@@ -26,15 +26,6 @@ constexpr std::uint32_t kEnoughDrawn = 256;
 constexpr OutsideViews kFirstViews{.backs = false};
 constexpr OutsideViews kMoreViews{.count = 96, .backs = false};
 
-struct Box3 {
-  Vec3d low{1e300, 1e300, 1e300}, high{-1e300, -1e300, -1e300};
-  void add(const Vec3d& p) {
-    low = {std::min(low.x, p.x), std::min(low.y, p.y), std::min(low.z, p.z)};
-    high = {std::max(high.x, p.x), std::max(high.y, p.y), std::max(high.z, p.z)};
-  }
-  double diagonal() const { return high.x < low.x ? 0 : length(high - low); }
-};
-
 /// Triangles that shared vertices connect, numbered in order.
 struct SharedParts {
   std::vector<std::uint32_t> of;
@@ -131,27 +122,26 @@ class Bodies {
 std::vector<std::uint8_t> find_floaters(const Mesh& mesh, double share, Cleaned& floaters) {
   const SharedParts parts(mesh);
   if (parts.count < 2) return {};
-  std::vector<Box3> boxes(parts.count);
+  std::vector<Box> boxes(parts.count);
   std::vector<double> areas(parts.count, 0);
-  Box3 whole;
+  Box whole;
   double area = 0;
   for (std::size_t t = 0; t < parts.of.size(); ++t) {
     const Triangle& v = mesh.triangles[t];
     if (!is_finite_triangle(mesh, v)) continue;
-    const Vec3d a = point_of(mesh, v[0]), b = point_of(mesh, v[1]), c = point_of(mesh, v[2]);
-    for (const Vec3d& p : {a, b, c}) boxes[parts.of[t]].add(p);
-    const double size = 0.5 * length(cross(b - a, c - a));
+    for (const std::uint32_t corner : v) boxes[parts.of[t]].add(point_of(mesh, corner));
+    const double size = area_of(mesh, v);
     areas[parts.of[t]] += size;
     area += size;
   }
-  for (const Box3& box : boxes) {
+  for (const Box& box : boxes) {
     if (box.diagonal() > 0) {
       whole.add(box.low);
       whole.add(box.high);
     }
   }
   double diagonal = whole.diagonal();
-  std::vector<Box3> of_body;
+  std::vector<Box> of_body;
   std::vector<double> area_of;
   std::vector<std::uint32_t> body(parts.count);
   for (int scale = 0; scale < kMostScales && diagonal > 0; ++scale) {

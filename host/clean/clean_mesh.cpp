@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "base/counted.h"
+#include "base/progress_guard.h"
 #include "clean/steps.h"
 #include "clean/triangle_list.h"
 #include "kiln/clean.h"
@@ -31,16 +32,11 @@ void check(const CleanOptions& options) {
 }
 
 double diagonal_of(const Mesh& mesh) {
-  Vec3d low{1e300, 1e300, 1e300}, high{-1e300, -1e300, -1e300};
+  Box box;
   for (const Triangle& t : mesh.triangles) {
-    for (const std::uint32_t v : t) {
-      if (!is_finite(mesh.positions[v])) continue;
-      const Vec3d p = point_of(mesh, v);
-      low = {std::min(low.x, p.x), std::min(low.y, p.y), std::min(low.z, p.z)};
-      high = {std::max(high.x, p.x), std::max(high.y, p.y), std::max(high.z, p.z)};
-    }
+    for (const std::uint32_t v : t) box.add(point_of(mesh, v));
   }
-  return high.x < low.x ? 0 : length(high - low);
+  return box.diagonal();
 }
 
 /// Finds triangles without area, and those that repeat another. Those that are not finite stay.
@@ -76,8 +72,12 @@ std::vector<std::uint8_t> find_useless(const Mesh& mesh, CleanReport& report) {
   return dropped;
 }
 
-void drop(Mesh& mesh, const std::vector<std::uint8_t>& dropped) {
-  if (std::find(dropped.begin(), dropped.end(), 1) != dropped.end()) drop_triangles(mesh, dropped);
+/// \returns how many were left out; all are none
+std::uint64_t drop(Mesh& mesh, const std::vector<std::uint8_t>& dropped) {
+  const auto count = static_cast<std::size_t>(std::count(dropped.begin(), dropped.end(), 1));
+  if (count == 0 || count == dropped.size()) return 0;
+  drop_triangles(mesh, dropped);
+  return count;
 }
 
 std::string percent_words(double share) {
@@ -156,27 +156,25 @@ CleanReport clean_mesh(Mesh& mesh, const CleanOptions& options) {
   const std::uint64_t given = mesh.triangles.size();
   std::uint64_t floating = 0, hidden = 0;
   const double diagonal = diagonal_of(mesh);
-  if (!options.windings_alone && options.weld > 0) {
-    report.welded = weld_near(mesh, options.weld * diagonal);
-  }
-  if (!options.windings_alone) {
-    drop(mesh, find_useless(mesh, report));
-    if (options.weld > 0) report.junctions = cut_at_junctions(mesh, options.weld * diagonal);
-  }
-  report.turned = turn_outward(mesh, options.windings_alone, report.inward);
-  if (!options.windings_alone) {
-    if (options.max_hole > 0) report.holes = fill_small_holes(mesh, options.max_hole * diagonal);
-    if (options.floater > 0) {
-      const auto floaters = find_floaters(mesh, options.floater, report.floaters);
-      floating = static_cast<std::uint64_t>(std::count(floaters.begin(), floaters.end(), 1));
-      drop(mesh, floaters);
-    }
-    if (!options.keep_inner) {
-      const auto inner = find_inner(mesh, report.inner);
-      hidden = static_cast<std::uint64_t>(std::count(inner.begin(), inner.end(), 1));
-      drop(mesh, inner);
-    }
-  }
+  const bool whole = !options.windings_alone;
+  // Each step that is to be done, one after the other; who waits may stop it between two.
+  const auto step = [](bool is, const auto& body) {
+    if (is) body();
+    ProgressGuard::poll();
+  };
+  step(whole && options.weld > 0,
+       [&] { report.welded = weld_near(mesh, options.weld * diagonal); });
+  step(whole, [&] { drop(mesh, find_useless(mesh, report)); });
+  step(whole && options.weld > 0,
+       [&] { report.junctions = cut_at_junctions(mesh, options.weld * diagonal); });
+  step(whole && options.floater > 0,
+       [&] { drop(mesh, find_fins(mesh, options.floater * diagonal, report.fins)); });
+  step(true, [&] { report.turned = turn_outward(mesh, options.windings_alone, report.inward); });
+  step(whole && options.max_hole > 0,
+       [&] { report.holes = fill_small_holes(mesh, options.max_hole * diagonal); });
+  step(whole && options.floater > 0,
+       [&] { floating = drop(mesh, find_floaters(mesh, options.floater, report.floaters)); });
+  step(whole && !options.keep_inner, [&] { hidden = drop(mesh, find_inner(mesh, report.inner)); });
   put_in_words(mesh, options, report, given, floating, hidden);
   report.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   return report;

@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "base/parallel.h"
+#include "clean/triangle_list.h"
 #include "mesh/vector.h"
 
 namespace kiln {
@@ -27,20 +28,11 @@ struct Ball {
 };
 
 Ball ball_around(const Mesh& mesh) {
-  std::array<double, 3> low{1e300, 1e300, 1e300}, high{-1e300, -1e300, -1e300};
+  Box box;
   for (const Triangle& t : mesh.triangles) {
-    for (const std::uint32_t v : t) {
-      const Vec3& p = mesh.positions[v];
-      if (!is_finite(p)) continue;
-      const std::array<double, 3> xyz{p.x, p.y, p.z};
-      for (std::size_t k = 0; k < 3; ++k) {
-        low[k] = std::min(low[k], xyz[k]);
-        high[k] = std::max(high[k], xyz[k]);
-      }
-    }
+    for (const std::uint32_t v : t) box.add(Vec3d(mesh.positions[v]));
   }
-  const Vec3d lowest{low[0], low[1], low[2]}, highest{high[0], high[1], high[2]};
-  return {(lowest + highest) * 0.5, 0.5 * length(highest - lowest)};
+  return {(box.low + box.high) * 0.5, 0.5 * box.diagonal()};
 }
 
 /// Directions on a spiral around the sphere.

@@ -1,5 +1,6 @@
 // Windings by what views from outside see.
 #include <algorithm>
+#include <array>
 
 #include "clean/outside_views.h"
 #include "clean/steps.h"
@@ -52,6 +53,8 @@ Cleaned turn_outward(Mesh& mesh, bool open_alone, Cleaned& inward) {
   const bool is_inward = backs > kInward * fronts;
   if (is_inward) inward = {1, mesh.positions[mesh.triangles[0][0]]};
   const std::vector<std::uint8_t> less = wrong_sides(mesh, parts);
+  std::vector<std::array<std::uint32_t, 2>> counts(parts.parts.size());
+  for (std::size_t t = 0; t < group.size(); ++t) ++counts[parts.of[t]][parts.side[t]];
   enum : std::uint8_t { kNoSide = 2, kBoth = 3 };
   std::vector<std::uint8_t> wrong(parts.parts.size(), kNoSide);
   for (std::size_t p = 0; p < wrong.size(); ++p) {
@@ -63,7 +66,11 @@ Cleaned turn_outward(Mesh& mesh, bool open_alone, Cleaned& inward) {
     const bool tells = !is_inward && front + back >= kEnough;
     if (!part.agrees) {
       const bool clear = tells && std::max(front, back) > kMore * std::min(front, back);
-      wrong[p] = !clear ? less[p] : front > back ? 1 : 0;
+      // A large triangle may outweigh all others by its area: with windings alone, number decides, too.
+      const bool few = 2 * counts[p][less[p]] < part.triangles;
+      wrong[p] = clear                ? (front > back ? 1 : 0)
+                 : few || !open_alone ? less[p]
+                                      : std::uint8_t{kNoSide};
     } else if (tells && back > kFarMore * front && !(open_alone && part.closed)) {
       wrong[p] = kBoth;
     }

@@ -14,6 +14,10 @@ Cleaned weld_near(Mesh& mesh, double distance);
 /// Cuts triangles whose open edges run along open edges of others, whose ends lie on them within a distance.
 Cleaned cut_at_junctions(Mesh& mesh, double distance);
 
+/// Finds fins below a size: parts with open edges that hang on edges which two other triangles share. \returns which
+/// triangles are of such; empty: none
+std::vector<std::uint8_t> find_fins(const Mesh& mesh, double size, Cleaned& fins);
+
 /// Turns triangles so that parts face where views from outside see them.
 /// \param inward  what CleanReport::inward becomes \param open_alone  parts that agree and are closed stay
 Cleaned turn_outward(Mesh& mesh, bool open_alone, Cleaned& inward);

@@ -37,6 +37,7 @@ struct CleanReport {
   Cleaned junctions;   ///< Triangles that were cut where vertices lie on their open edges
   Cleaned degenerate;  ///< Triangles without area, left out
   Cleaned duplicates;  ///< Triangles that repeated another, left out
+  Cleaned fins;        ///< Groups of faces that hung on an edge which two others share, left out
   Cleaned turned;      ///< Triangles that were turned round
   Cleaned inward;      ///< 1: views from outside see backs of faces almost alone; they were left so
   Cleaned holes;       ///< Holes that were filled
@@ -55,6 +56,8 @@ struct CleanReport {
 ///   degenerate-triangles  left out
 ///   duplicate-triangles   the same corners in the same order: left out. Two-sided sheets stay
 ///   split-at-junctions    an open edge on which others end is cut there, so that both sides share their edges
+///   dropped-fins          parts with open edges, smaller than `floater`, that hang on edges of three triangles; never more
+///                         than a tenth of the area
 ///   turned-triangles      a part (what edges of two triangles connect) that disagrees is made to face where views from
 ///                         outside see it; where they see both sides alike, as agree_windings(). A part that agrees is
 ///                         turned where views see its back 8 times as much as its front

@@ -37,7 +37,8 @@ std::optional<CleanOptions> clean_options(const BakeJob& a) {
   const std::vector<MapKind>& maps = a.options.maps;
   const bool keep =
       a.keep_inner || a.alpha_test > 0 || std::any_of(maps.begin(), maps.end(), shows_inside);
-  return clean_options(a.clean, a.low.empty() && !match_has(a, &MatchInfo::needs_uvs), keep);
+  return clean_options(a.clean, a.low.empty() && !match_has(a, &MatchInfo::needs_uvs), keep,
+                       a.keep_parts);
 }
 
 void take_asset(BakeJob& a) {

@@ -86,11 +86,13 @@ HighPolyInput load_dense(const std::string& path, const HeightFieldOptions& heig
   return dense;
 }
 
-std::optional<CleanOptions> clean_options(CleanHigh choice, bool whole, bool keep_inner) {
+std::optional<CleanOptions> clean_options(CleanHigh choice, bool whole, bool keep_inner,
+                                          bool all_parts) {
   if (choice == CleanHigh::none) return std::nullopt;
   CleanOptions options;
   options.windings_alone = choice == CleanHigh::automatic && !whole;
   options.keep_inner = keep_inner;
+  if (all_parts) options.floater = 0;
   return options;
 }
 

@@ -46,7 +46,9 @@ HighPolyInput load_dense(const std::string& path, const HeightFieldOptions& argu
                          std::vector<Warning>& warnings, const LoadMeshOptions& options = {});
 
 /// As a choice of the command has it. \param whole  what CleanHigh::automatic repairs: all, or windings alone
-std::optional<CleanOptions> clean_options(CleanHigh choice, bool whole, bool keep_inner);
+/// \param all_parts  whether no part may be left out for its size
+std::optional<CleanOptions> clean_options(CleanHigh choice, bool whole, bool keep_inner,
+                                          bool all_parts);
 /// Repairs a high poly, and says what was done. \param options  none: nothing
 CleanReport clean_high(Mesh& high, const std::optional<CleanOptions>& options,
                        std::vector<Warning>& warnings);

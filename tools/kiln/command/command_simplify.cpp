@@ -88,8 +88,11 @@ int run_simplify(const SimplifyArguments& arguments) {
   std::vector<Warning> warnings;
   if (!console.progress(0.0, "reading")) return kExitCancelled;
   Mesh high = load_mesh(arguments.high, arguments.load, &warnings);
-  const CleanReport cleaned = clean_high(
-      high, clean_options(arguments.clean, !arguments.keep_uvs, arguments.keep_inner), warnings);
+  const CleanReport cleaned =
+      clean_high(high,
+                 clean_options(arguments.clean, !arguments.keep_uvs, arguments.keep_inner,
+                               arguments.keep_parts || arguments.hull),
+                 warnings);
   if (!console.progress(0.2, "simplifying")) return kExitCancelled;
   SimplifyReport report;
   SimplifyOptions options;

@@ -157,6 +157,7 @@ Json describe(const CleanReport& report) {
           {"degenerate_triangles", report.degenerate.count},
           {"duplicate_triangles", report.duplicates.count},
           {"split_at_junctions", report.junctions.count},
+          {"dropped_fins", report.fins.count},
           {"turned_triangles", report.turned.count},
           {"filled_holes", report.holes.count},
           {"dropped_floaters", report.floaters.count},
