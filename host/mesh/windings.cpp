@@ -1,4 +1,6 @@
 // Triangles that face against those beside them.
+#include "mesh/windings.h"
+
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -55,14 +57,20 @@ bool any_side_twice(std::span<const Triangle> triangles, std::size_t vertices) {
 }
 
 /// A triangle beside another, at an edge that no third one has.
-struct AsyncTask {
+struct Beside {
   std::uint32_t triangle;
   bool against;  ///< Faces the other way
 };
 
+bool same_corners(Triangle a, Triangle b) {
+  std::sort(a.begin(), a.end());
+  std::sort(b.begin(), b.end());
+  return a == b;
+}
+
 /// Up to three a triangle.
 struct Neighbours {
-  std::vector<std::array<AsyncTask, 3>> of;
+  std::vector<std::array<Beside, 3>> of;
   std::vector<std::uint8_t> count;
   std::vector<std::uint8_t> open;  ///< Triangles with an edge that two do not share
 
@@ -80,89 +88,41 @@ struct Neighbours {
           of[b][count[b]++] = {a, against};
         });
   }
-
- private:
-  static bool same_corners(Triangle a, Triangle b) {
-    std::sort(a.begin(), a.end());
-    std::sort(b.begin(), b.end());
-    return a == b;
-  }
 };
 
-/// Finds which triangles to turn.
-class Windings {
+/// Of a part, which side is wrong: the one of less area, or else the one that makes a closed part face inwards.
+class WrongSides {
  public:
-  Windings(const Mesh& mesh, std::span<const Triangle> triangles)
-      : mesh_(mesh),
-        beside_(triangles, mesh.positions.size()),
-        side_(triangles.size(), kNone),
-        turned_(triangles.size(), 0) {
-    for (std::uint32_t t = 0; t < triangles.size(); ++t) {
-      if (side_[t] == kNone) look_at(part_of(t));
-    }
-  }
-  const std::vector<std::uint8_t>& turned() const { return turned_; }
-
- private:
-  static constexpr std::uint8_t kNone = 2;
-
-  struct Part {
-    std::vector<std::uint32_t> triangles;
-    bool two_sided = true, closed = true;  ///< True if it has two sides, as a Möbius strip has not
-  };
-
-  /// Walks over a part, and gives each triangle the side that the first one faces to, or the other.
-  Part part_of(std::uint32_t first) {
-    Part part;
-    part.triangles.push_back(first);
-    side_[first] = 0;
-    for (std::size_t i = 0; i < part.triangles.size(); ++i) {
-      const std::uint32_t t = part.triangles[i];
-      part.closed = part.closed && beside_.open[t] == 0;
-      for (std::size_t k = 0; k < beside_.count[t]; ++k) {
-        const AsyncTask next = beside_.of[t][k];
-        const std::uint8_t side = side_[t] ^ static_cast<std::uint8_t>(next.against);
-        if (side_[next.triangle] == kNone) {
-          side_[next.triangle] = side;
-          part.triangles.push_back(next.triangle);
-        } else if (side_[next.triangle] != side) {
-          part.two_sided = false;
-        }
-      }
-    }
-    return part;
-  }
-
-  Vec3d corner(std::uint32_t t, std::size_t k) const {
-    const Vec3& p = mesh_.positions[mesh_.triangles[t][k]];
-    return {p.x, p.y, p.z};
-  }
-
-  void look_at(const Part& part) {
-    const auto is_other = [&](std::uint32_t t) { return side_[t] == 1; };
-    if (!part.two_sided || std::none_of(part.triangles.begin(), part.triangles.end(), is_other))
-      return;
-    const Vec3d middle = corner(part.triangles.front(), 0);
-    std::array<double, 2> area{};
-    double volume = 0;  // As the first triangle faces
-    for (const std::uint32_t t : part.triangles) {
+  WrongSides(const Mesh& mesh, const FacingParts& parts) : sums_(parts.parts.size()) {
+    const auto corner = [&](std::uint32_t t, std::size_t k) {
+      return Vec3d(mesh.positions[mesh.triangles[t][k]]);
+    };
+    for (std::uint32_t t = 0; t < parts.of.size(); ++t) {
+      const FacingParts::Part& part = parts.parts[parts.of[t]];
+      if (part.agrees) continue;
+      Sums& sums = sums_[parts.of[t]];
+      const Vec3d middle = corner(part.first, 0);
       const Vec3d a = corner(t, 0) - middle, b = corner(t, 1) - middle, c = corner(t, 2) - middle;
       const double size = length(cross(b - a, c - a));
       if (!std::isfinite(size)) continue;
-      area[side_[t]] += size;
-      volume += (side_[t] == 0 ? 1 : -1) * dot(a, cross(b, c));
+      sums.area[parts.side[t]] += size;
+      sums.volume += (parts.side[t] == 0 ? 1 : -1) * dot(a, cross(b, c));
     }
-    // The smaller side is wrong; where neither is small, the one that makes a closed part face inwards.
-    std::uint8_t wrong = area[1] <= area[0] ? 1 : 0;
+  }
+  std::uint8_t of(const FacingParts& parts, std::uint32_t part) const {
+    const auto& [area, volume] = sums_[part];
+    const std::uint8_t wrong = area[1] <= area[0] ? 1 : 0;
     const bool unclear = area[wrong] > kMinority * (area[0] + area[1]);
-    if (unclear && part.closed && volume != 0) wrong = volume > 0 ? 1 : 0;
-    for (const std::uint32_t t : part.triangles) turned_[t] = side_[t] == wrong;
+    if (!unclear || !parts.parts[part].closed || volume == 0) return wrong;
+    return volume > 0 ? 1 : 0;
   }
 
-  const Mesh& mesh_;
-  Neighbours beside_;
-  std::vector<std::uint8_t> side_;  ///< Of a triangle: 0 or 1, by which way it faces; or kNone
-  std::vector<std::uint8_t> turned_;
+ private:
+  struct Sums {
+    std::array<double, 2> area{};
+    double volume = 0;  ///< As the first triangle faces
+  };
+  std::vector<Sums> sums_;
 };
 
 /// Its own normals that face as a triangle did, turned with it.
@@ -196,17 +156,48 @@ class TurnedNormals {
 
 }  // namespace
 
-TurnedTriangles agree_windings(Mesh& mesh) {
-  validate(mesh);
+FacingParts::FacingParts(std::span<const Triangle> triangles, std::size_t vertices)
+    : of(triangles.size(), kNone), side(triangles.size(), 0) {
+  const Neighbours beside(triangles, vertices);
+  std::vector<std::uint32_t> walk;
+  for (std::uint32_t first = 0; first < triangles.size(); ++first) {
+    if (of[first] != kNone) continue;
+    const auto number = static_cast<std::uint32_t>(parts.size());
+    Part& part = parts.emplace_back(Part{.first = first});
+    of[first] = number;
+    walk.assign(1, first);
+    for (std::size_t i = 0; i < walk.size(); ++i) {
+      const std::uint32_t t = walk[i];
+      part.closed = part.closed && beside.open[t] == 0;
+      part.agrees = part.agrees && side[t] == 0;
+      for (std::size_t k = 0; k < beside.count[t]; ++k) {
+        const Beside next = beside.of[t][k];
+        const std::uint8_t faces = side[t] ^ static_cast<std::uint8_t>(next.against);
+        if (of[next.triangle] == kNone) {
+          of[next.triangle] = number;
+          side[next.triangle] = faces;
+          walk.push_back(next.triangle);
+        } else if (side[next.triangle] != faces) {
+          part.one_sided = true;
+        }
+      }
+    }
+    part.triangles = static_cast<std::uint32_t>(walk.size());
+  }
+}
+
+std::vector<std::uint8_t> wrong_sides(const Mesh& mesh, const FacingParts& parts) {
+  const WrongSides wrong(mesh, parts);
+  std::vector<std::uint8_t> sides(parts.parts.size());
+  for (std::uint32_t p = 0; p < sides.size(); ++p) sides[p] = wrong.of(parts, p);
+  return sides;
+}
+
+TurnedTriangles turn_triangles(Mesh& mesh, std::span<const std::uint8_t> turned) {
   TurnedTriangles result;
-  // A mesh of few vertices shares them already.
-  const bool shared = mesh.positions.size() < mesh.triangles.size();
-  const std::vector<Triangle> triangles = shared ? mesh.triangles : welded_triangles(mesh);
-  if (!any_side_twice(triangles, mesh.positions.size())) return result;
-  const Windings windings(mesh, triangles);
   TurnedNormals normals(mesh);
-  for (std::size_t t = 0; t < triangles.size(); ++t) {
-    if (windings.turned()[t] == 0) continue;
+  for (std::size_t t = 0; t < turned.size(); ++t) {
+    if (turned[t] == 0) continue;
     if (result.count++ == 0) result.first = static_cast<std::uint32_t>(t);
     if (!mesh.normal_triangles.empty()) normals.turn(t);
     for (std::vector<Triangle>* corners :
@@ -216,6 +207,22 @@ TurnedTriangles agree_windings(Mesh& mesh) {
     if (!mesh.tangents.empty()) std::swap(mesh.tangents[3 * t + 1], mesh.tangents[3 * t + 2]);
   }
   return result;
+}
+
+TurnedTriangles agree_windings(Mesh& mesh) {
+  validate(mesh);
+  // A mesh of few vertices shares them already.
+  const bool shared = mesh.positions.size() < mesh.triangles.size();
+  const std::vector<Triangle> triangles = shared ? mesh.triangles : welded_triangles(mesh);
+  if (!any_side_twice(triangles, mesh.positions.size())) return {};
+  const FacingParts parts(triangles, mesh.positions.size());
+  const std::vector<std::uint8_t> wrong = wrong_sides(mesh, parts);
+  std::vector<std::uint8_t> turned(triangles.size(), 0);
+  for (std::size_t t = 0; t < turned.size(); ++t) {
+    const FacingParts::Part& part = parts.parts[parts.of[t]];
+    turned[t] = !part.agrees && !part.one_sided && parts.side[t] == wrong[parts.of[t]];
+  }
+  return turn_triangles(mesh, turned);
 }
 
 }  // namespace kiln

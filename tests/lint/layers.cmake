@@ -7,7 +7,7 @@ cmake_policy(VERSION 3.25)
 set(floors
   "base"
   "cl mesh"
-  "texel"
+  "texel clean"
   "accel image pack"
   "source render simplify unwrap io"
   "match detail volume"

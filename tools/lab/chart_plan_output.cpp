@@ -145,7 +145,7 @@ class PlansChart : public ChartKind {
     dense_ = load_dense(inputs[i],
                         is_height_field(inputs[i]) ? arguments_.heights : HeightFieldOptions(),
                         warnings, arguments_.load);
-    if (!dense_.heights) turn_strays(dense_.mesh, warnings);
+    if (!dense_.heights) clean_high(dense_.mesh, CleanOptions(), warnings);
   }
 
   std::optional<Json> measure(const Device& device, std::size_t i,

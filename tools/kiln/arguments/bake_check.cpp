@@ -25,6 +25,20 @@ std::string no_sets(const BakeJob& a) {
   return "";
 }
 
+std::optional<CleanOptions> clean_options(const BakeJob& a) {
+  if (is_height_field(a.high)) return std::nullopt;
+  // What lies inside shows through what is not opaque, and stops rays through the solid.
+  const auto shows_inside = [](const MapKind kind) {
+    const MapInfo& map = find_map(kind.name);
+    return map.takes_opacity || (map.takes_rays && !map.takes_back_faces);
+  };
+  const std::vector<MapKind>& maps = a.options.maps;
+  const bool keep =
+      a.keep_inner || a.alpha_test > 0 || std::any_of(maps.begin(), maps.end(), shows_inside);
+  return clean_options(a.clean, a.low.empty() && !match_has(a, &MatchInfo::needs_uvs), keep,
+                       a.keep_parts);
+}
+
 void take_asset(BakeJob& a) {
   const std::filesystem::path out = a.out;
   const std::string ending = lower_extension(out);
@@ -251,6 +265,10 @@ void check_low(const BakeJob& a) {
   }
   if (a.keep_parts && (is_height_field(a.high) || match_has(a, &MatchInfo::needs_uvs))) {
     fail_usage("--keep-parts is not for height fields or --match uv, which keep all parts.");
+  }
+  const std::optional<CleanOptions> clean = clean_options(a);
+  if (a.keep_inner && (!clean || clean->windings_alone)) {
+    fail_usage("--keep-inner is for --clean all, or for a low poly that Kiln makes: leave it out.");
   }
   if (a.low.empty() && a.unwrap && a.unwrap_method == "given") {
     fail_usage(

@@ -53,6 +53,8 @@ struct BakeJob {
 
   std::uint32_t faces = 0;  // 0: none asked for
   bool keep_parts = false;
+  CleanHigh clean = CleanHigh::automatic;
+  bool keep_inner = false;
   std::optional<SetsBy> sets;  // none: by what overlaps
   std::vector<SetSize> set_sizes;
   std::string max_error, max_angle, screen, max_outline;
@@ -137,6 +139,8 @@ void take_asset(BakeJob& job);
 bool writes_gltf(const BakeJob& job);
 /// True if all levels of detail share one layout and its maps.
 bool shares_uvs(const BakeJob& job);
+/// How much of HIGH is repaired; none: nothing.
+std::optional<CleanOptions> clean_options(const BakeJob& job);
 /// True if the low poly is a plane of Kiln's, under a height field.
 bool onto_plane(const BakeJob& job);
 

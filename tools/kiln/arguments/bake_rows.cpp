@@ -910,6 +910,8 @@ std::vector<OptionRow> make_rows() {
        .value = toggle(AT(keep_parts)),
        .help = "With --faces: keep parts of HIGH that are smaller than the low poly's deviation",
        .key = "-"},
+      clean_row<BakeJob>(kLow),
+      keep_inner_row<BakeJob>(kLow),
       {.flag = "--max-error",
        .group = kLow,
        .value = text(AT(max_error), "P%|MAP=E,..."),

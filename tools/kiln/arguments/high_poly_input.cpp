@@ -79,19 +79,25 @@ HighPolyInput load_dense(const std::string& path, const HeightFieldOptions& heig
   return dense;
 }
 
-void turn_strays(Mesh& high, std::vector<Warning>& warnings) {
-  const TurnedTriangles turned = agree_windings(high);
-  if (turned.count == 0) return;
-  const Vec3& place = high.positions[high.triangles[turned.first][0]];
-  char text[400];
-  std::snprintf(text, sizeof text,
-                "'%s': %s of %s triangles faced against those beside them, one at (%.5g, %.5g, "
-                "%.5g); they were turned round. To be rid of this, let the program that made the "
-                "mesh recalculate its normals.",
-                high.name.c_str(), with_commas(turned.count).c_str(),
-                with_commas(high.triangles.size()).c_str(), high.origin[0] + place.x,
-                high.origin[1] + place.y, high.origin[2] + place.z);
-  warnings.push_back({"turned-triangles", text, turned.count});
+std::optional<CleanOptions> clean_options(CleanHigh choice, bool whole, bool keep_inner,
+                                          bool all_parts) {
+  if (choice == CleanHigh::none) return std::nullopt;
+  CleanOptions options;
+  options.windings_alone = choice == CleanHigh::automatic && !whole;
+  options.keep_inner = keep_inner;
+  if (all_parts) options.floater = 0;
+  return options;
+}
+
+CleanReport clean_high(Mesh& high, const std::optional<CleanOptions>& options,
+                       std::vector<Warning>& warnings) {
+  if (!options) return {};
+  CleanReport report = clean_mesh(high, *options);
+  if (!report.warnings.empty()) {
+    report.warnings.back().message += " (--clean none leaves HIGH as it is.)";
+  }
+  warnings.insert(warnings.end(), report.warnings.begin(), report.warnings.end());
+  return report;
 }
 
 void turn_normals(const std::string& which, Trusted trust, Mesh& mesh,

@@ -47,8 +47,13 @@ HighPolyInput load_dense(const std::vector<std::string>& files, const HeightFiel
 HighPolyInput load_dense(const std::string& path, const HeightFieldOptions& heights,
                          std::vector<Warning>& warnings, const LoadMeshOptions& options = {});
 
-/// Turns triangles of a high poly that low polys are made of as those beside them face, and says so: else each is a hole.
-void turn_strays(Mesh& high, std::vector<Warning>& warnings);
+/// As a choice of the command has it. \param whole  what CleanHigh::automatic repairs: all, or windings alone
+/// \param all_parts  whether no part may be left out for its size
+std::optional<CleanOptions> clean_options(CleanHigh choice, bool whole, bool keep_inner,
+                                          bool all_parts);
+/// Repairs a high poly, and says what was done. \param options  none: nothing
+CleanReport clean_high(Mesh& high, const std::optional<CleanOptions>& options,
+                       std::vector<Warning>& warnings);
 
 /// Sets right normals that oppose their faces, of HIGH or LOW, with a warning: see agree_normals().
 void turn_normals(const std::string& which, Trusted trust, Mesh& mesh,

@@ -284,6 +284,25 @@ OptionRow density_row(const char* group, const std::string& high) {
           .help = "Of large charts that Kiln lays out: texels by area, or more where " + high +
                   " has more detail"};
 }
+/// Of jobs with members `clean` and `keep_inner`.
+template <typename Job>
+OptionRow clean_row(const char* group) {
+  return {
+      .flag = "--clean",
+      .group = group,
+      .value = choice(KILN_MEMBER(Job, clean), Words(kCleanHigh)),
+      .help =
+          "Repairs of HIGH before all else: all (vertices welded, doubled faces and floaters and "
+          "inner shells left out, pinholes filled, faces turned outwards), none, or auto: all "
+          "where Kiln makes the low poly, else turned faces alone. Each is counted in a warning"};
+}
+template <typename Job>
+OptionRow keep_inner_row(const char* group) {
+  return {.flag = "--keep-inner",
+          .group = group,
+          .value = toggle(KILN_MEMBER(Job, keep_inner)),
+          .help = "--clean: keep parts of HIGH that no view from outside sees"};
+}
 /// Of jobs with a member `heights`.
 template <typename Job>
 OptionRow height_row(const char* group) {

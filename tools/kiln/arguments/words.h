@@ -127,6 +127,14 @@ inline constexpr Word<UvCopies> kUvCopies[] = {
     {"first", UvCopies::first}, {"mirrored", UvCopies::mirrored}, {"plain", UvCopies::plain}};
 inline constexpr Word<TexelDensity> kDensities[] = {{"area", TexelDensity::area},
                                                     {"detail", TexelDensity::detail}};
+/// What is repaired in HIGH.
+enum class CleanHigh {
+  automatic,  ///< All where Kiln makes the low poly with new UVs, else windings alone
+  none,
+  all,
+};
+inline constexpr Word<CleanHigh> kCleanHigh[] = {
+    {"all", CleanHigh::all}, {"auto", CleanHigh::automatic}, {"none", CleanHigh::none}};
 inline constexpr Word<bool> kLodUvs[] = {{"own", false}, {"shared", true}};
 inline constexpr Word<bool> kPartOcclusion[] = {{"all", false}, {"own", true}};
 inline constexpr Word<bool> kTangents[] = {{"file", true}, {"mikktspace", false}};

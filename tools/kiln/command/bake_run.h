@@ -68,6 +68,7 @@ struct BakeRun {
   std::vector<Warning> warnings;
   std::size_t warnings_of_high = 0;  // the first of them
   HighPolyInput dense;
+  CleanReport cleaned;  // what was repaired in it
   LowMesh low;
   std::string low_path;
   std::optional<Mesh> cage_mesh;  // that was loaded

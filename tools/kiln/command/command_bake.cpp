@@ -172,8 +172,8 @@ bool read_inputs(BakeRun& run) {
   run.dense =
       load_dense(high_files(arguments), arguments.heights, arguments.load,
                  has_more_files(arguments) && !made, run.warnings, !arguments.asset.empty());
-  if (made && !run.dense.heights) turn_strays(run.dense.mesh, run.warnings);
   choose_asset_maps(run);
+  run.cleaned = clean_high(run.dense.mesh, clean_options(arguments), run.warnings);
   run.options.match.uv = uv_options(run.dense, run.options.match.uv);
   load_textures(arguments, run.dense.mesh, run.options, run.warnings);
   if (!arguments.asset.empty() && !arguments.given.contains("--maps")) {
@@ -346,6 +346,10 @@ int verdict(const BakeRun& run) {
   if (missed > run.arguments.max_missed_percent) {
     print_line(stderr, "kiln: " + too_many_missed(run.arguments, run.result, run.low.mesh,
                                                   run.low_path, missed));
+    return 1;
+  }
+  if (run.low.simplified && misses_faces(*run.low.simplified, run.arguments.faces)) {
+    print_line(stderr, "kiln: " + too_many_faces(*run.low.simplified, run.arguments.faces));
     return 1;
   }
   const bool planned = run.lods ? run.lods->reached : !run.plan || run.plan->reached;

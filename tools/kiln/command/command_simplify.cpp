@@ -34,6 +34,8 @@ struct SimplifyArguments {
   std::string max_error;
   double hard_angle = FitNormalsOptions{}.hard_degrees;
   bool hull = false, keep_parts = false;
+  CleanHigh clean = CleanHigh::automatic;
+  bool keep_inner = false;
   bool keep_uvs = false, laid_out = false;  // laid_out: --size, --unwrap or --density was given.
   bool by_density = false;                  // --density was given.
   bool quiet = false, force = false;
@@ -86,7 +88,11 @@ int run_simplify(const SimplifyArguments& arguments) {
   std::vector<Warning> warnings;
   if (!console.progress(0.0, "reading")) return kExitCancelled;
   Mesh high = load_mesh(arguments.high, arguments.load, &warnings);
-  turn_strays(high, warnings);
+  const CleanReport cleaned =
+      clean_high(high,
+                 clean_options(arguments.clean, !arguments.keep_uvs, arguments.keep_inner,
+                               arguments.keep_parts || arguments.hull),
+                 warnings);
   if (!console.progress(0.2, "simplifying")) return kExitCancelled;
   SimplifyReport report;
   SimplifyOptions options;
@@ -159,6 +165,7 @@ int run_simplify(const SimplifyArguments& arguments) {
                  {"charts", charts},
                  {"coverage", coverage},
                  {"flaws", describe_flaws(report)},
+                 {"clean", describe(cleaned)},
                  {"seconds",
                   {{"simplify", report.seconds},
                    {"unwrap", unwrap_report.seconds},
@@ -173,6 +180,10 @@ int run_simplify(const SimplifyArguments& arguments) {
       json["hard_edges"] = normals.hard_edges;
     }
     save_report(arguments.json, json);
+  }
+  if (misses_faces(report, arguments.faces)) {
+    print_line(stderr, "kiln: " + too_many_faces(report, arguments.faces));
+    return 1;
   }
   return 0;
 }
@@ -205,8 +216,12 @@ Run add_simplify(Command& app) {
           ->check(one_of({"charts", "pairs", "squares"}))
           ->capture_default_str();
   using Job = SimplifyArguments;
-  const OptionRow rows[] = {density_row<Job>("", "HIGH"), triangulate_row<Job>("", "HIGH"),
-                            json_row<Job>(""), quiet_row<Job>("")};
+  const OptionRow rows[] = {density_row<Job>("", "HIGH"),
+                            triangulate_row<Job>("", "HIGH"),
+                            clean_row<Job>(""),
+                            keep_inner_row<Job>(""),
+                            json_row<Job>(""),
+                            quiet_row<Job>("")};
   add_options(*command, rows, arguments.get());
   const Option* density = command->find_option("--density");
   Option* keep =

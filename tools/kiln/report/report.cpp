@@ -152,6 +152,33 @@ Json describe(const std::vector<MapError>& errors) {
   return json;
 }
 
+Json describe(const CleanReport& report) {
+  return {{"welded_vertices", report.welded.count},
+          {"degenerate_triangles", report.degenerate.count},
+          {"duplicate_triangles", report.duplicates.count},
+          {"split_at_junctions", report.junctions.count},
+          {"dropped_fins", report.fins.count},
+          {"turned_triangles", report.turned.count},
+          {"filled_holes", report.holes.count},
+          {"dropped_floaters", report.floaters.count},
+          {"dropped_inner", report.inner.count},
+          {"seconds", report.seconds}};
+}
+
+namespace {
+/// A low poly of so many times the faces asked for is another one.
+constexpr double kMostFaces = 1.1;
+}  // namespace
+
+bool misses_faces(const SimplifyReport& report, std::uint32_t asked) {
+  return asked != 0 && static_cast<double>(report.faces) > kMostFaces * asked;
+}
+
+std::string too_many_faces(const SimplifyReport& report, std::uint32_t asked) {
+  return "--faces " + std::to_string(asked) + " was not reached: the low poly has " +
+         std::to_string(report.faces) + ".";
+}
+
 Json describe_flaws(const SimplifyReport& report) {
   return {{"mended", report.mended},
           {"folded", report.folded},

@@ -26,6 +26,12 @@ Json describe(const HighCoverageReport& recall);
 Json describe(const TransitionReport& transitions);
 Json describe(const UvReport& uv);
 Json describe(const std::vector<MapError>& errors);
+/// What was repaired in the high poly.
+Json describe(const CleanReport& report);
+/// True if a low poly has over a tenth more faces than were asked for (0: no number was).
+bool misses_faces(const SimplifyReport& report, std::uint32_t asked);
+/// The same in words.
+std::string too_many_faces(const SimplifyReport& report, std::uint32_t asked);
 /// What a low poly was mended of, and what stayed.
 Json describe_flaws(const SimplifyReport& report);
 /// Texels and samples by status.

@@ -1,0 +1,201 @@
+// Triangles that nobody misses: floaters, and what no view from outside sees.
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <utility>
+
+#include "base/disjoint_sets.h"
+#include "clean/outside_views.h"
+#include "clean/steps.h"
+#include "clean/triangle_list.h"
+#include "mesh/weld.h"
+
+namespace kiln {
+namespace {
+
+/// Of the area, what floaters may be: more is there on purpose.
+constexpr double kMostFloating = 0.1;
+/// Places of triangles that are looked at, so that time stays bounded.
+constexpr double kMostPlaces = 8e6;
+/// Where the largest body is less than so much of the box, all is looked at again in its scale.
+constexpr double kFarSmaller = 0.5;
+constexpr int kMostScales = 4;
+
+/// Pixels that a part must cover to be called hidden.
+constexpr std::uint32_t kEnoughDrawn = 256;
+constexpr OutsideViews kFirstViews{.backs = false};
+constexpr OutsideViews kMoreViews{.count = 96, .backs = false};
+
+/// Triangles that shared vertices connect, numbered in order.
+struct SharedParts {
+  std::vector<std::uint32_t> of;
+  std::size_t count = 0;
+
+  explicit SharedParts(const Mesh& mesh) : of(mesh.triangles.size()) {
+    const std::vector<Triangle> corners = welded_triangles(mesh);
+    DisjointSets sets(mesh.positions.size());
+    for (const Triangle& t : corners) {
+      sets.join(t[0], t[1]);
+      sets.join(t[1], t[2]);
+    }
+    std::vector<std::uint32_t> number(mesh.positions.size(), 0);  // and 1
+    for (std::size_t t = 0; t < of.size(); ++t) {
+      std::uint32_t& part = number[sets.find(corners[t][0])];
+      if (part == 0) part = static_cast<std::uint32_t>(++count);
+      of[t] = part - 1;
+    }
+  }
+};
+
+bool is_finite_triangle(const Mesh& mesh, const Triangle& t) {
+  return is_finite(mesh.positions[t[0]]) && is_finite(mesh.positions[t[1]]) &&
+         is_finite(mesh.positions[t[2]]);
+}
+
+/// Parts that gaps below a cell's size connect, each named by one of them.
+class Bodies {
+ public:
+  Bodies(const Mesh& mesh, const SharedParts& parts, const Vec3d& low, double cell)
+      : low_(low), cell_(cell), sets_(parts.count) {
+    for (std::size_t t = 0; t < parts.of.size(); ++t) {
+      if (is_finite_triangle(mesh, mesh.triangles[t])) add(mesh, mesh.triangles[t], parts.of[t]);
+    }
+    std::sort(places_.begin(), places_.end());
+    places_.erase(std::unique(places_.begin(), places_.end()), places_.end());
+    join();
+  }
+  std::uint32_t of(std::uint32_t part) { return sets_.find(part); }
+
+ private:
+  using Place = std::pair<std::uint64_t, std::uint32_t>;  ///< A cell and a part in it
+  static constexpr int kBits = 21;
+
+  void add(const Mesh& mesh, const Triangle& t, std::uint32_t part) {
+    const Vec3d a = point_of(mesh, t[0]), u = point_of(mesh, t[1]) - a,
+                v = point_of(mesh, t[2]) - a;
+    const double longest = std::max({length(u), length(v), length(v - u)});
+    const int steps = longest < cell_ ? 0 : static_cast<int>(std::min(longest / cell_, 1e5)) + 1;
+    for (int i = 0; i <= steps; ++i) {
+      for (int k = 0; k <= steps - i; ++k) {
+        const double step = steps == 0 ? 0 : 1.0 / steps;
+        const Place place{cell_of(a + u * (i * step) + v * (k * step)), part};
+        if (places_.empty() || places_.back() != place) places_.push_back(place);
+      }
+    }
+  }
+  std::uint64_t cell_of(const Vec3d& p) const {
+    const auto along = [&](double x) {
+      return static_cast<std::uint64_t>(std::clamp(x / cell_ + 1, 0.0, (1 << kBits) - 2.0));
+    };
+    return along(p.x - low_.x) << 2 * kBits | along(p.y - low_.y) << kBits | along(p.z - low_.z);
+  }
+  /// Joins what lies in one cell, and in cells side by side.
+  void join() {
+    for (std::size_t i = 1; i < places_.size(); ++i) {
+      if (places_[i].first == places_[i - 1].first) {
+        sets_.join(places_[i].second, places_[i - 1].second);
+      }
+    }
+    // Of 26 cells around, the 13 before: one in the same row, and three in each of four rows.
+    constexpr std::uint64_t kRow = std::uint64_t{1} << kBits, kSlice = kRow << kBits;
+    for (const std::uint64_t back :
+         {std::uint64_t{0}, kRow, kSlice - kRow, kSlice, kSlice + kRow}) {
+      auto first = places_.begin();
+      for (const Place& place : places_) {
+        const std::uint64_t from = place.first - back - 1, to = back == 0 ? from : from + 2;
+        while (first->first < from) ++first;
+        for (auto near = first; near != places_.end() && near->first <= to; ++near) {
+          sets_.join(place.second, near->second);
+        }
+      }
+    }
+  }
+
+  Vec3d low_;
+  double cell_;
+  DisjointSets sets_;
+  std::vector<Place> places_;
+};
+
+}  // namespace
+
+std::vector<std::uint8_t> find_floaters(const Mesh& mesh, double share, Cleaned& floaters) {
+  const SharedParts parts(mesh);
+  if (parts.count < 2) return {};
+  std::vector<Box> boxes(parts.count);
+  std::vector<double> areas(parts.count, 0);
+  Box whole;
+  double area = 0;
+  for (std::size_t t = 0; t < parts.of.size(); ++t) {
+    const Triangle& v = mesh.triangles[t];
+    if (!is_finite_triangle(mesh, v)) continue;
+    for (const std::uint32_t corner : v) boxes[parts.of[t]].add(point_of(mesh, corner));
+    const double size = area_of(mesh, v);
+    areas[parts.of[t]] += size;
+    area += size;
+  }
+  for (const Box& box : boxes) {
+    if (box.diagonal() > 0) {
+      whole.add(box.low);
+      whole.add(box.high);
+    }
+  }
+  double diagonal = whole.diagonal();
+  std::vector<Box> of_body;
+  std::vector<double> area_of;
+  std::vector<std::uint32_t> body(parts.count);
+  for (int scale = 0; scale < kMostScales && diagonal > 0; ++scale) {
+    const double cell = std::max(0.5 * share * diagonal, std::sqrt(area / kMostPlaces));
+    Bodies bodies(mesh, parts, whole.low, cell);
+    of_body.assign(parts.count, {});
+    area_of.assign(parts.count, 0);
+    for (std::uint32_t p = 0; p < parts.count; ++p) {
+      body[p] = bodies.of(p);
+      of_body[body[p]].add(boxes[p].low);
+      of_body[body[p]].add(boxes[p].high);
+      area_of[body[p]] += areas[p];
+    }
+    const auto largest = std::max_element(area_of.begin(), area_of.end()) - area_of.begin();
+    const double own = of_body[static_cast<std::size_t>(largest)].diagonal();
+    const bool again = own < kFarSmaller * diagonal;
+    diagonal = own;
+    if (!again) break;
+  }
+  double floating = 0;
+  Cleaned found;
+  std::vector<std::uint8_t> is_floater(parts.count, 0);
+  for (std::uint32_t p = 0; p < parts.count; ++p) {
+    if (!(of_body[body[p]].diagonal() < share * diagonal)) continue;
+    is_floater[p] = 1;
+    floating += areas[p];
+    if (body[p] == p && found.count++ == 0) found.example = to_float(boxes[p].low);
+  }
+  if (found.count == 0 || floating > kMostFloating * area) return {};
+  floaters = found;
+  std::vector<std::uint8_t> dropped(parts.of.size());
+  for (std::size_t t = 0; t < dropped.size(); ++t) dropped[t] = is_floater[parts.of[t]];
+  return dropped;
+}
+
+std::vector<std::uint8_t> find_inner(const Mesh& mesh, Cleaned& inner) {
+  const SharedParts parts(mesh);
+  if (parts.count < 2) return {};
+  std::vector<SeenPixels> seen = look_from_outside(mesh, parts.of, parts.count, kFirstViews);
+  const auto is_hidden = [&](const SeenPixels& of) {
+    return of.front == 0 && of.drawn >= kEnoughDrawn;
+  };
+  if (std::none_of(seen.begin(), seen.end(), is_hidden)) return {};
+  const std::vector<SeenPixels> more = look_from_outside(mesh, parts.of, parts.count, kMoreViews);
+  for (std::size_t p = 0; p < seen.size(); ++p) seen[p].front += more[p].front;
+  std::vector<std::uint8_t> dropped(parts.of.size(), 0), counted(parts.count, 0);
+  for (std::size_t t = 0; t < dropped.size(); ++t) {
+    const std::uint32_t p = parts.of[t];
+    if (!is_hidden(seen[p])) continue;
+    dropped[t] = 1;
+    if (std::exchange(counted[p], 1) != 0) continue;
+    if (inner.count++ == 0) inner.example = mesh.positions[mesh.triangles[t][0]];
+  }
+  return inner.count == 0 ? std::vector<std::uint8_t>{} : dropped;
+}
+
+}  // namespace kiln

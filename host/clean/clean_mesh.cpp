@@ -1,0 +1,183 @@
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <cstdio>
+#include <string>
+#include <utility>
+
+#include "base/counted.h"
+#include "base/progress_guard.h"
+#include "clean/steps.h"
+#include "clean/triangle_list.h"
+#include "kiln/clean.h"
+#include "kiln/validate.h"
+#include "mesh/usable.h"
+#include "mesh/vertex_lists.h"
+#include "mesh/weld.h"
+
+namespace kiln {
+namespace {
+
+void check(const CleanOptions& options) {
+  const auto share = [](const char* name, double value, double most) {
+    if (value >= 0 && value <= most) return;
+    throw Error(ErrorCode::usage,
+                std::string("clean_mesh: ") + name + " is " + std::to_string(value) +
+                    "; it must be a share of the diagonal from 0 to " + std::to_string(most),
+                "option-range");
+  };
+  share("weld", options.weld, 0.01);
+  share("max_hole", options.max_hole, 1);
+  share("floater", options.floater, 1);
+}
+
+double diagonal_of(const Mesh& mesh) {
+  Box box;
+  for (const Triangle& t : mesh.triangles) {
+    for (const std::uint32_t v : t) box.add(point_of(mesh, v));
+  }
+  return box.diagonal();
+}
+
+/// Finds triangles without area, and those that repeat another. Those that are not finite stay.
+std::vector<std::uint8_t> find_useless(const Mesh& mesh, CleanReport& report) {
+  const std::vector<Triangle> corners = welded_triangles(mesh);
+  std::vector<std::uint8_t> dropped(corners.size(), 0);
+  const auto note = [&](Cleaned& cleaned, std::uint32_t t) {
+    dropped[t] = 1;
+    if (cleaned.count++ == 0) cleaned.example = mesh.positions[mesh.triangles[t][0]];
+  };
+  for (std::uint32_t t = 0; t < corners.size(); ++t) {
+    const bool finite = std::all_of(corners[t].begin(), corners[t].end(),
+                                    [&](std::uint32_t v) { return is_finite(mesh.positions[v]); });
+    if (finite && !has_area(mesh.positions, corners[t])) note(report.degenerate, t);
+  }
+  const VertexLists lists(
+      mesh.positions.size(), corners.size(),
+      [&](std::size_t t) { return lowest_first(corners[t])[0]; },
+      [&](std::size_t t) {
+        const Triangle v = lowest_first(corners[t]);
+        return std::uint64_t{v[1]} << 32 | v[2];
+      });
+  std::vector<std::uint32_t> repeats;
+  for (std::size_t v = 0; v < lists.vertices(); ++v) {
+    const std::span<const VertexLists::Item> items = lists.of(v);
+    for (std::size_t i = 1; i < items.size(); ++i) {
+      if (items[i].key == items[i - 1].key && dropped[items[i].index] == 0)
+        repeats.push_back(items[i].index);
+    }
+  }
+  std::sort(repeats.begin(), repeats.end());
+  for (const std::uint32_t t : repeats) note(report.duplicates, t);
+  return dropped;
+}
+
+/// \returns how many were left out; all are none
+std::uint64_t drop(Mesh& mesh, const std::vector<std::uint8_t>& dropped) {
+  const auto count = static_cast<std::size_t>(std::count(dropped.begin(), dropped.end(), 1));
+  if (count == 0 || count == dropped.size()) return 0;
+  drop_triangles(mesh, dropped);
+  return count;
+}
+
+std::string percent_words(double share) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%.3g%% of the diagonal", 100 * share);
+  return text;
+}
+
+/// Puts what was done into words.
+class Words {
+ public:
+  Words(const Mesh& mesh, CleanReport& report) : mesh_(mesh), report_(report) {}
+
+  void say(const char* code, const Cleaned& cleaned, const std::string& what) {
+    if (cleaned.count == 0) return;
+    char place[96];
+    const Vec3& p = cleaned.example;
+    std::snprintf(place, sizeof place, ", one at (%.5g, %.5g, %.5g)", mesh_.origin[0] + p.x,
+                  mesh_.origin[1] + p.y, mesh_.origin[2] + p.z);
+    std::string text = what;
+    const std::size_t at = text.find(" @");
+    text.replace(at, 2, place);
+    report_.warnings.push_back({code, "'" + mesh_.name + "': " + text, cleaned.count});
+  }
+
+ private:
+  const Mesh& mesh_;
+  CleanReport& report_;
+};
+
+std::string many(std::uint64_t count, const char* noun, const char* one, const char* several) {
+  return counted(count, noun) + " " + (count == 1 ? one : several);
+}
+
+void put_in_words(const Mesh& mesh, const CleanOptions& options, CleanReport& r,
+                  std::uint64_t given, std::uint64_t floating, std::uint64_t hidden) {
+  Words words(mesh, r);
+  words.say("welded-vertices", r.welded,
+            std::to_string(r.welded.count) + (r.welded.count == 1 ? " vertex" : " vertices") +
+                " of open edges within " + percent_words(options.weld) + " of another @: welded.");
+  words.say("degenerate-triangles", r.degenerate,
+            many(r.degenerate.count, "triangle", "has no area", "have no area") + " @: left out.");
+  words.say(
+      "duplicate-triangles", r.duplicates,
+      many(r.duplicates.count, "triangle", "repeats another", "repeat another") + " @: left out.");
+  words.say("split-at-junctions", r.junctions,
+            counted(r.junctions.count, "open edge") + " on which others end @: cut there.");
+  words.say(
+      "turned-triangles", r.turned,
+      std::to_string(r.turned.count) + " of " + counted(given, "triangle") +
+          " faced against those beside them, or away from all views from outside @; they were "
+          "turned round. To be rid of this, let the program that made the mesh recalculate its "
+          "normals.");
+  words.say("faces-inwards", r.inward,
+            "Views from outside see backs of its faces almost alone @. If it is no room, turn its "
+            "faces round "
+            "(flip normals) in the modelling tool.");
+  words.say("filled-holes", r.holes,
+            many(r.holes.count, "hole", "of a few edges", "of a few edges") + ", below " +
+                percent_words(options.max_hole) + " around @: filled.");
+  words.say("dropped-floaters", r.floaters,
+            counted(r.floaters.count, "floater") + " below " + percent_words(options.floater) +
+                " across, of " + counted(floating, "triangle") + " @: left out.");
+  words.say("dropped-inner", r.inner,
+            counted(r.inner.count, "part") + " that no view from outside sees, of " +
+                counted(hidden, "triangle") + " @: left out.");
+}
+
+}  // namespace
+
+CleanReport clean_mesh(Mesh& mesh, const CleanOptions& options) {
+  const auto start = std::chrono::steady_clock::now();
+  validate(mesh);
+  check(options);
+  CleanReport report;
+  const std::uint64_t given = mesh.triangles.size();
+  std::uint64_t floating = 0, hidden = 0;
+  const double diagonal = diagonal_of(mesh);
+  const bool whole = !options.windings_alone;
+  // Each step that is to be done, one after the other; who waits may stop it between two.
+  const auto step = [](bool is, const auto& body) {
+    if (is) body();
+    ProgressGuard::poll();
+  };
+  step(whole && options.weld > 0,
+       [&] { report.welded = weld_near(mesh, options.weld * diagonal); });
+  step(whole, [&] { drop(mesh, find_useless(mesh, report)); });
+  step(whole && options.weld > 0,
+       [&] { report.junctions = cut_at_junctions(mesh, options.weld * diagonal); });
+  step(whole && options.floater > 0,
+       [&] { drop(mesh, find_fins(mesh, options.floater * diagonal, report.fins)); });
+  step(true, [&] { report.turned = turn_outward(mesh, options.windings_alone, report.inward); });
+  step(whole && options.max_hole > 0,
+       [&] { report.holes = fill_small_holes(mesh, options.max_hole * diagonal); });
+  step(whole && options.floater > 0,
+       [&] { floating = drop(mesh, find_floaters(mesh, options.floater, report.floaters)); });
+  step(whole && !options.keep_inner, [&] { hidden = drop(mesh, find_inner(mesh, report.inner)); });
+  put_in_words(mesh, options, report, given, floating, hidden);
+  report.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  return report;
+}
+
+}  // namespace kiln

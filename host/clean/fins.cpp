@@ -1,0 +1,64 @@
+// Fins: a few faces that hang on an edge which two others share.
+#include <algorithm>
+
+#include "clean/steps.h"
+#include "clean/triangle_list.h"
+#include "mesh/vertex_lists.h"
+#include "mesh/weld.h"
+#include "mesh/windings.h"
+
+namespace kiln {
+namespace {
+
+/// Of the area, what fins may be: more is there on purpose.
+constexpr double kMostFins = 0.1;
+
+}  // namespace
+
+std::vector<std::uint8_t> find_fins(const Mesh& mesh, double size, Cleaned& fins) {
+  const std::vector<Triangle> corners = welded_triangles(mesh);
+  std::vector<std::uint8_t> open(corners.size(), 0), hangs(corners.size(), 0), crowded(corners.size(), 0);
+  bool any = false;
+  SideLists(corners, mesh.positions.size())
+      .each_edge([&](std::uint32_t, std::span<const SideLists::Item> sides) {
+        if (sides.size() == 2) return;
+        any = any || sides.size() == 3;
+        std::vector<std::uint8_t>& of = sides.size() == 1 ? open : sides.size() == 3 ? hangs : crowded;
+        for (const SideLists::Item& side : sides) of[side.index / 3] = 1;
+      });
+  if (!any) return {};
+  const FacingParts parts(corners, mesh.positions.size());
+  struct Sums {
+    Box box;
+    double area = 0;
+    bool open = false, hangs = false, crowded = false;
+  };
+  std::vector<Sums> sums(parts.parts.size());
+  double whole = 0, area = 0;
+  for (std::size_t t = 0; t < corners.size(); ++t) {
+    Sums& of = sums[parts.of[t]];
+    for (const std::uint32_t v : corners[t]) of.box.add(point_of(mesh, v));
+    const double own = area_of(mesh, corners[t]);
+    of.area += own;
+    whole += own;
+    of.open = of.open || open[t] != 0;
+    of.hangs = of.hangs || hangs[t] != 0;
+    of.crowded = of.crowded || crowded[t] != 0;
+  }
+  const auto is_fin = [&](const Sums& of) {
+    return of.open && of.hangs && !of.crowded && of.box.diagonal() < size;
+  };
+  Cleaned found;
+  for (std::size_t p = 0; p < sums.size(); ++p) {
+    if (!is_fin(sums[p])) continue;
+    area += sums[p].area;
+    if (found.count++ == 0) found.example = mesh.positions[mesh.triangles[parts.parts[p].first][0]];
+  }
+  if (found.count == 0 || area > kMostFins * whole) return {};
+  fins = found;
+  std::vector<std::uint8_t> dropped(corners.size());
+  for (std::size_t t = 0; t < dropped.size(); ++t) dropped[t] = is_fin(sums[parts.of[t]]);
+  return dropped;
+}
+
+}  // namespace kiln

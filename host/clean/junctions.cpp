@@ -1,0 +1,97 @@
+// T-junctions: open edges on which others end.
+#include <algorithm>
+#include <limits>
+
+#include "clean/steps.h"
+#include "clean/triangle_list.h"
+#include "mesh/vertex_lists.h"
+#include "mesh/weld.h"
+
+namespace kiln {
+namespace {
+
+/// A piece of an edge's length that its parts may be at least, and rounds: a triangle is cut at one edge a round.
+constexpr double kLeastPiece = 0.02;
+constexpr int kRounds = 3;
+
+/// Open edges by both of their ends.
+class OpenEdges {
+ public:
+  OpenEdges(const Mesh& mesh, std::span<const Triangle> corners)
+      : mesh_(mesh),
+        corners_(corners),
+        sides_(open_sides(corners, mesh.positions.size())),
+        at_(
+            mesh.positions.size(), 2 * sides_.size(), [&](std::size_t i) { return end(i); },
+            [](std::size_t i) { return i; }) {}
+
+  const std::vector<std::uint32_t>& sides() const { return sides_; }
+
+  /// Vertices along a side, by open edges of others from its one end to the other; none where these do not lead there.
+  std::vector<OnEdge> along(std::uint32_t side, double distance) const {
+    const std::uint32_t a = end_of(side, 0), b = end_of(side, 1);
+    const Vec3d from = point_of(mesh_, a), way = point_of(mesh_, b) - from;
+    const double squared = dot(way, way);
+    const double off = std::min(distance, kLeastPiece * std::sqrt(squared));
+    std::vector<OnEdge> found;
+    std::uint32_t at = a;
+    for (double share = 0;;) {
+      OnEdge next{b, 2};
+      for (const VertexLists::Item& item : at_.of(at)) {
+        const std::uint32_t other = sides_[item.index / 2];
+        if (other / 3 == side / 3) continue;
+        const std::uint32_t v = end(item.index ^ 1U);
+        if (v == a || corners_[side / 3][0] == v || corners_[side / 3][1] == v ||
+            corners_[side / 3][2] == v) {
+          if (v != b) continue;
+        }
+        const Vec3d to = point_of(mesh_, v) - from;
+        const double s = v == b ? 1 : dot(to, way) / squared;
+        if (!(s >= share + kLeastPiece && s < next.share) || (v != b && s > 1 - kLeastPiece))
+          continue;
+        if (v == b || length(to - way * s) <= off) next = {v, s};
+      }
+      if (next.share > 1) return {};
+      if (next.vertex == b) return found;
+      found.push_back(next);
+      at = next.vertex;
+      share = next.share;
+    }
+  }
+
+ private:
+  std::uint32_t end_of(std::uint32_t side, std::uint32_t which) const {
+    return corners_[side / 3][(side + which) % 3];
+  }
+  std::uint32_t end(std::size_t i) const { return end_of(sides_[i / 2], i % 2); }
+
+  const Mesh& mesh_;
+  std::span<const Triangle> corners_;
+  std::vector<std::uint32_t> sides_;
+  VertexLists at_;
+};
+
+}  // namespace
+
+Cleaned cut_at_junctions(Mesh& mesh, double distance) {
+  Cleaned cut;
+  for (int round = 0; round < kRounds; ++round) {
+    const std::uint64_t before = cut.count;
+    const std::vector<Triangle> corners = welded_triangles(mesh);
+    const OpenEdges open(mesh, corners);
+    std::vector<std::uint8_t> done(corners.size(), 0);
+    for (const std::uint32_t side : open.sides()) {
+      const std::uint32_t t = side / 3;
+      if (done[t] != 0) continue;
+      const std::vector<OnEdge> points = open.along(side, distance);
+      if (points.empty()) continue;
+      done[t] = 1;
+      if (cut.count++ == 0) cut.example = mesh.positions[points[0].vertex];
+      cut_triangle(mesh, t, side % 3, points);
+    }
+    if (cut.count == before) break;
+  }
+  return cut;
+}
+
+}  // namespace kiln

@@ -1,0 +1,113 @@
+// Vertices that were meant to be one: of open edges, a rounding apart.
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <limits>
+
+#include "base/disjoint_sets.h"
+#include "clean/steps.h"
+#include "clean/triangle_list.h"
+#include "mesh/weld.h"
+
+namespace kiln {
+namespace {
+
+/// Of the shortest edge at a vertex, how far it may move.
+constexpr double kOfEdge = 0.25;
+/// Vertices of one cell that are looked at: in a crowd, edges are too short to weld anyway.
+constexpr int kMostInCell = 64;
+
+/// Vertices by cells of space, each cell a chain.
+class Cells {
+ public:
+  Cells(double size, std::size_t vertices, std::size_t entries)
+      : size_(size),
+        mask_(std::bit_ceil(2 * entries + 2) - 1),
+        head_(mask_ + 1, kEnd),
+        next_(vertices) {}
+
+  void add(std::uint32_t v, const Vec3d& p) {
+    std::uint32_t& head = head_[slot(cell(p.x), cell(p.y), cell(p.z))];
+    next_[v] = head;
+    head = v;
+  }
+  /// Calls body(vertex) for those in all cells within `reach`; some are of other cells.
+  template <typename Body>
+  void each_near(const Vec3d& p, double reach, const Body& body) const {
+    for (std::int64_t x = cell(p.x - reach); x <= cell(p.x + reach); ++x) {
+      for (std::int64_t y = cell(p.y - reach); y <= cell(p.y + reach); ++y) {
+        for (std::int64_t z = cell(p.z - reach); z <= cell(p.z + reach); ++z) {
+          int count = 0;
+          for (std::uint32_t v = head_[slot(x, y, z)]; v != kEnd && count < kMostInCell;
+               v = next_[v]) {
+            body(v);
+            ++count;
+          }
+        }
+      }
+    }
+  }
+
+ private:
+  static constexpr std::uint32_t kEnd = std::numeric_limits<std::uint32_t>::max();
+  std::int64_t cell(double x) const { return static_cast<std::int64_t>(std::floor(x / size_)); }
+  std::size_t slot(std::int64_t x, std::int64_t y, std::int64_t z) const {
+    std::uint64_t hash = static_cast<std::uint64_t>(x) * 0x9E3779B97F4A7C15u;
+    hash = (hash ^ (hash >> 29) ^ static_cast<std::uint64_t>(y)) * 0xBF58476D1CE4E5B9u;
+    hash = (hash ^ (hash >> 31) ^ static_cast<std::uint64_t>(z)) * 0x94D049BB133111EBu;
+    return static_cast<std::size_t>(hash >> 20) & mask_;
+  }
+
+  double size_;
+  std::size_t mask_;
+  std::vector<std::uint32_t> head_, next_;
+};
+
+}  // namespace
+
+Cleaned weld_near(Mesh& mesh, double distance) {
+  Cleaned welded;
+  const std::vector<std::uint32_t> first = weld_vertices(mesh.positions);
+  std::vector<Triangle> corners = mesh.triangles;
+  for (Triangle& t : corners) {
+    for (std::uint32_t& v : t) v = first[v];
+  }
+  const std::size_t vertices = mesh.positions.size();
+  std::vector<std::uint8_t> open(vertices, 0);
+  for (const std::uint32_t side : open_sides(corners, vertices)) {
+    const Triangle& t = corners[side / 3];
+    open[t[side % 3]] = open[t[(side + 1) % 3]] = 1;
+  }
+  std::vector<double> reach(vertices, std::numeric_limits<double>::infinity());
+  for (const Triangle& t : corners) {
+    for (std::size_t k = 0; k < 3; ++k) {
+      const std::uint32_t a = t[k], b = t[(k + 1) % 3];
+      if ((open[a] | open[b]) == 0 || a == b) continue;
+      const double edge = kOfEdge * length(point_of(mesh, a) - point_of(mesh, b));
+      reach[a] = std::min(reach[a], edge);
+      reach[b] = std::min(reach[b], edge);
+    }
+  }
+  const auto entries = static_cast<std::size_t>(std::count(open.begin(), open.end(), 1));
+  if (entries == 0) return welded;
+  Cells cells(4 * distance, vertices, entries);
+  DisjointSets sets(vertices);
+  for (std::uint32_t v = 0; v < vertices; ++v) {
+    if (open[v] == 0 || !is_finite(mesh.positions[v])) continue;
+    const Vec3d p = point_of(mesh, v);
+    const double own = std::min(distance, reach[v]);
+    cells.each_near(p, own, [&](std::uint32_t u) {
+      if (length(point_of(mesh, u) - p) <= std::min(own, reach[u])) sets.join(u, v);
+    });
+    cells.add(v, p);
+  }
+  for (std::uint32_t v = 0; v < vertices; ++v) {
+    const std::uint32_t to = sets.find(first[v]);
+    if (to == first[v]) continue;
+    if (welded.count++ == 0) welded.example = mesh.positions[v];
+    mesh.positions[v] = mesh.positions[to];
+  }
+  return welded;
+}
+
+}  // namespace kiln

@@ -1,0 +1,33 @@
+// What views from all around see of a mesh: pictures of triangles, drawn on the host.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "kiln/mesh.h"
+
+namespace kiln {
+
+/// Pixels of a group of triangles, of all views together.
+struct SeenPixels {
+  std::uint32_t drawn = 0;  ///< That it covers, seen or not
+  std::uint32_t front = 0;  ///< That show a front of it
+  std::uint32_t back = 0;   ///< That show a back of it
+};
+
+/// How views are taken.
+struct OutsideViews {
+  std::uint32_t count = 32;    ///< Directions, spread evenly
+  std::uint32_t pixels = 512;  ///< A side of a picture
+  bool backs = true;           ///< Backs are drawn, too; else one looks through them
+};
+
+/// Draws orthographic views of a mesh, and counts what they show. Where a back and a front lie in one place, the front
+/// is seen. Pixels are points at their centres.
+/// \param group   of a triangle
+/// \param groups  how many
+std::vector<SeenPixels> look_from_outside(const Mesh& mesh, std::span<const std::uint32_t> group,
+                                          std::size_t groups, const OutsideViews& views);
+
+}  // namespace kiln

@@ -1,0 +1,88 @@
+// Windings by what views from outside see.
+#include <algorithm>
+#include <array>
+
+#include "clean/outside_views.h"
+#include "clean/steps.h"
+#include "clean/triangle_list.h"
+#include "mesh/weld.h"
+#include "mesh/windings.h"
+
+namespace kiln {
+namespace {
+
+/// Pixels that tell of a part. Of these, how many times as many must show one side as the other: of a part that disagrees,
+/// and of one that agrees.
+constexpr std::uint64_t kEnough = 16, kMore = 2, kFarMore = 8;
+/// Of all that is seen, backs are so many times as much: the mesh is meant to be seen from inside.
+constexpr std::uint64_t kInward = 3;
+
+/// True if views could find a part that faces the wrong way.
+bool may_face_wrongly(const Mesh& mesh, const FacingParts& parts) {
+  if (std::any_of(parts.parts.begin(), parts.parts.end(),
+                  [](const auto& part) { return !part.agrees; })) {
+    return true;
+  }
+  if (parts.parts.size() < 2) return false;
+  std::vector<double> volume(parts.parts.size(), 0);
+  for (std::size_t t = 0; t < parts.of.size(); ++t) {
+    const FacingParts::Part& part = parts.parts[parts.of[t]];
+    if (!part.closed) return true;
+    const Triangle& v = mesh.triangles[t];
+    const Vec3d middle = point_of(mesh, mesh.triangles[part.first][0]);
+    volume[parts.of[t]] += dot(point_of(mesh, v[0]) - middle,
+                               cross(point_of(mesh, v[1]) - middle, point_of(mesh, v[2]) - middle));
+  }
+  return std::any_of(volume.begin(), volume.end(), [](double of) { return of < 0; });
+}
+
+}  // namespace
+
+Cleaned turn_outward(Mesh& mesh, bool open_alone, Cleaned& inward) {
+  const std::vector<Triangle> corners = welded_triangles(mesh);
+  const FacingParts parts(corners, mesh.positions.size());
+  if (!may_face_wrongly(mesh, parts)) return {};
+  std::vector<std::uint32_t> group(corners.size());
+  for (std::size_t t = 0; t < group.size(); ++t) group[t] = 2 * parts.of[t] + parts.side[t];
+  const std::vector<SeenPixels> seen = look_from_outside(mesh, group, 2 * parts.parts.size(), {});
+  std::uint64_t fronts = 0, backs = 0;
+  for (const SeenPixels& of : seen) {
+    fronts += of.front;
+    backs += of.back;
+  }
+  const bool is_inward = backs > kInward * fronts;
+  if (is_inward) inward = {1, mesh.positions[mesh.triangles[0][0]]};
+  const std::vector<std::uint8_t> less = wrong_sides(mesh, parts);
+  std::vector<std::array<std::uint32_t, 2>> counts(parts.parts.size());
+  for (std::size_t t = 0; t < group.size(); ++t) ++counts[parts.of[t]][parts.side[t]];
+  enum : std::uint8_t { kNoSide = 2, kBoth = 3 };
+  std::vector<std::uint8_t> wrong(parts.parts.size(), kNoSide);
+  for (std::size_t p = 0; p < wrong.size(); ++p) {
+    const FacingParts::Part& part = parts.parts[p];
+    if (part.one_sided) continue;
+    // As the first triangle faces.
+    const std::uint64_t front = std::uint64_t{seen[2 * p].front} + seen[2 * p + 1].back;
+    const std::uint64_t back = std::uint64_t{seen[2 * p].back} + seen[2 * p + 1].front;
+    const bool tells = !is_inward && front + back >= kEnough;
+    if (!part.agrees) {
+      const bool clear = tells && std::max(front, back) > kMore * std::min(front, back);
+      // A large triangle may outweigh all others by its area: with windings alone, number decides, too.
+      const bool few = 2 * counts[p][less[p]] < part.triangles;
+      wrong[p] = clear                ? (front > back ? 1 : 0)
+                 : few || !open_alone ? less[p]
+                                      : std::uint8_t{kNoSide};
+    } else if (tells && back > kFarMore * front && !(open_alone && part.closed)) {
+      wrong[p] = kBoth;
+    }
+  }
+  std::vector<std::uint8_t> turned(corners.size());
+  for (std::size_t t = 0; t < turned.size(); ++t) {
+    const std::uint8_t side = wrong[parts.of[t]];
+    turned[t] = side == kBoth || side == parts.side[t];
+  }
+  const TurnedTriangles result = turn_triangles(mesh, turned);
+  if (result.count == 0) return {};
+  return {result.count, mesh.positions[mesh.triangles[result.first][0]]};
+}
+
+}  // namespace kiln

@@ -1,0 +1,149 @@
+// Holes no larger than a few faces, in a surface that goes on across them.
+#include <algorithm>
+#include <limits>
+
+#include "clean/steps.h"
+#include "clean/triangle_list.h"
+#include "mesh/vertex_lists.h"
+#include "mesh/weld.h"
+
+namespace kiln {
+namespace {
+
+constexpr std::size_t kMostEdges = 12;
+/// Cosine between the hole and each face around it: a tube's end and a sheet's rim are no holes.
+constexpr double kGoesOn = 0.5;
+/// Of the mesh's area, what all holes may have: a sieve is one on purpose.
+constexpr double kSieve = 0.15;
+
+Vec3d normal_of(const Vec3d& a, const Vec3d& b, const Vec3d& c) { return cross(b - a, c - a); }
+
+/// A corner of a hole: of the triangle whose open side starts there.
+struct RimCorner {
+  CornerOf corner;
+  Vec3d point;
+};
+
+/// A rim, the way round that its fill has.
+using Rim = std::vector<RimCorner>;
+using Fill = std::vector<std::array<CornerOf, 3>>;
+
+/// Cuts ears, the one with the shortest new edge first. \returns false where none can be cut
+bool cut_ears(Rim rim, const Vec3d& normal, Fill& fill) {
+  while (rim.size() > 3) {
+    std::size_t best = rim.size();
+    double shortest = std::numeric_limits<double>::infinity();
+    for (std::size_t i = 0; i < rim.size(); ++i) {
+      const Vec3d &a = rim[(i + rim.size() - 1) % rim.size()].point, &b = rim[i].point,
+                  &c = rim[(i + 1) % rim.size()].point;
+      const double size = length(c - a);
+      if (size < shortest && dot(normal_of(a, b, c), normal) > 0) {
+        shortest = size;
+        best = i;
+      }
+    }
+    if (best == rim.size()) return false;
+    fill.push_back({rim[(best + rim.size() - 1) % rim.size()].corner, rim[best].corner,
+                    rim[(best + 1) % rim.size()].corner});
+    rim.erase(rim.begin() + static_cast<std::ptrdiff_t>(best));
+  }
+  if (!(dot(normal_of(rim[0].point, rim[1].point, rim[2].point), normal) > 0)) return false;
+  fill.push_back({rim[0].corner, rim[1].corner, rim[2].corner});
+  return true;
+}
+
+/// Open sides by the vertex where they start.
+class OpenSides {
+ public:
+  OpenSides(const Mesh& mesh, std::span<const Triangle> corners)
+      : corners_(corners),
+        sides_(open_sides(corners, mesh.positions.size())),
+        at_(
+            mesh.positions.size(), sides_.size(), [&](std::size_t i) { return start(sides_[i]); },
+            [&](std::size_t i) { return sides_[i]; }) {}
+
+  std::uint32_t start(std::uint32_t side) const { return corners_[side / 3][side % 3]; }
+  std::uint32_t end(std::uint32_t side) const { return corners_[side / 3][(side + 1) % 3]; }
+  const std::vector<std::uint32_t>& all() const { return sides_; }
+
+  /// The rim of fewest edges that a side is of; empty: it has too many. Rims may touch at vertices.
+  std::vector<std::uint32_t> rim(std::uint32_t first) const {
+    struct Step {
+      std::uint32_t side;
+      std::size_t before, length;
+    };
+    std::vector<Step> steps{{first, 0, 1}};
+    for (std::size_t i = 0; i < steps.size() && steps.size() < kMostSteps; ++i) {
+      const Step step = steps[i];
+      if (end(step.side) == start(first)) {
+        std::vector<std::uint32_t> rim(step.length);
+        for (std::size_t k = step.length, at = i; k-- > 0; at = steps[at].before)
+          rim[k] = steps[at].side;
+        return rim;
+      }
+      if (step.length == kMostEdges) continue;
+      for (const VertexLists::Item& item : at_.of(end(step.side))) {
+        steps.push_back({sides_[item.index], i, step.length + 1});
+      }
+    }
+    return {};
+  }
+
+ private:
+  static constexpr std::size_t kMostSteps = 64;
+  std::span<const Triangle> corners_;
+  std::vector<std::uint32_t> sides_;
+  VertexLists at_;
+};
+
+}  // namespace
+
+Cleaned fill_small_holes(Mesh& mesh, double perimeter) {
+  const std::vector<Triangle> corners = welded_triangles(mesh);
+  const OpenSides open(mesh, corners);
+  const auto face = [&](std::uint32_t t) {
+    const Triangle& v = corners[t];
+    return normal_of(point_of(mesh, v[0]), point_of(mesh, v[1]), point_of(mesh, v[2]));
+  };
+  Cleaned filled;
+  Fill fills;
+  double area = 0;
+  std::vector<std::uint8_t> known(3 * corners.size(), 0);  // sides
+  for (const std::uint32_t first : open.all()) {
+    if (known[first] != 0) continue;
+    const std::vector<std::uint32_t> sides = open.rim(first);
+    if (sides.size() < 3) continue;
+    double around = 0;
+    Rim rim;
+    for (auto side = sides.rbegin(); side != sides.rend(); ++side) {
+      const Vec3d from = point_of(mesh, open.start(*side));
+      around += length(point_of(mesh, open.end(*side)) - from);
+      rim.push_back({{*side / 3, *side % 3}, from});
+    }
+    const bool taken = std::any_of(sides.begin(), sides.end(),
+                                   [&](std::uint32_t side) { return known[side] != 0; });
+    if (taken || around > perimeter) continue;
+    for (const std::uint32_t side : sides) known[side] = 1;
+    Vec3d normal;
+    for (std::size_t i = 2; i < rim.size(); ++i) {
+      normal += normal_of(rim[0].point, rim[i - 1].point, rim[i].point);
+    }
+    const double size = length(normal);
+    const bool goes_on = std::all_of(sides.begin(), sides.end(), [&](std::uint32_t side) {
+      const Vec3d beside = face(side / 3);
+      return dot(beside, normal) > kGoesOn * length(beside) * size;
+    });
+    Fill fill;
+    if (!goes_on || !cut_ears(rim, normal, fill)) continue;
+    if (filled.count++ == 0) filled.example = to_float(rim[0].point);
+    fills.insert(fills.end(), fill.begin(), fill.end());
+    area += size;
+  }
+  double whole = 0;
+  for (std::uint32_t t = 0; t < corners.size() && !fills.empty(); ++t) whole += length(face(t));
+  if (area > kSieve * whole) return {};
+  for (const auto& triangle : fills) add_triangle(mesh, triangle);
+  return filled;
+}
+
+}  // namespace kiln

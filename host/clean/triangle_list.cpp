@@ -1,0 +1,128 @@
+#include "clean/triangle_list.h"
+
+#include <limits>
+
+#include "mesh/vertex_lists.h"
+
+namespace kiln {
+namespace {
+
+/// Keeps items of a list that has `size` of them a triangle.
+template <typename T>
+void keep_of(std::vector<T>& list, std::size_t size, std::span<const std::uint8_t> dropped) {
+  if (list.empty()) return;
+  std::size_t kept = 0;
+  for (std::size_t t = 0; t < dropped.size(); ++t) {
+    if (dropped[t] != 0) continue;
+    for (std::size_t k = 0; k < size; ++k) list[kept++] = list[size * t + k];
+  }
+  list.resize(kept);
+}
+
+/// Numbers polygons anew, from 0 on.
+void renumber(std::vector<std::uint32_t>& polygons) {
+  std::uint32_t next = 0, last = polygons.empty() ? 0 : polygons[0];
+  for (std::uint32_t& polygon : polygons) {
+    if (polygon != last) ++next;
+    last = polygon;
+    polygon = next;
+  }
+}
+
+void add_copy(std::vector<std::uint32_t>& list, std::uint32_t of) {
+  if (!list.empty()) list.push_back(list[of]);
+}
+
+}  // namespace
+
+void drop_triangles(Mesh& mesh, std::span<const std::uint8_t> dropped) {
+  keep_of(mesh.triangles, 1, dropped);
+  keep_of(mesh.uv_triangles, 1, dropped);
+  keep_of(mesh.normal_triangles, 1, dropped);
+  keep_of(mesh.tangents, 3, dropped);
+  for (std::vector<std::uint32_t>* list :
+       {&mesh.groups, &mesh.objects, &mesh.materials, &mesh.polygons}) {
+    keep_of(*list, 1, dropped);
+  }
+  renumber(mesh.polygons);
+  constexpr std::uint32_t kUnused = std::numeric_limits<std::uint32_t>::max();
+  std::vector<std::uint32_t> number(mesh.positions.size(), kUnused);
+  for (const Triangle& t : mesh.triangles) {
+    for (const std::uint32_t v : t) number[v] = 0;
+  }
+  std::uint32_t next = 0;
+  for (std::size_t v = 0; v < number.size(); ++v) {
+    if (number[v] == kUnused) continue;
+    mesh.positions[next] = mesh.positions[v];
+    if (!mesh.colors.empty()) mesh.colors[next] = mesh.colors[v];
+    number[v] = next++;
+  }
+  mesh.positions.resize(next);
+  if (!mesh.colors.empty()) mesh.colors.resize(next);
+  for (Triangle& t : mesh.triangles) {
+    for (std::uint32_t& v : t) v = number[v];
+  }
+}
+
+void add_triangle(Mesh& mesh, const std::array<CornerOf, 3>& corners) {
+  for (std::vector<Triangle>* list :
+       {&mesh.triangles, &mesh.uv_triangles, &mesh.normal_triangles}) {
+    if (list->empty()) continue;
+    Triangle t;
+    for (std::size_t k = 0; k < 3; ++k) t[k] = (*list)[corners[k].triangle][corners[k].k];
+    list->push_back(t);
+  }
+  if (!mesh.tangents.empty()) {
+    for (const CornerOf& corner : corners) {
+      mesh.tangents.push_back(Tangent(mesh.tangents[3 * corner.triangle + corner.k]));
+    }
+  }
+  const std::uint32_t first = corners[0].triangle;
+  for (std::vector<std::uint32_t>* list : {&mesh.groups, &mesh.objects, &mesh.materials}) {
+    add_copy(*list, first);
+  }
+  if (!mesh.polygons.empty()) mesh.polygons.push_back(mesh.polygons.back() + 1);
+}
+
+void cut_triangle(Mesh& mesh, std::uint32_t t, std::uint32_t k, std::span<const OnEdge> points) {
+  double done = 0;
+  for (const OnEdge& point : points) {
+    const std::uint32_t b = (k + 1) % 3, c = (k + 2) % 3;
+    const auto rest = static_cast<std::uint32_t>(mesh.triangles.size());
+    add_triangle(mesh, {CornerOf{t, k}, CornerOf{t, b}, CornerOf{t, c}});
+    // Both pieces have the point: in place of b, and of the corner k.
+    mesh.triangles[t][b] = mesh.triangles[rest][0] = point.vertex;
+    const double share = (point.share - done) / (1 - done);
+    if (!mesh.uv_triangles.empty()) {
+      const auto w = static_cast<float>(share);
+      const Triangle& uvs = mesh.uv_triangles[rest];
+      const Vec2 p = mesh.uvs[uvs[0]], q = mesh.uvs[uvs[1]];
+      mesh.uv_triangles[t][b] = mesh.uv_triangles[rest][0] =
+          static_cast<std::uint32_t>(mesh.uvs.size());
+      mesh.uvs.push_back({p.x + w * (q.x - p.x), p.y + w * (q.y - p.y)});
+    }
+    if (!mesh.normal_triangles.empty()) {
+      const Triangle& normals = mesh.normal_triangles[rest];
+      const Vec3d p(mesh.normals[normals[0]]), q(mesh.normals[normals[1]]);
+      const Vec3d n = p + (q - p) * share;
+      const double size = length(n);
+      mesh.normal_triangles[t][b] = mesh.normal_triangles[rest][0] =
+          static_cast<std::uint32_t>(mesh.normals.size());
+      mesh.normals.push_back(to_float(size > 0 ? n * (1 / size) : Vec3d{}));
+    }
+    t = rest;
+    k = 0;
+    done = point.share;
+  }
+}
+
+std::vector<std::uint32_t> open_sides(std::span<const Triangle> corners, std::size_t vertices) {
+  std::vector<std::uint32_t> open;
+  SideLists(corners, vertices)
+      .each_edge([&](std::uint32_t v, std::span<const SideLists::Item> sides) {
+        if (sides.size() == 1 && SideLists::higher(sides[0]) != v) open.push_back(sides[0].index);
+      });
+  return open;
+}
+
+}  // namespace kiln

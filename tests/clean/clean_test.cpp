@@ -1,0 +1,311 @@
+// Repairs of meshes as generators and scanners leave them.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <map>
+#include <random>
+#include <utility>
+#include <vector>
+
+#include "clean/triangle_list.h"
+#include "kiln/kiln.h"
+#include "mesh/weld.h"
+#include "support/shapes.h"
+
+namespace kiln {
+namespace {
+
+void move(Mesh& mesh, const Vec3& by) {
+  for (Vec3& p : mesh.positions) p = {p.x + by.x, p.y + by.y, p.z + by.z};
+}
+
+void turn(Mesh& mesh, std::size_t t) {
+  for (std::vector<Triangle>* corners :
+       {&mesh.triangles, &mesh.uv_triangles, &mesh.normal_triangles}) {
+    if (!corners->empty()) std::swap((*corners)[t][1], (*corners)[t][2]);
+  }
+}
+Mesh turned(Mesh mesh) {
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) turn(mesh, t);
+  return mesh;
+}
+
+Mesh join(std::vector<Mesh> meshes) { return join_meshes(meshes); }
+
+std::size_t open_edges(const Mesh& mesh) {
+  return open_sides(welded_triangles(mesh), mesh.positions.size()).size();
+}
+
+/// Three vertices a triangle, each moved by up to so much along each axis.
+Mesh soup(const Mesh& mesh, double noise) {
+  std::mt19937 random(5);
+  std::uniform_real_distribution<double> off(-noise, noise);
+  Mesh result = mesh;
+  result.positions.clear();
+  result.colors.clear();
+  for (Triangle& t : result.triangles) {
+    for (std::uint32_t& v : t) {
+      const Vec3 p = mesh.positions[v];
+      v = static_cast<std::uint32_t>(result.positions.size());
+      const double x = p.x + off(random), y = p.y + off(random), z = p.z + off(random);
+      result.positions.push_back(
+          {static_cast<float>(x), static_cast<float>(y), static_cast<float>(z)});
+    }
+  }
+  return result;
+}
+
+Mesh without(const Mesh& mesh, const std::vector<std::size_t>& triangles) {
+  std::vector<std::uint8_t> dropped(mesh.triangles.size(), 0);
+  for (const std::size_t t : triangles) dropped[t] = 1;
+  Mesh result = mesh;
+  drop_triangles(result, dropped);
+  return result;
+}
+
+void expect_same(const Mesh& a, const Mesh& b) {
+  EXPECT_EQ(a.positions, b.positions);
+  EXPECT_EQ(a.triangles, b.triangles);
+  EXPECT_EQ(a.uvs, b.uvs);
+  EXPECT_EQ(a.uv_triangles, b.uv_triangles);
+  EXPECT_EQ(a.normals, b.normals);
+  EXPECT_EQ(a.normal_triangles, b.normal_triangles);
+  EXPECT_EQ(a.groups, b.groups);
+  EXPECT_EQ(a.polygons, b.polygons);
+}
+
+TEST(Clean, SoundMeshesStayToTheBit) {
+  Mesh beside = test::icosphere(3);
+  move(beside, {2.5F, 0, 0});
+  Mesh two_sides = test::plane(6, 6);
+  const std::vector<Mesh> sound = {test::tetrahedron(),
+                                   test::cube(),
+                                   test::plane(9, 5),
+                                   test::icosphere(4),
+                                   test::uv_sphere(24, 12),
+                                   test::torus(40, 20),
+                                   join({test::icosphere(3), beside}),
+                                   join({two_sides, turned(two_sides)}),
+                                   turned(test::icosphere(3))};
+  for (const Mesh& mesh : sound) {
+    Mesh cleaned = mesh;
+    const CleanReport report = clean_mesh(cleaned);
+    expect_same(mesh, cleaned);
+    EXPECT_TRUE(report.warnings.empty());
+  }
+}
+
+TEST(Clean, NoiseOfRoundingIsWelded) {
+  const Mesh sphere = test::icosphere(5);  // Edges of about 0.03, a diagonal of 3.5.
+  Mesh mesh = soup(sphere, 3e-7);
+  EXPECT_EQ(open_edges(mesh), 3 * sphere.triangles.size());
+  const CleanReport report = clean_mesh(mesh);
+  EXPECT_EQ(open_edges(mesh), 0U);
+  EXPECT_EQ(mesh.triangles.size(), sphere.triangles.size());
+  // All but one vertex of each place, but for those that rounding left in place.
+  EXPECT_GT(report.welded.count, 3 * sphere.triangles.size() / 2);
+  ASSERT_EQ(report.warnings.size(), 1U);
+  EXPECT_EQ(report.warnings[0].code, "welded-vertices");
+  EXPECT_EQ(report.warnings[0].count, report.welded.count);
+}
+
+TEST(Clean, SeamsKeepBothOfTheirUVs) {
+  const Mesh sphere = test::uv_sphere(32, 16);
+  Mesh mesh = soup(sphere, 3e-7);
+  clean_mesh(mesh);
+  EXPECT_EQ(open_edges(mesh), 0U);
+  EXPECT_EQ(mesh.uvs, sphere.uvs);
+  EXPECT_EQ(mesh.uv_triangles, sphere.uv_triangles);
+}
+
+TEST(Clean, FineDetailIsNotWelded) {
+  // A strip of edges below the tolerance: a quarter of them is the most that a vertex may move.
+  Mesh strip = test::plane(1000, 1, 1, 1e-6);
+  const Mesh before = strip;
+  EXPECT_EQ(clean_mesh(strip).welded.count, 0U);
+  expect_same(before, strip);
+}
+
+TEST(Clean, RepeatedAndFlatTrianglesAreLeftOut) {
+  const Mesh sphere = test::icosphere(3);
+  Mesh mesh = sphere;
+  for (std::size_t t = 100; t < 140; ++t) {
+    const Triangle& v = sphere.triangles[t];
+    mesh.triangles.push_back({v[1], v[2], v[0]});
+  }
+  mesh.triangles.push_back({7, 7, 9});
+  for (auto* list : {&mesh.uv_triangles, &mesh.normal_triangles}) {
+    if (!list->empty()) list->resize(mesh.triangles.size(), {0, 0, 0});
+  }
+  const CleanReport report = clean_mesh(mesh);
+  EXPECT_EQ(report.duplicates.count, 40U);
+  EXPECT_EQ(report.degenerate.count, 1U);
+  EXPECT_EQ(mesh.triangles, sphere.triangles);
+}
+
+TEST(Clean, PatchesFaceWhereTheyAreSeen) {
+  const Mesh right = test::icosphere(4);
+  // Most of the sphere is flipped, so that a majority would turn the rest. (All but one patch in three.)
+  for (const double share : {0.1, 0.45, 0.6}) {
+    Mesh mesh = right;
+    std::size_t flipped = 0;
+    for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+      const Vec3& p = mesh.positions[mesh.triangles[t][0]];
+      if (p.z > 2 * share - 1) continue;
+      turn(mesh, t);
+      ++flipped;
+    }
+    const CleanReport report = clean_mesh(mesh);
+    EXPECT_EQ(report.turned.count, flipped);
+    EXPECT_EQ(mesh.triangles, right.triangles);
+  }
+}
+
+TEST(Clean, ATornPatchIsTurnedByViewsAlone) {
+  // A cap that shares no vertex with the rest, and lies a little out of place.
+  const Mesh sphere = test::icosphere(4);
+  std::vector<std::size_t> cap, rest;
+  for (std::size_t t = 0; t < sphere.triangles.size(); ++t) {
+    (sphere.positions[sphere.triangles[t][0]].z > 0.8F ? cap : rest).push_back(t);
+  }
+  Mesh patch = without(sphere, rest);
+  move(patch, {0, 0, 0.003F});
+  for (const bool alone : {false, true}) {
+    Mesh mesh = join({without(sphere, cap), turned(patch)});
+    const CleanReport report = clean_mesh(mesh, {.windings_alone = alone});
+    EXPECT_EQ(report.turned.count, cap.size());
+    EXPECT_EQ(mesh.triangles, join({without(sphere, cap), patch}).triangles);
+  }
+}
+
+TEST(Clean, ARoomFacesInwards) {
+  Mesh room = turned(test::icosphere(4));
+  Mesh chair = test::icosphere(1, 0.3);
+  move(chair, {0.1F, 0.1F, 0});
+  Mesh mesh = join({room, chair});
+  const Mesh before = mesh;
+  turn(mesh, 5);
+  const CleanReport report = clean_mesh(mesh);
+  EXPECT_EQ(report.turned.count, 1U);
+  EXPECT_EQ(report.inward.count, 1U);
+  EXPECT_EQ(report.inner.count, 0U);  // Views look through the backs of walls.
+  expect_same(before, mesh);
+}
+
+TEST(Clean, OpenSheetsSeenFromBothSidesStay) {
+  Mesh other = test::plane(8, 8);
+  move(other, {0, 0, 3});
+  Mesh mesh = join({test::plane(8, 8), turned(other)});
+  const Mesh before = mesh;
+  EXPECT_EQ(clean_mesh(mesh).turned.count, 0U);
+  expect_same(before, mesh);
+}
+
+TEST(Clean, InnerShellsAreDroppedUnlessTheyAreKept) {
+  const Mesh outer = test::icosphere(4);
+  const Mesh inner = test::icosphere(3, 0.7);
+  for (const Mesh& shell : {inner, turned(inner)}) {
+    Mesh mesh = join({outer, shell});
+    Mesh kept = mesh;
+    const CleanReport report = clean_mesh(mesh);
+    EXPECT_EQ(report.inner.count, 1U);
+    EXPECT_EQ(mesh.triangles, outer.triangles);
+    EXPECT_EQ(mesh.positions, outer.positions);
+    const CleanReport all = clean_mesh(kept, {.keep_inner = true});
+    EXPECT_EQ(all.inner.count, 0U);
+    EXPECT_EQ(kept.triangles.size(), outer.triangles.size() + shell.triangles.size());
+  }
+}
+
+TEST(Clean, WhatShowsThroughAnOpeningStays) {
+  const Mesh sphere = test::icosphere(4);
+  std::vector<std::size_t> cap;
+  for (std::size_t t = 0; t < sphere.triangles.size(); ++t) {
+    if (sphere.positions[sphere.triangles[t][0]].z > 0.9F) cap.push_back(t);
+  }
+  Mesh mesh = join({without(sphere, cap), test::icosphere(3, 0.5)});
+  const Mesh before = mesh;
+  clean_mesh(mesh);
+  expect_same(before, mesh);
+}
+
+TEST(Clean, FloatersGoAndSmallPartsOfTheBodyStay) {
+  const Mesh body = test::icosphere(4);  // A diagonal of 3.46
+  Mesh floater = test::icosphere(1, 0.005), rivet = floater, stray = test::icosphere(1, 0.3);
+  move(floater, {1.5F, 0, 0});
+  move(rivet, {0, 1, 0});
+  move(stray,
+       {900, 0,
+        0});  // Far away, and larger than the floater: it stays, and nothing else goes for it.
+  Mesh mesh = join({body, rivet, floater, stray});
+  const CleanReport report = clean_mesh(mesh);
+  EXPECT_EQ(report.floaters.count, 1U);
+  EXPECT_EQ(mesh.triangles.size(),
+            body.triangles.size() + rivet.triangles.size() + stray.triangles.size());
+}
+
+TEST(Clean, PinholesAreFilledAndOpeningsAreNot) {
+  const Mesh sphere = test::icosphere(5);
+  std::vector<std::size_t> holes;  // Of one face each, some of which touch.
+  for (std::size_t t = 0; t < sphere.triangles.size(); t += 40) holes.push_back(t);
+  Mesh mesh = without(sphere, holes);
+  EXPECT_GT(open_edges(mesh), 2 * holes.size());
+  const CleanReport report = clean_mesh(mesh, {.max_hole = 0.1});
+  EXPECT_EQ(open_edges(mesh), 0U);
+  EXPECT_EQ(mesh.triangles.size(), sphere.triangles.size());
+  EXPECT_GT(report.holes.count, holes.size() * 9 / 10);  // Two side by side are one.
+  EXPECT_LE(report.holes.count, holes.size());
+  EXPECT_EQ(report.turned.count, 0U);
+
+  // A tube of 8 sides whose ends are small.
+  const Mesh ring = test::torus(64, 8, 1, 0.01);
+  std::vector<std::size_t> cut;
+  for (std::size_t t = 0; t < ring.triangles.size(); ++t) {
+    const Vec3& p = ring.positions[ring.triangles[t][0]];
+    if (p.x > 0 && std::abs(p.z) < 0.2F) cut.push_back(t);
+  }
+  Mesh tube = without(ring, cut);
+  const Mesh before = tube;
+  EXPECT_GE(open_edges(tube), 16U);
+  clean_mesh(tube, {.max_hole = 0.1});
+  expect_same(before, tube);
+}
+
+TEST(Clean, OpenEdgesAreCutWhereOthersEnd) {
+  // Two sheets side by side, of which one has twice as many vertices at the edge between them.
+  Mesh left = test::plane(4, 4), right = test::plane(4, 8);
+  float most = -1e9F, least = 1e9F;
+  for (const Vec3& p : left.positions) {
+    most = std::max(most, p.x);
+    least = std::min(least, p.x);
+  }
+  move(right, {most - least, 0, 0});
+  Mesh mesh = join({left, right});
+  const std::size_t before = open_edges(mesh);
+  const CleanReport report = clean_mesh(mesh);
+  EXPECT_EQ(report.junctions.count, 4U);
+  EXPECT_EQ(mesh.triangles.size(), left.triangles.size() + right.triangles.size() + 4);
+  EXPECT_EQ(open_edges(mesh), before - 4 - 8);
+  validate(mesh);
+  // A cut changes neither the surface nor its UVs: areas are the same.
+  const auto area = [](const Mesh& m) {
+    double sum = 0;
+    for (const Triangle& t : m.triangles) {
+      const Vec3d a = point_of(m, t[0]);
+      sum += 0.5 * length(cross(point_of(m, t[1]) - a, point_of(m, t[2]) - a));
+    }
+    return sum;
+  };
+  EXPECT_NEAR(area(mesh), area(left) + area(right), 1e-6);
+}
+
+TEST(Clean, OptionsOutOfRangeAreRefused) {
+  Mesh mesh = test::icosphere(1);
+  EXPECT_THROW(clean_mesh(mesh, {.weld = 0.5}), Error);
+  EXPECT_THROW(clean_mesh(mesh, {.floater = -1}), Error);
+}
+
+}  // namespace
+}  // namespace kiln

@@ -1,0 +1,314 @@
+#!/usr/bin/env python3
+"""Meshes as generators and scanners leave them, by formula, for `kiln simplify` and `kiln bake`.
+
+broken_meshes.py DIR          writes one PLY a class
+broken_meshes.py DIR --table KILN [--faces N]
+                              also simplifies each, without and with --clean, and prints what became of it
+"""
+import argparse
+import array
+import json
+import math
+import os
+import random
+import resource
+import struct
+import subprocess
+import sys
+
+
+def bump(x, y, z):
+    """A radius around 1 with waves of several lengths."""
+    return (1 + 0.03 * math.sin(9 * x + 4 * y) + 0.015 * math.sin(23 * y + 11 * z)
+            + 0.006 * math.sin(51 * z + 37 * x))
+
+
+class Mesh:
+    def __init__(self):
+        self.points, self.faces = [], []
+
+    def add(self, points, faces):
+        first = len(self.points)
+        self.points += points
+        self.faces += [(a + first, b + first, c + first) for a, b, c in faces]
+        return self
+
+    def join(self, other):
+        return self.add(other.points, other.faces)
+
+    def moved(self, by, scale=1.0):
+        mesh = Mesh()
+        mesh.points = [tuple(scale * p + o for p, o in zip(point, by)) for point in self.points]
+        mesh.faces = list(self.faces)
+        return mesh
+
+    def turned(self):
+        mesh = Mesh()
+        mesh.points, mesh.faces = list(self.points), [(a, c, b) for a, b, c in self.faces]
+        return mesh
+
+    def loose(self, noise, random_):
+        """Each face with corners of its own, each off by up to `noise`."""
+        mesh = Mesh()
+        for face in self.faces:
+            first = len(mesh.points)
+            for v in face:
+                mesh.points.append(tuple(x + random_.uniform(-noise, noise) for x in self.points[v]))
+            mesh.faces.append((first, first + 1, first + 2))
+        return mesh
+
+    def save(self, path):
+        with open(path, "wb") as file:
+            file.write(("ply\nformat binary_little_endian 1.0\nelement vertex %d\nproperty float x\n"
+                        "property float y\nproperty float z\nelement face %d\n"
+                        "property list uchar int vertex_indices\nend_header\n"
+                        % (len(self.points), len(self.faces))).encode())
+            file.write(array.array("f", [x for p in self.points for x in p]).tobytes())
+            pack = struct.Struct("<Biii").pack
+            file.write(b"".join(pack(3, *f) for f in self.faces))
+
+
+def sphere(n, radius=1.0, shape=bump):
+    """A cube of n x n cells a side, blown up."""
+    index, points, faces = {}, [], []
+
+    def vertex(p):
+        if p not in index:
+            x, y, z = (math.tan((2 * c / n - 1) * math.pi / 4) for c in p)
+            size = math.sqrt(x * x + y * y + z * z)
+            x, y, z = x / size, y / size, z / size
+            r = radius * (shape(x, y, z) if shape else 1)
+            index[p] = len(points)
+            points.append((r * x, r * y, r * z))
+        return index[p]
+
+    for axis in range(3):
+        for end in (0, n):
+            for i in range(n):
+                for k in range(n):
+                    quad = []
+                    for a, b in ((i, k), (i + 1, k), (i + 1, k + 1), (i, k + 1)):
+                        p = [0, 0, 0]
+                        p[axis], p[(axis + 1) % 3], p[(axis + 2) % 3] = end, a, b
+                        quad.append(vertex(tuple(p)))
+                    if end == 0:
+                        quad.reverse()
+                    faces += [(quad[0], quad[1], quad[2]), (quad[0], quad[2], quad[3])]
+    mesh = Mesh()
+    mesh.points, mesh.faces = points, faces
+    return mesh
+
+
+def tube(a, b, radius, sides, rings, closed=True):
+    """A cylinder from a to b."""
+    axis = [q - p for p, q in zip(a, b)]
+    size = math.sqrt(sum(x * x for x in axis))
+    axis = [x / size for x in axis]
+    other = (1, 0, 0) if abs(axis[0]) < 0.8 else (0, 1, 0)
+    u = [axis[1] * other[2] - axis[2] * other[1], axis[2] * other[0] - axis[0] * other[2],
+         axis[0] * other[1] - axis[1] * other[0]]
+    length = math.sqrt(sum(x * x for x in u))
+    u = [x / length for x in u]
+    v = [axis[1] * u[2] - axis[2] * u[1], axis[2] * u[0] - axis[0] * u[2],
+         axis[0] * u[1] - axis[1] * u[0]]
+    points, faces = [], []
+    for r in range(rings + 1):
+        for s in range(sides):
+            c, n = math.cos(2 * math.pi * s / sides), math.sin(2 * math.pi * s / sides)
+            points.append(tuple(a[k] + axis[k] * size * r / rings + radius * (c * u[k] + n * v[k])
+                                for k in range(3)))
+    for r in range(rings):
+        for s in range(sides):
+            p, q = r * sides + s, r * sides + (s + 1) % sides
+            faces += [(p, q, q + sides), (p, q + sides, p + sides)]
+    if closed:
+        points += [tuple(a), tuple(b)]
+        low, high = len(points) - 2, len(points) - 1
+        for s in range(sides):
+            t = (s + 1) % sides
+            faces += [(low, t, s), (high, rings * sides + s, rings * sides + t)]
+    mesh = Mesh()
+    mesh.points, mesh.faces = points, faces
+    return mesh
+
+
+def cells(mesh, face, size):
+    """Which of the blocks of space a face lies in."""
+    return tuple(math.floor(sum(mesh.points[v][k] for v in face) / 3 / size) for k in range(3))
+
+
+def plain(r):
+    return sphere(182)
+
+
+def soup(r):
+    return sphere(149).loose(3e-7, r)
+
+
+def flipped(r):
+    mesh = sphere(182)
+    wrong = {}
+    for i, face in enumerate(mesh.faces):
+        if wrong.setdefault(cells(mesh, face, 0.3), r.random() < 0.4):
+            mesh.faces[i] = (face[0], face[2], face[1])
+    return mesh
+
+
+def doubled(r):
+    mesh = sphere(182)
+    again = {}
+    mesh.faces += [face for face in list(mesh.faces)
+                   if again.setdefault(cells(mesh, face, 0.3), r.random() < 0.3)]
+    return mesh
+
+
+def torn(r):
+    """Blocks that share no vertices, some flipped and some doubled, off by noise; every tenth face of rims is gone, and
+    fins stand on edges."""
+    mesh = sphere(182)
+    blocks = {}
+    for face in mesh.faces:
+        blocks.setdefault(cells(mesh, face, 0.25), []).append(face)
+    result = Mesh()
+    for faces in blocks.values():
+        index, points, own = {}, [], []
+        for face in faces:
+            corners = []
+            for v in face:
+                if v not in index:
+                    index[v] = len(points)
+                    points.append(tuple(x + r.uniform(-2e-6, 2e-6) for x in mesh.points[v]))
+                corners.append(index[v])
+            own.append(tuple(corners))
+        if r.random() < 0.25:
+            own = [(a, c, b) for a, b, c in own]
+        if r.random() < 0.15:
+            own += own[:len(own) // 2]
+        result.add(points, own)
+    for _ in range(700):
+        a, b, c = r.choice(result.faces)
+        p, q = result.points[a], result.points[b]
+        result.points.append(tuple(1.01 * (x + y) / 2 for x, y in zip(p, q)))
+        result.faces.append((a, b, len(result.points) - 1))
+    return result
+
+
+def shells(r):
+    return sphere(129).join(sphere(129, 0.8).turned()).join(sphere(60, 0.5)).join(sphere(60, 0.4).turned())
+
+
+def robot(r):
+    """Parts that intersect each other."""
+    mesh = sphere(80).moved((0, 0, 0), 0.6)
+    mesh.join(sphere(60).moved((0, 0.9, 0), 0.35))
+    for x in (-1, 1):
+        mesh.join(tube((0.3 * x, 0.3, 0), (1.1 * x, -0.2, 0.2), 0.14, 64, 200))
+        mesh.join(tube((1.05 * x, -0.2, 0.2), (1.2 * x, -0.9, 0.5), 0.11, 64, 200))
+        mesh.join(sphere(40).moved((1.1 * x, -0.2, 0.2), 0.18))
+        mesh.join(tube((0.25 * x, -0.4, 0), (0.35 * x, -1.6, 0), 0.17, 64, 200))
+        mesh.join(sphere(40).moved((0.35 * x, -1.65, 0.1), 0.22))
+        mesh.join(sphere(24).moved((0.12 * x, 0.95, 0.3), 0.06))
+        for i in range(40):
+            mesh.join(sphere(6, 1, None).moved((0.02 * x * i, 0.5 * math.sin(i), 0.5 * math.cos(i)), 0.02))
+    return mesh
+
+
+def floaters(r):
+    mesh = sphere(160)
+    for _ in range(400):
+        d = [r.gauss(0, 1) for _ in range(3)]
+        size = math.sqrt(sum(x * x for x in d))
+        away = r.uniform(1.2, 2.2)
+        mesh.join(sphere(4, 1, None).moved(tuple(away * x / size for x in d), r.uniform(0.002, 0.012)))
+    mesh.join(sphere(40).moved((0.3, 0.3, 0.93), 0.1)).join(sphere(40).moved((-0.3, 0.3, 0.93), 0.1))
+    mesh.join(tube((0, 6, 0), (0.5, 9, 0), 0.01, 6, 40))
+    return mesh
+
+
+def pinholes(r):
+    mesh = sphere(182)
+    gone = set(r.sample(range(len(mesh.faces)), 6000))
+    mesh.faces = [face for i, face in enumerate(mesh.faces) if i not in gone]
+    return mesh
+
+
+def pieces(r):
+    """266,000 loose faces that nothing can join."""
+    mesh = sphere(211).loose(0, r)
+    for i, (a, b, c) in enumerate(mesh.faces):
+        d = [r.uniform(-0.01, 0.01) for _ in range(3)]
+        for v in (a, b, c):
+            mesh.points[v] = tuple(x + y for x, y in zip(mesh.points[v], d))
+    mesh.faces = mesh.faces[:266048]
+    return mesh
+
+
+CLASSES = [plain, soup, flipped, doubled, torn, shells, robot, floaters, pinholes, pieces]
+
+
+def edges_of(path):
+    """Open and non-manifold edges of an OBJ, vertices of one position taken as one."""
+    points, index, edges = [], {}, {}
+    with open(path) as file:
+        for line in file:
+            words = line.split()
+            if words and words[0] == "v":
+                points.append(index.setdefault(tuple(words[1:4]), len(index)))
+            elif words and words[0] == "f":
+                v = [points[int(w.split("/")[0]) - 1] for w in words[1:4]]
+                for k in range(3):
+                    edge = (min(v[k], v[k - 1]), max(v[k], v[k - 1]))
+                    edges[edge] = edges.get(edge, 0) + 1
+    return (sum(1 for n in edges.values() if n == 1), sum(1 for n in edges.values() if n > 2))
+
+
+def row(kiln, path, faces, flags, folder):
+    out, report = os.path.join(folder, "low.obj"), os.path.join(folder, "low.json")
+    for file in (out, report):
+        if os.path.exists(file):
+            os.remove(file)
+    before = resource.getrusage(resource.RUSAGE_CHILDREN)
+    done = subprocess.run([kiln, "simplify", path, "--faces", str(faces), "--out", out, "--json", report,
+                           "--quiet", "--force"] + flags, stderr=subprocess.PIPE, text=True, check=False)
+    after = resource.getrusage(resource.RUSAGE_CHILDREN)
+    seconds = after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
+    if not os.path.exists(report):
+        return "exit %d: %s" % (done.returncode, done.stderr.strip()[:100])
+    with open(report) as file:
+        low = json.load(file)
+    opened, many = edges_of(out)
+    return "%d | %d | %d | %d | %d | %.2f | %.1f | %.1f | %.1f" % (
+        done.returncode, low["faces"], opened, many, low["charts"], 100 * low["error"], seconds,
+        low["seconds"]["unwrap"], low.get("clean", {}).get("seconds", 0))
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("folder")
+    parser.add_argument("--table", metavar="KILN", help="the command")
+    parser.add_argument("--faces", type=int, default=10000)
+    parser.add_argument("--only", help="classes, separated by commas")
+    arguments = parser.parse_args()
+    os.makedirs(arguments.folder, exist_ok=True)
+    if arguments.table:
+        print("| class | faces | clean | exit | low faces | open edges | non-manifold edges | charts | deviation % | "
+              "processor s | unwrap s | clean s |\n" + "| --- " * 12 + "|")
+    for number, make in enumerate(CLASSES):
+        name = make.__name__
+        if arguments.only and name not in arguments.only.split(","):
+            continue
+        path = os.path.join(arguments.folder, name + ".ply")
+        if not os.path.exists(path):
+            make(random.Random(number)).save(path)
+        if not arguments.table:
+            continue
+        with open(path, "rb") as file:
+            count = [line.split()[-1].decode() for line in file.read(400).split(b"\n") if b"element face" in line][0]
+        for clean in ("none", "auto"):
+            print("| %s | %s | %s | %s |" % (name, count, clean, row(
+                arguments.table, path, arguments.faces, ["--clean", clean], arguments.folder)), flush=True)
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
