@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "match/host_correspondence.h"
+#include "match/sample_subset.h"
 
 namespace kiln {
 namespace {
@@ -77,22 +78,34 @@ class PartMatcher : public Matcher {
 
   void run(const TexelBand& band, DeviceCorrespondence& match) override {
     if (band.sample_count == 0) return;
-    std::vector<std::uint32_t> triangle(band.sample_count);
+    std::vector<std::uint32_t> triangle(band.sample_count), place(band.sample_count);
     band.triangle.read(context_, triangle);
     for (std::vector<std::uint32_t>& list : samples_) list.clear();
     for (std::uint32_t i = 0; i < band.sample_count; ++i) {
+      place[i] = place_[triangle[i]];
       samples_[part_of_low_[triangle[i]]].push_back(i);
     }
-    HostCorrespondence all(band.sample_count);
-    std::vector<float> barycentric(2 * std::size_t{band.capacity});
-    band.barycentric.read(context_, barycentric);
+    std::vector<float> u(band.sample_count), v(band.sample_count);
+    band.barycentric.read(context_, u);
+    band.barycentric.read(context_, v, band.capacity);
+    HostCorrespondence(band.sample_count).write(context_, match);
     for (std::size_t p = 0; p < parts_.size(); ++p) {
-      if (parts_[p].matcher != nullptr && !samples_[p].empty()) {
-        TexelBand some = chosen(band, samples_[p], triangle, barycentric);
-        run(some, parts_[p], samples_[p], all);
-      }
+      const std::vector<std::uint32_t>& samples = samples_[p];
+      if (parts_[p].matcher == nullptr || samples.empty()) continue;
+      SampleSubset some(context_, band, samples);
+      if (parts_[p].matcher->needs_band()) some.take_places(samples, place, u, v);
+      DeviceCorrespondence result(context_, some.band.sample_count);
+      parts_[p].matcher->run(some.band, result);
+      some.put_back(result, match);
     }
-    all.write(context_, match);
+    // From a part's triangles to those of the whole.
+    std::vector<std::uint32_t> found(band.sample_count);
+    match.triangle.read(context_, found);
+    for (std::uint32_t i = 0; i < band.sample_count; ++i) {
+      if (found[i] == KILN_NO_TRIANGLE) continue;
+      found[i] = parts_[part_of_low_[triangle[i]]].triangles[found[i]];
+    }
+    match.triangle.write(context_, std::span<const std::uint32_t>(found));
   }
 
   bool needs_band() const override { return true; }  // which triangle a sample lies on
@@ -104,46 +117,6 @@ class PartMatcher : public Matcher {
   }
 
  private:
-  /// Some samples of a band, close together.
-  TexelBand chosen(const TexelBand& band, const std::vector<std::uint32_t>& samples,
-                   const std::vector<std::uint32_t>& triangle,
-                   const std::vector<float>& barycentric) const {
-    const auto count = static_cast<std::uint32_t>(samples.size());
-    TexelBand some;
-    some.sample_count = some.capacity = count;
-    some.points = cl::Array<float>(context_, std::size_t{7} * count);
-    const cl::Array<std::uint32_t> indices(context_, std::span(samples));
-    context_.launch(context_.kernel("match", "kiln_match_gather"), count, kLocal, count,
-                    band.capacity, count, indices, band.points, some.points);
-    std::vector<std::uint32_t> faces(count);
-    std::vector<float> weights(2 * std::size_t{count});
-    for (std::uint32_t k = 0; k < count; ++k) {
-      faces[k] = place_[triangle[samples[k]]];
-      weights[k] = barycentric[samples[k]];
-      weights[k + std::size_t{count}] = barycentric[samples[k] + std::size_t{band.capacity}];
-    }
-    some.triangle = cl::Array<std::uint32_t>(context_, std::span<const std::uint32_t>(faces));
-    some.barycentric = cl::Array<float>(context_, std::span<const float>(weights));
-    context_.finish();  // `indices` go
-    return some;
-  }
-
-  /// One part's samples.
-  void run(const TexelBand& some, Part& part, const std::vector<std::uint32_t>& samples,
-           HostCorrespondence& all) {
-    const std::uint32_t count = some.sample_count;
-    DeviceCorrespondence result(context_, count);
-    part.matcher->run(some, result);
-    const HostCorrespondence found(context_, result, count);
-    for (std::uint32_t k = 0; k < count; ++k) {
-      const std::uint32_t i = samples[k];
-      if (found.triangle[k] == KILN_NO_TRIANGLE) continue;
-      all.take(i, found, k);
-      all.triangle[i] = part.triangles[found.triangle[k]];
-      all.status[i] = found.status[k];
-    }
-  }
-
   cl::Context& context_;
   std::vector<std::uint32_t> part_of_low_;
   std::vector<std::uint32_t> place_;  // of each light triangle among those of its part

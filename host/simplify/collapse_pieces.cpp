@@ -36,24 +36,18 @@ std::size_t count_at(const Work& work, const std::vector<std::uint8_t>& fixed) {
 std::vector<std::uint8_t> fixed_vertices(const Work& work,
                                          const std::vector<std::vector<std::uint32_t>>& pieces,
                                          std::span<const Place> untouched) {
+  std::vector<std::uint8_t> fixed = between_pieces(pieces, work.triangles, work.points.size());
   constexpr std::uint32_t kNone = kNoVertex, kSeveral = kNoVertex - 1;
-  std::vector<std::uint32_t> piece_of(work.points.size(), kNone);
   std::vector<std::uint32_t> label_of(work.labels.empty() ? 0 : work.points.size(), kNone);
-  const auto meet = [](std::uint32_t& known, std::uint32_t now) {
-    known = known == kNone || known == now ? now : kSeveral;
-  };
-  for (std::uint32_t i = 0; i < pieces.size(); ++i) {
-    for (const std::uint32_t t : pieces[i]) {
-      for (const std::uint32_t v : work.triangles[t]) {
-        meet(piece_of[v], i);
-        if (!label_of.empty()) meet(label_of[v], work.labels[t]);
-      }
+  for (std::size_t t = 0; t < work.labels.size(); ++t) {
+    const std::uint32_t label = work.labels[t];
+    for (const std::uint32_t v : work.triangles[t]) {
+      label_of[v] = label_of[v] == kNone || label_of[v] == label ? label : kSeveral;
     }
   }
-  std::vector<std::uint8_t> fixed(work.points.size());
   parallel_for(fixed.size(), std::size_t{1} << 14, [&](std::size_t begin, std::size_t end) {
     for (std::size_t v = begin; v < end; ++v) {
-      fixed[v] = piece_of[v] == kSeveral || (!label_of.empty() && label_of[v] == kSeveral) ||
+      fixed[v] = fixed[v] != 0 || (!label_of.empty() && label_of[v] == kSeveral) ||
                  std::any_of(untouched.begin(), untouched.end(), [&](const Place& place) {
                    const Vec3d way = work.points[v] - place.center;
                    return dot(way, way) < place.radius * place.radius;

@@ -33,6 +33,10 @@ constexpr std::size_t kPresimplifyPiece = 125'000;
 /// Pieces keep their borders. Where these leave this many times the goal, as on meshes of many small parts, the
 /// mesh goes on as a whole.
 constexpr double kTooMany = 1.25;
+/// Where triangles along these borders would be more than this share of the goal, hardly any would be left between
+/// them (an urn of 4.5 million faces on the way to 50,000: 57,000 along borders, and its relief gone). Then pieces are
+/// left that many more, and the mesh goes on as a whole.
+constexpr double kMostAlongBorders = 0.75;
 /// Triangles of a small_component, at most.
 constexpr std::size_t kSmallComponent = 64;
 /// meshoptimizer's time grows with the square of the triangles around a vertex: 0.2 ns times their sum of squares,
@@ -72,7 +76,7 @@ std::vector<Triangle> simplified(const Input& mesh, std::size_t faces, double er
 
 /// A piece by itself: its border stays.
 std::vector<Triangle> simplified_piece(const Input& mesh, const std::vector<std::uint32_t>& piece,
-                                       double share, double error) {
+                                       std::size_t faces, double error) {
   std::vector<std::uint32_t> number(mesh.positions.size(), kNoVertex), given;
   std::vector<Vec3> positions;
   std::vector<Triangle> triangles;
@@ -91,7 +95,6 @@ std::vector<Triangle> simplified_piece(const Input& mesh, const std::vector<std:
   }
   // meshoptimizer takes errors as shares of what it is given.
   const double larger = scale_of(mesh.positions) / std::max(scale_of(positions), 1e-12F);
-  const auto faces = static_cast<std::size_t>(share * static_cast<double>(piece.size()));
   std::vector<Triangle> result =
       simplified({positions, triangles}, faces, error * larger, meshopt_SimplifyLockBorder);
   for (Triangle& t : result) {
@@ -100,43 +103,72 @@ std::vector<Triangle> simplified_piece(const Input& mesh, const std::vector<std:
   return result;
 }
 
+/// By piece, the triangles with an edge on its border.
+std::vector<std::size_t> count_along_borders(const std::vector<std::vector<std::uint32_t>>& pieces,
+                                             const Input& mesh) {
+  const std::vector<std::uint8_t> between =
+      between_pieces(pieces, mesh.triangles, mesh.positions.size());
+  std::vector<std::size_t> count;
+  for (const std::vector<std::uint32_t>& piece : pieces) {
+    count.push_back(static_cast<std::size_t>(
+        std::count_if(piece.begin(), piece.end(), [&](std::uint32_t number) {
+          const Triangle& t = mesh.triangles[number];
+          return between[t[0]] + between[t[1]] + between[t[2]] >= 2;
+        })));
+  }
+  return count;
+}
+
 /// Piece by piece on all threads, then as a whole where need be.
 /// \param stays      by triangle, whether it does; empty: none
 /// \param meanwhile  other work, done on one of the threads
+/// \param known      as for presimplify()
 std::vector<Triangle> simplified_by_pieces(const Input& mesh,
                                            const std::vector<std::uint8_t>& stays,
                                            std::size_t faces, double error,
-                                           const std::function<void()>& meanwhile) {
+                                           const std::function<void()>& meanwhile,
+                                           PresimplifiedPieces& known) {
   std::vector<std::vector<std::uint32_t>> pieces =
       pieces_of(mesh.positions, mesh.triangles, kPresimplifyPiece);
   if (pieces.size() == 1 && stays.empty()) {
     meanwhile();
     return simplified(mesh, faces, error, 0);
   }
+  std::vector<std::size_t> more = count_along_borders(pieces, mesh);
+  if (static_cast<double>(std::accumulate(more.begin(), more.end(), std::size_t{0})) <=
+      kMostAlongBorders * static_cast<double>(faces)) {
+    more.assign(pieces.size(), 0);
+  }
+  const double share = static_cast<double>(faces) / static_cast<double>(mesh.triangles.size());
   std::vector<Triangle> result;
+  std::vector<std::vector<Triangle>> parts(pieces.size());
+  std::vector<std::uint8_t> is_known(pieces.size(), 0);
   if (!stays.empty()) {
-    for (std::vector<std::uint32_t>& piece : pieces) {
-      std::erase_if(piece, [&](std::uint32_t t) {
+    for (std::size_t i = 0; i < pieces.size(); ++i) {
+      const std::size_t stay = std::erase_if(pieces[i], [&](std::uint32_t t) {
         if (stays[t] != 0) result.push_back(mesh.triangles[t]);
         return stays[t] != 0;
       });
+      if (stay > 0 || i >= known.size()) continue;
+      parts[i] = known[i];
+      is_known[i] = 1;
     }
   }
   const std::size_t untouched = result.size();
-  const double share = static_cast<double>(faces) / static_cast<double>(mesh.triangles.size());
-  std::vector<std::vector<Triangle>> parts(pieces.size());
   parallel_for(pieces.size() + 1, 1, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
       if (i == pieces.size()) {
         meanwhile();
-        continue;
+      } else if (is_known[i] == 0) {
+        const auto goal = static_cast<std::size_t>(share * static_cast<double>(pieces[i].size()));
+        parts[i] = simplified_piece(mesh, pieces[i], goal + more[i], error);
       }
-      parts[i] = simplified_piece(mesh, pieces[i], share, error);
     }
   });
   for (const std::vector<Triangle>& part : parts) {
     result.insert(result.end(), part.begin(), part.end());
   }
+  if (stays.empty()) known = std::move(parts);
   const bool near =
       static_cast<double>(result.size() - untouched) <= kTooMany * static_cast<double>(faces);
   if (near || !stays.empty()) return result;
@@ -295,7 +327,7 @@ void drop_small_components(std::vector<Triangle>& triangles, const std::vector<T
 /// poly had none: the former are removed, the latter cut. It also lets no triangle turn over, but as seen
 /// from the side: height fields are made flat for it, so that this is nearly as seen from above.
 void presimplify(Work& work, std::size_t faces, double error, bool height_field,
-                 std::span<const Place> untouched, bool parts) {
+                 std::span<const Place> untouched, bool parts, PresimplifiedPieces* known) {
   if (has_costly_hubs(work.triangles, work.points.size())) return;
   std::vector<Vec3> positions = to_floats(work.points);
   if (height_field) {
@@ -319,11 +351,14 @@ void presimplify(Work& work, std::size_t faces, double error, bool height_field,
   }
   std::optional<SideLists> sides;
   DisjointSets of_parts(parts ? work.points.size() : 0);
-  std::vector<Triangle> triangles =
-      simplified_by_pieces({positions, given}, stays, faces, error, [&] {
+  PresimplifiedPieces none;
+  std::vector<Triangle> triangles = simplified_by_pieces(
+      {positions, given}, stays, faces, error,
+      [&] {
         sides.emplace(work.triangles, work.points.size());
         if (parts) join_parts(work.triangles, of_parts);
-      });
+      },
+      known != nullptr ? *known : none);
   if (triangles.empty()) return;
   if (seams) seams->join(triangles);
   if (height_field && std::any_of(triangles.begin(), triangles.end(), [&](const Triangle& t) {

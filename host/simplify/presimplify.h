@@ -11,6 +11,9 @@
 
 namespace kiln {
 
+/// What is left of each piece of a mesh.
+using PresimplifiedPieces = std::vector<std::vector<Triangle>>;
+
 /// Brings a mesh near `faces`, or less near if that would deviate by more than `error`, by
 /// meshoptimizer: it places vertices less well than EdgeCollapser but is ten times as fast. Meshes of 250,000 triangles and more go piece by
 /// piece, on all threads; the pieces depend on the mesh alone. Nothing is done
@@ -18,8 +21,11 @@ namespace kiln {
 /// triangles that EdgeCollapser is faster (a fan of 120,000: 2.8 s more with it).
 /// \param untouched  where triangles stay as they are
 /// \param parts      whether parts of which nothing would be left stay as they are; else they vanish
+/// \param known      out without untouched places: the pieces; in with some: those of the same call without, of which
+///                   all that have no triangle in a place are taken as they are. May be null
 void presimplify(Work& work, std::size_t faces, double error, bool height_field,
-                 std::span<const Place> untouched, bool parts = true);
+                 std::span<const Place> untouched, bool parts = true,
+                 PresimplifiedPieces* known = nullptr);
 
 /// Drops small_components: up to 64 triangles beside a cut, of a part of the dense mesh (that hangs together by edges) of which
 /// more is left.

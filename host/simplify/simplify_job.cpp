@@ -151,8 +151,9 @@ bool SimplifyJob::is_fine() {
 /// The high poly, or what a head start leaves of it on the way to a number of faces.
 /// \param parts  whether none of its parts may vanish
 /// \param fine   whether it goes in pieces, not by meshoptimizer
-Work SimplifyJob::start(std::size_t faces, std::span<const Place> untouched, bool parts,
-                        bool fine) const {
+/// \param known  as for presimplify(); may be null
+Work SimplifyJob::start(std::size_t faces, std::span<const Place> untouched, bool parts, bool fine,
+                        PresimplifiedPieces* known) const {
   const std::size_t near_goal = goal_of_start(faces);
   const bool dense = dense_.triangles.size() > std::max(kDirectLimit, near_goal) &&
                      !options_.keep_uvs && !options_.hull;
@@ -167,7 +168,7 @@ Work SimplifyJob::start(std::size_t faces, std::span<const Place> untouched, boo
         simplify_to_rtin(work, near_goal, error)) {
       return work;
     }
-    presimplify(work, near_goal, error, options_.height_field, untouched, parts);
+    presimplify(work, near_goal, error, options_.height_field, untouched, parts, known);
   }
   return work;
 }
@@ -238,10 +239,11 @@ std::vector<Place> SimplifyJob::flawed_places(const SimplifyResult& result,
 SimplifyResult SimplifyJob::solve() {
   SimplifyResult result;
   std::vector<Place> places;
+  PresimplifiedPieces known;
   const bool fine = is_fine();
   const int starts = options_.faces == 0 ? kMostBoundStarts : kMostStarts;
   for (int attempt = 0; attempt < starts; ++attempt) {
-    const Work work = start(options_.faces, places, true, fine);
+    const Work work = start(options_.faces, places, true, fine, &known);
     if (work.triangles.size() == dense_.triangles.size()) break;
     if (try_from(work, false, result)) return result;
     if (result.triangles.empty()) break;

@@ -17,6 +17,7 @@
 #include "simplify/deviation_bound.h"
 #include "simplify/enclosing_hull_constraint.h"
 #include "simplify/heightfield_constraint.h"
+#include "simplify/presimplify.h"
 #include "simplify/simplify_check.h"
 #include "simplify/simplify_input.h"
 #include "simplify/surface_fit.h"
@@ -202,7 +203,8 @@ class SimplifyJob {
   SimplifyResult within(double bound, const Work& work);
   std::size_t mend_within(SimplifyState& shrinking, SimplifyResult& result);
   bool is_fine();
-  Work start(std::size_t faces, std::span<const Place> untouched, bool parts, bool fine) const;
+  Work start(std::size_t faces, std::span<const Place> untouched, bool parts, bool fine,
+             PresimplifiedPieces* known = nullptr) const;
   void find_labels();
   bool drop_small_components();
   bool is_fitted(std::size_t faces) const;

@@ -1,7 +1,10 @@
 // Parts by name: which groups pair, and that no sample finds a point of another part.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <chrono>
+#include <cmath>
+#include <ctime>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -301,6 +304,40 @@ TEST(Parts, OfOneNameChangeNothing) {
   for (std::size_t k = 0; k < all.maps.size(); ++k) {
     EXPECT_EQ(all.maps[k].image.pixels, apart.maps[k].image.pixels) << k;
   }
+}
+
+/// The same faces in more parts: each costs a fixed number of calls of the driver, and nothing of the whole's size.
+TEST(Parts, CostGrowsNoFasterThanTheirNumber) {
+  KILN_REQUIRE_DEVICE();
+  const Mesh high = test::plane(160, 160), low = test::plane(80, 80);
+  const Source source(*test::device(), high);
+  BakeOptions options;
+  options.width = options.height = 128;
+  const auto seconds = [&](std::uint32_t count) {
+    Parts parts;
+    parts.count = count;
+    parts.names.resize(count);
+    for (std::uint32_t t = 0; t < low.triangles.size(); ++t) {
+      parts.low.push_back(
+          static_cast<std::uint32_t>(std::size_t{t} * count / low.triangles.size()));
+    }
+    for (std::uint32_t t = 0; t < high.triangles.size(); ++t) {
+      parts.high.push_back(
+          static_cast<std::uint32_t>(std::size_t{t} * count / high.triangles.size()));
+    }
+    options.match.parts = &parts;
+    double best = 1e9;
+    for (int attempt = 0; attempt < 2; ++attempt) {
+      const std::clock_t start = std::clock();
+      EXPECT_EQ(bake(source, low, options).report.samples, 128U * 128U);
+      best = std::min(best, static_cast<double>(std::clock() - start) / CLOCKS_PER_SEC);
+    }
+    return best;
+  };
+  seconds(1);  // Kernels are built.
+  constexpr std::uint32_t kFew = 400, kMany = 3200;
+  const double few = seconds(kFew), many = seconds(kMany);
+  EXPECT_LT(std::log(many / few) / std::log(double{kMany} / kFew), 1.2) << few << ", " << many;
 }
 
 TEST(Parts, RefuseOtherMeshesAndMatchesThatLookElsewhere) {

@@ -13,6 +13,7 @@
 #include "kiln/contour.h"
 #include "kiln/simplify.h"
 #include "mesh/fans.h"
+#include "mesh/surface_distance.h"
 #include "simplify/grid_cube.h"
 #include "simplify/simplify_job.h"
 #include "support/shapes.h"
@@ -195,6 +196,50 @@ TEST(HeadStart, LeavesPlacesUntouched) {
   }
   EXPECT_GT(inside, 100U);
   EXPECT_LT(work.triangles.size(), 1.3 * kGoal + static_cast<double>(inside));
+}
+
+/// How far points of a mesh are from what presimplify() leaves of it, at most.
+double deviation_after(const Mesh& high, std::size_t goal) {
+  Work work;
+  for (const Vec3& p : high.positions) work.points.push_back(Vec3d(p) * 0.28);
+  work.triangles = high.triangles;
+  const std::vector<Vec3> points = to_floats(work.points);
+  presimplify(work, goal, 1, false, {});
+  EXPECT_LT(work.triangles.size(), 1.3 * static_cast<double>(goal));
+  const std::vector<Vec3> left = to_floats(work.points);
+  const SurfaceDistance surface(left, work.triangles);
+  return one_sided_distance(points, high.triangles, surface, 1 << 18).largest;
+}
+
+/// From 1,000,000 triangles on, pieces are eight and not four, and along their borders lie as many triangles as the goal
+/// has: as on the way from 4.5 million to 50,000.
+TEST(HeadStart, KeepsReliefWherePiecesBecomeMore) {
+  constexpr std::size_t kFew = 12'500;
+  const double below = deviation_after(test::BumpySphere::dense(970'000), kFew);
+  const double above = deviation_after(test::BumpySphere::dense(1'030'000), kFew);
+  EXPECT_GT(below, 0);
+  // Both are about as dense; with borders that fill the goal it is several times as far.
+  EXPECT_LT(above, 1.3 * below);
+}
+
+TEST(HeadStart, TakesPiecesThatItKnows) {
+  const Work dense = rough_sphere(0.01);
+  const std::vector<Place> places{
+      {{0.163, 0.163, 0.163}, 0.03}};  // Halves along any axis meet elsewhere.
+  PresimplifiedPieces known;
+  Work first = dense;
+  presimplify(first, kGoal, 1, false, {}, true, &known);
+  ASSERT_EQ(known.size(), 2U);
+  Work again = dense, anew = dense;
+  presimplify(again, kGoal, 1, false, places, true, &known);
+  presimplify(anew, kGoal, 1, false, places);
+  EXPECT_EQ(again.triangles, anew.triangles);
+  EXPECT_EQ(to_floats(again.points), to_floats(anew.points));
+  // The piece without a place is not worked at again.
+  for (std::vector<Triangle>& piece : known) piece.clear();
+  Work without = dense;
+  presimplify(without, kGoal, 1, false, places, false, &known);
+  EXPECT_LT(without.triangles.size(), 0.7 * static_cast<double>(anew.triangles.size()));
 }
 
 TEST(HeadStart, LosesNoPart) {
