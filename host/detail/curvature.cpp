@@ -20,7 +20,7 @@ class Bend : public SharedWork {
   };
 
   explicit Bend(const MapRequest& request)
-      : source_(request.source), radius_(curvature_radius(request.options, request.source.frame)) {}
+      : source_(request.source), radius_(curvature_radius(request.options, request.source)) {}
 
   void next_band() override {}
   void next_source() override { made_of_.reset(); }
@@ -29,6 +29,8 @@ class Bend : public SharedWork {
     curvature_.emplace(source_.positions, source_.triangles, radius_);
     made_of_ = source_version;
   }
+
+  double radius() const { return radius_ / source_.frame.scale; }
 
   /// 1 / world unit.
   double at(const HighPoint& point) const {
@@ -55,6 +57,7 @@ class Curvature : public PointFunction {
     return {.position = false, .normal = false, .distance = false};
   }
   std::unique_ptr<PointRoom> room() const override { return std::make_unique<Bend::Room>(); }
+  void report(BakeReport& report) const override { report.curvature_radius = bend_->radius(); }
   void operator()(const HighPoint& point, float* value) const override {
     if (!point.found) return;  // 0
     const auto bend = static_cast<float>(bend_->at(point));

@@ -89,7 +89,8 @@ void add_detail_flags(Command& command, BakeArguments& a) {
   command
       .add_option("--curvature-radius", a.curvature_radius,
                   "Curvature is the mean over HIGH's surface this far around the point (default "
-                  "0.5%). World units, or P% of HIGH's diagonal")
+                  "0.5%, but 3 facets of smooth parts at least). World units, or P% of HIGH's "
+                  "diagonal")
       ->group("Curvature (--maps curvature)");
   command
       .add_option(
