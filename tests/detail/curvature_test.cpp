@@ -14,6 +14,7 @@
 #include <span>
 #include <vector>
 
+#include "detail/curvature_check.h"
 #include "mesh/vector.h"
 #include "support/shapes.h"
 
@@ -562,6 +563,38 @@ Mesh cylinder(std::uint32_t n, std::uint32_t rows) {
     }
   }
   return mesh;
+}
+
+TEST(CurvatureCheck, IsTheDefinitionInOtherCode) {
+  // 64 strips across a border: 0.1% of the area.
+  constexpr double kStrips = 1e-3;
+  const Mesh cube = bevelled_cube(0, false);
+  for (const double radius : {0.05, 0.3}) {
+    const CurvatureCheck check(cube.positions, cube.triangles, radius);
+    CurvatureCheck::Room room;
+    EXPECT_EQ(check.at({0, 0, 1}, room), 0);
+    EXPECT_NEAR(check.at({1, 1, 1}, room), 1 / radius, kStrips / radius);
+    EXPECT_NEAR(check.at({0, 1, 1}, room), 0.5 / radius, kStrips / radius);
+    EXPECT_EQ(check.at({5, 5, 5}, room), 0);
+  }
+  // Small triangles and long ones, borders, both signs; points near each other and not.
+  for (const Mesh& mesh : {crumpled(2, 0.1), bevelled_cube(0.25F, true), test::icosphere(4),
+                           cylinder(24, 3), test::torus(48, 16)}) {
+    for (const double radius : {0.1, 0.5}) {
+      const CurvatureCheck check(mesh.positions, mesh.triangles, radius);
+      const MeanCurvature curvature(mesh.positions, mesh.triangles, radius);
+      CurvatureCheck::Room room;
+      MeanCurvature::Room other;
+      for (std::size_t t = 0; t < mesh.triangles.size(); t += 1 + mesh.triangles.size() / 60) {
+        const Triangle& c = mesh.triangles[t];
+        const Vec3d a(mesh.positions[c[0]]), b(mesh.positions[c[1]]), d(mesh.positions[c[2]]);
+        for (const Vec3d& at : {a, a * 0.9 + b * 0.1, (a + b + d) * (1.0 / 3)}) {
+          const double found = curvature.at(at, other);
+          EXPECT_NEAR(check.at(at, room), found, kStrips * (1 / radius + std::abs(found))) << t;
+        }
+      }
+    }
+  }
 }
 
 TEST(FacetSize, IsOfWhatWasSmooth) {
