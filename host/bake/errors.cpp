@@ -94,7 +94,7 @@ class Finer {
       : scene_(scene),
         options_(options),
         context_(context_of(scene.high.device)),
-        layers_(scene.high, scene.surface, options_, false),
+        layers_(scene.high, scene.surface, options_, false, 1, /*checks=*/true),
         sampler_(context_, scene.surface,
                  {options.width, options.height, options.samples, kBandSamples}) {}
 

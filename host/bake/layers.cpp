@@ -88,12 +88,12 @@ std::uint64_t bytes_of_maps(const BakeOptions& options) {
 }  // namespace
 
 Layers::Layers(const Source::Impl& source, const LowSurface& surface, const BakeOptions& options,
-               bool with_images, std::uint32_t finer) {
+               bool with_images, std::uint32_t finer, bool checks) {
   if (with_images) {
     require_memory("The maps", bytes_of_maps(options));
     coverage_.resize(std::size_t{options.width} * options.height);
   }
-  const MapRequest request{source, surface, options, shared_, finer};
+  const MapRequest request{source, surface, options, shared_, finer, checks};
   reads_ = request.reads();
   const auto add = [&](const MapRow& row) {
     if (std::any_of(layers_.begin(), layers_.end(),

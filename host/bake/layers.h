@@ -23,9 +23,9 @@ class Layers {
  public:
   /// Of the maps that the options ask for, each once.
   /// \param with_images  false: there are makers alone, for callers who have texels of their own
-  /// \param finer        MapRequest::finer
+  /// \param finer, checks  MapRequest's
   Layers(const Source::Impl& source, const LowSurface& surface, const BakeOptions& options,
-         bool with_images = true, std::uint32_t finer = 1);
+         bool with_images = true, std::uint32_t finer = 1, bool checks = false);
 
   /// Another band follows, or another match of it.
   void next_band() { shared_.next_band(); }

@@ -377,6 +377,7 @@ void Pipeline::finish_report() {
         std::find_if(layers_.all().begin(), layers_.all().end(),
                      [&](const Layer& made) { return made.row->info.kind == map.kind; });
     map.ranges = ranges_of(*layer->row, {scene_.high, scene_.options, farthest});
+    map.unit = layer->row->unit;
   }
   result_.report.ids.clear();
   layers_.report(result_.report);

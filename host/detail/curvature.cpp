@@ -6,6 +6,7 @@
 #include <memory>
 #include <optional>
 
+#include "detail/curvature_check.h"
 #include "detail/point_map.h"
 #include "detail/value_ranges.h"
 
@@ -17,29 +18,49 @@ class Bend : public SharedWork {
  public:
   struct Room : PointRoom {
     MeanCurvature::Room room;
+    CurvatureCheck::Room check;
   };
 
   explicit Bend(const MapRequest& request)
-      : source_(request.source), radius_(curvature_radius(request.options, request.source.frame)) {}
+      : source_(request.source),
+        radius_(curvature_radius(request.options, request.source)),
+        checks_(request.checks) {}
 
   void next_band() override {}
   void next_source() override { made_of_.reset(); }
   void find(std::uint64_t source_version) {
     if (made_of_ == source_version) return;
-    curvature_.emplace(source_.positions, source_.triangles, radius_);
+    if (checks_) {
+      check_.emplace(source_.positions, source_.triangles, radius_);
+    } else {
+      curvature_.emplace(source_.positions, source_.triangles, radius_);
+    }
     made_of_ = source_version;
   }
 
+  double radius() const { return radius_ / source_.frame.scale; }
+
   /// 1 / world unit.
   double at(const HighPoint& point) const {
-    const double bend =
-        curvature_->on(point.triangle, point.u, point.v, static_cast<Room&>(*point.room).room);
+    auto& room = static_cast<Room&>(*point.room);
+    const double bend = checks_ ? check_->at(place_of(point), room.check)
+                                : curvature_->on(point.triangle, point.u, point.v, room.room);
     return bend * source_.frame.scale;
   }
 
  private:
+  /// In the frame.
+  Vec3d place_of(const HighPoint& point) const {
+    const Triangle& t = source_.triangles[point.triangle];
+    const double u = point.u, v = point.v;
+    return Vec3d(source_.positions[t[0]]) * (1 - u - v) + Vec3d(source_.positions[t[1]]) * u +
+           Vec3d(source_.positions[t[2]]) * v;
+  }
+
   const Source::Impl& source_;
-  double radius_;                           // in the frame
+  double radius_;  // in the frame
+  bool checks_;
+  std::optional<CurvatureCheck> check_;     // one of these two
   std::optional<MeanCurvature> curvature_;  // in the frame
   std::optional<std::uint64_t> made_of_;
 };
@@ -55,6 +76,7 @@ class Curvature : public PointFunction {
     return {.position = false, .normal = false, .distance = false};
   }
   std::unique_ptr<PointRoom> room() const override { return std::make_unique<Bend::Room>(); }
+  void report(BakeReport& report) const override { report.curvature_radius = bend_->radius(); }
   void operator()(const HighPoint& point, float* value) const override {
     if (!point.found) return;  // 0
     const auto bend = static_cast<float>(bend_->at(point));

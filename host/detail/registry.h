@@ -34,6 +34,8 @@ struct MapRequest {
   SharedWorks& shared;  ///< Of all maps of the bake
   /// Samples stand for so many times less than their share of a texel, a side: for maps that are read as points.
   std::uint32_t finer = 1;
+  /// It is to check another one of the same map: works in another way, where the map has one.
+  bool checks = false;
 
   /// What they read of the device.
   std::shared_ptr<BandReads> reads() const {

@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "detail/registry.h"
+#include "mesh/curvature.h"
 #include "mesh/length.h"
 
 namespace kiln {
@@ -62,20 +63,23 @@ ValueRange range_of_reach_signed(const RangeRequest& request, std::uint32_t /*ch
 }
 
 ValueRange range_of_curvature(const RangeRequest& request, std::uint32_t /*channel*/) {
-  const Frame& frame = request.source.frame;
-  return {0, rounded_up(frame.scale / curvature_radius(request.options, frame))};
+  const double radius = curvature_radius(request.options, request.source);
+  return {0, rounded_up(request.source.frame.scale / radius)};
 }
 
 ValueRange range_of_curvature_signed(const RangeRequest& request, std::uint32_t channel) {
   return both_signs(range_of_curvature(request, channel).high);
 }
 
-double curvature_radius(const BakeOptions& options, const Frame& frame) {
+double curvature_radius(const BakeOptions& options, const Source::Impl& source) {
   constexpr double kShare = 0.005;  // of the diagonal, where none is given
   // In the frame, where the mesh is about 1 across: what lies beyond is as good as these.
   constexpr double kLeast = 1e-9, kMost = 16;
-  const Length radius = options.curvature_radius.value_or(Length::share(kShare));
-  return std::clamp(to_frame(radius, frame), kLeast, kMost);
+  const double radius = options.curvature_radius
+                            ? to_frame(*options.curvature_radius, source.frame)
+                            : std::max(to_frame(Length::share(kShare), source.frame),
+                                       kFacetsARadius * source.facets());
+  return std::clamp(radius, kLeast, kMost);
 }
 
 }  // namespace kiln

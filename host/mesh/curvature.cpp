@@ -37,12 +37,30 @@ double angle_between(const Vec3d& normal, const Vec3d& other, const Vec3d& way) 
   return std::atan2(sine, dot(normal, other));
 }
 
-/// Of each triangle, edge k from corner k; signed.
-std::vector<std::array<float, 3>> find_angles(std::span<const Vec3> positions,
-                                              std::span<const Triangle> triangles,
-                                              std::span<const std::uint32_t> place,
-                                              std::span<const std::uint8_t> usable) {
-  std::vector<std::array<float, 3>> angles(triangles.size());
+/// An edge of two triangles, which run along it in opposite senses.
+struct Joint {
+  std::array<std::uint32_t, 2> corner;  ///< Where it starts in each: 3 * triangle + k
+  double length;
+  std::array<double, 2> height;  ///< Of each triangle over it
+  double angle;                  ///< Signed
+};
+
+std::vector<std::uint8_t> find_usable(std::span<const Vec3> positions,
+                                      std::span<const Triangle> triangles) {
+  std::vector<std::uint8_t> usable(triangles.size());
+  parallel_for(triangles.size(), kGrainOfTriangles, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t t = begin; t < end; ++t) {
+      usable[t] = has_area(positions, triangles[t]) ? 1 : 0;
+    }
+  });
+  return usable;
+}
+
+/// Calls body(vertex, Joint) for each such edge, once, from several threads: those of one vertex in order, from one.
+template <typename Body>
+void for_each_joint(std::span<const Vec3> positions, std::span<const Triangle> triangles,
+                    std::span<const std::uint8_t> usable, const Body& body) {
+  const std::vector<std::uint32_t> place = weld_vertices(positions);
   const Adjacency corners =
       Adjacency::make(positions.size(), triangles.size() * 3, [&](std::size_t i) {
         return usable[i / 3] != 0 ? std::size_t{place[triangles[i / 3][i % 3]]} : positions.size();
@@ -73,13 +91,28 @@ std::vector<std::array<float, 3>> find_angles(std::span<const Vec3> positions,
         if (joined && v < sides[i].other) {
           const Vec3d way = Vec3d(positions[sides[i].other]) - Vec3d(positions[v]);
           const std::uint32_t a = sides[i].corner, b = sides[i + 1].corner;
-          const auto angle =
-              static_cast<float>(angle_between(area_normal(positions, triangles[a / 3]),
-                                               area_normal(positions, triangles[b / 3]), way));
-          angles[a / 3][a % 3] = angles[b / 3][b % 3] = angle;
+          const Vec3d n = area_normal(positions, triangles[a / 3]);
+          const Vec3d m = area_normal(positions, triangles[b / 3]);
+          const double whole = length(way);
+          body(
+              v,
+              Joint{
+                  {a, b}, whole, {length(n) / whole, length(m) / whole}, angle_between(n, m, way)});
         }
         i = next;
       }
+    }
+  });
+}
+
+/// Of each triangle, edge k from corner k; signed.
+std::vector<std::array<float, 3>> find_angles(std::span<const Vec3> positions,
+                                              std::span<const Triangle> triangles,
+                                              std::span<const std::uint8_t> usable) {
+  std::vector<std::array<float, 3>> angles(triangles.size());
+  for_each_joint(positions, triangles, usable, [&](std::size_t, const Joint& joint) {
+    for (const std::uint32_t c : joint.corner) {
+      angles[c / 3][c % 3] = static_cast<float>(joint.angle);
     }
   });
   return angles;
@@ -87,18 +120,32 @@ std::vector<std::array<float, 3>> find_angles(std::span<const Vec3> positions,
 
 }  // namespace
 
+double facet_size(std::span<const Vec3> positions, std::span<const Triangle> triangles) {
+  struct Sums {
+    double weight = 0, size = 0;
+  };
+  std::vector<Sums> sums(
+      positions.size());  // of vertices: the order of sums is not left to threads
+  for_each_joint(positions, triangles, find_usable(positions, triangles),
+                 [&](std::size_t vertex, const Joint& joint) {
+                   if (std::abs(joint.angle) > 1 / kFacetsARadius) return;
+                   const double weight = std::abs(joint.angle) * joint.length;
+                   sums[vertex].weight += weight;
+                   sums[vertex].size += weight * std::min(joint.height[0], joint.height[1]);
+                 });
+  Sums all;
+  for (const Sums& some : sums) {
+    all.weight += some.weight;
+    all.size += some.size;
+  }
+  return all.weight > 0 ? all.size / all.weight : 0;
+}
+
 MeanCurvature::MeanCurvature(std::span<const Vec3> positions, std::span<const Triangle> triangles,
                              double radius)
     : positions_(positions), triangles_(triangles), radius_(radius), at_vertex_(positions.size()) {
-  const std::vector<std::uint32_t> place = weld_vertices(positions);
-  std::vector<std::uint8_t> usable(triangles.size());
-  parallel_for(triangles.size(), kGrainOfTriangles, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t t = begin; t < end; ++t) {
-      usable[t] = has_area(positions, triangles[t]) ? 1 : 0;
-    }
-  });
-  tree_.emplace(positions, triangles, usable, find_angles(positions, triangles, place, usable),
-                radius);
+  const std::vector<std::uint8_t> usable = find_usable(positions, triangles);
+  tree_.emplace(positions, triangles, usable, find_angles(positions, triangles, usable), radius);
   for (std::atomic<double>& value : at_vertex_) value.store(kUnknown, std::memory_order_relaxed);
 }
 

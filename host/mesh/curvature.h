@@ -64,4 +64,15 @@ class MeanCurvature {
   mutable std::vector<std::atomic<double>> at_vertex_;  // NaN: not asked for yet
 };
 
+/// Facets in a radius, so that MeanCurvature does not show them: on spheres of even triangles, a radius of 1, 2 and 3
+/// facets has values that differ by 7%, 3% and 1.5% (standard deviation).
+inline constexpr double kFacetsARadius = 3;
+
+/// Size of the facets that smooth surfaces were cut into: the mean, by angle * length, over edges that bend by at most
+/// 1 / kFacetsARadius, of the lower height of both triangles over the edge. The width of a cylinder's sides, whatever
+/// its caps are; 0.87 edges where triangles are all alike. Edges that bend by more are the shape itself: a ball of
+/// kFacetsARadius such facets would be larger than the radius of their curvature. Unlike curvature, it follows how the
+/// surface is cut. \returns 0 where no edge bends so; the same to the bit on any number of threads. Time n log n.
+double facet_size(std::span<const Vec3> positions, std::span<const Triangle> triangles);
+
 }  // namespace kiln

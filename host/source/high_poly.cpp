@@ -6,6 +6,7 @@
 
 #include "base/progress_guard.h"
 #include "kiln/validate.h"
+#include "mesh/curvature.h"
 #include "mesh/steps.h"
 #include "mesh/usable.h"
 
@@ -163,6 +164,12 @@ Rasterizer& Source::Impl::raster() const {
   return *made(raster_, stats_, [&] {
     return std::make_unique<Rasterizer>(context_of(device), positions, triangles);
   });
+}
+
+double Source::Impl::facets() const {
+  const auto lock = lock_polling(mutex_);
+  if (!facets_) facets_ = facet_size(positions, triangles);
+  return *facets_;
 }
 
 Source::Stats Source::Impl::stats() const {

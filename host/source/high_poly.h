@@ -3,6 +3,7 @@
 
 #include <array>
 #include <mutex>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -57,6 +58,8 @@ struct KILN_HIDDEN Source::Impl {
   RayCaster& rays() const;
   ClosestFinder& closest() const;
   Rasterizer& raster() const;
+  /// facet_size(), frame units: of the mesh as it is when first asked for.
+  double facets() const;
 
   /// For whoever owns this one alone: takes over positions of vertices [first, first + count), and fits
   /// the hierarchy, where there is one, to them. The triangles with a moved corner are given.
@@ -77,6 +80,7 @@ struct KILN_HIDDEN Source::Impl {
   mutable std::unique_ptr<RayCaster> rays_;
   mutable std::unique_ptr<ClosestFinder> closest_;
   mutable std::unique_ptr<Rasterizer> raster_;
+  mutable std::optional<double> facets_;
   mutable Stats stats_;
 };
 

@@ -68,7 +68,7 @@ struct BakeOptions {
   std::vector<OwnMap> own_maps = {};  ///< A map each, after those; names as of transfers
   OcclusionOptions occlusion = {};    ///< For the maps ao, bent_normal and thickness
   /// Curvature is the mean over the high poly's surface within this distance of the point. Above 0. None
-  /// given: 0.5% of the diagonal.
+  /// given: 0.5% of the diagonal, but 3 facets of its smooth surfaces at least; BakeReport::curvature_radius says it.
   std::optional<Length> curvature_radius = {};
   ShadowLight light = {};   ///< For the map shadow
   IdBy id_by = IdBy::part;  ///< For the map id
@@ -113,6 +113,7 @@ struct BakeReport {
   std::uint64_t gutter_texels = 0;        ///< Texels that padding filled
   double max_distance = 0;                ///< As used, world units
   double mean_abs_distance = 0;           ///< Of the samples that hit, world units
+  double curvature_radius = 0;            ///< As used, world units; 0 where curvature was not baked
   std::optional<ViewReport> views;        ///< Where matched by views
   std::optional<TransitionReport> transitions;  ///< Where a fallback was asked for; before blending
   std::optional<TransitionReport> transitions_blended;  ///< After, where blending was asked for

@@ -37,6 +37,13 @@ enum class ImageFormat {
   png8,       ///< PNG, 8 bits a channel
 };
 
+/// What a file says of its picture.
+struct ImageText {
+  std::string
+      keyword;  ///< 1 to 79 printable ASCII characters, without a blank at either end; no other's
+  std::string text;  ///< Printable ASCII
+};
+
 /// How save_image() writes.
 struct SaveImageOptions {
   ImageFormat format = ImageFormat::exr_half;  ///< The name's extension must agree
@@ -45,6 +52,8 @@ struct SaveImageOptions {
   /// What places in the image are measured from (BakedMap::origin), written down: as the attribute `origin`
   /// (v3d) in an EXR, as the text `Origin` in a PNG. 0: nothing is written.
   std::array<double, 3> origin{};
+  /// Written down as text (tEXt) in a PNG, as attributes (string) in an EXR.
+  std::vector<ImageText> texts = {};
 };
 
 /// Reads a picture, chosen by content (TGA, which has no magic number, by its name as well): PNG and EXR (R, G, B, A
@@ -62,7 +71,7 @@ Image load_image(const std::filesystem::path& path);
 ///
 /// PNG: clamped to [0, 1] (NaN becomes 0), rounded to nearest, no gamma or colour profile. So k/255
 /// and k/65535 are kept exactly. EXR: as it is; half rounds to nearest even.
-/// \throws Error(output) for the disk, Error(usage) for an impossible size.
+/// \throws Error(output) for the disk, Error(usage) for an impossible size, and texts that are none.
 void save_image(const Image& image, const std::filesystem::path& path,
                 const SaveImageOptions& options = {});
 

@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <span>
 #include <string>
+#include <vector>
 
 #include "kiln/export.h"
 #include "kiln/image.h"
@@ -12,9 +13,10 @@ namespace KILN_PUBLIC kiln {
 
 /// One of several images in a file.
 struct ImageLayer {
-  std::string name;                ///< Without dots; its channels are NAME.R and so on
-  const Image* image = nullptr;    ///< The caller's; must stay until the file is written
-  std::array<double, 3> origin{};  ///< As SaveImageOptions::origin: the attribute NAME.origin
+  std::string name;                   ///< Without dots; its channels are NAME.R and so on
+  const Image* image = nullptr;       ///< The caller's; must stay until the file is written
+  std::array<double, 3> origin{};     ///< As SaveImageOptions::origin: the attribute NAME.origin
+  std::vector<ImageText> texts = {};  ///< As SaveImageOptions::texts: attributes NAME.KEYWORD
 };
 
 /// Writes several images of one size as one OpenEXR file: channels NAME.R, NAME.G, NAME.B and NAME.A, NAME.R and

@@ -240,8 +240,10 @@ struct BakedMap {
   /// Of each channel, where integer formats put its values: EncodingOptions::ranges, or the map's rule, which
   /// takes nothing of the picture. MapInfo::low and high; position: the bounding box of the high poly's used
   /// vertices; height, displacement, distance: how far the match looks (matches that do not: the high poly's
-  /// diagonal); curvature and convexity: one over BakeOptions::curvature_radius. Rounded outward.
+  /// diagonal); curvature and convexity: one over BakeReport::curvature_radius. Rounded outward.
   std::vector<ValueRange> ranges = {};
+  /// Of its values, such as "world units"; empty for shares, colours and unit vectors. As long-lived as the program.
+  std::string_view unit = {};
 };
 
 /// All maps, in the order that they are listed to people. Constant, and as long-lived as the program: any

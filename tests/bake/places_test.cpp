@@ -5,6 +5,7 @@
 #include <array>
 #include <cmath>
 #include <cstring>
+#include <map>
 #include <string>
 #include <vector>
 
@@ -219,6 +220,50 @@ TEST(Places, FilesTellTheOrigin) {
     const std::string plain = text_of(format, false);
     EXPECT_EQ(plain.find("rigin"), std::string::npos);
   }
+}
+
+/// The texts (tEXt) of a PNG, keyword and text.
+std::map<std::string, std::string> texts_of_png(const std::string& file) {
+  std::map<std::string, std::string> texts;
+  for (std::size_t at = 8; at + 8 <= file.size();) {  // chunks: length, name, data, checksum
+    std::size_t size = 0;
+    for (std::size_t k = 0; k < 4; ++k) size = size << 8 | static_cast<unsigned char>(file[at + k]);
+    const std::string data = file.substr(at + 8, size);
+    const std::size_t end = data.find('\0');
+    if (file.substr(at + 4, 4) == "tEXt") texts[data.substr(0, end)] = data.substr(end + 1);
+    at += 12 + size;
+  }
+  return texts;
+}
+
+TEST(Places, FilesTellTexts) {
+  const Image image{2, 1, 1, {0, 1}};
+  SaveImageOptions options{ImageFormat::png8};
+  options.texts = {{"Range", "-0.5 0.5"}, {"Unit", "1 / world unit"}};
+  options.origin = {1, 2, 3};
+  const auto bytes_of = [&] {
+    const std::vector<std::byte> bytes = encode(image, options);
+    EXPECT_EQ(load_image(bytes, "image").pixels, image.pixels);
+    return std::string(reinterpret_cast<const char*>(bytes.data()), bytes.size());
+  };
+  EXPECT_EQ(texts_of_png(bytes_of()),
+            (std::map<std::string, std::string>{
+                {"Origin", "1 2 3"}, {"Range", "-0.5 0.5"}, {"Unit", "1 / world unit"}}));
+  options.format = ImageFormat::exr_float;
+  const std::string exr = bytes_of();
+  EXPECT_NE(exr.find(std::string("Unit\0string\0\x0e\0\0\0", 16) + "1 / world unit"),
+            std::string::npos);
+  const auto refuse = [&](ImageFormat format, const std::string& keyword, const std::string& text) {
+    options.format = format;
+    options.texts = {{keyword, text}};
+    EXPECT_THROW(encode(image, options), Error) << keyword;
+  };
+  for (const ImageFormat format : {ImageFormat::png16, ImageFormat::exr_half}) {
+    for (const char* keyword : {"", " Unit", "Unit ", "Un\nit"}) refuse(format, keyword, "m");
+    refuse(format, std::string(80, 'a'), "m");
+    refuse(format, "Unit", "\xc2\xb5m");
+  }
+  refuse(ImageFormat::exr_half, "channels", "m");  // OpenEXR's own
 }
 
 }  // namespace

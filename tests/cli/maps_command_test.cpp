@@ -171,6 +171,44 @@ TEST(MapsCommand, LayersOfPicturesOfDifferentSizes) {
   }
 }
 
+TEST(MapsCommand, PicturesTellTheirRanges) {
+  KILN_REQUIRE_DEVICE();
+  const fs::path scene = make_scene();
+  const auto bytes_of = [&](const std::string& file) {
+    std::ifstream in(scene / "out" / file, std::ios::binary);
+    return std::string(std::istreambuf_iterator<char>(in), {});
+  };
+  const auto expect_text = [&](const std::string& file, const std::string& text) {
+    EXPECT_NE(bytes_of(file).find(text), std::string::npos) << file << ": " << text;
+  };
+  const std::string range("tEXtRange\0", 10), unit("tEXtUnit\0", 9);
+  expect_exit(bake(scene, {"--maps", "normal,height,curvature,position,slope,ao", "--ao-rays", "8",
+                           "--range", "height=-0.25,0.3", "--curvature-radius", "0.25", "--pack",
+                           "orm=ao,1,height,curvature"}),
+              0, {});
+  expect_text("low_height.png", range + "-0.25 0.3");
+  expect_text("low_height.png", unit + "world units");
+  expect_text("low_curvature.png", range + "-4 4");
+  expect_text("low_curvature.png", unit + "1 / world unit");
+  // The square about 0, of a side of 1, is flat: one step about its only z.
+  expect_text("low_position.png", range + "-0.5 0.5 -0.5 0.5 -0.1 0.1");
+  expect_text("low_slope.png", range + "0 180");
+  expect_text("low_orm.png", range + "0 1 0 1 -0.25 0.3 -4 4");
+  expect_text("low_orm.png", unit + "1, 1, world units, 1 / world unit");
+  for (const char* file : {"low_normal.png", "low_ao.png"}) {
+    EXPECT_EQ(bytes_of(file).find("tEXt"), std::string::npos) << file;
+  }
+  // OpenEXR holds values as they are.
+  expect_exit(bake(scene, {"--maps", "height,ao", "--ao-rays", "8", "--format", "exr", "--force"}),
+              0, {});
+  const std::string attribute("unit\0string\0\x0b\0\0\0world units", 27);
+  expect_text("low_height.exr", attribute);
+  EXPECT_EQ(bytes_of("low_ao.exr").find("unit"), std::string::npos);
+  expect_exit(bake(scene, {"--maps", "height,ao", "--ao-rays", "8", "--format", "exr", "--layers"}),
+              0, {});
+  expect_text("low_layers.exr", "height." + attribute);
+}
+
 TEST(MapsCommand, TakesMapsOfYourOwn) {
   KILN_REQUIRE_DEVICE();
   const fs::path scene = make_scene();

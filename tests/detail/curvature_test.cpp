@@ -14,6 +14,7 @@
 #include <span>
 #include <vector>
 
+#include "detail/curvature_check.h"
 #include "mesh/vector.h"
 #include "support/shapes.h"
 
@@ -536,6 +537,88 @@ TEST(Curvature, WeldsPlaces) {
     for (std::size_t k = 0; k < 3; ++k) {
       EXPECT_NEAR(parts[3 * t + k], whole[mesh.triangles[t][k]], 1e-12);
     }
+  }
+}
+
+/// A cylinder of n sides and its caps, radius and half height 1.
+Mesh cylinder(std::uint32_t n, std::uint32_t rows) {
+  Mesh mesh;
+  const auto at = [&](std::uint32_t side, double z, double away = 1) {
+    const double turn = 2 * std::numbers::pi * (side % n) / n;
+    mesh.positions.push_back({static_cast<float>(away * std::cos(turn)),
+                              static_cast<float>(away * std::sin(turn)), static_cast<float>(z)});
+  };
+  const auto triangle = [&] {
+    const auto last = static_cast<std::uint32_t>(mesh.positions.size());
+    mesh.triangles.push_back({last - 3, last - 2, last - 1});
+  };
+  for (std::uint32_t i = 0; i < n; ++i) {
+    for (std::uint32_t r = 0; r < rows; ++r) {
+      const double low = -1 + 2.0 * r / rows, high = -1 + 2.0 * (r + 1) / rows;
+      at(i, low), at(i + 1, low), at(i + 1, high), triangle();
+      at(i, low), at(i + 1, high), at(i, high), triangle();
+    }
+    for (const double z : {-1.0, 1.0}) {
+      at(z > 0 ? i : i + 1, z), at(z > 0 ? i + 1 : i, z), at(0, z, 0), triangle();
+    }
+  }
+  return mesh;
+}
+
+TEST(CurvatureCheck, IsTheDefinitionInOtherCode) {
+  // 64 strips across a border: 0.1% of the area.
+  constexpr double kStrips = 1e-3;
+  const Mesh cube = bevelled_cube(0, false);
+  for (const double radius : {0.05, 0.3}) {
+    const CurvatureCheck check(cube.positions, cube.triangles, radius);
+    CurvatureCheck::Room room;
+    EXPECT_EQ(check.at({0, 0, 1}, room), 0);
+    EXPECT_NEAR(check.at({1, 1, 1}, room), 1 / radius, kStrips / radius);
+    EXPECT_NEAR(check.at({0, 1, 1}, room), 0.5 / radius, kStrips / radius);
+    EXPECT_EQ(check.at({5, 5, 5}, room), 0);
+  }
+  // Small triangles and long ones, borders, both signs; points near each other and not.
+  for (const Mesh& mesh : {crumpled(2, 0.1), bevelled_cube(0.25F, true), test::icosphere(4),
+                           cylinder(24, 3), test::torus(48, 16)}) {
+    for (const double radius : {0.1, 0.5}) {
+      const CurvatureCheck check(mesh.positions, mesh.triangles, radius);
+      const MeanCurvature curvature(mesh.positions, mesh.triangles, radius);
+      CurvatureCheck::Room room;
+      MeanCurvature::Room other;
+      for (std::size_t t = 0; t < mesh.triangles.size(); t += 1 + mesh.triangles.size() / 60) {
+        const Triangle& c = mesh.triangles[t];
+        const Vec3d a(mesh.positions[c[0]]), b(mesh.positions[c[1]]), d(mesh.positions[c[2]]);
+        for (const Vec3d& at : {a, a * 0.9 + b * 0.1, (a + b + d) * (1.0 / 3)}) {
+          const double found = curvature.at(at, other);
+          EXPECT_NEAR(check.at(at, room), found, kStrips * (1 / radius + std::abs(found))) << t;
+        }
+      }
+    }
+  }
+}
+
+TEST(FacetSize, IsOfWhatWasSmooth) {
+  // Sides of a cylinder, cut across or not; not its caps, nor their sharp rims.
+  for (const std::uint32_t n : {24U, 64U}) {
+    const double width = 2 * std::sin(std::numbers::pi / n);
+    for (const std::uint32_t rows : {1U, 7U}) {
+      const Mesh mesh = cylinder(n, rows);
+      EXPECT_NEAR(facet_size(mesh.positions, mesh.triangles), width, 1e-5) << n;
+    }
+  }
+  // Heights of even triangles. Those of an icosphere differ by some 18%.
+  const Mesh sphere = test::icosphere(4);
+  double edges = 0;
+  for (const Triangle& t : sphere.triangles) {
+    edges += length(Vec3d(sphere.positions[t[1]]) - Vec3d(sphere.positions[t[0]]));
+  }
+  edges /= static_cast<double>(sphere.triangles.size());
+  EXPECT_NEAR(facet_size(sphere.positions, sphere.triangles), std::sqrt(0.75) * edges,
+              0.05 * edges);
+  // Nothing was smooth: a cube, a plane, a cylinder of 12 sides, nothing.
+  for (const Mesh& mesh : {bevelled_cube(0, false), bevelled_cube(0.25F, true), test::plane(3, 3),
+                           cylinder(12, 1), Mesh{}}) {
+    EXPECT_EQ(facet_size(mesh.positions, mesh.triangles), 0);
   }
 }
 

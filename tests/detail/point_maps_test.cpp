@@ -5,12 +5,14 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <numbers>
 #include <set>
 #include <stdexcept>
 #include <utility>
 
 #include "image/gutter.h"
 #include "kiln/kiln.h"
+#include "mesh/curvature.h"
 #include "mesh/kernels_shared.h"
 #include "mesh/low_surface.h"
 #include "mesh/vector.h"
@@ -345,6 +347,36 @@ TEST(PointMaps, CurvatureIsInWorldUnits) {
     EXPECT_EQ(range.high, 1.5F);  // 1 / 0.7, rounded up
   }
   EXPECT_NEAR(means[0], means[1], 1e-6);
+}
+
+TEST(PointMaps, CurvatureShowsNoFacetsByDefault) {
+  KILN_REQUIRE_DEVICE();
+  // Spheres whose edges are 2%, 4% and 8% of the diagonal.
+  for (const std::uint32_t levels : {4U, 3U, 2U}) {
+    const Mesh high = test::icosphere(levels);
+    const Source source(*test::device(), high);
+    const BakeResult baked = bake(source, test::uv_sphere(24, 12), asking({MapKind{"curvature"}}));
+    const double radius = 3 * facet_size(high.positions, high.triangles);
+    EXPECT_NEAR(baked.report.curvature_radius, radius, 1e-5 * radius);
+    EXPECT_NEAR(double{baked.maps[0].ranges[0].high}, 1 / radius, 0.1 / radius);
+    double squares = 0;
+    std::size_t texels = 0;
+    for (std::size_t i = 0; i < baked.coverage.size(); ++i) {
+      if (baked.coverage[i] != kCoverageBaked) continue;
+      ++texels;
+      squares += std::pow(baked.maps[0].image.pixels[i] - 1, 2);
+    }
+    ASSERT_GT(texels, 2000U);
+    // A disc with a radius of R spacings of a grid holds pi R^2 of its points to within sqrt(0.46 R) (root mean
+    // square; Kendall 1948); edges are clipped, which is smoother than points that are in or out. R is 3.
+    EXPECT_LT(std::sqrt(squares / static_cast<double>(texels)),
+              std::sqrt(0.46 * 3) / (std::numbers::pi * 3 * 3));
+  }
+  // Nothing is smooth: the share of the diagonal.
+  const Mesh cube = test::cube();
+  const Source source(*test::device(), cube);
+  const BakeResult baked = bake(source, cube, asking({MapKind{"curvature"}}));
+  EXPECT_NEAR(baked.report.curvature_radius, 0.005 * std::sqrt(3.0), 1e-7);
 }
 
 TEST(PointMaps, AreFollowedBySessions) {

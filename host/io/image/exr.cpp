@@ -5,6 +5,7 @@
 #include <ImfHeader.h>
 #include <ImfInputFile.h>
 #include <ImfOutputFile.h>
+#include <ImfStringAttribute.h>
 #include <ImfThreading.h>
 #include <ImfTileDescription.h>
 #include <ImfTiledOutputFile.h>
@@ -199,15 +200,44 @@ Imf::Header make_header(const Image& image, Imf::PixelType type, const SaveImage
   for (std::size_t i = 0; i < image.channels; ++i) {
     header.channels().insert(kNames[image.channels][i], Imf::Channel(type));
   }
-  put_origin(header, "origin", options.origin);
+  put_texts(header, "", options.origin, options.texts);
   return header;
 }
 
 }  // namespace
 
-void put_origin(Imf::Header& header, const std::string& name, const std::array<double, 3>& origin) {
-  if (origin == std::array<double, 3>{}) return;
-  header.insert(name, Imf::V3dAttribute(Imath::V3d(origin[0], origin[1], origin[2])));
+void put_texts(Imf::Header& header, const std::string& prefix, const std::array<double, 3>& origin,
+               const std::vector<ImageText>& texts) {
+  if (origin != std::array<double, 3>{}) {
+    header.insert(prefix + "origin",
+                  Imf::V3dAttribute(Imath::V3d(origin[0], origin[1], origin[2])));
+  }
+  for (const ImageText& text : texts) {
+    const std::string name = prefix + text.keyword;
+    if (header.find(name.c_str()) != header.end()) {
+      throw Error(
+          ErrorCode::usage,
+          "The text '" + name + "' cannot be written: OpenEXR has an attribute of that name.");
+    }
+    header.insert(name, Imf::StringAttribute(text.text));
+  }
+}
+
+void check_texts(const std::vector<ImageText>& texts) {
+  constexpr std::size_t kLongest = 79;  // of PNG
+  const auto printable = [](const std::string& text) {
+    return std::all_of(text.begin(), text.end(), [](char c) { return c >= ' ' && c <= '~'; });
+  };
+  for (const ImageText& text : texts) {
+    const std::string& word = text.keyword;
+    if (word.empty() || word.size() > kLongest || word.front() == ' ' || word.back() == ' ' ||
+        !printable(word) || !printable(text.text)) {
+      throw Error(ErrorCode::usage,
+                  "The text '" + word + "' = '" + text.text +
+                      "' cannot be written into a picture: give a keyword of 1 to "
+                      "79 characters without a blank at an end, all printable ASCII.");
+    }
+  }
 }
 
 bool ExrSource::read(char bytes[], int count) {

@@ -35,8 +35,13 @@ std::vector<std::byte> encode_exr(const Image& image, const SaveImageOptions& op
 void save_exr_mips(const std::vector<const Image*>& levels, const std::filesystem::path& path,
                    const SaveImageOptions& options);
 
-/// Writes down what places are measured from, unless that is 0.
-void put_origin(Imf::Header& header, const std::string& name, const std::array<double, 3>& origin);
+/// Writes down what places are measured from, unless that is 0, and texts.
+/// \param prefix  of the attributes' names: "" or "LAYER."
+void put_texts(Imf::Header& header, const std::string& prefix, const std::array<double, 3>& origin,
+               const std::vector<ImageText>& texts);
+
+/// \throws Error(usage) for texts that are none (ImageText)
+void check_texts(const std::vector<ImageText>& texts);
 
 /// OpenEXR's input from bytes at known places, which the checks before it have read, too.
 class ExrSource : public Imf::IStream {

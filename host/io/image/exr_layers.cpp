@@ -43,6 +43,7 @@ void check(std::span<const ImageLayer> layers, const SaveImageOptions& options) 
         image->pixels.size() != std::size_t{image->width} * image->height * image->channels) {
       usage("The layer '" + layer.name + "' has no pixels, or not as many as its size says.");
     }
+    check_texts(layer.texts);
     if (image->width != layers[0].image->width || image->height != layers[0].image->height) {
       usage("Layers must be of one size, but there are " + size_of(layers[0]) + " and " +
             size_of(layer) + ".");
@@ -110,7 +111,7 @@ void save_layers(std::span<const ImageLayer> layers, const std::filesystem::path
     for (std::size_t c = 0; c < layer.image->channels; ++c) {
       header.channels().insert(channel_name(layer, c), Imf::Channel(type));
     }
-    put_origin(header, layer.name + ".origin", layer.origin);
+    put_texts(header, layer.name + ".", layer.origin, layer.texts);
   }
   write_exr(path, [&](ExrStream& stream) {
     Imf::OutputFile output(stream, header, exr_threads(options.threads));

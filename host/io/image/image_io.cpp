@@ -36,12 +36,24 @@ void check_image(const Image& image) {
   }
 }
 
-void check_threads(const SaveImageOptions& options) {
+void check_options(const SaveImageOptions& options) {
   if (options.threads < 0) {
     throw Error(ErrorCode::usage, "SaveImageOptions::threads is " +
                                       std::to_string(options.threads) +
                                       "; use 0 for all cores, or their number.");
   }
+  check_texts(options.texts);
+}
+
+/// With the origin: three numbers with blanks between.
+std::vector<ImageText> png_texts(const SaveImageOptions& options) {
+  std::vector<ImageText> texts = options.texts;
+  const std::array<double, 3>& origin = options.origin;
+  if (origin == std::array<double, 3>{}) return texts;
+  char text[96];
+  std::snprintf(text, sizeof text, "%.17g %.17g %.17g", origin[0], origin[1], origin[2]);
+  texts.insert(texts.begin(), {"Origin", text});
+  return texts;
 }
 
 void check_mips(const Image& image, const std::vector<Image>& mips) {
@@ -234,26 +246,26 @@ void check_extension(const std::filesystem::path& path, ImageFormat format) {
 void save_image(const Image& image, const std::filesystem::path& path,
                 const SaveImageOptions& options) {
   check_image(image);
-  check_threads(options);
+  check_options(options);
   check_extension(path, options.format);
   switch (options.format) {
     case ImageFormat::exr_half:
     case ImageFormat::exr_float:
       return save_exr(image, path, options);
     case ImageFormat::png16:
-      return save_png(image, path, {16, false, options.threads, options.origin});
+      return save_png(image, path, {16, false, options.threads, png_texts(options)});
     case ImageFormat::png8:
-      return save_png(image, path, {8, options.dither, options.threads, options.origin});
+      return save_png(image, path, {8, options.dither, options.threads, png_texts(options)});
   }
   throw Error(ErrorCode::usage, "SaveImageOptions::format is none of ImageFormat.", "option-enum");
 }
 
 std::vector<std::byte> encode(const Image& image, const SaveImageOptions& options) {
   check_image(image);
-  check_threads(options);
+  check_options(options);
   std::vector<std::byte> bytes;
   const auto png = [&](int bits, bool dither) {
-    write_png(image, {bits, dither, options.threads, options.origin}, "memory",
+    write_png(image, {bits, dither, options.threads, png_texts(options)}, "memory",
               [&](std::string_view piece) {
                 const auto* const data = reinterpret_cast<const std::byte*>(piece.data());
                 bytes.insert(bytes.end(), data, data + piece.size());
@@ -280,7 +292,7 @@ Image load_image(std::span<const std::byte> bytes, std::string_view name) {
 void save_mipmapped(const Image& image, const std::vector<Image>& mips,
                     const std::filesystem::path& path, const SaveImageOptions& options) {
   check_image(image);
-  check_threads(options);
+  check_options(options);
   check_mips(image, mips);
   if (options.format != ImageFormat::exr_half && options.format != ImageFormat::exr_float) {
     throw Error(ErrorCode::usage,

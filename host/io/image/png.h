@@ -1,12 +1,12 @@
 // PNG: 8 or 16 bits a channel, 1 to 4 channels (grey, grey and alpha, RGB, RGBA).
 #pragma once
 
-#include <array>
 #include <cstdint>
 #include <filesystem>
 #include <functional>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "kiln/image.h"
 
@@ -14,10 +14,10 @@ namespace kiln {
 
 /// How a PNG is written.
 struct PngOptions {
-  int bits = 16;                   ///< A channel: 8 or 16
-  bool dither = false;             ///< 8 bits only
-  int threads = 0;                 ///< 0: all
-  std::array<double, 3> origin{};  ///< SaveImageOptions::origin
+  int bits = 16;                      ///< A channel: 8 or 16
+  bool dither = false;                ///< 8 bits only
+  int threads = 0;                    ///< 0: all
+  std::vector<ImageText> texts = {};  ///< A tEXt chunk each
 };
 
 /// Writes with 8 or 16 bits a channel. Values are clamped to [0, 1] (NaN becomes 0), scaled in
@@ -26,7 +26,7 @@ struct PngOptions {
 /// (Bayer 1973), which keeps such values too.
 ///
 /// No gamma, colour-space or time chunk is written: maps are data, and the same image gives the same
-/// bytes. The one text there may be is `Origin`: three numbers with blanks between.
+/// bytes.
 ///
 /// Bands of rows are filtered and deflated on `threads` threads (0: all). Each ends on a byte boundary
 /// (Z_SYNC_FLUSH), and they are joined to one zlib stream. The bands do not depend on the number of

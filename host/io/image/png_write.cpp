@@ -205,7 +205,7 @@ class InOrder {
 
 void write_png(const Image& image, const PngOptions& options, const std::string& name,
                const PutBytes& send) {
-  const auto& [bits, dither, threads, origin] = options;
+  const auto& [bits, dither, threads, texts] = options;
   const Layout layout{image, bits, dither};
   send("\x89PNG\r\n\x1a\n");
   Bytes header;
@@ -219,11 +219,9 @@ void write_png(const Image& image, const PngOptions& options, const std::string&
     send({reinterpret_cast<const char*>(bytes.data()), bytes.size()});
   };
   put(chunk("IHDR", header));
-  if (origin != std::array<double, 3>{}) {
-    char text[96];
-    const int size = std::snprintf(text, sizeof text, "Origin%c%.17g %.17g %.17g", '\0', origin[0],
-                                   origin[1], origin[2]);
-    put(chunk("tEXt", Bytes(text, text + size)));
+  for (const ImageText& text : texts) {
+    const std::string both = text.keyword + '\0' + text.text;
+    put(chunk("tEXt", Bytes(both.begin(), both.end())));
   }
   put(chunk("IDAT", {0x78, 0x01}));  // zlib: deflate, 32 KiB window, fastest
 

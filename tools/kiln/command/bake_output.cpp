@@ -1,6 +1,7 @@
 // The files of a bake.
 #include <algorithm>
 #include <array>
+#include <charconv>
 #include <cmath>
 #include <cstdio>
 
@@ -214,10 +215,31 @@ void store(BakeRun& run, BakedMap& map, const std::string& name) {
 
 namespace {
 
+/// The shortest text that is this value.
+std::string text_of(float value) {
+  std::array<char, 32> text{};
+  return {text.data(), std::to_chars(text.data(), text.data() + text.size(), value).ptr};
+}
+
+/// What a file says of its values. \param ranges  of each channel: values at 0 and 1; none: as they are
+std::vector<ImageText> texts_of(const SaveImageOptions& options,
+                                const std::vector<ValueRange>& ranges, const std::string& unit) {
+  std::vector<ImageText> texts;
+  std::string text;
+  for (const auto [low, high] : ranges) {
+    text += (text.empty() ? "" : " ") + text_of(low) + " " + text_of(high);
+  }
+  if (!text.empty()) texts.push_back({"Range", text});
+  if (!unit.empty()) texts.push_back({is_exr(options) ? "unit" : "Unit", unit});
+  return texts;
+}
+
 /// An image with its mip chain. \returns false where it was cancelled
-bool save_with_mips(BakeRun& run, const BakedMap& map, const std::string& name) {
+bool save_with_mips(BakeRun& run, const BakedMap& map, const std::string& name,
+                    std::vector<ImageText> texts) {
   SaveImageOptions options = run.save_options;
   options.origin = map.origin;
+  options.texts = std::move(texts);
   const std::vector<fs::path> files =
       map_files(run.arguments.out, run.low.stem + "_" + name + run.tile, map.mips.size(), options);
   for (std::size_t level = 0; level < files.size(); ++level) {
@@ -244,9 +266,21 @@ bool save_packs(BakeRun& run) {
     joined.image =
         packed(pack, [&](const std::string& map) -> const Image& { return map_of(map).image; });
     std::size_t levels = 64;  // more than there are
+    std::vector<ValueRange> ranges;
+    std::string units;
+    bool scaled = false;
     for (const PackChannel& channel : pack.channels) {
-      if (channel.map.empty()) continue;
+      ranges.push_back({0, 1});
+      if (&channel != pack.channels.data()) units += ", ";
+      if (channel.map.empty()) {
+        units += "1";
+        continue;
+      }
       const BakedMap& map = map_of(channel.map);
+      const std::vector<ValueRange> range = stored_ranges(map, run.save_options);
+      if (!range.empty()) ranges.back() = range[channel.channel];
+      scaled = scaled || !map.unit.empty();
+      units += map.unit.empty() ? "1" : map.unit;
       levels = std::min(levels, map.mips.size());
       if (map.info.takes_origin) joined.origin = map.origin;  // the same in all
     }
@@ -254,7 +288,10 @@ bool save_packs(BakeRun& run) {
       joined.mips.push_back(packed(
           pack, [&](const std::string& map) -> const Image& { return map_of(map).mips[level]; }));
     }
-    if (!save_with_mips(run, joined, pack.name)) return false;
+    if (is_exr(run.save_options) || !scaled) ranges.clear();
+    const std::vector<ImageText> texts =
+        texts_of(run.save_options, ranges, scaled ? units : std::string());
+    if (!save_with_mips(run, joined, pack.name, texts)) return false;
   }
   return true;
 }
@@ -265,9 +302,11 @@ bool save_maps(BakeRun& run) {
   for (BakedMap& map : run.result.maps) {
     const std::string name = cluster_name(std::string(map.kind.name), map.cluster);
     store(run, map, name);
+    const std::vector<ImageText> texts =
+        texts_of(run.save_options, stored_ranges(map, run.save_options), std::string(map.unit));
     if (run.arguments.layers) {
-      layers.push_back({name, &map.image, map.origin});
-    } else if (!save_with_mips(run, map, name)) {
+      layers.push_back({name, &map.image, map.origin, texts});
+    } else if (!save_with_mips(run, map, name, texts)) {
       return false;
     }
   }

@@ -92,6 +92,7 @@ void add_parts(const BakeRun& run, Json& json) {
   // What 0 and 1 of integer formats stand for, a channel each.
   if (!run.ranges.empty() && run.sets.empty()) json["ranges"] = run.ranges;
   if (run.origin) json["origin"] = *run.origin;
+  if (report.curvature_radius > 0) json["curvature_radius"] = report.curvature_radius;
   if (run.options.encoding.mips && run.sets.empty()) json["mips"] = run.mips;
   if (run.planned) json["auto"] = plan_json(*run.planned);
   if (run.plan) {

@@ -99,6 +99,7 @@ void add_to(BakeReport& sum, const BakeReport& report) {
     sum.*seconds += report.*seconds;
   }
   sum.max_distance = std::max(sum.max_distance, report.max_distance);
+  sum.curvature_radius = std::max(sum.curvature_radius, report.curvature_radius);
   sum.uv_copies_differ = std::max(sum.uv_copies_differ, report.uv_copies_differ);
   sum.peak_device_bytes = std::max(sum.peak_device_bytes, report.peak_device_bytes);
 }

@@ -1,0 +1,152 @@
+#include "detail/curvature_check.h"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <tuple>
+
+#include "mesh/usable.h"
+
+namespace kiln {
+namespace {
+
+constexpr double kSlack =
+    0.25;  // of the radius, that points may be from where pieces were gathered
+constexpr int kStrips = 64;
+
+Vec3d unit_normal(const std::array<Vec3d, 3>& c) {
+  const Vec3d n = cross(c[1] - c[0], c[2] - c[0]);
+  return n * (1 / length(n));
+}
+
+/// Length of a segment in a ball around 0, by the foot of the perpendicular.
+double inside(const Vec3d& a, const Vec3d& b, double radius) {
+  const double whole = length(b - a);
+  if (!(whole > 0)) return 0;
+  const Vec3d way = (b - a) * (1 / whole);
+  const double foot = -dot(a, way), away = length(a + way * foot);
+  if (away >= radius) return 0;
+  const double half = std::sqrt(radius * radius - away * away);
+  return std::max(0.0, std::min(whole, foot + half) - std::max(0.0, foot - half));
+}
+
+/// Whether the boxes of a triangle and of a ball are apart.
+bool apart(const std::array<Vec3d, 3>& t, const Vec3d& centre, double radius) {
+  const auto along = [&](double p, double q, double r, double at) {
+    return std::min({p, q, r}) > at + radius || std::max({p, q, r}) < at - radius;
+  };
+  return along(t[0].x, t[1].x, t[2].x, centre.x) || along(t[0].y, t[1].y, t[2].y, centre.y) ||
+         along(t[0].z, t[1].z, t[2].z, centre.z);
+}
+
+double least_x(const std::array<Vec3d, 3>& c) { return std::min({c[0].x, c[1].x, c[2].x}); }
+/// Of its width along x, or of a radius.
+int order_of_size(const std::array<Vec3d, 3>& c, double radius) {
+  return std::ilogb(std::max(std::max({c[0].x, c[1].x, c[2].x}) - least_x(c), radius));
+}
+
+}  // namespace
+
+CurvatureCheck::CurvatureCheck(std::span<const Vec3> positions, std::span<const Triangle> triangles,
+                               double radius)
+    : radius_(radius) {
+  std::map<int, std::vector<std::uint32_t>> sizes;
+  for (const Triangle& t : triangles) {
+    if (!has_area(positions, t)) continue;
+    Piece piece;
+    for (std::size_t k = 0; k < 3; ++k) piece.corner[k] = Vec3d(positions[t[k]]);
+    sizes[order_of_size(piece.corner, radius)].push_back(
+        static_cast<std::uint32_t>(pieces_.size()));
+    pieces_.push_back(piece);
+  }
+  for (auto& [order, some] : sizes) {
+    std::sort(some.begin(), some.end(), [&](std::uint32_t a, std::uint32_t b) {
+      return std::pair(least_x(pieces_[a].corner), a) < std::pair(least_x(pieces_[b].corner), b);
+    });
+    by_x_.push_back(std::move(some));
+  }
+  find_angles();
+}
+
+void CurvatureCheck::find_angles() {
+  using Place = std::tuple<double, double, double>;
+  struct Side {
+    Place low, high;
+    bool upward;
+    std::uint32_t piece, k;
+  };
+  std::vector<Side> sides;
+  sides.reserve(3 * pieces_.size());
+  for (std::uint32_t i = 0; i < pieces_.size(); ++i) {
+    for (std::uint32_t k = 0; k < 3; ++k) {
+      const Vec3d &p = pieces_[i].corner[k], &q = pieces_[i].corner[(k + 1) % 3];
+      const Place from{p.x, p.y, p.z}, to{q.x, q.y, q.z};
+      sides.push_back({std::min(from, to), std::max(from, to), from < to, i, k});
+    }
+  }
+  std::sort(sides.begin(), sides.end(), [](const Side& a, const Side& b) {
+    return std::tie(a.low, a.high, a.upward, a.piece) < std::tie(b.low, b.high, b.upward, b.piece);
+  });
+  for (std::size_t i = 0, next = 0; i < sides.size(); i = next) {
+    while (next < sides.size() && sides[next].low == sides[i].low &&
+           sides[next].high == sides[i].high) {
+      ++next;
+    }
+    if (next - i != 2 || sides[i].upward == sides[i + 1].upward) continue;
+    Piece &one = pieces_[sides[i].piece], &other = pieces_[sides[i + 1].piece];
+    const Vec3d n = unit_normal(one.corner), m = unit_normal(other.corner);
+    const double angle = std::acos(std::clamp(dot(n, m), -1.0, 1.0));
+    // Convex where the other one's far corner lies below this one's plane.
+    const double side = dot(n, other.corner[(sides[i + 1].k + 2) % 3] - one.corner[sides[i].k]);
+    one.angle[sides[i].k] = other.angle[sides[i + 1].k] = side <= 0 ? angle : -angle;
+  }
+}
+
+/// All pieces in reach of balls around points near the centre.
+void CurvatureCheck::gather(const Vec3d& centre, Room& room) const {
+  room.known = true;
+  room.centre = centre;
+  room.near.clear();
+  const double reach = radius_ * (1 + kSlack);
+  for (const std::vector<std::uint32_t>& some : by_x_) {
+    const double widest = std::ldexp(2.0, order_of_size(pieces_[some[0]].corner, radius_));
+    auto i = std::partition_point(some.begin(), some.end(), [&](std::uint32_t piece) {
+      return least_x(pieces_[piece].corner) < centre.x - reach - widest;
+    });
+    for (; i != some.end() && least_x(pieces_[*i].corner) <= centre.x + reach; ++i) {
+      if (!apart(pieces_[*i].corner, centre, reach)) room.near.push_back(*i);
+    }
+  }
+}
+
+double CurvatureCheck::at(const Vec3d& point, Room& room) const {
+  if (!room.known || length(point - room.centre) > radius_ * kSlack) gather(point, room);
+  double area = 0, bend = 0;
+  for (const std::uint32_t i : room.near) {
+    const Piece& piece = pieces_[i];
+    if (apart(piece.corner, point, radius_)) continue;
+    const Vec3d a = piece.corner[0] - point, b = piece.corner[1] - point,
+                c = piece.corner[2] - point;
+    bend += (piece.angle[0] * inside(a, b, radius_) + piece.angle[1] * inside(b, c, radius_) +
+             piece.angle[2] * inside(c, a, radius_)) /
+            4;
+    const double whole = length(cross(b - a, c - a)) / 2;
+    if (std::max({length(a), length(b), length(c)}) <= radius_) {
+      area += whole;
+      continue;
+    }
+    // Strips along bc, from a downwards, where the ball is.
+    const Vec3d along = (c - b) * (1 / length(c - b));
+    const Vec3d down = (b - a) - along * dot(b - a, along);
+    const double height = length(down), middle = -dot(a, down) / height;
+    const double begin = std::max(0.0, middle - radius_), end = std::min(height, middle + radius_);
+    if (begin >= end) continue;
+    for (int s = 0; s < kStrips; ++s) {
+      const double share = (begin + (end - begin) * (s + 0.5) / kStrips) / height;
+      area += inside(a + (b - a) * share, a + (c - a) * share, radius_) * (end - begin) / kStrips;
+    }
+  }
+  return area > 0 ? bend / area : 0;
+}
+
+}  // namespace kiln
