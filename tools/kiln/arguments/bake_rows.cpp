@@ -574,8 +574,8 @@ std::vector<OptionRow> make_rows() {
        .group = "Curvature (--maps curvature)",
        .value = length(AT(options.curvature_radius)),
        .help = "Curvature is the mean over HIGH's surface this far around the point (default "
-               "0.5%). World "
-               "units, or P% of HIGH's diagonal",
+               "0.5%, but 3 facets of smooth parts at least). World units, or P% of HIGH's "
+               "diagonal",
        .map = holds<&MapInfo::takes_curvature_radius>},
       {.flag = "--range",
        .group = kMap,
