@@ -402,5 +402,106 @@ TEST(SaveGlb, TangentsFitTheMapInAllEightOrientations) {
   }
 }
 
+/// A torus in eight charts, each turned or mirrored in another way.
+Mesh torus_of_all_orientations() {
+  Mesh low = test::torus(96, 48);
+  const std::vector<Vec2> uvs = std::move(low.uvs);
+  low.uvs.clear();
+  for (Triangle& t : low.uv_triangles) {
+    const float middle = (uvs[t[0]].x + uvs[t[1]].x + uvs[t[2]].x) / 3;
+    const int way = static_cast<int>(8 * middle);
+    for (std::uint32_t& corner : t) {
+      Vec2 uv = {8 * uvs[corner].x - static_cast<float>(way), uvs[corner].y};
+      if (way >= 4) uv.x = 1 - uv.x;
+      for (int k = 0; k < way % 4; ++k) uv = {1 - uv.y, uv.x};
+      corner = static_cast<std::uint32_t>(low.uvs.size());
+      low.uvs.push_back({(static_cast<float>(way % 4) + 0.03F + 0.94F * uv.x) / 4,
+                         (static_cast<float>(way / 4) + 0.03F + 0.94F * uv.y) / 2});
+    }
+  }
+  return low;
+}
+
+/// On a curved mesh, normals and tangents are interpolated, and turn from corner to corner: the file's frame and
+/// picture give HIGH's exact normals all the same, in each orientation.
+TEST(SaveGlb, CurvedMeshesAreRightInAllEightOrientations) {
+  KILN_REQUIRE_DEVICE();
+  const fs::path path = test::scratch_folder() / "a.glb";
+  const Mesh low = torus_of_all_orientations();
+  const Source source(*test::device(), test::BumpyTorus::dense(400000));
+  BakeOptions options;
+  options.width = options.height = 512;
+  const BakeResult result = bake(source, low, options);
+  AssetMaps maps;
+  maps.normal = &result.maps[0].image;
+  save_glb(low, maps, path);
+  const Parsed glb(path);
+  expect_valid(glb);
+  const json& primitive = glb.head["meshes"][0]["primitives"][0];
+  const json& of = primitive["attributes"];
+  const auto p = glb.values<float>(of["POSITION"], 3), n = glb.values<float>(of["NORMAL"], 3),
+             t = glb.values<float>(of["TANGENT"], 4), uv = glb.values<float>(of["TEXCOORD_0"], 2);
+  const auto indices = glb.values<std::uint32_t>(primitive["indices"], 1);
+  const json& view =
+      glb.head["bufferViews"].at(glb.head["images"][0]["bufferView"].get<std::size_t>());
+  const std::string png = glb.bytes.substr(view["byteOffset"], view["byteLength"]);
+  const Image map = load_image(std::as_bytes(std::span(png)), "map");
+  std::array<double, 8> sum{}, count{};
+  for (std::size_t i = 0; i < indices.size(); i += 3) {
+    const std::uint32_t* const c = &indices[i];
+    const auto mean = [&](const std::vector<float>& v, std::size_t width, std::size_t k,
+                          const std::array<double, 3>& w) {
+      return w[0] * v[width * c[0] + k] + w[1] * v[width * c[1] + k] + w[2] * v[width * c[2] + k];
+    };
+    // The texel that the middle lies in; its centre's place on the triangle, where that is inside.
+    constexpr double kThird = 1.0 / 3;
+    const auto column = static_cast<std::size_t>(512 * mean(uv, 2, 0, {kThird, kThird, kThird}));
+    const auto row = static_cast<std::size_t>(512 * mean(uv, 2, 1, {kThird, kThird, kThird}));
+    const double u = (static_cast<double>(column) + 0.5) / 512,
+                 v = (static_cast<double>(row) + 0.5) / 512;
+    const auto area = [&](double ax, double ay, double bx, double by) { return ax * by - ay * bx; };
+    const auto x = [&](std::size_t k) { return uv[2 * c[k]] - u; };
+    const auto y = [&](std::size_t k) { return uv[2 * c[k] + 1] - v; };
+    std::array<double, 3> w = {area(x(1), y(1), x(2), y(2)), area(x(2), y(2), x(0), y(0)),
+                               area(x(0), y(0), x(1), y(1))};
+    const double all = w[0] + w[1] + w[2];
+    for (double& weight : w) weight /= all;
+    if (*std::min_element(w.begin(), w.end()) < 0) continue;
+    // glTF 2.0, 3.7.2.1: bitangent = cross(normal, tangent.xyz) * tangent.w, of interpolated ones
+    std::array<double, 3> normal{}, tangent{};
+    for (std::size_t k = 0; k < 3; ++k) {
+      normal[k] = mean(n, 3, k, w);
+      tangent[k] = mean(t, 4, k, w);
+    }
+    const double length = std::hypot(normal[0], normal[1], normal[2]);
+    for (double& value : normal) value /= length;
+    const double along = normal[0] * tangent[0] + normal[1] * tangent[1] + normal[2] * tangent[2];
+    for (std::size_t k = 0; k < 3; ++k) tangent[k] -= along * normal[k];
+    const double size = std::hypot(tangent[0], tangent[1], tangent[2]);
+    for (double& value : tangent) value /= size;
+    const float* const texel = map.at(column, row);
+    std::array<double, 3> shaded{};
+    for (std::size_t k = 0; k < 3; ++k) {
+      const std::size_t a = (k + 1) % 3, b = (k + 2) % 3;
+      const double bitangent = t[4 * c[0] + 3] * (normal[a] * tangent[b] - normal[b] * tangent[a]);
+      shaded[k] = (2 * texel[0] - 1) * tangent[k] + (2 * texel[1] - 1) * bitangent +
+                  (2 * texel[2] - 1) * normal[k];
+    }
+    const test::Vec3d exact =
+        test::BumpyTorus::exact_normal({mean(p, 3, 0, w), mean(p, 3, 1, w), mean(p, 3, 2, w)});
+    const double cosine = (shaded[0] * exact.x + shaded[1] * exact.y + shaded[2] * exact.z) /
+                          std::hypot(shaded[0], shaded[1], shaded[2]);
+    const auto way = static_cast<std::size_t>(4 * u) + (v < 0.5 ? 4 : 0);
+    sum[way] += std::acos(std::min(1.0, cosine)) * 180 / 3.14159265358979;
+    ++count[way];
+  }
+  // 8 bits are 0.3 degrees in the mean (half of 2/255, in two axes), and rays along LOW's normals meet HIGH a
+  // little off the tube's ray. A channel the wrong way round is 20 degrees, HIGH's mean slope.
+  for (std::size_t way = 0; way < 8; ++way) {
+    ASSERT_GT(count[way], 200);
+    EXPECT_LT(sum[way] / count[way], 1) << way;
+  }
+}
+
 }  // namespace
 }  // namespace kiln
