@@ -19,6 +19,7 @@
 #include "simplify/heightfield_constraint.h"
 #include "simplify/simplify_check.h"
 #include "simplify/simplify_input.h"
+#include "simplify/small_components.h"
 #include "simplify/surface_fit.h"
 #include "simplify/uv_seam_constraint.h"
 
@@ -204,6 +205,8 @@ class SimplifyJob {
   bool is_fine();
   Work start(std::size_t faces, std::span<const Place> untouched, bool parts, bool fine) const;
   void find_labels();
+  void leave_out(const ComponentSizes& parts, const std::vector<std::uint8_t>& dropped,
+                 const std::string& why);
   bool drop_small_components();
   bool is_fitted(std::size_t faces) const;
   bool prepare_fit();
