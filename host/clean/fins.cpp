@@ -17,13 +17,16 @@ constexpr double kMostFins = 0.1;
 
 std::vector<std::uint8_t> find_fins(const Mesh& mesh, double size, Cleaned& fins) {
   const std::vector<Triangle> corners = welded_triangles(mesh);
-  std::vector<std::uint8_t> open(corners.size(), 0), hangs(corners.size(), 0), crowded(corners.size(), 0);
+  std::vector<std::uint8_t> open(corners.size(), 0), hangs(corners.size(), 0),
+      crowded(corners.size(), 0);
   bool any = false;
   SideLists(corners, mesh.positions.size())
       .each_edge([&](std::uint32_t, std::span<const SideLists::Item> sides) {
         if (sides.size() == 2) return;
         any = any || sides.size() == 3;
-        std::vector<std::uint8_t>& of = sides.size() == 1 ? open : sides.size() == 3 ? hangs : crowded;
+        std::vector<std::uint8_t>& of = sides.size() == 1   ? open
+                                        : sides.size() == 3 ? hangs
+                                                            : crowded;
         for (const SideLists::Item& side : sides) of[side.index / 3] = 1;
       });
   if (!any) return {};

@@ -255,34 +255,51 @@ SimplifyResult SimplifyJob::solve() {
   return result;
 }
 
-/// Leaves out parts of the high poly that are smaller than a low poly with all of them is off. \returns whether there
-/// are any
+/// Leaves out parts of the high poly. \param dropped  by part
+void SimplifyJob::leave_out(const ComponentSizes& parts, const std::vector<std::uint8_t>& dropped,
+                            const std::string& why) {
+  const auto count = static_cast<std::uint64_t>(std::count(dropped.begin(), dropped.end(), 1));
+  report_.dropped_parts += count;
+  dense_ = parts.without(dense_, dropped);
+  is_fine_.reset();
+  fit_.reset();
+  dense_positions_ = to_floats(dense_.points);
+  check_ = SimplifyCheck(dense_positions_, dense_.triangles, options_.height_field);
+  report_.warnings.push_back({"dropped-parts",
+                              counted(count, "part") + " of the high poly " +
+                                  (count == 1 ? "is" : "are") + " smaller than " + why +
+                                  "; left out: keep the parts, or ask for more faces",
+                              count});
+}
+
+/// Leaves out parts for which there are too few faces, the smallest first, and then those that are smaller than a low
+/// poly's body is off. \returns whether there are any
 bool SimplifyJob::drop_small_components() {
   if (options_.keep_parts || options_.faces == 0 || !is_free(options_)) return false;
   AsyncTask<bool> fine([this] { return is_fine(); });  // Most meshes stay as they are.
   const ComponentSizes parts(dense_);
   fine.get();
   if (parts.is_whole()) return false;
+  const std::size_t of_one_side =
+      std::max<std::size_t>(options_.faces * dense_.triangles.size() / faces_of_dense(), 1);
+  const std::string faces = counted(options_.faces, "face");
+  const std::vector<std::uint8_t> surplus = parts.surplus(of_one_side);
+  if (std::find(surplus.begin(), surplus.end(), 1) != surplus.end()) {
+    leave_out(parts, surplus, "others that need all of the " + faces + " asked for");
+    return true;
+  }
   // No low poly is off by more than its triangles are long.
-  const std::size_t of_one_side = options_.faces * dense_.triangles.size() / faces_of_dense();
-  if (parts.count_below(mean_edge(dense_, std::max<std::size_t>(of_one_side, 1))) == 0)
-    return false;
+  if (parts.count_below(mean_edge(dense_, of_one_side)) == 0) return false;
+  // A stray part may be far off: how far the body is, which is most of what is seen, decides.
+  const SimplifyResult guess = to_count(start(options_.faces, {}, true, /*fine=*/false));
   const double size =
-      measure(to_count(start(options_.faces, {}, true, /*fine=*/false)), kGuidingSamples).largest;
-  report_.dropped_parts = parts.count_below(size);
-  if (report_.dropped_parts == 0) return false;
-  dense_ = parts.without(dense_, size);
-  is_fine_.reset();
-  fit_.reset();
-  dense_positions_ = to_floats(dense_.points);
-  check_ = SimplifyCheck(dense_positions_, dense_.triangles, options_.height_field);
-  report_.warnings.push_back({"dropped-parts",
-                              counted(report_.dropped_parts, "part") + " of the high poly " +
-                                  (report_.dropped_parts == 1 ? "is" : "are") + " smaller than " +
-                                  percent(size, 2) + " of its diagonal, which a low poly of " +
-                                  counted(options_.faces, "face") +
-                                  " is off by; left out: keep the parts, or ask for more faces",
-                              report_.dropped_parts});
+      one_sided_distance(dense_positions_, parts.body(dense_),
+                         SurfaceDistance(to_floats(guess.points), guess.triangles), kGuidingSamples)
+          .largest;
+  const std::vector<std::uint8_t> below = parts.below(size);
+  if (std::find(below.begin(), below.end(), 1) == below.end()) return false;
+  leave_out(parts, below,
+            percent(size, 2) + " of its diagonal, which a low poly of " + faces + " is off by");
   return true;
 }
 

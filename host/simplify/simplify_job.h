@@ -20,6 +20,7 @@
 #include "simplify/presimplify.h"
 #include "simplify/simplify_check.h"
 #include "simplify/simplify_input.h"
+#include "simplify/small_components.h"
 #include "simplify/surface_fit.h"
 #include "simplify/uv_seam_constraint.h"
 
@@ -206,6 +207,8 @@ class SimplifyJob {
   Work start(std::size_t faces, std::span<const Place> untouched, bool parts, bool fine,
              PresimplifiedPieces* known = nullptr) const;
   void find_labels();
+  void leave_out(const ComponentSizes& parts, const std::vector<std::uint8_t>& dropped,
+                 const std::string& why);
   bool drop_small_components();
   bool is_fitted(std::size_t faces) const;
   bool prepare_fit();

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numeric>
 #include <utility>
 
 namespace kiln {
@@ -25,8 +26,10 @@ ComponentSizes::ComponentSizes(const Work& work) : part_(work.triangles.size()) 
     if (part == kNoComponent) {
       part = static_cast<std::uint32_t>(boxes.size());
       boxes.push_back({{kFar, kFar, kFar}, {-kFar, -kFar, -kFar}});
+      faces_.push_back(0);
     }
     part_[t] = part;
+    ++faces_.at(part);
     auto& [low, high] = boxes[part];
     for (const std::uint32_t v : work.triangles[t]) {
       const Vec3d& p = work.points[v];
@@ -49,13 +52,49 @@ std::uint64_t ComponentSizes::count_below(double size) const {
   return count;
 }
 
-Work ComponentSizes::without(const Work& work, double size) const {
+std::vector<std::uint8_t> ComponentSizes::below(double size) const {
+  std::vector<std::uint8_t> dropped(diagonal_.size());
+  for (std::uint32_t part = 0; part < dropped.size(); ++part) dropped[part] = is_below(part, size);
+  return dropped;
+}
+
+std::vector<std::uint8_t> ComponentSizes::surplus(std::size_t faces) const {
+  constexpr std::uint32_t kLeast = 4;  // what a closed part needs
+  std::vector<std::uint32_t> order(faces_.size());
+  std::iota(order.begin(), order.end(), 0U);
+  std::stable_sort(order.begin(), order.end(),
+                   [&](std::uint32_t a, std::uint32_t b) { return diagonal_[a] > diagonal_[b]; });
+  std::vector<std::uint8_t> dropped(faces_.size(), 0);
+  std::size_t needed = 0;
+  for (const std::uint32_t part : order) {
+    needed += std::min(faces_[part], kLeast);
+    dropped[part] = needed > faces && part != largest_;
+  }
+  return dropped;
+}
+
+std::vector<Triangle> ComponentSizes::body(const Work& work) const {
+  std::vector<double> area(diagonal_.size(), 0);
+  for (std::size_t t = 0; t < part_.size(); ++t) {
+    const Triangle& v = work.triangles[t];
+    const Vec3d& a = work.points[v[0]];
+    area[part_[t]] += length(cross(work.points[v[1]] - a, work.points[v[2]] - a));
+  }
+  const auto largest = std::max_element(area.begin(), area.end()) - area.begin();
+  std::vector<Triangle> triangles;
+  for (std::size_t t = 0; t < part_.size(); ++t) {
+    if (part_[t] == largest) triangles.push_back(work.triangles[t]);
+  }
+  return triangles;
+}
+
+Work ComponentSizes::without(const Work& work, const std::vector<std::uint8_t>& dropped) const {
   constexpr std::uint32_t kNoComponent = std::numeric_limits<std::uint32_t>::max();
   Work result;
   result.keep_labels = work.keep_labels;
   std::vector<std::uint32_t> number(work.points.size(), kNoComponent);
   for (std::size_t t = 0; t < part_.size(); ++t) {
-    if (is_below(part_[t], size)) continue;
+    if (dropped[part_[t]] != 0) continue;
     Triangle corners = work.triangles[t];
     for (std::uint32_t& v : corners) {
       if (number[v] == kNoComponent) {

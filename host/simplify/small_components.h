@@ -18,13 +18,20 @@ class ComponentSizes {
   bool is_whole() const { return diagonal_.size() < 2; }
   /// Parts whose box has a diagonal below `size`; never the largest.
   std::uint64_t count_below(double size) const;
-  /// The mesh without them, its vertices renumbered.
-  Work without(const Work& work, double size) const;
+  /// By part, 1 for these.
+  std::vector<std::uint8_t> below(double size) const;
+  /// By part, 1 for the smallest, which go first where so many faces are too few for four a part, or all that it has.
+  std::vector<std::uint8_t> surplus(std::size_t faces) const;
+  /// The mesh without some parts, its vertices renumbered. \param dropped  by part
+  Work without(const Work& work, const std::vector<std::uint8_t>& dropped) const;
+  /// Triangles of the part of the largest area.
+  std::vector<Triangle> body(const Work& work) const;
 
  private:
   bool is_below(std::uint32_t part, double size) const;
 
-  std::vector<std::uint32_t> part_;  ///< Component of each triangle.
+  std::vector<std::uint32_t> faces_;  ///< How many triangles each has
+  std::vector<std::uint32_t> part_;   ///< Component of each triangle.
   std::vector<double>
       diagonal_;  ///< Diagonal of each component's box; infinite if there is only one.
   std::uint32_t largest_ = 0;

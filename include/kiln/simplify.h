@@ -82,8 +82,10 @@ struct SimplifyReport {
 /// middles of edges of the low poly be farther from the high poly than that (`back_error`). Where all faces must stay, or one is left, "all-faces-kept" or
 /// "one-triangle" in the warnings says so.
 ///
+/// Where `faces` are too few for four triangles a part, or all that it has, the smallest parts go first.
+///
 /// Crumbs: a small_component is a part (triangles that shared vertices connect). Its box's diagonal is below the
-/// largest deviation of a low poly of `faces` triangles with all parts. At that number of faces it is
+/// largest deviation that the part of most area has in a low poly of `faces` triangles with all parts. At that number of faces it is
 /// smaller than other places are off by. It is left out first, so that its faces go elsewhere, and counted
 /// ("dropped-parts" in the warnings). Deviations are then of the parts that stay. The largest part stays
 /// in any case. Nothing is left out with a bound, `height_field`, `keep_uvs`, `hull` or `keep_parts`.

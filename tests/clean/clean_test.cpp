@@ -145,6 +145,38 @@ TEST(Clean, RepeatedAndFlatTrianglesAreLeftOut) {
   EXPECT_EQ(mesh.triangles, sphere.triangles);
 }
 
+TEST(Clean, FinsGoAndWallsStay) {
+  const Mesh sphere = test::icosphere(5);
+  Mesh mesh = sphere;
+  for (std::size_t t = 0; t < 200; t += 10) {
+    const auto tip = static_cast<std::uint32_t>(mesh.positions.size());
+    const Triangle& v = sphere.triangles[t];
+    const Vec3& p = sphere.positions[v[0]];
+    mesh.positions.push_back({p.x * 1.005F, p.y * 1.005F, p.z * 1.005F});
+    mesh.triangles.push_back({v[1], v[2], tip});
+  }
+  EXPECT_EQ(clean_mesh(mesh, {.floater = 0.03}).fins.count, 20U);
+  EXPECT_EQ(mesh.triangles, sphere.triangles);
+  EXPECT_EQ(mesh.positions, sphere.positions);
+  // Two sheets that meet in a line of a third one.
+  Mesh walls = test::plane(10, 10);
+  const std::size_t count = walls.triangles.size();
+  for (std::size_t t = 0; t < count; ++t) {
+    Triangle corners;
+    for (std::size_t k = 0; k < 3; ++k) {
+      const Vec3 p = walls.positions[walls.triangles[t][k]];
+      corners[k] = static_cast<std::uint32_t>(walls.positions.size());
+      walls.positions.push_back({0, p.y, p.x + 0.5F});
+    }
+    walls.triangles.push_back(corners);
+  }
+  walls.uvs.clear(), walls.uv_triangles.clear();
+  walls.normals.clear(), walls.normal_triangles.clear();
+  const Mesh before = walls;
+  EXPECT_EQ(clean_mesh(walls).fins.count, 0U);
+  EXPECT_EQ(walls.triangles.size(), before.triangles.size());
+}
+
 TEST(Clean, PatchesFaceWhereTheyAreSeen) {
   const Mesh right = test::icosphere(4);
   // Most of the sphere is flipped, so that a majority would turn the rest. (All but one patch in three.)

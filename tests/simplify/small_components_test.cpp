@@ -110,6 +110,35 @@ TEST(Crumbs, PartsOfOneSizeAllStay) {
   EXPECT_GE(parts_of(simplify(high, {.faces = 4}, &report)), 1u);
 }
 
+TEST(Crumbs, OfTooManyPartsTheSmallestGo) {
+  // Loose triangles of growing size: nothing collapses, and each needs a face.
+  Mesh high;
+  for (std::uint32_t i = 0; i < 5000; ++i) {
+    const auto x = static_cast<float>(i % 100), y = static_cast<float>(i / 100);
+    const float size = 0.1F + 0.0001F * static_cast<float>(i);
+    high.positions.insert(high.positions.end(), {{x, y, 0}, {x + size, y, 0}, {x, y + size, 0}});
+    high.triangles.push_back({3 * i, 3 * i + 1, 3 * i + 2});
+  }
+  SimplifyReport report;
+  const Mesh low = simplify(high, {.faces = 700}, &report);
+  EXPECT_EQ(low.triangles.size(), 700u);
+  EXPECT_EQ(report.dropped_parts, 4300u);
+  EXPECT_EQ(warned(report), 4300u);
+  for (const Vec3& p : low.positions) EXPECT_GE(p.y, 43);  // The last 700, which are the largest.
+  EXPECT_EQ(simplify(high, {.faces = 700, .keep_parts = true}).triangles.size(), 5000u);
+}
+
+TEST(Crumbs, AStrayPartLeavesEyesAlone) {
+  Mesh high = with_small_components(0, 1);
+  add_ball(high, {0.35F, 0.35F, 0.95F}, 0.1, 10);
+  add_ball(high, {-0.35F, 0.35F, 0.95F}, 0.1, 10);
+  add_ball(high, {0, 60, 0}, 0.3, 10);
+  SimplifyReport report;
+  const Mesh low = simplify(high, {.faces = 600}, &report);
+  EXPECT_EQ(report.dropped_parts, 0u);
+  EXPECT_EQ(parts_of(low), 4u);
+}
+
 TEST(Crumbs, RandomScenesKeepWhatIsLarger) {
   std::mt19937 random(11);
   for (int i = 0; i < 12; ++i) {
