@@ -9,6 +9,7 @@
 #include "base/srgb.h"
 #include "io/file/bounds.h"
 #include "io/file/text_scanner.h"
+#include "io/mesh/axes.h"
 #include "io/mesh/hierarchy.h"
 #include "io/mesh/mesh_builder.h"
 #include "mesh/vector.h"
@@ -16,14 +17,13 @@
 namespace kiln {
 namespace {
 
-constexpr AffineMap kIdentity{1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1};
 constexpr std::uint64_t kTriangles = 4,
                         kFanMode = 6;  // modes; below are points and lines, between strips
 
 AffineMap matrix_of(const GltfValue& node) {
   const GltfValue matrix = node["matrix"];
   if (matrix.exists()) {
-    const AffineMap given = matrix.numbers<16>(kIdentity);
+    const AffineMap given = matrix.numbers<16>(kNoMove);
     if (given[3] != 0 || given[7] != 0 || given[11] != 0 || given[15] != 1) {
       matrix.fail("its last row is not 0 0 0 1, and so it is no affine map");
     }
@@ -107,6 +107,8 @@ struct Primitive {
   std::size_t material = 0;
 };
 
+const std::string kUvSet = "TEXCOORD_";
+
 class GltfReader {
  public:
   explicit GltfReader(const MeshInput& input)
@@ -117,6 +119,7 @@ class GltfReader {
     asset.extras = file_.root()["asset"]["extras"].dump();
     visit_nodes(asset);
     look_ahead();
+    choose_uv_set();
     for (const Placed& placed : placed_) add(placed, asset);
     warn();
     if (builder_.faces() == 0) fail_empty();
@@ -128,8 +131,10 @@ class GltfReader {
       builder_.material_files.push_back(std::filesystem::path(input_.file).filename().string());
     }
     builder_.tangent_signs = true;
+    builder_.is_placed = true;
     asset.mesh = builder_.finish();
-    asset.mesh.metres = 1;
+    asset.mesh.metres = world_.metres;
+    asset.mesh.uv_set = uv_set_;
     if (!with_materials) return asset;
     const std::vector<Material> materials = read_gltf_materials(file_);
     for (const std::string& name : asset.mesh.material_names) {
@@ -236,6 +241,9 @@ class GltfReader {
       made.name = node["name"].text();
       made.parent = step.parent;
       made.transform = matrix_of(node);
+      if (step.parent == AssetNode::kNone && world_.map) {
+        made.transform = product(*world_.map, made.transform);
+      }
       made.extras = node["extras"].dump();
       worlds.push_back(step.parent == AssetNode::kNone
                            ? made.transform
@@ -269,6 +277,7 @@ class GltfReader {
         corners += file_.count(index.value_or(*position));
         has_colors_ = has_colors_ || attributes["COLOR_0"].exists();
         has_tangents_ = has_tangents_ || attributes["TANGENT"].exists();
+        while (attributes[kUvSet + std::to_string(uv_sets_)].exists()) ++uv_sets_;
       }
     }
     constexpr std::uint64_t kVertexBytes = 72, kCornerBytes = 36;
@@ -280,6 +289,25 @@ class GltfReader {
         "its meshes, as often as nodes place them,",
         std::max(capped_product(vertices, kVertexBytes), capped_product(corners, kCornerBytes)),
         memory_failure(fail, ""));
+  }
+
+  void choose_uv_set() {
+    const std::string& name = input_.options.uv_set_name;
+    uv_set_ = input_.options.uv_set;
+    for (std::uint32_t set = 0; set < uv_sets_; ++set) {
+      if (name == kUvSet + std::to_string(set)) uv_set_ = set;
+    }
+    if (name.empty() ? uv_set_ == 0 || uv_set_ < uv_sets_
+                     : name == kUvSet + std::to_string(uv_set_) && uv_set_ < uv_sets_) {
+      return;
+    }
+    std::string sets = uv_sets_ == 0 ? "none" : kUvSet + "0";
+    if (uv_sets_ > 1) sets += " to " + kUvSet + std::to_string(uv_sets_ - 1);
+    input_.fail("",
+                "it has no set of UVs " +
+                    (name.empty() ? std::to_string(uv_set_) : "\"" + printable(name) + "\"") +
+                    ": its sets are " + sets,
+                "Ask for one of them.");
   }
 
   GltfNumbers attribute(const GltfValue& attributes, const std::string& name, std::size_t width,
@@ -313,8 +341,7 @@ class GltfReader {
     Primitive result;
     result.positions = file_.numbers(*position, 3);
     const std::size_t count = result.positions.count();
-    const std::string set = std::to_string(input_.uv_set);
-    result.uvs = attribute(attributes, "TEXCOORD_" + set, 2, count);
+    result.uvs = attribute(attributes, kUvSet + std::to_string(uv_set_), 2, count);
     result.normals = attribute(attributes, "NORMAL", 3, count);
     result.colors = attribute(attributes, "COLOR_0", GltfFile::kColor, count);
     // The spec: tangents without normals are to be ignored.
@@ -513,10 +540,12 @@ class GltfReader {
 
   const MeshInput& input_;
   const GltfFile file_;
+  const WorldFrame world_ = world_frame(input_.options, kNoMove, 1);
   MeshBuilder builder_;
   const std::vector<std::string> material_names_;
   std::vector<Placed> placed_;
-  std::map<std::size_t, UvBox> boxes_;  // by material
+  std::map<std::size_t, UvBox> boxes_;      // by material
+  std::uint32_t uv_sets_ = 0, uv_set_ = 0;  // that there are; that is read
   bool has_colors_ = false, has_tangents_ = false;
   std::uint64_t flat_ = 0, lines_ = 0, odd_ = 0, skins_ = 0, morphs_ = 0, instanced_ = 0,
                 bright_ = 0, painted_ = 0;

@@ -299,7 +299,7 @@ bool look_alike(const Material& a, const Material& b) {
 }  // namespace
 
 std::vector<Material> load_materials(const Mesh& mesh, const fs::path& mesh_file,
-                                     std::vector<Warning>* warnings) {
+                                     std::vector<Warning>* warnings, bool outside) {
   std::vector<Material> read;
   FileFinder finder(mesh_file.parent_path(), warnings);
   std::vector<std::string> files = mesh.material_files;
@@ -317,6 +317,7 @@ std::vector<Material> load_materials(const Mesh& mesh, const fs::path& mesh_file
     const std::string bytes = read_whole(*open_file(path, fail), fail);
     input.bytes = bytes;
     input.folder = path.parent_path();
+    input.options.outside = outside;
     if (is_assimp_name(path)) input.warnings = nullptr;  // load_mesh() said it
     for (Material& material : is_gltf_name(path) ? read_gltf_materials(input)
                               : is_assimp_name(path)
@@ -442,7 +443,7 @@ Asset load_asset(const std::filesystem::path& path, const LoadMeshOptions& optio
   const std::vector<std::string>& files = asset.mesh.material_files;
   if (asset.materials.empty() && !is_gltf_name(path) && !files.empty() &&
       std::all_of(files.begin(), files.end(), is_there)) {
-    asset.materials = load_materials(asset.mesh, path, warnings);
+    asset.materials = load_materials(asset.mesh, path, warnings, options.outside);
   }
   return asset;
 }

@@ -9,6 +9,7 @@
 
 #include "arguments/command_line.h"
 #include "arguments/high_poly_input.h"
+#include "arguments/mesh_frame.h"
 #include "kiln/kiln.h"
 #include "kiln/texture_sets.h"
 #include "report/report.h"
@@ -25,6 +26,7 @@ struct BakeArguments {
   std::string asset;  // the GLB that --out names; `out` is its folder then
   std::vector<std::string> more_high, more_low;  // joined to `high` and `low`
   std::string triangulate = "auto";
+  MeshFrameArguments frame;
   std::string tangents = "file";
   bool split_at_seams = false;
   std::string size = "2048";
@@ -134,8 +136,8 @@ MatchMethod match_method(const std::string& name);
 std::vector<std::string> match_names();
 /// Those of --ao-occluders that are neither `high` nor `low`.
 std::vector<std::string> occluder_files(const BakeArguments& a);
-/// How all meshes of a bake are read: --triangulate.
-LoadMeshOptions load_options(const BakeArguments& a);
+/// How meshes of a bake are read.
+LoadMeshOptions load_options(const BakeArguments& a, MeshSide side);
 /// As --fallback takes it.
 std::string chain_name(const std::vector<MatchMethod>& fallback);
 std::string criterion_name(ViewCriterion criterion);

@@ -158,6 +158,7 @@ void add_match_flags(Command& command, BakeArguments& a) {
       ->check(one_of(triangulation_values()))
       ->capture_default_str()
       ->group("The low poly");
+  add_mesh_frame_options(command, a.frame, true, "Files of meshes");
   command
       .add_option(
           "--tangents", a.tangents,

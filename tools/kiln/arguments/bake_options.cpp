@@ -125,8 +125,10 @@ std::vector<std::string> occluder_files(const BakeArguments& a) {
   return files;
 }
 
-LoadMeshOptions load_options(const BakeArguments& a) {
-  return {triangulation_values().at(a.triangulate)};
+LoadMeshOptions load_options(const BakeArguments& a, MeshSide side) {
+  LoadMeshOptions options = load_options(a.frame, side);
+  options.triangulation = triangulation_values().at(a.triangulate);
+  return options;
 }
 
 SaveImageOptions image_options(const BakeArguments& a) {

@@ -81,7 +81,8 @@ void check_cage_directions(const BakeArguments& arguments, const Mesh& low, cons
 void MatchInputs::read(const BakeArguments& arguments, const Mesh& high, const Mesh& low,
                        std::vector<Warning>& warnings) {
   if (!arguments.cage_mesh.empty()) {
-    cage_mesh_ = load_cage(arguments.cage_mesh, low, load_options(arguments), &warnings);
+    cage_mesh_ =
+        load_cage(arguments.cage_mesh, low, load_options(arguments, MeshSide::low), &warnings);
     check_cage_directions(arguments, low, *cage_mesh_);
   }
   if (arguments.match_by != "all") {
@@ -90,7 +91,7 @@ void MatchInputs::read(const BakeArguments& arguments, const Mesh& high, const M
   }
   if (!arguments.load_match.empty()) match_ = load_match(arguments.load_match);
   for (const std::string& file : occluder_files(arguments)) {
-    occluders_.push_back(load_mesh(file, load_options(arguments), &warnings));
+    occluders_.push_back(load_mesh(file, load_options(arguments, MeshSide::other), &warnings));
   }
 }
 
@@ -118,7 +119,7 @@ void MatchInputs::apply(BakeOptions& options) const {
 }
 
 MeshFiles load_low_files(const BakeArguments& arguments, std::vector<Warning>& warnings) {
-  MeshFiles files = load_meshes(low_files(arguments), load_options(arguments),
+  MeshFiles files = load_meshes(low_files(arguments), load_options(arguments, MeshSide::low),
                                 has_more_files(arguments), warnings);
   if (arguments.tangents != "file") {
     files.mesh.tangents = {};

@@ -27,7 +27,7 @@ class Materials {
       : arguments_(arguments), high_(high), warnings_(warnings) {}
 
   Texture texture(MaterialSlot slot) {
-    return load_material_texture(all(), slot, &warnings_, load_options(arguments_).uv_set);
+    return load_material_texture(all(), slot, &warnings_, high_.uv_set);
   }
   bool have_colors() {
     return std::any_of(all().begin(), all().end(), [](const Material& material) {
@@ -39,7 +39,7 @@ class Materials {
   const std::vector<Material>& all() {
     if (read_) return *read_;
     const std::size_t before = warnings_.size();
-    read_ = load_materials(high_, arguments_.high, &warnings_);
+    read_ = load_materials(high_, arguments_.high, &warnings_, arguments_.frame.allow_outside);
     for (std::size_t i = before; i < warnings_.size(); ++i) {
       // Names of joined files are one name: half of the map would show another file's material.
       if (warnings_[i].code != "materials-differ" || high_files(arguments_).size() < 2) continue;

@@ -23,7 +23,7 @@ void choose_asset_maps(BakeRun& run) {
   const Mesh& high = run.dense.mesh;
   if (!high.material_files.empty()) {
     try {
-      run.materials = load_materials(high, arguments.high);
+      run.materials = load_materials(high, arguments.high, nullptr, arguments.frame.allow_outside);
     } catch (const Error& error) {
       // Maps that need no materials are right without them.
       run.warnings.push_back(

@@ -170,8 +170,9 @@ bool read_inputs(BakeRun& run) {
   for (const std::string& file : high_files(arguments)) {
     if (!run.console.progress(0, "reading " + file)) return false;
   }
-  run.dense = load_dense(high_files(arguments), arguments.heights, load_options(arguments),
-                         has_more_files(arguments) && !made, run.warnings);
+  run.dense =
+      load_dense(high_files(arguments), arguments.heights, load_options(arguments, MeshSide::high),
+                 has_more_files(arguments) && !made, run.warnings);
   if (made && !run.dense.heights) turn_strays(run.dense.mesh, run.warnings);
   choose_asset_maps(run);
   run.options.match.uv = uv_options(run.dense, run.options.match.uv);
@@ -201,14 +202,14 @@ bool read_inputs(BakeRun& run) {
                       : arguments.low;
   (made ? run.stages.low : run.stages.load) += run.watch.lap();
   if (!arguments.cage_mesh.empty()) {
-    run.cage_mesh =
-        load_cage(arguments.cage_mesh, run.low.mesh, load_options(arguments), &run.warnings);
+    run.cage_mesh = load_cage(arguments.cage_mesh, run.low.mesh,
+                              load_options(arguments, MeshSide::low), &run.warnings);
     check_cage_directions(arguments, run.low.mesh, *run.cage_mesh);
     run.options.match.cage_mesh = &*run.cage_mesh;
   }
   for (const std::string& file : occluder_files(arguments)) {
-    run.options.occlusion.by_others.push_back(
-        &run.occluders.emplace_back(load_mesh(file, load_options(arguments), &run.warnings)));
+    run.options.occlusion.by_others.push_back(&run.occluders.emplace_back(
+        load_mesh(file, load_options(arguments, MeshSide::other), &run.warnings)));
   }
   if (arguments.match_by != "all") {
     run.parts = pair_parts(run.dense.mesh, run.low.mesh, part_names(arguments));

@@ -5,6 +5,7 @@
 
 #include "arguments/high_poly_input.h"
 #include "arguments/mesh_files.h"
+#include "arguments/mesh_frame.h"
 #include "arguments/parse.h"
 #include "arguments/paths.h"
 #include "arguments/unwrap_option.h"
@@ -27,6 +28,7 @@ constexpr const char *kForMap = "map", *kForShading = "shading";
 struct SimplifyArguments {
   std::string high, out, size = "2048", unwrap = "charts", density = "area", json;
   std::string normals = kForMap;
+  MeshFrameArguments frame;
   std::uint32_t faces = 0;
   std::string max_error;
   double hard_angle = FitNormalsOptions{}.hard_degrees;
@@ -76,13 +78,14 @@ int run_simplify(const SimplifyArguments& arguments) {
                 "HIGH: leave one of them out.");
   }
   check_density(arguments.by_density, arguments.unwrap);
+  check_mesh_frame(arguments.frame, {arguments.high}, {}, {});
   check_paths({arguments.high}, {out, arguments.json});
   check_not_foreign(out, arguments.force);
   prepare_parent(out);
   prepare_parent(arguments.json);
   std::vector<Warning> warnings;
   if (!console.progress(0.0, "reading")) return kExitCancelled;
-  Mesh high = load_mesh(arguments.high, &warnings);
+  Mesh high = load_mesh(arguments.high, load_options(arguments.frame, MeshSide::high), &warnings);
   turn_strays(high, warnings);
   if (!console.progress(0.2, "simplifying")) return kExitCancelled;
   SimplifyReport report;
@@ -191,6 +194,7 @@ Run add_simplify(Command& app) {
           "--max-error", arguments->max_error,
           "Largest deviation, both ways, percent of the diagonal: 0.2% or 0.2 (default 0.2%)")
       ->excludes(faces);
+  add_mesh_frame_options(*command, arguments->frame, false, "Files of meshes");
   Option* size =
       command->add_option("--size", arguments->size, "Map size that the borders are meant for")
           ->capture_default_str();

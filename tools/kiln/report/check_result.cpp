@@ -79,7 +79,8 @@ std::string why_boxes_part(const Mesh& high, const Mesh& low, bool moved) {
     const double power = std::pow(10, std::round(std::log10(ratio)));
     const bool units = std::abs(ratio / power - 1) < 0.05;  // centimetres beside metres
     const bool exact = !units || std::abs(ratio / power - 1) < 0.0005;
-    std::snprintf(text, sizeof text, "LOW is %s%.3g times as large as HIGH; scale one of them",
+    std::snprintf(text, sizeof text,
+                  "LOW is %s%.3g times as large as HIGH; scale one of them, or say its --unit",
                   exact ? "" : "about ", units ? power : ratio);
     const std::string axes = swapped_axes(extents(a), extents(b), ratio);
     return axes.empty() ? text : text + (", and swap " + axes);
@@ -89,7 +90,8 @@ std::string why_boxes_part(const Mesh& high, const Mesh& low, bool moved) {
     squared += std::pow((b.lo[k] + b.hi[k] - a.lo[k] - a.hi[k]) / 2, 2);
   }
   if (const std::string axes = swapped_axes(extents(a), extents(b), 1); !axes.empty()) {
-    return "their boxes fit after swapping " + axes + "; export both with the same up axis";
+    return "their boxes fit after swapping " + axes +
+           "; export both with the same up axis, or say --up";
   }
   if (moved && std::sqrt(squared) > 0.1 * a.diagonal) {
     std::snprintf(text, sizeof text, "LOW lies %.4g units away from HIGH; move one of them",
