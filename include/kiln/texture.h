@@ -44,7 +44,8 @@ struct Texture {
   std::vector<std::array<float, 6>> uv_transforms;
   /// Per material, what is outside [0, 1]^2 along u and v. Empty: all repeat.
   std::vector<std::array<TextureWrap, 2>> wraps;
-  /// Per material, whether colours and opacity are multiplied with those of the vertices. Empty: none is.
+  /// Per material, whether it is multiplied with the vertices' colours (srgb) or their alpha (linear), where the mesh
+  /// has any. Empty: none is.
   std::vector<bool> times_vertex_colors;
   /// The channel that counts where a map has one alone, 0 to 3; beyond the picture's own it is 1.
   std::uint32_t channel = 0;

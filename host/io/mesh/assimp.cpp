@@ -91,7 +91,9 @@ class SceneReader {
         scene_(scene),
         builder_(input),
         folder_(fs::path(input.file).parent_path()),
-        finder_(folder_, input.warnings) {}
+        finder_(folder_, input.warnings),
+        has_normals_(input.bytes.find("LayerElementNormal") != std::string_view::npos),
+        has_uvs_(input.bytes.find("LayerElementUV") != std::string_view::npos) {}
 
   Asset read() {
     const WorldFrame world = world_frame(input_.options, own_turn(), metres());
@@ -181,6 +183,8 @@ class SceneReader {
     if (mesh.mNumFaces == 0 || mesh.mVertices == nullptr) return;
     if (mesh.mNumBones != 0) ++skinned_;
     if (mesh.GetNumUVChannels() > 1) ++more_uvs_;
+    if (has_normals_ && !mesh.HasNormals()) ++dropped_normals_;
+    if (has_uvs_ && mesh.GetNumUVChannels() == 0) ++dropped_uvs_;
     const std::optional<unsigned> uv_set = uv_set_of(mesh);
     if (uv_set && !uv_set_) uv_set_ = uv_set;
     builder_.set_material(material_name(mesh.mMaterialIndex));
@@ -305,6 +309,15 @@ class SceneReader {
     material.color_from = MaterialNumber::given;
   }
 
+  static TextureWrap wrap_of(const aiMaterial& from, const char* key, unsigned kind,
+                             unsigned index) {
+    int mode = aiTextureMapMode_Wrap;
+    from.Get(key, kind, index, mode);
+    return mode == aiTextureMapMode_Clamp || mode == aiTextureMapMode_Decal ? TextureWrap::clamp
+           : mode == aiTextureMapMode_Mirror                                ? TextureWrap::mirror
+                                                                            : TextureWrap::repeat;
+  }
+
   /// The first of these kinds that a material has.
   MaterialPicture picture(const aiMaterial& from, std::initializer_list<aiTextureType> kinds) {
     MaterialPicture picture;
@@ -330,6 +343,8 @@ class SceneReader {
         picture.file = file_of(name);
         if (picture.file.empty()) return {};
       }
+      picture.wrap = {wrap_of(from, AI_MATKEY_MAPPINGMODE_U(kind, 0)),
+                      wrap_of(from, AI_MATKEY_MAPPINGMODE_V(kind, 0))};
       aiUVTransform placement;
       if (from.Get(AI_MATKEY_UVTRANSFORM(kind, 0), placement) == AI_SUCCESS &&
           (placement.mTranslation != aiVector2D(0, 0) || placement.mScaling != aiVector2D(1, 1) ||
@@ -422,6 +437,23 @@ class SceneReader {
                       " in all, are read as stored, not as posed.",
                   skinned_);
     }
+    if (dropped_normals_ != 0) {
+      input_.warn(
+          "normals-computed",
+          std::to_string(dropped_normals_) +
+              " of its meshes have no normals though the file has some: Assimp before 5.3 does not "
+              "read those that are given by vertex. They are computed from the corners' "
+              "angles, as Blender does, all smooth.",
+          dropped_normals_);
+    }
+    if (dropped_uvs_ != 0) {
+      input_.warn("uvs-left-out",
+                  std::to_string(dropped_uvs_) +
+                      " of its meshes have no UVs though the file has some: Assimp before 5.3 does "
+                      "not read "
+                      "those that are given by vertex. Export it as glTF where they matter.",
+                  dropped_uvs_);
+    }
     if (more_uvs_ != 0) {
       input_.warn("unused-properties",
                   "meshes with more than one set of UVs, " + std::to_string(more_uvs_) +
@@ -456,12 +488,14 @@ class SceneReader {
   MeshBuilder builder_;
   fs::path folder_;
   FileFinder finder_;
+  bool has_normals_, has_uvs_;  // by any of an FBX's meshes
   Asset asset_;
   UniqueNames objects_, unique_materials_;
   std::map<unsigned, std::string> material_names_;
   std::map<std::string, unsigned> material_of_;
   std::map<const aiTexture*, std::shared_ptr<const std::vector<std::byte> > > embedded_;
-  std::uint64_t skinned_ = 0, more_uvs_ = 0, placed_ = 0, missing_ = 0, outside_ = 0;
+  std::uint64_t skinned_ = 0, more_uvs_ = 0, placed_ = 0, missing_ = 0, outside_ = 0,
+                dropped_normals_ = 0, dropped_uvs_ = 0;
   std::string first_missing_, first_outside_;
   std::optional<unsigned> uv_set_;  // that is read
   std::set<std::string> uv_sets_;   // that there are, in words

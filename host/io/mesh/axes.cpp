@@ -26,7 +26,8 @@ WorldFrame world_frame(const LoadMeshOptions& options, const std::optional<Affin
                        double own_metres) {
   AffineMap map = own_turn.value_or(kNoMove);
   double metres = own_metres;
-  if (options.up != UpAxis::as_given && (options.override_up || !own_turn)) map = turn_of(options.up);
+  if (options.up != UpAxis::as_given && (options.override_up || !own_turn))
+    map = turn_of(options.up);
   if (options.metres > 0 && (options.override_unit || own_metres == 0)) metres = options.metres;
   if (metres > 0) {
     for (std::size_t i = 0; i < 12; ++i) map[i] *= metres;

@@ -10,6 +10,7 @@
 #include "io/file/bounds.h"
 #include "io/file/text_scanner.h"
 #include "io/mesh/axes.h"
+#include "io/mesh/gltf_draco.h"
 #include "io/mesh/hierarchy.h"
 #include "io/mesh/mesh_builder.h"
 #include "mesh/vector.h"
@@ -273,8 +274,14 @@ class GltfReader {
         const auto position = attributes["POSITION"].index_into(file_.list("accessors"));
         if (!position) continue;
         const auto index = primitive["indices"].index_into(file_.list("accessors"));
-        vertices += file_.count(*position);
-        corners += file_.count(index.value_or(*position));
+        if (primitive["extensions"][kDraco].exists()) {
+          // Checked where it is unpacked.
+          vertices += file_.list("accessors").at(*position)["count"].count(0);
+          if (index) corners += file_.list("accessors").at(*index)["count"].count(0);
+        } else {
+          vertices += file_.count(*position);
+          corners += file_.count(index.value_or(*position));
+        }
         has_colors_ = has_colors_ || attributes["COLOR_0"].exists();
         has_tangents_ = has_tangents_ || attributes["TANGENT"].exists();
         while (attributes[kUvSet + std::to_string(uv_sets_)].exists()) ++uv_sets_;
@@ -330,14 +337,13 @@ class GltfReader {
       if (lines_++ == 0) first_lines_ = from.place();
       return std::nullopt;
     }
-    if (from["extensions"]["KHR_draco_mesh_compression"].exists() &&
-        !from["attributes"]["POSITION"].exists()) {
-      from.fail("it is packed by KHR_draco_mesh_compression, which Kiln does not read",
-                "Export it without compression, or unpack it: gltf-transform copy.");
-    }
     const GltfValue attributes = from["attributes"], accessors = file_.list("accessors");
     const auto position = attributes["POSITION"].index_into(accessors);
     if (!position) from.fail("it has no positions");
+    const GltfValue packed = from["extensions"][kDraco];
+    if (packed.exists() && (kReadsDraco || !accessors.at(*position)["bufferView"].exists())) {
+      return read_packed(from, packed);
+    }
     Primitive result;
     result.positions = file_.numbers(*position, 3);
     const std::size_t count = result.positions.count();
@@ -347,9 +353,7 @@ class GltfReader {
     // The spec: tangents without normals are to be ignored.
     if (!result.normals.values.empty())
       result.tangents = attribute(attributes, "TANGENT", 4, count);
-    if (from["targets"].size() != 0) ++morphs_;
-    const auto material = from["material"].index_into(file_.list("materials"));
-    result.material = material.value_or(material_names_.size() - 1);
+    finish_primitive(from, result);
     std::vector<std::uint32_t> order;
     if (const auto index = from["indices"].index_into(accessors)) {
       order = file_.indices(*index, count);
@@ -358,6 +362,51 @@ class GltfReader {
       for (std::size_t i = 0; i < count; ++i) order[i] = static_cast<std::uint32_t>(i);
     }
     cut(mode, order, from, result.triangles);
+    return result;
+  }
+
+  void finish_primitive(const GltfValue& from, Primitive& result) {
+    if (from["targets"].size() != 0) ++morphs_;
+    const auto material = from["material"].index_into(file_.list("materials"));
+    result.material = material.value_or(material_names_.size() - 1);
+  }
+
+  Primitive read_packed(const GltfValue& from, const GltfValue& packed) {
+    Primitive result;
+    struct Wanted {
+      std::string name;
+      std::size_t width;
+      GltfNumbers* to;
+    };
+    const Wanted wanted[] = {{"POSITION", 3, &result.positions},
+                             {"NORMAL", 3, &result.normals},
+                             {kUvSet + std::to_string(uv_set_), 2, &result.uvs},
+                             {"COLOR_0", GltfFile::kColor, &result.colors},
+                             {"TANGENT", 4, &result.tangents}};
+    std::vector<DracoAttribute> attributes;
+    std::vector<GltfNumbers*> to;
+    const GltfValue given = from["attributes"], ids = packed["attributes"];
+    for (const Wanted& attribute : wanted) {
+      const auto accessor = given[attribute.name].index_into(file_.list("accessors"));
+      if (!accessor || !ids[attribute.name].exists()) continue;
+      attributes.push_back({ids[attribute.name].count(0), file_.list("accessors").at(*accessor),
+                            attribute.width, attribute.name});
+      to.push_back(attribute.to);
+    }
+    if (attributes.empty() || attributes[0].name != "POSITION") {
+      packed.fail("it packs no positions");
+    }
+    DracoMesh mesh = unpack_draco(file_, packed, attributes);
+    for (std::size_t i = 0; i < to.size(); ++i) *to[i] = std::move(mesh.attributes[i]);
+    // What is not packed lies beside it.
+    for (const Wanted& attribute : wanted) {
+      if (!ids[attribute.name].exists()) {
+        *attribute.to = this->attribute(given, attribute.name, attribute.width, mesh.points);
+      }
+    }
+    if (result.normals.values.empty()) result.tangents = {};
+    finish_primitive(from, result);
+    cut(kTriangles, mesh.indices, from, result.triangles);
     return result;
   }
 
@@ -392,27 +441,7 @@ class GltfReader {
         named = true;
       }
       builder_.set_material(material_names_[primitive->material]);
-      const GltfValue surface =
-          primitives.at(i)["material"].exists()
-              ? file_.list("materials").at(primitive->material)["pbrMetallicRoughness"]
-              : primitives.at(i)["material"];
-      const auto& colors = primitive->colors.values;
-      if (surface.exists() &&
-          (surface["baseColorTexture"].exists() || surface["baseColorFactor"].exists()) &&
-          std::any_of(colors.begin(), colors.end(), [](double value) { return value != 1; })) {
-        ++painted_;
-      }
-      if (primitives.at(i)["material"].exists()) extend_box(*primitive);
       add(*primitive, placing);
-    }
-  }
-
-  void extend_box(const Primitive& p) {
-    for (std::size_t i = 0; i < p.uvs.count(); ++i) {
-      const float u = narrow(p.uvs.at(i)[0]), v = narrow(1 - p.uvs.at(i)[1]);
-      if (!std::isfinite(u) || !std::isfinite(v)) continue;
-      UvBox& box = boxes_.try_emplace(p.material, UvBox{u, v, u, v}).first->second;
-      box = {std::min(box[0], u), std::min(box[1], v), std::max(box[2], u), std::max(box[3], v)};
     }
   }
 
@@ -509,20 +538,6 @@ class GltfReader {
     say(instanced_, "instances-ignored",
         counted(instanced_, "node") +
             " with EXT_mesh_gpu_instancing: their mesh was taken once. Export instances as nodes.");
-    say(painted_, "vertex-colors-left",
-        counted(painted_, "primitive") +
-            " with vertex colours, and a material with a colour: glTF multiplies them, and Kiln "
-            "takes the picture alone, or else the vertex colours alone.");
-    std::uint64_t beyond = 0;
-    std::string example;
-    for (const auto& [material, box] : boxes_) {
-      if (!gltf_reaches_beyond(file_, material, box)) continue;
-      if (beyond++ == 0) example = material_names_[material];
-    }
-    say(beyond, "texture-wrap",
-        counted(beyond, "material") + " (\"" + printable(example) +
-            "\" for one) with UVs beyond a picture that does not repeat in the file; Kiln repeats "
-            "all pictures.");
     say(bright_, "bright-colors",
         counted(bright_, "number") + " of vertex colours are above 1, and were cut off there.");
   }
@@ -544,11 +559,10 @@ class GltfReader {
   MeshBuilder builder_;
   const std::vector<std::string> material_names_;
   std::vector<Placed> placed_;
-  std::map<std::size_t, UvBox> boxes_;      // by material
   std::uint32_t uv_sets_ = 0, uv_set_ = 0;  // that there are; that is read
   bool has_colors_ = false, has_tangents_ = false;
   std::uint64_t flat_ = 0, lines_ = 0, odd_ = 0, skins_ = 0, morphs_ = 0, instanced_ = 0,
-                bright_ = 0, painted_ = 0;
+                bright_ = 0;
   std::string first_lines_, first_odd_;
 };
 

@@ -164,6 +164,9 @@ std::vector<std::string> mesh_formats() {
 #ifdef KILN_HAS_ASSIMP
   names.insert(names.end(), {"FBX", "DAE", "3DS", "X"});
 #endif
+#ifdef KILN_HAS_DRACO
+  names.emplace_back("Draco in glTF");
+#endif
   return names;
 }
 

@@ -45,11 +45,13 @@ void expect_corners(const Mesh& mesh) {
   ASSERT_EQ(mesh.positions.size(), kCorners.size());
   ASSERT_EQ(mesh.triangles.size(), 4U);
   for (const Place& wanted : kCorners) {
-    EXPECT_TRUE(std::any_of(mesh.positions.begin(), mesh.positions.end(), [&](const Vec3& p) {
-      return std::abs(p.x + mesh.origin[0] - wanted[0]) < kRounding &&
-             std::abs(p.y + mesh.origin[1] - wanted[1]) < kRounding &&
-             std::abs(p.z + mesh.origin[2] - wanted[2]) < kRounding;
-    })) << wanted[0] << ' ' << wanted[1] << ' ' << wanted[2];
+    EXPECT_TRUE(std::any_of(mesh.positions.begin(), mesh.positions.end(),
+                            [&](const Vec3& p) {
+                              return std::abs(p.x + mesh.origin[0] - wanted[0]) < kRounding &&
+                                     std::abs(p.y + mesh.origin[1] - wanted[1]) < kRounding &&
+                                     std::abs(p.z + mesh.origin[2] - wanted[2]) < kRounding;
+                            }))
+        << wanted[0] << ' ' << wanted[1] << ' ' << wanted[2];
   }
   EXPECT_GT(volume(mesh), 0);
 }
@@ -62,11 +64,26 @@ struct Turned {
 // Of a turn that takes the axis to Y: (x, z, -y) for Z up, and so on; here its inverse.
 constexpr Turned kTurned[] = {
     {UpAxis::y, [](const Place& p) { return p; }},
-    {UpAxis::z, [](const Place& p) { return Place{p[0], -p[2], p[1]}; }},
-    {UpAxis::x, [](const Place& p) { return Place{p[1], -p[0], p[2]}; }},
-    {UpAxis::minus_x, [](const Place& p) { return Place{-p[1], p[0], p[2]}; }},
-    {UpAxis::minus_y, [](const Place& p) { return Place{p[0], -p[1], -p[2]}; }},
-    {UpAxis::minus_z, [](const Place& p) { return Place{p[0], p[2], -p[1]}; }},
+    {UpAxis::z,
+     [](const Place& p) {
+       return Place{p[0], -p[2], p[1]};
+     }},
+    {UpAxis::x,
+     [](const Place& p) {
+       return Place{p[1], -p[0], p[2]};
+     }},
+    {UpAxis::minus_x,
+     [](const Place& p) {
+       return Place{-p[1], p[0], p[2]};
+     }},
+    {UpAxis::minus_y,
+     [](const Place& p) {
+       return Place{p[0], -p[1], -p[2]};
+     }},
+    {UpAxis::minus_z,
+     [](const Place& p) {
+       return Place{p[0], p[2], -p[1]};
+     }},
 };
 
 std::string obj_text(Place (*in_file)(const Place&), double metres) {
@@ -103,7 +120,8 @@ TEST(Axes, FilesThatDoNotSayAreAsGivenOrAsTold) {
 TEST(Axes, NormalsAndTangentsTurnAndKeepTheirLength) {
   const std::string ply =
       "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float "
-      "z\nproperty float nx\nproperty float ny\nproperty float nz\nproperty float s\nproperty float "
+      "z\nproperty float nx\nproperty float ny\nproperty float nz\nproperty float s\nproperty "
+      "float "
       "t\nproperty float tx\nproperty float ty\nproperty float tz\nproperty float tw\n"
       "element face 1\nproperty list uchar int vertex_indices\nend_header\n"
       "0 0 0 0 0 1 0 0 1 0 0 1\n1000 0 0 0 0 1 1 0 1 0 0 1\n0 1000 0 0 0 1 0 1 1 0 0 1\n3 0 1 2\n";
@@ -124,8 +142,7 @@ TEST(Axes, GltfIsInMetresUnlessOverridden) {
     for (const double value : corner) positions.push_back(static_cast<float>(value));
   }
   const std::size_t at = maker.add<float>("VEC3", positions);
-  const std::size_t indices =
-      maker.add<std::uint8_t>("SCALAR", {kFaces.begin(), kFaces.end()});
+  const std::size_t indices = maker.add<std::uint8_t>("SCALAR", {kFaces.begin(), kFaces.end()});
   maker.add_mesh({{"attributes", {{"POSITION", at}}}, {"indices", indices}});
   const fs::path path = write_file("a.glb", maker.glb());
   expect_corners(load_mesh(path, {.up = UpAxis::z, .metres = 0.01}));

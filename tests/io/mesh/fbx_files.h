@@ -70,8 +70,7 @@ struct FbxMaker {
           "\tMaterial: 30, \"Material::skin\", \"\" {\n\t\tVersion: 102\n\t}\n"
           "\tTexture: 40, \"Texture::t\", \"\" {\n\t\tFileName: \"" +
           picture + "\"\n\t\tRelativeFilename: \"" + picture + "\"\n\t}\n";
-      connections +=
-          "\tC: \"OO\",30,20\n\tC: \"OP\",40,30, \"DiffuseColor\"\n";
+      connections += "\tC: \"OO\",30,20\n\tC: \"OP\",40,30, \"DiffuseColor\"\n";
     }
     return result + "}\nConnections:  {\n" + connections + "}\n";
   }

@@ -22,8 +22,8 @@ Words<UpAxis> up_values() {
 }
 
 Words<double> unit_values() {
-  static constexpr Words<double>::Row kRows[] = {{"cm", 0.01}, {"ft", 0.3048}, {"in", 0.0254},
-                                                 {"m", 1},     {"mm", 0.001}};
+  static constexpr Words<double>::Row kRows[] = {
+      {"cm", 0.01}, {"ft", 0.3048}, {"in", 0.0254}, {"m", 1}, {"mm", 0.001}};
   return kRows;
 }
 
@@ -74,15 +74,19 @@ void add_mesh_frame_options(Command& command, MeshFrameArguments& arguments, boo
                             const std::string& group) {
   const std::string sides = low ? "; high=VALUE, low=VALUE: of that side, whatever it says"
                                 : "; high=VALUE: whatever it says";
-  const auto add = [&](const char* name, std::vector<std::string>& values, const std::string& help) {
+  const auto add = [&](const char* name, std::vector<std::string>& values,
+                       const std::string& help) {
     command.add_option(name, values, help)->allow_extra_args(false)->group(group);
   };
   add("--up", arguments.up,
       "Which axis is up in files that do not say (OBJ, PLY, STL, OFF): x, y, z, -x, -y, -z; they "
-      "are turned to Y up. glTF, FBX and DAE say it" + sides);
+      "are turned to Y up. glTF, FBX and DAE say it" +
+          sides);
   add("--unit", arguments.unit,
-      "The unit of files that do not say (OBJ, PLY, STL, OFF, 3DS, X): mm, cm, m, in, ft or metres; "
-      "they are scaled to metres. glTF, FBX and DAE say it" + sides);
+      "The unit of files that do not say (OBJ, PLY, STL, OFF, 3DS, X): mm, cm, m, in, ft or "
+      "metres; "
+      "they are scaled to metres. glTF, FBX and DAE say it" +
+          sides);
   add("--uv-set", arguments.uv_set,
       std::string("Which of several sets of UVs: a number from 0 on, or its name (FBX)") +
           (low ? "; high=, low=: of that side" : ""));
@@ -117,9 +121,10 @@ void check_mesh_frame(const MeshFrameArguments& arguments, const std::vector<std
       fail_usage(std::string(flag.name) + " high= is for meshes, and HIGH is a height field.");
     }
     if (values.both && !any(high) && !any(low) && !any(others)) {
-      fail_usage(std::string(flag.name) + " " + *values.both +
-                 " is for files that do not say it themselves, and these do: leave it out, or write " +
-                 flag.name + " high=" + *values.both + " where HIGH's says what is not so.");
+      fail_usage(
+          std::string(flag.name) + " " + *values.both +
+          " is for files that do not say it themselves, and these do: leave it out, or write " +
+          flag.name + " high=" + *values.both + " where HIGH's says what is not so.");
     }
   }
   for (const MeshSide side : {MeshSide::high, MeshSide::low}) load_options(arguments, side);

@@ -107,8 +107,10 @@ void load_textures(const BakeArguments& arguments, const Mesh& high, BakeOptions
   if (asks(options, &MapInfo::takes_color) && !options.color &&
       (high.colors.empty() || materials.have_colors())) {
     Texture texture = materials.texture(MaterialSlot::color);
-    // Vertex colours say more than a plain material.
-    if (has_pictures(texture) || high.colors.empty()) options.color = std::move(texture);
+    // Vertex colours say more than a plain material, where they are not multiplied with it.
+    if (has_pictures(texture) || high.colors.empty() || !texture.times_vertex_colors.empty()) {
+      options.color = std::move(texture);
+    }
   }
   if ((asks(options, &MapInfo::takes_opacity) || arguments.alpha_test > 0) && !options.opacity) {
     options.opacity = materials.texture(MaterialSlot::opacity);
