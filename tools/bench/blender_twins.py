@@ -97,6 +97,11 @@ def export_all():
     bpy.ops.export_scene.gltf(filepath=path + ".glb", export_format="GLB")
     bpy.ops.export_scene.gltf(filepath=path + ".gltf", export_format="GLTF_SEPARATE",
                               export_keep_originals=True)
+    bpy.ops.export_scene.gltf(filepath=path + "_draco.glb", export_format="GLB",
+                              export_draco_mesh_compression_enable=True,
+                              export_draco_position_quantization=18,
+                              export_draco_normal_quantization=14,
+                              export_draco_texcoord_quantization=16)
     bpy.ops.export_scene.fbx(filepath=path + ".fbx", path_mode="RELATIVE")
     bpy.ops.export_scene.fbx(filepath=path + "_z.fbx", path_mode="COPY", embed_textures=True,
                              axis_forward="Y", axis_up="Z", apply_scale_options="FBX_SCALE_ALL")

@@ -79,11 +79,11 @@ std::string why_boxes_part(const Mesh& high, const Mesh& low, bool moved) {
     const double power = std::pow(10, std::round(std::log10(ratio)));
     const bool units = std::abs(ratio / power - 1) < 0.05;  // centimetres beside metres
     const bool exact = !units || std::abs(ratio / power - 1) < 0.0005;
-    std::snprintf(text, sizeof text,
-                  "LOW is %s%.3g times as large as HIGH; scale one of them, or say its --unit",
+    std::snprintf(text, sizeof text, "LOW is %s%.3g times as large as HIGH; scale one of them",
                   exact ? "" : "about ", units ? power : ratio);
     const std::string axes = swapped_axes(extents(a), extents(b), ratio);
-    return axes.empty() ? text : text + (", and swap " + axes);
+    return text + (axes.empty() ? ", or say its --unit"
+                                : ", and swap " + axes + ", or say their --unit and --up");
   }
   double squared = 0;
   for (std::size_t k = 0; k < 3; ++k) {
