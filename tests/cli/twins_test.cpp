@@ -43,15 +43,12 @@ TEST(Twins, OneSceneInFourFormatsGivesOneMap) {
     std::vector<std::string> flags;
     std::string needs = {};  // a format that is optional
   };
-  const Twin kTwins[] = {{"high.glb", "low.glb", {}},
-                         {"high.gltf", "low.glb", {}},
-                         {"high.obj", "low.glb", {}},
-                         {"high_z.obj", "low.glb", {"--up", "z", "--unit", "cm"}},
-                         {"high.glb", "low.obj", {}},
-                         {"high_draco.glb", "low.glb", {}, "Draco in glTF"},
-                         {"high.fbx", "low.glb", {}, "FBX"},
-                         {"high_z.fbx", "low.glb", {}, "FBX"},
-                         {"high.fbx", "low.obj", {}, "FBX"}};
+  const Twin kTwins[] = {
+      {"high.glb", "low.glb", {}},        {"high.gltf", "low.glb", {}},
+      {"high.obj", "low.glb", {}},        {"high_z.obj", "low.glb", {"--up", "z", "--unit", "cm"}},
+      {"high.glb", "low.obj", {}},        {"high_draco.glb", "low.glb", {}, "Draco in glTF"},
+      {"high.fbx", "low.glb", {}, "FBX"}, {"high_z.fbx", "low.glb", {}, "FBX"},
+      {"high.fbx", "low.obj", {}, "FBX"}};
   const std::vector<std::string> formats = mesh_formats();
   for (const Twin& twin : kTwins) {
     if (!twin.needs.empty() &&
