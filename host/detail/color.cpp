@@ -21,7 +21,10 @@ class OwnColor : public PointFunction {
   }
 
   PointNeeds needs() const override {
-    return {.position = false, .normal = false, .uv = texture_.has_value(), .distance = false};
+    return {.position = false,
+            .normal = false,
+            .uv = texture_ && texture_->needs_uvs(),
+            .distance = false};
   }
 
   void report(BakeReport& report) const override {

@@ -96,12 +96,21 @@ class Cutter {
     picture_ = nullptr;
     double plain = 1;
     transform_ = {1, 0, 0, 0, 1, 0};
+    wraps_ = {};
+    alpha_ = {1, 1, 1};
     if (opacity_.image_of.empty()) {
       picture_ = pictures_[0].get();
     } else {
       const std::uint32_t material = mesh_.materials[triangle];
       const std::uint32_t picture = opacity_.image_of[material];
       if (!opacity_.uv_transforms.empty()) transform_ = opacity_.uv_transforms[material];
+      if (!opacity_.wraps.empty()) wraps_ = opacity_.wraps[material];
+      if (!opacity_.times_vertex_colors.empty() && opacity_.times_vertex_colors[material] &&
+          !mesh_.colors.empty()) {
+        for (std::size_t k = 0; k < 3; ++k) {
+          alpha_[k] = mesh_.colors[mesh_.triangles[triangle][k]][3] / 255.0;
+        }
+      }
       if (picture != Texture::kNone) {
         picture_ = pictures_[picture].get();
       } else if (material < opacity_.plain.size()) {
@@ -109,9 +118,11 @@ class Cutter {
       }
     }
     const Part whole{{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};
-    if (picture_ == nullptr || !finite) {
-      if (plain >= threshold_ || !finite) parts_.push_back(whole);
+    const bool even = alpha_[0] == alpha_[1] && alpha_[1] == alpha_[2];
+    if (!finite || (picture_ == nullptr && even)) {
+      if (plain * alpha_[0] >= threshold_ || !finite) parts_.push_back(whole);
     } else {
+      plain_ = plain;
       cut(whole, 0);
     }
     if (parts_.empty()) {
@@ -140,20 +151,38 @@ class Cutter {
     return {m[0] * uv[0] + m[1] * uv[1] + m[2], m[3] * uv[0] + m[4] * uv[1] + m[5]};
   }
 
+  double alpha_at(const Weights& w) const {
+    return w[0] * alpha_[0] + w[1] * alpha_[1] + w[2] * alpha_[2];
+  }
+
+  double opacity_at(const Weights& w, const std::array<double, 2>& uv) const {
+    const double picture = picture_ == nullptr ? plain_ : picture_->at(uv[0], uv[1], wraps_);
+    return alpha_ == Weights{1, 1, 1} ? picture : picture * alpha_at(w);
+  }
+
+  BoundedChannel::Range over(const Part& part, double u0, double v0, double u1, double v1) const {
+    BoundedChannel::Range range{static_cast<float>(plain_), static_cast<float>(plain_)};
+    if (picture_ != nullptr) range = picture_->over(u0, v0, u1, v1, wraps_);
+    if (alpha_ == Weights{1, 1, 1}) return range;
+    const auto [least, most] =
+        std::minmax({alpha_at(part[0]), alpha_at(part[1]), alpha_at(part[2])});
+    return {range.least * static_cast<float>(least), range.most * static_cast<float>(most)};
+  }
+
   void cut(const Part& part, int depth) {
     std::array<std::array<double, 2>, 3> uv{};
     for (std::size_t k = 0; k < 3; ++k) uv[k] = in_picture(uv_at(part[k]));
     const auto [u0, u1] = std::minmax({uv[0][0], uv[1][0], uv[2][0]});
     const auto [v0, v1] = std::minmax({uv[0][1], uv[1][1], uv[2][1]});
-    const BoundedChannel::Range range = picture_->over(u0, v0, u1, v1);
+    const BoundedChannel::Range range = over(part, u0, v0, u1, v1);
     if (range.most < threshold_) return;
     if (range.least >= threshold_) {
       parts_.push_back(part);
       return;
     }
-    const double across = (u1 - u0) * picture_->texels_across();
-    const double down = (v1 - v0) * picture_->texels_down();
-    if (std::max(across, down) <= 1 || depth == kDeepest) return clip(part, uv);
+    const bool fine = picture_ == nullptr || std::max((u1 - u0) * picture_->texels_across(),
+                                                      (v1 - v0) * picture_->texels_down()) <= 1;
+    if (fine || depth == kDeepest) return clip(part, uv);
     const Weights ab = between(part[0], part[1], 0.5), bc = between(part[1], part[2], 0.5);
     const Weights ca = between(part[2], part[0], 0.5);
     const std::size_t before = parts_.size();
@@ -173,7 +202,7 @@ class Cutter {
   /// What is above the threshold, of values that are linear between the corners.
   void clip(const Part& part, const std::array<std::array<double, 2>, 3>& uv) {
     std::array<double, 3> over{};
-    for (std::size_t k = 0; k < 3; ++k) over[k] = picture_->at(uv[k][0], uv[k][1]) - threshold_;
+    for (std::size_t k = 0; k < 3; ++k) over[k] = opacity_at(part[k], uv[k]) - threshold_;
     std::vector<Weights> polygon;
     for (std::size_t k = 0; k < 3; ++k) {
       const std::size_t next = (k + 1) % 3;
@@ -258,6 +287,9 @@ class Cutter {
   std::array<Vec2, 3> uv_;
   const BoundedChannel* picture_ = nullptr;
   std::array<float, 6> transform_{1, 0, 0, 0, 1, 0};  // of its UVs
+  BoundedChannel::Wraps wraps_{};
+  Weights alpha_{1, 1, 1};  // of its corners
+  double plain_ = 1;        // without a picture
   std::vector<Part> parts_;
   std::map<Weights, std::array<std::uint32_t, 3>> vertices_;
 };
@@ -276,8 +308,12 @@ void check(const Mesh& mesh, const Texture& opacity, double threshold) {
   bool fits = by_material ? opacity.image_of.size() == mesh.material_names.size() &&
                                 mesh.materials.size() == mesh.triangles.size()
                           : opacity.images.size() == 1;
-  fits = fits &&
-         (opacity.uv_transforms.empty() || opacity.uv_transforms.size() == opacity.image_of.size());
+  fits =
+      fits &&
+      (opacity.uv_transforms.empty() || opacity.uv_transforms.size() == opacity.image_of.size()) &&
+      (opacity.wraps.empty() || opacity.wraps.size() == opacity.image_of.size()) &&
+      (opacity.times_vertex_colors.empty() ||
+       opacity.times_vertex_colors.size() == opacity.image_of.size());
   for (const std::uint32_t picture : opacity.image_of) {
     fits = fits && (picture == Texture::kNone || picture < opacity.images.size());
   }

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <string>
 
+#include "detail/vertex_colors.h"
 #include "source/high_poly_uvs.h"
 
 namespace kiln {
@@ -12,7 +13,9 @@ SurfaceTexture::SurfaceTexture(const Source::Impl& source, const Texture& textur
     : source_(source),
       picture_of_material_(texture.image_of),
       plain_(texture.plain),
-      uv_transforms_(texture.uv_transforms) {
+      uv_transforms_(texture.uv_transforms),
+      wraps_(texture.wraps),
+      by_vertices_(texture.kind == TextureKind::srgb ? Factor::color : Factor::alpha) {
   const std::string map(name);
   if (!texture.images.empty() && !has_uvs(source)) {
     throw Error(ErrorCode::input, "The high poly has no UVs, over which the texture of the map " +
@@ -36,6 +39,15 @@ SurfaceTexture::SurfaceTexture(const Source::Impl& source, const Texture& textur
                                       " transforms of UVs for " +
                                       std::to_string(picture_of_material_.size()) + " materials.");
   }
+  if ((!wraps_.empty() && wraps_.size() != picture_of_material_.size()) ||
+      (!texture.times_vertex_colors.empty() &&
+       texture.times_vertex_colors.size() != picture_of_material_.size())) {
+    throw Error(ErrorCode::input, "The texture of the map " + map +
+                                      " has wraps or factors for other than its materials.");
+  }
+  if (!source.colors.empty() && source.colors.size() == source.positions.size()) {
+    times_vertices_ = texture.times_vertex_colors;
+  }
   for (const std::shared_ptr<const Image>& image : texture.images) {
     if (image == nullptr) throw Error(ErrorCode::input, "A texture of " + map + " is missing.");
     pictures_.push_back(std::make_unique<FilteredTexture>(image, texture.kind));
@@ -53,7 +65,24 @@ const FilteredTexture* SurfaceTexture::picture_of(std::uint32_t triangle) const 
   return picture == Texture::kNone ? nullptr : pictures_[picture].get();
 }
 
+std::array<double, 2> SurfaceTexture::moved(std::uint32_t triangle, double u, double v,
+                                            double unit) const {
+  if (uv_transforms_.empty()) return {u, v};
+  const std::array<float, 6>& m = uv_transforms_[source_.materials.of[triangle]];
+  return {m[0] * u + m[1] * v + m[2] * unit, m[3] * u + m[4] * v + m[5] * unit};
+}
+
 void SurfaceTexture::read(const HighPoint& point, float* value) const {
+  read_pictures(point, value);
+  if (times_vertices_.empty() || !times_vertices_[source_.materials.of[point.triangle]]) return;
+  float vertices[4];
+  read_vertex_color(source_, point, vertices);
+  for (std::size_t c = 0; c < 4; ++c) {
+    value[c] *= vertices[by_vertices_ == Factor::color ? c : 3];
+  }
+}
+
+void SurfaceTexture::read_pictures(const HighPoint& point, float* value) const {
   std::fill_n(value, 4, 0.0F);
   const FilteredTexture* picture = picture_of(point.triangle);
   if (picture == nullptr || !point.has_uv) {
@@ -62,19 +91,14 @@ void SurfaceTexture::read(const HighPoint& point, float* value) const {
     if (material < plain_.size()) std::copy_n(plain_[material].begin(), 4, value);
     return;
   }
-  if (uv_transforms_.empty()) {
-    picture->mean(point.uv[0], point.uv[1], point.uv_sides, value);
-  } else {
-    const std::array<float, 6>& m = uv_transforms_[source_.materials.of[point.triangle]];
-    const auto moved = [&m](double u, double v, double unit) {
-      return std::array<double, 2>{m[0] * u + m[1] * v + m[2] * unit,
-                                   m[3] * u + m[4] * v + m[5] * unit};
-    };
-    const auto [u, v] = moved(point.uv[0], point.uv[1], 1);
-    const auto& sides = point.uv_sides;
-    picture->mean(u, v, {moved(sides[0][0], sides[0][1], 0), moved(sides[1][0], sides[1][1], 0)},
-                  value);
-  }
+  const auto wraps =
+      wraps_.empty() ? FilteredTexture::Wraps{} : wraps_[source_.materials.of[point.triangle]];
+  const auto [u, v] = moved(point.triangle, point.uv[0], point.uv[1]);
+  const auto& sides = point.uv_sides;
+  picture->mean(u, v,
+                {moved(point.triangle, sides[0][0], sides[0][1], 0),
+                 moved(point.triangle, sides[1][0], sides[1][1], 0)},
+                value, wraps);
   if (picture->channels() < 3) {
     value[3] = picture->channels() == 2 ? value[1] : 1;
     value[1] = value[2] = value[0];

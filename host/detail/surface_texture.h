@@ -17,14 +17,23 @@ class SurfaceTexture {
   /// \throws Error(input) where the high poly has no UVs or materials for it, or a picture is unusable
   SurfaceTexture(const Source::Impl& source, const Texture& texture, std::string_view name);
 
-  /// The texture's mean over the point's sides. \param value  four numbers: those that the picture lacks are
+  /// The texture's mean over the point's sides, times the vertices' colour where that is asked for. \param value  four numbers: those that the picture lacks are
   /// its first one (colours of one channel) or 1 (alpha)
   void read(const HighPoint& point, float* value) const;
+
+  /// From the mesh's UVs to those of a triangle's picture. \param unit  0: of a difference
+  std::array<double, 2> moved(std::uint32_t triangle, double u, double v, double unit = 1) const;
+
+  /// True if it has pictures: what they show depends on UVs.
+  bool needs_uvs() const { return !pictures_.empty(); }
 
   /// Numbers of the pictures that are not finite.
   std::uint64_t replaced() const;
 
  private:
+  enum class Factor { color, alpha };  // of the vertices
+
+  void read_pictures(const HighPoint& point, float* value) const;
   const FilteredTexture* picture_of(std::uint32_t triangle) const;
 
   const Source::Impl& source_;
@@ -32,6 +41,9 @@ class SurfaceTexture {
   std::vector<std::uint32_t> picture_of_material_;
   std::vector<std::array<float, 4>> plain_;
   std::vector<std::array<float, 6>> uv_transforms_;
+  std::vector<FilteredTexture::Wraps> wraps_;
+  std::vector<bool> times_vertices_;
+  Factor by_vertices_;
 };
 
 /// Adds a warning where a map's pictures have numbers that are not finite.

@@ -20,7 +20,7 @@ class Plain : public PointFunction {
       : texture_(source, texture, name), name_(name) {}
 
   PointNeeds needs() const override {
-    return {.position = false, .normal = false, .uv = true, .distance = false};
+    return {.position = false, .normal = false, .uv = texture_.needs_uvs(), .distance = false};
   }
   void operator()(const HighPoint& point, float* value) const override {
     if (!point.found) return;
@@ -57,7 +57,10 @@ class Normals : public PointFunction {
       for (std::size_t k = 0; k < 3; ++k) {
         positions.push_back(source_.positions[source_.triangles[t][k]]);
         normals.push_back(normal_of(t, k));
-        uvs.push_back(source_.uvs[source_.uv_triangles[t][k]]);
+        // Its tangents are those of the UVs that the picture lies on.
+        const Vec2& uv = source_.uvs[source_.uv_triangles[t][k]];
+        const auto [u, v] = texture_.moved(static_cast<std::uint32_t>(t), uv.x, uv.y);
+        uvs.push_back({static_cast<float>(u), static_cast<float>(v)});
       }
     }
     tangents_ = mikk_tangents(positions, normals, uvs);

@@ -9,6 +9,7 @@
 #include "base/float4.h"
 #include "base/parallel.h"
 #include "base/srgb.h"
+#include "image/wrap.h"
 #include "kiln/error.h"
 
 namespace kiln {
@@ -40,13 +41,6 @@ struct Cover {
   std::uint32_t first = 0, count = 0;
   std::array<double, 4> shares{};
 };
-
-std::int64_t wrapped_texel(std::int64_t place, std::int64_t size) {
-  if (place >= 0 && place < size)
-    return place;  // nearly always, and a division takes as long as all else
-  const std::int64_t rest = place % size;
-  return rest < 0 ? rest + size : rest;
-}
 
 // As std::floor and std::ceil for numbers of less than 2^62, without a call.
 std::int64_t floored(double value) {
@@ -84,7 +78,7 @@ Float4 mix(Float4 a, Float4 b, float share) { return a + (b - a) * splat(share);
 /// \tparam Inside  none of them, nor the texels around, is beyond the picture's borders
 template <std::uint32_t Channels, bool Inside>
 std::array<double, 4> sum_of(const Spread& spread, const float* pixels, std::int64_t width,
-                             std::int64_t height) {
+                             std::int64_t height, const FilteredTexture::Wraps& wraps) {
   const float* end = pixels + width * height * Channels;
   const float across = 1.0F / static_cast<float>(spread.columns);
   const float down = 1.0F / static_cast<float>(spread.rows);
@@ -103,8 +97,8 @@ std::array<double, 4> sum_of(const Spread& spread, const float* pixels, std::int
       for (int k = 0; k < 4 && i + k < spread.columns; ++k) {
         std::int64_t x0 = spread.x + left[k], y0 = spread.y + top[k], x1 = x0 + 1, y1 = y0 + 1;
         if constexpr (!Inside) {
-          x0 = wrapped_texel(x0, width), y0 = wrapped_texel(y0, height);
-          x1 = x0 + 1 == width ? 0 : x0 + 1, y1 = y0 + 1 == height ? 0 : y0 + 1;
+          x0 = wrapped_texel(x0, width, wraps[0]), x1 = wrapped_texel(x1, width, wraps[0]);
+          y0 = wrapped_texel(y0, height, wraps[1]), y1 = wrapped_texel(y1, height, wraps[1]);
         }
         const auto at = [&](std::int64_t to_right, std::int64_t to_bottom) {
           const float* from = pixels + (to_bottom * width + to_right) * Channels;
@@ -121,15 +115,15 @@ std::array<double, 4> sum_of(const Spread& spread, const float* pixels, std::int
 
 template <std::uint32_t Channels>
 std::array<double, 4> sum_of(const Spread& spread, const float* pixels, std::int64_t width,
-                             std::int64_t height) {
+                             std::int64_t height, const FilteredTexture::Wraps& wraps) {
   // Whole texels that points are away at most, and one more for their neighbours and for rounding.
   const auto reach_x = static_cast<std::int64_t>(std::abs(spread.ax) + std::abs(spread.bx)) / 2 + 2;
   const auto reach_y = static_cast<std::int64_t>(std::abs(spread.ay) + std::abs(spread.by)) / 2 + 2;
   // Four numbers are read from each texel, which may be more than it has: but not in the last row.
   const bool inside = spread.x >= reach_x && spread.x + reach_x < width - 4 &&
                       spread.y >= reach_y && spread.y + reach_y < height - 1;
-  return inside ? sum_of<Channels, true>(spread, pixels, width, height)
-                : sum_of<Channels, false>(spread, pixels, width, height);
+  return inside ? sum_of<Channels, true>(spread, pixels, width, height, wraps)
+                : sum_of<Channels, false>(spread, pixels, width, height, wraps);
 }
 
 /// The square of a UV vector's length on a level, texels.
@@ -242,7 +236,8 @@ void FilteredTexture::fill_half(const Level& level, Level& next) const {
   });
 }
 
-void FilteredTexture::mean(double u, double v, const Sides& given, float* value) const {
+void FilteredTexture::mean(double u, double v, const Sides& given, float* value,
+                           const Wraps& wraps) const {
   Sides sides = given;
   for (std::array<double, 2>& side : sides) {
     // Over so many pictures the mean is the whole one's.
@@ -271,7 +266,8 @@ void FilteredTexture::mean(double u, double v, const Sides& given, float* value)
   Spread spread{};
   spread.columns = static_cast<int>(std::min(along_a, most));
   spread.rows = static_cast<int>(std::min(along_b, most / spread.columns));
-  const double x = fraction(u) * level.width - 0.5, y = (1 - fraction(v)) * level.height - 0.5;
+  const double x = wrapped_coordinate(u, wraps[0], fraction) * level.width - 0.5;
+  const double y = (1 - wrapped_coordinate(v, wraps[1], fraction)) * level.height - 0.5;
   spread.x = floored(x), spread.y = floored(y);
   spread.right = static_cast<float>(x - static_cast<double>(spread.x));
   spread.below = static_cast<float>(y - static_cast<double>(spread.y));
@@ -283,13 +279,13 @@ void FilteredTexture::mean(double u, double v, const Sides& given, float* value)
     const std::int64_t width = level.width, height = level.height;
     switch (channels_) {
       case 1:
-        return sum_of<1>(spread, level.pixels, width, height);
+        return sum_of<1>(spread, level.pixels, width, height, wraps);
       case 2:
-        return sum_of<2>(spread, level.pixels, width, height);
+        return sum_of<2>(spread, level.pixels, width, height, wraps);
       case 3:
-        return sum_of<3>(spread, level.pixels, width, height);
+        return sum_of<3>(spread, level.pixels, width, height, wraps);
       default:
-        return sum_of<4>(spread, level.pixels, width, height);
+        return sum_of<4>(spread, level.pixels, width, height, wraps);
     }
   };
   const std::array<double, 4> sum = sum_on();

@@ -19,6 +19,7 @@ namespace kiln {
 /// is made when it is first read. So it has up to 4/3 of the picture's floats of memory.
 class FilteredTexture {
  public:
+  using Wraps = std::array<TextureWrap, 2>;            ///< Along u and v
   using Sides = std::array<std::array<double, 2>, 2>;  ///< Two vectors, each u and v
 
   /// \throws Error(input) for a picture without pixels, or of normals with fewer than three channels
@@ -28,13 +29,13 @@ class FilteredTexture {
   /// Numbers of the picture that are not finite, and count as 0.
   std::uint64_t replaced() const { return replaced_; }
 
-  /// The mean over a parallelogram of UV around (u, v), which must be finite. The picture repeats.
+  /// The mean over a parallelogram of UV around (u, v), which must be finite.
   ///
   /// The level is one on which the parallelogram is 2 to 4 texels across where it is narrowest; on it, it
   /// is cut into parts of a texel's length at most, each read bilinearly. So along its length it is
   /// integrated however long it is, up to kMostParts parts; longer ones take coarser levels.
   /// \param value  channels() numbers; vectors are not made unit
-  void mean(double u, double v, const Sides& given, float* value) const;
+  void mean(double u, double v, const Sides& given, float* value, const Wraps& wraps = {}) const;
 
   static constexpr std::uint32_t kMostParts = 4096;
 

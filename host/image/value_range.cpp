@@ -3,15 +3,39 @@
 #include <algorithm>
 #include <cmath>
 
+#include "image/wrap.h"
+
 namespace kiln {
 namespace {
 
 // A rectangle is looked up on the level where it is this many blocks a side, or fewer.
 constexpr std::int64_t kBlocks = 3;
 
-std::int64_t wrapped(std::int64_t place, std::int64_t size) {
-  const std::int64_t rest = place % size;
-  return rest < 0 ? rest + size : rest;
+double fraction_of(double value) { return value - std::floor(value); }
+
+struct TexelSpan {
+  std::int64_t begin, end;  // the last is in it; below `begin`: none
+};
+
+/// The texels of a row that a span on the row without end shows, which is shorter than the row.
+std::array<TexelSpan, 2> shown(double begin, double end, std::int64_t size, TextureWrap wrap) {
+  if (wrap == TextureWrap::clamp) {
+    const auto most = static_cast<double>(size - 1);
+    return {TexelSpan{static_cast<std::int64_t>(std::clamp(begin, 0.0, most)),
+                      static_cast<std::int64_t>(std::clamp(end, 0.0, most))},
+            TexelSpan{0, -1}};
+  }
+  const auto row = static_cast<double>(size);
+  const double period = wrap == TextureWrap::mirror ? 2 * row : row;
+  const double shift = std::floor(begin / period) * period;
+  const auto a = static_cast<std::int64_t>(begin - shift);
+  const auto b = static_cast<std::int64_t>(end - shift);
+  if (wrap == TextureWrap::repeat)
+    return {TexelSpan{a, std::min(b, size - 1)}, TexelSpan{0, b - size}};
+  // There, back, and there again.
+  const TexelSpan back{2 * size - 1 - std::min(b, 2 * size - 1), 2 * size - 1 - std::max(a, size)};
+  return {a < size ? TexelSpan{a, std::min(b, size - 1)} : TexelSpan{0, b - 2 * size},
+          b < size ? TexelSpan{0, -1} : back};
 }
 
 }  // namespace
@@ -46,14 +70,18 @@ BoundedChannel::BoundedChannel(const Image& image, std::uint32_t channel) {
   }
 }
 
-double BoundedChannel::at(double u, double v) const {
+double BoundedChannel::at(double u, double v, const Wraps& wraps) const {
   const Level& level = levels_[0];
-  const double x = (u - std::floor(u)) * static_cast<double>(level.width) - 0.5;
-  const double y = (1 - (v - std::floor(v))) * static_cast<double>(level.height) - 0.5;
+  const double x =
+      wrapped_coordinate(u, wraps[0], fraction_of) * static_cast<double>(level.width) - 0.5;
+  const double y =
+      (1 - wrapped_coordinate(v, wraps[1], fraction_of)) * static_cast<double>(level.height) - 0.5;
   const double left = std::floor(x), top = std::floor(y);
   const auto texel = [&](std::int64_t dx, std::int64_t dy) {
-    const std::int64_t i = wrapped(static_cast<std::int64_t>(left) + dx, level.width);
-    const std::int64_t j = wrapped(static_cast<std::int64_t>(top) + dy, level.height);
+    const std::int64_t i =
+        wrapped_texel(static_cast<std::int64_t>(left) + dx, level.width, wraps[0]);
+    const std::int64_t j =
+        wrapped_texel(static_cast<std::int64_t>(top) + dy, level.height, wraps[1]);
     return double{level.ranges[static_cast<std::size_t>(j * level.width + i)].least};
   };
   const double right = x - left, below = y - top;
@@ -62,24 +90,17 @@ double BoundedChannel::at(double u, double v) const {
   return upper + (lower - upper) * below;
 }
 
-BoundedChannel::Range BoundedChannel::over(double u0, double v0, double u1, double v1) const {
+BoundedChannel::Range BoundedChannel::over(double u0, double v0, double u1, double v1,
+                                           const Wraps& wraps) const {
   const Level& base = levels_[0];
   const auto width = static_cast<double>(base.width), height = static_cast<double>(base.height);
   // All texels that bilinear reading takes from.
-  double left = std::floor(u0 * width - 0.5), right = std::floor(u1 * width - 0.5) + 1;
-  double top = std::floor((1 - v1) * height - 0.5),
-         bottom = std::floor((1 - v0) * height - 0.5) + 1;
+  const double left = std::floor(u0 * width - 0.5), right = std::floor(u1 * width - 0.5) + 1;
+  const double top = std::floor((1 - v1) * height - 0.5),
+               bottom = std::floor((1 - v0) * height - 0.5) + 1;
   const Range& all = levels_.back().ranges[0];
   if (!(right - left < width && bottom - top < height)) return all;
-  const double shift_x = std::floor(left / width) * width,
-               shift_y = std::floor(top / height) * height;
-  left -= shift_x;
-  right -= shift_x;
-  top -= shift_y;
-  bottom -= shift_y;
   // Over the picture's border, blocks of the coarser levels are no longer whole: looked up in parts.
-  const auto x0 = static_cast<std::int64_t>(left), x1 = static_cast<std::int64_t>(right);
-  const auto y0 = static_cast<std::int64_t>(top), y1 = static_cast<std::int64_t>(bottom);
   const auto inside = [&](std::int64_t ax, std::int64_t ay, std::int64_t bx, std::int64_t by) {
     std::size_t number = 0;
     while (number + 1 < levels_.size() && ((bx >> number) - (ax >> number) >= kBlocks ||
@@ -99,10 +120,8 @@ BoundedChannel::Range BoundedChannel::over(double u0, double v0, double u1, doub
   };
   Range range = all;
   bool first = true;
-  for (const auto& [ay, by] : {std::pair(y0, std::min(y1, base.height - 1)),
-                               std::pair(std::int64_t{0}, y1 - base.height)}) {
-    for (const auto& [ax, bx] : {std::pair(x0, std::min(x1, base.width - 1)),
-                                 std::pair(std::int64_t{0}, x1 - base.width)}) {
+  for (const auto& [ay, by] : shown(top, bottom, base.height, wraps[1])) {
+    for (const auto& [ax, bx] : shown(left, right, base.width, wraps[0])) {
       if (by < ay || bx < ax) continue;
       const Range part = inside(ax, ay, bx, by);
       range =

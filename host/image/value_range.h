@@ -1,17 +1,21 @@
 // The least and the greatest value of a picture's channel over any part of it.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <vector>
 
 #include "kiln/image.h"
+#include "kiln/texture.h"
 
 namespace kiln {
 
-/// One channel of a picture over UVs that repeats, read bilinearly, and bounds of it. Values that are not finite,
+/// One channel of a picture over UVs, read bilinearly, and bounds of it. Values that are not finite,
 /// and channels that the picture lacks, count as 0 and 1.
 class BoundedChannel {
  public:
+  using Wraps = std::array<TextureWrap, 2>;  ///< Along u and v
+
   BoundedChannel(const Image& image, std::uint32_t channel);
 
   struct Range {
@@ -21,9 +25,9 @@ class BoundedChannel {
   double texels_across() const { return levels_[0].width; }
   double texels_down() const { return levels_[0].height; }
   /// Bilinear. \param u, v  finite
-  double at(double u, double v) const;
+  double at(double u, double v, const Wraps& wraps = {}) const;
   /// Bounds of at() over a rectangle of UV; not the tightest ones.
-  Range over(double u0, double v0, double u1, double v1) const;
+  Range over(double u0, double v0, double u1, double v1, const Wraps& wraps = {}) const;
 
  private:
   struct Level {

@@ -63,7 +63,7 @@ void save_layers(std::span<const ImageLayer> /*layers*/, const std::filesystem::
   fail(path.string());
 }
 std::vector<Material> load_materials(const Mesh& /*mesh*/, const std::filesystem::path& mesh_file,
-                                     std::vector<Warning>* /*warnings*/) {
+                                     std::vector<Warning>* /*warnings*/, bool /*outside*/) {
   fail(mesh_file.string());
 }
 AssetPictures encode_maps(const AssetMaps& /*maps*/) { fail("an asset's pictures"); }

@@ -1,4 +1,5 @@
 // Several meshes made one.
+#include <algorithm>
 #include <limits>
 #include <string>
 #include <unordered_map>
@@ -159,6 +160,10 @@ Mesh join_meshes(std::span<const Mesh> meshes, std::vector<Warning>* warnings) {
   Mesh whole;
   whole.name = joined_name(meshes);
   whole.origin = meshes[0].origin;
+  whole.uv_set = meshes[0].uv_set;
+  const bool alike = std::all_of(meshes.begin(), meshes.end(),
+                                 [&](const Mesh& mesh) { return mesh.metres == meshes[0].metres; });
+  whole.metres = alike ? meshes[0].metres : 0;
   check_sizes(meshes, whole.name);
   Has has;
   for (const Mesh& mesh : meshes) {

@@ -47,16 +47,17 @@ struct Asset {
 /// the node's, else the mesh's; where two are the same, ".001" and so on follow. Mirrored nodes keep their outside.
 /// Materials alike; primitives without one have "default". Vertex colours become sRGB bytes. Without normals,
 /// triangles are flat. UVs get their origin at the lower left. Files beside it are read from its folder and those in it
-/// alone. Read are KHR_mesh_quantization, EXT_meshopt_compression, KHR_texture_transform and KHR_materials_emissive_strength; a file that
-/// requires an extension which changes its surface is refused. Warnings, beside those of load_mesh():
+/// alone. Read are KHR_mesh_quantization, EXT_meshopt_compression, KHR_draco_mesh_compression where Draco was built in,
+/// KHR_texture_transform, EXT_texture_webp and KHR_materials_emissive_strength; KHR_materials_pbrSpecularGlossiness is
+/// converted: its diffuse becomes the colour, 1 - glossiness the roughness. A file that requires any other extension,
+/// but for KHR_materials_*, is refused. Warnings, beside those of load_mesh():
 ///   ignored-primitives  points and lines: left out
 ///   flat-normals        triangles without normals
 ///   rest-pose           skins and morph targets: taken without them
 ///   instances-ignored   EXT_mesh_gpu_instancing: one of each is taken
 ///   bright-colors       vertex colours above 1: cut off
-///   texture-wrap        UVs beyond pictures that do not repeat in the file: they repeat
+///   material-extensions KHR_materials_* whose looks no map holds (clearcoat, transmission...): left out
 ///   picture-missing     pictures that are not there: the factor stands alone
-///   vertex-colors-left  vertex colours of materials that have a colour, which is not multiplied with them
 /// \throws Error(input), as load_mesh() and load_materials()
 /// Thread safety: may be called from several threads. Memory and time are linear in the files' sizes, and in what
 /// the nodes place.

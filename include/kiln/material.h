@@ -34,6 +34,8 @@ struct MaterialPicture {
   /// From the mesh's UVs to the picture's, both with the origin at the lower left, two rows of an affine map:
   /// u' = m[0] u + m[1] v + m[2], v' = m[3] u + m[4] v + m[5].
   std::array<float, 6> uv_transform{1, 0, 0, 0, 1, 0};
+  std::array<TextureWrap, 2> wrap{};  ///< Along u and v, beyond the picture
+  bool inverted = false;              ///< True if 1 minus the channel counts (glossiness)
 
   /// True if there is no picture.
   bool empty() const noexcept { return file.empty() && bytes == nullptr; }
@@ -89,10 +91,12 @@ enum class MaterialSlot { color, opacity, normal, roughness, metallic, emission 
 ///                   those of statements that Kiln does not know, "found-elsewhere", "materials-differ" for a name
 ///                   that two files describe otherwise (the first is taken), "blender-pictures" where
 ///                   `map_Ns` or `map_refl` is taken
+/// \param outside    as LoadMeshOptions::outside
 /// \returns one for each of Mesh::material_names, in order
 /// \throws Error(input) where a file is missing or has a number that is none
 std::vector<Material> load_materials(const Mesh& mesh, const std::filesystem::path& mesh_file,
-                                     std::vector<Warning>* warnings = nullptr);
+                                     std::vector<Warning>* warnings = nullptr,
+                                     bool outside = false);
 
 /// Loads one of the pictures of each material; where one has none, its number stands in. The texture shares
 /// its pictures with its copies.

@@ -64,7 +64,8 @@ struct Mesh {
   /// triangles, in order. Empty: every triangle is a polygon. Computed normals weight the polygons' own
   /// corners and normals, as Blender does.
   std::vector<std::uint32_t> polygons;
-  double metres = 0;  ///< A unit's, where the file says: glTF (1), FBX and DAE; 0: it does not
+  double metres = 0;  ///< A unit's: 1 where the file or LoadMeshOptions says its unit; 0: unknown
+  std::uint32_t uv_set = 0;  ///< Which of its file's sets of UVs it has
 };
 
 /// Which triangles are baked where several have the same UVs, on purpose: mirrored halves, repeated parts. UVs
@@ -86,18 +87,30 @@ enum class Triangulation {
   shortest,  ///< Quads along the shorter diagonal; more corners: ears, the shortest cut first
 };
 
+/// Which way is up in a file. It is turned so that Y is: Z up becomes (x, z, -y).
+enum class UpAxis { as_given, x, y, z, minus_x, minus_y, minus_z };
+
 /// What may be chosen where a mesh is read.
 struct LoadMeshOptions {
   Triangulation triangulation = Triangulation::automatic;  ///< Of polygons
-  std::uint32_t uv_set = 0;  ///< glTF's: which of several sets of UVs becomes Mesh::uvs
+  std::uint32_t uv_set = 0;      ///< Which of several sets of UVs becomes Mesh::uvs
+  std::string uv_set_name = {};  ///< The set's name instead, where the format has names (FBX)
+  /// Of files that do not say it themselves (PLY, OBJ, STL, OFF).
+  UpAxis up = UpAxis::as_given;
+  /// A unit of files that do not say it themselves (those, 3DS and X), which are scaled to metres; 0: as given.
+  double metres = 0;
+  bool override_up = false;    ///< True: `up` holds for files that say otherwise, too
+  bool override_unit = false;  ///< True: `metres`, too
+  bool outside = false;        ///< True: pictures of FBX and the like may lie outside its folder
 };
 
 /// Reads a mesh: PLY (ascii, binary of either byte order; faces or triangle strips), OBJ, STL (ascii, binary), OFF (ascii)
 /// or glTF 2.0 (.glb, .gltf; see load_asset()), chosen by extension in any case; and, where Assimp was built in
 /// (mesh_formats()), FBX, DAE (Collada), 3DS and X.
 ///
-/// Of glTF and of Assimp's, every node is an object, in world space: names that stand twice get ".001". FBX keeps its unit (often
-/// centimetres) and its axes; DAE is in metres, Y up. Bones and animations are left out ("skinned").
+/// Of glTF and of Assimp's, every node is an object, in world space: names that stand twice get ".001". Bones and
+/// animations are left out ("skinned"). Files that say their axes and unit (glTF, FBX, DAE) are brought to metres with
+/// Y up; 3DS and X to Y up; others are as given, but for LoadMeshOptions::up and metres.
 ///
 /// Polygons become triangles as Triangulation::automatic has it. In PLY's strips -1 ends a strip, and
 /// a triangle with a repeated corner, which only turns it, is none. PLY gives UVs per vertex (s t, u
@@ -139,7 +152,8 @@ struct LoadMeshOptions {
 /// \param warnings  where to append what was imperfect but handled; may be null
 /// \throws Error(input) names the file, the place (line, byte or element) and the remedy: no file;
 ///         no known format, or another one than the name says; truncated; an index out of range; no
-///         faces; no finite vertex; no triangle with area; coordinates beyond float's range.
+///         faces; no finite vertex; no triangle with area; coordinates beyond float's range; a set of UVs
+///         that is not there, but the first.
 /// Thread safety: may be called from several threads. Memory and time are linear in the file's
 /// size; about 0.2 s for a binary PLY or an OBJ of a million triangles on one core.
 Mesh load_mesh(const std::filesystem::path& path, std::vector<Warning>* warnings = nullptr);

@@ -20,7 +20,14 @@ enum class TextureKind {
   normal,  ///< Tangent-space normals of the high poly as n/2 + 1/2 (MikkTSpace, +Y up)
 };
 
-/// Pictures over the high poly's UVs: one for all of it, or one a material. They repeat outside [0, 1]^2.
+/// What is beyond a picture's border.
+enum class TextureWrap {
+  repeat,  ///< The picture again
+  clamp,   ///< Its outermost texels
+  mirror,  ///< Its mirror image, then the picture again
+};
+
+/// Pictures over the high poly's UVs: one for all of it, or one a material.
 /// Copies share the pictures, and so does a session; nobody may change them while a bake runs or a session lives.
 struct Texture {
   /// Of a material without a picture.
@@ -35,6 +42,11 @@ struct Texture {
   std::vector<std::array<float, 4>> plain;
   /// Per material, from the mesh's UVs to its picture's, as MaterialPicture::uv_transform. Empty: none is moved.
   std::vector<std::array<float, 6>> uv_transforms;
+  /// Per material, what is outside [0, 1]^2 along u and v. Empty: all repeat.
+  std::vector<std::array<TextureWrap, 2>> wraps;
+  /// Per material, whether it is multiplied with the vertices' colours (srgb) or their alpha (linear), where the mesh
+  /// has any. Empty: none is.
+  std::vector<bool> times_vertex_colors;
   /// The channel that counts where a map has one alone, 0 to 3; beyond the picture's own it is 1.
   std::uint32_t channel = 0;
 };

@@ -88,6 +88,47 @@ TEST(CutOut, APictureMayLieMovedOnTheUvs) {
   EXPECT_THROW(cut_out(mesh, opacity, 0.5), Error);
 }
 
+TEST(CutOut, PicturesMayClampOrMirror) {
+  // UVs from -1 to 2 both ways, of which a picture shows the left half of a disc at its right border.
+  Mesh mesh = test::plane(1, 1);
+  for (Vec2& uv : mesh.uvs) uv = {3 * uv.x - 1, 3 * uv.y - 1};
+  mesh.material_names = {"leaf"};
+  mesh.materials.assign(mesh.triangles.size(), 0);
+  Texture opacity = leaf();
+  opacity.image_of = {0};
+  opacity.uv_transforms = {{1, 0, -0.5F, 0, 1, 0}};
+  const double disc = std::numbers::pi * kRadius * kRadius / 9;
+  const auto area = [&](TextureWrap across, TextureWrap down) {
+    opacity.wraps = {{across, down}};
+    return area_of(cut_out(mesh, opacity, 0.5));
+  };
+  EXPECT_NEAR(area(TextureWrap::repeat, TextureWrap::repeat), 9 * disc, 1e-2 * disc);
+  EXPECT_NEAR(area(TextureWrap::mirror, TextureWrap::mirror), 9 * disc, 1e-2 * disc);
+  // Outside, the disc's border texels are empty.
+  EXPECT_NEAR(area(TextureWrap::clamp, TextureWrap::clamp), disc, 1e-2 * disc);
+  EXPECT_NEAR(area(TextureWrap::repeat, TextureWrap::clamp), 3 * disc, 1e-2 * disc);
+  opacity.wraps.push_back({});
+  EXPECT_THROW(cut_out(mesh, opacity, 0.5), Error);
+}
+
+TEST(CutOut, AlphaOfVerticesIsMultiplied) {
+  Mesh mesh = test::plane(1, 1);
+  for (const Vec3& p : mesh.positions) {
+    mesh.colors.push_back({255, 255, 255, p.x < 0 ? std::uint8_t{0} : std::uint8_t{255}});
+  }
+  mesh.material_names = {"fading"};
+  mesh.materials.assign(mesh.triangles.size(), 0);
+  Texture opacity;
+  opacity.kind = TextureKind::linear;
+  opacity.image_of = {Texture::kNone};
+  opacity.plain = {{0.8F, 0.8F, 0.8F, 0.8F}};
+  opacity.times_vertex_colors = {true};
+  // 0.8 times the share of the way from left to right is at least 0.5 in 3/8 of it.
+  EXPECT_NEAR(area_of(cut_out(mesh, opacity, 0.5)), 3.0 / 8, 1e-4);
+  opacity.times_vertex_colors.clear();
+  EXPECT_NEAR(area_of(cut_out(mesh, opacity, 0.5)), 1, 1e-6);
+}
+
 TEST(CutOut, RepeatsAndKeepsWhatIsWhole) {
   Mesh mesh = test::plane(8, 8);
   for (Vec2& uv : mesh.uvs) uv = {uv.x * 2 - 3.25F, uv.y * 2 + 1.5F};
@@ -182,6 +223,7 @@ TEST(BoundedChannel, BoundsWhatIsReadAnywhere) {
     image.pixels.push_back(static_cast<float>((i * 7919) % 101));
   }
   const BoundedChannel channel(image, 0);
+  constexpr TextureWrap kWraps[] = {TextureWrap::repeat, TextureWrap::clamp, TextureWrap::mirror};
   std::uint32_t state = 1;
   const auto random = [&] {
     state = state * 1664525U + 1013904223U;
@@ -190,9 +232,10 @@ TEST(BoundedChannel, BoundsWhatIsReadAnywhere) {
   for (int i = 0; i < 300; ++i) {
     const double u0 = 4 * random() - 2, v0 = 4 * random() - 2;
     const double u1 = u0 + random() * random(), v1 = v0 + random() * random();
-    const BoundedChannel::Range range = channel.over(u0, v0, u1, v1);
+    const BoundedChannel::Wraps wraps{kWraps[i % 3], kWraps[i / 3 % 3]};
+    const BoundedChannel::Range range = channel.over(u0, v0, u1, v1, wraps);
     for (int k = 0; k < 50; ++k) {
-      const double value = channel.at(u0 + (u1 - u0) * random(), v0 + (v1 - v0) * random());
+      const double value = channel.at(u0 + (u1 - u0) * random(), v0 + (v1 - v0) * random(), wraps);
       EXPECT_LE(range.least, value + 1e-5);
       EXPECT_GE(range.most, value - 1e-5);
     }

@@ -189,6 +189,87 @@ TEST(TextureMaps, APictureMayLieMovedOnTheUvs) {
   EXPECT_THROW(board(plain, texture), Error);
 }
 
+/// A normal map's tangents are those of the UVs that it lies on: turned UVs turn the normals.
+TEST(TextureMaps, ANormalMapOnTurnedUvsTurnsItsTangents) {
+  KILN_REQUIRE_DEVICE();
+  Mesh high = test::plane(2, 2);
+  high.material_names = {"all"};
+  high.materials.assign(high.triangles.size(), 0);
+  const Source source(*test::device(), high);
+  // Leans to +u of the picture by 0.6 of its length, in all texels.
+  Texture texture = texture_of({1, 1, 3, {0.8F, 0.5F, 0.9F}}, TextureKind::normal);
+  texture.image_of = {0};
+  const auto lean = [&](const std::array<float, 6>& m) {
+    texture.uv_transforms = {m};
+    BakeOptions options = options_of(4, 4, {MapKind::mask});
+    options.encoding.space = NormalMapSpace::object;
+    options.transfers = {{"normals", texture}};
+    const BakeResult baked = bake(source, test::plane(1, 1), options);
+    const float* const n = image_of(baked, "normals").at(2, 1);
+    return std::array<float, 3>{2 * n[0] - 1, 2 * n[1] - 1, 2 * n[2] - 1};
+  };
+  const auto expect = [&](const std::array<float, 6>& m, double x, double y) {
+    const std::array<float, 3> found = lean(m);
+    EXPECT_NEAR(found[0], x, 1e-5);
+    EXPECT_NEAR(found[1], y, 1e-5);
+    EXPECT_NEAR(found[2], 0.8, 1e-5);
+  };
+  // The plane's u runs along x, its v along y. The picture's u' = m[0] u + m[1] v grows along (m[0], m[1]) where
+  // its other axis stands still: along the first column of the inverse.
+  expect({1, 0, 0, 0, 1, 0}, 0.6, 0);
+  expect({0, 1, 0, -1, 0, 1}, 0, 0.6);
+  expect({0, -1, 0, 1, 0, 0}, 0, -0.6);
+  expect({-1, 0, 1, 0, 1, 0}, -0.6, 0);
+  expect({3, 0, 0, 0, 7, 0}, 0.6, 0);
+  const float half = 0.5F, root = std::sqrt(0.75F);  // 60 degrees
+  expect({half, -root, 0, root, half, 0}, 0.3, -0.6 * std::sqrt(0.75));
+}
+
+TEST(TextureMaps, ColoursAreMultipliedWithThoseOfVerticesWhereAsked) {
+  KILN_REQUIRE_DEVICE();
+  Mesh high = test::plane(1, 1);
+  high.material_names = {"tinted", "plain"};
+  high.materials = {0, 1};
+  high.colors.assign(high.positions.size(), {128, 255, 0, 51});
+  const Source source(*test::device(), high);
+  BakeOptions options = options_of(8, 8, {MapKind{"color"}, MapKind{"opacity"}});
+  Texture texture;
+  texture.image_of = {Texture::kNone, Texture::kNone};
+  texture.plain = {{0.5F, 0.25F, 1, 0.5F}, {0.5F, 0.25F, 1, 0.5F}};
+  texture.times_vertex_colors = {true, false};
+  options.color = texture;
+  texture.kind = TextureKind::linear;
+  texture.channel = 3;
+  options.opacity = texture;
+  const BakeResult baked = bake(source, test::plane(1, 1), options);
+  const Image &color = image_of(baked, "color"), &opacity = image_of(baked, "opacity");
+  const double light = from_srgb(128 / 255.0);
+  EXPECT_NEAR(color.at(7, 6)[0], 0.5 * light, 1e-6);
+  EXPECT_NEAR(color.at(7, 6)[1], 0.25, 1e-6);
+  EXPECT_EQ(color.at(7, 6)[2], 0);
+  EXPECT_NEAR(*opacity.at(7, 6), 0.1, 1e-6);
+  EXPECT_NEAR(color.at(0, 1)[0], 0.5, 1e-6);
+  EXPECT_NEAR(*opacity.at(0, 1), 0.5, 1e-6);
+  options.color->times_vertex_colors = {true};
+  EXPECT_THROW(bake(source, test::plane(1, 1), options), Error);
+}
+
+TEST(TextureMaps, PlainMaterialsNeedNoUvs) {
+  KILN_REQUIRE_DEVICE();
+  Mesh high = test::plane(1, 1);
+  high.uvs.clear();
+  high.uv_triangles.clear();
+  high.material_names = {"all"};
+  high.materials = {0, 0};
+  const Source source(*test::device(), high);
+  BakeOptions options = options_of(4, 4, {MapKind{"color"}});
+  Texture texture;
+  texture.image_of = {Texture::kNone};
+  texture.plain = {{0.5F, 0.25F, 1, 1}};
+  options.color = texture;
+  EXPECT_NEAR(image_of(bake(source, test::plane(1, 1), options), "color").at(1, 1)[0], 0.5, 1e-6);
+}
+
 TEST(TextureMaps, VertexColoursAreInterpolatedInLinearLight) {
   KILN_REQUIRE_DEVICE();
   Mesh high = test::plane(1, 1);

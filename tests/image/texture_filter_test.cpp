@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <memory>
@@ -110,6 +111,46 @@ TEST(TextureFilter, TakesAnySizeAndRepeats) {
       << "odd sides lose nothing on the way down";
   const double infinity = std::numeric_limits<double>::infinity();
   EXPECT_NEAR(mean_of(odd, 0.5, 0.5, {{{infinity, 0}, {0, 1}}}), sum / 101, 1e-5);
+}
+
+TEST(TextureFilter, ClampsAndMirrorsAsAPictureThatIsLaidOutSo) {
+  // Noise of 16 x 8 texels, and five pictures of it side by side as each wrap has them, the middle one itself.
+  constexpr std::int64_t kWide = 16, kHigh = 8, kTimes = 5;
+  std::mt19937 random(11);
+  std::uniform_real_distribution<float> noise(0, 1);
+  Image image{kWide, kHigh, 1, std::vector<float>(kWide * kHigh)};
+  for (float& value : image.pixels) value = noise(random);
+  const FilteredTexture texture(shared(image), TextureKind::linear);
+  const auto texel = [](std::int64_t place, std::int64_t size, TextureWrap wrap) {
+    if (wrap == TextureWrap::clamp) return std::clamp<std::int64_t>(place, 0, size - 1);
+    const std::int64_t picture = (place + 4 * size) / size - 4, rest = place - picture * size;
+    return wrap == TextureWrap::mirror && picture % 2 != 0 ? size - 1 - rest : rest;
+  };
+  for (const auto& [across, down] : {std::pair(TextureWrap::clamp, TextureWrap::mirror),
+                                     std::pair(TextureWrap::mirror, TextureWrap::repeat),
+                                     std::pair(TextureWrap::repeat, TextureWrap::clamp)}) {
+    Image wide{kWide * kTimes, kHigh * kTimes, 1,
+               std::vector<float>(kWide * kHigh * kTimes * kTimes)};
+    for (std::int64_t y = 0; y < kHigh * kTimes; ++y) {
+      for (std::int64_t x = 0; x < kWide * kTimes; ++x) {
+        const std::int64_t from_x = texel(x - 2 * kWide, kWide, across);
+        const std::int64_t from_y = texel(y - 2 * kHigh, kHigh, down);
+        *wide.at(static_cast<std::uint32_t>(x), static_cast<std::uint32_t>(y)) =
+            *image.at(static_cast<std::uint32_t>(from_x), static_cast<std::uint32_t>(from_y));
+      }
+    }
+    const FilteredTexture laid_out(shared(wide), TextureKind::linear);
+    std::uniform_real_distribution<double> place(-1.5, 2.5), size(0.01, 1.9);  // of a texel or two
+    for (int i = 0; i < 2000; ++i) {
+      const double u = place(random), v = place(random);
+      const double w = size(random) / kWide, h = size(random) / kHigh;
+      float found[4], wanted[4];
+      texture.mean(u, v, {{{w, 0}, {0, h}}}, found, {across, down});
+      laid_out.mean((u + 2) / kTimes, (v + 2) / kTimes, {{{w / kTimes, 0}, {0, h / kTimes}}},
+                    wanted);
+      EXPECT_NEAR(found[0], wanted[0], 1e-4) << u << ' ' << v;  // rounding of texels in floats
+    }
+  }
 }
 
 TEST(TextureFilter, NumbersThatAreNoneCountAsZero) {

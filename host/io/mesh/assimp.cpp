@@ -24,6 +24,7 @@ Asset read_by_assimp(const MeshInput& input) {
 #include <filesystem>
 #include <map>
 #include <new>
+#include <optional>
 #include <set>
 #include <string>
 #include <utility>
@@ -32,6 +33,7 @@ Asset read_by_assimp(const MeshInput& input) {
 #include "base/counted.h"
 #include "base/lower_case.h"
 #include "io/file/text_scanner.h"
+#include "io/mesh/axes.h"
 #include "io/mesh/file_finder.h"
 #include "io/mesh/hierarchy.h"
 #include "io/mesh/mesh_builder.h"
@@ -89,13 +91,21 @@ class SceneReader {
         scene_(scene),
         builder_(input),
         folder_(fs::path(input.file).parent_path()),
-        finder_(folder_, input.warnings) {}
+        finder_(folder_, input.warnings),
+        has_normals_(input.bytes.find("LayerElementNormal") != std::string_view::npos),
+        has_uvs_(input.bytes.find("LayerElementUV") != std::string_view::npos) {}
 
   Asset read() {
-    nodes();
+    const WorldFrame world = world_frame(input_.options, own_turn(), metres());
+    AffineMap to_world = world.map.value_or(kNoMove);
+    undo_unit(to_world);
+    nodes(to_world);
+    check_uv_set();
+    builder_.is_placed = true;
     asset_.mesh = builder_.finish();
     materials();
-    asset_.mesh.metres = metres();
+    asset_.mesh.metres = world.metres;
+    asset_.mesh.uv_set = uv_set_.value_or(0);
     warn();
     return std::move(asset_);
   }
@@ -106,7 +116,7 @@ class SceneReader {
   }
 
   /// Parents before children, in the file's order.
-  void nodes() {
+  void nodes(const AffineMap& to_world) {
     struct Visit {
       const aiNode* node;
       std::uint32_t parent;
@@ -121,6 +131,7 @@ class SceneReader {
       node.name = visit.node->mName.C_Str();
       node.parent = visit.parent;
       node.transform = transform_of(visit.node->mTransformation);
+      if (visit.parent == AssetNode::kNone) node.transform = product(to_world, node.transform);
       const AffineMap world = product(visit.of_parent, node.transform);
       if (visit.node->mNumMeshes != 0) {
         builder_.set_object(objects_.add(node.name.empty() ? "object" : node.name));
@@ -172,15 +183,19 @@ class SceneReader {
     if (mesh.mNumFaces == 0 || mesh.mVertices == nullptr) return;
     if (mesh.mNumBones != 0) ++skinned_;
     if (mesh.GetNumUVChannels() > 1) ++more_uvs_;
+    if (has_normals_ && !mesh.HasNormals()) ++dropped_normals_;
+    if (has_uvs_ && mesh.GetNumUVChannels() == 0) ++dropped_uvs_;
+    const std::optional<unsigned> uv_set = uv_set_of(mesh);
+    if (uv_set && !uv_set_) uv_set_ = uv_set;
     builder_.set_material(material_name(mesh.mMaterialIndex));
     const std::vector<std::uint32_t> vertex_of = vertices(mesh, world);
     const auto first_uv = static_cast<std::uint32_t>(builder_.uvs.size());
     const auto first_normal = static_cast<std::uint32_t>(builder_.normals.size());
     const NormalTurn turn(world);
-    const bool uvs = mesh.HasTextureCoords(0), normals = mesh.HasNormals();
+    const bool uvs = uv_set.has_value(), normals = mesh.HasNormals();
     for (unsigned v = 0; v < mesh.mNumVertices; ++v) {
       if (uvs) {
-        const aiVector3D& uv = mesh.mTextureCoords[0][v];
+        const aiVector3D& uv = mesh.mTextureCoords[*uv_set][v];
         builder_.uvs.push_back({uv.x, uv.y});
       }
       if (normals) builder_.normals.push_back(turn(mesh.mNormals[v]));
@@ -205,6 +220,33 @@ class SceneReader {
       }
       builder_.add_face(corners, corner_uvs, corner_normals);
     }
+  }
+
+  /// The channel of the set that is asked for, where a mesh has it.
+  std::optional<unsigned> uv_set_of(const aiMesh& mesh) {
+    const std::string& name = input_.options.uv_set_name;
+    std::optional<unsigned> found;
+    for (unsigned set = 0; set < mesh.GetNumUVChannels(); ++set) {
+      const aiString* const given = mesh.GetTextureCoordsName(set);
+      const std::string own = given == nullptr ? "" : given->C_Str();
+      uv_sets_.insert(std::to_string(set) + (own.empty() ? "" : " \"" + printable(own) + "\""));
+      if (name.empty() ? set == input_.options.uv_set : own == name) found = set;
+    }
+    return found;
+  }
+
+  /// Where no mesh has the set that is asked for.
+  void check_uv_set() const {
+    const LoadMeshOptions& options = input_.options;
+    if (uv_set_ || (options.uv_set_name.empty() && options.uv_set == 0)) return;
+    std::string sets;
+    for (const std::string& set : uv_sets_) sets += (sets.empty() ? "" : ", ") + set;
+    input_.fail("",
+                "none of its meshes has the set of UVs " +
+                    (options.uv_set_name.empty() ? std::to_string(options.uv_set)
+                                                 : "\"" + printable(options.uv_set_name) + "\"") +
+                    ": its sets are " + (sets.empty() ? "none" : sets),
+                "Ask for one of them.");
   }
 
   const std::string& material_name(unsigned index) {
@@ -267,6 +309,15 @@ class SceneReader {
     material.color_from = MaterialNumber::given;
   }
 
+  static TextureWrap wrap_of(const aiMaterial& from, const char* key, unsigned kind,
+                             unsigned index) {
+    int mode = aiTextureMapMode_Wrap;
+    from.Get(key, kind, index, mode);
+    return mode == aiTextureMapMode_Clamp || mode == aiTextureMapMode_Decal ? TextureWrap::clamp
+           : mode == aiTextureMapMode_Mirror                                ? TextureWrap::mirror
+                                                                            : TextureWrap::repeat;
+  }
+
   /// The first of these kinds that a material has.
   MaterialPicture picture(const aiMaterial& from, std::initializer_list<aiTextureType> kinds) {
     MaterialPicture picture;
@@ -289,13 +340,11 @@ class SceneReader {
         picture.bytes = shared;
         picture.file = name.starts_with('*') ? "picture " + name.substr(1) : name;
       } else {
-        picture.file = finder_.find(folder_ / name, input_.file);
-        std::error_code error;
-        if (!fs::is_regular_file(picture.file, error)) {
-          if (missing_++ == 0) first_missing_ = name;
-          return {};
-        }
+        picture.file = file_of(name);
+        if (picture.file.empty()) return {};
       }
+      picture.wrap = {wrap_of(from, AI_MATKEY_MAPPINGMODE_U(kind, 0)),
+                      wrap_of(from, AI_MATKEY_MAPPINGMODE_V(kind, 0))};
       aiUVTransform placement;
       if (from.Get(AI_MATKEY_UVTRANSFORM(kind, 0), placement) == AI_SUCCESS &&
           (placement.mTranslation != aiVector2D(0, 0) || placement.mScaling != aiVector2D(1, 1) ||
@@ -307,15 +356,78 @@ class SceneReader {
     return picture;
   }
 
+  /// Assimp turns Collada, 3DS and X itself, and gives FBX's axes as metadata.
+  AffineMap own_turn() const {
+    struct Axis {
+      std::int32_t axis = 0, sign = 1;
+    };
+    // What becomes X, Y and Z. "Front" looks at the viewer.
+    constexpr const char* kNames[] = {"CoordAxis", "UpAxis", "FrontAxis"};
+    std::array<Axis, 3> axes{};
+    AffineMap map{};
+    for (std::size_t k = 0; k < 3; ++k) {
+      const std::string name = kNames[k];
+      if (scene_.mMetaData == nullptr || !scene_.mMetaData->Get(name, axes[k].axis) ||
+          !scene_.mMetaData->Get(name + "Sign", axes[k].sign)) {
+        return kNoMove;
+      }
+      if (axes[k].axis < 0 || axes[k].axis > 2 || std::abs(axes[k].sign) != 1) return odd_axes();
+      map[4 * static_cast<std::size_t>(axes[k].axis) + k] = axes[k].sign;
+    }
+    if (axes[0].axis == axes[1].axis || axes[1].axis == axes[2].axis ||
+        axes[2].axis == axes[0].axis) {
+      return odd_axes();
+    }
+    map[15] = 1;
+    return map;
+  }
+
+  AffineMap odd_axes() const {
+    input_.warn("odd-axes",
+                "it says axes that are none: they were left as they are. Say what is up, "
+                "such as --up high=z.",
+                1);
+    return kNoMove;
+  }
+
+  bool is_collada() const { return lower_extension(input_.file) == ".dae"; }
+
+  /// Takes Collada's own unit out of the root, where another one is to hold.
+  void undo_unit(AffineMap& map) const {
+    if (!is_collada() || !input_.options.override_unit || !(input_.options.metres > 0)) return;
+    const aiMatrix4x4& root = scene_.mRootNode->mTransformation;
+    const double unit = std::hypot(root.a1, root.b1, root.c1);
+    for (std::size_t i = 0; i < 12 && unit > 0; ++i) map[i] /= unit;
+  }
+
+  /// A picture's file; empty, and counted, where it is not there, or may not be read.
+  fs::path file_of(const std::string& name) {
+    const fs::path plain = fs::path(name).lexically_normal();
+    const bool leaves = plain.is_absolute() || (!plain.empty() && *plain.begin() == "..");
+    const bool allowed = !leaves || input_.options.outside;
+    // One that may not be read may have a copy beside the file.
+    fs::path file = finder_.find(folder_ / (allowed ? plain : plain.filename()), input_.file);
+    std::error_code error;
+    if (fs::is_regular_file(file, error)) return file;
+    if (!allowed && fs::is_regular_file(folder_ / plain, error)) {
+      if (outside_++ == 0) first_outside_ = name;
+    } else if (missing_++ == 0) {
+      first_missing_ = name;
+    }
+    return {};
+  }
+
+  /// A unit's of what Assimp gives.
   double metres() const {
     float centimetres = 0;
-    if (scene_.mMetaData != nullptr && scene_.mMetaData->Get("UnitScaleFactor", centimetres)) {
+    if (scene_.mMetaData != nullptr && scene_.mMetaData->Get("UnitScaleFactor", centimetres) &&
+        centimetres > 0 && std::isfinite(centimetres)) {
       // As many digits as were written: 2.54 is no float.
       char text[32];
       std::snprintf(text, sizeof text, "%.7g", double{centimetres});
       return std::strtod(text, nullptr) / 100;
     }
-    return lower_extension(input_.file) == ".dae" ? 1 : 0;  // Assimp turns Collada's to metres
+    return is_collada() ? 1 : 0;  // Assimp turns Collada's to metres
   }
 
   void warn() const {
@@ -325,10 +437,27 @@ class SceneReader {
                       " in all, are read as stored, not as posed.",
                   skinned_);
     }
+    if (dropped_normals_ != 0) {
+      input_.warn(
+          "normals-computed",
+          std::to_string(dropped_normals_) +
+              " of its meshes have no normals though the file has some: Assimp before 5.3 does not "
+              "read those that are given by vertex. They are computed from the corners' "
+              "angles, as Blender does, all smooth.",
+          dropped_normals_);
+    }
+    if (dropped_uvs_ != 0) {
+      input_.warn("uvs-left-out",
+                  std::to_string(dropped_uvs_) +
+                      " of its meshes have no UVs though the file has some: Assimp before 5.3 does "
+                      "not read "
+                      "those that are given by vertex. Export it as glTF where they matter.",
+                  dropped_uvs_);
+    }
     if (more_uvs_ != 0) {
       input_.warn("unused-properties",
                   "meshes with more than one set of UVs, " + std::to_string(more_uvs_) +
-                      " in all: the first set is read.",
+                      " in all: set " + std::to_string(uv_set_.value_or(0)) + " is read.",
                   more_uvs_);
     }
     if (missing_ != 0) {
@@ -337,6 +466,14 @@ class SceneReader {
                       printable(first_missing_) +
                       "', cannot be found: the materials' numbers stand alone.",
                   missing_);
+    }
+    if (outside_ != 0) {
+      input_.warn("picture-outside",
+                  counted(outside_, "picture") + " of materials, such as '" +
+                      printable(first_outside_) +
+                      "', lie outside the folder of the file, and were not read: put them beside "
+                      "it, or allow it (--allow-outside).",
+                  outside_);
     }
     if (placed_ != 0) {
       input_.warn("texture-options",
@@ -351,13 +488,17 @@ class SceneReader {
   MeshBuilder builder_;
   fs::path folder_;
   FileFinder finder_;
+  bool has_normals_, has_uvs_;  // by any of an FBX's meshes
   Asset asset_;
   UniqueNames objects_, unique_materials_;
   std::map<unsigned, std::string> material_names_;
   std::map<std::string, unsigned> material_of_;
   std::map<const aiTexture*, std::shared_ptr<const std::vector<std::byte> > > embedded_;
-  std::uint64_t skinned_ = 0, more_uvs_ = 0, placed_ = 0, missing_ = 0;
-  std::string first_missing_;
+  std::uint64_t skinned_ = 0, more_uvs_ = 0, placed_ = 0, missing_ = 0, outside_ = 0,
+                dropped_normals_ = 0, dropped_uvs_ = 0;
+  std::string first_missing_, first_outside_;
+  std::optional<unsigned> uv_set_;  // that is read
+  std::set<std::string> uv_sets_;   // that there are, in words
 };
 
 }  // namespace
@@ -372,6 +513,9 @@ Asset read_by_assimp(const MeshInput& input) {
   importer.SetPropertyBool(AI_CONFIG_IMPORT_FBX_PRESERVE_PIVOTS, false);
   importer.SetPropertyBool(AI_CONFIG_IMPORT_FBX_READ_ANIMATIONS, false);
   importer.SetPropertyBool(AI_CONFIG_IMPORT_COLLADA_USE_COLLADA_NAMES, true);  // not ids
+  if (input.options.override_up && input.options.up != UpAxis::as_given) {
+    importer.SetPropertyBool(AI_CONFIG_IMPORT_COLLADA_IGNORE_UP_DIRECTION, true);
+  }
   const aiScene* scene = nullptr;
   try {
     scene = importer.ReadFileFromMemory(input.bytes.data(), input.bytes.size(), 0, hint.c_str());

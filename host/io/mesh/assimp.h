@@ -6,8 +6,8 @@
 
 namespace kiln {
 
-/// All nodes' meshes in world space, an object each; polygons stay polygons. Lengths and axes are the file's own
-/// (Collada: metres, Y up). Reads nothing but `input.bytes`; pictures that are not embedded are named, and looked for
+/// All nodes' meshes in world space, an object each; polygons stay polygons. In metres with Y up where the file says its
+/// axes and unit (FBX, Collada); 3DS and X say no unit. Reads nothing but `input.bytes`; pictures that are not embedded are named, and looked for
 /// in the file's folder.
 /// \throws Error(input): also where this build is without Assimp
 Asset read_by_assimp(const MeshInput& input);

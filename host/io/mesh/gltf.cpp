@@ -9,6 +9,8 @@
 #include "base/srgb.h"
 #include "io/file/bounds.h"
 #include "io/file/text_scanner.h"
+#include "io/mesh/axes.h"
+#include "io/mesh/gltf_draco.h"
 #include "io/mesh/hierarchy.h"
 #include "io/mesh/mesh_builder.h"
 #include "mesh/vector.h"
@@ -16,14 +18,13 @@
 namespace kiln {
 namespace {
 
-constexpr AffineMap kIdentity{1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1};
 constexpr std::uint64_t kTriangles = 4,
                         kFanMode = 6;  // modes; below are points and lines, between strips
 
 AffineMap matrix_of(const GltfValue& node) {
   const GltfValue matrix = node["matrix"];
   if (matrix.exists()) {
-    const AffineMap given = matrix.numbers<16>(kIdentity);
+    const AffineMap given = matrix.numbers<16>(kNoMove);
     if (given[3] != 0 || given[7] != 0 || given[11] != 0 || given[15] != 1) {
       matrix.fail("its last row is not 0 0 0 1, and so it is no affine map");
     }
@@ -107,6 +108,8 @@ struct Primitive {
   std::size_t material = 0;
 };
 
+const std::string kUvSet = "TEXCOORD_";
+
 class GltfReader {
  public:
   explicit GltfReader(const MeshInput& input)
@@ -117,6 +120,7 @@ class GltfReader {
     asset.extras = file_.root()["asset"]["extras"].dump();
     visit_nodes(asset);
     look_ahead();
+    choose_uv_set();
     for (const Placed& placed : placed_) add(placed, asset);
     warn();
     if (builder_.faces() == 0) fail_empty();
@@ -128,8 +132,10 @@ class GltfReader {
       builder_.material_files.push_back(std::filesystem::path(input_.file).filename().string());
     }
     builder_.tangent_signs = true;
+    builder_.is_placed = true;
     asset.mesh = builder_.finish();
-    asset.mesh.metres = 1;
+    asset.mesh.metres = world_.metres;
+    asset.mesh.uv_set = uv_set_;
     if (!with_materials) return asset;
     const std::vector<Material> materials = read_gltf_materials(file_);
     for (const std::string& name : asset.mesh.material_names) {
@@ -236,6 +242,9 @@ class GltfReader {
       made.name = node["name"].text();
       made.parent = step.parent;
       made.transform = matrix_of(node);
+      if (step.parent == AssetNode::kNone && world_.map) {
+        made.transform = product(*world_.map, made.transform);
+      }
       made.extras = node["extras"].dump();
       worlds.push_back(step.parent == AssetNode::kNone
                            ? made.transform
@@ -265,10 +274,17 @@ class GltfReader {
         const auto position = attributes["POSITION"].index_into(file_.list("accessors"));
         if (!position) continue;
         const auto index = primitive["indices"].index_into(file_.list("accessors"));
-        vertices += file_.count(*position);
-        corners += file_.count(index.value_or(*position));
+        if (primitive["extensions"][kDraco].exists()) {
+          // Checked where it is unpacked.
+          vertices += file_.list("accessors").at(*position)["count"].count(0);
+          if (index) corners += file_.list("accessors").at(*index)["count"].count(0);
+        } else {
+          vertices += file_.count(*position);
+          corners += file_.count(index.value_or(*position));
+        }
         has_colors_ = has_colors_ || attributes["COLOR_0"].exists();
         has_tangents_ = has_tangents_ || attributes["TANGENT"].exists();
+        while (attributes[kUvSet + std::to_string(uv_sets_)].exists()) ++uv_sets_;
       }
     }
     constexpr std::uint64_t kVertexBytes = 72, kCornerBytes = 36;
@@ -280,6 +296,25 @@ class GltfReader {
         "its meshes, as often as nodes place them,",
         std::max(capped_product(vertices, kVertexBytes), capped_product(corners, kCornerBytes)),
         memory_failure(fail, ""));
+  }
+
+  void choose_uv_set() {
+    const std::string& name = input_.options.uv_set_name;
+    uv_set_ = input_.options.uv_set;
+    for (std::uint32_t set = 0; set < uv_sets_; ++set) {
+      if (name == kUvSet + std::to_string(set)) uv_set_ = set;
+    }
+    if (name.empty() ? uv_set_ == 0 || uv_set_ < uv_sets_
+                     : name == kUvSet + std::to_string(uv_set_) && uv_set_ < uv_sets_) {
+      return;
+    }
+    std::string sets = uv_sets_ == 0 ? "none" : kUvSet + "0";
+    if (uv_sets_ > 1) sets += " to " + kUvSet + std::to_string(uv_sets_ - 1);
+    input_.fail("",
+                "it has no set of UVs " +
+                    (name.empty() ? std::to_string(uv_set_) : "\"" + printable(name) + "\"") +
+                    ": its sets are " + sets,
+                "Ask for one of them.");
   }
 
   GltfNumbers attribute(const GltfValue& attributes, const std::string& name, std::size_t width,
@@ -302,27 +337,23 @@ class GltfReader {
       if (lines_++ == 0) first_lines_ = from.place();
       return std::nullopt;
     }
-    if (from["extensions"]["KHR_draco_mesh_compression"].exists() &&
-        !from["attributes"]["POSITION"].exists()) {
-      from.fail("it is packed by KHR_draco_mesh_compression, which Kiln does not read",
-                "Export it without compression, or unpack it: gltf-transform copy.");
-    }
     const GltfValue attributes = from["attributes"], accessors = file_.list("accessors");
     const auto position = attributes["POSITION"].index_into(accessors);
     if (!position) from.fail("it has no positions");
+    const GltfValue packed = from["extensions"][kDraco];
+    if (packed.exists() && (kReadsDraco || !accessors.at(*position)["bufferView"].exists())) {
+      return read_packed(from, packed);
+    }
     Primitive result;
     result.positions = file_.numbers(*position, 3);
     const std::size_t count = result.positions.count();
-    const std::string set = std::to_string(input_.uv_set);
-    result.uvs = attribute(attributes, "TEXCOORD_" + set, 2, count);
+    result.uvs = attribute(attributes, kUvSet + std::to_string(uv_set_), 2, count);
     result.normals = attribute(attributes, "NORMAL", 3, count);
     result.colors = attribute(attributes, "COLOR_0", GltfFile::kColor, count);
     // The spec: tangents without normals are to be ignored.
     if (!result.normals.values.empty())
       result.tangents = attribute(attributes, "TANGENT", 4, count);
-    if (from["targets"].size() != 0) ++morphs_;
-    const auto material = from["material"].index_into(file_.list("materials"));
-    result.material = material.value_or(material_names_.size() - 1);
+    finish_primitive(from, result);
     std::vector<std::uint32_t> order;
     if (const auto index = from["indices"].index_into(accessors)) {
       order = file_.indices(*index, count);
@@ -331,6 +362,51 @@ class GltfReader {
       for (std::size_t i = 0; i < count; ++i) order[i] = static_cast<std::uint32_t>(i);
     }
     cut(mode, order, from, result.triangles);
+    return result;
+  }
+
+  void finish_primitive(const GltfValue& from, Primitive& result) {
+    if (from["targets"].size() != 0) ++morphs_;
+    const auto material = from["material"].index_into(file_.list("materials"));
+    result.material = material.value_or(material_names_.size() - 1);
+  }
+
+  Primitive read_packed(const GltfValue& from, const GltfValue& packed) {
+    Primitive result;
+    struct Wanted {
+      std::string name;
+      std::size_t width;
+      GltfNumbers* to;
+    };
+    const Wanted wanted[] = {{"POSITION", 3, &result.positions},
+                             {"NORMAL", 3, &result.normals},
+                             {kUvSet + std::to_string(uv_set_), 2, &result.uvs},
+                             {"COLOR_0", GltfFile::kColor, &result.colors},
+                             {"TANGENT", 4, &result.tangents}};
+    std::vector<DracoAttribute> attributes;
+    std::vector<GltfNumbers*> to;
+    const GltfValue given = from["attributes"], ids = packed["attributes"];
+    for (const Wanted& attribute : wanted) {
+      const auto accessor = given[attribute.name].index_into(file_.list("accessors"));
+      if (!accessor || !ids[attribute.name].exists()) continue;
+      attributes.push_back({ids[attribute.name].count(0), file_.list("accessors").at(*accessor),
+                            attribute.width, attribute.name});
+      to.push_back(attribute.to);
+    }
+    if (attributes.empty() || attributes[0].name != "POSITION") {
+      packed.fail("it packs no positions");
+    }
+    DracoMesh mesh = unpack_draco(file_, packed, attributes);
+    for (std::size_t i = 0; i < to.size(); ++i) *to[i] = std::move(mesh.attributes[i]);
+    // What is not packed lies beside it.
+    for (const Wanted& attribute : wanted) {
+      if (!ids[attribute.name].exists()) {
+        *attribute.to = this->attribute(given, attribute.name, attribute.width, mesh.points);
+      }
+    }
+    if (result.normals.values.empty()) result.tangents = {};
+    finish_primitive(from, result);
+    cut(kTriangles, mesh.indices, from, result.triangles);
     return result;
   }
 
@@ -365,27 +441,7 @@ class GltfReader {
         named = true;
       }
       builder_.set_material(material_names_[primitive->material]);
-      const GltfValue surface =
-          primitives.at(i)["material"].exists()
-              ? file_.list("materials").at(primitive->material)["pbrMetallicRoughness"]
-              : primitives.at(i)["material"];
-      const auto& colors = primitive->colors.values;
-      if (surface.exists() &&
-          (surface["baseColorTexture"].exists() || surface["baseColorFactor"].exists()) &&
-          std::any_of(colors.begin(), colors.end(), [](double value) { return value != 1; })) {
-        ++painted_;
-      }
-      if (primitives.at(i)["material"].exists()) extend_box(*primitive);
       add(*primitive, placing);
-    }
-  }
-
-  void extend_box(const Primitive& p) {
-    for (std::size_t i = 0; i < p.uvs.count(); ++i) {
-      const float u = narrow(p.uvs.at(i)[0]), v = narrow(1 - p.uvs.at(i)[1]);
-      if (!std::isfinite(u) || !std::isfinite(v)) continue;
-      UvBox& box = boxes_.try_emplace(p.material, UvBox{u, v, u, v}).first->second;
-      box = {std::min(box[0], u), std::min(box[1], v), std::max(box[2], u), std::max(box[3], v)};
     }
   }
 
@@ -482,20 +538,6 @@ class GltfReader {
     say(instanced_, "instances-ignored",
         counted(instanced_, "node") +
             " with EXT_mesh_gpu_instancing: their mesh was taken once. Export instances as nodes.");
-    say(painted_, "vertex-colors-left",
-        counted(painted_, "primitive") +
-            " with vertex colours, and a material with a colour: glTF multiplies them, and Kiln "
-            "takes the picture alone, or else the vertex colours alone.");
-    std::uint64_t beyond = 0;
-    std::string example;
-    for (const auto& [material, box] : boxes_) {
-      if (!gltf_reaches_beyond(file_, material, box)) continue;
-      if (beyond++ == 0) example = material_names_[material];
-    }
-    say(beyond, "texture-wrap",
-        counted(beyond, "material") + " (\"" + printable(example) +
-            "\" for one) with UVs beyond a picture that does not repeat in the file; Kiln repeats "
-            "all pictures.");
     say(bright_, "bright-colors",
         counted(bright_, "number") + " of vertex colours are above 1, and were cut off there.");
   }
@@ -513,13 +555,14 @@ class GltfReader {
 
   const MeshInput& input_;
   const GltfFile file_;
+  const WorldFrame world_ = world_frame(input_.options, kNoMove, 1);
   MeshBuilder builder_;
   const std::vector<std::string> material_names_;
   std::vector<Placed> placed_;
-  std::map<std::size_t, UvBox> boxes_;  // by material
+  std::uint32_t uv_sets_ = 0, uv_set_ = 0;  // that there are; that is read
   bool has_colors_ = false, has_tangents_ = false;
   std::uint64_t flat_ = 0, lines_ = 0, odd_ = 0, skins_ = 0, morphs_ = 0, instanced_ = 0,
-                bright_ = 0, painted_ = 0;
+                bright_ = 0;
   std::string first_lines_, first_odd_;
 };
 

@@ -23,10 +23,4 @@ std::vector<Material> read_gltf_materials(const GltfFile& file);
 /// Names of a file's materials as the mesh has them, each another; the last is that of primitives without one.
 std::vector<std::string> gltf_material_names(const GltfFile& file);
 
-/// Corners of the UVs that a material's triangles have: low u, low v, high u, high v.
-using UvBox = std::array<float, 4>;
-
-/// Whether one of a material's pictures does not repeat, and UVs reach beyond it.
-bool gltf_reaches_beyond(const GltfFile& file, std::size_t material, const UvBox& box);
-
 }  // namespace kiln

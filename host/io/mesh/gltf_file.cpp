@@ -13,6 +13,7 @@
 #include "io/file/bounds.h"
 #include "io/file/byte_source.h"
 #include "io/file/text_scanner.h"
+#include "io/mesh/gltf_draco.h"
 #include "kiln/files.h"
 
 namespace kiln {
@@ -131,7 +132,8 @@ bool is_supported(const std::string& extension) {
     if (extension.starts_with(start)) return true;
   }
   return extension == "KHR_mesh_quantization" || extension == "KHR_texture_transform" ||
-         extension == "EXT_meshopt_compression";
+         extension == "EXT_texture_webp" || extension == "EXT_meshopt_compression" ||
+         (kReadsDraco && extension == kDraco);
 }
 
 }  // namespace
@@ -207,10 +209,13 @@ GltfFile::GltfFile(const MeshInput& input) : input_(input) {
   for (std::size_t i = 0; i < required.size(); ++i) {
     const std::string name = required.at(i).text();
     if (is_supported(name)) continue;
-    const bool packed = name == "KHR_draco_mesh_compression";
-    required.at(i).fail("it needs the extension " + name + ", which Kiln does not read",
-                        packed ? "Export it without compression, or unpack it: gltf-transform copy."
-                               : "Export it without this extension.");
+    required.at(i).fail(
+        "it needs the extension " + printable(name.substr(0, 100)) +
+            (name == kDraco ? ", but this build of Kiln was made without Draco"
+                            : ", which Kiln does not read"),
+        name == kDraco ? "Export it without compression, unpack it (gltf-transform copy), or build "
+                         "Kiln with KILN_DRACO=ON where Draco is installed."
+                       : "Export it without this extension.");
   }
 }
 
@@ -339,6 +344,11 @@ std::string_view GltfFile::view(std::size_t index) const {
   const auto known = unpacked_.find(index);
   if (known != unpacked_.end()) return known->second;
   return unpacked_.emplace(index, unpack(view, packed)).first->second;
+}
+
+double GltfFile::largest_of(const GltfValue& accessor) {
+  const std::uint64_t type = accessor["componentType"].count(0);
+  return type == kFloat ? 1 : component_of(accessor, type).largest;
 }
 
 /// Where elements lie.

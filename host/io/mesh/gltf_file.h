@@ -41,6 +41,8 @@ class GltfFile {
   /// \param width  numbers an element; 34: 3 or 4
   GltfNumbers numbers(std::size_t accessor, std::size_t width) const;
   static constexpr std::size_t kColor = 34;
+  /// The number that stands for 1 where an accessor's integers are normalised.
+  static double largest_of(const GltfValue& accessor);
   /// Indices, each below `below`. Where there are strips, those that restart them are refused, too.
   std::vector<std::uint32_t> indices(std::size_t accessor, std::size_t below) const;
   /// Elements of an accessor, as many as the file can hold, before any of it is read.

@@ -27,6 +27,14 @@ std::size_t GltfValue::size() const {
   return value_->size();
 }
 
+std::vector<std::string> GltfValue::names() const {
+  if (!exists()) return {};
+  if (!value_->is_object()) fail("it is no object");
+  std::vector<std::string> names;
+  for (const auto& [name, value] : value_->items()) names.push_back(name);
+  return names;
+}
+
 std::string GltfValue::text() const {
   if (!exists()) return {};
   if (!value_->is_string()) fail("it is no text");

@@ -7,6 +7,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "io/mesh/mesh_reader.h"
 
@@ -27,6 +28,9 @@ class GltfValue {
   GltfValue at(std::size_t index) const;
   /// Of this list; 0 where it is missing.
   std::size_t size() const;
+
+  /// Names of this object's members; none where it is missing.
+  std::vector<std::string> names() const;
 
   std::string text() const;  ///< Empty where it is missing
   bool flag() const;         ///< False where it is missing

@@ -4,6 +4,8 @@
 #include <cstdio>
 #include <cstring>
 
+#include "base/counted.h"
+#include "io/file/text_scanner.h"
 #include "io/mesh/gltf.h"
 #include "io/mesh/hierarchy.h"
 
@@ -23,6 +25,12 @@ std::vector<std::string> gltf_material_names(const GltfFile& file) {
 
 namespace {
 
+#ifdef KILN_HAS_WEBP
+constexpr bool kReadsWebp = true;
+#else
+constexpr bool kReadsWebp = false;
+#endif
+
 /// From glTF's UVs, whose origin is the upper left, to Kiln's: v = 1 - v', before and after.
 std::array<float, 6> uv_transform_of(const GltfValue& transform) {
   const std::array<double, 2> offset = transform["offset"].numbers<2>({0, 0});
@@ -35,14 +43,16 @@ std::array<float, 6> uv_transform_of(const GltfValue& transform) {
           static_cast<float>(-c), static_cast<float>(d),  static_cast<float>(1 - d - offset[1])};
 }
 
-/// Where glTF has a picture of a material.
-std::vector<GltfValue> pictures_of(const GltfValue& material) {
-  const GltfValue surface = material["pbrMetallicRoughness"];
-  const GltfValue glossy = material["extensions"]["KHR_materials_pbrSpecularGlossiness"];
-  return {surface["baseColorTexture"],  surface["metallicRoughnessTexture"],
-          material["normalTexture"],    material["emissiveTexture"],
-          material["occlusionTexture"], glossy["diffuseTexture"]};
+TextureWrap wrap_of(const GltfValue& sampler, const char* axis) {
+  constexpr std::uint64_t kClamp = 33071, kMirror = 33648, kRepeat = 10497;
+  const std::uint64_t wrap = sampler[axis].count(kRepeat);
+  if (wrap == kClamp) return TextureWrap::clamp;
+  if (wrap == kMirror) return TextureWrap::mirror;
+  if (wrap != kRepeat) sampler[axis].fail("it is " + std::to_string(wrap) + ", which is no wrap");
+  return TextureWrap::repeat;
 }
+
+const char* const kGlossiness = "KHR_materials_pbrSpecularGlossiness";
 
 class MaterialReader {
  public:
@@ -58,7 +68,7 @@ class MaterialReader {
     material.place = file_.input().file + ": " + from.place();
     material.extras = from["extras"].dump();
     const GltfValue surface = from["pbrMetallicRoughness"];
-    const GltfValue glossy = from["extensions"]["KHR_materials_pbrSpecularGlossiness"];
+    const GltfValue glossy = from["extensions"][kGlossiness];
     const bool is_glossy = glossy.exists() && !surface.exists();
     const std::array<double, 4> color =
         (is_glossy ? glossy["diffuseFactor"] : surface["baseColorFactor"]).numbers<4>({1, 1, 1, 1});
@@ -66,8 +76,13 @@ class MaterialReader {
     material.color_map =
         picture(is_glossy ? glossy["diffuseTexture"] : surface["baseColorTexture"]);
     if (is_glossy) {
-      material.roughness_from = material.metallic_from = MaterialNumber::none;
+      material.metallic_from = MaterialNumber::none;
       material.metallic = 0;
+      material.roughness = static_cast<float>(1 - glossy["glossinessFactor"].number(1));
+      material.roughness_map = picture(glossy["specularGlossinessTexture"]);
+      material.roughness_map.channel = 3;
+      material.roughness_map.inverted = true;
+      ++glossy_;
     } else {
       material.metallic = static_cast<float>(surface["metallicFactor"].number(1));
       material.roughness = static_cast<float>(surface["roughnessFactor"].number(1));
@@ -84,11 +99,34 @@ class MaterialReader {
     material.occlusion_map.channel = 0;
     material.occlusion_strength = static_cast<float>(occlusion["strength"].number(1));
     read_emission(from, material);
+    for (const std::string& name : from["extensions"].names()) {
+      if (name == kGlossiness || name == "KHR_materials_emissive_strength") continue;
+      if (++left_[name] == 1 && first_left_.empty()) first_left_ = from.place();
+    }
     material.double_sided = from["doubleSided"].flag();
     return material;
   }
 
   void warn() const {
+    if (glossy_ != 0) {
+      file_.input().warn("glossiness-converted",
+                         counted(glossy_, "material") + " of " + kGlossiness +
+                             ": diffuse was taken for colour, 1 - glossiness for roughness; the "
+                             "specular colour is left out, so that metals come out dark.",
+                         glossy_);
+    }
+    if (!left_.empty()) {
+      std::uint64_t count = 0;
+      std::string names;
+      for (const auto& [name, times] : left_) {
+        count += times;
+        names += (names.empty() ? "" : ", ") + printable(name) + " (" + std::to_string(times) + ")";
+      }
+      file_.input().warn("material-extensions",
+                         "its materials have looks that no map holds (" + first_left_ +
+                             " for one), and these were left out: " + names + ".",
+                         count);
+    }
     if (missing_ != 0) {
       file_.input().warn("picture-missing",
                          std::to_string(missing_) + " of its materials' pictures (" +
@@ -134,9 +172,17 @@ class MaterialReader {
     result.uv_set = static_cast<std::uint32_t>(std::min<std::uint64_t>(
         transform["texCoord"].count(texture_info["texCoord"].count(0)), 0xFFFFFFFFU));
     const GltfValue texture = file_.list("textures").at(*texture_index);
-    const auto image_index = texture["source"].index_into(file_.list("images"));
+    if (const auto index = texture["sampler"].index_into(file_.list("samplers"))) {
+      const GltfValue sampler = file_.list("samplers").at(*index);
+      result.wrap = {wrap_of(sampler, "wrapS"), wrap_of(sampler, "wrapT")};
+    }
+    const GltfValue webp = texture["extensions"]["EXT_texture_webp"]["source"];
+    const bool takes_webp = webp.exists() && (kReadsWebp || !texture["source"].exists());
+    const auto image_index =
+        (takes_webp ? webp : texture["source"]).index_into(file_.list("images"));
     if (!image_index) {
-      miss(texture);
+      const std::vector<std::string> names = texture["extensions"].names();
+      miss(texture, names.empty() ? "" : ", of " + names[0] + ", which Kiln does not read");
       return {};
     }
     const GltfValue image = file_.list("images").at(*image_index);
@@ -169,45 +215,20 @@ class MaterialReader {
     return result;
   }
 
-  void miss(const GltfValue& what) {
+  void miss(const GltfValue& what, const std::string& why = {}) {
     const std::string uri =
         what.place().ends_with("uri") ? " '" + what.text().substr(0, 200) + "'" : "";
-    if (missing_++ == 0) first_missing_ = what.place() + uri;
+    if (missing_++ == 0) first_missing_ = what.place() + uri + printable(why);
   }
 
   const GltfFile& file_;
   std::map<std::size_t, MaterialPicture> pictures_;  // by image
-  std::uint64_t missing_ = 0;
-  std::string first_missing_;
+  std::uint64_t missing_ = 0, glossy_ = 0;
+  std::string first_missing_, first_left_;
+  std::map<std::string, std::uint64_t> left_;  // extensions, and how many materials have them
 };
 
 }  // namespace
-
-bool gltf_reaches_beyond(const GltfFile& file, std::size_t material, const UvBox& box) {
-  constexpr std::uint64_t kRepeat = 10497;
-  constexpr float kReach = 1e-4F;  // rounding at the edge
-  for (const GltfValue& info : pictures_of(file.list("materials").at(material))) {
-    const auto texture = info["index"].index_into(file.list("textures"));
-    if (!texture) continue;
-    const GltfValue samplers = file.list("samplers");
-    const auto index = file.list("textures").at(*texture)["sampler"].index_into(samplers);
-    if (!index) continue;
-    const GltfValue sampler = samplers.at(*index);
-    const std::array<float, 6> m = uv_transform_of(info["extensions"]["KHR_texture_transform"]);
-    for (std::size_t axis = 0; axis < 2; ++axis) {
-      if (sampler[axis == 0 ? "wrapS" : "wrapT"].count(kRepeat) == kRepeat) continue;
-      const float* const row = &m[3 * axis];
-      float low = row[2], high = row[2];
-      for (std::size_t k = 0; k < 2; ++k) {
-        const auto [least, most] = std::minmax({row[k] * box[k], row[k] * box[2 + k]});
-        low += least;
-        high += most;
-      }
-      if (low < -kReach || high > 1 + kReach) return true;
-    }
-  }
-  return false;
-}
 
 std::vector<Material> read_gltf_materials(const GltfFile& file) {
   MaterialReader reader(file);

@@ -195,6 +195,7 @@ bool is_grey(const Image& image) {
 /// What becomes of a picture before it is a texture: one of its channels (-1: all), times factors.
 struct Change {
   int channel = -1;
+  bool inverted = false;
   std::array<float, 4> factors{1, 1, 1, 1};
   auto operator<=>(const Change&) const = default;
 };
@@ -215,6 +216,10 @@ Change change_of(const Material& material, MaterialSlot slot, const MaterialPict
   if (!material.multiplies) return change;
   change.factors = plain_of(material, slot);
   if (slot == MaterialSlot::normal) change.factors.fill(material.normal_scale);
+  if (picture.inverted) {
+    change.inverted = true;
+    for (float& factor : change.factors) factor = 1 - factor;
+  }
   if (slot == MaterialSlot::color) change.factors[3] = 1;  // opacity is a slot of its own
   return change;
 }
@@ -229,6 +234,7 @@ float srgb_beyond(double linear) {
 std::shared_ptr<const Image> changed(const Image& image, const Change& change, MaterialSlot slot) {
   auto result = std::make_shared<Image>(image);
   const std::size_t texels = std::size_t{image.width} * image.height;
+  const auto given = [&change](float value) { return change.inverted ? 1 - value : value; };
   if (change.channel >= 0) {
     result->channels = 1;
     result->pixels.resize(texels);
@@ -239,11 +245,11 @@ std::shared_ptr<const Image> changed(const Image& image, const Change& change, M
     const bool has_alpha = image.channels % 2 == 0;
     const std::uint32_t colors = image.channels - (has_alpha ? 1 : 0);
     if (change.channel == 3) {
-      *p = (has_alpha ? read[colors] : 1) * change.factors[0];
+      *p = given((has_alpha ? read[colors] : 1) * change.factors[0]);
     } else if (change.channel >= 0) {
       // Grey is in all three.
-      *p = read[std::min(static_cast<std::uint32_t>(change.channel), colors - 1)] *
-           change.factors[0];
+      *p = given(read[std::min(static_cast<std::uint32_t>(change.channel), colors - 1)] *
+                 change.factors[0]);
     } else if (slot == MaterialSlot::normal) {
       double n[3];
       for (std::size_t k = 0; k < 3; ++k) n[k] = 2 * double{read[k]} - 1;
@@ -274,8 +280,10 @@ std::shared_ptr<const Image> changed(const Image& image, const Change& change, M
 /// True if two pictures are one, or copies of each other.
 bool look_alike(const MaterialPicture& a, const MaterialPicture& b) {
   if (a.empty() || b.empty()) return a.empty() && b.empty();
-  if (a.channel != b.channel || a.uv_set != b.uv_set || a.uv_transform != b.uv_transform)
+  if (a.channel != b.channel || a.uv_set != b.uv_set || a.uv_transform != b.uv_transform ||
+      a.wrap != b.wrap || a.inverted != b.inverted) {
     return false;
+  }
   if (a.bytes != nullptr && b.bytes != nullptr) return *a.bytes == *b.bytes;
   if (a.file == b.file) return true;
   std::error_code error;
@@ -299,7 +307,7 @@ bool look_alike(const Material& a, const Material& b) {
 }  // namespace
 
 std::vector<Material> load_materials(const Mesh& mesh, const fs::path& mesh_file,
-                                     std::vector<Warning>* warnings) {
+                                     std::vector<Warning>* warnings, bool outside) {
   std::vector<Material> read;
   FileFinder finder(mesh_file.parent_path(), warnings);
   std::vector<std::string> files = mesh.material_files;
@@ -317,6 +325,7 @@ std::vector<Material> load_materials(const Mesh& mesh, const fs::path& mesh_file
     const std::string bytes = read_whole(*open_file(path, fail), fail);
     input.bytes = bytes;
     input.folder = path.parent_path();
+    input.options.outside = outside;
     if (is_assimp_name(path)) input.warnings = nullptr;  // load_mesh() said it
     for (Material& material : is_gltf_name(path) ? read_gltf_materials(input)
                               : is_assimp_name(path)
@@ -392,6 +401,12 @@ Texture load_material_texture(const std::vector<Material>& materials, MaterialSl
     texture.plain.push_back(plain_of(material, slot));
     texture.image_of.push_back(Texture::kNone);
     texture.uv_transforms.push_back(picture.uv_transform);
+    texture.wraps.push_back(picture.wrap);
+    // glTF multiplies its base colour, alpha included, with the vertices'.
+    texture.times_vertex_colors.push_back(
+        material.multiplies &&
+        (slot == MaterialSlot::color ||
+         (slot == MaterialSlot::opacity && material.alpha_mode != AlphaMode::opaque)));
     if (picture.empty()) continue;
     if (picture.uv_set != uv_set) fail_of_uv_set(material, slot, picture.uv_set, uv_set);
     const auto [entry, added] = pictures.try_emplace(picture.file);
@@ -419,6 +434,15 @@ Texture load_material_texture(const std::vector<Material>& materials, MaterialSl
                   [&](const auto& transform) { return transform == as_it_is; })) {
     texture.uv_transforms.clear();
   }
+  const std::array<TextureWrap, 2> repeats = MaterialPicture().wrap;
+  if (std::all_of(texture.wraps.begin(), texture.wraps.end(),
+                  [&](const auto& wrap) { return wrap == repeats; })) {
+    texture.wraps.clear();
+  }
+  const std::vector<bool>& times = texture.times_vertex_colors;
+  if (std::find(times.begin(), times.end(), true) == times.end()) {
+    texture.times_vertex_colors.clear();
+  }
   if (heights.count() != 0) {
     heights.warn(warnings, "bump-is-height",
                  "with a grey picture where a normal map belongs ('" +
@@ -442,7 +466,7 @@ Asset load_asset(const std::filesystem::path& path, const LoadMeshOptions& optio
   const std::vector<std::string>& files = asset.mesh.material_files;
   if (asset.materials.empty() && !is_gltf_name(path) && !files.empty() &&
       std::all_of(files.begin(), files.end(), is_there)) {
-    asset.materials = load_materials(asset.mesh, path, warnings);
+    asset.materials = load_materials(asset.mesh, path, warnings, options.outside);
   }
   return asset;
 }

@@ -9,6 +9,7 @@
 #include "base/counted.h"
 #include "base/parallel.h"
 #include "io/file/bounds.h"
+#include "io/mesh/axes.h"
 #include "io/mesh/polygon.h"
 #include "mesh/frame.h"
 #include "mesh/smoothing_groups.h"
@@ -176,7 +177,7 @@ void MeshBuilder::split_polygons() {
     for (std::uint32_t i = 0; i < polygon.corners; ++i) {
       corners.push_back(positions[polygon_vertex_[polygon.offset + i]]);
     }
-    if (!triangulate(corners, input_.triangulation, local) && fans++ == 0)
+    if (!triangulate(corners, input_.options.triangulation, local) && fans++ == 0)
       first_fan = polygon.first_triangle;
     for (std::size_t t = 0; t < local.size(); ++t) {
       for (int k = 0; k < 3; ++k) {
@@ -489,6 +490,28 @@ void MeshBuilder::give_normals_by_groups(Mesh& mesh) {
   mesh.normal_triangles = std::move(made.triangles);
 }
 
+/// \returns Mesh::metres
+double MeshBuilder::move_to_world() {
+  const WorldFrame world = world_frame(input_.options, {}, 0);
+  if (!world.map) return world.metres;
+  const auto moved = [](const AffineMap& m, double x, double y, double z) {
+    Position result{};
+    for (std::size_t k = 0; k < 3; ++k) result[k] = m[k] * x + m[4 + k] * y + m[8 + k] * z;
+    return result;
+  };
+  AffineMap turn = *world.map;  // without the unit
+  const double unit = std::abs(turn[0]) + std::abs(turn[1]) + std::abs(turn[2]);
+  for (double& value : turn) value /= unit;
+  const auto turned = [&](const Vec3& v) {
+    const Position to = moved(turn, v.x, v.y, v.z);
+    return Vec3{narrow(to[0]), narrow(to[1]), narrow(to[2])};
+  };
+  for (Position& p : positions) p = moved(*world.map, p[0], p[1], p[2]);
+  for (Vec3& normal : normals) normal = turned(normal);
+  for (Tangent& tangent : tangents) tangent.direction = turned(tangent.direction);
+  return world.metres;
+}
+
 Mesh MeshBuilder::finish() {
   if (!describe_face) {
     describe_face = [](std::uint32_t triangle) { return "triangle " + std::to_string(triangle); };
@@ -512,6 +535,7 @@ Mesh MeshBuilder::finish() {
                 short_faces_);
   }
   Mesh mesh;
+  if (!is_placed) mesh.metres = move_to_world();
   finish_colors();
   split_polygons();
   place(mesh);

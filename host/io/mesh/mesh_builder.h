@@ -65,6 +65,7 @@ class MeshBuilder {
   /// finish() makes normals by them.
   void set_smoothing(std::string_view name) { smoothing_.set(name, triangles_.size()); }
   std::vector<std::string> material_files;
+  bool is_placed = false;  ///< True if positions are in metres with Y up by what the file says
 
   std::uint64_t faces() const { return faces_; }
 
@@ -118,6 +119,7 @@ class MeshBuilder {
     }
   };
 
+  double move_to_world();
   void check_growth() const;
   void finish_colors();
   void split_polygons();

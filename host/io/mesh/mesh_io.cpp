@@ -107,6 +107,13 @@ Mesh parse_mesh(const MeshInput& given, MeshFormat format, Asset* whole) {
     if (whole != nullptr) *whole = std::move(asset);
     return mesh;
   }
+  const LoadMeshOptions& options = input.options;
+  if (format != MeshFormat::gltf && (options.uv_set != 0 || !options.uv_set_name.empty())) {
+    input.fail("",
+               std::string("it has no set of UVs but the first, as no ") +
+                   kFormatNames[static_cast<int>(format)] + " has",
+               "Leave the set's number or name out for this file.");
+  }
   std::string converted;
   if (format != MeshFormat::stl) input.bytes = as_utf8(input.bytes, converted);
   if (input.bytes.empty()) input.fail("", "the file is empty", "Export the mesh again.");
@@ -157,6 +164,9 @@ std::vector<std::string> mesh_formats() {
 #ifdef KILN_HAS_ASSIMP
   names.insert(names.end(), {"FBX", "DAE", "3DS", "X"});
 #endif
+#ifdef KILN_HAS_DRACO
+  names.emplace_back("Draco in glTF");
+#endif
   return names;
 }
 
@@ -184,8 +194,7 @@ Mesh parse_named(const MeshInput& input, const std::filesystem::path& path,
 
 Mesh load_mesh_file(const std::filesystem::path& path, const LoadMeshOptions& options,
                     std::vector<Warning>* warnings, Asset* whole) {
-  MeshInput input{path.string(),     {}, warnings, options.triangulation, options.uv_set,
-                  path.parent_path()};
+  MeshInput input{path.string(), {}, warnings, options, path.parent_path()};
   try {
     const std::string bytes = read_file(input, path);
     input.bytes = bytes;

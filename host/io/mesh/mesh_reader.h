@@ -23,8 +23,7 @@ struct MeshInput {
   std::string file;                          ///< Path as the caller gave it; used in messages.
   std::string_view bytes;                    ///< The content.
   std::vector<Warning>* warnings = nullptr;  ///< Where to append what was imperfect; may be null.
-  Triangulation triangulation = Triangulation::automatic;
-  std::uint32_t uv_set = 0;  ///< Of several sets of UVs
+  LoadMeshOptions options = {};
   /// That the files lie in which it names; none: those are not read.
   std::optional<std::filesystem::path> folder = {};
 

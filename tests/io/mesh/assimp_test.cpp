@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <filesystem>
 #include <string>
@@ -21,28 +22,69 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// The counts are those that Blender 5.0 reads (bpy, wm.fbx_import), and so are the metres: its scene is in metres.
+// The counts are those that Blender 5.0 reads (bpy, wm.fbx_import), and so are the boxes, turned to Y up.
 TEST(Assimp, FilesOfOthers) {
   struct Expected {
     const char* file;
     std::size_t triangles, polygons, objects, materials;
-    double metres;
+    std::array<double, 6> box;  // low and high, metres
   };
-  constexpr Expected kFiles[] = {{"animation_with_skeleton.fbx", 2112, 1056, 1, 1, 0.01},
-                                 {"box.fbx", 12, 12, 1, 1, 1},
-                                 {"boxWithCompressedCTypeArray.FBX", 12, 6, 1, 1, 0.01},
-                                 {"boxWithUncompressedCTypeArray.FBX", 12, 6, 1, 1, 0.01},
-                                 {"box_orphant_embedded_texture.fbx", 12, 6, 1, 1, 1},
-                                 {"close_to_identity_transforms.fbx", 420, 210, 4, 2, 1},
-                                 {"cubes_nonames.fbx", 420, 210, 4, 2, 0.01},
-                                 {"cubes_with_mirroring_and_pivot.fbx", 420, 210, 4, 2, 1},
-                                 {"cubes_with_names.fbx", 420, 210, 4, 2, 0.01},
-                                 {"cubes_with_outofrange_float.fbx", 420, 210, 4, 2, 0.01},
-                                 {"embedded_ascii/box.FBX", 12, 6, 1, 1, 1},
-                                 {"global_settings.fbx", 1352, 848, 2, 2, 5},
-                                 {"maxPbrMaterial_metalRough.fbx", 12, 6, 1, 1, 1},
-                                 {"maxPbrMaterial_specGloss.fbx", 12, 6, 1, 1, 1},
-                                 {"phong_cube.fbx", 12, 6, 1, 1, 0.01}};
+  constexpr Expected kFiles[] = {
+      {"animation_with_skeleton.fbx",
+       2112,
+       1056,
+       1,
+       1,
+       {-36.42, -0.91667, -0.91667, 34.791, 0.91667, 0.91667}},
+      {"box.fbx", 12, 12, 1, 1, {-0.2261, -0.16186, -0.064646, 0.28446, 0.24435, 0.46466}},
+      {"boxWithCompressedCTypeArray.FBX",
+       12,
+       6,
+       1,
+       1,
+       {-0.005, -0.005, -0.005, 0.005, 0.005, 0.005}},
+      {"boxWithUncompressedCTypeArray.FBX",
+       12,
+       6,
+       1,
+       1,
+       {-0.005, -0.005, -0.005, 0.005, 0.005, 0.005}},
+      {"box_orphant_embedded_texture.fbx", 12, 6, 1, 1, {-0.5, 0, -0.5, 0.5, 1, 0.5}},
+      {"close_to_identity_transforms.fbx",
+       420,
+       210,
+       4,
+       2,
+       {-0.082137, -0.061239, -0.060438, 0.14362, 0.15981, 0.16537}},
+      {"cubes_nonames.fbx",
+       420,
+       210,
+       4,
+       2,
+       {-0.060671, -0.14515, -0.060438, 0.14866, 0.059983, 0.26727}},
+      {"cubes_with_mirroring_and_pivot.fbx",
+       420,
+       210,
+       4,
+       2,
+       {-0.060671, -0.14515, -0.060438, 0.14866, 0.15981, 0.26727}},
+      {"cubes_with_names.fbx",
+       420,
+       210,
+       4,
+       2,
+       {-0.060671, -0.14515, -0.060438, 0.14866, 0.059983, 0.26727}},
+      {"cubes_with_outofrange_float.fbx",
+       420,
+       210,
+       4,
+       2,
+       {-0.060671, -0.14515, -0.060438, 0.14866, 0.059983, 0.26727}},
+      {"embedded_ascii/box.FBX", 12, 6, 1, 1, {-0.59989, 0, -0.6, 0.60011, 1.2, 0.6}},
+      {"global_settings.fbx", 1352, 848, 2, 2, {-20.349, -21.949, -19.447, 36.717, 35.116, 37.618}},
+      {"maxPbrMaterial_metalRough.fbx", 12, 6, 1, 1, {-8.3407, 0, -11.653, 9.482, 16.788, 10.311}},
+      {"maxPbrMaterial_specGloss.fbx", 12, 6, 1, 1, {-8.3407, 0, -11.653, 9.482, 16.788, 10.311}},
+      {"phong_cube.fbx", 12, 6, 1, 1, {-0.005, -0.005, -0.005, 0.005, 0.005, 0.005}}};
   KILN_REQUIRE_DATA("assets/FBX/box.fbx");
   const fs::path folder = test::shared_data("assets/FBX/box.fbx")->parent_path();
   for (const Expected& expected : kFiles) {
@@ -56,7 +98,18 @@ TEST(Assimp, FilesOfOthers) {
     EXPECT_EQ(mesh.object_names.size(), expected.objects);
     EXPECT_EQ(asset.object_nodes.size(), expected.objects);
     EXPECT_EQ(asset.materials.size(), expected.materials);
-    EXPECT_EQ(asset.mesh.metres, expected.metres);
+    EXPECT_EQ(asset.mesh.metres, 1);
+    std::array<double, 6> box{HUGE_VAL, HUGE_VAL, HUGE_VAL, -HUGE_VAL, -HUGE_VAL, -HUGE_VAL};
+    for (const Vec3& p : mesh.positions) {
+      const std::array<double, 3> at{p.x + mesh.origin[0], p.y + mesh.origin[1],
+                                     p.z + mesh.origin[2]};
+      for (std::size_t k = 0; k < 3; ++k) {
+        box[k] = std::min(box[k], at[k]);
+        box[3 + k] = std::max(box[3 + k], at[k]);
+      }
+    }
+    const double size = expected.box[3] - expected.box[0];
+    for (std::size_t k = 0; k < 6; ++k) EXPECT_NEAR(box[k], expected.box[k], 1e-4 * size) << k;
     for (const Material& material : asset.materials) {
       EXPECT_TRUE(material.roughness >= 0 && material.roughness <= 1) << material.roughness;
     }

@@ -96,7 +96,7 @@ TEST(Triangulation, IsTakenByTheReader) {
   const std::filesystem::path file = test::scratch_folder() / "kite.obj";
   std::ofstream(file) << "v 0 0 0\nv 2 -1 0\nv 6 0 0\nv 2 1 0\nvt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\n"
                          "f 1/1 2/2 3/3 4/4\n";
-  const Mesh mesh = load_mesh(file, LoadMeshOptions{Triangulation::shortest});
+  const Mesh mesh = load_mesh(file, {.triangulation = Triangulation::shortest});
   EXPECT_EQ(mesh.triangles, (std::vector<Triangle>{{0, 1, 3}, {1, 2, 3}}));
   EXPECT_EQ(mesh.uv_triangles, mesh.triangles);
   EXPECT_EQ(load_mesh(file).triangles, (std::vector<Triangle>{{0, 1, 2}, {0, 2, 3}}));

@@ -324,6 +324,7 @@ void check_more_files(const BakeJob& a) {
     fail_usage("'" + file + "' is a height field, which is a HIGH of its own: leave --high out.");
   }
   check_tangents(a);
+  check_mesh_frame(a.frame, high_files(a), low_files(a), a.occluders);
   if (a.low.empty() && a.split_at_seams) {
     fail_usage("--split-at-seams is for a LOW of yours: give it, or leave it out.");
   }

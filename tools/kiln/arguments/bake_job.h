@@ -11,6 +11,7 @@
 
 #include "arguments/command_line.h"
 #include "arguments/high_poly_input.h"
+#include "arguments/mesh_frame.h"
 #include "arguments/option_table.h"
 #include "arguments/words.h"
 #include "kiln/kiln.h"
@@ -33,7 +34,8 @@ struct BakeJob {
   std::vector<std::string> more_high, more_low;  // joined to `high` and `low`
 
   BakeOptions options;  ///< But for what is read of files: see options_of()
-  LoadMeshOptions load;
+  LoadMeshOptions load;      ///< How polygons become triangles; else see load_options()
+  MeshFrameArguments frame;
   SaveImageOptions image = {ImageFormat::png16};
   RayTraversal traversal = RayTraversal::automatic;
   HeightFieldOptions heights;
@@ -84,6 +86,9 @@ void check_served(const BakeJob& job);
 /// The options as the library takes them, with the files that they name: own maps, likely views.
 /// \throws Error(usage), Error(input)
 BakeOptions options_of(const BakeJob& job);
+
+/// How meshes of a side are read. \throws Error(usage)
+LoadMeshOptions load_options(const BakeJob& job, MeshSide side);
 
 /// Every option in force, for the report.
 Json describe(const BakeJob& job, const BakeReport& report);

@@ -8,6 +8,7 @@
 #include <tuple>
 
 #include "arguments/bake_job.h"
+#include "arguments/mesh_frame.h"
 #include "arguments/unwrap_option.h"
 
 namespace kiln::cli {
@@ -981,7 +982,13 @@ std::vector<OptionRow> make_rows() {
 }  // namespace
 
 std::span<const OptionRow> bake_rows() {
-  static const std::vector<OptionRow> rows = make_rows();
+  static const std::vector<OptionRow> rows = [] {
+    std::vector<OptionRow> all = make_rows();
+    for (OptionRow& row : mesh_frame_rows<BakeJob>("Files of meshes", /*low=*/true)) {
+      all.push_back(std::move(row));
+    }
+    return all;
+  }();
   return rows;
 }
 

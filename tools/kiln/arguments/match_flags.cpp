@@ -73,7 +73,8 @@ void check_cage_directions(const BakeJob& arguments, const Mesh& low, const Mesh
 void MatchInputs::read(const BakeJob& arguments, const Mesh& high, const Mesh& low,
                        std::vector<Warning>& warnings) {
   if (!arguments.cage_mesh.empty()) {
-    cage_mesh_ = load_cage(arguments.cage_mesh, low, arguments.load, &warnings);
+    cage_mesh_ =
+        load_cage(arguments.cage_mesh, low, load_options(arguments, MeshSide::low), &warnings);
     check_cage_directions(arguments, low, *cage_mesh_);
   }
   if (arguments.parts_by) {
@@ -82,7 +83,7 @@ void MatchInputs::read(const BakeJob& arguments, const Mesh& high, const Mesh& l
   }
   if (!arguments.load_match.empty()) match_ = load_match(arguments.load_match);
   for (const std::string& file : arguments.occluders) {
-    occluders_.push_back(load_mesh(file, arguments.load, &warnings));
+    occluders_.push_back(load_mesh(file, load_options(arguments, MeshSide::other), &warnings));
   }
 }
 
@@ -110,8 +111,8 @@ void MatchInputs::apply(BakeOptions& options) const {
 }
 
 MeshFiles load_low_files(const BakeJob& arguments, std::vector<Warning>& warnings) {
-  MeshFiles files = load_meshes(low_files(arguments), arguments.load, has_more_files(arguments),
-                                warnings, !arguments.asset.empty());
+  MeshFiles files = load_meshes(low_files(arguments), load_options(arguments, MeshSide::low),
+                                has_more_files(arguments), warnings, !arguments.asset.empty());
   if (!arguments.file_tangents) {
     files.mesh.tangents = {};
   } else if (arguments.given.contains("--tangents") && files.mesh.tangents.empty()) {

@@ -83,7 +83,7 @@ Asset load_with_materials(const std::string& file, const LoadMeshOptions& option
   asset.mesh = load_mesh(file, options, &warnings);
   if (asset.mesh.material_files.empty()) return asset;
   try {
-    asset.materials = load_materials(asset.mesh, file);
+    asset.materials = load_materials(asset.mesh, file, nullptr, options.outside);
   } catch (const Error& error) {
     warnings.push_back(
         {"materials-unread", std::string(error.what()) + " It counts for nothing.", 1});

@@ -25,7 +25,7 @@ class Materials {
       : arguments_(arguments), high_(high), warnings_(warnings) {}
 
   Texture texture(MaterialSlot slot) {
-    return load_material_texture(all(), slot, &warnings_, arguments_.load.uv_set);
+    return load_material_texture(all(), slot, &warnings_, high_.uv_set);
   }
   bool have_colors() {
     return std::any_of(all().begin(), all().end(), [](const Material& material) {
@@ -37,7 +37,7 @@ class Materials {
   const std::vector<Material>& all() {
     if (read_) return *read_;
     const std::size_t before = warnings_.size();
-    read_ = load_materials(high_, arguments_.high, &warnings_);
+    read_ = load_materials(high_, arguments_.high, &warnings_, arguments_.frame.allow_outside);
     for (std::size_t i = before; i < warnings_.size(); ++i) {
       // Names of joined files are one name: half of the map would show another file's material.
       if (warnings_[i].code != "materials-differ" || high_files(arguments_).size() < 2) continue;
@@ -105,8 +105,10 @@ void load_textures(const BakeJob& arguments, const Mesh& high, BakeOptions& opti
   if (asks(options, &MapInfo::takes_color) && !options.color &&
       (high.colors.empty() || materials.have_colors())) {
     Texture texture = materials.texture(MaterialSlot::color);
-    // Vertex colours say more than a plain material.
-    if (has_pictures(texture) || high.colors.empty()) options.color = std::move(texture);
+    // Vertex colours say more than a plain material, where they are not multiplied with it.
+    if (has_pictures(texture) || high.colors.empty() || !texture.times_vertex_colors.empty()) {
+      options.color = std::move(texture);
+    }
   }
   if ((asks(options, &MapInfo::takes_opacity) || arguments.alpha_test > 0) && !options.opacity) {
     options.opacity = materials.texture(MaterialSlot::opacity);

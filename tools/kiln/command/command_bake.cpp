@@ -170,7 +170,7 @@ bool read_inputs(BakeRun& run) {
     if (!run.console.progress(0, "reading " + file)) return false;
   }
   run.dense =
-      load_dense(high_files(arguments), arguments.heights, arguments.load,
+      load_dense(high_files(arguments), arguments.heights, load_options(arguments, MeshSide::high),
                  has_more_files(arguments) && !made, run.warnings, !arguments.asset.empty());
   choose_asset_maps(run);
   run.cleaned = clean_high(run.dense.mesh, clean_options(arguments), run.warnings);
@@ -205,13 +205,14 @@ bool read_inputs(BakeRun& run) {
                       : arguments.low;
   (made ? run.stages.low : run.stages.load) += run.watch.lap();
   if (!arguments.cage_mesh.empty()) {
-    run.cage_mesh = load_cage(arguments.cage_mesh, run.low.mesh, arguments.load, &run.warnings);
+    run.cage_mesh = load_cage(arguments.cage_mesh, run.low.mesh,
+                              load_options(arguments, MeshSide::low), &run.warnings);
     check_cage_directions(arguments, run.low.mesh, *run.cage_mesh);
     run.options.match.cage_mesh = &*run.cage_mesh;
   }
   for (const std::string& file : arguments.occluders) {
-    run.options.occlusion.by_others.push_back(
-        &run.occluders.emplace_back(load_mesh(file, arguments.load, &run.warnings)));
+    run.options.occlusion.by_others.push_back(&run.occluders.emplace_back(
+        load_mesh(file, load_options(arguments, MeshSide::other), &run.warnings)));
   }
   if (arguments.parts_by) {
     run.parts = pair_parts(run.dense.mesh, run.low.mesh, part_names(arguments));

@@ -6,6 +6,7 @@
 #include "arguments/high_poly_input.h"
 #include "arguments/mesh_files.h"
 #include "arguments/option_table.h"
+#include "arguments/mesh_frame.h"
 #include "arguments/parse.h"
 #include "arguments/paths.h"
 #include "arguments/unwrap_option.h"
@@ -30,6 +31,7 @@ struct SimplifyArguments {
   TexelDensity density = TexelDensity::area;
   LoadMeshOptions load;
   std::string normals = kForMap;
+  MeshFrameArguments frame;
   std::uint32_t faces = 0;
   std::string max_error;
   double hard_angle = FitNormalsOptions{}.hard_degrees;
@@ -81,13 +83,16 @@ int run_simplify(const SimplifyArguments& arguments) {
                 "HIGH: leave one of them out.");
   }
   check_density(arguments.by_density, arguments.unwrap);
+  check_mesh_frame(arguments.frame, {arguments.high}, {}, {});
   check_paths({arguments.high}, {out, arguments.json});
   check_not_foreign(out, arguments.force);
   prepare_parent(out);
   prepare_parent(arguments.json);
   std::vector<Warning> warnings;
   if (!console.progress(0.0, "reading")) return kExitCancelled;
-  Mesh high = load_mesh(arguments.high, arguments.load, &warnings);
+  LoadMeshOptions load = load_options(arguments.frame, MeshSide::high);
+  load.triangulation = arguments.load.triangulation;
+  Mesh high = load_mesh(arguments.high, load, &warnings);
   const CleanReport cleaned =
       clean_high(high,
                  clean_options(arguments.clean, !arguments.keep_uvs, arguments.keep_inner,
@@ -205,6 +210,7 @@ Run add_simplify(Command& app) {
           "--max-error", arguments->max_error,
           "Largest deviation, both ways, percent of the diagonal: 0.2% or 0.2 (default 0.2%)")
       ->excludes(faces);
+  add_options(*command, mesh_frame_rows<SimplifyArguments>("Files of meshes", false), arguments.get());
   Option* size =
       command->add_option("--size", arguments->size, "Map size that the borders are meant for")
           ->capture_default_str();

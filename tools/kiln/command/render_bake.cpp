@@ -12,7 +12,8 @@ namespace kiln::cli {
 namespace {
 
 /// Flags of the match that say no more than what the meshes are.
-const std::set<std::string> kOfMeshes = {"--high", "--low", "--triangulate", "--split-at-seams",
+const std::set<std::string> kOfMeshes = {"--high",    "--low",  "--triangulate", "--split-at-seams",
+                                         "--up",      "--unit", "--uv-set",      "--allow-outside",
                                          "--tangents"};
 
 /// What has a say in a cage; the first ones in any.

@@ -76,7 +76,8 @@ void draw_edge(const Viewed& a, const Viewed& b, const Image& depth, double behi
 Mesh outer_cage(const BakeJob& arguments, const Device& device, const Mesh& low, const Mesh* high,
                 std::vector<Warning>& warnings) {
   if (!arguments.cage_mesh.empty()) {
-    return outer_of(load_cage(arguments.cage_mesh, low, arguments.load, &warnings));
+    return outer_of(
+        load_cage(arguments.cage_mesh, low, load_options(arguments, MeshSide::low), &warnings));
   }
   const bool automatic = arguments.cage_auto;
   const Length length = arguments.options.match.cage.value_or(Length{});

@@ -82,14 +82,16 @@ std::string why_boxes_part(const Mesh& high, const Mesh& low, bool moved) {
     std::snprintf(text, sizeof text, "LOW is %s%.3g times as large as HIGH; scale one of them",
                   exact ? "" : "about ", units ? power : ratio);
     const std::string axes = swapped_axes(extents(a), extents(b), ratio);
-    return axes.empty() ? text : text + (", and swap " + axes);
+    return text + (axes.empty() ? ", or say its --unit"
+                                : ", and swap " + axes + ", or say their --unit and --up");
   }
   double squared = 0;
   for (std::size_t k = 0; k < 3; ++k) {
     squared += std::pow((b.lo[k] + b.hi[k] - a.lo[k] - a.hi[k]) / 2, 2);
   }
   if (const std::string axes = swapped_axes(extents(a), extents(b), 1); !axes.empty()) {
-    return "their boxes fit after swapping " + axes + "; export both with the same up axis";
+    return "their boxes fit after swapping " + axes +
+           "; export both with the same up axis, or say --up";
   }
   if (moved && std::sqrt(squared) > 0.1 * a.diagonal) {
     std::snprintf(text, sizeof text, "LOW lies %.4g units away from HIGH; move one of them",
