@@ -33,8 +33,8 @@ struct BakeJob {
   std::string asset;  // the GLB, glTF or OBJ that --out names; `out` is its folder then
   std::vector<std::string> more_high, more_low;  // joined to `high` and `low`
 
-  BakeOptions options;  ///< But for what is read of files: see options_of()
-  LoadMeshOptions load;      ///< How polygons become triangles; else see load_options()
+  BakeOptions options;   ///< But for what is read of files: see options_of()
+  LoadMeshOptions load;  ///< How polygons become triangles; else see load_options()
   MeshFrameArguments frame;
   SaveImageOptions image = {ImageFormat::png16};
   RayTraversal traversal = RayTraversal::automatic;

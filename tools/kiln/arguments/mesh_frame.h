@@ -23,28 +23,29 @@ template <typename Job>
 std::vector<OptionRow> mesh_frame_rows(const char* group, bool low) {
   const std::string sides = low ? "; high=VALUE, low=VALUE: of that side, whatever it says"
                                 : "; high=VALUE: whatever it says";
-  return {{.flag = "--up",
-           .group = group,
-           .value = texts(KILN_MEMBER(Job, frame.up)),
-           .help = "Which axis is up in files that do not say (OBJ, PLY, STL, OFF): x, y, z, -x, -y, "
-                   "-z; they are turned to Y up. glTF, FBX and DAE say it" +
-                   sides},
-          {.flag = "--unit",
-           .group = group,
-           .value = texts(KILN_MEMBER(Job, frame.unit)),
-           .help = "The unit of files that do not say (OBJ, PLY, STL, OFF, 3DS, X): mm, cm, m, in, "
-                   "ft or metres; they are scaled to metres. glTF, FBX and DAE say it" +
-                   sides},
-          {.flag = "--uv-set",
-           .group = group,
-           .value = texts(KILN_MEMBER(Job, frame.uv_set)),
-           .help = std::string("Which of several sets of UVs: a number from 0 on, or its name (FBX)") +
-                   (low ? "; high=, low=: of that side" : "")},
-          {.flag = "--allow-outside",
-           .group = group,
-           .value = toggle(KILN_MEMBER(Job, frame.allow_outside)),
-           .help = "Pictures that FBX, DAE, 3DS and X name may lie outside the folder of the file",
-           .key = "-"}};
+  return {
+      {.flag = "--up",
+       .group = group,
+       .value = texts(KILN_MEMBER(Job, frame.up)),
+       .help = "Which axis is up in files that do not say (OBJ, PLY, STL, OFF): x, y, z, -x, -y, "
+               "-z; they are turned to Y up. glTF, FBX and DAE say it" +
+               sides},
+      {.flag = "--unit",
+       .group = group,
+       .value = texts(KILN_MEMBER(Job, frame.unit)),
+       .help = "The unit of files that do not say (OBJ, PLY, STL, OFF, 3DS, X): mm, cm, m, in, "
+               "ft or metres; they are scaled to metres. glTF, FBX and DAE say it" +
+               sides},
+      {.flag = "--uv-set",
+       .group = group,
+       .value = texts(KILN_MEMBER(Job, frame.uv_set)),
+       .help = std::string("Which of several sets of UVs: a number from 0 on, or its name (FBX)") +
+               (low ? "; high=, low=: of that side" : "")},
+      {.flag = "--allow-outside",
+       .group = group,
+       .value = toggle(KILN_MEMBER(Job, frame.allow_outside)),
+       .help = "Pictures that FBX, DAE, 3DS and X name may lie outside the folder of the file",
+       .key = "-"}};
 }
 
 /// \throws Error(usage) for a value that is none, for a side without files, and where no file is one that a value of

@@ -5,8 +5,8 @@
 
 #include "arguments/high_poly_input.h"
 #include "arguments/mesh_files.h"
-#include "arguments/option_table.h"
 #include "arguments/mesh_frame.h"
+#include "arguments/option_table.h"
 #include "arguments/parse.h"
 #include "arguments/paths.h"
 #include "arguments/unwrap_option.h"
@@ -210,7 +210,8 @@ Run add_simplify(Command& app) {
           "--max-error", arguments->max_error,
           "Largest deviation, both ways, percent of the diagonal: 0.2% or 0.2 (default 0.2%)")
       ->excludes(faces);
-  add_options(*command, mesh_frame_rows<SimplifyArguments>("Files of meshes", false), arguments.get());
+  add_options(*command, mesh_frame_rows<SimplifyArguments>("Files of meshes", false),
+              arguments.get());
   Option* size =
       command->add_option("--size", arguments->size, "Map size that the borders are meant for")
           ->capture_default_str();
