@@ -1,0 +1,65 @@
+"""Low polys: kiln.simplify() and kiln.unwrap()."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from . import _core
+from ._core import Mesh
+from ._meshes import as_mesh
+from ._progress import callback_of
+
+
+def simplify(
+    mesh: Any,
+    faces: Any = None,
+    *,
+    target: int | None = None,
+    max_error: float = 0.002,
+    keep_uvs: bool = False,
+    hull: bool = False,
+    keep_parts: bool = False,
+    progress: Any = None,
+) -> Mesh:
+    """A mesh of fewer triangles.
+
+    mesh        as kiln.as_mesh() takes it; or the vertices, with faces beside them
+    target      number of triangles; without: as few as max_error allows
+    max_error   without target: how far the surfaces may part anywhere, as a share of the bounding box's diagonal
+    keep_uvs    keep the UVs, groups and materials and their borders
+    hull        the result encloses the mesh
+    keep_parts  leave out no part for its size
+    progress    as bake() takes it
+
+    Returns a kiln.Mesh, whose report has faces, error and search_distance. Raises kiln.Error.
+    """
+    high = as_mesh(mesh if faces is None else (mesh, faces))
+    return _core.simplify(
+        high, target or 0, max_error, keep_uvs, hull, keep_parts, True, callback_of(progress)
+    )
+
+
+def unwrap(
+    mesh: Any,
+    faces: Any = None,
+    *,
+    size: int = 2048,
+    method: str = "charts",
+    border: int | None = None,
+    detail_of: Any = None,
+    progress: Any = None,
+) -> Mesh:
+    """The mesh with new UVs that do not overlap.
+
+    mesh       as kiln.as_mesh() takes it; or the vertices, with faces beside them
+    size       of the map that it is for, texels
+    method     charts (few large ones), pairs (of triangles) or squares
+    border     empty texels between charts; without: 1/256 of the size, at least 2
+    detail_of  a high poly: texels go where its detail is
+    progress   as bake() takes it
+
+    Returns a kiln.Mesh, whose report has charts and coverage. Raises kiln.Error.
+    """
+    low = as_mesh(mesh if faces is None else (mesh, faces))
+    detail = None if detail_of is None else as_mesh(detail_of, "detail_of")
+    return _core.unwrap(low, size, method, border, detail, callback_of(progress))

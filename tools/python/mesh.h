@@ -1,0 +1,23 @@
+// kiln.Mesh.
+#pragma once
+
+#include <memory>
+
+#include "call.h"
+
+namespace kiln::python {
+
+/// An immutable mesh: arrays that Python sees lie in it, and calls may read it on any thread.
+struct PyMesh {
+  std::shared_ptr<const Mesh> mesh;
+  nb::object report = nb::none();  ///< Of what made it
+};
+
+/// Needs no lock of the interpreter, unlike a PyMesh.
+inline std::shared_ptr<const Mesh> shared(Mesh mesh) {
+  return std::make_shared<const Mesh>(std::move(mesh));
+}
+
+void add_mesh(nb::module_& module);
+
+}  // namespace kiln::python

@@ -1,0 +1,18 @@
+// kiln._core: what kiln/*.py calls.
+#include "bake.h"
+#include "call.h"
+#include "match.h"
+#include "mesh.h"
+#include "source.h"
+#include "surface.h"
+
+NB_MODULE(_core, module) {
+  using namespace kiln::python;
+  register_errors(module);
+  add_mesh(module);
+  add_source(module);
+  add_match(module);
+  add_bake(module);
+  add_surface(module);
+  module.def("version", &kiln::version);
+}

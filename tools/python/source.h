@@ -1,0 +1,30 @@
+// kiln.Source: a high poly on the device.
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "mesh.h"
+
+namespace kiln::python {
+
+/// The high poly and what was made of it, until close().
+struct PySource {
+  PySource(std::shared_ptr<const Mesh> mesh, const std::string& device_name, nb::object progress);
+  ~PySource();
+  PySource(const PySource&) = delete;
+  PySource& operator=(const PySource&) = delete;
+
+  /// A copy, which stays when another thread closes this one. \throws Error(usage) after close()
+  Source get() const;
+  void close();
+
+  std::shared_ptr<const Mesh> high;
+  std::string device;
+  std::optional<Source> source;
+};
+
+void add_source(nb::module_& module);
+
+}  // namespace kiln::python
