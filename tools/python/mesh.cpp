@@ -224,7 +224,7 @@ Raises kiln.Error, with the parameter's name, for arrays of other shapes or type
                 PyMesh(from_arrays(vertices, faces, uvs, uv_faces, normals, normal_faces, colors,
                                    materials, material_names, groups, group_names, tangents, name));
           },
-          "vertices"_a, "faces"_a, "uvs"_a.none() = nb::none(), nb::kw_only(),
+          "vertices"_a.none(), "faces"_a.none(), "uvs"_a.none() = nb::none(), nb::kw_only(),
           "uv_faces"_a.none() = nb::none(), "normals"_a.none() = nb::none(),
           "normal_faces"_a.none() = nb::none(), "colors"_a.none() = nb::none(),
           "materials"_a.none() = nb::none(), "material_names"_a.none() = nb::none(),

@@ -15,10 +15,6 @@ def _fail(parameter: str, what: str, code: str) -> None:
 
 def as_array(values: Any, parameter: str) -> np.ndarray:
     """Any array, list, or what gives itself by __array__ or DLPack (on the CPU)."""
-    if isinstance(values, np.ndarray):
-        return np.asarray(values)
-    if isinstance(values, (str, bytes, dict, set)):
-        _fail(parameter, f"expected an array, not {type(values).__name__}.", "array-type")
     try:
         if hasattr(values, "__dlpack__") and not hasattr(values, "__array__"):
             return np.from_dlpack(values)
@@ -31,6 +27,8 @@ def as_array(values: Any, parameter: str) -> np.ndarray:
             "usage",
             parameter,
         ) from error
+    if array.dtype.kind not in "biufc":
+        _fail(parameter, f"expected numbers, not {type(values).__name__}.", "array-type")
     return array
 
 
