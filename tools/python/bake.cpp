@@ -10,6 +10,7 @@
 #include <cctype>
 
 #include "arguments/bake_values.h"
+#include "arguments/transfers.h"
 #include "arrays.h"
 #include "match.h"
 #include "report/check_result.h"
@@ -135,11 +136,11 @@ PyBake run_bake(const PySource& source, const PyMesh& low, const Words& words,
   const Source kept = source.get();
   if (saved != nullptr) request.options.match.saved = saved->match.get();
   BakeResult result = call.run([&] {
-    request.prepare(kept, *source.high, *low.mesh);
+    request.prepare(kept, source.high, low);
     request.options.progress = call.progress();
-    BakeResult baked = bake(kept, *low.mesh, request.options);
+    BakeResult baked = bake(kept, request.low(), request.options);
     // A map with nothing in it is no success, and says why.
-    if (!baked.cancelled) cli::check_result(baked.report, *source.high, *low.mesh);
+    if (!baked.cancelled) cli::check_result(baked.report, *source.high.mesh, request.low());
     return baked;
   });
   return finished(std::move(result), request, low.mesh->name);
@@ -151,11 +152,13 @@ PyMatch run_match(const PySource& source, const PyMesh& low, const Words& words,
   Request request = request_of(words, cage_mesh, {}, true, false);
   const Source kept = source.get();
   MatchResult result = call.run([&] {
-    request.prepare(kept, *source.high, *low.mesh);
+    request.prepare(kept, source.high, low);
     request.options.progress = call.progress();
-    return match(kept, *low.mesh, request.options);
+    return match(kept, request.low(), request.options);
   });
   check_cancelled(result.cancelled);
+  result.report.warnings.insert(result.report.warnings.begin(), request.warnings.begin(),
+                                request.warnings.end());
   warn(result.report.warnings);
   return {std::make_shared<const Match>(std::move(result.match)), source.high,
           describe(result.report)};
@@ -232,7 +235,17 @@ Request::Request(const Words& words, const PyMesh* cage_mesh, const std::vector<
   }
 }
 
-void Request::prepare(const Source& source, const Mesh& high, const Mesh& low) {
+void Request::prepare(const Source& source, const PyMesh& high_poly, const PyMesh& low_poly) {
+  low_ = agreed(low_poly.mesh, "LOW", Trusted::normals, warnings);
+  const Mesh &high = *high_poly.mesh, &low = *low_;
+  if (!high_poly.file.empty()) {
+    arguments_.high = high_poly.file;
+    cli::load_textures(arguments_, high, options, warnings);
+  }
+  if (!options.match.two_sided) {
+    const std::string inside_out = cli::why_inside_out(high, low);
+    if (!inside_out.empty()) warnings.push_back({"high-inside-out", inside_out, 1});
+  }
   if (arguments_.match_by != "all") {
     parts_ = pair_parts(high, low, cli::part_names(arguments_));
     options.match.parts = &*parts_;

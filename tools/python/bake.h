@@ -21,15 +21,19 @@ class Request {
   Request(const Words& words, const PyMesh* cage_mesh, const std::vector<PyMesh>& occluders,
           bool by_high, bool by_low);
 
-  /// Finds parts and the cage, where they were asked for. Without the interpreter's lock.
-  void prepare(const Source& source, const Mesh& high, const Mesh& low);
+  /// Makes LOW's normals agree with its faces; reads textures of the high poly's materials; finds parts and the cage,
+  /// where they were asked for. Without the interpreter's lock.
+  void prepare(const Source& source, const PyMesh& high, const PyMesh& low);
+
+  /// After prepare().
+  const Mesh& low() const { return *low_; }
 
   BakeOptions options;
   std::vector<Warning> warnings;
 
  private:
   cli::BakeArguments arguments_;
-  std::shared_ptr<const Mesh> cage_mesh_;
+  std::shared_ptr<const Mesh> low_, cage_mesh_;
   std::vector<std::shared_ptr<const Mesh>> occluders_;
   std::optional<Parts> parts_;
   std::optional<FoundCage> cage_;

@@ -38,7 +38,7 @@ nb::object mixed(const PyMatch& self, const Corner& corner) {
 double component(const Vec3& v, std::size_t k) { return k == 0 ? v.x : k == 1 ? v.y : v.z; }
 
 nb::object position(const PyMatch& self) {
-  const Mesh& high = *self.high;
+  const Mesh& high = *self.high.mesh;
   return mixed<double>(self, [&](std::uint32_t t, std::size_t c, std::size_t k) {
     return high.origin[k] + component(high.positions[high.triangles[t][c]], k);
   });
@@ -84,6 +84,9 @@ Arrays are (H, W, ...), row 0 at the top, where v is 1; with samples=N they are 
       .def_prop_ro(
           "samples", [](const PyMatch& self) { return self.match->samples; },
           "N of N x N samples a texel")
+      .def_prop_ro(
+          "high", [](const PyMatch& self) { return self.high; },
+          "The high poly: the one given, but for faces that a warning says were turned round")
       .def_ro("report", &PyMatch::report, "What the match came to")
       .def(
           "save",

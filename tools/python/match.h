@@ -10,7 +10,7 @@ namespace kiln::python {
 /// Arrays that Python sees lie in it.
 struct PyMatch {
   std::shared_ptr<const Match> match;
-  std::shared_ptr<const Mesh> high;
+  PyMesh high;
   nb::object report;
 };
 

@@ -166,7 +166,7 @@ std::string describe(const PyMesh& self) {
 }
 
 PyMesh load_file(const std::filesystem::path& path, const std::string& triangulate,
-                 std::uint32_t uv_set) {
+                 std::uint32_t uv_set, nb::object keep) {
   const Call call;
   std::vector<Warning> warnings;
   LoadMeshOptions options;
@@ -179,6 +179,8 @@ PyMesh load_file(const std::filesystem::path& path, const std::string& triangula
   options.triangulation = *known;
   options.uv_set = uv_set;
   PyMesh mesh{call.run([&] { return shared(load_mesh(path, options, &warnings)); })};
+  mesh.file = path.string();
+  mesh.keep = std::move(keep);
   warn(warnings);
   return mesh;
 }
@@ -294,7 +296,8 @@ Raises kiln.Error, with the parameter's name, for arrays of other shapes or type
           },
           "path"_a, "Writes a Wavefront OBJ, whole or not at all.")
       .def("__repr__", &describe);
-  module.def("load_file", &load_file, "path"_a, "triangulate"_a = "auto", "uv_set"_a = 0);
+  module.def("load_file", &load_file, "path"_a, "triangulate"_a = "auto", "uv_set"_a = 0,
+             "keep"_a.none() = nb::none());
   module.def("load_bytes", &load_bytes, "data"_a, "name"_a);
 }
 

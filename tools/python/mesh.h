@@ -2,6 +2,7 @@
 #pragma once
 
 #include <memory>
+#include <string>
 
 #include "call.h"
 
@@ -10,6 +11,8 @@ namespace kiln::python {
 /// An immutable mesh: arrays that Python sees lie in it, and calls may read it on any thread.
 struct PyMesh {
   std::shared_ptr<const Mesh> mesh;
+  std::string file = {};           ///< That it was read from: materials are found beside it
+  nb::object keep = nb::none();    ///< What the file lives as long as
   nb::object report = nb::none();  ///< Of what made it
 };
 

@@ -1,4 +1,5 @@
 // kiln._core: what kiln/*.py calls.
+#include "asset.h"
 #include "bake.h"
 #include "call.h"
 #include "match.h"
@@ -14,5 +15,6 @@ NB_MODULE(_core, module) {
   add_match(module);
   add_bake(module);
   add_surface(module);
+  add_asset(module);
   module.def("version", &kiln::version);
 }

@@ -4,17 +4,23 @@
 #include <nanobind/stl/tuple.h>
 #include <nanobind/stl/vector.h>
 
+#include "arguments/high_poly_input.h"
+
 namespace kiln::python {
 
 using nb::literals::operator""_a;
 
-PySource::PySource(std::shared_ptr<const Mesh> mesh, const std::string& device_name,
-                   nb::object progress)
-    : high(std::move(mesh)), device(device_name) {
+PySource::PySource(const PyMesh& mesh, const std::string& device_name, nb::object progress)
+    : high(mesh), device(device_name) {
   const Call call(std::move(progress));
-  source = call.run([&] { return Source::build(device_of(device), *high, call.progress()); });
+  std::vector<Warning> warnings;
+  source = call.run([&] {
+    high.mesh = agreed(high.mesh, "HIGH", Trusted::faces, warnings);
+    return Source::build(device_of(device), *high.mesh, call.progress());
+  });
   check_cancelled(!source);
-  warn(source->warnings());
+  warnings.insert(warnings.end(), source->warnings().begin(), source->warnings().end());
+  warn(warnings);
 }
 
 PySource::~PySource() { close(); }
@@ -33,17 +39,26 @@ void PySource::close() {
   last.reset();
 }
 
+std::shared_ptr<const Mesh> agreed(const std::shared_ptr<const Mesh>& mesh, const char* which,
+                                   Trusted trust, std::vector<Warning>& warnings) {
+  if (mesh->normals.empty()) return mesh;
+  Mesh turned = *mesh;
+  const std::size_t before = warnings.size();
+  cli::turn_normals(which, trust, turned, warnings);
+  return warnings.size() == before ? mesh : shared(std::move(turned));
+}
+
 void add_source(nb::module_& module) {
   nb::class_<PySource>(module, "SourceCore")
       .def(
           "__init__",
           [](PySource* self, const PyMesh& high, const std::string& device, nb::object progress) {
-            new (self) PySource(high.mesh, device, std::move(progress));
+            new (self) PySource(high, device, std::move(progress));
           },
           "high"_a, "device"_a, "progress"_a.none())
       .def("close", &PySource::close)
       .def_prop_ro("closed", [](const PySource& self) { return !self.source.has_value(); })
-      .def_prop_ro("high", [](const PySource& self) { return PyMesh{self.high}; })
+      .def_prop_ro("high", [](const PySource& self) { return self.high; })
       .def_prop_ro("diagonal", [](const PySource& self) { return self.get().stats().diagonal; })
       .def_prop_ro("device_bytes",
                    [](const PySource& self) { return self.get().stats().device_bytes; });

@@ -11,7 +11,7 @@ namespace kiln::python {
 
 /// The high poly and what was made of it, until close().
 struct PySource {
-  PySource(std::shared_ptr<const Mesh> mesh, const std::string& device_name, nb::object progress);
+  PySource(const PyMesh& mesh, const std::string& device_name, nb::object progress);
   ~PySource();
   PySource(const PySource&) = delete;
   PySource& operator=(const PySource&) = delete;
@@ -20,10 +20,15 @@ struct PySource {
   Source get() const;
   void close();
 
-  std::shared_ptr<const Mesh> high;
+  PyMesh high;
   std::string device;
   std::optional<Source> source;
 };
+
+/// The mesh with normals that agree with its faces, as the command takes it; mostly the same one. Without the
+/// interpreter's lock. \param which  HIGH or LOW, for warnings
+std::shared_ptr<const Mesh> agreed(const std::shared_ptr<const Mesh>& mesh, const char* which,
+                                   Trusted trust, std::vector<Warning>& warnings);
 
 void add_source(nb::module_& module);
 

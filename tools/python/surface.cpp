@@ -3,6 +3,7 @@
 #include <nanobind/stl/optional.h>
 #include <nanobind/stl/string.h>
 
+#include "arguments/high_poly_input.h"
 #include "arguments/unwrap_option.h"
 #include "kiln/normals.h"
 #include "kiln/simplify.h"
@@ -72,6 +73,22 @@ void add_surface(nb::module_& module) {
              "keep_parts"_a, "fit_normals"_a, "progress"_a.none());
   module.def("unwrap", &run_unwrap, "mesh"_a, "size"_a, "method"_a, "border"_a.none(),
              "detail_of"_a.none(), "progress"_a.none());
+  module.def(
+      "turn_strays",
+      [](const PyMesh& high, nb::object progress) {
+        const Call call(std::move(progress));
+        std::vector<Warning> warnings;
+        PyMesh turned = high;
+        auto mesh = call.run([&] {
+          Mesh copy = *high.mesh;
+          cli::turn_strays(copy, warnings);
+          return warnings.empty() ? high.mesh : shared(std::move(copy));
+        });
+        turned.mesh = std::move(mesh);
+        warn(warnings);
+        return turned;
+      },
+      "high"_a, "progress"_a.none());
   module.def(
       "fit_normals",
       [](const PyMesh& low, const PyMesh& high, nb::object progress) {

@@ -12,6 +12,7 @@ from ._core import Match, Mesh
 from ._core import devices as devices
 from ._core import version as _version
 from ._errors import Cancelled, Error, KilnWarning
+from ._glb import Glb, sampled, to_glb
 from ._meshes import as_mesh, load
 from ._surface import simplify, unwrap
 
@@ -20,6 +21,7 @@ __all__ = [
     "Bake",
     "Cancelled",
     "Error",
+    "Glb",
     "KilnWarning",
     "MapError",
     "Match",
@@ -32,6 +34,8 @@ __all__ = [
     "load",
     "match",
     "options",
+    "sampled",
     "simplify",
+    "to_glb",
     "unwrap",
 ]

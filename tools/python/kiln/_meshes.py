@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import tempfile
 from typing import Any
 
 from . import _core
@@ -34,9 +35,13 @@ def as_mesh(given: Any, parameter: str = "mesh") -> Mesh:
         return load(given)
     if isinstance(given, (bytes, bytearray, memoryview)):
         data = bytes(given)
+        if data[:4] == b"glTF":
+            return _of_glb(data)
         return _core.load_bytes(data, "mesh" + _extension(data))
     if isinstance(given, (tuple, list)) and len(given) == 2:
         return Mesh(given[0], given[1])
+    if isinstance(getattr(given, "mesh", None), Mesh):  # kiln.Glb
+        return given.mesh  # type: ignore[no-any-return]
     if hasattr(given, "vertices") and hasattr(given, "faces"):
         return _of_object(given)
     hint = ""
@@ -51,9 +56,16 @@ def as_mesh(given: Any, parameter: str = "mesh") -> Mesh:
     )
 
 
+def _of_glb(data: bytes) -> Mesh:
+    """Through a file that lives as long as the mesh, since pictures of its materials are read when they are baked."""
+    folder = tempfile.TemporaryDirectory()
+    file = os.path.join(folder.name, "mesh.glb")
+    with open(file, "wb") as out:
+        out.write(data)
+    return _core.load_file(file, "auto", 0, folder)
+
+
 def _extension(data: bytes) -> str:
-    if data[:4] == b"glTF":
-        return ".glb"
     if data[:3] == b"ply":
         return ".ply"
     if data[:3] in (b"OFF", b"NOF", b"COF", b"STO"):
