@@ -3,9 +3,11 @@
 #include "bake.h"
 #include "call.h"
 #include "match.h"
+#include "measure.h"
 #include "mesh.h"
 #include "source.h"
 #include "surface.h"
+#include "volume.h"
 
 NB_MODULE(_core, module) {
   using namespace kiln::python;
@@ -16,5 +18,7 @@ NB_MODULE(_core, module) {
   add_bake(module);
   add_surface(module);
   add_asset(module);
+  add_measure(module);
+  add_volume(module);
   module.def("version", &kiln::version);
 }

@@ -13,8 +13,10 @@ from ._core import devices as devices
 from ._core import version as _version
 from ._errors import Cancelled, Error, KilnWarning
 from ._glb import Glb, sampled, to_glb
+from ._measure import NormalError, measure
 from ._meshes import as_mesh, load
 from ._surface import simplify, unwrap
+from ._volume import VolumeBake, contour, volume
 
 __version__ = _version()
 __all__ = [
@@ -26,16 +28,21 @@ __all__ = [
     "MapError",
     "Match",
     "Mesh",
+    "NormalError",
     "Report",
     "Source",
+    "VolumeBake",
     "as_mesh",
     "bake",
+    "contour",
     "devices",
     "load",
     "match",
+    "measure",
     "options",
     "sampled",
     "simplify",
     "to_glb",
     "unwrap",
+    "volume",
 ]

@@ -129,3 +129,17 @@ def image(values: Any, parameter: str) -> np.ndarray:
     elif array.dtype.kind != "f":
         _fail(parameter, f"expected uint8, uint16 or float, not {array.dtype}.", "array-type")
     return np.ascontiguousarray(array, dtype=np.float32)
+
+
+def voxels(values: Any) -> np.ndarray:
+    """(I, J, K) of a type that volumes have."""
+    array = as_array(values, "voxels")
+    if array.ndim != 3 or min(array.shape) < 2:
+        _fail("voxels", f"expected (I, J, K), each 2 or more, not {array.shape}.", "array-shape")
+    if array.dtype == bool:
+        array = array.astype(np.uint8)
+    if array.dtype == np.float16:
+        array = array.astype(np.float32)
+    if array.dtype.kind not in "iuf" or array.dtype.itemsize > (8 if array.dtype.kind == "f" else 4):
+        _fail("voxels", f"expected 8 to 32-bit whole numbers or floats, not {array.dtype}.", "array-type")
+    return np.ascontiguousarray(array, dtype=array.dtype.newbyteorder("="))

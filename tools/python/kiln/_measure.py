@@ -1,0 +1,79 @@
+"""kiln.measure(): what a viewer sees of the error."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from . import _core
+from ._bake import Bake
+from ._meshes import as_mesh
+from ._progress import callback_of
+
+
+class NormalError(float):
+    """The mean angle between rendered normals, degrees; with rms, median, p95, p99, max, pixels, one_sided_share and
+    standard_error."""
+
+    rms: float
+    median: float
+    p95: float
+    p99: float
+    max: float
+    pixels: int
+    one_sided_share: float
+    standard_error: float
+
+    def __new__(cls, figures: Mapping[str, Any]) -> NormalError:
+        self = super().__new__(cls, figures["mean"])
+        self.__dict__.update((key, value) for key, value in figures.items() if key != "mean")
+        return self
+
+    @property
+    def degrees(self) -> float:
+        """The mean."""
+        return float(self)
+
+
+def measure(
+    high: Any,
+    low: Any,
+    normal: Any = None,
+    *,
+    space: str = "tangent",
+    flip_y: bool = False,
+    bitangent: str = "pixel",
+    views: int = 30,
+    size: int = 512,
+    z_up: bool = False,
+    device: str = "",
+    progress: Any = None,
+) -> NormalError:
+    """Compares pictures of the low poly's normals with the high poly's, from all around.
+
+    high, low  as kiln.as_mesh() takes them
+    normal     the low poly's normal map, (H, W, 3) as n/2 + 1/2, row 0 at the top, or the kiln.Bake that has it;
+               without: its own normals
+    space, flip_y, bitangent
+               that it was baked with
+    views      directions, 1 to 4096
+    size       pixels a side of each picture, 16 to 8192
+
+    Returns a float, degrees. Raises kiln.Error.
+    """
+    pixels = normal["normal"] if isinstance(normal, Bake) else normal
+    return NormalError(
+        _core.measure(
+            as_mesh(high, "high"),
+            as_mesh(low, "low"),
+            pixels,
+            space,
+            flip_y,
+            bitangent,
+            views,
+            size,
+            z_up,
+            device,
+            callback_of(progress),
+        )
+    )
