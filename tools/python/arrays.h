@@ -30,18 +30,18 @@ Input<std::uint32_t> indices(nb::handle array, const char* parameter,
 
 /// An array over memory that an owner keeps. \tparam T  const: it cannot be written to
 template <typename T>
-nb::object view(T* data, std::initializer_list<std::size_t> shape, nb::handle owner) {
-  return nb::cast(nb::ndarray<nb::numpy, T>(data, shape, owner));
+nb::any view(T* data, std::initializer_list<std::size_t> shape, nb::handle owner) {
+  return nb::steal<nb::any>(nb::cast(nb::ndarray<nb::numpy, T>(data, shape, owner)).release());
 }
 
 /// An array that owns its numbers.
 template <typename T>
-nb::object array(std::vector<T> values, std::initializer_list<std::size_t> shape) {
+nb::any array(std::vector<T> values, std::initializer_list<std::size_t> shape) {
   auto kept = std::make_unique<std::vector<T>>(std::move(values));
   T* const data = kept->data();
   const nb::capsule owner(kept.release(),
                           [](void* p) noexcept { delete static_cast<std::vector<T>*>(p); });
-  return nb::cast(nb::ndarray<nb::numpy, T>(data, shape, owner));
+  return nb::steal<nb::any>(nb::cast(nb::ndarray<nb::numpy, T>(data, shape, owner)).release());
 }
 
 /// (H, W) or (H, W, C), float32. \throws kiln.Error that names the parameter

@@ -46,8 +46,8 @@ void write_glb(const PyMesh& low, const std::map<std::string, nb::object>& maps,
 }
 
 /// \returns the padded pixels
-nb::object pad(const std::string& device, nb::handle pixels, nb::handle coverage, int texels,
-               bool fill_missed, bool unit_vectors) {
+nb::any pad(const std::string& device, nb::handle pixels, nb::handle coverage, int texels,
+            bool fill_missed, bool unit_vectors) {
   const Call call;
   Image image = image_of(pixels, "values");
   const auto states = bytes(coverage, "coverage", {-1, -1});

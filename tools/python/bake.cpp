@@ -25,7 +25,7 @@ using nb::literals::operator""_a;
 struct PyBake {
   BakeResult result;
   std::vector<std::string> names;  ///< Of the maps, as of the command's files
-  nb::object report;
+  nb::any report;
   std::string low_name;
 };
 
@@ -76,7 +76,7 @@ PyBake finished(BakeResult result, Request& request, const std::string& low_name
   result.report.warnings.insert(result.report.warnings.begin(), request.warnings.begin(),
                                 request.warnings.end());
   warn(result.report.warnings);
-  bake.report = describe(result.report);
+  bake.report = nb::steal<nb::any>(describe(result.report).release());
   bake.low_name = low_name;
   bake.result = std::move(result);
   return bake;
@@ -88,7 +88,7 @@ BakedMap& map_of(PyBake& self, const std::string& name) {
   return self.result.maps[static_cast<std::size_t>(at - self.names.begin())];
 }
 
-nb::object pixels(PyBake& self, Image& image) {
+nb::any pixels(PyBake& self, Image& image) {
   return view(image.pixels.data(), {image.height, image.width, image.channels}, nb::find(self));
 }
 
@@ -205,7 +205,7 @@ nb::bytes encoded(nb::handle pixels, const std::string& format, bool dither) {
 }
 
 /// As integers hold it, in [0, 1].
-nb::object stored(PyBake& self, const std::string& name) {
+nb::any stored(PyBake& self, const std::string& name) {
   const BakedMap& map = map_of(self, name);
   Image image = cli::as_stored(map, {ImageFormat::png8})[0];
   const std::size_t height = image.height, width = image.width, channels = image.channels;

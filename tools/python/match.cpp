@@ -35,6 +35,9 @@ nb::object mixed(const PyMatch& self, const Corner& corner) {
   return array(std::move(values), {match.height, match.width, 3});
 }
 
+/// What stubs say of a property.
+auto getter(const char* signature) { return nb::for_getter(nb::sig(signature)); }
+
 double component(const Vec3& v, std::size_t k) { return k == 0 ? v.x : k == 1 ? v.y : v.z; }
 
 nb::object position(const PyMatch& self) {
@@ -62,10 +65,13 @@ Arrays are (H, W, ...), row 0 at the top, where v is 1; with samples=N they are 
             return view(reinterpret_cast<const std::int32_t*>(m.triangle.data()),
                         {m.height, m.width}, nb::find(self));
           },
+          getter("def face(self, /) -> numpy.typing.NDArray[numpy.int32]"),
           "(H, W) int32: rows of the high poly's faces; -1 where none was found")
       .def_prop_ro("barycentrics", &barycentrics,
+                   getter("def barycentrics(self, /) -> numpy.typing.NDArray[numpy.float32]"),
                    "(H, W, 3) float32: weights of the face's corners; NaN where none was found")
       .def_prop_ro("position", &position,
+                   getter("def position(self, /) -> numpy.typing.NDArray[numpy.float64]"),
                    "(H, W, 3) float64: on the high poly, world units; NaN where none was found")
       .def_prop_ro(
           "distance",
@@ -73,6 +79,7 @@ Arrays are (H, W, ...), row 0 at the top, where v is 1; with samples=N they are 
             const Match& m = *self.match;
             return view(m.distance.data(), {m.height, m.width}, nb::find(self));
           },
+          getter("def distance(self, /) -> numpy.typing.NDArray[numpy.float32]"),
           "(H, W) float32: from the low poly, world units, outward positive")
       .def_prop_ro(
           "status",
@@ -80,6 +87,7 @@ Arrays are (H, W, ...), row 0 at the top, where v is 1; with samples=N they are 
             const Match& m = *self.match;
             return view(m.status.data(), {m.height, m.width}, nb::find(self));
           },
+          getter("def status(self, /) -> numpy.typing.NDArray[numpy.uint8]"),
           "(H, W) uint8: how each was found, a value of kiln.SampleStatus")
       .def_prop_ro(
           "samples", [](const PyMatch& self) { return self.match->samples; },
@@ -87,7 +95,8 @@ Arrays are (H, W, ...), row 0 at the top, where v is 1; with samples=N they are 
       .def_prop_ro(
           "high", [](const PyMatch& self) { return self.high; },
           "The high poly: the one given, but for faces that a warning says were turned round")
-      .def_ro("report", &PyMatch::report, "What the match came to")
+      .def_ro("report", &PyMatch::report, getter("def report(self, /) -> dict[str, typing.Any]"),
+              "What the match came to")
       .def(
           "save",
           [](const PyMatch& self, const std::filesystem::path& path) {

@@ -155,6 +155,9 @@ nb::object numbers(const PyMesh& self, const std::vector<std::uint32_t>& values)
   return view(values.data(), {values.size()}, nb::find(self));
 }
 
+/// What stubs say of a property.
+auto getter(const char* signature) { return nb::for_getter(nb::sig(signature)); }
+
 std::string describe(const PyMesh& self) {
   const Mesh& mesh = *self.mesh;
   std::string text = "<kiln.Mesh '" + mesh.name + "': " + std::to_string(mesh.positions.size()) +
@@ -232,61 +235,78 @@ Raises kiln.Error, with the parameter's name, for arrays of other shapes or type
           "materials"_a.none() = nb::none(), "material_names"_a.none() = nb::none(),
           "groups"_a.none() = nb::none(), "group_names"_a.none() = nb::none(),
           "tangents"_a.none() = nb::none(), "name"_a = "mesh")
-      .def_prop_ro("name", [](const PyMesh& self) { return self.mesh->name; })
-      .def_prop_ro("vertices", &world_vertices,
-                   "(V, 3) float32, world units; float64 where the mesh lies far from 0")
+      .def_prop_ro(
+          "name", [](const PyMesh& self) { return self.mesh->name; },
+          "In messages and names of files")
+      .def_prop_ro(
+          "vertices", &world_vertices,
+          getter("def vertices(self, /) -> numpy.typing.NDArray[numpy.float32 | numpy.float64]"),
+          "(V, 3) float32, world units; float64 where the mesh lies far from 0")
       .def_prop_ro(
           "faces",
           [](const PyMesh& self) {
             return view(reinterpret_cast<const std::uint32_t*>(self.mesh->triangles.data()),
                         {self.mesh->triangles.size(), 3}, nb::find(self));
           },
+          getter("def faces(self, /) -> numpy.typing.NDArray[numpy.uint32]"),
           "(F, 3) uint32: rows of vertices")
       .def_prop_ro(
           "uvs",
           [](const PyMesh& self) {
             return rows(self, self.mesh->uvs, static_cast<float*>(nullptr), 2);
           },
+          getter("def uvs(self, /) -> numpy.typing.NDArray[numpy.float32] | None"),
           "(N, 2) float32, origin at the lower left, or None: rows that uv_faces names")
       .def_prop_ro(
           "uv_faces",
           [](const PyMesh& self) {
             return rows(self, self.mesh->uv_triangles, static_cast<std::uint32_t*>(nullptr), 3);
           },
+          getter("def uv_faces(self, /) -> numpy.typing.NDArray[numpy.uint32] | None"),
           "(F, 3) uint32: rows of uvs, or None")
       .def_prop_ro(
           "normals",
           [](const PyMesh& self) {
             return rows(self, self.mesh->normals, static_cast<float*>(nullptr), 3);
           },
+          getter("def normals(self, /) -> numpy.typing.NDArray[numpy.float32] | None"),
           "(N, 3) float32, or None: rows that normal_faces names")
       .def_prop_ro(
           "normal_faces",
           [](const PyMesh& self) {
             return rows(self, self.mesh->normal_triangles, static_cast<std::uint32_t*>(nullptr), 3);
           },
+          getter("def normal_faces(self, /) -> numpy.typing.NDArray[numpy.uint32] | None"),
           "(F, 3) uint32: rows of normals, or None")
       .def_prop_ro(
           "tangents",
           [](const PyMesh& self) {
             return rows(self, self.mesh->tangents, static_cast<float*>(nullptr), 4);
           },
+          getter("def tangents(self, /) -> numpy.typing.NDArray[numpy.float32] | None"),
           "(3 F, 4) float32, one a corner, or None")
       .def_prop_ro(
           "colors",
           [](const PyMesh& self) {
             return rows(self, self.mesh->colors, static_cast<std::uint8_t*>(nullptr), 4);
           },
+          getter("def colors(self, /) -> numpy.typing.NDArray[numpy.uint8] | None"),
           "(V, 4) uint8, sRGB-encoded RGBA, or None")
       .def_prop_ro(
           "materials", [](const PyMesh& self) { return numbers(self, self.mesh->materials); },
+          getter("def materials(self, /) -> numpy.typing.NDArray[numpy.uint32] | None"),
           "(F,) uint32 that material_names counts, or None")
-      .def_prop_ro("material_names", [](const PyMesh& self) { return self.mesh->material_names; })
+      .def_prop_ro(
+          "material_names", [](const PyMesh& self) { return self.mesh->material_names; },
+          "That materials counts from 0")
       .def_prop_ro(
           "groups", [](const PyMesh& self) { return numbers(self, self.mesh->groups); },
+          getter("def groups(self, /) -> numpy.typing.NDArray[numpy.uint32] | None"),
           "(F,) uint32 that group_names counts, or None")
-      .def_prop_ro("group_names", [](const PyMesh& self) { return self.mesh->group_names; })
-      .def_ro("report", &PyMesh::report,
+      .def_prop_ro(
+          "group_names", [](const PyMesh& self) { return self.mesh->group_names; },
+          "That groups counts from 0")
+      .def_ro("report", &PyMesh::report, getter("def report(self, /) -> typing.Any"),
               "What simplify() or unwrap() says of the mesh that it made, else None")
       .def(
           "save",

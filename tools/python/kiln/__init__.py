@@ -7,7 +7,7 @@
     bake.save("out")
 """
 
-from ._bake import Bake, MapError, Report, Source, bake, match, options
+from ._bake import Bake, MapError, Report, SampleStatus, Source, bake, match, options
 from ._core import Match, Mesh
 from ._core import devices as devices
 from ._core import version as _version
@@ -30,6 +30,7 @@ __all__ = [
     "Mesh",
     "NormalError",
     "Report",
+    "SampleStatus",
     "Source",
     "VolumeBake",
     "as_mesh",

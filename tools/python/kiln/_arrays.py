@@ -17,8 +17,9 @@ def as_array(values: Any, parameter: str) -> np.ndarray:
     """Any array, list, or what gives itself by __array__ or DLPack (on the CPU)."""
     try:
         if hasattr(values, "__dlpack__") and not hasattr(values, "__array__"):
-            return np.from_dlpack(values)
-        array = np.asarray(values)
+            array = np.from_dlpack(values)
+        else:
+            array = np.asarray(values)
     except (ValueError, TypeError, RuntimeError, BufferError) as error:
         raise Error(
             f"{parameter}: cannot be read as an array of numbers ({error}). Give a NumPy array; "
@@ -106,7 +107,8 @@ def as_bytes(array: np.ndarray, parameter: str) -> np.ndarray:
             "colours of 0 to 255 are uint8.",
             "array-range",
         )
-    return np.rint(array * 255).astype(np.uint8)
+    rounded: np.ndarray = np.rint(array * 255).astype(np.uint8)
+    return rounded
 
 
 def _with_alpha(colors: np.ndarray) -> np.ndarray:

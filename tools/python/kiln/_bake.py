@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import enum
 import os
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
@@ -14,7 +15,12 @@ from ._meshes import as_mesh
 from ._progress import callback_of
 
 if TYPE_CHECKING:
+    from typing import Unpack
+
     import numpy as np
+    import numpy.typing as npt
+
+    from ._keywords import Keywords
 
 _known: dict[str, bool] = {}
 
@@ -91,6 +97,20 @@ def _text(name: str, value: Any) -> str:
     raise Error(f"{name}: cannot be {value!r}.", "option-type", "usage", name)
 
 
+class SampleStatus(enum.IntEnum):
+    """How a sample of a Match was decided, or why it was not."""
+
+    EMPTY = 0  #: not covered by the low poly
+    OUTWARD = 1  #: ray along the sample's direction
+    INWARD = 2  #: ray against it
+    CAGE = 3  #: ray from the cage inward
+    MISSED = 4  #: no point within the distance
+    VIEW = 5  #: seen in a depth view
+    CLOSEST = 6  #: the nearest point
+    UV = 7  #: the point with the same UV
+    OUTERMOST = 8  #: ray along the direction, past a nearer face
+
+
 class MapError(float):
     """How far a map is from a finer evaluation: the mean, with rms, p95, max, unit and texels."""
 
@@ -108,6 +128,7 @@ class MapError(float):
 
     @property
     def mean(self) -> float:
+        """Of the magnitudes, in the map's unit."""
         return float(self)
 
     @property
@@ -156,7 +177,8 @@ class Bake(Mapping[str, "np.ndarray"]):
         self.report = Report(core.report)
 
     def __getitem__(self, name: str) -> np.ndarray:
-        return self._core.pixels(name)  # type: ignore[no-any-return]
+        array: np.ndarray = self._core.pixels(name)
+        return array
 
     def __iter__(self) -> Iterator[str]:
         return iter(self._core.names)
@@ -171,7 +193,8 @@ class Bake(Mapping[str, "np.ndarray"]):
     @property
     def coverage(self) -> np.ndarray:
         """(H, W) uint8: 0 empty, 1 baked, 2 missed, 3 padding."""
-        return self._core.coverage()  # type: ignore[no-any-return]
+        array: np.ndarray = self._core.coverage()
+        return array
 
     def mips(self, name: str) -> list[np.ndarray]:
         """Levels 1 and on of a map baked with mips=True."""
@@ -187,7 +210,8 @@ class Bake(Mapping[str, "np.ndarray"]):
 
     def stored(self, name: str) -> np.ndarray:
         """The map as integer formats hold it: (H, W, C) float32 in [0, 1], colours sRGB-encoded."""
-        return self._core.stored(name)  # type: ignore[no-any-return]
+        array: np.ndarray = self._core.stored(name)
+        return array
 
     def save(
         self,
@@ -257,6 +281,7 @@ class Source:
 
     @property
     def closed(self) -> bool:
+        """Whether close() was called."""
         return self._core.closed
 
     @property
@@ -318,7 +343,7 @@ def bake(
     textures: Mapping[str, Any] | None = None,
     device: str = "",
     progress: Callable[[float, str], object] | Any = None,
-    **keywords: Any,
+    **keywords: Unpack[Keywords],
 ) -> Bake:
     """Bakes maps of the high poly for the low poly.
 
@@ -339,14 +364,21 @@ def bake(
 
     The same input gives the same bytes as the command, on every run and device. Ctrl-C stops within half a second.
     Raises kiln.Error with code and parameter; TypeError for a keyword that there is not.
+
+    >>> import kiln
+    >>> corners, faces = [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], [[0, 1, 2], [0, 2, 3]]
+    >>> square = kiln.Mesh(corners, faces, uvs=[[0, 0], [1, 0], [1, 1], [0, 1]])
+    >>> baked = kiln.bake(square, square, size=(64, 32), maps=["normal", "height"])
+    >>> baked["normal"].shape, baked["height"].shape, baked["normal"].dtype.name
+    ((32, 64, 3), (32, 64, 1), 'float32')
     """
     occluders = [ao_occluders] if isinstance(ao_occluders, str) else list(ao_occluders)
     named = [item for item in occluders if isinstance(item, str) and item in ("high", "low")]
     others = [as_mesh(item, "ao_occluders") for item in occluders if item not in ("high", "low")]
     saved = match if isinstance(match, Match) else None
-    if saved is None and match is not None:
-        keywords["match"] = match
-    words = words_of({"size": size, "maps": [maps] if isinstance(maps, str) else list(maps), **keywords})
+    method = None if isinstance(match, Match) else match
+    names = [maps] if isinstance(maps, str) else list(maps)
+    words = words_of({"size": size, "maps": names, "match": method, **keywords})
     low_mesh = as_mesh(low, "low")
     cage = None if cage_mesh is None else as_mesh(cage_mesh, "cage_mesh")
     report = callback_of(progress)
@@ -376,11 +408,18 @@ def match(
     cage_mesh: Any = None,
     device: str = "",
     progress: Callable[[float, str], object] | Any = None,
-    **keywords: Any,
+    **keywords: Unpack[Keywords],
 ) -> Match:
     """Finds which point of the high poly each texel stands for, without baking: parameters as of bake().
 
     The result serves bake(match=...), or values of the caller's own at its positions.
+
+    >>> import kiln
+    >>> corners, faces = [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], [[0, 1, 2], [0, 2, 3]]
+    >>> square = kiln.Mesh(corners, faces, uvs=[[0, 0], [1, 0], [1, 1], [0, 1]])
+    >>> found = kiln.match(square, square, size=16)
+    >>> found.face.shape, found.position.shape, found.barycentrics.shape
+    ((16, 16), (16, 16, 3), (16, 16, 3))
     """
     words = words_of({"size": size, "match": match, **keywords})
     low_mesh = as_mesh(low, "low")

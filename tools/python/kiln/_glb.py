@@ -112,7 +112,7 @@ def arrays_of(data: bytes) -> dict[str, np.ndarray]:
                 positions = positions * scale + shift
             parts["vertices"].append(positions)
             parts["faces"].append(values(primitive["indices"]).reshape(-1, 3) + np.uint32(count))
-            parts["uvs"].append(values(attributes["TEXCOORD_0"]) * np.float32([1, -1]) + np.float32([0, 1]))
+            parts["uvs"].append(np.array([0, 1], np.float32) + values(attributes["TEXCOORD_0"]) * np.array([1, -1], np.float32))
             parts["normals"].append(values(attributes["NORMAL"]))
             parts["tangents"].append(values(attributes["TANGENT"]))
             count += len(positions)

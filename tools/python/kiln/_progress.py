@@ -13,9 +13,11 @@ def callback_of(progress: Any) -> Callable[[float, str], object] | None:
     if not hasattr(progress, "update") or not hasattr(progress, "n"):
         raise TypeError("progress: expected a function of (share done, stage), or a bar such as tqdm's")
 
+    bar: Any = progress
+
     def move(done: float, stage: str) -> None:
-        if hasattr(progress, "set_description"):
-            progress.set_description(stage, refresh=False)
-        progress.update(done * (progress.total or 1) - progress.n)
+        if hasattr(bar, "set_description"):
+            bar.set_description(stage, refresh=False)
+        bar.update(done * (bar.total or 1) - bar.n)
 
     return move

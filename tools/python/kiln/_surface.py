@@ -32,6 +32,11 @@ def simplify(
     progress    as bake() takes it
 
     Returns a kiln.Mesh, whose report has faces, error and search_distance. Raises kiln.Error.
+
+    >>> import kiln
+    >>> tetrahedron = [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]], [[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]]
+    >>> kiln.simplify(*tetrahedron, target=4).faces.shape
+    (4, 3)
     """
     high = as_mesh(mesh if faces is None else (mesh, faces))
     return _core.simplify(
@@ -59,6 +64,10 @@ def unwrap(
     progress   as bake() takes it
 
     Returns a kiln.Mesh, whose report has charts and coverage. Raises kiln.Error.
+
+    >>> import kiln
+    >>> kiln.unwrap([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]], size=64).report["charts"]
+    1
     """
     low = as_mesh(mesh if faces is None else (mesh, faces))
     detail = None if detail_of is None else as_mesh(detail_of, "detail_of")

@@ -51,6 +51,11 @@ def contour(
     outer    the outer surface alone
 
     Returns a closed kiln.Mesh with normals. Raises kiln.Error.
+
+    >>> import kiln, numpy as np
+    >>> x, y, z = np.mgrid[-8:9, -8:9, -8:9]
+    >>> kiln.contour(6 - np.sqrt(x**2 + y**2 + z**2), 0, origin=(-8, -8, -8)).vertices.mean(0).round(2) + 0.0
+    array([0., 0., 0.])
     """
     made = _voxels_of(voxels, spacing, origin)
     return _core.contour(made, iso, inside, border, outer, device, callback_of(progress))
