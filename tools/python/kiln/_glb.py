@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import json
 import os
-import tempfile
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -81,6 +79,8 @@ class Glb:
 
 def arrays_of(data: bytes) -> dict[str, np.ndarray]:
     """Vertices with all attributes, and one list of indices, of a GLB of Kiln's. Its nodes only translate or scale."""
+    import json
+
     import numpy as np
 
     length = int.from_bytes(data[12:16], "little")
@@ -292,6 +292,9 @@ def _write(
     double_sided: bool,
     baked: Bake | None,
 ) -> bytes:
+    import json
+    import tempfile
+
     extras: dict[str, Any] = {"version": _core.version()}
     if baked is not None:
         extras["texels"] = {"covered": baked.report.texels, "missed_samples": baked.report.missed}

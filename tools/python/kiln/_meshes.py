@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import tempfile
 from typing import Any
 
 from . import _core
@@ -58,6 +57,8 @@ def as_mesh(given: Any, parameter: str = "mesh") -> Mesh:
 
 def _of_glb(data: bytes) -> Mesh:
     """Through a file that lives as long as the mesh, since pictures of its materials are read when they are baked."""
+    import tempfile
+
     folder = tempfile.TemporaryDirectory()
     file = os.path.join(folder.name, "mesh.glb")
     with open(file, "wb") as out:
