@@ -95,6 +95,23 @@ def test_layouts_and_types_that_mean_the_same_are_the_same():
 
 
 @pytest.mark.no_device
+def test_what_gives_itself_by_dlpack():
+    class Tensor:
+        def __init__(self, array):
+            self.array = array
+
+        def __dlpack__(self, **how):
+            return self.array.__dlpack__(**how)
+
+        def __dlpack_device__(self):
+            return self.array.__dlpack_device__()
+
+    mesh = kiln.Mesh(Tensor(SQUARE), Tensor(TWO))
+    np.testing.assert_array_equal(mesh.vertices, SQUARE)
+    np.testing.assert_array_equal(np.from_dlpack(mesh.faces), TWO)
+
+
+@pytest.mark.no_device
 def test_arrays_are_copied_and_views_are_read_only():
     vertices = SQUARE.copy()
     mesh = kiln.Mesh(vertices, TWO)

@@ -10,6 +10,8 @@
 #include <cctype>
 
 #include "arguments/bake_values.h"
+#include "arguments/map_bounds.h"
+#include "arguments/parse.h"
 #include "arguments/transfers.h"
 #include "arrays.h"
 #include "match.h"
@@ -164,6 +166,34 @@ PyMatch run_match(const PySource& source, const PyMesh& low, const Words& words,
           describe(result.report)};
 }
 
+/// \returns the low poly, its maps or None, and what was chosen
+nb::tuple run_plan(const PySource& source, const Words& words, nb::object progress) {
+  const Call call(std::move(progress));
+  Request request(words);
+  const Source kept = source.get();
+  std::shared_ptr<const Mesh> low;
+  LowPolyPlan plan = call.run([&] {
+    request.read_textures(source.high);
+    request.options.progress = call.progress();
+    LowPolyPlan made = plan_low_poly(kept, *source.high.mesh, request.plan_options());
+    low = shared(std::move(made.low));
+    return made;
+  });
+  check_cancelled(plan.cancelled);
+  nb::dict d;
+  d["faces"] = plan.chosen.faces;
+  d["size"] = plan.chosen.size;
+  d["samples"] = plan.chosen.samples;
+  d["bits"] = plan.chosen.bits;
+  d["match"] = std::string(plan.chosen.method.name);
+  d["degrees"] = plan.chosen.measured;
+  d["wanted"] = plan.wanted;
+  d["reached"] = plan.reached;
+  nb::object bake = nb::none();
+  if (plan.result) bake = nb::cast(finished(std::move(*plan.result), request, low->name));
+  return nb::make_tuple(PyMesh{low}, bake, d);
+}
+
 SaveImageOptions image_options(const std::string& format, bool dither) {
   const ImageFormat* const known = cli::format_values().find(format);
   if (known == nullptr) {
@@ -235,13 +265,35 @@ Request::Request(const Words& words, const PyMesh* cage_mesh, const std::vector<
   }
 }
 
+Request::Request(const Words& words) : arguments_(arguments_of(words, true)) {
+  options = cli::bake_options(arguments_);
+}
+
+void Request::read_textures(const PyMesh& high) {
+  if (high.file.empty()) return;
+  arguments_.high = high.file;
+  cli::load_textures(arguments_, *high.mesh, options, warnings);
+}
+
+LowPolyPlanOptions Request::plan_options() const {
+  const cli::BakeArguments& a = arguments_;
+  LowPolyPlanOptions plan;
+  plan.max_error = cli::parse_degrees("--max-error", cli::angle_bound(a));
+  plan.bounds = cli::map_bounds(a);
+  plan.choose_rays = !a.given.contains("--ao-rays");
+  if (!a.screen.empty()) plan.screen = cli::parse_pixels("--screen", a.screen);
+  if (!a.max_outline.empty()) plan.max_outline = cli::parse_outline_bound(a.max_outline);
+  plan.choose_match = a.match == cli::kAutomatic;
+  plan.choose_samples = !a.given.contains("--samples");
+  plan.bake = options;
+  plan.may_leave_map_out = options.maps.size() == 1 && options.transfers.empty();
+  return plan;
+}
+
 void Request::prepare(const Source& source, const PyMesh& high_poly, const PyMesh& low_poly) {
   low_ = agreed(low_poly.mesh, "LOW", Trusted::normals, warnings);
   const Mesh &high = *high_poly.mesh, &low = *low_;
-  if (!high_poly.file.empty()) {
-    arguments_.high = high_poly.file;
-    cli::load_textures(arguments_, high, options, warnings);
-  }
+  read_textures(high_poly);
   if (!options.match.two_sided) {
     const std::string inside_out = cli::why_inside_out(high, low);
     if (!inside_out.empty()) warnings.push_back({"high-inside-out", inside_out, 1});
@@ -334,6 +386,7 @@ void add_bake(nb::module_& module) {
       .def("save_map", &save_map);
   module.def("bake", &run_bake, "source"_a, "low"_a, "words"_a, "cage_mesh"_a.none(), "occluders"_a,
              "by_high"_a, "by_low"_a, "textures"_a, "saved"_a.none(), "progress"_a.none());
+  module.def("plan", &run_plan, "source"_a, "words"_a, "progress"_a.none());
   module.def("match", &run_match, "source"_a, "low"_a, "words"_a, "cage_mesh"_a.none(),
              "progress"_a.none());
   module.def("encode", &encoded, "pixels"_a, "format"_a, "dither"_a);

@@ -7,6 +7,7 @@
 
 #include "arguments/bake_arguments.h"
 #include "arguments/high_poly_input.h"
+#include "kiln/plan.h"
 #include "options.h"
 #include "source.h"
 
@@ -15,6 +16,8 @@ namespace kiln::python {
 /// A call's options, with all that they point to.
 class Request {
  public:
+  /// For a plan of a low poly.
+  explicit Request(const Words& words);
   /// \param words      keywords that the command knows
   /// \param cage_mesh  or null
   /// \param occluders  beside high and low
@@ -24,6 +27,10 @@ class Request {
   /// Makes LOW's normals agree with its faces; reads textures of the high poly's materials; finds parts and the cage,
   /// where they were asked for. Without the interpreter's lock.
   void prepare(const Source& source, const PyMesh& high, const PyMesh& low);
+
+  /// The part of prepare() that needs no low poly.
+  void read_textures(const PyMesh& high);
+  LowPolyPlanOptions plan_options() const;
 
   /// After prepare().
   const Mesh& low() const { return *low_; }

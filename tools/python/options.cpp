@@ -4,6 +4,7 @@
 #include <array>
 #include <string_view>
 
+#include "arguments/bake_values.h"
 #include "arguments/near_words.h"
 #include "arguments/option_table.h"
 #include "arguments/transfers.h"
@@ -52,9 +53,10 @@ class Parser {
 
   const Command& bake() const { return *bake_; }
 
-  BakeArguments parse(std::vector<std::string> words) {
+  BakeArguments parse(std::vector<std::string> words, bool plans) {
     // The meshes are no files: names that the checks take for such.
-    words.insert(words.begin(), {"bake", "high.ply", "low.obj", "--out=."});
+    if (!plans) words.insert(words.begin(), "low.obj");
+    words.insert(words.begin(), {"bake", "high.ply", "--out=."});
     program_.parse(std::move(words));
     arguments_.given = cli::given_flags(*bake_);
     return arguments_;
@@ -79,12 +81,13 @@ std::vector<Keyword> keywords() {
   return list;
 }
 
-cli::BakeArguments arguments_of(const Words& words) {
+cli::BakeArguments arguments_of(const Words& words, bool plans) {
   std::vector<std::string> line;
   for (const auto& [keyword, value] : words) {
     line.push_back(value.empty() ? flag_of(keyword) : flag_of(keyword) + "=" + value);
   }
-  BakeArguments arguments = Parser().parse(std::move(line));
+  BakeArguments arguments = Parser().parse(std::move(line), plans);
+  if (plans && !arguments.given.contains("--match")) arguments.match = cli::kAutomatic;
   cli::take_sizes(arguments);
   cli::part_maps(arguments);
   cli::check(arguments);

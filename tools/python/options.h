@@ -23,7 +23,8 @@ std::vector<Keyword> keywords();
 using Words = std::vector<std::pair<std::string, std::string>>;
 
 /// Reads and checks them as the command does. \throws kiln::Error, cli::UsageError that name flags
-cli::BakeArguments arguments_of(const Words& words);
+/// \param plans  without LOW: as the command plans one, whose flags are keywords then, too
+cli::BakeArguments arguments_of(const Words& words, bool plans = false);
 
 /// The keyword that is nearest to a word, by letters or by other bakers' names; empty: none is near.
 std::string nearest_keyword(const std::string& word);

@@ -15,6 +15,7 @@ from ._errors import Cancelled, Error, KilnWarning
 from ._glb import Glb, sampled, to_glb
 from ._measure import NormalError, measure
 from ._meshes import as_mesh, load
+from ._plan import Plan, plan
 from ._surface import simplify, unwrap
 from ._volume import VolumeBake, contour, volume
 
@@ -29,6 +30,7 @@ __all__ = [
     "Match",
     "Mesh",
     "NormalError",
+    "Plan",
     "Report",
     "SampleStatus",
     "Source",
@@ -41,6 +43,7 @@ __all__ = [
     "match",
     "measure",
     "options",
+    "plan",
     "sampled",
     "simplify",
     "to_glb",

@@ -12,6 +12,7 @@ from ._bake import Bake, Source, bake, match, words_of
 from ._core import Mesh
 from ._errors import Error
 from ._meshes import as_mesh
+from ._plan import plan
 from ._progress import callback_of
 
 if TYPE_CHECKING:
@@ -192,6 +193,7 @@ def to_glb(
     *,
     colors: Any = None,
     faces_target: int = 10_000,
+    max_error: str | float | None = None,
     texture_size: int = 2048,
     maps: Sequence[str] | None = None,
     sample: Callable[[np.ndarray], Any] | None = None,
@@ -207,7 +209,8 @@ def to_glb(
     vertices, faces  (V, 3) and (F, 3); or what kiln.as_mesh() takes alone
     colors           (V, 3) or (V, 4) of the vertices, sRGB-encoded: uint8, or float in [0, 1]
     faces_target     triangles of the light mesh; a mesh with fewer keeps them all
-    texture_size     texels a side
+    max_error        instead of faces_target: how near rendered normals come, such as "normal=3deg"; see kiln.plan()
+    texture_size     texels a side; with max_error, the most
     maps             of normal, ao, color, opacity; without: normal and ao, and color where there are colours
     sample           called once with the places of all texels on the dense mesh, (N, 3) float64; returns (N, 3)
                      colours, (N, 4) with opacity, or a dict: color, emission (N, 3), opacity, roughness, metallic
@@ -243,6 +246,10 @@ def to_glb(
             raise Error(f"{name}: is not for a GLB: leave it out.", "option-contradiction", "usage", name)
     report = callback_of(progress)
     high = _core.turn_strays(high, _part(report, 0, 0.02))
+    if max_error is not None:
+        return _planned(
+            high, max_error, texture_size, maps, sample, path, alpha, double_sided, device, report, keywords
+        )
     low = _core.simplify(high, faces_target, 0.002, False, False, False, False, _part(report, 0.02, 0.2))
     search = low.report["search_distance"]
     low = _core.unwrap(low, texture_size, "charts", None, None, _part(report, 0.2, 0.35))
@@ -269,6 +276,43 @@ def to_glb(
             files.update((name, baked.stored(name)) for name in baked if name in SLOTS)
     files = {name: files[name] for name in SLOTS if name in files}
     return Glb(_write(low, files, path, alpha, double_sided, baked), low, files, baked)
+
+
+def _planned(
+    high: Mesh,
+    max_error: str | float,
+    size: int,
+    maps: list[str],
+    sample: Callable[[np.ndarray], Any] | None,
+    path: str | os.PathLike[str] | None,
+    alpha: str,
+    double_sided: bool,
+    device: str,
+    report: Any,
+    keywords: dict[str, Any],
+) -> Glb:
+    with Source(high, device=device, progress=_part(report, 0.02, 0.1)) as source:
+        made = plan(
+            source, max_error=max_error, size=size, maps=maps, progress=_part(report, 0.1, 0.8), **keywords
+        )
+        files: dict[str, np.ndarray] = {}
+        low = made.mesh
+        if low.uvs is None:  # it needs no map, but a GLB has UVs
+            low = _core.unwrap(low, size, "charts", None, None, None)
+        if made.bake is not None:
+            files.update((name, made.bake.stored(name)) for name in made.bake)
+        if sample is not None:
+            found = match(
+                source,
+                low,
+                size=made.chosen["size"] or size,
+                match=made.chosen["match"],
+                max_distance=made.bake.report.max_distance if made.bake else None,
+                progress=_part(report, 0.8, 0.9),
+            )
+            files.update(sampled(found, sample, device))
+    files = {name: files[name] for name in SLOTS if name in files}
+    return Glb(_write(low, files, path, alpha, double_sided, made.bake), low, files, made.bake)
 
 
 def _of_match(keywords: Mapping[str, Any]) -> dict[str, Any]:
