@@ -40,6 +40,7 @@ def refused(call, code, parameter):
         (np.array([["a", {}, None]] * 4, object), TWO, "array-type", "vertices"),
         ([[0, 0, 0], [1, 0]], TWO, "array-type", "vertices"),
         (None, TWO, "array-type", "vertices"),
+        (SQUARE.astype(float) * 1e300, TWO, "mesh-range", "vertices"),
         (SQUARE[:0], TWO, "array-empty", "vertices"),
         (SQUARE, TWO[:0], "array-empty", "faces"),
         (SQUARE, TWO.ravel(), "array-shape", "faces"),

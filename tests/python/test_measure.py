@@ -20,8 +20,13 @@ def test_a_map_brings_normals_nearer(high, low):
     # The waves' slope is 0.188 cos: its mean angle is 0.188 * 2 / pi, 6.9 degrees.
     assert 5 < without < 8 and with_map.degrees < 0.2 * without
     flipped = kiln.bake(high, low, size=256, flip_y=True)
-    again = kiln.measure(high, low, flipped, views=12, size=128, flip_y=True)
-    assert again == pytest.approx(with_map, abs=0.01)
+    for given in (kiln.measure(high, low, flipped, views=12, size=128), kiln.measure(high, low, flipped["normal"], views=12, size=128, flip_y=True)):
+        assert given == pytest.approx(with_map, abs=0.01)
+    for space in ("object", "face"):
+        other = kiln.measure(high, low, kiln.bake(high, low, size=256, space=space), views=12, size=128)
+        assert other == pytest.approx(with_map, abs=0.05)
+    with pytest.raises(kiln.Error):
+        kiln.measure(high, low, kiln.bake(high, low, size=16, two_component=True))
     assert kiln.measure(high, high, views=4, size=64) == 0
     for wrong in ({"views": 0}, {"size": 0}, {"space": "world"}):
         with pytest.raises(kiln.Error) as caught:

@@ -103,6 +103,14 @@ PyMesh from_arrays(nb::handle vertices, nb::handle faces, nb::handle uvs, nb::ha
     mesh.positions[i] = {static_cast<float>(p[0] - mesh.origin[0]),
                          static_cast<float>(p[1] - mesh.origin[1]),
                          static_cast<float>(p[2] - mesh.origin[2])};
+    const Vec3& q = mesh.positions[i];
+    const bool fits = std::isfinite(q.x) && std::isfinite(q.y) && std::isfinite(q.z);
+    if (!fits && std::isfinite(p[0]) && std::isfinite(p[1]) && std::isfinite(p[2])) {
+      throw Error(
+          ErrorCode::input,
+          "vertices: row " + std::to_string(i) + " is beyond the range of floats: scale the mesh.",
+          "mesh-range");
+    }
   }
   const auto corners = indices(faces, "faces", {-1, 3}, count);
   mesh.triangles = elements<Triangle>(corners.data(), corners.shape(0));

@@ -172,8 +172,9 @@ class Bake(Mapping[str, "np.ndarray"]):
     The arrays are the bake's own memory: no copies, and they stay when all else is gone.
     """
 
-    def __init__(self, core: _core.BakeCore) -> None:
+    def __init__(self, core: _core.BakeCore, keywords: Mapping[str, Any] | None = None) -> None:
         self._core = core
+        self._keywords = dict(keywords or {})  # how its normals are to be read
         self.report = Report(core.report)
 
     def __getitem__(self, name: str) -> np.ndarray:
@@ -383,20 +384,19 @@ def bake(
     cage = None if cage_mesh is None else as_mesh(cage_mesh, "cage_mesh")
     report = callback_of(progress)
     source = _source_of(high, device, report)
-    return Bake(
-        _core.bake(
-            source._core,
-            low_mesh,
-            words,
-            cage,
-            others,
-            "high" in named,
-            "low" in named,
-            _textures_of(textures),
-            saved,
-            report,
-        )
+    core = _core.bake(
+        source._core,
+        low_mesh,
+        words,
+        cage,
+        others,
+        "high" in named,
+        "low" in named,
+        _textures_of(textures),
+        saved,
+        report,
     )
+    return Bake(core, keywords)
 
 
 def match(

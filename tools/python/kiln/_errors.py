@@ -46,6 +46,8 @@ def from_core(message: str, code: str, kind: str) -> Error:
     """The exception for an error of the library, whose messages name the command's flags."""
     flag = _FLAG.search(message)
     parameter = flag.group(1).replace("-", "_") if flag else None
+    if parameter is None and message.startswith(("vertices: ", "textures: ")):
+        parameter = message.partition(":")[0]
     message = _FLAG.sub(lambda found: found.group(1).replace("-", "_"), message)
     return (Cancelled if kind == "cancelled" else Error)(message, code, kind, parameter)
 

@@ -7,6 +7,7 @@ from typing import Any
 
 from . import _core
 from ._bake import Bake
+from ._errors import Error
 from ._meshes import as_mesh
 from ._progress import callback_of
 
@@ -40,9 +41,9 @@ def measure(
     low: Any,
     normal: Any = None,
     *,
-    space: str = "tangent",
-    flip_y: bool = False,
-    bitangent: str = "pixel",
+    space: str | None = None,
+    flip_y: bool | None = None,
+    bitangent: str | None = None,
     views: int = 30,
     size: int = 512,
     z_up: bool = False,
@@ -55,21 +56,29 @@ def measure(
     normal     the low poly's normal map, (H, W, 3) as n/2 + 1/2, row 0 at the top, or the kiln.Bake that has it;
                without: its own normals
     space, flip_y, bitangent
-               that it was baked with
+               that it was baked with; of a kiln.Bake they are known
     views      directions, 1 to 4096
     size       pixels a side of each picture, 16 to 8192
 
     Returns a float, degrees. Raises kiln.Error.
     """
-    pixels = normal["normal"] if isinstance(normal, Bake) else normal
+    pixels = normal
+    if isinstance(normal, Bake):
+        pixels = normal["normal"]
+        baked = normal._keywords
+        if baked.get("raw") or baked.get("two_component"):
+            raise Error("normal: raw and two-component maps cannot be drawn: bake without.", "usage", "usage", "normal")
+        space = space if space is not None else baked.get("space")
+        flip_y = flip_y if flip_y is not None else baked.get("flip_y")
+        bitangent = bitangent if bitangent is not None else baked.get("bitangent")
     return NormalError(
         _core.measure(
             as_mesh(high, "high"),
             as_mesh(low, "low"),
             pixels,
-            space,
-            flip_y,
-            bitangent,
+            space or "tangent",
+            bool(flip_y),
+            bitangent or "pixel",
             views,
             size,
             z_up,

@@ -63,7 +63,7 @@ def plan(
 
         text = f"The low poly and its maps are {chosen['degrees']:.3g} degrees off, {chosen['wanted']:.3g} were asked for."
         warnings.warn(KilnWarning(text, "error-not-reached", 1), stacklevel=2)
-    return Plan(mesh, None if core is None else Bake(core), chosen)
+    return Plan(mesh, None if core is None else Bake(core, keywords), chosen)
 
 
 def _bound(max_error: str | float) -> str:
