@@ -34,6 +34,20 @@ def test_a_map_brings_normals_nearer(high, low):
         assert caught.value.parameter == next(iter(wrong))
 
 
+def test_pictures(high, low):
+    front = {"azimuth": 0, "elevation": 0, "size": 65}
+    normals = kiln.render(low, show_normals=True, **front)
+    assert normals.shape == (65, 65, 3) and normals.dtype == np.float32
+    np.testing.assert_allclose(normals[32, 32], [0.5, 0.5, 1], atol=1e-6)
+    assert (normals[0, 0] == 0).all()
+    bake = kiln.bake(high, low, size=128)
+    bumpy = kiln.render(low, bake, show_normals=True, frame=high, **front)
+    right = kiln.render(high, show_normals=True, frame=high, **front)
+    assert np.abs(bumpy - right)[8:-8, 8:-8].mean() < 0.01 < np.abs(normals - right)[8:-8, 8:-8].mean()
+    with pytest.raises(kiln.Error):
+        kiln.render(low, size=0)
+
+
 @pytest.mark.parametrize("dtype", [np.float32, np.float64, np.float16, np.int8, np.int16, np.int32])
 def test_contour_lies_where_the_array_says(dtype):
     mesh = kiln.contour(ball_field(32, dtype), 0.5, spacing=(1, 2, 0.5), origin=(10, 20, 30))

@@ -64,9 +64,38 @@ nb::dict run_measure(const PyMesh& high, const PyMesh& low, nb::handle normal,
   return d;
 }
 
+/// \returns (H, W, 3), sRGB-encoded
+nb::any run_render(const PyMesh& mesh, nb::handle normal, const std::string& space, bool flip_y,
+                   const std::string& bitangent, std::uint32_t size, double azimuth,
+                   double elevation, bool z_up, bool show_normals, const PyMesh* frame,
+                   const std::string& device, nb::object progress) {
+  const Call call(std::move(progress));
+  Image image;
+  NormalMap map;
+  if (!normal.is_none()) {
+    image = image_of(normal, "normal");
+    map = {&image, word(cli::space_values(), "space", space), flip_y,
+           word(cli::bitangent_values(), "bitangent", bitangent)};
+  }
+  RenderOptions options;
+  options.size = size;
+  options.azimuth_degrees = azimuth;
+  options.elevation_degrees = elevation;
+  options.z_up = z_up;
+  options.show_normals = show_normals;
+  if (show_normals) options.samples = 1;
+  if (frame != nullptr) options.frame = frame->mesh.get();
+  Image picture = call.run([&] { return render(device_of(device), *mesh.mesh, options, map); });
+  const std::size_t height = picture.height, width = picture.width, channels = picture.channels;
+  return array(std::move(picture.pixels), {height, width, channels});
+}
+
 }  // namespace
 
 void add_measure(nb::module_& module) {
+  module.def("render", &run_render, "mesh"_a, "normal"_a.none(), "space"_a, "flip_y"_a,
+             "bitangent"_a, "size"_a, "azimuth"_a, "elevation"_a, "z_up"_a, "show_normals"_a,
+             "frame"_a.none(), "device"_a, "progress"_a.none());
   module.def("measure", &run_measure, "high"_a, "low"_a, "normal"_a.none(), "space"_a, "flip_y"_a,
              "bitangent"_a, "views"_a, "size"_a, "z_up"_a, "device"_a, "progress"_a.none());
 }

@@ -13,7 +13,7 @@ from ._core import devices as devices
 from ._core import version as _version
 from ._errors import Cancelled, Error, KilnWarning
 from ._glb import Glb, sampled, to_glb
-from ._measure import NormalError, measure
+from ._measure import NormalError, measure, render
 from ._meshes import as_mesh, load
 from ._plan import Plan, plan
 from ._surface import simplify, unwrap
@@ -44,6 +44,7 @@ __all__ = [
     "measure",
     "options",
     "plan",
+    "render",
     "sampled",
     "simplify",
     "to_glb",
