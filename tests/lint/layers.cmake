@@ -13,7 +13,8 @@ set(floors
   "match detail volume"
   "bake"
   "measure"
-  "plan")
+  "plan"
+  "c")
 set(level 0)
 foreach(floor IN LISTS floors)
   separate_arguments(rooms UNIX_COMMAND "${floor}")

@@ -14,6 +14,7 @@
 #include "arguments/transfers.h"
 #include "command/bake_run.h"
 #include "picture/plot.h"
+#include "report/map_file.h"
 
 namespace kiln::cli {
 namespace {
@@ -41,16 +42,6 @@ bool has_clusters(const std::string& map) {
   });
 }
 
-/// Values of a map's channels that lie at 0 and at 1 in a file; none where it holds them as they are.
-std::vector<ValueRange> stored_ranges(const BakedMap& map, const SaveImageOptions& options) {
-  const bool as_is = std::all_of(map.ranges.begin(), map.ranges.end(), [](const ValueRange& range) {
-    return range.low == 0 && range.high == 1;
-  });
-  return as_is || is_exr(options) || map.info.type == MapType::unit_vector
-             ? std::vector<ValueRange>()
-             : map.ranges;
-}
-
 /// Integer formats clamp what lies beyond the range.
 void warn_of_clamped(BakeRun& run, const BakedMap& map, const std::string& name) {
   const RangeExcess excess = beyond_range(map, run.result.coverage);
@@ -66,28 +57,6 @@ void warn_of_clamped(BakeRun& run, const BakedMap& map, const std::string& name)
            ": give --range " + std::string(map.kind.name) +
            "=LO,HI that holds them, or --format exr, which holds values as they are.",
        excess.texels});
-}
-
-/// Moves values into [0, 1]. \tparam kChannels  known to the compiler, which then moves several at once
-template <std::size_t kChannels>
-void store_in(const std::vector<ValueRange>& ranges, std::vector<float>& values) {
-  std::array<float, kChannels> low{}, size{};
-  for (std::size_t c = 0; c < kChannels; ++c) {
-    low[c] = ranges[c].low;
-    size[c] = ranges[c].high - ranges[c].low;
-  }
-  for (std::size_t i = 0; i + kChannels <= values.size(); i += kChannels) {
-    for (std::size_t c = 0; c < kChannels; ++c) {
-      values[i + c] = size[c] > 0 ? (values[i + c] - low[c]) / size[c] : 0.5F;
-    }
-  }
-}
-
-void store_in(const std::vector<ValueRange>& ranges, Image& image) {
-  if (ranges.size() == 1) return store_in<1>(ranges, image.pixels);
-  if (ranges.size() == 2) return store_in<2>(ranges, image.pixels);
-  if (ranges.size() == 3) return store_in<3>(ranges, image.pixels);
-  if (ranges.size() == 4) return store_in<4>(ranges, image.pixels);
 }
 
 Json range_json(const std::vector<ValueRange>& ranges) {

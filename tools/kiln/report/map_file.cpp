@@ -1,11 +1,12 @@
 #include "report/map_file.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstddef>
 #include <vector>
 
-#include "kiln/bake.h"
+#include "arguments/bake_arguments.h"
 
 namespace kiln::cli {
 namespace {
@@ -20,6 +21,21 @@ bool is_match(const std::filesystem::path& path) {
     return false;
   } catch (const Error&) {
     return true;  // no colour channels: if it is no match either, reading it as one says so
+  }
+}
+
+/// Moves values into [0, 1]. \tparam kChannels  known to the compiler, which then moves several at once
+template <std::size_t kChannels>
+void store_in(const std::vector<ValueRange>& ranges, std::vector<float>& values) {
+  std::array<float, kChannels> low{}, size{};
+  for (std::size_t c = 0; c < kChannels; ++c) {
+    low[c] = ranges[c].low;
+    size[c] = ranges[c].high - ranges[c].low;
+  }
+  for (std::size_t i = 0; i + kChannels <= values.size(); i += kChannels) {
+    for (std::size_t c = 0; c < kChannels; ++c) {
+      values[i + c] = size[c] > 0 ? (values[i + c] - low[c]) / size[c] : 0.5F;
+    }
   }
 }
 
@@ -93,6 +109,33 @@ Image load_mask(const std::filesystem::path& path) {
     if (match.triangle[i] < match.source_triangles) mask.pixels[y * mask.width + x] = 1;
   }
   return mask;
+}
+
+std::vector<ValueRange> stored_ranges(const BakedMap& map, const SaveImageOptions& options) {
+  const bool as_is = std::all_of(map.ranges.begin(), map.ranges.end(), [](const ValueRange& range) {
+    return range.low == 0 && range.high == 1;
+  });
+  return as_is || is_exr(options) || map.info.type == MapType::unit_vector
+             ? std::vector<ValueRange>()
+             : map.ranges;
+}
+
+void store_in(const std::vector<ValueRange>& ranges, Image& image) {
+  if (ranges.size() == 1) return store_in<1>(ranges, image.pixels);
+  if (ranges.size() == 2) return store_in<2>(ranges, image.pixels);
+  if (ranges.size() == 3) return store_in<3>(ranges, image.pixels);
+  if (ranges.size() == 4) return store_in<4>(ranges, image.pixels);
+}
+
+std::vector<Image> as_stored(const BakedMap& map, const SaveImageOptions& options) {
+  std::vector<Image> levels = {map.image};
+  levels.insert(levels.end(), map.mips.begin(), map.mips.end());
+  const std::vector<ValueRange> ranges = stored_ranges(map, options);
+  for (Image& level : levels) {
+    if (map.info.is_color && !is_exr(options)) to_srgb(level);
+    if (!ranges.empty()) store_in(ranges, level);
+  }
+  return levels;
 }
 
 }  // namespace kiln::cli

@@ -1,8 +1,10 @@
-// Normal maps and masks as files hold them.
+// Maps and masks as files hold them.
 #pragma once
 
 #include <filesystem>
+#include <vector>
 
+#include "kiln/bake.h"
 #include "kiln/image.h"
 
 namespace kiln::cli {
@@ -20,5 +22,14 @@ Image load_bend(const std::filesystem::path& path);
 /// Reads a mask: an image, whose first channel counts; or a saved match, whose samples count 1
 /// where they found a point, else 0. \throws Error(input)
 Image load_mask(const std::filesystem::path& path);
+
+/// Values of a map's channels that lie at 0 and at 1 in a file; none where it holds them as they are.
+std::vector<ValueRange> stored_ranges(const BakedMap& map, const SaveImageOptions& options);
+
+/// Moves values into [0, 1].
+void store_in(const std::vector<ValueRange>& ranges, Image& image);
+
+/// A map and its mip-maps as files of the format hold them: colours sRGB-encoded, values within [0, 1].
+std::vector<Image> as_stored(const BakedMap& map, const SaveImageOptions& options);
 
 }  // namespace kiln::cli

@@ -1,0 +1,402 @@
+#include "kiln/kiln_c.h"
+
+#include <algorithm>
+#include <cstring>
+#include <filesystem>
+#include <new>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "kiln/kiln.h"
+#include "kiln/simplify.h"
+#include "kiln/unwrap.h"
+
+struct kiln_mesh {
+  kiln::Mesh mesh;
+};
+struct kiln_source {
+  kiln::Source source;
+};
+struct kiln_bake {
+  explicit kiln_bake(kiln::BakeResult baked) : result(std::move(baked)) {
+    for (const kiln::BakedMap& map : result.maps) names.emplace_back(map.kind.name);
+  }
+  kiln::BakeResult result;
+  std::vector<std::string> names;  ///< Of the maps, ending in 0
+};
+
+namespace kiln {
+namespace {
+
+thread_local std::string last_message;
+thread_local std::string last_code;
+
+kiln_status failed(kiln_status status, const char* message, const char* code) noexcept {
+  try {
+    last_message = message;
+    last_code = code;
+  } catch (...) {
+    last_message.clear();  // no memory: the status says so
+    last_code.clear();
+  }
+  return status;
+}
+
+/// Runs a function; what it throws becomes a status.
+template <typename Function>
+kiln_status guarded(Function&& function) noexcept {
+  try {
+    function();
+    return KILN_OK;
+  } catch (const Error& error) {
+    return failed(static_cast<kiln_status>(error.code()), error.what(), error.id());
+  } catch (const std::bad_alloc&) {
+    return failed(KILN_INTERNAL, "Memory ran out.", "memory");
+  } catch (const std::exception& error) {
+    return failed(KILN_INTERNAL, error.what(), "internal");
+  } catch (...) {
+    return failed(KILN_INTERNAL, "Something unknown was thrown.", "internal");
+  }
+}
+
+void check_given(const void* pointer, const char* parameter) {
+  if (pointer != nullptr) return;
+  throw Error(ErrorCode::usage, std::string(parameter) + " is null.", "null");
+}
+
+void check_cancelled(bool cancelled) {
+  if (cancelled) throw Error(ErrorCode::cancelled, "Cancelled by the callback.");
+}
+
+/// A caller's struct, which may be of an older header, over the defaults; null: the defaults.
+template <typename Options>
+Options given(const Options* options, void (*init)(Options*)) {
+  Options all;
+  init(&all);
+  if (options == nullptr) return all;
+  if (options->size < sizeof(std::size_t)) {
+    throw Error(ErrorCode::usage, "A struct's size is not set: call its kiln_..._init().",
+                "struct-size");
+  }
+  std::memcpy(&all, options, std::min(options->size, sizeof all));
+  return all;
+}
+
+/// Fills a caller's struct as far as it knows it.
+template <typename Out>
+void give(Out* out, Out values) {
+  if (out->size < sizeof(std::size_t)) {
+    throw Error(ErrorCode::usage, "A struct's size is not set: call its kiln_..._init().",
+                "struct-size");
+  }
+  values.size = out->size;
+  std::memcpy(out, &values, std::min(out->size, sizeof values));
+}
+
+/// Sets a struct to zeros and its size.
+template <typename Struct>
+void begin(Struct* values) {
+  std::memset(values, 0, sizeof *values);
+  values->size = sizeof *values;
+}
+
+Progress progress_of(kiln_progress callback, void* user) {
+  if (callback == nullptr) return {};
+  return [=](double done, std::string_view stage) {
+    return callback(done, std::string(stage).c_str(), user) != 0;
+  };
+}
+
+std::filesystem::path path_of(const char* path) {
+  check_given(path, "path");
+  const std::string_view text = path;
+  return std::u8string(text.begin(), text.end());
+}
+
+std::vector<std::string> names_of(const char* list) {
+  std::vector<std::string> names;
+  std::string_view rest = list;
+  while (!rest.empty()) {
+    const std::size_t comma = rest.find(',');
+    names.emplace_back(rest.substr(0, comma));
+    rest = comma == std::string_view::npos ? std::string_view() : rest.substr(comma + 1);
+  }
+  return names;
+}
+
+template <typename T>
+Strided<T> strided(const kiln_span& span) {
+  if (span.data == nullptr) return {};
+  return {span.data, span.count, span.stride};
+}
+
+MeshView view_of(const kiln_mesh_view& v) {
+  MeshView view;
+  view.positions = strided<std::array<float, 3>>(v.positions);
+  if (v.indices != nullptr) view.indices = {v.indices, v.index_count};
+  view.normals = strided<std::array<float, 3>>(v.normals);
+  view.uvs = strided<std::array<float, 2>>(v.uvs);
+  view.tangents = strided<std::array<float, 4>>(v.tangents);
+  view.colors = strided<std::array<std::uint8_t, 4>>(v.colors);
+  view.origin = {v.origin[0], v.origin[1], v.origin[2]};
+  view.flip_v = v.flip_v != 0;
+  if (v.name != nullptr) view.name = v.name;
+  return view;
+}
+
+std::optional<Length> length_of(double value, bool relative) {
+  if (value == 0) return std::nullopt;
+  return Length{value, relative};
+}
+
+BakeOptions bake_options(const kiln_bake_options& o) {
+  BakeOptions options;
+  const bool relative = o.relative != 0;
+  options.width = o.width;
+  options.height = o.height;
+  options.samples = o.samples;
+  options.encoding.gutter = o.gutter;
+  if (o.maps != nullptr) {
+    options.maps.clear();
+    for (const std::string& name : names_of(o.maps)) options.maps.push_back(find_map(name).kind);
+  }
+  if (o.match != nullptr) options.match.method = find_match(o.match).method;
+  if (o.fallback != nullptr) {
+    for (const std::string& name : names_of(o.fallback)) {
+      options.match.fallback.push_back(find_match(name).method);
+    }
+  }
+  options.match.max_distance = length_of(o.max_distance, relative);
+  options.match.cage = length_of(o.cage, relative);
+  options.match.two_sided = o.two_sided != 0;
+  options.encoding.flip_y = o.flip_y != 0;
+  options.encoding.space = o.object_space != 0 ? NormalMapSpace::object : NormalMapSpace::tangent;
+  options.occlusion.rays = o.ao_rays;
+  options.occlusion.distance = length_of(o.ao_distance, relative);
+  options.progress = progress_of(o.progress, o.user);
+  return options;
+}
+
+template <typename T>
+const T* data_of(const auto& values) {
+  return values.empty() ? nullptr : reinterpret_cast<const T*>(values.data());
+}
+
+}  // namespace
+}  // namespace kiln
+
+using namespace kiln;
+
+extern "C" {
+
+const char* kiln_error_message(void) { return last_message.c_str(); }
+const char* kiln_error_code(void) { return last_code.c_str(); }
+const char* kiln_c_version(void) { return version(); }
+
+void kiln_mesh_view_init(kiln_mesh_view* view) { begin(view); }
+
+kiln_status kiln_mesh_new(const kiln_mesh_view* view, kiln_mesh** mesh) {
+  return guarded([&] {
+    check_given(view, "view");
+    check_given(mesh, "mesh");
+    *mesh = new kiln_mesh{to_mesh(view_of(given(view, kiln_mesh_view_init)))};
+  });
+}
+
+kiln_status kiln_mesh_load(const char* path, kiln_mesh** mesh) {
+  return guarded([&] {
+    check_given(mesh, "mesh");
+    *mesh = new kiln_mesh{load_mesh(path_of(path))};
+  });
+}
+
+kiln_status kiln_mesh_save_obj(const kiln_mesh* mesh, const char* path) {
+  return guarded([&] {
+    check_given(mesh, "mesh");
+    save_obj(mesh->mesh, path_of(path));
+  });
+}
+
+void kiln_mesh_arrays_init(kiln_mesh_arrays* arrays) { begin(arrays); }
+
+kiln_status kiln_mesh_read(const kiln_mesh* mesh, kiln_mesh_arrays* arrays) {
+  return guarded([&] {
+    check_given(mesh, "mesh");
+    check_given(arrays, "arrays");
+    const Mesh& m = mesh->mesh;
+    kiln_mesh_arrays all;
+    begin(&all);
+    all.positions = data_of<float>(m.positions);
+    all.vertex_count = m.positions.size();
+    all.triangles = data_of<std::uint32_t>(m.triangles);
+    all.triangle_count = m.triangles.size();
+    all.uvs = data_of<float>(m.uvs);
+    all.uv_count = m.uvs.size();
+    all.uv_triangles = data_of<std::uint32_t>(m.uv_triangles);
+    all.normals = data_of<float>(m.normals);
+    all.normal_count = m.normals.size();
+    all.normal_triangles = data_of<std::uint32_t>(m.normal_triangles);
+    all.colors = data_of<std::uint8_t>(m.colors);
+    std::copy(m.origin.begin(), m.origin.end(), all.origin);
+    give(arrays, all);
+  });
+}
+
+void kiln_mesh_free(kiln_mesh* mesh) { delete mesh; }
+
+void kiln_simplify_options_init(kiln_simplify_options* options) {
+  begin(options);
+  options->max_error = SimplifyOptions().max_error;
+}
+
+kiln_status kiln_simplify(const kiln_mesh* high, const kiln_simplify_options* options,
+                          kiln_mesh** low) {
+  return guarded([&] {
+    check_given(high, "high");
+    check_given(low, "low");
+    const kiln_simplify_options o = given(options, kiln_simplify_options_init);
+    SimplifyOptions simplify_options;
+    simplify_options.faces = o.faces;
+    simplify_options.max_error = o.max_error;
+    simplify_options.keep_uvs = o.keep_uvs != 0;
+    simplify_options.keep_parts = o.keep_parts != 0;
+    simplify_options.hull = o.hull != 0;
+    const ProgressScope scope(progress_of(o.progress, o.user));
+    *low = new kiln_mesh{simplify(high->mesh, simplify_options)};
+  });
+}
+
+void kiln_unwrap_options_init(kiln_unwrap_options* options) {
+  begin(options);
+  options->map_size = UnwrapOptions().size;
+  options->border_texels = UnwrapOptions().border_texels;
+}
+
+kiln_status kiln_unwrap(const kiln_mesh* mesh, const kiln_unwrap_options* options,
+                        kiln_mesh** unwrapped) {
+  return guarded([&] {
+    check_given(mesh, "mesh");
+    check_given(unwrapped, "unwrapped");
+    const kiln_unwrap_options o = given(options, kiln_unwrap_options_init);
+    UnwrapOptions unwrap_options;
+    unwrap_options.size = o.map_size;
+    unwrap_options.border_texels = o.border_texels;
+    unwrap_options.method = o.pairs != 0 ? UnwrapMethod::pairs : UnwrapMethod::charts;
+    const ProgressScope scope(progress_of(o.progress, o.user));
+    *unwrapped = new kiln_mesh{unwrap(mesh->mesh, unwrap_options)};
+  });
+}
+
+kiln_status kiln_source_new(const char* device, const kiln_mesh* high, kiln_progress progress,
+                            void* user, kiln_source** source) {
+  return guarded([&] {
+    check_given(high, "high");
+    check_given(source, "source");
+    std::optional<Source> made = Source::build(Device::open(device != nullptr ? device : ""),
+                                               high->mesh, progress_of(progress, user));
+    check_cancelled(!made);
+    *source = new kiln_source{*made};
+  });
+}
+
+void kiln_source_free(kiln_source* source) { delete source; }
+
+void kiln_bake_options_init(kiln_bake_options* options) {
+  begin(options);
+  const BakeOptions defaults;
+  options->width = defaults.width;
+  options->height = defaults.height;
+  options->samples = defaults.samples;
+  options->gutter = defaults.encoding.gutter;
+  options->ao_rays = defaults.occlusion.rays;
+}
+
+kiln_status kiln_bake_new(const kiln_source* source, const kiln_mesh* low,
+                          const kiln_bake_options* options, kiln_bake** bake) {
+  return guarded([&] {
+    check_given(source, "source");
+    check_given(low, "low");
+    check_given(bake, "bake");
+    BakeResult result =
+        kiln::bake(source->source, low->mesh, bake_options(given(options, kiln_bake_options_init)));
+    check_cancelled(result.cancelled);
+    *bake = new kiln_bake{std::move(result)};
+  });
+}
+
+size_t kiln_bake_map_count(const kiln_bake* bake) {
+  return bake != nullptr ? bake->result.maps.size() : 0;
+}
+
+void kiln_map_init(kiln_map* map) { begin(map); }
+
+kiln_status kiln_bake_map(const kiln_bake* bake, size_t index, kiln_map* map) {
+  return guarded([&] {
+    check_given(bake, "bake");
+    check_given(map, "map");
+    if (index >= bake->result.maps.size()) {
+      throw Error(ErrorCode::usage,
+                  "index is " + std::to_string(index) + ", but there are " +
+                      std::to_string(bake->result.maps.size()) + " maps.",
+                  "index");
+    }
+    const BakedMap& baked = bake->result.maps[index];
+    kiln_map all;
+    begin(&all);
+    all.name = bake->names[index].c_str();
+    all.width = baked.image.width;
+    all.height = baked.image.height;
+    all.channels = baked.image.channels;
+    all.pixels = baked.image.pixels.data();
+    give(map, all);
+  });
+}
+
+const uint8_t* kiln_bake_coverage(const kiln_bake* bake) {
+  return bake != nullptr ? bake->result.coverage.data() : nullptr;
+}
+
+void kiln_report_init(kiln_report* report) { begin(report); }
+
+kiln_status kiln_bake_report(const kiln_bake* bake, kiln_report* report) {
+  return guarded([&] {
+    check_given(bake, "bake");
+    check_given(report, "report");
+    const BakeReport& r = bake->result.report;
+    kiln_report all;
+    begin(&all);
+    all.texels = r.texels;
+    all.samples = r.samples;
+    all.missed = r.missed;
+    all.max_distance = r.max_distance;
+    all.mean_abs_distance = r.mean_abs_distance;
+    all.warnings = r.warnings.size();
+    give(report, all);
+  });
+}
+
+const char* kiln_bake_warning(const kiln_bake* bake, size_t index) {
+  if (bake == nullptr || index >= bake->result.report.warnings.size()) return nullptr;
+  return bake->result.report.warnings[index].message.c_str();
+}
+
+void kiln_bake_free(kiln_bake* bake) { delete bake; }
+
+kiln_status kiln_map_save(const kiln_map* map, const char* path) {
+  return guarded([&] {
+    check_given(map, "map");
+    const kiln_map m = given(map, kiln_map_init);
+    check_given(m.pixels, "pixels");
+    const std::filesystem::path file = path_of(path);
+    Image image{m.width, m.height, m.channels, {}};
+    image.pixels.assign(m.pixels, m.pixels + std::size_t{m.width} * m.height * m.channels);
+    SaveImageOptions options;
+    options.format = file.extension() == ".png" ? ImageFormat::png16 : ImageFormat::exr_half;
+    save_image(image, file, options);
+  });
+}
+
+}  // extern "C"

@@ -1,0 +1,305 @@
+// The C interface: layouts and names that may not change, and what it gives for what it is given.
+#include <gtest/gtest.h>
+
+#include <cstddef>
+#include <cstdlib>
+#include <cstring>
+#include <fstream>
+#include <iterator>
+#include <memory>
+#include <regex>
+#include <set>
+#include <sstream>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "kiln/bake.h"
+#include "kiln/kiln_c.h"
+#include "kiln/mesh_view.h"
+#include "support/environment.h"
+#include "support/shapes.h"
+
+namespace kiln::test {
+namespace {
+
+std::string text_of(const std::filesystem::path& path) {
+  std::ifstream file(path);
+  return {std::istreambuf_iterator<char>(file), {}};
+}
+
+/// "kiln_span 24: data 0, count 8, stride 16" of every struct, and every function.
+std::string interface_as_it_is() {
+  std::ostringstream text;
+#define BEGIN(type) text << #type " " << sizeof(type) << ":"
+#define FIELD(type, field) text << " " #field " " << offsetof(type, field)
+  BEGIN(kiln_span);
+  FIELD(kiln_span, data), FIELD(kiln_span, count), FIELD(kiln_span, stride);
+  text << "\n";
+  BEGIN(kiln_mesh_view);
+  FIELD(kiln_mesh_view, size), FIELD(kiln_mesh_view, positions), FIELD(kiln_mesh_view, indices);
+  FIELD(kiln_mesh_view, index_count), FIELD(kiln_mesh_view, normals), FIELD(kiln_mesh_view, uvs);
+  FIELD(kiln_mesh_view, tangents), FIELD(kiln_mesh_view, colors), FIELD(kiln_mesh_view, origin);
+  FIELD(kiln_mesh_view, flip_v), FIELD(kiln_mesh_view, reserved), FIELD(kiln_mesh_view, name);
+  text << "\n";
+  BEGIN(kiln_mesh_arrays);
+  FIELD(kiln_mesh_arrays, size), FIELD(kiln_mesh_arrays, positions),
+      FIELD(kiln_mesh_arrays, vertex_count);
+  FIELD(kiln_mesh_arrays, triangles), FIELD(kiln_mesh_arrays, triangle_count),
+      FIELD(kiln_mesh_arrays, uvs);
+  FIELD(kiln_mesh_arrays, uv_count), FIELD(kiln_mesh_arrays, uv_triangles),
+      FIELD(kiln_mesh_arrays, normals);
+  FIELD(kiln_mesh_arrays, normal_count), FIELD(kiln_mesh_arrays, normal_triangles);
+  FIELD(kiln_mesh_arrays, colors), FIELD(kiln_mesh_arrays, origin);
+  text << "\n";
+  BEGIN(kiln_simplify_options);
+  FIELD(kiln_simplify_options, size), FIELD(kiln_simplify_options, faces),
+      FIELD(kiln_simplify_options, keep_uvs);
+  FIELD(kiln_simplify_options, max_error), FIELD(kiln_simplify_options, keep_parts);
+  FIELD(kiln_simplify_options, hull), FIELD(kiln_simplify_options, progress),
+      FIELD(kiln_simplify_options, user);
+  text << "\n";
+  BEGIN(kiln_unwrap_options);
+  FIELD(kiln_unwrap_options, size), FIELD(kiln_unwrap_options, map_size);
+  FIELD(kiln_unwrap_options, border_texels), FIELD(kiln_unwrap_options, pairs);
+  FIELD(kiln_unwrap_options, reserved), FIELD(kiln_unwrap_options, progress),
+      FIELD(kiln_unwrap_options, user);
+  text << "\n";
+  BEGIN(kiln_bake_options);
+  FIELD(kiln_bake_options, size), FIELD(kiln_bake_options, width), FIELD(kiln_bake_options, height);
+  FIELD(kiln_bake_options, samples), FIELD(kiln_bake_options, gutter),
+      FIELD(kiln_bake_options, maps);
+  FIELD(kiln_bake_options, match), FIELD(kiln_bake_options, fallback),
+      FIELD(kiln_bake_options, max_distance);
+  FIELD(kiln_bake_options, cage), FIELD(kiln_bake_options, relative),
+      FIELD(kiln_bake_options, two_sided);
+  FIELD(kiln_bake_options, flip_y), FIELD(kiln_bake_options, object_space),
+      FIELD(kiln_bake_options, ao_rays);
+  FIELD(kiln_bake_options, reserved), FIELD(kiln_bake_options, ao_distance);
+  FIELD(kiln_bake_options, progress), FIELD(kiln_bake_options, user);
+  text << "\n";
+  BEGIN(kiln_map);
+  FIELD(kiln_map, size), FIELD(kiln_map, name), FIELD(kiln_map, width), FIELD(kiln_map, height);
+  FIELD(kiln_map, channels), FIELD(kiln_map, reserved), FIELD(kiln_map, pixels);
+  text << "\n";
+  BEGIN(kiln_report);
+  FIELD(kiln_report, size), FIELD(kiln_report, texels), FIELD(kiln_report, samples),
+      FIELD(kiln_report, missed);
+  FIELD(kiln_report, max_distance), FIELD(kiln_report, mean_abs_distance),
+      FIELD(kiln_report, warnings);
+  text << "\n";
+#undef BEGIN
+#undef FIELD
+  const std::string header = text_of(test_data("../../include/kiln/kiln_c.h"));
+  const std::regex declared("\nKILN_C_API ([^;]*);");
+  for (std::sregex_iterator at(header.begin(), header.end(), declared), end; at != end; ++at) {
+    text << std::regex_replace((*at)[1].str(), std::regex("\\s+"), " ") << "\n";
+  }
+  return text.str();
+}
+
+TEST(CInterface, IsTheOneThatProgramsWereCompiledAgainst) {
+  // A change here breaks programs: add functions and last fields alone.
+  EXPECT_EQ(interface_as_it_is(), text_of(test_data("c_abi.txt")));
+}
+
+struct Freed {
+  void operator()(kiln_mesh* mesh) const { kiln_mesh_free(mesh); }
+  void operator()(kiln_source* source) const { kiln_source_free(source); }
+  void operator()(kiln_bake* bake) const { kiln_bake_free(bake); }
+};
+template <typename T>
+using Owned = std::unique_ptr<T, Freed>;
+
+/// One list of vertices for all corners.
+struct Corners {
+  explicit Corners(const Mesh& mesh) {
+    for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+      for (std::size_t c = 0; c < 3; ++c) {
+        positions.push_back(mesh.positions[mesh.triangles[t][c]]);
+        if (!mesh.uvs.empty()) uvs.push_back(mesh.uvs[mesh.uv_triangles[t][c]]);
+      }
+    }
+  }
+  kiln_mesh_view view() const {
+    kiln_mesh_view v;
+    kiln_mesh_view_init(&v);
+    v.positions = {positions.data(), positions.size(), 0};
+    if (!uvs.empty()) v.uvs = {uvs.data(), uvs.size(), 0};
+    return v;
+  }
+  std::vector<Vec3> positions;
+  std::vector<Vec2> uvs;
+};
+
+Owned<kiln_mesh> mesh_of(const Mesh& mesh) {
+  const Corners corners(mesh);
+  const kiln_mesh_view view = corners.view();
+  kiln_mesh* made = nullptr;
+  EXPECT_EQ(kiln_mesh_new(&view, &made), KILN_OK) << kiln_error_message();
+  return Owned<kiln_mesh>(made);
+}
+
+Owned<kiln_source> source_of(const kiln_mesh* high) {
+  kiln_source* made = nullptr;
+  EXPECT_EQ(kiln_source_new(nullptr, high, nullptr, nullptr, &made), KILN_OK)
+      << kiln_error_message();
+  return Owned<kiln_source>(made);
+}
+
+TEST(CInterface, BakesTheBytesOfCpp) {
+  if (device() == nullptr) GTEST_SKIP() << "no device";
+  const Owned<kiln_mesh> high = mesh_of(torus(48, 24)), low = mesh_of(torus(12, 8));
+  const Owned<kiln_source> source = source_of(high.get());
+  kiln_bake_options options;
+  kiln_bake_options_init(&options);
+  options.width = 64;
+  options.height = 32;
+  options.maps = "normal,ao";
+  options.fallback = "closest";
+  options.ao_rays = 8;
+  options.max_distance = 0.1;
+  options.relative = 1;
+  kiln_bake* made = nullptr;
+  ASSERT_EQ(kiln_bake_new(source.get(), low.get(), &options, &made), KILN_OK)
+      << kiln_error_message();
+  const Owned<kiln_bake> bake(made);
+
+  const auto mesh_in_cpp = [](const Corners& corners) {
+    MeshView view;
+    view.positions = {corners.positions.data(), corners.positions.size()};
+    view.uvs = {corners.uvs.data(), corners.uvs.size()};
+    return to_mesh(view);
+  };
+  BakeOptions same;
+  same.width = 64;
+  same.height = 32;
+  same.maps = {find_map("normal").kind, find_map("ao").kind};
+  same.match.fallback = {MatchMethod::closest};
+  same.match.max_distance = Length::share(0.1);
+  same.occlusion.rays = 8;
+  const BakeResult right = kiln::bake(Source(*device(), mesh_in_cpp(Corners(torus(48, 24)))),
+                                      mesh_in_cpp(Corners(torus(12, 8))), same);
+
+  ASSERT_EQ(kiln_bake_map_count(bake.get()), 2U);
+  for (std::size_t i = 0; i < 2; ++i) {
+    kiln_map map;
+    kiln_map_init(&map);
+    ASSERT_EQ(kiln_bake_map(bake.get(), i, &map), KILN_OK);
+    const Image& image = right.maps[i].image;
+    EXPECT_EQ(map.name, right.maps[i].kind.name);
+    ASSERT_EQ(map.width * map.height * map.channels, image.pixels.size());
+    EXPECT_EQ(std::memcmp(map.pixels, image.pixels.data(), image.pixels.size() * sizeof(float)), 0)
+        << map.name;
+  }
+  EXPECT_EQ(
+      std::memcmp(kiln_bake_coverage(bake.get()), right.coverage.data(), right.coverage.size()), 0);
+  kiln_report report;
+  kiln_report_init(&report);
+  ASSERT_EQ(kiln_bake_report(bake.get(), &report), KILN_OK);
+  EXPECT_EQ(report.samples, right.report.samples);
+  EXPECT_EQ(report.warnings, right.report.warnings.size());
+  EXPECT_EQ(kiln_bake_warning(bake.get(), report.warnings), nullptr);
+}
+
+TEST(CInterface, SimplifiesAndUnwraps) {
+  const Owned<kiln_mesh> high = mesh_of(icosphere(4));
+  kiln_simplify_options to;
+  kiln_simplify_options_init(&to);
+  to.faces = 200;
+  kiln_mesh *light = nullptr, *low = nullptr;
+  ASSERT_EQ(kiln_simplify(high.get(), &to, &light), KILN_OK) << kiln_error_message();
+  const Owned<kiln_mesh> kept(light);
+  ASSERT_EQ(kiln_unwrap(light, nullptr, &low), KILN_OK) << kiln_error_message();
+  const Owned<kiln_mesh> laid(low);
+  kiln_mesh_arrays arrays;
+  kiln_mesh_arrays_init(&arrays);
+  ASSERT_EQ(kiln_mesh_read(low, &arrays), KILN_OK);
+  EXPECT_EQ(arrays.triangle_count, 200U);
+  ASSERT_NE(arrays.uv_triangles, nullptr);
+  for (std::size_t i = 0; i < 3 * arrays.triangle_count; ++i) {
+    ASSERT_LT(arrays.triangles[i], arrays.vertex_count);
+    ASSERT_LT(arrays.uv_triangles[i], arrays.uv_count);
+  }
+}
+
+TEST(CInterface, SaysWhatIsWrongAndLeavesOutputsAlone) {
+  kiln_mesh* const none = reinterpret_cast<kiln_mesh*>(8);
+  kiln_mesh* mesh = none;
+  EXPECT_EQ(kiln_mesh_new(nullptr, &mesh), KILN_USAGE);
+  EXPECT_STREQ(kiln_error_code(), "null");
+  EXPECT_EQ(kiln_mesh_load("no/such/file.ply", &mesh), KILN_INPUT);
+  EXPECT_NE(std::string(kiln_error_message()).find("no/such/file.ply"), std::string::npos);
+  EXPECT_EQ(kiln_mesh_load(nullptr, &mesh), KILN_USAGE);
+
+  const std::vector<float> positions(9, 0.0F);
+  const std::vector<std::uint32_t> indices = {0, 1, 3};
+  kiln_mesh_view view;
+  kiln_mesh_view_init(&view);
+  view.positions = {positions.data(), 3, 0};
+  view.indices = indices.data();
+  view.index_count = 3;
+  EXPECT_EQ(kiln_mesh_new(&view, &mesh), KILN_INPUT);
+  EXPECT_STREQ(kiln_error_code(), "mesh-index");
+  view.size = 0;
+  EXPECT_EQ(kiln_mesh_new(&view, &mesh), KILN_USAGE);
+  EXPECT_STREQ(kiln_error_code(), "struct-size");
+  EXPECT_EQ(mesh, none);
+
+  // Another thread has a message of its own.
+  std::string there = "?";
+  std::thread([&] { there = kiln_error_message(); }).join();
+  EXPECT_EQ(there, "");
+
+  kiln_mesh_free(nullptr);
+  kiln_source_free(nullptr);
+  kiln_bake_free(nullptr);
+}
+
+TEST(CInterface, StructsOfAnOlderHeaderDo) {
+  if (device() == nullptr) GTEST_SKIP() << "no device";
+  const Owned<kiln_mesh> high = mesh_of(torus(16, 8));
+  const Owned<kiln_source> source = source_of(high.get());
+  kiln_bake_options options;
+  std::memset(&options, 0xFF, sizeof options);  // beyond its size nothing may be read
+  options.size = offsetof(kiln_bake_options, samples);
+  options.width = options.height = 16;
+  kiln_bake* bake = nullptr;
+  ASSERT_EQ(kiln_bake_new(source.get(), high.get(), &options, &bake), KILN_OK)
+      << kiln_error_message();
+  const Owned<kiln_bake> kept(bake);
+  kiln_map map;
+  kiln_map_init(&map);
+  map.channels = 77;
+  map.size = offsetof(kiln_map, channels);
+  ASSERT_EQ(kiln_bake_map(bake, 0, &map), KILN_OK);
+  EXPECT_EQ(map.width, 16U);
+  EXPECT_EQ(map.channels, 77U);
+  EXPECT_EQ(kiln_bake_map(bake, 1, &map), KILN_USAGE);
+}
+
+TEST(CInterface, CallbacksStopCalls) {
+  if (device() == nullptr) GTEST_SKIP() << "no device";
+  const Owned<kiln_mesh> high = mesh_of(torus(200, 100));
+  const Owned<kiln_source> source = source_of(high.get());
+  kiln_bake_options options;
+  kiln_bake_options_init(&options);
+  int calls = 0;
+  options.user = &calls;
+  options.progress = [](double, const char* stage, void* user) -> std::int32_t {
+    EXPECT_NE(stage, nullptr);
+    ++*static_cast<int*>(user);
+    return 0;
+  };
+  kiln_bake* bake = nullptr;
+  EXPECT_EQ(kiln_bake_new(source.get(), high.get(), &options, &bake), KILN_CANCELLED);
+  EXPECT_EQ(bake, nullptr);
+  EXPECT_EQ(calls, 1);
+  options.maps = "normal,shine";
+  options.progress = nullptr;
+  EXPECT_EQ(kiln_bake_new(source.get(), high.get(), &options, &bake), KILN_USAGE);
+  EXPECT_NE(std::string(kiln_error_message()).find("shine"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace kiln::test

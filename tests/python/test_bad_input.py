@@ -1,0 +1,385 @@
+"""What is wrong is refused with the parameter's name, in every call, and nothing is left behind."""
+
+import asyncio
+import gc
+import multiprocessing
+import os
+import pickle
+import resource
+import signal
+import subprocess
+import sys
+import threading
+import time
+
+import numpy as np
+import pytest
+from conftest import sheet, waves
+
+import kiln
+
+SQUARE = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], np.float32)
+TWO = np.array([[0, 1, 2], [0, 2, 3]])
+
+
+def refused(call, code, parameter):
+    with pytest.raises(kiln.Error) as caught:
+        call()
+    assert (caught.value.code, caught.value.parameter) == (code, parameter), str(caught.value)
+    return str(caught.value)
+
+
+@pytest.mark.no_device
+@pytest.mark.parametrize(
+    "vertices, faces, code, parameter",
+    [
+        (SQUARE[:, :2], TWO, "array-shape", "vertices"),
+        (SQUARE.ravel(), TWO, "array-shape", "vertices"),
+        (SQUARE.astype(complex), TWO, "array-type", "vertices"),
+        (SQUARE.astype(str), TWO, "array-type", "vertices"),
+        (np.array([["a", {}, None]] * 4, object), TWO, "array-type", "vertices"),
+        ([[0, 0, 0], [1, 0]], TWO, "array-type", "vertices"),
+        (None, TWO, "array-type", "vertices"),
+        (SQUARE.astype(float) * 1e300, TWO, "mesh-range", "vertices"),
+        (SQUARE[:0], TWO, "array-empty", "vertices"),
+        (SQUARE, TWO[:0], "array-empty", "faces"),
+        (SQUARE, TWO.ravel(), "array-shape", "faces"),
+        (SQUARE, np.array([[0, 1, 2, 3]]), "array-shape", "faces"),
+        (SQUARE, TWO.astype(float), "array-type", "faces"),
+        (SQUARE, TWO - 1, "mesh-index", "faces"),
+        (SQUARE, TWO + 1, "mesh-index", "faces"),
+        (SQUARE, np.array([[0, 1, 2**31]]), "mesh-index", "faces"),
+        (SQUARE, np.array([[0, 1, 2**32]]), "mesh-index", "faces"),
+        (SQUARE, np.array([[0, 1, 2**64 - 1]], np.uint64), "mesh-index", "faces"),
+        (SQUARE, np.array([[0, 1, -(2**31)]], np.int32), "mesh-index", "faces"),
+        (SQUARE, TWO.astype(bool), "array-type", "faces"),
+    ],
+)
+def test_vertices_and_faces(vertices, faces, code, parameter):
+    refused(lambda: kiln.Mesh(vertices, faces), code, parameter)
+
+
+@pytest.mark.no_device
+@pytest.mark.parametrize(
+    "attributes, code, parameter",
+    [
+        ({"uvs": np.zeros((3, 2))}, "array-shape", "uvs"),
+        ({"uvs": np.zeros((4, 3))}, "array-shape", "uvs"),
+        ({"uvs": np.zeros((5, 2)), "uv_faces": TWO[:1]}, "array-shape", "uv_faces"),
+        ({"uvs": np.zeros((2, 2)), "uv_faces": TWO}, "mesh-index", "uv_faces"),
+        ({"normals": np.zeros((2, 3, 2))}, "array-shape", "normals"),
+        ({"colors": np.zeros((4, 2))}, "array-shape", "colors"),
+        ({"colors": np.full((4, 3), 255.0)}, "array-range", "colors"),
+        ({"colors": np.full((4, 3), np.nan)}, "array-range", "colors"),
+        ({"colors": np.full((4, 3), 255)}, "array-type", "colors"),
+        ({"materials": [0]}, "array-shape", "materials"),
+        ({"materials": [0, -1]}, "mesh-index", "materials"),
+        ({"tangents": np.zeros((4, 4))}, "array-shape", "tangents"),
+    ],
+)
+def test_attributes(attributes, code, parameter):
+    refused(lambda: kiln.Mesh(SQUARE, TWO, **attributes), code, parameter)
+
+
+@pytest.mark.no_device
+def test_layouts_and_types_that_mean_the_same_are_the_same():
+    plain = kiln.Mesh(SQUARE, TWO)
+    frozen = SQUARE.copy()
+    frozen.flags.writeable = False
+    wide = np.zeros((8, 6))
+    wide[::2, ::2] = SQUARE
+    for vertices in (SQUARE.tolist(), frozen, wide[::2, ::2], np.asfortranarray(SQUARE), SQUARE.astype(">f8"), SQUARE.astype(int)):
+        for faces in (TWO.tolist(), TWO[:, ::-1][:, ::-1], TWO.astype(np.uint8), TWO.astype(">i2"), TWO.astype(np.uint64)):
+            mesh = kiln.Mesh(vertices, faces)
+            np.testing.assert_array_equal(mesh.vertices, plain.vertices)
+            np.testing.assert_array_equal(mesh.faces, plain.faces)
+
+
+@pytest.mark.no_device
+def test_what_gives_itself_by_dlpack():
+    class Tensor:
+        def __init__(self, array):
+            self.array = array
+
+        def __dlpack__(self, **how):
+            return self.array.__dlpack__(**how)
+
+        def __dlpack_device__(self):
+            return self.array.__dlpack_device__()
+
+    mesh = kiln.Mesh(Tensor(SQUARE), Tensor(TWO))
+    np.testing.assert_array_equal(mesh.vertices, SQUARE)
+    np.testing.assert_array_equal(np.from_dlpack(mesh.faces), TWO)
+
+
+@pytest.mark.no_device
+def test_arrays_are_copied_and_views_are_read_only():
+    vertices = SQUARE.copy()
+    mesh = kiln.Mesh(vertices, TWO)
+    vertices[:] = 7
+    np.testing.assert_array_equal(mesh.vertices, SQUARE)
+    with pytest.raises(ValueError, match="read-only"):
+        mesh.vertices[0, 0] = 1
+    view = mesh.faces
+    del mesh
+    gc.collect()
+    np.testing.assert_array_equal(view, TWO)
+
+
+@pytest.mark.no_device
+def test_far_from_the_origin_nothing_is_lost():
+    there = SQUARE.astype(np.float64) * 0.001 + [1e6, -2e6, 3e6]
+    vertices = kiln.Mesh(there, TWO).vertices
+    assert vertices.dtype == np.float64
+    # Floats within the box of 0.001 units have steps of 2^-33 at most, and doubles at 3e6 of 2^-31.
+    np.testing.assert_allclose(vertices, there, rtol=0, atol=2**-31)
+
+
+def test_nan_is_counted_and_the_rest_is_baked(low):
+    vertices, faces, uvs = sheet(16, waves)
+    vertices[40] = np.nan
+    with pytest.warns(kiln.KilnWarning):
+        bake = kiln.bake(kiln.Mesh(vertices, faces), low, size=64)
+    assert 0 < bake.report.missed < 0.1 * bake.report.samples
+    assert np.isfinite(bake["normal"]).all()
+
+
+def test_nothing_usable_is_an_error(high, low):
+    nothing = kiln.Mesh(np.full((3, 3), np.nan), [[0, 1, 2]])
+    with pytest.raises(kiln.Error) as caught:
+        kiln.bake(nothing, low, size=16)
+    assert caught.value.kind == "input"
+    bare = kiln.Mesh(SQUARE, TWO)
+    with pytest.raises(kiln.Error, match="UV"):
+        kiln.bake(high, bare, size=16)
+    far = kiln.Mesh(SQUARE + 100, TWO, SQUARE[:, :2])
+    with pytest.raises(kiln.Error) as caught:
+        kiln.bake(high, far, size=16)
+    assert caught.value.kind == "input"
+
+
+@pytest.mark.no_device
+@pytest.mark.parametrize("given", [None, 7, object(), "no/such/file.ply", b"glTF", b"", (SQUARE,), (1, 2, 3)])
+def test_what_is_no_mesh(given):
+    with pytest.raises(kiln.Error):
+        kiln.as_mesh(given)
+
+
+@pytest.mark.no_device
+def test_errors_can_be_pickled():
+    error = kiln.Error("text", "mesh-index", "input", "faces")
+    again = pickle.loads(pickle.dumps(error))
+    assert (str(again), again.code, again.kind, again.parameter) == ("text", "mesh-index", "input", "faces")
+
+
+def test_progress_is_told_and_may_stop(source, low):
+    told = []
+    source.bake(low, size=256, maps=["normal", "ao"], progress=lambda done, stage: told.append((done, stage)))
+    assert told and all(0 <= done <= 1 and stage for done, stage in told)
+    with pytest.raises(kiln.Cancelled) as caught:
+        source.bake(low, size=256, progress=lambda done, stage: False)
+    assert caught.value.code == "cancelled"
+    source.bake(low, size=16)
+
+
+def test_exceptions_and_recursion_in_callbacks(source, low):
+    class Mine(Exception):
+        pass
+
+    def fail(done, stage):
+        raise Mine
+
+    with pytest.raises(Mine):
+        source.bake(low, size=256, progress=fail)
+    with pytest.raises(TypeError):
+        source.bake(low, size=256, progress=lambda: None)
+    with pytest.raises(TypeError):
+        source.bake(low, size=256, progress=7)
+    refused(
+        lambda: source.bake(low, size=256, progress=lambda *told: source.bake(low, size=16)), "callback", None
+    )
+
+    def deep(done, stage):
+        return deep(done, stage)
+
+    with pytest.raises(RecursionError):
+        source.bake(low, size=256, progress=deep)
+    assert source.bake(low, size=16)["normal"].shape == (16, 16, 3)
+
+
+INTERRUPTED = """
+import signal, sys, threading, time
+sys.path.insert(0, {tests!r})
+from conftest import sheet, waves
+import kiln
+high, low = kiln.Mesh(*sheet(300, waves)), kiln.Mesh(*sheet(4, lambda x, y: 0 * x))
+source = kiln.Source(high)
+source.bake(low, size=64, maps=["normal", "ao"])
+sent = []
+def send():
+    time.sleep(1)
+    sent.append(time.monotonic())
+    signal.raise_signal(signal.SIGINT) if False else __import__("os").kill(__import__("os").getpid(), signal.SIGINT)
+threading.Thread(target=send).start()
+try:
+    {call}
+    print("done")
+except KeyboardInterrupt:
+    print("stopped", time.monotonic() - sent[0])
+"""
+
+
+@pytest.mark.parametrize(
+    "call",
+    [
+        'source.bake(low, size=4096, samples=4, maps=["normal", "ao"], ao_rays=1024)',
+        "kiln.simplify(kiln.Mesh(*sheet(1500, waves)), target=20000)",
+        "kiln.unwrap(kiln.Mesh(*sheet(400, waves)))",
+    ],
+)
+def test_ctrl_c_stops_within_half_a_second(call):
+    program = INTERRUPTED.format(tests=os.path.dirname(__file__), call=call)
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, timeout=120)
+    word, seconds = done.stdout.split()
+    assert word == "stopped", done.stderr
+    # Kiln promises 0.3 s; what is above is this machine's.
+    assert float(seconds) < 0.5 + 0.5 * (os.getloadavg()[0] > os.cpu_count())
+
+
+def bake_in_child(queue):
+    try:
+        kiln.bake(kiln.Mesh(*sheet(8, waves)), kiln.Mesh(*sheet(2, waves)), size=16)
+        queue.put("done")
+    except kiln.Error as error:
+        queue.put(f"{error.code} {error}")
+
+
+def test_after_a_fork_a_clear_error(source, low):
+    source.bake(low, size=16)
+    context = multiprocessing.get_context("fork")
+    queue = context.Queue()
+    child = context.Process(target=bake_in_child, args=(queue,))
+    child.start()
+    said = queue.get(timeout=60)
+    child.join(60)
+    assert said.startswith("forked") and "spawn" in said
+
+
+FORKED_BEFORE = """
+import os, sys
+sys.path.insert(0, {tests!r})
+from conftest import sheet, waves
+import kiln
+child = os.fork()
+if child == 0:
+    bake = kiln.bake(kiln.Mesh(*sheet(8, waves)), kiln.Mesh(*sheet(2, lambda x, y: 0 * x)), size=16)
+    os._exit(0 if bake["normal"].shape == (16, 16, 3) else 1)
+sys.exit(os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]))
+"""
+
+
+def test_a_fork_before_the_first_use_may_bake():
+    program = FORKED_BEFORE.format(tests=os.path.dirname(__file__))
+    subprocess.run([sys.executable, "-c", program], check=True, timeout=120)
+
+
+NO_OPENCL = """
+import sys
+sys.path.insert(0, {tests!r})
+from conftest import sheet, waves
+import kiln
+mesh = kiln.Mesh(*sheet(2, waves))
+kiln.unwrap(kiln.simplify(mesh, target=4), size=64)
+assert kiln.devices() == []
+try:
+    kiln.bake(mesh, mesh)
+except kiln.Error as error:
+    print(error.kind, error)
+"""
+
+
+@pytest.mark.no_device
+def test_without_opencl_the_message_says_what_to_install(tmp_path):
+    environment = {**os.environ, "OCL_ICD_VENDORS": str(tmp_path)}
+    environment.pop("OCL_ICD_FILENAMES", None)
+    program = NO_OPENCL.format(tests=os.path.dirname(__file__))
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, env=environment)
+    assert done.stdout.startswith("device ") and "install" in done.stdout.lower(), done.stdout + done.stderr
+
+
+def test_fifty_threads_bake_the_same_bytes(source, low):
+    right = source.bake(low, size=32, maps=["normal", "ao"], ao_rays=4)
+    wrong = []
+
+    def work():
+        bake = source.bake(low, size=32, maps=["normal", "ao"], ao_rays=4)
+        if any(not np.array_equal(bake[name], right[name]) for name in right):
+            wrong.append(1)
+
+    threads = [threading.Thread(target=work) for _ in range(50)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join(120)
+    assert not wrong and not any(thread.is_alive() for thread in threads)
+
+
+def test_close_while_others_bake(high, low):
+    source = kiln.Source(high)
+    said = []
+
+    def work():
+        try:
+            source.bake(low, size=64)
+            said.append("done")
+        except kiln.Error as error:
+            said.append(error.code)
+
+    threads = [threading.Thread(target=work) for _ in range(8)]
+    for thread in threads:
+        thread.start()
+    source.close()
+    for thread in threads:
+        thread.join(60)
+    assert len(said) == 8 and set(said) <= {"done", "closed"}
+
+
+def test_asyncio_stays_responsive(source, low):
+    async def main():
+        work = asyncio.create_task(asyncio.to_thread(source.bake, low, size=512, maps=["normal", "ao"]))
+        ticks = 0
+        while not work.done():
+            await asyncio.sleep(0.01)
+            ticks += 1
+        return ticks, await work
+
+    ticks, bake = asyncio.run(main())
+    assert bake["ao"].shape == (512, 512, 1) and ticks > 1
+
+
+def test_nothing_leaks(source, low):
+    def bakes(count):
+        for _ in range(count):
+            source.bake(low, size=32)
+            try:
+                source.bake(low, size=32, samples=99)
+            except kiln.Error:
+                pass
+        gc.collect()
+        return resident()
+
+    def resident():
+        with open("/proc/self/statm") as file:
+            return int(file.read().split()[1]) * resource.getpagesize()
+
+    before = bakes(300)
+    # A map alone has 12 KiB: kept by each of 700 bakes, they would be 8.6 MB.
+    assert bakes(700) - before < 4 << 20
+
+
+def test_bakes_do_not_print_at_exit():
+    program = "import kiln, sys; sys.path.insert(0, %r)\nfrom conftest import *\nkiln.bake(kiln.Mesh(*sheet(8, waves)), kiln.Mesh(*sheet(2, lambda x, y: 0 * x)), size=16)"
+    done = subprocess.run(
+        [sys.executable, "-c", program % os.path.dirname(__file__)], capture_output=True, text=True, timeout=120
+    )
+    assert (done.returncode, done.stdout, done.stderr) == (0, "", "")

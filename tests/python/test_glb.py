@@ -1,0 +1,185 @@
+"""kiln.to_glb(), GLB bytes, simplify() and unwrap()."""
+
+import json
+
+import numpy as np
+import pytest
+from conftest import sheet, waves
+
+import kiln
+
+
+def ball(n):
+    """A closed mesh of radius 1 with 12 n^2 triangles: a cube's faces, blown up."""
+    steps = np.linspace(-1, 1, n + 1)
+    a, b = (grid.ravel() for grid in np.meshgrid(steps, steps))
+    one = np.ones_like(a)
+    sides = [(one, a, b), (-one, b, a), (b, one, a), (a, -one, b), (a, b, one), (b, a, -one)]
+    corner = (np.arange(n)[:, None] * (n + 1) + np.arange(n)).ravel()
+    square = np.concatenate(
+        [
+            np.stack([corner, corner + 1, corner + n + 2], axis=1),
+            np.stack([corner, corner + n + 2, corner + n + 1], axis=1),
+        ]
+    )
+    vertices = np.concatenate([np.stack(side, axis=1) for side in sides])
+    faces = np.concatenate([square + k * (n + 1) ** 2 for k in range(6)])
+    return vertices / np.linalg.norm(vertices, axis=1)[:, None], faces
+
+
+def colors_of(points):
+    return 0.5 + 0.4 * points
+
+
+@pytest.fixture(scope="module")
+def glb():
+    vertices, faces = ball(32)
+    return kiln.to_glb(
+        vertices, faces, colors=colors_of(vertices), faces_target=500, texture_size=256, maps=["normal", "ao", "color"], ao_rays=16
+    )
+
+
+def test_the_ball_is_outside_out():
+    vertices, faces = ball(4)
+    a, b, c = (vertices[faces[:, k]] for k in range(3))
+    assert (np.einsum("ij,ij->i", np.cross(b - a, c - a), a) > 0).all()
+
+
+def test_glb_has_arrays_and_maps(glb):
+    assert glb.data[:4] == b"glTF" and bytes(glb) == glb.data
+    assert len(glb.faces) == len(glb.mesh.faces) <= 500
+    assert glb.faces.max() == len(glb.vertices) - 1
+    for name, width in (("vertices", 3), ("uvs", 2), ("normals", 3), ("tangents", 4)):
+        assert getattr(glb, name).shape == (len(glb.vertices), width)
+    # One part in 500 faces of a ball: all vertices lie near the unit sphere, and normals point along them.
+    np.testing.assert_allclose(np.linalg.norm(glb.vertices, axis=1), 1, atol=0.03)
+    assert (np.einsum("ij,ij->i", glb.vertices, glb.normals) > 0.95).all()
+    assert set(glb.maps) == {"normal", "ao", "color"}
+    assert 0 <= glb.uvs.min() and glb.uvs.max() <= 1
+    assert glb.bake.report.missed == 0
+
+
+def test_colours_of_vertices_reach_the_map(glb):
+    covered = glb.bake.coverage == 1
+    points = kiln.match(kiln.Mesh(*ball(32)), glb.mesh, size=256).position
+    found = np.abs(glb.maps["color"] - colors_of(points))[covered & np.isfinite(points[..., 0])]
+    # A face's corners are pi / 2 / 32 apart, and their colours differ by 0.4 of that; what lies between them differs by
+    # no more. Bytes add 1/510.
+    assert found.max() < 0.4 * np.pi / 2 / 32 + 1 / 510
+
+
+def test_glb_bytes_are_a_mesh_and_a_textured_source(glb):
+    mesh = kiln.as_mesh(glb.data)
+    assert len(mesh.faces) == len(glb.faces) and mesh.uvs is not None
+    # Its own picture, baked back onto itself.
+    again = kiln.bake(glb.data, mesh, size=256, maps="color")
+    covered = again.coverage == 1
+    np.testing.assert_allclose(
+        again.stored("color")[covered], np.round(glb.maps["color"][covered] * 255) / 255, atol=0.02
+    )
+
+
+def test_channels_from_a_function_of_places():
+    vertices, faces = ball(32)
+    seen = []
+
+    def field(points):
+        seen.append(points)
+        return {"color": colors_of(points), "roughness": np.full(len(points), 0.25), "metallic": points[:, 2] > 0}
+
+    def numbers(points):
+        values = field(points)
+        values["metallic"] = values["metallic"].astype(np.float32)
+        return values
+
+    glb = kiln.to_glb(vertices, faces, faces_target=500, texture_size=128, sample=numbers, samples=2)
+    assert len(seen) == 1 and seen[0].dtype == np.float64 and seen[0].shape[1] == 3
+    np.testing.assert_allclose(np.linalg.norm(seen[0], axis=1), 1, atol=0.01)
+    assert list(glb.maps) == ["normal", "ao", "color", "roughness", "metallic"]
+    assert (np.abs(glb.maps["roughness"][glb.maps["roughness"] > 0] - 0.25) < 1e-6).all()
+    covered = glb.bake.coverage == 1
+    points = kiln.match(kiln.Mesh(vertices, faces), glb.mesh, size=128).position
+    far = np.abs(glb.maps["color"] - colors_of(points))[covered]
+    # The mean of 2 x 2 samples is the value at the middle, but where a texel is covered in part: half a texel then,
+    # at most 0.4 * 4 / 128.
+    assert np.nanmax(far) < 0.4 * 4 / 128
+    document = json.loads(glb.data[20 : 20 + int.from_bytes(glb.data[12:16], "little")])
+    assert "metallicRoughnessTexture" in document["materials"][0]["pbrMetallicRoughness"]
+
+
+@pytest.mark.parametrize(
+    "values",
+    [lambda p: p[:, :2], lambda p: p[:-1], lambda p: p.sum(), lambda p: {"gloss": p[:, 0]}, lambda p: {"color": p * np.nan}, lambda p: None],
+)
+def test_wrong_values_of_a_function(values):
+    vertices, faces = ball(8)
+    with pytest.raises(kiln.Error) as caught:
+        kiln.to_glb(vertices, faces, faces_target=100, texture_size=64, sample=values)
+    assert caught.value.parameter == "sample"
+
+
+def test_exceptions_of_a_function_come_through():
+    class Mine(Exception):
+        pass
+
+    def fail(points):
+        raise Mine
+
+    with pytest.raises(Mine):
+        kiln.to_glb(*ball(8), faces_target=100, texture_size=64, sample=fail)
+
+
+def test_to_glb_writes_the_file_and_tells_progress(tmp_path):
+    told = []
+    glb = kiln.to_glb(
+        *ball(16), faces_target=200, texture_size=128, maps="normal", path=tmp_path / "ball.glb", progress=lambda *t: told.append(t)
+    )
+    assert (tmp_path / "ball.glb").read_bytes() == glb.data
+    shares = [done for done, stage in told]
+    assert shares == sorted(shares) and shares[-1] <= 1
+    with pytest.raises(kiln.Error, match="curvature"):
+        kiln.to_glb(*ball(4), maps=["curvature"])
+    with pytest.raises(TypeError, match="did you mean samples"):
+        kiln.to_glb(*ball(4), smaples=2)
+
+
+def test_the_command_makes_the_same_low_poly_and_maps(tmp_path, command):
+    kiln.Mesh(*ball(24)).save(tmp_path / "ball.obj")
+    command("bake", tmp_path / "ball.obj", "--faces", 300, "--size", 128, "--out", tmp_path / "its.glb", "--maps", "normal,ao", "--quiet")
+    ours = kiln.to_glb(tmp_path / "ball.obj", faces_target=300, texture_size=128, path=tmp_path / "ours.glb")
+    its = (tmp_path / "its.glb").read_bytes()
+
+    def binary(data):
+        return data[20 + int.from_bytes(data[12:16], "little") :]
+
+    assert binary(its) == binary(ours.data)  # all but the names in the document
+
+
+def test_simplify_and_unwrap_take_arrays():
+    low = kiln.simplify(*ball(16), target=200)
+    assert isinstance(low, kiln.Mesh) and len(low.faces) == 200 == low.report["faces"]
+    laid = kiln.unwrap(low, size=128)
+    assert laid.report["charts"] >= 1 and laid.uvs.min() >= 0 and laid.uvs.max() <= 1
+    assert len(kiln.simplify(*ball(16), max_error=0.01).faces) < 3072
+    with pytest.raises(kiln.Error):
+        kiln.simplify(*ball(4), target=10, keep_uvs=True)
+    with pytest.raises(kiln.Error):
+        kiln.unwrap(low, method="patches")
+
+
+def test_trimesh_objects():
+    trimesh = pytest.importorskip("trimesh")
+    vertices, faces = ball(8)
+    colored = trimesh.Trimesh(vertices, faces, process=False, vertex_colors=(255 * colors_of(vertices)).astype(np.uint8))
+    mesh = kiln.as_mesh(colored)
+    assert len(mesh.faces) == len(faces) and mesh.colors.shape == (len(vertices), 4)
+    high, flat, uvs = sheet(4, waves)
+    textured = trimesh.Trimesh(high, flat, process=False, visual=trimesh.visual.TextureVisuals(uv=uvs))
+    np.testing.assert_allclose(kiln.as_mesh(textured).uvs, uvs, atol=1e-7)
+    glb = kiln.to_glb(colored, faces_target=100, texture_size=64, maps=["color"])
+    again = trimesh.load(trimesh.util.wrap_as_stream(glb.data), file_type="glb", force="mesh")
+    assert len(again.faces) == len(glb.faces)
+    # trimesh turns v round, so that both have the origin at the lower left.
+    np.testing.assert_allclose(again.visual.uv, glb.uvs, atol=1e-6)
+    with pytest.raises(kiln.Error, match="to_mesh"):
+        kiln.as_mesh(trimesh.Scene(colored))

@@ -1,0 +1,48 @@
+#include "arrays.h"
+
+#include <nanobind/stl/string.h>
+
+namespace kiln::python {
+namespace {
+
+nb::object checked(nb::handle array, const char* parameter, const char* type,
+                   std::initializer_list<int> shape, nb::object below) {
+  nb::list sides;
+  for (const int side : shape) sides.append(side);
+  return nb::module_::import_("kiln._arrays")
+      .attr("checked")(array, parameter, type, nb::tuple(sides), below);
+}
+
+}  // namespace
+
+Input<float> floats(nb::handle array, const char* parameter, std::initializer_list<int> shape) {
+  return nb::cast<Input<float>>(checked(array, parameter, "float32", shape, nb::none()));
+}
+
+Input<double> doubles(nb::handle array, const char* parameter, std::initializer_list<int> shape) {
+  return nb::cast<Input<double>>(checked(array, parameter, "float64", shape, nb::none()));
+}
+
+Input<std::uint8_t> bytes(nb::handle array, const char* parameter,
+                          std::initializer_list<int> shape) {
+  return nb::cast<Input<std::uint8_t>>(checked(array, parameter, "uint8", shape, nb::none()));
+}
+
+Input<std::uint32_t> indices(nb::handle array, const char* parameter,
+                             std::initializer_list<int> shape, std::size_t below) {
+  return nb::cast<Input<std::uint32_t>>(
+      checked(array, parameter, "uint32", shape, nb::int_(below)));
+}
+
+Image image_of(nb::handle array, const char* parameter) {
+  const nb::object pixels = nb::module_::import_("kiln._arrays").attr("image")(array, parameter);
+  const auto values = nb::cast<Input<float>>(pixels);
+  Image image;
+  image.height = static_cast<std::uint32_t>(values.shape(0));
+  image.width = static_cast<std::uint32_t>(values.shape(1));
+  image.channels = static_cast<std::uint32_t>(values.shape(2));
+  image.pixels.assign(values.data(), values.data() + values.size());
+  return image;
+}
+
+}  // namespace kiln::python

@@ -1,0 +1,50 @@
+// NumPy arrays in and out.
+#pragma once
+
+#include <nanobind/nanobind.h>
+#include <nanobind/ndarray.h>
+
+#include <cstddef>
+#include <initializer_list>
+#include <memory>
+#include <vector>
+
+#include "kiln/kiln.h"
+
+namespace kiln::python {
+
+namespace nb = nanobind;
+
+/// The caller's array, side by side in memory and of the type asked for: kiln._arrays checks and converts it.
+/// \throws kiln.Error that names the parameter
+template <typename T>
+using Input = nb::ndarray<const T, nb::c_contig, nb::device::cpu>;
+
+Input<float> floats(nb::handle array, const char* parameter, std::initializer_list<int> shape);
+Input<double> doubles(nb::handle array, const char* parameter, std::initializer_list<int> shape);
+Input<std::uint8_t> bytes(nb::handle array, const char* parameter,
+                          std::initializer_list<int> shape);
+/// Whole numbers from 0 to below `below`.
+Input<std::uint32_t> indices(nb::handle array, const char* parameter,
+                             std::initializer_list<int> shape, std::size_t below);
+
+/// An array over memory that an owner keeps. \tparam T  const: it cannot be written to
+template <typename T>
+nb::any view(T* data, std::initializer_list<std::size_t> shape, nb::handle owner) {
+  return nb::steal<nb::any>(nb::cast(nb::ndarray<nb::numpy, T>(data, shape, owner)).release());
+}
+
+/// An array that owns its numbers.
+template <typename T>
+nb::any array(std::vector<T> values, std::initializer_list<std::size_t> shape) {
+  auto kept = std::make_unique<std::vector<T>>(std::move(values));
+  T* const data = kept->data();
+  const nb::capsule owner(kept.release(),
+                          [](void* p) noexcept { delete static_cast<std::vector<T>*>(p); });
+  return nb::steal<nb::any>(nb::cast(nb::ndarray<nb::numpy, T>(data, shape, owner)).release());
+}
+
+/// (H, W) or (H, W, C), float32. \throws kiln.Error that names the parameter
+Image image_of(nb::handle array, const char* parameter);
+
+}  // namespace kiln::python

@@ -1,0 +1,402 @@
+#include "bake.h"
+
+#include <nanobind/stl/filesystem.h>
+#include <nanobind/stl/optional.h>
+#include <nanobind/stl/pair.h>
+#include <nanobind/stl/string.h>
+#include <nanobind/stl/vector.h>
+
+#include <algorithm>
+#include <cctype>
+
+#include "arguments/map_bounds.h"
+#include "arguments/parse.h"
+#include "arguments/transfers.h"
+#include "arrays.h"
+#include "match.h"
+#include "report/check_result.h"
+#include "report/map_file.h"
+
+namespace kiln::python {
+namespace {
+
+using nb::literals::operator""_a;
+
+/// A bake's maps, which Python's arrays lie in.
+struct PyBake {
+  BakeResult result;
+  std::vector<std::string> names;  ///< Of the maps, as of the command's files
+  nb::any report;
+  std::string low_name;
+};
+
+nb::dict words_of(const ViewReport& views) {
+  nb::dict d;
+  d["size"] = views.size;
+  d["pixel"] = views.pixel;
+  d["views"] = views.directions.size();
+  d["height_field"] = views.height_field;
+  return d;
+}
+
+nb::list words_of(const std::vector<Warning>& warnings) {
+  nb::list list;
+  for (const Warning& warning : warnings) {
+    nb::dict d;
+    d["code"] = warning.code;
+    d["message"] = warning.message;
+    d["count"] = warning.count;
+    list.append(d);
+  }
+  return list;
+}
+
+nb::dict words_of(const std::vector<MapError>& errors) {
+  nb::dict all;
+  for (const MapError& error : errors) {
+    nb::dict d;
+    d["unit"] = std::string(error.unit);
+    d["mean"] = error.mean;
+    d["rms"] = error.rms;
+    d["p95"] = error.p95;
+    d["max"] = error.max;
+    d["texels"] = error.texels;
+    d["against"] = std::string(error.against);
+    all[nb::str(error.kind.name.data(), error.kind.name.size())] = d;
+  }
+  return all;
+}
+
+PyBake finished(BakeResult result, Request& request, const std::string& low_name) {
+  check_cancelled(result.cancelled);
+  PyBake bake;
+  for (const BakedMap& map : result.maps) {
+    bake.names.push_back(std::string(map.kind.name) +
+                         (map.cluster == 0 ? "" : "_" + std::to_string(map.cluster)));
+  }
+  result.report.warnings.insert(result.report.warnings.begin(), request.warnings.begin(),
+                                request.warnings.end());
+  warn(result.report.warnings);
+  bake.report = nb::steal<nb::any>(describe(result.report).release());
+  bake.low_name = low_name;
+  bake.result = std::move(result);
+  return bake;
+}
+
+BakedMap& map_of(PyBake& self, const std::string& name) {
+  const auto at = std::find(self.names.begin(), self.names.end(), name);
+  if (at == self.names.end()) throw nb::key_error(("no map '" + name + "' was baked").c_str());
+  return self.result.maps[static_cast<std::size_t>(at - self.names.begin())];
+}
+
+nb::any pixels(PyBake& self, Image& image) {
+  return view(image.pixels.data(), {image.height, image.width, image.channels}, nb::find(self));
+}
+
+Request request_of(const Words& words, const std::optional<PyMesh>& cage_mesh,
+                   const std::vector<PyMesh>& occluders, bool by_high, bool by_low) {
+  return {words, cage_mesh ? &*cage_mesh : nullptr, occluders, by_high, by_low};
+}
+
+TextureKind kind_of(const std::string& word) {
+  if (word == "srgb") return TextureKind::srgb;
+  if (word == "linear") return TextureKind::linear;
+  if (word == "normal") return TextureKind::normal;
+  throw Error(ErrorCode::usage,
+              "textures: the kind '" + word + "' is none of srgb, linear and normal.",
+              "option-enum");
+}
+
+/// (name, pixels, kind) over the high poly's UVs: those of maps that hold a texture, and maps of their own.
+void take_textures(const nb::list& textures, BakeOptions& options) {
+  for (const nb::handle entry : textures) {
+    const std::string name = nb::cast<std::string>(entry[0]);
+    Texture texture;
+    texture.kind = kind_of(nb::cast<std::string>(entry[2]));
+    texture.images.push_back(std::make_shared<const Image>(image_of(entry[1], "textures")));
+    const auto baked = std::find_if(options.maps.begin(), options.maps.end(),
+                                    [&](MapKind kind) { return kind.name == name; });
+    const MapInfo* const info = baked == options.maps.end() ? nullptr : &find_map(name);
+    if (info != nullptr && info->takes_color) {
+      options.color = texture;
+    } else if (info != nullptr && info->takes_opacity) {
+      options.opacity = texture;
+    } else {
+      options.transfers.push_back({name, texture});
+    }
+  }
+}
+
+PyBake run_bake(const PySource& source, const PyMesh& low, const Words& words,
+                const std::optional<PyMesh>& cage_mesh, const std::vector<PyMesh>& occluders,
+                bool by_high, bool by_low, const nb::list& textures, const PyMatch* saved,
+                nb::object progress) {
+  const Call call(std::move(progress));
+  Request request = request_of(words, cage_mesh, occluders, by_high, by_low);
+  take_textures(textures, request.options);
+  const Source kept = source.get();
+  if (saved != nullptr) request.options.match.saved = saved->match.get();
+  BakeResult result = call.run([&] {
+    request.prepare(kept, source.high, low);
+    request.options.progress = call.progress();
+    BakeResult baked = bake(kept, request.low(), request.options);
+    // A map with nothing in it is no success, and says why.
+    if (!baked.cancelled) cli::check_result(baked.report, *source.high.mesh, request.low());
+    return baked;
+  });
+  return finished(std::move(result), request, low.mesh->name);
+}
+
+PyMatch run_match(const PySource& source, const PyMesh& low, const Words& words,
+                  const std::optional<PyMesh>& cage_mesh, nb::object progress) {
+  const Call call(std::move(progress));
+  Request request = request_of(words, cage_mesh, {}, true, false);
+  const Source kept = source.get();
+  MatchResult result = call.run([&] {
+    request.prepare(kept, source.high, low);
+    request.options.progress = call.progress();
+    return match(kept, request.low(), request.options);
+  });
+  check_cancelled(result.cancelled);
+  result.report.warnings.insert(result.report.warnings.begin(), request.warnings.begin(),
+                                request.warnings.end());
+  warn(result.report.warnings);
+  return {std::make_shared<const Match>(std::move(result.match)), source.high,
+          describe(result.report)};
+}
+
+/// \returns the low poly, its maps or None, and what was chosen
+nb::tuple run_plan(const PySource& source, const Words& words, nb::object progress) {
+  const Call call(std::move(progress));
+  Request request(words);
+  const Source kept = source.get();
+  std::shared_ptr<const Mesh> low;
+  LowPolyPlan plan = call.run([&] {
+    request.read_textures(source.high);
+    request.options.progress = call.progress();
+    LowPolyPlan made = plan_low_poly(kept, *source.high.mesh, request.plan_options());
+    low = shared(std::move(made.low));
+    return made;
+  });
+  check_cancelled(plan.cancelled);
+  nb::dict d;
+  d["faces"] = plan.chosen.faces;
+  d["size"] = plan.chosen.size;
+  d["samples"] = plan.chosen.samples;
+  d["bits"] = plan.chosen.bits;
+  d["match"] = std::string(plan.chosen.method.name);
+  d["degrees"] = plan.chosen.measured;
+  d["wanted"] = plan.wanted;
+  d["reached"] = plan.reached;
+  nb::object bake = nb::none();
+  if (plan.result) bake = nb::cast(finished(std::move(*plan.result), request, low->name));
+  return nb::make_tuple(PyMesh{low}, bake, d);
+}
+
+SaveImageOptions image_options(const std::string& format, bool dither) {
+  const ImageFormat* const known = cli::Words(cli::kFormats).find(format);
+  if (known == nullptr) {
+    throw Error(ErrorCode::usage, "--format is '" + format + "': give png8, png16, exr or exr32.",
+                "option-enum");
+  }
+  return {*known, dither};
+}
+
+void save_map(PyBake& self, const std::string& name, const std::filesystem::path& path,
+              const std::string& format, bool dither) {
+  const Call call;
+  SaveImageOptions options = image_options(format, dither);
+  const BakedMap& map = map_of(self, name);
+  options.origin = map.origin;
+  call.run([&] {
+    const std::vector<Image> levels = cli::as_stored(map, options);
+    if (levels.size() > 1 && cli::is_exr(options)) {
+      save_mipmapped(levels[0], {levels.begin() + 1, levels.end()}, path, options);
+      return;
+    }
+    for (std::size_t i = 0; i < levels.size(); ++i) {
+      std::filesystem::path file = path;
+      if (i > 0) {
+        const std::string number = (i < 10 ? "0" : "") + std::to_string(i);
+        file.replace_filename(path.stem().string() + ".mip" + number + path.extension().string());
+      }
+      save_image(levels[i], file, options);
+    }
+  });
+}
+
+nb::bytes encoded(nb::handle pixels, const std::string& format, bool dither) {
+  const Call call;
+  const Image image = image_of(pixels, "pixels");
+  const SaveImageOptions options = image_options(format, dither);
+  const std::vector<std::byte> bytes = call.run([&] { return encode(image, options); });
+  return nb::bytes(bytes.data(), bytes.size());
+}
+
+/// As integers hold it, in [0, 1].
+nb::any stored(PyBake& self, const std::string& name) {
+  const BakedMap& map = map_of(self, name);
+  Image image = cli::as_stored(map, {ImageFormat::png8})[0];
+  const std::size_t height = image.height, width = image.width, channels = image.channels;
+  return array(std::move(image.pixels), {height, width, channels});
+}
+
+}  // namespace
+
+Request::Request(const Words& words, const PyMesh* cage_mesh, const std::vector<PyMesh>& occluders,
+                 bool by_high, bool by_low)
+    : job_(job_of(words)) {
+  if (job_.match_auto) {
+    throw Error(ErrorCode::usage,
+                "--match auto chooses the map's size, too: name a match, or use the command.",
+                "option-enum");
+  }
+  options = cli::options_of(job_);
+  options.occlusion.by_high = by_high;
+  options.occlusion.by_low = by_low;
+  if (cage_mesh != nullptr) {
+    cage_mesh_ = cage_mesh->mesh;
+    options.match.cage_mesh = cage_mesh_.get();
+  }
+  for (const PyMesh& other : occluders) {
+    occluders_.push_back(other.mesh);
+    options.occlusion.by_others.push_back(other.mesh.get());
+  }
+}
+
+Request::Request(const Words& words) : job_(job_of(words, true)) {
+  options = cli::options_of(job_);
+}
+
+void Request::read_textures(const PyMesh& high) {
+  if (high.file.empty()) return;
+  job_.high = high.file;
+  cli::load_textures(job_, *high.mesh, options, warnings);
+}
+
+LowPolyPlanOptions Request::plan_options() const {
+  const cli::BakeJob& a = job_;
+  LowPolyPlanOptions plan;
+  plan.max_error = cli::parse_degrees("--max-error", cli::angle_bound(a));
+  plan.bounds = cli::map_bounds(a);
+  plan.choose_rays = !a.given.contains("--ao-rays");
+  if (!a.screen.empty()) plan.screen = cli::parse_pixels("--screen", a.screen);
+  if (!a.max_outline.empty()) plan.max_outline = cli::parse_outline_bound(a.max_outline);
+  plan.choose_match = a.match_auto;
+  plan.choose_samples = !a.given.contains("--samples");
+  plan.bake = options;
+  plan.may_leave_map_out = options.maps.size() == 1 && options.transfers.empty();
+  return plan;
+}
+
+void Request::prepare(const Source& source, const PyMesh& high_poly, const PyMesh& low_poly) {
+  low_ = agreed(low_poly.mesh, "LOW", Trusted::normals, warnings);
+  const Mesh &high = *high_poly.mesh, &low = *low_;
+  read_textures(high_poly);
+  if (!options.match.two_sided) {
+    const std::string inside_out = cli::why_inside_out(high, low);
+    if (!inside_out.empty()) warnings.push_back({"high-inside-out", inside_out, 1});
+  }
+  if (job_.parts_by) {
+    parts_ = pair_parts(high, low, cli::part_names(job_));
+    options.match.parts = &*parts_;
+    warnings.insert(warnings.end(), parts_->warnings.begin(), parts_->warnings.end());
+  }
+  if (job_.cage_auto) {
+    cage_ = find_cage(source, low, options);
+    options.match.cage_mesh = &cage_->mesh;
+    options.match.max_distance.reset();  // that was for finding it
+    warnings.insert(warnings.end(), cage_->warnings.begin(), cage_->warnings.end());
+  }
+}
+
+nb::dict describe(const BakeReport& report) {
+  nb::dict d;
+  d["texels"] = report.texels;
+  d["samples"] = report.samples;
+  d["missed"] = report.missed;
+  d["outward"] = report.outward;
+  d["inward"] = report.inward;
+  d["cage"] = report.cage;
+  d["viewed"] = report.viewed;
+  d["closest"] = report.closest;
+  d["by_uv"] = report.by_uv;
+  d["passed_over"] = report.passed_over;
+  d["gutter_texels"] = report.gutter_texels;
+  d["max_distance"] = report.max_distance;
+  d["mean_abs_distance"] = report.mean_abs_distance;
+  d["peak_device_bytes"] = report.peak_device_bytes;
+  d["seconds_build"] = report.seconds_build;
+  d["seconds_match"] = report.seconds_match;
+  d["seconds_detail"] = report.seconds_detail;
+  d["seconds_image"] = report.seconds_image;
+  if (report.views) d["views"] = words_of(*report.views);
+  if (report.recall) {
+    nb::dict recall;
+    recall["places"] = report.recall->places;
+    d["recall"] = recall;
+  }
+  nb::list ids;
+  for (const IdEntry& id : report.ids) {
+    nb::dict entry;
+    entry["name"] = id.name;
+    entry["color"] = nb::make_tuple(id.color[0], id.color[1], id.color[2]);
+    entry["triangles"] = id.triangles;
+    ids.append(entry);
+  }
+  d["ids"] = ids;
+  d["errors"] = words_of(report.errors);
+  d["warnings"] = words_of(report.warnings);
+  return d;
+}
+
+void add_bake(nb::module_& module) {
+  nb::class_<PyBake>(module, "BakeCore")
+      .def_ro("names", &PyBake::names)
+      .def_ro("low_name", &PyBake::low_name)
+      .def_ro("report", &PyBake::report)
+      .def("pixels", [](PyBake& self,
+                        const std::string& name) { return pixels(self, map_of(self, name).image); })
+      .def("mips",
+           [](PyBake& self, const std::string& name) {
+             nb::list levels;
+             for (Image& level : map_of(self, name).mips) levels.append(pixels(self, level));
+             return levels;
+           })
+      .def("origin",
+           [](PyBake& self, const std::string& name) {
+             const auto& origin = map_of(self, name).origin;
+             return nb::make_tuple(origin[0], origin[1], origin[2]);
+           })
+      .def("ranges",
+           [](PyBake& self, const std::string& name) {
+             nb::list ranges;
+             for (const ValueRange& range : map_of(self, name).ranges) {
+               ranges.append(nb::make_tuple(range.low, range.high));
+             }
+             return ranges;
+           })
+      .def("stored", &stored)
+      .def("coverage",
+           [](PyBake& self) {
+             const Image& first = self.result.maps.front().image;
+             return view(self.result.coverage.data(), {first.height, first.width}, nb::find(self));
+           })
+      .def("save_map", &save_map);
+  module.def("bake", &run_bake, "source"_a, "low"_a, "words"_a, "cage_mesh"_a.none(), "occluders"_a,
+             "by_high"_a, "by_low"_a, "textures"_a, "saved"_a.none(), "progress"_a.none());
+  module.def("plan", &run_plan, "source"_a, "words"_a, "progress"_a.none());
+  module.def("match", &run_match, "source"_a, "low"_a, "words"_a, "cage_mesh"_a.none(),
+             "progress"_a.none());
+  module.def("encode", &encoded, "pixels"_a, "format"_a, "dither"_a);
+  module.def("keywords", [] {
+    nb::list list;
+    for (const Keyword& keyword : keywords()) {
+      list.append(nb::make_tuple(keyword.name, keyword.is_flag, keyword.help));
+    }
+    return list;
+  });
+  module.def("nearest_keyword", &nearest_keyword, "word"_a);
+}
+
+}  // namespace kiln::python

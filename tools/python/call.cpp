@@ -1,0 +1,119 @@
+#include "call.h"
+
+#include <nanobind/stl/string.h>
+#include <nanobind/stl/string_view.h>
+#include <unistd.h>
+
+#include <atomic>
+#include <map>
+#include <memory>
+#include <mutex>
+
+#include "arguments/command_line.h"
+#include "report/flags.h"
+
+namespace kiln::python {
+namespace {
+
+/// Where the first device was opened: threads of a driver do not follow into a fork.
+std::atomic<pid_t> opened_in{0};
+thread_local bool in_callback = false;
+
+nb::object errors() { return nb::module_::import_("kiln._errors"); }
+
+const char* kind_of(ErrorCode code) {
+  switch (code) {
+    case ErrorCode::usage:
+      return "usage";
+    case ErrorCode::input:
+      return "input";
+    case ErrorCode::device:
+      return "device";
+    case ErrorCode::output:
+      return "output";
+    case ErrorCode::cancelled:
+      return "cancelled";
+    case ErrorCode::internal:
+      break;
+  }
+  return "internal";
+}
+
+void raise(const char* message, const char* code, const char* kind) {
+  try {
+    const nb::object error = errors().attr("from_core")(message, code, kind);
+    PyErr_SetObject(error.type().ptr(), error.ptr());
+  } catch (nb::python_error& other) {
+    other.restore();
+  }
+}
+
+void translate(const std::exception_ptr& thrown, void*) {
+  try {
+    std::rethrow_exception(thrown);
+  } catch (const Error& error) {
+    raise(cli::with_flags(error.what()).c_str(), error.id(), kind_of(error.code()));
+  } catch (const cli::UsageError& error) {
+    raise(error.what(), "usage", "usage");
+  }
+}
+
+}  // namespace
+
+Call::Call(nb::object progress) : progress_(std::move(progress)) {
+  if (in_callback) {
+    throw Error(
+        ErrorCode::usage,
+        "Kiln was called from within its own callback, which the device waits for: return first.",
+        "callback");
+  }
+  const pid_t opened = opened_in;
+  if (opened != 0 && opened != getpid()) {
+    throw Error(ErrorCode::device,
+                "This process was forked after Kiln had opened a device, whose threads do not "
+                "follow: start it by "
+                "multiprocessing.get_context('spawn'), or use Kiln first in the child.",
+                "forked");
+  }
+}
+
+Call::~Call() = default;
+
+Progress Call::progress() const {
+  return [this](double done, std::string_view stage) {
+    const nb::gil_scoped_acquire locked;
+    if (PyErr_CheckSignals() != 0) throw nb::python_error();
+    if (progress_.is_none()) return true;
+    struct Inside {
+      Inside() { in_callback = true; }
+      ~Inside() { in_callback = false; }
+    } const inside;
+    return progress_(done, stage).ptr() != Py_False;
+  };
+}
+
+void check_cancelled(bool cancelled) {
+  if (cancelled) throw Error(ErrorCode::cancelled, "Cancelled by the callback.");
+}
+
+const Device& device_of(const std::string& name) {
+  static std::mutex mutex;
+  // Never closed: the driver may be gone before what the interpreter frees last.
+  static auto* const devices = new std::map<std::string, Device>;
+  const std::lock_guard lock(mutex);
+  const auto known = devices->find(name);
+  if (known != devices->end()) return known->second;
+  opened_in = getpid();
+  return devices->emplace(name, Device::open(name)).first->second;
+}
+
+void warn(const std::vector<Warning>& warnings) {
+  if (warnings.empty()) return;
+  const nb::object warn = errors().attr("warn");
+  for (const Warning& warning : warnings)
+    warn(warning.code, cli::with_flags(warning.message), warning.count);
+}
+
+void register_errors(nb::module_&) { nb::register_exception_translator(translate); }
+
+}  // namespace kiln::python

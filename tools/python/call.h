@@ -1,0 +1,51 @@
+// Calls from Python into the library: without the interpreter's lock, with progress and Ctrl-C.
+#pragma once
+
+#include <nanobind/nanobind.h>
+
+#include <utility>
+
+#include "kiln/kiln.h"
+
+namespace kiln::python {
+
+namespace nb = nanobind;
+
+/// What goes on while a call of the library runs on this thread. Made with the lock held.
+class Call {
+ public:
+  /// \param progress  None, or called with (share done, stage); False stops the call
+  /// \throws Error(usage) from within a callback of the library's, Error(device) in a forked child
+  explicit Call(nb::object progress = nb::none());
+  ~Call();
+  Call(const Call&) = delete;
+  Call& operator=(const Call&) = delete;
+
+  /// For functions that take one: looks for signals such as Ctrl-C, then asks the caller's callback.
+  Progress progress() const;
+
+  /// Runs a function without the lock. \throws what it throws; Error(cancelled) where the callback said stop
+  template <typename Function>
+  auto run(Function&& function) const {
+    const nb::gil_scoped_release unlocked;
+    const ProgressScope scope(progress());
+    return function();
+  }
+
+ private:
+  nb::object progress_;
+};
+
+/// \throws Error(cancelled) where a result says that the callback said stop
+void check_cancelled(bool cancelled);
+
+/// The device of a name, opened once a process. The lock is not held. \throws Error(device)
+const Device& device_of(const std::string& name);
+
+/// Each one a Python warning of kiln.KilnWarning.
+void warn(const std::vector<Warning>& warnings);
+
+/// Turns the library's exceptions into kiln.Error.
+void register_errors(nb::module_& module);
+
+}  // namespace kiln::python

@@ -1,0 +1,29 @@
+"""Writes what type checkers need to know of the keywords of kiln.bake(): run by the build.
+
+    python keywords_stub.py FILE
+"""
+
+import sys
+from pathlib import Path
+
+from kiln import _core
+
+LINES = [
+    '"""Keywords of bake() and match(): the command\'s flags."""',
+    "",
+    "from collections.abc import Mapping, Sequence",
+    "from typing import TypedDict",
+    "",
+    "Value = str | float | Sequence[str | float | Sequence[float]] | Mapping[str, str | Sequence[float]] | None",
+    "",
+    "class Keywords(TypedDict, total=False):",
+]
+
+#: Those that bake() and match() name themselves.
+OWN = {"size", "maps", "match"}
+
+if __name__ == "__main__":
+    for name, is_flag, text in _core.keywords():
+        if name not in OWN:
+            LINES.append(f"    {name}: {'bool' if is_flag else 'Value'}")
+    Path(sys.argv[1]).write_text("\n".join(LINES) + "\n")

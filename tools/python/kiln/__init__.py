@@ -1,0 +1,53 @@
+"""Kiln bakes the detail of dense meshes into textures of light ones, on any OpenCL device, CPUs included.
+
+    import kiln
+    low = kiln.unwrap(kiln.simplify("statue.ply", target=10_000), size=2048)
+    bake = kiln.bake("statue.ply", low, size=2048, maps=["normal", "ao"])
+    bake["normal"]           # (2048, 2048, 3) float32
+    bake.save("out")
+"""
+
+from ._bake import Bake, MapError, Report, SampleStatus, Source, bake, match, options
+from ._core import Match, Mesh
+from ._core import devices as devices
+from ._core import version as _version
+from ._errors import Cancelled, Error, KilnWarning
+from ._glb import Glb, sampled, to_glb
+from ._measure import NormalError, measure, render
+from ._meshes import as_mesh, load
+from ._plan import Plan, plan
+from ._surface import clean, simplify, unwrap
+from ._volume import VolumeBake, contour, volume
+
+__version__ = _version()
+__all__ = [
+    "Bake",
+    "Cancelled",
+    "Error",
+    "Glb",
+    "KilnWarning",
+    "MapError",
+    "Match",
+    "Mesh",
+    "NormalError",
+    "Plan",
+    "Report",
+    "SampleStatus",
+    "Source",
+    "VolumeBake",
+    "as_mesh",
+    "bake",
+    "contour",
+    "devices",
+    "load",
+    "match",
+    "measure",
+    "options",
+    "plan",
+    "render",
+    "sampled",
+    "simplify",
+    "to_glb",
+    "unwrap",
+    "volume",
+]

@@ -1,0 +1,429 @@
+"""kiln.bake(), kiln.match() and kiln.Source."""
+
+from __future__ import annotations
+
+import enum
+import os
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from . import _core
+from ._core import Match, Mesh
+from ._errors import Error
+from ._meshes import as_mesh
+from ._progress import callback_of
+
+if TYPE_CHECKING:
+    from typing import Unpack
+
+    import numpy as np
+    import numpy.typing as npt
+
+    from ._keywords import Keywords
+
+_known: dict[str, bool] = {}
+
+
+def options() -> dict[str, str]:
+    """The keywords of bake() and what each means, as the command's help has it.
+
+    >>> import kiln
+    >>> "samples" in kiln.options()
+    True
+    """
+    return {name: text for name, is_flag, text in _core.keywords()}
+
+
+def words_of(given: Mapping[str, Any]) -> list[tuple[str, str]]:
+    """Keywords as the command line writes them."""
+    if not _known:
+        _known.update((name, is_flag) for name, is_flag, text in _core.keywords())
+    words: list[tuple[str, str]] = []
+    for name, value in given.items():
+        if name not in _known:
+            near = _core.nearest_keyword(name)
+            raise TypeError(
+                f"bake() got an unexpected keyword argument '{name}'"
+                + (f"; did you mean {near}?" if near else "; kiln.options() lists them")
+            )
+        if value is None:
+            continue
+        if _known[name]:
+            if not isinstance(value, bool):
+                raise Error(f"{name}: expected True or False, not {value!r}.", "option-type", "usage", name)
+            if value:
+                words.append((name, ""))
+            continue
+        words.extend((name, word) for word in _texts(name, value))
+    return words
+
+
+def _texts(name: str, value: Any) -> Iterator[str]:
+    value = _plain(value)
+    if isinstance(value, Mapping):
+        for key, part in value.items():
+            yield f"{key}={_text(name, part)}"
+    elif isinstance(value, (list, tuple)) and not all(_is_number(part) for part in value):
+        for part in value:
+            yield _text(name, part)
+    elif isinstance(value, (list, tuple)) and not value:
+        raise Error(f"{name}: the list is empty.", "option-type", "usage", name)
+    else:
+        yield _text(name, value)
+
+
+def _is_number(value: Any) -> bool:
+    return isinstance(value, (int, float)) and not isinstance(value, bool)
+
+
+def _plain(value: Any) -> Any:
+    """Python's own numbers and lists, where they are NumPy's."""
+    if hasattr(value, "tolist"):
+        return value.tolist()
+    if isinstance(value, (list, tuple)):
+        return [_plain(part) for part in value]
+    return value
+
+
+def _text(name: str, value: Any) -> str:
+    value = _plain(value)
+    if isinstance(value, str) and value:
+        return value
+    if _is_number(value):
+        return repr(value)
+    if isinstance(value, (list, tuple)) and value and all(_is_number(part) for part in value):
+        return ("x" if name == "size" else ",").join(repr(part) for part in value)
+    raise Error(f"{name}: cannot be {value!r}.", "option-type", "usage", name)
+
+
+class SampleStatus(enum.IntEnum):
+    """How a sample of a Match was decided, or why it was not."""
+
+    EMPTY = 0  #: not covered by the low poly
+    OUTWARD = 1  #: ray along the sample's direction
+    INWARD = 2  #: ray against it
+    CAGE = 3  #: ray from the cage inward
+    MISSED = 4  #: no point within the distance
+    VIEW = 5  #: seen in a depth view
+    CLOSEST = 6  #: the nearest point
+    UV = 7  #: the point with the same UV
+    OUTERMOST = 8  #: ray along the direction, past a nearer face
+
+
+class MapError(float):
+    """How far a map is from a finer evaluation: the mean, with rms, p95, max, unit and texels."""
+
+    unit: str
+    rms: float
+    p95: float
+    max: float
+    texels: int
+    against: str
+
+    def __new__(cls, figures: Mapping[str, Any]) -> MapError:
+        self = super().__new__(cls, figures["mean"])
+        self.__dict__.update((key, value) for key, value in figures.items() if key != "mean")
+        return self
+
+    @property
+    def mean(self) -> float:
+        """Of the magnitudes, in the map's unit."""
+        return float(self)
+
+    @property
+    def degrees(self) -> float:
+        """The mean angle, of maps of unit vectors."""
+        if self.unit != "degrees":
+            raise AttributeError(f"this map's error is in {self.unit}: see mean")
+        return float(self)
+
+
+class _Errors(dict[str, MapError]):
+    def __missing__(self, name: str) -> MapError:
+        raise KeyError(f"no error of '{name}': bake with report_error=True, which compares every map")
+
+
+class Report:
+    """What a bake came to: figures as attributes, such as samples, missed, max_distance and seconds_match.
+
+    errors    of each map by name, where report_error=True asked for them
+    warnings  what was imperfect and handled: dicts of code, message and count
+    """
+
+    errors: dict[str, MapError]
+    warnings: list[dict[str, Any]]
+    samples: int
+    texels: int
+    missed: int
+    max_distance: float
+
+    def __init__(self, figures: Mapping[str, Any]) -> None:
+        self.__dict__.update(figures)
+        self.errors = _Errors((name, MapError(error)) for name, error in figures["errors"].items())
+
+    def __repr__(self) -> str:
+        return f"<kiln.Report: {self.samples} samples, {self.missed} missed>"
+
+
+class Bake(Mapping[str, "np.ndarray"]):
+    """The maps of a bake by their names: (H, W, C) float32, row 0 at the top, where v is 1.
+
+    The arrays are the bake's own memory: no copies, and they stay when all else is gone.
+    """
+
+    def __init__(self, core: _core.BakeCore, keywords: Mapping[str, Any] | None = None) -> None:
+        self._core = core
+        self._keywords = dict(keywords or {})  # how its normals are to be read
+        self.report = Report(core.report)
+
+    def __getitem__(self, name: str) -> np.ndarray:
+        array: np.ndarray = self._core.pixels(name)
+        return array
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._core.names)
+
+    def __len__(self) -> int:
+        return len(self._core.names)
+
+    def __repr__(self) -> str:
+        height, width = self.coverage.shape
+        return f"<kiln.Bake of {width} x {height} texels: {', '.join(self)}>"
+
+    @property
+    def coverage(self) -> np.ndarray:
+        """(H, W) uint8: 0 empty, 1 baked, 2 missed, 3 padding."""
+        array: np.ndarray = self._core.coverage()
+        return array
+
+    def mips(self, name: str) -> list[np.ndarray]:
+        """Levels 1 and on of a map baked with mips=True."""
+        return self._core.mips(name)
+
+    def origin(self, name: str) -> tuple[float, float, float]:
+        """Where places in the map are measured from, world units."""
+        return self._core.origin(name)
+
+    def ranges(self, name: str) -> list[tuple[float, float]]:
+        """Of each channel, the values that integer formats put at 0 and at 1."""
+        return self._core.ranges(name)
+
+    def stored(self, name: str) -> np.ndarray:
+        """The map as integer formats hold it: (H, W, C) float32 in [0, 1], colours sRGB-encoded."""
+        array: np.ndarray = self._core.stored(name)
+        return array
+
+    def save(
+        self,
+        path: str | os.PathLike[str],
+        *,
+        format: str | None = None,
+        dither: bool = False,
+        name: str | None = None,
+    ) -> list[Path]:
+        """Writes the maps as the command does, to the bit: all into a folder, or one to a file.
+
+        path    a folder, made where only its last part is missing: NAME_MAP.png there; or, of one map, a file whose
+                extension is png or exr
+        format  png16 (default), png8, exr (half) or exr32
+        dither  png8: ordered dither instead of rounding
+        name    of the files; without: the low poly's
+
+        Returns the files.
+        """
+        target = Path(path)
+        if target.suffix.lower() in (".png", ".exr") and not target.is_dir():
+            if len(self) != 1:
+                raise Error(
+                    f"path: '{target}' is one file, but {len(self)} maps were baked: name a folder.",
+                    "output",
+                    "usage",
+                    "path",
+                )
+            default = "exr" if target.suffix.lower() == ".exr" else "png16"
+            self._core.save_map(next(iter(self)), target, format or default, dither)
+            return [target]
+        format = format or "png16"
+        ending = ".exr" if format.startswith("exr") else ".png"
+        target.mkdir(exist_ok=True)
+        files = []
+        for map_name in self:
+            files.append(target / f"{name or self._core.low_name}_{map_name}{ending}")
+            self._core.save_map(map_name, files[-1], format, dither)
+        return files
+
+    def _repr_png_(self) -> bytes:
+        import numpy as np
+
+        pixels = self.stored(next(iter(self)))[:, :, :3]
+        step = -(-max(pixels.shape[:2]) // 512)
+        if pixels.shape[2] == 2:
+            pixels = np.concatenate([pixels, np.zeros_like(pixels[:, :, :1])], axis=2)
+        return _core.encode(np.ascontiguousarray(pixels[::step, ::step]), "png8", False)
+
+
+class Source:
+    """A high poly on the device, for many bakes. Any number of threads may bake from it at once.
+
+    high      as bake() takes it
+    device    index or part of its name, as kiln.devices() lists them; "": the first GPU, else the first CPU
+    progress  as bake() takes it
+
+    close(), or the end of a `with` block, frees its memory on the device; results stay.
+    """
+
+    def __init__(self, high: Any, *, device: str = "", progress: Any = None) -> None:
+        self._core = _core.SourceCore(as_mesh(high, "high"), device, callback_of(progress))
+
+    def close(self) -> None:
+        """Frees the memory on the device, once bakes under way are done."""
+        self._core.close()
+
+    @property
+    def closed(self) -> bool:
+        """Whether close() was called."""
+        return self._core.closed
+
+    @property
+    def mesh(self) -> Mesh:
+        """The high poly."""
+        return self._core.high
+
+    @property
+    def diagonal(self) -> float:
+        """Of the high poly's bounding box, world units."""
+        return self._core.diagonal
+
+    @property
+    def device_bytes(self) -> int:
+        """Memory on the device so far."""
+        return self._core.device_bytes
+
+    def bake(self, low: Any, **keywords: Any) -> Bake:
+        """kiln.bake(self, low, ...)."""
+        return bake(self, low, **keywords)
+
+    def match(self, low: Any, **keywords: Any) -> Match:
+        """kiln.match(self, low, ...)."""
+        return match(self, low, **keywords)
+
+    def __enter__(self) -> Source:
+        return self
+
+    def __exit__(self, *failure: object) -> None:
+        self.close()
+
+
+def _source_of(high: Any, device: str, progress: Any) -> Source:
+    if isinstance(high, Source):
+        if device:
+            raise Error("device: the source has its own: leave it out.", "usage", "usage", "device")
+        return high
+    return Source(high, device=device, progress=progress)
+
+
+def _textures_of(textures: Mapping[str, Any] | None) -> list[tuple[str, Any, str]]:
+    rows = []
+    for name, value in (textures or {}).items():
+        usual = "normal" if name == "normal" else "srgb" if name in ("color", "emission") else "linear"
+        pixels, kind = value if isinstance(value, tuple) else (value, usual)
+        rows.append((name, pixels, kind))
+    return rows
+
+
+def bake(
+    high: Any,
+    low: Any,
+    *,
+    size: int | tuple[int, int] = 2048,
+    maps: str | Sequence[str] = "normal",
+    match: str | Match | None = None,
+    cage_mesh: Any = None,
+    ao_occluders: Sequence[Any] | str = "high",
+    textures: Mapping[str, Any] | None = None,
+    device: str = "",
+    progress: Callable[[float, str], object] | Any = None,
+    **keywords: Unpack[Keywords],
+) -> Bake:
+    """Bakes maps of the high poly for the low poly.
+
+    high          a kiln.Source, or what kiln.as_mesh() takes: mesh, path, bytes, (vertices, faces), trimesh
+    low           the same, with UVs
+    size          texels: one side, or (width, height), 1 to 16384
+    maps          names, such as ["normal", "ao", "color"]
+    match         how points are found ("ray", "closest", "visibility"...), or a kiln.Match
+    cage_mesh     a mesh to cast from, as the command's --cage-mesh
+    ao_occluders  what darkens ao: "high", "low" and meshes
+    textures      pictures over the high poly's UVs by the map's name: (H, W, C), or with its kind, (pixels, "srgb"),
+                  "linear" or "normal"
+    device        as kiln.Source takes it
+    progress      called with (share done, stage), ten times a second; False stops, what it raises leaves bake().
+                  Or a tqdm bar of total 1
+    keywords      the command's long flags with underscores: kiln.options() lists them. Lengths are numbers in world
+                  units, or "2%" of the high poly's diagonal
+
+    The same input gives the same bytes as the command, on every run and device. Ctrl-C stops within half a second.
+    Raises kiln.Error with code and parameter; TypeError for a keyword that there is not.
+
+    >>> import kiln
+    >>> corners, faces = [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], [[0, 1, 2], [0, 2, 3]]
+    >>> square = kiln.Mesh(corners, faces, uvs=[[0, 0], [1, 0], [1, 1], [0, 1]])
+    >>> baked = kiln.bake(square, square, size=(64, 32), maps=["normal", "height"])
+    >>> baked["normal"].shape, baked["height"].shape, baked["normal"].dtype.name
+    ((32, 64, 3), (32, 64, 1), 'float32')
+    """
+    occluders = [ao_occluders] if isinstance(ao_occluders, str) else list(ao_occluders)
+    named = [item for item in occluders if isinstance(item, str) and item in ("high", "low")]
+    others = [as_mesh(item, "ao_occluders") for item in occluders if item not in ("high", "low")]
+    saved = match if isinstance(match, Match) else None
+    method = None if isinstance(match, Match) else match
+    names = [maps] if isinstance(maps, str) else list(maps)
+    words = words_of({"size": size, "maps": names, "match": method, **keywords})
+    low_mesh = as_mesh(low, "low")
+    cage = None if cage_mesh is None else as_mesh(cage_mesh, "cage_mesh")
+    report = callback_of(progress)
+    source = _source_of(high, device, report)
+    core = _core.bake(
+        source._core,
+        low_mesh,
+        words,
+        cage,
+        others,
+        "high" in named,
+        "low" in named,
+        _textures_of(textures),
+        saved,
+        report,
+    )
+    return Bake(core, keywords)
+
+
+def match(
+    high: Any,
+    low: Any,
+    *,
+    size: int | tuple[int, int] = 2048,
+    match: str | None = None,
+    cage_mesh: Any = None,
+    device: str = "",
+    progress: Callable[[float, str], object] | Any = None,
+    **keywords: Unpack[Keywords],
+) -> Match:
+    """Finds which point of the high poly each texel stands for, without baking: parameters as of bake().
+
+    The result serves bake(match=...), or values of the caller's own at its positions.
+
+    >>> import kiln
+    >>> corners, faces = [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], [[0, 1, 2], [0, 2, 3]]
+    >>> square = kiln.Mesh(corners, faces, uvs=[[0, 0], [1, 0], [1, 1], [0, 1]])
+    >>> found = kiln.match(square, square, size=16)
+    >>> found.face.shape, found.position.shape, found.barycentrics.shape
+    ((16, 16), (16, 16, 3), (16, 16, 3))
+    """
+    words = words_of({"size": size, "match": match, **keywords})
+    low_mesh = as_mesh(low, "low")
+    cage = None if cage_mesh is None else as_mesh(cage_mesh, "cage_mesh")
+    report = callback_of(progress)
+    source = _source_of(high, device, report)
+    return _core.match(source._core, low_mesh, words, cage, report)

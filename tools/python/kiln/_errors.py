@@ -1,0 +1,69 @@
+"""Kiln's exception and warning."""
+
+from __future__ import annotations
+
+import re
+import warnings as _warnings
+
+
+class Error(RuntimeError):
+    """What went wrong, in a sentence or two with the remedy.
+
+    code       stable word for programs, such as "mesh-index"; else the kind
+    kind       usage, input, device, output, cancelled or internal
+    parameter  the argument's name, or None
+    """
+
+    def __init__(
+        self, message: str, code: str = "usage", kind: str = "usage", parameter: str | None = None
+    ) -> None:
+        super().__init__(message)
+        self.code = code
+        self.kind = kind
+        self.parameter = parameter
+
+    def __reduce__(self):  # type: ignore[no-untyped-def]
+        return type(self), (str(self), self.code, self.kind, self.parameter)
+
+
+class Cancelled(Error):
+    """A progress callback returned False."""
+
+
+class KilnWarning(UserWarning):
+    """Something imperfect in the data that was handled: code, message and count are its arguments."""
+
+    def __init__(self, message: str, code: str = "", count: int = 0) -> None:
+        super().__init__(message)
+        self.code = code
+        self.count = count
+
+
+_FLAG = re.compile(r"--([a-z][a-z-]*[a-z])")
+
+
+def from_core(message: str, code: str, kind: str) -> Error:
+    """The exception for an error of the library, whose messages name the command's flags."""
+    flag = _FLAG.search(message)
+    parameter = flag.group(1).replace("-", "_") if flag else None
+    if parameter is None and message.startswith(("vertices: ", "textures: ")):
+        parameter = message.partition(":")[0]
+    message = _FLAG.sub(lambda found: found.group(1).replace("-", "_"), message)
+    return (Cancelled if kind == "cancelled" else Error)(message, code, kind, parameter)
+
+
+def warn(code: str, message: str, count: int) -> None:
+    message = _FLAG.sub(lambda found: found.group(1).replace("-", "_"), message)
+    # The caller's line: outside of this package.
+    _warnings.warn(KilnWarning(message, code, count), stacklevel=_depth())
+
+
+def _depth() -> int:
+    import sys
+
+    depth = 1
+    frame = sys._getframe(1)
+    while frame is not None and frame.f_globals.get("__name__", "").partition(".")[0] == "kiln":
+        depth += 1
+        frame = frame.f_back  # type: ignore[assignment]
+    return depth

@@ -1,0 +1,352 @@
+"""kiln.to_glb(): a dense mesh to a light one with its maps in one file."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from . import _core
+from ._bake import Bake, Source, bake, match, words_of
+from ._core import Mesh
+from ._errors import Error
+from ._meshes import as_mesh
+from ._plan import plan
+from ._progress import callback_of
+
+if TYPE_CHECKING:
+    import numpy as np
+
+#: Maps that a GLB's material has places for.
+SLOTS = ("normal", "ao", "color", "opacity", "roughness", "metallic", "emission")
+
+
+class Glb:
+    """A light mesh with its maps.
+
+    data      the file's bytes
+    mesh      the light kiln.Mesh
+    maps      by name (H, W, C) float32 in [0, 1], as the file holds them: colours sRGB-encoded; row 0 at the top
+    bake      the kiln.Bake that the maps are of, with its report
+    vertices, faces, uvs, normals, tangents
+              as renderers take them, with one list of indices: (V, 3), (F, 3), (V, 2) with the origin at the lower
+              left, (V, 3), and (V, 4) with the bitangent's sign
+    """
+
+    def __init__(self, data: bytes, mesh: Mesh, maps: dict[str, np.ndarray], baked: Bake | None) -> None:
+        self.data = data
+        self.mesh = mesh
+        self.maps = maps
+        self.bake = baked
+        self._parts: dict[str, np.ndarray] = {}
+
+    def __bytes__(self) -> bytes:
+        return self.data
+
+    def __repr__(self) -> str:
+        return f"<kiln.Glb of {len(self.mesh.faces)} faces, {', '.join(self.maps)}; {len(self.data)} bytes>"
+
+    def _part(self, name: str) -> np.ndarray:
+        if not self._parts:
+            self._parts = arrays_of(self.data)
+        return self._parts[name]
+
+    @property
+    def vertices(self) -> np.ndarray:
+        """(V, 3) float32, world units; float64 where the mesh lies far from 0."""
+        return self._part("vertices")
+
+    @property
+    def faces(self) -> np.ndarray:
+        """(F, 3) whole numbers: rows of all the others."""
+        return self._part("faces")
+
+    @property
+    def uvs(self) -> np.ndarray:
+        """(V, 2) float32, origin at the lower left."""
+        return self._part("uvs")
+
+    @property
+    def normals(self) -> np.ndarray:
+        """(V, 3) float32."""
+        return self._part("normals")
+
+    @property
+    def tangents(self) -> np.ndarray:
+        """(V, 4) float32: along u, and the bitangent's sign."""
+        return self._part("tangents")
+
+
+def arrays_of(data: bytes) -> dict[str, np.ndarray]:
+    """Vertices with all attributes, and one list of indices, of a GLB of Kiln's. Its nodes only translate or scale."""
+    import json
+
+    import numpy as np
+
+    length = int.from_bytes(data[12:16], "little")
+    document = json.loads(data[20 : 20 + length])
+    start = 20 + length + 8
+    types = {5121: np.uint8, 5123: np.uint16, 5125: np.uint32, 5126: np.float32}
+
+    def values(index: int) -> np.ndarray:
+        accessor = document["accessors"][index]
+        view = document["bufferViews"][accessor["bufferView"]]
+        width = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4}[accessor["type"]]
+        first = start + view.get("byteOffset", 0) + accessor.get("byteOffset", 0)
+        dtype = types[accessor["componentType"]]
+        stride = view.get("byteStride", width * np.dtype(dtype).itemsize)
+        return np.ndarray((accessor["count"], width), dtype, data, first, (stride, np.dtype(dtype).itemsize))
+
+    parts: dict[str, list[np.ndarray]] = {name: [] for name in ("vertices", "faces", "uvs", "normals", "tangents")}
+    count = 0
+
+    def visit(index: int, shift: np.ndarray, scale: np.ndarray) -> None:
+        nonlocal count
+        node = document["nodes"][index]
+        shift = shift + scale * np.array(node.get("translation", [0, 0, 0]), float)
+        scale = scale * np.array(node.get("scale", [1, 1, 1]), float)
+        for primitive in document["meshes"][node["mesh"]]["primitives"] if "mesh" in node else ():
+            attributes = primitive["attributes"]
+            positions = values(attributes["POSITION"])
+            if shift.any() or (scale != 1).any():
+                positions = positions * scale + shift
+            parts["vertices"].append(positions)
+            parts["faces"].append(values(primitive["indices"]).reshape(-1, 3) + np.uint32(count))
+            parts["uvs"].append(np.array([0, 1], np.float32) + values(attributes["TEXCOORD_0"]) * np.array([1, -1], np.float32))
+            parts["normals"].append(values(attributes["NORMAL"]))
+            parts["tangents"].append(values(attributes["TANGENT"]))
+            count += len(positions)
+        for child in node.get("children", ()):
+            visit(child, shift, scale)
+
+    for root in document["scenes"][document.get("scene", 0)]["nodes"]:
+        visit(root, np.zeros(3), np.ones(3))
+    return {name: np.concatenate(arrays) for name, arrays in parts.items()}
+
+
+def sampled(
+    found: _core.Match,
+    sample: Callable[[np.ndarray], Any],
+    device: str = "",
+    padding: int = 16,
+) -> dict[str, np.ndarray]:
+    """Maps of a function of places.
+
+    found    of kiln.match(): where each texel's samples lie on the high poly
+    sample   takes (N, 3) float64, world units. It returns (N, 3): the map color; (N, 4): color and opacity; or a dict
+             of maps by name, (N,) or (N, C). Numbers are taken as they are; uint8 as shares of 255
+    padding  texels filled around charts
+
+    A texel is the mean of its samples that found a point. Returns (H, W, C) float32 by name.
+    """
+    import numpy as np
+
+    hit = found.face >= 0
+    values = sample(found.position[hit])
+    if not isinstance(values, Mapping):
+        array = np.asarray(values)
+        if array.ndim != 2 or array.shape[1] not in (3, 4):
+            raise Error(
+                f"sample: expected ({hit.sum()}, 3) or ({hit.sum()}, 4), colours without or with opacity, or a dict of "
+                f"maps, not {array.shape}.",
+                "array-shape",
+                "usage",
+                "sample",
+            )
+        values = {"color": array[:, :3]}
+        if array.shape[1] == 4:
+            values["opacity"] = array[:, 3]
+    n = found.samples
+    height, width = hit.shape[0] // n, hit.shape[1] // n
+    hits = hit.reshape(height, n, width, n).sum((1, 3))
+    covered = (found.status != 0).reshape(height, n, width, n).any((1, 3))
+    coverage = np.where(hits > 0, 1, np.where(covered, 2, 0)).astype(np.uint8)
+    maps = {}
+    for name, given in values.items():
+        array = np.asarray(given)
+        if array.dtype == np.uint8:
+            array = array / np.float32(255)
+        if array.ndim == 1:
+            array = array[:, None]
+        if array.ndim != 2 or len(array) != hit.sum() or not 1 <= array.shape[1] <= 4 or array.dtype.kind not in "fiu":
+            raise Error(
+                f"sample: '{name}' should be ({hit.sum()},) or ({hit.sum()}, 1 to 4) numbers, one row a place, not "
+                f"{array.dtype} {array.shape}.",
+                "array-shape",
+                "usage",
+                "sample",
+            )
+        if not np.isfinite(array).all():
+            raise Error(f"sample: '{name}' has values that are not finite.", "array-range", "usage", "sample")
+        grid = np.zeros((*hit.shape, array.shape[1]), np.float64)
+        grid[hit] = array
+        sums = grid.reshape(height, n, width, n, -1).sum((1, 3))
+        mean = (sums / np.maximum(hits, 1)[..., None]).astype(np.float32)
+        maps[name] = _core.pad(device, mean, coverage, padding, True, False)
+    return maps
+
+
+def to_glb(
+    vertices: Any,
+    faces: Any = None,
+    *,
+    colors: Any = None,
+    faces_target: int = 10_000,
+    max_error: str | float | None = None,
+    texture_size: int = 2048,
+    maps: Sequence[str] | None = None,
+    sample: Callable[[np.ndarray], Any] | None = None,
+    path: str | os.PathLike[str] | None = None,
+    double_sided: bool = False,
+    alpha: str = "mask",
+    device: str = "",
+    progress: Any = None,
+    **keywords: Any,
+) -> Glb:
+    """Turns a dense mesh into a GLB of a light one with baked maps.
+
+    vertices, faces  (V, 3) and (F, 3); or what kiln.as_mesh() takes alone
+    colors           (V, 3) or (V, 4) of the vertices, sRGB-encoded: uint8, or float in [0, 1]
+    faces_target     triangles of the light mesh; a mesh with fewer keeps them all
+    max_error        instead of faces_target: how near rendered normals come, such as "normal=3deg"; see kiln.plan()
+    texture_size     texels a side; with max_error, the most
+    maps             of normal, ao, color, opacity; without: normal and ao, and color where there are colours
+    sample           called once with the places of all texels on the dense mesh, (N, 3) float64; returns (N, 3)
+                     colours, (N, 4) with opacity, or a dict: color, emission (N, 3), opacity, roughness, metallic
+                     (N,), all in [0, 1], colours sRGB-encoded
+    path             where to write it, too
+    double_sided     back faces are shown
+    alpha            with opacity: mask or blend
+    progress         as bake() takes it
+    keywords         as bake() takes them: match, samples, fallback...
+
+    Triangles that face against their neighbours are turned round, with a warning. Returns a kiln.Glb.
+    """
+    whole = vertices if faces is None else None
+    high = as_mesh(whole, "vertices") if faces is None else Mesh(vertices, faces, colors=colors)
+    if faces is None and colors is not None:
+        high = Mesh(high.vertices, high.faces, colors=colors, name=high.name)
+    if alpha not in ("mask", "blend"):
+        raise Error(f"alpha: '{alpha}' is neither mask nor blend.", "option-enum", "usage", "alpha")
+    if maps is None:
+        maps = ["normal", "ao"] + (["color"] if high.colors is not None and sample is None else [])
+    maps = [maps] if isinstance(maps, str) else list(maps)
+    wrong = [name for name in maps if name not in SLOTS]
+    if wrong:
+        raise Error(
+            f"maps: a GLB's material has no place for {', '.join(wrong)}: give some of {', '.join(SLOTS)}.",
+            "option-enum",
+            "usage",
+            "maps",
+        )
+    words_of({"size": texture_size, **{key: value for key, value in keywords.items() if key != "match"}})
+    for name in ("space", "flip_y", "two_component", "raw", "mips", "visibility_clusters"):
+        if keywords.get(name):
+            raise Error(f"{name}: is not for a GLB: leave it out.", "option-contradiction", "usage", name)
+    report = callback_of(progress)
+    high = _core.clean(high, 1e-5, 0.02, 0.01, False, _part(report, 0, 0.02))
+    if max_error is not None:
+        return _planned(
+            high, max_error, texture_size, maps, sample, path, alpha, double_sided, device, report, keywords
+        )
+    low = _core.simplify(high, faces_target, 0.002, False, False, False, False, _part(report, 0.02, 0.2))
+    search = low.report["search_distance"]
+    low = _core.unwrap(low, texture_size, "charts", None, None, _part(report, 0.2, 0.35))
+    low = _core.fit_normals(low, high, _part(report, 0.35, 0.4))
+    # A low poly that strays far is looked for from as far.
+    if search > 0.02 and not {"max_distance", "cage"} & keywords.keys():
+        keywords["max_distance"] = f"{100 * search!r}%"
+    with Source(high, device=device, progress=_part(report, 0.4, 0.5)) as source:
+        files: dict[str, np.ndarray] = {}
+        if sample is not None:
+            found = match(
+                source, low, size=texture_size, progress=_part(report, 0.5, 0.6), **_of_match(keywords)
+            )
+            files = sampled(found, sample, device)
+            unknown = [name for name in files if name not in SLOTS]
+            if unknown:
+                raise Error(
+                    f"sample: a GLB's material has no place for {', '.join(unknown)}.", "option-enum", "usage", "sample"
+                )
+            maps = [name for name in maps if name not in files]
+        baked = None
+        if maps:
+            baked = bake(source, low, size=texture_size, maps=maps, progress=_part(report, 0.6, 0.95), **keywords)
+            files.update((name, baked.stored(name)) for name in baked if name in SLOTS)
+    files = {name: files[name] for name in SLOTS if name in files}
+    return Glb(_write(low, files, path, alpha, double_sided, baked), low, files, baked)
+
+
+def _planned(
+    high: Mesh,
+    max_error: str | float,
+    size: int,
+    maps: list[str],
+    sample: Callable[[np.ndarray], Any] | None,
+    path: str | os.PathLike[str] | None,
+    alpha: str,
+    double_sided: bool,
+    device: str,
+    report: Any,
+    keywords: dict[str, Any],
+) -> Glb:
+    with Source(high, device=device, progress=_part(report, 0.02, 0.1)) as source:
+        made = plan(
+            source, max_error=max_error, size=size, maps=maps, progress=_part(report, 0.1, 0.8), **keywords
+        )
+        files: dict[str, np.ndarray] = {}
+        low = made.mesh
+        if low.uvs is None:  # it needs no map, but a GLB has UVs
+            low = _core.unwrap(low, size, "charts", None, None, None)
+        if made.bake is not None:
+            files.update((name, made.bake.stored(name)) for name in made.bake)
+        if sample is not None:
+            found = match(
+                source,
+                low,
+                size=made.chosen["size"] or size,
+                match=made.chosen["match"],
+                max_distance=made.bake.report.max_distance if made.bake else None,
+                progress=_part(report, 0.8, 0.9),
+            )
+            files.update(sampled(found, sample, device))
+    files = {name: files[name] for name in SLOTS if name in files}
+    return Glb(_write(low, files, path, alpha, double_sided, made.bake), low, files, made.bake)
+
+
+def _of_match(keywords: Mapping[str, Any]) -> dict[str, Any]:
+    """Without what is of maps alone."""
+    maps = ("ao_", "range", "curvature_radius", "light", "id_by", "origin", "gutter", "report_error", "recall", "bitangent")
+    return {name: value for name, value in keywords.items() if not name.startswith(maps)}
+
+
+def _part(report: Callable[[float, str], object] | None, start: float, end: float) -> Any:
+    """A callback for a part of the work."""
+    if report is None:
+        return None
+    return lambda done, stage: report(start + (end - start) * done, stage)
+
+
+def _write(
+    low: Mesh,
+    files: dict[str, np.ndarray],
+    path: str | os.PathLike[str] | None,
+    alpha: str,
+    double_sided: bool,
+    baked: Bake | None,
+) -> bytes:
+    import json
+    import tempfile
+
+    extras: dict[str, Any] = {"version": _core.version()}
+    if baked is not None:
+        extras["texels"] = {"covered": baked.report.texels, "missed_samples": baked.report.missed}
+    text = json.dumps(extras)
+    if path is not None:
+        _core.save_glb(low, files, Path(path), alpha, double_sided, text)
+        return Path(path).read_bytes()
+    with tempfile.TemporaryDirectory() as folder:
+        file = Path(folder) / "low.glb"
+        _core.save_glb(low, files, file, alpha, double_sided, text)
+        return file.read_bytes()

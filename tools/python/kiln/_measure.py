@@ -1,0 +1,147 @@
+"""kiln.measure() and kiln.render(): what a viewer sees."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
+
+from . import _core
+from ._bake import Bake
+from ._errors import Error
+from ._meshes import as_mesh
+from ._progress import callback_of
+
+if TYPE_CHECKING:
+    import numpy as np
+
+
+class NormalError(float):
+    """The mean angle between rendered normals, degrees; with rms, median, p95, p99, max, pixels, one_sided_share and
+    standard_error."""
+
+    rms: float
+    median: float
+    p95: float
+    p99: float
+    max: float
+    pixels: int
+    one_sided_share: float
+    standard_error: float
+
+    def __new__(cls, figures: Mapping[str, Any]) -> NormalError:
+        self = super().__new__(cls, figures["mean"])
+        self.__dict__.update((key, value) for key, value in figures.items() if key != "mean")
+        return self
+
+    @property
+    def degrees(self) -> float:
+        """The mean."""
+        return float(self)
+
+
+def _as_baked(
+    normal: Any, space: str | None, flip_y: bool | None, bitangent: str | None
+) -> tuple[Any, str, bool, str]:
+    """A normal map's pixels, and how they are to be read."""
+    pixels = normal
+    if isinstance(normal, Bake):
+        pixels = normal["normal"]
+        baked = normal._keywords
+        if baked.get("raw") or baked.get("two_component"):
+            raise Error("normal: raw and two-component maps cannot be drawn: bake without.", "usage", "usage", "normal")
+        space = space if space is not None else baked.get("space")
+        flip_y = flip_y if flip_y is not None else baked.get("flip_y")
+        bitangent = bitangent if bitangent is not None else baked.get("bitangent")
+    return pixels, space or "tangent", bool(flip_y), bitangent or "pixel"
+
+
+def render(
+    mesh: Any,
+    normal: Any = None,
+    *,
+    size: int = 512,
+    azimuth: float = 30,
+    elevation: float = 15,
+    z_up: bool = False,
+    show_normals: bool = False,
+    frame: Any = None,
+    space: str | None = None,
+    flip_y: bool | None = None,
+    bitangent: str | None = None,
+    device: str = "",
+    progress: Any = None,
+) -> np.ndarray:
+    """A picture of a mesh as clay, with or without its normal map.
+
+    mesh          as kiln.as_mesh() takes it
+    normal        its normal map, as measure() takes it
+    size          pixels a side, 1 to 8192
+    azimuth       degrees around the up axis: 0 looks at the front, 90 from +X
+    elevation     degrees above the horizon
+    z_up          the up axis is +Z, else +Y
+    show_normals  world-space normals as n/2 + 1/2, exactly 0 beside the mesh
+    frame         a mesh to fit the picture to, so that several line up
+
+    Returns (size, size, 3) float32 in [0, 1], sRGB-encoded. Raises kiln.Error.
+    """
+    pixels, space, flip_y, bitangent = _as_baked(normal, space, flip_y, bitangent)
+    picture: np.ndarray = _core.render(
+        as_mesh(mesh),
+        pixels,
+        space,
+        flip_y,
+        bitangent,
+        size,
+        azimuth,
+        elevation,
+        z_up,
+        show_normals,
+        None if frame is None else as_mesh(frame, "frame"),
+        device,
+        callback_of(progress),
+    )
+    return picture
+
+
+def measure(
+    high: Any,
+    low: Any,
+    normal: Any = None,
+    *,
+    space: str | None = None,
+    flip_y: bool | None = None,
+    bitangent: str | None = None,
+    views: int = 30,
+    size: int = 512,
+    z_up: bool = False,
+    device: str = "",
+    progress: Any = None,
+) -> NormalError:
+    """Compares pictures of the low poly's normals with the high poly's, from all around.
+
+    high, low  as kiln.as_mesh() takes them
+    normal     the low poly's normal map, (H, W, 3) as n/2 + 1/2, row 0 at the top, or the kiln.Bake that has it;
+               without: its own normals
+    space, flip_y, bitangent
+               that it was baked with; of a kiln.Bake they are known
+    views      directions, 1 to 4096
+    size       pixels a side of each picture, 16 to 8192
+
+    Returns a float, degrees. Raises kiln.Error.
+    """
+    pixels, space, flip_y, bitangent = _as_baked(normal, space, flip_y, bitangent)
+    return NormalError(
+        _core.measure(
+            as_mesh(high, "high"),
+            as_mesh(low, "low"),
+            pixels,
+            space,
+            flip_y,
+            bitangent,
+            views,
+            size,
+            z_up,
+            device,
+            callback_of(progress),
+        )
+    )

@@ -1,0 +1,79 @@
+"""kiln.plan(): the lightest low poly and maps that reach an error."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+from . import _core
+from ._bake import Bake, _source_of, words_of
+from ._core import Mesh
+from ._errors import Error, KilnWarning
+from ._progress import callback_of
+
+if TYPE_CHECKING:
+    from typing import Unpack
+
+    from ._keywords import Keywords
+
+
+class Plan(NamedTuple):
+    """What plan() chose: the mesh, its maps (None where it needs none), and chosen: faces, size, samples, bits, match,
+    degrees as measured, wanted and reached."""
+
+    mesh: Mesh
+    bake: Bake | None
+    chosen: dict[str, Any]
+
+
+def plan(
+    high: Any,
+    *,
+    max_error: str | float,
+    size: int = 2048,
+    maps: str | Sequence[str] = "normal",
+    screen: int | str | None = None,
+    max_outline: str | None = None,
+    device: str = "",
+    progress: Any = None,
+    **keywords: Unpack[Keywords],
+) -> Plan:
+    """The fewest bytes of low poly and maps whose rendered normals are near enough.
+
+    high         a kiln.Source, or what kiln.as_mesh() takes
+    max_error    mean angle between rendered normals: degrees, or "normal=3deg"; of other maps, too: "normal=3,ao=2/255"
+    size         the largest size that maps may have
+    screen       the largest size at which the mesh is seen, pixels: finer detail does not count
+    max_outline  share of outlines that may differ, such as "2%"
+    keywords     as bake() takes them; match and samples are chosen where they are not given
+
+    A warning says where the error is not reached. Returns a kiln.Plan.
+    """
+    names = [maps] if isinstance(maps, str) else list(maps)
+    words = words_of({"size": size, "maps": names, **keywords})
+    words.append(("max_error", _bound(max_error)))
+    if screen is not None:
+        words.append(("screen", f"{screen}px" if isinstance(screen, int) else screen))
+    if max_outline is not None:
+        words.append(("max_outline", max_outline))
+    report = callback_of(progress)
+    mesh, core, chosen = _core.plan(_source_of(high, device, report)._core, words, report)
+    if not chosen["reached"]:
+        import warnings
+
+        text = f"The low poly and its maps are {chosen['degrees']:.3g} degrees off, {chosen['wanted']:.3g} were asked for."
+        warnings.warn(KilnWarning(text, "error-not-reached", 1), stacklevel=2)
+    return Plan(mesh, None if core is None else Bake(core, keywords), chosen)
+
+
+def _bound(max_error: str | float) -> str:
+    if isinstance(max_error, (int, float)) and not isinstance(max_error, bool):
+        return f"normal={max_error!r}"
+    if not isinstance(max_error, str) or "=" not in max_error:
+        raise Error(
+            f"max_error: expected degrees, or text such as 'normal=3deg', not {max_error!r}.",
+            "option-type",
+            "usage",
+            "max_error",
+        )
+    return ",".join(part.strip().removesuffix("deg").strip() for part in max_error.split(","))

@@ -1,0 +1,105 @@
+"""Low polys: kiln.simplify() and kiln.unwrap()."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from . import _core
+from ._core import Mesh
+from ._meshes import as_mesh
+from ._progress import callback_of
+
+
+def simplify(
+    mesh: Any,
+    faces: Any = None,
+    *,
+    target: int | None = None,
+    max_error: float = 0.002,
+    keep_uvs: bool = False,
+    hull: bool = False,
+    keep_parts: bool = False,
+    progress: Any = None,
+) -> Mesh:
+    """A mesh of fewer triangles.
+
+    mesh        as kiln.as_mesh() takes it; or the vertices, with faces beside them
+    target      number of triangles; without: as few as max_error allows
+    max_error   without target: how far the surfaces may part anywhere, as a share of the bounding box's diagonal
+    keep_uvs    keep the UVs, groups and materials and their borders
+    hull        the result encloses the mesh
+    keep_parts  leave out no part for its size
+    progress    as bake() takes it
+
+    Returns a kiln.Mesh, whose report has faces, error and search_distance. Raises kiln.Error.
+
+    >>> import kiln
+    >>> tetrahedron = [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]], [[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]]
+    >>> kiln.simplify(*tetrahedron, target=4).faces.shape
+    (4, 3)
+    """
+    high = as_mesh(mesh if faces is None else (mesh, faces))
+    return _core.simplify(
+        high, target or 0, max_error, keep_uvs, hull, keep_parts, True, callback_of(progress)
+    )
+
+
+def clean(
+    mesh: Any,
+    faces: Any = None,
+    *,
+    weld: float = 1e-5,
+    max_hole: float = 0.02,
+    floater: float = 0.01,
+    keep_inner: bool = False,
+    progress: Any = None,
+) -> Mesh:
+    """The mesh repaired, as generators and scanners leave them; each repair is a kiln.KilnWarning.
+
+    mesh        as kiln.as_mesh() takes it; or the vertices, with faces beside them
+    weld        vertices of open edges nearer than this are welded, and cracks closed; 0: none
+    max_hole    holes of at most 12 edges and this perimeter are filled; 0: none
+    floater     loose bodies of a smaller diagonal are left out; 0: none
+    keep_inner  keep parts that nobody sees from outside
+    progress    as bake() takes it
+
+    Lengths are shares of the bounding box's diagonal. Returns a kiln.Mesh: the same one where nothing was to be done.
+    Raises kiln.Error.
+
+    >>> import kiln
+    >>> tetrahedron = [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]], [[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]]
+    >>> kiln.clean(*tetrahedron).faces.shape
+    (4, 3)
+    """
+    high = as_mesh(mesh if faces is None else (mesh, faces))
+    return _core.clean(high, weld, max_hole, floater, keep_inner, callback_of(progress))
+
+
+def unwrap(
+    mesh: Any,
+    faces: Any = None,
+    *,
+    size: int = 2048,
+    method: str = "charts",
+    border: int | None = None,
+    detail_of: Any = None,
+    progress: Any = None,
+) -> Mesh:
+    """The mesh with new UVs that do not overlap.
+
+    mesh       as kiln.as_mesh() takes it; or the vertices, with faces beside them
+    size       of the map that it is for, texels
+    method     charts (few large ones), pairs (of triangles) or squares
+    border     empty texels between charts; without: 1/256 of the size, at least 2
+    detail_of  a high poly: texels go where its detail is
+    progress   as bake() takes it
+
+    Returns a kiln.Mesh, whose report has charts and coverage. Raises kiln.Error.
+
+    >>> import kiln
+    >>> kiln.unwrap([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]], size=64).report["charts"]
+    1
+    """
+    low = as_mesh(mesh if faces is None else (mesh, faces))
+    detail = None if detail_of is None else as_mesh(detail_of, "detail_of")
+    return _core.unwrap(low, size, method, border, detail, callback_of(progress))

@@ -1,0 +1,94 @@
+"""Meshes of voxels: kiln.contour() and kiln.volume()."""
+
+from __future__ import annotations
+
+import os
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+from . import _core
+from ._core import Mesh
+from ._progress import callback_of
+
+if TYPE_CHECKING:
+    import numpy as np
+
+
+class VolumeBake(NamedTuple):
+    """A low poly and its normal map: (H, W, 3) float32, row 0 at the top."""
+
+    mesh: Mesh
+    normal: np.ndarray
+
+
+def _voxels_of(voxels: Any, spacing: Any, origin: Any) -> _core.VolumeCore:
+    if isinstance(voxels, (str, os.PathLike)):
+        return _core.VolumeCore.load(os.fspath(voxels))
+    steps = (spacing,) * 3 if isinstance(spacing, (int, float)) else spacing
+    return _core.VolumeCore.of(
+        voxels, tuple(float(step) for step in steps), tuple(float(value) for value in origin), "volume"
+    )
+
+
+def contour(
+    voxels: Any,
+    iso: float,
+    *,
+    spacing: float | tuple[float, float, float] = 1.0,
+    origin: tuple[float, float, float] = (0.0, 0.0, 0.0),
+    inside: str = "above",
+    border: str = "closed",
+    outer: bool = False,
+    device: str = "",
+    progress: Any = None,
+) -> Mesh:
+    """The surface of a volume at full resolution, by dual contouring.
+
+    voxels   (I, J, K) numbers: voxels[i, j, k] lies at origin + (i, j, k) * spacing; or a file's path (NRRD,
+             MetaImage, NIfTI), which says its own place
+    iso      value of the surface
+    inside   which side is solid: above or below
+    border   where the solid reaches the volume's border: closed (cut off flat) or open
+    outer    the outer surface alone
+
+    Returns a closed kiln.Mesh with normals. Raises kiln.Error.
+
+    >>> import kiln, numpy as np
+    >>> x, y, z = np.mgrid[-8:9, -8:9, -8:9]
+    >>> kiln.contour(6 - np.sqrt(x**2 + y**2 + z**2), 0, origin=(-8, -8, -8)).vertices.mean(0).round(2) + 0.0
+    array([0., 0., 0.])
+    """
+    made = _voxels_of(voxels, spacing, origin)
+    return _core.contour(made, iso, inside, border, outer, device, callback_of(progress))
+
+
+def volume(
+    voxels: Any,
+    iso: float,
+    *,
+    faces: int = 0,
+    error: float | None = None,
+    size: int | None = None,
+    spacing: float | tuple[float, float, float] = 1.0,
+    origin: tuple[float, float, float] = (0.0, 0.0, 0.0),
+    inside: str = "above",
+    border: str = "closed",
+    outer: bool = False,
+    unwrap: str = "pairs",
+    flip_y: bool = False,
+    device: str = "",
+    progress: Any = None,
+) -> VolumeBake:
+    """A low poly with a normal map straight from a volume: parameters as of contour(), and
+
+    faces    at most so many triangles; without: as error says
+    error    without faces: how well vertices fit the surface, cells; without: chosen by the volume
+    size     of the map, texels a side, 16 to 8192; without: about a texel a cell
+    unwrap   pairs (of triangles) or charts (few large ones)
+
+    Returns (mesh, normal). Raises kiln.Error.
+    """
+    made = _voxels_of(voxels, spacing, origin)
+    mesh, normal = _core.extract(
+        made, iso, inside, border, outer, faces, error, size, unwrap, flip_y, device, callback_of(progress)
+    )
+    return VolumeBake(mesh, normal)

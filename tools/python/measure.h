@@ -1,0 +1,10 @@
+// kiln.measure(): how far rendered normals are off.
+#pragma once
+
+#include <nanobind/nanobind.h>
+
+namespace kiln::python {
+
+void add_measure(nanobind::module_& module);
+
+}  // namespace kiln::python

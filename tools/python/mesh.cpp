@@ -1,0 +1,332 @@
+#include "mesh.h"
+
+#include <nanobind/stl/array.h>
+#include <nanobind/stl/filesystem.h>
+#include <nanobind/stl/string.h>
+#include <nanobind/stl/vector.h>
+
+#include <cmath>
+#include <limits>
+
+#include "arguments/words.h"
+#include "arrays.h"
+
+namespace kiln::python {
+namespace {
+
+using nb::literals::operator""_a;
+
+/// Where single precision would lose detail, positions are measured from a place nearby: as readers of files do.
+std::array<double, 3> origin_for(const double* xyz, std::size_t count) {
+  std::array<double, 3> low{}, high{}, origin{};
+  low.fill(std::numeric_limits<double>::infinity());
+  high.fill(-std::numeric_limits<double>::infinity());
+  for (std::size_t i = 0; i < count; ++i, xyz += 3) {
+    if (!std::isfinite(xyz[0]) || !std::isfinite(xyz[1]) || !std::isfinite(xyz[2])) continue;
+    for (std::size_t k = 0; k < 3; ++k) {
+      low[k] = std::min(low[k], xyz[k]);
+      high[k] = std::max(high[k], xyz[k]);
+    }
+  }
+  const double diagonal = std::hypot(high[0] - low[0], high[1] - low[1], high[2] - low[2]);
+  double distance = 0;
+  for (std::size_t k = 0; k < 3; ++k)
+    distance = std::max(distance, std::abs((low[k] + high[k]) / 2));
+  if (!(diagonal > 0) || !std::isfinite(diagonal) || !(distance > 16 * diagonal)) return origin;
+  const double step = std::exp2(std::ceil(std::log2(diagonal)));
+  for (std::size_t k = 0; k < 3; ++k)
+    origin[k] = std::round((low[k] + high[k]) / 2 / step) * step + 0.0;
+  return origin;
+}
+
+template <typename T>
+std::vector<T> elements(const void* data, std::size_t count) {
+  std::vector<T> values(count);
+  if (count != 0) std::memcpy(static_cast<void*>(values.data()), data, count * sizeof(T));
+  return values;
+}
+
+/// One row a triangle of whole numbers, and their names.
+void name_triangles(nb::handle given, nb::handle given_names, const char* parameter,
+                    std::size_t triangles, std::vector<std::uint32_t>& numbers,
+                    std::vector<std::string>& names) {
+  if (given.is_none()) return;
+  const auto rows = indices(given, parameter, {static_cast<int>(triangles)}, std::size_t{1} << 31);
+  numbers = elements<std::uint32_t>(rows.data(), rows.size());
+  std::size_t count = 0;
+  for (const std::uint32_t number : numbers)
+    count = std::max<std::size_t>(count, number + std::size_t{1});
+  if (!given_names.is_none()) names = nb::cast<std::vector<std::string>>(given_names);
+  if (given_names.is_none() && count <= std::size_t{1} << 20) {
+    for (std::size_t i = 0; i < count; ++i) names.push_back(std::to_string(i));
+  }
+}
+
+/// Values a vertex (V, n), a corner (F, 3, n), or a pool with triangles of its own.
+template <typename T>
+void take_pool(nb::handle values, nb::handle faces, const char* parameter,
+               const char* faces_parameter, int channels, const Mesh& mesh, std::vector<T>& pool,
+               std::vector<Triangle>& triangles) {
+  if (values.is_none()) return;
+  const nb::object shaped =
+      nb::module_::import_("kiln._arrays")
+          .attr("corner_values")(values, faces, parameter, channels, mesh.positions.size(),
+                                 mesh.triangles.size());
+  const auto numbers = nb::cast<Input<float>>(shaped[0]);
+  pool = elements<T>(numbers.data(), numbers.size() / static_cast<std::size_t>(channels));
+  const std::string how = nb::cast<std::string>(shaped[1]);
+  if (how == "vertex") {
+    triangles = mesh.triangles;
+  } else if (how == "corner") {
+    triangles.resize(mesh.triangles.size());
+    for (std::uint32_t t = 0; t < triangles.size(); ++t)
+      triangles[t] = {3 * t, 3 * t + 1, 3 * t + 2};
+  } else {
+    const auto corners =
+        indices(faces, faces_parameter, {static_cast<int>(mesh.triangles.size()), 3}, pool.size());
+    triangles = elements<Triangle>(corners.data(), mesh.triangles.size());
+  }
+}
+
+PyMesh from_arrays(nb::handle vertices, nb::handle faces, nb::handle uvs, nb::handle uv_faces,
+                   nb::handle normals, nb::handle normal_faces, nb::handle colors,
+                   nb::handle materials, nb::handle material_names, nb::handle groups,
+                   nb::handle group_names, nb::handle tangents, const std::string& name) {
+  Mesh mesh;
+  mesh.name = name;
+  const auto xyz = doubles(vertices, "vertices", {-1, 3});
+  const std::size_t count = xyz.shape(0);
+  mesh.origin = origin_for(xyz.data(), count);
+  mesh.positions.resize(count);
+  for (std::size_t i = 0; i < count; ++i) {
+    const double* const p = xyz.data() + 3 * i;
+    mesh.positions[i] = {static_cast<float>(p[0] - mesh.origin[0]),
+                         static_cast<float>(p[1] - mesh.origin[1]),
+                         static_cast<float>(p[2] - mesh.origin[2])};
+    const Vec3& q = mesh.positions[i];
+    const bool fits = std::isfinite(q.x) && std::isfinite(q.y) && std::isfinite(q.z);
+    if (!fits && std::isfinite(p[0]) && std::isfinite(p[1]) && std::isfinite(p[2])) {
+      throw Error(
+          ErrorCode::input,
+          "vertices: row " + std::to_string(i) + " is beyond the range of floats: scale the mesh.",
+          "mesh-range");
+    }
+  }
+  const auto corners = indices(faces, "faces", {-1, 3}, count);
+  mesh.triangles = elements<Triangle>(corners.data(), corners.shape(0));
+  take_pool(uvs, uv_faces, "uvs", "uv_faces", 2, mesh, mesh.uvs, mesh.uv_triangles);
+  take_pool(normals, normal_faces, "normals", "normal_faces", 3, mesh, mesh.normals,
+            mesh.normal_triangles);
+  if (!colors.is_none()) {
+    const nb::object rgba =
+        nb::module_::import_("kiln._arrays").attr("vertex_colors")(colors, count);
+    const auto values = nb::cast<Input<std::uint8_t>>(rgba);
+    mesh.colors = elements<std::array<std::uint8_t, 4>>(values.data(), count);
+  }
+  name_triangles(materials, material_names, "materials", mesh.triangles.size(), mesh.materials,
+                 mesh.material_names);
+  name_triangles(groups, group_names, "groups", mesh.triangles.size(), mesh.groups,
+                 mesh.group_names);
+  if (!tangents.is_none()) {
+    const auto values =
+        floats(tangents, "tangents", {static_cast<int>(3 * mesh.triangles.size()), 4});
+    mesh.tangents = elements<Tangent>(values.data(), 3 * mesh.triangles.size());
+  }
+  const Call call;
+  call.run([&] { validate(mesh); });
+  return {shared(std::move(mesh))};
+}
+
+/// None where there is none.
+template <typename Row, typename T>
+nb::object rows(const PyMesh& self, const std::vector<Row>& values, const T*, std::size_t columns) {
+  if (values.empty()) return nb::none();
+  return view(reinterpret_cast<const T*>(values.data()), {values.size(), columns}, nb::find(self));
+}
+
+nb::object world_vertices(const PyMesh& self) {
+  const Mesh& mesh = *self.mesh;
+  const std::size_t count = mesh.positions.size();
+  if (mesh.origin == std::array<double, 3>{}) {
+    return view(reinterpret_cast<const float*>(mesh.positions.data()), {count, 3}, nb::find(self));
+  }
+  std::vector<double> world;
+  world.reserve(3 * count);
+  for (const Vec3& p : mesh.positions) {
+    world.insert(world.end(), {mesh.origin[0] + p.x, mesh.origin[1] + p.y, mesh.origin[2] + p.z});
+  }
+  return array(std::move(world), {count, 3});
+}
+
+nb::object numbers(const PyMesh& self, const std::vector<std::uint32_t>& values) {
+  if (values.empty()) return nb::none();
+  return view(values.data(), {values.size()}, nb::find(self));
+}
+
+/// What stubs say of a property.
+auto getter(const char* signature) { return nb::for_getter(nb::sig(signature)); }
+
+std::string describe(const PyMesh& self) {
+  const Mesh& mesh = *self.mesh;
+  std::string text = "<kiln.Mesh '" + mesh.name + "': " + std::to_string(mesh.positions.size()) +
+                     " vertices, " + std::to_string(mesh.triangles.size()) + " faces";
+  if (!mesh.uvs.empty()) text += ", uvs";
+  if (!mesh.normals.empty()) text += ", normals";
+  if (!mesh.colors.empty()) text += ", colors";
+  return text + ">";
+}
+
+PyMesh load_file(const std::filesystem::path& path, const std::string& triangulate,
+                 std::uint32_t uv_set, nb::object keep) {
+  const Call call;
+  std::vector<Warning> warnings;
+  LoadMeshOptions options;
+  const Triangulation* const known = cli::Words(cli::kTriangulations).find(triangulate);
+  if (known == nullptr) {
+    throw Error(ErrorCode::usage,
+                "--triangulate is '" + triangulate + "': give auto, blender, fan or shortest.",
+                "option-enum");
+  }
+  options.triangulation = *known;
+  options.uv_set = uv_set;
+  PyMesh mesh{call.run([&] { return shared(load_mesh(path, options, &warnings)); })};
+  mesh.file = path.string();
+  mesh.keep = std::move(keep);
+  warn(warnings);
+  return mesh;
+}
+
+PyMesh load_bytes(nb::bytes data, const std::string& name) {
+  const Call call;
+  std::vector<Warning> warnings;
+  const std::span<const std::byte> bytes(static_cast<const std::byte*>(data.data()), data.size());
+  PyMesh mesh{call.run([&] { return shared(load_mesh(bytes, name, &warnings)); })};
+  warn(warnings);
+  return mesh;
+}
+
+}  // namespace
+
+void add_mesh(nb::module_& module) {
+  nb::class_<PyMesh>(module, "Mesh", R"(A triangle mesh that does not change.
+
+Arrays that it was made of are copied; arrays that it gives are read-only views.
+
+vertices      (V, 3) float, world units; float64 keeps its precision far from 0
+faces         (F, 3) whole numbers below V, counter-clockwise seen from outside
+uvs           (V, 2), one a vertex; (F, 3, 2), one a corner; or (N, 2) with uv_faces (F, 3). Origin at the lower left
+normals       (V, 3), (F, 3, 3), or (N, 3) with normal_faces; without: computed where they are needed
+colors        (V, 3) or (V, 4), sRGB-encoded: uint8, or float in [0, 1]
+materials     (F,) whole numbers that material_names counts from 0; groups and group_names alike
+tangents      (3 F, 4), one a corner: direction along u, and the bitangent's sign; without: MikkTSpace's
+name          in messages and names of files
+
+Raises kiln.Error, with the parameter's name, for arrays of other shapes or types.
+
+>>> import kiln
+>>> mesh = kiln.Mesh([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]], uvs=[[0, 0], [1, 0], [0, 1]])
+>>> mesh.faces.shape, mesh.uvs.dtype.name
+((1, 3), 'float32'))")
+      .def(
+          "__init__",
+          [](PyMesh* self, nb::object vertices, nb::object faces, nb::object uvs,
+             nb::object uv_faces, nb::object normals, nb::object normal_faces, nb::object colors,
+             nb::object materials, nb::object material_names, nb::object groups,
+             nb::object group_names, nb::object tangents, const std::string& name) {
+            new (self)
+                PyMesh(from_arrays(vertices, faces, uvs, uv_faces, normals, normal_faces, colors,
+                                   materials, material_names, groups, group_names, tangents, name));
+          },
+          "vertices"_a.none(), "faces"_a.none(), "uvs"_a.none() = nb::none(), nb::kw_only(),
+          "uv_faces"_a.none() = nb::none(), "normals"_a.none() = nb::none(),
+          "normal_faces"_a.none() = nb::none(), "colors"_a.none() = nb::none(),
+          "materials"_a.none() = nb::none(), "material_names"_a.none() = nb::none(),
+          "groups"_a.none() = nb::none(), "group_names"_a.none() = nb::none(),
+          "tangents"_a.none() = nb::none(), "name"_a = "mesh")
+      .def_prop_ro(
+          "name", [](const PyMesh& self) { return self.mesh->name; },
+          "In messages and names of files")
+      .def_prop_ro(
+          "vertices", &world_vertices,
+          getter("def vertices(self, /) -> numpy.typing.NDArray[numpy.float32 | numpy.float64]"),
+          "(V, 3) float32, world units; float64 where the mesh lies far from 0")
+      .def_prop_ro(
+          "faces",
+          [](const PyMesh& self) {
+            return view(reinterpret_cast<const std::uint32_t*>(self.mesh->triangles.data()),
+                        {self.mesh->triangles.size(), 3}, nb::find(self));
+          },
+          getter("def faces(self, /) -> numpy.typing.NDArray[numpy.uint32]"),
+          "(F, 3) uint32: rows of vertices")
+      .def_prop_ro(
+          "uvs",
+          [](const PyMesh& self) {
+            return rows(self, self.mesh->uvs, static_cast<float*>(nullptr), 2);
+          },
+          getter("def uvs(self, /) -> numpy.typing.NDArray[numpy.float32] | None"),
+          "(N, 2) float32, origin at the lower left, or None: rows that uv_faces names")
+      .def_prop_ro(
+          "uv_faces",
+          [](const PyMesh& self) {
+            return rows(self, self.mesh->uv_triangles, static_cast<std::uint32_t*>(nullptr), 3);
+          },
+          getter("def uv_faces(self, /) -> numpy.typing.NDArray[numpy.uint32] | None"),
+          "(F, 3) uint32: rows of uvs, or None")
+      .def_prop_ro(
+          "normals",
+          [](const PyMesh& self) {
+            return rows(self, self.mesh->normals, static_cast<float*>(nullptr), 3);
+          },
+          getter("def normals(self, /) -> numpy.typing.NDArray[numpy.float32] | None"),
+          "(N, 3) float32, or None: rows that normal_faces names")
+      .def_prop_ro(
+          "normal_faces",
+          [](const PyMesh& self) {
+            return rows(self, self.mesh->normal_triangles, static_cast<std::uint32_t*>(nullptr), 3);
+          },
+          getter("def normal_faces(self, /) -> numpy.typing.NDArray[numpy.uint32] | None"),
+          "(F, 3) uint32: rows of normals, or None")
+      .def_prop_ro(
+          "tangents",
+          [](const PyMesh& self) {
+            return rows(self, self.mesh->tangents, static_cast<float*>(nullptr), 4);
+          },
+          getter("def tangents(self, /) -> numpy.typing.NDArray[numpy.float32] | None"),
+          "(3 F, 4) float32, one a corner, or None")
+      .def_prop_ro(
+          "colors",
+          [](const PyMesh& self) {
+            return rows(self, self.mesh->colors, static_cast<std::uint8_t*>(nullptr), 4);
+          },
+          getter("def colors(self, /) -> numpy.typing.NDArray[numpy.uint8] | None"),
+          "(V, 4) uint8, sRGB-encoded RGBA, or None")
+      .def_prop_ro(
+          "materials", [](const PyMesh& self) { return numbers(self, self.mesh->materials); },
+          getter("def materials(self, /) -> numpy.typing.NDArray[numpy.uint32] | None"),
+          "(F,) uint32 that material_names counts, or None")
+      .def_prop_ro(
+          "material_names", [](const PyMesh& self) { return self.mesh->material_names; },
+          "That materials counts from 0")
+      .def_prop_ro(
+          "groups", [](const PyMesh& self) { return numbers(self, self.mesh->groups); },
+          getter("def groups(self, /) -> numpy.typing.NDArray[numpy.uint32] | None"),
+          "(F,) uint32 that group_names counts, or None")
+      .def_prop_ro(
+          "group_names", [](const PyMesh& self) { return self.mesh->group_names; },
+          "That groups counts from 0")
+      .def_ro("report", &PyMesh::report, getter("def report(self, /) -> typing.Any"),
+              "What simplify() or unwrap() says of the mesh that it made, else None")
+      .def(
+          "save",
+          [](const PyMesh& self, const std::filesystem::path& path) {
+            const Call call;
+            call.run([&] { save_obj(*self.mesh, path); });
+          },
+          "path"_a, "Writes a Wavefront OBJ, whole or not at all.")
+      .def("__repr__", &describe);
+  module.def("load_file", &load_file, "path"_a, "triangulate"_a = "auto", "uv_set"_a = 0,
+             "keep"_a.none() = nb::none());
+  module.def("load_bytes", &load_bytes, "data"_a, "name"_a);
+}
+
+}  // namespace kiln::python

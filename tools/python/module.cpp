@@ -1,0 +1,24 @@
+// kiln._core: what kiln/*.py calls.
+#include "asset.h"
+#include "bake.h"
+#include "call.h"
+#include "match.h"
+#include "measure.h"
+#include "mesh.h"
+#include "source.h"
+#include "surface.h"
+#include "volume.h"
+
+NB_MODULE(_core, module) {
+  using namespace kiln::python;
+  register_errors(module);
+  add_mesh(module);
+  add_source(module);
+  add_match(module);
+  add_bake(module);
+  add_surface(module);
+  add_asset(module);
+  add_measure(module);
+  add_volume(module);
+  module.def("version", &kiln::version);
+}

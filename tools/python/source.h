@@ -1,0 +1,35 @@
+// kiln.Source: a high poly on the device.
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "mesh.h"
+
+namespace kiln::python {
+
+/// The high poly and what was made of it, until close().
+struct PySource {
+  PySource(const PyMesh& mesh, const std::string& device_name, nb::object progress);
+  ~PySource();
+  PySource(const PySource&) = delete;
+  PySource& operator=(const PySource&) = delete;
+
+  /// A copy, which stays when another thread closes this one. \throws Error(usage) after close()
+  Source get() const;
+  void close();
+
+  PyMesh high;
+  std::string device;
+  std::optional<Source> source;
+};
+
+/// The mesh with normals that agree with its faces, as the command takes it; mostly the same one. Without the
+/// interpreter's lock. \param which  HIGH or LOW, for warnings
+std::shared_ptr<const Mesh> agreed(const std::shared_ptr<const Mesh>& mesh, const char* which,
+                                   Trusted trust, std::vector<Warning>& warnings);
+
+void add_source(nb::module_& module);
+
+}  // namespace kiln::python

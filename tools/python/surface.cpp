@@ -1,0 +1,107 @@
+#include "surface.h"
+
+#include <nanobind/stl/optional.h>
+#include <nanobind/stl/string.h>
+
+#include "arguments/high_poly_input.h"
+#include "arguments/unwrap_option.h"
+#include "kiln/clean.h"
+#include "kiln/normals.h"
+#include "kiln/simplify.h"
+#include "kiln/unwrap.h"
+
+namespace kiln::python {
+namespace {
+
+using nb::literals::operator""_a;
+
+PyMesh run_simplify(const PyMesh& high, std::uint32_t faces, double max_error, bool keep_uvs,
+                    bool hull, bool keep_parts, bool fit_normals, nb::object progress) {
+  const Call call(std::move(progress));
+  SimplifyOptions options;
+  options.faces = faces;
+  options.max_error = max_error;
+  options.keep_uvs = keep_uvs;
+  options.hull = hull;
+  options.keep_parts = keep_parts;
+  options.fit_normals = fit_normals;
+  SimplifyReport report;
+  PyMesh low{call.run([&] { return shared(simplify(*high.mesh, options, &report)); })};
+  warn(report.warnings);
+  nb::dict d;
+  d["input_faces"] = report.input_faces;
+  d["faces"] = report.faces;
+  d["error"] = report.error;
+  d["mean_error"] = report.mean_error;
+  d["back_error"] = report.back_error;
+  d["search_distance"] = report.search_distance();
+  d["dropped_parts"] = report.dropped_parts;
+  d["folded"] = report.folded;
+  d["holes"] = report.holes;
+  d["seconds"] = report.seconds;
+  low.report = d;
+  return low;
+}
+
+PyMesh run_unwrap(const PyMesh& mesh, std::uint32_t size, const std::string& method,
+                  std::optional<std::uint32_t> border, const std::optional<PyMesh>& detail_of,
+                  nb::object progress) {
+  const Call call(std::move(progress));
+  if (method != "charts" && method != "pairs" && method != "squares") {
+    throw Error(ErrorCode::usage, "--method is '" + method + "': give charts, pairs or squares.",
+                "option-enum");
+  }
+  UnwrapOptions options =
+      cli::unwrap_options(method, size, detail_of ? detail_of->mesh.get() : nullptr);
+  if (border) options.border_texels = *border;
+  UnwrapReport report;
+  PyMesh result{call.run([&] { return shared(unwrap(*mesh.mesh, options, &report)); })};
+  warn(report.warnings);
+  nb::dict d;
+  d["charts"] = report.charts;
+  d["coverage"] = report.coverage;
+  d["density_spread"] = report.density_spread;
+  d["border_texels"] = report.border_texels;
+  d["seconds"] = report.seconds;
+  result.report = d;
+  return result;
+}
+
+}  // namespace
+
+void add_surface(nb::module_& module) {
+  module.def("simplify", &run_simplify, "high"_a, "faces"_a, "max_error"_a, "keep_uvs"_a, "hull"_a,
+             "keep_parts"_a, "fit_normals"_a, "progress"_a.none());
+  module.def("unwrap", &run_unwrap, "mesh"_a, "size"_a, "method"_a, "border"_a.none(),
+             "detail_of"_a.none(), "progress"_a.none());
+  module.def(
+      "clean",
+      [](const PyMesh& high, double weld, double max_hole, double floater, bool keep_inner,
+         nb::object progress) {
+        const Call call(std::move(progress));
+        CleanReport report;
+        PyMesh cleaned = high;
+        auto mesh = call.run([&] {
+          Mesh copy = *high.mesh;
+          report = clean_mesh(
+              copy,
+              {.weld = weld, .max_hole = max_hole, .floater = floater, .keep_inner = keep_inner});
+          return report.warnings.empty() ? high.mesh : shared(std::move(copy));
+        });
+        cleaned.mesh = std::move(mesh);
+        warn(report.warnings);
+        return cleaned;
+      },
+      "high"_a, "weld"_a, "max_hole"_a, "floater"_a, "keep_inner"_a, "progress"_a.none());
+  module.def(
+      "fit_normals",
+      [](const PyMesh& low, const PyMesh& high, nb::object progress) {
+        const Call call(std::move(progress));
+        PyMesh fitted{call.run([&] { return shared(fit_normals(*low.mesh, *high.mesh)); })};
+        fitted.report = low.report;
+        return fitted;
+      },
+      "low"_a, "high"_a, "progress"_a.none());
+}
+
+}  // namespace kiln::python

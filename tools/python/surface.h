@@ -1,0 +1,10 @@
+// Low polys: kiln.simplify() and kiln.unwrap().
+#pragma once
+
+#include "mesh.h"
+
+namespace kiln::python {
+
+void add_surface(nb::module_& module);
+
+}  // namespace kiln::python
