@@ -37,6 +37,7 @@ __all__ = [
     "VolumeBake",
     "as_mesh",
     "bake",
+    "clean",
     "contour",
     "devices",
     "load",
