@@ -110,7 +110,8 @@ struct LoadMeshOptions {
 ///
 /// Of glTF and of Assimp's, every node is an object, in world space: names that stand twice get ".001". Bones and
 /// animations are left out ("skinned"). Files that say their axes and unit (glTF, FBX, DAE) are brought to metres with
-/// Y up; 3DS and X to Y up; others are as given, but for LoadMeshOptions::up and metres.
+/// Y up; 3DS and X to Y up; others are as given, but for LoadMeshOptions::up and metres. Of what Assimp reads a forked
+/// child of the process tries each file first, within limits of time and memory: a crash there is an Error(input).
 ///
 /// Polygons become triangles as Triangulation::automatic has it. In PLY's strips -1 ends a strip, and
 /// a triangle with a repeated corner, which only turns it, is none. PLY gives UVs per vertex (s t, u

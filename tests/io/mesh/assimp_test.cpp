@@ -164,6 +164,24 @@ TEST(Assimp, EmbeddedPicturesAndFactors) {
   EXPECT_EQ(material.emission_map.file.filename(), "emission.png");
 }
 
+/// One changed byte of a file with an embedded picture makes Assimp 5.2 free memory twice, now and then.
+TEST(Assimp, DamagedFilesAreErrorsOrMeshes) {
+  KILN_REQUIRE_DATA("assets/FBX/box.fbx");
+  const fs::path folder = test::shared_data("assets/FBX/box.fbx")->parent_path();
+  for (const char* file : {"box_orphant_embedded_texture.fbx", "embedded_ascii/box.FBX"}) {
+    const std::string bytes = test::contents(folder / file);
+    for (std::size_t i = 0; i < 60; ++i) {
+      std::string damaged = bytes;
+      damaged[bytes.size() * (2 * i + 1) / 120] = "!\n\"5"[i % 4];
+      try {
+        read_by_assimp({"damaged.fbx", damaged});
+      } catch (const Error& error) {
+        EXPECT_EQ(error.code(), ErrorCode::input) << error.what();
+      }
+    }
+  }
+}
+
 /// A unit square, its second instance mirrored in x and 10 to the right.
 const std::string kSquares = R"(<?xml version="1.0"?>
 <COLLADA xmlns="http://www.collada.org/2005/11/COLLADASchema" version="1.4.1">
