@@ -34,17 +34,7 @@ Pipeline::Pipeline(const Scene& scene, Bands bands, BakeProgress progress)
       sheets_(sheet_reach(scene.options, surface_)),
       layers_(scene.high, surface_, scene.options, true, scene.finer) {
   const BakeOptions& options = scene_.options;
-  if (options.match.saved == nullptr) {
-    result_.report.cage_mesh = cage_.report(surface_);
-    if (surface_.cage_hull != nullptr && !surface_.cage_hull->misfit.empty()) {
-      result_.report.warnings.push_back(
-          {"cage-no-copy",
-           "The cage '" + surface_.cage_hull->name +
-               "' serves as a closed hull, not as a copy of the low poly: " +
-               surface_.cage_hull->misfit + ".",
-           1});
-    }
-  }
+  if (options.match.saved == nullptr) result_.report.cage_mesh = cage_.report(surface_);
   result_.report.uv_copies =
       surface_.copy_of.size() -
       static_cast<std::size_t>(
@@ -262,6 +252,13 @@ void Pipeline::finish_match(bool first_time) {
   report.warnings.insert(report.warnings.end(), sampling.begin(), sampling.end());
   if (const std::string coarse = coarse_steps(scene_.low, scene_.high.frame); !coarse.empty()) {
     report.warnings.push_back({"coarse-low", "'" + scene_.low.name + "': " + coarse, 1});
+  }
+  if (report.cage_mesh && surface_.cage_hull != nullptr && !surface_.cage_hull->misfit.empty()) {
+    report.warnings.push_back({"cage-no-copy",
+                               "The cage '" + surface_.cage_hull->name +
+                                   "' serves as a closed hull, not as a copy of the low poly: " +
+                                   surface_.cage_hull->misfit + ".",
+                               1});
   }
   warn_about_small_charts(sampler_.small_charts(), scene_.low, report.warnings);
   if (copies_ && first_time) {

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
-#include <map>
+#include <limits>
 #include <tuple>
 
 #include "mesh/usable.h"
@@ -50,21 +50,16 @@ int order_of_size(const std::array<Vec3d, 3>& c, double radius) {
 CurvatureCheck::CurvatureCheck(std::span<const Vec3> positions, std::span<const Triangle> triangles,
                                double radius)
     : radius_(radius) {
-  std::map<int, std::vector<std::uint32_t>> sizes;
   for (const Triangle& t : triangles) {
     if (!has_area(positions, t)) continue;
-    Piece piece;
+    Piece& piece = pieces_.emplace_back();
     for (std::size_t k = 0; k < 3; ++k) piece.corner[k] = Vec3d(positions[t[k]]);
-    sizes[order_of_size(piece.corner, radius)].push_back(
-        static_cast<std::uint32_t>(pieces_.size()));
-    pieces_.push_back(piece);
+    piece.order = order_of_size(piece.corner, radius);
+    piece.x = least_x(piece.corner);
   }
-  for (auto& [order, some] : sizes) {
-    std::sort(some.begin(), some.end(), [&](std::uint32_t a, std::uint32_t b) {
-      return std::pair(least_x(pieces_[a].corner), a) < std::pair(least_x(pieces_[b].corner), b);
-    });
-    by_x_.push_back(std::move(some));
-  }
+  std::stable_sort(pieces_.begin(), pieces_.end(), [](const Piece& a, const Piece& b) {
+    return std::tie(a.order, a.x) < std::tie(b.order, b.x);
+  });
   find_angles();
 }
 
@@ -108,14 +103,21 @@ void CurvatureCheck::gather(const Vec3d& centre, Room& room) const {
   room.centre = centre;
   room.near.clear();
   const double reach = radius_ * (1 + kSlack);
-  for (const std::vector<std::uint32_t>& some : by_x_) {
-    const double widest = std::ldexp(2.0, order_of_size(pieces_[some[0]].corner, radius_));
-    auto i = std::partition_point(some.begin(), some.end(), [&](std::uint32_t piece) {
-      return least_x(pieces_[piece].corner) < centre.x - reach - widest;
+  auto piece = pieces_.begin();
+  const auto skip = [&](int order, double x) {
+    piece = std::partition_point(piece, pieces_.end(), [&](const Piece& other) {
+      return std::tie(other.order, other.x) < std::tie(order, x);
     });
-    for (; i != some.end() && least_x(pieces_[*i].corner) <= centre.x + reach; ++i) {
-      if (!apart(pieces_[*i].corner, centre, reach)) room.near.push_back(*i);
+  };
+  while (piece != pieces_.end()) {
+    const int order = piece->order;
+    skip(order, centre.x - reach - std::ldexp(2.0, order));
+    for (; piece != pieces_.end() && piece->order == order && piece->x <= centre.x + reach;
+         ++piece) {
+      if (apart(piece->corner, centre, reach)) continue;
+      room.near.push_back(static_cast<std::uint32_t>(piece - pieces_.begin()));
     }
+    skip(order + 1, -std::numeric_limits<double>::infinity());
   }
 }
 

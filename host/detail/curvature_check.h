@@ -13,7 +13,7 @@ namespace kiln {
 
 /// MeanCurvature's definition in other code: the edges and triangles of the ball one by one, nothing interpolated and
 /// nothing left out. Triangles meet by their corners' coordinates, angles are arc cosines, and a triangle's area in the
-/// ball is that of 64 strips, to some 0.1% of the ball's disc. Some tens of microseconds a point.
+/// ball is that of 64 strips, to some 0.1% of the ball's disc. Some tenths of a millisecond a point.
 class CurvatureCheck {
  public:
   /// What is near the last point, one a thread.
@@ -34,15 +34,15 @@ class CurvatureCheck {
   struct Piece {
     std::array<Vec3d, 3> corner;
     std::array<double, 3> angle{};  ///< Of edge k, from corner k; signed
+    int order = 0;                  ///< Binary, of its size along x
+    double x = 0;                   ///< Its least
   };
 
   void find_angles();
   void gather(const Vec3d& centre, Room& room) const;
 
   double radius_;
-  std::vector<Piece> pieces_;
-  /// Of each binary order of sizes, from small to large: by their least x, so that those near a place are found.
-  std::vector<std::vector<std::uint32_t>> by_x_;
+  std::vector<Piece> pieces_;  // by `order`, then by `x`, so that those near a place are found
 };
 
 }  // namespace kiln

@@ -10,9 +10,11 @@
 #include <unordered_map>
 #include <utility>
 
+#include "base/disjoint_sets.h"
 #include "base/lower_case.h"
 #include "kiln/validate.h"
 #include "mesh/vector.h"
+#include "mesh/weld.h"
 
 namespace kiln {
 namespace {
@@ -20,6 +22,10 @@ namespace {
 constexpr const char* kInner = "inner";
 constexpr std::uint32_t kNoPartner = 0xFFFFFFFFU;
 constexpr std::size_t kLargestFace = 64;  // in triangles, that may be cut otherwise
+// A vertex of a cage is far from its own one of the low poly where that lies so many times farther than the nearest.
+constexpr double kFarther = 4;
+constexpr double kFewFar = 1.0 / 16, kManyFar = 1.0 / 2;  // of its vertices
+constexpr std::size_t kLookedAt = 256;
 
 /// Triangles of one object or group, in order.
 struct Piece {
@@ -28,17 +34,7 @@ struct Piece {
   std::array<Vec3d, 2> box;  ///< Of their finite corners
 };
 
-/// The pieces of triangles [first, first + count). One without a name where the mesh has no names.
-std::vector<Piece> pieces_of(const Mesh& mesh, std::span<const Vec3> positions, bool objects,
-                             std::size_t first, std::size_t count) {
-  const std::vector<std::uint32_t>& of = objects ? mesh.objects : mesh.groups;
-  const std::vector<std::string>& names = objects ? mesh.object_names : mesh.group_names;
-  std::vector<Piece> pieces(of.empty() ? 1 : names.size());
-  for (std::size_t i = 0; i < names.size() && !of.empty(); ++i) pieces[i].name = names[i];
-  for (std::size_t t = first; t < first + count; ++t) {
-    pieces[of.empty() ? 0 : of[t]].triangles.push_back(static_cast<std::uint32_t>(t));
-  }
-  std::erase_if(pieces, [](const Piece& piece) { return piece.triangles.empty(); });
+void find_boxes(const Mesh& mesh, std::span<const Vec3> positions, std::vector<Piece>& pieces) {
   for (Piece& piece : pieces) {
     constexpr double kFar = std::numeric_limits<double>::infinity();
     piece.box = {Vec3d(kFar, kFar, kFar), Vec3d(-kFar, -kFar, -kFar)};
@@ -54,6 +50,42 @@ std::vector<Piece> pieces_of(const Mesh& mesh, std::span<const Vec3> positions, 
       }
     }
   }
+}
+
+/// The pieces of triangles [first, first + count). One without a name where the mesh has no names.
+std::vector<Piece> pieces_of(const Mesh& mesh, std::span<const Vec3> positions, bool objects,
+                             std::size_t first, std::size_t count) {
+  const std::vector<std::uint32_t>& of = objects ? mesh.objects : mesh.groups;
+  const std::vector<std::string>& names = objects ? mesh.object_names : mesh.group_names;
+  std::vector<Piece> pieces(of.empty() ? 1 : names.size());
+  for (std::size_t i = 0; i < names.size() && !of.empty(); ++i) pieces[i].name = names[i];
+  for (std::size_t t = first; t < first + count; ++t) {
+    pieces[of.empty() ? 0 : of[t]].triangles.push_back(static_cast<std::uint32_t>(t));
+  }
+  std::erase_if(pieces, [](const Piece& piece) { return piece.triangles.empty(); });
+  find_boxes(mesh, positions, pieces);
+  return pieces;
+}
+
+/// Parts of triangles [first, first + count) that share no place, in the order of their first triangles.
+std::vector<Piece> parts_of(const Mesh& mesh, std::span<const Vec3> positions, std::size_t first,
+                            std::size_t count) {
+  const std::vector<std::uint32_t> place_of = weld_vertices(positions);
+  DisjointSets sets(mesh.positions.size());
+  for (std::size_t t = first; t < first + count; ++t) {
+    const auto& [a, b, c] = mesh.triangles[t];
+    sets.join(place_of[a], place_of[b]);
+    sets.join(place_of[a], place_of[c]);
+  }
+  std::unordered_map<std::uint32_t, std::size_t> places;
+  std::vector<Piece> pieces;
+  for (std::size_t t = first; t < first + count; ++t) {
+    const std::size_t place =
+        places.emplace(sets.find(place_of[mesh.triangles[t][0]]), pieces.size()).first->second;
+    if (place == pieces.size()) pieces.push_back({mesh.name, {}, {}});
+    pieces[place].triangles.push_back(static_cast<std::uint32_t>(t));
+  }
+  find_boxes(mesh, positions, pieces);
   return pieces;
 }
 
@@ -109,6 +141,28 @@ std::vector<std::uint32_t> by_places(const std::vector<Piece>& low,
     pairs.push_back(nearest);
   }
   return pairs;
+}
+
+/// The share of a cage's vertices that lie far from those of the low poly that they stand for, as its nearest ones go.
+/// \param corners  of the low poly's triangles, in order; some of them are looked at
+double far_share(const Mesh& low, std::span<const Vec3> low_positions,
+                 std::span<const Vec3> corners) {
+  std::size_t count = 0, farther = 0;
+  const std::size_t step = 1 + corners.size() / kLookedAt;
+  for (std::size_t i = 0; i < corners.size(); i += step) {
+    if (!is_finite(corners[i])) continue;
+    const auto off = [&](std::uint32_t vertex) {
+      return length(Vec3d(corners[i]) - Vec3d(low_positions[vertex]));
+    };
+    const double own = off(low.triangles[i / 3][i % 3]);
+    double nearest = own;
+    for (const Triangle& t : low.triangles) {
+      for (const std::uint32_t vertex : t) nearest = std::min(nearest, off(vertex));
+    }
+    ++count;
+    farther += own > kFarther * nearest ? 1 : 0;
+  }
+  return count == 0 ? 0 : static_cast<double>(farther) / static_cast<double>(count);
 }
 
 bool complete(const std::vector<std::uint32_t>& pairs) {
@@ -244,7 +298,8 @@ std::vector<Vec3> corners_of(const Mesh& low, std::span<const Vec3> low_position
       (named && cage.triangles.size() != low.triangles.size())) {
     return {};
   }
-  if (!complete(pairs) || ours.size() != theirs.size()) {
+  const bool by_piece = complete(pairs) && ours.size() == theirs.size();
+  if (!by_piece) {
     const auto whole = [](const Mesh& mesh, std::size_t from, std::size_t triangles) {
       Piece piece;
       for (std::size_t t = 0; t < triangles; ++t) {
@@ -257,17 +312,38 @@ std::vector<Vec3> corners_of(const Mesh& low, std::span<const Vec3> low_position
     theirs = whole(cage, first, low.triangles.size());
     pairs = {0};
   }
-  Partners partners(low, cage, positions);
-  for (std::size_t i = 0; i < ours.size(); ++i) {
-    if (partners.take(ours[i], theirs[pairs[i]])) continue;
-    misfit = "faces of its " + in_quotes(theirs[pairs[i]].name) +
-             " do not have the vertices of the low poly's " + in_quotes(ours[i].name) +
-             " in their order";
-    return {};
-  }
-  std::vector<Vec3> corners = partners.corners();
-  if (corners.empty()) misfit = "vertices of the low poly would lie in two places";
-  return corners;
+  const auto take = [&] {
+    Partners partners(low, cage, positions);
+    for (std::size_t i = 0; i < ours.size(); ++i) {
+      if (partners.take(ours[i], theirs[pairs[i]])) continue;
+      misfit = "faces of its " + in_quotes(theirs[pairs[i]].name) +
+               " do not have the vertices of the low poly's " + in_quotes(ours[i].name) +
+               " in their order";
+      return std::vector<Vec3>{};
+    }
+    std::vector<Vec3> corners = partners.corners();
+    if (corners.empty()) misfit = "vertices of the low poly would lie in two places";
+    return corners;
+  };
+  std::vector<Vec3> corners = take();
+  if (by_piece || !named) return corners;
+  const auto far = [&] { return corners.empty() ? 1 : far_share(low, low_positions, corners); };
+  const double far_in_order = far();
+  if (far_in_order <= kFewFar) return corners;
+  // Without names that say so, parts may still be in another order.
+  const std::vector<Vec3> in_order = corners;
+  const std::string wrong =
+      corners.empty()
+          ? misfit
+          : "in the order of their faces, its vertices do not lie where the low poly's do";
+  misfit.clear();
+  ours = parts_of(low, low_positions, 0, low.triangles.size());
+  theirs = parts_of(cage, positions, first, low.triangles.size());
+  pairs = ours.size() == theirs.size() ? by_places(ours, theirs) : std::vector<std::uint32_t>{};
+  corners = complete(pairs) ? take() : std::vector<Vec3>{};
+  if (const double found = far(); found < far_in_order && found <= kManyFar) return corners;
+  misfit = far_in_order <= kManyFar ? "" : wrong;
+  return far_in_order <= kManyFar ? in_order : std::vector<Vec3>{};
 }
 
 bool begins_with_inner(const Mesh& cage) {

@@ -34,6 +34,8 @@ struct CageCorners {
 /// with twice as many has shells where both halves are so; any other is a hull. Objects, or else groups, of the
 /// two meshes pair by their names, with or without endings such as _low and _cage. Where not all do, those of as
 /// many triangles pair whose boxes have the nearest corners; where that is not clear, all are taken in order.
+/// Without names all are taken in order, too, unless vertices then lie far from those that they stand for, and parts
+/// that share no vertex pair by their places so that fewer do.
 /// In a piece, faces may be cut otherwise where its vertices are those of the low poly in order.
 /// \throws Error(input) for a mesh that is no mesh
 CageCorners read_cage(const Mesh& low, const Mesh& cage, const Frame& frame);

@@ -107,6 +107,29 @@ TEST(CageCommand, FindsSavesAndDrawsOne) {
 }
 
 /// Distances and directions as an image: the same cage, of which one vertex can be corrected.
+TEST(CageCommand, SaysWhereACopyServesAsAHull) {
+  KILN_REQUIRE_DEVICE();
+  const fs::path folder = test::scratch_folder();
+  const Mesh low = test::BumpySphere::light();
+  save_obj(test::BumpySphere::dense(2000), folder / "high.obj");
+  save_obj(low, folder / "low.obj");
+  Mesh cage;
+  cage.positions = low.positions;
+  for (Vec3& p : cage.positions) p = {1.2F * p.x, 1.2F * p.y, 1.2F * p.z};
+  cage.triangles.assign(low.triangles.rbegin(), low.triangles.rend());
+  save_obj(cage, folder / "cage.obj");
+  const ProcessResult result =
+      run_kiln({"bake", folder / "high.obj", folder / "low.obj", "--cage-mesh", folder / "cage.obj",
+                "--out", folder / "out", "--size", "64", "--json", folder / "r.json"});
+  ASSERT_EQ(result.exit_code, 0) << result.errors;
+  EXPECT_NE(result.errors.find("serves as a closed hull, not as a copy of the low poly: faces of"),
+            std::string::npos)
+      << result.errors;
+  const nlohmann::json report = read_json(folder / "r.json");
+  EXPECT_EQ(report["cage"]["kind"], "hull");
+  EXPECT_EQ(report["texels"]["missed"], 0);
+}
+
 TEST(CageCommand, OneIsAnImageToo) {
   KILN_REQUIRE_DEVICE();
   const fs::path folder = test::scratch_folder();

@@ -110,6 +110,33 @@ TEST(CageCopy, PairsObjectsOfOtherNamesByTheirPlaces) {
   expect_moved(bare, read(obj({{"a", 0, 0.5}, {"b", 8, 0.5}}, 0, false), "cage.obj"), 0.5F);
 }
 
+TEST(CageCopy, PairsPartsWithoutNamesByTheirPlaces) {
+  const Mesh low = read(obj({{"", 0}, {"", 8}, {"", 16}}, 0, false), "low.obj");
+  for (const int first_corner : {0, 1}) {
+    const auto cage = [&](const std::vector<Block>& blocks) {
+      return read(obj(blocks, first_corner, false), "cage.obj");
+    };
+    expect_moved(low, cage({{"", 16, 0.5}, {"", 0, 0.5}, {"", 8, 0.5}}), 0.5F);
+    // Two of eight.
+    std::vector<Block> many, swapped;
+    for (int i = 0; i < 8; ++i) {
+      many.push_back({"", 8.0 * i});
+      swapped.push_back({"", 8.0 * (i == 2 ? 5 : i == 5 ? 2 : i), 0.5});
+    }
+    expect_moved(read(obj(many, 0, false), "low.obj"), cage(swapped), 0.5F);
+    // Where one is nearest to two parts, nothing says which is which.
+    EXPECT_EQ(misfit(low, cage({{"", 16, 0.5}, {"", 16.25, 0.5}, {"", 15.75, 0.5}})),
+              "in the order of their faces, its vertices do not lie where the low poly's do");
+  }
+  // Names that say otherwise have the last word.
+  const Mesh named = read(obj({{"a", 0}, {"b", 8}}), "low.obj");
+  EXPECT_EQ(
+      read_cage(named, read(obj({{"a", 8, 0.5}, {"b", 0, 0.5}}), "c.obj"), frame_of(named)).kind,
+      CageKind::offsets);
+  // In order, a cage may lie as far out as it likes.
+  expect_moved(low, read(obj({{"", 0, 3}, {"", 8, 3}, {"", 16, 3}}, 0, false), "cage.obj"), 3);
+}
+
 TEST(CageCopy, SaysWhatDoesNotFit) {
   const Mesh low = read(obj({{"a", 0}, {"b", 8}}), "low.obj");
   EXPECT_EQ(misfit(low, read(obj({{"a", 0, 0.5}, {"b", 8, 0.5, 2}}), "cage.obj")),
