@@ -184,7 +184,9 @@ struct NamedGroups {
   std::vector<std::string> part_of;      ///< Of each group
 
   NamedGroups(const Mesh& mesh, const PartNames& names, const PartNamer& part_name, PartSide side) {
-    const bool objects = names.by == PartsBy::object, materials = names.by == PartsBy::material;
+    // Formats that know no groups, such as glTF, have objects alone.
+    const bool materials = names.by == PartsBy::material;
+    const bool objects = names.by == PartsBy::object || (!materials && mesh.groups.empty());
     of = objects ? &mesh.objects : materials ? &mesh.materials : &mesh.groups;
     const std::vector<std::string>& all = objects     ? mesh.object_names
                                           : materials ? mesh.material_names

@@ -12,7 +12,7 @@ namespace KILN_PUBLIC kiln {
 
 /// By which names of a mesh's triangles parts are told apart.
 enum class PartsBy {
-  name,      ///< Groups (Mesh::groups), by patterns of their names
+  name,      ///< Groups (Mesh::groups; without any, objects), by patterns of their names
   group,     ///< Groups of the same name
   object,    ///< Objects (Mesh::objects) of the same name
   material,  ///< Materials of the same name

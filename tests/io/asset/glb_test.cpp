@@ -496,10 +496,10 @@ TEST(SaveGlb, CurvedMeshesAreRightInAllEightOrientations) {
     ++count[way];
   }
   // 8 bits are 0.3 degrees in the mean (half of 2/255, in two axes), and rays along LOW's normals meet HIGH a
-  // little off the tube's ray. A channel the wrong way round is 20 degrees, HIGH's mean slope.
+  // little off the tube's ray. Green the wrong way round is 9 degrees and more.
   for (std::size_t way = 0; way < 8; ++way) {
     ASSERT_GT(count[way], 200);
-    EXPECT_LT(sum[way] / count[way], 1) << way;
+    EXPECT_LT(sum[way] / count[way], 0.5) << way;
   }
 }
 
