@@ -125,6 +125,9 @@ void put_in_words(const Mesh& mesh, const CleanOptions& options, CleanReport& r,
       many(r.duplicates.count, "triangle", "repeats another", "repeat another") + " @: left out.");
   words.say("split-at-junctions", r.junctions,
             counted(r.junctions.count, "open edge") + " on which others end @: cut there.");
+  words.say("dropped-fins", r.fins,
+            counted(r.fins.count, "fin") + " below " + percent_words(options.floater) +
+                " across on edges that two other triangles share @: left out.");
   words.say(
       "turned-triangles", r.turned,
       std::to_string(r.turned.count) + " of " + counted(given, "triangle") +
@@ -162,9 +165,11 @@ CleanReport clean_mesh(Mesh& mesh, const CleanOptions& options) {
     if (is) body();
     ProgressGuard::poll();
   };
+  // Doubled triangles hide open edges; what is welded may double more.
+  step(whole, [&] { drop(mesh, find_useless(mesh, report)); });
   step(whole && options.weld > 0,
        [&] { report.welded = weld_near(mesh, options.weld * diagonal); });
-  step(whole, [&] { drop(mesh, find_useless(mesh, report)); });
+  step(report.welded.count != 0, [&] { drop(mesh, find_useless(mesh, report)); });
   step(whole && options.weld > 0,
        [&] { report.junctions = cut_at_junctions(mesh, options.weld * diagonal); });
   step(whole && options.floater > 0,

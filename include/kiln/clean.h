@@ -51,10 +51,10 @@ struct CleanReport {
 /// stays as it is to the bit: one whose edges have two triangles or one, which face alike and outwards, in one body.
 ///
 /// In this order:
-///   welded-vertices       vertices of open edges within `weld` get one position. Indices, UVs, normals and colours stay,
-///                         so seams do, too
 ///   degenerate-triangles  left out
 ///   duplicate-triangles   the same corners in the same order: left out. Two-sided sheets stay
+///   welded-vertices       vertices of open edges within `weld` get one position. Indices, UVs, normals and colours stay,
+///                         so seams do, too
 ///   split-at-junctions    an open edge on which others end is cut there, so that both sides share their edges
 ///   dropped-fins          parts with open edges, smaller than `floater`, that hang on edges of three triangles; never more
 ///                         than a tenth of the area

@@ -155,7 +155,10 @@ TEST(Clean, FinsGoAndWallsStay) {
     mesh.positions.push_back({p.x * 1.005F, p.y * 1.005F, p.z * 1.005F});
     mesh.triangles.push_back({v[1], v[2], tip});
   }
-  EXPECT_EQ(clean_mesh(mesh, {.floater = 0.03}).fins.count, 20U);
+  const CleanReport report = clean_mesh(mesh, {.floater = 0.03});
+  EXPECT_EQ(report.fins.count, 20U);
+  ASSERT_EQ(report.warnings.size(), 1U);
+  EXPECT_EQ(report.warnings[0].code, "dropped-fins");
   EXPECT_EQ(mesh.triangles, sphere.triangles);
   EXPECT_EQ(mesh.positions, sphere.positions);
   // Two sheets that meet in a line of a third one.
@@ -331,6 +334,54 @@ TEST(Clean, OpenEdgesAreCutWhereOthersEnd) {
     return sum;
   };
   EXPECT_NEAR(area(mesh), area(left) + area(right), 1e-6);
+}
+
+TEST(Clean, DoubledPatchesApartAreJoined) {
+  // Two halves that share no vertex, a rounding apart, one of them twice.
+  const Mesh sphere = test::icosphere(4);
+  std::vector<std::size_t> upper, lower;
+  for (std::size_t t = 0; t < sphere.triangles.size(); ++t) {
+    (sphere.positions[sphere.triangles[t][0]].z > 0 ? upper : lower).push_back(t);
+  }
+  Mesh half = without(sphere, upper);
+  move(half, {2e-6F, 0, 0});
+  Mesh mesh = join({without(sphere, lower), half, half});
+  const CleanReport report = clean_mesh(mesh);
+  EXPECT_EQ(report.duplicates.count, lower.size());
+  EXPECT_GT(report.welded.count, 0U);
+  EXPECT_EQ(open_edges(mesh), 0U);
+  EXPECT_EQ(mesh.triangles.size(), sphere.triangles.size());
+}
+
+TEST(Clean, WhatIsDoneIsTold) {
+  // All faults at once: each has its warning, with the count.
+  const Mesh sphere = test::icosphere(5);
+  Mesh ball = test::icosphere(1, 0.004), far = ball;
+  move(far, {2, 0, 0});
+  Mesh broken = without(sphere, {3000});
+  broken.triangles.push_back(broken.triangles[100]);
+  for (std::size_t t = 0; t < 40; ++t) turn(broken, t);
+  Mesh mesh = join({soup(broken, 3e-7), far, test::icosphere(3, 0.5)});
+  mesh.groups = mesh.objects = mesh.materials = {};
+  mesh.triangles.push_back({5, 5, 6});
+  const CleanReport report = clean_mesh(mesh, {.max_hole = 0.1});
+  std::map<std::string, std::uint64_t> told;
+  for (const Warning& warning : report.warnings) {
+    told[warning.code] = warning.count;
+    EXPECT_NE(warning.message.find("one at ("), std::string::npos) << warning.message;
+  }
+  const std::map<std::string, std::uint64_t> done = {
+      {"welded-vertices", report.welded.count},
+      {"degenerate-triangles", 1},
+      {"duplicate-triangles", 1},
+      {"turned-triangles", 40},
+      {"filled-holes", 1},
+      {"dropped-floaters", 1},
+      {"dropped-inner", 1},
+  };
+  EXPECT_EQ(told, done);
+  EXPECT_EQ(open_edges(mesh), 0U);
+  EXPECT_EQ(mesh.triangles.size(), sphere.triangles.size());
 }
 
 TEST(Clean, OptionsOutOfRangeAreRefused) {
