@@ -6,7 +6,7 @@
 #include <cstddef>
 #include <vector>
 
-#include "arguments/bake_arguments.h"
+#include "arguments/bake_job.h"
 
 namespace kiln::cli {
 namespace {
