@@ -415,8 +415,10 @@ void check(const BakeArguments& a) {
   check_sets(a);
   check_occlusion(a);
   check_files(a);
-  if (a.raw && !is_exr(image_options(a)))
-    fail_usage("--raw writes negative values, which PNG cannot hold: add --format exr.");
+  if (a.raw && !holds_floats(image_options(a))) {
+    fail_usage("--raw writes negative values, which --format " + a.format +
+               " cannot hold: add --format exr.");
+  }
   if (a.given.contains("--dither") && a.format != "png8")
     fail_usage("--dither is for --format png8.");
 }

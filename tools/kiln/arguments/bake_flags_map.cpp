@@ -81,7 +81,9 @@ void add_map_flags(Command& command, BakeArguments& a) {
       .add_flag("--two-component", a.two_component,
                 "Leave out the third component: z = sqrt(1-x^2-y^2)")
       ->group(group_map);
-  command.add_option("--format", a.format, "png16, png8, exr (half) or exr32 (float)")
+  command
+      .add_option("--format", a.format,
+                  "png16, png8, exr (half), exr32 (float), tiff16, tiff8 or tiff32 (float)")
       ->check(one_of(format_values()))
       ->capture_default_str()
       ->group(group_map);

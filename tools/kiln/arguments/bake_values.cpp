@@ -87,10 +87,11 @@ Words<ViewCriterion> criterion_values() {
 }
 
 Words<ImageFormat> format_values() {
-  static constexpr Words<ImageFormat>::Row kRows[] = {{"exr", ImageFormat::exr_half},
-                                                      {"exr32", ImageFormat::exr_float},
-                                                      {"png16", ImageFormat::png16},
-                                                      {"png8", ImageFormat::png8}};
+  static constexpr Words<ImageFormat>::Row kRows[] = {
+      {"exr", ImageFormat::exr_half},     {"exr32", ImageFormat::exr_float},
+      {"png16", ImageFormat::png16},      {"png8", ImageFormat::png8},
+      {"tiff16", ImageFormat::tiff16},    {"tiff8", ImageFormat::tiff8},
+      {"tiff32", ImageFormat::tiff_float}};
   return kRows;
 }
 

@@ -24,7 +24,8 @@ LowPolyPlanOptions low_poly_options(const BakeRun& run) {
   if (!a.max_outline.empty()) options.max_outline = parse_outline_bound(a.max_outline);
   options.choose_match = a.match == kAutomatic;
   options.choose_samples = !a.given.contains("--samples");
-  if (a.given.contains("--format")) options.bits = a.format == "png8" ? 8 : 16;
+  if (a.given.contains("--format"))
+    options.bits = a.format == "png8" || a.format == "tiff8" ? 8 : 16;
   options.bake = run.options;
   options.height_field = run.dense.heights.has_value();
   options.unwrap = unwrap_options(a.unwrap_method, options.bake.width).method;
