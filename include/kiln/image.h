@@ -35,6 +35,9 @@ enum class ImageFormat {
   exr_float,  ///< OpenEXR, 32-bit float, PIZ (lossless)
   png16,      ///< PNG, 16 bits a channel, [0, 1] rounded to nearest
   png8,       ///< PNG, 8 bits a channel
+  tiff16,  ///< TIFF, 16 bits a channel, as png16; deflated. Where libtiff was built in (picture_formats())
+  tiff8,       ///< TIFF, 8 bits a channel
+  tiff_float,  ///< TIFF, 32-bit float, as it is
 };
 
 /// What a file says of its picture.

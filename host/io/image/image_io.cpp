@@ -232,13 +232,36 @@ Image load_image(const std::filesystem::path& path) {
 
 namespace {
 
+bool is_tiff(ImageFormat format) {
+  return format == ImageFormat::tiff8 || format == ImageFormat::tiff16 ||
+         format == ImageFormat::tiff_float;
+}
+
 /// A name that ends in the extension of another format would mislead whoever reads the file.
 void check_extension(const std::filesystem::path& path, ImageFormat format) {
   const std::string extension = lower_extension(path);
   const bool exr = format == ImageFormat::exr_half || format == ImageFormat::exr_float;
-  if (extension != (exr ? ".png" : ".exr")) return;
-  throw Error(ErrorCode::usage, "'" + path.string() + "' would hold " + (exr ? "OpenEXR" : "PNG") +
+  const PictureKind kind = exr ? kExr : is_tiff(format) ? kTiff : kPng;
+  const bool other = (extension == ".png" && kind != kPng) ||
+                     (extension == ".exr" && kind != kExr) ||
+                     ((extension == ".tif" || extension == ".tiff") && kind != kTiff);
+  if (!other) return;
+  throw Error(ErrorCode::usage, "'" + path.string() + "' would hold " + kPictures[kind].name +
                                     ": set SaveImageOptions::format to what the name says.");
+}
+
+std::vector<std::byte> tiff_of(const Image& image, ImageFormat format) {
+#ifdef KILN_HAS_TIFF
+  return encode_tiff(image, format == ImageFormat::tiff8    ? 8
+                            : format == ImageFormat::tiff16 ? 16
+                                                            : 32);
+#else
+  static_cast<void>(image);
+  static_cast<void>(format);
+  throw Error(ErrorCode::usage,
+              "TIFF cannot be written: this build of Kiln was made without libtiff. Choose PNG or "
+              "OpenEXR, or build with KILN_TIFF=ON where libtiff is installed.");
+#endif
 }
 
 }  // namespace
@@ -256,6 +279,12 @@ void save_image(const Image& image, const std::filesystem::path& path,
       return save_png(image, path, {16, false, options.threads, png_texts(options)});
     case ImageFormat::png8:
       return save_png(image, path, {8, options.dither, options.threads, png_texts(options)});
+    case ImageFormat::tiff16:
+    case ImageFormat::tiff8:
+    case ImageFormat::tiff_float: {
+      const std::vector<std::byte> bytes = tiff_of(image, options.format);
+      return save_text(path, {reinterpret_cast<const char*>(bytes.data()), bytes.size()});
+    }
   }
   throw Error(ErrorCode::usage, "SaveImageOptions::format is none of ImageFormat.", "option-enum");
 }
@@ -280,6 +309,10 @@ std::vector<std::byte> encode(const Image& image, const SaveImageOptions& option
       return png(16, false);
     case ImageFormat::png8:
       return png(8, options.dither);
+    case ImageFormat::tiff16:
+    case ImageFormat::tiff8:
+    case ImageFormat::tiff_float:
+      return tiff_of(image, options.format);
   }
   throw Error(ErrorCode::usage, "SaveImageOptions::format is none of ImageFormat.", "option-enum");
 }

@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <span>
 #include <string>
+#include <vector>
 
 #include "io/image/image_reader.h"
 
@@ -24,6 +25,11 @@ Image parse_webp(const ByteSource& source, const std::string& file, const ImageL
 /// strips or tiles, channels together or apart. The tag Orientation is followed, alpha that is multiplied into the
 /// colours is divided out. \throws Error(input)
 Image parse_tiff(const ByteSource& source, const std::string& file, const ImageLimits& limits = {});
+
+/// A TIFF in memory: grey or RGB, with alpha or without; deflated in strips of 64 rows, little-endian. Whole numbers
+/// are clamped to [0, 1] and rounded to nearest; beyond 4 GiB it is a BigTIFF. \param bits  8 or 16; 32: floats
+/// \throws Error(output)
+std::vector<std::byte> encode_tiff(const Image& image, int bits);
 
 /// True if the first page holds floats. False if it cannot be read.
 bool tiff_holds_floats(const ByteSource& source);

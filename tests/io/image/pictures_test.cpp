@@ -511,5 +511,34 @@ TEST(Hdr, ValuesAreLinear) {
 }
 #endif
 
+/// What is written comes back: to half a step, or to the bit; the same as PNG and EXR give.
+TEST(Pictures, TiffComesBack) {
+  const std::vector<std::string> formats = picture_formats();
+  if (std::find(formats.begin(), formats.end(), "TIFF") == formats.end()) {
+    GTEST_SKIP() << "built without libtiff";
+  }
+  for (std::uint32_t channels = 1; channels <= 4; ++channels) {
+    Image image{7, 130, channels, {}};  // more than two strips of rows
+    for (std::uint32_t i = 0; i < 7 * 130 * channels; ++i) {
+      image.pixels.push_back(static_cast<float>(i % 1009) / 1008);
+    }
+    for (const auto& [format, step] :
+         {std::pair(ImageFormat::tiff8, 255.0), std::pair(ImageFormat::tiff16, 65535.0),
+          std::pair(ImageFormat::tiff_float, 1e9)}) {
+      const Image back = load_image(encode(image, {format}), "a.tif");
+      ASSERT_EQ(back.channels, channels);
+      ASSERT_EQ(back.pixels.size(), image.pixels.size());
+      for (std::size_t i = 0; i < image.pixels.size(); ++i) {
+        // Half a step, and what a float near 1 is off.
+        ASSERT_NEAR(back.pixels[i], image.pixels[i],
+                    format == ImageFormat::tiff_float ? 0 : 0.5 / step + 1e-7);
+      }
+    }
+  }
+  EXPECT_THROW(
+      save_image(Image{1, 1, 1, {0}}, test::scratch_folder() / "a.png", {ImageFormat::tiff8}),
+      Error);
+}
+
 }  // namespace
 }  // namespace kiln

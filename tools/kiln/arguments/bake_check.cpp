@@ -503,8 +503,10 @@ void check(const BakeJob& a) {
   check_sets(a);
   check_occlusion(a);
   check_files(a);
-  if (a.options.encoding.raw && !is_exr(a.image))
-    fail_usage("--raw writes negative values, which PNG cannot hold: add --format exr.");
+  if (a.options.encoding.raw && !holds_floats(a.image)) {
+    fail_usage("--raw writes negative values, which --format " +
+               name_of(Words(kFormats), a.image.format) + " cannot hold: add --format exr.");
+  }
   if (a.given.contains("--dither") && a.image.format != ImageFormat::png8)
     fail_usage("--dither is for --format png8.");
 }

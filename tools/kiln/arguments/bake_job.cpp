@@ -197,7 +197,14 @@ bool is_exr(const SaveImageOptions& options) {
   return options.format == ImageFormat::exr_half || options.format == ImageFormat::exr_float;
 }
 
-std::string extension(const SaveImageOptions& options) { return is_exr(options) ? ".exr" : ".png"; }
+bool holds_floats(const SaveImageOptions& options) {
+  return is_exr(options) || options.format == ImageFormat::tiff_float;
+}
+
+std::string extension(const SaveImageOptions& options) {
+  const bool png = options.format == ImageFormat::png16 || options.format == ImageFormat::png8;
+  return is_exr(options) ? ".exr" : png ? ".png" : ".tif";
+}
 
 std::vector<std::filesystem::path> map_files(const std::filesystem::path& folder,
                                              const std::string& name, std::size_t mips,

@@ -150,6 +150,8 @@ std::optional<CleanOptions> clean_options(const BakeJob& job);
 bool onto_plane(const BakeJob& job);
 
 bool is_exr(const SaveImageOptions& options);
+/// True if values are written as they are: EXR, and TIFF of floats.
+bool holds_floats(const SaveImageOptions& options);
 std::string extension(const SaveImageOptions& options);
 
 /// Where a map and the levels of its mip-map go: with PNG a file a level, FOLDER/NAME.png,

@@ -459,7 +459,7 @@ std::vector<OptionRow> make_rows() {
       {.flag = "--format",
        .group = kMap,
        .value = choice(AT(image.format), Words(kFormats)),
-       .help = "png16, png8, exr (half) or exr32 (float)"},
+       .help = "png16, png8, exr (half), exr32 (float), tiff16, tiff8 or tiff32 (float)"},
       {.flag = "--dither",
        .group = kMap,
        .value = toggle(AT(image.dither)),

@@ -104,10 +104,11 @@ inline constexpr Word<ViewLikelihood> kLikelihoods[] = {
 inline constexpr Word<ViewCriterion> kCriteria[] = {{"angle", ViewCriterion::angle},
                                                     {"depth", ViewCriterion::depth},
                                                     {"distance", ViewCriterion::distance}};
-inline constexpr Word<ImageFormat> kFormats[] = {{"exr", ImageFormat::exr_half},
-                                                 {"exr32", ImageFormat::exr_float},
-                                                 {"png16", ImageFormat::png16},
-                                                 {"png8", ImageFormat::png8}};
+inline constexpr Word<ImageFormat> kFormats[] = {
+    {"exr", ImageFormat::exr_half},     {"exr32", ImageFormat::exr_float},
+    {"png16", ImageFormat::png16},      {"png8", ImageFormat::png8},
+    {"tiff16", ImageFormat::tiff16},    {"tiff8", ImageFormat::tiff8},
+    {"tiff32", ImageFormat::tiff_float}};
 /// What --fallback can end with.
 inline constexpr Word<MissPolicy> kMisses[] = {
     {"fill", MissPolicy::fill}, {"low", MissPolicy::keep}, {"mark", MissPolicy::mark}};

@@ -45,7 +45,7 @@ bool has_clusters(const std::string& map) {
 /// Integer formats clamp what lies beyond the range.
 void warn_of_clamped(BakeRun& run, const BakedMap& map, const std::string& name) {
   const RangeExcess excess = beyond_range(map, run.result.coverage);
-  if (is_exr(run.save_options) || excess.texels == 0) return;
+  if (holds_floats(run.save_options) || excess.texels == 0) return;
   char value[32];
   std::snprintf(value, sizeof value, "%.6g", double{excess.value});
   const std::string example = std::string(value) + " at texel column " + std::to_string(excess.x) +
@@ -126,8 +126,9 @@ void warn_of_format(BakeRun& run, const BakedMap& map, const std::string& name,
     run.warnings.push_back(
         {code,
          "The map " + name + " " + what +
-             (format == ImageFormat::exr_float ? "Give a nearer --origin, or none."
-                                               : "Use --format exr32."),
+             (format == ImageFormat::exr_float || format == ImageFormat::tiff_float
+                  ? "Give a nearer --origin, or none."
+                  : "Use --format exr32."),
          1});
   };
   const auto number = [](double value) {
@@ -150,10 +151,12 @@ void warn_of_format(BakeRun& run, const BakedMap& map, const std::string& name,
                                   [&](const MapInfo& info) { return info.kind == map.kind; });
   if (!places) return;
   double step = std::exp2(std::ilogb(most) - (half ? kHalfBits : kFloatBits));
-  if (!is_exr(run.save_options)) {
+  if (!holds_floats(run.save_options)) {
     step = 0;
     for (const auto [low, high] : ranges) {
-      step = std::max(step, (double{high} - low) / (format == ImageFormat::png8 ? 255 : 65535));
+      step = std::max(
+          step, (double{high} - low) /
+                    (format == ImageFormat::png8 || format == ImageFormat::tiff8 ? 255 : 65535));
     }
   }
   const double texel = texel_side(run);
@@ -168,7 +171,7 @@ void warn_of_format(BakeRun& run, const BakedMap& map, const std::string& name,
 void store(BakeRun& run, BakedMap& map, const std::string& name) {
   const SaveImageOptions& options = run.save_options;
   warn_of_clamped(run, map, name);
-  if (map.info.is_color && !is_exr(options)) {
+  if (map.info.is_color && !holds_floats(options)) {
     to_srgb(map.image);
     for (Image& level : map.mips) to_srgb(level);
   }
@@ -257,7 +260,7 @@ bool save_packs(BakeRun& run) {
       joined.mips.push_back(packed(
           pack, [&](const std::string& map) -> const Image& { return map_of(map).mips[level]; }));
     }
-    if (is_exr(run.save_options) || !scaled) ranges.clear();
+    if (holds_floats(run.save_options) || !scaled) ranges.clear();
     const std::vector<ImageText> texts =
         texts_of(run.save_options, ranges, scaled ? units : std::string());
     if (!save_with_mips(run, joined, pack.name, texts)) return false;

@@ -24,7 +24,10 @@ LowPolyPlanOptions low_poly_options(const BakeRun& run) {
   if (!a.max_outline.empty()) options.max_outline = parse_outline_bound(a.max_outline);
   options.choose_match = a.match_auto;
   options.choose_samples = !a.given.contains("--samples");
-  if (a.given.contains("--format")) options.bits = a.image.format == ImageFormat::png8 ? 8 : 16;
+  if (a.given.contains("--format")) {
+    const bool bytes = a.image.format == ImageFormat::png8 || a.image.format == ImageFormat::tiff8;
+    options.bits = bytes ? 8 : 16;
+  }
   options.bake = run.options;
   options.height_field = run.dense.heights.has_value();
   options.unwrap = unwrap_options(a.unwrap_method, options.bake.width).method;

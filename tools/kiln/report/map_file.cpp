@@ -115,7 +115,7 @@ std::vector<ValueRange> stored_ranges(const BakedMap& map, const SaveImageOption
   const bool as_is = std::all_of(map.ranges.begin(), map.ranges.end(), [](const ValueRange& range) {
     return range.low == 0 && range.high == 1;
   });
-  return as_is || is_exr(options) || map.info.type == MapType::unit_vector
+  return as_is || holds_floats(options) || map.info.type == MapType::unit_vector
              ? std::vector<ValueRange>()
              : map.ranges;
 }
@@ -132,7 +132,7 @@ std::vector<Image> as_stored(const BakedMap& map, const SaveImageOptions& option
   levels.insert(levels.end(), map.mips.begin(), map.mips.end());
   const std::vector<ValueRange> ranges = stored_ranges(map, options);
   for (Image& level : levels) {
-    if (map.info.is_color && !is_exr(options)) to_srgb(level);
+    if (map.info.is_color && !holds_floats(options)) to_srgb(level);
     if (!ranges.empty()) store_in(ranges, level);
   }
   return levels;
