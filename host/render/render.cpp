@@ -4,6 +4,7 @@
 #include <cmath>
 #include <string>
 
+#include "base/memory.h"
 #include "base/parallel.h"
 #include "mesh/low_shading.h"
 #include "mesh/low_surface.h"
@@ -284,6 +285,13 @@ Image Scene::Impl::trace(const Camera& camera, const RenderOptions& options, boo
   const std::uint32_t tiles_per_part = std::min(tiles, kMaxSamplesPerPart / samples_per_tile);
   params.capacity = tiles_per_part * samples_per_tile;
 
+  // With a part of it: its samples on the device and its colours on both sides, none of them touched until then.
+  constexpr std::uint64_t kBytesOfSample =
+      7 * sizeof(float) + KILN_SURFACE_PLANES * sizeof(float) + 2 + 17;
+  require_memory("The picture",
+                 std::uint64_t{camera.width} * camera.height * 3 * sizeof(float) +
+                     kBytesOfSample * params.capacity +
+                     std::uint64_t{6} * sizeof(float) * tiles_per_part * kTilePixels);
   cl::Context& context = context_of(device);
   Part part(context, params.capacity, tiles_per_part * kTilePixels);
   const std::vector<float> disc =

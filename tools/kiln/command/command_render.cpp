@@ -126,7 +126,7 @@ Image draw_picture(const RenderArguments& arguments, const Scene* high, const Sc
   if (!arguments.error) {
     std::vector<Image> images;
     for (Panel& panel : panels) images.push_back(std::move(panel.image));
-    return join(images);
+    return join(std::move(images));
   }
   AnglePictures angles;
   angles.add(*high, low, options);
@@ -135,6 +135,20 @@ Image draw_picture(const RenderArguments& arguments, const Scene* high, const Sc
   std::snprintf(text, sizeof text, "error: mean %.2f degrees", angles.mean(0));
   panels.push_back({angles.picture(0, scale), {text}});
   return make_sheet(panels, scale, panels.size());
+}
+
+/// How many pictures are held at a time: all that are drawn, what they become together, and those that help.
+std::uint64_t pictures_held(const RenderArguments& arguments, bool has_map) {
+  if (arguments.views != 0) return 2 * std::uint64_t{arguments.views};
+  if (!arguments.show.empty()) return 2 * arguments.show.size() + 1;
+  const DressMaps& maps = arguments.dress;
+  const std::uint64_t helpers = !maps.any() ? 0
+                                            : 2 + (maps.color.empty() ? 0U : 1U) +
+                                                  (maps.occlusion.empty() ? 0U : 1U) +
+                                                  (maps.curvature.empty() ? 0U : 1U);
+  if (arguments.reference.empty()) return 1 + helpers;
+  const std::uint64_t panels = has_map ? 3 : 2;
+  return panels + std::max(helpers, arguments.error ? panels + 2 : panels);
 }
 
 /// What frames take: of the original, of the low poly, of the low poly with the map (Wang et al., figure 7;
@@ -252,6 +266,7 @@ int run_render(const RenderArguments& arguments) {
   }
   const double seconds_build = watch.lap();
   const Dressed dressed{device, mesh};
+  require_pictures(low.geometry(options), pictures_held(arguments, has_map));
   const Image picture = arguments.views != 0 ? contact_sheet(low, arguments.views, options)
                         : !arguments.show.empty()
                             ? map_sheet(dressed, arguments.show, options)

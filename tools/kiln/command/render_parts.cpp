@@ -10,8 +10,8 @@
 
 namespace kiln::cli {
 
-/// Pictures side by side, with a thin line between them.
-Image join(const std::vector<Image>& panels) {
+Image join(std::vector<Image> panels) {
+  if (panels.size() == 1) return std::move(panels.front());
   const std::uint32_t gap = std::max(1U, panels[0].width / 256);
   Image sheet;
   sheet.channels = 3;
@@ -28,6 +28,19 @@ Image join(const std::vector<Image>& panels) {
     left += panel.width + gap;
   }
   return sheet;
+}
+
+void require_pictures(const PictureGeometry& size, std::uint64_t count) {
+  const std::uint64_t bytes = count * size.width * size.height * 3 * sizeof(float);
+  const std::uint64_t left = memory_left();
+  if (bytes <= left) return;
+  const auto mebibytes = [](std::uint64_t b) { return std::to_string(b >> 20) + " MiB"; };
+  throw Error(ErrorCode::internal,
+              "Pictures of " + std::to_string(size.width) + "x" + std::to_string(size.height) +
+                  " pixels would take " + mebibytes(bytes) + " of memory, but only " +
+                  mebibytes(left) +
+                  " are left of the memory limit. Use a smaller --size or fewer pictures, or raise "
+                  "the memory limit.");
 }
 
 /// Measures how near the low poly comes to the reference, from the view shown and along the six

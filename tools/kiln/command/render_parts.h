@@ -11,7 +11,11 @@
 
 namespace kiln::cli {
 
-Image join(const std::vector<Image>& panels);
+/// Pictures side by side, with a thin line between them.
+Image join(std::vector<Image> panels);
+/// Asks for pictures before the first is drawn. \param count  held at a time, at most
+/// \throws Error(internal) where they do not fit
+void require_pictures(const PictureGeometry& size, std::uint64_t count);
 Json measure(Console& console, const Scene& high, const Scene& low, const Mesh& frame,
              const RenderOptions& options, bool has_map);
 Image contact_sheet(const Scene& scene, std::uint32_t count, RenderOptions options);

@@ -121,7 +121,7 @@ void CagePicture::draw(const Scene& within, const RenderOptions& options, Image&
   for (const auto& [a, b] : edges) {
     draw_edge(viewed[a], viewed[b], depth, kBehind * geometry.pixel, canvas);
   }
-  picture = canvas.image();
+  picture = canvas.take();
 }
 
 }  // namespace kiln::cli

@@ -4,6 +4,7 @@
 #include <array>
 #include <cstdint>
 #include <string>
+#include <utility>
 
 #include "kiln/image.h"
 
@@ -38,7 +39,7 @@ class Canvas {
   void text(double left, double top, const std::string& words, const Colour& colour = kInk,
             double height = kTextHeight);
 
-  const Image& image() const { return image_; }
+  Image take() { return std::move(image_); }
 
  private:
   Image image_;

@@ -175,7 +175,7 @@ Image make_sheet(const std::vector<Panel>& panels, const std::optional<Scale>& s
   if (scale) {
     draw_legend(canvas, *scale, legend, (page - legend.width) / 2, kGap + rows * row);
   }
-  return canvas.image();
+  return canvas.take();
 }
 
 }  // namespace kiln::cli
