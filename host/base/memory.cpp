@@ -84,6 +84,7 @@ std::uint64_t held_memory() {
 #endif
 
 std::atomic<std::uint64_t> limit_that_was_set{0};
+std::atomic<std::int64_t> untouched{0};
 
 std::uint64_t default_limit() {
   const std::uint64_t free = free_memory();
@@ -121,8 +122,11 @@ std::uint64_t memory_limit() {
 void set_memory_limit(std::uint64_t bytes) noexcept { limit_that_was_set = bytes; }
 
 std::uint64_t memory_left() {
-  return std::min(left_of(memory_limit(), held_memory()), free_memory());
+  const auto more = static_cast<std::uint64_t>(std::max<std::int64_t>(0, untouched));
+  return left_of(std::min(left_of(memory_limit(), held_memory()), free_memory()), more);
 }
+
+void count_untouched(std::int64_t bytes) noexcept { untouched += bytes; }
 
 void fail_for_stage(const std::string& problem) {
   throw Error(ErrorCode::internal,

@@ -18,6 +18,10 @@ std::uint64_t capped_product(std::uint64_t a, std::uint64_t b);
 /// "17 MiB", rounded up.
 std::string mebibytes(std::uint64_t bytes);
 
+/// Counts memory that was taken but not yet written to, which the system does not count as held: memory_left() is so
+/// much less. \param bytes  below 0 once it is written to, or given back
+void count_untouched(std::int64_t bytes) noexcept;
+
 /// Says that memory is short; must throw. \param problem  such as "The maps would take 3 MiB of memory, but
 /// only 2 MiB are left"
 using MemoryFailure = std::function<void(const std::string& problem)>;

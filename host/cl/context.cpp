@@ -5,6 +5,7 @@
 #include <cstring>
 #include <thread>
 
+#include "base/memory.h"
 #include "base/progress_guard.h"
 #include "cl/binary_cache.h"
 #include "cl/driver.h"
@@ -105,10 +106,18 @@ Buffer::Buffer(Context& context, std::size_t bytes) : bytes_(bytes), context_(&c
                                        megabytes(context.device_bytes()) + " are in use.");
   }
   context.account(static_cast<std::int64_t>(bytes));
+  if (info.is_gpu) return;
+  untouched_ = true;
+  count_untouched(static_cast<std::int64_t>(bytes));
+}
+
+void Buffer::touch() const noexcept {
+  if (untouched_ && untouched_.exchange(false)) count_untouched(-static_cast<std::int64_t>(bytes_));
 }
 
 Buffer::~Buffer() {
   if (memory_ == nullptr) return;
+  touch();
   release([&] { clReleaseMemObject(memory_); });
   context_->account(-static_cast<std::int64_t>(bytes_));
 }
@@ -123,6 +132,7 @@ Context::Context(cl_platform_id platform, cl_device_id device, DeviceInfo info)
           return status;
         }),
         "Opening " + info_.name);
+  note_opened();
   try {
     check(driver([&] {
             queue_ = clCreateCommandQueue(context_, device, 0, &status);
@@ -142,6 +152,7 @@ Context::Context(cl_context context, cl_device_id device, cl_command_queue queue
       context_(context),
       queue_(queue) {
   check(driver([&] { return clRetainContext(context_); }), "Sharing a context of " + info_.name);
+  note_opened();
   try {
     check(driver([&] { return clRetainCommandQueue(queue_); }),
           "Sharing a command queue of " + info_.name);
@@ -178,6 +189,7 @@ void Context::account(std::int64_t bytes) {
 
 void Context::set_buffer_argument(const Kernel& kernel, cl_uint index, const Buffer& buffer) {
   const cl_mem memory = buffer.get();
+  buffer.touch();
   set_raw_argument(kernel, index, &memory, sizeof(void*));
 }
 
@@ -235,6 +247,7 @@ void Context::finish() {
 void Context::fill_bytes(const Buffer& buffer, const void* value, std::size_t value_bytes,
                          std::size_t bytes) {
   if (bytes == 0) return;
+  buffer.touch();
   check(driver([&] {
           return clEnqueueFillBuffer(queue_, buffer.get(), value, value_bytes, 0, bytes, 0, nullptr,
                                      nullptr);
@@ -262,6 +275,7 @@ void in_pieces(std::size_t bytes, const Copy& copy) {
 void Context::write_bytes(const Buffer& buffer, std::size_t offset, const void* data,
                           std::size_t bytes) {
   wait();
+  buffer.touch();
   in_pieces(bytes, [&](std::size_t at, std::size_t piece) {
     check(driver([&] {
             return clEnqueueWriteBuffer(queue_, buffer.get(), CL_TRUE, offset + at, piece,
@@ -273,6 +287,7 @@ void Context::write_bytes(const Buffer& buffer, std::size_t offset, const void* 
 
 void* Context::map_bytes(const Buffer& buffer, std::size_t bytes) {
   wait();
+  buffer.touch();
   cl_int status = CL_SUCCESS;
   void* data = nullptr;
   check(driver([&] {

@@ -55,16 +55,20 @@ class Buffer {
 
   cl_mem get() const { return memory_; }
   std::size_t bytes() const { return bytes_; }
+  /// It is about to be written to, or was.
+  void touch() const noexcept;
 
  private:
   void swap(Buffer& other) noexcept {
     std::swap(memory_, other.memory_);
+    other.untouched_ = untouched_.exchange(other.untouched_);
     std::swap(bytes_, other.bytes_);
     std::swap(context_, other.context_);
   }
   cl_mem memory_ = nullptr;
   std::size_t bytes_ = 0;
   Context* context_ = nullptr;
+  mutable std::atomic<bool> untouched_{false};  ///< In count_untouched()
 };
 
 /// A typed device array of fixed size. An empty one may be passed to kernels as a null pointer.

@@ -6,6 +6,7 @@
 #include "cl/context.h"
 #include "cl/describe.h"
 #include "cl/driver.h"
+#include "cl/driver_state.h"
 #include "kiln/version.h"
 
 namespace kiln {
@@ -107,7 +108,11 @@ std::vector<Found> find_devices() {
 }
 
 const Found* select(const std::vector<Found>& found, std::string_view selector) {
-  if (selector.empty()) return found.data();
+  if (selector.empty()) {
+    const auto sound = std::find_if(found.begin(), found.end(),
+                                    [](const Found& f) { return !may_wait_for_itself(f.info); });
+    return sound != found.end() ? &*sound : found.data();
+  }
   if (std::all_of(selector.begin(), selector.end(),
                   [](unsigned char c) { return std::isdigit(c); })) {
     const std::size_t index =
@@ -133,6 +138,10 @@ DeviceInfo describe_device(cl_platform_id platform, cl_device_id device) {
 
 const char* version() noexcept {
   return KILN_DOTTED(KILN_VERSION_MAJOR, KILN_VERSION_MINOR, KILN_VERSION_PATCH);
+}
+
+bool may_wait_for_itself(const DeviceInfo& info) {
+  return info.platform == "Portable Computing Language" && info.name.starts_with("basic");
 }
 
 std::vector<DeviceInfo> list_devices() {

@@ -1,5 +1,7 @@
 #include "cl/driver.h"
 
+#include <unistd.h>
+
 #include <atomic>
 #include <cstdint>
 #include <cstdlib>
@@ -12,6 +14,7 @@ static_assert(std::atomic<bool>::is_always_lock_free);
 thread_local volatile int depth = 0;
 // Calls of all threads: how many have begun, and how many have ended.
 std::atomic<std::uint64_t> begun{0}, ended{0};
+std::atomic<pid_t> opened_by{0};  // the process that opened the last device
 
 }  // namespace
 
@@ -40,6 +43,19 @@ void throw_driver_failure() {
   throw Error(ErrorCode::device,
               "The OpenCL driver failed within a call, most likely for want of memory. Free some "
               "memory, or use a smaller size; then run it again.");
+}
+
+void note_opened() noexcept { opened_by = getpid(); }
+
+bool is_forked() noexcept {
+  const pid_t opener = opened_by;
+  return opener != 0 && opener != getpid();
+}
+
+void throw_forked() {
+  throw Error(ErrorCode::device,
+              "This process was forked from one that had opened an OpenCL device: the driver's "
+              "threads are not in it. Open devices after fork(), or run another program (exec).");
 }
 
 std::string cache_hint(const DeviceInfo& info) {

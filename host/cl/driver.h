@@ -26,9 +26,19 @@ void note_driver_failure() noexcept;
 /// \throws Error(device) where the driver has failed, now or before
 [[noreturn]] void throw_driver_failure();
 
-/// Makes a call. \returns its status \throws Error(device) where the driver throws, or has done so before
+/// Notes that this process has opened a device. In a child that it forks the driver has no threads: a call there would
+/// not return.
+void note_opened() noexcept;
+/// True in such a child.
+bool is_forked() noexcept;
+/// \throws Error(device)
+[[noreturn]] void throw_forked();
+
+/// Makes a call. \returns its status \throws Error(device) where the driver throws, or has done so before, and in a
+/// child of the process that opened a device
 template <typename Call>
 cl_int driver(const Call& call) {
+  if (is_forked()) throw_forked();
   if (driver_failed()) throw_driver_failure();
   try {
     const DriverCall here;
@@ -43,7 +53,7 @@ cl_int driver(const Call& call) {
 /// Makes a call that gives something back, for destructors. None where the driver has failed.
 template <typename Call>
 void release(const Call& call) noexcept {
-  if (driver_failed()) return;
+  if (driver_failed() || is_forked()) return;
   try {
     const DriverCall here;
     call();

@@ -1,6 +1,7 @@
 // State of OpenCL drivers that a program asks when it ends: the command, and nobody else.
 #pragma once
 
+#include "kiln/device.h"
 #include "kiln/export.h"
 
 namespace KILN_PUBLIC kiln {
@@ -14,5 +15,9 @@ bool driver_failed() noexcept;
 /// True if this thread is within a call of an OpenCL driver: for a handler of signals that drivers die by.
 /// Async-signal-safe.
 bool in_driver() noexcept;
+
+/// True of PoCL's driver `basic`: kernels run on the thread that waits for them, and several threads may wait for each
+/// other without end. Device::open() takes another where there is one and none is named.
+bool may_wait_for_itself(const DeviceInfo& info);
 
 }  // namespace kiln

@@ -13,9 +13,10 @@ namespace kiln::ocl {
 namespace {
 
 /// Before a source of the caller's: a function that forgets to return a value is an error, where the compiler can
-/// tell.
+/// tell, and so is one that prints, since drivers write that to standard output.
 constexpr const char* kStrict =
-    "\n#ifdef __clang__\n#pragma clang diagnostic error \"-Wreturn-type\"\n#endif\n";
+    "\n#ifdef __clang__\n#pragma clang diagnostic error \"-Wreturn-type\"\n#endif\n"
+    "#define printf this_must_not_print\n";
 
 double seconds_since(std::chrono::steady_clock::time_point start) {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();

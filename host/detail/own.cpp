@@ -5,6 +5,7 @@
 #include <array>
 #include <atomic>
 #include <cmath>
+#include <sstream>
 #include <string>
 
 #include "base/parallel.h"
@@ -163,9 +164,31 @@ class Own : public MapMaker {
   std::atomic<std::uint64_t> replaced_{0};
 };
 
+/// What the compiler lets pass, or says in the words of a linker.
+void check_source(const OwnMap& map) {
+  const auto refuse = [&](const std::string& problem) {
+    throw Error(ErrorCode::input, "The map " + map.name + " ('" + map.file + "') " + problem);
+  };
+  if (map.source.find("kiln_map") == std::string::npos) {
+    refuse("has no function kiln_map(): write float4 kiln_map(const kiln_point* p) { ... }.");
+  }
+  std::istringstream lines(map.source);
+  std::string line;
+  for (std::size_t number = 1; std::getline(lines, line); ++number) {
+    const auto skip = [&](std::size_t from) { return line.find_first_not_of(" \t", from); };
+    const std::size_t mark = skip(0);
+    if (mark == std::string::npos || line[mark] != '#') continue;
+    const std::size_t word = skip(mark + 1);
+    if (word == std::string::npos || line.compare(word, 7, "include") != 0) continue;
+    refuse("includes another file in line " + std::to_string(number) +
+           ": what it needs must stand in the map itself.");
+  }
+}
+
 }  // namespace
 
 MapRow own_map(const OwnMap& map) {
+  check_source(map);
   if (map.channels != 1 && map.channels != 3 && map.channels != 4) {
     throw Error(ErrorCode::usage, "The map " + map.name + " has " + std::to_string(map.channels) +
                                       " channels: it must be 1, 3 or 4.");

@@ -144,8 +144,25 @@ TEST(OwnMaps, SayWhatIsWrongWithTheirSource) {
     EXPECT_NE(text.find("my/broken.cl"), std::string::npos) << text;
     EXPECT_NE(text.find("broken.cl:3"), std::string::npos) << text;
   }
-  map.source = "float4 some_other(const kiln_point* p) { return (float4)(0.0f); }\n";
-  EXPECT_THROW(bake_own(test::plane(1, 1), test::plane(1, 1), map), Error);
+  const auto refused = [&](const std::string& source, const std::string& says) {
+    map.source = source;
+    try {
+      bake_own(test::plane(1, 1), test::plane(1, 1), map);
+      ADD_FAILURE() << "taken: " << source;
+    } catch (const Error& error) {
+      EXPECT_EQ(error.code(), ErrorCode::input);
+      const std::string text = error.what();
+      EXPECT_NE(text.find("my/broken.cl"), std::string::npos) << text;
+      EXPECT_NE(text.find(says), std::string::npos) << text;
+    }
+  };
+  refused("float4 some_other(const kiln_point* p) { return (float4)(0.0f); }\n",
+          "no function kiln_map()");
+  const std::string sound = "float4 kiln_map(const kiln_point* p) { return (float4)(0.0f); }\n";
+  refused("\n # include <stdio.h>\n" + sound, "in line 2");
+  // Standard output is the command's.
+  refused("float4 kiln_map(const kiln_point* p) {\n  printf(\"x\");\n  return (float4)(0.0f);\n}\n",
+          "must_not_print");
   map.source = "float4 kiln_map(const kiln_point* p) { return (float4)(NAN); }\n";
   const BakeResult nothing = bake_own(test::plane(1, 1), test::plane(1, 1), map);
   EXPECT_EQ(nothing.maps[1].image.pixels[0], 0);

@@ -254,22 +254,6 @@ TEST(TextureMaps, ColoursAreMultipliedWithThoseOfVerticesWhereAsked) {
   EXPECT_THROW(bake(source, test::plane(1, 1), options), Error);
 }
 
-TEST(TextureMaps, PlainMaterialsNeedNoUvs) {
-  KILN_REQUIRE_DEVICE();
-  Mesh high = test::plane(1, 1);
-  high.uvs.clear();
-  high.uv_triangles.clear();
-  high.material_names = {"all"};
-  high.materials = {0, 0};
-  const Source source(*test::device(), high);
-  BakeOptions options = options_of(4, 4, {MapKind{"color"}});
-  Texture texture;
-  texture.image_of = {Texture::kNone};
-  texture.plain = {{0.5F, 0.25F, 1, 1}};
-  options.color = texture;
-  EXPECT_NEAR(image_of(bake(source, test::plane(1, 1), options), "color").at(1, 1)[0], 0.5, 1e-6);
-}
-
 TEST(TextureMaps, VertexColoursAreInterpolatedInLinearLight) {
   KILN_REQUIRE_DEVICE();
   Mesh high = test::plane(1, 1);

@@ -112,6 +112,17 @@ TEST_F(Crashes, ADamagedCacheIsLeftForAnEmptyOne) {
   EXPECT_FALSE(fs::exists(folder_ / "failed" / "low_mask.png"));
 }
 
+TEST_F(Crashes, AMissingLinkerIsNamed) {
+  ProcessOptions options;
+  options.environment = {{"POCL_CACHE_DIR", folder_ / "cache"}, {"PATH", test::path_without("ld")}};
+  const ProcessResult result = test::run_kiln(words(folder_ / "out"), options);
+  EXPECT_EQ(result.exit_code, 4) << result.errors;
+  EXPECT_NE(result.errors.find("'ld', and no folder of PATH has one"), std::string::npos)
+      << result.errors;
+  EXPECT_EQ(result.errors.find("Trying"), std::string::npos) << result.errors;
+  EXPECT_EQ(result.errors.find("damaged"), std::string::npos) << result.errors;
+}
+
 TEST_F(Crashes, ACacheOnAFullDiskIsLeftForAnEmptyOne) {
   const fs::path cache = folder_ / "small", temporary = folder_ / "temporary";
   fs::create_directory(cache);

@@ -11,6 +11,7 @@
 #include <string>
 #include <vector>
 
+#include "cl/context.h"
 #include "kiln/kiln.h"
 #include "kiln/unwrap.h"
 #include "support/environment.h"
@@ -91,6 +92,45 @@ TEST_F(Limits, OfMemoryAreObeyedByReadersAndStages) {
          "ElementDataFile = large.raw\n";
   refused({"volume", folder_ / "large.mhd", "--iso", "1", "--out", folder_ / "out"}, 3,
           "large.mhd");
+}
+
+// Pictures are asked for before the first is drawn, all of them.
+TEST_F(Limits, OfMemoryAreObeyedByPictures) {
+  const std::string low = folder_ / "low.obj", high = folder_ / "high.obj";
+  const auto render = [&](const Words& words, const std::string& limit) {
+    Words all = {"render", low, "--out", folder_ / "picture.png", "--memory-limit", limit};
+    all.insert(all.end(), words.begin(), words.end());
+    return test::run_kiln(all);
+  };
+  for (const Words& words : std::vector<Words>{{"--size", "8192", "--samples", "3"},
+                                               {"--size", "2048", "--views", "12"},
+                                               {"--size", "4096", "--reference", high}}) {
+    const ProcessResult result = render(words, "300M");
+    EXPECT_EQ(result.exit_code, 1) << result.errors;
+    EXPECT_NE(result.errors.find("icture"), std::string::npos) << result.errors;
+    EXPECT_NE(result.errors.find("--memory-limit"), std::string::npos) << result.errors;
+    EXPECT_FALSE(fs::exists(folder_ / "picture.png"));
+  }
+  EXPECT_EQ(render({"--size", "128", "--views", "12"}, "300M").exit_code, 0);
+}
+
+// The system does not count memory that was taken but not yet written to.
+TEST_F(Limits, OfMemoryCountBuffersThatAreStillEmpty) {
+  constexpr std::size_t kBytes = std::size_t{64} << 20;
+  ocl::Context& context = context_of(*test::device());
+  if (context.info().is_gpu) GTEST_SKIP() << "its memory is not the host's";
+  set_memory_limit(free_memory() / 2);
+  const auto left = [] { return static_cast<double>(memory_left()); };
+  const double before = left();
+  {
+    const ocl::Array<std::uint8_t> empty(context, kBytes);
+    EXPECT_LT(left(), before - 0.9 * kBytes);
+    context.fill(empty, std::uint8_t{1});
+    context.finish();
+    EXPECT_LT(left(), before - 0.9 * kBytes);
+    EXPECT_GT(left(), before - 1.5 * kBytes);  // Not counted twice.
+  }
+  set_memory_limit(0);
 }
 
 // Files of a few MiB may take much more in what is made of them.

@@ -6,6 +6,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <array>
 #include <cerrno>
 #include <cstdio>
@@ -13,6 +14,8 @@
 #include <cstring>
 #include <exception>
 #include <filesystem>
+#include <string>
+#include <string_view>
 
 #include "cl/driver_state.h"
 #include "commands.h"
@@ -86,8 +89,26 @@ constexpr const char* kCrashed =
     "kernels is "
     "damaged or on a full disk: remove it, or set POCL_CACHE_DIR to another folder.\n";
 
+constexpr const char* kNoLinker =
+    "kiln: The OpenCL driver gave up: PoCL links kernels with the program 'ld', and no folder of "
+    "PATH has one. "
+    "Install it (apt install binutils), or add its folder to PATH.\n";
+bool has_linker = true;
+
+/// True if a folder of PATH has a program `ld`.
+bool find_linker() {
+  const char* path = std::getenv("PATH");
+  for (std::string_view left = path == nullptr ? "" : path; !left.empty();) {
+    const std::size_t size = std::min(left.find(':'), left.size());
+    const std::string file = std::string(left.substr(0, size)) + "/ld";
+    if (access(file.c_str(), X_OK) == 0) return true;
+    left.remove_prefix(std::min(size + 1, left.size()));
+  }
+  return false;
+}
+
 [[noreturn]] void end_by_driver() {
-  say(kCrashed);
+  say(has_linker ? kCrashed : kNoLinker);
   _exit(static_cast<int>(ErrorCode::device));
 }
 
@@ -134,7 +155,7 @@ extern "C" void pass_on(int number) {
 
 void retry() noexcept {
   const bool empty_cache = tries_before == 1;
-  if (!may_retry || (empty_cache && mkdir(folder.data(), 0700) != 0)) return;
+  if (!may_retry || !has_linker || (empty_cache && mkdir(folder.data(), 0700) != 0)) return;
   may_retry = false;
   say(empty_cache ? "kiln: The OpenCL driver failed again; PoCL's cache of kernels "
                     "(POCL_CACHE_DIR) may be damaged or its disk full. Trying once more with an "
@@ -149,6 +170,7 @@ void retry() noexcept {
 
 void catch_crashes(char** argv) noexcept {
   prepare_retry(argv);
+  has_linker = find_linker();
   std::set_terminate(on_terminate);
   if (std::atexit(on_exit_within) != 0) say("kiln: A handler could not be set.\n");
   for (const int number : {SIGSEGV, SIGBUS, SIGABRT, SIGILL}) {

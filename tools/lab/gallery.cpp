@@ -175,12 +175,12 @@ void draw_samples(const Scene& original, const Scene& plain, RenderOptions view,
   gallery.samples_drawn =
       draw_points(plain, view, texel_points(gallery.exhibits.front(), gallery.every, false),
                   kRadius, kDot, low);
-  std::vector<Panel> panels = {{low.image(), {"texels on the low poly"}}};
+  std::vector<Panel> panels = {{low.take(), {"texels on the low poly"}}};
   const Image high = original.draw(view);
   for (const Exhibit& exhibit : gallery.exhibits) {
     Canvas canvas = paper(high);
     draw_points(original, view, texel_points(exhibit, gallery.every, true), kRadius, kDot, canvas);
-    panels.push_back({canvas.image(), {exhibit.method + ", on the high poly"}});
+    panels.push_back({canvas.take(), {exhibit.method + ", on the high poly"}});
   }
   gallery.samples = make_sheet(panels);
 }

@@ -87,12 +87,20 @@ Mesh shells_of(const std::filesystem::path& path, const Mesh& low) {
   cage.origin = low.origin;
   cage.group_names = {"outer", "inner"};
   for (std::uint32_t shell = 0; shell < 2; ++shell) {
-    for (std::size_t v = 0; v < grid.pixels(); ++v) {
-      const float* p = &image.pixels[4 * (shell * grid.pixels() + v)];
-      if ((v >= count) != (p[3] == kNoVertex)) {
-        fail(path, "it has another number of vertices than LOW, " + std::to_string(count));
+    const auto pixel = [&](std::size_t v) {
+      return &image.pixels[4 * (shell * grid.pixels() + v)];
+    };
+    std::size_t held = grid.pixels();
+    while (held > 0 && pixel(held - 1)[3] == kNoVertex) --held;
+    if (held != count) {
+      fail(path, "it has " + std::to_string(held) + " vertices, and LOW " + std::to_string(count));
+    }
+    for (std::size_t v = 0; v < count; ++v) {
+      const float* p = pixel(v);
+      if (p[3] == kNoVertex) {
+        fail(path, std::string("the ") + (shell == 0 ? "outer" : "inner") + " pixel of vertex " +
+                       std::to_string(v) + " has the alpha -1, which stands for no vertex");
       }
-      if (v >= count) continue;
       if (!std::all_of(p, p + 4, [](float x) { return std::isfinite(x); })) {
         fail(path, std::string("the ") + (shell == 0 ? "outer" : "inner") + " pixel of vertex " +
                        std::to_string(v) + " is NaN or infinite");

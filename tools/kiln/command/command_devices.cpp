@@ -1,6 +1,7 @@
 #include <cstdio>
 #include <memory>
 
+#include "cl/driver_state.h"
 #include "commands.h"
 #include "kiln/kiln.h"
 #include "report/json_text.h"
@@ -23,6 +24,11 @@ void print(const DeviceInfo& info) {
               info.has_correct_division
                   ? "yes"
                   : "no (maps may differ in the last bit from other devices)");
+  if (may_wait_for_itself(info)) {
+    print_line(stdout,
+               "   may wait for itself without end where several threads use it, as plans do: "
+               "choose PoCL's pthread (POCL_DEVICES=pthread)");
+  }
 }
 
 }  // namespace
