@@ -187,6 +187,7 @@ nb::tuple run_plan(const PySource& source, const Words& words, nb::object progre
   d["bits"] = plan.chosen.bits;
   d["match"] = std::string(plan.chosen.method.name);
   d["degrees"] = plan.chosen.measured;
+  d["search_distance"] = plan.simplified.search_distance();
   d["wanted"] = plan.wanted;
   d["reached"] = plan.reached;
   nb::object bake = nb::none();
