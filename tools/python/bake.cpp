@@ -138,7 +138,7 @@ PyBake run_bake(const PySource& source, const PyMesh& low, const Words& words,
   const Source kept = source.get();
   if (saved != nullptr) request.options.match.saved = saved->match.get();
   BakeResult result = call.run([&] {
-    request.prepare(kept, source.high, low);
+    request.prepare(kept, source, low);
     request.options.progress = call.progress();
     BakeResult baked = bake(kept, request.low(), request.options);
     // A map with nothing in it is no success, and says why.
@@ -154,7 +154,7 @@ PyMatch run_match(const PySource& source, const PyMesh& low, const Words& words,
   Request request = request_of(words, cage_mesh, {}, true, false);
   const Source kept = source.get();
   MatchResult result = call.run([&] {
-    request.prepare(kept, source.high, low);
+    request.prepare(kept, source, low);
     request.options.progress = call.progress();
     return match(kept, request.low(), request.options);
   });
@@ -291,11 +291,11 @@ LowPolyPlanOptions Request::plan_options() const {
   return plan;
 }
 
-void Request::prepare(const Source& source, const PyMesh& high_poly, const PyMesh& low_poly) {
+void Request::prepare(const Source& source, const PySource& high_poly, const PyMesh& low_poly) {
   low_ = agreed(low_poly.mesh, "LOW", Trusted::normals, warnings);
-  const Mesh &high = *high_poly.mesh, &low = *low_;
-  read_textures(high_poly);
-  if (!options.match.two_sided) {
+  const Mesh &high = *high_poly.high.mesh, &low = *low_;
+  read_textures(high_poly.high);
+  if (high_poly.faces_inwards && !options.match.two_sided) {
     const std::string inside_out = cli::why_inside_out(high, low);
     if (!inside_out.empty()) warnings.push_back({"high-inside-out", inside_out, 1});
   }
