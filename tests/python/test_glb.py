@@ -45,6 +45,18 @@ def test_the_ball_is_outside_out():
     assert (np.einsum("ij,ij->i", np.cross(b - a, c - a), a) > 0).all()
 
 
+def test_balls_inside_out_are_told():
+    vertices, faces = ball(8)
+    low = kiln.unwrap(vertices, faces, size=64)
+    with pytest.raises(kiln.Error, match="inside out"):
+        kiln.bake((vertices * 1.01, faces[:, ::-1]), low, size=64)
+    two = np.concatenate([vertices, vertices + 3])
+    both = kiln.unwrap(two, np.concatenate([faces, faces + len(vertices)]), size=64)
+    with pytest.warns(kiln.KilnWarning) as caught:
+        kiln.bake((two, np.concatenate([faces, faces[:, ::-1] + len(vertices)])), both, size=64)
+    assert "high-inside-out" in {w.message.code for w in caught}
+
+
 def test_glb_has_arrays_and_maps(glb):
     assert glb.data[:4] == b"glTF" and bytes(glb) == glb.data
     assert len(glb.faces) == len(glb.mesh.faces) <= 500

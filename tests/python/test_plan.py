@@ -1,5 +1,7 @@
 """kiln.plan(), and to_glb() by error."""
 
+import warnings
+
 import pytest
 from test_glb import ball, colors_of
 
@@ -22,6 +24,13 @@ def test_to_glb_by_error():
     assert set(glb.maps) == {"normal", "color"} and len(glb.faces) < len(faces)
     sampled = kiln.to_glb(vertices, faces, sample=colors_of, max_error="normal=3deg", texture_size=128, maps=["normal"])
     assert "color" in sampled.maps
+
+
+def test_the_function_is_asked_for_all_texels():
+    # A low poly without a map strays far, and is looked for from as far.
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        kiln.to_glb(*ball(24), sample=colors_of, max_error="normal=3deg", texture_size=128, maps=["normal"])
 
 
 def test_to_glb_that_needs_no_map():

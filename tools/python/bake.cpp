@@ -137,7 +137,7 @@ PyBake run_bake(const PySource& source, const PyMesh& low, const Words& words,
   const Source kept = source.get();
   if (saved != nullptr) request.options.match.saved = saved->match.get();
   BakeResult result = call.run([&] {
-    request.prepare(kept, source.high, low);
+    request.prepare(kept, source, low);
     request.options.progress = call.progress();
     BakeResult baked = bake(kept, request.low(), request.options);
     // A map with nothing in it is no success, and says why.
@@ -153,7 +153,7 @@ PyMatch run_match(const PySource& source, const PyMesh& low, const Words& words,
   Request request = request_of(words, cage_mesh, {}, true, false);
   const Source kept = source.get();
   MatchResult result = call.run([&] {
-    request.prepare(kept, source.high, low);
+    request.prepare(kept, source, low);
     request.options.progress = call.progress();
     return match(kept, request.low(), request.options);
   });
@@ -186,6 +186,7 @@ nb::tuple run_plan(const PySource& source, const Words& words, nb::object progre
   d["bits"] = plan.chosen.bits;
   d["match"] = std::string(plan.chosen.method.name);
   d["degrees"] = plan.chosen.measured;
+  d["search_distance"] = plan.simplified.search_distance();
   d["wanted"] = plan.wanted;
   d["reached"] = plan.reached;
   nb::object bake = nb::none();
@@ -289,11 +290,11 @@ LowPolyPlanOptions Request::plan_options() const {
   return plan;
 }
 
-void Request::prepare(const Source& source, const PyMesh& high_poly, const PyMesh& low_poly) {
+void Request::prepare(const Source& source, const PySource& high_poly, const PyMesh& low_poly) {
   low_ = agreed(low_poly.mesh, "LOW", Trusted::normals, warnings);
-  const Mesh &high = *high_poly.mesh, &low = *low_;
-  read_textures(high_poly);
-  if (!options.match.two_sided) {
+  const Mesh &high = *high_poly.high.mesh, &low = *low_;
+  read_textures(high_poly.high);
+  if (high_poly.faces_inwards && !options.match.two_sided) {
     const std::string inside_out = cli::why_inside_out(high, low);
     if (!inside_out.empty()) warnings.push_back({"high-inside-out", inside_out, 1});
   }

@@ -26,7 +26,7 @@ class Request {
 
   /// Makes LOW's normals agree with its faces; reads textures of the high poly's materials; finds parts and the cage,
   /// where they were asked for. Without the interpreter's lock.
-  void prepare(const Source& source, const PyMesh& high, const PyMesh& low);
+  void prepare(const Source& source, const PySource& high, const PyMesh& low);
 
   /// The part of prepare() that needs no low poly.
   void read_textures(const PyMesh& high);

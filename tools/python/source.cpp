@@ -16,6 +16,7 @@ PySource::PySource(const PyMesh& mesh, const std::string& device_name, nb::objec
   std::vector<Warning> warnings;
   source = call.run([&] {
     high.mesh = agreed(high.mesh, "HIGH", Trusted::faces, warnings);
+    faces_inwards = inward_parts(*high.mesh).count != 0;
     return Source::build(device_of(device), *high.mesh, call.progress());
   });
   check_cancelled(!source);

@@ -21,6 +21,7 @@ struct PySource {
   void close();
 
   PyMesh high;
+  bool faces_inwards = false;  ///< Parts of it do: low polys that do not have a warning
   std::string device;
   std::optional<Source> source;
 };

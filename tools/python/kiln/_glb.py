@@ -307,7 +307,7 @@ def _planned(
                 low,
                 size=made.chosen["size"] or size,
                 match=made.chosen["match"],
-                max_distance=made.bake.report.max_distance if made.bake else None,
+                max_distance=made.bake.report.max_distance if made.bake else f"{100 * made.chosen['search_distance']!r}%",
                 progress=_part(report, 0.8, 0.9),
             )
             files.update(sampled(found, sample, device))

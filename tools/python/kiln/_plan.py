@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 class Plan(NamedTuple):
     """What plan() chose: the mesh, its maps (None where it needs none), and chosen: faces, size, samples, bits, match,
-    degrees as measured, wanted and reached."""
+    search_distance (a share of the diagonal), degrees as measured, wanted and reached."""
 
     mesh: Mesh
     bake: Bake | None
