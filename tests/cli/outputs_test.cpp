@@ -173,7 +173,9 @@ TEST(Command, RefusesToWriteWhereItCannot) {
                  {"no.obj"});
   EXPECT_FALSE(fs::exists(scene / "no"));
   expect_failure({"bake", high, low, "--out", scene / "high.obj/no/folder"}, 5, {"high.obj/no"});
-  expect_failure({"bake", high, low, "--out", high}, 5, {"high.obj", "folder"});
+  expect_failure({"bake", high, low, "--out", high}, 2, {"high.obj", "it is read, too"});
+  std::ofstream(scene / "file") << "";
+  expect_failure({"bake", high, low, "--out", scene / "file"}, 5, {"file", "folder"});
   if (geteuid() != 0) {
     fs::create_directory(scene / "locked");
     fs::permissions(scene / "locked", fs::perms::owner_read | fs::perms::owner_exec);

@@ -40,7 +40,7 @@ void require_pictures(const PictureGeometry& size, std::uint64_t count) {
                   " pixels would take " + mebibytes(bytes) + " of memory, but only " +
                   mebibytes(left) +
                   " are left of the memory limit. Use a smaller --size or fewer pictures, or raise "
-                  "the memory limit.");
+                  "the `memory_limit`.");
 }
 
 /// Measures how near the low poly comes to the reference, from the view shown and along the six
