@@ -266,6 +266,16 @@ TEST(Clean, WhatShowsThroughAnOpeningStays) {
   expect_same(before, mesh);
 }
 
+TEST(Clean, LeavesSeenFromBehindStay) {
+  // A sheet that faces a wall: views see but its back.
+  Mesh leaf = test::plane(4, 4, 0.3, 0.3), wall = test::plane(4, 4, 20, 20);
+  move(leaf, {0, 0, 0.1F});
+  Mesh mesh = join({wall, turned(leaf), test::icosphere(3, 0.02)});
+  const std::size_t count = mesh.triangles.size();
+  clean_mesh(mesh, {.floater = 0});
+  EXPECT_EQ(mesh.triangles.size(), count);
+}
+
 TEST(Clean, FloatersGoAndSmallPartsOfTheBodyStay) {
   const Mesh body = test::icosphere(4);  // A diagonal of 3.46
   Mesh floater = test::icosphere(1, 0.005), rivet = floater, stray = test::icosphere(1, 0.3);
