@@ -67,7 +67,7 @@ class Picture {
       const Vec3d p = Vec3d(mesh.positions[v]) - ball.middle;
       const auto place = [&](const Vec3d& axis) {
         return static_cast<std::int32_t>(
-            std::clamp(std::floor((dot(p, axis) + ball.radius) * scale), 0.0, 1e8));
+            std::clamp((dot(p, axis) + ball.radius) * scale, 0.0, 1e8));
       };
       dots_[v] = {place(right), place(up), static_cast<float>(dot(p, toward) / ball.radius)};
     }
