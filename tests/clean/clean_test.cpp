@@ -394,6 +394,37 @@ TEST(Clean, WhatIsDoneIsTold) {
   EXPECT_EQ(mesh.triangles.size(), sphere.triangles.size());
 }
 
+TEST(Clean, WhatCannotBeUsedIsNoHarm) {
+  Mesh none, flat, strange = soup(test::icosphere(3), 3e-7), far = test::icosphere(2);
+  flat.positions = {{1, 1, 1}, {1, 1, 1}, {1, 1, 1}};
+  flat.triangles = {{0, 1, 2}, {0, 0, 0}};
+  for (std::size_t v = 0; v < strange.positions.size(); v += 50) {
+    strange.positions[v].x = v % 100 == 0 ? std::nanf("") : HUGE_VALF;
+  }
+  far.positions[3] = {3e38F, -3e38F, 1};
+  for (Mesh* mesh : {&none, &flat, &strange, &far}) {
+    for (const bool alone : {false, true}) {
+      clean_mesh(*mesh, {.windings_alone = alone});
+      validate(*mesh);
+    }
+  }
+  EXPECT_EQ(flat.triangles.size(), 2U);  // Something is left to say what is wrong with it.
+}
+
+TEST(Clean, SameOnAnyNumberOfThreads) {
+  Mesh far = test::icosphere(1, 0.004);
+  move(far, {2, 0, 0});
+  const Mesh broken = join({soup(test::icosphere(5), 3e-7), far, test::icosphere(3, 0.5)});
+  Mesh one = broken, many = broken;
+  set_thread_limit(1);
+  clean_mesh(one);
+  set_thread_limit(7);
+  clean_mesh(many);
+  set_thread_limit(0);
+  EXPECT_EQ(one.positions, many.positions);
+  EXPECT_EQ(one.triangles, many.triangles);
+}
+
 TEST(Clean, OptionsOutOfRangeAreRefused) {
   Mesh mesh = test::icosphere(1);
   EXPECT_THROW(clean_mesh(mesh, {.weld = 0.5}), Error);
