@@ -24,7 +24,7 @@ constexpr int kMostScales = 4;
 /// Pixels that a part must cover to be called hidden.
 constexpr std::uint32_t kEnoughDrawn = 256;
 constexpr OutsideViews kFirstViews{.backs = false};
-constexpr OutsideViews kMoreViews{.count = 96, .backs = false};
+constexpr OutsideViews kMoreViews{.count = 64, .backs = false};
 
 /// Triangles that shared vertices connect, numbered in order.
 struct SharedParts {
@@ -180,13 +180,20 @@ std::vector<std::uint8_t> find_floaters(const Mesh& mesh, double share, Cleaned&
 std::vector<std::uint8_t> find_inner(const Mesh& mesh, Cleaned& inner) {
   const SharedParts parts(mesh);
   if (parts.count < 2) return {};
-  std::vector<SeenPixels> seen = look_from_outside(mesh, parts.of, parts.count, kFirstViews);
-  const auto is_hidden = [&](const SeenPixels& of) {
-    return of.front == 0 && of.drawn >= kEnoughDrawn;
+  std::vector<SeenPixels> seen(parts.count);
+  const auto is_hidden = [](const SeenPixels& of) {
+    return of.front + of.back == 0 && of.drawn >= kEnoughDrawn;
   };
-  if (std::none_of(seen.begin(), seen.end(), is_hidden)) return {};
-  const std::vector<SeenPixels> more = look_from_outside(mesh, parts.of, parts.count, kMoreViews);
-  for (std::size_t p = 0; p < seen.size(); ++p) seen[p].front += more[p].front;
+  // Past backs first, which hides least; then leaves of which but the back is seen.
+  for (const OutsideViews& views : {kFirstViews, OutsideViews{}, kMoreViews}) {
+    const std::vector<SeenPixels> more = look_from_outside(mesh, parts.of, parts.count, views);
+    for (std::size_t p = 0; p < seen.size(); ++p) {
+      seen[p].drawn += more[p].drawn;
+      seen[p].front += more[p].front;
+      seen[p].back += more[p].back;
+    }
+    if (std::none_of(seen.begin(), seen.end(), is_hidden)) return {};
+  }
   std::vector<std::uint8_t> dropped(parts.of.size(), 0), counted(parts.count, 0);
   for (std::size_t t = 0; t < dropped.size(); ++t) {
     const std::uint32_t p = parts.of[t];

@@ -89,7 +89,7 @@ Cleaned weld_near(Mesh& mesh, double distance) {
     }
   }
   const auto entries = static_cast<std::size_t>(std::count(open.begin(), open.end(), 1));
-  if (entries == 0) return welded;
+  if (entries == 0 || !(distance > 0)) return welded;
   Cells cells(4 * distance, vertices, entries);
   DisjointSets sets(vertices);
   for (std::uint32_t v = 0; v < vertices; ++v) {

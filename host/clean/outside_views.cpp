@@ -67,7 +67,7 @@ class Picture {
       const Vec3d p = Vec3d(mesh.positions[v]) - ball.middle;
       const auto place = [&](const Vec3d& axis) {
         return static_cast<std::int32_t>(
-            std::clamp(std::floor((dot(p, axis) + ball.radius) * scale), 0.0, 1e8));
+            std::clamp((dot(p, axis) + ball.radius) * scale, 0.0, 1e8));
       };
       dots_[v] = {place(right), place(up), static_cast<float>(dot(p, toward) / ball.radius)};
     }
@@ -80,6 +80,14 @@ class Picture {
     const auto turn = [](const Dot& a, const Dot& b, std::int64_t x, std::int64_t y) {
       return (std::int64_t{b.x} - a.x) * (y - a.y) - (std::int64_t{b.y} - a.y) * (x - a.x);
     };
+    const auto [left, right] = std::minmax({p[0]->x, p[1]->x, p[2]->x});
+    const auto [low, high] = std::minmax({p[0]->y, p[1]->y, p[2]->y});
+    const auto first = [](std::int32_t x) { return (x + kSteps / 2 - 1) / kSteps; };
+    const auto last = [&](std::int32_t x) {
+      return std::min<std::int64_t>((x + kSteps / 2) / kSteps - 1, views_.pixels - 1);
+    };
+    const std::int64_t x0 = first(left), x1 = last(right), y0 = first(low), y1 = last(high);
+    if (x0 > x1 || y0 > y1) return 0;
     std::int64_t area = turn(*p[0], *p[1], p[2]->x, p[2]->y);
     const bool back = area < 0;
     if (area == 0 || (back && !views_.backs)) return 0;
@@ -90,15 +98,9 @@ class Picture {
       std::swap(p[1], p[2]);
       area = -area;
     }
-    const auto [left, right] = std::minmax({p[0]->x, p[1]->x, p[2]->x});
-    const auto [low, high] = std::minmax({p[0]->y, p[1]->y, p[2]->y});
-    const auto first = [](std::int32_t x) { return (x + kSteps / 2 - 1) / kSteps; };
-    const auto last = [&](std::int32_t x) {
-      return std::min<std::int64_t>((x + kSteps / 2) / kSteps - 1, views_.pixels - 1);
-    };
     std::uint32_t count = 0;
-    for (std::int64_t py = first(low); py <= last(high); ++py) {
-      for (std::int64_t px = first(left); px <= last(right); ++px) {
+    for (std::int64_t py = y0; py <= y1; ++py) {
+      for (std::int64_t px = x0; px <= x1; ++px) {
         const std::int64_t x = px * kSteps + kSteps / 2, y = py * kSteps + kSteps / 2;
         const std::int64_t w0 = turn(*p[1], *p[2], x, y), w1 = turn(*p[2], *p[0], x, y);
         const std::int64_t w2 = area - w0 - w1;

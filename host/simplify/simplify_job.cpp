@@ -31,6 +31,11 @@ namespace {
 constexpr std::size_t kDirectLimit = 100'000, kLeastStart = 50'000, kFineLimit = 2'500'000;
 /// But to no less than so many times the goal: up to the limit, and above it.
 constexpr std::size_t kStartShare = 10, kLargeStartShare = 4;
+/// Faces of a closed part at least.
+constexpr std::uint32_t kLeastOfPart = 4;
+/// A low poly of so many times the faces asked for has too many parts for them; how often some are left out then.
+constexpr double kFarAbove = 1.1;
+constexpr int kMostSurplusRounds = 3;
 /// Samples while looking for small_components.
 constexpr std::uint64_t kGuidingSamples = 1 << 14;
 /// Head starts at most, and places in all: where these are not enough, a head start does not help.
@@ -283,7 +288,7 @@ bool SimplifyJob::drop_small_components() {
   const std::size_t of_one_side =
       std::max<std::size_t>(options_.faces * dense_.triangles.size() / faces_of_dense(), 1);
   const std::string faces = counted(options_.faces, "face");
-  const std::vector<std::uint8_t> surplus = parts.surplus(of_one_side);
+  const std::vector<std::uint8_t> surplus = parts.surplus(of_one_side, kLeastOfPart);
   if (std::find(surplus.begin(), surplus.end(), 1) != surplus.end()) {
     leave_out(parts, surplus, "others that need all of the " + faces + " asked for");
     return true;
@@ -300,6 +305,26 @@ bool SimplifyJob::drop_small_components() {
   if (std::find(below.begin(), below.end(), 1) == below.end()) return false;
   leave_out(parts, below,
             percent(size, 2) + " of its diagonal, which a low poly of " + faces + " is off by");
+  return true;
+}
+
+/// Leaves out the smallest parts where a result shows that parts need more faces than they are thought to: holes and
+/// handles stay. \returns whether there are any
+bool SimplifyJob::drop_surplus(const SimplifyResult& result) {
+  const double above = static_cast<double>(count_faces(result)) / options_.faces;
+  if (options_.keep_parts || options_.faces == 0 || !is_free(options_) || above <= kFarAbove) {
+    return false;
+  }
+  const ComponentSizes parts(dense_);
+  if (parts.is_whole()) return false;
+  const std::uint64_t count = count_components(result.triangles, result.points.size());
+  const auto least = static_cast<std::uint32_t>(result.triangles.size() / count + 1);
+  const std::size_t of_one_side =
+      std::max<std::size_t>(options_.faces * dense_.triangles.size() / faces_of_dense(), 1);
+  const std::vector<std::uint8_t> surplus = parts.surplus(of_one_side, least);
+  if (std::find(surplus.begin(), surplus.end(), 1) == surplus.end()) return false;
+  leave_out(parts, surplus,
+            "others that need all of the " + counted(options_.faces, "face") + " asked for");
   return true;
 }
 
@@ -401,6 +426,10 @@ Mesh SimplifyJob::run(bool with_deviation) {
       return finish(unchanged(), with_deviation);
     }
     SimplifyResult result = solve();
+    for (int round = 0; round < kMostSurplusRounds && drop_surplus(result); ++round) {
+      if (faces_of_dense() <= options_.faces) return finish(unchanged(), with_deviation);
+      result = solve();
+    }
     if (options_.faces != 0 && with_deviation) result.deviation = measure(result, kMostSamples);
     return finish(result, with_deviation);
   }

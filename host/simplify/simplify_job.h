@@ -210,6 +210,7 @@ class SimplifyJob {
   void leave_out(const ComponentSizes& parts, const std::vector<std::uint8_t>& dropped,
                  const std::string& why);
   bool drop_small_components();
+  bool drop_surplus(const SimplifyResult& result);
   bool is_fitted(std::size_t faces) const;
   bool prepare_fit();
   std::span<const Quadric> planes_of(const SimplifyResult& result) const;

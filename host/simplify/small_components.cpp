@@ -58,8 +58,7 @@ std::vector<std::uint8_t> ComponentSizes::below(double size) const {
   return dropped;
 }
 
-std::vector<std::uint8_t> ComponentSizes::surplus(std::size_t faces) const {
-  constexpr std::uint32_t kLeast = 4;  // what a closed part needs
+std::vector<std::uint8_t> ComponentSizes::surplus(std::size_t faces, std::uint32_t least) const {
   std::vector<std::uint32_t> order(faces_.size());
   std::iota(order.begin(), order.end(), 0U);
   std::stable_sort(order.begin(), order.end(),
@@ -67,7 +66,7 @@ std::vector<std::uint8_t> ComponentSizes::surplus(std::size_t faces) const {
   std::vector<std::uint8_t> dropped(faces_.size(), 0);
   std::size_t needed = 0;
   for (const std::uint32_t part : order) {
-    needed += std::min(faces_[part], kLeast);
+    needed += std::min(faces_[part], least);
     dropped[part] = needed > faces && part != largest_;
   }
   return dropped;

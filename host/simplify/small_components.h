@@ -20,8 +20,8 @@ class ComponentSizes {
   std::uint64_t count_below(double size) const;
   /// By part, 1 for these.
   std::vector<std::uint8_t> below(double size) const;
-  /// By part, 1 for the smallest, which go first where so many faces are too few for four a part, or all that it has.
-  std::vector<std::uint8_t> surplus(std::size_t faces) const;
+  /// By part, 1 for the smallest, which go first where so many faces are too few for `least` a part, or all that it has.
+  std::vector<std::uint8_t> surplus(std::size_t faces, std::uint32_t least) const;
   /// The mesh without some parts, its vertices renumbered. \param dropped  by part
   Work without(const Work& work, const std::vector<std::uint8_t>& dropped) const;
   /// Triangles of the part of the largest area.

@@ -65,10 +65,11 @@ struct CleanReport {
 ///                         neighbours are turned
 ///   filled-holes          see CleanOptions::max_hole; with the UVs and normals of the corners around
 ///   dropped-floaters      see CleanOptions::floater; never more than a tenth of the area
-///   dropped-inner         parts (what shared vertices connect) of which views see nothing past the fronts of others
+///   dropped-inner         parts (what shared vertices connect) of which views see nothing, whether or not they look through
+///                         backs of others
 ///
 /// Views are orthographic pictures of 512 x 512 pixels from 32 directions; before a part is dropped, from
-/// 96. Parts too small for pictures stay.
+/// 64 more. Parts too small for pictures stay.
 /// Time: nearly linear; about 1 s for a million triangles of several parts, less of one part. Deterministic on any number
 /// of threads. Thread safety: may be called from several threads, for other meshes. A ProgressScope hears of it.
 /// \param mesh  [in, out]

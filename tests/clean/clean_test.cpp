@@ -266,6 +266,16 @@ TEST(Clean, WhatShowsThroughAnOpeningStays) {
   expect_same(before, mesh);
 }
 
+TEST(Clean, LeavesSeenFromBehindStay) {
+  // A sheet that faces a wall: views see but its back.
+  Mesh leaf = test::plane(4, 4, 0.3, 0.3), wall = test::plane(4, 4, 20, 20);
+  move(leaf, {0, 0, 0.1F});
+  Mesh mesh = join({wall, turned(leaf), test::icosphere(3, 0.02)});
+  const std::size_t count = mesh.triangles.size();
+  clean_mesh(mesh, {.floater = 0});
+  EXPECT_EQ(mesh.triangles.size(), count);
+}
+
 TEST(Clean, FloatersGoAndSmallPartsOfTheBodyStay) {
   const Mesh body = test::icosphere(4);  // A diagonal of 3.46
   Mesh floater = test::icosphere(1, 0.005), rivet = floater, stray = test::icosphere(1, 0.3);
@@ -382,6 +392,37 @@ TEST(Clean, WhatIsDoneIsTold) {
   EXPECT_EQ(told, done);
   EXPECT_EQ(open_edges(mesh), 0U);
   EXPECT_EQ(mesh.triangles.size(), sphere.triangles.size());
+}
+
+TEST(Clean, WhatCannotBeUsedIsNoHarm) {
+  Mesh none, flat, strange = soup(test::icosphere(3), 3e-7), far = test::icosphere(2);
+  flat.positions = {{1, 1, 1}, {1, 1, 1}, {1, 1, 1}};
+  flat.triangles = {{0, 1, 2}, {0, 0, 0}};
+  for (std::size_t v = 0; v < strange.positions.size(); v += 50) {
+    strange.positions[v].x = v % 100 == 0 ? std::nanf("") : HUGE_VALF;
+  }
+  far.positions[3] = {3e38F, -3e38F, 1};
+  for (Mesh* mesh : {&none, &flat, &strange, &far}) {
+    for (const bool alone : {false, true}) {
+      clean_mesh(*mesh, {.windings_alone = alone});
+      validate(*mesh);
+    }
+  }
+  EXPECT_EQ(flat.triangles.size(), 2U);  // Something is left to say what is wrong with it.
+}
+
+TEST(Clean, SameOnAnyNumberOfThreads) {
+  Mesh far = test::icosphere(1, 0.004);
+  move(far, {2, 0, 0});
+  const Mesh broken = join({soup(test::icosphere(5), 3e-7), far, test::icosphere(3, 0.5)});
+  Mesh one = broken, many = broken;
+  set_thread_limit(1);
+  clean_mesh(one);
+  set_thread_limit(7);
+  clean_mesh(many);
+  set_thread_limit(0);
+  EXPECT_EQ(one.positions, many.positions);
+  EXPECT_EQ(one.triangles, many.triangles);
 }
 
 TEST(Clean, OptionsOutOfRangeAreRefused) {

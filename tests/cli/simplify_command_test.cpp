@@ -3,6 +3,8 @@
 
 #include <cmath>
 #include <filesystem>
+#include <fstream>
+#include <iterator>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <utility>
@@ -213,6 +215,47 @@ TEST(SimplifyCommand, PartsAreKeptWhereAskedFor) {
       {"bake", scene / "high.obj", scene / "low.obj", "--keep-parts", "--out", scene / "bad"});
   EXPECT_EQ(bad.exit_code, 2);
   EXPECT_NE(bad.errors.find("--keep-parts"), std::string::npos) << bad.errors;
+}
+
+/// The bytes of a map, of a bake with nearest points.
+std::string bytes_of_map(const fs::path& scene, const char* high, const char* clean,
+                         const char* expected) {
+  const fs::path out = scene / (std::string(high) + clean);
+  const ProcessResult result =
+      run_kiln({"bake", scene / (std::string(high) + ".obj"), scene / "low.obj", "--match",
+                "closest", "--size", "64", "--clean", clean, "--out", out});
+  EXPECT_EQ(result.exit_code, 0) << result.errors;
+  EXPECT_EQ(result.errors.find("faced against") != std::string::npos, *expected != 0)
+      << result.errors;
+  EXPECT_NE(result.errors.find(expected), std::string::npos) << result.errors;
+  std::ifstream file(out / "low_normal.png", std::ios::binary);
+  return {std::istreambuf_iterator<char>(file), {}};
+}
+
+TEST(SimplifyCommand, FlippedPatchesOfHighBakeAsSoundOnes) {
+  KILN_REQUIRE_DEVICE();
+  const fs::path scene = make_scene(4000);
+  Mesh high = load_mesh(scene / "high.obj");
+  for (std::size_t t = 0; t < high.triangles.size(); ++t) {
+    if (high.positions[high.triangles[t][0]].y > 0.3F) {
+      std::swap(high.triangles[t][1], high.triangles[t][2]);
+    }
+  }
+  save_obj(high, scene / "flipped.obj");
+  const std::string sound = bytes_of_map(scene, "high", "auto", "");
+  EXPECT_EQ(bytes_of_map(scene, "high", "none", ""), sound);
+  EXPECT_EQ(bytes_of_map(scene, "flipped", "auto", "--clean none leaves HIGH as it is"), sound);
+  EXPECT_NE(bytes_of_map(scene, "flipped", "none", ""), sound);
+}
+
+TEST(SimplifyCommand, FarMoreFacesThanAskedForAreBeyondTheLimit) {
+  const fs::path scene = make_scene(4000);
+  const ProcessResult result =
+      run_kiln({"simplify", scene / "high.obj", "--faces", "2", "--out", scene / "made.obj"});
+  EXPECT_EQ(result.exit_code, 1);
+  EXPECT_NE(result.errors.find("--faces 2 was not reached: the low poly has 4"), std::string::npos)
+      << result.errors;
+  EXPECT_EQ(load_mesh(scene / "made.obj").triangles.size(), 4U);
 }
 
 TEST(SimplifyCommand, AHullEnclosesMore) {

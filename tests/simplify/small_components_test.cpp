@@ -128,6 +128,31 @@ TEST(Crumbs, OfTooManyPartsTheSmallestGo) {
   EXPECT_EQ(simplify(high, {.faces = 700, .keep_parts = true}).triangles.size(), 5000u);
 }
 
+TEST(Crumbs, OpenTubesThatNeedSixFacesGo) {
+  // Tubes of growing length whose two rims stay: six faces each.
+  Mesh high;
+  for (std::uint32_t i = 0; i < 100; ++i) {
+    const auto first = static_cast<std::uint32_t>(high.positions.size());
+    for (std::uint32_t ring = 0; ring < 6; ++ring) {
+      for (std::uint32_t k = 0; k < 5; ++k) {
+        const double angle = 1.2566 * k;
+        high.positions.push_back({static_cast<float>(i + 0.2 * std::cos(angle)),
+                                  static_cast<float>(0.2 * std::sin(angle)),
+                                  static_cast<float>(ring * (1 + 0.01 * i))});
+      }
+    }
+    for (std::uint32_t a = first; a < first + 25; ++a) {
+      const std::uint32_t b = (a - first) % 5 == 4 ? a - 4 : a + 1;
+      high.triangles.insert(high.triangles.end(), {{a, b, b + 5}, {a, b + 5, a + 5}});
+    }
+  }
+  SimplifyReport report;
+  const Mesh low = simplify(high, {.faces = 300}, &report);
+  EXPECT_LE(low.triangles.size(), 330u);
+  EXPECT_GE(parts_of(low), 40u);
+  EXPECT_EQ(parts_of(low) + report.dropped_parts, 100u);
+}
+
 TEST(Crumbs, AStrayPartLeavesEyesAlone) {
   Mesh high = with_small_components(0, 1);
   add_ball(high, {0.35F, 0.35F, 0.95F}, 0.1, 10);

@@ -243,7 +243,49 @@ def pieces(r):
     return mesh
 
 
-CLASSES = [plain, soup, flipped, doubled, torn, shells, robot, floaters, pinholes, pieces]
+def plant(r):
+    """Stems with leaves of one side, each a bent sheet of 4 x 4 cells."""
+    mesh = Mesh()
+    for s in range(12):
+        turn = 2 * math.pi * s / 12
+        a = (0.05 * math.cos(turn), 0.0, 0.05 * math.sin(turn))
+        b = (0.6 * math.cos(turn), 1.6, 0.6 * math.sin(turn))
+        mesh.join(tube(a, b, 0.02, 16, 200))
+        for _ in range(800):
+            f = r.uniform(0.1, 1)
+            root = [p + f * (q - p) for p, q in zip(a, b)]
+            d = [r.gauss(0, 1) for _ in range(3)]
+            e = [r.gauss(0, 1) for _ in range(3)]
+            points = [tuple(root[k] + 0.04 * (u / 4 * d[k] + (v / 4 - 0.5) * e[k])
+                            + 0.01 * math.sin(u) for k in range(3)) for u in range(5) for v in range(5)]
+            faces = [f for u in range(4) for v in range(4) for f in
+                     ((5 * u + v, 5 * u + v + 5, 5 * u + v + 6), (5 * u + v, 5 * u + v + 6, 5 * u + v + 1))]
+            mesh.add(points, faces)
+    return mesh
+
+
+def hair(r):
+    """A head with 3,000 open tubes on it."""
+    mesh = sphere(50)
+    for _ in range(3000):
+        d = [r.gauss(0, 1) for _ in range(3)]
+        size = math.sqrt(sum(x * x for x in d))
+        a = tuple(0.98 * x / size for x in d)
+        b = tuple(1.5 * x / size + r.uniform(-0.2, 0.2) for x in d)
+        mesh.join(tube(a, b, 0.004, 5, 10, closed=False))
+    return mesh
+
+
+def room(r):
+    """Walls that face inwards, with furniture and holes."""
+    mesh = sphere(120, 2.0, lambda x, y, z: 1 / max(abs(x), abs(y), abs(z))).turned()
+    mesh.faces = [f for i, f in enumerate(mesh.faces) if (i // 700) % 9 != 0]
+    for i in range(60):
+        mesh.join(sphere(16).moved(tuple(r.uniform(-1.6, 1.6) for _ in range(3)), r.uniform(0.05, 0.3)))
+    return mesh
+
+
+CLASSES = [plain, soup, flipped, doubled, torn, shells, robot, floaters, pinholes, pieces, plant, hair, room]
 
 
 def edges_of(path):
