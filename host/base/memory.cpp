@@ -1,12 +1,7 @@
 #include "base/memory.h"
 
-#ifdef _WIN32
-#define NOMINMAX
-#include <windows.h>
-#else
 #include <sys/resource.h>
 #include <unistd.h>
-#endif
 
 #include <algorithm>
 #include <atomic>
@@ -21,7 +16,6 @@ namespace {
 
 constexpr std::uint64_t kMost = std::numeric_limits<std::uint64_t>::max();
 
-#ifndef _WIN32
 /// The number after `key` in a file of lines "KEY NUMBER ..."; kMost where there is none.
 std::uint64_t number_of(const char* path, const std::string& key) {
   std::ifstream file(path);
@@ -39,16 +33,11 @@ std::uint64_t first_number(const char* path) {
   return file >> value ? value : kMost;  // "max" is no number
 }
 
-#endif
-
 std::uint64_t left_of(std::uint64_t limit, std::uint64_t used) {
   if (limit == kMost || used == kMost) return kMost;
   return limit > used ? limit - used : 0;
 }
 
-#ifdef _WIN32
-std::uint64_t held_memory() { return 0; }
-#else
 std::uint64_t free_addresses() {
   rlimit limit{};
   if (getrlimit(RLIMIT_AS, &limit) != 0 || limit.rlim_cur == RLIM_INFINITY) return kMost;
@@ -81,7 +70,6 @@ std::uint64_t held_memory() {
   if (!(file >> all >> resident)) return 0;
   return resident * static_cast<std::uint64_t>(sysconf(_SC_PAGESIZE));
 }
-#endif
 
 std::atomic<std::uint64_t> limit_that_was_set{0};
 std::atomic<std::int64_t> untouched{0};
@@ -102,14 +90,7 @@ std::string mebibytes(std::uint64_t bytes) {
 }
 
 std::uint64_t free_memory() {
-#ifdef _WIN32
-  MEMORYSTATUSEX status{};
-  status.dwLength = sizeof status;
-  if (GlobalMemoryStatusEx(&status) == 0) return kMost;
-  return std::min<std::uint64_t>(status.ullAvailPageFile, status.ullAvailVirtual);
-#else
   return std::min({free_in_machine(), free_in_group(), free_addresses()});
-#endif
 }
 
 std::uint64_t memory_limit() {

@@ -27,7 +27,7 @@ struct HighPoint {
       0;  ///< Along the match's direction, world units, outward positive; 0 where not found
   Vec3d position;                  ///< World units
   Vec3d normal;                    ///< Unit, interpolated
-  std::uint8_t status = 0;         ///< kiln_status: what found it, or that nothing did
+  std::uint8_t status = 0;         ///< kiln_sample_status: what found it, or that nothing did
   std::uint32_t low_triangle = 0;  ///< The low poly's point
   float low_u = 0, low_v = 0;      ///< Weights of its corners 1 and 2
   Vec3d offset;                    ///< From the low poly's point to this one, world units

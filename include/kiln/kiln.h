@@ -9,7 +9,6 @@
 #include "kiln/attribute.h"
 #include "kiln/bake.h"
 #include "kiln/cage.h"
-#include "kiln/clean.h"
 #include "kiln/correspondence.h"
 #include "kiln/coverage.h"
 #include "kiln/cut_out.h"

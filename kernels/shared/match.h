@@ -5,7 +5,7 @@
 #include "shared/common.h"
 
 /// Provenance of a sample: which method decided it, or why none did.
-enum kiln_status {
+enum kiln_sample_status {
   KILN_STATUS_NONE = 0,     ///< No sample here (texel not covered)
   KILN_STATUS_OUTWARD = 1,  ///< Ray along the direction
   KILN_STATUS_INWARD = 2,   ///< Ray against the direction

@@ -1,4 +1,6 @@
 // Repairs of meshes as generators and scanners leave them.
+#include "kiln/clean.h"
+
 #include <gtest/gtest.h>
 
 #include <algorithm>

@@ -7,6 +7,7 @@
 
 #include "arguments/option_table.h"
 #include "kiln/asset.h"
+#include "kiln/clean.h"
 #include "kiln/height_field.h"
 #include "kiln/kiln.h"
 

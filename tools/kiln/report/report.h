@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "kiln/clean.h"
 #include "kiln/contour.h"
 #include "kiln/kiln.h"
 #include "kiln/measure.h"
