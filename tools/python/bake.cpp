@@ -197,8 +197,10 @@ nb::tuple run_plan(const PySource& source, const Words& words, nb::object progre
 SaveImageOptions image_options(const std::string& format, bool dither) {
   const ImageFormat* const known = cli::Words(cli::kFormats).find(format);
   if (known == nullptr) {
-    throw Error(ErrorCode::usage, "--format is '" + format + "': give png8, png16, exr or exr32.",
-                "option-enum");
+    throw Error(
+        ErrorCode::usage,
+        "--format is '" + format + "': give png8, png16, exr, exr32, tiff8, tiff16 or tiff32.",
+        "option-enum");
   }
   return {*known, dither};
 }
@@ -209,6 +211,7 @@ void save_map(PyBake& self, const std::string& name, const std::filesystem::path
   SaveImageOptions options = image_options(format, dither);
   const BakedMap& map = map_of(self, name);
   options.origin = map.origin;
+  options.texts = cli::texts_of(options, cli::stored_ranges(map, options), std::string(map.unit));
   call.run([&] {
     const std::vector<Image> levels = cli::as_stored(map, options);
     if (levels.size() > 1 && cli::is_exr(options)) {

@@ -1,7 +1,6 @@
 // The files of a bake.
 #include <algorithm>
 #include <array>
-#include <charconv>
 #include <cmath>
 #include <cstdio>
 
@@ -186,25 +185,6 @@ void store(BakeRun& run, BakedMap& map, const std::string& name) {
 }
 
 namespace {
-
-/// The shortest text that is this value.
-std::string text_of(float value) {
-  std::array<char, 32> text{};
-  return {text.data(), std::to_chars(text.data(), text.data() + text.size(), value).ptr};
-}
-
-/// What a file says of its values. \param ranges  of each channel: values at 0 and 1; none: as they are
-std::vector<ImageText> texts_of(const SaveImageOptions& options,
-                                const std::vector<ValueRange>& ranges, const std::string& unit) {
-  std::vector<ImageText> texts;
-  std::string text;
-  for (const auto [low, high] : ranges) {
-    text += (text.empty() ? "" : " ") + text_of(low) + " " + text_of(high);
-  }
-  if (!text.empty()) texts.push_back({"Range", text});
-  if (!unit.empty()) texts.push_back({is_exr(options) ? "unit" : "Unit", unit});
-  return texts;
-}
 
 /// An image with its mip chain. \returns false where it was cancelled
 bool save_with_mips(BakeRun& run, const BakedMap& map, const std::string& name,

@@ -2,8 +2,10 @@
 
 #include <algorithm>
 #include <array>
+#include <charconv>
 #include <cmath>
 #include <cstddef>
+#include <string>
 #include <vector>
 
 #include "arguments/bake_job.h"
@@ -109,6 +111,28 @@ Image load_mask(const std::filesystem::path& path) {
     if (match.triangle[i] < match.source_triangles) mask.pixels[y * mask.width + x] = 1;
   }
   return mask;
+}
+
+namespace {
+
+/// The shortest text that is this value.
+std::string text_of(float value) {
+  std::array<char, 32> text{};
+  return {text.data(), std::to_chars(text.data(), text.data() + text.size(), value).ptr};
+}
+
+}  // namespace
+
+std::vector<ImageText> texts_of(const SaveImageOptions& options,
+                                const std::vector<ValueRange>& ranges, const std::string& unit) {
+  std::vector<ImageText> texts;
+  std::string text;
+  for (const auto [low, high] : ranges) {
+    text += (text.empty() ? "" : " ") + text_of(low) + " " + text_of(high);
+  }
+  if (!text.empty()) texts.push_back({"Range", text});
+  if (!unit.empty()) texts.push_back({is_exr(options) ? "unit" : "Unit", unit});
+  return texts;
 }
 
 std::vector<ValueRange> stored_ranges(const BakedMap& map, const SaveImageOptions& options) {
