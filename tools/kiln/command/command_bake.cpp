@@ -174,6 +174,14 @@ bool read_inputs(BakeRun& run) {
                  has_more_files(arguments) && !made, run.warnings, !arguments.asset.empty());
   choose_asset_maps(run);
   run.cleaned = clean_high(run.dense.mesh, clean_options(arguments), run.warnings);
+  if (!arguments.load_match.empty() &&
+      (!run.cleaned.warnings.empty() || arguments.given.contains("--clean"))) {
+    run.warnings.push_back({"match-of-clean",
+                            "--load-match '" + arguments.load_match +
+                                "' is right only if it was saved with the same --clean, since "
+                                "turned faces count their corners otherwise.",
+                            1});
+  }
   run.options.match.uv = uv_options(run.dense, run.options.match.uv);
   load_textures(arguments, run.dense.mesh, run.options, run.warnings);
   if (!arguments.asset.empty() && !arguments.given.contains("--maps")) {
