@@ -13,6 +13,7 @@ namespace {
 namespace fs = std::filesystem;
 using test::expect_exit;
 using test::expect_failure;
+using test::low_of_halves;
 using test::make_scene;
 using test::names;
 using test::run_kiln;
@@ -62,25 +63,6 @@ TEST(AssetCommand, MaterialsOfHighAreKept) {
   const Image picture = load_image(*material.roughness_map.bytes);
   EXPECT_NEAR(picture.at(32, 32)[1], 0.25, 1.0 / 255);
   EXPECT_EQ(picture.at(32, 32)[2], 1);
-}
-
-/// The low poly's halves in two materials, each over all of the unit square, but for whole tiles.
-Mesh low_of_halves(float tile) {
-  Mesh low = test::BumpySphere::light();
-  low.material_names = {"glass", "body"};
-  const std::vector<Vec2> uvs = low.uvs;
-  low.uvs.clear();
-  for (std::size_t t = 0; t < low.triangles.size(); ++t) {
-    const bool body = t % 2 != 0;
-    low.materials.push_back(body ? 1 : 0);
-    for (std::size_t k = 0; k < 3; ++k) {
-      Vec2 uv = uvs[low.uv_triangles[t][k]];
-      if (body) uv = {uv.y * 0.99F + tile, uv.x};
-      low.uv_triangles[t][k] = static_cast<std::uint32_t>(low.uvs.size());
-      low.uvs.push_back(uv);
-    }
-  }
-  return low;
 }
 
 /// The picture of normals of each material, and the corners of its triangles, are those of the set's own bake.

@@ -26,6 +26,25 @@ inline std::filesystem::path make_scene(std::uint32_t faces = 20000) {
   return folder;
 }
 
+/// The low poly's halves in two materials, each over all of the unit square, the second moved by a tile.
+inline Mesh low_of_halves(float tile, const char* first = "glass") {
+  Mesh low = BumpySphere::light();
+  low.material_names = {first, "body"};
+  const std::vector<Vec2> uvs = low.uvs;
+  low.uvs.clear();
+  for (std::size_t t = 0; t < low.triangles.size(); ++t) {
+    const bool body = t % 2 != 0;
+    low.materials.push_back(body ? 1 : 0);
+    for (std::size_t k = 0; k < 3; ++k) {
+      Vec2 uv = uvs[low.uv_triangles[t][k]];
+      if (body) uv = {uv.y * 0.99F + tile, uv.x};
+      low.uv_triangles[t][k] = static_cast<std::uint32_t>(low.uvs.size());
+      low.uvs.push_back(uv);
+    }
+  }
+  return low;
+}
+
 /// Writes kite.obj, one bent quad with UVs: cut along its shorter diagonal (corners 1 and 3) its middle lies at 0,
 /// by a fan (corners 0 and 2) at 0.2. And cut.obj, the same cut along the shorter diagonal. \returns the folder
 inline std::filesystem::path make_kite() {

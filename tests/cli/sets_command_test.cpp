@@ -10,30 +10,16 @@ namespace {
 namespace fs = std::filesystem;
 using test::expect_exit;
 using test::expect_failure;
+using test::low_of_halves;
 using test::make_scene;
 using test::names;
 using test::ProcessResult;
 using test::read_json;
 using test::run_kiln;
 
-/// The low poly's halves in two materials, each over all of the unit square.
 fs::path make_scene_of_sets(float tile) {
   const fs::path folder = make_scene();
-  Mesh low = test::BumpySphere::light();
-  low.material_names = {"Glass pane/1", "body"};
-  const std::vector<Vec2> uvs = low.uvs;
-  low.uvs.clear();
-  for (std::size_t t = 0; t < low.triangles.size(); ++t) {
-    const bool body = t % 2 != 0;
-    low.materials.push_back(body ? 1 : 0);
-    for (std::size_t k = 0; k < 3; ++k) {
-      Vec2 uv = uvs[low.uv_triangles[t][k]];
-      if (body) uv = {uv.y * 0.99F + tile, uv.x};
-      low.uv_triangles[t][k] = static_cast<std::uint32_t>(low.uvs.size());
-      low.uvs.push_back(uv);
-    }
-  }
-  save_obj(low, folder / "low.obj");
+  save_obj(low_of_halves(tile, "Glass pane/1"), folder / "low.obj");
   return folder;
 }
 

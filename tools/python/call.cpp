@@ -21,24 +21,6 @@ thread_local bool in_callback = false;
 
 nb::object errors() { return nb::module_::import_("kiln._errors"); }
 
-const char* kind_of(ErrorCode code) {
-  switch (code) {
-    case ErrorCode::usage:
-      return "usage";
-    case ErrorCode::input:
-      return "input";
-    case ErrorCode::device:
-      return "device";
-    case ErrorCode::output:
-      return "output";
-    case ErrorCode::cancelled:
-      return "cancelled";
-    case ErrorCode::internal:
-      break;
-  }
-  return "internal";
-}
-
 void raise(const char* message, const char* code, const char* kind) {
   try {
     const nb::object error = errors().attr("from_core")(message, code, kind);
@@ -52,7 +34,8 @@ void translate(const std::exception_ptr& thrown, void*) {
   try {
     std::rethrow_exception(thrown);
   } catch (const Error& error) {
-    raise(cli::with_flags(error.what()).c_str(), error.id(), kind_of(error.code()));
+    const char* const kind = Error(error.code(), "").id();  // without an id it is the kind's
+    raise(cli::with_flags(error.what()).c_str(), error.id(), kind);
   } catch (const cli::UsageError& error) {
     raise(error.what(), "usage", "usage");
   }

@@ -7,6 +7,7 @@
 #include <set>
 
 #include "arguments/transfers.h"
+#include "base/fnv.h"
 #include "command/bake_run.h"
 #include "kiln/asset.h"
 #include "report/json_text.h"
@@ -154,12 +155,9 @@ Json hashes_of(const std::vector<std::string>& files) {
   for (const std::string& file : files) {
     std::ifstream in(file, std::ios::binary);
     std::vector<char> buffer(1U << 20U);
-    std::uint64_t hash = 0xCBF29CE484222325U;
+    std::uint64_t hash = Fnv1a().value;
     while (in.read(buffer.data(), static_cast<std::streamsize>(buffer.size())) || in.gcount() > 0) {
-      for (std::streamsize i = 0; i < in.gcount(); ++i) {
-        hash = (hash ^ static_cast<unsigned char>(buffer[static_cast<std::size_t>(i)])) *
-               0x100000001B3U;
-      }
+      hash = fnv1a({buffer.data(), static_cast<std::size_t>(in.gcount())}, hash);
     }
     char text[24];
     std::snprintf(text, sizeof text, "%016llx", static_cast<unsigned long long>(hash));
