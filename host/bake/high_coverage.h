@@ -9,7 +9,7 @@
 
 #include "bake/copy_check.h"
 #include "detail/band_reads.h"
-#include "kiln/coverage.h"
+#include "kiln/bake.h"
 #include "match/registry.h"
 #include "mesh/vector.h"
 #include "texel/device_correspondence.h"

@@ -5,7 +5,7 @@
 #include <functional>
 #include <string>
 
-#include "kiln/memory.h"
+#include "kiln/limits.h"
 
 namespace kiln {
 

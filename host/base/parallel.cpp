@@ -11,7 +11,7 @@
 
 #include "base/progress_guard.h"
 #include "kiln/error.h"
-#include "kiln/threads.h"
+#include "kiln/limits.h"
 
 namespace kiln {
 namespace {

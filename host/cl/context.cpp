@@ -10,7 +10,7 @@
 #include "cl/binary_cache.h"
 #include "cl/driver.h"
 #include "cl/program.h"
-#include "kiln/memory.h"
+#include "kiln/limits.h"
 
 namespace kiln::ocl {
 namespace {

@@ -1,6 +1,4 @@
 // Transparent parts taken off a mesh.
-#include "kiln/cut_out.h"
-
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -11,6 +9,7 @@
 
 #include "image/value_range.h"
 #include "kiln/error.h"
+#include "kiln/material.h"
 #include "mesh/frame.h"
 #include "mesh/normals.h"
 #include "mesh/usable.h"

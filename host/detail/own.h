@@ -2,7 +2,7 @@
 #pragma once
 
 #include "detail/registry.h"
-#include "kiln/own_map.h"
+#include "kiln/map.h"
 
 namespace kiln {
 

@@ -1,5 +1,3 @@
-#include "kiln/pixels.h"
-
 #include <algorithm>
 #include <array>
 #include <bit>
@@ -8,6 +6,7 @@
 #include <string>
 
 #include "base/parallel.h"
+#include "kiln/image.h"
 #include "kiln/map.h"
 
 namespace kiln {

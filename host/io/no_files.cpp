@@ -3,7 +3,6 @@
 
 #include "kiln/asset.h"
 #include "kiln/image.h"
-#include "kiln/layers.h"
 #include "kiln/match.h"
 #include "kiln/material.h"
 #include "kiln/mesh.h"

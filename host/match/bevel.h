@@ -3,7 +3,7 @@
 
 #include <vector>
 
-#include "kiln/parts.h"
+#include "kiln/match.h"
 #include "mesh/hard_edges.h"
 #include "source/high_poly.h"
 

@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "kiln/parts.h"
+#include "kiln/match.h"
 #include "match/registry.h"
 #include "match/surface_places.h"
 #include "texel/edge_turn.h"

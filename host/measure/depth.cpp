@@ -1,9 +1,8 @@
-#include "kiln/depth.h"
-
 #include <algorithm>
 #include <cmath>
 #include <utility>
 
+#include "kiln/measure.h"
 #include "mesh/frame.h"
 
 namespace kiln {

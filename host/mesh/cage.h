@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
+#include "kiln/match.h"
 #include "kiln/mesh.h"
-#include "kiln/ray.h"
 #include "mesh/frame.h"
 
 namespace kiln {

@@ -14,7 +14,7 @@
 
 #include "base/disjoint_sets.h"
 #include "base/parallel.h"
-#include "kiln/orientation.h"
+#include "kiln/normals.h"
 #include "kiln/validate.h"
 #include "mesh/normals.h"
 #include "mesh/vector.h"

@@ -1,6 +1,4 @@
 // NamedGroups of two meshes paired by their names.
-#include "kiln/parts.h"
-
 #include <algorithm>
 #include <map>
 #include <optional>
@@ -11,6 +9,7 @@
 #include <utility>
 
 #include "base/lower_case.h"
+#include "kiln/match.h"
 
 namespace kiln {
 namespace {

@@ -6,7 +6,7 @@
 #include <tuple>
 
 #include "base/disjoint_sets.h"
-#include "kiln/seams.h"
+#include "kiln/normals.h"
 #include "kiln/validate.h"
 #include "mesh/normals.h"
 #include "mesh/vector.h"

@@ -4,10 +4,10 @@
 #include <span>
 #include <vector>
 
-#include "kiln/correspondence.h"
 #include "kiln/device.h"
 #include "kiln/export.h"
 #include "kiln/image.h"
+#include "kiln/match.h"
 #include "kiln/source.h"
 
 namespace KILN_PUBLIC kiln {

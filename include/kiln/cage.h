@@ -6,8 +6,8 @@
 #include "kiln/bake.h"
 #include "kiln/error.h"
 #include "kiln/export.h"
+#include "kiln/match.h"
 #include "kiln/mesh.h"
-#include "kiln/ray.h"
 #include "kiln/source.h"
 
 namespace KILN_PUBLIC kiln {

@@ -1,41 +1,28 @@
 /// \file
 /// Kiln bakes the detail of high polys into the textures of low polys. This header is the core: devices, meshes,
-/// sources, matches, maps, bakes, sessions, images, errors. By name: kiln/simplify.h, normals.h, unwrap.h (low polys),
-/// height_field.h, render.h, volume.h, contour.h, gradient.h (volumes), measure.h, assess.h, depth.h, layout.h, texture_sets.h, plan.h
-/// (measures and plans), and opencl.h, which needs OpenCL's headers.
+/// sources, matches, maps, bakes, images, errors. By name:
+/// - low polys: clean.h, simplify.h, normals.h, unwrap.h, cage.h, height_field.h
+/// - files: asset.h (glTF and OBJ with their maps), material.h (pictures that meshes name), texture_sets.h (and UDIM)
+/// - bakes: session.h (again, where something changed), attribute.h (values of the caller's own), reasons.h (misses)
+/// - volumes: volume.h, contour.h, gradient.h
+/// - measures and plans: render.h, measure.h, layout.h, assess.h, plan.h
+/// - opencl.h, which needs OpenCL's headers, and kiln_c.h, for C
 #pragma once
 
-#include "kiln/asset.h"
-#include "kiln/attribute.h"
 #include "kiln/bake.h"
-#include "kiln/cage.h"
-#include "kiln/correspondence.h"
-#include "kiln/coverage.h"
-#include "kiln/cut_out.h"
 #include "kiln/device.h"
 #include "kiln/error.h"
 #include "kiln/export.h"
 #include "kiln/files.h"
 #include "kiln/image.h"
-#include "kiln/layers.h"
+#include "kiln/limits.h"
 #include "kiln/map.h"
 #include "kiln/match.h"
-#include "kiln/material.h"
-#include "kiln/memory.h"
 #include "kiln/mesh.h"
 #include "kiln/mesh_view.h"
-#include "kiln/orientation.h"
-#include "kiln/own_map.h"
-#include "kiln/parts.h"
-#include "kiln/pixels.h"
 #include "kiln/progress.h"
-#include "kiln/ray.h"
-#include "kiln/reasons.h"
-#include "kiln/seams.h"
-#include "kiln/session.h"
 #include "kiln/source.h"
 #include "kiln/texture.h"
-#include "kiln/threads.h"
 #include "kiln/types.h"
 #include "kiln/validate.h"
 #include "kiln/version.h"

@@ -1,21 +1,178 @@
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <filesystem>
 #include <optional>
 #include <span>
+#include <string>
 #include <string_view>
 #include <type_traits>
 #include <vector>
 
-#include "kiln/correspondence.h"
+#include "kiln/error.h"
 #include "kiln/export.h"
 #include "kiln/mesh.h"
-#include "kiln/parts.h"
-#include "kiln/ray.h"
 #include "kiln/types.h"
 
 namespace KILN_PUBLIC kiln {
+
+/// Which way a sample of a Match was decided, or why it was not.
+enum class SampleStatus : std::uint8_t {
+  empty = 0,      ///< No sample here: the texel is not covered
+  outward = 1,    ///< Ray along the sample's direction
+  inward = 2,     ///< Ray against it
+  cage = 3,       ///< Ray from the cage inward
+  missed = 4,     ///< No point within the distance
+  view = 5,       ///< Seen in a depth view
+  closest = 6,    ///< The nearest point
+  uv = 7,         ///< The point with the same UV
+  outermost = 8,  ///< Ray along the direction, past a nearer face
+};
+
+/// The correspondence of a bake, per sample of the map, kept on the host: everything else can be baked
+/// from it again. Arrays have width * height elements (of the supersampled map), rows from the top. What
+/// must hold of them says validate() (kiln/validate.h).
+struct Match {
+  std::uint32_t width = 0;             ///< map width * samples
+  std::uint32_t height = 0;            ///< map height * samples
+  std::uint32_t samples = 1;           ///< N x N a texel
+  std::uint64_t source_triangles = 0;  ///< For checking against the mesh it is used with
+  std::uint64_t source_hash = 0;       ///< Of the high poly's triangles and positions; 0: not known
+  std::uint64_t low_hash = 0;          ///< Of the low poly's triangles, positions and UVs
+  std::vector<std::uint32_t> triangle;  ///< Source triangle, 0xFFFFFFFF: none
+  std::vector<float> u;                 ///< Weight of the triangle's corner 1
+  std::vector<float> v;                 ///< Weight of the triangle's corner 2
+  std::vector<float> distance;          ///< World units, outward positive
+  std::vector<std::uint8_t> status;     ///< Values of SampleStatus
+
+  /// The status of a sample; \param i below width * height.
+  SampleStatus status_of(std::size_t i) const { return static_cast<SampleStatus>(status[i]); }
+};
+
+/// Writes a Match as a float EXR with channels `triangle` (unsigned int), `u`, `v`, `distance` (float),
+/// `status` (unsigned int). The file appears whole or not at all. Several threads may save and load at once.
+/// \throws Error(output); Error(input) for a match that does not hold together
+void save_match(const Match& match, const std::filesystem::path& path);
+/// Reads what save_match() wrote. \throws Error(input) that names the file and the field
+Match load_match(const std::filesystem::path& path);
+
+/// Which of the faces that a ray meets counts.
+enum class RayRule {
+  /// The outermost one that faces the sample, but no farther out than where the ray meets the low poly
+  /// again: what lies beyond belongs to that part or fold of it. A sample inside another part of the low
+  /// poly takes the nearest one.
+  outermost,
+  nearest,  ///< The nearest outward, else the nearest inward (Tarini et al., section 3.2)
+};
+
+/// Where rays leave the low poly to.
+enum class RayDirection {
+  /// Along its own normal, as shaded; near hard edges turned towards the averaged one, which both sides of
+  /// an edge share. So details stand straight and edges have no gaps. Without hard edges: as averaged.
+  automatic,
+  averaged,  ///< Along the average of all normals at a vertex, interpolated
+  face,      ///< Along its own normal everywhere: the two sides of a hard edge part
+  /// As the low poly's vertices are coloured (Mesh::colors): where red is 255 along its own normal, where
+  /// it is 0 averaged, between them blended. Without colours: Error(input).
+  painted,
+};
+
+/// Which face a ray takes, and where rays leave the low poly to.
+struct RayOptions {
+  RayRule rule = RayRule::outermost;  ///< Without a cage; from a cage the first face counts
+  RayDirection direction =
+      RayDirection::automatic;  ///< With a cage, too; not with one of CageKind::offsets
+  /// For RayDirection::automatic: from this far off a hard edge rays follow the mesh's own normal. Above 0.
+  /// None given: for each edge by what the high poly has there. Two lengths compete, and the larger counts: two
+  /// fifths of its bevel's width, and twice how much farther out the high poly lies beside it; 0.05% to 4% of
+  /// the diagonal. Edges that do not tell take the median of the others; 1% of the diagonal where none tells.
+  std::optional<Length> edge_width = {};
+};
+
+/// What a cage mesh (MatchOptions::cage_mesh) says, by its triangles.
+enum class CageKind {
+  /// The low poly's triangles: rays start there and run towards the low poly, whatever RayOptions::direction.
+  offsets,
+  /// Twice these, an outer shell and an inner one: rays start on their triangle's plane in the outer shell and
+  /// end on that in the inner one. Where to is RayOptions::direction, with the way to the outer shell's vertices
+  /// as the averaged direction. The outer shell comes first, unless the first half's group is "inner".
+  shells,
+  /// Any other: a closed hull around the low poly, wound as that is. Rays start where their directions leave
+  /// it. Error(input) where one does not.
+  hull,
+};
+
+/// How far a cage mesh lies off the low poly. Lengths in world units, over the low poly's corners; of a
+/// hull over places spread over its faces, too.
+struct CageReport {
+  CageKind kind = CageKind::offsets;  ///< What the cage mesh was taken for
+  double outward_least = 0;           ///< Rays start so far out
+  double outward_median = 0;          ///< The one in the middle
+  double outward_most = 0;            ///< The farthest
+  double inward_least =
+      0;  ///< Rays end so far in; 0 where the cage does not say (not CageKind::shells)
+  double inward_median = 0;  ///< The one in the middle
+  double inward_most = 0;    ///< The deepest
+};
+
+/// How far off the low poly's hard edges rays turn. Lengths in world units.
+struct EdgeReport {
+  std::uint64_t edges = 0;  ///< Hard edges
+  std::uint64_t found = 0;  ///< Whose width was found on the high poly; 0 where it was given
+  double least = 0;         ///< The narrowest
+  double median = 0;        ///< The one in the middle
+  double most = 0;          ///< The widest
+};
+
+/// By which names of a mesh's triangles parts are told apart.
+enum class PartsBy {
+  name,      ///< Groups (Mesh::groups; without any, objects), by patterns of their names
+  group,     ///< Groups of the same name
+  object,    ///< Objects (Mesh::objects) of the same name
+  material,  ///< Materials of the same name
+  list,      ///< Groups, as a list of pairs says
+};
+
+/// A pair of a list. Names are patterns, in which `*` is any text.
+struct PartPair {
+  std::string low;                ///< Of the low poly's groups
+  std::vector<std::string> high;  ///< Of the high poly's groups: any of these
+};
+
+/// Which parts of two meshes belong together, by their names. A pattern is text with `*` for any
+/// text, also none; its first `*`, which must stand for some text, is the part's name. Of its other text
+/// upper and lower case are the same. Where no pattern fits, a number at the end as Blender gives it to
+/// copies (`.001`) is left out.
+struct PartNames {
+  /// For PartsBy::name: the low poly's
+  std::vector<std::string> low = {"*_low", "*_lp", "*_lo", "*_lowpoly"};
+  /// For PartsBy::name: the high poly's
+  std::vector<std::string> high = {"*_high", "*_high_*", "*_hp",       "*_hp_*",
+                                   "*_hi",   "*_hi_*",   "*_highpoly", "*_highpoly_*"};
+  PartsBy by = PartsBy::name;       ///< Which names
+  std::vector<PartPair> list = {};  ///< For PartsBy::list: the first that fits counts
+};
+
+/// Pairs of parts: samples on a part of the low poly find points of its part of the high poly alone.
+struct Parts {
+  std::uint32_t count = 0;          ///< Parts are 0 to count - 1
+  std::vector<std::string> names;   ///< Of each part; the last one may be "", what has no pair
+  std::vector<std::uint32_t> low;   ///< Part of each triangle of the low poly
+  std::vector<std::uint32_t> high;  ///< Part of each triangle of the high poly
+  /// unmatched-parts: groups without a pair, and the nearest name; by PartsBy::name also the patterns by which
+  /// most would have one
+  std::vector<Warning> warnings;
+};
+
+/// Pairs the parts of two meshes. By PartsBy::name `X_low` takes `X_high`, `X_high.001` and `X_high_...`, or
+/// what patterns say; a name that fits no pattern is a part's name itself, so `X` takes `X`, too. All that
+/// has no pair is one part of its own. Time: that of reading the names and triangles, but for patterns of a list
+/// with `*`, each of which is tried on each name. Names alone count: nothing is welded. The result is the caller's own and
+/// fits these two meshes as long as their triangles stay. Thread safety: may be called from several threads.
+/// \throws Error(input) where a mesh has no such names, or none of them has a pair
+/// \throws Error(usage) for a pattern without `*`, or an empty list
+Parts pair_parts(const Mesh& high, const Mesh& low, const PartNames& names = {});
 
 /// How the match finds the point of the high poly that a sample stands for: the name of a match, so that
 /// matches can be added without a change here.

@@ -4,6 +4,7 @@
 
 #include "kiln/export.h"
 #include "kiln/mesh.h"
+#include "kiln/types.h"
 
 namespace KILN_PUBLIC kiln {
 
@@ -58,5 +59,72 @@ struct FitNormalsReport {
 /// Cost: about 0.3 microseconds a sample; 16 a triangle of `low`, 32,768 at least.
 Mesh fit_normals(const Mesh& low, const Mesh& high, const FitNormalsOptions& options = {},
                  FitNormalsReport* report = nullptr);
+
+/// Edges where a mesh's UVs part and its normals do not, though its faces meet at an angle. Texels on both
+/// sides then hold the whole bend, each from its own side: the classic cause of gradients on flat faces.
+struct SoftSeams {
+  std::uint64_t edges = 0;  ///< How many
+  /// Of these, how many lie between two flats: both faces have a neighbour within 1 degree of their own plane.
+  /// Elsewhere, as on a coarse scan, a gradient is part of the detail and does not show.
+  std::uint64_t between_flats = 0;
+  std::uint64_t seams = 0;  ///< Edges where UVs part, soft or hard
+  double length = 0;        ///< Of the soft ones together, world units
+  /// The middle of the one where faces turn most, between flats where there is one there, as Mesh::positions.
+  Vec3 example = {};
+  double example_degrees = 0;  ///< How far its faces turn
+};
+
+/// Finds soft seams. Vertices of equal position are one; normals that the mesh lacks are computed, smooth
+/// everywhere. Edges of one face are borders and no seams. Deterministic; linear time. Thread safety: may be
+/// called from several threads.
+/// \param mesh         with UVs; without, there are no seams
+/// \param least_degrees  edges whose faces turn less are left out, 0 to 180
+/// \throws Error(usage) for an angle out of range; Error(input) as validate()
+SoftSeams soft_seams(const Mesh& mesh, double least_degrees = 30);
+
+/// Makes each UV seam a hard edge, as most modelling tools can: corners at a seam take the
+/// angle-weighted normal of the faces on their own side. Seams, and edges that are hard already, bound
+/// a side. All other normals stay to the bit. Tangents that the mesh has are dropped: they belong to
+/// the old normals. Deterministic; linear time. Thread safety: may be called from several threads.
+/// \returns the mesh with normals
+/// \throws Error(input) for a mesh without UVs, or as validate()
+Mesh split_at_seams(const Mesh& mesh);
+
+/// Which of both agree_normals() keeps where nothing tells which is wrong.
+enum class Trusted { faces, normals };
+
+/// What agree_normals() set right.
+struct AgreedNormals {
+  std::uint64_t normals = 0;   ///< Triangles whose normals were turned, or mirrored
+  std::uint64_t faces = 0;     ///< Triangles that were turned round, as their normals show
+  std::uint64_t mirrored = 0;  ///< Of all these: whose normals were those of a mirror image
+  std::uint64_t unclear =
+      0;  ///< Of all these: of open parts, where nothing told which of both was wrong
+  std::uint64_t strange =
+      0;  ///< Triangles of parts whose normals oppose most faces in no such way: left as they are
+  std::uint32_t first = 0;  ///< The lowest of all
+};
+
+/// Sets right parts whose own normals oppose their faces, as tools leave meshes that they mirror: normals are turned,
+/// or triangles are turned round. A part is what edges of two triangles that face alike connect, by equal positions.
+/// A closed part, and one that is nearly so, shall face outwards. One that lies in another such part has the fault
+/// of that part. Of an open sheet, neighbours tell, then the other parts, then \p trust. Parts whose
+/// normals are those of a mirror image get them mirrored. All other parts stay to the bit: also those that agree and
+/// face inwards, as rooms do, and leaves with normals of a rounder shape. Meshes without normals stay.
+/// Time: 0.02 s for a million triangles that agree. Thread safety: may be called from several threads, for other meshes.
+/// \throws Error(input) for a mesh that does not hold together, see validate(), and for mirrored normals beside tangents
+AgreedNormals agree_normals(Mesh& mesh, Trusted trust);
+
+/// Parts that face inwards.
+struct InwardParts {
+  std::uint64_t count = 0;  ///< How many
+  std::uint64_t parts = 0;  ///< Of so many that have an inside
+  Vec3 example = {};        ///< A corner of the first, as Mesh::positions
+};
+
+/// Finds parts that are closed or nearly so, face inwards, and lie in no other part that faces outwards, whatever
+/// their normals are: rooms, and meshes that are inside out. Time: 0.03 s for a million triangles of which none do.
+/// Thread safety: may be called from several threads. \throws Error(input) as validate()
+InwardParts inward_parts(const Mesh& mesh);
 
 }  // namespace kiln

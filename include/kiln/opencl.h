@@ -15,7 +15,6 @@
 #include "kiln/device.h"
 #include "kiln/export.h"
 #include "kiln/image.h"
-#include "kiln/pixels.h"
 #include "kiln/session.h"
 
 namespace KILN_PUBLIC kiln {

@@ -9,7 +9,7 @@
 #include <thread>
 
 #include "base/progress_guard.h"
-#include "kiln/threads.h"
+#include "kiln/limits.h"
 
 namespace kiln {
 namespace {

@@ -10,8 +10,8 @@
 #include <limits>
 
 #include "kiln/bake.h"
+#include "kiln/image.h"
 #include "kiln/mesh_view.h"
-#include "kiln/pixels.h"
 #include "support/environment.h"
 #include "support/shapes.h"
 

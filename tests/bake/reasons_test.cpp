@@ -1,4 +1,6 @@
 // Why samples have their points or none, on planes where each reason is known by construction.
+#include "kiln/reasons.h"
+
 #include <gtest/gtest.h>
 
 #include <algorithm>

@@ -12,6 +12,7 @@
 
 #include "bake/golden_scene.h"
 #include "kiln/kiln.h"
+#include "kiln/session.h"
 #include "support/environment.h"
 
 namespace kiln {

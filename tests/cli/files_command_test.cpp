@@ -10,6 +10,8 @@
 #include <vector>
 
 #include "kiln/kiln.h"
+#include "kiln/material.h"
+#include "kiln/normals.h"
 #include "support/environment.h"
 #include "support/json_file.h"
 #include "support/process.h"

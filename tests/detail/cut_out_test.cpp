@@ -1,6 +1,4 @@
 // Transparent parts taken off meshes.
-#include "kiln/cut_out.h"
-
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -11,6 +9,7 @@
 #include "image/gutter.h"
 #include "image/value_range.h"
 #include "kiln/kiln.h"
+#include "kiln/material.h"
 #include "mesh/vector.h"
 #include "support/environment.h"
 #include "support/mesh_check.h"

@@ -8,6 +8,7 @@
 
 #include "image/gutter.h"
 #include "kiln/kiln.h"
+#include "kiln/session.h"
 #include "support/environment.h"
 #include "support/shapes.h"
 

@@ -12,6 +12,7 @@
 
 #include "image/gutter.h"
 #include "kiln/kiln.h"
+#include "kiln/session.h"
 #include "mesh/curvature.h"
 #include "mesh/kernels_shared.h"
 #include "mesh/low_surface.h"

@@ -12,6 +12,7 @@
 #include "base/srgb.h"
 #include "image/gutter.h"
 #include "kiln/kiln.h"
+#include "kiln/material.h"
 #include "support/environment.h"
 #include "support/shapes.h"
 

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "kiln/kiln.h"
+#include "kiln/session.h"
 #include "match/visibility.h"
 #include "mesh/frame.h"
 #include "mesh/kernels_shared.h"

@@ -1,4 +1,6 @@
 // Cages: found ones against closed forms, shells and hulls, and what they change.
+#include "kiln/cage.h"
+
 #include <gtest/gtest.h>
 
 #include <algorithm>

@@ -7,6 +7,7 @@
 #include <functional>
 
 #include "kiln/kiln.h"
+#include "kiln/session.h"
 #include "match/views_scene.h"
 #include "shared/match.h"
 #include "support/environment.h"

@@ -1,10 +1,9 @@
 // Depth in pictures, and how far two meshes' are apart.
-#include "kiln/depth.h"
-
 #include <gtest/gtest.h>
 
 #include <cmath>
 
+#include "kiln/measure.h"
 #include "kiln/render.h"
 #include "support/environment.h"
 #include "support/shapes.h"

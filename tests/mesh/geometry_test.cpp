@@ -7,7 +7,7 @@
 #include <random>
 #include <vector>
 
-#include "kiln/threads.h"
+#include "kiln/limits.h"
 #include "mesh/frame.h"
 #include "mesh/normals.h"
 #include "mesh/vector.h"

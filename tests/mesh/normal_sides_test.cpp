@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "kiln/kiln.h"
+#include "kiln/normals.h"
 #include "support/shapes.h"
 
 namespace kiln {

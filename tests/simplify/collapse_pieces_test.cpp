@@ -15,7 +15,7 @@
 #include <vector>
 
 #include "kiln/contour.h"
-#include "kiln/threads.h"
+#include "kiln/limits.h"
 #include "mesh/vertex_lists.h"
 #include "simplify/collapse_queue.h"
 #include "simplify/mesh_pieces.h"

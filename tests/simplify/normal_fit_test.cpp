@@ -11,10 +11,10 @@
 #include <vector>
 
 #include "kiln/kiln.h"
+#include "kiln/limits.h"
 #include "kiln/normals.h"
 #include "kiln/plan.h"
 #include "kiln/simplify.h"
-#include "kiln/threads.h"
 #include "kiln/unwrap.h"
 #include "mesh/normals.h"
 #include "mesh/vector.h"

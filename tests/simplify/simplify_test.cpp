@@ -14,7 +14,7 @@
 #include <utility>
 
 #include "base/fnv.h"
-#include "kiln/threads.h"
+#include "kiln/limits.h"
 #include "kiln/unwrap.h"
 #include "mesh/fans.h"
 #include "mesh/surface_distance.h"

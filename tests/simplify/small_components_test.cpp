@@ -5,8 +5,8 @@
 #include <random>
 #include <string>
 
+#include "kiln/limits.h"
 #include "kiln/simplify.h"
-#include "kiln/threads.h"
 #include "mesh/fans.h"
 #include "support/shapes.h"
 

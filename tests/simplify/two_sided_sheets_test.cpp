@@ -14,9 +14,9 @@
 #include <vector>
 
 #include "kiln/kiln.h"
+#include "kiln/limits.h"
 #include "kiln/normals.h"
 #include "kiln/simplify.h"
-#include "kiln/threads.h"
 #include "kiln/unwrap.h"
 #include "mesh/surface_distance.h"
 #include "mesh/vector.h"

@@ -10,7 +10,7 @@
 #include <string>
 #include <vector>
 
-#include "kiln/threads.h"
+#include "kiln/limits.h"
 #include "kiln/unwrap.h"
 #include "support/shapes.h"
 #include "unwrap/charts_check.h"

@@ -6,7 +6,7 @@
 #include <random>
 #include <string>
 
-#include "kiln/threads.h"
+#include "kiln/limits.h"
 #include "kiln/unwrap.h"
 #include "support/shapes.h"
 #include "unwrap/charts_check.h"

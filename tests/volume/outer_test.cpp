@@ -15,7 +15,7 @@
 
 #include "kiln/contour.h"
 #include "kiln/error.h"
-#include "kiln/memory.h"
+#include "kiln/limits.h"
 #include "kiln/volume.h"
 #include "support/environment.h"
 #include "support/volumes.h"

@@ -19,6 +19,7 @@
 
 #include "kiln/kiln.h"
 #include "kiln/render.h"
+#include "kiln/session.h"
 
 namespace kiln {
 namespace {

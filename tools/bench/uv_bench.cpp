@@ -14,6 +14,7 @@
 
 #include "detail/normal.h"
 #include "kiln/kiln.h"
+#include "kiln/session.h"
 #include "match/uv.h"
 #include "mesh/kernels_shared.h"
 #include "source/high_poly.h"

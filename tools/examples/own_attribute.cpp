@@ -1,4 +1,5 @@
 // Values of your own at the high poly's vertices, baked as a map: here, heat along x.
+#include <kiln/attribute.h>
 #include <kiln/kiln.h>
 
 #include "mesh_of.h"

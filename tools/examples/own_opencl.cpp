@@ -4,6 +4,7 @@
 #define CL_HPP_MINIMUM_OPENCL_VERSION 120
 #include <kiln/kiln.h>
 #include <kiln/opencl.h>
+#include <kiln/session.h>
 
 #include <CL/opencl.hpp>
 

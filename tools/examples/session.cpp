@@ -1,5 +1,6 @@
 // A high poly that moves, baked again and again: everything stays on the device.
 #include <kiln/kiln.h>
+#include <kiln/session.h>
 
 #include "mesh_of.h"
 

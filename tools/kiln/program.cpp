@@ -8,6 +8,7 @@
 #include "arguments/near_words.h"
 #include "arguments/unknown_flags.h"
 #include "kiln/kiln.h"
+#include "kiln/reasons.h"
 
 namespace kiln::cli {
 namespace {

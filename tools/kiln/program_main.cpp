@@ -15,6 +15,7 @@
 #include "crash.h"
 #include "interrupt.h"
 #include "kiln/kiln.h"
+#include "kiln/reasons.h"
 #include "program.h"
 #include "report/flags.h"
 #include "report/terminal.h"

@@ -12,6 +12,7 @@
 
 #include "arguments/high_poly_input.h"
 #include "arguments/surface_arguments.h"
+#include "kiln/cage.h"
 #include "kiln/kiln.h"
 #include "picture/plot.h"
 #include "report/report.h"

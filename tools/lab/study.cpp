@@ -10,7 +10,6 @@
 #include "arguments/parse.h"
 #include "arguments/paths.h"
 #include "interrupt.h"
-#include "kiln/depth.h"
 #include "kiln/measure.h"
 #include "kiln/normals.h"
 #include "kiln/render.h"

@@ -12,7 +12,7 @@
 
 #include "base/parallel.h"
 #include "io/image/exr.h"
-#include "kiln/layers.h"
+#include "kiln/image.h"
 
 namespace kiln {
 namespace {

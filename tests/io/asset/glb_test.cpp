@@ -6,6 +6,7 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 
+#include "kiln/asset.h"
 #include "kiln/kiln.h"
 #include "kiln/texture_sets.h"
 #include "support/environment.h"

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "kiln/kiln.h"
+#include "kiln/material.h"
 #include "support/environment.h"
 
 namespace kiln {

@@ -15,6 +15,7 @@
 #include "arguments/option_table.h"
 #include "arguments/words.h"
 #include "kiln/kiln.h"
+#include "kiln/normals.h"
 #include "kiln/texture_sets.h"
 #include "report/report.h"
 

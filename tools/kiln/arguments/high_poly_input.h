@@ -10,6 +10,7 @@
 #include "kiln/clean.h"
 #include "kiln/height_field.h"
 #include "kiln/kiln.h"
+#include "kiln/normals.h"
 
 namespace kiln::cli {
 

@@ -5,6 +5,7 @@
 
 #include "arguments/bake_job.h"
 #include "arguments/cage_file.h"
+#include "kiln/cage.h"
 
 namespace kiln::cli {
 

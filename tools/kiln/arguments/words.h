@@ -9,7 +9,7 @@
 #include "arguments/command_line.h"
 #include "kiln/bake.h"
 #include "kiln/error.h"
-#include "kiln/parts.h"
+#include "kiln/match.h"
 #include "kiln/texture_sets.h"
 #include "kiln/unwrap.h"
 

@@ -10,6 +10,7 @@
 #include "arguments/cage_file.h"
 #include "arguments/match_flags.h"
 #include "arguments/parse.h"
+#include "kiln/cage.h"
 #include "kiln/render.h"
 #include "picture/canvas.h"
 
