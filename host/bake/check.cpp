@@ -226,6 +226,25 @@ void check_map_options(const BakeOptions& options) {
     check_length("`curvature_radius`", *options.curvature_radius, false);
 }
 
+/// A setting that a variant's map does not obey would change nothing.
+void check_variant(const MapVariant& map, const BakeOptions& options) {
+  const MapInfo& info = map_row(map.kind).info;
+  const auto check = [&](bool given, bool taken, const char* setting) {
+    if (!given || taken) return;
+    usage("The map " + map.name + " has a setting `" + setting + "`, which " +
+              std::string(map.kind.name) + " does not obey: leave it out.",
+          kContradiction);
+  };
+  check(map.occlusion.has_value(), info.takes_rays || info.takes_back_faces, "occlusion");
+  check(map.curvature_radius.has_value(), info.takes_curvature_radius, "curvature_radius");
+  check(map.light.has_value(), info.takes_light, "light");
+  check(map.id_by.has_value(), info.takes_id_by, "id_by");
+  check_map(map.kind, options);
+  const BakeOptions own = options_of(map, options);
+  check_enums(own);
+  check_map_options(own);
+}
+
 void check_ranges(const BakeOptions& options) {
   std::vector<std::string_view> seen;
   for (const MapRange& given : options.encoding.ranges) {
@@ -246,13 +265,16 @@ void check_ranges(const BakeOptions& options) {
         std::any_of(options.own_maps.begin(), options.own_maps.end(), is_called)) {
       continue;
     }
-    if (std::find(options.maps.begin(), options.maps.end(), kind) == options.maps.end()) {
+    const auto variant = std::find_if(options.variants.begin(), options.variants.end(), is_called);
+    const bool varies = variant != options.variants.end();
+    if (!varies &&
+        std::find(options.maps.begin(), options.maps.end(), kind) == options.maps.end()) {
       usage("There is a range of '" + name +
                 "', which is no map of this bake: ask for the map, or leave "
                 "the range out.",
             kContradiction);
     }
-    const MapType type = map_row(kind).info.type;
+    const MapType type = map_row(varies ? variant->kind : kind).info.type;
     if (type == MapType::unit_vector || type == MapType::id || type == MapType::coverage) {
       usage("The map " + name + " takes no range: its values are directions, names or coverage.",
             kContradiction);
@@ -294,8 +316,9 @@ void validate(const BakeOptions& options) {
     match_row(options.match.method);
     for (const MatchMethod next : options.match.fallback) match_row(next);
     for (const MapKind map : options.maps) map_row(map);
+    for (const MapVariant& map : options.variants) map_row(map.kind);
   });
-  if (options.maps.empty() && options.transfers.empty() && options.own_maps.empty()) {
+  if (map_count(options) == 0) {
     usage("No map was asked for: give at least one, such as normal.");
   }
   check_distances(options);
@@ -311,6 +334,7 @@ void validate(const BakeOptions& options) {
           std::to_string(kMostPlaces) + ".");
   }
   for (const MapKind map : options.maps) check_map(map, options);
+  for (const MapVariant& map : options.variants) check_variant(map, options);
   check_views(options.match.views);
   check_fallback(options);
   if (any_in_chain(options, [](const MatchRow& row) { return row.info.takes_visibility; })) {

@@ -216,24 +216,33 @@ class Finer {
 template <typename Wanted>
 BakeOptions finer_options(const BakedScene& scene, const Wanted& wanted) {
   BakeOptions options = scene.options;
-  options.occlusion.max_error = 0;
-  options.occlusion.by = OcclusionBy::rays;
+  change_occlusion(options, [](OcclusionOptions& occlusion) {
+    occlusion.max_error = 0;
+    occlusion.by = OcclusionBy::rays;
+  });
   std::erase_if(options.maps, [&](MapKind kind) { return !wanted(map_row(kind).info); });
+  std::erase_if(options.variants,
+                [&](const MapVariant& map) { return !wanted(map_row(map.kind).info); });
   return options;
 }
 
 void warn_not_reached(const BakeOptions& options, BakeReport& report) {
-  const double wanted = options.occlusion.max_error;
-  if (wanted <= 0) return;
-  for (const MapError& error : report.errors) {
-    const double reached = error.rms / 255;
-    if (!map_row(error.kind).info.takes_max_error || reached <= wanted) continue;
-    char text[160];
+  const auto check = [&](MapKind kind, std::string_view name, double wanted) {
+    const auto error = std::find_if(report.errors.begin(), report.errors.end(),
+                                    [&](const MapError& other) { return other.kind.name == name; });
+    if (wanted <= 0 || !map_row(kind).info.takes_max_error || error == report.errors.end() ||
+        error->rms / 255 <= wanted) {
+      return;
+    }
+    char text[200];
     std::snprintf(text, sizeof text,
                   "The map %s reached an error of %.2g (root mean square), but %.2g was asked for.",
-                  std::string(error.kind.name).c_str(), reached, wanted);
+                  std::string(name).c_str(), error->rms / 255, wanted);
     report.warnings.push_back({"ray-error-not-reached", text, 1});
-  }
+  };
+  for (const MapKind map : options.maps) check(map, map.name, options.occlusion.max_error);
+  for (const MapVariant& map : options.variants)
+    check(map.kind, map.name, options_of(map, options).occlusion.max_error);
 }
 
 }  // namespace
@@ -244,10 +253,10 @@ void measure_errors(const BakedScene& scene, const BakeProgress& progress, BakeR
   const bool all = scene.options.report.errors;
   BakeOptions same = finer_options(
       scene, [&](const MapInfo& map) { return all ? map.takes_rays : map.takes_max_error; });
-  if (!same.maps.empty()) {
+  if (!same.maps.empty() || !same.variants.empty()) {
     same.transfers.clear();
     same.own_maps.clear();
-    same.occlusion.rays = kRays;
+    change_occlusion(same, [](OcclusionOptions& occlusion) { occlusion.rays = kRays; });
     Finer finer(scene, same);
     finer.run(progress.part(0, 0.5), baked);
     finer.add_to("4096 rays from the same points", report);
@@ -255,9 +264,11 @@ void measure_errors(const BakedScene& scene, const BakeProgress& progress, BakeR
   }
   if (!all || scene.options.match.saved != nullptr) return;
   BakeOptions spread = finer_options(scene, is_compared);
-  if (spread.maps.empty() && spread.transfers.empty() && spread.own_maps.empty()) return;
+  if (map_count(spread) == 0) return;
   spread.samples = std::min(kMostSamples, kFiner * scene.options.samples);
-  spread.occlusion.rays = std::max(16U, kRays / (spread.samples * spread.samples));
+  change_occlusion(spread, [&](OcclusionOptions& occlusion) {
+    occlusion.rays = std::max(16U, kRays / (spread.samples * spread.samples));
+  });
   Finer finer(scene, spread);
   finer.run(progress.part(0.5, 1), baked);
   finer.add_to(spread.samples == kFiner * scene.options.samples

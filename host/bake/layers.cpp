@@ -80,6 +80,7 @@ Image as_drawn(const MapInfo& map, const BakeOptions& options,
 std::uint64_t bytes_of_maps(const BakeOptions& options) {
   std::uint64_t channels = 1;  // coverage and charts
   for (const MapKind kind : options.maps) channels += map_row(kind).info.channels;
+  for (const MapRow& row : own_rows(options)) channels += row.info.channels;
   const std::uint64_t texels = std::uint64_t{options.width} * options.height;
   const std::uint64_t level = texels * channels * sizeof(float);
   return level + (options.encoding.mips ? level / 3 : 0);
@@ -113,10 +114,6 @@ Layers::Layers(const Source::Impl& source, const LowSurface& surface, const Bake
       image.pixels.resize(coverage_.size() * image.channels);
     }
   });
-}
-
-void Layers::report(BakeReport& report) const {
-  for (const Layer& layer : layers_) layer.maker->report(report);
 }
 
 BandPixels Layers::pixels(Layer& layer, const TexelBand& band) {
@@ -173,9 +170,14 @@ bool Layers::read_around() const {
 }
 
 bool Layers::obey_max_error(const BakeOptions& options) const {
-  return options.occlusion.max_error > 0 &&
-         std::any_of(layers_.begin(), layers_.end(),
-                     [](const Layer& layer) { return layer.row->info.takes_max_error; });
+  const auto obeys = [&](MapKind kind, const BakeOptions& with) {
+    return with.occlusion.max_error > 0 && map_row(kind).info.takes_max_error;
+  };
+  return std::any_of(options.maps.begin(), options.maps.end(),
+                     [&](MapKind kind) { return obeys(kind, options); }) ||
+         std::any_of(options.variants.begin(), options.variants.end(), [&](const MapVariant& map) {
+           return obeys(map.kind, options_of(map, options));
+         });
 }
 
 bool Layers::fill_misses() const {

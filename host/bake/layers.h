@@ -44,8 +44,6 @@ class Layers {
 
   std::vector<Layer>& all() { return layers_; }
   const std::vector<Layer>& all() const { return layers_; }
-  /// Adds what the maps have to say beside their texels.
-  void report(BakeReport& report) const;
   /// What all maps read of the band; for others that need the same.
   BandReads& reads() { return *reads_; }
   /// The first map of unit vectors; null where there is none.

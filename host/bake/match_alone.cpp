@@ -22,7 +22,7 @@ void check_alone(const BakeOptions& options) {
 /// \throws Cancelled
 MatchResult match_alone(const Source::Impl& high, const Mesh& low, BakeOptions options,
                         const BakeProgress& progress) {
-  options.maps.clear();
+  ask_for(options, {});
   options.encoding.mips = false;
   options.report.keep_match = true;
   Clusters clusters;

@@ -13,7 +13,7 @@ namespace {
 /// Checked, and without maps: none is made.
 BakeOptions match_alone(BakeOptions options) {
   check_options(options);
-  options.maps.clear();
+  ask_for(options, {});
   options.encoding.mips = false;
   options.match.cage_mesh = nullptr;
   return options;

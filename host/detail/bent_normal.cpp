@@ -17,7 +17,9 @@ class BentNormal : public MapMaker {
     rays_->want_lean();
   }
 
-  void report(BakeReport& report) const override { rays_->report(report); }
+  void report(BakedMap& map, std::vector<Warning>&) const override {
+    map.occlusion = rays_->report();
+  }
 
   void run(const TexelBand& band, const DeviceCorrespondence& match,
            const BandPixels& out) override {

@@ -27,8 +27,8 @@ class OwnColor : public PointFunction {
             .distance = false};
   }
 
-  void report(BakeReport& report) const override {
-    if (texture_) warn_replaced(*texture_, map_, report);
+  void report(BakedMap&, std::vector<Warning>& warnings) const override {
+    if (texture_) warn_replaced(*texture_, map_, warnings);
   }
 
  protected:

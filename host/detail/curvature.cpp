@@ -76,7 +76,9 @@ class Curvature : public PointFunction {
     return {.position = false, .normal = false, .distance = false};
   }
   std::unique_ptr<PointRoom> room() const override { return std::make_unique<Bend::Room>(); }
-  void report(BakeReport& report) const override { report.curvature_radius = bend_->radius(); }
+  void report(BakedMap& map, std::vector<Warning>&) const override {
+    map.curvature_radius = bend_->radius();
+  }
   void operator()(const HighPoint& point, float* value) const override {
     if (!point.found) return;  // 0
     const auto bend = static_cast<float>(bend_->at(point));

@@ -24,8 +24,8 @@ class HemisphereMap : public MapMaker {
         rays_(request.shared.of<Hemispheres>(request)),
         read_(read) {}
 
-  void report(BakeReport& report) const override {
-    if (read_ == &Hemispheres::open) rays_->report(report);
+  void report(BakedMap& map, std::vector<Warning>&) const override {
+    if (read_ == &Hemispheres::open) map.occlusion = rays_->report();
   }
 
   void run(const TexelBand& band, const DeviceCorrespondence& match,

@@ -50,7 +50,7 @@ class Hemispheres : public SharedWork {
   std::vector<float> lit(const TexelBand& band, const DeviceCorrespondence& match, bool second);
 
   /// Says what open() and lean() are gathered by.
-  void report(BakeReport& report) const;
+  OcclusionReport report() const;
 
   static std::uint32_t plane_of(const TexelBand& band);
   const cl::Array<kiln_low_shading>& shading() const { return shading_; }

@@ -110,11 +110,9 @@ void Hemispheres::see(const TexelBand& band, const DeviceCorrespondence& match, 
   sums.has_open = true;
 }
 
-void Hemispheres::report(BakeReport& report) const {
-  report.occlusion.emplace();
-  if (view_directions_ == 0) return;
-  report.occlusion = {OcclusionBy::views, view_directions_,
-                      HemisphereViews::size_for(width_, height_)};
+OcclusionReport Hemispheres::report() const {
+  if (view_directions_ == 0) return {};
+  return {OcclusionBy::views, view_directions_, HemisphereViews::size_for(width_, height_)};
 }
 
 /// Even and odd directions are two estimates of each texel, which are smoothed over the surface, across seams, as

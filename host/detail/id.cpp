@@ -84,15 +84,15 @@ class Ids : public PointFunction {
     std::copy(color.begin(), color.end(), value);
   }
 
-  void report(BakeReport& report) const override {
+  void report(BakedMap& map, std::vector<Warning>& warnings) const override {
     const std::size_t count = std::min(legend_.size(), kLongestLegend);
-    report.ids.assign(legend_.begin(), legend_.begin() + static_cast<std::ptrdiff_t>(count));
+    map.ids.assign(legend_.begin(), legend_.begin() + static_cast<std::ptrdiff_t>(count));
     if (count == legend_.size()) return;
-    report.warnings.push_back({"id-legend",
-                               "The map id tells " + std::to_string(legend_.size()) +
-                                   " apart; its legend has the first " + std::to_string(count) +
-                                   ", and colours repeat.",
-                               legend_.size()});
+    warnings.push_back({"id-legend",
+                        "The map " + std::string(map.kind.name) + " tells " +
+                            std::to_string(legend_.size()) + " apart; its legend has the first " +
+                            std::to_string(count) + ", and colours repeat.",
+                        legend_.size()});
   }
 
  private:

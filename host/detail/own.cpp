@@ -69,12 +69,12 @@ class Own : public MapMaker {
     average(band, match, values, out);
   }
 
-  void report(BakeReport& report) const override {
+  void report(BakedMap&, std::vector<Warning>& warnings) const override {
     if (replaced_ == 0) return;
-    report.warnings.push_back({"own-map-non-finite",
-                               "The map " + std::string(name_) + " is NaN or infinite at " +
-                                   std::to_string(replaced_) + " texels; they hold 0.",
-                               replaced_});
+    warnings.push_back({"own-map-non-finite",
+                        "The map " + std::string(name_) + " is NaN or infinite at " +
+                            std::to_string(replaced_) + " texels; they hold 0.",
+                        replaced_});
   }
 
  private:

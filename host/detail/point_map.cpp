@@ -84,7 +84,9 @@ class PointMap : public MapMaker {
     if (needs_.uv) sides_ = sides_of_samples(request);
   }
 
-  void report(BakeReport& report) const override { function_->report(report); }
+  void report(BakedMap& map, std::vector<Warning>& warnings) const override {
+    function_->report(map, warnings);
+  }
 
   void run(const TexelBand& band, const DeviceCorrespondence& match,
            const BandPixels& out) override {

@@ -61,7 +61,9 @@ class PointFunction {
   virtual void operator()(const HighPoint& point, float* value) const = 0;
   virtual std::unique_ptr<PointRoom> room() const { return nullptr; }
   /// What there is to say at the end, beside the texels.
-  virtual void report(BakeReport& report) const { static_cast<void>(report); }
+  virtual void report(BakedMap& map, std::vector<Warning>& warnings) const {
+    static_cast<void>(map), static_cast<void>(warnings);
+  }
 };
 
 /// From a function to a map: gathers points on the host's threads, calls it for each sample, and averages a

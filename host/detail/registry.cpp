@@ -12,8 +12,6 @@
 #include "image/gutter.h"
 
 namespace kiln {
-namespace {}  // namespace
-
 std::span<const MapRow> map_rows() {
   static const std::vector<MapRow> rows = {normal_map(),       ao_map(),
                                            bent_normal_map(),  thickness_map(),
@@ -100,8 +98,7 @@ void encode_texel(const MapInfo& map, const BakeOptions& options, std::uint8_t c
 std::vector<ValueRange> ranges_of(const MapRow& row, const RangeRequest& request) {
   std::vector<ValueRange> ranges;
   for (std::uint32_t c = 0; c < row.info.channels; ++c) {
-    ranges.push_back(row.range != nullptr ? row.range(request, c)
-                                          : ValueRange{row.info.low, row.info.high});
+    ranges.push_back(row.range ? row.range(request, c) : ValueRange{row.info.low, row.info.high});
   }
   for (const MapRange& given : request.options.encoding.ranges) {
     if (given.kind == row.info.kind) ranges.assign(row.info.channels, given.range);

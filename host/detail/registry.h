@@ -62,8 +62,10 @@ class MapMaker {
                            const DeviceCorrespondence& other, const cl::Array<float>& shares,
                            const BandPixels& out) = 0;
 
-  /// What there is to say at the end, beside the texels.
-  virtual void report(BakeReport& report) const { static_cast<void>(report); }
+  /// What there is to say at the end, beside the texels: of the map, and warnings.
+  virtual void report(BakedMap& map, std::vector<Warning>& warnings) const {
+    static_cast<void>(map), static_cast<void>(warnings);
+  }
 };
 
 /// One map.
@@ -76,7 +78,7 @@ struct MapRow {
   /// Of its values, where MapInfo does not tell: "world units".
   std::string_view unit = {};
   /// Where integer formats put each channel's values; none: MapInfo::low and high, in all channels.
-  ValueRange (*range)(const RangeRequest& request, std::uint32_t channel) = nullptr;
+  std::function<ValueRange(const RangeRequest& request, std::uint32_t channel)> range = {};
   /// Its values are about the map's own texels: at no size are they nearer to the surface.
   bool of_texels = false;
   std::function<std::unique_ptr<MapMaker>(const MapRequest& request)> make;
@@ -90,6 +92,32 @@ const MapRow& map_row(MapKind kind);
 /// The rows of maps that a bake brings along, in their order. Their names stay for as long as the program runs.
 /// \throws Error(usage) for a name that cannot be one, or is taken
 std::vector<MapRow> own_rows(const BakeOptions& options);
+
+/// How many maps are asked for, of all sorts.
+inline std::size_t map_count(const BakeOptions& options) {
+  return options.maps.size() + options.transfers.size() + options.own_maps.size() +
+         options.variants.size();
+}
+
+/// Leaves these maps alone of all that are asked for.
+inline void ask_for(BakeOptions& options, std::vector<MapKind> maps) {
+  options.maps = std::move(maps);
+  options.transfers.clear();
+  options.own_maps.clear();
+  options.variants.clear();
+}
+
+/// Changes how light is gathered, for all maps and in each variant.
+template <typename Change>
+void change_occlusion(BakeOptions& options, const Change& change) {
+  change(options.occlusion);
+  for (MapVariant& variant : options.variants) {
+    if (variant.occlusion) change(*variant.occlusion);
+  }
+}
+
+/// The options as a variant has them.
+BakeOptions options_of(const MapVariant& variant, BakeOptions options);
 
 /// The range of each channel: what the caller gave (EncodingOptions::ranges), or the row's rule.
 std::vector<ValueRange> ranges_of(const MapRow& row, const RangeRequest& request);

@@ -32,6 +32,8 @@ class SharedWorks {
     works_.push_back(made);
     return made;
   }
+  /// One that is made already.
+  void add(std::shared_ptr<SharedWork> work) { works_.push_back(std::move(work)); }
   void next_band() {
     for (const std::shared_ptr<SharedWork>& work : works_) work->next_band();
   }

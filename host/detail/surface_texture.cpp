@@ -113,13 +113,14 @@ std::uint64_t SurfaceTexture::replaced() const {
   return count;
 }
 
-void warn_replaced(const SurfaceTexture& texture, std::string_view name, BakeReport& report) {
+void warn_replaced(const SurfaceTexture& texture, std::string_view name,
+                   std::vector<Warning>& warnings) {
   if (texture.replaced() == 0) return;
-  report.warnings.push_back({"texture-non-finite",
-                             "The texture of the map " + std::string(name) + " has " +
-                                 std::to_string(texture.replaced()) +
-                                 " numbers that are NaN or infinite; they count as 0.",
-                             texture.replaced()});
+  warnings.push_back({"texture-non-finite",
+                      "The texture of the map " + std::string(name) + " has " +
+                          std::to_string(texture.replaced()) +
+                          " numbers that are NaN or infinite; they count as 0.",
+                      texture.replaced()});
 }
 
 }  // namespace kiln

@@ -47,6 +47,7 @@ class SurfaceTexture {
 };
 
 /// Adds a warning where a map's pictures have numbers that are not finite.
-void warn_replaced(const SurfaceTexture& texture, std::string_view name, BakeReport& report);
+void warn_replaced(const SurfaceTexture& texture, std::string_view name,
+                   std::vector<Warning>& warnings);
 
 }  // namespace kiln

@@ -28,7 +28,9 @@ class Plain : public PointFunction {
     texture_.read(point, read);
     std::copy_n(read, 3, value);
   }
-  void report(BakeReport& report) const override { warn_replaced(texture_, name_, report); }
+  void report(BakedMap&, std::vector<Warning>& warnings) const override {
+    warn_replaced(texture_, name_, warnings);
+  }
 
  private:
   SurfaceTexture texture_;
@@ -94,7 +96,9 @@ class Normals : public PointFunction {
     value[2] = static_cast<float>(local.z);
   }
 
-  void report(BakeReport& report) const override { warn_replaced(texture_, name_, report); }
+  void report(BakedMap&, std::vector<Warning>& warnings) const override {
+    warn_replaced(texture_, name_, warnings);
+  }
 
  private:
   Vec3 normal_of(std::size_t triangle, std::size_t corner) const {
@@ -141,6 +145,34 @@ MapRow row_of(const Transfer& transfer) {
   return row;
 }
 
+/// A variant's options, and what its makers share with each other alone.
+struct VariantWork : SharedWork {
+  explicit VariantWork(BakeOptions changed) : options(std::move(changed)) {}
+  void next_band() override { works.next_band(); }
+  void next_source() override { works.next_source(); }
+  BakeOptions options;
+  SharedWorks works;
+};
+
+MapRow row_of(const MapVariant& variant) {
+  const MapRow& base = map_row(variant.kind);
+  MapRow row = base;
+  row.info.kind = MapKind{std::string_view(variant.name)};
+  row.make = [&base, variant](const MapRequest& request) {
+    auto work = std::make_shared<VariantWork>(options_of(variant, request.options));
+    work->works.add(request.reads());
+    request.shared.add(work);
+    return base.make({request.source, request.surface, work->options, work->works, request.finer,
+                      request.checks});
+  };
+  if (!base.range) return row;
+  row.range = [&base, variant](const RangeRequest& request, std::uint32_t channel) {
+    const BakeOptions options = options_of(variant, request.options);
+    return base.range({request.source, options, request.reach}, channel);
+  };
+  return row;
+}
+
 bool is_name(const std::string& name) {
   const auto is_letter = [](char c) { return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z'); };
   return !name.empty() && name.size() <= 64 && is_letter(name[0]) &&
@@ -162,6 +194,14 @@ void check_name(const std::string& name, std::span<const MapRow> rows) {
 
 }  // namespace
 
+BakeOptions options_of(const MapVariant& variant, BakeOptions options) {
+  if (variant.occlusion) options.occlusion = *variant.occlusion;
+  if (variant.curvature_radius) options.curvature_radius = variant.curvature_radius;
+  if (variant.light) options.light = *variant.light;
+  if (variant.id_by) options.id_by = *variant.id_by;
+  return options;
+}
+
 std::vector<MapRow> own_rows(const BakeOptions& options) {
   std::vector<MapRow> rows;
   for (const Transfer& transfer : options.transfers) {
@@ -171,6 +211,10 @@ std::vector<MapRow> own_rows(const BakeOptions& options) {
   for (const OwnMap& map : options.own_maps) {
     check_name(map.name, rows);
     rows.push_back(own_map(map));
+  }
+  for (const MapVariant& variant : options.variants) {
+    check_name(variant.name, rows);
+    rows.push_back(row_of(variant));
   }
   return rows;
 }

@@ -64,13 +64,16 @@ BakeOptions point_options(const BakeOptions& bake, std::span<const MapBound> bou
   std::erase_if(options.maps, [&](MapKind kind) { return !wanted(kind.name); });
   std::erase_if(options.transfers, [&](const Transfer& map) { return !wanted(map.name); });
   std::erase_if(options.own_maps, [&](const OwnMap& map) { return !wanted(map.name); });
+  std::erase_if(options.variants, [&](const MapVariant& map) { return !wanted(map.name); });
   // Views are as fine as those of the map.
   if (result.report.views) options.match.views.size = result.report.views->size;
   options.width = options.height = side;
   options.samples = 1;
-  options.occlusion.rays = kRays;
-  options.occlusion.by = OcclusionBy::rays;
-  options.occlusion.max_error = 0;
+  change_occlusion(options, [](OcclusionOptions& occlusion) {
+    occlusion.rays = kRays;
+    occlusion.by = OcclusionBy::rays;
+    occlusion.max_error = 0;
+  });
   options.encoding.raw = true;
   options.encoding.two_component = options.encoding.mips = options.report.errors =
       options.report.keep_match = false;
@@ -139,11 +142,21 @@ void check_bounds(const BakeOptions& bake, std::span<const MapBound> bounds) {
 }
 
 void leave_to_rays(std::span<const MapBound> bounds, BakeOptions& bake) {
-  if (bake.occlusion.max_error > 0 || bake.occlusion.by == OcclusionBy::views) return;
   const Rows rows(bake);
+  const OcclusionOptions given = bake.occlusion;
+  const auto leave = [](double error, const OcclusionOptions& own, OcclusionOptions& occlusion) {
+    if (own.max_error > 0 || own.by == OcclusionBy::views) return;
+    occlusion.max_error = kOfRays * error;
+  };
   for (const MapBound& bound : bounds) {
-    if (rows.find(bound.kind)->info.takes_max_error && bound.max_error <= 1) {
-      bake.occlusion.max_error = kOfRays * bound.max_error;
+    if (!rows.find(bound.kind)->info.takes_max_error || bound.max_error > 1) continue;
+    const auto variant =
+        std::find_if(bake.variants.begin(), bake.variants.end(),
+                     [&](const MapVariant& map) { return map.name == bound.kind.name; });
+    if (variant != bake.variants.end() && variant->occlusion) {
+      leave(bound.max_error, OcclusionOptions(*variant->occlusion), *variant->occlusion);
+    } else {
+      leave(bound.max_error, given, bake.occlusion);
     }
   }
 }

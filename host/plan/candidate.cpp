@@ -23,6 +23,7 @@ std::vector<std::uint32_t> map_channels(const BakeOptions& bake) {
     const auto asked = std::count(bake.maps.begin(), bake.maps.end(), info.kind);
     channels.insert(channels.end(), static_cast<std::size_t>(asked), info.channels);
   }
+  for (const MapVariant& map : bake.variants) channels.push_back(map_row(map.kind).info.channels);
   channels.insert(channels.end(), bake.transfers.size() + bake.own_maps.size(), 4);
   return channels;
 }
@@ -130,9 +131,7 @@ void CandidateBuilder::build_map(MadeCandidate& made, const NormalProbe& probe) 
   made.bake.width = made.bake.height = size;
   made.bake.samples = candidate.samples;
   BakeOptions trial = made.bake;
-  trial.maps = {shading_map(trial).value()};
-  trial.transfers.clear();
-  trial.own_maps.clear();
+  ask_for(trial, {shading_map(trial).value()});
   trial.encoding.raw = trial.encoding.two_component = trial.report.errors =
       trial.report.keep_match = false;
   trial.report.recall = 0;

@@ -258,9 +258,7 @@ class MatchPlanner {
     bake.match.visibility.at = VisibilityAt::vertex;
     std::erase(bake.match.fallback, method);
     if (!options_.bounds.empty() && !all_maps_) {
-      bake.maps = {shading_map(bake).value()};
-      bake.transfers.clear();
-      bake.own_maps.clear();
+      ask_for(bake, {shading_map(bake).value()});
     } else if (options_.choose_rays) {
       leave_to_rays(options_.bounds, bake);
     }

@@ -89,9 +89,11 @@ struct BakeOptions {
   std::vector<Transfer> transfers =
       {};  ///< A map each, after `maps`; names that no map has, none twice
   std::vector<OwnMap> own_maps = {};  ///< A map each, after those; names as of transfers
-  OcclusionOptions occlusion = {};    ///< For the maps ao, bent_normal and thickness
+  /// A map each, after those; names as of transfers. What follows is for all maps whose variant does not say else.
+  std::vector<MapVariant> variants = {};
+  OcclusionOptions occlusion = {};  ///< For the maps ao, bent_normal and thickness
   /// Curvature is the mean over the high poly's surface within this distance of the point. Above 0. None
-  /// given: 0.5% of the diagonal, but 3 facets of its smooth surfaces at least; BakeReport::curvature_radius says it.
+  /// given: 0.5% of the diagonal, but 3 facets of its smooth surfaces at least; BakedMap::curvature_radius says it.
   std::optional<Length> curvature_radius = {};
   ShadowLight light = {};   ///< For the map shadow
   IdBy id_by = IdBy::part;  ///< For the map id
@@ -136,7 +138,6 @@ struct BakeReport {
   std::uint64_t gutter_texels = 0;        ///< Texels that padding filled
   double max_distance = 0;                ///< As used, world units
   double mean_abs_distance = 0;           ///< Of the samples that hit, world units
-  double curvature_radius = 0;            ///< As used, world units; 0 where curvature was not baked
   std::optional<ViewReport> views;        ///< Where matched by views
   std::optional<TransitionReport> transitions;  ///< Where a fallback was asked for; before blending
   std::optional<TransitionReport> transitions_blended;  ///< After, where blending was asked for
@@ -146,19 +147,21 @@ struct BakeReport {
   EdgeReport edges;                            ///< Where rays turn at hard edges; else 0 of them
   std::optional<CageReport> cage_mesh;         ///< Where rays start from a mesh
   std::optional<HighCoverageReport> recall;    ///< Where it was asked for and can be told
-  double seconds_recall = 0;                   ///< Telling it
-  double seconds_build = 0;                    ///< Structures of the source, made for this bake
-  double seconds_texels = 0;                   ///< Samples of the low poly
-  double seconds_match = 0;                    ///< The match and its fallbacks
-  double seconds_detail = 0;                   ///< Reading of the maps' values
-  double seconds_image = 0;                    ///< Padding and encoding
-  double seconds_mips = 0;                     ///< Charts, levels, their gutters and encoding
-  std::vector<IdEntry> ids;                    ///< The legend of the map id, where it was baked
-  std::optional<OcclusionReport> occlusion;    ///< Where ao or bent_normal was baked
-  std::vector<MapError> errors;                ///< Where ReportOptions::errors asks for them
-  double seconds_errors = 0;                   ///< The finer evaluation
-  std::uint64_t peak_device_bytes = 0;         ///< The most memory on the device at once
-  std::vector<Warning> warnings;               ///< Of all steps
+  double curvature_radius = 0;  ///< As used, world units; 0 where curvature was not baked
+  std::vector<IdEntry> ids;     ///< The legend of the map id, where it was baked
+  std::optional<OcclusionReport>
+      occlusion;                 ///< Where ao or bent_normal was baked; of variants: BakedMap
+  double seconds_recall = 0;     ///< Telling it
+  double seconds_build = 0;      ///< Structures of the source, made for this bake
+  double seconds_texels = 0;     ///< Samples of the low poly
+  double seconds_match = 0;      ///< The match and its fallbacks
+  double seconds_detail = 0;     ///< Reading of the maps' values
+  double seconds_image = 0;      ///< Padding and encoding
+  double seconds_mips = 0;       ///< Charts, levels, their gutters and encoding
+  std::vector<MapError> errors;  ///< Where ReportOptions::errors asks for them
+  double seconds_errors = 0;     ///< The finer evaluation
+  std::uint64_t peak_device_bytes = 0;  ///< The most memory on the device at once
+  std::vector<Warning> warnings;        ///< Of all steps
 };
 
 /// The maps of a bake, and what there is to say of them.

@@ -116,6 +116,18 @@ enum class IdBy {
   object,    ///< Mesh::objects
 };
 
+/// Another map of a kind, with settings of its own: a second ao of what is near beside the first. What is not given is
+/// as BakeOptions says for all maps.
+struct MapVariant {
+  std::string name;   ///< Of this map alone: a letter, then letters, digits and _
+  MapKind kind = {};  ///< One of maps(), whose values it holds
+  std::optional<OcclusionOptions> occlusion =
+      {};                                       ///< In place of BakeOptions::occlusion, all of it
+  std::optional<Length> curvature_radius = {};  ///< In place of BakeOptions::curvature_radius
+  std::optional<ShadowLight> light = {};        ///< In place of BakeOptions::light
+  std::optional<IdBy> id_by = {};               ///< In place of BakeOptions::id_by
+};
+
 /// One colour of the map id.
 struct IdEntry {
   std::string name;              ///< Of the material, group or object; "part 0" and so on
@@ -253,8 +265,12 @@ struct BakedMap {
   /// Of each channel, where integer formats put its values: EncodingOptions::ranges, or the map's rule, which
   /// takes nothing of the picture. MapInfo::low and high; position: the bounding box of the high poly's used
   /// vertices; height, displacement, distance: how far the match looks (matches that do not: the high poly's
-  /// diagonal); curvature and convexity: one over BakeReport::curvature_radius. Rounded outward.
+  /// diagonal); curvature and convexity: one over `curvature_radius`. Rounded outward.
   std::vector<ValueRange> ranges = {};
+  std::vector<IdEntry> ids = {};  ///< The legend, of maps that obey BakeOptions::id_by
+  std::optional<OcclusionReport> occlusion =
+      {};                       ///< What gathered the light, of ao and bent_normal
+  double curvature_radius = 0;  ///< As used, world units; 0 for maps that obey none
   /// Of its values, such as "world units"; empty for shares, colours and unit vectors. As long-lived as the program.
   std::string_view unit = {};
 };

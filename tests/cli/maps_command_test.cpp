@@ -59,6 +59,24 @@ ProcessResult bake(const fs::path& scene, const Words& more) {
 
 json report_of(const fs::path& scene) { return json::parse(std::ifstream(scene / "r.json")); }
 
+TEST(MapsCommand, SeveralOfAKindAreAsIfEachWereAskedForAlone) {
+  KILN_REQUIRE_DEVICE();
+  const fs::path scene = make_scene();
+  ASSERT_EQ(bake(scene, {"--maps", "ao,near=ao:ao-distance=5%:ao-rays=8,parts=id:id-by=part",
+                         "--ao-rays", "4", "--pack", "both=ao,near"})
+                .exit_code,
+            0);
+  EXPECT_EQ(report_of(scene)["variant_ids"]["parts"].size(), 1U);
+  const Image near = load_image(scene / "out" / "low_near.png"),
+              ao = load_image(scene / "out" / "low_ao.png"),
+              both = load_image(scene / "out" / "low_both.png");
+  EXPECT_EQ(both.at(8, 8)[1], near.at(8, 8)[0]);
+  ASSERT_EQ(bake(scene, {"--maps", "ao", "--ao-distance", "5%", "--ao-rays", "8"}).exit_code, 0);
+  EXPECT_EQ(load_image(scene / "out" / "low_ao.png").pixels, near.pixels);
+  ASSERT_EQ(bake(scene, {"--maps", "ao", "--ao-rays", "4"}).exit_code, 0);
+  EXPECT_EQ(load_image(scene / "out" / "low_ao.png").pixels, ao.pixels);
+}
+
 TEST(MapsCommand, FindsWhatMaterialsName) {
   KILN_REQUIRE_DEVICE();
   const fs::path scene = make_scene();

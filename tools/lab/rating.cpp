@@ -167,6 +167,7 @@ void compile_kernels(const Device& device, const BakeOptions& like) {
   bake_with.maps = {shading_map()};
   bake_with.transfers = {};
   bake_with.own_maps = {};
+  bake_with.variants = {};
   bake_with.occlusion = {};
   bake_with.report.errors = false;
   bake(Source(device, square), square, bake_with);

@@ -266,6 +266,7 @@ Request::Request(const Words& words, const PyMesh* cage_mesh, const std::vector<
     occluders_.push_back(other.mesh);
     options.occlusion.by_others.push_back(other.mesh.get());
   }
+  cli::share_occluders(options);
 }
 
 Request::Request(const Words& words) : job_(job_of(words, true)) {

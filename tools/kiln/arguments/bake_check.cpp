@@ -32,7 +32,7 @@ std::optional<CleanOptions> clean_options(const BakeJob& a) {
     const MapInfo& map = find_map(kind.name);
     return map.takes_opacity || (map.takes_rays && !map.takes_back_faces);
   };
-  const std::vector<MapKind>& maps = a.options.maps;
+  const std::vector<MapKind> maps = kinds_asked(a);
   const bool keep =
       a.keep_inner || a.alpha_test > 0 || std::any_of(maps.begin(), maps.end(), shows_inside);
   return clean_options(a.clean, a.low.empty() && !match_has(a, &MatchInfo::needs_uvs), keep,
@@ -107,9 +107,10 @@ MapInfo own_map_info() {
 bool serves_map(const OptionRow& row, const BakeJob& a) {
   // Maps beside --maps are textures and the user's own: normals, or colours and numbers.
   if (row.map != nullptr && !own_map_names(a).empty() && row.map(own_map_info())) return true;
-  return row.map == nullptr ||
-         std::any_of(a.options.maps.begin(), a.options.maps.end(),
-                     [&](MapKind map) { return row.map(find_map(map.name)); });
+  const std::vector<MapKind> kinds = kinds_asked(a);
+  return row.map == nullptr || std::any_of(kinds.begin(), kinds.end(), [&](MapKind map) {
+           return row.map(find_map(map.name));
+         });
 }
 
 std::string not_this_match(const OptionRow& row, const BakeJob& a) {
@@ -385,7 +386,7 @@ void check_visibility(const BakeJob& a) {
 /// Maps of what some matches alone go by.
 void check_maps(const BakeJob& a) {
   const bool by_visibility = a.load_match.empty() && match_has(a, &MatchInfo::takes_visibility);
-  for (const MapKind map : a.options.maps) {
+  for (const MapKind map : kinds_asked(a)) {
     if (!find_map(map.name).needs_visibility || by_visibility) continue;
     fail_usage(
         "--maps " + std::string(map.name) +
@@ -408,7 +409,8 @@ void check_occlusion(const BakeJob& a) {
         " is for rays, since a depth view shows the first face alone: leave it out, or --ao-by "
         "views.");
   }
-  const bool other = std::any_of(a.options.maps.begin(), a.options.maps.end(), [](MapKind map) {
+  const std::vector<MapKind> kinds = kinds_asked(a);
+  const bool other = std::any_of(kinds.begin(), kinds.end(), [](MapKind map) {
     return find_map(map.name).takes_rays && !find_map(map.name).takes_views;
   });
   if (given("--ao-rays") && !other) {

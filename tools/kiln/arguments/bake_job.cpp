@@ -40,6 +40,7 @@ BakeOptions options_of(const BakeJob& job) {
     options.encoding.ranges.push_back(parse_range(job, text));
   }
   options.own_maps = load_own_maps(job);
+  for (const std::string& text : job.variants) options.variants.push_back(parse_variant(job, text));
   VisibilityOptions& visibility = options.match.visibility;
   if (visibility.likelihood == ViewLikelihood::list) {
     visibility.likelihoods = load_likelihoods(job.view_weights);
@@ -88,6 +89,7 @@ Json describe(const BakeJob& job, const BakeReport& report) {
   only_if(maps_have(job, &MapInfo::takes_rays), {"ao_rays", "ao_occluders", "ao_back_faces"});
   only_if(maps_have(job, &MapInfo::takes_falloff), {"ao_falloff"});
   json["own_maps"] = job.own_maps;
+  json["variants"] = job.variants;
   json["set_sizes"] = Json::object();
   for (const SetSize& size : job.set_sizes) json["set_sizes"][size.set] = {size.width, size.height};
   only_if(job.lods > 0, {"lod_growth", "lod_uvs"});
@@ -155,7 +157,8 @@ bool chain_has(const BakeJob& job, bool MatchInfo::*property) {
 }
 
 bool maps_have(const BakeJob& job, bool MapInfo::*property) {
-  return std::any_of(job.options.maps.begin(), job.options.maps.end(),
+  const std::vector<MapKind> kinds = kinds_asked(job);
+  return std::any_of(kinds.begin(), kinds.end(),
                      [&](MapKind map) { return find_map(map.name).*property; });
 }
 

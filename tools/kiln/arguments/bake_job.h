@@ -50,6 +50,7 @@ struct BakeJob {
   bool file_tangents = true, split_at_seams = false;
   std::vector<std::string> occluders;  // files
   std::vector<std::string> own_maps;   // of --maps: NAME=FILE
+  std::vector<std::string> variants;   // of --maps: NAME=MAP:OPTION=VALUE...
   std::vector<std::string> transfers, ranges, packs;
   double alpha_test = 0;  // 0: none
   bool layers = false;

@@ -102,7 +102,12 @@ OptionValue maps_value() {
         std::vector<MapKind>& maps = job.options.maps;
         maps.clear();
         job.own_maps.clear();
+        job.variants.clear();
         for (const std::string& word : words) {
+          if (is_variant(word)) {
+            job.variants.push_back(word);
+            continue;
+          }
           if (word.find('=') != std::string::npos) {
             job.own_maps.push_back(word);
             continue;
@@ -431,9 +436,11 @@ std::vector<OptionRow> make_rows() {
       {.flag = "--maps",
        .group = kMap,
        .value = maps_value(),
-       .help = "Which maps, separated by commas. NAME=FILE.cl: one of your own, a function in "
-               "OpenCL C. " +
-               maps_in_words()},
+       .help =
+           "Which maps, separated by commas. NAME=MAP:OPTION=VALUE: another one of a kind, with "
+           "options of its own, such as ao_near=ao:ao-distance=2%. NAME=FILE.cl: one of your "
+           "own, a function in OpenCL C. " +
+           maps_in_words()},
       {.flag = "--space",
        .group = kMap,
        .value = choice(AT(options.encoding.space), Words(kSpaces)),

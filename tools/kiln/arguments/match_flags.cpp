@@ -5,6 +5,7 @@
 
 #include "arguments/bake_job.h"
 #include "arguments/cage_file.h"
+#include "arguments/transfers.h"
 #include "kiln/cage.h"
 
 namespace kiln::cli {
@@ -104,6 +105,7 @@ void MatchInputs::apply(BakeOptions& options) const {
   if (found_cage_) options.match.max_distance.reset();  // that was for finding it
   if (parts_) options.match.parts = &*parts_;
   for (const Mesh& mesh : occluders_) options.occlusion.by_others.push_back(&mesh);
+  share_occluders(options);
   if (!match_) return;
   options.match.saved = &*match_;
   options.width = match_->width / match_->samples;

@@ -40,6 +40,15 @@ std::vector<std::string> own_map_names(const BakeJob& arguments);
 /// --maps, and color and opacity where --transfer gives their textures.
 std::vector<MapKind> maps_asked(const BakeJob& arguments);
 
+/// True for a word of --maps that asks for another map of a kind: NAME=MAP, with or without :OPTION=VALUE after it.
+bool is_variant(std::string_view word);
+/// Its options are the job's but for those that it gives. \throws Error(usage), UsageError
+MapVariant parse_variant(const BakeJob& job, const std::string& word);
+/// The kinds of --maps, those of variants among them.
+std::vector<MapKind> kinds_asked(const BakeJob& job);
+/// What occludes is the same in every map: call it when the meshes are there.
+void share_occluders(BakeOptions& options);
+
 /// Every map's name: maps_asked() and own_map_names().
 std::vector<std::string> all_maps(const BakeJob& arguments);
 

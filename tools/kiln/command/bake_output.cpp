@@ -175,6 +175,11 @@ void store(BakeRun& run, BakedMap& map, const std::string& name) {
     for (Image& level : map.mips) to_srgb(level);
   }
   if (map.info.takes_origin) run.origin = map.origin;
+  const auto is_this = [&](const MapVariant& variant) { return variant.name == map.kind.name; };
+  if (!map.ids.empty() &&
+      std::any_of(run.options.variants.begin(), run.options.variants.end(), is_this)) {
+    run.variant_ids[name] = ids_json(map.ids);
+  }
   const std::vector<ValueRange> range = stored_ranges(map, options);
   warn_of_format(run, map, name, range);
   if (!range.empty()) {

@@ -33,7 +33,7 @@ LowPolyPlanOptions low_poly_options(const BakeRun& run) {
   options.unwrap = unwrap_options(a.unwrap_method, options.bake.width).method;
   options.density = a.density;
   const bool normals_alone = options.bake.maps.size() == 1 && options.bake.transfers.empty() &&
-                             options.bake.own_maps.empty();
+                             options.bake.own_maps.empty() && options.bake.variants.empty();
   options.may_leave_map_out = normals_alone && a.packs.empty() && !a.layers && a.save_match.empty();
   return options;
 }

@@ -77,14 +77,6 @@ Json reasons_json(const Reasons& reasons) {
   return list;
 }
 
-Json ids_json(const std::vector<IdEntry>& ids) {
-  Json json = Json::array();
-  for (const IdEntry& id : ids) {
-    json.push_back({{"name", id.name}, {"color", id.color}, {"triangles", id.triangles}});
-  }
-  return json;
-}
-
 /// What only some bakes have.
 void add_parts(const BakeRun& run, Json& json) {
   const BakeReport& report = run.result.report;
@@ -103,6 +95,7 @@ void add_parts(const BakeRun& run, Json& json) {
   if (!run.sets.empty()) json["sets"] = run.set_reports;
   if (run.lods) json["lods"] = run.lod_levels;
   if (!report.ids.empty()) json["ids"] = ids_json(report.ids);
+  if (!run.variant_ids.empty()) json["variant_ids"] = run.variant_ids;
   if (!report.errors.empty()) {
     json["errors"] = describe(report.errors);
     json["seconds"]["errors"] = report.seconds_errors;

@@ -96,6 +96,7 @@ struct BakeRun {
   std::vector<std::uint32_t> materials_hit;
   static constexpr std::uint32_t kNoMaterial = 0xFFFFFFFFU;
   Json mips, ranges = Json::object();
+  Json variant_ids = Json::object();            // legends, by the maps' names
   std::optional<std::array<double, 3>> origin;  // of maps of places
 };
 
@@ -176,6 +177,15 @@ bool save_asset(BakeRun& run);
 bool save_obj_with_mtl(BakeRun& run);
 
 // ---- bake_output.cpp ----
+
+/// The legend of a map of names.
+inline Json ids_json(const std::vector<IdEntry>& ids) {
+  Json json = Json::array();
+  for (const IdEntry& id : ids) {
+    json.push_back({{"name", id.name}, {"color", id.color}, {"triangles", id.triangles}});
+  }
+  return json;
+}
 
 /// \returns false where it was cancelled
 bool announce(BakeRun& run, const std::filesystem::path& path);

@@ -222,6 +222,7 @@ bool read_inputs(BakeRun& run) {
     run.options.occlusion.by_others.push_back(&run.occluders.emplace_back(
         load_mesh(file, load_options(arguments, MeshSide::other), &run.warnings)));
   }
+  share_occluders(run.options);
   if (arguments.parts_by) {
     run.parts = pair_parts(run.dense.mesh, run.low.mesh, part_names(arguments));
     run.options.match.parts = &*run.parts;
