@@ -12,7 +12,7 @@ from ._core import Match, Mesh
 from ._core import devices as devices
 from ._core import version as _version
 from ._errors import Cancelled, Error, KilnWarning
-from ._glb import Glb, sampled, to_glb
+from ._glb import Glb, pack_glb, sampled, to_glb
 from ._measure import NormalError, measure, render
 from ._meshes import as_mesh, load
 from ._plan import Plan, plan
@@ -44,6 +44,7 @@ __all__ = [
     "match",
     "measure",
     "options",
+    "pack_glb",
     "plan",
     "render",
     "sampled",

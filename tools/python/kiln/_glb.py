@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -187,6 +187,56 @@ def sampled(
     return maps
 
 
+def pack_glb(
+    low: Any,
+    maps: Mapping[str, Any],
+    *,
+    path: str | os.PathLike[str] | None = None,
+    double_sided: bool = False,
+    alpha: str = "mask",
+) -> Glb:
+    """A GLB of a mesh with UVs and the maps that you have for it.
+
+    low           what kiln.as_mesh() takes, with UVs
+    maps          of normal, ao, color, opacity, roughness, metallic, emission: (H, W) or (H, W, C), uint8, or float in
+                  [0, 1], colours sRGB-encoded, row 0 at the top; none: {}. Of a kiln.Bake: {name: bake.stored(name)}
+    path          where to write it, too
+    double_sided  back faces are shown
+    alpha         with opacity: mask or blend
+
+    Returns a kiln.Glb. Raises kiln.Error.
+
+    >>> import kiln
+    >>> corners, faces = [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], [[0, 1, 2], [0, 2, 3]]
+    >>> square = kiln.Mesh(corners, faces, uvs=[[0, 0], [1, 0], [1, 1], [0, 1]])
+    >>> kiln.pack_glb(square, {"color": [[[1.0, 0.0, 0.0]]]}).tangents[0]
+    array([1., 0., 0., 1.], dtype=float32)
+    """
+    from ._arrays import image
+
+    _check_slots("maps", maps)
+    _check_alpha(alpha)
+    mesh = as_mesh(low, "low")
+    files = {name: image(maps[name], "maps") for name in SLOTS if name in maps}
+    return Glb(_write(mesh, files, path, alpha, double_sided, None), mesh, files, None)
+
+
+def _check_slots(parameter: str, maps: Iterable[str]) -> None:
+    wrong = [name for name in maps if name not in SLOTS]
+    if wrong:
+        raise Error(
+            f"{parameter}: a GLB's material has no place for {', '.join(wrong)}: give some of {', '.join(SLOTS)}.",
+            "option-enum",
+            "usage",
+            parameter,
+        )
+
+
+def _check_alpha(alpha: str) -> None:
+    if alpha not in ("mask", "blend"):
+        raise Error(f"alpha: '{alpha}' is neither mask nor blend.", "option-enum", "usage", "alpha")
+
+
 def to_glb(
     vertices: Any,
     faces: Any = None,
@@ -227,19 +277,11 @@ def to_glb(
     high = as_mesh(whole, "vertices") if faces is None else Mesh(vertices, faces, colors=colors)
     if faces is None and colors is not None:
         high = Mesh(high.vertices, high.faces, colors=colors, name=high.name)
-    if alpha not in ("mask", "blend"):
-        raise Error(f"alpha: '{alpha}' is neither mask nor blend.", "option-enum", "usage", "alpha")
+    _check_alpha(alpha)
     if maps is None:
         maps = ["normal", "ao"] + (["color"] if high.colors is not None and sample is None else [])
     maps = [maps] if isinstance(maps, str) else list(maps)
-    wrong = [name for name in maps if name not in SLOTS]
-    if wrong:
-        raise Error(
-            f"maps: a GLB's material has no place for {', '.join(wrong)}: give some of {', '.join(SLOTS)}.",
-            "option-enum",
-            "usage",
-            "maps",
-        )
+    _check_slots("maps", maps)
     words_of({"size": texture_size, **{key: value for key, value in keywords.items() if key != "match"}})
     for name in ("space", "flip_y", "two_component", "raw", "mips", "visibility_clusters"):
         if keywords.get(name):
@@ -264,11 +306,7 @@ def to_glb(
                 source, low, size=texture_size, progress=_part(report, 0.5, 0.6), **_of_match(keywords)
             )
             files = sampled(found, sample, device)
-            unknown = [name for name in files if name not in SLOTS]
-            if unknown:
-                raise Error(
-                    f"sample: a GLB's material has no place for {', '.join(unknown)}.", "option-enum", "usage", "sample"
-                )
+            _check_slots("sample", files)
             maps = [name for name in maps if name not in files]
         baked = None
         if maps:
