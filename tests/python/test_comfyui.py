@@ -3,12 +3,11 @@
 import importlib.util
 from pathlib import Path
 
+import kiln
 import numpy as np
 import pytest
 from conftest import sheet, waves
 from test_glb import ball
-
-import kiln
 
 FOLDER = Path(__file__).resolve().parents[2] / "tools" / "comfyui"
 

@@ -11,9 +11,8 @@ import copy
 import io
 import sys
 
-import numpy as np
-
 import kiln
+import numpy as np
 
 #: Fields of MESH beside vertices and faces: what a node does not give its result, the result does not have.
 OPTIONAL = (

@@ -20,6 +20,32 @@ class VolumeBake(NamedTuple):
     normal: np.ndarray
 
 
+class HeightField(NamedTuple):
+    """A high poly of heights, which is matched by UVs, and the plane under it: bake(*field)."""
+
+    mesh: Mesh
+    plane: Mesh
+
+
+def height_field(heights: Any, *, height: float = 1.0, extent: tuple[float, float] | None = None) -> HeightField:
+    """A terrain or wall of a picture of heights.
+
+    heights  (H, W) float, uint8 or uint16 (shares of 255 and 65535), row 0 at the largest y; or a file's path (PNG, EXR)
+    height   world units of a value of 1; may be negative
+    extent   width along x and depth along y, world units; without: the longer side is 1
+
+    Pixels are points: the outermost lie on the border. Returns (mesh, plane). Raises kiln.Error.
+
+    >>> import kiln
+    >>> field = kiln.height_field([[0.0, 0.5], [1.0, 0.5]], height=2, extent=(4, 4))
+    >>> field.mesh.vertices[:, 2].tolist(), len(field.plane.faces)
+    ([0.0, 1.0, 2.0, 1.0], 2)
+    """
+    width, depth = extent or (0.0, 0.0)
+    given = os.fspath(heights) if isinstance(heights, (str, os.PathLike)) else heights
+    return HeightField(*_core.height_field(given, float(width), float(depth), float(height)))
+
+
 def _voxels_of(voxels: Any, spacing: Any, origin: Any) -> _core.VolumeCore:
     if isinstance(voxels, (str, os.PathLike)):
         return _core.VolumeCore.load(os.fspath(voxels))
