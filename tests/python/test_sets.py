@@ -75,6 +75,16 @@ def test_sizes_of_sets():
         kiln.bake_sets(two_waves(), tiled(), sets="tiles")
 
 
+def test_sets_by_object():
+    low = tiled()
+    objects = np.repeat([0, 1], 32)
+    uvs = low.uvs - (np.arange(50) >= 25)[:, None]
+    low = kiln.Mesh(low.vertices, low.faces, uvs, objects=objects, object_names=["left", "right"])
+    assert low.object_names == ["left", "right"] and (low.objects == objects).all()
+    baked = kiln.bake_sets(two_waves(), low, size=32, sets="object")
+    assert list(baked) == ["left", "right"] and all(bake.report.missed == 0 for bake in baked.values())
+
+
 def test_one_set_is_a_bake(high, low):
     assert list(kiln.bake_sets(high, low, size=32)) == [""]
     np.testing.assert_array_equal(
