@@ -29,3 +29,16 @@ def test_a_wheel_of_no_platform_of_blenders_is_refused(tmp_path):
     wheel.write_bytes(b"")
     done = subprocess.run([sys.executable, BUILD, tmp_path, wheel], capture_output=True, text=True)
     assert done.returncode != 0 and "musllinux" in done.stderr
+
+
+def test_blender_finds_the_manifest_valid(tmp_path):
+    """By the program that Blender's own `extension validate` runs."""
+    import bpy
+
+    tool = Path(bpy.utils.resource_path("LOCAL")) / "scripts/addons_core/bl_pkg/cli/blender_ext.py"
+    wheel = tmp_path / "kiln-1.0-cp311-cp311-linux_x86_64.whl"
+    wheel.write_bytes(b"wheel")
+    subprocess.run([sys.executable, BUILD, tmp_path, wheel], check=True)
+    (made,) = tmp_path.glob("*.zip")
+    done = subprocess.run([sys.executable, tool, "validate", made], capture_output=True, text=True)
+    assert done.returncode == 0 and "Success" in done.stdout, done.stdout + done.stderr
