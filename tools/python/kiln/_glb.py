@@ -113,7 +113,9 @@ def arrays_of(data: bytes) -> dict[str, np.ndarray]:
                 positions = positions * scale + shift
             parts["vertices"].append(positions)
             parts["faces"].append(values(primitive["indices"]).reshape(-1, 3) + np.uint32(count))
-            parts["uvs"].append(np.array([0, 1], np.float32) + values(attributes["TEXCOORD_0"]) * np.array([1, -1], np.float32))
+            parts["uvs"].append(
+                np.array([0, 1], np.float32) + values(attributes["TEXCOORD_0"]) * np.array([1, -1], np.float32)
+            )
             parts["normals"].append(values(attributes["NORMAL"]))
             parts["tangents"].append(values(attributes["TANGENT"]))
             count += len(positions)
@@ -250,6 +252,12 @@ def to_glb(
     path: str | os.PathLike[str] | None = None,
     double_sided: bool = False,
     alpha: str = "mask",
+    weld: float = 1e-5,
+    max_hole: float = 0.02,
+    floater: float = 0.01,
+    keep_inner: bool = False,
+    screen: int | str | None = None,
+    max_outline: str | None = None,
     device: str = "",
     progress: Any = None,
     **keywords: Any,
@@ -268,6 +276,10 @@ def to_glb(
     path             where to write it, too
     double_sided     back faces are shown
     alpha            with opacity: mask or blend
+    weld, max_hole, floater, keep_inner
+                     as kiln.clean() takes them, which is called first
+    screen, max_outline
+                     with max_error: as kiln.plan() takes them
     progress         as bake() takes it
     keywords         as bake() takes them: match, samples, fallback...
 
@@ -287,11 +299,24 @@ def to_glb(
         if keywords.get(name):
             raise Error(f"{name}: is not for a GLB: leave it out.", "option-contradiction", "usage", name)
     report = callback_of(progress)
-    high = _core.clean(high, 1e-5, 0.02, 0.01, False, _part(report, 0, 0.02))
+    high = _core.clean(high, weld, max_hole, floater, keep_inner, _part(report, 0, 0.02))
     if max_error is not None:
         return _planned(
-            high, max_error, texture_size, maps, sample, path, alpha, double_sided, device, report, keywords
+            high,
+            max_error,
+            texture_size,
+            maps,
+            sample,
+            path,
+            alpha,
+            double_sided,
+            device,
+            report,
+            {"screen": screen, "max_outline": max_outline, **keywords},
         )
+    if screen is not None or max_outline is not None:
+        parameter = "screen" if screen is not None else "max_outline"
+        raise Error(f"{parameter}: is for max_error: give that, or leave it out.", "usage", "usage", parameter)
     low = _core.simplify(high, faces_target, 0.002, False, False, False, False, _part(report, 0.02, 0.2))
     search = low.report["search_distance"]
     low = _core.unwrap(low, texture_size, "charts", None, None, _part(report, 0.2, 0.35))
@@ -302,9 +327,7 @@ def to_glb(
     with Source(high, device=device, progress=_part(report, 0.4, 0.5)) as source:
         files: dict[str, np.ndarray] = {}
         if sample is not None:
-            found = match(
-                source, low, size=texture_size, progress=_part(report, 0.5, 0.6), **_of_match(keywords)
-            )
+            found = match(source, low, size=texture_size, progress=_part(report, 0.5, 0.6), **_of_match(keywords))
             files = sampled(found, sample, device)
             _check_slots("sample", files)
             maps = [name for name in maps if name not in files]
@@ -330,9 +353,7 @@ def _planned(
     keywords: dict[str, Any],
 ) -> Glb:
     with Source(high, device=device, progress=_part(report, 0.02, 0.1)) as source:
-        made = plan(
-            source, max_error=max_error, size=size, maps=maps, progress=_part(report, 0.1, 0.8), **keywords
-        )
+        made = plan(source, max_error=max_error, size=size, maps=maps, progress=_part(report, 0.1, 0.8), **keywords)
         files: dict[str, np.ndarray] = {}
         low = made.mesh
         if low.uvs is None:  # it needs no map, but a GLB has UVs
@@ -345,7 +366,9 @@ def _planned(
                 low,
                 size=made.chosen["size"] or size,
                 match=made.chosen["match"],
-                max_distance=made.bake.report.max_distance if made.bake else f"{100 * made.chosen['search_distance']!r}%",
+                max_distance=made.bake.report.max_distance
+                if made.bake
+                else f"{100 * made.chosen['search_distance']!r}%",
                 progress=_part(report, 0.8, 0.9),
             )
             files.update(sampled(found, sample, device))
@@ -355,7 +378,18 @@ def _planned(
 
 def _of_match(keywords: Mapping[str, Any]) -> dict[str, Any]:
     """Without what is of maps alone."""
-    maps = ("ao_", "range", "curvature_radius", "light", "id_by", "origin", "gutter", "report_error", "recall", "bitangent")
+    maps = (
+        "ao_",
+        "range",
+        "curvature_radius",
+        "light",
+        "id_by",
+        "origin",
+        "gutter",
+        "report_error",
+        "recall",
+        "bitangent",
+    )
     return {name: value for name, value in keywords.items() if not name.startswith(maps)}
 
 
