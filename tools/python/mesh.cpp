@@ -56,7 +56,10 @@ void name_triangles(nb::handle given, nb::handle given_names, const char* parame
   std::size_t count = 0;
   for (const std::uint32_t number : numbers)
     count = std::max<std::size_t>(count, number + std::size_t{1});
-  if (!given_names.is_none()) names = nb::cast<std::vector<std::string>>(given_names);
+  if (!given_names.is_none() && !nb::try_cast(given_names, names)) {
+    throw Error(ErrorCode::usage, std::string(parameter) + ": their names are a list of text.",
+                "option-type");
+  }
   if (given_names.is_none() && count <= std::size_t{1} << 20) {
     for (std::size_t i = 0; i < count; ++i) names.push_back(std::to_string(i));
   }

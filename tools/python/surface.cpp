@@ -57,6 +57,10 @@ PyMesh run_unwrap(const PyMesh& mesh, std::uint32_t size, const std::string& met
     throw Error(ErrorCode::usage, "--method is '" + method + "': give charts, pairs or squares.",
                 "option-enum");
   }
+  if (size < 1 || size > 16384) {
+    throw Error(ErrorCode::usage, "--size is " + std::to_string(size) + ": give 1 to 16384.",
+                "option-range");
+  }
   UnwrapOptions options =
       cli::unwrap_options(method, size, detail_of ? detail_of->mesh.get() : nullptr);
   if (border) options.border_texels = *border;

@@ -329,10 +329,18 @@ def _source_of(high: Any, device: str, progress: Any) -> Source:
 
 
 def _textures_of(textures: Mapping[str, Any] | None) -> list[tuple[str, Any, str]]:
+    if textures is None:
+        return []
+    if not isinstance(textures, Mapping):
+        wrong = type(textures).__name__
+        raise Error(f"textures: expected a dict of pictures by name, not {wrong}.", "option-type", "usage", "textures")
     rows = []
-    for name, value in (textures or {}).items():
+    for name, value in textures.items():
         usual = "normal" if name == "normal" else "srgb" if name in ("color", "emission") else "linear"
-        pixels, kind = value if isinstance(value, tuple) else (value, usual)
+        pixels, kind = value if isinstance(value, tuple) and len(value) == 2 else (value, usual)
+        if not isinstance(name, str) or not isinstance(kind, str):
+            text = f"textures: names and kinds are text, not {name!r} of the kind {kind!r}."
+            raise Error(text, "option-type", "usage", "textures")
         rows.append((name, pixels, kind))
     return rows
 
@@ -383,7 +391,7 @@ def bake(
     """
     occluders = [ao_occluders] if isinstance(ao_occluders, str) else list(ao_occluders)
     named = [item for item in occluders if isinstance(item, str) and item in ("high", "low")]
-    others = [as_mesh(item, "ao_occluders") for item in occluders if item not in ("high", "low")]
+    others = [as_mesh(item, "ao_occluders") for item in occluders if not (isinstance(item, str) and item in named)]
     saved = match if isinstance(match, Match) else None
     method = None if isinstance(match, Match) else match
     names = [maps] if isinstance(maps, str) else list(maps)

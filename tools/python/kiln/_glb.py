@@ -144,6 +144,8 @@ def sampled(
     """
     import numpy as np
 
+    if not isinstance(found, _core.Match):
+        raise Error(f"found: expected a kiln.Match, not {type(found).__name__}.", "option-type", "usage", "found")
     hit = found.face >= 0
     values = sample(found.position[hit])
     if not isinstance(values, Mapping):
@@ -216,6 +218,8 @@ def pack_glb(
     """
     from ._arrays import image
 
+    if not isinstance(maps, Mapping):
+        raise Error(f"maps: expected a dict by name, not {type(maps).__name__}.", "option-type", "usage", "maps")
     _check_slots("maps", maps)
     _check_alpha(alpha)
     mesh = as_mesh(low, "low")
@@ -224,10 +228,10 @@ def pack_glb(
 
 
 def _check_slots(parameter: str, maps: Iterable[str]) -> None:
-    wrong = [name for name in maps if name not in SLOTS]
+    wrong = [name for name in maps if not isinstance(name, str) or name not in SLOTS]
     if wrong:
         raise Error(
-            f"{parameter}: a GLB's material has no place for {', '.join(wrong)}: give some of {', '.join(SLOTS)}.",
+            f"{parameter}: a GLB's material has no place for {', '.join(map(str, wrong))}: give some of {', '.join(SLOTS)}.",
             "option-enum",
             "usage",
             parameter,
@@ -235,7 +239,7 @@ def _check_slots(parameter: str, maps: Iterable[str]) -> None:
 
 
 def _check_alpha(alpha: str) -> None:
-    if alpha not in ("mask", "blend"):
+    if not isinstance(alpha, str) or alpha not in ("mask", "blend"):
         raise Error(f"alpha: '{alpha}' is neither mask nor blend.", "option-enum", "usage", "alpha")
 
 
