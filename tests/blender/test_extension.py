@@ -243,6 +243,52 @@ def test_a_bake_on_a_thread_tells_and_stops(scene):
     assert "low_ao" in bpy.data.images
 
 
+class Screen:
+    """What modal() sees of Blender's window."""
+
+    def __init__(self):
+        self.screen = self
+        self.areas, self.window_manager, self.timers, self.said = [], self, 1, []
+
+    def event_timer_remove(self, timer):
+        self.timers -= 1
+
+    def report(self, kind, text):
+        self.said.append((kind, text))
+
+
+@pytest.mark.parametrize("key", ["A", "ESC"])
+def test_the_operator_in_the_background(scene, key):
+    low, high = sheet("low", 4), sheet("high", 100, bump)
+    scene.kiln_bake.size, scene.kiln_bake.maps, scene.kiln_bake.ao_rays = 512, {"ao"}, 512 if key == "ESC" else 4
+    choose(low, high)
+
+    class Operator(Screen):
+        done, failed = bake.KILN_OT_bake.done, bake.KILN_OT_bake.failed
+        modal = bake.KILN_OT_bake.modal
+
+    class Event:
+        def __init__(self, type):
+            self.type = type
+
+    operator = Operator()
+    operator.work, operator.timer = bake.Bake(bpy.context), None
+    bake.Job.running = bake.Job(operator.work)
+    assert not bpy.ops.kiln.bake.poll()  # one at a time
+    assert operator.modal(operator, Event(key)) == {"PASS_THROUGH"}  # others get the keys, too
+    result = {"PASS_THROUGH"}
+    while result == {"PASS_THROUGH"}:
+        time.sleep(0.01)
+        result = operator.modal(operator, Event("TIMER"))
+    assert operator.timers == 0 and bake.Job.running is None and bpy.ops.kiln.bake.poll()
+    if key == "ESC":
+        assert result == {"CANCELLED"} and operator.said == [({"INFO"}, "Cancelled by the callback.")]
+        assert "low_ao" not in bpy.data.images
+    else:
+        assert result == {"FINISHED"} and operator.said[-1] == ({"INFO"}, "Baked ao")
+        assert "low_ao" in bpy.data.images and low.data.materials
+
+
 def test_one_undo_step(scene):
     low, high = sheet("low", 2), sheet("high", 8, bump)
     scene.kiln_bake.size = 16

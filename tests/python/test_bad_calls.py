@@ -1,7 +1,10 @@
 """Wrong values in every call: a kiln.Error or a TypeError, and nothing else. Arrays that change meanwhile; leaks."""
 
 import gc
+import os
 import resource
+import subprocess
+import sys
 import threading
 
 import numpy as np
@@ -218,6 +221,41 @@ def test_a_sampled_function_may_call_kiln():
 
     glb = kiln.to_glb(HIGH, faces_target=8, texture_size=16, maps="normal", sample=sample)
     assert glb.maps["color"].shape == (16, 16, 3)
+
+
+TWO_LOADERS = """
+import sys
+sys.path.insert(0, {tests!r})
+from conftest import sheet, waves
+import hashlib, numpy
+def theirs():
+    import pyopencl
+    context = pyopencl.Context(dev_type=pyopencl.device_type.ALL)
+    return context, pyopencl.array.zeros(pyopencl.CommandQueue(context), 64, numpy.float32) + 1
+if {first}:
+    import pyopencl.array
+    kept = theirs()
+import kiln
+def mine():
+    bake = kiln.bake(kiln.Mesh(*sheet(8, waves)), kiln.Mesh(*sheet(2, lambda x, y: 0 * x)), size=64)
+    return hashlib.sha256(bake["normal"].tobytes()).hexdigest()
+before = mine()
+import pyopencl.array
+kept = theirs()
+assert mine() == before and (kept[1].get() == 1).all()
+print(before)
+"""
+
+
+def test_two_opencl_loaders_in_one_process():
+    pytest.importorskip("pyopencl", reason="pyopencl, which brings a loader of its own, is not installed.")
+    said = set()
+    for first in (True, False):
+        program = TWO_LOADERS.format(tests=os.path.dirname(__file__), first=first)
+        done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, timeout=120)
+        assert done.returncode == 0, done.stderr
+        said.add(done.stdout)
+    assert len(said) == 1
 
 
 def test_sources_and_meshes_do_not_leak():

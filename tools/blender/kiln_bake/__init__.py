@@ -82,14 +82,16 @@ class KilnPanel:
         if settings.mode == "COLLECTIONS":
             layout.prop(settings, "low_collection")
             layout.prop(settings, "high_collection")
-        layout.prop(settings, "maps")
-        for name in ("size", "samples", "match", "cage", "show_cage", "max_distance", "two_sided", "flip_y"):
+        grid = layout.grid_flow(columns=3, even_columns=True, align=True)
+        grid.use_property_split = False
+        for name, *_ in CHOICES["maps"]:
+            grid.prop_enum(settings, "maps", name)
+        for name in ("size", "samples", "cage", "show_cage", "max_distance", "two_sided", "flip_y"):
             layout.prop(settings, name)
         if "ao" in settings.maps:
             layout.prop(settings, "ao_rays")
         layout.prop(settings, "by_error")
-        if settings.by_error:
-            layout.prop(settings, "max_error")
+        layout.prop(settings, "max_error" if settings.by_error else "match")
         if settings.mode != "NEW":
             layout.prop(settings, "sets")
         elif not settings.by_error:
