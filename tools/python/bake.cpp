@@ -362,10 +362,14 @@ nb::dict describe(const BakeReport& report) {
   d["max_distance"] = report.max_distance;
   d["mean_abs_distance"] = report.mean_abs_distance;
   d["peak_device_bytes"] = report.peak_device_bytes;
+  d["seconds_recall"] = report.seconds_recall;
   d["seconds_build"] = report.seconds_build;
+  d["seconds_texels"] = report.seconds_texels;
   d["seconds_match"] = report.seconds_match;
   d["seconds_detail"] = report.seconds_detail;
   d["seconds_image"] = report.seconds_image;
+  d["seconds_mips"] = report.seconds_mips;
+  d["seconds_errors"] = report.seconds_errors;
   if (report.views) d["views"] = words_of(*report.views);
   if (report.recall) {
     nb::dict recall;
