@@ -68,6 +68,36 @@ def test_transforms_and_mirrors(scene):
     assert mean < LIMIT and share > 0.99
 
 
+def test_scales_of_each_axis(scene):
+    low, high = sheet("low", 4), sheet("high", 60, bump)
+    high.scale = (1, 1, 2)
+    bpy.context.view_layer.update()
+    mean, most, share = compare(scene, low, [high])
+    assert mean < LIMIT and share > 0.99
+    assert not bake.Bake(bpy.context).notes
+    low.scale = (-1, 1, 1)
+    bpy.context.view_layer.update()
+    assert not bake.Bake(bpy.context).notes
+    low.scale = (1, 1, 2)
+    bpy.context.view_layer.update()
+    assert "Apply the scale of 'low'" in bake.Bake(bpy.context).notes[0]
+
+
+def test_faces_of_many_corners(scene):
+    low, high = sheet("low", 3, lambda x, y: 0.05 * x * y), sheet("high", 60, lambda x, y: 0.05 * x * y + bump(x, y))
+    import bmesh
+
+    edited = bmesh.new()
+    edited.from_mesh(low.data)
+    edited.faces.ensure_lookup_table()
+    bmesh.ops.dissolve_faces(edited, faces=[edited.faces[3], edited.faces[4]])
+    edited.to_mesh(low.data)
+    assert max(len(face.vertices) for face in low.data.polygons) == 6
+    mean, most, share = compare(scene, low, [high])
+    # Tangents are MikkTSpace's of triangles then.
+    assert mean < LIMIT and share > 0.99
+
+
 def test_modifiers_at_the_levels_of_a_render(scene):
     low, high = sheet("low", 4), sheet("high", 8, bump)
     modifier = high.modifiers.new("smooth", "SUBSURF")
@@ -319,6 +349,29 @@ def test_what_cannot_be_baked_is_told(scene):
     scene.kiln_bake.maps = set()
     with pytest.raises(RuntimeError, match="No map"):
         bpy.ops.kiln.bake()
+
+
+def test_hidden_parts_and_deleted_low_polys_are_told(scene):
+    pair = [bpy.data.collections.new(name) for name in ("light", "dense")]
+    for collection in pair:
+        scene.collection.children.link(collection)
+    low, high, other = sheet("low", 2), sheet("high", 8, bump), sheet("other", 8, bump)
+    for item, collection in ((low, pair[0]), (high, pair[1]), (other, pair[1])):
+        scene.collection.objects.unlink(item)
+        collection.objects.link(item)
+    settings = scene.kiln_bake
+    settings.mode, settings.low_collection, settings.high_collection, settings.size = "COLLECTIONS", *pair, 16
+    other.hide_set(True)
+    with pytest.raises(RuntimeError, match="'other' is hidden"):
+        bpy.ops.kiln.bake()
+    other.hide_set(False)
+    work = bake.Bake(bpy.context)
+    bakes = work.run(None)
+    bpy.data.objects.remove(low)
+    screen = Screen()
+    screen.failed = lambda error: bake.KILN_OT_bake.failed(screen, error)
+    assert bake.KILN_OT_bake.done(screen, bpy.context, work, bakes) == {"CANCELLED"}
+    assert "deleted" in screen.said[0][1]
 
 
 def test_the_cage_follows_the_mesh(scene):

@@ -36,7 +36,7 @@ class Bake:
         self.lows, highs = sides(context, settings)
         if not highs or not (self.lows or settings.mode == "NEW"):
             raise kiln.Error("Nothing to bake: choose objects of a low poly and of a high poly, as the mode says.")
-        self.made = settings.mode == "NEW"
+        self.made, self.notes = settings.mode == "NEW", []
         self.name = (highs[0].name + "_low") if self.made else self.lows[0].name
         self.folder = bpy.path.abspath(settings.folder) if settings.folder else ""
         maps = sorted(settings.maps)
@@ -62,6 +62,12 @@ class Bake:
         if not self.made:
             self.keywords["sets"] = settings.sets
             self.low, _ = meshes.gather(context, self.lows, self.name, tangents=True)
+            self.notes = [
+                f"Apply the scale of '{item.name}' (Ctrl+A) and bake again: it is not the same along all axes, so tangent "
+                "space is not that of the world, which normals were baked in."
+                for item in self.lows
+                if "normal" in maps and meshes.is_stretched(item.matrix_world)
+            ]
             if settings.mode == "NAME":
                 self.keywords["match_by"] = "name"
 
@@ -87,7 +93,7 @@ class Bake:
         if self.made:
             self.lows = [meshes.new_object(context, self.low, self.name)]
         results.show(self.lows, results.images_of(bakes, self.name, self.folder))
-        return [warning["message"] for bake in bakes.values() for warning in bake.report.warnings]
+        return self.notes + [warning["message"] for bake in bakes.values() for warning in bake.report.warnings]
 
 
 class Job:
@@ -161,7 +167,11 @@ class KILN_OT_bake(bpy.types.Operator):
         return self.failed(job.error) if job.error else self.done(context, self.work, job.result)
 
     def done(self, context, work, bakes):
-        for message in work.finish(context, bakes):
+        try:
+            messages = work.finish(context, bakes)
+        except ReferenceError:
+            return self.failed(kiln.Error("The low poly was deleted meanwhile."))
+        for message in messages:
             self.report({"WARNING"}, message)
         self.report({"INFO"}, f"Baked {', '.join(sorted({name for bake in bakes.values() for name in bake}))}")
         return {"FINISHED"}

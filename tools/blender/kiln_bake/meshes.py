@@ -15,6 +15,12 @@ def values(collection, name, width, dtype=np.float32):
     return array.reshape(-1, width) if width > 1 else array
 
 
+def is_stretched(matrix):
+    """Not by the same along all axes."""
+    sizes = [abs(size) for size in matrix.to_scale()]
+    return max(sizes) > 1.01 * min(sizes)
+
+
 def holders(objects):
     """These and what they show instances of."""
     found, todo = [], list(objects)
@@ -149,6 +155,9 @@ class Gathered:
 
 def gather(context, objects, name, *, tangents=False, colored=False):
     """The kiln.Mesh of objects with their modifiers, transforms and instances; and their materials by name."""
+    hidden = [item.name for item in objects if item.type in SOLID and not item.visible_get()]
+    if hidden:
+        raise kiln.Error(f"{name}: '{hidden[0]}' is hidden, one of {len(hidden)}: show it, or choose without it.")
     wanted = set(objects)
     gathered = Gathered()
     with as_rendered(objects):
