@@ -148,8 +148,17 @@ def test_wrong_meshes_are_told(nodes):
     with pytest.raises(ValueError, match="has no UVs"):
         mesh = Mesh(vertices[None], faces[None])
         run(nodes, "KilnBake", low_poly=mesh, high_poly=mesh, resolution=64, match="ray")
-    with pytest.raises(ValueError, match="expected vertices"):
-        run(nodes, "KilnSimplify", mesh=Mesh(vertices, faces), target_face_count=8)
+    with pytest.raises(kiln.Error, match="vertices"):
+        run(nodes, "KilnSimplify", mesh=Mesh(vertices[None, None], faces[None]), target_face_count=8)
+
+
+def test_lists_and_single_meshes_are_batches_too(nodes):
+    (vertices, faces), other = ball(4), ball(6)
+    listed = Mesh([vertices, other[0]], [faces, other[1]])
+    light = run(nodes, "KilnSimplify", mesh=listed, target_face_count=50)["mesh"]
+    assert light.faces.shape == (2, 50, 3)
+    single = run(nodes, "KilnSimplify", mesh=Mesh(vertices, faces), target_face_count=50)["mesh"]
+    np.testing.assert_array_equal(single.vertices[0], light.vertices[0, : len(single.vertices[0])])
 
 
 def test_tensors_where_torch_is_there(nodes, monkeypatch):

@@ -53,33 +53,34 @@ def linear_to_srgb(values):
     return np.where(values <= 0.0031308, 12.92 * values, 1.055 * values ** (1 / 2.4) - 0.055)
 
 
+def parts_of(mesh, name, dimensions):
+    """Arrays, one a mesh of the batch: of a tensor (B, ...), a list of tensors, or one tensor without B."""
+    value = getattr(mesh, name, None)
+    if value is None:
+        return None
+    if isinstance(value, (list, tuple)):
+        return [as_numpy(part) for part in value]
+    array = as_numpy(value)
+    return [array] if array.ndim == dimensions else list(array)
+
+
 def items(mesh):
     """Each mesh of the batch: a kiln.Mesh, and its texture (H, W, C) or None."""
-    parts = {}
-    for name in ("vertices", "faces", *OPTIONAL[:3], "vertex_counts", "face_counts", "normals"):
-        value = getattr(mesh, name, None)
-        parts[name] = None if value is None else as_numpy(value)
-    if parts["vertices"].ndim != 3 or parts["faces"].ndim != 3:
-        raise ValueError(
-            f"mesh: expected vertices (B, N, 3) and faces (B, M, 3), not {parts['vertices'].shape} and {parts['faces'].shape}."
-        )
+    parts = {name: parts_of(mesh, name, 2) for name in ("vertices", "faces", "uvs", "vertex_colors", "normals")}
+    counts = [parts_of(mesh, name, 0) for name in ("vertex_counts", "face_counts")]
+    textures = parts_of(mesh, "texture", 3)
     for i in range(len(parts["vertices"])):
-        count, faces = (
-            None if parts[name] is None else int(parts[name][i]) for name in ("vertex_counts", "face_counts")
-        )
-        colors, uvs, normals = (
-            None if parts[name] is None else parts[name][i, :count] for name in ("vertex_colors", "uvs", "normals")
-        )
-        yield (
-            kiln.Mesh(
-                parts["vertices"][i, :count],
-                parts["faces"][i, :faces],
-                None if uvs is None else [0, 1] + uvs * [1, -1],
-                normals=normals,
-                colors=None if colors is None else np.hstack([linear_to_srgb(colors[:, :3]), colors[:, 3:]]),
-            ),
-            None if parts["texture"] is None else parts["texture"][i],
-        )
+        vertices, faces = (None if count is None else int(count[i]) for count in counts)
+        item = {
+            name: None if part is None else part[i][: faces if name == "faces" else vertices]
+            for name, part in parts.items()
+        }
+        uvs, colors = item.pop("uvs"), item.pop("vertex_colors")
+        if uvs is not None:
+            uvs = [0, 1] + uvs * [1, -1]
+        if colors is not None:
+            colors = np.hstack([linear_to_srgb(colors[:, :3]), colors[:, 3:]])
+        yield kiln.Mesh(uvs=uvs, colors=colors, **item), None if textures is None else textures[i]
 
 
 def batch_of(mesh, batch, **fields):
