@@ -1,12 +1,13 @@
 #!/usr/bin/env python3
-"""The gallery: meshes as generators and scanners leave them, to 10,000 faces with maps of 2048², by Kiln and by a glue.
+"""The gallery: meshes as generators and scanners leave them, to 10,000 faces with maps of 2048², by Kiln and a glue.
 
     gallery.py DIR [--only NAME,...] [--faces N] [--size N] [--json FILE]
 
 Kiln: kiln.to_glb() with normals and colours, cleaning included. The glue: fast_simplification, xatlas, rays by Embree
 and nearest vertices where they miss, trimesh for the GLB; all of PyPI. Writes DIR/README.md with pictures (high poly,
 Kiln, the glue) and errors: mean angle between rendered normals over 30 views, and mean difference of colours from those
-of the nearest point, of 255; both against the mesh with its vertices welded and its windings made to agree. Seconds are the processor's, of all threads, each chain by itself.
+of the nearest point, of 255; both against the mesh with its vertices welded and its windings made to agree. Seconds are
+the processor's, of all threads, each chain by itself.
 """
 
 import argparse
@@ -216,8 +217,9 @@ def main():
 def write_page(arguments, rows):
     with open(os.path.join(arguments.folder, "README.md"), "w") as page:
         page.write(
-            f"# Gallery\n\nMade by `tools/bench/gallery.py`: {arguments.faces:,} faces, {arguments.size}². In each cell Kiln, then the glue.\n\n"
-            "| mesh | high poly, Kiln, the glue | faces | low poly's | normals, ° | colours, of 255 | processor, s | clock, s |\n"
+            f"# Gallery\n\nMade by `tools/bench/gallery.py`: {arguments.faces:,} faces, {arguments.size}². "
+            "In each cell Kiln, then the glue.\n\n| mesh | high poly, Kiln, the glue | faces | low poly's | "
+            "normals, ° | colours, of 255 | processor, s | clock, s |\n"
             "| --- | --- | --: | --: | --: | --: | --: | --: |\n"
         )
         for row in rows:

@@ -4,7 +4,7 @@
     build.py OUT [WHEEL...]
 
 OUT    folder, made where it is missing
-WHEEL  of the kiln package, one a platform and Python: 3.11 of Blender 4.2 to 5.0, 3.13 of 5.1; without: made here by pip
+WHEEL  of the kiln package, one a platform and Python (3.11 of Blender 4.2 to 5.0); without: made here by pip
 """
 
 import re
