@@ -58,6 +58,8 @@ class Bake:
             self.keywords["match"] = settings.match
         self.high, materials = meshes.gather(context, highs, "high", colored="color" in maps)
         if "color" in maps and (picture := meshes.picture_of(materials)):
+            if self.made and self.max_error is not None:
+                raise kiln.Error("A picture's colors are not planned by error: give Faces, or leave Color out.")
             self.keywords["textures"] = {"color": picture}
         if not self.made:
             self.keywords["sets"] = settings.sets
