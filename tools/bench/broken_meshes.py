@@ -285,7 +285,41 @@ def room(r):
     return mesh
 
 
-CLASSES = [plain, soup, flipped, doubled, torn, shells, robot, floaters, pinholes, pieces, plant, hair, room]
+def figure(r):
+    """Blended balls: limbs grow out of a body, with folds."""
+    def folds(x, y, z):
+        return 1 + 0.02 * math.sin(31 * y + 5 * x) + 0.004 * math.sin(90 * x) * math.sin(80 * z)
+
+    mesh = sphere(150, 1, lambda x, y, z: folds(x, y, z) * (0.6 + 0.5 * y * y + 0.25 * abs(x) ** 3 * (1 - abs(y))))
+    mesh.join(sphere(70, 0.35, folds).moved((0, 1.35, 0)))
+    for x in (-1, 1):
+        mesh.join(sphere(60, 1, lambda a, b, c: folds(a, b, c) * (0.12 + 0.35 * abs(b) ** 3)).moved((0.7 * x, 0.2, 0.1)))
+        mesh.join(sphere(60, 1, lambda a, b, c: folds(a, b, c) * (0.16 + 0.5 * abs(b) ** 3)).moved((0.3 * x, -1.3, 0)))
+    return mesh
+
+
+def chair(r):
+    """A seat on legs, with slats close to each other."""
+    def block(center, size, n=40):
+        def box(x, y, z):
+            return (1 + 0.01 * math.sin(40 * x) * math.sin(40 * z)) / max(abs(x), abs(y), abs(z))
+
+        mesh = sphere(n, 1, box)
+        mesh.points = [tuple(c + s * p for c, s, p in zip(center, size, point)) for point in mesh.points]
+        return mesh
+
+    mesh = block((0, 0, 0), (0.6, 0.05, 0.6), 90)
+    for x in (-0.5, 0.5):
+        for z in (-0.5, 0.5):
+            mesh.join(tube((x, -0.05, z), (1.1 * x, -1.0, 1.1 * z), 0.05, 48, 120))
+        mesh.join(block((x, 0.7, -0.55), (0.05, 0.7, 0.05), 50))
+    for i in range(12):
+        mesh.join(block((0, 0.15 + 0.1 * i, -0.55), (0.48, 0.035, 0.02)))
+    return mesh
+
+
+# Seeds go by the place: new ones come last.
+CLASSES = [plain, soup, flipped, doubled, torn, shells, robot, floaters, pinholes, pieces, plant, hair, room, figure, chair]
 
 
 def edges_of(path):

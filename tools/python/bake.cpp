@@ -136,21 +136,41 @@ PyBake run_bake(const PySource& source, const PyMesh& low, const Words& words,
   take_textures(textures, request.options);
   const Source kept = source.get();
   if (saved != nullptr) request.options.match.saved = saved->match.get();
+  std::optional<PlannedBake> planned;
   BakeResult result = call.run([&] {
     request.prepare(kept, source, low);
     request.options.progress = call.progress();
-    BakeResult baked = bake(kept, request.low(), request.options);
+    if (request.chooses_match()) {
+      planned = bake_planned(kept, request.low(), request.match_options());
+    }
+    BakeResult baked =
+        planned ? std::move(planned->result) : bake(kept, request.low(), request.options);
     // A map with nothing in it is no success, and says why.
     if (!baked.cancelled) cli::check_result(baked.report, *source.high.mesh, request.low());
     return baked;
   });
-  return finished(std::move(result), request, low.mesh->name);
+  PyBake bake = finished(std::move(result), request, low.mesh->name);
+  if (planned) {
+    nb::dict chosen;
+    chosen["match"] = std::string(planned->chosen.method.name);
+    chosen["size"] = nb::make_tuple(planned->chosen.width, planned->chosen.height);
+    chosen["degrees"] = planned->chosen.error.mean_degrees;
+    chosen["wanted"] = planned->wanted;
+    chosen["reached"] = planned->reached;
+    bake.report["plan"] = chosen;
+  }
+  return bake;
 }
 
 PyMatch run_match(const PySource& source, const PyMesh& low, const Words& words,
                   const std::optional<PyMesh>& cage_mesh, nb::object progress) {
   const Call call(std::move(progress));
   Request request = request_of(words, cage_mesh, {}, true, false);
+  if (request.chooses_match()) {
+    throw Error(ErrorCode::usage,
+                "--match auto measures the maps that it bakes: name a match, or call bake().",
+                "option-enum");
+  }
   const Source kept = source.get();
   MatchResult result = call.run([&] {
     request.prepare(kept, source, low);
@@ -250,11 +270,6 @@ nb::any stored(PyBake& self, const std::string& name) {
 Request::Request(const Words& words, const PyMesh* cage_mesh, const std::vector<PyMesh>& occluders,
                  bool by_high, bool by_low)
     : job_(job_of(words)) {
-  if (job_.match_auto) {
-    throw Error(ErrorCode::usage,
-                "--match auto chooses the map's size, too: name a match, or use the command.",
-                "option-enum");
-  }
   options = cli::options_of(job_);
   options.occlusion.by_high = by_high;
   options.occlusion.by_low = by_low;
@@ -294,10 +309,27 @@ LowPolyPlanOptions Request::plan_options() const {
   return plan;
 }
 
+PlanOptions Request::match_options() const {
+  PlanOptions plan;
+  if (const std::string bound = cli::angle_bound(job_); !bound.empty()) {
+    plan.max_error = cli::parse_degrees("--max-error", bound);
+  }
+  plan.bounds = cli::map_bounds(job_);
+  plan.choose_rays = !job_.given.contains("--ao-rays");
+  plan.bake = options;
+  return plan;
+}
+
 void Request::prepare(const Source& source, const PySource& high_poly, const PyMesh& low_poly) {
   low_ = agreed(low_poly.mesh, "LOW", Trusted::normals, warnings);
   const Mesh &high = *high_poly.high.mesh, &low = *low_;
   read_textures(high_poly.high);
+  if (high_poly.high.height_field) {
+    if (!job_.given.contains("--match")) {
+      options.match.method = cli::first_match(&MatchInfo::needs_uvs);
+    }
+    options.match.uv = cli::uv_options_over(high, options.match.uv);
+  }
   if (high_poly.faces_inwards && !options.match.two_sided) {
     const std::string inside_out = cli::why_inside_out(high, low);
     if (!inside_out.empty()) warnings.push_back({"high-inside-out", inside_out, 1});
@@ -331,10 +363,14 @@ nb::dict describe(const BakeReport& report) {
   d["max_distance"] = report.max_distance;
   d["mean_abs_distance"] = report.mean_abs_distance;
   d["peak_device_bytes"] = report.peak_device_bytes;
+  d["seconds_recall"] = report.seconds_recall;
   d["seconds_build"] = report.seconds_build;
+  d["seconds_texels"] = report.seconds_texels;
   d["seconds_match"] = report.seconds_match;
   d["seconds_detail"] = report.seconds_detail;
   d["seconds_image"] = report.seconds_image;
+  d["seconds_mips"] = report.seconds_mips;
+  d["seconds_errors"] = report.seconds_errors;
   if (report.views) d["views"] = words_of(*report.views);
   if (report.recall) {
     nb::dict recall;

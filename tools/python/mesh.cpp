@@ -56,7 +56,10 @@ void name_triangles(nb::handle given, nb::handle given_names, const char* parame
   std::size_t count = 0;
   for (const std::uint32_t number : numbers)
     count = std::max<std::size_t>(count, number + std::size_t{1});
-  if (!given_names.is_none()) names = nb::cast<std::vector<std::string>>(given_names);
+  if (!given_names.is_none() && !nb::try_cast(given_names, names)) {
+    throw Error(ErrorCode::usage, std::string(parameter) + ": their names are a list of text.",
+                "option-type");
+  }
   if (given_names.is_none() && count <= std::size_t{1} << 20) {
     for (std::size_t i = 0; i < count; ++i) names.push_back(std::to_string(i));
   }
@@ -91,7 +94,8 @@ void take_pool(nb::handle values, nb::handle faces, const char* parameter,
 PyMesh from_arrays(nb::handle vertices, nb::handle faces, nb::handle uvs, nb::handle uv_faces,
                    nb::handle normals, nb::handle normal_faces, nb::handle colors,
                    nb::handle materials, nb::handle material_names, nb::handle groups,
-                   nb::handle group_names, nb::handle tangents, const std::string& name) {
+                   nb::handle group_names, nb::handle objects, nb::handle object_names,
+                   nb::handle tangents, const std::string& name) {
   Mesh mesh;
   mesh.name = name;
   const auto xyz = doubles(vertices, "vertices", {-1, 3});
@@ -127,6 +131,8 @@ PyMesh from_arrays(nb::handle vertices, nb::handle faces, nb::handle uvs, nb::ha
                  mesh.material_names);
   name_triangles(groups, group_names, "groups", mesh.triangles.size(), mesh.groups,
                  mesh.group_names);
+  name_triangles(objects, object_names, "objects", mesh.triangles.size(), mesh.objects,
+                 mesh.object_names);
   if (!tangents.is_none()) {
     const auto values =
         floats(tangents, "tangents", {static_cast<int>(3 * mesh.triangles.size()), 4});
@@ -217,7 +223,7 @@ faces         (F, 3) whole numbers below V, counter-clockwise seen from outside
 uvs           (V, 2), one a vertex; (F, 3, 2), one a corner; or (N, 2) with uv_faces (F, 3). Origin at the lower left
 normals       (V, 3), (F, 3, 3), or (N, 3) with normal_faces; without: computed where they are needed
 colors        (V, 3) or (V, 4), sRGB-encoded: uint8, or float in [0, 1]
-materials     (F,) whole numbers that material_names counts from 0; groups and group_names alike
+materials     (F,) whole numbers that material_names counts from 0; groups and objects alike
 tangents      (3 F, 4), one a corner: direction along u, and the bitangent's sign; without: MikkTSpace's
 name          in messages and names of files
 
@@ -232,16 +238,18 @@ Raises kiln.Error, with the parameter's name, for arrays of other shapes or type
           [](PyMesh* self, nb::object vertices, nb::object faces, nb::object uvs,
              nb::object uv_faces, nb::object normals, nb::object normal_faces, nb::object colors,
              nb::object materials, nb::object material_names, nb::object groups,
-             nb::object group_names, nb::object tangents, const std::string& name) {
-            new (self)
-                PyMesh(from_arrays(vertices, faces, uvs, uv_faces, normals, normal_faces, colors,
-                                   materials, material_names, groups, group_names, tangents, name));
+             nb::object group_names, nb::object objects, nb::object object_names,
+             nb::object tangents, const std::string& name) {
+            new (self) PyMesh(from_arrays(vertices, faces, uvs, uv_faces, normals, normal_faces,
+                                          colors, materials, material_names, groups, group_names,
+                                          objects, object_names, tangents, name));
           },
           "vertices"_a.none(), "faces"_a.none(), "uvs"_a.none() = nb::none(), nb::kw_only(),
           "uv_faces"_a.none() = nb::none(), "normals"_a.none() = nb::none(),
           "normal_faces"_a.none() = nb::none(), "colors"_a.none() = nb::none(),
           "materials"_a.none() = nb::none(), "material_names"_a.none() = nb::none(),
           "groups"_a.none() = nb::none(), "group_names"_a.none() = nb::none(),
+          "objects"_a.none() = nb::none(), "object_names"_a.none() = nb::none(),
           "tangents"_a.none() = nb::none(), "name"_a = "mesh")
       .def_prop_ro(
           "name", [](const PyMesh& self) { return self.mesh->name; },
@@ -314,6 +322,13 @@ Raises kiln.Error, with the parameter's name, for arrays of other shapes or type
       .def_prop_ro(
           "group_names", [](const PyMesh& self) { return self.mesh->group_names; },
           "That groups counts from 0")
+      .def_prop_ro(
+          "objects", [](const PyMesh& self) { return numbers(self, self.mesh->objects); },
+          getter("def objects(self, /) -> numpy.typing.NDArray[numpy.uint32] | None"),
+          "(F,) uint32 that object_names counts, or None")
+      .def_prop_ro(
+          "object_names", [](const PyMesh& self) { return self.mesh->object_names; },
+          "That objects counts from 0")
       .def_ro("report", &PyMesh::report, getter("def report(self, /) -> typing.Any"),
               "What simplify() or unwrap() says of the mesh that it made, else None")
       .def(

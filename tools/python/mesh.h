@@ -14,6 +14,7 @@ struct PyMesh {
   std::string file = {};           ///< That it was read from: materials are found beside it
   nb::object keep = nb::none();    ///< What the file lives as long as
   nb::object report = nb::none();  ///< Of what made it
+  bool height_field = false;       ///< Matched by UVs, however far the low poly is below
 };
 
 /// Needs no lock of the interpreter, unlike a PyMesh.

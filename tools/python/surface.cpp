@@ -1,13 +1,19 @@
 #include "surface.h"
 
+#include <nanobind/stl/filesystem.h>
 #include <nanobind/stl/optional.h>
 #include <nanobind/stl/string.h>
 
 #include "arguments/high_poly_input.h"
 #include "arguments/unwrap_option.h"
+#include "arguments/words.h"
+#include "arrays.h"
 #include "kiln/clean.h"
+#include "kiln/height_field.h"
+#include "kiln/image.h"
 #include "kiln/normals.h"
 #include "kiln/simplify.h"
+#include "kiln/texture_sets.h"
 #include "kiln/unwrap.h"
 
 namespace kiln::python {
@@ -51,6 +57,10 @@ PyMesh run_unwrap(const PyMesh& mesh, std::uint32_t size, const std::string& met
     throw Error(ErrorCode::usage, "--method is '" + method + "': give charts, pairs or squares.",
                 "option-enum");
   }
+  if (size < 1 || size > 16384) {
+    throw Error(ErrorCode::usage, "--size is " + std::to_string(size) + ": give 1 to 16384.",
+                "option-range");
+  }
   UnwrapOptions options =
       cli::unwrap_options(method, size, detail_of ? detail_of->mesh.get() : nullptr);
   if (border) options.border_texels = *border;
@@ -67,6 +77,54 @@ PyMesh run_unwrap(const PyMesh& mesh, std::uint32_t size, const std::string& met
   return result;
 }
 
+/// \returns of each set its name, whether it is a tile, and the low poly to bake it with; empty: one map does
+nb::list run_texture_sets(const PyMesh& low, const std::string& word) {
+  const Call call;
+  const auto* const chosen = cli::Words(cli::kSets).find(word);
+  if (chosen == nullptr) {
+    throw Error(ErrorCode::usage,
+                "--sets is '" + word + "': give auto, none, material, object or udim.",
+                "option-enum");
+  }
+  std::vector<TextureSet> sets;
+  std::vector<std::shared_ptr<const Mesh>> meshes;
+  bool tiles = false;
+  call.run([&] {
+    const SetsBy by = *chosen ? **chosen : choose_texture_sets(*low.mesh);
+    if (by == SetsBy::none) return;
+    tiles = by == SetsBy::udim;
+    sets = find_texture_sets(*low.mesh, by);
+    Mesh whole = *low.mesh;
+    whole.tangents = tangents_of(whole);
+    for (const TextureSet& set : sets) meshes.push_back(shared(low_of_set(whole, set)));
+  });
+  nb::list list;
+  for (std::size_t i = 0; i < meshes.size(); ++i) {
+    list.append(nb::make_tuple(sets[i].name, tiles, PyMesh{meshes[i]}));
+  }
+  return list;
+}
+
+/// \param heights  a file's path, or an array
+/// \returns the high poly and the plane under it
+nb::tuple run_height_field(nb::handle heights, double width, double depth, double height) {
+  const Call call;
+  const bool is_file = nb::isinstance<nb::str>(heights);
+  Image image;
+  if (!is_file) image = image_of(heights, "heights");
+  const std::string path = is_file ? nb::cast<std::string>(heights) : "";
+  std::shared_ptr<const Mesh> field, plane;
+  call.run([&] {
+    if (is_file) image = load_image(path);
+    const HeightFieldOptions options = {width, depth, height};
+    field = shared(height_field_mesh(image, options));
+    plane = shared(height_field_plane(image, options));
+  });
+  PyMesh high{field};
+  high.height_field = true;
+  return nb::make_tuple(high, PyMesh{plane});
+}
+
 }  // namespace
 
 void add_surface(nb::module_& module) {
@@ -74,6 +132,8 @@ void add_surface(nb::module_& module) {
              "keep_parts"_a, "fit_normals"_a, "progress"_a.none());
   module.def("unwrap", &run_unwrap, "mesh"_a, "size"_a, "method"_a, "border"_a.none(),
              "detail_of"_a.none(), "progress"_a.none());
+  module.def("texture_sets", &run_texture_sets, "low"_a, "sets"_a);
+  module.def("height_field", &run_height_field, "heights"_a, "width"_a, "depth"_a, "height"_a);
   module.def(
       "clean",
       [](const PyMesh& high, double weld, double max_hole, double floater, bool keep_inner,

@@ -167,11 +167,13 @@ std::string why_inside_out(const Mesh& high, const Mesh& low) {
 }
 
 UvOptions uv_options(const HighPolyInput& dense, UvOptions options) {
-  if (dense.heights) {
-    const double apart = relief(dense.mesh);
-    options.warn_distance += apart;
-    options.max_distance += apart;
-  }
+  return dense.heights ? uv_options_over(dense.mesh, options) : options;
+}
+
+UvOptions uv_options_over(const Mesh& field, UvOptions options) {
+  const double apart = relief(field);
+  options.warn_distance += apart;
+  options.max_distance += apart;
   return options;
 }
 

@@ -68,5 +68,7 @@ std::string why_inside_out(const Mesh& high, const Mesh& low);
 /// How far matching by UVs trusts the layouts of a high poly and of a low poly. Those of a height field
 /// agree by make; how far the surfaces are apart is what is baked, so its heights are allowed for.
 UvOptions uv_options(const HighPolyInput& dense, UvOptions options = {});
+/// That of a height field's mesh.
+UvOptions uv_options_over(const Mesh& field, UvOptions options = {});
 
 }  // namespace kiln::cli

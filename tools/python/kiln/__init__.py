@@ -7,17 +7,17 @@
     bake.save("out")
 """
 
-from ._bake import Bake, MapError, Report, SampleStatus, Source, bake, match, options
+from ._bake import Bake, MapError, Report, SampleStatus, Source, bake, bake_sets, match, options
 from ._core import Match, Mesh
 from ._core import devices as devices
 from ._core import version as _version
 from ._errors import Cancelled, Error, KilnWarning
-from ._glb import Glb, sampled, to_glb
+from ._glb import Glb, pack_glb, sampled, to_glb
 from ._measure import NormalError, measure, render
 from ._meshes import as_mesh, load
 from ._plan import Plan, plan
 from ._surface import clean, simplify, unwrap
-from ._volume import VolumeBake, contour, volume
+from ._volume import HeightField, VolumeBake, contour, height_field, volume
 
 __version__ = _version()
 __all__ = [
@@ -25,6 +25,7 @@ __all__ = [
     "Cancelled",
     "Error",
     "Glb",
+    "HeightField",
     "KilnWarning",
     "MapError",
     "Match",
@@ -37,13 +38,16 @@ __all__ = [
     "VolumeBake",
     "as_mesh",
     "bake",
+    "bake_sets",
     "clean",
     "contour",
     "devices",
+    "height_field",
     "load",
     "match",
     "measure",
     "options",
+    "pack_glb",
     "plan",
     "render",
     "sampled",

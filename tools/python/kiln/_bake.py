@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import enum
 import os
+import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from . import _core
 from ._core import Match, Mesh
-from ._errors import Error
+from ._errors import Error, KilnWarning, texture_set
 from ._meshes import as_mesh
 from ._progress import callback_of
 
@@ -149,8 +150,10 @@ class Report:
 
     errors    of each map by name, where report_error=True asked for them
     warnings  what was imperfect and handled: dicts of code, message and count
+    plan      with match="auto": match, size, degrees, wanted, reached; else None
     """
 
+    plan: dict[str, Any] | None = None
     errors: dict[str, MapError]
     warnings: list[dict[str, Any]]
     samples: int
@@ -175,6 +178,7 @@ class Bake(Mapping[str, "np.ndarray"]):
     def __init__(self, core: _core.BakeCore, keywords: Mapping[str, Any] | None = None) -> None:
         self._core = core
         self._keywords = dict(keywords or {})  # how its normals are to be read
+        self._endings = "", ""  # of its files' names before and after the map's: those of a texture set
         self.report = Report(core.report)
 
     def __getitem__(self, name: str) -> np.ndarray:
@@ -249,7 +253,8 @@ class Bake(Mapping[str, "np.ndarray"]):
         target.mkdir(exist_ok=True)
         files = []
         for map_name in self:
-            files.append(target / f"{name or self._core.low_name}_{map_name}{ending}")
+            before, after = self._endings
+            files.append(target / f"{name or self._core.low_name}{before}_{map_name}{after}{ending}")
             self._core.save_map(map_name, files[-1], format, dither)
         return files
 
@@ -324,10 +329,18 @@ def _source_of(high: Any, device: str, progress: Any) -> Source:
 
 
 def _textures_of(textures: Mapping[str, Any] | None) -> list[tuple[str, Any, str]]:
+    if textures is None:
+        return []
+    if not isinstance(textures, Mapping):
+        wrong = type(textures).__name__
+        raise Error(f"textures: expected a dict of pictures by name, not {wrong}.", "option-type", "usage", "textures")
     rows = []
-    for name, value in (textures or {}).items():
+    for name, value in textures.items():
         usual = "normal" if name == "normal" else "srgb" if name in ("color", "emission") else "linear"
-        pixels, kind = value if isinstance(value, tuple) else (value, usual)
+        pixels, kind = value if isinstance(value, tuple) and len(value) == 2 else (value, usual)
+        if not isinstance(name, str) or not isinstance(kind, str):
+            text = f"textures: names and kinds are text, not {name!r} of the kind {kind!r}."
+            raise Error(text, "option-type", "usage", "textures")
         rows.append((name, pixels, kind))
     return rows
 
@@ -339,6 +352,7 @@ def bake(
     size: int | tuple[int, int] = 2048,
     maps: str | Sequence[str] = "normal",
     match: str | Match | None = None,
+    max_error: str | float | None = None,
     cage_mesh: Any = None,
     ao_occluders: Sequence[Any] | str = "high",
     textures: Mapping[str, Any] | None = None,
@@ -352,7 +366,9 @@ def bake(
     low           the same, with UVs
     size          texels: one side, or (width, height), 1 to 16384
     maps          names, such as ["normal", "ao", "color"]
-    match         how points are found ("ray", "closest", "visibility"...), or a kiln.Match
+    match         how points are found ("ray", "closest", "visibility"...), or a kiln.Match; "auto": the cheapest that
+                  reaches max_error, and the smallest size up to `size`. What was chosen: report.plan
+    max_error     makes match "auto": mean angle between rendered normals, degrees, or text as of kiln.plan()
     cage_mesh     a mesh to cast from, as the command's --cage-mesh
     ao_occluders  what darkens ao: "high", "low" and meshes
     textures      pictures over the high poly's UVs by the map's name: (H, W, C), or with its kind, (pixels, "srgb"),
@@ -375,11 +391,15 @@ def bake(
     """
     occluders = [ao_occluders] if isinstance(ao_occluders, str) else list(ao_occluders)
     named = [item for item in occluders if isinstance(item, str) and item in ("high", "low")]
-    others = [as_mesh(item, "ao_occluders") for item in occluders if item not in ("high", "low")]
+    others = [as_mesh(item, "ao_occluders") for item in occluders if not (isinstance(item, str) and item in named)]
     saved = match if isinstance(match, Match) else None
     method = None if isinstance(match, Match) else match
     names = [maps] if isinstance(maps, str) else list(maps)
+    if max_error is not None and match is None:
+        method = "auto"
     words = words_of({"size": size, "maps": names, "match": method, **keywords})
+    if max_error is not None:
+        words.append(("max_error", error_bound(max_error)))
     low_mesh = as_mesh(low, "low")
     cage = None if cage_mesh is None else as_mesh(cage_mesh, "cage_mesh")
     report = callback_of(progress)
@@ -396,7 +416,90 @@ def bake(
         saved,
         report,
     )
-    return Bake(core, keywords)
+    made = Bake(core, keywords)
+    if made.report.plan and not made.report.plan["reached"] and max_error is not None:
+        warn_not_reached(made.report.plan)
+    return made
+
+
+def error_bound(max_error: str | float) -> str:
+    """As the command takes it: degrees of rendered normals, or bounds of maps by name."""
+    if isinstance(max_error, (int, float)) and not isinstance(max_error, bool):
+        return f"normal={max_error!r}"
+    if not isinstance(max_error, str) or "=" not in max_error:
+        raise Error(
+            f"max_error: expected degrees, or text such as 'normal=3deg', not {max_error!r}.",
+            "option-type",
+            "usage",
+            "max_error",
+        )
+    return ",".join(part.strip().removesuffix("deg").strip() for part in max_error.split(","))
+
+
+def warn_not_reached(chosen: Mapping[str, Any]) -> None:
+    import warnings
+
+    text = f"The maps are {chosen['degrees']:.3g} degrees off, {chosen['wanted']:.3g} were asked for."
+    if chosen["degrees"] <= chosen["wanted"]:
+        text = "A map is further off than max_error asks for: allow a larger size."
+    warnings.warn(KilnWarning(text, "error-not-reached", 1), stacklevel=3)
+
+
+def bake_sets(
+    high: Any,
+    low: Any,
+    *,
+    sets: str = "auto",
+    size: int | tuple[int, int] | Mapping[str, Any] = 2048,
+    **keywords: Any,
+) -> dict[str, Bake]:
+    """Bakes a low poly whose UVs are parted into texture sets, each with maps of its own.
+
+    sets      a set a "material", "object" or "udim" tile of the low poly; "auto": by material or tile where UVs overlap
+              otherwise; "none"
+    size      texels, of all; or by the set's name, such as {"skin": 4096}, others 2048
+    keywords  as bake() takes them
+
+    Returns a kiln.Bake by the set's name ("1001" and on of tiles); with one set alone, its name is "". Their save()
+    names files as the command does. Raises kiln.Error.
+    """
+    low_mesh = as_mesh(low, "low")
+    parts = _core.texture_sets(low_mesh, sets) or [("", False, low_mesh)]
+    names = [name for name, tile, mesh in parts]
+    sizes = size if isinstance(size, Mapping) else dict.fromkeys(names, size)
+    unknown = [name for name in sizes if name not in names]
+    if unknown:
+        raise Error(
+            f"size: '{unknown[0]}' is no texture set of the low poly; they are {names}.", "usage", "usage", "size"
+        )
+    report = callback_of(keywords.pop("progress", None))
+    source = _source_of(high, keywords.pop("device", ""), None if report is None else _share(report, 0, 0.1))
+    if len(parts) > 1:
+        keywords["recall"] = 0  # the high poly's surface is shared out among the sets
+    baked: dict[str, Bake] = {}
+    taken: set[str] = set()
+    for i, (name, tile, mesh) in enumerate(parts):
+        part = None if report is None else _share(report, 0.1 + 0.9 * i / len(parts), 0.9 / len(parts))
+        token = texture_set.set(name)
+        try:
+            made = bake(source, mesh, size=sizes.get(name, 2048), progress=part, **keywords)
+        finally:
+            texture_set.reset(token)
+        word = re.sub(r'[\x00- \x7f/\\:*?"<>|]', "_", name).encode()[:100].decode(errors="ignore") or "set"
+        plain, k = word, 1
+        while word.lower() in taken:
+            k += 1
+            word = f"{plain}_{k}"
+        taken.add(word.lower())
+        if name:
+            made.report.warnings = [w for w in made.report.warnings if w["code"] != "uv-missing"]
+            made._endings = ("", "." + word) if tile else ("_" + word, "")
+        baked[name] = made
+    return baked
+
+
+def _share(report: Callable[[float, str], object], start: float, share: float) -> Callable[[float, str], object]:
+    return lambda done, stage: report(start + share * done, stage)
 
 
 def match(

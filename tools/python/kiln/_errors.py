@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 import warnings as _warnings
+from contextvars import ContextVar
 
 
 class Error(RuntimeError):
@@ -52,8 +53,16 @@ def from_core(message: str, code: str, kind: str) -> Error:
     return (Cancelled if kind == "cancelled" else Error)(message, code, kind, parameter)
 
 
+#: What is baked at this moment of a low poly in texture sets, whose other sets have no UVs then.
+texture_set: ContextVar[str] = ContextVar("texture_set", default="")
+
+
 def warn(code: str, message: str, count: int) -> None:
     message = _FLAG.sub(lambda found: found.group(1).replace("-", "_"), message)
+    if name := texture_set.get():
+        if code == "uv-missing":
+            return
+        message = f"Texture set '{name}': {message}"
     # The caller's line: outside of this package.
     _warnings.warn(KilnWarning(message, code, count), stacklevel=_depth())
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -113,7 +113,9 @@ def arrays_of(data: bytes) -> dict[str, np.ndarray]:
                 positions = positions * scale + shift
             parts["vertices"].append(positions)
             parts["faces"].append(values(primitive["indices"]).reshape(-1, 3) + np.uint32(count))
-            parts["uvs"].append(np.array([0, 1], np.float32) + values(attributes["TEXCOORD_0"]) * np.array([1, -1], np.float32))
+            parts["uvs"].append(
+                np.array([0, 1], np.float32) + values(attributes["TEXCOORD_0"]) * np.array([1, -1], np.float32)
+            )
             parts["normals"].append(values(attributes["NORMAL"]))
             parts["tangents"].append(values(attributes["TANGENT"]))
             count += len(positions)
@@ -142,6 +144,8 @@ def sampled(
     """
     import numpy as np
 
+    if not isinstance(found, _core.Match):
+        raise Error(f"found: expected a kiln.Match, not {type(found).__name__}.", "option-type", "usage", "found")
     hit = found.face >= 0
     values = sample(found.position[hit])
     if not isinstance(values, Mapping):
@@ -187,6 +191,58 @@ def sampled(
     return maps
 
 
+def pack_glb(
+    low: Any,
+    maps: Mapping[str, Any],
+    *,
+    path: str | os.PathLike[str] | None = None,
+    double_sided: bool = False,
+    alpha: str = "mask",
+) -> Glb:
+    """A GLB of a mesh with UVs and the maps that you have for it.
+
+    low           what kiln.as_mesh() takes, with UVs
+    maps          of normal, ao, color, opacity, roughness, metallic, emission: (H, W) or (H, W, C), uint8, or float in
+                  [0, 1], colours sRGB-encoded, row 0 at the top; none: {}. Of a kiln.Bake: {name: bake.stored(name)}
+    path          where to write it, too
+    double_sided  back faces are shown
+    alpha         with opacity: mask or blend
+
+    Returns a kiln.Glb. Raises kiln.Error.
+
+    >>> import kiln
+    >>> corners, faces = [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], [[0, 1, 2], [0, 2, 3]]
+    >>> square = kiln.Mesh(corners, faces, uvs=[[0, 0], [1, 0], [1, 1], [0, 1]])
+    >>> kiln.pack_glb(square, {"color": [[[1.0, 0.0, 0.0]]]}).tangents[0]
+    array([1., 0., 0., 1.], dtype=float32)
+    """
+    from ._arrays import image
+
+    if not isinstance(maps, Mapping):
+        raise Error(f"maps: expected a dict by name, not {type(maps).__name__}.", "option-type", "usage", "maps")
+    _check_slots("maps", maps)
+    _check_alpha(alpha)
+    mesh = as_mesh(low, "low")
+    files = {name: image(maps[name], "maps") for name in SLOTS if name in maps}
+    return Glb(_write(mesh, files, path, alpha, double_sided, None), mesh, files, None)
+
+
+def _check_slots(parameter: str, maps: Iterable[str]) -> None:
+    wrong = [name for name in maps if not isinstance(name, str) or name not in SLOTS]
+    if wrong:
+        raise Error(
+            f"{parameter}: a GLB's material has no place for {', '.join(map(str, wrong))}: give some of {', '.join(SLOTS)}.",
+            "option-enum",
+            "usage",
+            parameter,
+        )
+
+
+def _check_alpha(alpha: str) -> None:
+    if not isinstance(alpha, str) or alpha not in ("mask", "blend"):
+        raise Error(f"alpha: '{alpha}' is neither mask nor blend.", "option-enum", "usage", "alpha")
+
+
 def to_glb(
     vertices: Any,
     faces: Any = None,
@@ -200,6 +256,12 @@ def to_glb(
     path: str | os.PathLike[str] | None = None,
     double_sided: bool = False,
     alpha: str = "mask",
+    weld: float = 1e-5,
+    max_hole: float = 0.02,
+    floater: float = 0.01,
+    keep_inner: bool = False,
+    screen: int | str | None = None,
+    max_outline: str | None = None,
     device: str = "",
     progress: Any = None,
     **keywords: Any,
@@ -218,6 +280,10 @@ def to_glb(
     path             where to write it, too
     double_sided     back faces are shown
     alpha            with opacity: mask or blend
+    weld, max_hole, floater, keep_inner
+                     as kiln.clean() takes them, which is called first
+    screen, max_outline
+                     with max_error: as kiln.plan() takes them
     progress         as bake() takes it
     keywords         as bake() takes them: match, samples, fallback...
 
@@ -227,29 +293,34 @@ def to_glb(
     high = as_mesh(whole, "vertices") if faces is None else Mesh(vertices, faces, colors=colors)
     if faces is None and colors is not None:
         high = Mesh(high.vertices, high.faces, colors=colors, name=high.name)
-    if alpha not in ("mask", "blend"):
-        raise Error(f"alpha: '{alpha}' is neither mask nor blend.", "option-enum", "usage", "alpha")
+    _check_alpha(alpha)
     if maps is None:
         maps = ["normal", "ao"] + (["color"] if high.colors is not None and sample is None else [])
     maps = [maps] if isinstance(maps, str) else list(maps)
-    wrong = [name for name in maps if name not in SLOTS]
-    if wrong:
-        raise Error(
-            f"maps: a GLB's material has no place for {', '.join(wrong)}: give some of {', '.join(SLOTS)}.",
-            "option-enum",
-            "usage",
-            "maps",
-        )
+    _check_slots("maps", maps)
     words_of({"size": texture_size, **{key: value for key, value in keywords.items() if key != "match"}})
     for name in ("space", "flip_y", "two_component", "raw", "mips", "visibility_clusters"):
         if keywords.get(name):
             raise Error(f"{name}: is not for a GLB: leave it out.", "option-contradiction", "usage", name)
     report = callback_of(progress)
-    high = _core.clean(high, 1e-5, 0.02, 0.01, False, _part(report, 0, 0.02))
+    high = _core.clean(high, weld, max_hole, floater, keep_inner, _part(report, 0, 0.02))
     if max_error is not None:
         return _planned(
-            high, max_error, texture_size, maps, sample, path, alpha, double_sided, device, report, keywords
+            high,
+            max_error,
+            texture_size,
+            maps,
+            sample,
+            path,
+            alpha,
+            double_sided,
+            device,
+            report,
+            {"screen": screen, "max_outline": max_outline, **keywords},
         )
+    if screen is not None or max_outline is not None:
+        parameter = "screen" if screen is not None else "max_outline"
+        raise Error(f"{parameter}: is for max_error: give that, or leave it out.", "usage", "usage", parameter)
     low = _core.simplify(high, faces_target, 0.002, False, False, False, False, _part(report, 0.02, 0.2))
     search = low.report["search_distance"]
     low = _core.unwrap(low, texture_size, "charts", None, None, _part(report, 0.2, 0.35))
@@ -260,15 +331,9 @@ def to_glb(
     with Source(high, device=device, progress=_part(report, 0.4, 0.5)) as source:
         files: dict[str, np.ndarray] = {}
         if sample is not None:
-            found = match(
-                source, low, size=texture_size, progress=_part(report, 0.5, 0.6), **_of_match(keywords)
-            )
+            found = match(source, low, size=texture_size, progress=_part(report, 0.5, 0.6), **_of_match(keywords))
             files = sampled(found, sample, device)
-            unknown = [name for name in files if name not in SLOTS]
-            if unknown:
-                raise Error(
-                    f"sample: a GLB's material has no place for {', '.join(unknown)}.", "option-enum", "usage", "sample"
-                )
+            _check_slots("sample", files)
             maps = [name for name in maps if name not in files]
         baked = None
         if maps:
@@ -292,9 +357,7 @@ def _planned(
     keywords: dict[str, Any],
 ) -> Glb:
     with Source(high, device=device, progress=_part(report, 0.02, 0.1)) as source:
-        made = plan(
-            source, max_error=max_error, size=size, maps=maps, progress=_part(report, 0.1, 0.8), **keywords
-        )
+        made = plan(source, max_error=max_error, size=size, maps=maps, progress=_part(report, 0.1, 0.8), **keywords)
         files: dict[str, np.ndarray] = {}
         low = made.mesh
         if low.uvs is None:  # it needs no map, but a GLB has UVs
@@ -307,7 +370,9 @@ def _planned(
                 low,
                 size=made.chosen["size"] or size,
                 match=made.chosen["match"],
-                max_distance=made.bake.report.max_distance if made.bake else f"{100 * made.chosen['search_distance']!r}%",
+                max_distance=made.bake.report.max_distance
+                if made.bake
+                else f"{100 * made.chosen['search_distance']!r}%",
                 progress=_part(report, 0.8, 0.9),
             )
             files.update(sampled(found, sample, device))
@@ -317,7 +382,18 @@ def _planned(
 
 def _of_match(keywords: Mapping[str, Any]) -> dict[str, Any]:
     """Without what is of maps alone."""
-    maps = ("ao_", "range", "curvature_radius", "light", "id_by", "origin", "gutter", "report_error", "recall", "bitangent")
+    maps = (
+        "ao_",
+        "range",
+        "curvature_radius",
+        "light",
+        "id_by",
+        "origin",
+        "gutter",
+        "report_error",
+        "recall",
+        "bitangent",
+    )
     return {name: value for name, value in keywords.items() if not name.startswith(maps)}
 
 

@@ -6,9 +6,9 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from . import _core
-from ._bake import Bake, _source_of, words_of
+from ._bake import Bake, _source_of, error_bound, words_of
 from ._core import Mesh
-from ._errors import Error, KilnWarning
+from ._errors import KilnWarning
 from ._progress import callback_of
 
 if TYPE_CHECKING:
@@ -51,7 +51,7 @@ def plan(
     """
     names = [maps] if isinstance(maps, str) else list(maps)
     words = words_of({"size": size, "maps": names, **keywords})
-    words.append(("max_error", _bound(max_error)))
+    words.append(("max_error", error_bound(max_error)))
     if screen is not None:
         words.append(("screen", f"{screen}px" if isinstance(screen, int) else screen))
     if max_outline is not None:
@@ -65,15 +65,3 @@ def plan(
         warnings.warn(KilnWarning(text, "error-not-reached", 1), stacklevel=2)
     return Plan(mesh, None if core is None else Bake(core, keywords), chosen)
 
-
-def _bound(max_error: str | float) -> str:
-    if isinstance(max_error, (int, float)) and not isinstance(max_error, bool):
-        return f"normal={max_error!r}"
-    if not isinstance(max_error, str) or "=" not in max_error:
-        raise Error(
-            f"max_error: expected degrees, or text such as 'normal=3deg', not {max_error!r}.",
-            "option-type",
-            "usage",
-            "max_error",
-        )
-    return ",".join(part.strip().removesuffix("deg").strip() for part in max_error.split(","))

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import operator
 from typing import Any
 
 from . import _core
 from ._core import Mesh
+from ._errors import Error
 from ._meshes import as_mesh
 from ._progress import callback_of
 
@@ -39,9 +41,11 @@ def simplify(
     (4, 3)
     """
     high = as_mesh(mesh if faces is None else (mesh, faces))
-    return _core.simplify(
-        high, target or 0, max_error, keep_uvs, hull, keep_parts, True, callback_of(progress)
-    )
+    count = 0 if target is None else operator.index(target)
+    if target is not None and count < 1:
+        text = f"target: {count} triangles are none: give 1 or more, or max_error alone."
+        raise Error(text, "option-range", "usage", "target")
+    return _core.simplify(high, count, max_error, keep_uvs, hull, keep_parts, True, callback_of(progress))
 
 
 def clean(

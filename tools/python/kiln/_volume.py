@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from . import _core
 from ._core import Mesh
+from ._errors import Error
 from ._progress import callback_of
 
 if TYPE_CHECKING:
@@ -20,13 +21,47 @@ class VolumeBake(NamedTuple):
     normal: np.ndarray
 
 
+class HeightField(NamedTuple):
+    """A high poly of heights, which is matched by UVs, and the plane under it: bake(*field)."""
+
+    mesh: Mesh
+    plane: Mesh
+
+
+def height_field(heights: Any, *, height: float = 1.0, extent: tuple[float, float] | None = None) -> HeightField:
+    """A terrain or wall of a picture of heights.
+
+    heights  (H, W) float, uint8 or uint16 (shares of 255 and 65535), row 0 at the largest y; or a file's path (PNG, EXR)
+    height   world units of a value of 1; may be negative
+    extent   width along x and depth along y, world units; without: the longer side is 1
+
+    Pixels are points: the outermost lie on the border. Returns (mesh, plane). Raises kiln.Error.
+
+    >>> import kiln
+    >>> field = kiln.height_field([[0.0, 0.5], [1.0, 0.5]], height=2, extent=(4, 4))
+    >>> field.mesh.vertices[:, 2].tolist(), len(field.plane.faces)
+    ([0.0, 1.0, 2.0, 1.0], 2)
+    """
+    width, depth = (0.0, 0.0) if extent is None else _floats(extent, 2, "extent")
+    given = os.fspath(heights) if isinstance(heights, (str, os.PathLike)) else heights
+    return HeightField(*_core.height_field(given, width, depth, *_floats([height], 1, "height")))
+
+
 def _voxels_of(voxels: Any, spacing: Any, origin: Any) -> _core.VolumeCore:
     if isinstance(voxels, (str, os.PathLike)):
         return _core.VolumeCore.load(os.fspath(voxels))
     steps = (spacing,) * 3 if isinstance(spacing, (int, float)) else spacing
-    return _core.VolumeCore.of(
-        voxels, tuple(float(step) for step in steps), tuple(float(value) for value in origin), "volume"
-    )
+    return _core.VolumeCore.of(voxels, _floats(steps, 3, "spacing"), _floats(origin, 3, "origin"), "volume")
+
+
+def _floats(values: Any, count: int, parameter: str) -> tuple[float, ...]:
+    try:
+        numbers = tuple(float(value) for value in values)
+    except (TypeError, ValueError):
+        numbers = ()
+    if len(numbers) != count:
+        raise Error(f"{parameter}: expected {count} numbers, not {values!r}.", "option-type", "usage", parameter)
+    return numbers
 
 
 def contour(

@@ -1,0 +1,174 @@
+"""The ComfyUI nodes, on a stand-in for its MESH."""
+
+import importlib.util
+from pathlib import Path
+
+import kiln
+import numpy as np
+import pytest
+from conftest import sheet, waves
+from test_glb import ball
+
+FOLDER = Path(__file__).resolve().parents[2] / "tools" / "comfyui"
+
+
+class Mesh:
+    """With the fields of ComfyUI's MESH (comfy_api, geometry_types)."""
+
+    def __init__(self, vertices, faces, uvs=None, vertex_colors=None, texture=None, metallic_roughness=None,
+                 vertex_counts=None, face_counts=None, unlit=False, normals=None, tangents=None, normal_map=None,
+                 occlusion_in_mr=False, material=None, emissive=None):  # fmt: skip
+        given = dict(locals())
+        del given["self"]
+        self.__dict__.update(given)
+
+
+class Tensor:
+    """As torch's on a GPU: NumPy sees it only after detach() and cpu()."""
+
+    def __init__(self, values):
+        self.values = values
+
+    def detach(self):
+        return self
+
+    def cpu(self):
+        return self.values
+
+
+@pytest.fixture(scope="module")
+def nodes():
+    spec = importlib.util.spec_from_file_location(
+        "kiln_nodes", FOLDER / "__init__.py", submodule_search_locations=[str(FOLDER)]
+    )
+    package = importlib.util.module_from_spec(spec)
+    import sys
+
+    sys.modules["kiln_nodes"] = package
+    spec.loader.exec_module(package)
+    assert "torch" not in sys.modules
+    return {name: node() for name, node in package.NODE_CLASS_MAPPINGS.items()}
+
+
+def run(nodes, name, **inputs):
+    node = nodes[name]
+    required = node.INPUT_TYPES()["required"]
+    assert set(inputs) <= set(required)
+    results = getattr(node, node.FUNCTION)(**inputs)
+    assert len(results) == len(node.RETURN_TYPES) == len(node.RETURN_NAMES)
+    return dict(zip(node.RETURN_NAMES, results))
+
+
+def batch(*meshes):
+    """Zeros fill up the smaller ones."""
+    vertices = np.zeros((len(meshes), max(len(v) for v, f in meshes), 3), np.float32)
+    faces = np.zeros((len(meshes), max(len(f) for v, f in meshes), 3), np.int64)
+    for i, (v, f) in enumerate(meshes):
+        vertices[i, : len(v)], faces[i, : len(f)] = v, f
+    counts = [np.array([len(m[k]) for m in meshes]) for k in (0, 1)]
+    return Mesh(Tensor(vertices), Tensor(faces), vertex_counts=counts[0], face_counts=counts[1])
+
+
+def test_the_chain_is_that_of_the_package(nodes):
+    vertices, faces = ball(24)
+    high = Mesh(Tensor(vertices[None].astype(np.float32)), Tensor(faces[None]))
+    light = run(nodes, "KilnSimplify", mesh=high, target_face_count=300)["mesh"]
+    assert isinstance(light, Mesh) and light.faces.shape == (1, 300, 3) and light.uvs is None
+    assert light.vertex_counts is None
+    low = run(nodes, "KilnUnwrap", mesh=light, resolution=256)["mesh"]
+    assert low.uvs.shape == (*low.vertices.shape[:2], 2) and low.uvs.min() >= 0 and low.uvs.max() <= 1
+    baked = run(nodes, "KilnBake", low_poly=low, high_poly=high, resolution=256, match="ray")
+    assert baked["normal_map"].shape == baked["occlusion"].shape == (1, 256, 256, 3)
+    assert baked["normal_map"].dtype == np.float32
+    # The same arrays, UVs turned over, through the package itself.
+    mine = kiln.Mesh(low.vertices[0], low.faces[0], [0, 1] + low.uvs[0] * [1, -1], normals=low.normals[0])
+    wanted = kiln.bake((vertices.astype(np.float32), faces), mine, size=256, maps=["normal", "ao"])
+    np.testing.assert_array_equal(baked["normal_map"][0], wanted.stored("normal"))
+    np.testing.assert_array_equal(baked["occlusion"][0], np.repeat(wanted.stored("ao"), 3, 2))
+    mesh = baked["mesh"]
+    assert mesh.tangents.shape == (*mesh.vertices.shape[:2], 4) and mesh.occlusion_in_mr
+    np.testing.assert_array_equal(mesh.metallic_roughness[..., 0], baked["occlusion"][..., 0])
+    assert (mesh.metallic_roughness[..., 1] == 1).all() and (mesh.metallic_roughness[..., 2] == 0).all()
+    assert mesh.texture is None
+
+
+def test_batches_of_unequal_meshes(nodes):
+    small, large = ball(6), ball(12)
+    high = batch(large, (small[0] * 2, small[1]))
+    low = run(
+        nodes, "KilnUnwrap", mesh=run(nodes, "KilnSimplify", mesh=high, target_face_count=100)["mesh"], resolution=64
+    )
+    mesh = low["mesh"]
+    assert list(mesh.face_counts) == [100, 100]
+    sizes = [np.linalg.norm(mesh.vertices[i, : mesh.vertex_counts[i]], axis=1) for i in (0, 1)]
+    assert sizes[0].max() < 1.1 and sizes[1].min() > 1.7
+    baked = run(nodes, "KilnBake", low_poly=mesh, high_poly=high, resolution=64, match="ray")
+    assert baked["normal_map"].shape == (2, 64, 64, 3)
+    for i, high_item in enumerate((large, (small[0] * 2, small[1]))):
+        counts = mesh.vertex_counts[i], mesh.face_counts[i]
+        one = Mesh(*(np.asarray(part)[None] for part in (mesh.vertices[i, : counts[0]], mesh.faces[i, : counts[1]])))
+        one.uvs, one.normals = mesh.uvs[i, None, : counts[0]], mesh.normals[i, None, : counts[0]]
+        alone = run(
+            nodes,
+            "KilnBake",
+            low_poly=one,
+            high_poly=Mesh(*(part[None] for part in high_item)),
+            resolution=64,
+            match="ray",
+        )
+        np.testing.assert_array_equal(alone["normal_map"][0], baked["normal_map"][i])
+
+
+def test_colours_of_vertices_and_of_textures(nodes):
+    vertices, faces, uvs = sheet(16, waves)
+    # Linear 0.2158605 is 0.5 as sRGB has it; 128/255 is its nearest byte.
+    colors = np.full((1, len(vertices), 3), 0.2158605, np.float32)
+    high = Mesh(vertices[None].astype(np.float32), faces[None], vertex_colors=colors)
+    made = run(nodes, "KilnToGLB", mesh=high, target_face_count=100, texture_size=64)
+    np.testing.assert_allclose(made["base_color"], 128 / 255, atol=1e-3)
+    # Upper half red, lower half blue: v = 0 is the upper border. Textures repeat, so the borders are mixed.
+    texture = np.zeros((1, 8, 8, 3), np.float32)
+    texture[:, :4, :, 0] = texture[:, 4:, :, 2] = 1
+    high = Mesh(vertices[None].astype(np.float32), faces[None], uvs=uvs[None].astype(np.float32), texture=texture)
+    flat = sheet(2, lambda x, y: 0 * x)
+    low = Mesh(*(part[None] for part in flat[:2]), uvs=flat[2][None])
+    color = run(nodes, "KilnBake", low_poly=low, high_poly=high, resolution=64, match="ray")["base_color"][0]
+    assert (color[8:24] > 0.9)[..., 0].all() and (color[40:56] > 0.9)[..., 2].all()
+    made = run(nodes, "KilnToGLB", mesh=high, target_face_count=100, texture_size=64)
+    assert made["model_3d"][:4] == b"glTF"
+    mesh = made["mesh"]
+    rows = np.clip((mesh.uvs[0] * 64).astype(int), 0, 63)
+    found = mesh.texture[0][rows[:, 1], rows[:, 0]]
+    upper = mesh.vertices[0, :, 1] < 0.3  # y is v of the sheet
+    assert upper.any() and (found[upper & (mesh.vertices[0, :, 1] > 0.1), 0] > 0.9).all()
+
+
+def test_wrong_meshes_are_told(nodes):
+    vertices, faces = ball(2)
+    with pytest.raises(ValueError, match="has no UVs"):
+        mesh = Mesh(vertices[None], faces[None])
+        run(nodes, "KilnBake", low_poly=mesh, high_poly=mesh, resolution=64, match="ray")
+    with pytest.raises(kiln.Error, match="vertices"):
+        run(nodes, "KilnSimplify", mesh=Mesh(vertices[None, None], faces[None]), target_face_count=8)
+
+
+def test_lists_and_single_meshes_are_batches_too(nodes):
+    (vertices, faces), other = ball(4), ball(6)
+    listed = Mesh([vertices, other[0]], [faces, other[1]])
+    light = run(nodes, "KilnSimplify", mesh=listed, target_face_count=50)["mesh"]
+    assert light.faces.shape == (2, 50, 3)
+    single = run(nodes, "KilnSimplify", mesh=Mesh(vertices, faces), target_face_count=50)["mesh"]
+    np.testing.assert_array_equal(single.vertices[0], light.vertices[0, : len(single.vertices[0])])
+
+
+def test_tensors_where_torch_is_there(nodes, monkeypatch):
+    import sys
+    import types
+
+    monkeypatch.setitem(sys.modules, "torch", types.SimpleNamespace(from_numpy=Tensor))
+    vertices, faces = ball(6)
+    mesh = Mesh(Tensor(vertices[None]), Tensor(faces[None]))
+    low = run(nodes, "KilnUnwrap", mesh=mesh, resolution=64)["mesh"]
+    baked = run(nodes, "KilnBake", low_poly=low, high_poly=mesh, resolution=64, match="ray")
+    assert isinstance(low.uvs, Tensor) and isinstance(baked["normal_map"], Tensor)
+    assert isinstance(baked["mesh"].metallic_roughness, Tensor)

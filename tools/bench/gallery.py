@@ -1,0 +1,234 @@
+#!/usr/bin/env python3
+"""The gallery: meshes as generators and scanners leave them, to 10,000 faces with maps of 2048², by Kiln and a glue.
+
+    gallery.py DIR [--only NAME,...] [--faces N] [--size N] [--json FILE]
+
+Kiln: kiln.to_glb() with normals and colours, cleaning included. The glue: fast_simplification, xatlas, rays by Embree
+and nearest vertices where they miss, trimesh for the GLB; all of PyPI. Writes DIR/README.md with pictures (high poly,
+Kiln, the glue) and errors: mean angle between rendered normals over 30 views, and mean difference of colours from those
+of the nearest point, of 255; both against the mesh with its vertices welded and its windings made to agree. Seconds are
+the processor's, of all threads, each chain by itself.
+"""
+
+import argparse
+import json
+import os
+import random
+import time
+import warnings
+
+import broken_meshes
+import numpy as np
+
+import kiln
+from kiln import _core
+
+CLASSES = [make for make in broken_meshes.CLASSES if make.__name__ != "pieces"]
+
+
+def colors_of(points):
+    """sRGB-encoded: two scales of waves."""
+    waves = np.sin(4 * points) * 0.25 + np.sin(17 * points[:, [1, 2, 0]]) * 0.15
+    return 0.5 + waves
+
+
+def texels(faces, uvs, size):
+    """Of each covered texel its row, column, face and weights; row 0 at the top."""
+    corner = uvs[faces] * [size, size] - 0.5
+    corner[..., 1] = size - 1 - corner[..., 1]
+    rows, columns, owners, weights = [], [], [], []
+    for t, ((ax, ay), (bx, by), (cx, cy)) in enumerate(corner):
+        x = np.arange(max(0, int(np.ceil(min(ax, bx, cx)))), min(size - 1, int(max(ax, bx, cx))) + 1)
+        y = np.arange(max(0, int(np.ceil(min(ay, by, cy)))), min(size - 1, int(max(ay, by, cy))) + 1)
+        area = (bx - ax) * (cy - ay) - (cx - ax) * (by - ay)
+        if area == 0 or not len(x) or not len(y):
+            continue
+        x, y = (grid.ravel() for grid in np.meshgrid(x, y))
+        v = ((x - ax) * (cy - ay) - (cx - ax) * (y - ay)) / area
+        w = ((bx - ax) * (y - ay) - (x - ax) * (by - ay)) / area
+        inside = (v >= 0) & (w >= 0) & (v + w <= 1)
+        rows.append(y[inside])
+        columns.append(x[inside])
+        owners.append(np.full(inside.sum(), t))
+        weights.append(np.stack([1 - v - w, v, w], axis=1)[inside])
+    return (np.concatenate(part) for part in (rows, columns, owners, weights))
+
+
+def glue(vertices, faces, colors, target, size, path):
+    """What a pipeline without Kiln does. \\returns the low poly, object-space normals in [0, 1] and colours"""
+    import fast_simplification
+    import trimesh
+    import xatlas
+    from PIL import Image
+    from scipy.ndimage import distance_transform_edt
+    from scipy.spatial import cKDTree
+
+    points, triangles = fast_simplification.simplify(
+        vertices.astype(np.float32), faces.astype(np.int32), target_count=target
+    )
+    kept, triangles, uvs = xatlas.parametrize(points, triangles)
+    low = trimesh.Trimesh(points[kept], triangles, process=False)
+    welded = trimesh.Trimesh(points[kept], triangles, process=True, merge_tex=True, merge_norm=True)
+    _, nearest = cKDTree(welded.vertices).query(low.vertices)
+    normals = welded.vertex_normals[nearest]
+    high = trimesh.Trimesh(vertices, faces, process=True)
+    row, column, owner, weight = texels(triangles, uvs, size)
+
+    def mixed(values, of, by):
+        return np.einsum("nk,nkc->nc", by, values[of])
+
+    place = mixed(low.vertices[triangles], owner, weight)
+    toward = mixed(normals[triangles], owner, weight)
+    toward /= np.maximum(np.linalg.norm(toward, axis=1, keepdims=True), 1e-12)
+    reach = 0.02 * high.scale
+    hit_face, hit_place = np.full(len(place), -1), np.zeros_like(place)
+    distance = np.full(len(place), reach)
+    for way in (1, -1):  # the nearer of both ways
+        face, ray, spot = high.ray.intersects_id(
+            place - 1e-6 * way * toward, way * toward, multiple_hits=False, return_locations=True
+        )
+        away = np.linalg.norm(spot - place[ray], axis=1)
+        nearer = away < distance[ray]
+        hit_face[ray[nearer]], hit_place[ray[nearer]] = face[nearer], spot[nearer]
+        distance[ray[nearer]] = away[nearer]
+    hit_ray = np.flatnonzero(hit_face >= 0)
+    hit_face, hit_place = hit_face[hit_ray], hit_place[hit_ray]
+    normal, color = np.empty((len(place), 3)), np.empty((len(place), 3))
+    bary = trimesh.triangles.points_to_barycentric(high.triangles[hit_face], hit_place)
+    near_color = colors_of(high.vertices)
+    normal[hit_ray] = mixed(high.vertex_normals[high.faces], hit_face, bary)
+    color[hit_ray] = mixed(near_color[high.faces], hit_face, bary)
+    missed = np.setdiff1d(np.arange(len(place)), hit_ray)
+    if len(missed):
+        _, nearest = cKDTree(high.vertices).query(place[missed], workers=-1)
+        normal[missed], color[missed] = high.vertex_normals[nearest], near_color[nearest]
+    normal /= np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-12)
+    covered = np.zeros((size, size), bool)
+    covered[row, column] = True
+    maps = []
+    fill = distance_transform_edt(~covered, return_distances=False, return_indices=True)
+    for values in (0.5 + 0.5 * normal, np.clip(color, 0, 1)):
+        picture = np.zeros((size, size, 3), np.float32)
+        picture[row, column] = values
+        maps.append(picture[fill[0], fill[1]])
+    picture = Image.fromarray(np.rint(255 * maps[1]).astype(np.uint8))
+    material = trimesh.visual.material.PBRMaterial(baseColorTexture=picture)
+    low.visual = trimesh.visual.TextureVisuals(uv=uvs, material=material)
+    low.export(path)
+    return kiln.Mesh(low.vertices, triangles, uvs, normals=normals), maps[0], maps[1]
+
+
+def errors(high, low, normal, color, space):
+    """Degrees, and colours' mean difference of 255."""
+    degrees = kiln.measure(high, low, normal, space=space).degrees
+    found = kiln.match(high, low, size=512, match="closest", max_distance="20%")
+    there = found.face >= 0
+    step = len(color) // 512
+    at = color[step // 2 :: step, step // 2 :: step]
+    return degrees, 255 * float(np.abs(at[there] - np.clip(colors_of(found.position[there]), 0, 1)).mean())
+
+
+def timed(call):
+    clock, processor = time.perf_counter(), time.process_time()
+    result = call()
+    return result, time.perf_counter() - clock, time.process_time() - processor
+
+
+def picture(high, low, normal, space):
+    views = [kiln.render(high, size=160)]
+    views.append(kiln.render(low, normal, size=160, space=space, frame=high))
+    return views
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("folder")
+    parser.add_argument("--only", help="meshes, separated by commas")
+    parser.add_argument("--faces", type=int, default=10_000)
+    parser.add_argument("--size", type=int, default=2048)
+    parser.add_argument("--json", help="file for the figures")
+    arguments = parser.parse_args()
+    os.makedirs(arguments.folder, exist_ok=True)
+    warnings.simplefilter("ignore")
+    kiln.to_glb(
+        *(getattr(kiln.height_field(np.random.rand(9, 9)).mesh, part) for part in ("vertices", "faces")),
+        texture_size=64,
+    )
+    rows = []
+    for make in CLASSES:
+        name = make.__name__
+        if arguments.only and name not in arguments.only.split(","):
+            continue
+        made = make(random.Random(broken_meshes.CLASSES.index(make)))
+        vertices, faces = np.array(made.points), np.array(made.faces)
+        colors = np.clip(colors_of(vertices), 0, 1)
+        # What was meant: welded and agreeing, with all that floats or is inside.
+        high = kiln.clean(kiln.Mesh(vertices, faces, colors=colors), max_hole=0, floater=0, keep_inner=True)
+        glb, clock, processor = timed(
+            lambda: kiln.to_glb(
+                vertices,
+                faces,
+                colors=colors,
+                faces_target=arguments.faces,
+                texture_size=arguments.size,
+                maps=["normal", "color"],
+                path=os.path.join(arguments.folder, name + "_kiln.glb"),
+            )
+        )
+        row = {"mesh": name, "faces": len(faces), "clock_s": round(clock, 2), "processor_s": round(processor, 2)}
+        row["low_faces"] = len(glb.mesh.faces)
+        degrees, color = errors(high, glb.mesh, glb.maps["normal"], glb.maps["color"], "tangent")
+        row.update(degrees=round(degrees, 3), color=round(color, 2))
+        views = picture(high, glb.mesh, glb.maps["normal"], "tangent")
+        try:
+            result, clock, processor = timed(
+                lambda: glue(
+                    vertices,
+                    faces,
+                    colors,
+                    arguments.faces,
+                    arguments.size,
+                    os.path.join(arguments.folder, name + "_glue.glb"),
+                )
+            )
+            degrees, color = errors(high, *result, "object")
+            row.update(
+                glue_clock_s=round(clock, 2),
+                glue_processor_s=round(processor, 2),
+                glue_low_faces=len(result[0].faces),
+                glue_degrees=round(degrees, 3),
+                glue_color=round(color, 2),
+            )
+            views.append(picture(high, result[0], result[1], "object")[1])
+        except Exception as error:
+            row["glue_failed"] = f"{type(error).__name__}: {error}"[:120]
+            views.append(np.ones_like(views[0]))
+        strip = np.ascontiguousarray(np.concatenate(views, axis=1))
+        with open(os.path.join(arguments.folder, name + ".png"), "wb") as file:
+            file.write(_core.encode(strip, "png8", False))
+        print(json.dumps(row), flush=True)
+        rows.append(row)
+        write_page(arguments, rows)
+    if arguments.json:
+        with open(arguments.json, "w") as file:
+            json.dump(rows, file, indent=1)
+
+
+def write_page(arguments, rows):
+    with open(os.path.join(arguments.folder, "README.md"), "w") as page:
+        page.write(
+            f"# Gallery\n\nMade by `tools/bench/gallery.py`: {arguments.faces:,} faces, {arguments.size}². "
+            "In each cell Kiln, then the glue.\n\n| mesh | high poly, Kiln, the glue | faces | low poly's | "
+            "normals, ° | colours, of 255 | processor, s | clock, s |\n"
+            "| --- | --- | --: | --: | --: | --: | --: | --: |\n"
+        )
+        for row in rows:
+            pair = (
+                "%s, %s" % (row[name], row.get("glue_" + name, row.get("glue_failed", "")))
+                for name in ("low_faces", "degrees", "color", "processor_s", "clock_s")
+            )
+            page.write(f"| {row['mesh']} | ![]({row['mesh']}.png) | {row['faces']:,} | {' | '.join(pair)} |\n")
+
+
+if __name__ == "__main__":
+    main()

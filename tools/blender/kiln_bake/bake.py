@@ -1,0 +1,195 @@
+"""What a bake takes of the scene, the thread that it runs on, and what it leaves in the scene."""
+
+import re
+import threading
+import warnings
+
+import bpy
+import kiln
+
+from . import meshes, results
+
+LOW = re.compile(r"_(low|lo|lp|lowpoly)(\.\d+)?$", re.IGNORECASE)
+HIGH = re.compile(r"_(high|hi|hp|highpoly)(_.*)?(\.\d+)?$", re.IGNORECASE)
+
+
+def sides(context, settings):
+    """Objects of the low and of the high poly; the low poly's are none where one is to be made."""
+    solid = [item for item in context.selected_objects if item.type in meshes.SOLID or item.instance_type != "NONE"]
+    if settings.mode == "NEW":
+        return [], solid
+    if settings.mode == "SELECTED":
+        active = context.active_object
+        return [active] if active in solid else [], [item for item in solid if item != active]
+    if settings.mode == "NAME":
+        found = solid if len(solid) > 1 else list(context.visible_objects)
+        return [item for item in found if LOW.search(item.name)], [item for item in found if HIGH.search(item.name)]
+    pair = settings.low_collection, settings.high_collection
+    return tuple(list(collection.all_objects) if collection else [] for collection in pair)
+
+
+class Bake:
+    """One bake: made and finished on Blender's thread; run() is for any, and touches nothing of Blender's."""
+
+    def __init__(self, context):
+        settings = context.scene.kiln_bake
+        self.lows, highs = sides(context, settings)
+        if not highs or not (self.lows or settings.mode == "NEW"):
+            raise kiln.Error("Nothing to bake: choose objects of a low poly and of a high poly, as the mode says.")
+        self.made, self.notes = settings.mode == "NEW", []
+        self.name = (highs[0].name + "_low") if self.made else self.lows[0].name
+        self.folder = bpy.path.abspath(settings.folder) if settings.folder else ""
+        maps = sorted(settings.maps)
+        if not maps:
+            raise kiln.Error("No map is chosen.")
+        self.size, self.faces = settings.size, settings.faces
+        self.max_error = settings.max_error if settings.by_error else None
+        self.keywords = {
+            "maps": maps,
+            "samples": settings.samples,
+            "max_distance": settings.max_distance or None,
+            "cage": settings.cage or None,
+            "two_sided": settings.two_sided,
+            "flip_y": settings.flip_y,
+        }
+        if "ao" in maps:
+            self.keywords["ao_rays"] = settings.ao_rays
+        if self.max_error is None:
+            self.keywords["match"] = settings.match
+        self.high, materials = meshes.gather(context, highs, "high", colored="color" in maps)
+        if "color" in maps and (picture := meshes.picture_of(materials)):
+            if self.made and self.max_error is not None:
+                raise kiln.Error("A picture's colors are not planned by error: give Faces, or leave Color out.")
+            self.keywords["textures"] = {"color": picture}
+        if not self.made:
+            self.keywords["sets"] = settings.sets
+            self.low, _ = meshes.gather(context, self.lows, self.name, tangents=True)
+            self.notes = [
+                f"Apply the scale of '{item.name}' (Ctrl+A) and bake again: it is not the same along all axes, so tangent "
+                "space is not that of the world, which normals were baked in."
+                for item in self.lows
+                if "normal" in maps and meshes.is_stretched(item.matrix_world)
+            ]
+            if settings.mode == "NAME":
+                self.keywords["match_by"] = "name"
+
+    def run(self, progress):
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", kiln.KilnWarning)  # the reports have them
+            if self.max_error is not None:
+                self.keywords["max_error"] = self.max_error
+            if not self.made:
+                return kiln.bake_sets(self.high, self.low, size=self.size, progress=progress, **self.keywords)
+            high = kiln.clean(self.high)
+            if self.max_error is not None:
+                self.low, baked, _ = kiln.plan(high, size=self.size, progress=progress, **self.keywords)
+                if self.low.uvs is None:  # it needs no map
+                    self.low = kiln.unwrap(self.low, size=self.size)
+                return {"": baked} if baked else {}
+            low = kiln.simplify(high, target=self.faces, progress=progress)
+            self.low = kiln.unwrap(low, size=self.size, progress=progress)
+            return {"": kiln.bake(high, self.low, size=self.size, progress=progress, **self.keywords)}
+
+    def finish(self, context, bakes):
+        """Images, wired into the low poly's materials. Returns warnings."""
+        if self.made:
+            self.lows = [meshes.new_object(context, self.low, self.name)]
+        results.show(self.lows, results.images_of(bakes, self.name, self.folder))
+        return self.notes + [warning["message"] for bake in bakes.values() for warning in bake.report.warnings]
+
+
+class Job:
+    """A bake on a thread of its own."""
+
+    running = None
+
+    def __init__(self, work):
+        self.done, self.stage = 0.0, ""
+        self.result = self.error = None
+        self.stopped = threading.Event()
+        self.thread = threading.Thread(target=self._run, args=(work,), daemon=True)
+        self.thread.start()
+
+    def _run(self, work):
+        try:
+            self.result = work.run(self._report)
+        except BaseException as error:
+            self.error = error
+
+    def _report(self, done, stage):
+        self.done, self.stage = done, stage
+        return not self.stopped.is_set()
+
+    def stop(self):
+        """Within half a second."""
+        self.stopped.set()
+
+
+class KILN_OT_bake(bpy.types.Operator):
+    """Bake maps of the high poly into images of the low poly's materials"""
+
+    bl_idname = "kiln.bake"
+    bl_label = "Bake with Kiln"
+    bl_options = {"REGISTER", "UNDO"}
+
+    @classmethod
+    def poll(cls, context):
+        return context.mode == "OBJECT" and Job.running is None
+
+    def execute(self, context):
+        try:
+            work = Bake(context)
+            return self.done(context, work, work.run(None))
+        except kiln.Error as error:
+            return self.failed(error)
+
+    def invoke(self, context, event):
+        try:
+            self.work = Bake(context)
+        except kiln.Error as error:
+            return self.failed(error)
+        Job.running = Job(self.work)
+        self.timer = context.window_manager.event_timer_add(0.1, window=context.window)
+        context.window_manager.modal_handler_add(self)
+        return {"RUNNING_MODAL"}
+
+    def modal(self, context, event):
+        job = Job.running
+        if event.type == "ESC":
+            job.stop()
+        if event.type != "TIMER":
+            return {"PASS_THROUGH"}
+        for area in context.screen.areas:
+            if area.type in {"VIEW_3D", "PROPERTIES"}:
+                area.tag_redraw()
+        if job.thread.is_alive():
+            return {"PASS_THROUGH"}
+        context.window_manager.event_timer_remove(self.timer)
+        Job.running = None
+        return self.failed(job.error) if job.error else self.done(context, self.work, job.result)
+
+    def done(self, context, work, bakes):
+        try:
+            messages = work.finish(context, bakes)
+        except ReferenceError:
+            return self.failed(kiln.Error("The low poly was deleted meanwhile."))
+        for message in messages:
+            self.report({"WARNING"}, message)
+        self.report({"INFO"}, f"Baked {', '.join(sorted({name for bake in bakes.values() for name in bake}))}")
+        return {"FINISHED"}
+
+    def failed(self, error):
+        self.report({"INFO" if isinstance(error, kiln.Cancelled) else "ERROR"}, str(error))
+        return {"CANCELLED"}
+
+
+class KILN_OT_cancel(bpy.types.Operator):
+    """Stop the bake; nothing is changed"""
+
+    bl_idname = "kiln.cancel"
+    bl_label = "Cancel"
+
+    def execute(self, context):
+        if Job.running:
+            Job.running.stop()
+        return {"FINISHED"}

@@ -1,0 +1,210 @@
+"""Blender's objects as kiln.Mesh: evaluated, in world space, cut into triangles as Blender cuts them."""
+
+from contextlib import contextmanager
+
+import bpy
+import kiln
+import numpy as np
+
+SOLID = {"MESH", "CURVE", "SURFACE", "META", "FONT", "CURVES"}
+
+
+def values(collection, name, width, dtype=np.float32):
+    array = np.empty(len(collection) * width, dtype)
+    collection.foreach_get(name, array)
+    return array.reshape(-1, width) if width > 1 else array
+
+
+def is_stretched(matrix):
+    """Not by the same along all axes."""
+    sizes = [abs(size) for size in matrix.to_scale()]
+    return max(sizes) > 1.01 * min(sizes)
+
+
+def holders(objects):
+    """These and what they show instances of."""
+    found, todo = [], list(objects)
+    while todo:
+        item = todo.pop()
+        if item in found:
+            continue
+        found.append(item)
+        if item.instance_type == "COLLECTION" and item.instance_collection:
+            todo += item.instance_collection.all_objects
+        todo += [child for child in item.children if item.instance_type in {"VERTS", "FACES"}]
+    return found
+
+
+@contextmanager
+def as_rendered(objects):
+    """Modifiers as a render has them: whether they are on, and their levels."""
+    before = []
+    try:
+        for item in holders(objects):
+            for modifier in item.modifiers:
+                for shown, rendered in (("show_viewport", "show_render"), ("levels", "render_levels")):
+                    if not hasattr(modifier, shown) or not hasattr(modifier, rendered):
+                        continue
+                    old, new = getattr(modifier, shown), getattr(modifier, rendered)
+                    if old != new:
+                        before.append((modifier, shown, old))
+                        setattr(modifier, shown, new)
+        yield
+    finally:
+        for modifier, shown, old in before:
+            setattr(modifier, shown, old)
+
+
+class Gathered:
+    """Triangles of several objects, to become one mesh."""
+
+    def __init__(self):
+        self.parts = {name: [] for name in ("vertices", "faces", "uvs", "normals", "colors", "tangents")}
+        self.count = 0
+        self.names = {"materials": [], "objects": []}
+        self.numbers = {"materials": [], "objects": []}
+        self.materials = {}  # bpy's, by name
+
+    def add(self, item, matrix, name, tangents, colored):
+        mesh = item.to_mesh()
+        try:
+            if mesh is not None and mesh.polygons:
+                self._add(mesh, np.array(matrix, np.float64), name, tangents, colored)
+        finally:
+            item.to_mesh_clear()
+
+    def _add(self, mesh, matrix, name, tangents, colored):
+        linear = matrix[:3, :3]
+        mirrored = np.linalg.det(linear) < 0
+        layer = next((layer for layer in mesh.uv_layers if layer.active_render), None)
+        uvs = None if layer is None else values(layer.uv, "vector", 2)  # before the mesh is changed
+        # MikkTSpace of quads is not that of their triangles. Blender gives none of polygons with more corners.
+        with_tangents = tangents and layer is not None and max(values(mesh.polygons, "loop_total", 1, np.int32)) <= 4
+        if with_tangents:
+            mesh.calc_tangents(uvmap=layer.name)
+        mesh.calc_loop_triangles()
+        corners = values(mesh.loop_triangles, "loops", 3, np.int32)
+        if mirrored:
+            corners = corners[:, ::-1]
+        add = {name: array.append for name, array in self.parts.items()}
+
+        points = values(mesh.vertices, "co", 3).astype(np.float64) @ linear.T + matrix[:3, 3]
+        vertex_of = values(mesh.loops, "vertex_index", 1, np.int32)
+        colors = self._colors(mesh, vertex_of) if colored else None
+        if colors is None:
+            add["faces"](vertex_of[corners] + self.count)
+        else:  # of corners: each has a vertex of its own
+            points = points[vertex_of]
+            add["faces"](corners + self.count)
+        add["colors"](np.full((len(points), 4), 255, np.uint8) if colors is None else colors)
+        add["vertices"](points)
+        first, self.count = self.count, self.count + len(points)
+
+        normals = values(mesh.corner_normals, "vector", 3) @ np.linalg.inv(linear)
+        normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-30)
+        normals = normals[corners]
+        # A flat face of four corners has the normals of its two triangles.
+        flat = ~values(mesh.loop_triangles, "use_smooth", 1, bool)
+        if flat.any():
+            a, b, c = (points[self.parts["faces"][-1][flat, k] - first] for k in range(3))
+            across = np.cross(b - a, c - a)
+            normals[flat] = (across / np.maximum(np.linalg.norm(across, axis=1, keepdims=True), 1e-30))[:, None]
+        add["normals"](normals.astype(np.float32))
+        add["uvs"](np.full((*corners.shape, 2), np.nan) if uvs is None else uvs[corners])
+        if with_tangents:
+            along = values(mesh.loops, "tangent", 3)[corners.ravel()] @ linear.T
+            along /= np.maximum(np.linalg.norm(along, axis=1, keepdims=True), 1e-30)
+            sign = values(mesh.loops, "bitangent_sign", 1)[corners.ravel()] * (-1 if mirrored else 1)
+            add["tangents"](np.column_stack([along, sign]))
+
+        slots = [material.name if material else "none" for material in mesh.materials] or ["none"]
+        self.materials.update((material.name, material) for material in mesh.materials if material)
+        index = np.clip(values(mesh.loop_triangles, "material_index", 1, np.int32), 0, len(slots) - 1)
+        self.numbers["materials"].append(np.array([self._number("materials", slot) for slot in slots])[index])
+        self.numbers["objects"].append(np.full(len(corners), self._number("objects", name)))
+
+    def _number(self, kind, name):
+        if name not in self.names[kind]:
+            self.names[kind].append(name)
+        return self.names[kind].index(name)
+
+    @staticmethod
+    def _colors(mesh, vertex_of):
+        """Of corners, sRGB-encoded; None where there are none."""
+        attributes = mesh.color_attributes
+        if not 0 <= attributes.render_color_index < len(attributes):
+            return None
+        attribute = attributes[attributes.render_color_index]
+        rgba = np.rint(255 * np.clip(values(attribute.data, "color_srgb", 4), 0, 1)).astype(np.uint8)
+        return rgba[vertex_of] if attribute.domain == "POINT" else rgba
+
+    def mesh(self, name):
+        if not self.count:
+            raise kiln.Error(f"{name}: no faces. Choose objects that have some.")
+        whole = {name: np.concatenate(arrays) for name, arrays in self.parts.items() if arrays}
+        if np.isnan(whole["uvs"]).all():
+            del whole["uvs"]
+        if len(whole.get("tangents", ())) != 3 * len(whole["faces"]):
+            whole.pop("tangents", None)
+        if (whole["colors"] == 255).all():
+            del whole["colors"]
+        for kind, names in self.names.items():
+            whole[kind], whole[kind[:-1] + "_names"] = np.concatenate(self.numbers[kind]), names
+        return kiln.Mesh(whole.pop("vertices"), whole.pop("faces"), name=name, **whole)
+
+
+def gather(context, objects, name, *, tangents=False, colored=False):
+    """The kiln.Mesh of objects with their modifiers, transforms and instances; and their materials by name."""
+    hidden = [item.name for item in objects if item.type in SOLID and not item.visible_get()]
+    if hidden:
+        raise kiln.Error(f"{name}: '{hidden[0]}' is hidden, one of {len(hidden)}: show it, or choose without it.")
+    wanted = set(objects)
+    gathered = Gathered()
+    with as_rendered(objects):
+        for instance in context.evaluated_depsgraph_get().object_instances:
+            owner = instance.parent if instance.is_instance else instance.object
+            if owner.original in wanted and instance.object.type in SOLID:
+                gathered.add(instance.object, instance.matrix_world, owner.original.name, tangents, colored)
+    return gathered.mesh(name), gathered.materials
+
+
+def picture_of(materials):
+    """The one picture that all materials show as their colour, (H, W, 4) and its kind; None where there is none."""
+    images = set()
+    for material in materials.values():
+        for node in material.node_tree.nodes if material.node_tree else ():
+            if node.type == "BSDF_PRINCIPLED" and node.inputs["Base Color"].is_linked:
+                origin = node.inputs["Base Color"].links[0].from_node
+                images.add(origin.image if origin.type == "TEX_IMAGE" else None)
+    images.discard(None)
+    if not images:
+        return None
+    if len(images) > 1 or len(materials) > 1:
+        raise kiln.Error(
+            "color: the high poly has several materials or pictures. Bake each by itself, or its vertex colours."
+        )
+    image = images.pop()
+    pixels = np.empty(image.size[0] * image.size[1] * 4, np.float32)
+    image.pixels.foreach_get(pixels)
+    kind = "linear" if image.is_float or image.colorspace_settings.name != "sRGB" else "srgb"
+    return pixels.reshape(image.size[1], image.size[0], 4)[::-1], kind
+
+
+def new_object(context, mesh, name):
+    """An object of a kiln.Mesh, with its UVs and normals."""
+    made = bpy.data.meshes.new(name)
+    made.vertices.add(len(mesh.vertices))
+    made.vertices.foreach_set("co", np.asarray(mesh.vertices, np.float32).ravel())
+    made.loops.add(mesh.faces.size)
+    made.loops.foreach_set("vertex_index", mesh.faces.astype(np.int32).ravel())
+    made.polygons.add(len(mesh.faces))
+    made.polygons.foreach_set("loop_start", np.arange(0, mesh.faces.size, 3, dtype=np.int32))
+    if mesh.uvs is not None:
+        made.uv_layers.new(name="UVMap").uv.foreach_set("vector", mesh.uvs[mesh.uv_faces].ravel())
+    made.update(calc_edges=True)
+    made.validate()
+    if mesh.normals is not None:
+        made.normals_split_custom_set(mesh.normals[mesh.normal_faces].reshape(-1, 3))
+    item = bpy.data.objects.new(name, made)
+    context.collection.objects.link(item)
+    return item

@@ -1,0 +1,117 @@
+"""Maps as images, and images in materials."""
+
+import os
+import tempfile
+
+import bpy
+import numpy as np
+
+#: Maps of colours; all others are data.
+COLORS = {"color", "vertex_color"}
+#: Inputs of Principled BSDF.
+INPUTS = {"color": "Base Color", "opacity": "Alpha"}
+
+
+def image_of(pixels, name, is_data):
+    """A float image of (H, W, C), row 0 at the top; an image of that name and size is filled anew."""
+    height, width, channels = pixels.shape
+    image = bpy.data.images.get(name)
+    if image is not None and (
+        tuple(image.size) != (width, height) or image.source != "GENERATED" or not image.is_float
+    ):
+        image.name = name + ".old"
+        image = None
+    if image is None:
+        image = bpy.data.images.new(name, width, height, float_buffer=True, is_data=is_data)
+    rgba = np.ones((height, width, 4), np.float32)
+    rgba[:, :, : 3 if channels == 1 else channels] = pixels[::-1]
+    image.pixels.foreach_set(rgba.ravel())
+    image.update()
+    return image
+
+
+def tiles_of(bakes, name, map_name, folder):
+    """A tiled image of bakes by their tiles; packed where no folder is named."""
+    keep = folder or tempfile.mkdtemp(dir=bpy.app.tempdir)
+    first = None
+    for tile, bake in bakes.items():
+        path = os.path.join(keep, f"{name}_{map_name}.{tile}.exr")
+        bake._core.save_map(map_name, path, "exr", False)
+        first = first or path
+    image = bpy.data.images.load(first)
+    image.name = f"{name}_{map_name}"
+    image.source = "TILED"
+    image.filepath = os.path.join(keep, f"{name}_{map_name}.<UDIM>.exr")
+    for tile in bakes:
+        if image.tiles.get(int(tile)) is None:
+            image.tiles.new(int(tile))
+    if map_name not in COLORS:
+        image.colorspace_settings.name = "Non-Color"
+    if not folder:
+        image.pack()
+    return image
+
+
+def images_of(bakes, name, folder):
+    """{set: {map: image}} of kiln.bake_sets()'s result."""
+    tiled = any(word.isdigit() and len(word) >= 4 for word in bakes)
+    if tiled:
+        maps = next(iter(bakes.values()))
+        return {"": {map_name: tiles_of(bakes, name, map_name, folder) for map_name in maps}}
+    made = {}
+    for word, bake in bakes.items():
+        stem = f"{name}_{word}" if word else name
+        if folder:
+            files = bake.save(folder, format="exr", name=name)
+            loaded = [bpy.data.images.load(str(file), check_existing=True) for file in files]
+            for image, map_name in zip(loaded, bake):
+                image.reload()
+                if map_name not in COLORS:
+                    image.colorspace_settings.name = "Non-Color"
+            made[word] = dict(zip(bake, loaded))
+        else:
+            made[word] = {
+                map_name: image_of(bake[map_name], f"{stem}_{map_name}", map_name not in COLORS) for map_name in bake
+            }
+    return made
+
+
+def wire(material, images, uv_layer):
+    """Shows images in a material: normals and colours linked, all others beside them."""
+    if material.node_tree is None:
+        material.use_nodes = True
+    tree = material.node_tree
+    shader = next((node for node in tree.nodes if node.type == "BSDF_PRINCIPLED"), None)
+    for row, (name, image) in enumerate(images.items()):
+        node = tree.nodes.get("Kiln " + name) or tree.nodes.new("ShaderNodeTexImage")
+        node.name = node.label = "Kiln " + name
+        node.image = image
+        x, y = shader.location if shader else (0, 0)
+        node.location = (x - 600, y - 300 * row)
+        if shader is None:
+            continue
+        if name == "normal":
+            bump = tree.nodes.get("Kiln tangent space") or tree.nodes.new("ShaderNodeNormalMap")
+            bump.name = "Kiln tangent space"
+            bump.uv_map = uv_layer
+            bump.location = (x - 250, y - 300 * row)
+            tree.links.new(node.outputs["Color"], bump.inputs["Color"])
+            tree.links.new(bump.outputs["Normal"], shader.inputs["Normal"])
+        elif name in INPUTS:
+            tree.links.new(node.outputs["Color"], shader.inputs[INPUTS[name]])
+
+
+def show(objects, images):
+    """Wires images by set into the materials of the low poly's objects, which get one where they have none."""
+    for item in objects:
+        if not item.data.materials:
+            item.data.materials.append(bpy.data.materials.new(f"{item.name} Kiln"))
+        layer = next((layer.name for layer in item.data.uv_layers if layer.active_render), "")
+        for slot in item.material_slots:
+            if slot.material is None:
+                slot.material = bpy.data.materials.new(f"{item.name} Kiln")
+            elif item.name in images and slot.material.users > 1:  # a set of its own
+                slot.material = slot.material.copy()
+            found = images.get(slot.material.name, images.get(item.name, images.get("")))
+            if found:
+                wire(slot.material, found, layer)

@@ -1,0 +1,294 @@
+"""Simplify, unwrap, bake and to GLB: from MESH to MESH and IMAGE, as ComfyUI's own mesh nodes have them.
+
+A MESH holds a batch, filled up with zeros where vertex_counts and face_counts say less: vertices (B, N, 3), faces
+(B, M, 3), uvs (B, N, 2) with the origin at the upper left, vertex_colors (B, N, 3 or 4) linear, normals, tangents;
+texture, normal_map and metallic_roughness are (B, H, W, 3) pictures.
+"""
+
+from __future__ import annotations
+
+import copy
+import io
+import sys
+
+import kiln
+import numpy as np
+
+#: Fields of MESH beside vertices and faces: what a node does not give its result, the result does not have.
+OPTIONAL = (
+    "uvs",
+    "vertex_colors",
+    "texture",
+    "metallic_roughness",
+    "vertex_counts",
+    "face_counts",
+    "normals",
+    "tangents",
+    "normal_map",
+)
+SIZE = ("INT", {"default": 2048, "min": 64, "max": 8192, "step": 64})
+
+
+def as_numpy(values):
+    """Any tensor, on any device, or array."""
+    for step in ("detach", "cpu"):
+        if hasattr(values, step):
+            values = getattr(values, step)()
+    if hasattr(values, "__dlpack__") and not hasattr(values, "__array__"):
+        return np.from_dlpack(values)
+    return np.asarray(values)
+
+
+def as_tensor(array):
+    """torch's, where torch is there."""
+    try:
+        import torch
+    except ImportError:
+        return np.ascontiguousarray(array)
+    return torch.from_numpy(np.array(array, order="C"))
+
+
+def linear_to_srgb(values):
+    values = np.clip(values, 0, 1)
+    return np.where(values <= 0.0031308, 12.92 * values, 1.055 * values ** (1 / 2.4) - 0.055)
+
+
+def parts_of(mesh, name, dimensions):
+    """Arrays, one a mesh of the batch: of a tensor (B, ...), a list of tensors, or one tensor without B."""
+    value = getattr(mesh, name, None)
+    if value is None:
+        return None
+    if isinstance(value, (list, tuple)):
+        return [as_numpy(part) for part in value]
+    array = as_numpy(value)
+    return [array] if array.ndim == dimensions else list(array)
+
+
+def items(mesh):
+    """Each mesh of the batch: a kiln.Mesh, and its texture (H, W, C) or None."""
+    parts = {name: parts_of(mesh, name, 2) for name in ("vertices", "faces", "uvs", "vertex_colors", "normals")}
+    counts = [parts_of(mesh, name, 0) for name in ("vertex_counts", "face_counts")]
+    textures = parts_of(mesh, "texture", 3)
+    for i in range(len(parts["vertices"])):
+        vertices, faces = (None if count is None else int(count[i]) for count in counts)
+        item = {
+            name: None if part is None else part[i][: faces if name == "faces" else vertices]
+            for name, part in parts.items()
+        }
+        uvs, colors = item.pop("uvs"), item.pop("vertex_colors")
+        if uvs is not None:
+            uvs = [0, 1] + uvs * [1, -1]
+        if colors is not None:
+            colors = np.hstack([linear_to_srgb(colors[:, :3]), colors[:, 3:]])
+        yield kiln.Mesh(uvs=uvs, colors=colors, **item), None if textures is None else textures[i]
+
+
+def batch_of(mesh, batch, **fields):
+    """A MESH like the one given, of dicts of arrays by their fields."""
+    made = copy.copy(mesh)
+    for name in OPTIONAL:
+        if hasattr(made, name):
+            setattr(made, name, None)
+    for name in ("vertices", "faces", "uvs", "normals", "tangents"):
+        arrays = [item[name] for item in batch if item.get(name) is not None]
+        if not arrays:
+            continue
+        whole = np.zeros((len(arrays), max(map(len, arrays)), arrays[0].shape[1]), arrays[0].dtype)
+        for i, array in enumerate(arrays):
+            whole[i, : len(array)] = array
+        setattr(made, name, as_tensor(whole))
+    if len(batch) > 1:
+        made.vertex_counts = as_tensor(np.array([len(item["vertices"]) for item in batch]))
+        made.face_counts = as_tensor(np.array([len(item["faces"]) for item in batch]))
+    for name, value in fields.items():
+        setattr(made, name, value)
+    return made
+
+
+def arrays_of(low):
+    """Of a kiln.Mesh or kiln.Glb whose rows have one list of indices."""
+    parts = {
+        "vertices": np.asarray(low.vertices, np.float32),
+        "faces": low.faces.astype(np.int64),
+        "normals": low.normals,
+    }
+    if low.uvs is not None:
+        parts["uvs"] = np.float32([0, 1]) + low.uvs * np.float32([1, -1])
+    return parts
+
+
+def pictures(maps, name, size, background):
+    """IMAGE (B, H, W, 3) of each item's map; the background where it has none."""
+    empty = np.full((size, size, 3), background, np.float32)
+    return as_tensor(
+        np.stack([np.broadcast_to(item.get(name, empty)[:, :, :3], empty.shape) for item in maps]).astype(np.float32)
+    )
+
+
+def textured(mesh, baked, maps, size):
+    """What SaveGLB writes with its maps; and the maps as IMAGEs."""
+    normal, occlusion = pictures(maps, "normal", size, (0.5, 0.5, 1)), pictures(maps, "ao", size, 1)
+    color = pictures(maps, "color", size, 1)
+    rough = np.array(as_numpy(occlusion))
+    rough[..., 1:] = 1, 0
+    has = {name for item in maps for name in item}
+    batch = [{**arrays_of(item), "tangents": item.tangents} for item in baked]
+    made = batch_of(
+        mesh,
+        batch,
+        texture=color if "color" in has else None,
+        normal_map=normal if "normal" in has else None,
+        metallic_roughness=as_tensor(rough) if "ao" in has else None,
+        occlusion_in_mr="ao" in has,
+    )
+    return made, normal, occlusion, color
+
+
+def progress():
+    """Moves ComfyUI's bar and heeds its cancel button, where it runs."""
+    utils, management = (sys.modules.get("comfy." + name) for name in ("utils", "model_management"))
+    bar = utils.ProgressBar(1000) if utils else None
+
+    def report(done, stage):
+        if management:
+            management.throw_exception_if_processing_interrupted()
+        if bar:
+            bar.update_absolute(int(1000 * done), 1000)
+
+    return report
+
+
+def maps_of(names, mesh, texture):
+    colored = mesh.colors is not None or (texture is not None and mesh.uvs is not None)
+    return [name for name in names if name != "color" or colored]
+
+
+class KilnSimplify:
+    """A light mesh of a dense one; torn, doubled and hidden parts are repaired first."""
+
+    @classmethod
+    def INPUT_TYPES(cls):
+        return {
+            "required": {
+                "mesh": ("MESH",),
+                "target_face_count": ("INT", {"default": 10_000, "min": 4, "max": 50_000_000}),
+                "clean": ("BOOLEAN", {"default": True}),
+            }
+        }
+
+    RETURN_TYPES = ("MESH",)
+    RETURN_NAMES = ("mesh",)
+    FUNCTION = "run"
+    CATEGORY = "3d/mesh"
+
+    def run(self, mesh, target_face_count, clean=True):
+        batch = []
+        for high, _ in items(mesh):
+            high = kiln.clean(high, progress=progress()) if clean else high
+            batch.append(arrays_of(kiln.simplify(high, target=target_face_count, progress=progress())))
+        return (batch_of(mesh, batch),)
+
+
+class KilnUnwrap:
+    """UVs in few charts. Vertices at seams are doubled."""
+
+    @classmethod
+    def INPUT_TYPES(cls):
+        return {"required": {"mesh": ("MESH",), "resolution": SIZE}}
+
+    RETURN_TYPES = ("MESH",)
+    RETURN_NAMES = ("mesh",)
+    FUNCTION = "run"
+    CATEGORY = "3d/mesh"
+
+    def run(self, mesh, resolution):
+        batch = [
+            arrays_of(kiln.pack_glb(kiln.unwrap(item, size=resolution, progress=progress()), {}))
+            for item, _ in items(mesh)
+        ]
+        return (batch_of(mesh, batch),)
+
+
+class KilnBake:
+    """The dense mesh's normals, occlusion and colours as pictures for the light one's UVs.
+
+    The mesh that comes out has them and its tangents: SaveGLB writes it as it is.
+    """
+
+    @classmethod
+    def INPUT_TYPES(cls):
+        return {
+            "required": {
+                "low_poly": ("MESH",),
+                "high_poly": ("MESH",),
+                "resolution": SIZE,
+                "match": (["ray", "closest", "visibility", "hybrid", "views"],),
+            }
+        }
+
+    RETURN_TYPES = ("MESH", "IMAGE", "IMAGE", "IMAGE")
+    RETURN_NAMES = ("mesh", "normal_map", "occlusion", "base_color")
+    FUNCTION = "run"
+    CATEGORY = "3d/texturing"
+
+    def run(self, low_poly, high_poly, resolution, match="ray"):
+        highs = list(items(high_poly))
+        baked, maps = [], []
+        for i, (low, _) in enumerate(items(low_poly)):
+            if low.uvs is None:
+                raise ValueError("low_poly has no UVs: put Kiln Unwrap before this node.")
+            high, texture = highs[i if len(highs) > 1 else 0]
+            names = maps_of(["normal", "ao", "color"], high, texture)
+            given = {"color": texture} if "color" in names and texture is not None and high.uvs is not None else {}
+            bake = kiln.bake(high, low, size=resolution, maps=names, match=match, textures=given, progress=progress())
+            maps.append({name: bake.stored(name) for name in bake})
+            baked.append(kiln.pack_glb(low, {}))
+        return textured(low_poly, baked, maps, resolution)
+
+
+class KilnToGLB:
+    """All of it: a light mesh of a dense one, with UVs and maps, and the GLB of it."""
+
+    @classmethod
+    def INPUT_TYPES(cls):
+        return {
+            "required": {
+                "mesh": ("MESH",),
+                "target_face_count": ("INT", {"default": 10_000, "min": 4, "max": 50_000_000}),
+                "texture_size": SIZE,
+            }
+        }
+
+    RETURN_TYPES = ("MESH", "IMAGE", "IMAGE", "IMAGE", "FILE_3D_GLB")
+    RETURN_NAMES = ("mesh", "normal_map", "occlusion", "base_color", "model_3d")
+    FUNCTION = "run"
+    CATEGORY = "3d"
+
+    def run(self, mesh, target_face_count, texture_size):
+        baked = []
+        for high, texture in items(mesh):
+            names = maps_of(["normal", "ao", "color"], high, texture)
+            if "color" in names and texture is not None and high.uvs is not None:
+                high = kiln.pack_glb(high, {"color": texture}).data
+            baked.append(
+                kiln.to_glb(
+                    high, faces_target=target_face_count, texture_size=texture_size, maps=names, progress=progress()
+                )
+            )
+        return (*textured(mesh, baked, [glb.maps for glb in baked], texture_size), file_of(baked[0].data))
+
+
+def file_of(data):
+    """ComfyUI's File3D; outside of it, the bytes. Of a batch, the first: SaveGLB writes all of the MESH."""
+    try:
+        from comfy_api.latest import Types
+    except ImportError:
+        return data
+    return Types.File3D(io.BytesIO(data), "glb")
+
+
+NODES = {"Kiln Simplify": KilnSimplify, "Kiln Unwrap": KilnUnwrap, "Kiln Bake": KilnBake, "Kiln to GLB": KilnToGLB}
+NODE_CLASS_MAPPINGS = {node.__name__: node for node in NODES.values()}
+NODE_DISPLAY_NAME_MAPPINGS = {node.__name__: name for name, node in NODES.items()}
+for node in NODES.values():
+    node.DESCRIPTION = node.__doc__
