@@ -48,16 +48,17 @@ TEST_F(Variants, AreTheMapsThatBakesOfEachAloneMake) {
   OcclusionOptions exact;
   exact.max_error = 0.05;
   options.report.errors = true;
-  options.variants = {{.name = "ao_near", .kind = "ao", .occlusion = near},
-                      {.name = "ao_linear", .kind = "ao", .occlusion = linear},
-                      {.name = "ao_exact", .kind = "ao", .occlusion = exact},
-                      {.name = "bent_near", .kind = "bent_normal", .occlusion = near},
-                      {.name = "thin", .kind = "thickness", .occlusion = near},
-                      {.name = "fine", .kind = "curvature", .curvature_radius = Length::share(0.02)},
-                      {.name = "coarse", .kind = "curvature", .curvature_radius = Length::share(0.05)},
-                      {.name = "sunny", .kind = "shadow", .light = ShadowLight{{1, 1, 0}, 5}},
-                      {.name = "materials", .kind = "id", .id_by = IdBy::material},
-                      {.name = "parts", .kind = "id", .id_by = IdBy::part}};
+  options.variants = {
+      {.name = "ao_near", .kind = "ao", .occlusion = near},
+      {.name = "ao_linear", .kind = "ao", .occlusion = linear},
+      {.name = "ao_exact", .kind = "ao", .occlusion = exact},
+      {.name = "bent_near", .kind = "bent_normal", .occlusion = near},
+      {.name = "thin", .kind = "thickness", .occlusion = near},
+      {.name = "fine", .kind = "curvature", .curvature_radius = Length::share(0.02)},
+      {.name = "coarse", .kind = "curvature", .curvature_radius = Length::share(0.05)},
+      {.name = "sunny", .kind = "shadow", .light = ShadowLight{{1, 1, 0}, 5}},
+      {.name = "materials", .kind = "id", .id_by = IdBy::material},
+      {.name = "parts", .kind = "id", .id_by = IdBy::part}};
   const BakeResult all = bake_of(options);
   for (const MapKind plain : options.maps) {
     EXPECT_EQ(all.map(plain).image.pixels, alone(plain, options).image.pixels) << plain.name;
@@ -84,9 +85,8 @@ TEST_F(Variants, AreTheMapsThatBakesOfEachAloneMake) {
   EXPECT_TRUE(all.report.ids.empty()) << "which is of the map id";
   // Each has its own error, and the one that was to be reached is.
   for (const char* name : {"ao", "ao_near", "ao_exact", "bent_near", "thin", "fine"}) {
-    const auto error =
-        std::find_if(all.report.errors.begin(), all.report.errors.end(),
-                     [&](const MapError& other) { return other.kind.name == name; });
+    const auto error = std::find_if(all.report.errors.begin(), all.report.errors.end(),
+                                    [&](const MapError& other) { return other.kind.name == name; });
     ASSERT_NE(error, all.report.errors.end()) << name;
     EXPECT_GT(error->texels, 0U) << name;
     if (std::string_view(name) == "ao_exact") EXPECT_LE(error->rms / 255, 0.05);
