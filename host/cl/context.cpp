@@ -89,7 +89,7 @@ Buffer::Buffer(Context& context, std::size_t bytes) : bytes_(bytes), context_(&c
                                        " in one. Use a smaller mesh, or another device.");
   }
   // A CPU's memory is ours. Small buffers are not asked for.
-  if (!info.is_gpu && bytes > (std::size_t{1} << 24) && bytes > memory_left()) {
+  if (!info.is_gpu && bytes > (std::size_t{1} << 20) && !memory_fits(bytes)) {
     throw Error(ErrorCode::internal, "A buffer of the device would take " + megabytes(bytes) +
                                          " of memory, but only " + megabytes(memory_left()) +
                                          " are left of the memory limit. Use smaller inputs or a "
