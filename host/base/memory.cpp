@@ -108,8 +108,12 @@ std::uint64_t free_memory() {
 std::uint64_t memory_limit() {
   const std::uint64_t set = limit_that_was_set;
   if (set != 0) return set;
-  static const std::uint64_t unset = default_limit();
-  return unset;
+  // No static of a function: what it allocates asks for the limit again.
+  static std::atomic<std::uint64_t> unset{0};
+  std::uint64_t first = unset;
+  if (first != 0) return first;
+  const std::uint64_t made = default_limit();
+  return unset.compare_exchange_strong(first, made) ? made : first;
 }
 
 void set_memory_limit(std::uint64_t bytes) noexcept { limit_that_was_set = bytes; }
@@ -136,7 +140,7 @@ thread_local std::size_t taken_unasked = 0;
 
 void obey_memory_limit() noexcept { obeys = true; }
 
-bool may_take(std::size_t bytes) noexcept {
+bool may_take(std::size_t bytes) {
   constexpr std::size_t kBetweenLooks = std::size_t{1} << 20;
   if (!obeys || (taken_unasked += std::min(bytes, kBetweenLooks)) < kBetweenLooks) return true;
   taken_unasked = 0;

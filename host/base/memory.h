@@ -31,7 +31,7 @@ void obey_memory_limit() noexcept;
 
 /// For a program's operator new: false where the calling thread obeys the limit and a block of so many bytes would pass
 /// it. Looks once in a MiB, some microseconds.
-bool may_take(std::size_t bytes) noexcept;
+bool may_take(std::size_t bytes);
 
 /// Says that memory is short; must throw. \param problem  such as "The maps would take 3 MiB of memory, but
 /// only 2 MiB are left"

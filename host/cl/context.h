@@ -238,6 +238,7 @@ class KILN_HIDDEN Context {
   mutable std::mutex programs_mutex_;
   std::map<std::string, std::shared_ptr<Build>> programs_;
   double build_seconds_ = 0;
+  std::atomic<bool> has_compiled_{false};
   std::mutex launch_mutex_;  ///< From the first argument of a launch to its place in the queue
   std::atomic<std::uint64_t> device_bytes_{0};
   std::atomic<std::uint64_t> peak_device_bytes_{0};
