@@ -79,7 +79,8 @@ void check(cl_int status, std::string_view what) {
   throw Error(ErrorCode::device, std::string(what) + " failed with " + status_name(status) + ".");
 }
 
-Buffer::Buffer(Context& context, std::size_t bytes) : bytes_(bytes), context_(&context) {
+Buffer::Buffer(Context& context, std::size_t bytes, const void* data)
+    : bytes_(bytes), context_(&context) {
   if (bytes == 0) return;
   const DeviceInfo& info = context.info();
   if (bytes > info.largest_buffer_bytes) {
@@ -97,7 +98,10 @@ Buffer::Buffer(Context& context, std::size_t bytes) : bytes_(bytes), context_(&c
   }
   cl_int status = CL_SUCCESS;
   driver([&] {
-    memory_ = clCreateBuffer(context.get(), CL_MEM_READ_WRITE, bytes, nullptr, &status);
+    // The driver only reads what it copies, though the pointer is to what may be written.
+    memory_ = clCreateBuffer(context.get(),
+                             CL_MEM_READ_WRITE | (data == nullptr ? 0 : CL_MEM_COPY_HOST_PTR),
+                             bytes, const_cast<void*>(data), &status);
     return status;
   });
   if (status != CL_SUCCESS) {
@@ -106,7 +110,7 @@ Buffer::Buffer(Context& context, std::size_t bytes) : bytes_(bytes), context_(&c
                                        megabytes(context.device_bytes()) + " are in use.");
   }
   context.account(static_cast<std::int64_t>(bytes));
-  if (info.is_gpu) return;
+  if (info.is_gpu || data != nullptr) return;
   untouched_ = true;
   count_untouched(static_cast<std::int64_t>(bytes));
 }

@@ -42,7 +42,8 @@ class BinaryCache;
 class Buffer {
  public:
   Buffer() = default;
-  Buffer(Context& context, std::size_t bytes);
+  /// \param data  if not null, what it holds; it is copied at once: no command that waits for others
+  Buffer(Context& context, std::size_t bytes, const void* data = nullptr);
   Buffer(Buffer&& other) noexcept { swap(other); }
   Buffer& operator=(Buffer&& other) noexcept {
     Buffer moved(std::move(other));
@@ -80,10 +81,9 @@ class Array {
   Array() = default;
   /// Uninitialised.
   Array(Context& context, std::size_t size) : buffer_(context, size * sizeof(T)), size_(size) {}
-  /// Copied from the host (blocking).
-  Array(Context& context, std::span<const T> data) : Array(context, data.size()) {
-    write(context, data);
-  }
+  /// Copied from the host, at once.
+  Array(Context& context, std::span<const T> data)
+      : buffer_(context, data.size_bytes(), data.data()), size_(data.size()) {}
 
   std::size_t size() const { return size_; }
   bool empty() const { return size_ == 0; }
