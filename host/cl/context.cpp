@@ -205,6 +205,7 @@ void Context::set_raw_argument(const Kernel& kernel, cl_uint index, const void* 
 }
 
 void Context::enqueue(const Kernel& kernel, std::size_t count, std::size_t local) {
+  ++commands_;
   const std::size_t global = (count + local - 1) / local * local;
   check(driver([&] {
           return clEnqueueNDRangeKernel(queue_, kernel.get(), 1, nullptr, &global, &local, 0,
@@ -250,6 +251,7 @@ void Context::finish() {
 
 void Context::fill_bytes(const Buffer& buffer, const void* value, std::size_t value_bytes,
                          std::size_t bytes) {
+  ++commands_;
   if (bytes == 0) return;
   buffer.touch();
   check(driver([&] {
@@ -278,6 +280,7 @@ void in_pieces(std::size_t bytes, const Copy& copy) {
 // A blocking copy waits for all that was enqueued before it, which may be the driver's compiler, too.
 void Context::write_bytes(const Buffer& buffer, std::size_t offset, const void* data,
                           std::size_t bytes) {
+  ++commands_;
   wait();
   buffer.touch();
   in_pieces(bytes, [&](std::size_t at, std::size_t piece) {
@@ -290,6 +293,7 @@ void Context::write_bytes(const Buffer& buffer, std::size_t offset, const void* 
 }
 
 void* Context::map_bytes(const Buffer& buffer, std::size_t bytes) {
+  ++commands_;
   wait();
   buffer.touch();
   cl_int status = CL_SUCCESS;
@@ -311,6 +315,7 @@ void Context::unmap(const Buffer& buffer, void* data) {
 }
 
 void Context::read_bytes(const Buffer& buffer, std::size_t offset, void* data, std::size_t bytes) {
+  ++commands_;
   wait();
   in_pieces(bytes, [&](std::size_t at, std::size_t piece) {
     check(driver([&] {

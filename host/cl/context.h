@@ -179,6 +179,8 @@ class KILN_HIDDEN Context {
   /// Bytes of device memory held now, and the most there ever were.
   std::uint64_t device_bytes() const { return device_bytes_; }
   std::uint64_t peak_device_bytes() const { return peak_device_bytes_; }
+  /// Commands enqueued so far: what tests of growth count.
+  std::uint64_t commands() const { return commands_; }
   /// Bytes that this thread has taken of any device, less those that it has given back: what a piece of
   /// work holds, whatever other threads do beside it.
   static std::int64_t bytes_of_thread();
@@ -240,6 +242,7 @@ class KILN_HIDDEN Context {
   double build_seconds_ = 0;
   std::atomic<bool> has_compiled_{false};
   std::mutex launch_mutex_;  ///< From the first argument of a launch to its place in the queue
+  std::atomic<std::uint64_t> commands_{0};
   std::atomic<std::uint64_t> device_bytes_{0};
   std::atomic<std::uint64_t> peak_device_bytes_{0};
 };
