@@ -216,7 +216,10 @@ void Context::enqueue(const Kernel& kernel, std::size_t count, std::size_t local
 
 /// Waits for everything enqueued where somebody wants to know meanwhile.
 void Context::wait() {
-  if (!ProgressGuard::active()) return;
+  if (ProgressGuard::active()) wait_within(std::chrono::steady_clock::duration::max());
+}
+
+bool Context::wait_within(std::chrono::steady_clock::duration most) {
   struct Event {
     cl_event event = nullptr;
     ~Event() {
@@ -236,17 +239,27 @@ void Context::wait() {
                                   &status, nullptr);
           }),
           what);
-    if (status <= CL_COMPLETE) return;
+    if (status <= CL_COMPLETE) return true;
     const auto waited = std::chrono::steady_clock::now() - start;
+    if (waited > most) return false;
     std::this_thread::sleep_for(std::clamp<std::chrono::nanoseconds>(
         waited / 16, std::chrono::microseconds{10}, std::chrono::microseconds{4000}));
-    ProgressGuard::poll();
+    if (ProgressGuard::active()) ProgressGuard::poll();
   }
 }
 
 void Context::finish() {
   wait();
   check(driver([&] { return clFinish(queue_); }), "Waiting for " + info_.name);
+}
+
+bool Context::finish_within(double seconds) {
+  using Clock = std::chrono::steady_clock;
+  if (wait_within(
+          std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(seconds))))
+    return true;
+  note_driver_failure();
+  return false;
 }
 
 void Context::fill_bytes(const Buffer& buffer, const void* value, std::size_t value_bytes,

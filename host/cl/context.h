@@ -7,6 +7,7 @@
 #include <CL/cl.h>
 
 #include <atomic>
+#include <chrono>
 #include <cstddef>
 #include <cstdint>
 #include <functional>
@@ -173,6 +174,8 @@ class KILN_HIDDEN Context {
 
   /// Waits for everything enqueued.
   void finish();
+  /// Waits so long at most. \returns false where something is still running; then no driver is called any more
+  bool finish_within(double seconds);
 
   /// Seconds spent in clBuildProgram (and loading from the driver's cache) so far.
   double build_seconds() const;
@@ -222,6 +225,8 @@ class KILN_HIDDEN Context {
   void set_raw_argument(const Kernel& kernel, cl_uint index, const void* value, std::size_t bytes);
   void enqueue(const Kernel& kernel, std::size_t count, std::size_t local);
   void wait();
+  /// \param most  waits no longer \returns false where it took longer
+  bool wait_within(std::chrono::steady_clock::duration most);
   void fill_bytes(const Buffer& buffer, const void* value, std::size_t value_bytes,
                   std::size_t bytes);
   void write_bytes(const Buffer& buffer, std::size_t offset, const void* data, std::size_t bytes);

@@ -66,7 +66,10 @@ struct BakeOptions {
   std::vector<Transfer> transfers =
       {};  ///< A map each, after `maps`; names that no map has, none twice
   std::vector<OwnMap> own_maps = {};  ///< A map each, after those; names as of transfers
-  OcclusionOptions occlusion = {};    ///< For the maps ao, bent_normal and thickness
+  /// The most that one of them may take for 65,536 samples, 1 to 86400 seconds. A kernel cannot be stopped: past that
+  /// the bake ends with Error(input), and this process uses no device any more.
+  double own_map_seconds = 60;
+  OcclusionOptions occlusion = {};  ///< For the maps ao, bent_normal and thickness
   /// Curvature is the mean over the high poly's surface within this distance of the point. Above 0. None
   /// given: 0.5% of the diagonal, but 3 facets of its smooth surfaces at least; BakeReport::curvature_radius says it.
   std::optional<Length> curvature_radius = {};
