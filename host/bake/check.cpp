@@ -321,6 +321,10 @@ void validate(const BakeOptions& options) {
   if (map_count(options) == 0) {
     usage("No map was asked for: give at least one, such as normal.");
   }
+  if (!(options.own_map_seconds >= 1 && options.own_map_seconds <= 86400)) {
+    usage("own_map_seconds is " + std::to_string(options.own_map_seconds) +
+          ": it must be 1 to 86400.");
+  }
   check_distances(options);
   check_map_options(options);
   if (options.encoding.gutter < -1 || options.encoding.gutter > 4096) {

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "bake/report.h"
 #include "base/memory.h"
 #include "base/parallel.h"
 #include "image/gutter.h"
@@ -76,14 +77,21 @@ Image as_drawn(const MapInfo& map, const BakeOptions& options,
   return image;
 }
 
-/// Of the maps, of their padding while it is made, and of levels below them.
+/// Of the maps, of their padding while it is made, of levels below them, of a band and of the match that is kept: no
+/// less than all that grows with the map, so that a bake without the room ends before it begins.
 std::uint64_t bytes_of_maps(const BakeOptions& options) {
   std::uint64_t channels = 1;  // coverage and charts
   for (const MapKind kind : options.maps) channels += map_row(kind).info.channels;
   for (const MapRow& row : own_rows(options)) channels += row.info.channels;
   const std::uint64_t texels = std::uint64_t{options.width} * options.height;
   const std::uint64_t level = texels * channels * sizeof(float);
-  return level + (options.encoding.mips ? level / 3 : 0);
+  const std::uint64_t samples = texels * options.samples * options.samples;
+  constexpr std::uint64_t kBytesOfBandSample = 64;  // 80 were measured
+  constexpr std::uint64_t kBytesOfKeptSample = 4 * sizeof(float) + 1;
+  // Mips: a third of the maps, with as much of the largest while it is made, and the chart of each texel.
+  return level + (options.encoding.mips ? level / 3 + texels * 2 * sizeof(float) : 0) +
+         kBytesOfBandSample * std::min<std::uint64_t>(samples, kBandSamples) +
+         (options.report.keep_match ? kBytesOfKeptSample * samples : 0);
 }
 
 }  // namespace

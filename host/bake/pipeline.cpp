@@ -316,6 +316,7 @@ void Pipeline::blend() {
 
 /// The tail: mip chain, padding, encoding.
 void Pipeline::finish_maps(Image* drawn) {
+  if (bands_stay_ == Bands::pass) bands_.clear();  // What follows takes memory of its own.
   const BakeOptions& options = scene_.options;
   BakeReport& report = result_.report;
   if (options.encoding.two_component) {

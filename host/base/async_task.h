@@ -6,6 +6,7 @@
 #include <future>
 #include <utility>
 
+#include "base/memory.h"
 #include "base/parallel.h"
 #include "base/progress_guard.h"
 
@@ -18,7 +19,10 @@ class AsyncTask {
  public:
   explicit AsyncTask(std::function<Result()> work)
       : made_(std::async(thread_count() > 1 ? std::launch::async : std::launch::deferred,
-                         std::move(work))) {}
+                         [work = std::move(work)] {
+                           obey_memory_limit();
+                           return work();
+                         })) {}
 
   /// Once. Gives signs of life while it waits. \throws what the work threw; as ProgressGuard::poll()
   Result get() {

@@ -1,15 +1,23 @@
 #include "base/memory.h"
 
+#include <fcntl.h>
 #include <sys/resource.h>
 #include <unistd.h>
 
 #include <algorithm>
+#include <array>
 #include <atomic>
+#include <cstdlib>
+#include <cstring>
 #include <fstream>
 #include <limits>
 #include <string>
 
 #include "kiln/error.h"
+
+#ifdef __GLIBC__
+#include <malloc.h>
+#endif
 
 namespace kiln {
 namespace {
@@ -63,11 +71,15 @@ std::uint64_t free_in_group() {
   return left_of(limit, used == kMost ? kMost : left_of(used, cached == kMost ? 0 : cached));
 }
 
-/// Bytes that the process holds in memory; 0 where the system does not say.
-std::uint64_t held_memory() {
-  std::ifstream file("/proc/self/statm");
-  std::uint64_t all = 0, resident = 0;
-  if (!(file >> all >> resident)) return 0;
+/// Bytes that the process holds in memory; 0 where the system does not say. Allocates nothing.
+std::uint64_t held_memory() noexcept {
+  std::array<char, 128> text{};
+  const int file = open("/proc/self/statm", O_RDONLY | O_CLOEXEC);
+  if (file < 0) return 0;
+  const bool any = read(file, text.data(), text.size() - 1) > 0;
+  close(file);
+  const char* second = any ? std::strchr(text.data(), ' ') : nullptr;
+  const std::uint64_t resident = second == nullptr ? 0 : std::strtoull(second, nullptr, 10);
   return resident * static_cast<std::uint64_t>(sysconf(_SC_PAGESIZE));
 }
 
@@ -96,8 +108,12 @@ std::uint64_t free_memory() {
 std::uint64_t memory_limit() {
   const std::uint64_t set = limit_that_was_set;
   if (set != 0) return set;
-  static const std::uint64_t unset = default_limit();
-  return unset;
+  // No static of a function: what it allocates asks for the limit again.
+  static std::atomic<std::uint64_t> unset{0};
+  std::uint64_t first = unset;
+  if (first != 0) return first;
+  const std::uint64_t made = default_limit();
+  return unset.compare_exchange_strong(first, made) ? made : first;
 }
 
 void set_memory_limit(std::uint64_t bytes) noexcept { limit_that_was_set = bytes; }
@@ -109,6 +125,36 @@ std::uint64_t memory_left() {
 
 void count_untouched(std::int64_t bytes) noexcept { untouched += bytes; }
 
+bool memory_fits(std::uint64_t bytes) {
+  if (bytes <= memory_left()) return true;
+#ifdef __GLIBC__
+  malloc_trim(0);
+#endif
+  return bytes <= memory_left();
+}
+
+namespace {
+thread_local bool obeys = false;
+thread_local std::size_t taken_unasked = 0;
+}  // namespace
+
+void obey_memory_limit() noexcept { obeys = true; }
+
+bool may_take(std::size_t bytes) {
+  constexpr std::size_t kBetweenLooks = std::size_t{1} << 20;
+  if (!obeys || (taken_unasked += std::min(bytes, kBetweenLooks)) < kBetweenLooks) return true;
+  taken_unasked = 0;
+  const auto fits = [bytes] {
+    const auto more = static_cast<std::uint64_t>(std::max<std::int64_t>(0, untouched));
+    return held_memory() + more + bytes <= memory_limit();
+  };
+  if (fits()) return true;
+#ifdef __GLIBC__
+  malloc_trim(0);
+#endif
+  return fits();
+}
+
 void fail_for_stage(const std::string& problem) {
   throw Error(ErrorCode::internal,
               problem + ". Use smaller inputs or a smaller size, or raise the `memory_limit`.");
@@ -116,8 +162,8 @@ void fail_for_stage(const std::string& problem) {
 
 void require_memory(const std::string& what, std::uint64_t bytes, const MemoryFailure& fail) {
   if (bytes <= kLittleMemory) return;
+  if (memory_fits(bytes)) return;
   const std::uint64_t left = memory_left();
-  if (bytes <= left) return;
   fail(what + " would take " + mebibytes(bytes) + " of memory, but only " + mebibytes(left) +
        " are left of the memory limit");
 }

@@ -1,6 +1,7 @@
 // Memory is asked for before it is taken.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <functional>
 #include <string>
@@ -21,6 +22,16 @@ std::string mebibytes(std::uint64_t bytes);
 /// Counts memory that was taken but not yet written to, which the system does not count as held: memory_left() is so
 /// much less. \param bytes  below 0 once it is written to, or given back
 void count_untouched(std::int64_t bytes) noexcept;
+
+/// True if so many bytes fit into what is left; else what the allocator keeps of freed memory is given back first.
+bool memory_fits(std::uint64_t bytes);
+
+/// From here on the calling thread's blocks are asked for by may_take(): it is none of a driver's.
+void obey_memory_limit() noexcept;
+
+/// For a program's operator new: false where the calling thread obeys the limit and a block of so many bytes would pass
+/// it. Looks once in a MiB, some microseconds.
+bool may_take(std::size_t bytes);
 
 /// Says that memory is short; must throw. \param problem  such as "The maps would take 3 MiB of memory, but
 /// only 2 MiB are left"

@@ -9,6 +9,7 @@
 #include <thread>
 #include <vector>
 
+#include "base/memory.h"
 #include "base/progress_guard.h"
 #include "kiln/error.h"
 #include "kiln/limits.h"
@@ -81,7 +82,12 @@ void parallel_pieces(std::size_t count, std::size_t grain, const void* body,
   {
     std::vector<std::jthread> pool;
     pool.reserve(threads - 1);
-    for (std::size_t i = 1; i < threads; ++i) pool.emplace_back(work);
+    for (std::size_t i = 1; i < threads; ++i) {
+      pool.emplace_back([&] {
+        obey_memory_limit();
+        work();
+      });
+    }
     work();
   }
   if (error) std::rethrow_exception(error);

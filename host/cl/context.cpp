@@ -79,7 +79,8 @@ void check(cl_int status, std::string_view what) {
   throw Error(ErrorCode::device, std::string(what) + " failed with " + status_name(status) + ".");
 }
 
-Buffer::Buffer(Context& context, std::size_t bytes) : bytes_(bytes), context_(&context) {
+Buffer::Buffer(Context& context, std::size_t bytes, const void* data)
+    : bytes_(bytes), context_(&context) {
   if (bytes == 0) return;
   const DeviceInfo& info = context.info();
   if (bytes > info.largest_buffer_bytes) {
@@ -89,7 +90,7 @@ Buffer::Buffer(Context& context, std::size_t bytes) : bytes_(bytes), context_(&c
                                        " in one. Use a smaller mesh, or another device.");
   }
   // A CPU's memory is ours. Small buffers are not asked for.
-  if (!info.is_gpu && bytes > (std::size_t{1} << 24) && bytes > memory_left()) {
+  if (!info.is_gpu && bytes > (std::size_t{1} << 20) && !memory_fits(bytes)) {
     throw Error(ErrorCode::internal, "A buffer of the device would take " + megabytes(bytes) +
                                          " of memory, but only " + megabytes(memory_left()) +
                                          " are left of the memory limit. Use smaller inputs or a "
@@ -97,7 +98,10 @@ Buffer::Buffer(Context& context, std::size_t bytes) : bytes_(bytes), context_(&c
   }
   cl_int status = CL_SUCCESS;
   driver([&] {
-    memory_ = clCreateBuffer(context.get(), CL_MEM_READ_WRITE, bytes, nullptr, &status);
+    // The driver only reads what it copies, though the pointer is to what may be written.
+    memory_ = clCreateBuffer(context.get(),
+                             CL_MEM_READ_WRITE | (data == nullptr ? 0 : CL_MEM_COPY_HOST_PTR),
+                             bytes, const_cast<void*>(data), &status);
     return status;
   });
   if (status != CL_SUCCESS) {
@@ -106,7 +110,7 @@ Buffer::Buffer(Context& context, std::size_t bytes) : bytes_(bytes), context_(&c
                                        megabytes(context.device_bytes()) + " are in use.");
   }
   context.account(static_cast<std::int64_t>(bytes));
-  if (info.is_gpu) return;
+  if (info.is_gpu || data != nullptr) return;
   untouched_ = true;
   count_untouched(static_cast<std::int64_t>(bytes));
 }
@@ -201,6 +205,7 @@ void Context::set_raw_argument(const Kernel& kernel, cl_uint index, const void* 
 }
 
 void Context::enqueue(const Kernel& kernel, std::size_t count, std::size_t local) {
+  ++commands_;
   const std::size_t global = (count + local - 1) / local * local;
   check(driver([&] {
           return clEnqueueNDRangeKernel(queue_, kernel.get(), 1, nullptr, &global, &local, 0,
@@ -211,7 +216,10 @@ void Context::enqueue(const Kernel& kernel, std::size_t count, std::size_t local
 
 /// Waits for everything enqueued where somebody wants to know meanwhile.
 void Context::wait() {
-  if (!ProgressGuard::active()) return;
+  if (ProgressGuard::active()) wait_within(std::chrono::steady_clock::duration::max());
+}
+
+bool Context::wait_within(std::chrono::steady_clock::duration most) {
   struct Event {
     cl_event event = nullptr;
     ~Event() {
@@ -231,11 +239,12 @@ void Context::wait() {
                                   &status, nullptr);
           }),
           what);
-    if (status <= CL_COMPLETE) return;
+    if (status <= CL_COMPLETE) return true;
     const auto waited = std::chrono::steady_clock::now() - start;
+    if (waited > most) return false;
     std::this_thread::sleep_for(std::clamp<std::chrono::nanoseconds>(
         waited / 16, std::chrono::microseconds{10}, std::chrono::microseconds{4000}));
-    ProgressGuard::poll();
+    if (ProgressGuard::active()) ProgressGuard::poll();
   }
 }
 
@@ -244,8 +253,18 @@ void Context::finish() {
   check(driver([&] { return clFinish(queue_); }), "Waiting for " + info_.name);
 }
 
+bool Context::finish_within(double seconds) {
+  using Clock = std::chrono::steady_clock;
+  if (wait_within(
+          std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(seconds))))
+    return true;
+  note_driver_failure();
+  return false;
+}
+
 void Context::fill_bytes(const Buffer& buffer, const void* value, std::size_t value_bytes,
                          std::size_t bytes) {
+  ++commands_;
   if (bytes == 0) return;
   buffer.touch();
   check(driver([&] {
@@ -274,6 +293,7 @@ void in_pieces(std::size_t bytes, const Copy& copy) {
 // A blocking copy waits for all that was enqueued before it, which may be the driver's compiler, too.
 void Context::write_bytes(const Buffer& buffer, std::size_t offset, const void* data,
                           std::size_t bytes) {
+  ++commands_;
   wait();
   buffer.touch();
   in_pieces(bytes, [&](std::size_t at, std::size_t piece) {
@@ -286,6 +306,7 @@ void Context::write_bytes(const Buffer& buffer, std::size_t offset, const void* 
 }
 
 void* Context::map_bytes(const Buffer& buffer, std::size_t bytes) {
+  ++commands_;
   wait();
   buffer.touch();
   cl_int status = CL_SUCCESS;
@@ -307,6 +328,7 @@ void Context::unmap(const Buffer& buffer, void* data) {
 }
 
 void Context::read_bytes(const Buffer& buffer, std::size_t offset, void* data, std::size_t bytes) {
+  ++commands_;
   wait();
   in_pieces(bytes, [&](std::size_t at, std::size_t piece) {
     check(driver([&] {

@@ -7,6 +7,7 @@
 #include <CL/cl.h>
 
 #include <atomic>
+#include <chrono>
 #include <cstddef>
 #include <cstdint>
 #include <functional>
@@ -42,7 +43,8 @@ class BinaryCache;
 class Buffer {
  public:
   Buffer() = default;
-  Buffer(Context& context, std::size_t bytes);
+  /// \param data  if not null, what it holds; it is copied at once: no command that waits for others
+  Buffer(Context& context, std::size_t bytes, const void* data = nullptr);
   Buffer(Buffer&& other) noexcept { swap(other); }
   Buffer& operator=(Buffer&& other) noexcept {
     Buffer moved(std::move(other));
@@ -80,10 +82,9 @@ class Array {
   Array() = default;
   /// Uninitialised.
   Array(Context& context, std::size_t size) : buffer_(context, size * sizeof(T)), size_(size) {}
-  /// Copied from the host (blocking).
-  Array(Context& context, std::span<const T> data) : Array(context, data.size()) {
-    write(context, data);
-  }
+  /// Copied from the host, at once.
+  Array(Context& context, std::span<const T> data)
+      : buffer_(context, data.size_bytes(), data.data()), size_(data.size()) {}
 
   std::size_t size() const { return size_; }
   bool empty() const { return size_ == 0; }
@@ -173,12 +174,16 @@ class KILN_HIDDEN Context {
 
   /// Waits for everything enqueued.
   void finish();
+  /// Waits so long at most. \returns false where something is still running; then no driver is called any more
+  bool finish_within(double seconds);
 
   /// Seconds spent in clBuildProgram (and loading from the driver's cache) so far.
   double build_seconds() const;
   /// Bytes of device memory held now, and the most there ever were.
   std::uint64_t device_bytes() const { return device_bytes_; }
   std::uint64_t peak_device_bytes() const { return peak_device_bytes_; }
+  /// Commands enqueued so far: what tests of growth count.
+  std::uint64_t commands() const { return commands_; }
   /// Bytes that this thread has taken of any device, less those that it has given back: what a piece of
   /// work holds, whatever other threads do beside it.
   static std::int64_t bytes_of_thread();
@@ -220,6 +225,8 @@ class KILN_HIDDEN Context {
   void set_raw_argument(const Kernel& kernel, cl_uint index, const void* value, std::size_t bytes);
   void enqueue(const Kernel& kernel, std::size_t count, std::size_t local);
   void wait();
+  /// \param most  waits no longer \returns false where it took longer
+  bool wait_within(std::chrono::steady_clock::duration most);
   void fill_bytes(const Buffer& buffer, const void* value, std::size_t value_bytes,
                   std::size_t bytes);
   void write_bytes(const Buffer& buffer, std::size_t offset, const void* data, std::size_t bytes);
@@ -238,7 +245,9 @@ class KILN_HIDDEN Context {
   mutable std::mutex programs_mutex_;
   std::map<std::string, std::shared_ptr<Build>> programs_;
   double build_seconds_ = 0;
+  std::atomic<bool> has_compiled_{false};
   std::mutex launch_mutex_;  ///< From the first argument of a launch to its place in the queue
+  std::atomic<std::uint64_t> commands_{0};
   std::atomic<std::uint64_t> device_bytes_{0};
   std::atomic<std::uint64_t> peak_device_bytes_{0};
 };

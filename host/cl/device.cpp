@@ -1,8 +1,10 @@
 #include <algorithm>
 #include <cctype>
+#include <cstdint>
 #include <cstdlib>
 
 #include "base/lower_case.h"
+#include "base/memory.h"
 #include "cl/context.h"
 #include "cl/describe.h"
 #include "cl/driver.h"
@@ -97,6 +99,8 @@ std::vector<Found> ask_for_devices() {
 }
 
 std::vector<Found> find_devices() {
+  constexpr std::uint64_t kBytesOfDriver = std::uint64_t{60} << 20;  // 68 are PoCL's
+  require_memory("Loading OpenCL drivers", kBytesOfDriver);
   std::vector<Found> found;
   cl::driver([&] {
     found = ask_for_devices();

@@ -14,12 +14,14 @@ static_assert(std::atomic<bool>::is_always_lock_free);
 thread_local volatile int depth = 0;
 // Calls of all threads: how many have begun, and how many have ended.
 std::atomic<std::uint64_t> begun{0}, ended{0};
+std::atomic<int> own_maps{0};
 std::atomic<pid_t> opened_by{0};  // the process that opened the last device
 
 }  // namespace
 
 bool driver_failed() noexcept { return failed.load(); }
 bool in_driver() noexcept { return depth > 0; }
+bool runs_own_map() noexcept { return own_maps > 0; }
 
 namespace ocl {
 
@@ -31,6 +33,9 @@ DriverCall::~DriverCall() {
   ++ended;
   depth = depth - 1;
 }
+
+OwnMapRun::OwnMapRun() noexcept { ++own_maps; }
+OwnMapRun::~OwnMapRun() { --own_maps; }
 
 std::uint64_t call_under_way() noexcept {
   const std::uint64_t done = ended, all = begun;

@@ -23,6 +23,14 @@ std::uint64_t call_under_way() noexcept;
 /// For a handler of an exception that came out of the driver: no call is made after this.
 void note_driver_failure() noexcept;
 
+/// Around the run of a kernel that has a function of the user's: runs_own_map() is true meanwhile.
+class OwnMapRun {
+ public:
+  OwnMapRun() noexcept;
+  ~OwnMapRun();
+  OwnMapRun(const OwnMapRun&) = delete;
+};
+
 /// \throws Error(device) where the driver has failed, now or before
 [[noreturn]] void throw_driver_failure();
 

@@ -16,6 +16,9 @@ bool driver_failed() noexcept;
 /// Async-signal-safe.
 bool in_driver() noexcept;
 
+/// True while a kernel with a function of the user's runs. Async-signal-safe.
+bool runs_own_map() noexcept;
+
 /// True of PoCL's driver `basic`: kernels run on the thread that waits for them, and several threads may wait for each
 /// other without end. Device::open() takes another where there is one and none is named.
 bool may_wait_for_itself(const DeviceInfo& info);

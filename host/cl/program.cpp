@@ -5,6 +5,7 @@
 #include <system_error>
 #include <utility>
 
+#include "base/memory.h"
 #include "base/progress_guard.h"
 #include "cl/binary_cache.h"
 #include "cl/embedded.h"
@@ -77,6 +78,11 @@ std::shared_ptr<Context::Program> Context::build(std::string_view source, const 
   const bool own = code != ErrorCode::input;  // A text of the user's may include files that change.
   if (own) {
     if (std::shared_ptr<Program> loaded = load(source, options)) return loaded;
+  }
+  // Compilers of CPUs' drivers take that once, and keep it: LLVM, of PoCL.
+  constexpr std::uint64_t kBytesOfCompiler = std::uint64_t{150} << 20;
+  if (!info_.is_gpu && !has_compiled_.exchange(true)) {
+    require_memory("Compiling kernels, which is kept for later runs,", kBytesOfCompiler);
   }
   auto built = std::make_shared<Program>();
   const char* text = source.data();

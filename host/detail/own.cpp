@@ -5,10 +5,12 @@
 #include <array>
 #include <atomic>
 #include <cmath>
+#include <cstdio>
 #include <sstream>
 #include <string>
 
 #include "base/parallel.h"
+#include "cl/driver.h"
 #include "image/gutter.h"
 #include "mesh/kernels_shared.h"
 #include "mesh/low_shading.h"
@@ -30,6 +32,7 @@ class Own : public MapMaker {
         reads_(request.reads()),
         name_(name),
         channels_(map.channels),
+        seconds_(request.options.own_map_seconds),
         two_sided_(request.options.match.two_sided),
         origin_(map_origin(request.options, request.source.frame)),
         kernel_(context_.kernel_with("own", "kiln_own_values", map.source, map.file)),
@@ -105,6 +108,8 @@ class Own : public MapMaker {
     params.center_x = static_cast<float>(source_.frame.center[0] - origin_[0]);
     params.center_y = static_cast<float>(source_.frame.center[1] - origin_[1]);
     params.center_z = static_cast<float>(source_.frame.center[2] - origin_[2]);
+    context_.finish();  // What was enqueued before is not the function's.
+    const cl::OwnMapRun here;
     for (; params.first < band.sample_count; params.first = params.end) {
       params.end = params.first + std::min(kSamplesPerLaunch, band.sample_count - params.first);
       context_.launch(kernel_, params.end - params.first, kLocal, params, band.triangle,
@@ -112,7 +117,13 @@ class Own : public MapMaker {
                       match.distance, match.status, positions_, triangles_,
                       source_.attributes.normal_indices, source_.attributes.normals, uvs_,
                       uv_triangles_, tree.nodes, tree.blocks, values_);
-      context_.finish();
+      if (context_.finish_within(seconds_)) continue;
+      char limit[32];
+      std::snprintf(limit, sizeof limit, "%g s", seconds_);
+      throw Error(ErrorCode::input,
+                  "The map " + std::string(name_) + " is not done with " +
+                      std::to_string(params.end - params.first) + " samples in " + limit +
+                      ": its function may never return. Mend it, or raise `own_map_seconds`.");
     }
     std::vector<float> values(std::size_t{4} * band.capacity);
     values_.read(context_, values);
@@ -154,6 +165,7 @@ class Own : public MapMaker {
   std::shared_ptr<BandReads> reads_;
   std::string_view name_;
   std::size_t channels_;
+  double seconds_;
   bool two_sided_;
   std::array<double, 3> origin_;
   cl::Kernel kernel_;

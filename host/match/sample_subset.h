@@ -45,7 +45,6 @@ class SampleSubset {
                     band.sample_count, band.capacity, match.capacity, indices_, result.triangle,
                     result.barycentric, result.distance, result.status, match.triangle,
                     match.barycentric, match.distance, match.status);
-    context_.finish();  // the indices go
   }
 
   TexelBand band;

@@ -76,6 +76,64 @@ bool overlap(const EdgeBox& a, const EdgeBox& b) {
   return true;
 }
 
+/// Boxes of edges, halved along their longest axis: a sweep along one axis met n^(2/3) of n edges that fill a space.
+class EdgeBoxTree {
+ public:
+  explicit EdgeBoxTree(const std::vector<EdgeBox>& boxes)
+      : boxes_(boxes), order_(boxes.size()), nodes_(4 * (boxes.size() / kLeaf + 1)) {
+    std::iota(order_.begin(), order_.end(), 0U);
+    build(0, 0, order_.size());
+  }
+
+  /// Adds the edges whose boxes overlap.
+  void find(const EdgeBox& box, std::vector<std::uint32_t>& found) const {
+    find(0, 0, order_.size(), box, found);
+  }
+
+ private:
+  static constexpr std::size_t kLeaf = 8;
+
+  void build(std::size_t node, std::size_t begin, std::size_t end) {
+    EdgeBox& all = nodes_[node] = box_of({}, 0);
+    for (std::size_t i = begin; i < end; ++i) {
+      for (std::size_t k = 0; k < 3; ++k) {
+        all.lo[k] = std::min(all.lo[k], boxes_[order_[i]].lo[k]);
+        all.hi[k] = std::max(all.hi[k], boxes_[order_[i]].hi[k]);
+      }
+    }
+    if (end - begin <= kLeaf) return;
+    std::size_t axis = 0;
+    for (const std::size_t k : {1, 2}) {
+      if (all.hi[k] - all.lo[k] > all.hi[axis] - all.lo[axis]) axis = k;
+    }
+    const std::size_t middle = (begin + end) / 2;
+    const auto at = [&](std::size_t i) { return order_.begin() + static_cast<std::ptrdiff_t>(i); };
+    std::nth_element(at(begin), at(middle), at(end), [&](std::uint32_t a, std::uint32_t b) {
+      return std::tie(boxes_[a].lo[axis], a) < std::tie(boxes_[b].lo[axis], b);
+    });
+    build(2 * node + 1, begin, middle);
+    build(2 * node + 2, middle, end);
+  }
+
+  void find(std::size_t node, std::size_t begin, std::size_t end, const EdgeBox& box,
+            std::vector<std::uint32_t>& found) const {
+    if (!overlap(nodes_[node], box)) return;
+    if (end - begin <= kLeaf) {
+      for (std::size_t i = begin; i < end; ++i) {
+        if (overlap(boxes_[order_[i]], box)) found.push_back(order_[i]);
+      }
+      return;
+    }
+    const std::size_t middle = (begin + end) / 2;
+    find(2 * node + 1, begin, middle, box, found);
+    find(2 * node + 2, middle, end, box, found);
+  }
+
+  const std::vector<EdgeBox>& boxes_;
+  std::vector<std::uint32_t> order_;
+  std::vector<EdgeBox> nodes_;  // a node's halves are 2 n + 1 and 2 n + 2
+};
+
 }  // namespace
 
 HardEdges HardEdges::of(const LowSurface& surface) {
@@ -106,30 +164,17 @@ HardEdges HardEdges::of(const LowSurface& surface) {
 
 HardEdges::Near HardEdges::near(const LowSurface& surface, std::span<const float> widths) const {
   std::vector<EdgeBox> boxes(edges.size());
-  std::vector<std::uint32_t> order(edges.size());
-  std::iota(order.begin(), order.end(), 0U);
   for (std::size_t e = 0; e < edges.size(); ++e) {
     const Vec3 to = to_float(Vec3d(edges[e].from) + Vec3d(edges[e].along));
     boxes[e] = box_of(std::array{edges[e].from, to}, widths[e]);
   }
-  // Along one axis: only edges whose box begins before the triangle ends, and not an edge's length before it.
-  std::sort(order.begin(), order.end(), [&](std::uint32_t a, std::uint32_t b) {
-    return std::tie(boxes[a].lo[0], a) < std::tie(boxes[b].lo[0], b);
-  });
-  float longest = 0;
-  for (const EdgeBox& box : boxes) longest = std::max(longest, box.hi[0] - box.lo[0]);
+  const EdgeBoxTree tree(boxes);
   std::vector<std::vector<std::uint32_t>> lists(surface.triangles.size());
   parallel_for(lists.size(), kGrainOfEdges, [&](std::size_t begin, std::size_t end) {
     for (std::size_t t = begin; t < end; ++t) {
       if (surface.usable[t] == 0) continue;
       const auto& [a, b, c] = surface.triangles[t];
-      const EdgeBox box = box_of(std::array{a.position, b.position, c.position}, 0);
-      const auto from =
-          std::lower_bound(order.begin(), order.end(), box.lo[0] - longest,
-                           [&](std::uint32_t e, float x) { return boxes[e].lo[0] < x; });
-      for (auto e = from; e != order.end() && boxes[*e].lo[0] <= box.hi[0]; ++e) {
-        if (overlap(boxes[*e], box)) lists[t].push_back(*e);
-      }
+      tree.find(box_of(std::array{a.position, b.position, c.position}, 0), lists[t]);
       std::sort(lists[t].begin(), lists[t].end());
     }
   });

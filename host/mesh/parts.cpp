@@ -1,5 +1,6 @@
 // NamedGroups of two meshes paired by their names.
 #include <algorithm>
+#include <array>
 #include <map>
 #include <optional>
 #include <string_view>
@@ -91,29 +92,43 @@ class PartNamer {
   }
 
  private:
-  /// Patterns of one side of a list: the first that fits counts.
+  /// Patterns of one side of a list: the first that fits counts. Looked up by what stands before their stars, or else
+  /// behind them, so that many patterns and many names are not all compared.
   class List {
    public:
     void add(const std::string& pattern, std::size_t pair) {
-      if (pattern.find('*') == std::string::npos) {
+      const std::size_t star = pattern.find('*');
+      if (star == std::string::npos) {
         whole_.emplace(pattern, pair);
-      } else {
-        patterns_.emplace_back(pattern, pair);
+        return;
       }
+      const bool headed = star > 0;
+      const std::string key =
+          headed ? pattern.substr(0, star) : pattern.substr(pattern.rfind('*') + 1);
+      patterns_[headed ? 0 : 1][key.size()][key].emplace_back(pattern, pair);
     }
     std::optional<std::size_t> first(const std::string& name) const {
       std::optional<std::size_t> pair;
       if (const auto whole = whole_.find(name); whole != whole_.end()) pair = whole->second;
-      for (const auto& [pattern, number] : patterns_) {
-        if (pair && *pair < number) break;
-        if (first_star(name, pattern)) return number;
+      for (const bool headed : {true, false}) {
+        for (const auto& [size, by_key] : patterns_[headed ? 0 : 1]) {
+          if (size > name.size()) break;
+          const auto with = by_key.find(name.substr(headed ? 0 : name.size() - size, size));
+          if (with == by_key.end()) continue;
+          for (const auto& [pattern, number] : with->second) {
+            if (pair && *pair <= number) break;
+            if (first_star(name, pattern)) pair = number;
+          }
+        }
       }
       return pair;
     }
 
    private:
+    using Patterns = std::vector<std::pair<std::string, std::size_t>>;
     std::unordered_map<std::string, std::size_t> whole_;
-    std::vector<std::pair<std::string, std::size_t>> patterns_;
+    /// By the length of a key, those with a head and those without.
+    std::array<std::map<std::size_t, std::unordered_map<std::string, Patterns>>, 2> patterns_;
   };
 
   const PartNames& names_;

@@ -8,6 +8,7 @@
 #include <numeric>
 #include <optional>
 #include <span>
+#include <unordered_map>
 #include <utility>
 #include <vector>
 
@@ -74,27 +75,30 @@ std::vector<Triangle> simplified(const Input& mesh, std::size_t faces, double er
   return result;
 }
 
-/// A piece by itself: its border stays.
+/// A piece by itself: its border stays. Nothing here is of the whole mesh's size.
+/// \param scale  of the whole mesh
 std::vector<Triangle> simplified_piece(const Input& mesh, const std::vector<std::uint32_t>& piece,
-                                       std::size_t faces, double error) {
-  std::vector<std::uint32_t> number(mesh.positions.size(), kNoVertex), given;
+                                       std::size_t faces, double error, float scale) {
+  std::unordered_map<std::uint32_t, std::uint32_t> number;
+  number.reserve(piece.size());
+  std::vector<std::uint32_t> given;
   std::vector<Vec3> positions;
   std::vector<Triangle> triangles;
   triangles.reserve(piece.size());
   for (const std::uint32_t t : piece) {
     Triangle corners = mesh.triangles[t];
     for (std::uint32_t& vertex : corners) {
-      if (number[vertex] == kNoVertex) {
-        number[vertex] = static_cast<std::uint32_t>(given.size());
+      const auto [place, added] = number.emplace(vertex, static_cast<std::uint32_t>(given.size()));
+      if (added) {
         given.push_back(vertex);
         positions.push_back(mesh.positions[vertex]);
       }
-      vertex = number[vertex];
+      vertex = place->second;
     }
     triangles.push_back(corners);
   }
   // meshoptimizer takes errors as shares of what it is given.
-  const double larger = scale_of(mesh.positions) / std::max(scale_of(positions), 1e-12F);
+  const double larger = scale / std::max(scale_of(positions), 1e-12F);
   std::vector<Triangle> result =
       simplified({positions, triangles}, faces, error * larger, meshopt_SimplifyLockBorder);
   for (Triangle& t : result) {
@@ -155,13 +159,14 @@ std::vector<Triangle> simplified_by_pieces(const Input& mesh,
     }
   }
   const std::size_t untouched = result.size();
+  const float scale = scale_of(mesh.positions);
   parallel_for(pieces.size() + 1, 1, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
       if (i == pieces.size()) {
         meanwhile();
       } else if (is_known[i] == 0) {
         const auto goal = static_cast<std::size_t>(share * static_cast<double>(pieces[i].size()));
-        parts[i] = simplified_piece(mesh, pieces[i], goal + more[i], error);
+        parts[i] = simplified_piece(mesh, pieces[i], goal + more[i], error, scale);
       }
     }
   });

@@ -123,6 +123,34 @@ TEST_F(Crashes, AMissingLinkerIsNamed) {
   EXPECT_EQ(result.errors.find("damaged"), std::string::npos) << result.errors;
 }
 
+/// Functions of the user's that no driver survives, and one that never returns.
+TEST_F(Crashes, OfMapsOfTheUsersAreTold) {
+  const auto run = [&](const std::string& body) {
+    std::ofstream(folder_ / "own.cl") << body;
+    std::vector<std::string> all = words(folder_ / "out");
+    *std::find(all.begin(), all.end(), "mask") = "own=" + (folder_ / "own.cl").string();
+    all.insert(all.end(), {"--map-seconds", "2"});
+    const ProcessResult result = test::run_kiln(all);
+    EXPECT_FALSE(fs::exists(folder_ / "out"));
+    return result;
+  };
+  const std::string begin = "float4 kiln_map(const kiln_point* p) { ";
+  for (const std::string& body : {begin + "volatile float a[4000000]; for (int i = 0; i < 4000000; "
+                                          "++i) a[i] = i; return (float4)(a[77]); }",
+                                  "float f(float x, int n) { volatile float a[64]; a[n & 63] = x; "
+                                  "return n < 0 ? x : f(x + a[0], n + 1) + a[1]; }\n" +
+                                      begin + "return (float4)(f(p->position.x, 0)); }"}) {
+    const ProcessResult result = run(body);
+    EXPECT_EQ(result.exit_code, 3) << result.errors;
+    EXPECT_NE(result.errors.find("A map of your own"), std::string::npos) << result.errors;
+    EXPECT_EQ(result.errors.find("Trying"), std::string::npos) << result.errors;
+  }
+  const ProcessResult endless = run(
+      begin + "volatile int x = 1; while (x != 0) x = x == 9 ? 1 : x + 2; return (float4)(x); }");
+  EXPECT_EQ(endless.exit_code, 3) << endless.errors;
+  EXPECT_NE(endless.errors.find("raise --map-seconds"), std::string::npos) << endless.errors;
+}
+
 TEST_F(Crashes, ACacheOnAFullDiskIsLeftForAnEmptyOne) {
   const fs::path cache = folder_ / "small", temporary = folder_ / "temporary";
   fs::create_directory(cache);

@@ -70,7 +70,8 @@ TEST_F(Limits, OfMemoryAreObeyedByReadersAndStages) {
     EXPECT_NE(result.errors.find(text), std::string::npos) << result.errors;
     EXPECT_NE(result.errors.find("--memory-limit"), std::string::npos) << result.errors;
   };
-  EXPECT_EQ(test::run_kiln(bake("64", folder_ / "small")).exit_code, 0);
+  const ProcessResult small = test::run_kiln(bake("64", folder_ / "small"));
+  EXPECT_EQ(small.exit_code, 0) << small.errors;
   refused(bake("8192", folder_ / "large"), 1, "The maps would take");
   EXPECT_FALSE(fs::exists(folder_ / "large"));
   // Readers say which file: one of 6 million faces in a few bytes each.
@@ -112,6 +113,63 @@ TEST_F(Limits, OfMemoryAreObeyedByPictures) {
     EXPECT_FALSE(fs::exists(folder_ / "picture.png"));
   }
   EXPECT_EQ(render({"--size", "128", "--views", "12"}, "300M").exit_code, 0);
+}
+
+// The most that a run holds is its limit and a twentieth, whatever takes the memory: maps, bands, rays, files, meshes.
+// tools/bench/memory_limit.py looks at 40 commands.
+TEST_F(Limits, OfMemoryAreKept) {
+  save_obj(test::BumpySphere::dense(100'000), folder_ / "high.obj");
+  constexpr std::uint64_t kLeast = std::uint64_t{140} << 20;  // of which the driver has most
+  const std::string high = folder_ / "high.obj", low = folder_ / "low.obj";
+  int refused = 0, done = 0;
+  for (const Words& words :
+       std::vector<Words>{{"bake", high, low, "--size", "1024", "--format", "exr", "--mips"},
+                          {"bake", high, low, "--size", "512", "--maps", "normal,ao,id",
+                           "--ao-rays", "4", "--samples", "2"},
+                          {"bake", high, low, "--size", "512", "--cage", "auto"},
+                          {"bake", high, "--faces", "500", "--size", "512", "--match", "closest"},
+                          {"simplify", high, "--max-error", "1%"}}) {
+    const auto run = [&](std::uint64_t limit) {
+      const fs::path out = folder_ / "limited";
+      fs::remove_all(out);
+      Words all = words;
+      all.insert(all.end(), {"--quiet", "--out", out / (words[0] == "bake" ? "" : "low.obj"),
+                             "--memory-limit", std::to_string(limit)});
+      ProcessResult result = test::run_kiln(all);
+      if (result.exit_code != 0) {
+        EXPECT_EQ(result.exit_code, 1) << result.errors;
+        EXPECT_NE(result.errors.find("--memory-limit"), std::string::npos) << result.errors;
+        EXPECT_FALSE(fs::exists(out));
+      }
+      return result;
+    };
+    constexpr std::uint64_t kEnough = std::uint64_t{4} << 30;
+    run(kEnough);  // Kernels go to the cache.
+    const ProcessResult alone = run(kEnough);
+    EXPECT_EQ(alone.exit_code, 0) << alone.errors;
+    for (const double share : {0.6, 0.75, 0.9, 1.0}) {
+      const auto limit = std::max(
+          kLeast, static_cast<std::uint64_t>(share * static_cast<double>(alone.peak_bytes)));
+      const ProcessResult result = run(limit);
+      EXPECT_LE(result.peak_bytes, limit + limit / 20)
+          << words[1] << " " << words[4] << " " << share;
+      ++(result.exit_code == 0 ? done : refused);
+    }
+  }
+  EXPECT_GE(refused, 3);
+  EXPECT_GE(done, 3);
+}
+
+// PoCL's compiler takes 150 MiB, once.
+TEST_F(Limits, OfMemoryHoldACompiler) {
+  Words words = bake("16", folder_ / "out");
+  words.insert(words.end(), {"--memory-limit", "190M"});
+  test::ProcessOptions options;
+  options.environment["POCL_CACHE_DIR"] = folder_ / "cache";
+  const ProcessResult result = test::run_kiln(words, options);
+  EXPECT_EQ(result.exit_code, 1);
+  EXPECT_NE(result.errors.find("Compiling kernels"), std::string::npos) << result.errors;
+  EXPECT_LE(result.peak_bytes, std::uint64_t{200} << 20);
 }
 
 // The system does not count memory that was taken but not yet written to.
@@ -169,10 +227,10 @@ TEST_F(Limits, OfMemoryAreObeyedByVolumesAndCharts) {
   refused({ramp, "--iso", "60", "--size", "8192"}, "The low poly of volume 'ramp' and its map");
   refused({ramp, "--iso", "60", "--size", "2048", "--unwrap", "charts"},
           "The low poly of volume 'ramp' and its map");
-  EXPECT_EQ(test::run_kiln({"volume", ramp, "--iso", "60", "--size", "64", "--out",
-                            folder_ / "small", "--memory-limit", "200M"})
-                .exit_code,
-            0);
+  Words small = {"volume", ramp, "--iso", "60", "--size", "64", "--out", folder_ / "small"};
+  EXPECT_EQ(test::run_kiln(small).exit_code, 0);  // Kernels go to the cache.
+  small.insert(small.end(), {"--memory-limit", "200M"});
+  EXPECT_EQ(test::run_kiln(small).exit_code, 0);
   const Mesh mesh = test::BumpySphere::dense(200'000);
   for (const UnwrapMethod method : {UnwrapMethod::pairs, UnwrapMethod::charts}) {
     set_memory_limit(1);

@@ -101,7 +101,9 @@ ProcessResult run_process(const std::vector<std::string>& command, const Process
     if (elapsed > options.timeout_seconds) kill(child, SIGKILL);
   }
   int status = 0;
-  waitpid(child, &status, 0);
+  rusage used{};
+  wait4(child, &status, 0, &used);
+  result.peak_bytes = static_cast<std::uint64_t>(used.ru_maxrss) << 10;
   close(out[0]);
   close(err[0]);
   result.exit_code = WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);

@@ -25,6 +25,7 @@ struct ProcessResult {
   std::string output;  ///< Standard output
   std::string errors;  ///< Standard error
   double seconds = 0;
+  std::uint64_t peak_bytes = 0;      ///< The most that it held in memory at once
   double seconds_after_signal = -1;  ///< Below 0 where it ended before
 };
 

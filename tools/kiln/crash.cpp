@@ -8,6 +8,7 @@
 
 #include <algorithm>
 #include <array>
+#include <atomic>
 #include <cerrno>
 #include <cstdio>
 #include <cstdlib>
@@ -39,7 +40,9 @@ char keep_variable[] = "KILN_KEEP_BINARIES=0";  // what is thrown away is not wo
 char** arguments = nullptr;
 int tries_before = 0;
 bool may_retry = false;
-volatile sig_atomic_t crashed = 0;
+std::atomic<bool> crashed{false};
+static_assert(std::atomic<bool>::is_always_lock_free);
+thread_local volatile sig_atomic_t handles = 0;
 
 void say(const char* text) {
   [[maybe_unused]] const auto ignored = write(STDERR_FILENO, text, std::strlen(text));
@@ -107,16 +110,28 @@ bool find_linker() {
   return false;
 }
 
+constexpr const char* kOwnMap =
+    "kiln: A map of your own (--maps NAME=FILE.cl) made the driver crash: recursion, arrays larger "
+    "than its threads' "
+    "stack, or places beyond an array. Mend its function.\n";
+
 [[noreturn]] void end_by_driver() {
   say(has_linker ? kCrashed : kNoLinker);
   _exit(static_cast<int>(ErrorCode::device));
 }
 
 extern "C" void on_crash(int number) {
-  // Within the handler, or on two threads at once.
-  if (crashed != 0) _exit(static_cast<int>(ErrorCode::device));
-  crashed = 1;
+  if (handles != 0) _exit(static_cast<int>(ErrorCode::device));  // within the handler
+  handles = 1;
+  // On two threads at once: the first ends the process.
+  if (crashed.exchange(true)) {
+    for (;;) pause();
+  }
   remove_temporary_files();
+  if (runs_own_map() && (in_driver() || !on_main_thread())) {
+    say(kOwnMap);
+    _exit(static_cast<int>(ErrorCode::input));
+  }
   if (!in_driver() && on_main_thread()) {
     if (number == SIGABRT) {
       say("kiln: Memory ran out, or a library gave up: see the lines above.\n");
@@ -179,7 +194,7 @@ void catch_crashes(char** argv) noexcept {
     if (sigaction(number, nullptr, &before) != 0 || before.sa_handler != SIG_DFL) continue;
     struct sigaction action {};
     action.sa_handler = on_crash;
-    action.sa_flags = SA_NODEFER;
+    action.sa_flags = SA_NODEFER | SA_ONSTACK;
     sigaction(number, &action, nullptr);
   }
 }

@@ -11,6 +11,7 @@
 #include <string>
 #include <string_view>
 
+#include "base/memory.h"
 #include "cl/driver_state.h"
 #include "crash.h"
 #include "interrupt.h"
@@ -96,12 +97,16 @@ int kiln::cli::program_main(int argc, char** argv, std::span<const CommandEntry>
   try {
     if (cli::supervised(exit_code)) return exit_code;
     keep_memory();
+    obey_memory_limit();
     cli::catch_crashes(argv);
     cli::catch_interrupts();
     exit_code = run(argc, argv, commands);
   } catch (const std::bad_alloc&) {
-    std::fputs("kiln: Memory ran out. Use a smaller --size, fewer --samples or a lighter mesh.\n",
-               stderr);
+    std::fputs(
+        "kiln: Memory ran out, or --memory-limit was reached. Use a smaller --size, fewer "
+        "--samples or a "
+        "lighter mesh, or raise --memory-limit.\n",
+        stderr);
   } catch (const std::exception& error) {
     cli::print_line(stderr, std::string("kiln: ") + error.what());
   }

@@ -225,7 +225,8 @@ Image load_image(const std::filesystem::path& path) {
   try {
     return parse_image(*source, file);
   } catch (const std::bad_alloc&) {
-    fail("pixels", "memory ran out", "Free some memory, or scale the image down.");
+    fail("pixels", "memory ran out",
+         "Free some memory, raise the `memory_limit`, or scale the image down.");
     throw;
   }
 }

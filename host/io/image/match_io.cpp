@@ -203,7 +203,7 @@ Match load_match(const std::filesystem::path& path) {
   try {
     return parse_match(*source, file, {std::uint64_t{kLargestSide} * kLargestSide});
   } catch (const std::bad_alloc&) {
-    failure("samples", "memory ran out", "Free some memory.");
+    failure("samples", "memory ran out", "Free some memory, or raise the `memory_limit`.");
     throw;
   }
 }

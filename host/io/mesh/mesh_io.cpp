@@ -206,7 +206,8 @@ Mesh load_mesh_file(const std::filesystem::path& path, const LoadMeshOptions& op
     }
     return mesh;
   } catch (const std::bad_alloc&) {
-    input.fail("", "memory ran out while it was read", "Free some memory, or use a lighter mesh.");
+    input.fail("", "memory ran out while it was read",
+               "Free some memory, raise the `memory_limit`, or use a lighter mesh.");
   }
 }
 
@@ -226,7 +227,8 @@ Mesh load_mesh(std::span<const std::byte> bytes, std::string_view name,
   try {
     return parse_named(input, std::filesystem::path(name));
   } catch (const std::bad_alloc&) {
-    input.fail("", "memory ran out while it was read", "Free some memory, or use a lighter mesh.");
+    input.fail("", "memory ran out while it was read",
+               "Free some memory, raise the `memory_limit`, or use a lighter mesh.");
   }
 }
 

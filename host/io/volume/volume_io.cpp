@@ -171,7 +171,8 @@ Volume load_volume(const std::filesystem::path& path, std::vector<Warning>* warn
   try {
     return load(input, path);
   } catch (const std::bad_alloc&) {
-    input.fail("voxels", "memory ran out", "Free some memory, or use a smaller volume.");
+    input.fail("voxels", "memory ran out",
+               "Free some memory, raise the `memory_limit`, or use a smaller volume.");
   }
 }
 

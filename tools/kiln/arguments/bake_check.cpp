@@ -394,9 +394,12 @@ void check_maps(const BakeJob& a) {
   }
 }
 
-/// How the light of ao and bent_normal is gathered.
+/// How the light of ao and bent_normal is gathered, and how long maps of the user's own may take.
 void check_occlusion(const BakeJob& a) {
   const auto given = [&](const char* flag) { return a.given.contains(flag); };
+  if (given("--map-seconds") && a.own_maps.empty()) {
+    fail_usage("--map-seconds is for maps of your own: add --maps NAME=FILE.cl, or leave it out.");
+  }
   if (a.options.occlusion.by == OcclusionBy::rays && given("--ao-views")) {
     fail_usage("--ao-views is for --ao-by views or auto: add one of them, or leave it out.");
   }

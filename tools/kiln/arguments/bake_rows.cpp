@@ -564,6 +564,11 @@ std::vector<OptionRow> make_rows() {
        .value = light_value(),
        .help = "X,Y,Z: where the light of the map shadow comes from, object space",
        .map = holds<&MapInfo::takes_light>},
+      {.flag = "--map-seconds",
+       .group = kMap,
+       .value = number(AT(options.own_map_seconds), 1, 86400).in("seconds"),
+       .help = "The most that a map of your own may take for 65,536 samples, 1 to 86400 seconds; "
+               "then the run ends"},
       {.flag = "--light-angle",
        .group = kShadow,
        .value = number(AT(options.light.angle_degrees), 0, 90).in("degrees"),
