@@ -1,6 +1,8 @@
 // kiln bake --sets: files, sizes, reports and refusals.
 #include <gtest/gtest.h>
 
+#include <cmath>
+
 #include "cli/command_scene.h"
 #include "support/json_file.h"
 
@@ -144,6 +146,43 @@ TEST(SetsCommand, ClustersAreOfASet) {
             (std::vector<std::string>{"low_clusters.1001.exr", "low_clusters.1002.exr",
                                       "low_normal.1001.png", "low_normal.1002.png",
                                       "low_normal_1.1001.png", "low_normal_1.1002.png"}));
+}
+
+/// Ten unit squares beside each other, each over all of a tile, under a surface that waves.
+TEST(SetsCommand, CopiesInOtherTilesAreTilesWhereHighDiffers) {
+  KILN_REQUIRE_DEVICE();
+  const fs::path scene = test::scratch_folder();
+  const auto grid = [](std::uint32_t squares, std::uint32_t cells, float waves) {
+    Mesh mesh;
+    for (std::uint32_t y = 0; y <= cells; ++y) {
+      for (std::uint32_t x = 0; x <= squares * cells; ++x) {
+        const float u = static_cast<float>(x) / static_cast<float>(cells);
+        const float v = static_cast<float>(y) / static_cast<float>(cells);
+        mesh.positions.push_back({u, v, 0.02F * std::sin(waves * u) * std::sin(5 * v)});
+        mesh.uvs.push_back({u, v});
+      }
+    }
+    const std::uint32_t row = squares * cells + 1;
+    for (std::uint32_t y = 0; y < cells; ++y) {
+      for (std::uint32_t x = 0; x + 1 < row; ++x) {
+        const std::uint32_t a = y * row + x;
+        mesh.triangles.push_back({a, a + 1, a + row + 1});
+        mesh.triangles.push_back({a, a + row + 1, a + row});
+      }
+    }
+    mesh.uv_triangles = mesh.triangles;
+    return mesh;
+  };
+  save_obj(grid(10, 1, 0), scene / "low.obj");
+  constexpr float kTurn = 6.2831853F;
+  for (const bool repeats : {false, true}) {
+    save_obj(grid(10, 20, repeats ? kTurn : 4), scene / "high.obj");
+    expect_exit(run_kiln(with(command(scene), {"--json", scene / "r.json"})), 0, {});
+    const auto report = read_json(scene / "r.json");
+    EXPECT_EQ(report["options"]["sets"], repeats ? "none" : "udim");
+    EXPECT_LT(report["recall"]["lost"], 0.01);
+    EXPECT_TRUE(report["warnings"].empty()) << report["warnings"];
+  }
 }
 
 /// Two low polys of one name do not write over each other's sets.

@@ -215,7 +215,7 @@ void take_sets(BakeRun& run, SetsBy by, bool chosen) {
 /// True if charts of several tiles have the same UVs there, but stand for other places of HIGH.
 bool are_tiles(const BakeRun& run, const Source& source) {
   constexpr double kMostDiffer =
-      0.5;  // of their area: less are copies that HIGH spoils here and there
+      0.05;  // of their area: from there on a warning would say what is lost
   constexpr std::uint32_t kTrialSize = 16;
   try {
     if (find_texture_sets(run.low.mesh, SetsBy::udim).size() < 2) return false;
