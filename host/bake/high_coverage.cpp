@@ -171,7 +171,9 @@ HighCoverage::HighCoverage(const MatchRequest& request, Places places, CopyCheck
   const double samples =
       double{1} * request.width * request.height * request.samples * request.samples;
   const double triangles = static_cast<double>(request.source.triangles.size());
-  if (samples > kSamplesATriangle * triangles) find_triangles(request.source);
+  const auto counting = std::count_if(seen_.begin(), seen_.end(), [](float of) { return of > 0; });
+  const double share = static_cast<double>(counting) / static_cast<double>(places_.size());
+  if (samples > kSamplesATriangle * triangles * share) find_triangles(request.source);
 }
 
 void HighCoverage::find_near(const MatchRequest& request, CopyCheck* copies) {
@@ -306,11 +308,15 @@ void HighCoverage::find_triangles(const Source::Impl& high) {
   std::vector<std::uint32_t> seen;
   std::vector<Vec3> points(places_.size());
   double farthest = 0;
+  Vec3d least = Vec3d{1, 1, 1} * INFINITY, most = least * -1;  // of those that count
   for (std::uint32_t i = 0; i < places_.size(); ++i) {
     points[i] = places_[i].position;
     if (!(seen_[i] > 0)) continue;
     seen.push_back(i);
     farthest = std::max(farthest, double{radius_[i]} * kWider);
+    const Vec3d p(points[i]);
+    least = {std::min(least.x, p.x), std::min(least.y, p.y), std::min(least.z, p.z)};
+    most = {std::max(most.x, p.x), std::max(most.y, p.y), std::max(most.z, p.z)};
   }
   const CoverageSlabs slabs(points, std::move(seen));
   struct Found {
@@ -329,6 +335,8 @@ void HighCoverage::find_triangles(const Source::Impl& high) {
       const double slack = kOutside * 4 * length(top - low);
       const std::size_t before = places.size();
       const Vec3d reach = Vec3d{1, 1, 1} * (slack + farthest);
+      const Vec3d under = top + reach - least, over = most + reach - low;
+      if (std::min({under.x, under.y, under.z, over.x, over.y, over.z}) < 0) continue;
       slabs.around(low - reach, top + reach, [&](std::uint32_t i) {
         const Vec3d p(points[i]);
         const double r = slack + double{radius_[i]} * kWider;

@@ -74,6 +74,7 @@ HighCoverageReport HighCoverage::report(const Frame& frame) const {
     places.push_back(Vec3d(places_[i].position));
     weight.push_back(double{seen_[i]});
   }
+  result.weight = all;
   if (places.empty()) return result;
   result.lost = lost / all;
   result.by_copies = by_copies / all;

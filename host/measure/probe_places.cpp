@@ -1,5 +1,6 @@
 // Which places pictures show on both meshes.
 #include <algorithm>
+#include <cmath>
 #include <numeric>
 #include <span>
 
@@ -72,7 +73,8 @@ bool NormalProbe::from_behind(std::uint32_t triangle, const Picture& picture) co
   return dot(cross(Vec3d(b.position) - origin, Vec3d(c.position) - origin), picture.toward) < 0;
 }
 
-/// Points of pixels that both meshes cover whole.
+/// Points of pixels that both meshes cover whole. No map shows on triangles without UVs, such as those of other texture
+/// sets, so they say nothing.
 std::vector<std::uint32_t> NormalProbe::points_on_both(const PictureHits& shown,
                                                        const PictureHits& dense) {
   std::vector<std::uint32_t> both;
@@ -81,6 +83,7 @@ std::vector<std::uint32_t> NormalProbe::points_on_both(const PictureHits& shown,
     for (std::size_t i = first; i < first + points_a_pixel_; ++i) {
       if (shown.triangle[i] == kUnseenTriangle) continue;
       const bool light_hit = shown.triangle[i] != KILN_NO_TRIANGLE;
+      if (light_hit && !std::isfinite(surface_.triangles[shown.triangle[i]][0].uv.x)) continue;
       const bool dense_hit = dense.triangle[i] != KILN_NO_TRIANGLE;
       if (light_hit != dense_hit) ++of_one;
       if (light_hit && dense_hit) ++of_both;

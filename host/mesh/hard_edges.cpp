@@ -22,6 +22,7 @@ struct HardSide {
   std::uint8_t at_a = 0, at_b = 0;  ///< Corners of the triangle
 };
 
+/// Sides of which an end has several normals: others are not hard.
 std::vector<HardSide> sides_of(const LowSurface& surface) {
   std::vector<Vec3> positions;
   positions.reserve(3 * surface.triangles.size());
@@ -29,13 +30,24 @@ std::vector<HardSide> sides_of(const LowSurface& surface) {
     for (const LowSurface::Corner& corner : corners) positions.push_back(corner.position);
   }
   const std::vector<std::uint32_t> welded = weld_vertices(positions);
+  std::vector<Vec3> normal(welded.size());
+  std::vector<std::uint8_t> state(welded.size());  // 0: no corner yet, 1: one normal, 2: several
+  for (std::size_t t = 0; t < surface.triangles.size(); ++t) {
+    if (surface.usable[t] == 0) continue;
+    for (std::size_t k = 0; k < 3; ++k) {
+      const std::uint32_t at = welded[3 * t + k];
+      const Vec3& own = surface.triangles[t][k].normal;
+      if (state[at] == 0) normal[at] = own;
+      state[at] = state[at] < 2 && normal[at] == own ? 1 : 2;
+    }
+  }
   std::vector<HardSide> sides;
   for (std::uint32_t t = 0; t < surface.triangles.size(); ++t) {
     if (surface.usable[t] == 0) continue;
     for (std::uint8_t k = 0; k < 3; ++k) {
       const auto next = static_cast<std::uint8_t>((k + 1) % 3);
       HardSide side{welded[3 * t + k], welded[3 * t + next], t, k, next};
-      if (side.a == side.b) continue;
+      if (side.a == side.b || (state[side.a] < 2 && state[side.b] < 2)) continue;
       if (side.a > side.b) {
         std::swap(side.a, side.b);
         std::swap(side.at_a, side.at_b);

@@ -52,12 +52,23 @@ std::vector<float> sheet_sizes(const LowSurface& surface) {
   const std::size_t count = surface.triangles.size();
   Connection connection(surface);
   std::vector<Part> parts(3 * count);
+  for (std::size_t t = 0; t < count; ++t) {
+    if (surface.usable[t] == 0) continue;
+    Part& part = parts[connection.part(t)];
+    part.normal = part.normal + normal_of(surface.triangles[t]);
+  }
+  for (std::size_t t = 0; t < count; ++t) {
+    if (surface.usable[t] == 0) continue;
+    Part& part = parts[connection.part(t)];
+    if (!(dot(normal_of(surface.triangles[t]), part.normal) > 0)) part.one_side = false;
+  }
+  // Closed parts, which are most, have two sides: there is nothing to sort.
   std::vector<std::pair<std::pair<std::uint32_t, std::uint32_t>, std::uint32_t>> sides;
   for (std::uint32_t t = 0; t < count; ++t) {
     if (surface.usable[t] == 0) continue;
     const std::uint32_t name = connection.part(t);
     Part& part = parts[name];
-    part.normal = part.normal + normal_of(surface.triangles[t]);
+    if (!part.one_side) continue;
     for (std::size_t k = 0; k < 3; ++k) {
       const Vec3d p(surface.triangles[t][k].position);
       part.lo = {std::min(part.lo.x, p.x), std::min(part.lo.y, p.y), std::min(part.lo.z, p.z)};
@@ -70,11 +81,6 @@ std::vector<float> sheet_sizes(const LowSurface& surface) {
   for (std::size_t i = 0, end = 0; i < sides.size(); i = end) {
     while (end < sides.size() && sides[end].first == sides[i].first) ++end;
     if (end == i + 1) parts[sides[i].second].has_border = true;
-  }
-  for (std::size_t t = 0; t < count; ++t) {
-    if (surface.usable[t] == 0) continue;
-    Part& part = parts[connection.part(t)];
-    if (!(dot(normal_of(surface.triangles[t]), part.normal) > 0)) part.one_side = false;
   }
   std::vector<float> sizes(count, 0.0F);
   for (std::size_t t = 0; t < count; ++t) {

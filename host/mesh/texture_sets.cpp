@@ -98,18 +98,30 @@ bool are_copies(const UvCorners& a, const UvCorners& b) {
   return true;
 }
 
-/// The share of the unit square where triangles of different sets meet. \param in_tile  every tile is moved there,
-/// and copies do not count
+/// True if triangles of different sets meet on over a hundredth of the unit square. \param in_tile  every tile is moved
+/// there, and copies do not count
 template <typename SetOf>
-double overlap_of(const Mesh& low, const SetOf& set_of, bool in_tile) {
+bool clearly_overlap(const Mesh& low, const SetOf& set_of, bool in_tile) {
   constexpr std::uint32_t kNobody = 0xFFFFFFFFU;
   std::vector<std::uint32_t> owner(std::size_t{kOverlapGrid} * kOverlapGrid, kNobody);
   std::vector<std::uint8_t> shared(owner.size(), 0);
+  const auto enough =
+      static_cast<std::uint64_t>(kClearlyOverlap * static_cast<double>(owner.size()));
   std::uint64_t cells = 0;
-  for (std::uint32_t t = 0; t < low.triangles.size(); ++t) {
+  const auto is_copy_in_tile = [&](const UvCorners& uvs) {
+    const auto cell = [&](float a, float b, float c) {
+      const double middle = (double{a} + b + c) / 3;
+      return static_cast<std::size_t>((middle - std::floor(middle)) * kOverlapGrid) % kOverlapGrid;
+    };
+    const std::uint32_t known = owner[cell(uvs[0].y, uvs[1].y, uvs[2].y) * kOverlapGrid +
+                                      cell(uvs[0].x, uvs[1].x, uvs[2].x)];
+    return known != kNobody && are_copies(corner_uvs(low, known), uvs);
+  };
+  for (std::uint32_t t = 0; t < low.triangles.size() && cells <= enough; ++t) {
     const UvCorners uvs = corner_uvs(low, t);
     if (!has_uvs(uvs)) continue;
     const auto [u, v] = in_tile ? tile_of(uvs) : std::pair<std::int64_t, std::int64_t>(0, 0);
+    if (in_tile && is_copy_in_tile(uvs)) continue;  // all of its cells are that one's
     over_uv_cells(uvs, static_cast<double>(u), static_cast<double>(v), [&](std::size_t cell) {
       if (owner[cell] == kNobody) owner[cell] = t;
       if (shared[cell] != 0 || set_of(owner[cell]) == set_of(t)) return;
@@ -118,7 +130,7 @@ double overlap_of(const Mesh& low, const SetOf& set_of, bool in_tile) {
       ++cells;
     });
   }
-  return static_cast<double>(cells) / static_cast<double>(owner.size());
+  return cells > enough;
 }
 
 TextureSet all_of(const Mesh& low) {
@@ -202,9 +214,8 @@ SetsBy choose_texture_sets(const Mesh& low) {
   validate(low);
   if (low.uv_triangles.empty()) return SetsBy::none;
   if (low.material_names.size() > 1 && !low.materials.empty() &&
-      overlap_of(
-          low, [&](std::uint32_t t) { return low.materials[t]; }, /*in_tile=*/false) >
-          kClearlyOverlap) {
+      clearly_overlap(
+          low, [&](std::uint32_t t) { return low.materials[t]; }, /*in_tile=*/false)) {
     return SetsBy::material;
   }
   bool tiled = false, in_tiles = true;
@@ -217,7 +228,7 @@ SetsBy choose_texture_sets(const Mesh& low) {
   }
   if (!tiled || !in_tiles) return SetsBy::none;
   const auto tile = [&](std::uint32_t t) { return tile_of(corner_uvs(low, t)); };
-  return overlap_of(low, tile, /*in_tile=*/true) > kClearlyOverlap ? SetsBy::udim : SetsBy::none;
+  return clearly_overlap(low, tile, /*in_tile=*/true) ? SetsBy::udim : SetsBy::none;
 }
 
 std::vector<Tangent> tangents_of(const Mesh& low) {

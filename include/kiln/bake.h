@@ -28,6 +28,7 @@ namespace KILN_PUBLIC kiln {
 /// ways. Layers closer than that are one.
 struct HighCoverageReport {
   std::uint64_t places = 0;  ///< That counted
+  double weight = 0;         ///< Of all of these, so that reports of several maps can be joined
   double lost = 0;           ///< Share that no sample stands for, 0 to 1
   double largest = 0;        ///< Share of the largest connected part of it, 0 to 1
   /// Of `lost`, the share near triangles that share others' texels and find another surface than these

@@ -46,6 +46,7 @@ std::vector<Tangent> tangents_of(const Mesh& low);
 /// The low poly to bake one set with: other sets' triangles have no UVs (NaN) and so no texels, but are there for
 /// all else: averaged normals, ray directions, occlusion. Its tangents are those of the whole mesh:
 /// give it Mesh::tangents of tangents_of() before, and many sets find them once.
+/// MatchMethod::uv finds points of the high poly at the moved UVs: its own must be moved alike.
 /// \throws Error(input) for a mesh without UVs
 Mesh low_of_set(const Mesh& low, const TextureSet& set);
 

@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "kiln/kiln.h"
+#include "kiln/plan.h"
 #include "support/environment.h"
 #include "support/shapes.h"
 
@@ -137,6 +138,49 @@ TEST(TextureSets, AreChosenWhereOneMapWouldHoldTwoSurfaces) {
   EXPECT_EQ(choose_texture_sets(below), SetsBy::none);
   EXPECT_THROW(find_texture_sets(below, SetsBy::udim), Error);
   EXPECT_THROW(find_texture_sets(below, SetsBy::object), Error);
+}
+
+/// A session of a set, and its saved match, are those of any low poly.
+TEST(TextureSets, SessionsAndSavedMatchesBakeTheSame) {
+  KILN_REQUIRE_DEVICE();
+  const Mesh low = moved(two_materials(), 1, 1, 0), high = test::BumpySphere::dense(20000);
+  const Source source(*test::device(), high);
+  BakeOptions options = options_of_sets();
+  options.report.recall = 1024;
+  const TextureSet tile = find_texture_sets(low, SetsBy::udim)[1];
+  const Mesh set = low_of_set(low, tile);
+  options.report.keep_match = true;
+  const BakeResult fresh = bake(source, set, options);
+  EXPECT_LT(fresh.report.recall->lost, 0.01);
+  options.report.keep_match = false;
+  const BakeResult again = bake(*fresh.match, source, set, options);
+  BakeSession session(*test::device(), high, set, options);
+  for (std::size_t m = 0; m < fresh.maps.size(); ++m) {
+    EXPECT_EQ(fresh.maps[m].image.pixels, again.maps[m].image.pixels);
+    EXPECT_EQ(fresh.maps[m].image.pixels, session.bake().maps[m].image.pixels);
+  }
+  const Mesh other = low_of_set(low, find_texture_sets(low, SetsBy::udim)[0]);
+  EXPECT_THROW(bake(*fresh.match, source, other, options), Error);
+}
+
+/// Pictures of what other sets show do not count: they have maps of their own.
+TEST(TextureSets, PlansMeasureTheirOwnTriangles) {
+  KILN_REQUIRE_DEVICE();
+  const Mesh low = two_materials();
+  const Source source(*test::device(), test::BumpySphere::dense(20000));
+  const Mesh set = low_of_set(low, find_texture_sets(low, SetsBy::material)[0]);
+  PlanOptions plan;
+  plan.bake = options_of_sets();
+  plan.bake.maps = {MapKind::normal};
+  plan.max_error = 90;
+  const PlannedBake all = bake_planned(source, low, plan), one = bake_planned(source, set, plan);
+  // The upper half of a sphere, from directions all around: half of the pixels.
+  EXPECT_NEAR(static_cast<double>(one.without_map.pixels),
+              0.5 * static_cast<double>(all.without_map.pixels),
+              0.02 * static_cast<double>(all.without_map.pixels));
+  // Both halves are alike, so its map is as good as all of the map.
+  EXPECT_NEAR(one.chosen.error.mean_degrees, all.chosen.error.mean_degrees,
+              0.2 * all.chosen.error.mean_degrees);
 }
 
 TEST(TextureSets, WithoutAreaThereIsNone) {

@@ -1,6 +1,8 @@
 // kiln bake --sets: files, sizes, reports and refusals.
 #include <gtest/gtest.h>
 
+#include <cmath>
+
 #include "cli/command_scene.h"
 #include "support/json_file.h"
 
@@ -71,10 +73,134 @@ TEST(SetsCommand, RefusesWhatHasNoSets) {
   expect_failure(with(command(scene), {"--size", "64"}), 2, {"--size", "twice"}, out);
   expect_failure(with(command(scene), {"--sets", "none", "--size", "body=64"}), 2, {"--sets none"},
                  out);
-  expect_failure(with(command(scene), {"--sets", "material", "--save-match", scene / "m.exr"}), 2,
-                 {"--save-match"}, out);
   expect_failure({"bake", scene / "high.obj", "--faces", "500", "--sets", "udim", "--out", out}, 2,
                  {"--sets udim", "atlas"}, out);
+}
+
+/// A saved match, and what it tells, are a set's own, named as its maps are.
+TEST(SetsCommand, MatchesAndReasonsAreOfASet) {
+  KILN_REQUIRE_DEVICE();
+  for (const bool tiles : {false, true}) {
+    const fs::path scene = make_scene_of_sets(tiles ? 1 : 0);
+    expect_exit(run_kiln(with(command(scene), {"--reasons", "--save-match", scene / "m/m.exr",
+                                               "--json", scene / "r.json"})),
+                0, {});
+    EXPECT_EQ(names(scene / "m"),
+              tiles ? (std::vector<std::string>{"m.1001.exr", "m.1002.exr"})
+                    : (std::vector<std::string>{"m_Glass_pane_1.exr", "m_body.exr"}));
+    EXPECT_EQ(names(scene / "o"),
+              tiles ? (std::vector<std::string>{"low_normal.1001.png", "low_normal.1002.png",
+                                                "low_reasons.1001.png", "low_reasons.1002.png"})
+                    : (std::vector<std::string>{"low_Glass_pane_1_normal.png",
+                                                "low_Glass_pane_1_reasons.png",
+                                                "low_body_normal.png", "low_body_reasons.png"}));
+    const auto report = read_json(scene / "r.json");
+    double weight = 0;
+    for (const auto& set : report["sets"]) {
+      EXPECT_EQ(set["reasons"][0]["reason"], "found");
+      EXPECT_GT(set["recall"]["places"], 1000);
+      weight += set["recall"]["places"].get<double>();
+    }
+    EXPECT_EQ(report["recall"]["places"], weight);
+
+    std::vector<std::string> again = command(scene);
+    again[4] = scene / "again";
+    expect_exit(run_kiln(with(again, {"--load-match", scene / "m/m.exr"})), 0, {});
+    for (const std::string& name : names(scene / "again")) {
+      EXPECT_EQ(load_image(scene / "o" / name).pixels, load_image(scene / "again" / name).pixels)
+          << name;
+    }
+    EXPECT_EQ(names(scene / "again").size(), 2U);
+    fs::remove(scene / "m" / (tiles ? "m.1002.exr" : "m_body.exr"));
+    expect_exit(run_kiln(with(again, {"--load-match", scene / "m/m.exr"})), 3,
+                {tiles ? "m.1002.exr" : "m_body.exr", tiles ? "'1002'" : "'body'"});
+  }
+}
+
+/// Each set has the size that it needs: pictures of the others do not count.
+TEST(SetsCommand, ArePlannedOneByOne) {
+  KILN_REQUIRE_DEVICE();
+  const fs::path scene = make_scene_of_sets(0);
+  std::vector<std::string> words = command(scene);
+  words.pop_back();
+  expect_exit(run_kiln(with(words, {"512", "--match", "auto", "--max-angle", "8", "--json",
+                                    scene / "r.json"})),
+              0, {});
+  const auto report = read_json(scene / "r.json");
+  ASSERT_EQ(report["sets"].size(), 2U);
+  for (const auto& set : report["sets"]) {
+    EXPECT_TRUE(set["auto"]["reached"]);
+    EXPECT_LE(set["auto"]["chosen"]["mean_angle_degrees"], 8);
+    EXPECT_LT(set["width"], 512);
+    EXPECT_EQ(load_image(set["files"][0].get<std::string>()).width, set["width"]);
+  }
+}
+
+TEST(SetsCommand, ClustersAreOfASet) {
+  KILN_REQUIRE_DEVICE();
+  const fs::path scene = make_scene_of_sets(1);
+  expect_exit(run_kiln(with(command(scene), {"--match", "visibility", "--visibility-clusters", "2",
+                                             "--visibility-at", "texel"})),
+              0, {});
+  EXPECT_EQ(names(scene / "o"),
+            (std::vector<std::string>{"low_clusters.1001.exr", "low_clusters.1002.exr",
+                                      "low_normal.1001.png", "low_normal.1002.png",
+                                      "low_normal_1.1001.png", "low_normal_1.1002.png"}));
+}
+
+/// Ten unit squares beside each other, each over all of a tile, under a surface that waves.
+TEST(SetsCommand, CopiesInOtherTilesAreTilesWhereHighDiffers) {
+  KILN_REQUIRE_DEVICE();
+  const fs::path scene = test::scratch_folder();
+  const auto grid = [](std::uint32_t squares, std::uint32_t cells, float waves) {
+    Mesh mesh;
+    for (std::uint32_t y = 0; y <= cells; ++y) {
+      for (std::uint32_t x = 0; x <= squares * cells; ++x) {
+        const float u = static_cast<float>(x) / static_cast<float>(cells);
+        const float v = static_cast<float>(y) / static_cast<float>(cells);
+        mesh.positions.push_back({u, v, 0.02F * std::sin(waves * u) * std::sin(5 * v)});
+        mesh.uvs.push_back({u, v});
+      }
+    }
+    const std::uint32_t row = squares * cells + 1;
+    for (std::uint32_t y = 0; y < cells; ++y) {
+      for (std::uint32_t x = 0; x + 1 < row; ++x) {
+        const std::uint32_t a = y * row + x;
+        mesh.triangles.push_back({a, a + 1, a + row + 1});
+        mesh.triangles.push_back({a, a + row + 1, a + row});
+      }
+    }
+    mesh.uv_triangles = mesh.triangles;
+    return mesh;
+  };
+  save_obj(grid(10, 1, 0), scene / "low.obj");
+  constexpr float kTurn = 6.2831853F;
+  for (const bool repeats : {false, true}) {
+    save_obj(grid(10, 20, repeats ? kTurn : 4), scene / "high.obj");
+    expect_exit(run_kiln(with(command(scene), {"--json", scene / "r.json"})), 0, {});
+    const auto report = read_json(scene / "r.json");
+    EXPECT_EQ(report["options"]["sets"], repeats ? "none" : "udim");
+    EXPECT_LT(report["recall"]["lost"], 0.01);
+    EXPECT_TRUE(report["warnings"].empty()) << report["warnings"];
+  }
+}
+
+/// Two low polys of one name do not write over each other's sets.
+TEST(SetsCommand, OtherLowsMapsStay) {
+  KILN_REQUIRE_DEVICE();
+  for (const float tile : {0.F, 1.F}) {
+    const fs::path scene = make_scene_of_sets(tile);
+    expect_exit(run_kiln(command(scene)), 0, {});
+    fs::create_directory(scene / "b");
+    save_obj(low_of_halves(tile), scene / "b/low.obj");
+    save_obj(test::BumpySphere::light(), scene / "b/low_body.obj");
+    for (const char* name : {"low.obj", "low_body.obj"}) {
+      if (tile == 1 && name == std::string("low_body.obj")) continue;
+      std::vector<std::string> other = command(scene);
+      other[2] = scene / "b" / name;
+      expect_exit(run_kiln(other), 2, {"--force"});
+    }
+  }
 }
 
 }  // namespace

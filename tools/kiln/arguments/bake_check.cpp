@@ -15,13 +15,6 @@ std::string no_sets(const BakeJob& a) {
   if (a.low.empty() || a.unwrap) {
     return "parts a layout of LOW's own, but Kiln lays this one out in one atlas: leave it out.";
   }
-  if (a.match_auto) return "cannot be planned: choose a --match.";
-  if (!a.load_match.empty() || !a.save_match.empty() || a.reasons) {
-    return "has several maps, but --load-match, --save-match and --reasons are of one: leave one "
-           "of them out.";
-  }
-  if (a.options.match.visibility.clusters > 1)
-    return "cannot be parted into clusters: leave one out.";
   return "";
 }
 

@@ -1,5 +1,6 @@
 #include "arguments/low_record.h"
 
+#include <algorithm>
 #include <system_error>
 
 #include "arguments/paths.h"
@@ -28,16 +29,18 @@ fs::path recorded_source(const fs::path& folder, const std::string& stem) {
   return folder / unescape_bytes(json["low"].text());
 }
 
-/// A map in a folder; empty where there is none.
+/// A map in a folder, of any format or UDIM tile: the first by name; empty where there is none.
 fs::path map_of(const fs::path& folder, const std::string& stem) {
-  for (const MapInfo& map : maps()) {
-    for (const char* ending : {".png", ".exr"}) {
-      fs::path path = folder / (stem + "_" + std::string(map.kind.name) + ending);
-      std::error_code none;
-      if (fs::exists(path, none)) return path;
-    }
+  std::string first;
+  std::error_code none;
+  for (const fs::directory_entry& entry : fs::directory_iterator(folder, none)) {
+    const std::string name = entry.path().filename().string();
+    const bool is_map = std::any_of(maps().begin(), maps().end(), [&](const MapInfo& map) {
+      return name.starts_with(stem + "_" + std::string(map.kind.name) + ".");
+    });
+    if (is_map && (first.empty() || name < first)) first = name;
   }
-  return {};
+  return first.empty() ? fs::path() : folder / first;
 }
 
 }  // namespace

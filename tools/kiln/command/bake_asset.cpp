@@ -322,7 +322,7 @@ bool save_obj_with_mtl(BakeRun& run) {
     }
     while (!taken.insert(name).second) name += "_";
     written.mesh.material_names[i] = name;
-    const SetNames names = run.sets.empty() ? SetNames{run.low.stem, ""}
+    const SetNames names = run.sets.empty() ? SetNames{run.low.stem, "", ""}
                                             : names_of(arguments, run.sets[written.sets[i]]);
     const auto file_of = [&](const std::string& map) {
       const std::vector<std::string> maps = all_maps(arguments);

@@ -3,6 +3,7 @@
 #include <array>
 #include <cmath>
 #include <cstdio>
+#include <set>
 
 #include "arguments/cage_file.h"
 #include "arguments/low_record.h"
@@ -20,10 +21,15 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr const char* kReasons = "_reasons.png";
-constexpr const char* kClusters = "_clusters.exr";
+constexpr const char* kReasons = "reasons";
+constexpr const char* kClusters = "clusters";
+constexpr const char* kLayers = "layers";
 
-std::string layers_name(const std::string& tile) { return "_layers" + tile + ".exr"; }
+/// A file beside the maps.
+fs::path beside(const BakeJob& arguments, const SetNames& names, const std::string& what,
+                const char* extension) {
+  return fs::path(arguments.out) / (names.stem + "_" + what + names.tile + extension);
+}
 
 /// Of a map for one of several clusters of directions.
 std::string cluster_name(const std::string& map, std::uint32_t cluster) {
@@ -90,7 +96,9 @@ namespace {
 double texel_side(const BakeRun& run) {
   const Mesh& low = run.low.mesh;
   double area = 0;
-  for (const Triangle& t : low.triangles) {
+  for (std::size_t i = 0; i < low.triangles.size(); ++i) {
+    const Triangle& t = low.triangles[i];
+    if (!std::isfinite(low.uvs[low.uv_triangles[i][0]].x)) continue;  // of another texture set
     std::array<std::array<double, 3>, 2> side{};
     const Vec3 &a = low.positions[t[0]], &b = low.positions[t[1]], &c = low.positions[t[2]];
     side[0] = {double{b.x} - a.x, double{b.y} - a.y, double{b.z} - a.z};
@@ -197,8 +205,9 @@ bool save_with_mips(BakeRun& run, const BakedMap& map, const std::string& name,
   SaveImageOptions options = run.save_options;
   options.origin = map.origin;
   options.texts = std::move(texts);
+  const SetNames names = names_of(run);
   const std::vector<fs::path> files =
-      map_files(run.arguments.out, run.low.stem + "_" + name + run.tile, map.mips.size(), options);
+      map_files(run.arguments.out, names.stem + "_" + name + names.tile, map.mips.size(), options);
   for (std::size_t level = 0; level < files.size(); ++level) {
     if (!announce(run, files[level])) return false;
     if (!map.mips.empty() && is_exr(options)) {
@@ -268,7 +277,7 @@ bool save_maps(BakeRun& run) {
     }
   }
   if (!layers.empty()) {
-    const fs::path path = fs::path(run.arguments.out) / (run.low.stem + layers_name(run.tile));
+    const fs::path path = beside(run.arguments, names_of(run), kLayers, ".exr");
     if (!announce(run, path)) return false;
     save_layers(layers, path, run.save_options);
   }
@@ -278,30 +287,45 @@ bool save_maps(BakeRun& run) {
 /// Files of maps whose low poly has a name.
 void add_map_outputs(const BakeJob& arguments, const SaveImageOptions& save_options,
                      const SetNames& names, std::vector<fs::path>& outputs) {
-  const auto& [stem, tile] = names;
+  const auto& [stem, tile, match] = names;
   const fs::path folder = arguments.out;
   for (const Pack& pack : parse_packs(arguments)) {
     outputs.push_back(folder / (stem + "_" + pack.name + tile + extension(save_options)));
   }
-  if (arguments.layers) outputs.push_back(folder / (stem + layers_name(tile)));
+  if (arguments.layers) outputs.push_back(beside(arguments, names, kLayers, ".exr"));
   for (const std::string& map :
        arguments.layers ? std::vector<std::string>() : all_maps(arguments)) {
     outputs.push_back(folder / (stem + "_" + map + tile + extension(save_options)));
     for (std::uint32_t k = 1; k < arguments.options.match.visibility.clusters && has_clusters(map);
          ++k) {
-      outputs.push_back(folder / (stem + "_" + cluster_name(map, k) + extension(save_options)));
+      outputs.push_back(folder /
+                        (stem + "_" + cluster_name(map, k) + tile + extension(save_options)));
     }
   }
   if (arguments.options.match.visibility.clusters > 1)
-    outputs.push_back(folder / (stem + kClusters));
+    outputs.push_back(beside(arguments, names, kClusters, ".exr"));
+  if (arguments.reasons) outputs.push_back(beside(arguments, names, kReasons, ".png"));
+  if (!arguments.save_match.empty()) {
+    outputs.emplace_back(match_file(arguments.save_match, names));
+  }
 }
 
 }  // namespace
 
 SetNames names_of(const BakeJob& arguments, const BakedSet& set) {
   const std::string stem = low_stem(arguments);
-  if (arguments.sets == SetsBy::udim) return {stem, "." + set.word};
-  return {stem + "_" + set.word, ""};
+  if (arguments.sets == SetsBy::udim) return {stem, "." + set.word, "." + set.word};
+  return {stem + "_" + set.word, "", "_" + set.word};
+}
+
+SetNames names_of(const BakeRun& run) {
+  return run.set != nullptr ? names_of(run.arguments, *run.set) : SetNames{run.low.stem, "", ""};
+}
+
+std::string match_file(const std::string& path, const SetNames& names) {
+  const fs::path file = path;
+  return (file.parent_path() / (file.stem().string() + names.match + file.extension().string()))
+      .string();
 }
 
 void check_outputs(const BakeJob& arguments, const SaveImageOptions& save_options,
@@ -322,7 +346,7 @@ void check_outputs(const BakeJob& arguments, const SaveImageOptions& save_option
   const std::string stem = low_stem(arguments);
   std::vector<std::string> stems = {stem};
   for (std::uint32_t k = 1; k < arguments.lods; ++k) stems.push_back(lod_stem(arguments, k));
-  std::vector<fs::path> outputs = {arguments.json, arguments.save_match, arguments.save_cage};
+  std::vector<fs::path> outputs = {arguments.json, arguments.save_cage};
   if (writes_gltf(arguments)) {
     outputs.emplace_back(arguments.asset);
     outputs.push_back(fs::path(arguments.asset).replace_extension(".bin"));
@@ -334,15 +358,20 @@ void check_outputs(const BakeJob& arguments, const SaveImageOptions& save_option
   for (const std::string& name : stems) {
     if (makes_low) outputs.push_back(folder / (name + ".obj"));
     if (sets.empty() && (name == stem || !shares_uvs(arguments))) {
-      add_map_outputs(arguments, save_options, {name, ""}, outputs);
+      add_map_outputs(arguments, save_options, {name, "", ""}, outputs);
     }
   }
   for (const BakedSet& set : sets) {
-    add_map_outputs(arguments, save_options, names_of(arguments, set), outputs);
+    const SetNames names = names_of(arguments, set);
+    add_map_outputs(arguments, save_options, names, outputs);
+    if (!arguments.force) check_low_record(folder, names.stem, low_source(arguments));
   }
-  if (arguments.reasons) outputs.push_back(folder / (stem + kReasons));
   if (arguments.lods > 0) outputs.push_back(folder / lods_file(arguments));
-  std::vector<fs::path> inputs = {arguments.cage_mesh, arguments.match_list, arguments.load_match};
+  std::vector<fs::path> inputs = {arguments.cage_mesh, arguments.match_list};
+  if (sets.empty()) inputs.emplace_back(arguments.load_match);
+  for (const BakedSet& set : arguments.load_match.empty() ? std::span<const BakedSet>() : sets) {
+    inputs.emplace_back(match_file(arguments.load_match, names_of(arguments, set)));
+  }
   for (const std::string& file : high_files(arguments)) inputs.emplace_back(file);
   for (const std::string& file : low_files(arguments)) inputs.emplace_back(file);
   for (const std::string& file : arguments.occluders) inputs.emplace_back(file);
@@ -396,11 +425,13 @@ bool save_low_and_maps(BakeRun& run) {
   }
   if (!run.result.maps.empty() && !save_maps(run)) return false;
   if (run.result.clusters) {
-    const fs::path path = folder / (run.low.stem + kClusters);
+    const fs::path path = beside(run.arguments, names_of(run), kClusters, ".exr");
     if (!announce(run, path)) return false;
     save_clusters(*run.result.clusters, path);
   }
-  save_low_record(folder, run.low.stem, low_source(run.arguments));
+  for (const std::string& stem : std::set{run.low.stem, names_of(run).stem}) {
+    save_low_record(folder, stem, low_source(run.arguments));
+  }
   return true;
 }
 
@@ -411,20 +442,22 @@ bool save_found_cage(BakeRun& run) {
   return true;
 }
 
-bool save_outputs(BakeRun& run) {
-  const fs::path folder = run.arguments.out;
-  if (!save_low_and_maps(run)) return false;
+bool save_beside_maps(BakeRun& run) {
   if (run.reasons) {
-    const fs::path path = folder / (run.low.stem + kReasons);
+    const fs::path path = beside(run.arguments, names_of(run), kReasons, ".png");
     if (!announce(run, path)) return false;
     save_image(picture_of(*run.reasons), path, {ImageFormat::png8});
   }
-  if (!save_found_cage(run)) return false;
   if (!run.arguments.save_match.empty()) {
-    if (!announce(run, run.arguments.save_match)) return false;
-    save_match(*run.result.match, run.arguments.save_match);
+    const std::string path = match_file(run.arguments.save_match, names_of(run));
+    if (!announce(run, path)) return false;
+    save_match(*run.result.match, path);
   }
   return true;
+}
+
+bool save_outputs(BakeRun& run) {
+  return save_low_and_maps(run) && save_beside_maps(run) && save_found_cage(run);
 }
 
 }  // namespace kiln::cli

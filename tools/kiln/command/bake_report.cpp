@@ -19,6 +19,8 @@ Json trial_json(const PlanTrial& trial) {
           {"seconds", trial.seconds}};
 }
 
+}  // namespace
+
 Json plan_json(const PlannedBake& planned) {
   Json trials = Json::array();
   for (const PlanTrial& trial : planned.trials) trials.push_back(trial_json(trial));
@@ -43,6 +45,8 @@ Json plan_json(const PlannedBake& planned) {
           {"trials", trials}};
 }
 
+namespace {
+
 Json seconds(const Stages& stages, const BakeReport& report, double total) {
   return {{"load", stages.load},
           {"low", stages.low},
@@ -58,6 +62,8 @@ Json seconds(const Stages& stages, const BakeReport& report, double total) {
           {"save", stages.save},
           {"total", total}};
 }
+
+}  // namespace
 
 /// How many samples have which reason, with an example each; the colour is that of NAME_reasons.png.
 Json reasons_json(const Reasons& reasons) {
@@ -76,6 +82,8 @@ Json reasons_json(const Reasons& reasons) {
   }
   return list;
 }
+
+namespace {
 
 /// What only some bakes have.
 void add_parts(const BakeRun& run, Json& json) {

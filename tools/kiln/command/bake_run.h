@@ -57,7 +57,16 @@ struct Stages {
 struct BakedSet {
   TextureSet set;
   std::uint32_t width = 0, height = 0;
-  std::string word;  ///< In files' names
+  std::string word;                    ///< In files' names
+  std::optional<PlannedBake> planned;  ///< With --match auto; without its maps
+  std::optional<Reasons> reasons;      ///< With --reasons
+};
+
+/// What the files of a set, or of the only layout, have in their names before and after what they hold.
+struct SetNames {
+  std::string stem;   ///< "low_glass" of a material or object
+  std::string tile;   ///< ".1001" of a UDIM tile
+  std::string match;  ///< "_glass" or ".1001", of a saved match
 };
 
 struct BakeRun {
@@ -85,8 +94,8 @@ struct BakeRun {
   std::optional<LowPolyPlan> plan;  // its mesh and maps are `low` and `result`
   std::optional<LodChain> lods;     // its first level is `light`
   Json lod_levels = Json::array();
-  std::vector<BakedSet> sets;  // none: one layout for all
-  std::string tile;            // of the UDIM tile that is written: ".1001"
+  std::vector<BakedSet> sets;     // none: one layout for all
+  const BakedSet* set = nullptr;  // of `sets`, that is baked and written; null: all in one
   Json set_reports = Json::array();
   BakeResult result;
   std::vector<std::string> outputs;
@@ -153,9 +162,11 @@ std::string lods_file(const BakeJob& arguments);
 // ---- bake_sets.cpp ----
 
 /// Parts LOW into its texture sets; none where it has but one. \throws Error(usage), Error(input)
-void find_sets(BakeRun& run);
-/// Bakes the run's low poly; what is missed, and a map with nothing in it, is told. \throws Error
-void bake_maps(BakeRun& run, const Source& source);
+void find_sets(BakeRun& run, const Source& source);
+/// Plans or bakes the run's low poly; what is missed, and a map with nothing in it, is told.
+/// \param done, share  of all baking: what was done before, and what this is
+/// \returns false where it was cancelled. \throws Error
+bool make_maps(BakeRun& run, const Source& source, double done = 0, double share = 1);
 /// Bakes and writes one set after the other. \returns false where it was cancelled
 bool bake_sets(BakeRun& run, const Source& source);
 
@@ -196,13 +207,14 @@ void store(BakeRun& run, BakedMap& map, const std::string& name);
 /// \param sets  LOW's texture sets, once they are known
 void check_outputs(const BakeJob& arguments, const SaveImageOptions& save_options,
                    std::span<const BakedSet> sets = {});
-/// What stands in the names of a set's maps before and after the map's own name.
-struct SetNames {
-  std::string stem, tile;
-};
 SetNames names_of(const BakeJob& arguments, const BakedSet& set);
+SetNames names_of(const BakeRun& run);
+/// A saved match's file: of a set MATCH_SET.exr, or MATCH.1001.exr.
+std::string match_file(const std::string& path, const SetNames& names);
 /// Writes the run's low poly, if it was made, with its maps. \returns false where it was cancelled
 bool save_low_and_maps(BakeRun& run);
+/// Writes what is asked for beside the maps: reasons and the match. \returns false where it was cancelled
+bool save_beside_maps(BakeRun& run);
 /// Writes what --cage auto found, where that is asked for. \returns false where it was cancelled
 bool save_found_cage(BakeRun& run);
 /// Writes all files. \returns false where it was cancelled
@@ -211,6 +223,8 @@ bool save_outputs(BakeRun& run);
 // ---- bake_report.cpp ----
 
 Json report_json(const BakeRun& run, const Device& device, const Source& source, double total);
+Json plan_json(const PlannedBake& planned);
+Json reasons_json(const Reasons& reasons);
 
 // ---- bake_summary.cpp ----
 

@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cstdint>
 #include <set>
+#include <utility>
 
 #include "arguments/parse.h"
 #include "command/bake_run.h"
@@ -83,8 +84,60 @@ void warn_of_left_out(BakeRun& run, SetsBy by) {
                           count});
 }
 
+/// Warnings of all sets: one that several have in the same words stands once.
+class SetWarnings {
+ public:
+  void add(const std::string& set, const Warning& warning) {
+    const auto same = std::find_if(list_.begin(), list_.end(), [&](const Entry& entry) {
+      return entry.warning.code == warning.code && entry.warning.message == warning.message;
+    });
+    if (same == list_.end()) {
+      list_.push_back({set, warning, 0});
+    } else if (same->set != set) {
+      ++same->more;
+    }
+  }
+
+  std::vector<Warning> joined() const {
+    std::vector<Warning> result;
+    for (const auto& [set, warning, more] : list_) {
+      const std::string others = more == 0 ? "" : " and " + std::to_string(more) + " more";
+      result.push_back({warning.code, "Texture set '" + set + "'" + others + ": " + warning.message,
+                        warning.count});
+    }
+    return result;
+  }
+
+ private:
+  struct Entry {
+    std::string set;  ///< The first that has it
+    Warning warning;
+    std::size_t more = 0;  ///< Sets that have it, too
+  };
+  std::vector<Entry> list_;
+};
+
+/// Each set tells of the surface near its own triangles.
+void add_to(std::optional<HighCoverageReport>& sum, const std::optional<HighCoverageReport>& set) {
+  if (!set) return;
+  if (!sum) sum.emplace();
+  const double all = sum->weight + set->weight;
+  const auto join = [&](double before, double more) {
+    return all > 0 ? (before * sum->weight + more * set->weight) / all : 0;
+  };
+  const double kept = join(sum->largest, 0), largest = join(0, set->largest);
+  if (largest > kept) sum->where = set->where;
+  sum->largest = std::max(kept, largest);
+  sum->lost = join(sum->lost, set->lost);
+  sum->by_copies = join(sum->by_copies, set->by_copies);
+  sum->places += set->places;
+  sum->weight = all;
+}
+
 /// What all sets come to.
 void add_to(BakeReport& sum, const BakeReport& report) {
+  sum.mean_abs_distance +=  // times samples, until all are there
+      report.mean_abs_distance * static_cast<double>(report.samples - report.missed);
   for (std::uint64_t BakeReport::*count :
        {&BakeReport::texels, &BakeReport::samples, &BakeReport::outward, &BakeReport::inward,
         &BakeReport::cage, &BakeReport::viewed, &BakeReport::closest, &BakeReport::by_uv,
@@ -94,37 +147,59 @@ void add_to(BakeReport& sum, const BakeReport& report) {
   }
   for (double BakeReport::*seconds :
        {&BakeReport::seconds_build, &BakeReport::seconds_texels, &BakeReport::seconds_match,
-        &BakeReport::seconds_detail, &BakeReport::seconds_image, &BakeReport::seconds_mips,
-        &BakeReport::seconds_errors}) {
+        &BakeReport::seconds_detail, &BakeReport::seconds_recall, &BakeReport::seconds_image,
+        &BakeReport::seconds_mips, &BakeReport::seconds_errors}) {
     sum.*seconds += report.*seconds;
   }
   sum.max_distance = std::max(sum.max_distance, report.max_distance);
   sum.curvature_radius = std::max(sum.curvature_radius, report.curvature_radius);
   sum.uv_copies_differ = std::max(sum.uv_copies_differ, report.uv_copies_differ);
   sum.peak_device_bytes = std::max(sum.peak_device_bytes, report.peak_device_bytes);
+  add_to(sum.recall, report.recall);
+  sum.occlusion = report.occlusion;
+  sum.ids = report.ids;
+  sum.edges = report.edges;
+  sum.cage_mesh = report.cage_mesh;
+  sum.views = report.views;
+  sum.visibility = report.visibility;
 }
 
-}  // namespace
+Json set_json(const BakeRun& run, const BakedSet& set, std::size_t first_file) {
+  const BakeReport& report = run.result.report;
+  Json json = {{"name", set.set.name},
+               {"by", name_of(Words(kSets), run.arguments.sets)},
+               {"width", set.width},
+               {"height", set.height},
+               {"triangles", set.set.triangles},
+               {"texels", describe_texels(report)},
+               {"files", std::vector<std::string>(
+                             run.outputs.begin() + static_cast<std::ptrdiff_t>(first_file),
+                             run.outputs.end())}};
+  if (!run.ranges.empty()) json["ranges"] = run.ranges;
+  if (!run.mips.empty()) json["mips"] = run.mips;
+  if (!report.errors.empty()) json["errors"] = describe(report.errors);
+  if (report.recall) json["recall"] = describe(*report.recall);
+  if (report.uv_copies > 0) {
+    json["uv_copies"] = report.uv_copies;
+    json["uv_copies_differ"] = report.uv_copies_differ;
+  }
+  if (set.planned) json["auto"] = plan_json(*set.planned);
+  if (set.reasons) json["reasons"] = reasons_json(*set.reasons);
+  return json;
+}
 
-void find_sets(BakeRun& run) {
+/// \param chosen  by --sets, and not by what overlaps
+void take_sets(BakeRun& run, SetsBy by, bool chosen) {
   BakeJob& arguments = run.arguments;
-  const bool chosen = arguments.sets.has_value();
-  SetsBy by = SetsBy::none;
-  if (no_sets(arguments).empty() && !run.low.mesh.uv_triangles.empty()) {
-    by = chosen ? *arguments.sets : choose_texture_sets(run.low.mesh);
+  if (by == SetsBy::udim && chain_has(arguments, &MatchInfo::needs_uvs)) {
+    fail_usage("--match " + match_word(arguments) +
+               " finds points at the same UV of the unit square, but LOW's UVs lie on several "
+               "UDIM tiles: choose another match, or --sets none for one map of the unit square.");
   }
   arguments.sets = by;
-  if (by != SetsBy::none) {
-    for (TextureSet& set : find_texture_sets(run.low.mesh, by)) {
-      run.sets.push_back({std::move(set), 0, 0, ""});
-    }
+  for (TextureSet& set : find_texture_sets(run.low.mesh, by)) {
+    run.sets.emplace_back().set = std::move(set);
   }
-  if (run.sets.empty() && !arguments.set_sizes.empty()) {
-    fail_usage(
-        "--size NAME=SIZE is for texture sets, but LOW has one alone: give --sets material, "
-        "object or udim, or --size for all.");
-  }
-  if (run.sets.empty()) return;
   warn_of_left_out(run, by);
   size_sets(run, run.sets);
   name_files(run.sets);
@@ -137,76 +212,109 @@ void find_sets(BakeRun& run) {
   }
 }
 
+/// True if charts of several tiles have the same UVs there, but stand for other places of HIGH.
+bool are_tiles(const BakeRun& run, const Source& source) {
+  constexpr double kMostDiffer =
+      0.05;  // of their area: from there on a warning would say what is lost
+  constexpr std::uint32_t kTrialSize = 16;
+  try {
+    if (find_texture_sets(run.low.mesh, SetsBy::udim).size() < 2) return false;
+    BakeOptions options = run.options;
+    options.width = options.height = kTrialSize;
+    options.encoding.mips = options.report.errors = options.report.keep_match = false;
+    options.report.recall = 0;
+    return bake(source, run.low.mesh, options).report.uv_copies_differ > kMostDiffer;
+  } catch (const Error&) {
+    return false;  // The bake itself will say what is wrong.
+  }
+}
+
+/// Whether a match was saved a tile each.
+bool has_matches_of_tiles(const BakeRun& run) {
+  const std::string& path = run.arguments.load_match;
+  std::error_code none;
+  if (std::filesystem::exists(path, none)) return false;
+  try {
+    const std::vector<TextureSet> tiles = find_texture_sets(run.low.mesh, SetsBy::udim);
+    return std::filesystem::exists(match_file(path, {"", "", "." + tiles[0].name}), none);
+  } catch (const Error&) {
+    return false;
+  }
+}
+
+}  // namespace
+
+void find_sets(BakeRun& run, const Source& source) {
+  BakeJob& arguments = run.arguments;
+  const bool chosen = arguments.sets.has_value();
+  SetsBy by = SetsBy::none;
+  if (no_sets(arguments).empty() && !run.low.mesh.uv_triangles.empty()) {
+    by = chosen ? *arguments.sets : choose_texture_sets(run.low.mesh);
+    if (!chosen && by == SetsBy::none &&
+        (arguments.load_match.empty() ? are_tiles(run, source) : has_matches_of_tiles(run))) {
+      by = SetsBy::udim;
+    }
+  }
+  arguments.sets = by;
+  if (by != SetsBy::none) return take_sets(run, by, chosen);
+  if (!arguments.set_sizes.empty()) {
+    fail_usage(
+        "--size NAME=SIZE is for texture sets, but LOW has one alone: give --sets material, "
+        "object or udim, or --size for all.");
+  }
+}
+
 bool bake_sets(BakeRun& run, const Source& source) {
   const LowMesh whole = run.low;
   const BakeOptions options = run.options;
   BakeReport sum;
+  SetWarnings warnings;
   double done = 0;
   run.result = {};
   if (whole.made && run.arguments.asset.empty() && !save_low_and_maps(run)) return false;
   Mesh low = whole.mesh;
   low.tangents = tangents_of(low);
-  for (const BakedSet& set : run.sets) {
-    const SetNames names = names_of(run.arguments, set);
+  for (BakedSet& set : run.sets) {
+    run.set = &set;
     run.low.mesh = low_of_set(low, set.set);
-    run.low.stem = names.stem;
     run.low.made = false;  // it was written already
-    run.tile = names.tile;
     run.options = options;
     run.options.width = set.width;
     run.options.height = set.height;
-    run.options.report.recall = 0;  // HIGH's surface is shared out among the sets
     const double share = 1.0 / static_cast<double>(run.sets.size());
-    run.options.progress = [&](double part, std::string_view stage) {
-      return run.console.progress(kAtBake + (kAtSave - kAtBake) * (done + share * part), stage);
-    };
+    const std::size_t files = run.outputs.size(), told = run.warnings.size();
+    run.ranges = Json::object();
+    run.mips = {};
     try {
-      bake_maps(run, source);
+      if (!make_maps(run, source, done, share)) return false;
     } catch (const Error& error) {
       throw Error(error.code(), "Texture set '" + set.set.name + "': " + error.what());
     }
-    if (run.result.cancelled) return false;
-    std::erase_if(run.result.report.warnings,
-                  [](const Warning& warning) { return warning.code == "uv-missing"; });
-    for (Warning& warning : run.result.report.warnings) {
-      warning.message = "Texture set '" + set.set.name + "': " + warning.message;
+    set.planned = std::exchange(run.planned, std::nullopt);
+    if (set.planned) {
+      set.width = set.planned->chosen.width;
+      set.height = set.planned->chosen.height;
     }
-    const std::size_t before = run.outputs.size();
-    run.ranges = Json::object();
-    run.mips = {};
-    if (!save_low_and_maps(run)) return false;
-    const BakeReport& report = run.result.report;
-    Json json = {{"name", set.set.name},
-                 {"by", name_of(Words(kSets), run.arguments.sets)},
-                 {"width", set.width},
-                 {"height", set.height},
-                 {"triangles", set.set.triangles},
-                 {"texels", describe_texels(report)},
-                 {"files", std::vector<std::string>(
-                               run.outputs.begin() + static_cast<std::ptrdiff_t>(before),
-                               run.outputs.end())}};
-    if (!run.ranges.empty()) json["ranges"] = run.ranges;
-    if (!run.mips.empty()) json["mips"] = run.mips;
-    if (!report.errors.empty()) json["errors"] = describe(report.errors);
-    run.set_reports.push_back(std::move(json));
-    sum.mean_abs_distance +=
-        report.mean_abs_distance * static_cast<double>(report.samples - report.missed);
-    add_to(sum, report);
-    sum.warnings.insert(sum.warnings.end(), report.warnings.begin(), report.warnings.end());
-    sum.occlusion = report.occlusion;
-    sum.ids = report.ids;
-    sum.edges = report.edges;
-    sum.cage_mesh = report.cage_mesh;
-    sum.views = report.views;
-    sum.visibility = report.visibility;
+    if (!save_low_and_maps(run) || !save_beside_maps(run)) return false;
+    set.reasons = std::exchange(run.reasons, std::nullopt);
+    run.set_reports.push_back(set_json(run, set, files));
+    const auto first = run.warnings.begin() + static_cast<std::ptrdiff_t>(told);
+    std::vector<Warning>& own = run.result.report.warnings;
+    own.insert(own.end(), first, run.warnings.end());
+    run.warnings.erase(first, run.warnings.end());
+    for (const Warning& warning : own) {
+      if (warning.code != "uv-missing") warnings.add(set.set.name, warning);  // of other sets
+    }
+    add_to(sum, run.result.report);
     done += share;
   }
   if (sum.samples > sum.missed) {
     sum.mean_abs_distance /= static_cast<double>(sum.samples - sum.missed);
   }
+  sum.warnings = warnings.joined();
+  run.set = nullptr;
   run.low = whole;
   run.options = options;
-  run.tile.clear();
   run.result = {};
   run.result.report = std::move(sum);
   if (run.arguments.asset.empty()) return true;

@@ -149,8 +149,11 @@ std::string summary(const HighCoverageReport& recall) {
   return text;
 }
 
-/// A line for each reason but that all is well.
-void print_reasons(Console& console, const Reasons& reasons, std::uint64_t samples) {
+std::string of_set(const BakedSet& set) { return "texture set '" + set.set.name + "': "; }
+
+/// A line for each reason but that all is well. \param samples  of which percentages are
+void print_reasons(Console& console, const Reasons& reasons, std::uint64_t samples,
+                   const std::string& set = {}) {
   const auto infos = reason_infos();
   for (const ReasonCount& count : reasons.counts) {
     if (count.reason == Reason::found) continue;
@@ -158,7 +161,7 @@ void print_reasons(Console& console, const Reasons& reasons, std::uint64_t sampl
     char text[256];
     std::snprintf(text, sizeof text, ", such as at texel column %u, row %u (%.4g, %.4g, %.4g)",
                   count.column, count.row, count.position[0], count.position[1], count.position[2]);
-    console.line(std::string(info.name) + ": " + with_commas(count.samples) + " samples (" +
+    console.line(set + std::string(info.name) + ": " + with_commas(count.samples) + " samples (" +
                  percent(count.samples, samples) + ") " + with_flags(info.words) + text);
   }
 }
@@ -228,10 +231,14 @@ void print_summary(BakeRun& run, const Source::Stats& source, double total) {
   if (run.lods) {
     for (const std::string& line : lod_table(*run.lods)) console.line(line);
   }
-  if (run.planned) console.line(summary(*run.planned));
-  for (const MapReached& map : run.planned ? run.planned->bounds
-                               : run.plan  ? run.plan->bounds
-                                           : std::vector<MapReached>()) {
+  const auto print_plan = [&](const std::string& set, const std::optional<PlannedBake>& plan) {
+    if (!plan) return;
+    console.line(set + summary(*plan));
+    for (const MapReached& map : plan->bounds) console.line(set + describe(map));
+  };
+  print_plan("", run.planned);
+  for (const BakedSet& set : run.sets) print_plan(of_set(set), set.planned);
+  for (const MapReached& map : run.plan ? run.plan->bounds : std::vector<MapReached>()) {
     console.line(describe(map));
   }
   if (report.views) console.line(summary(*report.views, source.diagonal));
@@ -246,6 +253,9 @@ void print_summary(BakeRun& run, const Source::Stats& source, double total) {
   if (report.cage_mesh) console.line(summary(*report.cage_mesh, source.diagonal));
   if (report.edges.edges != 0) console.line(summary(report.edges, source.diagonal));
   if (run.reasons) print_reasons(console, *run.reasons, report.samples);
+  for (const BakedSet& set : run.sets) {
+    if (set.reasons) print_reasons(console, *set.reasons, report.samples, of_set(set));
+  }
   if (report.recall && report.recall->places > 0) console.line(summary(*report.recall));
   if (report.visibility) {
     console.line(summary(*report.visibility, run.options.match.visibility.clusters));

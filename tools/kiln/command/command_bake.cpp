@@ -113,15 +113,6 @@ void judge_result(BakeRun& run) {
   name_place_of_misses(run);
 }
 
-}  // namespace
-
-void bake_maps(BakeRun& run, const Source& source) {
-  run.result = bake_from(run.dense, source, run.low.mesh, run.options);
-  if (!run.result.cancelled) judge_result(run);
-}
-
-namespace {
-
 /// A low poly that was made here tells how far it strays. What was asked for goes first.
 void widen_search(BakeRun& run) {
   const BakeOptions& options = run.options;
@@ -228,10 +219,6 @@ bool read_inputs(BakeRun& run) {
     run.options.match.parts = &*run.parts;
     run.warnings.insert(run.warnings.end(), run.parts->warnings.begin(), run.parts->warnings.end());
   }
-  if (!arguments.load_match.empty()) {
-    run.match = load_match(arguments.load_match);
-    run.options.match.saved = &*run.match;
-  }
   run.stages.load += run.watch.lap();
   return true;
 }
@@ -272,7 +259,7 @@ void judge_seams(BakeRun& run, const Device& device, const Source& source) {
   constexpr double kClearly = 0.98;
   LowMesh& low = run.low;
   if (!low.whole && !low.seam_warning) return;
-  if (run.options.match.saved != nullptr) {  // of one size, and of LOW as it is
+  if (!run.arguments.load_match.empty()) {  // of one size, and of LOW as it is
     if (low.seam_warning) run.warnings.push_back(*low.seam_warning);
     return;
   }
@@ -298,11 +285,16 @@ void judge_seams(BakeRun& run, const Device& device, const Source& source) {
   low.mesh = other;
 }
 
-/// \returns false where it was cancelled
-bool make_maps(BakeRun& run, const Source& source) {
-  run.options.progress = [&](double done, std::string_view stage) {
-    return run.console.progress(kAtBake + (kAtSave - kAtBake) * done, stage);
+}  // namespace
+
+bool make_maps(BakeRun& run, const Source& source, double done, double share) {
+  run.options.progress = [&run, done, share](double part, std::string_view stage) {
+    return run.console.progress(kAtBake + (kAtSave - kAtBake) * (done + share * part), stage);
   };
+  if (!run.arguments.load_match.empty()) {
+    run.match = load_match(match_file(run.arguments.load_match, names_of(run)));
+    run.options.match.saved = &*run.match;
+  }
   if (plans_light(run.arguments)) {
     const bool made = run.arguments.lods > 0 ? make_lods(run, source) : make_plan(run, source);
     if (!made) return false;
@@ -337,6 +329,8 @@ bool make_maps(BakeRun& run, const Source& source) {
   return true;
 }
 
+namespace {
+
 void collect_warnings(BakeRun& run, const Source& source) {
   const auto append = [&](std::span<const Warning> list) {
     run.warnings.insert(run.warnings.end(), list.begin(), list.end());
@@ -363,7 +357,12 @@ int verdict(const BakeRun& run) {
     return 1;
   }
   const bool planned = run.lods ? run.lods->reached : !run.plan || run.plan->reached;
-  if (!planned || (run.planned && !run.planned->reached && !angle_bound(run.arguments).empty())) {
+  const auto missed_angle = [&](const std::optional<PlannedBake>& plan) {
+    return plan && !plan->reached && !angle_bound(run.arguments).empty();
+  };
+  if (!planned || missed_angle(run.planned) ||
+      std::any_of(run.sets.begin(), run.sets.end(),
+                  [&](const BakedSet& set) { return missed_angle(set.planned); })) {
     print_line(stderr, "kiln: the error asked for was not reached.");
     return 1;
   }
@@ -398,11 +397,11 @@ int run_bake(const BakeJob& given) {
   run.stages.build = run.watch.lap();
   judge_seams(run, device, source);
   make_cage(run, source);
-  find_sets(run);
+  find_sets(run, source);
   keep_asset_match(run);
   if (!(run.sets.empty() ? make_maps(run, source) : bake_sets(run, source))) return kExitCancelled;
   const double making = run.watch.lap();
-  if (run.plan || run.planned) run.stages.plan = planning(run.result.report, making);
+  if (run.plan || arguments.match_auto) run.stages.plan = planning(run.result.report, making);
   if (run.sets.empty() && !(run.lods ? save_lods(run) : save_outputs(run))) return kExitCancelled;
   if (!run.sets.empty() && !save_found_cage(run)) return kExitCancelled;
   if (run.plan && !save_plan_plot(run)) return kExitCancelled;
