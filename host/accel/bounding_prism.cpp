@@ -4,8 +4,8 @@
 #include <cmath>
 #include <numbers>
 
-#include "base/float4.h"
 #include "base/symmetric.h"
+#include "base/vectors.h"
 
 namespace kiln::bvh {
 namespace {

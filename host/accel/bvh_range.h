@@ -9,7 +9,7 @@
 #include <limits>
 #include <span>
 
-#include "base/float4.h"
+#include "base/vectors.h"
 #include "kiln/types.h"
 #include "shared/bvh.h"
 
@@ -91,10 +91,10 @@ struct Mapping {
   }
   Int4 bins_of(const Primitive& primitive) const {
     const Float4 place = (primitive.center() - origin) * scale;
-    const Int4 index = __builtin_convertvector(place, Int4);
+    const Int4 index = to_int4(place);
     const Int4 last = Int4{} + (count - 1);
-    const Int4 below = index < last ? index : last;
-    return below > 0 ? below : Int4{};  // overflown centres convert to negative numbers
+    const Int4 below = select(index < last, index, last);
+    return select(below > 0, below, Int4{});  // overflown centres convert to negative numbers
   }
 };
 

@@ -6,9 +6,9 @@
 #include <string>
 #include <utility>
 
-#include "base/float4.h"
 #include "base/parallel.h"
 #include "base/srgb.h"
+#include "base/vectors.h"
 #include "image/wrap.h"
 #include "kiln/error.h"
 
@@ -91,8 +91,8 @@ std::array<double, 4> sum_of(const Spread& spread, const float* pixels, std::int
       const Float4 x = splat(spread.right + spread.bx * t) + splat(spread.ax) * s;
       const Float4 y = splat(spread.below + spread.by * t) + splat(spread.ay) * s;
       const Int4 left = floor_int4(x), top = floor_int4(y);
-      const Float4 right = x - __builtin_convertvector(left, Float4);
-      const Float4 below = y - __builtin_convertvector(top, Float4);
+      const Float4 right = x - to_float4(left);
+      const Float4 below = y - to_float4(top);
       Float4 some{};
       for (int k = 0; k < 4 && i + k < spread.columns; ++k) {
         std::int64_t x0 = spread.x + left[k], y0 = spread.y + top[k], x1 = x0 + 1, y1 = y0 + 1;

@@ -47,17 +47,17 @@ double squared_to_segment(const Vec3d& offset, const Vec3d& edge) {
 
 /// True if both of two triangles are farther than the best for sure, by their planes.
 bool both_farther(const Vec3d& p, const Vec3* one, const Vec3* other, double best) {
-  const Two ax{one[0].x, other[0].x}, ay{one[0].y, other[0].y}, az{one[0].z, other[0].z};
-  const Two bx = Two{one[1].x, other[1].x} - ax, by = Two{one[1].y, other[1].y} - ay,
-            bz = Two{one[1].z, other[1].z} - az;
-  const Two cx = Two{one[2].x, other[2].x} - ax, cy = Two{one[2].y, other[2].y} - ay,
-            cz = Two{one[2].z, other[2].z} - az;
-  const Two nx = by * cz - bz * cy, ny = bz * cx - bx * cz, nz = bx * cy - by * cx;
-  const Two n2 = nx * nx + ny * ny + nz * nz;
-  const Two along =
-      (Two{p.x, p.x} - ax) * nx + (Two{p.y, p.y} - ay) * ny + (Two{p.z, p.z} - az) * nz;
-  const Two bound = kSurelyFarther * best * n2;
-  const Two b2 = bx * bx + by * by + bz * bz, c2 = cx * cx + cy * cy + cz * cz;
+  const Double2 ax{one[0].x, other[0].x}, ay{one[0].y, other[0].y}, az{one[0].z, other[0].z};
+  const Double2 bx = Double2{one[1].x, other[1].x} - ax, by = Double2{one[1].y, other[1].y} - ay,
+                bz = Double2{one[1].z, other[1].z} - az;
+  const Double2 cx = Double2{one[2].x, other[2].x} - ax, cy = Double2{one[2].y, other[2].y} - ay,
+                cz = Double2{one[2].z, other[2].z} - az;
+  const Double2 nx = by * cz - bz * cy, ny = bz * cx - bx * cz, nz = bx * cy - by * cx;
+  const Double2 n2 = nx * nx + ny * ny + nz * nz;
+  const Double2 along =
+      (Double2{p.x, p.x} - ax) * nx + (Double2{p.y, p.y} - ay) * ny + (Double2{p.z, p.z} - az) * nz;
+  const Double2 bound = kSurelyFarther * best * n2;
+  const Double2 b2 = bx * bx + by * by + bz * bz, c2 = cx * cx + cy * cy + cz * cz;
   const auto farther = (along * along > bound) & (n2 > kSliver * b2 * c2);
   return farther[0] != 0 && farther[1] != 0;
 }
@@ -238,7 +238,7 @@ double SurfaceDistance::search(const Vec3& point, std::uint32_t& place, double b
       continue;
     }
     const std::uint32_t left = entry.box + 1, right = box.first;
-    const Two to = squared_to_boxes(at, boxes_[left], boxes_[right]);
+    const Double2 to = squared_to_boxes(at, boxes_[left], boxes_[right]);
     const bool right_first = to[1] < to[0];
     const Entry later = right_first ? Entry{left, to[0]} : Entry{right, to[1]};
     entry = right_first ? Entry{right, to[1]} : Entry{left, to[0]};

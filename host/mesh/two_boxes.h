@@ -1,24 +1,22 @@
 // Two boxes as one vector.
 #pragma once
 
-#include "base/two.h"
+#include "base/vectors.h"
 #include "mesh/vector.h"
 
 namespace kiln {
 
-inline Two larger(Two a, Two b) { return a < b ? b : a; }
-
 /// Squared distances of two boxes, without branches: which side of a box a point is on cannot be foretold.
 template <typename Box>
-Two squared_to_boxes(const Vec3d& p, const Box& one, const Box& other) {
+Double2 squared_to_boxes(const Vec3d& p, const Box& one, const Box& other) {
   const auto outside = [](double at, float low, float other_low, float high, float other_high) {
-    const Two below = Two{low, other_low} - Two{at, at};
-    const Two above = Two{at, at} - Two{high, other_high};
-    return larger(larger(below, above), Two{0, 0});
+    const Double2 below = Double2{low, other_low} - Double2{at, at};
+    const Double2 above = Double2{at, at} - Double2{high, other_high};
+    return larger(larger(below, above), Double2{0, 0});
   };
-  const Two x = outside(p.x, one.low.x, other.low.x, one.high.x, other.high.x);
-  const Two y = outside(p.y, one.low.y, other.low.y, one.high.y, other.high.y);
-  const Two z = outside(p.z, one.low.z, other.low.z, one.high.z, other.high.z);
+  const Double2 x = outside(p.x, one.low.x, other.low.x, one.high.x, other.high.x);
+  const Double2 y = outside(p.y, one.low.y, other.low.y, one.high.y, other.high.y);
+  const Double2 z = outside(p.z, one.low.z, other.low.z, one.high.z, other.high.z);
   return x * x + y * y + z * z;
 }
 

@@ -6,6 +6,8 @@
 #include <cstddef>
 #include <cstring>
 
+#include "base/vectors.h"
+
 namespace kiln {
 namespace {
 
@@ -17,11 +19,9 @@ constexpr std::size_t kKeyRuns = 16;
 /// In rows of more words than this, only words with room are searched after the first runs.
 constexpr std::uint32_t kFewWords = 4, kWholeRuns = 3;
 
-/// Two words in a register: the compilers' vector extension.
-using TwoWords = std::uint64_t __attribute__((vector_size(16)));
-
-TwoWords load_two(const std::uint64_t* from) {
-  TwoWords value;
+/// From any address.
+Word2 load_two(const std::uint64_t* from) {
+  Word2 value;
   std::memcpy(&value, from, sizeof value);
   return value;
 }
@@ -86,8 +86,8 @@ void CellRows::widen(std::uint32_t first, std::uint32_t end, std::uint32_t left,
       }
       const auto down = static_cast<int>(part);
       for (std::uint32_t w = first_word / 2 * 2; w < last_word; w += 2) {
-        const TwoWords now = load_two(narrow + w) | load_two(beside + w) >> down |
-                             load_two(beside + w + 1) << 1 << (63 - down);
+        const Word2 now = load_two(narrow + w) | load_two(beside + w) >> down |
+                          load_two(beside + w + 1) << 1 << (63 - down);
         std::memcpy(wide + w, &now, sizeof now);
       }
     }
@@ -216,12 +216,12 @@ std::optional<std::pair<std::uint32_t, std::uint32_t>> CellRows::find_in(
         free = block(0) != kAllOnes;
       } else {
         const auto down_a = static_cast<int>(a % 64), down_b = static_cast<int>(b % 64);
-        TwoWords all{kAllOnes, kAllOnes};
+        Word2 all{kAllOnes, kAllOnes};
         for (std::uint32_t w = 0; w < words; w += 2) {
-          const TwoWords now = load_two(blocked.data() + w) | load_two(at_a + w) >> down_a |
-                               load_two(at_a + w + 1) << 1 << (63 - down_a) |
-                               load_two(at_b + w) >> down_b |
-                               load_two(at_b + w + 1) << 1 << (63 - down_b);
+          const Word2 now = load_two(blocked.data() + w) | load_two(at_a + w) >> down_a |
+                            load_two(at_a + w + 1) << 1 << (63 - down_a) |
+                            load_two(at_b + w) >> down_b |
+                            load_two(at_b + w + 1) << 1 << (63 - down_b);
           std::memcpy(blocked.data() + w, &now, sizeof now);
           all &= now;
         }

@@ -8,7 +8,7 @@
 #include <numbers>
 #include <utility>
 
-#include "base/two.h"
+#include "base/vectors.h"
 namespace kiln {
 namespace {
 
@@ -34,30 +34,31 @@ struct Span {
   }
 };
 
-Two both(double value) { return Two{value, value}; }
+Double2 both(double value) { return Double2{value, value}; }
 
 /// The two sides of the strip around a segment, each from its lower end up.
 struct Strip {
-  Two low_x, low_y, high_x, high_y, slope;
+  Double2 low_x, low_y, high_x, high_y, slope;
 
   Strip(const Vec2d& a, const Vec2d& b, const Vec2d& side) {
-    const Two off_x{side.x, -side.x}, off_y{side.y, -side.y};
-    const Two ax = both(a.x) + off_x, ay = both(a.y) + off_y;
-    const Two bx = both(b.x) + off_x, by = both(b.y) + off_y;
-    low_x = ay <= by ? ax : bx, low_y = ay <= by ? ay : by;
-    high_x = ay <= by ? bx : ax, high_y = ay <= by ? by : ay;
-    slope = ay == by ? both(0) : (bx - ax) / (by - ay);
+    const Double2 off_x{side.x, -side.x}, off_y{side.y, -side.y};
+    const Double2 ax = both(a.x) + off_x, ay = both(a.y) + off_y;
+    const Double2 bx = both(b.x) + off_x, by = both(b.y) + off_y;
+    const auto up = ay <= by;
+    low_x = select(up, ax, bx), low_y = select(up, ay, by);
+    high_x = select(up, bx, ax), high_y = select(up, by, ay);
+    slope = select(ay == by, both(0), (bx - ax) / (by - ay));
   }
 
   /// Adds what the slab has of them.
   void add_to(Span& span, double bottom) const {
-    const Two from = both(bottom), to = both(bottom + 1);
-    const Two begin = low_y < from ? low_x + (from - low_y) * slope : low_x;
-    const Two end = high_y > to ? high_x + (to - high_y) * slope : high_x;
-    const Two none = both(std::numeric_limits<double>::max());
+    const Double2 from = both(bottom), to = both(bottom + 1);
+    const Double2 begin = select(low_y < from, low_x + (from - low_y) * slope, low_x);
+    const Double2 end = select(high_y > to, high_x + (to - high_y) * slope, high_x);
+    const Double2 none = both(std::numeric_limits<double>::max());
     const auto away = (high_y < from) | (low_y > to);
-    const Two low = away ? none : begin < end ? begin : end;
-    const Two high = away ? -none : begin < end ? end : begin;
+    const Double2 low = select(away, none, select(begin < end, begin, end));
+    const Double2 high = select(away, -none, select(begin < end, end, begin));
     span.low = std::min({span.low, low[0], low[1]});
     span.high = std::max({span.high, high[0], high[1]});
   }

@@ -255,7 +255,7 @@ void EdgeCollapser::fetch_ahead() const {
   constexpr std::size_t kCorners = 1, kTriangles = 2, kList = 4, kVertex = 8;
   if (const Entry* e = queue_.ahead(kVertex)) {
     for (const std::uint32_t v : {e->a, e->b}) {
-      __builtin_prefetch(&stamps_[v]);
+      prefetch(&stamps_[v]);
       mesh_.fetch(v);
     }
   }

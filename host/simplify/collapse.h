@@ -10,6 +10,7 @@
 #include <span>
 #include <vector>
 
+#include "base/vectors.h"
 #include "kiln/types.h"
 #include "mesh/quadric.h"
 #include "mesh/vector.h"
@@ -94,8 +95,8 @@ class EdgeCollapser {
   void compact();
   void fetch_ahead() const;
   void fetch_planes(std::uint32_t vertex) const {
-    __builtin_prefetch(&quadrics_[vertex]);
-    __builtin_prefetch(&quadrics_[vertex].area);
+    prefetch(&quadrics_[vertex]);
+    prefetch(&quadrics_[vertex].area);
     mesh_.fetch(vertex);
   }
   bool is_current(const Entry& entry) const {

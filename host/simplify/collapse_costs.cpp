@@ -82,10 +82,10 @@ void EdgeCollapser::make_entries(std::span<const std::uint64_t> edges, Entry* en
       const TwoQuadrics::Point from(mesh_.points[a], mesh_.points[c]);
       const TwoQuadrics::Point to(mesh_.points[b], mesh_.points[d]);
       const TwoQuadrics::Point way = to - from;
-      const Two already{off_[a] + off_[b], off_[c] + off_[d]};
-      const Two added = sums.off(sums.best_near(from, to)) - already;
-      const Two cost =
-          larger(Two{0, 0}, added) + kLengthWeight * TwoQuadrics::root(dot(way, way)) * sums.area;
+      const Double2 already{off_[a] + off_[b], off_[c] + off_[d]};
+      const Double2 added = sums.off(sums.best_near(from, to)) - already;
+      const Double2 cost = larger(Double2{0, 0}, added) +
+                           kLengthWeight * TwoQuadrics::root(dot(way, way)) * sums.area;
       entries[waits] = {cost[0], a, b, stamps_[a], stamps_[b], 0};
       entries[i] = {cost[1], c, d, stamps_[c], stamps_[d], 0};
       waits = edges.size();

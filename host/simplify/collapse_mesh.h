@@ -8,6 +8,7 @@
 #include <utility>
 #include <vector>
 
+#include "base/vectors.h"
 #include "kiln/types.h"
 #include "mesh/vector.h"
 
@@ -58,21 +59,21 @@ class CollapseMesh {
   /// Brings to the processor's cache what is soon looked at. First a vertex's own, later the list of its triangles, then
   /// these, and at last their corners: each is found by what came before.
   void fetch(std::uint32_t vertex) const {
-    __builtin_prefetch(&lists_[vertex]);
-    __builtin_prefetch(&points[vertex]);
+    prefetch(&lists_[vertex]);
+    prefetch(&points[vertex]);
   }
-  void fetch_list(std::uint32_t vertex) const { __builtin_prefetch(around(vertex).data()); }
+  void fetch_list(std::uint32_t vertex) const { prefetch(around(vertex).data()); }
   void fetch_triangles(std::uint32_t vertex) const {
     if (is_hub(vertex)) return;
     for (const std::uint32_t t : around(vertex)) {
-      __builtin_prefetch(&triangles[t]);
-      __builtin_prefetch(&alive[t]);
+      prefetch(&triangles[t]);
+      prefetch(&alive[t]);
     }
   }
   void fetch_corners(std::uint32_t vertex) const {
     if (is_hub(vertex)) return;
     for (const std::uint32_t t : around(vertex)) {
-      for (const std::uint32_t v : triangles[t]) __builtin_prefetch(&points[v]);
+      for (const std::uint32_t v : triangles[t]) prefetch(&points[v]);
     }
   }
   /// Neighbours with the number of triangles on the edge to each, by vertex.

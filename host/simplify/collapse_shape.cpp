@@ -80,21 +80,23 @@ bool CollapseShape::add(CollapseMesh& mesh, std::uint32_t moved, std::uint32_t o
                         const Vec3d& target, std::uint32_t leniency, const Facing& facing) {
   mesh.visits += mesh.around(moved).size();
   const Vec3d& a = mesh.points[moved];
-  const Two ax{a.x, target.x}, ay{a.y, target.y}, az{a.z, target.z};  // Before and after.
+  const Double2 ax{a.x, target.x}, ay{a.y, target.y}, az{a.z, target.z};  // Before and after.
   for (const std::uint32_t t : mesh.around(moved)) {
     if (mesh.alive[t] == 0 || mesh.contains(t, other)) continue;
     const Triangle& v = mesh.triangles[t];
     const std::size_t k = v[0] == moved ? 0 : v[1] == moved ? 1 : 2;
     const std::uint32_t first = v[(k + 1) % 3], second = v[(k + 2) % 3];
     const Vec3d &b = mesh.points[first], &c = mesh.points[second];
-    const Two bx = Two{b.x, b.x} - ax, by = Two{b.y, b.y} - ay, bz = Two{b.z, b.z} - az;
-    const Two cx = Two{c.x, c.x} - ax, cy = Two{c.y, c.y} - ay, cz = Two{c.z, c.z} - az;
-    const Two nx = by * cz - bz * cy, ny = bz * cx - bx * cz, nz = bx * cy - by * cx;
-    const Two n2 = nx * nx + ny * ny + nz * nz;
-    const Two b2 = bx * bx + by * by + bz * bz, c2 = cx * cx + cy * cy + cz * cz;
+    const Double2 bx = Double2{b.x, b.x} - ax, by = Double2{b.y, b.y} - ay,
+                  bz = Double2{b.z, b.z} - az;
+    const Double2 cx = Double2{c.x, c.x} - ax, cy = Double2{c.y, c.y} - ay,
+                  cz = Double2{c.z, c.z} - az;
+    const Double2 nx = by * cz - bz * cy, ny = bz * cx - bx * cz, nz = bx * cy - by * cx;
+    const Double2 n2 = nx * nx + ny * ny + nz * nz;
+    const Double2 b2 = bx * bx + by * by + bz * bz, c2 = cx * cx + cy * cy + cz * cz;
     const Vec3d bc = c - b;
     const double d2 = dot(bc, bc);
-    const Two longest = larger(larger(b2, c2), Two{d2, d2});
+    const Double2 longest = larger(larger(b2, c2), Double2{d2, d2});
     const Vec3d before{nx[0], ny[0], nz[0]}, after{nx[1], ny[1], nz[1]};
     const double turn = dot(before, after), squares = n2[0] * n2[1];
     const double sides = b2[1] + d2 + c2[1];

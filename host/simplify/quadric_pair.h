@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base/vectors.h"
 #include "mesh/quadric.h"
 #include "mesh/two_boxes.h"
 
@@ -13,10 +14,10 @@ namespace kiln {
 class TwoQuadrics {
  public:
   struct Point {
-    Two x, y, z;
+    Double2 x, y, z;
     Point(const Vec3d& one, const Vec3d& other)
         : x{one.x, other.x}, y{one.y, other.y}, z{one.z, other.z} {}
-    Point(Two x_, Two y_, Two z_) : x(x_), y(y_), z(z_) {}
+    Point(Double2 x_, Double2 y_, Double2 z_) : x(x_), y(y_), z(z_) {}
     Vec3d at(int i) const { return {x[i], y[i], z[i]}; }
     friend Point operator+(const Point& a, const Point& b) {
       return {a.x + b.x, a.y + b.y, a.z + b.z};
@@ -24,8 +25,8 @@ class TwoQuadrics {
     friend Point operator-(const Point& a, const Point& b) {
       return {a.x - b.x, a.y - b.y, a.z - b.z};
     }
-    friend Point operator*(const Point& a, Two s) { return {a.x * s, a.y * s, a.z * s}; }
-    friend Two dot(const Point& a, const Point& b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
+    friend Point operator*(const Point& a, Double2 s) { return {a.x * s, a.y * s, a.z * s}; }
+    friend Double2 dot(const Point& a, const Point& b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
     friend Point cross(const Point& a, const Point& b) {
       return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
     }
@@ -49,25 +50,25 @@ class TwoQuadrics {
     return {xx[i], xy[i], xz[i], yy[i], yz[i], zz[i], x[i], y[i], z[i], c[i], area[i]};
   }
   /// As Quadric::off().
-  Two off(const Point& p) const {
-    const Two value = p.x * (xx * p.x + 2 * (xy * p.y + xz * p.z + x)) +
-                      p.y * (yy * p.y + 2 * (yz * p.z + y)) + p.z * (zz * p.z + 2 * z) + c;
-    return root(larger(value, Two{0, 0}) * area);
+  Double2 off(const Point& p) const {
+    const Double2 value = p.x * (xx * p.x + 2 * (xy * p.y + xz * p.z + x)) +
+                          p.y * (yy * p.y + 2 * (yz * p.z + y)) + p.z * (zz * p.z + 2 * z) + c;
+    return root(larger(value, Double2{0, 0}) * area);
   }
   /// As Quadric::best_near().
   Point best_near(const Point& pa, const Point& pb) const {
-    const Point middle = (pa + pb) * Two{0.5, 0.5};
-    const Two pull = Quadric::kPull * (xx + yy + zz);
+    const Point middle = (pa + pb) * Double2{0.5, 0.5};
+    const Double2 pull = Quadric::kPull * (xx + yy + zz);
     const Point slope{xx * middle.x + xy * middle.y + xz * middle.z + x,
                       xy * middle.x + yy * middle.y + yz * middle.z + y,
                       xz * middle.x + yz * middle.y + zz * middle.z + z};
-    const Point r = slope * Two{-1, -1};
+    const Point r = slope * Double2{-1, -1};
     const Point row0{xx + pull, xy, xz}, row1{xy, yy + pull, yz}, row2{xz, yz, zz + pull};
     const Point c12 = cross(row1, row2), c20 = cross(row2, row0), c01 = cross(row0, row1);
     const Point step = (c12 * r.x + c20 * r.y + c01 * r.z) * (1 / dot(row0, c12));
     const Point edge = pb - pa;
     Point best = middle + step;
-    const Two way = dot(step, step), longest = dot(edge, edge);
+    const Double2 way = dot(step, step), longest = dot(edge, edge);
     for (int i = 0; i < 2; ++i) {
       if (way[i] <= longest[i]) continue;  // Not where the step is not a number.
       const Vec3d other = at(i).best_near(pa.at(i), pb.at(i));
@@ -76,9 +77,9 @@ class TwoQuadrics {
     return best;
   }
 
-  static Two root(Two value) { return Two{std::sqrt(value[0]), std::sqrt(value[1])}; }
+  static Double2 root(Double2 value) { return Double2{std::sqrt(value[0]), std::sqrt(value[1])}; }
 
-  Two xx, xy, xz, yy, yz, zz, x, y, z, c, area;
+  Double2 xx, xy, xz, yy, yz, zz, x, y, z, c, area;
 };
 
 }  // namespace kiln
