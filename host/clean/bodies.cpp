@@ -141,6 +141,7 @@ std::vector<std::uint8_t> find_floaters(const Mesh& mesh, double share, Cleaned&
     }
   }
   double diagonal = whole.diagonal();
+  if (!(diagonal > 0)) return {};  // nothing has an extent
   std::vector<Box> of_body;
   std::vector<double> area_of;
   std::vector<std::uint32_t> body(parts.count);

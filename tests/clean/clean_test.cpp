@@ -99,6 +99,13 @@ TEST(Clean, SoundMeshesStayToTheBit) {
   }
 }
 
+TEST(Clean, PartsOfNoExtentAreNoFloaters) {
+  Mesh mesh;
+  mesh.positions = {{0, 0, 0}, {0, 0, 0}, {0, 0, 0}, {1, 0, 0}, {1, 0, 0}, {1, 0, 0}};
+  mesh.triangles = {{0, 1, 2}, {3, 4, 5}};
+  EXPECT_NO_THROW(clean_mesh(mesh));
+}
+
 TEST(Clean, NoiseOfRoundingIsWelded) {
   const Mesh sphere = test::icosphere(5);  // Edges of about 0.03, a diagonal of 3.5.
   Mesh mesh = soup(sphere, 3e-7);

@@ -153,6 +153,14 @@ std::string too_many_missed(const BakeJob& arguments, const BakeResult& result, 
          (matches_by(arguments, around) ? "." : ", or " + fallback);
 }
 
+/// HIGH's materials, where its file has them itself, and they were read with it. MTL files tell more when asked anew:
+/// what they lack.
+std::span<const Material> known_materials(const BakeRun& run) {
+  const bool apart = lower_extension(run.arguments.high) == ".obj";
+  if (apart || high_files(run.arguments).size() > 1) return {};
+  return run.dense.beside.materials;
+}
+
 /// Reads all files but LOW's, and makes or reads LOW. \returns false where it was cancelled
 bool read_inputs(BakeRun& run) {
   const BakeJob& arguments = run.arguments;
@@ -174,7 +182,7 @@ bool read_inputs(BakeRun& run) {
                             1});
   }
   run.options.match.uv = uv_options(run.dense, run.options.match.uv);
-  load_textures(arguments, run.dense.mesh, run.options, run.warnings);
+  load_textures(arguments, run.dense.mesh, run.options, run.warnings, known_materials(run));
   if (!arguments.asset.empty() && !arguments.given.contains("--maps")) {
     // The maps are those that some material has: in others the default is meant.
     std::erase_if(run.warnings, [](const Warning& w) { return w.code == "material-value"; });
