@@ -208,6 +208,11 @@ Json set_json(const BakeRun& run, const BakedSet& set, std::size_t first_file) {
     json["uv_copies"] = report.uv_copies;
     json["uv_copies_differ"] = report.uv_copies_differ;
   }
+  if (report.transitions) json["switches"] = describe(*report.transitions);
+  if (report.small_triangles > 0) {
+    json["small_charts"] = {{"triangles", report.small_triangles},
+                            {"without_texel", report.small_without_texel}};
+  }
   if (set.planned) json["auto"] = plan_json(*set.planned);
   if (set.reasons) json["reasons"] = reasons_json(*set.reasons);
   return json;
@@ -244,9 +249,14 @@ bool are_tiles(const BakeRun& run, const Source& source) {
   constexpr std::uint32_t kTrialSize = 16;
   try {
     if (find_texture_sets(run.low.mesh, SetsBy::udim).size() < 2) return false;
-    BakeOptions options = run.options;
+    // By plain rays: what LOW's layout is does not depend on how it is baked.
+    const MatchOptions& match = run.options.match;
+    BakeOptions options;
     options.width = options.height = kTrialSize;
-    options.encoding.mips = options.report.errors = options.report.keep_match = false;
+    options.match.max_distance = match.max_distance;
+    options.match.parts = match.parts;
+    options.match.two_sided = match.two_sided;
+    options.match.uv_copies = match.uv_copies;
     options.report.recall = 0;
     return bake(source, run.low.mesh, options).report.uv_copies_differ > kMostDiffer;
   } catch (const Error&) {
@@ -275,7 +285,8 @@ void find_sets(BakeRun& run, const Source& source) {
   SetsBy by = SetsBy::none;
   if (no_sets(arguments).empty() && !run.low.mesh.uv_triangles.empty()) {
     by = chosen ? *arguments.sets : choose_texture_sets(run.low.mesh);
-    if (!chosen && by == SetsBy::none &&
+    const bool by_uvs = chain_has(arguments, &MatchInfo::needs_uvs);  // those of the unit square
+    if (!chosen && by == SetsBy::none && !by_uvs &&
         (arguments.load_match.empty() ? are_tiles(run, source) : has_matches_of_tiles(run))) {
       by = SetsBy::udim;
     }

@@ -266,7 +266,8 @@ void judge_seams(BakeRun& run, const Device& device, const Source& source) {
   constexpr double kClearly = 0.98;
   LowMesh& low = run.low;
   if (!low.whole && !low.seam_warning) return;
-  if (!run.arguments.load_match.empty()) {  // of one size, and of LOW as it is
+  // A match is of one size, and of LOW as it is; one map of several sets shows nothing.
+  if (!run.arguments.load_match.empty() || !run.sets.empty()) {
     if (low.seam_warning) run.warnings.push_back(*low.seam_warning);
     return;
   }
@@ -402,9 +403,9 @@ int run_bake(const BakeJob& given) {
   if (!run.console.progress(kAtSource, "preparing the high poly")) return kExitCancelled;
   const Source source(device, run.dense.mesh, arguments.traversal);
   run.stages.build = run.watch.lap();
+  find_sets(run, source);
   judge_seams(run, device, source);
   make_cage(run, source);
-  find_sets(run, source);
   keep_asset_match(run);
   if (!(run.sets.empty() ? make_maps(run, source) : bake_sets(run, source))) return kExitCancelled;
   const double making = run.watch.lap();
