@@ -84,8 +84,9 @@ class Bodies {
     }
   }
   std::uint64_t cell_of(const Vec3d& p) const {
+    // From 1 on, so that there are cells before each: parts without extent may lie before all others.
     const auto along = [&](double x) {
-      return static_cast<std::uint64_t>(std::clamp(x / cell_ + 1, 0.0, (1 << kBits) - 2.0));
+      return static_cast<std::uint64_t>(std::clamp(x / cell_ + 1, 1.0, (1 << kBits) - 2.0));
     };
     return along(p.x - low_.x) << 2 * kBits | along(p.y - low_.y) << kBits | along(p.z - low_.z);
   }
@@ -141,6 +142,7 @@ std::vector<std::uint8_t> find_floaters(const Mesh& mesh, double share, Cleaned&
     }
   }
   double diagonal = whole.diagonal();
+  if (!(diagonal > 0)) return {};
   std::vector<Box> of_body;
   std::vector<double> area_of;
   std::vector<std::uint32_t> body(parts.count);

@@ -99,6 +99,25 @@ TEST(Clean, SoundMeshesStayToTheBit) {
   }
 }
 
+/// Triangles of a point each: alone, and on all sides of a sound mesh.
+TEST(Clean, PartsOfNoExtentAreNoFloaters) {
+  for (const bool sound : {false, true}) {
+    Mesh mesh = sound ? test::BumpySphere::light() : Mesh();
+    mesh.uvs.clear();
+    mesh.uv_triangles.clear();
+    mesh.normals.clear();
+    mesh.normal_triangles.clear();
+    const std::size_t before = mesh.triangles.size();
+    for (const float at : {-9.F, 9.F}) {
+      const auto first = static_cast<std::uint32_t>(mesh.positions.size());
+      mesh.positions.insert(mesh.positions.end(), 3, {at, at, at});
+      mesh.triangles.push_back({first, first + 1, first + 2});
+    }
+    EXPECT_NO_THROW(clean_mesh(mesh));
+    EXPECT_GE(mesh.triangles.size(), before);
+  }
+}
+
 TEST(Clean, NoiseOfRoundingIsWelded) {
   const Mesh sphere = test::icosphere(5);  // Edges of about 0.03, a diagonal of 3.5.
   Mesh mesh = soup(sphere, 3e-7);

@@ -95,6 +95,46 @@ TEST(RenderCommand, PutsViewsOnASheet) {
   expect_exit(run_kiln({"render", high, "--zoom", "0", "--out", scene / "a.png"}), 2, {"--zoom"});
 }
 
+/// A HIGH with Z up, in centimetres, is the same as one as LOW is.
+TEST(GalleryCommand, FilesMayBeTurnedAndScaled) {
+  KILN_REQUIRE_DEVICE();
+  const fs::path scene = make_pictures_scene();
+  Mesh high = load_mesh(scene / "high.obj");
+  for (Vec3& p : high.positions) p = {100 * p.x, -100 * p.z, 100 * p.y};
+  high.normals.clear();
+  high.normal_triangles.clear();
+  Mesh plain = load_mesh(scene / "high.obj");
+  plain.normals.clear();
+  plain.normal_triangles.clear();
+  save_obj(plain, scene / "plain.obj");
+  save_obj(high, scene / "turned.obj");
+  const std::vector<std::string> frame = {"--up", "high=z", "--unit", "high=cm"};
+  const auto degrees = [&](std::vector<std::string> words, const char* high_file,
+                           const std::vector<std::string>& more, const char* list) {
+    words.insert(words.begin() + 1, {scene / high_file, scene / "low.obj"});
+    words.insert(words.end(), {"--size", "64", "--pixels", "64", "--json", scene / "f.json"});
+    words.insert(words.end(), more.begin(), more.end());
+    test::expect_exit(run_kiln(words), 0, {});
+    return test::read_json(scene / "f.json")[list][0].dump();
+  };
+  const std::vector<std::string> gallery = {
+      "gallery", "--match", "ray", "--picture-size", "64", "--out", scene / "pictures"};
+  const auto mean = [](const std::string& text) {
+    return nlohmann::json::parse(text)["mean_angle_degrees"].get<double>();
+  };
+  EXPECT_NEAR(mean(degrees(gallery, "turned.obj", frame, "methods")),
+              mean(degrees(gallery, "plain.obj", {}, "methods")), 0.02);
+  test::expect_exit(run_kiln({"gallery", scene / "high.obj", scene / "low.obj", "--up", "down",
+                              "--out", scene / "pictures"}),
+                    2, {"--up 'down'"});
+  test::expect_exit(run_kiln({"chart", scene / "high.obj", scene / "low.obj", "--unit", "mile",
+                              "--out", scene / "pictures"}),
+                    2, {"--unit 'mile'"});
+  test::expect_exit(
+      run_kiln({"measure", scene / "low.obj", "--uv-set", "1", "--json", scene / "f.json"}), 3,
+      {"low.obj"});
+}
+
 TEST(GalleryCommand, ShowsEveryMatch) {
   KILN_REQUIRE_DEVICE();
   const fs::path scene = make_pictures_scene();

@@ -1,6 +1,7 @@
 // kiln bake --sets: files, sizes, reports and refusals.
 #include <gtest/gtest.h>
 
+#include <cctype>
 #include <cmath>
 
 #include "cli/command_scene.h"
@@ -183,6 +184,32 @@ TEST(SetsCommand, CopiesInOtherTilesAreTilesWhereHighDiffers) {
     EXPECT_LT(report["recall"]["lost"], 0.01);
     EXPECT_TRUE(report["warnings"].empty()) << report["warnings"];
   }
+}
+
+/// Whatever sets are called, each has a file of its own in the folder.
+TEST(SetsCommand, FilesAreSafeAndDistinct) {
+  KILN_REQUIRE_DEVICE();
+  const fs::path scene = make_scene();
+  Mesh low = low_of_halves(0);
+  const std::string longest(100000, 'x');
+  low.material_names = {"wood",     "wood_bent", "a/b",        "a\\b",        "A_B",
+                        "../../up", "..",        "q\"u'o#t%e", longest + "1", longest + "2"};
+  for (std::size_t t = 0; t < low.triangles.size(); ++t) {
+    low.materials[t] = static_cast<std::uint32_t>(t % low.material_names.size());
+  }
+  save_obj(low, scene / "low.obj");
+  std::vector<std::string> words = with(
+      command(scene), {"--sets", "material", "--maps", "normal,bent_normal", "--ao-rays", "4"});
+  expect_exit(run_kiln(words), 0, {});
+  std::vector<std::string> files = names(scene / "o");
+  EXPECT_EQ(files.size(), 2 * low.material_names.size());
+  for (std::string& file : files) {
+    EXPECT_EQ(file.find_first_of("\"'#%\\"), std::string::npos) << file;
+    EXPECT_LT(file.size(), 200U);
+    for (char& c : file) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  }
+  std::sort(files.begin(), files.end());
+  EXPECT_TRUE(std::adjacent_find(files.begin(), files.end()) == files.end());
 }
 
 /// Two low polys of one name do not write over each other's sets.

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "arguments/high_poly_input.h"
+#include "arguments/mesh_frame.h"
 #include "arguments/surface_arguments.h"
 #include "kiln/cage.h"
 #include "kiln/kiln.h"
@@ -111,6 +112,7 @@ struct ChartArguments {
   std::vector<std::string> meshes;       ///< Or volumes
   HeightFieldOptions heights;            ///< Of all height fields
   LoadMeshOptions load;                  ///< Of all meshes
+  MeshFrameArguments frame;              ///< Of all meshes
   SurfaceArguments surface;              ///< Of volumes
   std::vector<std::string> for_volumes;  ///< Options given that meshes have no use for
   std::string out, device;

@@ -387,7 +387,8 @@ class MatchChart : public ChartKind {
     for (std::size_t i = 0; i < inputs.size(); ++i) {
       if (!is_readable_file(inputs[i])) load_dense(inputs[i], {}, warnings);  // says what is wrong
       if (!progress(0, "reading " + low_path(i))) return false;
-      lows_.push_back(load_light(low_path(i), "", warnings, arguments_.load));
+      lows_.push_back(
+          load_light(low_path(i), "", warnings, load_options(arguments_, MeshSide::low)));
     }
     return true;
   }
@@ -395,7 +396,7 @@ class MatchChart : public ChartKind {
   void read(std::size_t i) override {
     dense_ = load_dense(inputs[i],
                         is_height_field(inputs[i]) ? arguments_.heights : HeightFieldOptions(),
-                        warnings, arguments_.load);
+                        warnings, load_options(arguments_, MeshSide::high));
     options_.uv = uv_options(dense_);
   }
 
@@ -586,11 +587,13 @@ class MatchChart : public ChartKind {
     for (const AoRow& row : ao_.rows) ao_names.push_back(row.name);
     const HeightFieldOptions& heights = arguments_.heights;
     return fields(
-        "size max_distance height extent triangulate repeat directions pixels settings ao_settings",
+        "size max_distance height extent triangulate up unit uv_set repeat directions pixels "
+        "settings ao_settings",
         {options_.size, arguments_.max_distance,
          has_height_fields(arguments_) ? Json(heights.height) : Json(), extent_json(heights),
-         name_of(Words(kTriangulations), arguments_.load.triangulation), options_.repeat,
-         options_.directions, options_.pixels, names, ao_names});
+         name_of(Words(kTriangulations), arguments_.load.triangulation), arguments_.frame.up,
+         arguments_.frame.unit, arguments_.frame.uv_set, options_.repeat, options_.directions,
+         options_.pixels, names, ao_names});
   }
 
   std::vector<std::string> lines() const override {

@@ -144,7 +144,7 @@ class PlansChart : public ChartKind {
   void read(std::size_t i) override {
     dense_ = load_dense(inputs[i],
                         is_height_field(inputs[i]) ? arguments_.heights : HeightFieldOptions(),
-                        warnings, arguments_.load);
+                        warnings, load_options(arguments_, MeshSide::high));
     if (!dense_.heights) clean_high(dense_.mesh, CleanOptions(), warnings);
   }
 

@@ -51,6 +51,10 @@ void check_volumes(const ChartArguments& a) {
   if (a.load.triangulation != Triangulation::automatic) {
     fail("--triangulate is for meshes, but '" + a.meshes.front() + "' is a volume.");
   }
+  if (a.frame.given()) {
+    fail("--up, --unit, --uv-set and --allow-outside are for meshes, but '" + a.meshes.front() +
+         "' is a volume.");
+  }
   if (stretches(a.heights)) {
     fail("--height and --extent are for height fields, but '" + a.meshes.front() +
          "' is a volume.");
@@ -105,6 +109,9 @@ void check_meshes(const ChartArguments& a) {
     fail("Meshes come in pairs, HIGH LOW, but '" + a.meshes.back() +
          "' has no LOW: give its low poly, with UVs.");
   }
+  std::vector<std::string> sides[2];
+  for (std::size_t i = 0; i < a.meshes.size(); ++i) sides[i % 2].push_back(a.meshes[i]);
+  check_mesh_frame(a.frame, sides[0], sides[1], {});
 }
 
 /// Before any work. \throws Error(usage)
@@ -121,6 +128,7 @@ void check_plan(const ChartArguments& a) {
     }
   }
   check_heights(a, std::any_of(a.meshes.begin(), a.meshes.end(), is_height_field));
+  check_mesh_frame(a.frame, a.meshes, {}, {});
 }
 
 /// Settings without the comma between them would be meshes. \throws Error(usage)
@@ -247,6 +255,7 @@ Run add_chart(Command& app) {
   const OptionRow rows[] = {triangulate_row<Job>("", "HIGH and LOW"), device_row<Job>(""),
                             quiet_row<Job>("")};
   add_options(*command, rows, a.get());
+  add_options(*command, mesh_frame_rows<Job>("Files of meshes", /*low=*/true), a.get());
   add_height_options(*command, *a, "The height fields (HIGH is a PNG or EXR)");
   const auto own = command->get_options();
   add_surface_options(*command, a->surface);

@@ -45,7 +45,7 @@ int rate_layout_of(const MeasureArguments& a) {
   const Device device = Device::open(a.device);
   if (!console.progress(0, "reading " + a.high)) return kExitCancelled;
   std::vector<Warning> warnings;
-  const Mesh mesh = load_mesh(a.high, &warnings);
+  const Mesh mesh = load_mesh(a.high, load_options(a.bake, MeshSide::high), &warnings);
   if (mesh.uvs.empty()) {
     fail("'" + a.high +
          "' has no UVs to rate. To rate matches, give both meshes: kiln measure HIGH "
@@ -145,15 +145,22 @@ Run add_measure(Command& app) {
   add_view_options(*command, a->view);
   add_run_options(*command, *a);
   return [a, command] {
+    static const std::set<std::string> of_meshes = {"--up", "--unit", "--uv-set", "--allow-outside",
+                                                    "--triangulate"};
+    std::vector<std::string> high = {a->high}, low = a->bake.more_low;
+    high.insert(high.end(), a->bake.more_high.begin(), a->bake.more_high.end());
+    if (!a->low.empty()) low.push_back(a->low);
+    check_mesh_frame(a->bake.frame, high, low, a->bake.occluders);
     for (const std::string& flag : given_flags(*command)) {
       const bool takes = a->matching_flags.contains(flag);
       if (takes) a->bake.given.insert(flag);
       if (flag == "--max-distance") a->distance_given = true;
-      if (!takes || a->study.empty()) continue;
+      if (!takes || a->study.empty() || of_meshes.contains(flag)) continue;
       fail(flag + " is for rating matches: leave out --study, or it.");
     }
     if (a->study.empty() && a->low.empty()) {
-      const std::set<std::string> own_of_layouts = {"--size", "--json", "--quiet", "--device"};
+      std::set<std::string> own_of_layouts = {"--size", "--json", "--quiet", "--device"};
+      own_of_layouts.insert(of_meshes.begin(), of_meshes.end());
       const std::set<std::string> given = given_flags(*command);
       if (std::all_of(given.begin(), given.end(),
                       [&](const std::string& flag) { return own_of_layouts.contains(flag); })) {

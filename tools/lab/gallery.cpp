@@ -7,6 +7,7 @@
 
 #include "arguments/bake_job.h"
 #include "arguments/high_poly_input.h"
+#include "arguments/mesh_frame.h"
 #include "arguments/parse.h"
 #include "arguments/paths.h"
 #include "commands.h"
@@ -32,6 +33,7 @@ struct GalleryArguments {
   std::vector<std::string> matches;  ///< Empty: all that do for the meshes
   HeightFieldOptions heights;
   LoadMeshOptions load;
+  MeshFrameArguments frame;
   ViewArguments view;
   std::uint32_t size = 1024;         ///< Texels a side
   std::uint32_t picture_size = 480;  ///< Pixels of the longer side
@@ -310,6 +312,7 @@ std::vector<std::string> save_gallery(const Gallery& gallery, const fs::path& fo
 }
 
 int run_gallery(const GalleryArguments& a) {
+  check_mesh_frame(a.frame, {a.high}, {a.low}, {});
   parse_length_above_0("--max-distance", a.max_distance);  // before any work
   RenderOptions view = view_options(a.view, is_height_field(a.high));
   view.size = a.picture_size;
@@ -324,8 +327,9 @@ int run_gallery(const GalleryArguments& a) {
   const Device device = Device::open(a.device);
   if (!console.progress(0, "reading " + a.high)) return kExitCancelled;
   std::vector<Warning> warnings;
-  const HighPolyInput dense = load_dense(a.high, a.heights, warnings, a.load);
-  const Mesh low = load_light(a.low, "", warnings, a.load);
+  const HighPolyInput dense =
+      load_dense(a.high, a.heights, warnings, load_options(a, MeshSide::high));
+  const Mesh low = load_light(a.low, "", warnings, load_options(a, MeshSide::low));
   const double seconds_load = watch.lap();
   const std::optional<Gallery> gallery =
       make_gallery(device, dense.mesh, low, a, uv_options(dense), view,
@@ -359,12 +363,13 @@ int run_gallery(const GalleryArguments& a) {
        fields("high low", {describe(dense.mesh, a.high), describe(low, a.low)}),
        fields(
            "match size max_distance picture_size pixels view zoom at z_up square height extent "
-           "triangulate",
+           "triangulate up unit uv_set",
            {a.matches.empty() ? match_names() : a.matches, a.size, a.max_distance, a.picture_size,
             a.pixels, Json::array({view.azimuth_degrees, view.elevation_degrees}), view.zoom,
             view.at ? Json(*view.at) : Json(), view.z_up, a.view.square,
             is_height_field(a.high) ? Json(a.heights.height) : Json(), extent_json(a.heights),
-            name_of(Words(kTriangulations), a.load.triangulation)}),
+            name_of(Words(kTriangulations), a.load.triangulation), a.frame.up, a.frame.unit,
+            a.frame.uv_set}),
        methods, describe_left_out(gallery->left_out, "method"),
        fields("every drawn", {gallery->every, gallery->samples_drawn})});
   add_ending(json, {{"load", seconds_load}, {"draw", seconds_draw}}, watch, outputs, warnings);
@@ -410,6 +415,8 @@ Run add_gallery(Command& app) {
   add_height_options(*command, *a, "The height field (HIGH is a PNG or EXR)");
   const OptionRow rows[] = {triangulate_row<GalleryArguments>("", "HIGH and LOW")};
   add_options(*command, rows, a.get());
+  add_options(*command, mesh_frame_rows<GalleryArguments>("Files of meshes", /*low=*/true),
+              a.get());
   add_run_options(*command, *a);
   return [a] { return run_gallery(*a); };
 }

@@ -132,27 +132,27 @@ class MtlReader {
     } else if (keyword == "illum") {
       illumination_ = scan_.token_in_line();
     } else if (keyword == "map_ns" && by_blender_) {
-      exponent_file_ = picture(keyword);
+      exponents_ = picture(keyword);
     } else if (keyword == "map_refl" && by_blender_) {
-      reflection_file_ = picture(keyword);
+      reflections_ = picture(keyword);
     } else if (keyword == "map_bump" || keyword == "bump") {
-      fs::path file = picture(keyword);
-      if (!has_normals_) material.normal_map.file = std::move(file);
-    } else if (fs::path* file = picture_of(material, keyword)) {
-      *file = picture(keyword);
-      has_normals_ = has_normals_ || file == &material.normal_map.file;
+      MaterialPicture bumps = picture(keyword);
+      if (!has_normals_) material.normal_map = std::move(bumps);
+    } else if (MaterialPicture* named = picture_of(material, keyword)) {
+      *named = picture(keyword);
+      has_normals_ = has_normals_ || named == &material.normal_map;
     } else if (keyword.starts_with("map_") && !is_other_picture(keyword)) {
       count(ignored_, keyword);
     }
   }
 
-  static fs::path* picture_of(Material& material, std::string_view keyword) {
-    if (keyword == "map_kd") return &material.color_map.file;
-    if (keyword == "map_d") return &material.opacity_map.file;
-    if (keyword == "norm" || keyword == "map_kn") return &material.normal_map.file;
-    if (keyword == "map_pr") return &material.roughness_map.file;
-    if (keyword == "map_pm") return &material.metallic_map.file;
-    if (keyword == "map_ke") return &material.emission_map.file;
+  static MaterialPicture* picture_of(Material& material, std::string_view keyword) {
+    if (keyword == "map_kd") return &material.color_map;
+    if (keyword == "map_d") return &material.opacity_map;
+    if (keyword == "norm" || keyword == "map_kn") return &material.normal_map;
+    if (keyword == "map_pr") return &material.roughness_map;
+    if (keyword == "map_pm") return &material.metallic_map;
+    if (keyword == "map_ke") return &material.emission_map;
     return nullptr;
   }
 
@@ -171,15 +171,15 @@ class MtlReader {
       if (reflects) material.metallic = (ambient_[0] + ambient_[1] + ambient_[2]) / 3;
       material.metallic_from = MaterialNumber::converted;
     }
-    const auto stand_in = [&](fs::path& file, fs::path& other, const char* keyword) {
-      if (file.empty() && !other.empty()) {
-        file = other;
+    const auto stand_in = [&](MaterialPicture& own, MaterialPicture& other, const char* keyword) {
+      if (own.empty() && !other.empty()) {
+        own = other;
         if (stand_ins_.count++ == 0) stand_ins_.example = material.name + ": " + keyword;
       }
-      other.clear();
+      other = {};
     };
-    stand_in(material.roughness_map.file, exponent_file_, "map_Ns");
-    stand_in(material.metallic_map.file, reflection_file_, "map_refl");
+    stand_in(material.roughness_map, exponents_, "map_Ns");
+    stand_in(material.metallic_map, reflections_, "map_refl");
     ambient_ = {};
     shininess_ = -1;
     illumination_ = {};
@@ -211,8 +211,9 @@ class MtlReader {
     if (from != nullptr) *from = MaterialNumber::given;
   }
 
-  /// The file that a line names, after its options; names may have blanks in them.
-  fs::path picture(std::string_view keyword) {
+  /// The picture that a line names, after its options; names may have blanks in them.
+  MaterialPicture picture(std::string_view keyword) {
+    MaterialPicture result;
     std::string_view rest = without_blanks(scan_.rest_of_line());
     while (rest.starts_with('-')) {
       const std::string_view option = next_word(rest);
@@ -230,7 +231,9 @@ class MtlReader {
         given[static_cast<std::size_t>(found)] = word;
         rest = ahead;
       }
-      if (!says_nothing(option, std::span(given).first(static_cast<std::size_t>(found)))) {
+      if (option == "-clamp" && given[0] == "on") {
+        result.wrap = {TextureWrap::clamp, TextureWrap::clamp};
+      } else if (!says_nothing(option, std::span(given).first(static_cast<std::size_t>(found)))) {
         count(placed_, option);
       }
     }
@@ -240,9 +243,12 @@ class MtlReader {
     }
     std::replace(name.begin(), name.end(), '\\', '/');
     if (name.empty()) return {};
-    const fs::path path = folder_ / fs::path(name);
-    if (finder_ == nullptr) return path;
-    return finder_->find(path, input_.file + ": " + scan_.place() + ": " + std::string(keyword));
+    result.file = folder_ / fs::path(name);
+    if (finder_ != nullptr) {
+      result.file = finder_->find(result.file,
+                                  input_.file + ": " + scan_.place() + ": " + std::string(keyword));
+    }
+    return result;
   }
 
   /// Takes the first word off a text.
@@ -267,7 +273,7 @@ class MtlReader {
   std::array<float, 3> ambient_{};
   float shininess_ = -1;  ///< Below 0: not given.
   std::string_view illumination_;
-  fs::path exponent_file_, reflection_file_;
+  MaterialPicture exponents_, reflections_;
   bool has_opacity_ = false;  ///< By `d`.
   bool has_normals_ = false;  ///< By a statement that means no heights.
 };

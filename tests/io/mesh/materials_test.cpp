@@ -38,6 +38,8 @@ TEST(Materials, ReadsNumbersAndNamesOfPictures) {
   EXPECT_EQ(materials[0].metallic, 1);
   EXPECT_EQ(materials[0].color_map.file, fs::path("folder/old paint.png"));
   EXPECT_EQ(materials[0].roughness_map.file, fs::path("folder/sub/rough.png"));
+  EXPECT_EQ(materials[0].color_map.wrap[1], TextureWrap::clamp);
+  EXPECT_EQ(materials[0].roughness_map.wrap[0], TextureWrap::repeat);
   EXPECT_EQ(materials[1].opacity, 0.25F);
   EXPECT_EQ(materials[1].opacity_map.file, fs::path("folder/a b.png"));
   EXPECT_EQ(materials[1].normal_map.file, fs::path("folder/n.png"));

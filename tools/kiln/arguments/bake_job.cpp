@@ -49,12 +49,6 @@ BakeOptions options_of(const BakeJob& job) {
   return options;
 }
 
-LoadMeshOptions load_options(const BakeJob& job, MeshSide side) {
-  LoadMeshOptions options = load_options(job.frame, side);
-  options.triangulation = job.load.triangulation;
-  return options;
-}
-
 Json describe(const BakeJob& job, const BakeReport& report) {
   Json json = values_json(bake_rows(), &job);
   // What does not apply is null, and what was chosen is told as it was.

@@ -89,9 +89,6 @@ void check_served(const BakeJob& job);
 /// \throws Error(usage), Error(input)
 BakeOptions options_of(const BakeJob& job);
 
-/// How meshes of a side are read. \throws Error(usage)
-LoadMeshOptions load_options(const BakeJob& job, MeshSide side);
-
 /// Every option in force, for the report.
 Json describe(const BakeJob& job, const BakeReport& report);
 

@@ -22,6 +22,15 @@ double relief(const Mesh& field) {
   return squared > 0 ? reach / std::sqrt(squared) : 0;
 }
 
+/// The readers do not know whose file it is, and speak of LOW.
+void say_of_high(Warning& warning) {
+  if (warning.code != "missing-uvs") return;
+  const std::string baked = "nothing is baked ";
+  const std::size_t at = warning.message.find(baked);
+  if (at == std::string::npos) return;
+  warning.message.replace(at, baked.size(), "no texture of HIGH is read ");
+}
+
 }  // namespace
 
 std::string mesh_kinds() {
@@ -54,7 +63,9 @@ HighPolyInput load_dense(const std::vector<std::string>& files, const HeightFiel
                                       in_words(files) +
                                       (files.size() == 1 ? " is a mesh." : " are meshes."));
   }
+  const std::size_t before = warnings.size();
   MeshFiles read = load_meshes(files, options, named, warnings, beside);
+  for (std::size_t i = before; i < warnings.size(); ++i) say_of_high(warnings[i]);
   read.mesh.tangents = {};  // for its normal textures MikkTSpace computes them
   turn_normals("HIGH", Trusted::faces, read.mesh, warnings);
   return {std::move(read.mesh), {}, std::move(read.beside)};

@@ -24,9 +24,10 @@ std::set<std::string> add_matching_flags(Command& command, BakeJob& job,
                                          const std::set<std::string>& without) {
   // What says how meshes are read and points are found; but what a match has no say in.
   static const std::set<std::string> of_meshes = {
-      "--high",           "--low",       "--triangulate",
-      "--tangents",       "--uv-copies", "--two-sided",
-      "--split-at-seams", "--traversal", "--load-match"};
+      "--high",         "--low",       "--triangulate",    "--tangents",
+      "--uv-copies",    "--two-sided", "--split-at-seams", "--traversal",
+      "--load-match",   "--up",        "--unit",           "--uv-set",
+      "--allow-outside"};
   static const std::set<std::string> never = {"--visibility-clusters", "--visibility-deviation",
                                               "--save-cage", "--reasons", "--recall"};
   const std::vector<OptionRow> rows =

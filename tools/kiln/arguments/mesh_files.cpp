@@ -23,17 +23,30 @@ std::array<Vec2, 3> uvs_of(const Mesh& mesh, std::uint32_t t) {
   return {mesh.uvs[a], mesh.uvs[b], mesh.uvs[c]};
 }
 
-/// True if two triangles have the same UVs in any order: copies of one part.
+/// The UVs of a triangle's polygon, sorted, each once: mirrored quads are cut along the other diagonal.
+std::vector<Vec2> polygon_uvs(const Mesh& mesh, std::uint32_t t) {
+  std::uint32_t first = t, end = t + 1;
+  if (!mesh.polygons.empty()) {
+    while (first > 0 && mesh.polygons[first - 1] == mesh.polygons[t]) --first;
+    while (end < mesh.polygons.size() && mesh.polygons[end] == mesh.polygons[t]) ++end;
+  }
+  std::vector<Vec2> uvs;
+  for (; first < end; ++first) {
+    for (const Vec2& uv : uvs_of(mesh, first)) {
+      if (std::isfinite(uv.x) && std::isfinite(uv.y)) uvs.push_back(uv);
+    }
+  }
+  std::sort(uvs.begin(), uvs.end(),
+            [](const Vec2& a, const Vec2& b) { return std::pair(a.x, a.y) < std::pair(b.x, b.y); });
+  uvs.erase(std::unique(uvs.begin(), uvs.end()), uvs.end());
+  return uvs;
+}
+
+/// True if two triangles' polygons have the same UVs: copies of one part.
 bool same_place(const Mesh& mesh, std::uint32_t t, std::uint32_t u) {
-  const auto place = [&](std::uint32_t triangle) {
-    std::array<Vec2, 3> uvs = uvs_of(mesh, triangle);
-    std::sort(uvs.begin(), uvs.end(), [](const Vec2& a, const Vec2& b) {
-      return std::pair(a.x, a.y) < std::pair(b.x, b.y);
-    });
-    return uvs;
-  };
-  const auto a = place(t), b = place(u);
-  for (std::size_t k = 0; k < 3; ++k) {
+  const std::vector<Vec2> a = polygon_uvs(mesh, t), b = polygon_uvs(mesh, u);
+  if (a.size() != b.size()) return false;
+  for (std::size_t k = 0; k < a.size(); ++k) {
     if (std::abs(a[k].x - b[k].x) > 1e-4F || std::abs(a[k].y - b[k].y) > 1e-4F) return false;
   }
   return true;

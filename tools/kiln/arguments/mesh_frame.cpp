@@ -84,6 +84,9 @@ void check_mesh_frame(const MeshFrameArguments& arguments, const std::vector<std
     const auto any = [&](const std::vector<std::string>& files) {
       return std::any_of(files.begin(), files.end(), needs);
     };
+    if (values.high && high.empty()) {
+      fail_usage(std::string(flag.name) + " high= is for a HIGH: give it, or leave it out.");
+    }
     if (values.high && std::all_of(high.begin(), high.end(), is_height_field)) {
       fail_usage(std::string(flag.name) + " high= is for meshes, and HIGH is a height field.");
     }

@@ -13,6 +13,8 @@ namespace kiln::cli {
 struct MeshFrameArguments {
   std::vector<std::string> up, unit, uv_set;
   bool allow_outside = false;
+
+  bool given() const { return !up.empty() || !unit.empty() || !uv_set.empty() || allow_outside; }
 };
 
 /// Whose file it is; other: an occluder.
@@ -56,5 +58,13 @@ void check_mesh_frame(const MeshFrameArguments& arguments, const std::vector<std
 /// A value of one side holds whatever its files say, one of both sides for those that do not say it.
 /// \throws Error(usage)
 LoadMeshOptions load_options(const MeshFrameArguments& arguments, MeshSide side);
+
+/// The same, with how polygons become triangles, of jobs with members `frame` and `load`. \throws Error(usage)
+template <typename Job>
+LoadMeshOptions load_options(const Job& job, MeshSide side) {
+  LoadMeshOptions options = load_options(job.frame, side);
+  options.triangulation = job.load.triangulation;
+  return options;
+}
 
 }  // namespace kiln::cli

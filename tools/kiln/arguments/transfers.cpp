@@ -21,8 +21,11 @@ bool has_pictures(const Texture& texture) { return !texture.images.empty(); }
 /// Reads each file of materials once, when first asked for.
 class Materials {
  public:
-  Materials(const BakeJob& arguments, const Mesh& high, std::vector<Warning>& warnings)
-      : arguments_(arguments), high_(high), warnings_(warnings) {}
+  Materials(const BakeJob& arguments, const Mesh& high, std::vector<Warning>& warnings,
+            std::span<const Material> known)
+      : arguments_(arguments), high_(high), warnings_(warnings) {
+    if (!known.empty()) read_.emplace(known.begin(), known.end());
+  }
 
   Texture texture(MaterialSlot slot) {
     return load_material_texture(all(), slot, &warnings_, high_.uv_set);
@@ -89,8 +92,8 @@ std::vector<OwnMap> load_own_maps(const BakeJob& a) {
 }
 
 void load_textures(const BakeJob& arguments, const Mesh& high, BakeOptions& options,
-                   std::vector<Warning>& warnings) {
-  Materials materials(arguments, high, warnings);
+                   std::vector<Warning>& warnings, std::span<const Material> known) {
+  Materials materials(arguments, high, warnings, known);
   for (const TransferArgument& transfer : parse_transfers(arguments)) {
     Texture texture = load_texture(transfer, materials);
     if (map_takes(transfer.name, &MapInfo::takes_color)) {

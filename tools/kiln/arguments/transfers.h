@@ -2,6 +2,7 @@
 #pragma once
 
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -58,8 +59,9 @@ std::vector<OwnMap> load_own_maps(const BakeJob& arguments);
 /// Reads the pictures of --transfer. And the materials' pictures that maps hold, or that
 /// --alpha-test goes by.
 /// \throws Error(input), Error(usage)
+/// \param known  HIGH's materials, where they were read with it already; else empty
 void load_textures(const BakeJob& arguments, const Mesh& high, BakeOptions& options,
-                   std::vector<Warning>& warnings);
+                   std::vector<Warning>& warnings, std::span<const Material> known = {});
 
 /// Takes off what --alpha-test finds transparent. \throws Error(input)
 void apply_alpha_test(const BakeJob& arguments, const BakeOptions& options, Mesh& high,

@@ -4,40 +4,62 @@
 #include <set>
 #include <utility>
 
+#include "arguments/packs.h"
 #include "arguments/parse.h"
+#include "arguments/transfers.h"
 #include "command/bake_run.h"
 #include "report/check_result.h"
 
 namespace kiln::cli {
 namespace {
 
-/// A name as files may have it on any system.
+constexpr std::size_t kMostOfName = 100;  // bytes, of the 255 that a file's name may have
+
+/// The beginning of a long text, not cut within a letter of UTF-8.
+std::string beginning(const std::string& text) {
+  std::size_t end = std::min(text.size(), kMostOfName);
+  while (end > 0 && end < text.size() && (static_cast<unsigned char>(text[end]) & 0xC0U) == 0x80U) {
+    --end;
+  }
+  return text.substr(0, end);
+}
+
+/// "Texture set 'glass'", for messages.
+std::string in_words(const TextureSet& set) {
+  const std::string name = beginning(set.name);
+  return "Texture set '" + name + (name.size() < set.name.size() ? "...'" : "'");
+}
+
+/// A name as files may have it on any system, and MTL files and shells may name them.
 std::string file_word(const std::string& name) {
-  constexpr std::string_view kForbidden = "/\\:*?\"<>|";
-  constexpr std::size_t kMost = 100;  // bytes, of the 255 that a name may have
+  constexpr std::string_view kForbidden = "/\\:*?\"'`<>|#%&$;!";
   std::string word;
   for (const char c : name) {
     const auto byte = static_cast<unsigned char>(c);
     const bool plain = byte > 0x20 && byte != 0x7F && kForbidden.find(c) == std::string_view::npos;
     word += plain ? c : '_';
   }
-  std::size_t end = std::min(word.size(), kMost);
-  while (end > 0 && end < word.size() && (static_cast<unsigned char>(word[end]) & 0xC0U) == 0x80U) {
-    --end;  // not within a letter of UTF-8
-  }
-  word.resize(end);
+  word = beginning(word);
   return word.empty() ? "set" : word;
 }
 
-/// Names that differ, whatever a file system takes for the same.
-void name_files(std::vector<BakedSet>& sets) {
+/// Names that differ, whatever a file system takes for the same: also where the map `bent_normal` of the set `wood`
+/// and the map `normal` of `wood_bent` would have one.
+void name_files(const BakeJob& job, std::vector<BakedSet>& sets) {
+  std::vector<std::string> endings = {""};
+  for (const std::string& map : all_maps(job)) endings.push_back("_" + map);
+  for (const Pack& pack : parse_packs(job)) endings.push_back("_" + pack.name);
   std::set<std::string> taken;
   for (BakedSet& set : sets) {
     const std::string plain = file_word(set.set.name);
-    for (std::size_t k = 1;; ++k) {
-      set.word = k == 1 ? plain : plain + "_" + std::to_string(k);
-      if (taken.insert(lower_case(set.word)).second) break;
+    const auto is_free = [&](const std::string& ending) {
+      return !taken.contains(lower_case(set.word + ending));
+    };
+    std::size_t k = 1;
+    for (set.word = plain; !std::all_of(endings.begin(), endings.end(), is_free);) {
+      set.word = plain + "_" + std::to_string(++k);
     }
+    for (const std::string& ending : endings) taken.insert(lower_case(set.word + ending));
   }
 }
 
@@ -47,16 +69,20 @@ void size_sets(const BakeRun& run, std::vector<BakedSet>& sets) {
     set.height = run.options.height;
   }
   for (const SetSize& size : run.arguments.set_sizes) {
-    const auto found = std::find_if(sets.begin(), sets.end(),
-                                    [&](const BakedSet& set) { return set.set.name == size.set; });
-    if (found == sets.end()) {
-      std::string names;
-      for (const BakedSet& set : sets) names += (names.empty() ? "'" : ", '") + set.set.name + "'";
-      fail_usage("--size '" + size.set + "=...' names no texture set of LOW; they are " + names +
-                 ".");
+    bool found = false;
+    for (BakedSet& set : sets) {
+      if (set.set.name != size.set) continue;
+      set.width = size.width;
+      set.height = size.height;
+      found = true;
     }
-    found->width = size.width;
-    found->height = size.height;
+    if (found) continue;
+    std::string names;
+    for (const BakedSet& set : sets) {
+      names += (names.empty() ? "'" : ", '") + beginning(set.set.name) + "'";
+    }
+    fail_usage("--size '" + beginning(size.set) + "=...' names no texture set of LOW; they are " +
+               names + ".");
   }
 }
 
@@ -74,7 +100,7 @@ void warn_of_left_out(BakeRun& run, SetsBy by) {
     const bool there = std::any_of(run.sets.begin(), run.sets.end(),
                                    [&](const BakedSet& set) { return set.set.name == names[i]; });
     if (there || triangles[i] == 0) continue;
-    if (count++ == 0) example = names[i];
+    if (count++ == 0) example = beginning(names[i]);
   }
   if (count == 0) return;
   run.warnings.push_back({"set-without-uvs",
@@ -102,8 +128,7 @@ class SetWarnings {
     std::vector<Warning> result;
     for (const auto& [set, warning, more] : list_) {
       const std::string others = more == 0 ? "" : " and " + std::to_string(more) + " more";
-      result.push_back({warning.code, "Texture set '" + set + "'" + others + ": " + warning.message,
-                        warning.count});
+      result.push_back({warning.code, set + others + ": " + warning.message, warning.count});
     }
     return result;
   }
@@ -183,6 +208,11 @@ Json set_json(const BakeRun& run, const BakedSet& set, std::size_t first_file) {
     json["uv_copies"] = report.uv_copies;
     json["uv_copies_differ"] = report.uv_copies_differ;
   }
+  if (report.transitions) json["switches"] = describe(*report.transitions);
+  if (report.small_triangles > 0) {
+    json["small_charts"] = {{"triangles", report.small_triangles},
+                            {"without_texel", report.small_without_texel}};
+  }
   if (set.planned) json["auto"] = plan_json(*set.planned);
   if (set.reasons) json["reasons"] = reasons_json(*set.reasons);
   return json;
@@ -202,7 +232,7 @@ void take_sets(BakeRun& run, SetsBy by, bool chosen) {
   }
   warn_of_left_out(run, by);
   size_sets(run, run.sets);
-  name_files(run.sets);
+  name_files(arguments, run.sets);
   check_outputs(arguments, run.save_options, run.sets);
   std::erase_if(run.warnings, [](const Warning& w) { return w.code == "files-overlap"; });
   if (!chosen) {
@@ -219,9 +249,14 @@ bool are_tiles(const BakeRun& run, const Source& source) {
   constexpr std::uint32_t kTrialSize = 16;
   try {
     if (find_texture_sets(run.low.mesh, SetsBy::udim).size() < 2) return false;
-    BakeOptions options = run.options;
+    // By plain rays: what LOW's layout is does not depend on how it is baked.
+    const MatchOptions& match = run.options.match;
+    BakeOptions options;
     options.width = options.height = kTrialSize;
-    options.encoding.mips = options.report.errors = options.report.keep_match = false;
+    options.match.max_distance = match.max_distance;
+    options.match.parts = match.parts;
+    options.match.two_sided = match.two_sided;
+    options.match.uv_copies = match.uv_copies;
     options.report.recall = 0;
     return bake(source, run.low.mesh, options).report.uv_copies_differ > kMostDiffer;
   } catch (const Error&) {
@@ -250,7 +285,8 @@ void find_sets(BakeRun& run, const Source& source) {
   SetsBy by = SetsBy::none;
   if (no_sets(arguments).empty() && !run.low.mesh.uv_triangles.empty()) {
     by = chosen ? *arguments.sets : choose_texture_sets(run.low.mesh);
-    if (!chosen && by == SetsBy::none &&
+    const bool by_uvs = chain_has(arguments, &MatchInfo::needs_uvs);  // those of the unit square
+    if (!chosen && by == SetsBy::none && !by_uvs &&
         (arguments.load_match.empty() ? are_tiles(run, source) : has_matches_of_tiles(run))) {
       by = SetsBy::udim;
     }
@@ -288,7 +324,7 @@ bool bake_sets(BakeRun& run, const Source& source) {
     try {
       if (!make_maps(run, source, done, share)) return false;
     } catch (const Error& error) {
-      throw Error(error.code(), "Texture set '" + set.set.name + "': " + error.what());
+      throw Error(error.code(), in_words(set.set) + ": " + error.what());
     }
     set.planned = std::exchange(run.planned, std::nullopt);
     if (set.planned) {
@@ -303,7 +339,7 @@ bool bake_sets(BakeRun& run, const Source& source) {
     own.insert(own.end(), first, run.warnings.end());
     run.warnings.erase(first, run.warnings.end());
     for (const Warning& warning : own) {
-      if (warning.code != "uv-missing") warnings.add(set.set.name, warning);  // of other sets
+      if (warning.code != "uv-missing") warnings.add(in_words(set.set), warning);  // of other sets
     }
     add_to(sum, run.result.report);
     done += share;

@@ -153,6 +153,14 @@ std::string too_many_missed(const BakeJob& arguments, const BakeResult& result, 
          (matches_by(arguments, around) ? "." : ", or " + fallback);
 }
 
+/// HIGH's materials, where its file has them itself, and they were read with it. MTL files tell more when asked anew:
+/// what they lack.
+std::span<const Material> known_materials(const BakeRun& run) {
+  const bool apart = lower_extension(run.arguments.high) == ".obj";
+  if (apart || high_files(run.arguments).size() > 1) return {};
+  return run.dense.beside.materials;
+}
+
 /// Reads all files but LOW's, and makes or reads LOW. \returns false where it was cancelled
 bool read_inputs(BakeRun& run) {
   const BakeJob& arguments = run.arguments;
@@ -174,7 +182,7 @@ bool read_inputs(BakeRun& run) {
                             1});
   }
   run.options.match.uv = uv_options(run.dense, run.options.match.uv);
-  load_textures(arguments, run.dense.mesh, run.options, run.warnings);
+  load_textures(arguments, run.dense.mesh, run.options, run.warnings, known_materials(run));
   if (!arguments.asset.empty() && !arguments.given.contains("--maps")) {
     // The maps are those that some material has: in others the default is meant.
     std::erase_if(run.warnings, [](const Warning& w) { return w.code == "material-value"; });
@@ -259,7 +267,8 @@ void judge_seams(BakeRun& run, const Device& device, const Source& source) {
   constexpr double kClearly = 0.98;
   LowMesh& low = run.low;
   if (!low.whole && !low.seam_warning) return;
-  if (!run.arguments.load_match.empty()) {  // of one size, and of LOW as it is
+  // A match is of one size, and of LOW as it is; one map of several sets shows nothing.
+  if (!run.arguments.load_match.empty() || !run.sets.empty()) {
     if (low.seam_warning) run.warnings.push_back(*low.seam_warning);
     return;
   }
@@ -395,9 +404,9 @@ int run_bake(const BakeJob& given) {
   if (!run.console.progress(kAtSource, "preparing the high poly")) return kExitCancelled;
   const Source source(device, run.dense.mesh, arguments.traversal);
   run.stages.build = run.watch.lap();
+  find_sets(run, source);
   judge_seams(run, device, source);
   make_cage(run, source);
-  find_sets(run, source);
   keep_asset_match(run);
   if (!(run.sets.empty() ? make_maps(run, source) : bake_sets(run, source))) return kExitCancelled;
   const double making = run.watch.lap();

@@ -234,6 +234,10 @@ int run_render(const RenderArguments& arguments) {
   RenderOptions options = render_options(arguments);
   prepare_parent(arguments.out);
   prepare_parent(arguments.json);
+  std::vector<std::string> references = bake_as.more_high, shown = bake_as.more_low;
+  if (!arguments.reference.empty()) references.push_back(arguments.reference);
+  shown.push_back(arguments.mesh);
+  check_mesh_frame(bake_as.frame, references, shown, {});
   std::vector<Warning> warnings;
   const Mesh mesh = load_low(baking(arguments), warnings);
   std::optional<HighPolyInput> dense;
