@@ -345,6 +345,12 @@ Parts pair_parts(const Mesh& high, const Mesh& low, const PartNames& names) {
   const PartNamer part_name(names);
   const NamedGroups of_high(high, names, part_name, PartSide::high);
   const NamedGroups of_low(low, names, part_name, PartSide::low);
+  for (const auto& [groups, mesh] : {std::pair(&of_low, &low), std::pair(&of_high, &high)}) {
+    if (groups->used.empty()) {
+      throw Error(ErrorCode::input,
+                  "'" + mesh->name + "' has no triangles: there are no parts to pair.");
+    }
+  }
   const std::unordered_set<std::string> in_high(of_high.used_parts.begin(),
                                                 of_high.used_parts.end());
   std::map<std::string, std::uint32_t> pairs;

@@ -54,6 +54,8 @@ TEST(Terminal, IsGivenNoControlCharacters) {
   // C1, as two bytes and as one, which is no UTF-8.
   EXPECT_EQ(printable("\xc2\x9b\x9b"), "\\xc2\\x9b\\x9b");
   EXPECT_EQ(printable("\xc2\xa0"), "\xc2\xa0");
+  // What turns the direction of writing: "a" U+202E "gnp.exe".
+  EXPECT_EQ(printable("a\xe2\x80\xaegnp.exe"), "a\\xe2\\x80\\xaegnp.exe");
 }
 
 TEST(Terminal, LinesAreCutBetweenCharacters) {

@@ -22,6 +22,16 @@ TEST(Table, WritesCellsOfEveryKindAsCsv) {
             "c,0,2,0,\n");
 }
 
+TEST(Table, KeepsNamesOfFilesWithinTheirCell) {
+  Table table("name");
+  table.add({"a,\"b\"\nc"});
+  EXPECT_EQ(table.csv(), "name\n\"a,\"\"b\"\"\nc\"\n");
+  EXPECT_EQ(markdown_cell("<img src=x>![a](b)|\x1b[2J\n&amp;"),
+            "\\<img src=x\\>\\!\\[a\\](b)\\|\\\\x1b\\[2J \\&amp;");
+  EXPECT_EQ(fixed_text(3e38, 2), "3e+38");
+  EXPECT_EQ(fixed_text(2.5, 0), "2");
+}
+
 TEST(Table, AlignsMarkdown) {
   Table table("way|>seconds|^");
   table.add({"rays", "0.5", "●"});

@@ -257,6 +257,8 @@ TEST(PairParts, RefusesMeshesWithoutAnyPair) {
   EXPECT_THROW(pair_parts(named({"a"}), named({"b"})), Error);
   EXPECT_THROW(pair_parts(test::plane(1, 1), named({"b"})), Error);
   EXPECT_THROW(pair_parts(named({"a"}), test::plane(1, 1)), Error);
+  EXPECT_THROW(pair_parts(named({"a"}), Mesh()), Error);
+  EXPECT_THROW(pair_parts(Mesh(), named({"a"})), Error);
 }
 
 /// Samples of the assembly whose point is of another part's group.

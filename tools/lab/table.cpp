@@ -1,8 +1,12 @@
 #include "lab/table.h"
 
+#include <cmath>
 #include <cstdarg>
 #include <cstdio>
 #include <stdexcept>
+#include <string_view>
+
+#include "report/terminal.h"
 
 namespace kiln::cli {
 namespace {
@@ -23,7 +27,13 @@ void check_count(std::size_t columns, std::size_t values) {
 }
 
 std::string csv_cell(const Json& cell) {
-  if (cell.is_string()) return cell.text();
+  if (cell.is_string()) {
+    const std::string& text = cell.text();
+    if (text.find_first_of(",\"\n\r") == text.npos) return text;
+    std::string quoted = "\"";
+    for (const char c : text) quoted += c == '"' ? std::string("\"\"") : std::string(1, c);
+    return quoted + "\"";
+  }
   const std::string text = cell.dump();
   if (text == "null") return {};
   if (text == "true" || text == "false") return text == "true" ? "1" : "0";
@@ -52,12 +62,15 @@ std::string join(const std::vector<std::string>& parts, const char* between) {
 
 std::string text_of(double value) { return formatted("%g", value); }
 
-std::string fixed_text(double value, int digits) { return formatted("%.*f", digits, value); }
+std::string fixed_text(double value, int digits) {
+  constexpr double kMost = 1e9;  // of 40 digits nobody reads any
+  return std::abs(value) < kMost ? formatted("%.*f", digits, value) : formatted("%.3g", value);
+}
 
 std::string markdown_cell(const std::string& text) {
   std::string result;
-  for (const char c : text) {
-    if (c == '|' || c == '\\' || c == '*' || c == '_' || c == '`') result += '\\';
+  for (const char c : printable(text)) {
+    if (std::string_view("|\\*_`[]!#~<>&").find(c) != std::string_view::npos) result += '\\';
     result += c == '\n' ? ' ' : c;
   }
   return result;

@@ -15,6 +15,13 @@
 namespace kiln::cli {
 namespace {
 
+/// Values of files reach 1e38, whose digits nobody reads.
+std::string error_text(double value) {
+  char text[32];
+  std::snprintf(text, sizeof text, value < 1e6 ? "%.6f" : "%.6g", value);
+  return text;
+}
+
 struct DiffArguments {
   std::string a, b, mask, out, json;
   std::optional<double> max_mean_angle, max_angle, max_error;
@@ -86,11 +93,11 @@ int run_diff(const DiffArguments& arguments) {
   char text[320];
   std::snprintf(text, sizeof text,
                 "%s texels: angle mean %.4f, 95%% %.4f, 99%% %.4f, max %.4f degrees; "
-                "channel error mean %.6f, max %.6f, worst at (%u, %u)",
+                "channel error mean %s, max %s, worst at (%u, %u)",
                 std::to_string(difference.compared).c_str(), difference.mean_angle_degrees,
                 difference.p95_angle_degrees, difference.p99_angle_degrees,
-                difference.max_angle_degrees, difference.mean_error, difference.max_error,
-                difference.worst_x, difference.worst_y);
+                difference.max_angle_degrees, error_text(difference.mean_error).c_str(),
+                error_text(difference.max_error).c_str(), difference.worst_x, difference.worst_y);
   std::FILE* const to = arguments.json == "-" ? stderr : stdout;
   print_line(to, text);
   print_line(to, within ? "within" : has_limit ? "beyond the limits" : "different");

@@ -11,12 +11,18 @@
 namespace kiln::cli {
 namespace {
 
-/// C0 but tabs and line breaks, DEL, and C1 (U+0080 to U+009F), of which U+009B begins escape sequences, too.
+/// C0 but tabs and line breaks, DEL, and C1 (U+0080 to U+009F), of which U+009B begins escape sequences, too. And what
+/// breaks lines or turns the direction of writing, so that a name reads as another.
 bool is_control(std::string_view character) {
   const auto first = static_cast<unsigned char>(character[0]);
   if (character.size() == 1)
     return (first < 0x20 && first != '\t' && first != '\n') || first == 0x7F;
-  return character.size() == 2 && first == 0xC2 && static_cast<unsigned char>(character[1]) < 0xA0;
+  const auto second = static_cast<unsigned char>(character[1]);
+  if (character.size() == 2) return first == 0xC2 && second < 0xA0;
+  const auto third = static_cast<unsigned char>(character[2]);
+  if (character.size() != 3 || first != 0xE2) return false;
+  return (second == 0x80 && ((third >= 0xA8 && third <= 0xAE) || third == 0x8E || third == 0x8F)) ||
+         (second == 0x81 && third >= 0xA6 && third <= 0xA9);
 }
 
 /// True if a pipe or socket has no reader any more.
