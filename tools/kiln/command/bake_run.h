@@ -92,6 +92,7 @@ struct BakeRun {
   std::vector<std::uint32_t> materials_hit;
   static constexpr std::uint32_t kNoMaterial = 0xFFFFFFFFU;
   Json mips, ranges = Json::object();
+  Json stored_errors = Json::object();          // of maps that were written in 8 bits
   std::optional<std::array<double, 3>> origin;  // of maps of places
 };
 

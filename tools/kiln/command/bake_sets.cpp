@@ -173,6 +173,7 @@ bool bake_sets(BakeRun& run, const Source& source) {
     }
     const std::size_t before = run.outputs.size();
     run.ranges = Json::object();
+    run.stored_errors = Json::object();
     run.mips = {};
     if (!save_low_and_maps(run)) return false;
     const BakeReport& report = run.result.report;
@@ -187,6 +188,7 @@ bool bake_sets(BakeRun& run, const Source& source) {
                                run.outputs.end())}};
     if (!run.ranges.empty()) json["ranges"] = run.ranges;
     if (!run.mips.empty()) json["mips"] = run.mips;
+    if (!run.stored_errors.empty()) json["stored_errors"] = run.stored_errors;
     if (!report.errors.empty()) json["errors"] = describe(report.errors);
     run.set_reports.push_back(std::move(json));
     sum.mean_abs_distance +=
