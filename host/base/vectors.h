@@ -43,11 +43,11 @@ struct Lanes {
   static Lanes all(T value) {
     return each<Lanes>([&](std::size_t) { return value; });
   }
-#define KILN_LANES(op, Result, expression)                                         \
-  friend Result operator op(const Lanes& a, const Lanes& b) {                      \
-    return each<Result>([&](std::size_t i) { return expression; });                \
-  }                                                                                \
-  friend Result operator op(const Lanes& a, T b) { return a op all(b); }           \
+#define KILN_LANES(op, Result, expression)                               \
+  friend Result operator op(const Lanes& a, const Lanes& b) {            \
+    return each<Result>([&](std::size_t i) { return expression; });      \
+  }                                                                      \
+  friend Result operator op(const Lanes& a, T b) { return a op all(b); } \
   friend Result operator op(T a, const Lanes& b) { return all(a) op b; }
   using Mask = Lanes<Truth, N, Truth>;
   KILN_LANES(+, Lanes, static_cast<T>(a[i] + b[i]))

@@ -52,6 +52,10 @@ void save_image(const Image& /*image*/, const std::filesystem::path& path,
 std::vector<std::byte> encode(const Image& /*image*/, const SaveImageOptions& /*options*/) {
   fail("an image");
 }
+StoredError stored_error(const Image& /*image*/, const SaveImageOptions& /*options*/,
+                         std::span<const std::uint8_t> /*coverage*/) {
+  fail("an image");
+}
 void save_mipmapped(const Image& /*image*/, const std::vector<Image>& /*mips*/,
                     const std::filesystem::path& path, const SaveImageOptions& /*options*/) {
   fail(path.string());

@@ -8,6 +8,7 @@
 #include <memory>
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "kiln/export.h"
@@ -76,10 +77,21 @@ struct AssetMaps {
   const Image* color = nullptr;      ///< Three channels
   const Image* emission = nullptr;   ///< Three channels
   float emission_strength = 1;       ///< What 1 in `emission` stands for, linear light; at least 0
+  std::span<const std::uint8_t>
+      coverage;  ///< BakeResult::coverage, for AssetPictures::errors; may be empty
 };
 
-/// The same as pictures that glTF has: PNGs of 8 bits, dithered. Made by encode_maps().
+/// How far a map in a picture is from what was given: stored_error().
+struct AssetError {
+  std::string_view map;    ///< "normal", "ao", "color"...: as maps() and transfers have it
+  bool is_normal = false;  ///< Degrees; else steps of 1/255
+  StoredError error;
+};
+
+/// The same as pictures that glTF has, 8 bits and dithered. Made by encode_maps().
 struct AssetPictures {
+  bool is_webp = false;             ///< Else they are PNGs
+  std::vector<AssetError> errors;   ///< Of each map, where its texels are baked
   std::vector<std::byte> color;     ///< Base colour, with opacity as its alpha; empty, as all: none
   std::vector<std::byte> surface;   ///< Occlusion, roughness and metalness: R, G, B
   std::vector<std::byte> normal;    ///< In tangent space
@@ -93,9 +105,10 @@ struct AssetPictures {
 };
 
 /// Encodes maps, so that their values need not be kept, and several materials can share them.
-/// \throws Error(usage) for maps of other channels or sizes than they should have
+/// \param format  png8, or webp: lossless, and EXT_texture_webp becomes required
+/// \throws Error(usage) for maps of other channels or sizes than they should have, and other formats
 /// Thread safety: may be called from several threads.
-AssetPictures encode_maps(const AssetMaps& maps);
+AssetPictures encode_maps(const AssetMaps& maps, ImageFormat format = ImageFormat::png8);
 
 /// A material of a file that is written.
 struct AssetMaterial {

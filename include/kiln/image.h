@@ -38,6 +38,21 @@ enum class ImageFormat {
   tiff16,  ///< TIFF, 16 bits a channel, as png16; deflated. Where libtiff was built in (picture_formats())
   tiff8,       ///< TIFF, 8 bits a channel
   tiff_float,  ///< TIFF, 32-bit float, as it is
+  tga,         ///< TGA, 8 bits: grey, RGB (two channels: 0 as the third) or RGBA, not packed
+  webp,  ///< WebP, 8 bits, lossless: RGB or RGBA. Where libwebp was built in; at most 16383 a side
+  ktx2,  ///< KTX 2, of the Vulkan format that TextureUse says; Zstandard. Where libzstd was built in
+  dds,   ///< DDS with DXGI's formats, as ktx2
+};
+
+/// What a picture's values are: ktx2 and dds name their format by it, and stored_error() compares by it.
+///
+/// Where both sides are multiples of 4, as Direct3D and WebGPU want, one channel becomes BC4 and two BC5; else R8 and
+/// RG8. Three and four are RGBA8, colours sRGB.
+enum class TextureUse {
+  values,         ///< Numbers
+  color,          ///< sRGB-encoded colours, alpha apart
+  normal,         ///< Unit vectors as n/2 + 1/2
+  tangent_normal  ///< The same with z = sqrt(1 - x^2 - y^2), of which ktx2 and dds hold x and y alone: BC5
 };
 
 /// What a file says of its picture.
@@ -50,8 +65,9 @@ struct ImageText {
 /// How save_image() writes.
 struct SaveImageOptions {
   ImageFormat format = ImageFormat::exr_half;  ///< The name's extension must agree
-  bool dither = false;                         ///< png8 only: ordered dither instead of rounding.
-  int threads = 0;                             ///< For compression; 0 takes all cores.
+  bool dither = false;  ///< png8, tga and webp: ordered dither instead of rounding.
+  TextureUse use = TextureUse::values;
+  int threads = 0;  ///< For compression; 0 takes all cores.
   /// What places in the image are measured from (BakedMap::origin), written down: as the attribute `origin`
   /// (v3d) in an EXR, as the text `Origin` in a PNG. 0: nothing is written.
   std::array<double, 3> origin{};
@@ -92,14 +108,29 @@ std::vector<std::string> picture_formats();
 /// are sRGB by custom. False for what is no picture. \throws Error(input) where it cannot be opened
 bool holds_linear_light(const std::filesystem::path& path);
 
-/// Writes an image and its mip-maps as one OpenEXR file of tiles (256 x 256, MIPMAP_LEVELS, sides
+/// Writes an image and its mip-maps as one file: KTX 2, DDS, or OpenEXR of tiles (256 x 256, MIPMAP_LEVELS, sides
 /// rounded down). Renderers read it level by level; readers that know no mip-maps find the image.
 /// Otherwise like save_image.
 /// \param mips  levels 1 and on, down to 1 x 1 (BakedMap::mips); none for an image of 1 x 1
-/// \throws Error(usage) for a PNG format, which holds one image (save levels as files); for levels
+/// \throws Error(usage) for a format that holds one image (save levels as files); for levels
 ///         of other sizes; Error(output)
 void save_mipmapped(const Image& image, const std::vector<Image>& mips,
                     const std::filesystem::path& path, const SaveImageOptions& options = {});
+
+/// How far values that were stored are from those of the image: steps of 1/255, of a texel's worst channel; of normals
+/// degrees.
+struct StoredError {
+  double mean = 0;  ///< Over the texels that count
+  double max = 0;   ///< The greatest
+};
+
+/// How far what save_image() stores in 8 bits or blocks (png8, tiff8, tga, webp, ktx2, dds) is from the image. Values
+/// outside of [0, 1], which are clamped, count as they are; those that are not finite as 255 or 180.
+/// \param coverage  BakeResult::coverage: baked texels count; empty: all do
+/// \returns zeros for other formats
+/// \throws Error(usage) as save_image(); for a coverage of another size
+StoredError stored_error(const Image& image, const SaveImageOptions& options,
+                         std::span<const std::uint8_t> coverage = {});
 
 /// From linear light to sRGB (IEC 61966-2-1): in place, of the first three channels, clamped to [0, 1].
 void to_srgb(Image& image);

@@ -61,20 +61,23 @@ bool hides(std::string_view feature) {
 }  // namespace
 
 extern "C" bool _ZN4llvm3sys18getHostCPUFeaturesERNS_9StringMapIbNS_15MallocAllocatorEEE(Map* map) {
-  static auto* const real =
-      real_one<bool(Map*)>(__builtin_return_address(0), "_ZN4llvm3sys18getHostCPUFeaturesERNS_9StringMapIbNS_15MallocAllocatorEEE");
+  static auto* const real = real_one<bool(Map*)>(
+      __builtin_return_address(0),
+      "_ZN4llvm3sys18getHostCPUFeaturesERNS_9StringMapIbNS_15MallocAllocatorEEE");
   if (real == nullptr || !real(map)) return false;
   for (unsigned i = 0; i < map->buckets; ++i) {
     Entry* const entry = map->table[i];
     // Empty, or the mark of one that was taken out: no address.
     if (reinterpret_cast<std::size_t>(entry) + 64 < 128) continue;
-    if (hides({reinterpret_cast<const char*>(entry) + map->item_size, entry->length})) entry->value = false;
+    if (hides({reinterpret_cast<const char*>(entry) + map->item_size, entry->length}))
+      entry->value = false;
   }
   return true;
 }
 
 extern "C" Text _ZN4llvm3sys14getHostCPUNameEv() {
-  static auto* const real = real_one<Text()>(__builtin_return_address(0), "_ZN4llvm3sys14getHostCPUNameEv");
+  static auto* const real =
+      real_one<Text()>(__builtin_return_address(0), "_ZN4llvm3sys14getHostCPUNameEv");
   const char* name = wanted();
   return *name == '\0' ? real() : Text{name, std::strlen(name)};
 }

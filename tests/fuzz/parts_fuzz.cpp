@@ -1,7 +1,5 @@
 // Names of parts and lists of patterns: pairs as a plain search finds them, or kiln::Error. Lines: names of LOW, an empty
 // line, names of HIGH, an empty line, pairs LOW = HIGH.
-#include "kiln/parts.h"
-
 #include <cstdint>
 #include <cstdlib>
 #include <sstream>
@@ -11,6 +9,7 @@
 
 #include "kiln/error.h"
 #include "kiln/mesh.h"
+#include "kiln/parts.h"
 
 namespace {
 
@@ -78,7 +77,8 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
       if (!found.empty() && found != first) std::abort();
     }
   } catch (const kiln::Error& error) {
-    if (error.code() != kiln::ErrorCode::input && error.code() != kiln::ErrorCode::usage) std::abort();
+    if (error.code() != kiln::ErrorCode::input && error.code() != kiln::ErrorCode::usage)
+      std::abort();
   }
   return 0;
 }

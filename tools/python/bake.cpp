@@ -217,10 +217,11 @@ nb::tuple run_plan(const PySource& source, const Words& words, nb::object progre
 SaveImageOptions image_options(const std::string& format, bool dither) {
   const ImageFormat* const known = cli::Words(cli::kFormats).find(format);
   if (known == nullptr) {
-    throw Error(
-        ErrorCode::usage,
-        "--format is '" + format + "': give png8, png16, exr, exr32, tiff8, tiff16 or tiff32.",
-        "option-enum");
+    throw Error(ErrorCode::usage,
+                "--format is '" + format +
+                    "': give png8, png16, exr, exr32, tiff8, tiff16, "
+                    "tiff32, tga, webp, ktx2 or dds.",
+                "option-enum");
   }
   return {*known, dither};
 }

@@ -33,6 +33,9 @@ constexpr int kUshort = 5123, kUint = 5125, kFloat = 5126, kVertices = 34962, kI
 constexpr int kLinear = 9729, kLinearMips = 9987, kRepeat = 10497;
 constexpr std::uint32_t kMagic = 0x46546C67, kJsonChunk = 0x4E4F534A, kBinaryChunk = 0x004E4942;
 
+// Required: a second picture for programs without it would be larger than both.
+constexpr const char* kTextureWebp = "EXT_texture_webp";
+
 constexpr AffineMap kIdentity{1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1};
 
 [[noreturn]] void fail_usage(const std::string& what) {
@@ -213,15 +216,16 @@ class GltfOutput {
   }
 
   /// A picture, which is there once. \returns a reference to its texture
-  Json add_picture(const std::vector<std::byte>& png, const std::string& name) {
-    const auto [entry, added] = textures_.emplace(&png, json_["textures"].size());
+  Json add_picture(const std::vector<std::byte>& bytes, const std::string& name, bool is_webp) {
+    const auto [entry, added] = textures_.emplace(&bytes, json_["textures"].size());
     if (added) {
-      Json image = {{"name", name}, {"mimeType", "image/png"}};
+      Json image = {{"name", name}, {"mimeType", is_webp ? "image/webp" : "image/png"}};
       if (is_text_) {
-        files_.emplace_back(unique_.add(path_.stem().string() + "_" + name) + ".png", &png);
+        files_.emplace_back(
+            unique_.add(path_.stem().string() + "_" + name) + (is_webp ? ".webp" : ".png"), &bytes);
         image["uri"] = as_uri(files_.back().first);
       } else {
-        image["bufferView"] = add_view(png.data(), png.size(), 0);
+        image["bufferView"] = add_view(bytes.data(), bytes.size(), 0);
       }
       json_["images"].push_back(std::move(image));
       if (!json_.contains("samplers")) {
@@ -230,14 +234,21 @@ class GltfOutput {
                                               {"wrapS", kRepeat},
                                               {"wrapT", kRepeat}}});
       }
-      json_["textures"].push_back({{"sampler", 0}, {"source", json_["images"].size() - 1}});
+      Json texture = {{"sampler", 0}};
+      (is_webp ? texture["extensions"][kTextureWebp] : texture)["source"] =
+          json_["images"].size() - 1;
+      json_["textures"].push_back(std::move(texture));
+      if (is_webp) use_extension(kTextureWebp, true);
     }
     return Json{{"index", entry->second}};
   }
 
-  void use_extension(const char* name) {
-    Json& used = json_["extensionsUsed"];
-    if (std::find(used.begin(), used.end(), name) == used.end()) used.push_back(name);
+  void use_extension(const char* name, bool required = false) {
+    for (const char* list : {"extensionsUsed", "extensionsRequired"}) {
+      Json& names = json_[list];
+      if (std::find(names.begin(), names.end(), name) == names.end()) names.push_back(name);
+      if (!required) return;
+    }
   }
 
   /// \returns the files, the one of `path` last
@@ -406,8 +417,9 @@ Image joined(const std::vector<std::pair<const Image*, float>>& channels, const 
 Json material_of(GltfOutput& file, const AssetMaterial& from) {
   const AssetPictures none;
   const AssetPictures& pictures = from.pictures ? *from.pictures : none;
-  const auto picture = [&](const std::vector<std::byte>& png, const char* name) {
-    return file.add_picture(png, from.set.empty() ? name : from.set + "_" + name);
+  const auto picture = [&](const std::vector<std::byte>& bytes, const char* name) {
+    return file.add_picture(bytes, from.set.empty() ? name : from.set + "_" + name,
+                            pictures.is_webp);
   };
   Json material = {{"name", from.name}};
   Json surface = {{"metallicFactor", pictures.has_metallic ? 1 : 0}, {"roughnessFactor", 1}};
@@ -532,14 +544,34 @@ Places add_nodes(GltfOutput& file, const Mesh& low, const SaveAssetOptions& opti
 
 }  // namespace
 
-AssetPictures encode_maps(const AssetMaps& maps) {
+AssetPictures encode_maps(const AssetMaps& maps, ImageFormat format) {
+  if (format != ImageFormat::png8 && format != ImageFormat::webp) {
+    throw Error(ErrorCode::usage, "encode_maps(): glTF has pictures of png8, or webp.");
+  }
   check_map(maps.normal, 3, "normals");
   check_map(maps.color, 3, "colour");
   check_map(maps.emission, 3, "emission");
-  const auto png = [](const Image& image) {
-    return encode(image, {ImageFormat::png8, /*dither=*/true});
-  };
+  const SaveImageOptions options = {format, /*dither=*/true};
+  const auto picture = [&](const Image& image) { return encode(image, options); };
   AssetPictures pictures;
+  pictures.is_webp = format == ImageFormat::webp;
+  const auto note = [&](std::string_view name, const Image* map, std::uint32_t channels,
+                        bool is_normal = false) {
+    if (map == nullptr) return;
+    SaveImageOptions stored = options;
+    if (is_normal) stored.use = TextureUse::normal;
+    const Image first = map->channels == channels ? Image() : joined({{map, 1.0F}}, nullptr);
+    pictures.errors.push_back(
+        {name, is_normal,
+         stored_error(map->channels == channels ? *map : first, stored, maps.coverage)});
+  };
+  note("normal", maps.normal, 3, true);
+  note("ao", maps.occlusion, 1);
+  note("roughness", maps.roughness, 1);
+  note("metallic", maps.metallic, 1);
+  note("opacity", maps.opacity, 1);
+  note("color", maps.color, 3);
+  note("emission", maps.emission, 3);
   pictures.has_color = maps.color != nullptr;
   pictures.has_opacity = maps.opacity != nullptr;
   pictures.has_occlusion = maps.occlusion != nullptr;
@@ -549,16 +581,16 @@ AssetPictures encode_maps(const AssetMaps& maps) {
   if (pictures.has_color || pictures.has_opacity) {
     std::vector<std::pair<const Image*, float>> channels(3, {maps.color, 1.0F});
     if (pictures.has_opacity) channels.emplace_back(maps.opacity, 1.0F);
-    pictures.color = png(joined(channels, maps.color));
+    pictures.color = picture(joined(channels, maps.color));
   }
   if (pictures.has_surface || pictures.has_occlusion) {
-    pictures.surface = png(joined({{maps.occlusion, 1.0F},
-                                   {maps.roughness, 1.0F},
-                                   {maps.metallic, pictures.has_metallic ? 1.0F : 0.0F}},
-                                  nullptr));
+    pictures.surface = picture(joined({{maps.occlusion, 1.0F},
+                                       {maps.roughness, 1.0F},
+                                       {maps.metallic, pictures.has_metallic ? 1.0F : 0.0F}},
+                                      nullptr));
   }
-  if (maps.normal != nullptr) pictures.normal = png(*maps.normal);
-  if (maps.emission != nullptr) pictures.emission = png(*maps.emission);
+  if (maps.normal != nullptr) pictures.normal = picture(*maps.normal);
+  if (maps.emission != nullptr) pictures.emission = picture(*maps.emission);
   return pictures;
 }
 

@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <array>
 #include <memory>
 #include <new>
 #include <optional>
@@ -7,6 +8,7 @@
 
 #include "base/lower_case.h"
 #include "io/image/exr.h"
+#include "io/image/gpu_texture.h"
 #include "io/image/image_reader.h"
 #include "io/image/picture.h"
 #include "io/image/png.h"
@@ -233,36 +235,95 @@ Image load_image(const std::filesystem::path& path) {
 
 namespace {
 
-bool is_tiff(ImageFormat format) {
-  return format == ImageFormat::tiff8 || format == ImageFormat::tiff16 ||
-         format == ImageFormat::tiff_float;
+bool is_exr(ImageFormat format) {
+  return format == ImageFormat::exr_half || format == ImageFormat::exr_float;
+}
+
+/// Formats that hold a mip chain in 8 bits or blocks.
+bool is_texture(ImageFormat format) {
+  return format == ImageFormat::ktx2 || format == ImageFormat::dds;
+}
+
+/// What a name of the format ends with.
+std::string_view extension_of(ImageFormat format) {
+  switch (format) {
+    case ImageFormat::exr_half:
+    case ImageFormat::exr_float:
+      return ".exr";
+    case ImageFormat::png16:
+    case ImageFormat::png8:
+      return ".png";
+    case ImageFormat::tiff16:
+    case ImageFormat::tiff8:
+    case ImageFormat::tiff_float:
+      return ".tif";
+    case ImageFormat::tga:
+      return ".tga";
+    case ImageFormat::webp:
+      return ".webp";
+    case ImageFormat::ktx2:
+      return ".ktx2";
+    case ImageFormat::dds:
+      return ".dds";
+  }
+  throw Error(ErrorCode::usage, "SaveImageOptions::format is none of ImageFormat.", "option-enum");
 }
 
 /// A name that ends in the extension of another format would mislead whoever reads the file.
 void check_extension(const std::filesystem::path& path, ImageFormat format) {
   const std::string extension = lower_extension(path);
-  const bool exr = format == ImageFormat::exr_half || format == ImageFormat::exr_float;
-  const PictureKind kind = exr ? kExr : is_tiff(format) ? kTiff : kPng;
-  const bool other = (extension == ".png" && kind != kPng) ||
-                     (extension == ".exr" && kind != kExr) ||
-                     ((extension == ".tif" || extension == ".tiff") && kind != kTiff);
-  if (!other) return;
-  throw Error(ErrorCode::usage, "'" + path.string() + "' would hold " + kPictures[kind].name +
-                                    ": set SaveImageOptions::format to what the name says.");
+  const std::string_view own = extension_of(format);
+  if (extension == own || (extension == ".tiff" && own == ".tif")) return;
+  for (const std::string_view other :
+       {".png", ".exr", ".tif", ".tiff", ".tga", ".webp", ".ktx2", ".dds"}) {
+    if (extension != other) continue;
+    throw Error(ErrorCode::usage, "'" + path.string() + "' would hold what is named " +
+                                      std::string(own) +
+                                      ": set SaveImageOptions::format to what the name says.");
+  }
 }
 
-std::vector<std::byte> tiff_of(const Image& image, ImageFormat format) {
+[[noreturn, maybe_unused]] void fail_without(const char* format, const char* library,
+                                             const char* option) {
+  throw Error(ErrorCode::usage, std::string(format) +
+                                    " cannot be written: this build of Kiln was made without " +
+                                    library + ". Choose PNG or OpenEXR, or build with " + option +
+                                    "=ON where " + library + " is installed.");
+}
+
+std::vector<std::byte> tiff_of(const Image& image, int bits) {
 #ifdef KILN_HAS_TIFF
-  return encode_tiff(image, format == ImageFormat::tiff8    ? 8
-                            : format == ImageFormat::tiff16 ? 16
-                                                            : 32);
+  return encode_tiff(image, bits);
 #else
   static_cast<void>(image);
-  static_cast<void>(format);
-  throw Error(ErrorCode::usage,
-              "TIFF cannot be written: this build of Kiln was made without libtiff. Choose PNG or "
-              "OpenEXR, or build with KILN_TIFF=ON where libtiff is installed.");
+  static_cast<void>(bits);
+  fail_without("TIFF", "libtiff", "KILN_TIFF");
 #endif
+}
+
+std::vector<std::byte> webp_of(const Image& image, bool dither) {
+#ifdef KILN_HAS_WEBP
+  return encode_webp(image, dither);
+#else
+  static_cast<void>(image);
+  static_cast<void>(dither);
+  fail_without("WebP", "libwebp", "KILN_WEBP");
+#endif
+}
+
+std::vector<std::byte> png_of(const Image& image, int bits, const SaveImageOptions& options) {
+  std::vector<std::byte> bytes;
+  const bool dither = bits == 8 && options.dither;
+  write_png(image, {bits, dither, options.threads, png_texts(options)}, "memory",
+            [&](std::string_view piece) {
+              const auto* const data = reinterpret_cast<const std::byte*>(piece.data());
+              bytes.insert(bytes.end(), data, data + piece.size());
+            });
+  return bytes;
+}
+
+void save_bytes(const std::vector<std::byte>& bytes, const std::filesystem::path& path) {
+  save_text(path, {reinterpret_cast<const char*>(bytes.data()), bytes.size()});
 }
 
 }  // namespace
@@ -272,50 +333,56 @@ void save_image(const Image& image, const std::filesystem::path& path,
   check_image(image);
   check_options(options);
   check_extension(path, options.format);
-  switch (options.format) {
-    case ImageFormat::exr_half:
-    case ImageFormat::exr_float:
-      return save_exr(image, path, options);
-    case ImageFormat::png16:
-      return save_png(image, path, {16, false, options.threads, png_texts(options)});
-    case ImageFormat::png8:
-      return save_png(image, path, {8, options.dither, options.threads, png_texts(options)});
-    case ImageFormat::tiff16:
-    case ImageFormat::tiff8:
-    case ImageFormat::tiff_float: {
-      const std::vector<std::byte> bytes = tiff_of(image, options.format);
-      return save_text(path, {reinterpret_cast<const char*>(bytes.data()), bytes.size()});
-    }
+  if (is_exr(options.format)) return save_exr(image, path, options);
+  if (options.format == ImageFormat::png16 || options.format == ImageFormat::png8) {
+    const bool is_8 = options.format == ImageFormat::png8;
+    return save_png(image, path,
+                    {is_8 ? 8 : 16, is_8 && options.dither, options.threads, png_texts(options)});
   }
-  throw Error(ErrorCode::usage, "SaveImageOptions::format is none of ImageFormat.", "option-enum");
+  save_bytes(encode(image, options), path);
 }
 
 std::vector<std::byte> encode(const Image& image, const SaveImageOptions& options) {
   check_image(image);
   check_options(options);
-  std::vector<std::byte> bytes;
-  const auto png = [&](int bits, bool dither) {
-    write_png(image, {bits, dither, options.threads, png_texts(options)}, "memory",
-              [&](std::string_view piece) {
-                const auto* const data = reinterpret_cast<const std::byte*>(piece.data());
-                bytes.insert(bytes.end(), data, data + piece.size());
-              });
-    return std::move(bytes);
-  };
+  const std::array<const Image*, 1> level = {&image};
   switch (options.format) {
     case ImageFormat::exr_half:
     case ImageFormat::exr_float:
       return encode_exr(image, options);
     case ImageFormat::png16:
-      return png(16, false);
+      return png_of(image, 16, options);
     case ImageFormat::png8:
-      return png(8, options.dither);
+      return png_of(image, 8, options);
     case ImageFormat::tiff16:
+      return tiff_of(image, 16);
     case ImageFormat::tiff8:
+      return tiff_of(image, 8);
     case ImageFormat::tiff_float:
-      return tiff_of(image, options.format);
+      return tiff_of(image, 32);
+    case ImageFormat::tga:
+      return encode_tga(image, options.dither);
+    case ImageFormat::webp:
+      return webp_of(image, options.dither);
+    case ImageFormat::ktx2:
+      return encode_ktx2(level, options.use);
+    case ImageFormat::dds:
+      return encode_dds(level, options.use);
   }
   throw Error(ErrorCode::usage, "SaveImageOptions::format is none of ImageFormat.", "option-enum");
+}
+
+StoredError stored_error(const Image& image, const SaveImageOptions& options,
+                         std::span<const std::uint8_t> coverage) {
+  check_image(image);
+  if (!coverage.empty() && coverage.size() != std::size_t{image.width} * image.height) {
+    throw Error(ErrorCode::usage,
+                "stored_error(): the coverage is of another size than the image.");
+  }
+  const ImageFormat format = options.format;
+  const bool is_8 = format == ImageFormat::png8 || format == ImageFormat::tiff8 ||
+                    format == ImageFormat::tga || format == ImageFormat::webp || is_texture(format);
+  return is_8 ? error_of_stored(image, options, coverage) : StoredError();
 }
 
 Image load_image(std::span<const std::byte> bytes, std::string_view name) {
@@ -328,13 +395,20 @@ void save_mipmapped(const Image& image, const std::vector<Image>& mips,
   check_image(image);
   check_options(options);
   check_mips(image, mips);
-  if (options.format != ImageFormat::exr_half && options.format != ImageFormat::exr_float) {
-    throw Error(ErrorCode::usage,
-                "PNG holds one image, not mip-maps: save each level as a file of its own, or use "
-                "OpenEXR.");
-  }
   std::vector<const Image*> levels = {&image};
   for (const Image& level : mips) levels.push_back(&level);
+  if (is_texture(options.format)) {
+    check_extension(path, options.format);
+    return save_bytes(options.format == ImageFormat::dds ? encode_dds(levels, options.use)
+                                                         : encode_ktx2(levels, options.use),
+                      path);
+  }
+  if (!is_exr(options.format)) {
+    throw Error(
+        ErrorCode::usage,
+        "PNG, TIFF, TGA and WebP hold one image, not mip-maps: save each level as a file of "
+        "its own, or use OpenEXR, KTX 2 or DDS.");
+  }
   save_exr_mips(levels, path, options);
 }
 

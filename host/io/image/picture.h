@@ -21,6 +21,17 @@ Image parse_jpeg(const ByteSource& source, const std::string& file, const ImageL
 /// Lossy or lossless, RGB or RGBA; no animations. \throws Error(input)
 Image parse_webp(const ByteSource& source, const std::string& file, const ImageLimits& limits = {});
 
+/// Lossless, RGB or RGBA; two channels get 0 as the third. \throws Error(usage) beyond 16383 pixels a side
+std::vector<std::byte> encode_webp(const Image& image, bool dither);
+/// 8 bits, not packed: grey, RGB or RGBA; two channels get 0 as the third.
+std::vector<std::byte> encode_tga(const Image& image, bool dither);
+
+/// All rows in 8 bits; two channels become three, the last one 0.
+std::vector<std::uint8_t> bytes_of(const Image& image, bool dither);
+/// stored_error() of a format of 8 bits, its arguments checked.
+StoredError error_of_stored(const Image& image, const SaveImageOptions& options,
+                            std::span<const std::uint8_t> coverage);
+
 /// The first page: grey, palette, RGB, each with alpha or without, of 1 to 32 bits (unsigned) or floats of 16 to 64;
 /// strips or tiles, channels together or apart. The tag Orientation is followed, alpha that is multiplied into the
 /// colours is divided out. \throws Error(input)

@@ -34,6 +34,9 @@ struct PngOptions {
 /// \throws Error(output)
 void save_png(const Image& image, const std::filesystem::path& path, const PngOptions& options);
 
+/// A row as a PNG holds it, without a filter; 16 bits big-endian. \param to  of all values
+void quantise_row(const Image& image, int bits, bool dither, std::size_t y, std::uint8_t* to);
+
 /// Takes a file's bytes, one piece after the other.
 using PutBytes = std::function<void(std::string_view)>;
 

@@ -90,24 +90,18 @@ double bayer_threshold(std::size_t x, std::size_t y) {
   return (rank + 0.5) / 64.0;
 }
 
-struct Layout {
-  const Image& image;
-  int bits;
-  bool dither;
-  std::size_t row_values() const { return std::size_t{image.width} * image.channels; }
-  std::size_t row_bytes() const { return row_values() * static_cast<std::size_t>(bits / 8); }
-};
+}  // namespace
 
-void quantise_row(const Layout& layout, std::size_t y, std::uint8_t* to) {
-  const float* from = layout.image.at(0, y);
-  const std::size_t count = layout.row_values();
-  if (layout.bits == 16) {
+void quantise_row(const Image& image, int bits, bool dither, std::size_t y, std::uint8_t* to) {
+  const float* from = image.at(0, y);
+  const std::size_t count = std::size_t{image.width} * image.channels;
+  if (bits == 16) {
     for (std::size_t i = 0; i < count; ++i) {
       const std::uint32_t q = round_to_integer(clamp_unit(from[i]) * 65535.0);
       to[2 * i] = static_cast<std::uint8_t>(q >> 8);
       to[2 * i + 1] = static_cast<std::uint8_t>(q);
     }
-  } else if (!layout.dither) {
+  } else if (!dither) {
     for (std::size_t i = 0; i < count; ++i) {
       to[i] = static_cast<std::uint8_t>(round_to_integer(clamp_unit(from[i]) * 255.0));
     }
@@ -115,11 +109,21 @@ void quantise_row(const Layout& layout, std::size_t y, std::uint8_t* to) {
     std::array<double, 8> threshold{};
     for (std::size_t x = 0; x < 8; ++x) threshold[x] = bayer_threshold(x, y % 8);
     for (std::size_t i = 0; i < count; ++i) {
-      const double scaled = clamp_unit(from[i]) * 255.0 + threshold[i / layout.image.channels % 8];
+      const double scaled = clamp_unit(from[i]) * 255.0 + threshold[i / image.channels % 8];
       to[i] = static_cast<std::uint8_t>(static_cast<int>(scaled));
     }
   }
 }
+
+namespace {
+
+struct Layout {
+  const Image& image;
+  int bits;
+  bool dither;
+  std::size_t row_values() const { return std::size_t{image.width} * image.channels; }
+  std::size_t row_bytes() const { return row_values() * static_cast<std::size_t>(bits / 8); }
+};
 
 // One band of rows: quantised, filtered, deflated.
 struct Band {
@@ -155,9 +159,9 @@ void encode_band(const Layout& layout, std::size_t first, std::size_t last, cons
   const std::span<const std::uint8_t> raw(memory.get(), size);
   Bytes above(row, 0);  // The specification's row above the first is zero.
   Bytes values(row);
-  if (first != 0) quantise_row(layout, first - 1, above.data());
+  if (first != 0) quantise_row(layout.image, layout.bits, layout.dither, first - 1, above.data());
   for (std::size_t y = first; y < last; ++y) {
-    quantise_row(layout, y, values.data());
+    quantise_row(layout.image, layout.bits, layout.dither, y, values.data());
     std::uint8_t* to = memory.get() + (y - first) * (row + 1);
     *to++ = kFilterUp;
     for (std::size_t i = 0; i < row; ++i) to[i] = static_cast<std::uint8_t>(values[i] - above[i]);

@@ -48,7 +48,10 @@ void take_asset(BakeJob& a) {
   refuse(a.lods != 0, "--lod");
   refuse(a.options.match.visibility.clusters > 1, "--visibility-clusters");
   if (ending != ".obj") {
-    refuse(a.given.contains("--format"), "--format");
+    const bool is_webp = a.image.format == ImageFormat::webp;
+    if (a.given.contains("--format") && a.image.format != ImageFormat::png8 && !is_webp) {
+      fail_usage("The pictures in '" + a.out + "' can be --format png8 or webp.");
+    }
     refuse(a.options.encoding.space != NormalMapSpace::tangent, "--space");
     refuse(a.options.encoding.flip_y, "--flip-y");
     refuse(a.options.encoding.two_component, "--two-component");
@@ -57,7 +60,7 @@ void take_asset(BakeJob& a) {
     refuse(!a.packs.empty(), "--pack");
     refuse(a.options.encoding.mips, "--mips");
     refuse(a.reasons, "--reasons");
-    a.image.format = ImageFormat::png8;
+    if (!is_webp) a.image.format = ImageFormat::png8;
   }
   a.asset = a.out;
   a.out = out.has_parent_path() ? out.parent_path().string() : ".";
@@ -505,8 +508,11 @@ void check(const BakeJob& a) {
     fail_usage("--raw writes negative values, which --format " +
                name_of(Words(kFormats), a.image.format) + " cannot hold: add --format exr.");
   }
-  if (a.given.contains("--dither") && a.image.format != ImageFormat::png8)
-    fail_usage("--dither is for --format png8.");
+  const bool dithers = a.image.format == ImageFormat::png8 || a.image.format == ImageFormat::tga ||
+                       a.image.format == ImageFormat::webp;
+  if (a.given.contains("--dither") && !dithers) {
+    fail_usage("--dither is for --format png8, tga and webp.");
+  }
 }
 
 }  // namespace kiln::cli

@@ -46,6 +46,7 @@ BakeOptions options_of(const BakeJob& job) {
     visibility.likelihoods = load_likelihoods(job.view_weights);
   }
   options.report.keep_match = !job.save_match.empty() || job.reasons;
+  if (holds_mips(job.image) && !is_exr(job.image)) options.encoding.mips = true;
   return options;
 }
 
@@ -198,16 +199,47 @@ bool holds_floats(const SaveImageOptions& options) {
   return is_exr(options) || options.format == ImageFormat::tiff_float;
 }
 
+bool holds_mips(const SaveImageOptions& options) {
+  return is_exr(options) || options.format == ImageFormat::ktx2 ||
+         options.format == ImageFormat::dds;
+}
+
+bool holds_bytes(const SaveImageOptions& options) {
+  return !holds_floats(options) && options.format != ImageFormat::png16 &&
+         options.format != ImageFormat::tiff16;
+}
+
+TextureUse texture_use(const BakedMap& map, const BakeOptions& options) {
+  if (map.info.is_color) return TextureUse::color;
+  if (map.info.type != MapType::unit_vector || map.image.channels < 3) return TextureUse::values;
+  const NormalMapSpace space = map.info.space.value_or(options.encoding.space);
+  return map.info.shades && space == NormalMapSpace::tangent ? TextureUse::tangent_normal
+                                                             : TextureUse::normal;
+}
+
 std::string extension(const SaveImageOptions& options) {
-  const bool png = options.format == ImageFormat::png16 || options.format == ImageFormat::png8;
-  return is_exr(options) ? ".exr" : png ? ".png" : ".tif";
+  switch (options.format) {
+    case ImageFormat::exr_half:
+    case ImageFormat::exr_float:
+      return ".exr";
+    case ImageFormat::png16:
+    case ImageFormat::png8:
+      return ".png";
+    case ImageFormat::tga:
+    case ImageFormat::webp:
+    case ImageFormat::ktx2:
+    case ImageFormat::dds:
+      return "." + name_of(Words(kFormats), options.format);
+    default:
+      return ".tif";
+  }
 }
 
 std::vector<std::filesystem::path> map_files(const std::filesystem::path& folder,
                                              const std::string& name, std::size_t mips,
                                              const SaveImageOptions& options) {
   std::vector<std::filesystem::path> files = {folder / (name + extension(options))};
-  for (std::size_t level = 1; level <= mips && !is_exr(options); ++level) {
+  for (std::size_t level = 1; level <= mips && !holds_mips(options); ++level) {
     const std::string number = (level < 10 ? "0" : "") + std::to_string(level);
     files.push_back(folder / (name + ".mip" + number + extension(options)));
   }

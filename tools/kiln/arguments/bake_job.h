@@ -149,6 +149,12 @@ std::optional<CleanOptions> clean_options(const BakeJob& job);
 bool onto_plane(const BakeJob& job);
 
 bool is_exr(const SaveImageOptions& options);
+/// True if files hold mip-maps, too.
+bool holds_mips(const SaveImageOptions& options);
+/// True if files hold 8 bits a channel, or blocks of them.
+bool holds_bytes(const SaveImageOptions& options);
+/// What a map's values are to a file's format.
+TextureUse texture_use(const BakedMap& map, const BakeOptions& options);
 /// True if values are written as they are: EXR, and TIFF of floats.
 bool holds_floats(const SaveImageOptions& options);
 std::string extension(const SaveImageOptions& options);

@@ -466,11 +466,13 @@ std::vector<OptionRow> make_rows() {
       {.flag = "--format",
        .group = kMap,
        .value = choice(AT(image.format), Words(kFormats)),
-       .help = "png16, png8, exr (half), exr32 (float), tiff16, tiff8 or tiff32 (float)"},
+       .help =
+           "png16, png8, exr (half), exr32 (float), tiff16, tiff8, tiff32 (float), tga or webp (8 "
+           "bits); ktx2 or dds (with --mips; normals BC5, grey BC4, else RGBA8)"},
       {.flag = "--dither",
        .group = kMap,
        .value = toggle(AT(image.dither)),
-       .help = "png8: ordered dither instead of rounding"},
+       .help = "png8, tga, webp: ordered dither instead of rounding"},
       {.flag = "--raw",
        .group = kMap,
        .value = toggle(AT(options.encoding.raw)),
@@ -489,7 +491,7 @@ std::vector<OptionRow> make_rows() {
        .group = kMap,
        .value = toggle(AT(options.encoding.mips)),
        .help =
-           "Also the mip-maps, filtered within charts. EXR: in the map's file (tiled). PNG: "
+           "Also the mip-maps, filtered within charts. EXR, ktx2, dds: in the map's file. PNG: "
            "NAME_MAP.mip01.png and so on down to 1x1, which sort in the order that toktx and ktx "
            "create take them",
        .map = has_mips},

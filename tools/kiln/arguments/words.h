@@ -105,10 +105,12 @@ inline constexpr Word<ViewCriterion> kCriteria[] = {{"angle", ViewCriterion::ang
                                                     {"depth", ViewCriterion::depth},
                                                     {"distance", ViewCriterion::distance}};
 inline constexpr Word<ImageFormat> kFormats[] = {
-    {"exr", ImageFormat::exr_half},     {"exr32", ImageFormat::exr_float},
-    {"png16", ImageFormat::png16},      {"png8", ImageFormat::png8},
-    {"tiff16", ImageFormat::tiff16},    {"tiff8", ImageFormat::tiff8},
-    {"tiff32", ImageFormat::tiff_float}};
+    {"dds", ImageFormat::dds},           {"exr", ImageFormat::exr_half},
+    {"exr32", ImageFormat::exr_float},   {"ktx2", ImageFormat::ktx2},
+    {"png16", ImageFormat::png16},       {"png8", ImageFormat::png8},
+    {"tga", ImageFormat::tga},           {"tiff16", ImageFormat::tiff16},
+    {"tiff32", ImageFormat::tiff_float}, {"tiff8", ImageFormat::tiff8},
+    {"webp", ImageFormat::webp}};
 /// What --fallback can end with.
 inline constexpr Word<MissPolicy> kMisses[] = {
     {"fill", MissPolicy::fill}, {"low", MissPolicy::keep}, {"mark", MissPolicy::mark}};

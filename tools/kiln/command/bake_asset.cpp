@@ -279,7 +279,12 @@ void encode_asset_maps(BakeRun& run) {
         {"maps-left-out",
          "A glTF's material has no place for the maps " + left + ": bake them into a folder.", 1});
   }
-  run.pictures.push_back(std::make_shared<const AssetPictures>(encode_maps(maps)));
+  maps.coverage = run.result.coverage;
+  run.pictures.push_back(
+      std::make_shared<const AssetPictures>(encode_maps(maps, run.save_options.format)));
+  for (const AssetError& error : run.pictures.back()->errors) {
+    run.stored_errors[std::string(error.map)] = describe(error.error, error.is_normal);
+  }
   note_materials_hit(run);
 }
 
@@ -299,6 +304,7 @@ bool save_asset(BakeRun& run) {
                  {"texels", describe_texels(report)}};
   if (!arguments.low.empty()) extras["inputs"]["low"] = hashes_of(low_files(arguments));
   if (!report.errors.empty()) extras["errors"] = describe(report.errors);
+  if (run.sets.empty()) extras["stored_errors"] = run.stored_errors;
   if (!run.sets.empty()) extras["sets"] = run.set_reports;
   options.kiln_extras = to_text(extras);
   if (!announce(run, arguments.asset)) return false;

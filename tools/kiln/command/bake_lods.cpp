@@ -50,6 +50,7 @@ bool save_level(BakeRun& run, const LodLevel& level, std::size_t number) {
   Json json = level_json(level, number, files);
   if (!run.ranges.empty()) json["ranges"] = run.ranges;
   if (!run.mips.empty()) json["mips"] = run.mips;
+  if (!run.stored_errors.empty()) json["stored_errors"] = run.stored_errors;
   if (number > 0 && !level.own_maps) json["maps"] = run.lod_levels[0]["maps"];
   run.lod_levels.push_back(std::move(json));
   return true;
@@ -99,12 +100,13 @@ bool save_lods(BakeRun& run) {
     low.made = true;
     BakeResult result;
     if (plan.result) result = std::move(*plan.result);
-    Json mips, ranges = Json::object();
+    Json mips, ranges = Json::object(), stored_errors = Json::object();
     const auto swap = [&] {
       std::swap(run.low, low);
       std::swap(run.result, result);
       std::swap(run.mips, mips);
       std::swap(run.ranges, ranges);
+      std::swap(run.stored_errors, stored_errors);
     };
     swap();
     const bool saved = save_level(run, chain.levels[k], k);

@@ -161,9 +161,7 @@ void warn_of_format(BakeRun& run, const BakedMap& map, const std::string& name,
   if (!holds_floats(run.save_options)) {
     step = 0;
     for (const auto [low, high] : ranges) {
-      step = std::max(
-          step, (double{high} - low) /
-                    (format == ImageFormat::png8 || format == ImageFormat::tiff8 ? 255 : 65535));
+      step = std::max(step, (double{high} - low) / (holds_bytes(run.save_options) ? 255 : 65535));
     }
   }
   const double texel = texel_side(run);
@@ -195,14 +193,21 @@ void store(BakeRun& run, BakedMap& map, const std::string& name) {
     for (Image& level : map.mips) store_in(range, level);
     run.ranges[name] = range_json(range);
   }
+  if (!holds_bytes(options) || writes_gltf(run.arguments)) return;
+  SaveImageOptions stored = options;
+  stored.use = texture_use(map, run.options);
+  run.stored_errors[name] =
+      describe(stored_error(map.image, stored, run.result.coverage),
+               stored.use == TextureUse::normal || stored.use == TextureUse::tangent_normal);
 }
 
 namespace {
 
 /// An image with its mip chain. \returns false where it was cancelled
-bool save_with_mips(BakeRun& run, const BakedMap& map, const std::string& name,
+bool save_with_mips(BakeRun& run, const BakedMap& map, const std::string& name, TextureUse use,
                     std::vector<ImageText> texts) {
   SaveImageOptions options = run.save_options;
+  options.use = use;
   options.origin = map.origin;
   options.texts = std::move(texts);
   const SetNames names = names_of(run);
@@ -210,7 +215,7 @@ bool save_with_mips(BakeRun& run, const BakedMap& map, const std::string& name,
       map_files(run.arguments.out, names.stem + "_" + name + names.tile, map.mips.size(), options);
   for (std::size_t level = 0; level < files.size(); ++level) {
     if (!announce(run, files[level])) return false;
-    if (!map.mips.empty() && is_exr(options)) {
+    if (!map.mips.empty() && holds_mips(options)) {
       save_mipmapped(map.image, map.mips, files[level], options);
     } else {
       save_image(level == 0 ? map.image : map.mips[level - 1], files[level], options);
@@ -257,7 +262,12 @@ bool save_packs(BakeRun& run) {
     if (holds_floats(run.save_options) || !scaled) ranges.clear();
     const std::vector<ImageText> texts =
         texts_of(run.save_options, ranges, scaled ? units : std::string());
-    if (!save_with_mips(run, joined, pack.name, texts)) return false;
+    const bool is_color =
+        std::any_of(pack.channels.begin(), pack.channels.end(), [&](const PackChannel& channel) {
+          return !channel.map.empty() && map_of(channel.map).info.is_color;
+        });
+    const TextureUse use = is_color ? TextureUse::color : TextureUse::values;
+    if (!save_with_mips(run, joined, pack.name, use, texts)) return false;
   }
   return true;
 }
@@ -272,7 +282,7 @@ bool save_maps(BakeRun& run) {
         texts_of(run.save_options, stored_ranges(map, run.save_options), std::string(map.unit));
     if (run.arguments.layers) {
       layers.push_back({name, &map.image, map.origin, texts});
-    } else if (!save_with_mips(run, map, name, texts)) {
+    } else if (!save_with_mips(run, map, name, texture_use(map, run.options), texts)) {
       return false;
     }
   }

@@ -25,7 +25,7 @@ LowPolyPlanOptions low_poly_options(const BakeRun& run) {
   options.choose_match = a.match_auto;
   options.choose_samples = !a.given.contains("--samples");
   if (a.given.contains("--format")) {
-    const bool bytes = a.image.format == ImageFormat::png8 || a.image.format == ImageFormat::tiff8;
+    const bool bytes = holds_bytes(a.image);
     options.bits = bytes ? 8 : 16;
   }
   options.bake = run.options;

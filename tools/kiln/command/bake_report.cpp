@@ -91,6 +91,7 @@ void add_parts(const BakeRun& run, Json& json) {
   const LowMesh& low = run.low;
   // What 0 and 1 of integer formats stand for, a channel each.
   if (!run.ranges.empty() && run.sets.empty()) json["ranges"] = run.ranges;
+  if (!run.stored_errors.empty() && run.sets.empty()) json["stored_errors"] = run.stored_errors;
   if (run.origin) json["origin"] = *run.origin;
   if (report.curvature_radius > 0) json["curvature_radius"] = report.curvature_radius;
   if (run.options.encoding.mips && run.sets.empty()) json["mips"] = run.mips;

@@ -106,6 +106,7 @@ struct BakeRun {
   static constexpr std::uint32_t kNoMaterial = 0xFFFFFFFFU;
   Json mips, ranges = Json::object();
   Json variant_ids = Json::object();            // legends, by the maps' names
+  Json stored_errors = Json::object();          // of maps that were written in 8 bits
   std::optional<std::array<double, 3>> origin;  // of maps of places
 };
 

@@ -202,6 +202,7 @@ Json set_json(const BakeRun& run, const BakedSet& set, std::size_t first_file) {
                              run.outputs.end())}};
   if (!run.ranges.empty()) json["ranges"] = run.ranges;
   if (!run.mips.empty()) json["mips"] = run.mips;
+  if (!run.stored_errors.empty()) json["stored_errors"] = run.stored_errors;
   if (!report.errors.empty()) json["errors"] = describe(report.errors);
   if (report.recall) json["recall"] = describe(*report.recall);
   if (report.uv_copies > 0) {
@@ -320,6 +321,7 @@ bool bake_sets(BakeRun& run, const Source& source) {
     const double share = 1.0 / static_cast<double>(run.sets.size());
     const std::size_t files = run.outputs.size(), told = run.warnings.size();
     run.ranges = Json::object();
+    run.stored_errors = Json::object();
     run.mips = {};
     try {
       if (!make_maps(run, source, done, share)) return false;

@@ -152,6 +152,10 @@ Json describe(const std::vector<MapError>& errors) {
   return json;
 }
 
+Json describe(const StoredError& error, bool is_normal) {
+  return {{"unit", is_normal ? "degrees" : "1/255"}, {"mean", error.mean}, {"max", error.max}};
+}
+
 Json describe(const CleanReport& report) {
   return {{"welded_vertices", report.welded.count},
           {"degenerate_triangles", report.degenerate.count},

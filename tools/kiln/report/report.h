@@ -27,6 +27,7 @@ Json describe(const HighCoverageReport& recall);
 Json describe(const TransitionReport& transitions);
 Json describe(const UvReport& uv);
 Json describe(const std::vector<MapError>& errors);
+Json describe(const StoredError& error, bool is_normal);
 /// What was repaired in the high poly.
 Json describe(const CleanReport& report);
 /// True if a low poly has over a tenth more faces than were asked for (0: no number was).

@@ -1,0 +1,173 @@
+// How far pictures of 8 bits are from what they hold; and TGA, which is nothing else.
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include "base/normal_angle.h"
+#include "base/parallel.h"
+#include "io/image/gpu_texture.h"
+#include "io/image/picture.h"
+#include "io/image/png.h"
+
+namespace kiln {
+namespace {
+
+constexpr std::size_t kBandRows = 4;  // of a block
+
+/// z from x and y, all as n/2 + 1/2.
+float third_of(float x, float y) {
+  const float a = 2 * x - 1, b = 2 * y - 1;
+  return std::sqrt(std::max(0.0F, 1 - a * a - b * b)) / 2 + 0.5F;
+}
+
+/// A few rows as a file gives them back. Of `channels` channels, the image's or fewer.
+class StoredRows {
+ public:
+  StoredRows(const Image& image, const SaveImageOptions& options)
+      : image_(image),
+        dither_(options.dither),
+        bytes_(std::size_t{image.width} * kBandRows * image.channels) {
+    const bool is_texture =
+        options.format == ImageFormat::ktx2 || options.format == ImageFormat::dds;
+    if (is_texture) format_ = TextureFormat::of(image, options.use);
+    dither_ = dither_ && !is_texture && options.format != ImageFormat::tiff8;
+    channels_ = is_texture && format_.in_blocks ? format_.channels : image.channels;
+    values_.resize(std::size_t{image.width} * kBandRows * channels_);
+  }
+
+  std::size_t channels() const { return channels_; }
+  const float* at(std::size_t x, std::size_t row) const {
+    return &values_[(row * image_.width + x) * channels_];
+  }
+
+  void read(std::size_t band) {
+    if (!format_.in_blocks) return read_bytes(band);
+    encode_blocks(image_, format_, band, bytes_.data());
+    const std::uint8_t* from = bytes_.data();
+    for (std::size_t x = 0; x < image_.width; x += kBandRows) {
+      for (std::size_t c = 0; c < channels_; ++c, from += 8) {
+        const BlockValues block = decode_bc4({from, 8});
+        for (std::size_t i = 0; i < block.size(); ++i) {
+          values_[(i / kBandRows * image_.width + x + i % kBandRows) * channels_ + c] =
+              block[i] / 255;
+        }
+      }
+    }
+  }
+
+ private:
+  void read_bytes(std::size_t band) {
+    const std::size_t row = std::size_t{image_.width} * channels_;
+    for (std::size_t k = 0; k < kBandRows && kBandRows * band + k < image_.height; ++k) {
+      quantise_row(image_, 8, dither_, kBandRows * band + k, bytes_.data());
+      for (std::size_t i = 0; i < row; ++i)
+        values_[k * row + i] = static_cast<float>(bytes_[i]) / 255;
+    }
+  }
+
+  const Image& image_;
+  bool dither_;
+  TextureFormat format_{};
+  std::size_t channels_ = 0;
+  std::vector<std::uint8_t> bytes_;
+  std::vector<float> values_;
+};
+
+/// Of one texel.
+double error_of(const float* value, std::size_t channels, const float* stored,
+                std::size_t stored_channels, TextureUse use) {
+  const bool is_normal = use == TextureUse::normal || use == TextureUse::tangent_normal;
+  if (is_normal && channels >= 2) {
+    const bool two = channels == 2 || stored_channels == 2 || value[2] == 0;
+    const std::array<float, 3> back{stored[0], stored[1],
+                                    two ? third_of(stored[0], stored[1]) : stored[2]};
+    const std::array<float, 3> own{
+        value[0], value[1],
+        channels == 2 || value[2] == 0 ? third_of(value[0], value[1]) : value[2]};
+    return normal_angle_degrees(own.data(), back.data());
+  }
+  double worst = 0;
+  for (std::size_t c = 0; c < std::min(channels, stored_channels); ++c) {
+    const double error = std::abs(double{value[c]} - stored[c]) * 255;
+    worst = std::max(worst, std::isfinite(error) ? error : 255.0);
+  }
+  return worst;
+}
+
+}  // namespace
+
+StoredError error_of_stored(const Image& image, const SaveImageOptions& options,
+                            std::span<const std::uint8_t> coverage) {
+  constexpr std::uint8_t kBaked = 1;  // TexelState::baked
+  struct Sum {
+    double sum = 0, max = 0;
+    std::uint64_t texels = 0;
+  };
+  std::vector<Sum> sums((image.height + kBandRows - 1) / kBandRows);
+  parallel_for(sums.size(), 4, [&](std::size_t begin, std::size_t end) {
+    StoredRows rows(image, options);
+    for (std::size_t band = begin; band < end; ++band) {
+      rows.read(band);
+      for (std::size_t k = 0; k < kBandRows && kBandRows * band + k < image.height; ++k) {
+        const std::size_t y = kBandRows * band + k;
+        for (std::size_t x = 0; x < image.width; ++x) {
+          if (!coverage.empty() && coverage[y * image.width + x] != kBaked) continue;
+          const double error =
+              error_of(image.at(x, y), image.channels, rows.at(x, k), rows.channels(), options.use);
+          sums[band].sum += error;
+          sums[band].max = std::max(sums[band].max, error);
+          ++sums[band].texels;
+        }
+      }
+    }
+  });
+  Sum all;
+  for (const Sum& sum : sums) {
+    all.sum += sum.sum;
+    all.max = std::max(all.max, sum.max);
+    all.texels += sum.texels;
+  }
+  return {all.texels == 0 ? 0 : all.sum / static_cast<double>(all.texels), all.max};
+}
+
+std::vector<std::uint8_t> bytes_of(const Image& image, bool dither) {
+  const std::uint32_t channels = image.channels == 2 ? 3 : image.channels;
+  std::vector<std::uint8_t> bytes(std::size_t{image.width} * image.height * channels);
+  std::vector<std::uint8_t> row(std::size_t{image.width} * image.channels);
+  for (std::size_t y = 0; y < image.height; ++y) {
+    quantise_row(image, 8, dither, y, row.data());
+    std::uint8_t* const to = &bytes[y * image.width * channels];
+    if (channels == image.channels) {
+      std::ranges::copy(row, to);
+      continue;
+    }
+    for (std::size_t x = 0; x < image.width; ++x) std::copy_n(&row[2 * x], 2, to + 3 * x);
+  }
+  return bytes;
+}
+
+std::vector<std::byte> encode_tga(const Image& image, bool dither) {
+  const std::vector<std::uint8_t> bytes = bytes_of(image, dither);
+  const std::size_t texels = std::size_t{image.width} * image.height;
+  const std::size_t channels = bytes.size() / texels, row = image.width * channels;
+  const auto byte = [](std::size_t value) { return static_cast<std::byte>(value & 0xFFU); };
+  std::vector<std::byte> file(18);  // Truevision TGA 2.0, 3.2
+  file[2] = byte(channels == 1 ? 3 : 2);
+  for (const auto& [at, side] : {std::pair(12, image.width), std::pair(14, image.height)}) {
+    file[static_cast<std::size_t>(at)] = byte(side);
+    file[static_cast<std::size_t>(at) + 1] = byte(side >> 8U);
+  }
+  file[16] = byte(8 * channels);
+  file[17] = byte(channels == 4 ? 8 : 0);  // bits of alpha; the last row stands first
+  file.reserve(file.size() + bytes.size());
+  for (std::size_t y = image.height; y-- > 0;) {
+    for (std::size_t i = 0; i < row; ++i) {
+      const std::size_t c = i % channels;
+      const std::size_t from = channels >= 3 && c < 3 ? i + 2 - 2 * c : i;  // blue first
+      file.push_back(static_cast<std::byte>(bytes[y * row + from]));
+    }
+  }
+  return file;
+}
+
+}  // namespace kiln

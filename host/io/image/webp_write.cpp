@@ -1,0 +1,56 @@
+// Lossless WebP by libwebp.
+#include <webp/encode.h>
+
+#include <cstring>
+#include <memory>
+#include <new>
+#include <string>
+
+#include "io/image/picture.h"
+#include "kiln/error.h"
+
+namespace kiln {
+
+std::vector<std::byte> encode_webp(const Image& image, bool dither) {
+  if (image.width > WEBP_MAX_DIMENSION || image.height > WEBP_MAX_DIMENSION) {
+    throw Error(ErrorCode::usage, "WebP holds at most " + std::to_string(WEBP_MAX_DIMENSION) +
+                                      " pixels a side, not " + std::to_string(image.width) + " x " +
+                                      std::to_string(image.height) + ": choose PNG.");
+  }
+  constexpr int kEffort = 2;  // of 9
+  std::vector<std::uint8_t> bytes = bytes_of(image, dither);
+  const std::size_t texels = std::size_t{image.width} * image.height;
+  if (image.channels == 1) {
+    std::vector<std::uint8_t> grey = std::move(bytes);
+    bytes.resize(3 * texels);
+    for (std::size_t i = 0; i < bytes.size(); ++i) bytes[i] = grey[i / 3];
+  }
+  WebPConfig config;
+  WebPPicture picture;
+  if (WebPConfigInit(&config) == 0 || WebPConfigLosslessPreset(&config, kEffort) == 0 ||
+      WebPPictureInit(&picture) == 0) {
+    throw Error(ErrorCode::internal, "libwebp is of another version than it was built with.");
+  }
+  config.exact = 1;  // colours under no opacity stay
+  picture.use_argb = 1;
+  picture.width = static_cast<int>(image.width);
+  picture.height = static_cast<int>(image.height);
+  WebPMemoryWriter writer;
+  WebPMemoryWriterInit(&writer);
+  picture.writer = WebPMemoryWrite;
+  picture.custom_ptr = &writer;
+  const bool has_alpha = image.channels == 4;
+  const int stride = picture.width * (has_alpha ? 4 : 3);
+  const auto import = has_alpha ? WebPPictureImportRGBA : WebPPictureImportRGB;
+  const bool done =
+      import(&picture, bytes.data(), stride) != 0 && WebPEncode(&config, &picture) != 0;
+  WebPPictureFree(&picture);
+  const std::unique_ptr<WebPMemoryWriter, void (*)(WebPMemoryWriter*)> owner(&writer,
+                                                                             WebPMemoryWriterClear);
+  if (!done) throw std::bad_alloc();
+  std::vector<std::byte> file(writer.size);
+  std::memcpy(file.data(), writer.mem, writer.size);
+  return file;
+}
+
+}  // namespace kiln
