@@ -9,7 +9,7 @@
 
 #include "kiln/error.h"
 #include "kiln/mesh.h"
-#include "kiln/parts.h"
+#include "kiln/match.h"
 
 namespace {
 
