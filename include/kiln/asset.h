@@ -141,10 +141,10 @@ struct SaveAssetOptions {
 /// the mirroring: programs do not agree on tangents under mirroring nodes. An object whose node flattens it is a
 /// root. Without nodes, the root is named as the mesh, and its origin is the root's translation. Vertex colours are
 /// COLOR_0, but where a material has a picture of colours: there they would be multiplied, and are `_COLOR_0`.
-/// Triangles without area or UVs are left out. Each file appears whole or not at all, the .gltf last.
+/// Triangles without area, or without UVs where others have them, are left out. A mesh without UVs has no tangents. Each file appears whole or not at all, the .gltf last.
 /// \param materials  one for each of Mesh::material_names, or one for all
 /// \returns the files that were written, `path` last
-/// \throws Error(input) for a mesh without UVs or a triangle that has area; Error(usage) for materials or nodes of
+/// \throws Error(input) for a mesh without a triangle that has area, or without UVs but with pictures; Error(usage) for materials or nodes of
 ///         another number, or extras that are no JSON; Error(output), also beyond the 4 GiB of a GLB
 /// Thread safety: may be called from several threads, for files of different names.
 std::vector<std::filesystem::path> save_asset(const Mesh& low,

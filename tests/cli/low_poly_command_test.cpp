@@ -206,6 +206,34 @@ TEST(LowPolyCommand, OneMapServesAllLevelsWhereAsked) {
   EXPECT_LT(levels[1]["faces"], levels[0]["faces"]);
 }
 
+/// Beside a GLB they are a file each, with maps of their own or the first one's.
+TEST(LowPolyCommand, LevelsOfAGlbAreFilesOfTheirOwn) {
+  KILN_REQUIRE_DEVICE();
+  const Wavy dense;
+  for (const std::string uvs : {"own", "shared"}) {
+    const ProcessResult done = dense.bake(
+        uvs + "/low.glb", {"--max-error", "normal=5", "--screen", "192px", "--lod", "4",
+                           "--lod-uvs", uvs, "--lod-growth", "1.25", "--maps", "normal"});
+    ASSERT_EQ(done.exit_code, 0) << done.errors;
+    const fs::path folder = dense.folder / uvs;
+    const nlohmann::json levels = read_json(folder / "low_lods.json")["levels"];
+    ASSERT_GE(levels.size(), 2U);
+    std::vector<Asset> assets;
+    for (std::size_t k = 0; k < levels.size(); ++k) {
+      const std::string name = k == 0 ? "low.glb" : "low_lod" + std::to_string(k) + ".glb";
+      EXPECT_EQ(levels[k]["mesh"], name);
+      assets.push_back(load_asset(folder / name));
+      EXPECT_EQ(assets[k].mesh.triangles.size(), levels[k]["faces"]);
+      ASSERT_EQ(assets[k].materials.size(), 1U);
+      const auto picture = assets[k].materials[0].normal_map.bytes;
+      ASSERT_EQ(picture != nullptr, levels[k]["size"] != 0);
+      if (k == 0 || picture == nullptr) continue;
+      EXPECT_EQ(*picture == *assets[0].materials[0].normal_map.bytes, uvs == "shared");
+      EXPECT_LT(assets[k].mesh.triangles.size(), assets[k - 1].mesh.triangles.size());
+    }
+  }
+}
+
 TEST(LowPolyCommand, LevelsAppearTogetherOrNotAtAll) {
   KILN_REQUIRE_DEVICE();
   const Dense dense;

@@ -138,7 +138,15 @@ using Primitives = std::map<std::pair<std::size_t, std::size_t>, Part>;
 
 /// A mesh's triangles, a primitive each. \param locals  one an object
 Primitives primitives_of(const Mesh& low, const std::vector<ToLocal>& locals, bool one_material) {
-  const LowSurface surface = LowSurface::of(low, Frame::of(low));
+  const bool has_layout = !low.uvs.empty();
+  Mesh
+      flat;  // stands in for one without UVs: any will do, since they are not written, nor tangents
+  if (!has_layout) {
+    flat = low;
+    flat.uvs = {{0, 0}, {1, 0}, {0, 1}};
+    flat.uv_triangles.assign(low.triangles.size(), {0, 1, 2});
+  }
+  const LowSurface surface = LowSurface::of(has_layout ? low : flat, Frame::of(low));
   Primitives primitives;
   for (std::size_t t = 0; t < surface.triangles.size(); ++t) {
     if (surface.usable[t] == 0) continue;
@@ -156,6 +164,7 @@ Primitives primitives_of(const Mesh& low, const std::vector<ToLocal>& locals, bo
       corners[k].values = {p.x + 0.0F, p.y + 0.0F,  p.z + 0.0F,         normal.x,
                            normal.y,   normal.z,    tangent.x,          tangent.y,
                            tangent.z,  corner.sign, corner.uv.x + 0.0F, 1 - corner.uv.y};
+      if (!has_layout) std::fill_n(&corners[k].values[6], 6, 0.0F);
       if (!low.colors.empty()) corners[k].color = low.colors[vertex];
       has_uvs = has_uvs && std::isfinite(corner.uv.x) && std::isfinite(corner.uv.y);
     }
@@ -205,11 +214,13 @@ class GltfOutput {
   }
   static constexpr std::size_t kRoot = std::numeric_limits<std::size_t>::max();
 
-  Json add_primitive(const Part& part, std::size_t material, const char* color_name) {
+  Json add_primitive(const Part& part, std::size_t material, bool has_uvs, const char* color_name) {
     Json attributes = {{"POSITION", add_values(part.vertices, 0, 3, "VEC3", true)},
-                       {"NORMAL", add_values(part.vertices, 3, 3, "VEC3", false)},
-                       {"TANGENT", add_values(part.vertices, 6, 4, "VEC4", false)},
-                       {"TEXCOORD_0", add_values(part.vertices, 10, 2, "VEC2", false)}};
+                       {"NORMAL", add_values(part.vertices, 3, 3, "VEC3", false)}};
+    if (has_uvs) {
+      attributes["TANGENT"] = add_values(part.vertices, 6, 4, "VEC4", false);
+      attributes["TEXCOORD_0"] = add_values(part.vertices, 10, 2, "VEC2", false);
+    }
     if (color_name != nullptr) attributes[color_name] = add_colors(part.vertices);
     const std::size_t indices = add_indices(part.indices);
     return {{"attributes", std::move(attributes)}, {"indices", indices}, {"material", material}};
@@ -601,6 +612,15 @@ std::vector<fs::path> save_asset(const Mesh& low, std::span<const AssetMaterial>
     fail_usage("there is not one material for each of the mesh's, nor one for all.");
   }
   check_nodes(low, options);
+  const bool has_pictures =
+      std::any_of(materials.begin(), materials.end(), [](const AssetMaterial& material) {
+        const AssetPictures* const p = material.pictures.get();
+        return p != nullptr && !(p->color.empty() && p->surface.empty() && p->normal.empty() &&
+                                 p->emission.empty());
+      });
+  if (has_pictures && low.uvs.empty()) {
+    throw Error(ErrorCode::input, "Mesh '" + low.name + "' has no UVs for its pictures.");
+  }
   GltfOutput file(path);
   Json& json = file.json();
   if (!options.extras.empty()) {
@@ -613,7 +633,8 @@ std::vector<fs::path> save_asset(const Mesh& low, std::span<const AssetMaterial>
   const Places places = add_nodes(file, low, options);
   const Primitives primitives = primitives_of(low, places.locals, one_material);
   if (primitives.empty()) {
-    throw Error(ErrorCode::input, "Mesh '" + low.name + "' has no triangle with UVs to write.");
+    throw Error(ErrorCode::input,
+                "Mesh '" + low.name + "' has no triangle to write that has area, and UVs.");
   }
   std::vector<std::size_t> numbers(materials.size(), GltfOutput::kRoot);  // in the file
   std::size_t object = GltfOutput::kRoot;
@@ -632,7 +653,7 @@ std::vector<fs::path> save_asset(const Mesh& low, std::span<const AssetMaterial>
       json["meshes"].push_back({{"name", name}, {"primitives", Json::array()}});
     }
     const bool painted = material.pictures && material.pictures->has_color;
-    json["meshes"].back()["primitives"].push_back(file.add_primitive(part, number,
+    json["meshes"].back()["primitives"].push_back(file.add_primitive(part, number, !low.uvs.empty(),
                                                                      low.colors.empty() ? nullptr
                                                                      : painted          ? "_COLOR_0"
                                                                                : "COLOR_0"));

@@ -162,8 +162,56 @@ TEST(SaveGlb, RefusesWhatItCannotHold) {
   Mesh bare = low;
   bare.uvs.clear();
   bare.uv_triangles.clear();
-  EXPECT_THROW(save_glb(bare, {}, path), Error);
+  maps = {};
+  maps.occlusion = &grey;
+  EXPECT_THROW(save_glb(bare, maps, path), Error);
   EXPECT_FALSE(fs::exists(path));
+}
+
+/// As a plan makes low polys that need no map.
+TEST(SaveGlb, MeshesWithoutUvsHaveNormalsAlone) {
+  const fs::path path = test::scratch_folder() / "a.glb";
+  Mesh bare = test::BumpySphere::light();
+  bare.uvs.clear();
+  bare.uv_triangles.clear();
+  save_glb(bare, {}, path);
+  const Parsed glb(path);
+  const json& attributes = glb.head["meshes"][0]["primitives"][0]["attributes"];
+  EXPECT_EQ(attributes.size(), 2U);
+  const Mesh back = load_mesh(path);
+  EXPECT_EQ(back.triangles.size(), bare.triangles.size());
+  EXPECT_EQ(back.normals.size(), back.positions.size());
+  EXPECT_TRUE(back.uvs.empty());
+}
+
+TEST(SaveGlb, WebpIsRequiredWhereItIsWritten) {
+  const std::vector<std::string> formats = picture_formats();
+  if (std::find(formats.begin(), formats.end(), "WebP") == formats.end()) {
+    GTEST_SKIP() << "built without libwebp";
+  }
+  const fs::path folder = test::scratch_folder();
+  const Image normal{4, 4, 3, std::vector<float>(48, 0.25F)};
+  AssetMaps maps;
+  maps.normal = &normal;
+  AssetMaterial material;
+  material.pictures = std::make_shared<const AssetPictures>(encode_maps(maps, ImageFormat::webp));
+  ASSERT_EQ(material.pictures->errors.size(), 1U);
+  EXPECT_EQ(material.pictures->errors[0].map, "normal");
+  EXPECT_TRUE(material.pictures->errors[0].is_normal);
+  for (const char* name : {"a.glb", "b.gltf"}) {
+    save_asset(test::BumpySphere::light(), std::span(&material, 1), folder / name);
+    const Asset back = load_asset(folder / name);
+    const MaterialPicture& map = back.materials[0].normal_map;
+    const Image picture = map.bytes ? load_image(*map.bytes) : load_image(map.file);
+    EXPECT_NEAR(picture.pixels[0], 0.25, 1.0 / 255);
+  }
+  EXPECT_TRUE(fs::exists(folder / "b_normal.webp"));
+  const Parsed glb(folder / "a.glb");
+  expect_valid(glb);
+  EXPECT_EQ(glb.head["extensionsRequired"], json({"EXT_texture_webp"}));
+  EXPECT_EQ(glb.head["extensionsUsed"], json({"EXT_texture_webp"}));
+  EXPECT_FALSE(glb.head["textures"][0].contains("source"));
+  EXPECT_THROW(encode_maps(maps, ImageFormat::png16), Error);
 }
 
 /// Two materials share pictures, which the file has once; each keeps its own ways.

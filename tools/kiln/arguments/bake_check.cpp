@@ -45,9 +45,10 @@ void take_asset(BakeJob& a) {
                  "': leave it out, or name a folder.");
   };
   refuse(a.layers, "--layers");
-  refuse(a.lods != 0, "--lod");
   refuse(a.options.match.visibility.clusters > 1, "--visibility-clusters");
-  if (ending != ".obj") {
+  if (ending == ".obj") {
+    refuse(a.lods != 0, "--lod");
+  } else {
     const bool is_webp = a.image.format == ImageFormat::webp;
     if (a.given.contains("--format") && a.image.format != ImageFormat::png8 && !is_webp) {
       fail_usage("The pictures in '" + a.out + "' can be --format png8 or webp.");

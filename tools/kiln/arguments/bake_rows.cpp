@@ -954,7 +954,9 @@ std::vector<OptionRow> make_rows() {
        .value = whole(AT(lods), 2, 8).or_none(),
        .help = "With --screen: N low polys, 2 to 8, each planned for half the size on screen of "
                "the one "
-               "before (NAME_lod0, NAME_lod1...; NAME_lods.json says which takes over where)"},
+               "before (NAME_lod0, NAME_lod1...; beside an --out NAME.glb NAME_lod1.glb...; "
+               "NAME_lods.json says "
+               "which takes over where)"},
       {.flag = "--lod-growth",
        .group = kLow,
        .value = number(AT(lod_growth), 1, 4),

@@ -59,7 +59,13 @@ bool save_level(BakeRun& run, const LodLevel& level, std::size_t number) {
 }  // namespace
 
 std::string lods_file(const BakeJob& arguments) {
-  return fs::path(arguments.high).stem().string() + "_lods.json";
+  const fs::path named = arguments.asset.empty() ? arguments.high : arguments.asset;
+  return named.stem().string() + "_lods.json";
+}
+
+std::string lod_asset(const BakeJob& arguments, std::size_t level) {
+  const fs::path first = arguments.asset;
+  return (first.parent_path() / (lod_stem(arguments, level) + first.extension().string())).string();
 }
 
 bool make_lods(BakeRun& run, const Source& source) {
@@ -100,10 +106,17 @@ bool save_lods(BakeRun& run) {
     low.made = true;
     BakeResult result;
     if (plan.result) result = std::move(*plan.result);
+    std::string asset = writes_gltf(run.arguments) ? lod_asset(run.arguments, k) : "";
+    std::vector<std::shared_ptr<const AssetPictures>> pictures;
+    if (!chain.levels[k].own_maps) pictures = run.pictures;
+    std::vector<std::uint32_t> materials_hit;
     Json mips, ranges = Json::object(), stored_errors = Json::object();
     const auto swap = [&] {
       std::swap(run.low, low);
       std::swap(run.result, result);
+      std::swap(run.arguments.asset, asset);
+      std::swap(run.pictures, pictures);
+      std::swap(run.materials_hit, materials_hit);
       std::swap(run.mips, mips);
       std::swap(run.ranges, ranges);
       std::swap(run.stored_errors, stored_errors);

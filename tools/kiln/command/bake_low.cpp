@@ -18,12 +18,13 @@ namespace kiln::cli {
 namespace fs = std::filesystem;
 
 std::string lod_stem(const BakeJob& arguments, std::size_t level) {
-  return fs::path(arguments.high).stem().string() + "_lod" + std::to_string(level);
+  const fs::path named = arguments.asset.empty() ? arguments.high : arguments.asset;
+  return named.stem().string() + "_lod" + std::to_string(level);
 }
 
 std::string low_stem(const BakeJob& arguments) {
-  if (arguments.lods > 0) return lod_stem(arguments, 0);
   if (!arguments.asset.empty()) return fs::path(arguments.asset).stem().string();
+  if (arguments.lods > 0) return lod_stem(arguments, 0);
   if (arguments.low.empty()) return fs::path(arguments.high).stem().string() + "_low";
   return fs::path(arguments.low).stem().string() + (arguments.unwrap           ? "_unwrapped"
                                                     : arguments.split_at_seams ? "_split"

@@ -358,8 +358,12 @@ void check_outputs(const BakeJob& arguments, const SaveImageOptions& save_option
   for (std::uint32_t k = 1; k < arguments.lods; ++k) stems.push_back(lod_stem(arguments, k));
   std::vector<fs::path> outputs = {arguments.json, arguments.save_cage};
   if (writes_gltf(arguments)) {
-    outputs.emplace_back(arguments.asset);
-    outputs.push_back(fs::path(arguments.asset).replace_extension(".bin"));
+    std::vector<fs::path> files = {arguments.asset};
+    for (std::uint32_t k = 1; k < arguments.lods; ++k) files.emplace_back(lod_asset(arguments, k));
+    for (fs::path& file : files) {
+      outputs.push_back(file);
+      outputs.push_back(file.replace_extension(".bin"));
+    }
     stems.clear();
   } else if (!arguments.asset.empty()) {
     outputs.push_back(fs::path(arguments.asset).replace_extension(".mtl"));
@@ -420,7 +424,7 @@ Image picture_of(const Reasons& reasons) {
 
 bool save_low_and_maps(BakeRun& run) {
   if (writes_gltf(run.arguments)) {
-    encode_asset_maps(run);
+    if (run.pictures.empty() || !run.result.maps.empty()) encode_asset_maps(run);
     return !run.sets.empty() || save_asset(run);
   }
   const fs::path folder = run.arguments.out;

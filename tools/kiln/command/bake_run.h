@@ -155,6 +155,8 @@ bool save_plan_plot(BakeRun& run);
 bool make_lods(BakeRun& run, const Source& source);
 /// Writes all levels, and NAME_lods.json. \returns false where it was cancelled
 bool save_lods(BakeRun& run);
+/// The GLB or glTF of a level.
+std::string lod_asset(const BakeJob& arguments, std::size_t level);
 /// The levels, as lines of a table.
 std::vector<std::string> lod_table(const LodChain& chain);
 /// NAME_lods.json.
