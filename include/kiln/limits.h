@@ -15,8 +15,8 @@ std::uint64_t free_memory();
 /// question and three quarters of what was free then.
 ///
 /// Readers and stages ask before they take much: a file that needs more is refused with Error(input), a
-/// stage that would with Error(internal), before the memory is taken. Blocks below 16 MiB are not asked
-/// for, so the limit can be passed by a little.
+/// stage that would with Error(internal), before the memory is taken. Blocks below 16 MiB, and a
+/// device's below 1 MiB, are not asked for: what small blocks come to can pass the limit by a little.
 std::uint64_t memory_limit();
 
 /// Bytes that may still be taken: within memory_limit(), and free at all.

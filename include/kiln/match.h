@@ -167,8 +167,8 @@ struct Parts {
 
 /// Pairs the parts of two meshes. By PartsBy::name `X_low` takes `X_high`, `X_high.001` and `X_high_...`, or
 /// what patterns say; a name that fits no pattern is a part's name itself, so `X` takes `X`, too. All that
-/// has no pair is one part of its own. Time: that of reading the names and triangles, but for patterns of a list
-/// with `*`, each of which is tried on each name. Names alone count: nothing is welded. The result is the caller's own and
+/// has no pair is one part of its own. Time: that of reading the names and triangles; of patterns of a
+/// list, those are tried whose text before `*` a name begins with. Names alone count: nothing is welded. The result is the caller's own and
 /// fits these two meshes as long as their triangles stay. Thread safety: may be called from several threads.
 /// \throws Error(input) where a mesh has no such names, or none of them has a pair
 /// \throws Error(usage) for a pattern without `*`, or an empty list

@@ -7,6 +7,7 @@
 
 #include "kiln/kiln.h"
 #include "kiln/plan.h"
+#include "kiln/session.h"
 #include "support/environment.h"
 #include "support/shapes.h"
 

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "kiln/asset.h"
 #include "kiln/kiln.h"
 #include "support/environment.h"
 #include "support/json_file.h"

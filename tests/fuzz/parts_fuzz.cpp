@@ -8,8 +8,8 @@
 #include <vector>
 
 #include "kiln/error.h"
-#include "kiln/mesh.h"
 #include "kiln/match.h"
+#include "kiln/mesh.h"
 
 namespace {
 

@@ -55,7 +55,7 @@ TEST(TwoQuadrics, AreWhatEachIsToTheBit) {
     const Vec3d from = point(), to = point(), other_from = point(), other_to = point();
     const TwoQuadrics both(a, b, c, d);
     const TwoQuadrics::Point best = both.best_near({from, other_from}, {to, other_to});
-    const Two off = both.off(best);
+    const Double2 off = both.off(best);
     for (int k = 0; k < 2; ++k) {
       const Quadric sum = k == 0 ? a + b : c + d;
       const Vec3d place = k == 0 ? sum.best_near(from, to) : sum.best_near(other_from, other_to);
