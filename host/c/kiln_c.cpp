@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "kiln/kiln.h"
+#include "kiln/mesh_view.h"
 #include "kiln/simplify.h"
 #include "kiln/unwrap.h"
 

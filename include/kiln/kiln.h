@@ -2,8 +2,8 @@
 /// Kiln bakes the detail of high polys into the textures of low polys. This header is the core: devices, meshes,
 /// sources, matches, maps, bakes, images, errors. By name:
 /// - low polys: clean.h, simplify.h, normals.h, unwrap.h, cage.h, height_field.h
-/// - files: asset.h (glTF and OBJ with their maps), material.h (pictures that meshes name), texture_sets.h (and UDIM)
-/// - bakes: session.h (again, where something changed), attribute.h (values of the caller's own), reasons.h (misses)
+/// - files: asset.h (glTF and OBJ with their maps), files.h (several that appear together), material.h (pictures that meshes name), texture_sets.h (and UDIM)
+/// - bakes: mesh_view.h (meshes in memory of the caller's own), session.h (again, where something changed), attribute.h (values of the caller's own), reasons.h (misses)
 /// - volumes: volume.h, contour.h, gradient.h
 /// - measures and plans: render.h, measure.h, layout.h, assess.h, plan.h
 /// - opencl.h, which needs OpenCL's headers, and kiln_c.h, for C
@@ -13,13 +13,11 @@
 #include "kiln/device.h"
 #include "kiln/error.h"
 #include "kiln/export.h"
-#include "kiln/files.h"
 #include "kiln/image.h"
 #include "kiln/limits.h"
 #include "kiln/map.h"
 #include "kiln/match.h"
 #include "kiln/mesh.h"
-#include "kiln/mesh_view.h"
 #include "kiln/progress.h"
 #include "kiln/source.h"
 #include "kiln/texture.h"

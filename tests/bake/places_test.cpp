@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "kiln/kiln.h"
+#include "kiln/mesh_view.h"
 #include "support/environment.h"
 #include "support/shapes.h"
 

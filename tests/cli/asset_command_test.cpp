@@ -6,6 +6,7 @@
 
 #include "cli/command_scene.h"
 #include "kiln/asset.h"
+#include "kiln/files.h"
 
 namespace kiln {
 namespace {

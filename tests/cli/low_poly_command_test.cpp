@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "kiln/asset.h"
+#include "kiln/files.h"
 #include "kiln/kiln.h"
 #include "support/environment.h"
 #include "support/json_file.h"

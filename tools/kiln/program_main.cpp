@@ -15,6 +15,7 @@
 #include "cl/driver_state.h"
 #include "crash.h"
 #include "interrupt.h"
+#include "kiln/files.h"
 #include "kiln/kiln.h"
 #include "kiln/reasons.h"
 #include "program.h"

@@ -10,6 +10,7 @@
 #include "arguments/parse.h"
 #include "arguments/paths.h"
 #include "interrupt.h"
+#include "kiln/files.h"
 #include "kiln/measure.h"
 #include "kiln/normals.h"
 #include "kiln/render.h"

@@ -5,6 +5,7 @@
 
 #include "arguments/paths.h"
 #include "arguments/small_file.h"
+#include "kiln/files.h"
 #include "kiln/kiln.h"
 #include "report/json_text.h"
 #include "report/report.h"

@@ -10,6 +10,7 @@
 #include "base/fnv.h"
 #include "command/bake_run.h"
 #include "kiln/asset.h"
+#include "kiln/files.h"
 #include "report/json_text.h"
 
 namespace kiln::cli {

@@ -4,6 +4,7 @@
 
 #include "arguments/parse.h"
 #include "command/bake_run.h"
+#include "kiln/files.h"
 #include "kiln/plan.h"
 #include "report/json_text.h"
 

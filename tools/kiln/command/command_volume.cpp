@@ -11,6 +11,7 @@
 #include "commands.h"
 #include "interrupt.h"
 #include "kiln/contour.h"
+#include "kiln/files.h"
 #include "kiln/kiln.h"
 #include "kiln/plan.h"
 #include "kiln/unwrap.h"
