@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "cli/command_scene.h"
@@ -37,6 +38,29 @@ TEST(AssetCommand, OneFileHasLowAndMaps) {
                         scene / "again"}),
               0, {});
   EXPECT_EQ(names(scene / "again"), std::vector<std::string>{"low_normal.png"});
+}
+
+/// glTF's default material is metal; a mesh that has none says nothing of metal.
+TEST(AssetCommand, BareMeshesDoNotBecomeMetal) {
+  KILN_REQUIRE_DEVICE();
+  const fs::path scene = make_scene();
+  // Two triangles of the size of a sheet, without a material.
+  const std::string gltf =
+      R"({"asset":{"version":"2.0"},"scenes":[{"nodes":[0]}],"nodes":[{"mesh":0}],"meshes":[{"primitives":[)"
+      R"({"attributes":{"POSITION":0},"mode":5}]}],"accessors":[{"bufferView":0,"componentType":5126,)"
+      R"("count":4,"type":"VEC3","min":[0,0,0],"max":[1,1,0]}],"bufferViews":[{"buffer":0,"byteLength":48}],)"
+      R"("buffers":[{"byteLength":48,"uri":"sheet.bin"}]})";
+  const std::array<float, 12> places = {0, 0, 0, 1, 0, 0, 0, 1, 0, 1, 1, 0};
+  save_text(scene / "sheet.gltf", gltf);
+  save_text(scene / "sheet.bin", {reinterpret_cast<const char*>(places.data()), sizeof places});
+  expect_exit(run_kiln({"bake", scene / "sheet.gltf", "--faces", "2", "--size", "16", "--out",
+                        scene / "a.glb"}),
+              0, {});
+  const Asset asset = load_asset(scene / "a.glb");
+  ASSERT_EQ(asset.materials.size(), 1U);
+  EXPECT_EQ(asset.materials[0].metallic, 0);
+  EXPECT_TRUE(asset.materials[0].metallic_map.empty());
+  EXPECT_TRUE(asset.materials[0].color_map.empty());
 }
 
 /// Materials of several kinds of numbers become one picture of occlusion, roughness and metalness.

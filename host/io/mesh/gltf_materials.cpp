@@ -62,9 +62,9 @@ class MaterialReader {
     Material material;
     material.multiplies = true;
     material.alpha_mode = AlphaMode::opaque;
-    material.metallic = 1;
-    material.color_from = material.roughness_from = material.metallic_from = MaterialNumber::given;
+    // Without a material nothing is said. By the letter it would be metal, as no one means who exports bare meshes.
     if (!from.exists()) return material;
+    material.color_from = material.roughness_from = material.metallic_from = MaterialNumber::given;
     material.place = file_.input().file + ": " + from.place();
     material.extras = from["extras"].dump();
     const GltfValue surface = from["pbrMetallicRoughness"];
