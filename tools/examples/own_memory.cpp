@@ -1,5 +1,6 @@
 // From your own vertex buffers to a texture of 16-bit RGBA: no file, coverage as alpha.
 #include <kiln/kiln.h>
+#include <kiln/mesh_view.h>
 
 #include "engine.h"
 

@@ -20,6 +20,7 @@
 
 #include "cl/driver_state.h"
 #include "commands.h"
+#include "kiln/files.h"
 #include "kiln/kiln.h"
 
 namespace kiln::cli {

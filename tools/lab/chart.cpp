@@ -5,6 +5,7 @@
 
 #include "arguments/paths.h"
 #include "interrupt.h"
+#include "kiln/files.h"
 #include "lab/table.h"
 #include "report/console.h"
 

@@ -12,6 +12,7 @@
 #include "arguments/paths.h"
 #include "commands.h"
 #include "interrupt.h"
+#include "kiln/files.h"
 #include "kiln/kiln.h"
 #include "kiln/render.h"
 #include "lab/measuring.h"

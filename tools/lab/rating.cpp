@@ -12,6 +12,7 @@
 #include "arguments/transfers.h"
 #include "interrupt.h"
 #include "kiln/assess.h"
+#include "kiln/files.h"
 #include "kiln/measure.h"
 #include "kiln/render.h"
 #include "lab/measure.h"

@@ -3,6 +3,7 @@
 #include <cstdio>
 
 #include "arguments/small_file.h"
+#include "kiln/files.h"
 #include "report/json_text.h"
 #include "report/terminal.h"
 

@@ -14,6 +14,7 @@
 #include "command/bake_run.h"
 #include "commands.h"
 #include "interrupt.h"
+#include "kiln/files.h"
 #include "kiln/measure.h"
 #include "kiln/plan.h"
 #include "kiln/render.h"
