@@ -85,7 +85,7 @@ struct AssetMaps {
 struct AssetError {
   std::string_view map;    ///< "normal", "ao", "color"...: as maps() and transfers have it
   bool is_normal = false;  ///< Degrees; else steps of 1/255
-  StoredError error;
+  StoredError error;       ///< How far, over the baked texels
 };
 
 /// The same as pictures that glTF has, 8 bits and dithered. Made by encode_maps().

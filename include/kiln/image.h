@@ -65,9 +65,9 @@ struct ImageText {
 /// How save_image() writes.
 struct SaveImageOptions {
   ImageFormat format = ImageFormat::exr_half;  ///< The name's extension must agree
-  bool dither = false;  ///< png8, tga and webp: ordered dither instead of rounding.
-  TextureUse use = TextureUse::values;
-  int threads = 0;  ///< For compression; 0 takes all cores.
+  bool dither = false;                  ///< png8, tga and webp: ordered dither instead of rounding.
+  TextureUse use = TextureUse::values;  ///< ktx2 and dds: what format they have
+  int threads = 0;                      ///< For compression; 0 takes all cores.
   /// What places in the image are measured from (BakedMap::origin), written down: as the attribute `origin`
   /// (v3d) in an EXR, as the text `Origin` in a PNG. 0: nothing is written.
   std::array<double, 3> origin{};

@@ -30,7 +30,8 @@ inline std::vector<std::uint64_t> vector_results() {
     return r % 8 == 0 ? special[r / 8 % 8] : static_cast<float>(static_cast<int>(r)) * 1e-6F;
   };
   for (int round = 0; round < 500; ++round) {
-    const Float4 a{number(), number(), number(), number()}, b{number(), number(), number(), number()};
+    const Float4 a{number(), number(), number(), number()},
+        b{number(), number(), number(), number()};
     keep(a + b, 4), keep(a - b, 4), keep(a * b, 4), keep(a / b, 4), keep(-a, 4);
     keep(lower(a, b), 4), keep(upper(a, b), 4), keep(select(a < b, a, b), 4);
     keep(to_int4(a), 4), keep(floor_int4(b), 4), keep(to_float4(to_int4(a)), 4);
