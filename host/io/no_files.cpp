@@ -69,7 +69,9 @@ std::vector<Material> load_materials(const Mesh& /*mesh*/, const std::filesystem
                                      std::vector<Warning>* /*warnings*/, bool /*outside*/) {
   fail(mesh_file.string());
 }
-AssetPictures encode_maps(const AssetMaps& /*maps*/) { fail("an asset's pictures"); }
+AssetPictures encode_maps(const AssetMaps& /*maps*/, ImageFormat /*format*/) {
+  fail("an asset's pictures");
+}
 std::vector<std::filesystem::path> save_asset(const Mesh& /*low*/,
                                               std::span<const AssetMaterial> /*materials*/,
                                               const std::filesystem::path& path,
