@@ -50,7 +50,7 @@ float error_of(const BlockValues& values, const Ends& ends, int steps) {
   std::array<float, 16> squares{};
   for (std::size_t i = 0; i < values.size(); ++i) {
     const float value = values[i];
-    const float place = std::clamp((value - low) * scale, 0.0F, static_cast<float>(steps));
+    const float place = std::min(std::max((value - low) * scale, 0.0F), static_cast<float>(steps));
     const auto nearest = static_cast<float>(static_cast<int>(place + 0.5F));
     const float off = value - (low + nearest * step);
     squares[i] = off * off;
@@ -61,9 +61,10 @@ float error_of(const BlockValues& values, const Ends& ends, int steps) {
       squares[i] = std::min({squares[i], below * below, above * above});
     }
   }
-  float sum = 0;
-  for (const float square : squares) sum += square;
-  return sum;
+  for (std::size_t half = squares.size() / 2; half > 0; half /= 2) {
+    for (std::size_t i = 0; i < half; ++i) squares[i] += squares[i + half];
+  }
+  return squares[0];
 }
 
 /// Moves ends while that makes the error smaller, in steps that halve.
@@ -72,9 +73,10 @@ void descend(const BlockValues& values, int steps, int step, Ends& best, float& 
     for (bool better = least > 0; better;) {
       better = false;
       const Ends from = best;
-      for (int move = 0; move < 25; ++move) {
-        const Ends ends{std::clamp(from.low + (move % 5 - 2) * step, 0, 255),
-                        std::clamp(from.high + (move / 5 - 2) * step, 0, 255)};
+      const int reach = step == 1 ? 2 : 1, side = 2 * reach + 1;
+      for (int move = 0; move < side * side; ++move) {
+        const Ends ends{std::clamp(from.low + (move % side - reach) * step, 0, 255),
+                        std::clamp(from.high + (move / side - reach) * step, 0, 255)};
         if (ends.low > ends.high) continue;
         const float error = error_of(values, ends, steps);
         if (error >= least) continue;
