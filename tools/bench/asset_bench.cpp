@@ -12,6 +12,8 @@
 #include <string>
 #include <vector>
 
+#include "kiln/asset.h"
+#include "kiln/files.h"
 #include "kiln/kiln.h"
 #include "support.h"
 

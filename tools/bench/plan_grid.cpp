@@ -85,7 +85,7 @@ LowPolyPlanOptions plan_options(const Asked& asked) {
 BakeOptions bake_options(const Candidate& chosen, std::uint32_t size) {
   BakeOptions options;
   options.width = options.height = size;
-  options.method = chosen.method;
+  options.match.method = chosen.method;
   options.samples = std::clamp(1024 / size, 1U, 4U);  // As plans do.
   return options;
 }
@@ -127,7 +127,8 @@ class Pictures {
   }
   double degrees(const Mesh& low, const Image& map, const BakeOptions& baked) const {
     if (on_screen_) return on_screen_->degrees(low, map, baked);
-    const NormalMap normal{&map, baked.space, baked.flip_y, baked.bitangent};
+    const NormalMap normal{&map, baked.encoding.space, baked.encoding.flip_y,
+                           baked.encoding.bitangent};
     return points_->compare(Scene(device_, low, normal)).mean_degrees;
   }
 
@@ -231,7 +232,7 @@ class Grid {
     Mesh low = laid_out(mesh, size);
     levels_.fit_normals(low);
     BakeOptions options = bake_options(chosen_, size);
-    options.recall = 0;
+    options.report.recall = 0;
     const BakeResult result = bake(source_, low, options);
     point.bytes = low_poly_bytes(split_vertices(low), point.faces, size, {3}, chosen_.bits).total();
     point.degrees = pictures_.degrees(low, rounded(result.maps[0].image, chosen_.bits), options);

@@ -97,7 +97,7 @@ bool run(const Device& device, const Mesh& high, const Mesh& low, const MatchMet
   const auto source = Source::build(device, high, watch.progress());
   if (!source) return false;
   BakeOptions options{.width = 2048, .height = 2048};
-  options.method = method;
+  options.match.method = method;
   options.progress = watch.progress();
   return !bake(*source, low, options).cancelled;
 }

@@ -92,7 +92,7 @@ class Scene {
       : device(opened) {
     for (int i = 0; i < 8; ++i) phases.push_back(wave(cells, 0.3 * i, 0.004));
     options.width = options.height = size;
-    options.method = match;
+    options.match.method = match;
     bounds.bounds = Bounds{{0, 0, -0.03}, {1, 1, 0.03}};
   }
   BakeSession begin() const {

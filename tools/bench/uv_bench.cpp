@@ -63,7 +63,7 @@ Mesh light() {
 BakeOptions options_of(std::uint32_t size, MatchMethod method) {
   BakeOptions options;
   options.width = options.height = size;
-  options.method = method;
+  options.match.method = method;
   return options;
 }
 
