@@ -13,6 +13,7 @@
 #include <string>
 #include <vector>
 
+#include "kiln/files.h"
 #include "kiln/kiln.h"
 #include "kiln/reasons.h"
 #include "program.h"

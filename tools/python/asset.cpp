@@ -10,6 +10,7 @@
 
 #include "arrays.h"
 #include "kiln/asset.h"
+#include "kiln/attribute.h"
 
 namespace kiln::python {
 namespace {

@@ -7,6 +7,7 @@
 
 #include "arguments/bake_job.h"
 #include "arguments/high_poly_input.h"
+#include "kiln/cage.h"
 #include "kiln/plan.h"
 #include "options.h"
 #include "source.h"

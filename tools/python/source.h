@@ -5,6 +5,7 @@
 #include <optional>
 #include <string>
 
+#include "kiln/normals.h"
 #include "mesh.h"
 
 namespace kiln::python {
