@@ -18,8 +18,7 @@ std::uint32_t channels_of(const BakeJob& a, const std::string& map) {
     if (asked.name == map) return find_map(map).channels;
   }
   for (const std::string& word : a.variants) {
-    const MapVariant variant = parse_variant(a, word);
-    if (variant.name == map) return find_map(variant.kind.name).channels;
+    if (word.substr(0, word.find('=')) == map) return find_map(variant_kind(word).name).channels;
   }
   const std::vector<std::string> own = own_map_names(a);
   return std::find(own.begin(), own.end(), map) != own.end() ? 3 : 0;

@@ -45,6 +45,8 @@ std::vector<MapKind> maps_asked(const BakeJob& arguments);
 bool is_variant(std::string_view word);
 /// Its options are the job's but for those that it gives. \throws Error(usage), UsageError
 MapVariant parse_variant(const BakeJob& job, const std::string& word);
+/// Its kind alone.
+MapKind variant_kind(const std::string& word);
 /// The kinds of --maps, those of variants among them.
 std::vector<MapKind> kinds_asked(const BakeJob& job);
 /// What occludes is the same in every map: call it when the meshes are there.
