@@ -239,7 +239,6 @@ void check_variant(const MapVariant& map, const BakeOptions& options) {
   check(map.curvature_radius.has_value(), info.takes_curvature_radius, "curvature_radius");
   check(map.light.has_value(), info.takes_light, "light");
   check(map.id_by.has_value(), info.takes_id_by, "id_by");
-  check_map(map.kind, options);
   const BakeOptions own = options_of(map, options);
   check_enums(own);
   check_map_options(own);
@@ -265,16 +264,15 @@ void check_ranges(const BakeOptions& options) {
         std::any_of(options.own_maps.begin(), options.own_maps.end(), is_called)) {
       continue;
     }
-    const auto variant = std::find_if(options.variants.begin(), options.variants.end(), is_called);
-    const bool varies = variant != options.variants.end();
-    if (!varies &&
+    const MapVariant* const variant = find_variant(options, kind.name);
+    if (variant == nullptr &&
         std::find(options.maps.begin(), options.maps.end(), kind) == options.maps.end()) {
       usage("There is a range of '" + name +
                 "', which is no map of this bake: ask for the map, or leave "
                 "the range out.",
             kContradiction);
     }
-    const MapType type = map_row(varies ? variant->kind : kind).info.type;
+    const MapType type = map_row(variant != nullptr ? variant->kind : kind).info.type;
     if (type == MapType::unit_vector || type == MapType::id || type == MapType::coverage) {
       usage("The map " + name + " takes no range: its values are directions, names or coverage.",
             kContradiction);
@@ -284,8 +282,9 @@ void check_ranges(const BakeOptions& options) {
 
 void check_two_component(const BakeOptions& options) {
   if (!options.encoding.two_component) return;
+  const std::vector<MapKind> kinds = kinds_of(options);
   const bool all_sides = options.encoding.space == NormalMapSpace::object ||
-                         std::any_of(options.maps.begin(), options.maps.end(), [&](MapKind map) {
+                         std::any_of(kinds.begin(), kinds.end(), [&](MapKind map) {
                            return map_row(map).info.space == NormalMapSpace::object;
                          });
   if (!all_sides) return;
@@ -315,8 +314,7 @@ void validate(const BakeOptions& options) {
   named([&] {
     match_row(options.match.method);
     for (const MatchMethod next : options.match.fallback) match_row(next);
-    for (const MapKind map : options.maps) map_row(map);
-    for (const MapVariant& map : options.variants) map_row(map.kind);
+    for (const MapKind map : kinds_of(options)) map_row(map);
   });
   if (map_count(options) == 0) {
     usage("No map was asked for: give at least one, such as normal.");
@@ -337,7 +335,7 @@ void validate(const BakeOptions& options) {
     usage("recall is " + std::to_string(options.report.recall) + " places: it must be 0 to " +
           std::to_string(kMostPlaces) + ".");
   }
-  for (const MapKind map : options.maps) check_map(map, options);
+  for (const MapKind map : kinds_of(options)) check_map(map, options);
   for (const MapVariant& map : options.variants) check_variant(map, options);
   check_views(options.match.views);
   check_fallback(options);

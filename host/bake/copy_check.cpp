@@ -23,10 +23,9 @@ constexpr double kSameColor = 32;         // of 255
 constexpr std::uint32_t kRoundedTo = 64;  // kernels read that far beyond the last sample
 
 bool holds_lengths(const BakeOptions& options) {
-  const auto is_length = [](MapKind map) { return map_row(map).unit == "world units"; };
-  return std::any_of(options.maps.begin(), options.maps.end(), is_length) ||
-         std::any_of(options.variants.begin(), options.variants.end(),
-                     [&](const MapVariant& map) { return is_length(map.kind); });
+  const std::vector<MapKind> kinds = kinds_of(options);
+  return std::any_of(kinds.begin(), kinds.end(),
+                     [](MapKind map) { return map_row(map).unit == "world units"; });
 }
 
 /// Where the bake's own matcher reads the places of its samples in the map, plain rays stand in for it.

@@ -79,10 +79,10 @@ Image as_drawn(const MapInfo& map, const BakeOptions& options,
 
 /// Of the maps, of their padding while it is made, of levels below them, of a band and of the match that is kept: no
 /// less than all that grows with the map, so that a bake without the room ends before it begins.
-std::uint64_t bytes_of_maps(const BakeOptions& options) {
+std::uint64_t bytes_of_maps(const BakeOptions& options, std::span<const MapRow> own) {
   std::uint64_t channels = 1;  // coverage and charts
   for (const MapKind kind : options.maps) channels += map_row(kind).info.channels;
-  for (const MapRow& row : own_rows(options)) channels += row.info.channels;
+  for (const MapRow& row : own) channels += row.info.channels;
   const std::uint64_t texels = std::uint64_t{options.width} * options.height;
   const std::uint64_t level = texels * channels * sizeof(float);
   const std::uint64_t samples = texels * options.samples * options.samples;
@@ -98,8 +98,9 @@ std::uint64_t bytes_of_maps(const BakeOptions& options) {
 
 Layers::Layers(const Source::Impl& source, const LowSurface& surface, const BakeOptions& options,
                bool with_images, std::uint32_t finer, bool checks) {
+  own_rows_ = own_rows(options);
   if (with_images) {
-    require_memory("The maps", bytes_of_maps(options));
+    require_memory("The maps", bytes_of_maps(options, own_rows_));
     coverage_.resize(std::size_t{options.width} * options.height);
   }
   const MapRequest request{source, surface, options, shared_, finer, checks};
@@ -113,7 +114,6 @@ Layers::Layers(const Source::Impl& source, const LowSurface& surface, const Bake
     layers_.push_back({&row, row.make(request), std::move(image)});
   };
   for (const MapKind kind : options.maps) add(map_row(kind));
-  own_rows_ = own_rows(options);
   for (const MapRow& row : own_rows_) add(row);
   // The system clears the memory page by page, so several threads are faster.
   parallel_for(layers_.size(), 1, [&](std::size_t begin, std::size_t end) {

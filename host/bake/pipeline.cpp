@@ -371,10 +371,6 @@ double Pipeline::reach() const {
 void Pipeline::finish_report() {
   const double farthest = reach();
   BakeReport& report = result_.report;
-  const auto is_variant = [&](const BakedMap& map) {
-    return std::any_of(scene_.options.variants.begin(), scene_.options.variants.end(),
-                       [&](const MapVariant& variant) { return variant.name == map.kind.name; });
-  };
   for (BakedMap& map : result_.maps) {
     const auto layer =
         std::find_if(layers_.all().begin(), layers_.all().end(),
@@ -382,7 +378,7 @@ void Pipeline::finish_report() {
     map.ranges = ranges_of(*layer->row, {scene_.high, scene_.options, farthest});
     map.unit = layer->row->unit;
     layer->maker->report(map, report.warnings);
-    if (is_variant(map)) continue;
+    if (find_variant(scene_.options, map.kind.name) != nullptr) continue;
     if (!map.ids.empty()) report.ids = map.ids;
     if (map.occlusion) report.occlusion = map.occlusion;
     if (map.curvature_radius > 0) report.curvature_radius = map.curvature_radius;

@@ -99,6 +99,22 @@ inline std::size_t map_count(const BakeOptions& options) {
          options.variants.size();
 }
 
+/// The kinds of all of them that are maps of Kiln's own: what is asked of one kind counts for its variants.
+inline std::vector<MapKind> kinds_of(const BakeOptions& options) {
+  std::vector<MapKind> kinds = options.maps;
+  for (const MapVariant& map : options.variants) kinds.push_back(map.kind);
+  return kinds;
+}
+
+/// Null: no variant has that name.
+template <typename Options>
+auto find_variant(Options& options, std::string_view name) {
+  for (auto& map : options.variants) {
+    if (map.name == name) return &map;
+  }
+  return static_cast<decltype(options.variants.data())>(nullptr);
+}
+
 /// Leaves these maps alone of all that are asked for.
 inline void ask_for(BakeOptions& options, std::vector<MapKind> maps) {
   options.maps = std::move(maps);

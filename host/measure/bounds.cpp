@@ -150,10 +150,8 @@ void leave_to_rays(std::span<const MapBound> bounds, BakeOptions& bake) {
   };
   for (const MapBound& bound : bounds) {
     if (!rows.find(bound.kind)->info.takes_max_error || bound.max_error > 1) continue;
-    const auto variant =
-        std::find_if(bake.variants.begin(), bake.variants.end(),
-                     [&](const MapVariant& map) { return map.name == bound.kind.name; });
-    if (variant != bake.variants.end() && variant->occlusion) {
+    MapVariant* const variant = find_variant(bake, bound.kind.name);
+    if (variant != nullptr && variant->occlusion) {
       leave(bound.max_error, OcclusionOptions(*variant->occlusion), *variant->occlusion);
     } else {
       leave(bound.max_error, given, bake.occlusion);

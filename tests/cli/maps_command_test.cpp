@@ -77,6 +77,15 @@ TEST(MapsCommand, SeveralOfAKindAreAsIfEachWereAskedForAlone) {
   EXPECT_EQ(load_image(scene / "out" / "low_ao.png").pixels, ao.pixels);
 }
 
+TEST(MapsCommand, AnotherColorIsOfTheSamePictures) {
+  KILN_REQUIRE_DEVICE();
+  const fs::path scene = make_scene();
+  ASSERT_EQ(bake(scene, {"--maps", "color"}).exit_code, 0);
+  const Image color = load_image(scene / "out" / "low_color.png");
+  ASSERT_EQ(bake(scene, {"--maps", "base=color"}).exit_code, 0);
+  EXPECT_EQ(load_image(scene / "out" / "low_base.png").pixels, color.pixels);
+}
+
 TEST(MapsCommand, FindsWhatMaterialsName) {
   KILN_REQUIRE_DEVICE();
   const fs::path scene = make_scene();

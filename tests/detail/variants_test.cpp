@@ -133,6 +133,10 @@ TEST_F(Variants, ThatCannotBeAreRefused) {
   EXPECT_NE(refused({.name = "x", .kind = "ao", .occlusion = OcclusionOptions{.rays = 0}})
                 .find("`occlusion.rays`"),
             std::string::npos);
+  options.encoding.two_component = true;
+  EXPECT_NE(refused({.name = "x", .kind = "normal_object"}).find("one side of the surface"),
+            std::string::npos);
+  options.encoding.two_component = false;
   EXPECT_NE(refused({.name = "x", .kind = "visibility"}).find("match by visibility"),
             std::string::npos);
 }

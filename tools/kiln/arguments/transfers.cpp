@@ -12,8 +12,10 @@ namespace {
 namespace fs = std::filesystem;
 
 bool asks(const BakeOptions& options, bool MapInfo::*texture) {
-  return std::any_of(options.maps.begin(), options.maps.end(),
-                     [&](MapKind map) { return map_takes(map.name, texture); });
+  const auto takes = [&](MapKind map) { return map_takes(map.name, texture); };
+  return std::any_of(options.maps.begin(), options.maps.end(), takes) ||
+         std::any_of(options.variants.begin(), options.variants.end(),
+                     [&](const MapVariant& map) { return takes(map.kind); });
 }
 
 bool has_pictures(const Texture& texture) { return !texture.images.empty(); }

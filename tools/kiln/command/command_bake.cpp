@@ -256,6 +256,8 @@ std::optional<double> normals_off(const BakeRun& run, const Device& device, cons
   options.encoding.flip_y = options.encoding.two_component = options.encoding.raw =
       options.encoding.mips = options.report.keep_match = false;
   options.transfers = {};
+  options.own_maps = {};
+  options.variants = {};
   options.progress = {};
   const BakeResult result = bake_from(run.dense, source, low, options);
   if (result.cancelled || result.report.missed == result.report.samples) return std::nullopt;
