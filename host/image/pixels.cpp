@@ -115,6 +115,30 @@ void store(const Rgba& rgba, PixelFormat format, std::byte* to) {
 
 }  // namespace
 
+std::string_view extension_of(ImageFormat format) {
+  switch (format) {
+    case ImageFormat::exr_half:
+    case ImageFormat::exr_float:
+      return ".exr";
+    case ImageFormat::png16:
+    case ImageFormat::png8:
+      return ".png";
+    case ImageFormat::tiff16:
+    case ImageFormat::tiff8:
+    case ImageFormat::tiff_float:
+      return ".tif";
+    case ImageFormat::tga:
+      return ".tga";
+    case ImageFormat::webp:
+      return ".webp";
+    case ImageFormat::ktx2:
+      return ".ktx2";
+    case ImageFormat::dds:
+      return ".dds";
+  }
+  fail("SaveImageOptions::format is none of ImageFormat.", "option-enum");
+}
+
 void convert(const Image& image, PixelFormat format, std::span<std::byte> pixels,
              const ConvertOptions& options) {
   const std::size_t row_bytes = checked_row_bytes(image, format, pixels.size(), options);

@@ -44,6 +44,9 @@ enum class ImageFormat {
   dds,   ///< DDS with DXGI's formats, as ktx2
 };
 
+/// What names of a format's files end with, such as ".png". Any thread. \throws Error(usage) for none of them
+std::string_view extension_of(ImageFormat format);
+
 /// What a picture's values are: ktx2 and dds name their format by it, and stored_error() compares by it.
 ///
 /// Where both sides are multiples of 4, as Direct3D and WebGPU want, one channel becomes BC4 and two BC5; else R8 and

@@ -2,8 +2,10 @@
 /// Kiln bakes the detail of high polys into the textures of low polys. This header is the core: devices, meshes,
 /// sources, matches, maps, bakes, images, errors. By name:
 /// - low polys: clean.h, simplify.h, normals.h, unwrap.h, cage.h, height_field.h
-/// - files: asset.h (glTF and OBJ with their maps), files.h (several that appear together), material.h (pictures that meshes name), texture_sets.h (and UDIM)
-/// - bakes: mesh_view.h (meshes in memory of the caller's own), session.h (again, where something changed), attribute.h (values of the caller's own), reasons.h (misses)
+/// - files: asset.h (glTF and OBJ with their maps), files.h (several that appear together), material.h (pictures that
+///   meshes name), texture_sets.h (and UDIM)
+/// - bakes: mesh_view.h (meshes in the caller's memory), session.h (again, where something changed), attribute.h
+///   (values of the caller's own), reasons.h (misses)
 /// - volumes: volume.h, contour.h, gradient.h
 /// - measures and plans: render.h, measure.h, layout.h, assess.h, plan.h
 /// - opencl.h, which needs OpenCL's headers, and kiln_c.h, for C

@@ -26,6 +26,7 @@ OPTIONAL = (
     "tangents",
     "normal_map",
 )
+FACES = ("INT", {"default": 10_000, "min": 4, "max": 50_000_000})
 SIZE = ("INT", {"default": 2048, "min": 64, "max": 8192, "step": 64})
 
 
@@ -171,7 +172,7 @@ class KilnSimplify:
         return {
             "required": {
                 "mesh": ("MESH",),
-                "target_face_count": ("INT", {"default": 10_000, "min": 4, "max": 50_000_000}),
+                "target_face_count": FACES,
                 "clean": ("BOOLEAN", {"default": True}),
             }
         }
@@ -254,7 +255,7 @@ class KilnToGLB:
         return {
             "required": {
                 "mesh": ("MESH",),
-                "target_face_count": ("INT", {"default": 10_000, "min": 4, "max": 50_000_000}),
+                "target_face_count": FACES,
                 "texture_size": SIZE,
             }
         }

@@ -11,6 +11,11 @@
 
 namespace kiln {
 
+/// Formats that hold a mip chain in 8 bits or blocks.
+inline bool is_texture(ImageFormat format) {
+  return format == ImageFormat::ktx2 || format == ImageFormat::dds;
+}
+
 /// How texels are stored.
 struct TextureFormat {
   std::uint32_t vulkan, dxgi;  ///< VkFormat, DXGI_FORMAT

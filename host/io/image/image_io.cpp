@@ -239,36 +239,6 @@ bool is_exr(ImageFormat format) {
   return format == ImageFormat::exr_half || format == ImageFormat::exr_float;
 }
 
-/// Formats that hold a mip chain in 8 bits or blocks.
-bool is_texture(ImageFormat format) {
-  return format == ImageFormat::ktx2 || format == ImageFormat::dds;
-}
-
-/// What a name of the format ends with.
-std::string_view extension_of(ImageFormat format) {
-  switch (format) {
-    case ImageFormat::exr_half:
-    case ImageFormat::exr_float:
-      return ".exr";
-    case ImageFormat::png16:
-    case ImageFormat::png8:
-      return ".png";
-    case ImageFormat::tiff16:
-    case ImageFormat::tiff8:
-    case ImageFormat::tiff_float:
-      return ".tif";
-    case ImageFormat::tga:
-      return ".tga";
-    case ImageFormat::webp:
-      return ".webp";
-    case ImageFormat::ktx2:
-      return ".ktx2";
-    case ImageFormat::dds:
-      return ".dds";
-  }
-  throw Error(ErrorCode::usage, "SaveImageOptions::format is none of ImageFormat.", "option-enum");
-}
-
 /// A name that ends in the extension of another format would mislead whoever reads the file.
 void check_extension(const std::filesystem::path& path, ImageFormat format) {
   const std::string extension = lower_extension(path);

@@ -1,4 +1,4 @@
-// How far pictures of 8 bits are from what they hold; and TGA, which is nothing else.
+// How far pictures of 8 bits are from what they hold.
 #include <algorithm>
 #include <cmath>
 #include <vector>
@@ -27,11 +27,10 @@ class StoredRows {
       : image_(image),
         dither_(options.dither),
         bytes_(std::size_t{image.width} * kBandRows * image.channels) {
-    const bool is_texture =
-        options.format == ImageFormat::ktx2 || options.format == ImageFormat::dds;
-    if (is_texture) format_ = TextureFormat::of(image, options.use);
-    dither_ = dither_ && !is_texture && options.format != ImageFormat::tiff8;
-    channels_ = is_texture && format_.in_blocks ? format_.channels : image.channels;
+    const bool texture = is_texture(options.format);
+    if (texture) format_ = TextureFormat::of(image, options.use);
+    dither_ = dither_ && !texture && options.format != ImageFormat::tiff8;
+    channels_ = texture && format_.in_blocks ? format_.channels : image.channels;
     values_.resize(std::size_t{image.width} * kBandRows * channels_);
   }
 
@@ -128,46 +127,6 @@ StoredError error_of_stored(const Image& image, const SaveImageOptions& options,
     all.texels += sum.texels;
   }
   return {all.texels == 0 ? 0 : all.sum / static_cast<double>(all.texels), all.max};
-}
-
-std::vector<std::uint8_t> bytes_of(const Image& image, bool dither) {
-  const std::uint32_t channels = image.channels == 2 ? 3 : image.channels;
-  std::vector<std::uint8_t> bytes(std::size_t{image.width} * image.height * channels);
-  std::vector<std::uint8_t> row(std::size_t{image.width} * image.channels);
-  for (std::size_t y = 0; y < image.height; ++y) {
-    quantise_row(image, 8, dither, y, row.data());
-    std::uint8_t* const to = &bytes[y * image.width * channels];
-    if (channels == image.channels) {
-      std::ranges::copy(row, to);
-      continue;
-    }
-    for (std::size_t x = 0; x < image.width; ++x) std::copy_n(&row[2 * x], 2, to + 3 * x);
-  }
-  return bytes;
-}
-
-std::vector<std::byte> encode_tga(const Image& image, bool dither) {
-  const std::vector<std::uint8_t> bytes = bytes_of(image, dither);
-  const std::size_t texels = std::size_t{image.width} * image.height;
-  const std::size_t channels = bytes.size() / texels, row = image.width * channels;
-  const auto byte = [](std::size_t value) { return static_cast<std::byte>(value & 0xFFU); };
-  std::vector<std::byte> file(18);  // Truevision TGA 2.0, 3.2
-  file[2] = byte(channels == 1 ? 3 : 2);
-  for (const auto& [at, side] : {std::pair(12, image.width), std::pair(14, image.height)}) {
-    file[static_cast<std::size_t>(at)] = byte(side);
-    file[static_cast<std::size_t>(at) + 1] = byte(side >> 8U);
-  }
-  file[16] = byte(8 * channels);
-  file[17] = byte(channels == 4 ? 8 : 0);  // bits of alpha; the last row stands first
-  file.reserve(file.size() + bytes.size());
-  for (std::size_t y = image.height; y-- > 0;) {
-    for (std::size_t i = 0; i < row; ++i) {
-      const std::size_t c = i % channels;
-      const std::size_t from = channels >= 3 && c < 3 ? i + 2 - 2 * c : i;  // blue first
-      file.push_back(static_cast<std::byte>(bytes[y * row + from]));
-    }
-  }
-  return file;
 }
 
 }  // namespace kiln

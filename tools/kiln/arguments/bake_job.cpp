@@ -218,21 +218,7 @@ TextureUse texture_use(const BakedMap& map, const BakeOptions& options) {
 }
 
 std::string extension(const SaveImageOptions& options) {
-  switch (options.format) {
-    case ImageFormat::exr_half:
-    case ImageFormat::exr_float:
-      return ".exr";
-    case ImageFormat::png16:
-    case ImageFormat::png8:
-      return ".png";
-    case ImageFormat::tga:
-    case ImageFormat::webp:
-    case ImageFormat::ktx2:
-    case ImageFormat::dds:
-      return "." + name_of(Words(kFormats), options.format);
-    default:
-      return ".tif";
-  }
+  return std::string(extension_of(options.format));
 }
 
 std::vector<std::filesystem::path> map_files(const std::filesystem::path& folder,
