@@ -44,6 +44,8 @@ bool may_retry = false;
 std::atomic<bool> crashed{false};
 static_assert(std::atomic<bool>::is_always_lock_free);
 thread_local volatile sig_atomic_t handles = 0;
+constexpr std::array kSignals = {SIGSEGV, SIGBUS, SIGABRT, SIGILL};
+std::array<bool, kSignals.size()> handled{};
 
 void say(const char* text) {
   [[maybe_unused]] const auto ignored = write(STDERR_FILENO, text, std::strlen(text));
@@ -189,15 +191,22 @@ void catch_crashes(char** argv) noexcept {
   has_linker = find_linker();
   std::set_terminate(on_terminate);
   if (std::atexit(on_exit_within) != 0) say("kiln: A handler could not be set.\n");
-  for (const int number : {SIGSEGV, SIGBUS, SIGABRT, SIGILL}) {
+  for (std::size_t i = 0; i < kSignals.size(); ++i) {
     struct sigaction before {};
     // A sanitizer's or a parent's is the better one.
-    if (sigaction(number, nullptr, &before) != 0 || before.sa_handler != SIG_DFL) continue;
+    if (sigaction(kSignals[i], nullptr, &before) != 0 || before.sa_handler != SIG_DFL) continue;
     struct sigaction action {};
     action.sa_handler = on_crash;
     action.sa_flags = SA_NODEFER | SA_ONSTACK;
-    sigaction(number, &action, nullptr);
+    handled[i] = sigaction(kSignals[i], &action, nullptr) == 0;
   }
+}
+
+bool handles_crash(int number) noexcept {
+  for (std::size_t i = 0; i < kSignals.size(); ++i) {
+    if (kSignals[i] == number) return handled[i];
+  }
+  return false;
 }
 
 bool supervised(int& exit_code) {
@@ -218,23 +227,3 @@ bool supervised(int& exit_code) {
 }
 
 }  // namespace kiln::cli
-
-/// Stands before the C library's, for all that is loaded: LLVM within PoCL sets handlers of its own
-/// for SIGABRT. After these the C library's abort() ends the process without a word.
-extern "C" void abort() noexcept {
-  if (kiln::cli::arguments != nullptr) kiln::cli::on_crash(SIGABRT);
-  signal(SIGABRT, SIG_DFL);
-  raise(SIGABRT);
-  _exit(128 + SIGABRT);
-}
-
-#ifdef __GLIBC__
-/// The same for assertions, since the C library's calls an abort() of its own.
-extern "C" void __assert_fail(const char* condition, const char* file, unsigned,
-                              const char* function) noexcept {
-  for (const char* text : {file, ": ", function, ": '", condition, "' does not hold.\n"}) {
-    if (text != nullptr) kiln::cli::say(text);
-  }
-  abort();
-}
-#endif

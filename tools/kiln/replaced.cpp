@@ -13,6 +13,7 @@
 
 #include "base/memory.h"
 #include "cl/driver_state.h"
+#include "crash.h"
 
 // Blocks of the programs' own threads beyond --memory-limit are refused, as if the system had none.
 // NOLINTBEGIN(cppcoreguidelines-no-malloc): what they are made of
@@ -28,6 +29,8 @@ void operator delete(void* block, std::size_t) noexcept { std::free(block); }
 
 #ifdef __GLIBC__
 namespace {
+
+constexpr std::size_t kGuardBytes = std::size_t{1} << 28;  // of addresses, not of memory
 
 struct Begun {
   void* (*begin)(void*);
@@ -47,15 +50,35 @@ void* begin_thread(void* given) {
 
 }  // namespace
 
-/// Stands before the C library's, for drivers' threads.
+/// Stands before the C library's, for drivers' threads. Below their stacks lies far more than the one page that the C
+/// library keeps free: a kernel with large arrays steps over a page, into another thread's stack, and what it overwrites
+/// there would end the process without a word.
 extern "C" int pthread_create(pthread_t* thread, const pthread_attr_t* attributes,
                               void* (*begin)(void*), void* with) {
   static const auto next =
       reinterpret_cast<decltype(&pthread_create)>(dlsym(RTLD_NEXT, "pthread_create"));
   auto* const begun = new (std::nothrow) Begun{begin, with};
   if (begun == nullptr) return EAGAIN;
-  const int status = next(thread, attributes, begin_thread, begun);
+  pthread_attr_t guarded;
+  if (attributes != nullptr) {
+    guarded = *attributes;
+  } else {
+    pthread_attr_init(&guarded);
+  }
+  int status = pthread_attr_setguardsize(&guarded, kGuardBytes);
+  if (status == 0) status = next(thread, &guarded, begin_thread, begun);
+  if (attributes == nullptr) pthread_attr_destroy(&guarded);
+  // Where addresses are short (ulimit -v).
+  if (status != 0) status = next(thread, attributes, begin_thread, begun);
   if (status != 0) delete begun;
   return status;
+}
+
+/// Stands before the C library's: LLVM within PoCL takes the handlers of crashes for its own, and for a moment sets none
+/// while it gives them back, in which a second thread's crash would end the process without a word.
+extern "C" int sigaction(int number, const struct sigaction* action,
+                         struct sigaction* before) noexcept {
+  static const auto next = reinterpret_cast<decltype(&sigaction)>(dlsym(RTLD_NEXT, "sigaction"));
+  return next(number, kiln::cli::handles_crash(number) ? nullptr : action, before);
 }
 #endif
