@@ -40,19 +40,19 @@ fs::path cache_folder() {
 
 }  // namespace
 
-BinaryCache::BinaryCache(fs::path folder, std::string driver)
-    : folder_(std::move(folder)), driver_(std::move(driver)) {}
+BinaryCache::BinaryCache(fs::path folder, std::string driver, bool programs)
+    : folder_(std::move(folder)), driver_(std::move(driver)), programs_(programs) {}
 
 BinaryCache BinaryCache::of(const DeviceInfo& device, std::string_view platform_version) {
   const auto forbids = [](const char* name) {
     const char* value = std::getenv(name);
     return value != nullptr && std::string_view(value) == "0";
   };
-  const bool kept = device.platform == "Portable Computing Language" &&
-                    !forbids("POCL_KERNEL_CACHE") && !forbids("KILN_KEEP_BINARIES");
+  const bool kept = !forbids("POCL_KERNEL_CACHE") && !forbids("KILN_KEEP_BINARIES");
   std::string driver = device.name + '\n' + device.driver + '\n' + device.opencl_version + '\n';
   driver += platform_version;
-  return {kept ? cache_folder() : fs::path(), std::move(driver)};
+  return {kept ? cache_folder() : fs::path(), std::move(driver),
+          device.platform == "Portable Computing Language"};
 }
 
 std::string BinaryCache::key(std::string_view source, std::string_view options) const {

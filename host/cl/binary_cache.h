@@ -16,7 +16,7 @@ namespace kiln::ocl {
 ///
 /// PoCL keeps what it compiles, but runs the preprocessor over each source to find it: 25 to 45 ms of a core for
 /// each of a bake's eight programs. From a binary it takes 1 to 5. Other drivers find theirs by themselves, so
-/// nothing is kept for them.
+/// no programs are kept for them: only that they passed the self-test.
 ///
 /// A file that is not whole, or of another driver, is as if it were not there. Files are replaced as a whole, so
 /// any number of processes may share a folder. The oldest go where there are more than kMostBinaries.
@@ -26,9 +26,10 @@ class BinaryCache {
 
   /// \param folder  empty: nothing is kept or found. Made with the first file
   /// \param driver  all that binaries depend on, besides source and options
-  BinaryCache(std::filesystem::path folder, std::string driver);
+  /// \param programs  programs are kept, too
+  BinaryCache(std::filesystem::path folder, std::string driver, bool programs = true);
   /// Of a device: `kiln` in POCL_CACHE_DIR, or else in XDG_CACHE_HOME or ~/.cache. Keeps nothing where
-  /// POCL_KERNEL_CACHE is 0, or for drivers other than PoCL.
+  /// POCL_KERNEL_CACHE or KILN_KEEP_BINARIES is 0, and programs for PoCL alone.
   static BinaryCache of(const DeviceInfo& device, std::string_view platform_version);
 
   std::optional<std::vector<unsigned char>> find(std::string_view source,
@@ -38,7 +39,7 @@ class BinaryCache {
             const std::vector<unsigned char>& binary) const noexcept;
   /// Removes what the driver would not load.
   void forget(std::string_view source, std::string_view options) const noexcept;
-  bool keeps_any() const { return !folder_.empty(); }
+  bool keeps_programs() const { return programs_ && !folder_.empty(); }
 
  private:
   std::string key(std::string_view source, std::string_view options) const;
@@ -47,6 +48,7 @@ class BinaryCache {
 
   std::filesystem::path folder_;
   std::string driver_;
+  bool programs_;
 };
 
 }  // namespace kiln::ocl

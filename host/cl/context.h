@@ -177,6 +177,10 @@ class KILN_HIDDEN Context {
   /// Waits so long at most. \returns false where something is still running; then no driver is called any more
   bool finish_within(double seconds);
 
+  /// Refuses a device that computes wrongly (host/cl/selftest.h). Once a device and version of its driver: a pass
+  /// is kept beside the programs. \throws Error(device), id `self-test`
+  void require_sound();
+
   /// Seconds spent in clBuildProgram (and loading from the driver's cache) so far.
   double build_seconds() const;
   /// Bytes of device memory held now, and the most there ever were.

@@ -181,8 +181,10 @@ Device Device::open(std::string_view selector) {
     }
     throw Error(ErrorCode::device, message);
   }
-  return DeviceAccess::make(
-      std::make_shared<cl::Context>(chosen->platform, chosen->device, chosen->info));
+  const auto context =
+      std::make_shared<cl::Context>(chosen->platform, chosen->device, chosen->info);
+  context->require_sound();
+  return DeviceAccess::make(context);
 }
 
 Device::Device(std::shared_ptr<cl::Context> context) : context_(std::move(context)) {}

@@ -132,8 +132,10 @@ Device opencl_device(const OpenClHandles& handles) {
       CL_FALSE) {
     throw Error(ErrorCode::device, "The device has no compiler, so it cannot run Kiln's kernels.");
   }
-  return DeviceAccess::make(std::make_shared<cl::Context>(
-      handles.context, handles.device, handles.queue, describe_device(platform, handles.device)));
+  const auto context = std::make_shared<cl::Context>(handles.context, handles.device, handles.queue,
+                                                     describe_device(platform, handles.device));
+  context->require_sound();
+  return DeviceAccess::make(context);
 }
 
 OpenClHandles opencl_handles(const Device& device) {

@@ -33,6 +33,7 @@ double Context::build_seconds() const {
 /// From a binary of an earlier run; null where there is none, or the driver does not take it.
 std::shared_ptr<Context::Program> Context::load(std::string_view source,
                                                 const std::string& options) {
+  if (!binaries_->keeps_programs()) return nullptr;
   const auto binary = binaries_->find(source, options);
   if (!binary) return nullptr;
   auto loaded = std::make_shared<Program>();
@@ -56,7 +57,7 @@ std::shared_ptr<Context::Program> Context::load(std::string_view source,
 
 /// For later runs. What fails here fails quietly: the program is there.
 void Context::keep(std::string_view source, const std::string& options, const Program& built) {
-  if (!binaries_->keeps_any()) return;
+  if (!binaries_->keeps_programs()) return;
   std::size_t size = 0;
   const auto ask = [&](cl_program_info what, std::size_t room, void* to) {
     return driver([&] { return clGetProgramInfo(built.program, what, room, to, nullptr); });
@@ -75,7 +76,8 @@ std::shared_ptr<Context::Program> Context::build(std::string_view source, const 
   if (info_.has_correct_division) options += " -cl-fp32-correctly-rounded-divide-sqrt";
   if (info_.is_gpu) options += " -DKILN_GPU=1";
   if (!defines.empty()) options += " " + defines;
-  const bool own = code != ErrorCode::input;  // A text of the user's may include files that change.
+  // A text of the user's may include files that change. The self-test runs once.
+  const bool own = code != ErrorCode::input && source != embedded_source("selftest");
   if (own) {
     if (std::shared_ptr<Program> loaded = load(source, options)) return loaded;
   }

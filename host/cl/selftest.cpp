@@ -1,0 +1,287 @@
+// The self-test of a device. kernels/cl/selftest.cl is its other half.
+#include "cl/selftest.h"
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cmath>
+#include <cstdio>
+#include <mutex>
+#include <set>
+
+#include "cl/binary_cache.h"
+#include "cl/embedded.h"
+#include "shared/bvh.h"
+#include "shared/ray.h"
+#include "shared/selftest.h"
+
+namespace kiln::ocl {
+namespace {
+
+using Words = std::vector<std::uint32_t>;
+constexpr std::uint32_t kItems = KILN_SELFTEST_ITEMS, kCells = KILN_SELFTEST_CELLS;
+
+/// As in kernels/lib/hash.clh.
+std::uint32_t hash_of(std::uint32_t value) {
+  const std::uint32_t state = value * 747796405U + 2891336453U;
+  const std::uint32_t word = ((state >> ((state >> 28U) + 4U)) ^ state) * 277803737U;
+  return (word >> 22U) ^ word;
+}
+
+std::uint32_t bits_of(float value) { return std::bit_cast<std::uint32_t>(value); }
+
+struct Inputs {
+  std::int32_t p, q;
+  float a, b, c;
+
+  explicit Inputs(std::uint32_t first) {
+    const auto whole = [&](std::uint32_t i) {
+      return static_cast<std::int32_t>(hash_of(first * 5 + i));
+    };
+    const auto real = [&](std::uint32_t i) { return static_cast<float>(whole(i)) * 0x1p-28F; };
+    p = whole(0), q = whole(1), a = real(2), b = real(3), c = real(4);
+  }
+};
+
+/// The operations on one lane, as in the kernel.
+std::array<std::uint32_t, KILN_SELFTEST_OPERATIONS> operate(const Inputs& in) {
+  const auto [p, q, a, b, c] = in;
+  const auto u = static_cast<std::uint32_t>(p), v = static_cast<std::uint32_t>(q);
+  const std::uint32_t shift = v & 31U;
+  std::array<std::uint32_t, KILN_SELFTEST_OPERATIONS> words{};
+  words[KILN_SELFTEST_SUMS] = bits_of((a * b + c) - b * c);
+  words[KILN_SELFTEST_FMA] = bits_of(std::fma(a, b, c));
+  words[KILN_SELFTEST_DIVISION] = bits_of(a / b - std::sqrt(std::fabs(c)));
+  const float near = std::clamp(std::max(std::min(a, b), c), -1.5F, 3.25F);
+  words[KILN_SELFTEST_ROUNDING] =
+      bits_of(std::copysign(std::floor(a) + std::fabs(std::rint(b)) + near, c));
+  words[KILN_SELFTEST_SELECT] = bits_of(a < c && p != q ? c : p < q ? b : a);
+  const float large = static_cast<float>(p) + static_cast<float>(u);
+  words[KILN_SELFTEST_CONVERT] =
+      (static_cast<std::uint32_t>(static_cast<std::int32_t>(a * 1000.0F)) +
+       static_cast<std::uint32_t>(p >> 16) + (u >> 24U)) ^
+      bits_of(large);
+  const auto counts = static_cast<std::uint32_t>(std::countl_zero(u >> shift) +
+                                                 (std::popcount(u) << 8));
+  words[KILN_SELFTEST_INTEGER] = ((u * v + (u << shift)) ^ (v >> shift)) +
+                                 static_cast<std::uint32_t>(std::min(p, q) >> shift) + counts;
+  const std::int64_t wide =
+      std::int64_t{p} * q - std::int64_t{q} * (std::int64_t{1} << 20);
+  words[KILN_SELFTEST_LONG] = (static_cast<std::uint32_t>(wide) ^
+                               static_cast<std::uint32_t>(wide >> 32)) +
+                              (wide >= 0 ? v : u);
+  return words;
+}
+
+/// Squares over [k/8, (k+1)/8] x [0, 1] at eight heights, and as many below them: two triangles each, a leaf for what
+/// is above each other. The second four leaves lie in a node of their own. Every coordinate, and all that a ray's
+/// arithmetic makes of it, has few bits: results are exact, whatever the order of the operations.
+struct Scene {
+  static float height(int k, int level) {
+    return static_cast<float>(k * 5 % 8) / 16 - static_cast<float>(level) / 32;
+  }
+  std::array<kiln_bvh_node, 2> nodes{};
+  std::array<kiln_bvh_block, 8> blocks{};
+  std::vector<float> points = std::vector<float>(std::size_t{6} * kItems);
+
+  Scene() {
+    for (kiln_bvh_node& node : nodes) {
+      for (auto& axis : node.planes) {
+        std::fill(std::begin(axis[0]), std::end(axis[0]), INFINITY);
+        std::fill(std::begin(axis[1]), std::end(axis[1]), -INFINITY);
+      }
+      std::fill(std::begin(node.child), std::end(node.child), KILN_BVH_LEAF);
+    }
+    const auto bound = [&](int node, int child, float lo_x, float hi_x, float lo_z, float hi_z) {
+      const float lo[3] = {lo_x, 0, lo_z}, hi[3] = {hi_x, 1, hi_z};
+      for (int axis = 0; axis < 3; ++axis) {
+        nodes[node].planes[axis][0][child] = lo[axis] - KILN_BVH_EPSILON;
+        nodes[node].planes[axis][1][child] = hi[axis] + KILN_BVH_EPSILON;
+      }
+    };
+    for (int k = 0; k < 8; ++k) {
+      const float left = static_cast<float>(k) / 8, right = left + 0.125F;
+      for (int lane = 0; lane < 4; ++lane) {
+        const float z = height(k, lane / 2);
+        const float corners[4][3] = {{left, 0, z}, {right, 0, z}, {right, 1, z}, {left, 1, z}};
+        for (int corner = 0; corner < 3; ++corner) {
+          const int from = corner == 0 ? 0 : corner + lane % 2;
+          for (int axis = 0; axis < 3; ++axis)
+            blocks[k].corner[corner][axis][lane] = corners[from][axis];
+        }
+        blocks[k].triangle[lane] = static_cast<std::uint32_t>(k * 4 + lane);
+      }
+      bound(k / 4, k % 4, left, right, height(k, 1), height(k, 0));
+      nodes[k / 4].child[k % 4] = KILN_BVH_LEAF | static_cast<std::uint32_t>(k);
+    }
+    bound(0, 4, 0.5F, 1, -0.5F, 0.5F);
+    nodes[0].child[4] = 1;
+    for (std::uint32_t i = 0; i < kItems; ++i) {
+      const auto ray = ray_of(i);
+      for (std::uint32_t k = 0; k < 6; ++k) points[k * kItems + i] = ray[k];
+    }
+  }
+
+  /// From height 1 down, aslant. Neither edges nor diagonals are met.
+  static std::array<float, 6> ray_of(std::uint32_t i) {
+    return {static_cast<float>(i % 32) / 32 + 0x1p-7F, static_cast<float>(i / 32) / 8 + 0x1p-9F, 1,
+            i % 2 == 0 ? 0.25F : -0.25F,               i % 3 == 0 ? 0.125F : -0.125F,             -1};
+  }
+
+  /// The triangle, and a fold of t and the weights of its second and third corner.
+  static std::array<std::uint32_t, 2> hit_of(std::uint32_t i) {
+    const auto ray = ray_of(i);
+    float least = 4, weights[2] = {0, 0};
+    std::uint32_t triangle = KILN_NO_TRIANGLE;
+    for (int square = 0; square < 16; ++square) {
+      const float t = 1 - height(square / 2, square % 2);
+      const float s = (ray[0] + t * ray[3]) * 8 - static_cast<float>(square / 2);
+      const float r = ray[1] + t * ray[4];
+      if (t >= least || s < 0 || s > 1 || r < 0 || r > 1) continue;
+      least = t;
+      const bool second = r > s;
+      triangle = static_cast<std::uint32_t>(square * 2 + (second ? 1 : 0));
+      weights[0] = second ? s : s - r;
+      weights[1] = second ? r - s : r;
+    }
+    const std::uint32_t where = bits_of(triangle == KILN_NO_TRIANGLE ? 0 : least);
+    return {triangle,
+            hash_of(hash_of(hash_of(where) ^ bits_of(weights[0])) ^ bits_of(weights[1]))};
+  }
+};
+
+Words expected_results(bool atomics_64) {
+  Words all(std::size_t{KILN_SELFTEST_RESULTS} * kItems);
+  const auto at = [&](std::uint32_t plane, std::uint32_t item) -> std::uint32_t& {
+    return all[plane * kItems + item];
+  };
+  std::array<std::uint64_t, kCells> smallest;
+  smallest.fill(~std::uint64_t{0});
+  for (std::uint32_t i = 0; i < kItems; ++i) {
+    std::uint32_t less = 0;
+    for (std::uint32_t k = 0; k < KILN_SELFTEST_LANES; ++k) {
+      const Inputs in(i * KILN_SELFTEST_LANES + k);
+      less |= in.a < in.b ? 1U << k : 0U;
+      const auto words = operate(in);
+      for (std::uint32_t o = 0; o < words.size(); ++o) at(o, i) = hash_of(at(o, i) ^ words[o]);
+    }
+    for (std::uint32_t plane = KILN_SELFTEST_OPERATIONS; plane < KILN_SELFTEST_MASKS; ++plane)
+      at(plane, i) = at(plane % KILN_SELFTEST_OPERATIONS, i);
+    const std::uint32_t any = (less & less >> 8U & 0xFFU) != 0 ? 1 : 0;
+    at(KILN_SELFTEST_MASKS, i) = hash_of(hash_of(0) ^ ((less >> 8U & 15U) << 1U | any));
+    const auto hit = Scene::hit_of(i);
+    at(KILN_SELFTEST_HIT, i) = at(KILN_SELFTEST_WIDE_HIT, i) = hit[0];
+    at(KILN_SELFTEST_WHERE, i) = at(KILN_SELFTEST_WIDE_WHERE, i) = hit[1];
+    const auto value = static_cast<std::uint32_t>(Inputs(i * KILN_SELFTEST_LANES).p);
+    std::uint64_t& cell = smallest[i % kCells];
+    cell = std::min(cell, std::uint64_t{value} << 32U | i);
+    std::uint32_t& most = at(KILN_SELFTEST_ATOMICS, kCells + i % kCells);
+    most = std::max(most, value);
+    ++at(KILN_SELFTEST_ATOMICS, 2 * kCells + i % kCells);
+  }
+  for (std::uint32_t c = 0; c < kCells; ++c) {
+    at(KILN_SELFTEST_ATOMICS, c) = static_cast<std::uint32_t>(smallest[c] >> 32U);
+    const std::uint64_t kept = atomics_64 ? smallest[c] : ~std::uint64_t{0};
+    at(KILN_SELFTEST_ATOMICS, 3 * kCells + c) = static_cast<std::uint32_t>(kept >> 32U);
+    at(KILN_SELFTEST_ATOMICS, 4 * kCells + c) = static_cast<std::uint32_t>(kept);
+  }
+  return all;
+}
+
+std::string name_of(std::uint32_t plane) {
+  constexpr std::array kOperations = {"float products and sums",
+                                      "fused multiply-add",
+                                      "division and square root",
+                                      "float minimum, maximum and rounding",
+                                      "comparisons and selects",
+                                      "conversions",
+                                      "32-bit integers",
+                                      "64-bit integers"};
+  constexpr std::array kOthers = {"masks of vectors",
+                                  "triangles that rays meet",
+                                  "places that rays meet",
+                                  "triangles that rays meet, by vectors",
+                                  "places that rays meet, by vectors",
+                                  "atomic operations"};
+  constexpr std::array kWidths = {"scalars", "vectors of 4", "vectors of 8", "vectors of 16"};
+  if (plane >= KILN_SELFTEST_MASKS) return kOthers.at(plane - KILN_SELFTEST_MASKS);
+  return std::string(kOperations.at(plane % KILN_SELFTEST_OPERATIONS)) + " of " +
+         kWidths.at(plane / KILN_SELFTEST_OPERATIONS);
+}
+
+/// True if its bits are the device's own where division is not correctly rounded.
+bool needs_division(std::uint32_t plane) {
+  return plane == KILN_SELFTEST_WHERE || plane == KILN_SELFTEST_WIDE_WHERE ||
+         (plane < KILN_SELFTEST_MASKS &&
+          plane % KILN_SELFTEST_OPERATIONS == KILN_SELFTEST_DIVISION);
+}
+
+}  // namespace
+
+std::vector<std::uint32_t> selftest_results(Context& context, const std::string& defines) {
+  std::string options = "-DKILN_BVH_PLAIN=1";
+  if (context.info().has_atomics_64) options += " -DKILN_SELFTEST_ATOMIC64=1";
+  if (!defines.empty()) options += " " + defines;
+  const Kernel kernel = context.kernel("selftest", "kiln_selftest", options);
+  const Scene scene;
+  kiln_ray_params params{};
+  params.t_max = 4;
+  params.flags = KILN_RAY_TWO_SIDED;
+  params.end = params.capacity = params.result_capacity = kItems;
+  const Array<kiln_bvh_node> nodes(context, scene.nodes);
+  const Array<kiln_bvh_block> blocks(context, scene.blocks);
+  const Array<float> points(context, scene.points);
+  Words start(std::size_t{3} * kCells, 0);
+  std::fill_n(start.begin(), kCells, ~0U);
+  const Array<std::uint32_t> cells(context, start);
+  const Array<std::uint64_t> least(context, std::vector(kCells, ~std::uint64_t{0}));
+  const Array<std::uint32_t> results(context, std::size_t{KILN_SELFTEST_ATOMICS} * kItems);
+  context.launch(kernel, kItems, kLocal, params, nodes, blocks, points, cells, least, results);
+  Words all = results.download(context);
+  for (const std::uint32_t word : cells.download(context)) all.push_back(word);
+  const std::vector<std::uint64_t> kept = least.download(context);
+  for (const std::uint64_t word : kept) all.push_back(static_cast<std::uint32_t>(word >> 32U));
+  for (const std::uint64_t word : kept) all.push_back(static_cast<std::uint32_t>(word));
+  all.resize(std::size_t{KILN_SELFTEST_RESULTS} * kItems);
+  return all;
+}
+
+std::string selftest_fault(const DeviceInfo& info, std::span<const std::uint32_t> results) {
+  const Words expected = expected_results(info.has_atomics_64);
+  std::string text;
+  for (std::uint32_t plane = 0; plane < KILN_SELFTEST_RESULTS; ++plane) {
+    const auto first = expected.begin() + plane * kItems;
+    if (needs_division(plane) && !info.has_correct_division) continue;
+    if (std::equal(first, first + kItems, results.begin() + plane * kItems)) continue;
+    text += (text.empty() ? "" : "; ") + name_of(plane);
+  }
+  return text;
+}
+
+void Context::require_sound() {
+  static std::mutex mutex;
+  static std::set<std::string> passed;  // in this process: also where no cache can be written
+  const std::string version =
+      info_.name + '\n' + info_.platform + '\n' + info_.driver + '\n' + info_.opencl_version;
+  constexpr std::string_view kPassed = "self-test passed";
+  const std::string_view source = embedded_source("selftest");
+  {
+    const std::lock_guard lock(mutex);
+    if (passed.contains(version)) return;
+  }
+  if (!binaries_->find(source, kPassed)) {
+    const std::string fault = selftest_fault(info_, selftest_results(*this));
+    if (!fault.empty()) {
+      throw Error(ErrorCode::device,
+                  info_.name + " (" + info_.platform + ", driver " + info_.driver +
+                      ") computes wrongly, so maps would be wrong. It fails Kiln's self-test in: " +
+                      fault + ". Use another device, or another version of its driver.",
+                  "self-test");
+    }
+    binaries_->keep(source, kPassed, {1});
+  }
+  const std::lock_guard lock(mutex);
+  passed.insert(version);
+}
+
+}  // namespace kiln::ocl
