@@ -21,31 +21,32 @@ namespace {
 using Words = std::vector<std::uint32_t>;
 constexpr std::uint32_t kItems = KILN_SELFTEST_ITEMS, kCells = KILN_SELFTEST_CELLS;
 
-/// As in kernels/lib/hash.clh.
-std::uint32_t hash_of(std::uint32_t value) {
-  const std::uint32_t state = value * 747796405U + 2891336453U;
-  const std::uint32_t word = ((state >> ((state >> 28U) + 4U)) ^ state) * 277803737U;
-  return (word >> 22U) ^ word;
-}
-
 std::uint32_t bits_of(float value) { return std::bit_cast<std::uint32_t>(value); }
 
-struct Inputs {
-  std::int32_t p, q;
-  float a, b, c;
-
-  explicit Inputs(std::uint32_t first) {
-    const auto whole = [&](std::uint32_t i) {
-      return static_cast<std::int32_t>(hash_of(first * 5 + i));
-    };
-    const auto real = [&](std::uint32_t i) { return static_cast<float>(whole(i)) * 0x1p-28F; };
-    p = whole(0), q = whole(1), a = real(2), b = real(3), c = real(4);
+/// Numbers of all sizes, and where operations change: halves, zero, the least and the greatest.
+kiln_selftest_input make_input() {
+  kiln_selftest_input in{};
+  std::uint32_t state = 1;
+  const auto next = [&] {  // Knuth's linear congruential generator, its better half
+    state = state * 1664525U + 1013904223U;
+    return static_cast<std::int32_t>(std::rotl(state, 16));
+  };
+  for (std::uint32_t i = 0; i < kItems; ++i) {
+    in.p[i] = i % 16 == 3 ? 0 : i % 16 == 5 ? INT32_MIN : i % 16 == 7 ? INT32_MAX : next();
+    in.q[i] = next() >> i % 24;
+    in.a[i] = static_cast<float>(next()) * 0x1p-28F;
+    in.b[i] =
+        i % 4 == 0 ? static_cast<float>(i % 29) - 13.5F : static_cast<float>(next() | 1) * 0x1p-28F;
+    in.c[i] = static_cast<float>(next()) * 0x1p-29F;
   }
-};
+  return in;
+}
 
-/// The operations on one lane, as in the kernel.
-std::array<std::uint32_t, KILN_SELFTEST_OPERATIONS> operate(const Inputs& in) {
-  const auto [p, q, a, b, c] = in;
+/// The operations on input i, as in the kernel.
+std::array<std::uint32_t, KILN_SELFTEST_OPERATIONS> operate(const kiln_selftest_input& in,
+                                                            std::uint32_t i) {
+  const std::int32_t p = in.p[i], q = in.q[i];
+  const float a = in.a[i], b = in.b[i], c = in.c[i];
   const auto u = static_cast<std::uint32_t>(p), v = static_cast<std::uint32_t>(q);
   const std::uint32_t shift = v & 31U;
   std::array<std::uint32_t, KILN_SELFTEST_OPERATIONS> words{};
@@ -61,15 +62,14 @@ std::array<std::uint32_t, KILN_SELFTEST_OPERATIONS> operate(const Inputs& in) {
       (static_cast<std::uint32_t>(static_cast<std::int32_t>(a * 1000.0F)) +
        static_cast<std::uint32_t>(p >> 16) + (u >> 24U)) ^
       bits_of(large);
-  const auto counts = static_cast<std::uint32_t>(std::countl_zero(u >> shift) +
-                                                 (std::popcount(u) << 8));
+  const int counts = std::countl_zero(u >> shift) + (std::popcount(u) << 8);
   words[KILN_SELFTEST_INTEGER] = ((u * v + (u << shift)) ^ (v >> shift)) +
-                                 static_cast<std::uint32_t>(std::min(p, q) >> shift) + counts;
-  const std::int64_t wide =
-      std::int64_t{p} * q - std::int64_t{q} * (std::int64_t{1} << 20);
-  words[KILN_SELFTEST_LONG] = (static_cast<std::uint32_t>(wide) ^
-                               static_cast<std::uint32_t>(wide >> 32)) +
-                              (wide >= 0 ? v : u);
+                                 static_cast<std::uint32_t>(std::min(p, q) >> shift) +
+                                 static_cast<std::uint32_t>(counts);
+  const std::int64_t wide = std::int64_t{p} * q - std::int64_t{q} * (1 << 20);
+  const auto high = static_cast<std::uint32_t>(wide >> 32);
+  words[KILN_SELFTEST_LONG] =
+      ((static_cast<std::uint32_t>(wide) & 0x7FFFFFFFU) ^ high) + (wide >= 0 ? v : u);
   return words;
 }
 
@@ -124,55 +124,56 @@ struct Scene {
 
   /// From height 1 down, aslant. Neither edges nor diagonals are met.
   static std::array<float, 6> ray_of(std::uint32_t i) {
-    return {static_cast<float>(i % 32) / 32 + 0x1p-7F, static_cast<float>(i / 32) / 8 + 0x1p-9F, 1,
-            i % 2 == 0 ? 0.25F : -0.25F,               i % 3 == 0 ? 0.125F : -0.125F,             -1};
+    return {static_cast<float>(i % 32) / 32 + 0x1p-7F,
+            static_cast<float>(i / 32) / 32 + 0x1p-9F,
+            1,
+            i % 2 == 0 ? 0.25F : -0.25F,
+            i % 3 == 0 ? 0.125F : -0.125F,
+            -1};
   }
 
-  /// The triangle, and a fold of t and the weights of its second and third corner.
-  static std::array<std::uint32_t, 2> hit_of(std::uint32_t i) {
+  /// Triangle, t, and the weights of its second and third corner.
+  static std::array<std::uint32_t, 4> hit_of(std::uint32_t i) {
     const auto ray = ray_of(i);
-    float least = 4, weights[2] = {0, 0};
-    std::uint32_t triangle = KILN_NO_TRIANGLE;
-    for (int square = 0; square < 16; ++square) {
-      const float t = 1 - height(square / 2, square % 2);
-      const float s = (ray[0] + t * ray[3]) * 8 - static_cast<float>(square / 2);
+    float least = 4;
+    std::array<std::uint32_t, 4> hit{KILN_NO_TRIANGLE, 0, 0, 0};
+    for (std::uint32_t square = 0; square < 16; ++square) {
+      const auto k = static_cast<int>(square / 2);
+      const float t = 1 - height(k, static_cast<int>(square % 2));
+      const float s = (ray[0] + t * ray[3]) * 8 - static_cast<float>(k);
       const float r = ray[1] + t * ray[4];
       if (t >= least || s < 0 || s > 1 || r < 0 || r > 1) continue;
       least = t;
-      const bool second = r > s;
-      triangle = static_cast<std::uint32_t>(square * 2 + (second ? 1 : 0));
-      weights[0] = second ? s : s - r;
-      weights[1] = second ? r - s : r;
+      hit = r > s ? std::array{square * 2 + 1, bits_of(t), bits_of(s), bits_of(r - s)}
+                  : std::array{square * 2, bits_of(t), bits_of(s - r), bits_of(r)};
     }
-    const std::uint32_t where = bits_of(triangle == KILN_NO_TRIANGLE ? 0 : least);
-    return {triangle,
-            hash_of(hash_of(hash_of(where) ^ bits_of(weights[0])) ^ bits_of(weights[1]))};
+    return hit;
   }
 };
 
 Words expected_results(bool atomics_64) {
+  const kiln_selftest_input in = make_input();
   Words all(std::size_t{KILN_SELFTEST_RESULTS} * kItems);
-  const auto at = [&](std::uint32_t plane, std::uint32_t item) -> std::uint32_t& {
-    return all[plane * kItems + item];
+  const auto at = [&](std::uint32_t result, std::uint32_t item) -> std::uint32_t& {
+    return all[result * kItems + item];
+  };
+  const auto less = [&](std::uint32_t first, std::uint32_t count) {
+    std::uint32_t bits = 0;
+    for (std::uint32_t k = 0; k < count; ++k)
+      bits |= in.a[first + k] < in.b[first + k] ? 1U << k : 0U;
+    return bits;
   };
   std::array<std::uint64_t, kCells> smallest;
   smallest.fill(~std::uint64_t{0});
   for (std::uint32_t i = 0; i < kItems; ++i) {
-    std::uint32_t less = 0;
-    for (std::uint32_t k = 0; k < KILN_SELFTEST_LANES; ++k) {
-      const Inputs in(i * KILN_SELFTEST_LANES + k);
-      less |= in.a < in.b ? 1U << k : 0U;
-      const auto words = operate(in);
-      for (std::uint32_t o = 0; o < words.size(); ++o) at(o, i) = hash_of(at(o, i) ^ words[o]);
-    }
-    for (std::uint32_t plane = KILN_SELFTEST_OPERATIONS; plane < KILN_SELFTEST_MASKS; ++plane)
-      at(plane, i) = at(plane % KILN_SELFTEST_OPERATIONS, i);
-    const std::uint32_t any = (less & less >> 8U & 0xFFU) != 0 ? 1 : 0;
-    at(KILN_SELFTEST_MASKS, i) = hash_of(hash_of(0) ^ ((less >> 8U & 15U) << 1U | any));
+    const auto words = operate(in, i);
+    for (std::uint32_t r = 0; r < KILN_SELFTEST_MASKS; ++r) at(r, i) = words[r % words.size()];
+    const std::uint32_t half = less(i / 8 * 8, 8);
+    at(KILN_SELFTEST_MASKS, i) =
+        less(i / 16 * 16, 16) | half << 16U | (half & 15U) << 24U | (half != 0 ? 1U << 31U : 0U);
     const auto hit = Scene::hit_of(i);
-    at(KILN_SELFTEST_HIT, i) = at(KILN_SELFTEST_WIDE_HIT, i) = hit[0];
-    at(KILN_SELFTEST_WHERE, i) = at(KILN_SELFTEST_WIDE_WHERE, i) = hit[1];
-    const auto value = static_cast<std::uint32_t>(Inputs(i * KILN_SELFTEST_LANES).p);
+    for (std::uint32_t k = 0; k < hit.size(); ++k) at(KILN_SELFTEST_RAY + k, i) = hit[k];
+    const auto value = static_cast<std::uint32_t>(in.p[i]);
     std::uint64_t& cell = smallest[i % kCells];
     cell = std::min(cell, std::uint64_t{value} << 32U | i);
     std::uint32_t& most = at(KILN_SELFTEST_ATOMICS, kCells + i % kCells);
@@ -188,41 +189,65 @@ Words expected_results(bool atomics_64) {
   return all;
 }
 
-std::string name_of(std::uint32_t plane) {
-  constexpr std::array kOperations = {"float products and sums",
-                                      "fused multiply-add",
-                                      "division and square root",
-                                      "float minimum, maximum and rounding",
-                                      "comparisons and selects",
-                                      "conversions",
-                                      "32-bit integers",
-                                      "64-bit integers"};
-  constexpr std::array kOthers = {"masks of vectors",
-                                  "triangles that rays meet",
-                                  "places that rays meet",
-                                  "triangles that rays meet, by vectors",
-                                  "places that rays meet, by vectors",
-                                  "atomic operations"};
+std::string name_of(std::uint32_t result) {
+  constexpr std::array kOperations = {
+      "float products and sums",  "fused multiply-add",
+      "division and square root", "float minimum, maximum and rounding",
+      "comparisons and selects",  "conversions",
+      "32-bit integers",          "64-bit integers"};
   constexpr std::array kWidths = {"scalars", "vectors of 4", "vectors of 8", "vectors of 16"};
-  if (plane >= KILN_SELFTEST_MASKS) return kOthers.at(plane - KILN_SELFTEST_MASKS);
-  return std::string(kOperations.at(plane % KILN_SELFTEST_OPERATIONS)) + " of " +
-         kWidths.at(plane / KILN_SELFTEST_OPERATIONS);
+  if (result < KILN_SELFTEST_MASKS) {
+    return std::string(kOperations.at(result % KILN_SELFTEST_OPERATIONS)) + " of " +
+           kWidths.at(result / KILN_SELFTEST_OPERATIONS);
+  }
+  return result == KILN_SELFTEST_MASKS    ? "masks of vectors"
+         : result < KILN_SELFTEST_ATOMICS ? "rays"
+                                          : "atomic operations";
 }
 
-/// True if its bits are the device's own where division is not correctly rounded.
-bool needs_division(std::uint32_t plane) {
-  return plane == KILN_SELFTEST_WHERE || plane == KILN_SELFTEST_WIDE_WHERE ||
-         (plane < KILN_SELFTEST_MASKS &&
-          plane % KILN_SELFTEST_OPERATIONS == KILN_SELFTEST_DIVISION);
+/// True if the device's own bits are right where its division is not correctly rounded.
+bool needs_division(std::uint32_t result) {
+  if (result < KILN_SELFTEST_MASKS) {
+    return result % KILN_SELFTEST_OPERATIONS == KILN_SELFTEST_DIVISION;
+  }
+  return result > KILN_SELFTEST_RAY && result < KILN_SELFTEST_ATOMICS;
+}
+
+/// Names of the results [first, end) that differ.
+std::string differing(const DeviceInfo& info, const Words& expected, const Words& results,
+                      std::uint32_t first, std::uint32_t end) {
+  std::string text, last;
+  for (std::uint32_t result = first; result < end; ++result) {
+    const auto words = expected.begin() + result * kItems;
+    if (needs_division(result) && !info.has_correct_division) continue;
+    if (std::equal(words, words + kItems, results.begin() + result * kItems)) continue;
+    const std::string name = name_of(result);
+    if (name != last) text += (text.empty() ? "" : ", ") + name;
+    last = name;
+  }
+  return text;
 }
 
 }  // namespace
 
-std::vector<std::uint32_t> selftest_results(Context& context, const std::string& defines) {
+std::string selftest_fault(Context& context, const std::string& more) {
+  const DeviceInfo& info = context.info();
   std::string options = "-DKILN_BVH_PLAIN=1";
-  if (context.info().has_atomics_64) options += " -DKILN_SELFTEST_ATOMIC64=1";
-  if (!defines.empty()) options += " " + defines;
-  const Kernel kernel = context.kernel("selftest", "kiln_selftest", options);
+  if (info.has_atomics_64) options += " -DKILN_SELFTEST_ATOMIC64=1";
+  if (!more.empty()) options += " " + more;
+  const auto kernel = [&](const char* name) { return context.kernel("selftest", name, options); };
+  const Words expected = expected_results(info.has_atomics_64);
+  const kiln_selftest_input in = make_input();
+  const Array<kiln_selftest_input> input(context, std::span(&in, 1));
+  const Array<std::uint32_t> results(context, std::size_t{KILN_SELFTEST_ATOMICS} * kItems);
+  const auto fault = [&](std::uint32_t first, std::uint32_t end) {
+    return differing(info, expected, results.download(context), first, end);
+  };
+  context.launch(kernel("kiln_selftest_operate"), kItems, kLocal, input, results);
+  if (std::string text = fault(0, KILN_SELFTEST_16); !text.empty()) return text;
+  context.launch(kernel("kiln_selftest_operate16"), kItems, kLocal, input, results);
+  if (std::string text = fault(KILN_SELFTEST_16, KILN_SELFTEST_RAY); !text.empty()) return text;
+
   const Scene scene;
   kiln_ray_params params{};
   params.t_max = 4;
@@ -235,27 +260,15 @@ std::vector<std::uint32_t> selftest_results(Context& context, const std::string&
   std::fill_n(start.begin(), kCells, ~0U);
   const Array<std::uint32_t> cells(context, start);
   const Array<std::uint64_t> least(context, std::vector(kCells, ~std::uint64_t{0}));
-  const Array<std::uint32_t> results(context, std::size_t{KILN_SELFTEST_ATOMICS} * kItems);
-  context.launch(kernel, kItems, kLocal, params, nodes, blocks, points, cells, least, results);
+  context.launch(kernel("kiln_selftest_trace"), kItems, kLocal, params, nodes, blocks, points,
+                 input, cells, least, results);
   Words all = results.download(context);
   for (const std::uint32_t word : cells.download(context)) all.push_back(word);
   const std::vector<std::uint64_t> kept = least.download(context);
   for (const std::uint64_t word : kept) all.push_back(static_cast<std::uint32_t>(word >> 32U));
   for (const std::uint64_t word : kept) all.push_back(static_cast<std::uint32_t>(word));
-  all.resize(std::size_t{KILN_SELFTEST_RESULTS} * kItems);
-  return all;
-}
-
-std::string selftest_fault(const DeviceInfo& info, std::span<const std::uint32_t> results) {
-  const Words expected = expected_results(info.has_atomics_64);
-  std::string text;
-  for (std::uint32_t plane = 0; plane < KILN_SELFTEST_RESULTS; ++plane) {
-    const auto first = expected.begin() + plane * kItems;
-    if (needs_division(plane) && !info.has_correct_division) continue;
-    if (std::equal(first, first + kItems, results.begin() + plane * kItems)) continue;
-    text += (text.empty() ? "" : "; ") + name_of(plane);
-  }
-  return text;
+  all.resize(expected.size());
+  return differing(info, expected, all, KILN_SELFTEST_RAY, KILN_SELFTEST_RESULTS);
 }
 
 void Context::require_sound() {
@@ -270,7 +283,7 @@ void Context::require_sound() {
     if (passed.contains(version)) return;
   }
   if (!binaries_->find(source, kPassed)) {
-    const std::string fault = selftest_fault(info_, selftest_results(*this));
+    const std::string fault = selftest_fault(*this);
     if (!fault.empty()) {
       throw Error(ErrorCode::device,
                   info_.name + " (" + info_.platform + ", driver " + info_.driver +

@@ -51,7 +51,8 @@ class Device {
   /// Opens a device.
   /// \param selector  index in list_devices(), or part of a name (case ignored); empty: the
   ///                  environment's KILN_DEVICE, else the first GPU, else the first CPU
-  /// \throws Error(device) with the devices there are, or how to install one.
+  /// \throws Error(device) with the devices there are, or how to install one; `self-test` where the device computes
+  ///         wrongly, with what was wrong. It is tested once a version of its driver.
   /// Thread safety: may be called from several threads. `selector` is not kept.
   static Device open(std::string_view selector = {});
 

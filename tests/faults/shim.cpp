@@ -4,7 +4,7 @@
 //   KILN_FAULT=malloc:17+  the 17th and all that follow, and those of programs that it becomes
 //   KILN_FAULT_COUNT=FILE  writes there how often each was called
 //   KILN_FAULT_READ=WAY    the first clEnqueueReadBuffer: "deadlock" never returns; "sleep" takes 3 s, and so
-//                          does "wait", for a thread that sleeps
+//                          does "wait", for a thread that sleeps. "wrong": each gives a wrong bit
 //
 // Names: malloc, write (also fwrite and fflush), fsync, rename, close, open, mmap, read (also fread), link, mkdir.
 #include <dlfcn.h>
@@ -81,10 +81,13 @@ void* sleep_3_s(void*) {
   return nullptr;
 }
 
-void fail_to_read() {
+/// \returns true if what is read is to be wrong
+bool fail_to_read() {
   static std::atomic<bool> done{false};
   const char* way = std::getenv("KILN_FAULT_READ");
-  if (way == nullptr || done.exchange(true)) return;
+  if (way == nullptr) return false;
+  if (std::strcmp(way, "wrong") == 0) return true;
+  if (done.exchange(true)) return false;
   if (std::strcmp(way, "sleep") == 0) sleep_3_s(nullptr);
   pthread_t other{};
   if (std::strcmp(way, "wait") == 0 && pthread_create(&other, nullptr, sleep_3_s, nullptr) == 0) {
@@ -94,6 +97,7 @@ void fail_to_read() {
     pthread_mutex_lock(&held);
     pthread_mutex_lock(&held);
   }
+  return false;
 }
 
 int begin(int argc, char** argv, char** environment) {
@@ -215,9 +219,11 @@ int mkdir(const char* path, mode_t mode) {
 int clEnqueueReadBuffer(void* queue, void* buffer, unsigned blocking, size_t offset, size_t size,
                         void* to, unsigned events, const void* list, void* event) {
   static decltype(clEnqueueReadBuffer)* real = nullptr;
-  fail_to_read();
-  return next(real, "clEnqueueReadBuffer")(queue, buffer, blocking, offset, size, to, events, list,
-                                           event);
+  const bool wrong = fail_to_read();
+  const int status = next(real, "clEnqueueReadBuffer")(queue, buffer, blocking, offset, size, to,
+                                                       events, list, event);
+  if (wrong) *static_cast<unsigned char*>(to) ^= 1;
+  return status;
 }
 
 int __libc_start_main(int (*program)(int, char**, char**), int argc, char** argv, void (*init)(),

@@ -11,6 +11,16 @@
 namespace kiln::cli {
 namespace {
 
+/// What the device's self-test says, or why it cannot be opened; empty: it computes as it should.
+std::string fault_of(const DeviceInfo& info) {
+  try {
+    Device::open(std::to_string(info.index));
+  } catch (const Error& error) {
+    return error.what();
+  }
+  return {};
+}
+
 void print(const DeviceInfo& info) {
   const auto gib = [](std::uint64_t bytes) { return static_cast<double>(bytes) / (1ULL << 30); };
   print_line(stdout, std::to_string(info.index) + "  " + info.name);
@@ -29,6 +39,9 @@ void print(const DeviceInfo& info) {
                "   may wait for itself without end where several threads use it, as plans do: "
                "choose PoCL's pthread (POCL_DEVICES=pthread)");
   }
+  std::fflush(stdout);  // what comes next may crash
+  const std::string fault = fault_of(info);
+  print_line(stdout, "   computes as it should: " + (fault.empty() ? "yes" : "no. " + fault));
 }
 
 }  // namespace
@@ -41,7 +54,11 @@ Run add_devices(Command& app) {
     const std::vector<DeviceInfo> devices = list_devices();
     if (*json) {
       Json list = Json::array();
-      for (const DeviceInfo& info : devices) list.push_back(describe(info));
+      for (const DeviceInfo& info : devices) {
+        Json entry = describe(info);
+        entry["fault"] = fault_of(info);
+        list.push_back(entry);
+      }
       std::fputs(to_text(list).c_str(), stdout);
       return 0;
     }
