@@ -5,9 +5,8 @@
 #include <array>
 #include <bit>
 #include <cmath>
-#include <cstdio>
+#include <map>
 #include <mutex>
-#include <set>
 
 #include "cl/binary_cache.h"
 #include "cl/embedded.h"
@@ -273,28 +272,28 @@ std::string selftest_fault(Context& context, const std::string& more) {
 
 void Context::require_sound() {
   static std::mutex mutex;
-  static std::set<std::string> passed;  // in this process: also where no cache can be written
-  const std::string version =
-      info_.name + '\n' + info_.platform + '\n' + info_.driver + '\n' + info_.opencl_version;
+  static std::map<std::string, std::string>
+      faults;  // of this process: a driver may fail otherwise the next time
   constexpr std::string_view kPassed = "self-test passed";
   const std::string_view source = embedded_source("selftest");
-  {
-    const std::lock_guard lock(mutex);
-    if (passed.contains(version)) return;
-  }
-  if (!binaries_->find(source, kPassed)) {
-    const std::string fault = selftest_fault(*this);
-    if (!fault.empty()) {
-      throw Error(ErrorCode::device,
-                  info_.name + " (" + info_.platform + ", driver " + info_.driver +
-                      ") computes wrongly, so maps would be wrong. It fails Kiln's self-test in: " +
-                      fault + ". Use another device, or another version of its driver.",
-                  "self-test");
-    }
-    binaries_->keep(source, kPassed, {1});
-  }
+  const std::string version =
+      info_.name + '\n' + info_.platform + '\n' + info_.driver + '\n' + info_.opencl_version;
   const std::lock_guard lock(mutex);
-  passed.insert(version);
+  auto known = faults.find(version);
+  if (known == faults.end()) {
+    std::string fault;
+    if (!binaries_->find(source, kPassed)) {
+      fault = selftest_fault(*this);
+      if (fault.empty()) binaries_->keep(source, kPassed, {1});
+    }
+    known = faults.emplace(version, fault).first;
+  }
+  if (known->second.empty()) return;
+  throw Error(ErrorCode::device,
+              info_.name + " (" + info_.platform + ", driver " + info_.driver +
+                  ") computes wrongly, so maps would be wrong. It fails Kiln's self-test in: " +
+                  known->second + ". Use another device, or another version of its driver.",
+              "self-test");
 }
 
 }  // namespace kiln::ocl
