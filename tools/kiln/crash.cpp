@@ -101,6 +101,12 @@ constexpr const char* kNoLinker =
     "Install it (apt install binutils), or add its folder to PATH.\n";
 bool has_linker = true;
 
+constexpr const char* kNoTopology =
+    "kiln: The OpenCL driver gave up: PoCL reads from /sys which processors there are, and it is "
+    "not mounted here. "
+    "Mount it (mount -t sysfs sys /sys).\n";
+bool has_topology = true;
+
 /// True if a folder of PATH has a program `ld`.
 bool find_linker() {
   const char* path = std::getenv("PATH");
@@ -119,7 +125,7 @@ constexpr const char* kOwnMap =
     "stack, or places beyond an array. Mend its function.\n";
 
 [[noreturn]] void end_by_driver() {
-  say(has_linker ? kCrashed : kNoLinker);
+  say(!has_topology ? kNoTopology : !has_linker ? kNoLinker : kCrashed);
   _exit(static_cast<int>(ErrorCode::device));
 }
 
@@ -173,7 +179,9 @@ extern "C" void pass_on(int number) {
 
 void retry() noexcept {
   const bool empty_cache = tries_before == 1;
-  if (!may_retry || !has_linker || (empty_cache && mkdir(folder.data(), 0700) != 0)) return;
+  if (!may_retry || !has_linker || !has_topology ||
+      (empty_cache && mkdir(folder.data(), 0700) != 0))
+    return;
   may_retry = false;
   say(empty_cache ? "kiln: The OpenCL driver failed again; PoCL's cache of kernels "
                     "(POCL_CACHE_DIR) may be damaged or its disk full. Trying once more with an "
@@ -189,6 +197,7 @@ void retry() noexcept {
 void catch_crashes(char** argv) noexcept {
   prepare_retry(argv);
   has_linker = find_linker();
+  has_topology = access("/sys/devices/system/cpu", F_OK) == 0;
   std::set_terminate(on_terminate);
   if (std::atexit(on_exit_within) != 0) say("kiln: A handler could not be set.\n");
   for (std::size_t i = 0; i < kSignals.size(); ++i) {
