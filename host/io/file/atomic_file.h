@@ -1,8 +1,6 @@
 // Files that appear whole or not at all.
 #pragma once
 
-#include <sys/types.h>
-
 #include <cstdio>
 #include <filesystem>
 #include <optional>
@@ -66,8 +64,8 @@ class AtomicFile {
   std::filesystem::path destination_;
   std::filesystem::path target_;  ///< The destination, links followed, absolute
   TemporaryName temporary_;
-  std::optional<mode_t> mode_;  ///< Of the file that is replaced
-  std::vector<char> buffer_;    ///< The stream's
+  std::optional<unsigned> mode_;  ///< Permissions of the file that is replaced
+  std::vector<char> buffer_;      ///< The stream's
   std::FILE* stream_ = nullptr;
   bool direct_ = false;  ///< A device or a pipe: no temporary, no rename
   bool done_ = false;    ///< Committed
