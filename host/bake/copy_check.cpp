@@ -30,12 +30,14 @@ bool holds_lengths(const BakeOptions& options) {
 
 /// Where the bake's own matcher reads the places of its samples in the map, plain rays stand in for it.
 std::unique_ptr<Matcher> own_matcher(const MatchRequest& request, const BakeOptions& options) {
-  if (!any_in_chain(options, [](const MatchRow& row) { return row.info.takes_visibility; })) {
+  if (!any_in_chain(options,
+                    [](const MatchRow& row) { return obeys(row.info, "match.visibility"); })) {
     return nullptr;
   }
   const auto rows = match_rows();
-  const auto rays = std::find_if(rows.begin(), rows.end(),
-                                 [](const MatchRow& row) { return row.info.along_low; });
+  const auto rays = std::find_if(rows.begin(), rows.end(), [](const MatchRow& row) {
+    return obeys(row.info, "match.ray.direction");
+  });
   MatchNotes notes;
   return rays->make(request, notes);
 }

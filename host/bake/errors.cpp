@@ -230,8 +230,8 @@ void warn_not_reached(const BakeOptions& options, BakeReport& report) {
   const auto check = [&](MapKind kind, std::string_view name, double wanted) {
     const auto error = std::find_if(report.errors.begin(), report.errors.end(),
                                     [&](const MapError& other) { return other.kind.name == name; });
-    if (wanted <= 0 || !map_row(kind).info.takes_max_error || error == report.errors.end() ||
-        error->rms / 255 <= wanted) {
+    if (wanted <= 0 || !obeys(map_row(kind).info, "occlusion.max_error") ||
+        error == report.errors.end() || error->rms / 255 <= wanted) {
       return;
     }
     char text[200];
@@ -251,8 +251,9 @@ void measure_errors(const BakedScene& scene, const BakeProgress& progress, BakeR
   const auto baked = static_cast<std::uint64_t>(
       std::count(scene.layers.coverage().begin(), scene.layers.coverage().end(), kCoverageBaked));
   const bool all = scene.options.report.errors;
-  BakeOptions same = finer_options(
-      scene, [&](const MapInfo& map) { return all ? map.takes_rays : map.takes_max_error; });
+  BakeOptions same = finer_options(scene, [&](const MapInfo& map) {
+    return obeys(map, all ? "occlusion.rays" : "occlusion.max_error");
+  });
   if (!same.maps.empty() || !same.variants.empty()) {
     same.transfers.clear();
     same.own_maps.clear();

@@ -80,7 +80,7 @@ FoundCage find_cage(const Source& source, const Mesh& low, const BakeOptions& gi
   options.match.ray.direction = given.match.ray.direction;
   options.match.ray.edge_width = given.match.ray.edge_width;
   // As a fallback of other matches rays do not turn.
-  if (!match_row(given.match.method).info.along_low)
+  if (!obeys(match_row(given.match.method).info, "match.ray.direction"))
     options.match.ray.direction = RayDirection::averaged;
   options.match.two_sided = given.match.two_sided;
   options.match.parts = given.match.parts;

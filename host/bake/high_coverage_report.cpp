@@ -44,7 +44,7 @@ std::string in_words(const std::array<double, 3>& p) {
 }
 
 std::string advice(const BakeOptions& options) {
-  const auto takes_cage = [](const MatchRow& row) { return row.info.takes_cage; };
+  const auto takes_cage = [](const MatchRow& row) { return obeys(row.info, "match.cage"); };
   if (!takes_cage(match_row(options.match.method))) {
     return "other matches may find it: try `match.method` " + match_names(takes_cage) + ".";
   }

@@ -54,7 +54,8 @@ Pipeline::Pipeline(const Scene& scene, Bands bands, BakeProgress progress)
 EdgeTurn Pipeline::find_turn() {
   const BakeOptions& options = scene_.options;
   if (options.match.saved == nullptr && options.match.ray.direction == RayDirection::painted &&
-      match_row(options.match.method).info.along_low && scene_.low.colors.empty()) {
+      obeys(match_row(options.match.method).info, "match.ray.direction") &&
+      scene_.low.colors.empty()) {
     throw Error(ErrorCode::input,
                 "'" + scene_.low.name +
                     "' has no vertex colours, which are to say where rays follow its own normals: "
@@ -162,7 +163,9 @@ void Pipeline::make_collectors() {
     blend_.emplace(options.width, options.height, options.match.fallback_blend);
   }
   // Of a mesh without a hierarchy: it would take longer than the bake.
-  if (options.match.saved != nullptr || !match_row(options.match.method).info.tells_recall) return;
+  if (options.match.saved != nullptr ||
+      !obeys(match_row(options.match.method).info, "report.recall"))
+    return;
   const MatchRequest request = match_request(options, scene_.high, surface_);
   CopyCheck* const copies = copies_ ? &*copies_ : nullptr;
   if (options.report.recall > 0)
@@ -339,7 +342,7 @@ void Pipeline::finish_maps(Image* drawn) {
   for (std::size_t l = 0; l < images.size(); ++l) {
     const MapInfo& info = layers_.all()[l].row->info;
     BakedMap map{info.kind, std::move(images[l]), std::move(mips[l]), cluster_, info};
-    if (info.takes_origin) map.origin = map_origin(options, scene_.high.frame);
+    if (obeys(info, "encoding.origin")) map.origin = map_origin(options, scene_.high.frame);
     result_.maps.push_back(std::move(map));
   }
   report.seconds_image += watch_.lap();
@@ -357,8 +360,9 @@ void Pipeline::measure_errors() {
 double Pipeline::reach() const {
   const BakeOptions& options = scene_.options;
   const bool looks =
-      options.match.saved == nullptr &&
-      !any_in_chain(options, [](const MatchRow& row) { return !row.info.looks_far; });
+      options.match.saved == nullptr && !any_in_chain(options, [](const MatchRow& row) {
+        return !obeys(row.info, "match.max_distance");
+      });
   if (!looks) return scene_.high.frame.diagonal;
   const MatchRequest request = match_request(options, scene_.high, surface_);
   const double cage =

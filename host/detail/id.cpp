@@ -110,7 +110,7 @@ MapRow id_map() {
               "connected part, material, group or object of the high poly, a colour each",
               0,
               1};
-  row.info.takes_id_by = true;
+  row.info.options = "id_by";
   row.info.other_names = "material_id object_id";
   row.make = [](const MapRequest& request) {
     return make_point_map(request, id_map().info,

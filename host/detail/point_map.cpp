@@ -139,7 +139,7 @@ class PointMap : public MapMaker {
         for (std::uint32_t s = first; s < last; ++s) {
           if (found.triangle[s] != KILN_NO_TRIANGLE) {
             coverage = kCoverageBaked;
-          } else if (!info_.misses_are_zero && (miss_ != MissPolicy::keep || info_.fills_misses)) {
+          } else if (leaves_out_misses(info_, miss_)) {
             continue;
           }
           Value value{};

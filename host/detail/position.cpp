@@ -12,7 +12,7 @@ MapRow position_map() {
               "point of the high poly in object space, from the map's origin, world units",
               0,
               0};
-  row.info.takes_origin = true;
+  row.info.options = "encoding.origin";
   row.follows_positions = true;
   row.unit = "world units";
   row.range = range_of_bounds;

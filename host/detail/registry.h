@@ -71,6 +71,8 @@ class MapMaker {
 /// One map.
 struct MapRow {
   MapInfo info;
+  /// Renderers shade the low poly by it: unit normals in EncodingOptions::space. Plans measure what it shows.
+  bool shades = false;
   /// It reads positions or distances, so it changes wherever vertices of the high poly move.
   bool follows_positions = false;
   /// It reads more of the high poly than the matched points. Any change of the mesh may show in any texel.
@@ -135,10 +137,16 @@ void change_occlusion(BakeOptions& options, const Change& change) {
 /// The options as a variant has them.
 BakeOptions options_of(const MapVariant& variant, BakeOptions options);
 
+/// True if samples without a point give a texel nothing: its other samples make it, or its neighbours.
+inline bool leaves_out_misses(const MapInfo& map, MissPolicy policy) {
+  return map.missed == MissedTexels::neighbours ||
+         (map.missed == MissedTexels::low_poly && policy != MissPolicy::keep);
+}
+
 /// The range of each channel: what the caller gave (EncodingOptions::ranges), or the row's rule.
 std::vector<ValueRange> ranges_of(const MapRow& row, const RangeRequest& request);
 
-/// The first of a bake's maps that shades (MapInfo::shades); none: it has none.
+/// The first of a bake's maps that shades (MapRow::shades); none: it has none.
 std::optional<MapKind> shading_map(const BakeOptions& options);
 
 /// What a map's directions are along.

@@ -13,7 +13,7 @@ MapRow thickness_map() {
       "the distance asked for, or more",
       0,
       1};
-  row.info.takes_rays = true;
+  row.info.options = "occlusion.rays occlusion.distance";
   row.follows_positions = row.reads_around = true;
   row.make = [](const MapRequest& request) {
     return make_hemisphere_map(request, &Hemispheres::thickness);

@@ -134,9 +134,8 @@ MapRow row_of(const Transfer& transfer) {
     };
     return row;
   }
-  row.info.type = MapType::vector;
-  row.info.is_color = transfer.texture.kind == TextureKind::srgb;
-  row.info.fills_misses = true;
+  row.info.type = transfer.texture.kind == TextureKind::srgb ? MapType::color : MapType::vector;
+  row.info.missed = MissedTexels::neighbours;
   row.make = [info = row.info, &transfer](const MapRequest& request) {
     return make_point_map(request, info,
                           std::unique_ptr<PointFunction>(std::make_unique<Plain>(

@@ -44,8 +44,8 @@ MatchRow axis_match() {
   MatchRow row;
   row.info.method = MatchMethod{"axis"};
   row.info.searches = "along one axis, both ways";
-  row.info.takes_directions = row.info.takes_parts = row.info.tells_recall = row.follows_bvh = true;
-  row.info.needs_direction = true;
+  row.info.options = "match.max_distance match.views.directions match.parts report.recall";
+  row.follows_bvh = true;
   row.make = [](const MatchRequest& request, MatchNotes&) -> std::unique_ptr<Matcher> {
     if (request.views.directions.size() != 1) {
       throw Error(ErrorCode::usage, "Matching along an axis needs one direction in views, but " +

@@ -128,7 +128,7 @@ class PartMatcher : public Matcher {
 
 std::unique_ptr<Matcher> part_matcher(const MatchRow& row, const MatchRequest& request,
                                       const Parts& parts, MatchNotes& notes) {
-  if (!row.info.takes_parts) {
+  if (!obeys(row.info, "match.parts")) {
     throw Error(ErrorCode::usage, "'" + std::string(row.info.method.name) +
                                       "' cannot match part by part: choose ray, closest or axis.");
   }

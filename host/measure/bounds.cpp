@@ -119,7 +119,7 @@ void check_bounds(const BakeOptions& bake, std::span<const MapBound> bounds) {
   for (const MapBound& bound : bounds) {
     const std::string name(bound.kind.name);
     const bool shades = std::any_of(map_rows().begin(), map_rows().end(), [&](const MapRow& row) {
-      return row.info.kind == bound.kind && row.info.shades;
+      return row.info.kind == bound.kind && row.shades;
     });
     if (shades) {
       fail("bounds has the map " + name + ", whose error max_error bounds: leave one of them out.");
@@ -149,7 +149,7 @@ void leave_to_rays(std::span<const MapBound> bounds, BakeOptions& bake) {
     occlusion.max_error = kOfRays * error;
   };
   for (const MapBound& bound : bounds) {
-    if (!rows.find(bound.kind)->info.takes_max_error || bound.max_error > 1) continue;
+    if (!obeys(rows.find(bound.kind)->info, "occlusion.max_error") || bound.max_error > 1) continue;
     MapVariant* const variant = find_variant(bake, bound.kind.name);
     if (variant != nullptr && variant->occlusion) {
       leave(bound.max_error, OcclusionOptions(*variant->occlusion), *variant->occlusion);

@@ -331,7 +331,7 @@ void check_plan(const LowPolyPlanOptions& options) {
   require(
       bake.match.cage_mesh == nullptr && bake.match.parts == nullptr && bake.match.saved == nullptr,
       "a cage mesh, parts and a saved match belong to a given low poly");
-  require((!match.needs_uvs || options.height_field) && !match.needs_direction,
+  require((!obeys(match, "match.uv") || options.height_field) && !needs_direction(match),
           "matching by " + std::string(bake.match.method.name) + " is for a low poly of your own");
 }
 

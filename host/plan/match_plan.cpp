@@ -131,12 +131,15 @@ class MatchPlanner {
   }
 
   /// Its preparation is no BVH, but depth views.
-  static bool by_views(MatchMethod method) { return match_row(method).info.takes_views; }
+  static bool by_views(MatchMethod method) {
+    return obeys(match_row(method).info, "match.views.count");
+  }
 
   std::vector<MatchMethod> searching_methods() const {
     std::vector<MatchMethod> methods = planned_matches(&MatchRow::plan_turn);
     if (options_.bake.match.cage || options_.bake.match.cage_mesh != nullptr) {
-      std::erase_if(methods, [](MatchMethod way) { return !match_row(way).info.takes_cage; });
+      std::erase_if(methods,
+                    [](MatchMethod way) { return !obeys(match_row(way).info, "match.cage"); });
     } else if (impl_of(source_).triangles.size() > kMany) {
       std::stable_partition(methods.begin(), methods.end(), by_views);
     }
