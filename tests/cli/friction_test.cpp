@@ -131,7 +131,8 @@ TEST(Friction, MapsByTheirNamesAreAnsweredAsMaps) {
 /// A path that names nothing would leave its flag to all maps and matches in silence.
 TEST(Friction, OptionsOfMapsAndMatchesAreThere) {
   // BakeOptions has these, too; other flags fill them.
-  std::string members = " options.match.parts options.match.cage_mesh options.color options.opacity";
+  std::string members =
+      " options.match.parts options.match.cage_mesh options.color options.opacity";
   const ProcessResult help = run_kiln({"bake", "--help-json"});
   for (const nlohmann::json& row : nlohmann::json::parse(help.output)) {
     members += " " + row.at("member").get<std::string>();
