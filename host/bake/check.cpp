@@ -1,4 +1,4 @@
-// What can be wrong with options whatever the meshes are.
+// Checks of options that need no meshes.
 #include <algorithm>
 #include <cmath>
 
@@ -47,7 +47,7 @@ void check_enums(const BakeOptions& options) {
   check_enum("occlusion.falloff", options.occlusion.falloff, OcclusionFalloff::smooth);
 }
 
-/// What the library's other rooms check of numbers.
+/// Runs a check of another room, whose errors become those of options.
 template <typename Check>
 void in_range(const Check& check) {
   try {
@@ -162,7 +162,7 @@ void check_map(MapKind map, const BakeOptions& options) {
         kContradiction);
 }
 
-/// What a depth view cannot tell: it shows the first face alone, from outside.
+/// Refuses what a depth view cannot tell: it shows the first face alone, from outside.
 void check_occlusion_views(const OcclusionOptions& occlusion) {
   if (occlusion.by != OcclusionBy::views) return;
   const char* what = occlusion.distance                            ? "a distance"
@@ -176,7 +176,7 @@ void check_occlusion_views(const OcclusionOptions& occlusion) {
         kContradiction);
 }
 
-/// What single maps take.
+/// Checks options that single maps obey.
 void check_map_options(const BakeOptions& options) {
   if (options.occlusion.rays < 1 || options.occlusion.rays > 4096) {
     usage("`occlusion.rays` is " + std::to_string(options.occlusion.rays) +

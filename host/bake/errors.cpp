@@ -35,7 +35,7 @@ class Picker {
   std::uint32_t count() const { return static_cast<std::uint32_t>(samples_.size()); }
   std::uint32_t capacity() const { return capacity_; }
 
-  /// Of planes with four bytes a sample. \param capacity  elements of one of them
+  /// Picks elements of planes with four bytes a sample. \param capacity  elements of one of them
   template <typename T>
   cl::Array<T> of(const cl::Array<T>& from, std::uint32_t capacity, std::uint32_t planes) const {
     static_assert(sizeof(T) == 4);
@@ -164,7 +164,7 @@ class Finer {
     compare(part, matched(part, picker), places);
   }
 
-  /// Where the match reads more of a band than its points, all of the band is matched, and maps are still made of
+  /// If the match reads more of a band than its points, all of the band is matched, and maps are still made of
   /// the part alone.
   DeviceCorrespondence matched(const TexelBand& part, const Picker& picker) {
     const bool whole = scene_.matcher.needs_band();

@@ -76,7 +76,7 @@ Image as_drawn(const MapInfo& map, const BakeOptions& options,
   return image;
 }
 
-/// Of the maps, of their padding while it is made, of levels below them, of a band and of the match that is kept: no
+/// Bytes of the maps, of their padding while it is made, of levels below them, of a band and of the match that is kept: no
 /// less than all that grows with the map, so that a bake without the room ends before it begins.
 std::uint64_t bytes_of_maps(const BakeOptions& options, std::span<const MapRow> own) {
   std::uint64_t channels = 1;  // coverage and charts

@@ -51,7 +51,7 @@ EdgeReport edge_report(const Bevels& bevels, double unit) {
           double{widths[widths.size() / 2]} * unit, double{widths.back()} * unit};
 }
 
-/// Of all of the mesh, or part by part.
+/// Matcher of all of the mesh, or one that goes part by part.
 std::unique_ptr<Matcher> matcher_of(const MatchRow& row, const MatchRequest& request,
                                     const Parts* parts, MatchNotes& notes) {
   return parts != nullptr ? part_matcher(row, request, *parts, notes) : row.make(request, notes);

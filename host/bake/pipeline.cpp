@@ -50,7 +50,7 @@ Pipeline::Pipeline(const Scene& scene, Bands bands, BakeProgress progress)
   result_.report.seconds_mips = watch_.lap();
 }
 
-/// How directions turn; it may build the hierarchy.
+/// Finds the turn of directions; it may build the hierarchy.
 EdgeTurn Pipeline::find_turn() {
   const BakeOptions& options = scene_.options;
   if (options.match.saved == nullptr && options.match.ray.direction == RayDirection::painted &&
@@ -153,7 +153,7 @@ void Pipeline::move(std::uint32_t first, std::span<const Vec3> positions) {
   sample();
 }
 
-/// What is collected beside the maps as bands pass.
+/// Makes what collects measures beside the maps as bands pass.
 void Pipeline::make_collectors() {
   const BakeOptions& options = scene_.options;
   if (!options.match.fallback.empty() && layers_.unit_vectors() != nullptr) {
@@ -162,7 +162,7 @@ void Pipeline::make_collectors() {
   if (options.match.fallback_blend > 0) {
     blend_.emplace(options.width, options.height, options.match.fallback_blend);
   }
-  // Of a mesh without a hierarchy: it would take longer than the bake.
+  // Not for a mesh without a hierarchy: building it would take longer than the bake.
   if (options.match.saved != nullptr ||
       !obeys(match_row(options.match.method).info, "report.recall"))
     return;
@@ -176,7 +176,7 @@ void Pipeline::make_collectors() {
   result_.report.seconds_recall += watch_.lap();
 }
 
-/// Of no samples yet; it says which meshes it belongs to.
+/// A match without samples yet, with the hashes of its meshes.
 Match Pipeline::empty_match() {
   const BakeOptions& options = scene_.options;
   Match match =
@@ -223,7 +223,7 @@ void Pipeline::find(PipelineBand& band, const Pass& pass) {
   result_.report.seconds_match += watch_.lap();
 }
 
-/// What a band tells beside its maps.
+/// Counts a band's samples, and feeds the collectors.
 void Pipeline::note(const PipelineBand& band, const Pass& pass) {
   BakeReport& report = result_.report;
   if (transitions_) transitions_->store(layers_.reads(), band.texels, matcher_->deciders());
@@ -290,7 +290,7 @@ void Pipeline::warn_about_pixels() {
 void Pipeline::report_coverage() {
   BakeReport& report = result_.report;
   if (coverage_) report.recall = coverage_->report(scene_.high.frame);
-  // Where little was found at all, that is what there is to say.
+  // If little was found at all, the misses say so.
   if (report.recall && report.missed * 50 <= report.samples) {
     warn_about_loss(*report.recall, scene_.options, report.warnings);
   }
@@ -356,7 +356,7 @@ void Pipeline::measure_errors() {
   report.seconds_errors += watch_.lap();
 }
 
-/// How far points lie from the low poly's, world units.
+/// Largest distance of points from the low poly, world units.
 double Pipeline::reach() const {
   const BakeOptions& options = scene_.options;
   const bool looks =
