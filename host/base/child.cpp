@@ -25,7 +25,7 @@ ChildEnd run_in_child(const ChildLimits& /*limits*/, const std::function<std::st
 
 namespace {
 
-/// What this process has in address space, by Linux; 0: not to be known.
+/// Address space of this process, by Linux; 0: not to be known.
 rlim_t address_space() {
   std::FILE* const file = std::fopen("/proc/self/statm", "r");
   if (file == nullptr) return 0;

@@ -3,8 +3,8 @@
 #include <cerrno>
 
 #ifdef _WIN32
-#include <fcntl.h>
 #include <direct.h>
+#include <fcntl.h>
 #include <io.h>
 #include <process.h>
 #include <sys/stat.h>

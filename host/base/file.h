@@ -1,4 +1,4 @@
-// What the operating system does with files, beyond std::filesystem: POSIX's calls have their home in file.cpp. Elsewhere
+// The operating system's calls on files, beyond std::filesystem: those of POSIX have their home in file.cpp. Elsewhere
 // than on POSIX, files have names while they are written, and folders no locks.
 //
 // Functions that fail return -1, false or nothing, and set errno.
@@ -36,7 +36,8 @@ std::optional<FileFacts> facts_of_link(const std::filesystem::path& path) noexce
 std::optional<FileFacts> facts_of(int file) noexcept;
 
 // Descriptors of open files, which no program that is run from here inherits.
-int open_to_read(const std::filesystem::path& path) noexcept;   ///< Does not wait for a pipe's writer
+int open_to_read(
+    const std::filesystem::path& path) noexcept;  ///< Does not wait for a pipe's writer
 int open_to_write(const std::filesystem::path& path) noexcept;  ///< What is there, such as a pipe
 /// A file that is not there yet.
 int create_file(const std::filesystem::path& path, unsigned permissions) noexcept;
@@ -52,8 +53,8 @@ bool name_file(int file, const std::filesystem::path& name) noexcept;
 /// A path at which other processes can read an open file.
 std::string name_of_open(int file);
 
-std::FILE* stream_of(int file) noexcept;    ///< To write; closes the file
-int file_of(std::FILE* stream) noexcept;    ///< The stream's
+std::FILE* stream_of(int file) noexcept;  ///< To write; closes the file
+int file_of(std::FILE* stream) noexcept;  ///< The stream's
 std::ptrdiff_t read_at(int file, std::uint64_t offset, void* to, std::size_t bytes) noexcept;
 std::ptrdiff_t write_some(int file, const void* from, std::size_t bytes) noexcept;
 
@@ -68,7 +69,8 @@ bool may_write(const std::filesystem::path& path) noexcept;
 bool may_write_in(const std::filesystem::path& folder) noexcept;
 /// Puts a file in the place of another, at once.
 bool replace(const std::filesystem::path& from, const std::filesystem::path& to) noexcept;
-bool add_name(const std::filesystem::path& of, const std::filesystem::path& name) noexcept;  ///< A hard link
+bool add_name(const std::filesystem::path& of,
+              const std::filesystem::path& name) noexcept;  ///< A hard link
 
 // For signal handlers, too: of fs::path::c_str().
 bool remove_file(const std::filesystem::path::value_type* path) noexcept;

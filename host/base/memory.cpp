@@ -67,8 +67,8 @@ std::uint64_t free_in_machine() {
   return (available + (swap == kMost ? 0 : swap)) * 1024;
 }
 
-/// Of control groups, version 2 as a container sees it. What is cached of files counts as used there but
-/// is given back at need.
+/// Memory left in the control group, version 2 as a container sees it. Cached files count as used there but
+/// are given back at need.
 std::uint64_t free_in_group() {
   const std::uint64_t limit = first_number("/sys/fs/cgroup/memory.max");
   if (limit == kMost) return kMost;
