@@ -27,7 +27,7 @@ class BinaryCache {
   /// \param folder  empty: nothing is kept or found. Made with the first file
   /// \param driver  all that binaries depend on, besides source and options
   BinaryCache(std::filesystem::path folder, std::string driver);
-  /// Of a device: `kiln` in POCL_CACHE_DIR, or else in XDG_CACHE_HOME or ~/.cache. Keeps nothing where
+  /// Cache of a device: `kiln` in POCL_CACHE_DIR, or else in XDG_CACHE_HOME or ~/.cache. Keeps nothing where
   /// POCL_KERNEL_CACHE is 0, or for drivers other than PoCL.
   static BinaryCache of(const DeviceInfo& device, std::string_view platform_version);
 

@@ -1,4 +1,4 @@
-// What a device says of itself.
+// Properties of a device, as its driver gives them.
 #pragma once
 
 #include "cl/context.h"
