@@ -1,4 +1,4 @@
-// How open the high poly is.
+// Ambient occlusion of the high poly.
 #include "detail/hemisphere_map.h"
 
 namespace kiln {

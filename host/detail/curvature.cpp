@@ -1,4 +1,4 @@
-// How the high poly bends.
+// Curvature of the high poly.
 #include "mesh/curvature.h"
 
 #include <algorithm>

@@ -1,4 +1,4 @@
-// What a point of the high poly belongs to, as a colour.
+// The part, material, group or object of a point of the high poly, as a colour.
 #include <algorithm>
 #include <array>
 #include <numeric>
@@ -36,7 +36,7 @@ std::vector<std::uint32_t> connected_parts(const Source::Impl& source, std::uint
   return part;
 }
 
-/// What a legend can be read of; more are left out, and a warning says so.
+/// Most entries of a legend; more are left out, and a warning says so.
 constexpr std::size_t kLongestLegend = 4096;
 
 class Ids : public PointFunction {

@@ -176,7 +176,7 @@ class Own : public MapMaker {
   std::atomic<std::uint64_t> replaced_{0};
 };
 
-/// What the compiler lets pass, or says in the words of a linker.
+/// Refuses sources that the compiler lets pass, or of which it complains in the words of a linker.
 void check_source(const OwnMap& map) {
   const auto refuse = [&](const std::string& problem) {
     throw Error(ErrorCode::input, "The map " + map.name + " ('" + map.file + "') " + problem);

@@ -1,4 +1,4 @@
-// Where the point of the high poly lies.
+// Position of the high poly's point.
 #include "detail/point_map.h"
 #include "detail/value_ranges.h"
 

@@ -129,7 +129,7 @@ RangeExcess beyond_range(const BakedMap& map, std::span<const std::uint8_t> cove
     for (std::size_t c = 0; c < channels; ++c) {
       const float value = map.image.pixels[i * channels + c];
       const auto [low, high] = map.ranges[c];
-      // What rounding adds to a bound shows in no integer format.
+      // Rounding of a bound shows in no integer format.
       const float slack = (high - low) * 1e-5F;
       if (value >= low - slack && value <= high + slack) continue;
       within = false;

@@ -1,4 +1,4 @@
-// How much of a light the high poly leaves of itself.
+// Share of a light's disc that the high poly does not hide from itself.
 #include "detail/hemisphere_map.h"
 
 namespace kiln {

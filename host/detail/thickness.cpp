@@ -1,4 +1,4 @@
-// How thick the high poly is under its surface.
+// Thickness of the high poly under its surface.
 #include "detail/hemisphere_map.h"
 
 namespace kiln {

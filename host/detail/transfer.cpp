@@ -84,7 +84,7 @@ class Normals : public PointFunction {
       const Vec3d front = cross(up, right) * corners[0].sign;
       const Vec3d turned = right * read[0] + front * read[1] + up * read[2];
       const double size = length(turned);
-      // Of a face that looks away, as its own normal is.
+      // Turned to the side of the point's own normal, on a face that looks away.
       const double side = dot(up, point.normal) < 0 ? -1 : 1;
       if (size > 0) normal = turned * (side / size);
     }
