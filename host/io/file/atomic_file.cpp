@@ -41,7 +41,7 @@ AtomicFile::AtomicFile(std::filesystem::path destination, bool allow_unnamed)
 
 AtomicFile::~AtomicFile() { discard(); }
 
-// What is there already: nothing, a file to replace, or something to write to directly.
+// Looks at what is there already: nothing, a file to replace, or something to write to directly.
 void AtomicFile::examine() {
   const std::optional<os::FileFacts> found = os::facts_of(target_);
   if (!found) {

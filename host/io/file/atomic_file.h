@@ -14,7 +14,7 @@ namespace kiln {
 /// A file being written out of sight, in the destination's folder. commit() renames it over the
 /// destination, or leaves that to the OutputSet that is open; without commit, the destructor removes it.
 ///
-/// Where the file system can (Linux's O_TMPFILE), the file has no name until it is complete. So even a
+/// On file systems that can (Linux's O_TMPFILE), the file has no name until it is complete. So even a
 /// killed process leaves nothing behind; elsewhere it has a hidden name. A file that is replaced keeps
 /// its permissions; a new one gets those of the process's umask. Symbolic links are followed, and what
 /// they name is replaced or made. A destination that is neither a file nor a folder (`/dev/stdout`, a

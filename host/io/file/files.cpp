@@ -21,7 +21,7 @@ namespace {
 std::mutex created_mutex;
 std::vector<std::filesystem::path> created_folders;
 
-/// Where a path names what the process has open already, or no regular file (a pipe, /dev/null): its bytes
+/// Opens a path that names what the process has open already, or no regular file (a pipe, /dev/null): bytes
 /// go there and replace nothing. -1: an ordinary path.
 int open_stream(const std::filesystem::path& path) {
   const std::string name = path.string();

@@ -54,7 +54,7 @@ void OutputSet::commit() {
     const std::lock_guard lock(state().mutex);
     files.swap(state().files);
   }
-  // What was read after a file of that name was written, too.
+  // Refuses inputs, too, that were read after a file of that name was written.
   for (const HeldFile& file : files) {
     if (const auto found = os::facts_of(file.target)) refuse_input(file.destination, found->id);
   }

@@ -148,11 +148,11 @@ class Placement {
     for (const HeldFile& file : files) folders_.push_back(file.target.parent_path());
     std::sort(folders_.begin(), folders_.end());
     folders_.erase(std::unique(folders_.begin(), folders_.end()), folders_.end());
-    // What keeps track of a file is there before the file is: memory may run out between any two steps.
+    // Lists have room for a file before the file is there: memory may run out between any two steps.
     journals_.reserve(folders_.size());
     new_.reserve(files.size());
   }
-  /// Where anything threw: links to old files and journals go, and nothing was renamed, or all was put back.
+  /// Removes links to old files and journals if anything threw: nothing was renamed, or all was put back.
   ~Placement() { undo(); }
   Placement(const Placement&) = delete;
   Placement& operator=(const Placement&) = delete;

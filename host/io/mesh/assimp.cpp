@@ -59,7 +59,7 @@ AffineMap transform_of(const aiMatrix4x4& m) {
           m.a3, m.b3, m.c3, m.d3, m.a4, m.b4, m.c4, m.d4};
 }
 
-/// How normals turn, up to their length: the cofactors, whose columns are the cross products of the map's.
+/// Map of normals, up to their length: the cofactors, whose columns are the cross products of the map's.
 struct NormalTurn {
   std::array<std::array<double, 3>, 3> columns{};
   bool mirrors = false;
@@ -237,7 +237,7 @@ class SceneReader {
     return found;
   }
 
-  /// Where no mesh has the set that is asked for.
+  /// Refuses a set of UVs that no mesh has.
   void check_uv_set() const {
     const LoadMeshOptions& options = input_.options;
     if (uv_set_ || (options.uv_set_name.empty() && options.uv_set == 0)) return;
@@ -332,7 +332,7 @@ class SceneReader {
       std::string name = path.C_Str();
       std::replace(name.begin(), name.end(), '\\', '/');
       const aiTexture* const embedded = scene_.GetEmbeddedTexture(path.C_Str());
-      // Of height 0: a file's bytes, as many as its width; others would be bare texels.
+      // Height 0: a file's bytes, as many as its width; others would be bare texels.
       if (embedded != nullptr && embedded->mHeight == 0) {
         const auto* const bytes = reinterpret_cast<const std::byte*>(embedded->pcData);
         std::shared_ptr<const std::vector<std::byte> >& shared = embedded_[embedded];
@@ -363,7 +363,7 @@ class SceneReader {
     struct Axis {
       std::int32_t axis = 0, sign = 1;
     };
-    // What becomes X, Y and Z. "Front" looks at the viewer.
+    // The axes that become X, Y and Z. "Front" looks at the viewer.
     constexpr const char* kNames[] = {"CoordAxis", "UpAxis", "FrontAxis"};
     std::array<Axis, 3> axes{};
     AffineMap map{};
@@ -503,7 +503,7 @@ class SceneReader {
   std::set<std::string> uv_sets_;   // that there are, in words
 };
 
-/// What Assimp makes of a file, which the importer keeps; nullptr: nothing, and what it says.
+/// Assimp's scene of a file, which the importer keeps; nullptr: none. \param said  out: then why
 const aiScene* read_scene(const MeshInput& input, Assimp::Importer& importer, std::string& said) {
   std::string hint = fs::path(input.file).extension().string();
   if (!hint.empty()) hint.erase(0, 1);
@@ -537,7 +537,7 @@ const aiScene* read_scene(const MeshInput& input, Assimp::Importer& importer, st
 /// it is an error. Costs the time of reading again. Where no child can be made, there is no such care.
 void try_in_child(const MeshInput& input, const std::string& remedy) {
   const std::uint64_t bytes = input.bytes.size();
-  // Of real files a tenth is enough.
+  // A tenth is enough for real files.
   const ChildLimits limits = {.seconds = 30 + 2 * (bytes >> 20U),
                               .bytes = (std::uint64_t{1} << 30U) + 200 * bytes};
   std::string said;
