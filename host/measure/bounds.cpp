@@ -17,7 +17,7 @@ constexpr double kPoints = 2000;
 // Texels a side of the grid that they are centres of.
 constexpr double kFewest = 47, kMost = 1021;
 constexpr std::uint32_t kRays = 4096, kFinest = 16384;
-// Of a bound of the map ao: what its rays may take.
+// Share of a bound of the map ao that its rays may take.
 constexpr double kOfRays = 0.5;
 
 /// Rows of the maps that the options ask for, and of those that they bring along.
