@@ -146,7 +146,7 @@ bool LevelEvaluator::choose_match(std::size_t level) {
       bake_.match.method = way;
       nodes_[1].clear();
     }
-    // What no match whatever gets below: hard edges seldom leave another room.
+    // No match may get far below the best: hard edges seldom leave room for another one.
     if (way == first && probe.least_share(limit) >= kGain) break;
   }
   std::erase(bake_.match.fallback, bake_.match.method);

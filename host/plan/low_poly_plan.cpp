@@ -164,7 +164,7 @@ class LowPolyPlanner {
     make({level, *size});
   }
 
-  /// Of each size the coarsest level that is expected to do; of these, the lightest. A size that was never within the
+  /// Next candidate: the lightest of the coarsest levels that are expected to do, one for each size. A size that was never within the
   /// error is aimed a margin below it, the size of the lightest so far above it: what nearly does is worth a try there.
   /// Each miss at a size lowers the aim.
   std::optional<Choice> lightest_expected() {
