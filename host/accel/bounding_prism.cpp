@@ -16,7 +16,7 @@ constexpr double kMargin = KILN_BVH_GUARD_MARGIN + 1e-6;  // supports are of sin
 constexpr double kFarthestSlab = 2;
 constexpr double kSharpest = 1e-6;  // sine between two sides
 
-/// What the directions of an axis are chosen by.
+/// Measures of the corners by which the directions of an axis are chosen.
 struct Shape {
   Matrix3 spread{};                                        ///< Covariance of the corners
   Matrix3 normals{};                                       ///< Squares of normals, by area
@@ -117,7 +117,7 @@ std::array<Point2, kSides> sides_of(const Corners& corners, const Shape& shape, 
   return sides;
 }
 
-/// How far the corners reach along each side's normal.
+/// Largest extent of the corners along each side's normal.
 std::array<float, kSides> supports(const Corners& corners, const std::array<Vec3d, kSides>& ways) {
   constexpr std::size_t kGroups = kSides / 4;
   Float4 wx[kGroups], wy[kGroups], wz[kGroups], most[kGroups];
@@ -213,7 +213,7 @@ Prism prism_along(const Corners& corners, const Shape& shape, const Vec3d& axis)
   return prism;
 }
 
-/// What prism_between takes off and adds: see kernels/accel/prism.clh.
+/// Sets the slack that prism_between takes off and adds: see kernels/accel/prism.clh.
 void set_slack(const Corners& corners, const Shape& shape, Prism& prism) {
   const double edge = shape.longest;
   const double weight = (0x1p-21 * edge * edge + 4 * 0x1p-18 * edge) / shape.least;

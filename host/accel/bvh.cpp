@@ -46,7 +46,7 @@ class Builder {
     bvh.triangles = root.size();
     bvh.skipped = triangles_.size() - root.size();
     // The top of the tree one node after the other, with parallel binning; then subtrees in parallel.
-    // Where the cut lies depends on the triangle count alone, so the tree does too.
+    // The cut depends on the triangle count alone, so the tree does too.
     const std::size_t cut = std::max<std::size_t>(4096, root.size() / 64);
     Subtree top;
     std::vector<Task> tasks;
@@ -207,7 +207,7 @@ class Builder {
     measure(right);
   }
 
-  /// Where the sides of a split overlap much: chooses one whose sides do not. Where there is none, all boxes lie
+  /// Replaces a split whose sides overlap much by one whose sides do not. Without one, all boxes lie
   /// within each other, and the range is cut by the corners' coordinate that differs most, in its middle. Triangles
   /// of one shape stay together, which a guard can lie close around; those that are the same, too.
   /// \returns whether it is cut

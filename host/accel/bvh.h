@@ -44,7 +44,7 @@ struct Bvh {
 ///
 /// \param positions  in the working frame: about unit size
 /// \param triangles  any number, none included, below 2^31
-/// Where boxes overlap much (large triangles over each other, fans), nodes get guards.
+/// Nodes get guards if their boxes overlap much (large triangles over each other, fans).
 ///
 /// \param merge  false: keep triangles that are the same now, and no guards, for positions that will move
 /// \throws Error(input) where an index lies beyond the positions

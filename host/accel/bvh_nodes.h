@@ -1,4 +1,4 @@
-// What the builder of the BVH writes: nodes of subtrees, and the tree that they are joined to.
+// Nodes that the builder of the BVH writes: subtrees, and the tree that they are joined to.
 #pragma once
 
 #include <algorithm>

@@ -16,7 +16,7 @@ namespace kiln::bvh {
 namespace {
 
 constexpr std::uint32_t kFewTriangles = 16;  // a guard costs as much as testing some of these
-// Of the surface of the box, and of the guard above; or of how thick they are.
+// Shares of the surface of the box, and of the guard above, or of their thickness, below which a guard pays.
 constexpr double kPays = 0.75, kThinPays = 0.5;
 constexpr double kLargestTilt = 0.5;  // above which thin guards tell little
 constexpr std::uint32_t kNone = 0xFFFFFFFFu;

@@ -5,7 +5,7 @@
 
 namespace kiln::bvh {
 
-/// Where a straight line through a node's box meets more leaves than this on average, guards may pay. Scans,
+/// Number of leaves that a line through a node's box meets on average, above which guards may pay. Scans,
 /// grids and parts have 3 to 20.
 inline constexpr double kCrowded = 64;
 

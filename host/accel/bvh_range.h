@@ -1,4 +1,4 @@
-// What the builder of the BVH sorts: triangles as boxes, ranges of them, and where to cut a range.
+// Input of the BVH's builder: triangles as boxes, ranges of them, and cuts of a range.
 #pragma once
 
 #include <algorithm>
@@ -141,7 +141,7 @@ inline Split best_split(const Bins& bins, const Mapping& mapping) {
 /// No branch depends on a triangle: half of them would be foretold wrongly.
 std::size_t part(std::span<Primitive> primitives, const Mapping& mapping, const Split& split);
 
-/// How much of the two sides' common length along the split's axis both cover: 0 where they lie apart.
+/// Share of the two sides' common length along the split's axis that both cover: 0 where they lie apart.
 float overlap(const Bins& bins, const Mapping& mapping, const Split& split);
 
 /// The split whose sides overlap least along its axis; of equal ones that nearest to half of the triangles.

@@ -9,7 +9,7 @@ namespace kiln {
 namespace {
 
 constexpr std::uint32_t kDepthViewsPerLaunch = 64;  // bits of the kernel's `left_out`
-// Of the device's memory, for the keys of one batch.
+// Share of the device's memory for the keys of one batch.
 constexpr double kShareOfMemory = 0.25;
 
 }  // namespace

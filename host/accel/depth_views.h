@@ -17,7 +17,7 @@ namespace kiln {
 /// using Fibonacci and latitude-longitude lattices").
 std::vector<Vec3d> spread_directions(std::uint32_t count);
 
-/// What views show: all that lies within a radius of a centre, frame units.
+/// Ball that views show: all that lies within a radius of a centre, frame units.
 struct ViewArea {
   Vec3d center;
   double radius = 1;
@@ -45,7 +45,7 @@ class DepthViews {
              const ViewQuery& query, const cl::Array<float>& score,
              DeviceCorrespondence& result) const;
 
-  /// How much along its direction each view sees each sample: the cosine, or 0 where it does not.
+  /// Tells for each view and sample the cosine between the view and the sample's direction, or 0 where it is not seen.
   /// \param quality  [views * count]
   void probe(const cl::Array<float>& points, std::uint32_t count, std::uint32_t capacity,
              const ViewQuery& query, const cl::Array<float>& quality) const;

@@ -21,7 +21,7 @@ enum class Traversal {
   gpu,         ///< Scalar, one ray a work-item
 };
 
-/// What `automatic` and `cpu` come to on a device. Never automatic.
+/// Resolves `automatic` and `cpu` for a device. Never automatic.
 Traversal choose_traversal(const cl::Context& context, Traversal wanted);
 
 /// A bounding volume hierarchy, built on the host and uploaded. Immutable but for refit().
@@ -38,7 +38,7 @@ struct Tree {
   void refit(cl::Context& context, std::span<const Vec3> positions,
              std::span<const Triangle> triangles);
 
-  /// What programs that walk this tree alone are built with, in front of `more`: -D options.
+  /// The -D options of programs that walk this tree alone, in front of `more`.
   std::string defines(const std::string& more = {}) const;
 
   struct Stats {

@@ -14,7 +14,7 @@ namespace {
 // Bounds the work of one launch.
 constexpr std::uint32_t kPerLaunch = 1U << 22;
 constexpr std::size_t kViewsPerLaunch = 16;
-// Of one launch's boxes: fewer views where a mesh has very many chunks.
+// Memory of one launch's boxes: fewer views a launch for a mesh of very many chunks.
 constexpr std::size_t kBoxBytes = 32U << 20;
 
 /// Any two unit vectors across `toward`, the second upwards (+Y) where there is such a direction.

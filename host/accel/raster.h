@@ -38,7 +38,7 @@ struct DepthKeys {
   cl::Array<std::uint8_t> drawn;  ///< A tile: 0 where it is empty and its keys were not written
 };
 
-/// How to draw. All draw the same keys.
+/// Ways to draw. All draw the same keys.
 enum class RasterPath {
   automatic,   ///< The fastest for the device
   tiles,       ///< A tile a work-item: CPUs

@@ -220,7 +220,7 @@ std::vector<std::uint32_t> curve_order(std::span<const Vec3> positions,
                                        std::span<const Triangle> triangles) {
   constexpr float kCells = 1024;
   std::vector<std::uint64_t> keys(triangles.size());
-  // What does not lie within 0.5 of the origin goes to the border; not-a-number, too.
+  // Triangles beyond 0.5 of the origin go to the border; those that are not finite, too.
   const auto cell = [](float a, float b, float c) {
     const float at = ((a + b + c) / 3 + 0.5F) * kCells;
     return static_cast<std::uint32_t>(at > 0 ? std::min(at, kCells - 1) : 0);

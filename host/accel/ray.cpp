@@ -15,7 +15,7 @@ constexpr std::size_t kLocalSize = 64;
 constexpr std::uint32_t kRaysPerLaunch = 1u << 20;
 // KILN_BEAM_RAYS of kernels/lib/beam.clh.
 constexpr std::uint32_t kRaysPerBeam = 64;
-// How many blocks make a group.
+// Blocks of a work-group.
 constexpr std::size_t kOcclusionLocalSize = 4;
 static_assert(kRaysPerLaunch % kRaysPerBeam == 0 && kRaysPerLaunch % KILN_OCCLUSION_BLOCK == 0);
 

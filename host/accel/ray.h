@@ -13,7 +13,7 @@
 
 namespace kiln {
 
-/// What a batch of rays asks for. Lengths are in frame units.
+/// Query of a batch of rays. Lengths are in frame units.
 ///
 /// A ray starts at position + offset * direction and runs along the direction (or against it where
 /// `inward`); only hits with t in [t_min, t_max] along the ray count.
@@ -48,7 +48,7 @@ class RayCaster {
   RayCaster(cl::Context& context, std::shared_ptr<const Tree> tree,
             Traversal traversal = Traversal::automatic);
   ~RayCaster();
-  /// What it walks.
+  /// The tree that it walks.
   const Tree& tree() const;
   RayCaster(RayCaster&&) noexcept;
   RayCaster& operator=(RayCaster&&) noexcept;
@@ -63,7 +63,7 @@ class RayCaster {
   void occluded(const cl::Array<float>& points, std::uint32_t count, std::uint32_t capacity,
                 const RayQuery& query, const cl::Array<std::uint8_t>& hit) const;
 
-  /// What kernels are told of a query, of rays [0, 0) so far: for those that cast rays themselves.
+  /// Parameters of a query for kernels that cast rays themselves, of rays [0, 0) so far.
   kiln_ray_params params(const RayQuery& query, std::uint32_t capacity) const;
 
   using Stats = Tree::Stats;

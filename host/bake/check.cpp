@@ -1,4 +1,4 @@
-// What can be wrong with options whatever the meshes are.
+// Checks of options that need no meshes.
 #include <algorithm>
 #include <cmath>
 
@@ -47,7 +47,7 @@ void check_enums(const BakeOptions& options) {
   check_enum("occlusion.falloff", options.occlusion.falloff, OcclusionFalloff::smooth);
 }
 
-/// What the library's other rooms check of numbers.
+/// Runs a check of another room, whose errors become those of options.
 template <typename Check>
 void in_range(const Check& check) {
   try {
@@ -103,7 +103,7 @@ void check_fallback(const BakeOptions& options) {
   }
   std::vector<MatchMethod> asked = {options.match.method};
   for (const MatchMethod next : options.match.fallback) {
-    if (!match_row(next).info.may_follow) {
+    if (obeys(match_row(next).info, "match.uv")) {
       usage(quoted(next.name) +
                 " cannot be a fallback, since it searches nothing: choose one that searches, such "
                 "as " +
@@ -141,27 +141,28 @@ void check_distances(const BakeOptions& options) {
   }
   const bool cage = options.match.cage || options.match.cage_mesh != nullptr;
   if (cage && options.match.saved == nullptr &&
-      !any_in_chain(options, [](const MatchRow& row) { return row.info.takes_cage; })) {
+      !any_in_chain(options, [](const MatchRow& row) { return obeys(row.info, "match.cage"); })) {
     usage("A cage was given, but " + quoted(options.match.method.name) +
               " casts no rays from one: leave the cage out, or match by " +
-              match_names([](const MatchRow& row) { return row.info.takes_cage; }) + ".",
+              match_names([](const MatchRow& row) { return obeys(row.info, "match.cage"); }) + ".",
           kContradiction);
   }
 }
 
 void check_map(MapKind map, const BakeOptions& options) {
-  if (!map_row(map).info.needs_visibility) return;
-  if (options.match.saved == nullptr && match_row(options.match.method).info.takes_visibility)
+  if (!obeys(map_row(map).info, "match.visibility")) return;
+  if (options.match.saved == nullptr &&
+      obeys(match_row(options.match.method).info, "match.visibility"))
     return;
   usage("The map " + std::string(map.name) +
             " holds what a match by visibility goes by: choose the match " +
-            match_names([](const MatchRow& row) { return row.info.takes_visibility; }) +
+            match_names([](const MatchRow& row) { return obeys(row.info, "match.visibility"); }) +
             (options.match.saved != nullptr ? " instead of a saved match" : "") +
             ", or leave the map out.",
         kContradiction);
 }
 
-/// What a depth view cannot tell: it shows the first face alone, from outside.
+/// Refuses what a depth view cannot tell: it shows the first face alone, from outside.
 void check_occlusion_views(const OcclusionOptions& occlusion) {
   if (occlusion.by != OcclusionBy::views) return;
   const char* what = occlusion.distance                            ? "a distance"
@@ -175,7 +176,7 @@ void check_occlusion_views(const OcclusionOptions& occlusion) {
         kContradiction);
 }
 
-/// What single maps take.
+/// Checks options that single maps obey.
 void check_map_options(const BakeOptions& options) {
   if (options.occlusion.rays < 1 || options.occlusion.rays > 4096) {
     usage("`occlusion.rays` is " + std::to_string(options.occlusion.rays) +
@@ -229,16 +230,16 @@ void check_map_options(const BakeOptions& options) {
 /// A setting that a variant's map does not obey would change nothing.
 void check_variant(const MapVariant& map, const BakeOptions& options) {
   const MapInfo& info = map_row(map.kind).info;
-  const auto check = [&](bool given, bool taken, const char* setting) {
-    if (!given || taken) return;
+  const auto check = [&](bool given, const char* setting) {
+    if (!given || obeys(info, setting)) return;
     usage("The map " + map.name + " has a setting `" + setting + "`, which " +
               std::string(map.kind.name) + " does not obey: leave it out.",
           kContradiction);
   };
-  check(map.occlusion.has_value(), info.takes_rays || info.takes_back_faces, "occlusion");
-  check(map.curvature_radius.has_value(), info.takes_curvature_radius, "curvature_radius");
-  check(map.light.has_value(), info.takes_light, "light");
-  check(map.id_by.has_value(), info.takes_id_by, "id_by");
+  check(map.occlusion.has_value(), "occlusion");
+  check(map.curvature_radius.has_value(), "curvature_radius");
+  check(map.light.has_value(), "light");
+  check(map.id_by.has_value(), "id_by");
   const BakeOptions own = options_of(map, options);
   check_enums(own);
   check_map_options(own);
@@ -296,7 +297,8 @@ void check_two_component(const BakeOptions& options) {
 
 void check_clusters(const BakeOptions& options) {
   if (options.match.visibility.clusters <= 1) return;
-  if (!match_row(options.match.method).info.takes_clusters || options.match.saved != nullptr) {
+  if (!obeys(match_row(options.match.method).info, "match.visibility.clusters") ||
+      options.match.saved != nullptr) {
     usage("Clusters of directions are for matching by visibility: choose that, or one cluster.",
           kContradiction);
   }
@@ -339,7 +341,8 @@ void validate(const BakeOptions& options) {
   for (const MapVariant& map : options.variants) check_variant(map, options);
   check_views(options.match.views);
   check_fallback(options);
-  if (any_in_chain(options, [](const MatchRow& row) { return row.info.takes_visibility; })) {
+  if (any_in_chain(options,
+                   [](const MatchRow& row) { return obeys(row.info, "match.visibility"); })) {
     in_range([&] { check_visibility(options.match.visibility); });
   }
   check_clusters(options);

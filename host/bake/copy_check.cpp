@@ -28,14 +28,16 @@ bool holds_lengths(const BakeOptions& options) {
                      [](MapKind map) { return map_row(map).unit == "world units"; });
 }
 
-/// Where the bake's own matcher reads the places of its samples in the map, plain rays stand in for it.
+/// The bake's own matcher; plain rays stand in for one that reads the places of its samples in the map.
 std::unique_ptr<Matcher> own_matcher(const MatchRequest& request, const BakeOptions& options) {
-  if (!any_in_chain(options, [](const MatchRow& row) { return row.info.takes_visibility; })) {
+  if (!any_in_chain(options,
+                    [](const MatchRow& row) { return obeys(row.info, "match.visibility"); })) {
     return nullptr;
   }
   const auto rows = match_rows();
-  const auto rays = std::find_if(rows.begin(), rows.end(),
-                                 [](const MatchRow& row) { return row.info.along_low; });
+  const auto rays = std::find_if(rows.begin(), rows.end(), [](const MatchRow& row) {
+    return obeys(row.info, "match.ray.direction");
+  });
   MatchNotes notes;
   return rays->make(request, notes);
 }
@@ -101,7 +103,7 @@ CopyCheck::CopyCheck(const MatchRequest& request, const BakeOptions& options, Ma
   normal_indices_ = source_.attributes.normal_indices.download(context);
 }
 
-/// Where the triangle that is baked for a copy has the same UV.
+/// Place with the same UV on the triangle that is baked for a copy.
 std::optional<CopyCheck::Place> CopyCheck::baked_at(const Place& place) const {
   UvPosition at = uv_of(surface_, place);
   for (std::size_t axis = 0; axis < 2; ++axis) at[axis] -= uv_places_[place.triangle].offset[axis];

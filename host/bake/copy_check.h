@@ -15,7 +15,7 @@
 
 namespace kiln {
 
-/// What a copy (LowSurface::copy_of) finds beside what the triangle finds that is baked for it.
+/// Compares what a copy (LowSurface::copy_of) finds with what the triangle finds that is baked for it.
 class CopyCheck {
  public:
   static constexpr const char* kWarning = "uv-copies-differ";
@@ -55,7 +55,7 @@ class CopyCheck {
   double tell(const Mesh& low, std::vector<Warning>& warnings);
 
  private:
-  /// What the match finds for a place.
+  /// The point that the match finds for a place.
   struct Point {
     bool found = false;
     std::uint32_t triangle = 0;  ///< Of the high poly

@@ -35,7 +35,7 @@ class Picker {
   std::uint32_t count() const { return static_cast<std::uint32_t>(samples_.size()); }
   std::uint32_t capacity() const { return capacity_; }
 
-  /// Of planes with four bytes a sample. \param capacity  elements of one of them
+  /// Picks elements of planes with four bytes a sample. \param capacity  elements of one of them
   template <typename T>
   cl::Array<T> of(const cl::Array<T>& from, std::uint32_t capacity, std::uint32_t planes) const {
     static_assert(sizeof(T) == 4);
@@ -164,7 +164,7 @@ class Finer {
     compare(part, matched(part, picker), places);
   }
 
-  /// Where the match reads more of a band than its points, all of the band is matched, and maps are still made of
+  /// If the match reads more of a band than its points, all of the band is matched, and maps are still made of
   /// the part alone.
   DeviceCorrespondence matched(const TexelBand& part, const Picker& picker) {
     const bool whole = scene_.matcher.needs_band();
@@ -230,8 +230,8 @@ void warn_not_reached(const BakeOptions& options, BakeReport& report) {
   const auto check = [&](MapKind kind, std::string_view name, double wanted) {
     const auto error = std::find_if(report.errors.begin(), report.errors.end(),
                                     [&](const MapError& other) { return other.kind.name == name; });
-    if (wanted <= 0 || !map_row(kind).info.takes_max_error || error == report.errors.end() ||
-        error->rms / 255 <= wanted) {
+    if (wanted <= 0 || !obeys(map_row(kind).info, "occlusion.max_error") ||
+        error == report.errors.end() || error->rms / 255 <= wanted) {
       return;
     }
     char text[200];
@@ -251,8 +251,9 @@ void measure_errors(const BakedScene& scene, const BakeProgress& progress, BakeR
   const auto baked = static_cast<std::uint64_t>(
       std::count(scene.layers.coverage().begin(), scene.layers.coverage().end(), kCoverageBaked));
   const bool all = scene.options.report.errors;
-  BakeOptions same = finer_options(
-      scene, [&](const MapInfo& map) { return all ? map.takes_rays : map.takes_max_error; });
+  BakeOptions same = finer_options(scene, [&](const MapInfo& map) {
+    return obeys(map, all ? "occlusion.rays" : "occlusion.max_error");
+  });
   if (!same.maps.empty() || !same.variants.empty()) {
     same.transfers.clear();
     same.own_maps.clear();

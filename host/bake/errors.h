@@ -9,7 +9,7 @@
 
 namespace kiln {
 
-/// What was baked, and with what.
+/// A bake whose errors are measured: meshes, options, matcher and maps.
 struct BakedScene {
   const Source::Impl& high;
   const LowSurface& surface;

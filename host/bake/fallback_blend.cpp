@@ -12,7 +12,7 @@
 namespace kiln {
 namespace {
 
-/// Of a step along a row or column, and aslant. Whole numbers, so that all orders of adding agree.
+/// Lengths of a step along a row or column, and aslant. Whole numbers, so that all orders of adding agree.
 constexpr std::uint32_t kStraight = 1000;
 constexpr std::uint32_t kDiagonal = 1414;
 constexpr std::uint32_t kFarFromBorder = 0xFFFFFFFFU;

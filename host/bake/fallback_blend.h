@@ -33,7 +33,7 @@ class FallbackBlend {
   /// After all bands: the distance of every texel from the border.
   void plan(const LowSurface& surface);
 
-  /// How much of the method's normal a texel takes: 0 at the border, 1 from the reach on, and everywhere on
+  /// Weight of the method's normal in a texel: 0 at the border, 1 from the reach on, and everywhere on
   /// texels that are not the method's.
   float share(std::size_t texel) const;
 

@@ -19,7 +19,7 @@ constexpr double kDistance = 0.04;  // how far to look where nobody says
 constexpr double kMargin =
     0.0025;  // that shells lie off the mesh and its faces, where there is room
 
-/// Where rays leave each vertex to; zero where its normals have no direction in common.
+/// Direction of rays at each vertex; zero where its normals have no direction in common.
 std::vector<Vec3> directions_of(const Mesh& low, const std::vector<Vec3>& positions) {
   return continuous_directions(positions, low.triangles, corner_normals(low, positions));
 }
@@ -80,7 +80,7 @@ FoundCage find_cage(const Source& source, const Mesh& low, const BakeOptions& gi
   options.match.ray.direction = given.match.ray.direction;
   options.match.ray.edge_width = given.match.ray.edge_width;
   // As a fallback of other matches rays do not turn.
-  if (!match_row(given.match.method).info.along_low)
+  if (!obeys(match_row(given.match.method).info, "match.ray.direction"))
     options.match.ray.direction = RayDirection::averaged;
   options.match.two_sided = given.match.two_sided;
   options.match.parts = given.match.parts;

@@ -9,6 +9,7 @@
 
 #include "accel/closest.h"
 #include "accel/depth_views.h"
+#include "accel/low_tree.h"
 #include "accel/ray.h"
 #include "bake/coverage_slabs.h"
 #include "base/parallel.h"
@@ -33,7 +34,7 @@ constexpr double kWider = 1.0001;         // than a radius, for what is rounded
 constexpr double kSamplesATriangle = 16;  // above which it pays to look at triangles first
 constexpr float kOutside = 1e-3F;         // of its sides, that a point may lie off its triangle
 constexpr std::size_t kFewPlaces = 16;    // above which a triangle's places are found by the grid
-// Of a triangle: no place reaches into it, or all that do are held; the grid knows them; a list.
+// States of a triangle: no place reaches into it, or all that do are held; the grid knows them; a list.
 constexpr std::uint32_t kUnseen = 0, kGrid = 1, kFirstFew = 2;
 
 Vec3d face_normal(const Source::Impl& high, const Triangle& t) {
@@ -69,38 +70,26 @@ cl::Array<float> points_of(cl::Context& context, const std::vector<HighCoverage:
   return {context, std::span<const float>(planes)};
 }
 
-/// The low poly's usable faces, for searches of the nearest point.
-struct LowFaces {
-  std::vector<Vec3> positions;
-  std::vector<Triangle> triangles;
-  std::vector<Vec3d> normals;     ///< Unit
-  std::vector<double> step;       ///< Between samples, frame units; 0 without UVs
-  std::vector<std::uint32_t> of;  ///< The low poly's triangles
-
-  LowFaces(const LowSurface& surface, double columns, double rows) {
-    for (std::size_t t = 0; t < surface.triangles.size(); ++t) {
-      if (surface.usable[t] == 0) continue;
-      const auto first = static_cast<std::uint32_t>(positions.size());
-      triangles.push_back({first, first + 1, first + 2});
-      const auto& [a, b, c] = surface.triangles[t];
-      for (const auto& corner : surface.triangles[t]) positions.push_back(corner.position);
-      const Vec3d ab = Vec3d(b.position) - Vec3d(a.position);
-      const Vec3d ac = Vec3d(c.position) - Vec3d(a.position);
-      const Vec3d normal = cross(ab, ac);
-      normals.push_back(normal * (1 / length(normal)));
-      const double bu = double{b.uv.x} - a.uv.x, bv = double{b.uv.y} - a.uv.y;
-      const double cu = double{c.uv.x} - a.uv.x, cv = double{c.uv.y} - a.uv.y;
-      const double area = bu * cv - bv * cu;
-      // The surface's way a step in u and in v.
-      const double along_u = length(ab * cv - ac * bv), along_v = length(ac * bu - ab * cu);
-      const double mean = (along_u / columns + along_v / rows) / (2 * std::abs(area));
-      step.push_back(std::isfinite(mean) ? mean : 0);
-      of.push_back(static_cast<std::uint32_t>(t));
-    }
+/// Lengths between samples on the low poly's usable faces, frame units; 0 without UVs.
+std::vector<double> steps_of(const LowTree& low, const LowSurface& surface, double columns,
+                             double rows) {
+  std::vector<double> steps;
+  for (const std::uint32_t t : low.of) {
+    const auto& [a, b, c] = surface.triangles[t];
+    const Vec3d ab = Vec3d(b.position) - Vec3d(a.position);
+    const Vec3d ac = Vec3d(c.position) - Vec3d(a.position);
+    const double bu = double{b.uv.x} - a.uv.x, bv = double{b.uv.y} - a.uv.y;
+    const double cu = double{c.uv.x} - a.uv.x, cv = double{c.uv.y} - a.uv.y;
+    const double area = bu * cv - bv * cu;
+    // The surface's way a step in u and in v.
+    const double along_u = length(ab * cv - ac * bv), along_v = length(ac * bu - ab * cu);
+    const double mean = (along_u / columns + along_v / rows) / (2 * std::abs(area));
+    steps.push_back(std::isfinite(mean) ? mean : 0);
   }
-};
+  return steps;
+}
 
-/// How far from the low poly samples may find points.
+/// Distance from the low poly within which samples may find points.
 double reach_of(const MatchRequest& request) {
   if (request.cage) return std::max(*request.cage, request.distance - *request.cage);
   return request.cage_mesh ? request.distance / 2 : request.distance;
@@ -178,12 +167,14 @@ HighCoverage::HighCoverage(const MatchRequest& request, Places places, CopyCheck
 
 void HighCoverage::find_near(const MatchRequest& request, CopyCheck* copies) {
   cl::Context& context = context_of(request.source.device);
-  const LowFaces low(request.surface, double{1} * request.width * request.samples,
-                     double{1} * request.height * request.samples);
+  const std::shared_ptr<const LowTree> tree = LowTree::of_surface(context, request.surface);
+  const LowTree& low = *tree;
+  const std::vector<double> steps =
+      steps_of(low, request.surface, double{1} * request.width * request.samples,
+               double{1} * request.height * request.samples);
   const auto count = static_cast<std::uint32_t>(places_.size());
   DeviceCorrespondence nearest(context, count);
-  const ClosestFinder finder(context, std::make_shared<Tree>(context, low.positions, low.triangles),
-                             request.source.traversal);
+  const ClosestFinder finder(context, low.tree, request.source.traversal);
   ClosestQuery query;
   query.max_distance = static_cast<float>(std::min(reach_of(request), double{kFar}));
   finder.find(points_of(context, places_), count, count, query, nearest);
@@ -193,7 +184,7 @@ void HighCoverage::find_near(const MatchRequest& request, CopyCheck* copies) {
     if (triangle[i] == KILN_NO_TRIANGLE) continue;
     const double cosine = dot(low.normals[triangle[i]], Vec3d(places_[i].normal));
     if (!(cosine > kSteepest)) continue;
-    radius_[i] = static_cast<float>(kSteps * low.step[triangle[i]] / cosine);
+    radius_[i] = static_cast<float>(kSteps * steps[triangle[i]] / cosine);
   }
   if (copies == nullptr) return;
   std::vector<CopyCheck::Place> places;

@@ -1,4 +1,4 @@
-// What a bake leaves out of the high poly: see HighCoverageReport.
+// Detail of the high poly that a bake leaves out: see HighCoverageReport.
 #pragma once
 
 #include <array>
@@ -41,9 +41,9 @@ class HighCoverage {
   /// Marks what a band's samples stand for.
   void store(const Source::Impl& high, BandReads& reads, const DeviceCorrespondence& match);
 
-  /// What was lost, and where most.
+  /// Sums up the detail that was lost, and where most was.
   HighCoverageReport report(const Frame& frame) const;
-  /// Of each place given.
+  /// Marks each place given: does a sample stand for it?
   std::vector<VertexCoverage> marks() const;
 
  private:

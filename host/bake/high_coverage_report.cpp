@@ -1,4 +1,4 @@
-// What was lost, summed up: shares, and the largest connected part.
+// Lost detail, summed up: shares, and the largest connected part.
 #include <algorithm>
 #include <cstdio>
 #include <numeric>
@@ -44,7 +44,7 @@ std::string in_words(const std::array<double, 3>& p) {
 }
 
 std::string advice(const BakeOptions& options) {
-  const auto takes_cage = [](const MatchRow& row) { return row.info.takes_cage; };
+  const auto takes_cage = [](const MatchRow& row) { return obeys(row.info, "match.cage"); };
   if (!takes_cage(match_row(options.match.method))) {
     return "other matches may find it: try `match.method` " + match_names(takes_cage) + ".";
   }
@@ -104,7 +104,7 @@ HighCoverageReport HighCoverage::report(const Frame& frame) const {
 
 void warn_about_loss(const HighCoverageReport& recall, const BakeOptions& options,
                      std::vector<Warning>& warnings) {
-  // What copies lose may have a warning of its own.
+  // Losses by copies may have a warning of their own.
   const bool told = std::any_of(warnings.begin(), warnings.end(), [](const Warning& warning) {
     return warning.code == CopyCheck::kWarning;
   });

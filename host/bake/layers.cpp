@@ -17,8 +17,7 @@ constexpr std::int32_t kEverywhere = 16384;
 bool is_averaged(MapType type) { return type != MapType::id && type != MapType::coverage; }
 
 GutterOptions gutter_of(const MapInfo& map, const BakeOptions& options, std::int32_t texels) {
-  const bool fill =
-      !map.misses_are_zero && (options.encoding.miss != MissPolicy::keep || map.fills_misses);
+  const bool fill = leaves_out_misses(map, options.encoding.miss);
   return {texels, fill, map.type == MapType::unit_vector};
 }
 
@@ -77,7 +76,7 @@ Image as_drawn(const MapInfo& map, const BakeOptions& options,
   return image;
 }
 
-/// Of the maps, of their padding while it is made, of levels below them, of a band and of the match that is kept: no
+/// Bytes of the maps, of their padding while it is made, of levels below them, of a band and of the match that is kept: no
 /// less than all that grows with the map, so that a bake without the room ends before it begins.
 std::uint64_t bytes_of_maps(const BakeOptions& options, std::span<const MapRow> own) {
   std::uint64_t channels = 1;  // coverage and charts
@@ -179,7 +178,7 @@ bool Layers::read_around() const {
 
 bool Layers::obey_max_error(const BakeOptions& options) const {
   const auto obeys = [&](MapKind kind, const BakeOptions& with) {
-    return with.occlusion.max_error > 0 && map_row(kind).info.takes_max_error;
+    return with.occlusion.max_error > 0 && kiln::obeys(map_row(kind).info, "occlusion.max_error");
   };
   return std::any_of(options.maps.begin(), options.maps.end(),
                      [&](MapKind kind) { return obeys(kind, options); }) ||
@@ -189,13 +188,14 @@ bool Layers::obey_max_error(const BakeOptions& options) const {
 }
 
 bool Layers::fill_misses() const {
-  return std::any_of(layers_.begin(), layers_.end(),
-                     [](const Layer& layer) { return layer.row->info.fills_misses; });
+  return std::any_of(layers_.begin(), layers_.end(), [](const Layer& layer) {
+    return layer.row->info.missed == MissedTexels::neighbours;
+  });
 }
 
 bool Layers::need_visibility() const {
   return std::any_of(layers_.begin(), layers_.end(),
-                     [](const Layer& layer) { return layer.row->info.needs_visibility; });
+                     [](const Layer& layer) { return obeys(layer.row->info, "match.visibility"); });
 }
 
 std::vector<std::vector<Image>> Layers::mips(cl::Context& context, const BakeOptions& options,
@@ -268,7 +268,7 @@ std::vector<Image> Layers::finish(cl::Context& context, const BakeOptions& optio
     const std::vector<std::size_t> numbers = pad_with(context, options, first, images, own, count);
     for (const std::size_t l : numbers) {
       const MapInfo& map = layers_[l].row->info;
-      if (drawn != nullptr && map.shades) {
+      if (drawn != nullptr && layers_[l].row->shades) {
         *drawn = as_drawn(map, options, own, images[l]);
       }
       encode(map, options, own, images[l]);

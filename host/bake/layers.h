@@ -21,7 +21,7 @@ struct Layer {
 
 class Layers {
  public:
-  /// Of the maps that the options ask for, each once.
+  /// Layers of the maps that the options ask for, each once.
   /// \param with_images  false: there are makers alone, for callers who have texels of their own
   /// \param finer, checks  MapRequest's
   Layers(const Source::Impl& source, const LowSurface& surface, const BakeOptions& options,
@@ -44,7 +44,7 @@ class Layers {
 
   std::vector<Layer>& all() { return layers_; }
   const std::vector<Layer>& all() const { return layers_; }
-  /// What all maps read of the band; for others that need the same.
+  /// Arrays of the band that all maps read; for others that need the same.
   BandReads& reads() { return *reads_; }
   /// The first map of unit vectors; null where there is none.
   const Image* unit_vectors() const;

@@ -27,7 +27,7 @@ Vec3d lab(const float* rgb) {
 
 MapUnit unit_of(const MapRow& row) {
   if (row.info.type == MapType::unit_vector) return {"degrees", 1};
-  if (row.info.is_color) return {"ΔE", 1};
+  if (row.info.type == MapType::color) return {"ΔE", 1};
   if (!row.unit.empty()) return {row.unit, 1};
   return {"1/255", 255};
 }
@@ -38,7 +38,7 @@ double map_difference(const MapRow& row, const float* a, const float* b) {
     const Vec3d p(a[0], a[1], a[2]), q(b[0], b[1], b[2]);
     return std::atan2(length(cross(p, q)), dot(p, q)) * 180 / std::numbers::pi;
   }
-  if (map.is_color && map.channels >= 3) {
+  if (map.type == MapType::color && map.channels >= 3) {
     const double alpha = map.channels > 3 ? 100 * (double{a[3]} - b[3]) : 0;
     return std::hypot(length(lab(a) - lab(b)), alpha);
   }

@@ -51,7 +51,7 @@ EdgeReport edge_report(const Bevels& bevels, double unit) {
           double{widths[widths.size() / 2]} * unit, double{widths.back()} * unit};
 }
 
-/// Of all of the mesh, or part by part.
+/// Matcher of all of the mesh, or one that goes part by part.
 std::unique_ptr<Matcher> matcher_of(const MatchRow& row, const MatchRequest& request,
                                     const Parts* parts, MatchNotes& notes) {
   return parts != nullptr ? part_matcher(row, request, *parts, notes) : row.make(request, notes);
@@ -79,7 +79,8 @@ MatchRequest match_request(const BakeOptions& options, const Source::Impl& sourc
 EdgeTurn edge_turn(const BakeOptions& options, const Source::Impl& source,
                    const LowSurface& surface, EdgeReport* report) {
   const RayDirection direction = options.match.ray.direction;
-  if (options.match.saved != nullptr || !match_row(options.match.method).info.along_low ||
+  if (options.match.saved != nullptr ||
+      !obeys(match_row(options.match.method).info, "match.ray.direction") ||
       direction == RayDirection::averaged || has_offsets(surface)) {
     return {};
   }
@@ -102,8 +103,8 @@ EdgeTurn edge_turn(const BakeOptions& options, const Source::Impl& source,
 }
 
 bool turns_by_source(const BakeOptions& options) {
-  return match_row(options.match.method).info.along_low && !options.match.ray.edge_width &&
-         options.match.ray.direction == RayDirection::automatic;
+  return obeys(match_row(options.match.method).info, "match.ray.direction") &&
+         !options.match.ray.edge_width && options.match.ray.direction == RayDirection::automatic;
 }
 
 SheetReach sheet_reach(const BakeOptions& options, const LowSurface& surface) {
@@ -158,7 +159,8 @@ std::unique_ptr<Matcher> make_matcher(const Source::Impl& source, const LowSurfa
                                "`match.max_distance` should be about twice `match.cage`.",
                                1});
   }
-  if (options.match.saved == nullptr && match_row(options.match.method).info.looks_far) {
+  if (options.match.saved == nullptr &&
+      obeys(match_row(options.match.method).info, "match.max_distance")) {
     warn_about_length("`match.cage`", options.match.cage, source.frame, report.warnings);
     warn_about_length("`match.max_distance`", options.match.max_distance, source.frame,
                       report.warnings);
@@ -175,7 +177,8 @@ std::unique_ptr<Matcher> make_matcher(const Source::Impl& source, const LowSurfa
     matcher = saved_matcher(context_of(source.device), *options.match.saved, unit);
   } else {
     const MatchRow& row = match_row(options.match.method);
-    if (!row.info.looks_far && options.match.fallback.empty()) report.max_distance = 0;
+    if (!obeys(row.info, "match.max_distance") && options.match.fallback.empty())
+      report.max_distance = 0;
     request.turned = turned && options.match.ray.direction == RayDirection::automatic;
     matcher = matcher_of(row, request, options.match.parts, notes);
     request.turned = false;

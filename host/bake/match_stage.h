@@ -11,31 +11,31 @@
 
 namespace kiln {
 
-/// Of a bake's progress, what preparing takes for matches that prepare for long.
+/// Share of a bake's progress for preparing, of matches that prepare for long.
 inline constexpr double kPreparingShare = 0.5;
 
 /// Checks everything in the options that needs no mesh. \throws Error(usage)
 void check_options(const BakeOptions& options);
 
-/// What the options ask of a match.
+/// The request that options make of a match.
 MatchRequest match_request(const BakeOptions& options, const Source::Impl& source,
                            const LowSurface& surface);
 
-/// Of several clusters of visibility directions, which one is baked, and what they share.
+/// The cluster of visibility directions that is baked, and what all clusters share.
 struct Clusters {
   std::uint32_t cluster = 0;
   /// Made for the first one; of one cluster alone it stays from bake to bake.
   std::shared_ptr<const VisibilityField> field;
 };
 
-/// How the directions of samples turn, for matches that look along them; see RayOptions.
+/// The turn of samples' directions at hard edges, for matches that look along them; see RayOptions.
 /// \param report  out: where they turn at hard edges, how far off; may be null
 EdgeTurn edge_turn(const BakeOptions& options, const Source::Impl& source,
                    const LowSurface& surface, EdgeReport* report = nullptr);
 /// True if they turn as the high poly says, and so change with it.
 bool turns_by_source(const BakeOptions& options);
 
-/// How far samples on open sheets look where nothing is near: only where nobody says how far.
+/// Reach of samples on open sheets where nothing is near; none where the options say how far.
 SheetReach sheet_reach(const BakeOptions& options, const LowSurface& surface);
 
 /// Adds what a match said of itself to the report.

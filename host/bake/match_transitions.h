@@ -1,4 +1,4 @@
-// Where neighbouring texels were decided by different methods, and what that does to the map.
+// Steps in the map between neighbouring texels that different methods decided.
 #pragma once
 
 #include <cstdint>

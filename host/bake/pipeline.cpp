@@ -50,11 +50,12 @@ Pipeline::Pipeline(const Scene& scene, Bands bands, BakeProgress progress)
   result_.report.seconds_mips = watch_.lap();
 }
 
-/// How directions turn; it may build the hierarchy.
+/// Finds the turn of directions; it may build the hierarchy.
 EdgeTurn Pipeline::find_turn() {
   const BakeOptions& options = scene_.options;
   if (options.match.saved == nullptr && options.match.ray.direction == RayDirection::painted &&
-      match_row(options.match.method).info.along_low && scene_.low.colors.empty()) {
+      obeys(match_row(options.match.method).info, "match.ray.direction") &&
+      scene_.low.colors.empty()) {
     throw Error(ErrorCode::input,
                 "'" + scene_.low.name +
                     "' has no vertex colours, which are to say where rays follow its own normals: "
@@ -152,7 +153,7 @@ void Pipeline::move(std::uint32_t first, std::span<const Vec3> positions) {
   sample();
 }
 
-/// What is collected beside the maps as bands pass.
+/// Makes what collects measures beside the maps as bands pass.
 void Pipeline::make_collectors() {
   const BakeOptions& options = scene_.options;
   if (!options.match.fallback.empty() && layers_.unit_vectors() != nullptr) {
@@ -161,8 +162,10 @@ void Pipeline::make_collectors() {
   if (options.match.fallback_blend > 0) {
     blend_.emplace(options.width, options.height, options.match.fallback_blend);
   }
-  // Of a mesh without a hierarchy: it would take longer than the bake.
-  if (options.match.saved != nullptr || !match_row(options.match.method).info.tells_recall) return;
+  // Not for a mesh without a hierarchy: building it would take longer than the bake.
+  if (options.match.saved != nullptr ||
+      !obeys(match_row(options.match.method).info, "report.recall"))
+    return;
   const MatchRequest request = match_request(options, scene_.high, surface_);
   CopyCheck* const copies = copies_ ? &*copies_ : nullptr;
   if (options.report.recall > 0)
@@ -173,7 +176,7 @@ void Pipeline::make_collectors() {
   result_.report.seconds_recall += watch_.lap();
 }
 
-/// Of no samples yet; it says which meshes it belongs to.
+/// A match without samples yet, with the hashes of its meshes.
 Match Pipeline::empty_match() {
   const BakeOptions& options = scene_.options;
   Match match =
@@ -220,7 +223,7 @@ void Pipeline::find(PipelineBand& band, const Pass& pass) {
   result_.report.seconds_match += watch_.lap();
 }
 
-/// What a band tells beside its maps.
+/// Counts a band's samples, and feeds the collectors.
 void Pipeline::note(const PipelineBand& band, const Pass& pass) {
   BakeReport& report = result_.report;
   if (transitions_) transitions_->store(layers_.reads(), band.texels, matcher_->deciders());
@@ -287,7 +290,7 @@ void Pipeline::warn_about_pixels() {
 void Pipeline::report_coverage() {
   BakeReport& report = result_.report;
   if (coverage_) report.recall = coverage_->report(scene_.high.frame);
-  // Where little was found at all, that is what there is to say.
+  // If little was found at all, the misses say so.
   if (report.recall && report.missed * 50 <= report.samples) {
     warn_about_loss(*report.recall, scene_.options, report.warnings);
   }
@@ -339,7 +342,7 @@ void Pipeline::finish_maps(Image* drawn) {
   for (std::size_t l = 0; l < images.size(); ++l) {
     const MapInfo& info = layers_.all()[l].row->info;
     BakedMap map{info.kind, std::move(images[l]), std::move(mips[l]), cluster_, info};
-    if (info.takes_origin) map.origin = map_origin(options, scene_.high.frame);
+    if (obeys(info, "encoding.origin")) map.origin = map_origin(options, scene_.high.frame);
     result_.maps.push_back(std::move(map));
   }
   report.seconds_image += watch_.lap();
@@ -353,12 +356,13 @@ void Pipeline::measure_errors() {
   report.seconds_errors += watch_.lap();
 }
 
-/// How far points lie from the low poly's, world units.
+/// Largest distance of points from the low poly, world units.
 double Pipeline::reach() const {
   const BakeOptions& options = scene_.options;
   const bool looks =
-      options.match.saved == nullptr &&
-      !any_in_chain(options, [](const MatchRow& row) { return !row.info.looks_far; });
+      options.match.saved == nullptr && !any_in_chain(options, [](const MatchRow& row) {
+        return !obeys(row.info, "match.max_distance");
+      });
   if (!looks) return scene_.high.frame.diagonal;
   const MatchRequest request = match_request(options, scene_.high, surface_);
   const double cage =

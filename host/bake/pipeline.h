@@ -28,7 +28,7 @@ struct PipelineBand {
 /// True if each band takes the place of the last one, or all stay on the device, for baking again.
 enum class Bands { pass, stay };
 
-/// What a pass over the bands does with each.
+/// Steps that a pass over the bands does with each.
 struct Pass {
   bool match = true;     ///< Points are found
   bool measure = false;  ///< ... or stay, and have other distances
@@ -37,7 +37,7 @@ struct Pass {
 
 class Pipeline {
  public:
-  /// What is baked; all of it outlives the pipeline.
+  /// Input of the bake; all of it outlives the pipeline.
   struct Scene {
     const Source::Impl& high;
     const Mesh& low;

@@ -1,4 +1,4 @@
-// How far a bake is, and whether it shall go on.
+// Progress of a bake, and cancelling.
 #pragma once
 
 #include <string_view>
@@ -15,7 +15,7 @@ class BakeProgress {
   explicit BakeProgress(Progress callback = {}, double from = 0, double to = 1)
       : callback_(std::move(callback)), from_(from), to_(to) {}
 
-  /// Of a part of this one's work.
+  /// Progress of a part of this one's work.
   BakeProgress part(double from, double to) const {
     return BakeProgress(callback_, whole(from), whole(to));
   }
@@ -37,7 +37,7 @@ class BakeProgress {
   double from_, to_;
 };
 
-/// What `work` returns; or an empty result marked by `mark` where it was cancelled.
+/// Result of `work`; or an empty one marked by `mark` where it was cancelled.
 template <typename Result, typename Work, typename Mark>
 Result unless_cancelled(const Work& work, const Mark& mark) {
   try {

@@ -185,12 +185,13 @@ std::array<ReasonInfo, 8> reason_infos() {
 
 Reasons explain(const Match& match, const Source& source, const Mesh& low,
                 const BakeOptions& options) {
-  if (!match_row(options.match.method).info.tells_reasons || !options.match.fallback.empty() ||
-      options.match.saved != nullptr) {
-    throw Error(ErrorCode::usage,
-                "Reasons are those of rays: choose the match '" +
-                    match_names([](const MatchRow& row) { return row.info.tells_reasons; }) +
-                    "', without a fallback and without a saved match.");
+  if (!obeys(match_row(options.match.method).info, "match.ray.rule") ||
+      !options.match.fallback.empty() || options.match.saved != nullptr) {
+    throw Error(
+        ErrorCode::usage,
+        "Reasons are those of rays: choose the match '" + match_names([](const MatchRow& row) {
+          return obeys(row.info, "match.ray.rule");
+        }) + "', without a fallback and without a saved match.");
   }
   const Source::Impl& high = impl_of(source);
   check_match(match, options, high.triangles.size());

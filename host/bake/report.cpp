@@ -21,7 +21,7 @@ std::string finders() {
   return match_names([](const MatchRow& row) { return row.finds_the_rest; });
 }
 
-/// What helps where samples are missed.
+/// Advice for samples that are missed.
 std::string miss_advice(const BakeReport& report) {
   if (report.uv) {
     return "the high poly's UVs leave them uncovered. Lay both meshes out alike, or let rays or "

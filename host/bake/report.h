@@ -1,4 +1,4 @@
-// What a bake says of itself: seconds, counts, warnings.
+// Report of a bake: seconds, counts, warnings.
 #pragma once
 
 #include <cstdint>

@@ -88,7 +88,7 @@ void BakeSession::Impl::bake_maps(const HighPolyNormals::Change& change, bool an
   if (!pass.read) texels.read();
   update.texels = pass.read ? texels.count() : texels.chosen();
   update.seconds_detail = pipeline.lap();
-  // What finish_maps() warns of is found on the way.
+  // finish_maps() alone finds what there is to warn of with two_component.
   const bool quick = padding_is_copied() && !options.encoding.two_component;
   if (pass.read && baked && quick && texels.coverage_stays()) {
     texels.finish_all(options);

@@ -40,7 +40,7 @@ class SessionTexels {
   /// \param pipeline  with all bands sampled; it outlives this
   SessionTexels(Pipeline& pipeline, std::size_t triangles, std::uint32_t width);
 
-  /// What was found out of points is out of date.
+  /// Marks as out of date what was found out of points.
   void forget();
   /// Finds out what the next partial update would: it shall not be slower than those after it.
   /// \param copied  padding is copied from texels
@@ -53,7 +53,7 @@ class SessionTexels {
   Rectangle finish(const BakeOptions& options);
   /// True if the same texels are baked as when padding was found last.
   bool coverage_stays() const;
-  /// Where it does: all texels of all maps. Cheaper than finding their padding again.
+  /// Finishes all texels of all maps if coverage_stays(): cheaper than finding their padding again.
   void finish_all(const BakeOptions& options);
 
   std::size_t count() const { return count_; }

@@ -1,4 +1,4 @@
-// How a session's high poly follows the caller's changes.
+// Updates of a session's high poly by the caller.
 #include "bake/session_impl.h"
 
 namespace kiln {

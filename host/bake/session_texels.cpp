@@ -140,7 +140,7 @@ void SessionTexels::read_band(std::size_t number, std::span<const std::uint32_t>
   pipeline_.layers().run_some(part, match, std::span(places_).last(count));
 }
 
-/// Of places in the map and the padding that copies them.
+/// Box around places in the map and the padding that copies them.
 Rectangle SessionTexels::box() const {
   std::size_t left = width_, right = 0, top = ~std::size_t{0}, bottom = 0;
   const auto add = [&](std::size_t place) {

@@ -13,7 +13,7 @@ struct Fnv1a {
   void add(std::uint64_t word) { value = (value ^ word) * 0x100000001B3U; }
 };
 
-/// Of a text's bytes. \param start  a hash to go on with, or another one: another hash
+/// Hash of a text's bytes. \param start  a hash to go on with, or another one: another hash
 inline std::uint64_t fnv1a(std::string_view text, std::uint64_t start = Fnv1a().value) {
   Fnv1a hash{start};
   for (const char c : text) hash.add(static_cast<unsigned char>(c));

@@ -16,7 +16,7 @@ inline std::string lower_case(std::string_view text) {
   return result;
 }
 
-/// What a file's name ends in, in lower case: ".png".
+/// Extension of a file's name in lower case: ".png".
 inline std::string lower_extension(const std::filesystem::path& path) {
   return lower_case(path.extension().string());
 }

@@ -1,8 +1,10 @@
 #include "base/memory.h"
 
+#ifndef _WIN32
 #include <fcntl.h>
 #include <sys/resource.h>
 #include <unistd.h>
+#endif
 
 #include <algorithm>
 #include <array>
@@ -46,6 +48,9 @@ std::uint64_t left_of(std::uint64_t limit, std::uint64_t used) {
   return limit > used ? limit - used : 0;
 }
 
+#ifdef _WIN32
+std::uint64_t free_addresses() { return kMost; }
+#else
 std::uint64_t free_addresses() {
   rlimit limit{};
   if (getrlimit(RLIMIT_AS, &limit) != 0 || limit.rlim_cur == RLIM_INFINITY) return kMost;
@@ -53,6 +58,7 @@ std::uint64_t free_addresses() {
   const auto page = static_cast<std::uint64_t>(sysconf(_SC_PAGESIZE));
   return left_of(limit.rlim_cur, pages == kMost ? kMost : pages * page);
 }
+#endif
 
 std::uint64_t free_in_machine() {
   const std::uint64_t available = number_of("/proc/meminfo", "MemAvailable:");
@@ -61,8 +67,8 @@ std::uint64_t free_in_machine() {
   return (available + (swap == kMost ? 0 : swap)) * 1024;
 }
 
-/// Of control groups, version 2 as a container sees it. What is cached of files counts as used there but
-/// is given back at need.
+/// Memory left in the control group, version 2 as a container sees it. Cached files count as used there but
+/// are given back at need.
 std::uint64_t free_in_group() {
   const std::uint64_t limit = first_number("/sys/fs/cgroup/memory.max");
   if (limit == kMost) return kMost;
@@ -72,6 +78,9 @@ std::uint64_t free_in_group() {
 }
 
 /// Bytes that the process holds in memory; 0 where the system does not say. Allocates nothing.
+#ifdef _WIN32
+std::uint64_t held_memory() noexcept { return 0; }
+#else
 std::uint64_t held_memory() noexcept {
   std::array<char, 128> text{};
   const int file = open("/proc/self/statm", O_RDONLY | O_CLOEXEC);
@@ -82,6 +91,7 @@ std::uint64_t held_memory() noexcept {
   const std::uint64_t resident = second == nullptr ? 0 : std::strtoull(second, nullptr, 10);
   return resident * static_cast<std::uint64_t>(sysconf(_SC_PAGESIZE));
 }
+#endif
 
 std::atomic<std::uint64_t> limit_that_was_set{0};
 std::atomic<std::int64_t> untouched{0};

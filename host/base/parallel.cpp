@@ -20,7 +20,7 @@ namespace {
 constexpr int kMostThreads = 1024;
 std::atomic<int> asked_limit{0};
 
-/// Where no limit is set.
+/// Number of threads if no limit is set.
 int usual_count() {
   static const int count = [] {
     if (const char* text = std::getenv("KILN_THREADS")) {

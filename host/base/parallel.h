@@ -10,7 +10,7 @@ namespace kiln {
 /// set.
 int thread_count();
 
-/// What parallel_for() does, of a body that is known by its address: threads are compiled once, not once a body.
+/// parallel_for() for a body that is known by its address: threads are compiled once, not once a body.
 void parallel_pieces(std::size_t count, std::size_t grain, const void* body,
                      void (*call)(const void* body, std::size_t begin, std::size_t end),
                      int thread_limit);

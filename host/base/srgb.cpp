@@ -17,7 +17,7 @@ double encoded(double linear) {
   return linear <= 0.0031308 ? 12.92 * linear : 1.055 * std::pow(linear, 1 / 2.4) - 0.055;
 }
 
-/// Of values whose fourth roots are evenly spaced: there the curve is nearly straight.
+/// The curve at values whose fourth roots are evenly spaced, between which it is nearly straight.
 const std::vector<float>& curve() {
   static const std::vector<float> values = [] {
     std::vector<float> list(kTableSteps + 2);

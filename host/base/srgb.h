@@ -11,7 +11,7 @@ double from_srgb(double value);
 /// Clamped to [0, 1]; NaN is 0. Within 2e-7 of the formula.
 float to_srgb(float linear);
 
-/// Of the 256 values of a byte.
+/// Linear values of the 256 values of a byte.
 const std::array<float, 256>& linear_of_bytes();
 
 }  // namespace kiln

@@ -24,7 +24,7 @@ inline Float4 to_float4(Int4 value) { return __builtin_convertvector(value, Floa
 /// Towards 0.
 inline Int4 to_int4(Float4 value) { return __builtin_convertvector(value, Int4); }
 
-/// What is soon read.
+/// Starts to load memory that is soon read.
 inline void prefetch(const void* from) { __builtin_prefetch(from); }
 
 #else
@@ -87,7 +87,7 @@ inline Float4 to_float4(const Int4& value) {
   return Float4::each<Float4>([&](std::size_t i) { return static_cast<float>(value[i]); });
 }
 inline Int4 to_int4(const Float4& value) {
-  // What no whole number holds is the least one, as SSE2 has it.
+  // A value that no whole number holds becomes the least one, as in SSE2.
   return Float4::each<Int4>([&](std::size_t i) {
     const bool fits = value[i] >= -2147483648.0F && value[i] < 2147483648.0F;
     return fits ? static_cast<std::int32_t>(value[i]) : INT32_MIN;

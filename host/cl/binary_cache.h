@@ -28,7 +28,7 @@ class BinaryCache {
   /// \param driver  all that binaries depend on, besides source and options
   /// \param programs  programs are kept, too
   BinaryCache(std::filesystem::path folder, std::string driver, bool programs = true);
-  /// Of a device: `kiln` in POCL_CACHE_DIR, or else in XDG_CACHE_HOME or ~/.cache. Keeps nothing where
+  /// Cache of a device: `kiln` in POCL_CACHE_DIR, or else in XDG_CACHE_HOME or ~/.cache. Keeps nothing where
   /// POCL_KERNEL_CACHE or KILN_KEEP_BINARIES is 0, and programs for PoCL alone.
   static BinaryCache of(const DeviceInfo& device, std::string_view platform_version);
 

@@ -26,7 +26,7 @@
 
 namespace kiln {
 namespace ocl {}
-/// What the library's own code calls it; public headers say `ocl`, since `cl` is OpenCL's own in C++.
+/// Short name for the library's own code; public headers say `ocl`, since `cl` is OpenCL's own in C++.
 namespace cl = ocl;
 /// Work items of a group, of all kernels that do not say otherwise: a wave of every GPU fits in it.
 inline constexpr std::size_t kLocal = 64;
@@ -196,12 +196,12 @@ class KILN_HIDDEN Context {
   struct Program;
   /// A program that is built, or that some thread is building.
   struct Build;
-  /// What a source came to. \param builds  its name in messages  \param code  of an error of the compiler's
+  /// Builds a source. \param builds  its name in messages  \param code  of an error of the compiler's
   std::shared_ptr<Program> build(std::string_view source, const std::string& builds,
                                  const std::string& defines, ErrorCode code);
   std::shared_ptr<Program> load(std::string_view source, const std::string& options);
   void keep(std::string_view source, const std::string& options, const Program& built);
-  /// Of a program that is built where there is none of its key yet. Whoever waits gives signs of life; where
+  /// Kernel of a program, which is built if there is none of its key yet. Whoever waits gives signs of life; where
   /// those end the wait the build goes on, for the next who needs it.
   Kernel kernel_by(const std::string& key, const std::string& name,
                    std::function<std::shared_ptr<Program>()> build);
@@ -287,13 +287,13 @@ void Array<T>::write_by(Context& context, std::size_t count, const Make& make) {
 
 namespace kiln {
 
-/// What Device hides from its users.
+/// Access to the context that Device hides from its users.
 struct KILN_HIDDEN DeviceAccess {
   static Device make(std::shared_ptr<ocl::Context> context) { return Device(std::move(context)); }
   static ocl::Context& context(const Device& device) { return *device.context_; }
 };
 
-/// Where the library's own parts get at OpenCL.
+/// OpenCL context of a device, for the library's own parts.
 inline ocl::Context& context_of(const Device& device) { return DeviceAccess::context(device); }
 
 }  // namespace kiln

@@ -1,4 +1,4 @@
-// What a device says of itself, and whether it computes as it should.
+// Properties of a device, as its driver gives them, and whether it computes as it should.
 #pragma once
 
 #include "cl/context.h"

@@ -70,7 +70,7 @@ void release(const Call& call) noexcept {
   }
 }
 
-/// What may be wrong beside the kernel where building fails, for a message; empty but for PoCL.
+/// Likely cause beside the kernel of a build that fails, for a message; empty but for PoCL.
 std::string cache_hint(const DeviceInfo& info);
 
 }  // namespace kiln::ocl

@@ -1,4 +1,4 @@
-// What a context keeps of the programs that it builds. For cl/context.cpp and cl/program.cpp alone.
+// Programs that a context has built and keeps. For cl/context.cpp and cl/program.cpp alone.
 #pragma once
 
 #include <future>

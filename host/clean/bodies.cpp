@@ -13,11 +13,11 @@
 namespace kiln {
 namespace {
 
-/// Of the area, what floaters may be: more is there on purpose.
+/// Largest share of the area that counts as floaters: more is there on purpose.
 constexpr double kMostFloating = 0.1;
 /// Places of triangles that are looked at, so that time stays bounded.
 constexpr double kMostPlaces = 8e6;
-/// Where the largest body is less than so much of the box, all is looked at again in its scale.
+/// Share of the box below which the largest body makes all be looked at again in its scale.
 constexpr double kFarSmaller = 0.5;
 constexpr int kMostScales = 4;
 
@@ -97,7 +97,7 @@ class Bodies {
         sets_.join(places_[i].second, places_[i - 1].second);
       }
     }
-    // Of 26 cells around, the 13 before: one in the same row, and three in each of four rows.
+    // The 13 of the 26 cells around that come before: one in the same row, and three in each of four rows.
     constexpr std::uint64_t kRow = std::uint64_t{1} << kBits, kSlice = kRow << kBits;
     for (const std::uint64_t back :
          {std::uint64_t{0}, kRow, kSlice - kRow, kSlice, kSlice + kRow}) {

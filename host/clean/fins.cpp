@@ -10,7 +10,7 @@
 namespace kiln {
 namespace {
 
-/// Of the area, what fins may be: more is there on purpose.
+/// Largest share of the area that counts as fins: more is there on purpose.
 constexpr double kMostFins = 0.1;
 
 }  // namespace

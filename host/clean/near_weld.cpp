@@ -12,7 +12,7 @@
 namespace kiln {
 namespace {
 
-/// Of the shortest edge at a vertex, how far it may move.
+/// Farthest that a vertex may move, as a share of its shortest edge.
 constexpr double kOfEdge = 0.25;
 /// Vertices of one cell that are looked at: in a crowd, edges are too short to weld anyway.
 constexpr int kMostInCell = 64;

@@ -116,7 +116,7 @@ class Picture {
     }
     return count;
   }
-  /// Of each pixel, twice the triangle, and 1 for its back; or kNothing.
+  /// Twice the triangle that each pixel shows, and 1 for its back; or kNothing.
   const std::vector<std::uint32_t>& ids() const { return ids_; }
 
  private:

@@ -1,4 +1,4 @@
-// What views from all around see of a mesh: pictures of triangles, drawn on the host.
+// Views of a mesh from all around: pictures of triangles, drawn on the host.
 #pragma once
 
 #include <cstdint>
@@ -16,7 +16,7 @@ struct SeenPixels {
   std::uint32_t back = 0;   ///< That show a back of it
 };
 
-/// How views are taken.
+/// Settings of the views.
 struct OutsideViews {
   std::uint32_t count = 32;    ///< Directions, spread evenly
   std::uint32_t pixels = 512;  ///< A side of a picture

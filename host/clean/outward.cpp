@@ -14,7 +14,7 @@ namespace {
 /// Pixels that tell of a part. Of these, how many times as many must show one side as the other: of a part that disagrees,
 /// and of one that agrees.
 constexpr std::uint64_t kEnough = 16, kMore = 2, kFarMore = 8;
-/// Of all that is seen, backs are so many times as much: the mesh is meant to be seen from inside.
+/// Ratio of seen backs to seen fronts above which the mesh is meant to be seen from inside.
 constexpr std::uint64_t kInward = 3;
 
 /// True if views could find a part that faces the wrong way.

@@ -13,7 +13,7 @@ namespace {
 constexpr std::size_t kMostEdges = 12;
 /// Cosine between the hole and each face around it: a tube's end and a sheet's rim are no holes.
 constexpr double kGoesOn = 0.5;
-/// Of the mesh's area, what all holes may have: a sieve is one on purpose.
+/// Largest area of all holes together, as a share of the mesh's: a sieve is one on purpose.
 constexpr double kSieve = 0.15;
 
 Vec3d normal_of(const Vec3d& a, const Vec3d& b, const Vec3d& c) { return cross(b - a, c - a); }

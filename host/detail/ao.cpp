@@ -1,4 +1,4 @@
-// How open the high poly is.
+// Ambient occlusion of the high poly.
 #include "detail/hemisphere_map.h"
 
 namespace kiln {
@@ -12,8 +12,7 @@ MapRow ao_map() {
       "ambient occlusion of the high poly by itself: 1 in the open, 0 in the deepest corner",
       0,
       1};
-  row.info.takes_max_error = row.info.takes_rays = row.info.takes_back_faces =
-      row.info.takes_views = row.info.takes_falloff = true;
+  row.info.options = "occlusion";
   row.info.other_names = "ambient_occlusion occlusion";
   row.follows_positions = row.reads_around = true;
   row.make = [](const MapRequest& request) {

@@ -51,7 +51,7 @@ bool AoDenoiser::find_tiles() {
         sorted.store(false, std::memory_order_relaxed);
         return;
       }
-      // Where they are not sorted, several threads may come to one tile.
+      // Several threads may come to one tile if texels are not sorted.
       std::atomic_ref(tile_first_[tile])
           .store(static_cast<std::uint32_t>(i), std::memory_order_relaxed);
       before = tile;
@@ -205,8 +205,8 @@ std::vector<AoDenoiser::Choice> AoDenoiser::choose(const Levels& levels) const {
           around.add(tiles[static_cast<std::size_t>(j * across + i)]);
         }
       }
-      // What the first step loses shows through the noise of single texels alone: two standard deviations of that
-      // are not taken for it. Of what further steps lose more is known.
+      // The loss of the first step shows through the noise of single texels alone: two standard deviations of that
+      // are not taken for it. The loss of further steps is known better.
       const double doubt = 8 * around.noise[0] / std::sqrt(around.count);
       const double blur = std::max(0.0, around.blur - doubt);
       double least = 0;

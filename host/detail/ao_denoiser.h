@@ -46,7 +46,7 @@ class AoDenoiser {
   // After 0, 1, 2, 4 and 8 steps, whose deviations are 0 to 2.3 texels.
   static constexpr std::array<std::uint32_t, 5> kSteps{0, 1, 2, 4, 8};
   static constexpr std::uint32_t kTile = 16;  // texels a side
-  /// Of each texel, of each level: two numbers. The first one is the caller's.
+  /// Two numbers for each texel of each level. The first level is the caller's.
   struct Levels {
     std::array<std::span<const float>, kSteps.size()> of;
     std::array<std::unique_ptr<float[]>, kSteps.size()> memory;
@@ -56,7 +56,7 @@ class AoDenoiser {
     double way = 0;
   };
 
-  /// What there is to say of some texels: their number, and of each level squares of errors, and of noise.
+  /// Sums over some texels: their number, and of each level squares of errors, and of noise.
   struct Tile {
     double count = 0, blur = 0;  // blur: squares of what the first step loses
     std::array<double, kSteps.size()> error{}, noise{};  // error: without blur

@@ -12,7 +12,7 @@ void BandReads::spare() {
 }
 
 void BandReads::next_band() {
-  // What the band before had no use for goes.
+  // Drops spare arrays that the band before had no use for.
   spare_ = {};
   spare<std::uint32_t>();
   spare<float>();

@@ -1,4 +1,4 @@
-// What all maps of a bake read of the device: once a band, and of the high poly once a bake.
+// Arrays of the device that all maps of a bake read: once a band, and of the high poly once a bake.
 #pragma once
 
 #include <cstdint>
@@ -18,9 +18,9 @@ class BandReads : public SharedWork {
  public:
   explicit BandReads(cl::Context& context) : context_(context) {}
 
-  /// What read() gave is gone.
+  /// Drops what read() gave.
   void next_band() override;
-  /// What read_source() gave is gone, too.
+  /// Drops what read_source() gave, too.
   void next_source() override;
   /// Another number after each next_source(), for what is made of the high poly.
   std::uint64_t source_version() const { return source_version_; }

@@ -74,8 +74,10 @@ MapRow bent_normal_map() {
               "bent normal: the mean direction that is open, in the space that is asked for",
               0,
               1};
-  row.info.takes_rays = row.info.takes_back_faces = row.info.takes_views = row.info.takes_falloff =
-      true;
+  row.info.options =
+      "occlusion.by occlusion.views occlusion.rays occlusion.distance occlusion.falloff "
+      "occlusion.back_faces occlusion.by_high occlusion.by_low occlusion.by_others "
+      "occlusion.own_part";
   row.info.other_names = "bent";
   row.follows_positions = row.reads_around = true;
   row.make = [](const MapRequest& request) -> std::unique_ptr<MapMaker> {

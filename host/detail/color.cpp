@@ -75,12 +75,13 @@ MapRow color_map() {
   MapRow row;
   row.info = {MapKind{"color"},
               3,
-              MapType::vector,
+              MapType::color,
               "colour of the high poly: its textures, filtered over each texel's footprint, or "
               "else its vertex colours",
               0,
               1};
-  row.info.is_color = row.info.fills_misses = row.info.takes_color = true;
+  row.info.options = "color";
+  row.info.missed = MissedTexels::neighbours;
   row.info.other_names = "albedo base_color basecolor colour diffuse diffuse_color";
   row.follows_positions = true;
   row.make = [](const MapRequest& request) {
@@ -100,7 +101,8 @@ MapRow opacity_map() {
               "where nothing was found",
               0,
               1};
-  row.info.misses_are_zero = row.info.takes_opacity = true;
+  row.info.options = "opacity";
+  row.info.missed = MissedTexels::zero;
   row.info.other_names = "alpha";
   row.follows_positions = true;
   row.make = [](const MapRequest& request) {

@@ -1,4 +1,4 @@
-// How the high poly bends.
+// Curvature of the high poly.
 #include "mesh/curvature.h"
 
 #include <algorithm>
@@ -99,7 +99,7 @@ class Curvature : public PointFunction {
 MapRow bend_map(const MapInfo& info, bool apart) {
   MapRow row;
   row.info = info;
-  row.info.takes_curvature_radius = true;
+  row.info.options = "curvature_radius";
   row.follows_positions = true;
   row.unit = "1 / world unit";
   row.make = [info = row.info, apart](const MapRequest& request) {

@@ -30,7 +30,7 @@ double inside(const Vec3d& a, const Vec3d& b, double radius) {
   return std::max(0.0, std::min(whole, foot + half) - std::max(0.0, foot - half));
 }
 
-/// Whether the boxes of a triangle and of a ball are apart.
+/// True if the boxes of a triangle and of a ball are apart.
 bool apart(const std::array<Vec3d, 3>& t, const Vec3d& centre, double radius) {
   const auto along = [&](double p, double q, double r, double at) {
     return std::min({p, q, r}) > at + radius || std::max({p, q, r}) < at - radius;
@@ -40,7 +40,7 @@ bool apart(const std::array<Vec3d, 3>& t, const Vec3d& centre, double radius) {
 }
 
 double least_x(const std::array<Vec3d, 3>& c) { return std::min({c[0].x, c[1].x, c[2].x}); }
-/// Of its width along x, or of a radius.
+/// Binary order of a triangle's width along x, or of a radius.
 int order_of_size(const std::array<Vec3d, 3>& c, double radius) {
   return std::ilogb(std::max(std::max({c[0].x, c[1].x, c[2].x}) - least_x(c), radius));
 }

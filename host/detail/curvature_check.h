@@ -16,7 +16,7 @@ namespace kiln {
 /// ball is that of 64 strips, to some 0.1% of the ball's disc. Some tenths of a millisecond a point.
 class CurvatureCheck {
  public:
-  /// What is near the last point, one a thread.
+  /// Triangles near the last point, one list a thread.
   struct Room {
     Vec3d centre;
     std::vector<std::uint32_t> near;

@@ -198,7 +198,7 @@ class Cutter {
     }
   }
 
-  /// What is above the threshold, of values that are linear between the corners.
+  /// Keeps the part above the threshold, of values that are linear between the corners.
   void clip(const Part& part, const std::array<std::array<double, 2>, 3>& uv) {
     std::array<double, 3> over{};
     for (std::size_t k = 0; k < 3; ++k) over[k] = opacity_at(part[k], uv[k]) - threshold_;

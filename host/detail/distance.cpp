@@ -1,4 +1,4 @@
-// How far the high poly's point is from the low poly's, whatever the direction.
+// Distance between the points of the high and the low poly, whatever the direction.
 #include "detail/point_map.h"
 #include "detail/value_ranges.h"
 

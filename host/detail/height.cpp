@@ -1,4 +1,4 @@
-// How far the high poly lies above the low poly.
+// Signed height of the high poly above the low poly.
 #include "detail/point_map.h"
 #include "detail/value_ranges.h"
 

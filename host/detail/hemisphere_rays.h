@@ -1,4 +1,4 @@
-// What all that casts rays over hemispheres has in common.
+// Settings and arrays that all casting of rays over hemispheres has in common.
 #pragma once
 
 #include <algorithm>
@@ -35,7 +35,7 @@ constexpr std::uint32_t padded(std::uint32_t count) {
   return (count + kLanes - 1) / kLanes * kLanes;
 }
 
-/// How many depth views gather the light (OcclusionOptions::by); 0: rays do.
+/// Number of depth views that gather the light (OcclusionOptions::by); 0: rays do.
 std::uint32_t views_for(const MapRequest& request);
 
 /// Grows an array, whose content is lost then.

@@ -14,7 +14,7 @@ namespace kiln {
 namespace {
 
 constexpr std::uint32_t kViewsAtATime = 32;  // 64 MiB of keys, 32 MiB of depths
-// What may lie this much nearer than a sample, in pixels, without hiding it: the surface bends within a pixel.
+// Bias in pixels: a surface up to this much nearer than a sample does not hide it, since it bends within a pixel.
 constexpr float kBiasPixels = 0.5F;
 
 // Pictures are about as fine as the map, within these.

@@ -19,11 +19,11 @@ namespace {
 constexpr std::size_t kLocalLanes = 8;
 // Beyond any point that a ray may start from (KILN_RAY_FARTHEST), and all of the high poly.
 constexpr double kFarthest = 2097152;
-// Of a ray with a falloff, as a share of the longest: what is nearer darkens as if it touched.
+// Shortest ray with a falloff, as a share of the longest: what is nearer darkens as if it touched.
 constexpr double kShortest = 0x1p-12;
 
 float ray_length(const Length& length, const Frame& frame) {
-  // Where it is as good as nothing, ranges of rays still need a length.
+  // Ranges of rays need a length above 0.
   return static_cast<float>(std::clamp(to_frame(length, frame), 1e-30, kFarthest));
 }
 
@@ -107,7 +107,7 @@ RaySets spirals(std::uint32_t count, double disk, const std::function<double(dou
   return sets;
 }
 
-/// How long a ray is, as a share of the falloff's distance, by a number that is even on 0 to 1. Of these lengths
+/// Length of a ray, as a share of the falloff's distance, by a number that is even on 0 to 1. Of these lengths
 /// a hit at d is within as many as it is to darken by. So any hit serves, where d itself asks for the nearest one.
 double inverse(OcclusionFalloff falloff, double even) {
   switch (falloff) {

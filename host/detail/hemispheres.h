@@ -103,20 +103,20 @@ class Hemispheres : public SharedWork {
   /// \param round  other rays in each, as make_keys() says; none: those of make_turns()
   void pick(const TexelBand& band, const DeviceCorrespondence& match,
             std::span<const std::uint32_t> samples, std::optional<std::uint32_t> round);
-  /// Of the picked samples, by make_keys().
+  /// Turns of the picked samples, by make_keys().
   void turn_picked(std::uint32_t count, std::uint32_t round, cl::Array<std::uint32_t>& turns);
   /// Samples that are cast one group after another, each against what occludes it.
   struct Group {
     const RayCaster* caster;
     std::vector<std::uint32_t> samples;
   };
-  /// Of OcclusionOptions::own_part a group each part, else one of all. Samples without rays are left out.
+  /// With OcclusionOptions::own_part a group each part, else one of all. Samples without rays are left out.
   std::vector<Group> groups(const TexelBand& band, const DeviceCorrespondence& match, bool second,
                             std::span<const std::uint32_t> samples);
   const RayCaster& occluders_of(std::uint32_t part);
   /// The band's samples, neighbours in the map close together: what their rays meet is in the cache then.
   const std::vector<std::uint32_t>& near_order(const TexelBand& band);
-  /// How many rays of each sample of a group hit nothing, and where asked for the sums of their directions.
+  /// Number of rays of each sample of a group that hit nothing, and if asked for the sums of their directions.
   struct Counted {
     std::vector<std::uint32_t> open;  // by sample of the band
     std::vector<float> lean;          // 3 planes of plane_of(band)
@@ -129,7 +129,7 @@ class Hemispheres : public SharedWork {
   /// All samples of a band, each against its own part.
   Counted cast_parts(const TexelBand& band, const DeviceCorrespondence& match, bool second,
                      const RaySet& set, bool lean);
-  /// How many of another `rays` rays of each of some samples, in near_order(), hit nothing: by round, by sample
+  /// Casts another `rays` rays of each of some samples, in near_order(), and counts those that hit nothing: by round, by sample
   /// of the band.
   /// \param rounds  other rays each
   std::vector<Counted> cast_more(const TexelBand& band, const DeviceCorrespondence& match,
@@ -138,7 +138,7 @@ class Hemispheres : public SharedWork {
   const RaySet& outward_rays(std::uint32_t count);
   void upload_rays(RaySet& set, std::uint32_t count, double radius);
   void upload();
-  /// What rays outward meet, of the high poly alone or of all that occludes.
+  /// Meshes that rays outward meet: the high poly alone, or all that occludes.
   const RayCaster& occluders();
   struct Occluding {
     std::vector<Vec3> positions;
@@ -179,7 +179,7 @@ class Hemispheres : public SharedWork {
                   const cl::Array<float>& lean);
   kiln_hemisphere_params ray_params(const TexelBand& band, const DeviceCorrespondence& match,
                                     bool second, const RaySet& set) const;
-  /// Of samples [params.first, params.first + params.count).
+  /// Makes the points of samples [params.first, params.first + params.count).
   void make_points(const kiln_hemisphere_params& params, const TexelBand& band,
                    const DeviceCorrespondence& match, const cl::Array<float>& points);
   void cast_piece(kiln_hemisphere_params params, const RaySet& set, std::span<const Turned> turned,
@@ -188,7 +188,7 @@ class Hemispheres : public SharedWork {
   /// Adds to each sample how far its rays inward come. For Traversal::cpu.
   void measure_piece(kiln_hemisphere_params params, const RayCaster& caster, const RayQuery& query,
                      const cl::Array<float>& depth);
-  /// Of as many samples as were picked, whose points are texel_points_. For Traversal::cpu.
+  /// Casts rays of the picked samples, whose points are texel_points_. For Traversal::cpu.
   void cast_texels(std::uint32_t count, const RaySet& set, std::span<const Turned> turned);
   /// Rays of all of prepare_filter()'s texels, which have a sample each.
   void cast_all(std::uint32_t rays, std::span<std::vector<std::uint32_t>* const> open,

@@ -16,11 +16,11 @@ namespace {
 // Picked samples are rounded up to so many.
 constexpr std::uint32_t kBlock = 64;
 constexpr std::uint32_t kMostAddedRays = 4096;
-// Of OcclusionOptions::rays, an estimate begins with the reciprocal of this; there are two.
+// An estimate begins with OcclusionOptions::rays over this; there are two estimates.
 constexpr std::uint32_t kBegin = 8;
-// What is expected is this share of what is asked for, since it is estimated.
+// Expected error as a share of the one that is asked for, since it is estimated.
 constexpr double kSafe = 0.8;
-// How much of a texel's error stays where more rays do not help.
+// Share of a texel's error that stays where more rays do not help.
 constexpr float kNoHelp = 0.85F;
 constexpr std::uint32_t kMostTimes = 8;  // at once
 
@@ -69,7 +69,7 @@ void Hemispheres::turn_picked(std::uint32_t count, std::uint32_t round,
                   picked_, keys_, turns);
 }
 
-/// What the filter knows of the band: texels with a sample that has rays, the first of which stands for it.
+/// The band as the filter sees it: texels with a sample that has rays, the first of which stands for it.
 Hemispheres::Shared Hemispheres::prepare_filter(const TexelBand& band,
                                                 const DeviceCorrespondence& match, bool second) {
   const std::vector<std::uint32_t>& index = reads_->read(band.texel_index, band.texel_count);
@@ -205,7 +205,7 @@ bool Hemispheres::refine(Estimates& of, const AoDenoiser::Result& last,
   of.cast.resize(of.rays.size());
   std::map<std::pair<std::uint32_t, std::uint32_t>, std::vector<std::uint32_t>> groups;
   for (std::uint32_t t = 0; t < of.rays.size(); ++t) {
-    // Where more rays have not helped, it is not rays that are missing.
+    // A texel that more rays have not helped lacks something else.
     if (!before.empty() && last.errors[t] > kNoHelp * before[t] && of.round == of.cast[t]) {
       of.done[t] = 1;
     }

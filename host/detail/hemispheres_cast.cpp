@@ -22,7 +22,7 @@ constexpr std::uint32_t kRows = 32;
 // off their face, which is a hundred times that and at most 1.5e-5 of the diagonal.
 constexpr float kPush = 0x1p-17F;
 
-/// How many rays of how many samples are cast together.
+/// Numbers of rays and of samples that are cast together.
 kiln_cast_params blocks_of(std::uint32_t rays) {
   kiln_cast_params how{};
   how.rows = std::min(kRows, rays);

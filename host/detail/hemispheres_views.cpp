@@ -12,10 +12,10 @@ namespace {
 // With twice as many views as rays, ambient occlusion comes as near to the truth, up to so many rays (measured on
 // the bunny, tools/bench/README.md). Beyond, pixels of the views are what is missing.
 constexpr std::uint32_t kViewsARay = 2, kMostRaysAsViews = 64, kFewestViews = 16;
-// What a view costs, in rays: for itself, for each triangle and for each sample; and how much less views must take.
+// Costs of a view in rays: for itself, for each triangle and for each sample; and the share of rays' cost that views must stay below.
 constexpr double kView = 10000, kTriangle = 0.15, kSample = 0.125, kLess = 0.7;
 
-/// How many samples the low poly covers, by its UVs.
+/// Number of samples that the low poly covers, by its UVs.
 double samples_of(const BakeOptions& options, const LowSurface& surface) {
   double area = 0;
   for (std::size_t t = 0; t < surface.triangles.size(); ++t) {

@@ -1,4 +1,4 @@
-// What a point of the high poly belongs to, as a colour.
+// The part, material, group or object of a point of the high poly, as a colour.
 #include <algorithm>
 #include <array>
 #include <numeric>
@@ -36,7 +36,7 @@ std::vector<std::uint32_t> connected_parts(const Source::Impl& source, std::uint
   return part;
 }
 
-/// What a legend can be read of; more are left out, and a warning says so.
+/// Most entries of a legend; more are left out, and a warning says so.
 constexpr std::size_t kLongestLegend = 4096;
 
 class Ids : public PointFunction {
@@ -110,7 +110,7 @@ MapRow id_map() {
               "connected part, material, group or object of the high poly, a colour each",
               0,
               1};
-  row.info.takes_id_by = true;
+  row.info.options = "id_by";
   row.info.other_names = "material_id object_id";
   row.make = [](const MapRequest& request) {
     return make_point_map(request, id_map().info,

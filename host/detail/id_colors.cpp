@@ -12,7 +12,7 @@ namespace {
 
 using Bytes = std::array<std::uint8_t, 3>;
 
-// How far apart colours are to be, of 255; less where so many have no room.
+// Least distances between colours, of 255: the next one where so many colours have no room.
 constexpr std::array<int, 4> kApart = {80, 40, 20, 1};
 constexpr int kTries = 48;
 // With more names than these, colours are different, and no more.

@@ -9,10 +9,10 @@
 
 namespace kiln {
 
-/// Of a number: colours far apart, the same for the same number; none is black, which is the background.
+/// Colour of a number: far apart from others', the same for the same number; none is black, which is the background.
 std::array<float, 3> part_color(std::uint32_t part);
 
-/// Of names: exact in 8 bits, all different, none black. A name has the same colour wherever it
+/// Colours of names: exact in 8 bits, all different, none black. A name has the same colour wherever it
 /// appears. Another name of the mesh, earlier in the alphabet, may have one too near; then it differs.
 std::vector<std::array<float, 3>> name_colors(std::span<const std::string> names);
 

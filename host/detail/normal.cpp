@@ -183,7 +183,7 @@ MapRow normals_of(MapKind kind, std::string_view holds, std::optional<NormalMapS
 MapRow normal_map() {
   MapRow row =
       normals_of(MapKind::normal, "normal of the high poly, in the space that is asked for", {});
-  row.info.shades = true;
+  row.shades = true;
   row.info.other_names = "tangent_normal";
   return row;
 }

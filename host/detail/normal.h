@@ -11,7 +11,7 @@
 
 namespace kiln {
 
-/// What options say of normals and their space.
+/// Parameters of kernels by the options for normals and their space.
 kiln_detail_params detail_params(const BakeOptions& options);
 
 /// Which kernels run. All give the same answer to the bit.

@@ -176,7 +176,7 @@ class Own : public MapMaker {
   std::atomic<std::uint64_t> replaced_{0};
 };
 
-/// What the compiler lets pass, or says in the words of a linker.
+/// Refuses sources that the compiler lets pass, or of which it complains in the words of a linker.
 void check_source(const OwnMap& map) {
   const auto refuse = [&](const std::string& problem) {
     throw Error(ErrorCode::input, "The map " + map.name + " ('" + map.file + "') " + problem);
@@ -210,8 +210,8 @@ MapRow own_map(const OwnMap& map) {
   row.info.channels = map.channels;
   row.info.type = MapType::vector;
   row.info.holds = "what a function of the caller's says of the point";
-  row.info.fills_misses = true;
-  row.info.takes_origin = true;
+  row.info.missed = MissedTexels::neighbours;
+  row.info.options = "encoding.origin";
   row.follows_positions = row.reads_around = true;
   row.make = [name = row.info.kind.name,
               &map](const MapRequest& request) -> std::unique_ptr<MapMaker> {

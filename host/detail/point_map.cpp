@@ -51,7 +51,7 @@ Vec3d unit(const Vec3d& v, const Vec3d& otherwise) {
   return size > 0 ? v * (1 / size) : otherwise;
 }
 
-/// How far a sample reaches on each triangle of the low poly, to the right and down the map; frame units.
+/// Sides of a sample on each triangle of the low poly, to the right and down the map; frame units.
 std::vector<std::array<Vec3d, 2>> sides_of_samples(const MapRequest& request) {
   const double across = 1.0 / request.options.width / request.options.samples / request.finer;
   const double down = -1.0 / request.options.height / request.options.samples / request.finer;
@@ -116,7 +116,7 @@ class PointMap : public MapMaker {
       share = reads_->read(*shares, band.sample_count);
     }
     parallel_for(band.texel_count, 1 << 12, [&](std::size_t begin, std::size_t end) {
-      // Of one sample a texel takes the value itself. Written at its place: copies of what was just written
+      // A texel of one sample takes its value as it is. Written at its place: copies of what was just written
       // in parts would wait for it.
       const bool as_is = !mixed && info_.type != MapType::unit_vector;
       Average average(info_);
@@ -139,7 +139,7 @@ class PointMap : public MapMaker {
         for (std::uint32_t s = first; s < last; ++s) {
           if (found.triangle[s] != KILN_NO_TRIANGLE) {
             coverage = kCoverageBaked;
-          } else if (!info_.misses_are_zero && (miss_ != MissPolicy::keep || info_.fills_misses)) {
+          } else if (leaves_out_misses(info_, miss_)) {
             continue;
           }
           Value value{};
@@ -158,7 +158,7 @@ class PointMap : public MapMaker {
     });
   }
 
-  /// What a texel holds of its samples.
+  /// Value of a texel by those of its samples.
   class Average {
    public:
     explicit Average(const MapInfo& info)
@@ -216,7 +216,7 @@ class PointMap : public MapMaker {
       }
     }
 
-    /// Where directions cancel out, straight up.
+    /// Stores the mean direction; straight up if directions cancel out.
     void store_direction(float* to) {
       if (count_ == 1) gather(first_);
       const Vec3d mean = unit(Vec3d(sum_[0], sum_[1], sum_[2]), Vec3d(0, 0, 1));
@@ -288,7 +288,7 @@ class PointMap : public MapMaker {
     }
     point.position = to_world(position);
     if (!needs_.offset) return;
-    // Of the small numbers of the frame, since far from the origin the world's hold less.
+    // By the small numbers of the frame, since far from the origin the world's hold less.
     point.offset = (position - low()) * (1 / source_.frame.scale);
   }
 
@@ -318,7 +318,7 @@ class PointMap : public MapMaker {
     point.has_uv = facet.has_uv;
     if (!facet.has_uv) return;
     const Vec3d face = dot(facet.normal, facet.normal) > 0 ? facet.normal : along;
-    // Where the triangle is seen at a grazing angle the way there is bounded.
+    // Bounds the way to a triangle that is seen at a grazing angle.
     constexpr double kLeast = 0.2;
     double cosine = dot(face, along);
     if (std::abs(cosine) < kLeast) cosine = std::copysign(kLeast, cosine);

@@ -42,7 +42,7 @@ struct HighPoint {
       seen;  ///< Mean of the directions that see the low poly's point; 0 where not known, or none does
 };
 
-/// What of a HighPoint a function reads beside which points they are: what it does not is not worked out.
+/// Members of a HighPoint that a function reads; the others are not worked out.
 struct PointNeeds {
   bool position = true;
   bool normal = true;
@@ -51,7 +51,7 @@ struct PointNeeds {
   bool distance = true;
 };
 
-/// What a map holds at a point. \param value  as many as the map has channels
+/// Function that gives a map's value at a point. \param value  as many as the map has channels
 class PointFunction {
  public:
   virtual ~PointFunction() = default;
@@ -60,7 +60,7 @@ class PointFunction {
   virtual void prepare(std::uint64_t source_version) { static_cast<void>(source_version); }
   virtual void operator()(const HighPoint& point, float* value) const = 0;
   virtual std::unique_ptr<PointRoom> room() const { return nullptr; }
-  /// What there is to say at the end, beside the texels.
+  /// Adds facts and warnings at the end, beside the texels.
   virtual void report(BakedMap& map, std::vector<Warning>& warnings) const {
     static_cast<void>(map), static_cast<void>(warnings);
   }

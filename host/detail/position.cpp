@@ -1,4 +1,4 @@
-// Where the point of the high poly lies.
+// Position of the high poly's point.
 #include "detail/point_map.h"
 #include "detail/value_ranges.h"
 
@@ -12,7 +12,7 @@ MapRow position_map() {
               "point of the high poly in object space, from the map's origin, world units",
               0,
               0};
-  row.info.takes_origin = true;
+  row.info.options = "encoding.origin";
   row.follows_positions = true;
   row.unit = "world units";
   row.range = range_of_bounds;

@@ -8,6 +8,7 @@
 #include <string>
 
 #include "base/kept_name.h"
+#include "base/option_list.h"
 #include "base/parallel.h"
 #include "image/gutter.h"
 
@@ -55,9 +56,21 @@ const MapInfo& find_map(std::string_view name) {
   return map_row(kind).info;
 }
 
+bool obeys(const MapInfo& map, std::string_view option) {
+  if (map.type == MapType::unit_vector &&
+      lists_option("encoding.space encoding.bitangent encoding.flip_y encoding.two_component "
+                   "encoding.raw",
+                   option)) {
+    return true;
+  }
+  if (option == "encoding.gutter") return map.type != MapType::coverage;
+  if (option == "encoding.mips") return map.type != MapType::coverage && map.type != MapType::id;
+  return lists_option(map.options, option);
+}
+
 std::optional<MapKind> shading_map(const BakeOptions& options) {
   for (const MapKind map : options.maps) {
-    if (map_row(map).info.shades) return map;
+    if (map_row(map).shades) return map;
   }
   return std::nullopt;
 }
@@ -81,7 +94,7 @@ std::array<float, 4> map_background(const MapInfo& map, const BakeOptions& optio
 void encode_texel(const MapInfo& map, const BakeOptions& options, std::uint8_t coverage,
                   float* pixel) {
   const bool marked = options.encoding.miss == MissPolicy::mark && coverage == kCoverageMissed;
-  if ((map.type == MapType::id || (map.is_color && map.channels == 3)) && marked) {
+  if ((map.type == MapType::id || (map.type == MapType::color && map.channels == 3)) && marked) {
     pixel[0] = pixel[2] = 1;
     pixel[1] = 0;
   }
@@ -116,7 +129,7 @@ RangeExcess beyond_range(const BakedMap& map, std::span<const std::uint8_t> cove
     for (std::size_t c = 0; c < channels; ++c) {
       const float value = map.image.pixels[i * channels + c];
       const auto [low, high] = map.ranges[c];
-      // What rounding adds to a bound shows in no integer format.
+      // Rounding of a bound shows in no integer format.
       const float slack = (high - low) * 1e-5F;
       if (value >= low - slack && value <= high + slack) continue;
       within = false;

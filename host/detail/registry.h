@@ -26,7 +26,7 @@ struct BandPixels {
       coverage;  ///< 1 baked, 2 missed; texels that are not covered keep what is there
 };
 
-/// What a map is told, once a bake.
+/// Input of a map's maker, once a bake.
 struct MapRequest {
   const Source::Impl& source;
   const LowSurface& surface;
@@ -37,7 +37,7 @@ struct MapRequest {
   /// It is to check another one of the same map: works in another way, where the map has one.
   bool checks = false;
 
-  /// What they read of the device.
+  /// Arrays of the device that all makers read.
   std::shared_ptr<BandReads> reads() const {
     return shared.of<BandReads>(std::ref(context_of(source.device)));
   }
@@ -62,7 +62,7 @@ class MapMaker {
                            const DeviceCorrespondence& other, const cl::Array<float>& shares,
                            const BandPixels& out) = 0;
 
-  /// What there is to say at the end, beside the texels: of the map, and warnings.
+  /// Adds facts of the map and warnings at the end, beside the texels.
   virtual void report(BakedMap& map, std::vector<Warning>& warnings) const {
     static_cast<void>(map), static_cast<void>(warnings);
   }
@@ -71,13 +71,15 @@ class MapMaker {
 /// One map.
 struct MapRow {
   MapInfo info;
+  /// Renderers shade the low poly by it: unit normals in EncodingOptions::space. Plans measure what it shows.
+  bool shades = false;
   /// It reads positions or distances, so it changes wherever vertices of the high poly move.
   bool follows_positions = false;
   /// It reads more of the high poly than the matched points. Any change of the mesh may show in any texel.
   bool reads_around = false;
-  /// Of its values, where MapInfo does not tell: "world units".
+  /// Unit of its values, where MapInfo does not tell: "world units".
   std::string_view unit = {};
-  /// Where integer formats put each channel's values; none: MapInfo::low and high, in all channels.
+  /// Range of each channel that integer formats hold; none: MapInfo::low and high, in all channels.
   std::function<ValueRange(const RangeRequest& request, std::uint32_t channel)> range = {};
   /// Its values are about the map's own texels: at no size are they nearer to the surface.
   bool of_texels = false;
@@ -93,7 +95,7 @@ const MapRow& map_row(MapKind kind);
 /// \throws Error(usage) for a name that cannot be one, or is taken
 std::vector<MapRow> own_rows(const BakeOptions& options);
 
-/// How many maps are asked for, of all sorts.
+/// Number of maps that are asked for, of all sorts.
 inline std::size_t map_count(const BakeOptions& options) {
   return options.maps.size() + options.transfers.size() + options.own_maps.size() +
          options.variants.size();
@@ -135,19 +137,25 @@ void change_occlusion(BakeOptions& options, const Change& change) {
 /// The options as a variant has them.
 BakeOptions options_of(const MapVariant& variant, BakeOptions options);
 
+/// True if samples without a point give a texel nothing: its other samples make it, or its neighbours.
+inline bool leaves_out_misses(const MapInfo& map, MissPolicy policy) {
+  return map.missed == MissedTexels::neighbours ||
+         (map.missed == MissedTexels::low_poly && policy != MissPolicy::keep);
+}
+
 /// The range of each channel: what the caller gave (EncodingOptions::ranges), or the row's rule.
 std::vector<ValueRange> ranges_of(const MapRow& row, const RangeRequest& request);
 
-/// The first of a bake's maps that shades (MapInfo::shades); none: it has none.
+/// The first of a bake's maps that shades (MapRow::shades); none: it has none.
 std::optional<MapKind> shading_map(const BakeOptions& options);
 
-/// What a map's directions are along.
+/// Space of a map's directions.
 NormalMapSpace space_of(const MapInfo& map, const BakeOptions& options);
 
-/// What maps of places measure from: EncodingOptions::origin.
+/// Origin of maps of places: EncodingOptions::origin.
 std::array<double, 3> map_origin(const BakeOptions& options, const Frame& frame);
 
-/// What texels hold that no chart covers and padding does not reach. \returns as many as there are channels
+/// Value of texels that no chart covers and padding does not reach. \returns as many as there are channels
 std::array<float, 4> map_background(const MapInfo& map, const BakeOptions& options);
 
 /// From a texel's value to what the map holds: the last step of a bake. \param coverage  of the texel

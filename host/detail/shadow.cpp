@@ -1,4 +1,4 @@
-// How much of a light the high poly leaves of itself.
+// Share of a light's disc that the high poly does not hide from itself.
 #include "detail/hemisphere_map.h"
 
 namespace kiln {
@@ -12,7 +12,9 @@ MapRow shadow_map() {
               "the surface looks away from it",
               0,
               1};
-  row.info.takes_rays = row.info.takes_back_faces = row.info.takes_light = true;
+  row.info.options =
+      "light occlusion.rays occlusion.distance occlusion.back_faces occlusion.by_high "
+      "occlusion.by_low occlusion.by_others occlusion.own_part";
   row.follows_positions = row.reads_around = true;
   row.make = [](const MapRequest& request) {
     return make_hemisphere_map(request, &Hemispheres::lit);

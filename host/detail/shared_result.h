@@ -1,4 +1,4 @@
-// What several maps of a bake share.
+// Results that several maps of a bake share.
 #pragma once
 
 #include <memory>

@@ -1,4 +1,4 @@
-// How steep the high poly is.
+// Slope of the high poly.
 #include <algorithm>
 #include <cmath>
 #include <numbers>

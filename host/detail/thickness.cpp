@@ -1,4 +1,4 @@
-// How thick the high poly is under its surface.
+// Thickness of the high poly under its surface.
 #include "detail/hemisphere_map.h"
 
 namespace kiln {
@@ -13,7 +13,7 @@ MapRow thickness_map() {
       "the distance asked for, or more",
       0,
       1};
-  row.info.takes_rays = true;
+  row.info.options = "occlusion.rays occlusion.distance";
   row.follows_positions = row.reads_around = true;
   row.make = [](const MapRequest& request) {
     return make_hemisphere_map(request, &Hemispheres::thickness);

@@ -84,7 +84,7 @@ class Normals : public PointFunction {
       const Vec3d front = cross(up, right) * corners[0].sign;
       const Vec3d turned = right * read[0] + front * read[1] + up * read[2];
       const double size = length(turned);
-      // Of a face that looks away, as its own normal is.
+      // Turned to the side of the point's own normal, on a face that looks away.
       const double side = dot(up, point.normal) < 0 ? -1 : 1;
       if (size > 0) normal = turned * (side / size);
     }
@@ -134,9 +134,8 @@ MapRow row_of(const Transfer& transfer) {
     };
     return row;
   }
-  row.info.type = MapType::vector;
-  row.info.is_color = transfer.texture.kind == TextureKind::srgb;
-  row.info.fills_misses = true;
+  row.info.type = transfer.texture.kind == TextureKind::srgb ? MapType::color : MapType::vector;
+  row.info.missed = MissedTexels::neighbours;
   row.make = [info = row.info, &transfer](const MapRequest& request) {
     return make_point_map(request, info,
                           std::unique_ptr<PointFunction>(std::make_unique<Plain>(

@@ -10,7 +10,7 @@
 
 namespace kiln {
 
-/// What it takes to read a texture on a triangle, worked out once for all samples on it.
+/// Mapping from a triangle to its UVs, worked out once for all samples on it.
 struct UvFacet {
   std::uint32_t triangle = KILN_NO_TRIANGLE;
   bool has_uv = false;                   ///< All three corners have one
@@ -37,7 +37,7 @@ struct UvFacet {
     at = {a.x, a.y};
     to_b = {double{b.x} - a.x, double{b.y} - a.y};
     to_c = {double{c.x} - a.x, double{c.y} - a.y};
-    // How weights of corners change along a vector, by the normal equations; so UVs do.
+    // Change of the corners' weights along a vector, by the normal equations; UVs change by it.
     const double pp = dot(p, p), pq = dot(p, q), qq = dot(q, q), area = pp * qq - pq * pq;
     if (!(area > 0)) return;
     const Vec3d weight_b = (p * qq - q * pq) * (1 / area),

@@ -8,7 +8,7 @@
 
 namespace kiln {
 
-/// What ranges are made of: facts of the high poly and of the options, none of the picture or the low poly. So all
+/// Input of a map's ranges: facts of the high poly and of the options, none of the picture or the low poly. So all
 /// maps of one kind that are baked from one high poly with the same options have one range, and one grey is one value.
 struct RangeRequest {
   const Source::Impl& source;

@@ -29,11 +29,11 @@ MapRow vertex_color_map() {
   MapRow row;
   row.info = {MapKind{"vertex_color"},
               3,
-              MapType::vector,
+              MapType::color,
               "colour of the high poly's vertices, interpolated in linear light",
               0,
               1};
-  row.info.is_color = row.info.fills_misses = true;
+  row.info.missed = MissedTexels::neighbours;
   row.make = [](const MapRequest& request) {
     const Source::Impl& source = request.source;
     check_vertex_colors(source, "vertex_color",

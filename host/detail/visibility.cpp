@@ -12,7 +12,7 @@ MapRow row_of(std::string_view name, std::uint32_t channels, MapType type, std::
               float low) {
   MapRow row;
   row.info = {MapKind{name}, channels, type, holds, low, 1};
-  row.info.needs_visibility = true;
+  row.info.options = "match.visibility";
   // It follows the match alone; but texels that are read for changed normals have no directions.
   row.follows_positions = true;
   return row;

@@ -12,13 +12,13 @@ namespace {
 constexpr std::size_t kBlockRows = 16;
 // A mean shorter than this has no direction to speak of.
 constexpr double kVanishingLength = 1e-6;
-// How far a squared length may be from 1 for a vector to count as unit in single precision: making it
+// Largest difference of a squared length from 1 at which a vector counts as unit in single precision: making it
 // unit again would only stir the last bit, and constant maps are to stay constant.
 constexpr double kUnitSlack = 1e-6;
 // Areas that differ by less are equal: they went through roundings where sides are odd.
 constexpr double kEqualAreas = 1 - 1e-9;
 
-/// What one chart has of a texel.
+/// One chart's part of a texel.
 template <std::size_t kChannels>
 struct Part {
   double area = 0;  // samples of level 0

@@ -46,7 +46,7 @@ struct MipLevel {
 /// between. To that end each texel keeps, level for level, the covered area and the mean of each
 /// chart there; no chart is given up on the way down where another wins a level.
 ///
-/// Where a side is odd, a texel reaches over three, weighted by the area that it covers of each
+/// A texel of an odd side reaches over three, weighted by the area that it covers of each
 /// (Guthe and Heckbert, "Non-Power-of-Two Mipmap Creation", NVIDIA TR-01838-001, 2005). So no row
 /// is left out, and none counts twice.
 ///

@@ -139,7 +139,7 @@ double texels_along(double squared) {
   return texels * texels < squared ? ceiled(std::sqrt(squared)) : texels;
 }
 
-/// How wide a parallelogram is where it is narrowest: the lesser singular value of its sides.
+/// Least width of a parallelogram: the lesser singular value of its sides.
 double width_of(const FilteredTexture::Sides& sides, double width, double height) {
   const double ax = sides[0][0] * width, ay = sides[0][1] * height;
   const double bx = sides[1][0] * width, by = sides[1][1] * height;

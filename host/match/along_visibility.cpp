@@ -63,11 +63,12 @@ std::unique_ptr<Matcher> make(const MatchRequest& request, MatchNotes& notes) {
   return std::make_unique<VisibilityMatcher>(request, kHybrid, *notes.visibility);
 }
 
-MatchRow row_of(MatchMethod method, std::string_view searches) {
+MatchRow row_of(MatchMethod method, std::string_view searches, std::string_view options) {
   MatchRow row;
   row.info.method = method;
   row.info.searches = searches;
-  row.info.takes_visibility = row.info.tells_recall = row.follows_bvh = true;
+  row.info.options = options;
+  row.follows_bvh = true;
   return row;
 }
 
@@ -75,15 +76,18 @@ MatchRow row_of(MatchMethod method, std::string_view searches) {
 
 MatchRow visibility_match() {
   MatchRow row =
-      row_of(MatchMethod::visibility, "along the mean direction that a place is seen from");
-  row.info.takes_clusters = true;
+      row_of(MatchMethod::visibility, "along the mean direction that a place is seen from",
+             "match.max_distance match.visibility report.recall");
   row.plan_turn = 3;
   row.make = make<false>;
   return row;
 }
 
 MatchRow hybrid_match() {
-  MatchRow row = row_of(MatchMethod::hybrid, "between the direction of visibility and the normal");
+  MatchRow row = row_of(MatchMethod::hybrid, "between the direction of visibility and the normal",
+                        "match.max_distance match.visibility.at match.visibility.test "
+                        "match.visibility.directions match.visibility.view_size "
+                        "match.visibility.smoothing match.visibility.likelihood report.recall");
   row.plan_turn = row.low_poly_turn = 2;
   row.make = make<true>;
   return row;

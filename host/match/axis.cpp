@@ -15,20 +15,13 @@ class AxisMatcher : public Matcher {
 
   void run(const TexelBand& band, DeviceCorrespondence& match) override {
     if (band.sample_count == 0) return;
-    const std::size_t plane = band.capacity;
-    std::vector<float> points = band.points.download(context_);
-    for (std::size_t i = 0; i < band.sample_count; ++i) {
-      float* x = &points[3 * plane + i];
-      // Outward stays outward: the axis points to the side that the low poly faces.
-      const float along = x[0] * axis_.x + x[plane] * axis_.y + x[2 * plane] * axis_.z;
-      const float sign = along < 0 ? -1.0F : 1.0F;
-      x[0] = sign * axis_.x;
-      x[plane] = sign * axis_.y;
-      x[2 * plane] = sign * axis_.z;
-    }
-    const cl::Array<float> turned(context_, std::span<const float>(points));
-    rays_.intersect(turned, band.sample_count, band.capacity, query_, match);
-    context_.finish();  // `turned` goes
+    const std::size_t size = std::size_t{7} * band.capacity;
+    if (turned_.size() < size) turned_ = cl::Array<float>(context_, size);
+    // Outward stays outward: the axis points to the side that the low poly faces.
+    context_.launch(context_.kernel("match", "kiln_match_axis"), band.sample_count, kLocal,
+                    band.sample_count, band.capacity, axis_.x, axis_.y, axis_.z, band.points,
+                    turned_);
+    rays_.intersect(turned_, band.sample_count, band.capacity, query_, match);
   }
 
  private:
@@ -36,6 +29,7 @@ class AxisMatcher : public Matcher {
   const RayCaster& rays_;
   RayQuery query_;
   Vec3 axis_;
+  cl::Array<float> turned_;
 };
 
 }  // namespace
@@ -44,8 +38,8 @@ MatchRow axis_match() {
   MatchRow row;
   row.info.method = MatchMethod{"axis"};
   row.info.searches = "along one axis, both ways";
-  row.info.takes_directions = row.info.takes_parts = row.info.tells_recall = row.follows_bvh = true;
-  row.info.needs_direction = true;
+  row.info.options = "match.max_distance match.views.directions match.parts report.recall";
+  row.follows_bvh = true;
   row.make = [](const MatchRequest& request, MatchNotes&) -> std::unique_ptr<Matcher> {
     if (request.views.directions.size() != 1) {
       throw Error(ErrorCode::usage, "Matching along an axis needs one direction in views, but " +

@@ -64,7 +64,7 @@ Place place_beside(const std::array<LowSurface::Corner, 3>& face, const HardEdge
   return {to_float(p), to_float(direction * (1 / size))};
 }
 
-/// What rays found along one side of an edge.
+/// Angles and gaps that rays found along one side of an edge.
 struct Profile {
   std::array<std::vector<double>, kRings> angles, gaps;
 

@@ -1,4 +1,4 @@
-// How far the high poly's bevels reach from the low poly's hard edges.
+// Widths of the high poly's bevels along the low poly's hard edges.
 #pragma once
 
 #include <vector>
@@ -9,7 +9,7 @@
 
 namespace kiln {
 
-/// What was found along hard edges. Lengths in frame units.
+/// Widths found along hard edges. Lengths in frame units.
 struct Bevels {
   std::vector<float> widths;  ///< Of each edge: over what rays turn there, above 0
   std::size_t found = 0;      ///< Edges whose own bevel was found; the others take the median

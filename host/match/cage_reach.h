@@ -1,4 +1,4 @@
-// How far out the rays of samples start, where a cage mesh says so.
+// Starts of samples' rays as a cage mesh says.
 #pragma once
 
 #include <memory>
@@ -20,7 +20,7 @@ class CageReach {
   CageReach(cl::Context& context, const Frame& frame, LowSurface& surface);
 
   bool writes() const { return writes_; }
-  /// Of a band that was just sampled and turned. \throws Error(input) where a hull does not enclose it
+  /// Writes the reach of a band that was just sampled and turned. \throws Error(input) where a hull does not enclose it
   void apply(cl::Context& context, TexelBand& band) const;
   /// World units; none without a cage mesh.
   std::optional<CageReport> report(const LowSurface& surface) const;

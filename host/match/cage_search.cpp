@@ -46,7 +46,9 @@ class Search {
 
   CageNeeds run() {
     const LowRays low(context_, request_.surface);
-    limit_ = low.limits(context_, needs_.places.band, farthest_);
+    const cl::Array<float> limits(context_, count_);
+    low.limits(context_, needs_.places.band, farthest_, limits, 0);
+    limit_ = limits.download(context_);
     needs_.counts.resize(count_);
     for (std::size_t i = 0; i < count_; ++i) needs_.counts[i] = limit_[i] >= covered_ ? 1 : 0;
     look();
@@ -131,7 +133,7 @@ class Search {
     }
   }
 
-  /// Where a place's ray meets the next face above its own.
+  /// Starts of rays just above each place's own face.
   std::vector<float> above() const {
     std::vector<float> from(count_, kNoShell);
     for (std::size_t i = 0; i < count_; ++i) {
@@ -226,7 +228,7 @@ class Search {
     }
   }
 
-  /// What lies next, above and below.
+  /// Finds the next faces above and below.
   void bound() {
     RayQuery query;
     query.t_max = farthest_;

@@ -1,4 +1,4 @@
-// What a cage must take in, and what it must stay clear of.
+// Faces that a cage must take in, and others that it must stay clear of.
 #pragma once
 
 #include <cstdint>
@@ -11,7 +11,7 @@
 
 namespace kiln {
 
-/// Of places all over the low poly, along the directions of the bake. Frame units.
+/// Needs of places all over the low poly, along the directions of the bake. Frame units.
 struct CageNeeds {
   SurfacePlaces places;
   std::vector<std::uint8_t> counts;  ///< 0: another part of the low poly covers it

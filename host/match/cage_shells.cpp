@@ -18,7 +18,7 @@ constexpr double kClear = 0.05;  // of the room, that stays free at either end
 constexpr double kSlack = 4 * KILN_BVH_EPSILON;
 constexpr double kLeastCosine = 0.05;  // as kernels/lib/shell.clh has it
 
-/// What a shell over a place is made of: its height over the triangle is the sum of the corners' ways, each by
+/// Parts of a shell over a place: its height over the triangle is the sum of the corners' ways, each by
 /// its weight; a ray's way over that is 1 / cosine.
 struct CagePart {
   std::array<std::uint32_t, 3> vertex{};

@@ -27,8 +27,8 @@ MatchRow closest_match() {
   MatchRow row;
   row.info.method = MatchMethod::closest;
   row.info.searches = "the nearest point of a face that does not look away";
-  row.info.takes_parts = row.info.tells_recall = row.info.looks_around = row.follows_bvh =
-      row.finds_the_rest = true;
+  row.info.options = "match.max_distance match.parts report.recall";
+  row.follows_bvh = row.finds_the_rest = true;
   row.info.other_names = "nearest";
   row.plan_turn = 4;
   row.low_poly_turn = 3;

@@ -70,7 +70,7 @@ class FallbackMatcher : public Matcher {
     return samples;
   }
 
-  /// What one of the fallbacks says of some samples of a band, in their order.
+  /// Asks one of the fallbacks for some samples of a band, in their order.
   void ask(Matcher& matcher, const TexelBand& band, std::span<const std::uint32_t> samples,
            DeviceCorrespondence& found) {
     const auto count = static_cast<std::uint32_t>(samples.size());

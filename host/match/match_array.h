@@ -22,7 +22,7 @@ void check_match(const Match& match, const BakeOptions& options, std::uint64_t s
 /// The last part of it: the high poly's number of triangles.
 void check_source(const Match& match, std::uint64_t source_triangles);
 
-/// What a match belongs to. The same on every machine and number of threads.
+/// Hashes of the meshes that a match belongs to. The same on every machine and number of threads.
 std::uint64_t hash_source(std::span<const Vec3> positions, std::span<const Triangle> triangles);
 std::uint64_t hash_low(const Mesh& low);
 

@@ -14,7 +14,7 @@ namespace kiln {
 /// True if the method decided a sample, or one of its fallbacks.
 enum class Decider : std::uint8_t { nothing, method, fallback };
 
-/// What a match says of itself.
+/// Reports and warnings of a match.
 struct MatchNotes {
   std::optional<ViewReport> views;
   std::optional<VisibilityReport> visibility;
@@ -35,10 +35,10 @@ class Matcher {
   /// True if it reads more of a band than its points: then it must be given all samples.
   virtual bool needs_band() const { return false; }
 
-  /// Of each sample of the last band; empty where there is no fallback.
+  /// Decider of each sample of the last band; empty where there is no fallback.
   virtual std::span<const Decider> deciders() const { return {}; }
 
-  /// What the fallbacks say of some samples of a band, in their order.
+  /// Asks the fallbacks for some samples of a band, in their order.
   /// \param found  grown where it is too small
   /// \throws Error(internal) where there is none
   virtual void run_fallback(const TexelBand& band, std::span<const std::uint32_t> samples,
@@ -46,9 +46,9 @@ class Matcher {
 
   /// True if samples keep their points as the high poly's vertices move, so that only distances change.
   virtual bool points_stay() const { return false; }
-  /// Where points stay: vertices [first, first + positions.size()) moved. Frame units
+  /// Called if points_stay(): vertices [first, first + positions.size()) moved. Frame units
   virtual void move(std::uint32_t /*first*/, std::span<const Vec3> /*positions*/) {}
-  /// Where points stay: the distances of a band's samples, anew.
+  /// Called if points_stay(): measures the distances of a band's samples anew.
   virtual void measure(const TexelBand& /*band*/, DeviceCorrespondence& /*match*/) {}
 
   /// Adds what is known after the last band. \throws Error(input) where the match is unfit

@@ -3,10 +3,8 @@
 #include "match/outermost.h"
 
 #include <optional>
-#include <span>
 #include <vector>
 
-#include "match/host_correspondence.h"
 #include "match/low_rays.h"
 #include "match/ray.h"
 #include "match/sample_subset.h"
@@ -48,23 +46,16 @@ class OutermostMatcher : public Matcher {
     const auto count = static_cast<std::uint32_t>(samples.size());
     SampleSubset some(context_, band, samples);
     if (!low_) low_.emplace(context_, surface_);
-    const std::vector<float> limits = low_->limits(context_, some.band, outermost_.t_max);
-    some.band.points.write(context_, std::span(limits), std::size_t{6} * count);
+    low_->limits(context_, some.band, outermost_.t_max, some.band.points, 6 * count);
 
-    DeviceCorrespondence result(context_, count);
+    DeviceCorrespondence result(context_, count), outer(context_, count);
     rays_.intersect(some.band.points, count, count, nearest_, result);
-    HostCorrespondence chosen(context_, result, count);
     RayQuery limited = outermost_;
     limited.limited = true;
-    rays_.intersect(some.band.points, count, count, limited, result);
-    const HostCorrespondence outer(context_, result, count);
-    for (std::size_t i = 0; i < count; ++i) {
-      const bool found = outer.triangle[i] != KILN_NO_TRIANGLE;
-      if (!found || !(outer.distance[i] > chosen.distance[i] + kSameFace)) continue;
-      chosen.take(i, outer, i);
-      chosen.status[i] = KILN_STATUS_OUTERMOST;
-    }
-    chosen.write(context_, result);
+    rays_.intersect(some.band.points, count, count, limited, outer);
+    context_.launch(context_.kernel("match", "kiln_match_outer"), count, kLocal, count, kSameFace,
+                    outer.triangle, outer.barycentric, outer.distance, result.triangle,
+                    result.barycentric, result.distance, result.status);
     some.put_back(result, match);
   }
 

@@ -11,7 +11,7 @@
 namespace kiln {
 namespace {
 
-/// What a part's matcher is told of; it stays in its place.
+/// A part's meshes and its matcher, which refers to them: it stays in its place.
 struct Part {
   std::vector<std::uint32_t> triangles;  ///< Of the high poly
   std::unique_ptr<Source::Impl> source;
@@ -85,15 +85,13 @@ class PartMatcher : public Matcher {
       place[i] = place_[triangle[i]];
       samples_[part_of_low_[triangle[i]]].push_back(i);
     }
-    std::vector<float> u(band.sample_count), v(band.sample_count);
-    band.barycentric.read(context_, u);
-    band.barycentric.read(context_, v, band.capacity);
+    const cl::Array<std::uint32_t> places(context_, std::span<const std::uint32_t>(place));
     HostCorrespondence(band.sample_count).write(context_, match);
     for (std::size_t p = 0; p < parts_.size(); ++p) {
       const std::vector<std::uint32_t>& samples = samples_[p];
       if (parts_[p].matcher == nullptr || samples.empty()) continue;
       SampleSubset some(context_, band, samples);
-      if (parts_[p].matcher->needs_band()) some.take_places(samples, place, u, v);
+      if (parts_[p].matcher->needs_band()) some.take_places(band, places);
       DeviceCorrespondence result(context_, some.band.sample_count);
       parts_[p].matcher->run(some.band, result);
       some.put_back(result, match);
@@ -128,7 +126,7 @@ class PartMatcher : public Matcher {
 
 std::unique_ptr<Matcher> part_matcher(const MatchRow& row, const MatchRequest& request,
                                       const Parts& parts, MatchNotes& notes) {
-  if (!row.info.takes_parts) {
+  if (!obeys(row.info, "match.parts")) {
     throw Error(ErrorCode::usage, "'" + std::string(row.info.method.name) +
                                       "' cannot match part by part: choose ray, closest or axis.");
   }

@@ -11,7 +11,7 @@ namespace kiln {
 /// the high poly, and its own light triangles for what they hide from themselves. So it cannot find a
 /// point of another part, however the parts lie. Samples on a part without dense triangles are missed.
 /// \param parts  outlives the matcher
-/// \throws Error(usage) for lists of other lengths, and for a match without MatchInfo::takes_parts
+/// \throws Error(usage) for lists of other lengths, and for a match that does not obey MatchOptions::parts
 std::unique_ptr<Matcher> part_matcher(const MatchRow& row, const MatchRequest& request,
                                       const Parts& parts, MatchNotes& notes);
 

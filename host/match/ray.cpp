@@ -73,8 +73,9 @@ MatchRow ray_match() {
   MatchRow row;
   row.info.method = MatchMethod::ray;
   row.info.searches = "along the low poly's normal, outward first; from a cage inward";
-  row.info.takes_cage = row.info.along_low = row.info.takes_parts = row.info.tells_recall =
-      row.info.tells_reasons = row.follows_bvh = row.far_on_sheets = row.finds_the_rest = true;
+  row.info.options =
+      "match.max_distance match.cage match.cage_mesh match.ray match.parts report.recall";
+  row.follows_bvh = row.far_on_sheets = row.finds_the_rest = true;
   row.info.other_names = "rays raycast raycasting raytrace raytracing";
   row.plan_turn = row.low_poly_turn = 1;
   row.make = [](const MatchRequest& request, MatchNotes&) -> std::unique_ptr<Matcher> {

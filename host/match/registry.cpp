@@ -4,6 +4,7 @@
 #include <string>
 
 #include "base/kept_name.h"
+#include "base/option_list.h"
 
 namespace kiln {
 
@@ -63,6 +64,11 @@ std::span<const MatchInfo> matches() {
     return list;
   }();
   return infos;
+}
+
+bool obeys(const MatchInfo& match, std::string_view option) {
+  return lists_option("match.method match.fallback match.fallback_blend", option) ||
+         lists_option(match.options, option);
 }
 
 MatchMethod::MatchMethod(std::string_view text) : name(kept_name(text)) {}

@@ -19,7 +19,7 @@
 
 namespace kiln {
 
-/// What a match is told: the samples it will be given, how far to look, along what. Lengths are in the
+/// A request to a match: the samples it will be given, how far to look, along what. Lengths are in the
 /// working frame.
 struct MatchRequest {
   /// The same of other meshes, in the same frame.
@@ -67,13 +67,13 @@ struct MatchRow {
   MatchInfo info;
   /// It holds nothing of the high poly but what follows the BVH as the mesh moves.
   bool follows_bvh = false;
-  /// Where nobody says how far to look, it obeys MatchRequest::sheet_reach.
+  /// It obeys MatchRequest::sheet_reach if nobody says how far to look.
   bool far_on_sheets = false;
   /// It finds nearly all that a match without a search, or by views, misses: messages advise it as a fallback.
   bool finds_the_rest = false;
   /// Its turn among the matches that bake_planned() tries, and that plan_low_poly() does; 0: not tried.
   std::uint8_t plan_turn = 0, low_poly_turn = 0;
-  /// Of matches that go by UVs alone: the points at any UVs, as a map of endless size would find them.
+  /// Finds points at any UVs, as a map of endless size would: for matches that go by UVs alone.
   UvPoints (*at_uvs)(const Source::Impl& source, std::span<const Vec2> uvs) = nullptr;
   std::unique_ptr<Matcher> (*make)(const MatchRequest& request, MatchNotes& notes) = nullptr;
 };

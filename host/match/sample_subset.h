@@ -24,19 +24,13 @@ class SampleSubset {
                    band.points);
   }
 
-  /// Where on the low poly they lie. \param triangle, u, v  of all of the band
-  void take_places(const std::vector<std::uint32_t>& samples,
-                   const std::vector<std::uint32_t>& triangle, const std::vector<float>& u,
-                   const std::vector<float>& v) {
-    std::vector<std::uint32_t> of;
-    std::vector<float> weights(2 * samples.size());
-    for (std::size_t k = 0; k < samples.size(); ++k) {
-      of.push_back(triangle[samples[k]]);
-      weights[k] = u[samples[k]];
-      weights[samples.size() + k] = v[samples[k]];
-    }
-    band.triangle = cl::Array<std::uint32_t>(context_, std::span<const std::uint32_t>(of));
-    band.barycentric = cl::Array<float>(context_, std::span<const float>(weights));
+  /// Takes over the samples' places on the low poly. \param triangle  of all samples of the band
+  void take_places(const TexelBand& from, const cl::Array<std::uint32_t>& triangle) {
+    band.triangle = cl::Array<std::uint32_t>(context_, band.capacity);
+    band.barycentric = cl::Array<float>(context_, std::size_t{2} * band.capacity);
+    context_.launch(context_.kernel("match", "kiln_match_places"), band.sample_count, kLocal,
+                    band.sample_count, from.capacity, indices_, triangle, from.barycentric,
+                    band.triangle, band.barycentric);
   }
 
   /// Puts what was found for them where the samples came from.

@@ -33,37 +33,35 @@ class SmoothNormalRetry : public Matcher {
   void finish(MatchNotes& notes) override { first_->finish(notes); }
 
  private:
-  /// The averaged directions, where they have one, in place of the turned ones.
-  void turn_back(const TexelBand& band, const std::vector<std::uint32_t>& samples,
-                 SampleSubset& some) const {
-    std::vector<std::uint32_t> triangle(band.sample_count);
-    std::vector<float> u(band.sample_count), v(band.sample_count);
-    band.triangle.read(context_, triangle);
-    band.barycentric.read(context_, u);
-    band.barycentric.read(context_, v, band.capacity);
-    if (first_->needs_band()) some.take_places(samples, triangle, u, v);
-    std::vector<float> points = some.band.points.download(context_);
-    const std::size_t count = samples.size();
+  /// The averaged directions, where they have one, in place of the turned ones: in double precision, which devices
+  /// may not have, for the few that miss.
+  void turn_back(TexelBand& some) const {
+    const std::vector<std::uint32_t> triangle = some.triangle.download(context_);
+    const std::vector<float> weights = some.barycentric.download(context_);
+    const std::size_t count = triangle.size();
+    std::vector<float> directions(3 * count);
+    some.points.read(context_, directions, 3 * count);
     for (std::size_t k = 0; k < count; ++k) {
-      const std::uint32_t i = samples[k];
-      const auto& [a, b, c] = surface_.triangles[triangle[i]];
-      const Vec3d direction = Vec3d(a.direction) * (1.0 - u[i] - v[i]) + Vec3d(b.direction) * u[i] +
-                              Vec3d(c.direction) * v[i];
+      const float u = weights[k], v = weights[count + k];
+      const auto& [a, b, c] = surface_.triangles[triangle[k]];
+      const Vec3d direction =
+          Vec3d(a.direction) * (1.0 - u - v) + Vec3d(b.direction) * u + Vec3d(c.direction) * v;
       const double size = length(direction);
       if (!(size > 1e-6)) continue;
       const Vec3 unit = to_float(direction * (1 / size));
-      points[3 * count + k] = unit.x;
-      points[4 * count + k] = unit.y;
-      points[5 * count + k] = unit.z;
+      directions[k] = unit.x;
+      directions[count + k] = unit.y;
+      directions[2 * count + k] = unit.z;
     }
-    some.band.points.write(context_, std::span<const float>(points));
+    some.points.write(context_, std::span<const float>(directions), 3 * count);
   }
 
   void look_again(const TexelBand& band, const std::vector<std::uint32_t>& samples,
                   DeviceCorrespondence& match) {
     const auto count = static_cast<std::uint32_t>(samples.size());
     SampleSubset some(context_, band, samples);
-    turn_back(band, samples, some);
+    some.take_places(band, band.triangle);
+    turn_back(some.band);
     DeviceCorrespondence result(context_, count);
     first_->run(some.band, result);
     some.put_back(result, match);

@@ -337,9 +337,8 @@ MatchRow uv_match() {
   MatchRow row;
   row.info.method = MatchMethod::uv;
   row.info.searches = "the point at the same UV, without a search";
-  row.info.needs_uvs = true;
+  row.info.options = "match.uv";
   row.at_uvs = find_uv_points;
-  row.info.looks_far = row.info.may_follow = false;
   row.make = [](const MatchRequest& request, MatchNotes&) -> std::unique_ptr<Matcher> {
     return std::make_unique<UvMatcher>(request);
   };

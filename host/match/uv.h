@@ -21,7 +21,7 @@ struct UvLayout {
   std::uint64_t outside = 0;              ///< Triangles that reach out of the unit square
   std::uint64_t without_area = 0;         ///< In UV space, or not finite
 
-  /// What lies outside the unit square has no samples. Triangles without area in UV space, or with a
+  /// Parts of triangles outside the unit square have no samples. Triangles without area in UV space, or with a
   /// corner or UV that is not finite, cover nothing.
   /// \throws Error(input) where the mesh has no UVs, or an index of them lies beyond the pool
   static UvLayout of(const Source::Impl& source, std::uint32_t sample_width,
@@ -52,7 +52,7 @@ class UvRaster {
   /// Adds a band's distances to the sums.
   void measure(const DeviceCorrespondence& match);
 
-  /// What was counted, and what of it calls for a warning.
+  /// Adds counts, and warnings of those that exceed a bound.
   /// \throws Error(input) where a bound is exceeded
   void report(const UvOptions& options, MatchNotes& notes) const;
 

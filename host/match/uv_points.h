@@ -14,7 +14,7 @@ struct UvPoints {
   std::vector<float> barycentric;       ///< 2 planes: weights of corners 1 and 2
 };
 
-/// What a map of endless size would find by UVs: of the high poly's triangles that cover a UV the one
+/// Points that a map of endless size would find by UVs: of the high poly's triangles that cover a UV the one
 /// with the lowest index. Triangles without area in UV space, or not finite, cover nothing. UVs are
 /// sorted into a grid of cells. Each triangle is held against the UVs in the cells under its box.
 /// \pre the source has UVs, with indices that are good

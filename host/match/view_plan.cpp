@@ -13,7 +13,7 @@ namespace {
 constexpr double kSteep = 0.1;       // cosine to the view: 84 degrees
 constexpr double kMostSteep = 0.02;  // of the low poly's area
 
-// Of the typical triangle's area. At 4 the triangle under a sample is nearly always among the four that
+// Pixels in the typical triangle's area. At 4 the triangle under a sample is nearly always among the four that
 // the pixels around it show.
 constexpr double kPixelsATriangle = 4;
 // Candidates of a plan: enough that some direction is within 15 degrees of any.

@@ -22,7 +22,7 @@ ViewSize choose_view_size(std::span<const Vec3> positions, std::span<const Trian
 double undersampled_share(std::span<const Vec3> positions, std::span<const Triangle> triangles,
                           double radius, std::uint32_t size);
 
-/// What views must show: everything within reach of the low poly, and no more. So a floor or a
+/// The area that views must show: everything within reach of the low poly, and no more. So a floor or a
 /// stray face far away does not take the pixels; all of the high poly where that is not much more.
 /// The high poly stays within what can be drawn: 60,000 pixels.
 /// \param reach  frame units  \param dense_radius  of the high poly around the frame's origin
@@ -35,7 +35,7 @@ std::optional<Vec3d> height_field_direction(std::span<const Vec3> positions,
                                             std::span<const Triangle> triangles,
                                             const LowSurface& surface);
 
-/// What a plan came to.
+/// Directions of views, and what each adds.
 struct ViewPlan {
   std::vector<Vec3d> directions;
   std::vector<double> coverage;  ///< Share of the probed samples seen after each

@@ -178,7 +178,7 @@ MatchRow views_match() {
   MatchRow row;
   row.info.method = MatchMethod::views;
   row.info.searches = "depth views from all around";
-  row.info.takes_views = row.info.takes_directions = true;
+  row.info.options = "match.max_distance match.views";
   row.plan_turn = 5;
   row.make = [](const MatchRequest& request, MatchNotes& notes) -> std::unique_ptr<Matcher> {
     notes.views.emplace();

@@ -1,4 +1,4 @@
-// What matching by depth views is asked, for the match and for sessions that add views one by one.
+// Matching by depth views, for the match and for sessions that add views one by one.
 #pragma once
 
 #include "match/registry.h"

@@ -15,10 +15,10 @@ namespace {
 
 constexpr std::uint32_t kViewsAtATime = 32;  // a few tenths of a second on two cores
 constexpr std::uint32_t kMostDirections = 4096;
-// Where a ray begins, in frame units: a face seen at the least cosine is left behind by then by more than
+// Distance off its place at which a ray begins, frame units: a face seen at the least cosine is left behind by then by more than
 // its points are rounded.
 constexpr float kRayStart = 1.0F / 65536;
-// What may lie this much nearer than a place, in pixels of a picture, without hiding it: what the pixel
+// Bias in pixels of a picture: a face up to this much nearer than a place does not hide it, such as what the pixel
 // of a neighbouring face shows there.
 constexpr float kBiasPixels = 0.5F;
 constexpr const char* kNoteSeen = "-DKILN_VISIBILITY_SEEN=1";

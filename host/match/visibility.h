@@ -129,7 +129,7 @@ class VisibilityField {
   void means(const TexelBand& band, std::uint32_t samples, const cl::Array<float>& seen,
              std::uint32_t capacity, std::uint32_t cluster = 0) const;
 
-  /// Where more than one cluster was asked for.
+  /// The clusters; none where no more than one was asked for.
   const std::optional<VisibilityClusters>& clusters() const { return clusters_; }
 
   /// Means of directions per texel (or corner), 4 floats each, for tests.

@@ -25,7 +25,7 @@ std::vector<Vec3d> part_directions(std::span<const SeeingDirection> directions,
   for (const SeeingDirection& d : directions) sum += d.toward * d.weight;
   if (count == 1) return {unit_or(sum, directions[0].toward)};
 
-  // How near each direction is to the nearest centre so far, as a cosine; first, to the mean.
+  // Cosine between each direction and the nearest centre so far; first, the mean.
   std::vector<double> nearness(directions.size());
   const Vec3d mean = unit_or(sum, {0, 0, 0});
   std::transform(directions.begin(), directions.end(), nearness.begin(),

@@ -21,7 +21,7 @@ Vec3d area_normal(const std::array<LowSurface::Corner, 3>& corners) {
   return cross(Vec3d(corners[1].position) - a, Vec3d(corners[2].position) - a);
 }
 
-/// What VisibilityProbe::corners() counts in pixels, by rays: the centroids of kParts x kParts equal parts of
+/// Counts by rays what VisibilityProbe::corners() counts in pixels: the centroids of kParts x kParts equal parts of
 /// each face see in its stead, each shared among the corners by its barycentric weights.
 /// \return [3 * triangles]
 std::vector<DirectionSum> corners_by_rays(cl::Context& context, const LowSurface& surface,

@@ -1,4 +1,4 @@
-// What viewing rays show of the low poly, its match and the high poly (Tarini, Cignoni, Scopigno 2003,
+// Viewing rays that compare the low poly, its match and the high poly (Tarini, Cignoni, Scopigno 2003,
 // sections 4.1 and 4.2).
 #include <algorithm>
 #include <array>
@@ -17,7 +17,7 @@ constexpr std::size_t kGrain = 1 << 15;
 // Frame units: what a ray passes over, so that a sample's own triangle does not hide it.
 constexpr float kSkip = 1e-5F;
 constexpr float kBeyond = 64;
-// Of the diagonal: matches nearer to their places have no direction.
+// Share of the diagonal: matches nearer to their places have no direction.
 constexpr double kNoOffset = 1e-6;
 // Up to so many directions to avoid, test directions keep 2 degrees from each; more leave no room for that.
 constexpr std::size_t kFew = 64;
@@ -61,7 +61,7 @@ std::vector<float> dense_normals(const Source::Impl& source) {
   return normals;
 }
 
-/// How far from a sample, against a ray, both meshes are behind the viewer; frame units.
+/// Distance from a sample, against a ray, at which both meshes are in front of the viewer; frame units.
 float viewer_distance(const Source::Impl& source, const AssessedSamples& samples) {
   double square = 0;
   for (const Vec3& p : source.positions) square = std::max(square, dot(Vec3d(p), Vec3d(p)));

@@ -12,7 +12,7 @@ namespace {
 
 constexpr std::size_t kSampleGrain = 1 << 14;
 
-/// Of every triangle of the low poly: unit normal, and surface area over texture area.
+/// Unit normal, and surface area over texture area, of every triangle of the low poly.
 struct LowFaces {
   std::vector<Vec3> normal;
   std::vector<double> density;

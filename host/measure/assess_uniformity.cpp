@@ -1,4 +1,4 @@
-// How evenly a match samples the high poly (Tarini, Cignoni, Scopigno 2003, section 4.3).
+// Uniformity of a match's samples on the high poly (Tarini, Cignoni, Scopigno 2003, section 4.3).
 #include <cmath>
 
 #include "measure/assess_parts.h"

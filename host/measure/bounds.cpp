@@ -17,7 +17,7 @@ constexpr double kPoints = 2000;
 // Texels a side of the grid that they are centres of.
 constexpr double kFewest = 47, kMost = 1021;
 constexpr std::uint32_t kRays = 4096, kFinest = 16384;
-// Of a bound of the map ao: what its rays may take.
+// Share of a bound of the map ao that its rays may take.
 constexpr double kOfRays = 0.5;
 
 /// Rows of the maps that the options ask for, and of those that they bring along.
@@ -119,7 +119,7 @@ void check_bounds(const BakeOptions& bake, std::span<const MapBound> bounds) {
   for (const MapBound& bound : bounds) {
     const std::string name(bound.kind.name);
     const bool shades = std::any_of(map_rows().begin(), map_rows().end(), [&](const MapRow& row) {
-      return row.info.kind == bound.kind && row.info.shades;
+      return row.info.kind == bound.kind && row.shades;
     });
     if (shades) {
       fail("bounds has the map " + name + ", whose error max_error bounds: leave one of them out.");
@@ -149,7 +149,7 @@ void leave_to_rays(std::span<const MapBound> bounds, BakeOptions& bake) {
     occlusion.max_error = kOfRays * error;
   };
   for (const MapBound& bound : bounds) {
-    if (!rows.find(bound.kind)->info.takes_max_error || bound.max_error > 1) continue;
+    if (!obeys(rows.find(bound.kind)->info, "occlusion.max_error") || bound.max_error > 1) continue;
     MapVariant* const variant = find_variant(bake, bound.kind.name);
     if (variant != nullptr && variant->occlusion) {
       leave(bound.max_error, OcclusionOptions(*variant->occlusion), *variant->occlusion);

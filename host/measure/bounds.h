@@ -16,7 +16,7 @@ void check_bounds(const BakeOptions& bake, std::span<const MapBound> bounds);
 /// Half of a bound of ambient occlusion goes to the noise of its rays, unless the options say more.
 void leave_to_rays(std::span<const MapBound> bounds, BakeOptions& bake);
 
-/// What a bake has reached, in the bounds' order. The maps are read as renderers do, at the centres of an odd
+/// Errors that a bake has reached, in the bounds' order. The maps are read as renderers do, at the centres of an odd
 /// grid's texels. They are held against a bake of these alone.
 /// \param bake  that `result` was baked with
 /// \throws Cancelled

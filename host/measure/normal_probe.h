@@ -16,13 +16,13 @@
 
 namespace kiln {
 
-/// What the high poly shows in pictures: found once for any number of low polys.
+/// Pictures of the high poly: made once for any number of low polys.
 struct HighPolyView {
   std::vector<Picture> pictures;
   PictureHits hits;
 };
 
-/// Where plans look from: kPlanViews unit vectors towards the eye.
+/// Directions that plans look from: kPlanViews unit vectors towards the eye.
 std::vector<Vec3> plan_directions();
 
 /// Pictures of the high poly from some directions.
@@ -55,13 +55,13 @@ class NormalProbe {
   /// than a pixel, nothing can be said: errors are 180 degrees, as large as any.
   NormalProbe(const Source::Impl& source, const Mesh& low, const HighPolyView& dense);
 
-  /// Of the low poly's own normals.
+  /// Error of the low poly's own normals.
   NormalError without_map() const;
 
   /// \param map  n/2 + 1/2, as Scene takes it
   NormalError with_map(const Image& map, const BakeOptions& baked) const;
 
-  /// Of normals in the mesh's space at each place, for example those that are matched there.
+  /// Error of normals in the mesh's space at each place, for example those that are matched there.
   NormalError with_normals(const std::vector<float>& normals) const;
 
   struct Limit {
@@ -69,7 +69,7 @@ class NormalProbe {
     double missed = 0;           ///< Share of the places
     std::vector<float> normals;  ///< What it finds there, in the mesh's space
   };
-  /// What a map of endless size would reach with a way to match. By UVs nothing is checked of the layouts.
+  /// Error that a map of endless size would reach with a way to match. By UVs nothing is checked of the layouts.
   /// \param field  of visibility: made where it is null, and taken where it is not
   /// \throws as make_matcher
   Limit limit(const BakeOptions& options, std::shared_ptr<const VisibilityField>& field) const;

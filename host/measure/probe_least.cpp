@@ -1,4 +1,4 @@
-// What no map can get below.
+// The error that no map can get below.
 #include <algorithm>
 #include <cmath>
 #include <utility>

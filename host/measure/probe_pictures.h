@@ -1,4 +1,4 @@
-// What pictures from many sides show of a mesh: rays or drawing find it, pixel by pixel.
+// Pictures of a mesh from many sides, by rays or drawing, pixel by pixel.
 #pragma once
 
 #include <cstdint>
@@ -38,7 +38,7 @@ struct PictureHits {
   std::vector<float> barycentric;  ///< 2 planes; empty where the mesh was drawn
 };
 
-/// How points lie in pictures.
+/// Grid of points in pictures.
 struct PictureGrid {
   std::uint32_t pixels =
       kPictureTile;  ///< Looked at, a side of each picture; a multiple of kPictureTile
@@ -53,7 +53,7 @@ inline constexpr std::uint32_t kScreenSubpixels = 3;
 
 /// Pixels looked at of pictures of a size on screen, a side.
 inline constexpr std::uint32_t kScreenPixels = 24;
-/// How far from the middle rays to the high poly start: it lies within a radius of 1.
+/// Distance from the middle at which rays to the high poly start: it lies within a radius of 1.
 inline constexpr double kDenseStart = 1.5;
 
 /// Pictures that the high poly fills.

@@ -12,7 +12,7 @@ namespace kiln {
 namespace {
 
 constexpr std::size_t kPlaceGrain = 1 << 12;
-/// Of the low poly, where it is seen from behind and the high poly was drawn.
+/// Triangle of pixels where the low poly is seen from behind and the high poly was drawn.
 constexpr std::uint32_t kUnseenTriangle = KILN_NO_TRIANGLE - 1;
 
 }  // namespace

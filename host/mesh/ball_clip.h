@@ -11,7 +11,7 @@
 
 namespace kiln {
 
-/// What of a triangle lies in a ball.
+/// Part of a triangle that lies in a ball.
 struct BallClip {
   double area = 0;
   std::array<double, 3> share{};  ///< Of the length of edge k, from corner k
@@ -62,7 +62,7 @@ inline BallClip clip_by_ball(const std::array<Vec3d, 3>& corners, double squared
     }
   }
   if (!(squared > 0) || !(doubled_area > 0)) return clip;
-  // Of 0 to a full turn; where the centre lies outside, of a half at most. Rounding must not make one of the other.
+  // In 0 to a full turn; if the centre lies outside, a half at most. Rounding must not make one of the other.
   double angle = std::atan2(imaginary, real);
   constexpr double kNone = 1e-9;
   if (centre_inside && std::abs(angle) < kNone) {

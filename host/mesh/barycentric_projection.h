@@ -1,4 +1,4 @@
-// Where a point's foot lies on a triangle.
+// Foot of a point on a triangle, in barycentric coordinates.
 #pragma once
 
 #include <algorithm>

@@ -17,7 +17,7 @@
 namespace kiln {
 namespace {
 
-// Of the radius, the longest edge of a triangle, and of one over it, how much its corners differ, for values to be
+// Longest edge of a triangle as a share of the radius, and largest difference of its corners' values as a share of one over it, for values to be
 // interpolated.
 constexpr double kShort = 1.0 / 4, kAlike = 1.0 / 256;
 constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
@@ -105,7 +105,7 @@ void for_each_joint(std::span<const Vec3> positions, std::span<const Triangle> t
   });
 }
 
-/// Of each triangle, edge k from corner k; signed.
+/// Signed angle at each triangle's edges; edge k begins at corner k.
 std::vector<std::array<float, 3>> find_angles(std::span<const Vec3> positions,
                                               std::span<const Triangle> triangles,
                                               std::span<const std::uint8_t> usable) {
@@ -154,7 +154,7 @@ double MeanCurvature::at(const Vec3d& point, Room& room) const {
   return sums.area > 0 ? sums.bend / sums.area : 0;
 }
 
-/// Of threads that ask for the same vertex at once, each finds the same value.
+/// Threads that ask for the same vertex at once find the same value.
 double MeanCurvature::at_vertex(std::uint32_t vertex, Room& room) const {
   std::atomic<double>& kept = at_vertex_[vertex];
   double value = kept.load(std::memory_order_relaxed);

@@ -152,7 +152,7 @@ EdgeTree::EdgeTree(std::span<const Vec3> positions, std::span<const Triangle> tr
   }
 }
 
-/// What balls around a point may hold, found for its cube: so it says the same whatever was asked before.
+/// Pieces that balls around a point may hold, found for its cube: so they are the same whatever was asked before.
 const EdgeTree::Cell& EdgeTree::cell_of(const Vec3d& centre, Room& room) const {
   const auto along = [&](double at) { return static_cast<std::int64_t>(std::floor(at / radius_)); };
   const std::array<std::int64_t, 3> at = {along(centre.x), along(centre.y), along(centre.z)};
@@ -207,7 +207,7 @@ bool EdgeTree::gather(const Vec3d& low, const Vec3d& high, Cell& cell, std::uint
   return true;
 }
 
-/// Where searches for balls around points of a box begin: boxes too large to lie in one of them are opened, boxes beyond
+/// Start of searches for balls around points of a box: boxes too large to lie in one of them are opened, boxes beyond
 /// all of them left out.
 void EdgeTree::begin(const Vec3d& low, const Vec3d& high, Cell& cell, std::uint64_t& steps) const {
   cell.boxes.clear();

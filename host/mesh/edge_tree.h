@@ -12,7 +12,7 @@
 
 namespace kiln {
 
-/// What a part of a surface adds to a ball's sums.
+/// Sums that a part of a surface adds to a ball's.
 struct BendSums {
   double area = 0;
   double bend = 0;  ///< angle * length / 2 of edges; each triangle has one half of its edges
@@ -81,7 +81,7 @@ class EdgeTree {
     std::array<float, 3> centre;
     std::uint32_t piece;
   };
-  /// What of a piece's, or a box's, area and bend lies in a ball.
+  /// Shares of a piece's, or a box's, area and bend that lie in a ball.
   struct Shares {
     double area, bend;
   };

@@ -29,7 +29,7 @@ struct Frame {
   std::vector<Vec3> to_frame(const Mesh& mesh) const { return to_frame_within(mesh, 0.500001); }
 };
 
-/// Where a mesh's coordinates are measured from, so that single precision holds them: near the middle of its box where
+/// Origin of a mesh's coordinates, such that single precision holds them: near the middle of its box where
 /// that lies farther from 0 than 16 diagonals, rounded to a power of two above the diagonal; else 0. Nearly the same
 /// box gives the same origin, and a position minus it is exact in double.
 std::array<double, 3> local_origin(const std::array<double, 3>& center, double diagonal);

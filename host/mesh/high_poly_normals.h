@@ -35,7 +35,7 @@ struct Adjacency {
   }
 };
 
-/// What corner_normals() gives for the mesh as it is now, to the bit, at the cost of what changed. (But for
+/// Updates normals to those that corner_normals() gives for the mesh as it is now, to the bit, at the cost of what changed. (But for
 /// finding out which vertices share a place, which goes over all of them where they moved.)
 class HighPolyNormals {
  public:

@@ -30,7 +30,7 @@ void check_mesh(const Mesh& low) {
   }
 }
 
-/// What a cage says of a corner.
+/// Takes over a corner's values from a cage.
 void take_cage(const CageCorners& cage, std::size_t index, LowSurface::Corner& corner) {
   const Vec3d offset = Vec3d(cage.outer[index]) - Vec3d(corner.position);
   if (cage.kind == CageKind::offsets) {
@@ -39,13 +39,13 @@ void take_cage(const CageCorners& cage, std::size_t index, LowSurface::Corner& c
   }
   const double outward = length(offset);
   corner.outward = static_cast<float>(outward);
-  // Where the shell does not leave the mesh the direction stays.
+  // The direction stays where the shell does not leave the mesh.
   if (outward > 0) corner.direction = to_float(offset * (1 / outward));
   const Vec3d in = Vec3d(corner.position) - Vec3d(cage.inner[index]);
   corner.inward = static_cast<float>(dot(in, Vec3d(corner.direction)));
 }
 
-/// How long rays from a cage are where nobody says: twice the longest way to it, or from shell to shell. They
+/// Default length of rays from a cage: twice the longest way to it, or from shell to shell. They
 /// may lean more than the shells' vertices do.
 double longest_way(const LowSurface& surface) {
   double outward = 0, inward = 0;

@@ -11,6 +11,8 @@
 
 namespace kiln {
 
+struct LowTree;
+
 /// Per-corner data of the low poly, in the frame of the high poly. All vectors have one entry a
 /// triangle, three corners each, in the mesh's triangle order.
 struct LowSurface {
@@ -29,7 +31,7 @@ struct LowSurface {
   std::vector<std::array<Corner, 3>> triangles;
   std::vector<std::uint8_t> usable;  ///< 0 for triangles with a non-finite or degenerate position.
   static constexpr std::uint32_t kNoCopy = 0xFFFFFFFFU;
-  /// Of each triangle that shares its texels with another one, which is baked for both: that one; else
+  /// For each triangle that shares its texels with another one, which is baked for both: that one; else
   /// kNoCopy. Empty where no triangle shares any.
   std::vector<std::uint32_t> copy_of;
   bool has_cage_mesh = false;
@@ -37,6 +39,7 @@ struct LowSurface {
   std::shared_ptr<const CageHull> cage_hull;  ///< Of CageKind::hull
   /// With a cage mesh: how long rays are where nobody says. Of a hull CageReach finds it out.
   double cage_length = 0;
+  mutable std::shared_ptr<const LowTree> tree;  ///< See LowTree::of_surface()
 
   /// Prepares a mesh: continuous directions, corner normals, tangents, everything in `frame`.
   /// \param copies  which of several triangles of the same UVs is baked
@@ -44,7 +47,7 @@ struct LowSurface {
   /// \throws Error(input) where the mesh has no UVs or no usable triangle
   static LowSurface of(const Mesh& low, const Frame& frame, const Mesh* cage = nullptr,
                        UvCopies copies = UvCopies::plain);
-  /// How far off each triangle its shells lie, with CageKind::shells: six values a triangle: its unit
+  /// Distances of shells from their triangles, with CageKind::shells: six values a triangle: its unit
   /// normal; how far out along it the outer shell lies over each corner, or how far in the inner one.
   std::vector<float> shell(bool inner) const;
   bool is_copy(std::size_t triangle) const {

@@ -38,7 +38,7 @@ constexpr std::size_t kAsIs = 0, kTurned = 1;
 
 /// True if a triangle's normals oppose it: the cosine between the two, of what fits best.
 constexpr double kOpposed = -0.2;
-/// Of a part's area, what must be opposed.
+/// Share of a part's area that must be opposed.
 constexpr double kAll = 0.95;
 /// A part's normals are off by 1 less the mean cosine. Turned, they may be off by as much.
 constexpr double kFits = 0.1;
@@ -46,7 +46,7 @@ constexpr double kFits = 0.1;
 constexpr double kMirrorFits = 0.02, kMirrorGain = 10;
 /// Triangles of open parts that tell of a mirror image.
 constexpr std::uint32_t kEnough = 16;
-/// How far off ordinary normals are, as a mean: nothing is looked for below.
+/// Mean error of ordinary normals: nothing is looked for below.
 constexpr double kOrdinary = 0.02;
 /// Normals of open parts that fit neither as they are nor turned are those of another shape, on purpose. Of so much
 /// of the open area all open parts stay.
@@ -202,7 +202,7 @@ bool is_ordinary(const Mesh& mesh) {
   return !opposed && !(off > kOrdinary * area);
 }
 
-/// What is wrong with a part's normals.
+/// Fault of a part's normals.
 struct Fault {
   std::size_t mirror = kAsIs;  ///< What makes them fit the faces
   bool faces = false;          ///< The faces are wrong

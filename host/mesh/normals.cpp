@@ -11,9 +11,9 @@
 namespace kiln {
 namespace {
 
-/// What is left of a sum where its parts cancel out (two faces back to back) is rounding, no direction.
+/// Share of its parts below which a sum is rounding and no direction, as where two faces lie back to back.
 constexpr double kCancelled = 1e-3;
-/// Where the faces cancel out, as those of a card do, normals say more only if they agree so far: each side may have
+/// Agreement from which normals say more than faces that cancel out, as those of a card do: each side may have
 /// been given some of its own.
 constexpr double kAgree = 0.25;
 
@@ -120,7 +120,7 @@ std::vector<Vec3> vertex_normals(std::span<const Vec3> positions,
                                  std::span<const Triangle> triangles,
                                  std::span<const std::uint32_t> polygons) {
   std::vector<Vec3> result = summed_normals(positions, triangles, polygons, triangles);
-  // Where all cancels out, the first face's; without faces, up.
+  // If all cancels out, the first face's; without faces, up.
   for_each_alive(triangles.size(), [&](std::size_t i) {
     for (const std::uint32_t vertex : triangles[i]) {
       if (result[vertex] != Vec3{}) continue;

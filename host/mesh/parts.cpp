@@ -78,7 +78,7 @@ class PartNamer {
     if (names_.by != PartsBy::name) return group;
     for (const std::string_view name : {std::string_view(group), without_copy_number(group)}) {
       const std::string text = lower_case(name);
-      // What is made of the high poly keeps its names.
+      // A low poly that was made of the high poly keeps its names.
       const bool is_low = side == PartSide::low;
       for (const auto* patterns : {is_low ? &low_ : &high_, is_low ? &high_ : nullptr}) {
         if (patterns == nullptr) continue;
@@ -136,7 +136,7 @@ class PartNamer {
   List of_low_, of_high_;
 };
 
-/// How many letters must change (Levenshtein), if fewer than `limit`; else `limit`. Only what lies so near to the
+/// Number of letters that must change (Levenshtein), if fewer than `limit`; else `limit`. Only what lies so near to the
 /// diagonal is looked at (Ukkonen 1985).
 std::size_t edits(std::string_view a, std::string_view b, std::size_t limit) {
   if (a.size() > b.size()) std::swap(a, b);
@@ -172,7 +172,7 @@ std::string quoted(const std::string& name) {
   return "'" + (name.size() > kLongestShown ? name.substr(0, kLongestShown) + "..." : name) + "'";
 }
 
-/// What names of triangles are called, and how an OBJ has them.
+/// Words for a kind of names of triangles, and its statement in an OBJ.
 struct Kind {
   const char* one;
   const char* many;
@@ -239,7 +239,7 @@ std::vector<PatternPair> patterns_of(std::string_view low, std::string_view high
   std::vector<PatternPair> patterns;
   const std::string_view first = low.substr(0, head), last = low.substr(low.size() - tail);
   for (const std::size_t end : {first.size(), first.find_last_of(kBetween)}) {
-    // What parts the name from the rest goes with the rest.
+    // The separator between the name and the rest goes with the rest.
     const std::size_t name = first.substr(0, end).find_last_not_of(kBetween) + 1;
     if (end > head || name < 2) continue;
     patterns.push_back({"*" + std::string(low.substr(name)), "*" + std::string(high.substr(name))});
@@ -284,7 +284,7 @@ std::string other_patterns(const PartNames& names, const NamedGroups& low, const
   for (const auto& [patterns, count] : votes) guesses.emplace_back(count, patterns);
   std::sort(guesses.rbegin(), guesses.rend());
   if (guesses.size() > kMostGuesses) guesses.resize(kMostGuesses);
-  // Of those by which as many pair, the one that says most.
+  // Among patterns by which as many pair, the one that says most.
   std::tuple<std::size_t, std::size_t, PatternPair> best;
   for (const auto& [count, patterns] : guesses) {
     const std::size_t would = pairs_by({{patterns.low}, {patterns.high}}, low, high);

@@ -31,7 +31,7 @@ struct Quadric {
   double off(const Vec3d& p) const;
   /// Half of its gradient at a point.
   Vec3d slope(const Vec3d& p) const;
-  /// Where the sum is least, near the edge from a to b: with a slight pull to its middle, which decides
+  /// Place where the sum is least, near the edge from a to b: with a slight pull to its middle, which decides
   /// where the planes leave a direction free. One of a, b and the middle where that is far off.
   Vec3d best_near(const Vec3d& a, const Vec3d& b) const;
 };
@@ -60,7 +60,7 @@ inline Vec3d Quadric::slope(const Vec3d& p) const {
           xz * p.x + yz * p.y + zz * p.z + z};
 }
 
-/// How much more the planes of a bent surface weigh than a flat one's, for each unit of curvature.
+/// Additional weight of planes of a bent surface, for each unit of curvature.
 /// A place is on the outline of a view as often as it is curved. A bent place that is off shows wrong normals.
 /// The sum over all views of what outlines miss is the integral of distance times curvature. So flat places alone
 /// weigh by area. Coordinates whose bounds have a diagonal of about 1.
@@ -77,15 +77,15 @@ Quadric bent_planes(const Vec3d& a, const Vec3d& b, const Vec3d& c, const Vec3d&
 /// \param face  the triangle's normal, of any length
 Quadric standing_plane(const Vec3d& a, const Vec3d& b, const Vec3d& face, double weight);
 
-/// What bent_planes() are at an open border: it is on the outline of every view from which it is seen, as an edge that
+/// Planes of bent_planes() at an open border: it is on the outline of every view from which it is seen, as an edge that
 /// turns back is. The triangle's plane holds it as much as the standing one.
 Quadric border_planes(const Vec3d& a, const Vec3d& b, const Vec3d& face);
 
-/// How far a line between two triangles has to be held beside what they hold, 0 to 1: a crease is held by its faces.
+/// Weight of a line between two triangles beside what they hold, 0 to 1: a crease is held by its faces.
 /// \param one, other  their normals, of any length
 double line_share(const Vec3d& one, const Vec3d& other);
 
-/// How far lines can be held that are so long together, beside all edges, 0 to 1. Less where they are more than a
+/// Largest weight of lines that are so long together, beside all edges, 0 to 1. Less where they are more than a
 /// quarter, and not at all from a half on: where labels meet nearly everywhere, the shape comes first.
 double room_for_lines(double length_of_lines, double length_of_edges);
 

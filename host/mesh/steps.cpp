@@ -27,7 +27,7 @@ void for_some(std::size_t count, const Take& take) {
 
 std::array<double, 3> axes(const Vec3d& p) { return {p.x, p.y, p.z}; }
 
-/// Of single precision at a number.
+/// Step of single precision at a number.
 double float_step(double at) { return at == 0 ? 0 : std::ldexp(1.0, std::ilogb(at) - 23); }
 
 template <typename T, typename Less = std::less<>>

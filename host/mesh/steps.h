@@ -41,7 +41,7 @@ struct SteppedMesh {
   std::function<Step(std::uint32_t vertex)> step;
 };
 
-/// Where a quarter of the edges are shorter than 256 steps (normals are off by 0.1 degrees there): "coordinates near
+/// Says if a quarter of the edges are shorter than 256 steps (normals are off by 0.1 degrees there): "coordinates near
 /// 500000 are kept in steps of 0.031, and its edges are 0.05 long (median): normals are off by 20 degrees", and what
 /// to do. It names vertices that lie far from all others.
 /// \param how  "stored" or "rounded"

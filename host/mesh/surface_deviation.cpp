@@ -1,4 +1,4 @@
-// How far two meshes stray from each other.
+// Deviation of two meshes from each other.
 #include <algorithm>
 #include <array>
 #include <atomic>
@@ -13,7 +13,7 @@
 namespace kiln {
 namespace {
 
-/// What bounds a squared distance is larger by so much than rounding may take off.
+/// Factor and sum by which bounds of squared distances exceed what rounding may take off.
 constexpr double kMoreThanRounding = 1.0001, kTiny = 1e-14;
 
 /// Triangles by their corners, wherever these begin.

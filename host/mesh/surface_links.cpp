@@ -34,7 +34,7 @@ bool same_uv(const Vec2& a, const Vec2& b) { return a.x == b.x && a.y == b.y; }
 
 using Weights = std::array<double, 3>;
 
-/// Of a place in a triangle's UVs. False where these have no area.
+/// Weights of the corners at a place in a triangle's UVs. False where these have no area.
 bool uv_weights(const std::array<LowSurface::Corner, 3>& corners, const std::array<double, 2>& at,
                 Weights& weights) {
   const Vec2& a = corners[0].uv;
@@ -57,7 +57,7 @@ Vec3d point_at(const std::array<LowSurface::Corner, 3>& corners, const Weights& 
          Vec3d(corners[2].position) * weights[2];
 }
 
-/// Of a point in a triangle's plane.
+/// Weights of the corners at a point in a triangle's plane.
 Weights plane_weights(const std::array<LowSurface::Corner, 3>& corners, const Vec3d& point) {
   const Vec3d a(corners[0].position);
   const Vec3d b = Vec3d(corners[1].position) - a;

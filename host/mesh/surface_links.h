@@ -10,7 +10,7 @@
 
 namespace kiln {
 
-/// How a low poly's triangles hang together.
+/// Neighbours of a low poly's triangles.
 struct SurfaceTopology {
   std::vector<std::array<std::uint32_t, 3>>
       vertices;  ///< Of each triangle; those at one place are one
@@ -37,7 +37,7 @@ SurfacePlace walk_surface(const LowSurface& surface, const SurfaceTopology& topo
                           std::uint32_t triangle, const std::array<double, 2>& from,
                           const std::array<double, 2>& to);
 
-/// What smoothing a field of texels needs to know.
+/// Links between texels, for smoothing a field of them.
 struct TexelLinks {
   std::vector<std::uint8_t> kind;    ///< Of each pixel: KILN_VISIBILITY_EMPTY, _INNER, _BORDER
   std::vector<std::uint32_t> links;  ///< 9 a border texel, see kiln_visibility_link

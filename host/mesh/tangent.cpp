@@ -13,7 +13,7 @@ namespace {
 constexpr std::uint32_t kNone = 0xFFFFFFFFU;
 constexpr std::uint32_t kNoGroup = kNone;
 
-/// What a triangle says about the tangent field before neighbours are asked.
+/// A triangle's own part in the tangent field, before neighbours are asked.
 struct Face {
   Vec3d tangent;            ///< Unit dP/du, zero where the UVs do not define one
   bool preserving = false;  ///< The UVs run the same way round as the surface
@@ -250,7 +250,7 @@ std::vector<CornerTangent> mikk_tangents(std::span<const Vec3> positions,
     }
   });
 
-  // What is left: degenerate triangles, and flexible ones that no group reached. They borrow from the
+  // Degenerate triangles are left, and flexible ones that no group reached. They borrow from the
   // first good corner of the same welded vertex, else from any at the same position.
   std::vector<std::uint32_t> lender(positions.size(), kNone);
   bool complete = true;

@@ -5,7 +5,7 @@
 
 namespace kiln {
 
-/// What is left of a number without its whole part.
+/// A number without its whole part.
 inline double fraction_of(double x) { return x - std::floor(x); }
 
 /// One of endlessly many places on a triangle, even however many there are: the sequence that follows from the

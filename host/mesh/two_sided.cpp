@@ -9,7 +9,7 @@
 namespace kiln {
 namespace {
 
-/// Of two neighbours in a sheet, the other, and whether it runs along their edge in the same sense.
+/// A neighbour in a sheet, and whether both run along their edge in the same sense.
 struct Link {
   std::uint32_t to = TwoSided::kNone;
   bool turned = false;
@@ -39,7 +39,7 @@ std::vector<std::uint32_t> find_twins(std::span<const Triangle> welded, std::siz
   return twins;
 }
 
-/// Of each triangle, those across its three edges, where exactly two share the edge.
+/// Neighbours of each triangle across its three edges, where exactly two share the edge.
 std::vector<std::array<Link, 3>> links_of(const std::vector<Triangle>& triangles,
                                           std::size_t vertices) {
   std::vector<std::array<Link, 3>> links(triangles.size());

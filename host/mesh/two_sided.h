@@ -26,7 +26,7 @@ struct TwoSided {
   bool empty() const { return twins.empty(); }
   /// \param welded  triangles whose corners are equal where their positions are
   static TwoSided of(std::span<const Triangle> welded, std::size_t vertices);
-  /// Of a mesh, corners welded.
+  /// Two-sided sheets of a mesh, corners welded.
   static TwoSided of(const Mesh& mesh);
 };
 

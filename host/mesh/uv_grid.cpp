@@ -10,7 +10,7 @@ namespace {
 constexpr double kPrismLow = -1;
 constexpr double kPrismHigh = 2;
 
-/// Where an edge crosses a line u = bound or v = bound. The end points are put in order first, so that
+/// Point where an edge crosses a line u = bound or v = bound. The end points are put in order first, so that
 /// triangles on both sides of an edge get the same point.
 ClipVertex crossing(ClipVertex a, ClipVertex b, double ClipVertex::*axis, double bound) {
   if (b.u < a.u || (b.u == a.u && b.v < a.v)) std::swap(a, b);

@@ -45,7 +45,7 @@ struct ClipVertex {
 /// True if fixed-point coordinates can hold a UV: within [-1, 2] x [-1, 2].
 bool in_prism(const Vec2& uv);
 
-/// What of a triangle lies there: a convex polygon, or nothing. In double precision, the same way from
+/// Part of a triangle that lies there: a convex polygon, or nothing. In double precision, the same way from
 /// both sides of a shared edge.
 std::vector<ClipVertex> clip_to_prism(const std::array<Vec2, 3>& uvs);
 

@@ -20,7 +20,7 @@ struct UvPlace {
   double area = 0;  ///< Twice it; negative where mirrored. 0: the triangle has no place.
 
   static UvPlace of(const std::array<LowSurface::Corner, 3>& corners);
-  /// How far apart two corners may lie and be one: 1e-4, and a twentieth of the longest side.
+  /// Largest distance of two corners that are one: 1e-4, and a twentieth of the longest side.
   double near() const;
   /// True within the triangle and a thousandth of its height around it.
   bool holds(const UvPosition& point) const;

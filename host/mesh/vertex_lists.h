@@ -53,7 +53,7 @@ class VertexLists {
   void fill(const Each& each) {
     each([&](std::size_t, std::uint32_t vertex, std::uint64_t) { ++start_[vertex + 2]; });
     for (std::size_t v = 2; v < start_.size(); ++v) start_[v] += start_[v - 1];
-    // Where the next item of a list goes is one place on: at last, all begin where the list before ends.
+    // The place of a list's next item is one on: at last, all begin where the list before ends.
     each([&](std::size_t i, std::uint32_t vertex, std::uint64_t key) {
       items_[start_[vertex + 1]++] = {key, static_cast<std::uint32_t>(i)};
     });

@@ -21,7 +21,7 @@
 namespace kiln {
 namespace {
 
-/// Where the smaller side of a part has more of its area than this, it is no small mistake.
+/// Share of a part's area above which its smaller side is no small mistake.
 constexpr double kMinority = 0.4;
 
 /// True if two triangles run along an edge from the same end to the other, as those that face alike do not.
@@ -90,7 +90,7 @@ struct Neighbours {
   }
 };
 
-/// Of a part, which side is wrong: the one of less area, or else the one that makes a closed part face inwards.
+/// Finds the wrong side of a part: the one of less area, or else the one that makes a closed part face inwards.
 class WrongSides {
  public:
   WrongSides(const Mesh& mesh, const FacingParts& parts) : sums_(parts.parts.size()) {

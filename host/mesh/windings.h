@@ -29,7 +29,7 @@ struct FacingParts {
   FacingParts(std::span<const Triangle> triangles, std::size_t vertices);
 };
 
-/// Of each part that disagrees, the side with less area; of a closed one whose sides are nearly alike, the side that
+/// Triangles on the wrong side of each part that disagrees: the side with less area; if the sides of a closed one are nearly alike, the side that
 /// makes it face inwards.
 std::vector<std::uint8_t> wrong_sides(const Mesh& mesh, const FacingParts& parts);
 

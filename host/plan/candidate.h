@@ -21,7 +21,7 @@ struct MadeCandidate {
   BakeOptions bake;
 };
 
-/// What was measured of one.
+/// Takes over what was measured of a candidate.
 void set_measured(const NormalError& error, Candidate& candidate);
 
 /// Makes candidates, which tell the evaluator and the model what levels and maps reach.
@@ -31,7 +31,7 @@ class CandidateBuilder {
   CandidateBuilder(const Source& source, const LowPolyPlanOptions& options, const BakeOptions& bake,
                    LevelEvaluator& evaluator, LowPolyPlan& plan);
 
-  /// What is expected of a level with a map of a size; 0: without one.
+  /// The candidate that is expected of a level with a map of a size; 0: without one.
   Candidate expect(std::size_t level, std::uint32_t size) const;
   double bytes(std::size_t level, std::uint32_t size) const {
     return static_cast<double>(bytes_of(level, size).total());

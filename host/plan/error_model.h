@@ -1,4 +1,4 @@
-// What the texels of a map add to the error of a mesh.
+// Error that the texels of a map add to that of a mesh.
 #pragma once
 
 #include <algorithm>

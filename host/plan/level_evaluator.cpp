@@ -133,7 +133,7 @@ bool LevelEvaluator::choose_match(std::size_t level) {
   std::shared_ptr<const VisibilityField> field;
   std::vector<MatchMethod> ways = planned_matches(&MatchRow::low_poly_turn);
   if (bake_.match.cage) {
-    std::erase_if(ways, [](MatchMethod way) { return !match_row(way).info.takes_cage; });
+    std::erase_if(ways, [](MatchMethod way) { return !obeys(match_row(way).info, "match.cage"); });
   }
   const MatchMethod first = ways.front(), before = bake_.match.method;
   if (options_.height_field) ways.insert(ways.begin(), match_at_uvs());
@@ -146,7 +146,7 @@ bool LevelEvaluator::choose_match(std::size_t level) {
       bake_.match.method = way;
       nodes_[1].clear();
     }
-    // What no match whatever gets below: hard edges seldom leave another room.
+    // No match may get far below the best: hard edges seldom leave room for another one.
     if (way == first && probe.least_share(limit) >= kGain) break;
   }
   std::erase(bake_.match.fallback, bake_.match.method);

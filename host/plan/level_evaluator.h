@@ -78,7 +78,7 @@ class LevelEvaluator {
   void know(std::size_t level, bool mapped, const LevelErrors& measured) {
     nodes_[mapped ? 1 : 0][level] = measured;
   }
-  /// Of a mesh for a map.
+  /// Errors of a mesh that gets a map.
   LevelErrors mapped_errors(const NormalProbe& probe) const;
 
   /// Takes the first of the ways to match that gets nearest on about a level. \returns whether it is another

@@ -164,7 +164,7 @@ class LowPolyPlanner {
     make({level, *size});
   }
 
-  /// Of each size the coarsest level that is expected to do; of these, the lightest. A size that was never within the
+  /// Next candidate: the lightest of the coarsest levels that are expected to do, one for each size. A size that was never within the
   /// error is aimed a margin below it, the size of the lightest so far above it: what nearly does is worth a try there.
   /// Each miss at a size lowers the aim.
   std::optional<Choice> lightest_expected() {
@@ -331,7 +331,7 @@ void check_plan(const LowPolyPlanOptions& options) {
   require(
       bake.match.cage_mesh == nullptr && bake.match.parts == nullptr && bake.match.saved == nullptr,
       "a cage mesh, parts and a saved match belong to a given low poly");
-  require((!match.needs_uvs || options.height_field) && !match.needs_direction,
+  require((!obeys(match, "match.uv") || options.height_field) && !needs_direction(match),
           "matching by " + std::string(bake.match.method.name) + " is for a low poly of your own");
 }
 

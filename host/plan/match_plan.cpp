@@ -28,14 +28,14 @@ constexpr std::size_t kMany = 2000000;
 constexpr double kFewMissed = 0.01;
 /// An error so near to the limit is as good as it; what is expected to be so far above the bound may be within it.
 constexpr double kNear = 1.05;
-/// What is only looked at is prepared for as for a map of this size, with depth views of half of it and visibility from
+/// Size of map for which matches that are only looked at are prepared, with depth views of half of it and visibility from
 /// an eighth as many directions.
 constexpr std::uint32_t kLookSize = 1024;
 
 /// The two layouts turned out not to agree, at one size or another, or nothing lies at the same UVs.
 struct Unfit {};
 
-/// What texels add to the limit of a match: 1 / (1 / range + rate s^2). A tiny map is as bad as none, a large one off by
+/// Error that texels add to the limit of a match: 1 / (1 / range + rate s^2). A tiny map is as bad as none, a large one off by
 /// the square of its texels' size.
 class TexelError {
  public:
@@ -46,7 +46,7 @@ class TexelError {
   void measured(std::uint32_t size, double above) {
     above = std::max(above, kLeast);
     const double texels = 1.0 * size * size;
-    // Where charts have few texels, a tiny map is worse than none, and how much worse is not known.
+    // A tiny map, whose charts have few texels, is worse than none, and how much worse is not known.
     range_ = std::max(range_, 2 * above);
     rate_ = (1 / above - 1 / range_) / texels;
     if (texels_ > 0) {
@@ -131,12 +131,15 @@ class MatchPlanner {
   }
 
   /// Its preparation is no BVH, but depth views.
-  static bool by_views(MatchMethod method) { return match_row(method).info.takes_views; }
+  static bool by_views(MatchMethod method) {
+    return obeys(match_row(method).info, "match.views.count");
+  }
 
   std::vector<MatchMethod> searching_methods() const {
     std::vector<MatchMethod> methods = planned_matches(&MatchRow::plan_turn);
     if (options_.bake.match.cage || options_.bake.match.cage_mesh != nullptr) {
-      std::erase_if(methods, [](MatchMethod way) { return !match_row(way).info.takes_cage; });
+      std::erase_if(methods,
+                    [](MatchMethod way) { return !obeys(match_row(way).info, "match.cage"); });
     } else if (impl_of(source_).triangles.size() > kMany) {
       std::stable_partition(methods.begin(), methods.end(), by_views);
     }
@@ -262,7 +265,7 @@ class MatchPlanner {
     } else if (options_.choose_rays) {
       leave_to_rays(options_.bounds, bake);
     }
-    // How many trials there will be is not known: progress says what is going on.
+    // The number of trials is not known: progress says what is going on.
     if (options_.bake.progress) {
       bake.progress = [this, doing](double, std::string_view) {
         return options_.bake.progress(0, doing);
@@ -322,7 +325,7 @@ class MatchPlanner {
     const double error = trial.error.mean_degrees;
     texels_.measured(std::min(trial.width, trial.height),
                      std::max(error - limit(trial.method), 1e-3 * limit(trial.method)));
-    // What was lost counts as without a map. A larger map must be worth it. What found nothing gives way to anything.
+    // Lost places count as without a map. A larger map must be worth it. A match that found nothing gives way to anything.
     const double weighed = error + trial.lost * planned_.without_map.mean_degrees;
     const bool finds = !found_nothing(baked.result.report);
     const bool first = planned_.trials.size() == 1 || (finds && !finds_);

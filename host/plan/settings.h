@@ -15,7 +15,7 @@ inline constexpr std::size_t kNodeStep = 17;
 inline constexpr std::uint32_t kFinestFaces = 25000;
 /// Meshes and maps that are made and measured: they take most of a plan's time.
 inline constexpr std::size_t kMostCandidates = 8;
-/// What is not expected to weigh less than this share of the lightest so far is not made.
+/// A candidate is made only if it is expected to weigh less than this share of the lightest so far.
 inline constexpr double kWorthwhile = 0.93;
 /// Share of the error that is left as room for the scatter of charts; once more after each miss.
 inline constexpr double kMargin = 0.02;

@@ -1,4 +1,4 @@
-// How far to search from low polys that were made here: they may stray farther than bakes search.
+// Search distance from low polys that were made here: they may stray farther than bakes search.
 #pragma once
 
 #include <utility>

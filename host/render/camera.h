@@ -1,4 +1,4 @@
-// Where a picture is taken from.
+// The camera of a picture.
 #pragma once
 
 #include <algorithm>
@@ -13,7 +13,7 @@
 
 namespace kiln {
 
-/// What a camera is to show: the vertices that finite triangles use, in a frame of their own.
+/// Vertices that a camera shows: those that finite triangles use, in a frame of their own.
 struct CameraTarget {
   Frame frame;
   std::vector<Vec3> points;
@@ -30,7 +30,7 @@ struct Camera {
   std::array<double, 3> center{};       ///< World point in the picture's middle
   double half_side = 1;                 ///< World units: of the picture's longer side
   std::uint32_t width = 1, height = 1;  ///< Pixels
-  /// Of the key light, unit, in the camera's own axes: right, up, towards the viewer.
+  /// Direction of the key light, unit, in the camera's own axes: right, up, towards the viewer.
   Vec3d key;
 
   /// Fits the target into the picture, with a margin of 4% of its longer side on each side; then zooms and

@@ -76,7 +76,7 @@ class FramePainter {
 
   bool with_map() const { return with_map_; }
 
-  /// Where the camera stands. \param options  of the size that the painter was made for
+  /// Parameters of the camera's place. \param options  of the size that the painter was made for
   kiln_render_params place(const CameraTarget& target, const RenderOptions& options) const {
     RenderOptions one = options;
     one.samples = 1;

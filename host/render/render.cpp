@@ -16,7 +16,7 @@ namespace {
 constexpr std::uint32_t kTilePixels = KILN_RENDER_TILE * KILN_RENDER_TILE;
 constexpr std::uint32_t kMaxSamplesPerPart = 1 << 20;
 constexpr double kLeastZoom = 0.01, kMostZoom = 1e5;
-/// How far occluders count, as a share of the framed extent.
+/// Distance within which occluders count, as a share of the framed extent.
 constexpr double kAmbientReach = 0.4;
 
 template <typename T>

@@ -1,4 +1,4 @@
-// What a Scene keeps on the device, and how it draws.
+// A Scene's arrays on the device, and its painter.
 #pragma once
 
 #include <memory>

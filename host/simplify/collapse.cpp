@@ -207,7 +207,7 @@ bool EdgeCollapser::take_with_twins(const Entry& entry, Step& step) {
         std::replace(twins[k].begin(), twins[k].end(), last[1], last[0]);
       }
       last = twins[i];
-      // Where one next to another may not any more, what is around it has lost its copies, and stays.
+      // If a collapse next to another may not be done any more, triangles around it have lost their copies, and stay.
       const std::optional<Step> own = step_of_twin(entry_of(last));
       if (!own) break;
       collapse(last[0], last[1], *own);

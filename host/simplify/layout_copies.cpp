@@ -11,7 +11,7 @@
 namespace kiln {
 namespace {
 
-/// How far apart corners may lie that are the same, and the side of the cells in which they are looked for.
+/// Largest distance of corners that are the same, and the side of the cells in which they are looked for.
 constexpr double kNear = 1e-5, kCell = 1.0 / 1024;
 
 struct CopyPlace {

@@ -1,4 +1,4 @@
-// What low polys weigh.
+// Bytes of low polys in a renderer's memory.
 #include <algorithm>
 #include <array>
 #include <vector>

@@ -128,7 +128,7 @@ std::size_t NormalFans::part_sides(const TwoSided& sides, std::size_t vertices) 
   return 3 * vertices;
 }
 
-/// Whether UVs differ at an end of an edge.
+/// True if UVs differ at an end of an edge.
 bool NormalFans::is_seam(const std::array<std::array<std::uint32_t, 2>, 2>& ends) const {
   return uv_of(ends[0][0]) != uv_of(ends[0][1]) || uv_of(ends[1][0]) != uv_of(ends[1][1]);
 }

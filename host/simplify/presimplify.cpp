@@ -34,7 +34,7 @@ constexpr std::size_t kPresimplifyPiece = 125'000;
 /// Pieces keep their borders. Where these leave this many times the goal, as on meshes of many small parts, the
 /// mesh goes on as a whole.
 constexpr double kTooMany = 1.25;
-/// Where triangles along these borders would be more than this share of the goal, hardly any would be left between
+/// Share of the goal above which triangles along these borders would leave hardly any between
 /// them (an urn of 4.5 million faces on the way to 50,000: 57,000 along borders, and its relief gone). Then pieces are
 /// left that many more, and the mesh goes on as a whole.
 constexpr double kMostAlongBorders = 0.75;
@@ -311,7 +311,7 @@ void drop_small_components(std::vector<Triangle>& triangles, const std::vector<T
     }
   }
   if (!any) return;
-  // Of a small_component, all vertices that one dense part alone has are of the same: it was cut off that.
+  // All vertices of a small component that one dense part alone has are of the same part: it was cut off that.
   const std::vector<std::uint32_t> dense_part = dense_parts(dense, dense_sides);
   std::vector<std::uint8_t> lives(dense.size(), 0);  // Dense parts of which more is left.
   std::vector<std::uint32_t> cut_off(origin.size(),

@@ -11,7 +11,7 @@
 
 namespace kiln {
 
-/// What is left of each piece of a mesh.
+/// Triangles that are left of each piece of a mesh.
 using PresimplifiedPieces = std::vector<std::vector<Triangle>>;
 
 /// Brings a mesh near `faces`, or less near if that would deviate by more than `error`, by

@@ -27,7 +27,7 @@ Pointer& made(Pointer& slot, Source::Stats& stats, const Make& make) {
   return slot;
 }
 
-/// Of vertices that move: a triangle may get an area later. Their coordinates are at most 1.
+/// Farthest coordinate of vertices that move: a triangle may get an area later. At first they are at most 1.
 constexpr double kFarthestMoved = 2;
 
 // Numbers that kernels read beyond the last one.

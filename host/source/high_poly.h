@@ -84,7 +84,7 @@ struct KILN_HIDDEN Source::Impl {
   mutable Stats stats_;
 };
 
-/// What Source hides from its users.
+/// Access to the parts that Source hides from its users.
 struct KILN_HIDDEN SourceAccess {
   static const Source::Impl& impl(const Source& source) { return *source.impl_; }
 };

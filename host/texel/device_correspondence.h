@@ -16,7 +16,7 @@ struct DeviceCorrespondence {
   cl::Array<float> barycentric;       ///< 2 planes
   cl::Array<float> distance;
   cl::Array<std::uint8_t> status;  ///< kiln_sample_status
-  /// Where asked for, and the match goes by visibility: 3 planes, the mean of the directions that see the
+  /// Directions of visibility, if asked for: 3 planes, the mean of the directions that see the
   /// sample's place, object space. Empty: not asked for.
   cl::Array<float> seen;
 

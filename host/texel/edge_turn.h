@@ -22,7 +22,7 @@ class EdgeTurn {
   EdgeTurn(cl::Context& context, const LowSurface& surface);
 
   bool turns() const { return turns_; }
-  /// Of a band that was just sampled, once.
+  /// Turns the directions of a band that was just sampled, once.
   void apply(cl::Context& context, TexelBand& band) const;
 
  private:

@@ -1,4 +1,4 @@
-// How far samples on open sheets of a low poly may look where nothing is near.
+// Reach of samples on open sheets of a low poly where nothing is near.
 #pragma once
 
 #include <vector>
@@ -17,7 +17,7 @@ class SheetReach {
   explicit SheetReach(const LowSurface& surface);
 
   float farthest() const { return farthest_; }  ///< Frame units; 0: there are no sheets
-  /// Of a band that was just sampled.
+  /// Writes the reach of a band that was just sampled.
   void apply(cl::Context& context, TexelBand& band) const;
 
  private:

@@ -180,7 +180,7 @@ class Finder {
     }
   }
 
-  /// Of these, the ones in charts that cover none at all.
+  /// Finds the charts of uncovered triangles that cover no sample at all.
   void find_charts() {
     if (uncovered_.empty()) return;
     std::unordered_map<std::uint64_t, std::uint32_t> at;  // corners of uncovered triangles

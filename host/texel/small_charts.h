@@ -9,7 +9,7 @@
 
 namespace kiln {
 
-/// What the charts without the centre of a sample get.
+/// Texels for charts without the centre of a sample.
 struct SmallCharts {
   std::vector<OwnedTexel> texels;        ///< By row, then column; none twice
   std::vector<std::uint32_t> triangles;  ///< Of these charts, ascending

@@ -9,7 +9,7 @@
 
 namespace kiln {
 
-/// How a map is cut into blocks (squares of texels, about 8x8 samples, one work-item each), tiles
+/// Cutting of a map into blocks (squares of texels, about 8x8 samples, one work-item each), tiles
 /// (squares of blocks, in which blocks follow a Morton curve) and bands (rows of tiles).
 struct TexelGrid {
   std::uint32_t width = 0, height = 0;  ///< Texels

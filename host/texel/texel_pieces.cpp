@@ -14,7 +14,7 @@
 namespace kiln {
 namespace {
 
-// Of the way to a triangle's middle: points on its very border may miss a high poly that ends there.
+// Share of the way to a triangle's middle by which points move inward: on its very border they may miss a high poly that ends there.
 constexpr double kInward = 1.0 / 256;
 
 /// Count and first example of something imperfect.

@@ -42,7 +42,7 @@ struct TexelOptions {
   bool small_charts = true;  ///< Charts without the centre of a sample get texels; see SmallCharts
 };
 
-/// What the UV layout looks like, counted over all bands.
+/// Counts of the UV layout over all bands.
 struct TexelReport {
   std::uint64_t texels = 0;  ///< Texels with at least one sample
   std::uint64_t samples = 0;

@@ -13,14 +13,14 @@ namespace {
 // A map's largest side times its most samples.
 constexpr std::uint32_t kLargestSide = 16384 * 16;
 constexpr std::uint32_t kMostSamples = 16;
-// How far a barycentric weight may lie outside [0, 1] by rounding.
+// Distance that a barycentric weight may lie outside [0, 1] by rounding.
 constexpr float kWeightSlack = 1e-3F;
 
 static_assert(static_cast<int>(SampleStatus::outermost) + 1 == KILN_STATUS_COUNT);
 
 bool is_weight(float value) { return value >= -kWeightSlack && value <= 1.0F + kWeightSlack; }
 
-/// What is wrong with a sample, as an id; null: nothing. Of samples without a point only the status counts.
+/// Fault of a sample, as an id; null: none. For samples without a point only the status counts.
 const char* fault(const Match& match, std::size_t i) {
   const std::uint8_t status = match.status[i];
   if (status >= KILN_STATUS_COUNT) return "match-status";

@@ -117,7 +117,7 @@ double find_density(const std::vector<Extent>& extents, std::uint32_t size, std:
   double longest = 0;
   for (const Extent& e : extents) longest = std::max({longest, e.width, e.height});
   if (!(longest > 0)) return fits(0) ? 1 : 0;
-  // Where the area alone is just enough: fitting starts a little below.
+  // Bound at which the area alone is just enough: fitting starts a little below.
   double low = 0, high = size / longest;
   for (int round = 0; round < 40; ++round) {
     const double middle = round == 0 ? high : (low + high) / 2;

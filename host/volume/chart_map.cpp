@@ -111,14 +111,14 @@ bool inside(const std::array<double, 3>& weights) {
   return weights[0] >= 0 && weights[1] >= 0 && weights[2] >= 0;
 }
 
-/// What a texel gathers from the triangles that it lies on.
+/// Sums that a texel gathers from the triangles that it lies on.
 struct Gathered {
   Vec3d sum;
   std::uint32_t triangle = 0;  ///< The first
   std::uint32_t points = 0;
 };
 
-/// What the map holds for a normal: as kiln_volume_map_encode has it.
+/// Value of the map for a normal, as kiln_volume_map_encode has it.
 Vec3d encoded(const Vec3d& normal, const kiln_low_shading& low, std::array<double, 3> weights) {
   double sum = 0;
   for (double& w : weights) sum += w = std::max(w, 0.0);

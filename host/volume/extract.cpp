@@ -28,7 +28,7 @@ namespace {
 /// Below this share of the largest part's vertices parts are small, and from so many on they are noise.
 constexpr double kSmallPart = 0.01;
 constexpr std::uint64_t kNoiseParts = 100;
-/// Of the full contour's triangles, at most so many are left where nothing is asked for.
+/// Largest share of the full contour's triangles that is left where nothing is asked for.
 constexpr double kShare = 0.05;
 
 /// Measured: the most that is held at once of the low poly, its layout and its map.
@@ -154,7 +154,7 @@ void describe_flaws(const IsosurfaceFlaws& flaws, const Volume& volume, ExtractR
        "topology.");
 }
 
-/// What is to be chosen, chosen.
+/// Makes the surface with settings chosen as asked for.
 SimplifiedIsosurface choose_surface(const FineSurface& surface, const VertexTree& tree,
                                     const Volume& volume, const ExtractOptions& options,
                                     ExtractUsed& used) {

@@ -60,7 +60,7 @@ Planes widened(const Planes& planes, std::uint32_t below, std::uint32_t above, s
   return {planes.first - std::min(planes.first, below), std::min(end, planes.last + above)};
 }
 
-/// What stays of an array in order of planes. \param old_begins, new_begins  by plane
+/// Moves the parts of an array that stay, in order of planes. \param old_begins, new_begins  by plane
 template <typename T>
 void copy_kept(const RawVector<T>& from, const std::vector<std::uint32_t>& old_begins,
                const std::vector<std::uint32_t>& new_begins, const Planes& changed,
@@ -80,7 +80,7 @@ FineContour::Kernels FineContour::kernels(const DeviceVoxels& voxels) const {
 
 bool FineContour::all_changed(const DeviceVoxels& voxels) const {
   if (!state_.cells || voxels.type != state_.type || voxels.iso != state_.iso) return true;
-  // What stands for voxels that are not finite is that of the whole volume.
+  // The value that stands for voxels that are not finite is that of the whole volume.
   return (voxels.outside != state_.outside || voxels.infinite_inside != state_.infinite_inside) &&
          (voxels.not_finite != 0 || state_.not_finite);
 }

@@ -38,7 +38,7 @@ class FineContour {
   struct Kernels {
     cl::Kernel signs, crossings, vertices;
   };
-  /// What the last update found, beside the surface.
+  /// State that the last update found, beside the surface.
   struct State {
     std::optional<CellGrid> cells;
     std::vector<std::uint64_t> signs;  ///< Before filling, where there is any

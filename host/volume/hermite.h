@@ -1,4 +1,4 @@
-// What the device finds for contouring: signs, crossings with their normals, vertices.
+// Data for contouring, by the device: signs, crossings with their normals, vertices.
 #pragma once
 
 #include <algorithm>

@@ -21,7 +21,7 @@ struct IsosurfaceFaces {
   std::vector<Triangle> triangles;
 };
 
-/// What becomes of triangles and vertices.
+/// Changes of triangles and vertices.
 struct IsosurfaceChange {
   IsosurfaceChange(const SimplifiedIsosurface& light, const IsosurfaceFaces& faces);
 

@@ -29,7 +29,7 @@ using flaw_rules::kSuspicious;
 using flaw_rules::normal_of;
 using flaw_rules::unit_or_zero;
 
-/// How often flaws are looked for and mended.
+/// Most rounds in which flaws are looked for and mended.
 constexpr int kRounds = 4;
 /// And again only if at least one in so many was mended.
 constexpr std::size_t kWorthAnother = 2;

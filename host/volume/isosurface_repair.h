@@ -1,4 +1,4 @@
-// What a low poly may not have: folds, triangles without area, gaps of no width. Mended, left out, counted.
+// Flaws of a low poly: folds, triangles without area, gaps of no width. Mended, left out, counted.
 #pragma once
 
 #include <cstdint>
@@ -9,11 +9,11 @@
 
 namespace kiln {
 
-/// What was wrong with a low poly, in triangles.
+/// Flaws of a low poly, in triangles.
 struct IsosurfaceFlaws {
   std::uint64_t mended = 0;    ///< Folded or without area, and no longer
   std::uint64_t left_out = 0;  ///< Two back to back at a time, with no solid between them
-  /// What stays, and where one is: world, relative to the volume's origin.
+  /// Flaws that stay, and where one is: world, relative to the volume's origin.
   struct Left {
     std::uint64_t count = 0;
     Vec3 place{};

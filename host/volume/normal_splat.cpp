@@ -93,7 +93,7 @@ class Charts {
     context_.launch(context_.kernel(family, name), params_.rows, kLocal, params_, charts_,
                     rows_[level].row_charts, rows_[level].first_rows, middle..., texels_);
   }
-  /// What no fine vertex fell into, from around.
+  /// Fills texels that no fine vertex fell into, from around.
   void fill() {
     const std::uint32_t last = levels();
     for (std::uint32_t level = 1; level < last; ++level) {

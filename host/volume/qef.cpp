@@ -48,7 +48,7 @@ Qef::Minimum Qef::minimum(const Vec3d& low, const Vec3d& high) const {
   Matrix3 v;
   diagonalise(m, v);
   const double largest = std::max({m[0][0], m[1][1], m[2][2]});
-  // What the crossings decide: the step from their mean, and the matrix and right side without the rest.
+  // Part that the crossings decide: the step from their mean, and the matrix and right side without the rest.
   std::array<double, 3> step{}, right{};
   Matrix3 kept{};
   for (std::size_t k = 0; k < 3; ++k) {

@@ -29,7 +29,7 @@ struct Qef {
     Vec3d place;
     double error;  ///< Root mean square distance to the crossings' planes, cells
   };
-  /// Where the function is least within a box. Directions whose eigenvalues are below
+  /// Place where the function is least within a box. Directions whose eigenvalues are below
   /// KILN_VOLUME_EIGEN_LIMIT of the largest keep the crossings' mean (Lindstrom 2000, section 3.3).
   Minimum minimum(const Vec3d& low, const Vec3d& high) const;
 };

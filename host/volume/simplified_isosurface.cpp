@@ -197,7 +197,7 @@ class Joined {
     if (parent_[b] == kNone) parent_[b] = b;
     parent_[root(a)] = root(b);
   }
-  /// Of the numbers that were joined.
+  /// Number of sets of the numbers that were joined.
   std::uint64_t sets() const {
     std::uint64_t count = 0;
     for (std::uint32_t i = 0; i < parent_.size(); ++i) count += parent_[i] == i ? 1 : 0;

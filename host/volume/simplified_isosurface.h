@@ -24,7 +24,7 @@ struct SimplifiedIsosurface {
   std::vector<std::uint32_t> leaf_begins;
   RawVector<std::uint32_t> leaves;
 
-  /// Of the fine vertices that a vertex stands for.
+  /// Mean normal of the fine vertices that a vertex stands for.
   Vec3 mean_normal(const FineSurface& surface, std::uint32_t vertex) const;
 
   std::uint64_t faces = 0;             ///< Triangles
@@ -32,7 +32,7 @@ struct SimplifiedIsosurface {
   std::uint64_t changed_topology = 0;  ///< Clusters that are not one sheet
   std::uint64_t parts = 0;             ///< Connected parts of the fine surface
   std::uint64_t dropped_parts = 0;     ///< ... left out for being small
-  /// Where the topology is to be kept and the volume's border is open: of the fine surface without small
+  /// Counted if the topology is to be kept and the volume's border is open: of the fine surface without small
   /// parts, and of the low poly.
   struct Pieces {
     std::uint64_t parts = 0;  ///< Joined by polygons

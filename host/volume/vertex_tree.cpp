@@ -11,7 +11,7 @@
 namespace kiln {
 namespace {
 
-/// What decides whether a cluster is one sheet.
+/// Numbers that decide whether a cluster is one sheet.
 struct Shape {
   std::int32_t euler2 = 0;       ///< Twice its surface's Euler characteristic
   std::uint16_t once = 0;        ///< Bit: the node's edge is crossed
@@ -72,7 +72,7 @@ class Sets {
   RawVector<std::uint32_t> parent_;
 };
 
-/// Where a cluster's fine vertices lie that end the surface at the volume's open border, by side: 2 axis,
+/// Sums over a cluster's fine vertices that end the surface at the volume's open border, by side: 2 axis,
 /// + 1 for the far one. Nothing else holds them there: along a wall that stands on the border all heights
 /// fit its crossings alike, and the mean is that of the whole cluster.
 struct Rim {
@@ -105,7 +105,7 @@ struct Rim {
   }
 };
 
-/// Of the fine vertices: those at crossed edges in the outermost planes of voxels.
+/// Rims of the fine vertices: those at crossed edges in the outermost planes of voxels.
 std::vector<Rim> find_rims(const FineSurface& surface) {
   std::vector<Rim> rims(surface.keys.size());
   for (const FineEdge& edge : surface.edges) {
@@ -306,7 +306,7 @@ VertexTree::VertexTree(const FineSurface& surface, const std::array<std::uint32_
       const auto lines = [&](const auto& sides, bool apart) {
         for (const auto& [a, b] : sides) {
           if (!is_there(at[a]) || !is_there(at[b])) continue;
-          // Where the other pair lies in another node, or is gone, the crossing is shared by these two.
+          // If the other pair lies in another node, or is gone, the crossing is shared by these two.
           shape_at(at[a])->euler2 += apart ? 1 - 2 : 1;
         }
       };

@@ -12,7 +12,7 @@ namespace kiln {
 /// Voxels of a type that kernels read (u8, i8, u16, i16, f32), beside the volume or converted from it.
 struct DeviceVoxels {
   const std::byte* data = nullptr;
-  /// Where the type is another, or infinite voxels are of the solid: value - iso, its sign kept
+  /// Used if the type is another, or infinite voxels are of the solid: value - iso, its sign kept
   std::vector<float> converted;
   VoxelType type = VoxelType::f32;
   float iso = 0;  ///< The least float that is not below the iso value; 0 where converted

@@ -12,7 +12,7 @@ namespace KILN_PUBLIC kiln {
 
 /// A quantity over the low poly, by area: how much of the surface has which value.
 struct Distribution {
-  double area = 0;    ///< Of the surface where there is a value, world units squared
+  double area = 0;    ///< Area of the surface where there is a value, world units squared
   double mean = 0;    ///< By area
   double rms = 0;     ///< Root of the mean square
   double median = 0;  ///< The value that half of the area is not above
@@ -25,15 +25,15 @@ struct Distribution {
 struct RayMeasure {
   double mean = 0;  ///< Over those rays
   double rms = 0;   ///< Root of the mean square
-  /// Of the rays that show a matched place of the low poly, how many have this quantity, 0 to 1.
+  /// Share of the rays that show a matched place of the low poly which have this quantity, 0 to 1.
   double share = 0;
 };
 
-/// How much the steps between the matches of neighbouring texels are longer or shorter than the texels'
-/// own.
+/// Difference between steps from match to match of neighbouring texels and the steps between the texels
+/// themselves.
 struct Uniformity {
   double mean_percent = 0;  ///< Mean of 100 | |F(a) - F(b)| / |a - b| - 1 |
-  std::uint64_t pairs = 0;  ///< Of texels a, b
+  std::uint64_t pairs = 0;  ///< Number of pairs of texels a, b
 };
 
 /// The same, texel by texel, for heat maps: one channel, rows from the top, width and height of the
@@ -49,7 +49,7 @@ struct AssessmentFields {
   ///< are folded over
 };
 
-/// How assess() rates a match.
+/// Settings of assess().
 struct AssessOptions {
   /// Test directions, 12 to 4096, spread evenly; none is one of `avoid`.
   std::uint32_t directions = 512;
@@ -58,7 +58,7 @@ struct AssessOptions {
   Progress progress;        ///< Called between directions; may cancel. See Progress
 };
 
-/// How good a correspondence F from the low poly to the high poly is, without looking at any map:
+/// Quality of a correspondence F from the low poly to the high poly, without looking at any map:
 /// Tarini, Cignoni, Scopigno, "Visibility based methods and assessment for detail-recovery" (2003),
 /// section 4. Positions are compared as numbers, never as colours.
 ///
@@ -68,9 +68,9 @@ struct AssessOptions {
 /// stands for its area times the cosine at which d sees it. Texels without a match have no ray.
 struct MatchAssessment {
   bool cancelled = false;     ///< The progress callback said stop: the figures are empty
-  std::uint64_t samples = 0;  ///< Of the match that the low poly covers
-  std::uint64_t missed = 0;   ///< Of these, without a point
-  double diagonal = 0;        ///< Of the high poly's bounding box, world units
+  std::uint64_t samples = 0;  ///< Samples of the match that the low poly covers
+  std::uint64_t missed = 0;   ///< Samples among these without a point
+  double diagonal = 0;        ///< Diagonal of the high poly's bounding box, world units
 
   /// Section 4.1: from F(p) to where the same ray first meets the high poly, if it meets a front
   /// face there. World units.
@@ -95,7 +95,7 @@ struct MatchAssessment {
   Distribution image_space_by_place;
   double never_visible = 0;  ///< Share of the area that no test direction sees
 
-  /// How evenly F samples the high poly: log2 of its area over the low poly's area. A cell lies
+  /// Evenness with which F samples the high poly: log2 of its area over the low poly's area. A cell lies
   /// between a texel and its neighbours to the right and below, in the same chart.
   Distribution stretch;     ///< Of |log2 - mean log2|: 0 is perfectly even
   double mean_stretch = 0;  ///< Mean log2

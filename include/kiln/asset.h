@@ -76,22 +76,22 @@ struct AssetMaps {
   const Image* opacity = nullptr;    ///< First channel
   const Image* color = nullptr;      ///< Three channels
   const Image* emission = nullptr;   ///< Three channels
-  float emission_strength = 1;       ///< What 1 in `emission` stands for, linear light; at least 0
+  float emission_strength = 1;       ///< Linear light that 1 in `emission` stands for; at least 0
   std::span<const std::uint8_t>
       coverage;  ///< BakeResult::coverage, for AssetPictures::errors; may be empty
 };
 
-/// How far a map in a picture is from what was given: stored_error().
+/// Error of a map as the asset's picture stores it: see stored_error().
 struct AssetError {
   std::string_view map;    ///< "normal", "ao", "color"...: as maps() and transfers have it
   bool is_normal = false;  ///< Degrees; else steps of 1/255
-  StoredError error;       ///< How far, over the baked texels
+  StoredError error;       ///< Error over the baked texels
 };
 
 /// The same as pictures that glTF has, 8 bits and dithered. Made by encode_maps().
 struct AssetPictures {
   bool is_webp = false;             ///< Else they are PNGs
-  std::vector<AssetError> errors;   ///< Of each map, where its texels are baked
+  std::vector<AssetError> errors;   ///< Each map's error, where its texels are baked
   std::vector<std::byte> color;     ///< Base colour, with opacity as its alpha; empty, as all: none
   std::vector<std::byte> surface;   ///< Occlusion, roughness and metalness: R, G, B
   std::vector<std::byte> normal;    ///< In tangent space
@@ -115,14 +115,14 @@ struct AssetMaterial {
   std::string name;  ///< Need not be unique
   std::shared_ptr<const AssetPictures>
       pictures;                            ///< Null: none. What several share is in the file once
-  AlphaMode alpha_mode = AlphaMode::mask;  ///< Where its pictures have opacity, else opaque
-  float alpha_cutoff = 0.5F;               ///< Of AlphaMode::mask
+  AlphaMode alpha_mode = AlphaMode::mask;  ///< Applied where its pictures have opacity; else opaque
+  float alpha_cutoff = 0.5F;               ///< Threshold of AlphaMode::mask
   bool double_sided = false;               ///< Back faces are shown, too
-  std::string set;                         ///< What its pictures' names begin with; may be empty
+  std::string set;                         ///< Beginning of its pictures' names; may be empty
   std::string extras;                      ///< JSON: glTF's `extras`; empty: none
 };
 
-/// What save_asset() writes beside a mesh and its materials.
+/// Settings of save_asset(), and content beside a mesh and its materials.
 struct SaveAssetOptions {
   std::vector<AssetNode> nodes;  ///< As Asset::nodes; empty: a node an object
   std::vector<std::uint32_t>
@@ -152,10 +152,10 @@ std::vector<std::filesystem::path> save_asset(const Mesh& low,
                                               const std::filesystem::path& path,
                                               const SaveAssetOptions& options = {});
 
-/// What save_glb() writes beside a mesh and its maps.
+/// Settings of save_glb(), and content beside a mesh and its maps.
 struct SaveGlbOptions {
-  AlphaMode alpha_mode = AlphaMode::mask;  ///< Where there is AssetMaps::opacity
-  float alpha_cutoff = 0.5F;               ///< Of AlphaMode::mask
+  AlphaMode alpha_mode = AlphaMode::mask;  ///< Applied where there is AssetMaps::opacity
+  float alpha_cutoff = 0.5F;               ///< Threshold of AlphaMode::mask
   bool double_sided = false;               ///< Back faces are shown, too
   double metres = 0;   ///< A unit of the mesh, which becomes the root's scale; 0: 1
   std::string extras;  ///< JSON: becomes `asset.extras.kiln`; empty: none

@@ -12,10 +12,10 @@
 
 namespace KILN_PUBLIC kiln {
 
-/// How values next to charts are filled.
+/// Padding: texels next to charts take values of the chart.
 struct PaddingOptions {
   std::int32_t texels =
-      16;  ///< How far, 0 to 16384; -1: everywhere, by push-pull (Gortler et al. 1996)
+      16;  ///< Width, 0 to 16384; -1: everywhere, by push-pull (Gortler et al. 1996)
   bool fill_missed = false;   ///< Also fill TexelState::missed, from baked texels around
   bool unit_vectors = false;  ///< Values are vectors: averaged ones are made unit again
 };
@@ -32,7 +32,7 @@ struct PaddingOptions {
 std::uint64_t fill_padding(const Device& device, Image& image, std::span<std::uint8_t> coverage,
                            const PaddingOptions& options = {});
 
-/// How bake_attribute() resolves samples to texels.
+/// Settings by which bake_attribute() resolves samples to texels.
 struct AttributeOptions {
   bool unit_vectors = false;  ///< Three channels whose means are made unit
   std::int32_t padding = 16;  ///< As PaddingOptions::texels

@@ -17,7 +17,7 @@
 
 namespace KILN_PUBLIC kiln {
 
-/// What a bake leaves out of the high poly, which no measure over the low poly can tell: the share
+/// Detail of the high poly that a bake leaves out, which no measure over the low poly can tell: the share
 /// of the high poly near the low poly that views from outside show and no sample stands for.
 ///
 /// Places lie evenly over the high poly's area. A place counts within the match's distance of the
@@ -28,11 +28,11 @@ namespace KILN_PUBLIC kiln {
 /// ways. Layers closer than that are one.
 struct HighCoverageReport {
   std::uint64_t places = 0;  ///< That counted
-  double weight = 0;         ///< Of all of these, so that reports of several maps can be joined
+  double weight = 0;         ///< Sum over all places, so that reports of several maps can be joined
   double lost = 0;           ///< Share that no sample stands for, 0 to 1
   double largest = 0;        ///< Share of the largest connected part of it, 0 to 1
-  /// Of `lost`, the share near triangles that share others' texels and find another surface than these
-  /// (BakeReport::uv_copies_differ), 0 to 1. What finds the same is on these texels, and not lost.
+  /// Share of `lost` near triangles that share others' texels and find another surface than these
+  /// (BakeReport::uv_copies_differ), 0 to 1. Triangles that find the same surface are on these texels, and not lost.
   double by_copies = 0;
   std::array<double, 3> where{};  ///< A place in the middle of that part, world units
 };
@@ -44,16 +44,16 @@ enum class VertexCoverage : std::uint8_t {
   lost,    ///< None does
 };
 
-/// How values become pictures.
+/// Encoding of values as pictures.
 struct EncodingOptions {
-  NormalMapSpace space = NormalMapSpace::tangent;  ///< Of the maps of unit vectors
-  Bitangent bitangent = Bitangent::pixel;          ///< Of NormalMapSpace::tangent
+  NormalMapSpace space = NormalMapSpace::tangent;  ///< Space of maps of unit vectors
+  Bitangent bitangent = Bitangent::pixel;          ///< Third axis of NormalMapSpace::tangent
   bool flip_y = false;                             ///< Green down (DirectX); default up (OpenGL)
   /// Third component left out (0): z = sqrt(1 - x^2 - y^2). A normal below the surface loses its sign and is
   /// counted ("below-surface").
   bool two_component = false;
   bool raw = false;  ///< Components in [-1, 1] instead of n/2 + 1/2
-  /// What integer formats put at 0 and at 1 in some of the maps; none twice. None given: BakedMap::ranges says the
+  /// Values that integer formats put at 0 and at 1 in some of the maps; none twice. None given: BakedMap::ranges says the
   /// rule, which is the same for all maps that are baked from one high poly with the same options.
   std::vector<MapRange> ranges = {};
   /// For the map position, and places in maps of the caller's own: what they are measured from, world units. None
@@ -61,26 +61,26 @@ struct EncodingOptions {
   /// rounded to a power of two above the diagonal. Thus all maps of one high poly agree; maps of several agree
   /// by an origin that is given. BakedMap::origin has it.
   std::optional<std::array<double, 3>> origin = {};
-  MissPolicy miss = MissPolicy::keep;  ///< What undecided samples get
+  MissPolicy miss = MissPolicy::keep;  ///< Value of undecided samples
   std::int32_t gutter = 16;            ///< Texels, 0 to 4096; -1: infinite (push-pull)
   /// Also make mip-maps, filtered within charts: no texel of one chart, nor of the gutter, gets
   /// into another (Wang et al., section 6). Mip-maps made from the image alone mix them.
   bool mips = false;
 };
 
-/// What a bake tells beside its maps.
+/// Measures and by-products of a bake beside its maps.
 struct ReportOptions {
   /// Compare each map at up to 2,000 texels with a finer evaluation (BakeReport::errors).
   bool errors = false;
   /// Places of the high poly that HighCoverageReport looks at, 0 (none) to 2^20. For matches that search its
-  /// hierarchy (MatchInfo::tells_recall), not for saved ones, and not in sessions. The standard error of a
+  /// hierarchy (they obey "report.recall"), not for saved ones, and not in sessions. The standard error of a
   /// share p is sqrt(p (1 - p) / places): 0.1% for 1% of 8192.
   std::uint32_t recall = 8192;
   bool vertex_coverage = false;  ///< Also fill BakeResult::recalled
   bool keep_match = false;       ///< Return the correspondence in BakeResult::match
 };
 
-/// What to bake, how to match, how the maps are written, and what is told of them.
+/// Options of a bake: maps, match, encoding and report.
 struct BakeOptions {
   std::uint32_t width = 2048;   ///< 1 to 16384 texels
   std::uint32_t height = 2048;  ///< 1 to 16384 texels
@@ -105,20 +105,20 @@ struct BakeOptions {
   std::optional<Texture> color = {};
   /// For the map opacity, one channel. None given: the vertex colours' alpha.
   std::optional<Texture> opacity = {};
-  MatchOptions match = {};        ///< How points of the high poly are found
-  EncodingOptions encoding = {};  ///< How the maps are written
-  ReportOptions report = {};      ///< What is told beside them
+  MatchOptions match = {};        ///< Match: search for points of the high poly
+  EncodingOptions encoding = {};  ///< Encoding of the maps
+  ReportOptions report = {};      ///< Measures beside the maps
   Progress progress = {};  ///< Called now and then; may cancel. See Progress for what it may do
 };
 
-/// How much the map changes from texel to texel where the method changes, and where it does not.
+/// Change of the map from texel to texel where the method changes, and where it does not.
 struct TransitionReport {
   std::uint64_t sides = 0;  ///< Between texels of one chart that different methods decided, or none
   double mean_degrees = 0;  ///< Over these sides, between the map's unit vectors
   double elsewhere_degrees = 0;  ///< Over all others
 };
 
-/// What a bake came to.
+/// Report of a bake: counts, measures, seconds and warnings.
 struct BakeReport {
   std::uint64_t texels = 0;   ///< Covered by the low poly
   std::uint64_t samples = 0;  ///< Covered by the low poly
@@ -137,15 +137,17 @@ struct BakeReport {
   double uv_copies_differ = 0;
   /// Triangles of charts without the centre of a sample: they have the nearest free texels.
   std::uint64_t small_triangles = 0;
-  std::uint64_t small_without_texel = 0;  ///< Of these, those that found none free within 8 texels
-  std::uint64_t missed = 0;               ///< Samples without a point
-  std::uint64_t gutter_texels = 0;        ///< Texels that padding filled
-  double max_distance = 0;                ///< As used, world units
-  double mean_abs_distance = 0;           ///< Of the samples that hit, world units
-  std::optional<ViewReport> views;        ///< Where matched by views
+  std::uint64_t small_without_texel =
+      0;                            ///< Small triangles that found no free texel within 8 texels
+  std::uint64_t missed = 0;         ///< Samples without a point
+  std::uint64_t gutter_texels = 0;  ///< Texels that padding filled
+  double max_distance = 0;          ///< As used, world units
+  double mean_abs_distance = 0;     ///< Mean |distance| of the samples that hit, world units
+  std::optional<ViewReport> views;  ///< Where matched by views
   std::optional<TransitionReport> transitions;  ///< Where a fallback was asked for; before blending
   std::optional<TransitionReport> transitions_blended;  ///< After, where blending was asked for
-  std::uint64_t blended_texels = 0;            ///< Of the method, that took some of the fallback's
+  std::uint64_t blended_texels =
+      0;  ///< Texels of the method that took some of the fallback's normals
   std::optional<VisibilityReport> visibility;  ///< Where matched by visibility
   std::optional<UvReport> uv;                  ///< Where matched by UVs
   EdgeReport edges;                            ///< Where rays turn at hard edges; else 0 of them
@@ -165,7 +167,7 @@ struct BakeReport {
   std::vector<MapError> errors;  ///< Where ReportOptions::errors asks for them
   double seconds_errors = 0;     ///< The finer evaluation
   std::uint64_t peak_device_bytes = 0;  ///< The most memory on the device at once
-  std::vector<Warning> warnings;        ///< Of all steps
+  std::vector<Warning> warnings;        ///< Warnings of all steps
 };
 
 /// The maps of a bake, and what there is to say of them.

@@ -18,7 +18,7 @@ struct FoundCage {
   /// MatchOptions::cage_mesh; save_obj() and load_mesh() give it back to the bit.
   Mesh mesh;
   std::uint64_t samples = 0;  ///< Places of the low poly that were looked at
-  /// Of these, places over which the outer shell cannot stay below the next face: needs elsewhere
+  /// Places among these over which the outer shell cannot stay below the next face: needs elsewhere
   /// on their triangles come first. Mostly they lie where parts touch, and nobody sees them.
   std::uint64_t conflicts = 0;
   std::vector<Warning>

@@ -9,7 +9,7 @@
 
 namespace KILN_PUBLIC kiln {
 
-/// What clean_mesh() may do. Lengths are shares of the diagonal of the mesh's bounding box.
+/// Repairs that clean_mesh() may make. Lengths are shares of the diagonal of the mesh's bounding box.
 struct CleanOptions {
   /// Turns triangles round, and nothing else: triangles and vertices keep their numbers.
   bool windings_alone = false;
@@ -25,13 +25,13 @@ struct CleanOptions {
   bool keep_inner = false;
 };
 
-/// How many of something, and where one is.
+/// Number of repaired elements of a kind, and an example.
 struct Cleaned {
-  std::uint64_t count = 0;  ///< How many
+  std::uint64_t count = 0;  ///< Number of elements
   Vec3 example = {};        ///< A place, as Mesh::positions; good where there are any
 };
 
-/// What clean_mesh() did.
+/// Repairs that clean_mesh() made.
 struct CleanReport {
   Cleaned welded;      ///< Vertices that were moved to one nearby
   Cleaned junctions;   ///< Triangles that were cut where vertices lie on their open edges

@@ -24,7 +24,7 @@ enum class Inside {
   below,  ///< Voxels below it
 };
 
-/// What happens where the solid reaches the volume's border.
+/// Treatment of a solid that reaches the volume's border.
 enum class VolumeBorder {
   closed,  ///< It is cut off flat at the outermost voxels: the mesh is watertight
   open,    ///< The surface ends there, up to a cell short of it: the mesh has a border
@@ -34,7 +34,7 @@ enum class VolumeBorder {
 struct ContourOptions {
   double iso = 0;                              ///< Value of the surface, in the voxels' own unit
   Inside inside = Inside::above;               ///< The solid side
-  VolumeBorder border = VolumeBorder::closed;  ///< What ends the solid at the volume's border
+  VolumeBorder border = VolumeBorder::closed;  ///< End of the solid at the volume's border
   /// The outer surface alone: outer voxels that cannot be reached from the volume's border count as
   /// inside. So cavities and their content vanish. Starts are regions of free voxels, joined by six
   /// neighbours. Each has at least a twentieth of the largest one's border voxels; hollows that a
@@ -50,20 +50,21 @@ struct ContourOptions {
   bool operator==(const ContourOptions&) const = default;
 };
 
-/// What full-resolution contouring came to.
+/// Report of full-resolution contouring.
 struct ContourReport {
-  std::uint64_t cells = 0;     ///< That the surface passes through
-  std::uint64_t vertices = 0;  ///< Of the finest contour: one for each sheet of surface in a cell
-  std::uint64_t quads = 0;     ///< Of the finest contour
-  double lowest = 0;           ///< Least and greatest finite voxel, where they were looked for
-  double highest = 0;          ///< (floating-point volumes, and before an error)
+  std::uint64_t cells = 0;  ///< That the surface passes through
+  std::uint64_t vertices =
+      0;  ///< Vertices of the finest contour: one for each sheet of surface in a cell
+  std::uint64_t quads = 0;          ///< Quads of the finest contour
+  double lowest = 0;                ///< Least and greatest finite voxel, where they were looked for
+  double highest = 0;               ///< (floating-point volumes, and before an error)
   std::uint64_t filled_voxels = 0;  ///< That count as inside because of outer_only
   double seconds_scan = 0;          ///< Signs of all voxels, cells that the surface passes through
   double seconds_outer = 0;         ///< Filling what is not reached from the border
   double seconds_hermite = 0;       ///< Crossings of edges and their normals
   double seconds_vertices = 0;      ///< Vertices by quadric error functions
   double seconds_quads = 0;         ///< Polygons around crossed edges
-  std::vector<Warning> warnings;    ///< Of all steps
+  std::vector<Warning> warnings;    ///< All steps together
 };
 
 /// The full-resolution contour of a volume: dual contouring (Ju, Losasso, Schaefer, Warren 2002, "Dual
@@ -93,7 +94,7 @@ struct ContourReport {
 Mesh contour(const Device& device, const Volume& volume, const ContourOptions& options = {},
              ContourReport* report = nullptr);
 
-/// What extract() makes of a volume.
+/// Settings of extract().
 struct ExtractOptions {
   ContourOptions contour{};  ///< The full-resolution surface
   /// Target number of triangles, reached from above or left below. 0: as `error` says.
@@ -116,7 +117,7 @@ struct ExtractOptions {
   bool flip_y = false;                             ///< Green down (DirectX)
   bool raw = false;                                ///< Components in [-1, 1] instead of n/2 + 1/2
 
-  /// What extract() chooses by the volume, whatever is given above; ExtractReport::used says what came out.
+  /// Settings that extract() chooses by the volume, whatever is given above; ExtractReport::used says what came out.
   struct Choice {
     /// With faces = 0: the least error, `error` or more, that leaves at most a twentieth of the
     /// contour's triangles. Barry and Wood, table 1: 80.6 to 99.97% less.
@@ -128,10 +129,10 @@ struct ExtractOptions {
     /// The smallest map, a multiple of 16 texels, with about one texel a cell; 8192 where that is too small.
     bool size = false;
   };
-  Choice choose{};  ///< What extract() chooses; nothing unless asked
+  Choice choose{};  ///< Settings that extract() chooses; none unless asked
 };
 
-/// What the options came to: as given or as chosen.
+/// Settings as used: given or chosen.
 struct ExtractUsed {
   double error = 0;               ///< Limit, cells; 0 where faces were asked for
   bool keep_topology = true;      ///< As ExtractOptions::keep_topology
@@ -141,9 +142,9 @@ struct ExtractUsed {
   std::uint64_t kept_faces = 0;   ///< With the topology, where it was let go for that
 };
 
-/// What an extraction came to.
+/// Report of an extraction.
 struct ExtractReport {
-  ContourReport contour;        ///< Of the full-resolution surface
+  ContourReport contour;        ///< Report of the full-resolution surface
   ExtractUsed used;             ///< The options as given or as chosen
   std::uint64_t clusters = 0;   ///< Inner nodes of the tree of vertices
   std::uint64_t faces = 0;      ///< Triangles of the low poly
@@ -158,22 +159,22 @@ struct ExtractReport {
   std::uint64_t folded = 0;        ///< Triangles that face away from the full contour and stay
   std::uint64_t without_area = 0;  ///< ... that have no area
   std::uint64_t repeated = 0;      ///< ... that have the corners of another one
-  std::uint64_t charts = 0;        ///< Of the layout: by pairs, one for each polygon
+  std::uint64_t charts = 0;        ///< Charts of the layout: by pairs, one for each polygon
   double texels_per_cell = 0;      ///< Side of a cell in texels of the map
   double coverage = 0;             ///< Share of the map that triangles cover, 0 to 1
   std::uint64_t splatted_texels = 0;  ///< That fine vertices fell into; others are filled
   double seconds_simplify = 0;        ///< Tree of vertices and choice among them
   double seconds_atlas = 0;           ///< Layout of the charts
   double seconds_map = 0;             ///< Splatting, filling and encoding of normals
-  double seconds_total = 0;           ///< Of all steps
-  std::vector<Warning> warnings;      ///< Of all steps
+  double seconds_total = 0;           ///< All steps together
+  std::vector<Warning> warnings;      ///< All steps together
 };
 
 /// A low poly with its normal map.
 struct ExtractResult {
   Mesh mesh;             ///< The low poly, with UVs and smooth normals
   Image normal_map;      ///< 3 channels; outside the charts (1/2, 1/2, 1)
-  ExtractReport report;  ///< What it came to
+  ExtractReport report;  ///< Report of the extraction
 };
 
 /// Texels a cell from which on extract() warns ("map-too-fine").
@@ -237,7 +238,7 @@ class VolumeSession {
   ///         contour(), where nothing is left of the surface. Nothing is changed then.
   void update(const VolumeRegion& region, std::span<const std::byte> voxels);
 
-  /// What the last update() did, or the constructor.
+  /// Work of the last update(), or of the constructor.
   struct Update {
     std::uint64_t vertices = 0;  ///< Fine vertices found anew
     std::uint64_t kept = 0;      ///< ... taken over

@@ -16,14 +16,14 @@ class KILN_OPAQUE Context;
 }
 struct KILN_OPAQUE DeviceAccess;
 
-/// What an OpenCL device says of itself, as far as it matters to a bake.
+/// Properties of an OpenCL device that matter to a bake, as its driver gives them.
 struct DeviceInfo {
   int index = 0;                           ///< Position in list_devices()
   std::string name;                        ///< As the driver gives it
   std::string platform;                    ///< Name of the OpenCL platform
-  std::string vendor;                      ///< Of the device
+  std::string vendor;                      ///< Vendor of the device
   std::string driver;                      ///< Driver's version
-  std::string opencl_version;              ///< Of the device, as it says
+  std::string opencl_version;              ///< OpenCL version of the device, as its driver gives it
   bool is_gpu = false;                     ///< Its type is CL_DEVICE_TYPE_GPU
   std::uint32_t compute_units = 0;         ///< Cores, or what the driver counts as one
   std::uint64_t memory_bytes = 0;          ///< Global memory
@@ -56,7 +56,7 @@ class Device {
   /// Thread safety: may be called from several threads. `selector` is not kept.
   static Device open(std::string_view selector = {});
 
-  /// What the device says of itself. Good as long as any copy of this Device.
+  /// Properties of the device. Good as long as any copy of this Device.
   const DeviceInfo& info() const;
 
   /// Seconds spent building kernels so far (little where the driver has them cached).

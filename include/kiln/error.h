@@ -9,7 +9,7 @@
 
 namespace KILN_PUBLIC kiln {
 
-/// What kind of failure an Error reports. The values are the command line's exit codes.
+/// Kinds of failure that an Error reports. The values are the command line's exit codes.
 enum class ErrorCode {
   internal = 1,     ///< A defect of Kiln's own, or memory ran out.
   usage = 2,        ///< A parameter is out of its range, or two contradict each other.
@@ -37,7 +37,7 @@ class Error : public std::runtime_error {
   ~Error() override;                         ///< In the library, and with it what catching asks for
   /// The kind of failure.
   ErrorCode code() const noexcept { return code_; }
-  /// What is wrong, in words of a-z and dashes: `mesh-index`, `match-weight`, as the function that throws
+  /// Name of the problem, words of a-z and dashes: `mesh-index`, `match-weight`, as the function that throws
   /// says; else the kind's name: `internal`, `usage`, `input`, `device`, `output`, `cancelled`. Never null.
   const char* id() const noexcept { return id_; }
   /// The option that the message names first: "match.cage"; empty: none. Lives as long as the error.
@@ -70,7 +70,7 @@ class Error : public std::runtime_error {
 struct Warning {
   std::string code;     ///< Stable identifier for scripts, such as "degenerate-triangles".
   std::string message;  ///< One sentence for a person: what, how many, one example, what was done.
-  std::uint64_t count = 0;  ///< How many elements it concerns.
+  std::uint64_t count = 0;  ///< Number of elements that it concerns.
 };
 
 }  // namespace kiln

@@ -34,7 +34,7 @@ class OutputSet {
   /// \throws Error(output)
   void commit();
 
-  /// Where the bytes of a file that is held back can be read until commit(), by another program, say.
+  /// Path at which the bytes of a file that is held back can be read until commit(), by another program, say.
   /// Empty: nothing was saved under this name.
   static std::filesystem::path held(const std::filesystem::path& destination);
 
@@ -46,7 +46,7 @@ class OutputSet {
   static void check(const std::filesystem::path& destination);
 };
 
-/// Whether OutputSet::commit() is at work between its first file and its last: a signal handler that would
+/// True while OutputSet::commit() is at work between its first file and its last: a signal handler that would
 /// end the process should return instead. Async-signal-safe.
 bool placing_outputs() noexcept;
 

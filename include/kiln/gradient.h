@@ -11,7 +11,7 @@
 
 namespace KILN_PUBLIC kiln {
 
-/// How far a map's normals are from a volume's gradient, over the texels that could be compared.
+/// Error of a map's normals against a volume's gradient, over the texels that could be compared.
 /// Percentiles are exact, by nearest rank. All degrees are 0 where nothing was compared.
 struct GradientError {
   std::uint64_t texels = 0;  ///< Compared
@@ -31,14 +31,14 @@ enum class GradientLine {
   face,     ///< The triangle's own normal: as the direct map projects
 };
 
-/// How the surface is looked for.
+/// Settings of the search for the surface.
 struct GradientOptions {
-  std::uint32_t size = 1024;                  ///< Texels a side of the maps, 1 to 16384
-  double reach = 0;                           ///< How far to look each way, world units, above 0
-  GradientLine line = GradientLine::shading;  ///< Where the surface is looked for
+  std::uint32_t size = 1024;  ///< Texels a side of the maps, 1 to 16384
+  double reach = 0;           ///< Length of the search each way, world units, above 0
+  GradientLine line = GradientLine::shading;  ///< Line along which the surface is looked for
 };
 
-/// What a normal map of a volume's surface should hold: at each texel of a low poly the normal of the
+/// Reference for a normal map of a volume's surface: at each texel of a low poly the normal of the
 /// volume's own field.
 ///
 /// A texel counts where its centre lies in a UV triangle (of several, the first). It stands for the

@@ -6,7 +6,7 @@
 
 namespace KILN_PUBLIC kiln {
 
-/// Where a height field lies: in the plane z = 0 around the origin, heights along +Z.
+/// Place and extent of a height field: in the plane z = 0 around the origin, heights along +Z.
 struct HeightFieldOptions {
   double width =
       0;  ///< Along X, world units. 0: `depth` by the image's sides; both 0: the longer is 1

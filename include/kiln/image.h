@@ -29,7 +29,7 @@ struct Image {
   }
 };
 
-/// How an image is written.
+/// File formats of images.
 enum class ImageFormat {
   exr_half,   ///< OpenEXR, 16-bit float, PIZ (lossless)
   exr_float,  ///< OpenEXR, 32-bit float, PIZ (lossless)
@@ -44,12 +44,12 @@ enum class ImageFormat {
   dds,   ///< DDS with DXGI's formats, as ktx2
 };
 
-/// What names of a format's files end with, such as ".png". Any thread. \throws Error(usage) for none of them
+/// Extension of a format's files, such as ".png". Any thread. \throws Error(usage) for none of them
 std::string_view extension_of(ImageFormat format);
 
-/// What a picture's values are: ktx2 and dds name their format by it, and stored_error() compares by it.
+/// Meaning of a picture's values: ktx2 and dds name their format by it, and stored_error() compares by it.
 ///
-/// Where both sides are multiples of 4, as Direct3D and WebGPU want, one channel becomes BC4 and two BC5; else R8 and
+/// Pictures whose sides are both multiples of 4, as Direct3D and WebGPU want, of one channel become BC4, of two BC5; else R8 and
 /// RG8. Three and four are RGBA8, colours sRGB.
 enum class TextureUse {
   values,         ///< Numbers
@@ -58,20 +58,20 @@ enum class TextureUse {
   tangent_normal  ///< The same with z = sqrt(1 - x^2 - y^2), of which ktx2 and dds hold x and y alone: BC5
 };
 
-/// What a file says of its picture.
+/// A text in a picture's file, about the picture.
 struct ImageText {
   std::string
       keyword;  ///< 1 to 79 printable ASCII characters, without a blank at either end; no other's
   std::string text;  ///< Printable ASCII
 };
 
-/// How save_image() writes.
+/// Settings of save_image().
 struct SaveImageOptions {
   ImageFormat format = ImageFormat::exr_half;  ///< The name's extension must agree
   bool dither = false;                  ///< png8, tga and webp: ordered dither instead of rounding.
   TextureUse use = TextureUse::values;  ///< ktx2 and dds: what format they have
   int threads = 0;                      ///< For compression; 0 takes all cores.
-  /// What places in the image are measured from (BakedMap::origin), written down: as the attribute `origin`
+  /// Origin of places in the image (BakedMap::origin), written down: as the attribute `origin`
   /// (v3d) in an EXR, as the text `Origin` in a PNG. 0: nothing is written.
   std::array<double, 3> origin{};
   /// Written down as text (tEXt) in a PNG, as attributes (string) in an EXR.
@@ -120,14 +120,14 @@ bool holds_linear_light(const std::filesystem::path& path);
 void save_mipmapped(const Image& image, const std::vector<Image>& mips,
                     const std::filesystem::path& path, const SaveImageOptions& options = {});
 
-/// How far values that were stored are from those of the image: steps of 1/255, of a texel's worst channel; of normals
+/// Error of stored values against those of the image: steps of 1/255, of a texel's worst channel; of normals
 /// degrees.
 struct StoredError {
   double mean = 0;  ///< Over the texels that count
   double max = 0;   ///< The greatest
 };
 
-/// How far what save_image() stores in 8 bits or blocks (png8, tiff8, tga, webp, ktx2, dds) is from the image. Values
+/// Error of what save_image() stores in 8 bits or blocks (png8, tiff8, tga, webp, ktx2, dds) against the image. Values
 /// outside of [0, 1], which are clamped, count as they are; those that are not finite as 255 or 180.
 /// \param coverage  BakeResult::coverage: baked texels count; empty: all do
 /// \returns zeros for other formats
@@ -138,7 +138,7 @@ StoredError stored_error(const Image& image, const SaveImageOptions& options,
 /// From linear light to sRGB (IEC 61966-2-1): in place, of the first three channels, clamped to [0, 1].
 void to_srgb(Image& image);
 
-/// How far two images differ, over the texels that count.
+/// Difference of two images over the texels that count.
 struct ImageDifference {
   std::uint64_t compared = 0;     ///< Texels compared
   double mean_angle_degrees = 0;  ///< Between decoded normals; 3 or more channels only
@@ -169,7 +169,7 @@ ImageDifference compare_images(const Image& a, const Image& b, const Image* mask
 Image image_differences(const Image& a, const Image& b, const Image* mask = nullptr,
                         bool by_channel = false);
 
-/// How a pixel lies in memory: channels in this order, numbers in the machine's byte order.
+/// Layout of a pixel in memory: channels in this order, numbers in the machine's byte order.
 enum class PixelFormat {
   rgba8,         ///< 4 bytes, [0, 1] to 0 to 255: VK_FORMAT_R8G8B8A8_UNORM, GL_RGBA8
   bgra8,         ///< 4 bytes, blue first: VK_FORMAT_B8G8R8A8_UNORM
@@ -185,7 +185,7 @@ constexpr std::size_t pixel_bytes(PixelFormat format) {
                                                                                 : 4;
 }
 
-/// How convert() fills what an image does not say.
+/// Settings of convert(): alpha, and channels that an image lacks.
 struct ConvertOptions {
   /// BakeResult::coverage, or empty. Alpha is then 1 where a texel is baked, else 0: padding, missed and
   /// empty texels. Without it alpha is the image's fourth channel, or 1.

@@ -25,7 +25,7 @@
 extern "C" {
 #endif
 
-/// How a call ended: the command's exit codes.
+/// Outcome of a call: the command's exit codes.
 typedef int32_t kiln_status;
 #define KILN_OK 0           ///< Done
 #define KILN_INTERNAL 1     ///< A defect of Kiln's own, or memory ran out
@@ -35,7 +35,7 @@ typedef int32_t kiln_status;
 #define KILN_OUTPUT 5       ///< A result could not be written
 #define KILN_CANCELLED 130  ///< The callback said stop
 
-/// Of this thread's last call that failed: one or two sentences for a person. Never null; good until its next failure.
+/// Message of this thread's last call that failed: one or two sentences for a person. Never null; good until its next failure.
 KILN_C_API const char* kiln_error_message(void);
 /// The same for programs: a stable word such as "mesh-index", else the kind, such as "usage". Never null.
 KILN_C_API const char* kiln_error_code(void);
@@ -61,7 +61,7 @@ typedef struct kiln_span {
 
 /// A mesh in the caller's memory, as renderers keep it: one list of vertices and indices into it.
 typedef struct kiln_mesh_view {
-  size_t size;          ///< Of this struct
+  size_t size;          ///< sizeof this struct
   kiln_span positions;  ///< Three floats a vertex
   const uint32_t*
       indices;  ///< Three a triangle, counter-clockwise from outside; null: vertices in their order
@@ -78,7 +78,7 @@ typedef struct kiln_mesh_view {
 
 /// A mesh's own memory, good as long as the mesh. Corners have indices of their own into UVs and normals.
 typedef struct kiln_mesh_arrays {
-  size_t size;                       ///< Of this struct, as given
+  size_t size;                       ///< sizeof this struct, as given
   const float* positions;            ///< Three a vertex
   size_t vertex_count;               ///< Vertices
   const uint32_t* triangles;         ///< Three a triangle: vertices
@@ -103,16 +103,16 @@ KILN_C_API kiln_status kiln_mesh_load(const char* path, kiln_mesh** mesh);
 KILN_C_API kiln_status kiln_mesh_save_obj(const kiln_mesh* mesh, const char* path);
 /// Sets the size, and all else to 0.
 KILN_C_API void kiln_mesh_arrays_init(kiln_mesh_arrays* arrays);
-/// Where a mesh's numbers are. \param arrays  in: its size; out: all else
+/// Gives pointers to a mesh's numbers. \param arrays  in: its size; out: all else
 KILN_C_API kiln_status kiln_mesh_read(const kiln_mesh* mesh, kiln_mesh_arrays* arrays);
 /// Frees a mesh.
 KILN_C_API void kiln_mesh_free(kiln_mesh* mesh);
 
 /* ---- low polys ---- */
 
-/// How far kiln_simplify() goes.
+/// Options of kiln_simplify().
 typedef struct kiln_simplify_options {
-  size_t size;         ///< Of this struct
+  size_t size;         ///< sizeof this struct
   uint32_t faces;      ///< Triangles; 0: as few as max_error allows
   int32_t keep_uvs;    ///< Not 0: keep UVs, groups and materials and their borders
   double max_error;    ///< With faces 0: share of the diagonal that surfaces may part by [0.002]
@@ -122,9 +122,9 @@ typedef struct kiln_simplify_options {
   void* user;              ///< For progress
 } kiln_simplify_options;
 
-/// How kiln_unwrap() lays charts out.
+/// Options of kiln_unwrap().
 typedef struct kiln_unwrap_options {
-  size_t size;             ///< Of this struct
+  size_t size;             ///< sizeof this struct
   uint32_t map_size;       ///< Texels a side of the map that it is for [2048]
   uint32_t border_texels;  ///< Between charts [2]
   uint32_t pairs;          ///< Not 0: triangles in pairs instead of few large charts
@@ -151,9 +151,9 @@ typedef struct kiln_source kiln_source;
 /// The maps of a bake.
 typedef struct kiln_bake kiln_bake;
 
-/// What to bake, and how points are found.
+/// Options of a bake: maps, and the search for points.
 typedef struct kiln_bake_options {
-  size_t size;           ///< Of this struct
+  size_t size;           ///< sizeof this struct
   uint32_t width;        ///< Texels, 1 to 16384 [2048]
   uint32_t height;       ///< Texels, 1 to 16384 [2048]
   uint32_t samples;      ///< N x N a texel, 1 to 16 [1]
@@ -161,7 +161,7 @@ typedef struct kiln_bake_options {
   const char* maps;      ///< Names, separated by commas; null: "normal"
   const char* match;     ///< Name; null: "ray"
   const char* fallback;  ///< Matches for what that misses, separated by commas; null: none
-  double max_distance;   ///< How far to look; 0: the default
+  double max_distance;   ///< Length of the search; 0: the default
   double cage;           ///< Cast from so far outside, inward; 0: none
   int32_t
       relative;  ///< Not 0: max_distance, cage and ao_distance are shares of the diagonal, else world units
@@ -170,14 +170,14 @@ typedef struct kiln_bake_options {
   int32_t object_space;    ///< Not 0: normals in object space, else in tangent space
   uint32_t ao_rays;        ///< A sample, 1 to 4096 [64]
   uint32_t reserved;       ///< 0
-  double ao_distance;      ///< How far something darkens; 0: all that is there
+  double ao_distance;      ///< Distance within which something darkens; 0: any
   kiln_progress progress;  ///< Null: none
   void* user;              ///< For progress
 } kiln_bake_options;
 
 /// One map, good as long as its bake: rows from the top (row 0 is at v = 1), channels interleaved.
 typedef struct kiln_map {
-  size_t size;          ///< Of this struct, as given
+  size_t size;          ///< sizeof this struct, as given
   const char* name;     ///< Such as "normal"
   uint32_t width;       ///< Texels
   uint32_t height;      ///< Texels
@@ -186,14 +186,14 @@ typedef struct kiln_map {
   const float* pixels;  ///< width * height * channels; unit vectors as n/2 + 1/2
 } kiln_map;
 
-/// What a bake came to.
+/// Report of a bake.
 typedef struct kiln_report {
-  size_t size;               ///< Of this struct, as given
+  size_t size;               ///< sizeof this struct, as given
   uint64_t texels;           ///< Covered by the low poly
   uint64_t samples;          ///< Covered by the low poly
   uint64_t missed;           ///< Samples without a point
   double max_distance;       ///< As used, world units
-  double mean_abs_distance;  ///< Of the samples that hit, world units
+  double mean_abs_distance;  ///< Mean |distance| of the samples that hit, world units
   uint64_t warnings;         ///< See kiln_bake_warning()
 } kiln_report;
 
@@ -208,7 +208,7 @@ KILN_C_API void kiln_bake_options_init(kiln_bake_options* options);
 /// Bakes. \param low  with UVs  \param options  null: defaults  \param bake  out
 KILN_C_API kiln_status kiln_bake_new(const kiln_source* source, const kiln_mesh* low,
                                      const kiln_bake_options* options, kiln_bake** bake);
-/// How many maps there are, in the order asked for.
+/// Number of maps, which are in the order asked for.
 KILN_C_API size_t kiln_bake_map_count(const kiln_bake* bake);
 /// Sets the size, and all else to 0.
 KILN_C_API void kiln_map_init(kiln_map* map);
@@ -218,7 +218,7 @@ KILN_C_API kiln_status kiln_bake_map(const kiln_bake* bake, size_t index, kiln_m
 KILN_C_API const uint8_t* kiln_bake_coverage(const kiln_bake* bake);
 /// Sets the size, and all else to 0.
 KILN_C_API void kiln_report_init(kiln_report* report);
-/// What it came to. \param report  in: its size; out: all else
+/// The bake's report. \param report  in: its size; out: all else
 KILN_C_API kiln_status kiln_bake_report(const kiln_bake* bake, kiln_report* report);
 /// A warning's sentence; null beyond the last. Good as long as the bake.
 KILN_C_API const char* kiln_bake_warning(const kiln_bake* bake, size_t index);

@@ -10,9 +10,9 @@
 
 namespace KILN_PUBLIC kiln {
 
-/// How good a mesh's UV layout is, whatever is baked into it.
+/// Quality of a mesh's UV layout, whatever is baked into it.
 ///
-/// Of each triangle, S maps texels (s, t) of a width x height map to the surface. It is affine, with the
+/// S maps texels (s, t) of a width x height map to the surface of a triangle. It is affine, with the
 /// derivatives Ss and St. With a = Ss.Ss, b = Ss.St and c = St.St its singular values are
 /// sqrt(((a + c) +- sqrt((a - c)^2 + 4 b^2)) / 2) (Sander, Snyder, Gortler, Hoppe, "Texture Mapping Progressive
 /// Meshes", 2001, section 3).
@@ -22,8 +22,8 @@ struct LayoutRating {
       0;  ///< Without area on the surface, or with a corner or UV that is not finite
   std::uint64_t flat =
       0;  ///< With area on the surface but none in the layout: no texel, no end of stretch
-  std::uint64_t mirrored = 0;  ///< Of the rated ones, those that run clockwise in the layout
-  double area = 0;             ///< Of the rated triangles' surface, world units squared
+  std::uint64_t mirrored = 0;  ///< Rated triangles that run clockwise in the layout
+  double area = 0;             ///< Surface of the rated triangles, world units squared
 
   /// Sander et al., L2(M): the root mean square, by area, of sqrt((a + c) / 2), times sqrt(texels / area). 1 is
   /// without any stretch, at one scale.
@@ -41,9 +41,9 @@ struct LayoutRating {
 
   std::uint64_t charts = 0;  ///< Connected pieces of the layout
   std::uint64_t seams = 0;   ///< Edges between two faces, where UVs part
-  double seam_length = 0;    ///< Of these, world units
+  double seam_length = 0;    ///< Length of these, world units
 
-  std::uint64_t texels = 0;  ///< Of width x height, whose centre a triangle covers
+  std::uint64_t texels = 0;  ///< Texels of width x height whose centre a triangle covers
   double used = 0;           ///< Their share of the unit square, 0 to 1
   double overlap =
       0;  ///< Share of them that several triangles cover, 0 to 1. Copies (UvCopies) are none

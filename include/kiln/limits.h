@@ -33,7 +33,7 @@ void set_memory_limit(std::uint64_t bytes) noexcept;
 /// Thread safety: any time, from any thread; work that has begun keeps its threads.
 void set_thread_limit(int threads);
 
-/// How many threads Kiln's own work takes at most: 1 or more.
+/// Largest number of threads that Kiln's own work takes: 1 or more.
 int thread_limit();
 
 }  // namespace kiln

@@ -38,8 +38,8 @@ struct Match {
   std::uint32_t height = 0;            ///< map height * samples
   std::uint32_t samples = 1;           ///< N x N a texel
   std::uint64_t source_triangles = 0;  ///< For checking against the mesh it is used with
-  std::uint64_t source_hash = 0;       ///< Of the high poly's triangles and positions; 0: not known
-  std::uint64_t low_hash = 0;          ///< Of the low poly's triangles, positions and UVs
+  std::uint64_t source_hash = 0;  ///< Hash of the high poly's triangles and positions; 0: not known
+  std::uint64_t low_hash = 0;     ///< Hash of the low poly's triangles, positions and UVs
   std::vector<std::uint32_t> triangle;  ///< Source triangle, 0xFFFFFFFF: none
   std::vector<float> u;                 ///< Weight of the triangle's corner 1
   std::vector<float> v;                 ///< Weight of the triangle's corner 2
@@ -66,7 +66,7 @@ enum class RayRule {
   nearest,  ///< The nearest outward, else the nearest inward (Tarini et al., section 3.2)
 };
 
-/// Where rays leave the low poly to.
+/// Directions of rays that leave the low poly.
 enum class RayDirection {
   /// Along its own normal, as shaded; near hard edges turned towards the averaged one, which both sides of
   /// an edge share. So details stand straight and edges have no gaps. Without hard edges: as averaged.
@@ -90,7 +90,7 @@ struct RayOptions {
   std::optional<Length> edge_width = {};
 };
 
-/// What a cage mesh (MatchOptions::cage_mesh) says, by its triangles.
+/// Forms of a cage mesh (MatchOptions::cage_mesh), told apart by its triangles.
 enum class CageKind {
   /// The low poly's triangles: rays start there and run towards the low poly, whatever RayOptions::direction.
   offsets,
@@ -103,10 +103,10 @@ enum class CageKind {
   hull,
 };
 
-/// How far a cage mesh lies off the low poly. Lengths in world units, over the low poly's corners; of a
+/// Distances of a cage mesh from the low poly. Lengths in world units, over the low poly's corners; of a
 /// hull over places spread over its faces, too.
 struct CageReport {
-  CageKind kind = CageKind::offsets;  ///< What the cage mesh was taken for
+  CageKind kind = CageKind::offsets;  ///< Form that the cage mesh was taken for
   double outward_least = 0;           ///< Rays start so far out
   double outward_median = 0;          ///< The one in the middle
   double outward_most = 0;            ///< The farthest
@@ -116,7 +116,7 @@ struct CageReport {
   double inward_most = 0;    ///< The deepest
 };
 
-/// How far off the low poly's hard edges rays turn. Lengths in world units.
+/// Widths around the low poly's hard edges within which rays turn. World units.
 struct EdgeReport {
   std::uint64_t edges = 0;  ///< Hard edges
   std::uint64_t found = 0;  ///< Whose width was found on the high poly; 0 where it was given
@@ -136,8 +136,8 @@ enum class PartsBy {
 
 /// A pair of a list. Names are patterns, in which `*` is any text.
 struct PartPair {
-  std::string low;                ///< Of the low poly's groups
-  std::vector<std::string> high;  ///< Of the high poly's groups: any of these
+  std::string low;                ///< Pattern of names of the low poly's groups
+  std::vector<std::string> high;  ///< Patterns of names of the high poly's groups: any of these
 };
 
 /// Which parts of two meshes belong together, by their names. A pattern is text with `*` for any
@@ -156,8 +156,9 @@ struct PartNames {
 
 /// Pairs of parts: samples on a part of the low poly find points of its part of the high poly alone.
 struct Parts {
-  std::uint32_t count = 0;          ///< Parts are 0 to count - 1
-  std::vector<std::string> names;   ///< Of each part; the last one may be "", what has no pair
+  std::uint32_t count = 0;  ///< Parts are 0 to count - 1
+  std::vector<std::string>
+      names;  ///< Name of each part; the last one may be "": all that has no pair
   std::vector<std::uint32_t> low;   ///< Part of each triangle of the low poly
   std::vector<std::uint32_t> high;  ///< Part of each triangle of the high poly
   /// unmatched-parts: groups without a pair, and the nearest name; by PartsBy::name also the patterns by which
@@ -174,7 +175,7 @@ struct Parts {
 /// \throws Error(usage) for a pattern without `*`, or an empty list
 Parts pair_parts(const Mesh& high, const Mesh& low, const PartNames& names = {});
 
-/// How the match finds the point of the high poly that a sample stands for: the name of a match, so that
+/// A match: a way to find the point of the high poly that a sample stands for. Its name alone, so that
 /// matches can be added without a change here.
 struct MatchMethod {
   std::string_view name;  ///< As in `--match`; lives as long as the program
@@ -209,7 +210,7 @@ inline constexpr MatchMethod MatchMethod::hybrid{"hybrid"};
 inline constexpr MatchMethod MatchMethod::uv{"uv"};
 inline constexpr MatchMethod MatchMethod::axis{"axis"};
 
-/// Of the views that show a sample within the distance, which one decides it.
+/// Choice among the views that show a sample within the distance.
 enum class ViewCriterion {
   depth,     ///< The least depth difference at the pixel (Wang et al., section 2)
   distance,  ///< The least true distance to the point under the sample
@@ -234,14 +235,14 @@ struct ViewOptions {
   bool refine = true;
 };
 
-/// Where directions of visibility are gathered.
+/// Elements at which directions of visibility are gathered.
 enum class VisibilityAt {
   face,    ///< On faces, then averaged at vertices by the faces' angles there
   vertex,  ///< At vertices: what sees places of their faces, each by its barycentric weight there
   texel,   ///< At texels, smoothed over neighbours on the surface, across seams too
 };
 
-/// How it is found out whether a place is seen from a direction.
+/// Tests whether a place is seen from a direction.
 enum class VisibilityTest {
   automatic,  ///< views
   views,      ///< Pictures of the low poly, as in the paper: as fine as their pixels
@@ -260,15 +261,15 @@ enum class ViewLikelihood {
 /// past the low poly itself. Their mean is the place's direction. Weights are the cosine at
 /// which each sees the face (as pixels of pictures count) and how likely a view from there is.
 struct VisibilityOptions {
-  VisibilityAt at = VisibilityAt::texel;            ///< Where directions are gathered
-  VisibilityTest test = VisibilityTest::automatic;  ///< How it is found out what sees a place
+  VisibilityAt at = VisibilityAt::texel;            ///< Elements at which directions are gathered
+  VisibilityTest test = VisibilityTest::automatic;  ///< Test of what sees a place
   std::uint32_t directions = 512;                   ///< 1 to 4096
   std::uint32_t view_size = 256;                    ///< Pixels a side of a picture, 16 to 2048
   /// Rounds of smoothing of texels' directions, each over 3 x 3 texels, 0 to 256; the result reaches about
   /// the square root of this many texels.
   std::uint32_t smoothing = 4;
-  ViewLikelihood likelihood = ViewLikelihood::all;  ///< How directions are weighed
-  /// How likely the views from one direction are.
+  ViewLikelihood likelihood = ViewLikelihood::all;  ///< Weights of directions
+  /// Likelihood of the views from one direction.
   struct Likelihood {
     Vec3 direction = {};  ///< From the mesh to the viewer, of any length above 0
     double weight = 1;    ///< 0 or more
@@ -284,7 +285,7 @@ struct VisibilityOptions {
   std::vector<Likelihood> likelihoods = {};
 };
 
-/// How far MatchMethod::uv trusts the layouts. Shares, 0 or more; infinity for no bound.
+/// Bounds of layouts that MatchMethod::uv trusts. Shares, 0 or more; infinity for no bound.
 struct UvOptions {
   double warn_overlap = 0;    ///< Warns where more of the high poly's samples are covered twice,
   double max_overlap = 0.05;  ///< ... and refuses
@@ -293,22 +294,22 @@ struct UvOptions {
   double max_distance = 0.05;  ///< ... and refuses
 };
 
-/// How the match finds points of the high poly.
+/// Settings of the match, which finds points of the high poly.
 struct MatchOptions {
-  MatchMethod method = MatchMethod::ray;  ///< How points of the high poly are found
+  MatchMethod method = MatchMethod::ray;  ///< Way to find points of the high poly
   ViewOptions views = {};                 ///< For MatchMethod::views; its directions for axis
   VisibilityOptions visibility = {};      ///< For MatchMethod::visibility and hybrid
   UvOptions uv = {};                      ///< For MatchMethod::uv
   RayOptions ray = {};                    ///< For MatchMethod::ray
   /// Asked in order for the samples that the methods before leave undecided: none of them `method`, none
-  /// twice, and all with MatchInfo::may_follow. None given: such samples are misses.
+  /// twice, and none of "match.uv". None given: such samples are misses.
   std::vector<MatchMethod> fallback = {};
   /// 0 to 256 texels: the way over the surface on which the method's normals
   /// give way to the fallback's. The map then has no step there, but where
   /// the fallback finds nothing. Takes up to twice the match's time.
   std::uint32_t fallback_blend = 0;
 
-  /// How far the match looks each way (nearest points: all around; MatchMethod::uv does not look);
+  /// Distance that the match looks each way (nearest points: all around; MatchMethod::uv does not look);
   /// with a cage, the ray's length from the cage inward. Above 0. None given: 2% of the diagonal;
   /// with a cage, twice its distance (twice the longest one of a cage mesh). Without either, rays
   /// that miss on an open sheet of the low poly (a leaf card) look again: half the sheet's diagonal.
@@ -331,10 +332,10 @@ struct MatchOptions {
 /// Which of several maps serves which views, by texels of the field of directions (the map's size; at most
 /// 2048 a side).
 struct VisibilityClusters {
-  std::uint32_t width = 0;   ///< Of the field, texels
-  std::uint32_t height = 0;  ///< Of the field, texels
+  std::uint32_t width = 0;   ///< Side of the field, texels
+  std::uint32_t height = 0;  ///< Side of the field, texels
   std::uint32_t count = 0;   ///< Maps
-  /// Of clusters of each texel; 0: not covered. 1: all maps are alike
+  /// Number of clusters of each texel; 0: not covered. 1: all maps are alike
   std::vector<std::uint8_t> number;
   /// [width * height * count] of each texel's clusters, unit, from the mesh to the viewer; those beyond its
   /// number are as the first
@@ -346,26 +347,26 @@ struct VisibilityClusters {
 /// \throws Error(output)
 void save_clusters(const VisibilityClusters& clusters, const std::filesystem::path& path);
 
-/// What matching by depth views came to.
+/// Report of a match by depth views.
 struct ViewReport {
-  std::vector<Vec3> directions;  ///< Of the views, in order
+  std::vector<Vec3> directions;  ///< Directions of the views, in order
   std::vector<double>
-      coverage;             ///< Where chosen automatically: share of probed samples seen after each
-  std::uint32_t size = 0;   ///< Pixels a side
-  double pixel = 0;         ///< Side of a pixel, world units
-  double undersampled = 0;  ///< Share of the high poly with triangles smaller than a pixel
+      coverage;  ///< For views chosen automatically: share of probed samples seen after each
+  std::uint32_t size = 0;     ///< Pixels a side
+  double pixel = 0;           ///< Side of a pixel, world units
+  double undersampled = 0;    ///< Share of the high poly with triangles smaller than a pixel
   bool height_field = false;  ///< Detected: one view
 };
 
-/// What gathering directions of visibility came to. Places are texels of the field, or vertices.
+/// Report of gathering directions of visibility. Places are texels of the field, or vertices.
 struct VisibilityReport {
   std::uint32_t directions = 0;  ///< With a weight above 0
   bool by_rays = false;          ///< Else by pictures
-  std::uint32_t width = 0;       ///< Of the field of texels
-  std::uint32_t height = 0;      ///< Of the field of texels
-  std::uint64_t places = 0;      ///< Where directions were gathered
+  std::uint32_t width = 0;       ///< Side of the field of texels
+  std::uint32_t height = 0;      ///< Side of the field of texels
+  std::uint64_t places = 0;      ///< Number of elements at which directions were gathered
   std::uint64_t unseen = 0;  ///< Places that no direction sees, after smoothing; filled from around
-  std::uint64_t without = 0;    ///< Of these, with nothing around either: they keep the normal
+  std::uint64_t without = 0;    ///< Unseen places with nothing around either: they keep the normal
   std::uint64_t clustered = 0;  ///< Places whose directions were parted
   /// Standard deviation of the directions that see a place, mean over places
   double mean_deviation = 0;
@@ -381,8 +382,8 @@ struct UvReport {
   struct Overlap {
     std::uint32_t lower = 0;   ///< The triangle with the lower index
     std::uint32_t upper = 0;   ///< The other one
-    std::uint32_t column = 0;  ///< Of the texel
-    std::uint32_t row = 0;     ///< Of the texel, from the top
+    std::uint32_t column = 0;  ///< Column of the texel
+    std::uint32_t row = 0;     ///< Row of the texel, from the top
   };
   Overlap overlap;  ///< An example, where `overlapping` is above 0: the first by rows, then columns
   std::uint64_t outside = 0;       ///< Triangles of the high poly that reach out of the unit square
@@ -394,24 +395,11 @@ struct UvReport {
 /// A way to match that bake() knows.
 struct MatchInfo {
   MatchMethod method;         ///< Its name, for MatchOptions::method
-  std::string_view searches;  ///< What it searches, in words
-  bool needs_uvs = false;     ///< Of the high poly
-  /// It needs exactly one of MatchOptions::views.directions, so it cannot be tried without being told more.
-  bool needs_direction = false;
-  bool may_follow = true;         ///< It can be one of MatchOptions::fallback
-  bool looks_far = true;          ///< It obeys MatchOptions::max_distance
-  bool takes_cage = false;        ///< It obeys MatchOptions::cage and cage_mesh, and ray.rule
-  bool along_low = false;         ///< It looks along the low poly's directions: MatchOptions::ray
-  bool takes_parts = false;       ///< It obeys MatchOptions::parts
-  bool tells_recall = false;      ///< It obeys ReportOptions::recall
-  bool tells_reasons = false;     ///< explain() says why it missed a sample
-  bool takes_views = false;       ///< It draws depth views of the high poly: MatchOptions::views
-  bool takes_directions = false;  ///< It obeys MatchOptions::views.directions
-  bool takes_visibility = false;  ///< It obeys MatchOptions::visibility
-  bool takes_clusters = false;    ///< It obeys VisibilityOptions::clusters
-  /// It looks all around, not along a line: it finds a point wherever the high poly is near.
-  bool looks_around = false;
-  /// What other programs call it, separated by blanks: messages answer to these names.
+  std::string_view searches;  ///< Its search, in words
+  /// Options that it obeys and not every match does: their paths in BakeOptions, separated by blanks. "match.ray" stands for
+  /// all that begin with "match.ray.". Those of "match.uv" need UVs of the high poly.
+  std::string_view options = {};
+  /// Names that other programs have for it, separated by blanks: messages answer to these names.
   std::string_view other_names = {};
 };
 
@@ -422,5 +410,13 @@ std::span<const MatchInfo> matches();
 /// One of matches(), by its name.
 /// \throws Error(usage) for a name that no match has; the message lists those there are
 const MatchInfo& find_match(std::string_view name);
+
+/// True if a match goes by an option when it looks for points, such as "match.ray.rule", or by one of a group, such as
+/// "match.ray": paths in BakeOptions. A saved match obeys none of these. Any thread may call it.
+bool obeys(const MatchInfo& match, std::string_view option);
+/// True if a match needs exactly one of MatchOptions::views.directions: it cannot be tried without being told more.
+inline bool needs_direction(const MatchInfo& match) {
+  return obeys(match, "match.views.directions") && !obeys(match, "match.views.count");
+}
 
 }  // namespace kiln

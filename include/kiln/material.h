@@ -15,7 +15,7 @@
 
 namespace KILN_PUBLIC kiln {
 
-/// Where a number of a material comes from.
+/// Origin of a number of a material.
 enum class MaterialNumber {
   none,       ///< The file says nothing of it: the default stands
   given,      ///< A statement of its own
@@ -24,7 +24,7 @@ enum class MaterialNumber {
 
 /// A picture that a material names, and how it lies on the surface.
 struct MaterialPicture {
-  std::filesystem::path file;  ///< Where it is; of an embedded picture, what messages call it
+  std::filesystem::path file;  ///< Path; of an embedded picture, its name in messages
   /// The bytes of a picture that the mesh's file embeds, PNG, JPEG and so on; null: they are in `file`.
   std::shared_ptr<const std::vector<std::byte>> bytes;
   /// The channel that counts where the slot is a number (opacity, roughness, metalness, occlusion), 0 to 3;
@@ -41,7 +41,7 @@ struct MaterialPicture {
   bool empty() const noexcept { return file.empty() && bytes == nullptr; }
 };
 
-/// How a material treats its opacity.
+/// Treatment of a material's opacity.
 enum class AlphaMode {
   opaque,  ///< Opacity is ignored
   mask,    ///< Below Material::alpha_cutoff nothing is there
@@ -60,7 +60,7 @@ struct Material {
   float normal_scale = 1;                   ///< glTF's: of the normal map's x and y
   float occlusion_strength = 1;             ///< glTF's
   AlphaMode alpha_mode = AlphaMode::blend;  ///< MTL has no word for it
-  float alpha_cutoff = 0.5F;                ///< Of AlphaMode::mask
+  float alpha_cutoff = 0.5F;                ///< Threshold of AlphaMode::mask
   bool double_sided = false;                ///< glTF's
   bool multiplies = false;                  ///< True if numbers are factors of the pictures (glTF)
   MaterialPicture color_map;      ///< `map_Kd`; alpha as well where opacity_map is the same picture
@@ -70,10 +70,10 @@ struct Material {
   MaterialPicture metallic_map;   ///< `map_Pm`, or else, in Blender's files, `map_refl`
   MaterialPicture emission_map;   ///< `map_Ke`
   MaterialPicture occlusion_map;  ///< glTF's alone
-  MaterialNumber color_from = MaterialNumber::none;      ///< Of `color`
-  MaterialNumber roughness_from = MaterialNumber::none;  ///< Of `roughness`
-  MaterialNumber metallic_from = MaterialNumber::none;   ///< Of `metallic`
-  MaterialNumber emission_from = MaterialNumber::none;   ///< Of `emission`
+  MaterialNumber color_from = MaterialNumber::none;      ///< Origin of `color`
+  MaterialNumber roughness_from = MaterialNumber::none;  ///< Origin of `roughness`
+  MaterialNumber metallic_from = MaterialNumber::none;   ///< Origin of `metallic`
+  MaterialNumber emission_from = MaterialNumber::none;   ///< Origin of `emission`
   std::string extras;                                    ///< JSON of glTF's `extras`; empty: none
   std::string place;  ///< File and line of its `newmtl`, or its index; empty: no file describes it
 };
@@ -110,7 +110,7 @@ std::vector<Material> load_materials(const Mesh& mesh, const std::filesystem::pa
 Texture load_material_texture(const std::vector<Material>& materials, MaterialSlot slot,
                               std::vector<Warning>* warnings = nullptr, std::uint32_t uv_set = 0);
 
-/// What cut_out() did.
+/// Report of cut_out().
 struct CutOutReport {
   std::uint64_t whole = 0;  ///< Triangles that stayed as they were
   std::uint64_t cut = 0;    ///< Triangles of which a part stayed
@@ -120,7 +120,7 @@ struct CutOutReport {
 /// Takes the transparent parts off a mesh (an alpha test), so that no ray, view or nearest point meets them:
 /// leaves on cards, fences, hair.
 ///
-/// Where a texture's texels are on both sides of the threshold, triangles are quartered, down to a
+/// Triangles with texels on both sides of the threshold are quartered, down to a
 /// texel's size. There they are cut along the line between their corners' values. So borders are as
 /// smooth as the texture read bilinearly. Parts without area are left out. New triangles lie in the old ones and have their normals,
 /// UVs, colours and names. Computed normals are those of the whole mesh. Reads its arguments during

@@ -15,7 +15,7 @@
 
 namespace KILN_PUBLIC kiln {
 
-/// How far rendered normals are from those of a reference, over the pixels that both cover.
+/// Error of rendered normals against those of a reference, over the pixels that both cover.
 ///
 /// Two units. Angles, in degrees; percentiles are exact, by nearest rank. And the length of the 8-bit
 /// difference: the unit of Wang, Froehlich and Goebel 2003 ("Fast Normal Map Generation for Simplified
@@ -36,10 +36,10 @@ struct NormalError {
   double max_degrees = 0;              ///< The greatest angle
   double mean_8bit = 0;                ///< Mean length of the 8-bit difference
   std::array<double, 5> above_8bit{};  ///< Share of pixels above each threshold, 0 to 1
-  /// Of `mean_degrees`: how far off few directions and few pixels may leave it. By how far the pictures' means lie
+  /// Standard error of `mean_degrees`, by few directions and few pixels: by how far the pictures' means lie
   /// apart, so 0 of a single one.
   double standard_error_degrees = 0;
-  /// How far outlines differ: of all that either covers, what one alone does, 0 to 1. Of pixels; of the points in
+  /// Difference of outlines: the share of what either covers that one alone does, 0 to 1. In pixels; in the points in
   /// them, where pixels have several.
   double one_sided_share = 0;
 };
@@ -60,7 +60,7 @@ class NormalComparison {
   std::vector<double> angles_;
   std::uint64_t one_sided_ = 0;
   double sum_degrees_ = 0, sum_squares_ = 0, sum_8bit_ = 0;
-  /// Of each pair of pictures: how many pixels were compared, and the sum of their angles.
+  /// Number of pixels compared, and the sum of their angles, for each pair of pictures.
   std::vector<std::pair<double, double>> pictures_;
   std::array<std::uint64_t, NormalError::kThresholds8Bit.size()> above_{};
 };
@@ -72,7 +72,7 @@ NormalError compare_normals(const Image& reference, const Image& other);
 /// -2 where one does. Pictures as for NormalComparison::add, which also says what is thrown.
 Image normal_angles(const Image& reference, const Image& other);
 
-/// How far matched points lie from the low poly.
+/// Distances of matched points from the low poly.
 struct DistanceError {
   std::uint64_t samples = 0;  ///< That found a point
   std::uint64_t missed = 0;   ///< That did not
@@ -80,11 +80,11 @@ struct DistanceError {
   double p95 = 0;             ///< By nearest rank
   double max = 0;             ///< Never above the match's max_distance
 };
-/// Of a match's own distances: no mesh is needed.
+/// Statistics of a match's own distances: no mesh is needed.
 /// Thread safety of all functions here: may be called from several threads; nothing is kept.
 DistanceError match_distance(const Match& match);
 
-/// Where a picture is taken from, as RenderOptions has it (+Y up).
+/// Direction from which a picture is taken, as RenderOptions has it (+Y up).
 struct ViewAngles {
   double azimuth_degrees = 0;    ///< Around the up axis, as RenderOptions::azimuth_degrees
   double elevation_degrees = 0;  ///< Above the horizon, -90 to 90
@@ -154,14 +154,14 @@ class ScreenPictures {
   std::unique_ptr<Impl> impl_;
 };
 
-/// How far a mesh's depth in pictures is from a reference's, over the pixels that both cover: the
+/// Error of a mesh's depth in pictures against a reference's, over the pixels that both cover: the
 /// distance error of Wang, Froehlich and Goebel 2003 ("Fast Normal Map Generation for Simplified
 /// Meshes", section 5, figure 3b). Normalised screen units: 1 is the diagonal of the reference's
 /// bounding box. A depth buffer of [0, 1] spans it whose planes hold that box however it is turned.
 struct DepthError {
   std::uint64_t pixels = 0;     ///< Compared
   std::uint64_t one_sided = 0;  ///< Covered by one of the two only: left out
-  double mean = 0;              ///< Of the absolute difference
+  double mean = 0;              ///< Mean of the absolute difference
   double rms = 0;               ///< Root of the mean square
   double max = 0;               ///< The greatest
 };

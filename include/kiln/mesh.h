@@ -58,8 +58,7 @@ struct Mesh {
   std::vector<std::string> object_names;    ///< Names that `objects` counts from 0.
   std::vector<std::uint32_t> materials;     ///< Per triangle, index into material_names, or empty.
   std::vector<std::string> material_names;  ///< Names that `materials` counts from 0.
-  std::vector<std::string>
-      material_files;  ///< Where the materials are described, as OBJ names them.
+  std::vector<std::string> material_files;  ///< Files of materials, as OBJ names them.
   /// Per triangle, the polygon that it was cut from: numbers from 0 on, each as often as the polygon has
   /// triangles, in order. Empty: every triangle is a polygon. Computed normals weight the polygons' own
   /// corners and normals, as Blender does.
@@ -77,7 +76,7 @@ enum class UvCopies {
   first,     ///< Neither is preferred
 };
 
-/// How a polygon of more than three corners is cut into triangles. A map is right
+/// Rules by which a polygon of more than three corners is cut into triangles. A map is right
 /// only where the program that shows it cuts the low poly's polygons as the bake did. By `automatic` alone no
 /// corner on a straight edge is left out, and larger polygons are cut alike wherever they begin.
 enum class Triangulation {
@@ -90,12 +89,12 @@ enum class Triangulation {
 /// Which way is up in a file. It is turned so that Y is: Z up becomes (x, z, -y).
 enum class UpAxis { as_given, x, y, z, minus_x, minus_y, minus_z };
 
-/// What may be chosen where a mesh is read.
+/// Settings of load_mesh().
 struct LoadMeshOptions {
-  Triangulation triangulation = Triangulation::automatic;  ///< Of polygons
+  Triangulation triangulation = Triangulation::automatic;  ///< Rule for polygons
   std::uint32_t uv_set = 0;      ///< Which of several sets of UVs becomes Mesh::uvs
   std::string uv_set_name = {};  ///< The set's name instead, where the format has names (FBX)
-  /// Of files that do not say it themselves (PLY, OBJ, STL, OFF).
+  /// Upward axis of files that do not say it themselves (PLY, OBJ, STL, OFF).
   UpAxis up = UpAxis::as_given;
   /// A unit of files that do not say it themselves (those, 3DS and X), which are scaled to metres; 0: as given.
   double metres = 0;
@@ -108,7 +107,7 @@ struct LoadMeshOptions {
 /// or glTF 2.0 (.glb, .gltf; see load_asset()), chosen by extension in any case; and, where Assimp was built in
 /// (mesh_formats()), FBX, DAE (Collada), 3DS and X.
 ///
-/// Of glTF and of Assimp's, every node is an object, in world space: names that stand twice get ".001". Bones and
+/// Every node of a glTF file, and of what Assimp reads, is an object in world space: names that stand twice get ".001". Bones and
 /// animations are left out ("skinned"). Files that say their axes and unit (glTF, FBX, DAE) are brought to metres with
 /// Y up; 3DS and X to Y up; others are as given, but for LoadMeshOptions::up and metres. Of what Assimp reads a forked
 /// child of the process tries each file first, within limits of time and memory: a crash there is an Error(input).
@@ -128,7 +127,7 @@ struct LoadMeshOptions {
 /// `o` names alone, its materials those of `usemtl`, described in the files of `mtllib`. Triangles
 /// before the first such name have one of their own, "default".
 ///
-/// What is imperfect is handled and reported by these warnings:
+/// Imperfect data is handled and reported by these warnings:
 ///   non-finite-vertices   kept
 ///   non-finite-uvs        kept
 ///   degenerate-triangles  no area, exactly (repeated corners included): kept
@@ -188,7 +187,7 @@ Mesh load_mesh(std::span<const std::byte> bytes, std::string_view name,
 ///         more than 2^31 - 1 of anything
 Mesh join_meshes(std::span<const Mesh> meshes, std::vector<Warning>* warnings = nullptr);
 
-/// What agree_windings() turned round.
+/// Triangles that agree_windings() turned round.
 struct TurnedTriangles {
   std::uint64_t count = 0;  ///< Triangles
   std::uint32_t first = 0;  ///< The lowest of them, where there are any

@@ -8,7 +8,7 @@
 
 namespace KILN_PUBLIC kiln {
 
-/// What normals of a low poly are for.
+/// Uses of a low poly's normals.
 enum class NormalPurpose : std::uint8_t {
   by_uvs,  ///< A map where the mesh has UVs, else shading
   map,  ///< A normal map bends them: they turn evenly from face to face, so that coarse maps can follow
@@ -19,21 +19,21 @@ enum class NormalPurpose : std::uint8_t {
 /// FitNormalsOptions::crease_degrees.
 inline constexpr double kShadingCreaseDegrees = 55;
 
-/// Where fit_normals() parts normals, and what for.
+/// Settings of fit_normals(): where it parts normals, and what for.
 struct FitNormalsOptions {
   /// UV seams are hard edges where normals fitted to each side alone part by this or more, degrees. 0: all
   /// seams; 180: none.
   double hard_degrees = 10;
-  /// Of a mesh without UVs, or for shading: edges whose faces turn by this or more are hard where normals part by 45
+  /// Crease angle of a mesh without UVs, or for shading: edges whose faces turn by this or more are hard where normals part by 45
   /// degrees. Vertices have several normals there. 180: none. kShadingCreaseDegrees suits hard surfaces, and leaves
   /// scans nearly as they are.
   double crease_degrees = 180;
-  NormalPurpose purpose = NormalPurpose::by_uvs;  ///< What they are for
+  NormalPurpose purpose = NormalPurpose::by_uvs;  ///< Use of the normals
 };
 
-/// What fit_normals() came to.
+/// Report of fit_normals().
 struct FitNormalsReport {
-  std::uint64_t normals = 0;     ///< How many the mesh has
+  std::uint64_t normals = 0;     ///< Number of normals of the mesh
   std::uint64_t hard_edges = 0;  ///< UV seams and creases that part them
 };
 
@@ -63,15 +63,15 @@ Mesh fit_normals(const Mesh& low, const Mesh& high, const FitNormalsOptions& opt
 /// Edges where a mesh's UVs part and its normals do not, though its faces meet at an angle. Texels on both
 /// sides then hold the whole bend, each from its own side: the classic cause of gradients on flat faces.
 struct SoftSeams {
-  std::uint64_t edges = 0;  ///< How many
-  /// Of these, how many lie between two flats: both faces have a neighbour within 1 degree of their own plane.
+  std::uint64_t edges = 0;  ///< Number of edges
+  /// Edges among these that lie between two flats: both faces have a neighbour within 1 degree of their own plane.
   /// Elsewhere, as on a coarse scan, a gradient is part of the detail and does not show.
   std::uint64_t between_flats = 0;
   std::uint64_t seams = 0;  ///< Edges where UVs part, soft or hard
-  double length = 0;        ///< Of the soft ones together, world units
+  double length = 0;        ///< Length of the soft ones together, world units
   /// The middle of the one where faces turn most, between flats where there is one there, as Mesh::positions.
   Vec3 example = {};
-  double example_degrees = 0;  ///< How far its faces turn
+  double example_degrees = 0;  ///< Angle by which its faces turn
 };
 
 /// Finds soft seams. Vertices of equal position are one; normals that the mesh lacks are computed, smooth
@@ -93,13 +93,13 @@ Mesh split_at_seams(const Mesh& mesh);
 /// Which of both agree_normals() keeps where nothing tells which is wrong.
 enum class Trusted { faces, normals };
 
-/// What agree_normals() set right.
+/// Repairs that agree_normals() made.
 struct AgreedNormals {
   std::uint64_t normals = 0;   ///< Triangles whose normals were turned, or mirrored
   std::uint64_t faces = 0;     ///< Triangles that were turned round, as their normals show
-  std::uint64_t mirrored = 0;  ///< Of all these: whose normals were those of a mirror image
+  std::uint64_t mirrored = 0;  ///< Triangles among these whose normals were those of a mirror image
   std::uint64_t unclear =
-      0;  ///< Of all these: of open parts, where nothing told which of both was wrong
+      0;  ///< Triangles among these of open parts, where nothing told which of both was wrong
   std::uint64_t strange =
       0;  ///< Triangles of parts whose normals oppose most faces in no such way: left as they are
   std::uint32_t first = 0;  ///< The lowest of all
@@ -117,8 +117,8 @@ AgreedNormals agree_normals(Mesh& mesh, Trusted trust);
 
 /// Parts that face inwards.
 struct InwardParts {
-  std::uint64_t count = 0;  ///< How many
-  std::uint64_t parts = 0;  ///< Of so many that have an inside
+  std::uint64_t count = 0;  ///< Number of parts
+  std::uint64_t parts = 0;  ///< Number of parts that have an inside
   Vec3 example = {};        ///< A corner of the first, as Mesh::positions
 };
 

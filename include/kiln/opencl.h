@@ -19,7 +19,7 @@
 
 namespace KILN_PUBLIC kiln {
 
-/// What a Device works with. Kiln holds references of its own: each lives until the Device and all that was
+/// OpenCL objects of a Device. Kiln holds references of its own: each lives until the Device and all that was
 /// made of it are gone.
 struct OpenClHandles {
   cl_context context = nullptr;      ///< May hold other devices, too
@@ -42,11 +42,11 @@ Device opencl_device(const OpenClHandles& handles);
 /// or what was made of it; retain them to keep them longer. Any thread may call it.
 OpenClHandles opencl_handles(const Device& device);
 
-/// Where pixels go in a buffer. An image object (CL_MEM_OBJECT_IMAGE2D) has rows of its own.
+/// Layout of pixels in a buffer. An image object (CL_MEM_OBJECT_IMAGE2D) has rows of its own.
 struct OpenClTarget {
   cl_mem memory = nullptr;  ///< A buffer, or a 2D image of the format's channels and type
   std::size_t offset = 0;   ///< Bytes before the first pixel; buffers only
-  /// What to write, in the map's texels; without area: all. Of Update::dirty, say.
+  /// Rectangle to write, in the map's texels, such as Update::dirty; without area: all.
   Rectangle part = {};
 };
 

@@ -34,7 +34,7 @@ struct PlanOptions {
   /// The mean angle, degrees, between rendered normals of the low poly with its map and the high poly's. 0: what
   /// larger maps would not improve by more than 5%.
   double max_error = 0;
-  /// Of other maps that are baked, each once. Maps grow beyond what `max_error` needs until each is within its bound.
+  /// Bounds of other maps that are baked, each once. Maps grow beyond what `max_error` needs until each is within its bound.
   std::vector<MapBound> bounds = {};
   /// For a bound of the map ao without OcclusionOptions::max_error: half of it is left to the rays.
   bool choose_rays = true;
@@ -45,17 +45,17 @@ struct PlanOptions {
 /// One bake that was tried and measured.
 struct PlanTrial {
   MatchMethod method = MatchMethod::ray;  ///< That was tried
-  std::uint32_t width = 0;                ///< Of the map, texels
-  std::uint32_t height = 0;               ///< Of the map, texels
+  std::uint32_t width = 0;                ///< Side of the map, texels
+  std::uint32_t height = 0;               ///< Side of the map, texels
   NormalError error;                      ///< Over kPlanViews pictures of kPlanPixels x kPlanPixels
   double missed = 0;                      ///< Share of samples
   double lost =
       0;  ///< Share of the high poly that no sample stands for (HighCoverageReport::lost), or 0
   double seconds =
-      0;  ///< Of the bake; structures of the source that it was the first to need included
+      0;  ///< Time of the bake; structures of the source that it was the first to need included
 };
 
-/// What a way to match would reach with a map of endless size: its matches of the points that pictures show.
+/// Error that a way to match would reach with a map of endless size: its matches of the points that pictures show.
 struct PlanLimit {
   MatchMethod method = MatchMethod::ray;  ///< That was looked at
   NormalError error;                      ///< Over the same pixels
@@ -67,15 +67,15 @@ struct PlanLimit {
 struct PlannedBake {
   BakeResult result;              ///< The maps
   std::vector<PlanTrial> trials;  ///< In order
-  std::vector<PlanLimit> limits;  ///< Of the ways to match that were looked at, in order
-  /// Where nothing reaches the error: the least that any map can, since a place shows one normal to all sides.
+  std::vector<PlanLimit> limits;  ///< Limits of the ways to match that were looked at, in order
+  /// Least error that any map can reach, where nothing reaches the one asked for, since a place shows one normal to all sides.
   double least = 0;
   PlanTrial chosen;         ///< The trial that `result` is of
   NormalError without_map;  ///< The low poly's own normals, measured alike
   double wanted = 0;        ///< Degrees; with max_error 0: what that came to
   bool reached = false;     ///< `chosen` is within `wanted`, and each of `bounds` within its own
-  std::vector<MapReached> bounds;  ///< Of PlanOptions::bounds, what `result` reaches
-  double seconds_measure = 0;      ///< Of measuring, beside the bakes
+  std::vector<MapReached> bounds;  ///< Errors that `result` reaches, for PlanOptions::bounds
+  double seconds_measure = 0;      ///< Time of measuring, beside the bakes
 };
 
 /// Bakes with the match that costs least on a mesh of this size and reaches the error, and the smallest such map.
@@ -90,7 +90,7 @@ PlannedBake bake_planned(const Source& source, const Mesh& low, const PlanOption
 
 // ---- A low poly of Kiln's own: faces, map size, samples, match and bits together ----
 
-/// What a low poly and its maps take of a renderer's memory.
+/// Memory that a low poly and its maps take in a renderer.
 ///
 /// A vertex takes 24 bytes: position 12, normal 4, tangent 4, UV 4; without a map 16. A vertex at a seam counts once a
 /// side. An index takes 2 bytes, 4 beyond 65,536 vertices. Maps have mip-maps, which add a third. A texel takes 1 byte
@@ -108,26 +108,26 @@ struct LowPolyPlan;
 struct LowPolyPlanOptions {
   /// The mean angle, degrees, between rendered normals of the low poly with its map and the high poly's. Above 0.
   double max_error = 0;
-  /// Of other maps that are baked, each once. Maps too small for one of them are left out of the choice.
+  /// Bounds of other maps that are baked, each once. Maps too small for one of them are left out of the choice.
   std::vector<MapBound> bounds = {};
   /// For a bound of the map ao without OcclusionOptions::max_error: half of it is left to the rays.
   bool choose_rays = true;
   /// Pixels that the mesh covers, the longer of width and height, at the largest size at which it is seen: 16 to 16384,
   /// from all sides. Mean normals of pixels are compared, so what is finer does not count. 0: endlessly many pixels.
   std::uint32_t screen = 0;
-  /// How far outlines may differ: of what either mesh covers in pictures, the share that one covers alone; below 1.
+  /// Largest difference of outlines: the share of what either mesh covers in pictures that one covers alone; below 1.
   /// 0: as the error asks; but meshes that differ by over a tenth give way where finer ones do.
   double max_outline = 0;
   bool choose_match = true;       ///< Choose how to match; else MatchOptions::method does.
   bool may_leave_map_out = true;  ///< The low poly's own normals may do, without a map.
   bool choose_samples = true;     ///< Choose BakeOptions::samples; else they stay.
   std::uint32_t bits = 0;         ///< Bits a channel that maps are saved with: 8 or 16; 0: choose.
-  /// What to bake, with the map MapKind::normal. Its size is the largest that maps may have, kSmallestMap at least; maps
+  /// Options of the bake, with the map MapKind::normal. Its size is the largest that maps may have, kSmallestMap at least; maps
   /// are square. Without a max_distance or cage, the distance grows up to 16% of the diagonal where samples are missed.
   /// No cage mesh, no parts, no saved match.
   BakeOptions bake = {};
-  UnwrapMethod unwrap = UnwrapMethod::charts;  ///< How the low poly is laid out
-  TexelDensity density = TexelDensity::area;   ///< Where the texels of large charts go
+  UnwrapMethod unwrap = UnwrapMethod::charts;  ///< Layout of the low poly
+  TexelDensity density = TexelDensity::area;   ///< Texel density of large charts
   /// The high poly is a height_field_mesh(). Low polys keep its border (SimplifyOptions::height_field) and its layout,
   /// and MatchMethod::uv is tried first.
   bool height_field = false;
@@ -142,19 +142,19 @@ struct Candidate {
   std::uint64_t faces = 0;                ///< Triangles
   std::uint64_t positions = 0;            ///< Vertices before seams split them
   std::uint64_t vertices = 0;             ///< Vertices after that; expected where nothing was made
-  std::uint64_t charts = 0;               ///< Of its layout; 0 where nothing was laid out
+  std::uint64_t charts = 0;               ///< Charts of its layout; 0 where nothing was laid out
   std::uint32_t size = 0;                 ///< Texels a side; 0: no map
   std::uint32_t samples = 1;              ///< BakeOptions::samples
   std::uint32_t bits = 8;                 ///< A channel
-  MatchMethod method = MatchMethod::ray;  ///< How points of the high poly are found
+  MatchMethod method = MatchMethod::ray;  ///< Way to find points of the high poly
   LowPolyBytes bytes;                     ///< In memory
   double expected = 0;                    ///< Mean angle, degrees, by the model
   double measured = -1;       ///< Mean angle, degrees, of the map itself; below 0: not made
   double one_sided = 0;       ///< NormalError::one_sided_share of the same pictures: outlines
-  double standard_error = 0;  ///< Of `measured`: NormalError::standard_error_degrees
+  double standard_error = 0;  ///< Standard error of `measured`: NormalError::standard_error_degrees
 };
 
-/// What a number of faces can do.
+/// A simplified mesh that the plan looked at, and the errors that it can reach.
 struct PlanLevel {
   std::uint64_t faces = 0;      ///< Triangles
   std::uint64_t positions = 0;  ///< Vertices
@@ -165,12 +165,12 @@ struct PlanLevel {
 /// The lightest low poly and maps that reach an error, and what they were chosen from.
 struct LowPolyPlan {
   Mesh low;                               ///< With UVs where there is a map
-  SimplifyReport simplified;              ///< How the mesh was made
+  SimplifyReport simplified;              ///< Report of the mesh's simplification
   std::optional<UnwrapReport> unwrapped;  ///< None without a map
   std::optional<BakeResult> result;       ///< The maps; none where no map is needed
   BakeOptions bake;                       ///< That `result` is baked with
   Image drawn;       ///< The normal map as renderers read it: n/2 + 1/2, rounded to `chosen`'s bits
-  Candidate chosen;  ///< What `low` and `result` are
+  Candidate chosen;  ///< The candidate that `low` and `result` are
   std::vector<Candidate> candidates;  ///< That were made and measured, in order
   std::vector<Candidate> trade;       ///< By rising size: the fewest faces expected to do with each
   std::vector<Candidate> outlook;     ///< Expected, of `levels` with each size
@@ -179,7 +179,7 @@ struct LowPolyPlan {
   double max_outline = 0;             ///< LowPolyPlanOptions::max_outline
   /// `chosen` was measured within `wanted` and, where it was asked for, `max_outline`; each of `bounds` within its own.
   bool reached = false;
-  std::vector<MapReached> bounds;  ///< Of LowPolyPlanOptions::bounds, what `result` reaches
+  std::vector<MapReached> bounds;  ///< Errors that `result` reaches, for LowPolyPlanOptions::bounds
   bool cancelled = false;          ///< By BakeOptions::progress
   double seconds_simplify = 0;     ///< Making low polys
   double seconds_unwrap = 0;       ///< Laying them out
@@ -234,7 +234,7 @@ struct LodLevel {
   LowPolyPlan plan;
 };
 
-/// What bake_lods() made.
+/// Levels of detail that bake_lods() made.
 struct LodChain {
   std::vector<LodLevel> levels;   ///< By falling `screen` and bytes; may be fewer than asked for
   std::vector<Warning> warnings;  ///< "lod-left-out": a size for which none was made

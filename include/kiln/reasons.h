@@ -22,7 +22,7 @@ enum class Reason : std::uint8_t {
   nothing,      ///< None: the ray meets nothing at all
 };
 
-/// What there is to say of a reason: words and colour are those of maps and legends.
+/// Name, words and colour of a reason, as maps and legends show it.
 struct ReasonInfo {
   Reason reason = Reason::empty;        ///< Which
   std::string_view name;                ///< One word
@@ -36,18 +36,19 @@ std::array<ReasonInfo, 8> reason_infos();
 /// One reason's share of a bake.
 struct ReasonCount {
   Reason reason = Reason::empty;     ///< Which
-  std::uint64_t samples = 0;         ///< How many, above 0
-  std::uint32_t column = 0;          ///< Of an example: texels from the left,
+  std::uint64_t samples = 0;         ///< Number of samples, above 0
+  std::uint32_t column = 0;          ///< Texel of an example: from the left,
   std::uint32_t row = 0;             ///< ... and from the top
-  std::array<double, 3> position{};  ///< Of the example on the low poly, world units
+  std::array<double, 3> position{};  ///< Position of the example on the low poly, world units
   double distance = 0;               ///< For Reason::far: of the nearest one found, world units
 };
 
 /// Why each sample of a bake by rays has its point or none.
 struct Reasons {
-  std::uint32_t width = 0;     ///< Texels
-  std::uint32_t height = 0;    ///< Texels
-  std::vector<Reason> texels;  ///< Of each, rows from the top: the highest of its samples' values
+  std::uint32_t width = 0;   ///< Texels
+  std::uint32_t height = 0;  ///< Texels
+  std::vector<Reason>
+      texels;  ///< Reason of each texel, rows from the top: the highest of its samples' values
   std::vector<ReasonCount>
       counts;  ///< Those there are but Reason::empty, in the order of their values
 };

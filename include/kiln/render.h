@@ -29,7 +29,7 @@ struct RenderOptions {
   std::uint32_t size = 512;     ///< Width and height of the picture (see `trim`), 1 to 8192 pixels
   double azimuth_degrees = 30;  ///< Around the up axis (+Y): 0 looks at the front, from +Z; 90
                                 ///< looks from +X
-  double elevation_degrees = 15;    ///< Of the camera above the horizon, -90 to 90
+  double elevation_degrees = 15;    ///< Elevation of the camera above the horizon, -90 to 90
   bool z_up = false;                ///< The up axis is +Z; the front is then seen from -Y
   std::uint32_t samples = 3;        ///< N x N samples a pixel, 1 to 16
   std::uint32_t ambient_rays = 64;  ///< For ambient occlusion, about so many a pixel; 0 to 255
@@ -42,14 +42,14 @@ struct RenderOptions {
   /// Fit this mesh into the picture (default: the scene's own), so that pictures of several meshes line up in
   /// world coordinates. Read during the call.
   const Mesh* frame = nullptr;
-  double zoom = 1;  ///< How much larger than what fits, 0.01 to 100,000
+  double zoom = 1;  ///< Magnification beyond what fits, 0.01 to 100,000
   /// World point in the picture's middle. None given: the middle of what is framed.
   std::optional<std::array<double, 3>> at = {};
   bool trim =
       false;  ///< Only as wide and high as the framed mesh needs; its longer side has `size` pixels
 };
 
-/// Where a picture shows the world.
+/// Mapping from the world to a picture.
 struct PictureGeometry {
   std::uint32_t width = 0;         ///< Pixels
   std::uint32_t height = 0;        ///< Pixels
@@ -64,19 +64,19 @@ struct PictureGeometry {
   std::array<double, 3> project(const std::array<double, 3>& point) const;
 };
 
-/// What drawing a scene takes, as papers on simplified meshes state it.
+/// Cost of drawing a scene, as papers on simplified meshes state it.
 struct FrameCost {
   std::uint32_t frames = 0;     ///< Timed
-  std::uint32_t width = 0;      ///< Of a frame, pixels
-  std::uint32_t height = 0;     ///< Of a frame, pixels
-  double seconds_median = 0;    ///< Of one frame
-  double seconds_least = 0;     ///< Of one frame
-  double seconds_most = 0;      ///< Of one frame
+  std::uint32_t width = 0;      ///< Side of a frame, pixels
+  std::uint32_t height = 0;     ///< Side of a frame, pixels
+  double seconds_median = 0;    ///< Time of one frame
+  double seconds_least = 0;     ///< Time of one frame
+  double seconds_most = 0;      ///< Time of one frame
   std::uint64_t triangles = 0;  ///< Drawn a frame
   /// Corners that differ in position, normal or (with a map) UV: what a vertex buffer would hold.
   std::uint64_t vertices = 0;
-  /// Of those vertices: position and normal, 24; with a map also UV and tangent, 48. Of three
-  /// indices of 4 bytes a triangle. Of the map: 3 channels of 16 bits a texel.
+  /// Bytes of those vertices: position and normal, 24; with a map also UV and tangent, 48. And of three
+  /// indices of 4 bytes a triangle, and of the map: 3 channels of 16 bits a texel.
   std::uint64_t bytes = 0;
 };
 
@@ -102,14 +102,14 @@ class Scene {
   ///         Error(device)
   Image draw(const RenderOptions& options = {}) const;
 
-  /// Where the picture that draw() makes with these options shows things. \throws as draw()
+  /// Mapping from the world to the picture that draw() makes with these options. \throws as draw()
   PictureGeometry geometry(const RenderOptions& options = {}) const;
 
-  /// What lies in front: how far it is from the plane through the picture's middle, towards the viewer, world
+  /// Depth of the foremost surface: its distance from the plane through the picture's middle, towards the viewer, world
   /// units, one channel; kNoDepth beside the mesh. One sample a pixel, whatever the options say.
   /// \throws as draw()
   Image draw_depth(const RenderOptions& options = {}) const;
-  /// What draw_depth() says beside the mesh.
+  /// Value of draw_depth() beside the mesh.
   static constexpr float kNoDepth = -std::numeric_limits<float>::infinity();
 
   /// The same picture as draw() with one sample a pixel and no ambient occlusion, but by a z-buffer: as a

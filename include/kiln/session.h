@@ -19,7 +19,7 @@ struct Rectangle {
   friend bool operator==(const Rectangle&, const Rectangle&) = default;
 };
 
-/// Where the high poly may move, and how rays are cast.
+/// Settings of a session: space for the high poly to move in, and ray casting.
 struct SessionOptions {
   /// The box that the high poly moves in. None given: its own at first. Decides rounding and what a share
   /// of the diagonal is; positions may leave it, but not by more than about its size.
@@ -70,19 +70,20 @@ class BakeSession {
   /// \throws Error as bake()
   const BakeResult& bake();
 
-  /// What the last bake() did.
+  /// Work of the last bake().
   struct Update {
-    std::uint64_t triangles = 0;  ///< Of the high poly, whose corners or normals had changed
-    std::uint64_t texels = 0;     ///< Read anew
-    bool matched = false;         ///< Samples were matched
-    /// What changed of the maps: all of it lies in this rectangle, and nothing outside is another byte than
+    std::uint64_t triangles =
+        0;                     ///< Triangles of the high poly whose corners or normals had changed
+    std::uint64_t texels = 0;  ///< Read anew
+    bool matched = false;      ///< Samples were matched
+    /// Rectangle of all texels that changed: nothing outside is another byte than
     /// after the bake before. Without area where nothing changed.
     Rectangle dirty = {};
     double seconds_source = 0;  ///< Normals, hierarchy, upload
     double seconds_match = 0;   ///< The match and its fallbacks
     double seconds_detail = 0;  ///< Reading of the maps' values
     double seconds_image = 0;   ///< Padding and encoding
-    /// Of all steps.
+    /// Time of all steps.
     double seconds() const {
       return seconds_source + seconds_match + seconds_detail + seconds_image;
     }
@@ -112,9 +113,9 @@ class ViewSession {
   ViewSession(ViewSession&&) noexcept;  ///< The other may then only be assigned to or destroyed
   ViewSession& operator=(ViewSession&&) noexcept;  ///< As the constructor
 
-  /// What one view brought.
+  /// Gain by one view.
   struct Step {
-    std::uint64_t samples = 0;  ///< Of the low poly
+    std::uint64_t samples = 0;  ///< Samples of the low poly
     std::uint64_t decided = 0;  ///< By any view so far
     std::uint64_t changed = 0;  ///< That this view newly decided, or decided better
   };

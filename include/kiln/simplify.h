@@ -9,7 +9,7 @@
 
 namespace KILN_PUBLIC kiln {
 
-/// How far simplify() goes.
+/// Settings of simplify(), and when it stops.
 struct SimplifyOptions {
   /// Target number of triangles. 0: few that `max_error` allows ("model no more than the scene needs"). Edges
   /// collapse one by one while the bound holds around each; so these are not the fewest there could be.
@@ -34,7 +34,7 @@ struct SimplifyOptions {
   bool fit_normals = true;
 };
 
-/// What simplify() came to.
+/// Report of simplify().
 struct SimplifyReport {
   std::uint64_t input_faces = 0;  ///< Triangles of the given mesh, unusable ones included.
   std::uint64_t faces = 0;        ///< Triangles of the result.
@@ -64,7 +64,7 @@ struct SimplifyReport {
   /// texture has to go on so far around its charts. Samples are those of back_error.
   double uv_strays = 0;
   double seconds = 0;             ///< That it took
-  std::vector<Warning> warnings;  ///< What was imperfect and handled
+  std::vector<Warning> warnings;  ///< Imperfect data that was handled
 };
 
 /// Decimates by edge collapse with quadric errors (Garland and Heckbert 1997).
@@ -82,7 +82,7 @@ struct SimplifyReport {
 /// middles of edges of the low poly be farther from the high poly than that (`back_error`). Where all faces must stay, or one is left, "all-faces-kept" or
 /// "one-triangle" in the warnings says so.
 ///
-/// Where `faces` are too few for four triangles a part, or all that it has, the smallest parts go first.
+/// If `faces` are too few for four triangles a part, or all that it has, the smallest parts go first.
 ///
 /// Crumbs: a small_component is a part (triangles that shared vertices connect). Its box's diagonal is below the
 /// largest deviation that the part of most area has in a low poly of `faces` triangles with all parts. At that number of faces it is
@@ -95,7 +95,7 @@ struct SimplifyReport {
 /// materials, colours and normals. Sheets may touch bodies and each other. With `height_field`, `keep_uvs` or `hull`,
 /// backs are triangles as any others, and hardly one of them can go.
 ///
-/// What was made is compared with the high poly: faults are mended. Faults are triangles that face
+/// The result is compared with the high poly: faults are mended. Faults are triangles that face
 /// away from the surface near them, or have no area; triangles back to back with a neighbour where the
 /// high poly has no such edge; of a height field, triangles that face down. New holes are counted. With a bound,
 /// what cannot be mended within it is tried anew with a closer bound there. The

@@ -23,7 +23,7 @@ enum class RayTraversal { automatic, cpu, gpu };
 struct Bounds {
   std::array<double, 3> low{};   ///< Its least corner
   std::array<double, 3> high{};  ///< Its greatest corner
-  /// Of the finite triangles that have an area: other vertices stretch nothing. Any thread may call it.
+  /// Bounds of the finite triangles that have an area: other vertices stretch nothing. Any thread may call it.
   /// \throws Error(input) where there are none, or what validate() names
   static Bounds of(const Mesh& mesh);
 };
@@ -59,16 +59,16 @@ class Source {
                                      RayTraversal traversal = RayTraversal::automatic,
                                      const std::optional<Bounds>& bounds = std::nullopt);
 
-  /// What a source holds.
+  /// Sizes of a source.
   struct Stats {
-    std::uint64_t triangles = 0;          ///< Of the mesh
+    std::uint64_t triangles = 0;          ///< Triangles of the mesh
     std::uint64_t skipped_triangles = 0;  ///< Non-finite or without area
     std::uint64_t device_bytes = 0;       ///< Memory on the device
     double build_seconds = 0;             ///< Hierarchy and other structures made so far
-    double diagonal = 0;                  ///< Of Bounds::of(), or the box given, world units
+    double diagonal = 0;  ///< Diagonal of Bounds::of(), or of the box given, world units
   };
   Stats stats() const;  ///< As of now: structures are made when they are needed
-  /// What was imperfect in the mesh and handled. Good as long as any copy of this Source.
+  /// Warnings of imperfect data that was handled. Good as long as any copy of this Source.
   const std::vector<Warning>& warnings() const;
 
   /// \cond The library's own.

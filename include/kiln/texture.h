@@ -13,14 +13,14 @@
 
 namespace KILN_PUBLIC kiln {
 
-/// What the numbers of a texture are, and so how they are filtered.
+/// Meaning of a texture's numbers, by which they are filtered.
 enum class TextureKind {
   srgb,    ///< Colours, sRGB-encoded: filtered in linear light
   linear,  ///< Numbers as they are: roughness, metalness, masks
   normal,  ///< Tangent-space normals of the high poly as n/2 + 1/2 (MikkTSpace, +Y up)
 };
 
-/// What is beyond a picture's border.
+/// Extension of a picture beyond its border.
 enum class TextureWrap {
   repeat,  ///< The picture again
   clamp,   ///< Its outermost texels
@@ -30,10 +30,10 @@ enum class TextureWrap {
 /// Pictures over the high poly's UVs: one for all of it, or one a material.
 /// Copies share the pictures, and so does a session; nobody may change them while a bake runs or a session lives.
 struct Texture {
-  /// Of a material without a picture.
+  /// Number of the picture of a material without one.
   static constexpr std::uint32_t kNone = std::numeric_limits<std::uint32_t>::max();
 
-  TextureKind kind = TextureKind::srgb;              ///< Of all pictures
+  TextureKind kind = TextureKind::srgb;              ///< Kind of all pictures
   std::vector<std::shared_ptr<const Image>> images;  ///< Any sizes
   /// Per material of the high poly (Mesh::materials), index into images, or kNone. Empty: images[0] is for
   /// all of the mesh.
@@ -58,8 +58,8 @@ struct Texture {
 /// parallelogram there is integrated from mip chains (McCormack et al. 1999, "Feline"). One probe a
 /// texel of the level takes the place of a Gaussian row.
 struct Transfer {
-  std::string name = "texture";  ///< Of the map: a letter, then letters, digits and _
-  Texture texture = {};          ///< What is baked
+  std::string name = "texture";  ///< Name of the map: a letter, then letters, digits and _
+  Texture texture = {};          ///< Texture that is baked
 };
 
 }  // namespace kiln

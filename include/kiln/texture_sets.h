@@ -9,7 +9,7 @@
 
 namespace KILN_PUBLIC kiln {
 
-/// What parts a low poly into texture sets: each has the unit square of UV space for itself.
+/// Ways to part a low poly into texture sets: each has the unit square of UV space for itself.
 enum class SetsBy {
   none,      ///< One set for all
   material,  ///< A set a material (Mesh::materials)
@@ -20,11 +20,11 @@ enum class SetsBy {
 /// Triangles of a low poly that share one set of maps.
 struct TextureSet {
   std::string
-      name;  ///< Of the material or object, "1001" and on for tiles; empty: the one set of all
+      name;  ///< Name of the material or object, "1001" and on for tiles; empty: the one set of all
   std::uint32_t tile_u = 0;  ///< Whole part of u of the tile that is moved to the unit square
   std::uint32_t tile_v = 0;  ///< Whole part of v
   std::vector<std::uint8_t> holds;  ///< Per triangle: 1 where it belongs to the set
-  std::uint64_t triangles = 0;      ///< How many of them have an area in UV space
+  std::uint64_t triangles = 0;      ///< Number of them that have an area in UV space
 };
 
 /// Parts a low poly into its texture sets, in the order of material_names, object_names or tiles. Those without a
@@ -33,7 +33,7 @@ struct TextureSet {
 ///         asked for; for UDIM, with a triangle whose middle lies in no tile
 std::vector<TextureSet> find_texture_sets(const Mesh& low, SetsBy by);
 
-/// How a low poly is meant, by its UVs: `material` where UVs of several materials overlap on over 1% of the unit
+/// Guesses by its UVs how a low poly is meant: `material` where UVs of several materials overlap on over 1% of the unit
 /// square; else `udim` where charts of several tiles would overlap in one, and are no copies of each other; else
 /// `none`.
 SetsBy choose_texture_sets(const Mesh& low);

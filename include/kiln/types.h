@@ -40,9 +40,9 @@ struct Length {
 /// Called with the share done, in [0, 1], and what is being done; return false to cancel.
 ///
 /// Threads: it comes on the thread that called Kiln, and never two at once for one call.
-/// How often: ten times a second, also while the driver compiles kernels. Stopped then, a function returns at
+/// It is called ten times a second, also while the driver compiles kernels. Stopped then, a function returns at
 /// once; the compiler goes on in a thread of the Device's, for whoever needs the kernels next.
-/// What it may do: take its time (the work waits), throw, and call anything of Kiln that does not use the same
+/// It may take its time (the work waits), throw, and call anything of Kiln that does not use the same
 /// Device. It must not change what the call reads. What it throws leaves the function that was called; nothing
 /// is left behind.
 /// Lifetimes: `stage` is good during the callback. Nothing is called after the function has returned.

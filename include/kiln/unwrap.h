@@ -9,7 +9,7 @@
 
 namespace KILN_PUBLIC kiln {
 
-/// How texture coordinates are made.
+/// Ways to make texture coordinates.
 enum class UnwrapMethod : std::uint8_t {
   pairs,  ///< Two triangles a rectangle: quick, texels well used, thousands of seams. For baking only.
   charts,  ///< Few large charts: few seams, so that mip-maps, compression and painting work.
@@ -18,13 +18,13 @@ enum class UnwrapMethod : std::uint8_t {
   squares,
 };
 
-/// Where the texels of large charts go.
+/// Distribution of texels over large charts.
 enum class TexelDensity : std::uint8_t {
   area,  ///< As many on each piece of the surface as its area is.
   detail,  ///< More where the high poly's normals change within a texel: a lower error for as many texels.
 };
 
-/// How unwrap() lays charts out.
+/// Settings of unwrap().
 struct UnwrapOptions {
   UnwrapMethod method = UnwrapMethod::charts;  ///< Kind of charts
   /// Map size that the border and the texel grid are meant for, texels (of a map that is not square:
@@ -39,7 +39,7 @@ struct UnwrapOptions {
   const Mesh* detail_of = nullptr;
 };
 
-/// What unwrap() came to.
+/// Report of unwrap().
 struct UnwrapReport {
   std::uint64_t charts = 0;   ///< Connected pieces of the layout.
   double coverage = 0;        ///< Share of the unit square that triangles cover, 0 to 1.
@@ -47,7 +47,7 @@ struct UnwrapReport {
                               ///< surface: 0 is perfectly even.
   double border_texels = 0;   ///< The border that was kept: as asked, or less (see warnings).
   double seconds = 0;         ///< That it took
-  std::vector<Warning> warnings;  ///< What was imperfect and handled
+  std::vector<Warning> warnings;  ///< Imperfect data that was handled
 };
 
 /// Gives a mesh UVs, by one of two methods.
@@ -81,7 +81,7 @@ struct UnwrapReport {
 /// that, rounded down, from the map's edges); every chart keeps the triangle's orientation, so none
 /// is mirrored. Every triangle of positive area gets a texel's worth of area or more.
 ///
-/// Where charts are too many for the size, the border shrinks to 1 texel. Then the layout
+/// If charts are too many for the size, the border shrinks to 1 texel. Then the layout
 /// goes on a grid finer than texels: still without overlap, but with less than a texel for
 /// a triangle ("border-shrunk" in the warnings). Triangles without area or with a corner
 /// that is not finite get UVs at one point and are counted ("degenerate-triangles").

@@ -1,5 +1,5 @@
 /// \file
-/// What the library checks of what it is given, in every build, before it works with it: bake(), Source and
+/// Checks of input that the library makes in every build before it works with it: bake(), Source and
 /// all others that take a mesh, options or a match call these. Call them yourself to find mistakes where they
 /// are made.
 #pragma once

@@ -2,7 +2,7 @@
 
 #include "kiln/export.h"
 
-/// Of these headers. Before 1.0 the API may change with every minor version, and so does the shared
+/// Version of these headers. Before 1.0 the API may change with every minor version, and so does the shared
 /// library's name (libkiln.so.0.3); patch versions are compatible both ways.
 #define KILN_VERSION_MAJOR 0  ///< Changes where programs have to
 #define KILN_VERSION_MINOR 3  ///< Changes with new features

@@ -14,7 +14,7 @@
 
 namespace KILN_PUBLIC kiln {
 
-/// How a voxel is stored, in the machine's byte order.
+/// Types of voxels, in the machine's byte order.
 enum class VoxelType : std::uint8_t { u8, i8, u16, i16, u32, i32, f32, f64 };
 
 /// Bytes of one voxel.
@@ -46,7 +46,7 @@ std::optional<VoxelType> voxel_type_of(std::string_view name);
 struct Volume {
   std::string name;                     ///< Stem of the file, or any name; used in messages.
   std::array<std::uint32_t, 3> size{};  ///< Voxels along x, y, z.
-  VoxelType type = VoxelType::u8;       ///< Of all voxels.
+  VoxelType type = VoxelType::u8;       ///< Type of all voxels.
   std::array<double, 3> origin{};       ///< World position of voxel (0, 0, 0).
   /// World position of voxel (i, j, k) = origin + i axes[0] + j axes[1] + k axes[2]: an axis' length is
   /// the spacing. Axes are independent; a left-handed set mirrors the picture, as the file says.
@@ -77,7 +77,7 @@ struct Volume {
 /// with lengths from 1e-30 to 1e30, at least a 1e-4th part of a right angle apart. 64-bit integers,
 /// bzip2, and MetaImages over many files are refused by name.
 ///
-/// What is imperfect but can be handled is counted in `warnings`:
+/// Imperfect data that can be handled is counted in `warnings`:
 ///
 ///   non-finite-voxels  NaN or infinite: kept. The contouring decides what they mean.
 ///   trailing-bytes     after the last voxel: ignored
@@ -108,12 +108,12 @@ bool is_volume_name(const std::filesystem::path& path);
 
 enum class ByteOrder : std::uint8_t { little, big };
 
-/// What a file without header cannot say of itself.
+/// Layout of a file without a header.
 struct RawVolumeLayout {
   std::array<std::uint64_t, 3> size{};       ///< Voxels along x (fastest in the file), y, z.
-  VoxelType type = VoxelType::u8;            ///< Of all voxels.
+  VoxelType type = VoxelType::u8;            ///< Type of all voxels.
   std::array<double, 3> spacing{1, 1, 1};    ///< World units between neighbours, positive.
-  ByteOrder byte_order = ByteOrder::little;  ///< Of values of more than one byte.
+  ByteOrder byte_order = ByteOrder::little;  ///< Byte order of values of more than one byte.
   std::int64_t header_bytes = 0;             ///< To skip; -1: whatever precedes the last voxels.
 };
 

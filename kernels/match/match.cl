@@ -1,10 +1,15 @@
 // Matching some of a band's samples: their points are copied close together, and what was found for them is
-// put where they lie. So what one method leaves undecided another can decide.
+// put where they lie. So what one method leaves undecided another can decide. Between two searches directions are
+// turned, and hits limited or chosen, without a way to the host.
 //
 // kernel              global  local  memory traffic an item
 // kiln_match_gather   chosen  64     reads 28 B + 4 B, writes 28 B
+// kiln_match_places   chosen  64     reads 12 B + 4 B, writes 12 B
 // kiln_match_scatter  chosen  64     reads 21 B, writes 17 B where something was found
 // kiln_match_end      sample  64     reads 53 B, writes 17 B where something lies too deep
+// kiln_match_axis     sample  64     reads 28 B, writes 28 B
+// kiln_match_limit    sample  64     reads 32 B, writes 4 B
+// kiln_match_outer    sample  64     reads 8 B, and 12 B more where something was found; writes 17 B where it is farther out
 #include "lib/shell.clh"
 #include "shared/match.h"
 
@@ -21,6 +26,22 @@ kernel void kiln_match_gather(const uint count,
   for (size_t plane = 0; plane < 7; ++plane) {
     chosen_points[plane * chosen_capacity + i] = points[plane * capacity + from];
   }
+}
+
+/// Copies the places of chosen samples on the low poly close together.
+kernel void kiln_match_places(const uint count,
+                              const uint capacity,
+                              global const uint* restrict chosen,
+                              global const uint* restrict triangle,
+                              global const float* restrict barycentric,
+                              global uint* restrict chosen_triangle,
+                              global float* restrict chosen_barycentric) {
+  const size_t i = get_global_id(0);
+  if (i >= count) return;
+  const size_t from = chosen[i];
+  chosen_triangle[i] = triangle[from];
+  chosen_barycentric[i] = barycentric[from];
+  chosen_barycentric[count + i] = barycentric[(size_t)capacity + from];
 }
 
 /// Takes over what was found for chosen samples.
@@ -68,4 +89,70 @@ kernel void kiln_match_end(const uint count,
   hit_barycentric[hit_capacity + i] = 0.0f;
   hit_distance[i] = 0.0f;
   hit_status[i] = KILN_STATUS_MISS;
+}
+
+/// Copies points, with directions along an axis: to the side that the sample's own direction shows.
+kernel void kiln_match_axis(const uint count,
+                            const uint capacity,
+                            const float x,
+                            const float y,
+                            const float z,
+                            global const float* restrict points,
+                            global float* restrict turned) {
+#pragma OPENCL FP_CONTRACT OFF
+  const size_t i = get_global_id(0);
+  if (i >= count) return;
+  const size_t plane = capacity;
+  const float along = points[3 * plane + i] * x + points[4 * plane + i] * y + points[5 * plane + i] * z;
+  const float sign = along < 0.0f ? -1.0f : 1.0f;
+  for (size_t axis = 0; axis < 3; ++axis) turned[axis * plane + i] = points[axis * plane + i];
+  turned[3 * plane + i] = sign * x;
+  turned[4 * plane + i] = sign * y;
+  turned[5 * plane + i] = sign * z;
+  turned[6 * plane + i] = points[6 * plane + i];
+}
+
+/// Writes how far out samples may look: to the low poly, where rays met it; 0 where they leave it there, within
+/// another part of it.
+kernel void kiln_match_limit(const uint count,
+                             const uint capacity,
+                             const float farthest,
+                             const uint first,                      // of `limit`
+                             global const float* restrict normals,  // 3 a triangle
+                             global const float* restrict points,
+                             global const uint* restrict met,
+                             global const float* restrict distance,
+                             global float* limit) {  // may be of the points
+#pragma OPENCL FP_CONTRACT OFF
+  const size_t i = get_global_id(0);
+  if (i >= count) return;
+  float most = farthest;
+  if (met[i] != KILN_NO_TRIANGLE) {
+    float along = 0.0f;
+    for (size_t axis = 0; axis < 3; ++axis) {
+      along = fma(normals[3 * (size_t)met[i] + axis], points[(3 + axis) * capacity + i], along);
+    }
+    most = along > 0.0f ? 0.0f : distance[i];
+  }
+  limit[first + i] = most;
+}
+
+/// Takes the outer one of two hits, where it is another face.
+kernel void kiln_match_outer(const uint count,
+                             const float same_face,
+                             global const uint* restrict outer_triangle,
+                             global const float* restrict outer_barycentric,
+                             global const float* restrict outer_distance,
+                             global uint* restrict triangle,
+                             global float* restrict barycentric,
+                             global float* restrict distance,
+                             global uchar* restrict status) {
+  const size_t i = get_global_id(0);
+  if (i >= count || outer_triangle[i] == KILN_NO_TRIANGLE) return;
+  if (!(outer_distance[i] > distance[i] + same_face)) return;
+  triangle[i] = outer_triangle[i];
+  barycentric[i] = outer_barycentric[i];
+  barycentric[(size_t)count + i] = outer_barycentric[(size_t)count + i];
+  distance[i] = outer_distance[i];
+  status[i] = KILN_STATUS_OUTERMOST;
 }

@@ -22,7 +22,7 @@ TEST(ChartSettings, HaveEveryMatchThatNeedsNoDirection) {
     const auto uses = [&](const ChartSetting& setting) {
       return setting.bake.match.method == row.method;
     };
-    EXPECT_EQ(std::any_of(settings.begin(), settings.end(), uses), !row.needs_direction)
+    EXPECT_EQ(std::any_of(settings.begin(), settings.end(), uses), !needs_direction(row))
         << row.method.name;
   }
 }
@@ -31,7 +31,7 @@ TEST(ChartSettings, TakeAMatchThatIsAddedFromItsRow) {
   MatchInfo added, aimed;
   added.method = MatchMethod{"spiral"};
   aimed.method = MatchMethod{"compass"};
-  aimed.needs_direction = true;
+  aimed.options = "match.views.directions";
   std::vector<ChartSetting> settings = chart_settings();
   const std::size_t before = settings.size();
   const std::vector<MatchInfo> rows = {MatchInfo{.method = MatchMethod::ray}, added, aimed};

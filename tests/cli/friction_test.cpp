@@ -128,6 +128,26 @@ TEST(Friction, MapsByTheirNamesAreAnsweredAsMaps) {
   EXPECT_GT(answered, maps().size() / 2);
 }
 
+/// A path that names nothing would leave its flag to all maps and matches in silence.
+TEST(Friction, OptionsOfMapsAndMatchesAreThere) {
+  // BakeOptions has these, too; other flags fill them.
+  std::string members =
+      " options.match.parts options.match.cage_mesh options.color options.opacity";
+  const ProcessResult help = run_kiln({"bake", "--help-json"});
+  for (const nlohmann::json& row : nlohmann::json::parse(help.output)) {
+    members += " " + row.at("member").get<std::string>();
+  }
+  const auto check = [&](std::string_view name, std::string_view options) {
+    std::istringstream paths{std::string(options)};
+    for (std::string path; paths >> path;) {
+      EXPECT_TRUE(std::regex_search(members, std::regex(" options\\." + path + "\\b")))
+          << name << ": " << path;
+    }
+  };
+  for (const MapInfo& map : maps()) check(map.kind.name, map.options);
+  for (const MatchInfo& match : matches()) check(match.method.name, match.options);
+}
+
 TEST(Friction, SuggestsNoFlagThatIsNothingLikeIt) {
   const ProcessResult odd = run_kiln({"bake", "a", "b", "--out", "c", "--wax"});
   expect_refused(odd, {"'--wax'"});

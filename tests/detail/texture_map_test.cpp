@@ -275,7 +275,7 @@ TEST(TextureMaps, VertexColoursAreInterpolatedInLinearLight) {
     }
   }
   EXPECT_EQ(image_of(baked, "vertex_color").pixels, image_of(baked, "color").pixels);
-  EXPECT_TRUE(find_map("color").is_color);
+  EXPECT_EQ(find_map("color").type, MapType::color);
   EXPECT_THROW(bake(Source(*test::device(), test::plane(1, 1)), test::plane(1, 1),
                     options_of(8, 8, {MapKind{"vertex_color"}})),
                Error);

@@ -13,7 +13,7 @@ namespace {
 
 constexpr kiln::MapInfo kMaps[] = {{.kind = {"normal"}, .channels = 3},
                                    {.kind = {"ao"}, .channels = 1},
-                                   {.kind = {"color"}, .channels = 4, .takes_color = true},
+                                   {.kind = {"color"}, .channels = 4, .options = "color"},
                                    {.kind = {"uv"}, .channels = 2}};
 
 }  // namespace
@@ -26,6 +26,7 @@ const kiln::MapInfo& kiln::find_map(std::string_view name) {
   throw Error(ErrorCode::usage, "There is no such map.");
 }
 std::span<const kiln::MapInfo> kiln::maps() { return kMaps; }
+bool kiln::obeys(const MapInfo& map, std::string_view option) { return map.options == option; }
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   kiln::cli::BakeJob arguments;

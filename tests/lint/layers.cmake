@@ -1,4 +1,5 @@
-# Fails where an #include of host/ climbs: a room includes from rooms on lower floors and from itself.
+# Fails where an #include of host/ climbs: a room includes from rooms on lower floors and from itself. Headers of POSIX
+# are for base and cl alone.
 #
 # Run as: cmake -DROOT=<folder that has host/> -P layers.cmake
 cmake_policy(VERSION 3.25)
@@ -24,6 +25,7 @@ foreach(floor IN LISTS floors)
   math(EXPR level "${level} + 1")
 endforeach()
 
+set(posix "(sys/[a-z_]+|arpa/[a-z]+|net[a-z/]*|aio|dirent|dlfcn|fcntl|ftw|glob|grp|langinfo|libgen|malloc|poll|pthread|pwd|sched|semaphore|signal|spawn|strings|syslog|termios|unistd|utime|wordexp)[.]h")
 set(found "")
 file(GLOB_RECURSE files RELATIVE ${ROOT}/host ${ROOT}/host/*.h ${ROOT}/host/*.cpp)
 foreach(file IN LISTS files)
@@ -36,6 +38,9 @@ foreach(file IN LISTS files)
   set(number 0)
   foreach(line IN LISTS lines)
     math(EXPR number "${number} + 1")
+    if(line MATCHES "^[ \t]*#[ \t]*include[ \t]+<${posix}>" AND NOT room MATCHES "^(base|cl)$")
+      string(APPEND found "host/${file}:${number} includes a header of POSIX, which is for base (file.h) and cl\n")
+    endif()
     if(NOT line MATCHES "^[ \t]*#[ \t]*include[ \t]+\"([^\"]+)\"")
       continue()
     endif()

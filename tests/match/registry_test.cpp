@@ -23,7 +23,7 @@ TEST(MatchRows, PlansTryThemInTheirTurns) {
 }
 
 TEST(MatchRows, AreJoinedInWords) {
-  EXPECT_EQ(match_names([](const MatchRow& row) { return row.info.needs_uvs; }), "uv");
+  EXPECT_EQ(match_names([](const MatchRow& row) { return obeys(row.info, "match.uv"); }), "uv");
   EXPECT_EQ(match_names([](const MatchRow& row) { return row.finds_the_rest; }), "ray or closest");
   EXPECT_EQ(match_names([](const MatchRow& row) { return row.plan_turn != 0; }),
             "ray, views, closest, visibility or hybrid");
@@ -46,22 +46,22 @@ TEST(MatchRows, ChecksGoByTheirProperties) {
     const std::string name(row.info.method.name);
     BakeOptions options;
     options.match.method = row.info.method;
-    if (row.info.needs_direction) options.match.views = {.count = 0, .directions = {{0, 0, 1}}};
+    if (needs_direction(row.info)) options.match.views = {.count = 0, .directions = {{0, 0, 1}}};
     EXPECT_TRUE(is_taken(options)) << name;
     BakeOptions clusters = options;
     clusters.match.visibility.clusters = 2;
-    EXPECT_EQ(is_taken(clusters), row.info.takes_clusters) << name;
+    EXPECT_EQ(is_taken(clusters), obeys(row.info, "match.visibility.clusters")) << name;
     BakeOptions cage = options;
     cage.match.cage = Length::share(0.02);
-    EXPECT_EQ(is_taken(cage), row.info.takes_cage) << name;
+    EXPECT_EQ(is_taken(cage), obeys(row.info, "match.cage")) << name;
     BakeOptions directions = options;
     directions.maps = {MapKind{"visibility"}};
-    EXPECT_EQ(is_taken(directions), row.info.takes_visibility) << name;
+    EXPECT_EQ(is_taken(directions), obeys(row.info, "match.visibility")) << name;
     BakeOptions fallback;
     fallback.match.method = MatchMethod::uv;
     fallback.match.fallback = {row.info.method};
     fallback.match.views = options.match.views;
-    EXPECT_EQ(is_taken(fallback), row.info.may_follow) << name;
+    EXPECT_EQ(is_taken(fallback), !obeys(row.info, "match.uv")) << name;
   }
 }
 

@@ -81,7 +81,7 @@ bool AoChart::run(const Device& device, const Mesh& high, const Mesh& low,
   BakeOptions bake_with;
   // All settings can be asked of it.
   bake_with.maps = {std::find_if(maps().begin(), maps().end(), [](const MapInfo& map) {
-                      return map.takes_max_error && map.takes_views;
+                      return obeys(map, "occlusion.max_error") && obeys(map, "occlusion.views");
                     })->kind};
   bake_with.width = bake_with.height = size;
   bake_with.match.max_distance = max_distance;

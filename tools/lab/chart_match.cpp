@@ -260,7 +260,7 @@ class Runner {
         if (result.cancelled) return false;
         if (is_reference) check_result((reference = &result)->report, high_, low_);
       }
-      if (!find_match(bake.match.method.name).takes_views) continue;
+      if (!obeys(find_match(bake.match.method.name), "match.views.count")) continue;
       const std::vector<Vec3> more = bake.match.views.automatic
                                          ? early[&row].report.views->directions
                                          : spread_views(*bake.match.views.count);

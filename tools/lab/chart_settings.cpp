@@ -87,7 +87,7 @@ void add_other_matches(std::span<const MatchInfo> rows, std::vector<ChartSetting
         settings.begin(), settings.end(),
         [&](const ChartSetting& setting) { return setting.bake.match.method == row.method; });
     const std::string name(row.method.name);
-    if (!used && !row.needs_direction) settings.push_back({name, name, "others", by(row.method)});
+    if (!used && !needs_direction(row)) settings.push_back({name, name, "others", by(row.method)});
   }
 }
 

@@ -83,7 +83,7 @@ Json describe_left_out(const std::vector<LeftOut>& left_out, const char* key) {
 
 std::optional<LeftOut> unfit(MatchMethod method, const std::string& name, const Source& source,
                              const Mesh& high, const Mesh& low, const UvOptions& uv, bool must) {
-  if (!find_match(method.name).needs_uvs) return std::nullopt;
+  if (!obeys(find_match(method.name), "match.uv")) return std::nullopt;
   const std::string reason = why_not(method, source, high, low, uv);
   if (reason.empty()) return std::nullopt;
   if (must) {

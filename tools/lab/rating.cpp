@@ -184,7 +184,7 @@ struct Candidate {
 std::vector<Candidate> candidates(const RatingOptions& options) {
   std::vector<Candidate> result;
   for (const std::string& method : options.methods) {
-    if (!find_match(method).takes_visibility || options.visibility_at.empty()) {
+    if (!obeys(find_match(method), "match.visibility") || options.visibility_at.empty()) {
       result.push_back({method, method, std::nullopt});
       continue;
     }
@@ -531,8 +531,9 @@ int run_rating(const MeasureArguments& a) {
     options.visibility_at.push_back(Words(kVisibilityAt).at(at));
   }
   if (!a.visibility_at.empty() &&
-      std::none_of(options.methods.begin(), options.methods.end(),
-                   [](const std::string& name) { return find_match(name).takes_visibility; })) {
+      std::none_of(options.methods.begin(), options.methods.end(), [](const std::string& name) {
+        return obeys(find_match(name), "match.visibility");
+      })) {
     fail("--visibility-at is for --match visibility and hybrid: add one of them, or leave it out.");
   }
   options.strict = !a.matches.empty();

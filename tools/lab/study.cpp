@@ -216,7 +216,7 @@ BakeOptions bake_options(const Setting& setting, const StudyOptions& options) {
   bake.match.max_distance = options.max_distance;
   bake.report.keep_match = true;
   if (setting.curve == Curve::ray) return bake;
-  bake.match.method = first_match(&MatchInfo::takes_views);
+  bake.match.method = first_match("match.views.count");
   bake.match.views.count = setting.views;
   bake.match.views.size = options.view_size;
   if (setting.curve == Curve::paper) {
@@ -502,7 +502,7 @@ Json json_of(const Setting& s, double diagonal) {
   Json json = fields(
       "curve match views view_size view_criterion view_refine target_faces faces size normal_error",
       {curve_name(s.curve),
-       views                   ? Json(first_match(&MatchInfo::takes_views).name)
+       views                   ? Json(first_match("match.views.count").name)
        : s.curve == Curve::ray ? Json(default_match())
                                : Json(),
        of_views(s.views), of_views(s.view_size), of_views(paper ? "depth" : "angle"),

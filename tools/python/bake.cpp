@@ -117,9 +117,9 @@ void take_textures(const nb::list& textures, BakeOptions& options) {
     const auto baked = std::find_if(options.maps.begin(), options.maps.end(),
                                     [&](MapKind kind) { return kind.name == name; });
     const MapInfo* const info = baked == options.maps.end() ? nullptr : &find_map(name);
-    if (info != nullptr && info->takes_color) {
+    if (info != nullptr && obeys(*info, "color")) {
       options.color = texture;
-    } else if (info != nullptr && info->takes_opacity) {
+    } else if (info != nullptr && obeys(*info, "opacity")) {
       options.opacity = texture;
     } else {
       options.transfers.push_back({name, texture});
@@ -327,7 +327,7 @@ void Request::prepare(const Source& source, const PySource& high_poly, const PyM
   read_textures(high_poly.high);
   if (high_poly.high.height_field) {
     if (!job_.given.contains("--match")) {
-      options.match.method = cli::first_match(&MatchInfo::needs_uvs);
+      options.match.method = cli::first_match("match.uv");
     }
     options.match.uv = cli::uv_options_over(high, options.match.uv);
   }

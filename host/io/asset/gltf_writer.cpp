@@ -122,7 +122,7 @@ bool invert(const AffineMap& m, double reach, ToLocal& local) {
   });
 }
 
-/// How far from the world's origin a mesh reaches at most, along an axis.
+/// Largest distance of a mesh from the world's origin, along an axis.
 double reach_of(const Mesh& mesh) {
   double reach = 0;
   for (const Vec3& p : mesh.positions) {
@@ -485,7 +485,7 @@ void check_nodes(const Mesh& low, const SaveAssetOptions& options) {
   }
 }
 
-/// Where objects are written: the file's node of each, and the way into its space.
+/// Nodes of the file for objects, and the way into each one's space.
 struct Places {
   std::vector<std::size_t> nodes;
   std::vector<ToLocal> locals;

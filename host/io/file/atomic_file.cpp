@@ -1,15 +1,12 @@
 #include "io/file/atomic_file.h"
 
-#include <fcntl.h>
-#include <sys/stat.h>
-#include <unistd.h>
-
 #include <cerrno>
 #include <string>
 #include <system_error>
 #include <utility>
 #include <vector>
 
+#include "base/file.h"
 #include "io/file/output_set.h"
 #include "io/file/placing.h"
 #include "kiln/error.h"
@@ -33,46 +30,36 @@ AtomicFile::AtomicFile(std::filesystem::path destination, bool allow_unnamed)
   if (!target_.has_filename()) fail("the path names a folder", EISDIR);
 
   const std::filesystem::path folder = target_.parent_path();
-  struct stat found {};
-  if (stat(folder.c_str(), &found) != 0) {
+  if (!os::facts_of(folder)) {
     const int number = errno;
     fail(number == ENOENT ? "the folder '" + folder.string() + "' does not exist" : "", number);
   }
-  int descriptor = -1;
-#ifdef O_TMPFILE
-  if (allow_unnamed) descriptor = open(folder.c_str(), O_TMPFILE | O_WRONLY | O_CLOEXEC, 0666);
-  // The file is given its name through /proc: without that it could never appear.
-  if (descriptor >= 0 &&
-      access(("/proc/self/fd/" + std::to_string(descriptor)).c_str(), F_OK) != 0) {
-    close(descriptor);
-    descriptor = -1;
-  }
-#endif
+  int descriptor = allow_unnamed ? os::create_unnamed(folder) : -1;
   if (descriptor < 0) descriptor = create_named();
   open_stream(descriptor);
 }
 
 AtomicFile::~AtomicFile() { discard(); }
 
-// What is there already: nothing, a file to replace, or something to write to directly.
+// Looks at what is there already: nothing, a file to replace, or something to write to directly.
 void AtomicFile::examine() {
-  struct stat found {};
-  if (stat(target_.c_str(), &found) != 0) {
+  const std::optional<os::FileFacts> found = os::facts_of(target_);
+  if (!found) {
     if (errno != ENOENT) fail("", errno);
     follow_links();
     return;
   }
-  if (S_ISDIR(found.st_mode)) fail("there is a folder of this name", EISDIR);
-  if (!S_ISREG(found.st_mode)) {
+  if (found->is_folder) fail("there is a folder of this name", EISDIR);
+  if (!found->is_regular) {
     direct_ = true;
-    const int descriptor = open(target_.c_str(), O_WRONLY | O_CLOEXEC);
+    const int descriptor = os::open_to_write(target_);
     if (descriptor < 0) fail("", errno);
     open_stream(descriptor);
     return;
   }
-  refuse_input(destination_, found);
-  if (access(target_.c_str(), W_OK) != 0) fail("the file there is write-protected", errno);
-  mode_ = found.st_mode & 07777;
+  refuse_input(destination_, found->id);
+  if (!os::may_write(target_)) fail("the file there is write-protected", errno);
+  mode_ = found->permissions;
   std::error_code error;
   const std::filesystem::path followed = std::filesystem::canonical(target_, error);
   if (!error) target_ = followed;
@@ -90,10 +77,10 @@ void AtomicFile::follow_links() {
 }
 
 void AtomicFile::open_stream(int descriptor) {
-  stream_ = fdopen(descriptor, "wb");
+  stream_ = os::stream_of(descriptor);
   if (stream_ == nullptr) {
     const int number = errno;
-    close(descriptor);
+    os::close(descriptor);
     discard();
     fail("", number);
   }
@@ -107,7 +94,7 @@ int AtomicFile::create_named() {
   for (int attempt = 0;; ++attempt) {
     // Registered first: a signal that arrives in between removes nothing.
     TemporaryName name(folder);
-    const int descriptor = open(name.path().c_str(), O_CREAT | O_EXCL | O_WRONLY | O_CLOEXEC, 0666);
+    const int descriptor = os::create_file(name.path(), 0666);
     if (descriptor >= 0) {
       temporary_ = std::move(name);
       return descriptor;
@@ -125,7 +112,7 @@ void AtomicFile::name_file() {
   HeldFile file;
   file.destination = destination_;
   file.target = target_;
-  file.descriptor = dup(fileno(stream_));
+  file.descriptor = os::duplicate(os::file_of(stream_));
   if (file.descriptor < 0) fail("", errno);
   file.name();
   temporary_ = std::move(file.temporary);
@@ -150,11 +137,8 @@ void AtomicFile::close_stream() {
 
 // Sets permissions, and lets the bytes set out for the medium while the next file is made.
 void AtomicFile::send(int descriptor) const {
-  if (mode_ && fchmod(descriptor, *mode_) != 0 && errno != EPERM) fail("", errno);
-#ifdef SYNC_FILE_RANGE_WRITE
-  // Only a hint: whoever places the file waits for them.
-  if (sync_file_range(descriptor, 0, 0, SYNC_FILE_RANGE_WRITE) != 0) errno = 0;
-#endif
+  if (mode_ && !os::set_permissions(descriptor, *mode_) && errno != EPERM) fail("", errno);
+  os::begin_sync(descriptor);  // whoever places the file waits for the end
 }
 
 void AtomicFile::commit() {
@@ -171,24 +155,24 @@ void AtomicFile::commit() {
     if (stream_ != nullptr) {
       errno = 0;
       if (std::fflush(stream_) != 0 || std::ferror(stream_) != 0) fail("", errno);
-      send(fileno(stream_));
+      send(os::file_of(stream_));
       if (temporary_.empty()) {
-        file.descriptor = fcntl(fileno(stream_), F_DUPFD_CLOEXEC, 0);
+        file.descriptor = os::duplicate(os::file_of(stream_));
         if (file.descriptor < 0) name_file();  // too many are open
       }
       std::FILE* const stream = std::exchange(stream_, nullptr);
       errno = 0;
       if (std::fclose(stream) != 0) fail("", errno);
     } else {
-      const int descriptor = open(temporary_.path().c_str(), O_RDONLY | O_CLOEXEC);
+      const int descriptor = os::open_to_read(temporary_.path());
       if (descriptor < 0) fail("", errno);
       try {
         send(descriptor);
       } catch (...) {
-        close(descriptor);
+        os::close(descriptor);
         throw;
       }
-      close(descriptor);
+      os::close(descriptor);
     }
     file.temporary = std::move(temporary_);
     done_ = true;
@@ -204,7 +188,7 @@ void AtomicFile::commit() {
 
 void AtomicFile::discard() noexcept {
   if (stream_ != nullptr) std::fclose(std::exchange(stream_, nullptr));
-  if (!temporary_.empty()) unlink(temporary_.path().c_str());
+  if (!temporary_.empty()) os::remove_file(temporary_.path().c_str());
   temporary_.release();
 }
 

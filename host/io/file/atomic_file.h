@@ -1,8 +1,6 @@
 // Files that appear whole or not at all.
 #pragma once
 
-#include <sys/types.h>
-
 #include <cstdio>
 #include <filesystem>
 #include <optional>
@@ -16,7 +14,7 @@ namespace kiln {
 /// A file being written out of sight, in the destination's folder. commit() renames it over the
 /// destination, or leaves that to the OutputSet that is open; without commit, the destructor removes it.
 ///
-/// Where the file system can (Linux's O_TMPFILE), the file has no name until it is complete. So even a
+/// On file systems that can (Linux's O_TMPFILE), the file has no name until it is complete. So even a
 /// killed process leaves nothing behind; elsewhere it has a hidden name. A file that is replaced keeps
 /// its permissions; a new one gets those of the process's umask. Symbolic links are followed, and what
 /// they name is replaced or made. A destination that is neither a file nor a folder (`/dev/stdout`, a
@@ -66,8 +64,8 @@ class AtomicFile {
   std::filesystem::path destination_;
   std::filesystem::path target_;  ///< The destination, links followed, absolute
   TemporaryName temporary_;
-  std::optional<mode_t> mode_;  ///< Of the file that is replaced
-  std::vector<char> buffer_;    ///< The stream's
+  std::optional<unsigned> mode_;  ///< Permissions of the file that is replaced
+  std::vector<char> buffer_;      ///< The stream's
   std::FILE* stream_ = nullptr;
   bool direct_ = false;  ///< A device or a pipe: no temporary, no rename
   bool done_ = false;    ///< Committed

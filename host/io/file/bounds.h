@@ -1,4 +1,4 @@
-// What a file can hold and memory can take: asked before memory is taken.
+// Bounds by what a file can hold and memory can take: asked before memory is taken.
 #pragma once
 
 #include <cstdint>
@@ -9,7 +9,7 @@
 
 namespace kiln {
 
-/// How bytes are packed in a file.
+/// Ways of packing bytes in a file.
 enum class Packing {
   none,
   deflate,  ///< zlib, gzip, PNG, OpenEXR's ZIP and ZIPS
@@ -24,13 +24,13 @@ enum class Packing {
 /// from experience. At most 2^64 - 1. Where the numbers come from: the source.
 std::uint64_t most_unpacked(Packing packing, std::uint64_t packed);
 
-/// What an image of a file may ask for, beside what the file can hold.
+/// Limits of an image in a file, beside what the file can hold.
 struct ImageLimits {
-  /// Of one image; a height field of 2^30 would have more triangles than Kiln takes.
+  /// Most pixels of one image; a height field of 2^30 would have more triangles than Kiln takes.
   std::uint64_t pixels = (std::uint64_t{1} << 30) - 1;
 };
 
-/// How a reader says that memory is short, for require_memory(). \param place  such as "dataWindow"
+/// A reader's error that memory is short, for require_memory(). \param place  such as "dataWindow"
 MemoryFailure memory_failure(FailWith fail, std::string place);
 
 }  // namespace kiln

@@ -1,8 +1,5 @@
 #include "io/file/byte_source.h"
 
-#include <fcntl.h>
-#include <sys/stat.h>
-#include <unistd.h>
 #include <zlib.h>
 
 #include <algorithm>
@@ -11,6 +8,7 @@
 #include <utility>
 #include <vector>
 
+#include "base/file.h"
 #include "base/memory.h"
 #include "io/file/bounds.h"
 #include "io/file/output_set.h"
@@ -23,30 +21,31 @@ class FileSource final : public ByteSource {
  public:
   /// Opened before it is looked at, so that what is checked is what is read.
   FileSource(const std::filesystem::path& path, FailWith fail) : fail_(std::move(fail)) {
-    file_ = ::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);
+    file_ = os::open_to_read(path);
     if (file_ < 0) {
       const int error = errno;
       if (error == ENOENT) fail_("", "there is no such file", "Check the path.");
       fail_("", std::string("it cannot be opened: ") + std::strerror(error),
             "Check the path and its permissions.");
     }
-    struct stat status {};
+    std::optional<os::FileFacts> facts;
     try {
-      if (::fstat(file_, &status) != 0) {
+      facts = os::facts_of(file_);
+      if (!facts) {
         fail_("", std::string("it cannot be examined: ") + std::strerror(errno), "Check the disk.");
       }
-      if (S_ISDIR(status.st_mode)) fail_("", "it is a directory", "Name a file in it.");
-      if (!S_ISREG(status.st_mode)) {
+      if (facts->is_folder) fail_("", "it is a directory", "Name a file in it.");
+      if (!facts->is_regular) {
         fail_("", "it is not a regular file", "Copy it to a file first.");
       }
     } catch (...) {
-      ::close(file_);
+      os::close(file_);
       throw;
     }
-    size_ = static_cast<std::uint64_t>(status.st_size);
-    note_read(status);
+    size_ = facts->bytes;
+    note_read(facts->id);
   }
-  ~FileSource() override { ::close(file_); }
+  ~FileSource() override { os::close(file_); }
   FileSource(const FileSource&) = delete;
   FileSource& operator=(const FileSource&) = delete;
 
@@ -54,8 +53,8 @@ class FileSource final : public ByteSource {
   std::size_t read_at(std::uint64_t offset, void* to, std::size_t count) const override {
     std::size_t have = 0;
     while (have < count && offset + have < size_) {
-      const ssize_t got = ::pread(file_, static_cast<char*>(to) + have, count - have,
-                                  static_cast<off_t>(offset + have));
+      const std::ptrdiff_t got =
+          os::read_at(file_, offset + have, static_cast<char*>(to) + have, count - have);
       if (got < 0 && errno == EINTR) continue;
       if (got < 0) {
         fail_("byte " + std::to_string(offset + have),

@@ -12,7 +12,7 @@
 
 namespace kiln {
 
-/// How a reader reports what it cannot use: throws Error(input) "<file>: <place>: <problem>. <remedy>"
+/// A reader's error for what it cannot use: throws Error(input) "<file>: <place>: <problem>. <remedy>"
 /// with the file that it was made for. The place may be empty.
 using FailWith = std::function<void(const std::string& place, const std::string& problem,
                                     const std::string& remedy)>;
@@ -53,7 +53,7 @@ class ByteStream {
 /// The source's bytes from `offset` as they are. The source must outlive the stream.
 std::unique_ptr<ByteStream> plain_stream(const ByteSource& source, std::uint64_t offset);
 
-/// What the gzip members or the zlib stream from `offset` unpack to, ending where they end; other bytes
+/// Unpacked bytes of the gzip members or the zlib stream from `offset`, ending where they end; other bytes
 /// after them are left. A stream that is cut short or damaged calls `fail`, which must throw.
 std::unique_ptr<ByteStream> inflating_stream(const ByteSource& source, std::uint64_t offset,
                                              FailWith fail);

@@ -1,8 +1,5 @@
 #include "kiln/files.h"
 
-#include <fcntl.h>
-#include <unistd.h>
-
 #include <cerrno>
 #include <cstdlib>
 #include <cstring>
@@ -11,6 +8,7 @@
 #include <system_error>
 #include <vector>
 
+#include "base/file.h"
 #include "io/file/atomic_file.h"
 #include "io/file/placing.h"
 #include "io/file/temporary.h"
@@ -23,20 +21,22 @@ namespace {
 std::mutex created_mutex;
 std::vector<std::filesystem::path> created_folders;
 
-/// Where a path names what the process has open already, or no regular file (a pipe, /dev/null): its bytes
+/// Opens a path that names what the process has open already, or no regular file (a pipe, /dev/null): bytes
 /// go there and replace nothing. -1: an ordinary path.
 int open_stream(const std::filesystem::path& path) {
   const std::string name = path.string();
-  if (name == "/dev/stdout") return dup(STDOUT_FILENO);
-  if (name == "/dev/stderr") return dup(STDERR_FILENO);
+  if (name == "/dev/stdout") return os::duplicate(1);
+  if (name == "/dev/stderr") return os::duplicate(2);
   for (const std::string folder : {"/dev/fd/", "/proc/self/fd/"}) {
-    if (name.rfind(folder, 0) == 0) return dup(std::atoi(name.c_str() + folder.size()));
+    if (name.rfind(folder, 0) == 0) {
+      return os::duplicate(std::atoi(name.c_str() + folder.size()));
+    }
   }
   std::error_code error;
   const auto kind = std::filesystem::status(path, error).type();
   using Type = std::filesystem::file_type;
   if (kind == Type::fifo || kind == Type::character || kind == Type::socket) {
-    return open(path.c_str(), O_WRONLY | O_CLOEXEC);
+    return os::open_to_write(path);
   }
   return -1;
 }
@@ -80,12 +80,12 @@ void save_text(const std::filesystem::path& path, std::string_view text) {
   if (const int stream = open_stream(path); stream >= 0) {
     bool good = true;
     while (good && !text.empty()) {
-      const ssize_t written = write(stream, text.data(), text.size());
+      const std::ptrdiff_t written = os::write_some(stream, text.data(), text.size());
       good = written > 0 || (written < 0 && errno == EINTR);
       if (written > 0) text.remove_prefix(static_cast<std::size_t>(written));
     }
     const std::string reason = good ? "" : std::strerror(errno);
-    close(stream);
+    os::close(stream);
     if (good) return;
     throw Error(ErrorCode::output, "'" + path.string() + "' cannot be written (" + reason + ").");
   }
@@ -99,7 +99,7 @@ void remove_empty_output_folders() noexcept {
   // Last made, first gone.
   while (!created_folders.empty()) {
     // Fails where something is in it, as it should.
-    [[maybe_unused]] const int not_empty = rmdir(created_folders.back().c_str());
+    os::remove_folder(created_folders.back().c_str());
     created_folders.pop_back();
   }
   forget_created_folders();
@@ -123,7 +123,7 @@ void prepare_output_folder(const std::filesystem::path& folder) {
     throw Error(ErrorCode::output,
                 "'" + target.string() + "' is not a folder: give a folder for the output.");
   }
-  if (access(target.c_str(), W_OK | X_OK) != 0) {
+  if (!os::may_write_in(target)) {
     throw Error(ErrorCode::output, "The output folder '" + target.string() +
                                        "' cannot be written (" + std::strerror(errno) +
                                        "): change its permissions, or choose another place.");

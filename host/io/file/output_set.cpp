@@ -1,8 +1,5 @@
 #include "io/file/output_set.h"
 
-#include <sys/stat.h>
-#include <unistd.h>
-
 #include <algorithm>
 #include <mutex>
 #include <set>
@@ -16,13 +13,11 @@
 namespace kiln {
 namespace {
 
-using Identity = std::pair<dev_t, ino_t>;
-
 struct State {
   std::mutex mutex;
   bool is_open = false;
   std::vector<HeldFile> files;
-  std::set<Identity> read;
+  std::set<os::FileId> read;
 };
 
 State& state() {
@@ -59,10 +54,9 @@ void OutputSet::commit() {
     const std::lock_guard lock(state().mutex);
     files.swap(state().files);
   }
-  // What was read after a file of that name was written, too.
+  // Refuses inputs, too, that were read after a file of that name was written.
   for (const HeldFile& file : files) {
-    struct stat found {};
-    if (stat(file.target.c_str(), &found) == 0) refuse_input(file.destination, found);
+    if (const auto found = os::facts_of(file.target)) refuse_input(file.destination, found->id);
   }
   place_files(files);
 }
@@ -75,18 +69,15 @@ std::filesystem::path OutputSet::held(const std::filesystem::path& destination) 
   });
   if (found == files.rend()) return {};
   if (!found->temporary.empty()) return found->temporary.path();
-  return "/proc/" + std::to_string(static_cast<long>(getpid())) + "/fd/" +
-         std::to_string(found->descriptor);
+  return os::name_of_open(found->descriptor);
 }
 
 void OutputSet::protect(const std::filesystem::path& input) {
-  struct stat found {};
-  if (stat(input.c_str(), &found) == 0) note_read(found);
+  if (const auto found = os::facts_of(input)) note_read(found->id);
 }
 
 void OutputSet::check(const std::filesystem::path& destination) {
-  struct stat found {};
-  if (stat(destination.c_str(), &found) == 0) refuse_input(destination, found);
+  if (const auto found = os::facts_of(destination)) refuse_input(destination, found->id);
 }
 
 bool hold_output(HeldFile& file) {
@@ -103,19 +94,19 @@ bool hold_output(HeldFile& file) {
   return true;
 }
 
-void refuse_input(const std::filesystem::path& destination, const struct stat& file) {
+void refuse_input(const std::filesystem::path& destination, os::FileId file) {
   {
     const std::lock_guard lock(state().mutex);
-    if (state().read.count({file.st_dev, file.st_ino}) == 0) return;
+    if (state().read.count(file) == 0) return;
   }
   throw Error(ErrorCode::usage, "'" + destination.string() +
                                     "' would be written over, and it is read, too: choose another "
                                     "name or folder for the output.");
 }
 
-void note_read(const struct stat& file) {
+void note_read(os::FileId file) {
   const std::lock_guard lock(state().mutex);
-  if (state().is_open) state().read.insert({file.st_dev, file.st_ino});
+  if (state().is_open) state().read.insert(file);
 }
 
 }  // namespace kiln

@@ -1,10 +1,9 @@
 // The files that one run reads and writes. Behind OutputSet of kiln/files.h.
 #pragma once
 
-#include <sys/stat.h>
-
 #include <filesystem>
 
+#include "base/file.h"
 #include "io/file/placing.h"
 
 namespace kiln {
@@ -15,9 +14,9 @@ bool hold_output(HeldFile& file);
 
 /// Throws Error(usage) where a file is among those that were read since the set was opened; by identity, not
 /// by name. Nothing where none is open. \param destination  its name, for the message
-void refuse_input(const std::filesystem::path& destination, const struct stat& file);
+void refuse_input(const std::filesystem::path& destination, os::FileId file);
 
 /// A file that is open for reading. Nothing where no set is open.
-void note_read(const struct stat& file);
+void note_read(os::FileId file);
 
 }  // namespace kiln

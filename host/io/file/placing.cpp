@@ -1,14 +1,8 @@
 #include "io/file/placing.h"
 
-#include <fcntl.h>
-#include <sys/file.h>
-#include <sys/stat.h>
-#include <unistd.h>
-
 #include <algorithm>
 #include <atomic>
 #include <cerrno>
-#include <csignal>
 #include <cstdlib>
 #include <ctime>
 #include <fstream>
@@ -19,6 +13,7 @@
 #include <tuple>
 #include <utility>
 
+#include "base/file.h"
 #include "kiln/error.h"
 #include "kiln/files.h"
 
@@ -29,7 +24,7 @@ namespace fs = std::filesystem;
 
 constexpr std::string_view kHidden = ".kiln-";
 constexpr std::string_view kJournal = ".journal";
-constexpr std::uintmax_t kMostJournalBytes = std::uintmax_t{1} << 24;
+constexpr std::uint64_t kMostJournalBytes = std::uint64_t{1} << 24;
 
 std::atomic<bool> placing{false};
 static_assert(std::atomic<bool>::is_always_lock_free);
@@ -37,7 +32,9 @@ static_assert(std::atomic<bool>::is_always_lock_free);
 const char* remedy(int error_number) {
   switch (error_number) {
     case ENOSPC:
+#ifdef EDQUOT
     case EDQUOT:
+#endif
       return " Free some space there, or write to another disk.";
     case EFBIG:
       return " Raise the limit on file sizes (ulimit -f), or write a smaller file.";
@@ -64,20 +61,15 @@ const char* remedy(int error_number) {
 /// An open folder, locked against other processes that place files there.
 class LockedFolder {
  public:
-  explicit LockedFolder(const fs::path& path)
-      : descriptor_(open(path.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC)) {
-    // File systems without locks do without.
-    while (descriptor_ >= 0 && flock(descriptor_, LOCK_EX) != 0 && errno == EINTR) {
-    }
-  }
+  explicit LockedFolder(const fs::path& path) : descriptor_(os::lock_folder(path)) {}
   ~LockedFolder() {
-    if (descriptor_ >= 0) close(descriptor_);
+    if (descriptor_ >= 0) os::close(descriptor_);
   }
   LockedFolder(LockedFolder&& other) noexcept : descriptor_(std::exchange(other.descriptor_, -1)) {}
   LockedFolder(const LockedFolder&) = delete;
   /// Its names reach the medium.
   void sync() const {
-    if (descriptor_ >= 0) fsync(descriptor_);
+    if (descriptor_ >= 0) os::sync(descriptor_);
   }
 
  private:
@@ -96,13 +88,9 @@ bool is_plain(std::string_view name) {
 
 /// The folder must be locked: so whoever wrote the journal is gone.
 void finish(const fs::path& folder, const fs::path& journal) {
-  struct stat status {};
+  const std::optional<os::FileFacts> facts = os::facts_of_link(journal);
   // Another user's journal is nothing that we act on.
-  if (lstat(journal.c_str(), &status) != 0 || !S_ISREG(status.st_mode) ||
-      status.st_uid != geteuid() ||
-      static_cast<std::uintmax_t>(status.st_size) > kMostJournalBytes) {
-    return;
-  }
+  if (!facts || !facts->is_regular || !facts->is_own || facts->bytes > kMostJournalBytes) return;
   std::ifstream file(journal, std::ios::binary);
   const std::string text{std::istreambuf_iterator<char>(file), {}};
   std::vector<std::string> names;
@@ -113,30 +101,30 @@ void finish(const fs::path& folder, const fs::path& journal) {
     const auto& [temporary, target, backup] = std::tie(names[i], names[i + 1], names[i + 2]);
     if (!temporary.starts_with(kHidden) || !is_plain(temporary) || !is_plain(target)) continue;
     // Fails where it was renamed already.
-    if (rename((folder / temporary).c_str(), (folder / target).c_str()) != 0) errno = 0;
-    if (backup.starts_with(kHidden) && is_plain(backup)) unlink((folder / backup).c_str());
+    if (!os::replace(folder / temporary, folder / target)) errno = 0;
+    if (backup.starts_with(kHidden) && is_plain(backup)) {
+      os::remove_file((folder / backup).c_str());
+    }
   }
-  unlink(journal.c_str());
+  os::remove_file(journal.c_str());
 }
 
 /// The process of a hidden name `.kiln-PROCESS-NUMBER.ENDING`; 0 where it has none.
-pid_t process_of(const std::string& name) {
-  return static_cast<pid_t>(std::strtol(name.c_str() + kHidden.size(), nullptr, 10));
+long process_of(const std::string& name) {
+  return std::strtol(name.c_str() + kHidden.size(), nullptr, 10);
 }
 
 /// Removes what a killed process left that had not come to its journal: links to old files, which are made
 /// under the lock alone, and unfinished files of a process that is gone, after an hour (another machine's
 /// processes are not seen from here).
 void sweep(const fs::path& path) {
-  struct stat status {};
-  if (lstat(path.c_str(), &status) != 0 || !S_ISREG(status.st_mode) || status.st_uid != geteuid()) {
-    return;
-  }
+  const std::optional<os::FileFacts> facts = os::facts_of_link(path);
+  if (!facts || !facts->is_regular || !facts->is_own) return;
   const std::string name = path.filename().string();
-  const pid_t process = process_of(name);
-  const bool gone = process > 0 && kill(process, 0) != 0 && errno == ESRCH;
-  const bool aged = std::time(nullptr) - status.st_mtime > 3600;
-  if (name.ends_with(".old") || (name.ends_with(".tmp") && gone && aged)) unlink(path.c_str());
+  const bool aged = std::time(nullptr) - facts->modified > 3600;
+  if (name.ends_with(".old") || (name.ends_with(".tmp") && os::is_gone(process_of(name)) && aged)) {
+    os::remove_file(path.c_str());
+  }
 }
 
 /// The folder must be locked.
@@ -160,11 +148,11 @@ class Placement {
     for (const HeldFile& file : files) folders_.push_back(file.target.parent_path());
     std::sort(folders_.begin(), folders_.end());
     folders_.erase(std::unique(folders_.begin(), folders_.end()), folders_.end());
-    // What keeps track of a file is there before the file is: memory may run out between any two steps.
+    // Lists have room for a file before the file is there: memory may run out between any two steps.
     journals_.reserve(folders_.size());
     new_.reserve(files.size());
   }
-  /// Where anything threw: links to old files and journals go, and nothing was renamed, or all was put back.
+  /// Removes links to old files and journals if anything threw: nothing was renamed, or all was put back.
   ~Placement() { undo(); }
   Placement(const Placement&) = delete;
   Placement& operator=(const Placement&) = delete;
@@ -188,7 +176,7 @@ class Placement {
   void keep_old_files() {
     for (std::size_t i = 0; i < files_.size(); ++i) {
       TemporaryName name(files_[i].target.parent_path(), "old");
-      if (link(files_[i].target.c_str(), name.path().c_str()) == 0) {
+      if (os::add_name(files_[i].target, name.path())) {
         backups_[i] = std::move(name);
       } else if (errno == ENOENT) {
         new_.push_back(i);
@@ -206,16 +194,17 @@ class Placement {
     }
     TemporaryName journal(folder, kJournal.data() + 1);
     TemporaryName draft(folder);
-    const int file = open(draft.path().c_str(), O_CREAT | O_EXCL | O_WRONLY | O_CLOEXEC, 0600);
+    const int file = os::create_file(draft.path(), 0600);
     bool good = file >= 0;
     if (good) {
-      good = ::write(file, text.data(), text.size()) == static_cast<ssize_t>(text.size()) &&
-             fsync(file) == 0;
-      close(file);
+      good = os::write_some(file, text.data(), text.size()) ==
+                 static_cast<std::ptrdiff_t>(text.size()) &&
+             os::sync(file);
+      os::close(file);
     }
-    if (!good || std::rename(draft.path().c_str(), journal.path().c_str()) != 0) {
+    if (!good || !os::replace(draft.path(), journal.path())) {
       const int number = errno;
-      unlink(draft.path().c_str());
+      os::remove_file(draft.path().c_str());
       fail_to_write(files_.front().destination, "", number);
     }
     journals_.push_back(std::move(journal));
@@ -223,7 +212,7 @@ class Placement {
 
   void rename_all() {
     for (std::size_t i = 0; i < files_.size(); ++i) {
-      if (std::rename(files_[i].temporary.path().c_str(), files_[i].target.c_str()) == 0) continue;
+      if (os::replace(files_[i].temporary.path(), files_[i].target)) continue;
       const int number = errno;
       for (std::size_t k = i; k-- > 0;) put_back(k);
       placing = false;
@@ -234,9 +223,9 @@ class Placement {
   void put_back(std::size_t i) {
     const fs::path& target = files_[i].target;
     if (!backups_[i].empty()) {
-      if (std::rename(backups_[i].path().c_str(), target.c_str()) == 0) backups_[i].release();
+      if (os::replace(backups_[i].path(), target)) backups_[i].release();
     } else if (std::find(new_.begin(), new_.end(), i) != new_.end()) {
-      unlink(target.c_str());
+      os::remove_file(target.c_str());
     }
   }
 
@@ -249,7 +238,7 @@ class Placement {
   void undo() noexcept {
     for (std::vector<TemporaryName>* names : {&journals_, &backups_}) {
       for (TemporaryName& name : *names) {
-        if (!name.empty()) unlink(name.path().c_str());
+        if (!name.empty()) os::remove_file(name.path().c_str());
         name.release();
       }
     }
@@ -284,23 +273,22 @@ HeldFile& HeldFile::operator=(HeldFile&& other) noexcept {
 }
 
 void HeldFile::sync() const {
-  const int opened = descriptor >= 0 ? -1 : open(temporary.path().c_str(), O_RDONLY | O_CLOEXEC);
+  const int opened = descriptor >= 0 ? -1 : os::open_to_read(temporary.path());
   const int file = descriptor >= 0 ? descriptor : opened;
-  const bool good = file >= 0 && fsync(file) == 0;
+  const bool good = file >= 0 && os::sync(file);
   const int number = errno;
-  if (opened >= 0) close(opened);
+  if (opened >= 0) os::close(opened);
   // Some file systems cannot, and say so.
   if (!good && number != EINVAL && number != ENOTSUP) fail_to_write(destination, "", number);
 }
 
 void HeldFile::name() {
   if (!temporary.empty()) return;
-  const std::string link = "/proc/self/fd/" + std::to_string(descriptor);
   for (int attempt = 0;; ++attempt) {
     TemporaryName name(target.parent_path());
-    if (linkat(AT_FDCWD, link.c_str(), AT_FDCWD, name.path().c_str(), AT_SYMLINK_FOLLOW) == 0) {
+    if (os::name_file(descriptor, name.path())) {
       temporary = std::move(name);
-      close(std::exchange(descriptor, -1));
+      os::close(std::exchange(descriptor, -1));
       return;
     }
     if (errno != EEXIST || attempt == kNameAttempts) fail_to_write(destination, "", errno);
@@ -308,8 +296,8 @@ void HeldFile::name() {
 }
 
 void HeldFile::discard() noexcept {
-  if (descriptor >= 0) close(std::exchange(descriptor, -1));
-  if (!temporary.empty()) unlink(temporary.path().c_str());
+  if (descriptor >= 0) os::close(std::exchange(descriptor, -1));
+  if (!temporary.empty()) os::remove_file(temporary.path().c_str());
   temporary.release();
 }
 
@@ -324,7 +312,7 @@ void place_files(std::vector<HeldFile>& files) {
   const LockedFolder folder(file.target.parent_path());
   finish_all(file.target.parent_path());  // or an older file of that name would come later
   file.name();
-  if (std::rename(file.temporary.path().c_str(), file.target.c_str()) != 0) {
+  if (!os::replace(file.temporary.path(), file.target)) {
     fail_to_write(file.destination, "", errno);
   }
   file.temporary.release();

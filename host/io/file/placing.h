@@ -30,7 +30,7 @@ struct HeldFile {
 
 /// Renames all files to their targets, in order; a later file of one target wins.
 ///
-/// What a killed process began in their folders is finished first. Where there are several, one that fails
+/// Work that a killed process began in their folders is finished first. Of several files, one that fails
 /// brings back what was there before, for all of them. Within a folder, a journal lets the next process
 /// that writes there finish a killed one's work. A lock keeps two processes from mixing their files.
 /// \throws Error(output)

@@ -1,15 +1,14 @@
 #include "io/file/temporary.h"
 
-#include <unistd.h>
-
+#include <algorithm>
 #include <array>
 #include <atomic>
 #include <cerrno>
-#include <cstring>
 #include <span>
 #include <string>
 #include <utility>
 
+#include "base/file.h"
 #include "kiln/files.h"
 
 namespace kiln {
@@ -21,7 +20,7 @@ enum SlotState : int { kSlotFree, kSlotTaken, kSlotLive };
 
 struct Slot {
   std::atomic<int> state{kSlotFree};
-  std::array<char, 1024> path{};
+  std::array<std::filesystem::path::value_type, 1024> path{};
 };
 static_assert(std::atomic<int>::is_always_lock_free);
 
@@ -29,12 +28,12 @@ std::array<Slot, 64> slots;
 std::array<Slot, 64> folder_slots;
 std::atomic<unsigned> name_counter{0};
 
-int register_name(std::span<Slot> all, const std::string& name) {
+int register_name(std::span<Slot> all, const std::filesystem::path::string_type& name) {
   if (name.size() >= all[0].path.size()) return -1;
   for (std::size_t i = 0; i < all.size(); ++i) {
     int expected = kSlotFree;
     if (!all[i].state.compare_exchange_strong(expected, kSlotTaken)) continue;
-    std::memcpy(all[i].path.data(), name.c_str(), name.size() + 1);
+    std::copy_n(name.c_str(), name.size() + 1, all[i].path.data());
     all[i].state = kSlotLive;
     return static_cast<int>(i);
   }
@@ -44,7 +43,7 @@ int register_name(std::span<Slot> all, const std::string& name) {
 }  // namespace
 
 TemporaryName::TemporaryName(const std::filesystem::path& folder, const char* ending)
-    : path_(folder / (".kiln-" + std::to_string(static_cast<long>(getpid())) + "-" +
+    : path_(folder / (".kiln-" + std::to_string(os::process_id()) + "-" +
                       std::to_string(name_counter++) + "." + ending)),
       slot_(register_name(slots, path_.native())) {}
 
@@ -77,11 +76,11 @@ void forget_created_folders() noexcept {
 void remove_temporary_files() noexcept {
   const int saved = errno;
   for (Slot& slot : slots) {
-    if (slot.state == kSlotLive) unlink(slot.path.data());
+    if (slot.state == kSlotLive) os::remove_file(slot.path.data());
   }
   // Last made, first gone. Fails where something is in it, as it should.
   for (std::size_t i = folder_slots.size(); i-- > 0;) {
-    if (folder_slots[i].state == kSlotLive && rmdir(folder_slots[i].path.data()) != 0) continue;
+    if (folder_slots[i].state == kSlotLive) os::remove_folder(folder_slots[i].path.data());
   }
   errno = saved;
 }

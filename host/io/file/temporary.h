@@ -6,7 +6,7 @@
 namespace kiln {
 
 /// A hidden name in a folder, registered so that a signal handler can remove it (remove_temporary_files()).
-/// Where too many are registered already, or the name is too long, it is not: its owner still removes it.
+/// If too many are registered already, or the name is too long, it is not: its owner still removes it.
 class TemporaryName {
  public:
   TemporaryName() = default;
@@ -32,7 +32,7 @@ void note_created_folder(const std::filesystem::path& folder) noexcept;
 /// None of them is removed any more.
 void forget_created_folders() noexcept;
 
-/// How often another name is tried where one is taken.
+/// Most names that are tried one after the other where one is taken.
 inline constexpr int kNameAttempts = 100;
 
 }  // namespace kiln

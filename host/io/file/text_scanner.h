@@ -45,7 +45,7 @@ class TextScanner {
     }
   }
 
-  /// What is left of this line, without blanks at its ends: a name. Names may hold the character that starts
+  /// Takes the rest of this line, without blanks at its ends: a name. Names may hold the character that starts
   /// comments ("Material #25"), so none starts here.
   std::string_view rest_of_line() {
     while (at_ != end_ && (is_blank(*at_) || joins_lines())) {

@@ -97,7 +97,7 @@ void write_exr(const std::filesystem::path& path, const Write& write) {
   file.commit();
 }
 
-/// How many threads OpenEXR is to use: `threads`, or all where 0. Gives its global pool threads where
+/// Number of threads that OpenEXR is to use: `threads`, or all if 0. Gives its global pool threads where
 /// it has none.
 int exr_threads(int threads);
 

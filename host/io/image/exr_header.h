@@ -1,4 +1,4 @@
-// What an OpenEXR file's headers say, read without OpenEXR: it takes memory by them before it looks at the
+// Headers of an OpenEXR file, read without OpenEXR: that takes memory by them before it looks at the
 // rest of the file. The layout: "OpenEXR File Layout",
 // https://openexr.com/en/latest/OpenEXRFileLayout.html.
 #pragma once
@@ -42,10 +42,10 @@ struct ExrPart {
 
   /// Bytes of the pixels of a box, unpacked.
   std::uint64_t bytes_of(const ExrBox& box) const;
-  /// Of the finest level.
+  /// Columns of tiles of the finest level.
   std::uint64_t tiles_x() const { return (data.width() + tile_width - 1) / tile_width; }
   std::uint64_t tiles_y() const { return (data.height() + tile_height - 1) / tile_height; }
-  /// Of the finest level, or of all of them.
+  /// Blocks of the finest level, or of all of them.
   std::uint64_t blocks() const;
   std::uint64_t blocks_of_all_levels() const;
 };
@@ -54,7 +54,7 @@ struct ExrHeaders {
   bool multi_part = false;
   std::vector<ExrPart> parts;  ///< One at least
   std::uint64_t end = 0;       ///< Where the tables of blocks begin
-  /// Where the types of ID manifests stand. OpenEXR 3.1 reads such an attribute 4 bytes too far, and what
+  /// Offsets of the types of ID manifests. OpenEXR 3.1 reads such an attribute 4 bytes too far, and what
   /// comes after it wrongly: ExrSource gives it a type that no library knows.
   std::vector<std::uint64_t> manifests;
 };
@@ -63,7 +63,7 @@ struct ExrHeaders {
 /// \throws what `fail` throws: cut short, no OpenEXR, or a field that cannot be
 ExrHeaders read_exr_headers(const ByteSource& source, const FailWith& fail, std::uint32_t largest);
 
-/// What reading the first part takes.
+/// Plan for reading the first part.
 struct ExrPlan {
   int threads = 0;  ///< For OpenEXR: its buffers, two a thread, stay below the image's size
   std::uint64_t buffers = 0;             ///< Bytes of them

@@ -16,7 +16,7 @@ inline bool is_texture(ImageFormat format) {
   return format == ImageFormat::ktx2 || format == ImageFormat::dds;
 }
 
-/// How texels are stored.
+/// Storage of texels.
 struct TextureFormat {
   std::uint32_t vulkan, dxgi;  ///< VkFormat, DXGI_FORMAT
   std::uint32_t channels;      ///< 1, 2 or 4

@@ -1,4 +1,4 @@
-// What the image readers share: bytes from a file or from memory, limits, and how a failure is reported.
+// Shared by the image readers: bytes from a file or from memory, limits, and errors.
 #pragma once
 
 #include <cstdint>

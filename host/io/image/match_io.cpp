@@ -168,7 +168,7 @@ void save_match(const Match& match, const std::filesystem::path& path) {
 }
 
 Match parse_match(const ByteSource& source, const std::string& file, const ImageLimits& limits) {
-  // Of every failure, one remedy.
+  // Every failure has one remedy.
   const FailWith failure = [inner = image_failure(file, kKind)](const std::string& place,
                                                                 const std::string& problem,
                                                                 const std::string&) {

@@ -1,4 +1,4 @@
-// What the readers of JPEG, WebP, TIFF, TGA, BMP and Radiance HDR share. Each is there where its library was built
+// Shared by the readers of JPEG, WebP, TIFF, TGA, BMP and Radiance HDR. Each is there where its library was built
 // in (KILN_HAS_...), and reads pixels as they are stored: numbers are divided to [0, 1], colour profiles, gamma and
 // EXIF data are left alone.
 #pragma once

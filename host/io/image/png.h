@@ -12,7 +12,7 @@
 
 namespace kiln {
 
-/// How a PNG is written.
+/// Settings of a PNG.
 struct PngOptions {
   int bits = 16;                      ///< A channel: 8 or 16
   bool dither = false;                ///< 8 bits only

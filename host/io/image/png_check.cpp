@@ -68,7 +68,7 @@ Header read_header(const unsigned char* bytes, const FailWith& fail) {
   return header;
 }
 
-/// What the image data must inflate to: a byte for the filter and the pixels, a row of a pass.
+/// Bytes that the image data must inflate to: a byte for the filter and the pixels, a row of a pass.
 std::uint64_t raw_bytes(const Header& header) {
   const auto pass = [&](std::uint64_t width, std::uint64_t height) {
     return width == 0 ? 0 : height * (1 + (width * header.bits_per_pixel + 7) / 8);

@@ -46,7 +46,7 @@ constexpr std::array<LengthCode, kMostRun + 1> kLengthCodes = make_length_codes(
 using Counts = std::array<std::uint32_t, kSymbols>;
 using Lengths = std::array<std::uint8_t, kSymbols>;
 
-/// How many of the bytes from `at` on are `byte`, up to `most`.
+/// Number of bytes from `at` on that are `byte`, up to `most`.
 std::size_t run_of(const std::uint8_t* at, std::size_t most, std::uint8_t byte) {
   std::uint64_t eight = 0, all = byte * 0x0101010101010101U;
   std::size_t length = 0;
@@ -65,7 +65,7 @@ bool four_same(const std::uint8_t* at) {
   return four == std::rotl(four, 8);
 }
 
-/// Of eight bytes from `at` on: whether four neighbours may be the same. Never false where they are.
+/// True if four neighbours of the eight bytes from `at` on may be the same. Never false where they are.
 bool any_four_same(const std::uint8_t* at) {
   std::uint64_t eight = 0;
   std::memcpy(&eight, at, sizeof(eight));
@@ -188,7 +188,7 @@ class BitWriter {
   }
   /// \param written  of each token
   void put(std::span<const std::uint16_t> tokens, const Written* written) {
-    // Of its own: a byte that is written may lie anywhere, so members would be read again after each.
+    // A local copy: a byte that is written may lie anywhere, so members would be read again after each.
     Held held{held_, bytes_.data() + size_};
     std::size_t i = 0;
     for (; i + 2 <= tokens.size(); i += 2) {

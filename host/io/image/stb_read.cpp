@@ -51,7 +51,7 @@ int on_read(void* user, char* to, int count) {
   bytes.at += got;
   if (got != 0 && (to == bytes.buffer || got == wanted)) return static_cast<int>(got);
   bytes.cut_short = true;
-  // Of Radiance HDR it would read runs of no length (zeros) or lines of a header (all but ends of lines) for ever.
+  // In Radiance HDR it would read runs of no length (zeros) or lines of a header (all but ends of lines) for ever.
   std::fill(to + got, to + wanted, '\n');
   return count;
 }

@@ -1,4 +1,4 @@
-// How far pictures of 8 bits are from what they hold.
+// Errors of pictures of 8 bits against the values that they hold.
 #include <algorithm>
 #include <cmath>
 #include <vector>
@@ -72,7 +72,7 @@ class StoredRows {
   std::vector<float> values_;
 };
 
-/// Of one texel.
+/// Error of one texel.
 double error_of(const float* value, std::size_t channels, const float* stored,
                 std::size_t stored_channels, TextureUse use) {
   const bool is_normal = use == TextureUse::normal || use == TextureUse::tangent_normal;

@@ -15,18 +15,12 @@ Asset read_by_assimp(const MeshInput& input) {
 #include <assimp/GltfMaterial.h>
 #include <assimp/material.h>
 #include <assimp/scene.h>
-#include <fcntl.h>
-#include <sys/resource.h>
-#include <sys/wait.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <assimp/IOSystem.hpp>
 #include <assimp/Importer.hpp>
 #include <bit>
-#include <cerrno>
 #include <cmath>
-#include <csignal>
 #include <cstdio>
 #include <filesystem>
 #include <map>
@@ -37,6 +31,7 @@ Asset read_by_assimp(const MeshInput& input) {
 #include <utility>
 #include <vector>
 
+#include "base/child.h"
 #include "base/counted.h"
 #include "base/lower_case.h"
 #include "io/file/text_scanner.h"
@@ -64,7 +59,7 @@ AffineMap transform_of(const aiMatrix4x4& m) {
           m.a3, m.b3, m.c3, m.d3, m.a4, m.b4, m.c4, m.d4};
 }
 
-/// How normals turn, up to their length: the cofactors, whose columns are the cross products of the map's.
+/// Map of normals, up to their length: the cofactors, whose columns are the cross products of the map's.
 struct NormalTurn {
   std::array<std::array<double, 3>, 3> columns{};
   bool mirrors = false;
@@ -242,7 +237,7 @@ class SceneReader {
     return found;
   }
 
-  /// Where no mesh has the set that is asked for.
+  /// Refuses a set of UVs that no mesh has.
   void check_uv_set() const {
     const LoadMeshOptions& options = input_.options;
     if (uv_set_ || (options.uv_set_name.empty() && options.uv_set == 0)) return;
@@ -337,7 +332,7 @@ class SceneReader {
       std::string name = path.C_Str();
       std::replace(name.begin(), name.end(), '\\', '/');
       const aiTexture* const embedded = scene_.GetEmbeddedTexture(path.C_Str());
-      // Of height 0: a file's bytes, as many as its width; others would be bare texels.
+      // Height 0: a file's bytes, as many as its width; others would be bare texels.
       if (embedded != nullptr && embedded->mHeight == 0) {
         const auto* const bytes = reinterpret_cast<const std::byte*>(embedded->pcData);
         std::shared_ptr<const std::vector<std::byte> >& shared = embedded_[embedded];
@@ -368,7 +363,7 @@ class SceneReader {
     struct Axis {
       std::int32_t axis = 0, sign = 1;
     };
-    // What becomes X, Y and Z. "Front" looks at the viewer.
+    // The axes that become X, Y and Z. "Front" looks at the viewer.
     constexpr const char* kNames[] = {"CoordAxis", "UpAxis", "FrontAxis"};
     std::array<Axis, 3> axes{};
     AffineMap map{};
@@ -508,7 +503,7 @@ class SceneReader {
   std::set<std::string> uv_sets_;   // that there are, in words
 };
 
-/// What Assimp makes of a file, which the importer keeps; nullptr: nothing, and what it says.
+/// Assimp's scene of a file, which the importer keeps; nullptr: none. \param said  out: then why
 const aiScene* read_scene(const MeshInput& input, Assimp::Importer& importer, std::string& said) {
   std::string hint = fs::path(input.file).extension().string();
   if (!hint.empty()) hint.erase(0, 1);
@@ -538,76 +533,28 @@ const aiScene* read_scene(const MeshInput& input, Assimp::Importer& importer, st
   return scene;
 }
 
-/// Seconds and bytes that Assimp may take: of real files a tenth is enough.
-constexpr rlim_t kSeconds = 30, kSecondsAMegabyte = 2, kFewBytes = rlim_t{1} << 30, kTimes = 200;
-
-/// What this process has in address space, by Linux; 0: not to be known.
-rlim_t address_space() {
-  std::FILE* const file = std::fopen("/proc/self/statm", "r");
-  if (file == nullptr) return 0;
-  unsigned long pages = 0;
-  const bool read = std::fscanf(file, "%lu", &pages) == 1;
-  std::fclose(file);
-  return read ? rlim_t{pages} * static_cast<rlim_t>(sysconf(_SC_PAGESIZE)) : 0;
-}
-
-/// In a child of this process: reads a file within limits, writes what is wrong with it, and ends.
-[[noreturn]] void end_by_reading(const MeshInput& input, int to) {
-  for (const int signal : {SIGSEGV, SIGBUS, SIGABRT, SIGFPE, SIGILL}) std::signal(signal, SIG_DFL);
-  std::set_terminate([] { _exit(1); });
-  const int nowhere = open("/dev/null", O_WRONLY);
-  if (nowhere >= 0) dup2(nowhere, STDERR_FILENO);  // of the C library's own words
-  const auto limit = [](auto what, rlim_t most) {
-    const rlimit both{most, most};
-    setrlimit(what, &both);
-  };
-  limit(RLIMIT_CORE, 0);
-  limit(RLIMIT_CPU, kSeconds + kSecondsAMegabyte * (input.bytes.size() >> 20U));
-  if (const rlim_t now = address_space(); now != 0) {
-    limit(RLIMIT_AS, now + kFewBytes + kTimes * input.bytes.size());
-  }
-  std::string said;
-  try {
-    Assimp::Importer importer;
-    read_scene(input, importer, said);
-  } catch (...) {
-    said = "it takes too much memory";
-  }
-  const bool written = write(to, said.data(), said.size()) == static_cast<ssize_t>(said.size());
-  _exit(written ? 0 : 1);
-}
-
 /// Assimp crashes on damaged files, or takes all there is: a child of this process reads each first, and what ends
 /// it is an error. Costs the time of reading again. Where no child can be made, there is no such care.
 void try_in_child(const MeshInput& input, const std::string& remedy) {
-  int ends[2];
-  if (pipe(ends) != 0) return;
-  const pid_t child = fork();
-  if (child == 0) end_by_reading(input, ends[1]);
-  close(ends[1]);
+  const std::uint64_t bytes = input.bytes.size();
+  // A tenth is enough for real files.
+  const ChildLimits limits = {.seconds = 30 + 2 * (bytes >> 20U),
+                              .bytes = (std::uint64_t{1} << 30U) + 200 * bytes};
   std::string said;
-  char part[512];
-  for (;;) {
-    const ssize_t count = read(ends[0], part, sizeof part);
-    if (count > 0) said.append(part, static_cast<std::size_t>(count));
-    if (count == 0 || (count < 0 && errno != EINTR)) break;
-  }
-  close(ends[0]);
-  if (child < 0) return;
-  int status = 0;
-  pid_t ended = 0;
-  do {
-    ended = waitpid(child, &status, 0);
-  } while (ended < 0 && errno == EINTR);
-  // A program may have ways of its own to end by an abort().
-  if (ended == child && !(WIFEXITED(status) && WEXITSTATUS(status) == 0)) {
-    const bool slow =
-        WIFSIGNALED(status) && (WTERMSIG(status) == SIGXCPU || WTERMSIG(status) == SIGKILL);
-    input.fail("",
-               std::string("Assimp ") +
-                   (slow ? "takes too long to read it" : "crashes where it reads it") +
-                   ": the file is damaged, or of a kind that Assimp does not know",
-               remedy);
+  const auto read = [&input] {
+    Assimp::Importer importer;
+    std::string problem;
+    read_scene(input, importer, problem);
+    return problem;
+  };
+  const ChildEnd end = run_in_child(limits, read, said);
+  if (end == ChildEnd::slow || end == ChildEnd::crashed) {
+    input.fail(
+        "",
+        std::string("Assimp ") +
+            (end == ChildEnd::slow ? "takes too long to read it" : "crashes where it reads it") +
+            ": the file is damaged, or of a kind that Assimp does not know",
+        remedy);
   }
   if (!said.empty()) input.fail("", "Assimp could not read it: " + said, remedy);
 }

@@ -172,7 +172,7 @@ class Ears {
     }
   }
 
-  /// Where another corner is in the way, the tip waits until that one is cut off.
+  /// True if the tip can be cut off. If another corner is in the way, it waits until that one is cut off.
   bool is_ear(std::uint32_t tip) {
     if (has_no_sides(tip)) return true;
     const std::uint32_t before = before_[tip], next = next_[tip];

@@ -21,7 +21,7 @@ std::vector<std::string> parts_of(const fs::path& path) {
   return parts;
 }
 
-/// How many folders and names at the ends of two paths are the same.
+/// Number of folders and names at the ends of two paths that are the same.
 std::size_t shared_parts(const std::vector<std::string>& a, const std::vector<std::string>& b) {
   const auto [end, other] = std::mismatch(a.rbegin(), a.rend(), b.rbegin(), b.rend());
   return static_cast<std::size_t>(end - a.rbegin());

@@ -81,7 +81,7 @@ class Placing {
     return result;
   }
   Vec3 normal(const Vec3d& n) const { return unit(n_[0] * n.x + n_[1] * n.y + n_[2] * n.z); }
-  /// Of the length that it has in the file, so that odd ones are told.
+  /// Tangent in the world, with the length that it has in the file, so that odd ones are told.
   Vec3 tangent(const double* t) const {
     const Vec3d given(t[0], t[1], t[2]);
     const Vec3d moved(m_[0] * t[0] + m_[4] * t[1] + m_[8] * t[2],
@@ -263,7 +263,7 @@ class GltfReader {
     }
   }
 
-  /// What all primitives have together; and whether memory can hold what the nodes place.
+  /// Finds what all primitives have together, and whether memory can hold what the nodes place.
   void look_ahead() {
     std::uint64_t vertices = 0, corners = 0;
     for (const Placed& placed : placed_) {
@@ -398,7 +398,7 @@ class GltfReader {
     }
     DracoMesh mesh = unpack_draco(file_, packed, attributes);
     for (std::size_t i = 0; i < to.size(); ++i) *to[i] = std::move(mesh.attributes[i]);
-    // What is not packed lies beside it.
+    // Attributes that are not packed lie beside it.
     for (const Wanted& attribute : wanted) {
       if (!ids[attribute.name].exists()) {
         *attribute.to = this->attribute(given, attribute.name, attribute.width, mesh.points);

@@ -29,12 +29,12 @@ DracoMesh unpack_draco(const GltfFile& /*file*/, const GltfValue& extension,
 namespace kiln {
 namespace {
 
-/// What a decoder may allocate. Draco believes the numbers of a file.
+/// Limits of what a decoder may allocate. Draco believes the numbers of a file.
 class Limits {
  public:
   Limits(const GltfValue& place, std::size_t bytes) : place_(place), bytes_(bytes) {}
 
-  /// Of triangles and vertices, before Draco makes room for them.
+  /// Checks the numbers of triangles and vertices before Draco makes room for them.
   void check_connectivity(draco::DecoderBuffer ahead) const {
     std::uint32_t counts[2] = {};  // of either method: triangles and vertices, in some order
     for (std::uint32_t& count : counts) {

@@ -17,7 +17,7 @@ inline constexpr bool kReadsDraco = false;
 
 inline constexpr const char* kDraco = "KHR_draco_mesh_compression";
 
-/// What a primitive's packed data holds.
+/// Content of a primitive's packed data.
 struct DracoMesh {
   std::vector<std::uint32_t> indices;  ///< Three a triangle, each below `points`
   std::size_t points = 0;

@@ -73,7 +73,7 @@ std::size_t width_of(const std::string& type) {
   return 0;
 }
 
-/// What percent signs stand for. An escape that is none stays.
+/// Replaces percent escapes by what they stand for. An escape that is none stays.
 std::string decode_percent(std::string_view text) {
   const auto digit = [](char c) {
     return c >= '0' && c <= '9'   ? c - '0'
@@ -286,7 +286,7 @@ std::string_view GltfFile::buffer(std::size_t index) const {
   return bytes.substr(0, length);
 }
 
-/// What a view, or its packed form, takes of a buffer.
+/// Bytes of a buffer that a view, or its packed form, takes.
 std::string_view GltfFile::part_of_buffer(const GltfValue& view) const {
   const auto buffer_index = view["buffer"].index_into(list("buffers"));
   if (!buffer_index) view.fail("it names no buffer");
@@ -353,7 +353,7 @@ double GltfFile::largest_of(const GltfValue& accessor) {
   return type == kFloat ? 1 : component_of(accessor, type).largest;
 }
 
-/// Where elements lie.
+/// Place of an accessor's elements.
 struct GltfFile::Elements {
   const char* first = nullptr;
   std::size_t step = 0;
@@ -379,7 +379,7 @@ GltfFile::Elements GltfFile::elements(const GltfValue& accessor, const GltfValue
   return {count == 0 ? nullptr : bytes.data() + offset, step};
 }
 
-/// Where an accessor's elements begin, but for sparse ones; nowhere where all are zeros.
+/// Finds an accessor's elements, but for sparse ones; nothing if all are zeros.
 GltfFile::Elements GltfFile::locate(const GltfValue& accessor) const {
   const std::uint64_t count = accessor["count"].count(0);
   const GltfValue view = accessor["bufferView"];

@@ -26,7 +26,7 @@ class GltfValue {
   GltfValue operator[](std::string_view key) const;
   /// An entry of this list; below size().
   GltfValue at(std::size_t index) const;
-  /// Of this list; 0 where it is missing.
+  /// Elements of this list; 0 where it is missing.
   std::size_t size() const;
 
   /// Names of this object's members; none where it is missing.

@@ -1,4 +1,4 @@
-// What readers of formats with a hierarchy of nodes share.
+// Shared by readers of formats with a hierarchy of nodes.
 #pragma once
 
 #include <array>

@@ -1,4 +1,4 @@
-// What materials look like, and their pictures.
+// Materials and their pictures as textures.
 #include "io/mesh/materials.h"
 
 #include <algorithm>
@@ -43,7 +43,7 @@ const MaterialPicture& picture_of(const Material& material, MaterialSlot slot) {
   return material.color_map;
 }
 
-/// What stands in for a picture.
+/// Value that stands in for a picture.
 std::array<float, 4> plain_of(const Material& material, MaterialSlot slot) {
   const auto all = [](float value) { return std::array<float, 4>{value, value, value, value}; };
   const auto& [red, green, blue] = material.color;
@@ -83,7 +83,7 @@ MaterialNumber number_of(const Material& material, MaterialSlot slot) {
   return MaterialNumber::none;
 }
 
-/// What a slot is called, and the statements of MTL that give it.
+/// Name of a slot, and the statements of MTL that give it.
 struct SlotWords {
   const char* name;
   const char* statements;
@@ -192,7 +192,7 @@ bool is_grey(const Image& image) {
   return true;
 }
 
-/// What becomes of a picture before it is a texture: one of its channels (-1: all), times factors.
+/// Change of a picture before it is a texture: one of its channels (-1: all), times factors.
 struct Change {
   int channel = -1;
   bool inverted = false;

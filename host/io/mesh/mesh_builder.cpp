@@ -142,7 +142,7 @@ void MeshBuilder::set_color_bytes(std::size_t vertex, const std::array<std::uint
   ++colored_;
 }
 
-/// Of formats in which colours may be fractions or bytes: those of vertices that have none, and which it is.
+/// Decides whether colours are fractions or bytes, of formats in which they may be either, and fills those of vertices that have none.
 void MeshBuilder::finish_colors() {
   if (byte_colors_.empty()) return;
   for (auto* list : {&byte_colors_, &colors}) list->resize(positions.size(), {255, 255, 255, 255});
@@ -237,7 +237,7 @@ bool MeshBuilder::has_area_in_file(std::size_t triangle) const {
   return has_area(vector_of(positions[a]), vector_of(positions[b]), vector_of(positions[c]));
 }
 
-/// Of the triangles with area; without one, of all finite vertices.
+/// Box of the triangles with area; without one, of all finite vertices.
 MeshBuilder::Box MeshBuilder::box() const {
   Box whole;
   std::mutex mutex;

@@ -1,4 +1,4 @@
-// Where every mesh reader puts what it finds, and the rules that all formats share.
+// Builder that every mesh reader feeds, and the rules that all formats share.
 #pragma once
 
 #include <algorithm>
@@ -69,7 +69,7 @@ class MeshBuilder {
 
   std::uint64_t faces() const { return faces_; }
 
-  /// How the file is called to mind in "face 17": readers of line-based formats name the line.
+  /// Words for a face in messages, such as "face 17": readers of line-based formats name the line.
   std::function<std::string(std::uint32_t triangle)> describe_face;
 
   /// Splits the polygons, chooses the origin, narrows to float, and checks the whole.
@@ -80,7 +80,7 @@ class MeshBuilder {
   /// Names of triangles of one kind.
   class Names {
    public:
-    /// Of the triangles to come. \param triangles  that came before
+    /// Sets the name of the triangles to come. \param triangles  number of those that came before
     void set(std::string_view name, std::size_t triangles);
     /// So many triangles have names, all but the first of them the last one set.
     void reach(std::size_t triangles) {
@@ -137,7 +137,7 @@ class MeshBuilder {
   void count_degenerate(const Mesh& mesh);
 
   const MeshInput& input_;
-  /// What set_color() was given, as bytes; `colors` holds it as fractions until finish() has decided.
+  /// Colours of set_color() as bytes; `colors` holds them as fractions until finish() has decided.
   std::vector<std::array<std::uint8_t, 4>> byte_colors_;
   double largest_color_ = 0;
   std::uint64_t colored_ = 0;

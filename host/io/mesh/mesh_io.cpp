@@ -37,7 +37,7 @@ std::optional<MeshFormat> format_of(const std::filesystem::path& path) {
   return std::nullopt;
 }
 
-/// What the content looks like by its first bytes.
+/// Guess of a format by the content's first bytes.
 struct Guess {
   std::optional<MeshFormat> format;
   std::string name;  ///< Empty: nothing that we know.
@@ -172,7 +172,7 @@ std::vector<std::string> mesh_formats() {
 
 namespace {
 
-/// What `input.bytes` hold, by the name's extension.
+/// Reads the mesh in `input.bytes`, by the name's extension.
 Mesh parse_named(const MeshInput& input, const std::filesystem::path& path,
                  Asset* whole = nullptr) {
   const auto format = format_of(path);

@@ -17,7 +17,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// How many words an option of a picture takes: numbers, or names such as "on". None: it is no option.
+/// Number of words that an option of a picture takes: numbers, or names such as "on". None: it is no option.
 struct OptionWords {
   int least, most;
 };
@@ -90,7 +90,7 @@ class MtlReader {
   }
 
  private:
-  /// What was met, and its first place.
+  /// Number of statements of a kind, and the first one's place.
   struct Counted {
     std::uint64_t count = 0;
     std::string example;
@@ -269,7 +269,7 @@ class MtlReader {
   std::vector<Material> materials_;
   Counted placed_, ignored_, stand_ins_;
   bool by_blender_ = false;
-  // Of the material that is being read.
+  // State of the material that is being read.
   std::array<float, 3> ambient_{};
   float shininess_ = -1;  ///< Below 0: not given.
   std::string_view illumination_;

@@ -114,7 +114,7 @@ class OffReader {
     }
   }
   std::size_t corner_numbers() const { return homogeneous_ ? 4 : 3; }
-  /// Of the colour in `values_`: 0, 3 or 4.
+  /// Channels of the colour in `values_`: 0, 3 or 4.
   std::size_t channels() const {
     const std::size_t rest =
         values_.size() - corner_numbers() - (normals_ ? 3 : 0) - (textured_ ? 2 : 0);

@@ -58,7 +58,7 @@ class Importer final : public om::IO::BaseImporter {
     builder_.positions.reserve(vertices);
   }
 
-  // What never comes.
+  // Calls that never come.
   om::HalfedgeHandle add_edge(om::VertexHandle, om::VertexHandle) override {
     return om::HalfedgeHandle();
   }

@@ -13,7 +13,7 @@ namespace kiln::ply {
 enum class Encoding { ascii, little_endian, big_endian };
 enum class Type { int8, uint8, int16, uint16, int32, uint32, float32, float64 };
 
-/// What Kiln uses a property for.
+/// Uses of a property.
 enum class Role {
   unused,
   x,
@@ -63,7 +63,7 @@ bool integral(Type type);
 /// \throws Error(input) with the line
 Header parse_header(const MeshInput& input);
 
-/// Whether OpenMesh's reader gives every bit of this file: binary; single-precision coordinates; in
+/// True if OpenMesh's reader gives every bit of this file: binary; single-precision coordinates; in
 /// the vertices nothing but coordinates, normals, UVs and 8-bit colours under their usual names;
 /// then faces with an index list and nothing else.
 bool openmesh_reads(const Header& header);

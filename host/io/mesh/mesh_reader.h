@@ -1,4 +1,4 @@
-// What the mesh readers share: the file as bytes, and how a failure is reported.
+// Shared by the mesh readers: the file as bytes, and errors.
 #pragma once
 
 #include <cstdint>

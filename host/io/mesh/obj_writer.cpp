@@ -63,7 +63,7 @@ std::string safe_name(const std::string& name) {
   return safe;
 }
 
-/// Of a file, which may have any character but those that end a line.
+/// Path of a file, which may have any character but those that end a line.
 std::string safe_path(std::string name) {
   std::replace(name.begin(), name.end(), '\\', '/');
   std::erase_if(name, [](char c) { return c == '\n' || c == '\r' || c == '\0'; });

@@ -47,7 +47,7 @@ class HeaderLines {
     ++number_;
     return line;
   }
-  /// Where the next line begins.
+  /// Offset at which the next line begins.
   std::size_t offset() const { return at_; }
   std::uint64_t number() const { return number_; }
 

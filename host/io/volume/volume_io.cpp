@@ -41,7 +41,7 @@ std::optional<VolumeFormat> format_of(const std::string& extension) {
   return std::nullopt;
 }
 
-/// What the content looks like by its first bytes; empty: nothing that we know.
+/// Format by the content's first bytes; empty: none that we know.
 std::string looks_like(std::string_view head) {
   const auto at = [head](std::size_t offset, std::string_view magic) {
     return head.size() >= offset && head.substr(offset).starts_with(magic);

@@ -69,8 +69,8 @@ class HeaderBytes {
   bool swap_ = false;
 };
 
-/// Where voxels are in space. \param pixdim  where its 8 numbers begin
-/// \param forms   where the quaternion begins, followed by the offsets and the three rows of the sform
+/// Place of voxels in space. \param pixdim  offset of its 8 numbers
+/// \param forms   offset of the quaternion, followed by the offsets and the three rows of the sform
 template <typename T>
 void get_places(const HeaderBytes& header, std::size_t pixdim, std::size_t forms, Fields& fields) {
   const auto number = [&](std::size_t first, std::size_t i) {

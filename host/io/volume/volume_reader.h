@@ -1,4 +1,4 @@
-// What the volume readers share: how a failure is reported, where the voxels lie, and how they are read.
+// Shared by the volume readers: errors, places of voxels, and reading of them.
 #pragma once
 
 #include <cstdint>
@@ -53,7 +53,7 @@ constexpr std::size_t kHeaderLimit = std::size_t{1} << 20;
 
 enum class VoxelEncoding { plain, packed, text };
 
-/// Where voxels begin, and how they are stored.
+/// Offset and storage of voxels.
 struct VoxelPlace {
   VoxelEncoding encoding = VoxelEncoding::plain;
   ByteOrder order = ByteOrder::little;

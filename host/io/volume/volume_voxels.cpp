@@ -205,7 +205,7 @@ void read_voxels(const VolumeInput& input, ByteStream& stream, ByteOrder order,
   }
   require_memory("its " + sizes_text(volume), expected,
                  memory_failure(input.fail_with(), "voxels"));
-  // What is packed may still unpack to less: memory follows what has come.
+  // Packed data may still unpack to less: memory follows what has come.
   std::vector<std::byte>& voxels = volume.voxels;
   std::size_t have = 0;
   while (have < expected) {

@@ -23,13 +23,13 @@ std::optional<CleanOptions> clean_options(const BakeJob& a) {
   // What lies inside shows through what is not opaque, and stops rays through the solid.
   const auto shows_inside = [](const MapKind kind) {
     const MapInfo& map = find_map(kind.name);
-    return map.takes_opacity || (map.takes_rays && !map.takes_back_faces);
+    return obeys(map, "opacity") ||
+           (obeys(map, "occlusion.rays") && !obeys(map, "occlusion.back_faces"));
   };
   const std::vector<MapKind> maps = kinds_asked(a);
   const bool keep =
       a.keep_inner || a.alpha_test > 0 || std::any_of(maps.begin(), maps.end(), shows_inside);
-  return clean_options(a.clean, a.low.empty() && !match_has(a, &MatchInfo::needs_uvs), keep,
-                       a.keep_parts);
+  return clean_options(a.clean, a.low.empty() && !match_obeys(a, "match.uv"), keep, a.keep_parts);
 }
 
 void take_asset(BakeJob& a) {
@@ -84,11 +84,11 @@ std::string joined(const std::vector<std::string>& names) {
 }
 
 bool serves_match(const OptionRow& row, const BakeJob& a) {
-  if (row.match == nullptr) return true;
+  if (!row.is_of_matches()) return true;
   if (a.match_auto && row.beside_auto) return true;
   const auto served = [&](const MatchInfo& match) {
     const bool first = !a.match_auto && a.options.match.method == match.method;
-    return row.match(match) && (first || (row.in_fallback && matches_by(a, match.method)));
+    return row.serves(match) && (first || (row.in_fallback && matches_by(a, match.method)));
   };
   return std::any_of(matches().begin(), matches().end(), served);
 }
@@ -97,25 +97,25 @@ bool serves_match(const OptionRow& row, const BakeJob& a) {
 MapInfo own_map_info() {
   MapInfo info;
   info.type = MapType::unit_vector;
-  info.takes_origin = true;
+  info.options = "encoding.origin";
   return info;
 }
 
 bool serves_map(const OptionRow& row, const BakeJob& a) {
   // Maps beside --maps are textures and the user's own: normals, or colours and numbers.
-  if (row.map != nullptr && !own_map_names(a).empty() && row.map(own_map_info())) return true;
+  if (!row.is_of_maps()) return true;
+  if (!own_map_names(a).empty() && row.serves(own_map_info())) return true;
   const std::vector<MapKind> kinds = kinds_asked(a);
-  return row.map == nullptr || std::any_of(kinds.begin(), kinds.end(), [&](MapKind map) {
-           return row.map(find_map(map.name));
-         });
+  return std::any_of(kinds.begin(), kinds.end(),
+                     [&](MapKind map) { return row.serves(find_map(map.name)); });
 }
 
 std::string not_this_match(const OptionRow& row, const BakeJob& a) {
   std::vector<std::string> served, following;
   for (const MatchInfo& match : matches()) {
-    if (!row.match(match)) continue;
+    if (!row.serves(match)) continue;
     served.emplace_back(match.method.name);
-    if (match.may_follow && row.in_fallback) following.emplace_back(match.method.name);
+    if (!obeys(match, "match.uv") && row.in_fallback) following.emplace_back(match.method.name);
   }
   return row.flag + " is for --match " + joined(served) +
          (following.empty() ? ": leave it out."
@@ -126,7 +126,7 @@ std::string not_this_match(const OptionRow& row, const BakeJob& a) {
 std::string not_these_maps(const OptionRow& row) {
   std::vector<std::string> served;
   for (const MapInfo& map : maps()) {
-    if (row.map(map)) served.emplace_back(map.kind.name);
+    if (row.serves(map)) served.emplace_back(map.kind.name);
   }
   return row.flag + " is for --maps " + joined(served) + ": add such a map, or leave it out.";
 }
@@ -210,8 +210,8 @@ void check_low_poly_plan(const BakeJob& a) {
         "--cage-mesh, --cage auto and --match-by name need a LOW, yours or with --faces N: Kiln "
         "plans its own here.");
   }
-  const bool by_uvs = match_has(a, &MatchInfo::needs_uvs) && !is_height_field(a.high);
-  if (by_uvs || match_has(a, &MatchInfo::needs_direction)) {
+  const bool by_uvs = match_obeys(a, "match.uv") && !is_height_field(a.high);
+  if (by_uvs || (!a.match_auto && needs_direction(find_match(a.options.match.method.name)))) {
     fail_usage("--match " + match_word(a) +
                " is for a LOW of yours: leave it out, or give LOW or --faces.");
   }
@@ -232,7 +232,7 @@ void check_texels(const BakeJob& a) {
     fail_usage(
         "--density is not for a low poly of a height field, which lies over the image as it is.");
   }
-  if (given && a.low.empty() && match_has(a, &MatchInfo::needs_uvs)) {
+  if (given && a.low.empty() && match_obeys(a, "match.uv")) {
     fail_usage("--density is for new charts, but --match " + match_word(a) +
                " keeps those of HIGH: leave one out.");
   }
@@ -261,7 +261,7 @@ void check_low(const BakeJob& a) {
         "--keep-parts is for a low poly of a number of faces: add --faces N and leave LOW out, or "
         "leave --keep-parts out.");
   }
-  if (a.keep_parts && (is_height_field(a.high) || match_has(a, &MatchInfo::needs_uvs))) {
+  if (a.keep_parts && (is_height_field(a.high) || match_obeys(a, "match.uv"))) {
     fail_usage("--keep-parts is not for height fields or --match uv, which keep all parts.");
   }
   const std::optional<CleanOptions> clean = clean_options(a);
@@ -382,9 +382,9 @@ void check_visibility(const BakeJob& a) {
 
 /// Maps of what some matches alone go by.
 void check_maps(const BakeJob& a) {
-  const bool by_visibility = a.load_match.empty() && match_has(a, &MatchInfo::takes_visibility);
+  const bool by_visibility = a.load_match.empty() && match_obeys(a, "match.visibility");
   for (const MapKind map : kinds_asked(a)) {
-    if (!find_map(map.name).needs_visibility || by_visibility) continue;
+    if (!obeys(find_map(map.name), "match.visibility") || by_visibility) continue;
     fail_usage(
         "--maps " + std::string(map.name) +
         " holds what a match by visibility goes by: use it with --match visibility or hybrid.");
@@ -411,7 +411,8 @@ void check_occlusion(const BakeJob& a) {
   }
   const std::vector<MapKind> kinds = kinds_asked(a);
   const bool other = std::any_of(kinds.begin(), kinds.end(), [](MapKind map) {
-    return find_map(map.name).takes_rays && !find_map(map.name).takes_views;
+    return obeys(find_map(map.name), "occlusion.rays") &&
+           !obeys(find_map(map.name), "occlusion.views");
   });
   if (given("--ao-rays") && !other) {
     fail_usage("--ao-rays is for rays, but --ao-by views casts none: leave one of them out.");
@@ -454,8 +455,8 @@ void check_height_field(const BakeJob& a) {
   }
   const bool far =
       a.options.match.max_distance || a.cage_auto || a.options.match.cage || !a.cage_mesh.empty();
-  if (onto_plane(a) && !match_has(a, &MatchInfo::needs_uvs) && !a.match_auto &&
-      a.load_match.empty() && !far) {
+  if (onto_plane(a) && !match_obeys(a, "match.uv") && !a.match_auto && a.load_match.empty() &&
+      !far) {
     fail_usage(
         "Without LOW and --faces a height field is baked onto a plane at height 0, from which "
         "--match " +
@@ -473,7 +474,7 @@ void check_served(const BakeJob& a) {
     if (!a.given.contains(row.flag)) continue;
     // The chain's end is about the maps.
     if (row.flag == "--fallback" && a.options.match.fallback.empty()) continue;
-    if (row.match != nullptr && !a.load_match.empty()) {
+    if (row.is_of_matches() && !a.load_match.empty()) {
       fail_usage(row.flag +
                  " is for matching, but --load-match takes a match as it is: leave one out.");
     }
@@ -491,7 +492,7 @@ void check(const BakeJob& a) {
   check_low(a);
   check_served(a);
   for (const MatchInfo& match : matches()) {
-    if (!match.needs_direction || !matches_by(a, match.method) ||
+    if (!needs_direction(match) || !matches_by(a, match.method) ||
         a.options.match.views.directions.size() == 1)
       continue;
     fail_usage("--match " + std::string(match.method.name) +

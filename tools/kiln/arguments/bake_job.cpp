@@ -60,10 +60,10 @@ Json describe(const BakeJob& job, const BakeReport& report) {
   };
   if (!job.load_match.empty()) json["match"] = "loaded";
   only_if(job.load_match.empty(), {"fallback"});
-  only_if(chain_has(job, &MatchInfo::takes_views), {"views"});
+  only_if(chain_obeys(job, "match.views.count"), {"views"});
   only_if(report.views.has_value(), {"view_size", "view_criterion", "view_refine"});
   if (report.views) json["view_size"] = report.views->size;
-  only_if(job.load_match.empty() && chain_has(job, &MatchInfo::takes_visibility),
+  only_if(job.load_match.empty() && chain_obeys(job, "match.visibility"),
           {"visibility_at", "directions", "visibility_size", "visibility_smooth",
            "visibility_clusters", "visibility_deviation", "view_weight"});
   json["visibility_test"] =
@@ -81,8 +81,8 @@ Json describe(const BakeJob& job, const BakeReport& report) {
       report.occlusion ? Json(name_of(Words(kOcclusionBy), report.occlusion->by)) : Json();
   json["ao_views"] =
       report.occlusion && report.occlusion->views > 0 ? Json(report.occlusion->views) : Json();
-  only_if(maps_have(job, &MapInfo::takes_rays), {"ao_rays", "ao_occluders", "ao_back_faces"});
-  only_if(maps_have(job, &MapInfo::takes_falloff), {"ao_falloff"});
+  only_if(maps_obey(job, "occlusion.rays"), {"ao_rays", "ao_occluders", "ao_back_faces"});
+  only_if(maps_obey(job, "occlusion.falloff"), {"ao_falloff"});
   json["own_maps"] = job.own_maps;
   json["variants"] = job.variants;
   json["set_sizes"] = Json::object();
@@ -110,7 +110,7 @@ bool has_more_files(const BakeJob& job) { return !job.more_high.empty() || !job.
 std::vector<std::string> match_names() {
   std::vector<std::string> names;
   for (const MatchInfo& match : matches()) {
-    if (!match.needs_direction) names.emplace_back(match.method.name);
+    if (!needs_direction(match)) names.emplace_back(match.method.name);
   }
   return names;
 }
@@ -119,15 +119,24 @@ std::vector<std::string> surface_matches(const char* first) {
   std::vector<std::string> names = {first};
   for (const MatchInfo& match : matches()) {
     const bool more =
-        match.needs_uvs || match.needs_direction || match.takes_views || match.takes_visibility;
+        obeys(match, "match.uv") || obeys(match, "match.views") || obeys(match, "match.visibility");
     if (!more) names.emplace_back(match.method.name);
   }
   return names;
 }
 
-MatchMethod first_match(bool MatchInfo::*property) {
+MatchMethod first_match(std::string_view option) {
   return std::find_if(matches().begin(), matches().end(),
-                      [&](const MatchInfo& match) { return match.*property; })
+                      [&](const MatchInfo& match) { return obeys(match, option); })
+      ->method;
+}
+
+MatchMethod nearest_match() {
+  return std::find_if(matches().begin(), matches().end(),
+                      [](const MatchInfo& match) {
+                        return obeys(match, "match.max_distance") && !obeys(match, "match.ray") &&
+                               !obeys(match, "match.views") && !obeys(match, "match.visibility");
+                      })
       ->method;
 }
 
@@ -141,26 +150,23 @@ bool matches_by(const BakeJob& job, MatchMethod method) {
          std::find(match.fallback.begin(), match.fallback.end(), method) != match.fallback.end();
 }
 
-bool match_has(const BakeJob& job, bool MatchInfo::*property) {
-  return !job.match_auto && find_match(job.options.match.method.name).*property;
+bool match_obeys(const BakeJob& job, std::string_view option) {
+  return !job.match_auto && obeys(find_match(job.options.match.method.name), option);
 }
 
-bool chain_has(const BakeJob& job, bool MatchInfo::*property) {
+bool chain_obeys(const BakeJob& job, std::string_view option) {
   return std::any_of(matches().begin(), matches().end(), [&](const MatchInfo& match) {
-    return match.*property && matches_by(job, match.method);
+    return obeys(match, option) && matches_by(job, match.method);
   });
 }
 
-bool maps_have(const BakeJob& job, bool MapInfo::*property) {
+bool maps_obey(const BakeJob& job, std::string_view option) {
   const std::vector<MapKind> kinds = kinds_asked(job);
   return std::any_of(kinds.begin(), kinds.end(),
-                     [&](MapKind map) { return find_map(map.name).*property; });
+                     [&](MapKind map) { return obeys(find_map(map.name), option); });
 }
 
-MapKind shading_map() {
-  return std::find_if(maps().begin(), maps().end(), [](const MapInfo& info) { return info.shades; })
-      ->kind;
-}
+MapKind shading_map() { return BakeOptions().maps.front(); }
 
 bool bakes_shading_map(const BakeJob& job) {
   const std::vector<MapKind>& maps = job.options.maps;
@@ -210,11 +216,11 @@ bool holds_bytes(const SaveImageOptions& options) {
 }
 
 TextureUse texture_use(const BakedMap& map, const BakeOptions& options) {
-  if (map.info.is_color) return TextureUse::color;
+  if (map.info.type == MapType::color) return TextureUse::color;
   if (map.info.type != MapType::unit_vector || map.image.channels < 3) return TextureUse::values;
   const NormalMapSpace space = map.info.space.value_or(options.encoding.space);
-  return map.info.shades && space == NormalMapSpace::tangent ? TextureUse::tangent_normal
-                                                             : TextureUse::normal;
+  return map.kind == shading_map() && space == NormalMapSpace::tangent ? TextureUse::tangent_normal
+                                                                       : TextureUse::normal;
 }
 
 std::string extension(const SaveImageOptions& options) {

@@ -104,8 +104,10 @@ inline std::string default_match() { return std::string(MatchOptions().method.na
 std::vector<std::string> match_names();
 /// A word, and the matches that need nothing of the high poly but its surface.
 std::vector<std::string> surface_matches(const char* first);
-/// The first match with a property, such as &MatchInfo::takes_views. One must have it.
-MatchMethod first_match(bool MatchInfo::*property);
+/// The first match that obeys an option, such as "match.views.count". One must.
+MatchMethod first_match(std::string_view option);
+/// The match that goes by a distance alone, so that it finds a point wherever HIGH is near.
+MatchMethod nearest_match();
 
 /// Which parts are to be paired, the list's file read. \throws Error(input) for a list that cannot be read
 PartNames part_names(const BakeJob& job);
@@ -114,14 +116,14 @@ PartNames part_names(const BakeJob& job);
 std::string match_word(const BakeJob& job);
 /// True if a match is the one asked for, or one of its fallbacks.
 bool matches_by(const BakeJob& job, MatchMethod method);
-/// Whether --match has a property, such as &MatchInfo::needs_uvs; never for auto.
-bool match_has(const BakeJob& job, bool MatchInfo::*property);
-/// Whether --match or one of its fallbacks has it.
-bool chain_has(const BakeJob& job, bool MatchInfo::*property);
-/// Whether a map of --maps has a property.
-bool maps_have(const BakeJob& job, bool MapInfo::*property);
+/// True if --match obeys an option, such as "match.uv"; never for auto.
+bool match_obeys(const BakeJob& job, std::string_view option);
+/// True if --match or one of its fallbacks obeys it.
+bool chain_obeys(const BakeJob& job, std::string_view option);
+/// True if a map of --maps obeys an option.
+bool maps_obey(const BakeJob& job, std::string_view option);
 
-/// The map that plans measure.
+/// The map that plans measure, which renderers shade by: that of a bake that was told none.
 MapKind shading_map();
 /// Whether --maps has it.
 bool bakes_shading_map(const BakeJob& job);

@@ -19,21 +19,6 @@ using Given = const Option::Words&;
 
 #define AT(member) KILN_MEMBER(BakeJob, member)
 
-// ---- What rows serve ------------------------------------------------------------------------------
-
-bool any_match(const MatchInfo&) { return true; }
-template <bool MatchInfo::*property>
-bool has(const MatchInfo& match) {
-  return match.*property;
-}
-template <bool MapInfo::*property>
-bool holds(const MapInfo& map) {
-  return map.*property;
-}
-bool holds_directions(const MapInfo& map) { return map.type == MapType::unit_vector; }
-bool has_padding(const MapInfo& map) { return map.type != MapType::coverage; }
-bool has_mips(const MapInfo& map) { return has_padding(map) && map.type != MapType::id; }
-
 // ---- Values of their own kind ---------------------------------------------------------------------
 
 /// A value that is checked by names alone. \throws UsageError
@@ -162,7 +147,7 @@ OptionValue match_value() {
 OptionValue fallback_value() {
   std::vector<std::string> names;
   for (const MatchInfo& match : matches()) {
-    if (match.may_follow) names.emplace_back(match.method.name);
+    if (!obeys(match, "match.uv")) names.emplace_back(match.method.name);
   }
   for (const auto& [name, policy] : kMisses) names.emplace_back(name);
   OptionValue value = value_of<BakeJob>(
@@ -444,25 +429,21 @@ std::vector<OptionRow> make_rows() {
       {.flag = "--space",
        .group = kMap,
        .value = choice(AT(options.encoding.space), Words(kSpaces)),
-       .help = "Of the normals: tangent (MikkTSpace), object, or each face's own",
-       .map = holds_directions},
+       .help = "Of the normals: tangent (MikkTSpace), object, or each face's own"},
       {.flag = "--bitangent",
        .group = kMap,
        .value = choice(AT(options.encoding.bitangent), Words(kBitangents)),
        .help =
            "--space tangent: where the shader computes the third axis: pixel (MikkTSpace, Blender, "
-           "Unreal) or vertex (Unity). Render with the same",
-       .map = holds_directions},
+           "Unreal) or vertex (Unity). Render with the same"},
       {.flag = "--flip-y",
        .group = kMap,
        .value = toggle(AT(options.encoding.flip_y)),
-       .help = "Green points down (DirectX); the default is up (OpenGL)",
-       .map = holds_directions},
+       .help = "Green points down (DirectX); the default is up (OpenGL)"},
       {.flag = "--two-component",
        .group = kMap,
        .value = toggle(AT(options.encoding.two_component)),
-       .help = "Leave out the third component: z = sqrt(1-x^2-y^2)",
-       .map = holds_directions},
+       .help = "Leave out the third component: z = sqrt(1-x^2-y^2)"},
       {.flag = "--format",
        .group = kMap,
        .value = choice(AT(image.format), Words(kFormats)),
@@ -476,8 +457,7 @@ std::vector<OptionRow> make_rows() {
       {.flag = "--raw",
        .group = kMap,
        .value = toggle(AT(options.encoding.raw)),
-       .help = "EXR: components in [-1, 1] instead of n/2 + 1/2",
-       .map = holds_directions},
+       .help = "EXR: components in [-1, 1] instead of n/2 + 1/2"},
       {.flag = "--samples",
        .group = kMap,
        .value = whole(AT(options.samples), 1, 16),
@@ -485,36 +465,31 @@ std::vector<OptionRow> make_rows() {
       {.flag = "--gutter",
        .group = kMap,
        .value = gutter_value(),
-       .help = "Padding: texels filled around charts, or inf",
-       .map = has_padding},
+       .help = "Padding: texels filled around charts, or inf"},
       {.flag = "--mips",
        .group = kMap,
        .value = toggle(AT(options.encoding.mips)),
        .help =
            "Also the mip-maps, filtered within charts. EXR, ktx2, dds: in the map's file. PNG: "
            "NAME_MAP.mip01.png and so on down to 1x1, which sort in the order that toktx and ktx "
-           "create take them",
-       .map = has_mips},
+           "create take them"},
 
       {.flag = "--ao-by",
        .group = kOcclusion,
        .value = choice(AT(options.occlusion.by), Words(kOcclusionBy)),
        .help = "What gathers ao and bent_normal: rays; views (depth views of all that darkens, "
                "from all "
-               "around: no grain); or auto (views where they are expected to be faster)",
-       .map = holds<&MapInfo::takes_views>},
+               "around: no grain); or auto (views where they are expected to be faster)"},
       {.flag = "--ao-views",
        .group = kOcclusion,
        .value = whole(AT(options.occlusion.views), 16, 4096),
-       .help = "With --ao-by views: their directions, 16 to 4096",
-       .map = holds<&MapInfo::takes_views>},
+       .help = "With --ao-by views: their directions, 16 to 4096"},
       {.flag = "--ao-rays",
        .group = kOcclusion,
        .value = whole(AT(options.occlusion.rays), 1, 4096),
        .help = "Rays a sample, 1 to 4096: more rays, less grain in ambient occlusion (ao), bent "
                "normals "
-               "and thickness. --samples multiplies them",
-       .map = holds<&MapInfo::takes_rays>},
+               "and thickness. --samples multiplies them"},
       {.flag = "--ao-distance",
        .group = kOcclusion,
        .value = length(AT(options.occlusion.distance)),
@@ -522,50 +497,43 @@ std::vector<OptionRow> make_rows() {
            "How far away something still darkens ambient occlusion and bends normals (default: all "
            "of "
            "HIGH); how thick thickness shows as white (default: 10%). World units, or P% of HIGH's "
-           "diagonal",
-       .map = holds<&MapInfo::takes_rays>},
+           "diagonal"},
       {.flag = "--ao-falloff",
        .group = kOcclusion,
        .value = choice(AT(options.occlusion.falloff), Words(kFalloffs)),
        .help =
            "How much something darkens ao and bends bent_normal, by its share x of --ao-distance "
            "(default: HIGH's diagonal): all alike (none), 1 - x (linear), or 1 - x^2 (3 - 2x) "
-           "(smooth)",
-       .map = holds<&MapInfo::takes_falloff>},
+           "(smooth)"},
       {.flag = "--ao-ignore-back-faces",
        .group = kOcclusion,
        .value = toggle(AT(options.occlusion.back_faces), false),
        .help = "Only faces that look at a point darken it: for open meshes, whose insides show. "
                "thickness always takes both sides",
-       .key = "ao_back_faces",
-       .map = holds<&MapInfo::takes_back_faces>},
+       .key = "ao_back_faces"},
       {.flag = "--ao-occluders",
        .group = kOcclusion,
        .value = occluders_value(),
        .help = "What darkens ao, bends bent_normal and casts shadow: high, low, and mesh files in "
                "HIGH's "
-               "space, such as a ground, separated by commas",
-       .map = holds<&MapInfo::takes_back_faces>},
+               "space, such as a ground, separated by commas"},
       {.flag = "--part-occlusion",
        .group = kOcclusion,
        .value = choice(AT(options.occlusion.own_part), Words(kPartOcclusion)),
        .help = "With --match-by: what of HIGH and LOW darkens a part: all, or its own part alone "
                "(own), "
-               "as if the parts were pulled apart. Files of --ao-occluders always do",
-       .map = holds<&MapInfo::takes_back_faces>},
+               "as if the parts were pulled apart. Files of --ao-occluders always do"},
       {.flag = "--ao-error",
        .group = kOcclusion,
        .value = number(AT(options.occlusion.max_error), 0, 1, true).or_none(),
        .help =
            "Of ao, such as 2/255 or 0.01: the root mean square error to reach. Texels begin with a "
            "quarter of --ao-rays; noise is smoothed where that blurs nothing, and texels that need "
-           "it cast more, up to 4096. What was reached is measured and printed",
-       .map = holds<&MapInfo::takes_max_error>},
+           "it cast more, up to 4096. What was reached is measured and printed"},
       {.flag = "--light",
        .group = kShadow,
        .value = light_value(),
-       .help = "X,Y,Z: where the light of the map shadow comes from, object space",
-       .map = holds<&MapInfo::takes_light>},
+       .help = "X,Y,Z: where the light of the map shadow comes from, object space"},
       {.flag = "--map-seconds",
        .group = kMap,
        .value = number(AT(options.own_map_seconds), 1, 86400).in("seconds"),
@@ -576,22 +544,19 @@ std::vector<OptionRow> make_rows() {
        .value = number(AT(options.light.angle_degrees), 0, 90).in("degrees"),
        .help =
            "Diameter of its disc as seen, degrees, 0 (a point) to 90: soft shadows, by --ao-rays. "
-           "The sun's is 0.53",
-       .map = holds<&MapInfo::takes_light>},
+           "The sun's is 0.53"},
       {.flag = "--origin",
        .group = "Position (--maps position)",
        .value = origin_value(),
        .help =
            "X,Y,Z: what positions are measured from, world units (default: 0; the middle of HIGH, "
-           "rounded, where that is farther from 0 than 16 of its diagonals)",
-       .map = holds<&MapInfo::takes_origin>},
+           "rounded, where that is farther from 0 than 16 of its diagonals)"},
       {.flag = "--curvature-radius",
        .group = "Curvature (--maps curvature)",
        .value = length(AT(options.curvature_radius)),
        .help = "Curvature is the mean over HIGH's surface this far around the point (default "
                "0.5%, but 3 facets of smooth parts at least). World units, or P% of HIGH's "
-               "diagonal",
-       .map = holds<&MapInfo::takes_curvature_radius>},
+               "diagonal"},
       {.flag = "--range",
        .group = kMap,
        .value = texts(AT(ranges)),
@@ -632,8 +597,7 @@ std::vector<OptionRow> make_rows() {
        .value = choice(AT(options.id_by), Words(kIdBy)),
        .help =
            "What the map id tells apart: connected parts, or HIGH's materials, groups or objects "
-           "(OBJ). --json has the legend",
-       .map = holds<&MapInfo::takes_id_by>},
+           "(OBJ). --json has the legend"},
       {.flag = "--report-error",
        .group = kMap,
        .value = toggle(AT(options.report.errors)),
@@ -647,7 +611,6 @@ std::vector<OptionRow> make_rows() {
        .help =
            "Which point of HIGH a texel stands for. " + matches_in_words() +
            "auto: the cheapest match and the smallest map (up to --size) that reach --max-angle",
-       .match = any_match,  // None is made from a saved one.
        .beside_auto = true},
       {.flag = "--max-angle",
        .group = kMatch,
@@ -661,7 +624,6 @@ std::vector<OptionRow> make_rows() {
        .help = "What decides samples that the match misses: a chain such as ray,closest. Its end "
                "is low "
                "(LOW's normal), fill (from around) or mark (in magenta)",
-       .match = any_match,
        .beside_auto = true},
       {.flag = "--fallback-blend",
        .group = kMatch,
@@ -669,7 +631,6 @@ std::vector<OptionRow> make_rows() {
        .help = "TEXELS: the way over which the match's normals blend into the fallback's, so that "
                "the map "
                "has no step",
-       .match = any_match,
        .beside_auto = true},
       {.flag = "--max-distance",
        .group = kMatch,
@@ -679,7 +640,6 @@ std::vector<OptionRow> make_rows() {
            "cage, the ray's length from the cage inward (default: twice the cage); with --cage "
            "auto, "
            "how far above LOW a part of HIGH may begin (default 4%)",
-       .match = has<&MatchInfo::looks_far>,
        .beside_auto = true},
       {.flag = "--cage",
        .group = kMatch,
@@ -687,7 +647,6 @@ std::vector<OptionRow> make_rows() {
        .help = "Cast from this far outside, inward, first hit: D or P%; or auto, found for each "
                "vertex. "
                "For parts that float over LOW, cut through it or lie on it",
-       .match = has<&MatchInfo::takes_cage>,
        .beside_auto = true},
       {.flag = "--cage-mesh",
        .group = kMatch,
@@ -696,14 +655,14 @@ std::vector<OptionRow> make_rows() {
                "closed "
                "hull around LOW",
        .excludes = "--cage",
-       .match = has<&MatchInfo::takes_cage>,
+       .option = "match.cage_mesh",
        .beside_auto = true},
       {.flag = "--save-cage",
        .group = kMatch,
        .value = text(AT(save_cage), "FILE"),
        .help = "--cage auto: also write the cage, an OBJ of two shells or an EXR of distances and "
                "directions. Correct a vertex of it, and bake with --cage-mesh",
-       .match = has<&MatchInfo::takes_cage>,
+       .option = "match.cage_mesh",
        .beside_auto = true},
       {.flag = "--ray",
        .group = kMatch,
@@ -711,7 +670,6 @@ std::vector<OptionRow> make_rows() {
        .help = "Which face a ray takes: outermost, which is what a viewer sees, but nothing beyond "
                "LOW's "
                "own folds and parts; or nearest, outward first",
-       .match = has<&MatchInfo::takes_cage>,
        .beside_auto = true},
       {.flag = "--direction",
        .group = kMatch,
@@ -721,7 +679,6 @@ std::vector<OptionRow> make_rows() {
            "averaged; face, LOW's own normal alone, which leaves gaps at edges; or painted, as "
            "LOW's "
            "vertex colours say: red along its own normal, black averaged",
-       .match = has<&MatchInfo::along_low>,
        .in_fallback = false,
        .beside_auto = true},
       {.flag = "--edge-width",
@@ -730,7 +687,6 @@ std::vector<OptionRow> make_rows() {
        .help = "--direction auto: how near to a hard edge rays turn, D or P% (default: for each "
                "edge two "
                "fifths of the width of HIGH's bevel there)",
-       .match = has<&MatchInfo::along_low>,
        .in_fallback = false,
        .beside_auto = true},
       {.flag = "--match-by",
@@ -741,19 +697,19 @@ std::vector<OptionRow> make_rows() {
            "object X_low of LOW takes X_high and X_high_* of HIGH, or X_lp that of X_hp, X_lo that "
            "of "
            "X_hi; group, object, material: the one of the same name; list: as --match-list says",
-       .match = has<&MatchInfo::takes_parts>,
+       .option = "match.parts",
        .in_fallback = false},
       {.flag = "--low-names",
        .group = kMatch,
        .value = texts(AT(part_names.low), ','),
        .help = "--match-by name: patterns of LOW's names; the first * is the part's name",
-       .match = has<&MatchInfo::takes_parts>,
+       .option = "match.parts",
        .in_fallback = false},
       {.flag = "--high-names",
        .group = kMatch,
        .value = texts(AT(part_names.high), ','),
        .help = "--match-by name: patterns of HIGH's names; the first * is the part's name",
-       .match = has<&MatchInfo::takes_parts>,
+       .option = "match.parts",
        .in_fallback = false},
       {.flag = "--match-list",
        .group = kMatch,
@@ -761,7 +717,7 @@ std::vector<OptionRow> make_rows() {
        .help = "--match-by list: a file of lines LOW = HIGH, HIGH with names of groups or objects; "
                "* is "
                "any text",
-       .match = has<&MatchInfo::takes_parts>,
+       .option = "match.parts",
        .in_fallback = false},
       {.flag = "--uv-copies",
        .group = kMatch,
@@ -787,7 +743,6 @@ std::vector<OptionRow> make_rows() {
        .help = "Number of places of HIGH that are checked: is there a texel that stands for each? "
                "0: no "
                "check",
-       .match = has<&MatchInfo::tells_recall>,
        .in_fallback = false,
        .beside_auto = true},
       {.flag = "--reasons",
@@ -796,7 +751,7 @@ std::vector<OptionRow> make_rows() {
        .help = "Also writes NAME_reasons.png: why each texel found its point or none, and says how "
                "many "
                "and where",
-       .match = has<&MatchInfo::tells_reasons>,
+       .option = "match.ray.rule",
        .in_fallback = false},
       {.flag = "--two-sided",
        .group = kMatch,
@@ -821,7 +776,6 @@ std::vector<OptionRow> make_rows() {
        .value = force_uv_value(),
        .help =
            "--match uv: bake even where HIGH's UV triangles overlap much or the layouts disagree",
-       .match = has<&MatchInfo::needs_uvs>,
        .in_fallback = false},
 
       {.flag = "--views",
@@ -829,72 +783,61 @@ std::vector<OptionRow> make_rows() {
        .value = views_value(),
        .help = "N directions, spread evenly, or auto: chosen by what they see (default: 12; 1 "
                "where both "
-               "meshes are height fields)",
-       .match = has<&MatchInfo::takes_views>},
+               "meshes are height fields)"},
       {.flag = "--view",
        .group = kViews,
        .value = directions_value(),
        .help = "X,Y,Z: a view of your own, from the mesh to the viewer, beside the --views; may be "
                "given "
-               "again (--views 0: only your own)",
-       .match = has<&MatchInfo::takes_directions>},
+               "again (--views 0: only your own)"},
       {.flag = "--view-size",
        .group = kViews,
        .value = whole(AT(options.match.views.size), 16, 8192).or_none().in("pixels"),
-       .help = "Pixels a side of a view (default: by the density of HIGH, up to two a sample)",
-       .match = has<&MatchInfo::takes_views>},
+       .help = "Pixels a side of a view (default: by the density of HIGH, up to two a sample)"},
       {.flag = "--view-criterion",
        .group = kViews,
        .value = choice(AT(options.match.views.criterion), Words(kCriteria)),
        .help = "Which view decides a sample: the least depth difference, the least true distance, "
                "or the "
-               "best angle",
-       .match = has<&MatchInfo::takes_views>},
+               "best angle"},
       {.flag = "--no-view-refine",
        .group = kViews,
        .value = toggle(AT(options.match.views.refine), false),
        .help = "Keep the point on the view's line (as in the paper) instead of moving it to the "
                "normal's",
-       .key = "view_refine",
-       .match = has<&MatchInfo::takes_views>},
+       .key = "view_refine"},
 
       {.flag = "--visibility-at",
        .group = kVisibility,
        .value = choice(AT(options.match.visibility.at), Words(kVisibilityAt)),
        .help =
            "Where directions are gathered: face (averaged at vertices), vertex or texel (smoothed, "
-           "across seams too)",
-       .match = has<&MatchInfo::takes_visibility>},
+           "across seams too)"},
       {.flag = "--directions",
        .group = kVisibility,
        .value = whole(AT(options.match.visibility.directions), 1, 4096),
-       .help = "How many directions look at LOW, 1 to 4096",
-       .match = has<&MatchInfo::takes_visibility>},
+       .help = "How many directions look at LOW, 1 to 4096"},
       {.flag = "--visibility-test",
        .group = kVisibility,
        .value = choice(AT(options.match.visibility.test), Words(kVisibilityTests)),
        .help = "What finds out what they see: views (pictures of LOW, as in the paper), rays (no "
                "pixels, "
-               "and slower), or auto: views",
-       .match = has<&MatchInfo::takes_visibility>},
+               "and slower), or auto: views"},
       {.flag = "--visibility-size",
        .group = kVisibility,
        .value = whole(AT(options.match.visibility.view_size), 16, 2048).in("pixels"),
-       .help = "Pixels a side of these pictures",
-       .match = has<&MatchInfo::takes_visibility>},
+       .help = "Pixels a side of these pictures"},
       {.flag = "--visibility-smooth",
        .group = kVisibility,
        .value = whole(AT(options.match.visibility.smoothing), 0, 256),
-       .help = "Rounds of smoothing texels' directions, 3 x 3 texels each",
-       .match = has<&MatchInfo::takes_visibility>},
+       .help = "Rounds of smoothing texels' directions, 3 x 3 texels each"},
       {.flag = "--view-weight",
        .group = kVisibility,
        .value = view_weight_value(),
        .help =
            "From where LOW will be looked at: all, horizon, up (+Y), or a file with a line \"X Y Z "
            "WEIGHT\" a direction to the viewer; each of --directions takes the weight of the line "
-           "nearest to it",
-       .match = has<&MatchInfo::takes_visibility>},
+           "nearest to it"},
       {.flag = "--visibility-clusters",
        .group = kVisibility,
        .value = whole(AT(options.match.visibility.clusters), 1, 4),
@@ -902,7 +845,6 @@ std::vector<OptionRow> make_rows() {
            "K: with --match visibility, K maps (NAME_normal, NAME_normal_1, ...): where the "
            "directions that see a texel scatter, a map for each cluster of them. NAME_clusters.exr "
            "has the clusters' directions: use the map of the one that is nearest to the view",
-       .match = has<&MatchInfo::takes_clusters>,
        .in_fallback = false},
       {.flag = "--visibility-deviation",
        .group = kVisibility,
@@ -910,7 +852,6 @@ std::vector<OptionRow> make_rows() {
        .help = "Standard deviation of directions, 0 to 1, above which they are parted into "
                "clusters; that "
                "of an open plane is 0.745",
-       .match = has<&MatchInfo::takes_clusters>,
        .in_fallback = false},
 
       height_row<BakeJob>(kHeights),

@@ -28,7 +28,7 @@ MapVariant parse_variant(const BakeJob& job, const std::string& word) {
     const OptionRow* const row = find_row(bake_rows(), flag);
     // What is not a setting of maps is of the whole bake; lists have commas, which part the words of --maps.
     const bool is_setting =
-        row != nullptr && row->map != nullptr && row->map(info) && row->value.type != "list";
+        row != nullptr && row->is_of_maps() && row->serves(info) && row->value.type != "list";
     const std::string member = is_setting ? row->value.member : "";
     const auto is_of = [&](std::string_view path) { return member.starts_with(path); };
     const bool known = is_of("options.occlusion") || is_of("options.light") ||

@@ -9,13 +9,14 @@
 
 namespace kiln::cli {
 
-bool map_takes(std::string_view name, bool MapInfo::*texture) {
-  return std::any_of(maps().begin(), maps().end(),
-                     [&](const MapInfo& map) { return map.kind.name == name && map.*texture; });
+bool map_takes(std::string_view name, std::string_view option) {
+  return std::any_of(maps().begin(), maps().end(), [&](const MapInfo& map) {
+    return map.kind.name == name && obeys(map, option);
+  });
 }
 
 bool is_texture_of_map(std::string_view name) {
-  return map_takes(name, &MapInfo::takes_color) || map_takes(name, &MapInfo::takes_opacity);
+  return map_takes(name, "color") || map_takes(name, "opacity");
 }
 
 std::vector<std::string> own_map_names(const BakeJob& arguments) {

@@ -32,8 +32,8 @@ std::set<std::string> add_matching_flags(Command& command, BakeJob& job,
                                               "--save-cage", "--reasons", "--recall"};
   const std::vector<OptionRow> rows =
       rows_below(bake_rows(), "The match, as of kiln bake", [&](const OptionRow& row) {
-        return (row.match != nullptr || of_meshes.contains(row.flag)) &&
-               !never.contains(row.flag) && !without.contains(row.flag);
+        return (row.is_of_matches() || of_meshes.contains(row.flag)) && !never.contains(row.flag) &&
+               !without.contains(row.flag);
       });
   add_options(command, rows, &job);
   return flags_of(rows);
@@ -47,7 +47,7 @@ std::set<std::string> add_measured_map_flags(Command& command, BakeJob& job) {
                                               "--mips",  "--id-by"};
   const std::vector<OptionRow> rows = rows_below(
       bake_rows(), "Maps whose errors are told, as of kiln bake", [&](const OptionRow& row) {
-        return (row.map != nullptr || wanted.contains(row.flag)) && !never.contains(row.flag);
+        return (row.is_of_maps() || wanted.contains(row.flag)) && !never.contains(row.flag);
       });
   add_options(command, rows, &job);
   return flags_of(rows);

@@ -26,6 +26,29 @@ std::string OptionRow::report_key() const {
   return name;
 }
 
+std::string_view OptionRow::path() const {
+  if (!option.empty()) return option;
+  constexpr std::string_view kOptions = "options.";
+  const std::string_view member = value.member;
+  if (!member.starts_with(kOptions)) return {};
+  return member.substr(kOptions.size(), member.find(',') - kOptions.size());
+}
+
+bool OptionRow::serves(const MatchInfo& match) const { return obeys(match, path()); }
+
+bool OptionRow::serves(const MapInfo& map) const { return obeys(map, path()); }
+
+bool OptionRow::is_of_matches() const {
+  return !path().empty() && std::any_of(matches().begin(), matches().end(),
+                                        [&](const MatchInfo& match) { return serves(match); });
+}
+
+bool OptionRow::is_of_maps() const {
+  // A map of what a match went by is none that all of the match's options are for.
+  return !path().empty() && !path().starts_with("match.") &&
+         std::any_of(maps().begin(), maps().end(), [&](const MapInfo& map) { return serves(map); });
+}
+
 namespace {
 
 /// As it is written on the command line; empty: nothing is.
@@ -97,16 +120,16 @@ Json rows_json(std::span<const OptionRow> rows, const void* defaults) {
                  {"maps", Json()},
                  {"group", row.group},
                  {"help", row.help}};
-    if (row.match != nullptr) {
+    if (row.is_of_matches()) {
       json["matches"] = Json::array();
       for (const MatchInfo& match : matches()) {
-        if (row.match(match)) json["matches"].push_back(match.method.name);
+        if (row.serves(match)) json["matches"].push_back(match.method.name);
       }
     }
-    if (row.map != nullptr) {
+    if (row.is_of_maps()) {
       json["maps"] = Json::array();
       for (const MapInfo& map : maps()) {
-        if (row.map(map)) json["maps"].push_back(map.kind.name);
+        if (row.serves(map)) json["maps"].push_back(map.kind.name);
       }
     }
     list.push_back(std::move(json));

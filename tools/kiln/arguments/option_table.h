@@ -195,13 +195,20 @@ struct OptionRow {
   std::string key = {};
   bool required = false;
   std::string excludes = {};  ///< A flag of an earlier row
-  /// Matches and maps that it serves. Null: it depends on none.
-  bool (*match)(const MatchInfo&) = nullptr;
-  bool (*map)(const MapInfo&) = nullptr;
+  /// The path in BakeOptions that matches and maps obey (obeys()) which it serves; empty: that of the member
+  std::string_view option = {};
   bool in_fallback = true;   ///< It serves such a match as a fallback, too
   bool beside_auto = false;  ///< --match auto may choose a match that it serves
 
   std::string report_key() const;
+  bool serves(const MatchInfo& match) const;
+  bool serves(const MapInfo& map) const;
+  /// True if some matches, or maps, obey it and so others do not
+  bool is_of_matches() const;
+  bool is_of_maps() const;
+
+ private:
+  std::string_view path() const;
 };
 
 /// Adds the options of rows to a command. \param job  of the type that the rows are of; outlives the parsing

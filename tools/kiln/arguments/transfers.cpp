@@ -11,8 +11,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-bool asks(const BakeOptions& options, bool MapInfo::*texture) {
-  const auto takes = [&](MapKind map) { return map_takes(map.name, texture); };
+bool asks(const BakeOptions& options, std::string_view option) {
+  const auto takes = [&](MapKind map) { return map_takes(map.name, option); };
   return std::any_of(options.maps.begin(), options.maps.end(), takes) ||
          std::any_of(options.variants.begin(), options.variants.end(),
                      [&](const MapVariant& map) { return takes(map.kind); });
@@ -69,7 +69,7 @@ Texture load_texture(const TransferArgument& transfer, Materials& materials) {
   texture.images = {std::make_shared<const Image>(load_image(transfer.file))};
   texture.kind = transfer.kind.value_or(holds_linear_light(transfer.file) ? TextureKind::linear
                                                                           : TextureKind::srgb);
-  if (map_takes(transfer.name, &MapInfo::takes_opacity)) {
+  if (map_takes(transfer.name, "opacity")) {
     // Its alpha where it has one, else what it shows.
     texture.kind = transfer.kind.value_or(TextureKind::linear);
     texture.channel = texture.images[0]->channels % 2 == 0 ? 3 : 0;
@@ -98,16 +98,16 @@ void load_textures(const BakeJob& arguments, const Mesh& high, BakeOptions& opti
   Materials materials(arguments, high, warnings, known);
   for (const TransferArgument& transfer : parse_transfers(arguments)) {
     Texture texture = load_texture(transfer, materials);
-    if (map_takes(transfer.name, &MapInfo::takes_color)) {
+    if (map_takes(transfer.name, "color")) {
       options.color = std::move(texture);
-    } else if (map_takes(transfer.name, &MapInfo::takes_opacity)) {
+    } else if (map_takes(transfer.name, "opacity")) {
       options.opacity = std::move(texture);
     } else {
       options.transfers.push_back({transfer.name, std::move(texture)});
     }
   }
   if (high.material_files.empty()) return;
-  if (asks(options, &MapInfo::takes_color) && !options.color &&
+  if (asks(options, "color") && !options.color &&
       (high.colors.empty() || materials.have_colors())) {
     Texture texture = materials.texture(MaterialSlot::color);
     // Vertex colours say more than a plain material, where they are not multiplied with it.
@@ -115,7 +115,7 @@ void load_textures(const BakeJob& arguments, const Mesh& high, BakeOptions& opti
       options.color = std::move(texture);
     }
   }
-  if ((asks(options, &MapInfo::takes_opacity) || arguments.alpha_test > 0) && !options.opacity) {
+  if ((asks(options, "opacity") || arguments.alpha_test > 0) && !options.opacity) {
     options.opacity = materials.texture(MaterialSlot::opacity);
   }
 }

@@ -30,8 +30,8 @@ inline constexpr Word<MaterialSlot> kMaterialSlots[] = {
 TransferArgument parse_transfer(const std::string& text);
 std::vector<TransferArgument> parse_transfers(const BakeJob& arguments);
 
-/// True if the map of this name holds a texture of BakeOptions, such as &MapInfo::takes_color.
-bool map_takes(std::string_view name, bool MapInfo::*texture);
+/// True if the map of this name holds a texture of BakeOptions, "color" or "opacity".
+bool map_takes(std::string_view name, std::string_view option);
 /// ... any of its textures: --transfer gives this one, and makes no map of its own.
 bool is_texture_of_map(std::string_view name);
 

@@ -133,7 +133,7 @@ LowMesh prepare_low(const BakeJob& arguments, const HighPolyInput& dense, Consol
     options.height_field = dense.heights.has_value();
     // Points at the same UV: the low poly needs the layout of the high poly.
     options.keep_uvs =
-        match_has(arguments, &MatchInfo::needs_uvs) && !dense.heights && !high.uv_triangles.empty();
+        match_obeys(arguments, "match.uv") && !dense.heights && !high.uv_triangles.empty();
     options.fit_normals = dense.heights || options.keep_uvs;  // Else once there are seams.
     if (const std::string bound = deviation_bound(arguments); !bound.empty()) {
       options.max_error = parse_error_bound(bound);

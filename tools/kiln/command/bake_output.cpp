@@ -153,7 +153,7 @@ void warn_of_format(BakeRun& run, const BakedMap& map, const std::string& name,
                                  ", which half precision holds in steps of " +
                                  number(std::exp2(kLastHalfBit)) + ". ");
   }
-  const bool places = map.info.takes_origin &&
+  const bool places = obeys(map.info, "encoding.origin") &&
                       std::any_of(maps().begin(), maps().end(),
                                   [&](const MapInfo& info) { return info.kind == map.kind; });
   if (!places) return;
@@ -176,11 +176,11 @@ void warn_of_format(BakeRun& run, const BakedMap& map, const std::string& name,
 void store(BakeRun& run, BakedMap& map, const std::string& name) {
   const SaveImageOptions& options = run.save_options;
   warn_of_clamped(run, map, name);
-  if (map.info.is_color && !holds_floats(options)) {
+  if (map.info.type == MapType::color && !holds_floats(options)) {
     to_srgb(map.image);
     for (Image& level : map.mips) to_srgb(level);
   }
-  if (map.info.takes_origin) run.origin = map.origin;
+  if (obeys(map.info, "encoding.origin")) run.origin = map.origin;
   const auto is_this = [&](const MapVariant& variant) { return variant.name == map.kind.name; };
   if (!map.ids.empty() &&
       std::any_of(run.options.variants.begin(), run.options.variants.end(), is_this)) {
@@ -253,7 +253,7 @@ bool save_packs(BakeRun& run) {
       scaled = scaled || !map.unit.empty();
       units += map.unit.empty() ? "1" : map.unit;
       levels = std::min(levels, map.mips.size());
-      if (map.info.takes_origin) joined.origin = map.origin;  // the same in all
+      if (obeys(map.info, "encoding.origin")) joined.origin = map.origin;  // the same in all
     }
     for (std::size_t level = 0; level < levels; ++level) {
       joined.mips.push_back(packed(
@@ -264,7 +264,7 @@ bool save_packs(BakeRun& run) {
         texts_of(run.save_options, ranges, scaled ? units : std::string());
     const bool is_color =
         std::any_of(pack.channels.begin(), pack.channels.end(), [&](const PackChannel& channel) {
-          return !channel.map.empty() && map_of(channel.map).info.is_color;
+          return !channel.map.empty() && map_of(channel.map).info.type == MapType::color;
         });
     const TextureUse use = is_color ? TextureUse::color : TextureUse::values;
     if (!save_with_mips(run, joined, pack.name, use, texts)) return false;

@@ -222,7 +222,7 @@ Json set_json(const BakeRun& run, const BakedSet& set, std::size_t first_file) {
 /// \param chosen  by --sets, and not by what overlaps
 void take_sets(BakeRun& run, SetsBy by, bool chosen) {
   BakeJob& arguments = run.arguments;
-  if (by == SetsBy::udim && chain_has(arguments, &MatchInfo::needs_uvs)) {
+  if (by == SetsBy::udim && chain_obeys(arguments, "match.uv")) {
     fail_usage("--match " + match_word(arguments) +
                " finds points at the same UV of the unit square, but LOW's UVs lie on several "
                "UDIM tiles: choose another match, or --sets none for one map of the unit square.");
@@ -286,7 +286,7 @@ void find_sets(BakeRun& run, const Source& source) {
   SetsBy by = SetsBy::none;
   if (no_sets(arguments).empty() && !run.low.mesh.uv_triangles.empty()) {
     by = chosen ? *arguments.sets : choose_texture_sets(run.low.mesh);
-    const bool by_uvs = chain_has(arguments, &MatchInfo::needs_uvs);  // those of the unit square
+    const bool by_uvs = chain_obeys(arguments, "match.uv");  // those of the unit square
     if (!chosen && by == SetsBy::none && !by_uvs &&
         (arguments.load_match.empty() ? are_tiles(run, source) : has_matches_of_tiles(run))) {
       by = SetsBy::udim;

@@ -47,7 +47,7 @@ BakeResult bake_from(const HighPolyInput& dense, const Source& source, const Mes
   try {
     return bake(source, low, options);
   } catch (const Error& error) {
-    if (!dense.heights || !find_match(options.match.method.name).needs_uvs ||
+    if (!dense.heights || !obeys(find_match(options.match.method.name), "match.uv") ||
         error.code() != ErrorCode::input) {
       throw;
     }
@@ -146,9 +146,9 @@ std::string too_many_missed(const BakeJob& arguments, const BakeResult& result, 
   if (!arguments.load_match.empty()) {
     return message + " Save the match again with a longer --max-distance.";
   }
-  const MatchMethod around = first_match(&MatchInfo::looks_around);
+  const MatchMethod around = nearest_match();
   const std::string fallback = "add --fallback " + std::string(around.name) + ".";
-  const bool far = arguments.match_auto || chain_has(arguments, &MatchInfo::looks_far);
+  const bool far = arguments.match_auto || chain_obeys(arguments, "match.max_distance");
   if (!far) return message + " To find them, " + fallback;
   return message + " Raise --max-distance" +
          (matches_by(arguments, around) ? "." : ", or " + fallback);
@@ -385,7 +385,7 @@ int run_bake(const BakeJob& given) {
   BakeRun run(given);
   BakeJob& arguments = run.arguments;
   if (is_height_field(given.high) && !given.given.contains("--match")) {
-    arguments.options.match.method = first_match(&MatchInfo::needs_uvs);
+    arguments.options.match.method = first_match("match.uv");
   }
   if (bounds_maps(arguments) && !arguments.given.contains("--match")) {
     arguments.match_auto = true;

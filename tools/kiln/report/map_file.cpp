@@ -156,7 +156,7 @@ std::vector<Image> as_stored(const BakedMap& map, const SaveImageOptions& option
   levels.insert(levels.end(), map.mips.begin(), map.mips.end());
   const std::vector<ValueRange> ranges = stored_ranges(map, options);
   for (Image& level : levels) {
-    if (map.info.is_color && !holds_floats(options)) to_srgb(level);
+    if (map.info.type == MapType::color && !holds_floats(options)) to_srgb(level);
     if (!ranges.empty()) store_in(ranges, level);
   }
   return levels;

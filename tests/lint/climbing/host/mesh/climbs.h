@@ -1,2 +1,4 @@
 // A header that climbs: the lint must find it.
+#include <unistd.h>
+
 #include "bake/bake.h"

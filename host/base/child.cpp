@@ -1,0 +1,93 @@
+#include "base/child.h"
+
+#ifndef _WIN32
+#include <fcntl.h>
+#include <sys/resource.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <csignal>
+#include <cstdio>
+#include <exception>
+#endif
+
+namespace kiln {
+
+#ifdef _WIN32
+
+ChildEnd run_in_child(const ChildLimits& /*limits*/, const std::function<std::string()>& /*work*/,
+                      std::string& /*returned*/) {
+  return ChildEnd::none;
+}
+
+#else
+
+namespace {
+
+/// Address space of this process, by Linux; 0: not to be known.
+rlim_t address_space() {
+  std::FILE* const file = std::fopen("/proc/self/statm", "r");
+  if (file == nullptr) return 0;
+  unsigned long pages = 0;
+  const bool read = std::fscanf(file, "%lu", &pages) == 1;
+  std::fclose(file);
+  return read ? rlim_t{pages} * static_cast<rlim_t>(sysconf(_SC_PAGESIZE)) : 0;
+}
+
+/// In the child: works within limits, writes what that returns, and ends.
+[[noreturn]] void end_by_working(const ChildLimits& limits,
+                                 const std::function<std::string()>& work, int to) {
+  for (const int signal : {SIGSEGV, SIGBUS, SIGABRT, SIGFPE, SIGILL}) std::signal(signal, SIG_DFL);
+  std::set_terminate([] { _exit(1); });
+  const int nowhere = open("/dev/null", O_WRONLY);
+  if (nowhere >= 0) dup2(nowhere, STDERR_FILENO);  // of the C library's own words
+  const auto limit = [](auto what, rlim_t most) {
+    const rlimit both{most, most};
+    setrlimit(what, &both);
+  };
+  limit(RLIMIT_CORE, 0);
+  limit(RLIMIT_CPU, limits.seconds);
+  if (const rlim_t now = address_space(); now != 0) limit(RLIMIT_AS, now + limits.bytes);
+  std::string said;
+  try {
+    said = work();
+  } catch (...) {
+    said = "it takes too much memory";
+  }
+  const bool written = write(to, said.data(), said.size()) == static_cast<ssize_t>(said.size());
+  _exit(written ? 0 : 1);
+}
+
+}  // namespace
+
+ChildEnd run_in_child(const ChildLimits& limits, const std::function<std::string()>& work,
+                      std::string& returned) {
+  int ends[2];
+  if (pipe(ends) != 0) return ChildEnd::none;
+  const pid_t child = fork();
+  if (child == 0) end_by_working(limits, work, ends[1]);
+  close(ends[1]);
+  char part[512];
+  for (;;) {
+    const ssize_t count = read(ends[0], part, sizeof part);
+    if (count > 0) returned.append(part, static_cast<std::size_t>(count));
+    if (count == 0 || (count < 0 && errno != EINTR)) break;
+  }
+  close(ends[0]);
+  if (child < 0) return ChildEnd::none;
+  int status = 0;
+  pid_t ended = 0;
+  do {
+    ended = waitpid(child, &status, 0);
+  } while (ended < 0 && errno == EINTR);
+  // A program may have ways of its own to end by an abort().
+  if (ended != child || (WIFEXITED(status) && WEXITSTATUS(status) == 0)) return ChildEnd::done;
+  const bool slow =
+      WIFSIGNALED(status) && (WTERMSIG(status) == SIGXCPU || WTERMSIG(status) == SIGKILL);
+  return slow ? ChildEnd::slow : ChildEnd::crashed;
+}
+
+#endif
+
+}  // namespace kiln

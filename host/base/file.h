@@ -1,0 +1,83 @@
+// The operating system's calls on files, beyond std::filesystem: those of POSIX have their home in file.cpp. Elsewhere
+// than on POSIX, files have names while they are written, and folders no locks.
+//
+// Functions that fail return -1, false or nothing, and set errno.
+#pragma once
+
+#include <compare>
+#include <cstddef>
+#include <cstdint>
+#include <cstdio>
+#include <filesystem>
+#include <optional>
+#include <string>
+
+namespace kiln::os {
+
+/// A file, whatever its names.
+struct FileId {
+  std::uint64_t device = 0, file = 0;
+  friend auto operator<=>(const FileId&, const FileId&) = default;
+};
+
+struct FileFacts {
+  FileId id;
+  bool is_regular = false;
+  bool is_folder = false;
+  bool is_own = false;  ///< Of the user who runs the process
+  std::uint64_t bytes = 0;
+  std::int64_t modified = 0;  ///< Seconds since 1970
+  unsigned permissions = 0;   ///< As chmod has them
+};
+
+std::optional<FileFacts> facts_of(const std::filesystem::path& path) noexcept;
+/// Those of a link itself, where the path names one.
+std::optional<FileFacts> facts_of_link(const std::filesystem::path& path) noexcept;
+std::optional<FileFacts> facts_of(int file) noexcept;
+
+// Descriptors of open files, which no program that is run from here inherits.
+int open_to_read(
+    const std::filesystem::path& path) noexcept;  ///< Does not wait for a pipe's writer
+int open_to_write(const std::filesystem::path& path) noexcept;  ///< What is there, such as a pipe
+/// A file that is not there yet.
+int create_file(const std::filesystem::path& path, unsigned permissions) noexcept;
+/// A file without a name, which name_file() can give one.
+int create_unnamed(const std::filesystem::path& folder) noexcept;
+/// Opens a folder, and waits until no other process has it locked. File systems without locks do without.
+int lock_folder(const std::filesystem::path& folder) noexcept;
+int duplicate(int file) noexcept;
+void close(int file) noexcept;
+
+/// Gives a file of create_unnamed() its name, at which there is nothing yet.
+bool name_file(int file, const std::filesystem::path& name) noexcept;
+/// A path at which other processes can read an open file.
+std::string name_of_open(int file);
+
+std::FILE* stream_of(int file) noexcept;  ///< To write; closes the file
+int file_of(std::FILE* stream) noexcept;  ///< The stream's
+std::ptrdiff_t read_at(int file, std::uint64_t offset, void* to, std::size_t bytes) noexcept;
+std::ptrdiff_t write_some(int file, const void* from, std::size_t bytes) noexcept;
+
+/// Waits until the file is on the medium.
+bool sync(int file) noexcept;
+/// Lets its bytes set out for the medium: a hint.
+void begin_sync(int file) noexcept;
+bool set_permissions(int file, unsigned permissions) noexcept;
+/// True if the process may write there.
+bool may_write(const std::filesystem::path& path) noexcept;
+/// True if it may make files in a folder.
+bool may_write_in(const std::filesystem::path& folder) noexcept;
+/// Puts a file in the place of another, at once.
+bool replace(const std::filesystem::path& from, const std::filesystem::path& to) noexcept;
+bool add_name(const std::filesystem::path& of,
+              const std::filesystem::path& name) noexcept;  ///< A hard link
+
+// For signal handlers, too: of fs::path::c_str().
+bool remove_file(const std::filesystem::path::value_type* path) noexcept;
+bool remove_folder(const std::filesystem::path::value_type* path) noexcept;  ///< An empty one
+
+long process_id() noexcept;
+/// True if there is no such process on this machine any more.
+bool is_gone(long process) noexcept;
+
+}  // namespace kiln::os

@@ -1,0 +1,23 @@
+// Lists of options, as paths in BakeOptions: "occlusion match.ray.rule".
+#pragma once
+
+#include <string_view>
+
+namespace kiln {
+
+/// True if a list has an option, one of its group, or its group.
+/// \param list    paths separated by blanks
+/// \param option  a path, such as "occlusion.rays", or that of a group, "occlusion"
+inline bool lists_option(std::string_view list, std::string_view option) {
+  const auto is_within = [](std::string_view path, std::string_view group) {
+    return path.starts_with(group) && (path.size() == group.size() || path[group.size()] == '.');
+  };
+  while (!list.empty()) {
+    const std::string_view listed = list.substr(0, list.find(' '));
+    if (is_within(option, listed) || is_within(listed, option)) return true;
+    list.remove_prefix(listed.size() == list.size() ? listed.size() : listed.size() + 1);
+  }
+  return false;
+}
+
+}  // namespace kiln
