@@ -1,30 +1,25 @@
 #include "accel/low_tree.h"
 
-#include <mutex>
-
-
 namespace kiln {
 
 std::shared_ptr<const LowTree> LowTree::of_surface(cl::Context& context,
                                                    const LowSurface& surface) {
-  static std::mutex mutex;
-  const std::lock_guard lock(mutex);
-  if (surface.tree) return surface.tree;
-  auto low = std::make_shared<LowTree>();
-  for (std::size_t t = 0; t < surface.triangles.size(); ++t) {
-    if (surface.usable[t] == 0) continue;
-    const auto first = static_cast<std::uint32_t>(low->positions.size());
-    const auto& [a, b, c] = surface.triangles[t];
-    low->positions.insert(low->positions.end(), {a.position, b.position, c.position});
-    low->triangles.push_back({first, first + 1, first + 2});
-    low->of.push_back(static_cast<std::uint32_t>(t));
-    const Vec3d normal = cross(Vec3d(b.position) - Vec3d(a.position),
-                               Vec3d(c.position) - Vec3d(a.position));
-    low->normals.push_back(normal * (1 / length(normal)));
-  }
-  low->tree = std::make_shared<Tree>(context, low->positions, low->triangles);
-  surface.tree = low;
-  return low;
+  return surface.made->get<LowTree>([&] {
+    LowTree low;
+    for (std::size_t t = 0; t < surface.triangles.size(); ++t) {
+      if (surface.usable[t] == 0) continue;
+      const auto first = static_cast<std::uint32_t>(low.positions.size());
+      const auto& [a, b, c] = surface.triangles[t];
+      low.positions.insert(low.positions.end(), {a.position, b.position, c.position});
+      low.triangles.push_back({first, first + 1, first + 2});
+      low.of.push_back(static_cast<std::uint32_t>(t));
+      const Vec3d normal = cross(Vec3d(b.position) - Vec3d(a.position),
+                                 Vec3d(c.position) - Vec3d(a.position));
+      low.normals.push_back(normal * (1 / length(normal)));
+    }
+    low.tree = std::make_shared<Tree>(context, low.positions, low.triangles);
+    return low;
+  });
 }
 
 }  // namespace kiln

@@ -70,24 +70,28 @@ cl::Array<float> points_of(cl::Context& context, const std::vector<HighCoverage:
   return {context, std::span<const float>(planes)};
 }
 
-/// Lengths between samples on the low poly's usable faces, frame units; 0 without UVs.
-std::vector<double> steps_of(const LowTree& low, const LowSurface& surface, double columns,
-                             double rows) {
-  std::vector<double> steps;
-  for (const std::uint32_t t : low.of) {
-    const auto& [a, b, c] = surface.triangles[t];
-    const Vec3d ab = Vec3d(b.position) - Vec3d(a.position);
-    const Vec3d ac = Vec3d(c.position) - Vec3d(a.position);
+/// A face of the low poly.
+struct LowFace {
+  Vec3d corner, ab, ac;  ///< Its first corner, and the ways to the others
+  Vec3d normal;          ///< Unit
+  double step = 0;       ///< Between samples, frame units; 0 without UVs
+
+  LowFace(const std::array<LowSurface::Corner, 3>& corners, double columns, double rows)
+      : corner(corners[0].position),
+        ab(Vec3d(corners[1].position) - corner),
+        ac(Vec3d(corners[2].position) - corner),
+        normal(cross(ab, ac)) {
+    const auto& [a, b, c] = corners;
+    normal = normal * (1 / length(normal));
     const double bu = double{b.uv.x} - a.uv.x, bv = double{b.uv.y} - a.uv.y;
     const double cu = double{c.uv.x} - a.uv.x, cv = double{c.uv.y} - a.uv.y;
     const double area = bu * cv - bv * cu;
     // The surface's way a step in u and in v.
     const double along_u = length(ab * cv - ac * bv), along_v = length(ac * bu - ab * cu);
     const double mean = (along_u / columns + along_v / rows) / (2 * std::abs(area));
-    steps.push_back(std::isfinite(mean) ? mean : 0);
+    step = std::isfinite(mean) ? mean : 0;
   }
-  return steps;
-}
+};
 
 /// Distance from the low poly within which samples may find points.
 double reach_of(const MatchRequest& request) {
@@ -167,14 +171,13 @@ HighCoverage::HighCoverage(const MatchRequest& request, Places places, CopyCheck
 
 void HighCoverage::find_near(const MatchRequest& request, CopyCheck* copies) {
   cl::Context& context = context_of(request.source.device);
-  const std::shared_ptr<const LowTree> tree = LowTree::of_surface(context, request.surface);
-  const LowTree& low = *tree;
-  const std::vector<double> steps =
-      steps_of(low, request.surface, double{1} * request.width * request.samples,
-               double{1} * request.height * request.samples);
+  const LowSurface& surface = request.surface;
+  const auto low = LowTree::of_surface(context, surface);
+  const double columns = double{1} * request.width * request.samples;
+  const double rows = double{1} * request.height * request.samples;
   const auto count = static_cast<std::uint32_t>(places_.size());
   DeviceCorrespondence nearest(context, count);
-  const ClosestFinder finder(context, low.tree, request.source.traversal);
+  const ClosestFinder finder(context, low->tree, request.source.traversal);
   ClosestQuery query;
   query.max_distance = static_cast<float>(std::min(reach_of(request), double{kFar}));
   finder.find(points_of(context, places_), count, count, query, nearest);
@@ -182,26 +185,27 @@ void HighCoverage::find_near(const MatchRequest& request, CopyCheck* copies) {
   nearest.triangle.read(context, triangle);
   for (std::uint32_t i = 0; i < count; ++i) {
     if (triangle[i] == KILN_NO_TRIANGLE) continue;
-    const double cosine = dot(low.normals[triangle[i]], Vec3d(places_[i].normal));
+    triangle[i] = low->of[triangle[i]];
+    const LowFace face(surface.triangles[triangle[i]], columns, rows);
+    const double cosine = dot(face.normal, Vec3d(places_[i].normal));
     if (!(cosine > kSteepest)) continue;
-    radius_[i] = static_cast<float>(kSteps * steps[triangle[i]] / cosine);
+    radius_[i] = static_cast<float>(kSteps * face.step / cosine);
   }
   if (copies == nullptr) return;
   std::vector<CopyCheck::Place> places;
   std::vector<std::uint32_t> of;
   for (std::uint32_t i = 0; i < count; ++i) {
-    if (!(radius_[i] > 0) || !request.surface.is_copy(low.of[triangle[i]])) continue;
-    const Triangle& corners = low.triangles[triangle[i]];
-    const Vec3d a(low.positions[corners[0]]), b(low.positions[corners[1]]),
-        c(low.positions[corners[2]]);
-    const Vec3d ab = b - a, ac = c - a, up = cross(ab, ac), way = Vec3d(places_[i].position) - a;
+    if (!(radius_[i] > 0) || !surface.is_copy(triangle[i])) continue;
+    const LowFace face(surface.triangles[triangle[i]], columns, rows);
+    const Vec3d &ab = face.ab, &ac = face.ac, up = cross(ab, ac);
+    const Vec3d way = Vec3d(places_[i].position) - face.corner;
     const double area = dot(up, up);
     // The nearest point lies below the place, or on the triangle's border. There a ray may go by the high poly.
     double u = std::clamp(dot(cross(way, ac), up) / area, 0.0, 1.0);
     double v = std::clamp(dot(cross(ab, way), up) / area, 0.0, 1 - u);
     u += (1.0 / 3 - u) * kInwardOfPlace;
     v += (1.0 / 3 - v) * kInwardOfPlace;
-    places.push_back({low.of[triangle[i]], static_cast<float>(u), static_cast<float>(v)});
+    places.push_back({triangle[i], static_cast<float>(u), static_cast<float>(v)});
     of.push_back(i);
   }
   const std::vector<CopyCheck::Finding> findings = copies->find(places);

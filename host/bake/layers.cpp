@@ -41,6 +41,18 @@ std::uint64_t pad(cl::Context& context, const MapInfo& map, const BakeOptions& o
   return count;
 }
 
+/// Weights of colours: what is transparent does not show, and counts only where nothing else does.
+ChartMap weighted_by(const Image& opacity, ChartMap charts) {
+  constexpr float kFull = 255;  // times 256 samples: within 16 bits
+  if (charts.weight.empty()) charts.weight.assign(charts.chart.size(), 1);
+  for (std::size_t i = 0; i < charts.weight.size(); ++i) {
+    const float share = std::clamp(opacity.pixels[i], 0.0F, 1.0F);
+    const float weight = static_cast<float>(charts.weight[i]) * kFull * share;
+    charts.weight[i] = static_cast<std::uint16_t>(std::max(1.0F, weight));
+  }
+  return charts;
+}
+
 /// Background where padding did not reach, and what the map's values are encoded as.
 void encode(const MapInfo& map, const BakeOptions& options,
             const std::vector<std::uint8_t>& coverage, Image& image) {
@@ -201,6 +213,9 @@ bool Layers::need_visibility() const {
 std::vector<std::vector<Image>> Layers::mips(cl::Context& context, const BakeOptions& options,
                                              const ChartMap& charts) const {
   std::vector<std::vector<Image>> all(layers_.size());
+  const auto opacity = std::find_if(layers_.begin(), layers_.end(), [](const Layer& layer) {
+    return layer.row->info.takes_opacity;
+  });
   for (std::size_t l = 0; l < layers_.size(); ++l) {
     const MapInfo& map = layers_[l].row->info;
     if (!is_averaged(map.type)) continue;
@@ -211,7 +226,10 @@ std::vector<std::vector<Image>> Layers::mips(cl::Context& context, const BakeOpt
       mip_options.missed = {1, -1, 1, 0};
     }
     std::int32_t gutter = options.encoding.gutter;
-    for (MipLevel& level : make_mips(layers_[l].image, coverage_, charts, mip_options)) {
+    const bool by_opacity = map.takes_color && opacity != layers_.end();
+    const ChartMap weighted = by_opacity ? weighted_by(opacity->image, charts) : ChartMap();
+    for (MipLevel& level :
+         make_mips(layers_[l].image, coverage_, by_opacity ? weighted : charts, mip_options)) {
       if (gutter > 0) gutter = std::max(2, gutter / 2);
       pad(context, map, options, gutter, level.image, level.coverage);
       encode(map, options, level.coverage, level.image);

@@ -86,7 +86,9 @@ EdgeTurn edge_turn(const BakeOptions& options, const Source::Impl& source,
   }
   cl::Context& context = context_of(source.device);
   if (direction == RayDirection::painted) return {context, surface};
-  const HardEdges hard = HardEdges::of(surface);
+  const std::shared_ptr<const HardEdges> found =
+      surface.made->get<HardEdges>([&] { return HardEdges::of(surface); });
+  const HardEdges& hard = *found;
   if (hard.edges.empty()) return {};
   if (direction == RayDirection::face) return {context, surface, hard, {}};
   Bevels bevels;
@@ -112,7 +114,7 @@ SheetReach sheet_reach(const BakeOptions& options, const LowSurface& surface) {
       options.match.max_distance || options.match.cage || options.match.cage_mesh != nullptr;
   const bool far = any_in_chain(options, [](const MatchRow& row) { return row.far_on_sheets; });
   if (told || options.match.saved != nullptr || !far) return {};
-  return SheetReach(surface);
+  return *surface.made->get<SheetReach>([&] { return SheetReach(surface); });
 }
 
 void take_notes(MatchNotes notes, BakeReport& report) {

@@ -17,6 +17,11 @@ namespace {
 // Shares of the whole at which stages begin.
 constexpr double kAtBlend = 0.97, kAtMips = 0.97, kAtGutter = 0.98;
 
+/// Of the low poly, see coarse_steps().
+struct CoarseSteps {
+  std::string words;
+};
+
 }  // namespace
 
 Pipeline::Pipeline(const Scene& scene, Bands bands, BakeProgress progress)
@@ -25,8 +30,9 @@ Pipeline::Pipeline(const Scene& scene, Bands bands, BakeProgress progress)
       bands_stay_(bands),
       progress_(std::move(progress)),
       unit_(1 / scene.high.frame.scale),
-      surface_(LowSurface::of(scene.low, scene.high.frame, scene.options.match.cage_mesh,
-                              scene.options.match.uv_copies)),
+      low_(scene.high.low_surface(scene.low, scene.options.match.cage_mesh,
+                                  scene.options.match.uv_copies)),
+      surface_(*low_),
       cage_(context_, scene.high.frame, surface_),
       sampler_(context_, surface_,
                {scene.options.width, scene.options.height, scene.options.samples, kBandSamples}),
@@ -253,8 +259,10 @@ void Pipeline::finish_match(bool first_time) {
   take_notes(std::move(notes), report);
   const std::vector<Warning>& sampling = sampler_.report().warnings;
   report.warnings.insert(report.warnings.end(), sampling.begin(), sampling.end());
-  if (const std::string coarse = coarse_steps(scene_.low, scene_.high.frame); !coarse.empty()) {
-    report.warnings.push_back({"coarse-low", "'" + scene_.low.name + "': " + coarse, 1});
+  const auto coarse = surface_.made->get<CoarseSteps>(
+      [&] { return CoarseSteps{coarse_steps(scene_.low, scene_.high.frame)}; });
+  if (!coarse->words.empty()) {
+    report.warnings.push_back({"coarse-low", "'" + scene_.low.name + "': " + coarse->words, 1});
   }
   if (report.cage_mesh && surface_.cage_hull != nullptr && !surface_.cage_hull->misfit.empty()) {
     report.warnings.push_back({"cage-no-copy",

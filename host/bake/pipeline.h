@@ -106,7 +106,8 @@ class Pipeline {
   double unit_;  // world length of a frame unit
   Stopwatch watch_;
   BakeResult result_;
-  LowSurface surface_;
+  std::shared_ptr<LowSurface> low_;
+  LowSurface& surface_;
   CageReach cage_;
   TexelSampler sampler_;
   EdgeTurn turn_;

@@ -24,7 +24,8 @@ class Explainer {
         high_(high),
         options_(options),
         context_(context_of(high.device)),
-        surface_(LowSurface::of(low, high.frame, options.match.cage_mesh, options.match.uv_copies)),
+        low_(high.low_surface(low, options.match.cage_mesh, options.match.uv_copies)),
+        surface_(*low_),
         cage_(context_, high.frame, surface_),
         turn_(edge_turn(options, high, surface_)),
         query_(ray_query(match_request(options, high, surface_), true)) {
@@ -145,7 +146,8 @@ class Explainer {
   const Source::Impl& high_;
   const BakeOptions& options_;
   cl::Context& context_;
-  LowSurface surface_;
+  std::shared_ptr<LowSurface> low_;
+  LowSurface& surface_;
   CageReach cage_;
   EdgeTurn turn_;
   RayQuery query_;

@@ -1,8 +1,6 @@
 #include "match/match_array.h"
 
-#include <cstring>
-
-#include "base/fnv.h"
+#include "base/byte_hash.h"
 #include "base/parallel.h"
 #include "kiln/validate.h"
 #include "match/host_correspondence.h"
@@ -20,33 +18,6 @@ void for_each_sample(cl::Context& context, const TexelBand& band, const Match& m
     for (std::size_t s = begin; s < end; ++s) body(s, elements[s]);
   });
 }
-
-/// 64 bits of a mesh's bytes: blocks by FNV-1a over words, in parallel, then over the blocks' hashes.
-class Hash {
- public:
-  void add(std::span<const std::byte> bytes) {
-    constexpr std::size_t kBlock = std::size_t{1} << 20;
-    std::vector<std::uint64_t> blocks((bytes.size() + kBlock - 1) / kBlock);
-    parallel_for(bytes.size(), kBlock, [&](std::size_t begin, std::size_t end) {
-      Fnv1a hash;
-      std::size_t i = begin;
-      for (; i + 4 <= end; i += 4) {
-        std::uint32_t word = 0;
-        std::memcpy(&word, &bytes[i], 4);
-        hash.add(word);
-      }
-      for (; i < end; ++i) hash.add(static_cast<std::uint64_t>(bytes[i]));
-      blocks[begin / kBlock] = hash.value;
-    });
-    hash_.add(bytes.size());
-    for (const std::uint64_t block : blocks) hash_.add(block);
-  }
-  /// Never 0, which means "not known".
-  std::uint64_t value() const { return hash_.value != 0 ? hash_.value : 1; }
-
- private:
-  Fnv1a hash_;
-};
 
 }  // namespace
 
@@ -114,20 +85,11 @@ void check_source(const Match& match, std::uint64_t source_triangles) {
 }
 
 std::uint64_t hash_source(std::span<const Vec3> positions, std::span<const Triangle> triangles) {
-  Hash hash;
-  hash.add(std::as_bytes(positions));
-  hash.add(std::as_bytes(triangles));
-  return hash.value();
+  return hash_bytes(positions, triangles);
 }
 
 std::uint64_t hash_low(const Mesh& low) {
-  Hash hash;
-  hash.add(std::as_bytes(std::span(low.origin)));
-  hash.add(std::as_bytes(std::span(low.positions)));
-  hash.add(std::as_bytes(std::span(low.triangles)));
-  hash.add(std::as_bytes(std::span(low.uvs)));
-  hash.add(std::as_bytes(std::span(low.uv_triangles)));
-  return hash.value();
+  return hash_bytes(low.origin, low.positions, low.triangles, low.uvs, low.uv_triangles);
 }
 
 void check_meshes(const Match& match, std::uint64_t source_hash, std::uint64_t low_hash) {

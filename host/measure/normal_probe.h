@@ -107,7 +107,8 @@ class NormalProbe {
   RayCaster light_;
   std::vector<Vec3d> toward_;  ///< Of the pictures
   double start_ = 0;           ///< How far from the middle their rays start
-  LowSurface surface_;
+  std::shared_ptr<LowSurface> low_;
+  LowSurface& surface_;
   CageReach cage_;
   std::vector<kiln_low_shading> shading_;
   std::vector<Place> places_;

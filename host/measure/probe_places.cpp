@@ -22,7 +22,8 @@ NormalProbe::NormalProbe(const Source::Impl& source, const Mesh& low, const Mesh
       reads_(context_of(source.device)),
       light_(context_of(source.device), source.frame.to_frame(low), low.triangles,
              source.traversal),
-      surface_(LowSurface::of(low, source.frame, cage)),
+      low_(source.low_surface(low, cage, UvCopies::plain)),
+      surface_(*low_),
       cage_(context_of(source.device), source.frame, surface_),
       shading_(low_shading(surface_)) {
   double radius = 1;

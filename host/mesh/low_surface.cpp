@@ -18,18 +18,6 @@ namespace {
 
 std::string quoted(const Mesh& mesh) { return "'" + mesh.name + "'"; }
 
-void check_mesh(const Mesh& low) {
-  validate(low);
-  if (low.uvs.empty() || low.uv_triangles.empty()) {
-    throw Error(
-        ErrorCode::input,
-        "Mesh " + quoted(low) +
-            " has no UVs, so there is nowhere to bake to. Unwrap it in a modelling tool, or let "
-            "Kiln do it: `unwrap()` gives this mesh UVs, and `simplify()` makes a low poly to "
-            "unwrap.");
-  }
-}
-
 /// Takes over a corner's values from a cage.
 void take_cage(const CageCorners& cage, std::size_t index, LowSurface::Corner& corner) {
   const Vec3d offset = Vec3d(cage.outer[index]) - Vec3d(corner.position);
@@ -110,8 +98,27 @@ std::vector<float> LowSurface::shell(bool inner) const {
   return values;
 }
 
+void LowSurface::check(const Mesh& low) {
+  validate(low);
+  if (low.uvs.empty() || low.uv_triangles.empty()) {
+    throw Error(
+        ErrorCode::input,
+        "Mesh " + quoted(low) +
+            " has no UVs, so there is nowhere to bake to. Unwrap it in a modelling tool, or let "
+            "Kiln do it: `unwrap()` gives this mesh UVs, and `simplify()` makes a low poly to "
+            "unwrap.");
+  }
+}
+
 LowSurface LowSurface::of(const Mesh& low, const Frame& frame, const Mesh* cage, UvCopies copies) {
-  check_mesh(low);
+  check(low);
+  LowSurface surface = without_uvs(low, frame, cage);
+  surface.lay_out(low);
+  find_uv_copies(low, copies, surface);
+  return surface;
+}
+
+LowSurface LowSurface::without_uvs(const Mesh& low, const Frame& frame, const Mesh* cage) {
   const std::vector<Vec3> positions = frame.to_frame(low);
   const CornerNormals normals = corner_normals(low, positions);
   CageCorners corners;
@@ -128,9 +135,6 @@ LowSurface LowSurface::of(const Mesh& low, const Frame& frame, const Mesh* cage,
   surface.cage_hull = corners.hull;
   surface.triangles.resize(count);
   surface.usable.resize(count);
-  std::vector<Vec3> corner_position(3 * count);
-  std::vector<Vec3> corner_normal(3 * count);
-  std::vector<Vec2> corner_uv(3 * count);
   parallel_for(count, 1 << 14, [&](std::size_t begin, std::size_t end) {
     for (std::size_t t = begin; t < end; ++t) {
       bool finite = true;
@@ -139,7 +143,6 @@ LowSurface LowSurface::of(const Mesh& low, const Frame& frame, const Mesh* cage,
         const std::uint32_t vertex = low.triangles[t][k];
         corner.position = positions[vertex];
         corner.normal = normals.normals[normals.triangles[t][k]];
-        corner.uv = low.uvs[low.uv_triangles[t][k]];
         if (!low.colors.empty()) {
           corner.straight = static_cast<float>(low.colors[vertex][0]) / 255.0F;
         }
@@ -149,22 +152,14 @@ LowSurface LowSurface::of(const Mesh& low, const Frame& frame, const Mesh* cage,
         }
         if (!corners.outer.empty()) take_cage(corners, 3 * t + k, corner);
         finite = finite && is_finite(corner.direction) && std::isfinite(corner.inward);
-        corner_position[3 * t + k] = corner.position;
-        corner_normal[3 * t + k] = corner.normal;
-        corner_uv[3 * t + k] = corner.uv;
       }
       const auto& [a, b, c] = surface.triangles[t];
       surface.usable[t] = finite && has_area(a.position, b.position, c.position) ? 1 : 0;
     }
   });
 
-  bool any_usable = false;
-  bool any_mapped = false;
-  for (std::size_t t = 0; t < count; ++t) {
-    if (surface.usable[t] == 0) continue;
-    any_usable = true;
-    any_mapped = any_mapped || has_uv_area(surface.triangles[t]);
-  }
+  const bool any_usable = std::any_of(surface.usable.begin(), surface.usable.end(),
+                                      [](std::uint8_t one) { return one != 0; });
   if (!any_usable && count_without_area(low.positions, low.triangles) < count) {
     char text[32];
     std::snprintf(text, sizeof text, "%.3g", frame.diagonal);
@@ -182,6 +177,32 @@ LowSurface LowSurface::of(const Mesh& low, const Frame& frame, const Mesh* cage,
                                       ": check the file's coordinates" +
                                       (cage != nullptr ? " and the cage's." : "."));
   }
+  if (cage != nullptr && corners.hull == nullptr) surface.cage_length = longest_way(surface);
+  return surface;
+}
+
+void LowSurface::lay_out(const Mesh& low) {
+  const std::size_t count = triangles.size();
+  const bool all_given =
+      !low.tangents.empty() && std::all_of(low.tangents.begin(), low.tangents.end(), has_direction);
+  std::vector<Vec3> corner_position(all_given ? 0 : 3 * count), corner_normal(corner_position);
+  std::vector<Vec2> corner_uv(corner_position.size());
+  parallel_for(count, 1 << 14, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t t = begin; t < end; ++t) {
+      for (std::size_t k = 0; k < 3; ++k) {
+        Corner& corner = triangles[t][k];
+        corner.uv = low.uvs[low.uv_triangles[t][k]];
+        if (all_given) continue;
+        corner_position[3 * t + k] = corner.position;
+        corner_normal[3 * t + k] = corner.normal;
+        corner_uv[3 * t + k] = corner.uv;
+      }
+    }
+  });
+  bool any_mapped = false;
+  for (std::size_t t = 0; t < count && !any_mapped; ++t) {
+    any_mapped = usable[t] != 0 && has_uv_area(triangles[t]);
+  }
   if (!any_mapped) {
     throw Error(
         ErrorCode::input,
@@ -191,24 +212,20 @@ LowSurface LowSurface::of(const Mesh& low, const Frame& frame, const Mesh* cage,
             "mesh UVs, and `simplify()` makes a low poly to unwrap.");
   }
 
-  const bool all_given =
-      !low.tangents.empty() && std::all_of(low.tangents.begin(), low.tangents.end(), has_direction);
   const std::vector<CornerTangent> tangents =
       all_given ? std::vector<CornerTangent>(3 * count)
                 : mikk_tangents(corner_position, corner_normal, corner_uv);
   parallel_for(count, 1 << 14, [&](std::size_t begin, std::size_t end) {
     for (std::size_t t = begin; t < end; ++t) {
       for (std::size_t k = 0; k < 3; ++k) {
-        Corner& corner = surface.triangles[t][k];
+        Corner& corner = triangles[t][k];
         corner.tangent = tangents[3 * t + k].tangent;
         corner.sign = tangents[3 * t + k].sign;
         if (!low.tangents.empty()) take_tangent(low.tangents[3 * t + k], corner);
       }
     }
   });
-  if (cage != nullptr && corners.hull == nullptr) surface.cage_length = longest_way(surface);
-  find_uv_copies(low, copies, surface);
-  return surface;
+  copy_of.clear();
 }
 
 }  // namespace kiln

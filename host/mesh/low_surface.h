@@ -4,14 +4,13 @@
 #include <memory>
 #include <vector>
 
+#include "base/made_once.h"
 #include "kiln/mesh.h"
 #include "kiln/types.h"
 #include "mesh/cage.h"
 #include "mesh/frame.h"
 
 namespace kiln {
-
-struct LowTree;
 
 /// Per-corner data of the low poly, in the frame of the high poly. All vectors have one entry a
 /// triangle, three corners each, in the mesh's triangle order.
@@ -39,7 +38,8 @@ struct LowSurface {
   std::shared_ptr<const CageHull> cage_hull;  ///< Of CageKind::hull
   /// With a cage mesh: how long rays are where nobody says. Of a hull CageReach finds it out.
   double cage_length = 0;
-  mutable std::shared_ptr<const LowTree> tree;  ///< See LowTree::of_surface()
+  /// What is made of all this but the UVs. Copies share it, which may have other UVs.
+  std::shared_ptr<MadeOnce> made = std::make_shared<MadeOnce>();
 
   /// Prepares a mesh: continuous directions, corner normals, tangents, everything in `frame`.
   /// \param copies  which of several triangles of the same UVs is baked
@@ -47,6 +47,14 @@ struct LowSurface {
   /// \throws Error(input) where the mesh has no UVs or no usable triangle
   static LowSurface of(const Mesh& low, const Frame& frame, const Mesh* cage = nullptr,
                        UvCopies copies = UvCopies::plain);
+  // of() step by step, for meshes that differ in UVs and tangents alone: texture sets.
+  /// \throws Error(input) for a mesh that does not hold together, or has no UVs
+  static void check(const Mesh& low);
+  /// All but UVs, tangents and copies.
+  static LowSurface without_uvs(const Mesh& low, const Frame& frame, const Mesh* cage = nullptr);
+  /// UVs and tangents of a checked mesh, in place of any there are; then find_uv_copies().
+  void lay_out(const Mesh& low);
+
   /// Distances of shells from their triangles, with CageKind::shells: six values a triangle: its unit
   /// normal; how far out along it the outer shell lies over each corner, or how far in the inner one.
   std::vector<float> shell(bool inner) const;

@@ -232,7 +232,9 @@ SetsBy choose_texture_sets(const Mesh& low) {
 }
 
 std::vector<Tangent> tangents_of(const Mesh& low) {
-  const LowSurface surface = LowSurface::of(low, Frame::of(low));
+  LowSurface::check(low);
+  LowSurface surface = LowSurface::without_uvs(low, Frame::of(low));
+  surface.lay_out(low);  // which triangles share texels does not matter
   std::vector<Tangent> tangents;
   tangents.reserve(3 * surface.triangles.size());
   for (const auto& triangle : surface.triangles) {
@@ -251,6 +253,7 @@ Mesh low_of_set(const Mesh& low, const TextureSet& set) {
   if (low.tangents.empty()) mesh.tangents = tangents_of(low);
   constexpr float kNaN = std::numeric_limits<float>::quiet_NaN();
   const auto nowhere = static_cast<std::uint32_t>(mesh.uvs.size());
+  mesh.uvs.reserve(mesh.uvs.size() + 1);
   for (Vec2& uv : mesh.uvs) {
     uv = {uv.x - static_cast<float>(set.tile_u), uv.y - static_cast<float>(set.tile_v)};
   }

@@ -4,11 +4,13 @@
 #include <chrono>
 #include <unordered_map>
 
+#include "base/byte_hash.h"
 #include "base/progress_guard.h"
 #include "kiln/validate.h"
 #include "mesh/curvature.h"
 #include "mesh/steps.h"
 #include "mesh/usable.h"
+#include "mesh/uv_copies.h"
 
 namespace kiln {
 namespace {
@@ -170,6 +172,31 @@ double Source::Impl::facets() const {
   const auto lock = lock_polling(mutex_);
   if (!facets_) facets_ = facet_size(positions, triangles);
   return *facets_;
+}
+
+std::shared_ptr<LowSurface> Source::Impl::low_surface(const Mesh& low, const Mesh* cage,
+                                                      UvCopies copies) const {
+  if (cage != nullptr) {
+    return std::make_shared<LowSurface>(LowSurface::of(low, frame, cage, copies));
+  }
+  LowSurface::check(low);
+  LastLow made;
+  made.shape = hash_bytes(low.origin, low.positions, low.triangles, low.normals,
+                          low.normal_triangles, low.colors, low.polygons);
+  made.layout = hash_bytes(low.uvs, low.uv_triangles, low.tangents, std::array{copies});
+  {
+    const auto lock = lock_polling(mutex_);
+    if (last_low_.shape != made.shape) last_low_ = {};  // its memory goes first
+    if (last_low_.layout == made.layout) return last_low_.surface;
+    made.surface = last_low_.surface;
+  }
+  LowSurface surface = made.surface ? *made.surface : LowSurface::without_uvs(low, frame);
+  surface.lay_out(low);
+  find_uv_copies(low, copies, surface);
+  made.surface = std::make_shared<LowSurface>(std::move(surface));
+  const auto lock = lock_polling(mutex_);
+  last_low_ = made;
+  return made.surface;
 }
 
 Source::Stats Source::Impl::stats() const {

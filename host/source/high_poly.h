@@ -13,6 +13,7 @@
 #include "cl/context.h"
 #include "kiln/bake.h"
 #include "mesh/frame.h"
+#include "mesh/low_surface.h"
 #include "mesh/normals.h"
 
 namespace kiln {
@@ -61,6 +62,11 @@ struct KILN_HIDDEN Source::Impl {
   /// facet_size(), frame units: of the mesh as it is when first asked for.
   double facets() const;
 
+  /// LowSurface::of() in this one's frame. The last one is kept: of a mesh that differs from it in UVs and tangents
+  /// alone, such as another texture set of the same low poly, only these are looked at. Others may have it, too: it is
+  /// not to be changed. With a cage it is the caller's alone.
+  std::shared_ptr<LowSurface> low_surface(const Mesh& low, const Mesh* cage, UvCopies copies) const;
+
   /// For whoever owns this one alone: takes over positions of vertices [first, first + count), and fits
   /// the hierarchy, where there is one, to them. The triangles with a moved corner are given.
   void move(std::uint32_t first, std::span<const Vec3> moved,
@@ -81,6 +87,11 @@ struct KILN_HIDDEN Source::Impl {
   mutable std::unique_ptr<ClosestFinder> closest_;
   mutable std::unique_ptr<Rasterizer> raster_;
   mutable std::optional<double> facets_;
+  struct LastLow {
+    std::uint64_t shape = 0, layout = 0;  ///< Hashes: of all but UVs and tangents, and of these
+    std::shared_ptr<LowSurface> surface;
+  };
+  mutable LastLow last_low_;
   mutable Stats stats_;
 };
 

@@ -243,7 +243,8 @@ struct BakedMap {
   MapKind kind = MapKind::normal;  ///< Kind of the map
   Image image;                     ///< The map, padded and encoded
   /// With EncodingOptions::mips: levels 1 and on, down to 1 x 1; sides halve, rounded down. A texel
-  /// holds the mean over the covered texels of level 0 under it, made unit. Only the chart that
+  /// holds the mean over the covered texels of level 0 under it, made unit. Of `color` beside `opacity` they count by
+  /// their opacity. Only the chart that
   /// covers most of it counts. Encoded like the image. The gutter has the image's width in UV
   /// units, but 2 texels at least (none where it has none).
   std::vector<Image> mips;

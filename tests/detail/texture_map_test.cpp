@@ -420,6 +420,37 @@ TEST(TextureMaps, OpacityOfCutOutLeavesIsTheirs) {
   }
 }
 
+/// What is transparent leaves its colour out of the mip chain.
+TEST(TextureMaps, MipsOfColorsCountByOpacity) {
+  KILN_REQUIRE_DEVICE();
+  constexpr std::uint32_t kSide = 64,
+                          kShown = 24;  // columns of red; the rest is blue that does not show
+  Image color{kSide, kSide, 4, {}};
+  for (std::uint32_t i = 0; i < kSide * kSide; ++i) {
+    const float red = i % kSide < kShown ? 1.0F : 0.0F;
+    color.pixels.insert(color.pixels.end(), {red, 0, 1 - red, red});
+  }
+  for (const bool with : {false, true}) {
+    BakeOptions options = options_of(8, 8, {MapKind{"color"}});
+    options.color = texture_of(color, TextureKind::linear);
+    if (with) {
+      options.maps.emplace_back("opacity");
+      options.opacity = texture_of(color, TextureKind::linear);
+      options.opacity->channel = 3;
+    }
+    options.encoding.mips = true;
+    const Source source(*test::device(), test::plane(1, 1));
+    const BakeResult baked = bake(source, test::plane(1, 1), options);
+    const BakedMap& map = baked.map(MapKind{"color"});
+    ASSERT_EQ(map.mips.size(), 3U);
+    // 3 of 8 columns, each of weight 255 beside 1; filters of the picture reach over the border a little.
+    const double shown = with ? 3.0 * 255 / (3 * 255 + 5) : 3.0 / 8;
+    EXPECT_NEAR(map.mips[2].pixels[0], shown, 0.02);
+    EXPECT_NEAR(map.mips[2].pixels[2], 1 - shown, 0.02);
+    if (with) EXPECT_NEAR(baked.map(MapKind{"opacity"}).mips[2].pixels[0], 3.0 / 8, 0.02);
+  }
+}
+
 /// The recipe for leaf cards: tilted leaves of either winding, near the card and far from it. Mask and opacity are the
 /// leaves' silhouettes along the card's normal, sample by sample.
 TEST(TextureMaps, LeafCardsHaveTheirSilhouettes) {

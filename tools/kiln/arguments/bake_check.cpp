@@ -422,6 +422,13 @@ void check_occlusion(const BakeJob& a) {
 /// How files hold maps.
 void check_files(const BakeJob& a) {
   parse_packs(a);
+  std::uint32_t side = std::max(a.options.width, a.options.height);
+  for (const SetSize& size : a.set_sizes) side = std::max({side, size.width, size.height});
+  constexpr std::uint32_t kMostOfWebp = 16383;
+  if (a.image.format == ImageFormat::webp && side > kMostOfWebp) {
+    fail_usage(
+        "--format webp holds at most 16383 texels a side: choose another, or a smaller --size.");
+  }
   if (a.layers && !is_exr(a.image)) {
     fail_usage("--layers are of one EXR: add --format exr or exr32.");
   }

@@ -1,0 +1,50 @@
+// A hash of large arrays.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <cstring>
+#include <span>
+#include <vector>
+
+#include "base/fnv.h"
+#include "base/parallel.h"
+
+namespace kiln {
+
+/// 64 bits of a mesh's bytes: blocks by FNV-1a over words, in parallel, then over the blocks' hashes.
+class ByteHash {
+ public:
+  void add(std::span<const std::byte> bytes) {
+    constexpr std::size_t kBlock = std::size_t{1} << 20;
+    std::vector<std::uint64_t> blocks((bytes.size() + kBlock - 1) / kBlock);
+    parallel_for(bytes.size(), kBlock, [&](std::size_t begin, std::size_t end) {
+      Fnv1a hash;
+      std::size_t i = begin;
+      for (; i + 4 <= end; i += 4) {
+        std::uint32_t word = 0;
+        std::memcpy(&word, &bytes[i], 4);
+        hash.add(word);
+      }
+      for (; i < end; ++i) hash.add(static_cast<std::uint64_t>(bytes[i]));
+      blocks[begin / kBlock] = hash.value;
+    });
+    hash_.add(bytes.size());
+    for (const std::uint64_t block : blocks) hash_.add(block);
+  }
+  /// Never 0, which means "not known".
+  std::uint64_t value() const { return hash_.value != 0 ? hash_.value : 1; }
+
+ private:
+  Fnv1a hash_;
+};
+
+/// Of several arrays, one after another.
+template <typename... Arrays>
+std::uint64_t hash_bytes(const Arrays&... arrays) {
+  ByteHash hash;
+  (hash.add(std::as_bytes(std::span(arrays))), ...);
+  return hash.value();
+}
+
+}  // namespace kiln
