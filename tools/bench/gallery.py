@@ -210,7 +210,7 @@ def main():
         vertices, faces = np.array(made.points), np.array(made.faces)
         colors = np.clip(colors_of(vertices), 0, 1)
         # What was meant: welded and agreeing, with all that floats or is inside.
-        high = kiln.clean(kiln.Mesh(vertices, faces, colors=colors), max_hole=0, floater=0, keep_inner=True)
+        high = kiln.clean(kiln.Mesh(vertices, faces, colors=colors), fill_holes=False, drop_floaters=False, drop_hidden=False)
         glb, clock, processor = timed(
             lambda: kiln.to_glb(
                 vertices,
