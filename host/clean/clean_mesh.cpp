@@ -174,7 +174,8 @@ CleanReport clean_mesh(Mesh& mesh, const CleanOptions& options) {
        [&] { report.junctions = cut_at_junctions(mesh, options.weld * diagonal); });
   step(whole && options.floater > 0,
        [&] { drop(mesh, find_fins(mesh, options.floater * diagonal, report.fins)); });
-  step(true, [&] { report.turned = turn_outward(mesh, options.windings_alone, report.inward); });
+  step(options.orient,
+       [&] { report.turned = turn_outward(mesh, options.windings_alone, report.inward); });
   step(whole && options.max_hole > 0,
        [&] { report.holes = fill_small_holes(mesh, options.max_hole * diagonal); });
   step(whole && options.floater > 0,

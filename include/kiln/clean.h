@@ -13,6 +13,8 @@ namespace KILN_PUBLIC kiln {
 struct CleanOptions {
   /// Turns triangles round, and nothing else: triangles and vertices keep their numbers.
   bool windings_alone = false;
+  /// Turn triangles that disagree. False: windings stay.
+  bool orient = true;
   /// Vertices of open edges that are nearer to each other than this are welded, and open edges closed where vertices of
   /// others lie on them. Never over more than a quarter of the shortest edge there. 0: neither.
   double weld = 1e-5;

@@ -234,6 +234,9 @@ TEST(Clean, ATornPatchIsTurnedByViewsAlone) {
     EXPECT_EQ(report.turned.count, cap.size());
     EXPECT_EQ(mesh.triangles, join({without(sphere, cap), patch}).triangles);
   }
+  Mesh kept = join({without(sphere, cap), turned(patch)});
+  EXPECT_EQ(clean_mesh(kept, {.orient = false, .weld = 0, .max_hole = 0}).turned.count, 0U);
+  EXPECT_EQ(kept.triangles, join({without(sphere, cap), turned(patch)}).triangles);
 }
 
 TEST(Clean, ARoomFacesInwards) {

@@ -55,7 +55,7 @@ CALLS = {
     "unwrap.border": lambda b: kiln.unwrap(HIGH, size=64, border=b),
     "unwrap.detail_of": lambda b: kiln.unwrap(HIGH, size=64, detail_of=b),
     "clean.weld": lambda b: kiln.clean(HIGH, weld=b),
-    "clean.floater": lambda b: kiln.clean(HIGH, floater=b),
+    "clean.drop_floaters": lambda b: kiln.clean(HIGH, drop_floaters=b),
     "plan.max_error": lambda b: kiln.plan(HIGH, max_error=b, size=16),
     "plan.screen": lambda b: kiln.plan(HIGH, max_error=20, size=16, screen=b),
     "contour.voxels": lambda b: kiln.contour(b, 0.5),

@@ -64,8 +64,23 @@ def test_report_and_errors(high, low):
     assert bake.report.samples == 64 * 64 and bake.report.missed == 0
     assert 0 <= bake.report.errors["normal"].degrees < 1
     assert bake.report.errors["normal"].rms >= bake.report.errors["normal"].mean
+
+
+def test_an_error_is_measured_when_it_is_asked_for(high, low):
+    wanted = kiln.bake(high, low, size=64, maps=["normal", "height"], samples=2, report_error=True).report.errors
+    with kiln.Source(high) as source:
+        made = source.bake(low, size=64, maps=["normal", "height"], samples=2)
+        assert not made.report.errors
+        assert made.report.errors["height"].rms == wanted["height"].rms
+        assert set(made.report.errors) == {"height"}
+    assert made.report.errors["normal"].degrees == wanted["normal"].degrees  # the source is closed
     with pytest.raises(KeyError, match="report_error"):
-        kiln.bake(high, low, size=16).report.errors["normal"]
+        made.report.errors["ao"]
+
+
+def test_messages_name_functions_of_python(high):
+    with pytest.raises(kiln.Error, match=r"do it: kiln\.unwrap\(\) gives .* and kiln\.simplify\(\) makes"):
+        kiln.bake(high, kiln.Mesh(high.vertices, high.faces), size=16)
 
 
 def test_a_wrong_keyword_is_a_type_error_that_names_the_nearest(high, low):

@@ -1,6 +1,7 @@
 """kiln.to_glb(), GLB bytes, simplify() and unwrap()."""
 
 import json
+import warnings
 
 import numpy as np
 import pytest
@@ -55,6 +56,42 @@ def test_balls_inside_out_are_told():
     with pytest.warns(kiln.KilnWarning) as caught:
         kiln.bake((two, np.concatenate([faces, faces[:, ::-1] + len(vertices)])), both, size=64)
     assert "high-inside-out" in {w.message.code for w in caught}
+
+
+def test_repairs_are_of_the_names_of_to_glb():
+    vertices, faces = ball(12)
+    inner = vertices * 0.3
+    crumb = vertices * 0.004 + 2.0
+    many = np.concatenate([vertices, inner, crumb])
+    parts = [faces[1:].copy(), faces + len(vertices), faces + 2 * len(vertices)]
+    parts[0][100:120] = parts[0][100:120, ::-1]
+    mesh = kiln.Mesh(many, np.concatenate(parts))
+    off = {"weld": 0, "orient": False, "fill_holes": False, "drop_floaters": False, "drop_hidden": False}
+
+    def codes(mesh=mesh, **on):
+        with warnings.catch_warnings(record=True) as caught:
+            warnings.simplefilter("always")
+            kiln.to_glb(mesh, faces_target=1500, texture_size=64, maps="normal", **{**off, **on})
+        return {w.message.code for w in caught if hasattr(w.message, "code")}
+
+    assert not codes() & {"turned-triangles", "filled-holes", "dropped-floaters", "dropped-inner", "welded-vertices"}
+    assert "turned-triangles" in codes(orient=True)
+    assert "filled-holes" in codes(fill_holes=0.5)
+    assert "dropped-floaters" in codes(drop_floaters=True)
+    shells = kiln.Mesh(np.concatenate([vertices, inner]), np.concatenate([faces, faces + len(vertices)]))
+    assert "dropped-inner" in codes(shells, drop_hidden=True)
+    assert not codes(shells) & {"dropped-inner"}
+    # The hole's three edges are 8% of the diagonal around, the crumb is 0.4% of the ball's across.
+    assert not codes(fill_holes=True, drop_floaters=0.001) & {"filled-holes", "dropped-floaters"}
+
+
+def test_occlusion_of_a_glb_is_smoothed_where_nothing_is_said():
+    mesh = kiln.Mesh(*ball(12))
+    smooth = kiln.to_glb(mesh, faces_target=300, texture_size=64, maps="ao")
+    said = kiln.to_glb(mesh, faces_target=300, texture_size=64, maps="ao", ao_error=1)
+    plain = kiln.to_glb(mesh, faces_target=300, texture_size=64, maps="ao", ao_rays=64)
+    assert smooth.data == said.data
+    np.testing.assert_array_equal(kiln.bake(mesh, plain.mesh, size=64, maps="ao")["ao"], plain.bake["ao"])
 
 
 def test_glb_has_arrays_and_maps(glb):
@@ -158,7 +195,7 @@ def test_to_glb_writes_the_file_and_tells_progress(tmp_path):
 def test_the_command_makes_the_same_low_poly_and_maps(tmp_path, command):
     kiln.Mesh(*ball(24)).save(tmp_path / "ball.obj")
     command("bake", tmp_path / "ball.obj", "--faces", 300, "--size", 128, "--out", tmp_path / "its.glb", "--maps", "normal,ao", "--quiet")
-    ours = kiln.to_glb(tmp_path / "ball.obj", faces_target=300, texture_size=128, path=tmp_path / "ours.glb")
+    ours = kiln.to_glb(tmp_path / "ball.obj", faces_target=300, texture_size=128, ao_rays=64, path=tmp_path / "ours.glb")
     its = (tmp_path / "its.glb").read_bytes()
 
     def binary(data):

@@ -8,6 +8,7 @@
 #include <map>
 #include <memory>
 #include <mutex>
+#include <regex>
 
 #include "arguments/command_line.h"
 #include "report/flags.h"
@@ -20,6 +21,13 @@ std::atomic<pid_t> opened_in{0};
 thread_local bool in_callback = false;
 
 nb::object errors() { return nb::module_::import_("kiln._errors"); }
+
+/// The library's messages name its functions and options: here Python's functions, and flags, which _errors.py turns
+/// into keywords.
+std::string in_python(const std::string& message) {
+  static const std::regex function("`(simplify|unwrap)\\(\\)`");
+  return cli::with_flags(std::regex_replace(message, function, "kiln.$1()"));
+}
 
 void raise(const char* message, const char* code, const char* kind) {
   try {
@@ -35,7 +43,7 @@ void translate(const std::exception_ptr& thrown, void*) {
     std::rethrow_exception(thrown);
   } catch (const Error& error) {
     const char* const kind = Error(error.code(), "").id();  // without an id it is the kind's
-    raise(cli::with_flags(error.what()).c_str(), error.id(), kind);
+    raise(in_python(error.what()).c_str(), error.id(), kind);
   } catch (const cli::UsageError& error) {
     raise(error.what(), "usage", "usage");
   }
@@ -94,7 +102,7 @@ void warn(const std::vector<Warning>& warnings) {
   if (warnings.empty()) return;
   const nb::object warn = errors().attr("warn");
   for (const Warning& warning : warnings)
-    warn(warning.code, cli::with_flags(warning.message), warning.count);
+    warn(warning.code, in_python(warning.message), warning.count);
 }
 
 void register_errors(nb::module_&) { nb::register_exception_translator(translate); }

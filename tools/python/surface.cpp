@@ -136,23 +136,26 @@ void add_surface(nb::module_& module) {
   module.def("height_field", &run_height_field, "heights"_a, "width"_a, "depth"_a, "height"_a);
   module.def(
       "clean",
-      [](const PyMesh& high, double weld, double max_hole, double floater, bool keep_inner,
-         nb::object progress) {
+      [](const PyMesh& high, double weld, bool orient, double max_hole, double floater,
+         bool keep_inner, nb::object progress) {
         const Call call(std::move(progress));
         CleanReport report;
         PyMesh cleaned = high;
         auto mesh = call.run([&] {
           Mesh copy = *high.mesh;
-          report = clean_mesh(
-              copy,
-              {.weld = weld, .max_hole = max_hole, .floater = floater, .keep_inner = keep_inner});
+          report = clean_mesh(copy, {.orient = orient,
+                                     .weld = weld,
+                                     .max_hole = max_hole,
+                                     .floater = floater,
+                                     .keep_inner = keep_inner});
           return report.warnings.empty() ? high.mesh : shared(std::move(copy));
         });
         cleaned.mesh = std::move(mesh);
         warn(report.warnings);
         return cleaned;
       },
-      "high"_a, "weld"_a, "max_hole"_a, "floater"_a, "keep_inner"_a, "progress"_a.none());
+      "high"_a, "weld"_a, "orient"_a, "max_hole"_a, "floater"_a, "keep_inner"_a,
+      "progress"_a.none());
   module.def(
       "fit_normals",
       [](const PyMesh& low, const PyMesh& high, nb::object progress) {

@@ -32,6 +32,6 @@ folder = Path(sys.argv[1])
 vertices, faces, colors = (sys.argv[2], None, None) if sys.argv[2:] else generated()
 # The shell goes, and so do bodies below 7% of the diagonal, each with a warning.
 glb = kiln.to_glb(
-    vertices, faces, colors=colors, faces_target=4000, floater=0.07, texture_size=512, path=folder / "generated.glb"
+    vertices, faces, colors=colors, faces_target=4000, drop_floaters=0.07, texture_size=512, path=folder / "generated.glb"
 )
 print(glb, f"{glb.bake.report.missed} samples missed")

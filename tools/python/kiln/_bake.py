@@ -5,13 +5,14 @@ from __future__ import annotations
 import enum
 import os
 import re
+import weakref
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from . import _core
 from ._core import Match, Mesh
-from ._errors import Error, KilnWarning, texture_set
+from ._errors import Error, KilnWarning, quiet, texture_set
 from ._meshes import as_mesh
 from ._progress import callback_of
 
@@ -141,20 +142,29 @@ class MapError(float):
 
 
 class _Errors(dict[str, MapError]):
+    """Of maps that were measured. Others are when they are asked for."""
+
+    measure: Callable[[str], Mapping[str, MapError]] | None = None
+
     def __missing__(self, name: str) -> MapError:
-        raise KeyError(f"no error of '{name}': bake with report_error=True, which compares every map")
+        if self.measure is not None:
+            self.update(self.measure(name))
+        if name not in self:
+            raise KeyError(f"no error of '{name}': bake that map with report_error=True, which compares every map")
+        return self[name]
 
 
 class Report:
     """What a bake came to: figures as attributes, such as samples, missed, max_distance and seconds_match.
 
-    errors    of each map by name, where report_error=True asked for them
+    errors    of each map by name: all with report_error=True, else measured when first asked for, which bakes that map
+              again
     warnings  what was imperfect and handled: dicts of code, message and count
     plan      with match="auto": match, size, degrees, wanted, reached; else None
     """
 
     plan: dict[str, Any] | None = None
-    errors: dict[str, MapError]
+    errors: _Errors
     warnings: list[dict[str, Any]]
     samples: int
     texels: int
@@ -279,6 +289,7 @@ class Source:
     """
 
     def __init__(self, high: Any, *, device: str = "", progress: Any = None) -> None:
+        self._device = device
         self._core = _core.SourceCore(as_mesh(high, "high"), device, callback_of(progress))
 
     def close(self) -> None:
@@ -417,8 +428,37 @@ def bake(
         report,
     )
     made = Bake(core, keywords)
-    if made.report.plan and not made.report.plan["reached"] and max_error is not None:
-        warn_not_reached(made.report.plan)
+    if made.report.plan:
+        if not made.report.plan["reached"] and max_error is not None:
+            warn_not_reached(made.report.plan)
+        return made
+    # Holds no memory of the device's: the source may be gone, or of this call alone.
+    origin, mesh, opened = weakref.ref(source), source.mesh, source._device
+    again: dict[str, Any] = {**keywords, "report_error": True}
+
+    def measured(name: str) -> Mapping[str, MapError]:
+        if name not in made:
+            return {}
+        kept = origin()
+        there = kept is not None and not kept.closed
+        token = quiet.set(True)
+        try:
+            return bake(
+                kept if there else mesh,
+                low_mesh,
+                size=size,
+                maps=name if name in names else names,
+                match=match,
+                cage_mesh=cage,
+                ao_occluders=[*named, *others],
+                textures=textures,
+                device="" if there else opened,
+                **again,
+            ).report.errors
+        finally:
+            quiet.reset(token)
+
+    made.report.errors.measure = measured
     return made
 
 

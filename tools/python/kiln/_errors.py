@@ -57,7 +57,13 @@ def from_core(message: str, code: str, kind: str) -> Error:
 texture_set: ContextVar[str] = ContextVar("texture_set", default="")
 
 
+#: True while something is baked again that has said its warnings.
+quiet: ContextVar[bool] = ContextVar("quiet", default=False)
+
+
 def warn(code: str, message: str, count: int) -> None:
+    if quiet.get():
+        return
     message = _FLAG.sub(lambda found: found.group(1).replace("-", "_"), message)
     if name := texture_set.get():
         if code == "uv-missing":

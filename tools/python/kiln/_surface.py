@@ -53,21 +53,23 @@ def clean(
     faces: Any = None,
     *,
     weld: float = 1e-5,
-    max_hole: float = 0.02,
-    floater: float = 0.01,
-    keep_inner: bool = False,
+    orient: bool = True,
+    fill_holes: float | bool = True,
+    drop_floaters: float | bool = True,
+    drop_hidden: bool = True,
     progress: Any = None,
 ) -> Mesh:
     """The mesh repaired, as generators and scanners leave them; each repair is a kiln.KilnWarning.
 
-    mesh        as kiln.as_mesh() takes it; or the vertices, with faces beside them
-    weld        vertices of open edges nearer than this are welded, and cracks closed; 0: none
-    max_hole    holes of at most 12 edges and this perimeter are filled; 0: none
-    floater     loose bodies of a smaller diagonal are left out; 0: none
-    keep_inner  keep parts that nobody sees from outside
-    progress    as bake() takes it
+    mesh           as kiln.as_mesh() takes it; or the vertices, with faces beside them
+    weld           vertices of open edges nearer than this are welded, and cracks closed; 0: none
+    orient         triangles that face against their neighbours, or away from all views, are turned round
+    fill_holes     holes of at most 12 edges and this perimeter are filled; True: 0.02
+    drop_floaters  loose bodies of a smaller diagonal are left out; True: 0.01
+    drop_hidden    parts that nobody sees from outside are left out
+    progress       as bake() takes it
 
-    Lengths are shares of the bounding box's diagonal. Returns a kiln.Mesh: the same one where nothing was to be done.
+    Lengths are shares of the bounding box's diagonal; False: none. Returns a kiln.Mesh: the same one where nothing was to be done.
     Raises kiln.Error.
 
     >>> import kiln
@@ -76,7 +78,22 @@ def clean(
     (4, 3)
     """
     high = as_mesh(mesh if faces is None else (mesh, faces))
-    return _core.clean(high, weld, max_hole, floater, keep_inner, callback_of(progress))
+    return cleaned(high, weld, orient, fill_holes, drop_floaters, drop_hidden, callback_of(progress))
+
+
+def cleaned(
+    high: Mesh,
+    weld: float,
+    orient: bool,
+    fill_holes: float | bool,
+    drop_floaters: float | bool,
+    drop_hidden: bool,
+    report: Any,
+) -> Mesh:
+    """clean(), with a callback for its progress."""
+    hole = (0.02 if fill_holes else 0) if isinstance(fill_holes, bool) else fill_holes
+    floater = (0.01 if drop_floaters else 0) if isinstance(drop_floaters, bool) else drop_floaters
+    return _core.clean(high, weld, orient, hole, floater, not drop_hidden, report)
 
 
 def unwrap(
