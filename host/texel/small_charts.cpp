@@ -317,11 +317,13 @@ class Finder {
 
   void serve() {
     has_.assign(outlines_.size(), 0);
+    found_none_.assign(outlines_.size(), 0);
     for (const std::vector<std::uint32_t>& chart : charts_) {
       Place best;
       std::uint32_t owner = 0;
       for (const std::uint32_t small : chart) {
         const Place place = nearest(outlines_[small]);
+        found_none_[small] = place.found() ? 0 : 1;
         if (!(place < best)) continue;
         best = place;
         owner = small;
@@ -331,7 +333,8 @@ class Finder {
     serve_overlapped();
     for (std::uint32_t small = 0; small < outlines_.size(); ++small) {
       if (has_[small] != 0) continue;
-      const Place place = nearest(outlines_[small]);
+      // Texels are taken, never freed.
+      const Place place = found_none_[small] != 0 ? Place{} : nearest(outlines_[small]);
       if (place.found()) {
         give(small, place);
       } else {
@@ -379,7 +382,7 @@ class Finder {
   std::vector<std::uint32_t> uncovered_;
   std::vector<Outline> outlines_;                   // of result_.triangles
   std::vector<std::vector<std::uint32_t>> charts_;  // numbers in these
-  std::vector<std::uint8_t> has_;
+  std::vector<std::uint8_t> has_, found_none_;
   std::int64_t tiles_across_ = 0;
   std::vector<std::uint8_t> tiles_;  // near small charts
   std::vector<bool> taken_;          // texels

@@ -1,5 +1,5 @@
 // Names of parts and lists of patterns: pairs as a plain search finds them, or kiln::Error. Lines: names of LOW, an empty
-// line, names of HIGH, an empty line, pairs LOW = HIGH.
+// line, names of HIGH, an empty line, and a file of --match-list.
 #include <cstdint>
 #include <cstdlib>
 #include <sstream>
@@ -7,6 +7,7 @@
 #include <string_view>
 #include <vector>
 
+#include "arguments/part_list.h"
 #include "kiln/error.h"
 #include "kiln/match.h"
 #include "kiln/mesh.h"
@@ -50,18 +51,14 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   std::istringstream lines(std::string(reinterpret_cast<const char*>(data), size));
   std::vector<std::string> low, high;
   kiln::PartNames names;
-  int section = 0;
-  for (std::string line; std::getline(lines, line);) {
-    if (line.empty()) {
-      ++section;
-    } else if (section < 2) {
-      (section == 0 ? low : high).push_back(line);
-    } else if (const std::size_t equals = line.find('='); equals > 0 && equals + 1 < line.size()) {
-      names.list.push_back({line.substr(0, equals), {line.substr(equals + 1)}});
-    }
+  std::string list;
+  for (std::vector<std::string>* section : {&low, &high}) {
+    for (std::string line; std::getline(lines, line) && !line.empty();) section->push_back(line);
   }
-  names.by = names.list.empty() ? kiln::PartsBy::name : kiln::PartsBy::list;
+  std::getline(lines, list, '\0');
   try {
+    if (!list.empty()) names.list = kiln::cli::parse_part_list(list, "input");
+    names.by = list.empty() ? kiln::PartsBy::name : kiln::PartsBy::list;
     const kiln::Parts parts = kiln::pair_parts(with(high), with(low), names);
     if (parts.low.size() != low.size() || parts.high.size() != high.size()) std::abort();
     for (const std::uint32_t part : parts.low) {

@@ -37,8 +37,9 @@ def cubes(folder, n, name=lambda i: f"part{i}", high=lambda i: f"part{i}", textu
 
 
 def parts(folder, n):
+    """Each chart has texels of its own: smaller ones are served apart, which is no cost of a part."""
     cubes(folder, n)
-    return ["--size", "256", "--match-by", "name"]
+    return ["--size", "1024", "--match-by", "name"]
 
 
 def names(folder, n):

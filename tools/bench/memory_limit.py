@@ -5,7 +5,8 @@ memory_limit.py KILN SAMPLE [--only WORD] [--shares 0.5,0.9]
                   KILN and SAMPLE are the programs `kiln` and `kiln_sample`
 
 Each command runs without a limit first; then under shares of the peak that it had, but 128 MiB at least. A refusal
-has exit code 1 or 3, names --memory-limit, leaves no file, and comes within 2 s, or a quarter of the whole run.
+has exit code 1 or 3, names --memory-limit, leaves no file, and comes within 2 processor seconds, or a quarter of the
+whole run's.
 """
 import argparse
 import os
@@ -13,7 +14,6 @@ import resource
 import subprocess
 import sys
 import tempfile
-import time
 
 MIB = 1 << 20
 BAKE = "bake high.ply low.obj --quiet"
@@ -44,16 +44,15 @@ COMMANDS = [
 
 
 def run(words, folder, limit=None):
-    """(exit code, peak RSS in bytes, seconds, standard error) of a command, and whether it left files."""
+    """(exit code, peak RSS in bytes, processor seconds, standard error) of a command."""
     words = list(words) + (["--memory-limit", str(int(limit))] if limit else [])
-    begin = time.monotonic()
     with tempfile.TemporaryFile() as errors:
         child = subprocess.Popen(words, cwd=folder, stdout=subprocess.DEVNULL, stderr=errors)
         _, status, usage = os.wait4(child.pid, 0)
         child.returncode = os.waitstatus_to_exitcode(status)
         errors.seek(0)
         text = errors.read().decode(errors="replace")
-    return child.returncode, usage.ru_maxrss * 1024, time.monotonic() - begin, text
+    return child.returncode, usage.ru_maxrss * 1024, usage.ru_utime + usage.ru_stime, text
 
 
 def make_inputs(sample, kiln, folder):

@@ -68,10 +68,16 @@ TEST(Layers, RefusesWhatIsNoFileOfLayers) {
   EXPECT_EQ(code({{"a", &small}, {"a", &small}}, ImageFormat::exr_half), ErrorCode::usage);
   EXPECT_EQ(code({{"a.b", &small}}, ImageFormat::exr_half), ErrorCode::usage);
   EXPECT_EQ(code({{"", &small}}, ImageFormat::exr_half), ErrorCode::usage);
+  // OpenEXR would end the names at the 0, and "a.R" stand for both.
+  EXPECT_EQ(code({{std::string("a\0b", 3), &small}}, ImageFormat::exr_half), ErrorCode::usage);
+  EXPECT_EQ(code({{std::string(129, 'a'), &small}}, ImageFormat::exr_half), ErrorCode::usage);
   EXPECT_EQ(code({{"a", nullptr}}, ImageFormat::exr_half), ErrorCode::usage);
   EXPECT_EQ(code({}, ImageFormat::exr_half), ErrorCode::usage);
   EXPECT_EQ(code({{"a", &small}}, ImageFormat::png8), ErrorCode::usage);
   EXPECT_FALSE(std::filesystem::exists(path));
+  EXPECT_EQ(code({{std::string(128, 'a'), &small, {}, {{std::string(79, 'k'), "text"}}}},
+                 ImageFormat::exr_half),
+            ErrorCode::internal);
 }
 
 }  // namespace

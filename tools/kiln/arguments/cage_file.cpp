@@ -70,8 +70,17 @@ Image image_of(const Mesh& cage, const Mesh& low) {
   return image;
 }
 
-Mesh shells_of(const std::filesystem::path& path, const Mesh& low) {
-  const Image image = load_image(path);
+}  // namespace
+
+void save_cage(const Mesh& cage, const Mesh& low, const std::filesystem::path& path) {
+  if (is_image(path)) {
+    save_image(image_of(cage, low), path, {ImageFormat::exr_float});
+  } else {
+    save_obj(cage, path);
+  }
+}
+
+Mesh cage_of(const Image& image, const std::filesystem::path& path, const Mesh& low) {
   const std::size_t count = low.positions.size();
   const Grid grid(count);
   if (image.channels != 4) {
@@ -120,19 +129,9 @@ Mesh shells_of(const std::filesystem::path& path, const Mesh& low) {
   return cage;
 }
 
-}  // namespace
-
-void save_cage(const Mesh& cage, const Mesh& low, const std::filesystem::path& path) {
-  if (is_image(path)) {
-    save_image(image_of(cage, low), path, {ImageFormat::exr_float});
-  } else {
-    save_obj(cage, path);
-  }
-}
-
 Mesh load_cage(const std::filesystem::path& path, const Mesh& low, const LoadMeshOptions& options,
                std::vector<Warning>* warnings) {
-  return is_image(path) ? shells_of(path, low) : load_mesh(path, options, warnings);
+  return is_image(path) ? cage_of(load_image(path), path, low) : load_mesh(path, options, warnings);
 }
 
 }  // namespace kiln::cli

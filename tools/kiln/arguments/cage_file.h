@@ -20,4 +20,7 @@ void save_cage(const Mesh& cage, const Mesh& low, const std::filesystem::path& p
 Mesh load_cage(const std::filesystem::path& path, const Mesh& low, const LoadMeshOptions& options,
                std::vector<Warning>* warnings);
 
+/// The same of an image that is read already. \param path  names it in messages
+Mesh cage_of(const Image& image, const std::filesystem::path& path, const Mesh& low);
+
 }  // namespace kiln::cli

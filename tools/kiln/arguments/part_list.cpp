@@ -1,7 +1,7 @@
-// Which parts belong together: --match-by and its list.
+#include "arguments/part_list.h"
+
 #include <algorithm>
 #include <sstream>
-#include <string>
 #include <string_view>
 
 #include "arguments/bake_job.h"
@@ -40,20 +40,26 @@ PartPair parse_pair(const std::string& line, const std::string& place) {
 
 }  // namespace
 
-PartNames part_names(const BakeJob& a) {
-  PartNames names = a.part_names;
-  names.by = a.parts_by.value();
-  if (names.by != PartsBy::list) return names;
-  const std::string what = "--match-list '" + a.match_list + "'";
-  std::istringstream text(read_small_file(a.match_list, kMostListBytes, what));
+std::vector<PartPair> parse_part_list(const std::string& list, const std::string& what) {
+  std::vector<PartPair> pairs;
+  std::istringstream text(list);
   std::size_t number = 0;
   for (std::string line; std::getline(text, line);) {
     ++number;
     line = trimmed(line);
     if (line.empty() || line[0] == '#') continue;
-    names.list.push_back(parse_pair(line, what + ", line " + std::to_string(number) + ","));
+    pairs.push_back(parse_pair(line, what + ", line " + std::to_string(number) + ","));
   }
-  if (names.list.empty()) throw Error(ErrorCode::input, what + " has no pairs.");
+  if (pairs.empty()) throw Error(ErrorCode::input, what + " has no pairs.");
+  return pairs;
+}
+
+PartNames part_names(const BakeJob& a) {
+  PartNames names = a.part_names;
+  names.by = a.parts_by.value();
+  if (names.by != PartsBy::list) return names;
+  const std::string what = "--match-list '" + a.match_list + "'";
+  names.list = parse_part_list(read_small_file(a.match_list, kMostListBytes, what), what);
   return names;
 }
 
