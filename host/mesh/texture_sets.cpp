@@ -185,6 +185,63 @@ std::vector<TextureSet> by_tiles(const Mesh& low) {
   return sets;
 }
 
+/// True if all triangles lie in UDIM's tiles, and one of them beyond the unit square.
+bool lies_in_tiles(const Mesh& low) {
+  bool tiled = false, in_tiles = true;
+  for (std::size_t t = 0; t < low.triangles.size(); ++t) {
+    const UvCorners uvs = corner_uvs(low, t);
+    if (!has_uvs(uvs)) continue;
+    const auto [u, v] = tile_of(uvs);
+    tiled = tiled || u != 0 || v != 0;
+    in_tiles = in_tiles && u >= 0 && u < kTilesAcross && v >= 0 && v < kTilesUp;
+  }
+  return tiled && in_tiles;
+}
+
+/// True if charts of several tiles would overlap in one, and are no copies of each other.
+bool tiles_overlap(const Mesh& low) {
+  const auto tile = [&](std::uint32_t t) { return tile_of(corner_uvs(low, t)); };
+  return clearly_overlap(low, tile, /*in_tile=*/true);
+}
+
+/// The low poly with UVs for a set's triangles alone.
+void keep_uvs_of(const TextureSet& set, Mesh& low) {
+  constexpr float kNaN = std::numeric_limits<float>::quiet_NaN();
+  const auto nowhere = static_cast<std::uint32_t>(low.uvs.size());
+  low.uvs.push_back({kNaN, kNaN});
+  for (std::size_t t = 0; t < low.triangles.size(); ++t) {
+    if (set.holds[t] == 0) low.uv_triangles[t] = {nowhere, nowhere, nowhere};
+  }
+}
+
+/// Sets of materials or objects, those that span tiles parted by these.
+std::vector<TextureSet> with_tiles(const Mesh& low, std::vector<TextureSet> sets) {
+  if (!lies_in_tiles(low)) return sets;
+  std::vector<TextureSet> result;
+  for (TextureSet& set : sets) {
+    Mesh own;
+    own.name = low.name;
+    own.triangles = low.triangles;
+    own.uvs = low.uvs;
+    own.uv_triangles = low.uv_triangles;
+    keep_uvs_of(set, own);
+    std::vector<TextureSet> tiles = by_tiles(own);
+    if (tiles.size() == 1) {
+      set.tile_u = tiles[0].tile_u;
+      set.tile_v = tiles[0].tile_v;
+    }
+    if (tiles.size() < 2 || !tiles_overlap(own)) {
+      result.push_back(std::move(set));
+      continue;
+    }
+    for (TextureSet& tile : tiles) {
+      tile.tile = std::exchange(tile.name, set.name);
+      result.push_back(std::move(tile));
+    }
+  }
+  return result;
+}
+
 }  // namespace
 
 std::vector<TextureSet> find_texture_sets(const Mesh& low, SetsBy by) {
@@ -207,7 +264,7 @@ std::vector<TextureSet> find_texture_sets(const Mesh& low, SetsBy by) {
   }
   std::erase_if(sets, [](const TextureSet& set) { return set.triangles == 0; });
   if (sets.empty()) return {all_of(low)};
-  return sets;
+  return by == SetsBy::udim ? sets : with_tiles(low, std::move(sets));
 }
 
 SetsBy choose_texture_sets(const Mesh& low) {
@@ -218,17 +275,7 @@ SetsBy choose_texture_sets(const Mesh& low) {
           low, [&](std::uint32_t t) { return low.materials[t]; }, /*in_tile=*/false)) {
     return SetsBy::material;
   }
-  bool tiled = false, in_tiles = true;
-  for (std::size_t t = 0; t < low.triangles.size(); ++t) {
-    const UvCorners uvs = corner_uvs(low, t);
-    if (!has_uvs(uvs)) continue;
-    const auto [u, v] = tile_of(uvs);
-    tiled = tiled || u != 0 || v != 0;
-    in_tiles = in_tiles && u >= 0 && u < kTilesAcross && v >= 0 && v < kTilesUp;
-  }
-  if (!tiled || !in_tiles) return SetsBy::none;
-  const auto tile = [&](std::uint32_t t) { return tile_of(corner_uvs(low, t)); };
-  return clearly_overlap(low, tile, /*in_tile=*/true) ? SetsBy::udim : SetsBy::none;
+  return lies_in_tiles(low) && tiles_overlap(low) ? SetsBy::udim : SetsBy::none;
 }
 
 std::vector<Tangent> tangents_of(const Mesh& low) {
@@ -251,16 +298,11 @@ Mesh low_of_set(const Mesh& low, const TextureSet& set) {
   }
   Mesh mesh = low;
   if (low.tangents.empty()) mesh.tangents = tangents_of(low);
-  constexpr float kNaN = std::numeric_limits<float>::quiet_NaN();
-  const auto nowhere = static_cast<std::uint32_t>(mesh.uvs.size());
   mesh.uvs.reserve(mesh.uvs.size() + 1);
   for (Vec2& uv : mesh.uvs) {
     uv = {uv.x - static_cast<float>(set.tile_u), uv.y - static_cast<float>(set.tile_v)};
   }
-  mesh.uvs.push_back({kNaN, kNaN});
-  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
-    if (set.holds[t] == 0) mesh.uv_triangles[t] = {nowhere, nowhere, nowhere};
-  }
+  keep_uvs_of(set, mesh);
   return mesh;
 }
 

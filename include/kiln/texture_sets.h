@@ -21,6 +21,7 @@ enum class SetsBy {
 struct TextureSet {
   std::string
       name;  ///< Name of the material or object, "1001" and on for tiles; empty: the one set of all
+  std::string tile;          ///< "1001" and on where a material or object has several; else empty
   std::uint32_t tile_u = 0;  ///< Whole part of u of the tile that is moved to the unit square
   std::uint32_t tile_v = 0;  ///< Whole part of v
   std::vector<std::uint8_t> holds;  ///< Per triangle: 1 where it belongs to the set
@@ -28,7 +29,9 @@ struct TextureSet {
 };
 
 /// Parts a low poly into its texture sets, in the order of material_names, object_names or tiles. Those without a
-/// triangle that has an area in UV space are left out; with none left the result is one set of all triangles.
+/// triangle that has an area in UV space are left out; with none left the result is one set of all triangles. A
+/// material or object whose charts of several tiles would overlap in one has a set a tile; one that lies in one tile
+/// alone is moved from there.
 /// \throws Error(input) for a mesh that does not hold together, see validate(); without the materials or objects
 ///         asked for; for UDIM, with a triangle whose middle lies in no tile
 std::vector<TextureSet> find_texture_sets(const Mesh& low, SetsBy by);

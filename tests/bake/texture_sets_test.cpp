@@ -141,6 +141,29 @@ TEST(TextureSets, AreChosenWhereOneMapWouldHoldTwoSurfaces) {
   EXPECT_THROW(find_texture_sets(below, SetsBy::object), Error);
 }
 
+TEST(TextureSets, MaterialsHaveTilesOfTheirOwn) {
+  Mesh mesh;
+  mesh.material_names = {"a", "b", "c"};
+  add_square(mesh, {0, 0}, 0);
+  add_square(mesh, {1, 0}, 0, /*turned=*/true);
+  add_square(mesh, {2, 1}, 1);  // one tile, wherever it is
+  add_square(mesh, {0, 0}, 2);
+  add_square(mesh, {1, 0}, 2);  // a copy, which shares its texels
+  const std::vector<TextureSet> sets = find_texture_sets(mesh, SetsBy::material);
+  std::vector<std::string> names, tiles;
+  for (const TextureSet& set : sets) {
+    names.push_back(set.name);
+    tiles.push_back(set.tile);
+  }
+  EXPECT_EQ(names, (std::vector<std::string>{"a", "a", "b", "c"}));
+  EXPECT_EQ(tiles, (std::vector<std::string>{"1001", "1002", "", ""}));
+  EXPECT_EQ(sets[1].tile_u, 1U);
+  EXPECT_EQ(sets[2].tile_u, 2U);
+  EXPECT_EQ(sets[2].tile_v, 1U);
+  EXPECT_EQ(sets[3].triangles, 4U);
+  EXPECT_EQ(low_of_set(mesh, sets[2]).uvs[8], (Vec2{0, 0}));
+}
+
 /// A session of a set, and its saved match, are those of any low poly.
 TEST(TextureSets, SessionsAndSavedMatchesBakeTheSame) {
   KILN_REQUIRE_DEVICE();

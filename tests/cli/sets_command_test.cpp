@@ -3,6 +3,7 @@
 
 #include <cctype>
 #include <cmath>
+#include <set>
 
 #include "cli/command_scene.h"
 #include "support/json_file.h"
@@ -64,6 +65,47 @@ TEST(SetsCommand, TilesAreNumbered) {
        {"low_normal.1001.png", "low_normal.1002.png", "low_normal.1002.mip01.png"}) {
     EXPECT_TRUE(std::find(files.begin(), files.end(), name) != files.end()) << name;
   }
+}
+
+/// Two materials over the same tiles, both of which each spans.
+TEST(SetsCommand, MaterialsSpanTiles) {
+  KILN_REQUIRE_DEVICE();
+  const fs::path scene = make_scene_of_sets(1);
+  Mesh low = load_mesh(scene / "low.obj");
+  low.materials.clear();
+  for (const Triangle& t : low.triangles) {
+    low.materials.push_back(low.positions[t[0]].z > 0 ? 0 : 1);
+  }
+  low.material_names = {"a", "b"};
+  save_obj(low, scene / "low.obj");
+  const std::vector<std::string> by_material =
+      with(command(scene), {"--sets", "material", "--size", "b=32"});
+  expect_exit(run_kiln(with(by_material, {"--json", scene / "r.json"})), 0, {});
+  EXPECT_EQ(names(scene / "o"),
+            (std::vector<std::string>{"low_a_normal.1001.png", "low_a_normal.1002.png",
+                                      "low_b_normal.1001.png", "low_b_normal.1002.png"}));
+  EXPECT_EQ(load_image(scene / "o/low_b_normal.1002.png").width, 32U);
+  EXPECT_EQ(read_json(scene / "r.json")["sets"][1]["tile"], "1002");
+  std::vector<std::string> glb = by_material;
+  glb[4] = scene / "low.glb";
+  expect_exit(run_kiln(glb), 0, {});
+  const Mesh read = load_mesh(scene / "low.glb");
+  EXPECT_EQ(std::set<std::string>(read.material_names.begin(), read.material_names.end()),
+            (std::set<std::string>{"a.1001", "a.1002", "b.1001", "b.1002"}));
+  for (const Vec2& uv : read.uvs) EXPECT_TRUE(uv.x >= 0 && uv.x <= 1) << uv.x;
+}
+
+/// Pictures and measures of a map that is baked for them have one map.
+TEST(SetsCommand, OneMapForSeveralSetsIsRefused) {
+  KILN_REQUIRE_DEVICE();
+  const fs::path scene = make_scene_of_sets(0);
+  expect_failure({"render", scene / "low.obj", "--reference", scene / "high.obj", "--map-size",
+                  "64", "--out", scene / "r.png"},
+                 3, {"several texture sets", "kiln bake"}, scene / "r.png");
+  expect_exit(run_kiln(command(scene)), 0, {});
+  expect_exit(run_kiln({"render", scene / "low.obj", "--normal", scene / "o/low_body_normal.png",
+                        "--size", "64", "--out", scene / "r.png"}),
+              0, {"several texture sets"});
 }
 
 TEST(SetsCommand, RefusesWhatHasNoSets) {

@@ -348,14 +348,26 @@ class SceneReader {
       picture.wrap = {wrap_of(from, AI_MATKEY_MAPPINGMODE_U(kind, 0)),
                       wrap_of(from, AI_MATKEY_MAPPINGMODE_V(kind, 0))};
       aiUVTransform placement;
-      if (from.Get(AI_MATKEY_UVTRANSFORM(kind, 0), placement) == AI_SUCCESS &&
-          (placement.mTranslation != aiVector2D(0, 0) || placement.mScaling != aiVector2D(1, 1) ||
-           placement.mRotation != 0)) {
-        ++placed_;
+      if (from.Get(AI_MATKEY_UVTRANSFORM(kind, 0), placement) == AI_SUCCESS) {
+        place(placement, picture);
       }
       break;
     }
     return picture;
+  }
+
+  /// FBX's scaling alone multiplies UVs in all programs. With a translation Blender has S (u - T), Unreal and three.js
+  /// S u + T; a rotation is in degrees or, as Blender writes it, in radians; other formats' are as little agreed on.
+  void place(const aiUVTransform& placement, MaterialPicture& picture) {
+    const aiVector2D& scale = placement.mScaling;
+    if (placement.mTranslation == aiVector2D(0, 0) && placement.mRotation == 0 &&
+        (scale == aiVector2D(1, 1) ||
+         (lower_extension(input_.file) == ".fbx" && std::isfinite(scale.x) && scale.x != 0 &&
+          std::isfinite(scale.y) && scale.y != 0))) {
+      picture.uv_transform = {scale.x, 0, 0, 0, scale.y, 0};
+    } else if (placed_++ == 0) {
+      first_placed_ = picture.file.filename().string();
+    }
   }
 
   /// Assimp turns Collada, 3DS and X itself, and gives FBX's axes as metadata.
@@ -479,8 +491,10 @@ class SceneReader {
     }
     if (placed_ != 0) {
       input_.warn("texture-options",
-                  counted(placed_, "picture") +
-                      " of materials would be moved, scaled or turned: that is left out.",
+                  counted(placed_, "picture") + " of materials, such as '" +
+                      printable(first_placed_) +
+                      "', would be moved, turned or scaled in a way that programs read "
+                      "differently: that is left out. Export glTF, or apply it to the UVs.",
                   placed_);
     }
   }
@@ -498,7 +512,7 @@ class SceneReader {
   std::map<const aiTexture*, std::shared_ptr<const std::vector<std::byte> > > embedded_;
   std::uint64_t skinned_ = 0, more_uvs_ = 0, placed_ = 0, missing_ = 0, outside_ = 0,
                 dropped_normals_ = 0, dropped_uvs_ = 0;
-  std::string first_missing_, first_outside_;
+  std::string first_missing_, first_outside_, first_placed_;
   std::optional<unsigned> uv_set_;  // that is read
   std::set<std::string> uv_sets_;   // that there are, in words
 };

@@ -37,12 +37,22 @@ bool says_nothing(std::string_view option, std::span<const std::string_view> wor
     return std::all_of(words.begin(), words.end(),
                        [value](std::string_view word) { return to_double(word) == value; });
   };
-  if (option == "-bm" || option == "-s") return all(1);
-  if (option == "-o" || option == "-t") return all(0);
+  if (option == "-bm") return all(1);
+  if (option == "-t") return all(0);
   if (option == "-clamp" || option == "-cc") return words[0] == "off";
   if (option == "-blendu" || option == "-blendv") return words[0] == "on";
   if (option == "-mm") return to_double(words[0]) == 0 && to_double(words[1]) == 1;
   return false;
+}
+
+/// The first two of an option's numbers, of which the second may be missing. \returns false where one is none
+bool take_numbers(std::span<const std::string_view> words, std::array<float, 2>& to) {
+  for (std::size_t k = 0; k < words.size(); ++k) {
+    const auto value = to_double(words[k]);
+    if (!value || !std::isfinite(static_cast<float>(*value))) return false;
+    if (k < to.size()) to[k] = static_cast<float>(*value);
+  }
+  return true;
 }
 
 /// Statements of pictures that Kiln has no use for.
@@ -77,8 +87,8 @@ class MtlReader {
                   what.count);
     };
     warn("texture-options", placed_,
-         "pictures (this is the first) are moved, scaled or changed by options, which were left "
-         "out.");
+         "pictures (this is the first) are changed by options that Kiln does not follow: these "
+         "were left out.");
     warn("ignored-pictures", ignored_,
          "statements of pictures (this is the first) are none that Kiln reads, and were ignored; "
          "see "
@@ -214,6 +224,7 @@ class MtlReader {
   /// The picture that a line names, after its options; names may have blanks in them.
   MaterialPicture picture(std::string_view keyword) {
     MaterialPicture result;
+    std::array<float, 2> scale{1, 1}, offset{0, 0};
     std::string_view rest = without_blanks(scan_.rest_of_line());
     while (rest.starts_with('-')) {
       const std::string_view option = next_word(rest);
@@ -231,12 +242,17 @@ class MtlReader {
         given[static_cast<std::size_t>(found)] = word;
         rest = ahead;
       }
+      const auto numbers = std::span(given).first(static_cast<std::size_t>(found));
       if (option == "-clamp" && given[0] == "on") {
         result.wrap = {TextureWrap::clamp, TextureWrap::clamp};
-      } else if (!says_nothing(option, std::span(given).first(static_cast<std::size_t>(found)))) {
+      } else if (option == "-s" || option == "-o") {
+        if (!take_numbers(numbers, option == "-s" ? scale : offset)) count(placed_, option);
+      } else if (!says_nothing(option, numbers)) {
         count(placed_, option);
       }
     }
+    // Scaled, then moved, as Blender and three.js have it.
+    result.uv_transform = {scale[0], 0, offset[0], 0, scale[1], offset[1]};
     std::string name(rest);
     if (name.size() > 1 && name.front() == '"' && name.back() == '"') {
       name = name.substr(1, name.size() - 2);

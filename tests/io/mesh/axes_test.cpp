@@ -283,6 +283,34 @@ TEST(UvSets, FbxByNumberAndName) {
   }
 }
 
+// Programs agree on a scaling alone: UVs are multiplied by it. The rest is left out, and told.
+TEST(UvTransforms, FbxScalesPictures) {
+  const fs::path folder = scratch_folder();
+  save_image({1, 1, 3, {1, 0, 0}}, folder / "p.png", {.format = ImageFormat::png8});
+  const auto line = [](const char* name, const char* values) {
+    return std::string("\t\t\tP: \"") + name + "\", \"Vector\", \"\", \"A\"," + values + "\n";
+  };
+  const std::string scaled = line("Scaling", "2,0.5,1");
+  const std::array<float, 6> as_it_is = MaterialPicture().uv_transform;
+  for (const auto& [placing, expected, told] :
+       {std::tuple(scaled, std::array<float, 6>{2, 0, 0, 0, 0.5F, 0}, false),
+        std::tuple(scaled + line("Translation", "0.25,0,0"), as_it_is, true),
+        std::tuple(line("Rotation", "0,0,30"), as_it_is, true),
+        std::tuple(line("Scaling", "0,1,1"), as_it_is, true),
+        std::tuple(line("Scaling", "1,1,1"), as_it_is, false)}) {
+    SCOPED_TRACE(placing);
+    FbxMaker maker = maker_of(0, 1, 1, 1, 2, 1, 1);
+    maker.picture = "p.png";
+    maker.placing = placing;
+    std::vector<Warning> warnings;
+    const std::string text = maker.text();
+    const Asset asset = read_by_assimp({(folder / "a.fbx").string(), text, &warnings});
+    EXPECT_EQ(asset.materials.at(0).color_map.uv_transform, expected);
+    ASSERT_EQ(warnings.size(), told ? 1U : 0U);
+    if (told) EXPECT_EQ(warnings[0].code, "texture-options");
+  }
+}
+
 TEST(Outside, FbxReadsItsFolderAlone) {
   const fs::path scratch = scratch_folder(), folder = scratch / "in", outside = scratch / "out";
   fs::create_directories(folder);

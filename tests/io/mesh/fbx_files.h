@@ -19,6 +19,7 @@ struct FbxMaker {
   };
   std::vector<Set> sets;
   std::string picture;  // of the material's colour; empty: no material
+  std::string placing;  // lines of the picture's Properties70
 
   std::string text() const {
     const auto setting = [](const char* name, double value, bool whole) {
@@ -69,7 +70,8 @@ struct FbxMaker {
       result +=
           "\tMaterial: 30, \"Material::skin\", \"\" {\n\t\tVersion: 102\n\t}\n"
           "\tTexture: 40, \"Texture::t\", \"\" {\n\t\tFileName: \"" +
-          picture + "\"\n\t\tRelativeFilename: \"" + picture + "\"\n\t}\n";
+          picture + "\"\n\t\tRelativeFilename: \"" + picture + "\"\n\t\tProperties70:  {\n" +
+          placing + "\t\t}\n\t}\n";
       connections += "\tC: \"OO\",30,20\n\tC: \"OP\",40,30, \"DiffuseColor\"\n";
     }
     return result + "}\nConnections:  {\n" + connections + "}\n";

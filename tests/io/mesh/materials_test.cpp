@@ -26,7 +26,7 @@ TEST(Materials, ReadsNumbersAndNamesOfPictures) {
   std::vector<Warning> warnings;
   const std::vector<Material> materials = read(
       "# by hand\nKd 1 1 1\nnewmtl red paint\nKd 0.5 0.25 0\nd -halo 0.5\nPr 0.3\nPm 1\n"
-      "map_Kd -blendu off -s 2 2 2 -clamp on old paint.png\nmap_Pr sub\\rough.png\n"
+      "map_Kd -blendu off -s 2 3 2 -clamp on old paint.png\nmap_Pr sub\\rough.png\n"
       "illum 2\n\nNEWMTL glass\nTr 0.75\nmap_d \"a b.png\"\nnorm -bm 0.4 n.png\nmap_Kd -o 1 "
       "x.png\n",
       &warnings);
@@ -46,6 +46,28 @@ TEST(Materials, ReadsNumbersAndNamesOfPictures) {
   EXPECT_EQ(materials[1].color_map.file, fs::path("folder/x.png"));
   ASSERT_EQ(warnings.size(), 1U);
   EXPECT_EQ(warnings[0].code, "texture-options");
+  EXPECT_EQ(warnings[0].count, 2U);  // -blendu, -bm
+  EXPECT_EQ(materials[0].color_map.uv_transform, (std::array<float, 6>{2, 0, 0, 0, 3, 0}));
+  EXPECT_EQ(materials[1].color_map.uv_transform, (std::array<float, 6>{1, 0, 1, 0, 1, 0}));
+}
+
+// As bpy 5.0.1 reads it: a Mapping node of type Point, whose scale comes before its location, whatever the order.
+TEST(Materials, PicturesAreScaledThenMoved) {
+  const std::array<float, 6> both{0.5F, 0, 0.2F, 0, 0.25F, -0.1F};
+  for (const char* options : {"-o 0.2 -0.1 0 -s 0.5 0.25 1", "-s 0.5 0.25 -o 0.2 -0.1"}) {
+    std::vector<Warning> warnings;
+    const auto read_back =
+        read("newmtl M\nmap_Kd " + std::string(options) + " a.png\nmap_Pr b.png\n", &warnings);
+    EXPECT_EQ(read_back[0].color_map.uv_transform, both) << options;
+    EXPECT_EQ(read_back[0].color_map.file, fs::path("folder/a.png"));
+    EXPECT_EQ(read_back[0].roughness_map.uv_transform, MaterialPicture().uv_transform);
+    EXPECT_TRUE(warnings.empty());
+  }
+  for (const char* odd : {"-s x 1", "-o 1e39 0", "-t 1 1"}) {
+    std::vector<Warning> warnings;
+    read("newmtl M\nmap_Kd " + std::string(odd) + " a.png\n", &warnings);
+    EXPECT_EQ(warnings.size(), 1U) << odd;
+  }
 }
 
 TEST(Materials, RefusesWhatIsNoNumber) {

@@ -75,6 +75,15 @@ void check_cage_directions(const BakeJob& arguments, const Mesh& low, const Mesh
 
 void MatchInputs::read(const BakeJob& arguments, const Mesh& high, const Mesh& low,
                        std::vector<Warning>& warnings) {
+  if (const SetsBy sets = choose_texture_sets(low); sets != SetsBy::none) {
+    throw Error(ErrorCode::input,
+                "LOW '" + low.name + "' has several texture sets, a " +
+                    (sets == SetsBy::udim ? "UDIM tile" : "material") +
+                    " each: their UVs overlap, and one map cannot hold them. `kiln bake` makes "
+                    "a map of each. Here, give a LOW of one set alone, or one with a layout for "
+                    "all (kiln bake --unwrap).",
+                "several-sets");
+  }
   if (!arguments.cage_mesh.empty()) {
     cage_mesh_ =
         load_cage(arguments.cage_mesh, low, load_options(arguments, MeshSide::low), &warnings);

@@ -96,7 +96,10 @@ AssetMesh with_materials(const BakeRun& run) {
       if (run.sets[s].set.holds[t] != 0) set_of[t] = s;
     }
   }
-  if (run.arguments.sets == SetsBy::udim) move_tiles(run, set_of, mesh);
+  if (std::any_of(run.sets.begin(), run.sets.end(),
+                  [](const BakedSet& set) { return set.set.tile_u > 0 || set.set.tile_v > 0; })) {
+    move_tiles(run, set_of, mesh);
+  }
   struct Key {
     std::size_t set;
     std::uint32_t own, hit;
@@ -125,8 +128,10 @@ AssetMesh with_materials(const BakeRun& run) {
     }
     if (!run.sets.empty()) {
       const BakedSet& set = run.sets[key.set];
-      material.set = set.word;
+      const std::string tile = set.set.tile.empty() ? "" : "." + set.set.tile;
+      material.set = set.word + tile;
       if (!by_material) material.name += "." + set.set.name;
+      material.name += tile;
     }
     if (!run.pictures.empty()) material.pictures = run.pictures[key.set];
     result.sets.push_back(key.set);

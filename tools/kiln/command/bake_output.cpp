@@ -325,7 +325,8 @@ void add_map_outputs(const BakeJob& arguments, const SaveImageOptions& save_opti
 SetNames names_of(const BakeJob& arguments, const BakedSet& set) {
   const std::string stem = low_stem(arguments);
   if (arguments.sets == SetsBy::udim) return {stem, "." + set.word, "." + set.word};
-  return {stem + "_" + set.word, "", "_" + set.word};
+  const std::string tile = set.set.tile.empty() ? "" : "." + set.set.tile;
+  return {stem + "_" + set.word, tile, "_" + set.word + tile};
 }
 
 SetNames names_of(const BakeRun& run) {

@@ -27,7 +27,8 @@ std::string beginning(const std::string& text) {
 /// "Texture set 'glass'", for messages.
 std::string in_words(const TextureSet& set) {
   const std::string name = beginning(set.name);
-  return "Texture set '" + name + (name.size() < set.name.size() ? "...'" : "'");
+  return "Texture set '" + name + (name.size() < set.name.size() ? "...'" : "'") +
+         (set.tile.empty() ? "" : ", tile " + set.tile);
 }
 
 /// A name as files may have it on any system, and MTL files and shells may name them.
@@ -50,7 +51,13 @@ void name_files(const BakeJob& job, std::vector<BakedSet>& sets) {
   for (const std::string& map : all_maps(job)) endings.push_back("_" + map);
   for (const Pack& pack : parse_packs(job)) endings.push_back("_" + pack.name);
   std::set<std::string> taken;
+  const BakedSet* last = nullptr;
   for (BakedSet& set : sets) {
+    const BakedSet* const before = std::exchange(last, &set);
+    if (before != nullptr && !set.set.tile.empty() && before->set.name == set.set.name) {
+      set.word = before->word;  // another tile of the same
+      continue;
+    }
     const std::string plain = file_word(set.set.name);
     const auto is_free = [&](const std::string& ending) {
       return !taken.contains(lower_case(set.word + ending));
@@ -192,6 +199,7 @@ void add_to(BakeReport& sum, const BakeReport& report) {
 Json set_json(const BakeRun& run, const BakedSet& set, std::size_t first_file) {
   const BakeReport& report = run.result.report;
   Json json = {{"name", set.set.name},
+               {"tile", set.set.tile.empty() ? Json() : Json(set.set.tile)},
                {"by", name_of(Words(kSets), run.arguments.sets)},
                {"width", set.width},
                {"height", set.height},
@@ -222,14 +230,16 @@ Json set_json(const BakeRun& run, const BakedSet& set, std::size_t first_file) {
 /// \param chosen  by --sets, and not by what overlaps
 void take_sets(BakeRun& run, SetsBy by, bool chosen) {
   BakeJob& arguments = run.arguments;
-  if (by == SetsBy::udim && chain_obeys(arguments, "match.uv")) {
-    fail_usage("--match " + match_word(arguments) +
-               " finds points at the same UV of the unit square, but LOW's UVs lie on several "
-               "UDIM tiles: choose another match, or --sets none for one map of the unit square.");
-  }
   arguments.sets = by;
   for (TextureSet& set : find_texture_sets(run.low.mesh, by)) {
     run.sets.emplace_back().set = std::move(set);
+  }
+  const auto is_moved = [](const BakedSet& set) { return set.set.tile_u + set.set.tile_v > 0; };
+  if (chain_obeys(arguments, "match.uv") &&
+      (by == SetsBy::udim || std::any_of(run.sets.begin(), run.sets.end(), is_moved))) {
+    fail_usage("--match " + match_word(arguments) +
+               " finds points at the same UV of the unit square, but LOW's UVs lie on several "
+               "UDIM tiles: choose another match, or --sets none for one map of the unit square.");
   }
   warn_of_left_out(run, by);
   size_sets(run, run.sets);

@@ -149,7 +149,10 @@ std::string summary(const HighCoverageReport& recall) {
   return text;
 }
 
-std::string of_set(const BakedSet& set) { return "texture set '" + set.word + "': "; }
+std::string of_set(const BakedSet& set) {
+  return "texture set '" + set.word + "'" + (set.set.tile.empty() ? "" : ", tile " + set.set.tile) +
+         ": ";
+}
 
 /// A line for each reason but that all is well. \param samples  of which percentages are
 void print_reasons(Console& console, const Reasons& reasons, std::uint64_t samples,

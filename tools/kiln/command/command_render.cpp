@@ -17,6 +17,7 @@
 #include "commands.h"
 #include "kiln/kiln.h"
 #include "kiln/render.h"
+#include "kiln/texture_sets.h"
 #include "picture/angles.h"
 #include "picture/cage_picture.h"
 #include "picture/dressed.h"
@@ -248,6 +249,14 @@ int run_render(const RenderArguments& arguments) {
   }
   const Mesh* const reference = dense ? &dense->mesh : nullptr;
   if (reference != nullptr) warn_of_boxes("--reference and MESH", *reference, mesh, warnings);
+  if ((!arguments.normal.empty() || dress.any() || !arguments.show.empty()) &&
+      choose_texture_sets(mesh) != SetsBy::none) {
+    warnings.push_back({"several-sets",
+                        "MESH '" + mesh.name +
+                            "' has several texture sets, whose UVs overlap: a map of one of them "
+                            "is shown on all. Show each set's faces by themselves.",
+                        1});
+  }
   const Device device = Device::open(arguments.device);
   Image map_image;
   const NormalMap map = map_of(arguments, map_image,
