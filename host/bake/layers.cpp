@@ -179,7 +179,9 @@ bool Layers::read_around() const {
 
 bool Layers::obey_max_error(const BakeOptions& options) const {
   const auto obeys = [&](MapKind kind, const BakeOptions& with) {
-    return with.occlusion.max_error > 0 && map_row(kind).info.takes_max_error;
+    // No map is further off than 1.
+    const double wanted = with.occlusion.max_error;
+    return wanted > 0 && wanted < 1 && map_row(kind).info.takes_max_error;
   };
   return std::any_of(options.maps.begin(), options.maps.end(),
                      [&](MapKind kind) { return obeys(kind, options); }) ||

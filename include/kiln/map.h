@@ -98,7 +98,7 @@ struct OcclusionOptions {
   /// Of ambient occlusion, 0 to 1: the root mean square of the map's error. All texels begin with a quarter of
   /// `rays`. Noise is smoothed over the surface, across seams, as far as that loses nothing that the rays show;
   /// and where the error is still too large, more are cast, up to 4096 a sample. What was reached is measured
-  /// against 4096 rays (BakeReport::errors). 0: `rays` everywhere, and nothing is smoothed.
+  /// against 4096 rays (BakeReport::errors) if below 1. 0: `rays` everywhere, nothing is smoothed.
   double max_error = 0;
 };
 

@@ -85,6 +85,15 @@ def test_repairs_are_of_the_names_of_to_glb():
     assert not codes(fill_holes=True, drop_floaters=0.001) & {"filled-holes", "dropped-floaters"}
 
 
+def test_occlusion_of_a_glb_is_smoothed_where_nothing_is_said():
+    mesh = kiln.Mesh(*ball(12))
+    smooth = kiln.to_glb(mesh, faces_target=300, texture_size=64, maps="ao")
+    said = kiln.to_glb(mesh, faces_target=300, texture_size=64, maps="ao", ao_error=1)
+    plain = kiln.to_glb(mesh, faces_target=300, texture_size=64, maps="ao", ao_rays=64)
+    assert smooth.data == said.data
+    np.testing.assert_array_equal(kiln.bake(mesh, plain.mesh, size=64, maps="ao")["ao"], plain.bake["ao"])
+
+
 def test_glb_has_arrays_and_maps(glb):
     assert glb.data[:4] == b"glTF" and bytes(glb) == glb.data
     assert len(glb.faces) == len(glb.mesh.faces) <= 500
@@ -186,7 +195,7 @@ def test_to_glb_writes_the_file_and_tells_progress(tmp_path):
 def test_the_command_makes_the_same_low_poly_and_maps(tmp_path, command):
     kiln.Mesh(*ball(24)).save(tmp_path / "ball.obj")
     command("bake", tmp_path / "ball.obj", "--faces", 300, "--size", 128, "--out", tmp_path / "its.glb", "--maps", "normal,ao", "--quiet")
-    ours = kiln.to_glb(tmp_path / "ball.obj", faces_target=300, texture_size=128, path=tmp_path / "ours.glb")
+    ours = kiln.to_glb(tmp_path / "ball.obj", faces_target=300, texture_size=128, ao_rays=64, path=tmp_path / "ours.glb")
     its = (tmp_path / "its.glb").read_bytes()
 
     def binary(data):

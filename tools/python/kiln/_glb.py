@@ -23,6 +23,10 @@ if TYPE_CHECKING:
 SLOTS = ("normal", "ao", "color", "opacity", "roughness", "metallic", "emission")
 
 
+#: Of 64 rays, 16 that are smoothed come nearer to many than all do: tools/bench/README.md.
+SMOOTH_AO = {"ao_error": 1}
+
+
 class Glb:
     """A light mesh with its maps.
 
@@ -287,7 +291,8 @@ def to_glb(
     screen, max_outline
                      with max_error: as kiln.plan() takes them
     progress         as bake() takes it
-    keywords         as bake() takes them: match, samples, fallback...
+    keywords         as bake() takes them: match, samples, fallback... Ambient occlusion is smoothed (ao_error=1)
+                     where none of ao_rays, ao_error, ao_by and ao_views is given
 
     Repairs are warnings. Returns a kiln.Glb.
     """
@@ -306,6 +311,9 @@ def to_glb(
             raise Error(f"{name}: is not for a GLB: leave it out.", "option-contradiction", "usage", name)
     report = callback_of(progress)
     high = cleaned(high, weld, orient, fill_holes, drop_floaters, drop_hidden, _part(report, 0, 0.02))
+    given = {"ao_rays", "ao_error", "ao_by", "ao_views"} & keywords.keys() or "ao" in str(max_error)
+    if "ao" in maps and not given:
+        keywords |= SMOOTH_AO
     if max_error is not None:
         return _planned(
             high,
