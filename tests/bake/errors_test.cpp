@@ -127,6 +127,12 @@ TEST(MapErrors, OcclusionIsMadeToTheErrorAskedFor) {
   EXPECT_TRUE(
       std::any_of(beyond.report.warnings.begin(), beyond.report.warnings.end(),
                   [](const Warning& warning) { return warning.code == "ray-error-not-reached"; }));
+  // Any map is within 1, so nothing is cast to say so; the map is that of 0.99, which is reached at once.
+  options.occlusion.max_error = 1;
+  const BakeResult smooth = bake(source, low, options);
+  EXPECT_TRUE(smooth.report.errors.empty());
+  options.occlusion.max_error = 0.99;
+  EXPECT_EQ(smooth.maps[0].image.pixels, bake(source, low, options).maps[0].image.pixels);
 }
 
 // Of 2,000 texels, whatever the map's size, also where the match wants whole bands. (Once all texels of such a map

@@ -3,6 +3,7 @@
 import gc
 import hashlib
 import warnings
+import weakref
 
 import numpy as np
 import pytest
@@ -76,6 +77,11 @@ def test_an_error_is_measured_when_it_is_asked_for(high, low):
     assert made.report.errors["normal"].degrees == wanted["normal"].degrees  # the source is closed
     with pytest.raises(KeyError, match="report_error"):
         made.report.errors["ao"]
+    gone = weakref.ref(made)
+    gc.disable()
+    del made
+    gc.enable()
+    assert gone() is None
 
 
 def test_messages_name_functions_of_python(high):

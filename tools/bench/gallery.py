@@ -3,11 +3,12 @@
 
     gallery.py DIR [--only NAME,...] [--faces N] [--size N] [--json FILE]
 
-Kiln: kiln.to_glb() with normals, occlusion and colours, cleaning included. The glue: fast_simplification, xatlas, rays by Embree
-and nearest vertices where they miss, trimesh for the GLB; all of PyPI; it bakes no occlusion. Writes GLBs,
-DIR/gallery.md and a sheet of pictures (high poly, Kiln, the glue), DIR/gallery.webp, with errors of what a viewer sees from all around: mean angle between rendered normals over 30 views, and
-mean difference of colours over 20 views by Embree, of 255; both against the mesh with its vertices welded and its
-windings made to agree. Seconds are the processor's, of all threads, each chain by itself.
+Kiln: kiln.to_glb() with normals, occlusion and colours, cleaning included. The glue: fast_simplification, xatlas, rays
+by Embree and nearest vertices where they miss, trimesh for the GLB; all of PyPI; it bakes no occlusion. Writes GLBs,
+DIR/gallery.md and a sheet of pictures (high poly, Kiln, the glue), DIR/gallery.webp, with errors of what a viewer sees
+from all around, against the mesh with its vertices welded and its windings made to agree: mean angle between rendered
+normals over 30 views, where both meshes are seen; share of the pixels that one of them alone covers; mean difference of
+colours over 20 views by Embree, of 255. Seconds are the processor's, of all threads, each chain by itself.
 
 Read the page with this in mind: the glue repairs nothing and has its parts' default settings, with rays of 2% of the
 diagonal; where fast_simplification stops early, its low poly has more faces, which the table says. The reference's
@@ -170,8 +171,13 @@ def color_error(high, low, color):
 
 
 def errors(high, low, normal, color, space):
-    """Degrees, and colours' mean difference of 255."""
-    return kiln.measure(high, low, normal, space=space).degrees, color_error(high, low, color)
+    """Degrees, percent of pixels that one mesh alone covers, and colours' mean difference of 255."""
+    normals = kiln.measure(high, low, normal, space=space)
+    return {
+        "degrees": round(normals.degrees, 3),
+        "outline": round(100 * normals.one_sided_share, 2),
+        "color": round(color_error(high, low, color), 2),
+    }
 
 
 def timed(call):
@@ -225,8 +231,7 @@ def main():
         )
         row = {"mesh": name, "faces": len(faces), "clock_s": round(clock, 2), "processor_s": round(processor, 2)}
         row["low_faces"] = len(glb.mesh.faces)
-        degrees, color = errors(high, glb.mesh, glb.maps["normal"], glb.maps["color"], "tangent")
-        row.update(degrees=round(degrees, 3), color=round(color, 2))
+        row.update(errors(high, glb.mesh, glb.maps["normal"], glb.maps["color"], "tangent"))
         views = picture(high, glb.mesh, glb.maps["normal"], "tangent")
         try:
             result, clock, processor = timed(
@@ -239,13 +244,11 @@ def main():
                     os.path.join(arguments.folder, name + "_glue.glb"),
                 )
             )
-            degrees, color = errors(high, *result, "object")
+            row.update({"glue_" + name: error for name, error in errors(high, *result, "object").items()})
             row.update(
                 glue_clock_s=round(clock, 2),
                 glue_processor_s=round(processor, 2),
                 glue_low_faces=len(result[0].faces),
-                glue_degrees=round(degrees, 3),
-                glue_color=round(color, 2),
             )
             views.append(picture(high, result[0], result[1], "object")[1])
         except Exception as error:
@@ -281,15 +284,21 @@ def write_page(arguments, rows):
             f"# Gallery\n\nWritten by `gallery.py` in one run: to {arguments.faces:,} faces with maps of {arguments.size}². "
             "In each cell Kiln, then a glue of fast_simplification, xatlas, Embree and trimesh, which makes no occlusion map: "
             "Kiln's seconds are with one. `gallery.py --help` says what is measured, and what the comparison leaves out.\n\n"
-            "| mesh | faces | low poly's | rendered normals, ° | seen colours, of 255 | processor, s |\n"
-            "| --- | --: | --: | --: | --: | --: |\n"
+            "| mesh | faces | low poly's | rendered normals, ° | outlines, % | seen colours, of 255 | processor, s |\n"
+            "| --- | --: | --: | --: | --: | --: | --: |\n"
         )
         for row in rows:
             pair = (
                 f"{row[name]:{form}}, {row['glue_' + name]:{form}}"
                 if "glue_" + name in row
                 else f"{row[name]:{form}}, -"
-                for name, form in (("low_faces", ","), ("degrees", ".2f"), ("color", ".2f"), ("processor_s", ".1f"))
+                for name, form in (
+                    ("low_faces", ","),
+                    ("degrees", ".2f"),
+                    ("outline", ".2f"),
+                    ("color", ".2f"),
+                    ("processor_s", ".1f"),
+                )
             )
             page.write(f"| {row['mesh']} | {row['faces']:,} | {' | '.join(pair)} |\n")
         more = [row["mesh"] for row in rows if row.get("glue_low_faces", 0) > 1.1 * arguments.faces]

@@ -435,9 +435,10 @@ def bake(
     # Holds no memory of the device's: the source may be gone, or of this call alone.
     origin, mesh, opened = weakref.ref(source), source.mesh, source._device
     again: dict[str, Any] = {**keywords, "report_error": True}
+    baked = tuple(made)  # a bake that knew itself would stay until the next collection
 
     def measured(name: str) -> Mapping[str, MapError]:
-        if name not in made:
+        if name not in baked:
             return {}
         kept = origin()
         there = kept is not None and not kept.closed
