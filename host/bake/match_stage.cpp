@@ -44,6 +44,12 @@ bool has_offsets(const LowSurface& surface) {
   return surface.has_cage_mesh && surface.cage_kind == CageKind::offsets;
 }
 
+/// Those of all of a high poly that stays as it is.
+struct KnownBevels {
+  double distance = 0;  ///< To look at most
+  Bevels bevels;
+};
+
 EdgeReport edge_report(const Bevels& bevels, double unit) {
   std::vector<float> widths = bevels.widths;
   std::sort(widths.begin(), widths.end());
@@ -97,8 +103,14 @@ EdgeTurn edge_turn(const BakeOptions& options, const Source::Impl& source,
     bevels.widths.assign(hard.edges.size(), static_cast<float>(width));
     bevels.median = bevels.widths.front();
   } else {
-    bevels = find_bevels(source, surface, hard, match_distance(options, surface, source.frame),
-                         options.match.parts);
+    const double distance = match_distance(options, surface, source.frame);
+    const auto find = [&] {
+      return KnownBevels{distance,
+                         find_bevels(source, surface, hard, distance, options.match.parts)};
+    };
+    const bool all_alike = options.match.parts == nullptr && !source.will_move;
+    const auto known = all_alike ? surface.made->get<KnownBevels>(find) : nullptr;
+    bevels = known != nullptr && known->distance == distance ? known->bevels : find().bevels;
   }
   if (report != nullptr) *report = edge_report(bevels, 1 / source.frame.scale);
   return {context, surface, hard, bevels.widths};

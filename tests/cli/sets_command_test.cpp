@@ -108,6 +108,15 @@ TEST(SetsCommand, OneMapForSeveralSetsIsRefused) {
               0, {"several texture sets"});
 }
 
+/// A folder of that name is not what was asked for.
+TEST(SetsCommand, OutIsAFolderOrAnAsset) {
+  const fs::path scene = make_scene();
+  for (const char* name : {"low.fbx", "low.usdz", "map.PNG"}) {
+    expect_failure({"bake", scene / "high.obj", scene / "low.obj", "--out", scene / name}, 2,
+                   {name, "NAME.glb"}, scene / name);
+  }
+}
+
 TEST(SetsCommand, RefusesWhatHasNoSets) {
   KILN_REQUIRE_DEVICE();
   const fs::path scene = make_scene_of_sets(0);

@@ -277,6 +277,18 @@ std::shared_ptr<const Image> changed(const Image& image, const Change& change, M
                                     "itself.");
 }
 
+/// Beyond a million, floats tell a picture's texels no longer apart, and colours would be noise.
+void check_transform(const Material& material, const std::array<float, 6>& transform) {
+  constexpr float kFarthest = 1e6F;
+  if (std::all_of(transform.begin(), transform.end(),
+                  [](float value) { return std::abs(value) <= kFarthest; })) {
+    return;
+  }
+  throw Error(ErrorCode::input, in_words(material) +
+                                    ": its picture is moved or scaled by more than a million in "
+                                    "UV space. Export the file again.");
+}
+
 /// True if two pictures are one, or copies of each other.
 bool look_alike(const MaterialPicture& a, const MaterialPicture& b) {
   if (a.empty() || b.empty()) return a.empty() && b.empty();
@@ -409,6 +421,7 @@ Texture load_material_texture(const std::vector<Material>& materials, MaterialSl
          (slot == MaterialSlot::opacity && material.alpha_mode != AlphaMode::opaque)));
     if (picture.empty()) continue;
     if (picture.uv_set != uv_set) fail_of_uv_set(material, slot, picture.uv_set, uv_set);
+    check_transform(material, picture.uv_transform);
     const auto [entry, added] = pictures.try_emplace(picture.file);
     if (added) {
       auto image = std::make_shared<const Image>(

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 #include <filesystem>
 #include <fstream>
 #include <string>
@@ -138,6 +139,19 @@ TEST(Materials, NormalMapsHaveManyNames) {
   std::vector<Warning> warnings;
   read("newmtl M\nmap_Bump -bm 0.3 n.png\n", &warnings);
   EXPECT_EQ(count(warnings, "texture-options"), 1u);
+}
+
+TEST(Materials, PicturesFarAwayAreRefused) {
+  const fs::path folder = test::scratch_folder();
+  save_image({1, 1, 3, {0.5F, 0.5F, 1}}, folder / "a.png", {.format = ImageFormat::png8});
+  std::vector<Material> materials(1);
+  materials[0].color_map.file = folder / "a.png";
+  for (const float far : {1e7F, -1e30F, NAN}) {
+    materials[0].color_map.uv_transform[2] = far;
+    EXPECT_THROW(load_material_texture(materials, MaterialSlot::color), Error) << far;
+  }
+  materials[0].color_map.uv_transform[2] = 1000;
+  EXPECT_EQ(load_material_texture(materials, MaterialSlot::color).images.size(), 1U);
 }
 
 TEST(Materials, GreyPicturesAreHeights) {

@@ -35,8 +35,19 @@ std::optional<CleanOptions> clean_options(const BakeJob& a) {
 void take_asset(BakeJob& a) {
   const std::filesystem::path out = a.out;
   const std::string ending = lower_extension(out);
-  if ((ending != ".glb" && ending != ".gltf" && ending != ".obj") ||
-      std::filesystem::is_directory(out)) {
+  if (std::filesystem::is_directory(out)) return;
+  if (ending != ".glb" && ending != ".gltf" && ending != ".obj") {
+    // Whoever names such a file does not want a folder of that name.
+    constexpr std::string_view kOthers[] = {
+        ".3ds",  ".abc",  ".blend", ".bmp",  ".dae",  ".dds",  ".exr",  ".fbx", ".hdr",
+        ".jpeg", ".jpg",  ".ktx",   ".ktx2", ".off",  ".ply",  ".png",  ".stl", ".tga",
+        ".tif",  ".tiff", ".usd",   ".usda", ".usdc", ".usdz", ".webp", ".x",   ".zip"};
+    if (std::find(std::begin(kOthers), std::end(kOthers), ending) != std::end(kOthers)) {
+      fail_usage(
+          "--out '" + a.out +
+          "': a bake writes maps into a folder, or all into NAME.glb, NAME.gltf or NAME.obj: "
+          "name one of these. --format chooses the maps' format.");
+    }
     return;
   }
   const auto refuse = [&](bool is, const char* flag) {
