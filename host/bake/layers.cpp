@@ -215,9 +215,8 @@ bool Layers::need_visibility() const {
 std::vector<std::vector<Image>> Layers::mips(cl::Context& context, const BakeOptions& options,
                                              const ChartMap& charts) const {
   std::vector<std::vector<Image>> all(layers_.size());
-  const auto opacity = std::find_if(layers_.begin(), layers_.end(), [](const Layer& layer) {
-    return obeys(layer.row->info, "opacity");
-  });
+  const auto opacity = std::find_if(layers_.begin(), layers_.end(),
+                                    [](const Layer& layer) { return layer.row->weights; });
   for (std::size_t l = 0; l < layers_.size(); ++l) {
     const MapInfo& map = layers_[l].row->info;
     if (!is_averaged(map.type)) continue;
@@ -228,7 +227,7 @@ std::vector<std::vector<Image>> Layers::mips(cl::Context& context, const BakeOpt
       mip_options.missed = {1, -1, 1, 0};
     }
     std::int32_t gutter = options.encoding.gutter;
-    const bool by_opacity = obeys(map, "color") && opacity != layers_.end();
+    const bool by_opacity = layers_[l].row->weighted && opacity != layers_.end();
     const ChartMap weighted = by_opacity ? weighted_by(opacity->image, charts) : ChartMap();
     for (MipLevel& level :
          make_mips(layers_[l].image, coverage_, by_opacity ? weighted : charts, mip_options)) {

@@ -83,6 +83,7 @@ MapRow color_map() {
   row.info.options = "color";
   row.info.missed = MissedTexels::neighbours;
   row.info.other_names = "albedo base_color basecolor colour diffuse diffuse_color";
+  row.weighted = true;
   row.follows_positions = true;
   row.make = [](const MapRequest& request) {
     return make_point_map(request, color_map().info,
@@ -104,6 +105,7 @@ MapRow opacity_map() {
   row.info.options = "opacity";
   row.info.missed = MissedTexels::zero;
   row.info.other_names = "alpha";
+  row.weights = true;
   row.follows_positions = true;
   row.make = [](const MapRequest& request) {
     return make_point_map(request, opacity_map().info,

@@ -73,6 +73,10 @@ struct MapRow {
   MapInfo info;
   /// Renderers shade the low poly by it: unit normals in EncodingOptions::space. Plans measure what it shows.
   bool shades = false;
+  /// Shares in [0, 1] that weight the maps with `weighted` in mip-maps: opacity.
+  bool weights = false;
+  /// Mip-maps are weighted by the map with `weights`: what is transparent does not show.
+  bool weighted = false;
   /// It reads positions or distances, so it changes wherever vertices of the high poly move.
   bool follows_positions = false;
   /// It reads more of the high poly than the matched points. Any change of the mesh may show in any texel.
