@@ -218,7 +218,7 @@ TEST(ChartCommand, ComparesWaysToGatherAmbientOcclusion) {
   const ProcessResult baked =
       run_kiln({"bake", scene / "high.obj", scene / "low.obj", "--out", scene / "baked", "--size",
                 "40", "--max-distance", "10%", "--maps", "ao", "--ao-rays", "128", "--ao-error",
-                "1", "--json", scene / "bake.json"});
+                "1", "--report-error", "--json", scene / "bake.json"});
   ASSERT_EQ(baked.exit_code, 0) << baked.errors;
   EXPECT_EQ(ao["settings"][2]["flags"], "--ao-rays 128 --ao-error 1");
   EXPECT_NEAR(read_json(scene / "bake.json")["errors"][0]["rms"].get<double>() / 255,
