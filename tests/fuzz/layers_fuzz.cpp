@@ -58,7 +58,8 @@ void check(const std::vector<kiln::ImageLayer>& layers) {
       }
     }
     for (const kiln::ImageText& text : layer.texts) {
-      if (input.header().find(layer.name + "." + text.keyword) == input.header().end()) std::abort();
+      if (input.header().find(layer.name + "." + text.keyword) == input.header().end())
+        std::abort();
     }
   }
   if (count != 0) std::abort();

@@ -19,8 +19,7 @@ namespace {
 using kiln::cli::BakeJob;
 
 void take(const std::vector<std::string>& words, const std::string& source) {
-  const kiln::cli::OptionRow* const row =
-      kiln::cli::find_row(kiln::cli::bake_rows(), "--maps");
+  const kiln::cli::OptionRow* const row = kiln::cli::find_row(kiln::cli::bake_rows(), "--maps");
   BakeJob job;
   row->value.set(&job, "--maps", words);
   const std::size_t count = job.own_maps.size() + job.variants.size();
