@@ -9,6 +9,7 @@
 #include "mesh/low_shading.h"
 #include "mesh/low_surface.h"
 #include "mesh/normals.h"
+#include "mesh/steps.h"
 
 namespace kiln {
 namespace {
@@ -162,6 +163,9 @@ Scene::Impl::Impl(const Device& opened, const Mesh& mesh, const NormalMap& norma
                             " triangles of '" + mesh.name +
                             "' have no area or are not finite; they are not drawn.",
                         skipped});
+  }
+  if (const std::string coarse = coarse_steps(mesh, target.frame); !coarse.empty()) {
+    warnings.push_back({"coarse-source", "'" + mesh.name + "': " + coarse, 1});
   }
   positions = upload(context, frame_positions);
   position_indices = upload(context, mesh.triangles);

@@ -122,7 +122,7 @@ class Scene {
   /// are not timed. \throws as rasterise(); Error(usage) for frames not in 1 to 1,000
   FrameCost time_frames(const RenderOptions& options = {}, std::uint32_t frames = 30) const;
 
-  /// Triangles that rays pass through, since they have no area or are not finite.
+  /// Triangles that rays pass through, since they have no area or are not finite; coordinates too coarse for the edges.
   const std::vector<Warning>& warnings() const;
 
   /// \cond The library's own.

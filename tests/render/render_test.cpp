@@ -196,6 +196,26 @@ TEST(Render, ClayIsLitAndTheSameEveryTime) {
   EXPECT_GT(darker / static_cast<double>(first.pixels.size()), 0.001);
 }
 
+/// Its frame rounds the others.
+TEST(Render, SaysWhichVertexLiesFarFromTheOthers) {
+  KILN_REQUIRE_DEVICE();
+  Mesh mesh = test::plane(8, 8);
+  for (Vec3& p : mesh.positions) p = {0.3F * p.x, 0.3F * p.y, p.z};  // no powers of two
+  const Scene near(*test::device(), mesh);
+  EXPECT_TRUE(near.warnings().empty());
+  const auto far = static_cast<std::uint32_t>(mesh.positions.size());
+  mesh.uv_triangles.push_back(mesh.uv_triangles[0]);
+  mesh.normal_triangles.push_back(mesh.normal_triangles[0]);
+  mesh.positions.push_back({1e6F, 0.5F, 0.5F});
+  mesh.triangles.push_back({1, 0, far});
+  const Scene scene(*test::device(), mesh);
+  ASSERT_FALSE(scene.warnings().empty());
+  EXPECT_EQ(scene.warnings().back().code, "coarse-source");
+  EXPECT_NE(scene.warnings().back().message.find("Vertex " + std::to_string(far) + " at (1e+06"),
+            std::string::npos)
+      << scene.warnings().back().message;
+}
+
 TEST(Render, RefusesWhatCannotBe) {
   KILN_REQUIRE_DEVICE();
   const Scene scene(*test::device(), test::cube());

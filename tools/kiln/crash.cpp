@@ -91,9 +91,10 @@ void prepare_retry(char** argv) {
 bool on_main_thread() { return syscall(SYS_gettid) == getpid(); }
 
 constexpr const char* kCrashed =
-    "kiln: The OpenCL driver crashed. Memory may have run out within it, or PoCL's cache of "
-    "kernels is "
-    "damaged or on a full disk: remove it, or set POCL_CACHE_DIR to another folder.\n";
+    "kiln: The OpenCL driver crashed; lines above may say why. Else memory may have run out within "
+    "it, or "
+    "PoCL's cache of kernels is damaged or on a full disk: remove it, or set POCL_CACHE_DIR to "
+    "another folder.\n";
 
 constexpr const char* kNoLinker =
     "kiln: The OpenCL driver gave up: PoCL links kernels with the program 'ld', and no folder of "

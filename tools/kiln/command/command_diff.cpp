@@ -5,6 +5,7 @@
 
 #include "arguments/parse.h"
 #include "arguments/paths.h"
+#include "command/render_parts.h"
 #include "commands.h"
 #include "kiln/kiln.h"
 #include "picture/sheet.h"
@@ -41,34 +42,38 @@ void check(const DiffArguments& arguments) {
   prepare_parent(arguments.out);
 }
 
-/// Where the maps differ: a picture with its scale (PNG), or the values as they are (EXR).
-void save_difference(const DiffArguments& arguments, const Image& a, const Image& b,
-                     const Image* mask) {
+/// Where the maps differ: a picture with its scale (PNG), or the values as they are (EXR). The maps are gone after it.
+void save_difference(const DiffArguments& arguments, Image& a, Image& b, const Image* mask) {
   constexpr Colour kMasked = {0.55F, 0.60F, 0.68F};
   const bool by_channel =
       a.channels < 3 || (arguments.max_error && !arguments.max_angle && !arguments.max_mean_angle);
   const Image differences = image_differences(a, b, mask, by_channel);
+  a = b = {};
   if (is_exr(arguments.out)) {
     save_image(differences, arguments.out, {ImageFormat::exr_float});
     return;
   }
   std::vector<double> values;
+  values.reserve(differences.pixels.size());
   for (const float value : differences.pixels) {
     if (value >= 0) values.push_back(value);
   }
   Scale scale{scale_end(std::move(values)), by_channel ? "channel difference" : "degrees", {}};
   if (mask != nullptr) scale.others = {{kMasked, "masked"}};
-  const Image picture = coloured(differences, scale, [&](float value) -> std::optional<Colour> {
+  std::vector<Panel> panels(1);
+  panels[0].image = coloured(differences, scale, [&](float value) -> std::optional<Colour> {
     if (value >= 0) return std::nullopt;
     return kMasked;
   });
-  save_image(make_sheet({{picture, {}}}, scale), arguments.out, {ImageFormat::png8});
+  save_image(make_sheet(panels, scale), arguments.out, {ImageFormat::png8});
 }
 
 int run_diff(const DiffArguments& arguments) {
   check(arguments);
-  const Image a = load_normal_map(arguments.a);
-  const Image b = load_normal_map(arguments.b);
+  Image a = load_normal_map(arguments.a);
+  // The other one, and an angle a texel.
+  require_pictures({.width = a.width, .height = a.height}, 2);
+  Image b = load_normal_map(arguments.b);
   std::optional<Image> mask;
   if (!arguments.mask.empty()) mask = load_mask(arguments.mask);
   if (a.channels < 3 && (arguments.max_angle || arguments.max_mean_angle)) {

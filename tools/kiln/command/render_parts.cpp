@@ -31,7 +31,10 @@ Image join(std::vector<Image> panels) {
 }
 
 void require_pictures(const PictureGeometry& size, std::uint64_t count) {
-  const std::uint64_t bytes = count * size.width * size.height * 3 * sizeof(float);
+  constexpr std::uint64_t kBytesOfWriter =
+      2;  // a pixel, while one is compressed: 36 MiB of 4096 x 4096 were measured
+  const std::uint64_t pixels = std::uint64_t{size.width} * size.height;
+  const std::uint64_t bytes = pixels * (count * 3 * sizeof(float) + kBytesOfWriter);
   const std::uint64_t left = memory_left();
   if (bytes <= left) return;
   const auto mebibytes = [](std::uint64_t b) { return std::to_string(b >> 20) + " MiB"; };
