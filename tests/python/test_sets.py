@@ -149,3 +149,15 @@ def test_wrong_heights():
             kiln.height_field(heights)
     with pytest.raises(kiln.Error):
         kiln.height_field(np.zeros((3, 3)), extent=(-1, 1))
+
+
+def test_materials_that_span_tiles_have_a_map_a_tile(tmp_path):
+    low = tiled()
+    uvs = low.uvs.copy()
+    uvs[25:] = (uvs[25:, ::-1] - 1) * [0.9, 1] + [1, 0]  # no copy of the other half's
+    low = kiln.Mesh(low.vertices, low.faces, uvs, materials=0 * low.materials, material_names=["skin"], name="flat")
+    baked = kiln.bake_sets(two_waves(), low, size={"skin": 16}, sets="material")
+    assert list(baked) == ["skin.1001", "skin.1002"]
+    files = [file.name for bake in baked.values() for file in bake.save(tmp_path)]
+    assert files == ["flat_skin_normal.1001.png", "flat_skin_normal.1002.png"]
+    assert all(bake.report.missed == 0 and bake.coverage.shape == (16, 16) for bake in baked.values())

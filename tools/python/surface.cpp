@@ -77,7 +77,8 @@ PyMesh run_unwrap(const PyMesh& mesh, std::uint32_t size, const std::string& met
   return result;
 }
 
-/// \returns of each set its name, whether it is a tile, and the low poly to bake it with; empty: one map does
+/// \returns of each set its material or object, its tile (either may be ""), and the low poly to bake it with; empty:
+/// one map does
 nb::list run_texture_sets(const PyMesh& low, const std::string& word) {
   const Call call;
   const auto* const chosen = cli::Words(cli::kSets).find(word);
@@ -100,7 +101,8 @@ nb::list run_texture_sets(const PyMesh& low, const std::string& word) {
   });
   nb::list list;
   for (std::size_t i = 0; i < meshes.size(); ++i) {
-    list.append(nb::make_tuple(sets[i].name, tiles, PyMesh{meshes[i]}));
+    list.append(nb::make_tuple(tiles ? std::string() : sets[i].name,
+                               tiles ? sets[i].name : sets[i].tile, PyMesh{meshes[i]}));
   }
   return list;
 }

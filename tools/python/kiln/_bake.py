@@ -501,14 +501,14 @@ def bake_sets(
     size      texels, of all; or by the set's name, such as {"skin": 4096}, others 2048
     keywords  as bake() takes them
 
-    Returns a kiln.Bake by the set's name ("1001" and on of tiles); with one set alone, its name is "". Their save()
-    names files as the command does. Raises kiln.Error.
+    Returns a kiln.Bake by the set's name ("1001" and on of tiles, "skin.1001" of a material that spans several); with
+    one set alone, its name is "". Their save() names files as the command does. Raises kiln.Error.
     """
     low_mesh = as_mesh(low, "low")
-    parts = _core.texture_sets(low_mesh, sets) or [("", False, low_mesh)]
-    names = [name for name, tile, mesh in parts]
+    parts = _core.texture_sets(low_mesh, sets) or [("", "", low_mesh)]
+    names = [f"{own}.{tile}" if own and tile else own or tile for own, tile, mesh in parts]
     sizes = size if isinstance(size, Mapping) else dict.fromkeys(names, size)
-    unknown = [name for name in sizes if name not in names]
+    unknown = [name for name in sizes if name not in names and name not in [own for own, tile, mesh in parts]]
     if unknown:
         raise Error(
             f"size: '{unknown[0]}' is no texture set of the low poly; they are {names}.", "usage", "usage", "size"
@@ -518,23 +518,24 @@ def bake_sets(
     if len(parts) > 1:
         keywords["recall"] = 0  # the high poly's surface is shared out among the sets
     baked: dict[str, Bake] = {}
-    taken: set[str] = set()
-    for i, (name, tile, mesh) in enumerate(parts):
+    words: dict[str, str] = {}  # in files' names, of materials and objects
+    for i, (name, (own, tile, mesh)) in enumerate(zip(names, parts)):
         part = None if report is None else _share(report, 0.1 + 0.9 * i / len(parts), 0.9 / len(parts))
         token = texture_set.set(name)
         try:
-            made = bake(source, mesh, size=sizes.get(name, 2048), progress=part, **keywords)
+            made = bake(source, mesh, size=sizes.get(name, sizes.get(own, 2048)), progress=part, **keywords)
         finally:
             texture_set.reset(token)
-        word = re.sub(r'[\x00- \x7f/\\:*?"<>|]', "_", name).encode()[:100].decode(errors="ignore") or "set"
-        plain, k = word, 1
-        while word.lower() in taken:
-            k += 1
-            word = f"{plain}_{k}"
-        taken.add(word.lower())
+        if own and own not in words:
+            plain = re.sub(r'[\x00- \x7f/\\:*?"<>|]', "_", own).encode()[:100].decode(errors="ignore") or "set"
+            word, k = plain, 1
+            while word.lower() in [other.lower() for other in words.values()]:
+                k += 1
+                word = f"{plain}_{k}"
+            words[own] = word
         if name:
             made.report.warnings = [w for w in made.report.warnings if w["code"] != "uv-missing"]
-            made._endings = ("", "." + word) if tile else ("_" + word, "")
+            made._endings = ("_" + words[own] if own else "", "." + tile if tile else "")
         baked[name] = made
     return baked
 
