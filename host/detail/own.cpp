@@ -176,22 +176,64 @@ class Own : public MapMaker {
   std::atomic<std::uint64_t> replaced_{0};
 };
 
+/// A source as the preprocessor sees it: other spellings of # are that, lines are joined, comments are blank.
+std::string preprocessed(std::string_view source) {
+  std::string joined;
+  for (std::size_t i = 0; i < source.size();) {
+    const std::string_view rest = source.substr(i);
+    const std::size_t slash = rest.starts_with("?\?/") ? 3 : rest[0] == '\\' ? 1 : 0;
+    const std::size_t end = slash == 0 ? rest.npos : rest.find_first_not_of(" \t\r", slash);
+    const std::size_t hash = rest.starts_with("?\?=") ? 3 : rest.starts_with("%:") ? 2 : 0;
+    if (end != rest.npos && rest[end] == '\n') {
+      i += end + 1;
+      continue;
+    }
+    joined += hash != 0 ? '#' : rest[0];
+    i += std::max<std::size_t>(hash, 1);
+  }
+  std::string plain;
+  for (std::size_t i = 0; i < joined.size();) {
+    const std::size_t begin = i;
+    if (joined.compare(i, 2, "//") == 0) {
+      i = std::min(joined.find('\n', i), joined.size());
+    } else if (joined.compare(i, 2, "/*") == 0) {
+      i = std::min(joined.find("*/", i + 2), joined.size() - 2) + 2;
+      plain += ' ';
+      plain.append(static_cast<std::size_t>(std::count(&joined[begin], &joined[0] + i, '\n')),
+                   '\n');
+    } else {
+      const char quote = joined[i++];
+      while ((quote == '"' || quote == '\'') && i < joined.size() && joined[i] != '\n') {
+        if (joined[i] == '\\') ++i;
+        if (i < joined.size() && joined[i++] == quote) break;
+      }
+      i = std::min(i, joined.size());
+      plain.append(joined, begin, i - begin);
+    }
+  }
+  return plain;
+}
+
 /// Refuses sources that the compiler lets pass, or of which it complains in the words of a linker.
 void check_source(const OwnMap& map) {
   const auto refuse = [&](const std::string& problem) {
     throw Error(ErrorCode::input, "The map " + map.name + " ('" + map.file + "') " + problem);
   };
-  if (map.source.find("kiln_map") == std::string::npos) {
+  const std::string source = preprocessed(map.source);
+  if (source.find("kiln_map") == std::string::npos) {
     refuse("has no function kiln_map(): write float4 kiln_map(const kiln_point* p) { ... }.");
   }
-  std::istringstream lines(map.source);
+  std::istringstream lines(source);
   std::string line;
   for (std::size_t number = 1; std::getline(lines, line); ++number) {
     const auto skip = [&](std::size_t from) { return line.find_first_not_of(" \t", from); };
     const std::size_t mark = skip(0);
     if (mark == std::string::npos || line[mark] != '#') continue;
     const std::size_t word = skip(mark + 1);
-    if (word == std::string::npos || line.compare(word, 7, "include") != 0) continue;
+    if (word == std::string::npos ||
+        (line.compare(word, 7, "include") != 0 && line.compare(word, 6, "import") != 0)) {
+      continue;
+    }
     refuse("includes another file in line " + std::to_string(number) +
            ": what it needs must stand in the map itself.");
   }

@@ -160,6 +160,13 @@ TEST(OwnMaps, SayWhatIsWrongWithTheirSource) {
           "no function kiln_map()");
   const std::string sound = "float4 kiln_map(const kiln_point* p) { return (float4)(0.0f); }\n";
   refused("\n # include <stdio.h>\n" + sound, "in line 2");
+  for (const char* spelling : {"/* \n */ #include", "# /**/ include", "%:include", "#\\\ninclude",
+                               "#\\ \r\ninc\\\nlude", "?\?=include", "#import", "#include_next"}) {
+    refused(std::string("\"/*\";\n'\"';\n") + spelling + " \"a.h\"\n" + sound,
+            "includes another file");
+  }
+  refused("/* kiln_map", "has no function kiln_map()");
+  refused("// float4 kiln_map(\nfloat4 other(void) { return 1; }\n", "has no function kiln_map()");
   // Standard output is the command's.
   refused("float4 kiln_map(const kiln_point* p) {\n  printf(\"x\");\n  return (float4)(0.0f);\n}\n",
           "must_not_print");
