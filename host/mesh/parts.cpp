@@ -72,8 +72,8 @@ class PartNamer {
     if (names_.by == PartsBy::list) {
       const auto pair = (side == PartSide::low ? of_low_ : of_high_).first(group);
       if (pair) return names_.list[*pair].low;
-      // No name of the other side: a list is all there is.
-      return (side == PartSide::low ? "low " : "high ") + group;
+      // No name of the other side, nor one in the list: a list is all there is.
+      return (side == PartSide::low ? "low\n" : "high\n") + group;
     }
     if (names_.by != PartsBy::name) return group;
     for (const std::string_view name : {std::string_view(group), without_copy_number(group)}) {

@@ -242,6 +242,17 @@ TEST(PairParts, TakesAList) {
       << parts.warnings[0].message;
 }
 
+/// A name that no line has is not the left side of a line, whatever that is called.
+TEST(PairParts, TakesNoNameForALineOfAList) {
+  PartNames names;
+  names.by = PartsBy::list;
+  names.list = {{"frame", {"hull"}}, {"low other", {"glass"}}, {"high other", {"glass"}}};
+  const Parts parts =
+      pair_parts(named({"hull", "glass", "other"}), named({"frame", "other"}), names);
+  EXPECT_EQ(parts.names, (std::vector<std::string>{"frame", ""}));
+  EXPECT_EQ(parts.low, (std::vector<std::uint32_t>{0, 0, 1, 1}));
+}
+
 TEST(PairParts, NamesWhatHasNoPairAndTheNearest) {
   const Parts parts = pair_parts(named({"bolt_high", "nutt_high"}), named({"bolt_low", "nut_low"}));
   EXPECT_EQ(parts.count, 2U);
