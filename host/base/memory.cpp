@@ -144,15 +144,16 @@ bool memory_fits(std::uint64_t bytes) {
 }
 
 namespace {
-thread_local bool obeys = false;
+thread_local bool obeys_limit = false;
 thread_local std::size_t taken_unasked = 0;
 }  // namespace
 
-void obey_memory_limit() noexcept { obeys = true; }
+void obey_memory_limit() noexcept { obeys_limit = true; }
 
 bool may_take(std::size_t bytes) {
   constexpr std::size_t kBetweenLooks = std::size_t{1} << 20;
-  if (!obeys || (taken_unasked += std::min(bytes, kBetweenLooks)) < kBetweenLooks) return true;
+  if (!obeys_limit || (taken_unasked += std::min(bytes, kBetweenLooks)) < kBetweenLooks)
+    return true;
   taken_unasked = 0;
   const auto fits = [bytes] {
     const auto more = static_cast<std::uint64_t>(std::max<std::int64_t>(0, untouched));
