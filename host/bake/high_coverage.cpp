@@ -73,16 +73,13 @@ cl::Array<float> points_of(cl::Context& context, const std::vector<HighCoverage:
 /// A face of the low poly.
 struct LowFace {
   Vec3d corner, ab, ac;  ///< Its first corner, and the ways to the others
-  Vec3d normal;          ///< Unit
   double step = 0;       ///< Between samples, frame units; 0 without UVs
 
   LowFace(const std::array<LowSurface::Corner, 3>& corners, double columns, double rows)
       : corner(corners[0].position),
         ab(Vec3d(corners[1].position) - corner),
-        ac(Vec3d(corners[2].position) - corner),
-        normal(cross(ab, ac)) {
+        ac(Vec3d(corners[2].position) - corner) {
     const auto& [a, b, c] = corners;
-    normal = normal * (1 / length(normal));
     const double bu = double{b.uv.x} - a.uv.x, bv = double{b.uv.y} - a.uv.y;
     const double cu = double{c.uv.x} - a.uv.x, cv = double{c.uv.y} - a.uv.y;
     const double area = bu * cv - bv * cu;
@@ -185,10 +182,10 @@ void HighCoverage::find_near(const MatchRequest& request, CopyCheck* copies) {
   nearest.triangle.read(context, triangle);
   for (std::uint32_t i = 0; i < count; ++i) {
     if (triangle[i] == KILN_NO_TRIANGLE) continue;
+    const double cosine = dot(low->normals[triangle[i]], Vec3d(places_[i].normal));
     triangle[i] = low->of[triangle[i]];
-    const LowFace face(surface.triangles[triangle[i]], columns, rows);
-    const double cosine = dot(face.normal, Vec3d(places_[i].normal));
     if (!(cosine > kSteepest)) continue;
+    const LowFace face(surface.triangles[triangle[i]], columns, rows);
     radius_[i] = static_cast<float>(kSteps * face.step / cosine);
   }
   if (copies == nullptr) return;
