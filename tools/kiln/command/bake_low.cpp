@@ -63,7 +63,8 @@ void mind_seams(const BakeJob& arguments, LowMesh& low) {
     return;
   }
   // A mesh without normals is smooth on purpose, or has lost them: what it needs is said by the manual.
-  if (seams.between_flats == 0) return;
+  // Few among many are chance, as on scans: they turn no picture's mean.
+  if (seams.between_flats == 0 || seams.between_flats * 10 < seams.edges) return;
   // Kiln's own low polys have the normals that suit a map: see fit_normals().
   const std::vector<std::string> files = low_files(arguments);
   if (std::all_of(files.begin(), files.end(), is_own_obj)) return;

@@ -243,9 +243,9 @@ void make_cage(BakeRun& run, const Source& source) {
 }
 
 /// How far rendered normals of LOW with a small map of its own are off HIGH's, mean degrees; with nothing found, none.
-std::optional<double> normals_off(const BakeRun& run, const Device& device, const Source& source,
-                                  const Mesh& low, const NormalReference& reference) {
-  constexpr std::uint32_t kMostTexels = 512;
+std::optional<double> normals_off(const BakeRun& run, const Source& source, const Mesh& low,
+                                  const ScreenPictures& pictures) {
+  constexpr std::uint32_t kMostTexels = 256;
   const BakeOptions plain;
   BakeOptions options = run.options;
   options.width = std::min(options.width, kMostTexels);
@@ -254,19 +254,20 @@ std::optional<double> normals_off(const BakeRun& run, const Device& device, cons
   options.encoding.space = plain.encoding.space;
   options.encoding.bitangent = plain.encoding.bitangent;
   options.encoding.flip_y = options.encoding.two_component = options.encoding.raw =
-      options.encoding.mips = options.report.keep_match = false;
+      options.encoding.mips = false;
+  options.report = {.recall = 0};
   options.transfers = {};
   options.own_maps = {};
   options.variants = {};
   options.progress = {};
   const BakeResult result = bake_from(run.dense, source, low, options);
   if (result.cancelled || result.report.missed == result.report.samples) return std::nullopt;
-  return reference.compare(Scene(device, low, {&result.maps[0].image})).mean_degrees;
+  return pictures.degrees(low, result.maps[0].image, options);
 }
 
 /// Splitting seams gives corners other normals. What they were may suit better, as weighted normals of bevels do:
 /// the normals that a picture shows decide.
-void judge_seams(BakeRun& run, const Device& device, const Source& source) {
+void judge_seams(BakeRun& run, const Source& source) {
   constexpr double kClearly = 0.98;
   LowMesh& low = run.low;
   if (!low.whole && !low.seam_warning) return;
@@ -275,14 +276,12 @@ void judge_seams(BakeRun& run, const Device& device, const Source& source) {
     if (low.seam_warning) run.warnings.push_back(*low.seam_warning);
     return;
   }
-  std::vector<ViewAngles> views;
-  for (const Vec3& toward : spread_views(kPlanViews)) views.push_back(view_angles(toward));
-  const NormalReference reference(Scene(device, run.dense.mesh), run.dense.mesh, std::move(views),
-                                  kPlanPixels);
+  constexpr std::uint32_t kPixelsOfHigh = 64;
+  const ScreenPictures pictures(source, kPixelsOfHigh);
   const Mesh other = low.whole ? std::move(*low.whole) : split_at_seams(low.mesh);
   const Mesh &whole = low.whole ? other : low.mesh, &split = low.whole ? low.mesh : other;
-  const std::optional<double> as_is = normals_off(run, device, source, whole, reference);
-  const std::optional<double> off = normals_off(run, device, source, split, reference);
+  const std::optional<double> as_is = normals_off(run, source, whole, pictures);
+  const std::optional<double> off = normals_off(run, source, split, pictures);
   if (low.seam_warning) {
     if (as_is && off && *off < kClearly * *as_is) run.warnings.push_back(*low.seam_warning);
     return;
@@ -408,7 +407,8 @@ int run_bake(const BakeJob& given) {
   const Source source(device, run.dense.mesh, arguments.traversal);
   run.stages.build = run.watch.lap();
   find_sets(run, source);
-  judge_seams(run, device, source);
+  judge_seams(run, source);
+  run.stages.low += run.watch.lap();
   make_cage(run, source);
   keep_asset_match(run);
   if (!(run.sets.empty() ? make_maps(run, source) : bake_sets(run, source))) return kExitCancelled;
