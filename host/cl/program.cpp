@@ -1,7 +1,9 @@
 // Programs: built once, on a thread of their own where somebody wants signs of life meanwhile.
 #include "cl/program.h"
 
+#include <algorithm>
 #include <chrono>
+#include <cstdlib>
 #include <system_error>
 #include <utility>
 
@@ -197,6 +199,26 @@ Kernel Context::kernel(const std::string& family, const std::string& name,
   });
 }
 
+namespace {
+
+/// NVIDIA's compiler counts the lines of the whole text, `<kernel>:1365:13`, whatever #line says.
+std::string by_lines_of(const std::string& file, const std::string& before, std::string log) {
+  const auto lines = std::count(before.begin(), before.end(), '\n');
+  const std::string mark = "<kernel>:";
+  for (std::size_t at = log.find(mark); at != std::string::npos; at = log.find(mark, at)) {
+    const std::size_t digits = at + mark.size();
+    const std::size_t end = std::min(log.find_first_not_of("0123456789", digits), log.size());
+    const long line = std::strtol(log.c_str() + digits, nullptr, 10);
+    const std::string place =
+        line > lines ? file + ":" + std::to_string(line - lines) : log.substr(at, end - at);
+    log.replace(at, end - at, place);
+    at += place.size();
+  }
+  return log;
+}
+
+}  // namespace
+
 Kernel Context::kernel_with(const std::string& family, const std::string& name,
                             const std::string& more, const std::string& more_name) {
   return kernel_by(family + "\n" + more_name + "\n" + more, name, [=, this] {
@@ -204,9 +226,13 @@ Kernel Context::kernel_with(const std::string& family, const std::string& name,
     for (char& c : file) {
       if (c == '"' || c == '\\' || static_cast<unsigned char>(c) < 32) c = '_';
     }
-    const std::string source =
-        std::string(embedded_source(family)) + kStrict + "#line 1 \"" + file + "\"\n" + more + "\n";
-    return build(source, "'" + more_name + "'", {}, ErrorCode::input);
+    const std::string before =
+        std::string(embedded_source(family)) + kStrict + "#line 1 \"" + file + "\"\n";
+    try {
+      return build(before + more + "\n", "'" + more_name + "'", {}, ErrorCode::input);
+    } catch (const Error& error) {
+      throw Error(error.code(), by_lines_of(file, before, error.what()));
+    }
   });
 }
 
