@@ -582,7 +582,7 @@ class VolumesChart : public ChartKind {
   }
 
   Json options() const override {
-    Json json = describe(arguments_.surface, options_.extract), names = Json::array();
+    Json json = describe(arguments_.surface), names = Json::array();
     for (const VolumeWay& way : options_.ways) names.push_back(way.name);
     json.update(fields("size chart_border max_distance repeat pixels settings",
                        {options_.size, options_.extract.border_texels, arguments_.max_distance,

@@ -362,15 +362,14 @@ int run_gallery(const GalleryArguments& a) {
       "version device inputs options methods left_out samples",
       {version(), describe(device.info()),
        fields("high low", {describe(dense.mesh, a.high), describe(low, a.low)}),
-       fields(
-           "match size max_distance picture_size pixels view zoom at z_up square height extent "
-           "triangulate up unit uv_set",
-           {a.matches.empty() ? match_names() : a.matches, a.size, a.max_distance, a.picture_size,
-            a.pixels, Json::array({view.azimuth_degrees, view.elevation_degrees}), view.zoom,
-            view.at ? Json(*view.at) : Json(), view.z_up, a.view.square,
-            is_height_field(a.high) ? Json(a.heights.height) : Json(), extent_json(a.heights),
-            name_of(Words(kTriangulations), a.load.triangulation), a.frame.up, a.frame.unit,
-            a.frame.uv_set}),
+       fields("match size max_distance picture_size pixels view zoom at z_up square height extent "
+              "triangulate up unit uv_set",
+              {a.matches.empty() ? match_names() : a.matches, a.size, a.max_distance,
+               a.picture_size, a.pixels,
+               Json::array({view.azimuth_degrees, view.elevation_degrees}), view.zoom, view.at,
+               view.z_up, a.view.square, is_height_field(a.high) ? Json(a.heights.height) : Json(),
+               extent_json(a.heights), name_of(Words(kTriangulations), a.load.triangulation),
+               a.frame.up, a.frame.unit, a.frame.uv_set}),
        methods, describe_left_out(gallery->left_out, "method"),
        fields("every drawn", {gallery->every, gallery->samples_drawn})});
   add_ending(json, {{"load", seconds_load}, {"draw", seconds_draw}}, watch, outputs, warnings);

@@ -918,7 +918,7 @@ std::vector<OptionRow> make_rows() {
            "or "
            "without: --unwrap=charts (few large ones, default), --unwrap=pairs (of triangles) or "
            "--unwrap=squares (pairs in equal squares, to compare with)"},
-      density_row<BakeJob>(kLow, "the high poly"),
+      density_row<BakeJob>(kLow, "the high poly", AT(density)),
 
       {.flag = "--max-missed",
        .group = kRun,

@@ -235,7 +235,6 @@ Option* Command::add_option(std::string_view name, Value& value, std::string_vie
 }
 template Option* Command::add_option(std::string_view, std::string&, std::string_view);
 template Option* Command::add_option(std::string_view, double&, std::string_view);
-template Option* Command::add_option(std::string_view, std::int64_t&, std::string_view);
 template Option* Command::add_option(std::string_view, std::uint32_t&, std::string_view);
 template Option* Command::add_option(std::string_view, std::optional<double>&, std::string_view);
 template Option* Command::add_option(std::string_view, std::optional<std::uint32_t>&,

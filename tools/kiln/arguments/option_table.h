@@ -162,6 +162,23 @@ OptionValue text(Member<Job, std::string> member, std::string_view words = "TEXT
       [=](Job& job) { return member.of(job).empty() ? Json() : Json(member.of(job)); });
 }
 
+/// One of several words.
+template <typename Job>
+OptionValue word(Member<Job, std::string> member, const std::vector<std::string>& words) {
+  OptionValue value = value_of<Job>(
+      member.path, "choice", one_of(words).words(),
+      [=](Job& job, const std::string& flag, const Option::Words& given) {
+        std::string text = given.back();
+        if (const std::string problem = one_of(words)(text); !problem.empty()) {
+          throw UsageError(flag + problem);
+        }
+        member.of(job) = text;
+      },
+      [=](Job& job) { return member.of(job); });
+  value.choices = words;
+  return value;
+}
+
 /// Texts. \param delimiter  between them; 0: the flag is given again for each
 template <typename Job>
 OptionValue texts(Member<Job, std::vector<std::string>> member, char delimiter = 0) {
@@ -194,7 +211,8 @@ struct OptionRow {
   /// Its key in reports; empty: that of the flag ("view_size"); "-": none
   std::string key = {};
   bool required = false;
-  std::string excludes = {};  ///< A flag of an earlier row
+  std::string excludes = {};  ///< Flags of earlier rows, with blanks between them
+  std::string needs = {};     ///< A flag of an earlier row
   /// The path in BakeOptions that matches and maps obey (obeys()) which it serves; empty: that of the member
   std::string_view option = {};
   bool in_fallback = true;   ///< It serves such a match as a fallback, too
@@ -282,12 +300,13 @@ OptionRow triangulate_row(const char* group, const std::string& what) {
               "first corner, larger ones Delaunay; blender: as Blender 5 draws them; fan: around "
               "the first corner; shortest: along the shorter diagonal"};
 }
-/// Of jobs with a member `density`. \param high  what it calls the high poly
+/// --density. \param high  what the command calls the high poly
 template <typename Job>
-OptionRow density_row(const char* group, const std::string& high) {
+OptionRow density_row(const char* group, const std::string& high,
+                      Member<Job, TexelDensity> member) {
   return {.flag = "--density",
           .group = group,
-          .value = choice(KILN_MEMBER(Job, density), Words(kDensities)),
+          .value = choice(member, Words(kDensities)),
           .help = "Of large charts that Kiln lays out: texels by area, or more where " + high +
                   " has more detail"};
 }

@@ -64,6 +64,10 @@ std::pair<double, double> parse_extent(const std::string& text);
 /// The same as text; null: by the image.
 Json extent_json(const HeightFieldOptions& heights);
 
+/// "X,Y,Z", finite. \returns false for anything else
+template <typename T>
+bool parse_three(std::string_view text, std::array<T, 3>& values);
+
 /// "X,Y,Z", not all 0. \throws Error(usage)
 Vec3 parse_direction(const char* flag, const std::string& text);
 

@@ -212,7 +212,7 @@ Json describe_options(const RenderArguments& arguments, const RenderOptions& opt
                {"match_flags", arguments.bake.given},
                {"map_size", bakes(arguments) ? Json(arguments.map_size) : Json()},
                {"flip_y", arguments.flip_y}};
-  json["at"] = options.at ? Json(*options.at) : Json();
+  json["at"] = options.at;
   json["views"] = arguments.views != 0 ? Json(arguments.views) : Json();
   return json;
 }

@@ -6,6 +6,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <initializer_list>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <type_traits>
@@ -44,6 +45,9 @@ class Json {
   Json(const char* text);
   Json(std::string text);
   Json(std::string_view text);
+  /// The value, or null.
+  template <typename Value>
+  Json(const std::optional<Value>& value) : Json(value ? Json(*value) : Json()) {}
   /// A list, element by element.
   template <JsonList List>
   Json(const List& list) : Json(array()) {
