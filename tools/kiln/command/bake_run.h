@@ -92,7 +92,7 @@ struct BakeRun {
   std::optional<Reasons> reasons;
   std::optional<PlannedBake> planned;
   std::optional<LowPolyPlan> plan;  // its mesh and maps are `low` and `result`
-  std::optional<LodChain> lods;     // its first level is `light`
+  std::optional<LodChain> lods;     // its first level is `low`
   Json lod_levels = Json::array();
   std::vector<BakedSet> sets;     // none: one layout for all
   const BakedSet* set = nullptr;  // of `sets`, that is baked and written; null: all in one
