@@ -10,9 +10,9 @@
 #include "kiln/error.h"
 #include "kiln/mesh.h"
 #include "report/causes.h"
+#include "report/console.h"
 #include "report/flags.h"
 #include "report/missed_patch.h"
-#include "report/terminal.h"
 
 namespace kiln::cli {
 namespace {

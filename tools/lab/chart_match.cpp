@@ -92,7 +92,7 @@ struct Row : Mark {
   double missed_percent() const { return 100 * (1 - matched_share()); }
 };
 
-/// One high poly and one light one.
+/// One high poly and one low poly.
 struct Pair {
   std::string high_name, low_name;
   std::uint64_t high_faces = 0, low_faces = 0;
@@ -385,18 +385,17 @@ class MatchChart : public ChartKind {
   /// Low polys are read first, and dense ones looked for.
   bool look(const Progress& progress) override {
     for (std::size_t i = 0; i < inputs.size(); ++i) {
-      if (!is_readable_file(inputs[i])) load_dense(inputs[i], {}, warnings);  // says what is wrong
+      if (!is_readable_file(inputs[i])) load_high(inputs[i], {}, warnings);  // says what is wrong
       if (!progress(0, "reading " + low_path(i))) return false;
-      lows_.push_back(
-          load_light(low_path(i), "", warnings, load_options(arguments_, MeshSide::low)));
+      lows_.push_back(load_low(low_path(i), "", warnings, load_options(arguments_, MeshSide::low)));
     }
     return true;
   }
 
   void read(std::size_t i) override {
-    dense_ = load_dense(inputs[i],
-                        is_height_field(inputs[i]) ? arguments_.heights : HeightFieldOptions(),
-                        warnings, load_options(arguments_, MeshSide::high));
+    dense_ =
+        load_high(inputs[i], is_height_field(inputs[i]) ? arguments_.heights : HeightFieldOptions(),
+                  warnings, load_options(arguments_, MeshSide::high));
     options_.uv = uv_options(dense_);
   }
 

@@ -136,15 +136,15 @@ class PlansChart : public ChartKind {
 
   bool look(const Progress&) override {
     for (const std::string& path : inputs) {
-      if (!is_readable_file(path)) load_dense(path, {}, warnings);  // says what is wrong with it
+      if (!is_readable_file(path)) load_high(path, {}, warnings);  // says what is wrong with it
     }
     return true;
   }
 
   void read(std::size_t i) override {
-    dense_ = load_dense(inputs[i],
-                        is_height_field(inputs[i]) ? arguments_.heights : HeightFieldOptions(),
-                        warnings, load_options(arguments_, MeshSide::high));
+    dense_ =
+        load_high(inputs[i], is_height_field(inputs[i]) ? arguments_.heights : HeightFieldOptions(),
+                  warnings, load_options(arguments_, MeshSide::high));
     if (!dense_.heights) clean_high(dense_.mesh, CleanOptions(), warnings);
   }
 

@@ -329,8 +329,8 @@ int run_gallery(const GalleryArguments& a) {
   if (!console.progress(0, "reading " + a.high)) return kExitCancelled;
   std::vector<Warning> warnings;
   const HighPolyInput dense =
-      load_dense(a.high, a.heights, warnings, load_options(a, MeshSide::high));
-  const Mesh low = load_light(a.low, "", warnings, load_options(a, MeshSide::low));
+      load_high(a.high, a.heights, warnings, load_options(a, MeshSide::high));
+  const Mesh low = load_low(a.low, "", warnings, load_options(a, MeshSide::low));
   const double seconds_load = watch.lap();
   const std::optional<Gallery> gallery =
       make_gallery(device, dense.mesh, low, a, uv_options(dense), view,

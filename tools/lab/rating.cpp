@@ -570,8 +570,8 @@ int run_rating(const MeasureArguments& a) {
   if (!console.progress(0, "reading " + a.high)) return kExitCancelled;
   std::vector<Warning> warnings;
   const bool more = has_more_files(a.bake);
-  const HighPolyInput dense = load_dense(high_files(baking(a, default_match())), a.heights,
-                                         load_options(a.bake, MeshSide::high), more, warnings);
+  const HighPolyInput dense = load_high(high_files(baking(a, default_match())), a.heights,
+                                        load_options(a.bake, MeshSide::high), more, warnings);
   const Mesh& high = dense.mesh;
   options.uv = uv_options(dense);
   const Mesh low = load_low(baking(a, default_match()), warnings);

@@ -756,10 +756,10 @@ int run_study(const MeasureArguments& a) {
   if (!console.progress(0, "reading " + a.high)) return kExitCancelled;
   std::vector<Warning> warnings;
   const Mesh high =
-      load_dense(a.high, a.heights, warnings, load_options(a.bake, MeshSide::high)).mesh;
+      load_high(a.high, a.heights, warnings, load_options(a.bake, MeshSide::high)).mesh;
   std::optional<Mesh> low;
   if (!a.low.empty()) {
-    low = load_light(a.low, ", or leave LOW out", warnings, load_options(a.bake, MeshSide::low));
+    low = load_low(a.low, ", or leave LOW out", warnings, load_options(a.bake, MeshSide::low));
   }
   const double seconds_load = watch.lap();
 

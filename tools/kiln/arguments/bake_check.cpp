@@ -165,7 +165,7 @@ void check_lods(const BakeJob& a) {
     }
   }
   if (a.lods == 0) return;
-  if (!plans_light(a) || a.screen.empty()) {
+  if (!plans_low_poly(a) || a.screen.empty()) {
     fail_usage(
         "--lod plans each low poly for a size on screen: give --max-error normal=DEGREES and "
         "--screen, and neither LOW nor --faces.");
@@ -184,7 +184,7 @@ void check_lods(const BakeJob& a) {
 /// Flags of a plan of low poly, map and match together.
 void check_low_poly_plan(const BakeJob& a) {
   map_bounds(a);
-  const bool plans = plans_light(a);
+  const bool plans = plans_low_poly(a);
   if (!a.screen.empty()) {
     parse_pixels("--screen", a.screen);
     if (!plans) {

@@ -185,7 +185,7 @@ std::string deviation_bound(const BakeJob& job) {
   return job.max_angle.empty() && job.match_auto ? "" : job.max_error;
 }
 
-bool plans_light(const BakeJob& job) {
+bool plans_low_poly(const BakeJob& job) {
   const bool own = job.low.empty() && job.faces == 0;
   return own && job.load_match.empty() && !angle_bound(job).empty();
 }

@@ -136,7 +136,7 @@ std::string deviation_bound(const BakeJob& job);
 /// Whether --max-error names maps, the normal map first of all: "normal=DEGREES", an angle between rendered normals.
 bool bounds_maps(const BakeJob& job);
 /// True if faces, map size and match are chosen together: no LOW, no --faces, but an error to reach.
-bool plans_light(const BakeJob& job);
+bool plans_low_poly(const BakeJob& job);
 /// Why a bake has one texture set whatever LOW is; empty: it may have several.
 std::string no_sets(const BakeJob& job);
 /// Parts an --out that ends in .glb, .gltf or .obj. \throws Error(usage) for what it cannot hold

@@ -43,11 +43,11 @@ struct HighPolyInput {
 
 /// Several files are meshes, and joined. \param named, beside  see load_meshes() \param options  of meshes
 /// \throws Error(usage) where a mesh was given a height or an extent, Error(input) as the readers
-HighPolyInput load_dense(const std::vector<std::string>& files, const HeightFieldOptions& heights,
-                         const LoadMeshOptions& options, bool named, std::vector<Warning>& warnings,
-                         bool beside = false);
-HighPolyInput load_dense(const std::string& path, const HeightFieldOptions& heights,
-                         std::vector<Warning>& warnings, const LoadMeshOptions& options = {});
+HighPolyInput load_high(const std::vector<std::string>& files, const HeightFieldOptions& heights,
+                        const LoadMeshOptions& options, bool named, std::vector<Warning>& warnings,
+                        bool beside = false);
+HighPolyInput load_high(const std::string& path, const HeightFieldOptions& heights,
+                        std::vector<Warning>& warnings, const LoadMeshOptions& options = {});
 
 /// As a choice of the command has it. \param whole  what CleanHigh::automatic repairs: all, or windings alone
 /// \param all_parts  whether no part may be left out for its size

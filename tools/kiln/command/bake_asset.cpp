@@ -11,7 +11,7 @@
 #include "command/bake_run.h"
 #include "kiln/asset.h"
 #include "kiln/files.h"
-#include "report/json_text.h"
+#include "report/json.h"
 
 namespace kiln::cli {
 namespace {

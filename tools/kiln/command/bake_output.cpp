@@ -393,7 +393,7 @@ void check_outputs(const BakeJob& arguments, const SaveImageOptions& save_option
   for (const TransferArgument& transfer : parse_transfers(arguments)) {
     inputs.emplace_back(transfer.file);
   }
-  if (plans_light(arguments)) {
+  if (plans_low_poly(arguments)) {
     for (const std::string& file : plot_files(stem + "_plan")) outputs.push_back(folder / file);
   }
   check_paths(inputs, outputs);

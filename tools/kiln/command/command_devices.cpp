@@ -4,9 +4,9 @@
 #include "cl/driver_state.h"
 #include "commands.h"
 #include "kiln/kiln.h"
-#include "report/json_text.h"
+#include "report/console.h"
+#include "report/json.h"
 #include "report/report.h"
-#include "report/terminal.h"
 
 namespace kiln::cli {
 namespace {

@@ -9,9 +9,9 @@
 #include "commands.h"
 #include "kiln/kiln.h"
 #include "picture/sheet.h"
+#include "report/console.h"
 #include "report/map_file.h"
 #include "report/report.h"
-#include "report/terminal.h"
 
 namespace kiln::cli {
 namespace {

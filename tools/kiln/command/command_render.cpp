@@ -243,9 +243,9 @@ int run_render(const RenderArguments& arguments) {
   const Mesh mesh = load_low(baking(arguments), warnings);
   std::optional<HighPolyInput> dense;
   if (!arguments.reference.empty()) {
-    dense = load_dense(high_files(baking(arguments)), arguments.heights,
-                       load_options(arguments.bake, MeshSide::high), has_more_files(arguments.bake),
-                       warnings);
+    dense = load_high(high_files(baking(arguments)), arguments.heights,
+                      load_options(arguments.bake, MeshSide::high), has_more_files(arguments.bake),
+                      warnings);
   }
   const Mesh* const reference = dense ? &dense->mesh : nullptr;
   if (reference != nullptr) warn_of_boxes("--reference and MESH", *reference, mesh, warnings);

@@ -18,7 +18,7 @@
 #include "kiln/volume.h"
 #include "report/check_result.h"
 #include "report/console.h"
-#include "report/json_text.h"
+#include "report/json.h"
 #include "report/report.h"
 
 namespace kiln::cli {

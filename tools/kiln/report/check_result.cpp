@@ -142,8 +142,8 @@ std::string why_nothing(const BakeReport& report, const Mesh& high, const Mesh& 
          (report.uv ? why_no_uv(*report.uv, high.triangles.size()) : why_no_place(high, low)) + ".";
 }
 
-Mesh load_light(const std::string& path, const std::string& otherwise,
-                std::vector<Warning>& warnings, const LoadMeshOptions& options) {
+Mesh load_low(const std::string& path, const std::string& otherwise, std::vector<Warning>& warnings,
+              const LoadMeshOptions& options) {
   Mesh mesh = load_mesh(path, options, &warnings);
   check_has_uvs(mesh, path, otherwise);
   turn_normals("LOW", Trusted::normals, mesh, warnings);

@@ -28,7 +28,7 @@ void check_has_uvs(const Mesh& low, const std::string& path, const std::string& 
 /// Reads a low poly whose map is to be measured.
 /// \param otherwise  ends the message: ", or ..."
 /// \throws Error(input) where it has no UVs
-Mesh load_light(const std::string& path, const std::string& otherwise,
-                std::vector<Warning>& warnings, const LoadMeshOptions& options = {});
+Mesh load_low(const std::string& path, const std::string& otherwise, std::vector<Warning>& warnings,
+              const LoadMeshOptions& options = {});
 
 }  // namespace kiln::cli

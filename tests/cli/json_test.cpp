@@ -1,5 +1,5 @@
 // Paths that are no UTF-8 come back from JSON as they were.
-#include "report/json_text.h"
+#include "report/json.h"
 
 #include <gtest/gtest.h>
 
