@@ -61,7 +61,7 @@ struct Turned {
   UpAxis up;
   Place (*in_file)(const Place& p);
 };
-// Of a turn that takes the axis to Y: (x, z, -y) for Z up, and so on; here its inverse.
+// A turn that takes the axis to Y: (x, z, -y) for Z up, and so on; here its inverse.
 constexpr Turned kTurned[] = {
     {UpAxis::y, [](const Place& p) { return p; }},
     {UpAxis::z,

@@ -12,7 +12,7 @@ struct FbxMaker {
   double centimetres = 1;
   std::vector<double> vertices;
   std::vector<int> corners;  // three a triangle
-  /// Of sets of UVs, each two a corner.
+  /// Sets of UVs, each two a corner.
   struct Set {
     std::string name;
     std::vector<double> uvs;

@@ -285,7 +285,7 @@ TEST(SaveAsset, HierarchiesAreKept) {
   EXPECT_EQ(glb.head["nodes"][0]["extras"], json::parse(R"({"k":1})"));
   EXPECT_FALSE(glb.head["nodes"][3].contains("matrix"));
   EXPECT_FALSE(glb.head["nodes"][3].contains("mesh"));
-  // What mirrors has no mesh of its own: programs do not agree on tangents there.
+  // A node that mirrors has no mesh of its own: programs do not agree on tangents there.
   EXPECT_FALSE(glb.head["nodes"][1].contains("mesh"));
   EXPECT_EQ(load_asset(path).nodes[1].parent, 0U);
 

@@ -476,7 +476,7 @@ GltfMaker packed_square() {
                     {"byteStride", 12},
                     {"count", 4},
                     {"mode", "ATTRIBUTES"}};
-  // What is there without the extension is of no use.
+  // The fallback without the extension is of no use.
   maker.json["bufferViews"][0] = {{"buffer", 0},
                                   {"byteLength", 48},
                                   {"byteOffset", 8000},

@@ -16,7 +16,7 @@ namespace {
 using test::mesh_files::load_text;
 using test::mesh_files::Loaded;
 
-/// What a file holds beside the unit square: at (x, y, 0) the UV is (x, y), the normal (0.6, 0, 0.8), the colour
+/// Contents of a file beside the unit square: at (x, y, 0) the UV is (x, y), the normal (0.6, 0, 0.8), the colour
 /// (255, 128, 0).
 enum Holds : unsigned { kUvs = 1, kNormals = 2, kColors = 4 };
 
@@ -453,7 +453,7 @@ TEST(MeshWriters, PlyUvsByAnyName) {
     EXPECT_TRUE(loaded.warnings.empty());
     EXPECT_EQ(loaded.mesh.uvs, (std::vector<Vec2>{{0, 0}, {1, 0}, {1, 1}, {0, 1}})) << u;
   }
-  // Of two sets the first counts; one without its other half is none. Both are said.
+  // The first of two sets counts; one without its other half is none. Both are said.
   const std::string body =
       "0 0 0 0 0 7 7 9\n1 0 0 1 0 7 7 9\n1 1 0 1 1 7 7 9\n0 1 0 0 1 7 7 9\n3 0 1 2\n"
       "3 0 2 3\n";

@@ -78,7 +78,7 @@ TEST(ObjNames, OfObjectsAloneAreObjectsAlone) {
   EXPECT_EQ(text.str().find("\ng "), std::string::npos) << text.str();
 }
 
-/// Of a mesh that no file had: objects whose names are no groups', one of them unused.
+/// Names of a mesh that no file had: objects whose names are no groups', one of them unused.
 TEST(ObjNames, OfMeshesOfTheCallersOwn) {
   Mesh mesh = test::plane(2, 2);
   mesh.group_names = {"unused", "top"};

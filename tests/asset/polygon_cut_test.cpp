@@ -196,7 +196,7 @@ void expect_area(const Shape& shape, const Triples& triangles, double rounding) 
       longest = std::max(longest, std::sqrt(dot(side, side)));
     }
     EXPECT_GE(along, -4 * rounding * longest) << shape.name << ": turned over";
-    // What is no higher than corners are off by rounding is a needle, and has any normal.
+    // A triangle no higher than corners are off by rounding is a needle, and has any normal.
     if (along > 4 * rounding * longest) {
       for (const std::uint32_t corner : {a, b, c}) met.insert(shape.corners[corner]);
     } else {

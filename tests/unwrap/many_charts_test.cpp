@@ -83,7 +83,7 @@ TEST(ManyCharts, ScrapsKeepTheirDistance) {
 }
 
 TEST(ManyCharts, KnownOnesOfAnotherSizeChangeNothing) {
-  // Of the first the size does not matter to the charts; of the second it may.
+  // The charts of the first do not depend on the size; those of the second may.
   Mesh parts;
   parts.name = "parts";
   for (std::uint32_t i = 0; i < 80; ++i) {

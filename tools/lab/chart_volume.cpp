@@ -20,7 +20,7 @@ namespace {
 constexpr std::uint32_t kMatchedViews = 12;  // matched from
 constexpr std::uint32_t kLargest = 8192;
 
-/// How a map of a volume's surface comes about.
+/// Ways to make a map of a volume's surface.
 struct VolumeWay {
   std::string name, label, family;  ///< As Mark; the name without the size of the map
   std::optional<BakeOptions> bake;  ///< The full contour baked so; else no bake
@@ -32,7 +32,7 @@ constexpr const char* kDirectMap = "direct";  ///< extract()'s map
 bool is_direct(const VolumeWay& way) { return way.name == kDirectMap; }
 bool is_plain(const VolumeWay& way) { return way.name == kNoMap; }
 
-/// What is compared.
+/// Settings that are compared.
 std::vector<VolumeWay> volume_ways() {
   BakeOptions rays, more_rays, views, closest;
   more_rays.samples = 2;
@@ -73,7 +73,7 @@ struct VolumeOptions {
   std::uint32_t pixels;  ///< A side of the pictures whose normals are measured
 };
 
-/// Of one timed run, from the volume in memory to low poly and map. What several ways share counts for each:
+/// Times of one run, from the volume in memory to low poly and map. Steps that several ways share count for each:
 /// the full contour, once; the low poly and its UVs.
 struct VolumeSeconds {
   double contour = 0;   ///< The finest contour; for a bake as a mesh, too
@@ -174,7 +174,7 @@ class Runner {
   }
 
  private:
-  /// What a row is made of.
+  /// Parts of a row.
   struct Task {
     const VolumeWay* way;
     const Sized* sized;

@@ -52,7 +52,7 @@ BakeOptions options_of(const BakeJob& job) {
 
 Json describe(const BakeJob& job, const BakeReport& report) {
   Json json = values_json(bake_rows(), &job);
-  // What does not apply is null, and what was chosen is told as it was.
+  // An option that does not apply is null, and a choice is told as it was made.
   const auto only_if = [&](bool applies, std::initializer_list<const char*> keys) {
     for (const char* key : keys) {
       if (!applies) json[key] = Json();

@@ -12,7 +12,7 @@
 namespace kiln::cli {
 namespace {
 
-/// How far a height field may lie from the mesh under it, as a share of its diagonal: by its heights.
+/// Distance of a height field from the mesh under it, as a share of its diagonal: by its heights.
 double relief(const Mesh& field) {
   const Bounds box = Bounds::of(field);
   double squared = 0;

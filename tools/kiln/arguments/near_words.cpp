@@ -14,7 +14,7 @@
 namespace kiln::cli {
 namespace {
 
-/// What Kiln calls otherwise, beside maps and matches: their rows say it.
+/// Other programs' words beside those of maps and matches, whose rows say them.
 struct OtherName {
   std::string_view theirs, ours;
 };
@@ -168,7 +168,7 @@ extern const char kUnknownFlags[];  // unknown_flags.txt
 
 namespace {
 
-/// What the list says of a flag; empty: nothing. \param heading  "bake", "chart" or "faces"
+/// The list's answer for a flag; empty: none. \param heading  "bake", "chart" or "faces"
 std::string answer_of(std::string_view heading, std::string_view name) {
   std::istringstream lines{std::string(kUnknownFlags)};
   bool below = false;

@@ -36,7 +36,7 @@ struct Member {
     , #member                    \
   }
 
-/// How the words after a flag become a member of a job, and how a report says that member.
+/// Conversion of the words after a flag to a member of a job, and of the member to a report.
 struct OptionValue {
   std::string type;    ///< For programs: flag, whole, number, choice, length, text, list...
   std::string words;   ///< What help says of values
@@ -288,7 +288,7 @@ void add_run_options(Command& command, Job& job, const char* group = "") {
   const OptionRow rows[] = {device_row<Job>(group), json_row<Job>(group), quiet_row<Job>(group)};
   add_options(command, rows, &job);
 }
-/// Of jobs with a member `load`. \param what  is read
+/// --triangulate, for jobs with a member `load`. \param what  is read
 template <typename Job>
 OptionRow triangulate_row(const char* group, const std::string& what) {
   return {
@@ -310,7 +310,7 @@ OptionRow density_row(const char* group, const std::string& high,
           .help = "Of large charts that Kiln lays out: texels by area, or more where " + high +
                   " has more detail"};
 }
-/// Of jobs with members `clean` and `keep_inner`.
+/// --clean, for jobs with members `clean` and `keep_inner`.
 template <typename Job>
 OptionRow clean_row(const char* group) {
   return {
@@ -329,7 +329,7 @@ OptionRow keep_inner_row(const char* group) {
           .value = toggle(KILN_MEMBER(Job, keep_inner)),
           .help = "--clean: keep parts of HIGH that no view from outside sees"};
 }
-/// Of jobs with a member `heights`.
+/// --height, for jobs with a member `heights`.
 template <typename Job>
 OptionRow height_row(const char* group) {
   return {.flag = "--height",

@@ -22,7 +22,7 @@ namespace kiln::cli {
 
 /// ASCII letters in lower case.
 std::string lower_case(std::string text);
-/// What a file's name ends in, in lower case: ".png".
+/// Extension of a file's name, in lower case: ".png".
 std::string lower_extension(const std::filesystem::path& path);
 
 /// "2048" or "2048x1024". \throws Error(usage)

@@ -50,7 +50,7 @@ struct AssetMesh {
   std::vector<std::size_t> sets;  ///< Of each material
 };
 
-/// How a material of LOW shows, by the one of HIGH; else by LOW's own.
+/// Look of a material of LOW, by the one of HIGH; else by LOW's own.
 void describe_surface(const Material* of_high, const Material* of_low, AssetMaterial& material) {
   const Material* const shown = of_high != nullptr ? of_high : of_low;
   material.alpha_mode = AlphaMode::opaque;

@@ -74,13 +74,13 @@ void warn_about_weights(const BakeJob& arguments, const VisibilityOptions& visib
                       1});
 }
 
-/// Where most is missed.
+/// Place where most is missed.
 std::string missed_place(const BakeResult& result, const Mesh& low) {
   const Image& map = result.maps.front().image;
   return describe(largest_missed_patch(result.coverage, map.width, map.height, low));
 }
 
-/// Of a low poly that was made here: both meshes lie in one place.
+/// Check of a low poly that was made here: both meshes lie in one place.
 std::string misses_of_made(const BakeReport& report, double strays) {
   char text[256];
   std::snprintf(
@@ -127,7 +127,7 @@ void widen_search(BakeRun& run) {
   run.options.match.max_distance = Length::share(made.search_distance());
 }
 
-/// Of planning, without the bake of the result.
+/// Time of planning, without the bake of the result.
 double planning(const BakeReport& report, double all) {
   const double baked = report.seconds_build + report.seconds_texels + report.seconds_match +
                        report.seconds_detail + report.seconds_recall + report.seconds_image +
@@ -242,7 +242,7 @@ void make_cage(BakeRun& run, const Source& source) {
   run.stages.cage = run.watch.lap();
 }
 
-/// How far rendered normals of LOW with a small map of its own are off HIGH's, mean degrees; with nothing found, none.
+/// Error of rendered normals of LOW with a small map of its own, mean degrees; with nothing found, none.
 std::optional<double> normals_off(const BakeRun& run, const Device& device, const Source& source,
                                   const Mesh& low, const NormalReference& reference) {
   constexpr std::uint32_t kMostTexels = 512;

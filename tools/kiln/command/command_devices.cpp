@@ -11,7 +11,7 @@
 namespace kiln::cli {
 namespace {
 
-/// What the device's self-test says, or why it cannot be opened; empty: it computes as it should.
+/// Result of the device's self-test, or why it cannot be opened; empty: it computes as it should.
 std::string fault_of(const DeviceInfo& info) {
   try {
     Device::open(std::to_string(info.index));

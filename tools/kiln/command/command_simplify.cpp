@@ -25,7 +25,7 @@
 namespace kiln::cli {
 namespace {
 
-/// Of `--normals`.
+/// Words of `--normals`.
 constexpr const char *kForMap = "map", *kForShading = "shading";
 
 struct SimplifyArguments {
@@ -45,7 +45,7 @@ struct SimplifyArguments {
   bool quiet = false, force = false;
 };
 
-/// What the summary says of the layout.
+/// The layout, in the words of the summary.
 std::string layout_words(std::uint64_t charts, double coverage, bool kept) {
   char text[128];
   const char* const covers = charts == 1 ? kept ? "chart was kept, and covers" : "chart covers"

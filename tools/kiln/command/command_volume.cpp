@@ -181,7 +181,7 @@ Baked bake_map(const Device& device, const VolumeArguments& a, const Mesh& dense
   return baked;
 }
 
-/// What a level after the first is extracted with: for half the size on screen of the one before, so with a
+/// Options of a level after the first: for half the size on screen of the one before, so with a
 /// quarter of its faces and half the side of its map. Parts and topology are those of all levels.
 ExtractOptions next_level(const ExtractOptions& first, const ExtractReport& before) {
   ExtractOptions options = first;
@@ -239,7 +239,7 @@ Json level_json(const ExtractResult& level, std::size_t number, const fs::path& 
           {"error_cells", level.report.error}};
 }
 
-/// What was chosen, and why.
+/// Prints what was chosen, and why.
 void print_choice(Console& console, const ExtractReport& r, const ExtractOptions& options) {
   const ExtractUsed& used = r.used;
   char text[400];
@@ -377,7 +377,7 @@ int run_volume(const VolumeArguments& a) {
   }
   const double save_seconds = watch.lap();
   ExtractReport& r = result.report;
-  // Of the direct map, which another took the place of.
+  // This warning is of the direct map, which another took the place of.
   if (baked) std::erase_if(r.warnings, [](const Warning& w) { return w.code == "map-too-fine"; });
   warnings.insert(warnings.end(), r.warnings.begin(), r.warnings.end());
   if (baked) {

@@ -12,7 +12,7 @@
 namespace kiln::cli {
 namespace {
 
-/// What is the matter with layouts that do not lie over each other anywhere.
+/// The fault of layouts that do not lie over each other anywhere.
 std::string why_no_uv(const UvReport& uv, std::size_t triangles) {
   std::string reason = "its UV triangles lie where LOW has none";
   if (uv.covered == 0 && uv.without_area >= triangles) {
@@ -49,7 +49,7 @@ std::string swapped_axes(const std::array<double, 3>& high, const std::array<dou
   return {};
 }
 
-/// Where two meshes lie; empty where their boxes fit. \param moved  whether one beside the other is told, too
+/// Places of two meshes; empty if their boxes fit. \param moved  whether one beside the other is told, too
 std::string why_boxes_part(const Mesh& high, const Mesh& low, bool moved) {
   struct Box {
     std::array<double, 3> lo{}, hi{};

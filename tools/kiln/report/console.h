@@ -1,4 +1,4 @@
-// What a person sees while the command works.
+// Progress, warnings and the summary on the terminal.
 #pragma once
 
 #include <chrono>
@@ -29,7 +29,7 @@ std::size_t terminal_columns();
 /// error. \throws Error(output) where it is closed, or its disk is full
 void finish_output();
 
-/// Where the command is started without standard input, output or error, a file that it opens would take their
+/// If the command is started without standard input, output or error, a file that it opens would take their
 /// place, and what is printed would go into that file. So they are opened, such that their use fails as before.
 /// \returns false where that cannot be
 bool reserve_descriptors();

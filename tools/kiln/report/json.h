@@ -75,10 +75,10 @@ class Json {
   bool is_array() const { return kind_ == Kind::list; }
   bool is_object() const { return kind_ == Kind::object; }
 
-  /// Of a list or an object; null has 0.
+  /// Number of elements of a list or an object; null has 0.
   std::size_t size() const { return elements_.size(); }
   bool empty() const { return elements_.empty(); }
-  /// Of a list.
+  /// Elements of a list.
   const std::vector<Json>& elements() const { return elements_; }
   template <std::integral Index>
   const Json& operator[](Index index) const {
@@ -97,9 +97,9 @@ class Json {
   /// Sets every key of another object, too.
   void update(const Json& other);
 
-  /// Of a number.
+  /// Value of a number.
   double number() const;
-  /// Of a text.
+  /// Characters of a text.
   const std::string& text() const { return text_; }
 
   /// The same with a function of every text and key.
