@@ -39,7 +39,7 @@ double median(std::vector<double> values) {
   return *middle;
 }
 
-/// A place on a light face, beside one of its edges. Outside of the face: no direction.
+/// A place on a face of the low poly, beside one of its edges. Outside of the face: no direction.
 struct Place {
   Vec3 position, direction;
 };

@@ -117,7 +117,7 @@ class PartMatcher : public Matcher {
  private:
   cl::Context& context_;
   std::vector<std::uint32_t> part_of_low_;
-  std::vector<std::uint32_t> place_;  // of each light triangle among those of its part
+  std::vector<std::uint32_t> place_;  // of each triangle of the low poly among those of its part
   std::vector<Part> parts_;
   std::vector<std::vector<std::uint32_t>> samples_;  // of each part, of the last band
 };

@@ -8,7 +8,7 @@
 namespace kiln {
 
 /// One matcher of a row for each part that both meshes have, told of nothing but the part: its triangles of
-/// the high poly, and its own light triangles for what they hide from themselves. So it cannot find a
+/// the high poly, and its own triangles of the low poly for what they hide from themselves. So it cannot find a
 /// point of another part, however the parts lie. Samples on a part without dense triangles are missed.
 /// \param parts  outlives the matcher
 /// \throws Error(usage) for lists of other lengths, and for a match that does not obey MatchOptions::parts

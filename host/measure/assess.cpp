@@ -66,9 +66,9 @@ void rate_cells(const AssessedSamples& samples, const SampleGrid& grid, double u
     if (right == kNone || below == kNone) continue;
     const Vec3d low_area = cross(low_step(right), low_step(below));
     const Vec3d high_area = cross(high_step(right), high_step(below));
-    const double light = length(low_area);
-    if (!(light > 0)) continue;
-    const double stretch = std::max(std::log2(length(high_area) / light), kLeastStretch);
+    const double low_size = length(low_area);
+    if (!(low_size > 0)) continue;
+    const double stretch = std::max(std::log2(length(high_area) / low_size), kLeastStretch);
     const bool fold =
         dot(low_area, Vec3d(samples.normal[i])) * dot(high_area, Vec3d(samples.match_normal[i])) <
         0;

@@ -87,13 +87,13 @@ void summarize(const std::vector<double>& squared, DistanceReport& report) {
 
 DistanceReport one_sided_distance(std::span<const Vec3> dense_positions,
                                   std::span<const Triangle> dense_triangles,
-                                  const SurfaceDistance& light, std::uint64_t max_samples) {
+                                  const SurfaceDistance& low, std::uint64_t max_samples) {
   DistanceReport report;
   const std::uint64_t available = std::uint64_t{dense_triangles.size()} * 4;
   report.samples = std::min(available, max_samples);
   if (report.samples == 0) return report;
 
-  const KeptTriangles kept(light.corners());
+  const KeptTriangles kept(low.corners());
   std::vector<double> squared(report.samples);
   std::atomic<std::uint64_t> searched = 0;
   parallel_for(report.samples, 1024, [&](std::size_t begin, std::size_t end) {
@@ -116,7 +116,7 @@ DistanceReport one_sided_distance(std::span<const Vec3> dense_positions,
           const double farthest = std::sqrt(squared[i - 1]) + length(Vec3d(point) - before);
           within = kMoreThanRounding * farthest * farthest + kTiny;
         }
-        squared[i] = light.squared(point, within);
+        squared[i] = low.squared(point, within);
         ++searches;
       }
       before = Vec3d(point);

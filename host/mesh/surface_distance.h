@@ -115,6 +115,6 @@ DistanceReport distance_back(const SurfaceDistance& dense, std::span<const Vec3>
 /// that a search would meet a share of them all.
 DistanceReport one_sided_distance(std::span<const Vec3> dense_positions,
                                   std::span<const Triangle> dense_triangles,
-                                  const SurfaceDistance& light, std::uint64_t max_samples);
+                                  const SurfaceDistance& low, std::uint64_t max_samples);
 
 }  // namespace kiln

@@ -107,21 +107,23 @@ std::vector<NormalFit::Place> NormalFit::places(std::size_t count, const Mesh& l
                                                 const TwoSided& sides) const {
   std::vector<Place> result(count);
   const double whole = area_until_.back();
-  const std::vector<Vec3> light = frame_.to_frame(low);
+  const std::vector<Vec3> low_points = frame_.to_frame(low);
   std::vector<Triangle> triangles;
   std::vector<std::uint32_t> source;
   for (std::uint32_t t = 0; t < low.triangles.size(); ++t) {
     const Triangle& c = low.triangles[t];
-    if (!is_finite(light[c[0]]) || !is_finite(light[c[1]]) || !is_finite(light[c[2]])) continue;
+    if (!is_finite(low_points[c[0]]) || !is_finite(low_points[c[1]]) ||
+        !is_finite(low_points[c[2]]))
+      continue;
     triangles.push_back(c);
     source.push_back(t);
   }
   if (triangles.empty()) return result;
-  const SurfaceDistance surface(light, triangles);
+  const SurfaceDistance surface(low_points, triangles);
   // A triangle's squared distance, and a bound of its rounding.
   const auto surely_within = [&](const Vec3& point, std::uint32_t triangle) {
     const Triangle& c = triangles[triangle];
-    const std::array<Vec3, 3> corners{light[c[0]], light[c[1]], light[c[2]]};
+    const std::array<Vec3, 3> corners{low_points[c[0]], low_points[c[1]], low_points[c[2]]};
     const double known = squared_to_triangle(Vec3d(point), corners.data(), kEndless);
     return known * (1 + kNormalRounding) + kNormalRounding * kNormalRounding;
   };
@@ -146,7 +148,7 @@ std::vector<NormalFit::Place> NormalFit::places(std::size_t count, const Mesh& l
       // Samples follow the high poly's triangles, so the last one's is seldom far.
       nearest = surface.nearest(rounded, surely_within(rounded, nearest));
       place.triangle = source[nearest];
-      Vec3d below = face_of(light, low.triangles[place.triangle]);
+      Vec3d below = face_of(low_points, low.triangles[place.triangle]);
       if (!sides.empty() && sides.twins[place.triangle] != TwoSided::kNone &&
           dot(below, unit) < 0) {
         place.triangle = sides.twins[place.triangle];
@@ -154,8 +156,8 @@ std::vector<NormalFit::Place> NormalFit::places(std::size_t count, const Mesh& l
       }
       const Triangle& l = low.triangles[place.triangle];
       if (!(dot(below, unit) > kNormalAgreement * length(below))) continue;
-      place.share =
-          barycentric_projection(point, Vec3d(light[l[0]]), Vec3d(light[l[1]]), Vec3d(light[l[2]]));
+      place.share = barycentric_projection(point, Vec3d(low_points[l[0]]), Vec3d(low_points[l[1]]),
+                                           Vec3d(low_points[l[2]]));
       place.normal = normal;
     }
   });

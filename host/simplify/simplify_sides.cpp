@@ -48,16 +48,16 @@ void SimplifyJob::add_backs(const SimplifyResult& result, std::vector<Vec3d>& po
 
 /// Samples of triangles with backs count twice, if only some have them.
 DistanceReport SimplifyJob::measure(const SimplifyResult& result, std::uint64_t samples) const {
-  const SurfaceDistance light(to_floats(result.points), result.triangles);
+  const SurfaceDistance low(to_floats(result.points), result.triangles);
   if (!dense_.keep_labels) {
-    return one_sided_distance(dense_positions_, dense_.triangles, light, samples);
+    return one_sided_distance(dense_positions_, dense_.triangles, low, samples);
   }
   std::vector<Triangle> triangles;
   for (std::size_t t = 0; t < dense_.triangles.size(); ++t) {
     triangles.push_back(dense_.triangles[t]);
     if (has_back(dense_.labels, t)) triangles.push_back(dense_.triangles[t]);
   }
-  return one_sided_distance(dense_positions_, triangles, light, samples);
+  return one_sided_distance(dense_positions_, triangles, low, samples);
 }
 
 }  // namespace kiln

@@ -74,32 +74,32 @@ Surroundings around_vertices(const Mesh& high, const std::vector<Vec3>& position
 
 std::vector<ColoredPlace> places_of(const Mesh& high, const Mesh& low) {
   const Frame frame = Frame::of(high);
-  const std::vector<Vec3> dense = frame.to_frame(high), light = frame.to_frame(low);
-  const Surroundings around = around_vertices(high, dense);
-  const SurfaceDistance surface(light, low.triangles);
+  const std::vector<Vec3> high_points = frame.to_frame(high), low_points = frame.to_frame(low);
+  const Surroundings around = around_vertices(high, high_points);
+  const SurfaceDistance surface(low_points, low.triangles);
   const TwoSided sides = TwoSided::of(low);
   const std::size_t most = std::max(kLeastPlaces, kPlacesOfVertex * low.positions.size());
-  const std::size_t step = (dense.size() + most - 1) / most;
-  const std::size_t count = (dense.size() + step - 1) / step;
+  const std::size_t step = (high_points.size() + most - 1) / most;
+  const std::size_t count = (high_points.size() + step - 1) / step;
   // Those of vertices on both sides of a sheet have a second, on its back.
   std::vector<ColoredPlace> places(sides.empty() ? count : 2 * count);
   parallel_for(count, kGrainOfPlaces, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
-      const Vec3& point = dense[i * step];
+      const Vec3& point = high_points[i * step];
       if (!(around.area[i * step] > 0) || !is_finite(point)) continue;
       const auto put = [&](ColoredPlace& place, std::uint32_t triangle, double area) {
         place.area = area;
         place.color = linear_of(high.colors[i * step]);
         place.corners = low.triangles[triangle];
         const auto& [a, b, c] = place.corners;
-        place.share =
-            barycentric_projection(Vec3d(point), Vec3d(light[a]), Vec3d(light[b]), Vec3d(light[c]));
+        place.share = barycentric_projection(Vec3d(point), Vec3d(low_points[a]),
+                                             Vec3d(low_points[b]), Vec3d(low_points[c]));
       };
       const std::uint32_t nearest = surface.nearest(point);
       const std::uint32_t twin = sides.empty() ? TwoSided::kNone : sides.twins[nearest];
       const int side = twin == TwoSided::kNone
                            ? 1
-                           : around.side(i * step, face_of(light, low.triangles[nearest]));
+                           : around.side(i * step, face_of(low_points, low.triangles[nearest]));
       const double area = around.area[i * step];
       put(places[i], side < 0 ? twin : nearest, side == 0 ? area / 2 : area);
       if (side == 0) put(places[count + i], twin, area / 2);

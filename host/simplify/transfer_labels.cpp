@@ -28,31 +28,31 @@ bool differ(const Names& names) {
 /// The high poly's nearest triangles to four places of each of the low poly's; of two-sided sheets, those of its side.
 std::vector<std::array<std::uint32_t, 4>> nearest_of(const Mesh& high, const Mesh& low) {
   const Frame frame = Frame::of(high);
-  const std::vector<Vec3> dense = frame.to_frame(high), light = frame.to_frame(low);
+  const std::vector<Vec3> high_points = frame.to_frame(high), low_points = frame.to_frame(low);
   std::vector<Triangle> usable;
   std::vector<std::uint32_t> number;
   for (std::uint32_t t = 0; t < high.triangles.size(); ++t) {
     const Triangle& corners = high.triangles[t];
     if (!std::all_of(corners.begin(), corners.end(),
-                     [&](std::uint32_t v) { return is_finite(dense[v]); })) {
+                     [&](std::uint32_t v) { return is_finite(high_points[v]); })) {
       continue;
     }
     usable.push_back(corners);
     number.push_back(t);
   }
-  const SurfaceDistance surface(dense, usable);
+  const SurfaceDistance surface(high_points, usable);
   const TwoSided low_sides = TwoSided::of(low);
   const TwoSided sides = low_sides.empty() ? low_sides : TwoSided::of(high);
   const auto of_side = [&](std::uint32_t found, const Triangle& t) {
     if (sides.empty() || sides.twins[found] == TwoSided::kNone) return found;
-    const bool away = dot(face_of(dense, high.triangles[found]), face_of(light, t)) < 0;
+    const bool away = dot(face_of(high_points, high.triangles[found]), face_of(low_points, t)) < 0;
     return away ? sides.twins[found] : found;
   };
   std::vector<std::array<std::uint32_t, 4>> nearest(low.triangles.size());
   parallel_for(nearest.size(), kGrain, [&](std::size_t begin, std::size_t end) {
     for (std::size_t t = begin; t < end; ++t) {
       std::array<Vec3d, 3> corner;
-      for (std::size_t k = 0; k < 3; ++k) corner[k] = Vec3d(light[low.triangles[t][k]]);
+      for (std::size_t k = 0; k < 3; ++k) corner[k] = Vec3d(low_points[low.triangles[t][k]]);
       const Vec3d middle = (corner[0] + corner[1] + corner[2]) * (1.0 / 3);
       nearest[t][0] = number[surface.nearest(to_float(middle))];
       for (std::size_t k = 0; k < 3; ++k) {

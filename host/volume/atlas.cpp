@@ -16,20 +16,21 @@ namespace {
 constexpr std::uint32_t kNoPolygon = VertexTree::kNone;
 
 /// The corner that a triangle's longest side starts at.
-std::size_t longest_side(const SimplifiedIsosurface& light, const Triangle& t) {
+std::size_t longest_side(const SimplifiedIsosurface& low_poly, const Triangle& t) {
   std::array<double, 3> lengths;
   for (std::size_t k = 0; k < 3; ++k) {
-    lengths[k] = length(Vec3d(light.positions[t[k]]) - Vec3d(light.positions[t[(k + 1) % 3]]));
+    lengths[k] =
+        length(Vec3d(low_poly.positions[t[k]]) - Vec3d(low_poly.positions[t[(k + 1) % 3]]));
   }
   return static_cast<std::size_t>(std::max_element(lengths.begin(), lengths.end()) -
                                   lengths.begin());
 }
 
 /// Corners of each chart: quads as they are, triangles in pairs or single.
-std::vector<std::array<std::uint32_t, 4>> chart_corners(const SimplifiedIsosurface& light) {
+std::vector<std::array<std::uint32_t, 4>> chart_corners(const SimplifiedIsosurface& low_poly) {
   std::vector<std::array<std::uint32_t, 4>> charts;
   std::vector<Triangle> triangles;
-  for (const SimplifiedIsosurface::Polygon& polygon : light.polygons) {
+  for (const SimplifiedIsosurface::Polygon& polygon : low_poly.polygons) {
     const auto& c = polygon.corners;
     if (polygon.is_quad()) {
       charts.push_back(c);
@@ -40,10 +41,10 @@ std::vector<std::array<std::uint32_t, 4>> chart_corners(const SimplifiedIsosurfa
   std::vector<TriangleShape> shapes;
   shapes.reserve(triangles.size());
   for (const Triangle& t : triangles) {
-    shapes.push_back(
-        triangle_shape(light.positions[t[0]], light.positions[t[1]], light.positions[t[2]]));
+    shapes.push_back(triangle_shape(low_poly.positions[t[0]], low_poly.positions[t[1]],
+                                    low_poly.positions[t[2]]));
   }
-  const Pairing pairing = pair_triangles(light.positions, triangles, shapes);
+  const Pairing pairing = pair_triangles(low_poly.positions, triangles, shapes);
   for (std::uint32_t i = 0; i < triangles.size(); ++i) {
     const Triangle& t = triangles[i];
     const std::uint32_t other = pairing.partner[i];
@@ -55,7 +56,7 @@ std::vector<std::array<std::uint32_t, 4>> chart_corners(const SimplifiedIsosurfa
                         std::count(triangles[other].begin(), triangles[other].end(), second) == 1;
     if (!paired) {
       // The longest side is the diagonal of the square.
-      const std::size_t k = longest_side(light, t);
+      const std::size_t k = longest_side(low_poly, t);
       charts.push_back({t[(k + 1) % 3], t[(k + 2) % 3], t[k], kNoPolygon});
     } else if (i < other) {
       charts.push_back({first, triangles[other][pairing.apex[other]], second, t[apex]});
@@ -69,9 +70,9 @@ struct Extent {
   double width, height;
 };
 
-Extent extent(const SimplifiedIsosurface& light, const std::array<std::uint32_t, 4>& c) {
+Extent extent(const SimplifiedIsosurface& low_poly, const std::array<std::uint32_t, 4>& c) {
   const auto side = [&](std::size_t a, std::size_t b) {
-    return length(Vec3d(light.positions[c[a]]) - Vec3d(light.positions[c[b]]));
+    return length(Vec3d(low_poly.positions[c[a]]) - Vec3d(low_poly.positions[c[b]]));
   };
   if (c[3] == kNoPolygon) {
     // A square, so that its diagonal passes from texel to texel.
@@ -175,7 +176,7 @@ void set_weights(const float* a, const float* b, const float* c, float rows[2][3
   rows[1][2] = static_cast<float>(-third[0] * a[0] - third[1] * a[1]);
 }
 
-kiln_volume_chart make_chart(const SimplifiedIsosurface& light,
+kiln_volume_chart make_chart(const SimplifiedIsosurface& low_poly,
                              const std::array<std::uint32_t, 4>& corners, const PackSize& size,
                              const PackPlace& place, std::uint32_t map, std::uint32_t border) {
   kiln_volume_chart chart{};
@@ -197,7 +198,7 @@ kiln_volume_chart make_chart(const SimplifiedIsosurface& light,
     chart.corner[k] = corners[k] == kNoPolygon ? 0 : corners[k];
   }
   for (std::uint32_t k = 0; k < chart.triangles; ++k) {
-    const auto at = [&](std::uint32_t c) { return Vec3d(light.positions[corners[c]]); };
+    const auto at = [&](std::uint32_t c) { return Vec3d(low_poly.positions[corners[c]]); };
     set_projection(at(0), at(1 + k), at(2 + k), chart.project[k], chart.normal[k]);
     set_weights(chart.texel[0], chart.texel[1 + k], chart.texel[2 + k], chart.weights[k]);
   }
@@ -205,30 +206,30 @@ kiln_volume_chart make_chart(const SimplifiedIsosurface& light,
   for (std::uint32_t k = 0; k < chart.triangles; ++k) {
     const float* n = chart.normal[k];
     if (n[0] != 0 || n[1] != 0 || n[2] != 0) continue;
-    const Vec3& v = light.normals[corners[0]];
+    const Vec3& v = low_poly.normals[corners[0]];
     const float given[3] = {v.x, v.y, v.z};
     std::copy_n(given, 3, chart.normal[k]);
   }
   return chart;
 }
 
-std::vector<Extent> extents_of(const SimplifiedIsosurface& light,
+std::vector<Extent> extents_of(const SimplifiedIsosurface& low_poly,
                                const std::vector<std::array<std::uint32_t, 4>>& corners) {
   std::vector<Extent> extents;
   extents.reserve(corners.size());
-  for (const auto& c : corners) extents.push_back(extent(light, c));
+  for (const auto& c : corners) extents.push_back(extent(low_poly, c));
   return extents;
 }
 
 }  // namespace
 
-Mesh polygon_mesh(const SimplifiedIsosurface& light, const Volume& volume) {
+Mesh polygon_mesh(const SimplifiedIsosurface& low_poly, const Volume& volume) {
   Mesh mesh;
   mesh.name = volume.name;
   mesh.origin = volume.origin;
-  mesh.positions = light.positions;
-  mesh.normals = light.normals;
-  for (const auto& c : chart_corners(light)) {
+  mesh.positions = low_poly.positions;
+  mesh.normals = low_poly.normals;
+  for (const auto& c : chart_corners(low_poly)) {
     mesh.triangles.push_back({c[0], c[1], c[2]});
     if (c[3] != kNoPolygon) mesh.triangles.push_back({c[0], c[2], c[3]});
   }
@@ -236,10 +237,10 @@ Mesh polygon_mesh(const SimplifiedIsosurface& light, const Volume& volume) {
   return mesh;
 }
 
-std::uint32_t atlas_size(const SimplifiedIsosurface& light, double texels_per_unit,
+std::uint32_t atlas_size(const SimplifiedIsosurface& low_poly, double texels_per_unit,
                          std::uint32_t border) {
   constexpr std::uint32_t kStep = 16, kLargest = 8192;
-  const std::vector<Extent> extents = extents_of(light, chart_corners(light));
+  const std::vector<Extent> extents = extents_of(low_poly, chart_corners(low_poly));
   const std::vector<PackSize> sizes = pack_sizes(extents, texels_per_unit, kLargest, border);
   double area = 0;
   std::uint32_t side = kStep;
@@ -256,10 +257,10 @@ std::uint32_t atlas_size(const SimplifiedIsosurface& light, double texels_per_un
   return kLargest;
 }
 
-Atlas make_atlas(const SimplifiedIsosurface& light, const Volume& volume, std::uint32_t size,
+Atlas make_atlas(const SimplifiedIsosurface& low_poly, const Volume& volume, std::uint32_t size,
                  std::uint32_t border) {
-  const auto corners = chart_corners(light);
-  const std::vector<Extent> extents = extents_of(light, corners);
+  const auto corners = chart_corners(low_poly);
+  const std::vector<Extent> extents = extents_of(low_poly, corners);
   Atlas atlas;
   std::vector<PackPlace> places;
   std::vector<PackSize> sizes;
@@ -270,10 +271,10 @@ Atlas make_atlas(const SimplifiedIsosurface& light, const Volume& volume, std::u
   if (atlas.border == 0) {
     const std::string map =
         "a map of " + std::to_string(size) + " x " + std::to_string(size) + " texels";
-    if (!light.reached) {
+    if (!low_poly.reached) {
       throw Error(
           ErrorCode::input,
-          "The topology of volume '" + volume.name + "' keeps " + std::to_string(light.faces) +
+          "The topology of volume '" + volume.name + "' keeps " + std::to_string(low_poly.faces) +
               " faces, however few are asked for, and their " + std::to_string(corners.size()) +
               " charts are too many for " + map +
               ": take the outer surface alone, with gaps closed (`outer_only` and `outer_gap`), "
@@ -288,12 +289,12 @@ Atlas make_atlas(const SimplifiedIsosurface& light, const Volume& volume, std::u
   Mesh& mesh = atlas.mesh;
   mesh.name = volume.name;
   mesh.origin = volume.origin;
-  mesh.positions = light.positions;
-  mesh.normals = light.normals;
+  mesh.positions = low_poly.positions;
+  mesh.normals = low_poly.normals;
   atlas.charts.reserve(corners.size());
   for (std::size_t i = 0; i < corners.size(); ++i) {
     kiln_volume_chart chart =
-        make_chart(light, corners[i], sizes[i], places[i], size, atlas.border);
+        make_chart(low_poly, corners[i], sizes[i], places[i], size, atlas.border);
     chart.first_texel = static_cast<std::uint32_t>(atlas.texels);
     atlas.texels += std::uint64_t{chart.size[0]} * chart.size[1];
     chart.first_ring = static_cast<std::uint32_t>(atlas.ring_texels);

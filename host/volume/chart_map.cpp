@@ -32,13 +32,14 @@ constexpr std::uint32_t kPolygonBorder = 1;
 constexpr int kPoints = 2;
 constexpr std::size_t kRowsAtOnce = 16;
 
-double area_of(const SimplifiedIsosurface& light) {
+double area_of(const SimplifiedIsosurface& low_poly) {
   double area = 0;
   const auto add = [&](std::uint32_t a, std::uint32_t b, std::uint32_t c) {
-    const Vec3d at(light.positions[a]);
-    area += 0.5 * length(cross(Vec3d(light.positions[b]) - at, Vec3d(light.positions[c]) - at));
+    const Vec3d at(low_poly.positions[a]);
+    area +=
+        0.5 * length(cross(Vec3d(low_poly.positions[b]) - at, Vec3d(low_poly.positions[c]) - at));
   };
-  for (const SimplifiedIsosurface::Polygon& polygon : light.polygons) {
+  for (const SimplifiedIsosurface::Polygon& polygon : low_poly.polygons) {
     const auto& c = polygon.corners;
     add(c[0], c[1], c[2]);
     if (polygon.is_quad()) add(c[0], c[2], c[3]);
@@ -172,7 +173,7 @@ void gather_rows(const std::vector<Placed>& placed, const PolygonTexels& polygon
 
 }  // namespace
 
-ChartLayout lay_out_charts(const SimplifiedIsosurface& light, const Volume& volume,
+ChartLayout lay_out_charts(const SimplifiedIsosurface& low_poly, const Volume& volume,
                            std::uint32_t size, std::uint32_t border, const TexelDetail* detail,
                            KnownCharts* known) {
   UnwrapOptions options;
@@ -180,37 +181,39 @@ ChartLayout lay_out_charts(const SimplifiedIsosurface& light, const Volume& volu
   options.size = size;
   options.border_texels = std::min(2 * border, size / 4);
   ChartLayout layout;
-  layout.mesh = unwrap_for(polygon_mesh(light, volume), options, detail, &layout.unwrapped, known);
-  layout.texels_per_unit = size * std::sqrt(layout.unwrapped.coverage / area_of(light));
+  layout.mesh =
+      unwrap_for(polygon_mesh(low_poly, volume), options, detail, &layout.unwrapped, known);
+  layout.texels_per_unit = size * std::sqrt(layout.unwrapped.coverage / area_of(low_poly));
   return layout;
 }
 
-ChartLayout lay_out_charts_at(const SimplifiedIsosurface& light, const Volume& volume,
+ChartLayout lay_out_charts_at(const SimplifiedIsosurface& low_poly, const Volume& volume,
                               double texels_per_unit, std::uint32_t border, std::uint32_t& size,
                               const TexelDetail* detail) {
   const auto size_for = [&](double side) {
     const double steps = std::ceil(std::min<double>(side, kLargest) / kStep);
     return kStep * std::max(1U, static_cast<std::uint32_t>(steps));
   };
-  size = size_for(texels_per_unit * std::sqrt(area_of(light) / kExpectedCoverage));
+  size = size_for(texels_per_unit * std::sqrt(area_of(low_poly) / kExpectedCoverage));
   KnownCharts known;
-  ChartLayout layout = lay_out_charts(light, volume, size, border, detail, &known);
+  ChartLayout layout = lay_out_charts(low_poly, volume, size, border, detail, &known);
   const double reached = layout.texels_per_unit / texels_per_unit;
   if (reached > kNearlyAsDense || size == kLargest) return layout;
   size = size_for(size / reached);
-  return lay_out_charts(light, volume, size, border, detail, &known);
+  return lay_out_charts(low_poly, volume, size, border, detail, &known);
 }
 
-Image chart_map(cl::Context& context, const FineSurface& surface, const SimplifiedIsosurface& light,
-                const Volume& volume, const ChartLayout& layout, double spacing,
-                const ExtractOptions& options, std::uint64_t& splatted) {
+Image chart_map(cl::Context& context, const FineSurface& surface,
+                const SimplifiedIsosurface& low_poly, const Volume& volume,
+                const ChartLayout& layout, double spacing, const ExtractOptions& options,
+                std::uint64_t& splatted) {
   ExtractOptions fine = options;
-  fine.size = atlas_size(light, kFiner * layout.texels_per_unit, kPolygonBorder);
+  fine.size = atlas_size(low_poly, kFiner * layout.texels_per_unit, kPolygonBorder);
   fine.space = NormalMapSpace::object;
   fine.flip_y = false;
   fine.raw = true;
-  const Atlas atlas = make_atlas(light, volume, fine.size, kPolygonBorder);
-  const Image polygon_map = splat_normals(context, surface, light, atlas,
+  const Atlas atlas = make_atlas(low_poly, volume, fine.size, kPolygonBorder);
+  const Image polygon_map = splat_normals(context, surface, low_poly, atlas,
                                           atlas.texels_per_unit * spacing, fine, splatted);
   const PolygonTexels polygons(atlas, polygon_map);
   const Mesh& mesh = layout.mesh;  // The triangles are those of the polygons' map.

@@ -38,10 +38,10 @@ struct BytesOf {
 constexpr BytesOf kPairs{48, 1500}, kCharts{260, 4300};
 
 /// \param size  of the map
-void require_map(const BytesOf& bytes, const SimplifiedIsosurface& light, const Volume& volume,
+void require_map(const BytesOf& bytes, const SimplifiedIsosurface& low_poly, const Volume& volume,
                  std::uint64_t size) {
   require_memory("The low poly of volume '" + volume.name + "' and its map",
-                 bytes.texel * size * size + bytes.face * light.faces);
+                 bytes.texel * size * size + bytes.face * low_poly.faces);
 }
 
 /// Edges with more than two triangles.
@@ -71,55 +71,55 @@ double spacing_of(const Volume& volume) {
   return spacing;
 }
 
-void describe_light(const SimplifiedIsosurface& light, const ExtractOptions& options,
+void describe_light(const SimplifiedIsosurface& low_poly, const ExtractOptions& options,
                     ExtractReport& report) {
-  report.faces = light.faces;
-  for (const SimplifiedIsosurface::Polygon& polygon : light.polygons) {
+  report.faces = low_poly.faces;
+  for (const SimplifiedIsosurface::Polygon& polygon : low_poly.polygons) {
     ++(polygon.is_quad() ? report.quads : report.triangles);
   }
-  report.error = light.error;
-  report.parts = light.parts;
-  report.dropped_parts = light.dropped_parts;
-  if (light.dropped_parts != 0) {
+  report.error = low_poly.error;
+  report.parts = low_poly.parts;
+  report.dropped_parts = low_poly.dropped_parts;
+  if (low_poly.dropped_parts != 0) {
     char share[16];
     std::snprintf(share, sizeof share, "%g", 100 * report.used.min_part);
     report.warnings.push_back(
         {"small-parts",
-         std::to_string(light.dropped_parts) + " of " + std::to_string(light.parts) +
+         std::to_string(low_poly.dropped_parts) + " of " + std::to_string(low_poly.parts) +
              " parts of the surface have less than " + share +
              "% of the largest one's vertices and were left out" +
              (options.choose.min_part ? " as noise (`min_part`)." : ", as asked."),
-         light.dropped_parts});
+         low_poly.dropped_parts});
   }
-  if (!light.reached) {
+  if (!low_poly.reached) {
     report.warnings.push_back({"faces-not-reached",
-                               "The low poly has " + std::to_string(light.faces) +
+                               "The low poly has " + std::to_string(low_poly.faces) +
                                    " faces instead of " + std::to_string(options.faces) +
                                    ": fewer would change the surface's topology.",
-                               light.faces});
+                               low_poly.faces});
   }
-  if (!(light.pieces == light.fine_pieces)) {
+  if (!(low_poly.pieces == low_poly.fine_pieces)) {
     const auto words = [](const SimplifiedIsosurface::Pieces& pieces) {
       return counted(pieces.parts, "part") + " and " + counted(pieces.loops, "border loop");
     };
     report.warnings.push_back(
         {"border-changed",
-         "The full contour has " + words(light.fine_pieces) + ", the low poly " +
-             words(light.pieces) +
+         "The full contour has " + words(low_poly.fine_pieces) + ", the low poly " +
+             words(low_poly.pieces) +
              ": the volume's open border cuts strips there that are one cell wide. Close the "
              "border, or ask for more faces.",
          1});
   }
-  if (light.changed_topology != 0) {
+  if (low_poly.changed_topology != 0) {
     const std::string kept = std::to_string(report.used.kept_faces);
     const std::string why =
         report.used.kept_faces == 0 ? "." : "; keeping all of them takes " + kept + " faces.";
     report.warnings.push_back({"topology-changed",
-                               std::to_string(light.changed_topology) +
+                               std::to_string(low_poly.changed_topology) +
                                    " vertices of the low poly stand for more than one sheet: "
                                    "parts, holes or handles were lost there" +
                                    why,
-                               light.changed_topology});
+                               low_poly.changed_topology});
   }
 }
 
@@ -167,17 +167,18 @@ SimplifiedIsosurface choose_surface(const FineSurface& surface, const VertexTree
     const bool noise = count_small_parts(tree, kSmallPart) >= kNoiseParts;
     light_options.min_part = noise ? kSmallPart : 0;
   }
-  SimplifiedIsosurface light = simplify_isosurface(surface, tree, volume, light_options);
-  if (options.choose.topology && light.aimed_faces != 0 && light.faces > 2 * light.aimed_faces) {
-    used.kept_faces = light.faces;
+  SimplifiedIsosurface low_poly = simplify_isosurface(surface, tree, volume, light_options);
+  if (options.choose.topology && low_poly.aimed_faces != 0 &&
+      low_poly.faces > 2 * low_poly.aimed_faces) {
+    used.kept_faces = low_poly.faces;
     light_options.keep_topology = false;
-    light = simplify_isosurface(surface, tree, volume, light_options);
+    low_poly = simplify_isosurface(surface, tree, volume, light_options);
   }
-  used.error = light.error_limit;
+  used.error = low_poly.error_limit;
   used.keep_topology = light_options.keep_topology;
   used.min_part = light_options.min_part;
-  used.aimed_faces = light.aimed_faces;
-  return light;
+  used.aimed_faces = low_poly.aimed_faces;
+  return low_poly;
 }
 
 void warn_of_fine_map(const Volume& volume, ExtractReport& report) {
@@ -269,45 +270,46 @@ ExtractResult extract_from(cl::Context& context, const Volume& volume, const Fin
   report.contour = contour;
   ProgressGuard::poll_at(0, "simplifying");
   report.warnings = contour.warnings;
-  SimplifiedIsosurface light = choose_surface(surface, tree, volume, options, report.used);
-  if (light.polygons.empty()) {
+  SimplifiedIsosurface low_poly = choose_surface(surface, tree, volume, options, report.used);
+  if (low_poly.polygons.empty()) {
     throw Error(ErrorCode::input, "Nothing of the surface of volume '" + volume.name +
                                       "' is left: ask for more faces or a smaller error, or keep "
                                       "the topology.");
   }
   report.clusters = tree.count() - tree.leaves();
-  const auto flaws = repair_isosurface(surface, volume, light);
-  describe_light(light, options, report);
+  const auto flaws = repair_isosurface(surface, volume, low_poly);
+  describe_light(low_poly, options, report);
   describe_flaws(flaws, volume, report);
   report.seconds_simplify = seconds_tree + lap();
   ExtractOptions sized = options;
   const double spacing = spacing_of(volume);
   if (options.unwrap == UnwrapMethod::charts) {
-    ProgressGuard::poll_at(0, "growing charts on " + counted(light.polygons.size(), "polygon"));
+    ProgressGuard::poll_at(0, "growing charts on " + counted(low_poly.polygons.size(), "polygon"));
     std::optional<TexelDetail> detail;
     if (options.density == TexelDensity::detail) detail.emplace(fine_mesh(surface, volume));
     const TexelDetail* by = detail ? &*detail : nullptr;
     ChartLayout layout =
         options.choose.size
-            ? lay_out_charts_at(light, volume, 1 / spacing, options.border_texels, sized.size, by)
-            : lay_out_charts(light, volume, sized.size, options.border_texels, by);
+            ? lay_out_charts_at(low_poly, volume, 1 / spacing, options.border_texels, sized.size,
+                                by)
+            : lay_out_charts(low_poly, volume, sized.size, options.border_texels, by);
     report.used.size = sized.size;
-    require_map(kCharts, light, volume, sized.size);
+    require_map(kCharts, low_poly, volume, sized.size);
     describe_charts(layout, volume, report);
     report.seconds_atlas = lap();
     ProgressGuard::poll_at(0, "making the map");
-    result.normal_map =
-        chart_map(context, surface, light, volume, layout, spacing, sized, report.splatted_texels);
+    result.normal_map = chart_map(context, surface, low_poly, volume, layout, spacing, sized,
+                                  report.splatted_texels);
     result.mesh = std::move(layout.mesh);
   } else {
-    if (options.choose.size) sized.size = atlas_size(light, 1 / spacing, options.border_texels);
+    if (options.choose.size) sized.size = atlas_size(low_poly, 1 / spacing, options.border_texels);
     report.used.size = sized.size;
-    require_map(kPairs, light, volume, sized.size);
-    Atlas atlas = make_atlas(light, volume, sized.size, options.border_texels);
+    require_map(kPairs, low_poly, volume, sized.size);
+    Atlas atlas = make_atlas(low_poly, volume, sized.size, options.border_texels);
     describe_atlas(atlas, volume, options, report);
     report.seconds_atlas = lap();
-    result.normal_map = splat_normals(context, surface, light, atlas, report.texels_per_cell, sized,
-                                      report.splatted_texels);
+    result.normal_map = splat_normals(context, surface, low_poly, atlas, report.texels_per_cell,
+                                      sized, report.splatted_texels);
     result.mesh = std::move(atlas.mesh);
   }
   report.seconds_map = lap();

@@ -12,19 +12,19 @@ namespace kiln {
 namespace {
 
 /// The root mean square distance of a vertex to the crossings' planes that it stands for, cells.
-double error_of(const FineSurface& surface, const Volume& volume, const SimplifiedIsosurface& light,
-                std::uint32_t vertex) {
+double error_of(const FineSurface& surface, const Volume& volume,
+                const SimplifiedIsosurface& low_poly, std::uint32_t vertex) {
   const auto axis = [&](std::size_t k) {
     return Vec3d(volume.axes[k][0], volume.axes[k][1], volume.axes[k][2]);
   };
-  const Vec3d x = axis(0), y = axis(1), z = axis(2), p(light.positions[vertex]);
+  const Vec3d x = axis(0), y = axis(1), z = axis(2), p(low_poly.positions[vertex]);
   const double volume_of_cell = dot(x, cross(y, z));
   const Vec3d padded =
       Vec3d(dot(p, cross(y, z)), dot(p, cross(z, x)), dot(p, cross(x, y))) * (1 / volume_of_cell) +
       Vec3d(1, 1, 1);
   Qef qef;
-  for (std::uint32_t i = light.leaf_begins[vertex]; i < light.leaf_begins[vertex + 1]; ++i) {
-    const std::uint32_t leaf = light.leaves[i];
+  for (std::uint32_t i = low_poly.leaf_begins[vertex]; i < low_poly.leaf_begins[vertex + 1]; ++i) {
+    const std::uint32_t leaf = low_poly.leaves[i];
     qef.add(surface.qefs[leaf], unpack_place(surface.keys[leaf]));
   }
   return qef.error_at(padded);
@@ -32,30 +32,33 @@ double error_of(const FineSurface& surface, const Volume& volume, const Simplifi
 
 }  // namespace
 
-IsosurfaceFaces::IsosurfaceFaces(const SimplifiedIsosurface& light) {
-  triangles.reserve(light.faces);
-  for (const SimplifiedIsosurface::Polygon& polygon : light.polygons) {
+IsosurfaceFaces::IsosurfaceFaces(const SimplifiedIsosurface& low_poly) {
+  triangles.reserve(low_poly.faces);
+  for (const SimplifiedIsosurface::Polygon& polygon : low_poly.polygons) {
     const auto& c = polygon.corners;
     triangles.push_back({c[0], c[1], c[2]});
     if (polygon.is_quad()) triangles.push_back({c[0], c[2], c[3]});
   }
 }
 
-IsosurfaceChange::IsosurfaceChange(const SimplifiedIsosurface& light, const IsosurfaceFaces& faces)
-    : triangles(faces.triangles), alive(faces.triangles.size(), 1), into(light.positions.size()) {
+IsosurfaceChange::IsosurfaceChange(const SimplifiedIsosurface& low_poly,
+                                   const IsosurfaceFaces& faces)
+    : triangles(faces.triangles),
+      alive(faces.triangles.size(), 1),
+      into(low_poly.positions.size()) {
   std::iota(into.begin(), into.end(), 0U);
 }
 
-void IsosurfaceChange::make_polygons(SimplifiedIsosurface& light) const {
+void IsosurfaceChange::make_polygons(SimplifiedIsosurface& low_poly) const {
   std::vector<SimplifiedIsosurface::Polygon> polygons;
-  polygons.reserve(light.polygons.size());
+  polygons.reserve(low_poly.polygons.size());
   const auto add = [&](const Triangle& t) { polygons.push_back({{t[0], t[1], t[2], kNoVertex}}); };
   std::size_t next = 0;
-  light.faces = 0;
-  for (const SimplifiedIsosurface::Polygon& polygon : light.polygons) {
+  low_poly.faces = 0;
+  for (const SimplifiedIsosurface::Polygon& polygon : low_poly.polygons) {
     const std::size_t first = next, count = polygon.is_quad() ? 2 : 1;
     next += count;
-    for (std::size_t t = first; t < next; ++t) light.faces += alive[t];
+    for (std::size_t t = first; t < next; ++t) low_poly.faces += alive[t];
     if (count == 2 && alive[first] != 0 && alive[first + 1] != 0) {
       const Triangle &a = triangles[first], &b = triangles[first + 1];
       if (a[1] != b[2]) {
@@ -70,13 +73,13 @@ void IsosurfaceChange::make_polygons(SimplifiedIsosurface& light) const {
       if (alive[t] != 0) add(triangles[t]);
     }
   }
-  light.polygons = std::move(polygons);
+  low_poly.polygons = std::move(polygons);
 }
 
 /// Numbers the vertices that polygons have, and drops the others. By vertex that there was.
-std::vector<std::uint32_t> IsosurfaceChange::number_vertices(SimplifiedIsosurface& light) const {
-  std::vector<std::uint32_t> number(light.positions.size(), kNoVertex);
-  for (const SimplifiedIsosurface::Polygon& polygon : light.polygons) {
+std::vector<std::uint32_t> IsosurfaceChange::number_vertices(SimplifiedIsosurface& low_poly) const {
+  std::vector<std::uint32_t> number(low_poly.positions.size(), kNoVertex);
+  for (const SimplifiedIsosurface::Polygon& polygon : low_poly.polygons) {
     for (const std::uint32_t corner : polygon.corners) {
       if (corner != kNoVertex) number[corner] = 0;
     }
@@ -84,13 +87,13 @@ std::vector<std::uint32_t> IsosurfaceChange::number_vertices(SimplifiedIsosurfac
   std::uint32_t left = 0;
   for (std::uint32_t v = 0; v < number.size(); ++v) {
     if (number[v] == kNoVertex) continue;
-    light.positions[left] = light.positions[v];
-    light.normals[left] = light.normals[v];
+    low_poly.positions[left] = low_poly.positions[v];
+    low_poly.normals[left] = low_poly.normals[v];
     number[v] = left++;
   }
-  light.positions.resize(left);
-  light.normals.resize(left);
-  for (SimplifiedIsosurface::Polygon& polygon : light.polygons) {
+  low_poly.positions.resize(left);
+  low_poly.normals.resize(left);
+  for (SimplifiedIsosurface::Polygon& polygon : low_poly.polygons) {
     for (std::uint32_t& corner : polygon.corners) {
       if (corner != kNoVertex) corner = number[corner];
     }
@@ -101,9 +104,9 @@ std::vector<std::uint32_t> IsosurfaceChange::number_vertices(SimplifiedIsosurfac
 
 /// Gives each vertex the fine vertices of those that it stands for.
 void IsosurfaceChange::deal_leaves(const std::vector<std::uint32_t>& number,
-                                   SimplifiedIsosurface& light) const {
-  std::vector<std::uint32_t> begins(light.positions.size() + 1, 0);
-  const std::vector<std::uint32_t>& old = light.leaf_begins;
+                                   SimplifiedIsosurface& low_poly) const {
+  std::vector<std::uint32_t> begins(low_poly.positions.size() + 1, 0);
+  const std::vector<std::uint32_t>& old = low_poly.leaf_begins;
   for (std::size_t v = 0; v < number.size(); ++v) {
     if (number[v] != kNoVertex) begins[number[v] + 1] += old[v + 1] - old[v];
   }
@@ -112,52 +115,52 @@ void IsosurfaceChange::deal_leaves(const std::vector<std::uint32_t>& number,
   std::vector<std::uint32_t> at(begins.begin(), begins.end() - 1);
   for (std::size_t v = 0; v < number.size(); ++v) {
     if (number[v] == kNoVertex) continue;
-    std::copy(light.leaves.begin() + old[v], light.leaves.begin() + old[v + 1],
+    std::copy(low_poly.leaves.begin() + old[v], low_poly.leaves.begin() + old[v + 1],
               leaves.begin() + at[number[v]]);
     at[number[v]] += old[v + 1] - old[v];
   }
-  light.leaf_begins = std::move(begins);
-  light.leaves = std::move(leaves);
+  low_poly.leaf_begins = std::move(begins);
+  low_poly.leaves = std::move(leaves);
 }
 
 std::vector<std::uint32_t> IsosurfaceChange::apply(const FineSurface& surface,
-                                                   SimplifiedIsosurface& light) {
+                                                   SimplifiedIsosurface& low_poly) {
   for (std::uint32_t& to : into) {
     while (into[to] != to) to = into[to];
   }
   for (Triangle& t : triangles) {
     for (std::uint32_t& v : t) v = into[v];
   }
-  make_polygons(light);
-  std::vector<std::uint32_t> number = number_vertices(light);
-  deal_leaves(number, light);
-  std::vector<std::uint8_t> grown(light.positions.size(), 0);
+  make_polygons(low_poly);
+  std::vector<std::uint32_t> number = number_vertices(low_poly);
+  deal_leaves(number, low_poly);
+  std::vector<std::uint8_t> grown(low_poly.positions.size(), 0);
   for (std::uint32_t v = 0; v < into.size(); ++v) {
     if (into[v] == v || number[v] == kNoVertex) continue;
     grown[number[v]] = 1;
   }
   for (std::uint32_t v = 0; v < grown.size(); ++v) {
     if (grown[v] == 0) continue;
-    std::sort(light.leaves.begin() + light.leaf_begins[v],
-              light.leaves.begin() + light.leaf_begins[v + 1]);
-    light.normals[v] = light.mean_normal(surface, v);
+    std::sort(low_poly.leaves.begin() + low_poly.leaf_begins[v],
+              low_poly.leaves.begin() + low_poly.leaf_begins[v + 1]);
+    low_poly.normals[v] = low_poly.mean_normal(surface, v);
   }
   return number;
 }
 
-IsosurfacePatch::IsosurfacePatch(const FineSurface& surface, const SimplifiedIsosurface& light,
+IsosurfacePatch::IsosurfacePatch(const FineSurface& surface, const SimplifiedIsosurface& low_poly,
                                  const IsosurfaceFaces& faces, std::span<const std::uint32_t> given)
     : faces_(faces) {
   constexpr float kFar = std::numeric_limits<float>::max();
   Vec3 low{kFar, kFar, kFar}, high{-kFar, -kFar, -kFar};
-  for (const Vec3& p : light.positions) {
+  for (const Vec3& p : low_poly.positions) {
     low = {std::min(low.x, p.x), std::min(low.y, p.y), std::min(low.z, p.z)};
     high = {std::max(high.x, p.x), std::max(high.y, p.y), std::max(high.z, p.z)};
   }
   center_ = (Vec3d(low) + Vec3d(high)) * 0.5;
   size_ = std::max(length(Vec3d(high) - Vec3d(low)), std::numeric_limits<double>::min());
 
-  std::vector<std::uint8_t> free(light.positions.size(), 0);
+  std::vector<std::uint8_t> free(low_poly.positions.size(), 0);
   for (const std::uint32_t t : given) {
     for (const std::uint32_t v : faces.triangles[t]) free[v] = 1;
   }
@@ -169,7 +172,7 @@ IsosurfacePatch::IsosurfacePatch(const FineSurface& surface, const SimplifiedIso
     if (!touches(inner, t)) continue;
     for (const std::uint32_t v : t) free[v] = 1;
   }
-  std::vector<std::uint32_t> number(light.positions.size(), kNoVertex);
+  std::vector<std::uint32_t> number(low_poly.positions.size(), kNoVertex);
   std::vector<std::uint8_t> free_here;
   for (std::uint32_t i = 0; i < faces.triangles.size(); ++i) {
     if (!touches(free, faces.triangles[i])) continue;
@@ -179,7 +182,7 @@ IsosurfacePatch::IsosurfacePatch(const FineSurface& surface, const SimplifiedIso
       if (number[v] == kNoVertex) {
         number[v] = static_cast<std::uint32_t>(vertices_.size());
         vertices_.push_back(v);
-        points.push_back(to_unit(light.positions[v]));
+        points.push_back(to_unit(low_poly.positions[v]));
         free_here.push_back(free[v]);
       }
       v = number[v];
@@ -191,7 +194,7 @@ IsosurfacePatch::IsosurfacePatch(const FineSurface& surface, const SimplifiedIso
   for (std::uint32_t t = 0; t < numbers_.size(); ++t) {
     if (std::binary_search(given.begin(), given.end(), numbers_[t])) seeds.push_back(t);
   }
-  gather_fine(surface, light, free_here);
+  gather_fine(surface, low_poly, free_here);
 }
 
 void IsosurfacePatch::find_fixed(std::span<const std::uint8_t> free) {
@@ -228,14 +231,14 @@ void IsosurfacePatch::leave_repeats_out() {
 }
 
 /// Fine quads whose corners vertices of the patch stand for.
-void IsosurfacePatch::gather_fine(const FineSurface& surface, const SimplifiedIsosurface& light,
+void IsosurfacePatch::gather_fine(const FineSurface& surface, const SimplifiedIsosurface& low_poly,
                                   std::span<const std::uint8_t> free) {
   std::vector<std::uint32_t> number(surface.vertices.size(), kNoVertex);
   for (std::size_t at = 0; at < vertices_.size(); ++at) {
     if (free[at] == 0) continue;  // What is mended reaches no farther.
     const std::uint32_t v = vertices_[at];
-    for (std::uint32_t i = light.leaf_begins[v]; i < light.leaf_begins[v + 1]; ++i) {
-      const std::uint32_t leaf = light.leaves[i];
+    for (std::uint32_t i = low_poly.leaf_begins[v]; i < low_poly.leaf_begins[v + 1]; ++i) {
+      const std::uint32_t leaf = low_poly.leaves[i];
       const float* p = surface.vertices[leaf].position;
       number[leaf] = static_cast<std::uint32_t>(fine_points.size());
       fine_points.push_back(to_float(to_unit({p[0], p[1], p[2]})));
@@ -285,8 +288,8 @@ void IsosurfacePatch::take(const CollapseMesh& mesh,
 }
 
 void IsosurfacePatch::apply(const FineSurface& surface, const Volume& volume,
-                            SimplifiedIsosurface& light) const {
-  IsosurfaceChange change(light, faces_);
+                            SimplifiedIsosurface& low_poly) const {
+  IsosurfaceChange change(low_poly, faces_);
   for (const std::uint32_t t : all_) change.alive[t] = 0;
   for (std::size_t i = 0; i < triangles.size(); ++i) {
     change.alive[numbers_[i]] = 1;
@@ -296,16 +299,16 @@ void IsosurfacePatch::apply(const FineSurface& surface, const Volume& volume,
   for (const auto& [stays, gone] : merges_) change.into[vertices_[gone]] = vertices_[stays];
   std::vector<std::uint32_t> changed;
   for (std::size_t i = 0; i < points.size(); ++i) {
-    Vec3& at = light.positions[vertices_[i]];
+    Vec3& at = low_poly.positions[vertices_[i]];
     if (length(to_unit(at) - points[i]) == 0) continue;
     at = to_world(points[i]);
     changed.push_back(vertices_[i]);
   }
   for (const auto& [stays, gone] : merges_) changed.push_back(vertices_[stays]);
-  const std::vector<std::uint32_t> number = change.apply(surface, light);
+  const std::vector<std::uint32_t> number = change.apply(surface, low_poly);
   for (const std::uint32_t v : changed) {
     if (number[v] == kNoVertex) continue;
-    light.error = std::max(light.error, error_of(surface, volume, light, number[v]));
+    low_poly.error = std::max(low_poly.error, error_of(surface, volume, low_poly, number[v]));
   }
 }
 

@@ -17,34 +17,34 @@ namespace kiln {
 
 /// Triangles of a low poly's polygons, in order.
 struct IsosurfaceFaces {
-  explicit IsosurfaceFaces(const SimplifiedIsosurface& light);
+  explicit IsosurfaceFaces(const SimplifiedIsosurface& low_poly);
   std::vector<Triangle> triangles;
 };
 
 /// Changes of triangles and vertices.
 struct IsosurfaceChange {
-  IsosurfaceChange(const SimplifiedIsosurface& light, const IsosurfaceFaces& faces);
+  IsosurfaceChange(const SimplifiedIsosurface& low_poly, const IsosurfaceFaces& faces);
 
   /// Makes the polygons of what is left, and drops vertices that none has. What fine vertices stood for one that was
   /// joined with another stands for that.
   /// \return by vertex the number of what stands for it now; VertexTree::kNone for what is gone
-  std::vector<std::uint32_t> apply(const FineSurface& surface, SimplifiedIsosurface& light);
+  std::vector<std::uint32_t> apply(const FineSurface& surface, SimplifiedIsosurface& low_poly);
 
   std::vector<Triangle> triangles;
   std::vector<std::uint8_t> alive;  ///< By triangle
   std::vector<std::uint32_t> into;  ///< By vertex: what it was joined with, or itself
 
  private:
-  void make_polygons(SimplifiedIsosurface& light) const;
-  std::vector<std::uint32_t> number_vertices(SimplifiedIsosurface& light) const;
-  void deal_leaves(const std::vector<std::uint32_t>& number, SimplifiedIsosurface& light) const;
+  void make_polygons(SimplifiedIsosurface& low_poly) const;
+  std::vector<std::uint32_t> number_vertices(SimplifiedIsosurface& low_poly) const;
+  void deal_leaves(const std::vector<std::uint32_t>& number, SimplifiedIsosurface& low_poly) const;
 };
 
 /// Triangles around some of a low poly, about unit size, with the fine surface there.
 class IsosurfacePatch {
  public:
   /// \param seeds  triangles to be within, two rings from the rim
-  IsosurfacePatch(const FineSurface& surface, const SimplifiedIsosurface& light,
+  IsosurfacePatch(const FineSurface& surface, const SimplifiedIsosurface& low_poly,
                   const IsosurfaceFaces& faces, std::span<const std::uint32_t> seeds);
 
   Vec3 to_world(const Vec3d& p) const { return to_float(p * size_ + center_); }
@@ -56,7 +56,8 @@ class IsosurfacePatch {
   void take(const CollapseMesh& mesh,
             std::span<const std::pair<std::uint32_t, std::uint32_t>> merges);
   /// Puts it back into the low poly.
-  void apply(const FineSurface& surface, const Volume& volume, SimplifiedIsosurface& light) const;
+  void apply(const FineSurface& surface, const Volume& volume,
+             SimplifiedIsosurface& low_poly) const;
 
   std::vector<Vec3d> points;
   std::vector<Triangle> triangles;
@@ -68,7 +69,7 @@ class IsosurfacePatch {
  private:
   void find_fixed(std::span<const std::uint8_t> free);
   void leave_repeats_out();
-  void gather_fine(const FineSurface& surface, const SimplifiedIsosurface& light,
+  void gather_fine(const FineSurface& surface, const SimplifiedIsosurface& low_poly,
                    std::span<const std::uint8_t> free);
 
   const IsosurfaceFaces& faces_;

@@ -41,11 +41,11 @@ constexpr double kOfSide = 0.3;
 /// A low poly with its fine surface.
 struct Both {
   const FineSurface& surface;
-  const SimplifiedIsosurface& light;
+  const SimplifiedIsosurface& low_poly;
 
   TriangleCorners corners(const Triangle& t) const {
-    return {Vec3d(light.positions[t[0]]), Vec3d(light.positions[t[1]]),
-            Vec3d(light.positions[t[2]])};
+    return {Vec3d(low_poly.positions[t[0]]), Vec3d(low_poly.positions[t[1]]),
+            Vec3d(low_poly.positions[t[2]])};
   }
   Vec3 center(const Triangle& t) const {
     const TriangleCorners p = corners(t);
@@ -53,8 +53,9 @@ struct Both {
   }
   /// Calls `body` with place and normal of the fine vertices that a vertex stands for.
   void each_leaf(std::uint32_t vertex, const auto& body) const {
-    for (std::uint32_t i = light.leaf_begins[vertex]; i < light.leaf_begins[vertex + 1]; ++i) {
-      const kiln_volume_vertex& leaf = surface.vertices[light.leaves[i]];
+    for (std::uint32_t i = low_poly.leaf_begins[vertex]; i < low_poly.leaf_begins[vertex + 1];
+         ++i) {
+      const kiln_volume_vertex& leaf = surface.vertices[low_poly.leaves[i]];
       body(Vec3d(leaf.position[0], leaf.position[1], leaf.position[2]),
            Vec3d(leaf.normal[0], leaf.normal[1], leaf.normal[2]));
     }
@@ -66,7 +67,7 @@ struct Both {
     double above = 0, below = 0;
     std::size_t count_above = 0, count_below = 0;
     for (const std::uint32_t vertex : t) {
-      const Vec3d at(light.positions[vertex]);
+      const Vec3d at(low_poly.positions[vertex]);
       each_leaf(vertex, [&](const Vec3d& p, const Vec3d& n) {
         const double along = dot(n, normal), height = dot(p - at, normal);
         if (along > kOfSide) above += height, ++count_above;
@@ -114,10 +115,10 @@ struct Both {
 };
 
 /// Leaves pairs back to back out where a gap closed; counts what else is there twice.
-void leave_gaps_out(const FineSurface& surface, SimplifiedIsosurface& light,
+void leave_gaps_out(const FineSurface& surface, SimplifiedIsosurface& low_poly,
                     IsosurfaceFlaws& flaws) {
-  const IsosurfaceFaces faces(light);
-  const Both both{surface, light};
+  const IsosurfaceFaces faces(low_poly);
+  const Both both{surface, low_poly};
   struct Item {
     Triangle sorted;
     std::uint32_t triangle;
@@ -133,7 +134,7 @@ void leave_gaps_out(const FineSurface& surface, SimplifiedIsosurface& light,
     }
   });
   const VertexLists lists(
-      light.positions.size(), items.size(), [&](std::size_t i) { return items[i].sorted[0]; },
+      low_poly.positions.size(), items.size(), [&](std::size_t i) { return items[i].sorted[0]; },
       [&](std::size_t i) { return std::uint64_t{items[i].sorted[1]} << 32 | items[i].sorted[2]; });
   std::vector<std::uint8_t> gone;
   for (std::size_t v = 0; v < lists.vertices(); ++v) {
@@ -163,9 +164,9 @@ void leave_gaps_out(const FineSurface& surface, SimplifiedIsosurface& light,
     }
   }
   if (gone.empty()) return;
-  IsosurfaceChange change(light, faces);
+  IsosurfaceChange change(low_poly, faces);
   for (std::uint32_t t = 0; t < gone.size(); ++t) change.alive[t] = gone[t] == 0;
-  change.apply(surface, light);
+  change.apply(surface, low_poly);
 }
 
 /// Triangles that may be folded, or have no area.
@@ -178,12 +179,12 @@ std::vector<std::uint32_t> find_suspects(const Both& both, const IsosurfaceFaces
       normals[t] = unit_or_zero(normal_of(both.corners(triangles[t])));
       int against = 0;
       for (const std::uint32_t v : triangles[t])
-        against += dot(normals[t], Vec3d(both.light.normals[v])) < 0;
+        against += dot(normals[t], Vec3d(both.low_poly.normals[v])) < 0;
       looked_at[t] = against >= 2 || is_flat(both.corners(triangles[t]));
     }
   });
   std::vector<std::uint8_t> back_to_back(triangles.size(), 0);
-  const SideLists sides(triangles, both.light.positions.size());
+  const SideLists sides(triangles, both.low_poly.positions.size());
   sides.each_edge([&](std::uint32_t, std::span<const SideLists::Item> of) {
     for (std::size_t i = 1; i < of.size(); ++i) {
       if (SideLists::forward(of[i - 1]) == SideLists::forward(of[i])) continue;
@@ -289,15 +290,15 @@ void mend_patch(IsosurfacePatch& patch, IsosurfaceFlaws& flaws) {
 }  // namespace
 
 IsosurfaceFlaws repair_isosurface(const FineSurface& surface, const Volume& volume,
-                                  SimplifiedIsosurface& light) {
+                                  SimplifiedIsosurface& low_poly) {
   IsosurfaceFlaws flaws;
-  if (light.changed_topology != 0) leave_gaps_out(surface, light, flaws);
-  const IsosurfaceFaces faces(light);
-  const std::vector<std::uint32_t> suspects = find_suspects({surface, light}, faces);
+  if (low_poly.changed_topology != 0) leave_gaps_out(surface, low_poly, flaws);
+  const IsosurfaceFaces faces(low_poly);
+  const std::vector<std::uint32_t> suspects = find_suspects({surface, low_poly}, faces);
   if (suspects.empty()) return flaws;
-  IsosurfacePatch patch(surface, light, faces, suspects);
+  IsosurfacePatch patch(surface, low_poly, faces, suspects);
   mend_patch(patch, flaws);
-  patch.apply(surface, volume, light);
+  patch.apply(surface, volume, low_poly);
   return flaws;
 }
 

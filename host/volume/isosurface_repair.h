@@ -28,6 +28,6 @@ struct IsosurfaceFlaws {
 /// EdgeCollapser::mend(). So the topology stays. Open borders stay where they are. Walls that became two
 /// triangles back to back stay: without these there would be a hole.
 IsosurfaceFlaws repair_isosurface(const FineSurface& surface, const Volume& volume,
-                                  SimplifiedIsosurface& light);
+                                  SimplifiedIsosurface& low_poly);
 
 }  // namespace kiln

@@ -73,12 +73,12 @@ class Charts {
   }
 
   /// \return texels that fine vertices fell into
-  std::uint64_t splat(const FineSurface& surface, const SimplifiedIsosurface& light) {
+  std::uint64_t splat(const FineSurface& surface, const SimplifiedIsosurface& low_poly) {
     const cl::Array<kiln_volume_vertex> fine(context_, view(surface.vertices));
-    const cl::Array<std::uint32_t> begins(context_, view(light.leaf_begins));
-    const cl::Array<std::uint32_t> leaves(context_, view(light.leaves));
+    const cl::Array<std::uint32_t> begins(context_, view(low_poly.leaf_begins));
+    const cl::Array<std::uint32_t> leaves(context_, view(low_poly.leaves));
     const cl::Array<float> normals(
-        context_, std::span<const float>(&light.normals[0].x, 3 * light.normals.size()));
+        context_, std::span<const float>(&low_poly.normals[0].x, 3 * low_poly.normals.size()));
     const cl::Array<std::uint32_t> counts(context_, atlas_.charts.size());
     context_.launch(context_.kernel("volume_map", "kiln_volume_map_splat"), params_.charts, kLocal,
                     params_, charts_, begins, leaves, fine, normals, texels_, counts);
@@ -190,8 +190,9 @@ Image compose(const RawVector<float>& values, const Atlas& atlas, std::uint32_t 
 }  // namespace
 
 Image splat_normals(cl::Context& context, const FineSurface& surface,
-                    const SimplifiedIsosurface& light, const Atlas& atlas, double texels_per_cell,
-                    const ExtractOptions& options, std::uint64_t& splatted) {
+                    const SimplifiedIsosurface& low_poly, const Atlas& atlas,
+                    double texels_per_cell, const ExtractOptions& options,
+                    std::uint64_t& splatted) {
   const Pyramids pyramids = make_pyramids(atlas);
   kiln_volume_level params{};
   params.charts = static_cast<std::uint32_t>(atlas.charts.size());
@@ -201,9 +202,9 @@ Image splat_normals(cl::Context& context, const FineSurface& surface,
   params.offset = options.raw ? 0.0F : 0.5F;
   params.reach = static_cast<float>(texels_per_cell);
   Charts charts(context, atlas, pyramids, params);
-  splatted = charts.splat(surface, light);
+  splatted = charts.splat(surface, low_poly);
   charts.fill();
-  charts.join(light.positions.size());
+  charts.join(low_poly.positions.size());
   std::vector<kiln_low_shading> shading(1);
   if (options.space == NormalMapSpace::tangent) {
     shading = low_shading(LowSurface::of(atlas.mesh, Frame::of(atlas.mesh)));

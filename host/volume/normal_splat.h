@@ -12,7 +12,7 @@ namespace kiln {
 /// \param texels_per_cell  side of a cell of the volume: how far seams reach into charts
 /// \param splatted  [out] texels that fine vertices fell into
 Image splat_normals(cl::Context& context, const FineSurface& surface,
-                    const SimplifiedIsosurface& light, const Atlas& atlas, double texels_per_cell,
-                    const ExtractOptions& options, std::uint64_t& splatted);
+                    const SimplifiedIsosurface& low_poly, const Atlas& atlas,
+                    double texels_per_cell, const ExtractOptions& options, std::uint64_t& splatted);
 
 }  // namespace kiln

@@ -34,15 +34,15 @@ struct Pieces {
 
 /// 1 for fine vertices of parts that are left out; empty where none is.
 std::vector<std::uint8_t> small_parts(const VertexTree& tree, double min_part,
-                                      SimplifiedIsosurface& light) {
+                                      SimplifiedIsosurface& low_poly) {
   const Pieces parts(tree);
   for (const std::uint32_t size : parts.sizes) {
     if (size == 0) continue;
-    ++light.parts;
-    if (size < min_part * parts.largest) ++light.dropped_parts;
+    ++low_poly.parts;
+    if (size < min_part * parts.largest) ++low_poly.dropped_parts;
   }
   std::vector<std::uint8_t> result;
-  if (light.dropped_parts == 0) return result;
+  if (low_poly.dropped_parts == 0) return result;
   result.resize(tree.leaves());
   for (std::uint32_t leaf = 0; leaf < tree.leaves(); ++leaf) {
     result[leaf] = parts.sizes[parts.of[leaf]] < min_part * parts.largest ? 1 : 0;
@@ -121,17 +121,17 @@ Vec3d normal_of(const Vec3& a, const Vec3& b, const Vec3& c) {
 
 /// True if a quad's triangles fit the normals better with the diagonal from corner 1 to 3 than from 0 to 2:
 /// by their least agreement.
-bool prefers_second(const SimplifiedIsosurface& light,
+bool prefers_second(const SimplifiedIsosurface& low_poly,
                     const SimplifiedIsosurface::Polygon& polygon) {
   const auto& c = polygon.corners;
-  const auto position = [&](std::size_t k) { return light.positions[c[k % 4]]; };
+  const auto position = [&](std::size_t k) { return low_poly.positions[c[k % 4]]; };
   const auto agreement = [&](std::size_t first) {
     double least = 1;
     for (std::size_t half = 0; half < 2; ++half) {
       const std::size_t k0 = first, k1 = first + 1 + half, k2 = first + 2 + half;
       const Vec3d normal = normal_of(position(k0), position(k1), position(k2));
-      const Vec3d wanted = Vec3d(light.normals[c[k0 % 4]]) + Vec3d(light.normals[c[k1 % 4]]) +
-                           Vec3d(light.normals[c[k2 % 4]]);
+      const Vec3d wanted = Vec3d(low_poly.normals[c[k0 % 4]]) + Vec3d(low_poly.normals[c[k1 % 4]]) +
+                           Vec3d(low_poly.normals[c[k2 % 4]]);
       const double size = length(normal) * length(wanted);
       least = std::min(least, size > 0 ? dot(normal, wanted) / size : -1.0);
     }
@@ -146,20 +146,20 @@ std::uint64_t edge_key(std::uint32_t a, std::uint32_t b) {
 
 /// Turns quads so that the better diagonal runs from corner 0 to 2; the other one where that is an edge
 /// of other polygons already, so that no edge gets more than two triangles for it.
-void choose_diagonals(SimplifiedIsosurface& light) {
+void choose_diagonals(SimplifiedIsosurface& low_poly) {
   std::unordered_set<std::uint64_t> taken;
-  taken.reserve(3 * light.polygons.size());
-  for (const SimplifiedIsosurface::Polygon& polygon : light.polygons) {
+  taken.reserve(3 * low_poly.polygons.size());
+  for (const SimplifiedIsosurface::Polygon& polygon : low_poly.polygons) {
     const std::size_t count = polygon.is_quad() ? 4 : 3;
     for (std::size_t k = 0; k < count; ++k) {
       taken.insert(edge_key(polygon.corners[k], polygon.corners[(k + 1) % count]));
     }
   }
-  for (SimplifiedIsosurface::Polygon& polygon : light.polygons) {
+  for (SimplifiedIsosurface::Polygon& polygon : low_poly.polygons) {
     if (!polygon.is_quad()) continue;
     auto& c = polygon.corners;
     const std::uint64_t diagonals[2] = {edge_key(c[0], c[2]), edge_key(c[1], c[3])};
-    std::size_t chosen = prefers_second(light, polygon) ? 1 : 0;
+    std::size_t chosen = prefers_second(low_poly, polygon) ? 1 : 0;
     if (taken.count(diagonals[chosen]) != 0 && taken.count(diagonals[1 - chosen]) == 0) {
       chosen = 1 - chosen;
     }
@@ -171,16 +171,16 @@ void choose_diagonals(SimplifiedIsosurface& light) {
 /// Takes edges without length between fine vertices out; what stood for one that is gone is then stood for
 /// by the other. Clusters whose boxes meet at a corner stay apart: they stand for surface of some extent,
 /// and joined they would have more of it than a chart shows well.
-void join_without_length(SimplifiedIsosurface& light, std::vector<std::uint32_t>& stands,
+void join_without_length(SimplifiedIsosurface& low_poly, std::vector<std::uint32_t>& stands,
                          std::uint32_t leaves, const std::function<Vec3(std::uint32_t)>& place) {
   std::vector<PolygonCorners> polygons;
-  polygons.reserve(light.polygons.size());
-  for (const SimplifiedIsosurface::Polygon& polygon : light.polygons)
+  polygons.reserve(low_poly.polygons.size());
+  for (const SimplifiedIsosurface::Polygon& polygon : low_poly.polygons)
     polygons.push_back(polygon.corners);
   const auto gone = collapse_short_edges(polygons, place, leaves);
   if (gone.empty()) return;
-  light.polygons.clear();
-  for (const PolygonCorners& corners : polygons) light.polygons.push_back({corners});
+  low_poly.polygons.clear();
+  for (const PolygonCorners& corners : polygons) low_poly.polygons.push_back({corners});
   const std::unordered_map<std::uint32_t, std::uint32_t> by(gone.begin(), gone.end());
   for (std::uint32_t& node : stands) {
     const auto at = by.find(node);
@@ -288,21 +288,21 @@ std::uint64_t count_small_parts(const VertexTree& tree, double share) {
 SimplifiedIsosurface simplify_isosurface(const FineSurface& surface, const VertexTree& tree,
                                          const Volume& volume, const IsosurfaceOptions& options) {
   const std::uint32_t leaves = tree.leaves();
-  SimplifiedIsosurface light;
-  const std::vector<std::uint8_t> small = small_parts(tree, options.min_part, light);
+  SimplifiedIsosurface low_poly;
+  const std::vector<std::uint8_t> small = small_parts(tree, options.min_part, low_poly);
   const std::vector<float> limits = merging_limits(tree, options.keep_topology);
-  light.aimed_faces = options.faces;
+  low_poly.aimed_faces = options.faces;
   if (options.faces == 0 && options.share < 1) {
     const double all = 2 * static_cast<double>(quads_left(surface, small));
-    light.aimed_faces = static_cast<std::uint64_t>(std::ceil(all * options.share));
+    low_poly.aimed_faces = static_cast<std::uint64_t>(std::ceil(all * options.share));
   }
   float limit = static_cast<float>(options.error);
-  if (light.aimed_faces != 0) {
-    const float least =
-        limit_for_faces(surface, tree, small, limits, static_cast<std::size_t>(light.aimed_faces));
+  if (low_poly.aimed_faces != 0) {
+    const float least = limit_for_faces(surface, tree, small, limits,
+                                        static_cast<std::size_t>(low_poly.aimed_faces));
     limit = options.faces != 0 ? least : std::max(limit, least);
   }
-  if (options.faces == 0) light.error_limit = double{limit};
+  if (options.faces == 0) low_poly.error_limit = double{limit};
   // The topmost cluster within the limit stands for all below it.
   std::vector<std::uint32_t> stands(tree.count());
   for (std::uint32_t node = tree.count(); node-- > 0;) {
@@ -346,7 +346,7 @@ SimplifiedIsosurface simplify_isosurface(const FineSurface& surface, const Verte
     }
   });
   for (const auto& part : parts) {
-    light.polygons.insert(light.polygons.end(), part.begin(), part.end());
+    low_poly.polygons.insert(low_poly.polygons.end(), part.begin(), part.end());
   }
 
   const auto place = [&](std::uint32_t node) {
@@ -354,11 +354,11 @@ SimplifiedIsosurface simplify_isosurface(const FineSurface& surface, const Verte
     const float* p = surface.vertices[node].position;
     return Vec3{p[0], p[1], p[2]};
   };
-  join_without_length(light, stands, leaves, place);
+  join_without_length(low_poly, stands, leaves, place);
 
   // Vertices that polygons use, in the order of the tree.
   std::vector<std::uint32_t> number(tree.count(), kNone);
-  for (const SimplifiedIsosurface::Polygon& polygon : light.polygons) {
+  for (const SimplifiedIsosurface::Polygon& polygon : low_poly.polygons) {
     for (const std::uint32_t corner : polygon.corners) {
       if (corner != kNone) number[corner] = 0;
     }
@@ -367,49 +367,49 @@ SimplifiedIsosurface simplify_isosurface(const FineSurface& surface, const Verte
   for (std::uint32_t node = 0; node < tree.count(); ++node) {
     if (number[node] == kNone) continue;
     number[node] = count++;
-    light.positions.push_back(place(node));
+    low_poly.positions.push_back(place(node));
     if (node < leaves) continue;
     const VertexTree::Cluster& cluster = tree.cluster(node);
-    light.error = std::max(light.error, double{cluster.error});
-    if (!cluster.is_one_sheet) ++light.changed_topology;
+    low_poly.error = std::max(low_poly.error, double{cluster.error});
+    if (!cluster.is_one_sheet) ++low_poly.changed_topology;
   }
   // Their fine vertices.
-  light.leaf_begins.assign(count + 1, 0);
+  low_poly.leaf_begins.assign(count + 1, 0);
   for (std::uint32_t leaf = 0; leaf < leaves; ++leaf) {
     const std::uint32_t vertex = number[stands[leaf]];
-    if (vertex != kNone) ++light.leaf_begins[vertex + 1];
+    if (vertex != kNone) ++low_poly.leaf_begins[vertex + 1];
   }
-  for (std::uint32_t i = 0; i < count; ++i) light.leaf_begins[i + 1] += light.leaf_begins[i];
-  light.leaves.resize(light.leaf_begins[count]);
+  for (std::uint32_t i = 0; i < count; ++i) low_poly.leaf_begins[i + 1] += low_poly.leaf_begins[i];
+  low_poly.leaves.resize(low_poly.leaf_begins[count]);
   {
-    std::vector<std::uint32_t> next(light.leaf_begins.begin(), light.leaf_begins.end() - 1);
+    std::vector<std::uint32_t> next(low_poly.leaf_begins.begin(), low_poly.leaf_begins.end() - 1);
     for (std::uint32_t leaf = 0; leaf < leaves; ++leaf) {
       const std::uint32_t vertex = number[stands[leaf]];
-      if (vertex != kNone) light.leaves[next[vertex]++] = leaf;
+      if (vertex != kNone) low_poly.leaves[next[vertex]++] = leaf;
     }
   }
-  light.normals.resize(count);
+  low_poly.normals.resize(count);
   parallel_for(count, 256, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
-      light.normals[i] = light.mean_normal(surface, static_cast<std::uint32_t>(i));
+      low_poly.normals[i] = low_poly.mean_normal(surface, static_cast<std::uint32_t>(i));
     }
   });
-  for (SimplifiedIsosurface::Polygon& polygon : light.polygons) {
+  for (SimplifiedIsosurface::Polygon& polygon : low_poly.polygons) {
     for (std::uint32_t& corner : polygon.corners) {
       if (corner != kNone) corner = number[corner];
     }
-    light.faces += polygon.is_quad() ? 2 : 1;
+    low_poly.faces += polygon.is_quad() ? 2 : 1;
   }
   if (tree.open() && options.keep_topology) {
     std::vector<PolygonCorners> polygons;
-    for (const SimplifiedIsosurface::Polygon& polygon : light.polygons)
+    for (const SimplifiedIsosurface::Polygon& polygon : low_poly.polygons)
       polygons.push_back(polygon.corners);
-    light.fine_pieces = count_fine_pieces(surface, small);
-    light.pieces = count_pieces(polygons, count, {});
+    low_poly.fine_pieces = count_fine_pieces(surface, small);
+    low_poly.pieces = count_pieces(polygons, count, {});
   }
-  choose_diagonals(light);
-  light.reached = options.faces == 0 || light.faces <= options.faces;
-  return light;
+  choose_diagonals(low_poly);
+  low_poly.reached = options.faces == 0 || low_poly.faces <= options.faces;
+  return low_poly;
 }
 
 }  // namespace kiln

@@ -19,7 +19,7 @@
 // kiln_detail_blend    samples / width   64     the same, and of the other match 16 B + 2 triangles' attributes
 // kiln_detail_resolve  texels            64     reads 12 B + 13 B a sample, writes 13 B (scattered)
 //
-// Neighbouring samples mostly lie in one light triangle: eight that do read its attributes once. They read the
+// Neighbouring samples mostly lie in one triangle of the low poly: eight that do read its attributes once. They read the
 // high poly's normals and their indices four numbers at a time: both arrays end in one more.
 //
 // Strengths: one pass; half the memory traffic at one sample a texel (kiln_detail_texel). Limits: barycentric

@@ -175,7 +175,7 @@ TEST(Bvh, OneOfEachKindOfTheSameTrianglesStays) {
       EXPECT_TRUE(triangle < 503u || triangle == KILN_NO_TRIANGLE) << "not the lowest";
     }
   }
-  // What will move keeps all.
+  // A mesh that will move keeps all triangles.
   const Bvh all = build_bvh(soup.positions, soup.triangles, false);
   EXPECT_EQ(all.duplicates, 0u);
   EXPECT_EQ(all.triangles, soup.triangles.size());

@@ -15,7 +15,7 @@
 namespace kiln::test {
 namespace {
 
-/// What must hold of chunks: each triangle once, with its own vertices, within the box and the cone.
+/// Checks chunks: each triangle once, with its own vertices, within the box and the cone.
 void expect_sound_chunks(const Drawn& drawn) {
   std::vector<int> times(drawn.triangles.size());
   for (const RasterChunks& piece : make_raster_chunks(drawn.positions, drawn.triangles)) {

@@ -77,7 +77,7 @@ std::vector<Ray> distant_rays(std::size_t count, unsigned seed) {
   return rays;
 }
 
-/// What stands in the way of each ray, by the oracle: 1 something, 0 nothing, 2 too close to tell.
+/// Obstacles of each ray, by the oracle: 1 something, 0 nothing, 2 too close to tell.
 std::vector<int> oracle_occlusion(const Scene& scene, const std::vector<Ray>& rays,
                                   const RayQuery& query) {
   std::vector<int> result;

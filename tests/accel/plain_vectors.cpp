@@ -1,4 +1,4 @@
-// What compilers without vector types run.
+// Code that compilers without vector types run.
 #define KILN_PLAIN_VECTORS
 #define kiln kiln_plain
 #include "accel/vector_results.h"

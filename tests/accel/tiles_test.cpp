@@ -57,7 +57,7 @@ void expect_as_oracle(const kiln_view& view, const Drawn& drawn) {
   for (std::size_t i = 0; i < expected.size(); ++i) {
     ASSERT_EQ(keys[i] == KILN_RASTER_EMPTY, expected[i].triangle == KILN_NO_TRIANGLE)
         << i % view.width << ", " << i / view.width;
-    // Where another triangle is as near as single precision can tell, either may be there.
+    // If another triangle is as near as single precision can tell, either may be there.
     if (keys[i] == KILN_RASTER_EMPTY || expected[i].second - expected[i].depth < 2e-6) continue;
     ASSERT_EQ(static_cast<std::uint32_t>(keys[i]), expected[i].triangle);
   }
@@ -269,7 +269,7 @@ TEST(Tiles, MatchingSeesNothingInEmptyTiles) {
   Rasterizer rasterizer(context(), scene.positions, scene.triangles, RasterPath::tiles);
   constexpr std::uint32_t kSize = 600;  // the tiles in the corners stay empty
   DepthViews views(context(), rasterizer, {{0, 0, 1}}, kSize, false, {{}, rasterizer.radius()});
-  // What lies in tiles that were left out: the nearest of the sphere's own triangles, everywhere.
+  // Tiles that were left out: the nearest of the sphere's own triangles, everywhere.
   context().fill(views.keys().keys, std::uint64_t{0x3F40000000000005ULL});
   rasterizer.draw(views.views(), views.keys());
   // Samples at the depth 0.75, which those keys say, over the whole picture.

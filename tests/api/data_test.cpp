@@ -122,7 +122,7 @@ TEST(MeshView, EveryAttributeArrives) {
   EXPECT_EQ(mesh.tangents[20].direction, (Vec3{1, 0, 0}));
 }
 
-/// Of a plane that faces +Z, whose high poly leans to +X: along the caller's own tangent.
+/// Normal of a plane that faces +Z, whose high poly leans to +X: along the caller's own tangent.
 TEST(MeshView, OwnTangentsTurnTheMap) {
   KILN_REQUIRE_DEVICE();
   Mesh high = test::plane(1, 1);

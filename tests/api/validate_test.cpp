@@ -249,7 +249,7 @@ TEST(Validate, EveryOptionIsChecked) {
   EXPECT_TRUE(passed);
 }
 
-/// Of a cube for itself.
+/// A cube's correspondence with itself.
 struct Matched {
   Mesh mesh = test::cube();
   Source source{*test::device(), mesh};

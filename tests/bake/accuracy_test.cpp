@@ -1,4 +1,4 @@
-// How exact bakes are: on analytic surfaces, and against the reference bake.
+// Exactness of bakes: on analytic surfaces, and against the reference bake.
 #include <gtest/gtest.h>
 
 #include <cmath>

@@ -43,7 +43,7 @@ TEST(Bake, IsTheSameForAnyOrderOfTheDenseTriangles) {
     shuffled.normal_triangles[i] = pair.high.normal_triangles[order[i]];
   }
   const BakeResult result = bake(Source(*test::device(), shuffled), pair.low, small_options());
-  // Where a ray meets an edge, another of the triangles that share it may win: the same normal but for
+  // If a ray meets an edge, another of the triangles that share it may win: the same normal but for
   // rounding.
   const ImageDifference difference =
       compare_images(expected.maps[0].image, result.maps[0].image, nullptr);
@@ -227,7 +227,7 @@ TEST(Bake, TwoComponentsCountWhatPointsBelowTheSurface) {
     ASSERT_GT(below, 100U);
     EXPECT_EQ(counted(two), below) << samples;
   }
-  // Where all point up, there is nothing to say.
+  // If all point up, there is nothing to say.
   BakeOptions options = small_options();
   options.encoding.two_component = true;
   for (const Warning& warning : bake(Source(*test::device(), low), low, options).report.warnings) {

@@ -1,4 +1,4 @@
-// What bakes say of their own errors, against what is known of them.
+// Errors that bakes report of themselves, against what is known of them.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -135,7 +135,7 @@ TEST(MapErrors, OcclusionIsMadeToTheErrorAskedFor) {
   EXPECT_EQ(smooth.maps[0].image.pixels, bake(source, low, options).maps[0].image.pixels);
 }
 
-// Of 2,000 texels, whatever the map's size, also where the match wants whole bands. (Once all texels of such a map
+// Errors are measured at 2,000 texels, whatever the map's size, also where the match wants whole bands. (Once all texels of such a map
 // cast 4096 rays: 64 times as long here.)
 TEST(MapErrors, TakeAsLongForLargeMapsAsForSmallOnes) {
   KILN_REQUIRE_DEVICE();

@@ -73,7 +73,7 @@ Point dense_floor_at(double u, double v) {
   return p;
 }
 
-/// Where a chart lies in the layout of 4 x 2 cells.
+/// Place of a chart in the layout of 4 x 2 cells.
 struct Cell {
   int column = 0, row = 0;
   bool mirrored = false, turned = false;

@@ -1,4 +1,4 @@
-// What golden_test bakes: meshes, a terrain and volumes made from arithmetic and square roots alone, so
+// Scenes that golden_test bakes: meshes, a terrain and volumes made from arithmetic and square roots alone, so
 // that they are the same bytes on every machine.
 #pragma once
 

@@ -38,7 +38,7 @@ inline void by_uv(BakeOptions& options) {
   options.match.uv.max_distance = kNoBound;
 }
 
-/// Whether KILN_GOLDEN_WRITE asks for the table to be written anew.
+/// True if KILN_GOLDEN_WRITE asks for the table to be written anew.
 bool writes_golden_table();
 
 /// One test's part of the table: the rows whose names start with `group` and a slash.

@@ -281,7 +281,7 @@ TEST(Golden, Fallbacks) {
         undecided = result.report.missed;
         continue;
       }
-      // Where no face is near, neither rays nor views find one.
+      // If no face is near, neither rays nor views find one.
       if (options.match.method != MatchMethod::closest) {
         EXPECT_LT(result.report.missed, undecided) << name << ": the fallback decided nothing";
       }

@@ -69,7 +69,7 @@ TEST(HighCoverage, IsTheHiddenHalfOfAPlate) {
   EXPECT_NE(lost->message.find("`match.ray.rule` outermost"), std::string::npos);
 }
 
-/// What lies beyond the distance is not near, so nothing of it can be lost.
+/// A surface beyond the distance is not near, so nothing of it can be lost.
 TEST(HighCoverage, CountsWhatIsWithinTheDistance) {
   KILN_REQUIRE_DEVICE();
   const Source source(*test::device(), plate_with_sheet(0.3F));

@@ -1,4 +1,4 @@
-// Where meshes lie: what no triangle uses changes nothing, places keep their digits far from 0, and coordinates that
+// Places of meshes: vertices that no triangle uses change nothing, places keep their digits far from 0, and coordinates that
 // are too coarse are told.
 #include <gtest/gtest.h>
 

@@ -23,7 +23,7 @@ Mesh four_strips() {
   return mesh;
 }
 
-/// Of the four strips: at height 0.01, turned over, at height 0.5, and not there.
+/// The high poly over the four strips: at height 0.01, turned over, at height 0.5, and not there.
 Mesh dense() {
   const Mesh whole = four_strips();
   Mesh mesh;

@@ -179,7 +179,7 @@ void expect_glass(const Asset& asset, const std::vector<std::string>& names) {
             asset.materials[1].normal_map.bytes->size());
 }
 
-/// What is transparent stays so, and nothing else becomes it: in low polys that Kiln makes, by their materials...
+/// Transparent parts stay so, and nothing else becomes it: in low polys that Kiln makes, by their materials...
 TEST(AssetCommand, TransparencyIsKeptByMaterial) {
   KILN_REQUIRE_DEVICE();
   const fs::path scene = test::scratch_folder();

@@ -1,4 +1,4 @@
-// What the command refuses: exit codes, and messages that name the remedy.
+// Command lines that are refused: exit codes, and messages that name the remedy.
 #include <gtest/gtest.h>
 
 #include <filesystem>
@@ -252,7 +252,7 @@ TEST(Command, ASavedMatchBelongsToItsMeshes) {
       run_kiln(bake(scene / "low.obj", {"--save-match", match, "--max-distance", "10%"})).exit_code,
       0);
   EXPECT_EQ(run_kiln(bake(scene / "low.obj", {"--load-match", match})).exit_code, 0);
-  // What misses get is no question of the match.
+  // The value of misses is no question of the match.
   EXPECT_EQ(
       run_kiln(bake(scene / "low.obj", {"--load-match", match, "--fallback", "mark"})).exit_code,
       0);

@@ -121,7 +121,7 @@ TEST(ChartCommand, MeasuresEverySetting) {
                           [](const std::string& line) { return line.starts_with("|"); }),
             static_cast<long>(kSettings.size() + 2));
 
-  // What the picture shows is what the report says.
+  // The picture shows what the report says.
   const json plot = read_json(out / "chart_plot.json");
   EXPECT_EQ(plot["kind"], "chart");
   ASSERT_EQ(plot["groups"].size(), 1U);
@@ -207,7 +207,7 @@ TEST(ChartCommand, ComparesWaysToGatherAmbientOcclusion) {
   // 16 times the rays leave less than half of the noise, as smoothing 32 of them does.
   EXPECT_LT(ao["settings"][1]["rms"].get<double>(), 0.5 * ao["settings"][0]["rms"].get<double>());
   EXPECT_LT(ao["settings"][2]["rms"].get<double>(), 0.5 * ao["settings"][0]["rms"].get<double>());
-  // What is chosen is what it says: nearest in 1000 seconds, and the fastest within 1/255 (else the nearest).
+  // The choice is as stated: nearest in 1000 seconds, and the fastest within 1/255 (else the nearest).
   const json& chosen = ao["chosen"];
   EXPECT_EQ(chosen["budget"]["setting"], best["name"]);
   EXPECT_TRUE(chosen["budget"]["reached"].get<bool>());

@@ -1,4 +1,4 @@
-// What kiln chart writes, read again.
+// Files of kiln chart, read again.
 #pragma once
 
 #include <gtest/gtest.h>

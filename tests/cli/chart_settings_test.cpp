@@ -1,4 +1,4 @@
-// What kiln chart compares.
+// Settings that kiln chart compares.
 #include <gtest/gtest.h>
 
 #include <algorithm>

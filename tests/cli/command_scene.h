@@ -1,4 +1,4 @@
-// What tests of the command share: a scene in files, and what holds of a failure.
+// Shared by tests of the command: a scene in files, and checks of a failure.
 #pragma once
 
 #include <gtest/gtest.h>

@@ -155,7 +155,7 @@ TEST(FilesCommand, CutsHighAndCagesByTheSameRule) {
   std::ofstream(folder / "low.obj") << "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\n"
                                        "vt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\nf 1/1 2/2 3/3 4/4\n";
   std::ofstream(folder / "cage.obj") << "v 0 0 0.5\nv 1 0 0.3\nv 1 1 0.2\nv 0 1 0.3\nf 1 2 3 4\n";
-  // What stands in the middle of the map, as a share of the corner's height.
+  // Height in the middle of the map, as a share of the corner's height.
   const auto middle = [&](const std::string& out, std::vector<std::string> flags) {
     std::vector<std::string> line = {"bake",
                                      folder / "high.obj",

@@ -1,4 +1,4 @@
-// Where people stumble: flags of other bakers, flags that serve nothing, misses without a place, maps of
+// Stumbling blocks: flags of other bakers, flags that serve nothing, misses without a place, maps of
 // another mesh of the same name.
 #include <gtest/gtest.h>
 
@@ -441,7 +441,7 @@ TEST(Friction, MapsOfAnotherLowOfTheSameNameStay) {
   ASSERT_EQ(of("b", {"--force"}).exit_code, 0);
   EXPECT_EQ(of("b", {}).exit_code, 0);
   expect_refused(of("a", {}), {"b/x.obj"});
-  // What is gone may have been renamed.
+  // A file that is gone may have been renamed.
   fs::remove(scene / "b" / "x.obj");
   EXPECT_EQ(of("a", {}).exit_code, 0);
   // Both moved together: still its own.

@@ -114,7 +114,7 @@ TEST(MapsCommand, FindsWhatMaterialsName) {
   EXPECT_NE(ids[0]["color"], ids[1]["color"]);
 }
 
-/// What Blender writes of a material without its extensions, and what nobody wrote.
+/// A file as Blender writes it of a material without its extensions, and what nobody wrote.
 TEST(MapsCommand, ConvertsMaterialsAndSaysSo) {
   KILN_REQUIRE_DEVICE();
   const fs::path scene = make_scene();

@@ -94,7 +94,7 @@ TEST(MeasureCommand, RatesWaysToMatch) {
   // Texels of the sphere's map weigh alike here and by their area there.
   EXPECT_NEAR(sum / known, mean(ray["match_distance"]), 0.2 * mean(ray["match_distance"]));
 
-  // What measure.png shows: two shades, then a block a measure with a tile a method.
+  // Tiles of measure.png: two shades, then a block a measure with a tile a method.
   expect_tiles(scene / "out", "measure", 2 + 4 * 2);
   const json plot = read_json(scene / "out" / "measure_plot.json");
   ASSERT_EQ(plot["blocks"].size(), 4U);

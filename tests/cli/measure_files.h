@@ -1,4 +1,4 @@
-// What kiln measure writes, read again.
+// Files of kiln measure, read again.
 #pragma once
 
 #include <gtest/gtest.h>

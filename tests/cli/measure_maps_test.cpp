@@ -90,7 +90,7 @@ TEST(MeasureMaps, TellsErrorsOfMapsAsTheBakeDoes) {
     EXPECT_EQ(with["object_space"], without["object_space"]);
     EXPECT_FALSE(without.contains("errors"));
   }
-  // What serves no map asked for.
+  // A flag that serves no map asked for.
   EXPECT_EQ(run(rated, {"--maps", "normal", "--ao-rays", "4"}).exit_code, 2);
   EXPECT_EQ(run(rated, {"--curvature-radius", "1%"}).exit_code, 2);
   EXPECT_EQ(run(rated, {"--maps", "visibility"}).exit_code, 2);

@@ -1,4 +1,4 @@
-// What warnings say at the command line: flags, causes, places.
+// Warnings at the command line: flags, causes, places.
 #include <gtest/gtest.h>
 
 #include <array>
@@ -10,9 +10,9 @@
 #include "kiln/error.h"
 #include "kiln/mesh.h"
 #include "report/causes.h"
+#include "report/console.h"
 #include "report/flags.h"
 #include "report/missed_patch.h"
-#include "report/terminal.h"
 
 namespace kiln::cli {
 namespace {
@@ -28,7 +28,7 @@ TEST(Flags, StandForTheLibrarysOptions) {
   EXPECT_EQ(with_flags("let Kiln do it: `unwrap()` gives"),
             "let Kiln do it: `kiln bake --unwrap` gives");
   EXPECT_EQ(with_flags("again with `save_match()`."), "again with --save-match.");
-  // Of other commands, by the name itself.
+  // Options of other commands go by the name itself.
   EXPECT_EQ(with_flags("(`outer_only` and `outer_gap`; see `keep_topology`)"),
             "(--outer and --outer-gap; see --topology)");
 }
@@ -54,7 +54,7 @@ TEST(Terminal, IsGivenNoControlCharacters) {
   // C1, as two bytes and as one, which is no UTF-8.
   EXPECT_EQ(printable("\xc2\x9b\x9b"), "\\xc2\\x9b\\x9b");
   EXPECT_EQ(printable("\xc2\xa0"), "\xc2\xa0");
-  // What turns the direction of writing: "a" U+202E "gnp.exe".
+  // A character that turns the direction of writing: "a" U+202E "gnp.exe".
   EXPECT_EQ(printable("a\xe2\x80\xaegnp.exe"), "a\\xe2\\x80\\xaegnp.exe");
 }
 
@@ -81,7 +81,7 @@ using Codes = std::vector<std::string>;
 TEST(Causes, LeaveOutWhatFollows) {
   EXPECT_EQ(roots({"missing-uvs", "uv-degenerate", "no-texels"}, 0), Codes{"missing-uvs"});
   EXPECT_EQ(roots({"short-rays", "many-misses"}, 0), Codes{"short-rays"});
-  // What was asked for and not reached is told beside its likely cause.
+  // A goal that was not reached is told beside its likely cause.
   EXPECT_EQ(roots({"short-rays", "many-misses", "error-not-reached"}, 0),
             (Codes{"short-rays", "error-not-reached"}));
   EXPECT_EQ(roots({"many-misses", "uv-overlap"}, 0), (Codes{"many-misses", "uv-overlap"}));

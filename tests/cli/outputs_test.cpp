@@ -1,4 +1,4 @@
-// What the command writes where: streams, the files of the user, and what an interrupt leaves.
+// Outputs of the command and their places: streams, the files of the user, and what an interrupt leaves.
 #include <gtest/gtest.h>
 #include <unistd.h>
 
@@ -142,7 +142,7 @@ TEST(Command, WritesNothingIntoFilesWhereStreamsAreClosed) {
     return std::pair(code, fs::exists(out / "low_normal.png"));
   };
   using Result = std::pair<int, bool>;
-  // What standard output was to get is lost, which is an error, as on a full disk.
+  // A report that standard output cannot take is an error, as on a full disk.
   EXPECT_EQ(bake("<&- >&- 2> /dev/null"), Result(5, false));
   EXPECT_EQ(bake("<&- >&- 2>&-"), Result(5, false));
   EXPECT_EQ(bake("--quiet <&- >&- 2>&-"), Result(0, true));

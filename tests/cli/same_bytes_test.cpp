@@ -146,7 +146,7 @@ TEST(Command, GivesTheSameBytesOnOtherImplementations) {
     ProcessOptions options;
     options.environment = {{"OCL_ICD_VENDORS", rusticl}, {"RUSTICL_ENABLE", "llvmpipe"}};
     options.timeout_seconds = 400;
-    // Where its cache is cold, it compiles 8 rays at a time in 34 processor seconds, a ray alone in 11; tools/gates
+    // With a cold cache, it compiles 8 rays at a time in 34 processor seconds, a ray alone in 11; tools/gates
     // drivers takes 8.
     EXPECT_TRUE(bake("rusticl", "", {"--traversal", "gpu"}, options) == expected) << "rusticl";
   }

@@ -246,7 +246,7 @@ TEST(SimplifyCommand, FlippedPatchesOfHighBakeAsSoundOnes) {
   EXPECT_EQ(bytes_of_map(scene, "high", "none", ""), sound);
   EXPECT_EQ(bytes_of_map(scene, "flipped", "auto", "--clean none leaves HIGH as it is"), sound);
   EXPECT_NE(bytes_of_map(scene, "flipped", "none", ""), sound);
-  // Where a saved match is loaded, its corners may be counted otherwise.
+  // If a saved match is loaded, its corners may be counted otherwise.
   const auto bake = [&](const char* flag) {
     return run_kiln({"bake", scene / "flipped.obj", scene / "low.obj", "--size", "32", "--out",
                      scene / "match", flag, scene / "match.exr"});

@@ -32,7 +32,7 @@ Apart compare(const fs::path& a, const fs::path& b) {
   return apart;
 }
 
-/// What tells the files apart: OBJ writes normals in four digits, FBX is in centimetres, and its transforms are three
+/// Differences between the files: OBJ writes normals in four digits, FBX is in centimetres, and its transforms are three
 /// angles; Draco rounds to 18, 14 and 16 bits of places, normals and UVs. All are far below 1/255; but a ray within that of an edge of HIGH may meet the triangle beside it, whose
 /// colours go on where its UVs do, and not at their seam.
 TEST(Twins, OneSceneInFourFormatsGivesOneMap) {

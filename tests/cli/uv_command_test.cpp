@@ -177,7 +177,7 @@ TEST_P(HeightFieldCommand, BakesOntoAPlaneOrASimplifiedTerrain) {
   EXPECT_NEAR(map.at(20, 10)[0] * 2 - 1, -dx / size, 0.02);
   EXPECT_NEAR(map.at(20, 10)[1] * 2 - 1, -dy / size, 0.02);
 
-  // What searches would look for heights near the plane.
+  // A match that searches would look for heights near the plane.
   for (const char* match : {"ray", "views", "closest", "visibility", "hybrid"}) {
     std::vector<std::string> searching = command;
     searching.insert(searching.end(), {"--match", match});

@@ -1,4 +1,4 @@
-// Where the third axis of tangent space is computed: at pixels, or at corners.
+// The third axis of tangent space, computed at pixels, or at corners.
 #include <gtest/gtest.h>
 
 #include <cmath>

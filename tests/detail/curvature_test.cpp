@@ -439,7 +439,7 @@ TEST(Curvature, OfABevelIsItsTurnOverItsBall) {
   const MeanCurvature curvature(mesh.positions, mesh.triangles, radius);
   MeanCurvature::Room room;
   const double c = std::sqrt(radius * radius - half * half);
-  // Of the bevel's disc what lies between the edges; of each face, at 45 degrees, the disc beyond its edge: its
+  // The part of the bevel's disc between the edges, and of each face, at 45 degrees, the disc beyond its edge: its
   // centre is half * cos 45 in from the edge.
   const auto segment = [](double r, double d) {
     return r * r * std::acos(d / r) - d * std::sqrt(r * r - d * d);

@@ -215,7 +215,7 @@ TEST(Maps, SamplesAreAveraged) {
   options.encoding.gutter = 0;
   Mesh low = test::plane(1, 1);
   const BakeResult baked = bake(source, low, options);
-  // Of five columns the middle one's samples lie two left and two right of the step.
+  // Samples of the middle one of five columns lie two left and two right of the step.
   for (std::size_t y = 0; y < 5; ++y) {
     const float expected[5] = {kAbove, kAbove, (kAbove + kBelow) / 2, kBelow, kBelow};
     for (std::size_t x = 0; x < 5; ++x) {
@@ -349,7 +349,7 @@ TEST(Maps, NormalsOfSeveralSpacesAreThoseOfBakesOfEach) {
       EXPECT_EQ(map.mips[level].pixels, alone.maps[0].mips[level].pixels) << name << level;
     }
   }
-  // Of object space two components say nothing of the third.
+  // Two components of object space say nothing of the third.
   options.encoding.space = NormalMapSpace::tangent;
   options.encoding.two_component = true;
   EXPECT_NO_THROW(validate(options));

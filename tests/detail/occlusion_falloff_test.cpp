@@ -39,7 +39,7 @@ double darkens(OcclusionFalloff falloff, double x) {
   return falloff == OcclusionFalloff::smooth ? 1 - x * x * (3 - 2 * x) : 1;
 }
 
-/// How dark a floor is under a ceiling that is endless, at a share `h` of the reach: the cosine-weighted mean of
+/// Darkness of a floor under a ceiling that is endless, at a share `h` of the reach: the cosine-weighted mean of
 /// the falloff at h / cos, over the cone where that is below 1.
 double under_ceiling(OcclusionFalloff falloff, double h) {
   if (falloff == OcclusionFalloff::linear) return (1 - h) * (1 - h);

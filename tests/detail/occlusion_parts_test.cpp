@@ -1,4 +1,4 @@
-// What ambient occlusion, bent normals and thickness depend on, and what not; misses, blends, sessions, errors.
+// Settings that ambient occlusion, bent normals and thickness depend on, and others that they do not; misses, blends, sessions, errors.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -167,7 +167,7 @@ TEST(OcclusionParts, MissesSeeFromTheLowPoly) {
       EXPECT_EQ(map_of(marked, "bent_normal").pixels[3 * i], 1.0F);
       EXPECT_EQ(map_of(marked, "bent_normal").pixels[3 * i + 1], -1.0F);
     }
-    // What was found does not depend on what is done with misses.
+    // The points found do not depend on what is done with misses.
     for (std::size_t x = 0; x < 8; ++x) {
       EXPECT_EQ(map_of(kept, "ao").pixels[16 * y + x], map_of(marked, "ao").pixels[16 * y + x]);
     }

@@ -124,7 +124,7 @@ TEST(OwnMaps, MixedWithOthersTheyAreAveragedAndFilled) {
   EXPECT_FLOAT_EQ(middle[0], 0.5F);
   EXPECT_NEAR(middle[1], 0.125, 1e-6);
   EXPECT_EQ(middle[3], 2);
-  // Where nothing is found, neighbours fill.
+  // If nothing is found, neighbours fill.
   const BakeResult part = bake_own(test::plane(1, 1, 0.5, 1), test::plane(1, 1), map);
   EXPECT_EQ(part.maps[1].image.at(0, 5)[3], 2);
 }

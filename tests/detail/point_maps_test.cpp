@@ -61,7 +61,7 @@ Mesh sheet(std::uint32_t cells, double side, float z) {
   return mesh;
 }
 
-/// Where a texel of sheet(., side, .) lies.
+/// Place of a texel of sheet(., side, .).
 Vec3d on_sheet(std::size_t i, double side) {
   const auto [u, v] = centre_of(i);
   return {((u - 0.1) / 0.8 - 0.5) * side, ((v - 0.1) / 0.8 - 0.5) * side, 0};
@@ -101,7 +101,7 @@ bool find_low_point(const Mesh& low, const LowSurface& surface, NormalMapSpace s
     } else {
       found.z_axis = cross(q - p, r - p);
       found.z_axis = found.z_axis * (1 / length(found.z_axis));
-      // Where u grows fastest with v held.
+      // Direction in which u grows fastest with v held.
       found.x_axis = ((q - p) * cy - (r - p) * by) * (area < 0 ? -1.0 : 1.0);
       found.x_axis = found.x_axis * (1 / length(found.x_axis));
       found.y_axis = cross(found.z_axis, found.x_axis);

@@ -332,7 +332,7 @@ double opacity_of_leaves(std::uint32_t x, std::uint32_t y) {
   return sum;
 }
 
-/// Where no leaf lies a card is transparent, whatever becomes of other maps there; at borders it is by the share.
+/// A card is transparent beside its leaf, whatever becomes of other maps there; at borders it is by the share.
 TEST(TextureMaps, OpacityIsNoneWhereNothingIs) {
   KILN_REQUIRE_DEVICE();
   const Source source(*test::device(), leaves());
@@ -420,7 +420,7 @@ TEST(TextureMaps, OpacityOfCutOutLeavesIsTheirs) {
   }
 }
 
-/// What is transparent leaves its colour out of the mip chain.
+/// A transparent texel leaves its colour out of the mip chain.
 TEST(TextureMaps, MipsOfColorsCountByOpacity) {
   KILN_REQUIRE_DEVICE();
   constexpr std::uint32_t kSide = 64,

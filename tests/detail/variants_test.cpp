@@ -28,7 +28,7 @@ struct Variants : testing::Test {
   BakeResult bake_of(const BakeOptions& with) const {
     return bake(Source(*test::device(), high), low, with);
   }
-  /// What a bake makes of one map, whose own settings are those of all.
+  /// A bake of one map, whose own settings are those of all.
   BakedMap alone(MapKind kind, const BakeOptions& with) const {
     BakeOptions one = with;
     one.variants.clear();

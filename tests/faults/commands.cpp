@@ -19,7 +19,7 @@ Words bake(const fs::path& in, const fs::path& out) {
           "--maps", "normal,mask",   "--out",        out,      "--json", out / "report.json"};
 }
 
-/// What else a bake writes: a low poly, a match, layers, channels of maps as one file.
+/// Other outputs of a bake: a low poly, a match, layers, channels of maps as one file.
 Words bake_all(const fs::path& in, const fs::path& out) {
   return {"bake",
           in / "high.obj",

@@ -7,7 +7,7 @@
 
 namespace kiln::test {
 
-/// How often a command is tried where nobody asks for a number of points.
+/// Number of tries of a command where nobody asks for a number of points.
 enum class Often { always, once, never };
 
 struct FaultCommand {

@@ -45,7 +45,7 @@ class Crashes : public ::testing::Test {
     return test::run_kiln(words(out), options);
   }
 
-  /// What two views find of the surface: few kernels, since an empty cache compiles them all.
+  /// A match by two views: few kernels, since an empty cache compiles them all.
   std::vector<std::string> words(const fs::path& out) const {
     return {"bake",
             folder_ / "high.obj",
@@ -105,7 +105,7 @@ TEST_F(Crashes, ADamagedCacheIsLeftForAnEmptyOne) {
   EXPECT_NE(again.errors.find("POCL_CACHE_DIR"), std::string::npos) << again.errors;
   EXPECT_EQ(contents(folder_ / "again" / "low_mask.png"), filled().map);
   EXPECT_TRUE(fs::is_empty(temporary)) << "the empty cache stayed";
-  // Where there is no place for an empty one, the message says what to do.
+  // If there is no place for an empty one, the message says what to do.
   const ProcessResult failed = bake(folder_ / "failed", cache, folder_ / "nowhere");
   EXPECT_EQ(failed.exit_code, 4) << failed.errors;
   EXPECT_NE(failed.errors.find("POCL_CACHE_DIR"), std::string::npos) << failed.errors;

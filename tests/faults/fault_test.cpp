@@ -44,7 +44,7 @@ using Clock = std::chrono::steady_clock;
 using Files = std::map<std::string, std::string>;
 
 constexpr double kMostSeconds = 5;
-// Where the run is begun once more with an empty cache, all kernels are compiled again.
+// If the run is begun once more with an empty cache, all kernels are compiled again.
 constexpr double kMostSecondsCompiling = 60;
 
 constexpr long kKinds = 10;  // of calls
@@ -112,7 +112,7 @@ std::vector<FaultCommand> chosen_commands() {
   return chosen;
 }
 
-/// How many of `calls[kind]` each kind has of `points`.
+/// Share of `points` for each kind, of `calls[kind]`.
 std::map<std::string, long> shares(const std::map<std::string, long>& calls, long points) {
   std::map<std::string, long> shares;
   for (bool more = true; more && points > 0;) {
@@ -180,7 +180,7 @@ class Runner {
     }
     options.timeout_seconds = 2 * kMostSecondsCompiling;
     Words words = command_.words(in_, out);
-    // What is there is no OBJ of Kiln's.
+    // The file there is no OBJ of Kiln's.
     if (!before.empty() && (words[0] == "bake" || words[0] == "simplify" || words[0] == "volume")) {
       words.push_back("--force");
     }
@@ -261,7 +261,7 @@ class Faults : public ::testing::TestWithParam<FaultCommand> {
         << "no file is named";
   }
 
-  /// What is tried, in the order in which it is.
+  /// Faults in the order in which they are tried.
   std::vector<Fault> faults() const {
     std::map<std::string, long> wanted;
     for (const auto& [call, count] : counts_) {

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "arguments/cage_file.h"
-#include "io/mesh/mesh_reader.h"
+#include "asset/mesh_reader.h"
 #include "kiln/error.h"
 #include "mesh/cage.h"
 

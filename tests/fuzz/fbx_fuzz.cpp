@@ -1,5 +1,5 @@
 // FBX, text or binary, through Assimp, which a child process tries first.
-#include "io/mesh/assimp.h"
+#include "asset/assimp.h"
 #include "mesh_fuzz.h"
 
 /// Assimp leaks parts of what it has read; what is looked for here is worse.

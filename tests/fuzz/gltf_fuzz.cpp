@@ -1,5 +1,5 @@
 // Binary or text: the content says which. Files beside it are none of a fuzzer's business.
-#include "io/mesh/gltf.h"
+#include "asset/gltf.h"
 #include "mesh_fuzz.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {

@@ -7,7 +7,7 @@
 #include <string_view>
 #include <vector>
 
-#include "io/mesh/mesh_reader.h"
+#include "asset/mesh_reader.h"
 #include "support/mesh_check.h"
 
 namespace kiln::test {

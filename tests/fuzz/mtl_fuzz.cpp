@@ -6,7 +6,7 @@
 #include <filesystem>
 #include <vector>
 
-#include "io/mesh/materials.h"
+#include "asset/materials.h"
 #include "kiln/image.h"
 
 namespace {

@@ -122,7 +122,7 @@ TEST(Cage, InnerShellEndsRays) {
   EXPECT_EQ(missed(-0.09F), 256U);
 }
 
-/// What was found is the same whatever the distance, with nothing lost, on every scene.
+/// The cage found is the same whatever the distance, with nothing lost, on every scene.
 TEST(Cage, FindsTheSameWhateverTheDistance) {
   KILN_REQUIRE_DEVICE();
   for (const std::string_view name : {"cube", "cylinder", "bracket", "bolt", "pipe", "assembly"}) {

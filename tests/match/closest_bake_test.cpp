@@ -96,7 +96,7 @@ TEST(ClosestBake, IsTheSameWithBothTraversalsAndFromASavedMatch) {
   EXPECT_EQ(again.maps[0].image.pixels, cpu.maps[0].image.pixels);
 }
 
-/// Where detail is shallow against its distance, nearest points and rays name nearly the same points.
+/// If detail is shallow against its distance, nearest points and rays name nearly the same points.
 TEST(ClosestBake, IsNearRaysOnASmoothSurface) {
   KILN_REQUIRE_DEVICE();
   const Mesh high = test::uv_sphere(256, 128, 1);
@@ -146,7 +146,7 @@ TEST(ClosestBake, DecidesWhatRaysMiss) {
     ASSERT_EQ(helped.match->v[i], same.v[i]);
     ASSERT_EQ(helped.match->distance[i], same.distance[i]);
   }
-  // What lies beyond the distance stays missed.
+  // A sample whose point lies beyond the distance stays missed.
   options.match.method = MatchMethod::ray;
   options.match.fallback = {MatchMethod::closest};
   options.match.max_distance = Length::absolute(0.02);

@@ -105,7 +105,7 @@ TEST(PairParts, ProposesThePatternsThatFit) {
                                  named({"b_lamp_game", "a_gun_game", "box"}));
   ASSERT_EQ(parts.warnings.size(), 2U);
   EXPECT_TRUE(says(parts.warnings[0].message, "*_game", "*_sculpt")) << parts.warnings[0].message;
-  // What they propose works.
+  // The remedies they propose work.
   const PartNames names{{"*_game"}, {"*_sculpt"}};
   EXPECT_EQ(pair_parts(named({"gun_sculpt"}), named({"gun_game"}), names).names,
             (std::vector<std::string>{"gun"}));
@@ -142,7 +142,7 @@ TEST(PairParts, PatternsFitAsTriedInEveryWay) {
   const std::vector<std::string> texts = words("ab", 5);
   for (const std::string& pattern : words("ab*", 5)) {
     const std::size_t star = pattern.find('*');
-    // Of stars alone: 'x' fits it, too.
+    // A pattern of stars alone: 'x' fits it, too.
     if (star == std::string::npos || pattern.find_first_not_of('*') == std::string::npos) continue;
     PartNames names;
     names.by = PartsBy::list;

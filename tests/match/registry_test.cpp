@@ -1,4 +1,4 @@
-// What the rest of Kiln reads of matches' rows: plans their turns, messages their names, checks their properties.
+// Facts of matches' rows that the rest of Kiln reads: plans their turns, messages their names, checks their properties.
 #include "match/registry.h"
 
 #include <gtest/gtest.h>

@@ -167,7 +167,7 @@ TEST(Uv, MatchesBruteForceOnAnyLayout) {
   }
 }
 
-/// What a raster finds for all samples of a low mesh: triangles, weights, statuses, and the report.
+/// Result of a raster for all samples of a low mesh: triangles, weights, statuses, and the report.
 struct Raster {
   std::vector<std::uint32_t> triangle;
   std::vector<float> weights;

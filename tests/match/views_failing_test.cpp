@@ -97,7 +97,7 @@ TEST(ViewsFailing, WhatNoViewSeesStaysUndecidedOrGoesToRays) {
   for (std::size_t i = 0; i < alone.match->status.size(); ++i) {
     const std::uint8_t status = nearest.match->status[i];
     if (status == KILN_STATUS_NONE) continue;
-    // What views decided stays; the rest is what nearest points alone give; all on the right wall.
+    // Samples that views decided stay; the rest is as nearest points alone give it; all on the right wall.
     const Match& same = status == KILN_STATUS_VIEW ? *alone.match : *closest.match;
     ASSERT_EQ(nearest.match->triangle[i], same.triangle[i]);
     ASSERT_EQ(nearest.match->distance[i], same.distance[i]);

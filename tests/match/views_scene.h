@@ -37,7 +37,7 @@ inline ImageDifference difference(const BakeResult& a, const BakeResult& b) {
   return compare_images(a.maps[0].image, b.maps[0].image, &mask);
 }
 
-/// What holds of every match: a found point lies on its triangle, within the distance.
+/// Checks of every match: a found point lies on its triangle, within the distance.
 inline void expect_sound(const Match& match, double max_distance) {
   for (std::size_t i = 0; i < match.status.size(); ++i) {
     if (match.status[i] == KILN_STATUS_NONE || match.status[i] == KILN_STATUS_MISS) {

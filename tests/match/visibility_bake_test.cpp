@@ -1,4 +1,4 @@
-// What bakes make of visibility directions: against the oracle, with every way to look, and where it
+// Bakes along visibility directions: against the oracle, with every way to look, and where it
 // ends.
 #include <gtest/gtest.h>
 
@@ -116,7 +116,7 @@ TEST(VisibilityBake, AllWaysFindTheSurface) {
   const Mesh low = test::BumpyTorus::light();
   const Source source(*test::device(), high);
   const auto mean_error = [&](const BakeResult& result) {
-    // Of the point found to the exact surface's normal there: how well the map shows it.
+    // Angle of the point found to the exact surface's normal there: how well the map shows it.
     return result.report.mean_abs_distance;
   };
   BakeOptions options;

@@ -200,7 +200,7 @@ TEST(VisibilityClusters, ShowWhatViewsSee) {
         for (std::uint32_t x = 0; x < kSize / 2; ++x) {
           const double at = place(x, kSize);
           if (std::abs(at) > 0.5) continue;
-          // Where the line of sight meets the waves.
+          // Point at which the line of sight meets the waves.
           double near = 0;
           double far = 3;
           for (int round = 0; round < 60; ++round) {

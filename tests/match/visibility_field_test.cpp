@@ -65,7 +65,7 @@ Vec2 cut_map(int c, int r, int i, int j, int gap) {
           static_cast<float>(8 + (kCell + gap) * r + kCell * y)};
 }
 
-/// Where the texel (x, y) of a quad lies on the cut map.
+/// Place of a quad's texel (x, y) on the cut map.
 Cell cut_texel(int c, int r, int x, int y, int gap) {
   const bool turned = (c + r) % 2 == 1;
   return {8 + (kCell + gap) * c + (turned ? kCell - 1 - y : x),
@@ -286,7 +286,7 @@ TEST(VisibilityField, VerticesGoByWhatSeesTheirFaces) {
         const Vec3d mean = Vec3d{e.sum[0], e.sum[1], e.sum[2]} * (1 / e.weight);
         const Vec3d found{means[4 * i], means[4 * i + 1], means[4 * i + 2]};
         sum += angle(found, mean);
-        // Where a fold hides part of a face, 16, 64 or some 100 places tell its edge to within a tenth of it.
+        // If a fold hides part of a face, 16, 64 or some 100 places tell its edge to within a tenth of it.
         ASSERT_LT(angle(found, mean), 2) << mesh.name << " " << i;
         ASSERT_NEAR(length(found), length(mean), 0.03) << mesh.name << " " << i;
       }

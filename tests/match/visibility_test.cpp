@@ -240,7 +240,7 @@ TEST(Visibility, AnOpenPlaneIsSeenAlongItsNormal) {
   for (const By by : {By::views, By::rays}) {
     const Seen seen = see(probe, at, {{0, 0, 1}}, by)[0];
     EXPECT_LT(angle(seen.sum, {0, 0, 1}), 0.5);
-    // Of all directions, half see it, by a mean cosine of 1/2; their mean has the length 2/3.
+    // Half of all directions see it, by a mean cosine of 1/2; their mean has the length 2/3.
     EXPECT_NEAR(seen.weight, 128, 1);
     EXPECT_NEAR(length(seen.sum) / seen.weight, 2.0 / 3, 0.005);
   }
@@ -262,7 +262,7 @@ TEST(Visibility, ASphereIsSeenAlongItsNormals) {
 
 TEST(Visibility, ACornerIsSeenFromItsOpenQuarter) {
   KILN_REQUIRE_DEVICE();
-  // Of a floor beside a wall that hides half of all directions: the integral of d (d . n) over the open
+  // Mean direction of a floor beside a wall that hides half of all directions: the integral of d (d . n) over the open
   // quarter is (2/3, 0, pi/3), so the direction leans away from the wall by atan(2/pi) = 32.48 degrees.
   const Scene scene(corner(1), 1024);
   VisibilityProbe probe = scene.probe(Traversal::automatic, 512);

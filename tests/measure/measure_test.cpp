@@ -101,7 +101,7 @@ TEST(CompareNormals, StandardErrorIsThatOfPicturesNotPixels) {
   const Image flat = picture(std::vector<Vec3>(4, tilted(0)));
   const Image both = picture({tilted(0), tilted(10), tilted(0), tilted(10)});
   EXPECT_EQ(compare_normals(flat, both).standard_error_degrees, 0);
-  // Of pictures that all have the same mean, none is left.
+  // Difference of pictures that all have the same mean: none.
   NormalComparison alike;
   alike.add(flat, both);
   alike.add(flat, both);

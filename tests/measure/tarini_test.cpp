@@ -77,7 +77,7 @@ TEST(Tarini, APlaneOverAPlaneHasTheFiguresOfGeometry) {
   EXPECT_NEAR(a.image_space.mean, 2.0 / 3, 1e-3);
   EXPECT_NEAR(a.image_space.rms, std::sqrt(0.5), 1e-3);
   EXPECT_NEAR(a.match_distance.mean, 1, 1e-3);
-  // Of one texel what holds of all, since all see the same.
+  // One texel stands for all, since all see the same.
   EXPECT_NEAR(a.fields.normalised_image_space.pixels[2000], a.normalised_image_space.mean, 1e-4);
 }
 
@@ -95,7 +95,7 @@ TEST(Tarini, BackFacesHideAndAreNotLookedAt) {
   EXPECT_EQ(a.object_space.share, 0);
   EXPECT_EQ(a.object_space.mean, 0);
   EXPECT_EQ(a.fields.object_space.pixels[0], -1);
-  // Of what the low poly alone says, nothing changes.
+  // Figures of the low poly alone do not change.
   EXPECT_NEAR(a.image_space.mean, 20 * 2.0 / 3, 20 * 0.03);
   // Over a front face, the back face still hides it.
   Mesh both = wide_triangle(1);

@@ -124,7 +124,7 @@ TEST(CageCopy, PairsPartsWithoutNamesByTheirPlaces) {
       swapped.push_back({"", 8.0 * (i == 2 ? 5 : i == 5 ? 2 : i), 0.5});
     }
     expect_moved(read(obj(many, 0, false), "low.obj"), cage(swapped), 0.5F);
-    // Where one is nearest to two parts, nothing says which is which.
+    // If one is nearest to two parts, nothing says which is which.
     EXPECT_EQ(misfit(low, cage({{"", 16, 0.5}, {"", 16.25, 0.5}, {"", 15.75, 0.5}})),
               "in the order of their faces, its vertices do not lie where the low poly's do");
   }

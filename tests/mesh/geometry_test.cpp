@@ -138,7 +138,7 @@ TEST(ContinuousDirections, ACardHasNoneUnlessItsNormalsAgree) {
     return continuous_directions(card.positions, card.triangles,
                                  corner_normals(card, card.positions))[0];
   };
-  // What is left of two sides that were fitted each by itself is no direction.
+  // The sum of two sides that were fitted each by itself is no direction.
   EXPECT_EQ(direction({0, 0, 1}, {0.1F, 0, -0.995F}), Vec3{});
   EXPECT_EQ(direction({0, 0.2F, 0.98F}, {0, 0, -1}), Vec3{});
   // Foliage may have normals that all look up, on both sides.

@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "io/mesh/mesh_reader.h"
+#include "asset/mesh_reader.h"
 #include "kiln/mesh.h"
 #include "mesh/high_poly_normals.h"
 #include "mesh/normals.h"

@@ -1,4 +1,4 @@
-// Where a quadric puts a vertex.
+// Places of vertices by quadrics.
 #include "mesh/quadric.h"
 
 #include <gtest/gtest.h>

@@ -100,7 +100,7 @@ TEST(SoftSeams, AreSplitIntoTheFacesOwnNormals) {
   }
 }
 
-/// Where nothing is soft, not one normal changes; and inside charts none does.
+/// If nothing is soft, not one normal changes; and inside charts none does.
 TEST(SoftSeams, LeaveAllElseAsItIs) {
   const Mesh cube = prism(4, true);
   const Mesh same = split_at_seams(cube);

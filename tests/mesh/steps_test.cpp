@@ -1,4 +1,4 @@
-// What stretches a mesh's box, and whether coordinates are fine enough for its edges.
+// Points that stretch a mesh's box, and coordinates too coarse for its edges.
 #include "mesh/steps.h"
 
 #include <gtest/gtest.h>

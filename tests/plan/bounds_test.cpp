@@ -75,7 +75,7 @@ TEST(Bounds, TakeTheSmallestMapThatReachesAllOfThem) {
     EXPECT_EQ(planned.bounds[0].unit, "world units");
     EXPECT_NEAR(planned.bounds[0].error, errors[i + 1], 0.05 * errors[i + 1]);
     EXPECT_GT(planned.bounds[0].points, 1500U);
-    // What is written is a bake of this size.
+    // The maps written are a bake of this size.
     ASSERT_EQ(planned.result.maps.size(), 3U);
     EXPECT_EQ(planned.result.map(height).image.pixels,
               bake(source, low, options_of({height}, sizes[i + 1])).map(height).image.pixels);

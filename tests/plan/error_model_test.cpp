@@ -1,4 +1,4 @@
-// What plans expect of maps that were not made.
+// Errors that plans expect of maps that were not made.
 #include "plan/error_model.h"
 
 #include <gtest/gtest.h>
@@ -48,7 +48,7 @@ TEST(ErrorModel, TakesMapsOfTheirOwnSizeBeforeMipMaps) {
   EXPECT_NEAR(model.expected(kFaces, kLevel, 64), 7, 1e-9);
   model.measured(kFaces, kLevel, 64, 6, false);
   EXPECT_NEAR(model.expected(kFaces, kLevel, 64), 7, 1e-9);
-  // Of two, that of the nearer number of faces.
+  // The one of the nearer number of faces counts.
   model.measured(kFaces / 2, kLevel, 64, 5, true);
   EXPECT_NEAR(model.expected(0.9 * kFaces, kLevel, 64), 5, 1e-9);
   EXPECT_NEAR(model.expected(1.2 * kFaces, kLevel, 64), 7, 1e-9);

@@ -15,7 +15,7 @@
 namespace kiln {
 namespace {
 
-/// Of this bracket, the lightest mesh within 3 degrees has two triangles that face away.
+/// The lightest mesh of this bracket within 3 degrees has two triangles that face away.
 TEST(LowPolyPlan, RatherTakesAFinerMeshThanFoldedTriangles) {
   KILN_REQUIRE_DEVICE();
   const Mesh high = sample::hard_scene("bracket").high;
@@ -81,7 +81,7 @@ TEST(LowPolyPlan, BoundsHowFarOutlinesDiffer) {
     for (const Candidate& row : plan.trade) EXPECT_GE(row.faces, faces);
     faces = plan.chosen.faces;
   }
-  // What is not reached is said so.
+  // A bound that is not reached is told.
   options.max_outline = 1e-7;
   const LowPolyPlan never = plan_low_poly(source, high, options);
   EXPECT_EQ(never.reached, never.chosen.one_sided <= 1e-7);

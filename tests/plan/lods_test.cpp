@@ -37,7 +37,7 @@ LodOptions lod_options(double max_error, std::uint32_t screen, std::uint32_t lev
   return options;
 }
 
-/// Of pictures three times as fine as the screen, normals averaged over its pixels.
+/// Error of pictures three times as fine as the screen, normals averaged over its pixels.
 double on_screen(const Mesh& high, const Mesh& low, const Image& map, NormalMapSpace space,
                  std::uint32_t screen) {
   RenderOptions options;
@@ -81,7 +81,7 @@ double on_screen(const Mesh& high, const Mesh& low, const Image& map, NormalMapS
   return comparison.error().mean_degrees;
 }
 
-/// What holds of every chain.
+/// Checks of every chain.
 void expect_chain(const LodChain& chain, const LodOptions& options) {
   ASSERT_FALSE(chain.cancelled);
   ASSERT_FALSE(chain.levels.empty());
@@ -140,7 +140,7 @@ TEST(Lods, LetErrorsGrow) {
       EXPECT_EQ(plan.max_outline, 0.01 * (1U << k));
       EXPECT_LE(plan.chosen.one_sided, plan.max_outline);
       if (k == 0) continue;
-      // What is allowed is used: within the bounds of the level before, more faces would be needed.
+      // The allowance is used: within the bounds of the level before, more faces would be needed.
       const LowPolyPlan& before = chain.levels[k - 1].plan;
       EXPECT_TRUE(plan.chosen.measured > before.wanted ||
                   plan.chosen.one_sided > before.max_outline)

@@ -26,7 +26,7 @@ LowPolyPlanOptions low_poly_options(double max_error, std::uint32_t size = 512) 
   return options;
 }
 
-/// Of rendered normals, by pictures that are drawn. Null map: the mesh's own normals.
+/// Error of rendered normals, by pictures that are drawn. Null map: the mesh's own normals.
 double by_pictures(const Mesh& high, const Mesh& low, const Image* map) {
   std::vector<ViewAngles> views;
   for (const Vec3& toward : held_out_views(kPlanViews, spread_views(12))) {

@@ -161,7 +161,7 @@ TEST(Plan, SaysWhatIsOutOfReach) {
   EXPECT_EQ(looked_at(hopeless), std::vector{MatchMethod::ray});
   EXPECT_GT(hopeless.least, 0);
   EXPECT_LE(hopeless.least, hopeless.limits[0].error.mean_degrees);
-  // What it gives is the best that it found, within what a larger map must gain.
+  // The result is the best that it found, within what a larger map must gain.
   for (const PlanTrial& trial : hopeless.trials) {
     EXPECT_LE(hopeless.chosen.error.mean_degrees, trial.error.mean_degrees / 0.98);
   }

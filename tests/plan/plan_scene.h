@@ -45,7 +45,7 @@ inline PlanOptions plan_options(double max_error, std::uint32_t size = 1024) {
   return options;
 }
 
-/// What plans measure with, found in another way: every picture drawn.
+/// Error as plans measure it, found in another way: every picture drawn.
 class Pictures {
  public:
   explicit Pictures(const Mesh& high, std::uint32_t pixels)

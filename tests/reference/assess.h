@@ -34,7 +34,7 @@ struct RaySums {
   bool near_edge = false;  ///< A ray passes an edge so closely that it may go either way
 };
 
-/// What the directions show of one texel.
+/// Figures of one texel over all directions.
 RaySums view_texel(const Mesh& high, const Mesh& low, const AssessTexel& texel,
                    std::span<const Vec3> directions);
 

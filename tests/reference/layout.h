@@ -1,4 +1,4 @@
-// What must hold for a texture layout, by exact integer arithmetic and brute force over neighbours.
+// Checks of a texture layout, by exact integer arithmetic and brute force over neighbours.
 #pragma once
 
 #include <cstdint>

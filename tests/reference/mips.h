@@ -19,13 +19,13 @@ struct MipBase {
   std::vector<std::array<double, 3>> value;
 };
 
-/// What a chart has of a texel.
+/// A chart's share of a texel.
 struct MipShare {
   double area = 0;
   std::array<double, 3> mean{};
 };
 
-/// How much of each of `size` texels lies in each texel of level `level` along one axis, rows by texel of
+/// Share of each of `size` texels that lies in each texel of level `level` along one axis, rows by texel of
 /// that level. Each level is the one before stretched over floor(n / 2) texels, so areas are those of
 /// overlapping intervals.
 std::vector<std::vector<double>> mip_overlaps(int size, int level);

@@ -14,7 +14,7 @@ namespace kiln::reference {
 
 struct HemisphereSearch {
   double distance = std::numeric_limits<double>::infinity();  ///< Hits further away do not count
-  /// How much a hit darkens, by its share of `distance`; null: 1
+  /// Darkening by a hit, by its share of `distance`; null: 1
   std::function<double(double)> darkens = nullptr;
   bool back_faces = true;  ///< Faces that point along the ray count, too
   std::uint32_t rays = 4096;

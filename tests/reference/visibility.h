@@ -31,7 +31,7 @@ SeenSum see(std::span<const Vec3> positions, std::span<const Triangle> triangles
             std::span<const SeenDirection> directions, double least_cosine, double start,
             double end, double slack);
 
-/// What sees the faces around each vertex (Tarini, Cignoni, Scopigno, section 3.3, per vertex): places spread over
+/// Directions that see the faces around each vertex (Tarini, Cignoni, Scopigno, section 3.3, per vertex): places spread over
 /// each face alike see, and each counts for the face's corners by its barycentric weights. Pixels of pictures
 /// do the same.
 /// \param places  a face: this many squared

@@ -1,4 +1,4 @@
-// Where pictures show things: zoom, middle, shape; and the z-buffer's pictures against the rays'.
+// Geometry of pictures: zoom, middle, shape; and the z-buffer's pictures against the rays'.
 #include <gtest/gtest.h>
 
 #include <algorithm>

@@ -164,7 +164,7 @@ TEST(Render, ReadsEveryKindOfMapAsItWasBaked) {
       plain.ignore_map = true;
       without = error(scene.draw(plain));
       EXPECT_GT(without, 5);
-      // What is left is parallax: the low poly's points lie beside the dense one's.
+      // The rest is parallax: the low poly's points lie beside the dense one's.
       EXPECT_LT(with, 0.25 * without) << static_cast<int>(space) << flip_y;
     }
   }

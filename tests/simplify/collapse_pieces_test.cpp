@@ -225,7 +225,7 @@ TEST(CollapseQueue, GivesTheCheapestFirst) {
     queue.pop();
     left.erase(left.find(entry.cost));
     ++given;
-    // What is dropped unseen may be cheaper.
+    // Entries that are dropped unseen may be cheaper.
     if (!left.empty() && *left.begin() != all[7].cost) {
       ASSERT_LE(entry.cost, *left.begin());
     }

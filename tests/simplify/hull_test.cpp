@@ -19,7 +19,7 @@ namespace {
 
 constexpr double kPi = 3.14159265358979323846;
 
-/// How often a closed surface winds around a point: the sum of its triangles' solid angles (van Oosterom and Strackee
+/// Winding number of a closed surface around a point: the sum of its triangles' solid angles (van Oosterom and Strackee
 /// 1983).
 double winding_number(const Mesh& mesh, const Vec3d& at) {
   double sum = 0;
@@ -179,7 +179,7 @@ std::size_t count_above(const Mesh& high, const Mesh& low, float height) {
   return count;
 }
 
-/// Where borders stay as they were, their edges are all that is left.
+/// If borders stay as they were, their edges are all that is left.
 TEST(Hull, OpenMeshesHaveHullsAsTightAsClosedOnes) {
   const Mesh closed = test::BumpySphere::dense(20000);
   const Mesh open = cut(closed, 0.75F);
@@ -190,7 +190,7 @@ TEST(Hull, OpenMeshesHaveHullsAsTightAsClosedOnes) {
   EXPECT_EQ(of_open.folded + of_open.without_area + of_open.holes, 0U);
   EXPECT_LT(of_open.error, 1.5 * of_closed.error);
   EXPECT_EQ(count_above(open, low, 0.55F), 0U);
-  // What may cut corners does.
+  // A low poly that may cut corners does.
   EXPECT_GT(count_above(open, simplify(open, {.faces = 150}), 0.55F), 100U);
 }
 

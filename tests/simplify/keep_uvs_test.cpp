@@ -20,7 +20,7 @@ double doubled(const Vec2& a, const Vec2& b, const Vec2& c) {
   return (double{b.x} - a.x) * (double{c.y} - a.y) - (double{b.y} - a.y) * (double{c.x} - a.x);
 }
 
-/// What lies at the points of a grid over the layout, by trying every triangle: positions, and how many
+/// Surface at the points of a grid over the layout, by trying every triangle: positions, and how many
 /// triangles there are.
 struct Probes {
   static constexpr int kSide = 300;

@@ -86,7 +86,7 @@ TEST(LabelBorders, MeetOnACurvedSurface) {
   EXPECT_LT(wrong_share(simplify(high, {.faces = 300}), thirds), 0.02);
   EXPECT_LT(wrong_share(simplify(high, {.faces = 2000}), thirds), 0.01);
   EXPECT_LT(wrong_share(simplify(high, {.faces = 1000, .hull = true}), thirds), 0.012);
-  // What materials are for does not matter.
+  // The purpose of materials does not matter.
   Mesh grouped = high, apart = high;
   grouped.groups = std::exchange(grouped.materials, {});
   grouped.group_names = std::exchange(grouped.material_names, {});
@@ -113,7 +113,7 @@ TEST(LabelBorders, AreNotLostByABound) {
   EXPECT_LT(wrong_share(low, disc), 0.04);  // A plane was two triangles of one material: 28%.
 }
 
-/// Where triangles have labels of their own everywhere, nothing can hold them all.
+/// If triangles have labels of their own everywhere, nothing can hold them all.
 TEST(LabelBorders, EverywhereGiveWayToTheShape) {
   const Mesh plain = test::BumpySphere::dense(20000);
   std::uint32_t next = 0;
@@ -180,7 +180,7 @@ TEST(LabelBorders, EverywhereDoNotStopAHeadStart) {
   EXPECT_TRUE(work.labels.empty());  // A vote decides.
 }
 
-/// How far vertices of a border went along the surface.
+/// Way that vertices of a border went along the surface.
 TEST(LabelBorders, StayWhereVerticesAreFitted) {
   const Mesh dense = test::BumpySphere::dense(20000);
   const Mesh low = with_materials(test::BumpySphere::dense(800), thirds, 3);

@@ -126,7 +126,7 @@ TEST(NormalFit, FlatsLookFlatOnlyWhereNoMapIsToBendThem) {
   const Mesh seen = fit_normals(low, high, {.purpose = NormalPurpose::shading});
   const Mesh mapped = fit_normals(low, high, {.purpose = NormalPurpose::map});
   EXPECT_LT(off(seen, high), 0.9 * off(mapped, high));
-  // What the purpose is where nothing is said.
+  // The default purpose.
   EXPECT_EQ(fit_normals(low, high).normals, seen.normals);
   const Mesh laid_out = unwrap(low);
   EXPECT_EQ(fit_normals(laid_out, high).normals,
@@ -221,7 +221,7 @@ TEST(NormalFit, TakesTheHighPolysOwnNormals) {
   high.normal_triangles.assign(high.triangles.size(), Triangle{0, 0, 0});
   const Mesh low = test::grid_cube(1);
   const Mesh fitted = fit_normals(low, high);
-  // Where the sides look that way, all samples say the same, and faces only a little else.
+  // If the sides look that way, all samples say the same, and faces only a little else.
   const std::vector<Vec3> faces = vertex_normals(low.positions, low.triangles);
   for (std::size_t t = 0; t < fitted.triangles.size(); ++t) {
     for (std::size_t k = 0; k < 3; ++k) {

@@ -198,7 +198,7 @@ TEST(HeadStart, LeavesPlacesUntouched) {
   EXPECT_LT(work.triangles.size(), 1.3 * kGoal + static_cast<double>(inside));
 }
 
-/// How far points of a mesh are from what presimplify() leaves of it, at most.
+/// Largest distance from points of a mesh to what presimplify() leaves of it.
 double deviation_after(const Mesh& high, std::size_t goal) {
   Work work;
   for (const Vec3& p : high.positions) work.points.push_back(Vec3d(p) * 0.28);

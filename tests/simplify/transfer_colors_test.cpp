@@ -162,7 +162,7 @@ TEST(KeepColors, DoNotDependOnThreads) {
   EXPECT_EQ(one.colors, simplify(high, {.faces = 300}).colors);
 }
 
-/// What is planned keeps them, and so do lighter levels that share its UVs.
+/// Planned low polys keep them, and so do lighter levels that share its UVs.
 TEST(KeepColors, OfPlans) {
   KILN_REQUIRE_DEVICE();
   Mesh high = test::BumpySphere::dense(6000);

@@ -30,7 +30,7 @@ inline Corners corners_of(const Mesh& mesh, std::size_t t, bool turned = false) 
   return p;
 }
 
-/// Of each triangle, the one that is the same the other way round, or -1.
+/// For each triangle, the one that is the same the other way round, or -1.
 inline std::vector<std::ptrdiff_t> twins_of(const Mesh& mesh) {
   std::map<Corners, std::size_t> known;
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {

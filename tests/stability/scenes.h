@@ -11,7 +11,7 @@
 
 namespace kiln::test {
 
-/// What became of a sample.
+/// Fate of a sample.
 enum class Verdict { right, wrong, undecided };
 
 struct FailureScene {
@@ -21,7 +21,7 @@ struct FailureScene {
   Length reach = Length::absolute(0.1);
   Length cage = Length::absolute(0.1);  ///< For the way that uses one
   bool says_reach = true;               ///< Else nobody says how far to look, but where a cage does
-  /// Of a sample by its place in the texture and its match (triangle KILN_NO_TRIANGLE: none).
+  /// Fate of a sample by its place in the texture and its match (triangle KILN_NO_TRIANGLE: none).
   std::function<Verdict(double u, double v, std::uint32_t triangle, double distance)> judge = {};
 };
 

@@ -1,4 +1,4 @@
-// Where methods fail: each failure within known bounds, beside a way that works.
+// Failures of methods: each failure within known bounds, beside a way that works.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -112,7 +112,7 @@ TEST_F(Stability, EachFailureIsKnownAndHasARemedy) {
   }
 }
 
-/// What is lost is told: its share of what views show, and its place.
+/// Lost surface is told: its share of what views show, and its place.
 TEST_F(Stability, ALostStampIsTold) {
   const FailureScene scene = hard_failures().front();
   ASSERT_EQ(scene.name, "lost stamp");
@@ -143,7 +143,7 @@ TEST_F(Stability, SmallDisturbancesMoveTheMapLittle) {
       const Movement& movement = survey->movement(way, disturbance);
       // A millionth of the diagonal tilts the high poly's faces by some ten thousandths of a degree.
       EXPECT_LT(movement.mean_degrees, 0.005);
-      // What depends on directions in the world sees others where the scene is turned.
+      // A method that depends on directions in the world sees others where the scene is turned.
       const bool turned = disturbance == Disturbance::rotate || disturbance == Disturbance::mirror;
       const bool looks = way.options.match.method == MatchMethod::views ||
                          way.options.match.method == MatchMethod::visibility;

@@ -1,4 +1,4 @@
-// What every way to match makes of every failure, and of a scene that is disturbed a little.
+// Results of every way to match on every failure, and of a scene that is disturbed a little.
 #pragma once
 
 #include <map>
@@ -20,7 +20,7 @@ struct FailureRate {
   double folded = 0;  ///< Of cells
 };
 
-/// How a scene is disturbed.
+/// Ways to disturb a scene.
 enum class Disturbance {
   none,
   jitter,     ///< Every vertex of both meshes by up to a millionth of the diagonal
@@ -33,7 +33,7 @@ enum class Disturbance {
 /// All but none.
 std::vector<std::pair<std::string, Disturbance>> disturbances();
 
-/// How far an object-space map moves, after the disturbance is undone on its normals.
+/// Change of an object-space map, after the disturbance is undone on its normals.
 struct Movement {
   double mean_degrees = 0, max_degrees = 0;
   double above_1_degree = 0;  ///< Share of the texels that both have

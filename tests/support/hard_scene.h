@@ -18,12 +18,12 @@ struct HardBake {
   HardBake(const Source& source, const Mesh& low, BakeOptions options);
   BakeResult baked;
   AssessedSamples samples;
-  /// Of a sample's match: its triangle on the high poly
+  /// The sample's triangle on the high poly
   std::uint32_t triangle(std::size_t i) const { return baked.match->triangle[samples.element[i]]; }
 };
 
-/// What outside views show at each sample's place, by part of the high poly: over 512 directions spread
-/// evenly, those that see the place past the low poly, each by its cosine to the light face. A view shows
+/// The surface that outside views show at each sample's place, by part of the high poly: over 512 directions spread
+/// evenly, those that see the place past the low poly, each by its cosine to the face of the low poly. A view shows
 /// the first face of the high poly along its line, where that lies within `reach` of the place.
 class Shown {
  public:

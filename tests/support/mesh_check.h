@@ -1,4 +1,4 @@
-// What holds for every mesh that a reader returns.
+// Checks of every mesh that a reader returns.
 #pragma once
 
 #include <algorithm>

@@ -27,7 +27,7 @@ double now() {
   return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
 }
 
-/// Of all its threads, so far.
+/// Processor time of all its threads, so far.
 double processor_seconds(pid_t program) {
   clockid_t clock{};
   timespec time{};

@@ -45,7 +45,7 @@ std::string path_without(const std::string& program);
 /// No Python, so no pictures of data: drawing one takes it a second.
 ProcessOptions without_python();
 
-/// Where PATH finds a program first; empty where it does not.
+/// Path of the program that PATH finds first; empty if there is none.
 std::string found_program(const std::string& name);
 
 /// A folder with one program, NAME: a script for /bin/sh.

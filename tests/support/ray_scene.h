@@ -156,7 +156,7 @@ inline RayCaster caster_of(const Scene& scene, Traversal traversal = Traversal::
   return RayCaster(context_of(*device()), scene.positions, scene.triangles, traversal);
 }
 
-/// What a cast wrote, on the host.
+/// Hits of a cast, on the host.
 struct Cast {
   std::vector<std::uint32_t> triangle;
   std::vector<float> u, v, distance;
@@ -178,7 +178,7 @@ inline std::vector<float> planes_of(const std::vector<Ray>& rays, std::size_t ca
   return planes;
 }
 
-/// What `match(points, count, capacity, result)` writes for the rays, with canaries around it.
+/// Results that `match(points, count, capacity, result)` writes for the rays, with canaries around it.
 template <typename Run>
 Cast match_of(const std::vector<Ray>& rays, const Run& match) {
   cl::Context& context = context_of(*device());

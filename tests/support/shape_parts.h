@@ -1,4 +1,4 @@
-// What the shapes are made of: vectors in double precision, grids, tori.
+// Building blocks of the shapes: vectors in double precision, grids, tori.
 #pragma once
 
 #include <cmath>

@@ -1,4 +1,4 @@
-// What holds for every volume that a reader returns.
+// Checks of every volume that a reader returns.
 #pragma once
 
 #include <cmath>

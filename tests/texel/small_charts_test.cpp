@@ -264,7 +264,7 @@ TEST(SmallCharts, OfSlatsAreCoveredAlongTheirLength) {
   }
 }
 
-/// What ordinary charts cover stays as it is, whatever lies among them.
+/// Texels of ordinary charts stay as they are, whatever lies among them.
 TEST(SmallCharts, LeaveOtherSamplesAsTheyAre) {
   KILN_REQUIRE_DEVICE();
   std::mt19937 random(8);

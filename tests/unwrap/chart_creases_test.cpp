@@ -91,7 +91,7 @@ Mesh can(std::uint32_t slices, std::uint32_t rings, float height) {
   return mesh;
 }
 
-/// Of the edges between the side and its caps, how many are no seams.
+/// Number of edges between the side and its caps that are no seams.
 int whole_rims(const Mesh& mesh, std::uint32_t slices, std::uint32_t rings) {
   const Mesh laid = unwrap(mesh, {.method = UnwrapMethod::charts, .size = 256, .border_texels = 2});
   const std::uint32_t caps = 2 * slices * rings;

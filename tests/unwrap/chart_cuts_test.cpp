@@ -143,7 +143,7 @@ TEST(ChartCuts, SeveralPricesAreAsEachAlone) {
         for (const std::uint32_t t : all[p].charts[c].source) ++seen[t];
       }
       for (const int count : seen) EXPECT_EQ(count, 1);
-      // What is glued is glued inside of one chart.
+      // Glued edges lie inside of one chart.
       std::vector<std::size_t> owner(surface.triangles.size());
       for (std::size_t c = 0; c < all[p].charts.size(); ++c) {
         for (const std::uint32_t t : all[p].charts[c].source) owner[t] = c;

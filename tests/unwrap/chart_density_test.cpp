@@ -99,7 +99,7 @@ Mesh sheet(std::uint32_t cells, bool waves) {
   return mesh;
 }
 
-/// Of the map, what triangles in the corner cover, over what others do for as much surface.
+/// Texels that triangles in the corner cover, over what others do for as much surface.
 double corner_over_rest(const Mesh& mesh) {
   double inside = 0, outside = 0, surface_inside = 0, surface = 0;
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {

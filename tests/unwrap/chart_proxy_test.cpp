@@ -32,7 +32,7 @@ std::int64_t open_edges(const ChartSurface& surface) {
   return std::count(surface.mate.begin(), surface.mate.end(), kNoIndex);
 }
 
-/// What must hold for a proxy of any surface.
+/// Checks of a proxy of any surface.
 void check_proxy(const ChartSurface& surface, std::size_t triangles) {
   const ChartProxy proxy = chart_proxy(surface, VertexFans(surface), triangles);
   const ChartSurface& made = proxy.surface;
@@ -50,7 +50,7 @@ void check_proxy(const ChartSurface& surface, std::size_t triangles) {
     EXPECT_EQ(made.mate[m], h);
     EXPECT_EQ(surface.mate[fine], proxy.curve[m]);
   }
-  // What joins the triangles of a piece makes a tree of them.
+  // The links between the triangles of a piece make a tree of them.
   std::vector<std::int64_t> joints(made.triangles.size(), 1);
   for (std::uint32_t t = 0; t < proxy.piece.size(); ++t) --joints[proxy.piece[t]];
   for (std::uint32_t h = 0; h < proxy.inside.size(); ++h) {

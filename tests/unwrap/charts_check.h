@@ -1,4 +1,4 @@
-// What must hold for a layout by charts, whatever the mesh.
+// Checks of a layout by charts, whatever the mesh.
 #pragma once
 
 #include <gtest/gtest.h>

@@ -16,7 +16,7 @@
 namespace kiln {
 namespace {
 
-/// What a shape must come to.
+/// Bounds for a shape.
 struct Bounds {
   std::uint32_t faces = 400;
   double vertices = 2;    ///< After splitting, a position, at most

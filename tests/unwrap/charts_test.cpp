@@ -33,7 +33,7 @@ LayoutFacts charted(const Mesh& mesh, const UnwrapOptions& options = {}, Mesh* r
   return facts;
 }
 
-/// What a renderer has after splitting, over the positions in use.
+/// Vertices that a renderer has after splitting, over the positions in use.
 double vertices_a_position(const Mesh& mesh) {
   std::set<std::pair<std::uint32_t, std::uint32_t>> vertices;
   std::set<std::uint32_t> positions;
@@ -81,7 +81,7 @@ void add_bar(Mesh& mesh, const Vec3& from, bool along_x, float length, std::uint
   quad(4 * pieces + 3, 4 * pieces + 2, 4 * pieces + 1, 4 * pieces);
 }
 
-/// Of a fence: bars and two rails. What is longer than the surface is wide says how small all else is.
+/// A fence: bars and two rails. A strip that is longer than the surface is wide says how small all else is.
 TEST(Charts, LongBarsDoNotLeaveTheMapEmpty) {
   Mesh fence = of({}, {});
   for (int i = 0; i < 20; ++i) add_bar(fence, {0.1F * static_cast<float>(i), 0, 0}, false, 1, 8);

@@ -120,7 +120,7 @@ TEST(FlatPredicates, CoveredSidesAreThoseInsideAnotherPart) {
     return ring;
   };
   EXPECT_EQ(covered_sides(spiral(36)), 0U);
-  // Of each step beyond a turn, the inner side lies on the first turn, and the first turn's outer side below it.
+  // The inner side of each step beyond a turn lies on the first turn, and the first turn's outer side below it.
   // So may both ends.
   for (const std::size_t beyond : {4U, 20U}) {
     const std::size_t covered = covered_sides(spiral(40 + beyond));
@@ -256,7 +256,7 @@ TEST(FlatChart, CrumpledSheetsLieOnACircleOneToOne) {
     injective_rounds(chart, 10);
     EXPECT_TRUE(is_injective(chart));
     EXPECT_LT(distortion(chart).energy, 0.5 * start);
-    // Where they may end before, they do, and within.
+    // Solvers that may end before do, and within the bound.
     ASSERT_TRUE(on_circle(chart));
     const ChartLimits limits{.energy = 0.4 * start};
     ASSERT_FALSE(within(chart, limits));

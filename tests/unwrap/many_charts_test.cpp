@@ -37,7 +37,7 @@ std::vector<Outline> random_triangles(std::size_t count) {
 TEST(ManyCharts, AreDenserThanTheirBoxes) {
   for (const std::size_t count : {400, 1100}) {
     const std::vector<Outline> outlines = random_triangles(count);
-    const OutlinePacking many = pack_many(outlines, 1024, 4), boxes = pack_boxes(outlines, 1024, 4);
+    const OutlinePacking many = pack_many(outlines, 512, 2), boxes = pack_boxes(outlines, 512, 2);
     EXPECT_GT(many.scale, 1.1 * boxes.scale) << count;
   }
 }
@@ -45,8 +45,8 @@ TEST(ManyCharts, AreDenserThanTheirBoxes) {
 TEST(ManyCharts, ThreadsChangeNothing) {
   for (const std::size_t count : {150, 1100}) {
     const std::vector<Outline> outlines = random_triangles(count);
-    const OutlinePacking one = pack_many(outlines, 512, 2, 1);
-    const OutlinePacking more = pack_many(outlines, 512, 2, 3);
+    const OutlinePacking one = pack_many(outlines, 256, 1, 1);
+    const OutlinePacking more = pack_many(outlines, 256, 1, 3);
     EXPECT_EQ(one.scale, more.scale);
     ASSERT_EQ(one.places.size(), more.places.size());
     for (std::size_t i = 0; i < one.places.size(); ++i) {
@@ -83,7 +83,7 @@ TEST(ManyCharts, ScrapsKeepTheirDistance) {
 }
 
 TEST(ManyCharts, KnownOnesOfAnotherSizeChangeNothing) {
-  // Of the first the size does not matter to the charts; of the second it may.
+  // The charts of the first do not depend on the size; those of the second may.
   Mesh parts;
   parts.name = "parts";
   for (std::uint32_t i = 0; i < 80; ++i) {

@@ -1,4 +1,4 @@
-// What extract() chooses where it is asked to.
+// Settings that extract() chooses where it is asked to.
 #include <gtest/gtest.h>
 
 #include <algorithm>

@@ -50,7 +50,7 @@ std::vector<std::uint32_t> bent_back(const Mesh& mesh) {
   return found;
 }
 
-/// Of these, the ones that face away from the full contour: on average, at the nearest of its vertices.
+/// Number of triangles that face away from the full contour: on average, at the nearest of its vertices.
 std::size_t count_folded(const Mesh& low, const Mesh& full) {
   constexpr int kSteps = 5;
   std::size_t count = 0;

@@ -1,4 +1,4 @@
-// Where charts of a volume's map meet: both sides of an edge hold the same normals.
+// Seams between charts of a volume's map: both sides of an edge hold the same normals.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -55,7 +55,7 @@ struct SeamError {
   std::size_t samples = 0;
 };
 
-/// How far the normals of the two sides of shared edges are apart, at nine places along each.
+/// Angles between the normals of the two sides of shared edges, at nine places along each.
 SeamError seam_error(const ExtractResult& result) {
   struct Side {
     Vec2 low, high;  // UVs at the vertex with the lower and the higher index

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""How Blender cuts polygons into triangles: writes the fixture of tests/io/mesh/triangulation_test.cpp.
+"""How Blender cuts polygons into triangles: writes the fixture of tests/asset/triangulation_test.cpp.
 
 Usage: blender_triangles.py OUT.txt   (needs bpy, of PyPI)
 

@@ -186,7 +186,7 @@ class Grid {
     }
   }
 
-  /// Of one size, those that reach `wanted`, lighter than `most` bytes.
+  /// Candidates of one size that reach `wanted`, lighter than `most` bytes.
   void run(std::uint32_t size, double wanted, double most, std::vector<Point>& found) {
     int misses = 0;
     for (std::size_t level = 0; level < levels_.count() && misses < 2; ++level) {
@@ -248,7 +248,7 @@ class Grid {
   std::map<std::size_t, Mesh> meshes_;
 };
 
-/// Of maps that were made, and of low polys that were looked at, in short lists.
+/// Maps that were made, and low polys that were looked at, in short lists.
 void print_tries(const LowPolyPlan& plan) {
   const char* comma = "";
   std::printf(",\"tried\":[");

@@ -27,7 +27,7 @@ double seconds_since(Clock::time_point start) {
   return std::chrono::duration<double>(Clock::now() - start).count();
 }
 
-/// Of all threads: steadier where others use the machine.
+/// Processor time of all threads: steadier where others use the machine.
 double cpu_seconds() {
   rusage use{};
   getrusage(RUSAGE_SELF, &use);
@@ -61,7 +61,7 @@ Mesh wave(std::uint32_t cells, double height) {
   return mesh;
 }
 
-/// What a run told, and when.
+/// Progress that a run told, and when.
 struct Watch {
   double cancel_after = 1e9;  ///< Seconds
   Clock::time_point begin = Clock::now(), last = begin;

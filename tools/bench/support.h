@@ -1,4 +1,4 @@
-// What the benchmarks share: scenes, timing, and one JSON line a result.
+// Shared by the benchmarks: scenes, timing, and one JSON line a result.
 #pragma once
 
 #include <algorithm>

@@ -95,7 +95,7 @@ int run(int argc, char** argv) {
   contour.iso = argc > 2 ? std::atof(argv[2]) : 128;
   contour.outer_only = true;
   contour.outer_gap = argc > 3 ? static_cast<std::uint32_t>(std::atoi(argv[3])) : 2;
-  // Where the surface is: from the middle of a side of the volume inwards.
+  // Place of the surface: from the middle of a side of the volume inwards.
   VolumeRegion region{{volume.size[0] / 2, volume.size[1] / 2, volume.size[2] - 45}, {24, 24, 24}};
   const std::vector<std::byte> whole = box_of(volume, region, false);
   const std::vector<std::byte> crater = box_of(volume, region, true);

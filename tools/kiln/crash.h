@@ -1,9 +1,9 @@
-// What a driver does in its despair: throw on a thread of its own, abort, or touch what is not there.
+// Crashes of drivers: they throw on threads of their own, abort, or touch what is not there.
 #pragma once
 
 namespace kiln::cli {
 
-/// Where a driver crashes, one message is written and nothing unfinished is left behind. The exit
+/// If a driver crashes, one message is written and nothing unfinished is left behind. The exit
 /// code is that of a device. Memory or files may have been short for a moment: the run is begun
 /// once more as it was. PoCL crashes, too, where its cache of kernels is damaged or on a full disk:
 /// where the second run fails, a third has an empty cache of its own. All kernels are compiled

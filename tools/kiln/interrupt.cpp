@@ -33,7 +33,7 @@ void handle(int number, void (*handler)(int)) {
   struct sigaction action {};
   action.sa_handler = handler;
   action.sa_flags = SA_RESTART;
-  // What a parent ignores (nohup) stays ignored.
+  // Signals that a parent ignores (nohup) stay ignored.
   struct sigaction before {};
   if (number != SIGALRM && sigaction(number, nullptr, &before) == 0 &&
       before.sa_handler == SIG_IGN) {

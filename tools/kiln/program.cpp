@@ -6,7 +6,6 @@
 
 #include "arguments/memory_option.h"
 #include "arguments/near_words.h"
-#include "arguments/unknown_flags.h"
 #include "kiln/kiln.h"
 #include "kiln/reasons.h"
 

@@ -17,11 +17,11 @@ class Program {
   /// \param commands  in the order of help
   explicit Program(std::span<const CommandEntry> commands);
 
-  /// What the words after the program's name ask for; nothing where it is answered already (--help, --version).
+  /// The run that the words after the program's name ask for; none where it is answered already (--help, --version).
   /// \throws UsageError
   Run parse(std::vector<std::string> words);
 
-  /// What was wrong, with what to do instead where an option is unknown: whole sentences.
+  /// The error, with what to do instead where an option is unknown: whole sentences.
   std::string explain(const UsageError& error) const;
 
   /// All commands.

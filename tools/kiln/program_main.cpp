@@ -19,8 +19,8 @@
 #include "kiln/kiln.h"
 #include "kiln/reasons.h"
 #include "program.h"
+#include "report/console.h"
 #include "report/flags.h"
-#include "report/terminal.h"
 
 #ifdef __GLIBC__
 #include <malloc.h>

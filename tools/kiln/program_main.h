@@ -1,4 +1,4 @@
-// What a program of commands does: parses, runs one of them, turns errors into the documented exit codes.
+// The main function of a program of commands: parses, runs one of them, turns errors into the documented exit codes.
 #pragma once
 
 #include <span>

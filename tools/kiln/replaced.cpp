@@ -1,4 +1,4 @@
-// What the programs have in place of the C and C++ libraries' own. Not in a library: its callers' blocks and threads are
+// Replacements of functions of the C and C++ libraries, for the programs. Not in a library: its callers' blocks and threads are
 // none of its business.
 #include <dlfcn.h>
 #include <pthread.h>
@@ -68,7 +68,7 @@ extern "C" int pthread_create(pthread_t* thread, const pthread_attr_t* attribute
   int status = pthread_attr_setguardsize(&guarded, kGuardBytes);
   if (status == 0) status = next(thread, &guarded, begin_thread, begun);
   if (attributes == nullptr) pthread_attr_destroy(&guarded);
-  // Where addresses are short (ulimit -v).
+  // This is for short address space (ulimit -v).
   if (status != 0) status = next(thread, attributes, begin_thread, begun);
   if (status != 0) delete begun;
   return status;

@@ -1,4 +1,4 @@
-// What charts of speed against accuracy share: marks, their plot, and how a chart is run and saved.
+// Shared by charts of speed against accuracy: marks, their plot, and how a chart is run and saved.
 #pragma once
 
 #include <array>
@@ -37,13 +37,13 @@ struct Mark {
   double most() const;
 };
 
-/// What errors are told by.
+/// A measure of errors.
 struct Measure {
   std::string name;  ///< In files
   std::string title, unit;
 };
 
-/// How marks of a family are drawn.
+/// Look of the marks of a family.
 struct MarkStyle {
   const char *family, *title, *mark, *color;
 };
@@ -84,13 +84,13 @@ auto marks_of(const std::vector<Row>& rows) {
   return marks;
 }
 
-/// What a setting of a chart of matches bakes with.
+/// A setting of a chart of matches.
 struct ChartSetting {
   std::string name, label, family;  ///< As Mark
   BakeOptions bake;                 ///< Match and samples; size, distance and maps are the chart's
   bool find_cage = false;           ///< As --cage auto, which counts as a part of the match
 };
-/// What is compared: a row a setting. The reference is among them. Matching by UVs is for pairs whose layouts
+/// Settings that are compared, a row each. The reference is among them. Matching by UVs is for pairs whose layouts
 /// agree.
 std::vector<ChartSetting> chart_settings();
 /// Appends a setting for each row of a match that none of `settings` uses. Matches along a direction that somebody
@@ -107,7 +107,7 @@ std::vector<std::string> volume_setting_names();
 /// The settings of ambient occlusion.
 std::vector<std::string> ao_setting_names();
 
-/// What `kiln chart` is told.
+/// Arguments of `kiln chart`.
 struct ChartArguments {
   std::vector<std::string> meshes;       ///< Or volumes
   HeightFieldOptions heights;            ///< Of all height fields
@@ -131,7 +131,7 @@ struct ChartArguments {
   std::vector<std::string> not_for_plans;   ///< Options given that plans have no use for
   bool quiet = false;
 
-  /// Whether --settings names it.
+  /// True if --settings names it.
   bool names(const std::string& setting) const;
 };
 
@@ -145,7 +145,7 @@ class ChartKind {
   std::vector<Warning> warnings;     ///< Of all of the work
   std::vector<Warning> of_settings;  ///< Those of single settings
 
-  /// What could stop a long run later stops it now. \returns false where progress said stop
+  /// Checks now what could stop a long run later. \returns false where progress said stop
   virtual bool look(const Progress& progress) = 0;
   virtual void read(std::size_t input) = 0;
   /// Measures what was read last. \returns its part of the report; nothing where progress said stop

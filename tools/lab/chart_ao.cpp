@@ -8,7 +8,7 @@
 namespace kiln::cli {
 namespace {
 
-/// Of its rays, --ao-error casts a quarter before anything is smoothed, and more only where the error asks for
+/// --ao-error casts a quarter of its rays before anything is smoothed, and more only where the error asks for
 /// it: an error of 1 never does.
 constexpr std::uint32_t kSmoothedShare = 4;
 

@@ -16,9 +16,9 @@ struct AoRow : Mark {
   MapError error;  ///< Against 4096 rays from the same points, 1/255
 };
 
-/// What is charted of pairs of meshes.
+/// The chart of ambient occlusion of pairs of meshes.
 struct AoChart {
-  /// Of the settings that are asked for.
+  /// Takes the settings that are asked for.
   explicit AoChart(const ChartArguments& arguments);
 
   /// Bakes with every setting once for the errors, then in turns for the seconds. The seconds are those of the map
@@ -44,7 +44,7 @@ struct AoChart {
   std::optional<double> error;   ///< A share of 1: which setting reaches it in the fewest seconds
 
  private:
-  /// What is chosen of rows: where none is within what is asked for, the next best.
+  /// The choice among rows: where none is within what is asked for, the next best.
   struct Choice {
     const AoRow* row;
     bool within;

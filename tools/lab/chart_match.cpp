@@ -26,7 +26,7 @@ std::string chain_text(const std::vector<MatchMethod>& fallback) {
   return names.empty() ? "low" : names;
 }
 
-/// Of one timed run, with a high poly newly put on the device.
+/// Times of one run, with a high poly newly put on the device.
 struct Seconds {
   double source = 0;  ///< Putting the high poly on the device
   double build = 0, match = 0;
@@ -43,7 +43,7 @@ enum Measured : std::size_t {
   kUniformity,       ///< Section 4.3
   kPicture,          ///< Rendered normals against the high poly's, over held-out views
 };
-/// Of Tarini's measures: texels a side, one sample each.
+/// Texels a side for Tarini's measures, one sample each.
 constexpr std::uint32_t kAssessedSize = 256;
 
 /// All but the map's are drawn.
@@ -83,7 +83,7 @@ struct Row : Mark {
   NormalError normal_error;
   MatchAssessment match;
 
-  /// Of samples, by any way.
+  /// Share of samples with a match, by any way.
   double matched_share() const {
     return report.samples == 0 ? 0
                                : static_cast<double>(report.samples - report.missed) /
@@ -92,7 +92,7 @@ struct Row : Mark {
   double missed_percent() const { return 100 * (1 - matched_share()); }
 };
 
-/// One high poly and one light one.
+/// One high poly and one low poly.
 struct Pair {
   std::string high_name, low_name;
   std::uint64_t high_faces = 0, low_faces = 0;
@@ -209,7 +209,7 @@ class Runner {
     return baked;
   }
 
-  /// How far the matches of a setting lie from the samples: no matter of how many samples a texel has.
+  /// Distances of a setting's matches from the samples: one sample a texel says enough.
   MatchAssessment assess_setting(const ChartSetting& setting, const std::vector<Vec3>& used) const {
     BakeOptions bake_with = bake_options(setting, kAssessedSize);
     bake_with.samples = 1;
@@ -385,18 +385,17 @@ class MatchChart : public ChartKind {
   /// Low polys are read first, and dense ones looked for.
   bool look(const Progress& progress) override {
     for (std::size_t i = 0; i < inputs.size(); ++i) {
-      if (!is_readable_file(inputs[i])) load_dense(inputs[i], {}, warnings);  // says what is wrong
+      if (!is_readable_file(inputs[i])) load_high(inputs[i], {}, warnings);  // says what is wrong
       if (!progress(0, "reading " + low_path(i))) return false;
-      lows_.push_back(
-          load_light(low_path(i), "", warnings, load_options(arguments_, MeshSide::low)));
+      lows_.push_back(load_low(low_path(i), "", warnings, load_options(arguments_, MeshSide::low)));
     }
     return true;
   }
 
   void read(std::size_t i) override {
-    dense_ = load_dense(inputs[i],
-                        is_height_field(inputs[i]) ? arguments_.heights : HeightFieldOptions(),
-                        warnings, load_options(arguments_, MeshSide::high));
+    dense_ =
+        load_high(inputs[i], is_height_field(inputs[i]) ? arguments_.heights : HeightFieldOptions(),
+                  warnings, load_options(arguments_, MeshSide::high));
     options_.uv = uv_options(dense_);
   }
 
@@ -557,7 +556,7 @@ class MatchChart : public ChartKind {
       std::string note;
       for (Row& row : rows) {
         if (!row.report.views) continue;
-        // Where a number was chosen, it says so.
+        // A number that was chosen is marked as such.
         const ViewReport& views = *row.report.views;
         if (row.setting.bake.match.views.automatic)
           row.label = std::to_string(views.directions.size()) + " views chosen";

@@ -28,7 +28,7 @@ constexpr std::uint32_t kViews = 30, kPixels = 128;
 constexpr std::uint32_t kSampleBudget = 1024, kMostSamples = 4;
 /// Errors to plan for, where none are given: at these shares of the way from worst to best, by ratio.
 constexpr double kShares[] = {0.25, 0.5, 0.75};
-/// Of the progress: grids, then plans.
+/// Shares of the progress: grids, then plans.
 constexpr double kAtPlans = 0.7;
 
 /// Over welded vertices, those in use alone. Without normals: smooth.
@@ -224,7 +224,7 @@ class PlanCharter {
     }
   }
 
-  /// Of two digits each.
+  /// Numbers of two digits each.
   std::vector<double> errors_between() const {
     const std::vector<const PlanPoint*> points = front(PlanWay::kiln);
     const double worst = points.front()->degrees, best = points.back()->degrees;
@@ -278,7 +278,7 @@ class PlanCharter {
     return true;
   }
 
-  /// Of a normal map: see low_poly_bytes().
+  /// Bytes of a normal map: see low_poly_bytes().
   static constexpr std::uint32_t kChannels = 3;
 
   const Device& device_;

@@ -12,7 +12,7 @@
 
 namespace kiln::cli {
 
-/// How a low poly and its map are made.
+/// Ways to make a low poly and its map.
 enum class PlanWay {
   kiln,   ///< simplify(), and as many samples a texel as plans take
   plain,  ///< meshoptimizer's simplifier, rays along the normals, one sample a texel
@@ -41,7 +41,7 @@ struct PlanPoint {
   bool front = false;  ///< Nothing else of its way has both fewer bytes and less error
 };
 
-/// What plan_low_poly() made for an error.
+/// The plan of plan_low_poly() for an error.
 struct PlanStand {
   double wanted = 0;     ///< Degrees
   bool reached = false;  ///< By the plan's own measure
@@ -52,7 +52,7 @@ struct PlanStand {
   double seconds = 0;  ///< That planning and baking took
 };
 
-/// Of one high poly.
+/// The chart of one high poly.
 struct PlanChart {
   std::string name;
   std::uint64_t faces = 0;        ///< Of the high poly

@@ -25,7 +25,7 @@ std::string map_text(std::uint32_t size, std::uint32_t bits) {
   return map_text(size) + (size == 0 ? "" : ", " + std::to_string(bits) + " bits");
 }
 
-/// Of all maps of the grids.
+/// Bits of all maps of the grids.
 std::string grid_bits() { return std::to_string(kGridBits) + " bits"; }
 
 /// Name and faces, and where that was asked for ", 600 pixels on screen".
@@ -128,7 +128,7 @@ class PlansChart : public ChartKind {
     options_.size = a.size;
     if (!a.screen.empty()) options_.screen = parse_pixels("--screen", a.screen);
     for (const std::string& text : a.max_errors) {
-      // Of a name, as maps are told apart elsewhere: "normal=1.5".
+      // A bound with a name, as elsewhere: "normal=1.5".
       const std::string bound = normal_bound(text);
       options_.errors.push_back(parse_degrees("--max-error", bound.empty() ? text : bound));
     }
@@ -136,15 +136,15 @@ class PlansChart : public ChartKind {
 
   bool look(const Progress&) override {
     for (const std::string& path : inputs) {
-      if (!is_readable_file(path)) load_dense(path, {}, warnings);  // says what is wrong with it
+      if (!is_readable_file(path)) load_high(path, {}, warnings);  // says what is wrong with it
     }
     return true;
   }
 
   void read(std::size_t i) override {
-    dense_ = load_dense(inputs[i],
-                        is_height_field(inputs[i]) ? arguments_.heights : HeightFieldOptions(),
-                        warnings, load_options(arguments_, MeshSide::high));
+    dense_ =
+        load_high(inputs[i], is_height_field(inputs[i]) ? arguments_.heights : HeightFieldOptions(),
+                  warnings, load_options(arguments_, MeshSide::high));
     if (!dense_.heights) clean_high(dense_.mesh, CleanOptions(), warnings);
   }
 

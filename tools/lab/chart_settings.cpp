@@ -1,4 +1,4 @@
-// What `kiln chart` compares, by name.
+// Settings that `kiln chart` compares, by name.
 #include <algorithm>
 
 #include "lab/chart.h"

@@ -20,7 +20,7 @@ namespace {
 constexpr std::uint32_t kMatchedViews = 12;  // matched from
 constexpr std::uint32_t kLargest = 8192;
 
-/// How a map of a volume's surface comes about.
+/// Ways to make a map of a volume's surface.
 struct VolumeWay {
   std::string name, label, family;  ///< As Mark; the name without the size of the map
   std::optional<BakeOptions> bake;  ///< The full contour baked so; else no bake
@@ -32,7 +32,7 @@ constexpr const char* kDirectMap = "direct";  ///< extract()'s map
 bool is_direct(const VolumeWay& way) { return way.name == kDirectMap; }
 bool is_plain(const VolumeWay& way) { return way.name == kNoMap; }
 
-/// What is compared.
+/// Settings that are compared.
 std::vector<VolumeWay> volume_ways() {
   BakeOptions rays, more_rays, views, closest;
   more_rays.samples = 2;
@@ -73,14 +73,14 @@ struct VolumeOptions {
   std::uint32_t pixels;  ///< A side of the pictures whose normals are measured
 };
 
-/// Of one timed run, from the volume in memory to low poly and map. What several ways share counts for each:
+/// Times of one run, from the volume in memory to low poly and map. Steps that several ways share count for each:
 /// the full contour, once; the low poly and its UVs.
 struct VolumeSeconds {
-  double contour = 0;  ///< The finest contour; for a bake as a mesh, too
-  double light = 0;    ///< Simplifying, and UVs where there is a map
-  double build = 0;    ///< Putting the high poly on the device, structures
-  double map = 0;      ///< Splatting; the rest of the bake
-  double total = 0;    ///< Wall clock of all that
+  double contour = 0;   ///< The finest contour; for a bake as a mesh, too
+  double low_poly = 0;  ///< Simplifying, and UVs where there is a map
+  double build = 0;     ///< Putting the high poly on the device, structures
+  double map = 0;       ///< Splatting; the rest of the bake
+  double total = 0;     ///< Wall clock of all that
 };
 
 struct VolumeRow : Mark {
@@ -104,7 +104,7 @@ struct VolumeSize {
 struct VolumeChart {
   std::string name;
   std::array<std::uint32_t, 3> voxels{};
-  ExtractReport light;                ///< At the given size
+  ExtractReport low_poly;             ///< At the given size
   std::uint64_t dense_triangles = 0;  ///< Of the full contour
   double diagonal = 0,
          max_distance = 0;  ///< World units; max_distance: also how far the surface is looked for
@@ -116,7 +116,7 @@ struct VolumeChart {
 /// One size of map: the low poly with its UVs is made once for all ways.
 struct Sized {
   VolumeSize size;
-  ExtractResult light;
+  ExtractResult low_poly;
 };
 
 ExtractOptions extract_options(const VolumeOptions& options, std::uint32_t size) {
@@ -174,7 +174,7 @@ class Runner {
   }
 
  private:
-  /// What a row is made of.
+  /// Parts of a row.
   struct Task {
     const VolumeWay* way;
     const Sized* sized;
@@ -194,7 +194,7 @@ class Runner {
     Sized sized;
     sized.size.size = size;
     try {
-      sized.light = extract(device_, volume_, extract_options(options_, size));
+      sized.low_poly = extract(device_, volume_, extract_options(options_, size));
     } catch (const Error& error) {
       // Fewer texels may have no room for so many charts.
       const bool no_room = error.code() == ErrorCode::usage || error.code() == ErrorCode::input;
@@ -202,10 +202,10 @@ class Runner {
       chart_.warnings.push_back({"size-skipped", error.what(), 1});
       return true;
     }
-    const ExtractReport& report = sized.light.report;
+    const ExtractReport& report = sized.low_poly.report;
     sized.size.texels_per_cell = report.texels_per_cell;
     if (size == options_.size) {
-      chart_.light = report;
+      chart_.low_poly = report;
       chart_.warnings.insert(chart_.warnings.end(), report.warnings.begin(), report.warnings.end());
     }
     sizes_.push_back(std::move(sized));
@@ -252,7 +252,7 @@ class Runner {
 
   bool measure(const Source& source, const NormalReference& pictures, Sized& sized) {
     std::vector<std::pair<VolumeRow*, Image>> baked;
-    const Mesh& low = sized.light.mesh;
+    const Mesh& low = sized.low_poly.mesh;
     for (std::size_t i = 0; i < tasks_.size(); ++i) {
       if (tasks_[i].sized != &sized) continue;
       VolumeRow& row = chart_.rows[i];
@@ -267,7 +267,7 @@ class Runner {
         map = std::move(result.maps[0].image);
         row.report = std::move(result.report);
       } else if (is_direct(way)) {
-        map = sized.light.normal_map;
+        map = sized.low_poly.normal_map;
       }
       const Scene scene(device_, low,
                         {is_plain(way) ? nullptr : &map, NormalMapSpace::object, false});
@@ -317,7 +317,7 @@ class Runner {
       for (const Sized& sized : sizes_) {
         if (!show("timing the low poly" + which)) return false;
         watch.lap();
-        const ExtractReport light =
+        const ExtractReport low_poly =
             extract(device_, volume_, extract_options(options_, sized.size.size)).report;
         const double wall = watch.lap();
         for (std::size_t i = 0; i < tasks_.size(); ++i) {
@@ -325,12 +325,13 @@ class Runner {
           VolumeRow& row = chart_.rows[i];
           const VolumeWay& way = *tasks_[i].way;
           VolumeSeconds seconds;
-          seconds.contour = contour_seconds(light.contour);
-          seconds.light = light.seconds_simplify + (is_plain(way) ? 0 : light.seconds_atlas);
+          seconds.contour = contour_seconds(low_poly.contour);
+          seconds.low_poly =
+              low_poly.seconds_simplify + (is_plain(way) ? 0 : low_poly.seconds_atlas);
           if (is_plain(way)) {
-            seconds.total = seconds.contour + seconds.light;
+            seconds.total = seconds.contour + seconds.low_poly;
           } else if (is_direct(way)) {
-            seconds.map = light.seconds_map;
+            seconds.map = low_poly.seconds_map;
             seconds.total = wall;
           } else {
             if (!show("timing " + row.label + which)) return false;
@@ -338,13 +339,13 @@ class Runner {
             watch.lap();
             const Source source(device_, dense_);
             seconds.build = watch.lap();
-            const BakeResult result = bake(source, sized.light.mesh,
+            const BakeResult result = bake(source, sized.low_poly.mesh,
                                            bake_options(options_, way, sized.size.size, quiet()));
             if (result.cancelled) return false;
             const double rest = watch.lap();
             seconds.build += result.report.seconds_build;
             seconds.map = rest - result.report.seconds_build;
-            seconds.total = seconds.contour + seconds.light + seconds.build + seconds.map;
+            seconds.total = seconds.contour + seconds.low_poly + seconds.build + seconds.map;
           }
           row.runs.push_back(seconds.total);
           row.all_seconds.push_back(seconds);
@@ -382,7 +383,7 @@ Json json_of(const GradientError& e) {
 }
 
 Json json_of(const VolumeSeconds& s) {
-  return fields("total contour light build map", {s.total, s.contour, s.light, s.build, s.map});
+  return fields("total contour light build map", {s.total, s.contour, s.low_poly, s.build, s.map});
 }
 
 Json json_of(const VolumeRow& row) {
@@ -412,12 +413,13 @@ Json json_of(const VolumeChart& chart) {
   for (std::size_t m = 0; m < measures().size(); ++m) {
     fronts[measures()[m].name] = front_names(marks_of(chart.rows), m);
   }
-  const ExtractReport& light = chart.light;
-  return fields("full_contour_triangles diagonal max_distance_world light sizes settings front",
-                {chart.dense_triangles, chart.diagonal, chart.max_distance,
-                 fields("faces quads triangles error_cells parts",
-                        {light.faces, light.quads, light.triangles, light.error, light.parts}),
-                 sizes, rows, fronts});
+  const ExtractReport& low_poly = chart.low_poly;
+  return fields(
+      "full_contour_triangles diagonal max_distance_world light sizes settings front",
+      {chart.dense_triangles, chart.diagonal, chart.max_distance,
+       fields("faces quads triangles error_cells parts",
+              {low_poly.faces, low_poly.quads, low_poly.triangles, low_poly.error, low_poly.parts}),
+       sizes, rows, fronts});
 }
 
 class VolumesChart : public ChartKind {
@@ -484,7 +486,7 @@ class VolumesChart : public ChartKind {
                    row.least(),
                    row.most(),
                    s.contour,
-                   s.light,
+                   s.low_poly,
                    s.build,
                    s.map,
                    row.size,
@@ -527,8 +529,8 @@ class VolumesChart : public ChartKind {
           "\n## %s, %u × %u × %u voxels: full contour of %s faces, low poly of %s "
           "(%s quads)\n\n",
           markdown_cell(chart.name).c_str(), chart.voxels[0], chart.voxels[1], chart.voxels[2],
-          with_commas(chart.dense_triangles).c_str(), with_commas(chart.light.faces).c_str(),
-          with_commas(chart.light.quads).c_str());
+          with_commas(chart.dense_triangles).c_str(), with_commas(chart.low_poly.faces).c_str(),
+          with_commas(chart.low_poly.quads).c_str());
       for (const VolumeSize& s : chart.sizes) {
         const std::uint64_t compared = s.covered - s.no_surface - s.cut - s.no_gradient;
         text += formatted(
@@ -548,7 +550,7 @@ class VolumesChart : public ChartKind {
           return formatted("%.3f / %.2f / %.2f", e.mean_degrees, e.rms_degrees, e.p95_degrees);
         };
         table.add({markdown_cell(row.label), fixed_text(s.total, 3), fixed_text(s.contour, 3),
-                   fixed_text(s.light, 3), row.report ? fixed_text(s.build, 3) : "",
+                   fixed_text(s.low_poly, 3), row.report ? fixed_text(s.build, 3) : "",
                    row.size != 0 ? fixed_text(s.map, 3) : "",
                    row.report ? percent_text(row.report->missed, row.report->samples) : "",
                    row.size != 0 ? percent_text(row.gradient.empty, row.gradient.texels) : "",
@@ -575,14 +577,14 @@ class VolumesChart : public ChartKind {
       data["groups"].push_back(
           fields("title note panels",
                  {chart.name + ", full contour of " + with_commas(chart.dense_triangles) +
-                      " faces, to " + with_commas(chart.light.faces),
+                      " faces, to " + with_commas(chart.low_poly.faces),
                   "", panels}));
     }
     return data;
   }
 
   Json options() const override {
-    Json json = describe(arguments_.surface, options_.extract), names = Json::array();
+    Json json = describe(arguments_.surface), names = Json::array();
     for (const VolumeWay& way : options_.ways) names.push_back(way.name);
     json.update(fields("size chart_border max_distance repeat pixels settings",
                        {options_.size, options_.extract.border_texels, arguments_.max_distance,
@@ -594,7 +596,7 @@ class VolumesChart : public ChartKind {
     std::vector<std::string> lines;
     for (const VolumeChart& chart : charts_) {
       lines.push_back(chart.name + ", " + with_commas(chart.dense_triangles) + " faces, to " +
-                      with_commas(chart.light.faces) +
+                      with_commas(chart.low_poly.faces) +
                       " (* nothing else is both faster and closer):");
       for (const VolumeRow& row : chart.rows) {
         const GradientError& g = row.gradient;

@@ -25,7 +25,7 @@ std::vector<std::string> mesh_setting_names() {
 }
 
 bool is_volume(const ChartArguments& a, const std::string& path) {
-  return !a.surface.raw_size.empty() || is_volume_name(path);
+  return a.surface.is_raw() || is_volume_name(path);
 }
 
 /// Settings by name that a kind of input does not have. \throws Error(usage)
@@ -45,7 +45,7 @@ void check_volumes(const ChartArguments& a) {
     fail("'" + path + "' is no volume, but '" + a.meshes.front() +
          "' is: give volumes alone, or meshes alone, HIGH LOW.");
   }
-  if (a.surface.iso.empty()) {
+  if (!a.surface.iso) {
     fail("'" + a.meshes.front() + "' is a volume: say which surface of it by --iso VALUE.");
   }
   if (a.load.triangulation != Triangulation::automatic) {
@@ -258,9 +258,8 @@ Run add_chart(Command& app) {
   add_options(*command, mesh_frame_rows<Job>("Files of meshes", /*low=*/true), a.get());
   add_height_options(*command, *a, "The height fields (HIGH is a PNG or EXR)");
   const auto own = command->get_options();
-  add_surface_options(*command, a->surface);
-  add_chart_border_option(*command, a->surface);
-  add_raw_options(*command, a->surface);
+  add_options(*command, surface_rows(/*iso_required=*/false), &a->surface);
+  add_options(*command, file_and_chart_rows(), &a->surface);
   std::vector<const Option*> for_volumes;
   for (const Option* option : command->get_options()) {
     if (std::find(own.begin(), own.end(), option) == own.end()) for_volumes.push_back(option);

@@ -329,8 +329,8 @@ int run_gallery(const GalleryArguments& a) {
   if (!console.progress(0, "reading " + a.high)) return kExitCancelled;
   std::vector<Warning> warnings;
   const HighPolyInput dense =
-      load_dense(a.high, a.heights, warnings, load_options(a, MeshSide::high));
-  const Mesh low = load_light(a.low, "", warnings, load_options(a, MeshSide::low));
+      load_high(a.high, a.heights, warnings, load_options(a, MeshSide::high));
+  const Mesh low = load_low(a.low, "", warnings, load_options(a, MeshSide::low));
   const double seconds_load = watch.lap();
   const std::optional<Gallery> gallery =
       make_gallery(device, dense.mesh, low, a, uv_options(dense), view,
@@ -362,15 +362,14 @@ int run_gallery(const GalleryArguments& a) {
       "version device inputs options methods left_out samples",
       {version(), describe(device.info()),
        fields("high low", {describe(dense.mesh, a.high), describe(low, a.low)}),
-       fields(
-           "match size max_distance picture_size pixels view zoom at z_up square height extent "
-           "triangulate up unit uv_set",
-           {a.matches.empty() ? match_names() : a.matches, a.size, a.max_distance, a.picture_size,
-            a.pixels, Json::array({view.azimuth_degrees, view.elevation_degrees}), view.zoom,
-            view.at ? Json(*view.at) : Json(), view.z_up, a.view.square,
-            is_height_field(a.high) ? Json(a.heights.height) : Json(), extent_json(a.heights),
-            name_of(Words(kTriangulations), a.load.triangulation), a.frame.up, a.frame.unit,
-            a.frame.uv_set}),
+       fields("match size max_distance picture_size pixels view zoom at z_up square height extent "
+              "triangulate up unit uv_set",
+              {a.matches.empty() ? match_names() : a.matches, a.size, a.max_distance,
+               a.picture_size, a.pixels,
+               Json::array({view.azimuth_degrees, view.elevation_degrees}), view.zoom, view.at,
+               view.z_up, a.view.square, is_height_field(a.high) ? Json(a.heights.height) : Json(),
+               extent_json(a.heights), name_of(Words(kTriangulations), a.load.triangulation),
+               a.frame.up, a.frame.unit, a.frame.uv_set}),
        methods, describe_left_out(gallery->left_out, "method"),
        fields("every drawn", {gallery->every, gallery->samples_drawn})});
   add_ending(json, {{"load", seconds_load}, {"draw", seconds_draw}}, watch, outputs, warnings);

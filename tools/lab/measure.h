@@ -1,4 +1,4 @@
-// What `kiln measure` is told, and its three ways to run.
+// Arguments of `kiln measure`, and its three ways to run.
 #pragma once
 
 #include <optional>

@@ -1,4 +1,4 @@
-// What ratings, charts, studies and galleries measure by: views that nothing is matched from, and fitness.
+// Shared measures of ratings, charts, studies and galleries: views that nothing is matched from, and fitness.
 #pragma once
 
 #include <optional>
@@ -21,7 +21,7 @@ constexpr double kLeastHeldOutAngle = 2;  ///< Degrees from a view matched from 
 std::vector<ViewAngles> angles_of(const std::vector<Vec3>& directions);
 /// kHeldOutViews, none near those of a bake's default of 12 views.
 std::vector<ViewAngles> usual_held_out_angles();
-/// Of held-out views, for a report. \param size  of pictures, pixels a side
+/// Description of held-out views, for a report. \param size  of pictures, pixels a side
 Json describe_views(const std::vector<Vec3>& held_out, std::uint32_t size, double least_angle);
 
 /// \throws Error(input) where no picture shows both meshes

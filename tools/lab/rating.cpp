@@ -29,12 +29,12 @@ namespace fs = std::filesystem;
 
 struct RatingOptions {
   std::vector<std::string> methods;  ///< As `kiln bake --match` has them
-  /// Where those that take directions of visibility gather them: each is rated so often. Empty: where
+  /// Places at which matches by visibility gather directions: each is rated so often. Empty: where
   /// `kiln bake` does.
   std::vector<VisibilityAt> visibility_at;
   bool strict = false;  ///< All must do for the meshes. Else those that do not are left out
   UvOptions uv;
-  /// How a method is baked, but for its name, size and what is kept. Empty: as by default.
+  /// Options of a method, but for its name, size and what is kept. Empty: defaults.
   std::function<BakeOptions(const std::string& method)> bake_of;
   std::uint32_t size = 512;        ///< Texels a side
   std::uint32_t directions = 512;  ///< Of viewing rays
@@ -335,7 +335,7 @@ double miss_rate(const MatchAssessment& a) {
   return a.samples != 0 ? static_cast<double>(a.missed) / static_cast<double>(a.samples) : 0;
 }
 
-/// Of the maps asked for, those without an error: names and coverage, and of a saved match all but those of rays.
+/// Maps asked for that have no error: names and coverage, and of a saved match all but those of rays.
 std::vector<std::string> without_error(const Rating& row, const std::vector<std::string>& maps) {
   std::vector<std::string> names;
   for (const std::string& map : maps) {
@@ -436,7 +436,7 @@ std::vector<std::string> ratings_table(const Ratings& ratings) {
   for (const Rating& row : ratings.rows) {
     const MatchAssessment& a = row.match;
     const double percent = 100 / a.diagonal;
-    // Of HIGH's surface, where the match can tell.
+    // Share of HIGH's surface, if the match can tell.
     const std::string lost =
         row.bake.recall ? fixed_text(100 * row.bake.recall->lost, 2) : std::string("-");
     lines.push_back(
@@ -570,8 +570,8 @@ int run_rating(const MeasureArguments& a) {
   if (!console.progress(0, "reading " + a.high)) return kExitCancelled;
   std::vector<Warning> warnings;
   const bool more = has_more_files(a.bake);
-  const HighPolyInput dense = load_dense(high_files(baking(a, default_match())), a.heights,
-                                         load_options(a.bake, MeshSide::high), more, warnings);
+  const HighPolyInput dense = load_high(high_files(baking(a, default_match())), a.heights,
+                                        load_options(a.bake, MeshSide::high), more, warnings);
   const Mesh& high = dense.mesh;
   options.uv = uv_options(dense);
   const Mesh low = load_low(baking(a, default_match()), warnings);

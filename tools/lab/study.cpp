@@ -28,7 +28,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// What varies.
+/// The setting that varies.
 enum class StudyKind { views, faces, size };
 const std::map<std::string, StudyKind>& study_kinds() {
   static const std::map<std::string, StudyKind> kinds = {
@@ -40,7 +40,7 @@ const char* study_name(StudyKind kind) {
   return kind == StudyKind::views ? "views" : kind == StudyKind::faces ? "faces" : "size";
 }
 
-/// Of the arguments, with what they leave open.
+/// The arguments, with defaults for what they leave open.
 struct StudyOptions {
   explicit StudyOptions(const MeasureArguments& a)
       : kind(study_kinds().at(a.study)),
@@ -66,7 +66,7 @@ constexpr std::array<std::uint32_t, 11> kStudyViews = {1, 2, 3, 4, 6, 8, 12, 16,
 constexpr std::array<std::uint32_t, 6> kStudyFaces = {500, 1000, 2000, 4000, 8000, 16000};
 constexpr std::array<std::uint32_t, 5> kStudySizes = {128, 256, 512, 1024, 2048};
 
-/// How a setting's map was made: one curve of a plot.
+/// Ways to make a setting's map: one curve of a plot each.
 enum class Curve {
   paper,  ///< Depth views by the least depth difference, points left on the view's line
   kiln,  ///< Depth views as Kiln matches them by default: best angle, points moved to the normal's line
@@ -126,7 +126,7 @@ struct Study {
 
 constexpr std::uint32_t kPictureSize = 640;  // pixels a side of the error picture's panels
 
-/// What is to be measured, in an order that makes each low poly once.
+/// Settings to measure, in an order that makes each low poly once.
 std::vector<Setting> plan(const StudyOptions& options, const Mesh& high, const Mesh* low) {
   std::vector<Setting> settings;
   const auto add = [&](Curve curve, std::uint32_t views, std::uint32_t faces, std::uint32_t size) {
@@ -392,7 +392,7 @@ const Setting& levels_off(const Series& series) {
                         [&](const Setting* setting) { return mean_degrees(setting) <= enough; });
 }
 
-/// Of the low polys that were made, in their order.
+/// Numbers of faces of the low polys that were made, in their order.
 std::vector<std::uint32_t> face_counts(const Study& study) {
   std::vector<std::uint32_t> result;
   for (const Setting* setting : select(study, Curve::kiln)) {
@@ -573,7 +573,7 @@ std::vector<std::string> findings(const Study& study, const StudyOptions& option
     for (const std::uint32_t faces : face_counts(study)) {
       const Series series = select(study, Curve::kiln, faces);
       const Setting& enough = levels_off(series);
-      // Where it is the last, the series may not have levelled off.
+      // If it is the last, the series may not have levelled off.
       lines.push_back(
           &enough == series.back()
               ? formatted("%u faces: %u x %u is not too large", faces, enough.size, enough.size)
@@ -651,7 +651,7 @@ Plot error_plot(const Study& study, const StudyOptions& options) {
              : degrees == -1 ? ValueTiles::kBeside
                              : ValueTiles::kNotKnown;
     });
-    // What it shows, how its map was made, its figures.
+    // Each label names the picture, the way its map was made, and its figures.
     const Setting& s = study.settings[picture.setting];
     tile["captions"] =
         Json::array({std::string(rank) + ": " +
@@ -756,10 +756,10 @@ int run_study(const MeasureArguments& a) {
   if (!console.progress(0, "reading " + a.high)) return kExitCancelled;
   std::vector<Warning> warnings;
   const Mesh high =
-      load_dense(a.high, a.heights, warnings, load_options(a.bake, MeshSide::high)).mesh;
+      load_high(a.high, a.heights, warnings, load_options(a.bake, MeshSide::high)).mesh;
   std::optional<Mesh> low;
   if (!a.low.empty()) {
-    low = load_light(a.low, ", or leave LOW out", warnings, load_options(a.bake, MeshSide::low));
+    low = load_low(a.low, ", or leave LOW out", warnings, load_options(a.bake, MeshSide::low));
   }
   const double seconds_load = watch.lap();
 

@@ -6,7 +6,7 @@
 #include <stdexcept>
 #include <string_view>
 
-#include "report/terminal.h"
+#include "report/console.h"
 
 namespace kiln::cli {
 namespace {

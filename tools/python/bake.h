@@ -33,7 +33,7 @@ class Request {
   void read_textures(const PyMesh& high);
   LowPolyPlanOptions plan_options() const;
 
-  /// Whether match and size are to be chosen: by bake_planned() with match_options().
+  /// True if match and size are to be chosen: by bake_planned() with match_options().
   bool chooses_match() const { return job_.match_auto; }
   PlanOptions match_options() const;
 

@@ -16,7 +16,7 @@
 namespace kiln::python {
 namespace {
 
-/// Where the first device was opened: threads of a driver do not follow into a fork.
+/// The process that opened the first device: threads of a driver do not follow into a fork.
 std::atomic<pid_t> opened_in{0};
 thread_local bool in_callback = false;
 

@@ -11,7 +11,7 @@ namespace kiln::python {
 
 namespace nb = nanobind;
 
-/// What goes on while a call of the library runs on this thread. Made with the lock held.
+/// State of a call of the library that runs on this thread. Made with the lock held.
 class Call {
  public:
   /// \param progress  None, or called with (share done, stage); False stops the call

@@ -14,7 +14,7 @@ using nb::literals::operator""_a;
 
 constexpr std::uint32_t kNone = 0xFFFFFFFF;
 
-/// Of each sample, numbers of the triangle's corners mixed by its weights.
+/// For each sample, numbers of the triangle's corners mixed by its weights.
 /// \param corner  (triangle, corner, component)
 template <typename T, typename Corner>
 nb::object mixed(const PyMatch& self, const Corner& corner) {
@@ -35,7 +35,7 @@ nb::object mixed(const PyMatch& self, const Corner& corner) {
   return array(std::move(values), {match.height, match.width, 3});
 }
 
-/// What stubs say of a property.
+/// The type of a property, for stubs.
 auto getter(const char* signature) { return nb::for_getter(nb::sig(signature)); }
 
 double component(const Vec3& v, std::size_t k) { return k == 0 ? v.x : k == 1 ? v.y : v.z; }

@@ -16,7 +16,7 @@ namespace {
 
 using nb::literals::operator""_a;
 
-/// Where single precision would lose detail, positions are measured from a place nearby: as readers of files do.
+/// If single precision would lose detail, positions are measured from a place nearby: as readers of files do.
 std::array<double, 3> origin_for(const double* xyz, std::size_t count) {
   std::array<double, 3> low{}, high{}, origin{};
   low.fill(std::numeric_limits<double>::infinity());
@@ -169,7 +169,7 @@ nb::object numbers(const PyMesh& self, const std::vector<std::uint32_t>& values)
   return view(values.data(), {values.size()}, nb::find(self));
 }
 
-/// What stubs say of a property.
+/// The type of a property, for stubs.
 auto getter(const char* signature) { return nb::for_getter(nb::sig(signature)); }
 
 std::string describe(const PyMesh& self) {

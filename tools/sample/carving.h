@@ -6,7 +6,7 @@
 
 namespace kiln::sample {
 
-/// Where a point lies in a band: made by `band_at`.
+/// Place of a point in a band: made by `band_at`.
 struct BandPoint {
   double x;       ///< Around, in repeats of the pattern: [0, repeats)
   double y;       ///< Along, 0 at the band's start, 1 at its end

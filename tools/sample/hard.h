@@ -11,7 +11,7 @@
 
 namespace kiln::sample {
 
-/// Where a part stands: its own axes in the scene, right-handed and of unit length.
+/// Place of a part: its own axes in the scene, right-handed and of unit length.
 struct Stand {
   Point origin{0, 0, 0};
   Point x{1, 0, 0}, y{0, 1, 0}, z{0, 0, 1};
@@ -54,7 +54,7 @@ class HighPolyParts {
   void sheet(const Stand& stand, double w, double h, int steps,
              double (*height)(double x, double y));
 
-  /// What is added from now on is of this group.
+  /// Shapes added from now on are of this group.
   void group(std::string name);
   const Mesh& mesh() const { return mesh_; }
 
@@ -78,7 +78,7 @@ class LightParts {
   void extrusion(const Stand& stand, const Outline& outline, const std::array<double, 2>& centre,
                  double half);
   void card(const Stand& stand, double w, double h);
-  /// What is added from now on is of this group.
+  /// Shapes added from now on are of this group.
   void group(std::string name);
 
   /// Packs the charts into the unit square, `gap` apart, and returns the mesh.

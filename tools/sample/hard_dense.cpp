@@ -18,7 +18,7 @@ Vec3 to_float(const Point& p) {
   return {static_cast<float>(p.x), static_cast<float>(p.y), static_cast<float>(p.z)};
 }
 
-/// Where grid lines of a rounded box's face lie: close together over the rounding, as its angles are even.
+/// Places of grid lines of a rounded box's face: close together over the rounding, as its angles are even.
 std::vector<double> box_lines(double half, double radius, int steps) {
   // The last one exactly, so that faces meet.
   const auto line = [&](int i) {

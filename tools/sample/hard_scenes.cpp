@@ -15,12 +15,12 @@ struct Builder {
   explicit Builder(std::string_view name)
       : high(std::string(name) + "_high"), low(std::string(name) + "_low") {}
 
-  /// What follows is a part of this name: NAME_high and NAME_low.
+  /// The following shapes are a part of this name: NAME_high and NAME_low.
   void part(const std::string& name) {
     high.group(name + "_high");
     low.group(name + "_low");
   }
-  /// What follows is on a part that has begun: NAME_high_ON_IT.
+  /// The following shapes are on a part that has begun: NAME_high_ON_IT.
   void on_part(const std::string& name, const std::string& on_it) {
     high.group(name + "_high_" + on_it);
   }

@@ -312,7 +312,7 @@ TEST_F(OutputSetTest, TwoWritersDoNotMix) {
   EXPECT_EQ(names(folder_), (std::set<std::string>{"a", "b", "c"}));
 }
 
-// What a process is killed for while it holds its files back leaves nothing.
+// A process that is killed while it holds its files back leaves nothing.
 TEST_F(OutputSetTest, AKillBeforeCommitLeavesNothing) {
   const pid_t child = fork();
   if (child == 0) {

@@ -25,7 +25,7 @@ using test::noise;
 constexpr std::array<std::pair<std::uint32_t, std::uint32_t>, 6> kSizes = {
     {{1, 1}, {1, 40}, {40, 1}, {65, 33}, {333, 517}, {3000, 100}}};
 
-// What a value becomes by being stored: the format's own rounding, computed another way.
+// A value after it was stored: the format's own rounding, computed another way.
 float stored(ImageFormat format, float value) {
   const double clamped = std::isnan(value) ? 0.0 : std::clamp(static_cast<double>(value), 0.0, 1.0);
   switch (format) {
@@ -62,7 +62,7 @@ TEST(ImageIo, EveryFormatComesBackAsStored) {
         for (std::size_t i = 0; i < image.pixels.size(); ++i) {
           ASSERT_EQ(back.pixels[i], stored(format, image.pixels[i])) << i;
         }
-        // What was stored is kept exactly from then on.
+        // A stored value is kept exactly from then on.
         save_image(back, path, {.format = format});
         ASSERT_EQ(load_image(path).pixels, back.pixels);
       }

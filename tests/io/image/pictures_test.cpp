@@ -196,7 +196,7 @@ TEST(WebP, LossyIsReadToo) {
   const std::string bytes(reinterpret_cast<const char*>(data), size);
   WebPFree(data);
   const Image image = read(bytes);
-  // Of one colour: rounded in its turn to YUV and back.
+  // Pictures of one colour: rounded in its turn to YUV and back.
   for (const float value : image.pixels) ASSERT_NEAR(value * 255, 100, 3);
   expect_no_shorter(bytes);
 }
@@ -511,7 +511,7 @@ TEST(Hdr, ValuesAreLinear) {
 }
 #endif
 
-/// What is written comes back: to half a step, or to the bit; the same as PNG and EXR give.
+/// Written pictures come back: to half a step, or to the bit; the same as PNG and EXR give.
 TEST(Pictures, TiffComesBack) {
   const std::vector<std::string> formats = picture_formats();
   if (std::find(formats.begin(), formats.end(), "TIFF") == formats.end()) {

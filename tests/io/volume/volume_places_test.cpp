@@ -1,4 +1,4 @@
-// What volume files say of space and of where their voxels are; a scanned head.
+// Axes, units and voxel centres of volume files; a scanned head.
 #include <gtest/gtest.h>
 
 #include <cmath>

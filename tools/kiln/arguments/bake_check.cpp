@@ -20,7 +20,7 @@ std::string no_sets(const BakeJob& a) {
 
 std::optional<CleanOptions> clean_options(const BakeJob& a) {
   if (is_height_field(a.high)) return std::nullopt;
-  // What lies inside shows through what is not opaque, and stops rays through the solid.
+  // Inner surfaces show through what is not opaque, and stop rays through the solid.
   const auto shows_inside = [](const MapKind kind) {
     const MapInfo& map = find_map(kind.name);
     return obeys(map, "opacity") ||
@@ -104,7 +104,7 @@ bool serves_match(const OptionRow& row, const BakeJob& a) {
   return std::any_of(matches().begin(), matches().end(), served);
 }
 
-/// What any of them may be.
+/// A row that stands for any map of one's own.
 MapInfo own_map_info() {
   MapInfo info;
   info.type = MapType::unit_vector;
@@ -165,7 +165,7 @@ void check_lods(const BakeJob& a) {
     }
   }
   if (a.lods == 0) return;
-  if (!plans_light(a) || a.screen.empty()) {
+  if (!plans_low_poly(a) || a.screen.empty()) {
     fail_usage(
         "--lod plans each low poly for a size on screen: give --max-error normal=DEGREES and "
         "--screen, and neither LOW nor --faces.");
@@ -184,7 +184,7 @@ void check_lods(const BakeJob& a) {
 /// Flags of a plan of low poly, map and match together.
 void check_low_poly_plan(const BakeJob& a) {
   map_bounds(a);
-  const bool plans = plans_light(a);
+  const bool plans = plans_low_poly(a);
   if (!a.screen.empty()) {
     parse_pixels("--screen", a.screen);
     if (!plans) {
@@ -232,7 +232,7 @@ void check_low_poly_plan(const BakeJob& a) {
   }
 }
 
-/// Where texels go is a question of charts that Kiln lays out.
+/// Checks --density, which is for charts that Kiln lays out.
 void check_texels(const BakeJob& a) {
   const bool given = a.given.contains("--density");
   if (given && !a.low.empty() && !a.unwrap) {
@@ -402,7 +402,7 @@ void check_maps(const BakeJob& a) {
   }
 }
 
-/// How the light of ao and bent_normal is gathered, and how long maps of the user's own may take.
+/// Checks flags of ao and bent_normal, and of maps of the user's own.
 void check_occlusion(const BakeJob& a) {
   const auto given = [&](const char* flag) { return a.given.contains(flag); };
   if (given("--map-seconds") && a.own_maps.empty()) {
@@ -430,7 +430,7 @@ void check_occlusion(const BakeJob& a) {
   }
 }
 
-/// How files hold maps.
+/// Checks flags of the maps' files.
 void check_files(const BakeJob& a) {
   parse_packs(a);
   std::uint32_t side = std::max(a.options.width, a.options.height);

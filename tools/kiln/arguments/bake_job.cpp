@@ -52,7 +52,7 @@ BakeOptions options_of(const BakeJob& job) {
 
 Json describe(const BakeJob& job, const BakeReport& report) {
   Json json = values_json(bake_rows(), &job);
-  // What does not apply is null, and what was chosen is told as it was.
+  // An option that does not apply is null, and a choice is told as it was made.
   const auto only_if = [&](bool applies, std::initializer_list<const char*> keys) {
     for (const char* key : keys) {
       if (!applies) json[key] = Json();
@@ -185,7 +185,7 @@ std::string deviation_bound(const BakeJob& job) {
   return job.max_angle.empty() && job.match_auto ? "" : job.max_error;
 }
 
-bool plans_light(const BakeJob& job) {
+bool plans_low_poly(const BakeJob& job) {
   const bool own = job.low.empty() && job.faces == 0;
   return own && job.load_match.empty() && !angle_bound(job).empty();
 }

@@ -1,4 +1,4 @@
-// What a bake is told: the library's options, and what is the command's own.
+// The options of a bake: the library's, and the command's own.
 #pragma once
 
 #include <cstdint>
@@ -21,7 +21,7 @@
 
 namespace kiln::cli {
 
-/// Of --size, what is for one texture set alone: its name and its size in texels.
+/// --size of one texture set alone: its name and its size in texels.
 struct SetSize {
   std::string set;
   std::uint32_t width = 0, height = 0;
@@ -80,7 +80,7 @@ constexpr const char* kAutomatic = "auto";  ///< Of --match, --cage and --views
 /// Every option of a bake.
 std::span<const OptionRow> bake_rows();
 
-/// What one option's own check cannot see: contradictions between several. \throws Error(usage)
+/// Checks for contradictions between several options. \throws Error(usage)
 void check(const BakeJob& job);
 /// Refuses flags that were given but serve none of the matches or maps asked for. \throws Error(usage)
 void check_served(const BakeJob& job);
@@ -125,7 +125,7 @@ bool maps_obey(const BakeJob& job, std::string_view option);
 
 /// The map that plans measure, which renderers shade by: that of a bake that was told none.
 MapKind shading_map();
-/// Whether --maps has it.
+/// True if --maps has it.
 bool bakes_shading_map(const BakeJob& job);
 
 /// The angle that --match auto is to reach, and how far a low poly that Kiln makes may deviate; empty where
@@ -133,10 +133,10 @@ bool bakes_shading_map(const BakeJob& job);
 std::string angle_bound(const BakeJob& job);
 std::string deviation_bound(const BakeJob& job);
 
-/// Whether --max-error names maps, the normal map first of all: "normal=DEGREES", an angle between rendered normals.
+/// True if --max-error names maps, the normal map first of all: "normal=DEGREES", an angle between rendered normals.
 bool bounds_maps(const BakeJob& job);
 /// True if faces, map size and match are chosen together: no LOW, no --faces, but an error to reach.
-bool plans_light(const BakeJob& job);
+bool plans_low_poly(const BakeJob& job);
 /// Why a bake has one texture set whatever LOW is; empty: it may have several.
 std::string no_sets(const BakeJob& job);
 /// Parts an --out that ends in .glb, .gltf or .obj. \throws Error(usage) for what it cannot hold
@@ -145,7 +145,7 @@ void take_asset(BakeJob& job);
 bool writes_gltf(const BakeJob& job);
 /// True if all levels of detail share one layout and its maps.
 bool shares_uvs(const BakeJob& job);
-/// How much of HIGH is repaired; none: nothing.
+/// Repairs of HIGH; none: nothing is repaired.
 std::optional<CleanOptions> clean_options(const BakeJob& job);
 /// True if the low poly is a plane of Kiln's, under a height field.
 bool onto_plane(const BakeJob& job);
@@ -155,13 +155,13 @@ bool is_exr(const SaveImageOptions& options);
 bool holds_mips(const SaveImageOptions& options);
 /// True if files hold 8 bits a channel, or blocks of them.
 bool holds_bytes(const SaveImageOptions& options);
-/// What a map's values are to a file's format.
+/// Kind of a map's values, for a file's format.
 TextureUse texture_use(const BakedMap& map, const BakeOptions& options);
 /// True if values are written as they are: EXR, and TIFF of floats.
 bool holds_floats(const SaveImageOptions& options);
 std::string extension(const SaveImageOptions& options);
 
-/// Where a map and the levels of its mip-map go: with PNG a file a level, FOLDER/NAME.png,
+/// Paths of a map and the levels of its mip-map: with PNG a file a level, FOLDER/NAME.png,
 /// FOLDER/NAME.mip01.png and so on; with EXR one file for all.
 /// \param mips  how many levels below the first there are
 std::vector<std::filesystem::path> map_files(const std::filesystem::path& folder,

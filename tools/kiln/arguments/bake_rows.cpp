@@ -42,7 +42,7 @@ std::vector<std::string> all_match_names() {
   return names;
 }
 
-/// Of all sets, and NAME=SIZE of one.
+/// Size of all sets, or NAME=SIZE of one.
 OptionValue size_value() {
   OptionValue value = value_of<BakeJob>(
       "options.width, options.height, set_sizes", "size", "N|WxH|NAME=N|NAME=WxH",
@@ -292,7 +292,7 @@ OptionValue view_weight_value() {
   return value;
 }
 
-/// What occludes: high, low, and files.
+/// Occluders: high, low, and files.
 OptionValue occluders_value() {
   OptionValue value = value_of<BakeJob>(
       "options.occlusion.by_high, options.occlusion.by_low, options.occlusion.by_others", "list",
@@ -918,7 +918,7 @@ std::vector<OptionRow> make_rows() {
            "or "
            "without: --unwrap=charts (few large ones, default), --unwrap=pairs (of triangles) or "
            "--unwrap=squares (pairs in equal squares, to compare with)"},
-      density_row<BakeJob>(kLow, "the high poly"),
+      density_row<BakeJob>(kLow, "the high poly", AT(density)),
 
       {.flag = "--max-missed",
        .group = kRun,

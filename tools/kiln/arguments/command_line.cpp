@@ -182,7 +182,7 @@ Option* Command::add_option(std::string_view name, Option::Take take, std::strin
 
 namespace {
 
-/// How a variable takes values, says its own, and what help says of them.
+/// A variable's values: how they are taken, told and explained in help.
 struct Variable {
   std::function<void(const std::string& name, const Option::Words&)> take;
   std::function<std::string()> text;
@@ -235,7 +235,6 @@ Option* Command::add_option(std::string_view name, Value& value, std::string_vie
 }
 template Option* Command::add_option(std::string_view, std::string&, std::string_view);
 template Option* Command::add_option(std::string_view, double&, std::string_view);
-template Option* Command::add_option(std::string_view, std::int64_t&, std::string_view);
 template Option* Command::add_option(std::string_view, std::uint32_t&, std::string_view);
 template Option* Command::add_option(std::string_view, std::optional<double>&, std::string_view);
 template Option* Command::add_option(std::string_view, std::optional<std::uint32_t>&,
@@ -297,7 +296,7 @@ Command* Command::chosen() const {
   return nullptr;
 }
 
-/// What its options require, and was not given. Empty: nothing.
+/// Required options that were not given; empty: none.
 std::string Command::what_is_missing() const {
   for (const std::unique_ptr<Option>& option : options_) {
     const std::string name = option->get_name();
@@ -323,7 +322,7 @@ bool Command::parse(std::vector<std::string> words) {
   try {
     app_->parse(words);
   } catch (const CLI::ArgumentMismatch&) {
-    // Of several values each option is told, so one can only lack at the end.
+    // Options take their values one by one, so one can only lack at the end.
     throw UsageError(last + " was given nothing: give a value");
   } catch (const CLI::ParseError& error) {
     if (error.get_exit_code() == 0) {

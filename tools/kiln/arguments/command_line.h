@@ -19,12 +19,12 @@ class Option;
 
 namespace kiln::cli {
 
-/// What was wrong with the words of a command line.
+/// An error in the words of a command line.
 struct UsageError : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-/// What a value is checked by.
+/// The check of a value.
 class Check {
  public:
   /// \param function  returns what is wrong with a value, as it follows the option's name in a sentence; empty:
@@ -33,9 +33,9 @@ class Check {
   Check(std::function<std::string(std::string&)> function, std::string_view words)
       : function_(std::move(function)), words_(words) {}
 
-  /// What is wrong with a value, such as " is '0': give 1 to 16"; empty: nothing.
+  /// The fault of a value, such as " is '0': give 1 to 16"; empty: nothing.
   std::string operator()(std::string& value) const { return function_(value); }
-  /// What help says of values.
+  /// Values, in the words of help.
   const std::string& words() const { return words_; }
 
  private:
@@ -75,26 +75,26 @@ class Option {
   Option* required();
   /// True if it takes the words that follow its first value, too.
   Option* allow_extra_args(bool allow);
-  /// What an error says where it is given nothing.
+  /// Words for the missing value in an error.
   Option* choices(std::vector<std::string> names);
   /// It may be given again.
   Option* repeats();
-  /// What separates several values of one word.
+  /// The separator between several values of one word.
   Option* delimiter(char between);
   /// Parsing fails where it is given without the other.
   Option* needs(const Option* other);
   /// Parsing fails where it is given with the other.
   Option* excludes(Option* other);
-  /// What help says of values.
+  /// Values, in the words of help.
   Option* type_name(std::string_view words);
 
   /// As help says it: "--size", or "HIGH" of a position.
   std::string get_name() const;
   /// Its names without dashes.
   const std::vector<std::string>& get_lnames() const;
-  /// What help says of it.
+  /// The text of help.
   std::string get_help() const;
-  /// How often it was given.
+  /// Number of times that it was given.
   std::size_t count() const;
   /// The values that were given.
   const std::vector<std::string>& results() const;
@@ -144,13 +144,13 @@ class Command {
   /// nullptr: there is none of that name.
   const Option* find_option(std::string_view name) const;
 
-  /// Of the program: adds a command.
+  /// Adds a command to the program.
   Command* add_command(std::string_view name, std::string_view description);
-  /// Of the program: all commands.
+  /// All commands of the program.
   std::vector<Command*> commands() const;
-  /// Of the program: the command that was given; nullptr: none.
+  /// The program's command that was given; nullptr: none.
   Command* chosen() const;
-  /// Of the program: sets variables. \returns whether a command is to run: not after --help and --version,
+  /// Parses the program's words and sets variables. \returns whether a command is to run: not after --help and --version,
   /// which it answers. \throws UsageError
   bool parse(std::vector<std::string> words);
   /// Words that parsing did not understand.

@@ -12,7 +12,7 @@
 namespace kiln::cli {
 namespace {
 
-/// How far a height field may lie from the mesh under it, as a share of its diagonal: by its heights.
+/// Distance of a height field from the mesh under it, as a share of its diagonal: by its heights.
 double relief(const Mesh& field) {
   const Bounds box = Bounds::of(field);
   double squared = 0;
@@ -46,11 +46,11 @@ bool is_height_field(const std::string& path) {
   return ending == ".png" || ending == ".exr";
 }
 
-HighPolyInput load_dense(const std::vector<std::string>& files, const HeightFieldOptions& heights,
-                         const LoadMeshOptions& options, bool named, std::vector<Warning>& warnings,
-                         bool beside) {
+HighPolyInput load_high(const std::vector<std::string>& files, const HeightFieldOptions& heights,
+                        const LoadMeshOptions& options, bool named, std::vector<Warning>& warnings,
+                        bool beside) {
   if (files.size() == 1 && is_height_field(files[0])) {
-    return load_dense(files[0], heights, warnings, options);
+    return load_high(files[0], heights, warnings, options);
   }
   for (const std::string& file : files) {
     if (!is_height_field(file)) continue;
@@ -71,10 +71,10 @@ HighPolyInput load_dense(const std::vector<std::string>& files, const HeightFiel
   return {std::move(read.mesh), {}, std::move(read.beside)};
 }
 
-HighPolyInput load_dense(const std::string& path, const HeightFieldOptions& heights,
-                         std::vector<Warning>& warnings, const LoadMeshOptions& options) {
+HighPolyInput load_high(const std::string& path, const HeightFieldOptions& heights,
+                        std::vector<Warning>& warnings, const LoadMeshOptions& options) {
   if (!is_height_field(path)) {
-    return load_dense(std::vector{path}, heights, options, /*named=*/false, warnings);
+    return load_high(std::vector{path}, heights, options, /*named=*/false, warnings);
   }
   HighPolyInput dense;
   dense.heights = load_image(path);

@@ -29,9 +29,9 @@ void add_height_options(Command& command, Job& job, const char* group) {
 /// True if a path names a height field: a PNG or EXR, by its ending.
 bool is_height_field(const std::string& path);
 
-/// What a mesh may be, for help texts: "PLY, OBJ, ...".
+/// File formats of meshes, for help texts: "PLY, OBJ, ...".
 std::string mesh_kinds();
-/// What the high poly may be.
+/// File formats of the high poly.
 std::string high_poly_kinds();
 
 /// A high poly, and what it was made of where it is a height field.
@@ -43,11 +43,11 @@ struct HighPolyInput {
 
 /// Several files are meshes, and joined. \param named, beside  see load_meshes() \param options  of meshes
 /// \throws Error(usage) where a mesh was given a height or an extent, Error(input) as the readers
-HighPolyInput load_dense(const std::vector<std::string>& files, const HeightFieldOptions& heights,
-                         const LoadMeshOptions& options, bool named, std::vector<Warning>& warnings,
-                         bool beside = false);
-HighPolyInput load_dense(const std::string& path, const HeightFieldOptions& heights,
-                         std::vector<Warning>& warnings, const LoadMeshOptions& options = {});
+HighPolyInput load_high(const std::vector<std::string>& files, const HeightFieldOptions& heights,
+                        const LoadMeshOptions& options, bool named, std::vector<Warning>& warnings,
+                        bool beside = false);
+HighPolyInput load_high(const std::string& path, const HeightFieldOptions& heights,
+                        std::vector<Warning>& warnings, const LoadMeshOptions& options = {});
 
 /// As a choice of the command has it. \param whole  what CleanHigh::automatic repairs: all, or windings alone
 /// \param all_parts  whether no part may be left out for its size
@@ -65,7 +65,7 @@ void turn_normals(const std::string& which, Trusted trust, Mesh& mesh,
 /// \returns what is the matter, and the remedy; empty where nothing is
 std::string why_inside_out(const Mesh& high, const Mesh& low);
 
-/// How far matching by UVs trusts the layouts of a high poly and of a low poly. Those of a height field
+/// The degree to which matching by UVs trusts the layouts of a high poly and of a low poly. Those of a height field
 /// agree by make; how far the surfaces are apart is what is baked, so its heights are allowed for.
 UvOptions uv_options(const HighPolyInput& dense, UvOptions options = {});
 /// That of a height field's mesh.

@@ -7,7 +7,7 @@
 #include "arguments/small_file.h"
 #include "kiln/files.h"
 #include "kiln/kiln.h"
-#include "report/json_text.h"
+#include "report/json.h"
 #include "report/report.h"
 
 namespace kiln::cli {

@@ -6,7 +6,7 @@
 
 #include "arguments/bake_job.h"
 #include "kiln/map.h"
-#include "report/json_text.h"
+#include "report/json.h"
 
 namespace kiln::cli {
 

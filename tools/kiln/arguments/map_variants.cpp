@@ -26,7 +26,7 @@ MapVariant parse_variant(const BakeJob& job, const std::string& word) {
     const std::string part = next();
     const std::string flag = "--" + part.substr(0, part.find('='));
     const OptionRow* const row = find_row(bake_rows(), flag);
-    // What is not a setting of maps is of the whole bake; lists have commas, which part the words of --maps.
+    // A flag that is no setting of maps is of the whole bake; lists have commas, which part the words of --maps.
     const bool is_setting =
         row != nullptr && row->is_of_maps() && row->serves(info) && row->value.type != "list";
     const std::string member = is_setting ? row->value.member : "";

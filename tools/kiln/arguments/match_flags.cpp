@@ -22,7 +22,7 @@ std::set<std::string> flags_of(const std::vector<OptionRow>& rows) {
 
 std::set<std::string> add_matching_flags(Command& command, BakeJob& job,
                                          const std::set<std::string>& without) {
-  // What says how meshes are read and points are found; but what a match has no say in.
+  // Flags of reading meshes and of finding points, but for those that a match has no say in.
   static const std::set<std::string> of_meshes = {
       "--high",         "--low",       "--triangulate",    "--tangents",
       "--uv-copies",    "--two-sided", "--split-at-seams", "--traversal",

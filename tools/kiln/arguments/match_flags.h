@@ -26,14 +26,14 @@ std::set<std::string> add_measured_map_flags(Command& command, BakeJob& argument
 /// to. \throws Error(usage)
 void check_cage_directions(const BakeJob& arguments, const Mesh& low, const Mesh& cage);
 
-/// What they read of files, beside the meshes.
+/// Files that flags of the match name, read beside the meshes.
 class MatchInputs {
  public:
   /// Parts, the cage's mesh, the saved match, what darkens beside HIGH and LOW. \throws Error(input) as their readers
   void read(const BakeJob& arguments, const Mesh& high, const Mesh& low,
             std::vector<Warning>& warnings);
 
-  /// What --cage auto finds, with a source of its own; after read(). Without the flag: nothing.
+  /// The cage of --cage auto, found with a source of its own; after read(). Without the flag: none.
   void make_cage(const BakeJob& arguments, const Device& device, const Mesh& high, const Mesh& low,
                  std::vector<Warning>& warnings);
 

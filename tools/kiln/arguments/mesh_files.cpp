@@ -81,7 +81,7 @@ void over_cells(const std::array<Vec2, 3>& uvs, const Use& use) {
   }
 }
 
-/// How much two files share, and where.
+/// Surface that two files share, and its place.
 struct Shared {
   std::uint64_t cells = 0;
   double u = 0, v = 0;

@@ -15,7 +15,7 @@ struct MeshFiles {
   Mesh mesh;
   std::vector<std::string> files;
   std::vector<std::size_t> first;  ///< Of each file's triangles, and their number
-  /// What they have beside the mesh, where asked for: nodes, and materials as Mesh::material_names; of its own
+  /// Contents beside the mesh, where asked for: nodes, and materials as Mesh::material_names; of its own
   /// mesh names of objects alone, as `object_nodes` counts them.
   Asset beside;
 

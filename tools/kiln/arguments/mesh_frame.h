@@ -1,4 +1,4 @@
-// What mesh files are in: --up, --unit, --uv-set, --allow-outside.
+// Axes, units and UV sets of mesh files: --up, --unit, --uv-set, --allow-outside.
 #pragma once
 
 #include <string>

@@ -1,10 +1,11 @@
-// What was meant by a word that is not known.
+// Guesses for a word that is not known.
 #pragma once
 
 #include <cstddef>
 #include <string>
 #include <vector>
 
+#include "arguments/command_line.h"
 #include "kiln/map.h"
 #include "kiln/match.h"
 
@@ -24,5 +25,8 @@ std::string nearest_word(const std::string& word, const std::vector<std::string>
 
 /// "'cavity' is not one of its values; did you mean curvature? Give normal, ao or mask".
 std::string not_one_of(const std::string& word, const std::vector<std::string>& words);
+
+/// The answer for a word that begins with "-" and is no flag of this command: whole sentences.
+std::string answer_to_unknown(const Command& command, const std::string& word);
 
 }  // namespace kiln::cli

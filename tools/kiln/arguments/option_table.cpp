@@ -82,7 +82,10 @@ void add_options(Command& command, std::span<const OptionRow> rows, void* job) {
     if (row.required) option->required();
     if (!is_flag) option->default_text(written(value.get(job)));
     for (const auto& [flag, other] : added) {
-      if (flag == row.excludes) option->excludes(other);
+      if ((" " + row.excludes + " ").find(" " + flag + " ") != std::string::npos) {
+        option->excludes(other);
+      }
+      if (flag == row.needs) option->needs(other);
     }
     added.emplace_back(row.flag, option);
   }

@@ -36,7 +36,7 @@ struct Member {
     , #member                    \
   }
 
-/// How the words after a flag become a member of a job, and how a report says that member.
+/// Conversion of the words after a flag to a member of a job, and of the member to a report.
 struct OptionValue {
   std::string type;    ///< For programs: flag, whole, number, choice, length, text, list...
   std::string words;   ///< What help says of values
@@ -162,6 +162,23 @@ OptionValue text(Member<Job, std::string> member, std::string_view words = "TEXT
       [=](Job& job) { return member.of(job).empty() ? Json() : Json(member.of(job)); });
 }
 
+/// One of several words.
+template <typename Job>
+OptionValue word(Member<Job, std::string> member, const std::vector<std::string>& words) {
+  OptionValue value = value_of<Job>(
+      member.path, "choice", one_of(words).words(),
+      [=](Job& job, const std::string& flag, const Option::Words& given) {
+        std::string text = given.back();
+        if (const std::string problem = one_of(words)(text); !problem.empty()) {
+          throw UsageError(flag + problem);
+        }
+        member.of(job) = text;
+      },
+      [=](Job& job) { return member.of(job); });
+  value.choices = words;
+  return value;
+}
+
 /// Texts. \param delimiter  between them; 0: the flag is given again for each
 template <typename Job>
 OptionValue texts(Member<Job, std::vector<std::string>> member, char delimiter = 0) {
@@ -194,7 +211,8 @@ struct OptionRow {
   /// Its key in reports; empty: that of the flag ("view_size"); "-": none
   std::string key = {};
   bool required = false;
-  std::string excludes = {};  ///< A flag of an earlier row
+  std::string excludes = {};  ///< Flags of earlier rows, with blanks between them
+  std::string needs = {};     ///< A flag of an earlier row
   /// The path in BakeOptions that matches and maps obey (obeys()) which it serves; empty: that of the member
   std::string_view option = {};
   bool in_fallback = true;   ///< It serves such a match as a fallback, too
@@ -270,7 +288,7 @@ void add_run_options(Command& command, Job& job, const char* group = "") {
   const OptionRow rows[] = {device_row<Job>(group), json_row<Job>(group), quiet_row<Job>(group)};
   add_options(command, rows, &job);
 }
-/// Of jobs with a member `load`. \param what  is read
+/// --triangulate, for jobs with a member `load`. \param what  is read
 template <typename Job>
 OptionRow triangulate_row(const char* group, const std::string& what) {
   return {
@@ -282,16 +300,17 @@ OptionRow triangulate_row(const char* group, const std::string& what) {
               "first corner, larger ones Delaunay; blender: as Blender 5 draws them; fan: around "
               "the first corner; shortest: along the shorter diagonal"};
 }
-/// Of jobs with a member `density`. \param high  what it calls the high poly
+/// --density. \param high  what the command calls the high poly
 template <typename Job>
-OptionRow density_row(const char* group, const std::string& high) {
+OptionRow density_row(const char* group, const std::string& high,
+                      Member<Job, TexelDensity> member) {
   return {.flag = "--density",
           .group = group,
-          .value = choice(KILN_MEMBER(Job, density), Words(kDensities)),
+          .value = choice(member, Words(kDensities)),
           .help = "Of large charts that Kiln lays out: texels by area, or more where " + high +
                   " has more detail"};
 }
-/// Of jobs with members `clean` and `keep_inner`.
+/// --clean, for jobs with members `clean` and `keep_inner`.
 template <typename Job>
 OptionRow clean_row(const char* group) {
   return {
@@ -310,7 +329,7 @@ OptionRow keep_inner_row(const char* group) {
           .value = toggle(KILN_MEMBER(Job, keep_inner)),
           .help = "--clean: keep parts of HIGH that no view from outside sees"};
 }
-/// Of jobs with a member `heights`.
+/// --height, for jobs with a member `heights`.
 template <typename Job>
 OptionRow height_row(const char* group) {
   return {.flag = "--height",

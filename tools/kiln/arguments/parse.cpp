@@ -202,9 +202,6 @@ std::pair<double, double> parse_view(const std::string& text) {
   return {azimuth, elevation};
 }
 
-namespace {
-
-/// "X,Y,Z", finite. \returns false for anything else
 template <typename T>
 bool parse_three(std::string_view rest, std::array<T, 3>& values) {
   for (std::size_t i = 0; i < 3; ++i) {
@@ -217,8 +214,8 @@ bool parse_three(std::string_view rest, std::array<T, 3>& values) {
   }
   return true;
 }
-
-}  // namespace
+template bool parse_three(std::string_view, std::array<double, 3>&);
+template bool parse_three(std::string_view, std::array<std::uint64_t, 3>&);
 
 Vec3 parse_direction(const char* flag, const std::string& text) {
   std::array<float, 3> values{};

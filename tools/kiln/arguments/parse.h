@@ -22,7 +22,7 @@ namespace kiln::cli {
 
 /// ASCII letters in lower case.
 std::string lower_case(std::string text);
-/// What a file's name ends in, in lower case: ".png".
+/// Extension of a file's name, in lower case: ".png".
 std::string lower_extension(const std::filesystem::path& path);
 
 /// "2048" or "2048x1024". \throws Error(usage)
@@ -63,6 +63,10 @@ std::pair<double, double> parse_extent(const std::string& text);
 
 /// The same as text; null: by the image.
 Json extent_json(const HeightFieldOptions& heights);
+
+/// "X,Y,Z", finite. \returns false for anything else
+template <typename T>
+bool parse_three(std::string_view text, std::array<T, 3>& values);
 
 /// "X,Y,Z", not all 0. \throws Error(usage)
 Vec3 parse_direction(const char* flag, const std::string& text);

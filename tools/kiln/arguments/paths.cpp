@@ -4,8 +4,8 @@
 
 #include "arguments/small_file.h"
 #include "kiln/files.h"
-#include "report/json_text.h"
-#include "report/terminal.h"
+#include "report/console.h"
+#include "report/json.h"
 
 namespace kiln::cli {
 namespace {

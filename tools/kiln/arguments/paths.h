@@ -20,7 +20,7 @@ void check_paths(const std::vector<std::filesystem::path>& inputs,
 
 /// Refuses to write over an OBJ that Kiln did not write. \throws Error(output)
 void check_not_foreign(const std::filesystem::path& obj, bool force);
-/// Whether Kiln wrote an OBJ, and nothing has written over it.
+/// True if Kiln wrote an OBJ, and nothing has written over it.
 bool is_own_obj(const std::filesystem::path& obj);
 
 /// The folder that a file goes to must take files; made where it is missing. Streams such as /dev/stdout need none.

@@ -64,7 +64,7 @@ std::string read_small_file(const std::filesystem::path& path, std::size_t most,
                             const std::string& what) {
   OutputSet::protect(path);
   RegularFile file(path);
-  // What a file system says is 0 bytes (/proc) may have some: one more than allowed is asked for.
+  // A file of 0 bytes by its file system (/proc) may have some: one more than allowed is asked for.
   std::string bytes = file.size() > most ? std::string() : file.read(most + 1);
   if (!file.problem().empty()) {
     throw Error(ErrorCode::input, what + " cannot be read (" + file.problem() +
@@ -74,7 +74,7 @@ std::string read_small_file(const std::filesystem::path& path, std::size_t most,
     throw Error(ErrorCode::input, what + " is longer than " + std::to_string(most >> 20) +
                                       " MiB, which such a file never is: check the path.");
   }
-  // What reads it may end there, and leave the rest out in silence.
+  // The reader may end there, and leave the rest out in silence.
   if (bytes.find('\0') != std::string::npos) {
     throw Error(ErrorCode::input, what +
                                       " holds bytes of 0, which no text has: check the path, "

@@ -2,199 +2,221 @@
 
 #include <algorithm>
 #include <array>
-#include <cctype>
-#include <charconv>
+#include <cmath>
 #include <string_view>
-#include <utility>
 
 #include "arguments/parse.h"
-#include "kiln/contour.h"
-#include "kiln/volume.h"
 
 namespace kiln::cli {
 namespace {
 
-constexpr std::array kTypes = {VoxelType::u8,  VoxelType::i8,  VoxelType::u16, VoxelType::i16,
-                               VoxelType::u32, VoxelType::i32, VoxelType::f32, VoxelType::f64};
 constexpr const char* kRawGroup = "Files without header";
+constexpr Word<Inside> kInside[] = {{"above", Inside::above}, {"below", Inside::below}};
+constexpr Word<VolumeBorder> kBorders[] = {{"closed", VolumeBorder::closed},
+                                           {"open", VolumeBorder::open}};
+constexpr Word<std::optional<bool>> kTopologies[] = {
+    {"auto", std::nullopt}, {"free", false}, {"keep", true}};
+constexpr Word<VoxelType> kVoxelTypes[] = {{"u8", VoxelType::u8},   {"i8", VoxelType::i8},
+                                           {"u16", VoxelType::u16}, {"i16", VoxelType::i16},
+                                           {"u32", VoxelType::u32}, {"i32", VoxelType::i32},
+                                           {"f32", VoxelType::f32}, {"f64", VoxelType::f64}};
+constexpr Word<ByteOrder> kByteOrders[] = {{"big", ByteOrder::big}, {"little", ByteOrder::little}};
 
-/// Three numbers with a separator between them.
-template <typename T>
-std::array<T, 3> parse_three(const char* flag, const std::string& text, char separator) {
-  std::array<T, 3> values{};
-  const char* at = text.data();
-  const char* const end = at + text.size();
-  for (std::size_t k = 0; k < 3; ++k) {
-    const auto [next, error] = std::from_chars(at, end, values[k]);
-    const bool last = k == 2;
-    if (error != std::errc() || (last ? next != end : next == end || *next != separator)) {
-      fail_usage(std::string(flag) + " '" + text + "': expected three numbers, as in 1" +
-                 separator + "2" + separator + "3.");
-    }
-    at = next + 1;
-  }
-  return values;
+using Job = SurfaceArguments;
+using Flagged = const std::string&;
+using Given = const Option::Words&;
+#define AT(member) KILN_MEMBER(SurfaceArguments, member)
+
+OptionValue iso_value() {
+  return value_of<Job>(
+      "options.contour.iso", "number", "NUMBER",
+      [](Job& job, Flagged, Given words) {
+        double value = 0;
+        if (!read_number(words.back(), value) || !std::isfinite(value)) {
+          fail_usage("--iso '" + words.back() + "': expected a finite number.");
+        }
+        job.iso = job.options.contour.iso = value;
+      },
+      [](Job& job) { return job.iso; });
 }
 
-/// A number, as the volume's values are.
-double parse_iso(const std::string& text) {
-  double value = 0;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-  if (error != std::errc() || end != text.data() + text.size() || !(value - value == 0)) {
-    fail_usage("--iso '" + text + "': expected a finite number.");
-  }
+OptionValue outer_gap_value() {
+  OptionValue value = whole(AT(options.contour.outer_gap), 0, 64);
+  value.get = reads<Job>([](Job& job) {
+    return job.options.contour.outer_only ? Json(job.options.contour.outer_gap) : Json();
+  });
   return value;
 }
 
-bool is_auto(const std::string& text) {
-  const auto same = [](char a, char b) { return std::tolower(static_cast<unsigned char>(a)) == b; };
-  constexpr std::string_view kAuto = "auto";
-  return std::equal(text.begin(), text.end(), kAuto.begin(), kAuto.end(), same);
+OptionValue error_value() {
+  OptionValue value = number(AT(error), 1e-6, 1e6).in("cells");
+  value.get = reads<Job>([](Job& job) {
+    return job.error ? Json(*job.error) : job.options.faces == 0 ? Json("auto") : Json();
+  });
+  return value;
 }
 
-/// Percent as a share of 1; nothing for "auto".
-std::optional<double> parse_min_part(const std::string& text) {
-  if (is_auto(text)) return std::nullopt;
-  double value = 0;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-  if (error != std::errc() || end != text.data() + text.size() || !(value >= 0 && value <= 100)) {
-    fail_usage("--min-part '" + text + "': expected a percentage from 0 to 100, or auto.");
-  }
-  return value / 100;
+/// Percent, or auto.
+OptionValue min_part_value() {
+  return value_of<Job>(
+      "options.min_part", "number", "PERCENT|auto",
+      [](Job& job, Flagged, Given words) {
+        double value = 0;
+        job.options.choose.min_part = lower_case(words.back()) == "auto";
+        if (!job.options.choose.min_part &&
+            (!read_number(words.back(), value) || !(value >= 0 && value <= 100))) {
+          fail_usage("--min-part '" + words.back() +
+                     "': expected a percentage from 0 to 100, or auto.");
+        }
+        job.options.min_part = value / 100;
+      },
+      [](Job& job) {
+        return job.options.choose.min_part ? Json("auto") : Json(100 * job.options.min_part);
+      });
+}
+
+/// Three numbers with a separator between them.
+template <typename T>
+OptionValue three(Member<Job, std::array<T, 3>> member, std::string_view words, char separator) {
+  return value_of<Job>(
+      member.path, "list", words,
+      [=](Job& job, Flagged flag, Given given) {
+        std::string text = given.back();
+        const auto between = std::count(text.begin(), text.end(), separator);
+        std::replace(text.begin(), text.end(), separator, ',');
+        std::array<T, 3>& values = member.of(job);
+        if (between == 2 && parse_three(text, values) &&
+            std::find(values.begin(), values.end(), T{}) == values.end()) {
+          return;
+        }
+        fail_usage(flag + " '" + given.back() + "': expected three numbers other than 0, as in 1" +
+                   separator + "2" + separator + "3.");
+      },
+      [=](Job& job) { return job.is_raw() ? Json(member.of(job)) : Json(); });
 }
 
 }  // namespace
 
-Option* add_surface_options(Command& command, SurfaceArguments& a) {
-  Option* iso = command.add_option("--iso", a.iso, "The surface's value")->group(kSurfaceGroup);
-  command.add_option("--inside", a.inside, "Which voxels are solid: above or below the iso value")
-      ->check(one_of({"above", "below"}))
-      ->capture_default_str()
-      ->group(kSurfaceGroup);
-  command
-      .add_option("--border", a.border,
-                  "Where the solid reaches the volume's border: closed (cut off flat) or open")
-      ->check(one_of({"closed", "open"}))
-      ->capture_default_str()
-      ->group(kSurfaceGroup);
-  Option* outer = command
-                      .add_flag("--outer", a.outer,
-                                "The outer surface alone: what cannot be reached from the "
-                                "volume's border is solid")
-                      ->group(kSurfaceGroup);
-  command
-      .add_option(
-          "--outer-gap", a.outer_gap,
-          "With --outer: reach by a cube of 2 N + 1 voxels a side, so that narrower gaps are "
-          "closed")
-      ->check(range(0U, 64U))
-      ->needs(outer)
-      ->capture_default_str()
-      ->group(kSurfaceGroup);
-  Option* faces = command.add_option("--faces", a.faces, "At most N triangles")
-                      ->check(range(1U, 100000000U))
-                      ->group(kSurfaceGroup);
-  command
-      .add_option("--error", a.error,
-                  "Without --faces: few triangles whose vertices fit the surface to so many cells "
-                  "(root mean square). Default: 0.1, or what leaves a twentieth of the full "
-                  "contour's triangles")
-      ->check(range(1e-6, 1e6))
-      ->excludes(faces)
-      ->group(kSurfaceGroup);
-  command
-      .add_option("--topology", a.topology,
-                  "keep every part, hole and handle, or be free to lose some to reach --faces. "
-                  "auto: keep, but free where that leaves more than twice the triangles aimed at; "
-                  "with --error: keep")
-      ->check(one_of({"auto", "keep", "free"}))
-      ->capture_default_str()
-      ->group(kSurfaceGroup);
-  command
-      .add_option("--min-part", a.min_part,
-                  "Leave out parts with less than P percent of the largest one's vertices, 0 to "
-                  "100. auto: under 1 percent, where 100 parts or more are so small")
-      ->capture_default_str()
-      ->group(kSurfaceGroup);
-  return iso;
+std::vector<OptionRow> surface_rows(bool iso_required) {
+  return {
+      {.flag = "--iso",
+       .group = kSurfaceGroup,
+       .value = iso_value(),
+       .help = "The surface's value",
+       .required = iso_required},
+      {.flag = "--inside",
+       .group = kSurfaceGroup,
+       .value = choice(AT(options.contour.inside), Words(kInside)),
+       .help = "Which voxels are solid: above or below the iso value"},
+      {.flag = "--border",
+       .group = kSurfaceGroup,
+       .value = choice(AT(options.contour.border), Words(kBorders)),
+       .help = "Where the solid reaches the volume's border: closed (cut off flat) or open"},
+      {.flag = "--outer",
+       .group = kSurfaceGroup,
+       .value = toggle(AT(options.contour.outer_only)),
+       .help = "The outer surface alone: what cannot be reached from the volume's border is solid"},
+      {.flag = "--outer-gap",
+       .group = kSurfaceGroup,
+       .value = outer_gap_value(),
+       .help = "With --outer: reach by a cube of 2 N + 1 voxels a side, so that narrower gaps are "
+               "closed (default 0)",
+       .needs = "--outer"},
+      {.flag = "--faces",
+       .group = kSurfaceGroup,
+       .value = whole(AT(options.faces), 1, 100000000).or_none(),
+       .help = "At most N triangles"},
+      {.flag = "--error",
+       .group = kSurfaceGroup,
+       .value = error_value(),
+       .help = "Without --faces: few triangles whose vertices fit the surface to so many cells "
+               "(root mean square). auto: 0.1, or what leaves a twentieth of the full contour's "
+               "triangles",
+       .excludes = "--faces"},
+      {.flag = "--topology",
+       .group = kSurfaceGroup,
+       .value = choice(AT(keep_topology), Words(kTopologies)),
+       .help = "keep every part, hole and handle, or be free to lose some to reach --faces. auto: "
+               "keep, but free where that leaves more than twice the triangles aimed at; with "
+               "--error: keep"},
+      {.flag = "--min-part",
+       .group = kSurfaceGroup,
+       .value = min_part_value(),
+       .help = "Leave out parts with less than P percent of the largest one's vertices, 0 to 100. "
+               "auto: under 1 percent, where 100 parts or more are so small",
+       .key = "min_part_percent"},
+  };
 }
 
-void add_chart_border_option(Command& command, SurfaceArguments& a) {
-  command.add_option("--chart-border", a.border_texels, "Texels around each chart")
-      ->check(range(1U, 64U))
-      ->capture_default_str()
-      ->group(kMapGroup);
-}
-
-void add_raw_options(Command& command, SurfaceArguments& a) {
-  Option* size =
-      command.add_option("--raw-size", a.raw_size, "XxYxZ voxels, x fastest")->group(kRawGroup);
-  std::vector<std::string> types;
-  for (const VoxelType type : kTypes) types.emplace_back(name_of(type));
-  command.add_option("--raw-type", a.raw_type, "The voxels' type")
-      ->check(one_of(types))
-      ->needs(size)
-      ->capture_default_str()
-      ->group(kRawGroup);
-  command.add_option("--raw-spacing", a.raw_spacing, "X,Y,Z units between voxels (default 1,1,1)")
-      ->needs(size)
-      ->group(kRawGroup);
-  command.add_option("--raw-order", a.raw_order, "Bytes' order: little or big endian")
-      ->check(one_of({"little", "big"}))
-      ->needs(size)
-      ->capture_default_str()
-      ->group(kRawGroup);
-  command
-      .add_option("--raw-header", a.raw_header,
-                  "Bytes to skip; -1: whatever precedes the last voxels")
-      ->needs(size)
-      ->capture_default_str()
-      ->group(kRawGroup);
+std::vector<OptionRow> file_and_chart_rows() {
+  return {
+      {.flag = "--chart-border",
+       .group = kMapGroup,
+       .value = whole(AT(options.border_texels), 1, 64),
+       .help = "Texels around each chart"},
+      {.flag = "--raw-size",
+       .group = kRawGroup,
+       .value = three(AT(raw.size), "NxNxN", 'x'),
+       .help = "XxYxZ voxels, x fastest",
+       .key = "-"},
+      {.flag = "--raw-type",
+       .group = kRawGroup,
+       .value = choice(AT(raw.type), Words(kVoxelTypes)),
+       .help = "The voxels' type",
+       .key = "-",
+       .needs = "--raw-size"},
+      {.flag = "--raw-spacing",
+       .group = kRawGroup,
+       .value = three(AT(raw.spacing), "X,Y,Z", ','),
+       .help = "Units between voxels (default 1,1,1)",
+       .key = "-",
+       .needs = "--raw-size"},
+      {.flag = "--raw-order",
+       .group = kRawGroup,
+       .value = choice(AT(raw.byte_order), Words(kByteOrders)),
+       .help = "Bytes' order: little or big endian",
+       .key = "-",
+       .needs = "--raw-size"},
+      {.flag = "--raw-header",
+       .group = kRawGroup,
+       .value = value_of<Job>(
+           "raw.header_bytes", "whole", "N",
+           [](Job& job, Flagged flag, Given words) {
+             if (read_number(words.back(), job.raw.header_bytes)) return;
+             throw UsageError(flag + " is '" + words.back() + "': give a number");
+           },
+           [](Job& job) { return job.raw.header_bytes; }),
+       .help = "Bytes to skip; -1: whatever precedes the last voxels",
+       .key = "-",
+       .needs = "--raw-size"},
+  };
 }
 
 void check(const SurfaceArguments& a) {
-  if (a.topology == "free" && a.faces == 0) fail_usage("--topology free needs --faces.");
-  parse_min_part(a.min_part);
+  if (a.keep_topology == false && a.options.faces == 0) {
+    fail_usage("--topology free needs --faces.");
+  }
 }
 
 ExtractOptions extract_options(const SurfaceArguments& a) {
-  ExtractOptions options;
-  options.contour.iso = parse_iso(a.iso);
-  options.contour.inside = a.inside == "above" ? Inside::above : Inside::below;
-  options.contour.border = a.border == "closed" ? VolumeBorder::closed : VolumeBorder::open;
-  options.contour.outer_only = a.outer;
-  options.contour.outer_gap = a.outer_gap;
-  options.faces = a.faces;
-  const bool chosen = a.faces == 0 && !a.error;
+  ExtractOptions options = a.options;
+  options.choose.error = options.faces == 0 && !a.error;
   options.error = a.error.value_or(options.error);
-  options.choose.error = chosen;
-  const std::optional<double> min_part = parse_min_part(a.min_part);
-  options.min_part = min_part.value_or(0);
-  options.choose.min_part = !min_part;
-  options.keep_topology = a.topology != "free";
-  options.choose.topology = a.topology == "auto" && !a.error;
-  options.border_texels = a.border_texels;
+  options.choose.topology = !a.keep_topology && !a.error;
+  options.keep_topology = a.keep_topology.value_or(true);
   return options;
 }
 
 Volume read_volume(const std::string& path, const SurfaceArguments& a,
                    std::vector<Warning>& warnings) {
-  if (a.raw_size.empty()) return load_volume(path, &warnings);
+  if (!a.is_raw()) return load_volume(path, &warnings);
   if (is_volume_name(path)) {
     fail_usage(
         "'" + path +
         "' is named as a format with a header, but --raw-size and its companions are for files "
         "without: leave them out.");
   }
-  RawVolumeLayout layout;
-  layout.size = parse_three<std::uint64_t>("--raw-size", a.raw_size, 'x');
-  layout.type = *voxel_type_of(a.raw_type);
-  if (!a.raw_spacing.empty()) {
-    layout.spacing = parse_three<double>("--raw-spacing", a.raw_spacing, ',');
-  }
-  layout.byte_order = a.raw_order == "little" ? ByteOrder::little : ByteOrder::big;
-  layout.header_bytes = a.raw_header;
-  return load_raw_volume(path, layout, &warnings);
+  return load_raw_volume(path, a.raw, &warnings);
 }
 
 Json describe(const Volume& volume, const std::string& path) {
@@ -205,20 +227,7 @@ Json describe(const Volume& volume, const std::string& path) {
           {"axes", volume.axes}};
 }
 
-Json describe(const SurfaceArguments& a, const ExtractOptions& options) {
-  return {
-      {"iso", options.contour.iso},
-      {"inside", a.inside},
-      {"border", a.border},
-      {"outer", a.outer},
-      {"outer_gap", a.outer ? Json(a.outer_gap) : Json()},
-      {"faces", a.faces == 0 ? Json() : Json(a.faces)},
-      {"error", a.error        ? Json(*a.error)
-                : a.faces == 0 ? Json("auto")
-                               : Json()},
-      {"topology", a.topology},
-      {"min_part_percent", options.choose.min_part ? Json("auto") : Json(100 * options.min_part)}};
-}
+Json describe(const SurfaceArguments& a) { return values_json(surface_rows(false), &a); }
 
 Json describe(const ExtractUsed& used) {
   return {{"size", used.size},

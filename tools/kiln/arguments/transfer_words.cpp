@@ -47,7 +47,7 @@ bool is_there(const std::string& file) {
   return fs::exists(file, ignored);
 }
 
-/// Where no such file is there, but one before a colon is: the words after it are wrong. \throws Error(usage)
+/// If there is no such file, but one before a colon: the words after it are wrong. \throws Error(usage)
 void check_words(const std::string& text, const std::string& file) {
   if (is_there(file)) return;
   if (file.starts_with("mtl:")) {

@@ -49,7 +49,7 @@ MapVariant parse_variant(const BakeJob& job, const std::string& word);
 MapKind variant_kind(const std::string& word);
 /// The kinds of --maps, those of variants among them.
 std::vector<MapKind> kinds_asked(const BakeJob& job);
-/// What occludes is the same in every map: call it when the meshes are there.
+/// Occluders are the same for every map: call it when the meshes are there.
 void share_occluders(BakeOptions& options);
 
 /// Every map's name: maps_asked() and own_map_names().

@@ -1,4 +1,4 @@
-// How a low poly is laid out, as --unwrap says.
+// The layout of a low poly, as --unwrap says.
 #pragma once
 
 #include <cstdint>

@@ -40,7 +40,7 @@ class Words {
     return nullptr;
   }
   bool contains(std::string_view word) const { return find(word) != nullptr; }
-  /// Of a word that was checked.
+  /// Value of a word that was checked.
   T at(std::string_view word) const {
     const T* const value = find(word);
     if (value == nullptr) throw Error(ErrorCode::internal, "An option's value is not known.");
@@ -111,7 +111,7 @@ inline constexpr Word<ImageFormat> kFormats[] = {
     {"tga", ImageFormat::tga},           {"tiff16", ImageFormat::tiff16},
     {"tiff32", ImageFormat::tiff_float}, {"tiff8", ImageFormat::tiff8},
     {"webp", ImageFormat::webp}};
-/// What --fallback can end with.
+/// Words that --fallback can end with.
 inline constexpr Word<MissPolicy> kMisses[] = {
     {"fill", MissPolicy::fill}, {"low", MissPolicy::keep}, {"mark", MissPolicy::mark}};
 inline constexpr Word<IdBy> kIdBy[] = {{"group", IdBy::group},
@@ -130,7 +130,7 @@ inline constexpr Word<UvCopies> kUvCopies[] = {
     {"first", UvCopies::first}, {"mirrored", UvCopies::mirrored}, {"plain", UvCopies::plain}};
 inline constexpr Word<TexelDensity> kDensities[] = {{"area", TexelDensity::area},
                                                     {"detail", TexelDensity::detail}};
-/// What is repaired in HIGH.
+/// Repairs of HIGH.
 enum class CleanHigh {
   automatic,  ///< All where Kiln makes the low poly with new UVs, else windings alone
   none,

@@ -11,7 +11,7 @@
 #include "command/bake_run.h"
 #include "kiln/asset.h"
 #include "kiln/files.h"
-#include "report/json_text.h"
+#include "report/json.h"
 
 namespace kiln::cli {
 namespace {
@@ -50,7 +50,7 @@ struct AssetMesh {
   std::vector<std::size_t> sets;  ///< Of each material
 };
 
-/// How a material of LOW shows, by the one of HIGH; else by LOW's own.
+/// Look of a material of LOW, by the one of HIGH; else by LOW's own.
 void describe_surface(const Material* of_high, const Material* of_low, AssetMaterial& material) {
   const Material* const shown = of_high != nullptr ? of_high : of_low;
   material.alpha_mode = AlphaMode::opaque;

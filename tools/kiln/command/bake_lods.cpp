@@ -6,7 +6,7 @@
 #include "command/bake_run.h"
 #include "kiln/files.h"
 #include "kiln/plan.h"
-#include "report/json_text.h"
+#include "report/json.h"
 
 namespace kiln::cli {
 namespace {

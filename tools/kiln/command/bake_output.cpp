@@ -31,7 +31,7 @@ fs::path beside(const BakeJob& arguments, const SetNames& names, const std::stri
   return fs::path(arguments.out) / (names.stem + "_" + what + names.tile + extension);
 }
 
-/// Of a map for one of several clusters of directions.
+/// File of a map for one of several clusters of directions.
 std::string cluster_name(const std::string& map, std::uint32_t cluster) {
   return cluster == 0 ? map : map + "_" + std::to_string(cluster);
 }
@@ -393,7 +393,7 @@ void check_outputs(const BakeJob& arguments, const SaveImageOptions& save_option
   for (const TransferArgument& transfer : parse_transfers(arguments)) {
     inputs.emplace_back(transfer.file);
   }
-  if (plans_light(arguments)) {
+  if (plans_low_poly(arguments)) {
     for (const std::string& file : plot_files(stem + "_plan")) outputs.push_back(folder / file);
   }
   check_paths(inputs, outputs);

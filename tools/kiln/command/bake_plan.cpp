@@ -116,13 +116,13 @@ Warning bounds_not_reached(const std::vector<MapReached>& bounds, std::uint32_t 
 }
 
 void warn_of_heavy_low(const Mesh& low, const Mesh& high, std::vector<Warning>& warnings) {
-  const std::uint64_t light = split_vertices(low), dense = high.positions.size();
-  if (2 * light <= dense) return;
+  const std::uint64_t vertices = split_vertices(low), dense = high.positions.size();
+  if (2 * vertices <= dense) return;
   warnings.push_back({"low-heavy",
-                      "The low poly has " + with_commas(light) +
+                      "The low poly has " + with_commas(vertices) +
                           " vertices, more than half of the high poly's " + with_commas(dense) +
                           ": ask for fewer faces, or accept more error.",
-                      light});
+                      vertices});
 }
 
 void warn_of_outline(const LowPolyPlan& plan, const std::string& place,

@@ -65,7 +65,7 @@ Json seconds(const Stages& stages, const BakeReport& report, double total) {
 
 }  // namespace
 
-/// How many samples have which reason, with an example each; the colour is that of NAME_reasons.png.
+/// Number of samples for each reason, with an example; the colour is that of NAME_reasons.png.
 Json reasons_json(const Reasons& reasons) {
   const auto infos = reason_infos();
   Json list = Json::array();
@@ -85,11 +85,11 @@ Json reasons_json(const Reasons& reasons) {
 
 namespace {
 
-/// What only some bakes have.
+/// Keys that only some bakes have.
 void add_parts(const BakeRun& run, Json& json) {
   const BakeReport& report = run.result.report;
   const LowMesh& low = run.low;
-  // What 0 and 1 of integer formats stand for, a channel each.
+  // Values at 0 and 1 of integer formats, a channel each.
   if (!run.ranges.empty() && run.sets.empty()) json["ranges"] = run.ranges;
   if (!run.stored_errors.empty() && run.sets.empty()) json["stored_errors"] = run.stored_errors;
   if (run.origin) json["origin"] = *run.origin;
@@ -144,7 +144,7 @@ void add_parts(const BakeRun& run, Json& json) {
   json["low"]["density_spread"] = low.unwrapped->density_spread;
 }
 
-/// What was read of the user's LOW, and of several files.
+/// The user's LOW as it was read, and several files.
 void add_files(const BakeRun& run, Json& json) {
   const BakeJob& arguments = run.arguments;
   if (!arguments.more_high.empty()) json["inputs"]["high"]["files"] = high_files(arguments);

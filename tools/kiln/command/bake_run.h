@@ -30,7 +30,7 @@ namespace kiln::cli {
 /// Shares of the whole work at which the stages begin, for a bar that moves steadily.
 inline constexpr double kAtLow = 0.08, kAtSource = 0.15, kAtBake = 0.3, kAtSave = 0.8;
 
-/// Of a LOW that was read.
+/// Polygons of a LOW that was read.
 struct PolygonCounts {
   std::uint64_t quads = 0, larger = 0;  ///< Of four corners, and of more
 };
@@ -62,7 +62,7 @@ struct BakedSet {
   std::optional<Reasons> reasons;      ///< With --reasons
 };
 
-/// What the files of a set, or of the only layout, have in their names before and after what they hold.
+/// Beginning and end of names of files of a set, or of the only layout.
 struct SetNames {
   std::string stem;   ///< "low_glass" of a material or object
   std::string tile;   ///< ".1001" of a UDIM tile
@@ -92,7 +92,7 @@ struct BakeRun {
   std::optional<Reasons> reasons;
   std::optional<PlannedBake> planned;
   std::optional<LowPolyPlan> plan;  // its mesh and maps are `low` and `result`
-  std::optional<LodChain> lods;     // its first level is `light`
+  std::optional<LodChain> lods;     // its first level is `low`
   Json lod_levels = Json::array();
   std::vector<BakedSet> sets;     // none: one layout for all
   const BakedSet* set = nullptr;  // of `sets`, that is baked and written; null: all in one
@@ -101,7 +101,7 @@ struct BakeRun {
   std::vector<std::string> outputs;
   std::optional<RunningProgram> python;                        // to draw a plan
   std::vector<std::shared_ptr<const AssetPictures>> pictures;  // of a GLB, one a set
-  /// Of a GLB, per triangle of LOW: the material of HIGH that it shows where that is transparent or double-sided.
+  /// For a GLB, per triangle of LOW: the material of HIGH that it shows where that is transparent or double-sided.
   std::vector<std::uint32_t> materials_hit;
   static constexpr std::uint32_t kNoMaterial = 0xFFFFFFFFU;
   Json mips, ranges = Json::object();
@@ -114,9 +114,9 @@ struct BakeRun {
 
 /// The maps' stem; and of the low poly that is written beside them, where one is.
 std::string low_stem(const BakeJob& arguments);
-/// Of a level of detail.
+/// Stem of the files of a level of detail.
 std::string lod_stem(const BakeJob& arguments, std::size_t level);
-/// What the low poly comes from: a file that is read.
+/// The file that the low poly comes from.
 const std::string& low_source(const BakeJob& arguments);
 /// Reads LOW; or makes one from HIGH; or unwraps the given one.
 LowMesh prepare_low(const BakeJob& arguments, const HighPolyInput& dense, Console& console,
@@ -127,9 +127,9 @@ void warn_of_heavy_low(const Mesh& low, const Mesh& high, std::vector<Warning>& 
 
 // ---- bake_plan.cpp ----
 
-/// What to plan.
+/// Options of the plan.
 LowPolyPlanOptions low_poly_options(const BakeRun& run);
-/// Of maps that a plan's largest size does not do for.
+/// Warnings for maps that a plan's largest size does not do for.
 Warning bounds_not_reached(const std::vector<MapReached>& bounds, std::uint32_t size);
 
 /// Plans the low poly, its map and the match together, and makes them. \returns false where it was cancelled
@@ -175,11 +175,11 @@ bool bake_sets(BakeRun& run, const Source& source);
 
 // ---- bake_asset.cpp ----
 
-/// Of a GLB, glTF or OBJ without --maps: normal and ao...
+/// Maps of a GLB, glTF or OBJ without --maps: normal and ao...
 void start_asset_maps(BakeJob& arguments);
 /// ... and those that HIGH's materials and colours have.
 void choose_asset_maps(BakeRun& run);
-/// Of a GLB: lets the bake keep its match where LOW's materials do not tell which of HIGH's they show.
+/// For a GLB: lets the bake keep its match where LOW's materials do not tell which of HIGH's they show.
 void keep_asset_match(BakeRun& run);
 /// Encodes the run's maps as the pictures of the next set, or of the only one.
 void encode_asset_maps(BakeRun& run);

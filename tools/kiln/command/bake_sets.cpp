@@ -166,7 +166,7 @@ void add_to(std::optional<HighCoverageReport>& sum, const std::optional<HighCove
   sum->weight = all;
 }
 
-/// What all sets come to.
+/// Sums over all sets.
 void add_to(BakeReport& sum, const BakeReport& report) {
   sum.mean_abs_distance +=  // times samples, until all are there
       report.mean_abs_distance * static_cast<double>(report.samples - report.missed);
@@ -275,7 +275,7 @@ bool are_tiles(const BakeRun& run, const Source& source) {
   }
 }
 
-/// Whether a match was saved a tile each.
+/// True if a match was saved for each tile.
 bool has_matches_of_tiles(const BakeRun& run) {
   const std::string& path = run.arguments.load_match;
   std::error_code none;

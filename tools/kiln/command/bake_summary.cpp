@@ -1,4 +1,4 @@
-// What a bake says at its end.
+// Summary of a bake.
 #include <cstdio>
 
 #include "arguments/map_bounds.h"

@@ -21,8 +21,8 @@
 #include "kiln/simplify.h"
 #include "report/causes.h"
 #include "report/check_result.h"
+#include "report/console.h"
 #include "report/missed_patch.h"
-#include "report/terminal.h"
 
 namespace kiln::cli {
 namespace {
@@ -74,13 +74,13 @@ void warn_about_weights(const BakeJob& arguments, const VisibilityOptions& visib
                       1});
 }
 
-/// Where most is missed.
+/// Place where most is missed.
 std::string missed_place(const BakeResult& result, const Mesh& low) {
   const Image& map = result.maps.front().image;
   return describe(largest_missed_patch(result.coverage, map.width, map.height, low));
 }
 
-/// Of a low poly that was made here: both meshes lie in one place.
+/// Check of a low poly that was made here: both meshes lie in one place.
 std::string misses_of_made(const BakeReport& report, double strays) {
   char text[256];
   std::snprintf(
@@ -127,7 +127,7 @@ void widen_search(BakeRun& run) {
   run.options.match.max_distance = Length::share(made.search_distance());
 }
 
-/// Of planning, without the bake of the result.
+/// Time of planning, without the bake of the result.
 double planning(const BakeReport& report, double all) {
   const double baked = report.seconds_build + report.seconds_texels + report.seconds_match +
                        report.seconds_detail + report.seconds_recall + report.seconds_image +
@@ -170,8 +170,8 @@ bool read_inputs(BakeRun& run) {
     if (!run.console.progress(0, "reading " + file)) return false;
   }
   run.dense =
-      load_dense(high_files(arguments), arguments.heights, load_options(arguments, MeshSide::high),
-                 has_more_files(arguments) && !made, run.warnings, !arguments.asset.empty());
+      load_high(high_files(arguments), arguments.heights, load_options(arguments, MeshSide::high),
+                has_more_files(arguments) && !made, run.warnings, !arguments.asset.empty());
   choose_asset_maps(run);
   run.cleaned = clean_high(run.dense.mesh, clean_options(arguments), run.warnings);
   if (!arguments.load_match.empty() &&
@@ -192,7 +192,7 @@ bool read_inputs(BakeRun& run) {
   run.warnings_of_high = run.warnings.size();
   run.stages.load = run.watch.lap();
   warn_about_weights(arguments, run.options.match.visibility, run.warnings);
-  if (plans_light(arguments)) {
+  if (plans_low_poly(arguments)) {
     run.low.stem = low_stem(arguments);
     run.low.made = true;
   } else {
@@ -242,7 +242,7 @@ void make_cage(BakeRun& run, const Source& source) {
   run.stages.cage = run.watch.lap();
 }
 
-/// How far rendered normals of LOW with a small map of its own are off HIGH's, mean degrees; with nothing found, none.
+/// Error of rendered normals of LOW with a small map of its own, mean degrees; with nothing found, none.
 std::optional<double> normals_off(const BakeRun& run, const Source& source, const Mesh& low,
                                   const ScreenPictures& pictures) {
   constexpr std::uint32_t kMostTexels = 256;
@@ -306,7 +306,7 @@ bool make_maps(BakeRun& run, const Source& source, double done, double share) {
     run.match = load_match(match_file(run.arguments.load_match, names_of(run)));
     run.options.match.saved = &*run.match;
   }
-  if (plans_light(run.arguments)) {
+  if (plans_low_poly(run.arguments)) {
     const bool made = run.arguments.lods > 0 ? make_lods(run, source) : make_plan(run, source);
     if (!made) return false;
     warn_of_heavy_low(run.low.mesh, run.dense.mesh, run.warnings);
@@ -400,7 +400,7 @@ int run_bake(const BakeJob& given) {
   prepare_parent(arguments.save_match);
   prepare_parent(arguments.save_cage);
 
-  if (plans_light(arguments)) run.python = start_python();
+  if (plans_low_poly(arguments)) run.python = start_python();
   const Device device = Device::open(arguments.device);
   if (!read_inputs(run)) return kExitCancelled;
   if (!run.console.progress(kAtSource, "preparing the high poly")) return kExitCancelled;

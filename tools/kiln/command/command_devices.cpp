@@ -4,14 +4,14 @@
 #include "cl/driver_state.h"
 #include "commands.h"
 #include "kiln/kiln.h"
-#include "report/json_text.h"
+#include "report/console.h"
+#include "report/json.h"
 #include "report/report.h"
-#include "report/terminal.h"
 
 namespace kiln::cli {
 namespace {
 
-/// What the device's self-test says, or why it cannot be opened; empty: it computes as it should.
+/// Result of the device's self-test, or why it cannot be opened; empty: it computes as it should.
 std::string fault_of(const DeviceInfo& info) {
   try {
     Device::open(std::to_string(info.index));

@@ -9,9 +9,9 @@
 #include "commands.h"
 #include "kiln/kiln.h"
 #include "picture/sheet.h"
+#include "report/console.h"
 #include "report/map_file.h"
 #include "report/report.h"
-#include "report/terminal.h"
 
 namespace kiln::cli {
 namespace {
@@ -42,7 +42,7 @@ void check(const DiffArguments& arguments) {
   prepare_parent(arguments.out);
 }
 
-/// Where the maps differ: a picture with its scale (PNG), or the values as they are (EXR). The maps are gone after it.
+/// Saves the difference of the maps: a picture with its scale (PNG), or the values as they are (EXR). The maps are gone after it.
 void save_difference(const DiffArguments& arguments, Image& a, Image& b, const Image* mask) {
   constexpr Colour kMasked = {0.55F, 0.60F, 0.68F};
   const bool by_channel =

@@ -41,7 +41,7 @@ RenderOptions render_options(const RenderArguments& arguments) {
   return options;
 }
 
-/// What would only be found out after the meshes were read.
+/// Checks that would otherwise fail after the meshes were read.
 void check(const RenderArguments& arguments) {
   if (arguments.size < 1 || arguments.size > 8192) {
     throw Error(ErrorCode::usage,
@@ -138,7 +138,7 @@ Image draw_picture(const RenderArguments& arguments, const Scene* high, const Sc
   return make_sheet(panels, scale, panels.size());
 }
 
-/// How many pictures are held at a time: all that are drawn, what they become together, and those that help.
+/// Number of pictures that are held at a time: all that are drawn, what they become together, and those that help.
 std::uint64_t pictures_held(const RenderArguments& arguments, bool has_map) {
   if (arguments.views != 0) return 2 * std::uint64_t{arguments.views};
   if (!arguments.show.empty()) return 2 * arguments.show.size() + 1;
@@ -152,7 +152,7 @@ std::uint64_t pictures_held(const RenderArguments& arguments, bool has_map) {
   return panels + std::max(helpers, arguments.error ? panels + 2 : panels);
 }
 
-/// What frames take: of the original, of the low poly, of the low poly with the map (Wang et al., figure 7;
+/// Times of frames, drawn of the original, of the low poly, of the low poly with the map (Wang et al., figure 7;
 /// Barry and Wood, table 1).
 Json time_frames(const RenderArguments& arguments, Console& console, const Scene* high,
                  const Scene& low, bool has_map, RenderOptions options) {
@@ -212,7 +212,7 @@ Json describe_options(const RenderArguments& arguments, const RenderOptions& opt
                {"match_flags", arguments.bake.given},
                {"map_size", bakes(arguments) ? Json(arguments.map_size) : Json()},
                {"flip_y", arguments.flip_y}};
-  json["at"] = options.at ? Json(*options.at) : Json();
+  json["at"] = options.at;
   json["views"] = arguments.views != 0 ? Json(arguments.views) : Json();
   return json;
 }
@@ -243,9 +243,9 @@ int run_render(const RenderArguments& arguments) {
   const Mesh mesh = load_low(baking(arguments), warnings);
   std::optional<HighPolyInput> dense;
   if (!arguments.reference.empty()) {
-    dense = load_dense(high_files(baking(arguments)), arguments.heights,
-                       load_options(arguments.bake, MeshSide::high), has_more_files(arguments.bake),
-                       warnings);
+    dense = load_high(high_files(baking(arguments)), arguments.heights,
+                      load_options(arguments.bake, MeshSide::high), has_more_files(arguments.bake),
+                      warnings);
   }
   const Mesh* const reference = dense ? &dense->mesh : nullptr;
   if (reference != nullptr) warn_of_boxes("--reference and MESH", *reference, mesh, warnings);

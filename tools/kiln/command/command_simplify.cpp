@@ -2,6 +2,8 @@
 #include <cstdio>
 #include <memory>
 #include <optional>
+#include <set>
+#include <string>
 
 #include "arguments/high_poly_input.h"
 #include "arguments/mesh_files.h"
@@ -23,7 +25,7 @@
 namespace kiln::cli {
 namespace {
 
-/// Of `--normals`.
+/// Words of `--normals`.
 constexpr const char *kForMap = "map", *kForShading = "shading";
 
 struct SimplifyArguments {
@@ -43,7 +45,7 @@ struct SimplifyArguments {
   bool quiet = false, force = false;
 };
 
-/// What the summary says of the layout.
+/// The layout, in the words of the summary.
 std::string layout_words(std::uint64_t charts, double coverage, bool kept) {
   char text[128];
   const char* const covers = charts == 1 ? kept ? "chart was kept, and covers" : "chart covers"
@@ -72,15 +74,14 @@ int run_simplify(const SimplifyArguments& arguments) {
   Stopwatch watch;
   const std::filesystem::path out = arguments.out;
   if (out.extension() != ".obj") {
-    throw Error(ErrorCode::usage,
-                "--out '" + arguments.out +
-                    "': the low poly is written as OBJ, so the name must end in .obj.");
+    fail_usage("--out '" + arguments.out +
+               "': the low poly is written as OBJ, so the name must end in .obj.");
   }
   const auto [width, height] = parse_size(arguments.size);
   if (arguments.keep_uvs && arguments.laid_out) {
-    throw Error(ErrorCode::usage,
-                "--size, --unwrap and --density are for new charts, but --keep-uvs keeps those of "
-                "HIGH: leave one of them out.");
+    fail_usage(
+        "--size, --unwrap and --density are for new charts, but --keep-uvs keeps those of HIGH: "
+        "leave one of them out.");
   }
   check_density(arguments.by_density, arguments.unwrap);
   check_mesh_frame(arguments.frame, {arguments.high}, {}, {});
@@ -199,66 +200,73 @@ Run add_simplify(Command& app) {
   Command* command =
       app.add_command("simplify", "Make a low poly from a high poly: few faces, with UVs");
   auto arguments = std::make_shared<SimplifyArguments>();
-  command->add_option("HIGH", arguments->high, "The high poly (" + mesh_kinds() + ")")->required();
-  command->add_option("--out", arguments->out, "The low poly to write (OBJ)")->required();
-  Option* faces = command
-                      ->add_option("--faces", arguments->faces,
-                                   "Number of triangles (default: as few as --max-error allows)")
-                      ->check(range(1U, 100000000U));
-  command
-      ->add_option(
-          "--max-error", arguments->max_error,
-          "Largest deviation, both ways, percent of the diagonal: 0.2% or 0.2 (default 0.2%)")
-      ->excludes(faces);
-  add_options(*command, mesh_frame_rows<SimplifyArguments>("Files of meshes", false),
-              arguments.get());
-  Option* size =
-      command->add_option("--size", arguments->size, "Map size that the borders are meant for")
-          ->capture_default_str();
-  Option* unwrap =
-      command
-          ->add_option("--unwrap", arguments->unwrap,
-                       "How UVs are laid out: charts (few large ones), pairs (of triangles) or "
-                       "squares (pairs in equal squares, to compare with)")
-          ->check(one_of({"charts", "pairs", "squares"}))
-          ->capture_default_str();
   using Job = SimplifyArguments;
-  const OptionRow rows[] = {density_row<Job>("", "HIGH"),
-                            triangulate_row<Job>("", "HIGH"),
-                            clean_row<Job>(""),
-                            keep_inner_row<Job>(""),
-                            json_row<Job>(""),
-                            quiet_row<Job>("")};
-  add_options(*command, rows, arguments.get());
-  const Option* density = command->find_option("--density");
-  Option* keep =
-      command->add_flag("--keep-uvs", arguments->keep_uvs,
-                        "Keep HIGH's UVs, seams and groups instead of making new charts");
-  Option* hull = command
-                     ->add_flag("--hull", arguments->hull,
-                                "Enclose HIGH: nothing of it pokes through the low poly")
-                     ->excludes(keep);
-  command
-      ->add_flag("--keep-parts", arguments->keep_parts,
-                 "Keep parts of HIGH that are smaller than the low poly's deviation")
-      ->needs(faces)
-      ->excludes(keep)
-      ->excludes(hull);
-  command
-      ->add_option("--hard-angle", arguments->hard_angle,
-                   "Seams where normals part by so many degrees are hard edges (0: all, 180: none)")
-      ->check(range(0.0, 180.0))
-      ->capture_default_str()
-      ->excludes(keep);
-  command
-      ->add_option("--normals", arguments->normals,
-                   "What normals are for: a normal map, or shading without one")
-      ->check(one_of({kForMap, kForShading}))
-      ->capture_default_str();
-  command->add_flag("--force", arguments->force, "Write over an OBJ that Kiln did not write");
-  return [arguments, size, unwrap, density] {
-    arguments->laid_out = size->count() > 0 || unwrap->count() > 0 || density->count() > 0;
-    arguments->by_density = density->count() > 0;
+#define AT(member) KILN_MEMBER(SimplifyArguments, member)
+  const OptionRow first[] = {
+      {.flag = "HIGH",
+       .value = text(AT(high)),
+       .help = "The high poly (" + mesh_kinds() + ")",
+       .required = true},
+      {.flag = "--out",
+       .value = text(AT(out)),
+       .help = "The low poly to write (OBJ)",
+       .required = true},
+      {.flag = "--faces",
+       .value = whole(AT(faces), 1, 100000000).or_none(),
+       .help = "Number of triangles (default: as few as --max-error allows)"},
+      {.flag = "--max-error",
+       .value = text(AT(max_error)),
+       .help = "Largest deviation, both ways, percent of the diagonal: 0.2% or 0.2 (default 0.2%)",
+       .excludes = "--faces"},
+  };
+  const OptionRow others[] = {
+      {.flag = "--size",
+       .value = text(AT(size)),
+       .help = "Map size that the borders are meant for"},
+      {.flag = "--unwrap",
+       .value = word(AT(unwrap), {"charts", "pairs", "squares"}),
+       .help = "How UVs are laid out: charts (few large ones), pairs (of triangles) or squares "
+               "(pairs in equal squares, to compare with)"},
+      density_row<Job>("", "HIGH", AT(density)),
+      triangulate_row<Job>("", "HIGH"),
+      clean_row<Job>(""),
+      keep_inner_row<Job>(""),
+      json_row<Job>(""),
+      quiet_row<Job>(""),
+      {.flag = "--keep-uvs",
+       .value = toggle(AT(keep_uvs)),
+       .help = "Keep HIGH's UVs, seams and groups instead of making new charts"},
+      {.flag = "--hull",
+       .value = toggle(AT(hull)),
+       .help = "Enclose HIGH: nothing of it pokes through the low poly",
+       .excludes = "--keep-uvs"},
+      {.flag = "--keep-parts",
+       .value = toggle(AT(keep_parts)),
+       .help = "With --faces: keep parts of HIGH that are smaller than the low poly's deviation",
+       .excludes = "--keep-uvs --hull"},
+      {.flag = "--hard-angle",
+       .value = number(AT(hard_angle), 0, 180).in("degrees"),
+       .help = "Seams where normals part by so many degrees are hard edges (0: all, 180: none)",
+       .excludes = "--keep-uvs"},
+      {.flag = "--normals",
+       .value = word(AT(normals), {kForMap, kForShading}),
+       .help = "What normals are for: a normal map, or shading without one"},
+      {.flag = "--force",
+       .value = toggle(AT(force)),
+       .help = "Write over an OBJ that Kiln did not write"},
+  };
+#undef AT
+  add_options(*command, first, arguments.get());
+  add_options(*command, mesh_frame_rows<Job>("Files of meshes", false), arguments.get());
+  add_options(*command, others, arguments.get());
+  return [arguments, command] {
+    const std::set<std::string> given = given_flags(*command);
+    arguments->by_density = given.contains("--density");
+    arguments->laid_out =
+        arguments->by_density || given.contains("--size") || given.contains("--unwrap");
+    if (arguments->keep_parts && arguments->faces == 0) {
+      fail_usage("--keep-parts needs --faces: add it, or leave --keep-parts out.");
+    }
     return run_simplify(*arguments);
   };
 }

@@ -18,7 +18,7 @@
 #include "kiln/volume.h"
 #include "report/check_result.h"
 #include "report/console.h"
-#include "report/json_text.h"
+#include "report/json.h"
 #include "report/report.h"
 
 namespace kiln::cli {
@@ -29,57 +29,119 @@ namespace fs = std::filesystem;
 constexpr const char* kDirect = "direct";  ///< Of --match: no match, but vertices splatted
 
 struct VolumeArguments {
+  VolumeArguments() { surface.options.choose.size = true; }
+
   std::string volume, out, full;
   SurfaceArguments surface;
   std::string match = kDirect;
-  std::string max_distance;
+  std::optional<Length> max_distance;
   std::uint32_t samples = 1, lods = 0;
-  std::string size = "auto";
-  std::string unwrap = "pairs";
-  TexelDensity density = TexelDensity::area;
-  bool by_density = false;  // --density was given
-  std::string space = "tangent";
-  bool flip_y = false;
-  std::string format = "png16";
+  SaveImageOptions image = {.format = ImageFormat::png16};
   bool force = false;
   std::string device, json;
   bool quiet = false;
 };
 
-void check(const VolumeArguments& a) {
+#define AT(member) KILN_MEMBER(VolumeArguments, member)
+
+constexpr Word<UnwrapMethod> kUnwraps[] = {{"charts", UnwrapMethod::charts},
+                                           {"pairs", UnwrapMethod::pairs}};
+constexpr Word<NormalMapSpace> kVolumeSpaces[] = {{"object", NormalMapSpace::object},
+                                                  {"tangent", NormalMapSpace::tangent}};
+constexpr Word<ImageFormat> kVolumeFormats[] = {{"exr", ImageFormat::exr_half},
+                                                {"exr32", ImageFormat::exr_float},
+                                                {"png16", ImageFormat::png16},
+                                                {"png8", ImageFormat::png8}};
+
+OptionValue size_value() {
+  return value_of<VolumeArguments>(
+      "surface.options.size", "size", "N|auto",
+      [](VolumeArguments& a, const std::string& flag, const Option::Words& words) {
+        ExtractOptions& options = a.surface.options;
+        options.choose.size = words.back() == "auto";
+        if (options.choose.size) return;
+        const auto [width, height] = parse_size(words.back());
+        if (width != height) {
+          fail_usage(flag + " " + words.back() + ": maps from volumes are square.");
+        }
+        options.size = width;
+      },
+      [](VolumeArguments& a) {
+        return a.surface.options.choose.size ? Json("auto") : Json(a.surface.options.size);
+      });
+}
+
+std::vector<OptionRow> volume_rows() {
+  return {
+      {.flag = "VOLUME",
+       .value = text(AT(volume)),
+       .help = "Scalar voxels: NRRD, MetaImage, NIfTI, OpenVDB, or raw with --raw-size",
+       .key = "-",
+       .required = true},
+      {.flag = "--out",
+       .value = text(AT(out)),
+       .help = "Folder for mesh and map (made where only its last part is missing)",
+       .key = "-",
+       .required = true},
+      {.flag = "--full",
+       .group = kSurfaceGroup,
+       .value = text(AT(full)),
+       .help = "Also write the full-resolution contour (OBJ)",
+       .key = "-"},
+      {.flag = "--lod",
+       .group = kSurfaceGroup,
+       .value = whole(AT(lods), 2, 8).or_none(),
+       .help = "N low polys, 2 to 8, each for half the size on screen of the one before: a quarter "
+               "of its faces, a map of half the side, the same parts (NAME_lod0, NAME_lod1...; "
+               "NAME_lods.json)"},
+      {.flag = "--size",
+       .group = kMapGroup,
+       .value = size_value(),
+       .help = "Texels a side, 16 to 8192, or auto: about one a cell"},
+      {.flag = "--match",
+       .group = kMapGroup,
+       .value = word(AT(match), surface_matches(kDirect)),
+       .help = "How texels find their normals: direct (fine vertices splatted), or the full "
+               "contour baked by ray or closest point"},
+      {.flag = "--max-distance",
+       .group = kMapGroup,
+       .value = length(AT(max_distance)),
+       .help = "ray, closest: how far to look (default 2%)"},
+      {.flag = "--samples",
+       .group = kMapGroup,
+       .value = whole(AT(samples), 1, 16),
+       .help = "ray, closest: N x N samples a texel"},
+      {.flag = "--unwrap",
+       .group = kMapGroup,
+       .value = choice(AT(surface.options.unwrap), Words(kUnwraps)),
+       .help =
+           "How the map is laid out: pairs (each polygon by itself) or charts (few large ones)"},
+      density_row<VolumeArguments>(kMapGroup, "the full contour", AT(surface.options.density)),
+      {.flag = "--space",
+       .group = kMapGroup,
+       .value = choice(AT(surface.options.space), Words(kVolumeSpaces)),
+       .help = "Of the normals: tangent (MikkTSpace) or object"},
+      {.flag = "--flip-y",
+       .group = kMapGroup,
+       .value = toggle(AT(surface.options.flip_y)),
+       .help = "Green points down (DirectX); the default is up (OpenGL)"},
+      {.flag = "--format",
+       .group = kMapGroup,
+       .value = choice(AT(image.format), Words(kVolumeFormats)),
+       .help = "png16, png8, exr (half) or exr32 (float)"},
+  };
+}
+
+void check(const VolumeArguments& a, bool by_density) {
   check(a.surface);
-  check_density(a.by_density, a.unwrap);
-  if (a.match == kDirect && (!a.max_distance.empty() || a.samples != 1)) {
+  check_density(by_density, name_of(Words(kUnwraps), a.surface.options.unwrap));
+  if (a.match == kDirect && (a.max_distance || a.samples != 1)) {
     fail_usage("--max-distance and --samples are for --match ray or closest.");
   }
   if (!a.full.empty() && fs::path(a.full).extension() != ".obj") {
     fail_usage("--full '" + a.full +
                "': the full contour is written as OBJ, so the name must end in .obj.");
   }
-}
-
-ExtractOptions map_options(const VolumeArguments& a) {
-  ExtractOptions options = extract_options(a.surface);
-  options.choose.size = a.size == "auto";
-  if (!options.choose.size) {
-    const auto [width, height] = parse_size(a.size);
-    if (width != height) fail_usage("--size " + a.size + ": maps from volumes are square.");
-    options.size = width;
-  }
-  options.space = a.space == "tangent" ? NormalMapSpace::tangent : NormalMapSpace::object;
-  options.flip_y = a.flip_y;
-  options.unwrap = a.unwrap == "charts" ? UnwrapMethod::charts : UnwrapMethod::pairs;
-  options.density = a.density;
-  return options;
-}
-
-SaveImageOptions save_options(const VolumeArguments& a) {
-  SaveImageOptions options;
-  options.format = a.format == "png8"    ? ImageFormat::png8
-                   : a.format == "exr"   ? ImageFormat::exr_half
-                   : a.format == "exr32" ? ImageFormat::exr_float
-                                         : ImageFormat::png16;
-  return options;
 }
 
 /// The long way: the full contour as the high poly.
@@ -101,13 +163,11 @@ Baked bake_map(const Device& device, const VolumeArguments& a, const Mesh& dense
   options.width = options.height = result.normal_map.width;
   options.samples = a.samples;
   options.match.method = find_match(a.match).method;
-  if (!a.max_distance.empty()) {
-    options.match.max_distance = parse_length_above_0("--max-distance", a.max_distance);
-  }
-  options.encoding.space = a.space == "tangent" ? NormalMapSpace::tangent : NormalMapSpace::object;
-  options.encoding.flip_y = a.flip_y;
+  options.match.max_distance = a.max_distance;
+  options.encoding.space = a.surface.options.space;
+  options.encoding.flip_y = a.surface.options.flip_y;
   // Charts have just their border around them, and none may write into another's.
-  options.encoding.gutter = static_cast<std::int32_t>(a.surface.border_texels);
+  options.encoding.gutter = static_cast<std::int32_t>(a.surface.options.border_texels);
   options.progress = [&](double done, std::string_view stage) {
     return console.progress(0.6 + 0.3 * done, stage);
   };
@@ -121,7 +181,7 @@ Baked bake_map(const Device& device, const VolumeArguments& a, const Mesh& dense
   return baked;
 }
 
-/// What a level after the first is extracted with: for half the size on screen of the one before, so with a
+/// Options of a level after the first: for half the size on screen of the one before, so with a
 /// quarter of its faces and half the side of its map. Parts and topology are those of all levels.
 ExtractOptions next_level(const ExtractOptions& first, const ExtractReport& before) {
   ExtractOptions options = first;
@@ -179,7 +239,7 @@ Json level_json(const ExtractResult& level, std::size_t number, const fs::path& 
           {"error_cells", level.report.error}};
 }
 
-/// What was chosen, and why.
+/// Prints what was chosen, and why.
 void print_choice(Console& console, const ExtractReport& r, const ExtractOptions& options) {
   const ExtractUsed& used = r.used;
   char text[400];
@@ -234,24 +294,15 @@ void print_summary(Console& console, const ExtractReport& r, const ExtractOption
   console.line(text);
 }
 
-Json json_of(const VolumeArguments& a, const ExtractOptions& options) {
-  Json json = describe(a.surface, options);
-  json.update({{"match", a.match},
-               {"lod", a.lods == 0 ? Json() : Json(a.lods)},
-               {"size", options.choose.size ? Json("auto") : Json(options.size)},
-               {"chart_border", options.border_texels},
-               {"unwrap", a.unwrap},
-               {"density", name_of(Words(kDensities), a.density)},
-               {"space", a.space},
-               {"flip_y", a.flip_y},
-               {"format", a.format}});
+Json json_of(const VolumeArguments& a) {
+  Json json = describe(a.surface);
+  json.update(values_json(file_and_chart_rows(), &a.surface));
+  json.update(values_json(volume_rows(), &a));
   return json;
 }
 
 int run_volume(const VolumeArguments& a) {
-  check(a);
-  const ExtractOptions options = map_options(a);
-  const SaveImageOptions image_options = save_options(a);
+  const ExtractOptions options = extract_options(a.surface);
   Console console(a.quiet, a.json);
   Stopwatch watch;
   const fs::path folder = a.out;
@@ -260,7 +311,7 @@ int run_volume(const VolumeArguments& a) {
   for (std::uint32_t k = 0; k < std::max(1U, a.lods); ++k) {
     const std::string stem = name + (a.lods == 0 ? "_low" : "_lod" + std::to_string(k));
     meshes.push_back(folder / (stem + ".obj"));
-    maps.push_back(folder / (stem + "_normal" + extension(image_options)));
+    maps.push_back(folder / (stem + "_normal" + extension(a.image)));
   }
   const fs::path lods_path = a.lods == 0 ? fs::path() : folder / (name + "_lods.json");
   std::vector<fs::path> files = {a.full, a.json, lods_path};
@@ -312,7 +363,7 @@ int run_volume(const VolumeArguments& a) {
     if (!console.progress(0.9, "writing " + meshes[k].string())) return kExitCancelled;
     levels[k].mesh.name = meshes[k].stem().string();
     save_obj(levels[k].mesh, meshes[k]);
-    save_image(levels[k].normal_map, maps[k], image_options);
+    save_image(levels[k].normal_map, maps[k], a.image);
     outputs.insert(outputs.end(), {meshes[k].string(), maps[k].string()});
     levels_json.push_back(level_json(levels[k], k, meshes[k], maps[k]));
   }
@@ -326,7 +377,7 @@ int run_volume(const VolumeArguments& a) {
   }
   const double save_seconds = watch.lap();
   ExtractReport& r = result.report;
-  // Of the direct map, which another took the place of.
+  // This warning is of the direct map, which another took the place of.
   if (baked) std::erase_if(r.warnings, [](const Warning& w) { return w.code == "map-too-fine"; });
   warnings.insert(warnings.end(), r.warnings.begin(), r.warnings.end());
   if (baked) {
@@ -335,48 +386,49 @@ int run_volume(const VolumeArguments& a) {
   warnings.insert(warnings.end(), of_levels.begin(), of_levels.end());
 
   if (!a.json.empty()) {
-    Json json = {{"version", version()},
-                 {"device", describe(device.info())},
-                 {"inputs", {{"volume", describe(volume, a.volume)}}},
-                 {"options", json_of(a, options)},
-                 {"used", describe(r.used)},
-                 {"seconds",
-                  {{"load", load_seconds},
-                   {"scan", r.contour.seconds_scan},
-                   {"outer", r.contour.seconds_outer},
-                   {"hermite", r.contour.seconds_hermite},
-                   {"vertices", r.contour.seconds_vertices},
-                   {"quads", r.contour.seconds_quads},
-                   {"simplify", r.seconds_simplify},
-                   {"atlas", r.seconds_atlas},
-                   {"map", r.seconds_map},
-                   {"extract", r.seconds_total},
-                   {"save", save_seconds},
-                   {"total", watch.total()}}},
-                 {"compile_seconds", device.compile_seconds()},
-                 {"contour",
-                  {{"parts", r.parts},
-                   {"filled_voxels", a.surface.outer ? Json(r.contour.filled_voxels) : Json()},
-                   {"cells", r.contour.cells},
-                   {"vertices", r.contour.vertices},
-                   {"quads", r.contour.quads}}},
-                 {"low",
-                  {{"faces", r.faces},
-                   {"quads", r.quads},
-                   {"triangles", r.triangles},
-                   {"error_cells", r.error},
-                   {"non_manifold_edges", r.non_manifold_edges}}},
-                 {"flaws", describe_flaws(r)},
-                 {"map",
-                  {{"charts", r.charts},
-                   {"vertices", split_vertices(result.mesh)},
-                   {"positions", result.mesh.positions.size()},
-                   {"coverage", r.coverage},
-                   {"texels_per_cell", r.texels_per_cell},
-                   {"splatted_texels", baked ? Json() : Json(r.splatted_texels)}}},
-                 {"memory", {{"peak_resident_bytes", peak_resident_bytes()}}},
-                 {"outputs", outputs},
-                 {"warnings", describe(warnings)}};
+    Json json = {
+        {"version", version()},
+        {"device", describe(device.info())},
+        {"inputs", {{"volume", describe(volume, a.volume)}}},
+        {"options", json_of(a)},
+        {"used", describe(r.used)},
+        {"seconds",
+         {{"load", load_seconds},
+          {"scan", r.contour.seconds_scan},
+          {"outer", r.contour.seconds_outer},
+          {"hermite", r.contour.seconds_hermite},
+          {"vertices", r.contour.seconds_vertices},
+          {"quads", r.contour.seconds_quads},
+          {"simplify", r.seconds_simplify},
+          {"atlas", r.seconds_atlas},
+          {"map", r.seconds_map},
+          {"extract", r.seconds_total},
+          {"save", save_seconds},
+          {"total", watch.total()}}},
+        {"compile_seconds", device.compile_seconds()},
+        {"contour",
+         {{"parts", r.parts},
+          {"filled_voxels", options.contour.outer_only ? Json(r.contour.filled_voxels) : Json()},
+          {"cells", r.contour.cells},
+          {"vertices", r.contour.vertices},
+          {"quads", r.contour.quads}}},
+        {"low",
+         {{"faces", r.faces},
+          {"quads", r.quads},
+          {"triangles", r.triangles},
+          {"error_cells", r.error},
+          {"non_manifold_edges", r.non_manifold_edges}}},
+        {"flaws", describe_flaws(r)},
+        {"map",
+         {{"charts", r.charts},
+          {"vertices", split_vertices(result.mesh)},
+          {"positions", result.mesh.positions.size()},
+          {"coverage", r.coverage},
+          {"texels_per_cell", r.texels_per_cell},
+          {"splatted_texels", baked ? Json() : Json(r.splatted_texels)}}},
+        {"memory", {{"peak_resident_bytes", peak_resident_bytes()}}},
+        {"outputs", outputs},
+        {"warnings", describe(warnings)}};
     if (a.lods != 0) json["levels"] = levels_json;
     if (baked) {
       json["bake"] = {
@@ -430,71 +482,18 @@ Run add_volume(Command& app) {
       app.add_command("volume", "Extract a low poly with a normal map straight from volume data");
   auto arguments = std::make_shared<VolumeArguments>();
   VolumeArguments& a = *arguments;
-  command
-      ->add_option("VOLUME", a.volume,
-                   "Scalar voxels: NRRD, MetaImage, NIfTI, OpenVDB, or raw with --raw-size")
-      ->required();
-  command
-      ->add_option("--out", a.out,
-                   "Folder for mesh and map (made where only its last part is missing)")
-      ->required();
-
-  add_surface_options(*command, a.surface)->required();
-  command->add_option("--full", a.full, "Also write the full-resolution contour (OBJ)")
-      ->group(kSurfaceGroup);
-
-  command
-      ->add_option("--lod", a.lods,
-                   "N low polys, 2 to 8, each for half the size on screen of the one before: a "
-                   "quarter of its faces, a map of half the side, the same parts (NAME_lod0, "
-                   "NAME_lod1...; NAME_lods.json)")
-      ->check(range(2U, 8U))
-      ->group(kSurfaceGroup);
-  command->add_option("--size", a.size, "Texels a side, 16 to 8192, or auto: about one a cell")
-      ->capture_default_str()
-      ->group(kMapGroup);
-  command
-      ->add_option("--match", a.match,
-                   "How texels find their normals: direct (fine vertices splatted), or the full "
-                   "contour baked by ray or closest point")
-      ->check(one_of(surface_matches(kDirect)))
-      ->capture_default_str()
-      ->group(kMapGroup);
-  command
-      ->add_option("--max-distance", a.max_distance,
-                   "ray, closest: how far to look, units or N% of the diagonal (default 2%)")
-      ->group(kMapGroup);
-  command->add_option("--samples", a.samples, "ray, closest: N x N samples a texel")
-      ->check(range(1U, 16U))
-      ->capture_default_str()
-      ->group(kMapGroup);
-  command
-      ->add_option("--unwrap", a.unwrap,
-                   "How the map is laid out: pairs (each polygon by itself) or charts (few large "
-                   "ones)")
-      ->check(one_of({"pairs", "charts"}))
-      ->capture_default_str()
-      ->group(kMapGroup);
-  const OptionRow density_rows[] = {density_row<VolumeArguments>(kMapGroup, "the full contour")};
-  add_options(*command, density_rows, &a);
-  add_chart_border_option(*command, a.surface);
-  command->add_option("--space", a.space, "Of the normals: tangent (MikkTSpace) or object")
-      ->check(one_of({"tangent", "object"}))
-      ->capture_default_str()
-      ->group(kMapGroup);
-  command->add_flag("--flip-y", a.flip_y, "Green points down (DirectX); the default is up (OpenGL)")
-      ->group(kMapGroup);
-  command->add_option("--format", a.format, "png16, png8, exr (half) or exr32 (float)")
-      ->check(one_of({"png16", "png8", "exr", "exr32"}))
-      ->capture_default_str()
-      ->group(kMapGroup);
-  add_raw_options(*command, a.surface);
+  add_options(*command, surface_rows(/*iso_required=*/true), &a.surface);
+  add_options(*command, volume_rows(), &a);
+  add_options(*command, file_and_chart_rows(), &a.surface);
   const char* const group_run = "The run";
-  command->add_flag("--force", a.force, "Write over meshes that Kiln did not write")
-      ->group(group_run);
+  const OptionRow rows[] = {{.flag = "--force",
+                             .group = group_run,
+                             .value = toggle(AT(force)),
+                             .help = "Write over meshes that Kiln did not write"}};
+  add_options(*command, rows, &a);
   add_run_options(*command, a, group_run);
   return [arguments, command] {
-    arguments->by_density = command->find_option("--density")->count() > 0;
+    check(*arguments, command->find_option("--density")->count() > 0);
     return run_volume(*arguments);
   };
 }

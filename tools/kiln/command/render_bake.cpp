@@ -16,7 +16,7 @@ const std::set<std::string> kOfMeshes = {"--high",    "--low",  "--triangulate",
                                          "--up",      "--unit", "--uv-set",      "--allow-outside",
                                          "--tangents"};
 
-/// What has a say in a cage; the first ones in any.
+/// Flags that have a say in a cage; the first ones in any.
 const std::set<std::string> kOfCages = {"--cage", "--cage-mesh"};
 const std::set<std::string> kOfFoundCages = {"--direction",  "--edge-width", "--max-distance",
                                              "--match-by",   "--match-list", "--low-names",

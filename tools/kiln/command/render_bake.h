@@ -1,4 +1,4 @@
-// What `kiln render` is told, and the map that it bakes where a flag of the match is given.
+// Arguments of `kiln render`, and the map that it bakes where a flag of the match is given.
 #pragma once
 
 #include <cstdint>
@@ -35,7 +35,7 @@ bool bakes(const RenderArguments& arguments);
 /// The flags of the match as the bake has them.
 BakeJob baking(const RenderArguments& arguments);
 
-/// What would only be found out after the meshes were read. \throws Error(usage)
+/// Checks that would otherwise fail after the meshes were read. \throws Error(usage)
 void check_bake(const RenderArguments& arguments);
 
 Image bake_map(const RenderArguments& arguments, const Device& device, const HighPolyInput& dense,

@@ -94,7 +94,7 @@ Image contact_sheet(const Scene& scene, std::uint32_t count, RenderOptions optio
   return make_sheet(panels);
 }
 
-/// How near the low poly comes from directions all around. None is along an axis, from where flat
+/// Distance of the low poly from directions all around. None is along an axis, from where flat
 /// faces look as straight down as they were baked.
 Json measure_around(const Scene& high, const Scene& low, const Mesh& frame, bool z_up) {
   constexpr std::uint32_t kAround = 30, kPixels = 256;

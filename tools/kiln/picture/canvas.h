@@ -16,7 +16,7 @@ constexpr Colour kWhite = {1, 1, 1}, kInk = {0.13F, 0.13F, 0.13F}, kSoft = {0.4F
 /// Height of a line of text that is easy to read at the picture's own size, pixels.
 constexpr double kTextHeight = 20;
 
-/// Of a line of text, pixels.
+/// Size of a line of text, pixels.
 double text_width(const std::string& text, double height = kTextHeight);
 
 /// An RGB picture to draw on. Coordinates are pixels from the top left corner; what lies beside is left out.

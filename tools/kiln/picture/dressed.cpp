@@ -11,7 +11,7 @@
 namespace kiln::cli {
 namespace {
 
-// What Scene::draw() paints meshes with, linear light (kernels/render/render.cl).
+// Colours that Scene::draw() paints meshes with, linear light (kernels/render/render.cl).
 constexpr std::array<float, 3> kClay = {0.60F, 0.505F, 0.425F};
 
 double linear(double value) {
@@ -50,7 +50,7 @@ float light_of_bend(float bend) {
   return 1 + (bend > 0 ? kEdgeLight - 1 : 1 - kCavityLight) * bend;
 }
 
-/// What a map's file is called, without the mesh's name before it.
+/// Name of a map's file, without the mesh's name before it.
 std::string caption(const std::string& file, const Mesh& mesh) {
   std::string stem = std::filesystem::path(file).stem().string();
   const std::string before = mesh.name + "_";
@@ -82,7 +82,7 @@ void dress(const Dressed& dressed, const DressMaps& maps, const RenderOptions& o
     if (!maps.curvature.empty()) light *= light_of_bend(2 * bend.pixels[i] - 1);
     picture.pixels[i] = static_cast<float>(light);
   }
-  // What is beside the mesh stays as it was: there the picture is encoded already.
+  // Pixels beside the mesh stay as they were: there the picture is encoded already.
   Image lit = picture;
   to_srgb(lit);
   for (std::size_t i = 0; i < picture.pixels.size(); ++i) {

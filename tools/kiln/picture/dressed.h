@@ -21,7 +21,7 @@ struct DressMaps {
   bool any() const { return !color.empty() || !occlusion.empty() || !curvature.empty(); }
 };
 
-/// What the strongest edges' light is multiplied with, and that of the strongest cavities.
+/// Factor of the strongest edges' light, and that of the strongest cavities.
 constexpr float kEdgeLight = 1.5F, kCavityLight = 0.75F;
 
 /// Gives a lit picture of the mesh (by Scene::draw) the colours of a map. Darkens it by occlusion,

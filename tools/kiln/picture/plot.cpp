@@ -23,7 +23,7 @@ constexpr int kNoMatplotlib = 69;      // the script's exit code
 constexpr double kLimitSeconds = 300;  // matplotlib's first run lists all fonts
 constexpr const char* kScriptName = "kiln_plot.py";
 
-/// Where a file that this run saved can be read now.
+/// Path at which a file that this run saved can be read now.
 fs::path present(const fs::path& file) {
   const fs::path held = OutputSet::held(file);
   return held.empty() ? fs::absolute(file) : held;
@@ -79,7 +79,7 @@ bool save_plots(const fs::path& folder, const std::vector<Plot>& plots,
     }
     const std::string command = std::string("python3 ") + kScriptName + " " + plot.name +
                                 "_plot.json " + plot.name + ".png";
-    // Where one finds no Python, no other does.
+    // If one finds no Python, no other does.
     std::optional<ProgramResult> result;
     const std::string text = data.dump();
     if (python && python->began() && !python->began_with(text)) python.reset();

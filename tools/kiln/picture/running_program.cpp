@@ -135,7 +135,7 @@ std::optional<RunningProgram> RunningProgram::start(std::vector<std::string> com
   posix_spawn_file_actions_adddup2(&actions, process->output.write_end, STDOUT_FILENO);
   posix_spawn_file_actions_adddup2(&actions, process->errors.write_end, STDERR_FILENO);
   posix_spawn_file_actions_addchdir_np(&actions, folder.c_str());
-  // What we ignore (see catch_interrupts), the program should not.
+  // Signals that we ignore (see catch_interrupts) the program should not.
   posix_spawnattr_t attributes;
   posix_spawnattr_init(&attributes);
   sigset_t defaults;

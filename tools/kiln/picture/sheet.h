@@ -19,7 +19,7 @@ struct Panel {
 struct Scale {
   double end = 1;
   std::string unit;  ///< "degrees"
-  /// What some pixels hold instead of a value.
+  /// Marks that some pixels hold instead of a value.
   std::vector<std::pair<Colour, std::string>> others;
 };
 

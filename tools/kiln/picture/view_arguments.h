@@ -1,4 +1,4 @@
-// Where a picture is taken from, as the command line has it.
+// The view of a picture, as the command line has it.
 #pragma once
 
 #include <optional>

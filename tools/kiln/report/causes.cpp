@@ -14,12 +14,12 @@ struct Follows {
 };
 
 constexpr std::array kFollows = {
-    // Of the high poly.
+    // Warnings of the high poly.
     Follows{"source-skipped", "degenerate-triangles", true},
     Follows{"source-skipped", "non-finite-vertices", true},
     Follows{"source-rounded", "rounded-triangles", true},
     Follows{"coarse-source", "coarse-coordinates", true},
-    // Of the low poly and its UVs.
+    // Warnings of the low poly and its UVs.
     Follows{"low-degenerate", "rounded-triangles"},
     Follows{"coarse-low", "coarse-coordinates"},
     Follows{"low-degenerate", "degenerate-triangles"},
@@ -35,7 +35,7 @@ constexpr std::array kFollows = {
     Follows{"no-texels", "uv-degenerate"},
     Follows{"no-texels", "uv-missing"},
     Follows{"no-texels", "uv-outside"},
-    // Of the bake: what is missed. An error that was not reached decides the exit code, so it is always told.
+    // Warnings of the bake: misses. An error that was not reached decides the exit code, so it is always told.
     Follows{"many-misses", "high-inside-out"},
     Follows{"many-misses", "coarse-views"},
     Follows{"many-misses", "short-rays"},

@@ -1,4 +1,4 @@
-// Of several warnings with one cause, the cause.
+// The one cause of several warnings.
 #pragma once
 
 #include <cstddef>

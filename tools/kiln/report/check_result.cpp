@@ -12,7 +12,7 @@
 namespace kiln::cli {
 namespace {
 
-/// What is the matter with layouts that do not lie over each other anywhere.
+/// The fault of layouts that do not lie over each other anywhere.
 std::string why_no_uv(const UvReport& uv, std::size_t triangles) {
   std::string reason = "its UV triangles lie where LOW has none";
   if (uv.covered == 0 && uv.without_area >= triangles) {
@@ -49,7 +49,7 @@ std::string swapped_axes(const std::array<double, 3>& high, const std::array<dou
   return {};
 }
 
-/// Where two meshes lie; empty where their boxes fit. \param moved  whether one beside the other is told, too
+/// Places of two meshes; empty if their boxes fit. \param moved  whether one beside the other is told, too
 std::string why_boxes_part(const Mesh& high, const Mesh& low, bool moved) {
   struct Box {
     std::array<double, 3> lo{}, hi{};
@@ -142,8 +142,8 @@ std::string why_nothing(const BakeReport& report, const Mesh& high, const Mesh& 
          (report.uv ? why_no_uv(*report.uv, high.triangles.size()) : why_no_place(high, low)) + ".";
 }
 
-Mesh load_light(const std::string& path, const std::string& otherwise,
-                std::vector<Warning>& warnings, const LoadMeshOptions& options) {
+Mesh load_low(const std::string& path, const std::string& otherwise, std::vector<Warning>& warnings,
+              const LoadMeshOptions& options) {
   Mesh mesh = load_mesh(path, options, &warnings);
   check_has_uvs(mesh, path, otherwise);
   turn_normals("LOW", Trusted::normals, mesh, warnings);

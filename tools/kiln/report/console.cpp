@@ -1,5 +1,8 @@
 #include "report/console.h"
 
+#include <fcntl.h>
+#include <poll.h>
+#include <sys/ioctl.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -8,10 +11,91 @@
 #include <utility>
 
 #include "interrupt.h"
+#include "kiln/error.h"
 #include "report/flags.h"
-#include "report/terminal.h"
+#include "report/json.h"
 
 namespace kiln::cli {
+namespace {
+
+/// C0 but tabs and line breaks, DEL, and C1 (U+0080 to U+009F), of which U+009B begins escape sequences, too. And what
+/// breaks lines or turns the direction of writing, so that a name reads as another.
+bool is_control(std::string_view character) {
+  const auto first = static_cast<unsigned char>(character[0]);
+  if (character.size() == 1)
+    return (first < 0x20 && first != '\t' && first != '\n') || first == 0x7F;
+  const auto second = static_cast<unsigned char>(character[1]);
+  if (character.size() == 2) return first == 0xC2 && second < 0xA0;
+  const auto third = static_cast<unsigned char>(character[2]);
+  if (character.size() != 3 || first != 0xE2) return false;
+  return (second == 0x80 && ((third >= 0xA8 && third <= 0xAE) || third == 0x8E || third == 0x8F)) ||
+         (second == 0x81 && third >= 0xA6 && third <= 0xA9);
+}
+
+/// True if a pipe or socket has no reader any more.
+bool reader_left(int descriptor) {
+  pollfd state{descriptor, POLLOUT, 0};
+  return poll(&state, 1, 0) == 1 && (state.revents & (POLLERR | POLLHUP)) != 0;
+}
+
+}  // namespace
+
+std::string printable(std::string_view text) {
+  constexpr const char* kDigits = "0123456789abcdef";
+  std::string result;
+  result.reserve(text.size());
+  while (!text.empty()) {
+    const std::size_t known = utf8_length(text), length = known == 0 ? 1 : known;
+    const std::string_view character = text.substr(0, length);
+    if (known != 0 && !is_control(character)) {
+      result += character;
+    } else {
+      for (const char c : character) {
+        const auto byte = static_cast<unsigned char>(c);
+        result += {'\\', 'x', kDigits[byte >> 4], kDigits[byte & 15]};
+      }
+    }
+    text.remove_prefix(length);
+  }
+  return result;
+}
+
+std::string_view first_columns(std::string_view text, std::size_t columns) {
+  std::size_t end = 0;
+  for (; end < text.size() && columns > 0; --columns) end += utf8_length(text.substr(end));
+  return text.substr(0, end);
+}
+
+void print_line(std::FILE* to, std::string_view text) {
+  std::fprintf(to, "%s\n", printable(text).c_str());
+  std::fflush(to);
+}
+
+std::size_t terminal_columns() {
+  winsize size{};
+  return ioctl(STDERR_FILENO, TIOCGWINSZ, &size) == 0 && size.ws_col > 0 ? size.ws_col : 80;
+}
+
+void finish_output() {
+  const bool flushed = std::fflush(stdout) == 0;
+  if ((flushed && std::ferror(stdout) == 0) || reader_left(STDOUT_FILENO)) return;
+  const int mode = fcntl(STDOUT_FILENO, F_GETFL);
+  const bool closed = mode < 0 || (mode & O_ACCMODE) == O_RDONLY;
+  throw Error(ErrorCode::output,
+              std::string("Standard output could not be written: ") +
+                  (closed ? "it is closed. Give it a file or /dev/null, or add --quiet."
+                          : "its disk is full, or the device failed. Write to another place."));
+}
+
+bool reserve_descriptors() {
+  for (int descriptor = STDIN_FILENO; descriptor <= STDERR_FILENO; ++descriptor) {
+    if (fcntl(descriptor, F_GETFD) >= 0) continue;
+    // The lowest that is free.
+    if (open("/dev/null", descriptor == STDIN_FILENO ? O_WRONLY : O_RDONLY) != descriptor)
+      return false;
+  }
+  return true;
+}
 
 Console::Console(bool quiet, const std::string& report)
     : quiet_(quiet), report_on_output_(report == "-"), terminal_(isatty(STDERR_FILENO) != 0) {

@@ -9,7 +9,7 @@
 namespace kiln::cli {
 namespace {
 
-/// What is no member of a bake's options, and whose flag has another name.
+/// Names that are no members of a bake's options, and whose flags have other names.
 struct Other {
   std::string_view name, flag;
 };

@@ -6,6 +6,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <initializer_list>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <type_traits>
@@ -44,6 +45,9 @@ class Json {
   Json(const char* text);
   Json(std::string text);
   Json(std::string_view text);
+  /// The value, or null.
+  template <typename Value>
+  Json(const std::optional<Value>& value) : Json(value ? Json(*value) : Json()) {}
   /// A list, element by element.
   template <JsonList List>
   Json(const List& list) : Json(array()) {
@@ -71,10 +75,10 @@ class Json {
   bool is_array() const { return kind_ == Kind::list; }
   bool is_object() const { return kind_ == Kind::object; }
 
-  /// Of a list or an object; null has 0.
+  /// Number of elements of a list or an object; null has 0.
   std::size_t size() const { return elements_.size(); }
   bool empty() const { return elements_.empty(); }
-  /// Of a list.
+  /// Elements of a list.
   const std::vector<Json>& elements() const { return elements_; }
   template <std::integral Index>
   const Json& operator[](Index index) const {
@@ -93,9 +97,9 @@ class Json {
   /// Sets every key of another object, too.
   void update(const Json& other);
 
-  /// Of a number.
+  /// Value of a number.
   double number() const;
-  /// Of a text.
+  /// Characters of a text.
   const std::string& text() const { return text_; }
 
   /// The same with a function of every text and key.
@@ -125,5 +129,20 @@ struct Json::Element : Json {
   Element(const Json& value) : Json(value) {}
   Element(Json&& value) noexcept : Json(std::move(value)) {}
 };
+
+/// Bytes of the UTF-8 character at the start; 0 where there is none (RFC 3629: neither too long a form,
+/// nor half of a surrogate, nor beyond U+10FFFF). \param text  not empty
+std::size_t utf8_length(std::string_view text);
+
+/// UTF-8 of any bytes, such as a path's: a byte that is no part of UTF-8 becomes \xNN, two hexadecimal
+/// digits. So does a backslash before what would read as such (\x5c): whoever puts the byte NN for every
+/// \xNN has the bytes back. Other text stays as it is.
+std::string escape_bytes(std::string_view bytes);
+
+/// The bytes that escape_bytes was given.
+std::string unescape_bytes(std::string_view text);
+
+/// Two blanks a level, and a line's end. Every string and key is escaped as above.
+std::string to_text(const Json& json);
 
 }  // namespace kiln::cli

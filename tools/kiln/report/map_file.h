@@ -27,7 +27,7 @@ Image load_mask(const std::filesystem::path& path);
 /// Values of a map's channels that lie at 0 and at 1 in a file; none where it holds them as they are.
 std::vector<ValueRange> stored_ranges(const BakedMap& map, const SaveImageOptions& options);
 
-/// What a file says of its values. \param ranges  of each channel: values at 0 and 1; none: as they are
+/// Description of a file's values. \param ranges  of each channel: values at 0 and 1; none: as they are
 std::vector<ImageText> texts_of(const SaveImageOptions& options,
                                 const std::vector<ValueRange>& ranges, const std::string& unit);
 

@@ -1,4 +1,4 @@
-// Where a match found nothing.
+// Patches in which a match found nothing.
 #pragma once
 
 #include <array>

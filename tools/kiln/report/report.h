@@ -28,13 +28,13 @@ Json describe(const TransitionReport& transitions);
 Json describe(const UvReport& uv);
 Json describe(const std::vector<MapError>& errors);
 Json describe(const StoredError& error, bool is_normal);
-/// What was repaired in the high poly.
+/// Repairs of the high poly.
 Json describe(const CleanReport& report);
 /// True if a low poly has over a tenth more faces than were asked for (0: no number was).
 bool misses_faces(const SimplifyReport& report, std::uint32_t asked);
 /// The same in words.
 std::string too_many_faces(const SimplifyReport& report, std::uint32_t asked);
-/// What a low poly was mended of, and what stayed.
+/// Flaws of a low poly that were mended, and those that stayed.
 Json describe_flaws(const SimplifyReport& report);
 /// Texels and samples by status.
 Json describe_texels(const BakeReport& report);
@@ -65,9 +65,9 @@ class Stopwatch {
 void add_ending(Json& report, Json seconds, const Stopwatch& watch,
                 const std::vector<std::string>& outputs, const std::vector<Warning>& warnings);
 
-/// What was wrong with a low poly from a volume.
+/// Flaws of a low poly from a volume.
 Json describe_flaws(const ExtractReport& report);
-/// What was done about it; empty where nothing was.
+/// Lines on what was mended; empty if nothing was.
 std::vector<std::string> lines_of_flaws(const ExtractReport& report);
 
 /// Says so where a low poly that Kiln made strays far from the high poly.

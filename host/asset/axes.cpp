@@ -1,0 +1,41 @@
+#include "asset/axes.h"
+
+namespace kiln {
+
+AffineMap turn_of(UpAxis up) {
+  // Columns: where X, Y and Z go. All are turns; Z up is turned as Blender does it.
+  switch (up) {
+    case UpAxis::as_given:
+    case UpAxis::y:
+      break;
+    case UpAxis::x:
+      return {0, 1, 0, 0, -1, 0, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1};
+    case UpAxis::z:
+      return {1, 0, 0, 0, 0, 0, -1, 0, 0, 1, 0, 0, 0, 0, 0, 1};
+    case UpAxis::minus_x:
+      return {0, -1, 0, 0, 1, 0, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1};
+    case UpAxis::minus_y:
+      return {1, 0, 0, 0, 0, -1, 0, 0, 0, 0, -1, 0, 0, 0, 0, 1};
+    case UpAxis::minus_z:
+      return {1, 0, 0, 0, 0, 0, 1, 0, 0, -1, 0, 0, 0, 0, 0, 1};
+  }
+  return kNoMove;
+}
+
+WorldFrame world_frame(const LoadMeshOptions& options, const std::optional<AffineMap>& own_turn,
+                       double own_metres) {
+  AffineMap map = own_turn.value_or(kNoMove);
+  double metres = own_metres;
+  if (options.up != UpAxis::as_given && (options.override_up || !own_turn))
+    map = turn_of(options.up);
+  if (options.metres > 0 && (options.override_unit || own_metres == 0)) metres = options.metres;
+  if (metres > 0) {
+    for (std::size_t i = 0; i < 12; ++i) map[i] *= metres;
+  }
+  WorldFrame frame;
+  frame.metres = metres > 0 ? 1 : 0;
+  if (map != kNoMove) frame.map = map;
+  return frame;
+}
+
+}  // namespace kiln

@@ -1,0 +1,186 @@
+#include "asset/gltf_draco.h"
+
+#ifndef KILN_HAS_DRACO
+namespace kiln {
+
+DracoMesh unpack_draco(const GltfFile& /*file*/, const GltfValue& extension,
+                       const std::vector<DracoAttribute>& /*attributes*/) {
+  extension.fail("this build of Kiln was made without Draco, by which it is packed",
+                 "Export it without compression, unpack it (gltf-transform copy), or build Kiln "
+                 "with KILN_DRACO=ON where Draco is installed.");
+}
+
+}  // namespace kiln
+#else
+
+#include <draco/compression/config/decoder_options.h>
+#include <draco/compression/mesh/mesh_decoder.h>
+#include <draco/compression/mesh/mesh_edgebreaker_decoder.h>
+#include <draco/compression/mesh/mesh_sequential_decoder.h>
+#include <draco/core/varint_decoding.h>
+#include <draco/mesh/mesh.h>
+
+#include <algorithm>
+#include <limits>
+#include <memory>
+
+#include "io/file/bounds.h"
+
+namespace kiln {
+namespace {
+
+/// Limits of what a decoder may allocate. Draco believes the numbers of a file.
+class Limits {
+ public:
+  Limits(const GltfValue& place, std::size_t bytes) : place_(place), bytes_(bytes) {}
+
+  /// Checks the numbers of triangles and vertices before Draco makes room for them.
+  void check_connectivity(draco::DecoderBuffer ahead) const {
+    std::uint32_t counts[2] = {};  // of either method: triangles and vertices, in some order
+    for (std::uint32_t& count : counts) {
+      if (!draco::DecodeVarint(&count, &ahead)) fail();
+    }
+    constexpr std::uint64_t kMostAByte = 512, kFew = 65536, kBytesEach = 160;
+    const std::uint64_t most = std::max(counts[0], counts[1]);
+    if (most > kMostAByte * bytes_ + kFew) {
+      place_.fail("its " + std::to_string(bytes_) + " bytes would hold " + std::to_string(most) +
+                  " triangles or vertices, more than they can");
+    }
+    require(capped_product(most, kBytesEach));
+  }
+
+  void check_attributes(const draco::PointCloud& points) const {
+    std::uint64_t bytes = 0;
+    for (std::int32_t i = 0; i < points.num_attributes(); ++i) {
+      // Each is held as integers, too, and numbered.
+      bytes +=
+          std::uint64_t{8} * static_cast<std::uint64_t>(points.attribute(i)->num_components()) + 8;
+    }
+    constexpr std::uint64_t kMost = 1024;  // bytes a point, of no real file
+    if (bytes > kMost) {
+      place_.fail("it has more attributes than a mesh can use");
+    }
+    require(capped_product(points.num_points(), bytes));
+  }
+
+  [[noreturn]] void fail() const {
+    place_.fail("its data is damaged, or of another Draco than glTF's 2.2");
+  }
+
+ private:
+  void require(std::uint64_t bytes) const {
+    const FailWith fail_with = [this](const std::string& /*place*/, const std::string& problem,
+                                      const std::string& remedy) { place_.fail(problem, remedy); };
+    require_memory("its unpacked mesh", bytes, memory_failure(fail_with, ""));
+  }
+
+  const GltfValue& place_;
+  std::size_t bytes_;
+};
+
+/// A decoder that looks before it allocates.
+template <typename Decoder>
+class Bounded : public Decoder {
+ public:
+  explicit Bounded(const Limits& limits) : limits_(limits) {}
+
+ protected:
+  bool DecodeConnectivity() override {
+    limits_.check_connectivity(*this->buffer());
+    return Decoder::DecodeConnectivity();
+  }
+  bool DecodeAllAttributes() override {
+    limits_.check_attributes(*this->point_cloud());
+    return Decoder::DecodeAllAttributes();
+  }
+
+ private:
+  const Limits& limits_;
+};
+
+void decode(std::string_view bytes, const Limits& limits, draco::Mesh& mesh) {
+  draco::DecoderBuffer buffer;
+  buffer.Init(bytes.data(), bytes.size());
+  draco::DecoderBuffer ahead = buffer;
+  draco::DracoHeader header;
+  if (!draco::PointCloudDecoder::DecodeHeader(&ahead, &header).ok() ||
+      header.encoder_type != draco::TRIANGULAR_MESH || header.version_major != 2 ||
+      header.version_minor != 2) {
+    limits.fail();
+  }
+  std::unique_ptr<draco::MeshDecoder> decoder;
+  if (header.encoder_method == draco::MESH_EDGEBREAKER_ENCODING) {
+    decoder = std::make_unique<Bounded<draco::MeshEdgebreakerDecoder> >(limits);
+  } else if (header.encoder_method == draco::MESH_SEQUENTIAL_ENCODING) {
+    decoder = std::make_unique<Bounded<draco::MeshSequentialDecoder> >(limits);
+  } else {
+    limits.fail();
+  }
+  const draco::DecoderOptions options;
+  if (!decoder->Decode(options, &buffer, &mesh).ok()) limits.fail();
+}
+
+GltfNumbers numbers_of(const draco::Mesh& mesh, const DracoAttribute& asked) {
+  const auto fail = [&](const std::string& problem) { asked.accessor.fail(problem); };
+  if (asked.id > 0xFFFFFFFFU) fail("its packed data has no attribute of that number");
+  const draco::PointAttribute* const attribute =
+      mesh.GetAttributeByUniqueId(static_cast<std::uint32_t>(asked.id));
+  if (attribute == nullptr) {
+    fail("its packed data has no attribute " + std::to_string(asked.id) + " (" + asked.name + ")");
+  }
+  GltfNumbers result;
+  result.width = static_cast<std::size_t>(attribute->num_components());
+  const bool fits = asked.width == GltfFile::kColor ? result.width == 3 || result.width == 4
+                                                    : result.width == asked.width;
+  if (!fits) {
+    fail("its packed " + asked.name + " has " + std::to_string(result.width) + " numbers a vertex");
+  }
+  double largest = 1;  // that stands for 1
+  if (asked.accessor["normalized"].flag() && !attribute->normalized()) {
+    largest = GltfFile::largest_of(asked.accessor);
+  }
+  result.values.resize(std::size_t{mesh.num_points()} * result.width);
+  float values[4];
+  for (std::uint32_t i = 0; i < mesh.num_points(); ++i) {
+    const draco::AttributeValueIndex value = attribute->mapped_index(draco::PointIndex(i));
+    if (value.value() >= attribute->size() ||
+        !attribute->ConvertValue<float>(value, static_cast<std::int8_t>(result.width), values)) {
+      fail("its packed " + asked.name + " is damaged at vertex " + std::to_string(i));
+    }
+    for (std::size_t k = 0; k < result.width; ++k) {
+      const double number = values[k];
+      result.values[i * result.width + k] =
+          largest == 1 ? number : std::max(number / largest, -1.0);
+    }
+  }
+  return result;
+}
+
+}  // namespace
+
+DracoMesh unpack_draco(const GltfFile& file, const GltfValue& extension,
+                       const std::vector<DracoAttribute>& attributes) {
+  const auto view = extension["bufferView"].index_into(file.list("bufferViews"));
+  if (!view) extension.fail("it names no bufferView");
+  const std::string_view bytes = file.view(*view);
+  draco::Mesh mesh;
+  decode(bytes, Limits(extension, bytes.size()), mesh);
+  DracoMesh result;
+  result.points = mesh.num_points();
+  result.indices.reserve(std::size_t{3} * mesh.num_faces());
+  for (std::uint32_t f = 0; f < mesh.num_faces(); ++f) {
+    for (const draco::PointIndex& corner : mesh.face(draco::FaceIndex(f))) {
+      if (corner.value() >= mesh.num_points()) {
+        extension.fail("its triangle " + std::to_string(f) + " has a vertex that is not there");
+      }
+      result.indices.push_back(corner.value());
+    }
+  }
+  for (const DracoAttribute& asked : attributes) {
+    result.attributes.push_back(numbers_of(mesh, asked));
+  }
+  return result;
+}
+
+}  // namespace kiln
+#endif

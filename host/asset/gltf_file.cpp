@@ -1,0 +1,484 @@
+#include "asset/gltf_file.h"
+
+#include <meshoptimizer.h>
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <cstring>
+#include <limits>
+#include <nlohmann/json.hpp>
+
+#include "asset/gltf_draco.h"
+#include "base/counted.h"
+#include "io/file/bounds.h"
+#include "io/file/byte_source.h"
+#include "io/file/text_scanner.h"
+#include "kiln/files.h"
+
+namespace kiln {
+namespace {
+
+static_assert(std::endian::native == std::endian::little, "glTF's numbers are read as they lie");
+
+constexpr std::uint32_t kJsonChunk = 0x4E4F534A, kBinaryChunk = 0x004E4942;
+
+template <typename T>
+T read_as(const char* from) {
+  T value;
+  std::memcpy(&value, from, sizeof value);
+  return value;
+}
+
+/// A component's type as glTF numbers it.
+struct ComponentType {
+  std::size_t bytes;
+  double largest;  ///< That stands for 1 where integers are normalised
+  double (*read)(const char* from);
+};
+
+template <typename T>
+constexpr ComponentType component_type() {
+  return {sizeof(T), static_cast<double>(std::numeric_limits<T>::max()),
+          [](const char* from) { return static_cast<double>(read_as<T>(from)); }};
+}
+
+constexpr std::uint64_t kFloat = 5126;
+
+ComponentType component_of(const GltfValue& place, std::uint64_t type) {
+  switch (type) {
+    case 5120:
+      return component_type<std::int8_t>();
+    case 5121:
+      return component_type<std::uint8_t>();
+    case 5122:
+      return component_type<std::int16_t>();
+    case 5123:
+      return component_type<std::uint16_t>();
+    case 5125:
+      return component_type<std::uint32_t>();
+    case kFloat:
+      return component_type<float>();
+    default:
+      place.fail("it has components of type " + std::to_string(type) +
+                 ", which glTF does not know");
+  }
+}
+
+std::size_t width_of(const std::string& type) {
+  if (type == "SCALAR") return 1;
+  if (type == "VEC2") return 2;
+  if (type == "VEC3") return 3;
+  if (type == "VEC4") return 4;
+  return 0;
+}
+
+/// Replaces percent escapes by what they stand for. An escape that is none stays.
+std::string decode_percent(std::string_view text) {
+  const auto digit = [](char c) {
+    return c >= '0' && c <= '9'   ? c - '0'
+           : c >= 'a' && c <= 'f' ? c - 'a' + 10
+           : c >= 'A' && c <= 'F' ? c - 'A' + 10
+                                  : -1;
+  };
+  std::string result;
+  for (std::size_t i = 0; i < text.size(); ++i) {
+    if (text[i] == '%' && i + 2 < text.size() && digit(text[i + 1]) >= 0 &&
+        digit(text[i + 2]) >= 0) {
+      result += static_cast<char>(digit(text[i + 1]) * 16 + digit(text[i + 2]));
+      i += 2;
+    } else {
+      result += text[i];
+    }
+  }
+  return result;
+}
+
+/// False where a character is none of base64's.
+bool decode_base64(std::string_view text, std::string& bytes) {
+  while (text.ends_with('=')) text.remove_suffix(1);
+  bytes.clear();
+  bytes.reserve(text.size() / 4 * 3 + 3);
+  std::uint32_t bits = 0;
+  int count = 0;
+  for (const char c : text) {
+    int value = 0;
+    if (c >= 'A' && c <= 'Z') {
+      value = c - 'A';
+    } else if (c >= 'a' && c <= 'z') {
+      value = c - 'a' + 26;
+    } else if (c >= '0' && c <= '9') {
+      value = c - '0' + 52;
+    } else if (c == '+' || c == '-') {
+      value = 62;
+    } else if (c == '/' || c == '_') {
+      value = 63;
+    } else {
+      return false;
+    }
+    bits = bits << 6 | static_cast<std::uint32_t>(value);
+    count += 6;
+    if (count >= 8) {
+      count -= 8;
+      bytes += static_cast<char>(bits >> count & 0xFF);
+    }
+  }
+  return true;
+}
+
+bool is_supported(const std::string& extension) {
+  // By the letter, a reader refuses what it does not know of extensionsRequired. But each KHR_materials_* keeps the
+  // core material beside its own looks (clearcoat, sheen...), which no map holds: shape, UVs and maps are what the file
+  // says, and a warning names what was left out. Lights and metadata are no part of a surface.
+  for (const char* start : {"KHR_materials_", "KHR_lights_", "KHR_xmp", "KHR_animation_"}) {
+    if (extension.starts_with(start)) return true;
+  }
+  return extension == "KHR_mesh_quantization" || extension == "KHR_texture_transform" ||
+         extension == "EXT_texture_webp" || extension == "EXT_meshopt_compression" ||
+         (kReadsDraco && extension == kDraco);
+}
+
+}  // namespace
+
+GltfFile::~GltfFile() = default;
+
+GltfFile::GltfFile(const MeshInput& input) : input_(input) {
+  std::string_view text = input.bytes;
+  if (text.starts_with("glTF")) {
+    const auto word = [&](std::size_t at) { return read_as<std::uint32_t>(text.data() + at); };
+    constexpr const char* kAgain = "Export or copy the file again.";
+    if (text.size() < 20) input.fail("", "the file is truncated: it ends in its header", kAgain);
+    if (word(4) != 2) {
+      input.fail("byte 4", "it is binary glTF of version " + std::to_string(word(4)),
+                 "Export it as glTF 2.0.");
+    }
+    const std::uint64_t length = word(8);
+    if (length > text.size()) {
+      input.fail("byte 8",
+                 "the file is truncated: it should have " + std::to_string(length) +
+                     " bytes, but has " + std::to_string(text.size()),
+                 kAgain);
+    }
+    if (length < 20)
+      input.fail("byte 8", "its length of " + std::to_string(length) + " is too short", kAgain);
+    if (length < text.size()) {
+      input.warn("trailing-bytes",
+                 counted(text.size() - length, "byte") + " after the end were ignored.",
+                 text.size() - length);
+    }
+    const auto chunk = [&](std::size_t at) {
+      const std::uint64_t size = word(at);
+      if (size > length - at - 8) {
+        input.fail("byte " + std::to_string(at),
+                   "a chunk should have " + std::to_string(size) + " bytes, but only " +
+                       std::to_string(length - at - 8) + " are left",
+                   kAgain);
+      }
+      return text.substr(at + 8, size);
+    };
+    const std::string_view json = chunk(12);
+    if (word(16) != kJsonChunk) input.fail("byte 16", "its first chunk is not JSON", kAgain);
+    for (std::size_t at = 20 + json.size(); at + 8 <= length;) {
+      const std::string_view content = chunk(at);
+      if (word(at + 4) == kBinaryChunk && !has_binary_) {
+        binary_ = content;
+        has_binary_ = true;
+      }
+      at += 8 + content.size();
+    }
+    text = json;
+  }
+  const FailWith fail = [&input](const std::string& place, const std::string& problem,
+                                 const std::string& remedy) { input.fail(place, problem, remedy); };
+  // A list of empty lists takes the most: 16 bytes and a vector for two characters.
+  require_memory("its JSON", capped_product(24, text.size()), memory_failure(fail, ""));
+  try {
+    json_ = std::make_unique<nlohmann::json>(nlohmann::json::parse(text.begin(), text.end()));
+  } catch (const nlohmann::json::parse_error& error) {
+    input.fail("byte " + std::to_string(error.byte) + " of the JSON", "it is not valid JSON there",
+               "Export or copy the file again.");
+  } catch (const nlohmann::json::exception&) {
+    input.fail("", "a number of its JSON is out of range", "Export the file again.");
+  }
+  const GltfValue asset = root()["asset"];
+  const std::string version = asset["version"].text();
+  if (!asset.exists() || !version.starts_with("2.")) {
+    asset.fail(version.empty() ? "it does not say which glTF it is"
+                               : "it is glTF " + version.substr(0, 20),
+               "Export it as glTF 2.0.");
+  }
+  const GltfValue required = root()["extensionsRequired"];
+  for (std::size_t i = 0; i < required.size(); ++i) {
+    const std::string name = required.at(i).text();
+    if (is_supported(name)) continue;
+    required.at(i).fail(
+        "it needs the extension " + printable(name.substr(0, 100)) +
+            (name == kDraco ? ", but this build of Kiln was made without Draco"
+                            : ", which Kiln does not read"),
+        name == kDraco ? "Export it without compression, unpack it (gltf-transform copy), or build "
+                         "Kiln with KILN_DRACO=ON where Draco is installed."
+                       : "Export it without this extension.");
+  }
+}
+
+GltfValue GltfFile::root() const { return {input_, json_.get(), ""}; }
+
+bool GltfFile::decode_data_uri(const GltfValue& uri, std::string& bytes) {
+  const std::string text = uri.text();
+  if (!text.starts_with("data:")) return false;
+  const std::size_t comma = text.find(',');
+  if (comma == std::string::npos) uri.fail("its data has no start");
+  if (!std::string_view(text).substr(0, comma).ends_with(";base64")) {
+    bytes = decode_percent(std::string_view(text).substr(comma + 1));
+  } else if (!decode_base64(std::string_view(text).substr(comma + 1), bytes)) {
+    uri.fail("its data is no base64");
+  }
+  return true;
+}
+
+std::filesystem::path GltfFile::path_of(const GltfValue& uri) const {
+  std::string text = decode_percent(uri.text());
+  std::replace(text.begin(), text.end(), '\\', '/');
+  const std::filesystem::path path = text;
+  const bool has_scheme = text.find(':') < text.find('/');
+  bool leaves = text.empty() || has_scheme || path.is_absolute() || text.find('\0') != text.npos;
+  for (const std::filesystem::path& part : path) leaves = leaves || part == "..";
+  if (leaves) {
+    uri.fail("\"" + printable(text.substr(0, 200)) +
+                 "\" is no file in the folder of the glTF file, and was not read",
+             "Put it beside the glTF file, and name it without folders above.");
+  }
+  if (!input_.folder) {
+    uri.fail("\"" + printable(text) + "\" is a file of its own, but the glTF was read from memory",
+             "Give the path of the file, or a GLB that holds everything.");
+  }
+  return *input_.folder / path;
+}
+
+std::string_view GltfFile::buffer(std::size_t index) const {
+  const GltfValue buffer = list("buffers").at(index);
+  const GltfValue uri = buffer["uri"];
+  const std::uint64_t length = buffer["byteLength"].count(0);
+  std::string_view bytes;
+  if (!uri.exists()) {
+    if (index != 0 || !has_binary_) {
+      buffer.fail("it has neither a URI nor the binary chunk of a GLB");
+    }
+    bytes = binary_;
+  } else {
+    auto [known, added] = buffers_.try_emplace(index);
+    if (added && !decode_data_uri(uri, known->second)) {
+      const FailWith fail = [&](const std::string& /*place*/, const std::string& problem,
+                                const std::string& remedy) {
+        uri.fail("'" + printable(uri.text()) + "': " + problem, remedy);
+      };
+      const std::filesystem::path path = path_of(uri);
+      known->second = read_whole(*open_file(path, fail), fail);
+      OutputSet::protect(path);
+    }
+    bytes = known->second;
+  }
+  if (length > bytes.size()) {
+    buffer.fail("it should have " + std::to_string(length) + " bytes, but there are only " +
+                    std::to_string(bytes.size()),
+                "The data is truncated: export or copy it again.");
+  }
+  return bytes.substr(0, length);
+}
+
+/// Bytes of a buffer that a view, or its packed form, takes.
+std::string_view GltfFile::part_of_buffer(const GltfValue& view) const {
+  const auto buffer_index = view["buffer"].index_into(list("buffers"));
+  if (!buffer_index) view.fail("it names no buffer");
+  const std::string_view bytes = buffer(*buffer_index);
+  const std::uint64_t offset = view["byteOffset"].count(0), length = view["byteLength"].count(0);
+  if (offset > bytes.size() || length > bytes.size() - offset) {
+    view.fail("it takes " + std::to_string(length) + " bytes from byte " + std::to_string(offset) +
+              " on, but buffers[" + std::to_string(*buffer_index) + "] has only " +
+              std::to_string(bytes.size()));
+  }
+  return bytes.substr(offset, length);
+}
+
+/// EXT_meshopt_compression.
+std::string GltfFile::unpack(const GltfValue& view, const GltfValue& packed) const {
+  const std::string_view bytes = part_of_buffer(packed);
+  const std::uint64_t count = packed["count"].count(0), step = packed["byteStride"].count(0);
+  const std::string mode = packed["mode"].text(), filter = packed["filter"].text();
+  const bool vertices = mode == "ATTRIBUTES", triangles = mode == "TRIANGLES";
+  if (!vertices && !triangles && mode != "INDICES") packed["mode"].fail("meshopt has no such mode");
+  const bool fits = vertices ? step >= 4 && step <= 256 && step % 4 == 0
+                             : (step == 2 || step == 4) && (!triangles || count % 3 == 0);
+  if (!fits) packed.fail("its byteStride or count does not go with its mode");
+  // Vertices take at least 1/64 of their bytes: 2 bits for 16.
+  constexpr std::uint64_t kMostUnpacked = 64, kTail = 65536;
+  if (count > (kMostUnpacked * bytes.size() + kTail) / step) {
+    packed.fail("it should hold " + std::to_string(count) + " elements, more than its " +
+                std::to_string(bytes.size()) + " bytes can");
+  }
+  if (count * step != view["byteLength"].count(0)) {
+    packed.fail("it holds other than the byteLength of its bufferView");
+  }
+  const auto* const from = reinterpret_cast<const unsigned char*>(bytes.data());
+  std::string result(count * step, '\0');
+  const int error =
+      vertices    ? meshopt_decodeVertexBuffer(result.data(), count, step, from, bytes.size())
+      : triangles ? meshopt_decodeIndexBuffer(result.data(), count, step, from, bytes.size())
+                  : meshopt_decodeIndexSequence(result.data(), count, step, from, bytes.size());
+  if (error != 0) packed.fail("its data is damaged, or of a newer meshopt");
+  if (filter.empty() || filter == "NONE") return result;
+  if (filter == "OCTAHEDRAL" && vertices && (step == 4 || step == 8)) {
+    meshopt_decodeFilterOct(result.data(), count, step);
+  } else if (filter == "QUATERNION" && vertices && step == 8) {
+    meshopt_decodeFilterQuat(result.data(), count, step);
+  } else if (filter == "EXPONENTIAL" && vertices) {
+    meshopt_decodeFilterExp(result.data(), count, step);
+  } else {
+    packed["filter"].fail("it is none that meshopt has for this mode and byteStride");
+  }
+  return result;
+}
+
+std::string_view GltfFile::view(std::size_t index) const {
+  const GltfValue view = list("bufferViews").at(index);
+  const GltfValue packed = view["extensions"]["EXT_meshopt_compression"];
+  if (!packed.exists()) return part_of_buffer(view);
+  const auto known = unpacked_.find(index);
+  if (known != unpacked_.end()) return known->second;
+  return unpacked_.emplace(index, unpack(view, packed)).first->second;
+}
+
+double GltfFile::largest_of(const GltfValue& accessor) {
+  const std::uint64_t type = accessor["componentType"].count(0);
+  return type == kFloat ? 1 : component_of(accessor, type).largest;
+}
+
+/// Place of an accessor's elements.
+struct GltfFile::Elements {
+  const char* first = nullptr;
+  std::size_t step = 0;
+};
+
+GltfFile::Elements GltfFile::elements(const GltfValue& accessor, const GltfValue& place_of_view,
+                                      std::size_t count, std::uint64_t offset,
+                                      std::uint64_t component_type, std::size_t width,
+                                      std::size_t row_step) const {
+  const auto view_index = place_of_view.index_into(list("bufferViews"));
+  if (!view_index) accessor.fail("it names no bufferView");
+  const std::size_t size = component_of(accessor, component_type).bytes * width;
+  const std::size_t step = std::max<std::size_t>(row_step != 0 ? row_step : size, 1);
+  const std::string_view bytes = view(*view_index);
+  // Without overflow: count is at most 2^53 by JSON, and so is divided.
+  const bool fits = count == 0 || (offset <= bytes.size() && bytes.size() - offset >= size &&
+                                   (count - 1) <= (bytes.size() - offset - size) / step);
+  if (!fits) {
+    accessor.fail("its " + counted(count, "element") + " from byte " + std::to_string(offset) +
+                  " on are more than bufferViews[" + std::to_string(*view_index) +
+                  "] has: " + std::to_string(bytes.size()) + " bytes");
+  }
+  return {count == 0 ? nullptr : bytes.data() + offset, step};
+}
+
+/// Finds an accessor's elements, but for sparse ones; nothing if all are zeros.
+GltfFile::Elements GltfFile::locate(const GltfValue& accessor) const {
+  const std::uint64_t count = accessor["count"].count(0);
+  const GltfValue view = accessor["bufferView"];
+  if (const auto index = view.index_into(list("bufferViews"))) {
+    const std::size_t step = list("bufferViews").at(*index)["byteStride"].count(0);
+    return elements(accessor, view, count, accessor["byteOffset"].count(0),
+                    accessor["componentType"].count(0), width_of(accessor["type"].text()), step);
+  }
+  constexpr std::size_t kFewZeros = 65536;
+  if (count > std::max(input_.bytes.size(), kFewZeros)) {
+    accessor.fail("it has " + std::to_string(count) +
+                  " elements without a bufferView, more than the file has bytes");
+  }
+  return {};
+}
+
+std::size_t GltfFile::count(std::size_t index) const {
+  const GltfValue accessor = list("accessors").at(index);
+  locate(accessor);
+  return accessor["count"].count(0);
+}
+
+GltfNumbers GltfFile::read(std::size_t index, std::size_t width, bool indices) const {
+  const GltfValue accessor = list("accessors").at(index);
+  const std::uint64_t type = accessor["componentType"].count(0);
+  const ComponentType component = component_of(accessor, type);
+  const std::size_t given = width_of(accessor["type"].text());
+  if (given != width && !(width == kColor && (given == 3 || given == 4))) {
+    accessor.fail("it is of type \"" + printable(accessor["type"].text().substr(0, 20)) +
+                  "\", where " +
+                  (width == kColor ? "VEC3 or VEC4"
+                   : width == 1    ? "SCALAR"
+                                   : "VEC" + std::to_string(width)) +
+                  " belongs");
+  }
+  if (indices && (type == kFloat || type == 5120 || type == 5122)) {
+    accessor.fail("it has indices that are no unsigned integers");
+  }
+  const bool normalized = accessor["normalized"].flag() && type != kFloat;
+  const std::size_t count = this->count(index);
+  const GltfValue sparse = accessor["sparse"];
+  const Elements from = locate(accessor);
+  const FailWith fail = [&](const std::string& /*place*/, const std::string& problem,
+                            const std::string& remedy) { accessor.fail(problem, remedy); };
+  require_memory("its numbers", capped_product(count, given * sizeof(double)),
+                 memory_failure(fail, ""));
+  GltfNumbers result{given, std::vector<double>(count * given)};
+  const auto copy = [&](const char* element, std::size_t to) {
+    for (std::size_t k = 0; k < given; ++k) {
+      const double value = component.read(element + k * component.bytes);
+      result.values[to * given + k] =
+          normalized ? std::max(value / component.largest, -1.0) : value;
+    }
+  };
+  if (from.first != nullptr) {
+    for (std::size_t i = 0; i < count; ++i) copy(from.first + i * from.step, i);
+  }
+  if (!sparse.exists()) return result;
+  const std::size_t changed = sparse["count"].count(0);
+  const GltfValue places = sparse["indices"], values = sparse["values"];
+  const std::uint64_t place_type = places["componentType"].count(0);
+  if (place_type != 5121 && place_type != 5123 && place_type != 5125) {
+    places.fail("it has indices that are no unsigned integers");
+  }
+  const Elements at = elements(places, places["bufferView"], changed, places["byteOffset"].count(0),
+                               place_type, 1, 0);
+  const Elements value = elements(values, values["bufferView"], changed,
+                                  values["byteOffset"].count(0), type, given, 0);
+  const ComponentType place_component = component_of(places, place_type);
+  for (std::size_t i = 0; i < changed; ++i) {
+    const auto to = static_cast<std::size_t>(place_component.read(at.first + i * at.step));
+    if (to >= count) {
+      places.fail("it names element " + std::to_string(to) + ", but there are only " +
+                  std::to_string(count));
+    }
+    copy(value.first + i * value.step, to);
+  }
+  return result;
+}
+
+GltfNumbers GltfFile::numbers(std::size_t accessor, std::size_t width) const {
+  return read(accessor, width, false);
+}
+
+std::vector<std::uint32_t> GltfFile::indices(std::size_t accessor, std::size_t below) const {
+  const GltfNumbers read_numbers = read(accessor, 1, true);
+  std::vector<std::uint32_t> result(read_numbers.values.size());
+  for (std::size_t i = 0; i < result.size(); ++i) {
+    const double index = read_numbers.values[i];
+    if (!(index < static_cast<double>(below))) {
+      list("accessors")
+          .at(accessor)
+          .fail("its index " + std::to_string(i) + " is " +
+                std::to_string(static_cast<std::uint64_t>(index)) + ", but there are only " +
+                std::to_string(below) + " vertices");
+    }
+    result[i] = static_cast<std::uint32_t>(index);
+  }
+  return result;
+}
+
+}  // namespace kiln

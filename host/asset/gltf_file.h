@@ -1,0 +1,77 @@
+// A glTF 2.0 file: its JSON, buffers and accessors, with every size checked before it is used.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <map>
+#include <memory>
+#include <nlohmann/json_fwd.hpp>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "asset/gltf_json.h"
+
+namespace kiln {
+
+/// The numbers of an accessor.
+struct GltfNumbers {
+  std::size_t width = 0;       ///< Numbers an element
+  std::vector<double> values;  ///< Normalised integers as fractions
+
+  std::size_t count() const { return width == 0 ? 0 : values.size() / width; }
+  const double* at(std::size_t element) const { return &values[element * width]; }
+};
+
+class GltfFile {
+ public:
+  /// Parses the container and the JSON; buffers are read when first used. The input must outlive this.
+  /// \throws Error(input), as all functions here
+  explicit GltfFile(const MeshInput& input);
+  ~GltfFile();
+  GltfFile(const GltfFile&) = delete;
+  GltfFile& operator=(const GltfFile&) = delete;
+
+  const MeshInput& input() const { return input_; }
+  GltfValue root() const;
+  /// A list at the top: "meshes".
+  GltfValue list(std::string_view name) const { return root()[name]; }
+
+  /// \param width  numbers an element; 34: 3 or 4
+  GltfNumbers numbers(std::size_t accessor, std::size_t width) const;
+  static constexpr std::size_t kColor = 34;
+  /// The number that stands for 1 where an accessor's integers are normalised.
+  static double largest_of(const GltfValue& accessor);
+  /// Indices, each below `below`. Where there are strips, those that restart them are refused, too.
+  std::vector<std::uint32_t> indices(std::size_t accessor, std::size_t below) const;
+  /// Elements of an accessor, as many as the file can hold, before any of it is read.
+  std::size_t count(std::size_t accessor) const;
+
+  /// The bytes of a buffer view.
+  std::string_view view(std::size_t index) const;
+  /// True for a URI that holds its bytes; then they are put into `bytes`.
+  static bool decode_data_uri(const GltfValue& uri, std::string& bytes);
+  /// The file that a URI names. Absolute ones and those that leave the folder are refused.
+  std::filesystem::path path_of(const GltfValue& uri) const;
+
+ private:
+  struct Elements;
+  std::string_view buffer(std::size_t index) const;
+  std::string_view part_of_buffer(const GltfValue& view) const;
+  std::string unpack(const GltfValue& view, const GltfValue& packed) const;
+  Elements elements(const GltfValue& accessor, const GltfValue& place_of_view, std::size_t count,
+                    std::uint64_t offset, std::uint64_t component_type, std::size_t width,
+                    std::size_t row_step) const;
+  Elements locate(const GltfValue& accessor) const;
+  GltfNumbers read(std::size_t accessor, std::size_t width, bool indices) const;
+
+  const MeshInput& input_;
+  std::unique_ptr<nlohmann::json> json_;
+  std::string_view binary_;
+  bool has_binary_ = false;
+  mutable std::map<std::size_t, std::string> buffers_;   // those that are not binary_
+  mutable std::map<std::size_t, std::string> unpacked_;  // views packed by meshopt
+};
+
+}  // namespace kiln

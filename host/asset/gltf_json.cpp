@@ -1,0 +1,84 @@
+#include "asset/gltf_json.h"
+
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+namespace kiln {
+
+void GltfValue::fail(const std::string& problem, const std::string& remedy) const {
+  input_->fail(place_, problem, remedy);
+}
+
+GltfValue GltfValue::operator[](std::string_view key) const {
+  std::string place = place_.empty() ? std::string(key) : place_ + "." + std::string(key);
+  if (!exists()) return {*input_, nullptr, std::move(place)};
+  if (!value_->is_object()) fail("it is no object");
+  const auto found = value_->find(key);
+  return {*input_, found == value_->end() ? nullptr : &*found, std::move(place)};
+}
+
+GltfValue GltfValue::at(std::size_t index) const {
+  return {*input_, &(*value_)[index], place_ + "[" + std::to_string(index) + "]"};
+}
+
+std::size_t GltfValue::size() const {
+  if (!exists()) return 0;
+  if (!value_->is_array()) fail("it is no list");
+  return value_->size();
+}
+
+std::vector<std::string> GltfValue::names() const {
+  if (!exists()) return {};
+  if (!value_->is_object()) fail("it is no object");
+  std::vector<std::string> names;
+  for (const auto& [name, value] : value_->items()) names.push_back(name);
+  return names;
+}
+
+std::string GltfValue::text() const {
+  if (!exists()) return {};
+  if (!value_->is_string()) fail("it is no text");
+  return value_->get<std::string>();
+}
+
+bool GltfValue::flag() const {
+  if (!exists()) return false;
+  if (!value_->is_boolean()) fail("it is neither true nor false");
+  return value_->get<bool>();
+}
+
+double GltfValue::number(double otherwise) const {
+  if (!exists()) return otherwise;
+  if (!value_->is_number()) fail("it is no number");
+  const auto number = value_->get<double>();
+  if (!std::isfinite(number)) fail("it is no finite number");
+  return number;
+}
+
+std::uint64_t GltfValue::count(std::uint64_t otherwise) const {
+  if (!exists()) return otherwise;
+  constexpr double kMost = 9007199254740992;  // beyond, not each integer is a double
+  const double value = number(0);             // some write 3.0
+  if (!(value >= 0 && value <= kMost) || value != std::floor(value)) {
+    fail("it is no whole number from 0 on");
+  }
+  return static_cast<std::uint64_t>(value);
+}
+
+std::optional<std::size_t> GltfValue::index_into(const GltfValue& list) const {
+  if (!exists()) return std::nullopt;
+  const std::uint64_t index = count(0);
+  if (index >= list.size()) {
+    fail("it is " + std::to_string(index) + ", but there are only " + std::to_string(list.size()) +
+         " " + list.place());
+  }
+  return static_cast<std::size_t>(index);
+}
+
+std::string GltfValue::dump() const {
+  // Text that is no UTF-8 would throw.
+  return exists() ? value_->dump(-1, ' ', false, nlohmann::json::error_handler_t::replace)
+                  : std::string();
+}
+
+}  // namespace kiln

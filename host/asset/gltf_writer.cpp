@@ -1,0 +1,678 @@
+// glTF 2.0 out: one binary file, or JSON with its buffer and pictures beside it.
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cmath>
+#include <cstring>
+#include <limits>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <unordered_map>
+#include <vector>
+
+#include "asset/hierarchy.h"
+#include "base/fnv.h"
+#include "base/lower_case.h"
+#include "base/srgb.h"
+#include "kiln/asset.h"
+#include "kiln/files.h"
+#include "kiln/version.h"
+#include "mesh/frame.h"
+#include "mesh/low_surface.h"
+#include "mesh/vector.h"
+
+namespace kiln {
+namespace {
+
+namespace fs = std::filesystem;
+using Json = nlohmann::ordered_json;
+
+// Numbers of glTF's specification.
+constexpr int kUshort = 5123, kUint = 5125, kFloat = 5126, kVertices = 34962, kIndices = 34963;
+constexpr int kLinear = 9729, kLinearMips = 9987, kRepeat = 10497;
+constexpr std::uint32_t kMagic = 0x46546C67, kJsonChunk = 0x4E4F534A, kBinaryChunk = 0x004E4942;
+
+// Required: a second picture for programs without it would be larger than both.
+constexpr const char* kTextureWebp = "EXT_texture_webp";
+
+constexpr AffineMap kIdentity{1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1};
+
+[[noreturn]] void fail_usage(const std::string& what) {
+  throw Error(ErrorCode::usage, "save_asset(): " + what);
+}
+
+Json parse_extras(const std::string& text, const char* of) {
+  Json json = Json::parse(text, nullptr, false);
+  if (json.is_discarded()) fail_usage(std::string("the extras of ") + of + " are no JSON.");
+  return json;
+}
+
+/// A vertex as the file has it; two of the same bits are one.
+struct Vertex {
+  std::array<float, 12> values;       // position, normal, tangent with its sign, UV
+  std::array<std::uint8_t, 4> color;  // sRGB
+
+  bool operator==(const Vertex& other) const {
+    return std::memcmp(values.data(), other.values.data(), sizeof values) == 0 &&
+           color == other.color;
+  }
+};
+struct VertexHash {
+  std::size_t operator()(const Vertex& vertex) const {
+    Fnv1a hash;
+    for (const float value : vertex.values) hash.add(std::bit_cast<std::uint32_t>(value));
+    hash.add(std::bit_cast<std::uint32_t>(vertex.color));
+    return static_cast<std::size_t>(hash.value);
+  }
+};
+
+/// One primitive.
+struct Part {
+  std::vector<Vertex> vertices;
+  std::vector<std::uint32_t> indices;
+  std::unordered_map<Vertex, std::uint32_t, VertexHash> known;
+
+  void add(const Vertex& vertex) {
+    const auto [entry, added] = known.emplace(vertex, static_cast<std::uint32_t>(vertices.size()));
+    if (added) vertices.push_back(vertex);
+    indices.push_back(entry->second);
+  }
+};
+
+/// From the world to the space that an object is written in, which is not mirrored.
+struct ToLocal {
+  std::array<double, 3> origin{};  // of the mesh's positions, in the world
+  std::array<Vec3d, 3> rows{Vec3d(1, 0, 0), Vec3d(0, 1, 0), Vec3d(0, 0, 1)};  // of the inverse map
+  Vec3d moved;                                                                // by the map
+  std::array<Vec3d, 3> columns = rows;                                        // of the map
+
+  Vec3 place(const Vec3& p) const {
+    const Vec3d at = Vec3d(p) + Vec3d(origin[0], origin[1], origin[2]) - moved;
+    return to_float({dot(rows[0], at), dot(rows[1], at), dot(rows[2], at)});
+  }
+  /// A normal, by the inverse transposed of the inverse.
+  Vec3 normal(const Vec3& n) const {
+    const Vec3d of(n);
+    return unit({dot(columns[0], of), dot(columns[1], of), dot(columns[2], of)});
+  }
+  Vec3 tangent(const Vec3& t) const {
+    const Vec3d of(t);
+    return unit({dot(rows[0], of), dot(rows[1], of), dot(rows[2], of)});
+  }
+  static Vec3 unit(const Vec3d& v) { return to_float(v * (1 / length(v))); }
+};
+
+double determinant(const AffineMap& m) {
+  return dot(Vec3d(m[0], m[1], m[2]), cross(Vec3d(m[4], m[5], m[6]), Vec3d(m[8], m[9], m[10])));
+}
+
+/// The inverse of a map that does not mirror. \returns false where it flattens, or floats end
+bool invert(const AffineMap& m, double reach, ToLocal& local) {
+  constexpr double kFlat = 1e-9;
+  const Vec3d x(m[0], m[1], m[2]), y(m[4], m[5], m[6]), z(m[8], m[9], m[10]);
+  const double size = determinant(m);
+  if (!(size > kFlat * length(x) * length(y) * length(z))) return false;
+  local.columns = {x, y, z};
+  local.rows = {cross(y, z) * (1 / size), cross(z, x) * (1 / size), cross(x, y) * (1 / size)};
+  local.moved = {m[12], m[13], m[14]};
+  return std::all_of(local.rows.begin(), local.rows.end(), [&](const Vec3d& row) {
+    const double largest = std::abs(row.x) + std::abs(row.y) + std::abs(row.z);
+    return largest * (reach + length(local.moved)) < double{std::numeric_limits<float>::max()};
+  });
+}
+
+/// Largest distance of a mesh from the world's origin, along an axis.
+double reach_of(const Mesh& mesh) {
+  double reach = 0;
+  for (const Vec3& p : mesh.positions) {
+    if (!is_finite(p)) continue;
+    reach = std::max({reach, std::abs(mesh.origin[0] + p.x), std::abs(mesh.origin[1] + p.y),
+                      std::abs(mesh.origin[2] + p.z)});
+  }
+  return reach;
+}
+
+/// By object and material.
+using Primitives = std::map<std::pair<std::size_t, std::size_t>, Part>;
+
+/// A mesh's triangles, a primitive each. \param locals  one an object
+Primitives primitives_of(const Mesh& low, const std::vector<ToLocal>& locals, bool one_material) {
+  const bool has_layout = !low.uvs.empty();
+  Mesh
+      flat;  // stands in for one without UVs: any will do, since they are not written, nor tangents
+  if (!has_layout) {
+    flat = low;
+    flat.uvs = {{0, 0}, {1, 0}, {0, 1}};
+    flat.uv_triangles.assign(low.triangles.size(), {0, 1, 2});
+  }
+  const LowSurface surface = LowSurface::of(has_layout ? low : flat, Frame::of(low));
+  Primitives primitives;
+  for (std::size_t t = 0; t < surface.triangles.size(); ++t) {
+    if (surface.usable[t] == 0) continue;
+    const std::size_t object = low.objects.empty() ? 0 : low.objects[t];
+    const std::size_t material = one_material ? 0 : low.materials[t];
+    const ToLocal& local = locals[object];
+    std::array<Vertex, 3> corners{};
+    bool has_uvs = true;
+    for (std::size_t k = 0; k < 3; ++k) {
+      const LowSurface::Corner& corner = surface.triangles[t][k];
+      const std::uint32_t vertex = low.triangles[t][k];
+      const Vec3 p = local.place(low.positions[vertex]), normal = local.normal(corner.normal),
+                 tangent = local.tangent(corner.tangent);
+      // glTF counts v from the top; bitangents still point up, to +Y of the normal map.
+      corners[k].values = {p.x + 0.0F, p.y + 0.0F,  p.z + 0.0F,         normal.x,
+                           normal.y,   normal.z,    tangent.x,          tangent.y,
+                           tangent.z,  corner.sign, corner.uv.x + 0.0F, 1 - corner.uv.y};
+      if (!has_layout) std::fill_n(&corners[k].values[6], 6, 0.0F);
+      if (!low.colors.empty()) corners[k].color = low.colors[vertex];
+      has_uvs = has_uvs && std::isfinite(corner.uv.x) && std::isfinite(corner.uv.y);
+    }
+    if (!has_uvs) continue;
+    Part& part = primitives[{object, material}];
+    for (const Vertex& corner : corners) part.add(corner);
+  }
+  return primitives;
+}
+
+/// A name as a URI has it.
+std::string as_uri(const std::string& name) {
+  std::string uri;
+  for (const char c : name) {
+    const auto byte = static_cast<unsigned char>(c);
+    const bool plain = (c >= '0' && c <= '9') || (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') ||
+                       std::strchr("-._~", c) != nullptr;
+    if (plain && c != 0) {
+      uri += c;
+    } else {
+      constexpr const char* kDigits = "0123456789ABCDEF";
+      uri += {'%', kDigits[byte >> 4U], kDigits[byte & 15U]};
+    }
+  }
+  return uri;
+}
+
+/// The file as it grows: its JSON and its one buffer, and its pictures where these are files.
+class GltfOutput {
+ public:
+  explicit GltfOutput(const fs::path& path)
+      : path_(path), is_text_(lower_extension(path) == ".gltf") {
+    json_["asset"] = {{"version", "2.0"}, {"generator", "Kiln " + std::string(version())}};
+    json_["scene"] = 0;
+    json_["scenes"] = Json::array({Json{{"nodes", Json::array()}}});
+    json_["nodes"] = Json::array();
+  }
+
+  Json& json() { return json_; }
+
+  std::size_t add_node(Json node, std::size_t parent = kRoot) {
+    Json& nodes = json_["nodes"];
+    nodes.push_back(std::move(node));
+    const std::size_t index = nodes.size() - 1;
+    (parent == kRoot ? json_["scenes"][0]["nodes"] : nodes[parent]["children"]).push_back(index);
+    return index;
+  }
+  static constexpr std::size_t kRoot = std::numeric_limits<std::size_t>::max();
+
+  Json add_primitive(const Part& part, std::size_t material, bool has_uvs, const char* color_name) {
+    Json attributes = {{"POSITION", add_values(part.vertices, 0, 3, "VEC3", true)},
+                       {"NORMAL", add_values(part.vertices, 3, 3, "VEC3", false)}};
+    if (has_uvs) {
+      attributes["TANGENT"] = add_values(part.vertices, 6, 4, "VEC4", false);
+      attributes["TEXCOORD_0"] = add_values(part.vertices, 10, 2, "VEC2", false);
+    }
+    if (color_name != nullptr) attributes[color_name] = add_colors(part.vertices);
+    const std::size_t indices = add_indices(part.indices);
+    return {{"attributes", std::move(attributes)}, {"indices", indices}, {"material", material}};
+  }
+
+  /// A picture, which is there once. \returns a reference to its texture
+  Json add_picture(const std::vector<std::byte>& bytes, const std::string& name, bool is_webp) {
+    const auto [entry, added] = textures_.emplace(&bytes, json_["textures"].size());
+    if (added) {
+      Json image = {{"name", name}, {"mimeType", is_webp ? "image/webp" : "image/png"}};
+      if (is_text_) {
+        files_.emplace_back(
+            unique_.add(path_.stem().string() + "_" + name) + (is_webp ? ".webp" : ".png"), &bytes);
+        image["uri"] = as_uri(files_.back().first);
+      } else {
+        image["bufferView"] = add_view(bytes.data(), bytes.size(), 0);
+      }
+      json_["images"].push_back(std::move(image));
+      if (!json_.contains("samplers")) {
+        json_["samplers"] = Json::array({Json{{"magFilter", kLinear},
+                                              {"minFilter", kLinearMips},
+                                              {"wrapS", kRepeat},
+                                              {"wrapT", kRepeat}}});
+      }
+      Json texture = {{"sampler", 0}};
+      (is_webp ? texture["extensions"][kTextureWebp] : texture)["source"] =
+          json_["images"].size() - 1;
+      json_["textures"].push_back(std::move(texture));
+      if (is_webp) use_extension(kTextureWebp, true);
+    }
+    return Json{{"index", entry->second}};
+  }
+
+  void use_extension(const char* name, bool required = false) {
+    for (const char* list : {"extensionsUsed", "extensionsRequired"}) {
+      Json& names = json_[list];
+      if (std::find(names.begin(), names.end(), name) == names.end()) names.push_back(name);
+      if (!required) return;
+    }
+  }
+
+  /// \returns the files, the one of `path` last
+  std::vector<fs::path> save() {
+    bytes_.resize((bytes_.size() + 3) / 4 * 4);
+    json_["buffers"] = Json::array({Json{{"byteLength", bytes_.size()}}});
+    if (!is_text_) {
+      save_text(path_, binary());
+      return {path_};
+    }
+    std::vector<fs::path> written;
+    const auto write = [&](const fs::path& name, std::string_view bytes) {
+      written.push_back(path_.parent_path() / name);
+      save_text(written.back(), bytes);
+    };
+    const std::string buffer = path_.stem().string() + ".bin";
+    json_["buffers"][0]["uri"] = as_uri(buffer);
+    write(buffer, bytes_);
+    for (const auto& [name, png] : files_) {
+      write(name, {reinterpret_cast<const char*>(png->data()), png->size()});
+    }
+    write(path_.filename(), json_.dump(1, ' ', false, Json::error_handler_t::replace) + "\n");
+    return written;
+  }
+
+ private:
+  /// \returns the index of its view
+  std::size_t add_view(const void* data, std::size_t size, int target) {
+    bytes_.resize((bytes_.size() + 3) / 4 * 4);
+    Json view = {{"buffer", 0}, {"byteOffset", bytes_.size()}, {"byteLength", size}};
+    if (target != 0) view["target"] = target;
+    bytes_.append(static_cast<const char*>(data), size);
+    json_["bufferViews"].push_back(std::move(view));
+    return json_["bufferViews"].size() - 1;
+  }
+
+  /// Values of all vertices, from one of theirs on. \returns the index of its accessor
+  std::size_t add_values(const std::vector<Vertex>& vertices, std::size_t first, std::size_t count,
+                         const char* type, bool bounded) {
+    std::vector<float> values;
+    values.reserve(vertices.size() * count);
+    std::vector<float> low(count, std::numeric_limits<float>::infinity()), high(count, -low[0]);
+    for (const Vertex& vertex : vertices) {
+      for (std::size_t k = 0; k < count; ++k) {
+        const float value = vertex.values[first + k];
+        values.push_back(value);
+        low[k] = std::min(low[k], value);
+        high[k] = std::max(high[k], value);
+      }
+    }
+    Json accessor = {
+        {"bufferView", add_view(values.data(), values.size() * sizeof(float), kVertices)},
+        {"componentType", kFloat},
+        {"count", vertices.size()},
+        {"type", type}};
+    if (bounded) {
+      accessor["min"] = low;
+      accessor["max"] = high;
+    }
+    return add_accessor(std::move(accessor));
+  }
+
+  /// 16 bits of linear light hold what 8 bits of sRGB do.
+  std::size_t add_colors(const std::vector<Vertex>& vertices) {
+    std::vector<std::uint16_t> values;
+    values.reserve(4 * vertices.size());
+    for (const Vertex& vertex : vertices) {
+      for (std::size_t k = 0; k < 4; ++k) {
+        const std::uint8_t byte = vertex.color[k];
+        values.push_back(static_cast<std::uint16_t>(
+            k < 3 ? std::lround(linear_of_bytes()[byte] * 65535.0F) : byte * 257));
+      }
+    }
+    return add_accessor(
+        {{"bufferView", add_view(values.data(), values.size() * sizeof values[0], kVertices)},
+         {"componentType", kUshort},
+         {"normalized", true},
+         {"count", vertices.size()},
+         {"type", "VEC4"}});
+  }
+
+  std::size_t add_indices(const std::vector<std::uint32_t>& indices) {
+    const std::size_t view =
+        add_view(indices.data(), indices.size() * sizeof(std::uint32_t), kIndices);
+    return add_accessor({{"bufferView", view},
+                         {"componentType", kUint},
+                         {"count", indices.size()},
+                         {"type", "SCALAR"}});
+  }
+
+  std::size_t add_accessor(Json accessor) {
+    json_["accessors"].push_back(std::move(accessor));
+    return json_["accessors"].size() - 1;
+  }
+
+  /// A GLB's bytes.
+  std::string binary() const {
+    std::string text = json_.dump(-1, ' ', false, Json::error_handler_t::replace);
+    text.resize((text.size() + 3) / 4 * 4, ' ');
+    constexpr std::uint64_t kHeads = 12 + 8 + 8;
+    const std::uint64_t size = kHeads + text.size() + bytes_.size();
+    if (size > std::numeric_limits<std::uint32_t>::max()) {
+      throw Error(ErrorCode::output, "'" + path_.string() +
+                                         "' would be larger than the 4 GiB that a GLB may have: "
+                                         "name it .gltf, or bake smaller maps.");
+    }
+    std::string file;
+    file.reserve(static_cast<std::size_t>(size));
+    for (const std::uint64_t word : {std::uint64_t{kMagic}, std::uint64_t{2}, size}) {
+      append(file, word);
+    }
+    append(file, text.size());
+    append(file, kJsonChunk);
+    file += text;
+    append(file, bytes_.size());
+    append(file, kBinaryChunk);
+    return file + bytes_;
+  }
+  static void append(std::string& file, std::uint64_t word) {
+    for (int shift = 0; shift < 32; shift += 8) file += static_cast<char>(word >> shift & 0xFFU);
+  }
+
+  fs::path path_;
+  bool is_text_;
+  Json json_;
+  std::string bytes_;
+  std::map<const std::vector<std::byte>*, std::size_t> textures_;
+  UniqueNames unique_;
+  std::vector<std::pair<std::string, const std::vector<std::byte>*>> files_;
+};
+
+void check_map(const Image* map, std::uint32_t least_channels, const char* name) {
+  if (map == nullptr || map->channels >= least_channels) return;
+  throw Error(ErrorCode::usage, std::string("encode_maps(): the map of ") + name + " has " +
+                                    std::to_string(map->channels) + " channels.");
+}
+
+/// The first channels of single maps, a channel each; `plain` where there is none.
+Image joined(const std::vector<std::pair<const Image*, float>>& channels, const Image* first) {
+  Image image;
+  for (const auto& [map, plain] : channels) {
+    if (map == nullptr) continue;
+    if (image.width == 0) {
+      image.width = map->width;
+      image.height = map->height;
+    }
+    if (map->width != image.width || map->height != image.height) {
+      throw Error(ErrorCode::usage,
+                  "encode_maps(): maps that share a picture are not of one size.");
+    }
+  }
+  image.channels = static_cast<std::uint32_t>(channels.size());
+  const std::size_t texels = std::size_t{image.width} * image.height;
+  image.pixels.reserve(texels * channels.size());
+  for (std::size_t i = 0; i < texels; ++i) {
+    for (std::size_t c = 0; c < channels.size(); ++c) {
+      const Image* const map = channels[c].first;
+      const std::size_t of = map != nullptr && map == first ? c : 0;
+      image.pixels.push_back(map == nullptr ? channels[c].second
+                                            : map->pixels[i * map->channels + of]);
+    }
+  }
+  return image;
+}
+
+Json material_of(GltfOutput& file, const AssetMaterial& from) {
+  const AssetPictures none;
+  const AssetPictures& pictures = from.pictures ? *from.pictures : none;
+  const auto picture = [&](const std::vector<std::byte>& bytes, const char* name) {
+    return file.add_picture(bytes, from.set.empty() ? name : from.set + "_" + name,
+                            pictures.is_webp);
+  };
+  Json material = {{"name", from.name}};
+  Json surface = {{"metallicFactor", pictures.has_metallic ? 1 : 0}, {"roughnessFactor", 1}};
+  if (!pictures.color.empty()) surface["baseColorTexture"] = picture(pictures.color, "color");
+  if (pictures.has_opacity && from.alpha_mode != AlphaMode::opaque) {
+    const bool mask = from.alpha_mode == AlphaMode::mask;
+    material["alphaMode"] = mask ? "MASK" : "BLEND";
+    if (mask) material["alphaCutoff"] = from.alpha_cutoff;
+  }
+  if (!pictures.surface.empty()) {
+    const Json texture = picture(pictures.surface, "occlusion_roughness_metallic");
+    if (pictures.has_surface) surface["metallicRoughnessTexture"] = texture;
+    if (pictures.has_occlusion) material["occlusionTexture"] = texture;
+  }
+  if (!pictures.normal.empty()) material["normalTexture"] = picture(pictures.normal, "normal");
+  if (!pictures.emission.empty()) {
+    material["emissiveTexture"] = picture(pictures.emission, "emission");
+    const float strength = pictures.emission_strength, factor = std::min(strength, 1.0F);
+    material["emissiveFactor"] = Json::array({factor, factor, factor});
+    if (strength > 1) {
+      constexpr const char* kStrength = "KHR_materials_emissive_strength";
+      material["extensions"][kStrength]["emissiveStrength"] = strength;
+      file.use_extension(kStrength);
+    }
+  }
+  if (from.double_sided) material["doubleSided"] = true;
+  material["pbrMetallicRoughness"] = std::move(surface);
+  if (!from.extras.empty()) material["extras"] = parse_extras(from.extras, "a material");
+  return material;
+}
+
+void check_nodes(const Mesh& low, const SaveAssetOptions& options) {
+  const std::size_t objects = low.objects.empty() ? 1 : low.object_names.size();
+  if (!options.nodes.empty() && options.object_nodes.size() != objects) {
+    fail_usage("SaveAssetOptions::object_nodes has not one node for each object.");
+  }
+  for (std::size_t i = 0; i < options.nodes.size(); ++i) {
+    const AssetNode& node = options.nodes[i];
+    const AffineMap& m = node.transform;
+    if (node.parent != AssetNode::kNone && node.parent >= i) {
+      fail_usage("node " + std::to_string(i) + " stands before its parent.");
+    }
+    if (!std::all_of(m.begin(), m.end(), [](double value) { return std::isfinite(value); }) ||
+        m[3] != 0 || m[7] != 0 || m[11] != 0 || m[15] != 1) {
+      fail_usage("the transform of node " + std::to_string(i) + " is no affine map.");
+    }
+  }
+  for (const std::uint32_t node : options.object_nodes) {
+    if (node != AssetNode::kNone && node >= options.nodes.size()) {
+      fail_usage("SaveAssetOptions::object_nodes names a node that is not there.");
+    }
+  }
+}
+
+/// Nodes of the file for objects, and the way into each one's space.
+struct Places {
+  std::vector<std::size_t> nodes;
+  std::vector<ToLocal> locals;
+};
+
+/// Writes the hierarchy.
+Places add_nodes(GltfOutput& file, const Mesh& low, const SaveAssetOptions& options) {
+  const std::string name = low.name.empty() ? "mesh" : low.name;
+  const double metres = options.metres > 0 ? options.metres : 1;
+  const bool flat = options.nodes.empty();
+  std::size_t root = GltfOutput::kRoot;
+  if (flat || metres != 1) {
+    Json node = {{"name", name}};
+    if (metres != 1) node["scale"] = Json::array({metres, metres, metres});
+    if (flat && low.origin != std::array<double, 3>{}) {
+      node["translation"] =
+          Json::array({metres * low.origin[0], metres * low.origin[1], metres * low.origin[2]});
+    }
+    root = file.add_node(std::move(node));
+  }
+  Places places;
+  if (flat) {
+    places.locals.resize(low.objects.empty() ? 1 : low.object_names.size());
+    for (std::size_t i = 0; i < places.locals.size(); ++i) {
+      places.nodes.push_back(
+          low.objects.empty() ? root : file.add_node({{"name", low.object_names[i]}}, root));
+    }
+    return places;
+  }
+  std::vector<std::size_t> nodes;
+  std::vector<AffineMap> worlds;
+  for (const AssetNode& node : options.nodes) {
+    const bool is_root = node.parent == AssetNode::kNone;
+    Json json = Json::object();
+    if (!node.name.empty()) json["name"] = node.name;
+    if (node.transform != kIdentity) json["matrix"] = node.transform;
+    if (!node.extras.empty()) json["extras"] = parse_extras(node.extras, "a node");
+    nodes.push_back(file.add_node(std::move(json), is_root ? root : nodes[node.parent]));
+    worlds.push_back(is_root ? node.transform : product(worlds[node.parent], node.transform));
+  }
+  const double reach = reach_of(low);
+  std::vector<bool> taken(nodes.size());
+  for (std::size_t i = 0; i < options.object_nodes.size(); ++i) {
+    const std::string& object = low.objects.empty() ? name : low.object_names[i];
+    const std::uint32_t of = options.object_nodes[i];
+    ToLocal& local = places.locals.emplace_back();
+    local.origin = low.origin;
+    const bool mirrors = of != AssetNode::kNone && determinant(worlds[of]) < 0;
+    constexpr AffineMap kMirror{-1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1};
+    if (of == AssetNode::kNone ||
+        !invert(mirrors ? product(worlds[of], kMirror) : worlds[of], reach, local)) {
+      local = {};
+      Json own = {{"name", object}};
+      if (low.origin != std::array<double, 3>{}) own["translation"] = low.origin;
+      places.nodes.push_back(file.add_node(std::move(own), root));
+    } else if (mirrors || taken[of]) {
+      Json own = {{"name", object}};
+      if (mirrors) own["scale"] = Json::array({-1, 1, 1});
+      places.nodes.push_back(file.add_node(std::move(own), nodes[of]));
+    } else {
+      taken[of] = true;
+      places.nodes.push_back(nodes[of]);
+    }
+  }
+  return places;
+}
+
+}  // namespace
+
+AssetPictures encode_maps(const AssetMaps& maps, ImageFormat format) {
+  if (format != ImageFormat::png8 && format != ImageFormat::webp) {
+    throw Error(ErrorCode::usage, "encode_maps(): glTF has pictures of png8, or webp.");
+  }
+  check_map(maps.normal, 3, "normals");
+  check_map(maps.color, 3, "colour");
+  check_map(maps.emission, 3, "emission");
+  const SaveImageOptions options = {format, /*dither=*/true};
+  const auto picture = [&](const Image& image) { return encode(image, options); };
+  AssetPictures pictures;
+  pictures.is_webp = format == ImageFormat::webp;
+  const auto note = [&](std::string_view name, const Image* map, std::uint32_t channels,
+                        bool is_normal = false) {
+    if (map == nullptr) return;
+    SaveImageOptions stored = options;
+    if (is_normal) stored.use = TextureUse::normal;
+    const Image first = map->channels == channels ? Image() : joined({{map, 1.0F}}, nullptr);
+    pictures.errors.push_back(
+        {name, is_normal,
+         stored_error(map->channels == channels ? *map : first, stored, maps.coverage)});
+  };
+  note("normal", maps.normal, 3, true);
+  note("ao", maps.occlusion, 1);
+  note("roughness", maps.roughness, 1);
+  note("metallic", maps.metallic, 1);
+  note("opacity", maps.opacity, 1);
+  note("color", maps.color, 3);
+  note("emission", maps.emission, 3);
+  pictures.has_color = maps.color != nullptr;
+  pictures.has_opacity = maps.opacity != nullptr;
+  pictures.has_occlusion = maps.occlusion != nullptr;
+  pictures.has_metallic = maps.metallic != nullptr;
+  pictures.has_surface = pictures.has_metallic || maps.roughness != nullptr;
+  pictures.emission_strength = maps.emission_strength;
+  if (pictures.has_color || pictures.has_opacity) {
+    std::vector<std::pair<const Image*, float>> channels(3, {maps.color, 1.0F});
+    if (pictures.has_opacity) channels.emplace_back(maps.opacity, 1.0F);
+    pictures.color = picture(joined(channels, maps.color));
+  }
+  if (pictures.has_surface || pictures.has_occlusion) {
+    pictures.surface = picture(joined({{maps.occlusion, 1.0F},
+                                       {maps.roughness, 1.0F},
+                                       {maps.metallic, pictures.has_metallic ? 1.0F : 0.0F}},
+                                      nullptr));
+  }
+  if (maps.normal != nullptr) pictures.normal = picture(*maps.normal);
+  if (maps.emission != nullptr) pictures.emission = picture(*maps.emission);
+  return pictures;
+}
+
+std::vector<fs::path> save_asset(const Mesh& low, std::span<const AssetMaterial> materials,
+                                 const fs::path& path, const SaveAssetOptions& options) {
+  const bool one_material = materials.size() == 1;
+  if (!one_material && (low.materials.empty() || materials.size() != low.material_names.size())) {
+    fail_usage("there is not one material for each of the mesh's, nor one for all.");
+  }
+  check_nodes(low, options);
+  const bool has_pictures =
+      std::any_of(materials.begin(), materials.end(), [](const AssetMaterial& material) {
+        const AssetPictures* const p = material.pictures.get();
+        return p != nullptr && !(p->color.empty() && p->surface.empty() && p->normal.empty() &&
+                                 p->emission.empty());
+      });
+  if (has_pictures && low.uvs.empty()) {
+    throw Error(ErrorCode::input, "Mesh '" + low.name + "' has no UVs for its pictures.");
+  }
+  GltfOutput file(path);
+  Json& json = file.json();
+  if (!options.extras.empty()) {
+    json["asset"]["extras"] = parse_extras(options.extras, "the asset");
+    if (!json["asset"]["extras"].is_object()) fail_usage("the asset's extras are no object.");
+  }
+  if (!options.kiln_extras.empty()) {
+    json["asset"]["extras"]["kiln"] = parse_extras(options.kiln_extras, "Kiln");
+  }
+  const Places places = add_nodes(file, low, options);
+  const Primitives primitives = primitives_of(low, places.locals, one_material);
+  if (primitives.empty()) {
+    throw Error(ErrorCode::input,
+                "Mesh '" + low.name + "' has no triangle to write that has area, and UVs.");
+  }
+  std::vector<std::size_t> numbers(materials.size(), GltfOutput::kRoot);  // in the file
+  std::size_t object = GltfOutput::kRoot;
+  for (const auto& [of, part] : primitives) {
+    const AssetMaterial& material = materials[of.second];
+    std::size_t& number = numbers[of.second];
+    if (number == GltfOutput::kRoot) {
+      Json made = material_of(file, material);
+      json["materials"].push_back(std::move(made));
+      number = json["materials"].size() - 1;
+    }
+    if (of.first != object) {
+      object = of.first;
+      const std::string& name = low.objects.empty() ? low.name : low.object_names[object];
+      json["nodes"][places.nodes[object]]["mesh"] = json["meshes"].size();
+      json["meshes"].push_back({{"name", name}, {"primitives", Json::array()}});
+    }
+    const bool painted = material.pictures && material.pictures->has_color;
+    json["meshes"].back()["primitives"].push_back(file.add_primitive(part, number, !low.uvs.empty(),
+                                                                     low.colors.empty() ? nullptr
+                                                                     : painted          ? "_COLOR_0"
+                                                                               : "COLOR_0"));
+  }
+  return file.save();
+}
+
+void save_glb(const Mesh& low, const AssetMaps& maps, const fs::path& path,
+              const SaveGlbOptions& options) {
+  AssetMaterial material;
+  material.name = low.name.empty() ? "mesh" : low.name;
+  material.pictures = std::make_shared<const AssetPictures>(encode_maps(maps));
+  material.alpha_mode = options.alpha_mode;
+  material.alpha_cutoff = options.alpha_cutoff;
+  material.double_sided = options.double_sided;
+  SaveAssetOptions asset;
+  asset.metres = options.metres;
+  asset.kiln_extras = options.extras;
+  save_asset(low, std::span(&material, 1), path, asset);
+}
+
+}  // namespace kiln

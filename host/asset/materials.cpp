@@ -1,0 +1,487 @@
+// Materials and their pictures as textures.
+#include "asset/materials.h"
+
+#include <algorithm>
+#include <cmath>
+#include <compare>
+#include <cstdio>
+#include <fstream>
+#include <iterator>
+#include <map>
+#include <memory>
+#include <string_view>
+
+#include "asset/assimp.h"
+#include "asset/gltf.h"
+#include "base/counted.h"
+#include "base/srgb.h"
+#include "io/file/bounds.h"
+#include "io/file/byte_source.h"
+#include "io/file/text_scanner.h"
+#include "kiln/material.h"
+
+namespace kiln {
+namespace {
+
+namespace fs = std::filesystem;
+
+const MaterialPicture& picture_of(const Material& material, MaterialSlot slot) {
+  switch (slot) {
+    case MaterialSlot::color:
+      return material.color_map;
+    case MaterialSlot::opacity:
+      return material.opacity_map;
+    case MaterialSlot::normal:
+      return material.normal_map;
+    case MaterialSlot::roughness:
+      return material.roughness_map;
+    case MaterialSlot::metallic:
+      return material.metallic_map;
+    case MaterialSlot::emission:
+      return material.emission_map;
+  }
+  return material.color_map;
+}
+
+/// Value that stands in for a picture.
+std::array<float, 4> plain_of(const Material& material, MaterialSlot slot) {
+  const auto all = [](float value) { return std::array<float, 4>{value, value, value, value}; };
+  const auto& [red, green, blue] = material.color;
+  switch (slot) {
+    case MaterialSlot::color:
+      return {red, green, blue, material.opacity};
+    case MaterialSlot::opacity:
+      return all(material.opacity);
+    case MaterialSlot::normal:
+      return {0, 0, 1, 1};
+    case MaterialSlot::roughness:
+      return all(material.roughness);
+    case MaterialSlot::metallic:
+      return all(material.metallic);
+    case MaterialSlot::emission:
+      return {material.emission[0], material.emission[1], material.emission[2], 1};
+  }
+  return {};
+}
+
+/// True if a material says what stands in for a picture; normals have no number, opacity is 1 by the format.
+MaterialNumber number_of(const Material& material, MaterialSlot slot) {
+  switch (slot) {
+    case MaterialSlot::color:
+      return material.color_from;
+    case MaterialSlot::opacity:
+      return MaterialNumber::given;
+    case MaterialSlot::normal:
+      return MaterialNumber::none;
+    case MaterialSlot::roughness:
+      return material.roughness_from;
+    case MaterialSlot::metallic:
+      return material.metallic_from;
+    case MaterialSlot::emission:
+      return material.emission_from;
+  }
+  return MaterialNumber::none;
+}
+
+/// Name of a slot, and the statements of MTL that give it.
+struct SlotWords {
+  const char* name;
+  const char* statements;
+};
+SlotWords words_of(MaterialSlot slot) {
+  switch (slot) {
+    case MaterialSlot::color:
+      return {"colour", "map_Kd or Kd"};
+    case MaterialSlot::opacity:
+      return {"opacity", "map_d or d"};
+    case MaterialSlot::normal:
+      return {"normals", "norm, map_Kn, map_Bump or bump"};
+    case MaterialSlot::roughness:
+      return {"roughness", "map_Pr, Pr or Ns"};
+    case MaterialSlot::metallic:
+      return {"metalness", "map_Pm or Pm"};
+    case MaterialSlot::emission:
+      return {"emission", "map_Ke or Ke"};
+  }
+  return {"picture", "it"};
+}
+
+/// A material in words: its name, and where a file describes it.
+std::string in_words(const Material& material) {
+  return "\"" + printable(material.name) + "\" (" +
+         (material.place.empty() ? "described in no file" : material.place) + ")";
+}
+
+/// Materials of which one thing is to be said.
+class Found {
+ public:
+  void add(const Material& material) {
+    if (count_++ == 0) first_ = &material;
+  }
+  std::uint64_t count() const { return count_; }
+  const Material& first() const { return *first_; }
+  /// \param text  after "3 materials, "M" (a.mtl: line 1) first, "
+  void warn(std::vector<Warning>* warnings, const char* code, const std::string& text) const {
+    if (count_ == 0 || warnings == nullptr) return;
+    warnings->push_back({code,
+                         counted(count_, "material") + ", " + in_words(*first_) +
+                             (count_ > 1 ? " first, " : ", ") + text,
+                         count_});
+  }
+
+ private:
+  const Material* first_ = nullptr;
+  std::uint64_t count_ = 0;
+};
+
+/// No material is given by a constant that nobody wrote down; what stands in for another number is said.
+void check_values(const std::vector<Material>& materials, MaterialSlot slot,
+                  std::vector<Warning>* warnings) {
+  Found without, converted;
+  for (const Material& material : materials) {
+    if (!picture_of(material, slot).empty()) continue;
+    const MaterialNumber number = number_of(material, slot);
+    if (number == MaterialNumber::none) without.add(material);
+    if (number == MaterialNumber::converted) converted.add(material);
+  }
+  const SlotWords words = words_of(slot);
+  const std::string what = std::string(words.name) + " (" + words.statements + ")";
+  if (without.count() == materials.size()) {
+    std::string ignored;  // perhaps the picture is among these
+    if (warnings != nullptr) {
+      for (const Warning& warning : *warnings) {
+        if (warning.code == "ignored-pictures") ignored += " (" + warning.message + ")";
+      }
+    }
+    throw Error(ErrorCode::input,
+                "No material of the high poly has " + what + ": " + in_words(without.first()) +
+                    (without.count() > 1 ? " is the first without" : " has none") +
+                    ". Write it there, or give the picture itself." + ignored);
+  }
+  // A material without a normal map is flat, as it should be.
+  if (slot != MaterialSlot::normal) {
+    const float stand_in = plain_of({}, slot)[0];
+    without.warn(warnings, "material-value",
+                 "without " + what + ": it is " + (stand_in == 0 ? "0" : "1") + " there.");
+  }
+  if (converted.count() == 0) return;
+  char value[32];
+  std::snprintf(value, sizeof value, " (here %.4g).", double{plain_of(converted.first(), slot)[0]});
+  if (slot == MaterialSlot::roughness) {
+    converted.warn(warnings, "roughness-from-ns",
+                   "without map_Pr and Pr: the roughness is 1 - sqrt(Ns / 1000), as Blender writes "
+                   "Ns" +
+                       std::string(value));
+  } else {
+    converted.warn(
+        warnings, "metallic-from-illum",
+        "without map_Pm and Pm: the metalness is Ka where illum is 3 or 6, or else 0, as "
+        "Blender writes it" +
+            std::string(value));
+  }
+}
+
+/// True if a picture has one channel, or three or four that say the same: heights, and no normals.
+bool is_grey(const Image& image) {
+  if (image.channels < 3) return true;
+  constexpr float kGreyRounding = 1.5F / 255;
+  for (std::size_t i = 0; i + 2 < image.pixels.size(); i += image.channels) {
+    const float* const p = &image.pixels[i];
+    if (std::max({p[0], p[1], p[2]}) - std::min({p[0], p[1], p[2]}) > kGreyRounding) return false;
+  }
+  return true;
+}
+
+/// Change of a picture before it is a texture: one of its channels (-1: all), times factors.
+struct Change {
+  int channel = -1;
+  bool inverted = false;
+  std::array<float, 4> factors{1, 1, 1, 1};
+  auto operator<=>(const Change&) const = default;
+};
+
+/// \param in_alpha     whether the texture's channel is the alpha already
+/// \param among_gltf   whether others are glTF's, of which each picture is one channel
+Change change_of(const Material& material, MaterialSlot slot, const MaterialPicture& picture,
+                 bool in_alpha, bool among_gltf) {
+  Change change;
+  if (slot != MaterialSlot::color && slot != MaterialSlot::normal &&
+      slot != MaterialSlot::emission) {
+    change.channel = picture.channel;
+    if (slot == MaterialSlot::opacity && !in_alpha && picture.channel < 0 && among_gltf &&
+        picture.file == material.color_map.file) {
+      change.channel = 3;
+    }
+  }
+  if (!material.multiplies) return change;
+  change.factors = plain_of(material, slot);
+  if (slot == MaterialSlot::normal) change.factors.fill(material.normal_scale);
+  if (picture.inverted) {
+    change.inverted = true;
+    for (float& factor : change.factors) factor = 1 - factor;
+  }
+  if (slot == MaterialSlot::color) change.factors[3] = 1;  // opacity is a slot of its own
+  return change;
+}
+
+/// Emission may be brighter than white, where to_srgb() ends.
+float srgb_beyond(double linear) {
+  if (linear <= 1) return to_srgb(static_cast<float>(linear));
+  return static_cast<float>(1.055 * std::pow(linear, 1 / 2.4) - 0.055);
+}
+
+/// A picture times its factors: of colours in linear light, of normals x and y.
+std::shared_ptr<const Image> changed(const Image& image, const Change& change, MaterialSlot slot) {
+  auto result = std::make_shared<Image>(image);
+  const std::size_t texels = std::size_t{image.width} * image.height;
+  const auto given = [&change](float value) { return change.inverted ? 1 - value : value; };
+  if (change.channel >= 0) {
+    result->channels = 1;
+    result->pixels.resize(texels);
+  }
+  for (std::size_t i = 0; i < texels; ++i) {
+    const float* const read = &image.pixels[i * image.channels];
+    float* const p = &result->pixels[i * result->channels];
+    const bool has_alpha = image.channels % 2 == 0;
+    const std::uint32_t colors = image.channels - (has_alpha ? 1 : 0);
+    if (change.channel == 3) {
+      *p = given((has_alpha ? read[colors] : 1) * change.factors[0]);
+    } else if (change.channel >= 0) {
+      // Grey is in all three.
+      *p = given(read[std::min(static_cast<std::uint32_t>(change.channel), colors - 1)] *
+                 change.factors[0]);
+    } else if (slot == MaterialSlot::normal) {
+      double n[3];
+      for (std::size_t k = 0; k < 3; ++k) n[k] = 2 * double{read[k]} - 1;
+      n[0] *= double{change.factors[0]};
+      n[1] *= double{change.factors[0]};
+      const double size = std::sqrt(n[0] * n[0] + n[1] * n[1] + n[2] * n[2]);
+      for (std::size_t k = 0; k < 3 && size > 0; ++k) {
+        p[k] = static_cast<float>(n[k] / size / 2 + 0.5);
+      }
+    } else {
+      for (std::uint32_t k = 0; k < colors; ++k) {
+        p[k] = srgb_beyond(from_srgb(double{read[k]}) * double{change.factors[k]});
+      }
+    }
+  }
+  return result;
+}
+
+[[noreturn]] void fail_of_uv_set(const Material& material, MaterialSlot slot, std::uint32_t needed,
+                                 std::uint32_t given) {
+  throw Error(ErrorCode::input, in_words(material) + ": its picture of " + words_of(slot).name +
+                                    " lies on the set of UVs " + std::to_string(needed) +
+                                    ", but the mesh was read with set " + std::to_string(given) +
+                                    ". Export the file with one set of UVs, or give the picture "
+                                    "itself.");
+}
+
+/// Beyond a million, floats tell a picture's texels no longer apart, and colours would be noise.
+void check_transform(const Material& material, const std::array<float, 6>& transform) {
+  constexpr float kFarthest = 1e6F;
+  if (std::all_of(transform.begin(), transform.end(),
+                  [](float value) { return std::abs(value) <= kFarthest; })) {
+    return;
+  }
+  throw Error(ErrorCode::input, in_words(material) +
+                                    ": its picture is moved or scaled by more than a million in "
+                                    "UV space. Export the file again.");
+}
+
+/// True if two pictures are one, or copies of each other.
+bool look_alike(const MaterialPicture& a, const MaterialPicture& b) {
+  if (a.empty() || b.empty()) return a.empty() && b.empty();
+  if (a.channel != b.channel || a.uv_set != b.uv_set || a.uv_transform != b.uv_transform ||
+      a.wrap != b.wrap || a.inverted != b.inverted) {
+    return false;
+  }
+  if (a.bytes != nullptr && b.bytes != nullptr) return *a.bytes == *b.bytes;
+  if (a.file == b.file) return true;
+  std::error_code error;
+  if (fs::equivalent(a.file, b.file, error)) return true;
+  std::ifstream one(a.file, std::ios::binary), other(b.file, std::ios::binary);
+  using Byte = std::istreambuf_iterator<char>;
+  return one && other && std::equal(Byte(one), Byte(), Byte(other), Byte());
+}
+
+/// True if two descriptions give one picture of a surface.
+bool look_alike(const Material& a, const Material& b) {
+  for (const MaterialSlot slot :
+       {MaterialSlot::color, MaterialSlot::opacity, MaterialSlot::normal, MaterialSlot::roughness,
+        MaterialSlot::metallic, MaterialSlot::emission}) {
+    if (!look_alike(picture_of(a, slot), picture_of(b, slot))) return false;
+  }
+  return a.color == b.color && a.opacity == b.opacity && a.roughness == b.roughness &&
+         a.metallic == b.metallic && a.emission == b.emission;
+}
+
+}  // namespace
+
+std::vector<Material> load_materials(const Mesh& mesh, const fs::path& mesh_file,
+                                     std::vector<Warning>* warnings, bool outside) {
+  std::vector<Material> read;
+  FileFinder finder(mesh_file.parent_path(), warnings);
+  std::vector<std::string> files = mesh.material_files;
+  if (files.empty() && has_own_materials(mesh_file)) files.push_back(mesh_file.filename().string());
+  for (std::string& file : files) {
+    std::replace(file.begin(), file.end(), '\\', '/');
+    const fs::path path = finder.find(mesh_file.parent_path() / file, mesh_file.string());
+    MeshInput input{path.string(), {}, warnings};
+    const FailWith fail = [&](const std::string& place, const std::string& problem,
+                              const std::string& remedy) {
+      MeshInput named = input;
+      named.file += " (materials of " + mesh_file.string() + ")";
+      named.fail(place, problem, remedy);
+    };
+    const std::string bytes = read_whole(*open_file(path, fail), fail);
+    input.bytes = bytes;
+    input.folder = path.parent_path();
+    input.options.outside = outside;
+    if (is_assimp_name(path)) input.warnings = nullptr;  // load_mesh() said it
+    for (Material& material : is_gltf_name(path) ? read_gltf_materials(input)
+                              : is_assimp_name(path)
+                                  ? read_by_assimp(input).materials
+                                  : read_materials(input, path.parent_path(), &finder)) {
+      read.push_back(std::move(material));
+    }
+  }
+  std::map<std::string_view, const Material*> by_name;  // the first of a name
+  Found unlike;
+  std::string other;
+  for (const Material& material : read) {
+    const auto [entry, added] = by_name.emplace(material.name, &material);
+    if (added || look_alike(*entry->second, material)) continue;
+    if (std::find(mesh.material_names.begin(), mesh.material_names.end(), material.name) ==
+        mesh.material_names.end()) {
+      continue;
+    }
+    if (unlike.count() == 0) other = material.place;
+    unlike.add(*entry->second);
+  }
+  unlike.warn(warnings, "materials-differ",
+              "described otherwise in " + other +
+                  ": the former was taken. Where both are meant, give them different names.");
+  std::vector<Material> materials;
+  std::uint64_t missing = 0;
+  std::string example;
+  for (const std::string& name : mesh.material_names) {
+    if (const auto found = by_name.find(name); found != by_name.end()) {
+      materials.push_back(*found->second);
+      continue;
+    }
+    materials.emplace_back().name = name;
+    if (missing++ == 0) example = name;
+  }
+  if (missing != 0 && warnings != nullptr) {
+    warnings->push_back({"material-missing",
+                         "'" + mesh_file.string() + "': " + std::to_string(missing) +
+                             " of its materials (\"" + printable(example) +
+                             "\" for one) are described in no file.",
+                         missing});
+  }
+  return materials;
+}
+
+Texture load_material_texture(const std::vector<Material>& materials, MaterialSlot slot,
+                              std::vector<Warning>* warnings, std::uint32_t uv_set) {
+  if (materials.empty()) {
+    throw Error(ErrorCode::input,
+                "The high poly has no materials: give the picture itself, or an OBJ with its MTL.");
+  }
+  check_values(materials, slot, warnings);
+  Texture texture;
+  const bool color = slot == MaterialSlot::color || slot == MaterialSlot::emission;
+  texture.kind = slot == MaterialSlot::normal ? TextureKind::normal
+                 : color                      ? TextureKind::srgb
+                                              : TextureKind::linear;
+  // Opacity may stand in the colour's alpha.
+  const bool in_alpha =
+      slot == MaterialSlot::opacity &&
+      std::all_of(materials.begin(), materials.end(), [](const Material& m) {
+        return !m.multiplies && (m.opacity_map.empty() || m.opacity_map.file == m.color_map.file);
+      });
+  const bool among_gltf = std::any_of(materials.begin(), materials.end(),
+                                      [](const Material& m) { return m.multiplies; });
+  const MaterialSlot from = in_alpha ? MaterialSlot::color : slot;
+  texture.channel = in_alpha ? 3 : 0;
+  std::map<fs::path, std::shared_ptr<const Image>> pictures;  // null: one of heights
+  std::map<std::pair<fs::path, Change>, std::uint32_t> known;
+  Found heights;
+  for (const Material& material : materials) {
+    const MaterialPicture& picture = picture_of(material, from);
+    texture.plain.push_back(plain_of(material, slot));
+    texture.image_of.push_back(Texture::kNone);
+    texture.uv_transforms.push_back(picture.uv_transform);
+    texture.wraps.push_back(picture.wrap);
+    // glTF multiplies its base colour, alpha included, with the vertices'.
+    texture.times_vertex_colors.push_back(
+        material.multiplies &&
+        (slot == MaterialSlot::color ||
+         (slot == MaterialSlot::opacity && material.alpha_mode != AlphaMode::opaque)));
+    if (picture.empty()) continue;
+    if (picture.uv_set != uv_set) fail_of_uv_set(material, slot, picture.uv_set, uv_set);
+    check_transform(material, picture.uv_transform);
+    const auto [entry, added] = pictures.try_emplace(picture.file);
+    if (added) {
+      auto image = std::make_shared<const Image>(
+          picture.bytes ? load_image(*picture.bytes, picture.file.string())
+                        : load_image(picture.file));
+      if (slot != MaterialSlot::normal || !is_grey(*image)) entry->second = std::move(image);
+    }
+    if (entry->second == nullptr) {
+      heights.add(material);
+      continue;
+    }
+    const Change change = change_of(material, slot, picture, in_alpha, among_gltf);
+    const auto [place, is_new] = known.try_emplace(
+        {picture.file, change}, static_cast<std::uint32_t>(texture.images.size()));
+    if (is_new) {
+      texture.images.push_back(change == Change() ? entry->second
+                                                  : changed(*entry->second, change, slot));
+    }
+    texture.image_of.back() = place->second;
+  }
+  const std::array<float, 6> as_it_is = MaterialPicture().uv_transform;
+  if (std::all_of(texture.uv_transforms.begin(), texture.uv_transforms.end(),
+                  [&](const auto& transform) { return transform == as_it_is; })) {
+    texture.uv_transforms.clear();
+  }
+  const std::array<TextureWrap, 2> repeats = MaterialPicture().wrap;
+  if (std::all_of(texture.wraps.begin(), texture.wraps.end(),
+                  [&](const auto& wrap) { return wrap == repeats; })) {
+    texture.wraps.clear();
+  }
+  const std::vector<bool>& times = texture.times_vertex_colors;
+  if (std::find(times.begin(), times.end(), true) == times.end()) {
+    texture.times_vertex_colors.clear();
+  }
+  if (heights.count() != 0) {
+    heights.warn(warnings, "bump-is-height",
+                 "with a grey picture where a normal map belongs ('" +
+                     heights.first().normal_map.file.string() +
+                     "'): it holds heights, and was left out. Bake it into a normal map first.");
+  }
+  return texture;
+}
+
+Asset load_asset(const std::filesystem::path& path, const LoadMeshOptions& options,
+                 std::vector<Warning>* warnings) {
+  Asset asset;
+  Mesh mesh = load_mesh_file(path, options, warnings, &asset);
+  asset.mesh = std::move(mesh);
+  FileFinder finder(path.parent_path());
+  const auto is_there = [&](std::string file) {
+    std::replace(file.begin(), file.end(), '\\', '/');
+    std::error_code error;
+    return fs::is_regular_file(finder.find(path.parent_path() / file, path.string()), error);
+  };
+  const std::vector<std::string>& files = asset.mesh.material_files;
+  if (asset.materials.empty() && !is_gltf_name(path) && !files.empty() &&
+      std::all_of(files.begin(), files.end(), is_there)) {
+    asset.materials = load_materials(asset.mesh, path, warnings, options.outside);
+  }
+  return asset;
+}
+
+}  // namespace kiln

@@ -1,0 +1,20 @@
+// Wavefront MTL from memory.
+#pragma once
+
+#include <filesystem>
+#include <vector>
+
+#include "asset/file_finder.h"
+#include "asset/mesh_reader.h"
+#include "kiln/material.h"
+
+namespace kiln {
+
+/// Never reads outside the bytes; memory and time are linear in their number.
+/// \param folder  that pictures' names start from
+/// \param finder  finds pictures that are not there; may be null
+/// \throws Error(input)
+std::vector<Material> read_materials(const MeshInput& input, const std::filesystem::path& folder,
+                                     FileFinder* finder = nullptr);
+
+}  // namespace kiln

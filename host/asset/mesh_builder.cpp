@@ -1,0 +1,551 @@
+#include "asset/mesh_builder.h"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <limits>
+#include <mutex>
+
+#include "asset/axes.h"
+#include "asset/polygon.h"
+#include "base/counted.h"
+#include "base/parallel.h"
+#include "io/file/bounds.h"
+#include "mesh/frame.h"
+#include "mesh/smoothing_groups.h"
+#include "mesh/steps.h"
+#include "mesh/usable.h"
+
+namespace kiln {
+namespace {
+
+/// Indices are 32 bits, and `none` and OpenCL's signed sizes need room.
+constexpr std::uint64_t kLargestCount = 0x7FFFFFFFu;
+
+Vec3d vector_of(const MeshBuilder::Position& p) { return {p[0], p[1], p[2]}; }
+
+std::string coordinates(const std::array<double, 3>& p) {
+  char text[96];
+  std::snprintf(text, sizeof text, "(%.6g, %.6g, %.6g)", p[0], p[1], p[2]);
+  return text;
+}
+
+Vec3 unit_or_zero(const Vec3& n) {
+  const double x = n.x, y = n.y, z = n.z;
+  const double length = std::sqrt(x * x + y * y + z * z);
+  if (!(length > 0) || !std::isfinite(length)) return {};
+  // Already unit to float's precision: kept, so that reading and writing does not drift.
+  if (std::abs(length - 1) < 1.5e-7) return n;
+  return {static_cast<float>(x / length), static_cast<float>(y / length),
+          static_cast<float>(z / length)};
+}
+
+// Up to these, nothing is asked for.
+constexpr std::uint64_t kFewFaces = std::uint64_t{1} << 17;
+
+}  // namespace
+
+/// Text may hold many more faces than its first lines promise: before the lists double, memory is asked for.
+void MeshBuilder::check_growth() const {
+  const auto bytes = [](const auto& list) {
+    return std::uint64_t{list.capacity()} * sizeof(list[0]);
+  };
+  const std::uint64_t held = bytes(triangles_) + bytes(uv_triangles_) + bytes(normal_triangles_) +
+                             bytes(polygons_) + bytes(polygon_vertex_) + bytes(polygon_uv_) +
+                             bytes(polygon_normal_) + groups_.bytes() + objects_.bytes() +
+                             materials_.bytes() + smoothing_.bytes() + bytes(positions);
+  const FailWith fail = [this](const std::string& place, const std::string& problem,
+                               const std::string& remedy) { input_.fail(place, problem, remedy); };
+  require_memory("its faces", 2 * held, memory_failure(fail, ""));
+}
+
+void MeshBuilder::add_face(std::span<const std::uint32_t> vertex, std::span<const std::uint32_t> uv,
+                           std::span<const std::uint32_t> normal) {
+  const std::size_t n = vertex.size();
+  const std::uint64_t face = faces_++;
+  if (face >= kFewFaces && std::has_single_bit(face)) check_growth();
+  if (n < 3) {
+    if (short_faces_++ == 0) first_short_face_ = face;
+    return;
+  }
+  if (triangles_.size() + n > kLargestCount) {
+    input_.fail("", "it has more than " + std::to_string(kLargestCount) + " triangles",
+                "Split or simplify the mesh.");
+  }
+  if (n > 3) {
+    polygons_.push_back({static_cast<std::uint32_t>(triangles_.size()),
+                         static_cast<std::uint32_t>(n), polygon_vertex_.size()});
+    // The three pools run in step, so one offset serves all.
+    const auto append = [n](std::vector<std::uint32_t>& pool,
+                            std::span<const std::uint32_t> values) {
+      if (values.empty()) {
+        pool.resize(pool.size() + n, kNone);
+      } else {
+        pool.insert(pool.end(), values.begin(), values.end());
+      }
+    };
+    append(polygon_vertex_, vertex);
+    append(polygon_uv_, uv);
+    append(polygon_normal_, normal);
+  }
+  const auto grow = [&](std::vector<Triangle>& list, std::span<const std::uint32_t> values) {
+    if (values.empty() && list.empty()) return;  // the attribute has not been met yet
+    list.resize(triangles_.size(), Triangle{kNone, kNone, kNone});
+    for (std::size_t i = 1; i + 1 < n; ++i) {
+      list.push_back(values.empty() ? Triangle{kNone, kNone, kNone}
+                                    : Triangle{values[0], values[i], values[i + 1]});
+    }
+  };
+  grow(uv_triangles_, uv);
+  grow(normal_triangles_, normal);
+  for (std::size_t i = 1; i + 1 < n; ++i)
+    triangles_.push_back({vertex[0], vertex[i], vertex[i + 1]});
+  for (Names* names : {&groups_, &objects_, &materials_, &smoothing_})
+    names->reach(triangles_.size());
+}
+
+void MeshBuilder::Names::set(std::string_view name, std::size_t triangles) {
+  if (name.empty()) name = "default";
+  if (names_.empty() && triangles != 0) {
+    // Faces came before the first name.
+    ids_.emplace("default", 0);
+    names_.emplace_back("default");
+    of_.resize(triangles, 0);
+  }
+  const auto [entry, added] =
+      ids_.emplace(std::string(name), static_cast<std::uint32_t>(names_.size()));
+  if (added) names_.emplace_back(name);
+  now_ = entry->second;
+}
+
+void MeshBuilder::set_color(std::size_t vertex, const std::array<double, 4>& rgba) {
+  const auto scaled = [&rgba](double scale) {
+    std::array<std::uint8_t, 4> bytes;
+    for (std::size_t k = 0; k < 4; ++k) {
+      const double value = rgba[k] * scale;
+      bytes[k] = static_cast<std::uint8_t>(std::lround(value > 0 ? std::min(value, 255.0) : 0.0));
+    }
+    return bytes;
+  };
+  for (const double value : rgba) {
+    if (std::isfinite(value)) largest_color_ = std::max(largest_color_, value);
+  }
+  set_color_bytes(vertex, scaled(1));
+  colors[vertex] = scaled(255);
+}
+
+void MeshBuilder::set_color_bytes(std::size_t vertex, const std::array<std::uint8_t, 4>& rgba) {
+  for (auto* list : {&byte_colors_, &colors}) {
+    if (list->size() <= vertex) list->resize(vertex + 1, {255, 255, 255, 255});
+    (*list)[vertex] = rgba;
+  }
+  ++colored_;
+}
+
+/// Decides whether colours are fractions or bytes, of formats in which they may be either, and fills those of vertices that have none.
+void MeshBuilder::finish_colors() {
+  if (byte_colors_.empty()) return;
+  for (auto* list : {&byte_colors_, &colors}) list->resize(positions.size(), {255, 255, 255, 255});
+  if (colored_ < positions.size()) {
+    const std::uint64_t bare = positions.size() - colored_;
+    input_.warn("missing-colors",
+                std::to_string(bare) + " vertices have no colour; they are white.", bare);
+  }
+  // Fractions that were converted end in 1.0000001.
+  constexpr double kFraction = 1.001, kDark = 16;
+  if (largest_color_ <= kFraction) return;
+  colors = std::move(byte_colors_);
+  if (largest_color_ < kDark) {
+    char text[32];
+    std::snprintf(text, sizeof text, "%.4g", largest_color_);
+    input_.warn(
+        "color-scale",
+        std::string("its largest colour channel is ") + text +
+            ": above 1, so its colours count as 0 to 255, and are nearly black. If they are "
+            "fractions brighter than white, export them clamped to 1.",
+        colored_);
+  }
+}
+
+void MeshBuilder::split_polygons() {
+  std::vector<Position> corners;
+  std::vector<Triangle> local;
+  std::uint64_t fans = 0;
+  std::uint32_t first_fan = 0;
+  for (const Polygon& polygon : polygons_) {
+    corners.clear();
+    for (std::uint32_t i = 0; i < polygon.corners; ++i) {
+      corners.push_back(positions[polygon_vertex_[polygon.offset + i]]);
+    }
+    if (!triangulate(corners, input_.options.triangulation, local) && fans++ == 0)
+      first_fan = polygon.first_triangle;
+    for (std::size_t t = 0; t < local.size(); ++t) {
+      for (int k = 0; k < 3; ++k) {
+        const std::uint64_t corner = polygon.offset + local[t][k];
+        const std::size_t triangle = polygon.first_triangle + t;
+        triangles_[triangle][k] = polygon_vertex_[corner];
+        if (!uv_triangles_.empty()) uv_triangles_[triangle][k] = polygon_uv_[corner];
+        if (!normal_triangles_.empty()) normal_triangles_[triangle][k] = polygon_normal_[corner];
+      }
+    }
+  }
+  if (fans != 0) {
+    input_.warn("fan-split-polygons",
+                std::to_string(fans) +
+                    " polygons cross themselves, have no area or are too complex (" +
+                    describe_face(first_fan) + " for one) and were split as if convex.",
+                fans);
+  }
+}
+
+void MeshBuilder::number_polygons(Mesh& mesh) const {
+  if (polygons_.empty()) return;
+  mesh.polygons.resize(mesh.triangles.size());
+  auto next = polygons_.begin();
+  std::uint32_t number = 0;
+  for (std::size_t t = 0; t < mesh.polygons.size(); ++number) {
+    const bool starts = next != polygons_.end() && next->first_triangle == t;
+    const std::size_t count = starts ? next->corners - 2 : 1;
+    if (starts) ++next;
+    for (std::size_t k = 0; k < count; ++k) mesh.polygons[t++] = number;
+  }
+}
+
+/// Vertices that are not finite.
+void MeshBuilder::check_finite() const {
+  const auto is_bad = [](const Position& p) {
+    return !std::isfinite(p[0]) || !std::isfinite(p[1]) || !std::isfinite(p[2]);
+  };
+  const auto bad =
+      static_cast<std::uint64_t>(std::count_if(positions.begin(), positions.end(), is_bad));
+  if (bad == positions.size()) {
+    input_.fail("vertex 0", "all coordinates are NaN or infinite",
+                "Export the mesh again; the program that wrote it failed.");
+  }
+  if (bad == 0) return;
+  const auto first = std::find_if(positions.begin(), positions.end(), is_bad);
+  input_.warn("non-finite-vertices",
+              std::to_string(bad) + " vertices have a NaN or infinite coordinate (vertex " +
+                  std::to_string(first - positions.begin()) + ": " + coordinates(*first) +
+                  "); they were kept, and triangles at them are skipped.",
+              bad);
+}
+
+/// True if a triangle has an area in the file.
+bool MeshBuilder::has_area_in_file(std::size_t triangle) const {
+  const auto [a, b, c] = triangles_[triangle];
+  return has_area(vector_of(positions[a]), vector_of(positions[b]), vector_of(positions[c]));
+}
+
+/// Box of the triangles with area; without one, of all finite vertices.
+MeshBuilder::Box MeshBuilder::box() const {
+  Box whole;
+  std::mutex mutex;
+  parallel_for(triangles_.size(), std::size_t{1} << 16, [&](std::size_t begin, std::size_t end) {
+    Box part;
+    for (std::size_t t = begin; t < end; ++t) {
+      if (!has_area_in_file(t)) continue;
+      for (const std::uint32_t corner : triangles_[t]) part.add(positions[corner]);
+    }
+    const std::lock_guard lock(mutex);
+    for (std::size_t k = 0; k < 3; ++k) {  // of an empty part nothing
+      whole.low[k] = std::min(whole.low[k], part.low[k]);
+      whole.high[k] = std::max(whole.high[k], part.high[k]);
+    }
+  });
+  if (whole.low[0] <= whole.high[0]) return whole;
+  for (const Position& p : positions) {
+    if (std::isfinite(p[0]) && std::isfinite(p[1]) && std::isfinite(p[2])) whole.add(p);
+  }
+  return whole;
+}
+
+void MeshBuilder::place(Mesh& mesh) {
+  check_finite();
+  const Box used = box();
+  const auto& [low, high] = used;
+  Position centre{}, size{};
+  double extent = 0;
+  for (int k = 0; k < 3; ++k) {
+    size[k] = high[k] - low[k];
+    centre[k] = low[k] + size[k] / 2;
+    extent = std::max(extent, size[k]);
+  }
+  const double diagonal =
+      extent > 0 ? extent * std::hypot(size[0] / extent, size[1] / extent, size[2] / extent) : 0;
+  mesh.origin = local_origin(centre, diagonal);
+  constexpr double kMost = std::numeric_limits<float>::max();
+  // Below this diagonal floats are denormal and hold fewer than 24 bits of it.
+  constexpr double kLeast = 0x1p-125;
+  double reach = 0;
+  for (int k = 0; k < 3; ++k) {
+    reach =
+        std::max({reach, std::abs(low[k] - mesh.origin[k]), std::abs(high[k] - mesh.origin[k])});
+  }
+  if (!(reach <= kMost)) {
+    input_.fail("",
+                "its coordinates reach " + coordinates(reach == std::abs(low[0]) ? low : high) +
+                    ", beyond the range of single precision (3.4e38)",
+                "Scale the mesh down.");
+  }
+  if (diagonal > 0 && diagonal < kLeast) {
+    char text[32];
+    std::snprintf(text, sizeof text, "%.3g", diagonal);
+    input_.fail("", std::string("its size (") + text + ") is below the range of single precision",
+                "Scale the mesh up.");
+  }
+  mesh.positions.resize(positions.size());
+  for (std::size_t i = 0; i < positions.size(); ++i) {
+    const Position& p = positions[i];
+    mesh.positions[i] = {narrow(p[0] - mesh.origin[0]), narrow(p[1] - mesh.origin[1]),
+                         narrow(p[2] - mesh.origin[2])};
+  }
+  check_steps(mesh);
+  keep_flat(mesh, used);
+}
+
+/// Says so where the file's numbers, or single precision, are too coarse for the edges.
+void MeshBuilder::check_steps(const Mesh& mesh) {
+  const auto position = [&](std::uint32_t v) { return vector_of(positions[v]); };
+  const FloatGrid grid(triangles_, position);
+  const auto counts = [&](std::size_t t) { return has_area_in_file(t); };
+  const auto stored = [&](std::uint32_t v) { return grid.step(position(v)); };
+  const auto rounded = [&](std::uint32_t v) {
+    Step coarsest;
+    const Vec3& p = mesh.positions[v];
+    const std::array<double, 3> kept = {p.x, p.y, p.z};
+    for (std::size_t k = 0; k < 3; ++k) {
+      const double size = 2 * std::abs(kept[k] - (positions[v][k] - mesh.origin[k]));
+      if (size > coarsest.size) coarsest = {size, k};
+    }
+    return coarsest;
+  };
+  coarse_ = coarse_steps({triangles_, counts, position, stored}, "stored");
+  if (coarse_.empty()) coarse_ = coarse_steps({triangles_, counts, position, rounded}, "rounded");
+  if (!coarse_.empty()) input_.warn("coarse-coordinates", coarse_, 1);
+}
+
+/// A triangle without area that lies farther out than all others is rounded by more than they are, and could get a
+/// large area: all its corners become one.
+void MeshBuilder::keep_flat(const Mesh& mesh, const Box& used) {
+  if (std::all_of(positions.begin(), positions.end(),
+                  [&](const Position& p) { return used.holds(p); })) {
+    return;
+  }
+  // Floats written with nine digits are no more than this share from the numbers in the file.
+  constexpr double kNineDigits = 1e-8;
+  const auto is_rounded = [&](std::uint32_t v) {
+    const Vec3& p = mesh.positions[v];
+    const std::array<double, 3> kept = {p.x, p.y, p.z};
+    for (std::size_t k = 0; k < 3; ++k) {
+      const double given = positions[v][k];
+      if (std::abs(kept[k] + mesh.origin[k] - given) > kNineDigits * std::abs(given)) return true;
+    }
+    return false;
+  };
+  for (std::size_t t = 0; t < triangles_.size(); ++t) {
+    Triangle& corners = triangles_[t];
+    const bool outside = std::any_of(corners.begin(), corners.end(), [&](std::uint32_t corner) {
+      return !used.holds(positions[corner]);
+    });
+    if (outside && has_area(mesh.positions, corners) && !has_area_in_file(t) &&
+        std::any_of(corners.begin(), corners.end(), is_rounded)) {
+      corners = {corners[0], corners[0], corners[0]};
+    }
+  }
+}
+
+void MeshBuilder::complete_attributes(Mesh& mesh) {
+  const auto fill = [this](std::vector<Triangle>& list, std::uint32_t stand_in) {
+    if (list.empty()) return std::uint64_t{0};
+    list.resize(triangles_.size(), Triangle{kNone, kNone, kNone});
+    std::uint64_t incomplete = 0;
+    for (Triangle& triangle : list) {
+      if (std::find(triangle.begin(), triangle.end(), kNone) == triangle.end()) continue;
+      ++incomplete;
+      std::replace(triangle.begin(), triangle.end(), kNone, stand_in);
+    }
+    return incomplete;
+  };
+  std::uint64_t missing = 0;  // the stand-in is no UV of the file's
+  if (const std::uint64_t bare = fill(uv_triangles_, static_cast<std::uint32_t>(uvs.size()))) {
+    // Any number would bake them over some chart.
+    constexpr float kNowhere = std::numeric_limits<float>::quiet_NaN();
+    uvs.push_back({kNowhere, kNowhere});
+    missing = 1;
+    input_.warn("missing-uvs",
+                counted(bare, "triangle") + (bare == 1 ? " has" : " have") +
+                    " corners without a UV; nothing is baked there.",
+                bare);
+  }
+  if (const std::uint64_t bare =
+          fill(normal_triangles_, static_cast<std::uint32_t>(normals.size()))) {
+    normals.push_back({});
+    input_.warn("missing-normals",
+                counted(bare, "triangle") + (bare == 1 ? " has" : " have") +
+                    " corners without a normal; theirs will be computed.",
+                bare);
+  }
+  if (uv_triangles_.empty()) {
+    uvs.clear();
+    missing = 0;
+  }
+  if (normal_triangles_.empty()) normals.clear();
+  for (Vec3& normal : normals) normal = unit_or_zero(normal);
+  const auto bad =
+      static_cast<std::uint64_t>(std::count_if(
+          uvs.begin(), uvs.end(),
+          [](const Vec2& uv) { return !std::isfinite(uv.x) || !std::isfinite(uv.y); })) -
+      missing;
+  if (bad != 0) {
+    input_.warn("non-finite-uvs",
+                counted(bad, "UV") + (bad == 1 ? " is" : " are") +
+                    " NaN or infinite, and kept; a bake skips triangles with them.",
+                bad);
+  }
+  mesh.uvs = std::move(uvs);
+  mesh.uv_triangles = std::move(uv_triangles_);
+  mesh.normals = std::move(normals);
+  mesh.normal_triangles = std::move(normal_triangles_);
+  mesh.colors = std::move(colors);
+  for (Names* names : {&groups_, &objects_, &materials_}) names->reach(triangles_.size());
+  groups_.take(mesh.groups, mesh.group_names);
+  objects_.take(mesh.objects, mesh.object_names);
+  materials_.take(mesh.materials, mesh.material_names);
+  mesh.material_files = std::move(material_files);
+}
+
+void MeshBuilder::count_degenerate(const Mesh& mesh) {
+  struct Found {
+    std::uint64_t count = 0;
+    std::uint32_t first = 0;
+    void add(std::uint32_t triangle) {
+      if (count++ == 0) first = triangle;
+    }
+  };
+  Found degenerate, rounded;
+  std::uint64_t usable = 0;
+  for (std::uint32_t i = 0; i < mesh.triangles.size(); ++i) {
+    const auto [a, b, c] = mesh.triangles[i];
+    const bool repeated = a == b || b == c || c == a;
+    if (has_area(mesh.positions, mesh.triangles[i])) {
+      ++usable;
+    } else if (repeated || (is_finite(mesh.positions[a]) && is_finite(mesh.positions[b]) &&
+                            is_finite(mesh.positions[c]))) {
+      (!repeated &&
+               has_area(vector_of(positions[a]), vector_of(positions[b]), vector_of(positions[c]))
+           ? rounded
+           : degenerate)
+          .add(i);
+    }
+  }
+  if (usable == 0 && rounded.count != 0) {
+    input_.fail(describe_face(rounded.first),
+                "none of its " + std::to_string(mesh.triangles.size()) +
+                    " triangles keeps an area in single precision" +
+                    (coarse_.empty() ? "" : ": " + coarse_.substr(0, coarse_.find(". "))),
+                coarse_.empty() ? "Move the mesh to the world's origin."
+                                : coarse_.substr(coarse_.find(". ") + 2));
+  }
+  if (usable == 0) {
+    input_.fail(describe_face(0),
+                "every one of its " + std::to_string(mesh.triangles.size()) +
+                    " triangles is degenerate (repeated corners, no area, or a corner that is not "
+                    "finite)",
+                "Export the mesh again, and check its scale and number format.");
+  }
+  if (degenerate.count != 0) {
+    input_.warn("degenerate-triangles",
+                counted(degenerate.count, "triangle") + (degenerate.count == 1 ? " has" : " have") +
+                    " no area in the file (" + describe_face(degenerate.first) +
+                    " for one); whatever uses the mesh leaves such triangles out.",
+                degenerate.count);
+  }
+  if (rounded.count != 0) {
+    input_.warn("rounded-triangles",
+                counted(rounded.count, "triangle") + (rounded.count == 1 ? " has" : " have") +
+                    " an area in the file, but none in single precision (" +
+                    describe_face(rounded.first) +
+                    " for one); whatever uses the mesh leaves such triangles out.",
+                rounded.count);
+  }
+}
+
+/// Groups that are all alike say nothing of edges: some exporters write "s off" into every file.
+void MeshBuilder::give_normals_by_groups(Mesh& mesh) {
+  std::vector<std::uint32_t> groups;
+  std::vector<std::string> names;
+  smoothing_.take(groups, names);
+  if (!mesh.normal_triangles.empty() || names.size() < 2) return;
+  std::vector<std::uint32_t> numbers(names.size());
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    const bool off = names[i] == "off" || names[i] == "0" || names[i] == "default";
+    numbers[i] = off ? kFlatGroup : static_cast<std::uint32_t>(i);
+  }
+  for (std::uint32_t& group : groups) group = numbers[group];
+  if (std::all_of(groups.begin(), groups.end(), [&](auto group) { return group == groups[0]; }))
+    return;
+  CornerNormals made = group_normals(mesh, groups);
+  mesh.normals = std::move(made.normals);
+  mesh.normal_triangles = std::move(made.triangles);
+}
+
+/// \returns Mesh::metres
+double MeshBuilder::move_to_world() {
+  const WorldFrame world = world_frame(input_.options, {}, 0);
+  if (!world.map) return world.metres;
+  const auto moved = [](const AffineMap& m, double x, double y, double z) {
+    Position result{};
+    for (std::size_t k = 0; k < 3; ++k) result[k] = m[k] * x + m[4 + k] * y + m[8 + k] * z;
+    return result;
+  };
+  AffineMap turn = *world.map;  // without the unit
+  const double unit = std::abs(turn[0]) + std::abs(turn[1]) + std::abs(turn[2]);
+  for (double& value : turn) value /= unit;
+  const auto turned = [&](const Vec3& v) {
+    const Position to = moved(turn, v.x, v.y, v.z);
+    return Vec3{narrow(to[0]), narrow(to[1]), narrow(to[2])};
+  };
+  for (Position& p : positions) p = moved(*world.map, p[0], p[1], p[2]);
+  for (Vec3& normal : normals) normal = turned(normal);
+  for (Tangent& tangent : tangents) tangent.direction = turned(tangent.direction);
+  return world.metres;
+}
+
+Mesh MeshBuilder::finish() {
+  if (!describe_face) {
+    describe_face = [](std::uint32_t triangle) { return "triangle " + std::to_string(triangle); };
+  }
+  if (positions.size() > kLargestCount) {
+    input_.fail("", "it has more than " + std::to_string(kLargestCount) + " vertices",
+                "Split or simplify the mesh.");
+  }
+  if (triangles_.empty()) {
+    const std::string points = std::to_string(positions.size());
+    input_.fail("",
+                faces_ != 0 ? "none of its " + std::to_string(faces_) + " faces has three corners"
+                            : "it has no faces, only " + points + " points",
+                "Kiln needs a surface: export triangles, or reconstruct a surface from the points "
+                "first.");
+  }
+  if (short_faces_ != 0) {
+    input_.warn("short-faces",
+                std::to_string(short_faces_) + " faces have fewer than three corners (face " +
+                    std::to_string(first_short_face_) + " for one) and were left out.",
+                short_faces_);
+  }
+  Mesh mesh;
+  if (!is_placed) mesh.metres = move_to_world();
+  finish_colors();
+  split_polygons();
+  place(mesh);
+  complete_attributes(mesh);
+  mesh.triangles = std::move(triangles_);
+  number_polygons(mesh);
+  give_normals_by_groups(mesh);
+  give_tangents(mesh);
+  count_degenerate(mesh);
+  return mesh;
+}
+
+}  // namespace kiln

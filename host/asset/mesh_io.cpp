@@ -1,0 +1,235 @@
+// Reading a mesh: from a path to the right reader.
+#include <algorithm>
+#include <cstring>
+#include <memory>
+#include <new>
+#include <optional>
+#include <string>
+
+#include "asset/assimp.h"
+#include "asset/gltf.h"
+#include "asset/mesh_reader.h"
+#include "base/lower_case.h"
+#include "io/file/bounds.h"
+#include "io/file/byte_source.h"
+#include "io/file/text_scanner.h"
+#include "io/file/unicode.h"
+#include "kiln/files.h"
+#include "kiln/mesh.h"
+
+namespace kiln {
+namespace {
+
+constexpr const char* kFormatNames[] = {"PLY", "OBJ", "STL", "OFF", "glTF", "FBX"};
+constexpr const char* kFormatExtensions[] = {".ply", ".obj", ".stl", ".off", ".gltf", ".fbx"};
+constexpr const char* kNownExtensions =
+    "Kiln reads .ply, .obj, .stl, .off, .glb, .gltf, .fbx, .dae, .3ds and .x: export the mesh as "
+    "one of them.";
+
+std::optional<MeshFormat> format_of(const std::filesystem::path& path) {
+  const std::string extension = lower_extension(path);
+  if (extension == ".glb") return MeshFormat::gltf;
+  for (const MeshFormat format :
+       {MeshFormat::ply, MeshFormat::obj, MeshFormat::stl, MeshFormat::off, MeshFormat::gltf}) {
+    if (extension == kFormatExtensions[static_cast<int>(format)]) return format;
+  }
+  if (is_assimp_name(path)) return MeshFormat::assimp;
+  return std::nullopt;
+}
+
+/// Guess of a format by the content's first bytes.
+struct Guess {
+  std::optional<MeshFormat> format;
+  std::string name;  ///< Empty: nothing that we know.
+};
+
+Guess guess(std::string_view bytes) {
+  const auto starts = [bytes](std::string_view magic) { return bytes.starts_with(magic); };
+  const auto of = [](MeshFormat format) {
+    return Guess{format, kFormatNames[static_cast<int>(format)]};
+  };
+  if (starts("ply\n") || starts("ply\r")) return of(MeshFormat::ply);
+  if (starts("glTF")) return {MeshFormat::gltf, "binary glTF"};
+  if (starts("Kaydara FBX") || starts("; FBX")) return of(MeshFormat::assimp);
+  if (starts("BLENDER")) return {{}, "a Blender scene"};
+  if (starts("\x89PNG")) return {{}, "a PNG image"};
+  if (starts("\x76\x2f\x31\x01")) return {{}, "an OpenEXR image"};
+  if (starts("PK\x03\x04")) return {{}, "a ZIP archive"};
+  if (starts("\x1f\x8b")) return {{}, "a gzip archive"};
+  std::uint32_t count = 0;
+  if (bytes.size() >= 84) {
+    std::memcpy(&count, bytes.data() + 80, 4);
+    if (bytes.size() == 84 + 50 * std::uint64_t{count}) return of(MeshFormat::stl);
+  }
+  const std::string_view head = bytes.substr(0, 4096);
+  if (head.find('\0') != head.npos) return {};
+  TextScanner scan(head, '#');
+  const std::string_view first = scan.token();
+  if (lower_case(first) == "solid" && lower_case(head).find("facet") != std::string::npos) {
+    return of(MeshFormat::stl);
+  }
+  if (first.ends_with("OFF") && first.find_first_not_of("STCN4n") == first.size() - 3) {
+    return of(MeshFormat::off);
+  }
+  if (first.starts_with("{")) return {MeshFormat::gltf, "JSON (glTF?)"};
+  if (first.starts_with("<")) return {{}, "XML or HTML"};
+  for (const char* word : {"v", "vt", "vn", "f", "o", "g", "mtllib", "usemtl"}) {
+    if (first == word) return of(MeshFormat::obj);
+  }
+  return {};
+}
+
+/// The whole file.
+std::string read_file(const MeshInput& input, const std::filesystem::path& path) {
+  const FailWith fail = [&input](const std::string& place, const std::string& problem,
+                                 const std::string& remedy) { input.fail(place, problem, remedy); };
+  return read_whole(*open_file(path, fail), fail);
+}
+
+}  // namespace
+
+void MeshInput::fail(const std::string& place, const std::string& problem,
+                     const std::string& remedy) const {
+  throw Error(ErrorCode::input,
+              file + ": " + (place.empty() ? "" : place + ": ") + problem + ". " + remedy);
+}
+
+void MeshInput::warn(std::string code, const std::string& message, std::uint64_t count) const {
+  if (warnings != nullptr) warnings->push_back({std::move(code), file + ": " + message, count});
+}
+
+Mesh parse_mesh(const MeshInput& given, MeshFormat format, Asset* whole) {
+  MeshInput input = given;
+  if (input.bytes.empty()) input.fail("", "the file is empty", "Export the mesh again.");
+  if (format == MeshFormat::assimp) {
+    Asset asset = read_by_assimp(input);
+    Mesh mesh = std::move(asset.mesh);
+    if (whole != nullptr) *whole = std::move(asset);
+    return mesh;
+  }
+  const LoadMeshOptions& options = input.options;
+  if (format != MeshFormat::gltf && (options.uv_set != 0 || !options.uv_set_name.empty())) {
+    input.fail("",
+               std::string("it has no set of UVs but the first, as no ") +
+                   kFormatNames[static_cast<int>(format)] + " has",
+               "Leave the set's number or name out for this file.");
+  }
+  std::string converted;
+  if (format != MeshFormat::stl) input.bytes = as_utf8(input.bytes, converted);
+  if (input.bytes.empty()) input.fail("", "the file is empty", "Export the mesh again.");
+  const Guess content = guess(input.bytes);
+  if (!content.name.empty() && content.format != format) {
+    const std::string remedy =
+        content.format ? std::string("Rename it to ") +
+                             (content.name == "binary glTF"
+                                  ? ".glb"
+                                  : kFormatExtensions[static_cast<int>(*content.format)]) +
+                             "."
+                       : "Export the mesh as PLY or OBJ.";
+    input.fail("",
+               std::string("it is named as ") + kFormatNames[static_cast<int>(format)] +
+                   " but its content looks like " + content.name,
+               remedy);
+  }
+  if (format == MeshFormat::obj || format == MeshFormat::off) {
+    const std::size_t zero = input.bytes.substr(0, 4096).find('\0');
+    if (zero != std::string_view::npos) {
+      input.fail("byte " + std::to_string(zero),
+                 std::string("it has binary data where ") + kFormatNames[static_cast<int>(format)] +
+                     " has text",
+                 "Check that it is a mesh; export it again.");
+    }
+  }
+  switch (format) {
+    case MeshFormat::ply:
+      return read_ply(input);
+    case MeshFormat::obj:
+      return read_obj(input);
+    case MeshFormat::stl:
+      return read_stl(input);
+    case MeshFormat::off:
+      return read_off(input);
+    case MeshFormat::gltf:
+      if (whole == nullptr) return read_gltf(input, false).mesh;
+      *whole = read_gltf(input, true);
+      return std::move(whole->mesh);
+    case MeshFormat::assimp:
+      break;  // above
+  }
+  throw Error(ErrorCode::internal, "parse_mesh: unknown format");
+}
+
+std::vector<std::string> mesh_formats() {
+  std::vector<std::string> names = {"PLY", "OBJ", "STL", "OFF", "glTF"};
+#ifdef KILN_HAS_ASSIMP
+  names.insert(names.end(), {"FBX", "DAE", "3DS", "X"});
+#endif
+#ifdef KILN_HAS_DRACO
+  names.emplace_back("Draco in glTF");
+#endif
+  return names;
+}
+
+namespace {
+
+/// Reads the mesh in `input.bytes`, by the name's extension.
+Mesh parse_named(const MeshInput& input, const std::filesystem::path& path,
+                 Asset* whole = nullptr) {
+  const auto format = format_of(path);
+  if (!format) {
+    const Guess content = input.bytes.empty() ? Guess{} : guess(input.bytes);
+    const std::string extension = path.extension().string();
+    input.fail("",
+               (extension.empty() ? "it has no extension"
+                                  : "\"" + extension + "\" is not a mesh format that Kiln knows") +
+                   (content.name.empty() ? "" : "; its content looks like " + content.name),
+               kNownExtensions);
+  }
+  Mesh mesh = parse_mesh(input, *format, whole);
+  mesh.name = path.stem().string();
+  return mesh;
+}
+
+}  // namespace
+
+Mesh load_mesh_file(const std::filesystem::path& path, const LoadMeshOptions& options,
+                    std::vector<Warning>* warnings, Asset* whole) {
+  MeshInput input{path.string(), {}, warnings, options, path.parent_path()};
+  try {
+    const std::string bytes = read_file(input, path);
+    input.bytes = bytes;
+    Mesh mesh = parse_named(input, path, whole);
+    // They belong to the mesh, whether they are read or not.
+    for (std::string file : mesh.material_files) {
+      std::replace(file.begin(), file.end(), '\\', '/');
+      OutputSet::protect(path.parent_path() / file);
+    }
+    return mesh;
+  } catch (const std::bad_alloc&) {
+    input.fail("", "memory ran out while it was read",
+               "Free some memory, raise the `memory_limit`, or use a lighter mesh.");
+  }
+}
+
+Mesh load_mesh(const std::filesystem::path& path, std::vector<Warning>* warnings) {
+  return load_mesh(path, LoadMeshOptions(), warnings);
+}
+
+Mesh load_mesh(const std::filesystem::path& path, const LoadMeshOptions& options,
+               std::vector<Warning>* warnings) {
+  return load_mesh_file(path, options, warnings, nullptr);
+}
+
+Mesh load_mesh(std::span<const std::byte> bytes, std::string_view name,
+               std::vector<Warning>* warnings) {
+  const std::string_view text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
+  const MeshInput input{std::string(name), text, warnings};
+  try {
+    return parse_named(input, std::filesystem::path(name));
+  } catch (const std::bad_alloc&) {
+    input.fail("", "memory ran out while it was read",
+               "Free some memory, raise the `memory_limit`, or use a lighter mesh.");
+  }
+}
+
+}  // namespace kiln

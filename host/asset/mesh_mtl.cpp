@@ -1,0 +1,307 @@
+// Wavefront MTL, text: numbers of materials, and the names of their pictures.
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <map>
+#include <optional>
+#include <span>
+
+#include "asset/materials.h"
+#include "base/lower_case.h"
+#include "io/file/text_scanner.h"
+#include "io/file/unicode.h"
+#include "kiln/material.h"
+
+namespace kiln {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// Number of words that an option of a picture takes: numbers, or names such as "on". None: it is no option.
+struct OptionWords {
+  int least, most;
+};
+std::optional<OptionWords> words_of(std::string_view option) {
+  static const std::map<std::string_view, OptionWords> known = {
+      {"-s", {1, 3}},     {"-o", {1, 3}},       {"-t", {1, 3}},      {"-mm", {2, 2}},
+      {"-bm", {1, 1}},    {"-blendu", {1, 1}},  {"-blendv", {1, 1}}, {"-cc", {1, 1}},
+      {"-clamp", {1, 1}}, {"-imfchan", {1, 1}}, {"-texres", {1, 1}}, {"-boost", {1, 1}},
+      {"-type", {1, 1}}};
+  const auto found = known.find(option);
+  return found == known.end() ? std::nullopt : std::optional(found->second);
+}
+
+/// True if an option with these words changes nothing: exporters write "-bm 1.0" always.
+bool says_nothing(std::string_view option, std::span<const std::string_view> words) {
+  const auto all = [&](double value) {
+    return std::all_of(words.begin(), words.end(),
+                       [value](std::string_view word) { return to_double(word) == value; });
+  };
+  if (option == "-bm") return all(1);
+  if (option == "-t") return all(0);
+  if (option == "-clamp" || option == "-cc") return words[0] == "off";
+  if (option == "-blendu" || option == "-blendv") return words[0] == "on";
+  if (option == "-mm") return to_double(words[0]) == 0 && to_double(words[1]) == 1;
+  return false;
+}
+
+/// The first two of an option's numbers, of which the second may be missing. \returns false where one is none
+bool take_numbers(std::span<const std::string_view> words, std::array<float, 2>& to) {
+  for (std::size_t k = 0; k < words.size(); ++k) {
+    const auto value = to_double(words[k]);
+    if (!value || !std::isfinite(static_cast<float>(*value))) return false;
+    if (k < to.size()) to[k] = static_cast<float>(*value);
+  }
+  return true;
+}
+
+/// Statements of pictures that Kiln has no use for.
+bool is_other_picture(std::string_view keyword) {
+  static constexpr std::string_view kKnown[] = {"map_ka", "map_ks",    "map_refl",  "map_ps",
+                                                "map_pc", "map_pcr",   "map_aat",   "map_tf",
+                                                "map_ni", "map_aniso", "map_anisor"};
+  return std::find(std::begin(kKnown), std::end(kKnown), keyword) != std::end(kKnown);
+}
+
+std::string_view without_blanks(std::string_view text) {
+  while (!text.empty() && (text.front() == ' ' || text.front() == '\t')) text.remove_prefix(1);
+  while (!text.empty() && (text.back() == ' ' || text.back() == '\t')) text.remove_suffix(1);
+  return text;
+}
+
+class MtlReader {
+ public:
+  MtlReader(const MeshInput& input, const fs::path& folder, FileFinder* finder)
+      : input_(input), folder_(folder), finder_(finder), scan_(input.bytes, '#', true) {}
+
+  std::vector<Material> read() {
+    do {
+      if (scan_.comment().starts_with("# Blender")) by_blender_ = true;
+      const std::string keyword = lower_case(scan_.token_in_line());
+      if (!keyword.empty()) statement(keyword);
+    } while (scan_.next_line());
+    finish_material();
+    const auto warn = [this](const char* code, const Counted& what, const std::string& text) {
+      if (what.count == 0) return;
+      input_.warn(code, printable(what.example) + ": " + std::to_string(what.count) + " " + text,
+                  what.count);
+    };
+    warn("texture-options", placed_,
+         "pictures (this is the first) are changed by options that Kiln does not follow: these "
+         "were left out.");
+    warn("ignored-pictures", ignored_,
+         "statements of pictures (this is the first) are none that Kiln reads, and were ignored; "
+         "see "
+         "its manual for those of MTL.");
+    warn("blender-pictures", stand_ins_,
+         "pictures (this is the first) count as roughness (map_Ns) and metalness (map_refl), as "
+         "Blender writes them.");
+    return std::move(materials_);
+  }
+
+ private:
+  /// Number of statements of a kind, and the first one's place.
+  struct Counted {
+    std::uint64_t count = 0;
+    std::string example;
+  };
+  void count(Counted& what, std::string_view word) {
+    if (what.count++ == 0) what.example = scan_.place() + ": " + printable(word);
+  }
+
+  void statement(const std::string& keyword) {
+    if (keyword == "newmtl") {
+      finish_material();
+      materials_.emplace_back();
+      const std::string_view name = scan_.rest_of_line();
+      materials_.back().name = name.empty() ? "default" : std::string(name);
+      materials_.back().place = input_.file + ": " + scan_.place();
+      return;
+    }
+    if (materials_.empty()) return;
+    Material& material = materials_.back();
+    if (keyword == "kd") return color(material.color, &material.color_from);
+    if (keyword == "ke") return color(material.emission, &material.emission_from);
+    if (keyword == "ka") return color(ambient_);
+    if (keyword == "d") {
+      scan_ahead_halo();
+      material.opacity = number();
+      has_opacity_ = true;
+    } else if (keyword == "tr") {
+      // Some write Tr as d, and both: d is plain.
+      const float transparency = number();
+      if (!has_opacity_) material.opacity = 1 - transparency;
+    } else if (keyword == "pr") {
+      material.roughness = number();
+      material.roughness_from = MaterialNumber::given;
+    } else if (keyword == "pm") {
+      material.metallic = number();
+      material.metallic_from = MaterialNumber::given;
+    } else if (keyword == "ns") {
+      shininess_ = number();
+    } else if (keyword == "illum") {
+      illumination_ = scan_.token_in_line();
+    } else if (keyword == "map_ns" && by_blender_) {
+      exponents_ = picture(keyword);
+    } else if (keyword == "map_refl" && by_blender_) {
+      reflections_ = picture(keyword);
+    } else if (keyword == "map_bump" || keyword == "bump") {
+      MaterialPicture bumps = picture(keyword);
+      if (!has_normals_) material.normal_map = std::move(bumps);
+    } else if (MaterialPicture* named = picture_of(material, keyword)) {
+      *named = picture(keyword);
+      has_normals_ = has_normals_ || named == &material.normal_map;
+    } else if (keyword.starts_with("map_") && !is_other_picture(keyword)) {
+      count(ignored_, keyword);
+    }
+  }
+
+  static MaterialPicture* picture_of(Material& material, std::string_view keyword) {
+    if (keyword == "map_kd") return &material.color_map;
+    if (keyword == "map_d") return &material.opacity_map;
+    if (keyword == "norm" || keyword == "map_kn") return &material.normal_map;
+    if (keyword == "map_pr") return &material.roughness_map;
+    if (keyword == "map_pm") return &material.metallic_map;
+    if (keyword == "map_ke") return &material.emission_map;
+    return nullptr;
+  }
+
+  /// Numbers that other statements stand in for, as Blender's exporter writes them without `Pr` and `Pm`:
+  /// Ns = 1000 (1 - roughness)^2; a metal's `illum` reflects (3, or 6 where it is transparent), and `Ka` is its
+  /// metalness.
+  void finish_material() {
+    if (materials_.empty()) return;
+    Material& material = materials_.back();
+    if (material.roughness_from == MaterialNumber::none && shininess_ >= 0) {
+      material.roughness = 1 - std::sqrt(std::min(shininess_, 1000.0F) / 1000);
+      material.roughness_from = MaterialNumber::converted;
+    }
+    if (by_blender_ && material.metallic_from == MaterialNumber::none && !illumination_.empty()) {
+      const bool reflects = illumination_ == "3" || illumination_ == "6";
+      if (reflects) material.metallic = (ambient_[0] + ambient_[1] + ambient_[2]) / 3;
+      material.metallic_from = MaterialNumber::converted;
+    }
+    const auto stand_in = [&](MaterialPicture& own, MaterialPicture& other, const char* keyword) {
+      if (own.empty() && !other.empty()) {
+        own = other;
+        if (stand_ins_.count++ == 0) stand_ins_.example = material.name + ": " + keyword;
+      }
+      other = {};
+    };
+    stand_in(material.roughness_map, exponents_, "map_Ns");
+    stand_in(material.metallic_map, reflections_, "map_refl");
+    ambient_ = {};
+    shininess_ = -1;
+    illumination_ = {};
+    has_normals_ = has_opacity_ = false;
+  }
+
+  /// "d -halo 0.5".
+  void scan_ahead_halo() {
+    const TextScanner before = scan_;
+    if (scan_.token_in_line() != "-halo") scan_ = before;
+  }
+
+  float number() {
+    const std::string_view token = scan_.token_in_line();
+    const auto value = to_double(token);
+    if (!value) {
+      input_.fail(scan_.place(), "\"" + printable(token) + "\" stands where a number belongs",
+                  "Correct the line, or export the mesh again.");
+    }
+    return static_cast<float>(*value);
+  }
+
+  void color(std::array<float, 3>& to, MaterialNumber* from = nullptr) {
+    const TextScanner before = scan_;
+    const std::string_view first = scan_.token_in_line();
+    if (first == "spectral" || first == "xyz") return;  // of no use here: white
+    scan_ = before;
+    for (float& value : to) value = number();
+    if (from != nullptr) *from = MaterialNumber::given;
+  }
+
+  /// The picture that a line names, after its options; names may have blanks in them.
+  MaterialPicture picture(std::string_view keyword) {
+    MaterialPicture result;
+    std::array<float, 2> scale{1, 1}, offset{0, 0};
+    std::string_view rest = without_blanks(scan_.rest_of_line());
+    while (rest.starts_with('-')) {
+      const std::string_view option = next_word(rest);
+      const auto words = words_of(option);
+      if (!words) {
+        rest = std::string_view(option.data(), option.size() + rest.size() + gap(option, rest));
+        break;
+      }
+      std::array<std::string_view, 3> given;
+      int found = 0;
+      for (; found < words->most; ++found) {
+        std::string_view ahead = rest;
+        const std::string_view word = next_word(ahead);
+        if (found >= words->least && !to_double(word)) break;
+        given[static_cast<std::size_t>(found)] = word;
+        rest = ahead;
+      }
+      const auto numbers = std::span(given).first(static_cast<std::size_t>(found));
+      if (option == "-clamp" && given[0] == "on") {
+        result.wrap = {TextureWrap::clamp, TextureWrap::clamp};
+      } else if (option == "-s" || option == "-o") {
+        if (!take_numbers(numbers, option == "-s" ? scale : offset)) count(placed_, option);
+      } else if (!says_nothing(option, numbers)) {
+        count(placed_, option);
+      }
+    }
+    // Scaled, then moved, as Blender and three.js have it.
+    result.uv_transform = {scale[0], 0, offset[0], 0, scale[1], offset[1]};
+    std::string name(rest);
+    if (name.size() > 1 && name.front() == '"' && name.back() == '"') {
+      name = name.substr(1, name.size() - 2);
+    }
+    std::replace(name.begin(), name.end(), '\\', '/');
+    if (name.empty()) return {};
+    result.file = folder_ / fs::path(name);
+    if (finder_ != nullptr) {
+      result.file = finder_->find(result.file,
+                                  input_.file + ": " + scan_.place() + ": " + std::string(keyword));
+    }
+    return result;
+  }
+
+  /// Takes the first word off a text.
+  static std::string_view next_word(std::string_view& text) {
+    const std::size_t end = std::min(text.find_first_of(" \t"), text.size());
+    const std::string_view word = text.substr(0, end);
+    text = without_blanks(text.substr(end));
+    return word;
+  }
+  static std::size_t gap(std::string_view word, std::string_view rest) {
+    return rest.empty() ? 0 : static_cast<std::size_t>(rest.data() - word.data()) - word.size();
+  }
+
+  const MeshInput& input_;
+  fs::path folder_;
+  FileFinder* finder_;
+  TextScanner scan_;
+  std::vector<Material> materials_;
+  Counted placed_, ignored_, stand_ins_;
+  bool by_blender_ = false;
+  // State of the material that is being read.
+  std::array<float, 3> ambient_{};
+  float shininess_ = -1;  ///< Below 0: not given.
+  std::string_view illumination_;
+  MaterialPicture exponents_, reflections_;
+  bool has_opacity_ = false;  ///< By `d`.
+  bool has_normals_ = false;  ///< By a statement that means no heights.
+};
+
+}  // namespace
+
+std::vector<Material> read_materials(const MeshInput& given, const fs::path& folder,
+                                     FileFinder* finder) {
+  MeshInput input = given;
+  std::string converted;
+  input.bytes = as_utf8(input.bytes, converted);
+  return MtlReader(input, folder, finder).read();
+}
+
+}  // namespace kiln

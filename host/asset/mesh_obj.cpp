@@ -1,0 +1,277 @@
+// Wavefront OBJ, read by Kiln itself: a half-edge mesh drops faces at edges that more than two share,
+// and what is wrong with a file is said with its line.
+#include <algorithm>
+#include <charconv>
+#include <string>
+#include <unordered_set>
+#include <vector>
+
+#include "asset/mesh_builder.h"
+#include "io/file/text_scanner.h"
+
+namespace kiln {
+namespace {
+
+class ObjReader {
+ public:
+  explicit ObjReader(const MeshInput& input)
+      : input_(input), scan_(input.bytes, '#', true), builder_(input) {}
+
+  Mesh read() {
+    do {
+      const std::string_view comment = scan_.comment();
+      if (comment.starts_with("#MRGB ")) polypaint(comment.substr(6));
+      const std::string_view keyword = scan_.token_in_line();
+      if (!keyword.empty()) statement(keyword);
+    } while (scan_.next_line());
+    finish_polypaint();
+    check_forward_references();
+    if (ignored_ != 0) {
+      input_.warn("ignored-statements",
+                  std::to_string(ignored_) + " statements of kinds that Kiln does not use (\"" +
+                      ignored_example_ + "\" for one) were ignored.",
+                  ignored_);
+    }
+    if (bad_polypaint_ != 0) {
+      input_.warn(
+          "bad-polypaint",
+          std::to_string(bad_polypaint_) + " colours in its #MRGB lines (" +
+              bad_polypaint_example_ +
+              " for one) are not eight hexadecimal digits, or of no vertex, and were ignored.",
+          bad_polypaint_);
+    }
+    builder_.describe_face = [this](std::uint32_t triangle) {
+      const auto after = std::upper_bound(
+          face_lines_.begin(), face_lines_.end(), triangle,
+          [](std::uint32_t value, const FaceLine& entry) { return value < entry.triangle; });
+      return after == face_lines_.begin() ? std::string()
+                                          : "line " + std::to_string(after[-1].line);
+    };
+    return builder_.finish();
+  }
+
+ private:
+  struct FaceLine {
+    std::uint32_t triangle;
+    std::uint64_t line;
+  };
+  /// The largest index used so far of a pool, and where: the pool may still grow after the face.
+  struct Reach {
+    std::uint64_t index = 0, line = 0;
+  };
+
+  void statement(std::string_view keyword) {
+    if (keyword == "v") {
+      vertex();
+    } else if (keyword == "vt") {
+      texture_coordinate();
+    } else if (keyword == "vn") {
+      double n[3];
+      for (double& value : n) value = number("a normal has three numbers");
+      builder_.normals.push_back({narrow(n[0]), narrow(n[1]), narrow(n[2])});
+    } else if (keyword == "f") {
+      face();
+    } else if (keyword == "g" || keyword == "o") {
+      const std::string_view name = scan_.rest_of_line();
+      builder_.set_group(name);
+      if (keyword == "o") builder_.set_object(name);
+    } else if (keyword == "usemtl") {
+      builder_.set_material(scan_.rest_of_line());
+    } else if (keyword == "mtllib") {
+      material_files(scan_.rest_of_line());
+    } else if (keyword == "s") {
+      builder_.set_smoothing(scan_.token_in_line());
+    } else {
+      if (ignored_++ == 0) ignored_example_ = scan_.place() + ": " + printable(keyword);
+    }
+  }
+
+  /// One name, which may have blanks in it, as exporters write it, or several that end in ".mtl".
+  void material_files(std::string_view names) {
+    const auto add = [this](std::string_view name) {
+      while (name.starts_with(' ') || name.starts_with('\t')) name.remove_prefix(1);
+      if (name.size() > 1 && name.starts_with('"') && name.ends_with('"')) {
+        name = name.substr(1, name.size() - 2);
+      }
+      if (!name.empty()) builder_.material_files.emplace_back(name);
+    };
+    for (std::size_t at = 0; at < names.size();) {
+      at = std::min(names.find_first_of(" \t", at), names.size());
+      std::string_view word = names.substr(0, at);
+      if (word.ends_with('"')) word.remove_suffix(1);
+      const std::string_view ending =
+          word.substr(word.size() - std::min<std::size_t>(4, word.size()));
+      if (ending == ".mtl" || ending == ".MTL") {
+        add(names.substr(0, at));
+        names.remove_prefix(at);
+        at = 0;
+      }
+      at = std::min(names.find_first_not_of(" \t", at), names.size());
+    }
+    add(names);
+  }
+
+  /// ZBrush's colours: MMRRGGBB in hexadecimal digits of each of the vertices before, MM a mask.
+  void polypaint(std::string_view digits) {
+    while (digits.starts_with(' ')) digits.remove_prefix(1);
+    for (; digits.size() >= 8; digits.remove_prefix(8)) {
+      std::uint32_t value = 0;
+      const auto [stop, status] = std::from_chars(digits.data(), digits.data() + 8, value, 16);
+      if (status != std::errc() || stop != digits.data() + 8) break;
+      polypaint_.push_back(value);
+    }
+    if (!digits.empty() && bad_polypaint_++ == 0) bad_polypaint_example_ = scan_.place();
+  }
+
+  /// Blocks of colours follow their vertices, once an object.
+  void finish_polypaint() {
+    if (polypaint_.size() > builder_.positions.size()) {
+      bad_polypaint_ += polypaint_.size() - builder_.positions.size();
+      if (bad_polypaint_example_.empty()) bad_polypaint_example_ = scan_.place();
+      polypaint_.resize(builder_.positions.size());
+    }
+    std::size_t vertex = builder_.positions.size() - polypaint_.size();
+    for (const std::uint32_t value : polypaint_) {
+      const auto byte = [value](int shift) { return static_cast<std::uint8_t>(value >> shift); };
+      builder_.set_color_bytes(vertex++, {byte(16), byte(8), byte(0), 255});
+    }
+    polypaint_.clear();
+  }
+
+  double number(const char* rule) {
+    const std::string_view token = scan_.token_in_line();
+    if (const auto value = to_double(token)) return *value;
+    const std::string what =
+        token.empty() ? "a number is missing" : "\"" + printable(token) + "\" is not a number";
+    input_.fail(scan_.place(), what + " (" + rule + ")",
+                "Correct the line or export the mesh again.");
+  }
+
+  void vertex() {
+    if (!polypaint_.empty()) finish_polypaint();
+    MeshBuilder::Position p;
+    for (double& value : p) value = number("a vertex has x, y and z");
+    double more[4];
+    int count = 0;
+    for (std::string_view token = scan_.token_in_line(); !token.empty() && count < 4;
+         token = scan_.token_in_line()) {
+      const auto value = to_double(token);
+      if (!value) {
+        input_.fail(scan_.place(), "\"" + printable(token) + "\" is not a number",
+                    "Correct the line or export the mesh again.");
+      }
+      more[count++] = *value;
+    }
+    if (count >= 3) {  // x y z r g b [a]; one number more is a weight
+      builder_.set_color(builder_.positions.size(),
+                         {more[0], more[1], more[2], count == 4 ? more[3] : MeshBuilder::kFull});
+    }
+    builder_.positions.push_back(p);
+  }
+
+  void texture_coordinate() {
+    const double u = number("a texture coordinate has u and v");
+    double v = 0;
+    if (const std::string_view token = scan_.token_in_line(); !token.empty()) {
+      const auto value = to_double(token);
+      if (!value) {
+        input_.fail(scan_.place(), "\"" + printable(token) + "\" is not a number",
+                    "Correct the line or export the mesh again.");
+      }
+      v = *value;
+    }
+    builder_.uvs.push_back({narrow(u), narrow(v)});
+  }
+
+  /// From the file's 1-based or negative index to ours.
+  std::uint32_t resolve(std::string_view text, std::size_t pool, Reach& reach, const char* what) {
+    const auto index = to_integer(text);
+    if (!index) {
+      input_.fail(scan_.place(),
+                  "face " + std::to_string(builder_.faces()) + " has \"" + printable(text) +
+                      "\" where a " + what + " index belongs",
+                  "Correct the line or export the mesh again.");
+    }
+    const auto size = static_cast<std::int64_t>(pool);
+    if (*index == 0 || *index < -size || *index > 0x7FFFFFFF) {
+      input_.fail(scan_.place(), out_of_range(builder_.faces(), *index, what, pool),
+                  "Indices count from 1, or back from -1; export the mesh again.");
+    }
+    if (*index < 0) return static_cast<std::uint32_t>(size + *index);
+    if (static_cast<std::uint64_t>(*index) > reach.index) {
+      reach = {static_cast<std::uint64_t>(*index), scan_.line()};
+    }
+    return static_cast<std::uint32_t>(*index - 1);
+  }
+
+  static std::string out_of_range(std::uint64_t face, std::int64_t index, const char* what,
+                                  std::size_t pool) {
+    return "face " + std::to_string(face) + " uses " + what + " " + std::to_string(index) +
+           ", but there are " + std::to_string(pool);
+  }
+
+  void face() {
+    vertex_.clear();
+    uv_.clear();
+    normal_.clear();
+    bool any_uv = false, any_normal = false;
+    for (std::string_view token = scan_.token_in_line(); !token.empty();
+         token = scan_.token_in_line()) {
+      std::string_view part[3];
+      for (int i = 0; i < 3; ++i) {
+        const std::size_t slash = i < 2 ? token.find('/') : std::string_view::npos;
+        part[i] = token.substr(0, slash);
+        if (slash == std::string_view::npos) break;
+        token.remove_prefix(slash + 1);
+      }
+      vertex_.push_back(resolve(part[0], builder_.positions.size(), vertex_reach_, "vertex"));
+      uv_.push_back(MeshBuilder::kNone);
+      normal_.push_back(MeshBuilder::kNone);
+      if (!part[1].empty()) {
+        uv_.back() = resolve(part[1], builder_.uvs.size(), uv_reach_, "texture coordinate");
+        any_uv = true;
+      }
+      if (!part[2].empty()) {
+        normal_.back() = resolve(part[2], builder_.normals.size(), normal_reach_, "normal");
+        any_normal = true;
+      }
+    }
+    if (vertex_.size() >= 3) {
+      face_lines_.push_back({triangles_, scan_.line()});
+      triangles_ += static_cast<std::uint32_t>(vertex_.size() - 2);
+    }
+    using Indices = std::span<const std::uint32_t>;
+    builder_.add_face(vertex_, any_uv ? Indices(uv_) : Indices(),
+                      any_normal ? Indices(normal_) : Indices());
+  }
+
+  void check_forward_references() {
+    const auto check = [this](const Reach& reach, std::size_t pool, const char* what) {
+      if (reach.index <= pool) return;
+      input_.fail("line " + std::to_string(reach.line),
+                  std::string("a face uses ") + what + " " + std::to_string(reach.index) +
+                      ", but there are " + std::to_string(pool),
+                  "The file may be cut off; export the mesh again.");
+    };
+    check(vertex_reach_, builder_.positions.size(), "vertex");
+    check(uv_reach_, builder_.uvs.size(), "texture coordinate");
+    check(normal_reach_, builder_.normals.size(), "normal");
+  }
+
+  const MeshInput& input_;
+  TextScanner scan_;
+  MeshBuilder builder_;
+  std::vector<std::uint32_t> vertex_, uv_, normal_;
+  std::vector<FaceLine> face_lines_;
+  Reach vertex_reach_, uv_reach_, normal_reach_;
+  std::uint32_t triangles_ = 0;
+  std::vector<std::uint32_t> polypaint_;
+  std::uint64_t ignored_ = 0, bad_polypaint_ = 0;
+  std::string ignored_example_, bad_polypaint_example_;
+};
+
+}  // namespace
+
+Mesh read_obj(const MeshInput& input) { return ObjReader(input).read(); }
+
+}  // namespace kiln

@@ -1,0 +1,207 @@
+// OFF (Geomview's object file format, ASCII), read by Kiln itself: a half-edge mesh drops faces at edges
+// that more than two share, and what is wrong with a file is said with its line.
+#include <algorithm>
+#include <cmath>
+#include <string>
+#include <vector>
+
+#include "asset/mesh_builder.h"
+#include "io/file/text_scanner.h"
+
+namespace kiln {
+namespace {
+
+class OffReader {
+ public:
+  explicit OffReader(const MeshInput& input)
+      : input_(input), scan_(input.bytes, '#'), builder_(input) {}
+
+  Mesh read() {
+    header();
+    if (colors_ && normals_ && has_negative_colors()) colors_first_ = !colors_first_;
+    for (std::uint64_t i = 0; i < vertices_; ++i) vertex(i);
+    for (std::uint64_t i = 0; i < faces_; ++i) face(i);
+    return builder_.finish();
+  }
+
+ private:
+  [[noreturn]] void fail(const std::string& problem) {
+    input_.fail(scan_.place(), problem, "Correct the line or export the mesh again.");
+  }
+
+  /// "OFF" behind the letters that say what vertices have, in any order, as programs write them.
+  void keyword(std::string_view word) {
+    std::string_view letters = word;
+    if (letters.ends_with("OFF") || letters == "off") {
+      letters.remove_suffix(3);
+    } else {
+      fail("\"" + printable(word) + "\" is not the keyword of an OFF file");
+    }
+    while (!letters.empty()) {
+      const std::size_t length = letters.starts_with("ST") ? 2 : 1;
+      bool* const has = length == 2         ? &textured_
+                        : letters[0] == 'C' ? &colors_
+                        : letters[0] == 'N' ? &normals_
+                        : letters[0] == '4' ? &homogeneous_
+                        : letters[0] == 'n' ? &of_any_dimension_
+                                            : nullptr;
+      if (has == nullptr || *has) {
+        fail("\"" + printable(word) + "\" is not the keyword of an OFF file");
+      }
+      // Geomview has normals before colours, and "CN" for both; MeshLab the reverse of either.
+      if (has == &colors_) colors_first_ = normals_;
+      *has = true;
+      letters.remove_prefix(length);
+    }
+  }
+
+  void header() {
+    std::string_view word = scan_.token();
+    if (!to_integer(word)) {  // the keyword may be absent
+      keyword(word);
+      word = scan_.token();
+      if (word == "BINARY") {
+        input_.fail(scan_.place(), "it is a binary OFF file",
+                    "Convert it to ASCII OFF or to PLY, for example with MeshLab.");
+      }
+      if (of_any_dimension_) {
+        if (to_integer(word) != 3) {
+          fail("its vertices have \"" + printable(word) + "\" dimensions; Kiln reads three");
+        }
+        word = scan_.token();
+      }
+    }
+    const auto vertices = to_integer(word);
+    const auto faces = to_integer(scan_.token_in_line());
+    if (!vertices || !faces || *vertices < 0 || *faces < 0) {
+      fail("the numbers of vertices and faces are missing");
+    }
+    vertices_ = static_cast<std::uint64_t>(*vertices);
+    faces_ = static_cast<std::uint64_t>(*faces);
+    scan_.next_line();
+    // A vertex takes at least "0 0 0\n", a face "0\n"; the last line's end may be missing.
+    const std::uint64_t left = scan_.remaining() + 1;
+    if (vertices_ > left / 6 || faces_ > left / 2) {
+      fail("the header promises " + std::to_string(vertices_) + " vertices and " +
+           std::to_string(faces_) + " faces, more than the " + std::to_string(left - 1) +
+           " bytes after it can hold (truncated)");
+    }
+  }
+
+  double number(std::string_view token, std::uint64_t i) {
+    const auto value = to_double(token);
+    if (value) return *value;
+    if (scan_.remaining() == 0 && token.empty()) {
+      fail("the file ends at vertex " + std::to_string(i) + " of " + std::to_string(vertices_) +
+           " (truncated)");
+    }
+    fail("vertex " + std::to_string(i) + " has \"" + printable(token) +
+         "\" where a number belongs");
+  }
+
+  /// The numbers of a vertex' line, into `values_`.
+  void numbers(std::uint64_t i) {
+    values_.clear();
+    std::string_view token = scan_.token();
+    do {
+      values_.push_back(number(token, i));
+      token = scan_.token_in_line();
+    } while (!token.empty());
+    const std::size_t needed = corner_numbers() + (normals_ ? 3 : 0);
+    if (values_.size() < needed) number({}, i);
+    if (values_.size() < needed + (textured_ ? 2 : 0)) {
+      fail("vertex " + std::to_string(i) + " has no texture coordinate");
+    }
+  }
+  std::size_t corner_numbers() const { return homogeneous_ ? 4 : 3; }
+  /// Channels of the colour in `values_`: 0, 3 or 4.
+  std::size_t channels() const {
+    const std::size_t rest =
+        values_.size() - corner_numbers() - (normals_ ? 3 : 0) - (textured_ ? 2 : 0);
+    return !colors_ || rest < 3 ? 0 : std::min<std::size_t>(rest, 4);
+  }
+
+  /// True if a colour is below 0 if colours and normals stand in the order that the keyword says: then they stand
+  /// in the other.
+  bool has_negative_colors() {
+    const TextScanner before = scan_;
+    bool negative = false;
+    for (std::uint64_t i = 0; i < vertices_ && !negative; ++i) {
+      numbers(i);
+      const auto color =
+          values_.begin() + static_cast<std::ptrdiff_t>(corner_numbers() + (colors_first_ ? 0 : 3));
+      negative = std::any_of(color, color + static_cast<std::ptrdiff_t>(channels()),
+                             [](double value) { return value < 0; });
+    }
+    scan_ = before;
+    return negative;
+  }
+
+  void vertex(std::uint64_t i) {
+    numbers(i);
+    const double* at = values_.data();
+    const double w = homogeneous_ ? at[3] : 1;
+    builder_.positions.push_back({at[0] / w, at[1] / w, at[2] / w});
+    at += corner_numbers();
+    const std::size_t channels = this->channels();
+    const double* const color = at + (normals_ && !colors_first_ ? 3 : 0);
+    const double* const normal = at + (colors_first_ ? channels : 0);
+    if (normals_) {
+      builder_.normals.push_back({narrow(normal[0]), narrow(normal[1]), narrow(normal[2])});
+    }
+    if (channels != 0) {
+      builder_.set_color(
+          i, {color[0], color[1], color[2], channels == 4 ? color[3] : MeshBuilder::kFull});
+    }
+    if (textured_) {
+      const double* const uv = values_.data() + values_.size() - 2;
+      builder_.uvs.push_back({narrow(uv[0]), narrow(uv[1])});
+    }
+  }
+
+  void face(std::uint64_t i) {
+    const std::string name = "face " + std::to_string(i);
+    const std::string_view token = scan_.token();
+    if (token.empty())
+      fail("the file ends at " + name + " of " + std::to_string(faces_) + " (truncated)");
+    const auto corners = to_integer(token);
+    if (!corners || *corners < 0 || static_cast<std::uint64_t>(*corners) > scan_.remaining()) {
+      fail(name + " has \"" + printable(token) + "\" where its number of corners belongs");
+    }
+    corners_.clear();
+    for (std::int64_t k = 0; k < *corners; ++k) {
+      const std::string_view text = scan_.token();
+      const auto index = to_integer(text);
+      if (!index) {
+        fail(name + " has \"" + printable(text) + "\" where a vertex index belongs" +
+             (text.empty() ? " (truncated)" : ""));
+      }
+      if (*index < 0 || static_cast<std::uint64_t>(*index) >= vertices_) {
+        fail(name + " uses vertex " + std::to_string(*index) + ", but there are " +
+             std::to_string(vertices_) + ", counted from 0");
+      }
+      corners_.push_back(static_cast<std::uint32_t>(*index));
+    }
+    scan_.next_line();  // a face's colour is not used
+    using Indices = std::span<const std::uint32_t>;
+    builder_.add_face(corners_, textured_ ? Indices(corners_) : Indices(),
+                      normals_ ? Indices(corners_) : Indices());
+  }
+
+  const MeshInput& input_;
+  TextScanner scan_;
+  MeshBuilder builder_;
+  bool textured_ = false, colors_ = false, normals_ = false;
+  bool homogeneous_ = false;       ///< Positions are x y z w.
+  bool of_any_dimension_ = false;  ///< A line says how many coordinates vertices have.
+  bool colors_first_ = false;      ///< Before the normals.
+  std::uint64_t vertices_ = 0, faces_ = 0;
+  std::vector<double> values_;  ///< Of a vertex.
+  std::vector<std::uint32_t> corners_;
+};
+
+}  // namespace
+
+Mesh read_off(const MeshInput& input) { return OffReader(input).read(); }
+
+}  // namespace kiln

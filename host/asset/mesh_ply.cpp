@@ -1,0 +1,392 @@
+// PLY. The header and every count and index are checked here. Then binary files of the common kind
+// are read by OpenMesh, and the others here, because OpenMesh 9's reader narrows double coordinates
+// to float, stops at "nan" in text (and reports success with faces lost), misreads extra lists, and
+// refuses "list uint".
+#include "asset/mesh_ply.h"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <cstring>
+#include <limits>
+
+#include "io/file/text_scanner.h"
+
+namespace kiln {
+namespace {
+
+using namespace ply;
+
+template <typename T>
+T load(const char* at, bool swap) {
+  std::array<char, sizeof(T)> bytes;
+  std::memcpy(bytes.data(), at, sizeof(T));
+  if (swap) std::reverse(bytes.begin(), bytes.end());
+  return std::bit_cast<T>(bytes);
+}
+
+/// Values of a binary body. Callers ask has() before they read.
+class BinarySource {
+ public:
+  BinarySource(const MeshInput& input, const Header& header)
+      : at_(input.bytes.data() + header.body),
+        begin_(input.bytes.data()),
+        end_(input.bytes.data() + input.bytes.size()),
+        swap_((header.encoding == Encoding::little_endian) !=
+              (std::endian::native == std::endian::little)) {}
+
+  bool has(std::uint64_t bytes) const { return bytes <= remaining(); }
+  std::uint64_t remaining() const { return static_cast<std::uint64_t>(end_ - at_); }
+  std::uint64_t least_bytes(Type type) const { return size_of(type); }
+  std::string place() const { return "byte " + std::to_string(at_ - begin_); }
+
+  double number(Type type) {
+    const char* at = at_;
+    at_ += size_of(type);
+    switch (type) {
+      case Type::int8:
+        return load<std::int8_t>(at, swap_);
+      case Type::uint8:
+        return load<std::uint8_t>(at, swap_);
+      case Type::int16:
+        return load<std::int16_t>(at, swap_);
+      case Type::uint16:
+        return load<std::uint16_t>(at, swap_);
+      case Type::int32:
+        return load<std::int32_t>(at, swap_);
+      case Type::uint32:
+        return load<std::uint32_t>(at, swap_);
+      case Type::float32:
+        return double{load<float>(at, swap_)};
+      case Type::float64:
+        return load<double>(at, swap_);
+    }
+    return 0;
+  }
+  void skip(Type type, std::uint64_t count) { at_ += size_of(type) * count; }
+
+ private:
+  const char* at_;
+  const char* begin_;
+  const char* end_;
+  bool swap_;
+};
+
+/// Values of an ASCII body, separated by blanks or line ends.
+class AsciiSource {
+ public:
+  AsciiSource(const MeshInput& input, const Header& header)
+      : input_(input), scan_(input.bytes.substr(header.body)), first_line_(header.body_line) {}
+
+  bool has(std::uint64_t bytes) const { return bytes <= remaining(); }
+  std::uint64_t remaining() const { return scan_.remaining() + 1; }
+  /// A digit and a separator; the last separator may be missing, hence the 1 above.
+  std::uint64_t least_bytes(Type) const { return 2; }
+  std::string place() const { return "line " + std::to_string(first_line_ + scan_.line() - 1); }
+
+  double number(Type) {
+    const std::string_view token = scan_.token();
+    if (const auto value = to_double(token)) return *value;
+    if (token.empty())
+      input_.fail(place(), "the file ends too early (truncated)", "Copy it again.");
+    input_.fail(place(), "\"" + printable(token) + "\" is not a number",
+                "Correct the line or export the mesh again.");
+  }
+  void skip(Type type, std::uint64_t count) {
+    for (; count != 0; --count) number(type);
+  }
+
+ private:
+  const MeshInput& input_;
+  TextScanner scan_;
+  std::uint64_t first_line_;
+};
+
+template <typename Source>
+class BodyReader {
+ public:
+  BodyReader(const MeshInput& input, const Header& header)
+      : input_(input), header_(header), source_(input, header) {}
+
+  /// Reads all into the builder; or, with `check_only`, finds every fault that reading would find.
+  void read(MeshBuilder& builder, bool check_only) {
+    // Faces may come before the vertices.
+    for (const Element& element : header_.elements) {
+      if (element.name != "vertex") continue;
+      vertices_ = element.count;
+      vertex_normals_ = has(element, Role::nx);
+      vertex_uvs_ = has(element, Role::u);
+    }
+    std::ptrdiff_t useful = std::count_if(header_.elements.begin(), header_.elements.end(),
+                                          [](const Element& e) { return is_useful(e); });
+    for (const Element& element : header_.elements) {
+      if (useful == 0) break;  // what follows is of no use
+      if (is_useful(element)) --useful;
+      check_size(element);
+      if (element.name == "vertex") {
+        if (check_only) {
+          std::uint64_t bytes = 0;
+          for (const Property& property : element.properties) bytes += size_of(property.type);
+          source_.skip(Type::uint8, bytes * element.count);
+        } else {
+          read_vertices(element, builder);
+        }
+      } else if (element.name == "tristrips") {
+        read_strips(element, builder);
+      } else {
+        read_faces(element, builder, check_only || element.name != "face");
+      }
+    }
+  }
+
+ private:
+  static bool is_useful(const Element& element) {
+    return element.name == "vertex" || element.name == "face" || element.name == "tristrips";
+  }
+
+  static bool has(const Element& element, Role role) {
+    return std::any_of(element.properties.begin(), element.properties.end(),
+                       [role](const Property& property) { return property.role == role; });
+  }
+
+  [[noreturn]] void truncated(const Element& element, std::uint64_t index) {
+    input_.fail(source_.place(),
+                "the file ends at " + printable(element.name) + " " + std::to_string(index) +
+                    " of " + std::to_string(element.count) + " (truncated)",
+                "Copy or export it again.");
+  }
+
+  /// Before anything is allocated: can what is left of the file hold so many at all?
+  void check_size(const Element& element) {
+    std::uint64_t least = 0;
+    for (const Property& property : element.properties) {
+      least += source_.least_bytes(property.list ? property.count_type : property.type);
+    }
+    if (least == 0 ? element.count > kLargest : element.count > source_.remaining() / least) {
+      input_.fail("header",
+                  "it promises " + std::to_string(element.count) + " elements \"" +
+                      printable(element.name) + "\", more than the file can hold (truncated)",
+                  "Copy or export it again.");
+    }
+  }
+
+  void read_vertices(const Element& element, MeshBuilder& builder) {
+    std::array<double, static_cast<std::size_t>(Role::wedge_uvs) + 1> value{};
+    const auto get = [&value](Role role) { return value[static_cast<std::size_t>(role)]; };
+    const bool colors = has(element, Role::red);
+    double color_scale = 1;
+    bool float_colors = false;
+    for (const Property& property : element.properties) {
+      if (property.role != Role::red) continue;
+      float_colors = !integral(property.type);
+      if (property.type == Type::uint16) color_scale = 1 / 257.0;
+    }
+    value[static_cast<std::size_t>(Role::alpha)] = MeshBuilder::kFull;
+    const auto channel = [&](Role role) {
+      const double c = get(role) * color_scale;
+      return static_cast<std::uint8_t>(std::lround(c > 0 ? std::min(c, 255.0) : 0.0));
+    };
+    const auto single = [&](Role role) { return narrow(get(role)); };
+    const bool tangents = has(element, Role::tx);
+    builder.tangent_signs = has(element, Role::tw);
+    builder.positions.reserve(element.count);
+    for (std::uint64_t i = 0; i < element.count; ++i) {
+      for (const Property& property : element.properties) {
+        if (property.list) {
+          skip_list(element, property, i);
+        } else {
+          if (!source_.has(source_.least_bytes(property.type))) truncated(element, i);
+          value[static_cast<std::size_t>(property.role)] = source_.number(property.type);
+        }
+      }
+      builder.positions.push_back({get(Role::x), get(Role::y), get(Role::z)});
+      if (vertex_normals_) {
+        builder.normals.push_back({single(Role::nx), single(Role::ny), single(Role::nz)});
+      }
+      if (vertex_uvs_) builder.uvs.push_back({single(Role::u), single(Role::v)});
+      if (tangents) {
+        builder.tangents.push_back(
+            {{single(Role::tx), single(Role::ty), single(Role::tz)}, single(Role::tw)});
+      }
+      if (float_colors) {
+        builder.set_color(i, {get(Role::red), get(Role::green), get(Role::blue), get(Role::alpha)});
+      } else if (colors) {
+        builder.colors.push_back(
+            {channel(Role::red), channel(Role::green), channel(Role::blue), channel(Role::alpha)});
+      }
+    }
+  }
+
+  std::uint64_t list_length(const Element& element, const Property& property, std::uint64_t index) {
+    if (!source_.has(source_.least_bytes(property.count_type))) truncated(element, index);
+    const double length = source_.number(property.count_type);
+    if (!(length >= 0) || length != std::floor(length)) {
+      input_.fail(source_.place(),
+                  printable(element.name) + " " + std::to_string(index) + " has a list of length " +
+                      std::to_string(length),
+                  "Export the mesh again.");
+    }
+    // Doubles hold every length a file can have; a larger one does not fit below either.
+    if (length * static_cast<double>(source_.least_bytes(property.type)) >
+        static_cast<double>(source_.remaining())) {
+      truncated(element, index);
+    }
+    return static_cast<std::uint64_t>(length);
+  }
+
+  void skip_list(const Element& element, const Property& property, std::uint64_t index) {
+    source_.skip(property.type, list_length(element, property, index));
+  }
+
+  void read_faces(const Element& element, MeshBuilder& builder, bool check_only) {
+    if (element.properties.empty()) return;
+    std::vector<std::uint32_t> uv;
+    using Indices = std::span<const std::uint32_t>;
+    for (std::uint64_t i = 0; i < element.count; ++i) {
+      corners_.clear();
+      wedge_.clear();
+      for (const Property& property : element.properties) {
+        if (!property.list) {
+          if (!source_.has(source_.least_bytes(property.type))) truncated(element, i);
+          source_.skip(property.type, 1);
+        } else if (property.role == Role::indices) {
+          read_corners(element, property, i);
+        } else if (property.role == Role::wedge_uvs && !check_only) {
+          const std::uint64_t length = list_length(element, property, i);
+          for (std::uint64_t k = 0; k < length; ++k) {
+            wedge_.push_back(narrow(source_.number(property.type)));
+          }
+        } else {
+          skip_list(element, property, i);
+        }
+      }
+      if (check_only) continue;
+      Indices uvs;
+      if (vertex_uvs_) uvs = corners_;
+      // Per-corner UVs as MeshLab writes them: u and v in turn. Where a file has both, they are the
+      // more exact ones.
+      if (!vertex_uvs_ && !corners_.empty() && wedge_.size() == 2 * corners_.size()) {
+        uv.clear();
+        for (std::size_t k = 0; k < corners_.size(); ++k) {
+          uv.push_back(static_cast<std::uint32_t>(builder.uvs.size()));
+          builder.uvs.push_back({wedge_[2 * k], wedge_[2 * k + 1]});
+        }
+        uvs = uv;
+      }
+      builder.add_face(corners_, uvs, vertex_normals_ ? Indices(corners_) : Indices());
+    }
+  }
+
+  void read_corners(const Element& element, const Property& property, std::uint64_t face) {
+    const std::uint64_t length = list_length(element, property, face);
+    for (std::uint64_t k = 0; k < length; ++k) {
+      add_corner(source_.number(property.type), "face ", face);
+    }
+  }
+
+  void add_corner(double index, const char* kind, std::uint64_t number) {
+    if (!(index >= 0 && index < static_cast<double>(vertices_)) || index != std::floor(index)) {
+      char text[32];
+      std::snprintf(text, sizeof text, "%.12g", index);
+      input_.fail(source_.place(),
+                  kind + std::to_string(number) + " uses vertex " + text + ", but there are " +
+                      std::to_string(vertices_) + ", counted from 0",
+                  "Export the mesh again.");
+    }
+    corners_.push_back(static_cast<std::uint32_t>(index));
+  }
+
+  /// Triangle strips, as scan archives have them: lists of vertices, in which -1 ends a strip.
+  void read_strips(const Element& element, MeshBuilder& builder) {
+    std::uint64_t strip = 0;
+    corners_.clear();  // of a face that stood before
+    for (std::uint64_t i = 0; i < element.count; ++i) {
+      for (const Property& property : element.properties) {
+        if (!property.list) {
+          if (!source_.has(source_.least_bytes(property.type))) truncated(element, i);
+          source_.skip(property.type, 1);
+        } else if (property.role != Role::indices) {
+          skip_list(element, property, i);
+        } else {
+          const std::uint64_t length = list_length(element, property, i);
+          for (std::uint64_t k = 0; k < length; ++k) {
+            const double index = source_.number(property.type);
+            const bool ends = index == (property.type == Type::uint32 ? 4294967295.0 : -1.0);
+            if (!ends) add_corner(index, "strip ", strip);
+            if (ends || k + 1 == length) {
+              add_strip(builder);
+              ++strip;
+            }
+          }
+        }
+      }
+    }
+  }
+
+  /// Every second triangle is turned round. One with a repeated corner only turns the strip.
+  void add_strip(MeshBuilder& builder) {
+    const auto add = [&](std::span<const std::uint32_t> corners) {
+      using Indices = std::span<const std::uint32_t>;
+      builder.add_face(corners, vertex_uvs_ ? corners : Indices(),
+                       vertex_normals_ ? corners : Indices());
+    };
+    if (!corners_.empty() && corners_.size() < 3) add(corners_);  // counted as a short face
+    for (std::size_t k = 2; k < corners_.size(); ++k) {
+      std::array<std::uint32_t, 3> t{corners_[k - 2], corners_[k - 1], corners_[k]};
+      if (t[0] == t[1] || t[1] == t[2] || t[2] == t[0]) continue;
+      if (k % 2 != 0) std::swap(t[0], t[1]);
+      add(t);
+    }
+    corners_.clear();
+  }
+
+  static constexpr std::uint64_t kLargest = std::numeric_limits<std::uint32_t>::max();
+
+  const MeshInput& input_;
+  const Header& header_;
+  Source source_;
+  std::uint64_t vertices_ = 0;
+  bool vertex_normals_ = false, vertex_uvs_ = false;
+  std::vector<std::uint32_t> corners_;
+  std::vector<float> wedge_;
+};
+
+/// \returns whether the elements are there that make a surface
+void check_elements(const MeshInput& input, const Header& header) {
+  const auto find = [&header](std::string_view name) {
+    return std::find_if(header.elements.begin(), header.elements.end(),
+                        [name](const Element& element) { return element.name == name; });
+  };
+  const auto vertex = find("vertex"), face = find("face"), none = header.elements.end();
+  if (vertex == none) {
+    input.fail("header", "it has no element \"vertex\"", "Export the mesh again.");
+  }
+  const auto strips = find("tristrips");
+  const auto check_list = [&](const Element& element, const char* faces) {
+    const auto lists = std::count_if(element.properties.begin(), element.properties.end(),
+                                     [](const Property& p) { return p.role == Role::indices; });
+    if (lists == 1) return;
+    input.fail("header", std::string("its ") + faces + " need exactly one list \"vertex_indices\"",
+               "Export the mesh again.");
+  };
+  if (face != none && face->count != 0) check_list(*face, "faces");
+  if (strips != none && strips->count != 0) check_list(*strips, "triangle strips");
+}
+
+}  // namespace
+
+Mesh read_ply(const MeshInput& input) {
+  const Header header = parse_header(input);
+  check_elements(input, header);
+  MeshBuilder builder(input);
+  if (header.encoding == Encoding::ascii) {
+    BodyReader<AsciiSource>(input, header).read(builder, false);
+  } else {
+    const bool openmesh = openmesh_reads(header);
+    BodyReader<BinarySource>(input, header).read(builder, openmesh);
+    if (openmesh) read_with_openmesh(input, header, builder);
+  }
+  return builder.finish();
+}
+
+}  // namespace kiln

@@ -1,0 +1,77 @@
+// The header of a PLY file (Turk 1994), and the way to OpenMesh's reader.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "asset/mesh_builder.h"
+#include "asset/mesh_reader.h"
+
+namespace kiln::ply {
+
+enum class Encoding { ascii, little_endian, big_endian };
+enum class Type { int8, uint8, int16, uint16, int32, uint32, float32, float64 };
+
+/// Uses of a property.
+enum class Role {
+  unused,
+  x,
+  y,
+  z,
+  nx,
+  ny,
+  nz,
+  u,
+  v,
+  red,
+  green,
+  blue,
+  alpha,
+  tx,
+  ty,
+  tz,
+  tw,
+  indices,
+  wedge_uvs
+};
+
+struct Property {
+  std::string name;
+  Type type = Type::float32;
+  bool list = false;
+  Type count_type = Type::uint8;  ///< Of a list's length.
+  Role role = Role::unused;
+};
+
+struct Element {
+  std::string name;
+  std::uint64_t count = 0;
+  std::vector<Property> properties;
+};
+
+struct Header {
+  Encoding encoding = Encoding::ascii;
+  std::vector<Element> elements;
+  std::size_t body = 0;         ///< Offset of the first byte after the header.
+  std::uint64_t body_line = 0;  ///< Its line, counted from 1.
+};
+
+std::size_t size_of(Type type);
+bool integral(Type type);
+
+/// \throws Error(input) with the line
+Header parse_header(const MeshInput& input);
+
+/// True if OpenMesh's reader gives every bit of this file: binary; single-precision coordinates; in
+/// the vertices nothing but coordinates, normals, UVs and 8-bit colours under their usual names;
+/// then faces with an index list and nothing else.
+bool openmesh_reads(const Header& header);
+
+/// Hands a binary file to OpenMesh's reader, after its counts and indices were checked. An importer
+/// collects faces as they come: a half-edge structure would refuse non-manifold ones. One call at a
+/// time: OpenMesh's readers are singletons with state.
+/// \throws Error(input) where OpenMesh fails or disagrees about the counts
+void read_with_openmesh(const MeshInput& input, const Header& header, MeshBuilder& builder);
+
+}  // namespace kiln::ply

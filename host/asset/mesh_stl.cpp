@@ -1,0 +1,192 @@
+// STL, read by Kiln itself: OpenMesh's reader leaves out degenerate triangles without a word (its
+// corners go through an ordered map whose order NaN breaks), which Kiln promises never to do.
+#include <algorithm>
+#include <bit>
+#include <cctype>
+#include <cstring>
+#include <string>
+#include <vector>
+
+#include "asset/mesh_builder.h"
+#include "base/lower_case.h"
+#include "io/file/text_scanner.h"
+
+namespace kiln {
+namespace {
+
+/// Gives corners with exactly equal positions (-0 equals 0; NaN equals the same NaN) one vertex, in
+/// order of first appearance. Open addressing with linear probing, at most half full.
+class Welder {
+ public:
+  Welder(std::vector<MeshBuilder::Position>& positions, std::size_t expected)
+      : positions_(positions), slots_(std::bit_ceil(2 * expected + 16), MeshBuilder::kNone) {}
+
+  std::uint32_t add(MeshBuilder::Position p) {
+    if (2 * positions_.size() >= slots_.size()) grow();
+    for (double& value : p) value += 0.0;  // -0 becomes 0
+    std::size_t slot = hash(p);
+    while (slots_[slot] != MeshBuilder::kNone) {
+      if (std::memcmp(&positions_[slots_[slot]], &p, sizeof p) == 0) return slots_[slot];
+      slot = (slot + 1) & (slots_.size() - 1);
+    }
+    slots_[slot] = static_cast<std::uint32_t>(positions_.size());
+    positions_.push_back(p);
+    return slots_[slot];
+  }
+
+ private:
+  std::size_t hash(const MeshBuilder::Position& p) const {
+    std::uint64_t h = 0;
+    for (const double value : p) {
+      h = (h ^ std::bit_cast<std::uint64_t>(value)) * 0x9E3779B97F4A7C15u;
+      h ^= h >> 32;
+    }
+    return h & (slots_.size() - 1);
+  }
+  void grow() {
+    std::vector<std::uint32_t> old(slots_.size() * 2, MeshBuilder::kNone);
+    old.swap(slots_);
+    for (const std::uint32_t vertex : old) {
+      if (vertex == MeshBuilder::kNone) continue;
+      std::size_t slot = hash(positions_[vertex]);
+      while (slots_[slot] != MeshBuilder::kNone) slot = (slot + 1) & (slots_.size() - 1);
+      slots_[slot] = vertex;
+    }
+  }
+
+  std::vector<MeshBuilder::Position>& positions_;
+  std::vector<std::uint32_t> slots_;
+};
+
+constexpr std::size_t kHeaderBytes = 84, kTriangleBytes = 50;
+
+std::uint32_t little_endian(const char* bytes) {
+  std::uint32_t value = 0;
+  std::memcpy(&value, bytes, 4);
+  if constexpr (std::endian::native == std::endian::big) value = __builtin_bswap32(value);
+  return value;
+}
+
+Mesh read_binary(const MeshInput& input) {
+  const std::string_view bytes = input.bytes;
+  if (bytes.size() < kHeaderBytes) {
+    input.fail("byte " + std::to_string(bytes.size()),
+               "the file ends inside the header of 84 bytes (truncated)",
+               "Copy or export it again.");
+  }
+  const std::uint64_t count = little_endian(bytes.data() + 80);
+  const std::uint64_t needed = kHeaderBytes + count * kTriangleBytes;
+  if (needed > bytes.size()) {
+    input.fail("header",
+               "it promises " + std::to_string(count) + " triangles, which take " +
+                   std::to_string(needed) + " bytes, but the file has " +
+                   std::to_string(bytes.size()) + " (truncated, or not an STL file)",
+               "Copy or export it again.");
+  }
+  if (needed < bytes.size()) {
+    const std::uint64_t extra = bytes.size() - needed;
+    input.warn("trailing-bytes",
+               std::to_string(extra) + " bytes after the last triangle were ignored.", extra);
+  }
+  MeshBuilder builder(input);
+  Welder welder(builder.positions, count / 2);
+  for (std::uint64_t t = 0; t < count; ++t) {
+    const char* at = bytes.data() + kHeaderBytes + t * kTriangleBytes + 12;  // past the normal
+    std::uint32_t corner[3];
+    for (std::uint32_t& vertex : corner) {
+      MeshBuilder::Position p;
+      for (double& value : p) {
+        value = double{std::bit_cast<float>(little_endian(at))};
+        at += 4;
+      }
+      vertex = welder.add(p);
+    }
+    builder.add_face(corner);
+  }
+  return builder.finish();
+}
+
+/// True if a token is a keyword (in lower case), which some programs write in capitals.
+bool is_word(std::string_view token, std::string_view keyword) {
+  return std::equal(token.begin(), token.end(), keyword.begin(), keyword.end(),
+                    [](unsigned char a, unsigned char b) { return std::tolower(a) == b; });
+}
+
+/// The keyword that a statement begins with. "end loop" is "endloop".
+std::string keyword_at(TextScanner& scan) {
+  const std::string word = lower_case(scan.token());
+  if (word != "end") return word;
+  const TextScanner before = scan;
+  const std::string_view what = scan.token_in_line();
+  for (const char* kind : {"solid", "facet", "loop"}) {
+    if (is_word(what, kind)) return word + kind;
+  }
+  scan = before;
+  return word;
+}
+
+Mesh read_ascii(const MeshInput& input) {
+  TextScanner scan(input.bytes);
+  MeshBuilder builder(input);
+  Welder welder(builder.positions, input.bytes.size() / 512);
+  std::vector<std::uint64_t> lines;
+  std::vector<std::uint32_t> corners;
+  const char* const remedy = "Correct the line or export the mesh again.";
+  bool in_facet = false;
+  for (;;) {
+    const std::string word = keyword_at(scan);
+    if (word.empty()) break;
+    if (word == "vertex") {
+      if (!in_facet) input.fail(scan.place(), "a vertex stands outside of any facet", remedy);
+      MeshBuilder::Position p;
+      for (double& value : p) {
+        const std::string_view token = scan.token_in_line();
+        const auto number = to_double(token);
+        if (!number) {
+          input.fail(scan.place(),
+                     "a vertex has three numbers, here is \"" + printable(token) + "\"", remedy);
+        }
+        value = *number;
+      }
+      corners.push_back(welder.add(p));
+    } else if (word == "facet") {
+      if (in_facet) input.fail(scan.place(), "a facet starts inside another", remedy);
+      in_facet = true;
+      corners.clear();
+      scan.rest_of_line();
+    } else if (word == "endfacet") {
+      if (!in_facet) input.fail(scan.place(), "endfacet without facet", remedy);
+      in_facet = false;
+      if (corners.size() >= 3) lines.insert(lines.end(), corners.size() - 2, scan.line());
+      builder.add_face(corners);
+    } else if (word == "solid" || word == "endsolid") {
+      const std::string_view name = scan.rest_of_line();
+      if (word == "solid" && !name.empty()) builder.set_group(name);
+    } else if (word != "outer" && word != "loop" && word != "endloop") {
+      input.fail(scan.place(), "\"" + printable(word) + "\" is not a word of an ASCII STL file",
+                 remedy);
+    }
+  }
+  if (in_facet)
+    input.fail(scan.place(), "the file ends inside a facet (truncated)", "Copy it again.");
+  builder.describe_face = [&lines](std::uint32_t triangle) {
+    return triangle < lines.size() ? "line " + std::to_string(lines[triangle]) : std::string();
+  };
+  return builder.finish();
+}
+
+}  // namespace
+
+Mesh read_stl(const MeshInput& input) {
+  const std::string_view bytes = input.bytes;
+  // Some programs start a binary file's header with "solid": the size decides first.
+  const bool sized =
+      bytes.size() >= kHeaderBytes &&
+      bytes.size() ==
+          kHeaderBytes + kTriangleBytes * std::uint64_t{little_endian(bytes.data() + 80)};
+  const bool text = is_word(TextScanner(bytes).token(), "solid") &&
+                    bytes.substr(0, 1024).find('\0') == std::string_view::npos;
+  return !sized && text ? read_ascii(input) : read_binary(input);
+}
+
+}  // namespace kiln

@@ -1,0 +1,108 @@
+// Tangents that a file gives its vertices.
+#include <cmath>
+#include <cstdio>
+
+#include "asset/mesh_builder.h"
+
+namespace kiln {
+namespace {
+
+constexpr double kUnit = 0.01;    // how far from 1 a length may be before it is told
+constexpr double kAcross = 0.01;  // least sine of the angle to the normal
+
+double length_of(const Vec3& v) {
+  return std::sqrt(double{v.x} * v.x + double{v.y} * v.y + double{v.z} * v.z);
+}
+
+/// Sine of the angle between two vectors; \param product  of their lengths
+double sine(const Vec3& a, const Vec3& b, double product) {
+  const double x = double{a.y} * b.z - double{a.z} * b.y;
+  const double y = double{a.z} * b.x - double{a.x} * b.z;
+  const double z = double{a.x} * b.y - double{a.y} * b.x;
+  return std::sqrt(x * x + y * y + z * z) / product;
+}
+
+/// True if the UVs of a triangle are mirrored.
+bool mirrored(const Mesh& mesh, std::size_t t) {
+  const auto& [a, b, c] = mesh.uv_triangles[t];
+  const Vec2 &p = mesh.uvs[a], &q = mesh.uvs[b], &r = mesh.uvs[c];
+  return (double{q.x} - p.x) * (double{r.y} - p.y) - (double{r.x} - p.x) * (double{q.y} - p.y) < 0;
+}
+
+/// Vertices of one kind: how many, and the first.
+struct Odd {
+  std::uint64_t count = 0, first = 0;
+  double value = 0;
+
+  void add(std::uint64_t vertex, double its) {
+    if (count++ != 0) return;
+    first = vertex;
+    value = its;
+  }
+  std::string vertex() const { return "vertex " + std::to_string(first); }
+  std::string text() const {
+    char number[32];
+    std::snprintf(number, sizeof number, "%.4g", value);
+    return vertex() + ": " + number;
+  }
+};
+
+}  // namespace
+
+/// Takes the direction off tangents that no frame can be made of, and says so.
+void MeshBuilder::check_tangents(const Mesh& mesh) {
+  const bool has_normals = mesh.normals.size() == positions.size();
+  Odd none_at, longer, signs;
+  for (std::size_t i = 0; i < tangents.size(); ++i) {
+    Tangent& tangent = tangents[i];
+    const double size = length_of(tangent.direction);
+    const double across = has_normals && length_of(mesh.normals[i]) > 0
+                              ? sine(tangent.direction, mesh.normals[i], size)
+                              : 1;
+    if (!(size > 0) || !std::isfinite(size) || !(across > kAcross)) {
+      tangent.direction = {};
+      none_at.add(i, size);
+      continue;
+    }
+    if (std::abs(size - 1) > kUnit) longer.add(i, size);
+    if (tangent_signs && std::abs(tangent.sign) != 1) signs.add(i, double{tangent.sign});
+  }
+  if (none_at.count != 0) {
+    input_.warn("bad-tangents",
+                std::to_string(none_at.count) +
+                    " vertices have a tangent that is NaN, infinite, zero or along the normal (" +
+                    none_at.vertex() + " for one); the one of MikkTSpace is taken there.",
+                none_at.count);
+  }
+  if (longer.count != 0) {
+    input_.warn("long-tangents",
+                std::to_string(longer.count) +
+                    " vertices have a tangent that is not of length 1 (" + longer.text() +
+                    "); they were made so.",
+                longer.count);
+  }
+  if (signs.count != 0) {
+    input_.warn("tangent-signs",
+                std::to_string(signs.count) +
+                    " vertices have a tangent whose fourth number is neither 1 nor -1 (" +
+                    signs.text() + "); below 0 counts as -1, and all else as 1.",
+                signs.count);
+  }
+}
+
+/// Those of the vertices to the corners. Without UVs tangents are of no use.
+void MeshBuilder::give_tangents(Mesh& mesh) {
+  if (tangents.empty() || mesh.uv_triangles.empty()) return;
+  check_tangents(mesh);
+  mesh.tangents.resize(3 * mesh.triangles.size());
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+    const float by_uvs = mirrored(mesh, t) ? -1.0F : 1.0F;
+    for (std::size_t k = 0; k < 3; ++k) {
+      const Tangent& given = tangents[mesh.triangles[t][k]];
+      const float sign = !tangent_signs ? by_uvs : given.sign < 0 ? -1.0F : 1.0F;
+      mesh.tangents[3 * t + k] = {given.direction, sign};
+    }
+  }
+}
+
+}  // namespace kiln

@@ -1,0 +1,245 @@
+// Writing Wavefront OBJ.
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "asset/mesh_reader.h"
+#include "io/file/atomic_file.h"
+#include "kiln/mesh.h"
+#include "mesh/uv_grid.h"
+
+namespace kiln {
+namespace {
+
+/// Text gathered in memory and handed to the file in large pieces.
+class Writer {
+ public:
+  explicit Writer(AtomicFile& file) : file_(file) { buffer_.reserve(kCapacity); }
+
+  void text(std::string_view value) {
+    if (buffer_.size() + value.size() > kCapacity) flush();
+    buffer_ += value;
+  }
+  void single(float value) { number(value, std::chars_format::general, 9); }
+  void full(double value) { number(value, std::chars_format::general, 17); }
+  void index(std::uint32_t zero_based) {
+    char digits[16];
+    const auto end =
+        std::to_chars(digits, digits + sizeof digits, std::uint64_t{zero_based} + 1).ptr;
+    text({digits, static_cast<std::size_t>(end - digits)});
+  }
+  void finish() { flush(); }
+
+ private:
+  static constexpr std::size_t kCapacity = std::size_t{1} << 18;
+
+  template <typename T>
+  void number(T value, std::chars_format format, int digits) {
+    char characters[40];
+    characters[0] = ' ';
+    const auto end =
+        std::to_chars(characters + 1, characters + sizeof characters, value, format, digits).ptr;
+    text({characters, static_cast<std::size_t>(end - characters)});
+  }
+  void flush() {
+    file_.write(buffer_);
+    buffer_.clear();
+  }
+
+  AtomicFile& file_;
+  std::string buffer_;
+};
+
+/// Names end at the line's end: a control character would break the line, and a final backslash join the
+/// next line. '#' stays: in a name it starts no comment.
+std::string safe_name(const std::string& name) {
+  std::string safe = name.empty() ? "default" : name;
+  for (char& c : safe) {
+    if (static_cast<unsigned char>(c) < 32 || c == 127 || c == '\\') c = '_';
+  }
+  return safe;
+}
+
+/// Path of a file, which may have any character but those that end a line.
+std::string safe_path(std::string name) {
+  std::replace(name.begin(), name.end(), '\\', '/');
+  std::erase_if(name, [](char c) { return c == '\n' || c == '\r' || c == '\0'; });
+  return name;
+}
+
+void check(const Mesh& mesh) {
+  const auto wrong = [&mesh](const char* what) {
+    throw Error(ErrorCode::usage, "save_obj: mesh \"" + mesh.name + "\" has " + what +
+                                      "; build it so that every attribute is empty or complete.");
+  };
+  const auto check_indices = [&](const std::vector<Triangle>& list, std::size_t pool,
+                                 const char* what) {
+    for (const Triangle& triangle : list) {
+      for (const std::uint32_t index : triangle) {
+        if (index >= pool) wrong(what);
+      }
+    }
+  };
+  const std::size_t n = mesh.triangles.size();
+  if (!mesh.uv_triangles.empty() && mesh.uv_triangles.size() != n)
+    wrong("uv_triangles not parallel to triangles");
+  if (!mesh.normal_triangles.empty() && mesh.normal_triangles.size() != n)
+    wrong("normal_triangles not parallel to triangles");
+  if (!mesh.groups.empty() && mesh.groups.size() != n) wrong("groups not parallel to triangles");
+  if (!mesh.objects.empty() && mesh.objects.size() != n) wrong("objects not parallel to triangles");
+  if (!mesh.materials.empty() && mesh.materials.size() != n)
+    wrong("materials not parallel to triangles");
+  if (!mesh.colors.empty() && mesh.colors.size() != mesh.positions.size())
+    wrong("colors not parallel to positions");
+  check_indices(mesh.triangles, mesh.positions.size(), "a vertex index out of range");
+  check_indices(mesh.uv_triangles, mesh.uvs.size(), "a UV index out of range");
+  check_indices(mesh.normal_triangles, mesh.normals.size(), "a normal index out of range");
+  for (const std::uint32_t group : mesh.groups) {
+    if (group >= mesh.group_names.size()) wrong("a group index out of range");
+  }
+  for (const std::uint32_t object : mesh.objects) {
+    if (object >= mesh.object_names.size()) wrong("an object index out of range");
+  }
+  for (const std::uint32_t material : mesh.materials) {
+    if (material >= mesh.material_names.size()) wrong("a material index out of range");
+  }
+}
+
+/// Says of each triangle whose name is another one than the last triangle's.
+class Names {
+ public:
+  Names(const char* keyword, const std::vector<std::uint32_t>& of,
+        const std::vector<std::string>& names)
+      : keyword_(keyword), of_(of), names_(names) {}
+
+  /// All names first, so that a reader numbers them as we do.
+  void announce(Writer& out) const {
+    for (const std::string& name : of_.empty() ? std::vector<std::string>() : names_) {
+      out.text(keyword_ + safe_name(name) + "\n");
+    }
+  }
+  /// True if a reader numbers them as we do without that: all are used, in their order.
+  bool in_order() const {
+    std::uint32_t next = 0;
+    for (const std::uint32_t name : of_) {
+      if (name > next) return false;
+      if (name == next) ++next;
+    }
+    return next == names_.size();
+  }
+  /// \returns whether the name is another one
+  bool before(std::size_t triangle, Writer& out) {
+    if (of_.empty() || of_[triangle] == now_) return false;
+    now_ = of_[triangle];
+    out.text(keyword_ + safe_name(names_[now_]) + "\n");
+    return true;
+  }
+  /// Readers take an object's name for a group's, too.
+  void follow(const Names& object) {
+    now_ = kNone;
+    const auto same = std::find(names_.begin(), names_.end(), object.names_[object.now_]);
+    if (same != names_.end()) now_ = static_cast<std::uint32_t>(same - names_.begin());
+  }
+
+ private:
+  std::string keyword_;
+  const std::vector<std::uint32_t>& of_;  // triangles
+  const std::vector<std::string>& names_;
+  static constexpr std::uint32_t kNone = 0xFFFFFFFFU;
+  std::uint32_t now_ = kNone;
+};
+
+/// True if all three corners have a UV: a file has no word for one that is not finite.
+bool has_uvs(const Mesh& mesh, std::size_t triangle) {
+  if (mesh.uv_triangles.empty()) return false;
+  const Triangle& t = mesh.uv_triangles[triangle];
+  return std::all_of(t.begin(), t.end(), [&](std::uint32_t v) { return is_finite(mesh.uvs[v]); });
+}
+
+}  // namespace
+
+void save_obj(const Mesh& mesh, const std::filesystem::path& path) {
+  check(mesh);
+  AtomicFile file(path);
+  Writer out(file);
+  out.text("# Kiln\n");
+  for (const std::string& name : mesh.material_files) {
+    if (has_own_materials(name)) continue;  // no MTL
+    if (!name.empty()) out.text("mtllib " + safe_path(name) + "\n");
+  }
+  const bool placed = mesh.origin != std::array<double, 3>{};
+  for (std::size_t i = 0; i < mesh.positions.size(); ++i) {
+    const Vec3& p = mesh.positions[i];
+    out.text("v");
+    if (placed) {
+      out.full(mesh.origin[0] + double{p.x});
+      out.full(mesh.origin[1] + double{p.y});
+      out.full(mesh.origin[2] + double{p.z});
+    } else {
+      out.single(p.x);
+      out.single(p.y);
+      out.single(p.z);
+    }
+    if (!mesh.colors.empty()) {
+      for (int k = 0; k < 3; ++k) out.single(static_cast<float>(mesh.colors[i][k]) / 255.0f);
+    }
+    out.text("\n");
+  }
+  const bool normals = !mesh.normal_triangles.empty();
+  std::vector<std::uint32_t> uv_number(mesh.uv_triangles.empty() ? 0 : mesh.uvs.size());
+  if (!mesh.uv_triangles.empty()) {
+    std::uint32_t next = 0;
+    for (std::size_t i = 0; i < mesh.uvs.size(); ++i) {
+      const Vec2& uv = mesh.uvs[i];
+      if (!is_finite(uv)) continue;
+      uv_number[i] = next++;
+      out.text("vt");
+      out.single(uv.x);
+      out.single(uv.y);
+      out.text("\n");
+    }
+  }
+  if (normals) {
+    for (const Vec3& n : mesh.normals) {
+      out.text("vn");
+      out.single(n.x);
+      out.single(n.y);
+      out.single(n.z);
+      out.text("\n");
+    }
+  }
+  Names groups("g ", mesh.groups, mesh.group_names);
+  Names materials("usemtl ", mesh.materials, mesh.material_names);
+  Names objects("o ", mesh.objects, mesh.object_names);
+  // Other programs make an object of each such line, with or without faces.
+  if (mesh.objects.empty() || !groups.in_order()) groups.announce(out);
+  if (!objects.in_order()) objects.announce(out);
+  materials.announce(out);
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+    if (objects.before(t, out)) groups.follow(objects);
+    groups.before(t, out);
+    materials.before(t, out);
+    const bool uvs = has_uvs(mesh, t);
+    out.text("f");
+    for (int k = 0; k < 3; ++k) {
+      out.text(" ");
+      out.index(mesh.triangles[t][k]);
+      if (uvs) {
+        out.text("/");
+        out.index(uv_number[mesh.uv_triangles[t][k]]);
+      }
+      if (normals) {
+        out.text(uvs ? "/" : "//");
+        out.index(mesh.normal_triangles[t][k]);
+      }
+    }
+    out.text("\n");
+  }
+  out.finish();
+  file.commit();
+}
+
+}  // namespace kiln

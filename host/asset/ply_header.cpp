@@ -1,0 +1,302 @@
+#include <algorithm>
+#include <array>
+#include <optional>
+#include <utility>
+
+#include "asset/mesh_ply.h"
+#include "io/file/text_scanner.h"
+
+namespace kiln::ply {
+namespace {
+
+std::optional<Type> to_type(std::string_view name) {
+  static constexpr std::array<std::pair<std::string_view, Type>, 16> kTypes{
+      {{"char", Type::int8},
+       {"int8", Type::int8},
+       {"uchar", Type::uint8},
+       {"uint8", Type::uint8},
+       {"short", Type::int16},
+       {"int16", Type::int16},
+       {"ushort", Type::uint16},
+       {"uint16", Type::uint16},
+       {"int", Type::int32},
+       {"int32", Type::int32},
+       {"uint", Type::uint32},
+       {"uint32", Type::uint32},
+       {"float", Type::float32},
+       {"float32", Type::float32},
+       {"double", Type::float64},
+       {"float64", Type::float64}}};
+  for (const auto& [known, type] : kTypes) {
+    if (known == name) return type;
+  }
+  return std::nullopt;
+}
+
+Role vertex_role(std::string_view name) {
+  static constexpr std::pair<std::string_view, Role> kRoles[] = {{"x", Role::x},
+                                                                 {"y", Role::y},
+                                                                 {"z", Role::z},
+                                                                 {"nx", Role::nx},
+                                                                 {"ny", Role::ny},
+                                                                 {"nz", Role::nz},
+                                                                 {"normal_x", Role::nx},
+                                                                 {"normal_y", Role::ny},
+                                                                 {"normal_z", Role::nz},
+                                                                 {"u", Role::u},
+                                                                 {"v", Role::v},
+                                                                 {"s", Role::u},
+                                                                 {"t", Role::v},
+                                                                 {"texture_u", Role::u},
+                                                                 {"texture_v", Role::v},
+                                                                 {"texture_s", Role::u},
+                                                                 {"texture_t", Role::v},
+                                                                 {"texcoord_u", Role::u},
+                                                                 {"texcoord_v", Role::v},
+                                                                 {"tex_u", Role::u},
+                                                                 {"tex_v", Role::v},
+                                                                 {"tex_s", Role::u},
+                                                                 {"tex_t", Role::v},
+                                                                 {"texcoord_s", Role::u},
+                                                                 {"texcoord_t", Role::v},
+                                                                 {"texcoord_x", Role::u},
+                                                                 {"texcoord_y", Role::v},
+                                                                 {"tu", Role::u},
+                                                                 {"tv", Role::v},
+                                                                 {"s0", Role::u},
+                                                                 {"t0", Role::v},
+                                                                 {"u0", Role::u},
+                                                                 {"v0", Role::v},
+                                                                 {"uv_u", Role::u},
+                                                                 {"uv_v", Role::v},
+                                                                 {"red", Role::red},
+                                                                 {"green", Role::green},
+                                                                 {"blue", Role::blue},
+                                                                 {"diffuse_red", Role::red},
+                                                                 {"diffuse_green", Role::green},
+                                                                 {"diffuse_blue", Role::blue},
+                                                                 {"r", Role::red},
+                                                                 {"g", Role::green},
+                                                                 {"b", Role::blue},
+                                                                 {"alpha", Role::alpha},
+                                                                 {"diffuse_alpha", Role::alpha},
+                                                                 {"tx", Role::tx},
+                                                                 {"ty", Role::ty},
+                                                                 {"tz", Role::tz},
+                                                                 {"tw", Role::tw},
+                                                                 {"tangent_x", Role::tx},
+                                                                 {"tangent_y", Role::ty},
+                                                                 {"tangent_z", Role::tz},
+                                                                 {"tangent_w", Role::tw}};
+  for (const auto& [known, role] : kRoles) {
+    if (known == name) return role;
+  }
+  return Role::unused;
+}
+
+/// Lines of the header, ended by LF, CR LF or CR, whichever ends the first line: after a binary
+/// file's "end_header" the next byte may be of any value.
+class Lines {
+ public:
+  explicit Lines(std::string_view text) : text_(text) {
+    const std::size_t end = text.find_first_of("\r\n");
+    if (end == std::string_view::npos) return;
+    ending_ = text[end] == '\n'                                ? "\n"
+              : end + 1 < text.size() && text[end + 1] == '\n' ? "\r\n"
+                                                               : "\r";
+  }
+  std::optional<std::string_view> next() {
+    if (ending_.empty()) return std::nullopt;
+    const std::size_t end = text_.find(ending_, at_);
+    if (end == std::string_view::npos) return std::nullopt;
+    const std::string_view line = text_.substr(at_, end - at_);
+    at_ = end + ending_.size();
+    ++number_;
+    return line;
+  }
+  std::size_t offset() const { return at_; }
+  std::uint64_t number() const { return number_; }
+
+ private:
+  std::string_view text_, ending_;
+  std::size_t at_ = 0;
+  std::uint64_t number_ = 0;
+};
+
+/// Uses that come in sets are dropped unless the whole set is there; of several sets the first counts.
+void check_roles(const MeshInput& input, Element& vertex) {
+  const auto count = [&vertex](Role role) {
+    return std::count_if(vertex.properties.begin(), vertex.properties.end(),
+                         [role](const Property& property) { return property.role == role; });
+  };
+  for (const Role role : {Role::x, Role::y, Role::z}) {
+    if (count(role) == 1) continue;
+    const char name[] = {"xyz"[static_cast<int>(role) - static_cast<int>(Role::x)], 0};
+    input.fail("header",
+               std::string("its vertices have ") + (count(role) == 0 ? "no" : "more than one") +
+                   " property \"" + name + "\"",
+               "A vertex needs exactly x, y and z; export the mesh again.");
+  }
+  std::uint64_t unused = 0;
+  std::string example;
+  const auto drop = [&](Property& property) {
+    property.role = Role::unused;
+    if (unused++ == 0) example = printable(property.name);
+  };
+  for (auto property = vertex.properties.begin(); property != vertex.properties.end(); ++property) {
+    if (property->role == Role::unused) continue;
+    const bool again = std::any_of(vertex.properties.begin(), property, [&](const Property& other) {
+      return other.role == property->role;
+    });
+    if (again) drop(*property);
+  }
+  const auto keep_whole = [&](std::initializer_list<Role> set, std::optional<Role> more = {}) {
+    if (std::all_of(set.begin(), set.end(), [&](Role r) { return count(r) == 1; })) return;
+    for (Property& property : vertex.properties) {
+      if (std::find(set.begin(), set.end(), property.role) != set.end() || property.role == more) {
+        drop(property);
+      }
+    }
+  };
+  keep_whole({Role::nx, Role::ny, Role::nz});
+  keep_whole({Role::u, Role::v});
+  keep_whole({Role::red, Role::green, Role::blue}, Role::alpha);
+  keep_whole({Role::tx, Role::ty, Role::tz}, Role::tw);
+  if (unused == 0) return;
+  input.warn("unused-properties",
+             "header: " + std::to_string(unused) +
+                 " properties of its vertices come a second time, or without the others of their "
+                 "kind (\"" +
+                 example + "\" for one), and were ignored.",
+             unused);
+}
+
+}  // namespace
+
+bool integral(Type type) { return type != Type::float32 && type != Type::float64; }
+
+std::size_t size_of(Type type) {
+  static constexpr std::size_t kSizes[] = {1, 1, 2, 2, 4, 4, 4, 8};
+  return kSizes[static_cast<int>(type)];
+}
+
+Header parse_header(const MeshInput& input) {
+  Header header;
+  Lines lines(input.bytes);
+  const auto fail = [&](const std::string& problem) {
+    input.fail("line " + std::to_string(lines.number()), problem, "Export the mesh again.");
+  };
+  bool has_format = false;
+  std::uint64_t strange = 0;
+  std::string strange_example;
+  for (;;) {
+    const auto line = lines.next();
+    if (!line) fail("the header has no \"end_header\" (truncated)");
+    TextScanner scan(*line);
+    const std::string_view word = scan.token_in_line();
+    if (lines.number() == 1) {
+      if (word != "ply") fail("the file does not start with \"ply\"");
+    } else if (word == "end_header") {
+      break;
+    } else if (word == "format") {
+      const std::string_view name = scan.token_in_line();
+      if (name == "ascii") {
+        header.encoding = Encoding::ascii;
+      } else if (name == "binary_little_endian") {
+        header.encoding = Encoding::little_endian;
+      } else if (name == "binary_big_endian") {
+        header.encoding = Encoding::big_endian;
+      } else {
+        fail("unknown format \"" + printable(name) + "\"");
+      }
+      has_format = true;
+    } else if (word == "element") {
+      Element element;
+      element.name = scan.token_in_line();
+      const std::string_view count = scan.token_in_line();
+      const auto value = to_integer(count);
+      if (!value || *value < 0) {
+        fail("element \"" + printable(element.name) + "\" has \"" + printable(count) +
+             "\" where its count belongs");
+      }
+      element.count = static_cast<std::uint64_t>(*value);
+      for (const Element& other : header.elements) {
+        if (other.name == element.name)
+          fail("element \"" + printable(element.name) + "\" comes twice");
+      }
+      header.elements.push_back(std::move(element));
+    } else if (word == "property") {
+      if (header.elements.empty()) fail("a property comes before any element");
+      Property property;
+      std::string_view type = scan.token_in_line();
+      if (type == "list") {
+        property.list = true;
+        const std::string_view count_type = scan.token_in_line();
+        const auto known = to_type(count_type);
+        if (!known || !integral(*known)) {
+          fail("\"" + printable(count_type) + "\" cannot count the entries of a list");
+        }
+        property.count_type = *known;
+        type = scan.token_in_line();
+      }
+      const auto known = to_type(type);
+      if (!known) fail("\"" + printable(type) + "\" is not a type");
+      property.type = *known;
+      property.name = scan.token_in_line();
+      if (property.name.empty()) fail("a property has no name");
+      Element& element = header.elements.back();
+      if (element.name == "vertex" && !property.list) property.role = vertex_role(property.name);
+      if ((element.name == "face" || element.name == "tristrips") && property.list) {
+        if (property.name == "vertex_indices" || property.name == "vertex_index") {
+          property.role = Role::indices;
+          if (!integral(property.type)) fail("vertex indices must be of an integer type");
+        } else if (property.name == "texcoord" && element.name == "face") {
+          property.role = Role::wedge_uvs;
+        }
+      }
+      element.properties.push_back(std::move(property));
+    } else if (!word.empty() && word != "comment" && word != "obj_info") {
+      if (strange++ == 0) {
+        strange_example =
+            "line " + std::to_string(lines.number()) + ": \"" + printable(*line) + "\"";
+      }
+    }
+  }
+  if (!has_format) fail("the header has no \"format\" line");
+  for (Element& element : header.elements) {
+    if (element.name == "vertex") check_roles(input, element);
+  }
+  if (strange != 0) {
+    input.warn("ignored-header-lines",
+               std::to_string(strange) + " lines of its header are no statements of PLY (" +
+                   strange_example + " for one) and were passed over.",
+               strange);
+  }
+  header.body = lines.offset();
+  header.body_line = lines.number() + 1;
+  return header;
+}
+
+bool openmesh_reads(const Header& header) {
+  if (header.encoding == Encoding::ascii || header.elements.size() < 2) return false;
+  const auto strips = [](const Element& element) { return element.name == "tristrips"; };
+  if (std::any_of(header.elements.begin(), header.elements.end(), strips)) return false;
+  const Element &vertex = header.elements[0], &face = header.elements[1];
+  if (vertex.name != "vertex" || face.name != "face" || face.properties.size() != 1) return false;
+  const Property& list = face.properties[0];
+  if (list.role != Role::indices || size_of(list.type) != 4) return false;
+  // It refuses "list uint".
+  if (list.count_type != Type::uint8 && list.count_type != Type::int32) return false;
+  return std::all_of(vertex.properties.begin(), vertex.properties.end(), [](const Property& p) {
+    static constexpr std::string_view kFloats[] = {"x",  "y", "z", "nx", "ny",
+                                                   "nz", "u", "v", "s",  "t"};
+    static constexpr std::string_view kBytes[] = {"red", "green", "blue", "alpha"};
+    const auto among = [&p](const auto& names) {
+      return std::find(std::begin(names), std::end(names), p.name) != std::end(names);
+    };
+    if (p.list || p.role == Role::unused) return false;
+    return (p.type == Type::float32 && among(kFloats)) || (p.type == Type::uint8 && among(kBytes));
+  });
+}
+
+}  // namespace kiln::ply

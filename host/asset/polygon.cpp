@@ -1,0 +1,90 @@
+#include "asset/polygon.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "asset/ears.h"
+#include "mesh/vector.h"
+
+namespace kiln {
+namespace {
+
+// A quad's triangle with less of its area than this is a needle, whose third corner lies on its side but for
+// rounding.
+constexpr double kNeedle = 1e-4;
+
+/// The corner from which the list of positions is the least in lexicographic order (Shiloach 1981).
+std::size_t least_start(PolygonCorners corners) {
+  const std::size_t n = corners.size();
+  std::size_t i = 0, j = 1, k = 0;
+  while (i < n && j < n && k < n) {
+    const auto &a = corners[(i + k) % n], &b = corners[(j + k) % n];
+    if (a == b) {
+      ++k;
+      continue;
+    }
+    (a > b ? i : j) += k + 1;
+    if (i == j) ++j;
+    k = 0;
+  }
+  return std::min(i, j);
+}
+
+/// Along corners 0 and 2, as nearly all programs cut; along 1 and 3 where that alone spares a triangle that is
+/// turned over or a needle.
+bool cut_quad_by_shape(PolygonCorners corners, CornerTriangles& triangles) {
+  double extent = 0;
+  for (const auto& corner : corners)
+    extent = std::max(extent, squared_distance(corner, corners[0]));
+  extent = std::sqrt(extent);
+  triangles.assign({{0, 1, 2}, {0, 2, 3}});
+  if (!(extent > 0) || !std::isfinite(extent)) return false;
+  std::array<Vec3d, 4> at;
+  for (std::size_t i = 0; i < 4; ++i) {
+    at[i] = {(corners[i][0] - corners[0][0]) / extent, (corners[i][1] - corners[0][1]) / extent,
+             (corners[i][2] - corners[0][2]) / extent};
+  }
+  const Vec3d normal = cross(at[2] - at[0], at[3] - at[1]);  // twice the area, either way
+  const double whole = dot(normal, normal);
+  const auto least = [&](std::size_t first) {
+    const Vec3d &a = at[first], &b = at[first + 1], &c = at[first + 2], &d = at[(first + 3) % 4];
+    return std::min(dot(cross(b - a, c - a), normal), dot(cross(c - a, d - a), normal));
+  };
+  const double along_0_2 = least(0), along_1_3 = least(1), needle = kNeedle * whole;
+  if (along_0_2 > needle) return true;
+  if (along_1_3 > needle || along_1_3 > along_0_2 + needle) {
+    triangles.assign({{1, 2, 3}, {0, 1, 3}});
+  }
+  return whole > 0 && std::max(along_0_2, along_1_3) >= -needle;
+}
+
+}  // namespace
+
+bool triangulate(std::span<const std::array<double, 3>> corners,
+                 std::vector<std::array<std::uint32_t, 3>>& triangles) {
+  triangles.clear();
+  const std::size_t n = corners.size();
+  if (n == 4) return cut_quad_by_shape(corners, triangles);
+  std::vector<std::uint32_t> order(n);
+  const std::size_t start = n == 3 ? 0 : least_start(corners);
+  for (std::size_t i = 0; i < n; ++i) order[i] = static_cast<std::uint32_t>((start + i) % n);
+  if (n == 3) {
+    triangles.push_back({0, 1, 2});
+    return true;
+  }
+  std::vector<std::array<double, 3>> ring(n);
+  for (std::size_t i = 0; i < n; ++i) ring[i] = corners[order[i]];
+  const FlatPolygon flat = seen_along_normal(ring);
+  if (flat.empty()) {
+    split_as_convex(order, triangles);
+    return false;
+  }
+  const bool clean = shortest_ears(ring, flat, triangles);
+  raise_angles(flat, triangles);
+  for (auto& triangle : triangles) {
+    for (std::uint32_t& corner : triangle) corner = order[corner];
+  }
+  return clean;
+}
+
+}  // namespace kiln

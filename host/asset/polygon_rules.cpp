@@ -1,0 +1,164 @@
+// Polygons into triangles as other programs cut them.
+#include <algorithm>
+#include <cmath>
+
+#include "asset/ears.h"
+#include "asset/polygon.h"
+
+namespace kiln {
+namespace {
+
+using Corners = PolygonCorners;
+using Triples = CornerTriangles;
+
+std::array<double, 3> cross_from(const std::array<double, 3>& at, const std::array<double, 3>& to,
+                                 const std::array<double, 3>& other) {
+  std::array<double, 3> u{}, v{};
+  for (std::size_t k = 0; k < 3; ++k) {
+    u[k] = to[k] - at[k];
+    v[k] = other[k] - at[k];
+  }
+  return {u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]};
+}
+
+/// True if a quad folds over where it is cut along corners `i` and i + 2.
+bool folds(Corners corners, std::size_t i) {
+  const auto& at = corners[i];
+  const auto& across = corners[(i + 2) % 4];
+  const auto one = cross_from(at, corners[(i + 1) % 4], across);
+  const auto other = cross_from(at, corners[(i + 3) % 4], across);
+  return one[0] * other[0] + one[1] * other[1] + one[2] * other[2] > 0;
+}
+
+void fan(std::size_t corners, Triples& triangles) {
+  for (std::uint32_t i = 1; i + 1 < corners; ++i) triangles.push_back({0, i, i + 1});
+}
+
+/// Cuts a quad along corners 0 and 2, or along 1 and 3.
+void cut_quad(bool along_1_3, Triples& triangles) {
+  if (along_1_3) {
+    triangles.assign({{0, 1, 3}, {1, 2, 3}});
+  } else {
+    triangles.assign({{0, 1, 2}, {0, 2, 3}});
+  }
+}
+
+/// Blender's polyfill: ears in turn, but after each cut one corner is passed over, and where the next is no
+/// convex one the way turns back.
+class Polyfill {
+ public:
+  explicit Polyfill(const FlatPolygon& flat) : count_(static_cast<std::uint32_t>(flat.size())) {
+    for (const auto& p : flat) {
+      points_.push_back({static_cast<float>(p[0]), static_cast<float>(p[1])});
+    }
+    for (std::uint32_t i = 0; i < count_; ++i) {
+      next_.push_back((i + 1) % count_);
+      before_.push_back((i + count_ - 1) % count_);
+    }
+    turns_.resize(count_);
+    for (std::uint32_t i = 0; i < count_; ++i) {
+      turns_[i] = turn(before_[i], i, next_[i]);
+      if (turns_[i] != 1) ++not_convex_;
+    }
+  }
+
+  /// \returns false where a corner that is no ear had to be cut
+  bool run(Triples& triangles) {
+    bool clean = true, back = false;
+    std::uint32_t from = 0;
+    while (count_ > 3) {
+      const std::uint32_t ear = find(from, back, clean);
+      const std::uint32_t before = before_[ear], next = next_[ear];
+      if (turns_[ear] != 1) --not_convex_;
+      triangles.push_back({before, ear, next});
+      next_[before] = next;
+      before_[next] = before;
+      if (first_ == ear) first_ = next;
+      --count_;
+      for (const std::uint32_t beside : {before, next}) {
+        if (turns_[beside] == 1) continue;
+        turns_[beside] = turn(before_[beside], beside, next_[beside]);
+        if (turns_[beside] == 1) --not_convex_;
+      }
+      from = back ? before_[before] : next_[next];
+      if (turns_[from] != 1) {
+        from = back ? before_[from] : next_[from];
+        back = !back;
+      }
+    }
+    triangles.push_back({first_, next_[first_], next_[next_[first_]]});
+    return clean;
+  }
+
+ private:
+  /// 1: left, which is convex; -1: right; 0: straight on.
+  int turn(std::uint32_t a, std::uint32_t b, std::uint32_t c) const {
+    const auto &p = points_[a], &q = points_[b], &r = points_[c];
+    const float twice = (q[0] - p[0]) * (r[1] - p[1]) - (r[0] - p[0]) * (q[1] - p[1]);
+    return twice > 0 ? 1 : twice < 0 ? -1 : 0;
+  }
+
+  bool is_ear(std::uint32_t tip, int wanted) const {
+    if (not_convex_ == 0) return true;
+    if (turns_[tip] != wanted) return false;
+    const std::uint32_t a = before_[tip], c = next_[tip];
+    for (std::uint32_t p = next_[c]; p != a; p = next_[p]) {
+      if (turns_[p] == 1) continue;
+      if (turn(a, tip, p) >= 0 && turn(tip, c, p) >= 0 && turn(c, a, p) >= 0) return false;
+    }
+    return true;
+  }
+
+  std::uint32_t find(std::uint32_t from, bool back, bool& clean) const {
+    for (const int wanted : {1, 0}) {
+      std::uint32_t at = from;
+      for (std::uint32_t i = 0; i < count_; ++i, at = back ? before_[at] : next_[at]) {
+        if (is_ear(at, wanted)) return at;
+      }
+    }
+    clean = false;
+    std::uint32_t at = from;
+    for (std::uint32_t i = 0; i < count_; ++i, at = next_[at]) {
+      if (turns_[at] != -1) return at;
+    }
+    return at;
+  }
+
+  std::uint32_t count_, first_ = 0, not_convex_ = 0;
+  std::vector<std::array<float, 2>> points_;
+  std::vector<std::uint32_t> next_, before_;
+  std::vector<int> turns_;
+};
+
+// More corners than this make Blender's search for each ear too long.
+constexpr std::size_t kMostCorners = 4096;
+
+}  // namespace
+
+bool triangulate(std::span<const std::array<double, 3>> corners, Triangulation rule,
+                 std::vector<std::array<std::uint32_t, 3>>& triangles) {
+  if (rule == Triangulation::automatic || corners.size() == 3) {
+    return triangulate(corners, triangles);
+  }
+  triangles.clear();
+  if (corners.size() == 4 && rule != Triangulation::fan) {
+    bool other = folds(corners, 0);
+    if (rule == Triangulation::shortest) {
+      other = squared_distance(corners[1], corners[3]) < squared_distance(corners[0], corners[2]);
+      if (folds(corners, other ? 1 : 0)) other = !other;
+    }
+    cut_quad(other, triangles);
+    return true;
+  }
+  const bool too_many = rule == Triangulation::blender && corners.size() > kMostCorners;
+  const FlatPolygon flat =
+      rule == Triangulation::fan || too_many ? FlatPolygon() : seen_along_normal(corners);
+  if (flat.empty()) {
+    fan(corners.size(), triangles);
+    return rule == Triangulation::fan;
+  }
+  if (rule == Triangulation::blender) return Polyfill(flat).run(triangles);
+  return shortest_ears(corners, flat, triangles);
+}
+
+}  // namespace kiln
