@@ -192,7 +192,10 @@ void LowSurface::lay_out(const Mesh& low) {
       for (std::size_t k = 0; k < 3; ++k) {
         Corner& corner = triangles[t][k];
         corner.uv = low.uvs[low.uv_triangles[t][k]];
-        if (all_given) continue;
+        if (all_given) {
+          take_tangent(low.tangents[3 * t + k], corner);
+          continue;
+        }
         corner_position[3 * t + k] = corner.position;
         corner_normal[3 * t + k] = corner.normal;
         corner_uv[3 * t + k] = corner.uv;
@@ -212,9 +215,10 @@ void LowSurface::lay_out(const Mesh& low) {
             "mesh UVs, and `simplify()` makes a low poly to unwrap.");
   }
 
+  copy_of.clear();
+  if (all_given) return;
   const std::vector<CornerTangent> tangents =
-      all_given ? std::vector<CornerTangent>(3 * count)
-                : mikk_tangents(corner_position, corner_normal, corner_uv);
+      mikk_tangents(corner_position, corner_normal, corner_uv);
   parallel_for(count, 1 << 14, [&](std::size_t begin, std::size_t end) {
     for (std::size_t t = begin; t < end; ++t) {
       for (std::size_t k = 0; k < 3; ++k) {
@@ -225,7 +229,6 @@ void LowSurface::lay_out(const Mesh& low) {
       }
     }
   });
-  copy_of.clear();
 }
 
 }  // namespace kiln

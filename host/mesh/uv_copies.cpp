@@ -111,12 +111,9 @@ class Cover {
 std::vector<std::uint32_t> overlapping(const std::vector<UvPlace>& places, UvSquares& others) {
   const auto count = static_cast<std::uint32_t>(places.size());
   UvSquares all(places);
-  for (std::uint32_t t = 0; t < count; ++t) {
-    if (places[t].area != 0) all.add(t);
-  }
+  for (std::uint32_t t = 0; t < count; ++t) all.add(t);
   std::vector<std::uint32_t> result;
   for (std::uint32_t t = 0; t < count; ++t) {
-    if (places[t].area == 0) continue;
     const bool inside = all.any_at(places[t].middle, [&](std::uint32_t other) {
       return other != t && places[other].holds(places[t].middle);
     });
@@ -126,7 +123,7 @@ std::vector<std::uint32_t> overlapping(const std::vector<UvPlace>& places, UvSqu
   for (std::uint32_t t = 0, next = 0; t < count; ++t) {
     const bool overlaps = next < result.size() && result[next] == t;
     next += overlaps ? 1 : 0;
-    if (!overlaps && places[t].area != 0) others.add(t);
+    if (!overlaps) others.add(t);
   }
   return result;
 }
@@ -135,46 +132,51 @@ std::vector<std::uint32_t> overlapping(const std::vector<UvPlace>& places, UvSqu
 
 void find_uv_copies(const Mesh& low, UvCopies rule, LowSurface& surface) {
   const std::size_t count = surface.triangles.size();
-  std::vector<UvPlace> places(count);
-  for (std::size_t t = 0; t < count; ++t) {
-    if (surface.usable[t] != 0) places[t] = UvPlace::of(surface.triangles[t]);
+  std::vector<UvPlace> places;         // of those triangles alone that have one: a texture set's may be few
+  std::vector<std::uint32_t> laid_out;  // the triangle of each
+  for (std::uint32_t t = 0; t < count; ++t) {
+    if (surface.usable[t] == 0) continue;
+    const UvPlace place = UvPlace::of(surface.triangles[t]);
+    if (place.area == 0) continue;
+    places.push_back(place);
+    laid_out.push_back(t);
   }
   UvSquares baked(places);
   std::vector<std::uint32_t> order = overlapping(places, baked);
   if (order.empty()) return;
   const std::vector<std::uint32_t> chart = uv_charts(low);
-  std::vector<std::uint64_t> rank(count);
-  for (const std::uint32_t t : order) {
-    const UvPlace& place = places[t];
+  std::vector<std::uint64_t> rank(places.size());
+  for (const std::uint32_t i : order) {
+    const UvPlace& place = places[i];
     const bool mirrored = place.area < 0;
     const bool other = rule != UvCopies::first && mirrored != (rule == UvCopies::mirrored);
     const bool beside = place.offset[0] != 0 || place.offset[1] != 0;
-    rank[t] = (other ? 2ULL << 32U : 0) + (beside ? 1ULL << 32U : 0) + chart[t];
+    rank[i] = (other ? 2ULL << 32U : 0) + (beside ? 1ULL << 32U : 0) + chart[laid_out[i]];
   }
   std::stable_sort(order.begin(), order.end(),
                    [&](std::uint32_t a, std::uint32_t b) { return rank[a] < rank[b]; });
   std::vector<std::uint32_t> copy_of(count, LowSurface::kNoCopy);
-  std::vector<std::uint8_t> shared(count);
+  std::vector<std::uint8_t> shared(places.size());
   Cover cover(places, baked);
   bool any = false;
-  for (const std::uint32_t t : order) {
-    const std::vector<std::uint32_t>& over = cover.of(t);
+  for (const std::uint32_t i : order) {
+    const std::vector<std::uint32_t>& over = cover.of(i);
     if (over.empty()) {
-      baked.add(t);
+      baked.add(i);
       continue;
     }
     any = true;
-    copy_of[t] = over[0];
-    shared[t] = 1;
+    copy_of[laid_out[i]] = laid_out[over[0]];
+    shared[i] = 1;
     for (const std::uint32_t other : over) shared[other] = 1;
   }
   if (!any) return;
   surface.copy_of = std::move(copy_of);
-  for (std::uint32_t t = 0; t < count; ++t) {
-    if (shared[t] == 0) continue;
-    for (LowSurface::Corner& corner : surface.triangles[t]) {
-      corner.uv.x -= static_cast<float>(places[t].offset[0]);
-      corner.uv.y -= static_cast<float>(places[t].offset[1]);
+  for (std::size_t i = 0; i < places.size(); ++i) {
+    if (shared[i] == 0) continue;
+    for (LowSurface::Corner& corner : surface.triangles[laid_out[i]]) {
+      corner.uv.x -= static_cast<float>(places[i].offset[0]);
+      corner.uv.y -= static_cast<float>(places[i].offset[1]);
     }
   }
 }

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <chrono>
 #include <unordered_map>
+#include <utility>
 
 #include "base/byte_hash.h"
 #include "base/progress_guard.h"
@@ -188,9 +189,12 @@ std::shared_ptr<LowSurface> Source::Impl::low_surface(const Mesh& low, const Mes
     const auto lock = lock_polling(mutex_);
     if (last_low_.shape != made.shape) last_low_ = {};  // its memory goes first
     if (last_low_.layout == made.layout) return last_low_.surface;
-    made.surface = last_low_.surface;
+    made.surface = std::exchange(last_low_, {}).surface;
   }
-  LowSurface surface = made.surface ? *made.surface : LowSurface::without_uvs(low, frame);
+  // Another layout takes the place of one that nobody holds any more, as each texture set's does.
+  LowSurface surface = made.surface == nullptr            ? LowSurface::without_uvs(low, frame)
+                       : made.surface.use_count() == 1 ? std::move(*made.surface)
+                                                       : *made.surface;
   surface.lay_out(low);
   find_uv_copies(low, copies, surface);
   made.surface = std::make_shared<LowSurface>(std::move(surface));

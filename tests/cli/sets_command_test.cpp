@@ -115,6 +115,19 @@ TEST(SetsCommand, OutIsAFolderOrAnAsset) {
     expect_failure({"bake", scene / "high.obj", scene / "low.obj", "--out", scene / name}, 2,
                    {name, "NAME.glb"}, scene / name);
   }
+  for (const char* name : {".glb", "new/.GLTF", ".obj", ".png"}) {
+    expect_failure({"bake", scene / "high.obj", scene / "low.obj", "--out", scene / name}, 2,
+                   {name, "NAME."}, scene / name);
+  }
+  const fs::path folder = scene / "there.glb";
+  fs::create_directory(folder);
+  expect_failure({"bake", scene / "high.obj", scene / "low.obj", "--out", folder}, 2,
+                 {"is a folder", "slash"}, folder / "low_normal.png");
+  KILN_REQUIRE_DEVICE();
+  expect_exit(run_kiln({"bake", scene / "high.obj", scene / "low.obj", "--size", "16", "--out",
+                        folder.string() + "/"}),
+              0, {});
+  EXPECT_EQ(names(folder), std::vector<std::string>{"low_normal.png"});
 }
 
 TEST(SetsCommand, RefusesWhatHasNoSets) {

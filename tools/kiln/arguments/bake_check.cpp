@@ -34,9 +34,12 @@ std::optional<CleanOptions> clean_options(const BakeJob& a) {
 
 void take_asset(BakeJob& a) {
   const std::filesystem::path out = a.out;
-  const std::string ending = lower_extension(out);
-  if (std::filesystem::is_directory(out)) return;
+  // Also of a name that is an ending alone, which would be a hidden folder. One with a slash behind it has none.
+  const std::string ending = lower_extension("x" + out.filename().string());
+  std::error_code none;
+  const bool is_folder = std::filesystem::is_directory(out, none);
   if (ending != ".glb" && ending != ".gltf" && ending != ".obj") {
+    if (is_folder) return;
     // Whoever names such a file does not want a folder of that name.
     constexpr std::string_view kOthers[] = {
         ".3ds",  ".abc",  ".blend", ".bmp",  ".dae",  ".dds",  ".exr",  ".fbx", ".hdr",
@@ -49,6 +52,14 @@ void take_asset(BakeJob& a) {
           "name one of these. --format chooses the maps' format.");
     }
     return;
+  }
+  if (!out.has_extension()) {
+    fail_usage("--out '" + a.out + "' has no name before its ending: write NAME" + ending + ".");
+  }
+  if (is_folder) {
+    fail_usage(
+        "--out '" + a.out +
+        "' is a folder: name another file; or put a slash behind it, for maps in that folder.");
   }
   const auto refuse = [&](bool is, const char* flag) {
     if (is)
