@@ -186,14 +186,20 @@ std::vector<std::uint8_t> find_inner(const Mesh& mesh, Cleaned& inner) {
   const auto is_hidden = [](const SeenPixels& of) {
     return of.front + of.back == 0 && of.drawn >= kEnoughDrawn;
   };
+  std::vector<std::uint8_t> unseen;  // So far, of a part
   // Past backs first, which hides least; then leaves of which but the back is seen.
   for (const OutsideViews& views : {kFirstViews, OutsideViews{}, kMoreViews}) {
-    const std::vector<SeenPixels> more = look_from_outside(mesh, parts.of, parts.count, views);
+    const std::vector<SeenPixels> more =
+        look_from_outside(mesh, parts.of, parts.count, views, unseen);
     for (std::size_t p = 0; p < seen.size(); ++p) {
+      if (!unseen.empty() && unseen[p] == 0) continue;
       seen[p].drawn += more[p].drawn;
       seen[p].front += more[p].front;
       seen[p].back += more[p].back;
     }
+    unseen.resize(parts.count);
+    std::transform(seen.begin(), seen.end(), unseen.begin(),
+                   [](const SeenPixels& of) { return of.front + of.back == 0; });
     if (std::none_of(seen.begin(), seen.end(), is_hidden)) return {};
   }
   std::vector<std::uint8_t> dropped(parts.of.size(), 0), counted(parts.count, 0);

@@ -27,7 +27,9 @@ struct OutsideViews {
 /// is seen. Pixels are points at their centres.
 /// \param group   of a triangle
 /// \param groups  how many
+/// \param asked   of a group, whether it is asked for: others only hide it, and have no counts. Empty: all are
 std::vector<SeenPixels> look_from_outside(const Mesh& mesh, std::span<const std::uint32_t> group,
-                                          std::size_t groups, const OutsideViews& views);
+                                          std::size_t groups, const OutsideViews& views,
+                                          std::span<const std::uint8_t> asked = {});
 
 }  // namespace kiln

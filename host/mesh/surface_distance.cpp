@@ -21,6 +21,16 @@ constexpr std::size_t kParts = 32, kLeastPart = 4096;
 /// may be wrong where the squared sine of an angle is below this.
 constexpr double kSurelyFarther = 1.0001, kSliver = 1e-12;
 
+/// Long triangles askew have boxes that hold them in one corner: thousands of them, as hair and stems have, lie in each
+/// other's boxes, and a search meets a share of all. Where boxes have so many times the area that those of triangles
+/// along the axes would have, triangles are cut into pieces, each with a box of its own; so many at most.
+constexpr double kWasteful = 6, kWasteOfPiece = 2;
+constexpr int kMostPieces = 12;
+/// In larger meshes building the tree would take longer than searches do.
+constexpr std::size_t kMostToCut = 300'000;
+/// By how much the box of a piece is wider than rounding may make it, as a share of the triangle.
+constexpr float kPieceMargin = 1e-6F;
+
 /// Boxes of a tree over so many triangles, level by level: each has parts of at most two sizes, `size` and one
 /// more.
 std::size_t boxes_of(std::size_t count) {
@@ -94,13 +104,19 @@ double squared_to_triangle(const Vec3d& p, const Vec3* c, double best) {
 SurfaceDistance::SurfaceDistance(std::span<const Vec3> positions,
                                  std::span<const Triangle> triangles) {
   if (triangles.empty()) return;
-  std::vector<Item> items(triangles.size());
+  if (triangles.size() <= kMostToCut) cut_up(positions, triangles);
+  std::vector<Item> items(pieces_.empty() ? triangles.size() : pieces_.size());
   const auto each = [&](const auto& body) {
-    parallel_for(triangles.size(), std::size_t{1} << 15, [&](std::size_t begin, std::size_t end) {
+    parallel_for(items.size(), std::size_t{1} << 15, [&](std::size_t begin, std::size_t end) {
       for (std::size_t i = begin; i < end; ++i) body(i);
     });
   };
   each([&](std::size_t i) {
+    if (!pieces_.empty()) {
+      const Vec3 middle = to_float((Vec3d(pieces_[i].low) + Vec3d(pieces_[i].high)) * 0.5);
+      items[i] = {middle, static_cast<std::uint32_t>(i)};
+      return;
+    }
     const Vec3& a = positions[triangles[i][0]];
     const Vec3& b = positions[triangles[i][1]];
     const Vec3& c = positions[triangles[i][2]];
@@ -129,14 +145,67 @@ SurfaceDistance::SurfaceDistance(std::span<const Vec3> positions,
       build(items, parts[p]);
       for (std::size_t i = parts[p].first; i < parts[p].last; ++i) {
         order_[i] = items[i].triangle;
-        for (std::size_t k = 0; k < 3; ++k) {
-          corners_[3 * i + k] = positions[triangles[items[i].triangle][k]];
-        }
+        const std::uint32_t t = pieces_.empty() ? order_[i] : pieces_[order_[i]].first;
+        for (std::size_t k = 0; k < 3; ++k) corners_[3 * i + k] = positions[triangles[t][k]];
       }
       for (std::size_t box = first_box + boxes_of(count); box-- > first_box;) fit_box(box);
     }
   });
   for (std::size_t i = above.size(); i-- > 0;) fit_box(above[i].box);
+  for (std::uint32_t& item : order_) item = pieces_.empty() ? item : pieces_[item].first;
+  pieces_ = {};
+}
+
+/// Cuts triangles across their longest sides, if these waste boxes.
+void SurfaceDistance::cut_up(std::span<const Vec3> positions, std::span<const Triangle> triangles) {
+  std::vector<double> waste(triangles.size());  // As many times the area as the box needs.
+  double areas = 0, boxes = 0;
+  for (std::size_t i = 0; i < triangles.size(); ++i) {
+    const Triangle& t = triangles[i];
+    Vec3 low = positions[t[0]], high = low;
+    for (const std::uint32_t v : t) extend(low, high, positions[v]);
+    const Vec3d size = Vec3d(high) - Vec3d(low), a(positions[t[0]]);
+    const double area = 0.5 * length(cross(Vec3d(positions[t[1]]) - a, Vec3d(positions[t[2]]) - a));
+    const double box = 0.5 * (size.x * size.y + size.y * size.z + size.z * size.x);
+    waste[i] = area > 0 ? box / area : 1;
+    areas += area;
+    boxes += box;
+  }
+  if (!(boxes > kWasteful * areas)) return;
+  pieces_.reserve(2 * triangles.size());
+  for (std::uint32_t i = 0; i < triangles.size(); ++i) {
+    const Triangle& t = triangles[i];
+    std::array<Vec3d, 3> p{Vec3d(positions[t[0]]), Vec3d(positions[t[1]]), Vec3d(positions[t[2]])};
+    const auto side = [&](std::size_t k) {
+      const Vec3d v = p[(k + 1) % 3] - p[k];
+      return dot(v, v);
+    };
+    const std::size_t longest = side(0) >= side(1) && side(0) >= side(2) ? 0
+                                : side(1) >= side(2)                     ? 1
+                                                                         : 2;
+    std::rotate(p.begin(), p.begin() + static_cast<std::ptrdiff_t>(longest), p.end());
+    const Vec3d along = p[1] - p[0];
+    const double length2 = dot(along, along);
+    const double apex = dot(p[2] - p[0], along) / length2;
+    const int count =
+        static_cast<int>(std::clamp(waste[i] / kWasteOfPiece, 1.0, 1.0 * kMostPieces));
+    const auto margin = kPieceMargin * static_cast<float>(std::sqrt(length2));
+    for (int piece = 0; piece < count; ++piece) {
+      const double from = 1.0 * piece / count, to = (piece + 1.0) / count;
+      Box box{to_float(p[0] + along * from), {}, i, 0};
+      box.high = box.low;
+      const auto add = [&](const Vec3d& v) { extend(box.low, box.high, to_float(v)); };
+      for (const double s : {from, to}) {
+        add(p[0] + along * s);
+        add(s < apex ? p[0] + (p[2] - p[0]) * (s / apex)
+                     : p[1] + (p[2] - p[1]) * (apex < 1 ? (1 - s) / (1 - apex) : 1));
+      }
+      if (apex >= from && apex <= to) add(p[2]);
+      extend(box.low, box.high, {box.low.x - margin, box.low.y - margin, box.low.z - margin});
+      extend(box.low, box.high, {box.high.x + margin, box.high.y + margin, box.high.z + margin});
+      pieces_.push_back(box);
+    }
+  }
 }
 
 /// Halves a part, and says where the halves' boxes are: depth first, the left one next to its parent. Halving
@@ -182,6 +251,15 @@ void SurfaceDistance::fit_box(std::size_t index) {
     box.high = left.high;
     extend(box.low, box.high, right.low);
     extend(box.low, box.high, right.high);
+    return;
+  }
+  if (!pieces_.empty()) {
+    box.low = pieces_[order_[box.first]].low;
+    box.high = pieces_[order_[box.first]].high;
+    for (std::uint32_t i = box.first; i < box.first + box.count; ++i) {
+      extend(box.low, box.high, pieces_[order_[i]].low);
+      extend(box.low, box.high, pieces_[order_[i]].high);
+    }
     return;
   }
   box.low = box.high = corners_[std::size_t{3} * box.first];

@@ -37,12 +37,12 @@ class SurfaceDistance {
   std::uint32_t nearest(const Vec3& point,
                         double within = std::numeric_limits<double>::infinity()) const;
 
-  /// Calls `body` with the three corners of each triangle that a ball touches. The order depends on
-  /// the triangles alone.
+  /// Calls `body` with the three corners of each triangle that a ball touches, of some several times. The order depends
+  /// on the triangles alone.
   void each_within(const Vec3& center, double squared_radius,
                    const std::function<void(const Vec3*)>& body) const;
 
-  /// Corners of all triangles, three a triangle, in an order of its own.
+  /// Corners of all triangles, three a triangle, in an order of its own; of some several times.
   std::span<const Vec3> corners() const { return corners_; }
 
  private:
@@ -59,11 +59,14 @@ class SurfaceDistance {
   struct Part {
     std::size_t first, last, box;
   };
+  void cut_up(std::span<const Vec3> positions, std::span<const Triangle> triangles);
   bool split(std::span<Item> items, const Part& part, std::array<Part, 2>& halves);
   void build(std::span<Item> items, const Part& part);
   void fit_box(std::size_t box);
 
   std::vector<Box> boxes_;
+  /// While the tree is built of pieces of triangles: these, which Item::triangle and order_ then number.
+  std::vector<Box> pieces_;
   /// \returns the squared distance. \param place  out: in the order of the leaves
   /// \param best    no triangle from so far on counts
   /// \param enough  one that is no farther than this ends the search

@@ -11,6 +11,7 @@
 #include <utility>
 #include <vector>
 
+#include "clean/outside_views.h"
 #include "clean/triangle_list.h"
 #include "kiln/kiln.h"
 #include "mesh/weld.h"
@@ -298,6 +299,43 @@ TEST(Clean, LeavesSeenFromBehindStay) {
   const std::size_t count = mesh.triangles.size();
   clean_mesh(mesh, {.floater = 0});
   EXPECT_EQ(mesh.triangles.size(), count);
+}
+
+/// What only some groups are asked of is what all pictures of all of them say.
+TEST(Clean, ViewsOfSomeGroupsAreThoseOfAll) {
+  std::mt19937 random(7);
+  std::uniform_real_distribution<float> place(-1, 1), size(0.02F, 0.3F);
+  Mesh crowd;
+  std::vector<std::uint32_t> group;
+  for (std::uint32_t sheet = 0; sheet < 600; ++sheet) {
+    const Vec3 at{place(random), place(random), place(random)};
+    const auto first = static_cast<std::uint32_t>(crowd.positions.size());
+    for (int corner = 0; corner < 4; ++corner) {
+      const float reach = size(random);
+      crowd.positions.push_back({at.x + reach * place(random), at.y + reach * place(random),
+                                 at.z + reach * place(random)});
+    }
+    for (std::uint32_t t = 0; t < 2; ++t) {
+      crowd.triangles.push_back({first, first + 1 + t, first + 2 + t});
+      group.push_back(sheet / 3);
+    }
+  }
+  std::vector<std::uint8_t> asked(200);
+  for (std::size_t g = 0; g < asked.size(); ++g) asked[g] = g % 7 == 0;
+  for (const bool backs : {false, true}) {
+    const OutsideViews views{.count = 8, .pixels = 128, .backs = backs};
+    const auto all = look_from_outside(crowd, group, asked.size(), views);
+    const auto some = look_from_outside(crowd, group, asked.size(), views, asked);
+    std::uint64_t hidden = 0;
+    for (std::size_t g = 0; g < asked.size(); ++g) {
+      if (asked[g] == 0) continue;
+      EXPECT_EQ(some[g].drawn, all[g].drawn);
+      EXPECT_EQ(some[g].front, all[g].front) << g;
+      EXPECT_EQ(some[g].back, all[g].back) << g;
+      hidden += all[g].drawn - all[g].front - all[g].back;
+    }
+    EXPECT_GT(hidden, 1000U);
+  }
 }
 
 TEST(Clean, FloatersGoAndSmallPartsOfTheBodyStay) {

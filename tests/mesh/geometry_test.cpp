@@ -1,8 +1,10 @@
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdint>
+#include <limits>
 #include <map>
 #include <random>
 #include <vector>
@@ -10,6 +12,7 @@
 #include "kiln/limits.h"
 #include "mesh/frame.h"
 #include "mesh/normals.h"
+#include "mesh/surface_distance.h"
 #include "mesh/vector.h"
 #include "mesh/weld.h"
 #include "support/shapes.h"
@@ -167,6 +170,42 @@ TEST(WeldVertices, FindsTheFirstOfEachOnAnyNumberOfThreads) {
     EXPECT_EQ(weld_vertices(positions), expected) << threads;
   }
   set_thread_limit(0);
+}
+
+/// Needles askew, whose boxes hold each other: the tree cuts them up, and finds what a look at all of them does.
+TEST(SurfaceDistance, OfNeedlesIsThatOfTheNearest) {
+  std::mt19937 random(3);
+  std::uniform_real_distribution<float> place(-1, 1);
+  std::vector<Vec3> points;
+  std::vector<Triangle> needles;
+  const auto anywhere = [&](const Vec3& at, float reach) {
+    return Vec3{at.x + reach * place(random), at.y + reach * place(random),
+                at.z + reach * place(random)};
+  };
+  for (std::uint32_t i = 0; i < 400; ++i) {
+    const Vec3 from = anywhere({}, 1), to = anywhere({}, 1);
+    const float along = 0.5F + 0.5F * place(random);
+    const Vec3 between{from.x + along * (to.x - from.x), from.y + along * (to.y - from.y),
+                       from.z + along * (to.z - from.z)};
+    points.insert(points.end(), {from, to, anywhere(between, 0.005F)});
+    needles.push_back({3 * i, 3 * i + 1, 3 * i + 2});
+  }
+  points.insert(points.end(), 3, Vec3{0.5F, 0.5F, 0.5F});  // One that is a point
+  needles.push_back({1200, 1201, 1202});
+  const SurfaceDistance tree(points, needles);
+  const double endless = std::numeric_limits<double>::infinity();
+  for (int i = 0; i < 2000; ++i) {
+    const Vec3 at = anywhere({}, 1.2F);
+    double least = endless;
+    for (std::size_t t = 0; t < needles.size(); ++t) {
+      least = std::min(least, squared_to_triangle(Vec3d(at), &points[3 * t], endless));
+    }
+    ASSERT_DOUBLE_EQ(tree.squared(at), least) << i;
+    const std::uint32_t nearest = tree.nearest(at);
+    ASSERT_LT(nearest, needles.size());
+    ASSERT_DOUBLE_EQ(squared_to_triangle(Vec3d(at), &points[std::size_t{3} * nearest], endless),
+                     least);
+  }
 }
 
 }  // namespace
