@@ -322,6 +322,13 @@ void MeshBuilder::check_steps(const Mesh& mesh) {
   };
   coarse_ = coarse_steps({triangles_, counts, position, stored}, "stored");
   if (coarse_.empty()) coarse_ = coarse_steps({triangles_, counts, position, rounded}, "rounded");
+  // One corner so far out that the others are one point beside it.
+  const auto has_corners = [&](std::size_t t) {
+    const Vec3d a = position(triangles_[t][0]), b = position(triangles_[t][1]),
+                c = position(triangles_[t][2]);
+    return length(cross(b - a, c - a)) > 0 && std::isfinite(length(a) + length(b) + length(c));
+  };
+  if (coarse_.empty()) coarse_ = stretched_box({triangles_, has_corners, position, {}});
   if (!coarse_.empty()) input_.warn("coarse-coordinates", coarse_, 1);
 }
 

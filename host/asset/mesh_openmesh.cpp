@@ -3,6 +3,7 @@
 #include <OpenMesh/Core/IO/MeshIO.hh>
 #include <OpenMesh/Core/IO/importer/BaseImporter.hh>
 #include <OpenMesh/Core/System/omstream.hh>
+#include <locale>
 #include <mutex>
 #include <sstream>
 
@@ -165,6 +166,8 @@ void read_with_openmesh(const MeshInput& input, const Header& header, MeshBuilde
   std::string content = plain_header(header);
   content.append(input.bytes.substr(header.body));
   std::istringstream stream(std::move(content), std::ios::in | std::ios::binary);
+  // OpenMesh waits forever for the 1.0 of the header where a program's locale has decimal commas.
+  stream.imbue(std::locale::classic());
   Importer importer(builder, normals, uvs);
   static std::mutex one_at_a_time;
   const std::lock_guard lock(one_at_a_time);

@@ -2,7 +2,6 @@
 // corners go through an ordered map whose order NaN breaks), which Kiln promises never to do.
 #include <algorithm>
 #include <bit>
-#include <cctype>
 #include <cstring>
 #include <string>
 #include <vector>
@@ -108,8 +107,7 @@ Mesh read_binary(const MeshInput& input) {
 
 /// True if a token is a keyword (in lower case), which some programs write in capitals.
 bool is_word(std::string_view token, std::string_view keyword) {
-  return std::equal(token.begin(), token.end(), keyword.begin(), keyword.end(),
-                    [](unsigned char a, unsigned char b) { return std::tolower(a) == b; });
+  return token.size() == keyword.size() && lower_case(token) == keyword;
 }
 
 /// The keyword that a statement begins with. "end loop" is "endloop".

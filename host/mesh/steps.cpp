@@ -15,8 +15,9 @@ namespace {
 constexpr double kStepsAnEdge = 256;
 constexpr double kRadiansAStep = 0.4;
 constexpr std::size_t kMostTriangles = 4096;  // that are looked at
-/// Vertices this many times farther from the middle than three quarters of all are outliers.
-constexpr double kFar = 16;
+/// Vertices this many times farther from the middle than three quarters of all are outliers: where steps are coarse, and
+/// where nobody asks about steps.
+constexpr double kFar = 16, kAbsurd = 1e5;
 
 /// Calls take(t) for triangles spread evenly over all.
 template <typename Take>
@@ -44,35 +45,53 @@ std::string text_of(const Vec3d& p) {
   return text;
 }
 
-/// Names the vertices that stretch the box; empty where none lies far from all others.
-std::string outliers(const SteppedMesh& mesh) {
+/// Most vertices lie within a radius of a center.
+struct Bulk {
+  Vec3d center;
+  double radius = 0;
+
+  Bulk(const SteppedMesh& mesh, std::span<const std::uint32_t> vertices) {
+    std::array<double, 3> middle{};
+    std::vector<double> values(vertices.size());
+    const auto each = [&](const auto& number) {
+      std::transform(vertices.begin(), vertices.end(), values.begin(), number);
+    };
+    for (std::size_t k = 0; k < 3; ++k) {
+      each([&](std::uint32_t v) { return axes(mesh.position(v))[k]; });
+      middle[k] = quantile(values, 0.5);
+    }
+    center = {middle[0], middle[1], middle[2]};
+    each([&](std::uint32_t v) { return distance(mesh, v); });
+    radius = quantile(values, 0.75);
+  }
+  double distance(const SteppedMesh& mesh, std::uint32_t v) const {
+    return length(mesh.position(v) - center);
+  }
+};
+
+/// Names the vertices that stretch the box; empty where none lies `far` radii from the middle.
+std::string outliers(const SteppedMesh& mesh, double far) {
   std::vector<std::uint32_t> used;
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
     if (mesh.counts(t)) used.insert(used.end(), mesh.triangles[t].begin(), mesh.triangles[t].end());
   }
   std::sort(used.begin(), used.end());
   used.erase(std::unique(used.begin(), used.end()), used.end());
-  std::array<double, 3> middle{};
-  std::vector<double> values(used.size());
-  for (std::size_t k = 0; k < 3; ++k) {
-    for (std::size_t i = 0; i < used.size(); ++i) values[i] = axes(mesh.position(used[i]))[k];
-    middle[k] = quantile(values, 0.5);
-  }
-  const Vec3d center(middle[0], middle[1], middle[2]);
-  const auto distance = [&](std::uint32_t v) { return length(mesh.position(v) - center); };
-  std::transform(used.begin(), used.end(), values.begin(), distance);
-  const double radius = quantile(values, 0.75);
-  const auto far = static_cast<std::uint64_t>(
-      std::count_if(values.begin(), values.end(), [&](double d) { return d > kFar * radius; }));
-  if (far == 0) return {};
-  const std::uint32_t farthest = *std::max_element(
-      used.begin(), used.end(), [&](auto a, auto b) { return distance(a) < distance(b); });
+  const Bulk bulk(mesh, used);
+  const auto count =
+      static_cast<std::uint64_t>(std::count_if(used.begin(), used.end(), [&](std::uint32_t v) {
+        return bulk.distance(mesh, v) > far * bulk.radius;
+      }));
+  if (count == 0) return {};
+  const std::uint32_t farthest = *std::max_element(used.begin(), used.end(), [&](auto a, auto b) {
+    return bulk.distance(mesh, a) < bulk.distance(mesh, b);
+  });
   char reach[64];
-  std::snprintf(reach, sizeof reach, " within %.3g of ", radius);
+  std::snprintf(reach, sizeof reach, " within %.3g of ", bulk.radius);
   return "Vertex " + std::to_string(farthest) + " at " + text_of(mesh.position(farthest)) +
-         (far > 1 ? " and " + std::to_string(far - 1) + " more lie" : " lies") +
-         " far from the others, most of them" + reach + text_of(center) + ": move or remove " +
-         (far > 1 ? "them." : "it.");
+         (count > 1 ? " and " + std::to_string(count - 1) + " more lie" : " lies") +
+         " far from the others, most of them" + reach + text_of(bulk.center) + ": move or remove " +
+         (count > 1 ? "them." : "it.");
 }
 
 }  // namespace
@@ -142,10 +161,33 @@ std::string coarse_steps(const SteppedMesh& mesh, const char* how) {
                 "are off by about %.2g degrees. ",
                 coarse.at, how, coarse.step.size, coarse.length,
                 kDegrees * std::atan(kRadiansAStep * coarse.share()));
-  const std::string far = outliers(mesh);
+  const std::string far = outliers(mesh, kFar);
   return text + (!far.empty() ? far
                               : "Export it in double precision, or moved to the world's origin; or "
                                 "split it into parts.");
+}
+
+std::string stretched_box(const SteppedMesh& mesh) {
+  std::vector<std::uint32_t> some;
+  for_some(mesh.triangles.size(), [&](std::size_t t) {
+    if (mesh.counts(t)) some.insert(some.end(), mesh.triangles[t].begin(), mesh.triangles[t].end());
+  });
+  if (some.empty()) return {};
+  const Bulk bulk(mesh, some);
+  double farthest = 0;
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+    if (!mesh.counts(t)) continue;
+    for (const std::uint32_t v : mesh.triangles[t]) {
+      farthest = std::max(farthest, bulk.distance(mesh, v));
+    }
+  }
+  if (bulk.radius == 0 || !(farthest > kAbsurd * bulk.radius)) return {};
+  const std::string far = outliers(mesh, kAbsurd);
+  if (far.empty()) return {};
+  char text[80];
+  std::snprintf(text, sizeof text, "it reaches %.2g times as far as most of its vertices. ",
+                farthest / bulk.radius);
+  return text + far;
 }
 
 std::string coarse_steps(const Mesh& mesh, const Frame& frame) {

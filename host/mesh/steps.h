@@ -48,7 +48,12 @@ struct SteppedMesh {
 /// \returns the empty string where they are finer
 std::string coarse_steps(const SteppedMesh& mesh, const char* how);
 
-/// The same of a mesh's own floats, and of what the working frame rounds them to.
+/// Says if some vertices lie over 100,000 times as far out as three quarters of the others, and which: single precision
+/// has no digits left for the others, and lengths in % are theirs no more. Of triangles that count; no steps are needed.
+/// \returns the empty string where none does
+std::string stretched_box(const SteppedMesh& mesh);
+
+/// coarse_steps() of a mesh's own floats, and of what the working frame rounds them to.
 std::string coarse_steps(const Mesh& mesh, const Frame& frame);
 
 }  // namespace kiln

@@ -307,8 +307,10 @@ Image Scene::Impl::trace(const Camera& camera, const RenderOptions& options, boo
   to_surface.two_sided = true;
   RayQuery to_sky;
   to_sky.t_min = 5e-5F;
-  to_sky.t_max =
-      static_cast<float>(std::min(2.0, kAmbientReach * 2 * camera.half_side * target.frame.scale));
+  // A close look at a small part of a large mesh has no sky so near.
+  to_sky.t_max = std::max(
+      to_sky.t_min,
+      static_cast<float>(std::min(2.0, kAmbientReach * 2 * camera.half_side * target.frame.scale)));
   to_sky.two_sided = true;
 
   Image image{camera.width, camera.height, 3, {}};

@@ -306,6 +306,32 @@ TEST(MeshIo, SaysWhereCoordinatesAreTooCoarse) {
   }
 }
 
+/// Whatever uses the mesh. At 1e20 the triangle has no area within the rounding of its corners.
+TEST(MeshIo, NamesVerticesFarFromAllOthers) {
+  std::string body;
+  for (int i = 0; i < 400; ++i) {
+    body += "v " + std::to_string(i % 20) + ' ' + std::to_string(i / 20) + ' ' +
+            std::to_string(i * i % 7) + '\n';
+  }
+  for (int i = 0; i < 380; ++i) {
+    if (i % 20 == 19) continue;
+    body += "f " + std::to_string(i + 1) + ' ' + std::to_string(i + 2) + ' ' +
+            std::to_string(i + 22) + ' ' + std::to_string(i + 21) + '\n';
+  }
+  EXPECT_EQ(load_text("near.obj", body + "v 10000 1 1\nf 1 2 401\n").count("coarse-coordinates"),
+            0U);
+  for (const char* far : {"1e7", "-1e8", "1e20", "3e37"}) {
+    const Loaded loaded =
+        load_text("far.obj", body + "v 1 " + std::string(far) + " 1\nf 1 2 401\n");
+    ASSERT_EQ(loaded.count("coarse-coordinates"), 1U) << far;
+    for (const Warning& warning : loaded.warnings) {
+      if (warning.code != "coarse-coordinates") continue;
+      EXPECT_NE(warning.message.find("Vertex 400 at (1, "), std::string::npos) << warning.message;
+      EXPECT_NE(warning.message.find("move or remove it"), std::string::npos) << warning.message;
+    }
+  }
+}
+
 TEST(MeshIo, TellsWhatRoundingFlattens) {
   // AsyncTask a used corner at 0 the small square keeps half a metre: its sides are 0.01.
   const Loaded loaded =

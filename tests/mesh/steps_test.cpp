@@ -106,6 +106,23 @@ TEST(Steps, NamesWhatStretchesTheFrame) {
   }
 }
 
+TEST(Steps, NamesWhatStretchesTheBox) {
+  const auto stretched = [](float far) {
+    const Mesh mesh = with_outlier(far);
+    return stretched_box({mesh.triangles,
+                          [](std::size_t) { return true; },
+                          [&](std::uint32_t v) { return Vec3d(mesh.positions[v]); },
+                          {}});
+  };
+  for (const float far : {1e6F, 1e7F, 1e20F}) {
+    const std::string text = stretched(far);
+    EXPECT_NE(text.find("Vertex 441 at ("), std::string::npos) << text;
+    EXPECT_NE(text.find("move or remove it"), std::string::npos) << text;
+  }
+  // Three quarters of the sheet's vertices lie within 0.57 of its middle.
+  for (const float far : {1.0F, 1000.0F, 50000.0F}) EXPECT_EQ(stretched(far), "") << far;
+}
+
 TEST(Steps, OrdinaryMeshesAreFine) {
   for (Mesh mesh : {test::icosphere(6), test::cube(), test::torus(64, 32), test::plane(1, 1)}) {
     for (const double scale : {1e-30, 1.0, 1e30}) {

@@ -196,6 +196,18 @@ TEST(Render, ClayIsLitAndTheSameEveryTime) {
   EXPECT_GT(darker / static_cast<double>(first.pixels.size()), 0.001);
 }
 
+/// Its sky lies nearer than rays begin.
+TEST(Render, LooksAsCloseAsItSays) {
+  KILN_REQUIRE_DEVICE();
+  RenderOptions closest;
+  closest.size = 16;
+  closest.zoom = 100000;
+  closest.at = {0.5, 0.1, 0.1};  // on a face
+  closest.azimuth_degrees = 90;
+  const Image image = Scene(*test::device(), test::cube()).draw(closest);
+  EXPECT_GT(image.pixels[0], 0.1F);
+}
+
 /// Its frame rounds the others.
 TEST(Render, SaysWhichVertexLiesFarFromTheOthers) {
   KILN_REQUIRE_DEVICE();

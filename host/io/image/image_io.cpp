@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <array>
+#include <charconv>
 #include <memory>
 #include <new>
 #include <optional>
@@ -52,8 +53,13 @@ std::vector<ImageText> png_texts(const SaveImageOptions& options) {
   std::vector<ImageText> texts = options.texts;
   const std::array<double, 3>& origin = options.origin;
   if (origin == std::array<double, 3>{}) return texts;
-  char text[96];
-  std::snprintf(text, sizeof text, "%.17g %.17g %.17g", origin[0], origin[1], origin[2]);
+  std::string text;
+  for (const double value : origin) {
+    char digits[32];  // not by snprintf(), which writes a decimal comma in some locales
+    char* const end =
+        std::to_chars(digits, digits + sizeof digits, value, std::chars_format::general, 17).ptr;
+    text += (text.empty() ? "" : " ") + std::string(digits, end);
+  }
   texts.insert(texts.begin(), {"Origin", text});
   return texts;
 }

@@ -2,13 +2,13 @@
 #include <algorithm>
 #include <array>
 #include <bit>
-#include <cctype>
 #include <cmath>
 #include <cstring>
 #include <filesystem>
 #include <memory>
 #include <type_traits>
 
+#include "base/lower_case.h"
 #include "io/volume/volume_reader.h"
 
 namespace kiln {
@@ -317,8 +317,7 @@ std::unique_ptr<ByteStream> open_stream(const VolumeInput& input, const ByteSour
 /// The file of the voxels that goes with a header: its name, but for the extension.
 std::unique_ptr<ByteSource> open_image(const VolumeInput& input) {
   std::string stem = std::filesystem::path(input.file).filename().string();
-  std::string header = stem;
-  for (char& c : header) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  const std::string header = lower_case(stem);
   const bool packed = header.ends_with(".hdr.gz");
   if (!input.open_beside || !(packed || header.ends_with(".hdr"))) {
     input.fail("magic", "the header and the voxels are in two files",

@@ -22,6 +22,7 @@ constexpr std::array kFollows = {
     // Warnings of the low poly and its UVs.
     Follows{"low-degenerate", "rounded-triangles"},
     Follows{"coarse-low", "coarse-coordinates"},
+    Follows{"coarse-low", "coarse-coordinates", true},  // it is kept in the high poly's frame
     Follows{"low-degenerate", "degenerate-triangles"},
     Follows{"low-degenerate", "non-finite-vertices"},
     Follows{"uv-degenerate", "missing-uvs"},
