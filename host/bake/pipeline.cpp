@@ -17,7 +17,7 @@ namespace {
 // Shares of the whole at which stages begin.
 constexpr double kAtBlend = 0.97, kAtMips = 0.97, kAtGutter = 0.98;
 
-/// Of the low poly, see coarse_steps().
+/// Words on the low poly's coordinates, see coarse_steps().
 struct CoarseSteps {
   std::string words;
 };

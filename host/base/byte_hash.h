@@ -39,7 +39,7 @@ class ByteHash {
   Fnv1a hash_;
 };
 
-/// Of several arrays, one after another.
+/// Hash of several arrays, one after another.
 template <typename... Arrays>
 std::uint64_t hash_bytes(const Arrays&... arrays) {
   ByteHash hash;

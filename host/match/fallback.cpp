@@ -1,5 +1,6 @@
 #include "match/fallback.h"
 
+#include "match/sample_subset.h"
 #include "mesh/kernels_shared.h"
 
 namespace kiln {
@@ -74,9 +75,9 @@ class FallbackMatcher : public Matcher {
   void ask(Matcher& matcher, const TexelBand& band, std::span<const std::uint32_t> samples,
            DeviceCorrespondence& found) {
     const auto count = static_cast<std::uint32_t>(samples.size());
-    grow(found, count);
+    fit(found, count);
     if (matcher.needs_band()) {
-      grow(whole_, band.capacity);
+      fit(whole_, band.capacity);
       matcher.run(band, whole_);
       pick(context_, whole_.triangle, 0, samples, found.triangle, 0, band.sample_count);
       pick(context_, whole_.barycentric, 0, samples, found.barycentric, 0, band.sample_count);
@@ -86,21 +87,12 @@ class FallbackMatcher : public Matcher {
       pick(context_, whole_.status, 0, samples, found.status, 0, band.sample_count);
       return;
     }
-    if (some_.points.size() < std::size_t{7} * found.capacity) {
-      some_.points = cl::Array<float>();
-      some_.points = cl::Array<float>(context_, std::size_t{7} * found.capacity);
-    }
-    some_.sample_count = count;
-    some_.capacity = found.capacity;
-    const cl::Array<std::uint32_t> indices(context_, samples);
-    context_.launch(context_.kernel("match", "kiln_match_gather"), count, kLocal, count,
-                    band.capacity, some_.capacity, indices, band.points, some_.points);
-    matcher.run(some_, found);
-    context_.finish();  // `indices` goes
+    matcher.run(SampleSubset(context_, band, samples).band, found);
   }
 
-  void grow(DeviceCorrespondence& match, std::uint32_t capacity) const {
-    if (match.capacity >= capacity) return;
+  /// Planes of results are as long as those of points.
+  void fit(DeviceCorrespondence& match, std::uint32_t capacity) const {
+    if (match.capacity == capacity) return;
     match = DeviceCorrespondence();
     match = DeviceCorrespondence(context_, capacity);
   }
@@ -113,13 +105,11 @@ class FallbackMatcher : public Matcher {
                     from.capacity, match.capacity, indices, from.triangle, from.barycentric,
                     from.distance, from.status, match.triangle, match.barycentric, match.distance,
                     match.status);
-    context_.finish();  // `indices` goes
   }
 
   cl::Context& context_;
   std::unique_ptr<Matcher> first_;
   std::vector<std::unique_ptr<Matcher>> rest_;
-  TexelBand some_;  // its points and their count, no more
   DeviceCorrespondence decided_, next_, whole_;
   std::vector<Decider> deciders_;
 };

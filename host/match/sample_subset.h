@@ -4,7 +4,6 @@
 #include <cstddef>
 #include <cstdint>
 #include <span>
-#include <vector>
 
 #include "texel/device_correspondence.h"
 #include "texel/texels.h"
@@ -14,9 +13,8 @@ namespace kiln {
 /// Close together in memory: points alone, of what a band has, unless told of the places, too.
 class SampleSubset {
  public:
-  SampleSubset(cl::Context& context, const TexelBand& from,
-               const std::vector<std::uint32_t>& samples)
-      : context_(context), indices_(context, std::span(samples)) {
+  SampleSubset(cl::Context& context, const TexelBand& from, std::span<const std::uint32_t> samples)
+      : context_(context), indices_(context, samples) {
     band.sample_count = band.capacity = static_cast<std::uint32_t>(samples.size());
     band.points = cl::Array<float>(context, std::size_t{7} * band.capacity);
     context.launch(context.kernel("match", "kiln_match_gather"), band.sample_count, kLocal,

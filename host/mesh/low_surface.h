@@ -38,7 +38,7 @@ struct LowSurface {
   std::shared_ptr<const CageHull> cage_hull;  ///< Of CageKind::hull
   /// With a cage mesh: how long rays are where nobody says. Of a hull CageReach finds it out.
   double cage_length = 0;
-  /// What is made of all this but the UVs. Copies share it, which may have other UVs.
+  /// Arrays made of all this but the UVs. Copies share them, which may have other UVs.
   std::shared_ptr<MadeOnce> made = std::make_shared<MadeOnce>();
 
   /// Prepares a mesh: continuous directions, corner normals, tangents, everything in `frame`.
