@@ -12,6 +12,7 @@
 #include "accel/low_tree.h"
 #include "accel/ray.h"
 #include "bake/coverage_slabs.h"
+#include "base/byte_hash.h"
 #include "base/parallel.h"
 #include "mesh/kernels_shared.h"
 
@@ -88,6 +89,12 @@ struct LowFace {
     const double mean = (along_u / columns + along_v / rows) / (2 * std::abs(area));
     step = std::isfinite(mean) ? mean : 0;
   }
+};
+
+/// The low poly's triangles that lie nearest to some places, which all of its texture sets share.
+struct NearestLow {
+  std::uint64_t of = 0;  ///< Hash of the places, and how far was looked
+  std::vector<std::uint32_t> triangle;
 };
 
 /// Distance from the low poly within which samples may find points.
@@ -173,13 +180,20 @@ void HighCoverage::find_near(const MatchRequest& request, CopyCheck* copies) {
   const double columns = double{1} * request.width * request.samples;
   const double rows = double{1} * request.height * request.samples;
   const auto count = static_cast<std::uint32_t>(places_.size());
-  DeviceCorrespondence nearest(context, count);
-  const ClosestFinder finder(context, low->tree, request.source.traversal);
   ClosestQuery query;
   query.max_distance = static_cast<float>(std::min(reach_of(request), double{kFar}));
-  finder.find(points_of(context, places_), count, count, query, nearest);
-  std::vector<std::uint32_t> triangle(count);
-  nearest.triangle.read(context, triangle);
+  NearestLow wanted;
+  wanted.of = hash_bytes(places_, std::array{query.max_distance});
+  const auto find = [&] {
+    DeviceCorrespondence nearest(context, count);
+    const ClosestFinder finder(context, low->tree, request.source.traversal);
+    finder.find(points_of(context, places_), count, count, query, nearest);
+    wanted.triangle.resize(count);
+    nearest.triangle.read(context, wanted.triangle);
+    return wanted;
+  };
+  const auto known = surface.made->get<NearestLow>(find);
+  std::vector<std::uint32_t> triangle = (known->of == wanted.of ? *known : find()).triangle;
   for (std::uint32_t i = 0; i < count; ++i) {
     if (triangle[i] == KILN_NO_TRIANGLE) continue;
     const double cosine = dot(low->normals[triangle[i]], Vec3d(places_[i].normal));

@@ -150,7 +150,8 @@ Hemispheres::Hemispheres(const MapRequest& request)
       by_high_(request.options.occlusion.by_high),
       by_low_(request.options.occlusion.by_low),
       parts_(request.options.occlusion.own_part ? request.options.match.parts : nullptr),
-      shading_(context_, std::span<const kiln_low_shading>(low_shading(request.surface))) {
+      shading_(context_,
+               std::span<const kiln_low_shading>(low_shading(request.surface, /*with_uvs=*/true))) {
   max_error_ = request.options.occlusion.max_error;
   view_directions_ = views_for(request);
   const std::optional<Length>& distance = request.options.occlusion.distance;

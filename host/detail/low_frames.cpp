@@ -30,7 +30,7 @@ Vec3d corner_bitangent(const kiln_low_shading& low, double u, double v) {
 }  // namespace
 
 LowFrames::LowFrames(const MapRequest& request)
-    : shading_(low_shading(request.surface)),
+    : shading_(low_shading(request.surface, /*with_uvs=*/true)),
       space_(request.options.encoding.space),
       at_corners_(request.options.encoding.bitangent == Bitangent::vertex),
       y_scale_(request.options.encoding.flip_y ? -1 : 1) {}

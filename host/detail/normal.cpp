@@ -42,7 +42,7 @@ NormalDetail::NormalDetail(cl::Context& context, const LowSurface& surface,
                  ? kWide
                  : 1),
       source_(source),
-      shading_(context, std::span<const kiln_low_shading>(low_shading(surface))),
+      shading_(context, std::span<const kiln_low_shading>(low_shading(surface, /*with_uvs=*/true))),
       detail_(detail_params(options)) {
   switch (options.encoding.miss) {
     case MissPolicy::keep:

@@ -36,7 +36,8 @@ class Own : public MapMaker {
         two_sided_(request.options.match.two_sided),
         origin_(map_origin(request.options, request.source.frame)),
         kernel_(context_.kernel_with("own", "kiln_own_values", map.source, map.file)),
-        shading_(context_, std::span<const kiln_low_shading>(low_shading(request.surface))) {
+        shading_(context_, std::span<const kiln_low_shading>(
+                               low_shading(request.surface, /*with_uvs=*/true))) {
     triangles_ = cl::Array<std::uint32_t>(
         context_,
         std::span<const std::uint32_t>(source_.triangles[0].data(), source_.triangles.size() * 3));

@@ -34,10 +34,12 @@ void set_face_frame(const std::array<LowSurface::Corner, 3>& corners, kiln_low_s
 
 }  // namespace
 
-std::vector<kiln_low_shading> low_shading(const LowSurface& surface) {
+std::vector<kiln_low_shading> low_shading(const LowSurface& surface, bool with_uvs) {
   std::vector<kiln_low_shading> result(surface.triangles.size());
-  parallel_for(result.size(), 1 << 12, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin; i < end; ++i) {
+  const std::size_t count = with_uvs ? surface.with_uvs.size() : result.size();
+  parallel_for(count, 1 << 12, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t at = begin; at < end; ++at) {
+      const std::size_t i = with_uvs ? surface.with_uvs[at] : at;
       const auto& corners = surface.triangles[i];
       kiln_low_shading& shading = result[i];
       float sign = 0;

@@ -9,6 +9,7 @@
 namespace kiln {
 
 /// Corner normals, tangents and face frames of every triangle, in the surface's order.
-std::vector<kiln_low_shading> low_shading(const LowSurface& surface);
+/// \param with_uvs  of those alone, which texels show; zeros for all others: a texture set may have few
+std::vector<kiln_low_shading> low_shading(const LowSurface& surface, bool with_uvs = false);
 
 }  // namespace kiln

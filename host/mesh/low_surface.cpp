@@ -1,6 +1,7 @@
 #include "mesh/low_surface.h"
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <cstdio>
 #include <string>
@@ -55,17 +56,19 @@ bool has_area(const Vec3& a, const Vec3& b, const Vec3& c) {
   return size > 0 && std::isfinite(size);
 }
 
-bool has_direction(const Tangent& tangent) {
-  const double size = length(Vec3d(tangent.direction));
-  return size > 0 && std::isfinite(size);
-}
-
-/// The caller's own tangent, where it has a direction.
-void take_tangent(const Tangent& given, LowSurface::Corner& corner) {
-  if (!has_direction(given)) return;
+/// The caller's own tangent, where it has a direction: else returns false.
+bool take_tangent(const Tangent& given, LowSurface::Corner& corner) {
   const double size = length(Vec3d(given.direction));
+  if (!(size > 0 && std::isfinite(size))) return false;
   corner.tangent = to_float(Vec3d(given.direction) * (1 / size));
   corner.sign = given.sign < 0 ? -1.0F : 1.0F;
+  return true;
+}
+
+bool has_uvs(const std::array<LowSurface::Corner, 3>& corners) {
+  return std::all_of(corners.begin(), corners.end(), [](const LowSurface::Corner& corner) {
+    return std::isfinite(corner.uv.x) && std::isfinite(corner.uv.y);
+  });
 }
 
 bool has_uv_area(const std::array<LowSurface::Corner, 3>& corners) {
@@ -183,29 +186,25 @@ LowSurface LowSurface::without_uvs(const Mesh& low, const Frame& frame, const Me
 
 void LowSurface::lay_out(const Mesh& low) {
   const std::size_t count = triangles.size();
-  const bool all_given =
-      !low.tangents.empty() && std::all_of(low.tangents.begin(), low.tangents.end(), has_direction);
-  std::vector<Vec3> corner_position(all_given ? 0 : 3 * count), corner_normal(corner_position);
-  std::vector<Vec2> corner_uv(corner_position.size());
+  std::atomic<bool> all_given = !low.tangents.empty();
   parallel_for(count, 1 << 14, [&](std::size_t begin, std::size_t end) {
+    bool given = !low.tangents.empty();
     for (std::size_t t = begin; t < end; ++t) {
       for (std::size_t k = 0; k < 3; ++k) {
         Corner& corner = triangles[t][k];
         corner.uv = low.uvs[low.uv_triangles[t][k]];
-        if (all_given) {
-          take_tangent(low.tangents[3 * t + k], corner);
-          continue;
-        }
-        corner_position[3 * t + k] = corner.position;
-        corner_normal[3 * t + k] = corner.normal;
-        corner_uv[3 * t + k] = corner.uv;
+        given = given && take_tangent(low.tangents[3 * t + k], corner);
       }
     }
+    if (!given) all_given = false;
   });
-  bool any_mapped = false;
-  for (std::size_t t = 0; t < count && !any_mapped; ++t) {
-    any_mapped = usable[t] != 0 && has_uv_area(triangles[t]);
+  with_uvs.clear();
+  for (std::uint32_t t = 0; t < count; ++t) {
+    if (has_uvs(triangles[t])) with_uvs.push_back(t);
   }
+  const bool any_mapped = std::any_of(with_uvs.begin(), with_uvs.end(), [&](const std::uint32_t t) {
+    return usable[t] != 0 && has_uv_area(triangles[t]);
+  });
   if (!any_mapped) {
     throw Error(
         ErrorCode::input,
@@ -217,6 +216,18 @@ void LowSurface::lay_out(const Mesh& low) {
 
   copy_of.clear();
   if (all_given) return;
+  std::vector<Vec3> corner_position(3 * count), corner_normal(3 * count);
+  std::vector<Vec2> corner_uv(3 * count);
+  parallel_for(count, 1 << 14, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t t = begin; t < end; ++t) {
+      for (std::size_t k = 0; k < 3; ++k) {
+        const Corner& corner = triangles[t][k];
+        corner_position[3 * t + k] = corner.position;
+        corner_normal[3 * t + k] = corner.normal;
+        corner_uv[3 * t + k] = corner.uv;
+      }
+    }
+  });
   const std::vector<CornerTangent> tangents =
       mikk_tangents(corner_position, corner_normal, corner_uv);
   parallel_for(count, 1 << 14, [&](std::size_t begin, std::size_t end) {

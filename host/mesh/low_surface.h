@@ -29,6 +29,7 @@ struct LowSurface {
   };
   std::vector<std::array<Corner, 3>> triangles;
   std::vector<std::uint8_t> usable;  ///< 0 for triangles with a non-finite or degenerate position.
+  std::vector<std::uint32_t> with_uvs;  ///< Triangles whose UVs are finite: few, of a texture set
   static constexpr std::uint32_t kNoCopy = 0xFFFFFFFFU;
   /// For each triangle that shares its texels with another one, which is baked for both: that one; else
   /// kNoCopy. Empty where no triangle shares any.

@@ -128,13 +128,28 @@ std::vector<std::uint32_t> overlapping(const std::vector<UvPlace>& places, UvSqu
   return result;
 }
 
+/// The charts of the triangles that have UVs, of which a texture set's mesh may have few.
+std::vector<std::uint32_t> charts_of(const Mesh& low, const LowSurface& surface) {
+  Mesh part;
+  for (const std::uint32_t t : surface.with_uvs) {
+    part.triangles.push_back(low.triangles[t]);
+    part.uv_triangles.push_back(low.uv_triangles[t]);
+  }
+  part.positions = low.positions;
+  part.uvs = low.uvs;
+  const std::vector<std::uint32_t> charts = uv_charts(part);
+  std::vector<std::uint32_t> result(surface.triangles.size());
+  for (std::size_t i = 0; i < charts.size(); ++i) result[surface.with_uvs[i]] = charts[i];
+  return result;
+}
+
 }  // namespace
 
 void find_uv_copies(const Mesh& low, UvCopies rule, LowSurface& surface) {
   const std::size_t count = surface.triangles.size();
-  std::vector<UvPlace> places;         // of those triangles alone that have one: a texture set's may be few
+  std::vector<UvPlace> places;          // of those triangles alone that have one
   std::vector<std::uint32_t> laid_out;  // the triangle of each
-  for (std::uint32_t t = 0; t < count; ++t) {
+  for (const std::uint32_t t : surface.with_uvs) {
     if (surface.usable[t] == 0) continue;
     const UvPlace place = UvPlace::of(surface.triangles[t]);
     if (place.area == 0) continue;
@@ -144,7 +159,7 @@ void find_uv_copies(const Mesh& low, UvCopies rule, LowSurface& surface) {
   UvSquares baked(places);
   std::vector<std::uint32_t> order = overlapping(places, baked);
   if (order.empty()) return;
-  const std::vector<std::uint32_t> chart = uv_charts(low);
+  const std::vector<std::uint32_t> chart = charts_of(low, surface);
   std::vector<std::uint64_t> rank(places.size());
   for (const std::uint32_t i : order) {
     const UvPlace& place = places[i];

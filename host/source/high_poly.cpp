@@ -192,7 +192,7 @@ std::shared_ptr<LowSurface> Source::Impl::low_surface(const Mesh& low, const Mes
     made.surface = std::exchange(last_low_, {}).surface;
   }
   // Another layout takes the place of one that nobody holds any more, as each texture set's does.
-  LowSurface surface = made.surface == nullptr            ? LowSurface::without_uvs(low, frame)
+  LowSurface surface = made.surface == nullptr         ? LowSurface::without_uvs(low, frame)
                        : made.surface.use_count() == 1 ? std::move(*made.surface)
                                                        : *made.surface;
   surface.lay_out(low);

@@ -93,6 +93,7 @@ class DetailScene {
     }
     surface.triangles.push_back(corners);
     surface.usable.push_back(1);
+    surface.with_uvs.push_back(static_cast<std::uint32_t>(surface.with_uvs.size()));
   }
   void add_sample(std::vector<std::uint32_t>& low_triangle,
                   std::vector<std::uint32_t>& hit_triangle) {

@@ -1,6 +1,8 @@
 // Texture sets: several layouts of one low poly, each with maps of its own.
 #include <algorithm>
+#include <cmath>
 #include <cstdint>
+#include <limits>
 #include <set>
 #include <utility>
 
@@ -253,6 +255,32 @@ void take_sets(BakeRun& run, SetsBy by, bool chosen) {
   }
 }
 
+/// For a trial: some thousand triangles of a large LOW, each with all that have its UVs in any tile. The others lose
+/// their UVs; tangents are any, since MikkTSpace's take long.
+Mesh thinned(Mesh low) {
+  constexpr double kTriangles = 8192;
+  constexpr double kCells = 1024;  // a side of the unit square: those of a part of them are kept
+  constexpr std::uint32_t kOrders = 1U << 16U;
+  const double share = kTriangles / static_cast<double>(low.triangles.size());
+  const auto nowhere = static_cast<std::uint32_t>(low.uvs.size());
+  constexpr float kNaN = std::numeric_limits<float>::quiet_NaN();
+  low.uvs.push_back({kNaN, kNaN});
+  low.tangents.assign(3 * low.triangles.size(), {{1, 0, 0}, 1});
+  for (Triangle& corners : low.uv_triangles) {
+    double u = 0, v = 0;
+    for (const std::uint32_t corner : corners) {
+      u += double{low.uvs[corner].x} / 3;
+      v += double{low.uvs[corner].y} / 3;
+    }
+    if (!std::isfinite(u) || !std::isfinite(v)) continue;
+    const auto column = static_cast<std::uint32_t>((u - std::floor(u)) * kCells);
+    const auto row = static_cast<std::uint32_t>((v - std::floor(v)) * kCells);
+    const std::uint32_t order = (column * 0x9E3779B1U ^ row * 0x85EBCA77U) * 0xC2B2AE3DU >> 16U;
+    if (order >= share * kOrders) corners = {nowhere, nowhere, nowhere};
+  }
+  return low;
+}
+
 /// True if charts of several tiles have the same UVs there, but stand for other places of HIGH.
 bool are_tiles(const BakeRun& run, const Source& source) {
   constexpr double kMostDiffer =
@@ -269,9 +297,7 @@ bool are_tiles(const BakeRun& run, const Source& source) {
     options.match.two_sided = match.two_sided;
     options.match.uv_copies = match.uv_copies;
     options.report.recall = 0;
-    Mesh low = run.low.mesh;
-    low.tangents.assign(3 * low.triangles.size(), {{1, 0, 0}, 1});  // any: MikkTSpace's take long
-    return bake(source, low, options).report.uv_copies_differ > kMostDiffer;
+    return bake(source, thinned(run.low.mesh), options).report.uv_copies_differ > kMostDiffer;
   } catch (const Error&) {
     return false;  // The bake itself will say what is wrong.
   }
