@@ -238,7 +238,7 @@ void make_cage(BakeRun& run, const Source& source) {
   run.stages.cage = run.watch.lap();
 }
 
-/// Error of rendered normals of LOW with a small map of its own, mean degrees; with nothing found, none.
+/// How far rendered normals of LOW with a small map of its own are off HIGH's, mean degrees; with nothing found, none.
 std::optional<double> normals_off(const BakeRun& run, const Device& device, const Source& source,
                                   const Mesh& low, const NormalReference& reference) {
   constexpr std::uint32_t kMostTexels = 512;
