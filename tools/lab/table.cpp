@@ -1,11 +1,10 @@
 #include "lab/table.h"
 
 #include <cmath>
-#include <cstdarg>
-#include <cstdio>
 #include <stdexcept>
 #include <string_view>
 
+#include "arguments/parse.h"
 #include "report/console.h"
 
 namespace kiln::cli {
@@ -42,17 +41,6 @@ std::string csv_cell(const Json& cell) {
 }
 
 }  // namespace
-
-std::string formatted(const char* format, ...) {
-  std::va_list values, again;
-  va_start(values, format);
-  va_copy(again, values);
-  std::string text(static_cast<std::size_t>(std::vsnprintf(nullptr, 0, format, values)), '\0');
-  va_end(values);
-  std::vsnprintf(text.data(), text.size() + 1, format, again);
-  va_end(again);
-  return text;
-}
 
 std::string join(const std::vector<std::string>& parts, const char* between) {
   std::string text;

@@ -6,12 +6,11 @@
 #include <string_view>
 #include <vector>
 
+#include "arguments/parse.h"
 #include "report/json.h"
 
 namespace kiln::cli {
 
-/// As printf().
-[[gnu::format(printf, 1, 2)]] std::string formatted(const char* format, ...);
 std::string join(const std::vector<std::string>& parts, const char* between);
 /// A number as people write it: "0.05", "2000".
 std::string text_of(double value);

@@ -9,6 +9,7 @@
 
 #include "arguments/bake_job.h"
 #include "arguments/mesh_frame.h"
+#include "arguments/parse.h"
 #include "arguments/unwrap_option.h"
 
 namespace kiln::cli {
@@ -226,10 +227,8 @@ OptionValue views_value() {
 /// "0,1,0".
 template <typename Three>
 std::string three_text(const Three& values) {
-  char text[96];
-  std::snprintf(text, sizeof text, "%.9g,%.9g,%.9g", static_cast<double>(values[0]),
-                static_cast<double>(values[1]), static_cast<double>(values[2]));
-  return text;
+  return formatted("%.9g,%.9g,%.9g", static_cast<double>(values[0]), static_cast<double>(values[1]),
+                   static_cast<double>(values[2]));
 }
 std::string direction_text(const Vec3& d) { return three_text(std::array{d.x, d.y, d.z}); }
 

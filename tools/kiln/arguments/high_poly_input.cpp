@@ -117,10 +117,8 @@ void turn_normals(const std::string& which, Trusted trust, Mesh& mesh,
   const std::uint64_t turned = found.normals + found.faces;
   if (turned + found.strange == 0) return;
   const Vec3& place = mesh.positions[mesh.triangles[found.first][0]];
-  char text[160];
-  std::snprintf(text, sizeof text, ", one at (%.5g, %.5g, %.5g)", mesh.origin[0] + place.x,
-                mesh.origin[1] + place.y, mesh.origin[2] + place.z);
-  const std::string at = text;
+  const std::string at = formatted(", one at (%.5g, %.5g, %.5g)", mesh.origin[0] + place.x,
+                                   mesh.origin[1] + place.y, mesh.origin[2] + place.z);
   const std::string all = " of " + with_commas(mesh.triangles.size()) + " triangles";
   const char* remedy =
       " To be rid of this, let the program that made the mesh recalculate its normals, or export "
@@ -163,9 +161,7 @@ void turn_normals(const std::string& which, Trusted trust, Mesh& mesh,
 std::string why_inside_out(const Mesh& high, const Mesh& low) {
   const InwardParts found = inward_parts(high);
   if (found.count == 0 || inward_parts(low).count != 0) return {};
-  char text[240];
-  std::snprintf(
-      text, sizeof text,
+  const std::string text = formatted(
       "%s of %s that %s an inside %s inside out, one at (%.5g, %.5g, %.5g): rays meet the "
       "backs of its faces",
       with_commas(found.count).c_str(), plural(found.parts, "part").c_str(),

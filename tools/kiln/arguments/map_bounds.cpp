@@ -77,13 +77,10 @@ std::vector<MapBound> map_bounds(const BakeJob& a) {
 }
 
 std::string describe(const MapReached& map) {
-  char text[160];
   const std::string unit = map.unit.empty() ? "" : " " + std::string(map.unit);
-  std::snprintf(text, sizeof text,
-                "%s: %.3g%s off, %.3g wanted (root mean square at %s points of the surface)",
-                std::string(map.kind.name).c_str(), map.error, unit.c_str(), map.wanted,
-                with_commas(map.points).c_str());
-  return text;
+  return formatted("%s: %.3g%s off, %.3g wanted (root mean square at %s points of the surface)",
+                   std::string(map.kind.name).c_str(), map.error, unit.c_str(), map.wanted,
+                   with_commas(map.points).c_str());
 }
 
 Json bounds_json(const std::vector<MapReached>& bounds) {

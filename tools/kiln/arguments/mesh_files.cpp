@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "arguments/parse.h"
+#include "base/percent.h"
 
 namespace kiln::cli {
 namespace {
@@ -210,9 +211,9 @@ void warn_of_shared_texels(const MeshFiles& low, std::vector<Warning>& warnings)
     });
   }
   for (const auto& [files, shared] : pairs) {
-    char text[160];
-    std::snprintf(text, sizeof text, " overlap on %s of the unit square, at UV (%.4g, %.4g) ",
-                  in_percent(static_cast<double>(shared.cells) / (double{kGrid} * kGrid)).c_str(),
+    const std::string text =
+        formatted(" overlap on %s of the unit square, at UV (%.4g, %.4g) ",
+                  percent(static_cast<double>(shared.cells) / (double{kGrid} * kGrid), 2).c_str(),
                   shared.u, shared.v);
     warnings.push_back({"files-overlap",
                         "UVs of '" + files.first + "' and '" + files.second + "'" + text +

@@ -5,6 +5,7 @@
 #include <cctype>
 #include <charconv>
 #include <cmath>
+#include <cstdarg>
 #include <cstdio>
 #include <filesystem>
 #include <string_view>
@@ -249,22 +250,6 @@ Check number_from_0() {
       "NUMBER");
 }
 
-std::string in_percent(double share, int digits) {
-  constexpr double kMost = 1e6;
-  constexpr int kMostDecimals = 6;
-  const double value = 100 * share;
-  if (!(value < kMost)) return "over 1000000%";
-  int decimals = 0;
-  const double enough = std::pow(10.0, digits - 1);
-  for (double v = value; v > 0 && v < enough && decimals < kMostDecimals; v *= 10) ++decimals;
-  char text[32];
-  std::snprintf(text, sizeof text, "%.*f", decimals, value);
-  std::string number = text;
-  if (decimals > 0) number.erase(number.find_last_not_of('0') + 1);
-  if (number.back() == '.') number.pop_back();
-  return number + "%";
-}
-
 std::string of_diagonal(double share) {
   char text[48];
   if (share < 10) {
@@ -272,6 +257,17 @@ std::string of_diagonal(double share) {
   } else {
     std::snprintf(text, sizeof text, "%.3g times the diagonal", share);
   }
+  return text;
+}
+
+std::string formatted(const char* format, ...) {
+  std::va_list values, again;
+  va_start(values, format);
+  va_copy(again, values);
+  std::string text(static_cast<std::size_t>(std::vsnprintf(nullptr, 0, format, values)), '\0');
+  va_end(values);
+  std::vsnprintf(text.data(), text.size() + 1, format, again);
+  va_end(again);
   return text;
 }
 

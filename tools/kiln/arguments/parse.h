@@ -86,12 +86,11 @@ Check share_of_1();
 /// A check for options: a finite number, 0 or more.
 Check number_from_0();
 
-/// A share in percent, with so many digits that count but never an exponent: "0.0031%", "12%", "750%".
-std::string in_percent(double share, int digits = 2);
-
 /// "1.234% of the diagonal"; from ten on, "83 times the diagonal".
 std::string of_diagonal(double share);
 
+/// As printf().
+[[gnu::format(printf, 1, 2)]] std::string formatted(const char* format, ...);
 /// 12345678 as "12,345,678".
 std::string with_commas(std::uint64_t value);
 /// "1 seam" or "1,200 seams".

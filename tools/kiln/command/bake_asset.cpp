@@ -6,6 +6,7 @@
 #include <map>
 #include <set>
 
+#include "arguments/parse.h"
 #include "arguments/transfers.h"
 #include "base/fnv.h"
 #include "command/bake_run.h"
@@ -165,8 +166,7 @@ Json hashes_of(const std::vector<std::string>& files) {
     while (in.read(buffer.data(), static_cast<std::streamsize>(buffer.size())) || in.gcount() > 0) {
       hash = fnv1a({buffer.data(), static_cast<std::size_t>(in.gcount())}, hash);
     }
-    char text[24];
-    std::snprintf(text, sizeof text, "%016llx", static_cast<unsigned long long>(hash));
+    const std::string text = formatted("%016llx", static_cast<unsigned long long>(hash));
     json.push_back({{"file", std::filesystem::path(file).filename().string()}, {"fnv1a", text}});
   }
   return json;

@@ -134,9 +134,8 @@ bool save_lods(BakeRun& run) {
 }
 
 std::vector<std::string> lod_table(const LodChain& chain) {
-  char text[256];
-  std::snprintf(text, sizeof text, "%9s %9s %9s %9s %12s %10s %10s", "level", "from px", "faces",
-                "vertices", "map", "KiB", "measured");
+  std::string text = formatted("%9s %9s %9s %9s %12s %10s %10s", "level", "from px", "faces",
+                               "vertices", "map", "KiB", "measured");
   std::vector<std::string> lines = {text};
   for (std::size_t k = 0; k < chain.levels.size(); ++k) {
     const LodLevel& level = chain.levels[k];
@@ -145,10 +144,10 @@ std::vector<std::string> lod_table(const LodChain& chain) {
     const std::string map = chosen.size == 0  ? "none"
                             : !level.own_maps ? "that of 0"
                                               : size + " x " + size;
-    std::snprintf(text, sizeof text, "%9zu %9u %9s %9s %12s %10.1f %10.3g ± %.2g", k, level.screen,
-                  with_commas(chosen.faces).c_str(), with_commas(chosen.vertices).c_str(),
-                  map.c_str(), static_cast<double>(chosen.bytes.total()) / 1024, chosen.measured,
-                  chosen.standard_error);
+    text = formatted("%9zu %9u %9s %9s %12s %10.1f %10.3g ± %.2g", k, level.screen,
+                     with_commas(chosen.faces).c_str(), with_commas(chosen.vertices).c_str(),
+                     map.c_str(), static_cast<double>(chosen.bytes.total()) / 1024, chosen.measured,
+                     chosen.standard_error);
     lines.emplace_back(text);
   }
   return lines;

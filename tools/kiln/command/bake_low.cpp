@@ -69,14 +69,13 @@ void mind_seams(const BakeJob& arguments, LowMesh& low) {
   const std::vector<std::string> files = low_files(arguments);
   if (std::all_of(files.begin(), files.end(), is_own_obj)) return;
   const auto at = [&](double origin, float value) { return origin + double{value}; };
-  char text[256];
-  std::snprintf(text, sizeof text,
-                " has %s with smooth normals between flat faces, for example at (%.5g, %.5g, "
-                "%.5g), where the surface bends by %.0f "
-                "degrees. ",
-                plural(seams.between_flats, "UV seam").c_str(),
-                at(low.mesh.origin[0], seams.example.x), at(low.mesh.origin[1], seams.example.y),
-                at(low.mesh.origin[2], seams.example.z), seams.example_degrees);
+  const std::string text = formatted(
+      " has %s with smooth normals between flat faces, for example at (%.5g, %.5g, "
+      "%.5g), where the surface bends by %.0f "
+      "degrees. ",
+      plural(seams.between_flats, "UV seam").c_str(), at(low.mesh.origin[0], seams.example.x),
+      at(low.mesh.origin[1], seams.example.y), at(low.mesh.origin[2], seams.example.z),
+      seams.example_degrees);
   low.seam_warning = {"soft-seams",
                       "LOW " + in_words(low_files(arguments)) + text +
                           "Its normal map gets gradients there. Make these edges hard in the "

@@ -51,8 +51,7 @@ bool has_clusters(const std::string& map) {
 void warn_of_clamped(BakeRun& run, const BakedMap& map, const std::string& name) {
   const RangeExcess excess = beyond_range(map, run.result.coverage);
   if (holds_floats(run.save_options) || excess.texels == 0) return;
-  char value[32];
-  std::snprintf(value, sizeof value, "%.6g", double{excess.value});
+  const std::string value = formatted("%.6g", double{excess.value});
   const std::string example = std::string(value) + " at texel column " + std::to_string(excess.x) +
                               ", row " + std::to_string(excess.y);
   run.warnings.push_back(
@@ -139,8 +138,7 @@ void warn_of_format(BakeRun& run, const BakedMap& map, const std::string& name,
          1});
   };
   const auto number = [](double value) {
-    char text[32];
-    std::snprintf(text, sizeof text, "%.3g", value);
+    const std::string text = formatted("%.3g", value);
     return std::string(text);
   };
   if (half && most >= kMostHalf) {

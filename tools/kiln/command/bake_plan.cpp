@@ -1,6 +1,5 @@
 // A bake whose low poly, map and match are planned together.
 #include <algorithm>
-#include <cstdio>
 #include <utility>
 
 #include "arguments/bake_job.h"
@@ -45,15 +44,11 @@ std::string size_text(std::uint32_t size) {
 }
 
 std::string kib(std::uint64_t bytes) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%.1f", static_cast<double>(bytes) / 1024);
-  return text;
+  return formatted("%.1f", static_cast<double>(bytes) / 1024);
 }
 
 std::string degrees(double angle) {
-  char text[32];
-  std::snprintf(text, sizeof text, angle > 0 && angle < 0.001 ? "below 0.001" : "%.3g", angle);
-  return text;
+  return formatted(angle > 0 && angle < 0.001 ? "below 0.001" : "%.3g", angle);
 }
 
 bool same(const Candidate& a, const Candidate& b) { return a.faces == b.faces && a.size == b.size; }
@@ -86,19 +81,18 @@ Json trials_json(const std::vector<Candidate>& trials) {
 }  // namespace
 
 Warning plan_not_reached(const LowPolyPlan& plan, const std::string& place) {
-  char text[320];
+  std::string text;
   if (plan.chosen.measured <= plan.wanted) {
     if (!(plan.max_outline > 0 && plan.chosen.one_sided > plan.max_outline))
       return bounds_not_reached(plan.bounds, plan.chosen.size);
-    std::snprintf(text, sizeof text,
-                  "Outlines differ by %.2g%% of what either mesh covers%s, more than the %.2g%% of "
-                  "--max-outline: no low poly that was looked at comes nearer. Accept more, or "
-                  "simplify with --faces.",
-                  100 * plan.chosen.one_sided, place.c_str(), 100 * plan.max_outline);
+    text = formatted(
+        "Outlines differ by %.2g%% of what either mesh covers%s, more than the %.2g%% of "
+        "--max-outline: no low poly that was looked at comes nearer. Accept more, or "
+        "simplify with --faces.",
+        100 * plan.chosen.one_sided, place.c_str(), 100 * plan.max_outline);
     return {"outlines-not-reached", text, 1};
   }
-  std::snprintf(
-      text, sizeof text,
+  text = formatted(
       "No low poly with maps up to the given --size is expected to reach a mean error "
       "of %.3g degrees%s; what is written reaches %.3g. Allow a larger map, or accept more.",
       plan.wanted, place.c_str(), plan.chosen.measured);
@@ -130,12 +124,11 @@ void warn_of_outline(const LowPolyPlan& plan, const std::string& place,
   constexpr double kMuch = 0.05;
   const Candidate& chosen = plan.chosen;
   if (plan.max_outline > 0 || !(chosen.one_sided > kMuch)) return;
-  char text[320];
-  std::snprintf(text, sizeof text,
-                "The outlines of the low poly and the high poly differ%s: %.1f%% of what either "
-                "covers, one alone does. Thin or small parts shrink or are lost, which rendered "
-                "normals do not tell. Bound that (--max-outline 2%%), or ask for a smaller angle.",
-                place.c_str(), 100 * chosen.one_sided);
+  const std::string text = formatted(
+      "The outlines of the low poly and the high poly differ%s: %.1f%% of what either "
+      "covers, one alone does. Thin or small parts shrink or are lost, which rendered "
+      "normals do not tell. Bound that (--max-outline 2%%), or ask for a smaller angle.",
+      place.c_str(), 100 * chosen.one_sided);
   warnings.push_back({"outlines", text, 1});
 }
 
@@ -166,9 +159,8 @@ void take_plan(BakeRun& run, LowPolyPlan planned) {
 }
 
 std::vector<std::string> trade_table(const LowPolyPlan& plan) {
-  char text[256];
-  std::snprintf(text, sizeof text, "%9s %9s %12s %10s %10s", "faces", "vertices", "map", "KiB",
-                "degrees");
+  std::string text =
+      formatted("%9s %9s %12s %10s %10s", "faces", "vertices", "map", "KiB", "degrees");
   std::vector<std::string> lines = {text};
   std::vector<Candidate> rows = plan.trade;
   std::erase_if(rows, [&](const Candidate& row) { return row.size == plan.chosen.size; });
@@ -181,17 +173,17 @@ std::vector<std::string> trade_table(const LowPolyPlan& plan) {
       if (same(trial, row)) known = trial;
     }
     const bool made = known.measured >= 0;
-    std::snprintf(text, sizeof text, "%9s %9s %12s %10s %10s  %s%s", with_commas(row.faces).c_str(),
-                  with_commas(row.vertices).c_str(), size_text(row.size).c_str(),
-                  kib(row.bytes.total()).c_str(),
-                  degrees(made ? known.measured : row.expected).c_str(),
-                  made ? ("measured, ± " + degrees(known.standard_error)).c_str() : "expected",
-                  same(row, plan.chosen) ? "  <- chosen" : "");
+    text = formatted("%9s %9s %12s %10s %10s  %s%s", with_commas(row.faces).c_str(),
+                     with_commas(row.vertices).c_str(), size_text(row.size).c_str(),
+                     kib(row.bytes.total()).c_str(),
+                     degrees(made ? known.measured : row.expected).c_str(),
+                     made ? ("measured, ± " + degrees(known.standard_error)).c_str() : "expected",
+                     same(row, plan.chosen) ? "  <- chosen" : "");
     lines.emplace_back(text);
   }
   if (plan.max_outline > 0) {
-    std::snprintf(text, sizeof text, "outlines differ by %.2g%% of what either mesh covers",
-                  100 * plan.chosen.one_sided);
+    text = formatted("outlines differ by %.2g%% of what either mesh covers",
+                     100 * plan.chosen.one_sided);
     lines.emplace_back(text);
   }
   if (plan.chosen.size == 0 && plan.reached) {
@@ -234,8 +226,7 @@ Plot plan_plot(const LowPolyPlan& plan, const std::string& stem) {
   Json panel = {{"y_title", "Mean angle between rendered normals, degrees"},
                 {"curves", Json::array()},
                 {"levels", Json::array()}};
-  char text[96];
-  std::snprintf(text, sizeof text, "wanted: %.3g degrees", plan.wanted);
+  std::string text = formatted("wanted: %.3g degrees", plan.wanted);
   panel["levels"].push_back({{"title", text}, {"look", "none"}, {"y", plan.wanted}});
   std::vector<std::uint32_t> sizes;
   double least = 1e300, most = 0;
@@ -260,8 +251,8 @@ Plot plan_plot(const LowPolyPlan& plan, const std::string& stem) {
     }
     panel["curves"].push_back(std::move(curve));
   }
-  std::snprintf(text, sizeof text, "chosen: %s faces, map: %s",
-                with_commas(plan.chosen.faces).c_str(), size_text(plan.chosen.size).c_str());
+  text = formatted("chosen: %s faces, map: %s", with_commas(plan.chosen.faces).c_str(),
+                   size_text(plan.chosen.size).c_str());
   panel["rings"] = {{"title", text},
                     {"x", {static_cast<double>(plan.chosen.bytes.total()) / 1024}},
                     {"y", {plan.chosen.measured}}};

@@ -1,8 +1,8 @@
 // Summary of a bake.
-#include <cstdio>
 
 #include "arguments/map_bounds.h"
 #include "arguments/parse.h"
+#include "base/percent.h"
 #include "command/bake_run.h"
 #include "kiln/plan.h"
 #include "report/flags.h"
@@ -11,10 +11,8 @@ namespace kiln::cli {
 namespace {
 
 std::string percent(std::uint64_t part, std::uint64_t whole) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%.2f%%",
-                whole == 0 ? 0.0 : 100.0 * static_cast<double>(part) / static_cast<double>(whole));
-  return text;
+  return formatted(
+      "%.2f%%", whole == 0 ? 0.0 : 100.0 * static_cast<double>(part) / static_cast<double>(whole));
 }
 
 /// "outward 60.12%, inward 39.80%": the ways that found something.
@@ -34,20 +32,19 @@ std::string shares(const BakeReport& report) {
 
 /// One line about the views.
 std::string summary(const ViewReport& views, double diagonal) {
-  char text[320];
+  std::string text;
   const std::size_t count = views.directions.size();
-  std::snprintf(text, sizeof text,
-                "%zu view%s of %u x %u%s, a pixel is %.3g%% of the diagonal; %.1f%% of the high "
-                "poly has triangles smaller than that",
-                count, count == 1 ? "" : "s", views.size, views.size,
-                views.height_field ? " (a height field)" : "", 100 * views.pixel / diagonal,
-                100 * views.undersampled);
+  text = formatted(
+      "%zu view%s of %u x %u%s, a pixel is %.3g%% of the diagonal; %.1f%% of the high "
+      "poly has triangles smaller than that",
+      count, count == 1 ? "" : "s", views.size, views.size,
+      views.height_field ? " (a height field)" : "", 100 * views.pixel / diagonal,
+      100 * views.undersampled);
   std::string line = text;
   if (!views.coverage.empty()) {
     line += "; seen after each:";
     for (const double share : views.coverage) {
-      std::snprintf(text, sizeof text, " %.1f%%", 100 * share);
-      line += text;
+      line += formatted(" %.1f%%", 100 * share);
     }
   }
   return line;
@@ -55,9 +52,7 @@ std::string summary(const ViewReport& views, double diagonal) {
 
 /// One line about visibility.
 std::string summary(const VisibilityReport& visibility, std::uint32_t clusters) {
-  char text[320];
-  std::snprintf(
-      text, sizeof text,
+  return formatted(
       "visibility from %u directions by %s at %s %s in %.2f s; %s seen from none of them "
       "(%s have no neighbour that is seen, and keep the normal); standard deviation %.3f%s",
       visibility.directions, visibility.by_rays ? "rays" : "views",
@@ -66,7 +61,6 @@ std::string summary(const VisibilityReport& visibility, std::uint32_t clusters) 
       with_commas(visibility.without).c_str(), visibility.mean_deviation,
       clusters > 1 ? ("; " + with_commas(visibility.clustered) + " parted into clusters").c_str()
                    : "");
-  return text;
 }
 
 /// "rays, 512 x 512".
@@ -77,9 +71,7 @@ std::string in_words(const PlanTrial& trial) {
 
 /// One line about a plan.
 std::string summary(const PlannedBake& planned) {
-  char text[320];
-  std::snprintf(
-      text, sizeof text,
+  const std::string text = formatted(
       "chose %s: rendered normals are %.3g degrees off (mean over %u pictures of %u x %u; 95%%: "
       "%.3g; without the map %.3g; wanted %.3g)",
       in_words(planned.chosen).c_str(), planned.chosen.error.mean_degrees, kPlanViews, kPlanPixels,
@@ -88,53 +80,45 @@ std::string summary(const PlannedBake& planned) {
   std::string line = text;
   line += "; tried";
   for (const PlanTrial& trial : planned.trials) {
-    std::snprintf(text, sizeof text, "%s %s: %.3g", &trial == planned.trials.data() ? "" : ";",
-                  in_words(trial).c_str(), trial.error.mean_degrees);
-    line += text;
+    line += formatted("%s %s: %.3g", &trial == planned.trials.data() ? "" : ";",
+                      in_words(trial).c_str(), trial.error.mean_degrees);
   }
   line += "; with an endless map";
   for (const PlanLimit& limit : planned.limits) {
-    std::snprintf(text, sizeof text, "%s %s: %.3g", &limit == planned.limits.data() ? "" : ";",
-                  std::string(limit.method.name).c_str(), limit.error.mean_degrees);
-    line += text;
+    line += formatted("%s %s: %.3g", &limit == planned.limits.data() ? "" : ";",
+                      std::string(limit.method.name).c_str(), limit.error.mean_degrees);
   }
   if (planned.least > 0) {
-    std::snprintf(text, sizeof text, "; any way: at least %.3g", planned.least);
-    line += text;
+    line += formatted("; any way: at least %.3g", planned.least);
   }
   return line;
 }
 
 /// One line about the layouts.
 std::string summary(const UvReport& uv, double diagonal) {
-  char text[320];
-  std::snprintf(text, sizeof text,
-                "layouts: %s of the high poly's samples covered twice; surfaces %s of the "
-                "diagonal apart at the same UV on average, 95%% of the samples within %s",
-                percent(uv.overlapping, uv.covered).c_str(),
-                in_percent(uv.mean_distance / diagonal, 3).c_str(),
-                in_percent(uv.p95_distance / diagonal, 3).c_str());
-  return text;
+  return formatted(
+      "layouts: %s of the high poly's samples covered twice; surfaces %s of the "
+      "diagonal apart at the same UV on average, 95%% of the samples within %s",
+      percent(uv.overlapping, uv.covered).c_str(),
+      kiln::percent(uv.mean_distance / diagonal).c_str(),
+      kiln::percent(uv.p95_distance / diagonal).c_str());
 }
 
 /// "cage: 0.25% to 1.8% of the diagonal out, 0.25% to 0.6% in".
 std::string summary(const CageReport& cage, double diagonal) {
   const double percents = 100 / diagonal;
-  char text[160];
-  std::snprintf(text, sizeof text, "cage: %.3g%% to %.3g%% of the diagonal out",
-                percents * cage.outward_least, percents * cage.outward_most);
+  const std::string text = formatted("cage: %.3g%% to %.3g%% of the diagonal out",
+                                     percents * cage.outward_least, percents * cage.outward_most);
   std::string line = text;
   if (cage.kind != CageKind::shells) return line;
-  std::snprintf(text, sizeof text, ", %.3g%% to %.3g%% in", percents * cage.inward_least,
-                percents * cage.inward_most);
-  return line + text;
+  return line + formatted(", %.3g%% to %.3g%% in", percents * cage.inward_least,
+                          percents * cage.inward_most);
 }
 
 /// One line about where rays turn.
 std::string summary(const EdgeReport& edges, double diagonal) {
-  char text[240];
-  std::snprintf(
-      text, sizeof text, "hard edges: rays turn within %.3g%% of the diagonal (%.3g%% to %.3g%%)",
+  const std::string text = formatted(
+      "hard edges: rays turn within %.3g%% of the diagonal (%.3g%% to %.3g%%)",
       100 * edges.median / diagonal, 100 * edges.least / diagonal, 100 * edges.most / diagonal);
   if (edges.found == 0) return text;
   return text +
@@ -143,10 +127,8 @@ std::string summary(const EdgeReport& edges, double diagonal) {
 
 /// One line about what is on no texel.
 std::string summary(const HighCoverageReport& recall) {
-  char text[200];
-  std::snprintf(text, sizeof text, "recall: texels hold %.2f%% of HIGH's visible surface near LOW",
-                100 * (1 - recall.lost));
-  return text;
+  return formatted("recall: texels hold %.2f%% of HIGH's visible surface near LOW",
+                   100 * (1 - recall.lost));
 }
 
 std::string of_set(const BakedSet& set) {
@@ -161,9 +143,9 @@ void print_reasons(Console& console, const Reasons& reasons, std::uint64_t sampl
   for (const ReasonCount& count : reasons.counts) {
     if (count.reason == Reason::found) continue;
     const ReasonInfo& info = infos[static_cast<std::size_t>(count.reason)];
-    char text[256];
-    std::snprintf(text, sizeof text, ", such as at texel column %u, row %u (%.4g, %.4g, %.4g)",
-                  count.column, count.row, count.position[0], count.position[1], count.position[2]);
+    const std::string text =
+        formatted(", such as at texel column %u, row %u (%.4g, %.4g, %.4g)", count.column,
+                  count.row, count.position[0], count.position[1], count.position[2]);
     console.line(set + std::string(info.name) + ": " + with_commas(count.samples) + " samples (" +
                  percent(count.samples, samples) + ") " + with_flags(info.words) + text);
   }
@@ -171,38 +153,32 @@ void print_reasons(Console& console, const Reasons& reasons, std::uint64_t sampl
 
 std::string texels_line(const BakeReport& report, std::uint64_t map_texels,
                         const Source::Stats& source) {
-  char text[512];
   const std::uint64_t found = report.samples - report.missed;
   std::string searched;
   if (report.max_distance > 0) {
-    std::snprintf(text, sizeof text, ", search distance %.3g (%s)", report.max_distance,
-                  of_diagonal(report.max_distance / source.diagonal).c_str());
-    searched = text;
+    searched = formatted(", search distance %.3g (%s)", report.max_distance,
+                         of_diagonal(report.max_distance / source.diagonal).c_str());
   }
-  std::snprintf(text, sizeof text,
-                "%s of %s texels covered, %s matched (%s), %s samples missed (%s); mean distance "
-                "%.3g units (%s)%s",
-                with_commas(report.texels).c_str(), with_commas(map_texels).c_str(),
-                percent(found, report.samples).c_str(), shares(report).c_str(),
-                with_commas(report.missed).c_str(), percent(report.missed, report.samples).c_str(),
-                report.mean_abs_distance,
-                of_diagonal(report.mean_abs_distance / source.diagonal).c_str(), searched.c_str());
-  return text;
+  return formatted(
+      "%s of %s texels covered, %s matched (%s), %s samples missed (%s); mean distance "
+      "%.3g units (%s)%s",
+      with_commas(report.texels).c_str(), with_commas(map_texels).c_str(),
+      percent(found, report.samples).c_str(), shares(report).c_str(),
+      with_commas(report.missed).c_str(), percent(report.missed, report.samples).c_str(),
+      report.mean_abs_distance, of_diagonal(report.mean_abs_distance / source.diagonal).c_str(),
+      searched.c_str());
 }
 
 void print_totals(Console& console, const BakeReport& report, std::uint64_t map_texels,
                   const Source::Stats& source, const Stages& stages, double total) {
-  char text[512];
   if (map_texels > 0) console.line(texels_line(report, map_texels, source));
-  std::snprintf(
-      text, sizeof text,
+  console.line(formatted(
       "%.2f s: load %.2f, low poly %.2f, build %.2f, plan %.2f, texels %.2f, match %.2f, "
       "detail %.2f, recall %.2f, image %.2f, mip-maps %.2f, save %.2f; peak memory %llu MiB",
       total, stages.load, stages.low, stages.build + report.seconds_build, stages.plan,
       report.seconds_texels, report.seconds_match, report.seconds_detail, report.seconds_recall,
       report.seconds_image, report.seconds_mips, stages.save,
-      static_cast<unsigned long long>(peak_resident_bytes() >> 20));
-  console.line(text);
+      static_cast<unsigned long long>(peak_resident_bytes() >> 20)));
 }
 
 }  // namespace
@@ -211,12 +187,10 @@ void print_summary(BakeRun& run, const Source::Stats& source, double total) {
   Console& console = run.console;
   const BakeReport& report = run.result.report;
   if (run.low.simplified) {
-    char text[256];
-    std::snprintf(text, sizeof text, "low poly: %s of %s faces, within %.3f%% of the diagonal",
-                  with_commas(run.low.simplified->faces).c_str(),
-                  with_commas(run.low.simplified->input_faces).c_str(),
-                  run.low.simplified->error * 100);
-    console.line(text);
+    console.line(formatted("low poly: %s of %s faces, within %.3f%% of the diagonal",
+                           with_commas(run.low.simplified->faces).c_str(),
+                           with_commas(run.low.simplified->input_faces).c_str(),
+                           run.low.simplified->error * 100));
   }
   if (run.low.polygons.quads + run.low.polygons.larger > 0) {
     console.line("LOW: " + with_commas(run.low.polygons.quads) + " quads and " +
@@ -272,14 +246,11 @@ void print_summary(BakeRun& run, const Source::Stats& source, double total) {
   print_totals(console, report, run.sets.empty() ? map_texels : set_texels, source, run.stages,
                total);
   for (const MapError& error : report.errors) {
-    char text[256];
-    std::snprintf(
-        text, sizeof text,
+    console.line(formatted(
         "error of %s against %s: rms %.3g, mean %.3g, 95%% %.3g, most %.3g %s (%s texels)",
         std::string(error.kind.name).c_str(), std::string(error.against).c_str(), error.rms,
         error.mean, error.p95, error.max, std::string(error.unit).c_str(),
-        with_commas(error.texels).c_str());
-    console.line(text);
+        with_commas(error.texels).c_str()));
   }
   for (const std::string& output : run.outputs) console.line("wrote " + output);
 }

@@ -11,6 +11,7 @@
 #include "arguments/parse.h"
 #include "arguments/paths.h"
 #include "arguments/transfers.h"
+#include "base/percent.h"
 #include "command/bake_run.h"
 #include "commands.h"
 #include "interrupt.h"
@@ -31,9 +32,7 @@ Warning not_reached(const PlannedBake& planned) {
   if (planned.chosen.error.mean_degrees <= planned.wanted) {
     return bounds_not_reached(planned.bounds, planned.chosen.width);
   }
-  char text[320];
-  std::snprintf(
-      text, sizeof text,
+  const std::string text = formatted(
       "No match is expected to reach a mean error of %.3g degrees with this low poly and --size; "
       "the map written reaches %.3g. Give the low poly more faces, allow a larger map, or accept "
       "more.",
@@ -82,15 +81,12 @@ std::string missed_place(const BakeResult& result, const Mesh& low) {
 
 /// Check of a low poly that was made here: both meshes lie in one place.
 std::string misses_of_made(const BakeReport& report, double strays) {
-  char text[256];
-  std::snprintf(
-      text, sizeof text,
+  return formatted(
       "%s of the samples found no point of the high poly within the distance: the "
       "low poly strays up to %.1f%% of the diagonal. Ask for more faces, or raise "
       "--max-distance.",
-      in_percent(static_cast<double>(report.missed) / static_cast<double>(report.samples)).c_str(),
+      percent(static_cast<double>(report.missed) / static_cast<double>(report.samples), 2).c_str(),
       100 * strays);
-  return text;
 }
 
 /// The library knows neither the file nor what is asked for beside it.
@@ -138,9 +134,9 @@ double planning(const BakeReport& report, double all) {
 /// More was missed than --max-missed allows.
 std::string too_many_missed(const BakeJob& arguments, const BakeResult& result, const Mesh& low,
                             const std::string& path, double missed) {
-  char text[128];
-  std::snprintf(text, sizeof text, "%.4g%% of the samples were missed, but --max-missed is %.4g. ",
-                missed, arguments.max_missed_percent);
+  const std::string text =
+      formatted("%.4g%% of the samples were missed, but --max-missed is %.4g. ", missed,
+                arguments.max_missed_percent);
   const std::string message =
       "'" + path + "': " + text + (result.maps.empty() ? "" : missed_place(result, low));
   if (!arguments.load_match.empty()) {
@@ -287,11 +283,10 @@ void judge_seams(BakeRun& run, const Source& source) {
     return;
   }
   if (!as_is || !off || *off <= *as_is) return;
-  char text[240];
-  std::snprintf(text, sizeof text,
-                "--split-at-seams: with hard edges at its seams, LOW and its map are %.3g degrees "
-                "off HIGH's normals; as they are, %.3g. Its normals were left as they are.",
-                *off, *as_is);
+  const std::string text = formatted(
+      "--split-at-seams: with hard edges at its seams, LOW and its map are %.3g degrees "
+      "off HIGH's normals; as they are, %.3g. Its normals were left as they are.",
+      *off, *as_is);
   run.warnings.push_back({"seams-kept", text, low.soft_seams});
   low.mesh = other;
 }

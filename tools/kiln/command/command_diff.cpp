@@ -17,11 +17,7 @@ namespace kiln::cli {
 namespace {
 
 /// Values of files reach 1e38, whose digits nobody reads.
-std::string error_text(double value) {
-  char text[32];
-  std::snprintf(text, sizeof text, value < 1e6 ? "%.6f" : "%.6g", value);
-  return text;
-}
+std::string error_text(double value) { return formatted(value < 1e6 ? "%.6f" : "%.6g", value); }
 
 struct DiffArguments {
   std::string a, b, mask, out, json;
@@ -95,14 +91,13 @@ int run_diff(const DiffArguments& arguments) {
   if (arguments.max_error && difference.max_error > *arguments.max_error) within = false;
   if (!has_limit && difference.max_error > 0) within = false;
 
-  char text[320];
-  std::snprintf(text, sizeof text,
-                "%s texels: angle mean %.4f, 95%% %.4f, 99%% %.4f, max %.4f degrees; "
-                "channel error mean %s, max %s, worst at (%u, %u)",
-                std::to_string(difference.compared).c_str(), difference.mean_angle_degrees,
-                difference.p95_angle_degrees, difference.p99_angle_degrees,
-                difference.max_angle_degrees, error_text(difference.mean_error).c_str(),
-                error_text(difference.max_error).c_str(), difference.worst_x, difference.worst_y);
+  const std::string text = formatted(
+      "%s texels: angle mean %.4f, 95%% %.4f, 99%% %.4f, max %.4f degrees; "
+      "channel error mean %s, max %s, worst at (%u, %u)",
+      std::to_string(difference.compared).c_str(), difference.mean_angle_degrees,
+      difference.p95_angle_degrees, difference.p99_angle_degrees, difference.max_angle_degrees,
+      error_text(difference.mean_error).c_str(), error_text(difference.max_error).c_str(),
+      difference.worst_x, difference.worst_y);
   std::FILE* const to = arguments.json == "-" ? stderr : stdout;
   print_line(to, text);
   print_line(to, within ? "within" : has_limit ? "beyond the limits" : "different");

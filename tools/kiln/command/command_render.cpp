@@ -132,8 +132,7 @@ Image draw_picture(const RenderArguments& arguments, const Scene* high, const Sc
   AnglePictures angles;
   angles.add(*high, low, options);
   const Scale scale = angles.scale();
-  char text[64];
-  std::snprintf(text, sizeof text, "error: mean %.2f degrees", angles.mean(0));
+  const std::string text = formatted("error: mean %.2f degrees", angles.mean(0));
   panels.push_back({angles.picture(0, scale), {text}});
   return make_sheet(panels, scale, panels.size());
 }
@@ -174,10 +173,8 @@ Json time_frames(const RenderArguments& arguments, Console& console, const Scene
                  {"triangles", cost.triangles},
                  {"vertices", cost.vertices},
                  {"bytes", cost.bytes}};
-    char text[96];
-    std::snprintf(text, sizeof text, "%s %s %.2f ms (%s bytes)", line.back() == ':' ? "" : ",",
-                  name, cost.seconds_median * 1e3, with_commas(cost.bytes).c_str());
-    line += text;
+    line += formatted("%s %s %.2f ms (%s bytes)", line.back() == ':' ? "" : ",", name,
+                      cost.seconds_median * 1e3, with_commas(cost.bytes).c_str());
   };
   if (high != nullptr) add("reference", "high poly", *high, options);
   RenderOptions plain = options;

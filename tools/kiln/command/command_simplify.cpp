@@ -47,13 +47,11 @@ struct SimplifyArguments {
 
 /// The layout, in the words of the summary.
 std::string layout_words(std::uint64_t charts, double coverage, bool kept) {
-  char text[128];
   const char* const covers = charts == 1 ? kept ? "chart was kept, and covers" : "chart covers"
                              : kept      ? "charts were kept, and cover"
                                          : "charts cover";
-  std::snprintf(text, sizeof text, "%s %s %.0f%% of the texture", with_commas(charts).c_str(),
-                covers, coverage * 100);
-  return text;
+  return formatted("%s %s %.0f%% of the texture", with_commas(charts).c_str(), covers,
+                   coverage * 100);
 }
 
 /// UVs that lie farther outside of HIGH's charts than most textures go on around them.
@@ -61,11 +59,10 @@ void warn_of_uvs(const SimplifyReport& report, std::uint32_t size, std::vector<W
   constexpr double kMostTexels = 8;
   const double texels = report.uv_strays * size;
   if (!(texels > kMostTexels)) return;
-  char text[240];
-  std::snprintf(text, sizeof text,
-                "The low poly's UVs reach up to %.0f texels of %u out of HIGH's charts: textures "
-                "need as wide borders there. Ask for more faces, or for less error.",
-                texels, size);
+  const std::string text = formatted(
+      "The low poly's UVs reach up to %.0f texels of %u out of HIGH's charts: textures "
+      "need as wide borders there. Ask for more faces, or for less error.",
+      texels, size);
   warnings.push_back({"uv-strays", text, 1});
 }
 
@@ -139,17 +136,14 @@ int run_simplify(const SimplifyArguments& arguments) {
   const double coverage = arguments.keep_uvs ? report.coverage : unwrap_report.coverage;
   const std::uint64_t vertices = split_vertices(low);
   const bool by_error = arguments.faces == 0;
-  char back[48] = "", text[512];
-  if (by_error)
-    std::snprintf(back, sizeof back, " (%.4f%% the other way)", report.back_error * 100);
-  std::snprintf(
-      text, sizeof text,
+  std::string back;
+  if (by_error) back = formatted(" (%.4f%% the other way)", report.back_error * 100);
+  console.line(formatted(
       "wrote %s: %s of %s %s, %s vertices, deviation %.4f%% of the diagonal%s, %s, %.2f s",
       arguments.out.c_str(), with_commas(report.faces).c_str(),
       with_commas(report.input_faces).c_str(), report.input_faces == 1 ? "face" : "faces",
-      with_commas(vertices).c_str(), report.error * 100, back,
-      layout_words(charts, coverage, arguments.keep_uvs).c_str(), watch.total());
-  console.line(text);
+      with_commas(vertices).c_str(), report.error * 100, back.c_str(),
+      layout_words(charts, coverage, arguments.keep_uvs).c_str(), watch.total()));
   if (report.mended > 0) {
     console.line("mended " + plural(report.mended, "triangle") +
                  ", folded, without area or facing down");

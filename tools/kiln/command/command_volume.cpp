@@ -242,56 +242,46 @@ Json level_json(const ExtractResult& level, std::size_t number, const fs::path& 
 /// Prints what was chosen, and why.
 void print_choice(Console& console, const ExtractReport& r, const ExtractOptions& options) {
   const ExtractUsed& used = r.used;
-  char text[400];
   if (options.choose.error) {
-    std::snprintf(text, sizeof text,
-                  "chosen: error %.3g cells, which aims at %s faces, a twentieth of the full "
+    console.line(
+        formatted("chosen: error %.3g cells, which aims at %s faces, a twentieth of the full "
                   "contour's (--faces, --error)",
-                  used.error, with_commas(used.aimed_faces).c_str());
-    console.line(text);
+                  used.error, with_commas(used.aimed_faces).c_str()));
   }
   if (options.choose.topology) {
-    std::snprintf(text, sizeof text, "chosen: topology %s%s%s (--topology)",
-                  used.keep_topology ? "kept" : "free, since keeping it leaves ",
-                  used.keep_topology ? "" : with_commas(used.kept_faces).c_str(),
-                  used.keep_topology ? "" : " faces");
-    console.line(text);
+    console.line(formatted("chosen: topology %s%s%s (--topology)",
+                           used.keep_topology ? "kept" : "free, since keeping it leaves ",
+                           used.keep_topology ? "" : with_commas(used.kept_faces).c_str(),
+                           used.keep_topology ? "" : " faces"));
   }
   if (options.choose.min_part && r.dropped_parts != 0) {
-    std::snprintf(text, sizeof text,
-                  "chosen: %s of %s parts left out, each under %.3g%% of the largest (--min-part)",
-                  with_commas(r.dropped_parts).c_str(), with_commas(r.parts).c_str(),
-                  100 * used.min_part);
-    console.line(text);
+    console.line(formatted(
+        "chosen: %s of %s parts left out, each under %.3g%% of the largest (--min-part)",
+        with_commas(r.dropped_parts).c_str(), with_commas(r.parts).c_str(), 100 * used.min_part));
   }
   if (options.choose.size) {
-    std::snprintf(text, sizeof text, "chosen: map of %u x %u, %.2f texels a cell (--size)",
-                  used.size, used.size, r.texels_per_cell);
-    console.line(text);
+    console.line(formatted("chosen: map of %u x %u, %.2f texels a cell (--size)", used.size,
+                           used.size, r.texels_per_cell));
   }
 }
 
 void print_summary(Console& console, const ExtractReport& r, const ExtractOptions& options) {
   print_choice(console, r, options);
-  char text[400];
-  std::snprintf(text, sizeof text, "full contour: %s cells, %s vertices, %s quads, %s parts",
-                with_commas(r.contour.cells).c_str(), with_commas(r.contour.vertices).c_str(),
-                with_commas(r.contour.quads).c_str(), with_commas(r.parts).c_str());
-  console.line(text);
-  std::snprintf(
-      text, sizeof text,
+  console.line(formatted("full contour: %s cells, %s vertices, %s quads, %s parts",
+                         with_commas(r.contour.cells).c_str(),
+                         with_commas(r.contour.vertices).c_str(),
+                         with_commas(r.contour.quads).c_str(), with_commas(r.parts).c_str()));
+  console.line(formatted(
       "low poly: %s faces (%s quads, %s triangles), within %.3g cells, %s edges with more "
       "than two faces",
       with_commas(r.faces).c_str(), with_commas(r.quads).c_str(), with_commas(r.triangles).c_str(),
-      r.error, with_commas(r.non_manifold_edges).c_str());
-  console.line(text);
+      r.error, with_commas(r.non_manifold_edges).c_str()));
   for (const std::string& line : lines_of_flaws(r)) console.line(line);
-  std::snprintf(text, sizeof text,
-                "map: %u x %u, %s charts cover %.0f%%, %.2f texels a cell, %s texels from fine "
+  console.line(
+      formatted("map: %u x %u, %s charts cover %.0f%%, %.2f texels a cell, %s texels from fine "
                 "vertices",
                 r.used.size, r.used.size, with_commas(r.charts).c_str(), 100 * r.coverage,
-                r.texels_per_cell, with_commas(r.splatted_texels).c_str());
-  console.line(text);
+                r.texels_per_cell, with_commas(r.splatted_texels).c_str()));
 }
 
 Json json_of(const VolumeArguments& a) {
@@ -442,34 +432,28 @@ int run_volume(const VolumeArguments& a) {
   console.progress(1, "done");
   for (const Warning& warning : warnings) console.warning(warning.message);
   print_summary(console, r, options);
-  char text[400];
   for (std::size_t k = 0; a.lods != 0 && k < levels.size(); ++k) {
-    std::snprintf(text, sizeof text, "level %zu: %s faces within %.3g cells, map of %u x %u", k,
-                  with_commas(levels[k].report.faces).c_str(), levels[k].report.error,
-                  levels[k].normal_map.width, levels[k].normal_map.height);
-    console.line(text);
+    console.line(formatted("level %zu: %s faces within %.3g cells, map of %u x %u", k,
+                           with_commas(levels[k].report.faces).c_str(), levels[k].report.error,
+                           levels[k].normal_map.width, levels[k].normal_map.height));
   }
-  std::snprintf(text, sizeof text,
-                "%.2f s: load %.2f, scan %.2f, outer %.2f, hermite %.2f, vertices %.2f, quads "
+  console.line(
+      formatted("%.2f s: load %.2f, scan %.2f, outer %.2f, hermite %.2f, vertices %.2f, quads "
                 "%.2f, simplify %.2f, atlas %.2f, map %.2f, save %.2f",
                 watch.total(), load_seconds, r.contour.seconds_scan, r.contour.seconds_outer,
                 r.contour.seconds_hermite, r.contour.seconds_vertices, r.contour.seconds_quads,
-                r.seconds_simplify, r.seconds_atlas, r.seconds_map, save_seconds);
-  console.line(text);
+                r.seconds_simplify, r.seconds_atlas, r.seconds_map, save_seconds));
   if (baked) {
-    std::snprintf(text, sizeof text,
-                  "baked by %s from %s triangles: contour %.2f s, build %.2f, bake %.2f",
-                  a.match.c_str(), with_commas(baked->triangles).c_str(), baked->contour,
-                  baked->build, baked->bake);
-    console.line(text);
+    console.line(formatted("baked by %s from %s triangles: contour %.2f s, build %.2f, bake %.2f",
+                           a.match.c_str(), with_commas(baked->triangles).c_str(), baked->contour,
+                           baked->build, baked->bake));
     const BakeReport& bake = baked->report;
-    std::snprintf(text, sizeof text, "%s texels covered, %s of %s samples missed (%.1f%%)",
-                  with_commas(bake.texels).c_str(), with_commas(bake.missed).c_str(),
-                  with_commas(bake.samples).c_str(),
-                  bake.samples == 0
-                      ? 0.0
-                      : 100 * static_cast<double>(bake.missed) / static_cast<double>(bake.samples));
-    console.line(text);
+    console.line(formatted(
+        "%s texels covered, %s of %s samples missed (%.1f%%)", with_commas(bake.texels).c_str(),
+        with_commas(bake.missed).c_str(), with_commas(bake.samples).c_str(),
+        bake.samples == 0
+            ? 0.0
+            : 100 * static_cast<double>(bake.missed) / static_cast<double>(bake.samples)));
   }
   for (const std::string& output : outputs) console.line("wrote " + output);
   return 0;

@@ -1,9 +1,9 @@
 #include "command/render_parts.h"
 
 #include <algorithm>
-#include <cstdio>
 #include <filesystem>
 
+#include "arguments/parse.h"
 #include "kiln/measure.h"
 #include "kiln/render.h"
 #include "picture/view_arguments.h"
@@ -60,21 +60,21 @@ Json measure(Console& console, const Scene& high, const Scene& low, const Mesh& 
   const NormalReference reference(high, frame, views, 512, options.z_up);
   const NormalError without = reference.compare(low, true);
   Json json = {{"views", views.size()}, {"without_map", describe(without)}};
-  char text[256];
+  std::string text;
   if (has_map) {
     const NormalError with = reference.compare(low);
     json["with_map"] = describe(with);
-    std::snprintf(text, sizeof text,
-                  "rendered normals against the original, %zu views (this one and along the axes): "
-                  "mean %.2f degrees smooth "
-                  "without the map, %.2f with it (95%%: %.2f, %.2f)",
-                  views.size(), without.mean_degrees, with.mean_degrees, without.p95_degrees,
-                  with.p95_degrees);
+    text = formatted(
+        "rendered normals against the original, %zu views (this one and along the axes): "
+        "mean %.2f degrees smooth "
+        "without the map, %.2f with it (95%%: %.2f, %.2f)",
+        views.size(), without.mean_degrees, with.mean_degrees, without.p95_degrees,
+        with.p95_degrees);
   } else {
-    std::snprintf(text, sizeof text,
-                  "rendered normals against the original, %zu views: mean %.2f degrees (95%%: "
-                  "%.2f)",
-                  views.size(), without.mean_degrees, without.p95_degrees);
+    text = formatted(
+        "rendered normals against the original, %zu views: mean %.2f degrees (95%%: "
+        "%.2f)",
+        views.size(), without.mean_degrees, without.p95_degrees);
   }
   console.line(text);
   return json;
@@ -86,9 +86,8 @@ Image contact_sheet(const Scene& scene, std::uint32_t count, RenderOptions optio
   std::vector<Panel> panels;
   for (const Vec3& toward : spread_views(count)) {
     look_from(toward, options);
-    char text[64];
-    std::snprintf(text, sizeof text, "%zu: %.0f, %.0f", panels.size() + 1, options.azimuth_degrees,
-                  options.elevation_degrees);
+    const std::string text = formatted("%zu: %.0f, %.0f", panels.size() + 1,
+                                       options.azimuth_degrees, options.elevation_degrees);
     panels.push_back({scene.draw(options), {text}});
   }
   return make_sheet(panels);

@@ -1,7 +1,6 @@
 #include "picture/green.h"
 
-#include <cstdio>
-
+#include "arguments/parse.h"
 #include "kiln/measure.h"
 #include "kiln/render.h"
 
@@ -22,9 +21,7 @@ void check_green(const Device& device, const Mesh& mesh, NormalMap map, const Sc
   map.flip_y = !map.flip_y;
   const double turned = reference.compare(Scene(device, mesh, map)).mean_degrees;
   if (!(turned < kClearly * as_given)) return;
-  char text[256];
-  std::snprintf(
-      text, sizeof text,
+  const std::string text = formatted(
       "The map fits HIGH better with green %s: rendered normals are %.2f degrees off, not "
       "%.2f. %s --flip-y, or bake the map again for the other convention.",
       map.flip_y ? "down (DirectX)" : "up (OpenGL)", turned, as_given,

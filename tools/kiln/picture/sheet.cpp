@@ -4,17 +4,15 @@
 #include <cmath>
 #include <cstdio>
 
+#include "arguments/parse.h"
+
 namespace kiln::cli {
 namespace {
 
 constexpr std::int64_t kGap = 12, kBarWidth = 260, kBarHeight = 16, kSwatch = 16;
 constexpr auto kLine = static_cast<std::int64_t>(kTextHeight);
 
-std::string number(double value) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%g", value);
-  return text;
-}
+std::string number(double value) { return formatted("%g", value); }
 
 std::int64_t wide(const std::string& text) {
   return static_cast<std::int64_t>(std::ceil(text_width(text)));

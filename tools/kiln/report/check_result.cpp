@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdio>
 #include <string>
 
 #include "arguments/high_poly_input.h"
@@ -73,14 +72,14 @@ std::string why_boxes_part(const Mesh& high, const Mesh& low, bool moved) {
   };
   const Box a = box_of(high);
   const Box b = box_of(low);
-  char text[256];
+  std::string text;
   const double ratio = b.diagonal / a.diagonal;
   if (ratio > 3 || ratio < 1 / 3.0) {
     const double power = std::pow(10, std::round(std::log10(ratio)));
     const bool units = std::abs(ratio / power - 1) < 0.05;  // centimetres beside metres
     const bool exact = !units || std::abs(ratio / power - 1) < 0.0005;
-    std::snprintf(text, sizeof text, "LOW is %s%.3g times as large as HIGH; scale one of them",
-                  exact ? "" : "about ", units ? power : ratio);
+    text = formatted("LOW is %s%.3g times as large as HIGH; scale one of them",
+                     exact ? "" : "about ", units ? power : ratio);
     const std::string axes = swapped_axes(extents(a), extents(b), ratio);
     return text + (axes.empty() ? ", or say its --unit"
                                 : ", and swap " + axes + ", or say their --unit and --up");
@@ -94,9 +93,7 @@ std::string why_boxes_part(const Mesh& high, const Mesh& low, bool moved) {
            "; export both with the same up axis, or say --up";
   }
   if (moved && std::sqrt(squared) > 0.1 * a.diagonal) {
-    std::snprintf(text, sizeof text, "LOW lies %.4g units away from HIGH; move one of them",
-                  std::sqrt(squared));
-    return text;
+    return formatted("LOW lies %.4g units away from HIGH; move one of them", std::sqrt(squared));
   }
   return {};
 }

@@ -2,10 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <limits>
 #include <utility>
 #include <vector>
+
+#include "arguments/parse.h"
 
 namespace kiln::cli {
 namespace {
@@ -119,15 +120,12 @@ std::optional<MissedPatch> largest_missed_patch(std::span<const std::uint8_t> co
 
 std::string describe(const std::optional<MissedPatch>& patch) {
   if (!patch) return "No texel was missed as a whole.";
-  char text[256];
-  std::snprintf(
-      text, sizeof text,
+  return formatted(
       "The largest missed patch has %llu texel%s. Its middle lies at column %u, row %u, UV "
       "(%.4g, %.4g), position (%.5g, %.5g, %.5g).",
       static_cast<unsigned long long>(patch->texels), patch->texels == 1 ? "" : "s", patch->column,
       patch->row, double{patch->uv.x}, double{patch->uv.y}, patch->position[0], patch->position[1],
       patch->position[2]);
-  return text;
 }
 
 }  // namespace kiln::cli

@@ -242,9 +242,7 @@ void warn_of_lost_shape(const SimplifyReport& low, const char* remedy,
                         std::vector<Warning>& warnings) {
   constexpr double kLost = 0.05;
   if (low.error <= kLost) return;
-  char text[240];
-  std::snprintf(
-      text, sizeof text,
+  const std::string text = formatted(
       "The low poly strays up to %.1f%% of the diagonal from the high poly: thin or small "
       "parts are lost. %s",
       100 * low.error, remedy);
