@@ -50,7 +50,10 @@ std::filesystem::path test_data(const std::string& name) {
   return std::filesystem::path(KILN_TEST_DATA) / name;
 }
 
-std::string kiln_command() { return KILN_COMMAND; }
+std::string kiln_command() {
+  const char* const other = std::getenv("KILN_COMMAND");
+  return other != nullptr ? other : KILN_COMMAND;
+}
 
 std::string fault_library() { return KILN_FAULT_LIBRARY; }
 

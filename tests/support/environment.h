@@ -20,7 +20,7 @@ std::optional<std::filesystem::path> shared_data(const std::string& name);
 /// A file or folder of tests/data.
 std::filesystem::path test_data(const std::string& name);
 
-/// The kiln command that was built; empty where it was not.
+/// The kiln command that was built, or that the variable KILN_COMMAND names; empty where there is none.
 std::string kiln_command();
 
 /// tests/faults/shim.cpp as a library to load before a program; empty where it was not built.
