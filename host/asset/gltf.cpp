@@ -250,6 +250,7 @@ class GltfReader {
                            ? made.transform
                            : product(worlds[step.parent], made.transform));
       if (const auto mesh = node["mesh"].index_into(meshes)) {
+        made.mesh_extras = meshes.at(*mesh)["extras"].dump();
         std::string name = made.name.empty() ? meshes.at(*mesh)["name"].text() : made.name;
         if (name.empty()) name = "node " + std::to_string(step.node);
         if (node["skin"].exists()) ++skins_;

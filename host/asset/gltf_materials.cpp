@@ -127,6 +127,14 @@ class MaterialReader {
                              " for one), and these were left out: " + names + ".",
                          count);
     }
+    if (nearest_ != 0) {
+      file_.input().warn(
+          "nearest-filter",
+          counted(nearest_, "picture") + " of its materials (" + first_nearest_ +
+              " for one) would show hard texels (magFilter NEAREST), but Kiln "
+              "filters all linearly: enlarge them where maps are to have hard texels.",
+          nearest_);
+    }
     if (missing_ != 0) {
       file_.input().warn("picture-missing",
                          std::to_string(missing_) + " of its materials' pictures (" +
@@ -175,6 +183,10 @@ class MaterialReader {
     if (const auto index = texture["sampler"].index_into(file_.list("samplers"))) {
       const GltfValue sampler = file_.list("samplers").at(*index);
       result.wrap = {wrap_of(sampler, "wrapS"), wrap_of(sampler, "wrapT")};
+      constexpr std::uint64_t kNearest = 9728;
+      if (sampler["magFilter"].count(0) == kNearest && nearest_++ == 0) {
+        first_nearest_ = texture_info.place();
+      }
     }
     const GltfValue webp = texture["extensions"]["EXT_texture_webp"]["source"];
     const bool takes_webp = webp.exists() && (kReadsWebp || !texture["source"].exists());
@@ -223,8 +235,8 @@ class MaterialReader {
 
   const GltfFile& file_;
   std::map<std::size_t, MaterialPicture> pictures_;  // by image
-  std::uint64_t missing_ = 0, glossy_ = 0;
-  std::string first_missing_, first_left_;
+  std::uint64_t missing_ = 0, glossy_ = 0, nearest_ = 0;
+  std::string first_missing_, first_left_, first_nearest_;
   std::map<std::string, std::uint64_t> left_;  // extensions, and how many materials have them
 };
 

@@ -651,6 +651,11 @@ std::vector<fs::path> save_asset(const Mesh& low, std::span<const AssetMaterial>
       const std::string& name = low.objects.empty() ? low.name : low.object_names[object];
       json["nodes"][places.nodes[object]]["mesh"] = json["meshes"].size();
       json["meshes"].push_back({{"name", name}, {"primitives", Json::array()}});
+      const std::uint32_t node =
+          options.nodes.empty() ? AssetNode::kNone : options.object_nodes[object];
+      if (node != AssetNode::kNone && !options.nodes[node].mesh_extras.empty()) {
+        json["meshes"].back()["extras"] = parse_extras(options.nodes[node].mesh_extras, "a mesh");
+      }
     }
     const bool painted = material.pictures && material.pictures->has_color;
     json["meshes"].back()["primitives"].push_back(file.add_primitive(part, number, !low.uvs.empty(),

@@ -273,8 +273,8 @@ std::shared_ptr<const Image> changed(const Image& image, const Change& change, M
   throw Error(ErrorCode::input, in_words(material) + ": its picture of " + words_of(slot).name +
                                     " lies on the set of UVs " + std::to_string(needed) +
                                     ", but the mesh was read with set " + std::to_string(given) +
-                                    ". Export the file with one set of UVs, or give the picture "
-                                    "itself.");
+                                    ". Read it with that set (`uv-set`), export the file with "
+                                    "one set of UVs, or give the picture itself.");
 }
 
 /// Beyond a million, floats tell a picture's texels no longer apart, and colours would be noise.

@@ -144,6 +144,8 @@ std::string names_of(const Mesh& mesh, std::uint32_t triangle) {
     // Meshes of files without names have the file's as object and group.
     if (of.empty() || names.find("'" + list[of[triangle]] + "'") != std::string::npos) return;
     names += (names.empty() ? "" : ", ") + std::string(what) + " '" + list[of[triangle]] + "'";
+    std::replace(names.begin(), names.end(), '\n',
+                 ' ');  // of glTF's names; a message's lines are its own
   };
   add("object", mesh.objects, mesh.object_names);
   add("group", mesh.groups, mesh.group_names);

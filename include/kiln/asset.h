@@ -27,7 +27,8 @@ struct AssetNode {
   std::uint32_t parent = kNone;  ///< Index into Asset::nodes, below the node's own; kNone: a root
   std::array<double, 16> transform{1, 0, 0, 0, 0, 1, 0, 0,
                                    0, 0, 1, 0, 0, 0, 0, 1};  ///< To the parent, column-major
-  std::string extras;  ///< JSON of glTF's `extras`; empty: none
+  std::string extras;            ///< JSON of glTF's `extras`; empty: none
+  std::string mesh_extras = {};  ///< ... of its mesh
 };
 
 /// A mesh with its materials and the hierarchy it came from: what a glTF or FBX holds. The mesh has all nodes'
@@ -58,6 +59,7 @@ struct Asset {
 ///   instances-ignored   EXT_mesh_gpu_instancing: one of each is taken
 ///   bright-colors       vertex colours above 1: cut off
 ///   material-extensions KHR_materials_* whose looks no map holds (clearcoat, transmission...): left out
+///   nearest-filter      samplers of hard texels: taken as linear
 ///   picture-missing     pictures that are not there: the factor stands alone
 /// \throws Error(input), as load_mesh() and load_materials()
 /// Thread safety: may be called from several threads. Memory and time are linear in the files' sizes, and in what

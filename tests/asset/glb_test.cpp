@@ -274,6 +274,7 @@ TEST(SaveAsset, HierarchiesAreKept) {
       {"flat", 0, {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 0, 0, 0, 0, 0, 1}, ""},
       {"empty", 1, {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1}, ""}};
   options.object_nodes = {0, 1, 0, 2, 3};
+  options.nodes[1].mesh_extras = R"({"m":2})";
   const AssetMaterial material{.name = "m"};
   save_asset(low, std::span(&material, 1), path, options);
   const Parsed glb(path);
@@ -283,6 +284,10 @@ TEST(SaveAsset, HierarchiesAreKept) {
   }
   EXPECT_EQ(glb.head["nodes"][0]["matrix"], json(options.nodes[0].transform));
   EXPECT_EQ(glb.head["nodes"][0]["extras"], json::parse(R"({"k":1})"));
+  for (const json& mesh : glb.head["meshes"]) {
+    EXPECT_EQ(mesh.contains("extras"), mesh["name"] == "mirrored");
+  }
+  EXPECT_EQ(glb.head["meshes"][1]["extras"], json::parse(R"({"m":2})"));
   EXPECT_FALSE(glb.head["nodes"][3].contains("matrix"));
   EXPECT_FALSE(glb.head["nodes"][3].contains("mesh"));
   // A node that mirrors has no mesh of its own: programs do not agree on tangents there.

@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 #include <meshoptimizer.h>
 
+#include <algorithm>
 #include <cmath>
 #include <fstream>
 #include <map>
@@ -350,6 +351,22 @@ TEST(Gltf, SamplersSayWhatIsBeyondAPicture) {
   maker.json["samplers"][0]["wrapS"] = 1;
   const std::filesystem::path path = write_file("wraps.glb", maker.glb());
   EXPECT_THROW(load_asset(path), Error);
+}
+
+/// Maps are filtered linearly, whatever a sampler says.
+TEST(Gltf, HardTexelsAreTold) {
+  GltfMaker maker = painted_square();
+  maker.json["samplers"] = {{{"magFilter", 9729}, {"minFilter", 9728}}};
+  maker.json["textures"][0]["sampler"] = 0;
+  for (const bool nearest : {false, true}) {
+    if (nearest) maker.json["samplers"][0]["magFilter"] = 9728;
+    std::vector<Warning> warnings;
+    load_asset(write_file("hard.glb", maker.glb()), {}, &warnings);
+    const auto told = std::count_if(warnings.begin(), warnings.end(), [](const Warning& warning) {
+      return warning.code == "nearest-filter";
+    });
+    EXPECT_EQ(told, nearest ? 1 : 0);
+  }
 }
 
 TEST(Gltf, VertexColoursAreMultipliedWithTheBaseColour) {

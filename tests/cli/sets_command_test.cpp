@@ -6,6 +6,7 @@
 #include <set>
 
 #include "cli/command_scene.h"
+#include "kiln/asset.h"
 #include "support/json_file.h"
 
 namespace kiln {
@@ -54,6 +55,35 @@ TEST(SetsCommand, MaterialsThatOverlapGetMapsOfTheirOwn) {
   EXPECT_EQ(report["sets"][1]["height"], 16);
   EXPECT_EQ(report["texels"]["samples"], report["sets"][0]["texels"]["samples"].get<int>() +
                                              report["sets"][1]["texels"]["samples"].get<int>());
+}
+
+/// A LOW that Kiln makes or unwraps is one atlas, or has a square a material.
+TEST(SetsCommand, LayoutsOfKilnsOwnHaveSets) {
+  KILN_REQUIRE_DEVICE();
+  const fs::path scene = make_scene_of_sets(0);
+  const std::vector<std::string> made = {
+      "bake",  scene / "low.obj", "--faces", "100000", "--size",      "128",
+      "--out", scene / "m/a.glb", "--maps",  "normal", "--keep-inner"};
+  for (const bool given : {false, true}) {
+    std::vector<std::string> words = made;
+    if (given) words = with(command(scene), {"--unwrap", "--maps", "normal"});
+    expect_exit(run_kiln(with(words, {"--sets", "one"})), 0, {});
+    expect_exit(run_kiln(with(words, {"--sets", "material", "--size", "body=64", "--json",
+                                      scene / "r.json"})),
+                0, {});
+    const auto report = read_json(scene / "r.json");
+    ASSERT_EQ(report["sets"].size(), 2U);
+    EXPECT_EQ(report["sets"][1]["width"], 64);
+    for (const auto& set : report["sets"]) {
+      const double texels = set["width"].get<double>() * set["height"].get<double>();
+      EXPECT_GT(set["texels"]["samples"].get<double>(),
+                0.3 * texels);  // a square each, well filled
+    }
+    for (const auto& warning : report["warnings"]) EXPECT_NE(warning["code"], "uv-overlap");
+  }
+  const Asset asset = load_asset(scene / "m/a.glb");
+  EXPECT_EQ(asset.mesh.material_names.size(), 2U);
+  EXPECT_EQ(asset.materials[0].normal_map.bytes == asset.materials[1].normal_map.bytes, false);
 }
 
 TEST(SetsCommand, TilesAreNumbered) {

@@ -11,11 +11,15 @@
 
 namespace kiln::cli {
 
+bool lays_out_sets(const BakeJob& a) {
+  const bool by_names = a.sets == SetsBy::material || a.sets == SetsBy::object;
+  return by_names && (a.low.empty() || a.unwrap) && !is_height_field(a.high) && !plans_light(a) &&
+         !match_obeys(a, "match.uv");
+}
+
 std::string no_sets(const BakeJob& a) {
-  if (a.low.empty() || a.unwrap) {
-    return "parts a layout of LOW's own, but Kiln lays this one out in one atlas: leave it out.";
-  }
-  return "";
+  if (lays_out_sets(a) || (!a.low.empty() && !a.unwrap)) return "";
+  return "parts a layout of LOW's own, but Kiln lays this one out in one atlas: leave it out.";
 }
 
 std::optional<CleanOptions> clean_options(const BakeJob& a) {

@@ -137,6 +137,8 @@ std::string deviation_bound(const BakeJob& job);
 bool bounds_maps(const BakeJob& job);
 /// True if faces, map size and match are chosen together: no LOW, no --faces, but an error to reach.
 bool plans_low_poly(const BakeJob& job);
+/// True if Kiln lays LOW out and --sets asks for a square for each of its materials or objects.
+bool lays_out_sets(const BakeJob& job);
 /// Why a bake has one texture set whatever LOW is; empty: it may have several.
 std::string no_sets(const BakeJob& job);
 /// Parts an --out that ends in .glb, .gltf or .obj. \throws Error(usage) for what it cannot hold

@@ -416,7 +416,8 @@ std::vector<OptionRow> make_rows() {
        .value = choice(AT(sets), Words(kSets)),
        .help =
            "Texture sets, each with maps of its own: a set a material, object or UDIM tile of LOW, "
-           "or none; auto: by material or tile where they overlap otherwise"},
+           "or none (one); auto: by material or tile where they overlap otherwise. Where Kiln lays "
+           "LOW out, material and object give each a square of its own"},
       {.flag = "--maps",
        .group = kMap,
        .value = maps_value(),

@@ -121,11 +121,9 @@ inline constexpr Word<IdBy> kIdBy[] = {{"group", IdBy::group},
 inline constexpr Word<std::optional<PartsBy>> kPartsBy[] = {
     {"all", std::nullopt},       {"name", PartsBy::name},         {"group", PartsBy::group},
     {"object", PartsBy::object}, {"material", PartsBy::material}, {"list", PartsBy::list}};
-inline constexpr Word<std::optional<SetsBy>> kSets[] = {{"auto", std::nullopt},
-                                                        {"material", SetsBy::material},
-                                                        {"none", SetsBy::none},
-                                                        {"object", SetsBy::object},
-                                                        {"udim", SetsBy::udim}};
+inline constexpr Word<std::optional<SetsBy>> kSets[] = {
+    {"auto", std::nullopt},     {"material", SetsBy::material}, {"none", SetsBy::none},
+    {"object", SetsBy::object}, {"one", SetsBy::none},          {"udim", SetsBy::udim}};
 inline constexpr Word<UvCopies> kUvCopies[] = {
     {"first", UvCopies::first}, {"mirrored", UvCopies::mirrored}, {"plain", UvCopies::plain}};
 inline constexpr Word<TexelDensity> kDensities[] = {{"area", TexelDensity::area},

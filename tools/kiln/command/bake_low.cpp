@@ -83,6 +83,53 @@ void mind_seams(const BakeJob& arguments, LowMesh& low) {
                       seams.between_flats};
 }
 
+/// Lays out each material or object in a square of its own.
+Mesh unwrap_sets(const BakeJob& arguments, Mesh mesh, const UnwrapOptions& layout,
+                 UnwrapReport& report) {
+  const bool by_material = arguments.sets == SetsBy::material;
+  const auto& of = by_material ? mesh.materials : mesh.objects;
+  const auto& names = by_material ? mesh.material_names : mesh.object_names;
+  mesh.uvs.clear();
+  mesh.tangents.clear();
+  mesh.uv_triangles.assign(mesh.triangles.size(), {});
+  std::size_t sets = 0;
+  for (std::uint32_t set = 0; set < std::max<std::size_t>(names.size(), 1); ++set) {
+    const auto holds = [&](std::size_t t) { return of.empty() || of[t] == set; };
+    Mesh part;
+    part.name = of.empty() ? mesh.name : names[set];
+    part.origin = mesh.origin;
+    part.positions = mesh.positions;
+    for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+      if (holds(t)) part.triangles.push_back(mesh.triangles[t]);
+    }
+    if (part.triangles.empty()) continue;
+    UnwrapOptions own = layout;
+    for (const SetSize& size : arguments.set_sizes) {
+      if (size.set == part.name) own.size = std::min(size.width, size.height);
+    }
+    UnwrapReport told;
+    part = unwrap(part, own, &told);
+    const auto first = static_cast<std::uint32_t>(mesh.uvs.size());
+    mesh.uvs.insert(mesh.uvs.end(), part.uvs.begin(), part.uvs.end());
+    for (std::size_t t = 0, next = 0; t < mesh.triangles.size(); ++t) {
+      if (!holds(t)) continue;
+      const Triangle& uvs = part.uv_triangles[next++];
+      mesh.uv_triangles[t] = {first + uvs[0], first + uvs[1], first + uvs[2]};
+    }
+    report.charts += told.charts;
+    report.seconds += told.seconds;
+    report.coverage += (told.coverage - report.coverage) / static_cast<double>(++sets);
+    report.density_spread = std::max(report.density_spread, told.density_spread);
+    report.border_texels =
+        sets == 1 ? told.border_texels : std::min(report.border_texels, told.border_texels);
+    for (Warning& warning : told.warnings) {
+      warning.message = "'" + part.name + "': " + warning.message;
+      report.warnings.push_back(std::move(warning));
+    }
+  }
+  return mesh;
+}
+
 }  // namespace
 
 LowMesh prepare_low(const BakeJob& arguments, const HighPolyInput& dense, Console& console,
@@ -153,7 +200,9 @@ LowMesh prepare_low(const BakeJob& arguments, const HighPolyInput& dense, Consol
   }
   low.made = true;
   low.unwrapped.emplace();
-  low.mesh = unwrap(low.mesh, layout, &*low.unwrapped);
+  low.mesh = lays_out_sets(arguments)
+                 ? unwrap_sets(arguments, std::move(low.mesh), layout, *low.unwrapped)
+                 : unwrap(low.mesh, layout, &*low.unwrapped);
   if (low.simplified) low.mesh = fit_normals(low.mesh, high);
   if (arguments.split_at_seams) low.mesh = split_at_seams(low.mesh);
   low.mesh.name = low.stem;

@@ -28,7 +28,8 @@ std::string beginning(const std::string& text) {
 
 /// "Texture set 'glass'", for messages.
 std::string in_words(const TextureSet& set) {
-  const std::string name = beginning(set.name);
+  std::string name = beginning(set.name);
+  std::replace(name.begin(), name.end(), '\n', ' ');
   return "Texture set '" + name + (name.size() < set.name.size() ? "...'" : "'") +
          (set.tile.empty() ? "" : ", tile " + set.tile);
 }
