@@ -11,7 +11,9 @@
 #include <string>
 #include <vector>
 
+#include "base/counted.h"
 #include "base/parallel.h"
+#include "base/percent.h"
 #include "mesh/half_edge.h"
 #include "pack/bitmap_packing.h"
 #include "pack/box_packing.h"
@@ -33,6 +35,8 @@ constexpr std::size_t kMostSearched = 100, kMostBitmaps = 10000;
 constexpr double kWantedCoverage = 0.25, kWorthwhile = 1.3;
 /// Texels by detail are left alone where they are expected to gain less than this.
 constexpr double kLeastGain = 0.01;
+/// Share of the surface above which charts narrower than a texel are worth a warning: less is rims and fillets.
+constexpr double kMostNarrow = 0.25;
 
 /// A triangle by itself, as an equilateral one: what is too small for a place in a chart.
 FlatChart lone_chart(const ChartSurface& surface, ChartBorders& borders, std::uint32_t t,
@@ -298,12 +302,27 @@ Mesh write(const Mesh& mesh, const ChartSurface& surface, const std::vector<Flat
   return result;
 }
 
+/// A chart's area over half the length of its border: the width of a strip. As a share of the map's side.
+double width_of(const FlatChart& chart) {
+  double twice = 0, length = 0;
+  for (std::size_t i = 0; i < chart.boundary.size(); ++i) {
+    const Vec2d &a = chart.points[chart.boundary[i]],
+                &b = chart.points[chart.boundary[(i + 1) % chart.boundary.size()]];
+    twice += cross(a, b);
+    length += std::sqrt(dot(b - a, b - a));
+  }
+  return length > 0 ? twice / length / kSteps : 0;
+}
+
 void describe(const ChartSurface& surface, const std::vector<FlatChart>& charts, double padding,
               const UnwrapOptions& options, UnwrapReport& report) {
   report.charts = charts.size();
   report.border_texels = padding;
-  double weight = 0, sum = 0, squares = 0;
+  double weight = 0, sum = 0, squares = 0, narrow = 0;
+  std::uint64_t narrow_charts = 0;
   for (const FlatChart& chart : charts) {
+    const bool is_narrow = width_of(chart) * options.size < 1;
+    narrow_charts += is_narrow ? 1 : 0;
     for (std::size_t i = 0; i < chart.triangles.size(); ++i) {
       const Triangle& t = chart.triangles[i];
       const Vec2d& a = chart.points[t[0]];
@@ -313,6 +332,7 @@ void describe(const ChartSurface& surface, const std::vector<FlatChart>& charts,
       const double density = std::log2(flat) - std::log2(area);
       report.coverage += flat;
       weight += area, sum += area * density, squares += area * density * density;
+      if (is_narrow) narrow += area;
     }
   }
   const double mean = sum / weight;
@@ -327,6 +347,15 @@ void describe(const ChartSurface& surface, const std::vector<FlatChart>& charts,
                                    std::to_string(options.size) + "; it is " + text.data() +
                                    " texels: use a larger size or fewer faces",
                                report.charts});
+  }
+  if (narrow > kMostNarrow * weight) {
+    report.warnings.push_back(
+        {"narrow-charts",
+         counted(narrow_charts, "chart") + ", of " + percent(narrow / weight, 2) +
+             " of the surface, narrower than a texel at a size of " + std::to_string(options.size) +
+             ": maps blur there, and shading may be worse with than without them: use a larger "
+             "size or fewer faces",
+         narrow_charts});
   }
 }
 

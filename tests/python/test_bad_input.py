@@ -60,6 +60,16 @@ def test_vertices_and_faces(vertices, faces, code, parameter):
 
 
 @pytest.mark.no_device
+@pytest.mark.parametrize("number", [-1, 0, 2**40, 1.5, "x"])
+def test_counts(number):
+    refused(lambda: kiln.simplify(SQUARE, TWO, target=number), "option-range", "target")
+    refused(lambda: kiln.unwrap(SQUARE, TWO, size=number), "option-range", "size")
+    refused(lambda: kiln.unwrap(SQUARE, TWO, size=64, border=number), "option-range", "border")
+    refused(lambda: kiln.to_glb(SQUARE, TWO, texture_size=number), "option-range", "texture_size")
+    refused(lambda: kiln.to_glb(SQUARE, TWO, faces_target=number, texture_size=16), "option-range", "faces_target")
+
+
+@pytest.mark.no_device
 @pytest.mark.parametrize(
     "attributes, code, parameter",
     [

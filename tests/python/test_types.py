@@ -30,7 +30,7 @@ kiln.bake(low, low, smaples=2)
 
 
 @pytest.mark.no_device
-@pytest.mark.parametrize("checker", [["mypy", "--strict", "--allow-any-generics"], ["pyright"]], ids=["mypy", "pyright"])
+@pytest.mark.parametrize("checker", [["mypy", "--strict", "--allow-any-generics"], ["pyright", "--pythonpath", sys.executable]], ids=["mypy", "pyright"])
 def test_types(checker, tmp_path):
     pytest.importorskip(checker[0])
     environment = {**os.environ, "MYPYPATH": str(PACKAGE.parent), "MYPY_CACHE_DIR": str(tmp_path / "cache")}

@@ -206,6 +206,31 @@ TEST(Charts, BordersAsAskedOrShrunkWithAWarning) {
   EXPECT_EQ(report.warnings[0].code, "border-shrunk");
 }
 
+/// Strips of 250 times their width, as hair leaves: a map cannot hold what each shows, and says so.
+TEST(Charts, NarrowerThanATexelAreTold) {
+  std::vector<Vec3> points;
+  std::vector<Triangle> triangles;
+  for (std::uint32_t i = 0; i < 200; ++i) {
+    const auto height = static_cast<float>(i);
+    for (const float x : {0.0F, 1.0F}) {
+      for (const float y : {0.0F, 0.004F}) points.push_back({x, y, height});
+    }
+    triangles.push_back({4 * i, 4 * i + 2, 4 * i + 3});
+    triangles.push_back({4 * i, 4 * i + 3, 4 * i + 1});
+  }
+  const auto narrow = [&](std::uint32_t size) {
+    UnwrapReport report;
+    unwrap(of(points, triangles), {.method = UnwrapMethod::charts, .size = size}, &report);
+    std::uint64_t count = 0;
+    for (const Warning& warning : report.warnings) {
+      if (warning.code == "narrow-charts") count += warning.count;
+    }
+    return count;
+  };
+  EXPECT_EQ(narrow(128), 200U);
+  EXPECT_EQ(narrow(4096), 0U);
+}
+
 TEST(Charts, AnyScaleGivesTheSameLayout) {
   Mesh mesh = test::torus(16, 8);
   const UnwrapOptions options{.method = UnwrapMethod::charts, .size = 256};

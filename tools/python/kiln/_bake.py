@@ -188,7 +188,7 @@ class Bake(Mapping[str, "np.ndarray"]):
     def __init__(self, core: _core.BakeCore, keywords: Mapping[str, Any] | None = None) -> None:
         self._core = core
         self._keywords = dict(keywords or {})  # how its normals are to be read
-        self._endings = "", ""  # of its files' names before and after the map's: those of a texture set
+        self._endings: tuple[str, str] = "", ""  # of its files' names before and after the map's: those of a texture set
         self.report = Report(core.report)
 
     def __getitem__(self, name: str) -> np.ndarray:

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import operator
 import re
 import warnings as _warnings
 from contextvars import ContextVar
+from typing import Any
 
 
 class Error(RuntimeError):
@@ -51,6 +53,18 @@ def from_core(message: str, code: str, kind: str) -> Error:
         parameter = message.partition(":")[0]
     message = _FLAG.sub(lambda found: found.group(1).replace("-", "_"), message)
     return (Cancelled if kind == "cancelled" else Error)(message, code, kind, parameter)
+
+
+def count_of(value: Any, parameter: str, least: int, most: int) -> int:
+    """The whole number that a caller gave."""
+    try:
+        number = operator.index(value)
+    except TypeError:
+        number = least - 1
+    if least <= number <= most:
+        return number
+    text = f"{parameter}: {value!r}: expected a whole number, {least} to {most}."
+    raise Error(text, "option-range", "usage", parameter)
 
 
 #: What is baked at this moment of a low poly in texture sets, whose other sets have no UVs then.

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 from . import _core
 from ._bake import Bake, Source, bake, match, words_of
 from ._core import Mesh
-from ._errors import Error
+from ._errors import Error, count_of
 from ._meshes import as_mesh
 from ._plan import plan
 from ._progress import callback_of
@@ -305,6 +305,8 @@ def to_glb(
         maps = ["normal", "ao"] + (["color"] if high.colors is not None and sample is None else [])
     maps = [maps] if isinstance(maps, str) else list(maps)
     _check_slots("maps", maps)
+    texture_size = count_of(texture_size, "texture_size", 16, 16384)
+    faces_target = count_of(faces_target, "faces_target", 1, 2**31)
     words_of({"size": texture_size, **{key: value for key, value in keywords.items() if key != "match"}})
     for name in ("space", "flip_y", "two_component", "raw", "mips", "visibility_clusters"):
         if keywords.get(name):

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import operator
 from typing import Any
 
 from . import _core
 from ._core import Mesh
-from ._errors import Error
+from ._errors import count_of
 from ._meshes import as_mesh
 from ._progress import callback_of
 
@@ -41,10 +40,7 @@ def simplify(
     (4, 3)
     """
     high = as_mesh(mesh if faces is None else (mesh, faces))
-    count = 0 if target is None else operator.index(target)
-    if target is not None and count < 1:
-        text = f"target: {count} triangles are none: give 1 or more, or max_error alone."
-        raise Error(text, "option-range", "usage", "target")
+    count = 0 if target is None else count_of(target, "target", 1, 2**31)
     return _core.simplify(high, count, max_error, keep_uvs, hull, keep_parts, True, callback_of(progress))
 
 
@@ -123,4 +119,6 @@ def unwrap(
     """
     low = as_mesh(mesh if faces is None else (mesh, faces))
     detail = None if detail_of is None else as_mesh(detail_of, "detail_of")
+    size = count_of(size, "size", 16, 65536)
+    border = None if border is None else count_of(border, "border", 1, size // 4)
     return _core.unwrap(low, size, method, border, detail, callback_of(progress))
