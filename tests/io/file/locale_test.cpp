@@ -108,8 +108,9 @@ TEST(Locale, FilesAreTheSameInAll) {
     SCOPED_TRACE(name);
     const std::string utf8 = name + ".utf8";
     // It wants a standard input.
-    const auto made = test::run_process({"/bin/sh", "-c", "localedef -i $0 -f UTF-8 \"$1\" </dev/null",
-                                         name, (folder / utf8).string()});
+    const auto made =
+        test::run_process({"/bin/sh", "-c", "localedef -i $0 -f UTF-8 \"$1\" </dev/null", name,
+                           (folder / utf8).string()});
     if (made.exit_code != 0) GTEST_SKIP() << "No package 'locales'? " << made.errors;
     const Locale locale(utf8);
     ASSERT_EQ(std::setlocale(LC_ALL, nullptr), utf8);
