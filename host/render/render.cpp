@@ -292,8 +292,10 @@ Image Scene::Impl::trace(const Camera& camera, const RenderOptions& options, boo
   // With a part of it: its samples on the device and its colours on both sides, none of them touched until then.
   constexpr std::uint64_t kBytesOfSample =
       7 * sizeof(float) + KILN_SURFACE_PLANES * sizeof(float) + 2 + 17;
+  constexpr std::uint64_t kBytesOfLaunches = 12 << 20;  // PoCL keeps 11 MiB while it draws
   require_memory("The picture",
-                 std::uint64_t{camera.width} * camera.height * 3 * sizeof(float) +
+                 kBytesOfLaunches +
+                     std::uint64_t{camera.width} * camera.height * 3 * sizeof(float) +
                      kBytesOfSample * params.capacity +
                      std::uint64_t{6} * sizeof(float) * tiles_per_part * kTilePixels);
   cl::Context& context = context_of(device);
