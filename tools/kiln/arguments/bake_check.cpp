@@ -13,8 +13,8 @@ namespace kiln::cli {
 
 bool lays_out_sets(const BakeJob& a) {
   const bool by_names = a.sets == SetsBy::material || a.sets == SetsBy::object;
-  return by_names && (a.low.empty() || a.unwrap) && !is_height_field(a.high) && !plans_light(a) &&
-         !match_obeys(a, "match.uv");
+  return by_names && (a.low.empty() || a.unwrap) && !is_height_field(a.high) &&
+         !plans_low_poly(a) && !match_obeys(a, "match.uv");
 }
 
 std::string no_sets(const BakeJob& a) {
