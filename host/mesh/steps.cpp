@@ -174,14 +174,14 @@ std::string stretched_box(const SteppedMesh& mesh) {
   });
   if (some.empty()) return {};
   const Bulk bulk(mesh, some);
-  double farthest = 0;
+  if (bulk.radius == 0) return {};
+  double farthest = kAbsurd * bulk.radius;
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
-    if (!mesh.counts(t)) continue;
-    for (const std::uint32_t v : mesh.triangles[t]) {
-      farthest = std::max(farthest, bulk.distance(mesh, v));
-    }
+    double reach = 0;
+    for (const std::uint32_t v : mesh.triangles[t]) reach = std::max(reach, bulk.distance(mesh, v));
+    if (reach > farthest && mesh.counts(t)) farthest = reach;  // few are asked whether they count
   }
-  if (bulk.radius == 0 || !(farthest > kAbsurd * bulk.radius)) return {};
+  if (farthest == kAbsurd * bulk.radius) return {};
   const std::string far = outliers(mesh, kAbsurd);
   if (far.empty()) return {};
   char text[80];

@@ -1,4 +1,4 @@
-// A low poly from a high poly: see kiln/lowpoly.h.
+// A low poly from a high poly: see kiln/simplify.h.
 #include "kiln/simplify.h"
 
 #include <algorithm>

@@ -1,4 +1,4 @@
-// Texture coordinates: see kiln/lowpoly.h.
+// Texture coordinates: see kiln/unwrap.h.
 #include "kiln/unwrap.h"
 
 #include <chrono>
