@@ -42,14 +42,3 @@ if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
   # both: other bytes than elsewhere, and a low poly whose checks saw other vertices than its file has.
   target_compile_options(kiln_compile INTERFACE -fno-tree-slp-vectorize)
 endif()
-
-# kiln_compile_together(FOLDER GROUP FILE...): compiles files of a folder as one, since headers take longer than
-# most files do. No two of a group have a name of an unnamed namespace, a macro or an alias in common. A file of no
-# group is compiled alone. The target says
-# UNITY_BUILD ${KILN_TOGETHER} UNITY_BUILD_MODE GROUP. kiln_also_compiled_in: folders of other targets that hold the
-# same files.
-function(kiln_compile_together folder group)
-  list(TRANSFORM ARGN PREPEND "${CMAKE_CURRENT_SOURCE_DIR}/${folder}/")
-  set_source_files_properties(${ARGN} DIRECTORY ${CMAKE_CURRENT_SOURCE_DIR} ${kiln_also_compiled_in}
-    PROPERTIES UNITY_GROUP ${group})
-endfunction()

@@ -1,6 +1,4 @@
 // --view-weight FILE, and small files in general.
-#include "arguments/likelihoods.h"
-
 #include <gtest/gtest.h>
 #include <sys/stat.h>
 
@@ -10,7 +8,8 @@
 #include <string>
 #include <vector>
 
-#include "arguments/small_file.h"
+#include "arguments/files.h"
+#include "arguments/lists.h"
 #include "kiln/error.h"
 #include "support/environment.h"
 

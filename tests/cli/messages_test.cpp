@@ -9,10 +9,9 @@
 
 #include "kiln/error.h"
 #include "kiln/mesh.h"
-#include "report/causes.h"
+#include "report/check_result.h"
 #include "report/console.h"
 #include "report/flags.h"
-#include "report/missed_patch.h"
 
 namespace kiln::cli {
 namespace {

@@ -6,7 +6,7 @@
 #include <string_view>
 #include <vector>
 
-#include "arguments/cage_file.h"
+#include "arguments/match_inputs.h"
 #include "asset/mesh_reader.h"
 #include "kiln/error.h"
 #include "mesh/cage.h"

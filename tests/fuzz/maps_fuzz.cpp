@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "arguments/map_words.h"
 #include "arguments/option_table.h"
 #include "arguments/transfers.h"
 #include "detail/registry.h"

@@ -7,31 +7,14 @@
 #include <string>
 #include <vector>
 
-#include "arguments/packs.h"
-
-namespace {
-
-constexpr kiln::MapInfo kMaps[] = {{.kind = {"normal"}, .channels = 3},
-                                   {.kind = {"ao"}, .channels = 1},
-                                   {.kind = {"color"}, .channels = 4, .options = "color"},
-                                   {.kind = {"uv"}, .channels = 2}};
-
-}  // namespace
-
-// In place of the registry, which would bring all maps along.
-const kiln::MapInfo& kiln::find_map(std::string_view name) {
-  for (const MapInfo& map : kMaps) {
-    if (map.kind.name == name) return map;
-  }
-  throw Error(ErrorCode::usage, "There is no such map.");
-}
-std::span<const kiln::MapInfo> kiln::maps() { return kMaps; }
-bool kiln::obeys(const MapInfo& map, std::string_view option) { return map.options == option; }
+#include "arguments/map_words.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   kiln::cli::BakeJob arguments;
   arguments.options.maps.clear();
-  for (const kiln::MapInfo& map : kMaps) arguments.options.maps.push_back(map.kind);
+  for (const char* map : {"normal", "ao", "color", "uv"}) {
+    arguments.options.maps.push_back(kiln::find_map(map).kind);
+  }
   std::istringstream text({reinterpret_cast<const char*>(data), size});
   for (std::string line; std::getline(text, line);) arguments.packs.push_back(line);
   try {

@@ -7,7 +7,7 @@
 #include <string_view>
 #include <vector>
 
-#include "arguments/part_list.h"
+#include "arguments/lists.h"
 #include "kiln/error.h"
 #include "kiln/match.h"
 #include "kiln/mesh.h"

@@ -3,7 +3,7 @@
 #include <cstdint>
 #include <cstdlib>
 
-#include "arguments/likelihoods.h"
+#include "arguments/lists.h"
 #include "kiln/error.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {

@@ -31,6 +31,13 @@ inline constexpr std::array<std::array<std::string_view, 2>, 3> kLabCommands = {
      "Pictures of every match side by side: the low poly with each map, where each is "
      "wrong, and where texels land on HIGH"},
 }};
+/// The command of the lab that the words ask for, or for whose help; nullptr: none.
+const char* asked_of_lab(int argc, char** argv);
+
+/// Becomes kiln-lab, with the same words: it stands beside this program, or where both are installed.
+/// \param command  for the message
+/// \returns the exit code where it cannot be run, which a message explains
+int run_lab(const char* command, char** argv);
 /// Adds one of them without its options.
 Command* name_lab_command(Command& app, std::string_view name);
 

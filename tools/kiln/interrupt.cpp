@@ -11,7 +11,7 @@
 namespace kiln::cli {
 namespace {
 
-std::atomic<bool> flag{false};
+std::atomic<bool> interrupt_came{false};
 static_assert(std::atomic<bool>::is_always_lock_free);
 
 extern "C" void on_deadline(int) {
@@ -23,7 +23,7 @@ extern "C" void on_deadline(int) {
 }
 
 extern "C" void on_interrupt(int) {
-  if (flag.exchange(true)) on_deadline(0);  // a second one does not wait
+  if (interrupt_came.exchange(true)) on_deadline(0);  // a second one does not wait
   itimerval timer{};
   timer.it_value.tv_usec = 330000;
   setitimer(ITIMER_REAL, &timer, nullptr);
@@ -54,6 +54,6 @@ void catch_interrupts() {
   signal(SIGXFSZ, SIG_IGN);
 }
 
-bool interrupted() { return flag.load(); }
+bool interrupted() { return interrupt_came.load(); }
 
 }  // namespace kiln::cli

@@ -1,6 +1,6 @@
 // The kiln command. The commands that compare and study are run by kiln-lab.
-#include "program_main.h"
-#include "run_lab.h"
+#include "commands.h"
+#include "program.h"
 
 int main(int argc, char** argv) {
   using namespace kiln::cli;

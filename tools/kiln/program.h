@@ -1,4 +1,4 @@
-// The program: all commands, and what a command line asks for.
+// A program of commands: what a command line asks for, and the main function.
 #pragma once
 
 #include <functional>
@@ -31,5 +31,10 @@ class Program {
   Command app_;
   std::map<std::string, Run> commands_;
 };
+
+/// Parses, runs one of the commands, and turns errors into the documented exit codes.
+/// \param commands  of the program, in the order of its help
+/// \returns the exit code
+int program_main(int argc, char** argv, std::span<const CommandEntry> commands);
 
 }  // namespace kiln::cli

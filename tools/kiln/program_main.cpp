@@ -1,4 +1,3 @@
-#include "program_main.h"
 
 #include <unistd.h>
 

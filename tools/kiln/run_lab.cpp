@@ -1,5 +1,3 @@
-#include "run_lab.h"
-
 #include <unistd.h>
 
 #include <algorithm>
@@ -11,6 +9,7 @@
 #include <cstring>
 #include <string_view>
 
+#include "commands.h"
 #include "kiln/error.h"
 
 namespace kiln::cli {

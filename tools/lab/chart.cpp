@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <numeric>
 
-#include "arguments/paths.h"
+#include "arguments/files.h"
 #include "interrupt.h"
 #include "kiln/files.h"
 #include "lab/table.h"

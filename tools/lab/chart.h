@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "arguments/high_poly_input.h"
-#include "arguments/mesh_frame.h"
+#include "arguments/mesh_files.h"
 #include "arguments/surface_arguments.h"
 #include "kiln/cage.h"
 #include "kiln/kiln.h"

@@ -4,8 +4,8 @@
 #include <utility>
 
 #include "arguments/bake_job.h"
+#include "arguments/files.h"
 #include "arguments/parse.h"
-#include "arguments/small_file.h"
 #include "kiln/assess.h"
 #include "kiln/measure.h"
 #include "kiln/render.h"

@@ -1,9 +1,9 @@
 // `kiln chart HIGH --plan`.
 #include <algorithm>
 
-#include "arguments/map_bounds.h"
+#include "arguments/files.h"
+#include "arguments/map_words.h"
 #include "arguments/parse.h"
-#include "arguments/small_file.h"
 #include "kiln/plan.h"
 #include "lab/chart.h"
 #include "lab/chart_plan.h"

@@ -2,8 +2,8 @@
 #include <algorithm>
 #include <utility>
 
+#include "arguments/files.h"
 #include "arguments/parse.h"
-#include "arguments/small_file.h"
 #include "kiln/contour.h"
 #include "kiln/gradient.h"
 #include "kiln/measure.h"

@@ -1,8 +1,8 @@
 #include <algorithm>
 #include <memory>
 
+#include "arguments/files.h"
 #include "arguments/parse.h"
-#include "arguments/paths.h"
 #include "commands.h"
 #include "lab/chart.h"
 #include "lab/measuring.h"

@@ -2,10 +2,10 @@
 #include <memory>
 
 #include "arguments/bake_job.h"
-#include "arguments/match_flags.h"
+#include "arguments/files.h"
+#include "arguments/match_inputs.h"
 #include "arguments/option_table.h"
 #include "arguments/parse.h"
-#include "arguments/paths.h"
 #include "arguments/transfers.h"
 #include "commands.h"
 #include "interrupt.h"

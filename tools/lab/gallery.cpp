@@ -6,10 +6,10 @@
 #include <optional>
 
 #include "arguments/bake_job.h"
+#include "arguments/files.h"
 #include "arguments/high_poly_input.h"
-#include "arguments/mesh_frame.h"
+#include "arguments/mesh_files.h"
 #include "arguments/parse.h"
-#include "arguments/paths.h"
 #include "commands.h"
 #include "interrupt.h"
 #include "kiln/files.h"
@@ -17,7 +17,6 @@
 #include "kiln/render.h"
 #include "lab/measuring.h"
 #include "lab/table.h"
-#include "picture/angles.h"
 #include "picture/sheet.h"
 #include "picture/view_arguments.h"
 #include "report/check_result.h"

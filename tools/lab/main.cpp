@@ -1,5 +1,5 @@
 // kiln-lab: what compares and studies ways to bake. `kiln chart`, `kiln measure` and `kiln gallery` run it.
-#include "program_main.h"
+#include "program.h"
 
 int main(int argc, char** argv) {
   using namespace kiln::cli;

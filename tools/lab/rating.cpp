@@ -6,9 +6,10 @@
 #include <utility>
 
 #include "arguments/bake_job.h"
-#include "arguments/match_flags.h"
+#include "arguments/files.h"
+#include "arguments/map_words.h"
+#include "arguments/match_inputs.h"
 #include "arguments/parse.h"
-#include "arguments/paths.h"
 #include "arguments/transfers.h"
 #include "interrupt.h"
 #include "kiln/assess.h"

@@ -7,8 +7,8 @@
 #include <utility>
 
 #include "arguments/bake_job.h"
+#include "arguments/files.h"
 #include "arguments/parse.h"
-#include "arguments/paths.h"
 #include "interrupt.h"
 #include "kiln/files.h"
 #include "kiln/measure.h"

@@ -9,7 +9,7 @@
 #include <algorithm>
 #include <cctype>
 
-#include "arguments/map_bounds.h"
+#include "arguments/map_words.h"
 #include "arguments/parse.h"
 #include "arguments/transfers.h"
 #include "arrays.h"

@@ -5,7 +5,7 @@
 #include <nanobind/stl/string.h>
 
 #include "arguments/high_poly_input.h"
-#include "arguments/unwrap_option.h"
+#include "arguments/parse.h"
 #include "arguments/words.h"
 #include "arrays.h"
 #include "kiln/clean.h"

@@ -2,11 +2,9 @@
 #include <filesystem>
 
 #include "arguments/bake_job.h"
-#include "arguments/map_bounds.h"
-#include "arguments/packs.h"
+#include "arguments/map_words.h"
 #include "arguments/parse.h"
 #include "arguments/transfers.h"
-#include "arguments/unwrap_option.h"
 #include "kiln/plan.h"
 
 namespace kiln::cli {

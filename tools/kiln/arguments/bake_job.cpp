@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <charconv>
 
-#include "arguments/likelihoods.h"
-#include "arguments/map_bounds.h"
+#include "arguments/lists.h"
+#include "arguments/map_words.h"
 #include "arguments/transfers.h"
 
 namespace kiln::cli {

@@ -11,7 +11,7 @@
 
 #include "arguments/command_line.h"
 #include "arguments/high_poly_input.h"
-#include "arguments/mesh_frame.h"
+#include "arguments/mesh_files.h"
 #include "arguments/option_table.h"
 #include "arguments/words.h"
 #include "kiln/kiln.h"

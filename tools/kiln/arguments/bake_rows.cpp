@@ -8,9 +8,9 @@
 #include <tuple>
 
 #include "arguments/bake_job.h"
-#include "arguments/mesh_frame.h"
+#include "arguments/map_words.h"
+#include "arguments/mesh_files.h"
 #include "arguments/parse.h"
-#include "arguments/unwrap_option.h"
 
 namespace kiln::cli {
 namespace {
@@ -948,5 +948,7 @@ std::span<const OptionRow> bake_rows() {
   }();
   return rows;
 }
+
+#undef AT
 
 }  // namespace kiln::cli

@@ -145,6 +145,24 @@ double parse_degrees(const char* flag, const std::string& text) {
   return value;
 }
 
+UnwrapOptions unwrap_options(const std::string& method, std::uint32_t size, const Mesh* high) {
+  UnwrapOptions options;
+  options.size = std::clamp(size, 16U, 65536U);
+  options.method = method == "pairs"     ? UnwrapMethod::pairs
+                   : method == "squares" ? UnwrapMethod::squares
+                                         : UnwrapMethod::charts;
+  if (options.method == UnwrapMethod::charts)
+    options.border_texels = std::max(2U, options.size / 256);
+  options.detail_of = high;
+  return options;
+}
+
+void check_density(bool given, const std::string& method) {
+  if (!given || (method != "pairs" && method != "squares")) return;
+  throw Error(ErrorCode::usage, "--density is for large charts, but --unwrap " + method +
+                                    " makes others: leave it out, or unwrap by charts.");
+}
+
 std::optional<double> fraction(std::string_view text) {
   const std::size_t stroke = text.find('/');
   double above = 0, below = 1;

@@ -13,6 +13,7 @@
 #include "arguments/command_line.h"
 #include "kiln/bake.h"
 #include "kiln/height_field.h"
+#include "kiln/unwrap.h"
 #include "report/json.h"
 
 namespace kiln::cli {
@@ -76,6 +77,16 @@ std::array<double, 3> parse_place(const char* flag, const std::string& text);
 
 /// A number of views. \throws Error(usage)
 std::uint32_t parse_views(const std::string& text);
+
+/// For every command that has --density. \throws Error(usage) where it was given and no large charts are laid out
+void check_density(bool given, const std::string& method);
+
+/// \param method  "pairs" or "squares"; all else is charts
+/// \param size    the map's smaller side, texels
+/// \param high    whose detail charts get texels by; null: by area
+/// Charts stand 1/256 of the size apart (8 texels of 2,048), at least 2 texels; pairs and squares 2 texels.
+UnwrapOptions unwrap_options(const std::string& method, std::uint32_t size,
+                             const Mesh* high = nullptr);
 
 /// A number, or two with a stroke between them such as 2/255. None: it is neither, negative or not finite.
 std::optional<double> fraction(std::string_view text);

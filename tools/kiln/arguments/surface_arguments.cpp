@@ -238,4 +238,6 @@ Json describe(const ExtractUsed& used) {
           {"faces_with_topology", used.kept_faces != 0 ? Json(used.kept_faces) : Json()}};
 }
 
+#undef AT
+
 }  // namespace kiln::cli

@@ -1,4 +1,4 @@
-// Textures of the high poly that a bake carries over.
+// Textures of the high poly that a bake carries over, and the maps that it makes.
 #pragma once
 
 #include <optional>
@@ -29,31 +29,6 @@ inline constexpr Word<MaterialSlot> kMaterialSlots[] = {
 /// \throws Error(usage)
 TransferArgument parse_transfer(const std::string& text);
 std::vector<TransferArgument> parse_transfers(const BakeJob& arguments);
-
-/// True if the map of this name holds a texture of BakeOptions, "color" or "opacity".
-bool map_takes(std::string_view name, std::string_view option);
-/// ... any of its textures: --transfer gives this one, and makes no map of its own.
-bool is_texture_of_map(std::string_view name);
-
-/// Maps that are not in --maps: those of --transfer, but for textures of maps, and those of the user's kernels.
-std::vector<std::string> own_map_names(const BakeJob& arguments);
-
-/// --maps, and color and opacity where --transfer gives their textures.
-std::vector<MapKind> maps_asked(const BakeJob& arguments);
-
-/// True for a word of --maps that asks for another map of a kind: NAME=MAP, with or without :OPTION=VALUE after it.
-bool is_variant(std::string_view word);
-/// Its options are the job's but for those that it gives. \throws Error(usage), UsageError
-MapVariant parse_variant(const BakeJob& job, const std::string& word);
-/// Its kind alone.
-MapKind variant_kind(const std::string& word);
-/// The kinds of --maps, those of variants among them.
-std::vector<MapKind> kinds_asked(const BakeJob& job);
-/// Occluders are the same for every map: call it when the meshes are there.
-void share_occluders(BakeOptions& options);
-
-/// Every map's name: maps_asked() and own_map_names().
-std::vector<std::string> all_maps(const BakeJob& arguments);
 
 /// Reads the sources of the user's own maps. \throws Error(input)
 std::vector<OwnMap> load_own_maps(const BakeJob& arguments);

@@ -6,6 +6,7 @@
 #include <map>
 #include <set>
 
+#include "arguments/map_words.h"
 #include "arguments/parse.h"
 #include "arguments/transfers.h"
 #include "base/fnv.h"

@@ -4,10 +4,9 @@
 #include <utility>
 
 #include "arguments/bake_job.h"
-#include "arguments/match_flags.h"
+#include "arguments/files.h"
+#include "arguments/match_inputs.h"
 #include "arguments/parse.h"
-#include "arguments/paths.h"
-#include "arguments/unwrap_option.h"
 #include "command/bake_run.h"
 #include "kiln/normals.h"
 #include "kiln/simplify.h"

@@ -5,12 +5,11 @@
 #include <cstdio>
 #include <set>
 
-#include "arguments/cage_file.h"
-#include "arguments/low_record.h"
+#include "arguments/files.h"
+#include "arguments/map_words.h"
+#include "arguments/match_inputs.h"
 #include "arguments/mesh_files.h"
-#include "arguments/packs.h"
 #include "arguments/parse.h"
-#include "arguments/paths.h"
 #include "arguments/transfers.h"
 #include "command/bake_run.h"
 #include "picture/plot.h"

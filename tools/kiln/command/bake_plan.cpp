@@ -3,9 +3,8 @@
 #include <utility>
 
 #include "arguments/bake_job.h"
-#include "arguments/map_bounds.h"
+#include "arguments/map_words.h"
 #include "arguments/parse.h"
-#include "arguments/unwrap_option.h"
 #include "command/bake_run.h"
 #include "kiln/plan.h"
 #include "kiln/unwrap.h"

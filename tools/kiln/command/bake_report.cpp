@@ -1,5 +1,5 @@
 // The report of a bake, as JSON.
-#include "arguments/map_bounds.h"
+#include "arguments/map_words.h"
 #include "arguments/parse.h"
 #include "command/bake_run.h"
 #include "kiln/plan.h"

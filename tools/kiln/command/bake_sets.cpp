@@ -6,7 +6,7 @@
 #include <set>
 #include <utility>
 
-#include "arguments/packs.h"
+#include "arguments/map_words.h"
 #include "arguments/parse.h"
 #include "arguments/transfers.h"
 #include "command/bake_run.h"

@@ -1,6 +1,6 @@
 // Summary of a bake.
 
-#include "arguments/map_bounds.h"
+#include "arguments/map_words.h"
 #include "arguments/parse.h"
 #include "base/percent.h"
 #include "command/bake_run.h"

@@ -4,12 +4,11 @@
 #include <optional>
 
 #include "arguments/bake_job.h"
-#include "arguments/cage_file.h"
-#include "arguments/map_bounds.h"
-#include "arguments/match_flags.h"
+#include "arguments/files.h"
+#include "arguments/map_words.h"
+#include "arguments/match_inputs.h"
 #include "arguments/option_table.h"
 #include "arguments/parse.h"
-#include "arguments/paths.h"
 #include "arguments/transfers.h"
 #include "base/percent.h"
 #include "command/bake_run.h"
@@ -20,10 +19,8 @@
 #include "kiln/plan.h"
 #include "kiln/render.h"
 #include "kiln/simplify.h"
-#include "report/causes.h"
 #include "report/check_result.h"
 #include "report/console.h"
-#include "report/missed_patch.h"
 
 namespace kiln::cli {
 namespace {

@@ -3,8 +3,8 @@
 #include <memory>
 #include <optional>
 
+#include "arguments/files.h"
 #include "arguments/parse.h"
-#include "arguments/paths.h"
 #include "command/render_parts.h"
 #include "commands.h"
 #include "kiln/kiln.h"

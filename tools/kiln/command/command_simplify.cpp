@@ -5,13 +5,11 @@
 #include <set>
 #include <string>
 
+#include "arguments/files.h"
 #include "arguments/high_poly_input.h"
 #include "arguments/mesh_files.h"
-#include "arguments/mesh_frame.h"
 #include "arguments/option_table.h"
 #include "arguments/parse.h"
-#include "arguments/paths.h"
-#include "arguments/unwrap_option.h"
 #include "commands.h"
 #include "interrupt.h"
 #include "kiln/kiln.h"

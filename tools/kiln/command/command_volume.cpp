@@ -4,10 +4,9 @@
 #include <optional>
 
 #include "arguments/bake_job.h"
+#include "arguments/files.h"
 #include "arguments/parse.h"
-#include "arguments/paths.h"
 #include "arguments/surface_arguments.h"
-#include "arguments/unwrap_option.h"
 #include "commands.h"
 #include "interrupt.h"
 #include "kiln/contour.h"
@@ -481,5 +480,7 @@ Run add_volume(Command& app) {
     return run_volume(*arguments);
   };
 }
+
+#undef AT
 
 }  // namespace kiln::cli

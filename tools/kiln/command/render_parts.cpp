@@ -1,14 +1,115 @@
 #include "command/render_parts.h"
 
 #include <algorithm>
+#include <cmath>
 #include <filesystem>
+#include <set>
+#include <utility>
+#include <vector>
 
+#include "arguments/bake_job.h"
+#include "arguments/match_inputs.h"
 #include "arguments/parse.h"
+#include "kiln/cage.h"
 #include "kiln/measure.h"
 #include "kiln/render.h"
+#include "picture/canvas.h"
 #include "picture/view_arguments.h"
+#include "report/check_result.h"
 
 namespace kiln::cli {
+namespace {
+
+/// Flags of the match that say no more than what the meshes are.
+const std::set<std::string> kOfMeshes = {"--high",    "--low",  "--triangulate", "--split-at-seams",
+                                         "--up",      "--unit", "--uv-set",      "--allow-outside",
+                                         "--tangents"};
+
+/// Flags that have a say in a cage; the first ones in any.
+const std::set<std::string> kOfCages = {"--cage", "--cage-mesh"};
+const std::set<std::string> kOfFoundCages = {"--direction",  "--edge-width", "--max-distance",
+                                             "--match-by",   "--match-list", "--low-names",
+                                             "--high-names", "--two-sided"};
+
+void check_drawn_cage(const RenderArguments& arguments) {
+  const BakeJob& bake = arguments.bake;
+  if (!arguments.draw_cage) return;
+  if (!bake.cage_auto && !bake.options.match.cage && bake.cage_mesh.empty()) {
+    throw Error(ErrorCode::usage,
+                "--draw-cage draws the cage that --cage or --cage-mesh says: add one of them.");
+  }
+  for (const std::string& flag : bake.given) {
+    const bool serves = kOfMeshes.contains(flag) || kOfCages.contains(flag) ||
+                        (bake.cage_auto && kOfFoundCages.contains(flag));
+    if (serves || arguments.map_size_given) continue;
+    throw Error(ErrorCode::usage, flag +
+                                      " has no say in the cage that --draw-cage draws: leave it "
+                                      "out, or add --map-size N to bake a map with it, too.");
+  }
+}
+
+}  // namespace
+
+bool bakes(const RenderArguments& arguments) {
+  return arguments.map_size_given ||
+         (!arguments.draw_cage &&
+          std::any_of(arguments.bake.given.begin(), arguments.bake.given.end(),
+                      [](const std::string& flag) { return !kOfMeshes.contains(flag); }));
+}
+
+BakeJob baking(const RenderArguments& arguments) {
+  BakeJob bake = arguments.bake;
+  bake.high = arguments.reference;
+  bake.low = arguments.mesh;
+  bake.heights = arguments.heights;
+  bake.options.width = bake.options.height = arguments.map_size;
+  bake.options.encoding.space = Words(kSpaces).at(arguments.space);
+  bake.options.encoding.flip_y = arguments.flip_y;
+  bake.options.encoding.bitangent = Words(kBitangents).at(arguments.bitangent);
+  return bake;
+}
+
+void check_bake(const RenderArguments& arguments) {
+  if (arguments.reference.empty() && !arguments.bake.more_high.empty()) {
+    throw Error(ErrorCode::usage, "--high is for more files of --reference: add --reference.");
+  }
+  check_drawn_cage(arguments);
+  const auto& given = arguments.bake.given;
+  if (given.contains("--tangents") && !bakes(arguments) && arguments.normal.empty()) {
+    throw Error(ErrorCode::usage, "--tangents is for a normal map: add --normal MAP.");
+  }
+  if (arguments.draw_cage && !arguments.reference.empty()) check(baking(arguments));
+  if (!bakes(arguments)) return;
+  if (arguments.reference.empty() || !arguments.normal.empty()) {
+    const auto flag = std::find_if(given.begin(), given.end(), [](const std::string& name) {
+      return !kOfMeshes.contains(name);
+    });
+    const bool cage = given.contains("--cage") || given.contains("--cage-mesh");
+    throw Error(ErrorCode::usage,
+                (arguments.map_size_given ? "--map-size" : *flag) +
+                    " is for a map that is baked for the picture: add --reference HIGH, and leave "
+                    "--normal out." +
+                    (cage ? " --draw-cage draws a cage, and bakes nothing." : ""));
+  }
+  check(baking(arguments));
+}
+
+Image bake_map(const RenderArguments& arguments, const Device& device, const HighPolyInput& dense,
+               const Mesh& mesh, std::vector<Warning>& warnings) {
+  const BakeJob bake_as = baking(arguments);
+  MatchInputs inputs;
+  inputs.read(bake_as, dense.mesh, mesh, warnings);
+  inputs.make_cage(bake_as, device, dense.mesh, mesh, warnings);
+  BakeOptions options = options_of(bake_as);
+  options.match.uv = uv_options(dense, options.match.uv);
+  options.report.keep_match = false;
+  inputs.apply(options);
+  const Source source(device, dense.mesh, bake_as.traversal);
+  BakeResult result = bake(source, mesh, options);
+  check_result(result.report, dense.mesh, mesh);
+  warnings.insert(warnings.end(), result.report.warnings.begin(), result.report.warnings.end());
+  return std::move(result.maps[0].image);
+}
 
 Image join(std::vector<Image> panels) {
   if (panels.size() == 1) return std::move(panels.front());
@@ -105,6 +206,141 @@ Json measure_around(const Scene& high, const Scene& low, const Mesh& frame, bool
   return {{"views", views.size()},
           {"without_map", describe(reference.compare(low, true))},
           {"with_map", describe(reference.compare(low))}};
+}
+
+namespace {
+
+constexpr double kClearly = 0.9;  // of the error, at most
+constexpr std::uint32_t kPixels = 256;
+
+}  // namespace
+
+void check_green(const Device& device, const Mesh& mesh, NormalMap map, const Scene& high,
+                 const Mesh& frame, bool z_up, std::vector<Warning>& warnings) {
+  if (map.image == nullptr) return;
+  const std::vector<ViewAngles> views = {{40, 25}, {160, -20}, {280, 10}};
+  const NormalReference reference(high, frame, views, kPixels, z_up);
+  const double as_given = reference.compare(Scene(device, mesh, map)).mean_degrees;
+  map.flip_y = !map.flip_y;
+  const double turned = reference.compare(Scene(device, mesh, map)).mean_degrees;
+  if (!(turned < kClearly * as_given)) return;
+  const std::string text = formatted(
+      "The map fits HIGH better with green %s: rendered normals are %.2f degrees off, not "
+      "%.2f. %s --flip-y, or bake the map again for the other convention.",
+      map.flip_y ? "down (DirectX)" : "up (OpenGL)", turned, as_given,
+      map.flip_y ? "Add" : "Leave out");
+  warnings.push_back({"green-flipped", text, 1});
+}
+
+namespace {
+
+constexpr Colour kTint = {0.98F, 0.62F, 0.16F}, kEdge = {0.62F, 0.27F, 0.02F};
+constexpr float kHides = 0.3F;  // of what lies below
+constexpr double kEdgeWidth = 1.5, kEdgeHides = 0.9;
+constexpr double kStep = 1;      // pixels along an edge
+constexpr double kBehind = 1.5;  // pixels, in depth: an edge lies on its faces
+
+/// Without the inner shell and what no picture needs.
+Mesh outer_of(const Mesh& cage) {
+  Mesh outer;
+  outer.name = cage.name;
+  outer.origin = cage.origin;
+  outer.positions = cage.positions;
+  for (std::size_t t = 0; t < cage.triangles.size(); ++t) {
+    const bool inner = !cage.groups.empty() && cage.group_names[cage.groups[t]] == "inner";
+    if (!inner) outer.triangles.push_back(cage.triangles[t]);
+  }
+  return outer;
+}
+
+struct Viewed {
+  double x = 0, y = 0, depth = 0;
+};
+
+Viewed project(const PictureGeometry& geometry, const Mesh& mesh, std::uint32_t vertex) {
+  const Vec3& p = mesh.positions[vertex];
+  const auto at =
+      geometry.project({mesh.origin[0] + p.x, mesh.origin[1] + p.y, mesh.origin[2] + p.z});
+  return {at[0], at[1], at[2]};
+}
+
+/// Draws the parts of an edge that nothing of the cage lies before.
+void draw_edge(const Viewed& a, const Viewed& b, const Image& depth, double behind,
+               Canvas& canvas) {
+  const double size = std::hypot(b.x - a.x, b.y - a.y);
+  if (!std::isfinite(size)) return;
+  const auto steps = static_cast<std::size_t>(std::clamp(size / kStep, 1.0, 65536.0));
+  const auto at = [&](std::size_t i) {
+    const double share = static_cast<double>(i) / static_cast<double>(steps);
+    return Viewed{a.x + (b.x - a.x) * share, a.y + (b.y - a.y) * share,
+                  a.depth + (b.depth - a.depth) * share};
+  };
+  const auto seen = [&](const Viewed& p) {
+    if (!(p.x >= 0 && p.y >= 0 && p.x < depth.width && p.y < depth.height)) return false;
+    return p.depth + behind >=
+           double{*depth.at(static_cast<std::size_t>(p.x), static_cast<std::size_t>(p.y))};
+  };
+  for (std::size_t i = 0; i <= steps; ++i) {
+    const Viewed from = at(i);
+    if (!seen(from)) continue;
+    while (i < steps && seen(at(i + 1))) ++i;
+    const Viewed to = at(i);
+    canvas.line(from.x, from.y, to.x, to.y, kEdgeWidth, kEdge, kEdgeHides);
+  }
+}
+
+}  // namespace
+
+Mesh outer_cage(const BakeJob& arguments, const Device& device, const Mesh& low, const Mesh* high,
+                std::vector<Warning>& warnings) {
+  if (!arguments.cage_mesh.empty()) {
+    return outer_of(
+        load_cage(arguments.cage_mesh, low, load_options(arguments, MeshSide::low), &warnings));
+  }
+  const bool automatic = arguments.cage_auto;
+  const Length length = arguments.options.match.cage.value_or(Length{});
+  if ((automatic || length.relative) && high == nullptr) {
+    throw Error(ErrorCode::usage, "--cage " + (automatic ? kAutomatic : length_text(length)) +
+                                      " goes by HIGH: add --reference HIGH, or give a length in "
+                                      "world units.");
+  }
+  if (automatic) {
+    MatchInputs inputs;
+    inputs.read(arguments, *high, low, warnings);
+    inputs.make_cage(arguments, device, *high, low, warnings);
+    return outer_of(*inputs.cage_mesh());
+  }
+  const double unit = length.relative ? Source(device, *high).stats().diagonal : 1;
+  return outer_of(offset_cage(low, length.value * unit));
+}
+
+CagePicture::CagePicture(const Device& device, Mesh cage)
+    : mesh_(std::move(cage)), scene_(device, mesh_) {}
+
+void CagePicture::draw(const Scene& within, const RenderOptions& options, Image& picture) const {
+  const Image depth = scene_.draw_depth(options), below = within.draw_depth(options);
+  for (std::size_t i = 0; i < depth.pixels.size(); ++i) {
+    if (!(depth.pixels[i] > Scene::kNoDepth) || depth.pixels[i] < below.pixels[i]) continue;
+    for (std::size_t c = 0; c < 3; ++c) {
+      float& value = picture.pixels[3 * i + c];
+      value += kHides * (kTint[c] - value);
+    }
+  }
+  const PictureGeometry geometry = scene_.geometry(options);
+  std::vector<Viewed> viewed;
+  viewed.reserve(mesh_.positions.size());
+  for (std::uint32_t v = 0; v < mesh_.positions.size(); ++v) {
+    viewed.push_back(project(geometry, mesh_, v));
+  }
+  std::set<std::pair<std::uint32_t, std::uint32_t>> edges;
+  for (const Triangle& t : mesh_.triangles) {
+    for (std::size_t k = 0; k < 3; ++k) edges.insert(std::minmax(t[k], t[(k + 1) % 3]));
+  }
+  Canvas canvas(std::move(picture));
+  for (const auto& [a, b] : edges) {
+    draw_edge(viewed[a], viewed[b], depth, kBehind * geometry.pixel, canvas);
+  }
+  picture = canvas.take();
 }
 
 }  // namespace kiln::cli

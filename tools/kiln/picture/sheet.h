@@ -6,6 +6,9 @@
 #include <string>
 #include <vector>
 
+#include "kiln/kiln.h"
+#include "kiln/measure.h"
+#include "kiln/render.h"
 #include "picture/canvas.h"
 
 namespace kiln::cli {
@@ -37,5 +40,20 @@ Image coloured(const Image& values, const Scale& scale,
 /// In as many columns as make the sheet about 8 : 5, or as told. Cells are as wide as the widest caption.
 Image make_sheet(const std::vector<Panel>& panels, const std::optional<Scale>& scale = {},
                  std::size_t columns = 0);
+
+/// Angles of one view, or several, that share a scale.
+class AnglePictures {
+ public:
+  /// The local error of a view (Wang, Froehlich, Goebel 2003, figure 4b). \param view  of both scenes
+  void add(const Scene& high, const Scene& low, RenderOptions view);
+
+  /// Over the pixels that both meshes cover; 0 where there is none.
+  double mean(std::size_t index) const;
+  Scale scale() const;
+  Image picture(std::size_t index, const Scale& scale) const;
+
+ private:
+  std::vector<Image> angles_;  ///< normal_angles()
+};
 
 }  // namespace kiln::cli

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <chrono>
+#include <cstddef>
 #include <cstdio>
 #include <string>
 #include <string_view>
@@ -70,5 +71,10 @@ class Console {
 /// \param report  where the others are: "see REPORT"
 void print_warnings(Console& console, const std::vector<Warning>& general,
                     const std::vector<Warning>& of_settings, const std::string& report);
+
+/// The warnings that follow from no other one of them, in their order. Reports keep all of them.
+/// \param of_high  how many at the front came from reading the high poly; the others are about the low
+///                 poly, or the bake
+std::vector<Warning> root_causes(const std::vector<Warning>& warnings, std::size_t of_high);
 
 }  // namespace kiln::cli

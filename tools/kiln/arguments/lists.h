@@ -1,4 +1,4 @@
-// --view-weight FILE: from where a mesh will be looked at.
+// Lists in text files: parts that belong together (--match-list), views that are likely (--view-weight).
 #pragma once
 
 #include <string>
@@ -6,8 +6,14 @@
 #include <vector>
 
 #include "kiln/bake.h"
+#include "kiln/match.h"
 
 namespace kiln::cli {
+
+/// Lines LOW = HIGH, HIGH; empty ones and those after # say nothing.
+/// \param what  begins the message, such as "--match-list 'pairs.txt'"
+/// \throws Error(input) for a line that is none, and where there is no pair
+std::vector<PartPair> parse_part_list(const std::string& list, const std::string& what);
 
 /// Lines "X Y Z WEIGHT", ended by LF, CR LF or CR: directions from the mesh to the viewer, and how likely
 /// each is. Empty lines, and what follows a #, are skipped. At most 65,536 directions.
