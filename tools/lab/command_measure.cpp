@@ -142,7 +142,7 @@ Run add_measure(Command& app) {
       ->add_option("--picture-size", a->picture_size,
                    "Pixels of a picture's longer side (default: by how much of it the mesh fills)")
       ->check(range(64U, 4096U));
-  add_view_options(*command, a->view);
+  add_options(*command, view_rows<MeasureArguments>(), a.get());
   add_run_options(*command, *a);
   return [a, command] {
     static const std::set<std::string> of_meshes = {"--up", "--unit", "--uv-set", "--allow-outside",

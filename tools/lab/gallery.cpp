@@ -410,7 +410,7 @@ Run add_gallery(Command& app) {
                    "Pixels a side of the pictures that the errors of texels are measured in")
       ->check(range(16U, 4096U))
       ->capture_default_str();
-  add_view_options(*command, a->view);
+  add_options(*command, view_rows<GalleryArguments>(), a.get());
   add_height_options(*command, *a, "The height field (HIGH is a PNG or EXR)");
   const OptionRow rows[] = {triangulate_row<GalleryArguments>("", "HIGH and LOW")};
   add_options(*command, rows, a.get());

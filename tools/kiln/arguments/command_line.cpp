@@ -3,6 +3,7 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <charconv>
+#include <cmath>
 #include <cstdio>
 #include <optional>
 #include <utility>
@@ -28,7 +29,8 @@ namespace {
 template <typename Number>
 Check in_range(Number low, Number high) {
   char text[80];
-  std::snprintf(text, sizeof text, "%.9g to %.9g", static_cast<double>(low),
+  const bool open = std::isinf(static_cast<double>(high));
+  std::snprintf(text, sizeof text, open ? "%.9g or more" : "%.9g to %.9g", static_cast<double>(low),
                 static_cast<double>(high));
   return {[=, words = std::string(text)](const std::string& value) -> std::string {
             Number number = 0;

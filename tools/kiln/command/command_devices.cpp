@@ -1,6 +1,7 @@
 #include <cstdio>
 #include <memory>
 
+#include "arguments/option_table.h"
 #include "cl/driver_state.h"
 #include "commands.h"
 #include "kiln/kiln.h"
@@ -48,11 +49,16 @@ void print(const DeviceInfo& info) {
 
 Run add_devices(Command& app) {
   Command* command = app.add_command("devices", "List the OpenCL devices");
-  auto json = std::make_shared<bool>(false);
-  command->add_flag("--json", *json, "Print JSON");
-  return [json] {
+  struct Arguments {
+    bool json = false;
+  };
+  auto arguments = std::make_shared<Arguments>();
+  const OptionRow rows[] = {
+      {.flag = "--json", .value = toggle(KILN_MEMBER(Arguments, json)), .help = "Print JSON"}};
+  add_options(*command, rows, arguments.get());
+  return [arguments] {
     const std::vector<DeviceInfo> devices = list_devices();
-    if (*json) {
+    if (arguments->json) {
       Json list = Json::array();
       for (const DeviceInfo& info : devices) {
         Json entry = describe(info);

@@ -1,9 +1,11 @@
 #include <algorithm>
+#include <cmath>
 #include <cstdio>
 #include <memory>
 #include <optional>
 
 #include "arguments/files.h"
+#include "arguments/option_table.h"
 #include "arguments/parse.h"
 #include "command/render_parts.h"
 #include "commands.h"
@@ -129,23 +131,34 @@ Run add_diff(Command& app) {
                                      "Compare two maps; exit code 0 within the limits, 1 "
                                      "beyond (without limits: 0 only if equal)");
   auto arguments = std::make_shared<DiffArguments>();
-  command->add_option("A", arguments->a, "A map (PNG or EXR)")->required();
-  command->add_option("B", arguments->b, "Another of the same size")->required();
-  command->add_option("--max-mean-angle", arguments->max_mean_angle, "Degrees, between normals")
-      ->check(number_from_0());
-  command->add_option("--max-angle", arguments->max_angle, "Degrees, at the worst texel")
-      ->check(number_from_0());
-  command->add_option("--max-error", arguments->max_error, "Largest channel difference, 0 to 1")
-      ->check(number_from_0());
-  command->add_option(
-      "--mask", arguments->mask,
-      "Texels that are 0 there do not count: an image, such as bake's mask, or a saved match");
-  command->add_option("--out", arguments->out,
-                      "Also write where they differ: a picture with a scale (.png), or a texture "
-                      "(.exr): degrees; with --max-error alone, or fewer than 3 channels, "
-                      "channel differences; -1 where masked");
-  command->add_option("--json", arguments->json,
-                      "Write the figures to this file, or - for standard output");
+#define AT(member) KILN_MEMBER(DiffArguments, member)
+  const OptionRow rows[] = {
+      {.flag = "A", .value = text(AT(a)), .help = "A map (PNG or EXR)", .required = true},
+      {.flag = "B", .value = text(AT(b)), .help = "Another of the same size", .required = true},
+      {.flag = "--max-mean-angle",
+       .value = number(AT(max_mean_angle), 0, 180).in("degrees"),
+       .help = "Degrees, between normals"},
+      {.flag = "--max-angle",
+       .value = number(AT(max_angle), 0, 180).in("degrees"),
+       .help = "Degrees, at the worst texel"},
+      {.flag = "--max-error",
+       .value = number(AT(max_error), 0, HUGE_VAL),
+       .help = "Largest channel difference, 0 to 1"},
+      {.flag = "--mask",
+       .value = text(AT(mask)),
+       .help = "Texels that are 0 there do not count: an image, such as bake's mask, or a saved "
+               "match"},
+      {.flag = "--out",
+       .value = text(AT(out)),
+       .help = "Also write where they differ: a picture with a scale (.png), or a texture (.exr): "
+               "degrees; with --max-error alone, or fewer than 3 channels, channel differences; -1 "
+               "where masked"},
+      {.flag = "--json",
+       .value = text(AT(json)),
+       .help = "Write the figures to this file, or - for standard output"},
+  };
+#undef AT
+  add_options(*command, rows, arguments.get());
   return [arguments] { return run_diff(*arguments); };
 }
 

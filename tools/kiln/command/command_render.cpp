@@ -40,10 +40,6 @@ RenderOptions render_options(const RenderArguments& arguments) {
 
 /// Checks that would otherwise fail after the meshes were read.
 void check(const RenderArguments& arguments) {
-  if (arguments.size < 1 || arguments.size > 8192) {
-    throw Error(ErrorCode::usage,
-                "--size is " + std::to_string(arguments.size) + ": use 1 to 8192 pixels.");
-  }
   if (std::filesystem::path(arguments.out).extension() != ".png") {
     throw Error(ErrorCode::usage, "--out '" + arguments.out +
                                       "': the picture is a PNG, so the name must end in .png.");
@@ -97,8 +93,8 @@ NormalMap map_of(const RenderArguments& arguments, Image& image,
   image = bakes(arguments) ? baked() : load_normal_map(arguments.normal);
   map.image = &image;
   map.flip_y = arguments.flip_y;
-  map.space = Words(kSpaces).at(arguments.space);
-  map.bitangent = Words(kBitangents).at(arguments.bitangent);
+  map.space = arguments.space;
+  map.bitangent = arguments.bitangent;
   return map;
 }
 
@@ -182,32 +178,97 @@ Json time_frames(const RenderArguments& arguments, Console& console, const Scene
   return json;
 }
 
+#define AT(member) KILN_MEMBER(RenderArguments, member)
+
+std::vector<OptionRow> render_rows() {
+  std::vector<OptionRow> rows = {
+      {.flag = "--map-size",
+       .value = whole(AT(map_size), 16, 8192),
+       .help = "Texels a side of a map that is baked for the picture: with flags of the match"},
+      {.flag = "--bitangent",
+       .value = choice(AT(bitangent), Words(kBitangents)),
+       .help = "That the map was baked with: pixel, or vertex"},
+      {.flag = "MESH",
+       .value = text(AT(mesh)),
+       .help = "The mesh to show",
+       .key = "-",
+       .required = true},
+      {.flag = "--normal",
+       .value = text(AT(normal)),
+       .help = "Normal map to apply through the mesh's UVs; Kiln's raw and two-component maps are "
+               "recognised",
+       .key = "normal_map"},
+      {.flag = "--color",
+       .value = text(AT(dress.color)),
+       .help = "Map of colours (sRGB) that the mesh is painted with"},
+      {.flag = "--occlusion",
+       .value = text(AT(dress.occlusion)),
+       .help = "Map of ambient occlusion that darkens it"},
+      {.flag = "--curvature",
+       .value = text(AT(dress.curvature)),
+       .help = "Map of curvature: edges are lighter by up to half, cavities darker by up to a "
+               "quarter, as worn surfaces are"},
+      {.flag = "--show",
+       .value = texts(AT(show)),
+       .help = "MESH with this map over it, without light, and its name below; may be given again: "
+               "a contact sheet"},
+      {.flag = "--space",
+       .value = choice(AT(space), Words(kSpaces)),
+       .help = "Of the map: tangent, object or face"},
+      {.flag = "--flip-y",
+       .value = toggle(AT(flip_y)),
+       .help = "The map's green points down (DirectX)"},
+      {.flag = "--reference",
+       .value = text(AT(reference)),
+       .help = "The high poly or height field, shown beside; also measures the difference",
+       .key = "-"},
+      {.flag = "--out",
+       .value = text(AT(out)),
+       .help = "The picture to write (PNG)",
+       .key = "-",
+       .required = true},
+      {.flag = "--views",
+       .value = whole(AT(views), 1, 512).or_none(),
+       .help = "MESH from N directions, on one sheet: those of --match views N"},
+      {.flag = "--size", .value = whole(AT(size), 1, 8192), .help = "Pixels of the longer side"},
+      {.flag = "--samples", .value = whole(AT(samples), 1, 16), .help = "N x N samples a pixel"},
+      {.flag = "--ambient-rays",
+       .value = whole(AT(ambient_rays), 0, 255),
+       .help = "Rays a pixel for ambient occlusion (0: none)"},
+      {.flag = "--flat", .value = toggle(AT(flat)), .help = "Face normals instead of smooth ones"},
+      {.flag = "--normals",
+       .value = toggle(AT(show_normals)),
+       .help = "Colour by world-space normal"},
+      {.flag = "--draw-cage",
+       .value = toggle(AT(draw_cage)),
+       .help = "Draw the cage of --cage or --cage-mesh over the pictures"},
+      {.flag = "--error",
+       .value = toggle(AT(error)),
+       .help = "One more picture: the angle to HIGH's normals, with a scale"},
+      {.flag = "--frames",
+       .value = whole(AT(frames), 1, 1000),
+       .help = "How many frames --json times of each mesh (default 30)",
+       .key = "-"},
+      device_row<RenderArguments>(""),
+      json_row<RenderArguments>(""),
+      quiet_row<RenderArguments>(""),
+  };
+  const std::vector<OptionRow> view = view_rows<RenderArguments>();
+  rows.insert(rows.end() - 3, view.begin(), view.end());
+  return rows;
+}
+
+#undef AT
+
 Json describe_options(const RenderArguments& arguments, const RenderOptions& options) {
-  Json json = {{"size", arguments.size},
-               {"samples", arguments.samples},
-               {"ambient_rays", arguments.ambient_rays},
-               {"view", {options.azimuth_degrees, options.elevation_degrees}},
-               {"zoom", options.zoom},
-               {"z_up", options.z_up},
-               {"square", arguments.view.square},
-               {"flat", arguments.flat},
-               {"normals", arguments.show_normals},
-               {"error", arguments.error},
-               {"normal_map", arguments.normal},
-               {"color", arguments.dress.color},
-               {"occlusion", arguments.dress.occlusion},
-               {"curvature", arguments.dress.curvature},
-               {"show", arguments.show},
-               {"draw_cage", arguments.draw_cage},
-               {"cage", find_row(bake_rows(), "--cage")->value.get(&arguments.bake)},
-               {"cage_mesh", arguments.bake.cage_mesh},
-               {"space", arguments.space},
-               {"bitangent", arguments.bitangent},
-               {"match_flags", arguments.bake.given},
-               {"map_size", bakes(arguments) ? Json(arguments.map_size) : Json()},
-               {"flip_y", arguments.flip_y}};
+  Json json = values_json(render_rows(), &arguments);
+  json["view"] = {options.azimuth_degrees, options.elevation_degrees};
+  json["z_up"] = options.z_up;
   json["at"] = options.at;
-  json["views"] = arguments.views != 0 ? Json(arguments.views) : Json();
+  json["cage"] = find_row(bake_rows(), "--cage")->value.get(&arguments.bake);
+  json["cage_mesh"] = arguments.bake.cage_mesh;
+  json["match_flags"] = arguments.bake.given;
+  if (!bakes(arguments)) json["map_size"] = Json();
   return json;
 }
 
@@ -332,66 +393,8 @@ Run add_render(Command& app) {
                                      "--visibility-size", "--visibility-smooth",
                                      "--view-weight"};
   const std::set<std::string> matching = add_matching_flags(*command, a->bake, own);
-  command
-      ->add_option("--map-size", a->map_size,
-                   "Texels a side of a map that is baked for the picture: with flags of the match, "
-                   "16 to 8192")
-      ->check(range(16U, 8192U))
-      ->capture_default_str();
-  command->add_option("--bitangent", a->bitangent, "That the map was baked with: pixel, or vertex")
-      ->check(one_of(Words(kBitangents)))
-      ->capture_default_str();
-  command->add_option("MESH", a->mesh, "The mesh to show")->required();
-  command->add_option(
-      "--normal", a->normal,
-      "Normal map to apply through the mesh's UVs; Kiln's raw and two-component maps "
-      "are recognised");
-  command->add_option("--color", a->dress.color,
-                      "Map of colours (sRGB) that the mesh is painted with");
-  command->add_option("--occlusion", a->dress.occlusion,
-                      "Map of ambient occlusion that darkens it");
-  command->add_option("--curvature", a->dress.curvature,
-                      "Map of curvature: edges are lighter by up to half, cavities darker by up to "
-                      "a quarter, as worn surfaces are");
-  command
-      ->add_option("--show", a->show,
-                   "MESH with this map over it, without light, and its name below; may be given "
-                   "again: a contact sheet")
-      ->allow_extra_args(false);
-  command->add_option("--space", a->space, "Of the map: tangent, object or face")
-      ->check(one_of({"tangent", "object", "face"}))
-      ->capture_default_str();
-  command->add_flag("--flip-y", a->flip_y, "The map's green points down (DirectX)");
-  command->add_option("--reference", a->reference,
-                      "The high poly or height field, shown beside; also measures the difference");
   add_height_options(*command, *a, "The height field (--reference is a PNG or EXR)");
-  command->add_option("--out", a->out, "The picture to write (PNG)")->required();
-  add_view_options(*command, a->view);
-  command
-      ->add_option("--views", a->views,
-                   "MESH from N directions, on one sheet: those of --match views N")
-      ->check(range(1, 512));
-  command->add_option("--size", a->size, "Pixels of the longer side, 1 to 8192")
-      ->capture_default_str();
-  command->add_option("--samples", a->samples, "N x N samples a pixel, 1 to 16")
-      ->check(range(1, 16))
-      ->capture_default_str();
-  command
-      ->add_option("--ambient-rays", a->ambient_rays,
-                   "Rays a pixel for ambient occlusion, 0 (none) to 255")
-      ->check(range(0, 255))
-      ->capture_default_str();
-  command->add_flag("--flat", a->flat, "Face normals instead of smooth ones");
-  command->add_flag("--normals", a->show_normals, "Colour by world-space normal");
-  command->add_flag("--draw-cage", a->draw_cage,
-                    "Draw the cage of --cage or --cage-mesh over the pictures");
-  command->add_flag("--error", a->error,
-                    "One more picture: the angle to HIGH's normals, with a scale");
-  command
-      ->add_option("--frames", a->frames,
-                   "How many frames --json times of each mesh, 1 to 1000 (default 30)")
-      ->check(range(1, 1000));
-  add_run_options(*command, *a);
+  add_options(*command, render_rows(), a.get());
   return [a, command, matching] {
     for (const std::string& flag : given_flags(*command)) {
       if (matching.contains(flag)) a->bake.given.insert(flag);

@@ -63,9 +63,9 @@ BakeJob baking(const RenderArguments& arguments) {
   bake.low = arguments.mesh;
   bake.heights = arguments.heights;
   bake.options.width = bake.options.height = arguments.map_size;
-  bake.options.encoding.space = Words(kSpaces).at(arguments.space);
+  bake.options.encoding.space = arguments.space;
   bake.options.encoding.flip_y = arguments.flip_y;
-  bake.options.encoding.bitangent = Words(kBitangents).at(arguments.bitangent);
+  bake.options.encoding.bitangent = arguments.bitangent;
   return bake;
 }
 

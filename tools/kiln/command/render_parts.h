@@ -19,7 +19,7 @@
 namespace kiln::cli {
 
 struct RenderArguments {
-  std::string mesh, normal, reference, out, space = "tangent", device, json;
+  std::string mesh, normal, reference, out, device, json;
   DressMaps dress;
   std::vector<std::string> show;
   HeightFieldOptions heights;
@@ -29,7 +29,8 @@ struct RenderArguments {
   BakeJob bake;  // flags of the match; given ones are in bake.given
   std::uint32_t map_size = 1024;
   bool map_size_given = false;
-  std::string bitangent = "pixel";
+  NormalMapSpace space = NormalMapSpace::tangent;
+  Bitangent bitangent = Bitangent::pixel;
   bool flip_y = false, flat = false, show_normals = false, error = false, quiet = false;
   bool draw_cage = false;
 };

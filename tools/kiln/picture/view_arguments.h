@@ -3,8 +3,9 @@
 
 #include <optional>
 #include <string>
+#include <vector>
 
-#include "arguments/command_line.h"
+#include "arguments/option_table.h"
 #include "kiln/render.h"
 
 namespace kiln::cli {
@@ -19,8 +20,34 @@ struct ViewArguments {
   bool given() const { return !view.empty() || !at.empty() || zoom != 1; }
 };
 
-/// Adds --view, --zoom, --at, --z-up and --square.
-void add_view_options(Command& command, ViewArguments& arguments);
+/// --view, --zoom, --at, --z-up and --square, for jobs with a member `view`.
+template <typename Job>
+std::vector<OptionRow> view_rows(const char* group = "") {
+  return {
+      {.flag = "--view",
+       .group = group,
+       .value = text(KILN_MEMBER(Job, view.view), "AZ,EL"),
+       .help = "AZ,EL in degrees: 0,0 looks at the front, from +Z (default 30,15; height field: "
+               "30,35)"},
+      {.flag = "--zoom",
+       .group = group,
+       .value = number(KILN_MEMBER(Job, view.zoom), 0.01, 1e5),
+       .help = "How much larger than what fits, 0.01 to 100000"},
+      {.flag = "--at",
+       .group = group,
+       .value = text(KILN_MEMBER(Job, view.at), "X,Y,Z"),
+       .help = "X,Y,Z: the point in the picture's middle (default: the mesh's)"},
+      {.flag = "--z-up",
+       .group = group,
+       .value = toggle(KILN_MEMBER(Job, view.z_up)),
+       .help = "The up axis is +Z (default +Y; height fields: always +Z): the front is seen from "
+               "-Y"},
+      {.flag = "--square",
+       .group = group,
+       .value = toggle(KILN_MEMBER(Job, view.square)),
+       .help = "A square picture, whatever the mesh's shape in it"},
+  };
+}
 
 /// \param height_field  is what is shown: it is high along +Z
 /// \throws Error(usage) for what is no view, zoom or point
