@@ -30,7 +30,7 @@ static inline float8 share_gather(global const float* plane, const uint which[8]
   return vload8(0, found);
 }
 
-/// How much of each neighbour a step takes, in 256ths, above its number. They and the texel's own part sum to 1.
+/// Weight of each neighbour in a step, in 256ths, above its number. They and the texel's own part sum to 1.
 /// \param neighbours  of each texel, their numbers, below 2^24; the texel's own where there is none
 /// \param points      positions, then unit normals, a plane each axis
 kernel void kiln_share_weights(const kiln_share_params params,

@@ -27,7 +27,7 @@
 
 #include "detail/detail.clh"
 
-/// What samples read of the low poly, and the high poly's normals at their points.
+/// The samples' inputs: places on the low poly, and the high poly's normals at their points.
 typedef struct detail_group {
   detail_low low;
   lanes3 normal;

@@ -54,7 +54,7 @@ kernel void kiln_hemisphere_turns(const kiln_turn_params params,
   }
 }
 
-/// Of each sample its texel's place along a Morton curve, the finest digit first: what hemisphere_turn shuffles.
+/// The place of each sample's texel along a Morton curve, the finest digit first, for hemisphere_turn to shuffle.
 /// The curve goes on within the texel.
 kernel void kiln_hemisphere_keys(const kiln_turn_params params,
                                  global const uint* restrict texel_index,

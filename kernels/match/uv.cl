@@ -76,7 +76,7 @@ kernel void kiln_uv_cover(const kiln_uv_params params,
   }
 }
 
-/// Whether 32 bits hold a piece's edge functions within its box and eight samples to the right of it.
+/// True if 32 bits hold a piece's edge functions within its box and eight samples to the right of it.
 static bool uv_is_small(const kiln_uv_piece* p, const uint shift) {
   const long across = (long)max(max(p->x[0], p->x[1]), p->x[2]) - min(min(p->x[0], p->x[1]), p->x[2]);
   const long down = (long)max(max(p->y[0], p->y[1]), p->y[2]) - min(min(p->y[0], p->y[1]), p->y[2]);

@@ -57,7 +57,7 @@ typedef struct {
   float beside;   // squared, across the line; 0 where it meets the triangle
 } views_point;
 
-/// Where a view shows a point. False where that is beside the picture.
+/// The pixel in which a view shows a point. False where that is beside the picture.
 static inline bool views_place(global const kiln_view* view, float3 point, float* x, float* y) {
 #pragma OPENCL FP_CONTRACT OFF
   *x = dot3(vload3(0, view->right), point) * view->scale + view->left;
@@ -179,7 +179,7 @@ static inline bool views_refine(global const kiln_view* view, const views_sample
   return found;
 }
 
-/// Where a view shows a sample. False where it is beside the picture or seen too much aslant.
+/// The pixel in which a view shows a sample. False where it is beside the picture or seen too much aslant.
 static inline bool views_project(global const kiln_view* view, const views_sample* sample,
                                  float cosine, const kiln_views_params* params, float* x,
                                  float* y) {
@@ -188,7 +188,7 @@ static inline bool views_project(global const kiln_view* view, const views_sampl
   return views_place(view, sample->position, x, y);
 }
 
-/// How much nearer to the viewer than a sample the pixel that it is in is; infinite where that is empty.
+/// Depth of a sample behind its pixel's surface; infinite where the pixel is empty.
 static inline float views_difference(global const kiln_view* view, const views_sample* sample,
                                      float x, float y, global const ulong* restrict keys,
                                      global const uchar* restrict drawn) {
@@ -276,7 +276,7 @@ kernel void kiln_views_match(const kiln_views_params params, global const kiln_v
   }
 }
 
-/// How much along its direction each view sees a sample: the cosine, or 0 where it does not.
+/// The cosine between a sample's direction and each view's; 0 where the view does not see it.
 /// \param quality  [view_count * count]
 kernel void kiln_views_probe(const kiln_views_params params, global const kiln_view* restrict views,
                              global const ulong* restrict keys, global const uchar* restrict drawn,

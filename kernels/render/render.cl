@@ -78,7 +78,7 @@ kernel void kiln_render_camera(const kiln_render_params params, global float* re
   points[i + 6 * capacity] = 0.0f;
 }
 
-/// What a z-buffer shows at the middles of the part's pixels, as rays would have it: one sample a pixel.
+/// The z-buffer's surface at the middles of the part's pixels, as rays would have it: one sample a pixel.
 /// \param keys  of one view, whose pixels are the picture's
 kernel void kiln_render_keys(const kiln_render_params params,
                              global const ulong* restrict keys,
@@ -125,7 +125,7 @@ kernel void kiln_render_keys(const kiln_render_params params,
   hit_barycentric[i + capacity] = v;
 }
 
-/// What the rays hit: position, face normal, shading normal.
+/// The rays' hits: position, face normal, shading normal.
 kernel void kiln_render_surface(const kiln_render_params params,
                                 global const uint* restrict hit_triangle,
                                 global const float* restrict hit_barycentric,
@@ -254,7 +254,7 @@ kernel void kiln_render_ambient_rays(const kiln_render_params params,
   const size_t i = get_global_id(0);
   if (i >= params.sample_count) return;
   const size_t capacity = params.capacity;
-  // Where nothing was hit: a ray that meets nothing.
+  // Without a hit: a ray that meets nothing.
   float3 position = (float3)(4.0f, 4.0f, 4.0f);
   float3 direction = (float3)(0.0f, 0.0f, 1.0f);
   if (hit_triangle[i] != KILN_NO_TRIANGLE) {

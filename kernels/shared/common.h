@@ -1,4 +1,4 @@
-// What every struct shared by host and kernels needs. Included by both languages.
+// Basics of every struct that host and kernels share. Included by both languages.
 #ifndef KILN_SHARED_COMMON_H
 #define KILN_SHARED_COMMON_H
 

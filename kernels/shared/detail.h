@@ -4,7 +4,7 @@
 
 #include "shared/common.h"
 
-/// Shading data of one light triangle. All vectors are unit; index = 3 * corner + component.
+/// Shading data of one triangle of the low poly. All vectors are unit; index = 3 * corner + component.
 typedef struct kiln_low_shading {
   kiln_float normal[9];
   kiln_float tangent[9];

@@ -59,7 +59,7 @@ struct kiln_pick_params {
 typedef struct kiln_pick_params kiln_pick_params;
 KILN_CHECK_SIZE(kiln_pick_params, 24);
 
-/// How kiln_hemisphere_cast goes about it.
+/// Modes of kiln_hemisphere_cast.
 struct kiln_cast_params {
   kiln_uint samples;     // of a work-item, whole lanes
   kiln_uint rows;        // of rays, cast at a time: samples * rows is KILN_OCCLUSION_BLOCK at most

@@ -1,4 +1,4 @@
-// What kernels/image.cl and host/gutter.cpp share.
+// Shared by kernels/image and host/image/gutter.cpp.
 #ifndef KILN_SHARED_IMAGE_H
 #define KILN_SHARED_IMAGE_H
 

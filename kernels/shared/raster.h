@@ -21,7 +21,7 @@
 #define KILN_RASTER_TILE 64
 #define KILN_RASTER_TILE_PIXELS 4096
 
-/// What kiln_raster_tiles draws together: at most this many triangles with at most as many vertices.
+/// A chunk, which kiln_raster_tiles draws as one: at most this many triangles with at most as many vertices.
 #define KILN_RASTER_CHUNK 32
 
 /// Boxes that are tested at a time.
@@ -72,7 +72,7 @@ struct kiln_raster_chunk {
 typedef struct kiln_raster_chunk kiln_raster_chunk;
 KILN_CHECK_SIZE(kiln_raster_chunk, 640);
 
-/// Where 16 chunks lie, and which way they face.
+/// Bounds of 16 chunks, and the directions that they face.
 struct kiln_raster_bounds {
   kiln_float centre[3][KILN_RASTER_BOXES];
   kiln_float half_extent[3][KILN_RASTER_BOXES];
@@ -84,7 +84,7 @@ struct kiln_raster_bounds {
 typedef struct kiln_raster_bounds kiln_raster_bounds;
 KILN_CHECK_SIZE(kiln_raster_bounds, 704);
 
-/// What 16 chunks, or 16 sixteens of them, cover of a view: pixels, inclusive. Of what covers nothing,
+/// Bounds of 16 chunks, or of 16 sixteens of them, in a view: pixels, inclusive. If they cover nothing,
 /// `first` lies beyond the picture or `last` before it.
 struct kiln_raster_boxes {
   short first_x[KILN_RASTER_BOXES];

@@ -1,4 +1,4 @@
-// What the self-test of a device computes: word i of result r at [r * KILN_SELFTEST_ITEMS + i].
+// Results of a device's self-test: word i of result r at [r * KILN_SELFTEST_ITEMS + i].
 #ifndef KILN_SHARED_SELFTEST_H
 #define KILN_SHARED_SELFTEST_H
 
@@ -6,7 +6,7 @@
 
 #define KILN_SELFTEST_ITEMS 1024
 
-// Of inputs i: result `operation` by scalars, + 8 by vectors of 4, + 16 by those of 8, + 24 by those of 16.
+// For inputs i: result `operation` by scalars, + 8 by vectors of 4, + 16 by those of 8, + 24 by those of 16.
 #define KILN_SELFTEST_SUMS 0        ///< Float products and sums, not contracted
 #define KILN_SELFTEST_FMA 1         ///< Float fused multiply-add
 #define KILN_SELFTEST_DIVISION 2    ///< Float division and square root

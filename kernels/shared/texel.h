@@ -25,7 +25,7 @@ typedef struct kiln_texel_piece {
 } kiln_texel_piece;
 KILN_CHECK_SIZE(kiln_texel_piece, 64);
 
-/// What is interpolated over a piece.
+/// Values that are interpolated over a piece.
 typedef struct kiln_texel_corners {
   kiln_float position[9];  // index = 3 * corner + component
   kiln_float direction[9];
@@ -54,7 +54,7 @@ typedef struct kiln_texel_params {
 } kiln_texel_params;
 KILN_CHECK_SIZE(kiln_texel_params, 48);
 
-/// Where a block lies, what may touch it, and where its results go.
+/// A block of texels: its place, the pieces that may touch it, and the place of its results.
 typedef struct kiln_texel_block {
   kiln_int x;  // first sample
   kiln_int y;

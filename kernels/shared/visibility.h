@@ -41,7 +41,7 @@ struct kiln_visibility_params {
 typedef struct kiln_visibility_params kiln_visibility_params;
 KILN_CHECK_SIZE(kiln_visibility_params, 32);
 
-/// How a band's samples get their directions.
+/// The source of directions of a band's samples.
 struct kiln_visibility_band {
   kiln_uint texel_count;
   kiln_uint capacity;      ///< Of the band's planes

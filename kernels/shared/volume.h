@@ -1,4 +1,4 @@
-// What kernels/volume.cl and host/volume/ share.
+// Shared by kernels/volume and host/volume.
 #ifndef KILN_SHARED_VOLUME_H
 #define KILN_SHARED_VOLUME_H
 

@@ -108,7 +108,7 @@ float8 texel_blend(const float v0, const float v1, const float v2, const float8 
   return fma(w2, (float8)(v2), fma(w1, (float8)(v1), w0 * v0));
 }
 
-/// How many lanes are true.
+/// Number of lanes that are true.
 int texel_count(const int8 lanes) {
   const int4 pairs = lanes.lo + lanes.hi;
   return -(pairs.x + pairs.y + pairs.z + pairs.w);

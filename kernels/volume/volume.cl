@@ -119,7 +119,7 @@ kernel __attribute__((vec_type_hint(float4))) void kiln_volume_crossings(
       const float3 at_b = volume_gradient(&grid, voxels, b);
       const float3 gradient = volume_blend(fa - grid.iso, fb - grid.iso, at_a, at_b, axis, &t);
       const float outward = grid.below != 0 ? 1.0f : -1.0f;
-      // Where the field is flat around the edge, along the edge.
+      // Along the edge, if the field is flat around it.
       normal = volume_unit(gradient * outward, along_edge);
     }
   }
@@ -166,7 +166,7 @@ static void volume_advance(const float8 axis[3], float8 value, float8 limit,
   for (int k = 0; k < 3; ++k) place[k] += axis[k] * step;
 }
 
-/// Where E is least, eight vertices at once. place: in: where to start, out: the place.
+/// The place of the least E, eight vertices at once. place: in: where to start, out: the place.
 static void volume_solve(const float8 a[6], const float8 b[3], float8 place[3]) {
 #pragma OPENCL FP_CONTRACT OFF
   float8 xx = a[0], xy = a[1], xz = a[2], yy = a[3], yz = a[4], zz = a[5];

@@ -86,7 +86,7 @@ kernel void kiln_volume_map_splat(const kiln_volume_level params,
       float3 weights = (float3)(0.0f);
       const uint k = map_project(chart, vload3(0, leaf->position), &weights);
       const float3 normal = vload3(0, leaf->normal);
-      // What looks the other way is another side of the surface; what hardly looks this way belongs to the
+      // A normal that looks the other way is another side of the surface; one that hardly looks this way belongs to the
       // polygon beyond a crease, and counts little.
       const float facing = dot3(normal, vload3(0, chart->normal[k]));
       if (!(facing > 0.0f)) continue;

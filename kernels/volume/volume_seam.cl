@@ -59,20 +59,20 @@ static seam_side seam_get(global const kiln_volume_chart* chart, uint k) {
   return side;
 }
 
-/// How much a direction counts for another.
+/// Weight of one direction for another.
 static float seam_weight(float3 a, float3 b) {
 #pragma OPENCL FP_CONTRACT OFF
   return clamp((dot3(a, b) - SEAM_CREASE) / (SEAM_SAME - SEAM_CREASE), 0.0f, 1.0f);
 }
 
-/// How much of a level's differences the finer one takes over: all where its texels are within the reach,
+/// Share of a level's differences that the finer one takes over: all where its texels are within the reach,
 /// nothing from twice the reach on.
 static float seam_fade(float reach, uint level) {
 #pragma OPENCL FP_CONTRACT OFF
   return clamp(2.0f * reach / (float)(1u << level) - 1.0f, 0.0f, 1.0f);
 }
 
-/// What a side has at node j of m, counted from the vertex with the lower number.
+/// A side's value at node j of m, counted from the vertex with the lower number.
 static float3 seam_read(global const kiln_volume_chart* charts, global const float4* texels,
                         uint member, int j, int m) {
 #pragma OPENCL FP_CONTRACT OFF

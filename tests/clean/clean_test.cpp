@@ -301,7 +301,7 @@ TEST(Clean, LeavesSeenFromBehindStay) {
   EXPECT_EQ(mesh.triangles.size(), count);
 }
 
-/// What only some groups are asked of is what all pictures of all of them say.
+/// An answer asked of some groups alone is the one that all pictures of all groups give.
 TEST(Clean, ViewsOfSomeGroupsAreThoseOfAll) {
   std::mt19937 random(7);
   std::uniform_real_distribution<float> place(-1, 1), size(0.02F, 0.3F);
