@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <cmath>
 #include <cstdint>
 #include <string>
 #include <vector>
@@ -10,6 +11,16 @@
 #include "noise.h"
 
 namespace kiln::sample {
+
+inline double length(const Point& p) { return std::sqrt(dot(p, p)); }
+inline Point unit(const Point& p) { return (1 / length(p)) * p; }
+inline Point crossed(const Point& a, const Point& b) {
+  return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
+}
+
+inline Vec3 to_float(const Point& p) {
+  return {static_cast<float>(p.x), static_cast<float>(p.y), static_cast<float>(p.z)};
+}
 
 /// Place of a part: its own axes in the scene, right-handed and of unit length.
 struct Stand {

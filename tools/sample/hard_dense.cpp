@@ -8,16 +8,6 @@
 namespace kiln::sample {
 namespace {
 
-Point unit(const Point& p) { return (1 / std::sqrt(dot(p, p))) * p; }
-
-Point crossed(const Point& a, const Point& b) {
-  return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
-}
-
-Vec3 to_float(const Point& p) {
-  return {static_cast<float>(p.x), static_cast<float>(p.y), static_cast<float>(p.z)};
-}
-
 /// Places of grid lines of a rounded box's face: close together over the rounding, as its angles are even.
 std::vector<double> box_lines(double half, double radius, int steps) {
   // The last one exactly, so that faces meet.

@@ -9,17 +9,6 @@
 namespace kiln::sample {
 namespace {
 
-double length(const Point& p) { return std::sqrt(dot(p, p)); }
-Point unit(const Point& p) { return (1 / length(p)) * p; }
-
-Point crossed(const Point& a, const Point& b) {
-  return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
-}
-
-Vec3 to_float(const Point& p) {
-  return {static_cast<float>(p.x), static_cast<float>(p.y), static_cast<float>(p.z)};
-}
-
 struct Packing {
   std::vector<std::array<double, 2>> corner;  ///< Of each chart
   bool fits = false;

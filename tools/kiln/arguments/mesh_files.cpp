@@ -132,7 +132,11 @@ std::vector<Material> by_name(const std::vector<Material>& materials,
     const auto found =
         std::find_if(materials.begin(), materials.end(),
                      [&](const Material& material) { return material.name == name; });
-    result.push_back(found == materials.end() ? Material{.name = name} : *found);
+    if (found != materials.end()) {
+      result.push_back(*found);
+    } else {
+      result.emplace_back().name = name;
+    }
   }
   return result;
 }

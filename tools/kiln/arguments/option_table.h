@@ -151,10 +151,10 @@ OptionValue choice(Member<Job, T> member, Words<T> names) {
 
 /// A text, such as a file's name. \param check  throws where it is none; null: any text will do
 template <typename Job>
-OptionValue text(Member<Job, std::string> member, std::string_view words = "TEXT",
+OptionValue text(Member<Job, std::string> member, std::string_view shown = "TEXT",
                  void (*check)(const char* flag, const std::string& text) = nullptr) {
   return value_of<Job>(
-      member.path, "text", words,
+      member.path, "text", shown,
       [=](Job& job, const std::string& flag, const Option::Words& words) {
         if (check != nullptr) check(flag.c_str(), words.back());
         member.of(job) = words.back();
@@ -204,8 +204,8 @@ OptionValue length(Member<Job, std::optional<Length>> member) {
 
 /// An option. Of a bake's, what it serves is checked, too.
 struct OptionRow {
-  std::string flag;   ///< "--samples"; a position has no dashes
-  std::string group;  ///< The heading of help that it stands below
+  std::string flag;        ///< "--samples"; a position has no dashes
+  std::string group = {};  ///< The heading of help that it stands below
   OptionValue value;
   std::string help;
   /// Its key in reports; empty: that of the flag ("view_size"); "-": none
