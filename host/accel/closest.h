@@ -21,7 +21,7 @@ struct ClosestQuery {
 /// Finds the nearest point of the high poly (Tarini, Cignoni, Scopigno 2003, "Visibility Based Methods
 /// and Assessment for Detail-Recovery", section 3.1).
 ///
-/// Exact but for rounding (the bound is in kernels/lib/nearest.clh). Ties go to the smaller
+/// Exact but for rounding (the bound is in kernels/accel/nearest.clh). Ties go to the smaller
 /// triangle index. The result is a function of the triangles and the sample alone: tree, variant
 /// and threads change nothing.
 class ClosestFinder {

@@ -46,7 +46,7 @@ enum class RasterPath {
   two_passes,  ///< The same where it has none
 };
 
-/// Draws keys of depth and triangle (kernels/raster.cl, kernels/tiles.cl). Which triangle a pixel shows is a function of
+/// Draws keys of depth and triangle (kernels/accel/raster.cl, tiles.cl). Which triangle a pixel shows is a function of
 /// mesh and view alone: the nearest; of equally near ones the lowest.
 class Rasterizer {
  public:

@@ -1,4 +1,4 @@
-// Cuts a mesh into chunks for kernels/tiles.cl.
+// Cuts a mesh into chunks for kernels/accel/tiles.cl.
 #pragma once
 
 #include <cstdint>

@@ -13,7 +13,7 @@ namespace {
 constexpr std::size_t kLocalSize = 64;
 // Bounds the work of one launch: a few milliseconds on a GPU, tens on a CPU.
 constexpr std::uint32_t kRaysPerLaunch = 1u << 20;
-// KILN_BEAM_RAYS of kernels/lib/beam.clh.
+// KILN_BEAM_RAYS of kernels/accel/beam.clh.
 constexpr std::uint32_t kRaysPerBeam = 64;
 // Blocks of a work-group.
 constexpr std::size_t kOcclusionLocalSize = 4;

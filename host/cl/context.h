@@ -142,7 +142,7 @@ class KILN_HIDDEN Context {
   cl_command_queue queue() const { return queue_; }
   cl_device_id device() const { return device_; }
 
-  /// A kernel by program family ("ray" for kernels/ray.cl) and full kernel name. The program is
+  /// A kernel by program family ("ray" for kernels/accel/ray.cl) and full kernel name. The program is
   /// built at first use and kept. `defines` is a string of -D options that change the code's shape.
   /// \throws Error(device) with the whole build log
   Kernel kernel(const std::string& family, const std::string& name,

@@ -1,4 +1,4 @@
-// The kernels' sources, embedded at build time by cmake/EmbedKernels.cmake.
+// The kernels' sources, embedded at build time by cmake/EmbedKernel.cmake.
 #pragma once
 
 #include <string_view>

@@ -85,7 +85,7 @@ struct MapRow {
   std::string_view unit = {};
   /// Range of each channel that integer formats hold; none: MapInfo::low and high, in all channels.
   std::function<ValueRange(const RangeRequest& request, std::uint32_t channel)> range = {};
-  /// Its values are about the map's own texels: at no size are they nearer to the surface.
+  /// Its values depend on the size of texels, so that a larger map is not nearer to the surface.
   bool of_texels = false;
   std::function<std::unique_ptr<MapMaker>(const MapRequest& request)> make;
 };

@@ -32,7 +32,7 @@ struct GutterOptions {
 /// rest is filled by push-pull (Grossman and Dally 1998; Gortler et al. 1996) after a 1-texel ring
 /// of nearest values. Baked texels never change. Missed texels that are to be filled take push-pull
 /// values from baked ones and stay marked missed; missed texels that are not count as baked. The
-/// nearest texels are found on the device (kernels/image.cl), exactly, in bands of rows; values are
+/// nearest texels are found on the device (kernels/image/image.cl), exactly, in bands of rows; values are
 /// copied and averaged on the host's threads. Nothing wraps around the borders. The same bytes on
 /// every device and number of threads. Where nothing is baked, nothing changes.
 /// \returns how many texels became gutter

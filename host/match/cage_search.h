@@ -16,14 +16,15 @@ struct CageNeeds {
   SurfacePlaces places;
   std::vector<std::uint8_t> counts;  ///< 0: another part of the low poly covers it
   std::vector<std::uint8_t> found;   ///< It has a face
-  std::vector<float> outward,
-      outward_most;                        ///< From where rays meet the face first: at least, below
-  std::vector<float> inward, inward_most;  ///< How deep the face lies, and what lies below it
-  std::vector<Vec3> direction;             ///< Of the places' rays, unit
+  /// Start of rays above the place: from `outward` on they meet its face first, from `outward_most` on another one.
+  std::vector<float> outward, outward_most;
+  std::vector<float> inward,
+      inward_most;              ///< Depth of the face below the place, and of the next one below it
+  std::vector<Vec3> direction;  ///< Of the places' rays, unit
 };
 
-/// A place's face is the outermost within the request's distance; where its ray enters a solid within the
-/// distance, and leaves it beyond, the face where it leaves it; where there is neither, the nearest inward.
+/// A place's face is the first of these that there is: the one where its ray leaves a solid beyond the request's
+/// distance that it entered within it; the outermost within the distance; the nearest inward.
 /// \param request  without a cage
 /// \param turn     as directions turn in the bake
 /// \param parts    places find their own part alone, and only that bounds them; may be null

@@ -36,7 +36,7 @@ Mesh with_any_uvs(Mesh mesh);
 
 /// Places that pictures from many sides show on both meshes: points of the low poly with their texture
 /// coordinates, and the high poly's normal in the same pixel. What a picture of the low poly would show
-/// is looked up there (bilinear, as kernels/render.cl does it). So measuring one more map casts no ray. Pixels are point samples, so fewer of them estimate the same mean.
+/// is looked up there (bilinear, as kernels/render/render.cl does it). So measuring one more map casts no ray. Pixels are point samples, so fewer of them estimate the same mean.
 ///
 /// The same pixels tell how good a way to match can get without baking any map: its matches of these very
 /// points are what a map of endless size would show.

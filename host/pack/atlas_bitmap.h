@@ -81,7 +81,7 @@ class AtlasPacker {
 
   /// Each outline goes to the best free place by the order's rule. What finds none is left out.
   /// \param most  area that may be left out; beyond, the rest is not tried, and left_out is above it
-  /// \param done  what the first `same` of the order came to on this sheet, which is not looked for again. Turns of
+  /// \param done  places of the first `same` outlines of the order on this sheet, kept as they are. Turns of
   ///              the others are looked at first: that is quicker where they are good
   Packed pack(const AtlasBitmap& sheet, const PackOrder& order,
               double most = std::numeric_limits<double>::infinity(), const Packed* done = nullptr,

@@ -128,7 +128,7 @@ class LowPolyPlanner {
       return errors.limit <= options_.max_error / 2 && errors.one_sided <= most_one_sided_;
     });
   }
-  /// The coarsest that does without a map, if that weighs at most so much.
+  /// The coarsest level that reaches the error without a map, if it weighs at most `most` bytes.
   std::optional<std::size_t> coarsest_without_map(double most) {
     if (sizes_.front() != 0) return std::nullopt;
     return coarsest(first_within(most, 0), evaluator_.count(), [&](std::size_t level) {

@@ -21,9 +21,9 @@ enum class LevelRule {
 };
 
 /// The meshes that simplify() passes on its way down. Where the high poly needs no head start, each is the
-/// mesh that simplify() makes of that number of faces. So it is where all have the same head start (none has
-/// more than 5,000 faces) and nothing is left to mend. Else the smaller ones may differ a little, since finer meshes
-/// need a finer head start.
+/// mesh that simplify() makes of that number of faces. The same holds if no level has more than 5,000
+/// faces, so that all have one head start, and nothing is left to mend. Else the smaller ones may differ a little, since
+/// finer meshes need a finer head start.
 class SimplifyLevels {
  public:
   /// \param high   must outlive this

@@ -1,4 +1,4 @@
-// Texture coordinates by grown charts: see UnwrapMethod::charts in kiln/lowpoly.h.
+// Texture coordinates by grown charts: see UnwrapMethod::charts in kiln/unwrap.h.
 #pragma once
 
 #include <memory>

@@ -8,7 +8,7 @@
 // shrinking radius. All variants share one point-triangle distance (see nearest.clh).
 // Ties go to the lowest triangle. Culling is strict and its arithmetic is monotone: the result is a
 // function of sample and triangles alone. On CPUs neighbouring samples walk together (see
-// lib/closest_group.clh), starting with the leaf that their predecessors ended at.
+// accel/closest_group.clh), starting with the leaf that their predecessors ended at.
 //
 // | kernel              | global size      | local | reads, writes a sample  |
 // | kiln_closest_run    | samples / 256, up | 16   | 24 B + tree, 17 B       |
@@ -17,7 +17,7 @@
 // Defines: KILN_CLOSEST_SCALAR  build the scalar kernel instead
 //          KILN_LANES           8 or 16, samples a vector; default by the device (lib/vector.clh)
 //          KILN_PORTABLE_MASKS  no x86 instructions (lib/mask.clh)
-//          KILN_BVH_PLAIN       the tree has no guards (guard.clh)
+//          KILN_BVH_PLAIN       the tree has no prisms (prism.clh)
 //
 // Strengths: needs no direction to be right, finds something wherever the mesh is near. Limits: a miss
 // costs a walk through everything within the distance. Samples beyond 2^20 frame units, or with a

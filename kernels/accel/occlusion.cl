@@ -16,7 +16,7 @@
 //          KILN_RAY_SINGLE  build the wide kernel instead of the stream: for CPU drivers that turn
 //                           work-items into lanes. llvmpipe takes a minute and more to compile the
 //                           stream, and gets it wrong.
-//          KILN_BVH_PLAIN   see guard.clh
+//          KILN_BVH_PLAIN   see prism.clh
 // Limits: see ray.cl.
 #include "accel/occlusion_block.clh"
 #include "accel/traverse_scalar.clh"

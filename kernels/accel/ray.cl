@@ -1,7 +1,7 @@
 // Nearest hits of rays that leave samples of the low poly, on the high poly.
 //
 // Algorithm: a hierarchy of 8-wide nodes (see shared/bvh.h) walked nearest child first, and a
-// watertight triangle test (see lib/triangle.clh) that all variants share. Ties in t go to the
+// watertight triangle test (see accel/triangle.clh) that all variants share. Ties in t go to the
 // smaller triangle. Culling is strict and its arithmetic is monotone: the result is a function of
 // ray and triangles alone.
 //
@@ -17,7 +17,7 @@
 // Defines: KILN_RAY_SCALAR      build the scalar kernel instead of the beam
 //          KILN_LANES           8 or 16, rays a vector; default by the device (lib/vector.clh)
 //          KILN_PORTABLE_MASKS  no x86 instructions (lib/mask.clh)
-//          KILN_BVH_PLAIN       the tree has no guards (guard.clh)
+//          KILN_BVH_PLAIN       the tree has no prisms (prism.clh)
 //
 // Strengths: neighbouring samples (blocks of 8 x 8) share one walk. Limits: rays that have little in
 // common are walked one by one. Origins beyond 2^20 frame units and directions longer than 2 miss.

@@ -2,7 +2,7 @@
 //
 // Camera rays go through the ray family, or a z-buffer of the raster family names each pixel's
 // triangle; here are the steps around both. Normals are interpolated over the hit triangle, or read
-// from a normal map: the exact inverse of kernels/detail.cl (tangent frames after Mikkelsen 2008,
+// from a normal map: the exact inverse of kernels/detail/detail.cl (tangent frames after Mikkelsen 2008,
 // interpolated and not normalised). Light is a wrapped key, a fill and a rim light that travel with
 // the camera, and a broad highlight. A sky is dimmed by ambient occlusion: directions with a cosine
 // distribution (Malley's method on Vogel's spiral, 1979). Each pixel turns them by an angle of the R2

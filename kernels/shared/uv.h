@@ -4,7 +4,7 @@
 
 #include "shared/common.h"
 
-/// A UV triangle of the high poly in fixed point (host/uv_grid.h): a sample is 2^shift units wide.
+/// A UV triangle of the high poly in fixed point (host/mesh/uv_grid.h): a sample is 2^shift units wide.
 typedef struct kiln_uv_piece {
   kiln_int x[3];
   kiln_int y[3];

@@ -46,7 +46,7 @@ Scene sliver_soup(std::size_t count, unsigned seed) {
   return scene;
 }
 
-/// The bound that kernels/lib/nearest.clh promises: how far our distance to a triangle may be above the true one
+/// The bound that kernels/accel/nearest.clh promises: how far our distance to a triangle may be above the true one
 /// (and by `rounding` below it).
 struct Bound {
   double rounding = 0;

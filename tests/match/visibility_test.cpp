@@ -24,7 +24,7 @@ namespace {
 
 using Point = std::array<double, 3>;
 constexpr double kDegree = std::numbers::pi / 180;
-constexpr double kStart = 1.0 / 65536;  // where rays begin, host/visibility.cpp
+constexpr double kStart = 1.0 / 65536;  // where rays begin, host/match/visibility.cpp
 
 Point point(const Vec3& v) { return {v.x, v.y, v.z}; }
 

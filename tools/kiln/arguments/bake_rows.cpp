@@ -387,7 +387,7 @@ std::vector<OptionRow> make_rows() {
        .key = "-"},
       {.flag = "--out",
        .value = text(AT(out), "DIR"),
-       .help = "Folder for the maps (made where only its last part is missing)",
+       .help = "Folder for the maps (made where it is missing)",
        .key = "-",
        .required = true},
 
@@ -495,9 +495,8 @@ std::vector<OptionRow> make_rows() {
        .value = length(AT(options.occlusion.distance)),
        .help =
            "How far away something still darkens ambient occlusion and bends normals (default: all "
-           "of "
-           "HIGH); how thick thickness shows as white (default: 10%). World units, or P% of HIGH's "
-           "diagonal"},
+           "of HIGH); the thickness that the map of it shows as white (default: 10%). World units, "
+           "or P% of HIGH's diagonal"},
       {.flag = "--ao-falloff",
        .group = kOcclusion,
        .value = choice(AT(options.occlusion.falloff), Words(kFalloffs)),
@@ -522,7 +521,7 @@ std::vector<OptionRow> make_rows() {
        .value = choice(AT(options.occlusion.own_part), Words(kPartOcclusion)),
        .help = "With --match-by: what of HIGH and LOW darkens a part: all, or its own part alone "
                "(own), "
-               "as if the parts were pulled apart. Files of --ao-occluders always do"},
+               "as if the parts were pulled apart. Meshes of --ao-occluders darken every part"},
       {.flag = "--ao-error",
        .group = kOcclusion,
        .value = number(AT(options.occlusion.max_error), 0, 1, true).or_none(),
@@ -617,7 +616,7 @@ std::vector<OptionRow> make_rows() {
        .value = text(AT(max_angle), "DEGREES", check_degrees).in("degrees"),
        .help =
            "For --match auto: the mean angle to reach, in degrees, between rendered normals and "
-           "HIGH's (default: what the largest map would reach)"},
+           "HIGH's (default: what a larger map would not lower by 5%)"},
       {.flag = "--fallback",
        .group = kMatch,
        .value = fallback_value(),
@@ -874,8 +873,9 @@ std::vector<OptionRow> make_rows() {
        .help =
            "Without LOW and --faces: normal=DEGREES, the fewest bytes of low poly and maps whose "
            "rendered normals are this near on average; or P%, few triangles that stay within this "
-           "share of the diagonal (default 0.2%). With --match auto and without --max-angle: the "
-           "older name of that. normal=DEGREES,MAP=E...: errors of several maps at once (degrees, "
+           "share of the diagonal (default 0.2%). With --match auto and without --max-angle: "
+           "that angle, by its older name. normal=DEGREES,MAP=E...: errors of several maps at once "
+           "(degrees, "
            "world units, colour differences, or shares of 1 such as 2/255)"},
       {.flag = "--screen",
        .group = kLow,

@@ -318,7 +318,8 @@ OptionRow clean_row(const char* group) {
       .group = group,
       .value = choice(KILN_MEMBER(Job, clean), Words(kCleanHigh)),
       .help =
-          "Repairs of HIGH before all else: all (vertices welded, doubled faces and floaters and "
+          "Repairs of HIGH before all else: all (open edges welded within 0.001% of the diagonal, "
+          "doubled faces and floaters and "
           "inner shells left out, pinholes filled, faces turned outwards), none, or auto: all "
           "where Kiln makes the low poly, else turned faces alone. Each is counted in a warning"};
 }

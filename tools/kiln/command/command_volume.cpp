@@ -79,7 +79,7 @@ std::vector<OptionRow> volume_rows() {
        .required = true},
       {.flag = "--out",
        .value = text(AT(out)),
-       .help = "Folder for mesh and map (made where only its last part is missing)",
+       .help = "Folder for mesh and map (made where it is missing)",
        .key = "-",
        .required = true},
       {.flag = "--full",
