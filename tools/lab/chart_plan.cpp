@@ -1,24 +1,37 @@
-#include "lab/chart_plan.h"
-
+// `kiln chart HIGH --plan`: bytes against error: low polys of all numbers of faces with maps of all sizes, and where
+// plans stand.
 #include <meshoptimizer.h>
 
 #include <algorithm>
 #include <cmath>
+#include <set>
 #include <tuple>
 #include <utility>
 
+#include "arguments/map_bounds.h"
+#include "arguments/parse.h"
+#include "arguments/small_file.h"
 #include "kiln/measure.h"
 #include "kiln/normals.h"
 #include "kiln/plan.h"
 #include "kiln/render.h"
 #include "kiln/simplify.h"
 #include "kiln/unwrap.h"
+#include "lab/chart.h"
 #include "lab/measuring.h"
 #include "lab/table.h"
 
 namespace kiln::cli {
 namespace {
 
+/// Ways to make a low poly and its map.
+enum class PlanWay {
+  kiln,   ///< simplify(), and as many samples a texel as plans take
+  plain,  ///< meshoptimizer's simplifier, rays along the normals, one sample a texel
+};
+
+/// Bits a channel of all maps of the grids. Plans choose their own.
+constexpr std::uint32_t kGridBits = 8;
 constexpr std::uint32_t kFewestFaces = 125, kMostFaces = 16000, kSmallestMap = 16;
 /// One part of a pair has at most so many times the bytes of the other: beyond that, a step of either brings
 /// little.
@@ -71,8 +84,42 @@ Image rounded(Image map) {
   return map;
 }
 
+struct PlanChartOptions {
+  /// LowPolyPlanOptions::screen, of plans and of what the grid is measured by; 0: points of 128² pictures
+  std::uint32_t screen = 0;
+  std::uint32_t size = 1024;  ///< The largest map, texels a side
+  std::vector<double>
+      errors;  ///< To plan for, degrees; empty: three between the grid's best and worst
+};
+
+/// A low poly with a map, as measured.
+struct PlanPoint {
+  PlanWay way = PlanWay::kiln;
+  std::uint64_t faces = 0;     ///< Triangles
+  std::uint64_t vertices = 0;  ///< As a renderer holds them
+  std::uint32_t size = 0;      ///< Texels a side; 0: no map
+  LowPolyBytes bytes;
+  double degrees = 0;  ///< Mean angle between rendered normals and the high poly's
+  bool front = false;  ///< Nothing else of its way has both fewer bytes and less error
+};
+
+double kib(std::uint64_t bytes) { return static_cast<double>(bytes) / 1024; }
+
+Json json_of(const LowPolyBytes& b) {
+  return fields("vertices texels total", {b.vertices, b.texels, b.total()});
+}
+
+Json json_of(const PlanPoint& p) {
+  return fields("way faces vertices size bits bytes mean_degrees front",
+                {p.way == PlanWay::kiln ? "kiln" : "meshoptimizer", p.faces, p.vertices, p.size,
+                 p.size == 0 ? Json() : Json(kGridBits), json_of(p.bytes), p.degrees, p.front});
+}
+
+/// Makes and measures the grid of a high poly, then plans. Pictures come from 30 directions that plans do not look
+/// from.
 class PlanCharter {
  public:
+  /// \throws Error(input) where HIGH has too few faces
   PlanCharter(const Device& device, const Mesh& high, const PlanChartOptions& options,
               const Progress& progress)
       : device_(device),
@@ -82,10 +129,7 @@ class PlanCharter {
         source_(device, high),
         reference_(Scene(device, high), high, views(), kPixels) {
     if (options.screen != 0) on_screen_.emplace(source_, options.screen, kViews);
-    chart_.screen = options.screen;
-    chart_.name = high.name;
-    chart_.faces = high.triangles.size();
-    chart_.warnings = source_.warnings();
+    warnings = source_.warnings();
     sizes_.push_back(0);
     for (std::uint32_t s = kSmallestMap; s <= options.size; s *= 2) sizes_.push_back(s);
     const std::size_t most = std::min<std::size_t>(kMostFaces, high.triangles.size() / 2);
@@ -98,10 +142,11 @@ class PlanCharter {
     }
   }
 
-  std::optional<PlanChart> run() {
+  /// \returns false where progress said stop
+  bool run() {
     for (const PlanWay way : {PlanWay::kiln, PlanWay::plain}) {
       for (const std::uint32_t faces : faces_) {
-        if (!add_faces(way, faces)) return std::nullopt;
+        if (!add_faces(way, faces)) return false;
       }
       mark_front(way);
     }
@@ -109,10 +154,30 @@ class PlanCharter {
     std::sort(errors.rbegin(), errors.rend());
     for (std::size_t i = 0; i < errors.size(); ++i) {
       const double share = static_cast<double>(i) / static_cast<double>(errors.size());
-      if (!add_plan(errors[i], kAtPlans + (1 - kAtPlans) * share)) return std::nullopt;
+      if (!add_plan(errors[i], kAtPlans + (1 - kAtPlans) * share)) return false;
     }
-    return std::move(chart_);
+    return true;
   }
+
+  /// The points that are wanted, by rising bytes.
+  template <class Wanted>
+  std::vector<const PlanPoint*> points_of(const Wanted& wanted) const {
+    std::vector<const PlanPoint*> some;
+    for (const PlanPoint& point : points) {
+      if (wanted(point)) some.push_back(&point);
+    }
+    std::sort(some.begin(), some.end(), [](const PlanPoint* a, const PlanPoint* b) {
+      return std::tuple(a->bytes.total(), a->degrees) < std::tuple(b->bytes.total(), b->degrees);
+    });
+    return some;
+  }
+  std::vector<const PlanPoint*> front(PlanWay way) const {
+    return points_of([&](const PlanPoint& point) { return point.way == way && point.front; });
+  }
+
+  std::vector<PlanPoint> points;  ///< By way, faces, size
+  Json plans = Json::array();     ///< By falling error
+  std::vector<Warning> warnings;
 
  private:
   /// None near those that plans look from.
@@ -139,7 +204,6 @@ class PlanCharter {
       simple = by_meshoptimizer(high_, faces);
     }
     // Neither makes fewer faces than the shape needs.
-    const std::vector<PlanPoint>& points = chart_.points;
     const bool again = !points.empty() && points.back().way == way &&
                        points.back().faces == simple.triangles.size();
     if (simple.triangles.empty() || again) return true;
@@ -165,7 +229,7 @@ class PlanCharter {
       point.vertices = simple.positions.size();
       point.bytes = plain;
       point.degrees = measured(simple);
-      chart_.points.push_back(point);
+      points.push_back(point);
       return true;
     }
     Mesh low = unwrap(simple, {UnwrapMethod::charts, size, std::max(2U, size / 256)});
@@ -181,7 +245,7 @@ class PlanCharter {
     point.vertices = split_vertices(low);
     point.bytes = low_poly_bytes(point.vertices, point.faces, size, {kChannels}, kGridBits);
     point.degrees = measured(low, rounded(result.maps[0].image), bake_with);
-    chart_.points.push_back(point);
+    points.push_back(point);
     return true;
   }
 
@@ -197,37 +261,19 @@ class PlanCharter {
     return reference_.compare(Scene(device_, low, normal)).mean_degrees;
   }
 
-  /// By rising bytes.
-  std::vector<const PlanPoint*> front(PlanWay way) const {
-    std::vector<const PlanPoint*> points;
-    for (const PlanPoint& point : chart_.points) {
-      if (point.way == way && point.front) points.push_back(&point);
-    }
-    std::sort(points.begin(), points.end(), [](const PlanPoint* a, const PlanPoint* b) {
-      return a->bytes.total() < b->bytes.total();
-    });
-    return points;
-  }
-
   void mark_front(PlanWay way) {
-    std::vector<PlanPoint*> points;
-    for (PlanPoint& point : chart_.points) {
-      if (point.way == way) points.push_back(&point);
-    }
-    std::sort(points.begin(), points.end(), [](const PlanPoint* a, const PlanPoint* b) {
-      return std::tuple(a->bytes.total(), a->degrees) < std::tuple(b->bytes.total(), b->degrees);
-    });
     double least = 1e300;
-    for (PlanPoint* point : points) {
-      point->front = point->degrees < least;
-      least = std::min(least, point->degrees);
+    for (const PlanPoint* of_way : points_of([&](const PlanPoint& p) { return p.way == way; })) {
+      PlanPoint& point = points[static_cast<std::size_t>(of_way - points.data())];
+      point.front = point.degrees < least;
+      least = std::min(least, point.degrees);
     }
   }
 
   /// Numbers of two digits each.
   std::vector<double> errors_between() const {
-    const std::vector<const PlanPoint*> points = front(PlanWay::kiln);
-    const double worst = points.front()->degrees, best = points.back()->degrees;
+    const std::vector<const PlanPoint*> front_points = front(PlanWay::kiln);
+    const double worst = front_points.front()->degrees, best = front_points.back()->degrees;
     std::vector<double> errors;
     for (const double share : kShares) {
       const double error = worst * std::pow(best / worst, share);
@@ -237,7 +283,8 @@ class PlanCharter {
     return errors;
   }
 
-  /// Between the front's points, bytes follow a power of the error.
+  /// Of either way's front at an error; 0 where it does not get there. Between the front's points, bytes follow a power
+  /// of the error.
   double bytes_at(PlanWay way, double degrees) const {
     const PlanPoint* before = nullptr;
     for (const PlanPoint* point : front(way)) {
@@ -255,8 +302,6 @@ class PlanCharter {
   }
 
   bool add_plan(double wanted, double at) {
-    PlanStand stand;
-    stand.wanted = wanted;
     LowPolyPlanOptions options;
     options.max_error = wanted;
     options.screen = options_.screen;
@@ -268,13 +313,21 @@ class PlanCharter {
     const Stopwatch watch;
     LowPolyPlan plan = plan_low_poly(source_, high_, options);
     if (plan.cancelled) return false;
-    stand.seconds = watch.total();
-    stand.reached = plan.reached;
-    stand.chosen = plan.chosen;
-    stand.degrees = plan.result ? measured(plan.low, plan.drawn, plan.bake) : measured(plan.low);
-    stand.front_bytes = bytes_at(PlanWay::kiln, stand.degrees);
-    stand.plain_bytes = bytes_at(PlanWay::plain, stand.degrees);
-    chart_.plans.push_back(stand);
+    const double seconds = watch.total();
+    const Candidate& c = plan.chosen;  // measured by the plan's own pictures
+    const double degrees =
+        plan.result ? measured(plan.low, plan.drawn, plan.bake) : measured(plan.low);
+    const double front = bytes_at(PlanWay::kiln, degrees),
+                 plain = bytes_at(PlanWay::plain, degrees);
+    const auto known = [](double value) { return value > 0 ? Json(value) : Json(); };
+    const auto bytes = static_cast<double>(c.bytes.total());
+    plans.push_back(fields(
+        "wanted_degrees reached faces vertices size samples bits match bytes planned_degrees "
+        "mean_degrees front_bytes plain_front_bytes times_front times_plain_front seconds",
+        {wanted, plan.reached, c.faces, c.vertices, c.size, c.samples, c.bits, c.method.name,
+         json_of(c.bytes), c.measured, degrees, known(front), known(plain),
+         front > 0 ? Json(bytes / front) : Json(), plain > 0 ? Json(bytes / plain) : Json(),
+         seconds}));
     return true;
   }
 
@@ -291,16 +344,164 @@ class PlanCharter {
   std::vector<std::uint32_t> faces_, sizes_;
   std::size_t grids_ = 0;
   double at_ = 0;
-  PlanChart chart_;
+};
+
+std::string map_text(const Json& size) {
+  return size.number() == 0 ? "no map" : text_of(size.number()) + "²";
+}
+
+/// Curves of the grid by size of map, both fronts, and rings where plans stand.
+Json panel_of(const PlanCharter& chart, const std::string& title) {
+  Json panel = plot_panel("Mean angle between rendered normals, degrees");
+  panel["title"] = title;
+  const auto add = [&](const std::string& name, const Json& look,
+                       const std::vector<const PlanPoint*>& points) {
+    panel["curves"].push_back(plot_curve(
+        name, look, points, [](const PlanPoint* p) { return kib(p->bytes.total()); },
+        [](const PlanPoint* p) { return p->degrees; }));
+  };
+  std::set<std::uint32_t> sizes;
+  for (const PlanPoint& point : chart.points) sizes.insert(point.size);
+  double before = 0;
+  for (const std::uint32_t size : sizes) {
+    const std::vector<const PlanPoint*> points = chart.points_of(
+        [&](const PlanPoint& p) { return p.way == PlanWay::kiln && p.size == size; });
+    const double shade = before++ / static_cast<double>(sizes.size());
+    if (!points.empty()) add(map_text(size), {{"thin", shade}}, points);
+  }
+  const std::string bits = std::to_string(kGridBits) + " bits";
+  add("Kiln: the front of faces and sizes, " + bits, "kiln", chart.front(PlanWay::kiln));
+  add("meshoptimizer and a plain bake: the front, " + bits, "paper", chart.front(PlanWay::plain));
+  Json& rings = panel["rings"];
+  rings["title"] = "the plans";
+  for (const Json& plan : chart.plans.elements()) {
+    const Json& size = plan.at("size");
+    rings["x"].push_back(plan.at("bytes.total").number() / 1024);
+    rings["y"].push_back(plan.at("mean_degrees"));
+    rings["labels"].push_back(
+        "for " + text_of(plan.at("wanted_degrees").number()) +
+        "°: " + with_commas(static_cast<std::uint64_t>(plan.at("faces").number())) + " faces, " +
+        map_text(size) +
+        (size.number() == 0 ? "" : ", " + text_of(plan.at("bits").number()) + " bits"));
+  }
+  return panel;
+}
+
+class PlansChart : public ChartKind {
+ public:
+  explicit PlansChart(const ChartArguments& a) : arguments_(a) {
+    input_key = "mesh";
+    inputs_key = "meshes";
+    inputs = a.meshes;
+    about =
+        "Bytes of low poly and maps against the mean angle of rendered normals, degrees. Plans "
+        "choose faces, map size and bits; beside them are the fronts of all faces and map sizes, "
+        "by "
+        "Kiln and by meshoptimizer with a plain bake. Maps of the fronts have " +
+        std::to_string(kGridBits) + " bits a channel.";
+    options_.size = a.size;
+    if (!a.screen.empty()) options_.screen = parse_pixels("--screen", a.screen);
+    for (const std::string& text : a.max_errors) {
+      // A bound with a name, as elsewhere: "normal=1.5".
+      const std::string bound = normal_bound(text);
+      options_.errors.push_back(parse_degrees("--max-error", bound.empty() ? text : bound));
+    }
+  }
+
+  bool look(const Progress&) override {
+    for (const std::string& path : inputs) {
+      if (!is_readable_file(path)) load_high(path, {}, warnings);  // says what is wrong with it
+    }
+    return true;
+  }
+
+  void read(std::size_t i) override {
+    dense_ = read_high(arguments_, inputs[i], warnings);
+    if (!dense_.heights) clean_high(dense_.mesh, CleanOptions(), warnings);
+  }
+
+  std::optional<ChartGroup> measure(const Device& device, std::size_t i,
+                                    const Progress& progress) override {
+    const Mesh& high = dense_.mesh;
+    PlanCharter chart(device, high, options_, progress);
+    if (!chart.run()) return std::nullopt;
+    warnings.insert(warnings.end(), chart.warnings.begin(), chart.warnings.end());
+    ChartGroup group;
+    group.title = high.name + ", " + with_commas(high.triangles.size()) + " faces";
+    if (options_.screen != 0)
+      group.title += ", " + with_commas(options_.screen) + " pixels on screen";
+    Json points = Json::array(), data = Json::array();
+    for (const PlanPoint& point : chart.points) points.push_back(json_of(point));
+    for (Json plan : chart.plans.elements()) {
+      plan["way"] = "plan";
+      data.push_back(std::move(plan));
+    }
+    group.report = {{"high", describe(high, inputs[i])}};
+    group.report.update({{"points", points}, {"plans", chart.plans}});
+    group.panels.push_back(panel_of(chart, group.title));
+    group.tables = {{"", {}, points, ".csv"},
+                    {"Plans (map 0: none). Their bytes are told in times those of a front at the "
+                     "same angle, too.",
+                     {{"wanted °", "wanted_degrees", 3},
+                      {"measured °", "mean_degrees", 3},
+                      {"faces", "faces", 0},
+                      {"map", "size", 0},
+                      {"bits", "bits", 0},
+                      {"KiB", "bytes.total", 1, kib(1)},
+                      {"times the front", "times_front", 2},
+                      {"times meshoptimizer's", "times_plain_front", 2}},
+                     data,
+                     ".csv"}};
+    for (const auto& [way, whose] :
+         {std::pair(PlanWay::kiln, "Kiln's"), std::pair(PlanWay::plain, "meshoptimizer's")}) {
+      Json front = Json::array();
+      for (const PlanPoint* point : chart.front(way)) front.push_back(json_of(*point));
+      group.tables.push_back({std::string("The front of ") + whose + " grid:",
+                              {{"faces", "faces", 0},
+                               {"map", "size", 0},
+                               {"KiB", "bytes.total", 1, kib(1)},
+                               {"measured °", "mean_degrees", 3}},
+                              front});
+    }
+    return group;
+  }
+
+  Json plot(const DeviceInfo&, const std::vector<ChartGroup>& groups) const override {
+    Json panels = Json::array(), ticks = Json::array();
+    double least = 1e300, most = 0;
+    for (const ChartGroup& group : groups) {
+      panels.push_back(group.panels[0]);
+      for (const char* list : {"points", "plans"}) {
+        for (const Json& made : group.report.at(list).elements()) {
+          least = std::min(least, made.at("bytes.total").number() / 1024);
+          most = std::max(most, made.at("bytes.total").number() / 1024);
+        }
+      }
+    }
+    // Powers of four around all of it.
+    double tick = 1.0 / 256;
+    while (4 * tick <= least) tick *= 4;
+    for (; ticks.size() < 2 || ticks.back().number() < most; tick *= 4) ticks.push_back(tick);
+    return fields("kind title x_title x_ticks panels",
+                  {"study", "Bytes against error: faces, map sizes and plans",
+                   "KiB of low poly and maps", ticks, panels});
+  }
+
+  Json options() const override {
+    return fields("size max_error screen", {options_.size, options_.errors,
+                                            options_.screen == 0 ? Json() : Json(options_.screen)});
+  }
+
+ private:
+  const ChartArguments& arguments_;
+  PlanChartOptions options_;
+  HighPolyInput dense_;
 };
 
 }  // namespace
 
-const char* way_name(PlanWay way) { return way == PlanWay::kiln ? "kiln" : "meshoptimizer"; }
-
-std::optional<PlanChart> run_plan_chart(const Device& device, const Mesh& high,
-                                        const PlanChartOptions& options, const Progress& progress) {
-  return PlanCharter(device, high, options, progress).run();
+std::unique_ptr<ChartKind> chart_of_plans(const ChartArguments& arguments) {
+  return std::make_unique<PlansChart>(arguments);
 }
 
 }  // namespace kiln::cli

@@ -15,6 +15,30 @@ namespace kiln::cli {
 constexpr std::uint32_t kHeldOutViews = 30;
 constexpr double kLeastHeldOutAngle = 2;  ///< Degrees from a view matched from to one measured from
 
+/// Progress of work in steps.
+class Steps {
+ public:
+  explicit Steps(const Progress& progress) : progress_(progress) {}
+
+  double count = 1, done = 0;
+
+  /// Says what is done next. \returns false where progress said stop
+  bool at(const std::string& stage) {
+    stage_ = stage;
+    return show(0);
+  }
+  /// The callback of a call that is a step, or so much of one.
+  Progress within(double share = 1) {
+    return [this, share](double part, std::string_view) { return show(share * part); };
+  }
+
+ private:
+  bool show(double more) const { return progress_((done + more) / count, stage_); }
+
+  const Progress& progress_;
+  std::string stage_;
+};
+
 /// \throws Error(usage)
 [[noreturn]] void fail(const std::string& text);
 

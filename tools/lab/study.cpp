@@ -496,7 +496,8 @@ Json size_plot(const Study& study, const StudyOptions& options, const std::strin
 
 // ---- text --------------------------------------------------------------------------------------
 
-Json json_of(const Setting& s, double diagonal) {
+/// All but seconds and warnings.
+Json figures_of(const Setting& s, double diagonal) {
   const bool views = s.views != 0, paper = s.curve == Curve::paper;
   const auto of_views = [&](const Json& value) { return views ? value : Json(); };
   Json json = fields(
@@ -523,27 +524,16 @@ Json json_of(const Setting& s, double diagonal) {
         fields("pixels one_sided mean rms max",
                {s.depth.pixels, s.depth.one_sided, s.depth.mean, s.depth.rms, s.depth.max});
   }
-  json["seconds"] = fields("bake measure", {s.seconds_bake, s.seconds_measure});
-  json["warnings"] = describe(s.warnings);
   return json;
 }
 
-std::string line_of(const Setting& s, double diagonal) {
-  std::string what = curve_name(s.curve);
-  if (s.views != 0) what += " " + plural(s.views, "view");
-  what += ", " + std::to_string(s.faces) + " faces";
-  if (s.size != 0) what += ", " + std::to_string(s.size) + " x " + std::to_string(s.size);
-  const NormalError& n = s.normal;
-  std::string line = formatted(
-      "%-42s mean %.3f degrees, median %.3f, 95%% %.2f, 99%% %.2f; 8-bit %.2f", what.c_str(),
-      n.mean_degrees, n.median_degrees, n.p95_degrees, n.p99_degrees, n.mean_8bit);
-  if (s.curve != Curve::none) {
-    line +=
-        formatted("; distance %.4f%%, 95%% %.3f%%, max %.2f%%", 100 * s.distance.mean / diagonal,
-                  100 * s.distance.p95 / diagonal, 100 * s.distance.max / diagonal);
+/// The same of all settings.
+Json figures_of(const Study& study) {
+  Json rows = Json::array();
+  for (const Setting& setting : study.settings) {
+    rows.push_back(figures_of(setting, study.diagonal));
   }
-  if (s.depth.pixels != 0) line += formatted("; depth difference %.5f", s.depth.mean);
-  return line;
+  return rows;
 }
 
 std::vector<std::string> findings(const Study& study, const StudyOptions& options) {
@@ -586,50 +576,6 @@ std::vector<std::string> findings(const Study& study, const StudyOptions& option
   return lines;
 }
 
-std::string study_data(const Study& study) {
-  Table table(
-      "curve|views|target_faces|faces|size|pixels|mean_degrees|median_degrees|p95_degrees|"
-      "p99_degrees|max_degrees|mean_8bit|above_4|above_8|above_16|above_32|above_64|samples|missed|"
-      "distance_mean|distance_p95|distance_max|distance_mean_percent|distance_p95_percent|"
-      "distance_max_percent|depth_mean|depth_rms|depth_max");
-  for (const Setting& s : study.settings) {
-    const NormalError& n = s.normal;
-    const DistanceError& d = s.distance;
-    const auto percent = [&](double distance) { return 100 * distance / study.diagonal; };
-    const auto depth = [&](double value) { return s.depth.pixels != 0 ? Json(value) : Json(); };
-    static_assert(std::tuple_size_v<decltype(n.above_8bit)> == 5);
-    table.add({curve_name(s.curve),
-               s.views,
-               s.target_faces,
-               s.faces,
-               s.size,
-               n.pixels,
-               n.mean_degrees,
-               n.median_degrees,
-               n.p95_degrees,
-               n.p99_degrees,
-               n.max_degrees,
-               n.mean_8bit,
-               n.above_8bit[0],
-               n.above_8bit[1],
-               n.above_8bit[2],
-               n.above_8bit[3],
-               n.above_8bit[4],
-               d.samples,
-               d.missed,
-               d.mean,
-               d.p95,
-               d.max,
-               percent(d.mean),
-               percent(d.p95),
-               percent(d.max),
-               depth(s.depth.mean),
-               depth(s.depth.rms),
-               depth(s.depth.max)});
-  }
-  return table.csv();
-}
-
 Plot study_plot(const Study& study, const StudyOptions& options, const std::string& mesh) {
   return {std::string("study_") + study_name(options.kind),
           options.kind == StudyKind::faces  ? faces_plot(study, options, mesh)
@@ -670,16 +616,32 @@ Plot error_plot(const Study& study, const StudyOptions& options) {
 }
 
 std::vector<std::string> study_lines(const Study& study, const StudyOptions& options) {
-  std::vector<std::string> lines;
-  for (const Setting& setting : study.settings) lines.push_back(line_of(setting, study.diagonal));
+  static const std::vector<Column> columns = {
+      {"curve", "curve"},
+      {"views", "views", 0},
+      {"faces", "faces", 0},
+      {"size", "size", 0},
+      {"mean °", "normal_error.mean_angle_degrees", 3},
+      {"median", "normal_error.median_angle_degrees", 3},
+      {"95%", "normal_error.p95_angle_degrees", 2},
+      {"99%", "normal_error.p99_angle_degrees", 2},
+      {"8-bit", "normal_error.mean_8bit_difference", 2},
+      {"distance %", "distance_error.mean_percent_of_diagonal", 4},
+      {"95%", "distance_error.p95_percent_of_diagonal", 3},
+      {"most", "distance_error.max_percent_of_diagonal", 2},
+      {"depth", "depth_difference.mean", 5}};
+  std::vector<std::string> lines = table_lines(columns, figures_of(study));
   for (const std::string& line : findings(study, options)) lines.push_back(line);
   return lines;
 }
 
 Json json_of(const Study& study, const StudyOptions& options) {
-  Json settings = Json::array();
-  for (const Setting& setting : study.settings) {
-    settings.push_back(json_of(setting, study.diagonal));
+  Json settings = figures_of(study);
+  for (std::size_t i = 0; i < study.settings.size(); ++i) {
+    const Setting& s = study.settings[i];
+    settings[i].update(fields(
+        "seconds warnings",
+        {fields("bake measure", {s.seconds_bake, s.seconds_measure}), describe(s.warnings)}));
   }
   Json enough = Json::object();
   if (options.kind == StudyKind::views) {
@@ -776,7 +738,7 @@ int run_study(const MeasureArguments& a) {
   const Plot plot = study_plot(study, options, high.name);
   if (!console.progress(kAtSave, "writing")) return kExitCancelled;
   const fs::path data = folder / (plot.name + ".csv");
-  save_text(data, study_data(study));
+  save_text(data, csv(figures_of(study)));
   std::vector<std::string> outputs = {data.string()};
   if (!save_plots(folder, {plot, error_plot(study, options)}, outputs, warnings)) {
     return kExitCancelled;
