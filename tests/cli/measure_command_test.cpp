@@ -249,7 +249,7 @@ TEST(MeasureCommand, RatesPlacesOfVisibilityApart) {
   EXPECT_NE(report["methods"][3]["object_space"], report["methods"][4]["object_space"]);
   EXPECT_TRUE(fs::exists(scene / "low_hybrid_vertex_uniformity.exr"));
   for (const std::string& name : names) {
-    EXPECT_NE(result.output.find("\n" + name), std::string::npos) << result.output;
+    EXPECT_NE(result.output.find("| " + name + " "), std::string::npos) << result.output;
   }
   EXPECT_EQ(measure({"--match", "ray", "--visibility-at", "face"}).exit_code, 2);
   EXPECT_EQ(measure({"--visibility-at", "edge"}).exit_code, 2);

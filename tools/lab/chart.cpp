@@ -5,10 +5,9 @@
 #include <numeric>
 #include <set>
 
-#include "arguments/paths.h"
 #include "interrupt.h"
 #include "kiln/files.h"
-#include "report/console.h"
+#include "lab/lab_run.h"
 
 namespace kiln::cli {
 namespace {
@@ -165,80 +164,63 @@ bool ChartArguments::names(const std::string& setting) const {
   return std::find(settings.begin(), settings.end(), setting) != settings.end();
 }
 
-bool has_height_fields(const ChartArguments& a) {
-  for (std::size_t i = 0; i < a.meshes.size(); i += 2) {
-    if (is_height_field(a.meshes[i])) return true;
-  }
-  return false;
-}
-
 HighPolyInput read_high(const ChartArguments& a, const std::string& path,
                         std::vector<Warning>& warnings) {
   return load_high(path, is_height_field(path) ? a.heights : HeightFieldOptions(), warnings,
                    load_options(a, MeshSide::high));
 }
 
-int run_chart(const ChartArguments& a, ChartKind& kind) {
-  Console console(a.quiet);
-  Stopwatch watch;
+int run_chart(const ChartArguments& a, Json options, ChartKind& kind) {
+  LabRun run(a);
   const std::filesystem::path folder = a.out;
-  prepare_output_folder(folder);
   const Device device = Device::open(a.device);
-  if (!kind.look([&](double, std::string_view stage) { return console.progress(0, stage); })) {
-    return kExitCancelled;
-  }
-  double seconds_load = watch.lap(), seconds_chart = 0;
+  const DeviceInfo info = device.info();
+  if (!kind.look(run.within(0, 0))) return kExitCancelled;
+  double seconds_load = run.watch.lap(), seconds_chart = 0;
   std::vector<ChartGroup> groups;
   Json measured = Json::array();
+  const double step = kAtSave / static_cast<double>(kind.inputs.size());
   for (std::size_t i = 0; i < kind.inputs.size(); ++i) {
-    const auto show = [&](double done, std::string_view stage) {
-      const double before = static_cast<double>(i), count = static_cast<double>(kind.inputs.size());
-      return console.progress(kAtSave * (before + done) / count, stage);
-    };
+    const double before = step * static_cast<double>(i);
+    const Progress show = run.within(before, before + step);
     if (!show(0, "reading " + kind.inputs[i])) return kExitCancelled;
     kind.read(i);
-    seconds_load += watch.lap();
+    seconds_load += run.watch.lap();
     std::optional<ChartGroup> group = kind.measure(device, i, show);
     if (!group) return kExitCancelled;
     measured.push_back(group->report);
     groups.push_back(std::move(*group));
-    seconds_chart += watch.lap();
+    seconds_chart += run.watch.lap();
   }
 
-  if (!console.progress(kAtSave, "writing")) return kExitCancelled;
-  std::vector<std::string> outputs;
-  const auto output = [&](const std::string& ending) {
-    return outputs.emplace_back((folder / (kChartName + ending)).string());
+  if (!run.console.progress(kAtSave, "writing")) return kExitCancelled;
+  run.warnings = std::move(kind.warnings);
+  run.of_settings = std::move(kind.of_settings);
+  const auto save = [&](const std::string& ending, const std::string& text) {
+    run.outputs.push_back((folder / (kChartName + ending)).string());
+    save_text(run.outputs.back(), text);
   };
-  for (const auto& [ending, rows] : data_of(kind.input_key, groups)) {
-    save_text(output(ending), csv(rows));
-  }
-  const DeviceInfo info = device.info();
+  for (const auto& [ending, rows] : data_of(kind.input_key, groups)) save(ending, csv(rows));
   std::string text = "# Kiln's chart\n\nOn " + markdown_text(info.name) + " (" +
                      markdown_text(info.platform) + ", driver " + markdown_text(info.driver) +
                      "). " + kind.about + "\n\n";
   for (const ChartGroup& group : groups) {
-    text += "## " + markdown_text(group.title) + "\n\n" + join(lines_of(group), "\n") + "\n";
+    const std::vector<std::string> lines = lines_of(group);
+    text += "## " + markdown_text(group.title) + "\n\n" + join(lines, "\n") + "\n";
+    run.lines.push_back(group.title + ":");
+    run.lines.insert(run.lines.end(), lines.begin(), lines.end());
   }
-  save_text(output(".md"), text);
+  save(".md", text);
   const Plot plot{kChartName, kind.plot(info, groups), std::nullopt};
-  if (!save_plots(folder, {plot}, outputs, kind.warnings)) return kExitCancelled;
-  const std::string report_path = output(".json");
-  Json report = fields("version device compile_seconds options",
-                       {version(), describe(info), device.compile_seconds(), kind.options()});
-  report[kind.inputs_key] = measured;
-  add_ending(report, fields("load chart save", {seconds_load, seconds_chart, watch.lap()}), watch,
-             outputs, kind.warnings);
-  save_report(report_path, report);
-
-  console.progress(1, "done");
-  print_warnings(console, kind.warnings, kind.of_settings, report_path);
-  for (const ChartGroup& group : groups) {
-    console.line(group.title + ":");
-    for (const std::string& line : lines_of(group)) console.line(line);
-  }
-  for (const std::string& path : outputs) console.line("wrote " + path);
-  return 0;
+  if (!save_plots(folder, {plot}, run.outputs, run.warnings)) return kExitCancelled;
+  run.json = (folder / (std::string(kChartName) + ".json")).string();
+  run.outputs.push_back(run.json);
+  options.update(kind.options());
+  run.report.update(fields("device compile_seconds options",
+                           {describe(info), device.compile_seconds(), options}));
+  run.report[kind.inputs_key] = measured;
+  run.seconds = fields("load chart save", {seconds_load, seconds_chart, run.watch.lap()});
+  return run.end();
 }
 
 }  // namespace kiln::cli

@@ -9,11 +9,10 @@
 #include <string>
 #include <vector>
 
-#include "arguments/high_poly_input.h"
-#include "arguments/mesh_frame.h"
 #include "arguments/surface_arguments.h"
 #include "kiln/cage.h"
 #include "kiln/kiln.h"
+#include "lab/lab_arguments.h"
 #include "lab/table.h"
 #include "picture/plot.h"
 #include "report/report.h"
@@ -93,28 +92,19 @@ struct AoSetting {
 std::vector<std::string> ao_setting_names();
 
 /// Arguments of `kiln chart`.
-struct ChartArguments {
-  std::vector<std::string> meshes;       ///< Or volumes
-  HeightFieldOptions heights;            ///< Of all height fields
-  LoadMeshOptions load;                  ///< Of all meshes
-  MeshFrameArguments frame;              ///< Of all meshes
-  SurfaceArguments surface;              ///< Of volumes
-  std::vector<std::string> for_volumes;  ///< Options given that meshes have no use for
-  std::string out, device;
-  std::string max_distance = "2%";
+struct ChartArguments : LabArguments {
+  ChartArguments() { size = 1024, pixels = 512, directions = 512; }
+
+  std::vector<std::string> meshes;  ///< Or volumes
+  SurfaceArguments surface;         ///< Of volumes
   std::vector<std::string> settings;
-  std::uint32_t size = 1024;                ///< Texels a side of the maps
-  std::uint32_t repeat = 3;                 ///< Timed runs of each setting
-  std::optional<std::uint32_t> directions;  ///< Of viewing rays
-  std::uint32_t pixels = 512;               ///< A side of the pictures whose normals are measured
-  bool ao = false;                          ///< Also ambient occlusion
-  std::optional<double> ao_error;           ///< A share of 1
-  std::optional<double> ao_budget;          ///< Seconds
-  bool plan = false;                        ///< Bytes against error of high polys alone
-  std::vector<std::string> max_errors;      ///< To plan for, degrees
-  std::string screen;                       ///< Of plans: pixels wide; empty: none
-  std::vector<std::string> not_for_plans;   ///< Options given that plans have no use for
-  bool quiet = false;
+  std::uint32_t repeat = 3;             ///< Timed runs of each setting
+  bool ao = false;                      ///< Also ambient occlusion
+  std::optional<double> ao_error;       ///< A share of 1
+  std::optional<double> ao_budget;      ///< Seconds
+  bool plan = false;                    ///< Bytes against error of high polys alone
+  std::vector<std::string> max_errors;  ///< To plan for, degrees
+  std::string screen;                   ///< Of plans: pixels wide; empty: none
 
   /// True if --settings names it.
   bool names(const std::string& setting) const;
@@ -158,7 +148,7 @@ class ChartKind {
                                             const Progress& progress) = 0;
   /// Of chart.png
   virtual Json plot(const DeviceInfo& device, const std::vector<ChartGroup>& groups) const = 0;
-  virtual Json options() const = 0;  ///< For the report
+  virtual Json options() const = 0;  ///< For the report: those that it puts in other words
 };
 /// The plot of charts of speed. \param subtitle  what device and number of runs are added to
 Json speed_plot(const std::vector<ChartGroup>& groups, const std::string& title,
@@ -181,10 +171,7 @@ bool add_ao(const Device& device, const Mesh& high, const Mesh& low,
 HighPolyInput read_high(const ChartArguments& arguments, const std::string& path,
                         std::vector<Warning>& warnings);
 
-/// Runs a chart and saves it. \returns the exit code
-int run_chart(const ChartArguments& arguments, ChartKind& kind);
-
-/// Among the high polys.
-bool has_height_fields(const ChartArguments& arguments);
+/// Runs a chart and saves it. \param options  for the report \returns the exit code
+int run_chart(const ChartArguments& arguments, Json options, ChartKind& kind);
 
 }  // namespace kiln::cli

@@ -4,6 +4,7 @@
 
 #include "arguments/parse.h"
 #include "lab/chart.h"
+#include "lab/lab_run.h"
 #include "lab/measuring.h"
 #include "lab/table.h"
 
@@ -121,8 +122,8 @@ bool add_ao(const Device& device, const Mesh& high, const Mesh& low, const Chart
   bake_with.maps = {std::find_if(maps().begin(), maps().end(), [](const MapInfo& map) {
                       return obeys(map, "occlusion.max_error") && obeys(map, "occlusion.views");
                     })->kind};
-  bake_with.width = bake_with.height = a.size;
-  bake_with.match.max_distance = parse_length_above_0("--max-distance", a.max_distance);
+  bake_with.width = bake_with.height = *a.size;
+  bake_with.match.max_distance = a.search_distance();
   bake_with.report.recall = 0;
   bake_with.progress = steps.within();
   bake_with.report.errors = true;
@@ -133,7 +134,8 @@ bool add_ao(const Device& device, const Mesh& high, const Mesh& low, const Chart
     const BakeResult baked = bake(source, low, bake_with);
     if (baked.cancelled) return false;
     if (baked.report.errors.empty()) {
-      throw Error(ErrorCode::input, "'" + low.name + "' has no texel at " + std::to_string(a.size) +
+      throw Error(ErrorCode::input, "'" + low.name + "' has no texel at " +
+                                        std::to_string(*a.size) +
                                         " texels a side that its high poly is found for, so "
                                         "there is no ambient occlusion to compare: use a larger "
                                         "--size.");

@@ -10,6 +10,7 @@
 #include "kiln/measure.h"
 #include "kiln/render.h"
 #include "lab/chart.h"
+#include "lab/lab_run.h"
 #include "lab/measuring.h"
 #include "lab/table.h"
 #include "report/check_result.h"
@@ -77,9 +78,9 @@ struct Options {
 
 Options options_of(const ChartArguments& a) {
   Options options;
-  options.max_distance = parse_length_above_0("--max-distance", a.max_distance);
-  options.size = a.size, options.repeat = a.repeat, options.pixels = a.pixels;
-  options.directions = a.directions.value_or(512);
+  options.max_distance = a.search_distance();
+  options.size = *a.size, options.repeat = a.repeat, options.pixels = *a.pixels;
+  options.directions = *a.directions;
   if (a.settings.empty()) return options;
   options.strict = true;
   options.settings = all_chart_settings();
@@ -416,15 +417,7 @@ class MatchChart : public ChartKind {
     Json names = Json::array(), ao_names = Json::array();
     for (const ChartSetting& setting : options_.settings) names.push_back(setting.name);
     for (const AoSetting& setting : ao_) ao_names.push_back(setting.name);
-    const HeightFieldOptions& heights = arguments_.heights;
-    return fields(
-        "size max_distance height extent triangulate up unit uv_set repeat directions pixels "
-        "settings ao_settings",
-        {options_.size, arguments_.max_distance,
-         has_height_fields(arguments_) ? Json(heights.height) : Json(), extent_json(heights),
-         name_of(Words(kTriangulations), arguments_.load.triangulation), arguments_.frame.up,
-         arguments_.frame.unit, arguments_.frame.uv_set, options_.repeat, options_.directions,
-         options_.pixels, names, ao_names});
+    return fields("settings ao_settings", {names, ao_names});
   }
 
  private:

@@ -399,7 +399,7 @@ class PlansChart : public ChartKind {
         "by "
         "Kiln and by meshoptimizer with a plain bake. Maps of the fronts have " +
         std::to_string(kGridBits) + " bits a channel.";
-    options_.size = a.size;
+    options_.size = *a.size;
     if (!a.screen.empty()) options_.screen = parse_pixels("--screen", a.screen);
     for (const std::string& text : a.max_errors) {
       // A bound with a name, as elsewhere: "normal=1.5".
@@ -488,8 +488,8 @@ class PlansChart : public ChartKind {
   }
 
   Json options() const override {
-    return fields("size max_error screen", {options_.size, options_.errors,
-                                            options_.screen == 0 ? Json() : Json(options_.screen)});
+    return fields("max_error screen",
+                  {options_.errors, options_.screen == 0 ? Json() : Json(options_.screen)});
   }
 
  private:

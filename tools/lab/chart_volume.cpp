@@ -10,6 +10,7 @@
 #include "kiln/render.h"
 #include "kiln/volume.h"
 #include "lab/chart.h"
+#include "lab/lab_run.h"
 #include "lab/measuring.h"
 #include "lab/table.h"
 #include "report/check_result.h"
@@ -323,8 +324,8 @@ class VolumesChart : public ChartKind {
         "nothing; empty: texels compared that the map leaves without a normal, where the low "
         "poly's own counts. *: nothing else is both faster and closer.";
     options_.extract = extract_options(a.surface);
-    options_.size = a.size, options_.repeat = a.repeat, options_.pixels = a.pixels;
-    options_.max_distance = parse_length_above_0("--max-distance", a.max_distance);
+    options_.size = *a.size, options_.repeat = a.repeat, options_.pixels = *a.pixels;
+    options_.max_distance = a.search_distance();
     if (a.settings.empty()) return;
     std::erase_if(options_.ways, [&](const VolumeWay& way) { return !a.names(way.name); });
   }
@@ -406,9 +407,7 @@ class VolumesChart : public ChartKind {
   Json options() const override {
     Json json = describe(arguments_.surface), names = Json::array();
     for (const VolumeWay& way : options_.ways) names.push_back(way.name);
-    json.update(fields("size chart_border max_distance repeat pixels settings",
-                       {options_.size, options_.extract.border_texels, arguments_.max_distance,
-                        options_.repeat, options_.pixels, names}));
+    json.update(fields("chart_border settings", {options_.extract.border_texels, names}));
     return json;
   }
 

@@ -6,52 +6,34 @@
 #include <optional>
 
 #include "arguments/bake_job.h"
-#include "arguments/high_poly_input.h"
-#include "arguments/mesh_frame.h"
-#include "arguments/parse.h"
 #include "arguments/paths.h"
 #include "commands.h"
 #include "interrupt.h"
 #include "kiln/files.h"
 #include "kiln/kiln.h"
 #include "kiln/render.h"
+#include "lab/lab_run.h"
 #include "lab/measuring.h"
 #include "lab/table.h"
 #include "picture/angles.h"
 #include "picture/sheet.h"
-#include "picture/view_arguments.h"
 #include "report/check_result.h"
-#include "report/console.h"
-#include "report/report.h"
 
 namespace kiln::cli {
 namespace {
 
 namespace fs = std::filesystem;
 
-struct GalleryArguments {
-  std::string high, low, out, json, device, max_distance = "2%";
-  std::vector<std::string> matches;  ///< Empty: all that do for the meshes
-  HeightFieldOptions heights;
-  LoadMeshOptions load;
-  MeshFrameArguments frame;
-  ViewArguments view;
-  std::uint32_t size = 1024;         ///< Texels a side
-  std::uint32_t picture_size = 480;  ///< Pixels of the longer side
-  std::uint32_t pixels = 512;        ///< A side of the pictures whose normals are measured
-  bool quiet = false;
-};
-
 /// One way to match.
 struct Exhibit {
   std::string method;
-  BakeReport bake;
+  Json figures;  ///< For the report
+  std::vector<Warning> warnings;
   Image map;     ///< Normals, tangent space
   Image points;  ///< F(p) of each texel's middle p, object space, from `origin`
   std::array<double, 3> origin{};
   Image offsets;                       ///< F(p) - p
   std::vector<std::uint8_t> coverage;  ///< Of both, per texel: 1 where a point was found
-  double mean_degrees = 0;             ///< Of rendered normals, from the pictures' view
   Image error;                         ///< Of the normal, per texel; see normal_error_texture()
 };
 
@@ -190,26 +172,13 @@ void draw_samples(const Scene& original, const Scene& plain, RenderOptions view,
 
 // ---- the gallery -------------------------------------------------------------------------------
 
-std::string faces_text(const Mesh& mesh) {
-  const std::size_t count = mesh.triangles.size();
-  return std::to_string(count) + (count == 1 ? " face" : " faces");
-}
-
-std::string missed_text(const BakeReport& report) {
-  const double share = report.samples == 0 ? 0
-                                           : 100.0 * static_cast<double>(report.missed) /
-                                                 static_cast<double>(report.samples);
-  return "missed " + fixed_text(share, 2) + "%";
-}
-
 /// The map to look at, and then the points that the same match finds. \returns false where stopped
-bool bake_exhibit(const Source& source, const Mesh& high, const Mesh& low,
-                  const GalleryArguments& a, const UvOptions& uv, const Progress& show,
-                  Exhibit& exhibit) {
+bool bake_exhibit(const Source& source, const Mesh& high, const Mesh& low, const LabArguments& a,
+                  const UvOptions& uv, const Progress& show, Exhibit& exhibit) {
   BakeOptions bake_with;
   bake_with.match.method = find_match(exhibit.method).method;
-  bake_with.width = bake_with.height = a.size;
-  bake_with.match.max_distance = parse_length_above_0("--max-distance", a.max_distance);
+  bake_with.width = bake_with.height = *a.size;
+  bake_with.match.max_distance = a.search_distance();
   bake_with.match.uv = uv;
   bake_with.report.keep_match = true;
   bake_with.progress = show;
@@ -218,7 +187,7 @@ bool bake_exhibit(const Source& source, const Mesh& high, const Mesh& low,
   check_result(baked.report, high, low);
   exhibit.map = std::move(baked.maps[0].image);
   BakeOptions points;
-  points.width = points.height = a.size;
+  points.width = points.height = *a.size;
   points.match.saved = &*baked.match;
   points.maps = {MapKind{"position"}, MapKind{"displacement"}};
   points.encoding.space = NormalMapSpace::object;
@@ -228,66 +197,67 @@ bool bake_exhibit(const Source& source, const Mesh& high, const Mesh& low,
   exhibit.points = std::move(read.maps[0].image);
   exhibit.offsets = std::move(read.maps[1].image);
   exhibit.coverage = std::move(read.coverage);
-  exhibit.bake = std::move(baked.report);
+  exhibit.warnings = std::move(baked.report.warnings);
+  exhibit.figures = fields("method texels warnings", {exhibit.method, describe_texels(baked.report),
+                                                      describe(exhibit.warnings)});
   return true;
 }
 
 /// \returns nothing where progress said stop
 /// \throws Error(input) where nothing matches, or a match that was asked for does not do
 std::optional<Gallery> make_gallery(const Device& device, const Mesh& high, const Mesh& low,
-                                    const GalleryArguments& a, const UvOptions& uv,
-                                    RenderOptions view, const Progress& progress) {
+                                    const LabArguments& a, const UvOptions& uv, RenderOptions view,
+                                    const Progress& progress) {
   Gallery gallery;
-  if (!progress(0, "preparing the high poly")) return std::nullopt;
+  Steps steps(progress);
+  if (!steps.at("preparing the high poly")) return std::nullopt;
   const Source source(device, high);
   gallery.warnings = source.warnings();
-  std::vector<std::string> methods = a.matches.empty() ? match_names() : a.matches;
+  std::vector<std::string> methods = a.matches;
   std::erase_if(methods, [&](const std::string& name) {
-    std::optional<LeftOut> left = unfit(find_match(name).method, "--match " + name, source, high,
-                                        low, uv, !a.matches.empty());
+    std::optional<LeftOut> left =
+        unfit(find_match(name).method, "--match " + name, source, high, low, uv, a.gave("--match"));
     if (left) gallery.left_out.push_back({name, left->reason});
     return left.has_value();
   });
+  steps.count = static_cast<double>(methods.size());
   view.frame = &high;
   const Scene original(device, high), plain(device, low);
+  const Places places(device, low);
   RenderOptions flat = view;
   flat.flat = true;
-  std::vector<Panel> panels = {{original.draw(view), {"high poly", faces_text(high), ""}},
-                               {plain.draw(flat), {"low poly", faces_text(low), ""}}};
+  std::vector<Panel> panels = {
+      {original.draw(view), {"high poly", plural(high.triangles.size(), "face"), ""}},
+      {plain.draw(flat), {"low poly", plural(low.triangles.size(), "face"), ""}}};
   const std::vector<ViewAngles> held_out = usual_held_out_angles();
   AnglePictures angles;
   angles.add(original, plain, view);
-  const double steps = static_cast<double>(methods.size());
-  for (std::size_t i = 0; i < methods.size(); ++i) {
+  for (const std::string& method : methods) {
     Exhibit exhibit;
-    exhibit.method = methods[i];
-    const auto show = [&](double done, std::string_view) {
-      return progress((static_cast<double>(i) + 0.6 * done) / steps,
-                      "matching by " + exhibit.method);
-    };
-    if (!bake_exhibit(source, high, low, a, uv, show, exhibit)) return std::nullopt;
-    if (!progress((static_cast<double>(i) + 0.6) / steps, "drawing")) return std::nullopt;
+    exhibit.method = method;
+    if (!steps.at("matching by " + method)) return std::nullopt;
+    if (!bake_exhibit(source, high, low, a, uv, steps.within(0.6), exhibit)) return std::nullopt;
+    if (!steps.at("drawing")) return std::nullopt;
     const Scene mapped(device, low, {&exhibit.map});
     angles.add(original, mapped, view);
-    exhibit.mean_degrees = angles.mean(i + 1);
-    panels.push_back(
-        {mapped.draw(view),
-         {exhibit.method, "normals off " + fixed_text(exhibit.mean_degrees, 2) + " degrees",
-          missed_text(exhibit.bake)}});
+    const double mean = angles.mean(gallery.exhibits.size() + 1);
+    exhibit.figures["mean_angle_degrees"] = mean;
+    const auto missed = static_cast<std::uint64_t>(exhibit.figures.at("texels.missed").number());
+    panels.push_back({mapped.draw(view),
+                      {method, "normals off " + fixed_text(mean, 2) + " degrees",
+                       plural(missed, "texel") + " missed"}});
     exhibit.error =
-        normal_error_texture(device, original, mapped, high, low, held_out, a.size, a.pixels);
+        normal_error_texture(places, original, mapped, high, held_out, *a.size, *a.pixels);
     gallery.exhibits.push_back(std::move(exhibit));
+    steps.done += 1;
   }
   gallery.matches = make_sheet(panels);
   const Scale scale = angles.scale();
-  std::vector<Panel> errors = {
-      {panels[0].image, {"high poly", ""}},
-      {angles.picture(0, scale),
-       {"without a map", "mean " + fixed_text(angles.mean(0), 2) + " degrees"}}};
-  for (std::size_t i = 0; i < gallery.exhibits.size(); ++i) {
-    errors.push_back(
-        {angles.picture(i + 1, scale),
-         {gallery.exhibits[i].method, "mean " + fixed_text(angles.mean(i + 1), 2) + " degrees"}});
+  std::vector<Panel> errors = {{panels[0].image, {"high poly", ""}}};
+  for (std::size_t i = 0; i <= gallery.exhibits.size(); ++i) {
+    errors.push_back({angles.picture(i, scale),
+                      {i == 0 ? "without a map" : gallery.exhibits[i - 1].method,
+                       "mean " + fixed_text(angles.mean(i), 2) + " degrees"}});
   }
   gallery.error = make_sheet(errors, scale);
   draw_samples(original, plain, view, gallery);
@@ -312,76 +282,55 @@ std::vector<std::string> save_gallery(const Gallery& gallery, const fs::path& fo
   return outputs;
 }
 
-int run_gallery(const GalleryArguments& a) {
+int run_gallery(LabArguments a, const std::vector<OptionRow>& rows) {
   check_mesh_frame(a.frame, {a.high}, {a.low}, {});
-  parse_length_above_0("--max-distance", a.max_distance);  // before any work
+  a.search_distance();  // checked before any work
+  if (a.matches.empty()) a.matches = match_names();
   RenderOptions view = view_options(a.view, is_height_field(a.high));
-  view.size = a.picture_size;
-  Console console(a.quiet, a.json);
-  Stopwatch watch;
+  view.size = *a.picture_size;
   const fs::path folder = a.out;
   check_paths({a.high, a.low},
               {folder / "matches.png", folder / "error.png", folder / "samples.png", a.json});
-  prepare_output_folder(folder);
-  prepare_parent(a.json);
+  LabRun run(a);
 
   const Device device = Device::open(a.device);
-  if (!console.progress(0, "reading " + a.high)) return kExitCancelled;
-  std::vector<Warning> warnings;
+  if (!run.console.progress(0, "reading " + a.high)) return kExitCancelled;
   const HighPolyInput dense =
-      load_high(a.high, a.heights, warnings, load_options(a, MeshSide::high));
-  const Mesh low = load_low(a.low, "", warnings, load_options(a, MeshSide::low));
-  const double seconds_load = watch.lap();
+      load_high(a.high, a.heights, run.warnings, load_options(a, MeshSide::high));
+  const Mesh low = load_low(a.low, "", run.warnings, load_options(a, MeshSide::low));
+  run.lap("load");
   const std::optional<Gallery> gallery =
-      make_gallery(device, dense.mesh, low, a, uv_options(dense), view,
-                   [&](double done, std::string_view stage) {
-                     return console.progress(0.05 + 0.9 * done, stage);
-                   });
+      make_gallery(device, dense.mesh, low, a, uv_options(dense), view, run.within(0.05, 0.95));
   if (!gallery) return kExitCancelled;
-  warnings.insert(warnings.end(), gallery->warnings.begin(), gallery->warnings.end());
-  const double seconds_draw = watch.lap();
-  const std::vector<std::string> outputs = save_gallery(*gallery, folder, low.name);
-  console.progress(1, "done");
-  std::vector<Warning> of_methods;
-  for (const Exhibit& exhibit : gallery->exhibits) {
-    of_methods.insert(of_methods.end(), exhibit.bake.warnings.begin(), exhibit.bake.warnings.end());
-  }
-  print_warnings(console, warnings, of_methods, "--json");
-  for (const LeftOut& left : gallery->left_out) {
-    console.line("left out: " + left.name + ": " + left.reason);
-  }
-  for (const std::string& output : outputs) console.line("wrote " + output);
-  if (a.json.empty()) return 0;
+  run.lap("draw");
+  run.warnings.insert(run.warnings.end(), gallery->warnings.begin(), gallery->warnings.end());
+  run.outputs = save_gallery(*gallery, folder, low.name);
   Json methods = Json::array();
   for (const Exhibit& exhibit : gallery->exhibits) {
-    methods.push_back(fields("method mean_angle_degrees texels warnings",
-                             {exhibit.method, exhibit.mean_degrees, describe_texels(exhibit.bake),
-                              describe(exhibit.bake.warnings)}));
+    methods.push_back(exhibit.figures);
+    run.of_settings.insert(run.of_settings.end(), exhibit.warnings.begin(), exhibit.warnings.end());
   }
-  Json json = fields(
-      "version device inputs options methods left_out samples",
-      {version(), describe(device.info()),
-       fields("high low", {describe(dense.mesh, a.high), describe(low, a.low)}),
-       fields("match size max_distance picture_size pixels view zoom at z_up square height extent "
-              "triangulate up unit uv_set",
-              {a.matches.empty() ? match_names() : a.matches, a.size, a.max_distance,
-               a.picture_size, a.pixels,
-               Json::array({view.azimuth_degrees, view.elevation_degrees}), view.zoom, view.at,
-               view.z_up, a.view.square, is_height_field(a.high) ? Json(a.heights.height) : Json(),
-               extent_json(a.heights), name_of(Words(kTriangulations), a.load.triangulation),
-               a.frame.up, a.frame.unit, a.frame.uv_set}),
-       methods, describe_left_out(gallery->left_out, "method"),
-       fields("every drawn", {gallery->every, gallery->samples_drawn})});
-  add_ending(json, {{"load", seconds_load}, {"draw", seconds_draw}}, watch, outputs, warnings);
-  save_report(a.json, json);
-  return 0;
+  for (const LeftOut& left : gallery->left_out) {
+    run.lines.push_back("left out: " + left.name + ": " + left.reason);
+  }
+  Json options = values_json(rows, &a);
+  if (!is_height_field(a.high)) options["height"] = {};
+  options.update(describe_view(view));
+  run.report.update(
+      fields("device inputs options methods left_out samples",
+             {describe(device.info()),
+              fields("high low", {describe(dense.mesh, a.high), describe(low, a.low)}), options,
+              methods, describe_left_out(gallery->left_out, "method"),
+              fields("every drawn", {gallery->every, gallery->samples_drawn})}));
+  return run.end();
 }
 
 }  // namespace
 
 Run add_gallery(Command& app) {
   Command* command = name_lab_command(app, "gallery");
-  auto a = std::make_shared<GalleryArguments>();
+  auto a = std::make_shared<LabArguments>();
+  a->size = 1024, a->pixels = 512, a->picture_size = 480;
   command->add_option("HIGH", a->high, "The high poly (" + high_poly_kinds() + ")")->required();
   command->add_option("LOW", a->low, "The low poly, with UVs")->required();
   command
@@ -389,36 +338,16 @@ Run add_gallery(Command& app) {
                    "Folder for matches.png, error.png, samples.png, and "
                    "LOW_<match>_normal_error.exr")
       ->required();
-  command
-      ->add_option("--match", a->matches,
-                   "A match, as of kiln bake; may be given again (default: all that do)")
-      ->allow_extra_args(false)
-      ->check(one_of(match_names()));
-  command->add_option("--size", a->size, "Texels a side of the maps, 16 to 8192")
-      ->check(range(16U, 8192U))
-      ->capture_default_str();
-  command
-      ->add_option("--max-distance", a->max_distance,
-                   "How far to look each way: world units, or P% of HIGH's diagonal")
-      ->capture_default_str();
-  command
-      ->add_option("--picture-size", a->picture_size,
-                   "Pixels of a picture's longer side, 64 to 4096")
-      ->check(range(64U, 4096U))
-      ->capture_default_str();
-  command
-      ->add_option("--pixels", a->pixels,
-                   "Pixels a side of the pictures that the errors of texels are measured in")
-      ->check(range(16U, 4096U))
-      ->capture_default_str();
-  add_view_options(*command, a->view);
-  add_height_options(*command, *a, "The height field (HIGH is a PNG or EXR)");
-  const OptionRow rows[] = {triangulate_row<GalleryArguments>("", "HIGH and LOW")};
+  const std::vector<OptionRow> rows =
+      lab_rows({"--match", "--size", "--max-distance", "--picture-size", "--pixels", "--height",
+                "--extent", "--triangulate", "--up", "--unit", "--uv-set", "--allow-outside",
+                "--device", "--json", "--quiet"});
   add_options(*command, rows, a.get());
-  add_options(*command, mesh_frame_rows<GalleryArguments>("Files of meshes", /*low=*/true),
-              a.get());
-  add_run_options(*command, *a);
-  return [a] { return run_gallery(*a); };
+  add_view_options(*command, a->view);
+  return [a, command, rows] {
+    a->given = given_flags(*command);
+    return run_gallery(*a, rows);
+  };
 }
 
 }  // namespace kiln::cli

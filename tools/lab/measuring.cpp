@@ -93,17 +93,31 @@ std::optional<LeftOut> unfit(MatchMethod method, const std::string& name, const 
   return LeftOut{name, reason};
 }
 
-Image normal_error_texture(const Device& device, const Scene& high, const Scene& shown,
-                           const Mesh& frame, const Mesh& low, const std::vector<ViewAngles>& views,
-                           std::uint32_t size, std::uint32_t pixels) {
-  const Image map = places();
-  const Scene placed(device, low, {&map});
-  std::vector<double> sums(std::size_t{size} * size);
-  std::vector<std::uint32_t> counts(sums.size());
+Places::Places(const Device& device, const Mesh& low)
+    : map_(places()), scene_(device, low, {&map_}) {}
+
+std::vector<std::size_t> Places::texels(RenderOptions view, std::uint32_t size) const {
+  view.samples = 1;
+  view.show_normals = false;
+  view.show_colors = true;
+  const Image picture = scene_.draw(view);
   const auto cell = [&](float share) {
     return std::min(static_cast<std::uint32_t>(std::max(0.0F, share) * static_cast<float>(size)),
                     size - 1);
   };
+  std::vector<std::size_t> texels;
+  for (std::size_t i = 0; i < picture.pixels.size(); i += 3) {
+    const float* uv = &picture.pixels[i];
+    texels.push_back(uv[2] < 0.999F ? kNone : std::size_t{cell(uv[1])} * size + cell(uv[0]));
+  }
+  return texels;
+}
+
+Image normal_error_texture(const Places& places, const Scene& high, const Scene& shown,
+                           const Mesh& frame, const std::vector<ViewAngles>& views,
+                           std::uint32_t size, std::uint32_t pixels) {
+  std::vector<double> sums(std::size_t{size} * size);
+  std::vector<std::uint32_t> counts(sums.size());
   for (const ViewAngles& angles : views) {
     RenderOptions view;
     view.frame = &frame;
@@ -114,15 +128,11 @@ Image normal_error_texture(const Device& device, const Scene& high, const Scene&
     view.trim = false;
     view.show_normals = true;
     const Image error = normal_angles(high.draw(view), shown.draw(view));
-    view.show_normals = false;
-    view.show_colors = true;
-    const Image place = placed.draw(view);
-    for (std::size_t i = 0; i < error.pixels.size(); ++i) {
-      const float* uv = &place.pixels[3 * i];
-      if (error.pixels[i] < 0 || uv[2] < 0.999F) continue;
-      const std::size_t texel = std::size_t{cell(uv[1])} * size + cell(uv[0]);
-      sums[texel] += error.pixels[i];
-      ++counts[texel];
+    const std::vector<std::size_t> texels = places.texels(view, size);
+    for (std::size_t i = 0; i < texels.size(); ++i) {
+      if (error.pixels[i] < 0 || texels[i] == Places::kNone) continue;
+      sums[texels[i]] += error.pixels[i];
+      ++counts[texels[i]];
     }
   }
   Image result{size, size, 1, {}};

@@ -15,30 +15,6 @@ namespace kiln::cli {
 constexpr std::uint32_t kHeldOutViews = 30;
 constexpr double kLeastHeldOutAngle = 2;  ///< Degrees from a view matched from to one measured from
 
-/// Progress of work in steps.
-class Steps {
- public:
-  explicit Steps(const Progress& progress) : progress_(progress) {}
-
-  double count = 1, done = 0;
-
-  /// Says what is done next. \returns false where progress said stop
-  bool at(const std::string& stage) {
-    stage_ = stage;
-    return show(0);
-  }
-  /// The callback of a call that is a step, or so much of one.
-  Progress within(double share = 1) {
-    return [this, share](double part, std::string_view) { return show(share * part); };
-  }
-
- private:
-  bool show(double more) const { return progress_((done + more) / count, stage_); }
-
-  const Progress& progress_;
-  std::string stage_;
-};
-
 /// \throws Error(usage)
 [[noreturn]] void fail(const std::string& text);
 
@@ -67,14 +43,30 @@ Json describe_left_out(const std::vector<LeftOut>& left_out, const char* key);
 std::optional<LeftOut> unfit(MatchMethod method, const std::string& name, const Source& source,
                              const Mesh& high, const Mesh& low, const UvOptions& uv, bool must);
 
+/// Pictures of LOW that say which texel each pixel shows.
+class Places {
+ public:
+  static constexpr std::size_t kNone = ~std::size_t{0};  ///< LOW is not seen there
+
+  Places(const Device& device, const Mesh& low);
+
+  /// \param size  texels a side
+  /// \returns an index a pixel, rows from the top
+  std::vector<std::size_t> texels(RenderOptions view, std::uint32_t size) const;
+
+ private:
+  Image map_;
+  Scene scene_;
+};
+
 /// The error of rendered normals, brought back onto the texels that show it: the mean angle between HIGH's
 /// normals and those that LOW shows with its map, over all pixels of all views with a texel under them.
 /// \param shown   LOW with its map
 /// \param size    of the result, texels a side
 /// \param pixels  a side of the pictures
 /// \returns degrees, one channel; -1 where no view sees both meshes
-Image normal_error_texture(const Device& device, const Scene& high, const Scene& shown,
-                           const Mesh& frame, const Mesh& low, const std::vector<ViewAngles>& views,
+Image normal_error_texture(const Places& places, const Scene& high, const Scene& shown,
+                           const Mesh& frame, const std::vector<ViewAngles>& views,
                            std::uint32_t size, std::uint32_t pixels);
 
 }  // namespace kiln::cli

@@ -15,12 +15,12 @@
 #include "kiln/files.h"
 #include "kiln/measure.h"
 #include "kiln/render.h"
+#include "lab/lab_run.h"
 #include "lab/measure.h"
 #include "lab/measuring.h"
 #include "lab/table.h"
 #include "lab/value_tiles.h"
 #include "report/check_result.h"
-#include "report/console.h"
 
 namespace kiln::cli {
 namespace {
@@ -36,10 +36,8 @@ struct RatingOptions {
   UvOptions uv;
   /// Options of a method, but for its name, size and what is kept. Empty: defaults.
   std::function<BakeOptions(const std::string& method)> bake_of;
-  std::uint32_t size = 512;        ///< Texels a side
-  std::uint32_t directions = 512;  ///< Of viewing rays
-  std::uint32_t pixels = 512;      ///< A side of the pictures whose normals are measured
-  Length max_distance = Length::share(0.02);
+  std::uint32_t size, directions, pixels;  ///< As LabArguments
+  Length max_distance;
   bool pictures = false;
   std::vector<std::string> maps;  ///< Whose errors are told, as bake_of has them; may be none
   RenderOptions view;  ///< Of the pictures. Size 0: by how much of a picture the mesh fills
@@ -51,11 +49,12 @@ struct Rating {
       name;  ///< In files: the method, and where it gathers directions if that was asked for
   std::string method;
   std::optional<VisibilityAt> visibility_at;
-  BakeReport bake;
-  MatchAssessment match;
-  NormalError normal;  ///< Rendered normals against the high poly's, over held-out views
+  Json figures;  ///< For the report
+  std::vector<Warning> warnings;
   // With pictures, one channel: each field as it lies on the low poly, and the error of the normal; degrees
   // -1 and -2 as normal_angles() has them.
+  AssessmentFields fields;
+  double diagonal = 0;
   Image shape;                                 ///< Clay: shading for the others
   Image object_space, normalised, uniformity;  ///< Values as AssessmentFields, by pixel; -99 beside
   Image angle;
@@ -66,7 +65,6 @@ struct Rating {
 
 struct Ratings {
   std::vector<Rating> rows;
-  std::vector<std::string> maps;  ///< Whose errors BakeReport::errors has, where they state one
   std::vector<LeftOut> left_out;  ///< By methods' names
   NormalError without_map;
   double diagonal = 0;
@@ -75,79 +73,45 @@ struct Ratings {
 
 constexpr double kPictureSide = 330;  // of a square with the mesh's area in a picture
 constexpr float kBeside = -99;
-constexpr int kSpread = 6;  ///< Texels that fields reach beyond charts, for pictures
 
-/// Pushes values over the borders of charts, so that pictures have no seams of their own.
-Image spread(Image field, float none) {
-  const auto width = static_cast<std::ptrdiff_t>(field.width);
-  const auto height = static_cast<std::ptrdiff_t>(field.height);
-  for (int round = 0; round < kSpread; ++round) {
-    const std::vector<float> before = field.pixels;
-    for (std::ptrdiff_t y = 0; y < height; ++y) {
-      for (std::ptrdiff_t x = 0; x < width; ++x) {
-        float& value = field.pixels[static_cast<std::size_t>(y * width + x)];
-        if (value != none) continue;
-        constexpr std::array<std::array<std::ptrdiff_t, 2>, 4> kSteps = {
-            {{-1, 0}, {1, 0}, {0, -1}, {0, 1}}};
-        for (const auto& [dx, dy] : kSteps) {
-          if (x + dx < 0 || x + dx >= width || y + dy < 0 || y + dy >= height) continue;
-          const float other = before[static_cast<std::size_t>((y + dy) * width + x + dx)];
-          if (other == none) continue;
-          value = other;
-          break;
+/// A field as it lies on the mesh: at each pixel the value of its texel, or of the nearest known one, since charts'
+/// borders show texels that have no sample.
+/// \param texels  of the pixels, see Places
+Image draw_field(const Image& field, const std::vector<std::size_t>& texels, const Image& picture) {
+  constexpr std::int64_t kReach = 3;
+  const auto width = static_cast<std::int64_t>(field.width);
+  const auto height = static_cast<std::int64_t>(field.height);
+  const auto value_at = [&](std::size_t texel) {
+    const auto at = static_cast<std::int64_t>(texel);
+    for (std::int64_t reach = 0; reach <= kReach; ++reach) {
+      for (std::int64_t y = at / width - reach; y <= at / width + reach; ++y) {
+        for (std::int64_t x = at % width - reach; x <= at % width + reach; ++x) {
+          if (x < 0 || y < 0 || x >= width || y >= height) continue;
+          const float value = field.pixels[static_cast<std::size_t>(y * width + x)];
+          if (value >= 0) return value;
         }
       }
     }
-  }
-  return field;
-}
-
-/// A field as it lies on the mesh, seen from one side: values survive the way through a map of 16 bits, which
-/// holds their place between the least and the largest.
-Image draw_field(const Device& device, const Mesh& low, const Image& field, float none,
-                 const RenderOptions& view) {
-  const Image full = spread(field, none);
-  float from = std::numeric_limits<float>::max();
-  float to = std::numeric_limits<float>::lowest();
-  for (const float value : full.pixels) {
-    if (value == none) continue;
-    from = std::min(from, value);
-    to = std::max(to, value);
-  }
-  const float extent = std::max(to - from, 1e-30F);
-  Image map{full.width, full.height, 3, {}};
-  map.pixels.reserve(full.pixels.size() * 3);
-  for (const float value : full.pixels) {
-    const float share = value == none ? 0 : (value - from) / extent;
-    map.pixels.insert(map.pixels.end(), {share, 1.0F, value == none ? 0.0F : 1.0F});
-  }
-  RenderOptions colors = view;
-  colors.show_colors = true;
-  colors.samples = 1;
-  const Image drawn = Scene(device, low, {&map}).draw(colors);
-  Image result{drawn.width, drawn.height, 1, {}};
-  for (std::size_t i = 0; i < drawn.pixels.size(); i += 3) {
-    const bool covered = drawn.pixels[i + 1] > 0;
-    const bool known = drawn.pixels[i + 2] > 0.75F;
-    result.pixels.push_back(!covered ? kBeside : !known ? none : from + drawn.pixels[i] * extent);
+    return -1.0F;
+  };
+  Image result{picture.width, picture.height, 1, {}};
+  for (const std::size_t texel : texels) {
+    result.pixels.push_back(texel == Places::kNone ? kBeside : value_at(texel));
   }
   return result;
 }
 
-void draw_pictures(const Device& device, const Mesh& high, const Mesh& low, const Image& map,
-                   const RatingOptions& options, Rating& row) {
-  RenderOptions view = options.view;
-  view.frame = &high;
-  const Scene scene(device, low, {&map});
+void draw_pictures(const Scene& original, const Scene& scene, const Places& places,
+                   RenderOptions view, Rating& row) {
   if (view.size == 0) view.size = picture_size(scene, view, kPictureSide);
   row.shape = gray(scene.draw(view));
-  const AssessmentFields& fields = row.match.fields;
-  row.object_space = draw_field(device, low, fields.object_space, -1, view);
-  row.normalised = draw_field(device, low, fields.normalised_image_space, -1, view);
-  row.uniformity = draw_field(device, low, fields.uniformity, -1, view);
+  const std::vector<std::size_t> texels = places.texels(view, row.fields.object_space.width);
+  row.object_space = draw_field(row.fields.object_space, texels, row.shape);
+  row.normalised = draw_field(row.fields.normalised_image_space, texels, row.shape);
+  row.uniformity = draw_field(row.fields.uniformity, texels, row.shape);
   view.show_normals = true;
   view.samples = 1;
-  row.angle = normal_angles(Scene(device, high).draw(view), scene.draw(view));
+  row.angle = normal_angles(original.draw(view), scene.draw(view));
 }
 
 /// Bakes next to nothing in the same way, so that seconds are those of the work and not of compiling.
@@ -174,35 +138,34 @@ void compile_kernels(const Device& device, const BakeOptions& like) {
   bake(Source(device, square), square, bake_with);
 }
 
-/// One row to come.
-struct Candidate {
-  std::string name, method;
-  std::optional<VisibilityAt> visibility_at;
-};
-
 /// Every method, and those that take directions of visibility once a place where these are gathered.
-std::vector<Candidate> candidates(const RatingOptions& options) {
-  std::vector<Candidate> result;
+std::vector<Rating> rows_of(const RatingOptions& options) {
+  std::vector<Rating> rows;
+  const auto add = [&](const std::string& name, const std::string& method,
+                       std::optional<VisibilityAt> at) {
+    Rating& row = rows.emplace_back();
+    row.name = name, row.method = method, row.visibility_at = at;
+  };
   for (const std::string& method : options.methods) {
     if (!obeys(find_match(method), "match.visibility") || options.visibility_at.empty()) {
-      result.push_back({method, method, std::nullopt});
+      add(method, method, std::nullopt);
       continue;
     }
     for (const VisibilityAt at : options.visibility_at) {
-      result.push_back({method + "_" + name_of(Words(kVisibilityAt), at), method, at});
+      add(method + "_" + name_of(Words(kVisibilityAt), at), method, at);
     }
   }
-  return result;
+  return rows;
 }
 
-BakeOptions bake_options(const Candidate& candidate, const RatingOptions& options) {
+BakeOptions bake_options(const Rating& row, const RatingOptions& options) {
   BakeOptions bake_with;
   bake_with.width = bake_with.height = options.size;
   bake_with.match.max_distance = options.max_distance;
   bake_with.match.uv = options.uv;
-  if (options.bake_of) bake_with = options.bake_of(candidate.method);
-  bake_with.match.method = find_match(candidate.method).method;
-  if (candidate.visibility_at) bake_with.match.visibility.at = *candidate.visibility_at;
+  if (options.bake_of) bake_with = options.bake_of(row.method);
+  bake_with.match.method = find_match(row.method).method;
+  if (row.visibility_at) bake_with.match.visibility.at = *row.visibility_at;
   bake_with.report.keep_match = true;
   bake_with.report.vertex_coverage = options.pictures;
   // First of all, for rendered normals, also where its error is not asked for.
@@ -213,71 +176,133 @@ BakeOptions bake_options(const Candidate& candidate, const RatingOptions& option
   return bake_with;
 }
 
+Json json_of(const Distribution& d, double diagonal) {
+  return fields("mean rms median p95 p99 max mean_of_diagonal area",
+                {d.mean, d.rms, d.median, d.p95, d.p99, d.max, d.mean / diagonal, d.area});
+}
+
+/// In world units.
+Json json_of(const RayMeasure& m, double diagonal) {
+  return fields("mean rms mean_of_diagonal rms_of_diagonal share_of_rays",
+                {m.mean, m.rms, m.mean / diagonal, m.rms / diagonal, m.share});
+}
+
+/// Tarini's measures under the paper's names, and Kiln's own.
+Json json_of(const MatchAssessment& a) {
+  const RayMeasure& n = a.normalised_image_space;
+  const auto uniformity = [](const Uniformity& u) {
+    return fields("mean_percent pairs", {u.mean_percent, u.pairs});
+  };
+  Json uniform = uniformity(a.uniformity);
+  uniform["across_seams"] = uniformity(a.uniformity_across_seams);
+  return fields(
+      "directions object_space image_space normalised_image_space uniformity match_distance "
+      "image_space_by_place never_visible stretch fold_rate largest_jump",
+      {a.directions, json_of(a.object_space, a.diagonal), json_of(a.image_space, a.diagonal),
+       fields("mean rms share_of_rays", {n.mean, n.rms, n.share}), uniform,
+       json_of(a.match_distance, a.diagonal), json_of(a.image_space_by_place, a.diagonal),
+       a.never_visible,
+       fields("mean_log2 deviation cells", {a.mean_stretch, json_of(a.stretch, 1), a.cells}),
+       a.folded,
+       fields("distance of_diagonal largest_step_of_texels",
+              {a.largest_jump, a.largest_jump / a.diagonal, a.largest_step})});
+}
+
+/// Errors of the maps asked for, and those that have none: names and coverage, and of a saved match all but those of
+/// rays.
+void add_errors(const BakeReport& bake, const std::vector<std::string>& maps, Json& figures) {
+  std::vector<MapError> errors = bake.errors;
+  std::erase_if(errors, [&](const MapError& error) {
+    return std::find(maps.begin(), maps.end(), error.kind.name) == maps.end();
+  });
+  std::vector<std::string> without = maps;
+  std::erase_if(without, [&](const std::string& map) {
+    return std::any_of(errors.begin(), errors.end(),
+                       [&](const MapError& error) { return error.kind.name == map; });
+  });
+  figures.update(fields("errors without_error", {describe(errors), without}));
+  figures["seconds"]["errors"] = bake.seconds_errors;
+}
+
+Json figures_of(const Rating& row, const BakeReport& bake, const MatchAssessment& a,
+                const NormalError& normal) {
+  const double share =
+      a.samples != 0 ? static_cast<double>(a.missed) / static_cast<double>(a.samples) : 0;
+  Json json =
+      fields("name method samples miss_rate texels recall rendered_normals seconds warnings",
+             {row.name, row.method, a.samples, share, describe_texels(bake),
+              bake.recall ? describe(*bake.recall) : Json(), describe(normal),
+              fields("build match assess", {bake.seconds_build, bake.seconds_match, a.seconds}),
+              describe(bake.warnings)});
+  if (row.visibility_at) json["visibility_at"] = name_of(Words(kVisibilityAt), *row.visibility_at);
+  json.update(json_of(a));
+  return json;
+}
+
 std::optional<Ratings> rate(const Device& device, const Mesh& high, const Mesh& low,
                             const RatingOptions& options, const Progress& progress) {
   Ratings ratings;
-  ratings.maps = options.maps;
-  if (!progress(0, "preparing the high poly")) return std::nullopt;
+  Steps steps(progress);
+  if (!steps.at("preparing the high poly")) return std::nullopt;
   const Source source(device, high);
   ratings.diagonal = source.stats().diagonal;
   ratings.warnings = source.warnings();
+  const Scene original(device, high);
   const std::vector<ViewAngles> angles = usual_held_out_angles();
-  const NormalReference reference(Scene(device, high), high, angles, options.pixels);
-  std::vector<Candidate> rows = candidates(options);
-  std::erase_if(rows, [&](const Candidate& row) {
+  const NormalReference reference(original, high, angles, options.pixels);
+  std::optional<Places> places;
+  if (options.pictures) places.emplace(device, low);
+  RenderOptions view = options.view;
+  view.frame = &high;
+  std::vector<Rating> rows = rows_of(options);
+  std::erase_if(rows, [&](const Rating& row) {
     std::optional<LeftOut> left = unfit(find_match(row.method).method, "--match " + row.method,
                                         source, high, low, options.uv, options.strict);
     if (left) ratings.left_out.push_back({row.name, left->reason});
     return left.has_value();
   });
-  const double steps = static_cast<double>(rows.size());
-  for (std::size_t i = 0; i < rows.size(); ++i) {
-    Rating row;
-    row.name = rows[i].name;
-    row.method = rows[i].method;
-    row.visibility_at = rows[i].visibility_at;
-    BakeOptions bake_with = bake_options(rows[i], options);
-    const auto show = [&](double from, double to, const std::string& stage) {
-      return [&, from, to, stage](double done, std::string_view) {
-        return progress((static_cast<double>(i) + from + (to - from) * done) / steps, stage);
-      };
-    };
-
+  steps.count = static_cast<double>(rows.size());
+  for (Rating& row : rows) {
+    BakeOptions bake_with = bake_options(row, options);
     compile_kernels(device, bake_with);
-    bake_with.progress = show(0, 0.2, "matching by " + row.name);
+    if (!steps.at("matching by " + row.name)) return std::nullopt;
+    bake_with.progress = steps.within(0.2);
     BakeResult baked = bake(source, low, bake_with);
-    row.recalled = std::move(baked.recalled);
     if (baked.cancelled) return std::nullopt;
-    const bool found_nothing =
-        baked.report.samples != 0 && baked.report.missed == baked.report.samples;
-    const bool last_hope = ratings.rows.empty() && i + 1 == rows.size();
+    const BakeReport& report = baked.report;
+    const bool found_nothing = report.samples != 0 && report.missed == report.samples;
+    const bool last_hope = ratings.rows.empty() && &row == &rows.back();
+    steps.done += 0.2;
     if (found_nothing && !options.strict && !last_hope) {
-      ratings.left_out.push_back({row.name, why_nothing(baked.report, high, low)});
+      ratings.left_out.push_back({row.name, why_nothing(report, high, low)});
+      steps.done += 0.8;
       continue;
     }
-    check_result(baked.report, high, low);
-    row.bake = baked.report;
-    std::erase_if(row.bake.errors, [&](const MapError& error) {
-      return std::find(options.maps.begin(), options.maps.end(), error.kind.name) ==
-             options.maps.end();
-    });
+    check_result(report, high, low);
+    if (!steps.at("rating " + row.name)) return std::nullopt;
     AssessOptions assess_with;
     assess_with.directions = options.directions;
-    if (baked.report.views) assess_with.avoid = baked.report.views->directions;
+    if (report.views) assess_with.avoid = report.views->directions;
     assess_with.fields = options.pictures;
-    assess_with.progress = show(0.2, 0.8, "rating " + row.name);
-    row.match = assess(source, low, *baked.match, assess_with);
-    if (row.match.cancelled) return std::nullopt;
-    if (!show(0.8, 1, "comparing normals")(0, "")) return std::nullopt;
+    assess_with.progress = steps.within(0.6);
+    MatchAssessment assessed = assess(source, low, *baked.match, assess_with);
+    steps.done += 0.6;
+    if (assessed.cancelled || !steps.at("comparing normals")) return std::nullopt;
     const Image& map = baked.maps[0].image;
     const Scene scene(device, low, {&map});
-    row.normal = reference.compare(scene);
+    row.figures = figures_of(row, report, assessed, reference.compare(scene));
+    row.warnings = report.warnings;
+    if (!options.maps.empty()) add_errors(report, options.maps, row.figures);
     if (ratings.rows.empty()) ratings.without_map = reference.compare(scene, true);
     if (options.pictures) {
-      draw_pictures(device, high, low, map, options, row);
-      row.normal_error = normal_error_texture(device, Scene(device, high), scene, high, low, angles,
-                                              options.size, options.pixels);
+      row.recalled = std::move(baked.recalled);
+      row.fields = std::move(assessed.fields);
+      row.diagonal = assessed.diagonal;
+      draw_pictures(original, scene, *places, view, row);
+      row.normal_error = normal_error_texture(*places, original, scene, high, angles, options.size,
+                                              options.pixels);
     }
+    steps.done += 0.2;
     ratings.rows.push_back(std::move(row));
   }
   return ratings;
@@ -317,7 +342,7 @@ Plot ratings_plot(const Ratings& ratings) {
       Json tile = tiles.add(row.*measure.picture, [&](float pixel) {
         return pixel == measure.beside ? ValueTiles::kBeside
                : pixel < 0             ? ValueTiles::kNotKnown
-               : measure.length        ? 100 * pixel / row.match.diagonal
+               : measure.length        ? 100 * pixel / row.diagonal
                                        : double{pixel};
       });
       tile["shade"] = shades[i];
@@ -329,128 +354,42 @@ Plot ratings_plot(const Ratings& ratings) {
   return tiles.plot("measure", blocks, "missed, never visible, or seen of one mesh only");
 }
 
-// ---- as a report and as a table ----------------------------------------------------------------
-
-double miss_rate(const MatchAssessment& a) {
-  return a.samples != 0 ? static_cast<double>(a.missed) / static_cast<double>(a.samples) : 0;
-}
-
-/// Maps asked for that have no error: names and coverage, and of a saved match all but those of rays.
-std::vector<std::string> without_error(const Rating& row, const std::vector<std::string>& maps) {
-  std::vector<std::string> names;
-  for (const std::string& map : maps) {
-    const bool told = std::any_of(row.bake.errors.begin(), row.bake.errors.end(),
-                                  [&](const MapError& error) { return error.kind.name == map; });
-    if (!told) names.push_back(map);
-  }
-  return names;
-}
-
-/// A table of the errors of maps.
-void add_errors(const Ratings& ratings, std::vector<std::string>& lines) {
-  lines.emplace_back(
-      "match             error of             rms       mean        95%       most  unit, against "
-      "what (texels)");
+/// Ratings, then errors of maps, as tables.
+std::vector<std::string> tables_of(const Ratings& ratings) {
+  static const std::vector<Column> columns = {
+      {"match", "name"},
+      {"object space %", "object_space.mean_of_diagonal", 4, 100},
+      {"rms", "object_space.rms_of_diagonal", 4, 100},
+      {"image space %", "image_space.mean_of_diagonal", 4, 100},
+      {"normalised", "normalised_image_space.mean", 4},
+      {"uniformity %", "uniformity.mean_percent", 2},
+      {"distance %", "match_distance.mean_of_diagonal", 4, 100},
+      {"missed %", "miss_rate", 2, 100},
+      {"lost %", "recall.lost", 2, 100},
+      {"normals °", "rendered_normals.mean_angle_degrees", 2},
+      {"rms", "rendered_normals.rms_angle_degrees", 2},
+      {"95%", "rendered_normals.p95_angle_degrees", 2},
+      {"build s", "seconds.build", 3},
+      {"match s", "seconds.match", 3}};
+  static const std::vector<Column> error_columns = {
+      {"match", "name"},   {"error of", "map"},    {"rms", "rms", 3},
+      {"mean", "mean", 3}, {"95%", "p95", 3},      {"most", "max", 3},
+      {"unit", "unit"},    {"against", "against"}, {"texels", "texels", 0}};
+  Json rows = Json::array(), errors = Json::array();
   for (const Rating& row : ratings.rows) {
-    for (const MapError& error : row.bake.errors) {
-      lines.push_back(formatted("%-17s %-13s %10.4g %10.4g %10.4g %10.4g  %s, %s (%s)",
-                                row.name.c_str(), std::string(error.kind.name).c_str(), error.rms,
-                                error.mean, error.p95, error.max, std::string(error.unit).c_str(),
-                                std::string(error.against).c_str(),
-                                with_commas(error.texels).c_str()));
+    rows.push_back(row.figures);
+    for (Json error : row.figures.at("errors").elements()) {
+      error["name"] = row.name;
+      errors.push_back(std::move(error));
     }
-    for (const std::string& map : without_error(row, ratings.maps)) {
-      lines.push_back(formatted("%-17s %-13s states no error", row.name.c_str(), map.c_str()));
+    for (const Json& map : row.figures.at("without_error").elements()) {
+      errors.push_back(fields("name map against", {row.name, map, "states no error"}));
     }
   }
-}
-
-Json json_of(const Distribution& d, double diagonal) {
-  return fields("mean rms median p95 p99 max mean_of_diagonal area",
-                {d.mean, d.rms, d.median, d.p95, d.p99, d.max, d.mean / diagonal, d.area});
-}
-
-/// In world units.
-Json json_of(const RayMeasure& m, double diagonal) {
-  return fields("mean rms mean_of_diagonal rms_of_diagonal share_of_rays",
-                {m.mean, m.rms, m.mean / diagonal, m.rms / diagonal, m.share});
-}
-
-/// Tarini's measures under the paper's names, and Kiln's own.
-Json json_of(const MatchAssessment& a) {
-  const RayMeasure& n = a.normalised_image_space;
-  const auto uniformity = [](const Uniformity& u) {
-    return fields("mean_percent pairs", {u.mean_percent, u.pairs});
-  };
-  Json uniform = uniformity(a.uniformity);
-  uniform["across_seams"] = uniformity(a.uniformity_across_seams);
-  return fields(
-      "directions object_space image_space normalised_image_space uniformity match_distance "
-      "image_space_by_place never_visible stretch fold_rate largest_jump",
-      {a.directions, json_of(a.object_space, a.diagonal), json_of(a.image_space, a.diagonal),
-       fields("mean rms share_of_rays", {n.mean, n.rms, n.share}), uniform,
-       json_of(a.match_distance, a.diagonal), json_of(a.image_space_by_place, a.diagonal),
-       a.never_visible,
-       fields("mean_log2 deviation cells", {a.mean_stretch, json_of(a.stretch, 1), a.cells}),
-       a.folded,
-       fields("distance of_diagonal largest_step_of_texels",
-              {a.largest_jump, a.largest_jump / a.diagonal, a.largest_step})});
-}
-
-Json json_of(const Rating& row, const std::vector<std::string>& maps) {
-  const MatchAssessment& a = row.match;
-  Json json =
-      fields("name method samples miss_rate", {row.name, row.method, a.samples, miss_rate(a)});
-  if (row.visibility_at) json["visibility_at"] = name_of(Words(kVisibilityAt), *row.visibility_at);
-  json["texels"] = describe_texels(row.bake);
-  json["recall"] = row.bake.recall ? describe(*row.bake.recall) : Json();
-  json.update(json_of(a));
-  json["rendered_normals"] = describe(row.normal);
-  json["seconds"] =
-      fields("build match assess", {row.bake.seconds_build, row.bake.seconds_match, a.seconds});
-  json["warnings"] = describe(row.bake.warnings);
-  if (!maps.empty()) {
-    json["errors"] = describe(row.bake.errors);
-    json["without_error"] = without_error(row, maps);
-    json["seconds"]["errors"] = row.bake.seconds_errors;
-  }
-  return json;
-}
-
-Json json_of(const Ratings& ratings) {
-  Json rows = Json::array();
-  for (const Rating& row : ratings.rows) rows.push_back(json_of(row, ratings.maps));
-  return fields("diagonal left_out rendered_views without_map methods",
-                {ratings.diagonal, describe_left_out(ratings.left_out, "method"), kHeldOutViews,
-                 describe(ratings.without_map), rows});
-}
-
-std::vector<std::string> ratings_table(const Ratings& ratings) {
-  std::vector<std::string> lines = {
-      "match              object space     image   normalised  uniformity  match     missed  "
-      "lost     normals            match",
-      "                   % of diagonal    space                %           distance  %       "
-      "% of HIGH degrees           seconds",
-      "                   mean    rms                                                         "
-      "         mean   rms    95%"};
-  for (const Rating& row : ratings.rows) {
-    const MatchAssessment& a = row.match;
-    const double percent = 100 / a.diagonal;
-    // Share of HIGH's surface, if the match can tell.
-    const std::string lost =
-        row.bake.recall ? fixed_text(100 * row.bake.recall->lost, 2) : std::string("-");
-    lines.push_back(
-        formatted("%-17s %7.4f %7.4f %8.4f %10.4f %11.2f %10.4f %8.2f %8s %8.2f %6.2f %6.2f %8.3f",
-                  row.name.c_str(), a.object_space.mean * percent, a.object_space.rms * percent,
-                  a.image_space.mean * percent, a.normalised_image_space.mean,
-                  a.uniformity.mean_percent, a.match_distance.mean * percent, 100 * miss_rate(a),
-                  lost.c_str(), row.normal.mean_degrees, row.normal.rms_degrees,
-                  row.normal.p95_degrees, row.bake.seconds_build + row.bake.seconds_match));
-  }
-  const NormalError& none = ratings.without_map;
-  lines.push_back(formatted("%-95s %6.2f %6.2f %6.2f", "(no map)", none.mean_degrees,
-                            none.rms_degrees, none.p95_degrees));
-  if (!ratings.maps.empty()) add_errors(ratings, lines);
+  rows.push_back(fields("name rendered_normals", {"(no map)", describe(ratings.without_map)}));
+  std::vector<std::string> lines = table_lines(columns, rows);
+  if (errors.empty()) return lines;
+  for (const std::string& line : table_lines(error_columns, errors)) lines.push_back(line);
   return lines;
 }
 
@@ -502,16 +441,15 @@ void take_match_flags(const MeasureArguments& a, const HighPolyInput& dense,
     result.opacity = textures.opacity;
     result.transfers = textures.transfers;
     const bool cage = bake.cage_auto || bake.options.match.cage || !bake.cage_mesh.empty();
-    if (!cage || a.distance_given) result.match.max_distance = own;
+    if (!cage || a.gave("--max-distance")) result.match.max_distance = own;
     result.match.uv = uv_options(dense, result.match.uv);
     inputs.apply(result);
     return result;
   };
 }
 
-}  // namespace
-
-int run_rating(const MeasureArguments& a) {
+/// Before any work. \throws Error(usage)
+RatingOptions rating_options(const MeasureArguments& a) {
   if (a.low.empty()) {
     fail(
         "To rate matches, give both meshes: kiln measure HIGH LOW. With HIGH alone, name a study: "
@@ -538,117 +476,119 @@ int run_rating(const MeasureArguments& a) {
   }
   options.strict = !a.matches.empty();
   options.maps = measured_maps(a);
-  options.size = a.size.value_or(options.size);
-  options.directions = a.directions.value_or(options.directions);
-  options.pixels = a.pixels.value_or(options.pixels);
-  options.max_distance = parse_length_above_0("--max-distance", a.max_distance);
+  options.size = a.size.value_or(512);
+  options.directions = a.directions.value_or(512);
+  options.pixels = a.pixels.value_or(512);
+  options.max_distance = a.search_distance();
   options.pictures = !a.out.empty();
   if (!options.pictures && a.asks_for_view()) {
     fail("--view, --zoom, --at, --square and --picture-size are for pictures: add --out DIR.");
   }
   options.view = view_options(a.view, is_height_field(a.high));
   options.view.size = a.picture_size.value_or(0);
-  Console console(a.quiet, a.json);
-  Stopwatch watch;
+  return options;
+}
+
+/// Refuses outputs that are inputs. \throws Error(usage)
+void check_files(const MeasureArguments& a, const BakeJob& job) {
+  std::vector<fs::path> read = {a.bake.load_match, a.bake.cage_mesh, a.bake.match_list};
+  std::vector<fs::path> written = {a.json};
+  for (const std::string& file : high_files(job)) read.emplace_back(file);
+  for (const std::string& file : low_files(job)) read.emplace_back(file);
+  for (const std::string& file : a.bake.occluders) read.emplace_back(file);
+  for (const TransferArgument& transfer : parse_transfers(a.bake)) read.emplace_back(transfer.file);
+  if (!a.out.empty()) {
+    for (const std::string& file : plot_files("measure")) written.push_back(fs::path(a.out) / file);
+  }
+  check_paths(read, written);
+}
+
+/// Measures as textures, and HIGH coloured by recall.
+void save_textures(const Ratings& ratings, const fs::path& stem, const Mesh& high,
+                   std::vector<std::string>& outputs) {
+  const auto output = [&](const Rating& row, const std::string& ending) {
+    return outputs.emplace_back(stem.string() + "_" + row.name + "_" + ending);
+  };
+  for (const Rating& row : ratings.rows) {
+    const AssessmentFields& f = row.fields;
+    for (const auto& [measure, image] :
+         {std::pair("object_space", &f.object_space), std::pair("image_space", &f.image_space),
+          std::pair("normalised_image_space", &f.normalised_image_space),
+          std::pair("uniformity", &f.uniformity), std::pair("match_distance", &f.match_distance),
+          std::pair("stretch", &f.stretch), std::pair("normal_error", &row.normal_error)}) {
+      save_image(*image, output(row, std::string(measure) + ".exr"), {ImageFormat::exr_float});
+    }
+    if (!row.recalled.empty()) save_obj(recall_mesh(high, row), output(row, "recall.obj"));
+  }
+}
+
+}  // namespace
+
+int run_rating(const MeasureArguments& a) {
+  RatingOptions options = rating_options(a);
+  const BakeJob job = baking(a, default_match());
+  check_files(a, job);
+  LabRun run(a);
   const fs::path folder = a.out;
-  std::vector<fs::path> files = {a.json};
-  if (options.pictures) {
-    for (const std::string& file : plot_files("measure")) files.push_back(folder / file);
-  }
-  std::vector<std::string> inputs_read = high_files(baking(a, default_match()));
-  for (const std::string& file : low_files(baking(a, default_match()))) inputs_read.push_back(file);
-  inputs_read.insert(inputs_read.end(), {a.bake.load_match, a.bake.cage_mesh, a.bake.match_list});
-  for (const std::string& file : a.bake.occluders) inputs_read.push_back(file);
-  for (const TransferArgument& transfer : parse_transfers(a.bake)) {
-    inputs_read.push_back(transfer.file);
-  }
-  check_paths({inputs_read.begin(), inputs_read.end()}, files);
-  if (options.pictures) prepare_output_folder(folder);
-  prepare_parent(a.json);
 
   const Device device = Device::open(a.device);
-  if (!console.progress(0, "reading " + a.high)) return kExitCancelled;
-  std::vector<Warning> warnings;
-  const bool more = has_more_files(a.bake);
-  const HighPolyInput dense = load_high(high_files(baking(a, default_match())), a.heights,
-                                        load_options(a.bake, MeshSide::high), more, warnings);
+  if (!run.console.progress(0, "reading " + a.high)) return kExitCancelled;
+  const HighPolyInput dense =
+      load_high(high_files(job), a.heights, load_options(a.bake, MeshSide::high),
+                has_more_files(a.bake), run.warnings);
   const Mesh& high = dense.mesh;
   options.uv = uv_options(dense);
-  const Mesh low = load_low(baking(a, default_match()), warnings);
-  warn_of_boxes("HIGH and LOW", dense.mesh, low, warnings);
+  const Mesh low = load_low(job, run.warnings);
+  warn_of_boxes("HIGH and LOW", high, low, run.warnings);
   check_has_uvs(low, a.low, "");
   MatchInputs inputs;
-  inputs.read(a.bake, high, low, warnings);
-  inputs.make_cage(baking(a, default_match()), device, high, low, warnings);
+  inputs.read(a.bake, high, low, run.warnings);
+  inputs.make_cage(job, device, high, low, run.warnings);
   std::vector<LeftOut> unserved;
   BakeOptions textures;
   if (!a.bake.given.empty() || a.views || a.view_size) {
-    textures = options_of(baking(a, default_match()));
-    if (!options.maps.empty()) load_textures(a.bake, high, textures, warnings);
+    textures = options_of(job);
+    if (!options.maps.empty()) load_textures(a.bake, high, textures, run.warnings);
     take_match_flags(a, dense, inputs, textures, options, unserved);
   }
-  const double seconds_load = watch.lap();
-  std::optional<Ratings> ratings =
-      rate(device, high, low, options, [&](double done, std::string_view stage) {
-        return console.progress(0.05 + 0.9 * done, stage);
-      });
+  run.lap("load");
+  std::optional<Ratings> ratings = rate(device, high, low, options, run.within(0.05, 0.95));
   if (!ratings) return kExitCancelled;
-  warnings.insert(warnings.end(), ratings->warnings.begin(), ratings->warnings.end());
+  run.warnings.insert(run.warnings.end(), ratings->warnings.begin(), ratings->warnings.end());
   ratings->left_out.insert(ratings->left_out.end(), unserved.begin(), unserved.end());
-  if (loaded) ratings->rows[0].name = ratings->rows[0].method = "loaded";
-  const double seconds_rate = watch.lap();
-  std::vector<std::string> outputs;
+  if (!a.bake.load_match.empty()) {
+    Rating& row = ratings->rows[0];
+    row.figures["name"] = row.figures["method"] = row.name = "loaded";
+  }
+  run.lap("rate");
   if (options.pictures) {
-    if (!console.progress(0.95, "writing")) return kExitCancelled;
-    for (const Rating& row : ratings->rows) {
-      const std::string stem = low.name + "_" + row.name;
-      const AssessmentFields& f = row.match.fields;
-      for (const auto& [measure, image] :
-           {std::pair("object_space", &f.object_space), std::pair("image_space", &f.image_space),
-            std::pair("normalised_image_space", &f.normalised_image_space),
-            std::pair("uniformity", &f.uniformity), std::pair("match_distance", &f.match_distance),
-            std::pair("stretch", &f.stretch), std::pair("normal_error", &row.normal_error)}) {
-        outputs.push_back((folder / (stem + "_" + measure + ".exr")).string());
-        save_image(*image, outputs.back(), {ImageFormat::exr_float});
-      }
-      if (row.recalled.empty()) continue;
-      outputs.push_back((folder / (stem + "_recall.obj")).string());
-      save_obj(recall_mesh(high, row), outputs.back());
-    }
-    if (!save_plots(folder, {ratings_plot(*ratings)}, outputs, warnings)) return kExitCancelled;
+    if (!run.console.progress(0.95, "writing")) return kExitCancelled;
+    save_textures(*ratings, folder / low.name, high, run.outputs);
+    if (!save_plots(folder, {ratings_plot(*ratings)}, run.outputs, run.warnings))
+      return kExitCancelled;
   }
-  if (!a.json.empty()) {
-    const bool field = is_height_field(a.high);
-    Json json = fields(
-        "version device inputs options",
-        {version(), describe(device.info()),
-         fields("high low", {describe(high, a.high), describe(low, a.low)}),
-         fields("match visibility_at size directions pixels match_flags max_distance height extent "
-                "view zoom z_up",
-                {options.methods, a.visibility_at, options.size, options.directions, options.pixels,
-                 a.bake.given, a.max_distance, field ? Json(a.heights.height) : Json(),
-                 extent_json(a.heights),
-                 Json::array({options.view.azimuth_degrees, options.view.elevation_degrees}),
-                 options.view.zoom, options.view.z_up})});
-    if (!options.maps.empty()) json["options"]["maps"] = options.maps;
-    json.update(json_of(*ratings));
-    add_ending(json, {{"load", seconds_load}, {"rate", seconds_rate}}, watch, outputs, warnings);
-    save_report(a.json, json);
-  }
-  console.progress(1, "done");
-  std::vector<Warning> of_methods;
+  run.lines = tables_of(*ratings);
+  Json methods = Json::array();
   for (const Rating& row : ratings->rows) {
-    of_methods.insert(of_methods.end(), row.bake.warnings.begin(), row.bake.warnings.end());
+    methods.push_back(row.figures);
+    run.of_settings.insert(run.of_settings.end(), row.warnings.begin(), row.warnings.end());
   }
-  print_warnings(console, warnings, of_methods, "--json");
-  if (a.json != "-") {
-    for (const std::string& line : ratings_table(*ratings)) console.line(line);
-    for (const LeftOut& left : ratings->left_out) {
-      console.line("left out: " + left.name + ": " + left.reason);
-    }
-    for (const std::string& output : outputs) console.line("wrote " + output);
+  for (const LeftOut& left : ratings->left_out) {
+    run.lines.push_back("left out: " + left.name + ": " + left.reason);
   }
-  return 0;
+  Json used =
+      fields("match visibility_at size directions pixels match_flags max_distance height extent",
+             {options.methods, a.visibility_at, options.size, options.directions, options.pixels,
+              a.bake.given, a.max_distance,
+              is_height_field(a.high) ? Json(a.heights.height) : Json(), extent_json(a.heights)});
+  used.update(describe_view(options.view));
+  if (!options.maps.empty()) used["maps"] = options.maps;
+  run.report.update(fields(
+      "device inputs options diagonal left_out rendered_views without_map methods",
+      {describe(device.info()), fields("high low", {describe(high, a.high), describe(low, a.low)}),
+       used, ratings->diagonal, describe_left_out(ratings->left_out, "method"), kHeldOutViews,
+       describe(ratings->without_map), methods}));
+  return run.end();
 }
 
 }  // namespace kiln::cli
