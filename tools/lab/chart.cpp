@@ -5,6 +5,7 @@
 #include <numeric>
 #include <set>
 
+#include "arguments/small_file.h"
 #include "interrupt.h"
 #include "kiln/files.h"
 #include "lab/lab_run.h"
@@ -80,7 +81,7 @@ bool time_in_turns(std::vector<Mark>& marks, std::uint32_t repeat,
   return true;
 }
 
-void finish_marks(std::vector<Mark>& marks, const char* counted,
+Json finish_marks(std::vector<Mark>& marks, const char* counted,
                   const std::vector<Measure>& measures) {
   for (Mark& mark : marks) {
     std::vector<double> totals;
@@ -97,32 +98,24 @@ void finish_marks(std::vector<Mark>& marks, const char* counted,
     mark.figures.update(fields("seconds seconds_least seconds_most runs",
                                {seconds, *least, *most, Json(mark.runs)}));
   }
+  std::vector<const Mark*> sorted;
+  Json settings = Json::array(), fronts = Json::object();
   for (Mark& mark : marks) {
     for (const Measure& measure : measures) {
       mark.figures["on_front"][measure.name] = is_on_front(mark, marks, measure);
     }
+    sorted.push_back(&mark);
+    settings.push_back(mark.figures);
   }
-}
-
-Json figures_of(const std::vector<Mark>& marks) {
-  Json figures = Json::array();
-  for (const Mark& mark : marks) figures.push_back(mark.figures);
-  return figures;
-}
-
-Json fronts_of(const std::vector<Mark>& marks, const std::vector<Measure>& measures) {
-  std::vector<const Mark*> sorted;
-  for (const Mark& mark : marks) sorted.push_back(&mark);
   std::stable_sort(sorted.begin(), sorted.end(),
                    [](const Mark* a, const Mark* b) { return a->seconds < b->seconds; });
-  Json fronts = Json::object();
   for (const Measure& measure : measures) {
     Json& names = fronts[measure.name] = Json::array();
     for (const Mark* mark : sorted) {
       if (is_on_front(*mark, marks, measure)) names.push_back(mark->name);
     }
   }
-  return fronts;
+  return {{"settings", settings}, {"front", fronts}};
 }
 
 Json chart_panel(const std::vector<Mark>& marks, const Measure& measure) {
@@ -135,9 +128,14 @@ Json chart_panel(const std::vector<Mark>& marks, const Measure& measure) {
   return fields("name title unit marks", {measure.name, measure.title, measure.unit, shown});
 }
 
-Json speed_plot(const std::vector<ChartGroup>& groups, const std::string& title,
-                const std::string& subtitle, const char* seconds_title, std::uint32_t repeat,
-                std::span<const MarkStyle> styles) {
+bool ChartKind::look(const Progress&) {
+  for (std::size_t i = 0; i < inputs.size(); ++i) {
+    if (!is_readable_file(inputs[i])) read(i);  // says what is wrong with it
+  }
+  return true;
+}
+
+Json ChartKind::plot(const DeviceInfo& device, const std::vector<ChartGroup>& groups) const {
   std::set<std::string> families;
   Json shown = Json::array(), used = Json::array();
   for (const ChartGroup& group : groups) {
@@ -153,11 +151,11 @@ Json speed_plot(const std::vector<ChartGroup>& groups, const std::string& title,
     used.push_back(
         fields("family title mark color", {style.family, style.title, style.mark, style.color}));
   }
-  const std::string runs = repeat == 1 ? ", one run"
-                                       : ", median of " + std::to_string(repeat) +
-                                             " runs (thin lines: fastest to slowest)";
+  const std::string runs = a_.repeat == 1 ? ", one run"
+                                          : ", median of " + std::to_string(a_.repeat) +
+                                                " runs (thin lines: fastest to slowest)";
   return fields("kind title subtitle seconds_title styles groups",
-                {"chart", title, subtitle + runs, seconds_title, used, shown});
+                {"chart", title, subtitle + device.name + runs, seconds_title, used, shown});
 }
 
 bool ChartArguments::names(const std::string& setting) const {
@@ -211,11 +209,11 @@ int run_chart(const ChartArguments& a, Json options, ChartKind& kind) {
     run.lines.insert(run.lines.end(), lines.begin(), lines.end());
   }
   save(".md", text);
-  const Plot plot{kChartName, kind.plot(info, groups), std::nullopt};
+  const Plot plot{kChartName, kind.plot(info, groups)};
   if (!save_plots(folder, {plot}, run.outputs, run.warnings)) return kExitCancelled;
   run.json = (folder / (std::string(kChartName) + ".json")).string();
   run.outputs.push_back(run.json);
-  options.update(kind.options());
+  options.update(kind.options);
   run.report.update(fields("device compile_seconds options",
                            {describe(info), device.compile_seconds(), options}));
   run.report[kind.inputs_key] = measured;

@@ -13,6 +13,7 @@
 #include "kiln/cage.h"
 #include "kiln/kiln.h"
 #include "lab/lab_arguments.h"
+#include "lab/lab_run.h"
 #include "lab/table.h"
 #include "picture/plot.h"
 #include "report/report.h"
@@ -54,12 +55,9 @@ bool time_in_turns(std::vector<Mark>& marks, std::uint32_t repeat,
 /// median of its own), "seconds_least", "seconds_most", "runs", and "on_front" by measure: nothing else is both faster
 /// and closer.
 /// \param counted  the path of the seconds that count
-void finish_marks(std::vector<Mark>& marks, const char* counted,
+/// \returns "settings", the figures of all, and "front", by measure the names of those on it, the fastest first
+Json finish_marks(std::vector<Mark>& marks, const char* counted,
                   const std::vector<Measure>& measures);
-/// The figures of marks.
-Json figures_of(const std::vector<Mark>& marks);
-/// Names of the marks on each measure's front, the fastest first.
-Json fronts_of(const std::vector<Mark>& marks, const std::vector<Measure>& measures);
 /// A panel of a chart's plot.
 Json chart_panel(const std::vector<Mark>& marks, const Measure& measure);
 
@@ -133,27 +131,37 @@ class ChartKind {
  public:
   virtual ~ChartKind() = default;
 
-  const char* input_key = "";        ///< Of an input's number, in data
-  const char* inputs_key = "";       ///< Of all inputs, in the report
-  std::vector<std::string> inputs;   ///< Files, each measured by itself
-  std::string about;                 ///< Of figures, above all tables
-  std::vector<Warning> warnings;     ///< Of all of the work
+  const char *input_key,
+      *inputs_key;                  ///< Of an input's number, in data; of all inputs, in the report
+  std::vector<std::string> inputs;  ///< Files, each measured by itself
+  std::string about;                ///< Of figures, above all tables
+  Json options = Json::object();    ///< For the report: those that it puts in other words
+  std::vector<Warning> warnings;    ///< Of all of the work
   std::vector<Warning> of_settings;  ///< Those of single settings
+  // Of chart.png, where it shows speed: titles; the device and number of runs are added to the subtitle.
+  std::string title, subtitle;
+  const char* seconds_title = "";
+  std::span<const MarkStyle> styles;
 
   /// Checks now what could stop a long run later. \returns false where progress said stop
-  virtual bool look(const Progress& progress) = 0;
+  virtual bool look(const Progress& progress);
   virtual void read(std::size_t input) = 0;
   /// Measures what was read last. \returns nothing where progress said stop
   virtual std::optional<ChartGroup> measure(const Device& device, std::size_t input,
                                             const Progress& progress) = 0;
   /// Of chart.png
-  virtual Json plot(const DeviceInfo& device, const std::vector<ChartGroup>& groups) const = 0;
-  virtual Json options() const = 0;  ///< For the report: those that it puts in other words
+  virtual Json plot(const DeviceInfo& device, const std::vector<ChartGroup>& groups) const;
+
+ protected:
+  ChartKind(const ChartArguments& arguments, const char* input, const char* all)
+      : input_key(input), inputs_key(all), inputs(arguments.meshes), a_(arguments) {}
+
+  void add_warnings(const std::vector<Warning>& more, std::vector<Warning>& to) const {
+    to.insert(to.end(), more.begin(), more.end());
+  }
+
+  const ChartArguments& a_;
 };
-/// The plot of charts of speed. \param subtitle  what device and number of runs are added to
-Json speed_plot(const std::vector<ChartGroup>& groups, const std::string& title,
-                const std::string& subtitle, const char* seconds_title, std::uint32_t repeat,
-                std::span<const MarkStyle> styles);
 std::unique_ptr<ChartKind> chart_of_matches(const ChartArguments& arguments);
 std::unique_ptr<ChartKind> chart_of_volumes(const ChartArguments& arguments);
 std::unique_ptr<ChartKind> chart_of_plans(const ChartArguments& arguments);
@@ -162,7 +170,7 @@ std::unique_ptr<ChartKind> chart_of_plans(const ChartArguments& arguments);
 std::vector<AoSetting> ao_settings(const ChartArguments& arguments);
 /// Bakes with every setting once for the errors, then in turns for the seconds. The seconds are those of the map
 /// alone: the match, the hierarchy of the high poly and files are left out. Errors: root mean square, a share of 1.
-/// \returns false where progress said stop
+/// \param steps  of which each bake is one, measuring another \returns false where progress said stop
 bool add_ao(const Device& device, const Mesh& high, const Mesh& low,
             const ChartArguments& arguments, const std::vector<AoSetting>& settings,
             const Progress& progress, ChartGroup& group);

@@ -113,10 +113,8 @@ std::vector<AoSetting> ao_settings(const ChartArguments& a) {
 }
 
 bool add_ao(const Device& device, const Mesh& high, const Mesh& low, const ChartArguments& a,
-            const std::vector<AoSetting>& settings, const Progress& progress, ChartGroup& group) {
+            const std::vector<AoSetting>& settings, Steps& steps, ChartGroup& group) {
   const Source source(device, high);
-  Steps steps(progress);
-  steps.count = static_cast<double>(settings.size() * (2 + a.repeat));  // measuring is a bake more
   BakeOptions bake_with;
   // All settings can be asked of it.
   bake_with.maps = {std::find_if(maps().begin(), maps().end(), [](const MapInfo& map) {
@@ -157,13 +155,14 @@ bool add_ao(const Device& device, const Mesh& high, const Mesh& low, const Chart
     return baked.cancelled ? Json() : Json(baked.report.seconds_detail);
   });
   if (!timed) return false;
-  finish_marks(marks, "", {ao_measure()});
-  for (Mark& mark : marks) mark.figures["on_front"] = Json(mark.figures.at("on_front.ao_error"));
-
   Json& report = group.report["ao"];
-  report =
-      fields("settings front chosen",
-             {figures_of(marks), fronts_of(marks, {ao_measure()}).at("ao_error"), Json::object()});
+  report = finish_marks(marks, "", {ao_measure()});
+  report["front"] = Json(report.at("front.ao_error"));
+  Json rows = report.at("settings");
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    rows[i]["on_front"] = Json(rows[i].at("on_front.ao_error"));
+  }
+  report.update(fields("settings chosen", {rows, Json::object()}));
   for (const Choice& choice : choices_of(a)) choose(choice, marks, report, group.lines);
   group.tables.push_back(
       {"Ambient occlusion. Seconds: to gather it, without the match and files. Errors, of 255: "
@@ -176,7 +175,7 @@ bool add_ao(const Device& device, const Mesh& high, const Mesh& low, const Chart
         {"95%", "p95", 2, 255},
         {"most", "max", 2, 255},
         {"flags of bake", "flags"}},
-       figures_of(marks),
+       rows,
        "_ao.csv"});
   group.panels.push_back(chart_panel(marks, ao_measure()));
   Json& panel = group.panels[group.panels.size() - 1];

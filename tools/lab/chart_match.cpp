@@ -67,69 +67,102 @@ const std::vector<Column>& columns() {
   return all;
 }
 
-struct Options {
-  std::vector<ChartSetting> settings = chart_settings();  ///< The reference among them
-  Length max_distance;
-  std::uint32_t size, repeat, pixels;
-  std::uint32_t directions;  ///< Of viewing rays, for Tarini's measures
-  UvOptions uv;              ///< Of all settings
-  bool strict = false;  ///< All settings must do for all pairs. Else those that do not are left out
-};
+// Told apart by shape and lightness too (after Okabe and Ito's colours for all kinds of sight).
+constexpr MarkStyle kStyles[] = {{"rays", "rays", "^", "#222222"},
+                                 {"views", "depth views", "o", "#0072b2"},
+                                 {"views_rays", "views, then rays", "d", "#009e73"},
+                                 {"paper", "views as in the paper", "s", "#d55e00"},
+                                 {"closest", "nearest points", "v", "#cc79a7"},
+                                 {"visibility", "by visibility", "p", "#8a6d00"},
+                                 {"uv", "same UVs", "x", "#56b4e9"},
+                                 {"directions", "rays, other directions", "<", "#7a7a7a"},
+                                 {"cages", "from a cage", "P", "#e69f00"},
+                                 {"others", "other matches", "*", "#b22222"},
+                                 {"ao_rays", "occlusion by rays", ">", "#222222"},
+                                 {"ao_smooth", "rays, smoothed", "D", "#d55e00"},
+                                 {"ao_views", "occlusion by views", "h", "#0072b2"}};
 
-Options options_of(const ChartArguments& a) {
-  Options options;
-  options.max_distance = a.search_distance();
-  options.size = *a.size, options.repeat = a.repeat, options.pixels = *a.pixels;
-  options.directions = *a.directions;
-  if (a.settings.empty()) return options;
-  options.strict = true;
-  options.settings = all_chart_settings();
-  std::erase_if(options.settings, [&](const ChartSetting& setting) {
-    return !a.names(setting.name) && setting.name != kChartReference;
-  });
-  return options;
-}
-
-/// Measures one pair.
-class Runner {
+class MatchChart : public ChartKind {
  public:
-  Runner(const Device& device, const Mesh& high, const Mesh& low, const Options& options,
-         const Progress& progress)
-      : device_(device),
-        high_(high),
-        low_(low),
-        options_(options),
-        progress_(progress),
-        steps_(progress_) {}
-
-  /// Bakes with every setting once for the errors, then in turns for the seconds. Each time it is from a new
-  /// Source. The errors are the same on every run; the seconds are not. \returns its part of the report; nothing where
-  /// progress said stop
-  std::optional<Json> run() {
-    if (!progress_(0, "preparing the high poly")) return std::nullopt;
-    source_.emplace(device_, high_);
-    warnings = source_->warnings();
-    const Json left_out = choose();
-    // A bake with all its measuring counts as two without.
-    steps_.count = static_cast<double>(marks.size() * (2 + options_.repeat));
-    Json report = fields("diagonal reference left_out",
-                         {source_->stats().diagonal, kChartReference, left_out});
-    if (!measure(report)) return std::nullopt;
-    const bool timed =
-        time_in_turns(marks, options_.repeat, [&](std::size_t i, const std::string& run) {
-          return bake_setting(i, "timing " + marks[i].label + run).seconds;
-        });
-    if (!timed) return std::nullopt;
-    finish_marks(marks, "correspondence", measures());
-    report.update(fields("settings front", {figures_of(marks), fronts_of(marks, measures())}));
-    return report;
+  explicit MatchChart(const ChartArguments& a)
+      : ChartKind(a, "pair", "pairs"), wanted_(chart_settings()), ao_(ao_settings(a)) {
+    inputs.clear();
+    for (std::size_t i = 0; i < a.meshes.size(); i += 2) inputs.push_back(a.meshes[i]);
+    if (!a.settings.empty()) {
+      wanted_ = all_chart_settings();
+      std::erase_if(wanted_, [&](const ChartSetting& setting) {
+        return !a.names(setting.name) && setting.name != kChartReference;
+      });
+    }
+    options = fields("settings ao_settings", {Json::array(), Json::array()});
+    for (const ChartSetting& setting : wanted_) options["settings"].push_back(setting.name);
+    for (const AoSetting& setting : ao_) options["ao_settings"].push_back(setting.name);
+    title = ao_.empty() ? "Normal maps: speed against accuracy of every match"
+                        : "Speed against accuracy: every match, and ambient occlusion";
+    subtitle = std::to_string(*a.size) + " × " + std::to_string(*a.size) + " maps, ";
+    seconds_title = "Seconds to match, hierarchy and views included";
+    styles = kStyles;
+    about =
+        "Seconds: from the high poly on the device to the correspondence; the bake beside it has "
+        "all but files. Errors are mean angles, and 95%: of the map against the reference, rays "
+        "with 4×4 samples a texel, and of rendered normals against the high poly's from " +
+        std::to_string(kHeldOutViews) +
+        " directions that nothing is matched from. Object space (% of the diagonal), normalised "
+        "image space (0 to 1) and uniformity are means of Tarini et al. 2003, sections 4.1, 4.2.1 "
+        "and 4.3; the distance is from the low poly to its matches, % of the diagonal. *: nothing "
+        "else is both faster and closer.";
   }
 
-  std::vector<Mark> marks;
-  std::vector<Warning> warnings, of_settings;
-  std::string note;  ///< For the picture
+  /// Low polys are read first.
+  bool look(const Progress& progress) override {
+    for (std::size_t i = 0; i < inputs.size(); ++i) {
+      if (!progress(0, "reading " + low_path(i))) return false;
+      lows_.push_back(load_low(low_path(i), "", warnings, load_options(a_, MeshSide::low)));
+    }
+    return ChartKind::look(progress);
+  }
+
+  void read(std::size_t i) override { dense_ = read_high(a_, inputs[i], warnings); }
+
+  /// Bakes with every setting once for the errors, then in turns for the seconds. Each time it is from a new
+  /// Source. The errors are the same on every run; the seconds are not.
+  std::optional<ChartGroup> measure(const Device& device, std::size_t i,
+                                    const Progress& progress) override {
+    if (!progress(0, "preparing the high poly")) return std::nullopt;
+    device_ = &device;
+    low_ = &lows_[i];
+    source_.emplace(device, dense_.mesh);
+    add_warnings(source_->warnings(), warnings);
+    const Mesh &high = dense_.mesh, &low = *low_;
+    group_ = {};
+    group_.title = high.name + ", " + with_commas(high.triangles.size()) + " faces, to " +
+                   low.name + ", " + with_commas(low.triangles.size());
+    group_.report = fields("high low diagonal reference left_out",
+                           {describe(high, inputs[i]), describe(low, low_path(i)),
+                            source_->stats().diagonal, kChartReference, choose()});
+    steps_ = Steps(progress);
+    // A bake with all its measuring counts as two without.
+    steps_.count = static_cast<double>((marks_.size() + ao_.size()) * (2 + a_.repeat));
+    if (!measure_settings(group_.report)) return std::nullopt;
+    const auto run = [&](std::size_t k, const std::string& note) {
+      return bake_setting(k, "timing " + marks_[k].label + note).seconds;
+    };
+    if (!time_in_turns(marks_, a_.repeat, run)) return std::nullopt;
+    group_.report.update(finish_marks(marks_, "correspondence", measures()));
+    const double none = group_.report.at("normal_error_without_map.mean_angle_degrees").number();
+    group_.tables.push_back(
+        {"Without a map, rendered normals are " + fixed_text(none, 3) + " degrees off.", columns(),
+         group_.report.at("settings"), ".csv"});
+    for (std::size_t m = 0; m < kDrawn; ++m) {
+      group_.panels.push_back(chart_panel(marks_, measures(none)[m]));
+    }
+    if (!ao_.empty() && !add_ao(device, high, low, a_, ao_, steps_, group_)) return std::nullopt;
+    return group_;
+  }
 
  private:
+  const std::string& low_path(std::size_t i) const { return a_.meshes[2 * i + 1]; }
+
   struct Baked {
     BakeResult result;
     Json seconds;  ///< Null where progress said stop
@@ -137,21 +170,24 @@ class Runner {
 
   /// The settings that do for the pair: layouts must agree to match by them. \returns those that do not
   Json choose() {
+    const UvOptions uv = uv_options(dense_);
     std::vector<LeftOut> left_out;
-    for (const ChartSetting& setting : options_.settings) {
+    settings_.clear();
+    marks_.clear();
+    for (const ChartSetting& setting : wanted_) {
       if (const std::optional<LeftOut> left =
-              unfit(setting.bake.match.method, "The setting " + setting.name, *source_, high_, low_,
-                    options_.uv, options_.strict)) {
+              unfit(setting.bake.match.method, "The setting " + setting.name, *source_, dense_.mesh,
+                    *low_, uv, !a_.settings.empty())) {
         left_out.push_back({setting.name, left->reason});
         continue;
       }
       settings_.push_back(setting);
-      settings_.back().bake.match.uv = options_.uv;
+      settings_.back().bake.match.uv = uv;
       const BakeOptions& bake = setting.bake;
-      marks.push_back({setting.name, setting.label, setting.family});
-      marks.back().figures = fields("name label family samples match fallback",
-                                    {setting.name, setting.label, setting.family, bake.samples,
-                                     bake.match.method.name, chain_text(bake.match.fallback)});
+      marks_.push_back({setting.name, setting.label, setting.family});
+      marks_.back().figures = fields("name label family samples match fallback",
+                                     {setting.name, setting.label, setting.family, bake.samples,
+                                      bake.match.method.name, chain_text(bake.match.fallback)});
     }
     return describe_left_out(left_out, "setting");
   }
@@ -162,9 +198,9 @@ class Runner {
     BakeOptions bake_with = setting.bake;
     bake_with.width = bake_with.height = size;
     if (setting.find_cage) {
-      bake_with.match.cage_mesh = &cage.emplace(find_cage(source, low_, bake_with)).mesh;
+      bake_with.match.cage_mesh = &cage.emplace(find_cage(source, *low_, bake_with)).mesh;
     } else if (!bake_with.match.cage) {
-      bake_with.match.max_distance = options_.max_distance;
+      bake_with.match.max_distance = a_.search_distance();
     }
     return bake_with;
   }
@@ -174,13 +210,13 @@ class Runner {
   Baked bake_setting(std::size_t i, const std::string& stage) {
     if (!steps_.at(stage)) return {};
     Stopwatch watch;
-    const Source source(device_, high_);
+    const Source source(*device_, dense_.mesh);
     const double upload = watch.lap();
     std::optional<FoundCage> cage;
-    BakeOptions bake_with = bake_options(settings_[i], options_.size, source, cage);
+    BakeOptions bake_with = bake_options(settings_[i], *a_.size, source, cage);
     bake_with.progress = steps_.within();
     const double seconds_cage = cage ? watch.lap() : 0;
-    Baked baked{bake(source, low_, bake_with), {}};
+    Baked baked{bake(source, *low_, bake_with), {}};
     if (baked.result.cancelled) return {};
     const BakeReport& r = baked.result.report;
     const double match = r.seconds_match + seconds_cage;
@@ -198,18 +234,18 @@ class Runner {
     bake_with.samples = 1;
     bake_with.report.recall = 0;
     bake_with.report.keep_match = true;
-    const BakeResult baked = bake(*source_, low_, bake_with);
+    const BakeResult baked = bake(*source_, *low_, bake_with);
     AssessOptions assess_with;
-    assess_with.directions = options_.directions;
+    assess_with.directions = *a_.directions;
     assess_with.avoid = used;
     assess_with.progress = steps_.within();
-    return assess(*source_, low_, *baked.match, assess_with);
+    return assess(*source_, *low_, *baked.match, assess_with);
   }
 
   /// 1 where both maps have a texel of the low poly and the reference found something for it.
   Image common_texels(const BakeResult& reference, const BakeResult& other) const {
     constexpr std::uint8_t kBaked = 1, kMissed = 2;  // see BakeResult::coverage
-    Image mask{options_.size, options_.size, 1, std::vector<float>(reference.coverage.size())};
+    Image mask{*a_.size, *a_.size, 1, std::vector<float>(reference.coverage.size())};
     for (std::size_t i = 0; i < mask.pixels.size(); ++i) {
       const bool covered = other.coverage[i] == kBaked || other.coverage[i] == kMissed;
       mask.pixels[i] = covered && reference.coverage[i] == kBaked ? 1.0F : 0.0F;
@@ -217,33 +253,33 @@ class Runner {
     return mask;
   }
 
-  /// Adds what a setting's views are, and marks a number that was chosen as such in the picture.
+  /// Adds what a setting's views are, and marks_ a number that was chosen as such in the picture.
   void describe_views_of(std::size_t i, const ViewReport& views) {
     const ViewOptions& options = settings_[i].bake.match.views;
-    marks[i].figures.update(
+    marks_[i].figures.update(
         fields("views_chosen view_size_given view_criterion view_refine views",
                {options.automatic, options.size != 0, name_of(Words(kCriteria), options.criterion),
                 options.refine, describe(views)}));
     if (options.automatic)
-      marks[i].label = std::to_string(views.directions.size()) + " views chosen";
+      marks_[i].label = std::to_string(views.directions.size()) + " views chosen";
     if (options.size == 0)
-      note = "views of " + std::to_string(views.size) + "² pixels where none are named";
+      group_.note = "views of " + std::to_string(views.size) + "² pixels where none are named";
   }
 
   /// Errors of every setting. \returns false where progress said stop
-  bool measure(Json& report) {
+  bool measure_settings(Json& report) {
     // The reference's map comes first, and views that are chosen by what they see, since none is measured from.
     std::map<std::size_t, BakeResult> early;
     const BakeResult* reference = nullptr;
     std::vector<Vec3> used;
-    for (std::size_t i = 0; i < marks.size(); ++i) {
+    for (std::size_t i = 0; i < marks_.size(); ++i) {
       const MatchOptions& match = settings_[i].bake.match;
-      const bool is_reference = marks[i].name == kChartReference;
+      const bool is_reference = marks_[i].name == kChartReference;
       if (is_reference || match.views.automatic) {
-        Baked baked = bake_setting(i, "baking with " + marks[i].label);
+        Baked baked = bake_setting(i, "baking with " + marks_[i].label);
         if (baked.seconds.is_null()) return false;
         BakeResult& result = early[i] = std::move(baked.result);
-        if (is_reference) check_result((reference = &result)->report, high_, low_);
+        if (is_reference) check_result((reference = &result)->report, dense_.mesh, *low_);
       }
       if (!obeys(find_match(match.method.name), "match.views.count")) continue;
       const std::vector<Vec3> more = match.views.automatic ? early[i].report.views->directions
@@ -252,13 +288,13 @@ class Runner {
     }
     const std::vector<Vec3> held_out = held_out_views(kHeldOutViews, used, kLeastHeldOutAngle);
     report["measured_from"] =
-        describe_views(held_out, options_.pixels, least_angle_degrees(held_out, used));
+        describe_views(held_out, *a_.pixels, least_angle_degrees(held_out, used));
     if (!steps_.at("drawing the high poly")) return false;
-    const NormalReference pictures(Scene(device_, high_), high_, angles_of(held_out),
-                                   options_.pixels);
+    const NormalReference pictures(Scene(*device_, dense_.mesh), dense_.mesh, angles_of(held_out),
+                                   *a_.pixels);
     double max_distance = 0;
-    for (std::size_t i = 0; i < marks.size(); ++i) {
-      const std::string stage = "measuring " + marks[i].label;
+    for (std::size_t i = 0; i < marks_.size(); ++i) {
+      const std::string stage = "measuring " + marks_[i].label;
       if (!early.contains(i)) {
         Baked baked = bake_setting(i, stage);
         if (baked.seconds.is_null()) return false;
@@ -270,20 +306,20 @@ class Runner {
       const Image mask = common_texels(*reference, result);
       const ImageDifference error = compare_images(reference->maps[0].image, map, &mask);
       if (error.compared == 0) {
-        const std::string size = std::to_string(options_.size);
+        const std::string size = std::to_string(*a_.size);
         throw Error(ErrorCode::input,
-                    "'" + low_.name + "' has no texel at " + size + " x " + size +
-                        " for which rays find '" + high_.name +
+                    "'" + low_->name + "' has no texel at " + size + " x " + size +
+                        " for which rays find '" + dense_.mesh.name +
                         "', so there is nothing to compare: use a larger --size.");
       }
-      const Scene scene(device_, low_, {&map});
+      const Scene scene(*device_, *low_, {&map});
       const NormalError picture = pictures.compare(scene);
-      check_seen(picture, high_, low_);
+      check_seen(picture, dense_.mesh, *low_);
       if (i == 0) report["normal_error_without_map"] = describe(pictures.compare(scene, true));
       const MatchAssessment assessed = assess_setting(settings_[i], used);
       if (assessed.cancelled) return false;
       if (result.report.views) describe_views_of(i, *result.report.views);
-      add_figures(result.report, error, picture, assessed, marks[i].figures);
+      add_figures(result.report, error, picture, assessed, marks_[i].figures);
       max_distance = std::max(max_distance, result.report.max_distance);
       of_settings.insert(of_settings.end(), result.report.warnings.begin(),
                          result.report.warnings.end());
@@ -314,120 +350,18 @@ class Runner {
          describe(bake.warnings)}));
   }
 
-  const Device& device_;
-  const Mesh& high_;
-  const Mesh& low_;
-  const Options& options_;
-  const Progress& progress_;
-  Steps steps_;
-  std::optional<Source> source_;
-  std::vector<ChartSetting> settings_;  ///< As marks
-};
-
-class MatchChart : public ChartKind {
- public:
-  explicit MatchChart(const ChartArguments& a)
-      : arguments_(a), options_(options_of(a)), ao_(ao_settings(a)) {
-    input_key = "pair";
-    inputs_key = "pairs";
-    for (std::size_t i = 0; i < a.meshes.size(); i += 2) inputs.push_back(a.meshes[i]);
-    about =
-        "Seconds: from the high poly on the device to the correspondence; the bake beside it has "
-        "all but files. Errors are mean angles, and 95%: of the map against the reference, rays "
-        "with 4×4 samples a texel, and of rendered normals against the high poly's from " +
-        std::to_string(kHeldOutViews) +
-        " directions that nothing is matched from. Object space (% of the diagonal), normalised "
-        "image space (0 to 1) and uniformity are means of Tarini et al. 2003, sections 4.1, 4.2.1 "
-        "and 4.3; the distance is from the low poly to its matches, % of the diagonal. *: nothing "
-        "else is both faster and closer.";
-  }
-
-  /// Low polys are read first, and dense ones looked for.
-  bool look(const Progress& progress) override {
-    for (std::size_t i = 0; i < inputs.size(); ++i) {
-      if (!is_readable_file(inputs[i])) load_high(inputs[i], {}, warnings);  // says what is wrong
-      if (!progress(0, "reading " + low_path(i))) return false;
-      lows_.push_back(load_low(low_path(i), "", warnings, load_options(arguments_, MeshSide::low)));
-    }
-    return true;
-  }
-
-  void read(std::size_t i) override {
-    dense_ = read_high(arguments_, inputs[i], warnings);
-    options_.uv = uv_options(dense_);
-  }
-
-  std::optional<ChartGroup> measure(const Device& device, std::size_t i,
-                                    const Progress& progress) override {
-    const Mesh &high = dense_.mesh, &low = lows_[i];
-    const double share = ao_.empty() ? 1 : 0.5;
-    const Progress first = [&](double done, std::string_view stage) {
-      return progress(share * done, stage);
-    };
-    Runner runner(device, high, low, options_, first);
-    const std::optional<Json> report = runner.run();
-    if (!report) return std::nullopt;
-    warnings.insert(warnings.end(), runner.warnings.begin(), runner.warnings.end());
-    of_settings.insert(of_settings.end(), runner.of_settings.begin(), runner.of_settings.end());
-    ChartGroup group;
-    group.title = high.name + ", " + with_commas(high.triangles.size()) + " faces, to " + low.name +
-                  ", " + with_commas(low.triangles.size());
-    group.note = runner.note;
-    group.report = fields("high low", {describe(high, inputs[i]), describe(low, low_path(i))});
-    group.report.update(*report);
-    const double none = report->at("normal_error_without_map.mean_angle_degrees").number();
-    group.tables.push_back(
-        {"Without a map, rendered normals are " + fixed_text(none, 3) + " degrees off.", columns(),
-         figures_of(runner.marks), ".csv"});
-    for (std::size_t m = 0; m < kDrawn; ++m) {
-      group.panels.push_back(chart_panel(runner.marks, measures(none)[m]));
-    }
-    if (ao_.empty()) return group;
-    const Progress second = [&](double done, std::string_view stage) {
-      return progress(share + (1 - share) * done, stage);
-    };
-    if (!add_ao(device, high, low, arguments_, ao_, second, group)) return std::nullopt;
-    return group;
-  }
-
-  Json plot(const DeviceInfo& device, const std::vector<ChartGroup>& groups) const override {
-    // Told apart by shape and lightness too (after Okabe and Ito's colours for all kinds of sight).
-    constexpr MarkStyle kStyles[] = {{"rays", "rays", "^", "#222222"},
-                                     {"views", "depth views", "o", "#0072b2"},
-                                     {"views_rays", "views, then rays", "d", "#009e73"},
-                                     {"paper", "views as in the paper", "s", "#d55e00"},
-                                     {"closest", "nearest points", "v", "#cc79a7"},
-                                     {"visibility", "by visibility", "p", "#8a6d00"},
-                                     {"uv", "same UVs", "x", "#56b4e9"},
-                                     {"directions", "rays, other directions", "<", "#7a7a7a"},
-                                     {"cages", "from a cage", "P", "#e69f00"},
-                                     {"others", "other matches", "*", "#b22222"},
-                                     {"ao_rays", "occlusion by rays", ">", "#222222"},
-                                     {"ao_smooth", "rays, smoothed", "D", "#d55e00"},
-                                     {"ao_views", "occlusion by views", "h", "#0072b2"}};
-    const std::string size = std::to_string(options_.size);
-    return speed_plot(groups,
-                      ao_.empty() ? "Normal maps: speed against accuracy of every match"
-                                  : "Speed against accuracy: every match, and ambient occlusion",
-                      size + " × " + size + " maps, " + device.name,
-                      "Seconds to match, hierarchy and views included", options_.repeat, kStyles);
-  }
-
-  Json options() const override {
-    Json names = Json::array(), ao_names = Json::array();
-    for (const ChartSetting& setting : options_.settings) names.push_back(setting.name);
-    for (const AoSetting& setting : ao_) ao_names.push_back(setting.name);
-    return fields("settings ao_settings", {names, ao_names});
-  }
-
- private:
-  const std::string& low_path(std::size_t i) const { return arguments_.meshes[2 * i + 1]; }
-
-  const ChartArguments& arguments_;
-  Options options_;
+  std::vector<ChartSetting> wanted_;
   std::vector<AoSetting> ao_;
   std::vector<Mesh> lows_;
   HighPolyInput dense_;
+  // Of the pair that is measured.
+  const Device* device_ = nullptr;
+  const Mesh* low_ = nullptr;
+  std::optional<Source> source_;
+  std::vector<ChartSetting> settings_;
+  std::vector<Mark> marks_;  ///< As settings
+  ChartGroup group_;
+  Steps steps_{nullptr};
 };
 
 }  // namespace

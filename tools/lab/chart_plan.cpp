@@ -62,15 +62,14 @@ Mesh by_meshoptimizer(const Mesh& high, std::uint32_t faces) {
   Mesh mesh;
   mesh.name = high.name;
   mesh.origin = high.origin;
-  std::vector<std::uint32_t> number(welded, 0);
-  for (std::size_t i = 0; i < left.size(); ++i) {
-    std::uint32_t& at = number[left[i]];
-    if (at == 0) {
-      mesh.positions.push_back(positions[left[i]]);
-      at = static_cast<std::uint32_t>(mesh.positions.size());
-    }
-    if (i % 3 == 0) mesh.triangles.emplace_back();
-    mesh.triangles.back()[i % 3] = at - 1;
+  // Vertices in use, in the order of their use.
+  std::vector<unsigned int> used(welded);
+  mesh.positions.resize(
+      meshopt_optimizeVertexFetchRemap(used.data(), left.data(), left.size(), welded));
+  meshopt_remapVertexBuffer(mesh.positions.data(), positions.data(), welded, sizeof(Vec3),
+                            used.data());
+  for (std::size_t i = 0; i < left.size(); i += 3) {
+    mesh.triangles.push_back({used[left[i]], used[left[i + 1]], used[left[i + 2]]});
   }
   return mesh;
 }
@@ -83,14 +82,6 @@ Image rounded(Image map) {
   }
   return map;
 }
-
-struct PlanChartOptions {
-  /// LowPolyPlanOptions::screen, of plans and of what the grid is measured by; 0: points of 128² pictures
-  std::uint32_t screen = 0;
-  std::uint32_t size = 1024;  ///< The largest map, texels a side
-  std::vector<double>
-      errors;  ///< To plan for, degrees; empty: three between the grid's best and worst
-};
 
 /// A low poly with a map, as measured.
 struct PlanPoint {
@@ -120,18 +111,21 @@ Json json_of(const PlanPoint& p) {
 class PlanCharter {
  public:
   /// \throws Error(input) where HIGH has too few faces
-  PlanCharter(const Device& device, const Mesh& high, const PlanChartOptions& options,
+  /// \param screen  LowPolyPlanOptions::screen, of plans and of what the grid is measured by; 0: points of 128²
+  /// pictures \param size  the largest map, texels a side
+  PlanCharter(const Device& device, const Mesh& high, std::uint32_t screen, std::uint32_t size,
               const Progress& progress)
       : device_(device),
         high_(high),
-        options_(options),
+        screen_(screen),
+        size_(size),
         progress_(progress),
         source_(device, high),
         reference_(Scene(device, high), high, views(), kPixels) {
-    if (options.screen != 0) on_screen_.emplace(source_, options.screen, kViews);
+    if (screen != 0) on_screen_.emplace(source_, screen, kViews);
     warnings = source_.warnings();
     sizes_.push_back(0);
-    for (std::uint32_t s = kSmallestMap; s <= options.size; s *= 2) sizes_.push_back(s);
+    for (std::uint32_t s = kSmallestMap; s <= size; s *= 2) sizes_.push_back(s);
     const std::size_t most = std::min<std::size_t>(kMostFaces, high.triangles.size() / 2);
     for (std::uint32_t f = kFewestFaces; f <= most; f *= 2) faces_.push_back(f);
     if (faces_.empty()) {
@@ -142,15 +136,16 @@ class PlanCharter {
     }
   }
 
+  /// \param errors  to plan for, degrees; none: three between the grid's best and worst
   /// \returns false where progress said stop
-  bool run() {
+  bool run(std::vector<double> errors) {
     for (const PlanWay way : {PlanWay::kiln, PlanWay::plain}) {
       for (const std::uint32_t faces : faces_) {
         if (!add_faces(way, faces)) return false;
       }
       mark_front(way);
     }
-    std::vector<double> errors = options_.errors.empty() ? errors_between() : options_.errors;
+    if (errors.empty()) errors = errors_between();
     std::sort(errors.rbegin(), errors.rend());
     for (std::size_t i = 0; i < errors.size(); ++i) {
       const double share = static_cast<double>(i) / static_cast<double>(errors.size());
@@ -304,8 +299,8 @@ class PlanCharter {
   bool add_plan(double wanted, double at) {
     LowPolyPlanOptions options;
     options.max_error = wanted;
-    options.screen = options_.screen;
-    options.bake.width = options.bake.height = options_.size;
+    options.screen = screen_;
+    options.bake.width = options.bake.height = size_;
     options.bake.report.recall = 0;
     options.bake.progress = [&](double, std::string_view stage) {
       return say(at, "plan for " + text_of(wanted) + " degrees: " + std::string(stage));
@@ -336,7 +331,7 @@ class PlanCharter {
 
   const Device& device_;
   const Mesh& high_;
-  const PlanChartOptions& options_;
+  std::uint32_t screen_, size_;
   const Progress& progress_;
   Source source_;
   NormalReference reference_;
@@ -389,47 +384,36 @@ Json panel_of(const PlanCharter& chart, const std::string& title) {
 
 class PlansChart : public ChartKind {
  public:
-  explicit PlansChart(const ChartArguments& a) : arguments_(a) {
-    input_key = "mesh";
-    inputs_key = "meshes";
-    inputs = a.meshes;
+  explicit PlansChart(const ChartArguments& a) : ChartKind(a, "mesh", "meshes") {
     about =
         "Bytes of low poly and maps against the mean angle of rendered normals, degrees. Plans "
         "choose faces, map size and bits; beside them are the fronts of all faces and map sizes, "
         "by "
         "Kiln and by meshoptimizer with a plain bake. Maps of the fronts have " +
         std::to_string(kGridBits) + " bits a channel.";
-    options_.size = *a.size;
-    if (!a.screen.empty()) options_.screen = parse_pixels("--screen", a.screen);
+    if (!a.screen.empty()) screen_ = parse_pixels("--screen", a.screen);
     for (const std::string& text : a.max_errors) {
       // A bound with a name, as elsewhere: "normal=1.5".
       const std::string bound = normal_bound(text);
-      options_.errors.push_back(parse_degrees("--max-error", bound.empty() ? text : bound));
+      errors_.push_back(parse_degrees("--max-error", bound.empty() ? text : bound));
     }
-  }
-
-  bool look(const Progress&) override {
-    for (const std::string& path : inputs) {
-      if (!is_readable_file(path)) load_high(path, {}, warnings);  // says what is wrong with it
-    }
-    return true;
+    options = fields("max_error screen", {errors_, screen_ == 0 ? Json() : Json(screen_)});
   }
 
   void read(std::size_t i) override {
-    dense_ = read_high(arguments_, inputs[i], warnings);
+    dense_ = read_high(a_, inputs[i], warnings);
     if (!dense_.heights) clean_high(dense_.mesh, CleanOptions(), warnings);
   }
 
   std::optional<ChartGroup> measure(const Device& device, std::size_t i,
                                     const Progress& progress) override {
     const Mesh& high = dense_.mesh;
-    PlanCharter chart(device, high, options_, progress);
-    if (!chart.run()) return std::nullopt;
-    warnings.insert(warnings.end(), chart.warnings.begin(), chart.warnings.end());
+    PlanCharter chart(device, high, screen_, *a_.size, progress);
+    if (!chart.run(errors_)) return std::nullopt;
+    add_warnings(chart.warnings, warnings);
     ChartGroup group;
     group.title = high.name + ", " + with_commas(high.triangles.size()) + " faces";
-    if (options_.screen != 0)
-      group.title += ", " + with_commas(options_.screen) + " pixels on screen";
+    if (screen_ != 0) group.title += ", " + with_commas(screen_) + " pixels on screen";
     Json points = Json::array(), data = Json::array();
     for (const PlanPoint& point : chart.points) points.push_back(json_of(point));
     for (Json plan : chart.plans.elements()) {
@@ -487,14 +471,9 @@ class PlansChart : public ChartKind {
                    "KiB of low poly and maps", ticks, panels});
   }
 
-  Json options() const override {
-    return fields("max_error screen",
-                  {options_.errors, options_.screen == 0 ? Json() : Json(options_.screen)});
-  }
-
  private:
-  const ChartArguments& arguments_;
-  PlanChartOptions options_;
+  std::uint32_t screen_ = 0;    ///< As PlanCharter
+  std::vector<double> errors_;  ///< To plan for
   HighPolyInput dense_;
 };
 

@@ -59,14 +59,6 @@ const std::vector<Measure>& measures() {
   return all;
 }
 
-struct VolumeOptions {
-  std::vector<VolumeWay> ways = volume_ways();
-  ExtractOptions extract;  ///< Surface, faces, charts' border; size and space are the chart's
-  std::uint32_t size, repeat;
-  Length max_distance;
-  std::uint32_t pixels;  ///< A side of the pictures whose normals are measured
-};
-
 /// One size of map: the low poly with its UVs is made once for all ways.
 struct Sized {
   std::uint32_t size = 0;
@@ -74,27 +66,6 @@ struct Sized {
   std::optional<ExtractReport> timed;  ///< In this run
   double seconds = 0;                  ///< That took
 };
-
-ExtractOptions extract_options(const VolumeOptions& options, std::uint32_t size) {
-  ExtractOptions extract = options.extract;
-  extract.size = size;
-  extract.space = NormalMapSpace::object;
-  extract.flip_y = false;
-  extract.raw = false;
-  return extract;
-}
-
-BakeOptions bake_options(const VolumeOptions& options, const VolumeWay& way, std::uint32_t size,
-                         const Progress& progress) {
-  BakeOptions bake = *way.bake;
-  bake.width = bake.height = size;
-  bake.encoding.space = NormalMapSpace::object;
-  bake.match.max_distance = options.max_distance;
-  // Charts have just their border around them, and none may write into another's.
-  bake.encoding.gutter = static_cast<std::int32_t>(options.extract.border_texels);
-  bake.progress = progress;
-  return bake;
-}
 
 double contour_seconds(const ContourReport& r) {
   return r.seconds_scan + r.seconds_outer + r.seconds_hermite + r.seconds_vertices +
@@ -109,209 +80,32 @@ Json json_of(const GradientError& e) {
        e.p99_degrees, e.max_degrees});
 }
 
-/// Makes one chart.
-class Runner {
- public:
-  Runner(const Device& device, const Volume& volume, const VolumeOptions& options,
-         const Progress& progress)
-      : device_(device), volume_(volume), options_(options), steps_(progress) {}
-
-  /// \returns its part of the report; nothing where progress said stop
-  std::optional<Json> run() {
-    if (!steps_.at("contouring in full")) return std::nullopt;
-    dense_ = contour(device_, volume_, options_.extract.contour);
-    for (const std::uint32_t size : {options_.size / 2, options_.size, 2 * options_.size}) {
-      if (!add_size(size)) return std::nullopt;
-    }
-    plan();
-    Json report = fields("full_contour_triangles", {dense_.triangles.size()});
-    if (!measure(report)) return std::nullopt;
-    const auto run = [&](std::size_t i, const std::string& note) { return time(i, note); };
-    if (!time_in_turns(marks, options_.repeat, run)) return std::nullopt;
-    finish_marks(marks, "total", measures());
-    report.update(fields("settings front", {figures_of(marks), fronts_of(marks, measures())}));
-    return report;
-  }
-
-  std::vector<Mark> marks;
-  std::vector<Warning> warnings, of_settings;
-
- private:
-  /// How a mark's map is made.
-  struct Task {
-    const VolumeWay* way;
-    Sized* sized;
-  };
-
-  bool add_size(std::uint32_t size) {
-    const bool wanted =
-        std::any_of(options_.ways.begin(), options_.ways.end(),
-                    [&](const VolumeWay& way) { return way.every_size || size == options_.size; });
-    if (!wanted || size < 16 || size > kLargest) return true;
-    if (!steps_.at("extracting for " + std::to_string(size) + "²")) return false;
-    try {
-      sizes_.push_back({size, extract(device_, volume_, extract_options(options_, size)), {}});
-    } catch (const Error& error) {
-      // Fewer texels may have no room for so many charts.
-      const bool no_room = error.code() == ErrorCode::usage || error.code() == ErrorCode::input;
-      if (size >= options_.size || !no_room) throw;
-      warnings.push_back({"size-skipped", error.what(), 1});
-    }
-    return true;
-  }
-
-  /// Marks by way, then by size.
-  void plan() {
-    for (const VolumeWay& way : options_.ways) {
-      for (Sized& sized : sizes_) {
-        if (!way.every_size && sized.size != options_.size) continue;
-        const std::string size = std::to_string(sized.size);
-        const bool plain = is_plain(way);
-        Mark& mark = marks.emplace_back();
-        mark.name = plain ? way.name : way.name + "_" + size;
-        mark.label = way.every_size ? way.label + ", " + size + "²" : way.label;
-        mark.family = way.family;
-        mark.figures = fields("name label family size", {mark.name, mark.label, mark.family,
-                                                         plain ? Json() : Json(sized.size)});
-        tasks_.push_back({&way, &sized});
-      }
-    }
-    steps_.count = static_cast<double>(tasks_.size() * (2 + options_.repeat));
-  }
-
-  bool measure(Json& report) {
-    const Source source(device_, dense_);
-    const Length& reach = options_.max_distance;
-    const double diagonal = source.stats().diagonal;
-    reach_ = reach.relative ? reach.value * diagonal : reach.value;
-    if (!steps_.at("drawing the full contour")) return false;
-    const NormalReference pictures(Scene(device_, dense_), dense_, usual_held_out_angles(),
-                                   options_.pixels);
-    Json sizes = Json::array();
-    for (Sized& sized : sizes_) {
-      if (!measure(source, pictures, sized, sizes)) return false;
-      const ExtractReport& low = sized.low_poly.report;
-      if (sized.size != options_.size) continue;
-      warnings.insert(warnings.end(), low.warnings.begin(), low.warnings.end());
-      report["light"] = fields("faces quads triangles error_cells parts",
-                               {low.faces, low.quads, low.triangles, low.error, low.parts});
-    }
-    report.update(fields("diagonal max_distance_world sizes", {diagonal, reach_, sizes}));
-    return true;
-  }
-
-  /// All marks of a size. \param sizes  what could be compared there is added
-  bool measure(const Source& source, const NormalReference& pictures, const Sized& sized,
-               Json& sizes) {
-    std::vector<std::pair<std::size_t, Image>> baked;  // marks with their maps
-    const Mesh& low = sized.low_poly.mesh;
-    for (std::size_t i = 0; i < tasks_.size(); ++i) {
-      if (tasks_[i].sized != &sized) continue;
-      const VolumeWay& way = *tasks_[i].way;
-      if (!steps_.at("measuring " + marks[i].label)) return false;
-      Image map;
-      if (way.bake) {
-        BakeResult result =
-            bake(source, low, bake_options(options_, way, sized.size, steps_.within()));
-        if (result.cancelled) return false;
-        const BakeReport& report = result.report;
-        check_result(report, dense_, low);
-        map = std::move(result.maps[0].image);
-        marks[i].figures.update(
-            fields("texels warnings", {describe_texels(report), describe(report.warnings)}));
-        of_settings.insert(of_settings.end(), report.warnings.begin(), report.warnings.end());
-      } else if (is_direct(way)) {
-        map = sized.low_poly.normal_map;
-      }
-      const Scene scene(device_, low,
-                        {is_plain(way) ? nullptr : &map, NormalMapSpace::object, false});
-      marks[i].figures["normal_error"] = describe(pictures.compare(scene));
-      baked.emplace_back(i, std::move(map));
-      steps_.done += 1;
-    }
-    for (const GradientLine line : {GradientLine::shading, GradientLine::face}) {
-      if (!steps_.at("reading the gradient")) return false;
-      const GradientReference reference(volume_, options_.extract.contour, low,
-                                        {.size = sized.size, .reach = reach_, .line = line});
-      for (const auto& [i, map] : baked) {
-        const GradientError error =
-            is_plain(*tasks_[i].way) ? reference.compare_without_map() : reference.compare(map);
-        if (error.texels == 0 && line == GradientLine::shading) {
-          throw Error(ErrorCode::input,
-                      "None of the " + std::to_string(reference.covered()) +
-                          " texels of the low poly of volume '" + volume_.name +
-                          "' has the surface within reach: use a larger --max-distance or more "
-                          "faces.");
-        }
-        marks[i]
-            .figures[line == GradientLine::face ? "gradient_error_along_face" : "gradient_error"] =
-            json_of(error);
-      }
-      steps_.done += 0.5 * static_cast<double>(baked.size());
-      if (line == GradientLine::face) continue;
-      sizes.push_back(
-          fields("size texels_per_cell covered_texels no_surface_texels border_texels flat_texels",
-                 {sized.size, sized.low_poly.report.texels_per_cell, reference.covered(),
-                  reference.no_surface(), reference.cut(), reference.no_gradient()}));
-    }
-    return true;
-  }
-
-  /// Seconds from the volume in memory to low poly and map: the finest contour, also where a high poly is made of it;
-  /// simplifying, and UVs where there is a map; putting the high poly on the device; splatting, or the rest of the bake.
-  /// What several marks share is timed once a run, and counts for each. \returns null where progress said stop
-  Json time(std::size_t i, const std::string& note) {
-    const auto& [way, sized] = tasks_[i];
-    const std::uint32_t size = sized->size;
-    if (!steps_.at("timing " + marks[i].label + note)) return {};
-    Stopwatch watch;
-    if (i == 0) {
-      dense_ = contour(device_, volume_, options_.extract.contour);
-      contour_time_ = watch.lap();
-      for (Sized& other : sizes_) other.timed.reset();
-    }
-    if (!sized->timed) {
-      watch.lap();
-      sized->timed = extract(device_, volume_, extract_options(options_, size)).report;
-      sized->seconds = watch.lap();
-    }
-    steps_.done += 1;
-    const ExtractReport& low_poly = *sized->timed;
-    const auto seconds = [](double total, double contour, double low, double build, double map) {
-      return fields("total contour light build map", {total, contour, low, build, map});
-    };
-    const double contour = contour_seconds(low_poly.contour);
-    const double simplify = low_poly.seconds_simplify, low = simplify + low_poly.seconds_atlas;
-    if (is_plain(*way)) return seconds(contour + simplify, contour, simplify, 0, 0);
-    if (is_direct(*way)) return seconds(sized->seconds, contour, low, 0, low_poly.seconds_map);
-    watch.lap();
-    const Source source(device_, dense_);
-    const double upload = watch.lap();
-    const BakeResult result =
-        bake(source, sized->low_poly.mesh, bake_options(options_, *way, size, steps_.within(0)));
-    if (result.cancelled) return {};
-    const double rest = watch.lap(), build = result.report.seconds_build;
-    return seconds(contour_time_ + low + upload + rest, contour_time_, low, upload + build,
-                   rest - build);
-  }
-
-  const Device& device_;
-  const Volume& volume_;
-  const VolumeOptions& options_;
-  Steps steps_;
-  Mesh dense_;
-  std::vector<Sized> sizes_;
-  std::vector<Task> tasks_;  ///< As marks
-  double reach_ = 0;         ///< Of the surface, world units
-  double contour_time_ = 0;  ///< Of the full contour in this run
-};
+// Told apart by shape and lightness too (after Okabe and Ito's colours for all kinds of sight).
+constexpr MarkStyle kStyles[] = {{"none", "no map", "+", "#777777"},
+                                 {"direct", "direct", "s", "#d55e00"},
+                                 {"rays", "contour baked by rays", "^", "#222222"},
+                                 {"views", "by depth views", "o", "#0072b2"},
+                                 {"closest", "by nearest points", "v", "#cc79a7"}};
 
 class VolumesChart : public ChartKind {
  public:
-  explicit VolumesChart(const ChartArguments& a) : arguments_(a) {
-    input_key = "volume";
-    inputs_key = "volumes";
-    inputs = a.meshes;
+  explicit VolumesChart(const ChartArguments& a)
+      : ChartKind(a, "volume", "volumes"),
+        ways_(volume_ways()),
+        extract_(extract_options(a.surface)) {
+    extract_.space = NormalMapSpace::object;
+    extract_.flip_y = false;
+    extract_.raw = false;
+    if (!a.settings.empty()) {
+      std::erase_if(ways_, [&](const VolumeWay& way) { return !a.names(way.name); });
+    }
+    options = describe(a.surface);
+    options["chart_border"] = extract_.border_texels;
+    options["settings"] = Json::array();
+    for (const VolumeWay& way : ways_) options["settings"].push_back(way.name);
+    title = "Normal maps from volumes: straight from the voxels, or the full contour baked";
+    seconds_title = "Seconds from the volume in memory to low poly and map";
+    styles = kStyles;
     about =
         "Seconds: from the volume in memory to low poly and object-space map there; the full "
         "contour counts once for each way, also where a high poly is made of it. Errors are "
@@ -323,41 +117,33 @@ class VolumesChart : public ChartKind {
         " directions that nothing is matched from. Missed: samples of the bake that found "
         "nothing; empty: texels compared that the map leaves without a normal, where the low "
         "poly's own counts. *: nothing else is both faster and closer.";
-    options_.extract = extract_options(a.surface);
-    options_.size = *a.size, options_.repeat = a.repeat, options_.pixels = *a.pixels;
-    options_.max_distance = a.search_distance();
-    if (a.settings.empty()) return;
-    std::erase_if(options_.ways, [&](const VolumeWay& way) { return !a.names(way.name); });
   }
 
-  bool look(const Progress&) override {
-    for (const std::string& path : inputs) {
-      std::vector<Warning> none;
-      if (!is_readable_file(path))
-        read_volume(path, arguments_.surface, none);  // says what is wrong
-    }
-    return true;
-  }
-
-  void read(std::size_t i) override {
-    volume_ = read_volume(inputs[i], arguments_.surface, warnings);
-  }
+  void read(std::size_t i) override { volume_ = read_volume(inputs[i], a_.surface, warnings); }
 
   std::optional<ChartGroup> measure(const Device& device, std::size_t i,
                                     const Progress& progress) override {
-    Runner runner(device, volume_, options_, progress);
-    const std::optional<Json> report = runner.run();
-    if (!report) return std::nullopt;
-    warnings.insert(warnings.end(), runner.warnings.begin(), runner.warnings.end());
-    of_settings.insert(of_settings.end(), runner.of_settings.begin(), runner.of_settings.end());
-    const auto faces = [&](const char* path) {
-      return with_commas(static_cast<std::uint64_t>(report->at(path).number()));
-    };
+    device_ = &device;
+    steps_ = Steps(progress);
+    sizes_.clear();
+    if (!steps_.at("contouring in full")) return std::nullopt;
+    dense_ = contour(device, volume_, extract_.contour);
+    for (const std::uint32_t size : {*a_.size / 2, *a_.size, 2 * *a_.size}) {
+      if (!add_size(size)) return std::nullopt;
+    }
+    plan();
     ChartGroup group;
+    group.report = fields("volume full_contour_triangles",
+                          {describe(volume_, inputs[i]), dense_.triangles.size()});
+    if (!measure_sizes(group.report)) return std::nullopt;
+    const auto run = [&](std::size_t k, const std::string& note) { return time(k, note); };
+    if (!time_in_turns(marks_, a_.repeat, run)) return std::nullopt;
+    group.report.update(finish_marks(marks_, "total", measures()));
+    const auto faces = [&](const char* path) {
+      return with_commas(static_cast<std::uint64_t>(group.report.at(path).number()));
+    };
     group.title = volume_.name + ", full contour of " + faces("full_contour_triangles") +
                   " faces, to " + faces("light.faces");
-    group.report = {{"volume", describe(volume_, inputs[i])}};
-    group.report.update(*report);
     group.tables = {
         {"",
          {{"size", "size", 0},
@@ -366,7 +152,7 @@ class VolumesChart : public ChartKind {
           {"without the surface in reach", "no_surface_texels", 0},
           {"on the volume's border", "border_texels", 0},
           {"where the field is flat", "flat_texels", 0}},
-         report->at("sizes")},
+         group.report.at("sizes")},
         {"",
          {{"setting", "name"},
           {"seconds", "seconds.total", 3},
@@ -383,38 +169,203 @@ class VolumesChart : public ChartKind {
           {"picture °", "normal_error.mean_angle_degrees", 3, 1, "on_front.normal_error"},
           {"rms", "normal_error.rms_angle_degrees", 2},
           {"95%", "normal_error.p95_angle_degrees", 2}},
-         report->at("settings"),
+         group.report.at("settings"),
          ".csv"}};
     for (const Measure& measure : measures()) {
-      group.panels.push_back(chart_panel(runner.marks, measure));
+      group.panels.push_back(chart_panel(marks_, measure));
     }
     return group;
   }
 
-  Json plot(const DeviceInfo& device, const std::vector<ChartGroup>& groups) const override {
-    // Told apart by shape and lightness too (after Okabe and Ito's colours for all kinds of sight).
-    constexpr MarkStyle kStyles[] = {{"none", "no map", "+", "#777777"},
-                                     {"direct", "direct", "s", "#d55e00"},
-                                     {"rays", "contour baked by rays", "^", "#222222"},
-                                     {"views", "by depth views", "o", "#0072b2"},
-                                     {"closest", "by nearest points", "v", "#cc79a7"}};
-    return speed_plot(
-        groups, "Normal maps from volumes: straight from the voxels, or the full contour baked",
-        device.name, "Seconds from the volume in memory to low poly and map", options_.repeat,
-        kStyles);
-  }
-
-  Json options() const override {
-    Json json = describe(arguments_.surface), names = Json::array();
-    for (const VolumeWay& way : options_.ways) names.push_back(way.name);
-    json.update(fields("chart_border settings", {options_.extract.border_texels, names}));
-    return json;
-  }
-
  private:
-  const ChartArguments& arguments_;
-  VolumeOptions options_;
+  /// How a mark's map is made.
+  struct Task {
+    const VolumeWay* way;
+    Sized* sized;
+  };
+
+  ExtractOptions extract_at(std::uint32_t size) const {
+    ExtractOptions at = extract_;
+    at.size = size;
+    return at;
+  }
+
+  BakeOptions bake_options(const VolumeWay& way, std::uint32_t size, Progress progress) const {
+    BakeOptions bake = *way.bake;
+    bake.width = bake.height = size;
+    bake.encoding.space = NormalMapSpace::object;
+    bake.match.max_distance = a_.search_distance();
+    // Charts have just their border around them, and none may write into another's.
+    bake.encoding.gutter = static_cast<std::int32_t>(extract_.border_texels);
+    bake.progress = std::move(progress);
+    return bake;
+  }
+
+  bool add_size(std::uint32_t size) {
+    const bool wanted = std::any_of(ways_.begin(), ways_.end(), [&](const VolumeWay& way) {
+      return way.every_size || size == *a_.size;
+    });
+    if (!wanted || size < 16 || size > kLargest) return true;
+    if (!steps_.at("extracting for " + std::to_string(size) + "²")) return false;
+    try {
+      sizes_.push_back({size, extract(*device_, volume_, extract_at(size)), {}});
+    } catch (const Error& error) {
+      // Fewer texels may have no room for so many charts.
+      const bool no_room = error.code() == ErrorCode::usage || error.code() == ErrorCode::input;
+      if (size >= *a_.size || !no_room) throw;
+      warnings.push_back({"size-skipped", error.what(), 1});
+    }
+    return true;
+  }
+
+  /// Marks by way, then by size.
+  void plan() {
+    marks_.clear();
+    tasks_.clear();
+    for (const VolumeWay& way : ways_) {
+      for (Sized& sized : sizes_) {
+        if (!way.every_size && sized.size != *a_.size) continue;
+        const std::string size = std::to_string(sized.size);
+        const bool plain = is_plain(way);
+        Mark& mark = marks_.emplace_back();
+        mark.name = plain ? way.name : way.name + "_" + size;
+        mark.label = way.every_size ? way.label + ", " + size + "²" : way.label;
+        mark.family = way.family;
+        mark.figures = fields("name label family size", {mark.name, mark.label, mark.family,
+                                                         plain ? Json() : Json(sized.size)});
+        tasks_.push_back({&way, &sized});
+      }
+    }
+    steps_.count = static_cast<double>(tasks_.size() * (2 + a_.repeat));
+  }
+
+  bool measure_sizes(Json& report) {
+    const Source source(*device_, dense_);
+    const Length reach = a_.search_distance();
+    const double diagonal = source.stats().diagonal;
+    reach_ = reach.relative ? reach.value * diagonal : reach.value;
+    if (!steps_.at("drawing the full contour")) return false;
+    const NormalReference pictures(Scene(*device_, dense_), dense_, usual_held_out_angles(),
+                                   *a_.pixels);
+    Json sizes = Json::array();
+    for (Sized& sized : sizes_) {
+      if (!measure(source, pictures, sized, sizes)) return false;
+      const ExtractReport& low = sized.low_poly.report;
+      if (sized.size != *a_.size) continue;
+      warnings.insert(warnings.end(), low.warnings.begin(), low.warnings.end());
+      report["light"] = fields("faces quads triangles error_cells parts",
+                               {low.faces, low.quads, low.triangles, low.error, low.parts});
+    }
+    report.update(fields("diagonal max_distance_world sizes", {diagonal, reach_, sizes}));
+    return true;
+  }
+
+  /// All marks_ of a size. \param sizes  what could be compared there is added
+  bool measure(const Source& source, const NormalReference& pictures, const Sized& sized,
+               Json& sizes) {
+    std::vector<std::pair<std::size_t, Image>> baked;  // marks_ with their maps
+    const Mesh& low = sized.low_poly.mesh;
+    for (std::size_t i = 0; i < tasks_.size(); ++i) {
+      if (tasks_[i].sized != &sized) continue;
+      const VolumeWay& way = *tasks_[i].way;
+      if (!steps_.at("measuring " + marks_[i].label)) return false;
+      Image map;
+      if (way.bake) {
+        BakeResult result = bake(source, low, bake_options(way, sized.size, steps_.within()));
+        if (result.cancelled) return false;
+        const BakeReport& report = result.report;
+        check_result(report, dense_, low);
+        map = std::move(result.maps[0].image);
+        marks_[i].figures.update(
+            fields("texels warnings", {describe_texels(report), describe(report.warnings)}));
+        of_settings.insert(of_settings.end(), report.warnings.begin(), report.warnings.end());
+      } else if (is_direct(way)) {
+        map = sized.low_poly.normal_map;
+      }
+      const Scene scene(*device_, low,
+                        {is_plain(way) ? nullptr : &map, NormalMapSpace::object, false});
+      marks_[i].figures["normal_error"] = describe(pictures.compare(scene));
+      baked.emplace_back(i, std::move(map));
+      steps_.done += 1;
+    }
+    for (const GradientLine line : {GradientLine::shading, GradientLine::face}) {
+      if (!steps_.at("reading the gradient")) return false;
+      const GradientReference reference(volume_, extract_.contour, low,
+                                        {.size = sized.size, .reach = reach_, .line = line});
+      for (const auto& [i, map] : baked) {
+        const GradientError error =
+            is_plain(*tasks_[i].way) ? reference.compare_without_map() : reference.compare(map);
+        if (error.texels == 0 && line == GradientLine::shading) {
+          throw Error(ErrorCode::input,
+                      "None of the " + std::to_string(reference.covered()) +
+                          " texels of the low poly of volume '" + volume_.name +
+                          "' has the surface within reach: use a larger --max-distance or more "
+                          "faces.");
+        }
+        marks_[i]
+            .figures[line == GradientLine::face ? "gradient_error_along_face" : "gradient_error"] =
+            json_of(error);
+      }
+      steps_.done += 0.5 * static_cast<double>(baked.size());
+      if (line == GradientLine::face) continue;
+      sizes.push_back(
+          fields("size texels_per_cell covered_texels no_surface_texels border_texels flat_texels",
+                 {sized.size, sized.low_poly.report.texels_per_cell, reference.covered(),
+                  reference.no_surface(), reference.cut(), reference.no_gradient()}));
+    }
+    return true;
+  }
+
+  /// Seconds from the volume in memory to low poly and map: the finest contour, also where a high poly is made of it;
+  /// simplifying, and UVs where there is a map; putting the high poly on the device; splatting, or the rest of the bake.
+  /// What several marks_ share is timed once a run, and counts for each. \returns null where progress said stop
+  Json time(std::size_t i, const std::string& note) {
+    const auto& [way, sized] = tasks_[i];
+    const std::uint32_t size = sized->size;
+    if (!steps_.at("timing " + marks_[i].label + note)) return {};
+    Stopwatch watch;
+    if (i == 0) {
+      dense_ = contour(*device_, volume_, extract_.contour);
+      contour_time_ = watch.lap();
+      for (Sized& other : sizes_) other.timed.reset();
+    }
+    if (!sized->timed) {
+      watch.lap();
+      sized->timed = extract(*device_, volume_, extract_at(size)).report;
+      sized->seconds = watch.lap();
+    }
+    steps_.done += 1;
+    const ExtractReport& low_poly = *sized->timed;
+    const auto seconds = [](double total, double contour, double low, double build, double map) {
+      return fields("total contour light build map", {total, contour, low, build, map});
+    };
+    const double contour = contour_seconds(low_poly.contour);
+    const double simplify = low_poly.seconds_simplify, low = simplify + low_poly.seconds_atlas;
+    if (is_plain(*way)) return seconds(contour + simplify, contour, simplify, 0, 0);
+    if (is_direct(*way)) return seconds(sized->seconds, contour, low, 0, low_poly.seconds_map);
+    watch.lap();
+    const Source source(*device_, dense_);
+    const double upload = watch.lap();
+    const BakeResult result =
+        bake(source, sized->low_poly.mesh, bake_options(*way, size, steps_.within(0)));
+    if (result.cancelled) return {};
+    const double rest = watch.lap(), build = result.report.seconds_build;
+    return seconds(contour_time_ + low + upload + rest, contour_time_, low, upload + build,
+                   rest - build);
+  }
+
+  std::vector<VolumeWay> ways_;
+  ExtractOptions extract_;  ///< But for the size
   Volume volume_;
+  // Of the volume that is measured.
+  const Device* device_ = nullptr;
+  Mesh dense_;
+  std::vector<Sized> sizes_;
+  std::vector<Mark> marks_;
+  std::vector<Task> tasks_;  ///< As marks
+  Steps steps_{nullptr};
+  double reach_ = 0;         ///< Of the surface, world units
+  double contour_time_ = 0;  ///< Of the full contour in this run
 };
 
 }  // namespace

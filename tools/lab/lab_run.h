@@ -3,6 +3,7 @@
 
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "kiln/kiln.h"
@@ -15,7 +16,7 @@ namespace kiln::cli {
 /// Progress of work in steps.
 class Steps {
  public:
-  explicit Steps(const Progress& progress) : progress_(progress) {}
+  explicit Steps(Progress progress) : progress_(std::move(progress)) {}
 
   double count = 1, done = 0;
 
@@ -32,7 +33,7 @@ class Steps {
  private:
   bool show(double more) const { return progress_((done + more) / count, stage_); }
 
-  const Progress& progress_;
+  Progress progress_;
   std::string stage_;
 };
 

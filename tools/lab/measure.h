@@ -31,6 +31,6 @@ int rate_layout_of(const MeasureArguments& arguments);
 /// With --study: how errors depend on views, faces and map size.
 int run_study(MeasureArguments arguments);
 /// Every way to match asked for, rated on the two meshes.
-int run_rating(const MeasureArguments& arguments);
+int run_rating(MeasureArguments arguments);
 
 }  // namespace kiln::cli

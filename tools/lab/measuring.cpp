@@ -93,6 +93,26 @@ std::optional<LeftOut> unfit(MatchMethod method, const std::string& name, const 
   return LeftOut{name, reason};
 }
 
+void ErrorSheet::add(const Image& errors, const std::vector<std::string>& captions) {
+  errors_.add(errors);
+  panels_.push_back({{}, captions});
+}
+
+void ErrorSheet::add_picture(const Image& picture, const std::vector<std::string>& captions) {
+  panels_.push_back({picture, captions});
+}
+
+Image ErrorSheet::draw(const std::string& unit, const std::string& not_known, std::size_t columns) {
+  Scale scale = errors_.scale();
+  scale.unit = unit;
+  scale.others[0].second = not_known;
+  std::size_t next = 0;
+  for (Panel& panel : panels_) {
+    if (panel.image.pixels.empty()) panel.image = errors_.picture(next++, scale);
+  }
+  return make_sheet(panels_, scale, columns);
+}
+
 Places::Places(const Device& device, const Mesh& low)
     : map_(places()), scene_(device, low, {&map_}) {}
 

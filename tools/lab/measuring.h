@@ -8,6 +8,7 @@
 #include "kiln/kiln.h"
 #include "kiln/measure.h"
 #include "kiln/render.h"
+#include "picture/angles.h"
 #include "report/report.h"
 
 namespace kiln::cli {
@@ -42,6 +43,20 @@ Json describe_left_out(const std::vector<LeftOut>& left_out, const char* key);
 /// \throws Error(input) where it must do, but does not
 std::optional<LeftOut> unfit(MatchMethod method, const std::string& name, const Source& source,
                              const Mesh& high, const Mesh& low, const UvOptions& uv, bool must);
+
+/// Pictures of errors side by side, on one scale.
+class ErrorSheet {
+ public:
+  /// \param errors  one channel; -1 beside the mesh, -2 where it is not known, as normal_angles() has them
+  void add(const Image& errors, const std::vector<std::string>& captions);
+  void add_picture(const Image& picture, const std::vector<std::string>& captions);
+  /// \param not_known  why pixels have no error \param columns  0: chosen
+  Image draw(const std::string& unit, const std::string& not_known, std::size_t columns = 0);
+
+ private:
+  AnglePictures errors_;
+  std::vector<Panel> panels_;  ///< Without pictures where these are errors, until they are drawn
+};
 
 /// Pictures of LOW that say which texel each pixel shows.
 class Places {

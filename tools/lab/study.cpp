@@ -1,8 +1,8 @@
 // `kiln measure --study`: the error analysis of Wang, Froehlich and Goebel 2003 ("Fast Normal Map Generation for
 // Simplified Meshes", section 5, figure 3): normal and distance errors against views, faces and map size.
 #include <algorithm>
+#include <map>
 #include <optional>
-#include <tuple>
 #include <utility>
 
 #include "arguments/bake_job.h"
@@ -18,7 +18,7 @@
 #include "lab/measure.h"
 #include "lab/measuring.h"
 #include "lab/table.h"
-#include "lab/value_tiles.h"
+#include "picture/plot.h"
 #include "report/check_result.h"
 
 namespace kiln::cli {
@@ -50,7 +50,8 @@ struct Setting {
   std::uint32_t target_faces = 0;  ///< As asked; of a given LOW: its own
   std::uint32_t size = 0;          ///< Texels a side; 0: no map
 
-  Json figures = {};  ///< For the report: all but seconds and warnings
+  Json figures = {};   ///< For the report: all but seconds and warnings
+  Image picture = {};  ///< Of settings matched by views: normal_angles() from one held-out view
   double seconds_bake = 0, seconds_measure = 0;
   std::vector<Warning> warnings = {};
 
@@ -58,57 +59,55 @@ struct Setting {
   double degrees() const { return figures.at("normal_error.mean_angle_degrees").number(); }
 };
 
-/// A setting's error where one looks from one held-out view.
-struct ErrorPicture {
-  std::size_t setting = 0;  ///< Index
-  Image degrees;            ///< normal_angles()
-};
-
 struct Study {
-  std::vector<Setting> settings;   ///< By curve, faces, map size, views
-  std::vector<Vec3> held_out;      ///< Directions measured from
-  double least_angle_degrees = 0;  ///< Between them and those matched from
-  double diagonal = 0;             ///< Of HIGH, world units
-  double max_distance = 0;         ///< World units
-  Image original;                  ///< HIGH, from the picture's view
-  ErrorPicture worst, best;        ///< By mean angle, of the settings matched by views
-  std::vector<Warning> warnings;   ///< Of HIGH and of LOW
-  double seconds_low = 0;          ///< Making low polys
+  std::vector<Setting> settings;    ///< By curve, faces, map size, views
+  std::vector<Vec3> held_out;       ///< Directions measured from
+  double least_angle_degrees = 0;   ///< Between them and those matched from
+  double diagonal = 0;              ///< Of HIGH, world units
+  double max_distance = 0;          ///< World units
+  Image original;                   ///< HIGH, from the picture's view
+  std::size_t worst = 0, best = 0;  ///< By mean angle, of the settings matched by views
+  std::vector<Warning> warnings;    ///< Of HIGH and of LOW
+  double seconds_low = 0;           ///< Making low polys
 };
 
 // ---- measuring ---------------------------------------------------------------------------------
 
-/// Settings to measure, in an order that makes each low poly once.
+/// Settings to measure, by curve, faces, map size and views.
 std::vector<Setting> plan(const MeasureArguments& a, const Mesh& high, const Mesh* low) {
-  std::vector<Setting> settings;
-  if (a.study == "views") {
-    const std::uint32_t faces =
-        low != nullptr ? static_cast<std::uint32_t>(low->triangles.size()) : *a.faces;
-    settings = {{Curve::none, 0, faces, 0}, {Curve::ray, 0, faces, *a.size}};
-    for (const std::uint32_t views : kStudyViews) {
-      settings.push_back({Curve::paper, views, faces, *a.size});
-      settings.push_back({Curve::kiln, views, faces, *a.size});
-    }
-    return settings;
+  const bool views = a.study == "views", sizes = a.study == "size";
+  std::vector<std::uint32_t> faces;
+  if (views) {
+    faces = {low != nullptr ? static_cast<std::uint32_t>(low->triangles.size()) : *a.faces};
+  } else {
+    faces.assign(kStudyFaces.begin(), kStudyFaces.end());
+    std::erase_if(faces, [&](std::uint32_t count) { return count >= high.triangles.size(); });
   }
-  for (const std::uint32_t faces : kStudyFaces) {
-    if (faces >= high.triangles.size()) break;
-    settings.push_back({Curve::none, 0, faces, 0});
-    if (a.study == "size") {
-      for (const std::uint32_t size : kStudySizes) {
-        settings.push_back({Curve::kiln, *a.views, faces, size});
-      }
-    } else {
-      settings.push_back({Curve::ray, 0, faces, *a.size});
-      settings.push_back({Curve::paper, *a.views, faces, *a.size});
-      settings.push_back({Curve::kiln, *a.views, faces, *a.size});
-    }
-  }
-  if (settings.empty()) {
+  if (faces.empty()) {
     throw Error(ErrorCode::input, "'" + high.name + "' has " +
                                       std::to_string(high.triangles.size()) +
                                       " triangles: a study of low polys needs more than " +
                                       std::to_string(kStudyFaces[0]) + ".");
+  }
+  std::vector<Setting> settings;
+  for (const Curve curve : {Curve::paper, Curve::kiln, Curve::ray, Curve::none}) {
+    const bool by_views = curve == Curve::paper || curve == Curve::kiln;
+    if (sizes && (curve == Curve::paper || curve == Curve::ray)) continue;
+    for (const std::uint32_t count : faces) {
+      if (curve == Curve::none) {
+        settings.push_back({curve, 0, count, 0});
+      } else if (views && by_views) {
+        for (const std::uint32_t from : kStudyViews) {
+          settings.push_back({curve, from, count, *a.size});
+        }
+      } else if (sizes) {
+        for (const std::uint32_t size : kStudySizes) {
+          settings.push_back({curve, *a.views, count, size});
+        }
+      } else {
+        settings.push_back({curve, by_views ? *a.views : 0, count, *a.size});
+      }
+    }
   }
   return settings;
 }
@@ -118,29 +117,31 @@ class LowMeshes {
  public:
   LowMeshes(const Mesh& high, const Mesh* given) : high_(high), given_(given) {}
 
-  /// With UVs laid out for a map of this size (0: as the last).
+  /// With UVs laid out for a map of this size (0: without).
   const Mesh& get(std::uint32_t faces, std::uint32_t size, std::vector<Warning>& warnings) {
     if (given_ != nullptr) return *given_;
-    Stopwatch watch;
-    if (faces != faces_) {
+    const auto found = made_.find({faces, size});
+    if (found != made_.end()) return found->second;
+    if (size == 0) {
       SimplifyOptions options;
       options.faces = faces;
+      const Stopwatch watch;
       SimplifyReport report;
-      mesh_ = simple_ = simplify(high_, options, &report);
+      Mesh mesh = simplify(high_, options, &report);
+      seconds += watch.total();
       warnings.insert(warnings.end(), report.warnings.begin(), report.warnings.end());
-      faces_ = faces, size_ = 0;
+      return made_[{faces, size}] = std::move(mesh);
     }
-    if (size != 0 && size != size_) {
-      UnwrapOptions options;
-      options.method = UnwrapMethod::pairs;
-      options.size = std::max(size, 16U);
-      UnwrapReport report;
-      mesh_ = fit_normals(unwrap(simple_, options, &report), high_);
-      warnings.insert(warnings.end(), report.warnings.begin(), report.warnings.end());
-      size_ = size;
-    }
+    const Mesh& simple = get(faces, 0, warnings);
+    UnwrapOptions options;
+    options.method = UnwrapMethod::pairs;
+    options.size = std::max(size, 16U);
+    const Stopwatch watch;
+    UnwrapReport report;
+    Mesh mesh = fit_normals(unwrap(simple, options, &report), high_);
     seconds += watch.total();
-    return mesh_;
+    warnings.insert(warnings.end(), report.warnings.begin(), report.warnings.end());
+    return made_[{faces, size}] = std::move(mesh);
   }
 
   double seconds = 0;  ///< That this took
@@ -148,8 +149,7 @@ class LowMeshes {
  private:
   const Mesh& high_;
   const Mesh* given_;
-  std::uint32_t faces_ = 0, size_ = 0;
-  Mesh simple_, mesh_;
+  std::map<std::pair<std::uint32_t, std::uint32_t>, Mesh> made_;  ///< By faces and size
 };
 
 BakeOptions bake_options(const Setting& setting, const MeasureArguments& a) {
@@ -183,6 +183,7 @@ RenderOptions picture_options(const Mesh& frame, const std::vector<Vec3>& held_o
   RenderOptions options;
   options.size = kPictureSize;
   options.z_up = z_up;
+  options.trim = true;
   options.frame = &frame;
   look_from(toward, options);
   return options;
@@ -206,25 +207,6 @@ Json json_of(const DistanceError& d, double diagonal) {
 
 Json json_of(const DepthError& d) {
   return fields("pixels one_sided mean rms max", {d.pixels, d.one_sided, d.mean, d.rms, d.max});
-}
-
-/// Settings by curve, which is how they are read; the pictures' settings move along.
-void sort_settings(Study& study) {
-  std::vector<std::size_t> order(study.settings.size());
-  for (std::size_t i = 0; i < order.size(); ++i) order[i] = i;
-  const auto key = [&](std::size_t i) {
-    const Setting& s = study.settings[i];
-    return std::tuple(s.curve, s.target_faces, s.size, s.views);
-  };
-  std::sort(order.begin(), order.end(),
-            [&](std::size_t a, std::size_t b) { return key(a) < key(b); });
-  std::vector<Setting> sorted;
-  for (const std::size_t i : order) sorted.push_back(std::move(study.settings[i]));
-  study.settings = std::move(sorted);
-  for (ErrorPicture* seen : {&study.worst, &study.best}) {
-    seen->setting = static_cast<std::size_t>(std::find(order.begin(), order.end(), seen->setting) -
-                                             order.begin());
-  }
 }
 
 /// \param low  null: made from `high`
@@ -261,7 +243,6 @@ std::optional<Study> measure_study(const Device& device, const Mesh& high, const
   const Image high_normals = high_scene.draw(picture);
 
   LowMeshes lows(high, low);
-  std::optional<double> least, most;
   for (std::size_t i = 0; i < study.settings.size(); ++i) {
     Setting& s = study.settings[i];
     if (!steps.at(stage(s))) return std::nullopt;
@@ -303,14 +284,14 @@ std::optional<Study> measure_study(const Device& device, const Mesh& high, const
     s.seconds_measure = watch.lap();
     steps.done += 1;
 
+    if (!views) continue;
+    s.picture = normal_angles(high_normals, scene.draw(picture));
     const double mean = error.mean_degrees;
-    if (!views || (least && mean >= *least && mean <= *most)) continue;
-    const ErrorPicture seen{i, normal_angles(high_normals, scene.draw(picture))};
-    if (!most || mean > *most) study.worst = seen, most = mean;
-    if (!least || mean < *least) study.best = seen, least = mean;
+    const auto degrees = [&](std::size_t other) { return study.settings[other].degrees(); };
+    if (mean > degrees(study.worst)) study.worst = i;
+    if (mean < degrees(study.best)) study.best = i;
   }
   study.seconds_low = lows.seconds;
-  sort_settings(study);
   return study;
 }
 
@@ -447,43 +428,29 @@ Json size_plot(const Study& study, const MeasureArguments& a, const std::string&
 }
 
 Plot study_plot(const Study& study, const MeasureArguments& a, const std::string& mesh) {
-  return {"study_" + a.study,
-          a.study == "faces"  ? faces_plot(study, a, mesh)
-          : a.study == "size" ? size_plot(study, a, mesh)
-                              : views_plot(study, mesh),
-          {}};
+  return {"study_" + a.study, a.study == "faces"  ? faces_plot(study, a, mesh)
+                              : a.study == "size" ? size_plot(study, a, mesh)
+                                                  : views_plot(study, mesh)};
 }
 
-Plot error_plot(const Study& study, const MeasureArguments& a) {
-  ValueTiles tiles;
-  Json original = tiles.add_gray(gray(study.original));
-  original["captions"] =
-      Json::array({"the high poly", "the original: its normals are the reference"});
-  Json shown = Json::array({original});
-  const auto add = [&](const char* rank, const ErrorPicture& picture) {
-    // Pixels that neither mesh covers are -1, those that one does below.
-    Json tile = tiles.add(picture.degrees, [](float degrees) {
-      return degrees >= 0    ? double{degrees}
-             : degrees == -1 ? ValueTiles::kBeside
-                             : ValueTiles::kNotKnown;
-    });
-    // Each label names the picture, the way its map was made, and its figures.
-    const Setting& s = study.settings[picture.setting];
-    tile["captions"] = Json::array(
-        {std::string(rank) + ": " +
-             (s.curve == Curve::paper ? "as in the paper, " : "Kiln's own matching, ") +
-             plural(s.views, "view"),
-         plural(static_cast<std::uint64_t>(s.figures.at("faces").number()), "face") + ", " +
-             size_text(s.size),
-         formatted("mean %.2f degrees, 95%% under %.1f, over %u views", s.degrees(),
-                   s.figures.at("normal_error.p95_angle_degrees").number(), kHeldOutViews)});
-    shown.push_back(std::move(tile));
-  };
-  add("worst", study.worst);
-  add("best", study.best);
-  const Json block = fields("title unit tiles", {"error of the normal", "degrees", shown});
-  return tiles.plot("study_" + a.study + "_error", Json::array({block}),
-                    "seen of only one of the two meshes: not measured");
+/// The high poly, and where the worst and the best setting by views err.
+Image error_picture(const Study& study) {
+  ErrorSheet sheet;
+  sheet.add_picture(study.original,
+                    {"the high poly", "the original: its normals are the reference"});
+  for (const auto& [rank, index] :
+       {std::pair("worst", study.worst), std::pair("best", study.best)}) {
+    const Setting& s = study.settings[index];
+    sheet.add(s.picture,
+              {std::string(rank) + ": " +
+                   (s.curve == Curve::paper ? "as in the paper, " : "Kiln's own matching, ") +
+                   plural(s.views, "view"),
+               plural(static_cast<std::uint64_t>(s.figures.at("faces").number()), "face") + ", " +
+                   std::to_string(s.size) + " x " + std::to_string(s.size) + " map",
+               formatted("mean %.2f degrees, 95%% under %.1f, over %u views", s.degrees(),
+                         s.figures.at("normal_error.p95_angle_degrees").number(), kHeldOutViews)});
+  }
+  return sheet.draw("degrees", "seen of only one of the two meshes: not measured");
 }
 
 // ---- text --------------------------------------------------------------------------------------
@@ -559,8 +526,7 @@ void add_report(const Study& study, const MeasureArguments& a, LabRun& run) {
   run.report.update(
       fields("study measured_from diagonal max_distance_world settings worst best findings",
              {a.study, describe_views(study.held_out, *a.pixels, study.least_angle_degrees),
-              study.diagonal, study.max_distance, settings, study.worst.setting, study.best.setting,
-              found}));
+              study.diagonal, study.max_distance, settings, study.worst, study.best, found}));
   if (!levels.empty()) run.report["levels_off_at"] = levels;
 }
 
@@ -629,10 +595,10 @@ int run_study(MeasureArguments a) {
   if (!run.console.progress(kAtSave, "writing")) return kExitCancelled;
   run.outputs = {(folder / ("study_" + a.study + ".csv")).string()};
   save_text(run.outputs[0], csv(figures_of(*study)));
-  if (!save_plots(folder, {study_plot(*study, a, high.name), error_plot(*study, a)}, run.outputs,
-                  run.warnings)) {
-    return kExitCancelled;
-  }
+  const Plot plot = study_plot(*study, a, high.name);
+  if (!save_plots(folder, {plot}, run.outputs, run.warnings)) return kExitCancelled;
+  run.outputs.push_back((folder / (plot.name + "_error.png")).string());
+  save_image(error_picture(*study), run.outputs.back(), {ImageFormat::png8});
   run.lap("save");
 
   // Options in force; null: varied by the study, or not used.

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "kiln/kiln.h"
@@ -16,6 +17,8 @@ class AnglePictures {
  public:
   /// The local error of a view (Wang, Froehlich, Goebel 2003, figure 4b). \param view  of both scenes
   void add(const Scene& high, const Scene& low, RenderOptions view);
+  /// Values of one channel; -1 and -2 as normal_angles() has them.
+  void add(Image values) { angles_.push_back(std::move(values)); }
 
   /// Over the pixels that both meshes cover; 0 where there is none.
   double mean(std::size_t index) const;
