@@ -24,11 +24,10 @@
 namespace kiln::cli {
 namespace {
 
-/// Ways to make a low poly and its map.
-enum class PlanWay {
-  kiln,   ///< simplify(), and as many samples a texel as plans take
-  plain,  ///< meshoptimizer's simplifier, rays along the normals, one sample a texel
-};
+// Ways to make a low poly and its map.
+constexpr const char* kKiln = "kiln";  ///< simplify(), and as many samples a texel as plans take
+/// meshoptimizer's simplifier, rays along the normals, one sample a texel.
+constexpr const char* kPlain = "meshoptimizer";
 
 /// Bits a channel of all maps of the grids. Plans choose their own.
 constexpr std::uint32_t kGridBits = 8;
@@ -83,305 +82,18 @@ Image rounded(Image map) {
   return map;
 }
 
-/// A low poly with a map, as measured.
-struct PlanPoint {
-  PlanWay way = PlanWay::kiln;
-  std::uint64_t faces = 0;     ///< Triangles
-  std::uint64_t vertices = 0;  ///< As a renderer holds them
-  std::uint32_t size = 0;      ///< Texels a side; 0: no map
-  LowPolyBytes bytes;
-  double degrees = 0;  ///< Mean angle between rendered normals and the high poly's
-  bool front = false;  ///< Nothing else of its way has both fewer bytes and less error
-};
-
-double kib(std::uint64_t bytes) { return static_cast<double>(bytes) / 1024; }
+double kib(double bytes) { return bytes / 1024; }
+double bytes_of(const Json& made) { return made.at("bytes.total").number(); }
+double degrees_of(const Json& made) { return made.at("mean_degrees").number(); }
 
 Json json_of(const LowPolyBytes& b) {
   return fields("vertices texels total", {b.vertices, b.texels, b.total()});
 }
 
-Json json_of(const PlanPoint& p) {
-  return fields("way faces vertices size bits bytes mean_degrees front",
-                {p.way == PlanWay::kiln ? "kiln" : "meshoptimizer", p.faces, p.vertices, p.size,
-                 p.size == 0 ? Json() : Json(kGridBits), json_of(p.bytes), p.degrees, p.front});
-}
+std::string map_text(double size) { return size == 0 ? "no map" : text_of(size) + "²"; }
 
-/// Makes and measures the grid of a high poly, then plans. Pictures come from 30 directions that plans do not look
-/// from.
-class PlanCharter {
- public:
-  /// \throws Error(input) where HIGH has too few faces
-  /// \param screen  LowPolyPlanOptions::screen, of plans and of what the grid is measured by; 0: points of 128²
-  /// pictures \param size  the largest map, texels a side
-  PlanCharter(const Device& device, const Mesh& high, std::uint32_t screen, std::uint32_t size,
-              const Progress& progress)
-      : device_(device),
-        high_(high),
-        screen_(screen),
-        size_(size),
-        progress_(progress),
-        source_(device, high),
-        reference_(Scene(device, high), high, views(), kPixels) {
-    if (screen != 0) on_screen_.emplace(source_, screen, kViews);
-    warnings = source_.warnings();
-    sizes_.push_back(0);
-    for (std::uint32_t s = kSmallestMap; s <= size; s *= 2) sizes_.push_back(s);
-    const std::size_t most = std::min<std::size_t>(kMostFaces, high.triangles.size() / 2);
-    for (std::uint32_t f = kFewestFaces; f <= most; f *= 2) faces_.push_back(f);
-    if (faces_.empty()) {
-      throw Error(ErrorCode::input, "'" + high.name + "' has " +
-                                        std::to_string(high.triangles.size()) +
-                                        " triangles: a chart of plans needs " +
-                                        std::to_string(2 * kFewestFaces) + " or more.");
-    }
-  }
-
-  /// \param errors  to plan for, degrees; none: three between the grid's best and worst
-  /// \returns false where progress said stop
-  bool run(std::vector<double> errors) {
-    for (const PlanWay way : {PlanWay::kiln, PlanWay::plain}) {
-      for (const std::uint32_t faces : faces_) {
-        if (!add_faces(way, faces)) return false;
-      }
-      mark_front(way);
-    }
-    if (errors.empty()) errors = errors_between();
-    std::sort(errors.rbegin(), errors.rend());
-    for (std::size_t i = 0; i < errors.size(); ++i) {
-      const double share = static_cast<double>(i) / static_cast<double>(errors.size());
-      if (!add_plan(errors[i], kAtPlans + (1 - kAtPlans) * share)) return false;
-    }
-    return true;
-  }
-
-  /// The points that are wanted, by rising bytes.
-  template <class Wanted>
-  std::vector<const PlanPoint*> points_of(const Wanted& wanted) const {
-    std::vector<const PlanPoint*> some;
-    for (const PlanPoint& point : points) {
-      if (wanted(point)) some.push_back(&point);
-    }
-    std::sort(some.begin(), some.end(), [](const PlanPoint* a, const PlanPoint* b) {
-      return std::tuple(a->bytes.total(), a->degrees) < std::tuple(b->bytes.total(), b->degrees);
-    });
-    return some;
-  }
-  std::vector<const PlanPoint*> front(PlanWay way) const {
-    return points_of([&](const PlanPoint& point) { return point.way == way && point.front; });
-  }
-
-  std::vector<PlanPoint> points;  ///< By way, faces, size
-  Json plans = Json::array();     ///< By falling error
-  std::vector<Warning> warnings;
-
- private:
-  /// None near those that plans look from.
-  static std::vector<ViewAngles> views() {
-    const std::vector<Vec3> seen = held_out_views(kPlanViews, spread_views(12));
-    return angles_of(held_out_views(kViews, seen));
-  }
-
-  bool say(double done, const std::string& stage) const { return progress_(done, stage); }
-
-  /// A number of faces with maps of all sizes. \returns false where progress said stop
-  bool add_faces(PlanWay way, std::uint32_t faces) {
-    const double step = kAtPlans / static_cast<double>(2 * faces_.size());
-    const std::string stage =
-        std::to_string(faces) + (way == PlanWay::kiln ? " faces" : " faces by meshoptimizer");
-    at_ = step * static_cast<double>(grids_++);
-    if (!say(at_, stage)) return false;
-    Mesh simple;
-    if (way == PlanWay::kiln) {
-      SimplifyOptions options;
-      options.faces = faces;
-      simple = simplify(high_, options);
-    } else {
-      simple = by_meshoptimizer(high_, faces);
-    }
-    // Neither makes fewer faces than the shape needs.
-    const bool again = !points.empty() && points.back().way == way &&
-                       points.back().faces == simple.triangles.size();
-    if (simple.triangles.empty() || again) return true;
-    for (const std::uint32_t size : sizes_) {
-      if (!say(at_, stage)) return false;
-      if (!add_point(way, simple, size)) return false;
-    }
-    return true;
-  }
-
-  bool add_point(PlanWay way, const Mesh& simple, std::uint32_t size) {
-    PlanPoint point;
-    point.way = way;
-    point.faces = simple.triangles.size();
-    point.size = size;
-    const LowPolyBytes plain =
-        low_poly_bytes(simple.positions.size(), point.faces, size, {kChannels}, kGridBits);
-    if (size != 0 && (plain.texels > kMostApart * plain.vertices ||
-                      plain.vertices > kMostApart * plain.texels)) {
-      return true;
-    }
-    if (size == 0) {
-      point.vertices = simple.positions.size();
-      point.bytes = plain;
-      point.degrees = measured(simple);
-      points.push_back(point);
-      return true;
-    }
-    Mesh low = unwrap(simple, {UnwrapMethod::charts, size, std::max(2U, size / 256)});
-    if (way == PlanWay::kiln) low = fit_normals(low, high_);
-    BakeOptions bake_with;
-    bake_with.width = bake_with.height = size;
-    bake_with.report.recall = 0;
-    if (way == PlanWay::kiln)
-      bake_with.samples = std::clamp(kSampleBudget / size, 1U, kMostSamples);
-    bake_with.progress = [&](double, std::string_view) { return progress_(at_, "baking"); };
-    const BakeResult result = bake(source_, low, bake_with);
-    if (result.cancelled) return false;
-    point.vertices = split_vertices(low);
-    point.bytes = low_poly_bytes(point.vertices, point.faces, size, {kChannels}, kGridBits);
-    point.degrees = measured(low, rounded(result.maps[0].image), bake_with);
-    points.push_back(point);
-    return true;
-  }
-
-  double measured(const Mesh& low) const {
-    return on_screen_ ? on_screen_->degrees(low)
-                      : reference_.compare(Scene(device_, low)).mean_degrees;
-  }
-
-  double measured(const Mesh& low, const Image& map, const BakeOptions& baked) const {
-    if (on_screen_) return on_screen_->degrees(low, map, baked);
-    const NormalMap normal{&map, baked.encoding.space, baked.encoding.flip_y,
-                           baked.encoding.bitangent};
-    return reference_.compare(Scene(device_, low, normal)).mean_degrees;
-  }
-
-  void mark_front(PlanWay way) {
-    double least = 1e300;
-    for (const PlanPoint* of_way : points_of([&](const PlanPoint& p) { return p.way == way; })) {
-      PlanPoint& point = points[static_cast<std::size_t>(of_way - points.data())];
-      point.front = point.degrees < least;
-      least = std::min(least, point.degrees);
-    }
-  }
-
-  /// Numbers of two digits each.
-  std::vector<double> errors_between() const {
-    const std::vector<const PlanPoint*> front_points = front(PlanWay::kiln);
-    const double worst = front_points.front()->degrees, best = front_points.back()->degrees;
-    std::vector<double> errors;
-    for (const double share : kShares) {
-      const double error = worst * std::pow(best / worst, share);
-      const double unit = std::pow(10, std::floor(std::log10(error)) - 1);
-      errors.push_back(std::max(std::round(error / unit), 1.0) * unit);
-    }
-    return errors;
-  }
-
-  /// Of either way's front at an error; 0 where it does not get there. Between the front's points, bytes follow a power
-  /// of the error.
-  double bytes_at(PlanWay way, double degrees) const {
-    const PlanPoint* before = nullptr;
-    for (const PlanPoint* point : front(way)) {
-      if (point->degrees <= degrees) {
-        const auto bytes = static_cast<double>(point->bytes.total());
-        if (before == nullptr) return bytes;
-        const auto fewer = static_cast<double>(before->bytes.total());
-        const double share =
-            std::log(before->degrees / degrees) / std::log(before->degrees / point->degrees);
-        return fewer * std::pow(bytes / fewer, share);
-      }
-      before = point;
-    }
-    return 0;
-  }
-
-  bool add_plan(double wanted, double at) {
-    LowPolyPlanOptions options;
-    options.max_error = wanted;
-    options.screen = screen_;
-    options.bake.width = options.bake.height = size_;
-    options.bake.report.recall = 0;
-    options.bake.progress = [&](double, std::string_view stage) {
-      return say(at, "plan for " + text_of(wanted) + " degrees: " + std::string(stage));
-    };
-    const Stopwatch watch;
-    LowPolyPlan plan = plan_low_poly(source_, high_, options);
-    if (plan.cancelled) return false;
-    const double seconds = watch.total();
-    const Candidate& c = plan.chosen;  // measured by the plan's own pictures
-    const double degrees =
-        plan.result ? measured(plan.low, plan.drawn, plan.bake) : measured(plan.low);
-    const double front = bytes_at(PlanWay::kiln, degrees),
-                 plain = bytes_at(PlanWay::plain, degrees);
-    const auto known = [](double value) { return value > 0 ? Json(value) : Json(); };
-    const auto bytes = static_cast<double>(c.bytes.total());
-    plans.push_back(fields(
-        "wanted_degrees reached faces vertices size samples bits match bytes planned_degrees "
-        "mean_degrees front_bytes plain_front_bytes times_front times_plain_front seconds",
-        {wanted, plan.reached, c.faces, c.vertices, c.size, c.samples, c.bits, c.method.name,
-         json_of(c.bytes), c.measured, degrees, known(front), known(plain),
-         front > 0 ? Json(bytes / front) : Json(), plain > 0 ? Json(bytes / plain) : Json(),
-         seconds}));
-    return true;
-  }
-
-  /// Bytes of a normal map: see low_poly_bytes().
-  static constexpr std::uint32_t kChannels = 3;
-
-  const Device& device_;
-  const Mesh& high_;
-  std::uint32_t screen_, size_;
-  const Progress& progress_;
-  Source source_;
-  NormalReference reference_;
-  std::optional<ScreenPictures> on_screen_;  ///< In place of the reference
-  std::vector<std::uint32_t> faces_, sizes_;
-  std::size_t grids_ = 0;
-  double at_ = 0;
-};
-
-std::string map_text(const Json& size) {
-  return size.number() == 0 ? "no map" : text_of(size.number()) + "²";
-}
-
-/// Curves of the grid by size of map, both fronts, and rings where plans stand.
-Json panel_of(const PlanCharter& chart, const std::string& title) {
-  Json panel = plot_panel("Mean angle between rendered normals, degrees");
-  panel["title"] = title;
-  const auto add = [&](const std::string& name, const Json& look,
-                       const std::vector<const PlanPoint*>& points) {
-    panel["curves"].push_back(plot_curve(
-        name, look, points, [](const PlanPoint* p) { return kib(p->bytes.total()); },
-        [](const PlanPoint* p) { return p->degrees; }));
-  };
-  std::set<std::uint32_t> sizes;
-  for (const PlanPoint& point : chart.points) sizes.insert(point.size);
-  double before = 0;
-  for (const std::uint32_t size : sizes) {
-    const std::vector<const PlanPoint*> points = chart.points_of(
-        [&](const PlanPoint& p) { return p.way == PlanWay::kiln && p.size == size; });
-    const double shade = before++ / static_cast<double>(sizes.size());
-    if (!points.empty()) add(map_text(size), {{"thin", shade}}, points);
-  }
-  const std::string bits = std::to_string(kGridBits) + " bits";
-  add("Kiln: the front of faces and sizes, " + bits, "kiln", chart.front(PlanWay::kiln));
-  add("meshoptimizer and a plain bake: the front, " + bits, "paper", chart.front(PlanWay::plain));
-  Json& rings = panel["rings"];
-  rings["title"] = "the plans";
-  for (const Json& plan : chart.plans.elements()) {
-    const Json& size = plan.at("size");
-    rings["x"].push_back(plan.at("bytes.total").number() / 1024);
-    rings["y"].push_back(plan.at("mean_degrees"));
-    rings["labels"].push_back(
-        "for " + text_of(plan.at("wanted_degrees").number()) +
-        "°: " + with_commas(static_cast<std::uint64_t>(plan.at("faces").number())) + " faces, " +
-        map_text(size) +
-        (size.number() == 0 ? "" : ", " + text_of(plan.at("bits").number()) + " bits"));
-  }
-  return panel;
-}
-
+/// Charts high polys, each by itself: makes and measures a grid, then plans. Pictures come from 30 directions that plans
+/// do not look from.
 class PlansChart : public ChartKind {
  public:
   explicit PlansChart(const ChartArguments& a) : ChartKind(a, "mesh", "meshes") {
@@ -405,49 +117,44 @@ class PlansChart : public ChartKind {
     if (!dense_.heights) clean_high(dense_.mesh, CleanOptions(), warnings);
   }
 
+  /// \throws Error(input) where HIGH has too few faces
   std::optional<ChartGroup> measure(const Device& device, std::size_t i,
                                     const Progress& progress) override {
+    device_ = &device;
+    progress_ = progress;
+    points_.clear();
+    plans_ = Json::array();
     const Mesh& high = dense_.mesh;
-    PlanCharter chart(device, high, screen_, *a_.size, progress);
-    if (!chart.run(errors_)) return std::nullopt;
-    add_warnings(chart.warnings, warnings);
-    ChartGroup group;
-    group.title = high.name + ", " + with_commas(high.triangles.size()) + " faces";
-    if (screen_ != 0) group.title += ", " + with_commas(screen_) + " pixels on screen";
-    Json points = Json::array(), data = Json::array();
-    for (const PlanPoint& point : chart.points) points.push_back(json_of(point));
-    for (Json plan : chart.plans.elements()) {
-      plan["way"] = "plan";
-      data.push_back(std::move(plan));
+    std::vector<std::uint32_t> faces;
+    const std::size_t most = std::min<std::size_t>(kMostFaces, high.triangles.size() / 2);
+    for (std::uint32_t f = kFewestFaces; f <= most; f *= 2) faces.push_back(f);
+    if (faces.empty()) {
+      throw Error(ErrorCode::input, "'" + high.name + "' has " +
+                                        std::to_string(high.triangles.size()) +
+                                        " triangles: a chart of plans needs " +
+                                        std::to_string(2 * kFewestFaces) + " or more.");
     }
-    group.report = {{"high", describe(high, inputs[i])}};
-    group.report.update({{"points", points}, {"plans", chart.plans}});
-    group.panels.push_back(panel_of(chart, group.title));
-    group.tables = {{"", {}, points, ".csv"},
-                    {"Plans (map 0: none). Their bytes are told in times those of a front at the "
-                     "same angle, too.",
-                     {{"wanted °", "wanted_degrees", 3},
-                      {"measured °", "mean_degrees", 3},
-                      {"faces", "faces", 0},
-                      {"map", "size", 0},
-                      {"bits", "bits", 0},
-                      {"KiB", "bytes.total", 1, kib(1)},
-                      {"times the front", "times_front", 2},
-                      {"times meshoptimizer's", "times_plain_front", 2}},
-                     data,
-                     ".csv"}};
-    for (const auto& [way, whose] :
-         {std::pair(PlanWay::kiln, "Kiln's"), std::pair(PlanWay::plain, "meshoptimizer's")}) {
-      Json front = Json::array();
-      for (const PlanPoint* point : chart.front(way)) front.push_back(json_of(*point));
-      group.tables.push_back({std::string("The front of ") + whose + " grid:",
-                              {{"faces", "faces", 0},
-                               {"map", "size", 0},
-                               {"KiB", "bytes.total", 1, kib(1)},
-                               {"measured °", "mean_degrees", 3}},
-                              front});
+    on_screen_.reset();
+    source_.emplace(device, high);
+    add_warnings(source_->warnings(), warnings);
+    const std::vector<Vec3> seen = held_out_views(kPlanViews, spread_views(12));  // by plans
+    reference_.emplace(Scene(device, high), high, angles_of(held_out_views(kViews, seen)), kPixels);
+    if (screen_ != 0) on_screen_.emplace(*source_, screen_, kViews);
+    at_ = 0;
+    for (const char* way : {kKiln, kPlain}) {
+      for (const std::uint32_t count : faces) {
+        if (!add_faces(way, count)) return std::nullopt;
+        at_ += kAtPlans / static_cast<double>(2 * faces.size());
+      }
+      mark_front(way);
     }
-    return group;
+    std::vector<double> errors = errors_.empty() ? errors_between() : errors_;
+    std::sort(errors.rbegin(), errors.rend());
+    for (const double error : errors) {
+      if (!add_plan(error)) return std::nullopt;
+      at_ += (1 - kAtPlans) / static_cast<double>(errors.size());
+    }
+    return group_of(inputs[i]);
   }
 
   Json plot(const DeviceInfo&, const std::vector<ChartGroup>& groups) const override {
@@ -457,8 +164,8 @@ class PlansChart : public ChartKind {
       panels.push_back(group.panels[0]);
       for (const char* list : {"points", "plans"}) {
         for (const Json& made : group.report.at(list).elements()) {
-          least = std::min(least, made.at("bytes.total").number() / 1024);
-          most = std::max(most, made.at("bytes.total").number() / 1024);
+          least = std::min(least, kib(bytes_of(made)));
+          most = std::max(most, kib(bytes_of(made)));
         }
       }
     }
@@ -472,9 +179,247 @@ class PlansChart : public ChartKind {
   }
 
  private:
-  std::uint32_t screen_ = 0;    ///< As PlanCharter
-  std::vector<double> errors_;  ///< To plan for
+  /// A number of faces with maps of all sizes. \returns false where progress said stop
+  bool add_faces(const std::string& way, std::uint32_t faces) {
+    const std::string stage = std::to_string(faces) + " faces by " + way;
+    if (!progress_(at_, stage)) return false;
+    SimplifyOptions options;
+    options.faces = faces;
+    const Mesh& high = dense_.mesh;
+    const Mesh simple = way == kKiln ? simplify(high, options) : by_meshoptimizer(high, faces);
+    // Neither makes fewer faces than the shape needs.
+    const auto count = static_cast<double>(simple.triangles.size());
+    const bool again = !points_.empty() && points_.back().at("way").text() == way &&
+                       points_.back().at("faces").number() == count;
+    if (simple.triangles.empty() || again) return true;
+    if (!add_point(way, simple, 0)) return false;
+    for (std::uint32_t size = kSmallestMap; size <= *a_.size; size *= 2) {
+      if (!progress_(at_, stage) || !add_point(way, simple, size)) return false;
+    }
+    return true;
+  }
+
+  bool add_point(const std::string& way, const Mesh& simple, std::uint32_t size) {
+    constexpr std::uint32_t kChannels = 3;  // of a normal map
+    const auto bytes_with = [&](std::size_t vertices) {
+      return low_poly_bytes(vertices, simple.triangles.size(), size, {kChannels}, kGridBits);
+    };
+    std::size_t vertices = simple.positions.size();
+    double degrees = 0;
+    if (size == 0) {
+      degrees = measured(simple);
+    } else {
+      const LowPolyBytes plain = bytes_with(vertices);
+      if (plain.texels > kMostApart * plain.vertices || plain.vertices > kMostApart * plain.texels)
+        return true;
+      Mesh low = unwrap(simple, {UnwrapMethod::charts, size, std::max(2U, size / 256)});
+      BakeOptions bake_with;
+      bake_with.width = bake_with.height = size;
+      bake_with.report.recall = 0;
+      if (way == kKiln) {
+        low = fit_normals(low, dense_.mesh);
+        bake_with.samples = std::clamp(kSampleBudget / size, 1U, kMostSamples);
+      }
+      bake_with.progress = [&](double, std::string_view) { return progress_(at_, "baking"); };
+      const BakeResult result = bake(*source_, low, bake_with);
+      if (result.cancelled) return false;
+      vertices = split_vertices(low);
+      degrees = measured(low, rounded(result.maps[0].image), bake_with);
+    }
+    points_.push_back(
+        fields("way faces vertices size bits bytes mean_degrees front",
+               {way, simple.triangles.size(), vertices, size, size == 0 ? Json() : Json(kGridBits),
+                json_of(bytes_with(vertices)), degrees, false}));
+    return true;
+  }
+
+  double measured(const Mesh& low) const {
+    return on_screen_ ? on_screen_->degrees(low)
+                      : reference_->compare(Scene(*device_, low)).mean_degrees;
+  }
+
+  double measured(const Mesh& low, const Image& map, const BakeOptions& baked) const {
+    if (on_screen_) return on_screen_->degrees(low, map, baked);
+    const NormalMap normal{&map, baked.encoding.space, baked.encoding.flip_y,
+                           baked.encoding.bitangent};
+    return reference_->compare(Scene(*device_, low, normal)).mean_degrees;
+  }
+
+  /// The points that are wanted, by rising bytes.
+  template <class Wanted>
+  std::vector<Json> points_of(const Wanted& wanted) const {
+    std::vector<Json> some;
+    std::copy_if(points_.begin(), points_.end(), std::back_inserter(some), wanted);
+    std::stable_sort(some.begin(), some.end(), [](const Json& a, const Json& b) {
+      return std::tuple(bytes_of(a), degrees_of(a)) < std::tuple(bytes_of(b), degrees_of(b));
+    });
+    return some;
+  }
+
+  /// What nothing else of its way beats in both bytes and error.
+  std::vector<Json> front(const std::string& way) const {
+    double least = 1e300;
+    std::vector<Json> some =
+        points_of([&](const Json& point) { return point.at("way").text() == way; });
+    std::erase_if(some, [&](const Json& point) {
+      if (degrees_of(point) >= least) return true;
+      least = degrees_of(point);
+      return false;
+    });
+    return some;
+  }
+
+  void mark_front(const std::string& way) {
+    for (const Json& best : front(way)) {
+      for (Json& point : points_) {
+        const bool same = point.at("way").text() == way && bytes_of(point) == bytes_of(best) &&
+                          degrees_of(point) == degrees_of(best);
+        if (same) point["front"] = true;
+      }
+    }
+  }
+
+  /// Numbers of two digits each.
+  std::vector<double> errors_between() const {
+    const std::vector<Json> points = front(kKiln);
+    const double worst = degrees_of(points.front()), best = degrees_of(points.back());
+    std::vector<double> errors;
+    for (const double share : kShares) {
+      const double error = worst * std::pow(best / worst, share);
+      const double unit = std::pow(10, std::floor(std::log10(error)) - 1);
+      errors.push_back(std::max(std::round(error / unit), 1.0) * unit);
+    }
+    return errors;
+  }
+
+  /// Bytes of a way's front at an error; null where it does not get there. Between the front's points, bytes follow a
+  /// power of the error.
+  Json bytes_at(const char* way, double degrees) const {
+    const std::vector<Json> points = front(way);
+    for (std::size_t i = 0; i < points.size(); ++i) {
+      if (degrees_of(points[i]) > degrees) continue;
+      const double bytes = bytes_of(points[i]);
+      if (i == 0) return bytes;
+      const double fewer = bytes_of(points[i - 1]), before = degrees_of(points[i - 1]);
+      const double share = std::log(before / degrees) / std::log(before / degrees_of(points[i]));
+      return fewer * std::pow(bytes / fewer, share);
+    }
+    return {};
+  }
+
+  bool add_plan(double wanted) {
+    LowPolyPlanOptions options;
+    options.max_error = wanted;
+    options.screen = screen_;
+    options.bake.width = options.bake.height = *a_.size;
+    options.bake.report.recall = 0;
+    options.bake.progress = [&](double, std::string_view stage) {
+      return progress_(at_, "plan for " + text_of(wanted) + " degrees: " + std::string(stage));
+    };
+    const Stopwatch watch;
+    LowPolyPlan plan = plan_low_poly(*source_, dense_.mesh, options);
+    if (plan.cancelled) return false;
+    const double seconds = watch.total();
+    const Candidate& c = plan.chosen;  // measured by the plan's own pictures
+    const double degrees =
+        plan.result ? measured(plan.low, plan.drawn, plan.bake) : measured(plan.low);
+    const Json front = bytes_at(kKiln, degrees), plain = bytes_at(kPlain, degrees);
+    const auto times = [&](const Json& bytes) {
+      return bytes.is_null() ? Json() : Json(static_cast<double>(c.bytes.total()) / bytes.number());
+    };
+    plans_.push_back(fields(
+        "wanted_degrees reached faces vertices size samples bits match bytes planned_degrees "
+        "mean_degrees front_bytes plain_front_bytes times_front times_plain_front seconds",
+        {wanted, plan.reached, c.faces, c.vertices, c.size, c.samples, c.bits, c.method.name,
+         json_of(c.bytes), c.measured, degrees, front, plain, times(front), times(plain),
+         seconds}));
+    return true;
+  }
+
+  /// Curves of the grid by size of map, both fronts, and rings where plans stand.
+  Json panel(const std::string& title) const {
+    Json panel = plot_panel("Mean angle between rendered normals, degrees");
+    panel["title"] = title;
+    const auto add = [&](const std::string& name, const Json& look,
+                         const std::vector<Json>& points) {
+      panel["curves"].push_back(plot_curve(
+          name, look, points, [](const Json& p) { return kib(bytes_of(p)); }, degrees_of));
+    };
+    std::set<double> sizes;
+    for (const Json& point : points_) sizes.insert(point.at("size").number());
+    double before = 0;
+    for (const double size : sizes) {
+      const double shade = before++ / static_cast<double>(sizes.size());
+      const std::vector<Json> points = points_of([&](const Json& p) {
+        return p.at("way").text() == kKiln && p.at("size").number() == size;
+      });
+      if (!points.empty()) add(map_text(size), {{"thin", shade}}, points);
+    }
+    const std::string bits = std::to_string(kGridBits) + " bits";
+    add("Kiln: the front of faces and sizes, " + bits, "kiln", front(kKiln));
+    add("meshoptimizer and a plain bake: the front, " + bits, "paper", front(kPlain));
+    Json& rings = panel["rings"];
+    rings["title"] = "the plans";
+    for (const Json& plan : plans_.elements()) {
+      const double size = plan.at("size").number();
+      const std::string depth = ", " + text_of(plan.at("bits").number()) + " bits";
+      rings["x"].push_back(kib(bytes_of(plan)));
+      rings["y"].push_back(degrees_of(plan));
+      rings["labels"].push_back("for " + text_of(plan.at("wanted_degrees").number()) + "°: " +
+                                with_commas(static_cast<std::uint64_t>(plan.at("faces").number())) +
+                                " faces, " + map_text(size) + (size == 0 ? "" : depth));
+    }
+    return panel;
+  }
+
+  ChartGroup group_of(const std::string& path) const {
+    const Mesh& high = dense_.mesh;
+    ChartGroup group;
+    group.title = high.name + ", " + with_commas(high.triangles.size()) + " faces";
+    if (screen_ != 0) group.title += ", " + with_commas(screen_) + " pixels on screen";
+    group.report = fields("high points plans", {describe(high, path), points_, plans_});
+    group.panels.push_back(panel(group.title));
+    Json data = Json::array();
+    for (Json plan : plans_.elements()) {
+      plan["way"] = "plan";
+      data.push_back(std::move(plan));
+    }
+    const Column kibibytes = {"KiB", "bytes.total", 1, kib(1)};
+    const Column faces = {"faces", "faces", 0}, map = {"map", "size", 0};
+    const Column measured = {"measured °", "mean_degrees", 3};
+    group.tables = {{"", {}, points_, ".csv"},
+                    {"Plans (map 0: none). Their bytes are told in times those of a front at the "
+                     "same angle, too.",
+                     {{"wanted °", "wanted_degrees", 3},
+                      measured,
+                      faces,
+                      map,
+                      {"bits", "bits", 0},
+                      kibibytes,
+                      {"times the front", "times_front", 2},
+                      {"times meshoptimizer's", "times_plain_front", 2}},
+                     data,
+                     ".csv"}};
+    for (const char* way : {kKiln, kPlain}) {
+      group.tables.push_back({std::string("The front of the grid by ") + way + ":",
+                              {faces, map, kibibytes, measured},
+                              front(way)});
+    }
+    return group;
+  }
+
+  std::uint32_t screen_ = 0;    ///< LowPolyPlanOptions::screen, also of the grid; 0: 128² pictures
+  std::vector<double> errors_;  ///< To plan for, degrees; none: three between best and worst
   HighPolyInput dense_;
+  // Of the high poly that is charted.
+  const Device* device_ = nullptr;
+  Progress progress_;
+  double at_ = 0;  ///< Of the progress
+  std::optional<Source> source_;
+  std::optional<NormalReference> reference_;
+  std::optional<ScreenPictures> on_screen_;  ///< In place of the reference
+  std::vector<Json> points_;                 ///< By way, faces, size
+  Json plans_;                               ///< By falling error
 };
 
 }  // namespace

@@ -29,46 +29,31 @@ namespace fs = std::filesystem;
 constexpr std::array<std::uint32_t, 11> kStudyViews = {1, 2, 3, 4, 6, 8, 12, 16, 24, 32, 48};
 constexpr std::array<std::uint32_t, 6> kStudyFaces = {500, 1000, 2000, 4000, 8000, 16000};
 constexpr std::array<std::uint32_t, 5> kStudySizes = {128, 256, 512, 1024, 2048};
-constexpr std::uint32_t kPictureSize = 640;  // pixels a side of the error picture's panels
 
-/// Ways to make a setting's map: one curve of a plot each.
-enum class Curve {
-  paper,  ///< Depth views by the least depth difference, points left on the view's line
-  kiln,  ///< Depth views as Kiln matches them by default: best angle, points moved to the normal's line
-  ray,   ///< Rays along the low poly's normals: no views
-  none,  ///< No map at all: the low poly's own normals
-};
-std::string name_of(Curve curve) {
-  if (curve == Curve::ray) return default_match();
-  return curve == Curve::paper ? "paper" : curve == Curve::kiln ? "kiln" : "none";
-}
+// Ways to make a setting's map: one curve of a plot each. default_match(): rays along the low poly's normals, no views.
+constexpr const char* kPaper =
+    "paper";  ///< Views by the least depth difference, points left on the view's line
+constexpr const char* kKiln =
+    "kiln";  ///< Views by the best angle, points moved to the normal's line
+constexpr const char* kNone = "none";  ///< No map at all: the low poly's own normals
 
-/// One setting with its figures.
+constexpr const char* kDegrees = "normal_error.mean_angle_degrees";
+
+/// One setting to measure.
 struct Setting {
-  Curve curve = Curve::kiln;
-  std::uint32_t views = 0;         ///< 0: not matched by views
-  std::uint32_t target_faces = 0;  ///< As asked; of a given LOW: its own
-  std::uint32_t size = 0;          ///< Texels a side; 0: no map
-
-  Json figures = {};   ///< For the report: all but seconds and warnings
-  Image picture = {};  ///< Of settings matched by views: normal_angles() from one held-out view
-  double seconds_bake = 0, seconds_measure = 0;
-  std::vector<Warning> warnings = {};
-
-  /// Over the held-out views.
-  double degrees() const { return figures.at("normal_error.mean_angle_degrees").number(); }
+  std::string curve;
+  std::uint32_t views;  ///< 0: not matched by views
+  std::uint32_t faces;  ///< As asked; of a given LOW: its own
+  std::uint32_t size;   ///< Texels a side; 0: no map
 };
 
 struct Study {
-  std::vector<Setting> settings;    ///< By curve, faces, map size, views
-  std::vector<Vec3> held_out;       ///< Directions measured from
-  double least_angle_degrees = 0;   ///< Between them and those matched from
-  double diagonal = 0;              ///< Of HIGH, world units
-  double max_distance = 0;          ///< World units
-  Image original;                   ///< HIGH, from the picture's view
+  std::vector<Json> rows;           ///< Figures of settings, by curve, faces, map size, views
+  std::vector<Json> others;         ///< Their seconds and warnings
+  std::vector<Image> pictures;      ///< normal_angles() from one view, of those matched by views
   std::size_t worst = 0, best = 0;  ///< By mean angle, of the settings matched by views
-  std::vector<Warning> warnings;    ///< Of HIGH and of LOW
-  double seconds_low = 0;           ///< Making low polys
+  Image original;                   ///< HIGH, from the picture's view
+  double diagonal = 0, max_distance = 0;  ///< Of HIGH, and looked: world units
 };
 
 // ---- measuring ---------------------------------------------------------------------------------
@@ -89,26 +74,23 @@ std::vector<Setting> plan(const MeasureArguments& a, const Mesh& high, const Mes
                                       " triangles: a study of low polys needs more than " +
                                       std::to_string(kStudyFaces[0]) + ".");
   }
+  using Numbers = std::vector<std::uint32_t>;
+  const Numbers of_views =
+      views ? Numbers(kStudyViews.begin(), kStudyViews.end()) : Numbers{*a.views};
+  const Numbers of_size =
+      sizes ? Numbers(kStudySizes.begin(), kStudySizes.end()) : Numbers{*a.size};
   std::vector<Setting> settings;
-  for (const Curve curve : {Curve::paper, Curve::kiln, Curve::ray, Curve::none}) {
-    const bool by_views = curve == Curve::paper || curve == Curve::kiln;
-    if (sizes && (curve == Curve::paper || curve == Curve::ray)) continue;
+  const auto add = [&](const std::string& curve, const Numbers& from, const Numbers& maps) {
     for (const std::uint32_t count : faces) {
-      if (curve == Curve::none) {
-        settings.push_back({curve, 0, count, 0});
-      } else if (views && by_views) {
-        for (const std::uint32_t from : kStudyViews) {
-          settings.push_back({curve, from, count, *a.size});
-        }
-      } else if (sizes) {
-        for (const std::uint32_t size : kStudySizes) {
-          settings.push_back({curve, *a.views, count, size});
-        }
-      } else {
-        settings.push_back({curve, by_views ? *a.views : 0, count, *a.size});
+      for (const std::uint32_t size : maps) {
+        for (const std::uint32_t number : from) settings.push_back({curve, number, count, size});
       }
     }
-  }
+  };
+  if (!sizes) add(kPaper, of_views, of_size);
+  add(kKiln, of_views, of_size);
+  if (!sizes) add(default_match(), {0}, of_size);
+  add(kNone, {0}, {0});
   return settings;
 }
 
@@ -122,26 +104,25 @@ class LowMeshes {
     if (given_ != nullptr) return *given_;
     const auto found = made_.find({faces, size});
     if (found != made_.end()) return found->second;
+    const Mesh& high = size == 0 ? high_ : get(faces, 0, warnings);
+    const Stopwatch watch;
+    Mesh& mesh = made_[{faces, size}];
+    const auto warn = [&](const auto& report) {
+      warnings.insert(warnings.end(), report.warnings.begin(), report.warnings.end());
+    };
     if (size == 0) {
       SimplifyOptions options;
       options.faces = faces;
-      const Stopwatch watch;
       SimplifyReport report;
-      Mesh mesh = simplify(high_, options, &report);
-      seconds += watch.total();
-      warnings.insert(warnings.end(), report.warnings.begin(), report.warnings.end());
-      return made_[{faces, size}] = std::move(mesh);
+      mesh = simplify(high, options, &report);
+      warn(report);
+    } else {
+      UnwrapReport report;
+      mesh = fit_normals(unwrap(high, {UnwrapMethod::pairs, std::max(size, 16U)}, &report), high_);
+      warn(report);
     }
-    const Mesh& simple = get(faces, 0, warnings);
-    UnwrapOptions options;
-    options.method = UnwrapMethod::pairs;
-    options.size = std::max(size, 16U);
-    const Stopwatch watch;
-    UnwrapReport report;
-    Mesh mesh = fit_normals(unwrap(simple, options, &report), high_);
     seconds += watch.total();
-    warnings.insert(warnings.end(), report.warnings.begin(), report.warnings.end());
-    return made_[{faces, size}] = std::move(mesh);
+    return mesh;
   }
 
   double seconds = 0;  ///< That this took
@@ -157,43 +138,15 @@ BakeOptions bake_options(const Setting& setting, const MeasureArguments& a) {
   bake.width = bake.height = setting.size;
   bake.match.max_distance = a.search_distance();
   bake.report.keep_match = true;
-  if (setting.curve == Curve::ray) return bake;
+  if (setting.curve == default_match()) return bake;
   bake.match.method = first_match("match.views.count");
   bake.match.views.count = setting.views;
   bake.match.views.size = a.view_size.value_or(0);
-  if (setting.curve == Curve::paper) {
+  if (setting.curve == kPaper) {
     bake.match.views.criterion = ViewCriterion::depth;
     bake.match.views.refine = false;
   }
   return bake;
-}
-
-/// A look from the front, a little from the side and above, where nothing is matched from there; else the
-/// held-out view nearest to it.
-RenderOptions picture_options(const Mesh& frame, const std::vector<Vec3>& held_out,
-                              const std::vector<Vec3>& used, bool z_up) {
-  constexpr Vec3 kFront = {0.4830F, 0.2588F, 0.8365F};  // 30 degrees aside, 15 above
-  const std::array<Vec3, 1> front = {z_up ? Vec3{kFront.x, -kFront.z, kFront.y} : kFront};
-  const auto angle = [&](const Vec3& view) { return least_angle_degrees({&view, 1}, front); };
-  Vec3 toward = front[0];
-  if (least_angle_degrees(front, used) < kLeastHeldOutAngle) {
-    toward = *std::min_element(held_out.begin(), held_out.end(),
-                               [&](const Vec3& a, const Vec3& b) { return angle(a) < angle(b); });
-  }
-  RenderOptions options;
-  options.size = kPictureSize;
-  options.z_up = z_up;
-  options.trim = true;
-  options.frame = &frame;
-  look_from(toward, options);
-  return options;
-}
-
-std::string stage(const Setting& setting) {
-  std::string text = plural(setting.target_faces, "face") + ", " + name_of(setting.curve);
-  if (setting.views != 0) text += ", " + plural(setting.views, "view");
-  if (setting.size != 0) text += ", a map of " + std::to_string(setting.size);
-  return text;
 }
 
 /// Of a match, low poly to high poly; beside the share of samples that found a point.
@@ -209,125 +162,150 @@ Json json_of(const DepthError& d) {
   return fields("pixels one_sided mean rms max", {d.pixels, d.one_sided, d.mean, d.rms, d.max});
 }
 
+/// The held-out view nearest to a look from the front, a little from the side and above.
+RenderOptions picture_options(const Mesh& frame, const std::vector<Vec3>& held_out, bool z_up) {
+  constexpr Vec3 kFront = {0.4830F, 0.2588F, 0.8365F};  // 30 degrees aside, 15 above
+  const std::array<Vec3, 1> front = {z_up ? Vec3{kFront.x, -kFront.z, kFront.y} : kFront};
+  const auto angle = [&](const Vec3& view) { return least_angle_degrees({&view, 1}, front); };
+  RenderOptions options;
+  options.size = 640;
+  options.z_up = z_up;
+  options.trim = true;
+  options.frame = &frame;
+  look_from(*std::min_element(held_out.begin(), held_out.end(),
+                              [&](const Vec3& a, const Vec3& b) { return angle(a) < angle(b); }),
+            options);
+  return options;
+}
+
 /// \param low  null: made from `high`
+/// \param run  gets what is no setting's alone
 /// \returns nothing where progress said stop
 /// \throws Error(input) where HIGH has too few faces for a study of them
 std::optional<Study> measure_study(const Device& device, const Mesh& high, const Mesh* low,
-                                   const MeasureArguments& a, const Progress& progress) {
+                                   const MeasureArguments& a, const Progress& progress,
+                                   LabRun& run) {
   Study study;
-  study.settings = plan(a, high, low);
+  const std::vector<Setting> settings = plan(a, high, low);
   // The same views for all three studies, so that their figures can be compared.
   std::vector<Vec3> used = spread_views(*a.views);
   for (const std::uint32_t count : kStudyViews) {
     const std::vector<Vec3> more = spread_views(count);
     used.insert(used.end(), more.begin(), more.end());
   }
-  study.held_out = held_out_views(kHeldOutViews, used, kLeastHeldOutAngle);
-  study.least_angle_degrees = least_angle_degrees(study.held_out, used);
+  const std::vector<Vec3> held_out = held_out_views(kHeldOutViews, used, kLeastHeldOutAngle);
+  run.report["measured_from"] =
+      describe_views(held_out, *a.pixels, least_angle_degrees(held_out, used));
 
   Steps steps(progress);
   if (!steps.at("preparing the high poly")) return std::nullopt;
-  steps.count = static_cast<double>(study.settings.size());
+  steps.count = static_cast<double>(settings.size());
   const Source source(device, high);
   study.diagonal = source.stats().diagonal;
-  study.warnings = source.warnings();
+  run.warnings.insert(run.warnings.end(), source.warnings().begin(), source.warnings().end());
   const Scene high_scene(device, high);
-  const std::vector<ViewAngles> angles = angles_of(study.held_out);
+  const std::vector<ViewAngles> angles = angles_of(held_out);
   const NormalReference reference(high_scene, high, angles, *a.pixels);
   std::optional<DepthReference> depths;
   if (a.study == "faces") depths.emplace(high_scene, high, angles, *a.pixels);
-  RenderOptions picture = picture_options(high, study.held_out, used, a.view.z_up);
+  RenderOptions picture = picture_options(high, held_out, a.view.z_up);
   study.original = high_scene.draw(picture);
   picture.show_normals = true;
   picture.samples = 1;
   const Image high_normals = high_scene.draw(picture);
 
   LowMeshes lows(high, low);
-  for (std::size_t i = 0; i < study.settings.size(); ++i) {
-    Setting& s = study.settings[i];
-    if (!steps.at(stage(s))) return std::nullopt;
-    const Mesh& mesh = lows.get(s.target_faces, s.size, s.warnings);
-    const bool views = s.views != 0, paper = s.curve == Curve::paper;
+  double seconds_bake = 0, seconds_measure = 0;
+  for (const Setting& s : settings) {
+    const std::string number = std::to_string(study.rows.size() + 1);
+    if (!steps.at("setting " + number + " of " + std::to_string(settings.size()) + ", " + s.curve))
+      return std::nullopt;
+    std::vector<Warning> warnings;
+    const Mesh& mesh = lows.get(s.faces, s.size, warnings);
+    const bool views = s.views != 0, paper = s.curve == kPaper;
     const auto of_views = [&](const Json& value) { return views ? value : Json(); };
-    const BakeOptions options = bake_options(s, a);
-    s.figures =
+    BakeOptions bake_with = bake_options(s, a);
+    Json figures =
         fields("curve match views view_size view_criterion view_refine target_faces faces size",
-               {name_of(s.curve), s.curve == Curve::none ? Json() : Json(options.match.method.name),
+               {s.curve, s.curve == kNone ? Json() : Json(bake_with.match.method.name),
                 of_views(s.views), Json(), of_views(paper ? "depth" : "angle"), of_views(!paper),
-                s.target_faces, mesh.triangles.size(), s.size != 0 ? Json(s.size) : Json()});
+                s.faces, mesh.triangles.size(), s.size != 0 ? Json(s.size) : Json()});
     Stopwatch watch;
     NormalMap map;
     BakeResult result;
-    if (s.curve != Curve::none) {
-      BakeOptions bake_with = options;
+    if (s.curve != kNone) {
       bake_with.progress = steps.within(0.5);
       result = bake(source, mesh, bake_with);
       if (result.cancelled) return std::nullopt;
       const BakeReport& report = result.report;
-      s.warnings.insert(s.warnings.end(), report.warnings.begin(), report.warnings.end());
+      warnings.insert(warnings.end(), report.warnings.begin(), report.warnings.end());
       const DistanceError d = match_distance(*result.match);
       const double samples = static_cast<double>(std::max<std::uint64_t>(1, d.samples + d.missed));
-      s.figures["matched_share"] = static_cast<double>(d.samples) / samples;
-      s.figures["distance_error"] = json_of(d, study.diagonal);
-      if (report.views) s.figures["view_size"] = report.views->size;
+      figures["matched_share"] = static_cast<double>(d.samples) / samples;
+      figures["distance_error"] = json_of(d, study.diagonal);
+      if (report.views) figures["view_size"] = report.views->size;
       study.max_distance = report.max_distance;
       map.image = &result.maps[0].image;
     }
-    s.seconds_bake = watch.lap();
+    const double bake_time = watch.lap();
     const Scene scene(device, mesh, map);
     const NormalError error = reference.compare(scene);
     check_seen(error, high, mesh);
-    s.figures["normal_error"] = describe(error);
-    if (depths && s.curve == Curve::none) {
-      s.figures["depth_difference"] = json_of(depths->compare(scene));
+    figures["normal_error"] = describe(error);
+    if (depths && s.curve == kNone) {
+      figures["depth_difference"] = json_of(depths->compare(scene));
     }
-    s.seconds_measure = watch.lap();
+    const double measure_time = watch.lap();
+    seconds_bake += bake_time, seconds_measure += measure_time;
+    study.others.push_back(
+        fields("seconds warnings",
+               {fields("bake measure", {bake_time, measure_time}), describe(warnings)}));
+    run.of_settings.insert(run.of_settings.end(), warnings.begin(), warnings.end());
+    study.rows.push_back(std::move(figures));
     steps.done += 1;
-
     if (!views) continue;
-    s.picture = normal_angles(high_normals, scene.draw(picture));
-    const double mean = error.mean_degrees;
-    const auto degrees = [&](std::size_t other) { return study.settings[other].degrees(); };
-    if (mean > degrees(study.worst)) study.worst = i;
-    if (mean < degrees(study.best)) study.best = i;
+    study.pictures.push_back(normal_angles(high_normals, scene.draw(picture)));
+    const auto degrees = [&](std::size_t i) { return study.rows[i].at(kDegrees).number(); };
+    if (error.mean_degrees > degrees(study.worst)) study.worst = study.rows.size() - 1;
+    if (error.mean_degrees < degrees(study.best)) study.best = study.rows.size() - 1;
   }
-  study.seconds_low = lows.seconds;
+  run.seconds.update(fields("low bake measure", {lows.seconds, seconds_bake, seconds_measure}));
   return study;
 }
 
 // ---- plots -------------------------------------------------------------------------------------
 
-using Series = std::vector<const Setting*>;
-
-constexpr const char* kDegrees = "normal_error.mean_angle_degrees";
-
-/// The settings of one curve, and of one low poly where `target_faces` is given, in the study's order.
-Series select(const Study& study, Curve curve, std::uint32_t target_faces = 0) {
-  Series result;
-  for (const Setting& setting : study.settings) {
-    if (setting.curve == curve && (target_faces == 0 || setting.target_faces == target_faces)) {
-      result.push_back(&setting);
-    }
+/// Settings of one curve, and of one low poly where `faces` is given, in the study's order.
+std::vector<Json> select(const Study& study, const std::string& curve, double faces = 0) {
+  std::vector<Json> some;
+  for (const Json& row : study.rows) {
+    if (row.at("curve").text() == curve && (faces == 0 || row.at("target_faces").number() == faces))
+      some.push_back(row);
   }
-  return result;
+  return some;
+}
+
+double degrees_of(const Json& row) { return row.at(kDegrees).number(); }
+
+std::string count_text(const Json& row, const char* key) {
+  return with_commas(static_cast<std::uint64_t>(row.at(key).number()));
 }
 
 /// The first of an ordered series whose mean angle is within 5% of the series' least: more than that (views,
 /// texels) gains little.
-const Setting& levels_off(const Series& series) {
+const Json& levels_off(const std::vector<Json>& series) {
   constexpr double kEnough = 0.05;
-  double least = series.front()->degrees();
-  for (const Setting* setting : series) least = std::min(least, setting->degrees());
-  return **std::find_if(series.begin(), series.end(), [&](const Setting* setting) {
-    return setting->degrees() <= least * (1 + kEnough);
-  });
+  double least = degrees_of(series.front());
+  for (const Json& row : series) least = std::min(least, degrees_of(row));
+  return *std::find_if(series.begin(), series.end(),
+                       [&](const Json& row) { return degrees_of(row) <= least * (1 + kEnough); });
 }
 
 /// A curve of figures by their paths.
-Json curve_of(const std::string& title, const Json& look, const Series& series, const char* x,
-              const char* y) {
+Json curve_of(const std::string& title, const Json& look, const std::vector<Json>& series,
+              const char* x, const char* y) {
   const auto figure = [](const char* path) {
-    return [path](const Setting* setting) { return setting->figures.at(path); };
+    return [path](const Json& row) { return row.at(path); };
   };
   return plot_curve(title, look, series, figure(x), figure(y));
 }
@@ -347,31 +325,30 @@ std::string size_text(std::uint32_t size) {
   return std::to_string(size) + " × " + std::to_string(size) + " map";
 }
 
+/// The two ways to match by views.
 Json paper_curve(const Study& study, const char* x, const char* y) {
-  return curve_of("paper: least depth difference", "paper", select(study, Curve::paper), x, y);
+  return curve_of("paper: least depth difference", kPaper, select(study, kPaper), x, y);
 }
 Json kiln_curve(const Study& study, const char* x, const char* y) {
-  return curve_of("Kiln: best angle, refined", "kiln", select(study, Curve::kiln), x, y);
+  return curve_of("Kiln: best angle, refined", kKiln, select(study, kKiln), x, y);
 }
 
-Json views_plot(const Study& study, const std::string& mesh) {
-  const Setting& ray = *select(study, Curve::ray).front();
-  const auto level = [&](const std::string& title, Curve curve, const char* path,
-                         const char* unit) {
-    const double y = select(study, curve).front()->figures.at(path).number();
-    return fields("title look y", {title + ": " + fixed_text(y, 2) + unit, name_of(curve), y});
-  };
+Json views_plot(const Study& study, const MeasureArguments& a, const std::string& mesh) {
   const auto panel = [&](const char* title, const char* path, const char* unit) {
     Json json =
         panel_of(title, {paper_curve(study, "views", path), kiln_curve(study, "views", path)});
-    json["levels"] = Json::array({level("rays (no views)", Curve::ray, path, unit),
-                                  level("no map", Curve::none, path, unit)});
+    for (const auto& [name, curve] :
+         {std::pair<std::string, std::string>{"rays (no views)", default_match()},
+          {"no map", kNone}}) {
+      const double y = select(study, curve).front().at(path).number();
+      json["levels"].push_back(
+          fields("title look y", {name + ": " + fixed_text(y, 2) + unit, curve, y}));
+    }
     return json;
   };
   Json data =
       plot_of("Normal error against the number of views matched from: " + mesh + ", " +
-                  plural(static_cast<std::uint64_t>(ray.figures.at("faces").number()), "face") +
-                  ", " + size_text(ray.size),
+                  count_text(study.rows.front(), "faces") + " faces, " + size_text(*a.size),
               "Depth views matched from", kStudyViews,
               Json::array({panel("Mean angle between normals, degrees", kDegrees, " degrees"),
                            panel("Mean 8-bit difference of normals, 0 to 255",
@@ -381,10 +358,10 @@ Json views_plot(const Study& study, const std::string& mesh) {
 }
 
 Json faces_plot(const Study& study, const MeasureArguments& a, const std::string& mesh) {
-  const Series own = select(study, Curve::kiln), without = select(study, Curve::none);
+  const std::vector<Json> own = select(study, kKiln), without = select(study, kNone);
   const char* faces = "target_faces";
   Json ticks = Json::array();
-  for (const Setting* setting : own) ticks.push_back(setting->target_faces);
+  for (const Json& row : own) ticks.push_back(row.at(faces));
   const std::string far = fixed_text(100 * study.max_distance / study.diagonal, 2);
   const Json distances = panel_of(
       "Distance of the low poly to the high poly, % of the diagonal",
@@ -396,11 +373,12 @@ Json faces_plot(const Study& study, const MeasureArguments& a, const std::string
   const Json depths =
       panel_of("Depth difference in pictures, normalised screen units",
                {curve_of("mean over 30 views", "mean", without, faces, "depth_difference.mean")});
-  const Json angles = panel_of(
-      "Mean angle between normals, degrees",
-      {paper_curve(study, faces, kDegrees), kiln_curve(study, faces, kDegrees),
-       curve_of("rays (no views)", default_match(), select(study, Curve::ray), faces, kDegrees),
-       curve_of("no map", "none", without, faces, kDegrees)});
+  const std::vector<Json> rays = select(study, default_match());
+  const Json angles =
+      panel_of("Mean angle between normals, degrees",
+               {paper_curve(study, faces, kDegrees), kiln_curve(study, faces, kDegrees),
+                curve_of("rays (no views)", default_match(), rays, faces, kDegrees),
+                curve_of("no map", kNone, without, faces, kDegrees)});
   return plot_of("Errors against the low poly's faces: " + mesh + ", " + plural(*a.views, "view") +
                      ", " + size_text(*a.size),
                  "Faces of the low poly", ticks, Json::array({distances, depths, angles}));
@@ -409,28 +387,22 @@ Json faces_plot(const Study& study, const MeasureArguments& a, const std::string
 Json size_plot(const Study& study, const MeasureArguments& a, const std::string& mesh) {
   Json angles = plot_panel("Mean angle between normals, degrees");
   angles["rings"]["title"] = "larger maps gain less than 5%";
-  const Series without = select(study, Curve::none);
+  const std::vector<Json> without = select(study, kNone);
   const double last = static_cast<double>(std::max<std::size_t>(2, without.size()) - 1);
   double before = 0;
-  for (const Setting* none : without) {
-    const Series series = select(study, Curve::kiln, none->target_faces);
-    angles["curves"].push_back(curve_of(
-        with_commas(none->target_faces) + " faces (no map: " + fixed_text(none->degrees(), 2) + ")",
-        before++ / last, series, "size", kDegrees));
-    const Setting& enough = levels_off(series);
-    if (&enough == series.back()) continue;
-    angles["rings"]["x"].push_back(enough.size);
-    angles["rings"]["y"].push_back(enough.degrees());
+  for (const Json& none : without) {
+    const std::vector<Json> series = select(study, kKiln, none.at("target_faces").number());
+    angles["curves"].push_back(curve_of(count_text(none, "target_faces") + " faces (no map: " +
+                                            fixed_text(degrees_of(none), 2) + ")",
+                                        before++ / last, series, "size", kDegrees));
+    const Json& enough = levels_off(series);
+    if (&enough == &series.back()) continue;
+    angles["rings"]["x"].push_back(enough.at("size"));
+    angles["rings"]["y"].push_back(degrees_of(enough));
   }
   return plot_of(
       "Normal error against map size and faces: " + mesh + ", " + plural(*a.views, "view"),
       "Texels a side of the map", kStudySizes, Json::array({angles}));
-}
-
-Plot study_plot(const Study& study, const MeasureArguments& a, const std::string& mesh) {
-  return {"study_" + a.study, a.study == "faces"  ? faces_plot(study, a, mesh)
-                              : a.study == "size" ? size_plot(study, a, mesh)
-                                                  : views_plot(study, mesh)};
 }
 
 /// The high poly, and where the worst and the best setting by views err.
@@ -439,52 +411,34 @@ Image error_picture(const Study& study) {
   sheet.add_picture(study.original,
                     {"the high poly", "the original: its normals are the reference"});
   for (const auto& [rank, index] :
-       {std::pair("worst", study.worst), std::pair("best", study.best)}) {
-    const Setting& s = study.settings[index];
-    sheet.add(s.picture,
-              {std::string(rank) + ": " +
-                   (s.curve == Curve::paper ? "as in the paper, " : "Kiln's own matching, ") +
-                   plural(s.views, "view"),
-               plural(static_cast<std::uint64_t>(s.figures.at("faces").number()), "face") + ", " +
-                   std::to_string(s.size) + " x " + std::to_string(s.size) + " map",
-               formatted("mean %.2f degrees, 95%% under %.1f, over %u views", s.degrees(),
-                         s.figures.at("normal_error.p95_angle_degrees").number(), kHeldOutViews)});
+       {std::pair("worst: ", study.worst), std::pair("best: ", study.best)}) {
+    const Json& row = study.rows[index];
+    const std::string size = text_of(row.at("size").number());
+    sheet.add(study.pictures[index],
+              {rank + row.at("curve").text() + ", views: " + count_text(row, "views"),
+               count_text(row, "faces") + " faces, " + size + " x " + size + " map",
+               formatted("mean %.2f degrees, 95%% under %.1f, over %u views", degrees_of(row),
+                         row.at("normal_error.p95_angle_degrees").number(), kHeldOutViews)});
   }
   return sheet.draw("degrees", "seen of only one of the two meshes: not measured");
 }
 
 // ---- text --------------------------------------------------------------------------------------
 
-Json figures_of(const Study& study) {
-  Json rows = Json::array();
-  for (const Setting& setting : study.settings) rows.push_back(setting.figures);
-  return rows;
-}
-
 /// The number of views by curve, or the map's size by faces, from which on more gains little.
 Json levels_off_at(const Study& study, const MeasureArguments& a) {
   Json enough = Json::object();
   if (a.study == "views") {
-    for (const Curve curve : {Curve::paper, Curve::kiln}) {
-      enough[name_of(curve)] = levels_off(select(study, curve)).views;
+    for (const char* curve : {kPaper, kKiln}) {
+      enough[curve] = levels_off(select(study, curve)).at("views");
     }
   } else if (a.study == "size") {
-    for (const Setting* none : select(study, Curve::none)) {
-      enough[std::to_string(none->target_faces)] =
-          levels_off(select(study, Curve::kiln, none->target_faces)).size;
+    for (const Json& none : select(study, kNone)) {
+      const double faces = none.at("target_faces").number();
+      enough[text_of(faces)] = levels_off(select(study, kKiln, faces)).at("size");
     }
   }
   return enough;
-}
-
-std::vector<std::string> findings(const Json& levels, const MeasureArguments& a) {
-  std::vector<std::string> lines;
-  for (const std::string& key : levels.keys()) {
-    lines.push_back(
-        key + (a.study == "views" ? ": views" : " faces: texels a side") +
-        " that are within 5% of the least mean error: " + text_of(levels.at(key).number()));
-  }
-  return lines;
 }
 
 const std::vector<Column>& columns() {
@@ -507,26 +461,20 @@ const std::vector<Column>& columns() {
 
 /// Adds all that was found.
 void add_report(const Study& study, const MeasureArguments& a, LabRun& run) {
-  Json settings = figures_of(study);
-  run.lines = table_lines(columns(), settings);
-  double bake = 0, measure = 0;
-  for (std::size_t i = 0; i < study.settings.size(); ++i) {
-    const Setting& s = study.settings[i];
-    bake += s.seconds_bake;
-    measure += s.seconds_measure;
-    run.of_settings.insert(run.of_settings.end(), s.warnings.begin(), s.warnings.end());
-    settings[i].update(fields(
-        "seconds warnings",
-        {fields("bake measure", {s.seconds_bake, s.seconds_measure}), describe(s.warnings)}));
-  }
-  run.seconds.update(fields("low bake measure", {study.seconds_low, bake, measure}));
+  run.lines = table_lines(columns(), study.rows);
+  Json settings = study.rows;
+  for (std::size_t i = 0; i < settings.size(); ++i) settings[i].update(study.others[i]);
   const Json levels = levels_off_at(study, a);
-  const std::vector<std::string> found = findings(levels, a);
-  run.lines.insert(run.lines.end(), found.begin(), found.end());
-  run.report.update(
-      fields("study measured_from diagonal max_distance_world settings worst best findings",
-             {a.study, describe_views(study.held_out, *a.pixels, study.least_angle_degrees),
-              study.diagonal, study.max_distance, settings, study.worst, study.best, found}));
+  std::vector<std::string> findings;
+  for (const std::string& key : levels.keys()) {
+    findings.push_back(
+        key + (a.study == "views" ? ": views" : " faces: texels a side") +
+        " that are within 5% of the least mean error: " + text_of(levels.at(key).number()));
+  }
+  run.lines.insert(run.lines.end(), findings.begin(), findings.end());
+  run.report.update(fields(
+      "study diagonal max_distance_world settings worst best findings",
+      {a.study, study.diagonal, study.max_distance, settings, study.worst, study.best, findings}));
   if (!levels.empty()) run.report["levels_off_at"] = levels;
 }
 
@@ -587,15 +535,16 @@ int run_study(MeasureArguments a) {
   constexpr double kAtSave = 0.97;
   const Progress progress = run.within(0.02, kAtSave);
   const std::optional<Study> study =
-      measure_study(device, high, low ? &*low : nullptr, a, progress);
+      measure_study(device, high, low ? &*low : nullptr, a, progress, run);
   if (!study) return kExitCancelled;
   run.lap("study");
-  run.warnings.insert(run.warnings.end(), study->warnings.begin(), study->warnings.end());
 
   if (!run.console.progress(kAtSave, "writing")) return kExitCancelled;
-  run.outputs = {(folder / ("study_" + a.study + ".csv")).string()};
-  save_text(run.outputs[0], csv(figures_of(*study)));
-  const Plot plot = study_plot(*study, a, high.name);
+  const Plot plot = {"study_" + a.study, (a.study == "faces"  ? faces_plot
+                                          : a.study == "size" ? size_plot
+                                                              : views_plot)(*study, a, high.name)};
+  run.outputs = {(folder / (plot.name + ".csv")).string()};
+  save_text(run.outputs[0], csv(study->rows));
   if (!save_plots(folder, {plot}, run.outputs, run.warnings)) return kExitCancelled;
   run.outputs.push_back((folder / (plot.name + "_error.png")).string());
   save_image(error_picture(*study), run.outputs.back(), {ImageFormat::png8});
