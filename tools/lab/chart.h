@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "arguments/bake_job.h"
 #include "arguments/surface_arguments.h"
 #include "kiln/cage.h"
 #include "kiln/kiln.h"
@@ -67,6 +68,8 @@ struct ChartSetting {
   BakeOptions bake;                 ///< Match and samples; size, distance and maps are the chart's
   bool find_cage = false;           ///< As --cage auto, which counts as a part of the match
 };
+/// A bake with such flags of `kiln bake`, each with its value.
+BakeJob bake_job(const std::string& flags);
 /// Settings that are compared, a row each. The reference is among them. Matching by UVs is for pairs whose layouts
 /// agree.
 std::vector<ChartSetting> chart_settings();
@@ -84,8 +87,7 @@ std::vector<std::string> volume_setting_names();
 /// A setting of ambient occlusion.
 struct AoSetting {
   std::string name, label, family;  ///< As Mark
-  std::string flags;                ///< Of `kiln bake`, which say the same
-  OcclusionOptions occlusion;
+  std::string flags;                ///< Of `kiln bake`
 };
 std::vector<std::string> ao_setting_names();
 

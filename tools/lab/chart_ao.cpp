@@ -26,76 +26,49 @@ const Measure& ao_measure() {
 std::vector<AoSetting> all_settings() {
   std::vector<AoSetting> settings;
   const auto add = [&](const std::string& family, const char* what, std::uint32_t count,
-                       const std::string& flags) -> OcclusionOptions& {
+                       const std::string& flags) {
     const std::string number = std::to_string(count);
-    settings.push_back({family + "_" + number, number + " " + what, family, flags, {}});
-    return settings.back().occlusion;
+    settings.push_back({family + "_" + number, number + " " + what, family, flags});
   };
   for (std::uint32_t rays = 8; rays <= 1024; rays *= 2) {
-    add("ao_rays", "rays", rays, "--ao-rays " + std::to_string(rays)).rays = rays;
+    add("ao_rays", "rays", rays, "--ao-rays " + std::to_string(rays));
   }
   for (std::uint32_t rays = 8; rays <= 1024; rays *= 2) {
-    const std::uint32_t cast = kSmoothedShare * rays;
-    OcclusionOptions& occlusion =
-        add("ao_smooth", "smoothed", rays, "--ao-rays " + std::to_string(cast) + " --ao-error 1");
-    occlusion.rays = cast;
-    occlusion.max_error = 1;
+    add("ao_smooth", "smoothed", rays,
+        "--ao-rays " + std::to_string(kSmoothedShare * rays) + " --ao-error 1");
   }
   for (std::uint32_t views = 64; views <= 512; views *= 2) {
-    OcclusionOptions& occlusion =
-        add("ao_views", "views", views, "--ao-by views --ao-views " + std::to_string(views));
-    occlusion.by = OcclusionBy::views;
-    occlusion.views = views;
+    add("ao_views", "views", views, "--ao-by views --ao-views " + std::to_string(views));
   }
   return settings;
 }
 
 double rms_of(const Mark& mark) { return mark.figures.at("rms").number(); }
 
-/// A bound of one figure, and the setting within it that is best by the other; where none is within, the one that
-/// is nearest to it.
-struct Choice {
-  const char* key;  ///< In the report
-  double limit;
-  double (*bounded)(const Mark& mark);
-  double (*wanted)(const Mark& mark);
-  std::string within, without;  ///< For people
-};
-
-std::vector<Choice> choices_of(const ChartArguments& a) {
-  const auto seconds = [](const Mark& mark) { return mark.seconds; };
-  std::vector<Choice> choices;
-  if (a.ao_budget) {
-    const std::string limit = text_of(*a.ao_budget) + " s";
-    choices.push_back({"budget", *a.ao_budget, seconds, rms_of,
-                       "nearest to the truth within " + limit,
-                       "nothing gathers within " + limit + "; the fastest"});
-  }
-  if (a.ao_error) {
-    const std::string limit = fixed_text(*a.ao_error * 255, 2) + "/255";
-    choices.push_back({"error", *a.ao_error, rms_of, seconds, "fastest that reaches " + limit,
-                       "nothing reaches " + limit + "; the nearest"});
-  }
-  return choices;
-}
-
-/// Adds what is chosen to the report, and a line.
-void choose(const Choice& choice, const std::vector<Mark>& marks, Json& report,
-            std::vector<std::string>& lines) {
-  const Mark *best = nullptr, *nearest = &marks.front();
+/// Adds to the report, and as a line, the setting within a limit of one figure that is best by another; where none is
+/// within, the one that is nearest to it.
+/// \param key  in the report
+template <class Bounded, class Wanted>
+void choose(const char* key, double limit, const std::string& unit, const Bounded& bounded,
+            const Wanted& wanted, const std::vector<Mark>& marks, ChartGroup& group) {
+  const auto worse = [&](const Mark& a, const Mark& b) {
+    const bool a_within = bounded(a) <= limit, b_within = bounded(b) <= limit;
+    if (a_within != b_within) return b_within;
+    return a_within ? wanted(a) > wanted(b) : bounded(a) > bounded(b);
+  };
+  const Mark* best = &marks.front();
   for (const Mark& mark : marks) {
-    if (choice.bounded(mark) < choice.bounded(*nearest)) nearest = &mark;
-    if (choice.bounded(mark) > choice.limit) continue;
-    if (best == nullptr || choice.wanted(mark) < choice.wanted(*best)) best = &mark;
+    if (worse(*best, mark)) best = &mark;
   }
-  const Mark& mark = best != nullptr ? *best : *nearest;
-  const std::string& flags = mark.figures.at("flags").text();
-  report["chosen"][choice.key] =
+  const bool reached = bounded(*best) <= limit;
+  const std::string& flags = best->figures.at("flags").text();
+  group.report["ao"]["chosen"][key] =
       fields("setting flags asked reached seconds rms",
-             {mark.name, flags, choice.limit, best != nullptr, mark.seconds, rms_of(mark)});
-  lines.push_back((best != nullptr ? choice.within : choice.without) + ": " + mark.label + ", " +
-                  fixed_text(255 * rms_of(mark), 2) + "/255 in " + fixed_text(mark.seconds, 3) +
-                  " s: " + flags);
+             {best->name, flags, limit, reached, best->seconds, rms_of(*best)});
+  group.lines.push_back((reached ? "best within " : "nothing is within ") + text_of(limit) + unit +
+                        (reached ? ": " : "; the nearest: ") + best->label + ", " +
+                        fixed_text(255 * rms_of(*best), 2) + "/255 in " +
+                        fixed_text(best->seconds, 3) + " s: " + flags);
 }
 
 }  // namespace
@@ -128,7 +101,7 @@ bool add_ao(const Device& device, const Mesh& high, const Mesh& low, const Chart
   std::vector<Mark> marks;
   for (const AoSetting& setting : settings) {
     if (!steps.at("measuring ambient occlusion, " + setting.label)) return false;
-    bake_with.occlusion = setting.occlusion;
+    bake_with.occlusion = bake_job(setting.flags).options.occlusion;
     const BakeResult baked = bake(source, low, bake_with);
     if (baked.cancelled) return false;
     if (baked.report.errors.empty()) {
@@ -149,7 +122,7 @@ bool add_ao(const Device& device, const Mesh& high, const Mesh& low, const Chart
   bake_with.report.errors = false;
   const bool timed = time_in_turns(marks, a.repeat, [&](std::size_t i, const std::string& note) {
     if (!steps.at("timing ambient occlusion, " + marks[i].label + note)) return Json();
-    bake_with.occlusion = settings[i].occlusion;
+    bake_with.occlusion = bake_job(settings[i].flags).options.occlusion;
     const BakeResult baked = bake(source, low, bake_with);
     steps.done += 1;
     return baked.cancelled ? Json() : Json(baked.report.seconds_detail);
@@ -163,12 +136,13 @@ bool add_ao(const Device& device, const Mesh& high, const Mesh& low, const Chart
     rows[i]["on_front"] = Json(rows[i].at("on_front.ao_error"));
   }
   report.update(fields("settings chosen", {rows, Json::object()}));
-  for (const Choice& choice : choices_of(a)) choose(choice, marks, report, group.lines);
+  const auto seconds_of = [](const Mark& mark) { return mark.seconds; };
+  if (a.ao_budget) choose("budget", *a.ao_budget, " s", seconds_of, rms_of, marks, group);
+  if (a.ao_error) choose("error", *a.ao_error, " rms", rms_of, seconds_of, marks, group);
   group.tables.push_back(
       {"Ambient occlusion. Seconds: to gather it, without the match and files. Errors, of 255: "
        "against 4096 rays from the same points, at " +
-           with_commas(static_cast<std::uint64_t>(marks.front().figures.at("texels").number())) +
-           " texels.",
+           count_text(marks.front().figures.at("texels")) + " texels.",
        {{"setting", "name"},
         {"seconds", "seconds", 4},
         {"root mean square", "rms", 2, 255, "on_front"},

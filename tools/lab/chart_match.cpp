@@ -104,13 +104,10 @@ class MatchChart : public ChartKind {
     styles = kStyles;
     about =
         "Seconds: from the high poly on the device to the correspondence; the bake beside it has "
-        "all but files. Errors are mean angles, and 95%: of the map against the reference, rays "
-        "with 4×4 samples a texel, and of rendered normals against the high poly's from " +
-        std::to_string(kHeldOutViews) +
-        " directions that nothing is matched from. Object space (% of the diagonal), normalised "
-        "image space (0 to 1) and uniformity are means of Tarini et al. 2003, sections 4.1, 4.2.1 "
-        "and 4.3; the distance is from the low poly to its matches, % of the diagonal. *: nothing "
-        "else is both faster and closer.";
+        "all but files. Errors are mean angles of the map against rays with 4×4 samples a texel, "
+        "and of rendered normals against the high poly's. Object space, normalised image space "
+        "and uniformity are those of Tarini et al. 2003. *: nothing else is both faster and "
+        "closer.";
   }
 
   /// Low polys are read first.
@@ -253,7 +250,7 @@ class MatchChart : public ChartKind {
     return mask;
   }
 
-  /// Adds what a setting's views are, and marks_ a number that was chosen as such in the picture.
+  /// Adds what a setting's views are, and marks a number that was chosen as such in the picture.
   void describe_views_of(std::size_t i, const ViewReport& views) {
     const ViewOptions& options = settings_[i].bake.match.views;
     marks_[i].figures.update(

@@ -365,9 +365,9 @@ class PlansChart : public ChartKind {
       const std::string depth = ", " + text_of(plan.at("bits").number()) + " bits";
       rings["x"].push_back(kib(bytes_of(plan)));
       rings["y"].push_back(degrees_of(plan));
-      rings["labels"].push_back("for " + text_of(plan.at("wanted_degrees").number()) + "°: " +
-                                with_commas(static_cast<std::uint64_t>(plan.at("faces").number())) +
-                                " faces, " + map_text(size) + (size == 0 ? "" : depth));
+      rings["labels"].push_back("for " + text_of(plan.at("wanted_degrees").number()) +
+                                "°: " + count_text(plan.at("faces")) + " faces, " + map_text(size) +
+                                (size == 0 ? "" : depth));
     }
     return panel;
   }

@@ -18,34 +18,25 @@
 namespace kiln::cli {
 namespace {
 
-constexpr std::uint32_t kMatchedViews = 12;  // matched from
 constexpr std::uint32_t kLargest = 8192;
 
 /// Ways to make a map of a volume's surface.
 struct VolumeWay {
-  std::string name, label, family;  ///< As Mark; the name without the size of the map
-  std::optional<BakeOptions> bake;  ///< The full contour baked so; else no bake
-  bool every_size = false;          ///< At half and twice the size, too
+  std::string name, label, family;   ///< As Mark; the name without the size of the map
+  std::optional<std::string> flags;  ///< Of `kiln bake`: the full contour baked so; else no bake
+  bool every_size;                   ///< At half and twice the size, too
 };
-constexpr const char* kNoMap = "none";        ///< The low poly's own normals
-constexpr const char* kDirectMap = "direct";  ///< extract()'s map
-
-bool is_direct(const VolumeWay& way) { return way.name == kDirectMap; }
-bool is_plain(const VolumeWay& way) { return way.name == kNoMap; }
+bool is_plain(const VolumeWay& way) { return way.name == "none"; }  ///< The low poly's own normals
+bool is_direct(const VolumeWay& way) { return way.name == "direct"; }  ///< extract()'s map
 
 /// Settings that are compared.
 std::vector<VolumeWay> volume_ways() {
-  BakeOptions rays, more_rays, views, closest;
-  more_rays.samples = 2;
-  views.match.method = MatchMethod::views;
-  views.match.views.count = kMatchedViews;
-  closest.match.method = MatchMethod::closest;
-  return {{kNoMap, "no map", "none", std::nullopt, false},
-          {kDirectMap, "direct", "direct", std::nullopt, true},
-          {"ray", "rays", "rays", rays, true},
-          {"ray_2x2", "rays, 2×2 samples", "rays", more_rays, false},
-          {"views_12", "12 views", "views", views, false},
-          {"closest", "nearest points", "closest", closest, true}};
+  return {{"none", "no map", "none", std::nullopt, false},
+          {"direct", "direct", "direct", std::nullopt, true},
+          {"ray", "rays", "rays", "", true},
+          {"ray_2x2", "rays, 2×2 samples", "rays", "--samples 2", false},
+          {"views_12", "12 views", "views", "--match views --views 12", false},
+          {"closest", "nearest points", "closest", "--match closest", true}};
 }
 
 /// Mean angles: of the map's texels to the field's gradient on the shading normal's line; of rendered normals to
@@ -63,6 +54,7 @@ const std::vector<Measure>& measures() {
 struct Sized {
   std::uint32_t size = 0;
   ExtractResult low_poly;
+  std::optional<GradientReference> along_normals, along_faces;
   std::optional<ExtractReport> timed;  ///< In this run
   double seconds = 0;                  ///< That took
 };
@@ -107,16 +99,11 @@ class VolumesChart : public ChartKind {
     seconds_title = "Seconds from the volume in memory to low poly and map";
     styles = kStyles;
     about =
-        "Seconds: from the volume in memory to low poly and object-space map there; the full "
-        "contour counts once for each way, also where a high poly is made of it. Errors are "
-        "angles, mean, root of the mean square and 95%: of the map's texels to the volume's "
-        "gradient where a line through the texel's point meets the surface, along the shading "
-        "normal and (mean) along the triangle's; and of rendered normals to the full contour's "
-        "from " +
-        std::to_string(kHeldOutViews) +
-        " directions that nothing is matched from. Missed: samples of the bake that found "
-        "nothing; empty: texels compared that the map leaves without a normal, where the low "
-        "poly's own counts. *: nothing else is both faster and closer.";
+        "Seconds: from the volume in memory to low poly and object-space map there. Errors are "
+        "angles: of the map's texels to the volume's gradient, along the shading normal and along "
+        "the triangle's, and of rendered normals to the full contour's. Missed: samples of the "
+        "bake that found nothing; empty: texels that the map leaves without a normal. *: nothing "
+        "else is both faster and closer.";
   }
 
   void read(std::size_t i) override { volume_ = read_volume(inputs[i], a_.surface, warnings); }
@@ -135,15 +122,13 @@ class VolumesChart : public ChartKind {
     ChartGroup group;
     group.report = fields("volume full_contour_triangles",
                           {describe(volume_, inputs[i]), dense_.triangles.size()});
-    if (!measure_sizes(group.report)) return std::nullopt;
+    if (!measure_marks(group.report)) return std::nullopt;
     const auto run = [&](std::size_t k, const std::string& note) { return time(k, note); };
     if (!time_in_turns(marks_, a_.repeat, run)) return std::nullopt;
     group.report.update(finish_marks(marks_, "total", measures()));
-    const auto faces = [&](const char* path) {
-      return with_commas(static_cast<std::uint64_t>(group.report.at(path).number()));
-    };
-    group.title = volume_.name + ", full contour of " + faces("full_contour_triangles") +
-                  " faces, to " + faces("light.faces");
+    group.title = volume_.name + ", full contour of " +
+                  count_text(group.report.at("full_contour_triangles")) + " faces, to " +
+                  count_text(group.report.at("light.faces"));
     group.tables = {
         {"",
          {{"size", "size", 0},
@@ -191,7 +176,7 @@ class VolumesChart : public ChartKind {
   }
 
   BakeOptions bake_options(const VolumeWay& way, std::uint32_t size, Progress progress) const {
-    BakeOptions bake = *way.bake;
+    BakeOptions bake = bake_job(*way.flags).options;
     bake.width = bake.height = size;
     bake.encoding.space = NormalMapSpace::object;
     bake.match.max_distance = a_.search_distance();
@@ -208,7 +193,7 @@ class VolumesChart : public ChartKind {
     if (!wanted || size < 16 || size > kLargest) return true;
     if (!steps_.at("extracting for " + std::to_string(size) + "²")) return false;
     try {
-      sizes_.push_back({size, extract(*device_, volume_, extract_at(size)), {}});
+      sizes_.push_back({size, extract(*device_, volume_, extract_at(size)), {}, {}, {}});
     } catch (const Error& error) {
       // Fewer texels may have no room for so many charts.
       const bool no_room = error.code() == ErrorCode::usage || error.code() == ErrorCode::input;
@@ -239,80 +224,77 @@ class VolumesChart : public ChartKind {
     steps_.count = static_cast<double>(tasks_.size() * (2 + a_.repeat));
   }
 
-  bool measure_sizes(Json& report) {
+  /// What could be compared at each size, and errors of every mark. \returns false where progress said stop
+  bool measure_marks(Json& report) {
     const Source source(*device_, dense_);
     const Length reach = a_.search_distance();
     const double diagonal = source.stats().diagonal;
-    reach_ = reach.relative ? reach.value * diagonal : reach.value;
-    if (!steps_.at("drawing the full contour")) return false;
-    const NormalReference pictures(Scene(*device_, dense_), dense_, usual_held_out_angles(),
-                                   *a_.pixels);
+    const double distance = reach.relative ? reach.value * diagonal : reach.value;
     Json sizes = Json::array();
     for (Sized& sized : sizes_) {
-      if (!measure(source, pictures, sized, sizes)) return false;
+      if (!steps_.at("reading the gradient")) return false;
       const ExtractReport& low = sized.low_poly.report;
+      for (const GradientLine line : {GradientLine::shading, GradientLine::face}) {
+        (line == GradientLine::face ? sized.along_faces : sized.along_normals)
+            .emplace(volume_, extract_.contour, sized.low_poly.mesh,
+                     GradientOptions{.size = sized.size, .reach = distance, .line = line});
+      }
+      const GradientReference& reference = *sized.along_normals;
+      sizes.push_back(
+          fields("size texels_per_cell covered_texels no_surface_texels border_texels flat_texels",
+                 {sized.size, low.texels_per_cell, reference.covered(), reference.no_surface(),
+                  reference.cut(), reference.no_gradient()}));
       if (sized.size != *a_.size) continue;
-      warnings.insert(warnings.end(), low.warnings.begin(), low.warnings.end());
+      add_warnings(low.warnings, warnings);
       report["light"] = fields("faces quads triangles error_cells parts",
                                {low.faces, low.quads, low.triangles, low.error, low.parts});
     }
-    report.update(fields("diagonal max_distance_world sizes", {diagonal, reach_, sizes}));
+    report.update(fields("diagonal max_distance_world sizes", {diagonal, distance, sizes}));
+    if (!steps_.at("drawing the full contour")) return false;
+    const NormalReference pictures(Scene(*device_, dense_), dense_, usual_held_out_angles(),
+                                   *a_.pixels);
+    for (std::size_t i = 0; i < marks_.size(); ++i) {
+      if (!measure_mark(i, source, pictures)) return false;
+      steps_.done += 2;
+    }
     return true;
   }
 
-  /// All marks_ of a size. \param sizes  what could be compared there is added
-  bool measure(const Source& source, const NormalReference& pictures, const Sized& sized,
-               Json& sizes) {
-    std::vector<std::pair<std::size_t, Image>> baked;  // marks_ with their maps
+  bool measure_mark(std::size_t i, const Source& source, const NormalReference& pictures) {
+    const VolumeWay& way = *tasks_[i].way;
+    const Sized& sized = *tasks_[i].sized;
     const Mesh& low = sized.low_poly.mesh;
-    for (std::size_t i = 0; i < tasks_.size(); ++i) {
-      if (tasks_[i].sized != &sized) continue;
-      const VolumeWay& way = *tasks_[i].way;
-      if (!steps_.at("measuring " + marks_[i].label)) return false;
-      Image map;
-      if (way.bake) {
-        BakeResult result = bake(source, low, bake_options(way, sized.size, steps_.within()));
-        if (result.cancelled) return false;
-        const BakeReport& report = result.report;
-        check_result(report, dense_, low);
-        map = std::move(result.maps[0].image);
-        marks_[i].figures.update(
-            fields("texels warnings", {describe_texels(report), describe(report.warnings)}));
-        of_settings.insert(of_settings.end(), report.warnings.begin(), report.warnings.end());
-      } else if (is_direct(way)) {
-        map = sized.low_poly.normal_map;
-      }
-      const Scene scene(*device_, low,
-                        {is_plain(way) ? nullptr : &map, NormalMapSpace::object, false});
-      marks_[i].figures["normal_error"] = describe(pictures.compare(scene));
-      baked.emplace_back(i, std::move(map));
-      steps_.done += 1;
+    Json& figures = marks_[i].figures;
+    if (!steps_.at("measuring " + marks_[i].label)) return false;
+    Image map;
+    if (way.flags) {
+      BakeResult result = bake(source, low, bake_options(way, sized.size, steps_.within()));
+      if (result.cancelled) return false;
+      const BakeReport& report = result.report;
+      check_result(report, dense_, low);
+      map = std::move(result.maps[0].image);
+      figures.update(
+          fields("texels warnings", {describe_texels(report), describe(report.warnings)}));
+      add_warnings(report.warnings, of_settings);
+    } else if (is_direct(way)) {
+      map = sized.low_poly.normal_map;
     }
-    for (const GradientLine line : {GradientLine::shading, GradientLine::face}) {
-      if (!steps_.at("reading the gradient")) return false;
-      const GradientReference reference(volume_, extract_.contour, low,
-                                        {.size = sized.size, .reach = reach_, .line = line});
-      for (const auto& [i, map] : baked) {
-        const GradientError error =
-            is_plain(*tasks_[i].way) ? reference.compare_without_map() : reference.compare(map);
-        if (error.texels == 0 && line == GradientLine::shading) {
-          throw Error(ErrorCode::input,
-                      "None of the " + std::to_string(reference.covered()) +
-                          " texels of the low poly of volume '" + volume_.name +
-                          "' has the surface within reach: use a larger --max-distance or more "
-                          "faces.");
-        }
-        marks_[i]
-            .figures[line == GradientLine::face ? "gradient_error_along_face" : "gradient_error"] =
-            json_of(error);
-      }
-      steps_.done += 0.5 * static_cast<double>(baked.size());
-      if (line == GradientLine::face) continue;
-      sizes.push_back(
-          fields("size texels_per_cell covered_texels no_surface_texels border_texels flat_texels",
-                 {sized.size, sized.low_poly.report.texels_per_cell, reference.covered(),
-                  reference.no_surface(), reference.cut(), reference.no_gradient()}));
+    const Scene scene(*device_, low,
+                      {is_plain(way) ? nullptr : &map, NormalMapSpace::object, false});
+    const auto compare = [&](const GradientReference& reference) {
+      return is_plain(way) ? reference.compare_without_map() : reference.compare(map);
+    };
+    const GradientError error = compare(*sized.along_normals);
+    if (error.texels == 0) {
+      throw Error(ErrorCode::input, "None of the " +
+                                        std::to_string(sized.along_normals->covered()) +
+                                        " texels of the low poly of volume '" + volume_.name +
+                                        "' has the surface within reach: use a larger "
+                                        "--max-distance or more faces.");
     }
+    figures.update(fields(
+        "gradient_error gradient_error_along_face normal_error",
+        {json_of(error), json_of(compare(*sized.along_faces)), describe(pictures.compare(scene))}));
     return true;
   }
 
@@ -364,7 +346,6 @@ class VolumesChart : public ChartKind {
   std::vector<Mark> marks_;
   std::vector<Task> tasks_;  ///< As marks
   Steps steps_{nullptr};
-  double reach_ = 0;         ///< Of the surface, world units
   double contour_time_ = 0;  ///< Of the full contour in this run
 };
 

@@ -82,13 +82,6 @@ std::set<std::string> volume_flags() {
   return flags;
 }
 
-/// Refuses flags that were given but serve nothing. \throws Error(usage)
-void refuse(const Job& a, const std::set<std::string>& flags, const std::string& why) {
-  for (const std::string& flag : flags) {
-    if (a.gave(flag)) fail(flag + " is for " + why);
-  }
-}
-
 /// Settings by name that a kind of input does not have. \throws Error(usage)
 void check_settings(const Job& a, const std::vector<std::string>& names, const char* kind) {
   for (const std::string& name : a.settings) {
@@ -98,14 +91,20 @@ void check_settings(const Job& a, const std::vector<std::string>& names, const c
   }
 }
 
-/// Before any work. \throws Error(usage)
+/// All are volumes, or none is. \throws Error(usage)
+void check_alike(const Job& a, bool volumes) {
+  for (const std::string& path : a.meshes) {
+    if (is_volume(a, path) == volumes) continue;
+    const auto is = [&](bool volume) { return volume ? " is a volume" : " is no volume"; };
+    fail("'" + path + "'" + is(!volumes) + ", but '" + a.meshes.front() + "'" + is(volumes) +
+         ": give volumes alone, or meshes alone, HIGH LOW.");
+  }
+}
+
+// Before any work. \throws Error(usage)
+
 void check_volumes(const Job& a) {
   const std::string volume = "'" + a.meshes.front() + "'";
-  for (const std::string& path : a.meshes) {
-    if (is_volume(a, path)) continue;
-    fail("'" + path + "' is no volume, but " + volume +
-         " is: give volumes alone, or meshes alone, HIGH LOW.");
-  }
   if (!a.surface.iso) fail(volume + " is a volume: say which surface of it by --iso VALUE.");
   refuse(a,
          {"--triangulate", "--up", "--unit", "--uv-set", "--allow-outside", "--height", "--extent",
@@ -115,23 +114,20 @@ void check_volumes(const Job& a) {
   check_settings(a, volume_setting_names(), "volumes");
 }
 
-/// \param high  the high polys
-void check_heights(const Job& a, const std::vector<std::string>& high) {
-  if (std::any_of(high.begin(), high.end(), is_height_field)) return;
-  refuse(a, {"--height", "--extent"}, "a HIGH that is a height field, a PNG or EXR; none is.");
+/// \param high, low  files
+void check_files(const Job& a, const std::vector<std::string>& high,
+                 const std::vector<std::string>& low) {
+  refuse(a, volume_flags(), "volumes, but '" + a.meshes.front() + "' is none.");
+  if (std::none_of(high.begin(), high.end(), is_height_field)) {
+    refuse(a, {"--height", "--extent"}, "a HIGH that is a height field, a PNG or EXR; none is.");
+  }
+  check_mesh_frame(a.frame, high, low, {});
 }
 
-/// Before any work. \throws Error(usage)
 void check_meshes(const Job& a) {
-  for (const std::string& path : a.meshes) {
-    if (!is_volume_name(path)) continue;
-    fail("'" + path + "' is a volume, but '" + a.meshes.front() +
-         "' is not: give volumes alone, or meshes alone, HIGH LOW.");
-  }
-  refuse(a, volume_flags(), "volumes, but '" + a.meshes.front() + "' is none.");
   std::vector<std::string> sides[2];
   for (std::size_t i = 0; i < a.meshes.size(); ++i) sides[i % 2].push_back(a.meshes[i]);
-  check_heights(a, sides[0]);
+  check_files(a, sides[0], sides[1]);
   check_settings(a, mesh_setting_names(), "meshes");
   if (ao_settings(a).empty()) {
     refuse(a, {"--ao-error", "--ao-budget"},
@@ -142,23 +138,17 @@ void check_meshes(const Job& a) {
     fail("Meshes come in pairs, HIGH LOW, but '" + a.meshes.back() +
          "' has no LOW: give its low poly, with UVs.");
   }
-  check_mesh_frame(a.frame, sides[0], sides[1], {});
 }
 
-/// Before any work. \throws Error(usage)
 void check_plan(const Job& a) {
   refuse(a,
          {"--settings", "--repeat", "--max-distance", "--ao", "--ao-error", "--ao-budget",
           "--directions", "--pixels"},
          "charts of matches, but --plan charts bytes: leave it out.");
-  refuse(a, volume_flags(), "volumes, but --plan takes meshes.");
-  for (const std::string& path : a.meshes) {
-    if (is_volume_name(path)) {
-      fail("'" + path + "' is a volume, but --plan takes high polys alone.");
-    }
+  if (is_volume(a, a.meshes.front())) {
+    fail("'" + a.meshes.front() + "' is a volume, but --plan takes high polys alone.");
   }
-  check_heights(a, a.meshes);
-  check_mesh_frame(a.frame, a.meshes, {}, {});
+  check_files(a, a.meshes, {});
 }
 
 /// Settings without the comma between them would be meshes. \throws Error(usage)
@@ -179,6 +169,7 @@ void check_no_settings(const Job& a) {
 int run(const Job& a, const Json& options) {
   const bool volumes = is_volume(a, a.meshes.front());
   check_no_settings(a);
+  check_alike(a, volumes);
   if (!a.plan) refuse(a, {"--screen", "--max-error"}, "what --plan plans for: add --plan.");
   (a.plan ? check_plan : volumes ? check_volumes : check_meshes)(a);
   const std::unique_ptr<ChartKind> kind = (a.plan    ? chart_of_plans

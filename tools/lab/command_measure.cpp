@@ -78,8 +78,7 @@ Run add_measure(Command& app) {
       "The low poly, with UVs; with --study views it may be left out: Kiln makes one");
   command->add_option("--out", a->out,
                       "Folder for measure.png and the measures as textures (EXR); with --study for "
-                      "study_<what>.csv and .png and study_<what>_error.png; and for what the "
-                      "pictures show, ..._plot.json and .png");
+                      "study_<what>.csv, .png and _plot.json, and study_<what>_error.png");
   const OptionRow rows[] = {
       {"--visibility-at", "",
        some_of(KILN_MEMBER(Job, visibility_at), names_of(Words(kVisibilityAt))),

@@ -18,9 +18,6 @@ struct MeasureArguments : LabArguments {
   std::set<std::string> matching_flags;  // their names
   std::vector<std::string> visibility_at;
   std::optional<std::uint32_t> views, view_size, faces;
-
-  /// True if something says how pictures are taken.
-  bool asks_for_view() const { return view.given() || view.square || picture_size.has_value(); }
 };
 
 /// --study: "faces", "size" and "views".

@@ -51,6 +51,12 @@ Image places() {
 
 void fail(const std::string& text) { throw Error(ErrorCode::usage, text); }
 
+void refuse(const LabArguments& a, const std::set<std::string>& flags, const std::string& why) {
+  for (const std::string& flag : flags) {
+    if (a.gave(flag)) fail(flag + " is for " + why);
+  }
+}
+
 std::vector<ViewAngles> angles_of(const std::vector<Vec3>& directions) {
   std::vector<ViewAngles> angles;
   for (const Vec3& toward : directions) angles.push_back(view_angles(toward));
@@ -75,9 +81,13 @@ void check_seen(const NormalError& error, const Mesh& high, const Mesh& low) {
                                     "same place, in the same units.");
 }
 
-Json describe_left_out(const std::vector<LeftOut>& left_out, const char* key) {
+Json describe_left_out(const std::vector<LeftOut>& left_out, const char* key,
+                       std::vector<std::string>* lines) {
   Json json = Json::array();
-  for (const LeftOut& left : left_out) json.push_back({{key, left.name}, {"reason", left.reason}});
+  for (const LeftOut& left : left_out) {
+    json.push_back({{key, left.name}, {"reason", left.reason}});
+    if (lines != nullptr) lines->push_back("left out: " + left.name + ": " + left.reason);
+  }
   return json;
 }
 

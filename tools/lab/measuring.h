@@ -2,12 +2,14 @@
 #pragma once
 
 #include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
 #include "kiln/kiln.h"
 #include "kiln/measure.h"
 #include "kiln/render.h"
+#include "lab/lab_arguments.h"
 #include "picture/angles.h"
 #include "report/report.h"
 
@@ -18,6 +20,9 @@ constexpr double kLeastHeldOutAngle = 2;  ///< Degrees from a view matched from 
 
 /// \throws Error(usage)
 [[noreturn]] void fail(const std::string& text);
+/// Refuses flags that were given but serve nothing: "FLAG is for WHY". \throws Error(usage)
+void refuse(const LabArguments& arguments, const std::set<std::string>& flags,
+            const std::string& why);
 
 std::vector<ViewAngles> angles_of(const std::vector<Vec3>& directions);
 /// kHeldOutViews, none near those of a bake's default of 12 views.
@@ -32,8 +37,9 @@ void check_seen(const NormalError& error, const Mesh& high, const Mesh& low);
 struct LeftOut {
   std::string name, reason;
 };
-/// \param key  of the name
-Json describe_left_out(const std::vector<LeftOut>& left_out, const char* key);
+/// \param key  of the name \param lines  for people, to which one is added for each; null: none
+Json describe_left_out(const std::vector<LeftOut>& left_out, const char* key,
+                       std::vector<std::string>* lines = nullptr);
 
 /// True if a way to match does for two meshes. By UVs: HIGH must have some, and both layouts must agree
 /// and share some place (found by baking a small map). Others always do.

@@ -33,11 +33,7 @@ struct Rating {
   std::string method, visibility_at;
   Json figures = {};  ///< For the report
   std::vector<Warning> warnings = {};
-  // With pictures:
-  AssessmentFields fields = {};
   std::vector<Image> pictures = {};  ///< As kShown, one channel; -1 beside LOW, -2 where not known
-  Image normal_error = {};           ///< At each texel, degrees; see normal_error_texture()
-  std::vector<VertexCoverage> recalled = {};  ///< Of HIGH's vertices; empty where it cannot be told
 };
 
 /// What is read before rating.
@@ -264,12 +260,12 @@ Json figures_of(const Rating& row, const BakeReport& bake, const MatchAssessment
   return json;
 }
 
-Mesh recall_mesh(const Mesh& high, const Rating& row) {
+Mesh recall_mesh(const Mesh& high, const std::vector<VertexCoverage>& vertices) {
   constexpr std::array<std::array<std::uint8_t, 4>, 3> kColors = {
       {{160, 160, 160, 255}, {60, 160, 75, 255}, {215, 40, 40, 255}}};
   Mesh mesh = high;
   mesh.colors.clear();
-  for (const VertexCoverage recalled : row.recalled) {
+  for (const VertexCoverage recalled : vertices) {
     mesh.colors.push_back(kColors[static_cast<std::size_t>(recalled)]);
   }
   return mesh;
@@ -335,6 +331,23 @@ std::vector<std::string> tables_of(const Json& methods, const Json& without_map)
   return lines;
 }
 
+/// Measures as textures, and HIGH coloured by recall.
+void save_textures(const std::string& stem, const AssessmentFields& f, const Image& normal_error,
+                   const Mesh& high, const std::vector<VertexCoverage>& recalled,
+                   std::vector<std::string>& outputs) {
+  for (const auto& [measure, image] :
+       {std::pair("object_space", &f.object_space), std::pair("image_space", &f.image_space),
+        std::pair("normalised_image_space", &f.normalised_image_space),
+        std::pair("uniformity", &f.uniformity), std::pair("match_distance", &f.match_distance),
+        std::pair("stretch", &f.stretch), std::pair("normal_error", &normal_error)}) {
+    outputs.push_back(stem + "_" + measure + ".exr");
+    save_image(*image, outputs.back(), {ImageFormat::exr_float});
+  }
+  if (recalled.empty()) return;  // it cannot be told
+  outputs.push_back(stem + "_recall.obj");
+  save_obj(recall_mesh(high, recalled), outputs.back());
+}
+
 /// Rates all rows, of which those are left out that find nothing. \returns false where progress said stop
 bool rate(const Device& device, const MeasureArguments& a, const Inputs& inputs,
           const RenderOptions& view, LabRun& run, std::vector<Rating>& rated) {
@@ -357,7 +370,7 @@ bool rate(const Device& device, const MeasureArguments& a, const Inputs& inputs,
     compile_kernels(device, low, bake_with);
     if (!steps.at("matching by " + row.name)) return false;
     bake_with.progress = steps.within(0.2);
-    BakeResult baked = bake(source, low, bake_with);
+    const BakeResult baked = bake(source, low, bake_with);
     if (baked.cancelled) return false;
     const BakeReport& report = baked.report;
     const bool found_nothing = report.samples != 0 && report.missed == report.samples;
@@ -375,7 +388,7 @@ bool rate(const Device& device, const MeasureArguments& a, const Inputs& inputs,
     if (report.views) assess_with.avoid = report.views->directions;
     assess_with.fields = !a.out.empty();
     assess_with.progress = steps.within(0.6);
-    MatchAssessment assessed = assess(source, low, *baked.match, assess_with);
+    const MatchAssessment assessed = assess(source, low, *baked.match, assess_with);
     steps.done += 0.6;
     if (assessed.cancelled || !steps.at("comparing normals")) return false;
     const Image& map = baked.maps[0].image;
@@ -385,18 +398,21 @@ bool rate(const Device& device, const MeasureArguments& a, const Inputs& inputs,
     if (!inputs.maps.empty()) add_errors(report, inputs.maps, row.figures);
     if (rated.empty()) without_map = reference.compare(scene, true);
     if (places) {
-      row.recalled = std::move(baked.recalled);
-      row.fields = std::move(assessed.fields);
-      row.pictures = draw_pictures(original, scene, *places, view, row.fields, assessed.diagonal);
-      row.normal_error =
+      row.pictures =
+          draw_pictures(original, scene, *places, view, assessed.fields, assessed.diagonal);
+      const Image error =
           normal_error_texture(*places, original, scene, high, angles, *a.size, *a.pixels);
+      const std::string name = a.bake.load_match.empty() ? row.name : "loaded";
+      save_textures((fs::path(a.out) / (low.name + "_" + name)).string(), assessed.fields, error,
+                    high, baked.recalled, run.outputs);
     }
     steps.done += 0.2;
     rated.push_back(std::move(row));
   }
-  run.report.update(fields("diagonal left_out rendered_views without_map",
-                           {source.stats().diagonal, describe_left_out(left_out, "method"),
-                            kHeldOutViews, describe(without_map)}));
+  run.report.update(
+      fields("diagonal left_out rendered_views without_map",
+             {source.stats().diagonal, describe_left_out(left_out, "method", &run.lines),
+              kHeldOutViews, describe(without_map)}));
   return true;
 }
 
@@ -410,9 +426,9 @@ void check_rating(const MeasureArguments& a) {
         "--study views, faces or size. Of one mesh without other flags than --size, the UVs are "
         "rated.");
   }
-  if (a.faces) fail("--faces is for --study: leave it out.");
-  if (!a.bake.load_match.empty() && a.gave("--match")) {
-    fail("--load-match is a match that was made: leave --match out.");
+  refuse(a, {"--faces"}, "--study: leave it out.");
+  if (!a.bake.load_match.empty()) {
+    refuse(a, {"--match"}, "making a match, but --load-match is one that was made: leave it out.");
   }
   if (!a.visibility_at.empty() &&
       std::none_of(a.matches.begin(), a.matches.end(), [](const std::string& name) {
@@ -421,8 +437,8 @@ void check_rating(const MeasureArguments& a) {
     fail("--visibility-at is for --match visibility and hybrid: add one of them, or leave it out.");
   }
   a.search_distance();
-  if (a.out.empty() && a.asks_for_view()) {
-    fail("--view, --zoom, --at, --square and --picture-size are for pictures: add --out DIR.");
+  if (a.out.empty()) {
+    refuse(a, {"--view", "--zoom", "--at", "--square", "--picture-size"}, "pictures: add --out.");
   }
 }
 
@@ -436,25 +452,6 @@ void check_files(const MeasureArguments& a, const BakeJob& job) {
   for (const TransferArgument& transfer : parse_transfers(a.bake)) read.emplace_back(transfer.file);
   if (!a.out.empty()) written.push_back(fs::path(a.out) / "measure.png");
   check_paths(read, written);
-}
-
-/// Measures as textures, and HIGH coloured by recall.
-void save_textures(const std::vector<Rating>& rows, const fs::path& stem, const Mesh& high,
-                   std::vector<std::string>& outputs) {
-  const auto output = [&](const Rating& row, const std::string& ending) {
-    return outputs.emplace_back(stem.string() + "_" + row.name + "_" + ending);
-  };
-  for (const Rating& row : rows) {
-    const AssessmentFields& f = row.fields;
-    for (const auto& [measure, image] :
-         {std::pair("object_space", &f.object_space), std::pair("image_space", &f.image_space),
-          std::pair("normalised_image_space", &f.normalised_image_space),
-          std::pair("uniformity", &f.uniformity), std::pair("match_distance", &f.match_distance),
-          std::pair("stretch", &f.stretch), std::pair("normal_error", &row.normal_error)}) {
-      save_image(*image, output(row, std::string(measure) + ".exr"), {ImageFormat::exr_float});
-    }
-    if (!row.recalled.empty()) save_obj(recall_mesh(high, row), output(row, "recall.obj"));
-  }
 }
 
 }  // namespace
@@ -494,9 +491,7 @@ int run_rating(MeasureArguments a) {
   run.lap("rate");
   if (!a.out.empty()) {
     if (!run.console.progress(0.95, "writing")) return kExitCancelled;
-    const fs::path folder = a.out;
-    save_textures(rows, folder / low.name, high, run.outputs);
-    run.outputs.push_back((folder / "measure.png").string());
+    run.outputs.push_back((fs::path(a.out) / "measure.png").string());
     save_image(ratings_picture(rows), run.outputs.back(), {ImageFormat::png8});
   }
   Json methods = Json::array();
@@ -504,10 +499,8 @@ int run_rating(MeasureArguments a) {
     methods.push_back(row.figures);
     run.of_settings.insert(run.of_settings.end(), row.warnings.begin(), row.warnings.end());
   }
-  run.lines = tables_of(methods, run.report.at("without_map"));
-  for (const Json& left : run.report.at("left_out").elements()) {
-    run.lines.push_back("left out: " + left.at("method").text() + ": " + left.at("reason").text());
-  }
+  const std::vector<std::string> tables = tables_of(methods, run.report.at("without_map"));
+  run.lines.insert(run.lines.begin(), tables.begin(), tables.end());
   Json used = fields(
       "match visibility_at size directions pixels match_flags max_distance height extent",
       {a.matches, a.visibility_at, *a.size, *a.directions, *a.pixels, a.bake.given, a.max_distance,

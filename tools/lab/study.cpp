@@ -287,10 +287,6 @@ std::vector<Json> select(const Study& study, const std::string& curve, double fa
 
 double degrees_of(const Json& row) { return row.at(kDegrees).number(); }
 
-std::string count_text(const Json& row, const char* key) {
-  return with_commas(static_cast<std::uint64_t>(row.at(key).number()));
-}
-
 /// The first of an ordered series whose mean angle is within 5% of the series' least: more than that (views,
 /// texels) gains little.
 const Json& levels_off(const std::vector<Json>& series) {
@@ -348,7 +344,7 @@ Json views_plot(const Study& study, const MeasureArguments& a, const std::string
   };
   Json data =
       plot_of("Normal error against the number of views matched from: " + mesh + ", " +
-                  count_text(study.rows.front(), "faces") + " faces, " + size_text(*a.size),
+                  count_text(study.rows.front().at("faces")) + " faces, " + size_text(*a.size),
               "Depth views matched from", kStudyViews,
               Json::array({panel("Mean angle between normals, degrees", kDegrees, " degrees"),
                            panel("Mean 8-bit difference of normals, 0 to 255",
@@ -392,7 +388,7 @@ Json size_plot(const Study& study, const MeasureArguments& a, const std::string&
   double before = 0;
   for (const Json& none : without) {
     const std::vector<Json> series = select(study, kKiln, none.at("target_faces").number());
-    angles["curves"].push_back(curve_of(count_text(none, "target_faces") + " faces (no map: " +
+    angles["curves"].push_back(curve_of(count_text(none.at("target_faces")) + " faces (no map: " +
                                             fixed_text(degrees_of(none), 2) + ")",
                                         before++ / last, series, "size", kDegrees));
     const Json& enough = levels_off(series);
@@ -415,8 +411,8 @@ Image error_picture(const Study& study) {
     const Json& row = study.rows[index];
     const std::string size = text_of(row.at("size").number());
     sheet.add(study.pictures[index],
-              {rank + row.at("curve").text() + ", views: " + count_text(row, "views"),
-               count_text(row, "faces") + " faces, " + size + " x " + size + " map",
+              {rank + row.at("curve").text() + ", views: " + count_text(row.at("views")),
+               count_text(row.at("faces")) + " faces, " + size + " x " + size + " map",
                formatted("mean %.2f degrees, 95%% under %.1f, over %u views", degrees_of(row),
                          row.at("normal_error.p95_angle_degrees").number(), kHeldOutViews)});
   }
@@ -480,34 +476,23 @@ void add_report(const Study& study, const MeasureArguments& a, LabRun& run) {
 
 // ---- the command -------------------------------------------------------------------------------
 
-/// Contradictions between several options.
+/// Contradictions between several options. \throws Error(usage)
 void check_study(const MeasureArguments& a) {
-  if (!a.matches.empty() || a.directions || !a.visibility_at.empty()) {
-    fail(
-        "--match, --directions and --visibility-at are for rating matches: leave out "
-        "--study, "
-        "or them.");
-  }
+  refuse(a,
+         {"--match", "--directions", "--visibility-at", "--view", "--zoom", "--at", "--square",
+          "--picture-size"},
+         "rating matches: leave out --study, or it.");
   if (a.out.empty()) fail("--study needs --out, a folder for its data and pictures.");
-  if (!a.low.empty() && a.study != "views") {
+  const std::string varies = "what --study " + a.study + " does not vary itself: leave it out.";
+  if (a.study == "views") refuse(a, {"--views"}, varies);
+  if (a.study != "views") refuse(a, {"--faces"}, varies);
+  if (a.study == "size") refuse(a, {"--size"}, varies);
+  if (a.low.empty()) return;
+  if (a.study != "views") {
     fail("--study " + a.study + " makes its own low polys, but LOW '" + a.low +
          "' was given: leave it out.");
   }
-  if (!a.low.empty() && a.faces) {
-    fail("--faces is for making a low poly, but LOW '" + a.low +
-         "' was given: leave one of them out.");
-  }
-  for (const auto& [flag, varies] :
-       {std::pair("--views", a.study == "views"), std::pair("--faces", a.study != "views"),
-        std::pair("--size", a.study == "size")}) {
-    if (!varies || !a.gave(flag)) continue;
-    fail("--study " + a.study + " varies " + flag + " itself: leave the option out.");
-  }
-  if (a.asks_for_view()) {
-    fail(
-        "--view, --zoom, --at, --square and --picture-size are for rating matches: --study looks "
-        "from a direction that nothing was matched from. Leave them out.");
-  }
+  refuse(a, {"--faces"}, "making a low poly, but LOW '" + a.low + "' was given: leave one out.");
 }
 
 }  // namespace

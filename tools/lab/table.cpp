@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <map>
 #include <stdexcept>
 
@@ -72,6 +73,10 @@ std::string text_of(double value) { return formatted("%g", value); }
 std::string fixed_text(double value, int digits) {
   constexpr double kMost = 1e9;  // of 40 digits nobody reads any
   return std::abs(value) < kMost ? formatted("%.*f", digits, value) : formatted("%.3g", value);
+}
+
+std::string count_text(const Json& number) {
+  return with_commas(static_cast<std::uint64_t>(number.number()));
 }
 
 std::string markdown_text(const std::string& text) {

@@ -17,6 +17,8 @@ std::string join(const std::vector<std::string>& parts, const char* between);
 std::string text_of(double value);
 /// With so many digits after the point.
 std::string fixed_text(double value, int digits);
+/// A whole number of a report, with commas between thousands.
+std::string count_text(const Json& number);
 /// A text within Markdown.
 std::string markdown_text(const std::string& text);
 
