@@ -172,10 +172,11 @@ std::unique_ptr<ChartKind> chart_of_plans(const ChartArguments& arguments);
 std::vector<AoSetting> ao_settings(const ChartArguments& arguments);
 /// Bakes with every setting once for the errors, then in turns for the seconds. The seconds are those of the map
 /// alone: the match, the hierarchy of the high poly and files are left out. Errors: root mean square, a share of 1.
-/// \param steps  of which each bake is one, measuring another \returns false where progress said stop
+/// \param steps  of which each bake is one, and measuring another
+/// \returns false where progress said stop
 bool add_ao(const Device& device, const Mesh& high, const Mesh& low,
-            const ChartArguments& arguments, const std::vector<AoSetting>& settings,
-            const Progress& progress, ChartGroup& group);
+            const ChartArguments& arguments, const std::vector<AoSetting>& settings, Steps& steps,
+            ChartGroup& group);
 
 /// A mesh or a height field of the inputs.
 HighPolyInput read_high(const ChartArguments& arguments, const std::string& path,

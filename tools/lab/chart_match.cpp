@@ -224,6 +224,14 @@ class MatchChart : public ChartKind {
     return baked;
   }
 
+  /// The first bake of a setting, of which the errors are; kept until they are measured. \returns null where progress said
+  /// stop
+  const BakeResult* first_bake(std::size_t i) {
+    if (first_.contains(i)) return &first_[i];
+    Baked baked = bake_setting(i, "baking with " + marks_[i].label);
+    return baked.seconds.is_null() ? nullptr : &(first_[i] = std::move(baked.result));
+  }
+
   /// Distances of a setting's matches from the samples: one sample a texel says enough.
   MatchAssessment assess_setting(const ChartSetting& setting, const std::vector<Vec3>& used) {
     std::optional<FoundCage> cage;
@@ -266,21 +274,21 @@ class MatchChart : public ChartKind {
   /// Errors of every setting. \returns false where progress said stop
   bool measure_settings(Json& report) {
     // The reference's map comes first, and views that are chosen by what they see, since none is measured from.
-    std::map<std::size_t, BakeResult> early;
+    first_.clear();
     const BakeResult* reference = nullptr;
     std::vector<Vec3> used;
     for (std::size_t i = 0; i < marks_.size(); ++i) {
       const MatchOptions& match = settings_[i].bake.match;
       const bool is_reference = marks_[i].name == kChartReference;
+      const BakeResult* early = nullptr;
       if (is_reference || match.views.automatic) {
-        Baked baked = bake_setting(i, "baking with " + marks_[i].label);
-        if (baked.seconds.is_null()) return false;
-        BakeResult& result = early[i] = std::move(baked.result);
-        if (is_reference) check_result((reference = &result)->report, dense_.mesh, *low_);
+        early = first_bake(i);
+        if (early == nullptr) return false;
       }
+      if (is_reference) check_result((reference = early)->report, dense_.mesh, *low_);
       if (!obeys(find_match(match.method.name), "match.views.count")) continue;
-      const std::vector<Vec3> more = match.views.automatic ? early[i].report.views->directions
-                                                           : spread_views(*match.views.count);
+      const std::vector<Vec3> more =
+          early != nullptr ? early->report.views->directions : spread_views(*match.views.count);
       used.insert(used.end(), more.begin(), more.end());
     }
     const std::vector<Vec3> held_out = held_out_views(kHeldOutViews, used, kLeastHeldOutAngle);
@@ -291,14 +299,9 @@ class MatchChart : public ChartKind {
                                    *a_.pixels);
     double max_distance = 0;
     for (std::size_t i = 0; i < marks_.size(); ++i) {
-      const std::string stage = "measuring " + marks_[i].label;
-      if (!early.contains(i)) {
-        Baked baked = bake_setting(i, stage);
-        if (baked.seconds.is_null()) return false;
-        early[i] = std::move(baked.result);
-      }
-      if (!steps_.at(stage)) return false;
-      const BakeResult& result = early[i];
+      const BakeResult* const first = first_bake(i);
+      if (first == nullptr || !steps_.at("measuring " + marks_[i].label)) return false;
+      const BakeResult& result = *first;
       const Image& map = result.maps[0].image;
       const Image mask = common_texels(*reference, result);
       const ImageDifference error = compare_images(reference->maps[0].image, map, &mask);
@@ -318,9 +321,8 @@ class MatchChart : public ChartKind {
       if (result.report.views) describe_views_of(i, *result.report.views);
       add_figures(result.report, error, picture, assessed, marks_[i].figures);
       max_distance = std::max(max_distance, result.report.max_distance);
-      of_settings.insert(of_settings.end(), result.report.warnings.begin(),
-                         result.report.warnings.end());
-      if (&result != reference) early.erase(i);
+      add_warnings(result.report.warnings, of_settings);
+      if (first != reference) first_.erase(i);
       steps_.done += 1;
     }
     report["max_distance_world"] = max_distance;
@@ -356,7 +358,8 @@ class MatchChart : public ChartKind {
   const Mesh* low_ = nullptr;
   std::optional<Source> source_;
   std::vector<ChartSetting> settings_;
-  std::vector<Mark> marks_;  ///< As settings
+  std::vector<Mark> marks_;                  ///< As settings
+  std::map<std::size_t, BakeResult> first_;  ///< See first_bake()
   ChartGroup group_;
   Steps steps_{nullptr};
 };

@@ -179,21 +179,16 @@ BakeOptions bake_options(const MeasureArguments& a, const Inputs& inputs, const 
   return bake_with;
 }
 
-/// Bakes next to nothing in the same way, so that seconds are those of the work and not of compiling: LOW onto itself,
+/// Matches next to nothing in the same way, so that seconds are those of the work and not of compiling: LOW with itself,
 /// without what is of HIGH.
-void compile_kernels(const Device& device, const Mesh& low, const BakeOptions& like) {
-  BakeOptions bake_with = like;
+void compile_kernels(const Device& device, const Mesh& low, const MatchOptions& like) {
+  BakeOptions bake_with;
   bake_with.width = bake_with.height = 16;
+  bake_with.match = like;
   bake_with.match.max_distance = Length::share(0.1);
   bake_with.match.parts = nullptr;
   bake_with.match.cage_mesh = nullptr;
   bake_with.match.saved = nullptr;
-  bake_with.maps = {shading_map()};
-  bake_with.transfers = {};
-  bake_with.own_maps = {};
-  bake_with.variants = {};
-  bake_with.occlusion = {};
-  bake_with.report.errors = false;
   bake(Source(device, low), low, bake_with);
 }
 
@@ -367,7 +362,7 @@ bool rate(const Device& device, const MeasureArguments& a, const Inputs& inputs,
   if (!a.out.empty()) places.emplace(device, low);
   for (Rating& row : rows) {
     BakeOptions bake_with = bake_options(a, inputs, row);
-    compile_kernels(device, low, bake_with);
+    compile_kernels(device, low, bake_with.match);
     if (!steps.at("matching by " + row.name)) return false;
     bake_with.progress = steps.within(0.2);
     const BakeResult baked = bake(source, low, bake_with);
