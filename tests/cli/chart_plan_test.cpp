@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <filesystem>
 #include <nlohmann/json.hpp>
+#include <regex>
 #include <string>
 #include <vector>
 
@@ -78,7 +79,9 @@ TEST(PlanChart, ShowsTheFrontAndWherePlansStand) {
   const std::vector<std::string> data = read_lines(out / "chart.csv");
   EXPECT_EQ(data.size(), 1 + points.size() + plans.size());
   for (const std::string& line : data) {
-    EXPECT_EQ(std::count(line.begin(), line.end(), ','), 14) << line;  // between 15 columns
+    EXPECT_EQ(std::count(line.begin(), line.end(), ','),
+              std::count(data[0].begin(), data[0].end(), ','))
+        << line;
   }
   for (const char* file : {"chart.md", "chart_plot.json", "kiln_plot.py"}) {
     EXPECT_TRUE(fs::exists(out / file)) << file;
@@ -114,11 +117,12 @@ TEST(PlanChart, NamesTheBitsOfMaps) {
     }
     const int bits = plan["bits"];
     seen.push_back(bits);
-    const std::string map = std::to_string(plan["size"].get<int>()) + "²";
-    const std::string words = map + ", " + std::to_string(bits) + " bits";
+    const std::string size = std::to_string(plan["size"].get<int>());
+    const std::string words = size + "², " + std::to_string(bits) + " bits";
     EXPECT_NE(label.find(words), std::string::npos) << label;
-    EXPECT_NE(table.find("| " + words + " |"), std::string::npos) << table;
-    EXPECT_NE(result.output.find(words), std::string::npos) << result.output;
+    const std::regex row("\\| +" + size + " \\| +" + std::to_string(bits) + " \\|");
+    EXPECT_TRUE(std::regex_search(table, row)) << table;
+    EXPECT_TRUE(std::regex_search(result.output, row)) << result.output;
     const std::string& line = data[1 + mesh["points"].size() + i];
     const std::string cells = "," + std::to_string(plan["size"].get<int>()) + "," +
                               std::to_string(bits) + "," +

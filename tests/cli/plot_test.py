@@ -13,19 +13,17 @@ import tempfile
 import unittest
 
 sys.path.insert(0, sys.argv.pop())
+import matplotlib.image  # noqa: E402
 import plot  # noqa: E402
-import PIL.Image  # noqa: E402  (comes with matplotlib)
 import plot_labels  # noqa: E402
 from plot import np  # noqa: E402
 
 
-def page_of(data, tiles=None):
+def page_of(data):
     with tempfile.TemporaryDirectory() as folder:
         path = os.path.join(folder, "x_plot.json")
         with open(path, "w", encoding="utf-8") as file:
             json.dump(data, file)
-        if tiles is not None:
-            PIL.Image.fromarray(tiles.astype(np.uint16)).save(os.path.join(folder, "x_plot.png"))
         return plot.draw(path)
 
 
@@ -33,7 +31,7 @@ def pixels_of(page):
     buffer = io.BytesIO()
     page.figure.savefig(buffer, format="png", dpi=plot.DPI, metadata={"Software": None})
     data = buffer.getvalue()
-    return data, (plot.matplotlib.image.imread(io.BytesIO(data))[..., :3] * 255).round().astype(int)
+    return data, (matplotlib.image.imread(io.BytesIO(data))[..., :3] * 255).round().astype(int)
 
 
 def words_of(page):
@@ -159,47 +157,6 @@ class Study(Legible):
                   for k in range(6)]
         single = {**panel, "curves": curves, "levels": [], "rings": rings}
         self.expect_legible(page_of({**data, "panels": [single]}), 11 + 3 + 7)
-
-
-class Pictures(Legible):
-    def pictures(self, width, height):
-        names = ["closest", "hybrid", "ray", "views", "visibility"]
-        tiles = np.zeros((len(names) * 4 + 1, height, width))
-        tiles[-1] = 65535  # the shade: full light
-        blocks = []
-        for k, title in enumerate(["distance in space", "distance in pictures", "uneven", "error"]):
-            blocks.append({"title": title, "unit": "% of the diagonal", "tiles": []})
-            for i, name in enumerate(names):
-                index = 5 * k + i
-                tiles[index, 2:-2, 2:-2] = 65535
-                tiles[index, 3, 3], tiles[index, 4, 4], tiles[index, 5, 5] = 1, 2, 3
-                blocks[-1]["tiles"].append({"index": index, "most": 0.5, "gray": False, "shade": 20,
-                                            "captions": [name]})
-        legend = [{"code": 1, "text": "missed"}, {"code": 2, "text": "folded over"}]
-        return {"kind": "pictures", "image": "x_plot.png", "tile": [width, height],
-                "blocks": blocks, "legend": legend}, tiles.reshape(-1, width)
-
-    def test_of_any_shape(self):
-        # A tall thin model, a flat long one, a square one: readable all, on a page of no odd shape.
-        for size in ((40, 940), (940, 40), (330, 330)):
-            page = page_of(*self.pictures(*size))
-            self.expect_legible(page, 4 * (2 + 6 + 5) + 2)
-            self.assertLess(page.width, 2100, size)
-            self.assertLess(page.height, 2400, size)
-
-    def test_colours(self):
-        _, pixels = pixels_of(page_of(*self.pictures(40, 60)))
-        inferno = plot.matplotlib.colormaps["inferno"]
-        last, first = (np.array(inferno(value)[:3]) * 255 for value in (1.0, 0.0))
-        # In a tile's corner, on its diagonal: not known, folded, the least value, the largest.
-        missed = np.argwhere((pixels == (0x8c, 0x99, 0xad)).all(-1))
-        folded = np.array([0x1a, 0xbf, 0xd9])
-        near = [(y, x) for y, x in missed if np.abs(pixels[y + 1, x + 1] - folded).max() < 2]
-        self.assertEqual(len(near), 20)
-        for y, x in near:
-            self.assertLess(np.abs(pixels[y + 2, x + 2] - first).max(), 2)
-            self.assertLess(np.abs(pixels[y + 3, x + 3] - last).max(), 2)
-            self.assertEqual(pixels[y - 3, x - 3].tolist(), [255, 255, 255])
 
 
 if __name__ == "__main__":

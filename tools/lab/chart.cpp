@@ -1,170 +1,224 @@
 #include "lab/chart.h"
 
 #include <algorithm>
+#include <map>
 #include <numeric>
+#include <set>
 
 #include "arguments/files.h"
 #include "interrupt.h"
 #include "kiln/files.h"
-#include "lab/table.h"
-#include "report/console.h"
+#include "lab/lab_run.h"
 
 namespace kiln::cli {
 namespace {
 
 constexpr double kAtSave = 0.98;  // of the progress
 
-std::vector<bool> pareto_front(const std::vector<Mark*>& marks, std::size_t measure) {
-  std::vector<bool> front;
-  for (const Mark* p : marks) {
-    const double error = p->errors[measure];
-    front.push_back(std::none_of(marks.begin(), marks.end(), [&](const Mark* q) {
-      return q->seconds <= p->seconds && q->errors[measure] <= error &&
-             (q->seconds < p->seconds || q->errors[measure] < error);
-    }));
+/// The index of the middle one; of an even number the lower of the two.
+std::size_t median_index(const std::vector<double>& values) {
+  std::vector<std::size_t> order(values.size());
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  std::stable_sort(order.begin(), order.end(),
+                   [&](std::size_t a, std::size_t b) { return values[a] < values[b]; });
+  return order[(order.size() - 1) / 2];
+}
+
+double error_of(const Mark& mark, const Measure& measure) {
+  return measure.scale * mark.figures.at(measure.path).number();
+}
+
+bool is_on_front(const Mark& mark, const std::vector<Mark>& marks, const Measure& measure) {
+  const double error = error_of(mark, measure);
+  return std::none_of(marks.begin(), marks.end(), [&](const Mark& other) {
+    const double others = error_of(other, measure);
+    return other.seconds <= mark.seconds && others <= error &&
+           (other.seconds < mark.seconds || others < error);
+  });
+}
+
+/// Tables and what follows them, as chart.md and the terminal have them.
+std::vector<std::string> lines_of(const ChartGroup& group) {
+  std::vector<std::string> lines;
+  for (const ChartTable& table : group.tables) {
+    if (table.columns.empty()) continue;
+    if (!table.note.empty()) lines.insert(lines.end(), {table.note, ""});
+    for (const std::string& line : table_lines(table.columns, table.rows)) lines.push_back(line);
+    lines.emplace_back();
   }
-  return front;
+  for (const std::string& line : group.lines) lines.insert(lines.end(), {line, ""});
+  return lines;
+}
+
+/// Files of data by their endings: rows of all groups, with the group's number.
+std::map<std::string, Json> data_of(const char* key, const std::vector<ChartGroup>& groups) {
+  std::map<std::string, Json> files;
+  for (std::size_t i = 0; i < groups.size(); ++i) {
+    for (const ChartTable& table : groups[i].tables) {
+      if (table.data == nullptr) continue;
+      for (const Json& row : table.rows.elements()) {
+        Json numbered = {{key, i + 1}};
+        numbered.update(row);
+        files[table.data].push_back(std::move(numbered));
+      }
+    }
+  }
+  return files;
 }
 
 }  // namespace
 
-double Mark::least() const { return *std::min_element(runs.begin(), runs.end()); }
-double Mark::most() const { return *std::max_element(runs.begin(), runs.end()); }
-
-std::size_t median_index(const std::vector<double>& keys) {
-  std::vector<std::size_t> order(keys.size());
-  std::iota(order.begin(), order.end(), std::size_t{0});
-  std::stable_sort(order.begin(), order.end(),
-                   [&](std::size_t a, std::size_t b) { return keys[a] < keys[b]; });
-  return order[(order.size() - 1) / 2];
-}
-
-void mark_fronts(const std::vector<Mark*>& marks) {
-  for (std::size_t m = 0; m < marks.front()->errors.size(); ++m) {
-    const std::vector<bool> front = pareto_front(marks, m);
-    for (std::size_t i = 0; i < marks.size(); ++i) marks[i]->front.push_back(front[i]);
-  }
-}
-
-std::string front_dot(const Mark& mark, std::size_t measure) {
-  return mark.front[measure] ? "●" : "";
-}
-
-Json describe_front(const Mark& mark, std::span<const Measure> measures) {
-  Json json;
-  for (std::size_t m = 0; m < measures.size(); ++m) json[measures[m].name] = bool{mark.front[m]};
-  return json;
-}
-
-Json front_names(const std::vector<const Mark*>& marks, std::size_t measure) {
-  Json names = Json::array();
-  for (const Mark* mark : marks) {
-    if (mark->front[measure]) names.push_back(mark->name);
-  }
-  return names;
-}
-
-Json chart_panel(const std::vector<const Mark*>& marks, std::span<const Measure> measures,
-                 std::size_t measure) {
-  const Measure& m = measures[measure];
-  Json panel = fields("name title unit marks", {m.name, m.title, m.unit, Json::array()});
-  for (const Mark* mark : marks) {
-    panel["marks"].push_back(
-        fields("label family seconds error front runs",
-               {mark->label, mark->family, mark->seconds, mark->errors[measure],
-                bool{mark->front[measure]}, mark->runs}));
-  }
-  return panel;
-}
-
-void add_styles(std::span<const MarkStyle> styles, const std::vector<const Mark*>& marks,
-                Json& plot) {
-  for (const MarkStyle& style : styles) {
-    if (std::none_of(marks.begin(), marks.end(),
-                     [&](const Mark* mark) { return mark->family == style.family; })) {
-      continue;
+bool time_in_turns(std::vector<Mark>& marks, std::uint32_t repeat,
+                   const std::function<Json(std::size_t mark, const std::string& note)>& run) {
+  for (std::uint32_t turn = 1; turn <= repeat; ++turn) {
+    const std::string note = ", run " + std::to_string(turn) + " of " + std::to_string(repeat);
+    for (std::size_t i = 0; i < marks.size(); ++i) {
+      Json seconds = run(i, note);
+      if (seconds.is_null()) return false;
+      marks[i].runs.push_back(std::move(seconds));
     }
-    plot["styles"].push_back(
+  }
+  return true;
+}
+
+Json finish_marks(std::vector<Mark>& marks, const char* counted,
+                  const std::vector<Measure>& measures) {
+  for (Mark& mark : marks) {
+    std::vector<double> totals;
+    for (const Json& run : mark.runs) {
+      mark.run_seconds.push_back(run.at(counted).number());
+      totals.push_back(run.at("total").number());
+    }
+    const std::size_t middle = median_index(mark.run_seconds);
+    mark.seconds = mark.run_seconds[middle];
+    Json seconds = mark.runs[middle];
+    if (seconds.is_object()) seconds["total"] = totals[median_index(totals)];
+    const auto [least, most] =
+        std::minmax_element(mark.run_seconds.begin(), mark.run_seconds.end());
+    mark.figures.update(fields("seconds seconds_least seconds_most runs",
+                               {seconds, *least, *most, Json(mark.runs)}));
+  }
+  std::vector<const Mark*> sorted;
+  Json settings = Json::array(), fronts = Json::object();
+  for (Mark& mark : marks) {
+    for (const Measure& measure : measures) {
+      mark.figures["on_front"][measure.name] = is_on_front(mark, marks, measure);
+    }
+    sorted.push_back(&mark);
+    settings.push_back(mark.figures);
+  }
+  std::stable_sort(sorted.begin(), sorted.end(),
+                   [](const Mark* a, const Mark* b) { return a->seconds < b->seconds; });
+  for (const Measure& measure : measures) {
+    Json& names = fronts[measure.name] = Json::array();
+    for (const Mark* mark : sorted) {
+      if (is_on_front(*mark, marks, measure)) names.push_back(mark->name);
+    }
+  }
+  return {{"settings", settings}, {"front", fronts}};
+}
+
+Json chart_panel(const std::vector<Mark>& marks, const Measure& measure) {
+  Json shown = Json::array();
+  for (const Mark& mark : marks) {
+    shown.push_back(fields("label family seconds error front runs",
+                           {mark.label, mark.family, mark.seconds, error_of(mark, measure),
+                            is_on_front(mark, marks, measure), mark.run_seconds}));
+  }
+  return fields("name title unit marks", {measure.name, measure.title, measure.unit, shown});
+}
+
+bool ChartKind::look(const Progress&) {
+  for (std::size_t i = 0; i < inputs.size(); ++i) {
+    if (!is_readable_file(inputs[i])) read(i);  // says what is wrong with it
+  }
+  return true;
+}
+
+Json ChartKind::plot(const DeviceInfo& device, const std::vector<ChartGroup>& groups) const {
+  std::set<std::string> families;
+  Json shown = Json::array(), used = Json::array();
+  for (const ChartGroup& group : groups) {
+    shown.push_back(fields("title note panels", {group.title, group.note, group.panels}));
+    for (const Json& panel : group.panels.elements()) {
+      for (const Json& mark : panel.at("marks").elements()) {
+        families.insert(mark.at("family").text());
+      }
+    }
+  }
+  for (const MarkStyle& style : styles) {
+    if (!families.contains(style.family)) continue;
+    used.push_back(
         fields("family title mark color", {style.family, style.title, style.mark, style.color}));
   }
-}
-
-std::string runs_note(unsigned repeat) {
-  return repeat == 1
-             ? ", one run"
-             : ", median of " + std::to_string(repeat) + " runs (thin lines: fastest to slowest)";
-}
-
-std::string runs_text(unsigned repeat) {
-  return repeat == 1 ? "one run" : "the median of " + std::to_string(repeat) + " runs";
-}
-
-std::string on_device(const DeviceInfo& device) {
-  return "On " + markdown_cell(device.name) + " (" + markdown_cell(device.platform) + ", driver " +
-         markdown_cell(device.driver) + ")";
+  const std::string runs = a_.repeat == 1 ? ", one run"
+                                          : ", median of " + std::to_string(a_.repeat) +
+                                                " runs (thin lines: fastest to slowest)";
+  return fields("kind title subtitle seconds_title styles groups",
+                {"chart", title, subtitle + device.name + runs, seconds_title, used, shown});
 }
 
 bool ChartArguments::names(const std::string& setting) const {
   return std::find(settings.begin(), settings.end(), setting) != settings.end();
 }
 
-bool has_height_fields(const ChartArguments& a) {
-  for (std::size_t i = 0; i < a.meshes.size(); i += 2) {
-    if (is_height_field(a.meshes[i])) return true;
-  }
-  return false;
+HighPolyInput read_high(const ChartArguments& a, const std::string& path,
+                        std::vector<Warning>& warnings) {
+  return load_high(path, is_height_field(path) ? a.heights : HeightFieldOptions(), warnings,
+                   load_options(a, MeshSide::high));
 }
 
-int run_chart(const ChartArguments& a, ChartKind& kind) {
-  Console console(a.quiet);
-  Stopwatch watch;
+int run_chart(const ChartArguments& a, Json options, ChartKind& kind) {
+  LabRun run(a);
   const std::filesystem::path folder = a.out;
-  prepare_output_folder(folder);
   const Device device = Device::open(a.device);
-  if (!kind.look([&](double, std::string_view stage) { return console.progress(0, stage); })) {
-    return kExitCancelled;
-  }
-  double seconds_load = watch.lap(), seconds_chart = 0;
+  const DeviceInfo info = device.info();
+  if (!kind.look(run.within(0, 0))) return kExitCancelled;
+  double seconds_load = run.watch.lap(), seconds_chart = 0;
+  std::vector<ChartGroup> groups;
   Json measured = Json::array();
+  const double step = kAtSave / static_cast<double>(kind.inputs.size());
   for (std::size_t i = 0; i < kind.inputs.size(); ++i) {
-    const auto show = [&](double done, std::string_view stage) {
-      const double before = static_cast<double>(i), count = static_cast<double>(kind.inputs.size());
-      return console.progress(kAtSave * (before + done) / count, stage);
-    };
+    const double before = step * static_cast<double>(i);
+    const Progress show = run.within(before, before + step);
     if (!show(0, "reading " + kind.inputs[i])) return kExitCancelled;
     kind.read(i);
-    seconds_load += watch.lap();
-    std::optional<Json> json = kind.measure(device, i, show);
-    if (!json) return kExitCancelled;
-    measured.push_back(std::move(*json));
-    seconds_chart += watch.lap();
+    seconds_load += run.watch.lap();
+    std::optional<ChartGroup> group = kind.measure(device, i, show);
+    if (!group) return kExitCancelled;
+    measured.push_back(group->report);
+    groups.push_back(std::move(*group));
+    seconds_chart += run.watch.lap();
   }
 
-  if (!console.progress(kAtSave, "writing")) return kExitCancelled;
-  std::vector<std::string> outputs;
-  const auto save = [&](const char* ending, const std::string& text) {
-    outputs.push_back((folder / (std::string(kChartName) + ending)).string());
-    save_text(outputs.back(), text);
+  if (!run.console.progress(kAtSave, "writing")) return kExitCancelled;
+  run.warnings = std::move(kind.warnings);
+  run.of_settings = std::move(kind.of_settings);
+  const auto save = [&](const std::string& ending, const std::string& text) {
+    run.outputs.push_back((folder / (kChartName + ending)).string());
+    save_text(run.outputs.back(), text);
   };
-  save(".csv", kind.data());
-  save(".md", kind.table(device.info()));
-  if (const std::string text = kind.ao_data(); !text.empty()) save("_ao.csv", text);
-  const Plot plot{kChartName, kind.plot(device.info()), std::nullopt};
-  if (!save_plots(folder, {plot}, outputs, kind.warnings)) return kExitCancelled;
-  outputs.push_back((folder / (std::string(kChartName) + ".json")).string());
-  Json report =
-      fields("version device compile_seconds options",
-             {version(), describe(device.info()), device.compile_seconds(), kind.options()});
-  report[kind.inputs_key] = measured;
-  add_ending(report, fields("load chart save", {seconds_load, seconds_chart, watch.lap()}), watch,
-             outputs, kind.warnings);
-  save_report(outputs.back(), report);
-
-  console.progress(1, "done");
-  print_warnings(console, kind.warnings, kind.of_settings, outputs.back());
-  for (const std::string& line : kind.lines()) console.line(line);
-  for (const std::string& output : outputs) console.line("wrote " + output);
-  return 0;
+  for (const auto& [ending, rows] : data_of(kind.input_key, groups)) save(ending, csv(rows));
+  std::string text = "# Kiln's chart\n\nOn " + markdown_text(info.name) + " (" +
+                     markdown_text(info.platform) + ", driver " + markdown_text(info.driver) +
+                     "). " + kind.about + "\n\n";
+  for (const ChartGroup& group : groups) {
+    const std::vector<std::string> lines = lines_of(group);
+    text += "## " + markdown_text(group.title) + "\n\n" + join(lines, "\n") + "\n";
+    run.lines.push_back(group.title + ":");
+    run.lines.insert(run.lines.end(), lines.begin(), lines.end());
+  }
+  save(".md", text);
+  const Plot plot{kChartName, kind.plot(info, groups)};
+  if (!save_plots(folder, {plot}, run.outputs, run.warnings)) return kExitCancelled;
+  run.json = (folder / (std::string(kChartName) + ".json")).string();
+  run.outputs.push_back(run.json);
+  options.update(kind.options);
+  run.report.update(fields("device compile_seconds options",
+                           {describe(info), device.compile_seconds(), options}));
+  run.report[kind.inputs_key] = measured;
+  run.seconds = fields("load chart save", {seconds_load, seconds_chart, run.watch.lap()});
+  return run.end();
 }
 
 }  // namespace kiln::cli

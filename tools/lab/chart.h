@@ -1,20 +1,21 @@
 // Shared by charts of speed against accuracy: marks, their plot, and how a chart is run and saved.
 #pragma once
 
-#include <array>
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <span>
 #include <string>
-#include <utility>
 #include <vector>
 
-#include "arguments/high_poly_input.h"
-#include "arguments/mesh_files.h"
+#include "arguments/bake_job.h"
 #include "arguments/surface_arguments.h"
 #include "kiln/cage.h"
 #include "kiln/kiln.h"
+#include "lab/lab_arguments.h"
+#include "lab/lab_run.h"
+#include "lab/table.h"
 #include "picture/plot.h"
 #include "report/report.h"
 
@@ -22,25 +23,23 @@ namespace kiln::cli {
 
 constexpr const char* kChartName = "chart";  ///< Of the files, without their endings
 
-/// Something that was timed and measured.
+/// Something that is timed and measured.
 struct Mark {
-  std::string name;            ///< In files: letters, digits and _
-  std::string label;           ///< In the picture
-  std::string family;          ///< Marks of one are drawn alike
-  std::vector<double> runs;    ///< Seconds, in order
-  double seconds = 0;          ///< Their median
-  std::vector<double> errors;  ///< By measure
-  std::vector<bool> front;     ///< By measure: nothing else is both faster and closer
-
-  /// The fastest run, and the slowest.
-  double least() const;
-  double most() const;
+  std::string name;                      ///< In files: letters, digits and _
+  std::string label;                     ///< In the picture
+  std::string family;                    ///< Marks of one are drawn alike
+  Json figures = Json::object();         ///< Its part of the report; finish_marks() adds to it
+  std::vector<Json> runs = {};           ///< Seconds of each run, in order: by stage, or a number
+  std::vector<double> run_seconds = {};  ///< What counts of them
+  double seconds = 0;                    ///< Their median
 };
 
 /// A measure of errors.
 struct Measure {
-  std::string name;  ///< In files
-  std::string title, unit;
+  std::string name;         ///< In files
+  std::string path;         ///< Of the error in Mark::figures
+  std::string title, unit;  ///< In the picture
+  double scale = 1;         ///< Errors are drawn so many times as large
 };
 
 /// Look of the marks of a family.
@@ -48,41 +47,20 @@ struct MarkStyle {
   const char *family, *title, *mark, *color;
 };
 
-/// The index of the middle one by a key; of an even number the lower of the two.
-std::size_t median_index(const std::vector<double>& keys);
-/// Sets `front` of marks with seconds and errors.
-void mark_fronts(const std::vector<Mark*>& marks);
-/// "●" on the front of a measure, for tables.
-std::string front_dot(const Mark& mark, std::size_t measure);
-/// {"measure": true, ...}
-Json describe_front(const Mark& mark, std::span<const Measure> measures);
-/// The names of marks on the front of a measure.
-Json front_names(const std::vector<const Mark*>& marks, std::size_t measure);
+/// Times marks in turns, so that what else the machine does falls on all alike.
+/// \param run  times one, by its index: sets the stage with a note such as ", run 2 of 3"; null: progress said stop
+/// \returns false where progress said stop
+bool time_in_turns(std::vector<Mark>& marks, std::uint32_t repeat,
+                   const std::function<Json(std::size_t mark, const std::string& note)>& run);
+/// Sets seconds of marks that were timed, and adds to their figures: "seconds" of the median run (its "total" is the
+/// median of its own), "seconds_least", "seconds_most", "runs", and "on_front" by measure: nothing else is both faster
+/// and closer.
+/// \param counted  the path of the seconds that count
+/// \returns "settings", the figures of all, and "front", by measure the names of those on it, the fastest first
+Json finish_marks(std::vector<Mark>& marks, const char* counted,
+                  const std::vector<Measure>& measures);
 /// A panel of a chart's plot.
-Json chart_panel(const std::vector<const Mark*>& marks, std::span<const Measure> measures,
-                 std::size_t measure);
-/// Adds the styles that occur.
-void add_styles(std::span<const MarkStyle> styles, const std::vector<const Mark*>& marks,
-                Json& plot);
-/// Ends a subtitle: how many runs the seconds come from.
-std::string runs_note(unsigned repeat);
-/// The same in a table's text.
-std::string runs_text(unsigned repeat);
-/// "On DEVICE (PLATFORM, driver DRIVER)", in Markdown.
-std::string on_device(const DeviceInfo& device);
-
-template <typename Row>
-void mark_fronts(std::vector<Row>& rows) {
-  std::vector<Mark*> marks;
-  for (Row& row : rows) marks.push_back(&row);
-  mark_fronts(std::as_const(marks));
-}
-template <typename Row>
-auto marks_of(const std::vector<Row>& rows) {
-  std::vector<const Mark*> marks;
-  for (const Row& row : rows) marks.push_back(&row);
-  return marks;
-}
+Json chart_panel(const std::vector<Mark>& marks, const Measure& measure);
 
 /// A setting of a chart of matches.
 struct ChartSetting {
@@ -90,6 +68,8 @@ struct ChartSetting {
   BakeOptions bake;                 ///< Match and samples; size, distance and maps are the chart's
   bool find_cage = false;           ///< As --cage auto, which counts as a part of the match
 };
+/// A bake with such flags of `kiln bake`, each with its value.
+BakeJob bake_job(const std::string& flags);
 /// Settings that are compared, a row each. The reference is among them. Matching by UVs is for pairs whose layouts
 /// agree.
 std::vector<ChartSetting> chart_settings();
@@ -104,68 +84,105 @@ const std::vector<std::string>& hard_settings();
 constexpr const char* kChartReference = "ray_4x4";
 /// The settings of charts of volumes.
 std::vector<std::string> volume_setting_names();
-/// The settings of ambient occlusion.
+/// A setting of ambient occlusion.
+struct AoSetting {
+  std::string name, label, family;  ///< As Mark
+  std::string flags;                ///< Of `kiln bake`
+};
 std::vector<std::string> ao_setting_names();
 
 /// Arguments of `kiln chart`.
-struct ChartArguments {
-  std::vector<std::string> meshes;       ///< Or volumes
-  HeightFieldOptions heights;            ///< Of all height fields
-  LoadMeshOptions load;                  ///< Of all meshes
-  MeshFrameArguments frame;              ///< Of all meshes
-  SurfaceArguments surface;              ///< Of volumes
-  std::vector<std::string> for_volumes;  ///< Options given that meshes have no use for
-  std::string out, device;
-  std::string max_distance = "2%";
+struct ChartArguments : LabArguments {
+  ChartArguments() { size = 1024, pixels = 512, directions = 512; }
+
+  std::vector<std::string> meshes;  ///< Or volumes
+  SurfaceArguments surface;         ///< Of volumes
   std::vector<std::string> settings;
-  std::uint32_t size = 1024;                ///< Texels a side of the maps
-  std::uint32_t repeat = 3;                 ///< Timed runs of each setting
-  std::optional<std::uint32_t> directions;  ///< Of viewing rays
-  std::uint32_t pixels = 512;               ///< A side of the pictures whose normals are measured
-  bool ao = false;                          ///< Also ambient occlusion
-  std::optional<double> ao_error;           ///< A share of 1
-  std::optional<double> ao_budget;          ///< Seconds
-  bool plan = false;                        ///< Bytes against error of high polys alone
-  std::vector<std::string> max_errors;      ///< To plan for, degrees
-  std::string screen;                       ///< Of plans: pixels wide; empty: none
-  std::vector<std::string> not_for_plans;   ///< Options given that plans have no use for
-  bool quiet = false;
+  std::uint32_t repeat = 3;             ///< Timed runs of each setting
+  bool ao = false;                      ///< Also ambient occlusion
+  std::optional<double> ao_error;       ///< A share of 1
+  std::optional<double> ao_budget;      ///< Seconds
+  bool plan = false;                    ///< Bytes against error of high polys alone
+  std::vector<std::string> max_errors;  ///< To plan for, degrees
+  std::string screen;                   ///< Of plans: pixels wide; empty: none
 
   /// True if --settings names it.
   bool names(const std::string& setting) const;
 };
 
-/// A kind of chart: what it reads, measures and writes. run_chart() calls the functions in their order.
+/// Rows of figures for people, and for a file of data.
+struct ChartTable {
+  std::string note;             ///< Before the table
+  std::vector<Column> columns;  ///< None: data alone
+  Json rows;
+  const char* data = nullptr;  ///< The file's ending: ".csv", "_ao.csv"; null: none
+};
+
+/// What was measured of one input.
+struct ChartGroup {
+  std::string title;
+  std::string note;  ///< Below the title in the picture
+  Json report;       ///< Its part of chart.json
+  std::vector<ChartTable> tables;
+  std::vector<std::string> lines;  ///< After the tables
+  Json panels = Json::array();     ///< Of chart.png
+};
+
+/// A kind of chart: what it reads and measures. run_chart() calls the functions in their order, and writes.
 class ChartKind {
  public:
   virtual ~ChartKind() = default;
 
-  std::string inputs_key;            ///< Of the inputs, in the report
-  std::vector<std::string> inputs;   ///< Files, each measured by itself
-  std::vector<Warning> warnings;     ///< Of all of the work
+  const char *input_key,
+      *inputs_key;                  ///< Of an input's number, in data; of all inputs, in the report
+  std::vector<std::string> inputs;  ///< Files, each measured by itself
+  std::string about;                ///< Of figures, above all tables
+  Json options = Json::object();    ///< For the report: those that it puts in other words
+  std::vector<Warning> warnings;    ///< Of all of the work
   std::vector<Warning> of_settings;  ///< Those of single settings
+  // Of chart.png, where it shows speed: titles; the device and number of runs are added to the subtitle.
+  std::string title, subtitle;
+  const char* seconds_title = "";
+  std::span<const MarkStyle> styles;
 
   /// Checks now what could stop a long run later. \returns false where progress said stop
-  virtual bool look(const Progress& progress) = 0;
+  virtual bool look(const Progress& progress);
   virtual void read(std::size_t input) = 0;
-  /// Measures what was read last. \returns its part of the report; nothing where progress said stop
-  virtual std::optional<Json> measure(const Device& device, std::size_t input,
-                                      const Progress& progress) = 0;
-  virtual std::string data() const = 0;                           ///< chart.csv
-  virtual std::string table(const DeviceInfo& device) const = 0;  ///< chart.md
-  virtual std::string ao_data() const { return {}; }              ///< chart_ao.csv; empty: none
-  virtual Json plot(const DeviceInfo& device) const = 0;          ///< Of chart.png
-  virtual Json options() const = 0;                               ///< For the report
-  virtual std::vector<std::string> lines() const = 0;             ///< For a person
+  /// Measures what was read last. \returns nothing where progress said stop
+  virtual std::optional<ChartGroup> measure(const Device& device, std::size_t input,
+                                            const Progress& progress) = 0;
+  /// Of chart.png
+  virtual Json plot(const DeviceInfo& device, const std::vector<ChartGroup>& groups) const;
+
+ protected:
+  ChartKind(const ChartArguments& arguments, const char* input, const char* all)
+      : input_key(input), inputs_key(all), inputs(arguments.meshes), a_(arguments) {}
+
+  void add_warnings(const std::vector<Warning>& more, std::vector<Warning>& to) const {
+    to.insert(to.end(), more.begin(), more.end());
+  }
+
+  const ChartArguments& a_;
 };
 std::unique_ptr<ChartKind> chart_of_matches(const ChartArguments& arguments);
 std::unique_ptr<ChartKind> chart_of_volumes(const ChartArguments& arguments);
 std::unique_ptr<ChartKind> chart_of_plans(const ChartArguments& arguments);
 
-/// Runs a chart and saves it. \returns the exit code
-int run_chart(const ChartArguments& arguments, ChartKind& kind);
+/// The settings of ambient occlusion that are asked for.
+std::vector<AoSetting> ao_settings(const ChartArguments& arguments);
+/// Bakes with every setting once for the errors, then in turns for the seconds. The seconds are those of the map
+/// alone: the match, the hierarchy of the high poly and files are left out. Errors: root mean square, a share of 1.
+/// \param steps  of which each bake is one, and measuring another
+/// \returns false where progress said stop
+bool add_ao(const Device& device, const Mesh& high, const Mesh& low,
+            const ChartArguments& arguments, const std::vector<AoSetting>& settings, Steps& steps,
+            ChartGroup& group);
 
-/// Among the high polys.
-bool has_height_fields(const ChartArguments& arguments);
+/// A mesh or a height field of the inputs.
+HighPolyInput read_high(const ChartArguments& arguments, const std::string& path,
+                        std::vector<Warning>& warnings);
+
+/// Runs a chart and saves it. \param options  for the report \returns the exit code
+int run_chart(const ChartArguments& arguments, Json options, ChartKind& kind);
 
 }  // namespace kiln::cli

@@ -1,8 +1,11 @@
-#include "lab/chart_ao.h"
-
+// Ambient occlusion, speed against error: by rays, by rays whose noise is smoothed, and by depth views.
 #include <algorithm>
-#include <array>
+#include <optional>
 
+#include "arguments/parse.h"
+#include "lab/chart.h"
+#include "lab/lab_run.h"
+#include "lab/measuring.h"
 #include "lab/table.h"
 
 namespace kiln::cli {
@@ -12,232 +15,146 @@ namespace {
 /// it: an error of 1 never does.
 constexpr std::uint32_t kSmoothedShare = 4;
 
-const std::vector<Measure>& ao_measures() {
-  static const std::vector<Measure> all = {
-      {"ao_error", "Ambient occlusion: error against 4,096 rays from the same points",
-       "Root mean square, of 255"}};
-  return all;
+const Measure& ao_measure() {
+  static const Measure measure = {
+      "ao_error", "rms", "Ambient occlusion: error against 4,096 rays from the same points",
+      "Root mean square, of 255", 255};
+  return measure;
 }
 
 /// 8 to 1024 rays, plain and smoothed; 64 to 512 views.
-std::vector<AoRow> all_rows() {
-  std::vector<AoRow> rows;
-  const auto add = [&](const char* family, const char* what, std::uint32_t count,
-                       const std::string& flags) -> OcclusionOptions& {
-    AoRow row;
-    row.name = std::string(family) + "_" + std::to_string(count);
-    row.label = std::to_string(count) + " " + what;
-    row.family = family;
-    row.flags = flags;
-    return rows.emplace_back(std::move(row)).occlusion;
+std::vector<AoSetting> all_settings() {
+  std::vector<AoSetting> settings;
+  const auto add = [&](const std::string& family, const char* what, std::uint32_t count,
+                       const std::string& flags) {
+    const std::string number = std::to_string(count);
+    settings.push_back({family + "_" + number, number + " " + what, family, flags});
   };
   for (std::uint32_t rays = 8; rays <= 1024; rays *= 2) {
-    add("ao_rays", "rays", rays, "--ao-rays " + std::to_string(rays)).rays = rays;
+    add("ao_rays", "rays", rays, "--ao-rays " + std::to_string(rays));
   }
   for (std::uint32_t rays = 8; rays <= 1024; rays *= 2) {
-    const std::uint32_t cast = kSmoothedShare * rays;
-    OcclusionOptions& occlusion =
-        add("ao_smooth", "smoothed", rays, "--ao-rays " + std::to_string(cast) + " --ao-error 1");
-    occlusion.rays = cast;
-    occlusion.max_error = 1;
+    add("ao_smooth", "smoothed", rays,
+        "--ao-rays " + std::to_string(kSmoothedShare * rays) + " --ao-error 1");
   }
   for (std::uint32_t views = 64; views <= 512; views *= 2) {
-    OcclusionOptions& occlusion =
-        add("ao_views", "views", views, "--ao-by views --ao-views " + std::to_string(views));
-    occlusion.by = OcclusionBy::views;
-    occlusion.views = views;
+    add("ao_views", "views", views, "--ao-by views --ao-views " + std::to_string(views));
   }
-  return rows;
+  return settings;
 }
 
-/// "64 rays smoothed at 0.93/255 in 0.412 s: --ao-rays 256 --ao-error 1".
-std::string reached(const AoRow& row) {
-  return row.label + ", " + fixed_text(row.error.rms, 2) + "/255 in " + fixed_text(row.seconds, 3) +
-         " s: " + row.flags;
+double rms_of(const Mark& mark) { return mark.figures.at("rms").number(); }
+
+/// Adds to the report, and as a line, the setting within a limit of one figure that is best by another; where none is
+/// within, the one that is nearest to it.
+/// \param key  in the report
+template <class Bounded, class Wanted>
+void choose(const char* key, double limit, const std::string& unit, const Bounded& bounded,
+            const Wanted& wanted, const std::vector<Mark>& marks, ChartGroup& group) {
+  const auto worse = [&](const Mark& a, const Mark& b) {
+    const bool a_within = bounded(a) <= limit, b_within = bounded(b) <= limit;
+    if (a_within != b_within) return b_within;
+    return a_within ? wanted(a) > wanted(b) : bounded(a) > bounded(b);
+  };
+  const Mark* best = &marks.front();
+  for (const Mark& mark : marks) {
+    if (worse(*best, mark)) best = &mark;
+  }
+  const bool reached = bounded(*best) <= limit;
+  const std::string& flags = best->figures.at("flags").text();
+  group.report["ao"]["chosen"][key] =
+      fields("setting flags asked reached seconds rms",
+             {best->name, flags, limit, reached, best->seconds, rms_of(*best)});
+  group.lines.push_back((reached ? "best within " : "nothing is within ") + text_of(limit) + unit +
+                        (reached ? ": " : "; the nearest: ") + best->label + ", " +
+                        fixed_text(255 * rms_of(*best), 2) + "/255 in " +
+                        fixed_text(best->seconds, 3) + " s: " + flags);
 }
 
 }  // namespace
 
 std::vector<std::string> ao_setting_names() {
   std::vector<std::string> names;
-  for (const AoRow& row : all_rows()) names.push_back(row.name);
+  for (const AoSetting& setting : all_settings()) names.push_back(setting.name);
   return names;
 }
 
-AoChart::AoChart(const ChartArguments& a)
-    : rows(all_rows()), size(a.size), repeat(a.repeat), budget(a.ao_budget), error(a.ao_error) {
-  std::vector<AoRow> named = rows;
-  std::erase_if(named, [&](const AoRow& row) { return !a.names(row.name); });
-  if (!a.ao || !named.empty()) rows = std::move(named);
+std::vector<AoSetting> ao_settings(const ChartArguments& a) {
+  std::vector<AoSetting> named = all_settings();
+  std::erase_if(named, [&](const AoSetting& setting) { return !a.names(setting.name); });
+  return a.ao && named.empty() ? all_settings() : named;
 }
 
-bool AoChart::run(const Device& device, const Mesh& high, const Mesh& low,
-                  const Progress& progress) {
+bool add_ao(const Device& device, const Mesh& high, const Mesh& low, const ChartArguments& a,
+            const std::vector<AoSetting>& settings, Steps& steps, ChartGroup& group) {
   const Source source(device, high);
-  // Measuring counts as one more bake.
-  double done = 0;
-  const double steps = static_cast<double>(rows.size() * (2 + repeat));
-  std::string stage;
   BakeOptions bake_with;
   // All settings can be asked of it.
   bake_with.maps = {std::find_if(maps().begin(), maps().end(), [](const MapInfo& map) {
                       return obeys(map, "occlusion.max_error") && obeys(map, "occlusion.views");
                     })->kind};
-  bake_with.width = bake_with.height = size;
-  bake_with.match.max_distance = max_distance;
+  bake_with.width = bake_with.height = *a.size;
+  bake_with.match.max_distance = a.search_distance();
   bake_with.report.recall = 0;
-  bake_with.progress = [&](double share, std::string_view) {
-    return progress((done + share) / steps, stage);
-  };
+  bake_with.progress = steps.within();
   bake_with.report.errors = true;
-  for (AoRow& row : rows) {
-    stage = "measuring ambient occlusion, " + row.label;
-    bake_with.occlusion = row.occlusion;
+  std::vector<Mark> marks;
+  for (const AoSetting& setting : settings) {
+    if (!steps.at("measuring ambient occlusion, " + setting.label)) return false;
+    bake_with.occlusion = bake_job(setting.flags).options.occlusion;
     const BakeResult baked = bake(source, low, bake_with);
     if (baked.cancelled) return false;
     if (baked.report.errors.empty()) {
-      throw Error(ErrorCode::input, "'" + low.name + "' has no texel at " + std::to_string(size) +
+      throw Error(ErrorCode::input, "'" + low.name + "' has no texel at " +
+                                        std::to_string(*a.size) +
                                         " texels a side that its high poly is found for, so "
                                         "there is no ambient occlusion to compare: use a larger "
                                         "--size.");
     }
-    row.error = baked.report.errors.front();  // of rays from the same points; finer points follow
-    row.errors = {row.error.rms};
-    done += 2;
+    const MapError& e = baked.report.errors.front();  // of rays from the same points
+    marks.push_back({setting.name, setting.label, setting.family});
+    marks.back().figures =
+        fields("name label family flags rms mean p95 max texels against",
+               {setting.name, setting.label, setting.family, setting.flags, e.rms / 255,
+                e.mean / 255, e.p95 / 255, e.max / 255, e.texels, e.against});
+    steps.done += 2;
   }
-  // In turns, so that what else the machine does falls on all alike.
   bake_with.report.errors = false;
-  for (std::uint32_t run = 0; run < repeat; ++run) {
-    for (AoRow& row : rows) {
-      stage = "timing ambient occlusion, " + row.label + ", run " + std::to_string(run + 1) +
-              " of " + std::to_string(repeat);
-      bake_with.occlusion = row.occlusion;
-      const BakeResult baked = bake(source, low, bake_with);
-      if (baked.cancelled) return false;
-      row.runs.push_back(baked.report.seconds_detail);
-      done += 1;
-    }
+  const bool timed = time_in_turns(marks, a.repeat, [&](std::size_t i, const std::string& note) {
+    if (!steps.at("timing ambient occlusion, " + marks[i].label + note)) return Json();
+    bake_with.occlusion = bake_job(settings[i].flags).options.occlusion;
+    const BakeResult baked = bake(source, low, bake_with);
+    steps.done += 1;
+    return baked.cancelled ? Json() : Json(baked.report.seconds_detail);
+  });
+  if (!timed) return false;
+  Json& report = group.report["ao"];
+  report = finish_marks(marks, "", {ao_measure()});
+  report["front"] = Json(report.at("front.ao_error"));
+  Json rows = report.at("settings");
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    rows[i]["on_front"] = Json(rows[i].at("on_front.ao_error"));
   }
-  for (AoRow& row : rows) row.seconds = row.runs[median_index(row.runs)];
-  mark_fronts(rows);
-  return true;
-}
-
-AoChart::Choice AoChart::for_budget() const {
-  const AoRow *best = nullptr, *fastest = &rows.front();
-  for (const AoRow& row : rows) {
-    if (row.seconds < fastest->seconds) fastest = &row;
-    if (row.seconds > *budget) continue;
-    if (best == nullptr || row.error.rms < best->error.rms) best = &row;
-  }
-  return {best != nullptr ? best : fastest, best != nullptr};
-}
-
-AoChart::Choice AoChart::for_error() const {
-  const AoRow *best = nullptr, *nearest = &rows.front();
-  for (const AoRow& row : rows) {
-    if (row.error.rms < nearest->error.rms) nearest = &row;
-    if (row.error.rms > *error * 255) continue;
-    if (best == nullptr || row.seconds < best->seconds) best = &row;
-  }
-  return {best != nullptr ? best : nearest, best != nullptr};
-}
-
-std::vector<std::string> AoChart::choices() const {
-  std::vector<std::string> texts;
-  if (budget) {
-    const auto [row, within] = for_budget();
-    const std::string limit = text_of(*budget) + " s";
-    texts.push_back((within ? "nearest to the truth within " + limit + ": "
-                            : "nothing gathers within " + limit + "; the fastest: ") +
-                    reached(*row));
-  }
-  if (error) {
-    const auto [row, within] = for_error();
-    const std::string limit = fixed_text(*error * 255, 2) + "/255";
-    texts.push_back((within ? "fastest that reaches " + limit + ": "
-                            : "nothing reaches " + limit + "; the nearest: ") +
-                    reached(*row));
-  }
-  return texts;
-}
-
-std::string AoChart::csv(const std::vector<AoChart>& charts) {
-  if (charts.empty() || !charts.front().asked()) return {};
-  Table table(
-      "pair|setting|family|seconds|rms_255|mean_255|p95_255|max_255|texels|front|seconds_least|"
-      "seconds_most|flags");
-  for (std::size_t i = 0; i < charts.size(); ++i) {
-    for (const AoRow& row : charts[i].rows) {
-      const MapError& e = row.error;
-      table.add({i + 1, row.name, row.family, row.seconds, e.rms, e.mean, e.p95, e.max, e.texels,
-                 bool{row.front[0]}, row.least(), row.most(), row.flags});
-    }
-  }
-  return table.csv();
-}
-
-std::string AoChart::markdown() const {
-  if (!asked()) return {};
-  Table table("ambient occlusion|flags of bake|>seconds|>root mean square|>95%|>most|^");
-  for (const AoRow& row : rows) {
-    table.add({markdown_cell(row.label), "`" + row.flags + "`", fixed_text(row.seconds, 4),
-               fixed_text(row.error.rms, 2), fixed_text(row.error.p95, 2),
-               fixed_text(row.error.max, 2), front_dot(row, 0)});
-  }
-  std::string text =
-      "\nAmbient occlusion. Seconds: to gather it, without the match and files. Errors, of 255, "
-      "at " +
-      std::to_string(rows.front().error.texels) +
-      " texels against 4096 rays from the same points.\n\n" + table.markdown();
-  for (const std::string& choice : choices()) text += "\n" + markdown_cell(choice) + "\n";
-  return text;
-}
-
-Json AoChart::panel() const {
-  Json panel = chart_panel(marks_of(rows), ao_measures(), 0);
+  report.update(fields("settings chosen", {rows, Json::object()}));
+  const auto seconds_of = [](const Mark& mark) { return mark.seconds; };
+  if (a.ao_budget) choose("budget", *a.ao_budget, " s", seconds_of, rms_of, marks, group);
+  if (a.ao_error) choose("error", *a.ao_error, " rms", rms_of, seconds_of, marks, group);
+  group.tables.push_back(
+      {"Ambient occlusion. Seconds: to gather it, without the match and files. Errors, of 255: "
+       "against 4096 rays from the same points, at " +
+           count_text(marks.front().figures.at("texels")) + " texels.",
+       {{"setting", "name"},
+        {"seconds", "seconds", 4},
+        {"root mean square", "rms", 2, 255, "on_front"},
+        {"95%", "p95", 2, 255},
+        {"most", "max", 2, 255},
+        {"flags of bake", "flags"}},
+       rows,
+       "_ao.csv"});
+  group.panels.push_back(chart_panel(marks, ao_measure()));
+  Json& panel = group.panels[group.panels.size() - 1];
   panel["seconds_title"] = "Seconds to gather ambient occlusion, without the match";
-  return panel;
-}
-
-void AoChart::add_styles(Json& plot) const {
-  constexpr std::array<MarkStyle, 3> kStyles = {
-      {{"ao_rays", "occlusion by rays", ">", "#222222"},
-       {"ao_smooth", "rays, smoothed", "D", "#d55e00"},
-       {"ao_views", "occlusion by views", "h", "#0072b2"}}};
-  cli::add_styles(kStyles, marks_of(rows), plot);
-}
-
-Json AoChart::describe() const {
-  Json json = fields("settings front chosen", {Json::array(), Json::array(), Json::object()});
-  for (const AoRow& row : rows) {
-    const MapError& e = row.error;
-    json["settings"].push_back(
-        fields("name label family flags seconds runs rms mean p95 max texels against on_front",
-               {row.name, row.label, row.family, row.flags, row.seconds, row.runs, e.rms / 255,
-                e.mean / 255, e.p95 / 255, e.max / 255, e.texels, e.against, bool{row.front[0]}}));
-    if (row.front[0]) json["front"].push_back(row.name);
-  }
-  const auto chosen = [&](const char* key, const Choice& choice, double asked) {
-    const AoRow& row = *choice.row;
-    json["chosen"][key] =
-        fields("setting flags asked reached seconds rms",
-               {row.name, row.flags, asked, choice.within, row.seconds, row.error.rms / 255});
-  };
-  if (budget) chosen("budget", for_budget(), *budget);
-  if (error) chosen("error", for_error(), *error);
-  return json;
-}
-
-std::vector<std::string> AoChart::lines() const {
-  std::vector<std::string> lines;
-  for (const AoRow& row : rows) {
-    lines.push_back(formatted("%-14s %8.4f s; ambient occlusion off by %.2f/255, 95%% %.2f%s",
-                              row.name.c_str(), row.seconds, row.error.rms, row.error.p95,
-                              row.front[0] ? " *" : ""));
-  }
-  for (const std::string& choice : choices()) lines.push_back(choice);
-  return lines;
+  return true;
 }
 
 }  // namespace kiln::cli

@@ -1,24 +1,36 @@
-#include "lab/chart_plan.h"
-
+// `kiln chart HIGH --plan`: bytes against error: low polys of all numbers of faces with maps of all sizes, and where
+// plans stand.
 #include <meshoptimizer.h>
 
 #include <algorithm>
 #include <cmath>
+#include <set>
 #include <tuple>
 #include <utility>
 
+#include "arguments/files.h"
+#include "arguments/map_words.h"
+#include "arguments/parse.h"
 #include "kiln/measure.h"
 #include "kiln/normals.h"
 #include "kiln/plan.h"
 #include "kiln/render.h"
 #include "kiln/simplify.h"
 #include "kiln/unwrap.h"
+#include "lab/chart.h"
 #include "lab/measuring.h"
 #include "lab/table.h"
 
 namespace kiln::cli {
 namespace {
 
+// Ways to make a low poly and its map.
+constexpr const char* kKiln = "kiln";  ///< simplify(), and as many samples a texel as plans take
+/// meshoptimizer's simplifier, rays along the normals, one sample a texel.
+constexpr const char* kPlain = "meshoptimizer";
+
+/// Bits a channel of all maps of the grids. Plans choose their own.
+constexpr std::uint32_t kGridBits = 8;
 constexpr std::uint32_t kFewestFaces = 125, kMostFaces = 16000, kSmallestMap = 16;
 /// One part of a pair has at most so many times the bytes of the other: beyond that, a step of either brings
 /// little.
@@ -49,15 +61,14 @@ Mesh by_meshoptimizer(const Mesh& high, std::uint32_t faces) {
   Mesh mesh;
   mesh.name = high.name;
   mesh.origin = high.origin;
-  std::vector<std::uint32_t> number(welded, 0);
-  for (std::size_t i = 0; i < left.size(); ++i) {
-    std::uint32_t& at = number[left[i]];
-    if (at == 0) {
-      mesh.positions.push_back(positions[left[i]]);
-      at = static_cast<std::uint32_t>(mesh.positions.size());
-    }
-    if (i % 3 == 0) mesh.triangles.emplace_back();
-    mesh.triangles.back()[i % 3] = at - 1;
+  // Vertices in use, in the order of their use.
+  std::vector<unsigned int> used(welded);
+  mesh.positions.resize(
+      meshopt_optimizeVertexFetchRemap(used.data(), left.data(), left.size(), welded));
+  meshopt_remapVertexBuffer(mesh.positions.data(), positions.data(), welded, sizeof(Vec3),
+                            used.data());
+  for (std::size_t i = 0; i < left.size(); i += 3) {
+    mesh.triangles.push_back({used[left[i]], used[left[i + 1]], used[left[i + 2]]});
   }
   return mesh;
 }
@@ -71,163 +82,207 @@ Image rounded(Image map) {
   return map;
 }
 
-class PlanCharter {
+double kib(double bytes) { return bytes / 1024; }
+double bytes_of(const Json& made) { return made.at("bytes.total").number(); }
+double degrees_of(const Json& made) { return made.at("mean_degrees").number(); }
+
+Json json_of(const LowPolyBytes& b) {
+  return fields("vertices texels total", {b.vertices, b.texels, b.total()});
+}
+
+std::string map_text(double size) { return size == 0 ? "no map" : text_of(size) + "²"; }
+
+/// Charts high polys, each by itself: makes and measures a grid, then plans. Pictures come from 30 directions that plans
+/// do not look from.
+class PlansChart : public ChartKind {
  public:
-  PlanCharter(const Device& device, const Mesh& high, const PlanChartOptions& options,
-              const Progress& progress)
-      : device_(device),
-        high_(high),
-        options_(options),
-        progress_(progress),
-        source_(device, high),
-        reference_(Scene(device, high), high, views(), kPixels) {
-    if (options.screen != 0) on_screen_.emplace(source_, options.screen, kViews);
-    chart_.screen = options.screen;
-    chart_.name = high.name;
-    chart_.faces = high.triangles.size();
-    chart_.warnings = source_.warnings();
-    sizes_.push_back(0);
-    for (std::uint32_t s = kSmallestMap; s <= options.size; s *= 2) sizes_.push_back(s);
+  explicit PlansChart(const ChartArguments& a) : ChartKind(a, "mesh", "meshes") {
+    about =
+        "Bytes of low poly and maps against the mean angle of rendered normals, degrees. Plans "
+        "choose faces, map size and bits; beside them are the fronts of all faces and map sizes, "
+        "by "
+        "Kiln and by meshoptimizer with a plain bake. Maps of the fronts have " +
+        std::to_string(kGridBits) + " bits a channel.";
+    if (!a.screen.empty()) screen_ = parse_pixels("--screen", a.screen);
+    for (const std::string& text : a.max_errors) {
+      // A bound with a name, as elsewhere: "normal=1.5".
+      const std::string bound = normal_bound(text);
+      errors_.push_back(parse_degrees("--max-error", bound.empty() ? text : bound));
+    }
+    options = fields("max_error screen", {errors_, screen_ == 0 ? Json() : Json(screen_)});
+  }
+
+  void read(std::size_t i) override {
+    dense_ = read_high(a_, inputs[i], warnings);
+    if (!dense_.heights) clean_high(dense_.mesh, CleanOptions(), warnings);
+  }
+
+  /// \throws Error(input) where HIGH has too few faces
+  std::optional<ChartGroup> measure(const Device& device, std::size_t i,
+                                    const Progress& progress) override {
+    device_ = &device;
+    progress_ = progress;
+    points_.clear();
+    plans_ = Json::array();
+    const Mesh& high = dense_.mesh;
+    std::vector<std::uint32_t> faces;
     const std::size_t most = std::min<std::size_t>(kMostFaces, high.triangles.size() / 2);
-    for (std::uint32_t f = kFewestFaces; f <= most; f *= 2) faces_.push_back(f);
-    if (faces_.empty()) {
+    for (std::uint32_t f = kFewestFaces; f <= most; f *= 2) faces.push_back(f);
+    if (faces.empty()) {
       throw Error(ErrorCode::input, "'" + high.name + "' has " +
                                         std::to_string(high.triangles.size()) +
                                         " triangles: a chart of plans needs " +
                                         std::to_string(2 * kFewestFaces) + " or more.");
     }
-  }
-
-  std::optional<PlanChart> run() {
-    for (const PlanWay way : {PlanWay::kiln, PlanWay::plain}) {
-      for (const std::uint32_t faces : faces_) {
-        if (!add_faces(way, faces)) return std::nullopt;
+    on_screen_.reset();
+    source_.emplace(device, high);
+    add_warnings(source_->warnings(), warnings);
+    const std::vector<Vec3> seen = held_out_views(kPlanViews, spread_views(12));  // by plans
+    reference_.emplace(Scene(device, high), high, angles_of(held_out_views(kViews, seen)), kPixels);
+    if (screen_ != 0) on_screen_.emplace(*source_, screen_, kViews);
+    at_ = 0;
+    for (const char* way : {kKiln, kPlain}) {
+      for (const std::uint32_t count : faces) {
+        if (!add_faces(way, count)) return std::nullopt;
+        at_ += kAtPlans / static_cast<double>(2 * faces.size());
       }
       mark_front(way);
     }
-    std::vector<double> errors = options_.errors.empty() ? errors_between() : options_.errors;
+    std::vector<double> errors = errors_.empty() ? errors_between() : errors_;
     std::sort(errors.rbegin(), errors.rend());
-    for (std::size_t i = 0; i < errors.size(); ++i) {
-      const double share = static_cast<double>(i) / static_cast<double>(errors.size());
-      if (!add_plan(errors[i], kAtPlans + (1 - kAtPlans) * share)) return std::nullopt;
+    for (const double error : errors) {
+      if (!add_plan(error)) return std::nullopt;
+      at_ += (1 - kAtPlans) / static_cast<double>(errors.size());
     }
-    return std::move(chart_);
+    return group_of(inputs[i]);
+  }
+
+  Json plot(const DeviceInfo&, const std::vector<ChartGroup>& groups) const override {
+    Json panels = Json::array(), ticks = Json::array();
+    double least = 1e300, most = 0;
+    for (const ChartGroup& group : groups) {
+      panels.push_back(group.panels[0]);
+      for (const char* list : {"points", "plans"}) {
+        for (const Json& made : group.report.at(list).elements()) {
+          least = std::min(least, kib(bytes_of(made)));
+          most = std::max(most, kib(bytes_of(made)));
+        }
+      }
+    }
+    // Powers of four around all of it.
+    double tick = 1.0 / 256;
+    while (4 * tick <= least) tick *= 4;
+    for (; ticks.size() < 2 || ticks.back().number() < most; tick *= 4) ticks.push_back(tick);
+    return fields("kind title x_title x_ticks panels",
+                  {"study", "Bytes against error: faces, map sizes and plans",
+                   "KiB of low poly and maps", ticks, panels});
   }
 
  private:
-  /// None near those that plans look from.
-  static std::vector<ViewAngles> views() {
-    const std::vector<Vec3> seen = held_out_views(kPlanViews, spread_views(12));
-    return angles_of(held_out_views(kViews, seen));
-  }
-
-  bool say(double done, const std::string& stage) const { return progress_(done, stage); }
-
   /// A number of faces with maps of all sizes. \returns false where progress said stop
-  bool add_faces(PlanWay way, std::uint32_t faces) {
-    const double step = kAtPlans / static_cast<double>(2 * faces_.size());
-    const std::string stage =
-        std::to_string(faces) + (way == PlanWay::kiln ? " faces" : " faces by meshoptimizer");
-    at_ = step * static_cast<double>(grids_++);
-    if (!say(at_, stage)) return false;
-    Mesh simple;
-    if (way == PlanWay::kiln) {
-      SimplifyOptions options;
-      options.faces = faces;
-      simple = simplify(high_, options);
-    } else {
-      simple = by_meshoptimizer(high_, faces);
-    }
+  bool add_faces(const std::string& way, std::uint32_t faces) {
+    const std::string stage = std::to_string(faces) + " faces by " + way;
+    if (!progress_(at_, stage)) return false;
+    SimplifyOptions options;
+    options.faces = faces;
+    const Mesh& high = dense_.mesh;
+    const Mesh simple = way == kKiln ? simplify(high, options) : by_meshoptimizer(high, faces);
     // Neither makes fewer faces than the shape needs.
-    const std::vector<PlanPoint>& points = chart_.points;
-    const bool again = !points.empty() && points.back().way == way &&
-                       points.back().faces == simple.triangles.size();
+    const auto count = static_cast<double>(simple.triangles.size());
+    const bool again = !points_.empty() && points_.back().at("way").text() == way &&
+                       points_.back().at("faces").number() == count;
     if (simple.triangles.empty() || again) return true;
-    for (const std::uint32_t size : sizes_) {
-      if (!say(at_, stage)) return false;
-      if (!add_point(way, simple, size)) return false;
+    if (!add_point(way, simple, 0)) return false;
+    for (std::uint32_t size = kSmallestMap; size <= *a_.size; size *= 2) {
+      if (!progress_(at_, stage) || !add_point(way, simple, size)) return false;
     }
     return true;
   }
 
-  bool add_point(PlanWay way, const Mesh& simple, std::uint32_t size) {
-    PlanPoint point;
-    point.way = way;
-    point.faces = simple.triangles.size();
-    point.size = size;
-    const LowPolyBytes plain =
-        low_poly_bytes(simple.positions.size(), point.faces, size, {kChannels}, kGridBits);
-    if (size != 0 && (plain.texels > kMostApart * plain.vertices ||
-                      plain.vertices > kMostApart * plain.texels)) {
-      return true;
-    }
+  bool add_point(const std::string& way, const Mesh& simple, std::uint32_t size) {
+    constexpr std::uint32_t kChannels = 3;  // of a normal map
+    const auto bytes_with = [&](std::size_t vertices) {
+      return low_poly_bytes(vertices, simple.triangles.size(), size, {kChannels}, kGridBits);
+    };
+    std::size_t vertices = simple.positions.size();
+    double degrees = 0;
     if (size == 0) {
-      point.vertices = simple.positions.size();
-      point.bytes = plain;
-      point.degrees = measured(simple);
-      chart_.points.push_back(point);
-      return true;
+      degrees = measured(simple);
+    } else {
+      const LowPolyBytes plain = bytes_with(vertices);
+      if (plain.texels > kMostApart * plain.vertices || plain.vertices > kMostApart * plain.texels)
+        return true;
+      Mesh low = unwrap(simple, {UnwrapMethod::charts, size, std::max(2U, size / 256)});
+      BakeOptions bake_with;
+      bake_with.width = bake_with.height = size;
+      bake_with.report.recall = 0;
+      if (way == kKiln) {
+        low = fit_normals(low, dense_.mesh);
+        bake_with.samples = std::clamp(kSampleBudget / size, 1U, kMostSamples);
+      }
+      bake_with.progress = [&](double, std::string_view) { return progress_(at_, "baking"); };
+      const BakeResult result = bake(*source_, low, bake_with);
+      if (result.cancelled) return false;
+      vertices = split_vertices(low);
+      degrees = measured(low, rounded(result.maps[0].image), bake_with);
     }
-    Mesh low = unwrap(simple, {UnwrapMethod::charts, size, std::max(2U, size / 256)});
-    if (way == PlanWay::kiln) low = fit_normals(low, high_);
-    BakeOptions bake_with;
-    bake_with.width = bake_with.height = size;
-    bake_with.report.recall = 0;
-    if (way == PlanWay::kiln)
-      bake_with.samples = std::clamp(kSampleBudget / size, 1U, kMostSamples);
-    bake_with.progress = [&](double, std::string_view) { return progress_(at_, "baking"); };
-    const BakeResult result = bake(source_, low, bake_with);
-    if (result.cancelled) return false;
-    point.vertices = split_vertices(low);
-    point.bytes = low_poly_bytes(point.vertices, point.faces, size, {kChannels}, kGridBits);
-    point.degrees = measured(low, rounded(result.maps[0].image), bake_with);
-    chart_.points.push_back(point);
+    points_.push_back(
+        fields("way faces vertices size bits bytes mean_degrees front",
+               {way, simple.triangles.size(), vertices, size, size == 0 ? Json() : Json(kGridBits),
+                json_of(bytes_with(vertices)), degrees, false}));
     return true;
   }
 
   double measured(const Mesh& low) const {
     return on_screen_ ? on_screen_->degrees(low)
-                      : reference_.compare(Scene(device_, low)).mean_degrees;
+                      : reference_->compare(Scene(*device_, low)).mean_degrees;
   }
 
   double measured(const Mesh& low, const Image& map, const BakeOptions& baked) const {
     if (on_screen_) return on_screen_->degrees(low, map, baked);
     const NormalMap normal{&map, baked.encoding.space, baked.encoding.flip_y,
                            baked.encoding.bitangent};
-    return reference_.compare(Scene(device_, low, normal)).mean_degrees;
+    return reference_->compare(Scene(*device_, low, normal)).mean_degrees;
   }
 
-  /// By rising bytes.
-  std::vector<const PlanPoint*> front(PlanWay way) const {
-    std::vector<const PlanPoint*> points;
-    for (const PlanPoint& point : chart_.points) {
-      if (point.way == way && point.front) points.push_back(&point);
-    }
-    std::sort(points.begin(), points.end(), [](const PlanPoint* a, const PlanPoint* b) {
-      return a->bytes.total() < b->bytes.total();
+  /// The points that are wanted, by rising bytes.
+  template <class Wanted>
+  std::vector<Json> points_of(const Wanted& wanted) const {
+    std::vector<Json> some;
+    std::copy_if(points_.begin(), points_.end(), std::back_inserter(some), wanted);
+    std::stable_sort(some.begin(), some.end(), [](const Json& a, const Json& b) {
+      return std::tuple(bytes_of(a), degrees_of(a)) < std::tuple(bytes_of(b), degrees_of(b));
     });
-    return points;
+    return some;
   }
 
-  void mark_front(PlanWay way) {
-    std::vector<PlanPoint*> points;
-    for (PlanPoint& point : chart_.points) {
-      if (point.way == way) points.push_back(&point);
-    }
-    std::sort(points.begin(), points.end(), [](const PlanPoint* a, const PlanPoint* b) {
-      return std::tuple(a->bytes.total(), a->degrees) < std::tuple(b->bytes.total(), b->degrees);
-    });
+  /// What nothing else of its way beats in both bytes and error.
+  std::vector<Json> front(const std::string& way) const {
     double least = 1e300;
-    for (PlanPoint* point : points) {
-      point->front = point->degrees < least;
-      least = std::min(least, point->degrees);
+    std::vector<Json> some =
+        points_of([&](const Json& point) { return point.at("way").text() == way; });
+    std::erase_if(some, [&](const Json& point) {
+      if (degrees_of(point) >= least) return true;
+      least = degrees_of(point);
+      return false;
+    });
+    return some;
+  }
+
+  void mark_front(const std::string& way) {
+    for (const Json& best : front(way)) {
+      for (Json& point : points_) {
+        const bool same = point.at("way").text() == way && bytes_of(point) == bytes_of(best) &&
+                          degrees_of(point) == degrees_of(best);
+        if (same) point["front"] = true;
+      }
     }
   }
 
   /// Numbers of two digits each.
   std::vector<double> errors_between() const {
-    const std::vector<const PlanPoint*> points = front(PlanWay::kiln);
-    const double worst = points.front()->degrees, best = points.back()->degrees;
+    const std::vector<Json> points = front(kKiln);
+    const double worst = degrees_of(points.front()), best = degrees_of(points.back());
     std::vector<double> errors;
     for (const double share : kShares) {
       const double error = worst * std::pow(best / worst, share);
@@ -237,70 +292,140 @@ class PlanCharter {
     return errors;
   }
 
-  /// Between the front's points, bytes follow a power of the error.
-  double bytes_at(PlanWay way, double degrees) const {
-    const PlanPoint* before = nullptr;
-    for (const PlanPoint* point : front(way)) {
-      if (point->degrees <= degrees) {
-        const auto bytes = static_cast<double>(point->bytes.total());
-        if (before == nullptr) return bytes;
-        const auto fewer = static_cast<double>(before->bytes.total());
-        const double share =
-            std::log(before->degrees / degrees) / std::log(before->degrees / point->degrees);
-        return fewer * std::pow(bytes / fewer, share);
-      }
-      before = point;
+  /// Bytes of a way's front at an error; null where it does not get there. Between the front's points, bytes follow a
+  /// power of the error.
+  Json bytes_at(const char* way, double degrees) const {
+    const std::vector<Json> points = front(way);
+    for (std::size_t i = 0; i < points.size(); ++i) {
+      if (degrees_of(points[i]) > degrees) continue;
+      const double bytes = bytes_of(points[i]);
+      if (i == 0) return bytes;
+      const double fewer = bytes_of(points[i - 1]), before = degrees_of(points[i - 1]);
+      const double share = std::log(before / degrees) / std::log(before / degrees_of(points[i]));
+      return fewer * std::pow(bytes / fewer, share);
     }
-    return 0;
+    return {};
   }
 
-  bool add_plan(double wanted, double at) {
-    PlanStand stand;
-    stand.wanted = wanted;
+  bool add_plan(double wanted) {
     LowPolyPlanOptions options;
     options.max_error = wanted;
-    options.screen = options_.screen;
-    options.bake.width = options.bake.height = options_.size;
+    options.screen = screen_;
+    options.bake.width = options.bake.height = *a_.size;
     options.bake.report.recall = 0;
     options.bake.progress = [&](double, std::string_view stage) {
-      return say(at, "plan for " + text_of(wanted) + " degrees: " + std::string(stage));
+      return progress_(at_, "plan for " + text_of(wanted) + " degrees: " + std::string(stage));
     };
     const Stopwatch watch;
-    LowPolyPlan plan = plan_low_poly(source_, high_, options);
+    LowPolyPlan plan = plan_low_poly(*source_, dense_.mesh, options);
     if (plan.cancelled) return false;
-    stand.seconds = watch.total();
-    stand.reached = plan.reached;
-    stand.chosen = plan.chosen;
-    stand.degrees = plan.result ? measured(plan.low, plan.drawn, plan.bake) : measured(plan.low);
-    stand.front_bytes = bytes_at(PlanWay::kiln, stand.degrees);
-    stand.plain_bytes = bytes_at(PlanWay::plain, stand.degrees);
-    chart_.plans.push_back(stand);
+    const double seconds = watch.total();
+    const Candidate& c = plan.chosen;  // measured by the plan's own pictures
+    const double degrees =
+        plan.result ? measured(plan.low, plan.drawn, plan.bake) : measured(plan.low);
+    const Json front = bytes_at(kKiln, degrees), plain = bytes_at(kPlain, degrees);
+    const auto times = [&](const Json& bytes) {
+      return bytes.is_null() ? Json() : Json(static_cast<double>(c.bytes.total()) / bytes.number());
+    };
+    plans_.push_back(fields(
+        "wanted_degrees reached faces vertices size samples bits match bytes planned_degrees "
+        "mean_degrees front_bytes plain_front_bytes times_front times_plain_front seconds",
+        {wanted, plan.reached, c.faces, c.vertices, c.size, c.samples, c.bits, c.method.name,
+         json_of(c.bytes), c.measured, degrees, front, plain, times(front), times(plain),
+         seconds}));
     return true;
   }
 
-  /// Bytes of a normal map: see low_poly_bytes().
-  static constexpr std::uint32_t kChannels = 3;
+  /// Curves of the grid by size of map, both fronts, and rings where plans stand.
+  Json panel(const std::string& title) const {
+    Json panel = plot_panel("Mean angle between rendered normals, degrees");
+    panel["title"] = title;
+    const auto add = [&](const std::string& name, const Json& look,
+                         const std::vector<Json>& points) {
+      panel["curves"].push_back(plot_curve(
+          name, look, points, [](const Json& p) { return kib(bytes_of(p)); }, degrees_of));
+    };
+    std::set<double> sizes;
+    for (const Json& point : points_) sizes.insert(point.at("size").number());
+    double before = 0;
+    for (const double size : sizes) {
+      const double shade = before++ / static_cast<double>(sizes.size());
+      const std::vector<Json> points = points_of([&](const Json& p) {
+        return p.at("way").text() == kKiln && p.at("size").number() == size;
+      });
+      if (!points.empty()) add(map_text(size), {{"thin", shade}}, points);
+    }
+    const std::string bits = std::to_string(kGridBits) + " bits";
+    add("Kiln: the front of faces and sizes, " + bits, "kiln", front(kKiln));
+    add("meshoptimizer and a plain bake: the front, " + bits, "paper", front(kPlain));
+    Json& rings = panel["rings"];
+    rings["title"] = "the plans";
+    for (const Json& plan : plans_.elements()) {
+      const double size = plan.at("size").number();
+      const std::string depth = ", " + text_of(plan.at("bits").number()) + " bits";
+      rings["x"].push_back(kib(bytes_of(plan)));
+      rings["y"].push_back(degrees_of(plan));
+      rings["labels"].push_back("for " + text_of(plan.at("wanted_degrees").number()) +
+                                "°: " + count_text(plan.at("faces")) + " faces, " + map_text(size) +
+                                (size == 0 ? "" : depth));
+    }
+    return panel;
+  }
 
-  const Device& device_;
-  const Mesh& high_;
-  const PlanChartOptions& options_;
-  const Progress& progress_;
-  Source source_;
-  NormalReference reference_;
+  ChartGroup group_of(const std::string& path) const {
+    const Mesh& high = dense_.mesh;
+    ChartGroup group;
+    group.title = high.name + ", " + with_commas(high.triangles.size()) + " faces";
+    if (screen_ != 0) group.title += ", " + with_commas(screen_) + " pixels on screen";
+    group.report = fields("high points plans", {describe(high, path), points_, plans_});
+    group.panels.push_back(panel(group.title));
+    Json data = Json::array();
+    for (Json plan : plans_.elements()) {
+      plan["way"] = "plan";
+      data.push_back(std::move(plan));
+    }
+    const Column kibibytes = {"KiB", "bytes.total", 1, kib(1)};
+    const Column faces = {"faces", "faces", 0}, map = {"map", "size", 0};
+    const Column measured = {"measured °", "mean_degrees", 3};
+    group.tables = {{"", {}, points_, ".csv"},
+                    {"Plans (map 0: none). Their bytes are told in times those of a front at the "
+                     "same angle, too.",
+                     {{"wanted °", "wanted_degrees", 3},
+                      measured,
+                      faces,
+                      map,
+                      {"bits", "bits", 0},
+                      kibibytes,
+                      {"times the front", "times_front", 2},
+                      {"times meshoptimizer's", "times_plain_front", 2}},
+                     data,
+                     ".csv"}};
+    for (const char* way : {kKiln, kPlain}) {
+      group.tables.push_back({std::string("The front of the grid by ") + way + ":",
+                              {faces, map, kibibytes, measured},
+                              front(way)});
+    }
+    return group;
+  }
+
+  std::uint32_t screen_ = 0;    ///< LowPolyPlanOptions::screen, also of the grid; 0: 128² pictures
+  std::vector<double> errors_;  ///< To plan for, degrees; none: three between best and worst
+  HighPolyInput dense_;
+  // Of the high poly that is charted.
+  const Device* device_ = nullptr;
+  Progress progress_;
+  double at_ = 0;  ///< Of the progress
+  std::optional<Source> source_;
+  std::optional<NormalReference> reference_;
   std::optional<ScreenPictures> on_screen_;  ///< In place of the reference
-  std::vector<std::uint32_t> faces_, sizes_;
-  std::size_t grids_ = 0;
-  double at_ = 0;
-  PlanChart chart_;
+  std::vector<Json> points_;                 ///< By way, faces, size
+  Json plans_;                               ///< By falling error
 };
 
 }  // namespace
 
-const char* way_name(PlanWay way) { return way == PlanWay::kiln ? "kiln" : "meshoptimizer"; }
-
-std::optional<PlanChart> run_plan_chart(const Device& device, const Mesh& high,
-                                        const PlanChartOptions& options, const Progress& progress) {
-  return PlanCharter(device, high, options, progress).run();
+std::unique_ptr<ChartKind> chart_of_plans(const ChartArguments& arguments) {
+  return std::make_unique<PlansChart>(arguments);
 }
 
 }  // namespace kiln::cli

@@ -13,6 +13,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
+using Job = ChartArguments;
+
 /// The name that stands for the settings that suit hard surfaces.
 constexpr const char* kHard = "hard";
 
@@ -24,13 +26,64 @@ std::vector<std::string> mesh_setting_names() {
   return names;
 }
 
-bool is_volume(const ChartArguments& a, const std::string& path) {
+/// Of all charts, without those twice that volumes and meshes have.
+std::vector<std::string> setting_names() {
+  std::vector<std::string> names = mesh_setting_names();
+  for (const std::string& name : volume_setting_names()) {
+    if (std::find(names.begin(), names.end(), name) == names.end()) names.push_back(name);
+  }
+  return names;
+}
+
+/// But those of surfaces of volumes.
+std::vector<OptionRow> chart_rows() {
+  std::vector<std::string> settings = setting_names();
+  settings.emplace_back(kHard);
+  return {
+      {"--repeat", "", whole(KILN_MEMBER(Job, repeat), 1, 1000),
+       "Timed runs of each setting, of which the median counts; one more comes first, which "
+       "compiles the kernels and gives the errors"},
+      {"--ao", "", toggle(KILN_MEMBER(Job, ao)),
+       "Also ambient occlusion: 8 to 1024 rays, plain and smoothed, and 64 to 512 views, against "
+       "4096 rays; takes minutes at 1024 texels a side",
+       "-"},
+      {"--ao-error", "", number(KILN_MEMBER(Job, ao_error), 0, 1, /*fractions=*/true),
+       "Of ambient occlusion: say what reaches this root mean square error in the fewest seconds; "
+       "a share of 1, such as 2/255 or 0.01"},
+      {"--ao-budget", "", number(KILN_MEMBER(Job, ao_budget), 1e-9, 1e9).in("seconds"),
+       "Of ambient occlusion: say what comes nearest to the truth in so many seconds"},
+      {"--plan", "", toggle(KILN_MEMBER(Job, plan)),
+       "Of each HIGH alone: bytes against error of low polys by number of faces and map size. "
+       "Beside them plans, and meshoptimizer with a plain bake",
+       "-"},
+      {"--max-error", "", texts(KILN_MEMBER(Job, max_errors), ','),
+       "With --plan: errors to plan for, degrees, separated by commas (default: three between the "
+       "best and the worst)"},
+      {"--screen", "", text(KILN_MEMBER(Job, screen)),
+       "With --plan: the largest size at which the mesh will be seen, such as 600px; plans and the "
+       "grid are measured at that size, by mean normals of pixels"},
+      {"--settings", "", some_of(KILN_MEMBER(Job, settings), settings, ','),
+       "Some of the settings, by their names in chart.csv, separated by commas; for meshes the "
+       "reference, " +
+           std::string(kChartReference) +
+           ", always comes along. hard: directions and cages, for hard surfaces (default: all but "
+           "those)"}};
+}
+
+bool is_volume(const Job& a, const std::string& path) {
   return a.surface.is_raw() || is_volume_name(path);
 }
 
+/// Flags of surfaces of volumes.
+std::set<std::string> volume_flags() {
+  std::set<std::string> flags;
+  for (const OptionRow& row : surface_rows(/*iso_required=*/false)) flags.insert(row.flag);
+  for (const OptionRow& row : file_and_chart_rows()) flags.insert(row.flag);
+  return flags;
+}
+
 /// Settings by name that a kind of input does not have. \throws Error(usage)
-void check_settings(const ChartArguments& a, const std::vector<std::string>& names,
-                    const char* kind) {
+void check_settings(const Job& a, const std::vector<std::string>& names, const char* kind) {
   for (const std::string& name : a.settings) {
     if (std::find(names.begin(), names.end(), name) != names.end()) continue;
     fail("--settings " + name + " is not for " + kind + ": give some of " + join(names, ", ") +
@@ -38,109 +91,74 @@ void check_settings(const ChartArguments& a, const std::vector<std::string>& nam
   }
 }
 
-/// Before any work. \throws Error(usage)
-void check_volumes(const ChartArguments& a) {
+/// All are volumes, or none is. \throws Error(usage)
+void check_alike(const Job& a, bool volumes) {
   for (const std::string& path : a.meshes) {
-    if (is_volume(a, path)) continue;
-    fail("'" + path + "' is no volume, but '" + a.meshes.front() +
-         "' is: give volumes alone, or meshes alone, HIGH LOW.");
+    if (is_volume(a, path) == volumes) continue;
+    const auto is = [&](bool volume) { return volume ? " is a volume" : " is no volume"; };
+    fail("'" + path + "'" + is(!volumes) + ", but '" + a.meshes.front() + "'" + is(volumes) +
+         ": give volumes alone, or meshes alone, HIGH LOW.");
   }
-  if (!a.surface.iso) {
-    fail("'" + a.meshes.front() + "' is a volume: say which surface of it by --iso VALUE.");
-  }
-  if (a.load.triangulation != Triangulation::automatic) {
-    fail("--triangulate is for meshes, but '" + a.meshes.front() + "' is a volume.");
-  }
-  if (a.frame.given()) {
-    fail("--up, --unit, --uv-set and --allow-outside are for meshes, but '" + a.meshes.front() +
-         "' is a volume.");
-  }
-  if (stretches(a.heights)) {
-    fail("--height and --extent are for height fields, but '" + a.meshes.front() +
-         "' is a volume.");
-  }
+}
+
+// Before any work. \throws Error(usage)
+
+void check_volumes(const Job& a) {
+  const std::string volume = "'" + a.meshes.front() + "'";
+  if (!a.surface.iso) fail(volume + " is a volume: say which surface of it by --iso VALUE.");
+  refuse(a,
+         {"--triangulate", "--up", "--unit", "--uv-set", "--allow-outside", "--height", "--extent",
+          "--ao", "--ao-error", "--ao-budget", "--directions"},
+         "meshes and height fields, but " + volume + " is a volume.");
   cli::check(a.surface);
   check_settings(a, volume_setting_names(), "volumes");
-  if (a.ao || a.ao_error || a.ao_budget) {
-    fail("--ao, --ao-error and --ao-budget are for meshes, but '" + a.meshes.front() +
-         "' is a volume.");
-  }
-  if (a.directions) {
-    fail("--directions is for measures of meshes, but '" + a.meshes.front() + "' is a volume.");
-  }
 }
 
-void check_heights(const ChartArguments& a, bool has_fields) {
-  if (!has_fields && stretches(a.heights)) {
-    fail("--height and --extent are for a HIGH that is a height field, a PNG or EXR; none is.");
+/// \param high, low  files
+void check_files(const Job& a, const std::vector<std::string>& high,
+                 const std::vector<std::string>& low) {
+  refuse(a, volume_flags(), "volumes, but '" + a.meshes.front() + "' is none.");
+  if (std::none_of(high.begin(), high.end(), is_height_field)) {
+    refuse(a, {"--height", "--extent"}, "a HIGH that is a height field, a PNG or EXR; none is.");
   }
+  check_mesh_frame(a.frame, high, low, {});
 }
 
-/// Before any work. \throws Error(usage)
-void check_ao(const ChartArguments& a) {
-  const std::vector<std::string> names = ao_setting_names();
-  const bool charted = a.ao || std::any_of(names.begin(), names.end(),
-                                           [&](const std::string& name) { return a.names(name); });
-  for (const auto& [flag, given] : {std::pair("--ao-error", a.ao_error.has_value()),
-                                    std::pair("--ao-budget", a.ao_budget.has_value())}) {
-    if (given && !charted) {
-      fail(std::string(flag) +
-           " chooses among ways to gather ambient occlusion, but none is "
-           "charted: add --ao.");
-    }
+void check_meshes(const Job& a) {
+  std::vector<std::string> sides[2];
+  for (std::size_t i = 0; i < a.meshes.size(); ++i) sides[i % 2].push_back(a.meshes[i]);
+  check_files(a, sides[0], sides[1]);
+  check_settings(a, mesh_setting_names(), "meshes");
+  if (ao_settings(a).empty()) {
+    refuse(a, {"--ao-error", "--ao-budget"},
+           "choosing among ways to gather ambient occlusion, but none is charted: add --ao.");
   }
   if (a.ao_error == 0) fail("--ao-error is 0, but must be above 0, such as 2/255.");
-}
-
-/// Before any work. \throws Error(usage)
-void check_meshes(const ChartArguments& a) {
-  for (const std::string& path : a.meshes) {
-    if (!is_volume_name(path)) continue;
-    fail("'" + path + "' is a volume, but '" + a.meshes.front() +
-         "' is not: give volumes alone, or meshes alone, HIGH LOW.");
-  }
-  if (!a.for_volumes.empty()) {
-    fail(a.for_volumes.front() + " is for volumes, but '" + a.meshes.front() + "' is none.");
-  }
-  check_heights(a, has_height_fields(a));
-  check_settings(a, mesh_setting_names(), "meshes");
-  check_ao(a);
   if (a.meshes.size() % 2 != 0) {
     fail("Meshes come in pairs, HIGH LOW, but '" + a.meshes.back() +
          "' has no LOW: give its low poly, with UVs.");
   }
-  std::vector<std::string> sides[2];
-  for (std::size_t i = 0; i < a.meshes.size(); ++i) sides[i % 2].push_back(a.meshes[i]);
-  check_mesh_frame(a.frame, sides[0], sides[1], {});
 }
 
-/// Before any work. \throws Error(usage)
-void check_plan(const ChartArguments& a) {
-  for (const std::string& flag : a.not_for_plans) {
-    fail(flag + " is for charts of matches, but --plan charts bytes: leave it out.");
+void check_plan(const Job& a) {
+  refuse(a,
+         {"--settings", "--repeat", "--max-distance", "--ao", "--ao-error", "--ao-budget",
+          "--directions", "--pixels"},
+         "charts of matches, but --plan charts bytes: leave it out.");
+  if (is_volume(a, a.meshes.front())) {
+    fail("'" + a.meshes.front() + "' is a volume, but --plan takes high polys alone.");
   }
-  if (!a.for_volumes.empty()) {
-    fail(a.for_volumes.front() + " is for volumes, but --plan takes meshes.");
-  }
-  for (const std::string& path : a.meshes) {
-    if (is_volume_name(path)) {
-      fail("'" + path + "' is a volume, but --plan takes high polys alone.");
-    }
-  }
-  check_heights(a, std::any_of(a.meshes.begin(), a.meshes.end(), is_height_field));
-  check_mesh_frame(a.frame, a.meshes, {}, {});
+  check_files(a, a.meshes, {});
 }
 
 /// Settings without the comma between them would be meshes. \throws Error(usage)
-void check_no_settings(const ChartArguments& a) {
-  std::vector<std::string> names = mesh_setting_names();
-  for (const std::string& name : volume_setting_names()) names.push_back(name);
+void check_no_settings(const Job& a) {
+  std::vector<std::string> names = setting_names();
+  std::sort(names.begin(), names.end());
   for (const std::string& path : a.meshes) {
     std::error_code ignored;
-    if (fs::exists(path, ignored) || std::find(names.begin(), names.end(), path) == names.end())
+    if (fs::exists(path, ignored) || !std::binary_search(names.begin(), names.end(), path))
       continue;
-    std::sort(names.begin(), names.end());
-    names.erase(std::unique(names.begin(), names.end()), names.end());
     fail("'" + path +
          "' is no file but the name of a setting: give settings "
          "separated by commas, --settings NAME,NAME, of " +
@@ -148,11 +166,11 @@ void check_no_settings(const ChartArguments& a) {
   }
 }
 
-int run(const ChartArguments& a) {
+int run(const Job& a, const Json& options) {
   const bool volumes = is_volume(a, a.meshes.front());
   check_no_settings(a);
-  if (!a.plan && !a.screen.empty()) fail("--screen says at which size --plan looks: add --plan.");
-  if (!a.plan && !a.max_errors.empty()) fail("--max-error says what --plan plans for: add --plan.");
+  check_alike(a, volumes);
+  if (!a.plan) refuse(a, {"--screen", "--max-error"}, "what --plan plans for: add --plan.");
   (a.plan ? check_plan : volumes ? check_volumes : check_meshes)(a);
   const std::unique_ptr<ChartKind> kind = (a.plan    ? chart_of_plans
                                            : volumes ? chart_of_volumes
@@ -163,121 +181,48 @@ int run(const ChartArguments& a) {
   }
   for (const std::string& file : plot_files(kChartName)) outputs.push_back(fs::path(a.out) / file);
   check_paths({a.meshes.begin(), a.meshes.end()}, outputs);
-  return run_chart(a, *kind);
+  return run_chart(a, options, *kind);
 }
 
 }  // namespace
 
 Run add_chart(Command& app) {
   Command* command = name_lab_command(app, "chart");
-  auto a = std::make_shared<ChartArguments>();
-  command
-      ->add_option("HIGH", a->meshes,
-                   "High polys (meshes, or height fields: PNG, EXR), each with its "
-                   "low poly, with UVs: a row of "
-                   "panels a pair. Or volumes with --iso, a row of panels each. Or high polys "
-                   "alone with --plan")
-      ->type_name("LOW [HIGH2 LOW2 ...]")
-      ->required();
-  command
-      ->add_option(
-          "--out", a->out,
-          "Folder for chart.json, .csv, .md and .png, and chart_plot.json, what the picture "
-          "shows")
-      ->required();
-  command
-      ->add_option("--size", a->size,
-                   "Texels a side of the maps (of volumes half and twice that, too)")
-      ->check(range(16U, 8192U))
-      ->capture_default_str();
-  command
-      ->add_option("--max-distance", a->max_distance,
-                   "How far to look each way: world units, or P% of HIGH's diagonal")
-      ->capture_default_str();
-  command
-      ->add_option("--repeat", a->repeat,
-                   "Timed runs of each setting, of which the median counts; one more comes first, "
-                   "which compiles the kernels and gives the errors")
-      ->check(range(1U, 1000U))
-      ->capture_default_str();
-  command
-      ->add_option("--directions", a->directions,
-                   "Of meshes: directions that viewing rays of object space, image space and "
-                   "uniformity come from (default 512)")
-      ->check(range(12U, 4096U));
-  command
-      ->add_option("--pixels", a->pixels,
-                   "Pixels a side of the pictures that rendered normals are measured in")
-      ->check(range(16U, 4096U))
-      ->capture_default_str();
-  command->add_flag("--ao", a->ao,
-                    "Also ambient occlusion: 8 to 1024 rays, plain and smoothed, and 64 to 512 "
-                    "views, against 4096 rays; takes minutes at 1024 texels a side");
-  command
-      ->add_option("--ao-error", a->ao_error,
-                   "Of ambient occlusion: say what reaches this root mean square error in the "
-                   "fewest seconds; a share of 1, such as 2/255 or 0.01")
-      ->check(share_of_1());
-  command
-      ->add_option("--ao-budget", a->ao_budget,
-                   "Of ambient occlusion: say what comes nearest to the truth in so many seconds")
-      ->check(positive_number());
-  command->add_flag("--plan", a->plan,
-                    "Of each HIGH alone: bytes against error of low polys by number of faces and "
-                    "map size. Beside them plans, and meshoptimizer with a plain bake");
-  command
-      ->add_option("--max-error", a->max_errors,
-                   "With --plan: errors to plan for, degrees, separated by commas (default: three "
-                   "between the best and the worst)")
-      ->delimiter(',')
-      ->allow_extra_args(false);
-  command->add_option("--screen", a->screen,
-                      "With --plan: the largest size at which the mesh will be seen, such as "
-                      "600px; plans and the grid are measured at that size, by mean normals of "
-                      "pixels");
-  std::vector<std::string> names = mesh_setting_names();
-  names.emplace_back(kHard);
-  for (const std::string& name : volume_setting_names()) {
-    if (std::find(names.begin(), names.end(), name) == names.end()) names.push_back(name);
-  }
-  command
-      ->add_option("--settings", a->settings,
-                   "Some of the settings, by their names in chart.csv, separated by commas; "
-                   "for meshes the "
-                   "reference, " +
-                       std::string(kChartReference) +
-                       ", always comes along. hard: directions and cages, for hard surfaces "
-                       "(default: all but those)")
-      ->delimiter(',')
-      ->allow_extra_args(false)
-      ->check(one_of(names));
-  using Job = ChartArguments;
-  const OptionRow rows[] = {triangulate_row<Job>("", "HIGH and LOW"), device_row<Job>(""),
-                            quiet_row<Job>("")};
-  add_options(*command, rows, a.get());
-  add_options(*command, mesh_frame_rows<Job>("Files of meshes", /*low=*/true), a.get());
-  add_height_options(*command, *a, "The height fields (HIGH is a PNG or EXR)");
-  const auto own = command->get_options();
+  auto a = std::make_shared<Job>();
+  OptionRow files[] = {
+      {.flag = "HIGH",
+       .value = texts(KILN_MEMBER(Job, meshes)),
+       .help = "High polys (meshes, or height fields: PNG, EXR), each with its low poly, with UVs: "
+               "a row of panels a pair. Or volumes with --iso, a row of panels each. Or high polys "
+               "alone with --plan",
+       .required = true},
+      {.flag = "--out",
+       .value = text(KILN_MEMBER(Job, out)),
+       .help = "Folder for chart.json, .csv, .md and .png, and chart_plot.json, what the picture "
+               "shows",
+       .required = true},
+  };
+  files[0].value.words = "LOW [HIGH2 LOW2 ...]";
+  add_options(*command, files, a.get());
+  const std::vector<OptionRow> shared = lab_rows(
+      {"--size", "--max-distance", "--directions", "--pixels", "--height", "--extent",
+       "--triangulate", "--up", "--unit", "--uv-set", "--allow-outside", "--device", "--quiet"});
+  LabArguments* const job = a.get();
+  add_options(*command, shared, job);
+  add_options(*command, chart_rows(), a.get());
   add_options(*command, surface_rows(/*iso_required=*/false), &a->surface);
   add_options(*command, file_and_chart_rows(), &a->surface);
-  std::vector<const Option*> for_volumes;
-  for (const Option* option : command->get_options()) {
-    if (std::find(own.begin(), own.end(), option) == own.end()) for_volumes.push_back(option);
-  }
-  return [a, command, for_volumes] {
-    for (const Option* option : for_volumes) {
-      if (option->count() != 0) a->for_volumes.push_back(option->get_name());
-    }
-    for (const char* name : {"--settings", "--repeat", "--max-distance", "--ao", "--ao-error",
-                             "--ao-budget", "--directions", "--pixels"}) {
-      if (command->find_option(name)->count() != 0) a->not_for_plans.emplace_back(name);
-    }
+  return [a, job, command, shared] {
+    a->given = given_flags(*command);
     const auto hard = std::find(a->settings.begin(), a->settings.end(), kHard);
     if (hard != a->settings.end()) {
       const auto at = a->settings.erase(hard);
       a->settings.insert(at, hard_settings().begin(), hard_settings().end());
     }
-    return run(*a);
+    Json options = values_json(shared, job);
+    if (std::none_of(a->meshes.begin(), a->meshes.end(), is_height_field)) options["height"] = {};
+    options.update(values_json(chart_rows(), a.get()));
+    return run(*a, options);
   };
 }
 

@@ -51,6 +51,12 @@ Image places() {
 
 void fail(const std::string& text) { throw Error(ErrorCode::usage, text); }
 
+void refuse(const LabArguments& a, const std::set<std::string>& flags, const std::string& why) {
+  for (const std::string& flag : flags) {
+    if (a.gave(flag)) fail(flag + " is for " + why);
+  }
+}
+
 std::vector<ViewAngles> angles_of(const std::vector<Vec3>& directions) {
   std::vector<ViewAngles> angles;
   for (const Vec3& toward : directions) angles.push_back(view_angles(toward));
@@ -75,9 +81,13 @@ void check_seen(const NormalError& error, const Mesh& high, const Mesh& low) {
                                     "same place, in the same units.");
 }
 
-Json describe_left_out(const std::vector<LeftOut>& left_out, const char* key) {
+Json describe_left_out(const std::vector<LeftOut>& left_out, const char* key,
+                       std::vector<std::string>* lines) {
   Json json = Json::array();
-  for (const LeftOut& left : left_out) json.push_back({{key, left.name}, {"reason", left.reason}});
+  for (const LeftOut& left : left_out) {
+    json.push_back({{key, left.name}, {"reason", left.reason}});
+    if (lines != nullptr) lines->push_back("left out: " + left.name + ": " + left.reason);
+  }
   return json;
 }
 
@@ -93,17 +103,51 @@ std::optional<LeftOut> unfit(MatchMethod method, const std::string& name, const 
   return LeftOut{name, reason};
 }
 
-Image normal_error_texture(const Device& device, const Scene& high, const Scene& shown,
-                           const Mesh& frame, const Mesh& low, const std::vector<ViewAngles>& views,
-                           std::uint32_t size, std::uint32_t pixels) {
-  const Image map = places();
-  const Scene placed(device, low, {&map});
-  std::vector<double> sums(std::size_t{size} * size);
-  std::vector<std::uint32_t> counts(sums.size());
+void ErrorSheet::add(const Image& errors, const std::vector<std::string>& captions) {
+  errors_.add(errors);
+  panels_.push_back({{}, captions});
+}
+
+void ErrorSheet::add_picture(const Image& picture, const std::vector<std::string>& captions) {
+  panels_.push_back({picture, captions});
+}
+
+Image ErrorSheet::draw(const std::string& unit, const std::string& not_known, std::size_t columns) {
+  Scale scale = errors_.scale();
+  scale.unit = unit;
+  scale.others[0].second = not_known;
+  std::size_t next = 0;
+  for (Panel& panel : panels_) {
+    if (panel.image.pixels.empty()) panel.image = errors_.picture(next++, scale);
+  }
+  return make_sheet(panels_, scale, columns);
+}
+
+Places::Places(const Device& device, const Mesh& low)
+    : map_(places()), scene_(device, low, {&map_}) {}
+
+std::vector<std::size_t> Places::texels(RenderOptions view, std::uint32_t size) const {
+  view.samples = 1;
+  view.show_normals = false;
+  view.show_colors = true;
+  const Image picture = scene_.draw(view);
   const auto cell = [&](float share) {
     return std::min(static_cast<std::uint32_t>(std::max(0.0F, share) * static_cast<float>(size)),
                     size - 1);
   };
+  std::vector<std::size_t> texels;
+  for (std::size_t i = 0; i < picture.pixels.size(); i += 3) {
+    const float* uv = &picture.pixels[i];
+    texels.push_back(uv[2] < 0.999F ? kNone : std::size_t{cell(uv[1])} * size + cell(uv[0]));
+  }
+  return texels;
+}
+
+Image normal_error_texture(const Places& places, const Scene& high, const Scene& shown,
+                           const Mesh& frame, const std::vector<ViewAngles>& views,
+                           std::uint32_t size, std::uint32_t pixels) {
+  std::vector<double> sums(std::size_t{size} * size);
+  std::vector<std::uint32_t> counts(sums.size());
   for (const ViewAngles& angles : views) {
     RenderOptions view;
     view.frame = &frame;
@@ -114,15 +158,11 @@ Image normal_error_texture(const Device& device, const Scene& high, const Scene&
     view.trim = false;
     view.show_normals = true;
     const Image error = normal_angles(high.draw(view), shown.draw(view));
-    view.show_normals = false;
-    view.show_colors = true;
-    const Image place = placed.draw(view);
-    for (std::size_t i = 0; i < error.pixels.size(); ++i) {
-      const float* uv = &place.pixels[3 * i];
-      if (error.pixels[i] < 0 || uv[2] < 0.999F) continue;
-      const std::size_t texel = std::size_t{cell(uv[1])} * size + cell(uv[0]);
-      sums[texel] += error.pixels[i];
-      ++counts[texel];
+    const std::vector<std::size_t> texels = places.texels(view, size);
+    for (std::size_t i = 0; i < texels.size(); ++i) {
+      if (error.pixels[i] < 0 || texels[i] == Places::kNone) continue;
+      sums[texels[i]] += error.pixels[i];
+      ++counts[texels[i]];
     }
   }
   Image result{size, size, 1, {}};

@@ -2,12 +2,15 @@
 #pragma once
 
 #include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
 #include "kiln/kiln.h"
 #include "kiln/measure.h"
 #include "kiln/render.h"
+#include "lab/lab_arguments.h"
+#include "picture/sheet.h"
 #include "report/report.h"
 
 namespace kiln::cli {
@@ -17,6 +20,9 @@ constexpr double kLeastHeldOutAngle = 2;  ///< Degrees from a view matched from 
 
 /// \throws Error(usage)
 [[noreturn]] void fail(const std::string& text);
+/// Refuses flags that were given but serve nothing: "FLAG is for WHY". \throws Error(usage)
+void refuse(const LabArguments& arguments, const std::set<std::string>& flags,
+            const std::string& why);
 
 std::vector<ViewAngles> angles_of(const std::vector<Vec3>& directions);
 /// kHeldOutViews, none near those of a bake's default of 12 views.
@@ -31,8 +37,9 @@ void check_seen(const NormalError& error, const Mesh& high, const Mesh& low);
 struct LeftOut {
   std::string name, reason;
 };
-/// \param key  of the name
-Json describe_left_out(const std::vector<LeftOut>& left_out, const char* key);
+/// \param key  of the name \param lines  for people, to which one is added for each; null: none
+Json describe_left_out(const std::vector<LeftOut>& left_out, const char* key,
+                       std::vector<std::string>* lines = nullptr);
 
 /// True if a way to match does for two meshes. By UVs: HIGH must have some, and both layouts must agree
 /// and share some place (found by baking a small map). Others always do.
@@ -43,14 +50,44 @@ Json describe_left_out(const std::vector<LeftOut>& left_out, const char* key);
 std::optional<LeftOut> unfit(MatchMethod method, const std::string& name, const Source& source,
                              const Mesh& high, const Mesh& low, const UvOptions& uv, bool must);
 
+/// Pictures of errors side by side, on one scale.
+class ErrorSheet {
+ public:
+  /// \param errors  one channel; -1 beside the mesh, -2 where it is not known, as normal_angles() has them
+  void add(const Image& errors, const std::vector<std::string>& captions);
+  void add_picture(const Image& picture, const std::vector<std::string>& captions);
+  /// \param not_known  why pixels have no error \param columns  0: chosen
+  Image draw(const std::string& unit, const std::string& not_known, std::size_t columns = 0);
+
+ private:
+  AnglePictures errors_;
+  std::vector<Panel> panels_;  ///< Without pictures where these are errors, until they are drawn
+};
+
+/// Pictures of LOW that say which texel each pixel shows.
+class Places {
+ public:
+  static constexpr std::size_t kNone = ~std::size_t{0};  ///< LOW is not seen there
+
+  Places(const Device& device, const Mesh& low);
+
+  /// \param size  texels a side
+  /// \returns an index a pixel, rows from the top
+  std::vector<std::size_t> texels(RenderOptions view, std::uint32_t size) const;
+
+ private:
+  Image map_;
+  Scene scene_;
+};
+
 /// The error of rendered normals, brought back onto the texels that show it: the mean angle between HIGH's
 /// normals and those that LOW shows with its map, over all pixels of all views with a texel under them.
 /// \param shown   LOW with its map
 /// \param size    of the result, texels a side
 /// \param pixels  a side of the pictures
 /// \returns degrees, one channel; -1 where no view sees both meshes
-Image normal_error_texture(const Device& device, const Scene& high, const Scene& shown,
-                           const Mesh& frame, const Mesh& low, const std::vector<ViewAngles>& views,
+Image normal_error_texture(const Places& places, const Scene& high, const Scene& shown,
+                           const Mesh& frame, const std::vector<ViewAngles>& views,
                            std::uint32_t size, std::uint32_t pixels);
 
 }  // namespace kiln::cli

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <map>
 #include <optional>
-#include <tuple>
 #include <utility>
 
 #include "arguments/bake_job.h"
@@ -16,808 +15,542 @@
 #include "kiln/render.h"
 #include "kiln/simplify.h"
 #include "kiln/unwrap.h"
+#include "lab/lab_run.h"
 #include "lab/measure.h"
 #include "lab/measuring.h"
 #include "lab/table.h"
-#include "lab/value_tiles.h"
+#include "picture/plot.h"
 #include "report/check_result.h"
-#include "report/console.h"
 
 namespace kiln::cli {
 namespace {
 
 namespace fs = std::filesystem;
 
-/// The setting that varies.
-enum class StudyKind { views, faces, size };
-const std::map<std::string, StudyKind>& study_kinds() {
-  static const std::map<std::string, StudyKind> kinds = {
-      {"views", StudyKind::views}, {"faces", StudyKind::faces}, {"size", StudyKind::size}};
-  return kinds;
-}
-
-const char* study_name(StudyKind kind) {
-  return kind == StudyKind::views ? "views" : kind == StudyKind::faces ? "faces" : "size";
-}
-
-/// The arguments, with defaults for what they leave open.
-struct StudyOptions {
-  explicit StudyOptions(const MeasureArguments& a)
-      : kind(study_kinds().at(a.study)),
-        views(a.views.value_or(12)),
-        view_size(a.view_size.value_or(0)),
-        size(a.size.value_or(1024)),
-        faces(a.faces.value_or(2000)),
-        pixels(a.pixels.value_or(512)),
-        max_distance(parse_length_above_0("--max-distance", a.max_distance)),
-        z_up(a.view.z_up) {}
-
-  StudyKind kind;
-  std::uint32_t views;      ///< Matched from, where they do not vary
-  std::uint32_t view_size;  ///< Pixels a side of a depth view; 0: by the density of HIGH
-  std::uint32_t size;       ///< Texels a side of the map, where it does not vary
-  std::uint32_t faces;      ///< Of the low poly, where they do not vary and none is given
-  std::uint32_t pixels;     ///< A side of the pictures measured
-  Length max_distance;
-  bool z_up;  ///< In the error picture
-};
-
 constexpr std::array<std::uint32_t, 11> kStudyViews = {1, 2, 3, 4, 6, 8, 12, 16, 24, 32, 48};
 constexpr std::array<std::uint32_t, 6> kStudyFaces = {500, 1000, 2000, 4000, 8000, 16000};
 constexpr std::array<std::uint32_t, 5> kStudySizes = {128, 256, 512, 1024, 2048};
 
-/// Ways to make a setting's map: one curve of a plot each.
-enum class Curve {
-  paper,  ///< Depth views by the least depth difference, points left on the view's line
-  kiln,  ///< Depth views as Kiln matches them by default: best angle, points moved to the normal's line
-  ray,   ///< Rays along the low poly's normals: no views
-  none,  ///< No map at all: the low poly's own normals
-};
-std::string curve_name(Curve curve) {
-  switch (curve) {
-    case Curve::paper:
-      return "paper";
-    case Curve::kiln:
-      return "kiln";
-    case Curve::ray:
-      return default_match();
-    case Curve::none:
-      break;
-  }
-  return "none";
-}
+// Ways to make a setting's map: one curve of a plot each. default_match(): rays along the low poly's normals, no views.
+constexpr const char* kPaper =
+    "paper";  ///< Views by the least depth difference, points left on the view's line
+constexpr const char* kKiln =
+    "kiln";  ///< Views by the best angle, points moved to the normal's line
+constexpr const char* kNone = "none";  ///< No map at all: the low poly's own normals
 
-/// One setting with its figures.
+constexpr const char* kDegrees = "normal_error.mean_angle_degrees";
+
+/// One setting to measure.
 struct Setting {
-  Curve curve = Curve::kiln;
-  std::uint32_t views = 0;         ///< 0: not matched by views
-  std::uint32_t target_faces = 0;  ///< As asked; of a given LOW: its own
-  std::uint32_t size = 0;          ///< Texels a side; 0: no map
-
-  std::uint64_t faces = 0;      ///< Of the low poly
-  std::uint32_t view_size = 0;  ///< Pixels a side; 0: not matched by views
-  NormalError normal;           ///< Over the held-out views
-  DistanceError distance;       ///< Of the match, low poly to high poly, world units
-  DepthError depth;             ///< Of the low poly over the held-out views; of StudyKind::faces
-  double seconds_bake = 0, seconds_measure = 0;
-  std::vector<Warning> warnings;
-};
-
-/// A setting's error where one looks from one held-out view.
-struct ErrorPicture {
-  std::size_t setting = 0;  ///< Index
-  Image degrees;            ///< normal_angles()
+  std::string curve;
+  std::uint32_t views;  ///< 0: not matched by views
+  std::uint32_t faces;  ///< As asked; of a given LOW: its own
+  std::uint32_t size;   ///< Texels a side; 0: no map
 };
 
 struct Study {
-  std::vector<Setting> settings;   ///< By curve, faces, map size, views
-  std::vector<Vec3> held_out;      ///< Directions measured from
-  double least_angle_degrees = 0;  ///< Between them and those matched from
-  double diagonal = 0;             ///< Of HIGH, world units
-  double max_distance = 0;         ///< World units
-  Image original;                  ///< HIGH, from the picture's view
-  ErrorPicture worst, best;        ///< By mean angle, of the settings matched by views
-  std::vector<Warning> warnings;   ///< Of HIGH and of LOW
-  double seconds_low = 0;          ///< Making low polys
-  bool cancelled = false;
+  std::vector<Json> rows;           ///< Figures of settings, by curve, faces, map size, views
+  std::vector<Json> others;         ///< Their seconds and warnings
+  std::vector<Image> pictures;      ///< normal_angles() from one view, of those matched by views
+  std::size_t worst = 0, best = 0;  ///< By mean angle, of the settings matched by views
+  Image original;                   ///< HIGH, from the picture's view
+  double diagonal = 0, max_distance = 0;  ///< Of HIGH, and looked: world units
 };
 
 // ---- measuring ---------------------------------------------------------------------------------
 
-constexpr std::uint32_t kPictureSize = 640;  // pixels a side of the error picture's panels
-
-/// Settings to measure, in an order that makes each low poly once.
-std::vector<Setting> plan(const StudyOptions& options, const Mesh& high, const Mesh* low) {
-  std::vector<Setting> settings;
-  const auto add = [&](Curve curve, std::uint32_t views, std::uint32_t faces, std::uint32_t size) {
-    Setting setting;
-    setting.curve = curve;
-    setting.views = views;
-    setting.target_faces = faces;
-    setting.size = size;
-    settings.push_back(setting);
-  };
-  if (options.kind == StudyKind::views) {
-    const std::uint32_t faces =
-        low != nullptr ? static_cast<std::uint32_t>(low->triangles.size()) : options.faces;
-    add(Curve::none, 0, faces, 0);
-    add(Curve::ray, 0, faces, options.size);
-    for (const std::uint32_t views : kStudyViews) {
-      add(Curve::paper, views, faces, options.size);
-      add(Curve::kiln, views, faces, options.size);
-    }
-    return settings;
+/// Settings to measure, by curve, faces, map size and views.
+std::vector<Setting> plan(const MeasureArguments& a, const Mesh& high, const Mesh* low) {
+  const bool views = a.study == "views", sizes = a.study == "size";
+  std::vector<std::uint32_t> faces;
+  if (views) {
+    faces = {low != nullptr ? static_cast<std::uint32_t>(low->triangles.size()) : *a.faces};
+  } else {
+    faces.assign(kStudyFaces.begin(), kStudyFaces.end());
+    std::erase_if(faces, [&](std::uint32_t count) { return count >= high.triangles.size(); });
   }
-  for (const std::uint32_t faces : kStudyFaces) {
-    if (faces >= high.triangles.size()) break;
-    add(Curve::none, 0, faces, 0);
-    if (options.kind == StudyKind::size) {
-      for (const std::uint32_t size : kStudySizes) add(Curve::kiln, options.views, faces, size);
-    } else {
-      add(Curve::ray, 0, faces, options.size);
-      add(Curve::paper, options.views, faces, options.size);
-      add(Curve::kiln, options.views, faces, options.size);
-    }
-  }
-  if (settings.empty()) {
+  if (faces.empty()) {
     throw Error(ErrorCode::input, "'" + high.name + "' has " +
                                       std::to_string(high.triangles.size()) +
                                       " triangles: a study of low polys needs more than " +
                                       std::to_string(kStudyFaces[0]) + ".");
   }
+  using Numbers = std::vector<std::uint32_t>;
+  const Numbers of_views =
+      views ? Numbers(kStudyViews.begin(), kStudyViews.end()) : Numbers{*a.views};
+  const Numbers of_size =
+      sizes ? Numbers(kStudySizes.begin(), kStudySizes.end()) : Numbers{*a.size};
+  std::vector<Setting> settings;
+  const auto add = [&](const std::string& curve, const Numbers& from, const Numbers& maps) {
+    for (const std::uint32_t count : faces) {
+      for (const std::uint32_t size : maps) {
+        for (const std::uint32_t number : from) settings.push_back({curve, number, count, size});
+      }
+    }
+  };
+  if (!sizes) add(kPaper, of_views, of_size);
+  add(kKiln, of_views, of_size);
+  if (!sizes) add(default_match(), {0}, of_size);
+  add(kNone, {0}, {0});
   return settings;
 }
 
 /// The low polys, each made where it is first needed.
 class LowMeshes {
  public:
-  LowMeshes(const Mesh& high, const Mesh* given, double& seconds)
-      : high_(high), given_(given), seconds_(seconds) {}
+  LowMeshes(const Mesh& high, const Mesh* given) : high_(high), given_(given) {}
 
-  /// With UVs laid out for a map of this size (0: as the last).
+  /// With UVs laid out for a map of this size (0: without).
   const Mesh& get(std::uint32_t faces, std::uint32_t size, std::vector<Warning>& warnings) {
     if (given_ != nullptr) return *given_;
-    Stopwatch watch;
-    if (faces != faces_) {
+    const auto found = made_.find({faces, size});
+    if (found != made_.end()) return found->second;
+    const Mesh& high = size == 0 ? high_ : get(faces, 0, warnings);
+    const Stopwatch watch;
+    Mesh& mesh = made_[{faces, size}];
+    const auto warn = [&](const auto& report) {
+      warnings.insert(warnings.end(), report.warnings.begin(), report.warnings.end());
+    };
+    if (size == 0) {
       SimplifyOptions options;
       options.faces = faces;
       SimplifyReport report;
-      simple_ = simplify(high_, options, &report);
-      warnings.insert(warnings.end(), report.warnings.begin(), report.warnings.end());
-      mesh_ = simple_;
-    }
-    if (size != 0 && (faces != faces_ || size != size_)) {
-      UnwrapOptions options;
-      options.method = UnwrapMethod::pairs;
-      options.size = std::max(size, 16U);
+      mesh = simplify(high, options, &report);
+      warn(report);
+    } else {
       UnwrapReport report;
-      mesh_ = fit_normals(unwrap(simple_, options, &report), high_);
-      warnings.insert(warnings.end(), report.warnings.begin(), report.warnings.end());
-      size_ = size;
-    } else if (faces != faces_) {
-      size_ = 0;
+      mesh = fit_normals(unwrap(high, {UnwrapMethod::pairs, std::max(size, 16U)}, &report), high_);
+      warn(report);
     }
-    faces_ = faces;
-    seconds_ += watch.total();
-    return mesh_;
+    seconds += watch.total();
+    return mesh;
   }
+
+  double seconds = 0;  ///< That this took
 
  private:
   const Mesh& high_;
   const Mesh* given_;
-  double& seconds_;
-  std::uint32_t faces_ = 0, size_ = 0;
-  Mesh simple_, mesh_;
+  std::map<std::pair<std::uint32_t, std::uint32_t>, Mesh> made_;  ///< By faces and size
 };
 
-BakeOptions bake_options(const Setting& setting, const StudyOptions& options) {
+BakeOptions bake_options(const Setting& setting, const MeasureArguments& a) {
   BakeOptions bake;
   bake.width = bake.height = setting.size;
-  bake.match.max_distance = options.max_distance;
+  bake.match.max_distance = a.search_distance();
   bake.report.keep_match = true;
-  if (setting.curve == Curve::ray) return bake;
+  if (setting.curve == default_match()) return bake;
   bake.match.method = first_match("match.views.count");
   bake.match.views.count = setting.views;
-  bake.match.views.size = options.view_size;
-  if (setting.curve == Curve::paper) {
+  bake.match.views.size = a.view_size.value_or(0);
+  if (setting.curve == kPaper) {
     bake.match.views.criterion = ViewCriterion::depth;
     bake.match.views.refine = false;
   }
   return bake;
 }
 
-/// A look from the front, a little from the side and above, where nothing is matched from there; else the
-/// held-out view nearest to it.
-RenderOptions picture_options(const Mesh& frame, const std::vector<Vec3>& held_out,
-                              const std::vector<Vec3>& used, bool z_up) {
+/// Of a match, low poly to high poly; beside the share of samples that found a point.
+Json json_of(const DistanceError& d, double diagonal) {
+  return fields(
+      "samples missed mean p95 max mean_percent_of_diagonal p95_percent_of_diagonal "
+      "max_percent_of_diagonal",
+      {d.samples, d.missed, d.mean, d.p95, d.max, 100 * d.mean / diagonal, 100 * d.p95 / diagonal,
+       100 * d.max / diagonal});
+}
+
+Json json_of(const DepthError& d) {
+  return fields("pixels one_sided mean rms max", {d.pixels, d.one_sided, d.mean, d.rms, d.max});
+}
+
+/// The held-out view nearest to a look from the front, a little from the side and above.
+RenderOptions picture_options(const Mesh& frame, const std::vector<Vec3>& held_out, bool z_up) {
   constexpr Vec3 kFront = {0.4830F, 0.2588F, 0.8365F};  // 30 degrees aside, 15 above
   const std::array<Vec3, 1> front = {z_up ? Vec3{kFront.x, -kFront.z, kFront.y} : kFront};
   const auto angle = [&](const Vec3& view) { return least_angle_degrees({&view, 1}, front); };
-  Vec3 toward = front[0];
-  if (least_angle_degrees(front, used) < kLeastHeldOutAngle) {
-    toward = *std::min_element(held_out.begin(), held_out.end(),
-                               [&](const Vec3& a, const Vec3& b) { return angle(a) < angle(b); });
-  }
-  const ViewAngles view = view_angles(z_up ? Vec3{toward.x, toward.z, -toward.y} : toward);
   RenderOptions options;
-  options.size = kPictureSize;
-  options.azimuth_degrees = view.azimuth_degrees;
-  options.elevation_degrees = view.elevation_degrees;
+  options.size = 640;
   options.z_up = z_up;
+  options.trim = true;
   options.frame = &frame;
+  look_from(*std::min_element(held_out.begin(), held_out.end(),
+                              [&](const Vec3& a, const Vec3& b) { return angle(a) < angle(b); }),
+            options);
   return options;
 }
 
-std::string stage(const Setting& setting) {
-  std::string text = std::to_string(setting.target_faces) + " faces";
-  if (setting.curve == Curve::none) return text + ", no map";
-  text += ", " + std::to_string(setting.size) + " x " + std::to_string(setting.size) + " map, ";
-  if (setting.curve == Curve::ray) return text + "rays";
-  return text + std::to_string(setting.views) + (setting.views == 1 ? " view" : " views") +
-         (setting.curve == Curve::paper ? " as in the paper" : "");
-}
-
 /// \param low  null: made from `high`
+/// \param run  gets what is no setting's alone
+/// \returns nothing where progress said stop
 /// \throws Error(input) where HIGH has too few faces for a study of them
-Study measure_study(const Device& device, const Mesh& high, const Mesh* low,
-                    const StudyOptions& options, const Progress& progress) {
+std::optional<Study> measure_study(const Device& device, const Mesh& high, const Mesh* low,
+                                   const MeasureArguments& a, const Progress& progress,
+                                   LabRun& run) {
   Study study;
-  study.settings = plan(options, high, low);
+  const std::vector<Setting> settings = plan(a, high, low);
   // The same views for all three studies, so that their figures can be compared.
-  std::vector<Vec3> used = spread_views(options.views);
+  std::vector<Vec3> used = spread_views(*a.views);
   for (const std::uint32_t count : kStudyViews) {
     const std::vector<Vec3> more = spread_views(count);
     used.insert(used.end(), more.begin(), more.end());
   }
-  study.held_out = held_out_views(kHeldOutViews, used, kLeastHeldOutAngle);
-  study.least_angle_degrees = least_angle_degrees(study.held_out, used);
+  const std::vector<Vec3> held_out = held_out_views(kHeldOutViews, used, kLeastHeldOutAngle);
+  run.report["measured_from"] =
+      describe_views(held_out, *a.pixels, least_angle_degrees(held_out, used));
 
-  study.cancelled = true;  // until all is done
-  if (!progress(0, "preparing the high poly")) return study;
+  Steps steps(progress);
+  if (!steps.at("preparing the high poly")) return std::nullopt;
+  steps.count = static_cast<double>(settings.size());
   const Source source(device, high);
   study.diagonal = source.stats().diagonal;
-  study.warnings = source.warnings();
+  run.warnings.insert(run.warnings.end(), source.warnings().begin(), source.warnings().end());
   const Scene high_scene(device, high);
-  const std::vector<ViewAngles> angles = angles_of(study.held_out);
-  const NormalReference reference(high_scene, high, angles, options.pixels);
+  const std::vector<ViewAngles> angles = angles_of(held_out);
+  const NormalReference reference(high_scene, high, angles, *a.pixels);
   std::optional<DepthReference> depths;
-  if (options.kind == StudyKind::faces) depths.emplace(high_scene, high, angles, options.pixels);
-  RenderOptions picture = picture_options(high, study.held_out, used, options.z_up);
+  if (a.study == "faces") depths.emplace(high_scene, high, angles, *a.pixels);
+  RenderOptions picture = picture_options(high, held_out, a.view.z_up);
   study.original = high_scene.draw(picture);
   picture.show_normals = true;
   picture.samples = 1;
   const Image high_normals = high_scene.draw(picture);
 
-  LowMeshes lows(high, low, study.seconds_low);
-  bool first = true;
-  double least = 0;
-  double most = 0;
-  for (std::size_t i = 0; i < study.settings.size(); ++i) {
-    Setting& setting = study.settings[i];
-    const auto show = [&](double done) {
-      return progress((static_cast<double>(i) + done) / static_cast<double>(study.settings.size()),
-                      stage(setting));
-    };
-    if (!show(0)) return study;
-    const Mesh& mesh = lows.get(setting.target_faces, setting.size, setting.warnings);
-    setting.faces = mesh.triangles.size();
+  LowMeshes lows(high, low);
+  double seconds_bake = 0, seconds_measure = 0;
+  for (const Setting& s : settings) {
+    const std::string number = std::to_string(study.rows.size() + 1);
+    if (!steps.at("setting " + number + " of " + std::to_string(settings.size()) + ", " + s.curve))
+      return std::nullopt;
+    std::vector<Warning> warnings;
+    const Mesh& mesh = lows.get(s.faces, s.size, warnings);
+    const bool views = s.views != 0, paper = s.curve == kPaper;
+    const auto of_views = [&](const Json& value) { return views ? value : Json(); };
+    BakeOptions bake_with = bake_options(s, a);
+    Json figures =
+        fields("curve match views view_size view_criterion view_refine target_faces faces size",
+               {s.curve, s.curve == kNone ? Json() : Json(bake_with.match.method.name),
+                of_views(s.views), Json(), of_views(paper ? "depth" : "angle"), of_views(!paper),
+                s.faces, mesh.triangles.size(), s.size != 0 ? Json(s.size) : Json()});
     Stopwatch watch;
     NormalMap map;
     BakeResult result;
-    if (setting.curve != Curve::none) {
-      BakeOptions bake_with = bake_options(setting, options);
-      bake_with.progress = [&](double done, std::string_view) { return show(done / 2); };
+    if (s.curve != kNone) {
+      bake_with.progress = steps.within(0.5);
       result = bake(source, mesh, bake_with);
-      if (result.cancelled) return study;
+      if (result.cancelled) return std::nullopt;
       const BakeReport& report = result.report;
-      setting.warnings.insert(setting.warnings.end(), report.warnings.begin(),
-                              report.warnings.end());
-      setting.distance = match_distance(*result.match);
-      if (report.views) setting.view_size = report.views->size;
+      warnings.insert(warnings.end(), report.warnings.begin(), report.warnings.end());
+      const DistanceError d = match_distance(*result.match);
+      const double samples = static_cast<double>(std::max<std::uint64_t>(1, d.samples + d.missed));
+      figures["matched_share"] = static_cast<double>(d.samples) / samples;
+      figures["distance_error"] = json_of(d, study.diagonal);
+      if (report.views) figures["view_size"] = report.views->size;
       study.max_distance = report.max_distance;
       map.image = &result.maps[0].image;
     }
-    setting.seconds_bake = watch.lap();
-    if (!show(0.5)) return study;
+    const double bake_time = watch.lap();
     const Scene scene(device, mesh, map);
-    setting.normal = reference.compare(scene);
-    if (depths && setting.curve == Curve::none) setting.depth = depths->compare(scene);
-    check_seen(setting.normal, high, mesh);
-    setting.seconds_measure = watch.lap();
-
-    if (setting.views == 0) continue;
-    const double mean = setting.normal.mean_degrees;
-    if (!first && mean >= least && mean <= most) continue;
-    const ErrorPicture seen{i, normal_angles(high_normals, scene.draw(picture))};
-    if (first || mean > most) study.worst = seen, most = mean;
-    if (first || mean < least) study.best = seen, least = mean;
-    first = false;
+    const NormalError error = reference.compare(scene);
+    check_seen(error, high, mesh);
+    figures["normal_error"] = describe(error);
+    if (depths && s.curve == kNone) {
+      figures["depth_difference"] = json_of(depths->compare(scene));
+    }
+    const double measure_time = watch.lap();
+    seconds_bake += bake_time, seconds_measure += measure_time;
+    study.others.push_back(
+        fields("seconds warnings",
+               {fields("bake measure", {bake_time, measure_time}), describe(warnings)}));
+    run.of_settings.insert(run.of_settings.end(), warnings.begin(), warnings.end());
+    study.rows.push_back(std::move(figures));
+    steps.done += 1;
+    if (!views) continue;
+    study.pictures.push_back(normal_angles(high_normals, scene.draw(picture)));
+    const auto degrees = [&](std::size_t i) { return study.rows[i].at(kDegrees).number(); };
+    if (error.mean_degrees > degrees(study.worst)) study.worst = study.rows.size() - 1;
+    if (error.mean_degrees < degrees(study.best)) study.best = study.rows.size() - 1;
   }
-
-  // By curve, which is how they are read; the pictures' settings move along.
-  std::vector<std::size_t> order(study.settings.size());
-  for (std::size_t i = 0; i < order.size(); ++i) order[i] = i;
-  const auto key = [&](std::size_t i) {
-    const Setting& s = study.settings[i];
-    return std::tuple(s.curve, s.target_faces, s.size, s.views);
-  };
-  std::sort(order.begin(), order.end(),
-            [&](std::size_t a, std::size_t b) { return key(a) < key(b); });
-  std::vector<Setting> sorted;
-  for (const std::size_t i : order) sorted.push_back(std::move(study.settings[i]));
-  study.settings = std::move(sorted);
-  for (ErrorPicture* seen : {&study.worst, &study.best}) {
-    seen->setting = static_cast<std::size_t>(std::find(order.begin(), order.end(), seen->setting) -
-                                             order.begin());
-  }
-  study.cancelled = false;
+  run.seconds.update(fields("low bake measure", {lows.seconds, seconds_bake, seconds_measure}));
   return study;
 }
 
-// ---- what is written ---------------------------------------------------------------------------
+// ---- plots -------------------------------------------------------------------------------------
 
-constexpr double kEnough = 0.05;  // see levels_off
-
-using Series = std::vector<const Setting*>;
-using Figure = double (*)(const Setting*);
-
-double mean_degrees(const Setting* s) { return s->normal.mean_degrees; }
-double mean_8bit(const Setting* s) { return s->normal.mean_8bit; }
-double by_views(const Setting* s) { return s->views; }
-double by_faces(const Setting* s) { return s->target_faces; }
-double by_size(const Setting* s) { return s->size; }
-
-/// The settings of one curve, and of one low poly where `target_faces` is given, in the study's order.
-Series select(const Study& study, Curve curve, std::uint32_t target_faces = 0) {
-  Series result;
-  for (const Setting& setting : study.settings) {
-    if (setting.curve == curve && (target_faces == 0 || setting.target_faces == target_faces)) {
-      result.push_back(&setting);
-    }
+/// Settings of one curve, and of one low poly where `faces` is given, in the study's order.
+std::vector<Json> select(const Study& study, const std::string& curve, double faces = 0) {
+  std::vector<Json> some;
+  for (const Json& row : study.rows) {
+    if (row.at("curve").text() == curve && (faces == 0 || row.at("target_faces").number() == faces))
+      some.push_back(row);
   }
-  return result;
+  return some;
 }
 
-const Setting& least(const Series& series) {
-  return **std::min_element(series.begin(), series.end(), [](const Setting* a, const Setting* b) {
-    return mean_degrees(a) < mean_degrees(b);
-  });
-}
+double degrees_of(const Json& row) { return row.at(kDegrees).number(); }
 
 /// The first of an ordered series whose mean angle is within 5% of the series' least: more than that (views,
 /// texels) gains little.
-const Setting& levels_off(const Series& series) {
-  const double enough = mean_degrees(&least(series)) * (1 + kEnough);
-  return **std::find_if(series.begin(), series.end(),
-                        [&](const Setting* setting) { return mean_degrees(setting) <= enough; });
+const Json& levels_off(const std::vector<Json>& series) {
+  constexpr double kEnough = 0.05;
+  double least = degrees_of(series.front());
+  for (const Json& row : series) least = std::min(least, degrees_of(row));
+  return *std::find_if(series.begin(), series.end(),
+                       [&](const Json& row) { return degrees_of(row) <= least * (1 + kEnough); });
 }
 
-/// Numbers of faces of the low polys that were made, in their order.
-std::vector<std::uint32_t> face_counts(const Study& study) {
-  std::vector<std::uint32_t> result;
-  for (const Setting* setting : select(study, Curve::kiln)) {
-    if (result.empty() || result.back() != setting->target_faces) {
-      result.push_back(setting->target_faces);
-    }
-  }
-  return result;
+/// A curve of figures by their paths.
+Json curve_of(const std::string& title, const Json& look, const std::vector<Json>& series,
+              const char* x, const char* y) {
+  const auto figure = [](const char* path) {
+    return [path](const Json& row) { return row.at(path); };
+  };
+  return plot_curve(title, look, series, figure(x), figure(y));
 }
 
-std::string figure(double value) { return fixed_text(value, 2); }
+Json panel_of(const std::string& y_title, std::initializer_list<Json::Element> curves) {
+  Json panel = plot_panel(y_title);
+  panel["curves"] = Json::array(curves);
+  return panel;
+}
+
+Json plot_of(const std::string& title, const char* x_title, const Json& x_ticks,
+             const Json& panels) {
+  return fields("kind title x_title x_ticks panels", {"study", title, x_title, x_ticks, panels});
+}
 
 std::string size_text(std::uint32_t size) {
   return std::to_string(size) + " × " + std::to_string(size) + " map";
 }
 
-// ---- plots -------------------------------------------------------------------------------------
-
-Json study_of(const std::string& title, const char* x_title, const Json& x_ticks,
-              const Json& panels) {
-  return fields("kind title x_title x_ticks panels", {"study", title, x_title, x_ticks, panels});
+/// The two ways to match by views.
+Json paper_curve(const Study& study, const char* x, const char* y) {
+  return curve_of("paper: least depth difference", kPaper, select(study, kPaper), x, y);
+}
+Json kiln_curve(const Study& study, const char* x, const char* y) {
+  return curve_of("Kiln: best angle, refined", kKiln, select(study, kKiln), x, y);
 }
 
-Json paper_and_kiln(const Study& study, Figure x, Figure y) {
-  return Json::array(
-      {plot_curve("paper: least depth difference", "paper", select(study, Curve::paper), x, y),
-       plot_curve("Kiln: best angle, refined", "kiln", select(study, Curve::kiln), x, y)});
-}
-
-Json views_plot(const Study& study, const std::string& mesh) {
-  const Setting* ray = select(study, Curve::ray).front();
-  const Setting* none = select(study, Curve::none).front();
-  const auto panel_of = [&](const char* title, Figure y, const char* unit) {
-    Json json = plot_panel(title);
-    json["curves"] = paper_and_kiln(study, by_views, y);
-    json["levels"] = Json::array(
-        {fields("title look y",
-                {"rays (no views): " + figure(y(ray)) + unit, curve_name(Curve::ray), y(ray)}),
-         fields("title look y", {"no map: " + figure(y(none)) + unit, "none", y(none)})});
+Json views_plot(const Study& study, const MeasureArguments& a, const std::string& mesh) {
+  const auto panel = [&](const char* title, const char* path, const char* unit) {
+    Json json =
+        panel_of(title, {paper_curve(study, "views", path), kiln_curve(study, "views", path)});
+    for (const auto& [name, curve] :
+         {std::pair<std::string, std::string>{"rays (no views)", default_match()},
+          {"no map", kNone}}) {
+      const double y = select(study, curve).front().at(path).number();
+      json["levels"].push_back(
+          fields("title look y", {name + ": " + fixed_text(y, 2) + unit, curve, y}));
+    }
     return json;
   };
-  Json data = study_of(
-      "Normal error against the number of views matched from: " + mesh + ", " +
-          plural(ray->faces, "face") + ", " + size_text(ray->size),
-      "Depth views matched from", kStudyViews,
-      Json::array({panel_of("Mean angle between normals, degrees", mean_degrees, " degrees"),
-                   panel_of("Mean 8-bit difference of normals, 0 to 255", mean_8bit, "")}));
+  Json data =
+      plot_of("Normal error against the number of views matched from: " + mesh + ", " +
+                  count_text(study.rows.front().at("faces")) + " faces, " + size_text(*a.size),
+              "Depth views matched from", kStudyViews,
+              Json::array({panel("Mean angle between normals, degrees", kDegrees, " degrees"),
+                           panel("Mean 8-bit difference of normals, 0 to 255",
+                                 "normal_error.mean_8bit_difference", "")}));
   data["x_note"] = fields("x text", {12, "12: the paper's choice"});
   return data;
 }
 
-Json faces_plot(const Study& study, const StudyOptions& options, const std::string& mesh) {
-  const Series own = select(study, Curve::kiln), without = select(study, Curve::none);
-  const auto percent = [&](double distance) { return 100 * distance / study.diagonal; };
-  Json distances = plot_panel("Distance of the low poly to the high poly, % of the diagonal");
-  const auto add = [&](const std::string& title, const char* look, double DistanceError::*value) {
-    distances["curves"].push_back(plot_curve(
-        title, look, own, by_faces, [&](const Setting* s) { return percent(s->distance.*value); }));
-  };
-  add("farthest (looked " + figure(percent(study.max_distance)) + "% far)", "max",
-      &DistanceError::max);
-  add("95% are nearer", "p95", &DistanceError::p95);
-  add("mean", "mean", &DistanceError::mean);
-  Json angles = plot_panel("Mean angle between normals, degrees");
-  angles["curves"] = paper_and_kiln(study, by_faces, mean_degrees);
-  angles["curves"].push_back(plot_curve("rays (no views)", curve_name(Curve::ray),
-                                        select(study, Curve::ray), by_faces, mean_degrees));
-  angles["curves"].push_back(plot_curve("no map", "none", without, by_faces, mean_degrees));
-  // Wang et al., figure 3b: of the mesh alone, whatever its map.
-  Json depths = plot_panel("Depth difference in pictures, normalised screen units");
-  depths["curves"].push_back(plot_curve("mean over 30 views", "mean", without, by_faces,
-                                        [](const Setting* s) { return s->depth.mean; }));
+Json faces_plot(const Study& study, const MeasureArguments& a, const std::string& mesh) {
+  const std::vector<Json> own = select(study, kKiln), without = select(study, kNone);
+  const char* faces = "target_faces";
   Json ticks = Json::array();
-  for (const Setting* setting : own) ticks.push_back(setting->target_faces);
-  return study_of("Errors against the low poly's faces: " + mesh + ", " +
-                      plural(options.views, "view") + ", " + size_text(options.size),
-                  "Faces of the low poly", ticks, Json::array({distances, depths, angles}));
+  for (const Json& row : own) ticks.push_back(row.at(faces));
+  const std::string far = fixed_text(100 * study.max_distance / study.diagonal, 2);
+  const Json distances = panel_of(
+      "Distance of the low poly to the high poly, % of the diagonal",
+      {curve_of("farthest (looked " + far + "% far)", "max", own, faces,
+                "distance_error.max_percent_of_diagonal"),
+       curve_of("95% are nearer", "p95", own, faces, "distance_error.p95_percent_of_diagonal"),
+       curve_of("mean", "mean", own, faces, "distance_error.mean_percent_of_diagonal")});
+  // Wang et al., figure 3b: of the mesh alone, whatever its map.
+  const Json depths =
+      panel_of("Depth difference in pictures, normalised screen units",
+               {curve_of("mean over 30 views", "mean", without, faces, "depth_difference.mean")});
+  const std::vector<Json> rays = select(study, default_match());
+  const Json angles =
+      panel_of("Mean angle between normals, degrees",
+               {paper_curve(study, faces, kDegrees), kiln_curve(study, faces, kDegrees),
+                curve_of("rays (no views)", default_match(), rays, faces, kDegrees),
+                curve_of("no map", kNone, without, faces, kDegrees)});
+  return plot_of("Errors against the low poly's faces: " + mesh + ", " + plural(*a.views, "view") +
+                     ", " + size_text(*a.size),
+                 "Faces of the low poly", ticks, Json::array({distances, depths, angles}));
 }
 
-Json size_plot(const Study& study, const StudyOptions& options, const std::string& mesh) {
+Json size_plot(const Study& study, const MeasureArguments& a, const std::string& mesh) {
   Json angles = plot_panel("Mean angle between normals, degrees");
   angles["rings"]["title"] = "larger maps gain less than 5%";
-  const Series without = select(study, Curve::none);
-  for (std::size_t i = 0; i < without.size(); ++i) {
-    const Setting& none = *without[i];
-    const double last = static_cast<double>(std::max<std::size_t>(2, without.size()) - 1);
-    const Series series = select(study, Curve::kiln, none.target_faces);
-    angles["curves"].push_back(
-        plot_curve(with_commas(none.target_faces) +
-                       " faces (no map: " + figure(none.normal.mean_degrees) + ")",
-                   static_cast<double>(i) / last, series, by_size, mean_degrees));
-    const Setting& enough = levels_off(series);
-    if (&enough == series.back()) continue;
-    angles["rings"]["x"].push_back(enough.size);
-    angles["rings"]["y"].push_back(enough.normal.mean_degrees);
+  const std::vector<Json> without = select(study, kNone);
+  const double last = static_cast<double>(std::max<std::size_t>(2, without.size()) - 1);
+  double before = 0;
+  for (const Json& none : without) {
+    const std::vector<Json> series = select(study, kKiln, none.at("target_faces").number());
+    angles["curves"].push_back(curve_of(count_text(none.at("target_faces")) + " faces (no map: " +
+                                            fixed_text(degrees_of(none), 2) + ")",
+                                        before++ / last, series, "size", kDegrees));
+    const Json& enough = levels_off(series);
+    if (&enough == &series.back()) continue;
+    angles["rings"]["x"].push_back(enough.at("size"));
+    angles["rings"]["y"].push_back(degrees_of(enough));
   }
-  return study_of(
-      "Normal error against map size and faces: " + mesh + ", " + plural(options.views, "view"),
+  return plot_of(
+      "Normal error against map size and faces: " + mesh + ", " + plural(*a.views, "view"),
       "Texels a side of the map", kStudySizes, Json::array({angles}));
+}
+
+/// The high poly, and where the worst and the best setting by views err.
+Image error_picture(const Study& study) {
+  ErrorSheet sheet;
+  sheet.add_picture(study.original,
+                    {"the high poly", "the original: its normals are the reference"});
+  for (const auto& [rank, index] :
+       {std::pair("worst: ", study.worst), std::pair("best: ", study.best)}) {
+    const Json& row = study.rows[index];
+    const std::string size = text_of(row.at("size").number());
+    sheet.add(study.pictures[index],
+              {rank + row.at("curve").text() + ", views: " + count_text(row.at("views")),
+               count_text(row.at("faces")) + " faces, " + size + " x " + size + " map",
+               formatted("mean %.2f degrees, 95%% under %.1f, over %u views", degrees_of(row),
+                         row.at("normal_error.p95_angle_degrees").number(), kHeldOutViews)});
+  }
+  return sheet.draw("degrees", "seen of only one of the two meshes: not measured");
 }
 
 // ---- text --------------------------------------------------------------------------------------
 
-Json json_of(const Setting& s, double diagonal) {
-  const bool views = s.views != 0, paper = s.curve == Curve::paper;
-  const auto of_views = [&](const Json& value) { return views ? value : Json(); };
-  Json json = fields(
-      "curve match views view_size view_criterion view_refine target_faces faces size normal_error",
-      {curve_name(s.curve),
-       views                   ? Json(first_match("match.views.count").name)
-       : s.curve == Curve::ray ? Json(default_match())
-                               : Json(),
-       of_views(s.views), of_views(s.view_size), of_views(paper ? "depth" : "angle"),
-       of_views(!paper), s.target_faces, s.faces, s.size != 0 ? Json(s.size) : Json(),
-       describe(s.normal)});
-  if (s.curve != Curve::none) {
-    const DistanceError& d = s.distance;
-    const double samples = static_cast<double>(std::max<std::uint64_t>(1, d.samples + d.missed));
-    json["matched_share"] = static_cast<double>(d.samples) / samples;
-    json["distance_error"] = fields(
-        "samples missed mean p95 max mean_percent_of_diagonal p95_percent_of_diagonal "
-        "max_percent_of_diagonal",
-        {d.samples, d.missed, d.mean, d.p95, d.max, 100 * d.mean / diagonal, 100 * d.p95 / diagonal,
-         100 * d.max / diagonal});
-  }
-  if (s.depth.pixels != 0) {
-    json["depth_difference"] =
-        fields("pixels one_sided mean rms max",
-               {s.depth.pixels, s.depth.one_sided, s.depth.mean, s.depth.rms, s.depth.max});
-  }
-  json["seconds"] = fields("bake measure", {s.seconds_bake, s.seconds_measure});
-  json["warnings"] = describe(s.warnings);
-  return json;
-}
-
-std::string line_of(const Setting& s, double diagonal) {
-  std::string what = curve_name(s.curve);
-  if (s.views != 0) what += " " + plural(s.views, "view");
-  what += ", " + std::to_string(s.faces) + " faces";
-  if (s.size != 0) what += ", " + std::to_string(s.size) + " x " + std::to_string(s.size);
-  const NormalError& n = s.normal;
-  std::string line = formatted(
-      "%-42s mean %.3f degrees, median %.3f, 95%% %.2f, 99%% %.2f; 8-bit %.2f", what.c_str(),
-      n.mean_degrees, n.median_degrees, n.p95_degrees, n.p99_degrees, n.mean_8bit);
-  if (s.curve != Curve::none) {
-    line +=
-        formatted("; distance %.4f%%, 95%% %.3f%%, max %.2f%%", 100 * s.distance.mean / diagonal,
-                  100 * s.distance.p95 / diagonal, 100 * s.distance.max / diagonal);
-  }
-  if (s.depth.pixels != 0) line += formatted("; depth difference %.5f", s.depth.mean);
-  return line;
-}
-
-std::vector<std::string> findings(const Study& study, const StudyOptions& options) {
-  std::vector<std::string> lines;
-  if (options.kind == StudyKind::views) {
-    for (const Curve curve : {Curve::paper, Curve::kiln}) {
-      const Series series = select(study, curve);
-      const Setting &enough = levels_off(series), &best = least(series);
-      lines.push_back(formatted(
-          "%s: %u views are within 5%% of the least mean error (%.3f against %.3f degrees, at %u "
-          "views); rays: %.3f",
-          curve == Curve::paper ? "as in the paper" : "Kiln's own matching", enough.views,
-          enough.normal.mean_degrees, best.normal.mean_degrees, best.views,
-          select(study, Curve::ray).front()->normal.mean_degrees));
-    }
-  } else if (options.kind == StudyKind::faces) {
-    const Series series = select(study, Curve::kiln);
-    if (series.size() < 2) return lines;
-    const Setting &few = *series.front(), &many = *series.back();
-    lines.push_back(formatted(
-        "%.3g times the faces: the mean distance is %.3g times, the mean normal error %.3g times "
-        "what it was",
-        static_cast<double>(many.faces) / static_cast<double>(few.faces),
-        many.distance.mean / few.distance.mean,
-        many.normal.mean_degrees / few.normal.mean_degrees));
-  } else {
-    for (const std::uint32_t faces : face_counts(study)) {
-      const Series series = select(study, Curve::kiln, faces);
-      const Setting& enough = levels_off(series);
-      // If it is the last, the series may not have levelled off.
-      lines.push_back(
-          &enough == series.back()
-              ? formatted("%u faces: %u x %u is not too large", faces, enough.size, enough.size)
-              : formatted("%u faces: maps larger than %u x %u gain less than 5%% (%.3f to %.3f "
-                          "degrees)",
-                          faces, enough.size, enough.size, enough.normal.mean_degrees,
-                          series.back()->normal.mean_degrees));
-    }
-  }
-  return lines;
-}
-
-std::string study_data(const Study& study) {
-  Table table(
-      "curve|views|target_faces|faces|size|pixels|mean_degrees|median_degrees|p95_degrees|"
-      "p99_degrees|max_degrees|mean_8bit|above_4|above_8|above_16|above_32|above_64|samples|missed|"
-      "distance_mean|distance_p95|distance_max|distance_mean_percent|distance_p95_percent|"
-      "distance_max_percent|depth_mean|depth_rms|depth_max");
-  for (const Setting& s : study.settings) {
-    const NormalError& n = s.normal;
-    const DistanceError& d = s.distance;
-    const auto percent = [&](double distance) { return 100 * distance / study.diagonal; };
-    const auto depth = [&](double value) { return s.depth.pixels != 0 ? Json(value) : Json(); };
-    static_assert(std::tuple_size_v<decltype(n.above_8bit)> == 5);
-    table.add({curve_name(s.curve),
-               s.views,
-               s.target_faces,
-               s.faces,
-               s.size,
-               n.pixels,
-               n.mean_degrees,
-               n.median_degrees,
-               n.p95_degrees,
-               n.p99_degrees,
-               n.max_degrees,
-               n.mean_8bit,
-               n.above_8bit[0],
-               n.above_8bit[1],
-               n.above_8bit[2],
-               n.above_8bit[3],
-               n.above_8bit[4],
-               d.samples,
-               d.missed,
-               d.mean,
-               d.p95,
-               d.max,
-               percent(d.mean),
-               percent(d.p95),
-               percent(d.max),
-               depth(s.depth.mean),
-               depth(s.depth.rms),
-               depth(s.depth.max)});
-  }
-  return table.csv();
-}
-
-Plot study_plot(const Study& study, const StudyOptions& options, const std::string& mesh) {
-  return {std::string("study_") + study_name(options.kind),
-          options.kind == StudyKind::faces  ? faces_plot(study, options, mesh)
-          : options.kind == StudyKind::size ? size_plot(study, options, mesh)
-                                            : views_plot(study, mesh),
-          {}};
-}
-
-Plot error_plot(const Study& study, const StudyOptions& options) {
-  ValueTiles tiles;
-  Json original = tiles.add_gray(gray(study.original));
-  original["captions"] =
-      Json::array({"the high poly", "the original: its normals are the reference"});
-  Json shown = Json::array({original});
-  const auto add = [&](const char* rank, const ErrorPicture& picture) {
-    // Pixels that neither mesh covers are -1, those that one does below.
-    Json tile = tiles.add(picture.degrees, [](float degrees) {
-      return degrees >= 0    ? double{degrees}
-             : degrees == -1 ? ValueTiles::kBeside
-                             : ValueTiles::kNotKnown;
-    });
-    // Each label names the picture, the way its map was made, and its figures.
-    const Setting& s = study.settings[picture.setting];
-    tile["captions"] =
-        Json::array({std::string(rank) + ": " +
-                         (s.curve == Curve::paper ? "as in the paper, " : "Kiln's own matching, ") +
-                         plural(s.views, "view"),
-                     plural(s.faces, "face") + ", " + size_text(s.size),
-                     formatted("mean %.2f degrees, 95%% under %.1f, over %u views",
-                               s.normal.mean_degrees, s.normal.p95_degrees, kHeldOutViews)});
-    shown.push_back(std::move(tile));
-  };
-  add("worst", study.worst);
-  add("best", study.best);
-  const Json block = fields("title unit tiles", {"error of the normal", "degrees", shown});
-  return tiles.plot(std::string("study_") + study_name(options.kind) + "_error",
-                    Json::array({block}), "seen of only one of the two meshes: not measured");
-}
-
-std::vector<std::string> study_lines(const Study& study, const StudyOptions& options) {
-  std::vector<std::string> lines;
-  for (const Setting& setting : study.settings) lines.push_back(line_of(setting, study.diagonal));
-  for (const std::string& line : findings(study, options)) lines.push_back(line);
-  return lines;
-}
-
-Json json_of(const Study& study, const StudyOptions& options) {
-  Json settings = Json::array();
-  for (const Setting& setting : study.settings) {
-    settings.push_back(json_of(setting, study.diagonal));
-  }
+/// The number of views by curve, or the map's size by faces, from which on more gains little.
+Json levels_off_at(const Study& study, const MeasureArguments& a) {
   Json enough = Json::object();
-  if (options.kind == StudyKind::views) {
-    for (const Curve curve : {Curve::paper, Curve::kiln}) {
-      enough[curve_name(curve)] = levels_off(select(study, curve)).views;
+  if (a.study == "views") {
+    for (const char* curve : {kPaper, kKiln}) {
+      enough[curve] = levels_off(select(study, curve)).at("views");
     }
-  } else if (options.kind == StudyKind::size) {
-    for (const std::uint32_t faces : face_counts(study)) {
-      enough[std::to_string(faces)] = levels_off(select(study, Curve::kiln, faces)).size;
+  } else if (a.study == "size") {
+    for (const Json& none : select(study, kNone)) {
+      const double faces = none.at("target_faces").number();
+      enough[text_of(faces)] = levels_off(select(study, kKiln, faces)).at("size");
     }
   }
-  Json json = fields(
-      "study measured_from diagonal max_distance_world settings worst best",
-      {study_name(options.kind),
-       describe_views(study.held_out, options.pixels, study.least_angle_degrees), study.diagonal,
-       study.max_distance, settings, study.worst.setting, study.best.setting});
-  if (!enough.empty()) json["levels_off_at"] = enough;
-  json["findings"] = findings(study, options);
-  return json;
+  return enough;
+}
+
+const std::vector<Column>& columns() {
+  static const std::vector<Column> all = {
+      {"curve", "curve"},
+      {"views", "views", 0},
+      {"faces", "faces", 0},
+      {"size", "size", 0},
+      {"mean °", kDegrees, 3},
+      {"median", "normal_error.median_angle_degrees", 3},
+      {"95%", "normal_error.p95_angle_degrees", 2},
+      {"99%", "normal_error.p99_angle_degrees", 2},
+      {"8-bit", "normal_error.mean_8bit_difference", 2},
+      {"distance %", "distance_error.mean_percent_of_diagonal", 4},
+      {"95%", "distance_error.p95_percent_of_diagonal", 3},
+      {"most", "distance_error.max_percent_of_diagonal", 2},
+      {"depth", "depth_difference.mean", 5}};
+  return all;
+}
+
+/// Adds all that was found.
+void add_report(const Study& study, const MeasureArguments& a, LabRun& run) {
+  run.lines = table_lines(columns(), study.rows);
+  Json settings = study.rows;
+  for (std::size_t i = 0; i < settings.size(); ++i) settings[i].update(study.others[i]);
+  const Json levels = levels_off_at(study, a);
+  std::vector<std::string> findings;
+  for (const std::string& key : levels.keys()) {
+    findings.push_back(
+        key + (a.study == "views" ? ": views" : " faces: texels a side") +
+        " that are within 5% of the least mean error: " + text_of(levels.at(key).number()));
+  }
+  run.lines.insert(run.lines.end(), findings.begin(), findings.end());
+  run.report.update(fields(
+      "study diagonal max_distance_world settings worst best findings",
+      {a.study, study.diagonal, study.max_distance, settings, study.worst, study.best, findings}));
+  if (!levels.empty()) run.report["levels_off_at"] = levels;
 }
 
 // ---- the command -------------------------------------------------------------------------------
 
-/// Contradictions between several options.
+/// Contradictions between several options. \throws Error(usage)
 void check_study(const MeasureArguments& a) {
-  if (!a.matches.empty() || a.directions || !a.visibility_at.empty()) {
-    fail(
-        "--match, --directions and --visibility-at are for rating matches: leave out "
-        "--study, "
-        "or them.");
-  }
+  refuse(a,
+         {"--match", "--directions", "--visibility-at", "--view", "--zoom", "--at", "--square",
+          "--picture-size"},
+         "rating matches: leave out --study, or it.");
   if (a.out.empty()) fail("--study needs --out, a folder for its data and pictures.");
-  if (!a.low.empty() && a.study != "views") {
+  const std::string varies = "what --study " + a.study + " does not vary itself: leave it out.";
+  if (a.study == "views") refuse(a, {"--views"}, varies);
+  if (a.study != "views") refuse(a, {"--faces"}, varies);
+  if (a.study == "size") refuse(a, {"--size"}, varies);
+  if (a.low.empty()) return;
+  if (a.study != "views") {
     fail("--study " + a.study + " makes its own low polys, but LOW '" + a.low +
          "' was given: leave it out.");
   }
-  if (!a.low.empty() && a.faces) {
-    fail("--faces is for making a low poly, but LOW '" + a.low +
-         "' was given: leave one of them out.");
-  }
-  const auto varies = [&](bool given, const char* option, bool is_varied) {
-    if (given && is_varied) {
-      fail("--study " + a.study + " varies " + option + " itself: leave the option out.");
-    }
-  };
-  varies(a.views.has_value(), "--views", a.study == "views");
-  varies(a.faces.has_value(), "--faces", a.study != "views");
-  varies(a.size.has_value(), "--size", a.study == "size");
-  if (a.asks_for_view()) {
-    fail(
-        "--view, --zoom, --at, --square and --picture-size are for rating matches: --study looks "
-        "from a direction that nothing was matched from. Leave them out.");
-  }
+  refuse(a, {"--faces"}, "making a low poly, but LOW '" + a.low + "' was given: leave one out.");
 }
 
 }  // namespace
 
-std::vector<std::string> study_names() {
-  std::vector<std::string> names;
-  for (const auto& [name, kind] : study_kinds()) names.push_back(name);
-  return names;
-}
-
-int run_study(const MeasureArguments& a) {
+int run_study(MeasureArguments a) {
   check_study(a);
-  const StudyOptions options(a);
-  Console console(a.quiet, a.json);
-  Stopwatch watch;
+  a.search_distance();  // checked before any work
+  a.views = a.views.value_or(12);
+  a.size = a.size.value_or(1024);
+  a.faces = a.faces.value_or(2000);
+  a.pixels = a.pixels.value_or(512);
+  LabRun run(a);
   const fs::path folder = a.out;
-  prepare_output_folder(folder);
-  prepare_parent(a.json);
 
   const Device device = Device::open(a.device);
-  if (!console.progress(0, "reading " + a.high)) return kExitCancelled;
-  std::vector<Warning> warnings;
+  if (!run.console.progress(0, "reading " + a.high)) return kExitCancelled;
   const Mesh high =
-      load_high(a.high, a.heights, warnings, load_options(a.bake, MeshSide::high)).mesh;
+      load_high(a.high, a.heights, run.warnings, load_options(a.bake, MeshSide::high)).mesh;
   std::optional<Mesh> low;
   if (!a.low.empty()) {
-    low = load_low(a.low, ", or leave LOW out", warnings, load_options(a.bake, MeshSide::low));
+    low = load_low(a.low, ", or leave LOW out", run.warnings, load_options(a.bake, MeshSide::low));
   }
-  const double seconds_load = watch.lap();
+  run.lap("load");
 
-  constexpr double kAtStudy = 0.02;
   constexpr double kAtSave = 0.97;
-  const Study study = measure_study(
-      device, high, low ? &*low : nullptr, options, [&](double done, std::string_view stage) {
-        return console.progress(kAtStudy + (kAtSave - kAtStudy) * done, stage);
-      });
-  if (study.cancelled) return kExitCancelled;
-  warnings.insert(warnings.end(), study.warnings.begin(), study.warnings.end());
-  const double seconds_study = watch.lap();
+  const Progress progress = run.within(0.02, kAtSave);
+  const std::optional<Study> study =
+      measure_study(device, high, low ? &*low : nullptr, a, progress, run);
+  if (!study) return kExitCancelled;
+  run.lap("study");
 
-  const Plot plot = study_plot(study, options, high.name);
-  if (!console.progress(kAtSave, "writing")) return kExitCancelled;
-  const fs::path data = folder / (plot.name + ".csv");
-  save_text(data, study_data(study));
-  std::vector<std::string> outputs = {data.string()};
-  if (!save_plots(folder, {plot, error_plot(study, options)}, outputs, warnings)) {
-    return kExitCancelled;
-  }
-  const double seconds_save = watch.lap();
+  if (!run.console.progress(kAtSave, "writing")) return kExitCancelled;
+  const Plot plot = {"study_" + a.study, (a.study == "faces"  ? faces_plot
+                                          : a.study == "size" ? size_plot
+                                                              : views_plot)(*study, a, high.name)};
+  run.outputs = {(folder / (plot.name + ".csv")).string()};
+  save_text(run.outputs[0], csv(study->rows));
+  if (!save_plots(folder, {plot}, run.outputs, run.warnings)) return kExitCancelled;
+  run.outputs.push_back((folder / (plot.name + "_error.png")).string());
+  save_image(error_picture(*study), run.outputs.back(), {ImageFormat::png8});
+  run.lap("save");
 
-  if (!a.json.empty()) {
-    double bake = 0, measure = 0;
-    for (const Setting& setting : study.settings) {
-      bake += setting.seconds_bake;
-      measure += setting.seconds_measure;
-    }
-    // Options in force; null: varied by the study, or not used.
-    const bool views = options.kind == StudyKind::views;
-    Json json =
-        fields("version device inputs options",
-               {version(), describe(device.info()),
-                fields("high low", {describe(high, a.high), low ? describe(*low, a.low) : Json()}),
-                fields("study max_distance views view_size size faces height extent z_up",
-                       {a.study, a.max_distance, views ? Json() : Json(options.views),
-                        options.view_size == 0 ? Json("auto") : Json(options.view_size),
-                        options.kind == StudyKind::size ? Json() : Json(options.size),
-                        views && a.low.empty() ? Json(options.faces) : Json(),
-                        is_height_field(a.high) ? Json(a.heights.height) : Json(),
-                        extent_json(a.heights), a.view.z_up})});
-    json.update(json_of(study, options));
-    add_ending(json,
-               fields("load low bake measure study save", {seconds_load, study.seconds_low, bake,
-                                                           measure, seconds_study, seconds_save}),
-               watch, outputs, warnings);
-    save_report(a.json, json);
-  }
-  console.progress(1, "done");
-  std::vector<Warning> of_settings;
-  for (const Setting& setting : study.settings) {
-    of_settings.insert(of_settings.end(), setting.warnings.begin(), setting.warnings.end());
-  }
-  print_warnings(console, warnings, of_settings, "--json");
-  for (const std::string& line : study_lines(study, options)) console.line(line);
-  for (const std::string& output : outputs) console.line("wrote " + output);
-  return 0;
+  // Options in force; null: varied by the study, or not used.
+  const bool views = a.study == "views";
+  run.report.update(
+      fields("device inputs options",
+             {describe(device.info()),
+              fields("high low", {describe(high, a.high), low ? describe(*low, a.low) : Json()}),
+              fields("study max_distance views view_size size faces height extent z_up",
+                     {a.study, a.max_distance, views ? Json() : Json(*a.views),
+                      a.view_size ? Json(*a.view_size) : Json("auto"),
+                      a.study == "size" ? Json() : Json(*a.size),
+                      views && a.low.empty() ? Json(*a.faces) : Json(),
+                      is_height_field(a.high) ? Json(a.heights.height) : Json(),
+                      extent_json(a.heights), a.view.z_up})}));
+  add_report(*study, a, run);
+  return run.end();
 }
 
 }  // namespace kiln::cli

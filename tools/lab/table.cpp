@@ -1,43 +1,63 @@
 #include "lab/table.h"
 
+#include <algorithm>
 #include <cmath>
+#include <cstdint>
+#include <map>
 #include <stdexcept>
-#include <string_view>
 
-#include "arguments/parse.h"
 #include "report/console.h"
 
 namespace kiln::cli {
 namespace {
 
-std::vector<std::string> split(std::string_view text, char between) {
-  std::vector<std::string> parts(1);
-  for (const char c : text) {
-    c == between ? void(parts.emplace_back()) : parts.back().push_back(c);
-  }
-  return parts;
-}
+using Row = std::map<std::string, std::string>;  // cells by column
 
-/// Alike, or the program is wrong: a column has another's values then.
-void check_count(std::size_t columns, std::size_t values) {
-  if (columns == values) return;
-  throw std::logic_error("a table of " + std::to_string(columns) + " columns was given a row of " +
-                         std::to_string(values));
-}
+bool is_true(const Json& value) { return value.dump() == "true"; }
 
-std::string csv_cell(const Json& cell) {
-  if (cell.is_string()) {
-    const std::string& text = cell.text();
+std::string csv_cell(const Json& value) {
+  if (value.is_string()) {
+    const std::string& text = value.text();
     if (text.find_first_of(",\"\n\r") == text.npos) return text;
     std::string quoted = "\"";
     for (const char c : text) quoted += c == '"' ? std::string("\"\"") : std::string(1, c);
     return quoted + "\"";
   }
-  const std::string text = cell.dump();
+  const std::string text = value.dump();
   if (text == "null") return {};
   if (text == "true" || text == "false") return text == "true" ? "1" : "0";
   const bool whole = text.find_first_not_of("-0123456789") == text.npos;
-  return whole ? text : formatted("%.9g", cell.number());
+  return whole ? text : formatted("%.9g", value.number());
+}
+
+/// Adds the figures of a value, and columns that are new.
+void add_cells(const std::string& path, const Json& value, Row& row,
+               std::vector<std::string>& columns) {
+  if (value.is_array()) return;
+  if (value.is_object()) {
+    for (const std::string& key : value.keys()) {
+      add_cells(path.empty() ? key : path + "." + key, value.at(key), row, columns);
+    }
+    return;
+  }
+  row[path] = csv_cell(value);
+  if (std::find(columns.begin(), columns.end(), path) == columns.end()) columns.push_back(path);
+}
+
+std::string table_cell(const Column& column, const Json& row) {
+  const Json& value = row.at(column.path);
+  const std::string text = value.is_null() ? std::string()
+                           : column.digits < 0
+                               ? value.text()
+                               : fixed_text(column.scale * value.number(), column.digits);
+  if (column.star.empty()) return text;
+  return text + (is_true(row.at(column.star)) ? " *" : "  ");
+}
+
+std::size_t width_of(const std::string& text) {
+  return static_cast<std::size_t>(std::count_if(text.begin(), text.end(), [](char c) {
+    return (static_cast<unsigned char>(c) & 0xC0U) != 0x80;
+  }));
 }
 
 }  // namespace
@@ -55,7 +75,11 @@ std::string fixed_text(double value, int digits) {
   return std::abs(value) < kMost ? formatted("%.*f", digits, value) : formatted("%.3g", value);
 }
 
-std::string markdown_cell(const std::string& text) {
+std::string count_text(const Json& number) {
+  return with_commas(static_cast<std::uint64_t>(number.number()));
+}
+
+std::string markdown_text(const std::string& text) {
   std::string result;
   for (const char c : printable(text)) {
     if (std::string_view("|\\*_`[]!#~<>&").find(c) != std::string_view::npos) result += '\\';
@@ -65,45 +89,43 @@ std::string markdown_cell(const std::string& text) {
 }
 
 Json fields(std::string_view keys, std::initializer_list<Json::Element> values) {
-  const std::vector<std::string> names = split(keys, ' ');
-  check_count(names.size(), values.size());
   Json json = Json::object();
-  for (std::size_t i = 0; i < names.size(); ++i) json[names[i]] = values.begin()[i];
+  for (const Json::Element& value : values) {
+    const std::size_t end = std::min(keys.find(' '), keys.size());
+    if (end == 0) throw std::logic_error("more values than keys");
+    json[keys.substr(0, end)] = value;
+    keys.remove_prefix(std::min(end + 1, keys.size()));
+  }
+  if (!keys.empty()) throw std::logic_error("no value for " + std::string(keys));
   return json;
 }
 
-Table::Table(std::string_view columns) : columns_(split(columns, '|')) {}
-
-void Table::add(const Json& cells) {
-  check_count(columns_.size(), cells.size());
-  rows_.push_back(cells);
-}
-
-std::string Table::csv() const {
-  std::string text = join(columns_, ",") + "\n";
-  for (const Json& row : rows_) {
-    std::vector<std::string> cells;
-    for (const Json& cell : row.elements()) cells.push_back(csv_cell(cell));
-    text += join(cells, ",") + "\n";
+std::string csv(const Json& rows) {
+  std::vector<std::string> columns;
+  std::vector<Row> cells;
+  for (const Json& row : rows.elements()) add_cells("", row, cells.emplace_back(), columns);
+  std::string text = join(columns, ",") + "\n";
+  for (Row& row : cells) {
+    std::vector<std::string> line;
+    for (const std::string& column : columns) line.push_back(row[column]);
+    text += join(line, ",") + "\n";
   }
   return text;
 }
 
-std::string Table::markdown() const {
-  std::string text = "|", rule = "|";
-  for (const std::string& column : columns_) {
-    const char side = column.empty() ? ' ' : column[0];
-    const std::string title = side == '>' || side == '^' ? column.substr(1) : column;
-    text += (title.empty() ? "" : " " + title) + " |";
-    rule += side == '>' ? " --: |" : side == '^' ? " :-: |" : " --- |";
+std::vector<std::string> table_lines(const std::vector<Column>& columns, const Json& rows) {
+  std::vector<std::string> lines(2 + rows.size(), "|");
+  for (const Column& column : columns) {
+    std::vector<std::string> cells = {column.heading, column.digits < 0 ? "---" : "--:"};
+    for (const Json& row : rows.elements()) cells.push_back(table_cell(column, row));
+    std::size_t width = 0;
+    for (const std::string& cell : cells) width = std::max(width, width_of(cell));
+    for (std::size_t i = 0; i < cells.size(); ++i) {
+      const std::string gap(width - width_of(cells[i]), i == 1 ? '-' : ' ');
+      lines[i] += " " + (column.digits < 0 ? cells[i] + gap : gap + cells[i]) + " |";
+    }
   }
-  text += "\n" + rule + "\n";
-  for (const Json& row : rows_) {
-    text += "|";
-    for (const Json& cell : row.elements()) text += " " + cell.text() + " |";
-    text += "\n";
-  }
-  return text;
+  return lines;
 }
 
 }  // namespace kiln::cli

@@ -1,4 +1,5 @@
-// Figures as text: one writer of tables (CSV, Markdown), of JSON by columns, and of lines for people.
+// Rows of figures as text. A row is an object of JSON, as the report has it: CSV has all of its figures, a table for
+// people those that its columns name.
 #pragma once
 
 #include <initializer_list>
@@ -16,30 +17,28 @@ std::string join(const std::vector<std::string>& parts, const char* between);
 std::string text_of(double value);
 /// With so many digits after the point.
 std::string fixed_text(double value, int digits);
-/// A text inside a table of Markdown.
-std::string markdown_cell(const std::string& text);
+/// A whole number of a report, with commas between thousands.
+std::string count_text(const Json& number);
+/// A text within Markdown.
+std::string markdown_text(const std::string& text);
 
 /// An object of keys, with blanks between them, and as many values.
 Json fields(std::string_view keys, std::initializer_list<Json::Element> values);
 
-/// Rows of cells: numbers, truth values, texts and nulls.
-class Table {
- public:
-  /// \param columns  names, with | between them. For Markdown one begins with > or ^ where cells stand at the
-  ///                 right or in the middle
-  explicit Table(std::string_view columns);
-  /// A cell a column.
-  void add(std::initializer_list<Json::Element> cells) { add(Json::array(cells)); }
-  void add(const Json& cells);
+/// Rows as comma-separated values: a column for each number, truth value and text, however deep, named by its path
+/// ("seconds.total"). Lists are left out. Numbers have nine digits, truth values are 1 and 0, null is empty.
+std::string csv(const Json& rows);
 
-  /// Numbers of nine digits, truth values as 1 and 0, nothing for null.
-  std::string csv() const;
-  /// Cells are texts.
-  std::string markdown() const;
-
- private:
-  std::vector<std::string> columns_;
-  std::vector<Json> rows_;
+/// A column of a table for people.
+struct Column {
+  std::string heading;
+  std::string path;       ///< To its figure in a row
+  int digits = -1;        ///< After a number's point; -1: it holds texts
+  double scale = 1;       ///< Numbers are shown times this
+  std::string star = {};  ///< The path to a truth value that puts * after the figure
 };
+
+/// A Markdown table with its columns aligned, so that terminals show it, too. Texts are put in as they are.
+std::vector<std::string> table_lines(const std::vector<Column>& columns, const Json& rows);
 
 }  // namespace kiln::cli

@@ -45,14 +45,6 @@ Check in_range(Number low, Number high) {
 Check range(double low, double high) { return in_range(low, high); }
 Check range(int low, int high) { return in_range(low, high); }
 Check range(unsigned low, unsigned high) { return in_range(low, high); }
-Check positive_number() {
-  return {[](const std::string& value) -> std::string {
-            double number = 0;
-            if (read_number(value, number) && number > 0) return {};
-            return " is '" + value + "': give a number above 0";
-          },
-          "NUMBER"};
-}
 Check one_of(const std::vector<std::string>& names) {
   std::string words = "{";
   for (const std::string& name : names) words += (words.size() == 1 ? "" : ",") + name;
@@ -71,15 +63,10 @@ Check one_of(const std::vector<std::string>& names) {
           words + "}"};
 }
 
-Option* Option::check(const Check& check) {
-  checks_.push_back(check);
-  return type_name(check.words());
-}
 Option* Option::group(std::string_view name) {
   option_->group(std::string(name));
   return this;
 }
-Option* Option::capture_default_str() { return default_text(default_()); }
 Option* Option::default_text(const std::string& text) {
   option_->default_str(text);
   return this;
@@ -89,17 +76,13 @@ Option* Option::required() {
   option_->required();
   return this;
 }
-Option* Option::allow_extra_args(bool allow) {
-  option_->allow_extra_args(allow);
-  if (!allow) option_->expected(1);
-  return this;
-}
 Option* Option::choices(std::vector<std::string> names) {
   choices_ = std::move(names);
   return this;
 }
 Option* Option::repeats() {
   repeats_ = true;
+  if (option_->get_positional()) option_->expected(CLI::detail::expected_max_vector_size);
   return this;
 }
 Option* Option::delimiter(char between) {
@@ -128,17 +111,12 @@ std::size_t Option::count() const { return option_->count(); }
 const std::vector<std::string>& Option::results() const { return option_->results(); }
 bool Option::is_flag() const { return option_->get_expected_max() == 0; }
 
-void Option::take(Words words) const {
+void Option::take(const Words& words) const {
   const std::string name = get_name();
   if (words.size() > 1 && !repeats_ && !is_flag()) {
     throw UsageError(name + " was given " + std::to_string(words.size()) + " times: give it once");
   }
-  for (std::string& word : words) {
-    for (const Check& check : checks_) {
-      if (const std::string problem = check(word); !problem.empty()) {
-        throw UsageError(name + problem);
-      }
-    }
+  for (const std::string& word : words) {
     if (word.empty()) {
       throw UsageError(name + (choices_.empty()
                                    ? " was given nothing: leave it out, or give a value"
@@ -182,78 +160,6 @@ Option* Command::add_option(std::string_view name, Option::Take take, std::strin
   return add(name, std::move(take), help)->type_name("TEXT");
 }
 
-namespace {
-
-/// A variable's values: how they are taken, told and explained in help.
-struct Variable {
-  std::function<void(const std::string& name, const Option::Words&)> take;
-  std::function<std::string()> text;
-  const char* type;
-  bool is_list = false;
-};
-
-Variable variable(std::string& value) {
-  return {[&](const std::string&, const Option::Words& words) { value = words.back(); },
-          [&] { return value; }, "TEXT"};
-}
-Variable variable(std::vector<std::string>& value) {
-  return {[&](const std::string&, const Option::Words& words) { value = words; },
-          [&] { return "[" + CLI::detail::join(value, ",") + "]"; }, "TEXT", true};
-}
-template <typename Number>
-Variable variable(Number& value) {
-  return {[&](const std::string& name, const Option::Words& words) {
-            if (read_number(words.back(), value)) return;
-            throw UsageError(name + " is '" + words.back() + "': give a number");
-          },
-          [&] {
-            char text[32];
-            std::snprintf(text, sizeof text, "%.9g", static_cast<double>(value));
-            return std::string(text);
-          },
-          "NUMBER"};
-}
-template <typename Number>
-Variable variable(std::optional<Number>& value) {
-  return {[&](const std::string& name, const Option::Words& words) {
-            variable(value.emplace()).take(name, words);
-          },
-          [] { return std::string(); }, "NUMBER"};
-}
-
-}  // namespace
-
-template <typename Value>
-Option* Command::add_option(std::string_view name, Value& value, std::string_view help) {
-  Variable of = variable(value);
-  Option* const option = add(name, {}, help);
-  option->take_ = [option, take = std::move(of.take)](const Option::Words& words) {
-    take(option->get_name(), words);
-  };
-  option->default_ = std::move(of.text);
-  option->repeats_ = of.is_list;
-  if (of.is_list) option->option_->expected(CLI::detail::expected_max_vector_size);
-  return option->type_name(of.type);
-}
-template Option* Command::add_option(std::string_view, std::string&, std::string_view);
-template Option* Command::add_option(std::string_view, double&, std::string_view);
-template Option* Command::add_option(std::string_view, std::uint32_t&, std::string_view);
-template Option* Command::add_option(std::string_view, std::optional<double>&, std::string_view);
-template Option* Command::add_option(std::string_view, std::optional<std::uint32_t>&,
-                                     std::string_view);
-template Option* Command::add_option(std::string_view, std::vector<std::string>&, std::string_view);
-
-Option* Command::add_flag(std::string_view name, bool& value, std::string_view help) {
-  const std::string flag(name);
-  return add_flag(
-      name,
-      [&value, flag](const Option::Words& words) {
-        value = words.back() == "true";
-        if (value || words.back() == "false") return;
-        throw UsageError(flag + " is given without a value: leave =" + words.back() + " out");
-      },
-      help);
-}
 Option* Command::add_flag(std::string_view name, Option::Take take, std::string_view help) {
   Option* const option = add(name, std::move(take), help);
   option->option_->expected(0);

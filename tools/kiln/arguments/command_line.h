@@ -47,8 +47,6 @@ class Check {
 Check range(double low, double high);
 Check range(int low, int high);
 Check range(unsigned low, unsigned high);
-/// Numbers above 0.
-Check positive_number();
 /// Names, capital letters or not, blanks around them or not. The value becomes the name.
 Check one_of(const std::vector<std::string>& names);
 
@@ -63,21 +61,15 @@ class Option {
   /// Takes the values that were given, of which there is one at least. \throws UsageError, Error(usage)
   using Take = std::function<void(const Words&)>;
 
-  /// One more check of values.
-  Option* check(const Check& check);
   /// The heading of help that it stands below.
   Option* group(std::string_view name);
-  /// Help says the variable's value, as it is now.
-  Option* capture_default_str();
-  /// ... or this.
+  /// Help says this value.
   Option* default_text(const std::string& text);
   /// Parsing fails without it.
   Option* required();
-  /// True if it takes the words that follow its first value, too.
-  Option* allow_extra_args(bool allow);
   /// Words for the missing value in an error.
   Option* choices(std::vector<std::string> names);
-  /// It may be given again.
+  /// It may be given again; a position takes several words.
   Option* repeats();
   /// The separator between several values of one word.
   Option* delimiter(char between);
@@ -103,12 +95,10 @@ class Option {
 
  private:
   friend class Command;
-  void take(Words words) const;
+  void take(const Words& words) const;
 
   CLI::Option* option_ = nullptr;
   Take take_;
-  std::function<std::string()> default_;
-  std::vector<Check> checks_;
   std::vector<std::string> choices_;
   std::vector<const Option*> needs_, excludes_;
   bool repeats_ = false, required_ = false;
@@ -124,14 +114,8 @@ class Command {
   Command(const Command&) = delete;
   Command& operator=(const Command&) = delete;
 
-  /// Adds an option of a name that starts with dashes, or a position. The value's type: text, number, list of
-  /// texts, or an optional number. \param value  outlives the parsing
-  template <typename Value>
-  Option* add_option(std::string_view name, Value& value, std::string_view help);
-  /// Adds an option whose values a function takes.
+  /// Adds an option of a name that starts with dashes, or a position, whose values a function takes.
   Option* add_option(std::string_view name, Option::Take take, std::string_view help);
-  /// Adds a flag.
-  Option* add_flag(std::string_view name, bool& value, std::string_view help);
   /// Adds a flag that may have a value after =; without one the function is given "true".
   Option* add_flag(std::string_view name, Option::Take take, std::string_view help);
   /// Adds a flag that prints a text, and ends the run.

@@ -258,16 +258,6 @@ std::uint32_t parse_views(const std::string& text) {
   return value;
 }
 
-Check number_from_0() {
-  return Check(
-      [](const std::string& text) {
-        double value = 0;
-        const bool good = parse_whole(text, value) && std::isfinite(value) && value >= 0;
-        return good ? std::string() : " is '" + text + "': give a number, 0 or more";
-      },
-      "NUMBER");
-}
-
 std::string of_diagonal(double share) {
   char text[48];
   if (share < 10) {

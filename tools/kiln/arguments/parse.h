@@ -94,9 +94,6 @@ std::optional<double> fraction(std::string_view text);
 /// A check for options: a share of 1 as fraction() reads it, which it turns into a number.
 Check share_of_1();
 
-/// A check for options: a finite number, 0 or more.
-Check number_from_0();
-
 /// "1.234% of the diagonal"; from ten on, "83 times the diagonal".
 std::string of_diagonal(double share);
 

@@ -199,12 +199,6 @@ constexpr int kNoMatplotlib = 69;      // the script's exit code
 constexpr double kLimitSeconds = 300;  // matplotlib's first run lists all fonts
 constexpr const char* kScriptName = "kiln_plot.py";
 
-/// Path at which a file that this run saved can be read now.
-fs::path present(const fs::path& file) {
-  const fs::path held = OutputSet::held(file);
-  return held.empty() ? fs::absolute(file) : held;
-}
-
 }  // namespace
 
 Json plot_panel(const std::string& y_title) {
@@ -215,7 +209,7 @@ Json plot_panel(const std::string& y_title) {
 }
 
 std::vector<std::string> plot_files(const std::string& name) {
-  return {name + "_plot.json", name + "_plot.png", name + ".png", kScriptName};
+  return {name + "_plot.json", name + ".png", kScriptName};
 }
 
 std::optional<RunningProgram> start_python() {
@@ -246,18 +240,12 @@ bool save_plots(const fs::path& folder, const std::vector<Plot>& plots,
       outputs.push_back((folder / file).string());
       return folder / file;
     };
-    Json data = plot.data;
-    save_text(saved(plot.name + "_plot.json"), data.dump(1) + "\n");
-    if (plot.tiles) {
-      const fs::path tiles = saved(plot.name + "_plot.png");
-      save_image(*plot.tiles, tiles, {ImageFormat::png16});
-      data["image"] = present(tiles).string();
-    }
+    save_text(saved(plot.name + "_plot.json"), plot.data.dump(1) + "\n");
     const std::string command = std::string("python3 ") + kScriptName + " " + plot.name +
                                 "_plot.json " + plot.name + ".png";
     // If one finds no Python, no other does.
     std::optional<ProgramResult> result;
-    const std::string text = data.dump();
+    const std::string text = plot.data.dump();
     if (python && python->began() && !python->began_with(text)) python.reset();
     if (by_hand.empty() && !python) python = start_python();
     if (by_hand.empty() && python) {

@@ -8,7 +8,6 @@
 #include <string_view>
 #include <vector>
 
-#include "kiln/image.h"
 #include "report/report.h"
 
 namespace kiln::cli {
@@ -52,8 +51,7 @@ class RunningProgram {
 /// One picture, NAME.png.
 struct Plot {
   std::string name;
-  Json data;                   ///< As picture/plot.py reads it; saved as NAME_plot.json
-  std::optional<Image> tiles;  ///< One channel of 16 bits; saved as NAME_plot.png
+  Json data;  ///< As picture/plot.py reads it; saved as NAME_plot.json
 };
 
 /// A panel of a plot of curves, which has none yet.
@@ -77,7 +75,7 @@ std::vector<std::string> plot_files(const std::string& name);
 /// \returns nothing where PATH has no python3
 std::optional<RunningProgram> start_python();
 
-/// Lets it draw a plot that has no tiles: save_plots() takes the picture where it is given the same plot.
+/// Lets it draw a plot: save_plots() takes the picture where it is given the same plot.
 void begin_plot(RunningProgram& python, const Plot& plot);
 
 /// Saves what plots show, and draws them by the first python3 of PATH that has matplotlib. Where there is

@@ -8,9 +8,6 @@ matplotlib. DATA.json says what to draw by its "kind":
 
     chart     seconds against errors: groups of panels of marks, each with its name beside it
     study     curves over views, faces or map size: a row of panels
-    pictures  values on a mesh as colours. "image", a PNG of 16 bits beside DATA.json, holds tiles
-              below each other: 0 beside the mesh, 1 not known, 2 folded over, 3 to 65535 values up
-              to "most"
 
 Every size here is in pixels. The same data give the same bytes.
 """
@@ -19,12 +16,11 @@ import os
 import sys
 
 try:
-    import matplotlib.image
+    import matplotlib
     import numpy as np
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
     from matplotlib.lines import Line2D
-    from matplotlib.patches import Patch
     from matplotlib.ticker import MaxNLocator
     from matplotlib.transforms import IdentityTransform
 except ImportError as missing:
@@ -37,7 +33,7 @@ except ImportError as missing:
 from plot_labels import around, place_labels, shared_area
 
 INK, SOFT, PALE, GRID = "#222222", "#555555", "#999999", "#d8d8d8"
-FRONT, RANGE, NOT_KNOWN, FOLDED = "#f0c070", "#b0b0b0", "#8c99ad", "#1abfd9"
+FRONT, RANGE = "#f0c070", "#b0b0b0"
 SMALL, NORMAL, LARGE, LARGEST = (size * 0.72 for size in (13, 15, 19, 24))  # points of 1/72 inch
 DPI = 100
 
@@ -201,7 +197,7 @@ def draw_panel(page, data, panel, corner, size):
             line([point, end], color=PALE, linewidth=0.8, zorder=1.9)
 
 
-def draw_chart(data, _):
+def draw_chart(data):
     width, head, foot, group_head, panel_height, panel_foot = 1900, 112, 64, 106, 520, 112
     left, between, right, columns = 130, 140, 30, 2
     heights = [group_head + (panel_height + panel_foot) * -(-len(group["panels"]) // columns)
@@ -296,7 +292,7 @@ def name_rings(page, axes, panel, taken):
                       transform=IdentityTransform())
 
 
-def draw_study(data, _):
+def draw_study(data):
     panels, left, right, top, height, width = data["panels"], 110, 40, 90, 600, 780
     entries = max(len(panel["levels"]) + sum(not isinstance(curve["look"], dict)
                                              for curve in panel["curves"]) for panel in panels)
@@ -344,78 +340,6 @@ def draw_study(data, _):
     return page
 
 
-# ---- pictures ------------------------------------------------------------------------------------
-def scale_end(values):
-    """A round number that few values exceed."""
-    wanted = max(np.percentile(values, 97), 1e-12) if values.size else 1
-    power = 10.0 ** np.floor(np.log10(wanted))
-    steps = [float(step * power) for step in (1, 2, 5, 10)]
-    return next(step for step in steps if step >= wanted * (1 - 1e-9))
-
-
-def values_of(codes, tile):
-    return (codes - 3) / 65532 * tile["most"]
-
-
-def colored(tiles, tile, end):
-    """RGB. The shape shows through, but darkens little: the scale's colours stay readable."""
-    codes = tiles[tile["index"]]
-    if tile["gray"]:
-        return np.repeat(codes[..., None] / 65535, 3, axis=-1)
-    colors = matplotlib.colormaps["inferno"](np.clip(values_of(codes, tile) / end, 0, 1))[..., :3]
-    colors[codes == 1] = matplotlib.colors.to_rgb(NOT_KNOWN)
-    colors[codes == 2] = matplotlib.colors.to_rgb(FOLDED)
-    if "shade" in tile:
-        colors *= (0.65 + 0.35 * np.minimum(1, tiles[tile["shade"]] / 65535 / 0.75))[..., None]
-    colors[codes == 0] = 1
-    return colors
-
-
-def draw_pictures(data, folder):
-    """Blocks, one a scale, of tiles: side by side as far as there is room, and so the blocks."""
-    image = matplotlib.image.imread(os.path.join(folder, data["image"]))
-    width, height = data["tile"]
-    tiles = np.rint(image * 65535.0).astype(int).reshape(-1, height, width)
-    margin, gap, between, head, line, room = 28, 18, 50, 104, 22, 1960
-    captions = [tile["captions"] for block in data["blocks"] for tile in block["tiles"]]
-    cell = max([width] + [round(8.6 * len(words)) for lines in captions for words in lines]) + gap
-    cell_height = line * max(len(lines) for lines in captions) + 8 + height + gap
-    count = max(len(block["tiles"]) for block in data["blocks"])
-    across = max(1, min(count, (room + gap) // cell))
-    block_width = max(across * cell - gap, 450)
-    block_height = head + cell_height * -(-count // across) + gap
-    blocks_down = -(-len(data["blocks"]) // max(1, (room + between) // (block_width + between)))
-    blocks_across = -(-len(data["blocks"]) // blocks_down)
-    page = Page(max(2 * margin + blocks_across * (block_width + between) - between, 820),
-                2 * margin + block_height * blocks_down + line)
-    canvas = np.full((page.height, page.width, 3), 255, np.uint8)
-    for k, block in enumerate(data["blocks"]):
-        left = margin + k % blocks_across * (block_width + between)
-        top = margin + k // blocks_across * block_height + 12
-        known = [values_of(tiles[tile["index"]], tile)[tiles[tile["index"]] >= 3]
-                 for tile in block["tiles"] if not tile["gray"]]
-        end = scale_end(np.concatenate(known))
-        title = page.text(left, top + 8, block["title"], LARGE, weight="bold")
-        page.text(page.extent(title)[2] + 14, top + 9, block["unit"], NORMAL, SOFT)
-        bar = page.axes(left, top + 30, 380, 14)
-        bar.imshow(np.linspace(0, 1, 256)[None], aspect="auto", cmap="inferno",
-                   extent=(0, end, 0, 1))
-        bar.set_yticks([])
-        ticks = numbers(np.linspace(0, end, 6))
-        bar.set_xticks(np.linspace(0, end, 6), labels=ticks[:-1] + [ticks[-1] + " or more"])
-        bar.tick_params(labelsize=SMALL, labelcolor=INK, color=SOFT, pad=2)
-        for i, tile in enumerate(block["tiles"]):
-            x, y = left + i % across * cell, top + head + i // across * cell_height
-            for number, words in enumerate(tile["captions"]):
-                page.text(x, y + line * number, words, NORMAL, SOFT if number else INK)
-            y += cell_height - height - gap
-            canvas[y:y + height, x:x + width] = colored(tiles, tile, end) * 255 + 0.5
-    page.figure.figimage(canvas, zorder=-1)
-    page.legend([Patch(color=NOT_KNOWN if entry["code"] == 1 else FOLDED, label=entry["text"])
-                 for entry in data["legend"]], 20, "lower left", margin / page.width)
-    return page
-
-
 def draw(path):
     """\\returns the page of a file of data; None where none came"""
     matplotlib.rcdefaults()  # whatever the user's own settings are
@@ -428,8 +352,7 @@ def draw(path):
     if not text:
         return None
     data = json.loads(text)
-    draw_kind = {"chart": draw_chart, "study": draw_study, "pictures": draw_pictures}[data["kind"]]
-    return draw_kind(data, os.path.dirname(os.path.abspath(path)))
+    return {"chart": draw_chart, "study": draw_study}[data["kind"]](data)
 
 
 if __name__ == "__main__":

@@ -4,6 +4,7 @@
 #include <functional>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "kiln/kiln.h"
@@ -46,6 +47,8 @@ class AnglePictures {
  public:
   /// The local error of a view (Wang, Froehlich, Goebel 2003, figure 4b). \param view  of both scenes
   void add(const Scene& high, const Scene& low, RenderOptions view);
+  /// Values of one channel; -1 and -2 as normal_angles() has them.
+  void add(Image values) { angles_.push_back(std::move(values)); }
 
   /// Over the pixels that both meshes cover; 0 where there is none.
   double mean(std::size_t index) const;

@@ -66,6 +66,16 @@ Json& Json::operator[](std::string_view key) {
   return elements_.emplace_back();
 }
 
+const Json& Json::at(std::string_view path) const {
+  static const Json kNull;
+  if (path.empty()) return *this;
+  const std::size_t dot = path.find('.');
+  const auto found = std::find(keys_.begin(), keys_.end(), path.substr(0, dot));
+  if (found == keys_.end()) return kNull;
+  const Json& value = elements_[static_cast<std::size_t>(found - keys_.begin())];
+  return dot == path.npos ? value : value.at(path.substr(dot + 1));
+}
+
 void Json::update(const Json& other) {
   for (std::size_t i = 0; i < other.keys_.size(); ++i) (*this)[other.keys_[i]] = other.elements_[i];
 }

@@ -94,6 +94,10 @@ class Json {
 
   /// The value of an object's key, null where it is new; null becomes an object.
   Json& operator[](std::string_view key);
+  /// Keys of an object, in their order.
+  const std::vector<std::string>& keys() const { return keys_; }
+  /// The value at a path of keys with dots between them, such as "seconds.total"; null where there is none.
+  const Json& at(std::string_view path) const;
   /// Sets every key of another object, too.
   void update(const Json& other);
 

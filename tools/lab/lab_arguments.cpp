@@ -1,0 +1,57 @@
+#include "lab/lab_arguments.h"
+
+#include <algorithm>
+
+#include "arguments/bake_job.h"
+#include "arguments/parse.h"
+#include "lab/table.h"
+
+namespace kiln::cli {
+namespace {
+
+using Job = LabArguments;
+
+std::vector<OptionRow> all_rows() {
+  std::vector<OptionRow> rows = {
+      {"--match", "", some_of(KILN_MEMBER(Job, matches), match_names()),
+       "A match, as of kiln bake; may be given again (default: all that do for the meshes)"},
+      {"--size", "", whole(KILN_MEMBER(Job, size), 16, 8192), "Texels a side"},
+      {"--max-distance", "", text(KILN_MEMBER(Job, max_distance), "D|P%"),
+       "How far to look each way: world units, or P% of HIGH's diagonal"},
+      {"--directions", "", whole(KILN_MEMBER(Job, directions), 12, 4096),
+       "Directions that viewing rays come from (default 512)"},
+      {"--pixels", "", whole(KILN_MEMBER(Job, pixels), 16, 4096),
+       "Pixels a side of the pictures that rendered normals are measured in (default 512)"},
+      {"--picture-size", "", whole(KILN_MEMBER(Job, picture_size), 64, 4096),
+       "Pixels of a picture's longer side"}};
+  const char* heights = "Height fields (HIGH is a PNG or EXR)";
+  for (const OptionRow& row : {height_row<Job>(heights), extent_row<Job>(heights),
+                               triangulate_row<Job>("", "HIGH and LOW"), device_row<Job>(""),
+                               json_row<Job>(""), quiet_row<Job>("")}) {
+    rows.push_back(row);
+  }
+  for (const OptionRow& row : mesh_frame_rows<Job>("Files of meshes", /*low=*/true)) {
+    rows.push_back(row);
+  }
+  return rows;
+}
+
+}  // namespace
+
+Length LabArguments::search_distance() const {
+  return parse_length_above_0("--max-distance", max_distance);
+}
+
+std::vector<OptionRow> lab_rows(const std::set<std::string_view>& flags) {
+  std::vector<OptionRow> rows = all_rows();
+  std::erase_if(rows, [&](const OptionRow& row) { return !flags.contains(row.flag); });
+  return rows;
+}
+
+Json describe_view(const RenderOptions& view) {
+  return fields("view zoom at z_up square",
+                {Json::array({view.azimuth_degrees, view.elevation_degrees}), view.zoom, view.at,
+                 view.z_up, !view.trim});
+}
+
+}  // namespace kiln::cli

@@ -1,0 +1,59 @@
+// Arguments of the lab's commands: one table of options, of which each command has some.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <set>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "arguments/high_poly_input.h"
+#include "arguments/mesh_files.h"
+#include "arguments/option_table.h"
+#include "picture/view_arguments.h"
+
+namespace kiln::cli {
+
+struct LabArguments {
+  std::string high, low, out, json, device;
+  std::string max_distance = "2%";
+  std::vector<std::string> matches;  ///< None: all that do for the meshes
+  std::optional<std::uint32_t> size, directions, pixels, picture_size;
+  HeightFieldOptions heights;
+  LoadMeshOptions load;
+  MeshFrameArguments frame;
+  ViewArguments view;
+  std::set<std::string> given;  ///< Flags, such as "--size", whatever their values
+  bool quiet = false;
+
+  bool gave(std::string_view flag) const { return given.contains(std::string(flag)); }
+  Length search_distance() const;
+};
+
+/// The rows of some flags of these, in the table's order: --match, --size, --max-distance, --directions, --pixels,
+/// --picture-size, --height, --extent, --triangulate, --up, --unit, --uv-set, --allow-outside, --device, --json, --quiet.
+std::vector<OptionRow> lab_rows(const std::set<std::string_view>& flags);
+
+/// "view", "zoom", "at", "z_up" and "square".
+Json describe_view(const RenderOptions& view);
+
+/// Some of several words. \param delimiter  between them; 0: the flag is given again for each
+template <typename Job>
+OptionValue some_of(Member<Job, std::vector<std::string>> member,
+                    const std::vector<std::string>& words, char delimiter = 0) {
+  OptionValue value = texts(member, delimiter);
+  value.words = one_of(words).words();
+  value.choices = words;
+  value.set = writes<Job>([=](Job& job, const std::string& flag, const Option::Words& given) {
+    member.of(job) = given;
+    for (std::string& word : member.of(job)) {
+      if (const std::string problem = one_of(words)(word); !problem.empty()) {
+        throw UsageError(flag + problem);
+      }
+    }
+  });
+  return value;
+}
+
+}  // namespace kiln::cli
