@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <fstream>
 #include <iterator>
 #include <map>
@@ -14,6 +13,7 @@
 #include "asset/assimp.h"
 #include "asset/gltf.h"
 #include "base/counted.h"
+#include "base/formatted.h"
 #include "io/file/bounds.h"
 #include "io/file/byte_source.h"
 #include "io/file/text_scanner.h"
@@ -164,19 +164,19 @@ void check_values(const std::vector<Material>& materials, MaterialSlot slot,
                  "without " + what + ": it is " + (stand_in == 0 ? "0" : "1") + " there.");
   }
   if (converted.count() == 0) return;
-  char value[32];
-  std::snprintf(value, sizeof value, " (here %.4g).", double{plain_of(converted.first(), slot)[0]});
+  const std::string value =
+      formatted(" (here %.4g).", double{plain_of(converted.first(), slot)[0]});
   if (slot == MaterialSlot::roughness) {
     converted.warn(warnings, "roughness-from-ns",
                    "without map_Pr and Pr: the roughness is 1 - sqrt(Ns / 1000), as Blender writes "
                    "Ns" +
-                       std::string(value));
+                       value);
   } else {
     converted.warn(
         warnings, "metallic-from-illum",
         "without map_Pm and Pm: the metalness is Ka where illum is 3 or 6, or else 0, as "
         "Blender writes it" +
-            std::string(value));
+            value);
   }
 }
 

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "base/formatted.h"
 #include "image/value_range.h"
 #include "kiln/error.h"
 #include "kiln/material.h"
@@ -307,7 +308,7 @@ class Cutter {
 
 void check(const Mesh& mesh, const Texture& opacity, double threshold) {
   if (!(threshold > 0 && threshold <= 1)) {
-    throw Error(ErrorCode::usage, "The threshold of opacity is " + std::to_string(threshold) +
+    throw Error(ErrorCode::usage, "The threshold of opacity is " + decimal(threshold) +
                                       ": it must be above 0, and 1 at most.");
   }
   if (mesh.uv_triangles.size() != mesh.triangles.size() || mesh.uvs.empty()) {
