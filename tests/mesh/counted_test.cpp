@@ -66,9 +66,10 @@ Name with(const std::string& before, const std::string& after = "", std::uint32_
 
 TEST(Counted, NamesThatMatchAndNamesThatDoNot) {
   const std::string text(64, 'n');
-  for (const auto& pair :
-       {std::pair(with("one", "", 7), with("other", "", 3)), std::pair(with("a", "_low"), with("a", "_high")),
-        std::pair(with("a", text), with("b", text)), std::pair(with(text, "_L"), with(text, "_H"))}) {
+  for (const auto& pair : {std::pair(with("one", "", 7), with("other", "", 3)),
+                           std::pair(with("a", "_low"), with("a", "_high")),
+                           std::pair(with("a", text), with("b", text)),
+                           std::pair(with(text, "_L"), with(text, "_H"))}) {
     const auto& low = pair.first;
     const auto& high = pair.second;
     SCOPED_TRACE(low(1) + " " + high(1));
@@ -102,7 +103,8 @@ TEST(Counted, PatternsOfAList) {
     EXPECT_LE(growth([&](std::uint32_t n) {
                 PartNames names;
                 names.by = PartsBy::list;
-                for (std::uint32_t i = 0; i < n; ++i) names.list.push_back({pattern(i), {pattern(i)}});
+                for (std::uint32_t i = 0; i < n; ++i)
+                  names.list.push_back({pattern(i), {pattern(i)}});
                 names.list.push_back({"*", {"*"}});
                 pair_parts(named(n, with("a", "_high")), named(n, with("a", "_low")), names);
               }),
@@ -122,8 +124,9 @@ TEST(Counted, RepeatsOfATexture) {
                 for (const std::string& file : mesh.material_files) {
                   std::ofstream mtl(folder / file);
                   for (std::uint32_t i = 0; i < n; ++i) {
-                    mtl << "newmtl m" << i << "\nmap_Kd " << (other_paths ? "././a.png\n" : "a.png\n")
-                        << "Kd 0." << i << " 0 " << (file == "a.mtl" ? "0\n" : "1\n");
+                    mtl << "newmtl m" << i << "\nmap_Kd "
+                        << (other_paths ? "././a.png\n" : "a.png\n") << "Kd 0." << i << " 0 "
+                        << (file == "a.mtl" ? "0\n" : "1\n");
                   }
                 }
                 for (std::uint32_t i = 0; i < n; ++i) {
