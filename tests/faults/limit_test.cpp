@@ -122,11 +122,11 @@ TEST_F(Limits, OfMemoryAreKept) {
   constexpr std::uint64_t kLeast = std::uint64_t{140} << 20;  // of which the driver has most
   const std::string high = folder_ / "high.obj", low = folder_ / "low.obj";
   int refused = 0, done = 0;
-  for (const Words& words :
-       std::vector<Words>{{"bake", high, low, "--size", "768", "--maps", "normal,ao,id", "--ao-rays",
-                           "4", "--samples", "2", "--format", "exr", "--mips", "--cage", "auto"},
-                          {"bake", high, "--faces", "500", "--size", "512", "--match", "closest"},
-                          {"simplify", high, "--max-error", "1%"}}) {
+  for (const Words& words : std::vector<Words>{
+           {"bake", high, low, "--size", "768", "--maps", "normal,ao,id", "--ao-rays", "4",
+            "--samples", "2", "--format", "exr", "--mips", "--cage", "auto"},
+           {"bake", high, "--faces", "500", "--size", "512", "--match", "closest"},
+           {"simplify", high, "--max-error", "1%"}}) {
     const auto run = [&](std::uint64_t limit) {
       const fs::path out = folder_ / "limited";
       fs::remove_all(out);
