@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "base/formatted.h"
 #include "kiln/error.h"
 #include "shared/closest.h"
 
@@ -29,7 +30,7 @@ void ClosestFinder::find(const cl::Array<float>& points, std::uint32_t count,
                          DeviceCorrespondence& result) const {
   if (!(query.max_distance >= 0 && query.max_distance <= KILN_CLOSEST_FARTHEST)) {
     throw Error(ErrorCode::usage, "The distance to search for the nearest point is " +
-                                      std::to_string(query.max_distance) +
+                                      decimal(query.max_distance) +
                                       ": it must be 0 to 1048576 frame units.");
   }
   if (count > std::min(capacity, result.capacity)) {

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <string>
 
+#include "base/formatted.h"
 #include "kiln/error.h"
 #include "shared/ray.h"
 
@@ -21,9 +22,8 @@ static_assert(kRaysPerLaunch % kRaysPerBeam == 0 && kRaysPerLaunch % KILN_OCCLUS
 
 void check_query(const RayQuery& query, std::uint32_t count, std::uint32_t capacity) {
   if (!std::isfinite(query.t_min) || !std::isfinite(query.t_max) || query.t_min > query.t_max) {
-    throw Error(ErrorCode::usage, "A ray's range [" + std::to_string(query.t_min) + ", " +
-                                      std::to_string(query.t_max) +
-                                      "] must be finite and not reversed.");
+    throw Error(ErrorCode::usage, "A ray's range [" + decimal(query.t_min) + ", " +
+                                      decimal(query.t_max) + "] must be finite and not reversed.");
   }
   if (query.limited && (!query.outermost || query.use_reach)) {
     throw Error(ErrorCode::internal, "Only outermost rays have limits, and no offsets then.");

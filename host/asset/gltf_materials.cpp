@@ -213,14 +213,17 @@ class MaterialReader {
         return {};
       }
     } else {
-      if (!uri.exists()) {
-        const auto view = image["bufferView"].index_into(file_.list("bufferViews"));
-        if (!view) image.fail("it has neither a URI nor a bufferView");
-        bytes = file_.view(*view);
+      const auto view = image["bufferView"].index_into(file_.list("bufferViews"));
+      if (!uri.exists() && !view) image.fail("it has neither a URI nor a bufferView");
+      // Images of one view share its bytes, and so are read once.
+      Bytes own;
+      Bytes& shared = uri.exists() ? own : views_[*view];
+      if (shared == nullptr) {
+        const std::string_view from = uri.exists() ? std::string_view(bytes) : file_.view(*view);
+        const auto* const first = reinterpret_cast<const std::byte*>(from.data());
+        shared = std::make_shared<const std::vector<std::byte>>(first, first + from.size());
       }
-      auto data = std::make_shared<std::vector<std::byte>>(bytes.size());
-      if (!bytes.empty()) std::memcpy(data->data(), bytes.data(), bytes.size());
-      result.bytes = std::move(data);
+      result.bytes = shared;
       result.file = file_.input().file + ": " + image.place();
     }
     pictures_.emplace(*image_index, result);
@@ -234,7 +237,9 @@ class MaterialReader {
   }
 
   const GltfFile& file_;
+  using Bytes = std::shared_ptr<const std::vector<std::byte>>;
   std::map<std::size_t, MaterialPicture> pictures_;  // by image
+  std::map<std::size_t, Bytes> views_;               // of images
   std::uint64_t missing_ = 0, glossy_ = 0, nearest_ = 0;
   std::string first_missing_, first_left_, first_nearest_;
   std::map<std::string, std::uint64_t> left_;  // extensions, and how many materials have them

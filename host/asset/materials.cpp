@@ -3,18 +3,17 @@
 
 #include <algorithm>
 #include <cmath>
-#include <compare>
-#include <cstdio>
 #include <fstream>
 #include <iterator>
 #include <map>
 #include <memory>
 #include <string_view>
+#include <unordered_set>
 
 #include "asset/assimp.h"
 #include "asset/gltf.h"
 #include "base/counted.h"
-#include "base/srgb.h"
+#include "base/formatted.h"
 #include "io/file/bounds.h"
 #include "io/file/byte_source.h"
 #include "io/file/text_scanner.h"
@@ -165,19 +164,19 @@ void check_values(const std::vector<Material>& materials, MaterialSlot slot,
                  "without " + what + ": it is " + (stand_in == 0 ? "0" : "1") + " there.");
   }
   if (converted.count() == 0) return;
-  char value[32];
-  std::snprintf(value, sizeof value, " (here %.4g).", double{plain_of(converted.first(), slot)[0]});
+  const std::string value =
+      formatted(" (here %.4g).", double{plain_of(converted.first(), slot)[0]});
   if (slot == MaterialSlot::roughness) {
     converted.warn(warnings, "roughness-from-ns",
                    "without map_Pr and Pr: the roughness is 1 - sqrt(Ns / 1000), as Blender writes "
                    "Ns" +
-                       std::string(value));
+                       value);
   } else {
     converted.warn(
         warnings, "metallic-from-illum",
         "without map_Pm and Pm: the metalness is Ka where illum is 3 or 6, or else 0, as "
         "Blender writes it" +
-            std::string(value));
+            value);
   }
 }
 
@@ -192,78 +191,50 @@ bool is_grey(const Image& image) {
   return true;
 }
 
-/// Change of a picture before it is a texture: one of its channels (-1: all), times factors.
-struct Change {
-  int channel = -1;
-  bool inverted = false;
-  std::array<float, 4> factors{1, 1, 1, 1};
-  auto operator<=>(const Change&) const = default;
-};
-
+/// The channel of a picture that counts; -1: all.
 /// \param in_alpha     whether the texture's channel is the alpha already
 /// \param among_gltf   whether others are glTF's, of which each picture is one channel
-Change change_of(const Material& material, MaterialSlot slot, const MaterialPicture& picture,
-                 bool in_alpha, bool among_gltf) {
-  Change change;
-  if (slot != MaterialSlot::color && slot != MaterialSlot::normal &&
-      slot != MaterialSlot::emission) {
-    change.channel = picture.channel;
-    if (slot == MaterialSlot::opacity && !in_alpha && picture.channel < 0 && among_gltf &&
-        picture.file == material.color_map.file) {
-      change.channel = 3;
-    }
+int channel_of(const Material& material, MaterialSlot slot, const MaterialPicture& picture,
+               bool in_alpha, bool among_gltf) {
+  if (slot == MaterialSlot::color || slot == MaterialSlot::normal ||
+      slot == MaterialSlot::emission) {
+    return -1;
   }
-  if (!material.multiplies) return change;
-  change.factors = plain_of(material, slot);
-  if (slot == MaterialSlot::normal) change.factors.fill(material.normal_scale);
-  if (picture.inverted) {
-    change.inverted = true;
-    for (float& factor : change.factors) factor = 1 - factor;
-  }
-  if (slot == MaterialSlot::color) change.factors[3] = 1;  // opacity is a slot of its own
-  return change;
+  const bool alpha = slot == MaterialSlot::opacity && !in_alpha && picture.channel < 0 &&
+                     among_gltf && picture.file == material.color_map.file;
+  return alpha ? 3 : picture.channel;
 }
 
-/// Emission may be brighter than white, where to_srgb() ends.
-float srgb_beyond(double linear) {
-  if (linear <= 1) return to_srgb(static_cast<float>(linear));
-  return static_cast<float>(1.055 * std::pow(linear, 1 / 2.4) - 0.055);
+/// The factor of a picture: of colours in linear light, of normals x and y.
+Texture::Factor factor_of(const Material& material, MaterialSlot slot,
+                          const MaterialPicture& picture) {
+  Texture::Factor factor;
+  if (!material.multiplies) return factor;
+  factor.times = plain_of(material, slot);
+  factor.times[3] = 1;  // opacity is a slot of its own
+  if (slot == MaterialSlot::normal) {
+    factor.times = {material.normal_scale, material.normal_scale, 1, 1};
+  }
+  if (picture.inverted) {  // 1 - glossiness times its factor
+    for (std::size_t k = 0; k < 3; ++k) factor.times[k] -= 1;
+    factor.plus = 1;
+  }
+  return factor;
 }
 
-/// A picture times its factors: of colours in linear light, of normals x and y.
-std::shared_ptr<const Image> changed(const Image& image, const Change& change, MaterialSlot slot) {
-  auto result = std::make_shared<Image>(image);
-  const std::size_t texels = std::size_t{image.width} * image.height;
-  const auto given = [&change](float value) { return change.inverted ? 1 - value : value; };
-  if (change.channel >= 0) {
-    result->channels = 1;
-    result->pixels.resize(texels);
-  }
-  for (std::size_t i = 0; i < texels; ++i) {
+/// One channel of a picture as a picture of its own. Grey is in the first three.
+std::shared_ptr<const Image> channel_of(const Image& image, std::uint32_t channel) {
+  auto result = std::make_shared<Image>();
+  result->width = image.width;
+  result->height = image.height;
+  result->channels = 1;
+  result->pixels.resize(std::size_t{image.width} * image.height);
+  const bool has_alpha = image.channels % 2 == 0;
+  const std::uint32_t colors = image.channels - (has_alpha ? 1 : 0);
+  for (std::size_t i = 0; i < result->pixels.size(); ++i) {
     const float* const read = &image.pixels[i * image.channels];
-    float* const p = &result->pixels[i * result->channels];
-    const bool has_alpha = image.channels % 2 == 0;
-    const std::uint32_t colors = image.channels - (has_alpha ? 1 : 0);
-    if (change.channel == 3) {
-      *p = given((has_alpha ? read[colors] : 1) * change.factors[0]);
-    } else if (change.channel >= 0) {
-      // Grey is in all three.
-      *p = given(read[std::min(static_cast<std::uint32_t>(change.channel), colors - 1)] *
-                 change.factors[0]);
-    } else if (slot == MaterialSlot::normal) {
-      double n[3];
-      for (std::size_t k = 0; k < 3; ++k) n[k] = 2 * double{read[k]} - 1;
-      n[0] *= double{change.factors[0]};
-      n[1] *= double{change.factors[0]};
-      const double size = std::sqrt(n[0] * n[0] + n[1] * n[1] + n[2] * n[2]);
-      for (std::size_t k = 0; k < 3 && size > 0; ++k) {
-        p[k] = static_cast<float>(n[k] / size / 2 + 0.5);
-      }
-    } else {
-      for (std::uint32_t k = 0; k < colors; ++k) {
-        p[k] = srgb_beyond(from_srgb(double{read[k]}) * double{change.factors[k]});
-      }
-    }
+    result->pixels[i] =
+        channel == 3 ? (has_alpha ? read[colors] : 1) : read[std::min(channel, colors - 1)];
   }
   return result;
 }
@@ -289,28 +260,33 @@ void check_transform(const Material& material, const std::array<float, 6>& trans
                                     "UV space. Export the file again.");
 }
 
+/// Pairs of files that were compared, and whether their bytes are the same.
+using ComparedFiles = std::map<std::pair<fs::path, fs::path>, bool>;
+
 /// True if two pictures are one, or copies of each other.
-bool look_alike(const MaterialPicture& a, const MaterialPicture& b) {
+bool look_alike(const MaterialPicture& a, const MaterialPicture& b, ComparedFiles& compared) {
   if (a.empty() || b.empty()) return a.empty() && b.empty();
   if (a.channel != b.channel || a.uv_set != b.uv_set || a.uv_transform != b.uv_transform ||
       a.wrap != b.wrap || a.inverted != b.inverted) {
     return false;
   }
-  if (a.bytes != nullptr && b.bytes != nullptr) return *a.bytes == *b.bytes;
+  if (a.bytes != nullptr && b.bytes != nullptr) return a.bytes == b.bytes || *a.bytes == *b.bytes;
   if (a.file == b.file) return true;
+  const auto [known, added] = compared.try_emplace({a.file, b.file});
+  if (!added) return known->second;
   std::error_code error;
-  if (fs::equivalent(a.file, b.file, error)) return true;
+  if (fs::equivalent(a.file, b.file, error)) return known->second = true;
   std::ifstream one(a.file, std::ios::binary), other(b.file, std::ios::binary);
   using Byte = std::istreambuf_iterator<char>;
-  return one && other && std::equal(Byte(one), Byte(), Byte(other), Byte());
+  return known->second = one && other && std::equal(Byte(one), Byte(), Byte(other), Byte());
 }
 
 /// True if two descriptions give one picture of a surface.
-bool look_alike(const Material& a, const Material& b) {
+bool look_alike(const Material& a, const Material& b, ComparedFiles& compared) {
   for (const MaterialSlot slot :
        {MaterialSlot::color, MaterialSlot::opacity, MaterialSlot::normal, MaterialSlot::roughness,
         MaterialSlot::metallic, MaterialSlot::emission}) {
-    if (!look_alike(picture_of(a, slot), picture_of(b, slot))) return false;
+    if (!look_alike(picture_of(a, slot), picture_of(b, slot), compared)) return false;
   }
   return a.color == b.color && a.opacity == b.opacity && a.roughness == b.roughness &&
          a.metallic == b.metallic && a.emission == b.emission;
@@ -349,13 +325,13 @@ std::vector<Material> load_materials(const Mesh& mesh, const fs::path& mesh_file
   std::map<std::string_view, const Material*> by_name;  // the first of a name
   Found unlike;
   std::string other;
+  ComparedFiles compared;
+  const std::unordered_set<std::string_view> used(mesh.material_names.begin(),
+                                                  mesh.material_names.end());
   for (const Material& material : read) {
     const auto [entry, added] = by_name.emplace(material.name, &material);
-    if (added || look_alike(*entry->second, material)) continue;
-    if (std::find(mesh.material_names.begin(), mesh.material_names.end(), material.name) ==
-        mesh.material_names.end()) {
-      continue;
-    }
+    if (added || !used.contains(material.name)) continue;
+    if (look_alike(*entry->second, material, compared)) continue;
     if (unlike.count() == 0) other = material.place;
     unlike.add(*entry->second);
   }
@@ -405,8 +381,10 @@ Texture load_material_texture(const std::vector<Material>& materials, MaterialSl
                                       [](const Material& m) { return m.multiplies; });
   const MaterialSlot from = in_alpha ? MaterialSlot::color : slot;
   texture.channel = in_alpha ? 3 : 0;
-  std::map<fs::path, std::shared_ptr<const Image>> pictures;  // null: one of heights
-  std::map<std::pair<fs::path, Change>, std::uint32_t> known;
+  // A picture is read once, however many materials and names of its file it has.
+  using Key = std::pair<const void*, fs::path>;
+  std::map<Key, std::shared_ptr<const Image>> pictures;  // null: one of heights
+  std::map<std::pair<Key, int>, std::uint32_t> known;    // channels of these
   Found heights;
   for (const Material& material : materials) {
     const MaterialPicture& picture = picture_of(material, from);
@@ -414,6 +392,7 @@ Texture load_material_texture(const std::vector<Material>& materials, MaterialSl
     texture.image_of.push_back(Texture::kNone);
     texture.uv_transforms.push_back(picture.uv_transform);
     texture.wraps.push_back(picture.wrap);
+    texture.factors.push_back(factor_of(material, slot, picture));
     // glTF multiplies its base colour, alpha included, with the vertices'.
     texture.times_vertex_colors.push_back(
         material.multiplies &&
@@ -422,7 +401,10 @@ Texture load_material_texture(const std::vector<Material>& materials, MaterialSl
     if (picture.empty()) continue;
     if (picture.uv_set != uv_set) fail_of_uv_set(material, slot, picture.uv_set, uv_set);
     check_transform(material, picture.uv_transform);
-    const auto [entry, added] = pictures.try_emplace(picture.file);
+    std::error_code error;
+    const Key key(picture.bytes.get(),
+                  picture.bytes ? fs::path() : fs::weakly_canonical(picture.file, error));
+    const auto [entry, added] = pictures.try_emplace(key);
     if (added) {
       auto image = std::make_shared<const Image>(
           picture.bytes ? load_image(*picture.bytes, picture.file.string())
@@ -433,12 +415,13 @@ Texture load_material_texture(const std::vector<Material>& materials, MaterialSl
       heights.add(material);
       continue;
     }
-    const Change change = change_of(material, slot, picture, in_alpha, among_gltf);
-    const auto [place, is_new] = known.try_emplace(
-        {picture.file, change}, static_cast<std::uint32_t>(texture.images.size()));
+    const int channel = channel_of(material, slot, picture, in_alpha, among_gltf);
+    const auto [place, is_new] =
+        known.try_emplace({key, channel}, static_cast<std::uint32_t>(texture.images.size()));
     if (is_new) {
-      texture.images.push_back(change == Change() ? entry->second
-                                                  : changed(*entry->second, change, slot));
+      texture.images.push_back(
+          channel < 0 ? entry->second
+                      : channel_of(*entry->second, static_cast<std::uint32_t>(channel)));
     }
     texture.image_of.back() = place->second;
   }
@@ -446,6 +429,10 @@ Texture load_material_texture(const std::vector<Material>& materials, MaterialSl
   if (std::all_of(texture.uv_transforms.begin(), texture.uv_transforms.end(),
                   [&](const auto& transform) { return transform == as_it_is; })) {
     texture.uv_transforms.clear();
+  }
+  if (std::all_of(texture.factors.begin(), texture.factors.end(),
+                  [](const auto& factor) { return factor == Texture::Factor(); })) {
+    texture.factors.clear();
   }
   const std::array<TextureWrap, 2> repeats = MaterialPicture().wrap;
   if (std::all_of(texture.wraps.begin(), texture.wraps.end(),

@@ -9,6 +9,7 @@
 #include "asset/axes.h"
 #include "asset/polygon.h"
 #include "base/counted.h"
+#include "base/formatted.h"
 #include "base/parallel.h"
 #include "io/file/bounds.h"
 #include "mesh/frame.h"
@@ -25,9 +26,7 @@ constexpr std::uint64_t kLargestCount = 0x7FFFFFFFu;
 Vec3d vector_of(const MeshBuilder::Position& p) { return {p[0], p[1], p[2]}; }
 
 std::string coordinates(const std::array<double, 3>& p) {
-  char text[96];
-  std::snprintf(text, sizeof text, "(%.6g, %.6g, %.6g)", p[0], p[1], p[2]);
-  return text;
+  return formatted("(%.6g, %.6g, %.6g)", p[0], p[1], p[2]);
 }
 
 Vec3 unit_or_zero(const Vec3& n) {
@@ -156,11 +155,10 @@ void MeshBuilder::finish_colors() {
   if (largest_color_ <= kFraction) return;
   colors = std::move(byte_colors_);
   if (largest_color_ < kDark) {
-    char text[32];
-    std::snprintf(text, sizeof text, "%.4g", largest_color_);
+    const std::string text = formatted("%.4g", largest_color_);
     input_.warn(
         "color-scale",
-        std::string("its largest colour channel is ") + text +
+        "its largest colour channel is " + text +
             ": above 1, so its colours count as 0 to 255, and are nearly black. If they are "
             "fractions brighter than white, export them clamped to 1.",
         colored_);
@@ -289,9 +287,8 @@ void MeshBuilder::place(Mesh& mesh) {
                 "Scale the mesh down.");
   }
   if (diagonal > 0 && diagonal < kLeast) {
-    char text[32];
-    std::snprintf(text, sizeof text, "%.3g", diagonal);
-    input_.fail("", std::string("its size (") + text + ") is below the range of single precision",
+    const std::string text = formatted("%.3g", diagonal);
+    input_.fail("", "its size (" + text + ") is below the range of single precision",
                 "Scale the mesh up.");
   }
   mesh.positions.resize(positions.size());

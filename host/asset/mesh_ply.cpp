@@ -10,6 +10,7 @@
 #include <cstring>
 #include <limits>
 
+#include "base/formatted.h"
 #include "io/file/text_scanner.h"
 
 namespace kiln {
@@ -223,7 +224,7 @@ class BodyReader {
     if (!(length >= 0) || length != std::floor(length)) {
       input_.fail(source_.place(),
                   printable(element.name) + " " + std::to_string(index) + " has a list of length " +
-                      std::to_string(length),
+                      decimal(length),
                   "Export the mesh again.");
     }
     // Doubles hold every length a file can have; a larger one does not fit below either.
@@ -286,8 +287,7 @@ class BodyReader {
 
   void add_corner(double index, const char* kind, std::uint64_t number) {
     if (!(index >= 0 && index < static_cast<double>(vertices_)) || index != std::floor(index)) {
-      char text[32];
-      std::snprintf(text, sizeof text, "%.12g", index);
+      const std::string text = formatted("%.12g", index);
       input_.fail(source_.place(),
                   kind + std::to_string(number) + " uses vertex " + text + ", but there are " +
                       std::to_string(vertices_) + ", counted from 0",

@@ -1,8 +1,8 @@
 // Tangents that a file gives its vertices.
 #include <cmath>
-#include <cstdio>
 
 #include "asset/mesh_builder.h"
+#include "base/formatted.h"
 
 namespace kiln {
 namespace {
@@ -41,8 +41,7 @@ struct Odd {
   }
   std::string vertex() const { return "vertex " + std::to_string(first); }
   std::string text() const {
-    char number[32];
-    std::snprintf(number, sizeof number, "%.4g", value);
+    const std::string number = formatted("%.4g", value);
     return vertex() + ": " + number;
   }
 };

@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "bake/match_stage.h"
+#include "base/formatted.h"
 #include "detail/registry.h"
 #include "kiln/validate.h"
 #include "match/uv.h"
@@ -69,8 +70,8 @@ void named(const Find& find) {
 
 void check_length(const char* name, const Length& length, bool may_be_zero) {
   if (!std::isfinite(length.value) || length.value < 0 || (!may_be_zero && length.value == 0)) {
-    usage(std::string(name) + " is " + std::to_string(length.value) +
-          ": it must be a finite length " + (may_be_zero ? "of 0 or more." : "above 0."));
+    usage(std::string(name) + " is " + decimal(length.value) + ": it must be a finite length " +
+          (may_be_zero ? "of 0 or more." : "above 0."));
   }
 }
 
@@ -211,11 +212,11 @@ void check_map_options(const BakeOptions& options) {
     usage("`light.direction` must be a finite direction other than 0.");
   }
   if (!(options.light.angle_degrees >= 0 && options.light.angle_degrees <= 90)) {
-    usage("`light.angle_degrees` is " + std::to_string(options.light.angle_degrees) +
+    usage("`light.angle_degrees` is " + decimal(options.light.angle_degrees) +
           ": it must be 0 to 90.");
   }
   if (!(options.occlusion.max_error >= 0 && options.occlusion.max_error <= 1)) {
-    usage("`occlusion.max_error` is " + std::to_string(options.occlusion.max_error) +
+    usage("`occlusion.max_error` is " + decimal(options.occlusion.max_error) +
           ": it must be 0 to 1.");
   }
   if (options.encoding.origin &&
@@ -252,8 +253,7 @@ void check_ranges(const BakeOptions& options) {
     const ValueRange range = given.range;
     const std::string name(kind.name);
     if (!std::isfinite(range.low) || !std::isfinite(range.high) || !(range.low < range.high)) {
-      usage("The range of " + name + " is " + std::to_string(range.low) + " to " +
-            std::to_string(range.high) +
+      usage("The range of " + name + " is " + decimal(range.low) + " to " + decimal(range.high) +
             ": it must be finite, and the first less than the second.");
     }
     if (std::find(seen.begin(), seen.end(), kind.name) != seen.end()) {
@@ -322,8 +322,7 @@ void validate(const BakeOptions& options) {
     usage("No map was asked for: give at least one, such as normal.");
   }
   if (!(options.own_map_seconds >= 1 && options.own_map_seconds <= 86400)) {
-    usage("own_map_seconds is " + std::to_string(options.own_map_seconds) +
-          ": it must be 1 to 86400.");
+    usage("own_map_seconds is " + decimal(options.own_map_seconds) + ": it must be 1 to 86400.");
   }
   check_distances(options);
   check_map_options(options);

@@ -2,12 +2,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <map>
 #include <string>
 #include <utility>
 
 #include "bake/report.h"
+#include "base/formatted.h"
 #include "detail/registry.h"
 #include "mesh/kernels_shared.h"
 
@@ -284,8 +284,7 @@ double CopyCheck::tell(const Mesh& low, std::vector<Warning>& warnings) {
   const auto most = std::max_element(pairs.begin(), pairs.end(), [](const auto& a, const auto& b) {
     return a.second.count < b.second.count;
   });
-  char text[96];
-  std::snprintf(text, sizeof text, "%.3g%%", 100 * share);
+  const std::string text = formatted("%.3g%%", 100 * share);
   warnings.push_back(
       {kWarning,
        std::to_string(copies.size()) +

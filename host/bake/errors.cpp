@@ -3,12 +3,12 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdio>
 #include <string>
 #include <utility>
 
 #include "bake/map_units.h"
 #include "bake/report.h"
+#include "base/formatted.h"
 #include "image/gutter.h"
 #include "mesh/kernels_shared.h"
 
@@ -234,9 +234,8 @@ void warn_not_reached(const BakeOptions& options, BakeReport& report) {
         error == report.errors.end() || error->rms / 255 <= wanted) {
       return;
     }
-    char text[200];
-    std::snprintf(text, sizeof text,
-                  "The map %s reached an error of %.2g (root mean square), but %.2g was asked for.",
+    const std::string text =
+        formatted("The map %s reached an error of %.2g (root mean square), but %.2g was asked for.",
                   std::string(name).c_str(), error->rms / 255, wanted);
     report.warnings.push_back({"ray-error-not-reached", text, 1});
   };

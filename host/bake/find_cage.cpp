@@ -4,6 +4,7 @@
 #include <string>
 
 #include "bake/match_stage.h"
+#include "base/formatted.h"
 #include "kiln/cage.h"
 #include "kiln/validate.h"
 #include "match/cage_shells.h"
@@ -117,8 +118,8 @@ FoundCage find_cage(const Source& source, const Mesh& low, const BakeOptions& gi
 
 Mesh offset_cage(const Mesh& low, double distance) {
   if (!std::isfinite(distance)) {
-    throw Error(ErrorCode::usage, "distance is " + std::to_string(distance) +
-                                      ": it must be a finite length, world units.");
+    throw Error(ErrorCode::usage,
+                "distance is " + decimal(distance) + ": it must be a finite length, world units.");
   }
   validate(low);
   const Frame frame = Frame::of(low);

@@ -1,10 +1,10 @@
 // Lost detail, summed up: shares, and the largest connected part.
 #include <algorithm>
-#include <cstdio>
 #include <numeric>
 #include <string>
 
 #include "bake/high_coverage.h"
+#include "base/formatted.h"
 
 namespace kiln {
 namespace {
@@ -38,9 +38,7 @@ std::vector<std::uint32_t> parts_of(const std::vector<Vec3d>& places, double lin
 }
 
 std::string in_words(const std::array<double, 3>& p) {
-  char text[96];
-  std::snprintf(text, sizeof text, "%.4g, %.4g, %.4g", p[0], p[1], p[2]);
-  return text;
+  return formatted("%.4g, %.4g, %.4g", p[0], p[1], p[2]);
 }
 
 std::string advice(const BakeOptions& options) {
@@ -109,13 +107,11 @@ void warn_about_loss(const HighCoverageReport& recall, const BakeOptions& option
     return warning.code == CopyCheck::kWarning;
   });
   if (recall.lost - (told ? recall.by_copies : 0) < kWarnFrom) return;
-  char text[160];
-  std::snprintf(text, sizeof text, "%.1f%% of the high poly's visible surface near the low poly ",
-                100 * recall.lost);
-  std::string message = text;
-  std::snprintf(text, sizeof text, "is on no texel, most of it (%.1f%%) around ",
-                100 * recall.largest);
-  message += text + in_words(recall.where) + ": " + advice(options);
+  const std::string message = formatted(
+                                  "%.1f%% of the high poly's visible surface near the low poly is "
+                                  "on no texel, most of it (%.1f%%) around ",
+                                  100 * recall.lost, 100 * recall.largest) +
+                              in_words(recall.where) + ": " + advice(options);
   warnings.push_back({"lost-surface", message, 1});
 }
 

@@ -1,9 +1,9 @@
 #include "bake/match_stage.h"
 
 #include <algorithm>
-#include <cstdio>
 #include <utility>
 
+#include "base/formatted.h"
 #include "match/bevel.h"
 #include "match/fallback.h"
 #include "match/part_matcher.h"
@@ -31,11 +31,10 @@ void warn_about_length(const char* name, const std::optional<Length>& length, co
   if (!length) return;
   const double diagonals = to_frame(*length, frame) / (frame.diagonal * frame.scale);
   if (!(diagonals > 1)) return;
-  char text[256];
-  std::snprintf(text, sizeof text,
-                "%s is %.3g times as long as the high poly's diagonal of %.4g: rays of that length "
-                "meet far sides and other parts. Usual are 1%% to 5%%: was a share meant?",
-                name, diagonals, frame.diagonal);
+  const std::string text = formatted(
+      "%s is %.3g times as long as the high poly's diagonal of %.4g: rays of that length "
+      "meet far sides and other parts. Usual are 1%% to 5%%: was a share meant?",
+      name, diagonals, frame.diagonal);
   warnings.push_back({"far-rays", text, 1});
 }
 

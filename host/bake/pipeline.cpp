@@ -6,6 +6,7 @@
 
 #include "bake/errors.h"
 #include "bake/report.h"
+#include "base/formatted.h"
 #include "match/match_array.h"
 #include "match/view_plan.h"
 #include "mesh/charts.h"
@@ -288,7 +289,7 @@ void Pipeline::warn_about_pixels() {
   if (!(report.views->pixel > radius / 25)) return;
   report.warnings.push_back({"coarse-views",
                              "A pixel of the depth views is " +
-                                 std::to_string(report.views->pixel / radius) +
+                                 decimal(report.views->pixel / radius) +
                                  " times the low poly's radius, so they show next to nothing of "
                                  "it: raise `match.views.size`, "
                                  "cut away what lies far from it in the high poly, or use rays.",

@@ -3,10 +3,10 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdio>
 #include <set>
 #include <string>
 
+#include "base/formatted.h"
 #include "base/parallel.h"
 #include "image/gutter.h"
 #include "match/registry.h"
@@ -108,11 +108,10 @@ void flatten_below_surface(std::string_view map, Image& image,
     normal[2] = -0.0F;  // the sign tells that it was pulled up
   }
   if (below == 0) return;
-  char share[32];
-  std::snprintf(share, sizeof share, "%.2g",
-                100 * static_cast<double>(below) / static_cast<double>(baked));
+  const std::string share =
+      formatted("%.2g", 100 * static_cast<double>(below) / static_cast<double>(baked));
   report.warnings.push_back({"below-surface",
-                             std::string(share) + "% of the texels of the map " + std::string(map) +
+                             share + "% of the texels of the map " + std::string(map) +
                                  " point below the surface. `encoding.two_component` has no sign "
                                  "for that: they lie on the horizon. "
                                  "Leave it out to keep them.",

@@ -2,8 +2,9 @@
 #pragma once
 
 #include <cmath>
-#include <cstdio>
 #include <string>
+
+#include "base/formatted.h"
 
 namespace kiln {
 
@@ -16,9 +17,7 @@ inline std::string percent(double share, int digits = 3) {
   int decimals = 0;
   const double enough = std::pow(10.0, digits - 1);
   for (double v = value; v > 0 && v < enough && decimals < kMostDecimals; v *= 10) ++decimals;
-  char text[32];
-  std::snprintf(text, sizeof text, "%.*f", decimals, value);
-  std::string number = text;
+  std::string number = formatted("%.*f", decimals, value);
   if (decimals > 0) number.erase(number.find_last_not_of('0') + 1);
   if (number.back() == '.') number.pop_back();
   return number + "%";

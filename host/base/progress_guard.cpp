@@ -3,9 +3,12 @@
 #include <utility>
 
 namespace kiln {
+
+/// Between two calls. Tests that count polls declare it and set 0.
+std::chrono::milliseconds pause_of_progress{50};
+
 namespace {
 
-constexpr std::chrono::milliseconds kPause{50};
 thread_local ProgressGuard* of_thread = nullptr;
 
 }  // namespace
@@ -50,7 +53,7 @@ bool ProgressGuard::active() { return of_thread != nullptr; }
 void ProgressGuard::poll() {
   ProgressGuard* const guard = of_thread;
   if (guard == nullptr || guard->calling_) return;
-  if (std::chrono::steady_clock::now() - guard->last_ < kPause) return;
+  if (std::chrono::steady_clock::now() - guard->last_ < pause_of_progress) return;
   if (!guard->tell(guard->done_, guard->stage_)) throw Cancelled();
 }
 

@@ -1,11 +1,11 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
-#include <cstdio>
 #include <string>
 #include <utility>
 
 #include "base/counted.h"
+#include "base/formatted.h"
 #include "base/progress_guard.h"
 #include "clean/steps.h"
 #include "clean/triangle_list.h"
@@ -22,8 +22,8 @@ void check(const CleanOptions& options) {
   const auto share = [](const char* name, double value, double most) {
     if (value >= 0 && value <= most) return;
     throw Error(ErrorCode::usage,
-                std::string("clean_mesh: ") + name + " is " + std::to_string(value) +
-                    "; it must be a share of the diagonal from 0 to " + std::to_string(most),
+                std::string("clean_mesh: ") + name + " is " + decimal(value) +
+                    "; it must be a share of the diagonal from 0 to " + decimal(most),
                 "option-range");
   };
   share("weld", options.weld, 0.01);
@@ -80,11 +80,7 @@ std::uint64_t drop(Mesh& mesh, const std::vector<std::uint8_t>& dropped) {
   return count;
 }
 
-std::string percent_words(double share) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%.3g%% of the diagonal", 100 * share);
-  return text;
-}
+std::string percent_words(double share) { return formatted("%.3g%% of the diagonal", 100 * share); }
 
 /// Puts what was done into words.
 class Words {
@@ -93,10 +89,9 @@ class Words {
 
   void say(const char* code, const Cleaned& cleaned, const std::string& what) {
     if (cleaned.count == 0) return;
-    char place[96];
     const Vec3& p = cleaned.example;
-    std::snprintf(place, sizeof place, ", one at (%.5g, %.5g, %.5g)", mesh_.origin[0] + p.x,
-                  mesh_.origin[1] + p.y, mesh_.origin[2] + p.z);
+    const std::string place = formatted(", one at (%.5g, %.5g, %.5g)", mesh_.origin[0] + p.x,
+                                        mesh_.origin[1] + p.y, mesh_.origin[2] + p.z);
     std::string text = what;
     const std::size_t at = text.find(" @");
     text.replace(at, 2, place);

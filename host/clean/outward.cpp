@@ -17,6 +17,11 @@ constexpr std::uint64_t kEnough = 16, kMore = 2, kFarMore = 8;
 /// Ratio of seen backs to seen fronts above which the mesh is meant to be seen from inside.
 constexpr std::uint64_t kInward = 3;
 
+/// True if pixels tell which way triangles face.
+bool is_clear(std::uint64_t front, std::uint64_t back) {
+  return front + back >= kEnough && std::max(front, back) > kMore * std::min(front, back);
+}
+
 /// True if views could find a part that faces the wrong way.
 bool may_face_wrongly(const Mesh& mesh, const FacingParts& parts) {
   if (std::any_of(parts.parts.begin(), parts.parts.end(),
@@ -61,11 +66,19 @@ Cleaned turn_outward(Mesh& mesh, bool open_alone, Cleaned& inward) {
     const FacingParts::Part& part = parts.parts[p];
     if (part.one_sided) continue;
     // As the first triangle faces.
-    const std::uint64_t front = std::uint64_t{seen[2 * p].front} + seen[2 * p + 1].back;
-    const std::uint64_t back = std::uint64_t{seen[2 * p].back} + seen[2 * p + 1].front;
+    const SeenPixels first = seen[2 * p], other{0, seen[2 * p + 1].back, seen[2 * p + 1].front};
+    std::uint64_t front = std::uint64_t{first.front} + other.front;
+    std::uint64_t back = std::uint64_t{first.back} + other.back;
     const bool tells = !is_inward && front + back >= kEnough;
     if (!part.agrees) {
-      const bool clear = tells && std::max(front, back) > kMore * std::min(front, back);
+      bool clear = tells && is_clear(front, back);
+      // A large flap is seen from both sides, and hides in the sum what the rest says.
+      const bool by_first = is_clear(first.front, first.back);
+      if (!clear && tells && by_first != is_clear(other.front, other.back)) {
+        clear = true;
+        front = by_first ? first.front : other.front;
+        back = by_first ? first.back : other.back;
+      }
       // A large triangle may outweigh all others by its area: with windings alone, number decides, too.
       const bool few = 2 * counts[p][less[p]] < part.triangles;
       wrong[p] = clear                ? (front > back ? 1 : 0)

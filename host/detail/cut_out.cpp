@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "base/formatted.h"
 #include "image/value_range.h"
 #include "kiln/error.h"
 #include "kiln/material.h"
@@ -96,6 +97,7 @@ class Cutter {
     double plain = 1;
     transform_ = {1, 0, 0, 0, 1, 0};
     wraps_ = {};
+    times_ = 1, plus_ = 0;
     alpha_ = {1, 1, 1};
     if (opacity_.image_of.empty()) {
       picture_ = pictures_[0].get();
@@ -104,6 +106,10 @@ class Cutter {
       const std::uint32_t picture = opacity_.image_of[material];
       if (!opacity_.uv_transforms.empty()) transform_ = opacity_.uv_transforms[material];
       if (!opacity_.wraps.empty()) wraps_ = opacity_.wraps[material];
+      if (!opacity_.factors.empty()) {
+        times_ = double{opacity_.factors[material].times[opacity_.channel]};
+        plus_ = opacity_.channel < 3 ? double{opacity_.factors[material].plus} : 0;
+      }
       if (!opacity_.times_vertex_colors.empty() && opacity_.times_vertex_colors[material] &&
           !mesh_.colors.empty()) {
         for (std::size_t k = 0; k < 3; ++k) {
@@ -155,13 +161,19 @@ class Cutter {
   }
 
   double opacity_at(const Weights& w, const std::array<double, 2>& uv) const {
-    const double picture = picture_ == nullptr ? plain_ : picture_->at(uv[0], uv[1], wraps_);
+    const double picture =
+        picture_ == nullptr ? plain_ : picture_->at(uv[0], uv[1], wraps_) * times_ + plus_;
     return alpha_ == Weights{1, 1, 1} ? picture : picture * alpha_at(w);
   }
 
   BoundedChannel::Range over(const Part& part, double u0, double v0, double u1, double v1) const {
     BoundedChannel::Range range{static_cast<float>(plain_), static_cast<float>(plain_)};
-    if (picture_ != nullptr) range = picture_->over(u0, v0, u1, v1, wraps_);
+    if (picture_ != nullptr) {
+      range = picture_->over(u0, v0, u1, v1, wraps_);
+      const auto turned = [&](float value) { return static_cast<float>(value * times_ + plus_); };
+      range = {turned(times_ < 0 ? range.most : range.least),
+               turned(times_ < 0 ? range.least : range.most)};
+    }
     if (alpha_ == Weights{1, 1, 1}) return range;
     const auto [least, most] =
         std::minmax({alpha_at(part[0]), alpha_at(part[1]), alpha_at(part[2])});
@@ -287,15 +299,16 @@ class Cutter {
   const BoundedChannel* picture_ = nullptr;
   std::array<float, 6> transform_{1, 0, 0, 0, 1, 0};  // of its UVs
   BoundedChannel::Wraps wraps_{};
-  Weights alpha_{1, 1, 1};  // of its corners
-  double plain_ = 1;        // without a picture
+  double times_ = 1, plus_ = 0;  // of its numbers
+  Weights alpha_{1, 1, 1};       // of its corners
+  double plain_ = 1;             // without a picture
   std::vector<Part> parts_;
   std::map<Weights, std::array<std::uint32_t, 3>> vertices_;
 };
 
 void check(const Mesh& mesh, const Texture& opacity, double threshold) {
   if (!(threshold > 0 && threshold <= 1)) {
-    throw Error(ErrorCode::usage, "The threshold of opacity is " + std::to_string(threshold) +
+    throw Error(ErrorCode::usage, "The threshold of opacity is " + decimal(threshold) +
                                       ": it must be above 0, and 1 at most.");
   }
   if (mesh.uv_triangles.size() != mesh.triangles.size() || mesh.uvs.empty()) {
@@ -311,6 +324,7 @@ void check(const Mesh& mesh, const Texture& opacity, double threshold) {
       fits &&
       (opacity.uv_transforms.empty() || opacity.uv_transforms.size() == opacity.image_of.size()) &&
       (opacity.wraps.empty() || opacity.wraps.size() == opacity.image_of.size()) &&
+      (opacity.factors.empty() || opacity.factors.size() == opacity.image_of.size()) &&
       (opacity.times_vertex_colors.empty() ||
        opacity.times_vertex_colors.size() == opacity.image_of.size());
   for (const std::uint32_t picture : opacity.image_of) {

@@ -5,10 +5,10 @@
 #include <array>
 #include <atomic>
 #include <cmath>
-#include <cstdio>
 #include <sstream>
 #include <string>
 
+#include "base/formatted.h"
 #include "base/parallel.h"
 #include "cl/driver.h"
 #include "image/gutter.h"
@@ -119,8 +119,7 @@ class Own : public MapMaker {
                       source_.attributes.normal_indices, source_.attributes.normals, uvs_,
                       uv_triangles_, tree.nodes, tree.blocks, values_);
       if (context_.finish_within(seconds_)) continue;
-      char limit[32];
-      std::snprintf(limit, sizeof limit, "%g s", seconds_);
+      const std::string limit = formatted("%g s", seconds_);
       throw Error(ErrorCode::input,
                   "The map " + std::string(name_) + " is not done with " +
                       std::to_string(params.end - params.first) + " samples in " + limit +

@@ -15,6 +15,7 @@ SurfaceTexture::SurfaceTexture(const Source::Impl& source, const Texture& textur
       plain_(texture.plain),
       uv_transforms_(texture.uv_transforms),
       wraps_(texture.wraps),
+      factors_(texture.factors),
       by_vertices_(texture.kind == TextureKind::srgb ? Factor::color : Factor::alpha) {
   const std::string map(name);
   if (!texture.images.empty() && !has_uvs(source)) {
@@ -40,6 +41,7 @@ SurfaceTexture::SurfaceTexture(const Source::Impl& source, const Texture& textur
                                       std::to_string(picture_of_material_.size()) + " materials.");
   }
   if ((!wraps_.empty() && wraps_.size() != picture_of_material_.size()) ||
+      (!factors_.empty() && factors_.size() != picture_of_material_.size()) ||
       (!texture.times_vertex_colors.empty() &&
        texture.times_vertex_colors.size() != picture_of_material_.size())) {
     throw Error(ErrorCode::input, "The texture of the map " + map +
@@ -104,6 +106,11 @@ void SurfaceTexture::read_pictures(const HighPoint& point, float* value) const {
     value[1] = value[2] = value[0];
   } else if (picture->channels() == 3) {
     value[3] = 1;
+  }
+  if (factors_.empty()) return;
+  const Texture::Factor& factor = factors_[source_.materials.of[point.triangle]];
+  for (std::size_t c = 0; c < 4; ++c) {
+    value[c] = value[c] * factor.times[c] + (c < 3 ? factor.plus : 0);
   }
 }
 

@@ -42,6 +42,7 @@ class SurfaceTexture {
   std::vector<std::array<float, 4>> plain_;
   std::vector<std::array<float, 6>> uv_transforms_;
   std::vector<FilteredTexture::Wraps> wraps_;
+  std::vector<Texture::Factor> factors_;
   std::vector<bool> times_vertices_;
   Factor by_vertices_;
 };

@@ -1,10 +1,10 @@
 #include "match/cage_reach.h"
 
 #include <algorithm>
-#include <cstdio>
 #include <span>
 #include <string>
 
+#include "base/formatted.h"
 #include "match/host_correspondence.h"
 #include "match/surface_places.h"
 #include "mesh/vector.h"
@@ -28,9 +28,7 @@ Range range_of(std::vector<float> values, double unit) {
 }
 
 std::string numbers(double x, double y, double z) {
-  char text[96];
-  std::snprintf(text, sizeof text, "(%.6g, %.6g, %.6g)", x, y, z);
-  return text;
+  return formatted("(%.6g, %.6g, %.6g)", x, y, z);
 }
 
 }  // namespace

@@ -6,6 +6,7 @@
 #include <string>
 
 #include "accel/device_bvh.h"
+#include "base/formatted.h"
 #include "base/parallel.h"
 #include "base/percent.h"
 #include "mesh/kernels_shared.h"
@@ -246,7 +247,7 @@ void check_uv(const UvOptions& options) {
   const auto check = [](const char* name, double value) {
     if (value >= 0) return;  // not NaN either
     throw Error(ErrorCode::usage,
-                std::string("uv.") + name + " is " + std::to_string(value) +
+                std::string("uv.") + name + " is " + decimal(value) +
                     ": it must be a share of 0 or more, or infinity for no bound.");
   };
   check("warn_overlap", options.warn_overlap);

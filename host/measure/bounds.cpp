@@ -7,6 +7,7 @@
 
 #include "bake/map_units.h"
 #include "bake/pipeline.h"
+#include "base/formatted.h"
 #include "detail/registry.h"
 #include "image/gutter.h"
 
@@ -131,7 +132,7 @@ void check_bounds(const BakeOptions& bake, std::span<const MapBound> bounds) {
       fail("An error is bound of the map " + name + ", which has none: leave the bound out.");
     }
     if (!std::isfinite(bound.max_error) || !(bound.max_error > 0)) {
-      fail("The error of the map " + name + " is " + std::to_string(bound.max_error) +
+      fail("The error of the map " + name + " is " + decimal(bound.max_error) +
            ": it must be finite and above 0.");
     }
     if (std::count_if(bounds.begin(), bounds.end(),

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "accel/depth_views.h"
+#include "base/formatted.h"
 #include "base/normal_angle.h"
 #include "base/parallel.h"
 #include "mesh/kernels_shared.h"
@@ -219,7 +220,7 @@ std::vector<Vec3> held_out_views(std::uint32_t count, std::span<const Vec3> used
     if (least_angle_degrees(result, used) >= least_degrees) return result;
   }
   throw Error(ErrorCode::usage, "No " + std::to_string(count) + " directions to measure from lie " +
-                                    std::to_string(least_degrees) + " degrees or more from all " +
+                                    decimal(least_degrees) + " degrees or more from all " +
                                     std::to_string(used.size()) +
                                     " that are matched from: match from fewer views.");
 }

@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <atomic>
 #include <cmath>
-#include <cstdio>
 #include <string>
 
+#include "base/formatted.h"
 #include "base/parallel.h"
 #include "kiln/validate.h"
 #include "mesh/normals.h"
@@ -164,8 +164,7 @@ LowSurface LowSurface::without_uvs(const Mesh& low, const Frame& frame, const Me
   const bool any_usable = std::any_of(surface.usable.begin(), surface.usable.end(),
                                       [](std::uint8_t one) { return one != 0; });
   if (!any_usable && count_without_area(low.positions, low.triangles) < count) {
-    char text[32];
-    std::snprintf(text, sizeof text, "%.3g", frame.diagonal);
+    const std::string text = formatted("%.3g", frame.diagonal);
     throw Error(ErrorCode::input, "Mesh " + quoted(low) +
                                       " is rounded to nothing beside the high poly, whose diagonal "
                                       "is " +

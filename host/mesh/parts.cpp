@@ -92,29 +92,41 @@ class PartNamer {
   }
 
  private:
-  /// Patterns of one side of a list: the first that fits counts. Looked up by what stands before their stars, or else
-  /// behind them, so that many patterns and many names are not all compared.
+  /// Patterns of one side of a list: the first that fits counts. Looked up by what stands before their first star,
+  /// behind their last, and by the longest text between two, so that many patterns and many names are not all compared.
   class List {
    public:
     void add(const std::string& pattern, std::size_t pair) {
-      const std::size_t star = pattern.find('*');
-      if (star == std::string::npos) {
+      const std::size_t first = pattern.find('*');
+      if (first == std::string::npos) {
         whole_.emplace(pattern, pair);
         return;
       }
-      const bool headed = star > 0;
-      const std::string key =
-          headed ? pattern.substr(0, star) : pattern.substr(pattern.rfind('*') + 1);
-      patterns_[headed ? 0 : 1][key.size()][key].emplace_back(pattern, pair);
+      const std::size_t last = pattern.rfind('*');
+      std::string middle;
+      for (std::size_t p = first + 1; p <= last;) {
+        const std::size_t next = pattern.find('*', p);
+        if (next - p > middle.size()) middle = pattern.substr(p, next - p);
+        p = next + 1;
+      }
+      const std::string head = pattern.substr(0, first), tail = pattern.substr(last + 1);
+      patterns_[{head.size(), tail.size(), middle.size()}][head + tail + middle].emplace_back(
+          pattern, pair);
     }
     std::optional<std::size_t> first(const std::string& name) const {
       std::optional<std::size_t> pair;
       if (const auto whole = whole_.find(name); whole != whole_.end()) pair = whole->second;
-      for (const bool headed : {true, false}) {
-        for (const auto& [size, by_key] : patterns_[headed ? 0 : 1]) {
-          if (size > name.size()) break;
-          const auto with = by_key.find(name.substr(headed ? 0 : name.size() - size, size));
-          if (with == by_key.end()) continue;
+      std::unordered_set<const Patterns*> tried;
+      for (const auto& [sizes, by_key] : patterns_) {
+        const auto& [head, tail, middle] = sizes;
+        if (head + tail + middle > name.size()) continue;
+        const std::size_t end = name.size() - tail;
+        std::string key = name.substr(0, head) + name.substr(end);
+        const std::size_t fixed = key.size();
+        for (std::size_t at = head; at + middle <= (middle == 0 ? head : end); ++at) {
+          key.replace(fixed, key.size() - fixed, name, at, middle);
+          const auto with = by_key.find(key);
+          if (with == by_key.end() || !tried.insert(&with->second).second) continue;
           for (const auto& [pattern, number] : with->second) {
             if (pair && *pair <= number) break;
             if (first_star(name, pattern)) pair = number;
@@ -127,8 +139,8 @@ class PartNamer {
    private:
     using Patterns = std::vector<std::pair<std::string, std::size_t>>;
     std::unordered_map<std::string, std::size_t> whole_;
-    /// By the length of a key, those with a head and those without.
-    std::array<std::map<std::size_t, std::unordered_map<std::string, Patterns>>, 2> patterns_;
+    /// By the lengths of a key's three texts, then by the key.
+    std::map<std::array<std::size_t, 3>, std::unordered_map<std::string, Patterns>> patterns_;
   };
 
   const PartNames& names_;

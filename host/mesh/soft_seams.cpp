@@ -6,6 +6,7 @@
 #include <tuple>
 
 #include "base/disjoint_sets.h"
+#include "base/formatted.h"
 #include "kiln/normals.h"
 #include "kiln/validate.h"
 #include "mesh/normals.h"
@@ -115,8 +116,7 @@ std::vector<bool> in_flats(const Mesh& mesh, const Surface& surface,
 
 SoftSeams soft_seams(const Mesh& mesh, double least_degrees) {
   if (!(least_degrees >= 0 && least_degrees <= 180)) {
-    throw Error(ErrorCode::usage,
-                "least_degrees is " + std::to_string(least_degrees) + ": use 0 to 180.");
+    throw Error(ErrorCode::usage, "least_degrees is " + decimal(least_degrees) + ": use 0 to 180.");
   }
   validate(mesh);
   SoftSeams result;

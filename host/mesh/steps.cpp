@@ -2,9 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <vector>
 
+#include "base/formatted.h"
 #include "mesh/usable.h"
 
 namespace kiln {
@@ -39,11 +39,7 @@ T quantile(std::vector<T>& values, double share, const Less& less = {}) {
   return *at;
 }
 
-std::string text_of(const Vec3d& p) {
-  char text[96];
-  std::snprintf(text, sizeof text, "(%.6g, %.6g, %.6g)", p.x, p.y, p.z);
-  return text;
-}
+std::string text_of(const Vec3d& p) { return formatted("(%.6g, %.6g, %.6g)", p.x, p.y, p.z); }
 
 /// Most vertices lie within a radius of a center.
 struct Bulk {
@@ -86,8 +82,7 @@ std::string outliers(const SteppedMesh& mesh, double far) {
   const std::uint32_t farthest = *std::max_element(used.begin(), used.end(), [&](auto a, auto b) {
     return bulk.distance(mesh, a) < bulk.distance(mesh, b);
   });
-  char reach[64];
-  std::snprintf(reach, sizeof reach, " within %.3g of ", bulk.radius);
+  const std::string reach = formatted(" within %.3g of ", bulk.radius);
   return "Vertex " + std::to_string(farthest) + " at " + text_of(mesh.position(farthest)) +
          (count > 1 ? " and " + std::to_string(count - 1) + " more lie" : " lies") +
          " far from the others, most of them" + reach + text_of(bulk.center) + ": move or remove " +
@@ -155,12 +150,11 @@ std::string coarse_steps(const SteppedMesh& mesh, const char* how) {
       quantile(edges, 0.75, [](const Edge& a, const Edge& b) { return a.share() < b.share(); });
   if (!(coarse.share() > 1 / kStepsAnEdge)) return {};
   constexpr double kDegrees = 57.29577951308232;
-  char text[320];
-  std::snprintf(text, sizeof text,
-                "coordinates near %.7g are %s in steps of %.2g, where edges are %.2g long: normals "
-                "are off by about %.2g degrees. ",
-                coarse.at, how, coarse.step.size, coarse.length,
-                kDegrees * std::atan(kRadiansAStep * coarse.share()));
+  const std::string text = formatted(
+      "coordinates near %.7g are %s in steps of %.2g, where edges are %.2g long: normals "
+      "are off by about %.2g degrees. ",
+      coarse.at, how, coarse.step.size, coarse.length,
+      kDegrees * std::atan(kRadiansAStep * coarse.share()));
   const std::string far = outliers(mesh, kFar);
   return text + (!far.empty() ? far
                               : "Export it in double precision, or moved to the world's origin; or "
@@ -184,9 +178,8 @@ std::string stretched_box(const SteppedMesh& mesh) {
   if (farthest == kAbsurd * bulk.radius) return {};
   const std::string far = outliers(mesh, kAbsurd);
   if (far.empty()) return {};
-  char text[80];
-  std::snprintf(text, sizeof text, "it reaches %.2g times as far as most of its vertices. ",
-                farthest / bulk.radius);
+  const std::string text =
+      formatted("it reaches %.2g times as far as most of its vertices. ", farthest / bulk.radius);
   return text + far;
 }
 

@@ -7,6 +7,7 @@
 #include <map>
 #include <utility>
 
+#include "base/formatted.h"
 #include "kiln/validate.h"
 #include "mesh/frame.h"
 #include "mesh/low_surface.h"
@@ -164,8 +165,8 @@ std::vector<TextureSet> by_tiles(const Mesh& low) {
     const auto [u, v] = tile_of(uvs);
     if (u < 0 || u >= kTilesAcross || v < 0 || v >= kTilesUp) {
       throw Error(ErrorCode::input, "Mesh '" + low.name + "': triangle " + std::to_string(t) +
-                                        " lies at UV (" + std::to_string(uvs[0].x) + ", " +
-                                        std::to_string(uvs[0].y) +
+                                        " lies at UV (" + decimal(uvs[0].x) + ", " +
+                                        decimal(uvs[0].y) +
                                         "), where UDIM has no tile: u goes from 0 to 10, v from 0 "
                                         "up. Move its chart into a tile.");
     }

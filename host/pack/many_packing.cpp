@@ -112,9 +112,22 @@ class ManyPacking {
     return sheets_.area() * scale * scale / (1.0 * cells_ * cells_);
   }
 
+  /// A share at which not all fit: whichever way an outline is turned, its box has a side of 1 / sqrt(2) of its length.
+  /// Masks of what is far too long would take time by the square of the length.
+  double too_large() const {
+    double longest = 0;  // squared
+    for (const Outline& outline : sheets_.outlines()) {
+      for (const auto& ring : outline.rings) {
+        for (const Vec2d& p : ring) longest = std::max(longest, dot(p - ring[0], p - ring[0]));
+      }
+    }
+    return longest > 2 * sheets_.area() ? 2 * sheets_.area() / longest : 1;
+  }
+
   /// As begin(), of so many outlines that each order takes long. What does not fit ends at once.
   void begin_near(double share) {
-    double fails = 1;
+    double fails = too_large();
+    share = std::min(share, fails);
     for (int i = 0; i < kMostStarts && share > 0; ++i) {
       draw(share);
       PackOrder plan = by_size(true);
@@ -140,7 +153,7 @@ class ManyPacking {
 
   /// The largest share, or nearly, at which an order by size fits.
   void begin() {
-    double share = kFirstShareOfMany, fails = 1;
+    double fails = too_large(), share = std::min(kFirstShareOfMany, fails);
     for (int i = 0; i < kMostStarts && share > 0; ++i) {
       draw(share);
       PackOrder plan = by_size(true);

@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "bake/progress.h"
+#include "base/formatted.h"
 #include "base/stopwatch.h"
 #include "measure/normal_probe.h"
 #include "plan/candidate.h"
@@ -173,7 +174,7 @@ LodChain bake_lods(const Source& source, const Mesh& high, const LodOptions& opt
   require(options.levels >= 2 && options.levels <= 8,
           "levels is " + std::to_string(options.levels) + "; it must be 2 to 8");
   require(options.error_growth >= 1 && options.error_growth <= 4,
-          "error_growth is " + std::to_string(options.error_growth) + "; it must be 1 to 4");
+          "error_growth is " + decimal(options.error_growth) + "; it must be 1 to 4");
   const std::uint32_t least = 16U << (options.levels - 1);
   require(options.plan.screen >= least, "screen is " + std::to_string(options.plan.screen) +
                                             " pixels; " + std::to_string(options.levels) +

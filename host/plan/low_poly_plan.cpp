@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "bake/progress.h"
+#include "base/formatted.h"
 #include "base/stopwatch.h"
 #include "detail/registry.h"
 #include "kiln/progress.h"
@@ -310,10 +311,9 @@ void check_plan(const LowPolyPlanOptions& options) {
   const BakeOptions& bake = options.bake;
   const MatchInfo& match = match_row(bake.match.method).info;
   require(std::isfinite(options.max_error) && options.max_error > 0,
-          "max_error is " + std::to_string(options.max_error) +
-              " degrees; it must be finite and above 0");
+          "max_error is " + decimal(options.max_error) + " degrees; it must be finite and above 0");
   require(options.max_outline >= 0 && options.max_outline < 1,
-          "max_outline is " + std::to_string(options.max_outline) +
+          "max_outline is " + decimal(options.max_outline) +
               "; it must be a share above 0 and below 1, or 0");
   require(options.density != TexelDensity::detail ||
               (options.unwrap == UnwrapMethod::charts && !options.height_field),

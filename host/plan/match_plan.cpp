@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "bake/pipeline.h"
+#include "base/formatted.h"
 #include "kiln/plan.h"
 #include "kiln/progress.h"
 #include "measure/bounds.h"
@@ -387,7 +388,7 @@ PlannedBake bake_planned(const Source& source, const Mesh& low, const PlanOption
     if (!holds) throw Error(ErrorCode::usage, text);
   };
   require(std::isfinite(options.max_error) && options.max_error >= 0,
-          "The error to reach is " + std::to_string(options.max_error) +
+          "The error to reach is " + decimal(options.max_error) +
               " degrees: it must be finite, and 0 or more.");
   require(options.bake.match.saved == nullptr,
           "A plan chooses how to match, but a saved match was given.");

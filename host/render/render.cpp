@@ -4,6 +4,7 @@
 #include <cmath>
 #include <string>
 
+#include "base/formatted.h"
 #include "base/memory.h"
 #include "base/parallel.h"
 #include "mesh/low_shading.h"
@@ -85,13 +86,13 @@ void check_render(const RenderOptions& options) {
                                            std::to_string(options.ambient_rays) +
                                            " a pixel: use 0 (none) to 255.");
   require(std::isfinite(options.azimuth_degrees) && std::abs(options.azimuth_degrees) <= 1e6,
-          "The view's azimuth is " + std::to_string(options.azimuth_degrees) +
+          "The view's azimuth is " + decimal(options.azimuth_degrees) +
               ": use a finite number of degrees, such as 30.");
   require(options.elevation_degrees >= -90 && options.elevation_degrees <= 90,
-          "The view's elevation is " + std::to_string(options.elevation_degrees) +
+          "The view's elevation is " + decimal(options.elevation_degrees) +
               ": use -90 (from below) to 90 (from above) degrees.");
   require(options.zoom >= kLeastZoom && options.zoom <= kMostZoom,
-          "The picture's zoom is " + std::to_string(options.zoom) +
+          "The picture's zoom is " + decimal(options.zoom) +
               ": use 0.01 to 100000; 1 shows all of the mesh.");
   require(!options.at || std::all_of(options.at->begin(), options.at->end(),
                                      [](double x) { return std::isfinite(x); }),

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <string>
 
+#include "base/formatted.h"
 #include "kiln/error.h"
 #include "kiln/source.h"
 #include "simplify/height_layout.h"
@@ -18,7 +19,7 @@ struct Extent {
 Extent extent_of(const Image& image, const HeightFieldOptions& options) {
   for (const double value : {options.width, options.depth}) {
     if (value >= 0 && std::isfinite(value)) continue;
-    throw Error(ErrorCode::usage, "The height field's extent is " + std::to_string(value) +
+    throw Error(ErrorCode::usage, "The height field's extent is " + decimal(value) +
                                       ": it must be finite and above 0, or 0 for the image's "
                                       "proportions.");
   }

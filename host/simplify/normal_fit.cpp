@@ -9,6 +9,7 @@
 #include <string>
 #include <utility>
 
+#include "base/formatted.h"
 #include "base/parallel.h"
 #include "kiln/error.h"
 #include "kiln/validate.h"
@@ -340,13 +341,12 @@ void NormalFit::fit(Mesh& low, const TwoSided& sides, const std::vector<Place>& 
 Mesh fit_normals(const Mesh& low, const Mesh& high, const FitNormalsOptions& options,
                  FitNormalsReport* report) {
   if (!(options.hard_degrees >= 0 && options.hard_degrees <= 180)) {
-    throw Error(ErrorCode::usage, "fit_normals: hard_degrees is " +
-                                      std::to_string(options.hard_degrees) +
+    throw Error(ErrorCode::usage, "fit_normals: hard_degrees is " + decimal(options.hard_degrees) +
                                       "; it must be between 0 and 180");
   }
   if (!(options.crease_degrees >= 0 && options.crease_degrees <= 180)) {
     throw Error(ErrorCode::usage, "fit_normals: crease_degrees is " +
-                                      std::to_string(options.crease_degrees) +
+                                      decimal(options.crease_degrees) +
                                       "; it must be between 0 and 180");
   }
   validate(low);

@@ -10,6 +10,7 @@
 #include <utility>
 #include <vector>
 
+#include "base/formatted.h"
 #include "base/memory.h"
 #include "kiln/normals.h"
 #include "kiln/validate.h"
@@ -37,7 +38,7 @@ constexpr double kCrease = 75;
 void check(const Mesh& high, const SimplifyOptions& options) {
   if (options.faces == 0 && !(options.max_error > 0 && options.max_error <= 1)) {
     throw Error(ErrorCode::usage,
-                "simplify: max_error is " + std::to_string(options.max_error) +
+                "simplify: max_error is " + decimal(options.max_error) +
                     "; it must be above 0 and at most 1, a share of the diagonal");
   }
   require_memory("Simplification", bytes_of(high.triangles.size(), options.faces == 0));

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdio>
 #include <functional>
 #include <limits>
 #include <optional>
@@ -12,6 +11,7 @@
 
 #include "base/async_task.h"
 #include "base/counted.h"
+#include "base/formatted.h"
 #include "base/percent.h"
 #include "mesh/charts.h"
 #include "mesh/fans.h"
@@ -343,10 +343,8 @@ void SimplifyJob::warn_of_count(const SimplifyResult& result) {
 
 std::string SimplifyJob::place_in_words(const Vec3d& place) const {
   const Vec3 p = scale_.to_mesh(place);
-  std::array<char, 96> text{};
-  std::snprintf(text.data(), text.size(), "at (%.5g, %.5g, %.5g)", high_.origin[0] + p.x,
-                high_.origin[1] + p.y, high_.origin[2] + p.z);
-  return text.data();
+  return formatted("at (%.5g, %.5g, %.5g)", high_.origin[0] + p.x, high_.origin[1] + p.y,
+                   high_.origin[2] + p.z);
 }
 
 Mesh SimplifyJob::assemble(const SimplifyResult& result) const {

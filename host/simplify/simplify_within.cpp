@@ -1,10 +1,10 @@
 // simplify() at work: few faces within a bound.
 #include <algorithm>
 #include <array>
-#include <cstdio>
 #include <string>
 #include <utility>
 
+#include "base/formatted.h"
 #include "simplify/simplify_job.h"
 
 namespace kiln {
@@ -105,8 +105,7 @@ SimplifyResult SimplifyJob::within(double bound, const Work& work) {
 void SimplifyJob::warn_of_bound(const SimplifyResult& result) {
   if (options_.faces != 0) return;
   const std::size_t left = count_faces(result), all = faces_of_dense();
-  std::array<char, 64> bound{};
-  std::snprintf(bound.data(), bound.size(), "%.4g%% of the diagonal", 100 * options_.max_error);
+  const std::string bound = formatted("%.4g%% of the diagonal", 100 * options_.max_error);
   const std::string faces = std::to_string(all) + " faces";
   if (left == all && all == 1) {
     report_.warnings.push_back(
@@ -114,7 +113,7 @@ void SimplifyJob::warn_of_bound(const SimplifyResult& result) {
   } else if (left == all && result.bound) {
     report_.warnings.push_back({"all-faces-kept",
                                 "all " + faces + " were kept: with fewer, the deviation would be " +
-                                    "above " + bound.data() + "; ask for a larger one",
+                                    "above " + bound + "; ask for a larger one",
                                 left});
   } else if (left == all) {
     report_.warnings.push_back({"all-faces-kept",
@@ -125,8 +124,7 @@ void SimplifyJob::warn_of_bound(const SimplifyResult& result) {
     report_.warnings.push_back({"one-triangle",
                                 std::string("one triangle ") + (left == 1 ? "" : "and its back ") +
                                     (left == 1 ? "is" : "are") + " all that a deviation of " +
-                                    bound.data() + " leaves of " + faces +
-                                    "; ask for a smaller one",
+                                    bound + " leaves of " + faces + "; ask for a smaller one",
                                 left});
   }
 }

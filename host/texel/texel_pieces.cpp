@@ -3,11 +3,11 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
-#include <cstdio>
 #include <limits>
 #include <optional>
 #include <string>
 
+#include "base/formatted.h"
 #include "base/parallel.h"
 #include "mesh/vector.h"
 
@@ -131,11 +131,7 @@ struct Builder {
   }
 };
 
-std::string number(double value) {
-  std::array<char, 32> text{};
-  std::snprintf(text.data(), text.size(), "%.6g", value);
-  return text.data();
-}
+std::string number(double value) { return formatted("%.6g", value); }
 
 std::string triangles_are(std::uint64_t count) {
   return std::to_string(count) +

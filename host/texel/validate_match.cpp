@@ -3,6 +3,7 @@
 #include <cmath>
 #include <string>
 
+#include "base/formatted.h"
 #include "base/parallel.h"
 #include "kiln/validate.h"
 #include "shared/match.h"
@@ -75,10 +76,9 @@ void validate(const Match& match) {
               "A match's sample " + std::to_string(i % match.width) + ", " +
                   std::to_string(i / match.width) + " has triangle " +
                   std::to_string(match.triangle[i]) + " of " +
-                  std::to_string(match.source_triangles) + ", weights " +
-                  std::to_string(match.u[i]) + " and " + std::to_string(match.v[i]) +
-                  ", distance " + std::to_string(match.distance[i]) + " and status " +
-                  std::to_string(match.status[i]) + ", which cannot be.",
+                  std::to_string(match.source_triangles) + ", weights " + decimal(match.u[i]) +
+                  " and " + decimal(match.v[i]) + ", distance " + decimal(match.distance[i]) +
+                  " and status " + std::to_string(match.status[i]) + ", which cannot be.",
               fault(match, i));
 }
 

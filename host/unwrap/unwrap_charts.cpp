@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdio>
 #include <limits>
 #include <memory>
 #include <optional>
@@ -12,6 +11,7 @@
 #include <vector>
 
 #include "base/counted.h"
+#include "base/formatted.h"
 #include "base/parallel.h"
 #include "base/percent.h"
 #include "mesh/half_edge.h"
@@ -338,13 +338,12 @@ void describe(const ChartSurface& surface, const std::vector<FlatChart>& charts,
   const double mean = sum / weight;
   report.density_spread = std::sqrt(std::max(0.0, squares / weight - mean * mean));
   if (padding < options.border_texels) {
-    std::array<char, 32> text{};
-    std::snprintf(text.data(), text.size(), "%g", padding);
+    const std::string text = formatted("%g", padding);
     report.warnings.push_back({"border-shrunk",
                                std::to_string(report.charts) +
                                    " charts leave no room for a border of " +
                                    std::to_string(options.border_texels) + " texels at a size of " +
-                                   std::to_string(options.size) + "; it is " + text.data() +
+                                   std::to_string(options.size) + "; it is " + text +
                                    " texels: use a larger size or fewer faces",
                                report.charts});
   }

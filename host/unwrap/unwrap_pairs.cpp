@@ -3,12 +3,12 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdio>
 #include <optional>
 #include <string>
 #include <tuple>
 #include <vector>
 
+#include "base/formatted.h"
 #include "pack/rectangle_packing.h"
 #include "unwrap/pairing.h"
 
@@ -311,11 +311,7 @@ double density_spread(const std::vector<Patch>& patches, const PairLayout& layou
 }
 
 /// A number without trailing zeros.
-std::string plain(double value) {
-  std::array<char, 32> text{};
-  std::snprintf(text.data(), text.size(), "%g", value);
-  return text.data();
-}
+std::string plain(double value) { return formatted("%g", value); }
 
 }  // namespace
 

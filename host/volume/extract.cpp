@@ -5,12 +5,12 @@
 #include <array>
 #include <chrono>
 #include <cmath>
-#include <cstdio>
 #include <optional>
 #include <string>
 #include <utility>
 
 #include "base/counted.h"
+#include "base/formatted.h"
 #include "base/memory.h"
 #include "base/progress_guard.h"
 #include "mesh/charts.h"
@@ -81,8 +81,7 @@ void describe_light(const SimplifiedIsosurface& low_poly, const ExtractOptions& 
   report.parts = low_poly.parts;
   report.dropped_parts = low_poly.dropped_parts;
   if (low_poly.dropped_parts != 0) {
-    char share[16];
-    std::snprintf(share, sizeof share, "%g", 100 * report.used.min_part);
+    const std::string share = formatted("%g", 100 * report.used.min_part);
     report.warnings.push_back(
         {"small-parts",
          std::to_string(low_poly.dropped_parts) + " of " + std::to_string(low_poly.parts) +
@@ -132,12 +131,11 @@ void describe_flaws(const IsosurfaceFlaws& flaws, const Volume& volume, ExtractR
   const auto warn = [&](const char* code, const IsosurfaceFlaws::Left& left, const char* what,
                         const char* remedy) {
     if (left.count == 0) return;
-    std::array<char, 96> place{};
-    std::snprintf(place.data(), place.size(), ", one at (%.5g, %.5g, %.5g)",
-                  volume.origin[0] + left.place.x, volume.origin[1] + left.place.y,
-                  volume.origin[2] + left.place.z);
+    const std::string place =
+        formatted(", one at (%.5g, %.5g, %.5g)", volume.origin[0] + left.place.x,
+                  volume.origin[1] + left.place.y, volume.origin[2] + left.place.z);
     report.warnings.push_back(
-        {code, counted(left.count, "triangle") + " of the low poly " + what + place.data() + remedy,
+        {code, counted(left.count, "triangle") + " of the low poly " + what + place + remedy,
          left.count});
   };
   warn("folded-triangles", flaws.folded,
@@ -186,11 +184,10 @@ void warn_of_fine_map(const Volume& volume, ExtractReport& report) {
   // Texels a cell go with the size; a multiple of 16 at or above what comes to 2.
   const double side = 2 * report.used.size / report.texels_per_cell;
   const auto better = static_cast<std::uint32_t>(16 * std::max(1.0, std::ceil(side / 16)));
-  char texels[32];
-  std::snprintf(texels, sizeof texels, "%.3g", report.texels_per_cell);
+  const std::string texels = formatted("%.3g", report.texels_per_cell);
   report.warnings.push_back(
       {"map-too-fine",
-       std::string("The map has ") + texels + " texels a cell of volume '" + volume.name +
+       "The map has " + texels + " texels a cell of volume '" + volume.name +
            "', whose fine vertices give one normal each: the rest is filled in between, and may "
            "be worse than no map. Ask for about " +
            std::to_string(better) + " x " + std::to_string(better) +
@@ -229,11 +226,11 @@ void describe_charts(const ChartLayout& layout, const Volume& volume, ExtractRep
 void check_extract_options(const ExtractOptions& options) {
   const auto fail = [](const std::string& text) { throw Error(ErrorCode::usage, text); };
   if (options.faces == 0 && !(options.error > 0 && std::isfinite(options.error))) {
-    fail("The error is " + std::to_string(options.error) +
+    fail("The error is " + decimal(options.error) +
          " cells: give one above 0, or a number of faces.");
   }
   if (!(options.min_part >= 0 && options.min_part <= 1)) {
-    fail("The least part is " + std::to_string(options.min_part) +
+    fail("The least part is " + decimal(options.min_part) +
          " of the largest: give a share from 0 to 1.");
   }
   if (!options.choose.size && (options.size < 16 || options.size > 8192)) {

@@ -4,11 +4,11 @@
 #include <atomic>
 #include <cfloat>
 #include <cmath>
-#include <cstdio>
 #include <limits>
 #include <mutex>
 #include <string>
 
+#include "base/formatted.h"
 #include "base/parallel.h"
 
 namespace kiln {
@@ -125,11 +125,7 @@ void check(const Volume& volume, const ContourOptions& options) {
   }
 }
 
-std::string number(double value) {
-  char text[40];
-  std::snprintf(text, sizeof text, "%.9g", value);
-  return text;
-}
+std::string number(double value) { return formatted("%.9g", value); }
 
 }  // namespace
 

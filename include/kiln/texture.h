@@ -44,6 +44,13 @@ struct Texture {
   std::vector<std::array<float, 6>> uv_transforms;
   /// Per material, what is outside [0, 1]^2 along u and v. Empty: all repeat.
   std::vector<std::array<TextureWrap, 2>> wraps;
+  /// Turns what a picture's mean is, in linear light or of vectors: number * times + plus.
+  struct Factor {
+    std::array<float, 4> times{1, 1, 1, 1};  ///< Of each channel
+    float plus = 0;                          ///< Of all, but for the fourth
+    bool operator==(const Factor&) const = default;
+  };
+  std::vector<Factor> factors;  ///< Per material. Empty: means stay as they are
   /// Per material, whether it is multiplied with the vertices' colours (srgb) or their alpha (linear), where the mesh
   /// has any. Empty: none is.
   std::vector<bool> times_vertex_colors;

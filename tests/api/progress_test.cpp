@@ -7,7 +7,6 @@
 #include <atomic>
 #include <chrono>
 #include <cstring>
-#include <ctime>
 #include <functional>
 #include <memory>
 #include <stdexcept>
@@ -29,9 +28,10 @@
 #include "support/volumes.h"
 
 namespace kiln {
-namespace {
 
-using Clock = std::chrono::steady_clock;
+extern std::chrono::milliseconds pause_of_progress;
+
+namespace {
 
 TEST(ProgressGuard, ParallelLoopsAndSerialOnesTellTheirCaller) {
   for (const int threads : {1, 3}) {
@@ -120,51 +120,42 @@ TEST(Progress, EveryCallMayCancel) {
   }
 }
 
-/// Seconds by the clock, or of the processor where those are fewer: on a busy machine the clock goes on while this
-/// program waits for its turn.
-class Stopwatch {
- public:
-  double seconds() const {
-    return std::min(std::chrono::duration<double>(Clock::now() - clock_).count(),
-                    static_cast<double>(std::clock() - processor_) / CLOCKS_PER_SEC);
-  }
-
- private:
-  Clock::time_point clock_ = Clock::now();
-  std::clock_t processor_ = std::clock();  // of all threads
+/// While it lives, each poll calls, not one in 50 ms: what is counted then does not depend on the machine's speed.
+struct EachPollCalls {
+  EachPollCalls() { pause_of_progress = std::chrono::milliseconds(0); }
+  ~EachPollCalls() { pause_of_progress = std::chrono::milliseconds(50); }
+  EachPollCalls(const EachPollCalls&) = delete;
+  EachPollCalls& operator=(const EachPollCalls&) = delete;
 };
 
-/// Half a million triangles, at -O0 and on a busy machine: the pauses between two calls, and after a no.
-TEST(Progress, CallsComeTenTimesASecond) {
+TEST(Progress, BakesPollOften) {
   KILN_REQUIRE_DEVICE();
-  const Mesh high = test::BumpySphere::dense(200000);
+  const Mesh high = test::BumpySphere::dense(20000);
   const Mesh low = test::BumpySphere::light(24, 12);
-  bake(Source(*test::device(), test::cube()), test::cube(),
-       {.width = 64, .height = 64});  // kernels
   int calls = 0;
   const Progress note = [&](double, std::string_view) { return ++calls > 0; };
-  BakeOptions options{.width = 1024, .height = 1024};
+  BakeOptions options{.width = 256, .height = 256};
   options.progress = note;
-  const Stopwatch watch;
+  const EachPollCalls each;
   const auto source = Source::build(*test::device(), high, note);
+  EXPECT_GT(calls, 10) << "Source";
+  calls = 0;
   bake(*source, low, options);
-  const double seconds = watch.seconds();
-  EXPECT_GT(calls, 8 * seconds) << seconds << " s";
+  EXPECT_GT(calls, 25) << "bake()";
 }
 
 /// Long work that takes no callback, by name.
 std::vector<std::pair<std::string, std::function<void()>>> silent_work(const Device& device) {
-  const auto high = std::make_shared<const Mesh>(test::BumpySphere::dense(60000));
-  const auto some = std::make_shared<const Mesh>(simplify(*high, {.faces = 6000}));
+  const auto high = std::make_shared<const Mesh>(test::BumpySphere::dense(20000));
+  const auto some = std::make_shared<const Mesh>(simplify(*high, {.faces = 3000}));
   const auto volume = std::make_shared<const Volume>(test::make_float_volume(
-      {130, 130, 130},
-      [](double x, double y, double z) { return test::gyroid_field(x, y, z, 26); }));
+      {80, 80, 80}, [](double x, double y, double z) { return test::gyroid_field(x, y, z, 16); }));
   const auto source = std::make_shared<const Source>(device, *some);
   return {
-      {"simplify", [=] { simplify(*high, {.faces = 2000}); }},
+      {"simplify", [=] { simplify(*high, {.faces = 1000}); }},
       {"unwrap", [=] { unwrap(*some, {.method = UnwrapMethod::charts}); }},
       {"contour", [=] { contour(device, *volume, {.iso = 0}); }},
-      {"extract", [=] { extract(device, *volume, {.contour = {.iso = 0}, .faces = 3000}); }},
+      {"extract", [=] { extract(device, *volume, {.contour = {.iso = 0}, .faces = 2000}); }},
       {"plan_low_poly",
        [=] {
          LowPolyPlanOptions options;
@@ -178,10 +169,9 @@ std::vector<std::pair<std::string, std::function<void()>>> silent_work(const Dev
 
 TEST(ProgressScope, HearsOfWorkWithoutACallback) {
   KILN_REQUIRE_DEVICE();
+  const EachPollCalls each;
   for (const auto& [name, work] : silent_work(*test::device())) {
-    work();  // kernels
     int calls = 0;
-    const Stopwatch watch;
     {
       const ProgressScope scope([&](double done, std::string_view) {
         EXPECT_GE(done, 0);
@@ -191,8 +181,7 @@ TEST(ProgressScope, HearsOfWorkWithoutACallback) {
       });
       work();
     }
-    const double seconds = watch.seconds();
-    EXPECT_GT(calls, 6 * seconds - 1) << name << ", " << seconds << " s";
+    EXPECT_GT(calls, 50) << name;
     const int before = calls;
     if (name == "unwrap") work();  // the scope has ended
     EXPECT_EQ(calls, before);

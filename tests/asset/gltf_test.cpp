@@ -254,6 +254,15 @@ GltfMaker painted_square() {
   return maker;
 }
 
+/// What a texture of one colour holds in the first material: in linear light, or as it is.
+double held(const Texture& texture, std::size_t channel) {
+  const double read = texture.images.at(0)->pixels.at(channel);
+  const Texture::Factor factor = texture.factors.empty() ? Texture::Factor() : texture.factors[0];
+  return (texture.kind == TextureKind::srgb ? from_srgb(read) : read) *
+             double{factor.times.at(channel)} +
+         double{factor.plus};
+}
+
 TEST(Gltf, MaterialsAndTheirPictures) {
   const std::filesystem::path path = write_file("painted.glb", painted_square().glb());
   const Asset asset = load_asset(path);
@@ -267,18 +276,46 @@ TEST(Gltf, MaterialsAndTheirPictures) {
   const Mesh mesh = load_mesh(path);
   const std::vector<Material> materials = load_materials(mesh, path);
   ASSERT_EQ(materials.size(), 1U);
-  const auto first = [&](MaterialSlot slot) {
-    return load_material_texture(materials, slot).images.at(0)->pixels;
+  const auto first = [&](MaterialSlot slot, std::size_t channel = 0) {
+    return held(load_material_texture(materials, slot), channel);
   };
   // The bytes are multiples of 51: exact in PNG.
-  EXPECT_NEAR(first(MaterialSlot::roughness)[0], 0.4 * 0.5, 1e-6);
-  EXPECT_NEAR(first(MaterialSlot::metallic)[0], 0.6, 1e-6);
-  EXPECT_NEAR(first(MaterialSlot::opacity)[0], 0.8 * 0.5, 1e-6);
-  const std::vector<float> color = first(MaterialSlot::color);
-  EXPECT_NEAR(color[0], 0.2, 1e-6);
-  // Half of sRGB 0.4 in linear light: 0.132868 / 2, which is sRGB 0.28592.
-  EXPECT_NEAR(color[1], 1.055 * std::pow(std::pow((0.4 + 0.055) / 1.055, 2.4) / 2, 1 / 2.4) - 0.055,
-              1e-6);
+  EXPECT_NEAR(first(MaterialSlot::roughness), 0.4 * 0.5, 1e-6);
+  EXPECT_NEAR(first(MaterialSlot::metallic), 0.6, 1e-6);
+  EXPECT_NEAR(first(MaterialSlot::opacity), 0.8 * 0.5, 1e-6);
+  EXPECT_NEAR(first(MaterialSlot::color, 0), from_srgb(0.2), 1e-6);
+  EXPECT_NEAR(first(MaterialSlot::color, 1), from_srgb(0.4) / 2, 1e-6);
+}
+
+/// Materials that tint one picture, images that are one view: one picture in memory.
+TEST(Gltf, APictureOfManyMaterialsIsReadOnce) {
+  GltfMaker maker = painted_square();
+  const json skin = maker.json["materials"][0], image = maker.json["images"][0];
+  for (int i = 1; i < 300; ++i) {
+    maker.json["images"].push_back(image);
+    maker.json["textures"].push_back({{"source", i}});
+    json material = skin;
+    material["name"] = "skin" + std::to_string(i);
+    json& pbr = material["pbrMetallicRoughness"];
+    pbr["baseColorFactor"] = {1, i / 300.0, 1, 1};
+    pbr["roughnessFactor"] = i / 300.0;
+    pbr["baseColorTexture"] = pbr["metallicRoughnessTexture"] = {{"index", i}};
+    material["normalTexture"] = {{"index", i}, {"scale", i}};
+    maker.json["materials"].push_back(material);
+    json primitive = primitive_of(maker);
+    primitive["material"] = maker.json["materials"].size() - 1;
+    maker.json["meshes"][0]["primitives"].push_back(primitive);
+  }
+  const Asset asset = load_asset(write_file("tints.glb", maker.glb()));
+  EXPECT_EQ(asset.materials.size(), 300U);
+  for (const MaterialSlot slot : {MaterialSlot::color, MaterialSlot::roughness,
+                                  MaterialSlot::opacity, MaterialSlot::normal}) {
+    const Texture texture = load_material_texture(asset.materials, slot);
+    EXPECT_EQ(texture.images.size(), 1U);
+    if (slot == MaterialSlot::opacity) continue;
+    ASSERT_EQ(texture.factors.size(), 300U);
+    EXPECT_NE(texture.factors[298], texture.factors[299]);
+  }
 }
 
 TEST(LoadAsset, ObjWithAndWithoutItsMtl) {
@@ -306,12 +343,8 @@ TEST(Gltf, NormalsTimesTheirScale) {
   GltfMaker maker = painted_square();
   maker.json["materials"][0]["normalTexture"] = {{"index", 0}, {"scale", 2}};
   const std::filesystem::path path = write_file("normals.glb", maker.glb());
-  const std::vector<float> n =
-      load_material_texture(load_asset(path).materials, MaterialSlot::normal).images.at(0)->pixels;
-  // (-0.6, -0.2, 0.2) becomes (-1.2, -0.4, 0.2), of length sqrt(1.64).
-  EXPECT_NEAR(n[0], -1.2 / std::sqrt(1.64) / 2 + 0.5, 1e-6);
-  EXPECT_NEAR(n[1], -0.4 / std::sqrt(1.64) / 2 + 0.5, 1e-6);
-  EXPECT_NEAR(n[2], 0.2 / std::sqrt(1.64) / 2 + 0.5, 1e-6);
+  const Texture normals = load_material_texture(load_asset(path).materials, MaterialSlot::normal);
+  EXPECT_EQ(normals.factors.at(0).times, (std::array<float, 4>{2, 2, 1, 1}));
 }
 
 TEST(Gltf, OpaqueWhateverTheAlpha) {
@@ -420,13 +453,13 @@ TEST(Gltf, GlossinessBecomesRoughness) {
   };
   // The picture's alpha is 0.8.
   const Texture map = load_material_texture(materials(), MaterialSlot::roughness);
-  EXPECT_NEAR(map.images.at(0)->pixels[0], 1 - 0.25 * 0.8, 1e-6);
+  EXPECT_NEAR(held(map, 0), 1 - 0.25 * 0.8, 1e-6);
   EXPECT_TRUE(std::any_of(warnings.begin(), warnings.end(),
                           [](const Warning& w) { return w.code == "glossiness-converted"; }));
   const Texture color = load_material_texture(materials(), MaterialSlot::color);
-  EXPECT_NEAR(from_srgb(color.images.at(0)->pixels[0]), 0.5 * from_srgb(0.2), 1e-6);
+  EXPECT_NEAR(held(color, 0), 0.5 * from_srgb(0.2), 1e-6);
   const Texture opacity = load_material_texture(materials(), MaterialSlot::opacity);
-  EXPECT_NEAR(opacity.images.at(0)->pixels[0], 0.5 * 0.8, 1e-6);
+  EXPECT_NEAR(held(opacity, 0), 0.5 * 0.8, 1e-6);
   material["extensions"]["KHR_materials_pbrSpecularGlossiness"].erase("specularGlossinessTexture");
   EXPECT_NEAR(load_material_texture(materials(), MaterialSlot::roughness).plain.at(0)[0], 0.75,
               1e-6);

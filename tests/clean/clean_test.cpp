@@ -220,6 +220,17 @@ TEST(Clean, PatchesFaceWhereTheyAreSeen) {
   }
 }
 
+/// A flap larger than all else in one piece with a body, which lacks the face that the flap hangs on.
+TEST(Clean, ALargeFlapDoesNotOutweighItsBody) {
+  Mesh right = test::icosphere(1);
+  right.triangles[0][2] = static_cast<std::uint32_t>(right.positions.size());
+  right.positions.push_back({0, 0, 80});
+  Mesh mesh = right;
+  turn(mesh, 0);
+  EXPECT_EQ(clean_mesh(mesh, {.weld = 0, .max_hole = 0}).turned.count, 1U);
+  EXPECT_EQ(mesh.triangles, right.triangles);
+}
+
 TEST(Clean, ATornPatchIsTurnedByViewsAlone) {
   // A cap that shares no vertex with the rest, and lies a little out of place.
   const Mesh sphere = test::icosphere(4);

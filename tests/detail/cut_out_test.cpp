@@ -110,6 +110,27 @@ TEST(CutOut, PicturesMayClampOrMirror) {
   EXPECT_THROW(cut_out(mesh, opacity, 0.5), Error);
 }
 
+/// Half as opaque at half the threshold is the same cut; 1 minus a disc is what is around it.
+TEST(CutOut, FactorsCountAsInMaps) {
+  Mesh mesh = test::plane(1, 1);
+  mesh.material_names = {"leaf"};
+  mesh.materials.assign(mesh.triangles.size(), 0);
+  Texture opacity = leaf();
+  opacity.image_of = {0};
+  const double disc = area_of(cut_out(mesh, opacity, 0.5));
+  opacity.factors = {{{0.5F, 0.5F, 0.5F, 0.5F}, 0}};
+  EXPECT_NEAR(area_of(cut_out(mesh, opacity, 0.25)), disc, 1e-6);
+  EXPECT_THROW(cut_out(mesh, opacity, 0.75), Error);
+  Image image = *opacity.images[0];
+  for (std::size_t i = 0; i < image.pixels.size(); i += 4) image.pixels[i] = image.pixels[i + 3];
+  opacity.images = {std::make_shared<const Image>(std::move(image))};
+  opacity.channel = 0;
+  opacity.factors = {{{-1, -1, -1, -1}, 1}};
+  EXPECT_NEAR(area_of(cut_out(mesh, opacity, 0.5)), 1 - disc, 1e-3);
+  opacity.factors.push_back({});
+  EXPECT_THROW(cut_out(mesh, opacity, 0.5), Error);
+}
+
 TEST(CutOut, AlphaOfVerticesIsMultiplied) {
   Mesh mesh = test::plane(1, 1);
   for (const Vec3& p : mesh.positions) {

@@ -226,6 +226,36 @@ TEST(TextureMaps, ANormalMapOnTurnedUvsTurnsItsTangents) {
   expect({half, -root, 0, root, half, 0}, 0.3, -0.6 * std::sqrt(0.75));
 }
 
+/// A material's factor counts after the filter, in linear light; of normals, as glTF's scale.
+TEST(TextureMaps, MaterialsTintOnePicture) {
+  KILN_REQUIRE_DEVICE();
+  Mesh high = test::plane(1, 1);
+  high.material_names = {"tinted", "turned"};
+  high.materials = {0, 1};
+  const Source source(*test::device(), high);
+  BakeOptions options = options_of(8, 8, {MapKind{"color"}});
+  options.encoding.space = NormalMapSpace::object;
+  Texture texture = texture_of({1, 1, 3, {0.2F, 0.6F, 0.8F}}, TextureKind::srgb);
+  texture.image_of = {0, 0};
+  texture.factors = {{{0.5F, 0.25F, 3, 1}, 0}, {{-0.5F, -0.5F, -0.5F, 1}, 1}};
+  options.color = texture;
+  Texture normals = texture_of({1, 1, 3, {0.8F, 0.5F, 0.9F}}, TextureKind::normal);
+  normals.image_of = {0, 0};
+  normals.factors = {{{2, 2, 1, 1}, 0}, {}};
+  options.transfers = {{"normals", normals}};
+  const BakeResult baked = bake(source, test::plane(1, 1), options);
+  const Image &color = image_of(baked, "color"), &normal = image_of(baked, "normals");
+  EXPECT_NEAR(color.at(7, 6)[0], 0.5 * from_srgb(0.2), 1e-6);
+  EXPECT_NEAR(color.at(7, 6)[1], 0.25 * from_srgb(0.6), 1e-6);
+  EXPECT_NEAR(color.at(7, 6)[2], 3 * from_srgb(0.8), 1e-6);
+  EXPECT_NEAR(color.at(0, 1)[1], 1 - 0.5 * from_srgb(0.6), 1e-6);
+  // (0.6, 0, 0.8) becomes (1.2, 0, 0.8), of length sqrt(2.08).
+  EXPECT_NEAR(2 * normal.at(7, 6)[0] - 1, 1.2 / std::sqrt(2.08), 1e-5);
+  EXPECT_NEAR(2 * normal.at(0, 1)[0] - 1, 0.6, 1e-5);
+  options.color->factors.pop_back();
+  EXPECT_THROW(bake(source, test::plane(1, 1), options), Error);
+}
+
 TEST(TextureMaps, ColoursAreMultipliedWithThoseOfVerticesWhereAsked) {
   KILN_REQUIRE_DEVICE();
   Mesh high = test::plane(1, 1);

@@ -118,17 +118,15 @@ TEST_F(Limits, OfMemoryAreObeyedByPictures) {
 // The most that a run holds is its limit and a twentieth, whatever takes the memory: maps, bands, rays, files, meshes.
 // tools/bench/memory_limit.py looks at 40 commands.
 TEST_F(Limits, OfMemoryAreKept) {
-  save_obj(test::BumpySphere::dense(100'000), folder_ / "high.obj");
+  save_obj(test::BumpySphere::dense(50'000), folder_ / "high.obj");
   constexpr std::uint64_t kLeast = std::uint64_t{140} << 20;  // of which the driver has most
   const std::string high = folder_ / "high.obj", low = folder_ / "low.obj";
   int refused = 0, done = 0;
-  for (const Words& words :
-       std::vector<Words>{{"bake", high, low, "--size", "1024", "--format", "exr", "--mips"},
-                          {"bake", high, low, "--size", "512", "--maps", "normal,ao,id",
-                           "--ao-rays", "4", "--samples", "2"},
-                          {"bake", high, low, "--size", "512", "--cage", "auto"},
-                          {"bake", high, "--faces", "500", "--size", "512", "--match", "closest"},
-                          {"simplify", high, "--max-error", "1%"}}) {
+  for (const Words& words : std::vector<Words>{
+           {"bake", high, low, "--size", "768", "--maps", "normal,ao,id", "--ao-rays", "4",
+            "--samples", "2", "--format", "exr", "--mips", "--cage", "auto"},
+           {"bake", high, "--faces", "500", "--size", "512", "--match", "closest"},
+           {"simplify", high, "--max-error", "1%"}}) {
     const auto run = [&](std::uint64_t limit) {
       const fs::path out = folder_ / "limited";
       fs::remove_all(out);
@@ -147,7 +145,7 @@ TEST_F(Limits, OfMemoryAreKept) {
     run(kEnough);  // Kernels go to the cache.
     const ProcessResult alone = run(kEnough);
     EXPECT_EQ(alone.exit_code, 0) << alone.errors;
-    for (const double share : {0.6, 0.75, 0.9, 1.0}) {
+    for (const double share : {0.6, 0.9}) {
       const auto limit = std::max(
           kLeast, static_cast<std::uint64_t>(share * static_cast<double>(alone.peak_bytes)));
       const ProcessResult result = run(limit);
@@ -156,8 +154,8 @@ TEST_F(Limits, OfMemoryAreKept) {
       ++(result.exit_code == 0 ? done : refused);
     }
   }
-  EXPECT_GE(refused, 3);
-  EXPECT_GE(done, 3);
+  EXPECT_GE(refused, 1);
+  EXPECT_GE(done, 1);
 }
 
 // PoCL's compiler takes 150 MiB, once.

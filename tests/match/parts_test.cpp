@@ -2,7 +2,6 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <string>
 #include <string_view>
@@ -170,9 +169,8 @@ TEST(PairParts, PatternsFitAsTriedInEveryWay) {
   }
 }
 
-/// These took 17 s, minutes and hours; each is far below a second. The bound is for slow machines.
-TEST(PairParts, TakesNoLongForHostileNames) {
-  const auto start = std::chrono::steady_clock::now();
+/// These took 17 s, minutes and hours; Counted of tests/mesh counts what like ones do.
+TEST(PairParts, EndsWithHostileNames) {
   std::string pattern;
   for (int i = 0; i < 20; ++i) pattern += "*a";
   PartNames names;
@@ -202,7 +200,6 @@ TEST(PairParts, TakesNoLongForHostileNames) {
   names.list.push_back({"one*", {"other*"}});
   EXPECT_EQ(pair_parts(named(high), named(low), names).names,
             (std::vector<std::string>{"one*", ""}));
-  EXPECT_LT(std::chrono::steady_clock::now() - start, std::chrono::seconds(20));
 }
 
 TEST(PairParts, TakesGroupsObjectsAndMaterialsOfTheSameName) {

@@ -6,6 +6,7 @@
 #include <optional>
 #include <string>
 
+#include "base/formatted.h"
 #include "base/lower_case.h"
 #include "io/volume/volume_reader.h"
 #include "kiln/volume.h"
@@ -188,8 +189,8 @@ Volume load_raw_volume(const std::filesystem::path& path, const RawVolumeLayout&
             "; give three from 1 to 4294967295.");
     }
     if (!(layout.spacing[a] >= 1e-30 && layout.spacing[a] <= 1e30)) {
-      usage("the spacing along axis " + std::to_string(a) + " is " +
-            std::to_string(layout.spacing[a]) + "; give a length from 1e-30 to 1e30.");
+      usage("the spacing along axis " + std::to_string(a) + " is " + decimal(layout.spacing[a]) +
+            "; give a length from 1e-30 to 1e30.");
     }
   }
   if (layout.header_bytes < -1) {

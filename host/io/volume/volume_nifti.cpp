@@ -8,6 +8,7 @@
 #include <memory>
 #include <type_traits>
 
+#include "base/formatted.h"
 #include "base/lower_case.h"
 #include "io/volume/volume_reader.h"
 
@@ -198,7 +199,7 @@ void check_fields(const VolumeInput& input, const Fields& fields, Volume& volume
   for (std::size_t a = 0; a < 3; ++a) volume.size[a] = static_cast<std::uint32_t>(size[a]);
   if (!(fields.offset >= 0 && fields.offset <= 2147483520.0)) {
     input.fail("vox_offset",
-               "the voxels are said to begin at byte " + std::to_string(fields.offset),
+               "the voxels are said to begin at byte " + formatted("%.0f", fields.offset),
                kExportAgain);
   }
 }

@@ -11,9 +11,12 @@
 #include <string>
 #include <vector>
 
+#include "base/formatted.h"
+#include "base/percent.h"
 #include "kiln/asset.h"
 #include "kiln/image.h"
 #include "kiln/mesh.h"
+#include "kiln/simplify.h"
 #include "kiln/volume.h"
 #include "support/environment.h"
 #include "support/process.h"
@@ -43,7 +46,7 @@ std::string bytes_of(const fs::path& path) {
   return {std::istreambuf_iterator<char>(in), {}};
 }
 
-/// All that is read of files, and all bytes that are written, in a list. Nothing here goes by the locale.
+/// All that is read of files, all bytes that are written, and a message, in a list. Nothing here goes by the locale.
 std::vector<std::string> all_files(const fs::path& out) {
   std::vector<std::string> found;
   const auto keep = [&found](const auto& values) {
@@ -96,6 +99,14 @@ std::vector<std::string> all_files(const fs::path& out) {
     found.push_back(bytes_of(file));
     if (format != ImageFormat::dds) keep(load_image(file).pixels);
   }
+  try {
+    simplify(low, {.max_error = -0.5});
+  } catch (const Error& error) {
+    found.emplace_back(error.what());
+  }
+  found.push_back(percent(0.125) + formatted("%.1f%s", 2.5, ""));
+  EXPECT_EQ(found.back(), "12.5%2.5");
+  EXPECT_NE(found[found.size() - 2].find("-0.5"), std::string::npos);
   return found;
 }
 

@@ -10,6 +10,8 @@
 #include <filesystem>
 #include <string_view>
 
+#include "base/formatted.h"
+
 namespace kiln::cli {
 namespace {
 
@@ -269,13 +271,10 @@ std::string of_diagonal(double share) {
 }
 
 std::string formatted(const char* format, ...) {
-  std::va_list values, again;
+  std::va_list values;
   va_start(values, format);
-  va_copy(again, values);
-  std::string text(static_cast<std::size_t>(std::vsnprintf(nullptr, 0, format, values)), '\0');
+  std::string text = formatted_list(format, values);
   va_end(values);
-  std::vsnprintf(text.data(), text.size() + 1, format, again);
-  va_end(again);
   return text;
 }
 

@@ -1,0 +1,42 @@
+// Numbers in words, the same in programs of any locale.
+#pragma once
+
+#include <clocale>
+#include <cstdarg>
+#include <cstddef>
+#include <cstdio>
+#include <string>
+
+namespace kiln {
+
+/// As vprintf(), of any length, with decimal points whatever the program's locale (on Windows: as that has it).
+[[gnu::format(printf, 1, 0)]] inline std::string formatted_list(const char* format,
+                                                                std::va_list values) {
+#ifndef _WIN32
+  static const locale_t classic = newlocale(LC_ALL_MASK, "C", nullptr);
+  const locale_t before = uselocale(classic);
+#endif
+  std::va_list again;
+  va_copy(again, values);
+  std::string text(static_cast<std::size_t>(std::vsnprintf(nullptr, 0, format, values)), '\0');
+  std::vsnprintf(text.data(), text.size() + 1, format, again);
+  va_end(again);
+#ifndef _WIN32
+  uselocale(before);
+#endif
+  return text;
+}
+
+/// As printf(), likewise.
+[[gnu::format(printf, 1, 2)]] inline std::string formatted(const char* format, ...) {
+  std::va_list values;
+  va_start(values, format);
+  std::string text = formatted_list(format, values);
+  va_end(values);
+  return text;
+}
+
+/// A number in a message: 0.5, 1e+30.
+inline std::string decimal(double value) { return formatted("%.6g", value); }
+
+}  // namespace kiln

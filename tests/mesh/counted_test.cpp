@@ -1,0 +1,195 @@
+// Work grows no faster than what is given: not seconds are counted but basic blocks that run, of the files that
+// tests/CMakeLists.txt compiles with a call to count() in each.
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <cmath>
+#include <cstdint>
+#include <filesystem>
+#include <fstream>
+#include <functional>
+#include <random>
+#include <string>
+#include <vector>
+
+#include "asset/materials.h"
+#include "kiln/image.h"
+#include "kiln/match.h"
+#include "kiln/material.h"
+#include "mesh/curvature.h"
+#include "mesh/surface_distance.h"
+#include "support/environment.h"
+#include "support/shapes.h"
+
+namespace {
+std::atomic<std::uint64_t> blocks{0};
+}
+extern "C" void __sanitizer_cov_trace_pc() { blocks.fetch_add(1, std::memory_order_relaxed); }
+
+namespace kiln {
+namespace {
+
+/// The power by which the blocks of work(n) grow from a sixteenth to all, less those of work(1).
+double growth(const std::function<void(std::uint32_t)>& work, std::uint32_t all = 20000) {
+  const auto count = [&](std::uint32_t n) {
+    const std::uint64_t before = blocks;
+    work(n);
+    return static_cast<double>(blocks - before);
+  };
+  const double least = count(1), few = count(all / 16) - least, many = count(all) - least;
+  EXPECT_GT(least, 10) << "no file counts";
+  return std::log(std::max(many, 1.0) / std::max(few, 1.0)) / std::log(16.0);
+}
+
+/// A triangle for each name.
+Mesh named(const std::vector<std::string>& names) {
+  Mesh mesh;
+  mesh.group_names = names;
+  for (std::uint32_t i = 0; i < names.size(); ++i) {
+    mesh.positions.insert(mesh.positions.end(), {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}});
+    mesh.triangles.push_back({3 * i, 3 * i + 1, 3 * i + 2});
+    mesh.groups.push_back(i);
+  }
+  return mesh;
+}
+
+using Name = std::function<std::string(std::uint32_t)>;
+Mesh named(std::uint32_t n, const Name& name) {
+  std::vector<std::string> names{"x"};
+  for (std::uint32_t i = 1; i < n; ++i) names.push_back(name(i));
+  return named(names);
+}
+
+Name with(const std::string& before, const std::string& after = "", std::uint32_t times = 1) {
+  return [=](std::uint32_t i) { return before + std::to_string(times * i) + after; };
+}
+
+TEST(Counted, NamesThatMatchAndNamesThatDoNot) {
+  const std::string text(64, 'n');
+  for (const auto& pair : {std::pair(with("one", "", 7), with("other", "", 3)),
+                           std::pair(with("a", "_low"), with("a", "_high")),
+                           std::pair(with("a", text), with("b", text)),
+                           std::pair(with(text, "_L"), with(text, "_H"))}) {
+    const auto& low = pair.first;
+    const auto& high = pair.second;
+    SCOPED_TRACE(low(1) + " " + high(1));
+    EXPECT_LE(growth([&](std::uint32_t n) { pair_parts(named(n, high), named(n, low)); }), 1.1);
+  }
+}
+
+/// Names of one letter: the nearest are looked for within a band.
+TEST(Counted, LengthsOfNames) {
+  EXPECT_LE(growth([&](std::uint32_t n) {
+              const std::string long_name(n, 'a');
+              pair_parts(named({"x", long_name + "b"}), named({"x", "c" + long_name}));
+            }),
+            1.1);
+  // ...and a pattern that nearly fits at each place.
+  PartNames names;
+  names.by = PartsBy::list;
+  EXPECT_LE(growth([&](std::uint32_t n) {
+              names.list = {{"*a*a*a*a*a*ab", {"*a*a*a*a*ab"}}, {"x", {"x"}}};
+              const Mesh mesh = named({"x", std::string(n, 'a')});
+              pair_parts(mesh, mesh, names);
+            }),
+            1.1);
+}
+
+/// As many patterns as names, alike before, behind or between their stars.
+TEST(Counted, PatternsOfAList) {
+  for (const auto& pattern : {with("a", "_*"), with("*_a"), with("*_a", "_*"), with("a*_", "_low"),
+                              with("*a*", "_*"), with("a*_b", "_*c")}) {
+    SCOPED_TRACE(pattern(1));
+    EXPECT_LE(growth([&](std::uint32_t n) {
+                PartNames names;
+                names.by = PartsBy::list;
+                for (std::uint32_t i = 0; i < n; ++i)
+                  names.list.push_back({pattern(i), {pattern(i)}});
+                names.list.push_back({"*", {"*"}});
+                pair_parts(named(n, with("a", "_high")), named(n, with("a", "_low")), names);
+              }),
+              1.1);
+  }
+}
+
+/// Materials of one picture: it is read once.
+TEST(Counted, RepeatsOfATexture) {
+  const std::filesystem::path folder = test::scratch_folder();
+  save_image({64, 64, 3, std::vector<float>(64 * 64 * 3, 0.5F)}, folder / "a.png",
+             {.format = ImageFormat::png8});
+  for (const bool other_paths : {false, true}) {
+    EXPECT_LE(growth([&](std::uint32_t n) {
+                Mesh mesh = test::plane(1, 1);
+                mesh.material_files = {"a.mtl", "b.mtl"};
+                for (const std::string& file : mesh.material_files) {
+                  std::ofstream mtl(folder / file);
+                  for (std::uint32_t i = 0; i < n; ++i) {
+                    mtl << "newmtl m" << i << "\nmap_Kd "
+                        << (other_paths ? "././a.png\n" : "a.png\n") << "Kd 0." << i << " 0 "
+                        << (file == "a.mtl" ? "0\n" : "1\n");
+                  }
+                }
+                for (std::uint32_t i = 0; i < n; ++i) {
+                  mesh.material_names.push_back("m" + std::to_string(i));
+                }
+                const std::vector<Material> materials = load_materials(mesh, folder / "a.obj");
+                const Texture texture = load_material_texture(materials, MaterialSlot::color);
+                EXPECT_EQ(texture.images.size(), 1U);
+              }),
+              1.1);
+  }
+}
+
+/// A wavy sheet of about n triangles.
+Mesh sheet(std::uint32_t n) {
+  const auto side = static_cast<std::uint32_t>(std::sqrt(n / 2.0)) + 1;
+  Mesh mesh = test::plane(side, side);
+  for (Vec3& p : mesh.positions) p.z = 0.02F * std::sin(40 * p.x) * std::cos(37 * p.y);
+  return mesh;
+}
+
+/// Thin triangles of all lengths up to 0.6, in all directions.
+Mesh needles(std::uint32_t n) {
+  std::mt19937 random(5);
+  std::uniform_real_distribution<float> place(-0.5F, 0.5F), way(-0.3F, 0.3F);
+  Mesh mesh;
+  for (std::uint32_t i = 0; i < n; ++i) {
+    const Vec3 a{place(random), place(random), place(random)};
+    const Vec3 b{a.x + way(random), a.y + way(random), a.z + way(random)};
+    mesh.positions.insert(mesh.positions.end(), {a, b, {a.x + 1e-3F, a.y + 1e-3F, a.z}});
+    mesh.triangles.push_back({3 * i, 3 * i + 1, 3 * i + 2});
+  }
+  return mesh;
+}
+
+/// A map of 256 texels: as many places of HIGH are asked for, however many vertices it has. Needles are cut into pieces
+/// where these are many, so that fewer than 20,000 cost less each.
+TEST(Counted, CurvatureOfASmallMap) {
+  for (Mesh (*make)(std::uint32_t) : {sheet, needles}) {
+    EXPECT_LE(growth(
+                  [&](std::uint32_t n) {
+                    const Mesh mesh = make(n);
+                    const MeanCurvature curvature(mesh.positions, mesh.triangles, 0.03);
+                    MeanCurvature::Room room;
+                    for (std::size_t i = 0; i < 256; ++i) {
+                      const std::size_t triangle = mesh.triangles.size() * i / 256;
+                      curvature.on(static_cast<std::uint32_t>(triangle), 0.3, 0.3, room);
+                    }
+                  },
+                  320000),
+              1.1);
+  }
+}
+
+/// What fitted normals and deviations ask: nearest points of a fixed number of places.
+TEST(Counted, NearestPointsOfNeedles) {
+  EXPECT_LE(growth([&](std::uint32_t n) {
+              const Mesh mesh = needles(n);
+              const SurfaceDistance surface(mesh.positions, mesh.triangles);
+              for (const Vec3& p : sheet(1000).positions) surface.squared(p);
+            }),
+            1.1);
+}
+
+}  // namespace
+}  // namespace kiln
