@@ -386,6 +386,7 @@ int run_bake(const BakeJob& given) {
   }
   take_asset(arguments);
   start_asset_maps(arguments);
+  if (writes_gltf(arguments)) smooth_occlusion(arguments);
   check(arguments);
   run.options = options_of(arguments);
   run.save_options = arguments.image;
