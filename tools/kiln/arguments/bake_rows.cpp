@@ -643,6 +643,13 @@ std::vector<OptionRow> make_rows() {
            "auto, "
            "how far above LOW a part of HIGH may begin (default 4%)",
        .beside_auto = true},
+      {.flag = "--near-distance",
+       .group = kMatch,
+       .value = length(AT(options.match.near_distance)),
+       .help = "Without a cage: look so far first, and up to --max-distance only where nothing is "
+               "there, so that what crowds around is not taken for the surface. Default: off; of a "
+               "LOW that Kiln makes 4 times its mean deviation, 0.25% at least",
+       .beside_auto = true},
       {.flag = "--cage",
        .group = kMatch,
        .value = cage_value(),
