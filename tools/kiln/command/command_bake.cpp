@@ -121,6 +121,7 @@ void widen_search(BakeRun& run) {
   const SimplifyReport as_it_is;
   std::optional<Length>& near = run.options.match.near_distance;
   if (!near && made.near_distance() > 0) near = Length::share(made.near_distance());
+  run.arguments.options.match.near_distance = near;  // reports say it
   if (made.search_distance() <= as_it_is.search_distance()) return;
   run.options.match.max_distance = Length::share(made.search_distance());
 }
