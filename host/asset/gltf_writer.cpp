@@ -555,6 +555,17 @@ Places add_nodes(GltfOutput& file, const Mesh& low, const SaveAssetOptions& opti
 
 }  // namespace
 
+const Image** slot_of(AssetMaps& maps, std::string_view name) {
+  return name == "normal"      ? &maps.normal
+         : name == "ao"        ? &maps.occlusion
+         : name == "roughness" ? &maps.roughness
+         : name == "metallic"  ? &maps.metallic
+         : name == "opacity"   ? &maps.opacity
+         : name == "color"     ? &maps.color
+         : name == "emission"  ? &maps.emission
+                               : nullptr;
+}
+
 AssetPictures encode_maps(const AssetMaps& maps, ImageFormat format) {
   if (format != ImageFormat::png8 && format != ImageFormat::webp) {
     throw Error(ErrorCode::usage, "encode_maps(): glTF has pictures of png8, or webp.");

@@ -134,6 +134,8 @@ void check_size(const BakeOptions& options) {
 
 void check_distances(const BakeOptions& options) {
   if (options.match.max_distance) check_length("max_distance", *options.match.max_distance, false);
+  if (options.match.near_distance)
+    check_length("near_distance", *options.match.near_distance, false);
   if (options.match.cage) check_length("cage", *options.match.cage, true);
   if (options.match.ray.edge_width)
     check_length("`match.ray.edge_width`", *options.match.ray.edge_width, false);

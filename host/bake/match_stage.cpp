@@ -71,6 +71,9 @@ MatchRequest match_request(const BakeOptions& options, const Source::Impl& sourc
   request.height = options.height;
   request.samples = options.samples;
   request.distance = match_distance(options, surface, source.frame);
+  if (options.match.near_distance) {
+    request.near = to_frame(*options.match.near_distance, source.frame);
+  }
   if (options.match.cage) request.cage = to_frame(*options.match.cage, source.frame);
   request.cage_mesh = options.match.cage_mesh != nullptr;
   request.two_sided = options.match.two_sided;

@@ -10,6 +10,7 @@
 #include <utility>
 #include <vector>
 
+#include "kiln/asset.h"
 #include "kiln/kiln.h"
 #include "kiln/mesh_view.h"
 #include "kiln/simplify.h"
@@ -22,11 +23,13 @@ struct kiln_source {
   kiln::Source source;
 };
 struct kiln_bake {
-  explicit kiln_bake(kiln::BakeResult baked) : result(std::move(baked)) {
+  kiln_bake(kiln::BakeResult baked, bool in_tangent_space)
+      : result(std::move(baked)), tangent_space(in_tangent_space) {
     for (const kiln::BakedMap& map : result.maps) names.emplace_back(map.kind.name);
   }
   kiln::BakeResult result;
   std::vector<std::string> names;  ///< Of the maps, ending in 0
+  bool tangent_space;              ///< Of its normals, with green up
 };
 
 namespace kiln {
@@ -321,10 +324,10 @@ kiln_status kiln_bake_new(const kiln_source* source, const kiln_mesh* low,
     check_given(source, "source");
     check_given(low, "low");
     check_given(bake, "bake");
-    BakeResult result =
-        kiln::bake(source->source, low->mesh, bake_options(given(options, kiln_bake_options_init)));
+    const kiln_bake_options o = given(options, kiln_bake_options_init);
+    BakeResult result = kiln::bake(source->source, low->mesh, bake_options(o));
     check_cancelled(result.cancelled);
-    *bake = new kiln_bake{std::move(result)};
+    *bake = new kiln_bake(std::move(result), o.flip_y == 0 && o.object_space == 0);
   });
 }
 
@@ -397,6 +400,29 @@ kiln_status kiln_map_save(const kiln_map* map, const char* path) {
     SaveImageOptions options;
     options.format = file.extension() == ".png" ? ImageFormat::png16 : ImageFormat::exr_half;
     save_image(image, file, options);
+  });
+}
+
+kiln_status kiln_glb_save(const kiln_mesh* low, const kiln_bake* bake, const char* path) {
+  return guarded([&] {
+    check_given(low, "low");
+    AssetMaps maps;
+    std::vector<Image> stored(kiln_bake_map_count(bake));
+    for (std::size_t i = 0; i < stored.size(); ++i) {
+      const BakedMap& map = bake->result.maps[i];
+      const Image** const slot = slot_of(maps, map.kind.name);
+      if (slot == nullptr) continue;
+      if (slot == &maps.normal && !bake->tangent_space) {
+        throw Error(ErrorCode::usage,
+                    "A GLB has normals in tangent space with green up: bake without object_space "
+                    "and flip_y.",
+                    "option-contradiction");
+      }
+      stored[i] = map.image;
+      if (map.info.type == MapType::color) to_srgb(stored[i]);
+      *slot = &stored[i];
+    }
+    save_glb(low->mesh, maps, path_of(path));
   });
 }
 

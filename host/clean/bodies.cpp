@@ -23,8 +23,14 @@ constexpr int kMostScales = 4;
 
 /// Pixels that a part must cover to be called hidden.
 constexpr std::uint32_t kEnoughDrawn = 256;
-constexpr OutsideViews kFirstViews{.backs = false};
-constexpr OutsideViews kMoreViews{.count = 64, .backs = false};
+/// Past backs first, which hides least; then leaves of which but the back is seen. The first 32 are looked along in
+/// rounds, since one of these finds most parts, and the more are found the less is drawn.
+constexpr std::array<OutsideViews, 6> kViews{{{.step = 8, .first = 0, .backs = false},
+                                              {.step = 8, .first = 4, .backs = false},
+                                              {.step = 4, .first = 2, .backs = false},
+                                              {.step = 2, .first = 1, .backs = false},
+                                              {},
+                                              {.count = 64, .backs = false}}};
 
 /// Triangles that shared vertices connect, numbered in order.
 struct SharedParts {
@@ -187,8 +193,7 @@ std::vector<std::uint8_t> find_inner(const Mesh& mesh, Cleaned& inner) {
     return of.front + of.back == 0 && of.drawn >= kEnoughDrawn;
   };
   std::vector<std::uint8_t> unseen;  // So far, of a part
-  // Past backs first, which hides least; then leaves of which but the back is seen.
-  for (const OutsideViews& views : {kFirstViews, OutsideViews{}, kMoreViews}) {
+  for (const OutsideViews& views : kViews) {
     const std::vector<SeenPixels> more =
         look_from_outside(mesh, parts.of, parts.count, views, unseen);
     for (std::size_t p = 0; p < seen.size(); ++p) {
@@ -200,7 +205,11 @@ std::vector<std::uint8_t> find_inner(const Mesh& mesh, Cleaned& inner) {
     unseen.resize(parts.count);
     std::transform(seen.begin(), seen.end(), unseen.begin(),
                    [](const SeenPixels& of) { return of.front + of.back == 0; });
-    if (std::none_of(seen.begin(), seen.end(), is_hidden)) return {};
+    const bool is_round = views.step > 2;  // Views that follow may draw more of a part
+    if (!is_round && std::none_of(seen.begin(), seen.end(), is_hidden)) return {};
+    if (is_round && std::none_of(unseen.begin(), unseen.end(), [](auto is) { return is != 0; })) {
+      return {};
+    }
   }
   std::vector<std::uint8_t> dropped(parts.of.size(), 0), counted(parts.count, 0);
   for (std::size_t t = 0; t < dropped.size(); ++t) {

@@ -222,8 +222,10 @@ std::vector<SeenPixels> look_from_outside(const Mesh& mesh, std::span<const std:
   const auto is_asked = [&](std::uint32_t t) { return asked.empty() || asked[group[t]] != 0; };
   const std::vector<Ball> blocks = asked.empty() ? std::vector<Ball>() : balls_around_blocks(mesh);
   std::mutex mutex;  // Whole numbers are summed: their order does not matter.
-  parallel_for(views.count, 1, [&](std::size_t view, std::size_t) {
-    Picture picture(mesh, ball, direction(static_cast<std::uint32_t>(view), views.count), views);
+  const std::uint32_t pictures = (views.count - views.first + views.step - 1) / views.step;
+  parallel_for(pictures, 1, [&](std::size_t number, std::size_t) {
+    const auto view = views.first + static_cast<std::uint32_t>(number) * views.step;
+    Picture picture(mesh, ball, direction(view, views.count), views);
     std::vector<std::pair<std::uint32_t, std::uint32_t>> drawn;  // of runs of one group
     for (std::uint32_t t = 0; t < count; ++t) {
       if (!is_asked(t)) continue;

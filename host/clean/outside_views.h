@@ -19,6 +19,8 @@ struct SeenPixels {
 /// Settings of the views.
 struct OutsideViews {
   std::uint32_t count = 32;    ///< Directions, spread evenly
+  std::uint32_t step = 1;      ///< Every so many of these are looked along
+  std::uint32_t first = 0;     ///< ... from this one on
   std::uint32_t pixels = 512;  ///< A side of a picture
   bool backs = true;           ///< Backs are drawn, too; else one looks through them
 };

@@ -72,6 +72,7 @@ std::vector<Material> load_materials(const Mesh& /*mesh*/, const std::filesystem
 AssetPictures encode_maps(const AssetMaps& /*maps*/, ImageFormat /*format*/) {
   fail("an asset's pictures");
 }
+const Image** slot_of(AssetMaps& /*maps*/, std::string_view /*name*/) { return nullptr; }
 std::vector<std::filesystem::path> save_asset(const Mesh& /*low*/,
                                               std::span<const AssetMaterial> /*materials*/,
                                               const std::filesystem::path& path,

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "match/extended_range.h"
+#include "match/fallback.h"
 #include "match/outermost.h"
 #include "match/smooth_normal_retry.h"
 
@@ -53,6 +54,26 @@ class ShellMatcher : public Matcher {
 
 }  // namespace
 
+namespace {
+
+/// Rays by the rule asked for.
+std::unique_ptr<Matcher> rays_of(const MatchRequest& request) {
+  const bool cage = request.cage_mesh || request.cage.has_value();
+  if (!cage && request.ray.rule == RayRule::outermost) return outermost_matcher(request);
+  return std::make_unique<RayMatcher>(request.source.rays(), ray_query(request, true));
+}
+
+/// The same, near first; farther where nothing is near.
+std::unique_ptr<Matcher> near_rays_of(const MatchRequest& request) {
+  MatchRequest near = request;
+  near.distance = request.near;
+  std::vector<std::unique_ptr<Matcher>> farther;
+  farther.push_back(rays_of(request));
+  return with_fallbacks(context_of(request.source.device), rays_of(near), std::move(farther));
+}
+
+}  // namespace
+
 RayQuery ray_query(const MatchRequest& request, bool with_cage) {
   const auto distance = static_cast<float>(request.distance);
   RayQuery query;
@@ -74,16 +95,15 @@ MatchRow ray_match() {
   row.info.method = MatchMethod::ray;
   row.info.searches = "along the low poly's normal, outward first; from a cage inward";
   row.info.options =
-      "match.max_distance match.cage match.cage_mesh match.ray match.parts report.recall";
+      "match.max_distance match.near_distance match.cage match.cage_mesh match.ray match.parts "
+      "report.recall";
   row.follows_bvh = row.far_on_sheets = row.finds_the_rest = true;
   row.info.other_names = "rays raycast raycasting raytrace raytracing";
   row.plan_turn = row.low_poly_turn = 1;
   row.make = [](const MatchRequest& request, MatchNotes&) -> std::unique_ptr<Matcher> {
     const bool cage = request.cage_mesh || request.cage.has_value();
-    std::unique_ptr<Matcher> rays =
-        !cage && request.ray.rule == RayRule::outermost
-            ? outermost_matcher(request)
-            : std::make_unique<RayMatcher>(request.source.rays(), ray_query(request, true));
+    const bool near = !cage && request.near > 0 && request.near < request.distance;
+    std::unique_ptr<Matcher> rays = near ? near_rays_of(request) : rays_of(request);
     if (request.cage_mesh && request.surface.cage_kind == CageKind::shells) {
       rays = std::make_unique<ShellMatcher>(std::move(rays), request);
     }

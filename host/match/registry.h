@@ -29,6 +29,7 @@ struct MatchRequest {
     request.height = height;
     request.samples = samples;
     request.distance = distance;
+    request.near = near;
     request.sheet_reach = sheet_reach;
     request.cage = cage;
     request.cage_mesh = cage_mesh;
@@ -45,6 +46,7 @@ struct MatchRequest {
   const LowSurface& surface;
   std::uint32_t width = 0, height = 0, samples = 1;  ///< Of the map
   double distance = 0;     ///< How far to look; with a cage, from the cage inward
+  double near = 0;         ///< ... and how far first; 0: at once
   double sheet_reach = 0;  ///< Where samples on open sheets may look farther: how far; else 0
   std::optional<double> cage = {};  ///< Start rays this far outside, inward, first hit
   bool cage_mesh = false;           ///< ... or where the surface's directions end

@@ -83,6 +83,9 @@ struct AssetMaps {
       coverage;  ///< BakeResult::coverage, for AssetPictures::errors; may be empty
 };
 
+/// The place of a map in a material, by its name; null: it has none. Any thread may call it.
+const Image** slot_of(AssetMaps& maps, std::string_view name);
+
 /// Error of a map as the asset's picture stores it: see stored_error().
 struct AssetError {
   std::string_view map;    ///< "normal", "ao", "color"...: as maps() and transfers have it

@@ -1,5 +1,5 @@
 /// \file
-/// Kiln for C, and for all that calls C: Rust, C#, Python's ctypes. Meshes in, simplify, unwrap, bake, maps out.
+/// Kiln for C, and for all that calls C: Rust, C#, Python's ctypes. Meshes in, simplify, unwrap, bake, maps and GLBs out.
 ///
 /// Objects are opaque: kiln_..._free() frees each, and null is allowed there. Structs begin with their size, which
 /// kiln_..._init() sets with all defaults: programs that were compiled against an older header go on working with a
@@ -228,6 +228,10 @@ KILN_C_API void kiln_bake_free(kiln_bake* bake);
 /// Writes a map as it is, values clamped to [0, 1] in PNG (whose name ends in .png: 16 bits) and kept in EXR (.exr:
 /// half). Whole or not at all. \param path  UTF-8
 KILN_C_API kiln_status kiln_map_save(const kiln_map* map, const char* path);
+
+/// Writes a low poly with its maps as binary glTF 2.0, which engines open: of the bake normal, ao, color and opacity.
+/// Whole or not at all. \param low  as it was baked  \param bake  null: no maps  \param path  UTF-8
+KILN_C_API kiln_status kiln_glb_save(const kiln_mesh* low, const kiln_bake* bake, const char* path);
 
 #ifdef __cplusplus
 }

@@ -314,6 +314,9 @@ struct MatchOptions {
   /// with a cage, twice its distance (twice the longest one of a cage mesh). Without either, rays
   /// that miss on an open sheet of the low poly (a leaf card) look again: half the sheet's diagonal.
   std::optional<Length> max_distance = {};
+  /// MatchMethod::ray without a cage: look so far first, and up to max_distance only where nothing is there. Above 0.
+  /// None given: at once. For low polys that lie close to the high poly all over, and crowded with other surfaces.
+  std::optional<Length> near_distance = {};
   std::optional<Length> cage = {};  ///< Cast from this far outside, inward, first hit
   /// ... or from this mesh: see CageKind for the three forms it may have. find_cage() (kiln/cage.h) makes one.
   /// Read during the call; a session reads it when made.

@@ -14,6 +14,7 @@
 #include <thread>
 #include <vector>
 
+#include "kiln/asset.h"
 #include "kiln/bake.h"
 #include "kiln/kiln_c.h"
 #include "kiln/mesh_view.h"
@@ -221,6 +222,68 @@ TEST(CInterface, SimplifiesAndUnwraps) {
     ASSERT_LT(arrays.triangles[i], arrays.vertex_count);
     ASSERT_LT(arrays.uv_triangles[i], arrays.uv_count);
   }
+}
+
+/// The pictures are those of save_glb() in C++, colours sRGB-encoded; what a material has no place for is left out.
+TEST(CInterface, WritesAGlb) {
+  if (device() == nullptr) GTEST_SKIP() << "no device";
+  const std::filesystem::path folder = scratch_folder();
+  Mesh painted = torus(24, 12);
+  for (std::size_t i = 0; i < painted.positions.size(); ++i) {
+    painted.colors.push_back({static_cast<std::uint8_t>(i), 60, 130, 255});
+  }
+  Corners corners(painted);
+  std::vector<std::array<std::uint8_t, 4>> colors;
+  for (const auto& triangle : painted.triangles) {
+    for (const std::uint32_t v : triangle) colors.push_back(painted.colors[v]);
+  }
+  kiln_mesh_view view = corners.view();
+  view.colors = {colors.data(), colors.size(), 0};
+  kiln_mesh* made = nullptr;
+  ASSERT_EQ(kiln_mesh_new(&view, &made), KILN_OK);
+  const Owned<kiln_mesh> mesh(made);
+  const Owned<kiln_source> source = source_of(mesh.get());
+  kiln_bake_options options;
+  kiln_bake_options_init(&options);
+  options.width = options.height = 32;
+  options.maps = "normal,height,color,ao";
+  options.ao_rays = 4;
+  const auto baked = [&] {
+    kiln_bake* bake = nullptr;
+    EXPECT_EQ(kiln_bake_new(source.get(), mesh.get(), &options, &bake), KILN_OK);
+    return Owned<kiln_bake>(bake);
+  };
+  const Owned<kiln_bake> bake = baked();
+  const auto file = folder / "c.glb";
+  ASSERT_EQ(kiln_glb_save(mesh.get(), bake.get(), file.c_str()), KILN_OK) << kiln_error_message();
+
+  std::vector<Image> images;
+  for (std::size_t i = 0; i < 4; ++i) {
+    kiln_map map;
+    kiln_map_init(&map);
+    ASSERT_EQ(kiln_bake_map(bake.get(), i, &map), KILN_OK);
+    images.push_back({32, 32, map.channels, {map.pixels, map.pixels + 1024 * map.channels}});
+  }
+  to_srgb(images[2]);
+  MeshView same;
+  same.positions = {corners.positions.data(), corners.positions.size()};
+  same.uvs = {corners.uvs.data(), corners.uvs.size()};
+  same.colors = {colors.data(), colors.size()};
+  AssetMaps maps;
+  maps.normal = images.data();
+  maps.color = &images[2];
+  maps.occlusion = &images[3];
+  save_glb(to_mesh(same), maps, folder / "cpp.glb");
+  EXPECT_EQ(text_of(file), text_of(folder / "cpp.glb"));
+
+  EXPECT_EQ(kiln_glb_save(mesh.get(), nullptr, file.c_str()), KILN_OK) << kiln_error_message();
+  EXPECT_TRUE(load_asset(file).materials.empty() ||
+              load_asset(file).materials[0].normal_map.empty());
+  EXPECT_EQ(kiln_glb_save(nullptr, bake.get(), file.c_str()), KILN_USAGE);
+  EXPECT_EQ(kiln_glb_save(mesh.get(), bake.get(), "no/such/folder/a.glb"), KILN_OUTPUT);
+  options.flip_y = 1;
+  EXPECT_EQ(kiln_glb_save(mesh.get(), baked().get(), file.c_str()), KILN_USAGE);
+  EXPECT_STREQ(kiln_error_code(), "option-contradiction");
 }
 
 TEST(CInterface, SaysWhatIsWrongAndLeavesOutputsAlone) {

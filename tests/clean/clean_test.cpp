@@ -346,6 +346,22 @@ TEST(Clean, ViewsOfSomeGroupsAreThoseOfAll) {
       hidden += all[g].drawn - all[g].front - all[g].back;
     }
     EXPECT_GT(hidden, 1000U);
+    // Rounds of some of the views make up all of them.
+    std::vector<SeenPixels> sum(asked.size());
+    for (const auto& [step, first] : {std::pair{4U, 0U}, {4U, 2U}, {2U, 1U}}) {
+      OutsideViews round = views;
+      round.step = step;
+      round.first = first;
+      const auto part = look_from_outside(crowd, group, asked.size(), round);
+      for (std::size_t g = 0; g < sum.size(); ++g) {
+        sum[g].drawn += part[g].drawn;
+        sum[g].front += part[g].front;
+      }
+    }
+    for (std::size_t g = 0; g < sum.size(); ++g) {
+      EXPECT_EQ(sum[g].drawn, all[g].drawn);
+      EXPECT_EQ(sum[g].front, all[g].front);
+    }
   }
 }
 

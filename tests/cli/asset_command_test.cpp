@@ -4,10 +4,13 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <fstream>
+#include <iterator>
 
 #include "cli/command_scene.h"
 #include "kiln/asset.h"
 #include "kiln/files.h"
+#include "support/json_file.h"
 
 namespace kiln {
 namespace {
@@ -38,6 +41,35 @@ TEST(AssetCommand, OneFileHasLowAndMaps) {
                         scene / "again"}),
               0, {});
   EXPECT_EQ(names(scene / "again"), std::vector<std::string>{"low_normal.png"});
+}
+
+/// A quarter of the rays, smoothed, is the default of such a file alone, and only where nothing is said.
+TEST(AssetCommand, OcclusionIsSmoothedWhereNothingIsSaid) {
+  KILN_REQUIRE_DEVICE();
+  const fs::path scene = make_scene();
+  const auto bake = [&](const std::string& out, std::vector<std::string> flags) {
+    std::vector<std::string> line = {"bake",
+                                     scene / "high.obj",
+                                     scene / "low.obj",
+                                     "--size=32",
+                                     "--maps=normal,ao",
+                                     "--out=" + (scene / out).string(),
+                                     "--json=" + (scene / "report.json").string()};
+    line.insert(line.end(), flags.begin(), flags.end());
+    expect_exit(run_kiln(line), 0, {});
+    return test::read_json(scene / "report.json")["options"]["ao_error"];
+  };
+  EXPECT_EQ(bake("plain/low.glb", {}), 1);
+  EXPECT_EQ(bake("said/low.glb", {"--ao-error=1"}), 1);
+  const auto bytes = [&](const char* folder) {
+    std::ifstream file(scene / folder / "low.glb", std::ios::binary);
+    return std::string(std::istreambuf_iterator<char>(file), {});
+  };
+  EXPECT_EQ(bytes("plain"), bytes("said"));
+  EXPECT_NE(bake("rays/low.glb", {"--ao-rays=64"}), 1);
+  EXPECT_NE(bake("views/low.glb", {"--ao-by=views"}), 1);
+  EXPECT_NE(bake("bound/low.glb", {"--max-error=normal=90,ao=1"}), 1);
+  EXPECT_NE(bake("loose/", {}), 1);
 }
 
 /// glTF's default material is metal; a mesh that has none says nothing of metal.

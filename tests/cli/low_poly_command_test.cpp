@@ -110,6 +110,19 @@ TEST(LowPolyCommand, TakesTheSizeOnScreenAndLeavesTheMapOut) {
   EXPECT_FALSE(fs::exists(dense.folder / "none" / "high_low_normal.png"));
 }
 
+/// Near first where Kiln makes LOW, but where a distance, or a LOW, is given.
+TEST(LowPolyCommand, RaysOntoMadeOnesLookNearFirst) {
+  KILN_REQUIRE_DEVICE();
+  const Dense dense;
+  const auto near = [&](const std::string& out, const std::vector<std::string>& more) {
+    EXPECT_EQ(dense.bake(out, more).exit_code, 0);
+    return dense.report(out)["options"]["near_distance"];
+  };
+  EXPECT_FALSE(near("made", {"--faces", "500"}).is_null());
+  EXPECT_TRUE(near("told", {"--faces", "500", "--max-distance", "3%"}).is_null());
+  EXPECT_TRUE(near("given", {(dense.folder / "made" / "high_low.obj").string()}).is_null());
+}
+
 TEST(LowPolyCommand, WarnsOfHeavyLightMeshes) {
   KILN_REQUIRE_DEVICE();
   const Dense dense;

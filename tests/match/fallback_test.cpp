@@ -48,6 +48,45 @@ struct Overhang {
   }
 };
 
+/// The surface lies 0.2 below, another one floats 0.8 above its left half; right of 2 there is the latter alone. With
+/// a near distance of 0.5 the surface is found, and the other one where that is all; without, the outermost.
+TEST(NearDistance, RaysLookFartherOnlyWhereNothingIsNear) {
+  KILN_REQUIRE_DEVICE();
+  const Mesh low = test::plane(1, 1, 8, 8);
+  Mesh high;
+  const auto add = [&](float left, float right, float z) {
+    const auto first = static_cast<std::uint32_t>(high.positions.size());
+    for (const float x : {left, right}) {
+      for (const float y : {-4.5F, 4.5F}) high.positions.push_back({x, y, z});
+    }
+    high.triangles.push_back({first, first + 2, first + 1});
+    high.triangles.push_back({first + 1, first + 2, first + 3});
+  };
+  add(-4.5F, 2, -0.2F);
+  add(-4.5F, 0, 0.8F);
+  add(2, 4.5F, 0.8F);
+  const Source source(*test::device(), high);
+  BakeOptions options;
+  options.width = options.height = 16;
+  options.maps = {find_map("height").kind};
+  options.match.max_distance = Length::absolute(1);
+  const auto heights = [&] { return bake(source, low, options).maps[0].image.pixels; };
+  const std::vector<float> at_once = heights();
+  options.match.near_distance = Length::absolute(0.5);
+  const std::vector<float> near = heights();
+  for (std::size_t i = 0; i < 256; ++i) {
+    const double x = (static_cast<double>(i % 16) + 0.5) / 2 - 4;
+    EXPECT_NEAR(at_once[i], x < 0 || x > 2 ? 0.8 : -0.2, 1e-5) << i;
+    EXPECT_NEAR(near[i], x > 2 ? 0.8 : -0.2, 1e-5) << i;
+  }
+  // Not before a cage.
+  options.match.cage = Length::absolute(1);
+  options.match.max_distance = Length::absolute(2);
+  const std::vector<float> caged = heights();
+  options.match.near_distance.reset();
+  EXPECT_EQ(heights(), caged);
+}
+
 TEST(Fallback, AChainAsksEachForWhatIsLeft) {
   KILN_REQUIRE_DEVICE();
   const Overhang scene;

@@ -195,7 +195,7 @@ def test_to_glb_writes_the_file_and_tells_progress(tmp_path):
 def test_the_command_makes_the_same_low_poly_and_maps(tmp_path, command):
     kiln.Mesh(*ball(24)).save(tmp_path / "ball.obj")
     command("bake", tmp_path / "ball.obj", "--faces", 300, "--size", 128, "--out", tmp_path / "its.glb", "--maps", "normal,ao", "--quiet")
-    ours = kiln.to_glb(tmp_path / "ball.obj", faces_target=300, texture_size=128, ao_rays=64, path=tmp_path / "ours.glb")
+    ours = kiln.to_glb(tmp_path / "ball.obj", faces_target=300, texture_size=128, path=tmp_path / "ours.glb")
     its = (tmp_path / "its.glb").read_bytes()
 
     def binary(data):

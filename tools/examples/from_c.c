@@ -1,4 +1,4 @@
-// Kiln from C: a box in arrays, simplified, unwrapped and baked. from_c NORMAL.png
+// Kiln from C: a box in arrays, simplified, unwrapped and baked. from_c NORMAL.png BOX.glb
 #include <kiln/kiln_c.h>
 #include <stdio.h>
 
@@ -25,10 +25,11 @@ int main(int count, char** arguments) {
   kiln_bake_options_init(&options);
   options.width = options.height = 256;
   kiln_map_init(&map);
-  if (count != 2) return 2;
+  if (count != 3) return 2;
   if (kiln_mesh_new(&view, &high) || kiln_simplify(high, &to, &light) || kiln_unwrap(light, NULL, &low)) return failed();
   if (kiln_source_new(NULL, high, NULL, NULL, &source) || kiln_bake_new(source, low, &options, &bake)) return failed();
   if (kiln_bake_map(bake, 0, &map) || kiln_map_save(&map, arguments[1])) return failed();
+  if (kiln_glb_save(low, bake, arguments[2])) return failed();
   printf("12 triangles, %s of %u x %u with %u channels\n", map.name, map.width, map.height, map.channels);
   kiln_bake_free(bake);
   kiln_source_free(source);

@@ -4,9 +4,7 @@
 #include <nanobind/stl/map.h>
 #include <nanobind/stl/string.h>
 
-#include <array>
 #include <map>
-#include <utility>
 
 #include "arrays.h"
 #include "kiln/asset.h"
@@ -17,26 +15,17 @@ namespace {
 
 using nb::literals::operator""_a;
 
-/// \param maps  pictures in [0, 1] by the names of kSlots
+/// \param maps  pictures in [0, 1] by their names
 void write_glb(const PyMesh& low, const std::map<std::string, nb::object>& maps,
                const std::filesystem::path& path, const std::string& alpha, bool double_sided,
                const std::string& extras) {
-  constexpr std::array<std::pair<const char*, const Image * AssetMaps::*>, 7> kSlots = {{
-      {"normal", &AssetMaps::normal},
-      {"ao", &AssetMaps::occlusion},
-      {"roughness", &AssetMaps::roughness},
-      {"metallic", &AssetMaps::metallic},
-      {"opacity", &AssetMaps::opacity},
-      {"color", &AssetMaps::color},
-      {"emission", &AssetMaps::emission},
-  }};
   const Call call;
   std::map<std::string, Image> images;
   AssetMaps slots;
-  for (const auto& [name, slot] : kSlots) {
-    const auto found = maps.find(name);
-    if (found == maps.end()) continue;
-    slots.*slot = &(images[name] = image_of(found->second, name));
+  for (const auto& [name, pixels] : maps) {
+    if (const Image** const slot = slot_of(slots, name); slot != nullptr) {
+      *slot = &(images[name] = image_of(pixels, name.c_str()));
+    }
   }
   SaveGlbOptions options;
   options.alpha_mode = alpha == "blend" ? AlphaMode::blend : AlphaMode::mask;

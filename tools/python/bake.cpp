@@ -438,6 +438,7 @@ void add_bake(nb::module_& module) {
     }
     return list;
   });
+  module.def("glb_occlusion_error", &glb_occlusion_error, "words"_a);
   module.def("nearest_keyword", &nearest_keyword, "word"_a);
 }
 

@@ -34,18 +34,7 @@ std::string flag_of(std::string keyword) {
   return "--" + keyword;
 }
 
-}  // namespace
-
-std::vector<Keyword> keywords() {
-  std::vector<Keyword> list;
-  for (const OptionRow& row : cli::bake_rows()) {
-    if (!is_keyword(row)) continue;
-    list.push_back({keyword_of(row.flag), row.help, row.value.type == "flag"});
-  }
-  return list;
-}
-
-cli::BakeJob job_of(const Words& words, bool plans) {
+BakeJob parsed(const Words& words, bool plans) {
   // The meshes are no files: names that the checks take for such.
   std::vector<std::string> line = {"bake", "high.ply"};
   if (!plans) line.emplace_back("low.obj");
@@ -60,6 +49,28 @@ cli::BakeJob job_of(const Words& words, bool plans) {
   program.parse(std::move(line));
   job.given = cli::given_flags(*bake);
   if (plans && !job.given.contains("--match")) job.match_auto = true;
+  return job;
+}
+
+}  // namespace
+
+std::vector<Keyword> keywords() {
+  std::vector<Keyword> list;
+  for (const OptionRow& row : cli::bake_rows()) {
+    if (!is_keyword(row)) continue;
+    list.push_back({keyword_of(row.flag), row.help, row.value.type == "flag"});
+  }
+  return list;
+}
+
+double glb_occlusion_error(const Words& words) {
+  BakeJob job = parsed(words, false);
+  cli::smooth_occlusion(job);
+  return job.options.occlusion.max_error;
+}
+
+cli::BakeJob job_of(const Words& words, bool plans) {
+  BakeJob job = parsed(words, plans);
   cli::check(job);
   return job;
 }

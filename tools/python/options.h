@@ -26,6 +26,9 @@ using Words = std::vector<std::pair<std::string, std::string>>;
 /// \param plans  without LOW: as the command plans one, whose flags are keywords then, too
 cli::BakeJob job_of(const Words& words, bool plans = false);
 
+/// OcclusionOptions::max_error of a bake by these words whose maps go into a GLB.
+double glb_occlusion_error(const Words& words);
+
 /// The keyword that is nearest to a word, by letters or by other bakers' names; empty: none is near.
 std::string nearest_keyword(const std::string& word);
 

@@ -41,6 +41,7 @@ PyMesh run_simplify(const PyMesh& high, std::uint32_t faces, double max_error, b
   d["mean_error"] = report.mean_error;
   d["back_error"] = report.back_error;
   d["search_distance"] = report.search_distance();
+  d["near_distance"] = report.near_distance();
   d["dropped_parts"] = report.dropped_parts;
   d["folded"] = report.folded;
   d["holes"] = report.holes;

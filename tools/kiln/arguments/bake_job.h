@@ -145,6 +145,9 @@ std::string no_sets(const BakeJob& job);
 void take_asset(BakeJob& job);
 /// True if the maps go into a glTF or GLB: not beside an OBJ, nor loosely into a folder.
 bool writes_gltf(const BakeJob& job);
+/// Smooths the ambient occlusion of a file that engines open, where no flag says how it is gathered: a quarter of the
+/// rays, smoothed, are nearer to many than all of them on most meshes, in less than half the time.
+void smooth_occlusion(BakeJob& job);
 /// True if all levels of detail share one layout and its maps.
 bool shares_uvs(const BakeJob& job);
 /// Repairs of HIGH; none: nothing is repaired.

@@ -528,7 +528,9 @@ std::vector<OptionRow> make_rows() {
        .help =
            "Of ao, such as 2/255 or 0.01: the root mean square error to reach. Texels begin with a "
            "quarter of --ao-rays; noise is smoothed where that blurs nothing, and texels that need "
-           "it cast more, up to 4096. What was reached is measured and printed"},
+           "it cast more, up to 4096. What was reached is measured and printed. 1 smooths alone, "
+           "which "
+           "a GLB or glTF has where nothing is said of rays, views and error"},
       {.flag = "--light",
        .group = kShadow,
        .value = light_value(),
@@ -639,6 +641,13 @@ std::vector<OptionRow> make_rows() {
            "cage, the ray's length from the cage inward (default: twice the cage); with --cage "
            "auto, "
            "how far above LOW a part of HIGH may begin (default 4%)",
+       .beside_auto = true},
+      {.flag = "--near-distance",
+       .group = kMatch,
+       .value = length(AT(options.match.near_distance)),
+       .help = "Without a cage: look so far first, and up to --max-distance only where nothing is "
+               "there, so that what crowds around is not taken for the surface. Default: off; of a "
+               "LOW that Kiln makes 4 times its mean deviation, 0.25% at least",
        .beside_auto = true},
       {.flag = "--cage",
        .group = kMatch,

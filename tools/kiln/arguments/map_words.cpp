@@ -196,6 +196,21 @@ std::vector<MapBound> map_bounds(const BakeJob& a) {
   return bounds;
 }
 
+void smooth_occlusion(BakeJob& a) {
+  constexpr const char* kGathering[] = {"--ao-rays", "--ao-error", "--ao-by", "--ao-views"};
+  if (std::any_of(std::begin(kGathering), std::end(kGathering),
+                  [&](const char* flag) { return a.given.contains(flag); }))
+    return;
+  for (const std::string_view bound : items_of(a.max_error)) {
+    const std::string_view name = bound.substr(0, bound.find('='));
+    if (std::any_of(maps().begin(), maps().end(), [&](const MapInfo& map) {
+          return map.kind.name == name && obeys(map, "occlusion.max_error");
+        }))
+      return;  // its bound chooses
+  }
+  a.options.occlusion.max_error = 1;
+}
+
 std::string describe(const MapReached& map) {
   const std::string unit = map.unit.empty() ? "" : " " + std::string(map.unit);
   return formatted("%s: %.3g%s off, %.3g wanted (root mean square at %s points of the surface)",

@@ -267,18 +267,10 @@ void encode_asset_maps(BakeRun& run) {
     const std::string name = std::string(map.kind.name);
     if (name == "emission") maps.emission_strength = scale_emission(map.image);
     store(run, map, name);
-    const Image** const slot = name == "normal"      ? &maps.normal
-                               : name == "ao"        ? &maps.occlusion
-                               : name == "roughness" ? &maps.roughness
-                               : name == "metallic"  ? &maps.metallic
-                               : name == "opacity"   ? &maps.opacity
-                               : name == "color"     ? &maps.color
-                               : name == "emission"  ? &maps.emission
-                                                     : nullptr;
-    if (slot == nullptr) {
-      left += (left.empty() ? "" : ", ") + name;
-    } else {
+    if (const Image** const slot = slot_of(maps, name); slot != nullptr) {
       *slot = &map.image;
+    } else {
+      left += (left.empty() ? "" : ", ") + name;
     }
   }
   if (!left.empty() && run.pictures.empty()) {

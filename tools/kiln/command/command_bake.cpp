@@ -116,6 +116,9 @@ void widen_search(BakeRun& run) {
   }
   const SimplifyReport& made = *run.low.simplified;
   const SimplifyReport as_it_is;
+  std::optional<Length>& near = run.options.match.near_distance;
+  if (!near && made.near_distance() > 0) near = Length::share(made.near_distance());
+  run.arguments.options.match.near_distance = near;  // reports say it
   if (made.search_distance() <= as_it_is.search_distance()) return;
   run.options.match.max_distance = Length::share(made.search_distance());
 }
@@ -383,6 +386,7 @@ int run_bake(const BakeJob& given) {
   }
   take_asset(arguments);
   start_asset_maps(arguments);
+  if (writes_gltf(arguments)) smooth_occlusion(arguments);
   check(arguments);
   run.options = options_of(arguments);
   run.save_options = arguments.image;

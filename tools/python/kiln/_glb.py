@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from . import _core
-from ._bake import Bake, Source, bake, match, words_of
+from ._bake import Bake, Source, bake, error_bound, match, words_of
 from ._core import Mesh
 from ._errors import Error, count_of
 from ._meshes import as_mesh
@@ -21,10 +21,6 @@ if TYPE_CHECKING:
 
 #: Maps that a GLB's material has places for.
 SLOTS = ("normal", "ao", "color", "opacity", "roughness", "metallic", "emission")
-
-
-#: Of 64 rays, 16 that are smoothed come nearer to many than all do: tools/bench/README.md.
-SMOOTH_AO = {"ao_error": 1}
 
 
 class Glb:
@@ -292,7 +288,7 @@ def to_glb(
                      with max_error: as kiln.plan() takes them
     progress         as bake() takes it
     keywords         as bake() takes them: match, samples, fallback... Ambient occlusion is smoothed (ao_error=1)
-                     where none of ao_rays, ao_error, ao_by and ao_views is given
+                     where none of ao_rays, ao_error, ao_by and ao_views is given, as in the command's GLB
 
     Repairs are warnings. Returns a kiln.Glb.
     """
@@ -307,15 +303,17 @@ def to_glb(
     _check_slots("maps", maps)
     texture_size = count_of(texture_size, "texture_size", 16, 16384)
     faces_target = count_of(faces_target, "faces_target", 1, 2**31)
-    words_of({"size": texture_size, **{key: value for key, value in keywords.items() if key != "match"}})
+    words = words_of({"size": texture_size, **{key: value for key, value in keywords.items() if key != "match"}})
     for name in ("space", "flip_y", "two_component", "raw", "mips", "visibility_clusters"):
         if keywords.get(name):
             raise Error(f"{name}: is not for a GLB: leave it out.", "option-contradiction", "usage", name)
     report = callback_of(progress)
     high = cleaned(high, weld, orient, fill_holes, drop_floaters, drop_hidden, _part(report, 0, 0.02))
-    given = {"ao_rays", "ao_error", "ao_by", "ao_views"} & keywords.keys() or "ao" in str(max_error)
-    if "ao" in maps and not given:
-        keywords |= SMOOTH_AO
+    if max_error is not None:
+        words.append(("max_error", error_bound(max_error)))
+    smooth = _core.glb_occlusion_error(words)
+    if "ao" in maps and smooth > 0:
+        keywords["ao_error"] = smooth
     if max_error is not None:
         return _planned(
             high,
@@ -334,12 +332,15 @@ def to_glb(
         parameter = "screen" if screen is not None else "max_outline"
         raise Error(f"{parameter}: is for max_error: give that, or leave it out.", "usage", "usage", parameter)
     low = _core.simplify(high, faces_target, 0.002, False, False, False, False, _part(report, 0.02, 0.2))
-    search = low.report["search_distance"]
+    search, near = low.report["search_distance"], low.report["near_distance"]
     low = _core.unwrap(low, texture_size, "charts", None, None, _part(report, 0.2, 0.35))
     low = _core.fit_normals(low, high, _part(report, 0.35, 0.4))
-    # A low poly that strays far is looked for from as far.
-    if search > 0.02 and not {"max_distance", "cage"} & keywords.keys():
-        keywords["max_distance"] = f"{100 * search!r}%"
+    # A low poly that strays far is looked for from as far; one that lies close, first from near.
+    if not {"max_distance", "cage", "cage_mesh"} & keywords.keys():
+        if search > 0.02:
+            keywords["max_distance"] = f"{100 * search!r}%"
+        if near > 0 and keywords.get("match") in (None, "ray"):
+            keywords.setdefault("near_distance", f"{100 * near!r}%")
     with Source(high, device=device, progress=_part(report, 0.4, 0.5)) as source:
         files: dict[str, np.ndarray] = {}
         if sample is not None:

@@ -32,7 +32,7 @@ def simplify(
     keep_parts  leave out no part for its size
     progress    as bake() takes it
 
-    Returns a kiln.Mesh, whose report has faces, error and search_distance. Raises kiln.Error.
+    Returns a kiln.Mesh, whose report has faces, error, search_distance and near_distance (shares of the diagonal). Raises kiln.Error.
 
     >>> import kiln
     >>> tetrahedron = [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]], [[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]]
