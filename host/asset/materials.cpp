@@ -407,7 +407,8 @@ Texture load_material_texture(const std::vector<Material>& materials, MaterialSl
   texture.channel = in_alpha ? 3 : 0;
   std::map<fs::path, std::shared_ptr<const Image>> pictures;  // null: one of heights
   std::map<std::pair<fs::path, Change>, std::uint32_t> known;
-  Found heights;
+  Found heights, missing;
+  std::string first_missing;
   for (const Material& material : materials) {
     const MaterialPicture& picture = picture_of(material, from);
     texture.plain.push_back(plain_of(material, slot));
@@ -422,6 +423,12 @@ Texture load_material_texture(const std::vector<Material>& materials, MaterialSl
     if (picture.empty()) continue;
     if (picture.uv_set != uv_set) fail_of_uv_set(material, slot, picture.uv_set, uv_set);
     check_transform(material, picture.uv_transform);
+    std::error_code none;
+    if (picture.bytes == nullptr && !fs::exists(picture.file, none)) {
+      if (missing.count() == 0) first_missing = picture.file.string();
+      missing.add(material);
+      continue;
+    }
     const auto [entry, added] = pictures.try_emplace(picture.file);
     if (added) {
       auto image = std::make_shared<const Image>(
@@ -455,6 +462,11 @@ Texture load_material_texture(const std::vector<Material>& materials, MaterialSl
   const std::vector<bool>& times = texture.times_vertex_colors;
   if (std::find(times.begin(), times.end(), true) == times.end()) {
     texture.times_vertex_colors.clear();
+  }
+  if (missing.count() != 0) {
+    missing.warn(
+        warnings, "picture-missing",
+        "with a picture that is not there ('" + first_missing + "'): its number stands alone.");
   }
   if (heights.count() != 0) {
     heights.warn(warnings, "bump-is-height",
