@@ -630,6 +630,13 @@ std::vector<fs::path> save_asset(const Mesh& low, std::span<const AssetMaterial>
   if (!options.kiln_extras.empty()) {
     json["asset"]["extras"]["kiln"] = parse_extras(options.kiln_extras, "Kiln");
   }
+  if (!options.copyright.empty()) json["asset"]["copyright"] = options.copyright;
+  if (!options.scene.empty()) {
+    const Json scene = parse_extras(options.scene, "the scene");
+    for (const char* const key : {"name", "extras"}) {
+      if (scene.contains(key)) json["scenes"][0][key] = scene[key];
+    }
+  }
   const Places places = add_nodes(file, low, options);
   const Primitives primitives = primitives_of(low, places.locals, one_material);
   if (primitives.empty()) {
