@@ -118,6 +118,8 @@ class GltfReader {
   Asset read(bool with_materials) {
     Asset asset;
     asset.extras = file_.root()["asset"]["extras"].dump();
+    asset.copyright = file_.root()["asset"]["copyright"].text();
+    asset.scene = scene_of_file();
     visit_nodes(asset);
     look_ahead();
     choose_uv_set();
@@ -218,6 +220,13 @@ class GltfReader {
       }
     }
     return result;
+  }
+
+  /// The default scene, or the only one.
+  std::string scene_of_file() const {
+    const GltfValue scenes = file_.list("scenes"), scene = file_.root()["scene"];
+    if (scene.exists() && scenes.exists()) return scenes.at(*scene.index_into(scenes)).dump();
+    return scenes.size() == 1 ? scenes.at(0).dump() : "";
   }
 
   void visit_nodes(Asset& asset) {

@@ -557,6 +557,7 @@ Places add_nodes(GltfOutput& file, const Mesh& low, const SaveAssetOptions& opti
 
 const Image** slot_of(AssetMaps& maps, std::string_view name) {
   return name == "normal"      ? &maps.normal
+         : name == "normals"   ? &maps.normal  // of materials
          : name == "ao"        ? &maps.occlusion
          : name == "roughness" ? &maps.roughness
          : name == "metallic"  ? &maps.metallic
@@ -640,6 +641,13 @@ std::vector<fs::path> save_asset(const Mesh& low, std::span<const AssetMaterial>
   }
   if (!options.kiln_extras.empty()) {
     json["asset"]["extras"]["kiln"] = parse_extras(options.kiln_extras, "Kiln");
+  }
+  if (!options.copyright.empty()) json["asset"]["copyright"] = options.copyright;
+  if (!options.scene.empty()) {
+    const Json scene = parse_extras(options.scene, "the scene");
+    for (const char* const key : {"name", "extras"}) {
+      if (scene.contains(key)) json["scenes"][0][key] = scene[key];
+    }
   }
   const Places places = add_nodes(file, low, options);
   const Primitives primitives = primitives_of(low, places.locals, one_material);

@@ -385,7 +385,8 @@ Texture load_material_texture(const std::vector<Material>& materials, MaterialSl
   using Key = std::pair<const void*, fs::path>;
   std::map<Key, std::shared_ptr<const Image>> pictures;  // null: one of heights
   std::map<std::pair<Key, int>, std::uint32_t> known;    // channels of these
-  Found heights;
+  Found heights, missing;
+  std::string first_missing;
   for (const Material& material : materials) {
     const MaterialPicture& picture = picture_of(material, from);
     texture.plain.push_back(plain_of(material, slot));
@@ -402,6 +403,11 @@ Texture load_material_texture(const std::vector<Material>& materials, MaterialSl
     if (picture.uv_set != uv_set) fail_of_uv_set(material, slot, picture.uv_set, uv_set);
     check_transform(material, picture.uv_transform);
     std::error_code error;
+    if (picture.bytes == nullptr && !fs::exists(picture.file, error)) {
+      if (missing.count() == 0) first_missing = picture.file.string();
+      missing.add(material);
+      continue;
+    }
     const Key key(picture.bytes.get(),
                   picture.bytes ? fs::path() : fs::weakly_canonical(picture.file, error));
     const auto [entry, added] = pictures.try_emplace(key);
@@ -442,6 +448,11 @@ Texture load_material_texture(const std::vector<Material>& materials, MaterialSl
   const std::vector<bool>& times = texture.times_vertex_colors;
   if (std::find(times.begin(), times.end(), true) == times.end()) {
     texture.times_vertex_colors.clear();
+  }
+  if (missing.count() != 0) {
+    missing.warn(
+        warnings, "picture-missing",
+        "with a picture that is not there ('" + first_missing + "'): its number stands alone.");
   }
   if (heights.count() != 0) {
     heights.warn(warnings, "bump-is-height",

@@ -6,6 +6,7 @@
 #include <cstdio>
 #include <numeric>
 #include <string>
+#include <utility>
 
 #include "accel/closest.h"
 #include "accel/depth_views.h"
@@ -196,10 +197,12 @@ void HighCoverage::find_near(const MatchRequest& request, CopyCheck* copies) {
   std::vector<std::uint32_t> triangle = (known->of == wanted.of ? *known : find()).triangle;
   for (std::uint32_t i = 0; i < count; ++i) {
     if (triangle[i] == KILN_NO_TRIANGLE) continue;
-    const double cosine = dot(low->normals[triangle[i]], Vec3d(places_[i].normal));
-    triangle[i] = low->of[triangle[i]];
+    const std::uint32_t face_of_tree = std::exchange(triangle[i], low->of[triangle[i]]);
+    const auto& corners = surface.triangles[triangle[i]];
+    if (std::isnan(corners[0].uv.x)) continue;  // of another texture set, mostly
+    const double cosine = dot(low->normals[face_of_tree], Vec3d(places_[i].normal));
     if (!(cosine > kSteepest)) continue;
-    const LowFace face(surface.triangles[triangle[i]], columns, rows);
+    const LowFace face(corners, columns, rows);
     radius_[i] = static_cast<float>(kSteps * face.step / cosine);
   }
   if (copies == nullptr) return;

@@ -42,6 +42,9 @@ LowSurface some_of(const LowSurface& whole, const std::vector<std::uint32_t>& tr
   surface.cage_length = whole.cage_length;
   surface.triangles.reserve(triangles.size());
   for (const std::uint32_t t : triangles) {
+    if (std::binary_search(whole.with_uvs.begin(), whole.with_uvs.end(), t)) {
+      surface.with_uvs.push_back(static_cast<std::uint32_t>(surface.triangles.size()));
+    }
     surface.triangles.push_back(whole.triangles[t]);
     surface.usable.push_back(whole.usable[t]);
   }

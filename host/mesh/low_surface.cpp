@@ -3,10 +3,13 @@
 #include <algorithm>
 #include <atomic>
 #include <cmath>
+#include <limits>
 #include <string>
+#include <utility>
 
 #include "base/formatted.h"
 #include "base/parallel.h"
+#include "kiln/texture_sets.h"
 #include "kiln/validate.h"
 #include "mesh/normals.h"
 #include "mesh/tangent.h"
@@ -16,6 +19,9 @@
 
 namespace kiln {
 namespace {
+
+constexpr float kNaN = std::numeric_limits<float>::quiet_NaN();
+constexpr Vec2 kNoUv = {kNaN, kNaN};
 
 std::string quoted(const Mesh& mesh) { return "'" + mesh.name + "'"; }
 
@@ -57,18 +63,45 @@ bool has_area(const Vec3& a, const Vec3& b, const Vec3& c) {
 }
 
 /// The caller's own tangent, where it has a direction: else returns false.
-bool take_tangent(const Tangent& given, LowSurface::Corner& corner) {
+bool take_tangent(const Tangent& given, Vec3& direction, float& sign) {
   const double size = length(Vec3d(given.direction));
   if (!(size > 0 && std::isfinite(size))) return false;
-  corner.tangent = to_float(Vec3d(given.direction) * (1 / size));
-  corner.sign = given.sign < 0 ? -1.0F : 1.0F;
+  direction = to_float(Vec3d(given.direction) * (1 / size));
+  sign = given.sign < 0 ? -1.0F : 1.0F;
   return true;
 }
 
-bool has_uvs(const std::array<LowSurface::Corner, 3>& corners) {
-  return std::all_of(corners.begin(), corners.end(), [](const LowSurface::Corner& corner) {
-    return std::isfinite(corner.uv.x) && std::isfinite(corner.uv.y);
+/// The caller's own tangents, and MikkTSpace's where it gives none. \param at  position and normal of a corner
+template <typename At>
+std::vector<Tangent> corner_tangents(const Mesh& low, const At& at) {
+  const std::size_t count = low.triangles.size();
+  std::vector<Tangent> result(3 * count);
+  const auto take_given = [&] {
+    bool all = !low.tangents.empty();
+    for (std::size_t i = 0; i < low.tangents.size(); ++i) {
+      all = take_tangent(low.tangents[i], result[i].direction, result[i].sign) && all;
+    }
+    return all;
+  };
+  if (take_given()) return result;
+  std::vector<Vec3> positions(3 * count), normals(3 * count);
+  std::vector<Vec2> uvs(3 * count);
+  parallel_for(count, 1 << 14, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t t = begin; t < end; ++t) {
+      for (std::size_t k = 0; k < 3; ++k) {
+        const auto [position, normal] = at(t, k);
+        positions[3 * t + k] = position;
+        normals[3 * t + k] = normal;
+        uvs[3 * t + k] = low.uvs[low.uv_triangles[t][k]];
+      }
+    }
   });
+  const std::vector<CornerTangent> tangents = mikk_tangents(positions, normals, uvs);
+  for (std::size_t i = 0; i < result.size(); ++i) {
+    result[i] = {tangents[i].tangent, tangents[i].sign};
+  }
+  take_given();
+  return result;
 }
 
 bool has_uv_area(const std::array<LowSurface::Corner, 3>& corners) {
@@ -146,6 +179,7 @@ LowSurface LowSurface::without_uvs(const Mesh& low, const Frame& frame, const Me
         const std::uint32_t vertex = low.triangles[t][k];
         corner.position = positions[vertex];
         corner.normal = normals.normals[normals.triangles[t][k]];
+        corner.uv = kNoUv;
         if (!low.colors.empty()) {
           corner.straight = static_cast<float>(low.colors[vertex][0]) / 255.0F;
         }
@@ -183,24 +217,37 @@ LowSurface LowSurface::without_uvs(const Mesh& low, const Frame& frame, const Me
   return surface;
 }
 
+std::vector<std::uint32_t> LowSurface::find_with_uvs(const Mesh& low) {
+  std::vector<std::uint32_t> result;
+  for (std::uint32_t t = 0; t < low.uv_triangles.size(); ++t) {
+    const Triangle& corners = low.uv_triangles[t];
+    if (std::all_of(corners.begin(), corners.end(), [&](const std::uint32_t corner) {
+          return std::isfinite(low.uvs[corner].x) && std::isfinite(low.uvs[corner].y);
+        })) {
+      result.push_back(t);
+    }
+  }
+  return result;
+}
+
 void LowSurface::lay_out(const Mesh& low) {
-  const std::size_t count = triangles.size();
+  for (const std::uint32_t t : with_uvs) {
+    for (Corner& corner : triangles[t]) corner.uv = kNoUv;
+  }
+  with_uvs = find_with_uvs(low);
   std::atomic<bool> all_given = !low.tangents.empty();
-  parallel_for(count, 1 << 14, [&](std::size_t begin, std::size_t end) {
+  parallel_for(with_uvs.size(), 1 << 14, [&](std::size_t begin, std::size_t end) {
     bool given = !low.tangents.empty();
-    for (std::size_t t = begin; t < end; ++t) {
+    for (std::size_t i = begin; i < end; ++i) {
+      const std::size_t t = with_uvs[i];
       for (std::size_t k = 0; k < 3; ++k) {
         Corner& corner = triangles[t][k];
         corner.uv = low.uvs[low.uv_triangles[t][k]];
-        given = given && take_tangent(low.tangents[3 * t + k], corner);
+        given = given && take_tangent(low.tangents[3 * t + k], corner.tangent, corner.sign);
       }
     }
     if (!given) all_given = false;
   });
-  with_uvs.clear();
-  for (std::uint32_t t = 0; t < count; ++t) {
-    if (has_uvs(triangles[t])) with_uvs.push_back(t);
-  }
   const bool any_mapped = std::any_of(with_uvs.begin(), with_uvs.end(), [&](const std::uint32_t t) {
     return usable[t] != 0 && has_uv_area(triangles[t]);
   });
@@ -215,29 +262,21 @@ void LowSurface::lay_out(const Mesh& low) {
 
   copy_of.clear();
   if (all_given) return;
-  std::vector<Vec3> corner_position(3 * count), corner_normal(3 * count);
-  std::vector<Vec2> corner_uv(3 * count);
-  parallel_for(count, 1 << 14, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t t = begin; t < end; ++t) {
-      for (std::size_t k = 0; k < 3; ++k) {
-        const Corner& corner = triangles[t][k];
-        corner_position[3 * t + k] = corner.position;
-        corner_normal[3 * t + k] = corner.normal;
-        corner_uv[3 * t + k] = corner.uv;
-      }
-    }
+  const std::vector<Tangent> tangents = corner_tangents(low, [&](std::size_t t, std::size_t k) {
+    return std::pair(triangles[t][k].position, triangles[t][k].normal);
   });
-  const std::vector<CornerTangent> tangents =
-      mikk_tangents(corner_position, corner_normal, corner_uv);
-  parallel_for(count, 1 << 14, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t t = begin; t < end; ++t) {
-      for (std::size_t k = 0; k < 3; ++k) {
-        Corner& corner = triangles[t][k];
-        corner.tangent = tangents[3 * t + k].tangent;
-        corner.sign = tangents[3 * t + k].sign;
-        if (!low.tangents.empty()) take_tangent(low.tangents[3 * t + k], corner);
-      }
-    }
+  for (std::size_t i = 0; i < tangents.size(); ++i) {
+    triangles[i / 3][i % 3].tangent = tangents[i].direction;
+    triangles[i / 3][i % 3].sign = tangents[i].sign;
+  }
+}
+
+std::vector<Tangent> tangents_of(const Mesh& low) {
+  LowSurface::check(low);
+  const std::vector<Vec3> positions = Frame::of(low).to_frame(low);
+  const CornerNormals normals = corner_normals(low, positions);
+  return corner_tangents(low, [&](std::size_t t, std::size_t k) {
+    return std::pair(positions[low.triangles[t][k]], normals.normals[normals.triangles[t][k]]);
   });
 }
 

@@ -29,7 +29,8 @@ struct LowSurface {
   };
   std::vector<std::array<Corner, 3>> triangles;
   std::vector<std::uint8_t> usable;  ///< 0 for triangles with a non-finite or degenerate position.
-  std::vector<std::uint32_t> with_uvs;  ///< Triangles whose UVs are finite: few, of a texture set
+  /// Triangles whose UVs are finite: few, of a texture set. Those of all others are NaN, and their tangents say nothing.
+  std::vector<std::uint32_t> with_uvs;
   static constexpr std::uint32_t kNoCopy = 0xFFFFFFFFU;
   /// For each triangle that shares its texels with another one, which is baked for both: that one; else
   /// kNoCopy. Empty where no triangle shares any.
@@ -53,6 +54,8 @@ struct LowSurface {
   static void check(const Mesh& low);
   /// All but UVs, tangents and copies.
   static LowSurface without_uvs(const Mesh& low, const Frame& frame, const Mesh* cage = nullptr);
+  /// Triangles of a checked mesh whose UVs are finite.
+  static std::vector<std::uint32_t> find_with_uvs(const Mesh& low);
   /// UVs and tangents of a checked mesh, in place of any there are; then find_uv_copies().
   void lay_out(const Mesh& low);
 

@@ -9,8 +9,6 @@
 
 #include "base/formatted.h"
 #include "kiln/validate.h"
-#include "mesh/frame.h"
-#include "mesh/low_surface.h"
 
 namespace kiln {
 namespace {
@@ -279,32 +277,23 @@ SetsBy choose_texture_sets(const Mesh& low) {
   return lies_in_tiles(low) && tiles_overlap(low) ? SetsBy::udim : SetsBy::none;
 }
 
-std::vector<Tangent> tangents_of(const Mesh& low) {
-  LowSurface::check(low);
-  LowSurface surface = LowSurface::without_uvs(low, Frame::of(low));
-  surface.lay_out(low);  // which triangles share texels does not matter
-  std::vector<Tangent> tangents;
-  tangents.reserve(3 * surface.triangles.size());
-  for (const auto& triangle : surface.triangles) {
-    for (const LowSurface::Corner& corner : triangle) {
-      tangents.push_back({corner.tangent, corner.sign});
-    }
-  }
-  return tangents;
-}
-
 Mesh low_of_set(const Mesh& low, const TextureSet& set) {
   if (low.uv_triangles.empty()) {
     throw Error(ErrorCode::input, "Mesh '" + low.name + "' has no UVs, so it has no texture sets.");
   }
   Mesh mesh = low;
   if (low.tangents.empty()) mesh.tangents = tangents_of(low);
-  mesh.uvs.reserve(mesh.uvs.size() + 1);
-  for (Vec2& uv : mesh.uvs) {
+  lay_out_set(low, set, mesh);
+  return mesh;
+}
+
+void lay_out_set(const Mesh& low, const TextureSet& set, Mesh& part) {
+  part.uvs = low.uvs;
+  part.uv_triangles = low.uv_triangles;
+  for (Vec2& uv : part.uvs) {
     uv = {uv.x - static_cast<float>(set.tile_u), uv.y - static_cast<float>(set.tile_v)};
   }
-  keep_uvs_of(set, mesh);
-  return mesh;
+  keep_uvs_of(set, part);
 }
 
 }  // namespace kiln

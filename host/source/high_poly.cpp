@@ -184,7 +184,14 @@ std::shared_ptr<LowSurface> Source::Impl::low_surface(const Mesh& low, const Mes
   LastLow made;
   made.shape = hash_bytes(low.origin, low.positions, low.triangles, low.normals,
                           low.normal_triangles, low.colors, low.polygons);
-  made.layout = hash_bytes(low.uvs, low.uv_triangles, low.tangents, std::array{copies});
+  std::vector<Tangent> tangents;  // that count: few, of a texture set
+  if (!low.tangents.empty()) {
+    for (const std::size_t t : LowSurface::find_with_uvs(low)) {
+      const auto first = low.tangents.begin() + static_cast<std::ptrdiff_t>(3 * t);
+      tangents.insert(tangents.end(), first, first + 3);
+    }
+  }
+  made.layout = hash_bytes(low.uvs, low.uv_triangles, tangents, std::array{copies});
   {
     const auto lock = lock_polling(mutex_);
     if (last_low_.shape != made.shape) last_low_ = {};  // its memory goes first

@@ -39,17 +39,8 @@ struct Builder {
   Finding outside, degenerate_uv, missing_uv, degenerate_low;
 
   void add_triangle(const LowSurface& surface, std::size_t t) {
-    if (surface.usable[t] == 0) {
-      degenerate_low.add(t);
-      return;
-    }
-    if (surface.is_copy(t)) return;  // another triangle is baked for it
+    if (surface.usable[t] == 0 || surface.is_copy(t)) return;  // a copy is baked with another one
     const auto& triangle = surface.triangles[t];
-    for (const LowSurface::Corner& corner : triangle) {
-      if (std::isfinite(corner.uv.x) && std::isfinite(corner.uv.y)) continue;
-      missing_uv.add(t);
-      return;
-    }
     const auto first = static_cast<std::uint32_t>(pieces.size());
     if (in_prism(triangle[0].uv) && in_prism(triangle[1].uv) && in_prism(triangle[2].uv)) {
       FixedTriangle f;
@@ -194,13 +185,25 @@ TexelPieces TexelPieces::of(const LowSurface& surface, std::uint32_t sample_widt
   Builder all;
   all.grid = UvGrid::of(sample_width, sample_height);
 
+  const std::size_t count = surface.with_uvs.size();
+  for (std::size_t t = 0, next = 0; t < surface.triangles.size(); ++t) {
+    const bool has_uvs = next < count && surface.with_uvs[next] == t;
+    if (has_uvs) ++next;
+    if (surface.usable[t] == 0) {
+      all.degenerate_low.add(t);
+    } else if (!has_uvs) {
+      all.missing_uv.add(t);
+    }
+  }
   constexpr std::size_t kRun = 1 << 14;
-  const std::size_t count = surface.triangles.size();
-  std::vector<Builder> runs((count + kRun - 1) / kRun, all);
+  std::vector<Builder> runs((count + kRun - 1) / kRun);
   parallel_for(runs.size(), 1, [&](std::size_t begin, std::size_t end) {
     for (std::size_t r = begin; r < end; ++r) {
+      runs[r].grid = all.grid;
       const std::size_t last = std::min(count, (r + 1) * kRun);
-      for (std::size_t t = r * kRun; t < last; ++t) runs[r].add_triangle(surface, t);
+      for (std::size_t i = r * kRun; i < last; ++i) {
+        runs[r].add_triangle(surface, surface.with_uvs[i]);
+      }
     }
   });
 
@@ -212,8 +215,6 @@ TexelPieces TexelPieces::of(const LowSurface& surface, std::uint32_t sample_widt
     all.fixed.insert(all.fixed.end(), run.fixed.begin(), run.fixed.end());
     all.outside.add(run.outside);
     all.degenerate_uv.add(run.degenerate_uv);
-    all.missing_uv.add(run.missing_uv);
-    all.degenerate_low.add(run.degenerate_low);
     run = Builder{};
   }
   TexelPieces result;

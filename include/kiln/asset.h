@@ -38,8 +38,10 @@ struct Asset {
   std::vector<Material> materials;  ///< One for each of Mesh::material_names, in order
   std::vector<AssetNode> nodes;     ///< Parents before children; empty: a format without hierarchy
   std::vector<std::uint32_t>
-      object_nodes;    ///< Per object of the mesh, index into nodes; empty with `nodes`
-  std::string extras;  ///< JSON of glTF's `asset.extras`; empty: none
+      object_nodes;       ///< Per object of the mesh, index into nodes; empty with `nodes`
+  std::string extras;     ///< JSON of glTF's `asset.extras`; empty: none
+  std::string copyright;  ///< glTF's `asset.copyright`
+  std::string scene;      ///< JSON of the glTF scene that was read; empty: none, or several
 };
 
 /// Reads a mesh with its materials and hierarchy: glTF 2.0 (.glb; .gltf with its buffers beside it or in it). Of all
@@ -134,6 +136,8 @@ struct SaveAssetOptions {
       object_nodes;         ///< As Asset::object_nodes; AssetNode::kNone: a root of its own
   double metres = 0;        ///< A unit of the mesh, which becomes the root's scale; 0: 1
   std::string extras;       ///< JSON: `asset.extras`, an object; empty: none
+  std::string copyright;    ///< `asset.copyright`; empty: none
+  std::string scene;        ///< As Asset::scene, whose name and extras are written
   std::string kiln_extras;  ///< JSON: becomes `asset.extras.kiln`; empty: none
 };
 

@@ -43,7 +43,7 @@ SetsBy choose_texture_sets(const Mesh& low);
 
 /// MikkTSpace's tangents of a low poly, or its own where it has them, made unit and square to the normals: those that a
 /// bake in tangent space takes. Three a triangle, as Mesh::tangents.
-/// \throws Error(input) for a mesh without UVs, or without a triangle that has area
+/// \throws Error(input) for a mesh that does not hold together, see validate(), or without UVs
 std::vector<Tangent> tangents_of(const Mesh& low);
 
 /// The low poly to bake one set with: other sets' triangles have no UVs (NaN) and so no texels, but are there for
@@ -52,5 +52,9 @@ std::vector<Tangent> tangents_of(const Mesh& low);
 /// MatchMethod::uv finds points of the high poly at the moved UVs: its own must be moved alike.
 /// \throws Error(input) for a mesh without UVs
 Mesh low_of_set(const Mesh& low, const TextureSet& set);
+
+/// For set after set without copies of all: gives `part`, which low_of_set() made of the same low poly, another set's
+/// UVs.
+void lay_out_set(const Mesh& low, const TextureSet& set, Mesh& part);
 
 }  // namespace kiln

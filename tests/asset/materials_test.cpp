@@ -104,7 +104,7 @@ TEST(Materials, AreFoundBesideTheMesh) {
   EXPECT_EQ(opacity.plain[0][3], 0.25F);
   EXPECT_THROW(load_material_texture({}, MaterialSlot::color), Error);
   fs::remove(folder / "sub" / "a.png");
-  EXPECT_THROW(load_material_texture(materials, MaterialSlot::color), Error);
+  EXPECT_TRUE(load_material_texture(materials, MaterialSlot::color).images.empty());
   fs::remove(folder / "sub" / "my materials.mtl");
   EXPECT_THROW(load_materials(mesh, folder / "mesh.obj"), Error);
 }
@@ -152,6 +152,19 @@ TEST(Materials, PicturesFarAwayAreRefused) {
   }
   materials[0].color_map.uv_transform[2] = 1000;
   EXPECT_EQ(load_material_texture(materials, MaterialSlot::color).images.size(), 1U);
+}
+
+/// Numbers stand where pictures are gone, with a warning.
+TEST(Materials, PicturesThatAreGoneAreTold) {
+  std::vector<Material> materials(2);
+  materials[0].color = {1, 0.5F, 0};
+  materials[0].color_map.file = test::scratch_folder() / "gone.png";
+  std::vector<Warning> warnings;
+  const Texture texture = load_material_texture(materials, MaterialSlot::color, &warnings);
+  EXPECT_TRUE(texture.images.empty());
+  EXPECT_EQ(texture.plain[0][1], 0.5F);
+  EXPECT_EQ(count(warnings, "picture-missing"), 1U);
+  EXPECT_NE(message(warnings, "picture-missing").find("gone.png"), std::string::npos);
 }
 
 TEST(Materials, GreyPicturesAreHeights) {

@@ -216,8 +216,8 @@ TEST(AssetCommand, TransparencyIsKeptByMaterial) {
   KILN_REQUIRE_DEVICE();
   const fs::path scene = test::scratch_folder();
   save_high_with_glass(scene, "glass");
-  expect_exit(run_kiln({"bake", scene / "high.glb", "--faces", "1500", "--size", "128", "--out",
-                        scene / "a.glb"}),
+  expect_exit(run_kiln({"bake", scene / "high.glb", "--faces", "1500", "--size", "128", "--sets",
+                        "one", "--out", scene / "a.glb"}),
               0, {});
   expect_glass(load_asset(scene / "a.glb"), {"glass", "stone"});
 }
@@ -246,6 +246,8 @@ TEST(AssetCommand, HierarchiesAreKept) {
       {"right", 0, {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1}, ""}};
   options.object_nodes = {1, 2};
   options.extras = R"({"by":"me"})";
+  options.copyright = "Me";
+  options.scene = R"({"name":"stage","extras":{"light":1}})";
   const AssetMaterial material{.name = "m"};
   for (Mesh* mesh : {&low, &high}) {
     mesh->object_names = {"left", "right"};
@@ -266,6 +268,9 @@ TEST(AssetCommand, HierarchiesAreKept) {
     EXPECT_EQ(asset.nodes[0].transform, options.nodes[0].transform);
     EXPECT_EQ(asset.nodes[0].extras, options.nodes[0].extras);
     EXPECT_NE(asset.extras.find("\"by\":\"me\""), std::string::npos);
+    EXPECT_EQ(asset.copyright, "Me");
+    EXPECT_NE(asset.scene.find("\"name\":\"stage\""), std::string::npos) << asset.scene;
+    EXPECT_NE(asset.scene.find("{\"light\":1}"), std::string::npos) << asset.scene;
     EXPECT_NE(asset.extras.find("\"fnv1a\""), std::string::npos);
     EXPECT_NE(asset.extras.find("\"ao_rays\""), std::string::npos);
     std::vector<std::string> names = asset.mesh.object_names;
@@ -286,6 +291,32 @@ TEST(AssetCommand, HierarchiesAreKept) {
   expect_nodes(scene / "b.gltf");
   EXPECT_TRUE(fs::exists(scene / "b.bin"));
   EXPECT_TRUE(fs::exists(scene / "b_normal.png"));
+}
+
+/// HIGH's normal maps are part of its look: over its own UVs LOW gets the same picture again.
+TEST(AssetCommand, NormalMapsOfHighAreKept) {
+  KILN_REQUIRE_DEVICE();
+  const fs::path scene = test::scratch_folder();
+  Mesh square;
+  square.name = "square";
+  square.positions = {{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}};
+  square.uvs = {{0, 0}, {1, 0}, {1, 1}, {0, 1}};
+  square.triangles = square.uv_triangles = {{0, 1, 2}, {0, 2, 3}};
+  const Image tilted{1, 1, 3, {0.65F, 0.4F, 0.96F}};
+  AssetMaps maps;
+  maps.normal = &tilted;
+  const AssetMaterial material{
+      .name = "m", .pictures = std::make_shared<const AssetPictures>(encode_maps(maps))};
+  save_asset(square, std::span(&material, 1), scene / "high.glb");
+  save_asset(square, std::span(&material, 1), scene / "low.glb");
+  expect_exit(run_kiln({"bake", scene / "high.glb", scene / "low.glb", "--size", "16", "--out",
+                        scene / "a.glb"}),
+              0, {});
+  const Asset asset = load_asset(scene / "a.glb");
+  const Image normal = load_image(*asset.materials[0].normal_map.bytes, "normal");
+  for (std::size_t c = 0; c < 2; ++c) {
+    EXPECT_NEAR(normal.at(8, 8)[c], tilted.pixels[c], 3.0 / 255);  // quantised, dithered, made unit
+  }
 }
 
 /// An OBJ's MTL names the maps that are beside it, a material a set.
@@ -321,7 +352,7 @@ TEST(AssetCommand, AnObjHasAnMtlThatNamesItsMaps) {
               0, {});
   const Asset made = load_asset(scene / "o/made.obj");
   EXPECT_EQ(made.materials.size(), 2U);
-  EXPECT_EQ(made.materials[0].normal_map.file, scene / "o/made_normal.png");
+  EXPECT_EQ(made.materials[0].normal_map.file, scene / "o/made_stone_normal.png");
   EXPECT_TRUE(made.materials[0].color_map.empty());
 }
 

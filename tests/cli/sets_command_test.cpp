@@ -67,7 +67,14 @@ TEST(SetsCommand, LayoutsOfKilnsOwnHaveSets) {
   for (const bool given : {false, true}) {
     std::vector<std::string> words = made;
     if (given) words = with(command(scene), {"--unwrap", "--maps", "normal"});
-    expect_exit(run_kiln(with(words, {"--sets", "one"})), 0, {});
+    expect_exit(run_kiln(with(words, {"--sets", "one", "--json", scene / "one.json"})), 0, {});
+    EXPECT_FALSE(read_json(scene / "one.json").contains("sets"));
+    if (!given) {  // the source's own, where nobody says
+      const ProcessResult result = run_kiln(with(words, {"--json", scene / "r.json"}));
+      expect_exit(result, 0, {});
+      EXPECT_NE(result.output.find("--sets one"), std::string::npos) << result.output;
+      EXPECT_EQ(read_json(scene / "r.json")["sets"].size(), 2U);
+    }
     expect_exit(run_kiln(with(words, {"--sets", "material", "--size", "body=64", "--json",
                                       scene / "r.json"})),
                 0, {});

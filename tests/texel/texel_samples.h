@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <random>
@@ -31,6 +32,11 @@ inline LowSurface surface_of(const std::vector<ReferenceTriangle>& triangles) {
       corners[k].position = {unit(random), unit(random), unit(random)};
       corners[k].direction = {unit(random), unit(random), 1 + unit(random)};
       corners[k].uv = {triangle[k].u, triangle[k].v};
+    }
+    if (std::ranges::all_of(corners, [](const LowSurface::Corner& corner) {
+          return std::isfinite(corner.uv.x) && std::isfinite(corner.uv.y);
+        })) {
+      surface.with_uvs.push_back(static_cast<std::uint32_t>(surface.triangles.size()));
     }
     surface.triangles.push_back(corners);
     surface.usable.push_back(1);

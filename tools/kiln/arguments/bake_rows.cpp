@@ -417,7 +417,9 @@ std::vector<OptionRow> make_rows() {
        .help =
            "Texture sets, each with maps of its own: a set a material, object or UDIM tile of LOW, "
            "or none (one); auto: by material or tile where they overlap otherwise. Where Kiln lays "
-           "LOW out, material and object give each a square of its own"},
+           "LOW out, material and object give each a square of its own (auto for a GLB: material, "
+           "where UVs of HIGH's materials "
+           "overlap), and one makes an atlas"},
       {.flag = "--maps",
        .group = kMap,
        .value = maps_value(),

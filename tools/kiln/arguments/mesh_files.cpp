@@ -122,6 +122,8 @@ void add_beside(const Asset& file, Asset& all) {
   }
   all.materials.insert(all.materials.end(), file.materials.begin(), file.materials.end());
   if (all.extras.empty()) all.extras = file.extras;
+  if (all.copyright.empty()) all.copyright = file.copyright;
+  if (all.scene.empty()) all.scene = file.scene;
 }
 
 /// Materials of several files, as their joined mesh counts them.

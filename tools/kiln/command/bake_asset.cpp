@@ -232,6 +232,7 @@ void choose_asset_maps(BakeRun& run) {
   const auto transfer = [&](bool there, const char* slot) {
     if (there) arguments.transfers.push_back(std::string("mtl:") + slot);
   };
+  transfer(any([](const Material& m) { return !m.normal_map.empty(); }), "normals");
   transfer(any([](const Material& m) {
              return has_number(m.roughness_from) || !m.roughness_map.empty();
            }),
@@ -267,6 +268,7 @@ void encode_asset_maps(BakeRun& run) {
     const std::string name = std::string(map.kind.name);
     if (name == "emission") maps.emission_strength = scale_emission(map.image);
     store(run, map, name);
+    // Later maps take the place of earlier ones: HIGH's normal maps over its shape tell more than its shape.
     if (const Image** const slot = slot_of(maps, name); slot != nullptr) {
       *slot = &map.image;
     } else {
@@ -296,6 +298,8 @@ bool save_asset(BakeRun& run) {
   if (!options.nodes.empty()) options.object_nodes = object_nodes(beside, written.mesh);
   options.metres = arguments.low.empty() ? run.dense.mesh.metres : run.low.mesh.metres;
   options.extras = beside.extras;
+  options.copyright = beside.copyright;
+  options.scene = beside.scene;
   const BakeReport& report = run.result.report;
   Json extras = {{"version", version()},
                  {"inputs", {{"high", hashes_of(high_files(arguments))}}},
@@ -343,8 +347,9 @@ bool save_obj_with_mtl(BakeRun& run) {
     text += "newmtl " + name + "\nKd 1 1 1\nillum 2\n";
     add("map_Kd", "color");
     if (written.materials[i].alpha_mode != AlphaMode::opaque) add("map_d", "opacity");
-    add("norm", "normal");
-    add("map_Bump", "normal");  // many know no `norm`
+    const std::string normal = file_of("normals").empty() ? "normal" : "normals";
+    add("norm", normal);
+    add("map_Bump", normal);  // many know no `norm`
     text += "Pr 1\nPm 0\n";
     add("map_Pr", "roughness");
     add("map_Pm", "metallic");

@@ -348,12 +348,11 @@ bool bake_sets(BakeRun& run, const Source& source) {
   double done = 0;
   run.result = {};
   if (whole.made && run.arguments.asset.empty() && !save_low_and_maps(run)) return false;
-  Mesh low = whole.mesh;
-  low.tangents = tangents_of(low);
+  run.low.mesh.tangents = tangents_of(whole.mesh);
+  run.low.made = false;  // it was written already
   for (BakedSet& set : run.sets) {
     run.set = &set;
-    run.low.mesh = low_of_set(low, set.set);
-    run.low.made = false;  // it was written already
+    lay_out_set(whole.mesh, set.set, run.low.mesh);
     run.options = options;
     run.options.width = set.width;
     run.options.height = set.height;

@@ -158,6 +158,19 @@ std::span<const Material> known_materials(const BakeRun& run) {
   return run.dense.beside.materials;
 }
 
+/// An asset that Kiln makes whole has the texture sets of its source.
+void take_sets_of_high(BakeRun& run) {
+  BakeJob& arguments = run.arguments;
+  if (arguments.sets || arguments.asset.empty() || !arguments.low.empty()) return;
+  arguments.sets = SetsBy::material;
+  if (!lays_out_sets(arguments) || choose_texture_sets(run.dense.mesh) != SetsBy::material) {
+    arguments.sets.reset();
+    return;
+  }
+  run.console.line(
+      "texture sets: a material each, as HIGH has them (--sets one bakes an atlas of all)");
+}
+
 /// Reads all files but LOW's, and makes or reads LOW. \returns false where it was cancelled
 bool read_inputs(BakeRun& run) {
   const BakeJob& arguments = run.arguments;
@@ -192,6 +205,7 @@ bool read_inputs(BakeRun& run) {
     run.low.stem = low_stem(arguments);
     run.low.made = true;
   } else {
+    take_sets_of_high(run);
     run.low = prepare_low(arguments, run.dense, run.console, run.warnings);
     widen_search(run);
     if (made && !onto_plane(arguments)) {
