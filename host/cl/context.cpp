@@ -1,5 +1,7 @@
 #include "cl/context.h"
 
+#include <CL/cl_icd.h>
+
 #include <algorithm>
 #include <chrono>
 #include <cstring>
@@ -133,6 +135,12 @@ Context::Context(cl_platform_id platform, cl_device_id device, DeviceInfo info)
   cl_int status = CL_SUCCESS;
   check(driver([&] {
           context_ = clCreateContext(properties, 1, &device, nullptr, nullptr, &status);
+          if (status == CL_INVALID_PLATFORM) {
+            // ocl-icd's own answer where it lists no platform, as with KILN_OPENCL_DRIVER. The driver is asked then:
+            // its table of functions comes first in each of its objects.
+            const cl_icd_dispatch& table = **reinterpret_cast<const cl_icd_dispatch**>(device);
+            context_ = table.clCreateContext(properties, 1, &device, nullptr, nullptr, &status);
+          }
           return status;
         }),
         "Opening " + info_.name);

@@ -1,3 +1,7 @@
+#ifndef _WIN32
+#include <dlfcn.h>
+#endif
+
 #include <algorithm>
 #include <cctype>
 #include <cstdint>
@@ -68,12 +72,41 @@ DeviceInfo describe(cl_platform_id platform, cl_device_id device) {
   return info;
 }
 
-std::vector<Found> ask_for_devices() {
+// Of clIcdGetPlatformIDsKHR, too, which the loader calls in each driver.
+using PlatformsCall = cl_int(CL_API_CALL*)(cl_uint, cl_platform_id*, cl_uint*);
+
+/// Of the driver whose library KILN_OPENCL_DRIVER names: no loader lists it. Null where there is none.
+/// \param reason  why; empty where the variable is not set
+PlatformsCall own_driver(std::string& reason) {
+  const char* path = std::getenv("KILN_OPENCL_DRIVER");
+  if (path == nullptr || *path == '\0') return nullptr;
+  reason = "KILN_OPENCL_DRIVER";
+#ifndef _WIN32
+  // It stays loaded: its threads do.
+  void* library = dlopen(path, RTLD_NOW | RTLD_LOCAL);
+  if (library == nullptr) {
+    reason += ": " + std::string(dlerror());
+    return nullptr;
+  }
+  using Ask = void*(CL_API_CALL*)(const char*);
+  const auto ask = reinterpret_cast<Ask>(dlsym(library, "clGetExtensionFunctionAddress"));
+  if (ask != nullptr) {
+    reason += ": '" + std::string(path) + "' gives no device";
+    return reinterpret_cast<PlatformsCall>(ask("clIcdGetPlatformIDsKHR"));
+  }
+#endif
+  reason += ": '" + std::string(path) + "' is no OpenCL driver";
+  return nullptr;
+}
+
+std::vector<Found> ask_for_devices(PlatformsCall get_platforms) {
   cl_uint platform_count = 0;
-  if (clGetPlatformIDs(0, nullptr, &platform_count) != CL_SUCCESS) return {};
+  if (get_platforms == nullptr || get_platforms(0, nullptr, &platform_count) != CL_SUCCESS) {
+    return {};
+  }
   std::vector<cl_platform_id> platforms(platform_count);
   if (platform_count == 0 ||
-      clGetPlatformIDs(platform_count, platforms.data(), nullptr) != CL_SUCCESS) {
+      get_platforms(platform_count, platforms.data(), nullptr) != CL_SUCCESS) {
     return {};
   }
   std::vector<Found> found;
@@ -99,14 +132,16 @@ std::vector<Found> ask_for_devices() {
   return found;
 }
 
-std::vector<Found> find_devices() {
+/// \param reason  why KILN_OPENCL_DRIVER gives none; empty where it was not asked
+std::vector<Found> find_devices(std::string& reason) {
   constexpr std::uint64_t kBytesOfDriver = std::uint64_t{60} << 20;  // 68 are PoCL's
   require_memory("Loading OpenCL drivers", kBytesOfDriver);
   std::vector<Found> found;
   cl::driver([&] {
-    found = ask_for_devices();
+    found = ask_for_devices(clGetPlatformIDs);
     // A driver whose start fails, such as PoCL's where no folder can be made, is started anew.
-    if (found.empty()) found = ask_for_devices();
+    if (found.empty()) found = ask_for_devices(clGetPlatformIDs);
+    if (found.empty()) found = ask_for_devices(own_driver(reason));
     return CL_SUCCESS;
   });
   return found;
@@ -165,19 +200,22 @@ bool may_wait_for_itself(const DeviceInfo& info) {
 
 std::vector<DeviceInfo> list_devices() {
   std::vector<DeviceInfo> result;
-  for (Found& entry : find_devices()) result.push_back(std::move(entry.info));
+  std::string reason;
+  for (Found& entry : find_devices(reason)) result.push_back(std::move(entry.info));
   return result;
 }
 
 Device Device::open(std::string_view selector) {
-  const std::vector<Found> found = find_devices();
+  std::string reason;
+  const std::vector<Found> found = find_devices(reason);
   if (found.empty()) {
-    throw Error(
-        ErrorCode::device,
-        "No OpenCL device was found: install one with 'apt install pocl-opencl-icd' (any CPU) "
-        "or your GPU vendor's OpenCL driver. If one is installed, it may lack a folder to write "
-        "its "
-        "kernels to: set HOME or POCL_CACHE_DIR to one that can be written.");
+    if (!reason.empty()) reason += ". ";
+    throw Error(ErrorCode::device,
+                "No OpenCL device was found. " + reason +
+                    "Install one with 'apt install pocl-opencl-icd' or, for Python, with 'pip "
+                    "install kiln[cpu]' (any CPU), or your GPU vendor's OpenCL driver. If one is "
+                    "installed, it may lack a folder to write its kernels to: set HOME or "
+                    "POCL_CACHE_DIR to one that can be written.");
   }
   std::string origin = "`device`";
   if (selector.empty()) {

@@ -5,10 +5,12 @@
 #include <unistd.h>
 
 #include <cstdlib>
+#include <fstream>
 #include <string>
 
 #include "kiln/bake.h"
 #include "support/environment.h"
+#include "support/process.h"
 #include "support/shapes.h"
 
 namespace kiln {
@@ -34,6 +36,28 @@ TEST(Device, UnknownSelectorNamesTheDevicesThereAre) {
   } catch (const Error& error) {
     EXPECT_EQ(error.code(), ErrorCode::device);
     EXPECT_NE(std::string(error.what()).find(test::device()->info().name), std::string::npos);
+  }
+}
+
+/// PoCL's library stands for one that no loader lists. The device passes the self-test, which is computed anew.
+TEST(Device, ComesFromALibraryThatIsNamedWhereTheSystemHasNone) {
+  KILN_REQUIRE_DEVICE();
+  std::string library;
+  std::ifstream("/etc/OpenCL/vendors/pocl.icd") >> library;
+  if (library.empty()) GTEST_SKIP() << "no Debian package of PoCL";
+  const auto devices_with = [](const std::string& driver) {
+    return test::run_kiln({"devices"}, {.environment = {{"OCL_ICD_VENDORS", test::scratch_folder()},
+                                                        {"KILN_OPENCL_DRIVER", driver},
+                                                        {"KILN_KEEP_BINARIES", "0"}}});
+  };
+  const test::ProcessResult found = devices_with(library);
+  EXPECT_EQ(found.exit_code, 0) << found.errors;
+  EXPECT_NE(found.output.find("computes as it should: yes"), std::string::npos) << found.output;
+  for (const std::string none : {"", "/no/such/library.so", "libm.so.6"}) {
+    const test::ProcessResult refused = devices_with(none);
+    EXPECT_EQ(refused.exit_code, 4) << none;
+    EXPECT_NE(refused.errors.find("pip install kiln[cpu]"), std::string::npos) << refused.errors;
+    EXPECT_NE(refused.errors.find(none), std::string::npos) << refused.errors;
   }
 }
 

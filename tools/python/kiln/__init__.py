@@ -11,6 +11,7 @@ from ._bake import Bake, MapError, Report, SampleStatus, Source, bake, bake_sets
 from ._core import Match, Mesh
 from ._core import devices as devices
 from ._core import version as _version
+from ._driver import prepare as _prepare
 from ._errors import Cancelled, Error, KilnWarning
 from ._glb import Glb, pack_glb, sampled, to_glb
 from ._measure import NormalError, measure, render
@@ -19,6 +20,7 @@ from ._plan import Plan, plan
 from ._surface import clean, simplify, unwrap
 from ._volume import HeightField, VolumeBake, contour, height_field, volume
 
+_prepare()
 __version__ = _version()
 __all__ = [
     "Bake",
