@@ -128,7 +128,7 @@ FailureScene deep_hole() {
 
 FailureScene open_border() {
   FailureScene scene{"open border",
-                     "The high poly ends before the light one; right: matches where there is "
+                     "The high poly ends before the low poly; right: matches where there is "
                      "something above, and none elsewhere.",
                      patch(24, lifted(0.02), 0.8), plane(1, 1)};
   scene.judge = [](double u, double v, std::uint32_t triangle, double) {
