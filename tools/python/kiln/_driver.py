@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
+import importlib
 import os
 
 
 def prepare() -> None:
     try:
-        import kiln_cpu
+        os.environ.setdefault("KILN_OPENCL_DRIVER", importlib.import_module("kiln_cpu").library)
     except ImportError:
         pass
-    else:
-        os.environ.setdefault("KILN_OPENCL_DRIVER", kiln_cpu.library)
     if not os.environ.get("POCL_CACHE_DIR") and not _can_write(_cache_folder()):
         _keep_kernels_in_temporary_folder()
 
