@@ -223,7 +223,7 @@ Texture::Factor factor_of(const Material& material, MaterialSlot slot,
 }
 
 /// One channel of a picture as a picture of its own. Grey is in the first three.
-std::shared_ptr<const Image> channel_of(const Image& image, std::uint32_t channel) {
+std::shared_ptr<const Image> extract_channel(const Image& image, std::uint32_t channel) {
   auto result = std::make_shared<Image>();
   result->width = image.width;
   result->height = image.height;
@@ -427,7 +427,7 @@ Texture load_material_texture(const std::vector<Material>& materials, MaterialSl
     if (is_new) {
       texture.images.push_back(
           channel < 0 ? entry->second
-                      : channel_of(*entry->second, static_cast<std::uint32_t>(channel)));
+                      : extract_channel(*entry->second, static_cast<std::uint32_t>(channel)));
     }
     texture.image_of.back() = place->second;
   }

@@ -25,9 +25,7 @@ constexpr std::uint64_t kLargestCount = 0x7FFFFFFFu;
 
 Vec3d vector_of(const MeshBuilder::Position& p) { return {p[0], p[1], p[2]}; }
 
-std::string coordinates(const std::array<double, 3>& p) {
-  return formatted("(%.6g, %.6g, %.6g)", p[0], p[1], p[2]);
-}
+std::string coordinates(const std::array<double, 3>& p) { return place_text(p[0], p[1], p[2]); }
 
 Vec3 unit_or_zero(const Vec3& n) {
   const double x = n.x, y = n.y, z = n.z;

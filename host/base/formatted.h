@@ -39,4 +39,9 @@ namespace kiln {
 /// A number in a message: 0.5, 1e+30.
 inline std::string decimal(double value) { return formatted("%.6g", value); }
 
+/// A place in a message: (0.5, 1, 1e+30).
+inline std::string place_text(double x, double y, double z) {
+  return formatted("(%.6g, %.6g, %.6g)", x, y, z);
+}
+
 }  // namespace kiln

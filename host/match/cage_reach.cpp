@@ -27,10 +27,6 @@ Range range_of(std::vector<float> values, double unit) {
           double{values.back()} * unit};
 }
 
-std::string numbers(double x, double y, double z) {
-  return formatted("(%.6g, %.6g, %.6g)", x, y, z);
-}
-
 }  // namespace
 
 CageReach::CageReach(cl::Context& context, const Frame& frame, LowSurface& surface)
@@ -90,8 +86,8 @@ std::vector<float> CageReach::to_hull(cl::Context& context, const cl::Array<floa
     };
     throw Error(ErrorCode::input,
                 "The cage '" + hull_->name + "' does not enclose the low poly: from " +
-                    numbers(world(0), world(1), world(2)) + " along " + numbers(d.x, d.y, d.z) +
-                    " no ray leaves it. " +
+                    place_text(world(0), world(1), world(2)) + " along " +
+                    place_text(d.x, d.y, d.z) + " no ray leaves it. " +
                     (hull_->misfit.empty() ? "It has " + std::to_string(hull_->triangles.size()) +
                                                  " triangles, not the low poly's " +
                                                  std::to_string(hull_->low_triangles)

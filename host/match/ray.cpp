@@ -52,10 +52,6 @@ class ShellMatcher : public Matcher {
   cl::Array<float> inner_;
 };
 
-}  // namespace
-
-namespace {
-
 /// Rays by the rule asked for.
 std::unique_ptr<Matcher> rays_of(const MatchRequest& request) {
   const bool cage = request.cage_mesh || request.cage.has_value();

@@ -39,7 +39,7 @@ T quantile(std::vector<T>& values, double share, const Less& less = {}) {
   return *at;
 }
 
-std::string text_of(const Vec3d& p) { return formatted("(%.6g, %.6g, %.6g)", p.x, p.y, p.z); }
+std::string text_of(const Vec3d& p) { return place_text(p.x, p.y, p.z); }
 
 /// Most vertices lie within a radius of a center.
 struct Bulk {

@@ -122,8 +122,6 @@ struct Builder {
   }
 };
 
-std::string number(double value) { return formatted("%.6g", value); }
-
 std::string triangles_are(std::uint64_t count) {
   return std::to_string(count) +
          (count == 1 ? " triangle of the low poly " : " triangles of the low poly ");
@@ -133,7 +131,7 @@ std::string uv_of_triangle(const LowSurface& surface, std::size_t t) {
   std::string text = "triangle " + std::to_string(t) + " with UVs ";
   for (std::size_t k = 0; k < 3; ++k) {
     const Vec2& uv = surface.triangles[t][k].uv;
-    text += (k == 0 ? "(" : ", (") + number(uv.x) + ", " + number(uv.y) + ")";
+    text += (k == 0 ? "(" : ", (") + decimal(uv.x) + ", " + decimal(uv.y) + ")";
   }
   return text;
 }

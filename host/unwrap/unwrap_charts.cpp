@@ -338,7 +338,7 @@ void describe(const ChartSurface& surface, const std::vector<FlatChart>& charts,
   const double mean = sum / weight;
   report.density_spread = std::sqrt(std::max(0.0, squares / weight - mean * mean));
   if (padding < options.border_texels) {
-    const std::string text = formatted("%g", padding);
+    const std::string text = decimal(padding);
     report.warnings.push_back({"border-shrunk",
                                std::to_string(report.charts) +
                                    " charts leave no room for a border of " +

@@ -310,9 +310,6 @@ double density_spread(const std::vector<Patch>& patches, const PairLayout& layou
   return std::sqrt(squares / weight);
 }
 
-/// A number without trailing zeros.
-std::string plain(double value) { return formatted("%g", value); }
-
 }  // namespace
 
 Mesh unwrap_pairs(const Mesh& mesh, const UnwrapOptions& options,
@@ -342,7 +339,7 @@ Mesh unwrap_pairs(const Mesh& mesh, const UnwrapOptions& options,
         {"border-shrunk",
          std::to_string(report->charts) + " charts leave no room for a border of " +
              std::to_string(options.border_texels) + " texels at a size of " +
-             std::to_string(options.size) + "; it is " + plain(report->border_texels) +
+             std::to_string(options.size) + "; it is " + decimal(report->border_texels) +
              " texels: use a larger size or fewer faces",
          report->charts});
   }

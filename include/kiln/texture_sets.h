@@ -53,8 +53,8 @@ std::vector<Tangent> tangents_of(const Mesh& low);
 /// \throws Error(input) for a mesh without UVs
 Mesh low_of_set(const Mesh& low, const TextureSet& set);
 
-/// For set after set without copies of all: gives `part`, which low_of_set() made of the same low poly, another set's
-/// UVs.
+/// For set after set without copies of all: gives `part` a set's UVs. \param part  a copy of the low poly with
+/// tangents_of() it, or what low_of_set() made of it
 void lay_out_set(const Mesh& low, const TextureSet& set, Mesh& part);
 
 }  // namespace kiln

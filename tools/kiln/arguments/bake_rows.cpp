@@ -418,8 +418,7 @@ std::vector<OptionRow> make_rows() {
            "Texture sets, each with maps of its own: a set a material, object or UDIM tile of LOW, "
            "or none (one); auto: by material or tile where they overlap otherwise. Where Kiln lays "
            "LOW out, material and object give each a square of its own (auto for a GLB: material, "
-           "where UVs of HIGH's materials "
-           "overlap), and one makes an atlas"},
+           "where UVs of HIGH's materials overlap), and one makes an atlas"},
       {.flag = "--maps",
        .group = kMap,
        .value = maps_value(),
@@ -531,8 +530,7 @@ std::vector<OptionRow> make_rows() {
            "Of ao, such as 2/255 or 0.01: the root mean square error to reach. Texels begin with a "
            "quarter of --ao-rays; noise is smoothed where that blurs nothing, and texels that need "
            "it cast more, up to 4096. What was reached is measured and printed. 1 smooths alone, "
-           "which "
-           "a GLB or glTF has where nothing is said of rays, views and error"},
+           "which a GLB or glTF has where nothing is said of rays, views and error"},
       {.flag = "--light",
        .group = kShadow,
        .value = light_value(),
@@ -886,8 +884,7 @@ std::vector<OptionRow> make_rows() {
            "rendered normals are this near on average; or P%, few triangles that stay within this "
            "share of the diagonal (default 0.2%). With --match auto and without --max-angle: "
            "that angle, by its older name. normal=DEGREES,MAP=E...: errors of several maps at once "
-           "(degrees, "
-           "world units, colour differences, or shares of 1 such as 2/255)"},
+           "(degrees, world units, colour differences, or shares of 1 such as 2/255)"},
       {.flag = "--screen",
        .group = kLow,
        .value = text(AT(screen), "PIXELS", check_screen).in("pixels"),

@@ -4,11 +4,11 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
-#include <cstdio>
 #include <optional>
 #include <utility>
 
 #include "arguments/near_words.h"
+#include "base/formatted.h"
 #include "kiln/error.h"
 
 namespace kiln::cli {
@@ -20,7 +20,6 @@ bool read_number(std::string_view text, Number& value) {
   return error == std::errc() && end == text.data() + text.size();
 }
 template bool read_number(std::string_view, double&);
-template bool read_number(std::string_view, std::int32_t&);
 template bool read_number(std::string_view, std::int64_t&);
 template bool read_number(std::string_view, std::uint32_t&);
 
@@ -28,14 +27,13 @@ namespace {
 
 template <typename Number>
 Check in_range(Number low, Number high) {
-  char text[80];
-  const bool open = std::isinf(static_cast<double>(high));
-  std::snprintf(text, sizeof text, open ? "%.9g or more" : "%.9g to %.9g", static_cast<double>(low),
-                static_cast<double>(high));
-  return {[=, words = std::string(text)](const std::string& value) -> std::string {
+  const auto least = static_cast<double>(low), most = static_cast<double>(high);
+  const std::string text =
+      std::isinf(most) ? formatted("%.9g or more", least) : formatted("%.9g to %.9g", least, most);
+  return {[=](const std::string& value) -> std::string {
             Number number = 0;
             if (read_number(value, number) && number >= low && number <= high) return {};
-            return " is '" + value + "': give " + words;
+            return " is '" + value + "': give " + text;
           },
           text};
 }
@@ -43,7 +41,6 @@ Check in_range(Number low, Number high) {
 }  // namespace
 
 Check range(double low, double high) { return in_range(low, high); }
-Check range(int low, int high) { return in_range(low, high); }
 Check range(unsigned low, unsigned high) { return in_range(low, high); }
 Check one_of(const std::vector<std::string>& names) {
   std::string words = "{";
@@ -108,7 +105,6 @@ std::string Option::get_name() const { return option_->get_name(); }
 const std::vector<std::string>& Option::get_lnames() const { return option_->get_lnames(); }
 std::string Option::get_help() const { return option_->get_description(); }
 std::size_t Option::count() const { return option_->count(); }
-const std::vector<std::string>& Option::results() const { return option_->results(); }
 bool Option::is_flag() const { return option_->get_expected_max() == 0; }
 
 void Option::take(const Words& words) const {

@@ -45,7 +45,6 @@ class Check {
 
 /// Numbers of a range, whole ones where its ends are.
 Check range(double low, double high);
-Check range(int low, int high);
 Check range(unsigned low, unsigned high);
 /// Names, capital letters or not, blanks around them or not. The value becomes the name.
 Check one_of(const std::vector<std::string>& names);
@@ -88,8 +87,6 @@ class Option {
   std::string get_help() const;
   /// Number of times that it was given.
   std::size_t count() const;
-  /// The values that were given.
-  const std::vector<std::string>& results() const;
   /// True if it is given without a value.
   bool is_flag() const;
 

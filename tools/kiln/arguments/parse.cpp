@@ -6,7 +6,6 @@
 #include <charconv>
 #include <cmath>
 #include <cstdarg>
-#include <cstdio>
 #include <filesystem>
 #include <string_view>
 
@@ -92,10 +91,8 @@ std::pair<double, double> parse_extent(const std::string& text) {
 
 Json extent_json(const HeightFieldOptions& heights) {
   if (heights.width == 0) return {};
-  char text[64];
-  std::snprintf(text, sizeof text, heights.depth == 0 ? "%.12g" : "%.12g,%.12g", heights.width,
-                heights.depth);
-  return text;
+  const std::string width = formatted("%.12g", heights.width);
+  return heights.depth == 0 ? width : width + formatted(",%.12g", heights.depth);
 }
 
 Length parse_length_above_0(const char* flag, const std::string& text) {
@@ -107,10 +104,8 @@ Length parse_length_above_0(const char* flag, const std::string& text) {
 }
 
 std::string length_text(const Length& length) {
-  char text[32];
-  std::snprintf(text, sizeof text, length.relative ? "%.12g%%" : "%.12g",
-                length.relative ? 100 * length.value : length.value);
-  return text;
+  return length.relative ? formatted("%.12g%%", 100 * length.value)
+                         : formatted("%.12g", length.value);
 }
 
 namespace {
@@ -261,13 +256,8 @@ std::uint32_t parse_views(const std::string& text) {
 }
 
 std::string of_diagonal(double share) {
-  char text[48];
-  if (share < 10) {
-    std::snprintf(text, sizeof text, "%.3f%% of the diagonal", 100 * share);
-  } else {
-    std::snprintf(text, sizeof text, "%.3g times the diagonal", share);
-  }
-  return text;
+  return share < 10 ? formatted("%.3f%% of the diagonal", 100 * share)
+                    : formatted("%.3g times the diagonal", share);
 }
 
 std::string formatted(const char* format, ...) {
