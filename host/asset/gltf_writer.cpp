@@ -559,6 +559,7 @@ const Image** slot_of(AssetMaps& maps, std::string_view name) {
   return name == "normal"      ? &maps.normal
          : name == "normals"   ? &maps.normal  // of materials
          : name == "ao"        ? &maps.occlusion
+         : name == "occlusion" ? &maps.occlusion  // of materials
          : name == "roughness" ? &maps.roughness
          : name == "metallic"  ? &maps.metallic
          : name == "opacity"   ? &maps.opacity

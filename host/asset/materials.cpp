@@ -24,22 +24,31 @@ namespace {
 
 namespace fs = std::filesystem;
 
+/// What a material says of a slot, and the words for it.
+struct SlotRow {
+  MaterialPicture Material::*picture;
+  MaterialNumber Material::*number;  ///< Null: as `fixed`
+  MaterialNumber fixed;              ///< Normals have no number; of opacity and occlusion it is 1 by the format
+  const char* name;
+  const char* statements;  ///< MTL's
+};
+const SlotRow& row_of(MaterialSlot slot) {
+  constexpr MaterialNumber kNone = MaterialNumber::none, kGiven = MaterialNumber::given;
+  using M = Material;
+  static const SlotRow rows[] = {
+      {&M::color_map, &M::color_from, kNone, "colour", "map_Kd or Kd"},
+      {&M::opacity_map, nullptr, kGiven, "opacity", "map_d or d"},
+      {&M::normal_map, nullptr, kNone, "normals", "norm, map_Kn, map_Bump or bump"},
+      {&M::roughness_map, &M::roughness_from, kNone, "roughness", "map_Pr, Pr or Ns"},
+      {&M::metallic_map, &M::metallic_from, kNone, "metalness", "map_Pm or Pm"},
+      {&M::emission_map, &M::emission_from, kNone, "emission", "map_Ke or Ke"},
+      {&M::occlusion_map, nullptr, kGiven, "occlusion", "none"},
+  };
+  return rows[static_cast<std::size_t>(slot)];
+}
+
 const MaterialPicture& picture_of(const Material& material, MaterialSlot slot) {
-  switch (slot) {
-    case MaterialSlot::color:
-      return material.color_map;
-    case MaterialSlot::opacity:
-      return material.opacity_map;
-    case MaterialSlot::normal:
-      return material.normal_map;
-    case MaterialSlot::roughness:
-      return material.roughness_map;
-    case MaterialSlot::metallic:
-      return material.metallic_map;
-    case MaterialSlot::emission:
-      return material.emission_map;
-  }
-  return material.color_map;
+  return material.*row_of(slot).picture;
 }
 
 /// Value that stands in for a picture.
@@ -59,50 +68,15 @@ std::array<float, 4> plain_of(const Material& material, MaterialSlot slot) {
       return all(material.metallic);
     case MaterialSlot::emission:
       return {material.emission[0], material.emission[1], material.emission[2], 1};
+    case MaterialSlot::occlusion:
+      return all(1);
   }
   return {};
 }
 
-/// True if a material says what stands in for a picture; normals have no number, opacity is 1 by the format.
 MaterialNumber number_of(const Material& material, MaterialSlot slot) {
-  switch (slot) {
-    case MaterialSlot::color:
-      return material.color_from;
-    case MaterialSlot::opacity:
-      return MaterialNumber::given;
-    case MaterialSlot::normal:
-      return MaterialNumber::none;
-    case MaterialSlot::roughness:
-      return material.roughness_from;
-    case MaterialSlot::metallic:
-      return material.metallic_from;
-    case MaterialSlot::emission:
-      return material.emission_from;
-  }
-  return MaterialNumber::none;
-}
-
-/// Name of a slot, and the statements of MTL that give it.
-struct SlotWords {
-  const char* name;
-  const char* statements;
-};
-SlotWords words_of(MaterialSlot slot) {
-  switch (slot) {
-    case MaterialSlot::color:
-      return {"colour", "map_Kd or Kd"};
-    case MaterialSlot::opacity:
-      return {"opacity", "map_d or d"};
-    case MaterialSlot::normal:
-      return {"normals", "norm, map_Kn, map_Bump or bump"};
-    case MaterialSlot::roughness:
-      return {"roughness", "map_Pr, Pr or Ns"};
-    case MaterialSlot::metallic:
-      return {"metalness", "map_Pm or Pm"};
-    case MaterialSlot::emission:
-      return {"emission", "map_Ke or Ke"};
-  }
-  return {"picture", "it"};
+  const SlotRow& row = row_of(slot);
+  return row.number == nullptr ? row.fixed : material.*row.number;
 }
 
 /// A material in words: its name, and where a file describes it.
@@ -143,7 +117,7 @@ void check_values(const std::vector<Material>& materials, MaterialSlot slot,
     if (number == MaterialNumber::none) without.add(material);
     if (number == MaterialNumber::converted) converted.add(material);
   }
-  const SlotWords words = words_of(slot);
+  const SlotRow& words = row_of(slot);
   const std::string what = std::string(words.name) + " (" + words.statements + ")";
   if (without.count() == materials.size()) {
     std::string ignored;  // perhaps the picture is among these
@@ -215,6 +189,11 @@ Texture::Factor factor_of(const Material& material, MaterialSlot slot,
   if (slot == MaterialSlot::normal) {
     factor.times = {material.normal_scale, material.normal_scale, 1, 1};
   }
+  if (slot == MaterialSlot::occlusion) {
+    const float strength = material.occlusion_strength;
+    factor.times = {strength, strength, strength, 1};
+    factor.plus = 1 - strength;
+  }
   if (picture.inverted) {  // 1 - glossiness times its factor
     for (std::size_t k = 0; k < 3; ++k) factor.times[k] -= 1;
     factor.plus = 1;
@@ -241,7 +220,7 @@ std::shared_ptr<const Image> extract_channel(const Image& image, std::uint32_t c
 
 [[noreturn]] void fail_of_uv_set(const Material& material, MaterialSlot slot, std::uint32_t needed,
                                  std::uint32_t given) {
-  throw Error(ErrorCode::input, in_words(material) + ": its picture of " + words_of(slot).name +
+  throw Error(ErrorCode::input, in_words(material) + ": its picture of " + row_of(slot).name +
                                     " lies on the set of UVs " + std::to_string(needed) +
                                     ", but the mesh was read with set " + std::to_string(given) +
                                     ". Read it with that set (`uv-set`), export the file with "
@@ -285,11 +264,12 @@ bool look_alike(const MaterialPicture& a, const MaterialPicture& b, ComparedFile
 bool look_alike(const Material& a, const Material& b, ComparedFiles& compared) {
   for (const MaterialSlot slot :
        {MaterialSlot::color, MaterialSlot::opacity, MaterialSlot::normal, MaterialSlot::roughness,
-        MaterialSlot::metallic, MaterialSlot::emission}) {
+        MaterialSlot::metallic, MaterialSlot::emission, MaterialSlot::occlusion}) {
     if (!look_alike(picture_of(a, slot), picture_of(b, slot), compared)) return false;
   }
   return a.color == b.color && a.opacity == b.opacity && a.roughness == b.roughness &&
-         a.metallic == b.metallic && a.emission == b.emission;
+         a.metallic == b.metallic && a.emission == b.emission &&
+         a.occlusion_strength == b.occlusion_strength;
 }
 
 }  // namespace

@@ -14,7 +14,9 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <chrono>
 #include <csignal>
+#include <thread>
 #endif
 
 namespace kiln::os {
@@ -70,7 +72,7 @@ int create_file(const fs::path& path, unsigned /*permissions*/) noexcept {
                 _S_IREAD | _S_IWRITE);
 }
 int create_unnamed(const fs::path& /*folder*/) noexcept { return -1; }
-int lock_folder(const fs::path& /*folder*/) noexcept { return -1; }
+int lock_folder(const fs::path& /*folder*/, double /*seconds*/) noexcept { return -1; }
 int duplicate(int file) noexcept { return _dup(file); }
 void close(int file) noexcept { _close(file); }
 
@@ -166,9 +168,18 @@ int create_unnamed(const fs::path& folder) noexcept {
 #endif
   return -1;
 }
-int lock_folder(const fs::path& folder) noexcept {
+int lock_folder(const fs::path& folder, double seconds) noexcept {
+  constexpr std::chrono::milliseconds kPause(20);
   const int file = open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
-  while (file >= 0 && flock(file, LOCK_EX) != 0 && errno == EINTR) {
+  const auto end = std::chrono::steady_clock::now() + std::chrono::duration<double>(seconds);
+  while (file >= 0 && flock(file, LOCK_EX | LOCK_NB) != 0) {
+    if (errno != EWOULDBLOCK && errno != EINTR) break;
+    if (std::chrono::steady_clock::now() >= end) {
+      ::close(file);
+      errno = EWOULDBLOCK;
+      return -1;
+    }
+    std::this_thread::sleep_for(kPause);
   }
   return file;
 }

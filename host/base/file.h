@@ -43,8 +43,9 @@ int open_to_write(const std::filesystem::path& path) noexcept;  ///< What is the
 int create_file(const std::filesystem::path& path, unsigned permissions) noexcept;
 /// A file without a name, which name_file() can give one.
 int create_unnamed(const std::filesystem::path& folder) noexcept;
-/// Opens a folder, and waits until no other process has it locked. File systems without locks do without.
-int lock_folder(const std::filesystem::path& folder) noexcept;
+/// Opens a folder, and waits until no other process has it locked: at most so many seconds, then returns -1 with
+/// EWOULDBLOCK. File systems without locks do without.
+int lock_folder(const std::filesystem::path& folder, double seconds) noexcept;
 int duplicate(int file) noexcept;
 void close(int file) noexcept;
 

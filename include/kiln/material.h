@@ -69,7 +69,7 @@ struct Material {
   MaterialPicture roughness_map;  ///< `map_Pr`, or else, in Blender's files, `map_Ns`
   MaterialPicture metallic_map;   ///< `map_Pm`, or else, in Blender's files, `map_refl`
   MaterialPicture emission_map;   ///< `map_Ke`
-  MaterialPicture occlusion_map;  ///< glTF's alone
+  MaterialPicture occlusion_map;  ///< glTF's, FBX's
   MaterialNumber color_from = MaterialNumber::none;      ///< Origin of `color`
   MaterialNumber roughness_from = MaterialNumber::none;  ///< Origin of `roughness`
   MaterialNumber metallic_from = MaterialNumber::none;   ///< Origin of `metallic`
@@ -79,7 +79,7 @@ struct Material {
 };
 
 /// Which of a material's pictures.
-enum class MaterialSlot { color, opacity, normal, roughness, metallic, emission };
+enum class MaterialSlot { color, opacity, normal, roughness, metallic, emission, occlusion };
 
 /// Reads the MTL files that a mesh names, beside it, or the materials of a glTF file. Files and pictures that are not where they are named are
 /// looked for in the mesh's folder and the folders in it: four levels, of at most 20,000 entries. Of several with
@@ -105,8 +105,8 @@ std::vector<Material> load_materials(const Mesh& mesh, const std::filesystem::pa
 ///                  numbers that are converted, "bump-is-height" for grey pictures, which are no normal maps:
 ///                  flat
 /// \param uv_set    that the mesh was read with (LoadMeshOptions)
-/// \throws Error(input) where a picture is missing or damaged; where no material has one, or a number (opacity:
-///         1; normals: a picture); where one lies on another set of UVs
+/// \throws Error(input) where a picture is missing or damaged; where no material has one, or a number (opacity and
+///         occlusion: 1; normals: a picture); where one lies on another set of UVs
 Texture load_material_texture(const std::vector<Material>& materials, MaterialSlot slot,
                               std::vector<Warning>* warnings = nullptr, std::uint32_t uv_set = 0);
 

@@ -25,6 +25,7 @@ namespace fs = std::filesystem;
 constexpr std::string_view kHidden = ".kiln-";
 constexpr std::string_view kJournal = ".journal";
 constexpr std::uint64_t kMostJournalBytes = std::uint64_t{1} << 24;
+constexpr double kLongestWait = 300.0;  // seconds for other processes that place files in a folder
 
 std::atomic<bool> placing{false};
 static_assert(std::atomic<bool>::is_always_lock_free);
@@ -61,7 +62,15 @@ const char* remedy(int error_number) {
 /// An open folder, locked against other processes that place files there.
 class LockedFolder {
  public:
-  explicit LockedFolder(const fs::path& path) : descriptor_(os::lock_folder(path)) {}
+  /// \throws Error(output) if another process has it locked for kLongestWait
+  explicit LockedFolder(const fs::path& path) : descriptor_(os::lock_folder(path, kLongestWait)) {
+    if (descriptor_ >= 0 || errno != EWOULDBLOCK) return;
+    throw Error(ErrorCode::output,
+                "Could not write to '" + path.string() +
+                    "': another process has been placing files there for five minutes. End it "
+                    "(fuser -v '" +
+                    path.string() + "' names it), or write to another folder.");
+  }
   ~LockedFolder() {
     if (descriptor_ >= 0) os::close(descriptor_);
   }
@@ -145,9 +154,10 @@ void finish_all(const fs::path& folder) {
 class Placement {
  public:
   explicit Placement(std::vector<HeldFile>& files) : files_(files), backups_(files.size()) {
-    for (const HeldFile& file : files) folders_.push_back(file.target.parent_path());
-    std::sort(folders_.begin(), folders_.end());
-    folders_.erase(std::unique(folders_.begin(), folders_.end()), folders_.end());
+    for (HeldFile& file : files) {
+      const fs::path folder = known_folder(file.target.parent_path());
+      file.target = folder / file.target.filename();
+    }
     // Lists have room for a file before the file is there: memory may run out between any two steps.
     journals_.reserve(folders_.size());
     new_.reserve(files.size());
@@ -172,6 +182,18 @@ class Placement {
   }
 
  private:
+  /// The first path that named a folder stands for it: links and mounts give it others, and a folder locked twice
+  /// would wait for itself.
+  fs::path known_folder(const fs::path& path) {
+    const std::optional<os::FileFacts> facts = os::facts_of(path);
+    for (const fs::path& folder : folders_) {
+      const auto known = os::facts_of(folder);
+      if (folder == path || (facts && known && facts->id == known->id)) return folder;
+    }
+    folders_.push_back(path);
+    return path;
+  }
+
   /// Hard links: where the file system has none, there is no way back.
   void keep_old_files() {
     for (std::size_t i = 0; i < files_.size(); ++i) {

@@ -5,6 +5,7 @@
 #include <unistd.h>
 
 #include <array>
+#include <cerrno>
 #include <chrono>
 #include <csignal>
 #include <filesystem>
@@ -15,6 +16,7 @@
 #include <string>
 #include <thread>
 
+#include "base/file.h"
 #include "io/file/atomic_file.h"
 #include "kiln/error.h"
 #include "kiln/files.h"
@@ -205,6 +207,29 @@ TEST_F(OutputSetTest, AReplacedFileKeepsItsPermissions) {
   struct stat found {};
   ASSERT_EQ(stat(path.c_str(), &found), 0);
   EXPECT_EQ(found.st_mode & 07777, 0640U);
+}
+
+// Locked by each of its names, the folder would wait for itself.
+TEST_F(OutputSetTest, AFolderOfTwoNamesIsOne) {
+  fs::create_directory(folder_ / "real");
+  fs::create_directory_symlink("real", folder_ / "link");
+  OutputSet set;
+  save_text(folder_ / "real" / "a", "a");
+  save_text(folder_ / "link" / "b", "b");
+  set.commit();
+  EXPECT_EQ(contents(folder_ / "real" / "a"), "a");
+  EXPECT_EQ(names(folder_ / "real"), (std::set<std::string>{"a", "b"}));
+}
+
+TEST_F(OutputSetTest, ALockIsNotAwaitedForEver) {
+  const int held = os::lock_folder(folder_, 0);
+  ASSERT_GE(held, 0);
+  EXPECT_EQ(os::lock_folder(folder_, 0.01), -1);
+  EXPECT_EQ(errno, EWOULDBLOCK);
+  os::close(held);
+  const int free = os::lock_folder(folder_, 0);
+  EXPECT_GE(free, 0);
+  os::close(free);
 }
 
 TEST_F(OutputSetTest, ALinkToNothingMakesWhatItNames) {

@@ -219,8 +219,8 @@ TransferArgument parse_transfer(const std::string& text) {
     if (!Words(kMaterialSlots).contains(transfer.name)) {
       throw Error(ErrorCode::usage,
                   "--transfer '" + text +
-                      "': of materials it takes mtl:color, opacity, normals, roughness, metallic "
-                      "or emission.");
+                      "': of materials it takes mtl:color, opacity, normals, roughness, metallic, "
+                      "emission or occlusion.");
     }
     return transfer;
   }

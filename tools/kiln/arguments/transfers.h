@@ -24,7 +24,7 @@ struct TransferArgument {
 inline constexpr Word<MaterialSlot> kMaterialSlots[] = {
     {"color", MaterialSlot::color},       {"emission", MaterialSlot::emission},
     {"metallic", MaterialSlot::metallic}, {"normals", MaterialSlot::normal},
-    {"opacity", MaterialSlot::opacity},   {"roughness", MaterialSlot::roughness}};
+    {"occlusion", MaterialSlot::occlusion}, {"opacity", MaterialSlot::opacity},   {"roughness", MaterialSlot::roughness}};
 
 /// \throws Error(usage)
 TransferArgument parse_transfer(const std::string& text);
