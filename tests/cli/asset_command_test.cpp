@@ -384,12 +384,12 @@ TEST(AssetCommand, OcclusionOfHighIsKept) {
   const fs::path scene = make_scene();
   const Image grey{4, 4, 1, std::vector<float>(16, 0.25F)};
   save_glb(load_mesh(scene / "low.obj"), {.occlusion = &grey}, scene / "high.gltf");
-  const auto bake = [&](const std::string& from, const std::string& to) {
+  const auto bake = [&](const char* member) {
     std::ifstream in(scene / "high.gltf");
     std::string text(std::istreambuf_iterator<char>(in), {});
-    const std::size_t at = text.find(from);
+    const std::size_t at = text.find("\"occlusionTexture\"");
     ASSERT_NE(at, text.npos);
-    save_text(scene / "changed.gltf", text.replace(at, from.size(), to));
+    save_text(scene / "changed.gltf", text.insert(text.find('{', at) + 1, member));
     expect_exit(run_kiln({"bake", scene / "changed.gltf", scene / "low.obj", "--size", "64",
                           "--out", scene / "a.glb"}),
                 0, {});
@@ -398,10 +398,10 @@ TEST(AssetCommand, OcclusionOfHighIsKept) {
     const Asset asset = load_asset(scene / "a.glb");
     return load_image(*asset.materials.at(0).occlusion_map.bytes).at(32, 32)[0];
   };
-  bake("\"occlusionTexture\":{", "\"occlusionTexture\":{\"strength\":0.5,");
+  bake("\"strength\":0.5,");
   EXPECT_NEAR(middle(), 1 - 0.5 * 0.75, 2.0 / 255);
   // One that lies on UVs that are not read is named.
-  bake("\"occlusionTexture\":{", "\"occlusionTexture\":{\"texCoord\":1,");
+  bake("\"extensions\":{\"KHR_texture_transform\":{\"texCoord\":1}},");
   EXPECT_GT(middle(), 0.9);
 }
 

@@ -22,9 +22,10 @@ struct TransferArgument {
 
 /// Names that `mtl:NAME` may have.
 inline constexpr Word<MaterialSlot> kMaterialSlots[] = {
-    {"color", MaterialSlot::color},       {"emission", MaterialSlot::emission},
-    {"metallic", MaterialSlot::metallic}, {"normals", MaterialSlot::normal},
-    {"occlusion", MaterialSlot::occlusion}, {"opacity", MaterialSlot::opacity},   {"roughness", MaterialSlot::roughness}};
+    {"color", MaterialSlot::color},         {"emission", MaterialSlot::emission},
+    {"metallic", MaterialSlot::metallic},   {"normals", MaterialSlot::normal},
+    {"occlusion", MaterialSlot::occlusion}, {"opacity", MaterialSlot::opacity},
+    {"roughness", MaterialSlot::roughness}};
 
 /// \throws Error(usage)
 TransferArgument parse_transfer(const std::string& text);
