@@ -405,6 +405,52 @@ TEST(AssetCommand, OcclusionOfHighIsKept) {
   EXPECT_GT(middle(), 0.9);
 }
 
+/// Rendered normals of a mesh, degrees to those of the scene's HIGH: with its maps, and without.
+struct Rendered {
+  double with = 0, without = 0;
+  std::vector<std::string> warnings;
+};
+Rendered render_with_own_maps(const fs::path& scene, const fs::path& mesh) {
+  expect_exit(
+      run_kiln({"render", mesh, "--reference", scene / "high.obj", "--size", "64", "--ambient-rays",
+                "0", "--out", scene / "look.png", "--json", scene / "look.json"}),
+      0, {});
+  const auto report = test::read_json(scene / "look.json");
+  Rendered rendered;
+  rendered.without = report["rendered_normals"]["without_map"]["mean_angle_degrees"];
+  if (report["rendered_normals"].contains("with_map")) {
+    rendered.with = report["rendered_normals"]["with_map"]["mean_angle_degrees"];
+  }
+  for (const auto& warning : report["warnings"]) rendered.warnings.push_back(warning["code"]);
+  return rendered;
+}
+
+/// A GLB is shown and measured as engines show it, with one set of maps or several.
+TEST(AssetCommand, RenderShowsTheMapsOfMaterials) {
+  KILN_REQUIRE_DEVICE();
+  const fs::path scene = make_scene();
+  save_obj(low_of_halves(0), scene / "halves.obj");
+  for (const char* low : {"low.obj", "halves.obj"}) {
+    SCOPED_TRACE(low);
+    expect_exit(run_kiln({"bake", scene / "high.obj", scene / low, "--size", "256", "--maps",
+                          "normal", "--out", scene / "a.glb"}),
+                0, {});
+    const Rendered rendered = render_with_own_maps(scene, scene / "a.glb");
+    EXPECT_LT(rendered.with, rendered.without / 3);
+    EXPECT_TRUE(rendered.warnings.empty());
+  }
+  // Of an OBJ, those of its MTL; a picture that is no picture is told.
+  save_text(scene / "low.mtl", "newmtl a\nnorm broken.png\n");
+  save_text(scene / "broken.png", "none");
+  Mesh low = load_mesh(scene / "low.obj");
+  low.material_names = {"a"};
+  low.materials.assign(low.triangles.size(), 0);
+  low.material_files = {"low.mtl"};
+  save_obj(low, scene / "named.obj");
+  const Rendered bare = render_with_own_maps(scene, scene / "named.obj");
+  EXPECT_EQ(bare.warnings, std::vector<std::string>{"own-maps"});
+}
+
 /// The scene's meshes as Kiln's own GLB, which is in metres with Y up.
 void save_glb_of(const fs::path& obj, const fs::path& glb) { save_glb(load_mesh(obj), {}, glb); }
 

@@ -127,9 +127,10 @@ void MatchInputs::apply(BakeOptions& options) const {
   options.samples = match_->samples;
 }
 
-MeshFiles load_low_files(const BakeJob& arguments, std::vector<Warning>& warnings) {
-  MeshFiles files = load_meshes(low_files(arguments), load_options(arguments, MeshSide::low),
-                                has_more_files(arguments), warnings, !arguments.asset.empty());
+MeshFiles load_low_files(const BakeJob& arguments, std::vector<Warning>& warnings, bool beside) {
+  MeshFiles files =
+      load_meshes(low_files(arguments), load_options(arguments, MeshSide::low),
+                  has_more_files(arguments), warnings, beside || !arguments.asset.empty());
   if (!arguments.file_tangents) {
     files.mesh.tangents = {};
   } else if (arguments.given.contains("--tangents") && files.mesh.tangents.empty()) {

@@ -55,7 +55,9 @@ class MatchInputs {
 
 /// The files of LOW, cut as asked, with the tangents asked for. \throws Error(input) also where --tangents file
 /// was given and no file has any
-MeshFiles load_low_files(const BakeJob& arguments, std::vector<Warning>& warnings);
+/// \param beside  reads MeshFiles::beside; done anyway where an asset is written
+MeshFiles load_low_files(const BakeJob& arguments, std::vector<Warning>& warnings,
+                         bool beside = false);
 
 /// LOW as these flags have it: of one file or several, cut and split as asked.
 Mesh load_low(const BakeJob& arguments, std::vector<Warning>& warnings);

@@ -18,6 +18,7 @@
 #include "kiln/render.h"
 #include "kiln/texture_sets.h"
 #include "picture/dressed.h"
+#include "picture/own_maps.h"
 #include "picture/sheet.h"
 #include "picture/view_arguments.h"
 #include "report/check_result.h"
@@ -85,12 +86,19 @@ void check(const RenderArguments& arguments) {
   }
 }
 
-/// Read, or baked; none where neither is asked for.
+/// True if a lit picture is asked for without saying which maps it shows: those of the mesh's materials.
+bool shows_own_maps(const RenderArguments& a) {
+  return !a.no_maps && a.normal.empty() && !bakes(a) && !a.dress.any() && a.show.empty() &&
+         a.views == 0 && !a.flat;
+}
+
+/// Read, or baked, or of the mesh's materials; none where there is none.
 NormalMap map_of(const RenderArguments& arguments, Image& image,
                  const std::function<Image()>& baked) {
   NormalMap map;
-  if (arguments.normal.empty() && !bakes(arguments)) return map;
-  image = bakes(arguments) ? baked() : load_normal_map(arguments.normal);
+  if (bakes(arguments)) image = baked();
+  if (!arguments.normal.empty()) image = load_normal_map(arguments.normal);
+  if (image.width == 0) return map;
   map.image = &image;
   map.flip_y = arguments.flip_y;
   map.space = arguments.space;
@@ -101,8 +109,8 @@ NormalMap map_of(const RenderArguments& arguments, Image& image,
 /// Original, low poly, low poly with the map, as far as they are there; with --error also where they differ.
 /// \param cage  drawn over all of them; null: none
 Image draw_picture(const RenderArguments& arguments, const Scene* high, const Scene& low,
-                   const Dressed& mesh, bool has_map, const RenderOptions& options,
-                   const CagePicture* cage) {
+                   const Dressed& mesh, const Dress& maps, bool has_map,
+                   const RenderOptions& options, const CagePicture* cage) {
   std::vector<Panel> panels;
   const auto add = [&](const Scene& scene, Image picture, const char* caption) {
     if (cage != nullptr) cage->draw(scene, options, picture);
@@ -115,7 +123,7 @@ Image draw_picture(const RenderArguments& arguments, const Scene* high, const Sc
     add(low, low.draw(flat), "low poly");
   }
   Image last = low.draw(options);
-  dress(mesh, arguments.dress, options, last);
+  if (!options.show_normals) dress(mesh, maps, options, last);
   add(low, std::move(last), has_map ? "with the map" : "low poly");
   if (!arguments.error) {
     std::vector<Image> images;
@@ -131,14 +139,10 @@ Image draw_picture(const RenderArguments& arguments, const Scene* high, const Sc
 }
 
 /// Number of pictures that are held at a time: all that are drawn, what they become together, and those that help.
-std::uint64_t pictures_held(const RenderArguments& arguments, bool has_map) {
+std::uint64_t pictures_held(const RenderArguments& arguments, const Dress& maps, bool has_map) {
   if (arguments.views != 0) return 2 * std::uint64_t{arguments.views};
   if (!arguments.show.empty()) return 2 * arguments.show.size() + 1;
-  const DressMaps& maps = arguments.dress;
-  const std::uint64_t helpers = !maps.any() ? 0
-                                            : 2 + (maps.color.empty() ? 0U : 1U) +
-                                                  (maps.occlusion.empty() ? 0U : 1U) +
-                                                  (maps.curvature.empty() ? 0U : 1U);
+  const std::uint64_t helpers = maps.any() ? 2 + maps.count() : 0;
   if (arguments.reference.empty()) return 1 + helpers;
   const std::uint64_t panels = has_map ? 3 : 2;
   return panels + std::max(helpers, arguments.error ? panels + 2 : panels);
@@ -212,6 +216,10 @@ std::vector<OptionRow> render_rows() {
        .value = texts(AT(show)),
        .help = "MESH with this map over it, without light, and its name below; may be given again: "
                "a contact sheet"},
+      {.flag = "--no-maps",
+       .value = toggle(AT(no_maps)),
+       .help = "MESH without the maps that its own materials name, which are shown where no flag "
+               "names others"},
       {.flag = "--space",
        .value = choice(AT(space), Words(kSpaces)),
        .help = "Of the map: tangent, object or face"},
@@ -295,7 +303,10 @@ int run_render(const RenderArguments& arguments) {
   shown.push_back(arguments.mesh);
   check_mesh_frame(bake_as.frame, references, shown, {});
   std::vector<Warning> warnings;
-  const Mesh mesh = load_low(baking(arguments), warnings);
+  MeshFiles files_of_mesh = load_low_files(baking(arguments), warnings, shows_own_maps(arguments));
+  warn_of_shared_texels(files_of_mesh, warnings);
+  Mesh mesh =
+      bake_as.split_at_seams ? split_at_seams(files_of_mesh.mesh) : std::move(files_of_mesh.mesh);
   std::optional<HighPolyInput> dense;
   if (!arguments.reference.empty()) {
     dense = load_high(high_files(baking(arguments)), arguments.heights,
@@ -313,7 +324,12 @@ int run_render(const RenderArguments& arguments) {
                         1});
   }
   const Device device = Device::open(arguments.device);
-  Image map_image;
+  OwnMaps own;
+  if (shows_own_maps(arguments))
+    own = take_own_maps(files_of_mesh.beside.materials, mesh, warnings);
+  Dress worn = load_dress(dress);
+  if (own.any()) worn = {std::move(own.color), std::move(own.occlusion), {}};
+  Image map_image = std::move(own.normal);
   const NormalMap map = map_of(arguments, map_image,
                                [&] { return bake_map(arguments, device, *dense, mesh, warnings); });
   const bool has_map = map.image != nullptr;
@@ -335,12 +351,12 @@ int run_render(const RenderArguments& arguments) {
   }
   const double seconds_build = watch.lap();
   const Dressed dressed{device, mesh};
-  require_pictures(low.geometry(options), pictures_held(arguments, has_map));
+  require_pictures(low.geometry(options), pictures_held(arguments, worn, has_map));
   const Image picture = arguments.views != 0 ? contact_sheet(low, arguments.views, options)
                         : !arguments.show.empty()
                             ? map_sheet(dressed, arguments.show, options)
-                            : draw_picture(arguments, original, low, dressed, has_map, options,
-                                           cage ? &*cage : nullptr);
+                            : draw_picture(arguments, original, low, dressed, worn, has_map,
+                                           options, cage ? &*cage : nullptr);
   const double seconds_draw = watch.lap();
   save_image(picture, arguments.out, {ImageFormat::png8});
   const double seconds_save = watch.lap();

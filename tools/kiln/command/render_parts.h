@@ -32,7 +32,7 @@ struct RenderArguments {
   NormalMapSpace space = NormalMapSpace::tangent;
   Bitangent bitangent = Bitangent::pixel;
   bool flip_y = false, flat = false, show_normals = false, error = false, quiet = false;
-  bool draw_cage = false;
+  bool draw_cage = false, no_maps = false;
 };
 
 /// True if a map is to be baked for the picture: --map-size was given, or a flag of the match without --draw-cage.

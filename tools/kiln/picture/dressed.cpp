@@ -60,26 +60,28 @@ std::string caption(const std::string& file, const Mesh& mesh) {
 
 }  // namespace
 
-void dress(const Dressed& dressed, const DressMaps& maps, const RenderOptions& options,
+Dress load_dress(const DressMaps& maps) {
+  Dress dress;
+  if (!maps.color.empty()) dress.color = three_channels(load_image(maps.color));
+  if (!maps.occlusion.empty()) dress.occlusion = three_channels(load_image(maps.occlusion));
+  if (!maps.curvature.empty()) dress.bend = three_channels(load_bend(maps.curvature));
+  return dress;
+}
+
+void dress(const Dressed& dressed, const Dress& maps, const RenderOptions& options,
            Image& picture) {
   if (!maps.any()) return;
   const Image shown = mask(dressed, options);
-  Image colors, open, bend;
-  if (!maps.color.empty()) {
-    colors = over_mesh(dressed, three_channels(load_image(maps.color)), options);
-  }
-  if (!maps.occlusion.empty()) {
-    open = over_mesh(dressed, three_channels(load_image(maps.occlusion)), options);
-  }
-  if (!maps.curvature.empty()) {
-    bend = over_mesh(dressed, three_channels(load_bend(maps.curvature)), options);
-  }
+  const auto draw = [&](const Image& map) {
+    return map.width == 0 ? Image() : over_mesh(dressed, map, options);
+  };
+  const Image colors = draw(maps.color), open = draw(maps.occlusion), bend = draw(maps.bend);
   for (std::size_t i = 0; i < picture.pixels.size(); ++i) {
     if (shown.pixels[i] == 0) continue;
     double light = linear(picture.pixels[i]);
-    if (!maps.color.empty()) light *= linear(colors.pixels[i]) / kClay[i % 3];
-    if (!maps.occlusion.empty()) light *= open.pixels[i];
-    if (!maps.curvature.empty()) light *= light_of_bend(2 * bend.pixels[i] - 1);
+    if (colors.width != 0) light *= linear(colors.pixels[i]) / kClay[i % 3];
+    if (open.width != 0) light *= open.pixels[i];
+    if (bend.width != 0) light *= light_of_bend(2 * bend.pixels[i] - 1);
     picture.pixels[i] = static_cast<float>(light);
   }
   // Pixels beside the mesh stay as they were: there the picture is encoded already.

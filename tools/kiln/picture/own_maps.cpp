@@ -1,0 +1,224 @@
+#include "picture/own_maps.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <map>
+#include <optional>
+
+#include "base/srgb.h"
+#include "kiln/texture_sets.h"
+
+namespace kiln::cli {
+namespace {
+
+constexpr std::uint32_t kMostTexels = 8192;  // a side of a map
+
+/// Place of a texel of an image of `size` texels along one axis.
+std::uint32_t wrapped(std::int64_t at, std::int64_t size, TextureWrap wrap) {
+  const auto modulo = [](std::int64_t a, std::int64_t b) { return (a % b + b) % b; };
+  if (wrap == TextureWrap::clamp) {
+    at = std::clamp(at, std::int64_t{0}, size - 1);
+  } else if (wrap == TextureWrap::repeat) {
+    at = modulo(at, size);
+  } else {
+    at = modulo(at, 2 * size);
+    at = std::min(at, 2 * size - 1 - at);
+  }
+  return static_cast<std::uint32_t>(at);
+}
+
+/// What materials hold in one slot.
+class Slot {
+ public:
+  Slot(const std::vector<Material>& materials, MaterialSlot slot, std::vector<Warning>& warnings,
+       std::uint32_t uv_set)
+      : texture_(load_material_texture(materials, slot, &warnings, uv_set)) {}
+
+  /// Number of a material's picture; Texture::kNone: none.
+  std::uint32_t image_of(std::size_t material) const { return texture_.image_of[material]; }
+  /// True if all materials with one picture look alike.
+  bool is_plain(std::size_t material) const {
+    return image_of(material) != Texture::kNone && texture_.factors.empty() &&
+           texture_.uv_transforms.empty() && texture_.wraps.empty();
+  }
+  std::uint32_t side_of(std::size_t material) const {
+    const std::uint32_t image = image_of(material);
+    if (image == Texture::kNone) return 1;
+    return std::max(texture_.images[image]->width, texture_.images[image]->height);
+  }
+
+  /// What a material holds at a place of the mesh's UVs: read bilinearly.
+  std::array<float, 3> at(std::size_t material, double u, double v) const {
+    const std::uint32_t of = image_of(material);
+    if (of == Texture::kNone) return stored(texture_.plain[material], /*linear=*/true);
+    const Image& image = *texture_.images[of];
+    if (!texture_.uv_transforms.empty()) {
+      const std::array<float, 6>& m = texture_.uv_transforms[material];
+      const double moved = m[0] * u + m[1] * v + m[2];
+      v = m[3] * u + m[4] * v + m[5];
+      u = moved;
+    }
+    const std::array<TextureWrap, 2> wrap =
+        texture_.wraps.empty() ? std::array<TextureWrap, 2>{} : texture_.wraps[material];
+    const double x = u * image.width - 0.5, y = (1 - v) * image.height - 0.5;
+    const double left = std::floor(x), top = std::floor(y);
+    std::array<float, 4> value{};
+    for (int k = 0; k < 4; ++k) {
+      const int right = k % 2, below = k / 2;
+      const float* const texel =
+          image.at(wrapped(static_cast<std::int64_t>(left) + right, image.width, wrap[0]),
+                   wrapped(static_cast<std::int64_t>(top) + below, image.height, wrap[1]));
+      const double weight =
+          (right != 0 ? x - left : 1 - x + left) * (below != 0 ? y - top : 1 - y + top);
+      for (std::size_t c = 0; c < 3; ++c) {
+        value[c] += static_cast<float>(weight * texel[image.channels < 3 ? 0 : c]);
+      }
+    }
+    if (texture_.factors.empty()) return stored(value, /*linear=*/false);
+    const Texture::Factor& factor = texture_.factors[material];
+    for (std::size_t c = 0; c < 3; ++c) {
+      double number = value[c];
+      if (texture_.kind == TextureKind::srgb) number = from_srgb(number);
+      if (texture_.kind == TextureKind::normal) number = 2 * number - 1;
+      value[c] = static_cast<float>(number * factor.times[c] + factor.plus);
+    }
+    return stored(value, /*linear=*/true);
+  }
+
+ private:
+  /// As a map holds it. \param linear  whether it is linear light, or a vector
+  std::array<float, 3> stored(const std::array<float, 4>& value, bool linear) const {
+    std::array<float, 3> result{value[0], value[1], value[2]};
+    if (!linear) return result;
+    if (texture_.kind == TextureKind::normal) {
+      const float length = std::hypot(value[0], value[1], value[2]);
+      for (float& number : result) number = length > 0 ? number / length / 2 + 0.5F : 0.5F;
+    } else if (texture_.kind == TextureKind::srgb) {
+      for (float& number : result) number = to_srgb(number);
+    }
+    return result;
+  }
+
+  Texture texture_;
+};
+
+/// What materials of one cell have in common: the slots' pictures, and, where these are changed, the material.
+struct Look {
+  std::array<std::uint32_t, 3> pictures{Texture::kNone, Texture::kNone, Texture::kNone};
+  std::size_t material = 0;
+  auto operator<=>(const Look&) const = default;
+};
+
+/// A square of cells, and which material stands in each.
+struct Sheet {
+  std::vector<std::size_t> material;  ///< Of each cell
+  std::uint32_t rows = 1, side = 1;   ///< Cells along a side, and texels along a cell's
+
+  Image draw(const Slot& slot) const {
+    Image image{rows * side, rows * side, 3, {}};
+    image.pixels.resize(std::size_t{image.width} * image.height * 3);
+    for (std::size_t cell = 0; cell < material.size(); ++cell) {
+      const std::size_t left = cell % rows * side, bottom = cell / rows * side;
+      for (std::uint32_t y = 0; y < side; ++y) {
+        for (std::uint32_t x = 0; x < side; ++x) {
+          const auto value = slot.at(material[cell], (x + 0.5) / side, (y + 0.5) / side);
+          std::ranges::copy(value, image.at(left + x, image.height - 1 - bottom - y));
+        }
+      }
+    }
+    return image;
+  }
+};
+
+/// Moves the UVs of triangles into their cells.
+void move_uvs(const std::vector<std::size_t>& cell_of, const Sheet& sheet, Mesh& mesh) {
+  std::map<std::pair<std::size_t, std::uint32_t>, std::uint32_t> moved;
+  std::vector<Vec2> pool;
+  const auto rows = static_cast<float>(sheet.rows);
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+    const std::size_t cell = cell_of[t];
+    for (std::uint32_t& uv : mesh.uv_triangles[t]) {
+      const auto [entry, added] =
+          moved.try_emplace({cell, uv}, static_cast<std::uint32_t>(pool.size()));
+      if (added) {
+        pool.push_back({(static_cast<float>(cell % sheet.rows) + mesh.uvs[uv].x) / rows,
+                        (static_cast<float>(cell / sheet.rows) + mesh.uvs[uv].y) / rows});
+      }
+      uv = entry->second;
+    }
+  }
+  mesh.uvs = std::move(pool);
+}
+
+bool in_unit_square(const Mesh& mesh) {
+  constexpr float kRounding = 1e-4F;
+  return std::all_of(mesh.uvs.begin(), mesh.uvs.end(), [](const Vec2& uv) {
+    return uv.x >= -kRounding && uv.x <= 1 + kRounding && uv.y >= -kRounding &&
+           uv.y <= 1 + kRounding;
+  });
+}
+
+}  // namespace
+
+OwnMaps take_own_maps(const std::vector<Material>& materials, Mesh& mesh,
+                      std::vector<Warning>& warnings) {
+  constexpr std::array kSlots = {MaterialSlot::normal, MaterialSlot::color,
+                                 MaterialSlot::occlusion};
+  constexpr std::array kPictures = {&Material::normal_map, &Material::color_map,
+                                    &Material::occlusion_map};
+  OwnMaps maps;
+  if (materials.empty() || mesh.uvs.empty()) return maps;
+  const auto leave = [&](const std::string& why) {
+    warnings.push_back({"own-maps", "MESH is shown without the maps of its materials: " + why, 1});
+    return OwnMaps();
+  };
+  std::array<std::optional<Slot>, 3> slots;
+  try {
+    for (std::size_t k = 0; k < slots.size(); ++k) {
+      if (std::any_of(materials.begin(), materials.end(), [&](const Material& material) {
+            return !(material.*kPictures[k]).empty();
+          })) {
+        slots[k].emplace(materials, kSlots[k], warnings, mesh.uv_set);
+      }
+    }
+  } catch (const Error& error) {
+    if (error.code() != ErrorCode::input) throw;
+    return leave(error.what());
+  }
+  if (!slots[0] && !slots[1] && !slots[2]) return maps;
+  Sheet sheet;
+  std::map<Look, std::size_t> cells;
+  std::vector<std::size_t> cell_of(mesh.triangles.size(), 0);
+  for (std::size_t t = 0; t < cell_of.size(); ++t) {
+    const std::size_t material = mesh.materials.empty() ? 0 : mesh.materials[t];
+    Look look;
+    std::uint32_t side = 1;
+    for (std::size_t k = 0; k < slots.size(); ++k) {
+      if (!slots[k]) continue;
+      look.pictures[k] = slots[k]->image_of(material);
+      side = std::max(side, slots[k]->side_of(material));
+      if (!slots[k]->is_plain(material)) look.material = material;
+    }
+    const auto [entry, added] = cells.try_emplace(look, sheet.material.size());
+    if (added) sheet.material.push_back(material);
+    sheet.side = std::max(sheet.side, side);
+    cell_of[t] = entry->second;
+  }
+  while (std::size_t{sheet.rows} * sheet.rows < sheet.material.size()) ++sheet.rows;
+  if (sheet.rows > 1) {
+    if (!in_unit_square(mesh)) {
+      return leave("it has several, and UVs that leave the unit square.");
+    }
+    if (mesh.tangents.empty()) mesh.tangents = tangents_of(mesh);
+    move_uvs(cell_of, sheet, mesh);
+  }
+  sheet.side = std::max(1U, std::min(sheet.side, kMostTexels / sheet.rows));
+  const std::array<Image*, 3> images = {&maps.normal, &maps.color, &maps.occlusion};
+  for (std::size_t k = 0; k < slots.size(); ++k) {
+    if (slots[k]) *images[k] = sheet.draw(*slots[k]);
+  }
+  return maps;
+}
+
+}  // namespace kiln::cli
