@@ -29,7 +29,7 @@ def squares(height):
         places += [[GAP * x + a, GAP * y + b, height((a, b))] for a, b in CORNERS]
         uvs += ((np.array([x, y]) + 0.1 + 0.8 * turned(CORNERS, k)) / [4, 2]).tolist()
         faces += [[4 * k, 4 * k + 1, 4 * k + 2], [4 * k, 4 * k + 2, 4 * k + 3]]
-    return kiln.Mesh(places, faces, uvs=uvs, normals=[[0, 0, 1]] * len(places))
+    return kiln.Mesh(places, faces, uvs=uvs)
 
 
 def shade_normals(scene, to):
