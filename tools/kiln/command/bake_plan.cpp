@@ -27,7 +27,7 @@ LowPolyPlanOptions low_poly_options(const BakeRun& run) {
     options.bits = bytes ? 8 : 16;
   }
   options.bake = run.options;
-  options.height_field = run.dense.heights.has_value();
+  options.height_field = run.high.heights.has_value();
   options.unwrap = unwrap_options(a.unwrap_method, options.bake.width).method;
   options.density = a.density;
   const bool normals_alone = options.bake.maps.size() == 1 && options.bake.transfers.empty() &&
@@ -68,7 +68,7 @@ Json trial_json(const Candidate& trial) {
           {"expected_degrees", trial.expected},
           {"measured_degrees", trial.measured < 0 ? Json() : Json(trial.measured)},
           {"standard_error_degrees", trial.measured < 0 ? Json() : Json(trial.standard_error)},
-          {"one_sided_share", trial.measured < 0 ? Json() : Json(trial.one_sided)}};
+          {"one_sided_share", trial.measured < 0 ? Json() : Json(trial.silhouette_mismatch)}};
 }
 
 Json trials_json(const std::vector<Candidate>& trials) {
@@ -82,13 +82,13 @@ Json trials_json(const std::vector<Candidate>& trials) {
 Warning plan_not_reached(const LowPolyPlan& plan, const std::string& place) {
   std::string text;
   if (plan.chosen.measured <= plan.wanted) {
-    if (!(plan.max_outline > 0 && plan.chosen.one_sided > plan.max_outline))
+    if (!(plan.max_outline > 0 && plan.chosen.silhouette_mismatch > plan.max_outline))
       return bounds_not_reached(plan.bounds, plan.chosen.size);
     text = formatted(
         "Outlines differ by %.2g%% of what either mesh covers%s, more than the %.2g%% of "
         "--max-outline: no low poly that was looked at comes nearer. Accept more, or "
         "simplify with --faces.",
-        100 * plan.chosen.one_sided, place.c_str(), 100 * plan.max_outline);
+        100 * plan.chosen.silhouette_mismatch, place.c_str(), 100 * plan.max_outline);
     return {"outlines-not-reached", text, 1};
   }
   text = formatted(
@@ -122,19 +122,19 @@ void warn_of_outline(const LowPolyPlan& plan, const std::string& place,
                      std::vector<Warning>& warnings) {
   constexpr double kMuch = 0.05;
   const Candidate& chosen = plan.chosen;
-  if (plan.max_outline > 0 || !(chosen.one_sided > kMuch)) return;
+  if (plan.max_outline > 0 || !(chosen.silhouette_mismatch > kMuch)) return;
   const std::string text = formatted(
       "The outlines of the low poly and the high poly differ%s: %.1f%% of what either "
       "covers, one alone does. Thin or small parts shrink or are lost, which rendered "
       "normals do not tell. Bound that (--max-outline 2%%), or ask for a smaller angle.",
-      place.c_str(), 100 * chosen.one_sided);
+      place.c_str(), 100 * chosen.silhouette_mismatch);
   warnings.push_back({"outlines", text, 1});
 }
 
 bool make_plan(BakeRun& run, const Source& source) {
   LowPolyPlanOptions options = low_poly_options(run);
   draw_at_once(run, options);
-  LowPolyPlan planned = plan_low_poly(source, run.dense.mesh, options);
+  LowPolyPlan planned = plan_low_poly(source, run.high.mesh, options);
   if (planned.cancelled) return false;
   take_plan(run, std::move(planned));
   if (!run.plan->reached) run.warnings.push_back(plan_not_reached(*run.plan));
@@ -182,7 +182,7 @@ std::vector<std::string> trade_table(const LowPolyPlan& plan) {
   }
   if (plan.max_outline > 0) {
     text = formatted("outlines differ by %.2g%% of what either mesh covers",
-                     100 * plan.chosen.one_sided);
+                     100 * plan.chosen.silhouette_mismatch);
     lines.emplace_back(text);
   }
   if (plan.chosen.size == 0 && plan.reached) {
