@@ -113,8 +113,8 @@ class PlansChart : public ChartKind {
   }
 
   void read(std::size_t i) override {
-    dense_ = read_high(a_, inputs[i], warnings);
-    if (!dense_.heights) clean_high(dense_.mesh, CleanOptions(), warnings);
+    high_ = read_high(a_, inputs[i], warnings);
+    if (!high_.heights) clean_high(high_.mesh, CleanOptions(), warnings);
   }
 
   /// \throws Error(input) where HIGH has too few faces
@@ -124,7 +124,7 @@ class PlansChart : public ChartKind {
     progress_ = progress;
     points_.clear();
     plans_ = Json::array();
-    const Mesh& high = dense_.mesh;
+    const Mesh& high = high_.mesh;
     std::vector<std::uint32_t> faces;
     const std::size_t most = std::min<std::size_t>(kMostFaces, high.triangles.size() / 2);
     for (std::uint32_t f = kFewestFaces; f <= most; f *= 2) faces.push_back(f);
@@ -185,7 +185,7 @@ class PlansChart : public ChartKind {
     if (!progress_(at_, stage)) return false;
     SimplifyOptions options;
     options.faces = faces;
-    const Mesh& high = dense_.mesh;
+    const Mesh& high = high_.mesh;
     const Mesh simple = way == kKiln ? simplify(high, options) : by_meshoptimizer(high, faces);
     // Neither makes fewer faces than the shape needs.
     const auto count = static_cast<double>(simple.triangles.size());
@@ -217,7 +217,7 @@ class PlansChart : public ChartKind {
       bake_with.width = bake_with.height = size;
       bake_with.report.recall = 0;
       if (way == kKiln) {
-        low = fit_normals(low, dense_.mesh);
+        low = fit_normals(low, high_.mesh);
         bake_with.samples = std::clamp(kSampleBudget / size, 1U, kMostSamples);
       }
       bake_with.progress = [&](double, std::string_view) { return progress_(at_, "baking"); };
@@ -317,7 +317,7 @@ class PlansChart : public ChartKind {
       return progress_(at_, "plan for " + text_of(wanted) + " degrees: " + std::string(stage));
     };
     const Stopwatch watch;
-    LowPolyPlan plan = plan_low_poly(*source_, dense_.mesh, options);
+    LowPolyPlan plan = plan_low_poly(*source_, high_.mesh, options);
     if (plan.cancelled) return false;
     const double seconds = watch.total();
     const Candidate& c = plan.chosen;  // measured by the plan's own pictures
@@ -373,7 +373,7 @@ class PlansChart : public ChartKind {
   }
 
   ChartGroup group_of(const std::string& path) const {
-    const Mesh& high = dense_.mesh;
+    const Mesh& high = high_.mesh;
     ChartGroup group;
     group.title = high.name + ", " + with_commas(high.triangles.size()) + " faces";
     if (screen_ != 0) group.title += ", " + with_commas(screen_) + " pixels on screen";
@@ -410,7 +410,7 @@ class PlansChart : public ChartKind {
 
   std::uint32_t screen_ = 0;    ///< LowPolyPlanOptions::screen, also of the grid; 0: 128² pictures
   std::vector<double> errors_;  ///< To plan for, degrees; none: three between best and worst
-  HighPolyInput dense_;
+  HighPolyInput high_;
   // Of the high poly that is charted.
   const Device* device_ = nullptr;
   Progress progress_;
