@@ -53,8 +53,8 @@ std::vector<OptionRow> chart_rows() {
       {"--ao-budget", "", number(KILN_MEMBER(Job, ao_budget), 1e-9, 1e9).in("seconds"),
        "Of ambient occlusion: say what comes nearest to the truth in so many seconds"},
       {"--plan", "", toggle(KILN_MEMBER(Job, plan)),
-       "Of each HIGH alone: bytes against error of low polys by number of faces and map size. "
-       "Beside them plans, and meshoptimizer with a plain bake",
+       "Of each HIGH alone: bytes against error of low polys by number of faces and map size; "
+       "beside them plans",
        "-"},
       {"--max-error", "", texts(KILN_MEMBER(Job, max_errors), ','),
        "With --plan: errors to plan for, degrees, separated by commas (default: three between the "
