@@ -43,11 +43,8 @@ RenderOptions render_options(const RenderArguments& arguments) {
 void check(const RenderArguments& arguments) {
   refuse_if(std::filesystem::path(arguments.out).extension() != ".png",
             "--out '" + arguments.out + "': the picture is a PNG, so the name must end in .png.");
-  if (stretches(arguments.heights) && !is_height_field(arguments.reference)) {
-    throw Error(
-        ErrorCode::usage,
-        "--height and --extent are for a --reference that is a height field, a PNG or EXR.");
-  }
+  refuse_if(stretches(arguments.heights) && !is_height_field(arguments.reference),
+            "--height and --extent are for a --reference that is a height field, a PNG or EXR.");
   refuse_if(arguments.flat && !arguments.normal.empty(),
             "--flat shows faces and --normal the map: leave one of them out. With --reference "
             "and --normal the flat mesh is shown beside.");
@@ -64,12 +61,9 @@ void check(const RenderArguments& arguments) {
                                         arguments.views != 0 || !arguments.reference.empty()),
             "--show draws maps without light, a picture each: leave out --normal, --color, "
             "--occlusion, --curvature, --reference and --views.");
-  if (arguments.draw_cage && (arguments.views != 0 || !arguments.show.empty() ||
-                              arguments.show_normals || arguments.error)) {
-    throw Error(
-        ErrorCode::usage,
-        "--draw-cage is for lit pictures: leave out --views, --show, --normals and --error.");
-  }
+  refuse_if(arguments.draw_cage && (arguments.views != 0 || !arguments.show.empty() ||
+                                    arguments.show_normals || arguments.error),
+            "--draw-cage is for lit pictures: leave out --views, --show, --normals and --error.");
   refuse_if(arguments.frames && arguments.json.empty(),
             "--frames says how many frames --json times: add --json FILE.");
 }
