@@ -118,7 +118,7 @@ class PlansChart : public ChartKind {
   }
 
   Json plot(const DeviceInfo&, const std::vector<ChartGroup>& groups) const override {
-    Json panels = Json::array(), ticks = Json::array();
+    Json panels = Json::array();
     double least = 1e300, most = 0;
     for (const ChartGroup& group : groups) {
       panels.push_back(group.panels[0]);
@@ -129,13 +129,9 @@ class PlansChart : public ChartKind {
         }
       }
     }
-    // Powers of four around all of it.
-    double tick = 1.0 / 256;
-    while (4 * tick <= least) tick *= 4;
-    for (; ticks.size() < 2 || ticks.back().number() < most; tick *= 4) ticks.push_back(tick);
     return fields("kind title x_title x_ticks panels",
                   {"study", "Bytes against error: faces, map sizes and plans",
-                   "KiB of low poly and maps", ticks, panels});
+                   "KiB of low poly and maps", ticks_around(least, most), panels});
   }
 
  private:
