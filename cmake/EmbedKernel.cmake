@@ -1,6 +1,6 @@
 # Flattens one OpenCL kernel into a C++ source, with #line marks and a depfile.
 #
-# Run as: cmake -DINPUT=kernels/ray.cl -DROOT=kernels -DOUTPUT=ray.cpp -DDEPFILE=ray.d
+# Run as: cmake -DINPUT=kernels/accel/ray.cl -DROOT=kernels -DOUTPUT=ray.cpp -DDEPFILE=ray.d
 #               -DFAMILY=ray -P EmbedKernel.cmake
 #
 # `#include "lib/x.clh"` is resolved against ROOT, once a file. Each line of the result keeps the file

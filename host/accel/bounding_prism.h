@@ -1,4 +1,4 @@
-// The prism of a guard: three sides, a floor and a roof around some triangles.
+// A bounding prism: three sides, a bottom and a top around some triangles.
 #pragma once
 
 #include <array>
@@ -23,8 +23,8 @@ struct Corners {
 };
 
 struct Prism {
-  std::array<Vec3d, 6> corners;  ///< 3 of the floor, then those above them
-  std::array<Vec3d, 5> normals;  ///< Out of it, unit: sides, floor, roof
+  std::array<Vec3d, 6> corners;  ///< 3 of the bottom, then those above them
+  std::array<Vec3d, 5> normals;  ///< Out of it, unit: sides, bottom, top
   std::array<double, 5> ends{};  ///< No corner lies farther along a normal
   double slack = 0, tilt = 0;    ///< Of kiln_bvh_prism
   double height() const { return ends[3] + ends[4]; }

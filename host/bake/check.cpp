@@ -48,7 +48,7 @@ void check_enums(const BakeOptions& options) {
   check_enum("occlusion.falloff", options.occlusion.falloff, OcclusionFalloff::smooth);
 }
 
-/// Runs a check of another room, whose errors become those of options.
+/// Runs a check of another folder, whose errors become those of options.
 template <typename Check>
 void in_range(const Check& check) {
   try {

@@ -11,6 +11,7 @@
 #include "mesh/length.h"
 #include "mesh/normals.h"
 #include "mesh/vector.h"
+#include "mesh/weld.h"
 
 namespace kiln {
 namespace {
@@ -96,7 +97,7 @@ FoundCage find_cage(const Source& source, const Mesh& low, const BakeOptions& gi
       to_frame(given.match.max_distance.value_or(Length::share(kDistance)), high.frame);
   const CageNeeds needs = find_cage_needs(request, turn, options.match.parts);
 
-  const std::vector<std::uint32_t> vertex = weld_positions(low.positions);
+  const std::vector<std::uint32_t> vertex = weld_vertices(low.positions);
   std::vector<std::uint32_t> corners;
   corners.reserve(3 * low.triangles.size());
   for (const Triangle& t : low.triangles) {

@@ -16,9 +16,9 @@ namespace {
 /// The high poly's mean curvature, for all maps of it.
 class Bend : public SharedWork {
  public:
-  struct Room : PointRoom {
-    MeanCurvature::Room room;
-    CurvatureCheck::Room check;
+  struct Scratch : PointScratch {
+    MeanCurvature::Scratch curvature;
+    CurvatureCheck::Scratch check;
   };
 
   explicit Bend(const MapRequest& request)
@@ -42,9 +42,10 @@ class Bend : public SharedWork {
 
   /// 1 / world unit.
   double at(const HighPoint& point) const {
-    auto& room = static_cast<Room&>(*point.room);
-    const double bend = checks_ ? check_->at(place_of(point), room.check)
-                                : curvature_->on(point.triangle, point.u, point.v, room.room);
+    auto& scratch = static_cast<Scratch&>(*point.scratch);
+    const double bend = checks_
+                            ? check_->at(place_of(point), scratch.check)
+                            : curvature_->on(point.triangle, point.u, point.v, scratch.curvature);
     return bend * source_.frame.scale;
   }
 
@@ -75,7 +76,9 @@ class Curvature : public PointFunction {
   PointNeeds needs() const override {
     return {.position = false, .normal = false, .distance = false};
   }
-  std::unique_ptr<PointRoom> room() const override { return std::make_unique<Bend::Room>(); }
+  std::unique_ptr<PointScratch> scratch() const override {
+    return std::make_unique<Bend::Scratch>();
+  }
   void report(BakedMap& map, std::vector<Warning>&) const override {
     map.curvature_radius = bend_->radius();
   }

@@ -98,10 +98,10 @@ void CurvatureCheck::find_angles() {
 }
 
 /// All pieces in reach of balls around points near the centre.
-void CurvatureCheck::gather(const Vec3d& centre, Room& room) const {
-  room.known = true;
-  room.centre = centre;
-  room.near.clear();
+void CurvatureCheck::gather(const Vec3d& centre, Scratch& scratch) const {
+  scratch.known = true;
+  scratch.centre = centre;
+  scratch.near.clear();
   const double reach = radius_ * (1 + kSlack);
   auto piece = pieces_.begin();
   const auto skip = [&](int order, double x) {
@@ -115,16 +115,16 @@ void CurvatureCheck::gather(const Vec3d& centre, Room& room) const {
     for (; piece != pieces_.end() && piece->order == order && piece->x <= centre.x + reach;
          ++piece) {
       if (apart(piece->corner, centre, reach)) continue;
-      room.near.push_back(static_cast<std::uint32_t>(piece - pieces_.begin()));
+      scratch.near.push_back(static_cast<std::uint32_t>(piece - pieces_.begin()));
     }
     skip(order + 1, -std::numeric_limits<double>::infinity());
   }
 }
 
-double CurvatureCheck::at(const Vec3d& point, Room& room) const {
-  if (!room.known || length(point - room.centre) > radius_ * kSlack) gather(point, room);
+double CurvatureCheck::at(const Vec3d& point, Scratch& scratch) const {
+  if (!scratch.known || length(point - scratch.centre) > radius_ * kSlack) gather(point, scratch);
   double area = 0, bend = 0;
-  for (const std::uint32_t i : room.near) {
+  for (const std::uint32_t i : scratch.near) {
     const Piece& piece = pieces_[i];
     if (apart(piece.corner, point, radius_)) continue;
     const Vec3d a = piece.corner[0] - point, b = piece.corner[1] - point,

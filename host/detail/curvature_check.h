@@ -17,7 +17,7 @@ namespace kiln {
 class CurvatureCheck {
  public:
   /// Triangles near the last point, one list a thread.
-  struct Room {
+  struct Scratch {
     Vec3d centre;
     std::vector<std::uint32_t> near;
     bool known = false;
@@ -28,7 +28,7 @@ class CurvatureCheck {
                  double radius);
 
   /// As MeanCurvature::at().
-  double at(const Vec3d& point, Room& room) const;
+  double at(const Vec3d& point, Scratch& scratch) const;
 
  private:
   struct Piece {
@@ -39,7 +39,7 @@ class CurvatureCheck {
   };
 
   void find_angles();
-  void gather(const Vec3d& centre, Room& room) const;
+  void gather(const Vec3d& centre, Scratch& scratch) const;
 
   double radius_;
   std::vector<Piece> pieces_;  // by `order`, then by `x`, so that those near a place are found

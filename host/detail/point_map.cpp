@@ -122,8 +122,8 @@ class PointMap : public MapMaker {
       Average average(info_);
       UvFacet facet;
       HighPoint point;
-      const std::unique_ptr<PointRoom> room = function_->room();
-      point.room = room.get();
+      const std::unique_ptr<PointScratch> scratch = function_->scratch();
+      point.scratch = scratch.get();
       for (std::size_t t = begin; t < end; ++t) {
         std::uint8_t& coverage = out.coverage[samples.index[t]];
         float* const to = &out.values[std::size_t{samples.index[t]} * info_.channels];

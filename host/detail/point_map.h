@@ -10,11 +10,11 @@
 namespace kiln {
 
 /// Memory that a function uses again from point to point, one a thread. No value depends on it.
-struct PointRoom {
-  PointRoom() = default;
-  PointRoom(const PointRoom&) = delete;
-  PointRoom& operator=(const PointRoom&) = delete;
-  virtual ~PointRoom() = default;
+struct PointScratch {
+  PointScratch() = default;
+  PointScratch(const PointScratch&) = delete;
+  PointScratch& operator=(const PointScratch&) = delete;
+  virtual ~PointScratch() = default;
 };
 
 /// A point of the high poly, as a map sees it; or, where nothing was found, the point of the low poly that
@@ -37,7 +37,7 @@ struct HighPoint {
   /// Sides of the sample's share of its texel (rightwards, downwards), in UVs of the high poly's
   /// triangle: carried there along the low poly's normal.
   std::array<std::array<double, 2>, 2> uv_sides;
-  PointRoom* room = nullptr;  ///< Of the function's room()
+  PointScratch* scratch = nullptr;  ///< Of the function's scratch()
   Vec3d
       seen;  ///< Mean of the directions that see the low poly's point; 0 where not known, or none does
 };
@@ -59,7 +59,7 @@ class PointFunction {
   /// Before each band, on one thread. \param source_version  another one where the high poly changed
   virtual void prepare(std::uint64_t source_version) { static_cast<void>(source_version); }
   virtual void operator()(const HighPoint& point, float* value) const = 0;
-  virtual std::unique_ptr<PointRoom> room() const { return nullptr; }
+  virtual std::unique_ptr<PointScratch> scratch() const { return nullptr; }
   /// Adds facts and warnings at the end, beside the texels.
   virtual void report(BakedMap& map, std::vector<Warning>& warnings) const {
     static_cast<void>(map), static_cast<void>(warnings);

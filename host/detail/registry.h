@@ -1,4 +1,4 @@
-// The maps there are: each is a file of this room and a row here.
+// The maps there are: each is a file of this folder and a row here.
 #pragma once
 
 #include <array>

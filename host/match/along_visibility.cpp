@@ -78,7 +78,7 @@ MatchRow visibility_match() {
   MatchRow row =
       row_of(MatchMethod::visibility, "along the mean direction that a place is seen from",
              "match.max_distance match.visibility report.recall");
-  row.plan_turn = 3;
+  row.plan_order = 3;
   row.make = make<false>;
   return row;
 }
@@ -88,7 +88,7 @@ MatchRow hybrid_match() {
                         "match.max_distance match.visibility.at match.visibility.test "
                         "match.visibility.directions match.visibility.view_size "
                         "match.visibility.smoothing match.visibility.likelihood report.recall");
-  row.plan_turn = row.low_poly_turn = 2;
+  row.plan_order = row.low_poly_order = 2;
   row.make = make<true>;
   return row;
 }

@@ -30,8 +30,8 @@ MatchRow closest_match() {
   row.info.options = "match.max_distance match.parts report.recall";
   row.follows_bvh = row.finds_the_rest = true;
   row.info.other_names = "nearest";
-  row.plan_turn = 4;
-  row.low_poly_turn = 3;
+  row.plan_order = 4;
+  row.low_poly_order = 3;
   row.make = [](const MatchRequest& request, MatchNotes&) -> std::unique_ptr<Matcher> {
     return std::make_unique<ClosestMatcher>(
         request.source.closest(),

@@ -95,7 +95,7 @@ MatchRow ray_match() {
       "report.recall";
   row.follows_bvh = row.far_on_sheets = row.finds_the_rest = true;
   row.info.other_names = "rays raycast raycasting raytrace raytracing";
-  row.plan_turn = row.low_poly_turn = 1;
+  row.plan_order = row.low_poly_order = 1;
   row.make = [](const MatchRequest& request, MatchNotes&) -> std::unique_ptr<Matcher> {
     const bool cage = request.cage_mesh || request.cage.has_value();
     const bool near = !cage && request.near > 0 && request.near < request.distance;

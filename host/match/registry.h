@@ -1,4 +1,4 @@
-// The matches there are: each is a file of this room and a row here.
+// The matches there are: each is a file of this folder and a row here.
 #pragma once
 
 #include <algorithm>
@@ -73,8 +73,8 @@ struct MatchRow {
   bool far_on_sheets = false;
   /// It finds nearly all that a match without a search, or by views, misses: messages advise it as a fallback.
   bool finds_the_rest = false;
-  /// Its turn among the matches that bake_planned() tries, and that plan_low_poly() does; 0: not tried.
-  std::uint8_t plan_turn = 0, low_poly_turn = 0;
+  /// Its place in the order in which bake_planned() tries matches, and in that of plan_low_poly(); 0: not tried.
+  std::uint8_t plan_order = 0, low_poly_order = 0;
   /// Finds points at any UVs, as a map of endless size would: for matches that go by UVs alone.
   UvPoints (*at_uvs)(const Source::Impl& source, std::span<const Vec2> uvs) = nullptr;
   std::unique_ptr<Matcher> (*make)(const MatchRequest& request, MatchNotes& notes) = nullptr;
@@ -92,9 +92,9 @@ std::string match_names(bool (*has)(const MatchRow& row));
 /// The first that goes by UVs alone (MatchRow::at_uvs).
 MatchMethod match_at_uvs();
 
-/// Matches that have a turn of plans, in its order.
-/// \param turn  MatchRow::plan_turn or low_poly_turn
-std::vector<MatchMethod> planned_matches(std::uint8_t MatchRow::*turn);
+/// Matches that plans try, in their order.
+/// \param order  MatchRow::plan_order or low_poly_order
+std::vector<MatchMethod> planned_matches(std::uint8_t MatchRow::*order);
 
 /// True if a method of the chain has a property: the method, or one of its fallbacks.
 /// \param has  takes a row

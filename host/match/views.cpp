@@ -179,7 +179,7 @@ MatchRow views_match() {
   row.info.method = MatchMethod::views;
   row.info.searches = "depth views from all around";
   row.info.options = "match.max_distance match.views";
-  row.plan_turn = 5;
+  row.plan_order = 5;
   row.make = [](const MatchRequest& request, MatchNotes& notes) -> std::unique_ptr<Matcher> {
     notes.views.emplace();
     return std::make_unique<ViewMatcher>(request, *notes.views);

@@ -207,9 +207,9 @@ void NormalProbe::match_by_uv(const BakeOptions& options,
   match.status.write(context, std::span<const std::uint8_t>(status));
 }
 
-NormalProbe::Limit NormalProbe::limit(const BakeOptions& options,
-                                      std::shared_ptr<const VisibilityField>& field) const {
-  Limit result;
+NormalProbe::InfiniteMap NormalProbe::infinite_map(
+    const BakeOptions& options, std::shared_ptr<const VisibilityField>& field) const {
+  InfiniteMap result;
   if (places() == 0) {
     result.error = with_normals({});
     return result;

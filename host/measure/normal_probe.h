@@ -64,7 +64,8 @@ class NormalProbe {
   /// Error of normals in the mesh's space at each place, for example those that are matched there.
   NormalError with_normals(const std::vector<float>& normals) const;
 
-  struct Limit {
+  /// What a way to match shows with a map of endless size.
+  struct InfiniteMap {
     NormalError error;
     double missed = 0;           ///< Share of the places
     std::vector<float> normals;  ///< What it finds there, in the mesh's space
@@ -72,13 +73,14 @@ class NormalProbe {
   /// Error that a map of endless size would reach with a way to match. By UVs nothing is checked of the layouts.
   /// \param field  of visibility: made where it is null, and taken where it is not
   /// \throws as make_matcher
-  Limit limit(const BakeOptions& options, std::shared_ptr<const VisibilityField>& field) const;
+  InfiniteMap infinite_map(const BakeOptions& options,
+                           std::shared_ptr<const VisibilityField>& field) const;
 
   /// The share of a way's error that no map whatever can get below, however it is matched. A place of the low
   /// poly shows one normal to all directions. The high poly has another behind it from each. It is the mean
   /// error of each place's best normal, over that of the normals that the way found. Some places are asked, from
   /// the pictures' directions that see them. A little too low where few directions see a place.
-  double least_share(const Limit& limit) const;
+  double least_share(const InfiniteMap& endless) const;
 
   std::uint32_t places() const { return band_.sample_count; }
 

@@ -8,7 +8,7 @@
 
 namespace kiln {
 
-double NormalProbe::least_share(const Limit& limit) const {
+double NormalProbe::least_share(const InfiniteMap& endless) const {
   constexpr std::size_t kPlaces = 2048;
   constexpr double kLeastCosine = 0.05;
   if (places() == 0) return 1;
@@ -89,7 +89,7 @@ double NormalProbe::least_share(const Limit& limit) const {
     const auto& directions = seen[i];
     if (directions.empty()) continue;
     const std::size_t place = i * step;
-    const float* own = &limit.normals[3 * place];
+    const float* own = &endless.normals[3 * place];
     const double own_error =
         mean_angle(Vec3d(own[0], own[1], own[2]) * (places_[place].back ? -1.0 : 1.0), directions);
     // The direction of least mean angle: that of least squares, then by Weiszfeld's iteration.

@@ -149,34 +149,35 @@ MeanCurvature::MeanCurvature(std::span<const Vec3> positions, std::span<const Tr
   for (std::atomic<double>& value : at_vertex_) value.store(kUnknown, std::memory_order_relaxed);
 }
 
-double MeanCurvature::at(const Vec3d& point, Room& room) const {
-  const BendSums sums = tree_->within(point, room);
+double MeanCurvature::at(const Vec3d& point, Scratch& scratch) const {
+  const BendSums sums = tree_->within(point, scratch);
   return sums.area > 0 ? sums.bend / sums.area : 0;
 }
 
 /// Threads that ask for the same vertex at once find the same value.
-double MeanCurvature::at_vertex(std::uint32_t vertex, Room& room) const {
+double MeanCurvature::at_vertex(std::uint32_t vertex, Scratch& scratch) const {
   std::atomic<double>& kept = at_vertex_[vertex];
   double value = kept.load(std::memory_order_relaxed);
   if (std::isnan(value)) {
-    value = at(Vec3d(positions_[vertex]), room);
+    value = at(Vec3d(positions_[vertex]), scratch);
     kept.store(value, std::memory_order_relaxed);
   }
   return value;
 }
 
-double MeanCurvature::on(std::uint32_t triangle, double u, double v, Room& room) const {
+double MeanCurvature::on(std::uint32_t triangle, double u, double v, Scratch& scratch) const {
   const Triangle& t = triangles_[triangle];
   const std::array<Vec3d, 3> p = {Vec3d(positions_[t[0]]), Vec3d(positions_[t[1]]),
                                   Vec3d(positions_[t[2]])};
   const double longest = std::max({length(p[1] - p[0]), length(p[2] - p[1]), length(p[0] - p[2])});
   if (longest <= radius_ * kShort) {
-    const double a = at_vertex(t[0], room), b = at_vertex(t[1], room), c = at_vertex(t[2], room);
+    const double a = at_vertex(t[0], scratch), b = at_vertex(t[1], scratch),
+                 c = at_vertex(t[2], scratch);
     if (std::max({a, b, c}) - std::min({a, b, c}) <= kAlike / radius_) {
       return a + (b - a) * u + (c - a) * v;
     }
   }
-  return at(p[0] * (1.0 - u - v) + p[1] * u + p[2] * v, room);
+  return at(p[0] * (1.0 - u - v) + p[1] * u + p[2] * v, scratch);
 }
 
 }  // namespace kiln

@@ -37,8 +37,8 @@ namespace kiln {
 /// EdgeTree tells where balls that hold very many triangles are less than exact.
 class MeanCurvature {
  public:
-  /// Memory that evaluations use again. One a thread.
-  using Room = EdgeTree::Room;
+  /// Scratch memory that evaluations use again. One a thread.
+  using Scratch = EdgeTree::Scratch;
 
   /// \param positions  with the triangles, to stay as they are for as long as this is in use
   /// \param radius     above 0, same units as the positions
@@ -49,13 +49,13 @@ class MeanCurvature {
 
   /// At a point anywhere. \returns in one over the positions' unit; 0 where the ball holds no surface. Some
   /// microseconds.
-  double at(const Vec3d& point, Room& room) const;
+  double at(const Vec3d& point, Scratch& scratch) const;
   /// At a point of a triangle, by the weights of its corners 1 and 2. Any number of threads may ask at once, each with
-  /// its own room: the value is the same to the bit, whatever was asked before.
-  double on(std::uint32_t triangle, double u, double v, Room& room) const;
+  /// its own scratch: the value is the same to the bit, whatever was asked before.
+  double on(std::uint32_t triangle, double u, double v, Scratch& scratch) const;
 
  private:
-  double at_vertex(std::uint32_t vertex, Room& room) const;
+  double at_vertex(std::uint32_t vertex, Scratch& scratch) const;
 
   std::span<const Vec3> positions_;
   std::span<const Triangle> triangles_;

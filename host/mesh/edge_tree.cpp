@@ -153,12 +153,12 @@ EdgeTree::EdgeTree(std::span<const Vec3> positions, std::span<const Triangle> tr
 }
 
 /// Pieces that balls around a point may hold, found for its cube: so they are the same whatever was asked before.
-const EdgeTree::Cell& EdgeTree::cell_of(const Vec3d& centre, Room& room) const {
+const EdgeTree::Cell& EdgeTree::cell_of(const Vec3d& centre, Scratch& scratch) const {
   const auto along = [&](double at) { return static_cast<std::int64_t>(std::floor(at / radius_)); };
   const std::array<std::int64_t, 3> at = {along(centre.x), along(centre.y), along(centre.z)};
-  room.cells.resize(kCells);
+  scratch.cells.resize(kCells);
   const auto slot = static_cast<std::uint64_t>(at[0] + 7 * at[1] + 53 * at[2]) % kCells;
-  Cell& cell = room.cells[slot];
+  Cell& cell = scratch.cells[slot];
   if (cell.known && cell.at == at) return cell;
   cell.at = at;
   cell.known = true;
@@ -169,8 +169,8 @@ const EdgeTree::Cell& EdgeTree::cell_of(const Vec3d& centre, Room& room) const {
   };
   constexpr double kRounding = 1e-3;  // of the radius, more than division rounds
   const Vec3d low = end(-kRounding), high = end(1 + kRounding);
-  cell.few = gather(low, high, cell, room.steps);
-  if (!cell.few) begin(low, high, cell, room.steps);
+  cell.few = gather(low, high, cell, scratch.steps);
+  if (!cell.few) begin(low, high, cell, scratch.steps);
   return cell;
 }
 
@@ -230,17 +230,17 @@ void EdgeTree::begin(const Vec3d& low, const Vec3d& high, Cell& cell, std::uint6
   }
 }
 
-BendSums EdgeTree::within(const Vec3d& centre, Room& room) const {
-  const Cell& cell = cell_of(centre, room);
-  if (cell.few) return by_pieces(cell, centre, room);
+BendSums EdgeTree::within(const Vec3d& centre, Scratch& scratch) const {
+  const Cell& cell = cell_of(centre, scratch);
+  if (cell.few) return by_pieces(cell, centre, scratch);
   BendSums sums;
   for (const bool coarse : {false, true}) {
-    if (by_boxes(cell, centre, coarse, room, sums)) return sums;
+    if (by_boxes(cell, centre, coarse, scratch, sums)) return sums;
   }
-  return by_levels(centre, room);
+  return by_levels(centre, scratch);
 }
 
-BendSums EdgeTree::by_pieces(const Cell& cell, const Vec3d& centre, Room& room) const {
+BendSums EdgeTree::by_pieces(const Cell& cell, const Vec3d& centre, Scratch& scratch) const {
   BendSums sums;
   for (const Near& near : cell.pieces) {
     const Vec3d way = near.centre - centre;
@@ -249,19 +249,19 @@ BendSums EdgeTree::by_pieces(const Cell& cell, const Vec3d& centre, Room& room) 
     bool is_cut = false;
     sums += clipped(near.piece, centre, is_cut);
   }
-  room.steps += cell.pieces.size();
+  scratch.steps += cell.pieces.size();
   return sums;
 }
 
 /// \param coarse  small boxes count by their shares \returns false where it would take too long
-bool EdgeTree::by_boxes(const Cell& cell, const Vec3d& centre, bool coarse, Room& room,
+bool EdgeTree::by_boxes(const Cell& cell, const Vec3d& centre, bool coarse, Scratch& scratch,
                         BendSums& sums) const {
   sums = {};
   std::array<std::size_t, 66> stack{};  // one level leaves one behind
   std::size_t height = 0, cuts = 0, leaves = 0;
   for (std::size_t box = 0; height != 0 || box < cell.boxes.size();) {
     const std::size_t at = height != 0 ? stack[--height] : cell.boxes[box++];
-    ++room.steps;
+    ++scratch.steps;
     if (settled(nodes_[at], centre, coarse, sums)) continue;
     if (at < first_of(levels_)) {
       stack[height++] = 2 * at + 2;
@@ -273,7 +273,7 @@ bool EdgeTree::by_boxes(const Cell& cell, const Vec3d& centre, bool coarse, Room
       bool is_cut = false;
       sums += clipped(pieces_[i], centre, is_cut);
       cuts += is_cut ? 1 : 0;
-      ++room.steps;
+      ++scratch.steps;
     }
     if (cuts > kMostCut || ++leaves > kMostLeaves) return false;
   }
@@ -281,30 +281,30 @@ bool EdgeTree::by_boxes(const Cell& cell, const Vec3d& centre, bool coarse, Room
 }
 
 /// The sums in a ball, all boxes of a level before those of the next, as long as they are few.
-BendSums EdgeTree::by_levels(const Vec3d& centre, Room& room) const {
+BendSums EdgeTree::by_levels(const Vec3d& centre, Scratch& scratch) const {
   BendSums sums;
-  room.front.assign(1, 0);
-  for (std::uint32_t level = 0; !room.front.empty(); ++level) {
-    room.steps += room.front.size();
-    room.next.clear();
-    for (const std::size_t at : room.front) {
-      if (!settled(nodes_[at], centre, /*coarse=*/true, sums)) room.next.push_back(at);
+  scratch.front.assign(1, 0);
+  for (std::uint32_t level = 0; !scratch.front.empty(); ++level) {
+    scratch.steps += scratch.front.size();
+    scratch.next.clear();
+    for (const std::size_t at : scratch.front) {
+      if (!settled(nodes_[at], centre, /*coarse=*/true, sums)) scratch.next.push_back(at);
     }
-    if (level < levels_ && room.next.size() <= kMostBoxes / 2) {
-      room.front.clear();
-      for (const std::size_t at : room.next) {
-        room.front.push_back(2 * at + 1);
-        room.front.push_back(2 * at + 2);
+    if (level < levels_ && scratch.next.size() <= kMostBoxes / 2) {
+      scratch.front.clear();
+      for (const std::size_t at : scratch.next) {
+        scratch.front.push_back(2 * at + 1);
+        scratch.front.push_back(2 * at + 2);
       }
       continue;
     }
-    for (const std::size_t at : room.next) {
+    for (const std::size_t at : scratch.next) {
       const std::size_t i = at - first_of(level);
       const std::size_t middle = (begin_of(level, i) + begin_of(level, i + 1)) / 2;
       const Shares share = shares(pieces_[middle], centre);
       sums += {nodes_[at].sums.area * share.area, nodes_[at].sums.bend * share.bend};
     }
-    room.steps += room.next.size();
+    scratch.steps += scratch.next.size();
     break;
   }
   return sums;

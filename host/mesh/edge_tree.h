@@ -53,8 +53,8 @@ class EdgeTree {
     std::vector<Near> pieces;        ///< In the tree's order
     std::vector<std::size_t> boxes;  ///< ...
   };
-  /// Memory that searches use again, and what they cost. One a thread, for one tree.
-  struct Room {
+  /// Scratch memory that searches use again, and what they cost. One a thread, for one tree.
+  struct Scratch {
     std::vector<Cell> cells;
     std::vector<std::size_t> front, next;  ///< Boxes of one level
     std::uint64_t steps = 0;               ///< Boxes and pieces looked at so far
@@ -67,8 +67,8 @@ class EdgeTree {
            std::span<const std::uint8_t> usable, std::span<const std::array<float, 3>> angle,
            double radius);
 
-  /// The surface's sums in a ball. They are the same to the bit whatever the room was used for before.
-  BendSums within(const Vec3d& centre, Room& room) const;
+  /// The surface's sums in a ball. They are the same to the bit whatever the scratch was used for before.
+  BendSums within(const Vec3d& centre, Scratch& scratch) const;
 
   std::size_t pieces() const { return pieces_.size(); }
 
@@ -95,16 +95,16 @@ class EdgeTree {
   void split(std::vector<Item>& order, std::uint32_t level, std::size_t i) const;
   void fill_leaf(std::size_t leaf);
   void join(std::size_t at);
-  const Cell& cell_of(const Vec3d& centre, Room& room) const;
+  const Cell& cell_of(const Vec3d& centre, Scratch& scratch) const;
   bool gather(const Vec3d& low, const Vec3d& high, Cell& cell, std::uint64_t& steps) const;
   void begin(const Vec3d& low, const Vec3d& high, Cell& cell, std::uint64_t& steps) const;
-  BendSums by_pieces(const Cell& cell, const Vec3d& centre, Room& room) const;
+  BendSums by_pieces(const Cell& cell, const Vec3d& centre, Scratch& scratch) const;
   BendSums clipped(const BendPiece& piece, const Vec3d& centre, bool& cut) const;
   Shares shares(const BendPiece& piece, const Vec3d& centre) const;
   bool settled(const Node& node, const Vec3d& centre, bool coarse, BendSums& sums) const;
-  bool by_boxes(const Cell& cell, const Vec3d& centre, bool coarse, Room& room,
+  bool by_boxes(const Cell& cell, const Vec3d& centre, bool coarse, Scratch& scratch,
                 BendSums& sums) const;
-  BendSums by_levels(const Vec3d& centre, Room& room) const;
+  BendSums by_levels(const Vec3d& centre, Scratch& scratch) const;
 
   double radius_, squared_;
   std::size_t count_ = 0;  // of pieces

@@ -4,6 +4,7 @@
 #include <cstring>
 
 #include "base/parallel.h"
+#include "mesh/weld.h"
 
 namespace kiln {
 namespace {
@@ -33,7 +34,7 @@ HighPolyNormals::Change HighPolyNormals::rebuild(const Mesh& mesh,
   corners_ = corner_normals(mesh, positions);
   index();
   if (computed_) {
-    first_ = weld_positions(positions);
+    first_ = weld_vertices(positions);
     weights_.resize(mesh.triangles.size());
     parallel_for(weights_.size(), kGrainOfNormals, [&](std::size_t begin, std::size_t end) {
       corner_weights(positions, mesh.triangles, mesh.polygons, begin, end, &weights_[begin]);
@@ -57,7 +58,7 @@ std::vector<std::uint32_t> HighPolyNormals::first_of_polygons(
 HighPolyNormals::Change HighPolyNormals::move(const Mesh& mesh, std::span<const Vec3> positions,
                                               std::span<const std::uint32_t> triangles) {
   if (!computed_ && !has_extra(mesh)) return {};
-  if (has_extra(mesh) || weld_positions(positions) != first_) return rebuild(mesh, positions);
+  if (has_extra(mesh) || weld_vertices(positions) != first_) return rebuild(mesh, positions);
   const std::vector<std::uint32_t> firsts = first_of_polygons(mesh, triangles);
   parallel_for(firsts.size(), kGrainOfNormals, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {

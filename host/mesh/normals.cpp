@@ -7,6 +7,7 @@
 
 #include "base/parallel.h"
 #include "mesh/vector.h"
+#include "mesh/weld.h"
 
 namespace kiln {
 namespace {
@@ -133,35 +134,10 @@ std::vector<Vec3> vertex_normals(std::span<const Vec3> positions,
   return result;
 }
 
-std::vector<std::uint32_t> weld_positions(std::span<const Vec3> positions) {
-  // Open addressing over the bit patterns; -0 becomes 0 so that equal means equal.
-  const auto bits = [&](std::size_t i) {
-    const Vec3& p = positions[i];
-    return std::array<std::uint32_t, 3>{std::bit_cast<std::uint32_t>(p.x + 0.0F),
-                                        std::bit_cast<std::uint32_t>(p.y + 0.0F),
-                                        std::bit_cast<std::uint32_t>(p.z + 0.0F)};
-  };
-  const std::size_t mask = std::bit_ceil(positions.size() * 2 + 1) - 1;
-  constexpr std::uint32_t kEmpty = 0xFFFFFFFFU;
-  std::vector<std::uint32_t> table(mask + 1, kEmpty);
-  std::vector<std::uint32_t> first(positions.size());
-  for_each_alive(positions.size(), [&](std::size_t i) {
-    const auto key = bits(i);
-    std::uint64_t hash = key[0] * 0x9E3779B97F4A7C15ULL;
-    hash = (hash ^ (hash >> 29) ^ key[1]) * 0xBF58476D1CE4E5B9ULL;
-    hash = (hash ^ (hash >> 32) ^ key[2]) * 0x94D049BB133111EBULL;
-    std::size_t slot = (hash ^ (hash >> 31)) & mask;
-    while (table[slot] != kEmpty && bits(table[slot]) != key) slot = (slot + 1) & mask;
-    if (table[slot] == kEmpty) table[slot] = static_cast<std::uint32_t>(i);
-    first[i] = table[slot];
-  });
-  return first;
-}
-
 CornerNormals corner_normals(const Mesh& mesh, std::span<const Vec3> frame_positions) {
   CornerNormals result;
   if (mesh.normal_triangles.empty()) {
-    const std::vector<std::uint32_t> first = weld_positions(frame_positions);
+    const std::vector<std::uint32_t> first = weld_vertices(frame_positions);
     result.triangles = mesh.triangles;
     for_each_alive(result.triangles.size(), [&](std::size_t i) {
       for (std::uint32_t& index : result.triangles[i]) index = first[index];
@@ -194,7 +170,7 @@ CornerNormals corner_normals(const Mesh& mesh, std::span<const Vec3> frame_posit
 std::vector<Vec3> continuous_directions(std::span<const Vec3> positions,
                                         std::span<const Triangle> triangles,
                                         const CornerNormals& corners) {
-  const std::vector<std::uint32_t> first = weld_positions(positions);
+  const std::vector<std::uint32_t> first = weld_vertices(positions);
   std::vector<Vec3d> sums(positions.size());
   std::vector<Vec3d> face_sums(positions.size());
   std::vector<double> totals(positions.size());

@@ -43,9 +43,6 @@ std::vector<Vec3> vertex_normals(std::span<const Vec3> positions,
                                  std::span<const Triangle> triangles,
                                  std::span<const std::uint32_t> polygons = {});
 
-/// Index of the first vertex with exactly the same position, for each vertex (-0 equals 0).
-std::vector<std::uint32_t> weld_positions(std::span<const Vec3> positions);
-
 /// Normals per corner, as a pool and indices into it.
 struct CornerNormals {
   std::vector<Vec3> normals;

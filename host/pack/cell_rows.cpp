@@ -14,9 +14,9 @@ namespace {
 constexpr std::uint64_t kAllOnes = ~std::uint64_t{0};
 
 /// Lengths of free runs are told apart in up to twice so many steps. So many of a mask's runs are held against them.
-constexpr std::uint32_t kRoomBits = 6;
+constexpr std::uint32_t kRunBits = 6;
 constexpr std::size_t kKeyRuns = 16;
-/// In rows of more words than this, only words with room are searched after the first runs.
+/// In rows of more words than this, only words with a free run are searched after the first runs.
 constexpr std::uint32_t kFewWords = 4, kWholeRuns = 3;
 
 /// From any address.
@@ -38,17 +38,17 @@ CellRows::CellRows(std::uint32_t width, std::uint32_t height, std::uint32_t long
       levels_(static_cast<std::uint32_t>(std::bit_width(std::min(width, longest)))),
       // Shifting reads beyond the last row.
       bits_(std::size_t{levels_} * height * words_ + words_ + 1),
-      step_(static_cast<std::uint32_t>(std::bit_width(width >> kRoomBits)) -
-            (width >> kRoomBits != 0 ? 1 : 0)),
+      step_(static_cast<std::uint32_t>(std::bit_width(width >> kRunBits)) -
+            (width >> kRunBits != 0 ? 1 : 0)),
       row_words_((height + 63) / 64),
-      roomy_((std::size_t{width >> step_} + 1) * row_words_ + height / 64 + 2, kAllOnes),
-      room_(height, width >> step_),
+      fits_((std::size_t{width >> step_} + 1) * row_words_ + height / 64 + 2, kAllOnes),
+      longest_free_(height, width >> step_),
       free_(height, FreeRun{0, width, 0}) {}
 
 void CellRows::clear() {
   std::fill(bits_.begin(), bits_.end(), 0);
-  std::fill(roomy_.begin(), roomy_.end(), kAllOnes);
-  std::fill(room_.begin(), room_.end(), width_ >> step_);
+  std::fill(fits_.begin(), fits_.end(), kAllOnes);
+  std::fill(longest_free_.begin(), longest_free_.end(), width_ >> step_);
   std::fill(free_.begin(), free_.end(), FreeRun{0, width_, 0});
 }
 
@@ -94,7 +94,7 @@ void CellRows::widen(std::uint32_t first, std::uint32_t end, std::uint32_t left,
   }
   for (std::uint32_t y = first; y < end; ++y) {
     if (free_[y].length() < free_[y].others) find_longest(y);
-    note_room(y, free_[y].length() >> step_);
+    note_longest_free(y, free_[y].length() >> step_);
   }
 }
 
@@ -135,19 +135,19 @@ void CellRows::find_longest(std::uint32_t y) {
   if (begin < width_) add(width_);
 }
 
-void CellRows::note_room(std::uint32_t y, std::uint32_t room) {
-  for (; room_[y] > room; --room_[y])
-    roomy_[std::size_t{room_[y]} * row_words_ + y / 64] &= ~(std::uint64_t{1} << y % 64);
+void CellRows::note_longest_free(std::uint32_t y, std::uint32_t steps) {
+  for (; longest_free_[y] > steps; --longest_free_[y])
+    fits_[std::size_t{longest_free_[y]} * row_words_ + y / 64] &= ~(std::uint64_t{1} << y % 64);
 }
 
-/// For 64 rows from a multiple of 64: rows where a mask may lie, since its rows find room for their longest
-/// runs. Asks a few rows of the mask that lie far from each other.
-std::uint64_t CellRows::rows_with_room(const ChartMask& mask, std::uint32_t first) const {
+/// For 64 rows from a multiple of 64: rows where a mask may lie, since free runs are as long as its longest
+/// ones. Asks a few rows of the mask that lie far from each other.
+std::uint64_t CellRows::rows_that_fit(const ChartMask& mask, std::uint32_t first) const {
   std::uint64_t result = kAllOnes;
   for (std::size_t n = 0; n < std::min(kKeyRuns, mask.runs.size()) && result != 0; ++n) {
     const std::uint32_t r = mask.runs[n].row;
     const std::uint64_t* const rows =
-        roomy_.data() +
+        fits_.data() +
         std::size_t{static_cast<std::uint16_t>(mask.longest[r])} / (1U << step_) * row_words_ +
         (first + r) / 64;
     result &= rows[0] >> r % 64 | rows[1] << 1 << (63 - r % 64);
@@ -177,7 +177,7 @@ std::optional<std::pair<std::uint32_t, std::uint32_t>> CellRows::find_in(
   for (;;) {
     while (rows == 0) {
       if (above >= end) return std::nullopt;
-      rows = rows_with_room(mask, above);
+      rows = rows_that_fit(mask, above);
       if (above < window.bottom) rows &= kAllOnes << (window.bottom - above);
       if (end - above < 64) rows &= kAllOnes >> (64 - (end - above));
       above += 64;

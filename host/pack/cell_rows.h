@@ -46,8 +46,8 @@ class CellRows {
   template <std::uint32_t words>
   std::optional<std::pair<std::uint32_t, std::uint32_t>> find_in(const ChartMask& mask,
                                                                  const Window& window) const;
-  std::uint64_t rows_with_room(const ChartMask& mask, std::uint32_t first) const;
-  void note_room(std::uint32_t y, std::uint32_t room);
+  std::uint64_t rows_that_fit(const ChartMask& mask, std::uint32_t first) const;
+  void note_longest_free(std::uint32_t y, std::uint32_t steps);
   void find_longest(std::uint32_t y);
 
   /// The longest run of free cells in a row. As cells are taken, it is known without a look at the row. Not where
@@ -64,9 +64,9 @@ class CellRows {
   // Which rows have a run of free cells that is long enough: a bit a row, for lengths in steps.
   std::uint32_t step_;  ///< Two to this power, cells.
   std::uint32_t row_words_;
-  std::vector<std::uint64_t> roomy_;
-  std::vector<std::uint32_t> room_;  ///< Longest free run of each row, in steps.
-  std::vector<FreeRun> free_;        ///< And where it is, or an empty one after marks.
+  std::vector<std::uint64_t> fits_;
+  std::vector<std::uint32_t> longest_free_;  ///< Longest free run of each row, in steps.
+  std::vector<FreeRun> free_;                ///< And where it is, or an empty one after marks.
 };
 
 }  // namespace kiln

@@ -42,7 +42,7 @@ Image rounded(Image map, std::uint32_t bits) {
 void set_measured(const NormalError& error, Candidate& candidate) {
   candidate.measured = error.mean_degrees;
   candidate.standard_error = error.standard_error_degrees;
-  candidate.one_sided = error.one_sided_share;
+  candidate.silhouette_mismatch = error.one_sided_share;
 }
 
 CandidateBuilder::CandidateBuilder(const Source& source, const LowPolyPlanOptions& options,
@@ -112,7 +112,8 @@ MadeCandidate CandidateBuilder::build(std::size_t level, std::uint32_t size) {
   if (size == 0) {
     creases_ = static_cast<double>(candidate.vertices) / positions;
     set_measured(probe.without_map(), candidate);
-    evaluator_.know(level, /*mapped=*/false, {candidate.measured, 0, candidate.one_sided});
+    evaluator_.know(level, /*mapped=*/false,
+                    {candidate.measured, 0, candidate.silhouette_mismatch});
   } else {
     seams_ = (static_cast<double>(candidate.vertices) - positions) / std::sqrt(positions);
     made.unwrapped = evaluator_.laid_out(level, size).report;

@@ -12,12 +12,13 @@ namespace kiln {
 
 /// Mean angles of rendered normals that a mesh reaches, degrees, and how its outlines differ.
 struct LevelErrors {
-  double without_map = 0;  ///< Of its own normals
-  double limit = 0;        ///< With a map of endless size
-  double one_sided = 0;    ///< NormalError::one_sided_share
+  double without_map = 0;          ///< Of its own normals
+  double infinite_map = 0;         ///< With a map of endless size: README's limit
+  double silhouette_mismatch = 0;  ///< NormalError::one_sided_share
 };
 
-/// The error of a mesh with a map of s texels a side: e(s) = limit + d / (1 + d h(s)), d = without_map - limit. A tiny
+/// The error of a mesh with a map of s texels a side: e(s) = infinite_map + d / (1 + d h(s)), where d = without_map -
+/// infinite_map. A tiny
 /// map shows nothing of the detail d, a large one all of it. The sharpness h is that of maps that were measured, of the
 /// mesh with the nearest number of faces.
 class ErrorModel {
@@ -29,14 +30,15 @@ class ErrorModel {
     std::vector<Sharpness>& known = known_[size];
     if (!own && !known.empty() && known.front().own) return;
     if (own) std::erase_if(known, [](const Sharpness& other) { return !other.own; });
-    const double above = std::max(error - level.limit, kRounding * level.limit + kTiny);
+    const double above =
+        std::max(error - level.infinite_map, kRounding * level.infinite_map + kTiny);
     known.push_back(
         {faces, std::max(1 / above - 1 / detail(level), kRounding / detail(level)), own});
   }
 
   /// \param level  as it is with normals for a map
   double expected(double faces, const LevelErrors& level, std::uint32_t size) const {
-    return level.limit + detail(level) / (1 + detail(level) * sharpness(faces, size));
+    return level.infinite_map + detail(level) / (1 + detail(level) * sharpness(faces, size));
   }
 
  private:
@@ -48,7 +50,7 @@ class ErrorModel {
   static constexpr double kRounding = 0.01, kTiny = 1e-9;
 
   static double detail(const LevelErrors& level) {
-    return std::max(level.without_map - level.limit, kTiny);
+    return std::max(level.without_map - level.infinite_map, kTiny);
   }
 
   static double nearest(const std::vector<Sharpness>& known, double faces) {

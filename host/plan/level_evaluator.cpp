@@ -62,7 +62,7 @@ bool LevelEvaluator::refine() {
 LevelErrors LevelEvaluator::at(std::size_t level, bool mapped) {
   const std::map<std::size_t, LevelErrors>& nodes = nodes_[mapped ? 1 : 0];
   const std::size_t before = level / kNodeStep * kNodeStep;
-  if (!is_settled_ || nodes.empty()) {
+  if (!is_frozen_ || nodes.empty()) {
     evaluate(before, mapped);
     if (level > before) evaluate(std::min(before + kNodeStep, count() - 1), mapped);
   }
@@ -77,8 +77,8 @@ LevelErrors LevelEvaluator::at(std::size_t level, bool mapped) {
   const auto between = [share](double from, double to) {
     return from > 0 && to > 0 ? from * std::pow(to / from, share) : from + (to - from) * share;
   };
-  return {between(a.without_map, b.without_map), between(a.limit, b.limit),
-          between(a.one_sided, b.one_sided)};
+  return {between(a.without_map, b.without_map), between(a.infinite_map, b.infinite_map),
+          between(a.silhouette_mismatch, b.silhouette_mismatch)};
 }
 
 std::vector<std::size_t> LevelEvaluator::evaluated() const {
@@ -91,12 +91,12 @@ void LevelEvaluator::evaluate(std::size_t level, bool mapped) {
   if (nodes_[mapped ? 1 : 0].contains(level)) return;
   ProgressGuard::poll_at(0.2, "evaluating low polys");
   const Stopwatch watch;
-  auto looked = set_->glances.find(level);
-  if (looked == set_->glances.end()) {
-    looked = set_->glances.emplace(level, levels().glance(level)).first;
+  auto rough = set_->rough.find(level);
+  if (rough == set_->rough.end()) {
+    rough = set_->rough.emplace(level, levels().rough_meshes(level)).first;
   }
   const Stopwatch measuring;
-  const NormalProbe probe(impl_of(source_), with_some_uvs(looked->second[mapped ? 1 : 0]), coarse_);
+  const NormalProbe probe(impl_of(source_), with_some_uvs(rough->second[mapped ? 1 : 0]), coarse_);
   const NormalError error = probe.without_map();
   nodes_[mapped ? 1 : 0][level] =
       mapped ? mapped_errors(probe) : LevelErrors{error.mean_degrees, 0, error.one_sided_share};
@@ -106,15 +106,15 @@ void LevelEvaluator::evaluate(std::size_t level, bool mapped) {
 
 LevelErrors LevelEvaluator::mapped_errors(const NormalProbe& probe) const {
   std::shared_ptr<const VisibilityField> field;
-  BakeOptions options = limit_options(bake_.match.method);
-  const NormalProbe::Limit limit = widen_search(
-      options, [&](const BakeOptions& wide) { return probe.limit(wide, field); },
-      [](const NormalProbe::Limit& found) { return found.missed; });
+  BakeOptions options = match_options(bake_.match.method);
+  const NormalProbe::InfiniteMap endless = widen_search(
+      options, [&](const BakeOptions& wide) { return probe.infinite_map(wide, field); },
+      [](const NormalProbe::InfiniteMap& found) { return found.missed; });
   const NormalError bare = probe.without_map();
-  return {bare.mean_degrees, limit.error.mean_degrees, bare.one_sided_share};
+  return {bare.mean_degrees, endless.error.mean_degrees, bare.one_sided_share};
 }
 
-BakeOptions LevelEvaluator::limit_options(MatchMethod method) const {
+BakeOptions LevelEvaluator::match_options(MatchMethod method) const {
   BakeOptions options = bake_;
   options.match.method = method;
   std::erase(options.match.fallback, method);
@@ -128,10 +128,10 @@ bool LevelEvaluator::choose_match(std::size_t level) {
   const std::size_t nearest = level / kNodeStep * kNodeStep;
   evaluate(nearest, /*mapped=*/true);
   ProgressGuard::poll_at(0.3, "looking at ways to match");
-  const NormalProbe probe(impl_of(source_), with_some_uvs(set_->glances.at(nearest)[1]), coarse_);
+  const NormalProbe probe(impl_of(source_), with_some_uvs(set_->rough.at(nearest)[1]), coarse_);
   const Stopwatch watch;
   std::shared_ptr<const VisibilityField> field;
-  std::vector<MatchMethod> ways = planned_matches(&MatchRow::low_poly_turn);
+  std::vector<MatchMethod> ways = planned_matches(&MatchRow::low_poly_order);
   if (bake_.match.cage) {
     std::erase_if(ways, [](MatchMethod way) { return !obeys(match_row(way).info, "match.cage"); });
   }
@@ -139,15 +139,15 @@ bool LevelEvaluator::choose_match(std::size_t level) {
   if (options_.height_field) ways.insert(ways.begin(), match_at_uvs());
   double least = 0;
   for (const MatchMethod way : ways) {
-    const NormalProbe::Limit limit = probe.limit(limit_options(way), field);
-    if (least != 0 && limit.error.mean_degrees >= kGain * least) continue;
-    least = limit.error.mean_degrees;
+    const NormalProbe::InfiniteMap endless = probe.infinite_map(match_options(way), field);
+    if (least != 0 && endless.error.mean_degrees >= kGain * least) continue;
+    least = endless.error.mean_degrees;
     if (way != bake_.match.method) {
       bake_.match.method = way;
       nodes_[1].clear();
     }
     // No match may get far below the best: hard edges seldom leave room for another one.
-    if (way == first && probe.least_share(limit) >= kGain) break;
+    if (way == first && probe.least_share(endless) >= kGain) break;
   }
   std::erase(bake_.match.fallback, bake_.match.method);
   plan_.seconds_measure += watch.total();

@@ -28,23 +28,23 @@ struct LaidOut {
 /// Low polys of one high poly that were made: plans for several sizes on screen share them.
 struct LevelSet {
   std::unique_ptr<SimplifyLevels> levels;
-  std::map<std::size_t, Mesh> meshes;                                 ///< By level
-  std::map<std::size_t, std::array<Mesh, 2>> glances;                 ///< SimplifyLevels::glance()
+  std::map<std::size_t, Mesh> meshes;                ///< By level
+  std::map<std::size_t, std::array<Mesh, 2>> rough;  ///< SimplifyLevels::rough_meshes()
   std::map<std::pair<std::size_t, std::uint32_t>, LaidOut> laid_out;  ///< By level and size
 };
 using LevelCache = std::map<std::uint32_t, LevelSet>;  ///< By the faces of the finest level
 
-/// The coarsest level of [begin, end) that does, where all finer ones do. Coarse levels are asked first, since they take
-/// the least time to evaluate, and those that are evaluated anyway before those between.
-template <class Does>
-std::optional<std::size_t> coarsest(std::size_t begin, std::size_t end, const Does& does) {
+/// The coarsest level of [begin, end) that is good, where all finer ones are. Coarse levels are asked first, since they
+/// take the least time to evaluate, and those that are evaluated anyway before those between.
+template <class IsGood>
+std::optional<std::size_t> coarsest(std::size_t begin, std::size_t end, const IsGood& is_good) {
   using plan_settings::kNodeStep;
-  std::size_t good = begin, bad = std::max(begin, end);  // Levels before `good` do.
+  std::size_t good = begin, bad = std::max(begin, end);  // Levels before `good` are good.
   while (good < bad) {
     std::size_t middle = good + (bad - good) * 2 / 3;
     const std::size_t node = (middle + kNodeStep / 2) / kNodeStep * kNodeStep;
     if (node >= good && node < bad) middle = node;
-    if (does(middle)) {
+    if (is_good(middle)) {
       good = middle + 1;
     } else {
       bad = middle;
@@ -68,10 +68,10 @@ class LevelEvaluator {
   /// Makes levels of more faces. \returns false where there are none
   bool refine();
 
-  /// \param mapped  with normals for a map; else for shading, where there is no limit
+  /// \param mapped  with normals for a map; else for shading, where no map is of use
   LevelErrors at(std::size_t level, bool mapped);
-  /// While settled, at() tells what is known, and evaluates nothing.
-  void settle(bool settled) { is_settled_ = settled; }
+  /// While frozen, at() tells what is known, and evaluates nothing.
+  void freeze(bool frozen) { is_frozen_ = frozen; }
   /// Levels that were evaluated, coarser ones last.
   std::vector<std::size_t> evaluated() const;
   /// Takes what a mesh that was made reaches.
@@ -95,7 +95,7 @@ class LevelEvaluator {
  private:
   void make_levels(std::uint32_t most);
   void evaluate(std::size_t level, bool mapped);
-  BakeOptions limit_options(MatchMethod method) const;
+  BakeOptions match_options(MatchMethod method) const;
 
   const Source& source_;
   const Mesh& high_;
@@ -105,7 +105,7 @@ class LevelEvaluator {
   LevelCache& cache_;
   LevelSet* set_ = nullptr;
   std::uint32_t most_ = 0;  ///< Faces of the finest level
-  bool is_settled_ = false;
+  bool is_frozen_ = false;
   HighPolyView fine_, coarse_;
   std::array<std::map<std::size_t, LevelErrors>, 2> nodes_;  ///< By level: for shading, for a map
   std::optional<TexelDetail> detail_;  ///< Of the high poly, where it was asked for

@@ -126,7 +126,7 @@ class LodMaker {
     candidate.expected = candidate.measured;
     plan.candidates.push_back(candidate);
     if (candidate.measured > plan.wanted ||
-        (plan.max_outline > 0 && candidate.one_sided > plan.max_outline)) {
+        (plan.max_outline > 0 && candidate.silhouette_mismatch > plan.max_outline)) {
       return false;
     }
     plan.low = std::move(low);

@@ -33,7 +33,7 @@ class LowPolyPlanner {
         high_(high),
         options_(options),
         most_faces_(most_faces > 0 ? static_cast<double>(most_faces) : HUGE_VAL),
-        most_one_sided_(options.max_outline > 0 ? options.max_outline : kMostOneSided),
+        most_mismatch_(options.max_outline > 0 ? options.max_outline : kMostMismatch),
         bake_(options.bake),
         alive_(bake_.progress),
         evaluator_(source, high, options, bake_, plan_, cache),
@@ -53,30 +53,30 @@ class LowPolyPlanner {
         search();
       } while (!mend());
     } while (!finish());
-    plan_.reached = does(plan_.chosen) && all_reached(plan_.bounds);
+    plan_.reached = meets_bounds(plan_.chosen) && all_reached(plan_.bounds);
     return std::move(plan_);
   }
 
  private:
-  /// Candidates of one size that did not do.
+  /// Candidates of one size that miss their bounds.
   struct Missed {
     std::size_t finest = SIZE_MAX;  ///< Level
     int count = 0;
   };
   using Choice = std::pair<std::size_t, std::uint32_t>;  // Level, size
 
-  bool does(const Candidate& candidate) const {
+  bool meets_bounds(const Candidate& candidate) const {
     return candidate.measured <= options_.max_error &&
-           (options_.max_outline == 0 || candidate.one_sided <= options_.max_outline);
+           (options_.max_outline == 0 || candidate.silhouette_mismatch <= options_.max_outline);
   }
-  /// Nor is a part of the surface lost.
+  /// It meets its bounds, and no part of the surface is lost.
   bool is_sound(const Candidate& candidate) const {
-    return does(candidate) && candidate.one_sided <= most_one_sided_;
+    return meets_bounds(candidate) && candidate.silhouette_mismatch <= most_mismatch_;
   }
   bool is_better(const Candidate& a, const Candidate& b) const {
     const auto rank = [&](const Candidate& c) {
       if (c.size < sizes_.front()) return -1;  // Too small for another map
-      return is_sound(c) ? 2 : does(c) ? 1 : 0;
+      return is_sound(c) ? 2 : meets_bounds(c) ? 1 : 0;
     };
     if (rank(a) != rank(b)) return rank(a) > rank(b);
     return rank(a) > 0 ? a.bytes.total() < b.bytes.total() : a.measured < b.measured;
@@ -122,11 +122,12 @@ class LowPolyPlanner {
     return level;
   }
 
-  /// The coarsest level whose limit leaves half of the error to texels.
+  /// The coarsest level whose error with an endless map leaves half of the error to texels.
   std::optional<std::size_t> coarsest_for_map() {
     return coarsest(finest(), evaluator_.count(), [&](std::size_t level) {
       const LevelErrors errors = evaluator_.at(level, true);
-      return errors.limit <= options_.max_error / 2 && errors.one_sided <= most_one_sided_;
+      return errors.infinite_map <= options_.max_error / 2 &&
+             errors.silhouette_mismatch <= most_mismatch_;
     });
   }
   /// The coarsest level that reaches the error without a map, if it weighs at most `most` bytes.
@@ -134,7 +135,8 @@ class LowPolyPlanner {
     if (sizes_.front() != 0) return std::nullopt;
     return coarsest(first_within(most, 0), evaluator_.count(), [&](std::size_t level) {
       const LevelErrors errors = evaluator_.at(level, false);
-      return errors.without_map <= options_.max_error && errors.one_sided <= most_one_sided_;
+      return errors.without_map <= options_.max_error &&
+             errors.silhouette_mismatch <= most_mismatch_;
     });
   }
   /// The finest level that weighs less than so much.
@@ -165,7 +167,7 @@ class LowPolyPlanner {
     make({level, *size});
   }
 
-  /// Next candidate: the lightest of the coarsest levels that are expected to do, one for each size. A size that was never within the
+  /// Next candidate: the lightest of the coarsest levels that are expected to reach the error, one for each size. A size that was never within the
   /// error is aimed a margin below it, the size of the lightest so far above it: what nearly does is worth a try there.
   /// Each miss at a size lowers the aim.
   std::optional<Choice> lightest_expected() {
@@ -182,7 +184,7 @@ class LowPolyPlanner {
       const std::size_t end = std::min(evaluator_.count(), missed.finest);
       const auto found_level = coarsest(first_within(most, size), end, [&](std::size_t level) {
         return builder_.expected_error(level, size) <= aim &&
-               evaluator_.at(level, size != 0).one_sided <= most_one_sided_;
+               evaluator_.at(level, size != 0).silhouette_mismatch <= most_mismatch_;
       });
       if (!found_level) continue;
       lightest = {*found_level, size};
@@ -271,7 +273,7 @@ class LowPolyPlanner {
     plan_.levels.clear();
     for (const MadeCandidate& made : made_) plan_.candidates.push_back(made.candidate);
     const std::vector<std::size_t> known = evaluator_.evaluated();
-    evaluator_.settle(true);
+    evaluator_.freeze(true);
     for (const std::uint32_t size : sizes_) {
       const std::size_t end = std::min(known.back() + 1, missed_[size].finest);
       const auto fewest = coarsest(known.front(), end, [&](std::size_t level) {
@@ -283,15 +285,15 @@ class LowPolyPlanner {
     for (auto level = known.rbegin(); level != known.rend(); ++level) {
       plan_.levels.push_back(
           {evaluator_.levels().faces(*level), evaluator_.levels().vertices(*level),
-           evaluator_.at(*level, false).without_map, evaluator_.at(*level, true).limit});
+           evaluator_.at(*level, false).without_map, evaluator_.at(*level, true).infinite_map});
     }
-    evaluator_.settle(false);
+    evaluator_.freeze(false);
   }
 
   const Source& source_;
   const Mesh& high_;
   const LowPolyPlanOptions& options_;
-  const double most_faces_, most_one_sided_;
+  const double most_faces_, most_mismatch_;
   BakeOptions bake_;
   ProgressScope alive_;
   std::vector<std::uint32_t> sizes_;        ///< Of maps, rising; 0: none

@@ -27,7 +27,7 @@ constexpr std::uint32_t kFirstSize = 128;
 constexpr std::size_t kMany = 2000000;
 /// Rays may miss this share of places without there being something wrong.
 constexpr double kFewMissed = 0.01;
-/// An error so near to the limit is as good as it; what is expected to be so far above the bound may be within it.
+/// An error so near to that of an endless map is as good as it; what is expected to be so far above the bound may be within it.
 constexpr double kNear = 1.05;
 /// Size of map for which matches that are only looked at are prepared, with depth views of half of it and visibility from
 /// an eighth as many directions.
@@ -36,13 +36,13 @@ constexpr std::uint32_t kLookSize = 1024;
 /// The two layouts turned out not to agree, at one size or another, or nothing lies at the same UVs.
 struct Unfit {};
 
-/// Error that texels add to the limit of a match: 1 / (1 / range + rate s^2). A tiny map is as bad as none, a large one off by
+/// Error that texels add to a match's error with an endless map: 1 / (1 / range + rate s^2). A tiny map is as bad as none, a large one off by
 /// the square of its texels' size.
 class TexelError {
  public:
   double at(std::uint32_t size) const { return 1 / (1 / range_ + rate_ * size * size); }
 
-  /// \param plain  the error without any map, over the limit
+  /// \param plain  the error without any map, over that of an endless one
   void begin(double plain) { range_ = std::max(plain, kLeast); }
   void measured(std::uint32_t size, double above) {
     above = std::max(above, kLeast);
@@ -84,7 +84,7 @@ class MatchPlanner {
           } catch (const Unfit&) {
             planned_ = {};
             texels_ = {};
-            limits_.clear();
+            infinite_maps_.clear();
             best_weighed_ = 0;
             finds_ = false;
             return planned(/*by_uvs=*/false);
@@ -108,7 +108,7 @@ class MatchPlanner {
     // The first map comes before pictures: it tells whether layouts agree.
     Baked baked = bake_at(methods_.front(), std::min(kFirstSize, largest()));
     take_pictures(by_views(methods_[by_uvs ? 1 : 0]) || (by_uvs && wanted_ > 0));
-    limit(methods_.front());
+    infinite_map_error(methods_.front());
     if (measure(std::move(baked)) <= wanted_) return finished();
     MatchMethod nearest = methods_.front();
     for (std::size_t i = 0; i < methods_.size(); ++i) {
@@ -116,17 +116,18 @@ class MatchPlanner {
       const std::size_t searching = by_uvs ? i : i + 1;  // Methods that search, this one included
       if (searching > 1 && (wanted_ == 0 || (finds_ && is_hopeless(nearest)))) break;
       if (searching > 1 && by_views(method) && !views_may_help()) continue;
-      const double own = limit(method), other = limit(nearest);
+      const double own = infinite_map_error(method), other = infinite_map_error(nearest);
       if (by_uvs && look_at(method).missed == 1) continue;
-      if (wanted_ > 0 && climb(method)) return finished();
+      if (wanted_ > 0 && grow_until_reached(method)) return finished();
       if (gains(method, own, nearest, other)) nearest = method;
     }
     if (tried(nearest) == 0 && wanted_ == 0) trial(nearest, std::min(kFirstSize, largest()));
-    level(nearest);
+    grow_until_flat(nearest);
     for (std::size_t i = 0; i < methods_.size() && !finds_; ++i) {
       if (tried(methods_[i]) != 0) continue;
-      limit(methods_[i]);
-      if (std::isfinite(trial(methods_[i], std::min(kFirstSize, largest())))) level(methods_[i]);
+      infinite_map_error(methods_[i]);
+      if (std::isfinite(trial(methods_[i], std::min(kFirstSize, largest()))))
+        grow_until_flat(methods_[i]);
     }
     return finished();
   }
@@ -137,7 +138,7 @@ class MatchPlanner {
   }
 
   std::vector<MatchMethod> searching_methods() const {
-    std::vector<MatchMethod> methods = planned_matches(&MatchRow::plan_turn);
+    std::vector<MatchMethod> methods = planned_matches(&MatchRow::plan_order);
     if (options_.bake.match.cage || options_.bake.match.cage_mesh != nullptr) {
       std::erase_if(methods,
                     [](MatchMethod way) { return !obeys(match_row(way).info, "match.cage"); });
@@ -165,9 +166,9 @@ class MatchPlanner {
   }
 
   /// The mean error that a map of endless size would reach. Found once.
-  double limit(MatchMethod method) {
-    const auto known = limits_.find(method.name);
-    if (known != limits_.end()) return known->second.error.mean_degrees;
+  double infinite_map_error(MatchMethod method) {
+    const auto known = infinite_maps_.find(method.name);
+    if (known != infinite_maps_.end()) return known->second.error.mean_degrees;
     const std::string doing = "looking at both meshes";
     BakeOptions options = bake_options(method, std::min(largest(), kLookSize), doing);
     options.match.visibility.directions =
@@ -176,20 +177,21 @@ class MatchPlanner {
       options.match.views.size = kLookSize / 2;
     ProgressGuard::poll_at(0, doing);
     const Stopwatch watch;
-    const NormalProbe::Limit& limit = limits_[method.name] = probe_->limit(options, field_);
-    planned_.limits.push_back({method, limit.error, limit.missed, watch.total()});
-    if (limits_.size() == 1) {
-      texels_.begin(planned_.without_map.mean_degrees - limit.error.mean_degrees);
+    const NormalProbe::InfiniteMap& found = infinite_maps_[method.name] =
+        probe_->infinite_map(options, field_);
+    planned_.limits.push_back({method, found.error, found.missed, watch.total()});
+    if (infinite_maps_.size() == 1) {
+      texels_.begin(planned_.without_map.mean_degrees - found.error.mean_degrees);
     }
-    return limit.error.mean_degrees;
+    return found.error.mean_degrees;
   }
 
   /// True if one way gets nearer than another. Seen from aslant, heights far off the low poly may look worse than none:
   /// what finds less than UVs do is no better for it.
-  bool gains(MatchMethod method, double limit, MatchMethod other, double other_limit) const {
+  bool gains(MatchMethod method, double error, MatchMethod other, double other_error) const {
     const bool finds_less =
         other == by_uv_ && look_at(method).missed > look_at(other).missed + kFewMissed;
-    return !finds_less && limit < kGain * other_limit;
+    return !finds_less && error < kGain * other_error;
   }
 
   /// True if no match is good enough, so that there is no need to look at others.
@@ -197,8 +199,8 @@ class MatchPlanner {
     if (planned_.least > 0 || by_views(searching_methods().front()))
       return false;  // That takes a BVH to tell.
     const Stopwatch watch;
-    const NormalProbe::Limit& limit = limits_.at(nearest.name);
-    planned_.least = limit.error.mean_degrees * probe_->least_share(limit);
+    const NormalProbe::InfiniteMap& found = infinite_maps_.at(nearest.name);
+    planned_.least = found.error.mean_degrees * probe_->least_share(found);
     planned_.seconds_measure += watch.total();
     return planned_.least + texels_.at(largest()) > wanted_;
   }
@@ -213,24 +215,24 @@ class MatchPlanner {
            });
   }
 
-  /// Bakes from the smallest size that is expected to reach the error on. \returns whether one did
-  bool climb(MatchMethod method) {
+  /// Bakes larger maps, from the smallest that is expected to reach the error on. \returns whether one did
+  bool grow_until_reached(MatchMethod method) {
     for (std::uint32_t size = tried(method); size < largest();) {
       size = next(size);
-      if (limit(method) + texels_.at(size) > wanted_ * kNear) continue;
+      if (infinite_map_error(method) + texels_.at(size) > wanted_ * kNear) continue;
       const double error = trial(method, size);
       if (error <= wanted_) return true;
       // Larger maps gain nothing, or find no more.
-      if (error <= limit(method) || !std::isfinite(error)) return false;
+      if (error <= infinite_map_error(method) || !std::isfinite(error)) return false;
     }
     return false;
   }
 
-  /// Bakes at the smallest size that larger ones would not improve on much.
-  void level(MatchMethod method) {
+  /// Bakes larger maps until a still larger one would not improve much.
+  void grow_until_flat(MatchMethod method) {
     for (std::uint32_t size = tried(method); size < largest();) {
       std::uint32_t enough = size;
-      while (enough < largest() && texels_.at(enough) > (kNear - 1) * limit(method)) {
+      while (enough < largest() && texels_.at(enough) > (kNear - 1) * infinite_map_error(method)) {
         enough = next(enough);
       }
       if (enough == size || !std::isfinite(trial(method, size = enough))) return;
@@ -325,7 +327,8 @@ class MatchPlanner {
     const PlanTrial& trial = baked.trial;
     const double error = trial.error.mean_degrees;
     texels_.measured(std::min(trial.width, trial.height),
-                     std::max(error - limit(trial.method), 1e-3 * limit(trial.method)));
+                     std::max(error - infinite_map_error(trial.method),
+                              1e-3 * infinite_map_error(trial.method)));
     // Lost places count as without a map. A larger map must be worth it. A match that found nothing gives way to anything.
     const double weighed = error + trial.lost * planned_.without_map.mean_degrees;
     const bool finds = !found_nothing(baked.result.report);
@@ -373,7 +376,7 @@ class MatchPlanner {
   std::vector<MatchMethod> methods_;  // In the order of their cost
   std::optional<NormalProbe> probe_;
   std::shared_ptr<const VisibilityField> field_;
-  std::map<std::string_view, NormalProbe::Limit> limits_;  // By the method's name
+  std::map<std::string_view, NormalProbe::InfiniteMap> infinite_maps_;  // By the method's name
   TexelError texels_;
   PlannedBake planned_;
   double best_weighed_ = 0;

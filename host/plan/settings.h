@@ -20,7 +20,7 @@ inline constexpr double kWorthwhile = 0.93;
 /// Share of the error that is left as room for the scatter of charts; once more after each miss.
 inline constexpr double kMargin = 0.02;
 /// Outlines that differ by more than this share of what either mesh covers have lost a part of the surface.
-inline constexpr double kMostOneSided = 0.1;
+inline constexpr double kMostMismatch = 0.1;
 /// Below this error, degrees, the rounding of 8 bits (0.16 degrees on average) asks for more texels than 16 bits cost.
 inline constexpr double kEightBits = 0.2;
 /// Directions that visibility is found from where meshes are compared: errors are within a thousandth of those of all.

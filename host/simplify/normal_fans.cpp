@@ -6,6 +6,7 @@
 
 #include "mesh/normals.h"
 #include "mesh/vertex_lists.h"
+#include "mesh/weld.h"
 
 namespace kiln {
 namespace {
@@ -18,7 +19,7 @@ std::vector<std::uint32_t> first_uvs(const Mesh& low) {
   std::vector<Vec3> flat;
   flat.reserve(low.uvs.size());
   for (const Vec2& uv : low.uvs) flat.push_back({uv.x, uv.y, 0});
-  return weld_positions(flat);
+  return weld_vertices(flat);
 }
 
 /// For each normal, the least cosine of its angles to the faces around.
@@ -87,7 +88,7 @@ void keep_facing(const std::vector<Vec3>& positions, const std::vector<Triangle>
 
 NormalFans::NormalFans(const Mesh& low, const TwoSided& sides, double least_turn)
     : sets_(3 * low.triangles.size()), welded_(low.triangles) {
-  const std::vector<std::uint32_t> first = weld_positions(low.positions);
+  const std::vector<std::uint32_t> first = weld_vertices(low.positions);
   for (Triangle& t : welded_) {
     for (std::uint32_t& vertex : t) vertex = first[vertex];
   }

@@ -232,8 +232,8 @@ class NormalFit::Solver {
     return normals;
   }
 
-  /// Sees how rough the surface is by what normals leave. Where samples are few, as rough as on the whole.
-  void look(const Normals& normals, const std::vector<std::uint32_t>& slots) {
+  /// Finds how rough the surface is by what normals leave. Where samples are few, as rough as on the whole.
+  void find_roughness(const Normals& normals, const std::vector<std::uint32_t>& slots) {
     constexpr double kPrior = 4;  // As many samples.
     std::vector<double> number(left_.size(), 0.0);
     left_.assign(left_.size(), 0.0);
@@ -295,7 +295,8 @@ void NormalFit::run(Mesh& low, const FitNormalsOptions& options, FitNormalsRepor
   fit(low, sides, taken(low, sides, last != nullptr ? *last : none), purpose, options, report);
 }
 
-std::array<Mesh, 2> NormalFit::look(const Mesh& low, const FitNormalsOptions& options) const {
+std::array<Mesh, 2> NormalFit::run_roughly(const Mesh& low,
+                                           const FitNormalsOptions& options) const {
   const std::size_t wanted =
       std::max(kLeastNormalSamples, kNormalSamplesOfFace * low.triangles.size());
   const TwoSided sides = TwoSided::of(low);
@@ -318,7 +319,7 @@ void NormalFit::fit(Mesh& low, const TwoSided& sides, const std::vector<Place>& 
   NormalFans fans(low, sides, creased ? cosine_of(options.crease_degrees) : -1);
   std::vector<std::uint32_t> slots = fans.slots();
   Normals normals = solver.solve(slots, fans.count());
-  solver.look(normals, slots);
+  solver.find_roughness(normals, slots);
   fans.soften(normals, slots, cosine_of(options.hard_degrees), cosine_of(kCreaseParts));
   slots = fans.slots();
   normals = solver.solve(slots, fans.count());

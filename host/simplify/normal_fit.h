@@ -25,8 +25,8 @@ class NormalFit {
   /// null
   void run(Mesh& low, const FitNormalsOptions& options = {}, FitNormalsReport* report = nullptr,
            Samples* last = nullptr) const;
-  /// The same for a mesh that is only looked at, with a quarter of the samples: for shading and for a map.
-  std::array<Mesh, 2> look(const Mesh& low, const FitNormalsOptions& options) const;
+  /// The same for a mesh that is only measured, with a quarter of the samples: for shading and for a map.
+  std::array<Mesh, 2> run_roughly(const Mesh& low, const FitNormalsOptions& options) const;
 
  private:
   struct Place;

@@ -184,14 +184,14 @@ SimplifyReport SimplifyLevels::report(std::size_t level) const {
   return impl_->report;
 }
 
-std::array<Mesh, 2> SimplifyLevels::glance(std::size_t level) const {
+std::array<Mesh, 2> SimplifyLevels::rough_meshes(std::size_t level) const {
   impl_->turn_to(level);
   SimplifyResult result = impl_->results.at(level);
   impl_->job->fit_roughly(result);
-  std::array<Mesh, 2> looks =
-      impl_->normals().look(impl_->job->finish(result), {.crease_degrees = kCrease});
-  for (Mesh& look : looks) impl_->lay_out(look);
-  return looks;
+  std::array<Mesh, 2> rough =
+      impl_->normals().run_roughly(impl_->job->finish(result), {.crease_degrees = kCrease});
+  for (Mesh& mesh : rough) impl_->lay_out(mesh);
+  return rough;
 }
 
 void SimplifyLevels::fit_normals(Mesh& low) const {

@@ -47,9 +47,9 @@ class SimplifyLevels {
   /// Report of its making, measured once.
   SimplifyReport report(std::size_t level) const;
 
-  /// A level to look at, not to keep: fitted roughly, nothing mended. First with normals for shading, then with
+  /// A level to be measured, not kept: fitted roughly, nothing mended. First with normals for shading, then with
   /// those for a map.
-  std::array<Mesh, 2> glance(std::size_t level) const;
+  std::array<Mesh, 2> rough_meshes(std::size_t level) const;
 
   /// As kiln::fit_normals(), of any low poly, such as a level with UVs.
   void fit_normals(Mesh& low) const;

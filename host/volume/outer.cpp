@@ -8,6 +8,7 @@
 #include <utility>
 #include <vector>
 
+#include "base/disjoint_sets.h"
 #include "base/memory.h"
 #include "base/parallel.h"
 #include "kiln/error.h"
@@ -115,14 +116,9 @@ class Regions {
   const Run& run(std::size_t index) const { return runs_[index]; }
   /// Runs of row y, z, which counts voxels, are first_run(row) to first_run(row + 1) - 1.
   std::uint32_t first_run(std::size_t row) const { return first_[row]; }
-  /// The region of a run: its first run.
-  std::uint32_t region(std::uint32_t run) const {
-    while (parent_[run] != run) run = parent_[run];
-    return run;
-  }
 
   /// Per run: whether its region is a way in from without.
-  std::vector<char> open_runs() const {
+  std::vector<char> open_runs() {
     const auto [nx, ny, nz] = solid_.size();
     std::vector<std::uint64_t> on_border(runs_.size());
     for (std::size_t row = 0; row + 1 < first_.size(); ++row) {
@@ -132,14 +128,14 @@ class Regions {
         const Run& run = runs_[i];
         const std::uint64_t count =
             side ? run.last - run.first + 1 : (run.first == 1 ? 1 : 0) + (run.last == nx ? 1 : 0);
-        if (count != 0) on_border[region(i)] += count;
+        if (count != 0) on_border[regions_.find(i)] += count;
       }
     }
     const std::uint64_t most =
         on_border.empty() ? 0 : *std::max_element(on_border.begin(), on_border.end());
     std::vector<char> open(runs_.size());
     for (std::uint32_t i = 0; i < runs_.size(); ++i) {
-      open[i] = most != 0 && on_border[region(i)] * kOuterShare >= most ? 1 : 0;
+      open[i] = most != 0 && on_border[regions_.find(i)] * kOuterShare >= most ? 1 : 0;
     }
     return open;
   }
@@ -174,8 +170,7 @@ class Regions {
     for (std::uint32_t& first : first_) sum += std::exchange(first, sum);
     runs_.resize(count);
     solid_.for_rows([&](std::size_t y, std::size_t z) { write_runs(y, z); });
-    parent_.resize(runs_.size());
-    for (std::uint32_t i = 0; i < parent_.size(); ++i) parent_[i] = i;
+    regions_ = DisjointSets(runs_.size());
   }
 
   void write_runs(std::size_t y, std::size_t z) {
@@ -223,7 +218,7 @@ class Regions {
   void join_rows(std::size_t row_a, std::size_t row_b) {
     std::uint32_t a = first_[row_a], b = first_[row_b];
     while (a < first_[row_a + 1] && b < first_[row_b + 1]) {
-      if (runs_[a].first <= runs_[b].last && runs_[b].first <= runs_[a].last) unite(a, b);
+      if (runs_[a].first <= runs_[b].last && runs_[b].first <= runs_[a].last) regions_.join(a, b);
       if (runs_[a].last < runs_[b].last) {
         ++a;
       } else {
@@ -232,20 +227,10 @@ class Regions {
     }
   }
 
-  std::uint32_t find(std::uint32_t run) {
-    while (parent_[run] != run) run = parent_[run] = parent_[parent_[run]];
-    return run;
-  }
-  void unite(std::uint32_t a, std::uint32_t b) {
-    a = find(a);
-    b = find(b);
-    parent_[std::max(a, b)] = std::min(a, b);
-  }
-
   const BitVolume& solid_;
   std::vector<std::uint32_t> first_;
   std::vector<Run> runs_;
-  std::vector<std::uint32_t> parent_;
+  DisjointSets regions_{0};  ///< Of runs; the first run stands for each.
 };
 
 /// Bits first to last of a row become 1.
@@ -277,7 +262,7 @@ std::uint64_t fill_unreached(CellGrid& cells, std::uint32_t gap, const std::stri
   if (gap != 0) dilate(solid, gap, mask);
   BitVolume reached(size, words);
   {
-    const Regions free(solid, name);
+    Regions free(solid, name);
     const std::vector<char> open = free.open_runs();
     reached.for_rows([&](std::size_t y, std::size_t z) {
       const std::size_t row = (z - 1) * size[1] + y - 1;

@@ -149,8 +149,8 @@ struct Candidate {
   MatchMethod method = MatchMethod::ray;  ///< Way to find points of the high poly
   LowPolyBytes bytes;                     ///< In memory
   double expected = 0;                    ///< Mean angle, degrees, by the model
-  double measured = -1;       ///< Mean angle, degrees, of the map itself; below 0: not made
-  double one_sided = 0;       ///< NormalError::one_sided_share of the same pictures: outlines
+  double measured = -1;            ///< Mean angle, degrees, of the map itself; below 0: not made
+  double silhouette_mismatch = 0;  ///< NormalError::one_sided_share of the same pictures
   double standard_error = 0;  ///< Standard error of `measured`: NormalError::standard_error_degrees
 };
 

@@ -29,9 +29,9 @@ std::vector<Pile> piles() {
 
 /// Rays in all directions, some along the planes of triangles, some from far away.
 std::vector<Ray> rays_of(const Scene& scene) {
-  std::vector<Ray> rays = random_rays(1500, 21);
+  std::vector<Ray> rays = random_rays(600, 21);
   for (const float spread : {3.0F, 7.9F, 8.1F, 100.0F}) {
-    for (Ray ray : random_rays(200, 22, spread)) {
+    for (Ray ray : random_rays(100, 22, spread)) {
       const Vec3& to = scene.positions[rays.size() * 7 % scene.positions.size()];
       ray.direction = unit(
           {0.7F * to.x - ray.origin.x, 0.7F * to.y - ray.origin.y, 0.7F * to.z - ray.origin.z});
@@ -39,7 +39,7 @@ std::vector<Ray> rays_of(const Scene& scene) {
     }
   }
   Even random(23);
-  for (std::size_t i = 0; i < 2000; ++i) {
+  for (std::size_t i = 0; i < 1000; ++i) {
     // Towards a point of a triangle's edge: from a point of its plane, from just off it, or from anywhere.
     const std::size_t t = (i * 31) % scene.triangles.size();
     const auto corner = [&](std::size_t k) { return scene.positions[scene.triangles[t][k]]; };

@@ -163,8 +163,7 @@ TEST(GalleryCommand, ShowsEveryMatch) {
   const json report = read_json(scene / "g.json");
   ASSERT_EQ(report["methods"].size(), 2U);
   EXPECT_EQ(report["methods"][0]["method"], "ray");
-  EXPECT_GT(report["samples"]["drawn"].get<int>(), 50);
-  for (const char* name : {"matches.png", "error.png", "samples.png"}) {
+  for (const char* name : {"matches.png", "error.png"}) {
     const Image picture = load_image(out / name);
     EXPECT_GT(picture.width, 320U) << name;
   }
@@ -191,7 +190,7 @@ TEST(GalleryCommand, ShowsEveryMatch) {
   std::vector<std::string> again = arguments;
   again[14] = scene / "again";
   ASSERT_EQ(run_kiln(again, one).exit_code, 0);
-  for (const char* name : {"matches.png", "samples.png", "low_closest_normal_error.exr"}) {
+  for (const char* name : {"matches.png", "error.png", "low_closest_normal_error.exr"}) {
     const auto bytes = [&](const fs::path& folder) {
       std::ifstream file(folder / name, std::ios::binary);
       return std::string(std::istreambuf_iterator<char>(file), {});

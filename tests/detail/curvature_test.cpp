@@ -28,12 +28,12 @@ std::vector<double> mean_curvature(std::span<const Vec3> positions,
                                    std::span<const Triangle> triangles, double radius,
                                    std::uint64_t* steps = nullptr) {
   const MeanCurvature curvature(positions, triangles, radius);
-  MeanCurvature::Room room;
+  MeanCurvature::Scratch scratch;
   std::vector<double> found;
   for (const Vec3& p : positions) {
-    found.push_back(is_finite(p) ? curvature.at(Vec3d(p), room) : 0);
+    found.push_back(is_finite(p) ? curvature.at(Vec3d(p), scratch) : 0);
   }
-  if (steps != nullptr) *steps = room.steps;
+  if (steps != nullptr) *steps = scratch.steps;
   return found;
 }
 
@@ -310,11 +310,12 @@ Mesh random_needles(std::uint32_t n) {
 double steps_of_a_ball(const Mesh& mesh, double radius) {
   constexpr std::size_t kPoints = 256;
   const MeanCurvature curvature(mesh.positions, mesh.triangles, radius);
-  MeanCurvature::Room room;
+  MeanCurvature::Scratch scratch;
   for (std::size_t i = 0; i < kPoints; ++i) {
-    curvature.on(static_cast<std::uint32_t>(mesh.triangles.size() * i / kPoints), 0.3, 0.3, room);
+    curvature.on(static_cast<std::uint32_t>(mesh.triangles.size() * i / kPoints), 0.3, 0.3,
+                 scratch);
   }
-  return static_cast<double>(room.steps) / kPoints;
+  return static_cast<double>(scratch.steps) / kPoints;
 }
 
 TEST(Curvature, CostsWhatIsAskedFor) {
@@ -413,9 +414,9 @@ TEST(Curvature, OfFlatFacesIsNothingAndOfEdgesAClosedForm) {
   const Mesh cube = bevelled_cube(0, false);
   for (const double radius : {0.05, 0.3}) {
     const MeanCurvature curvature(cube.positions, cube.triangles, radius);
-    MeanCurvature::Room room;
-    EXPECT_EQ(curvature.at({0, 0, 1}, room), 0);
-    EXPECT_EQ(curvature.at({0.5, -0.6, 1}, room), 0);
+    MeanCurvature::Scratch scratch;
+    EXPECT_EQ(curvature.at({0, 0, 1}, scratch), 0);
+    EXPECT_EQ(curvature.at({0.5, -0.6, 1}, scratch), 0);
     // At d from one edge, the ball holds a chord 2 c of it, the disc but a segment of one face, and half a
     // disc of the other.
     for (const double d : {0.0, 0.3 * radius, 0.9 * radius}) {
@@ -423,11 +424,11 @@ TEST(Curvature, OfFlatFacesIsNothingAndOfEdgesAClosedForm) {
       const double area = std::numbers::pi * radius * radius -
                           (radius * radius * std::acos(d / radius) - d * c) +
                           std::numbers::pi * c * c / 2;
-      EXPECT_NEAR(curvature.at({0, 1 - d, 1}, room), std::numbers::pi / 2 * c / area,
+      EXPECT_NEAR(curvature.at({0, 1 - d, 1}, scratch), std::numbers::pi / 2 * c / area,
                   1e-6 / radius);
     }
     // Three edges of a radius, three quarters of a disc: 1 / radius.
-    EXPECT_NEAR(curvature.at({1, 1, 1}, room), 1 / radius, 1e-6 / radius);
+    EXPECT_NEAR(curvature.at({1, 1, 1}, scratch), 1 / radius, 1e-6 / radius);
   }
 }
 
@@ -437,7 +438,7 @@ TEST(Curvature, OfABevelIsItsTurnOverItsBall) {
   const Mesh mesh = bevelled_cube(width, false);
   const double radius = 0.2, half = width / std::sqrt(2.0);
   const MeanCurvature curvature(mesh.positions, mesh.triangles, radius);
-  MeanCurvature::Room room;
+  MeanCurvature::Scratch scratch;
   const double c = std::sqrt(radius * radius - half * half);
   // The part of the bevel's disc between the edges, and of each face, at 45 degrees, the disc beyond its edge: its
   // centre is half * cos 45 in from the edge.
@@ -448,8 +449,8 @@ TEST(Curvature, OfABevelIsItsTurnOverItsBall) {
   const double off = half * std::sqrt(0.5);
   const double of_face = segment(std::sqrt(radius * radius - off * off), off);
   const double exact = 2 * (std::numbers::pi / 4) * c / (of_bevel + 2 * of_face);
-  EXPECT_NEAR(curvature.at({0, 0.95, 0.95}, room), exact, 1e-5 * exact);
-  EXPECT_EQ(curvature.at({0, 0, 1}, room), 0);
+  EXPECT_NEAR(curvature.at({0, 0.95, 0.95}, scratch), exact, 1e-5 * exact);
+  EXPECT_EQ(curvature.at({0, 0, 1}, scratch), 0);
 }
 
 TEST(Curvature, IsTheSameHoweverTheSurfaceIsCut) {
@@ -467,9 +468,9 @@ TEST(Curvature, IsTheSameHoweverTheSurfaceIsCut) {
     std::vector<double> first;
     for (const Mesh& mesh : cuts) {
       const MeanCurvature curvature(mesh.positions, mesh.triangles, radius);
-      MeanCurvature::Room room;
+      MeanCurvature::Scratch scratch;
       for (std::size_t i = 0; i < points.size(); ++i) {
-        const double found = curvature.at(points[i], room);
+        const double found = curvature.at(points[i], scratch);
         if (first.size() < points.size()) {
           first.push_back(found);
         } else {
@@ -486,7 +487,7 @@ TEST(Curvature, InterpolatesWithinItsBounds) {
   for (const Mesh& mesh : {cut_in_four(bevelled_cube(0.25F, false), 6), test::icosphere(6)}) {
     const double radius = 0.5;
     const MeanCurvature curvature(mesh.positions, mesh.triangles, radius);
-    MeanCurvature::Room room;
+    MeanCurvature::Scratch scratch;
     double sum = 0, most = 0;
     std::size_t count = 0;
     for (std::uint32_t t = 0; t < mesh.triangles.size(); t += 97) {
@@ -495,7 +496,7 @@ TEST(Curvature, InterpolatesWithinItsBounds) {
                             Vec3d(mesh.positions[c[2]])) *
                            (1.0 / 3);
       const double apart =
-          std::abs(curvature.on(t, 1.0 / 3, 1.0 / 3, room) - curvature.at(middle, room));
+          std::abs(curvature.on(t, 1.0 / 3, 1.0 / 3, scratch) - curvature.at(middle, scratch));
       sum += apart;
       most = std::max(most, apart);
       ++count;
@@ -510,13 +511,13 @@ TEST(Curvature, DoesNotDependOnWhatWasAskedBefore) {
   for (const double radius : {0.03, 0.2, 0.8}) {
     const MeanCurvature one(mesh.positions, mesh.triangles, radius),
         other(mesh.positions, mesh.triangles, radius);
-    MeanCurvature::Room room;
+    MeanCurvature::Scratch scratch;
     std::vector<double> forth, back;
     for (std::uint32_t t = 0; t < mesh.triangles.size(); t += 503) {
-      forth.push_back(one.on(t, 0.2, 0.5, room));
+      forth.push_back(one.on(t, 0.2, 0.5, scratch));
     }
     for (std::uint32_t t = 0; t < mesh.triangles.size(); t += 503) {
-      MeanCurvature::Room fresh;
+      MeanCurvature::Scratch fresh;
       back.push_back(other.on(t, 0.2, 0.5, fresh));
     }
     EXPECT_EQ(forth, back);
@@ -571,11 +572,11 @@ TEST(CurvatureCheck, IsTheDefinitionInOtherCode) {
   const Mesh cube = bevelled_cube(0, false);
   for (const double radius : {0.05, 0.3}) {
     const CurvatureCheck check(cube.positions, cube.triangles, radius);
-    CurvatureCheck::Room room;
-    EXPECT_EQ(check.at({0, 0, 1}, room), 0);
-    EXPECT_NEAR(check.at({1, 1, 1}, room), 1 / radius, kStrips / radius);
-    EXPECT_NEAR(check.at({0, 1, 1}, room), 0.5 / radius, kStrips / radius);
-    EXPECT_EQ(check.at({5, 5, 5}, room), 0);
+    CurvatureCheck::Scratch scratch;
+    EXPECT_EQ(check.at({0, 0, 1}, scratch), 0);
+    EXPECT_NEAR(check.at({1, 1, 1}, scratch), 1 / radius, kStrips / radius);
+    EXPECT_NEAR(check.at({0, 1, 1}, scratch), 0.5 / radius, kStrips / radius);
+    EXPECT_EQ(check.at({5, 5, 5}, scratch), 0);
   }
   // Small triangles and long ones, borders, both signs; points near each other and not.
   for (const Mesh& mesh : {crumpled(2, 0.1), bevelled_cube(0.25F, true), test::icosphere(4),
@@ -583,14 +584,14 @@ TEST(CurvatureCheck, IsTheDefinitionInOtherCode) {
     for (const double radius : {0.1, 0.5}) {
       const CurvatureCheck check(mesh.positions, mesh.triangles, radius);
       const MeanCurvature curvature(mesh.positions, mesh.triangles, radius);
-      CurvatureCheck::Room room;
-      MeanCurvature::Room other;
+      CurvatureCheck::Scratch scratch;
+      MeanCurvature::Scratch other;
       for (std::size_t t = 0; t < mesh.triangles.size(); t += 1 + mesh.triangles.size() / 60) {
         const Triangle& c = mesh.triangles[t];
         const Vec3d a(mesh.positions[c[0]]), b(mesh.positions[c[1]]), d(mesh.positions[c[2]]);
         for (const Vec3d& at : {a, a * 0.9 + b * 0.1, (a + b + d) * (1.0 / 3)}) {
           const double found = curvature.at(at, other);
-          EXPECT_NEAR(check.at(at, room), found, kStrips * (1 / radius + std::abs(found))) << t;
+          EXPECT_NEAR(check.at(at, scratch), found, kStrips * (1 / radius + std::abs(found))) << t;
         }
       }
     }

@@ -14,10 +14,10 @@ namespace {
 
 TEST(MatchRows, PlansTryThemInTheirTurns) {
   using Methods = std::vector<MatchMethod>;
-  EXPECT_EQ(planned_matches(&MatchRow::plan_turn),
+  EXPECT_EQ(planned_matches(&MatchRow::plan_order),
             (Methods{MatchMethod::ray, MatchMethod::hybrid, MatchMethod::visibility,
                      MatchMethod::closest, MatchMethod::views}));
-  EXPECT_EQ(planned_matches(&MatchRow::low_poly_turn),
+  EXPECT_EQ(planned_matches(&MatchRow::low_poly_order),
             (Methods{MatchMethod::ray, MatchMethod::hybrid, MatchMethod::closest}));
   EXPECT_EQ(match_at_uvs(), MatchMethod::uv);
 }
@@ -25,7 +25,7 @@ TEST(MatchRows, PlansTryThemInTheirTurns) {
 TEST(MatchRows, AreJoinedInWords) {
   EXPECT_EQ(match_names([](const MatchRow& row) { return obeys(row.info, "match.uv"); }), "uv");
   EXPECT_EQ(match_names([](const MatchRow& row) { return row.finds_the_rest; }), "ray or closest");
-  EXPECT_EQ(match_names([](const MatchRow& row) { return row.plan_turn != 0; }),
+  EXPECT_EQ(match_names([](const MatchRow& row) { return row.plan_order != 0; }),
             "ray, views, closest, visibility or hybrid");
   EXPECT_EQ(match_names([](const MatchRow&) { return false; }), "");
 }

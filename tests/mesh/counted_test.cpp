@@ -170,10 +170,10 @@ TEST(Counted, CurvatureOfASmallMap) {
                   [&](std::uint32_t n) {
                     const Mesh mesh = make(n);
                     const MeanCurvature curvature(mesh.positions, mesh.triangles, 0.03);
-                    MeanCurvature::Room room;
+                    MeanCurvature::Scratch scratch;
                     for (std::size_t i = 0; i < 256; ++i) {
                       const std::size_t triangle = mesh.triangles.size() * i / 256;
-                      curvature.on(static_cast<std::uint32_t>(triangle), 0.3, 0.3, room);
+                      curvature.on(static_cast<std::uint32_t>(triangle), 0.3, 0.3, scratch);
                     }
                   },
                   320000),

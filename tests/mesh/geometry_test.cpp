@@ -148,9 +148,9 @@ TEST(ContinuousDirections, ACardHasNoneUnlessItsNormalsAgree) {
   EXPECT_NEAR(direction({0, 0.8F, 0.6F}, {0, 0.8F, -0.6F}).y, 1, 1e-6);
 }
 
-TEST(WeldPositions, TreatsNegativeZeroAsZero) {
+TEST(WeldVertices, TreatsNegativeZeroAsZero) {
   const std::vector<Vec3> positions = {{0, 1, 2}, {5, 5, 5}, {-0.0F, 1, 2}, {0, 1, 2.0000002F}};
-  EXPECT_EQ(weld_positions(positions), (std::vector<std::uint32_t>{0, 1, 0, 3}));
+  EXPECT_EQ(weld_vertices(positions), (std::vector<std::uint32_t>{0, 1, 0, 3}));
 }
 
 TEST(WeldVertices, FindsTheFirstOfEachOnAnyNumberOfThreads) {

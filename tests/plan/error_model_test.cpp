@@ -30,12 +30,12 @@ TEST(ErrorModel, FallsWithTheSizeAndStaysWithinItsBounds) {
   for (std::uint32_t size = 32; size <= 16384; size *= 2) {
     const double error = model.expected(kFaces, kLevel, size);
     EXPECT_LT(error, last) << size;
-    EXPECT_GT(error, kLevel.limit) << size;
+    EXPECT_GT(error, kLevel.infinite_map) << size;
     last = error;
   }
   // Beyond what is known sharpness grows with the size at least, with its square at most.
   const auto sharpness = [&](std::uint32_t size) {
-    return 1 / (model.expected(kFaces, kLevel, size) - kLevel.limit) - 0.1;
+    return 1 / (model.expected(kFaces, kLevel, size) - kLevel.infinite_map) - 0.1;
   };
   EXPECT_GE(sharpness(256), 4 * sharpness(64) * (1 - 1e-9));
   EXPECT_LE(sharpness(256), 16 * sharpness(64) * (1 + 1e-9));

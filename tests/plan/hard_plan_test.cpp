@@ -49,7 +49,7 @@ TEST(LowPolyPlan, DoesNotLoseHalfOfASheet) {
   options.screen = 300;
   const LowPolyPlan plan = plan_low_poly(Source(*test::device(), high), high, options);
   EXPECT_TRUE(plan.reached);
-  EXPECT_LT(plan.chosen.one_sided, 0.05);
+  EXPECT_LT(plan.chosen.silhouette_mismatch, 0.05);
   EXPECT_LT(plan.chosen.faces, 20U);
 }
 
@@ -69,13 +69,13 @@ TEST(LowPolyPlan, BoundsHowFarOutlinesDiffer) {
   };
   std::uint64_t faces = any.chosen.faces;
   for (const double most : {0.02, 0.008}) {
-    ASSERT_GT(any.chosen.one_sided, most);
+    ASSERT_GT(any.chosen.silhouette_mismatch, most);
     options.max_outline = most;
     const LowPolyPlan plan = plan_low_poly(source, high, options);
     EXPECT_TRUE(plan.reached) << most;
     EXPECT_LE(plan.chosen.measured, 20) << most;
-    EXPECT_LE(plan.chosen.one_sided, most);
-    EXPECT_NEAR(differs(plan), plan.chosen.one_sided, 0.3 * most);
+    EXPECT_LE(plan.chosen.silhouette_mismatch, most);
+    EXPECT_NEAR(differs(plan), plan.chosen.silhouette_mismatch, 0.3 * most);
     EXPECT_GT(plan.chosen.faces, faces) << most;
     EXPECT_LT(plan.chosen.bytes.total(), 64 * any.chosen.bytes.total()) << most;
     for (const Candidate& row : plan.trade) EXPECT_GE(row.faces, faces);
@@ -84,7 +84,7 @@ TEST(LowPolyPlan, BoundsHowFarOutlinesDiffer) {
   // A bound that is not reached is told.
   options.max_outline = 1e-7;
   const LowPolyPlan never = plan_low_poly(source, high, options);
-  EXPECT_EQ(never.reached, never.chosen.one_sided <= 1e-7);
+  EXPECT_EQ(never.reached, never.chosen.silhouette_mismatch <= 1e-7);
   for (const double bad : {-0.1, 1.0, std::nan("")}) {
     options.max_outline = bad;
     EXPECT_THROW(plan_low_poly(source, high, options), Error) << bad;

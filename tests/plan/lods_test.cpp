@@ -138,12 +138,12 @@ TEST(Lods, LetErrorsGrow) {
       EXPECT_EQ(plan.wanted, 3.0 * (1U << k));
       EXPECT_LE(plan.chosen.measured, plan.wanted);
       EXPECT_EQ(plan.max_outline, 0.01 * (1U << k));
-      EXPECT_LE(plan.chosen.one_sided, plan.max_outline);
+      EXPECT_LE(plan.chosen.silhouette_mismatch, plan.max_outline);
       if (k == 0) continue;
       // The allowance is used: within the bounds of the level before, more faces would be needed.
       const LowPolyPlan& before = chain.levels[k - 1].plan;
       EXPECT_TRUE(plan.chosen.measured > before.wanted ||
-                  plan.chosen.one_sided > before.max_outline)
+                  plan.chosen.silhouette_mismatch > before.max_outline)
           << share << k;
     }
   }

@@ -133,7 +133,7 @@ TEST(Plan, KnowsWhatNoMapCanShow) {
     // As a share of another error the least is the same, but for what grazing directions, of which it takes
     // none, add to each.
     std::shared_ptr<const VisibilityField> field;
-    NormalProbe::Limit limit = probe.limit(plan_options(0).bake, field);
+    NormalProbe::InfiniteMap limit = probe.infinite_map(plan_options(0).bake, field);
     const double least = limit.error.mean_degrees * probe.least_share(limit);
     EXPECT_LT(least, limit.error.mean_degrees);
     for (std::size_t i = 0; i < limit.normals.size(); ++i) limit.normals[i] = i % 3 == 2 ? 1 : 0;

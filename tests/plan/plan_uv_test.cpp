@@ -163,14 +163,14 @@ TEST(Plan, KnowsWhatAFallbackAddsToUvs) {
   const NormalProbe probe(impl_of(source), pair.low, nullptr, Pictures::views(), kPlanPixels, true);
   std::shared_ptr<const VisibilityField> field;
   BakeOptions options = plan_options(0).bake;
-  const double by_rays = probe.limit(options, field).error.mean_degrees;
+  const double by_rays = probe.infinite_map(options, field).error.mean_degrees;
   options.match.method = MatchMethod::uv;
-  const NormalProbe::Limit half = probe.limit(options, field);
+  const NormalProbe::InfiniteMap half = probe.infinite_map(options, field);
   EXPECT_NEAR(half.missed, 0.5, 0.02);
   EXPECT_GT(half.error.mean_degrees, 1.2 * by_rays);
   for (const MatchMethod fallback : {MatchMethod::ray, MatchMethod::closest, MatchMethod::views}) {
     options.match.fallback = {fallback};
-    const NormalProbe::Limit whole = probe.limit(options, field);
+    const NormalProbe::InfiniteMap whole = probe.infinite_map(options, field);
     EXPECT_LT(whole.missed, 0.01);
     EXPECT_NEAR(whole.error.mean_degrees, by_rays, 0.05 * by_rays);
   }

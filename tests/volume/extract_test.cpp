@@ -226,7 +226,7 @@ TEST(Extract, HeadIsClosedHoweverItIsSimplified) {
   options.contour.iso = 40;
   options.faces = 3000;
   options.min_part = 0.05;
-  options.size = 4096;
+  options.size = 2560;
   const ExtractResult kept = extract(*test::device(), volume, options);
   EXPECT_EQ(kept.report.non_manifold_edges, 0U);
   options.size = 512;

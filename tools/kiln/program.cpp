@@ -8,6 +8,7 @@
 #include <stdexcept>
 
 #include "arguments/near_words.h"
+#include "arguments/parse.h"
 #include "kiln/kiln.h"
 #include "kiln/reasons.h"
 
@@ -24,11 +25,9 @@ std::uint64_t parse_memory(const std::string& text) {
     value = std::ldexp(value, 10 * static_cast<int>(std::strchr(kUnits, *rest) - kUnits + 1));
     ++rest;
   }
-  if (error != std::errc() || rest != end || !(value >= 0x1p26 && value <= 0x1p60)) {
-    throw Error(ErrorCode::usage,
-                "--memory-limit: '" + text +
-                    "' is no memory limit: give a size from 64M up, such as 500M, 4G or 2T.");
-  }
+  refuse_if(error != std::errc() || rest != end || !(value >= 0x1p26 && value <= 0x1p60),
+            "--memory-limit: '" + text +
+                "' is no memory limit: give a size from 64M up, such as 500M, 4G or 2T.");
   return static_cast<std::uint64_t>(value);
 }
 

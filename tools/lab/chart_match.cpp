@@ -119,7 +119,7 @@ class MatchChart : public ChartKind {
     return ChartKind::look(progress);
   }
 
-  void read(std::size_t i) override { dense_ = read_high(a_, inputs[i], warnings); }
+  void read(std::size_t i) override { high_ = read_high(a_, inputs[i], warnings); }
 
   /// Bakes with every setting once for the errors, then in turns for the seconds. Each time it is from a new
   /// Source. The errors are the same on every run; the seconds are not.
@@ -128,9 +128,9 @@ class MatchChart : public ChartKind {
     if (!progress(0, "preparing the high poly")) return std::nullopt;
     device_ = &device;
     low_ = &lows_[i];
-    source_.emplace(device, dense_.mesh);
+    source_.emplace(device, high_.mesh);
     add_warnings(source_->warnings(), warnings);
-    const Mesh &high = dense_.mesh, &low = *low_;
+    const Mesh &high = high_.mesh, &low = *low_;
     group_ = {};
     group_.title = high.name + ", " + with_commas(high.triangles.size()) + " faces, to " +
                    low.name + ", " + with_commas(low.triangles.size());
@@ -167,13 +167,13 @@ class MatchChart : public ChartKind {
 
   /// The settings that do for the pair: layouts must agree to match by them. \returns those that do not
   Json choose() {
-    const UvOptions uv = uv_options(dense_);
+    const UvOptions uv = uv_options(high_);
     std::vector<LeftOut> left_out;
     settings_.clear();
     marks_.clear();
     for (const ChartSetting& setting : wanted_) {
       if (const std::optional<LeftOut> left =
-              unfit(setting.bake.match.method, "The setting " + setting.name, *source_, dense_.mesh,
+              unfit(setting.bake.match.method, "The setting " + setting.name, *source_, high_.mesh,
                     *low_, uv, !a_.settings.empty())) {
         left_out.push_back({setting.name, left->reason});
         continue;
@@ -207,7 +207,7 @@ class MatchChart : public ChartKind {
   Baked bake_setting(std::size_t i, const std::string& stage) {
     if (!steps_.at(stage)) return {};
     Stopwatch watch;
-    const Source source(*device_, dense_.mesh);
+    const Source source(*device_, high_.mesh);
     const double upload = watch.lap();
     std::optional<FoundCage> cage;
     BakeOptions bake_with = bake_options(settings_[i], *a_.size, source, cage);
@@ -285,7 +285,7 @@ class MatchChart : public ChartKind {
         early = first_bake(i);
         if (early == nullptr) return false;
       }
-      if (is_reference) check_result((reference = early)->report, dense_.mesh, *low_);
+      if (is_reference) check_result((reference = early)->report, high_.mesh, *low_);
       if (!obeys(find_match(match.method.name), "match.views.count")) continue;
       const std::vector<Vec3> more =
           early != nullptr ? early->report.views->directions : spread_views(*match.views.count);
@@ -295,7 +295,7 @@ class MatchChart : public ChartKind {
     report["measured_from"] =
         describe_views(held_out, *a_.pixels, least_angle_degrees(held_out, used));
     if (!steps_.at("drawing the high poly")) return false;
-    const NormalReference pictures(Scene(*device_, dense_.mesh), dense_.mesh, angles_of(held_out),
+    const NormalReference pictures(Scene(*device_, high_.mesh), high_.mesh, angles_of(held_out),
                                    *a_.pixels);
     double max_distance = 0;
     for (std::size_t i = 0; i < marks_.size(); ++i) {
@@ -309,12 +309,12 @@ class MatchChart : public ChartKind {
         const std::string size = std::to_string(*a_.size);
         throw Error(ErrorCode::input,
                     "'" + low_->name + "' has no texel at " + size + " x " + size +
-                        " for which rays find '" + dense_.mesh.name +
+                        " for which rays find '" + high_.mesh.name +
                         "', so there is nothing to compare: use a larger --size.");
       }
       const Scene scene(*device_, *low_, {&map});
       const NormalError picture = pictures.compare(scene);
-      check_seen(picture, dense_.mesh, *low_);
+      check_seen(picture, high_.mesh, *low_);
       if (i == 0) report["normal_error_without_map"] = describe(pictures.compare(scene, true));
       const MatchAssessment assessed = assess_setting(settings_[i], used);
       if (assessed.cancelled) return false;
@@ -352,7 +352,7 @@ class MatchChart : public ChartKind {
   std::vector<ChartSetting> wanted_;
   std::vector<AoSetting> ao_;
   std::vector<Mesh> lows_;
-  HighPolyInput dense_;
+  HighPolyInput high_;
   // Of the pair that is measured.
   const Device* device_ = nullptr;
   const Mesh* low_ = nullptr;

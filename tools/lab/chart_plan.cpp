@@ -1,7 +1,5 @@
 // `kiln chart HIGH --plan`: bytes against error: low polys of all numbers of faces with maps of all sizes, and where
 // plans stand.
-#include <meshoptimizer.h>
-
 #include <algorithm>
 #include <cmath>
 #include <set>
@@ -24,11 +22,6 @@
 namespace kiln::cli {
 namespace {
 
-// Ways to make a low poly and its map.
-constexpr const char* kKiln = "kiln";  ///< simplify(), and as many samples a texel as plans take
-/// meshoptimizer's simplifier, rays along the normals, one sample a texel.
-constexpr const char* kPlain = "meshoptimizer";
-
 /// Bits a channel of all maps of the grids. Plans choose their own.
 constexpr std::uint32_t kGridBits = 8;
 constexpr std::uint32_t kFewestFaces = 125, kMostFaces = 16000, kSmallestMap = 16;
@@ -42,36 +35,6 @@ constexpr std::uint32_t kSampleBudget = 1024, kMostSamples = 4;
 constexpr double kShares[] = {0.25, 0.5, 0.75};
 /// Shares of the progress: grids, then plans.
 constexpr double kAtPlans = 0.7;
-
-/// Over welded vertices, those in use alone. Without normals: smooth.
-Mesh by_meshoptimizer(const Mesh& high, std::uint32_t faces) {
-  static_assert(sizeof(Triangle) == 3 * sizeof(unsigned int) && sizeof(Vec3) == 3 * sizeof(float));
-  const std::size_t count = 3 * high.triangles.size();
-  std::vector<unsigned int> remap(high.positions.size()), indices(count);
-  const std::size_t welded =
-      meshopt_generateVertexRemap(remap.data(), high.triangles.data()->data(), count,
-                                  high.positions.data(), high.positions.size(), sizeof(Vec3));
-  std::vector<Vec3> positions(welded);
-  meshopt_remapVertexBuffer(positions.data(), high.positions.data(), high.positions.size(),
-                            sizeof(Vec3), remap.data());
-  meshopt_remapIndexBuffer(indices.data(), high.triangles.data()->data(), count, remap.data());
-  std::vector<unsigned int> left(count);
-  left.resize(meshopt_simplify(left.data(), indices.data(), count, &positions.data()->x, welded,
-                               sizeof(Vec3), std::size_t{3} * faces, 1.0F, 0, nullptr));
-  Mesh mesh;
-  mesh.name = high.name;
-  mesh.origin = high.origin;
-  // Vertices in use, in the order of their use.
-  std::vector<unsigned int> used(welded);
-  mesh.positions.resize(
-      meshopt_optimizeVertexFetchRemap(used.data(), left.data(), left.size(), welded));
-  meshopt_remapVertexBuffer(mesh.positions.data(), positions.data(), welded, sizeof(Vec3),
-                            used.data());
-  for (std::size_t i = 0; i < left.size(); i += 3) {
-    mesh.triangles.push_back({used[left[i]], used[left[i + 1]], used[left[i + 2]]});
-  }
-  return mesh;
-}
 
 /// As a file of kGridBits a channel holds it.
 Image rounded(Image map) {
@@ -99,9 +62,8 @@ class PlansChart : public ChartKind {
   explicit PlansChart(const ChartArguments& a) : ChartKind(a, "mesh", "meshes") {
     about =
         "Bytes of low poly and maps against the mean angle of rendered normals, degrees. Plans "
-        "choose faces, map size and bits; beside them are the fronts of all faces and map sizes, "
-        "by "
-        "Kiln and by meshoptimizer with a plain bake. Maps of the fronts have " +
+        "choose faces, map size and bits; beside them is the front of all faces and map sizes, "
+        "whose maps have " +
         std::to_string(kGridBits) + " bits a channel.";
     if (!a.screen.empty()) screen_ = parse_pixels("--screen", a.screen);
     for (const std::string& text : a.max_errors) {
@@ -113,8 +75,8 @@ class PlansChart : public ChartKind {
   }
 
   void read(std::size_t i) override {
-    dense_ = read_high(a_, inputs[i], warnings);
-    if (!dense_.heights) clean_high(dense_.mesh, CleanOptions(), warnings);
+    high_ = read_high(a_, inputs[i], warnings);
+    if (!high_.heights) clean_high(high_.mesh, CleanOptions(), warnings);
   }
 
   /// \throws Error(input) where HIGH has too few faces
@@ -124,7 +86,7 @@ class PlansChart : public ChartKind {
     progress_ = progress;
     points_.clear();
     plans_ = Json::array();
-    const Mesh& high = dense_.mesh;
+    const Mesh& high = high_.mesh;
     std::vector<std::uint32_t> faces;
     const std::size_t most = std::min<std::size_t>(kMostFaces, high.triangles.size() / 2);
     for (std::uint32_t f = kFewestFaces; f <= most; f *= 2) faces.push_back(f);
@@ -141,13 +103,11 @@ class PlansChart : public ChartKind {
     reference_.emplace(Scene(device, high), high, angles_of(held_out_views(kViews, seen)), kPixels);
     if (screen_ != 0) on_screen_.emplace(*source_, screen_, kViews);
     at_ = 0;
-    for (const char* way : {kKiln, kPlain}) {
-      for (const std::uint32_t count : faces) {
-        if (!add_faces(way, count)) return std::nullopt;
-        at_ += kAtPlans / static_cast<double>(2 * faces.size());
-      }
-      mark_front(way);
+    for (const std::uint32_t count : faces) {
+      if (!add_faces(count)) return std::nullopt;
+      at_ += kAtPlans / static_cast<double>(faces.size());
     }
+    mark_front();
     std::vector<double> errors = errors_.empty() ? errors_between() : errors_;
     std::sort(errors.rbegin(), errors.rend());
     for (const double error : errors) {
@@ -158,7 +118,7 @@ class PlansChart : public ChartKind {
   }
 
   Json plot(const DeviceInfo&, const std::vector<ChartGroup>& groups) const override {
-    Json panels = Json::array(), ticks = Json::array();
+    Json panels = Json::array();
     double least = 1e300, most = 0;
     for (const ChartGroup& group : groups) {
       panels.push_back(group.panels[0]);
@@ -169,37 +129,31 @@ class PlansChart : public ChartKind {
         }
       }
     }
-    // Powers of four around all of it.
-    double tick = 1.0 / 256;
-    while (4 * tick <= least) tick *= 4;
-    for (; ticks.size() < 2 || ticks.back().number() < most; tick *= 4) ticks.push_back(tick);
     return fields("kind title x_title x_ticks panels",
                   {"study", "Bytes against error: faces, map sizes and plans",
-                   "KiB of low poly and maps", ticks, panels});
+                   "KiB of low poly and maps", ticks_around(least, most), panels});
   }
 
  private:
   /// A number of faces with maps of all sizes. \returns false where progress said stop
-  bool add_faces(const std::string& way, std::uint32_t faces) {
-    const std::string stage = std::to_string(faces) + " faces by " + way;
+  bool add_faces(std::uint32_t faces) {
+    const std::string stage = std::to_string(faces) + " faces";
     if (!progress_(at_, stage)) return false;
     SimplifyOptions options;
     options.faces = faces;
-    const Mesh& high = dense_.mesh;
-    const Mesh simple = way == kKiln ? simplify(high, options) : by_meshoptimizer(high, faces);
-    // Neither makes fewer faces than the shape needs.
+    const Mesh simple = simplify(high_.mesh, options);
+    // It makes no fewer faces than the shape needs.
     const auto count = static_cast<double>(simple.triangles.size());
-    const bool again = !points_.empty() && points_.back().at("way").text() == way &&
-                       points_.back().at("faces").number() == count;
+    const bool again = !points_.empty() && points_.back().at("faces").number() == count;
     if (simple.triangles.empty() || again) return true;
-    if (!add_point(way, simple, 0)) return false;
+    if (!add_point(simple, 0)) return false;
     for (std::uint32_t size = kSmallestMap; size <= *a_.size; size *= 2) {
-      if (!progress_(at_, stage) || !add_point(way, simple, size)) return false;
+      if (!progress_(at_, stage) || !add_point(simple, size)) return false;
     }
     return true;
   }
 
-  bool add_point(const std::string& way, const Mesh& simple, std::uint32_t size) {
+  bool add_point(const Mesh& simple, std::uint32_t size) {
     constexpr std::uint32_t kChannels = 3;  // of a normal map
     const auto bytes_with = [&](std::size_t vertices) {
       return low_poly_bytes(vertices, simple.triangles.size(), size, {kChannels}, kGridBits);
@@ -212,14 +166,12 @@ class PlansChart : public ChartKind {
       const LowPolyBytes plain = bytes_with(vertices);
       if (plain.texels > kMostApart * plain.vertices || plain.vertices > kMostApart * plain.texels)
         return true;
-      Mesh low = unwrap(simple, {UnwrapMethod::charts, size, std::max(2U, size / 256)});
+      const Mesh low = fit_normals(
+          unwrap(simple, {UnwrapMethod::charts, size, std::max(2U, size / 256)}), high_.mesh);
       BakeOptions bake_with;
       bake_with.width = bake_with.height = size;
       bake_with.report.recall = 0;
-      if (way == kKiln) {
-        low = fit_normals(low, dense_.mesh);
-        bake_with.samples = std::clamp(kSampleBudget / size, 1U, kMostSamples);
-      }
+      bake_with.samples = std::clamp(kSampleBudget / size, 1U, kMostSamples);
       bake_with.progress = [&](double, std::string_view) { return progress_(at_, "baking"); };
       const BakeResult result = bake(*source_, low, bake_with);
       if (result.cancelled) return false;
@@ -227,8 +179,8 @@ class PlansChart : public ChartKind {
       degrees = measured(low, rounded(result.maps[0].image), bake_with);
     }
     points_.push_back(
-        fields("way faces vertices size bits bytes mean_degrees front",
-               {way, simple.triangles.size(), vertices, size, size == 0 ? Json() : Json(kGridBits),
+        fields("faces vertices size bits bytes mean_degrees front",
+               {simple.triangles.size(), vertices, size, size == 0 ? Json() : Json(kGridBits),
                 json_of(bytes_with(vertices)), degrees, false}));
     return true;
   }
@@ -256,11 +208,10 @@ class PlansChart : public ChartKind {
     return some;
   }
 
-  /// What nothing else of its way beats in both bytes and error.
-  std::vector<Json> front(const std::string& way) const {
+  /// What nothing else beats in both bytes and error.
+  std::vector<Json> front() const {
     double least = 1e300;
-    std::vector<Json> some =
-        points_of([&](const Json& point) { return point.at("way").text() == way; });
+    std::vector<Json> some = points_of([](const Json&) { return true; });
     std::erase_if(some, [&](const Json& point) {
       if (degrees_of(point) >= least) return true;
       least = degrees_of(point);
@@ -269,11 +220,11 @@ class PlansChart : public ChartKind {
     return some;
   }
 
-  void mark_front(const std::string& way) {
-    for (const Json& best : front(way)) {
+  void mark_front() {
+    for (const Json& best : front()) {
       for (Json& point : points_) {
-        const bool same = point.at("way").text() == way && bytes_of(point) == bytes_of(best) &&
-                          degrees_of(point) == degrees_of(best);
+        const bool same =
+            bytes_of(point) == bytes_of(best) && degrees_of(point) == degrees_of(best);
         if (same) point["front"] = true;
       }
     }
@@ -281,7 +232,7 @@ class PlansChart : public ChartKind {
 
   /// Numbers of two digits each.
   std::vector<double> errors_between() const {
-    const std::vector<Json> points = front(kKiln);
+    const std::vector<Json> points = front();
     const double worst = degrees_of(points.front()), best = degrees_of(points.back());
     std::vector<double> errors;
     for (const double share : kShares) {
@@ -292,10 +243,10 @@ class PlansChart : public ChartKind {
     return errors;
   }
 
-  /// Bytes of a way's front at an error; null where it does not get there. Between the front's points, bytes follow a
+  /// Bytes of the front at an error; null where it does not get there. Between the front's points, bytes follow a
   /// power of the error.
-  Json bytes_at(const char* way, double degrees) const {
-    const std::vector<Json> points = front(way);
+  Json bytes_at(double degrees) const {
+    const std::vector<Json> points = front();
     for (std::size_t i = 0; i < points.size(); ++i) {
       if (degrees_of(points[i]) > degrees) continue;
       const double bytes = bytes_of(points[i]);
@@ -317,26 +268,24 @@ class PlansChart : public ChartKind {
       return progress_(at_, "plan for " + text_of(wanted) + " degrees: " + std::string(stage));
     };
     const Stopwatch watch;
-    LowPolyPlan plan = plan_low_poly(*source_, dense_.mesh, options);
+    LowPolyPlan plan = plan_low_poly(*source_, high_.mesh, options);
     if (plan.cancelled) return false;
     const double seconds = watch.total();
     const Candidate& c = plan.chosen;  // measured by the plan's own pictures
     const double degrees =
         plan.result ? measured(plan.low, plan.drawn, plan.bake) : measured(plan.low);
-    const Json front = bytes_at(kKiln, degrees), plain = bytes_at(kPlain, degrees);
-    const auto times = [&](const Json& bytes) {
-      return bytes.is_null() ? Json() : Json(static_cast<double>(c.bytes.total()) / bytes.number());
-    };
+    const Json front = bytes_at(degrees);
+    const Json times =
+        front.is_null() ? Json() : Json(static_cast<double>(c.bytes.total()) / front.number());
     plans_.push_back(fields(
         "wanted_degrees reached faces vertices size samples bits match bytes planned_degrees "
-        "mean_degrees front_bytes plain_front_bytes times_front times_plain_front seconds",
+        "mean_degrees front_bytes times_front seconds",
         {wanted, plan.reached, c.faces, c.vertices, c.size, c.samples, c.bits, c.method.name,
-         json_of(c.bytes), c.measured, degrees, front, plain, times(front), times(plain),
-         seconds}));
+         json_of(c.bytes), c.measured, degrees, front, times, seconds}));
     return true;
   }
 
-  /// Curves of the grid by size of map, both fronts, and rings where plans stand.
+  /// Curves of the grid by size of map, its front, and rings where plans stand.
   Json panel(const std::string& title) const {
     Json panel = plot_panel("Mean angle between rendered normals, degrees");
     panel["title"] = title;
@@ -350,14 +299,10 @@ class PlansChart : public ChartKind {
     double before = 0;
     for (const double size : sizes) {
       const double shade = before++ / static_cast<double>(sizes.size());
-      const std::vector<Json> points = points_of([&](const Json& p) {
-        return p.at("way").text() == kKiln && p.at("size").number() == size;
-      });
-      if (!points.empty()) add(map_text(size), {{"thin", shade}}, points);
+      add(map_text(size), {{"thin", shade}},
+          points_of([&](const Json& p) { return p.at("size").number() == size; }));
     }
-    const std::string bits = std::to_string(kGridBits) + " bits";
-    add("Kiln: the front of faces and sizes, " + bits, "kiln", front(kKiln));
-    add("meshoptimizer and a plain bake: the front, " + bits, "paper", front(kPlain));
+    add("the front of faces and sizes, " + std::to_string(kGridBits) + " bits", "kiln", front());
     Json& rings = panel["rings"];
     rings["title"] = "the plans";
     for (const Json& plan : plans_.elements()) {
@@ -373,22 +318,17 @@ class PlansChart : public ChartKind {
   }
 
   ChartGroup group_of(const std::string& path) const {
-    const Mesh& high = dense_.mesh;
+    const Mesh& high = high_.mesh;
     ChartGroup group;
     group.title = high.name + ", " + with_commas(high.triangles.size()) + " faces";
     if (screen_ != 0) group.title += ", " + with_commas(screen_) + " pixels on screen";
     group.report = fields("high points plans", {describe(high, path), points_, plans_});
     group.panels.push_back(panel(group.title));
-    Json data = Json::array();
-    for (Json plan : plans_.elements()) {
-      plan["way"] = "plan";
-      data.push_back(std::move(plan));
-    }
     const Column kibibytes = {"KiB", "bytes.total", 1, kib(1)};
     const Column faces = {"faces", "faces", 0}, map = {"map", "size", 0};
     const Column measured = {"measured °", "mean_degrees", 3};
     group.tables = {{"", {}, points_, ".csv"},
-                    {"Plans (map 0: none). Their bytes are told in times those of a front at the "
+                    {"Plans (map 0: none). Their bytes are told in times those of the front at the "
                      "same angle, too.",
                      {{"wanted °", "wanted_degrees", 3},
                       measured,
@@ -396,21 +336,16 @@ class PlansChart : public ChartKind {
                       map,
                       {"bits", "bits", 0},
                       kibibytes,
-                      {"times the front", "times_front", 2},
-                      {"times meshoptimizer's", "times_plain_front", 2}},
-                     data,
-                     ".csv"}};
-    for (const char* way : {kKiln, kPlain}) {
-      group.tables.push_back({std::string("The front of the grid by ") + way + ":",
-                              {faces, map, kibibytes, measured},
-                              front(way)});
-    }
+                      {"times the front", "times_front", 2}},
+                     plans_,
+                     ".csv"},
+                    {"The front of the grid:", {faces, map, kibibytes, measured}, front()}};
     return group;
   }
 
   std::uint32_t screen_ = 0;    ///< LowPolyPlanOptions::screen, also of the grid; 0: 128² pictures
   std::vector<double> errors_;  ///< To plan for, degrees; none: three between best and worst
-  HighPolyInput dense_;
+  HighPolyInput high_;
   // Of the high poly that is charted.
   const Device* device_ = nullptr;
   Progress progress_;
@@ -418,7 +353,7 @@ class PlansChart : public ChartKind {
   std::optional<Source> source_;
   std::optional<NormalReference> reference_;
   std::optional<ScreenPictures> on_screen_;  ///< In place of the reference
-  std::vector<Json> points_;                 ///< By way, faces, size
+  std::vector<Json> points_;                 ///< By faces, size
   Json plans_;                               ///< By falling error
 };
 

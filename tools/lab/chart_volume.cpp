@@ -114,14 +114,14 @@ class VolumesChart : public ChartKind {
     steps_ = Steps(progress);
     sizes_.clear();
     if (!steps_.at("contouring in full")) return std::nullopt;
-    dense_ = contour(device, volume_, extract_.contour);
+    high_ = contour(device, volume_, extract_.contour);
     for (const std::uint32_t size : {*a_.size / 2, *a_.size, 2 * *a_.size}) {
       if (!add_size(size)) return std::nullopt;
     }
     plan();
     ChartGroup group;
     group.report = fields("volume full_contour_triangles",
-                          {describe(volume_, inputs[i]), dense_.triangles.size()});
+                          {describe(volume_, inputs[i]), high_.triangles.size()});
     if (!measure_marks(group.report)) return std::nullopt;
     const auto run = [&](std::size_t k, const std::string& note) { return time(k, note); };
     if (!time_in_turns(marks_, a_.repeat, run)) return std::nullopt;
@@ -226,7 +226,7 @@ class VolumesChart : public ChartKind {
 
   /// What could be compared at each size, and errors of every mark. \returns false where progress said stop
   bool measure_marks(Json& report) {
-    const Source source(*device_, dense_);
+    const Source source(*device_, high_);
     const Length reach = a_.search_distance();
     const double diagonal = source.stats().diagonal;
     const double distance = reach.relative ? reach.value * diagonal : reach.value;
@@ -251,7 +251,7 @@ class VolumesChart : public ChartKind {
     }
     report.update(fields("diagonal max_distance_world sizes", {diagonal, distance, sizes}));
     if (!steps_.at("drawing the full contour")) return false;
-    const NormalReference pictures(Scene(*device_, dense_), dense_, usual_held_out_angles(),
+    const NormalReference pictures(Scene(*device_, high_), high_, usual_held_out_angles(),
                                    *a_.pixels);
     for (std::size_t i = 0; i < marks_.size(); ++i) {
       if (!measure_mark(i, source, pictures)) return false;
@@ -271,7 +271,7 @@ class VolumesChart : public ChartKind {
       BakeResult result = bake(source, low, bake_options(way, sized.size, steps_.within()));
       if (result.cancelled) return false;
       const BakeReport& report = result.report;
-      check_result(report, dense_, low);
+      check_result(report, high_, low);
       map = std::move(result.maps[0].image);
       figures.update(
           fields("texels warnings", {describe_texels(report), describe(report.warnings)}));
@@ -307,7 +307,7 @@ class VolumesChart : public ChartKind {
     if (!steps_.at("timing " + marks_[i].label + note)) return {};
     Stopwatch watch;
     if (i == 0) {
-      dense_ = contour(*device_, volume_, extract_.contour);
+      high_ = contour(*device_, volume_, extract_.contour);
       contour_time_ = watch.lap();
       for (Sized& other : sizes_) other.timed.reset();
     }
@@ -326,7 +326,7 @@ class VolumesChart : public ChartKind {
     if (is_plain(*way)) return seconds(contour + simplify, contour, simplify, 0, 0);
     if (is_direct(*way)) return seconds(sized->seconds, contour, low, 0, low_poly.seconds_map);
     watch.lap();
-    const Source source(*device_, dense_);
+    const Source source(*device_, high_);
     const double upload = watch.lap();
     const BakeResult result =
         bake(source, sized->low_poly.mesh, bake_options(*way, size, steps_.within(0)));
@@ -341,7 +341,7 @@ class VolumesChart : public ChartKind {
   Volume volume_;
   // Of the volume that is measured.
   const Device* device_ = nullptr;
-  Mesh dense_;
+  Mesh high_;
   std::vector<Sized> sizes_;
   std::vector<Mark> marks_;
   std::vector<Task> tasks_;  ///< As marks

@@ -53,8 +53,8 @@ std::vector<OptionRow> chart_rows() {
       {"--ao-budget", "", number(KILN_MEMBER(Job, ao_budget), 1e-9, 1e9).in("seconds"),
        "Of ambient occlusion: say what comes nearest to the truth in so many seconds"},
       {"--plan", "", toggle(KILN_MEMBER(Job, plan)),
-       "Of each HIGH alone: bytes against error of low polys by number of faces and map size. "
-       "Beside them plans, and meshoptimizer with a plain bake",
+       "Of each HIGH alone: bytes against error of low polys by number of faces and map size; "
+       "beside them plans",
        "-"},
       {"--max-error", "", texts(KILN_MEMBER(Job, max_errors), ','),
        "With --plan: errors to plan for, degrees, separated by commas (default: three between the "
@@ -86,8 +86,8 @@ std::set<std::string> volume_flags() {
 void check_settings(const Job& a, const std::vector<std::string>& names, const char* kind) {
   for (const std::string& name : a.settings) {
     if (std::find(names.begin(), names.end(), name) != names.end()) continue;
-    fail("--settings " + name + " is not for " + kind + ": give some of " + join(names, ", ") +
-         ".");
+    fail_usage("--settings " + name + " is not for " + kind + ": give some of " +
+               join(names, ", ") + ".");
   }
 }
 
@@ -96,8 +96,8 @@ void check_alike(const Job& a, bool volumes) {
   for (const std::string& path : a.meshes) {
     if (is_volume(a, path) == volumes) continue;
     const auto is = [&](bool volume) { return volume ? " is a volume" : " is no volume"; };
-    fail("'" + path + "'" + is(!volumes) + ", but '" + a.meshes.front() + "'" + is(volumes) +
-         ": give volumes alone, or meshes alone, HIGH LOW.");
+    fail_usage("'" + path + "'" + is(!volumes) + ", but '" + a.meshes.front() + "'" + is(volumes) +
+               ": give volumes alone, or meshes alone, HIGH LOW.");
   }
 }
 
@@ -105,7 +105,7 @@ void check_alike(const Job& a, bool volumes) {
 
 void check_volumes(const Job& a) {
   const std::string volume = "'" + a.meshes.front() + "'";
-  if (!a.surface.iso) fail(volume + " is a volume: say which surface of it by --iso VALUE.");
+  refuse_if(!a.surface.iso, volume + " is a volume: say which surface of it by --iso VALUE.");
   refuse(a,
          {"--triangulate", "--up", "--unit", "--uv-set", "--allow-outside", "--height", "--extent",
           "--ao", "--ao-error", "--ao-budget", "--directions"},
@@ -133,10 +133,10 @@ void check_meshes(const Job& a) {
     refuse(a, {"--ao-error", "--ao-budget"},
            "choosing among ways to gather ambient occlusion, but none is charted: add --ao.");
   }
-  if (a.ao_error == 0) fail("--ao-error is 0, but must be above 0, such as 2/255.");
+  refuse_if(a.ao_error == 0, "--ao-error is 0, but must be above 0, such as 2/255.");
   if (a.meshes.size() % 2 != 0) {
-    fail("Meshes come in pairs, HIGH LOW, but '" + a.meshes.back() +
-         "' has no LOW: give its low poly, with UVs.");
+    fail_usage("Meshes come in pairs, HIGH LOW, but '" + a.meshes.back() +
+               "' has no LOW: give its low poly, with UVs.");
   }
 }
 
@@ -146,7 +146,7 @@ void check_plan(const Job& a) {
           "--directions", "--pixels"},
          "charts of matches, but --plan charts bytes: leave it out.");
   if (is_volume(a, a.meshes.front())) {
-    fail("'" + a.meshes.front() + "' is a volume, but --plan takes high polys alone.");
+    fail_usage("'" + a.meshes.front() + "' is a volume, but --plan takes high polys alone.");
   }
   check_files(a, a.meshes, {});
 }
@@ -159,10 +159,10 @@ void check_no_settings(const Job& a) {
     std::error_code ignored;
     if (fs::exists(path, ignored) || !std::binary_search(names.begin(), names.end(), path))
       continue;
-    fail("'" + path +
-         "' is no file but the name of a setting: give settings "
-         "separated by commas, --settings NAME,NAME, of " +
-         join(names, ", ") + ".");
+    fail_usage("'" + path +
+               "' is no file but the name of a setting: give settings "
+               "separated by commas, --settings NAME,NAME, of " +
+               join(names, ", ") + ".");
   }
 }
 

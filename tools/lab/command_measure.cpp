@@ -41,11 +41,10 @@ int rate_layout_of(const MeasureArguments& a) {
   const Device device = Device::open(a.device);
   if (!run.console.progress(0, "reading " + a.high)) return kExitCancelled;
   const Mesh mesh = load_mesh(a.high, load_options(a.bake, MeshSide::high), &run.warnings);
-  if (mesh.uvs.empty()) {
-    fail("'" + a.high +
-         "' has no UVs to rate. To rate matches, give both meshes: kiln measure HIGH "
-         "LOW. With HIGH alone, name a study: --study views, faces or size.");
-  }
+  refuse_if(mesh.uvs.empty(),
+            "'" + a.high +
+                "' has no UVs to rate. To rate matches, give both meshes: kiln measure HIGH "
+                "LOW. With HIGH alone, name a study: --study views, faces or size.");
   const std::uint32_t size = a.size.value_or(512);
   if (!run.console.progress(0.5, "rating the layout")) return kExitCancelled;
   const LayoutRating r = rate_layout(device, mesh, size, size);
@@ -83,7 +82,7 @@ Run add_measure(Command& app) {
       {.flag = "--out",
        .value = text(KILN_MEMBER(Job, out)),
        .help = "Folder for measure.png and the measures as textures (EXR); with --study for "
-               "study_<what>.csv, .png and _plot.json, and study_<what>_error.png"},
+               "study_<what>.csv, .png and _plot.json"},
       {.flag = "--visibility-at",
        .value = some_of(KILN_MEMBER(Job, visibility_at), names_of(Words(kVisibilityAt))),
        .help =
@@ -125,7 +124,7 @@ Run add_measure(Command& app) {
       if (!a->matching_flags.contains(flag)) continue;
       a->bake.given.insert(flag);
       if (a->study.empty() || of_meshes.contains(flag)) continue;
-      fail(flag + " is for rating matches: leave out --study, or it.");
+      fail_usage(flag + " is for rating matches: leave out --study, or it.");
     }
     if (!a->study.empty()) return run_study(*a);
     return a->low.empty() && !of_matches ? rate_layout_of(*a) : run_rating(*a);

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "arguments/parse.h"
 #include "kiln/measure.h"
 #include "kiln/render.h"
 #include "lab/table.h"
@@ -49,11 +50,9 @@ Image places() {
 
 }  // namespace
 
-void fail(const std::string& text) { throw Error(ErrorCode::usage, text); }
-
 void refuse(const LabArguments& a, const std::set<std::string>& flags, const std::string& why) {
   for (const std::string& flag : flags) {
-    if (a.gave(flag)) fail(flag + " is for " + why);
+    refuse_if(a.gave(flag), flag + " is for " + why);
   }
 }
 
@@ -101,26 +100,6 @@ std::optional<LeftOut> unfit(MatchMethod method, const std::string& name, const 
                 name + " does not do for '" + high.name + "' and '" + low.name + "': " + reason);
   }
   return LeftOut{name, reason};
-}
-
-void ErrorSheet::add(const Image& errors, const std::vector<std::string>& captions) {
-  errors_.add(errors);
-  panels_.push_back({{}, captions});
-}
-
-void ErrorSheet::add_picture(const Image& picture, const std::vector<std::string>& captions) {
-  panels_.push_back({picture, captions});
-}
-
-Image ErrorSheet::draw(const std::string& unit, const std::string& not_known, std::size_t columns) {
-  Scale scale = errors_.scale();
-  scale.unit = unit;
-  scale.others[0].second = not_known;
-  std::size_t next = 0;
-  for (Panel& panel : panels_) {
-    if (panel.image.pixels.empty()) panel.image = errors_.picture(next++, scale);
-  }
-  return make_sheet(panels_, scale, columns);
 }
 
 Places::Places(const Device& device, const Mesh& low)

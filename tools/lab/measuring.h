@@ -18,8 +18,6 @@ namespace kiln::cli {
 constexpr std::uint32_t kHeldOutViews = 30;
 constexpr double kLeastHeldOutAngle = 2;  ///< Degrees from a view matched from to one measured from
 
-/// \throws Error(usage)
-[[noreturn]] void fail(const std::string& text);
 /// Refuses flags that were given but serve nothing: "FLAG is for WHY". \throws Error(usage)
 void refuse(const LabArguments& arguments, const std::set<std::string>& flags,
             const std::string& why);
@@ -49,20 +47,6 @@ Json describe_left_out(const std::vector<LeftOut>& left_out, const char* key,
 /// \throws Error(input) where it must do, but does not
 std::optional<LeftOut> unfit(MatchMethod method, const std::string& name, const Source& source,
                              const Mesh& high, const Mesh& low, const UvOptions& uv, bool must);
-
-/// Pictures of errors side by side, on one scale.
-class ErrorSheet {
- public:
-  /// \param errors  one channel; -1 beside the mesh, -2 where it is not known, as normal_angles() has them
-  void add(const Image& errors, const std::vector<std::string>& captions);
-  void add_picture(const Image& picture, const std::vector<std::string>& captions);
-  /// \param not_known  why pixels have no error \param columns  0: chosen
-  Image draw(const std::string& unit, const std::string& not_known, std::size_t columns = 0);
-
- private:
-  AnglePictures errors_;
-  std::vector<Panel> panels_;  ///< Without pictures where these are errors, until they are drawn
-};
 
 /// Pictures of LOW that say which texel each pixel shows.
 class Places {

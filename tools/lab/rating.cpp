@@ -39,7 +39,7 @@ struct Rating {
 
 /// What is read before rating.
 struct Inputs {
-  HighPolyInput dense;
+  HighPolyInput high;
   Mesh low;
   MatchInputs match;
   BakeOptions textures;           ///< Of HIGH, that maps hold
@@ -141,8 +141,8 @@ std::vector<Rating> choose(const MeasureArguments& a, const Inputs& inputs, cons
       continue;
     }
     if (const std::optional<LeftOut> left =
-            unfit(find_match(method).method, "--match " + method, source, inputs.dense.mesh,
-                  inputs.low, uv_options(inputs.dense), strict)) {
+            unfit(find_match(method).method, "--match " + method, source, inputs.high.mesh,
+                  inputs.low, uv_options(inputs.high), strict)) {
       left_out.push_back({method, left->reason});
       continue;
     }
@@ -152,7 +152,7 @@ std::vector<Rating> choose(const MeasureArguments& a, const Inputs& inputs, cons
     }
     for (const std::string& at : a.visibility_at) rows.push_back({method + "_" + at, method, at});
   }
-  if (rows.empty()) fail(left_out.front().reason);
+  if (rows.empty()) fail_usage(left_out.front().reason);
   return rows;
 }
 
@@ -166,7 +166,7 @@ BakeOptions bake_options(const MeasureArguments& a, const Inputs& inputs, const 
   bake_with.transfers = inputs.textures.transfers;
   const bool cage = job.cage_auto || job.options.match.cage || !job.cage_mesh.empty();
   if (!cage || a.gave("--max-distance")) bake_with.match.max_distance = a.search_distance();
-  bake_with.match.uv = uv_options(inputs.dense, bake_with.match.uv);
+  bake_with.match.uv = uv_options(inputs.high, bake_with.match.uv);
   inputs.match.apply(bake_with);
   if (!row.visibility_at.empty())
     bake_with.match.visibility.at = Words(kVisibilityAt).at(row.visibility_at);
@@ -272,10 +272,16 @@ Image ratings_picture(const std::vector<Rating>& rows) {
   std::vector<Image> blocks;
   std::uint32_t width = 0, height = 0;
   for (std::size_t m = 0; m < kShown.size(); ++m) {
-    ErrorSheet sheet;
-    for (const Rating& row : rows) sheet.add(row.pictures[m], {row.name});
-    blocks.push_back(
-        sheet.draw(kShown[m], "missed, never visible, or seen of one mesh only", rows.size()));
+    AnglePictures errors;
+    for (const Rating& row : rows) errors.add(row.pictures[m]);
+    Scale scale = errors.scale();
+    scale.unit = kShown[m];
+    scale.others[0].second = "missed, never visible, or seen of one mesh only";
+    std::vector<Panel> panels;
+    for (std::size_t i = 0; i < rows.size(); ++i) {
+      panels.push_back({errors.picture(i, scale), {rows[i].name}});
+    }
+    blocks.push_back(make_sheet(panels, scale, rows.size()));
     width = std::max(width, blocks.back().width);
     height += blocks.back().height;
   }
@@ -347,7 +353,7 @@ void save_textures(const std::string& stem, const AssessmentFields& f, const Ima
 /// Rates all rows, of which those are left out that find nothing. \returns false where progress said stop
 bool rate(const Device& device, const MeasureArguments& a, const Inputs& inputs,
           const RenderOptions& view, LabRun& run, std::vector<Rating>& rated) {
-  const Mesh &high = inputs.dense.mesh, &low = inputs.low;
+  const Mesh &high = inputs.high.mesh, &low = inputs.low;
   Steps steps(run.within(0.05, 0.95));
   if (!steps.at("preparing the high poly")) return false;
   const Source source(device, high);
@@ -416,12 +422,11 @@ bool rate(const Device& device, const MeasureArguments& a, const Inputs& inputs,
 
 /// Before any work. \throws Error(usage)
 void check_rating(const MeasureArguments& a) {
-  if (a.low.empty()) {
-    fail(
-        "To rate matches, give both meshes: kiln measure HIGH LOW. With HIGH alone, name a study: "
-        "--study views, faces or size. Of one mesh without other flags than --size, the UVs are "
-        "rated.");
-  }
+  refuse_if(
+      a.low.empty(),
+      "To rate matches, give both meshes: kiln measure HIGH LOW. With HIGH alone, name a study: "
+      "--study views, faces or size. Of one mesh without other flags than --size, the UVs are "
+      "rated.");
   refuse(a, {"--faces"}, "--study: leave it out.");
   if (!a.bake.load_match.empty()) {
     refuse(a, {"--match"}, "making a match, but --load-match is one that was made: leave it out.");
@@ -430,7 +435,8 @@ void check_rating(const MeasureArguments& a) {
       std::none_of(a.matches.begin(), a.matches.end(), [](const std::string& name) {
         return obeys(find_match(name), "match.visibility");
       })) {
-    fail("--visibility-at is for --match visibility and hybrid: add one of them, or leave it out.");
+    fail_usage(
+        "--visibility-at is for --match visibility and hybrid: add one of them, or leave it out.");
   }
   a.search_distance();
   if (a.out.empty()) {
@@ -469,9 +475,9 @@ int run_rating(MeasureArguments a) {
   if (!run.console.progress(0, "reading " + a.high)) return kExitCancelled;
   Inputs inputs;
   inputs.maps = measured_maps(a);
-  inputs.dense = load_high(high_files(job), a.heights, load_options(a.bake, MeshSide::high),
-                           has_more_files(a.bake), run.warnings);
-  const Mesh &high = inputs.dense.mesh, &low = inputs.low;
+  inputs.high = load_high(high_files(job), a.heights, load_options(a.bake, MeshSide::high),
+                          has_more_files(a.bake), run.warnings);
+  const Mesh &high = inputs.high.mesh, &low = inputs.low;
   inputs.low = load_low(job, run.warnings);
   warn_of_boxes("HIGH and LOW", high, low, run.warnings);
   check_has_uvs(low, a.low, "");

@@ -8,7 +8,6 @@
 #include "arguments/bake_job.h"
 #include "arguments/files.h"
 #include "arguments/parse.h"
-#include "interrupt.h"
 #include "kiln/files.h"
 #include "kiln/measure.h"
 #include "kiln/normals.h"
@@ -49,11 +48,9 @@ struct Setting {
 };
 
 struct Study {
-  std::vector<Json> rows;           ///< Figures of settings, by curve, faces, map size, views
-  std::vector<Json> others;         ///< Their seconds and warnings
-  std::vector<Image> pictures;      ///< normal_angles() from one view, of those matched by views
-  std::size_t worst = 0, best = 0;  ///< By mean angle, of the settings matched by views
-  Image original;                   ///< HIGH, from the picture's view
+  std::vector<Json> rows;                 ///< Figures of settings, by curve, faces, map size, views
+  std::vector<Json> others;               ///< Their seconds and warnings
+  std::size_t worst = 0, best = 0;        ///< By mean angle, of the settings matched by views
   double diagonal = 0, max_distance = 0;  ///< Of HIGH, and looked: world units
 };
 
@@ -163,22 +160,6 @@ Json json_of(const DepthError& d) {
   return fields("pixels one_sided mean rms max", {d.pixels, d.one_sided, d.mean, d.rms, d.max});
 }
 
-/// The held-out view nearest to a look from the front, a little from the side and above.
-RenderOptions picture_options(const Mesh& frame, const std::vector<Vec3>& held_out, bool z_up) {
-  constexpr Vec3 kFront = {0.4830F, 0.2588F, 0.8365F};  // 30 degrees aside, 15 above
-  const std::array<Vec3, 1> front = {z_up ? Vec3{kFront.x, -kFront.z, kFront.y} : kFront};
-  const auto angle = [&](const Vec3& view) { return least_angle_degrees({&view, 1}, front); };
-  RenderOptions options;
-  options.size = 640;
-  options.z_up = z_up;
-  options.trim = true;
-  options.frame = &frame;
-  look_from(*std::min_element(held_out.begin(), held_out.end(),
-                              [&](const Vec3& a, const Vec3& b) { return angle(a) < angle(b); }),
-            options);
-  return options;
-}
-
 /// \param low  null: made from `high`
 /// \param run  gets what is no setting's alone
 /// \returns nothing where progress said stop
@@ -209,11 +190,6 @@ std::optional<Study> measure_study(const Device& device, const Mesh& high, const
   const NormalReference reference(high_scene, high, angles, *a.pixels);
   std::optional<DepthReference> depths;
   if (a.study == "faces") depths.emplace(high_scene, high, angles, *a.pixels);
-  RenderOptions picture = picture_options(high, held_out, a.view.z_up);
-  study.original = high_scene.draw(picture);
-  picture.show_normals = true;
-  picture.samples = 1;
-  const Image high_normals = high_scene.draw(picture);
 
   LowMeshes lows(high, low);
   double seconds_bake = 0, seconds_measure = 0;
@@ -265,7 +241,6 @@ std::optional<Study> measure_study(const Device& device, const Mesh& high, const
     study.rows.push_back(std::move(figures));
     steps.done += 1;
     if (!views) continue;
-    study.pictures.push_back(normal_angles(high_normals, scene.draw(picture)));
     const auto degrees = [&](std::size_t i) { return study.rows[i].at(kDegrees).number(); };
     if (error.mean_degrees > degrees(study.worst)) study.worst = study.rows.size() - 1;
     if (error.mean_degrees < degrees(study.best)) study.best = study.rows.size() - 1;
@@ -402,24 +377,6 @@ Json size_plot(const Study& study, const MeasureArguments& a, const std::string&
       "Texels a side of the map", kStudySizes, Json::array({angles}));
 }
 
-/// The high poly, and where the worst and the best setting by views err.
-Image error_picture(const Study& study) {
-  ErrorSheet sheet;
-  sheet.add_picture(study.original,
-                    {"the high poly", "the original: its normals are the reference"});
-  for (const auto& [rank, index] :
-       {std::pair("worst: ", study.worst), std::pair("best: ", study.best)}) {
-    const Json& row = study.rows[index];
-    const std::string size = text_of(row.at("size").number());
-    sheet.add(study.pictures[index],
-              {rank + row.at("curve").text() + ", views: " + count_text(row.at("views")),
-               count_text(row.at("faces")) + " faces, " + size + " x " + size + " map",
-               formatted("mean %.2f degrees, 95%% under %.1f, over %u views", degrees_of(row),
-                         row.at("normal_error.p95_angle_degrees").number(), kHeldOutViews)});
-  }
-  return sheet.draw("degrees", "seen of only one of the two meshes: not measured");
-}
-
 // ---- text --------------------------------------------------------------------------------------
 
 /// The number of views by curve, or the map's size by faces, from which on more gains little.
@@ -480,19 +437,17 @@ void add_report(const Study& study, const MeasureArguments& a, LabRun& run) {
 /// Contradictions between several options. \throws Error(usage)
 void check_study(const MeasureArguments& a) {
   refuse(a,
-         {"--match", "--directions", "--visibility-at", "--view", "--zoom", "--at", "--square",
-          "--picture-size"},
+         {"--match", "--directions", "--visibility-at", "--view", "--zoom", "--at", "--z-up",
+          "--square", "--picture-size"},
          "rating matches: leave out --study, or it.");
-  if (a.out.empty()) fail("--study needs --out, a folder for its data and pictures.");
+  refuse_if(a.out.empty(), "--study needs --out, a folder for its data and pictures.");
   const std::string varies = "what --study " + a.study + " does not vary itself: leave it out.";
   if (a.study == "views") refuse(a, {"--views"}, varies);
   if (a.study != "views") refuse(a, {"--faces"}, varies);
   if (a.study == "size") refuse(a, {"--size"}, varies);
   if (a.low.empty()) return;
-  if (a.study != "views") {
-    fail("--study " + a.study + " makes its own low polys, but LOW '" + a.low +
-         "' was given: leave it out.");
-  }
+  refuse_if(a.study != "views", "--study " + a.study + " makes its own low polys, but LOW '" +
+                                    a.low + "' was given: leave it out.");
   refuse(a, {"--faces"}, "making a low poly, but LOW '" + a.low + "' was given: leave one out.");
 }
 
@@ -532,23 +487,21 @@ int run_study(MeasureArguments a) {
   run.outputs = {(folder / (plot.name + ".csv")).string()};
   save_text(run.outputs[0], csv(study->rows));
   if (!save_plots(folder, {plot}, run.outputs, run.warnings)) return kExitCancelled;
-  run.outputs.push_back((folder / (plot.name + "_error.png")).string());
-  save_image(error_picture(*study), run.outputs.back(), {ImageFormat::png8});
   run.lap("save");
 
   // Options in force; null: varied by the study, or not used.
   const bool views = a.study == "views";
-  run.report.update(
-      fields("device inputs options",
-             {describe(device.info()),
-              fields("high low", {describe(high, a.high), low ? describe(*low, a.low) : Json()}),
-              fields("study max_distance views view_size size faces height extent z_up",
-                     {a.study, a.max_distance, views ? Json() : Json(*a.views),
-                      a.view_size ? Json(*a.view_size) : Json("auto"),
-                      a.study == "size" ? Json() : Json(*a.size),
-                      views && a.low.empty() ? Json(*a.faces) : Json(),
-                      is_height_field(a.high) ? Json(a.heights.height) : Json(),
-                      extent_json(a.heights), a.view.z_up})}));
+  run.report.update(fields(
+      "device inputs options",
+      {describe(device.info()),
+       fields("high low", {describe(high, a.high), low ? describe(*low, a.low) : Json()}),
+       fields(
+           "study max_distance views view_size size faces height extent",
+           {a.study, a.max_distance, views ? Json() : Json(*a.views),
+            a.view_size ? Json(*a.view_size) : Json("auto"),
+            a.study == "size" ? Json() : Json(*a.size),
+            views && a.low.empty() ? Json(*a.faces) : Json(),
+            is_height_field(a.high) ? Json(a.heights.height) : Json(), extent_json(a.heights)})}));
   add_report(*study, a, run);
   return run.end();
 }

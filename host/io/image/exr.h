@@ -4,6 +4,7 @@
 #include <ImfHeader.h>
 #include <ImfIO.h>
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <cstdint>
@@ -13,6 +14,7 @@
 #include <string>
 #include <vector>
 
+#include "base/parallel.h"
 #include "io/file/atomic_file.h"
 #include "io/file/byte_source.h"
 #include "io/image/exr_header.h"
@@ -95,6 +97,26 @@ void write_exr(const std::filesystem::path& path, const Write& write) {
   }
   stream.check();
   file.commit();
+}
+
+/// Rows that are converted and written at a time: a multiple of every compression's block of rows.
+inline constexpr std::size_t kExrBandRows = 256;
+
+/// Rows [first, first + count) of an image, as T.
+template <typename T>
+void convert_rows(const Image& image, std::size_t first, std::size_t count, std::vector<T>& band,
+                  int threads) {
+  const std::size_t row = std::size_t{image.width} * image.channels;
+  band.resize(std::max(band.size(), count * row));
+  const float* from = image.pixels.data() + first * row;
+  parallel_for(
+      count, 16,
+      [&](std::size_t begin, std::size_t end) {
+        std::transform(from + begin * row, from + end * row,
+                       band.begin() + static_cast<std::ptrdiff_t>(begin * row),
+                       [](float value) { return T(value); });
+      },
+      threads);
 }
 
 /// Number of threads that OpenEXR is to use: `threads`, or all if 0. Gives its global pool threads where

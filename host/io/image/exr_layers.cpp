@@ -10,14 +10,12 @@
 #include <set>
 #include <vector>
 
-#include "base/parallel.h"
 #include "io/image/exr.h"
 #include "kiln/image.h"
 
 namespace kiln {
 namespace {
 
-constexpr std::size_t kLayerBandRows = 256;
 constexpr std::size_t kLongestName = 128;  // of OpenEXR's 255 bytes, with a text's keyword after it
 
 [[noreturn]] void usage(const std::string& text) { throw Error(ErrorCode::usage, text); }
@@ -59,34 +57,17 @@ std::string channel_name(const ImageLayer& layer, std::size_t channel) {
   return layer.name + "." + (layer.image->channels == 1 ? "Y" : kColors[channel]);
 }
 
-/// Rows [first, first + count) of a layer, as T.
-template <typename T>
-void convert(const Image& image, std::size_t first, std::size_t count, std::vector<T>& band,
-             int threads) {
-  const std::size_t row = std::size_t{image.width} * image.channels;
-  band.resize(kLayerBandRows * row);
-  const float* from = image.pixels.data() + first * row;
-  parallel_for(
-      count, 16,
-      [&](std::size_t begin, std::size_t end) {
-        std::transform(from + begin * row, from + end * row,
-                       band.begin() + static_cast<std::ptrdiff_t>(begin * row),
-                       [](float value) { return T(value); });
-      },
-      threads);
-}
-
 template <typename T>
 void write_layers(std::span<const ImageLayer> layers, Imf::OutputFile& output, Imf::PixelType type,
                   int threads) {
   const std::size_t height = layers[0].image->height;
   std::vector<std::vector<T>> bands(layers.size());
-  for (std::size_t first = 0; first < height; first += kLayerBandRows) {
-    const std::size_t count = std::min(kLayerBandRows, height - first);
+  for (std::size_t first = 0; first < height; first += kExrBandRows) {
+    const std::size_t count = std::min(kExrBandRows, height - first);
     Imf::FrameBuffer buffer;
     for (std::size_t l = 0; l < layers.size(); ++l) {
       const Image& image = *layers[l].image;
-      convert(image, first, count, bands[l], threads);
+      convert_rows(image, first, count, bands[l], threads);
       for (std::size_t c = 0; c < image.channels; ++c) {
         buffer.insert(
             channel_name(layers[l], c),

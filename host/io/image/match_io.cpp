@@ -50,11 +50,18 @@ constexpr std::array<ChannelType, 5> kChannels = {{{"distance", Imf::FLOAT},
                                     ". Save the match again with `save_match()`.");
 }
 
-template <typename T>
-void add_slice(Imf::FrameBuffer& buffer, const char* name, Imf::PixelType type, const T* data,
-               std::uint32_t width) {
-  buffer.insert(name, Imf::Slice(type, reinterpret_cast<char*>(const_cast<T*>(data)), sizeof(T),
-                                 sizeof(T) * width));
+/// Where a match's channels lie, to be read or written.
+Imf::FrameBuffer frame_buffer(const Match& match, const std::vector<std::uint32_t>& status) {
+  static_assert(sizeof(float) == sizeof(std::uint32_t));
+  const std::array<const void*, kChannels.size()> data = {
+      match.distance.data(), status.data(), match.triangle.data(), match.u.data(), match.v.data()};
+  Imf::FrameBuffer buffer;
+  for (std::size_t i = 0; i < kChannels.size(); ++i) {
+    buffer.insert(kChannels[i].name,
+                  Imf::Slice(kChannels[i].type, static_cast<char*>(const_cast<void*>(data[i])),
+                             sizeof(float), sizeof(float) * match.width));
+  }
+  return buffer;
 }
 
 /// A 64-bit number as text; 0 where there is none.
@@ -124,13 +131,7 @@ Match read_match(const ByteSource& source, const std::string& file, const ExrPla
   match.distance.resize(count);
   match.status.resize(count);
   std::vector<std::uint32_t> status(count);
-  Imf::FrameBuffer buffer;
-  add_slice(buffer, "triangle", Imf::UINT, match.triangle.data(), match.width);
-  add_slice(buffer, "u", Imf::FLOAT, match.u.data(), match.width);
-  add_slice(buffer, "v", Imf::FLOAT, match.v.data(), match.width);
-  add_slice(buffer, "distance", Imf::FLOAT, match.distance.data(), match.width);
-  add_slice(buffer, "status", Imf::UINT, status.data(), match.width);
-  input.setFrameBuffer(buffer);
+  input.setFrameBuffer(frame_buffer(match, status));
   input.readPixels(0, window.max.y);
   std::transform(status.begin(), status.end(), match.status.begin(), [](std::uint32_t value) {
     return static_cast<std::uint8_t>(std::min(value, 255U));
@@ -154,15 +155,9 @@ void save_match(const Match& match, const std::filesystem::path& path) {
   header.insert(kSourceHash, Imf::StringAttribute(std::to_string(match.source_hash)));
   header.insert(kLowHash, Imf::StringAttribute(std::to_string(match.low_hash)));
   const std::vector<std::uint32_t> status(match.status.begin(), match.status.end());
-  Imf::FrameBuffer buffer;
-  add_slice(buffer, "triangle", Imf::UINT, match.triangle.data(), match.width);
-  add_slice(buffer, "u", Imf::FLOAT, match.u.data(), match.width);
-  add_slice(buffer, "v", Imf::FLOAT, match.v.data(), match.width);
-  add_slice(buffer, "distance", Imf::FLOAT, match.distance.data(), match.width);
-  add_slice(buffer, "status", Imf::UINT, status.data(), match.width);
   write_exr(path, [&](ExrStream& stream) {
     Imf::OutputFile output(stream, header, exr_threads(0));
-    output.setFrameBuffer(buffer);
+    output.setFrameBuffer(frame_buffer(match, status));
     output.writePixels(static_cast<int>(match.height));
   });
 }

@@ -47,26 +47,22 @@ void take_asset(BakeJob& a) {
         ".3ds",  ".abc",  ".blend", ".bmp",  ".dae",  ".dds",  ".exr",  ".fbx", ".hdr",
         ".jpeg", ".jpg",  ".ktx",   ".ktx2", ".off",  ".ply",  ".png",  ".stl", ".tga",
         ".tif",  ".tiff", ".usd",   ".usda", ".usdc", ".usdz", ".webp", ".x",   ".zip"};
-    if (std::find(std::begin(kOthers), std::end(kOthers), ending) != std::end(kOthers)) {
-      fail_usage(
-          "--out '" + a.out +
-          "': a bake writes maps into a folder, or all into NAME.glb, NAME.gltf or NAME.obj: "
-          "name one of these. --format chooses the maps' format.");
-    }
+    refuse_if(
+        std::find(std::begin(kOthers), std::end(kOthers), ending) != std::end(kOthers),
+        "--out '" + a.out +
+            "': a bake writes maps into a folder, or all into NAME.glb, NAME.gltf or NAME.obj: "
+            "name one of these. --format chooses the maps' format.");
     return;
   }
-  if (!out.has_extension()) {
-    fail_usage("--out '" + a.out + "' has no name before its ending: write NAME" + ending + ".");
-  }
-  if (is_folder) {
-    fail_usage(
-        "--out '" + a.out +
-        "' is a folder: name another file; or put a slash behind it, for maps in that folder.");
-  }
+  refuse_if(!out.has_extension(),
+            "--out '" + a.out + "' has no name before its ending: write NAME" + ending + ".");
+  refuse_if(
+      is_folder,
+      "--out '" + a.out +
+          "' is a folder: name another file; or put a slash behind it, for maps in that folder.");
   const auto refuse = [&](bool is, const char* flag) {
-    if (is)
-      fail_usage(std::string(flag) + " is not for a glTF, GLB or OBJ, --out '" + a.out +
-                 "': leave it out, or name a folder.");
+    refuse_if(is, std::string(flag) + " is not for a glTF, GLB or OBJ, --out '" + a.out +
+                      "': leave it out, or name a folder.");
   };
   refuse(a.layers, "--layers");
   refuse(a.options.match.visibility.clusters > 1, "--visibility-clusters");
@@ -74,9 +70,8 @@ void take_asset(BakeJob& a) {
     refuse(a.lods != 0, "--lod");
   } else {
     const bool is_webp = a.image.format == ImageFormat::webp;
-    if (a.given.contains("--format") && a.image.format != ImageFormat::png8 && !is_webp) {
-      fail_usage("The pictures in '" + a.out + "' can be --format png8 or webp.");
-    }
+    refuse_if(a.given.contains("--format") && a.image.format != ImageFormat::png8 && !is_webp,
+              "The pictures in '" + a.out + "' can be --format png8 or webp.");
     refuse(a.options.encoding.space != NormalMapSpace::tangent, "--space");
     refuse(a.options.encoding.flip_y, "--flip-y");
     refuse(a.options.encoding.two_component, "--two-component");
@@ -160,38 +155,31 @@ std::string not_these_maps(const OptionRow& row) {
 /// \throws Error(usage) for a fallback that is the match itself, or that has nothing to blend
 void check_fallback(const BakeJob& a) {
   const MatchOptions& match = a.options.match;
-  if (!a.match_auto && std::find(match.fallback.begin(), match.fallback.end(), match.method) !=
-                           match.fallback.end()) {
-    fail_usage("--fallback " + std::string(match.method.name) +
-               " leaves the same samples undecided as before: name each match once.");
-  }
-  if (a.given.contains("--fallback-blend") && match.fallback.empty()) {
-    fail_usage("--fallback-blend needs a --fallback that finds points: ray, closest or views.");
-  }
+  refuse_if(!a.match_auto && std::find(match.fallback.begin(), match.fallback.end(),
+                                       match.method) != match.fallback.end(),
+            "--fallback " + std::string(match.method.name) +
+                " leaves the same samples undecided as before: name each match once.");
+  refuse_if(a.given.contains("--fallback-blend") && match.fallback.empty(),
+            "--fallback-blend needs a --fallback that finds points: ray, closest or views.");
 }
 
 /// Flags of a chain of low polys.
 void check_lods(const BakeJob& a) {
   for (const char* flag : {"--lod-uvs", "--lod-growth"}) {
-    if (a.given.contains(flag) && a.lods == 0) {
-      fail_usage(std::string(flag) + " is for several low polys: add --lod N, or leave it out.");
-    }
+    refuse_if(a.given.contains(flag) && a.lods == 0,
+              std::string(flag) + " is for several low polys: add --lod N, or leave it out.");
   }
   if (a.lods == 0) return;
-  if (!plans_low_poly(a) || a.screen.empty()) {
-    fail_usage(
-        "--lod plans each low poly for a size on screen: give --max-error normal=DEGREES and "
-        "--screen, and neither LOW nor --faces.");
-  }
+  refuse_if(!plans_low_poly(a) || a.screen.empty(),
+            "--lod plans each low poly for a size on screen: give --max-error normal=DEGREES and "
+            "--screen, and neither LOW nor --faces.");
   const std::uint32_t least = 16U << (a.lods - 1);
-  if (parse_pixels("--screen", a.screen) < least) {
-    fail_usage("--lod " + std::to_string(a.lods) +
-               " halves the size on screen each time, down to 16 pixels at least: give --screen " +
-               std::to_string(least) + "px or more, or fewer levels.");
-  }
-  if (!a.save_match.empty() || a.reasons) {
-    fail_usage("--save-match and --reasons are of one low poly: leave them out, or --lod.");
-  }
+  refuse_if(parse_pixels("--screen", a.screen) < least,
+            "--lod " + std::to_string(a.lods) +
+                " halves the size on screen each time, down to 16 pixels at least: give --screen " +
+                std::to_string(least) + "px or more, or fewer levels.");
+  refuse_if(!a.save_match.empty() || a.reasons,
+            "--save-match and --reasons are of one low poly: leave them out, or --lod.");
 }
 
 /// Flags of a plan of low poly, map and match together.
@@ -200,208 +188,161 @@ void check_low_poly_plan(const BakeJob& a) {
   const bool plans = plans_low_poly(a);
   if (!a.screen.empty()) {
     parse_pixels("--screen", a.screen);
-    if (!plans) {
-      fail_usage(
-          "--screen is for a low poly that Kiln plans: give --max-error normal=DEGREES, and "
-          "neither LOW nor --faces.");
-    }
+    refuse_if(!plans,
+              "--screen is for a low poly that Kiln plans: give --max-error normal=DEGREES, and "
+              "neither LOW nor --faces.");
   }
   if (!a.max_outline.empty()) {
     parse_outline_bound(a.max_outline);
-    if (!plans) {
-      fail_usage(
-          "--max-outline is for a low poly that Kiln plans: give --max-error normal=DEGREES, and "
-          "neither LOW nor --faces.");
-    }
+    refuse_if(
+        !plans,
+        "--max-outline is for a low poly that Kiln plans: give --max-error normal=DEGREES, and "
+        "neither LOW nor --faces.");
   }
   if (!plans) {
-    if (!a.match_auto && bounds_maps(a)) {
-      fail_usage("--max-error normal=DEGREES needs --match auto where LOW or --faces is given.");
-    }
+    refuse_if(!a.match_auto && bounds_maps(a),
+              "--max-error normal=DEGREES needs --match auto where LOW or --faces is given.");
     return;
   }
-  if (std::min(a.options.width, a.options.height) < kSmallestMap) {
-    fail_usage("--size is that of the largest map to plan with: give " +
-               std::to_string(kSmallestMap) + " or more.");
-  }
-  if (!a.max_angle.empty() && !a.max_error.empty()) {
-    fail_usage(
-        "--max-angle and --max-error both say what is to be reached: leave one of them out.");
-  }
+  refuse_if(std::min(a.options.width, a.options.height) < kSmallestMap,
+            "--size is that of the largest map to plan with: give " + std::to_string(kSmallestMap) +
+                " or more.");
+  refuse_if(!a.max_angle.empty() && !a.max_error.empty(),
+            "--max-angle and --max-error both say what is to be reached: leave one of them out.");
   parse_degrees(a.max_angle.empty() ? "--max-error" : "--max-angle", angle_bound(a));
-  if (!a.cage_mesh.empty() || a.cage_auto || a.parts_by == PartsBy::name) {
-    fail_usage(
-        "--cage-mesh, --cage auto and --match-by name need a LOW, yours or with --faces N: Kiln "
-        "plans its own here.");
-  }
+  refuse_if(
+      !a.cage_mesh.empty() || a.cage_auto || a.parts_by == PartsBy::name,
+      "--cage-mesh, --cage auto and --match-by name need a LOW, yours or with --faces N: Kiln "
+      "plans its own here.");
   const bool by_uvs = match_obeys(a, "match.uv") && !is_height_field(a.high);
-  if (by_uvs || (!a.match_auto && needs_direction(find_match(a.options.match.method.name)))) {
-    fail_usage("--match " + match_word(a) +
-               " is for a LOW of yours: leave it out, or give LOW or --faces.");
-  }
-  if (!bakes_shading_map(a)) {
-    fail_usage("--max-error normal=DEGREES measures normal maps: add " +
-               std::string(shading_map().name) + " to --maps.");
-  }
+  refuse_if(
+      by_uvs || (!a.match_auto && needs_direction(find_match(a.options.match.method.name))),
+      "--match " + match_word(a) + " is for a LOW of yours: leave it out, or give LOW or --faces.");
+  refuse_if(!bakes_shading_map(a), "--max-error normal=DEGREES measures normal maps: add " +
+                                       std::string(shading_map().name) + " to --maps.");
 }
 
 /// Checks --density, which is for charts that Kiln lays out.
 void check_texels(const BakeJob& a) {
   const bool given = a.given.contains("--density");
-  if (given && !a.low.empty() && !a.unwrap) {
-    fail_usage("--density is for charts that Kiln lays out, but LOW '" + a.low +
-               "' has its own: add --unwrap, or leave it out.");
-  }
-  if (given && a.low.empty() && is_height_field(a.high)) {
-    fail_usage(
-        "--density is not for a low poly of a height field, which lies over the image as it is.");
-  }
-  if (given && a.low.empty() && match_obeys(a, "match.uv")) {
-    fail_usage("--density is for new charts, but --match " + match_word(a) +
-               " keeps those of HIGH: leave one out.");
-  }
+  refuse_if(given && !a.low.empty() && !a.unwrap,
+            "--density is for charts that Kiln lays out, but LOW '" + a.low +
+                "' has its own: add --unwrap, or leave it out.");
+  refuse_if(
+      given && a.low.empty() && is_height_field(a.high),
+      "--density is not for a low poly of a height field, which lies over the image as it is.");
+  refuse_if(given && a.low.empty() && match_obeys(a, "match.uv"),
+            "--density is for new charts, but --match " + match_word(a) +
+                " keeps those of HIGH: leave one out.");
   check_density(given, a.unwrap_method);
 }
 
 /// Flags that make a low poly, or belong to a given one.
 void check_low(const BakeJob& a) {
-  if (!a.match_auto && !a.max_angle.empty()) {
-    fail_usage(
-        "--max-angle is for --match auto: leave it out, or --max-error bounds the low poly.");
-  }
+  refuse_if(!a.match_auto && !a.max_angle.empty(),
+            "--max-angle is for --match auto: leave it out, or --max-error bounds the low poly.");
   check_low_poly_plan(a);
   check_lods(a);
   const bool bounded = !deviation_bound(a).empty();
-  if (a.faces != 0 && bounded) {
-    fail_usage(
-        "--faces and --max-error both say how light the mesh is to be: leave one of them out.");
-  }
-  if (!a.low.empty() && (a.faces != 0 || bounded)) {
-    fail_usage("--faces and --max-error are for making a low poly, but LOW '" + a.low +
-               "' was given: leave one of them out.");
-  }
-  if (a.keep_parts && (!a.low.empty() || a.faces == 0)) {
-    fail_usage(
-        "--keep-parts is for a low poly of a number of faces: add --faces N and leave LOW out, or "
-        "leave --keep-parts out.");
-  }
-  if (a.keep_parts && (is_height_field(a.high) || match_obeys(a, "match.uv"))) {
-    fail_usage("--keep-parts is not for height fields or --match uv, which keep all parts.");
-  }
+  refuse_if(a.faces != 0 && bounded,
+            "--faces and --max-error both say how light the mesh is to be: leave one of them out.");
+  refuse_if(!a.low.empty() && (a.faces != 0 || bounded),
+            "--faces and --max-error are for making a low poly, but LOW '" + a.low +
+                "' was given: leave one of them out.");
+  refuse_if(
+      a.keep_parts && (!a.low.empty() || a.faces == 0),
+      "--keep-parts is for a low poly of a number of faces: add --faces N and leave LOW out, or "
+      "leave --keep-parts out.");
+  refuse_if(a.keep_parts && (is_height_field(a.high) || match_obeys(a, "match.uv")),
+            "--keep-parts is not for height fields or --match uv, which keep all parts.");
   const std::optional<CleanOptions> clean = clean_options(a);
-  if (a.keep_inner && (!clean || clean->windings_alone)) {
-    fail_usage("--keep-inner is for --clean all, or for a low poly that Kiln makes: leave it out.");
-  }
-  if (a.low.empty() && a.unwrap && a.unwrap_method == "given") {
-    fail_usage(
-        "--unwrap alone is for a given LOW; a low poly that Kiln makes is always unwrapped: say "
-        "how, --unwrap=charts or --unwrap=pairs, or leave it out.");
-  }
-  if (a.low.empty() && a.unwrap && is_height_field(a.high)) {
-    fail_usage(
-        "--unwrap is not for a low poly of a height field, which lies over the image as it is.");
-  }
+  refuse_if(a.keep_inner && (!clean || clean->windings_alone),
+            "--keep-inner is for --clean all, or for a low poly that Kiln makes: leave it out.");
+  refuse_if(
+      a.low.empty() && a.unwrap && a.unwrap_method == "given",
+      "--unwrap alone is for a given LOW; a low poly that Kiln makes is always unwrapped: say "
+      "how, --unwrap=charts or --unwrap=pairs, or leave it out.");
+  refuse_if(
+      a.low.empty() && a.unwrap && is_height_field(a.high),
+      "--unwrap is not for a low poly of a height field, which lies over the image as it is.");
   check_texels(a);
-  if (a.low.empty() && !a.cage_mesh.empty()) {
-    fail_usage("--cage-mesh needs the LOW that it belongs to.");
-  }
+  refuse_if(a.low.empty() && !a.cage_mesh.empty(), "--cage-mesh needs the LOW that it belongs to.");
 }
 
 /// Flags of rays that serve some of their ways alone.
 void check_rays(const BakeJob& a) {
   const bool cage = a.cage_auto || a.options.match.cage || !a.cage_mesh.empty();
-  if (cage && a.given.contains("--ray")) {
-    fail_usage(
-        "--ray is for rays without a cage: from a cage they take the first face. Leave one out.");
-  }
-  if (a.given.contains("--edge-width") &&
-      a.options.match.ray.direction != RayDirection::automatic) {
-    fail_usage("--edge-width is for --direction auto.");
-  }
-  if (!a.save_cage.empty() && !a.cage_auto) {
-    fail_usage("--save-cage writes what --cage auto finds: add --cage auto.");
-  }
+  refuse_if(
+      cage && a.given.contains("--ray"),
+      "--ray is for rays without a cage: from a cage they take the first face. Leave one out.");
+  refuse_if(
+      a.given.contains("--edge-width") && a.options.match.ray.direction != RayDirection::automatic,
+      "--edge-width is for --direction auto.");
+  refuse_if(!a.save_cage.empty() && !a.cage_auto,
+            "--save-cage writes what --cage auto finds: add --cage auto.");
 }
 
 /// Tangents of LOW's file fit its own UVs and normals.
 void check_tangents(const BakeJob& a) {
   if (!a.given.contains("--tangents")) return;
-  if (a.low.empty()) fail_usage("--tangents are of a LOW of yours: give it, or leave them out.");
-  if (a.options.encoding.space != NormalMapSpace::tangent)
-    fail_usage("--tangents is for --space tangent: leave it out.");
-  if (a.file_tangents && (a.unwrap || a.split_at_seams)) {
-    fail_usage(
-        "--tangents file fits the UVs and normals of LOW's file: leave out --unwrap and "
-        "--split-at-seams.");
-  }
+  refuse_if(a.low.empty(), "--tangents are of a LOW of yours: give it, or leave them out.");
+  refuse_if(a.options.encoding.space != NormalMapSpace::tangent,
+            "--tangents is for --space tangent: leave it out.");
+  refuse_if(a.file_tangents && (a.unwrap || a.split_at_seams),
+            "--tangents file fits the UVs and normals of LOW's file: leave out --unwrap and "
+            "--split-at-seams.");
 }
 
 /// Files beside HIGH and LOW.
 void check_more_files(const BakeJob& a) {
-  if (!a.more_low.empty() && a.low.empty()) {
-    fail_usage("--low is for more files of a LOW that is given: name the first after HIGH.");
-  }
+  refuse_if(!a.more_low.empty() && a.low.empty(),
+            "--low is for more files of a LOW that is given: name the first after HIGH.");
   for (const std::string& file : high_files(a)) {
     if (a.more_high.empty() || !is_height_field(file)) continue;
     fail_usage("'" + file + "' is a height field, which is a HIGH of its own: leave --high out.");
   }
   check_tangents(a);
   check_mesh_frame(a.frame, high_files(a), low_files(a), a.occluders);
-  if (a.low.empty() && a.split_at_seams) {
-    fail_usage("--split-at-seams is for a LOW of yours: give it, or leave it out.");
-  }
-  if (a.low.empty() && is_height_field(a.high) && a.given.contains("--triangulate")) {
-    fail_usage("--triangulate is for meshes: a height field has no polygons. Leave it out.");
-  }
+  refuse_if(a.low.empty() && a.split_at_seams,
+            "--split-at-seams is for a LOW of yours: give it, or leave it out.");
+  refuse_if(a.low.empty() && is_height_field(a.high) && a.given.contains("--triangulate"),
+            "--triangulate is for meshes: a height field has no polygons. Leave it out.");
 }
 
 void check_parts(const BakeJob& a) {
   check_more_files(a);
-  if (!a.parts_by && a.given.contains("--part-occlusion")) {
-    fail_usage(
-        "--part-occlusion needs parts: add --match-by name, group, object, material or list.");
-  }
-  if (a.given.contains("--bitangent") && a.options.encoding.space != NormalMapSpace::tangent) {
-    fail_usage("--bitangent is for --space tangent: leave it out.");
-  }
-  if (a.reasons && !a.options.match.fallback.empty()) {
-    fail_usage(
-        "--reasons is for rays alone: leave out --fallback, or end it with low, fill or mark.");
-  }
+  refuse_if(!a.parts_by && a.given.contains("--part-occlusion"),
+            "--part-occlusion needs parts: add --match-by name, group, object, material or list.");
+  refuse_if(a.given.contains("--bitangent") && a.options.encoding.space != NormalMapSpace::tangent,
+            "--bitangent is for --space tangent: leave it out.");
+  refuse_if(a.reasons && !a.options.match.fallback.empty(),
+            "--reasons is for rays alone: leave out --fallback, or end it with low, fill or mark.");
   if (a.parts_by && (a.low.empty() || a.unwrap)) {
     fail_usage("--match-by " + name_of(Words(kPartsBy), a.parts_by) +
                " needs a LOW with named parts and UVs of its own.");
   }
-  if ((a.parts_by == PartsBy::list) != a.given.contains("--match-list")) {
-    fail_usage("--match-by list and --match-list FILE belong together.");
-  }
-  if (a.parts_by != PartsBy::name &&
-      (a.given.contains("--low-names") || a.given.contains("--high-names"))) {
-    fail_usage("--low-names and --high-names are for --match-by name.");
-  }
+  refuse_if((a.parts_by == PartsBy::list) != a.given.contains("--match-list"),
+            "--match-by list and --match-list FILE belong together.");
+  refuse_if(a.parts_by != PartsBy::name &&
+                (a.given.contains("--low-names") || a.given.contains("--high-names")),
+            "--low-names and --high-names are for --match-by name.");
 }
 
 /// Flags of visibility that serve some of its ways alone.
 void check_visibility(const BakeJob& a) {
   const VisibilityOptions& visibility = a.options.match.visibility;
   const auto given = [&](const char* flag) { return a.given.contains(flag); };
-  if (visibility.clusters > 1 && visibility.at != VisibilityAt::texel) {
-    fail_usage("--visibility-clusters is for --match visibility with --visibility-at texel.");
-  }
-  if (visibility.at != VisibilityAt::texel && given("--visibility-smooth")) {
-    fail_usage("--visibility-smooth is for --visibility-at texel.");
-  }
-  if (visibility.test == VisibilityTest::rays && given("--visibility-size")) {
-    fail_usage(
-        "--visibility-size is for pictures, but --visibility-test rays takes none: leave one out.");
-  }
-  if (visibility.clusters == 1 && given("--visibility-deviation")) {
-    fail_usage("--visibility-deviation is for --visibility-clusters 2 and more.");
-  }
-  if (visibility.clusters > 1 && !a.save_match.empty()) {
-    fail_usage(
-        "--visibility-clusters makes several matches, --save-match saves one: leave one out.");
-  }
+  refuse_if(visibility.clusters > 1 && visibility.at != VisibilityAt::texel,
+            "--visibility-clusters is for --match visibility with --visibility-at texel.");
+  refuse_if(visibility.at != VisibilityAt::texel && given("--visibility-smooth"),
+            "--visibility-smooth is for --visibility-at texel.");
+  refuse_if(
+      visibility.test == VisibilityTest::rays && given("--visibility-size"),
+      "--visibility-size is for pictures, but --visibility-test rays takes none: leave one out.");
+  refuse_if(visibility.clusters == 1 && given("--visibility-deviation"),
+            "--visibility-deviation is for --visibility-clusters 2 and more.");
+  refuse_if(visibility.clusters > 1 && !a.save_match.empty(),
+            "--visibility-clusters makes several matches, --save-match saves one: leave one out.");
 }
 
 /// Maps of what some matches alone go by.
@@ -418,12 +359,10 @@ void check_maps(const BakeJob& a) {
 /// Checks flags of ao and bent_normal, and of maps of the user's own.
 void check_occlusion(const BakeJob& a) {
   const auto given = [&](const char* flag) { return a.given.contains(flag); };
-  if (given("--map-seconds") && a.own_maps.empty()) {
-    fail_usage("--map-seconds is for maps of your own: add --maps NAME=FILE.cl, or leave it out.");
-  }
-  if (a.options.occlusion.by == OcclusionBy::rays && given("--ao-views")) {
-    fail_usage("--ao-views is for --ao-by views or auto: add one of them, or leave it out.");
-  }
+  refuse_if(given("--map-seconds") && a.own_maps.empty(),
+            "--map-seconds is for maps of your own: add --maps NAME=FILE.cl, or leave it out.");
+  refuse_if(a.options.occlusion.by == OcclusionBy::rays && given("--ao-views"),
+            "--ao-views is for --ao-by views or auto: add one of them, or leave it out.");
   if (a.options.occlusion.by != OcclusionBy::views) return;
   for (const char* flag :
        {"--ao-distance", "--ao-falloff", "--ao-ignore-back-faces", "--ao-error"}) {
@@ -438,9 +377,8 @@ void check_occlusion(const BakeJob& a) {
     return obeys(find_map(map.name), "occlusion.rays") &&
            !obeys(find_map(map.name), "occlusion.views");
   });
-  if (given("--ao-rays") && !other) {
-    fail_usage("--ao-rays is for rays, but --ao-by views casts none: leave one of them out.");
-  }
+  refuse_if(given("--ao-rays") && !other,
+            "--ao-rays is for rays, but --ao-by views casts none: leave one of them out.");
 }
 
 /// Checks flags of the maps' files.
@@ -449,28 +387,21 @@ void check_files(const BakeJob& a) {
   std::uint32_t side = std::max(a.options.width, a.options.height);
   for (const SetSize& size : a.set_sizes) side = std::max({side, size.width, size.height});
   constexpr std::uint32_t kMostOfWebp = 16383;
-  if (a.image.format == ImageFormat::webp && side > kMostOfWebp) {
-    fail_usage(
-        "--format webp holds at most 16383 texels a side: choose another, or a smaller --size.");
-  }
-  if (a.layers && !is_exr(a.image)) {
-    fail_usage("--layers are of one EXR: add --format exr or exr32.");
-  }
-  if (a.layers && a.options.encoding.mips) {
-    fail_usage("--layers hold maps of one size, --mips are smaller ones: leave one of them out.");
-  }
-  if (a.options.report.errors && a.match_auto) {
-    fail_usage(
-        "--match auto measures errors of its own: leave --report-error out, or choose a match.");
-  }
+  refuse_if(
+      a.image.format == ImageFormat::webp && side > kMostOfWebp,
+      "--format webp holds at most 16383 texels a side: choose another, or a smaller --size.");
+  refuse_if(a.layers && !is_exr(a.image), "--layers are of one EXR: add --format exr or exr32.");
+  refuse_if(a.layers && a.options.encoding.mips,
+            "--layers hold maps of one size, --mips are smaller ones: leave one of them out.");
+  refuse_if(
+      a.options.report.errors && a.match_auto,
+      "--match auto measures errors of its own: leave --report-error out, or choose a match.");
 }
 
 /// Texture sets are of a layout that is there, and are baked one after the other.
 void check_sets(const BakeJob& a) {
-  if (a.sets == SetsBy::none && !a.set_sizes.empty()) {
-    fail_usage(
-        "--size NAME=SIZE is for texture sets, but --sets none makes one map: leave one out.");
-  }
+  refuse_if(a.sets == SetsBy::none && !a.set_sizes.empty(),
+            "--size NAME=SIZE is for texture sets, but --sets none makes one map: leave one out.");
   if (!a.sets || a.sets == SetsBy::none) return;
   if (const std::string reason = no_sets(a); !reason.empty()) {
     fail_usage("--sets " + name_of(Words(kSets), a.sets) + " " + reason);
@@ -486,16 +417,14 @@ void check_height_field(const BakeJob& a) {
   }
   const bool far =
       a.options.match.max_distance || a.cage_auto || a.options.match.cage || !a.cage_mesh.empty();
-  if (onto_plane(a) && !match_obeys(a, "match.uv") && !a.match_auto && a.load_match.empty() &&
-      !far) {
-    fail_usage(
-        "Without LOW and --faces a height field is baked onto a plane at height 0, from which "
-        "--match " +
-        match_word(a) +
-        " looks for heights no further than 2% of the diagonal: leave --match out (points are "
-        "then taken at the same UV), or give --faces N, a LOW of yours, or a --max-distance "
-        "beyond the heights.");
-  }
+  refuse_if(
+      onto_plane(a) && !match_obeys(a, "match.uv") && !a.match_auto && a.load_match.empty() && !far,
+      "Without LOW and --faces a height field is baked onto a plane at height 0, from which "
+      "--match " +
+          match_word(a) +
+          " looks for heights no further than 2% of the diagonal: leave --match out (points are "
+          "then taken at the same UV), or give --faces N, a LOW of yours, or a --max-distance "
+          "beyond the heights.");
 }
 
 }  // namespace
@@ -505,20 +434,18 @@ void check_served(const BakeJob& a) {
     if (!a.given.contains(row.flag)) continue;
     // The chain's end is about the maps.
     if (row.flag == "--fallback" && a.options.match.fallback.empty()) continue;
-    if (row.is_of_matches() && !a.load_match.empty()) {
-      fail_usage(row.flag +
-                 " is for matching, but --load-match takes a match as it is: leave one out.");
-    }
-    if (!serves_match(row, a)) fail_usage(not_this_match(row, a));
-    if (!serves_map(row, a)) fail_usage(not_these_maps(row));
+    refuse_if(
+        row.is_of_matches() && !a.load_match.empty(),
+        row.flag + " is for matching, but --load-match takes a match as it is: leave one out.");
+    refuse_if(!serves_match(row, a), not_this_match(row, a));
+    refuse_if(!serves_map(row, a), not_these_maps(row));
   }
 }
 
 void check(const BakeJob& a) {
-  if (a.match_auto && !bakes_shading_map(a)) {
-    fail_usage("--match auto measures normal maps: add " + std::string(shading_map().name) +
-               " to --maps.");
-  }
+  refuse_if(
+      a.match_auto && !bakes_shading_map(a),
+      "--match auto measures normal maps: add " + std::string(shading_map().name) + " to --maps.");
   check_maps(a);
   check_low(a);
   check_served(a);
@@ -537,15 +464,13 @@ void check(const BakeJob& a) {
   check_sets(a);
   check_occlusion(a);
   check_files(a);
-  if (a.options.encoding.raw && !holds_floats(a.image)) {
-    fail_usage("--raw writes negative values, which --format " +
-               name_of(Words(kFormats), a.image.format) + " cannot hold: add --format exr.");
-  }
+  refuse_if(a.options.encoding.raw && !holds_floats(a.image),
+            "--raw writes negative values, which --format " +
+                name_of(Words(kFormats), a.image.format) + " cannot hold: add --format exr.");
   const bool dithers = a.image.format == ImageFormat::png8 || a.image.format == ImageFormat::tga ||
                        a.image.format == ImageFormat::webp;
-  if (a.given.contains("--dither") && !dithers) {
-    fail_usage("--dither is for --format png8, tga and webp.");
-  }
+  refuse_if(a.given.contains("--dither") && !dithers,
+            "--dither is for --format png8, tga and webp.");
 }
 
 }  // namespace kiln::cli

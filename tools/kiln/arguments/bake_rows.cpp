@@ -56,16 +56,13 @@ OptionValue size_value() {
             SetSize size = {word.substr(0, equals)};
             std::tie(size.width, size.height) = parse_size(word.substr(equals + 1));
             for (const SetSize& other : job.set_sizes) {
-              if (other.set == size.set) {
-                fail_usage(flag + " names the set '" + size.set + "' twice.");
-              }
+              refuse_if(other.set == size.set, flag + " names the set '" + size.set + "' twice.");
             }
             job.set_sizes.push_back(std::move(size));
             continue;
           }
-          if (given) {
-            fail_usage(flag + " is given twice for all sets: leave one out, or write NAME=SIZE.");
-          }
+          refuse_if(given,
+                    flag + " is given twice for all sets: leave one out, or write NAME=SIZE.");
           given = true;
           std::tie(job.options.width, job.options.height) = parse_size(word);
         }
@@ -165,10 +162,9 @@ OptionValue fallback_value() {
             fail_usage(flag + " " + name + " decides all that is left: nothing can follow it.");
           }
           const MatchMethod method = find_match(name).method;
-          if (std::find(chain.begin(), chain.end(), method) != chain.end()) {
-            fail_usage(flag + " " + name +
-                       " leaves the same samples undecided as before: name each match once.");
-          }
+          refuse_if(std::find(chain.begin(), chain.end(), method) != chain.end(),
+                    flag + " " + name +
+                        " leaves the same samples undecided as before: name each match once.");
           chain.push_back(method);
         }
       },

@@ -11,6 +11,7 @@
 #include <cstring>
 #include <system_error>
 
+#include "arguments/parse.h"
 #include "kiln/error.h"
 #include "kiln/files.h"
 #include "kiln/kiln.h"
@@ -129,8 +130,8 @@ void check_paths(const std::vector<fs::path>& inputs, const std::vector<fs::path
     OutputSet::check(outputs[i]);
     for (std::size_t k = 0; k < i; ++k) {
       if (counts(outputs[k]) && is_one_file(outputs[k], outputs[i])) {
-        throw Error(ErrorCode::usage, "Two outputs have one name, '" + outputs[i].string() +
-                                          "': choose another for one of them.");
+        fail_usage("Two outputs have one name, '" + outputs[i].string() +
+                   "': choose another for one of them.");
       }
     }
   }
@@ -207,11 +208,10 @@ void check_low_record(const fs::path& folder, const std::string& stem, const fs:
   const fs::path made = folder / (stem + ".obj");
   if (is_one_file(recorded, source) || is_one_file(recorded, made) || is_one_file(source, made))
     return;
-  throw Error(ErrorCode::usage, "'" + map.string() + "' is a map of '" +
-                                    recorded.lexically_normal().string() + "', and maps of '" +
-                                    source.string() +
-                                    "' would have its name. Choose another --out, rename one of "
-                                    "the meshes, or add --force.");
+  fail_usage("'" + map.string() + "' is a map of '" + recorded.lexically_normal().string() +
+             "', and maps of '" + source.string() +
+             "' would have its name. Choose another --out, rename one of "
+             "the meshes, or add --force.");
 }
 
 void save_low_record(const fs::path& folder, const std::string& stem, const fs::path& source) {

@@ -54,15 +54,13 @@ HighPolyInput load_high(const std::vector<std::string>& files, const HeightField
   }
   for (const std::string& file : files) {
     if (!is_height_field(file)) continue;
-    throw Error(ErrorCode::usage, "'" + file +
-                                      "' is a height field, which cannot be joined with other "
-                                      "files: give it alone.");
+    fail_usage("'" + file +
+               "' is a height field, which cannot be joined with other "
+               "files: give it alone.");
   }
-  if (stretches(heights)) {
-    throw Error(ErrorCode::usage, "--height and --extent are for a height field, a PNG or EXR; " +
-                                      in_words(files) +
-                                      (files.size() == 1 ? " is a mesh." : " are meshes."));
-  }
+  refuse_if(stretches(heights), "--height and --extent are for a height field, a PNG or EXR; " +
+                                    in_words(files) +
+                                    (files.size() == 1 ? " is a mesh." : " are meshes."));
   const std::size_t before = warnings.size();
   MeshFiles read = load_meshes(files, options, named, warnings, beside);
   for (std::size_t i = before; i < warnings.size(); ++i) say_of_high(warnings[i]);

@@ -97,17 +97,15 @@ MapVariant parse_variant(const BakeJob& job, const std::string& word) {
     const auto is_of = [&](std::string_view path) { return member.starts_with(path); };
     const bool known = is_of("options.occlusion") || is_of("options.light") ||
                        is_of("options.curvature_radius") || is_of("options.id_by");
-    if (!known) {
-      fail_usage("--maps '" + word + "': '" + part + "' is no option of the map " +
-                 std::string(info.kind.name) +
-                 " alone: take one that --help names for it, such as " + "ao-distance=2% of ao.");
-    }
+    refuse_if(!known, "--maps '" + word + "': '" + part + "' is no option of the map " +
+                          std::string(info.kind.name) +
+                          " alone: take one that --help names for it, such as " +
+                          "ao-distance=2% of ao.");
     const bool has_value = part.find('=') != std::string::npos;
-    if (has_value == row->value.type.starts_with("flag")) {
-      fail_usage(
-          "--maps '" + word + "': " + flag +
-          (has_value ? " takes no value." : " needs a value: write " + flag.substr(2) + "=VALUE."));
-    }
+    refuse_if(has_value == row->value.type.starts_with("flag"),
+              "--maps '" + word + "': " + flag +
+                  (has_value ? " takes no value."
+                             : " needs a value: write " + flag.substr(2) + "=VALUE."));
     try {
       row->value.set(&own, flag, {has_value ? part.substr(part.find('=') + 1) : "true"});
     } catch (const UsageError& error) {
@@ -133,7 +131,7 @@ void share_occluders(BakeOptions& options) {
 namespace {
 
 [[noreturn]] void bad(const BakeJob& a, const std::string& what) {
-  throw Error(ErrorCode::usage, "--max-error is '" + a.max_error + "': " + what);
+  fail_usage("--max-error is '" + a.max_error + "': " + what);
 }
 
 std::vector<std::string_view> items_of(std::string_view list) {
@@ -152,10 +150,8 @@ std::string normal_bound(const std::string& max_error) {
   for (const std::string_view item : items_of(max_error)) {
     const std::size_t sign = item.find('=');
     if (sign != std::string_view::npos && item.substr(0, sign) == shading_map().name) {
-      if (sign + 1 == item.size()) {
-        throw Error(ErrorCode::usage, "--max-error is '" + max_error +
-                                          "': give degrees after normal=, such as normal=1.5.");
-      }
+      refuse_if(sign + 1 == item.size(), "--max-error is '" + max_error +
+                                             "': give degrees after normal=, such as normal=1.5.");
       return std::string(item.substr(sign + 1));
     }
   }
@@ -234,7 +230,7 @@ Json bounds_json(const std::vector<MapReached>& bounds) {
 namespace {
 
 [[noreturn]] void fail(const std::string& text, const std::string& why) {
-  throw Error(ErrorCode::usage, "--pack '" + text + "': " + why);
+  fail_usage("--pack '" + text + "': " + why);
 }
 
 /// Channels of a map of this bake; 0 where there is none of that name.

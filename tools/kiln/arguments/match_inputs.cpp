@@ -71,9 +71,9 @@ void check_cage_directions(const BakeJob& arguments, const Mesh& low, const Mesh
   }
   for (const char* flag : {"--direction", "--edge-width"}) {
     if (!arguments.given.contains(flag)) continue;
-    throw Error(ErrorCode::usage, std::string(flag) +
-                                      " is for rays without a --cage-mesh of LOW's own triangles, "
-                                      "which says where they leave to: leave one out.");
+    fail_usage(std::string(flag) +
+               " is for rays without a --cage-mesh of LOW's own triangles, "
+               "which says where they leave to: leave one out.");
   }
 }
 

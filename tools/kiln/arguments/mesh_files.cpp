@@ -268,7 +268,8 @@ struct Values {
       std::optional<std::string>* to = &both;
       if (text.starts_with("high=")) to = &high;
       if (text.starts_with("low=")) to = &low;
-      if (*to) fail_usage(std::string(flag) + " '" + text + "' is there twice: leave one out.");
+      refuse_if(to->has_value(),
+                std::string(flag) + " '" + text + "' is there twice: leave one out.");
       *to = to == &both ? text : text.substr(text.find('=') + 1);
     }
   }
@@ -297,21 +298,18 @@ void check_mesh_frame(const MeshFrameArguments& arguments, const std::vector<std
                         {"--uv-set", &arguments.uv_set, {}}};
   for (const Flag& flag : flags) {
     const Values values(flag.name, *flag.texts);
-    if (values.low && low.empty()) {
-      fail_usage(std::string(flag.name) + " low= is for a LOW of yours: give it, or leave it out.");
-    }
+    refuse_if(values.low && low.empty(),
+              std::string(flag.name) + " low= is for a LOW of yours: give it, or leave it out.");
     const auto needs = [&](const std::string& file) {
       return !is_height_field(file) && !has_extension(file, flag.told);
     };
     const auto any = [&](const std::vector<std::string>& files) {
       return std::any_of(files.begin(), files.end(), needs);
     };
-    if (values.high && high.empty()) {
-      fail_usage(std::string(flag.name) + " high= is for a HIGH: give it, or leave it out.");
-    }
-    if (values.high && std::all_of(high.begin(), high.end(), is_height_field)) {
-      fail_usage(std::string(flag.name) + " high= is for meshes, and HIGH is a height field.");
-    }
+    refuse_if(values.high && high.empty(),
+              std::string(flag.name) + " high= is for a HIGH: give it, or leave it out.");
+    refuse_if(values.high && std::all_of(high.begin(), high.end(), is_height_field),
+              std::string(flag.name) + " high= is for meshes, and HIGH is a height field.");
     if (values.both && !any(high) && !any(low) && !any(others)) {
       fail_usage(
           std::string(flag.name) + " " + *values.both +
@@ -340,7 +338,7 @@ LoadMeshOptions load_options(const MeshFrameArguments& arguments, MeshSide side)
     if (status != std::errc() || stop != end) {
       options.uv_set = 0;
       options.uv_set_name = *text;
-      if (text->empty()) fail_usage("--uv-set: write a number from 0 on, or the set's name.");
+      refuse_if(text->empty(), "--uv-set: write a number from 0 on, or the set's name.");
     }
   }
   return options;

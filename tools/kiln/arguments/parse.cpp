@@ -15,7 +15,7 @@ namespace kiln::cli {
 namespace {
 
 [[noreturn]] void bad(const std::string& flag, const std::string& text, const char* expected) {
-  throw Error(ErrorCode::usage, flag + " '" + text + "': expected " + expected + ".");
+  fail_usage(flag + " '" + text + "': expected " + expected + ".");
 }
 
 template <typename T>
@@ -68,9 +68,8 @@ Length parse_length(const char* flag, const std::string& text) {
 
 Length parse_cage(const std::string& text) {
   const std::string ending = std::filesystem::path(text).extension();
-  if (ending.size() > 1 && std::isalpha(static_cast<unsigned char>(ending[1])) != 0) {
-    fail_usage("--cage '" + text + "' looks like a file: the flag for one is --cage-mesh FILE.");
-  }
+  refuse_if(ending.size() > 1 && std::isalpha(static_cast<unsigned char>(ending[1])) != 0,
+            "--cage '" + text + "' looks like a file: the flag for one is --cage-mesh FILE.");
   return parse_length("--cage", text);
 }
 
@@ -97,9 +96,7 @@ Json extent_json(const HeightFieldOptions& heights) {
 
 Length parse_length_above_0(const char* flag, const std::string& text) {
   const Length length = parse_length(flag, text);
-  if (length.value == 0) {
-    throw Error(ErrorCode::usage, std::string(flag) + " is 0: it must be above 0.");
-  }
+  refuse_if(length.value == 0, std::string(flag) + " is 0: it must be above 0.");
   return length;
 }
 
@@ -135,10 +132,9 @@ double parse_outline_bound(const std::string& text) {
 double parse_degrees(const char* flag, const std::string& text) {
   double value = 0;
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-  if (error != std::errc() || end != text.data() + text.size() || !(value > 0) || value > 180) {
-    throw Error(ErrorCode::usage, std::string(flag) + " is '" + text +
-                                      "': give degrees above 0, up to 180, such as 1.5.");
-  }
+  refuse_if(
+      error != std::errc() || end != text.data() + text.size() || !(value > 0) || value > 180,
+      std::string(flag) + " is '" + text + "': give degrees above 0, up to 180, such as 1.5.");
   return value;
 }
 
@@ -156,8 +152,8 @@ UnwrapOptions unwrap_options(const std::string& method, std::uint32_t size, cons
 
 void check_density(bool given, const std::string& method) {
   if (!given || (method != "pairs" && method != "squares")) return;
-  throw Error(ErrorCode::usage, "--density is for large charts, but --unwrap " + method +
-                                    " makes others: leave it out, or unwrap by charts.");
+  fail_usage("--density is for large charts, but --unwrap " + method +
+             " makes others: leave it out, or unwrap by charts.");
 }
 
 std::optional<double> fraction(std::string_view text) {
@@ -189,10 +185,8 @@ Check share_of_1() {
 std::uint32_t parse_pixels(const char* flag, const std::string& text) {
   const std::string digits = text.ends_with("px") ? text.substr(0, text.size() - 2) : text;
   std::int32_t value = 0;
-  if (!parse_whole(digits, value) || value < 16 || value > 16384) {
-    throw Error(ErrorCode::usage,
-                std::string(flag) + " is '" + text + "': give pixels, 16 to 16384, such as 600px.");
-  }
+  refuse_if(!parse_whole(digits, value) || value < 16 || value > 16384,
+            std::string(flag) + " is '" + text + "': give pixels, 16 to 16384, such as 600px.");
   return static_cast<std::uint32_t>(value);
 }
 

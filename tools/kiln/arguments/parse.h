@@ -20,6 +20,10 @@ namespace kiln::cli {
 
 /// \throws Error(usage) with this text.
 [[noreturn]] void fail_usage(const std::string& text);
+/// The same, where it is so.
+inline void refuse_if(bool is, const std::string& text) {
+  if (is) fail_usage(text);
+}
 
 /// ASCII letters in lower case.
 std::string lower_case(std::string text);

@@ -193,9 +193,7 @@ std::vector<OptionRow> file_and_chart_rows() {
 }
 
 void check(const SurfaceArguments& a) {
-  if (a.keep_topology == false && a.options.faces == 0) {
-    fail_usage("--topology free needs --faces.");
-  }
+  refuse_if(a.keep_topology == false && a.options.faces == 0, "--topology free needs --faces.");
 }
 
 ExtractOptions extract_options(const SurfaceArguments& a) {
@@ -210,12 +208,11 @@ ExtractOptions extract_options(const SurfaceArguments& a) {
 Volume read_volume(const std::string& path, const SurfaceArguments& a,
                    std::vector<Warning>& warnings) {
   if (!a.is_raw()) return load_volume(path, &warnings);
-  if (is_volume_name(path)) {
-    fail_usage(
-        "'" + path +
-        "' is named as a format with a header, but --raw-size and its companions are for files "
-        "without: leave them out.");
-  }
+  refuse_if(
+      is_volume_name(path),
+      "'" + path +
+          "' is named as a format with a header, but --raw-size and its companions are for files "
+          "without: leave them out.");
   return load_raw_volume(path, a.raw, &warnings);
 }
 

@@ -9,6 +9,7 @@
 #include "arguments/files.h"
 #include "arguments/map_words.h"
 #include "arguments/mesh_files.h"
+#include "arguments/parse.h"
 
 namespace kiln::cli {
 namespace {
@@ -182,19 +183,16 @@ bool is_there(const std::string& file) {
 /// If there is no such file, but one before a colon: the words after it are wrong. \throws Error(usage)
 void check_words(const std::string& text, const std::string& file) {
   if (is_there(file)) return;
-  if (file.starts_with("mtl:")) {
-    throw Error(ErrorCode::usage, "--transfer '" + text + "': '" +
-                                      text.substr(text.rfind(':') + 1) +
-                                      "' is no colour space, and pictures of materials keep their "
-                                      "names. Give mtl:SLOT or mtl:SLOT:SPACE, where SPACE is "
-                                      "srgb, linear or normal.");
-  }
+  refuse_if(file.starts_with("mtl:"),
+            "--transfer '" + text + "': '" + text.substr(text.rfind(':') + 1) +
+                "' is no colour space, and pictures of materials keep their "
+                "names. Give mtl:SLOT or mtl:SLOT:SPACE, where SPACE is "
+                "srgb, linear or normal.");
   for (std::string rest = file; last_part(rest);) {
     if (!is_there(rest)) continue;
-    throw Error(ErrorCode::usage, "--transfer '" + text + "': '" +
-                                      text.substr(text.rfind(':') + 1) +
-                                      "' is no colour space. Give FILE, FILE:NAME or "
-                                      "FILE:NAME:SPACE, where SPACE is srgb, linear or normal.");
+    fail_usage("--transfer '" + text + "': '" + text.substr(text.rfind(':') + 1) +
+               "' is no colour space. Give FILE, FILE:NAME or "
+               "FILE:NAME:SPACE, where SPACE is srgb, linear or normal.");
   }
 }
 
@@ -216,12 +214,10 @@ TransferArgument parse_transfer(const std::string& text) {
     }
   }
   if (transfer.materials()) {
-    if (!Words(kMaterialSlots).contains(transfer.name)) {
-      throw Error(ErrorCode::usage,
-                  "--transfer '" + text +
-                      "': of materials it takes mtl:color, opacity, normals, roughness, metallic, "
-                      "emission or occlusion.");
-    }
+    refuse_if(!Words(kMaterialSlots).contains(transfer.name),
+              "--transfer '" + text +
+                  "': of materials it takes mtl:color, opacity, normals, roughness, metallic, "
+                  "emission or occlusion.");
     return transfer;
   }
   check_words(text, transfer.file);

@@ -98,7 +98,7 @@ void move_tiles(const BakeRun& run, const std::vector<std::size_t>& set_of, Mesh
 AssetMesh with_materials(const BakeRun& run) {
   AssetMesh result{run.low.mesh, {}, {}};
   Mesh& mesh = result.mesh;
-  const std::vector<Material>&high = run.dense.beside.materials, &low = run.low.beside.materials;
+  const std::vector<Material>&high = run.high.beside.materials, &low = run.low.beside.materials;
   const std::string plain = mesh.name.empty() ? "mesh" : mesh.name;
   const bool by_material = run.arguments.sets == SetsBy::material;
   if (!run.sets.empty()) mesh.tangents = tangents_of(mesh);  // before UVs move
@@ -177,8 +177,8 @@ Json hashes_of(const std::vector<std::string>& files) {
     while (in.read(buffer.data(), static_cast<std::streamsize>(buffer.size())) || in.gcount() > 0) {
       hash = fnv1a({buffer.data(), static_cast<std::size_t>(in.gcount())}, hash);
     }
-    const std::string text = formatted("%016llx", static_cast<unsigned long long>(hash));
-    json.push_back({{"file", std::filesystem::path(file).filename().string()}, {"fnv1a", text}});
+    json.push_back({{"file", std::filesystem::path(file).filename().string()},
+                    {"fnv1a", formatted("%016llx", static_cast<unsigned long long>(hash))}});
   }
   return json;
 }
@@ -188,8 +188,8 @@ Json hashes_of(const std::vector<std::string>& files) {
 void note_materials_hit(BakeRun& run) {
   if (!run.result.match) return;
   const Match& match = *run.result.match;
-  const Mesh &low = run.low.mesh, &high = run.dense.mesh;
-  const std::vector<Material>& materials = run.dense.beside.materials;
+  const Mesh &low = run.low.mesh, &high = run.high.mesh;
+  const std::vector<Material>& materials = run.high.beside.materials;
   run.materials_hit.resize(low.triangles.size(), BakeRun::kNoMaterial);
   constexpr int kSteps = 8;  // places along an edge
   const auto texel = [](double value, std::uint32_t size) {
@@ -227,8 +227,8 @@ void start_asset_maps(BakeJob& arguments) {
 void choose_asset_maps(BakeRun& run) {
   BakeJob& arguments = run.arguments;
   if (arguments.asset.empty()) return;
-  const Mesh& high = run.dense.mesh;
-  const std::vector<Material>& materials = run.dense.beside.materials;
+  const Mesh& high = run.high.mesh;
+  const std::vector<Material>& materials = run.high.beside.materials;
   if (arguments.given.contains("--maps")) return;
   const auto any = [&](const auto& has) {
     return std::any_of(materials.begin(), materials.end(), has);
@@ -274,7 +274,7 @@ void choose_asset_maps(BakeRun& run) {
 
 void keep_asset_match(BakeRun& run) {
   if (run.arguments.asset.empty() || run.arguments.low.empty()) return;
-  const std::vector<Material>& materials = run.dense.beside.materials;
+  const std::vector<Material>& materials = run.high.beside.materials;
   const std::vector<std::string>& names = run.low.mesh.material_names;
   const bool special = std::any_of(materials.begin(), materials.end(), is_special);
   const bool told =
@@ -323,12 +323,12 @@ void encode_asset_maps(BakeRun& run) {
 
 bool save_asset(BakeRun& run) {
   const BakeJob& arguments = run.arguments;
-  const Asset& beside = arguments.low.empty() ? run.dense.beside : run.low.beside;
+  const Asset& beside = arguments.low.empty() ? run.high.beside : run.low.beside;
   const AssetMesh written = with_materials(run);
   SaveAssetOptions options;
   options.nodes = beside.nodes;
   if (!options.nodes.empty()) options.object_nodes = object_nodes(beside, written.mesh);
-  options.metres = arguments.low.empty() ? run.dense.mesh.metres : run.low.mesh.metres;
+  options.metres = arguments.low.empty() ? run.high.mesh.metres : run.low.mesh.metres;
   options.extras = beside.extras;
   options.copyright = beside.copyright;
   options.scene = beside.scene;

@@ -33,7 +33,7 @@ Json level_json(const LodLevel& level, std::size_t number, const std::vector<std
                  {"total", chosen.bytes.total()}}},
                {"measured_degrees", chosen.measured},
                {"standard_error_degrees", chosen.standard_error},
-               {"one_sided_share", chosen.one_sided},
+               {"one_sided_share", chosen.silhouette_mismatch},
                {"wanted_degrees", level.plan.wanted},
                {"reached", level.plan.reached}};
   for (std::size_t i = 1; i < files.size(); ++i) {
@@ -76,7 +76,7 @@ bool make_lods(BakeRun& run, const Source& source) {
   options.levels = run.arguments.lods;
   options.error_growth = run.arguments.lod_growth;
   options.share_uvs = shares_uvs(run.arguments);
-  run.lods = bake_lods(source, run.dense.mesh, options);
+  run.lods = bake_lods(source, run.high.mesh, options);
   LodChain& chain = *run.lods;
   if (chain.cancelled) return false;
   take_plan(run, chain.levels.front().plan);

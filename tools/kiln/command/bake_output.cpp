@@ -50,14 +50,13 @@ bool has_clusters(const std::string& map) {
 void warn_of_clamped(BakeRun& run, const BakedMap& map, const std::string& name) {
   const RangeExcess excess = beyond_range(map, run.result.coverage);
   if (holds_floats(run.save_options) || excess.texels == 0) return;
-  const std::string value = formatted("%.6g", double{excess.value});
-  const std::string example = std::string(value) + " at texel column " + std::to_string(excess.x) +
-                              ", row " + std::to_string(excess.y);
+  const std::string example =
+      formatted("%.6g at texel column %u, row %u", double{excess.value}, excess.x, excess.y);
   run.warnings.push_back(
       {"beyond-range",
        with_commas(excess.texels) + " texels of the map " + name +
-           " lie beyond its range and are clamped, for " + "example " + example +
-           ": give --range " + std::string(map.kind.name) +
+           " lie beyond its range and are clamped, for example " + example + ": give --range " +
+           std::string(map.kind.name) +
            "=LO,HI that holds them, or --format exr, which holds values as they are.",
        excess.texels});
 }
@@ -136,10 +135,7 @@ void warn_of_format(BakeRun& run, const BakedMap& map, const std::string& name,
                   : "Use --format exr32."),
          1});
   };
-  const auto number = [](double value) {
-    const std::string text = formatted("%.3g", value);
-    return std::string(text);
-  };
+  const auto number = [](double value) { return formatted("%.3g", value); };
   if (half && most >= kMostHalf) {
     return warn("map-overflow",
                 "reaches " + number(double{most}) +
@@ -339,17 +335,14 @@ std::string match_file(const std::string& path, const SetNames& names) {
 void check_outputs(const BakeJob& arguments, const SaveImageOptions& save_options,
                    std::span<const BakedSet> sets) {
   const fs::path folder = arguments.out;
-  if (folder.empty()) throw Error(ErrorCode::usage, "--out is empty: give a folder.");
-  if (!arguments.save_match.empty() && fs::path(arguments.save_match).extension() != ".exr") {
-    throw Error(ErrorCode::usage, "--save-match '" + arguments.save_match +
-                                      "': a match is an EXR, so the name must end in .exr.");
-  }
+  refuse_if(folder.empty(), "--out is empty: give a folder.");
+  refuse_if(!arguments.save_match.empty() && fs::path(arguments.save_match).extension() != ".exr",
+            "--save-match '" + arguments.save_match +
+                "': a match is an EXR, so the name must end in .exr.");
   const std::string cage = fs::path(arguments.save_cage).extension().string();
-  if (!arguments.save_cage.empty() && cage != ".obj" && cage != ".exr") {
-    throw Error(ErrorCode::usage,
-                "--save-cage '" + arguments.save_cage +
-                    "': a cage is an OBJ or an EXR, so the name must end in .obj or .exr.");
-  }
+  refuse_if(!arguments.save_cage.empty() && cage != ".obj" && cage != ".exr",
+            "--save-cage '" + arguments.save_cage +
+                "': a cage is an OBJ or an EXR, so the name must end in .obj or .exr.");
   const bool makes_low = writes_low(arguments);
   const std::string stem = low_stem(arguments);
   std::vector<std::string> stems = {stem};

@@ -1,5 +1,6 @@
 // A bake whose low poly, map and match are planned together.
 #include <algorithm>
+#include <map>
 #include <utility>
 
 #include "arguments/bake_job.h"
@@ -27,7 +28,7 @@ LowPolyPlanOptions low_poly_options(const BakeRun& run) {
     options.bits = bytes ? 8 : 16;
   }
   options.bake = run.options;
-  options.height_field = run.dense.heights.has_value();
+  options.height_field = run.high.heights.has_value();
   options.unwrap = unwrap_options(a.unwrap_method, options.bake.width).method;
   options.density = a.density;
   const bool normals_alone = options.bake.maps.size() == 1 && options.bake.transfers.empty() &&
@@ -68,7 +69,7 @@ Json trial_json(const Candidate& trial) {
           {"expected_degrees", trial.expected},
           {"measured_degrees", trial.measured < 0 ? Json() : Json(trial.measured)},
           {"standard_error_degrees", trial.measured < 0 ? Json() : Json(trial.standard_error)},
-          {"one_sided_share", trial.measured < 0 ? Json() : Json(trial.one_sided)}};
+          {"one_sided_share", trial.measured < 0 ? Json() : Json(trial.silhouette_mismatch)}};
 }
 
 Json trials_json(const std::vector<Candidate>& trials) {
@@ -82,13 +83,13 @@ Json trials_json(const std::vector<Candidate>& trials) {
 Warning plan_not_reached(const LowPolyPlan& plan, const std::string& place) {
   std::string text;
   if (plan.chosen.measured <= plan.wanted) {
-    if (!(plan.max_outline > 0 && plan.chosen.one_sided > plan.max_outline))
+    if (!(plan.max_outline > 0 && plan.chosen.silhouette_mismatch > plan.max_outline))
       return bounds_not_reached(plan.bounds, plan.chosen.size);
     text = formatted(
         "Outlines differ by %.2g%% of what either mesh covers%s, more than the %.2g%% of "
         "--max-outline: no low poly that was looked at comes nearer. Accept more, or "
         "simplify with --faces.",
-        100 * plan.chosen.one_sided, place.c_str(), 100 * plan.max_outline);
+        100 * plan.chosen.silhouette_mismatch, place.c_str(), 100 * plan.max_outline);
     return {"outlines-not-reached", text, 1};
   }
   text = formatted(
@@ -122,19 +123,19 @@ void warn_of_outline(const LowPolyPlan& plan, const std::string& place,
                      std::vector<Warning>& warnings) {
   constexpr double kMuch = 0.05;
   const Candidate& chosen = plan.chosen;
-  if (plan.max_outline > 0 || !(chosen.one_sided > kMuch)) return;
+  if (plan.max_outline > 0 || !(chosen.silhouette_mismatch > kMuch)) return;
   const std::string text = formatted(
       "The outlines of the low poly and the high poly differ%s: %.1f%% of what either "
       "covers, one alone does. Thin or small parts shrink or are lost, which rendered "
       "normals do not tell. Bound that (--max-outline 2%%), or ask for a smaller angle.",
-      place.c_str(), 100 * chosen.one_sided);
+      place.c_str(), 100 * chosen.silhouette_mismatch);
   warnings.push_back({"outlines", text, 1});
 }
 
 bool make_plan(BakeRun& run, const Source& source) {
   LowPolyPlanOptions options = low_poly_options(run);
   draw_at_once(run, options);
-  LowPolyPlan planned = plan_low_poly(source, run.dense.mesh, options);
+  LowPolyPlan planned = plan_low_poly(source, run.high.mesh, options);
   if (planned.cancelled) return false;
   take_plan(run, std::move(planned));
   if (!run.plan->reached) run.warnings.push_back(plan_not_reached(*run.plan));
@@ -182,7 +183,7 @@ std::vector<std::string> trade_table(const LowPolyPlan& plan) {
   }
   if (plan.max_outline > 0) {
     text = formatted("outlines differ by %.2g%% of what either mesh covers",
-                     100 * plan.chosen.one_sided);
+                     100 * plan.chosen.silhouette_mismatch);
     lines.emplace_back(text);
   }
   if (plan.chosen.size == 0 && plan.reached) {
@@ -222,50 +223,40 @@ namespace {
 constexpr std::uint64_t kDrawn = 16;
 
 Plot plan_plot(const LowPolyPlan& plan, const std::string& stem) {
-  Json panel = {{"y_title", "Mean angle between rendered normals, degrees"},
-                {"curves", Json::array()},
-                {"levels", Json::array()}};
-  std::string text = formatted("wanted: %.3g degrees", plan.wanted);
-  panel["levels"].push_back({{"title", text}, {"look", "none"}, {"y", plan.wanted}});
-  std::vector<std::uint32_t> sizes;
-  double least = 1e300, most = 0;
-  for (const Candidate& trial : plan.outlook) {
-    if (trial.bytes.total() <= kDrawn * plan.chosen.bytes.total()) sizes.push_back(trial.size);
-  }
-  std::sort(sizes.begin(), sizes.end());
-  sizes.erase(std::unique(sizes.begin(), sizes.end()), sizes.end());
-  for (std::size_t i = 0; i < sizes.size(); ++i) {
-    const double share = static_cast<double>(i) / static_cast<double>(sizes.size());
-    Json curve = {{"title", sizes[i] == 0 ? "no map" : std::to_string(sizes[i]) + "² texels"},
-                  {"look", share},
-                  {"x", Json::array()},
-                  {"y", Json::array()}};
-    for (const Candidate& trial : plan.outlook) {
-      if (trial.size != sizes[i]) continue;
-      const double size = static_cast<double>(trial.bytes.total()) / 1024;
-      curve["x"].push_back(size);
-      curve["y"].push_back(trial.expected);
-      least = std::min(least, size);
-      most = std::max(most, size);
+  const auto kib = [](const Candidate& c) { return static_cast<double>(c.bytes.total()) / 1024; };
+  Json panel = plot_panel("Mean angle between rendered normals, degrees");
+  panel["levels"].push_back({{"title", formatted("wanted: %.3g degrees", plan.wanted)},
+                             {"look", "none"},
+                             {"y", plan.wanted}});
+  std::map<std::uint32_t, std::vector<Candidate>> by_size;
+  for (const Candidate& trial : plan.outlook) by_size[trial.size].push_back(trial);
+  std::erase_if(by_size, [&](const auto& curve) {
+    return std::none_of(curve.second.begin(), curve.second.end(), [&](const Candidate& trial) {
+      return trial.bytes.total() <= kDrawn * plan.chosen.bytes.total();
+    });
+  });
+  double least = 1e300, most = 0, before = 0;
+  for (const auto& [size, trials] : by_size) {
+    for (const Candidate& trial : trials) {
+      least = std::min(least, kib(trial));
+      most = std::max(most, kib(trial));
     }
-    panel["curves"].push_back(std::move(curve));
+    panel["curves"].push_back(plot_curve(size == 0 ? "no map" : std::to_string(size) + "² texels",
+                                         before++ / static_cast<double>(by_size.size()), trials,
+                                         kib,
+                                         [](const Candidate& trial) { return trial.expected; }));
   }
-  text = formatted("chosen: %s faces, map: %s", with_commas(plan.chosen.faces).c_str(),
-                   size_text(plan.chosen.size).c_str());
-  panel["rings"] = {{"title", text},
-                    {"x", {static_cast<double>(plan.chosen.bytes.total()) / 1024}},
-                    {"y", {plan.chosen.measured}}};
-  // Powers of four around all of it.
-  Json ticks = Json::array();
-  double tick = 1.0 / 256;
-  while (4 * tick <= least) tick *= 4;
-  for (; ticks.size() < 2 || ticks.back().number() < most; tick *= 4) ticks.push_back(tick);
+  panel["rings"] = {
+      {"title", formatted("chosen: %s faces, map: %s", with_commas(plan.chosen.faces).c_str(),
+                          size_text(plan.chosen.size).c_str())},
+      {"x", {kib(plan.chosen)}},
+      {"y", {plan.chosen.measured}}};
   Plot plot;
   plot.name = stem + "_plan";
   plot.data = {{"kind", "study"},
                {"title", "Faces against texels: " + stem},
                {"x_title", "KiB of low poly and maps"},
-               {"x_ticks", std::move(ticks)},
+               {"x_ticks", ticks_around(least, most)},
                {"panels", Json::array({panel})}};
   return plot;
 }

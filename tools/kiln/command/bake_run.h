@@ -80,7 +80,7 @@ struct BakeRun {
   Stages stages;
   std::vector<Warning> warnings;
   std::size_t warnings_of_high = 0;  // the first of them
-  HighPolyInput dense;
+  HighPolyInput high;
   CleanReport cleaned;  // what was repaired in it
   LowMesh low;
   std::string low_path;

@@ -238,12 +238,11 @@ void take_sets(BakeRun& run, SetsBy by, bool chosen) {
     run.sets.emplace_back().set = std::move(set);
   }
   const auto is_moved = [](const BakedSet& set) { return set.set.tile_u + set.set.tile_v > 0; };
-  if (chain_obeys(arguments, "match.uv") &&
-      (by == SetsBy::udim || std::any_of(run.sets.begin(), run.sets.end(), is_moved))) {
-    fail_usage("--match " + match_word(arguments) +
-               " finds points at the same UV of the unit square, but LOW's UVs lie on several "
-               "UDIM tiles: choose another match, or --sets none for one map of the unit square.");
-  }
+  refuse_if(chain_obeys(arguments, "match.uv") &&
+                (by == SetsBy::udim || std::any_of(run.sets.begin(), run.sets.end(), is_moved)),
+            "--match " + match_word(arguments) +
+                " finds points at the same UV of the unit square, but LOW's UVs lie on several "
+                "UDIM tiles: choose another match, or --sets none for one map of the unit square.");
   warn_of_left_out(run, by);
   size_sets(run, run.sets);
   name_files(arguments, run.sets);
@@ -333,11 +332,9 @@ void find_sets(BakeRun& run, const Source& source) {
   }
   arguments.sets = by;
   if (by != SetsBy::none) return take_sets(run, by, chosen);
-  if (!arguments.set_sizes.empty()) {
-    fail_usage(
-        "--size NAME=SIZE is for texture sets, but LOW has one alone: give --sets material, "
-        "object or udim, or --size for all.");
-  }
+  refuse_if(!arguments.set_sizes.empty(),
+            "--size NAME=SIZE is for texture sets, but LOW has one alone: give --sets material, "
+            "object or udim, or --size for all.");
 }
 
 bool bake_sets(BakeRun& run, const Source& source) {

@@ -97,21 +97,21 @@ void name_place_of_misses(BakeRun& run) {
     const std::string what =
         made ? misses_of_made(result.report, run.low.simplified->error) : warning.message;
     warning.message = "'" + run.low_path + "': " + what + " " + missed_place(result, low) +
-                      (made ? "" : hint_of_boxes(run.dense.mesh, low, most));
+                      (made ? "" : hint_of_boxes(run.high.mesh, low, most));
   }
 }
 
 /// A map with nothing in it is no success; where much is missed is told.
 void judge_result(BakeRun& run) {
-  check_result(run.result.report, run.dense.mesh, run.low.mesh);
+  check_result(run.result.report, run.high.mesh, run.low.mesh);
   name_place_of_misses(run);
 }
 
 /// A low poly that was made here tells how far it strays. What was asked for goes first.
 void widen_search(BakeRun& run) {
   const BakeOptions& options = run.options;
-  if (!run.low.simplified || run.dense.heights || options.match.max_distance ||
-      options.match.cage || run.arguments.cage_auto || !run.arguments.cage_mesh.empty()) {
+  if (!run.low.simplified || run.high.heights || options.match.max_distance || options.match.cage ||
+      run.arguments.cage_auto || !run.arguments.cage_mesh.empty()) {
     return;
   }
   const SimplifyReport& made = *run.low.simplified;
@@ -155,7 +155,7 @@ std::string too_many_missed(const BakeJob& arguments, const BakeResult& result, 
 std::span<const Material> known_materials(const BakeRun& run) {
   const bool apart = lower_extension(run.arguments.high) == ".obj";
   if (apart || high_files(run.arguments).size() > 1) return {};
-  return run.dense.beside.materials;
+  return run.high.beside.materials;
 }
 
 /// An asset that Kiln makes whole has the texture sets of its source.
@@ -163,7 +163,7 @@ void take_sets_of_high(BakeRun& run) {
   BakeJob& arguments = run.arguments;
   if (arguments.sets || arguments.asset.empty() || !arguments.low.empty()) return;
   arguments.sets = SetsBy::material;
-  if (!lays_out_sets(arguments) || choose_texture_sets(run.dense.mesh) != SetsBy::material) {
+  if (!lays_out_sets(arguments) || choose_texture_sets(run.high.mesh) != SetsBy::material) {
     arguments.sets.reset();
     return;
   }
@@ -178,11 +178,11 @@ bool read_inputs(BakeRun& run) {
   for (const std::string& file : high_files(arguments)) {
     if (!run.console.progress(0, "reading " + file)) return false;
   }
-  run.dense =
+  run.high =
       load_high(high_files(arguments), arguments.heights, load_options(arguments, MeshSide::high),
                 has_more_files(arguments) && !made, run.warnings, !arguments.asset.empty());
   choose_asset_maps(run);
-  run.cleaned = clean_high(run.dense.mesh, clean_options(arguments), run.warnings);
+  run.cleaned = clean_high(run.high.mesh, clean_options(arguments), run.warnings);
   if (!arguments.load_match.empty() &&
       (!run.cleaned.warnings.empty() || arguments.given.contains("--clean"))) {
     run.warnings.push_back({"match-of-clean",
@@ -191,13 +191,13 @@ bool read_inputs(BakeRun& run) {
                                 "turned faces count their corners otherwise.",
                             1});
   }
-  run.options.match.uv = uv_options(run.dense, run.options.match.uv);
-  load_textures(arguments, run.dense.mesh, run.options, run.warnings, known_materials(run));
+  run.options.match.uv = uv_options(run.high, run.options.match.uv);
+  load_textures(arguments, run.high.mesh, run.options, run.warnings, known_materials(run));
   if (!arguments.asset.empty() && !arguments.given.contains("--maps")) {
     // The maps are those that some material has: in others the default is meant.
     std::erase_if(run.warnings, [](const Warning& w) { return w.code == "material-value"; });
   }
-  apply_alpha_test(arguments, run.options, run.dense.mesh, run.warnings);
+  apply_alpha_test(arguments, run.options, run.high.mesh, run.warnings);
   run.warnings_of_high = run.warnings.size();
   run.stages.load = run.watch.lap();
   warn_about_weights(arguments, run.options.match.visibility, run.warnings);
@@ -206,17 +206,17 @@ bool read_inputs(BakeRun& run) {
     run.low.made = true;
   } else {
     take_sets_of_high(run);
-    run.low = prepare_low(arguments, run.dense, run.console, run.warnings);
+    run.low = prepare_low(arguments, run.high, run.console, run.warnings);
     widen_search(run);
     if (made && !onto_plane(arguments)) {
-      warn_of_heavy_low(run.low.mesh, run.dense.mesh, run.warnings);
+      warn_of_heavy_low(run.low.mesh, run.high.mesh, run.warnings);
       if (run.low.simplified) {
         warn_of_lost_shape(*run.low.simplified, "Ask for more --faces.", run.warnings);
       }
     }
   }
   if (!made && !run.options.match.two_sided) {
-    const std::string inside_out = why_inside_out(run.dense.mesh, run.low.mesh);
+    const std::string inside_out = why_inside_out(run.high.mesh, run.low.mesh);
     if (!inside_out.empty()) run.warnings.push_back({"high-inside-out", inside_out, 1});
   }
   run.low_path = made ? (std::filesystem::path(arguments.out) / (run.low.stem + ".obj")).string()
@@ -234,7 +234,7 @@ bool read_inputs(BakeRun& run) {
   }
   share_occluders(run.options);
   if (arguments.parts_by) {
-    run.parts = pair_parts(run.dense.mesh, run.low.mesh, part_names(arguments));
+    run.parts = pair_parts(run.high.mesh, run.low.mesh, part_names(arguments));
     run.options.match.parts = &*run.parts;
     run.warnings.insert(run.warnings.end(), run.parts->warnings.begin(), run.parts->warnings.end());
   }
@@ -270,7 +270,7 @@ std::optional<double> normals_off(const BakeRun& run, const Source& source, cons
   options.own_maps = {};
   options.variants = {};
   options.progress = {};
-  const BakeResult result = bake_from(run.dense, source, low, options);
+  const BakeResult result = bake_from(run.high, source, low, options);
   if (result.cancelled || result.report.missed == result.report.samples) return std::nullopt;
   return pictures.degrees(low, result.maps[0].image, options);
 }
@@ -318,7 +318,7 @@ bool make_maps(BakeRun& run, const Source& source, double done, double share) {
   if (plans_low_poly(run.arguments)) {
     const bool made = run.arguments.lods > 0 ? make_lods(run, source) : make_plan(run, source);
     if (!made) return false;
-    warn_of_heavy_low(run.low.mesh, run.dense.mesh, run.warnings);
+    warn_of_heavy_low(run.low.mesh, run.high.mesh, run.warnings);
     if (run.low.simplified) {
       warn_of_lost_shape(*run.low.simplified,
                          "Rendered normals do not tell. Ask for a smaller angle, or for --faces.",
@@ -339,7 +339,7 @@ bool make_maps(BakeRun& run, const Source& source, double done, double share) {
     if (!run.planned->reached) run.warnings.push_back(not_reached(*run.planned));
     run.result = std::move(run.planned->result);
   } else {
-    run.result = bake_from(run.dense, source, run.low.mesh, run.options);
+    run.result = bake_from(run.high, source, run.low.mesh, run.options);
   }
   if (run.result.cancelled) return false;
   judge_result(run);
@@ -414,7 +414,7 @@ int run_bake(const BakeJob& given) {
   const Device device = Device::open(arguments.device);
   if (!read_inputs(run)) return kExitCancelled;
   if (!run.console.progress(kAtSource, "preparing the high poly")) return kExitCancelled;
-  const Source source(device, run.dense.mesh, arguments.traversal);
+  const Source source(device, run.high.mesh, arguments.traversal);
   run.stages.build = run.watch.lap();
   find_sets(run, source);
   judge_seams(run, source);

@@ -32,11 +32,10 @@ void check(const DiffArguments& arguments) {
   check_paths({arguments.a, arguments.b, arguments.mask}, {arguments.out, arguments.json});
   prepare_parent(arguments.json);
   if (arguments.out.empty()) return;
-  if (!is_exr(arguments.out) && std::filesystem::path(arguments.out).extension() != ".png") {
-    throw Error(ErrorCode::usage, "--out '" + arguments.out +
-                                      "': a picture's name ends in .png, a texture of the "
-                                      "differences in .exr.");
-  }
+  refuse_if(!is_exr(arguments.out) && std::filesystem::path(arguments.out).extension() != ".png",
+            "--out '" + arguments.out +
+                "': a picture's name ends in .png, a texture of the "
+                "differences in .exr.");
   prepare_parent(arguments.out);
 }
 
@@ -74,11 +73,9 @@ int run_diff(const DiffArguments& arguments) {
   Image b = load_normal_map(arguments.b);
   std::optional<Image> mask;
   if (!arguments.mask.empty()) mask = load_mask(arguments.mask);
-  if (a.channels < 3 && (arguments.max_angle || arguments.max_mean_angle)) {
-    throw Error(ErrorCode::usage,
-                "'" + arguments.a + "' has " + std::to_string(a.channels) +
-                    " channels, so there are no angles to limit: use --max-error.");
-  }
+  refuse_if(a.channels < 3 && (arguments.max_angle || arguments.max_mean_angle),
+            "'" + arguments.a + "' has " + std::to_string(a.channels) +
+                " channels, so there are no angles to limit: use --max-error.");
   const ImageDifference difference = compare_images(a, b, mask ? &*mask : nullptr);
 
   if (difference.compared == 0) {

@@ -41,49 +41,31 @@ RenderOptions render_options(const RenderArguments& arguments) {
 
 /// Checks that would otherwise fail after the meshes were read.
 void check(const RenderArguments& arguments) {
-  if (std::filesystem::path(arguments.out).extension() != ".png") {
-    throw Error(ErrorCode::usage, "--out '" + arguments.out +
-                                      "': the picture is a PNG, so the name must end in .png.");
-  }
-  if (stretches(arguments.heights) && !is_height_field(arguments.reference)) {
-    throw Error(
-        ErrorCode::usage,
-        "--height and --extent are for a --reference that is a height field, a PNG or EXR.");
-  }
-  if (arguments.flat && !arguments.normal.empty()) {
-    throw Error(ErrorCode::usage,
-                "--flat shows faces and --normal the map: leave one of them out. With --reference "
-                "and --normal the flat mesh is shown beside.");
-  }
-  if (arguments.error && arguments.reference.empty()) {
-    throw Error(ErrorCode::usage, "--error is the angle to HIGH's normals: add --reference HIGH.");
-  }
-  if (arguments.views != 0 && (!arguments.reference.empty() || arguments.view.given())) {
-    throw Error(ErrorCode::usage,
-                "--views shows MESH alone, from all around: leave out --reference, --view, --zoom "
-                "and --at.");
-  }
+  refuse_if(std::filesystem::path(arguments.out).extension() != ".png",
+            "--out '" + arguments.out + "': the picture is a PNG, so the name must end in .png.");
+  refuse_if(stretches(arguments.heights) && !is_height_field(arguments.reference),
+            "--height and --extent are for a --reference that is a height field, a PNG or EXR.");
+  refuse_if(arguments.flat && !arguments.normal.empty(),
+            "--flat shows faces and --normal the map: leave one of them out. With --reference "
+            "and --normal the flat mesh is shown beside.");
+  refuse_if(arguments.error && arguments.reference.empty(),
+            "--error is the angle to HIGH's normals: add --reference HIGH.");
+  refuse_if(arguments.views != 0 && (!arguments.reference.empty() || arguments.view.given()),
+            "--views shows MESH alone, from all around: leave out --reference, --view, --zoom "
+            "and --at.");
   const bool dressed = arguments.dress.any();
-  if (dressed && (arguments.flat || arguments.show_normals || arguments.views != 0)) {
-    throw Error(ErrorCode::usage,
-                "--color, --occlusion and --curvature are for lit pictures: leave out --flat, "
-                "--normals and --views.");
-  }
-  if (!arguments.show.empty() && (dressed || !arguments.normal.empty() || arguments.views != 0 ||
-                                  !arguments.reference.empty())) {
-    throw Error(ErrorCode::usage,
-                "--show draws maps without light, a picture each: leave out --normal, --color, "
-                "--occlusion, --curvature, --reference and --views.");
-  }
-  if (arguments.draw_cage && (arguments.views != 0 || !arguments.show.empty() ||
-                              arguments.show_normals || arguments.error)) {
-    throw Error(
-        ErrorCode::usage,
-        "--draw-cage is for lit pictures: leave out --views, --show, --normals and --error.");
-  }
-  if (arguments.frames && arguments.json.empty()) {
-    throw Error(ErrorCode::usage, "--frames says how many frames --json times: add --json FILE.");
-  }
+  refuse_if(dressed && (arguments.flat || arguments.show_normals || arguments.views != 0),
+            "--color, --occlusion and --curvature are for lit pictures: leave out --flat, "
+            "--normals and --views.");
+  refuse_if(!arguments.show.empty() && (dressed || !arguments.normal.empty() ||
+                                        arguments.views != 0 || !arguments.reference.empty()),
+            "--show draws maps without light, a picture each: leave out --normal, --color, "
+            "--occlusion, --curvature, --reference and --views.");
+  refuse_if(arguments.draw_cage && (arguments.views != 0 || !arguments.show.empty() ||
+                                    arguments.show_normals || arguments.error),
+            "--draw-cage is for lit pictures: leave out --views, --show, --normals and --error.");
+  refuse_if(arguments.frames && arguments.json.empty(),
+            "--frames says how many frames --json times: add --json FILE.");
 }
 
 /// True if a lit picture is asked for without saying which maps it shows: those of the mesh's materials.

@@ -68,16 +68,14 @@ int run_simplify(const SimplifyArguments& arguments) {
   Console console(arguments.quiet, arguments.json);
   Stopwatch watch;
   const std::filesystem::path out = arguments.out;
-  if (out.extension() != ".obj") {
-    fail_usage("--out '" + arguments.out +
-               "': the low poly is written as OBJ, so the name must end in .obj.");
-  }
+  refuse_if(out.extension() != ".obj",
+            "--out '" + arguments.out +
+                "': the low poly is written as OBJ, so the name must end in .obj.");
   const auto [width, height] = parse_size(arguments.size);
-  if (arguments.keep_uvs && arguments.laid_out) {
-    fail_usage(
-        "--size, --unwrap and --density are for new charts, but --keep-uvs keeps those of HIGH: "
-        "leave one of them out.");
-  }
+  refuse_if(
+      arguments.keep_uvs && arguments.laid_out,
+      "--size, --unwrap and --density are for new charts, but --keep-uvs keeps those of HIGH: "
+      "leave one of them out.");
   check_density(arguments.by_density, arguments.unwrap);
   check_mesh_frame(arguments.frame, {arguments.high}, {}, {});
   check_paths({arguments.high}, {out, arguments.json});
@@ -256,9 +254,8 @@ Run add_simplify(Command& app) {
     arguments->by_density = given.contains("--density");
     arguments->laid_out =
         arguments->by_density || given.contains("--size") || given.contains("--unwrap");
-    if (arguments->keep_parts && arguments->faces == 0) {
-      fail_usage("--keep-parts needs --faces: add it, or leave --keep-parts out.");
-    }
+    refuse_if(arguments->keep_parts && arguments->faces == 0,
+              "--keep-parts needs --faces: add it, or leave --keep-parts out.");
     return run_simplify(*arguments);
   };
 }

@@ -134,13 +134,11 @@ std::vector<OptionRow> volume_rows() {
 void check(const VolumeArguments& a, bool by_density) {
   check(a.surface);
   check_density(by_density, name_of(Words(kUnwraps), a.surface.options.unwrap));
-  if (a.match == kDirect && (a.max_distance || a.samples != 1)) {
-    fail_usage("--max-distance and --samples are for --match ray or closest.");
-  }
-  if (!a.full.empty() && fs::path(a.full).extension() != ".obj") {
-    fail_usage("--full '" + a.full +
-               "': the full contour is written as OBJ, so the name must end in .obj.");
-  }
+  refuse_if(a.match == kDirect && (a.max_distance || a.samples != 1),
+            "--max-distance and --samples are for --match ray or closest.");
+  refuse_if(
+      !a.full.empty() && fs::path(a.full).extension() != ".obj",
+      "--full '" + a.full + "': the full contour is written as OBJ, so the name must end in .obj.");
 }
 
 /// The long way: the full contour as the high poly.

@@ -34,17 +34,15 @@ const std::set<std::string> kOfFoundCages = {"--direction",  "--edge-width", "--
 void check_drawn_cage(const RenderArguments& arguments) {
   const BakeJob& bake = arguments.bake;
   if (!arguments.draw_cage) return;
-  if (!bake.cage_auto && !bake.options.match.cage && bake.cage_mesh.empty()) {
-    throw Error(ErrorCode::usage,
-                "--draw-cage draws the cage that --cage or --cage-mesh says: add one of them.");
-  }
+  refuse_if(!bake.cage_auto && !bake.options.match.cage && bake.cage_mesh.empty(),
+            "--draw-cage draws the cage that --cage or --cage-mesh says: add one of them.");
   for (const std::string& flag : bake.given) {
     const bool serves = kOfMeshes.contains(flag) || kOfCages.contains(flag) ||
                         (bake.cage_auto && kOfFoundCages.contains(flag));
     if (serves || arguments.map_size_given) continue;
-    throw Error(ErrorCode::usage, flag +
-                                      " has no say in the cage that --draw-cage draws: leave it "
-                                      "out, or add --map-size N to bake a map with it, too.");
+    fail_usage(flag +
+               " has no say in the cage that --draw-cage draws: leave it "
+               "out, or add --map-size N to bake a map with it, too.");
   }
 }
 
@@ -70,14 +68,12 @@ BakeJob baking(const RenderArguments& arguments) {
 }
 
 void check_bake(const RenderArguments& arguments) {
-  if (arguments.reference.empty() && !arguments.bake.more_high.empty()) {
-    throw Error(ErrorCode::usage, "--high is for more files of --reference: add --reference.");
-  }
+  refuse_if(arguments.reference.empty() && !arguments.bake.more_high.empty(),
+            "--high is for more files of --reference: add --reference.");
   check_drawn_cage(arguments);
   const auto& given = arguments.bake.given;
-  if (given.contains("--tangents") && !bakes(arguments) && arguments.normal.empty()) {
-    throw Error(ErrorCode::usage, "--tangents is for a normal map: add --normal MAP.");
-  }
+  refuse_if(given.contains("--tangents") && !bakes(arguments) && arguments.normal.empty(),
+            "--tangents is for a normal map: add --normal MAP.");
   if (arguments.draw_cage && !arguments.reference.empty()) check(baking(arguments));
   if (!bakes(arguments)) return;
   if (arguments.reference.empty() || !arguments.normal.empty()) {
@@ -85,11 +81,10 @@ void check_bake(const RenderArguments& arguments) {
       return !kOfMeshes.contains(name);
     });
     const bool cage = given.contains("--cage") || given.contains("--cage-mesh");
-    throw Error(ErrorCode::usage,
-                (arguments.map_size_given ? "--map-size" : *flag) +
-                    " is for a map that is baked for the picture: add --reference HIGH, and leave "
-                    "--normal out." +
-                    (cage ? " --draw-cage draws a cage, and bakes nothing." : ""));
+    fail_usage((arguments.map_size_given ? "--map-size" : *flag) +
+               " is for a map that is baked for the picture: add --reference HIGH, and leave "
+               "--normal out." +
+               (cage ? " --draw-cage draws a cage, and bakes nothing." : ""));
   }
   check(baking(arguments));
 }
@@ -299,11 +294,10 @@ Mesh outer_cage(const BakeJob& arguments, const Device& device, const Mesh& low,
   }
   const bool automatic = arguments.cage_auto;
   const Length length = arguments.options.match.cage.value_or(Length{});
-  if ((automatic || length.relative) && high == nullptr) {
-    throw Error(ErrorCode::usage, "--cage " + (automatic ? kAutomatic : length_text(length)) +
-                                      " goes by HIGH: add --reference HIGH, or give a length in "
-                                      "world units.");
-  }
+  refuse_if((automatic || length.relative) && high == nullptr,
+            "--cage " + (automatic ? kAutomatic : length_text(length)) +
+                " goes by HIGH: add --reference HIGH, or give a length in "
+                "world units.");
   if (automatic) {
     MatchInputs inputs;
     inputs.read(arguments, *high, low, warnings);

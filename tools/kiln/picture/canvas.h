@@ -1,4 +1,4 @@
-// Pictures put together from panels, lines, dots and labels.
+// Pictures put together from panels, lines and labels.
 #pragma once
 
 #include <array>
@@ -11,7 +11,7 @@
 namespace kiln::cli {
 
 using Colour = std::array<float, 3>;  ///< [0, 1], as the file has it
-constexpr Colour kWhite = {1, 1, 1}, kInk = {0.13F, 0.13F, 0.13F}, kSoft = {0.4F, 0.4F, 0.4F};
+constexpr Colour kWhite = {1, 1, 1}, kInk = {0.13F, 0.13F, 0.13F};
 
 /// Height of a line of text that is easy to read at the picture's own size, pixels.
 constexpr double kTextHeight = 20;
@@ -32,9 +32,6 @@ class Canvas {
   /// Round ends. \param width  pixels. \param share  how much of what is below it hides, [0, 1]
   void line(double x0, double y0, double x1, double y1, double width, const Colour& colour,
             double share = 1);
-  void dot(double x, double y, double radius, const Colour& colour) {
-    line(x, y, x, y, 2 * radius, colour);
-  }
   /// \param top  of the line of text. Bytes that are not ASCII become boxes, one a character
   void text(double left, double top, const std::string& words, const Colour& colour = kInk,
             double height = kTextHeight);

@@ -208,6 +208,14 @@ Json plot_panel(const std::string& y_title) {
           {"rings", {{"title", ""}, {"x", Json::array()}, {"y", Json::array()}}}};
 }
 
+Json ticks_around(double least, double most) {
+  Json ticks = Json::array();
+  double tick = 1.0 / 256;
+  while (4 * tick <= least) tick *= 4;
+  for (; ticks.size() < 2 || ticks.back().number() < most; tick *= 4) ticks.push_back(tick);
+  return ticks;
+}
+
 std::vector<std::string> plot_files(const std::string& name) {
   return {name + "_plot.json", name + ".png", kScriptName};
 }

@@ -68,6 +68,9 @@ Json plot_curve(const std::string& title, const Json& look, const List& list, co
   return curve;
 }
 
+/// Ticks of a logarithmic axis: powers of four around all of it.
+Json ticks_around(double least, double most);
+
 /// The files that save_plots() may write.
 std::vector<std::string> plot_files(const std::string& name);
 
