@@ -18,7 +18,6 @@
 #include "kiln/render.h"
 #include "kiln/texture_sets.h"
 #include "picture/dressed.h"
-#include "picture/own_maps.h"
 #include "picture/sheet.h"
 #include "picture/view_arguments.h"
 #include "report/check_result.h"

@@ -1,4 +1,4 @@
-#include "picture/own_maps.h"
+// Maps that a mesh's own materials name.
 
 #include <algorithm>
 #include <array>
@@ -8,6 +8,7 @@
 
 #include "base/srgb.h"
 #include "kiln/texture_sets.h"
+#include "picture/dressed.h"
 
 namespace kiln::cli {
 namespace {
