@@ -31,6 +31,7 @@ void store(const Vec3d& from, kiln_float to[3]) {
   to[2] = static_cast<float>(from.z);
 }
 
+/// Of what views can show.
 double squared_radius(std::span<const Vec3> positions, std::span<const Triangle> triangles) {
   std::vector<double> parts((triangles.size() >> 16) + 1, 0.0);
   parallel_for(triangles.size(), 1 << 16, [&](std::size_t begin, std::size_t end) {
@@ -39,7 +40,7 @@ double squared_radius(std::span<const Vec3> positions, std::span<const Triangle>
       for (const std::uint32_t i : triangles[t]) {
         const Vec3d p(positions[i]);
         const double squared = dot(p, p);
-        if (std::isfinite(squared)) largest = std::max(largest, squared);
+        if (is_in_views(positions[i])) largest = std::max(largest, squared);
       }
     }
     parts[begin >> 16] = largest;

@@ -143,8 +143,8 @@ RasterChunks cut(std::span<const Vec3> positions, std::span<const Triangle> tria
   for (std::size_t i = begin; i < end; ++i) {
     const std::uint32_t t = order.empty() ? static_cast<std::uint32_t>(i) : order[i];
     const Triangle& triangle = triangles[t];
-    if (!is_finite(positions[triangle[0]]) || !is_finite(positions[triangle[1]]) ||
-        !is_finite(positions[triangle[2]])) {
+    if (!is_in_views(positions[triangle[0]]) || !is_in_views(positions[triangle[1]]) ||
+        !is_in_views(positions[triangle[2]])) {
       continue;
     }
     std::uint32_t fresh = vertex_count;

@@ -290,12 +290,13 @@ std::int64_t HighCoverage::slice(double x) const {
 /// Each place stands in all cells that it reaches into, so that a sample looks into one.
 void HighCoverage::make_grid() {
   maybe_.assign(kFilterBits / 64, 0);
+  constexpr float kLeast = 0x1p-22F;  // of the frame: numbers of cells stay far below 2^63
   float farthest = 0;
   for (std::size_t i = 0; i < places_.size(); ++i) {
     if (seen_[i] > 0) farthest = std::max(farthest, radius_[i]);
   }
   if (!(farthest > 0)) return;
-  per_side_ = 0.5 / farthest;  // so that few places stand in more than eight
+  per_side_ = 0.5 / std::max(farthest, kLeast);  // so that few places stand in more than eight
   for (std::uint32_t i = 0; i < places_.size(); ++i) {
     if (!(seen_[i] > 0)) continue;
     const Vec3d p(places_[i].position);

@@ -23,6 +23,20 @@ std::string mebibytes(std::uint64_t bytes);
 /// much less. \param bytes  below 0 once it is written to, or given back
 void count_untouched(std::int64_t bytes) noexcept;
 
+/// Counts memory that work still to come will take, as long as it lives: what is asked for first fails then, not late.
+class ReservedMemory {
+ public:
+  explicit ReservedMemory(std::uint64_t bytes) noexcept : bytes_(static_cast<std::int64_t>(bytes)) {
+    count_untouched(bytes_);
+  }
+  ~ReservedMemory() { count_untouched(-bytes_); }
+  ReservedMemory(const ReservedMemory&) = delete;
+  ReservedMemory& operator=(const ReservedMemory&) = delete;
+
+ private:
+  std::int64_t bytes_;
+};
+
 /// True if so many bytes fit into what is left; else what the allocator keeps of freed memory is given back first.
 bool memory_fits(std::uint64_t bytes);
 

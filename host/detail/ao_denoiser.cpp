@@ -127,6 +127,8 @@ void AoDenoiser::prepare(const Texels& texels) {
     });
   });
   const kiln_share_params params{count_, texels.points_plane};
+  make_room(context_, from_, std::size_t{2} * count_);
+  make_room(context_, to_, std::size_t{2} * count_);
   context_.launch(context_.kernel("ao_denoiser", "kiln_share_weights"), count_, kLocal, params,
                   neighbours_, texels.points);
 }
@@ -134,8 +136,6 @@ void AoDenoiser::prepare(const Texels& texels) {
 AoDenoiser::Levels AoDenoiser::smoothed(std::span<const float> estimates) {
   Levels levels;
   levels.of[0] = estimates;
-  make_room(context_, from_, estimates.size());
-  make_room(context_, to_, estimates.size());
   from_.write(context_, estimates);
   const cl::Kernel smooth = context_.kernel("ao_denoiser", "kiln_share_smooth");
   const kiln_share_params params{count_, 0};

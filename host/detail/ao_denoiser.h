@@ -34,6 +34,8 @@ class AoDenoiser {
     std::uint32_t points_plane = 0;
   };
   void prepare(const Texels& texels);
+  /// Bytes a texel on the host while run() works, with its result.
+  static constexpr std::uint64_t kBytesOfTexel = (4 * 2 + 2) * sizeof(float);
 
   struct Result {
     std::vector<float> shares;  ///< Of each texel

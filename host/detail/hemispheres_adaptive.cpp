@@ -6,6 +6,7 @@
 #include <numbers>
 #include <numeric>
 
+#include "base/memory.h"
 #include "base/parallel.h"
 #include "detail/hemisphere_rays.h"
 #include "detail/hemispheres.h"
@@ -23,6 +24,9 @@ constexpr double kSafe = 0.8;
 // Share of a texel's error that stays where more rays do not help.
 constexpr float kNoHelp = 0.85F;
 constexpr std::uint32_t kMostTimes = 8;  // at once
+// Bytes a texel beside the filter's: two estimates with their rays, both as floats, and the errors before.
+constexpr std::uint64_t kBytesOfTexel = 3 * sizeof(std::uint32_t) + 3 * sizeof(float);
+constexpr std::uint64_t kBytesOfCast = 25'000'000;  // of a launch's rays
 
 /// Even, since rays that are balanced have less noise: 16 less than 21.
 std::uint32_t rays_at_first(std::uint32_t rays) {
@@ -239,10 +243,21 @@ std::vector<float> Hemispheres::open_within(const TexelBand& band,
   Estimates of{band, match, second, prepare_filter(band, match, second), {}, {}, {}, {}, {}};
   const std::size_t texels = of.shared.first.size() - 1;
   if (texels == 0) return shares;
+  const bool together =
+      of.shared.single() && parts_ == nullptr && occluders().traversal() == Traversal::cpu;
+  if (together) {
+    for (auto* const array : {&some_turns_, &more_turns_, &some_open_, &more_open_}) {
+      make_room(context_, *array, padded(static_cast<std::uint32_t>(texels)));
+    }
+  }
+  // All that is taken from here on, so that nothing is cast in vain.
+  require_memory(
+      "Smoothing ambient occlusion",
+      (AoDenoiser::kBytesOfTexel + kBytesOfTexel) * texels + (scratch_.empty() ? kBytesOfCast : 0));
   of.a.resize(texels);
   of.b.resize(texels);
   of.rays.assign(texels, rays_at_first(rays_out_.count));
-  if (of.shared.single() && parts_ == nullptr && occluders().traversal() == Traversal::cpu) {
+  if (together) {
     cast_all(of.rays[0], std::array{&of.a, &of.b}, of);
   } else {
     std::vector<std::uint32_t> all(texels);

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <numeric>
 
+#include "accel/raster_chunks.h"
 #include "base/parallel.h"
 
 namespace kiln {
@@ -20,7 +21,12 @@ constexpr double kPixelsATriangle = 4;
 constexpr std::uint32_t kCandidates = 96;
 constexpr std::uint32_t kProbeSize = 512;
 
+/// 0 for triangles that views leave out.
 double area_of(std::span<const Vec3> positions, const Triangle& triangle) {
+  if (!is_in_views(positions[triangle[0]]) || !is_in_views(positions[triangle[1]]) ||
+      !is_in_views(positions[triangle[2]])) {
+    return 0;
+  }
   const Vec3d a(positions[triangle[0]]);
   const Vec3d n = cross(Vec3d(positions[triangle[1]]) - a, Vec3d(positions[triangle[2]]) - a);
   const double area = length(n) / 2;

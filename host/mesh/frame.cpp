@@ -7,6 +7,7 @@
 
 #include "base/parallel.h"
 #include "kiln/validate.h"
+#include "mesh/steps.h"
 #include "mesh/usable.h"
 
 namespace kiln {
@@ -46,7 +47,7 @@ Bounds Bounds::of(const Mesh& mesh) {
   return bounds;
 }
 
-Frame Frame::of(const Mesh& mesh) { return of(mesh, Bounds::of(mesh)); }
+Frame Frame::of(const Mesh& mesh) { return of(mesh, bulk_bounds(mesh, Bounds::of(mesh))); }
 
 Frame Frame::of(const Mesh& mesh, const Bounds& bounds) {
   Frame frame;

@@ -11,13 +11,13 @@ namespace kiln {
 
 /// Maps world coordinates to the frame and back: frame = (world - center) * scale. The scale is a
 /// power of two, so that scaling is exact; the high poly's bounding box has a diagonal in (0.5, 1]
-/// there. Scenes of 1e-30 or 1e30 units, or far from the origin, thus meet the kernels alike.
+/// there, but for vertices that lie absurdly far out, see bulk_bounds(): they would leave the others no digits. Scenes of 1e-30 or 1e30 units, or far from the origin, thus meet the kernels alike.
 struct Frame {
   std::array<double, 3> center{};
   double scale = 1;
-  double diagonal = 1;  ///< Of the high poly's bounding box, in world units.
+  double diagonal = 1;  ///< Of that box, in world units.
 
-  /// From the triangles with area, see Bounds::of(). \throws Error(input) where there are none
+  /// From the triangles with area, see bulk_bounds(). \throws Error(input) where there are none
   static Frame of(const Mesh& mesh);
   /// From a box that the mesh lies in, as it moves. \throws Error(usage) for one without size
   static Frame of(const Mesh& mesh, const Bounds& bounds);

@@ -65,14 +65,41 @@ struct Bulk {
   }
 };
 
-/// Names the vertices that stretch the box; empty where none lies `far` radii from the middle.
-std::string outliers(const SteppedMesh& mesh, double far) {
+/// Vertices of triangles that count, each once.
+std::vector<std::uint32_t> used_vertices(const SteppedMesh& mesh) {
   std::vector<std::uint32_t> used;
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
     if (mesh.counts(t)) used.insert(used.end(), mesh.triangles[t].begin(), mesh.triangles[t].end());
   }
   std::sort(used.begin(), used.end());
   used.erase(std::unique(used.begin(), used.end()), used.end());
+  return used;
+}
+
+/// Corners of some triangles that count.
+std::vector<std::uint32_t> some_vertices(const SteppedMesh& mesh) {
+  std::vector<std::uint32_t> some;
+  for_some(mesh.triangles.size(), [&](std::size_t t) {
+    if (mesh.counts(t)) some.insert(some.end(), mesh.triangles[t].begin(), mesh.triangles[t].end());
+  });
+  return some;
+}
+
+/// The distance of the farthest vertex, in radii; 0 where it is not absurd.
+double absurd_reach(const SteppedMesh& mesh, const Bulk& bulk) {
+  const double least = kAbsurd * bulk.radius;
+  double farthest = least;
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+    double reach = 0;
+    for (const std::uint32_t v : mesh.triangles[t]) reach = std::max(reach, bulk.distance(mesh, v));
+    if (reach > farthest && mesh.counts(t)) farthest = reach;  // few are asked whether they count
+  }
+  return farthest > least ? farthest / bulk.radius : 0;
+}
+
+/// Names the vertices that stretch the box; empty where none lies `far` radii from the middle.
+std::string outliers(const SteppedMesh& mesh, double far) {
+  const std::vector<std::uint32_t> used = used_vertices(mesh);
   const Bulk bulk(mesh, used);
   const auto count =
       static_cast<std::uint64_t>(std::count_if(used.begin(), used.end(), [&](std::uint32_t v) {
@@ -162,25 +189,43 @@ std::string coarse_steps(const SteppedMesh& mesh, const char* how) {
 }
 
 std::string stretched_box(const SteppedMesh& mesh) {
-  std::vector<std::uint32_t> some;
-  for_some(mesh.triangles.size(), [&](std::size_t t) {
-    if (mesh.counts(t)) some.insert(some.end(), mesh.triangles[t].begin(), mesh.triangles[t].end());
-  });
+  const std::vector<std::uint32_t> some = some_vertices(mesh);
   if (some.empty()) return {};
   const Bulk bulk(mesh, some);
   if (bulk.radius == 0) return {};
-  double farthest = kAbsurd * bulk.radius;
-  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
-    double reach = 0;
-    for (const std::uint32_t v : mesh.triangles[t]) reach = std::max(reach, bulk.distance(mesh, v));
-    if (reach > farthest && mesh.counts(t)) farthest = reach;  // few are asked whether they count
-  }
-  if (farthest == kAbsurd * bulk.radius) return {};
-  const std::string far = outliers(mesh, kAbsurd);
+  const double reach = absurd_reach(mesh, bulk);
+  const std::string far = reach > 0 ? outliers(mesh, kAbsurd) : std::string();
   if (far.empty()) return {};
   const std::string text =
-      formatted("it reaches %.2g times as far as most of its vertices. ", farthest / bulk.radius);
+      formatted("it reaches %.2g times as far as most of its vertices. ", reach);
   return text + far;
+}
+
+Bounds bulk_bounds(const Mesh& mesh, const Bounds& all) {
+  constexpr double kFarthest = 0x1p40;
+  const SteppedMesh own{mesh.triangles,
+                        [&](std::size_t t) { return has_area(mesh.positions, mesh.triangles[t]); },
+                        [&](std::uint32_t v) { return Vec3d(mesh.positions[v]); },
+                        {}};
+  const std::vector<std::uint32_t> some = some_vertices(own);
+  if (some.empty()) return all;
+  const Bulk bulk(own, some);
+  const Vec3d low(all.low[0], all.low[1], all.low[2]), high(all.high[0], all.high[1], all.high[2]);
+  const double reach = std::max(length(low - bulk.center), length(high - bulk.center));
+  if (!(reach > kAbsurd * bulk.radius) || !(reach < kFarthest * bulk.radius)) return all;
+  if (absurd_reach(own, bulk) == 0) return all;
+  const std::vector<std::uint32_t> used = used_vertices(own);
+  const Bulk whole(own, used);
+  Bounds bounds{all.high, all.low};
+  for (const std::uint32_t v : used) {
+    if (whole.distance(own, v) > kAbsurd * whole.radius) continue;
+    const std::array<double, 3> p = axes(own.position(v));
+    for (std::size_t k = 0; k < 3; ++k) {
+      bounds.low[k] = std::min(bounds.low[k], p[k] + 0.0);  // of 0 and -0 none is first
+      bounds.high[k] = std::max(bounds.high[k], p[k] + 0.0);
+    }
+  }
+  return bounds;
 }
 
 std::string coarse_steps(const Mesh& mesh, const Frame& frame) {

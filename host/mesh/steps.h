@@ -53,6 +53,10 @@ std::string coarse_steps(const SteppedMesh& mesh, const char* how);
 /// \returns the empty string where none does
 std::string stretched_box(const SteppedMesh& mesh);
 
+/// Box, as Bounds::of() has it, of the vertices that stretched_box() names none of; `all` where it names none, or where
+/// one lies farther than 2^40 times as far out, which squares in single precision do not bear.
+Bounds bulk_bounds(const Mesh& mesh, const Bounds& all);
+
 /// coarse_steps() of a mesh's own floats, and of what the working frame rounds them to.
 std::string coarse_steps(const Mesh& mesh, const Frame& frame);
 

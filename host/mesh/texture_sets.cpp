@@ -165,8 +165,9 @@ std::vector<TextureSet> by_tiles(const Mesh& low) {
       throw Error(ErrorCode::input, "Mesh '" + low.name + "': triangle " + std::to_string(t) +
                                         " lies at UV (" + decimal(uvs[0].x) + ", " +
                                         decimal(uvs[0].y) +
-                                        "), where UDIM has no tile: u goes from 0 to 10, v from 0 "
-                                        "up. Move its chart into a tile.");
+                                        "), where UDIM has no tile: u goes from 0 to " +
+                                        std::to_string(kTilesAcross) + ", v from 0 to " +
+                                        std::to_string(kTilesUp) + ". Move its chart into a tile.");
     }
     TextureSet& set = tiles[{v, u}];
     if (set.holds.empty()) {

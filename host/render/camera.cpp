@@ -65,8 +65,11 @@ CameraTarget CameraTarget::of(const Mesh& mesh) {
     area += length(normal);
   }
   if (area > 0) target.facing = target.facing * (1 / area);
+  constexpr double kWithin = 1;  // of vertices far out, see Frame, no picture is made
   for (std::size_t i = 0; i < used.size(); ++i) {
-    if (used[i]) target.points.push_back(target.frame.to_frame(mesh, i));
+    if (!used[i]) continue;
+    const Vec3 point = target.frame.to_frame(mesh, i);
+    if (length(Vec3d(point)) <= kWithin) target.points.push_back(point);
   }
   return target;
 }

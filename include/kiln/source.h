@@ -65,7 +65,8 @@ class Source {
     std::uint64_t skipped_triangles = 0;  ///< Non-finite or without area
     std::uint64_t device_bytes = 0;       ///< Memory on the device
     double build_seconds = 0;             ///< Hierarchy and other structures made so far
-    double diagonal = 0;  ///< Diagonal of Bounds::of(), or of the box given, world units
+    /// Diagonal of Bounds::of(), without vertices over 100,000 times farther out than most; or of the box given, world units
+    double diagonal = 0;
   };
   Stats stats() const;  ///< As of now: structures are made when they are needed
   /// Warnings of imperfect data that was handled. Good as long as any copy of this Source.

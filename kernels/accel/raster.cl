@@ -40,7 +40,7 @@ kernel void kiln_raster_clear(const uint first, const uint count, global ulong* 
   if (i % KILN_RASTER_TILE_PIXELS == 0) drawn[(first + i) / KILN_RASTER_TILE_PIXELS] = 1;
 }
 
-/// Vertices in fixed point; w is 1 for those that are not finite.
+/// Vertices in fixed point; w is 1 for those that are in no view, as is_in_views() of the host has it.
 kernel void kiln_raster_project(const kiln_view view, const uint count,
                                 global const float* restrict positions,
                                 global int4* restrict projected) {
@@ -54,7 +54,8 @@ kernel void kiln_raster_project(const kiln_view view, const uint count,
   const float x = along_x * view.scale + view.left;
   const float y = view.top - along_y * view.scale;
   // Not-a-number fails the comparison, too.
-  const bool good = fabs(x) <= 32768.0f && fabs(y) <= 32768.0f && fabs(near) <= 0.75f;
+  const bool good = fabs(p.x) <= 4.0f && fabs(p.y) <= 4.0f && fabs(p.z) <= 4.0f &&
+                    fabs(x) <= 32768.0f && fabs(y) <= 32768.0f && fabs(near) <= 0.75f;
   const int fixed_x = good ? (int)rint(x * (float)KILN_RASTER_UNIT) : 0;
   const int fixed_y = good ? (int)rint(y * (float)KILN_RASTER_UNIT) : 0;
   projected[i] = (int4)(fixed_x, fixed_y, as_int(KILN_RASTER_FAR - near), good ? 0 : 1);

@@ -1,9 +1,11 @@
 // Command lines that are refused: exit codes, and messages that name the remedy.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <filesystem>
 #include <fstream>
 #include <functional>
+#include <regex>
 
 #include "cli/command_scene.h"
 #include "kiln/kiln.h"
@@ -256,6 +258,16 @@ TEST(Command, ASavedMatchBelongsToItsMeshes) {
   EXPECT_EQ(
       run_kiln(bake(scene / "low.obj", {"--load-match", match, "--fallback", "mark"})).exit_code,
       0);
+  // A forged distance is printed in a few digits.
+  Match forged = load_match(match);
+  const auto hit = std::find(forged.status.begin(), forged.status.end(), 1) - forged.status.begin();
+  forged.distance.at(static_cast<std::size_t>(hit)) = 3e38F;
+  save_match(forged, scene / "forged.exr");
+  const ProcessResult far =
+      run_kiln(bake(scene / "low.obj", {"--load-match", scene / "forged.exr", "--maps", "height"}));
+  EXPECT_FALSE(std::regex_search(far.output + far.errors, std::regex("[0-9]{12}"))) << far.output;
+  EXPECT_NE((far.output + far.errors).find("e+3"), std::string::npos) << far.output << far.errors;
+
   Mesh other = test::BumpySphere::light();
   other.positions[5].x += 0.001F;
   save_obj(other, scene / "other.obj");

@@ -186,6 +186,20 @@ TEST(CageCommand, OneIsAnImageToo) {
   ASSERT_EQ(bake("c", {"--cage-mesh", image}).exit_code, 0);
   EXPECT_GT(read_json(folder / "j.json")["texels"]["missed"].get<int>(), 20);
 
+  // The mark of pixels that stand for no vertex, at the first vertex, at one between and at the last.
+  for (const std::size_t shell : {std::size_t{0}, std::size_t{1}}) {
+    for (const std::size_t v : {std::size_t{0}, std::size_t{3}, count - 1}) {
+      Image forged = cage;
+      forged.at(v, shell)[3] = -1;
+      save_image(forged, image, {ImageFormat::exr_float});
+      const ProcessResult result = bake("d", {"--cage-mesh", image});
+      EXPECT_EQ(result.exit_code, 3);
+      const std::string named = std::string(shell == 0 ? "outer" : "inner") + " pixel of vertex " +
+                                std::to_string(v) + " has the alpha -1";
+      EXPECT_NE(result.errors.find(named), std::string::npos) << result.errors;
+    }
+  }
+
   cage.pixels[0] = std::nanf("");
   save_image(cage, image, {ImageFormat::exr_float});
   const ProcessResult bad = bake("d", {"--cage-mesh", image});

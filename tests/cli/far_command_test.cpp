@@ -169,6 +169,25 @@ TEST(FarCommand, NamesOutliers) {
   EXPECT_TRUE(plain.report["warnings"].empty()) << plain.report["warnings"];
 }
 
+TEST(FarCommand, WhatLiesFarOutChangesNoOtherTexel) {
+  KILN_REQUIRE_DEVICE();
+  const Sheets plain({0, 0, 0}, 0.04, "");
+  for (const char* match : {"ray", "closest", "visibility"}) {
+    const Words words = {"--match", match, "--maps", "normal,ao,curvature", "--size", "32"};
+    const Baked expected = plain.bake(words);
+    for (const std::string x : {"1e6", "-1e10"}) {
+      const std::string far = "v " + x + " 0 0\nv " + x + " 1 0\nv " + x + " 0 1\nf 626 627 628\n";
+      const Baked baked = Sheets({0, 0, 0}, 0.04, far).bake(words);
+      EXPECT_NE(baked.result.errors.find("move or remove"), std::string::npos)
+          << baked.result.errors;
+      EXPECT_EQ(baked.report["texels"], expected.report["texels"]) << match;
+      for (const char* map : {"low_normal.png", "low_ao.png", "low_curvature.png"}) {
+        EXPECT_EQ(baked.map(map).pixels, expected.map(map).pixels) << match << x << map;
+      }
+    }
+  }
+}
+
 Words codes(const Baked& baked) {
   Words found;
   for (const json& warning : baked.report["warnings"]) found.push_back(warning["code"]);

@@ -55,6 +55,37 @@ TEST(UvCommand, SaysWhyNoSampleHasAPoint) {
   EXPECT_FALSE(fs::exists(scene / "out"));
 }
 
+// Texels that are next to nothing in the world once made a grid of cells without end.
+TEST(UvCommand, VastOnesEnd) {
+  KILN_REQUIRE_DEVICE();
+  const fs::path scene = make_scene(0);
+  const Mesh flat = test::plane(2, 2);
+  for (const float scale : {1e6F, 1e12F, 1e30F}) {
+    Mesh low = flat;
+    for (Vec2& uv : low.uvs) uv = {uv.x * scale, uv.y * scale};
+    save_obj(low, scene / "low.obj");
+    const ProcessResult result = run_kiln(
+        {"bake", scene / "high.obj", scene / "low.obj", "--size", "16", "--out", scene / "out"});
+    EXPECT_NE((result.output + result.errors).find("unit square"), std::string::npos)
+        << result.exit_code << result.errors;
+    const ProcessResult tiles = run_kiln({"bake", scene / "high.obj", scene / "low.obj", "--size",
+                                          "16", "--out", scene / "out", "--sets", "udim"});
+    EXPECT_EQ(tiles.exit_code, 3);
+    EXPECT_NE(tiles.errors.find("from 0 to 900"), std::string::npos) << tiles.errors;
+  }
+}
+
+TEST(UvCommand, ANameTooLongIsToldAsSuch) {
+  const fs::path scene = make_scene(0);
+  for (const char* ending : {".glb", "/"}) {
+    const std::string name = std::string(300, 'a');
+    const ProcessResult result = run_kiln({"bake", scene / "high.obj", scene / "low.obj", "--size",
+                                           "16", "--out", scene / (name + ending)});
+    EXPECT_EQ(result.exit_code, 5) << result.errors;
+    EXPECT_NE(result.errors.find("too long"), std::string::npos) << result.errors;
+  }
+}
+
 TEST(UvCommand, AReportOnStandardOutputIsAlone) {
   KILN_REQUIRE_DEVICE();
   const fs::path scene = make_scene(0);

@@ -11,6 +11,7 @@
 #include <string>
 #include <vector>
 
+#include "base/memory.h"
 #include "cl/context.h"
 #include "kiln/kiln.h"
 #include "kiln/unwrap.h"
@@ -186,6 +187,18 @@ TEST_F(Limits, OfMemoryCountBuffersThatAreStillEmpty) {
     EXPECT_LT(left(), before - 0.9 * kBytes);
     EXPECT_GT(left(), before - 1.5 * kBytes);  // Not counted twice.
   }
+  set_memory_limit(0);
+}
+
+// So is it with what later work is known to take.
+TEST_F(Limits, OfMemoryCountWhatIsReserved) {
+  set_memory_limit(free_memory() / 2);
+  require_memory("A block", kLittleMemory + 1);
+  {
+    const ReservedMemory later(memory_left());
+    EXPECT_THROW(require_memory("A block", kLittleMemory + 1), Error);
+  }
+  require_memory("A block", kLittleMemory + 1);
   set_memory_limit(0);
 }
 

@@ -110,9 +110,11 @@ bool counts(const fs::path& path) { return !path.empty() && path != "-"; }
 bool is_one_file(const fs::path& a, const fs::path& b) {
   std::error_code error;
   if (fs::exists(a, error) && fs::exists(b, error)) return fs::equivalent(a, b, error);
-  const fs::path whole_a = fs::weakly_canonical(a, error);
-  const fs::path whole_b = fs::weakly_canonical(b, error);
-  return whole_a == whole_b;
+  const auto whole = [&](const fs::path& path) {
+    const fs::path found = fs::weakly_canonical(path, error);
+    return error ? fs::absolute(path).lexically_normal() : found;
+  };
+  return whole(a) == whole(b);
 }
 
 void check_paths(const std::vector<fs::path>& inputs, const std::vector<fs::path>& outputs) {
@@ -126,6 +128,11 @@ void check_paths(const std::vector<fs::path>& inputs, const std::vector<fs::path
       throw Error(ErrorCode::output, "'" + outputs[i].string() +
                                          "' is a folder, but a file of that name would be written: "
                                          "move it away, or choose another folder for the output.");
+    }
+    if (none == std::errc::filename_too_long) {
+      throw Error(
+          ErrorCode::output,
+          "'" + outputs[i].string() + "' is too long a name for this disk: choose a shorter one.");
     }
     OutputSet::check(outputs[i]);
     for (std::size_t k = 0; k < i; ++k) {

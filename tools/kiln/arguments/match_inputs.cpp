@@ -239,8 +239,12 @@ Mesh cage_of(const Image& image, const std::filesystem::path& path, const Mesh& 
     const auto pixel = [&](std::size_t v) {
       return &image.pixels[4 * (shell * grid.pixels() + v)];
     };
+    // A single row is as wide as there are vertices. Below others, pixels of no vertex have no direction either.
     std::size_t held = grid.pixels();
-    while (held > 0 && pixel(held - 1)[3] == kNoVertex) --held;
+    while (grid.rows > 1 && held > 0 && pixel(held - 1)[3] == kNoVertex &&
+           std::all_of(pixel(held - 1), pixel(held - 1) + 3, [](float x) { return x == 0; })) {
+      --held;
+    }
     if (held != count) {
       fail(path, "it has " + std::to_string(held) + " vertices, and LOW " + std::to_string(count));
     }

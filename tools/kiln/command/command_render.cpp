@@ -97,7 +97,10 @@ Image draw_picture(const RenderArguments& arguments, const Scene* high, const Sc
     if (cage != nullptr) cage->draw(scene, options, picture);
     panels.push_back({std::move(picture), {caption}});
   };
-  if (high != nullptr) add(*high, high->draw(options), "high poly");
+  if (high != nullptr) {
+    const std::uint64_t others = bytes_of(low.geometry(options), has_map ? 2 : 1);
+    add(*high, draw_with_room(*high, options, others), "high poly");
+  }
   if (high != nullptr && has_map) {
     RenderOptions flat = options;
     flat.flat = true;

@@ -129,8 +129,8 @@ Image join(std::vector<Image> panels) {
 void require_pictures(const PictureGeometry& size, std::uint64_t count) {
   constexpr std::uint64_t kBytesOfWriter =
       2;  // a pixel, while one is compressed: 36 MiB of 4096 x 4096 were measured
-  const std::uint64_t pixels = std::uint64_t{size.width} * size.height;
-  const std::uint64_t bytes = pixels * (count * 3 * sizeof(float) + kBytesOfWriter);
+  const std::uint64_t bytes =
+      bytes_of(size, count) + std::uint64_t{size.width} * size.height * kBytesOfWriter;
   const std::uint64_t left = memory_left();
   if (bytes <= left) return;
   const auto mebibytes = [](std::uint64_t b) { return std::to_string(b >> 20) + " MiB"; };
@@ -182,9 +182,10 @@ Image contact_sheet(const Scene& scene, std::uint32_t count, RenderOptions optio
   std::vector<Panel> panels;
   for (const Vec3& toward : spread_views(count)) {
     look_from(toward, options);
+    const std::uint64_t others = bytes_of(scene.geometry(options), count - panels.size() - 1);
     const std::string text = formatted("%zu: %.0f, %.0f", panels.size() + 1,
                                        options.azimuth_degrees, options.elevation_degrees);
-    panels.push_back({scene.draw(options), {text}});
+    panels.push_back({draw_with_room(scene, options, others), {text}});
   }
   return make_sheet(panels);
 }

@@ -5,6 +5,7 @@
 #include <cstdio>
 
 #include "arguments/parse.h"
+#include "base/memory.h"
 #include "kiln/measure.h"
 #include "kiln/render.h"
 
@@ -136,6 +137,16 @@ Image coloured(const Image& values, const Scale& scale,
     result.pixels.insert(result.pixels.end(), colour.begin(), colour.end());
   }
   return result;
+}
+
+std::uint64_t bytes_of(const PictureGeometry& size, std::uint64_t count) {
+  return std::uint64_t{size.width} * size.height * count * 3 * sizeof(float);
+}
+
+Image draw_with_room(const Scene& scene, const RenderOptions& options, std::uint64_t bytes) {
+  constexpr std::uint64_t kBytesOfLaunches = 8 << 20;  // PoCL keeps 6 MiB of the first picture
+  const ReservedMemory later(bytes == 0 ? 0 : bytes + kBytesOfLaunches);
+  return scene.draw(options);
 }
 
 Image make_sheet(const std::vector<Panel>& panels, const std::optional<Scale>& scale,

@@ -42,6 +42,12 @@ Image coloured(const Image& values, const Scale& scale,
 Image make_sheet(const std::vector<Panel>& panels, const std::optional<Scale>& scale = {},
                  std::size_t columns = 0);
 
+/// Bytes of so many pictures.
+std::uint64_t bytes_of(const PictureGeometry& size, std::uint64_t count);
+
+/// scene.draw(options), which fails at once where what follows has no room beside it. \param bytes  of that
+Image draw_with_room(const Scene& scene, const RenderOptions& options, std::uint64_t bytes);
+
 /// Angles of one view, or several, that share a scale.
 class AnglePictures {
  public:
