@@ -325,8 +325,8 @@ void SurfaceFit::match(const std::vector<std::uint8_t>& loose, const std::vector
     if (loose[triangle] != 0) return false;
     const Triangle& t = low[triangle];
     const std::array<Vec3, 3> corners{floats[t[0]], floats[t[1]], floats[t[2]]};
-    const double distance = squared_to_triangle(Vec3d(point), corners.data(),
-                                                std::numeric_limits<double>::infinity());
+    const double distance =
+        squared_to_triangle(Vec3d(point), corners.data(), std::numeric_limits<double>::infinity());
     return !moved_tree.is_within(point, distance);
   };
   found.resize(samples_.size());
