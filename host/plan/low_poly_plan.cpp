@@ -152,8 +152,8 @@ class LowPolyPlanner {
     std::optional<std::size_t> mapped = coarsest_for_map(finest());
     if (!mapped && finest() == 0 && !coarsest_without_map(HUGE_VAL) && evaluator_.refine()) {
       // A map is worth its bytes only on levels that do not reach the error without one.
-      const std::size_t bare = coarsest_without_map(HUGE_VAL).value_or(0);
-      if (leaves_half(bare)) mapped = coarsest_for_map(bare);
+      const std::optional<std::size_t> bare = coarsest_without_map(HUGE_VAL);
+      if (!bare || leaves_half(*bare)) mapped = coarsest_for_map(bare.value_or(0));
     }
     std::size_t level = mapped.value_or(finest());
     auto size = sizes_.begin() + (sizes_.front() == 0 ? 1 : 0);
