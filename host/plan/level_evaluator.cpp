@@ -42,11 +42,13 @@ void LevelEvaluator::make_levels(std::uint32_t most) {
   for (auto& nodes : nodes_) nodes.clear();
   if (set_->levels == nullptr) {
     std::vector<std::uint32_t> faces;
+    const double least = most > kFinestFaces ? 1.0 * kFinestFaces : 2.0;  // Coarser ones do not.
     for (double goal = std::min<double>(most, static_cast<double>(high_.triangles.size()));
-         goal >= 2 || faces.empty(); goal *= kLevelShare) {
+         goal >= least || faces.empty(); goal *= kLevelShare) {
       const auto whole = static_cast<std::uint32_t>(std::max(goal, 2.0));
       if (faces.empty() || whole < faces.back()) faces.push_back(whole);
     }
+    if (most > kFinestFaces) faces.push_back(kFinestFaces);
     set_->levels = std::make_unique<SimplifyLevels>(
         high_, faces, options_.height_field ? LevelRule::height_field : LevelRule::shape);
   }
@@ -55,7 +57,15 @@ void LevelEvaluator::make_levels(std::uint32_t most) {
 
 bool LevelEvaluator::refine() {
   if (most_ > kFinestFaces || high_.triangles.size() <= most_) return false;
+  std::array<std::optional<LevelErrors>, 2> known;
+  for (std::size_t mapped = 0; mapped < 2; ++mapped) {
+    const auto finest = nodes_[mapped].find(0);
+    if (finest != nodes_[mapped].end()) known[mapped] = finest->second;
+  }
   make_levels(8 * kFinestFaces);
+  for (std::size_t mapped = 0; mapped < 2; ++mapped) {
+    if (known[mapped]) nodes_[mapped][count() - 1] = *known[mapped];
+  }
   return true;
 }
 

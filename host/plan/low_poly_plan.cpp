@@ -122,13 +122,16 @@ class LowPolyPlanner {
     return level;
   }
 
-  /// The coarsest level whose error with an endless map leaves half of the error to texels.
-  std::optional<std::size_t> coarsest_for_map() {
-    return coarsest(finest(), evaluator_.count(), [&](std::size_t level) {
-      const LevelErrors errors = evaluator_.at(level, true);
-      return errors.infinite_map <= options_.max_error / 2 &&
-             errors.silhouette_mismatch <= most_mismatch_;
-    });
+  /// True if a level's error with an endless map leaves half of the error to texels.
+  bool leaves_half(std::size_t level) {
+    const LevelErrors errors = evaluator_.at(level, true);
+    return errors.infinite_map <= options_.max_error / 2 &&
+           errors.silhouette_mismatch <= most_mismatch_;
+  }
+  /// The coarsest such level. \param begin  the finest that is looked at
+  std::optional<std::size_t> coarsest_for_map(std::size_t begin) {
+    return coarsest(begin, evaluator_.count(),
+                    [&](std::size_t level) { return leaves_half(level); });
   }
   /// The coarsest level that reaches the error without a map, if it weighs at most `most` bytes.
   std::optional<std::size_t> coarsest_without_map(double most) {
@@ -149,9 +152,11 @@ class LowPolyPlanner {
   /// The first map tells how much texels matter. Its mesh leaves half of the error to them, and weighs about as much as
   /// they do. Where a mesh without a map is lighter than that one with the smallest, no map is made.
   void try_first_map() {
-    std::optional<std::size_t> mapped = coarsest_for_map();
-    while (!mapped && finest() == 0 && !coarsest_without_map(HUGE_VAL) && evaluator_.refine()) {
-      mapped = coarsest_for_map();
+    std::optional<std::size_t> mapped = coarsest_for_map(finest());
+    if (!mapped && finest() == 0 && !coarsest_without_map(HUGE_VAL) && evaluator_.refine()) {
+      // A map is worth its bytes only on levels that do not reach the error without one.
+      const std::optional<std::size_t> bare = coarsest_without_map(HUGE_VAL);
+      if (!bare || leaves_half(*bare)) mapped = coarsest_for_map(bare.value_or(0));
     }
     std::size_t level = mapped.value_or(finest());
     auto size = sizes_.begin() + (sizes_.front() == 0 ? 1 : 0);
@@ -160,7 +165,7 @@ class LowPolyPlanner {
       return;
     }
     if (options_.choose_match && evaluator_.choose_match(level)) {
-      level = std::max(level, coarsest_for_map().value_or(level));
+      level = std::max(level, coarsest_for_map(finest()).value_or(level));
     }
     const double most = 2 * builder_.bytes(level, *size);
     while (size + 1 != sizes_.end() && builder_.bytes(level, size[1]) < most) ++size;

@@ -22,7 +22,8 @@
 namespace kiln {
 namespace {
 
-/// Samples of the high poly for each face, and at least; of what is only looked at, a quarter.
+/// Samples of the high poly for each face, and at least; of what is only looked at, a quarter, and no more than the high
+/// poly has triangles.
 constexpr std::size_t kNormalSamplesOfFace = 16, kLeastNormalSamples = std::size_t{1} << 15,
                       kRough = 4;
 constexpr std::size_t kGrainOfSamples = 1024;
@@ -32,6 +33,8 @@ constexpr double kNormalRounding = 1e-9;
 /// Without normals of its own, a high poly of more triangles is sampled by its faces' normals: there is no telling
 /// them from smooth ones.
 constexpr std::size_t kDense = 200'000;
+/// What solutions leave of the right side, as a share; and those that are only looked at.
+constexpr double kTolerance = 1e-6, kRoughTolerance = 1e-3;
 /// A sample counts where the low poly's face looks the same way, at least so nearly (cosine).
 constexpr double kNormalAgreement = 0.2;
 /// Weight of the area-weighted normal of the faces around, beside that of the samples: where normals leave nothing of
@@ -169,11 +172,13 @@ std::vector<NormalFit::Place> NormalFit::places(std::size_t count, const Mesh& l
 class NormalFit::Solver {
  public:
   /// \param sample_area  of each place
+  /// \param tolerance    of solutions
   Solver(const std::vector<Place>& places, double sample_area, const std::vector<Vec3>& positions,
-         const std::vector<Triangle>& triangles, NormalPurpose purpose)
+         const std::vector<Triangle>& triangles, NormalPurpose purpose, double tolerance)
       : places_(places),
         sample_area_(sample_area),
         purpose_(purpose),
+        tolerance_(tolerance),
         positions_(positions),
         triangles_(triangles),
         sums_(triangles.size(), std::array<double, 6>{}),
@@ -223,7 +228,7 @@ class NormalFit::Solver {
     Eigen::SparseMatrix<double> matrix(faces.rows(), faces.rows());
     matrix.setFromTriplets(entries.begin(), entries.end());
     Eigen::ConjugateGradient<Eigen::SparseMatrix<double>, Eigen::Lower | Eigen::Upper> solver;
-    solver.setTolerance(1e-6);
+    solver.setTolerance(tolerance_);
     solver.setMaxIterations(100);
     solver.compute(matrix);
     Normals normals = solver.solveWithGuess(right, faces);
@@ -265,6 +270,7 @@ class NormalFit::Solver {
   const std::vector<Place>& places_;
   double sample_area_;
   NormalPurpose purpose_;  ///< Not by_uvs
+  double tolerance_;
   const std::vector<Vec3>& positions_;
   const std::vector<Triangle>& triangles_;
   std::vector<std::array<double, 6>>
@@ -292,7 +298,8 @@ void NormalFit::run(Mesh& low, const FitNormalsOptions& options, FitNormalsRepor
   }
   const TwoSided sides = TwoSided::of(low);
   Samples none;
-  fit(low, sides, taken(low, sides, last != nullptr ? *last : none), purpose, options, report);
+  fit(low, sides, taken(low, sides, last != nullptr ? *last : none), purpose, options, kTolerance,
+      report);
 }
 
 std::array<Mesh, 2> NormalFit::run_roughly(const Mesh& low,
@@ -300,19 +307,21 @@ std::array<Mesh, 2> NormalFit::run_roughly(const Mesh& low,
   const std::size_t wanted =
       std::max(kLeastNormalSamples, kNormalSamplesOfFace * low.triangles.size());
   const TwoSided sides = TwoSided::of(low);
-  const std::vector<Place> found = places(wanted / kRough, low, sides);
+  const std::size_t rough =
+      std::min(wanted / kRough, std::max(kLeastNormalSamples / kRough, high_.triangles.size()));
+  const std::vector<Place> found = places(rough, low, sides);
   std::array<Mesh, 2> result{low, low};
-  fit(result[0], sides, found, NormalPurpose::shading, options, nullptr);
-  fit(result[1], sides, found, NormalPurpose::map, options, nullptr);
+  fit(result[0], sides, found, NormalPurpose::shading, options, kRoughTolerance, nullptr);
+  fit(result[1], sides, found, NormalPurpose::map, options, kRoughTolerance, nullptr);
   return result;
 }
 
 void NormalFit::fit(Mesh& low, const TwoSided& sides, const std::vector<Place>& found,
-                    NormalPurpose purpose, const FitNormalsOptions& options,
+                    NormalPurpose purpose, const FitNormalsOptions& options, double tolerance,
                     FitNormalsReport* report) const {
   const std::vector<Vec3> positions = frame_.to_frame(low);
   const double sample_area = area_until_.back() / static_cast<double>(found.size());
-  Solver solver(found, sample_area, positions, low.triangles, purpose);
+  Solver solver(found, sample_area, positions, low.triangles, purpose, tolerance);
   // A map undoes what normals turn too far: there a crease is not worth a seam's vertices.
   const bool shaded = purpose == NormalPurpose::shading || low.uv_triangles.empty();
   const bool creased = shaded && options.crease_degrees < 180;

@@ -33,7 +33,7 @@ class NormalFit {
   class Solver;
   std::vector<Place> places(std::size_t count, const Mesh& low, const TwoSided& sides) const;
   void fit(Mesh& low, const TwoSided& sides, const std::vector<Place>& found, NormalPurpose purpose,
-           const FitNormalsOptions& options, FitNormalsReport* report) const;
+           const FitNormalsOptions& options, double tolerance, FitNormalsReport* report) const;
   bool normal_at(std::size_t triangle, const std::array<double, 3>& share, const Vec3d& face,
                  Vec3d& normal) const;
 

@@ -181,6 +181,14 @@ class Moving {
   }
 
   bool fixed(std::uint32_t vertex) const { return fixed_[vertex] != 0; }
+  /// Triangles with a corner that may move.
+  std::vector<std::uint8_t> loose() const {
+    std::vector<std::uint8_t> result(triangles_.size());
+    std::transform(triangles_.begin(), triangles_.end(), result.begin(), [&](const Triangle& t) {
+      return fixed(t[0]) && fixed(t[1]) && fixed(t[2]) ? 0 : 1;
+    });
+    return result;
+  }
   /// Corners, as 3 * triangle + corner.
   std::span<const VertexLists::Item> corners(std::uint32_t vertex) const {
     return corners_.of(vertex);
@@ -296,13 +304,31 @@ double SurfaceFit::surely_within(const Sample& known, const Vec3d& point,
 }
 
 /// Matches the samples with the low poly as it is now.
+/// \param loose   triangles that samples may move. Others' samples are not told apart: leaves and strands are full of
+///                these, and lie so close that a search among them all takes long
 /// \param before  what they were matched with in the last round; empty in the first
 /// \param found   out: the samples, matched
-void SurfaceFit::match(const std::vector<Sample>& before, const std::vector<Vec3d>& points,
-                       const std::vector<Triangle>& low, std::vector<Sample>& found) const {
+void SurfaceFit::match(const std::vector<std::uint8_t>& loose, const std::vector<Sample>& before,
+                       const std::vector<Vec3d>& points, const std::vector<Triangle>& low,
+                       std::vector<Sample>& found) const {
   std::vector<Vec3> floats(points.size());
   std::transform(points.begin(), points.end(), floats.begin(), to_float);
   const SurfaceDistance tree(floats, low);
+  std::vector<Triangle> moved;
+  for (std::size_t t = 0; t < low.size(); ++t) {
+    if (loose[t] != 0) moved.push_back(low[t]);
+  }
+  const bool all_move = moved.size() == low.size();
+  const SurfaceDistance moved_tree(floats, all_move ? std::span<const Triangle>() : moved);
+  // True if a triangle that stays is nearer than all that move.
+  const auto is_at_rest = [&](const Vec3& point, std::uint32_t triangle) {
+    if (loose[triangle] != 0) return false;
+    const Triangle& t = low[triangle];
+    const std::array<Vec3, 3> corners{floats[t[0]], floats[t[1]], floats[t[2]]};
+    const double distance =
+        squared_to_triangle(Vec3d(point), corners.data(), std::numeric_limits<double>::infinity());
+    return !moved_tree.is_within(point, distance);
+  };
   found.resize(samples_.size());
   parallel_for(found.size(), 1024, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
@@ -312,7 +338,9 @@ void SurfaceFit::match(const std::vector<Sample>& before, const std::vector<Vec3
       const Sample* known = !before.empty() ? &before[i] : i > begin ? &found[i - 1] : nullptr;
       const double within = known == nullptr ? std::numeric_limits<double>::infinity()
                                              : surely_within(*known, s.point, points, low);
-      s.triangle = tree.nearest(to_float(s.point), within);
+      const Vec3 point = to_float(s.point);
+      const bool at_rest = !all_move && known != nullptr && is_at_rest(point, known->triangle);
+      s.triangle = at_rest ? known->triangle : tree.nearest(point, within);
       const Triangle& t = low[s.triangle];
       const std::array<Vec3d, 3> corners{points[t[0]], points[t[1]], points[t[2]]};
       const Vec3d normal = normal_of(corners[0], corners[1], corners[2]);
@@ -330,10 +358,12 @@ void SurfaceFit::run(std::vector<Vec3d>& points, const std::vector<Triangle>& lo
   std::vector<Sample> found, before;
   const std::vector<Vec3d> met = points;
   const Moving moving(points, low, height_field_);
+  const std::vector<std::uint8_t> loose = moving.loose();
+  if (std::find(loose.begin(), loose.end(), 1) == loose.end()) return;
   const std::vector<AcrossLines> lines = lines_of(points, low, labels);
   for (int round = 0; round < (rough ? kRoughRounds : kRounds); ++round) {
     before.swap(found);
-    match(before, points, low, found);
+    match(loose, before, points, low, found);
     const VertexLists of_triangle(
         low.size(), found.size(), [&](std::size_t i) { return found[i].triangle; },
         [](std::size_t) { return std::uint64_t{0}; });

@@ -61,8 +61,9 @@ class SurfaceFit {
                         const std::vector<Triangle>& low);
   static double surely_within(const Sample& known, const Vec3d& point,
                               const std::vector<Vec3d>& points, const std::vector<Triangle>& low);
-  void match(const std::vector<Sample>& before, const std::vector<Vec3d>& points,
-             const std::vector<Triangle>& low, std::vector<Sample>& found) const;
+  void match(const std::vector<std::uint8_t>& loose, const std::vector<Sample>& before,
+             const std::vector<Vec3d>& points, const std::vector<Triangle>& low,
+             std::vector<Sample>& found) const;
 
   std::span<const Vec3> positions_;
   std::span<const Triangle> triangles_;
