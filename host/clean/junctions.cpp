@@ -13,6 +13,9 @@ namespace {
 /// A piece of an edge's length that its parts may be at least, and rounds: a triangle is cut at one edge a round.
 constexpr double kLeastPiece = 0.02;
 constexpr int kRounds = 3;
+/// Where more open edges than this meet, sheets hang on one vertex: no place for a junction, and all pairs of them would
+/// be looked at.
+constexpr std::size_t kMostEdgesAtHub = 256;
 
 /// Open edges by both of their ends.
 class OpenEdges {
@@ -37,6 +40,7 @@ class OpenEdges {
     std::uint32_t at = a;
     for (double share = 0;;) {
       OnEdge next{b, 2};
+      if (at_.of(at).size() > kMostEdgesAtHub) return {};
       for (const VertexLists::Item& item : at_.of(at)) {
         const std::uint32_t other = sides_[item.index / 2];
         if (other / 3 == side / 3) continue;

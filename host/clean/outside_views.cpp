@@ -23,6 +23,10 @@ constexpr std::int32_t kSteps = 256;
 constexpr float kSamePlace = 1e-6F;
 /// Triangles, one after another, that are asked together whether they can hide anything.
 constexpr std::uint32_t kBlock = 64;
+/// Times that triangles may cover a picture on average; where they cover it more often, it is smaller, so that its time
+/// is bounded. Closed bodies cover it one to ten times.
+constexpr double kMostCover = 32;
+constexpr std::uint32_t kLeastPixels = 64;
 constexpr std::uint32_t kNothing = std::numeric_limits<std::uint32_t>::max();
 
 struct Ball {
@@ -36,6 +40,20 @@ Ball ball_around(const Mesh& mesh, std::span<const Triangle> triangles) {
     for (const std::uint32_t v : t) box.add(Vec3d(mesh.positions[v]));
   }
   return {(box.low + box.high) * 0.5, 0.5 * box.diagonal()};
+}
+
+/// The side of pictures of so much area. Seen from all around, a triangle shows half of its area in the mean (Cauchy).
+std::uint32_t bounded_side(const Mesh& mesh, const Ball& ball, std::uint32_t pixels) {
+  double area = 0;
+  for (const Triangle& t : mesh.triangles) {
+    const Vec3d a(mesh.positions[t[0]]);
+    const double twice =
+        length(cross(Vec3d(mesh.positions[t[1]]) - a, Vec3d(mesh.positions[t[2]]) - a));
+    if (std::isfinite(twice)) area += twice / 2;
+  }
+  const double cover = area / 2 / (4 * ball.radius * ball.radius);
+  if (cover <= kMostCover) return pixels;
+  return std::max(kLeastPixels, static_cast<std::uint32_t>(pixels * std::sqrt(kMostCover / cover)));
 }
 
 /// Directions on a spiral around the sphere.
@@ -213,11 +231,13 @@ std::vector<Ball> balls_around_blocks(const Mesh& mesh) {
 }  // namespace
 
 std::vector<SeenPixels> look_from_outside(const Mesh& mesh, std::span<const std::uint32_t> group,
-                                          std::size_t groups, const OutsideViews& views,
+                                          std::size_t groups, const OutsideViews& wanted,
                                           std::span<const std::uint8_t> asked) {
   std::vector<SeenPixels> seen(groups);
   const Ball ball = ball_around(mesh, mesh.triangles);
   if (!(ball.radius > 0)) return seen;
+  OutsideViews views = wanted;
+  views.pixels = bounded_side(mesh, ball, wanted.pixels);
   const auto count = static_cast<std::uint32_t>(mesh.triangles.size());
   const auto is_asked = [&](std::uint32_t t) { return asked.empty() || asked[group[t]] != 0; };
   const std::vector<Ball> blocks = asked.empty() ? std::vector<Ball>() : balls_around_blocks(mesh);

@@ -242,10 +242,11 @@ std::string coarse_steps(const Mesh& mesh, const Frame& frame) {
     }
     return coarsest;
   };
-  return coarse_steps(
-      {mesh.triangles, [&](std::size_t t) { return has_area(mesh.positions, mesh.triangles[t]); },
-       [&](std::uint32_t v) { return own(v) + origin; }, step},
-      "rounded");
+  const SteppedMesh whole{
+      mesh.triangles, [&](std::size_t t) { return has_area(mesh.positions, mesh.triangles[t]); },
+      [&](std::uint32_t v) { return own(v) + origin; }, step};
+  const std::string coarse = coarse_steps(whole, "rounded");
+  return coarse.empty() ? stretched_box(whole) : coarse;
 }
 
 }  // namespace kiln

@@ -57,7 +57,7 @@ std::string stretched_box(const SteppedMesh& mesh);
 /// one lies farther than 2^40 times as far out, which squares in single precision do not bear.
 Bounds bulk_bounds(const Mesh& mesh, const Bounds& all);
 
-/// coarse_steps() of a mesh's own floats, and of what the working frame rounds them to.
+/// coarse_steps() of a mesh's own floats, and of what the working frame rounds them to; or else stretched_box().
 std::string coarse_steps(const Mesh& mesh, const Frame& frame);
 
 }  // namespace kiln
