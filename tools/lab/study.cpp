@@ -1,6 +1,7 @@
 // `kiln measure --study`: the error analysis of Wang, Froehlich and Goebel 2003 ("Fast Normal Map Generation for
 // Simplified Meshes", section 5, figure 3): normal and distance errors against views, faces and map size.
 #include <algorithm>
+#include <array>
 #include <map>
 #include <optional>
 #include <utility>
@@ -8,6 +9,7 @@
 #include "arguments/bake_job.h"
 #include "arguments/files.h"
 #include "arguments/parse.h"
+#include "interrupt.h"
 #include "kiln/files.h"
 #include "kiln/measure.h"
 #include "kiln/normals.h"
