@@ -45,12 +45,7 @@ Ball ball_around(const Mesh& mesh, std::span<const Triangle> triangles) {
 /// The side of pictures of so much area. Seen from all around, a triangle shows half of its area in the mean (Cauchy).
 std::uint32_t bounded_side(const Mesh& mesh, const Ball& ball, std::uint32_t pixels) {
   double area = 0;
-  for (const Triangle& t : mesh.triangles) {
-    const Vec3d a(mesh.positions[t[0]]);
-    const double twice =
-        length(cross(Vec3d(mesh.positions[t[1]]) - a, Vec3d(mesh.positions[t[2]]) - a));
-    if (std::isfinite(twice)) area += twice / 2;
-  }
+  for (const Triangle& t : mesh.triangles) area += area_of(mesh, t);
   const double cover = area / 2 / (4 * ball.radius * ball.radius);
   if (cover <= kMostCover) return pixels;
   return std::max(kLeastPixels, static_cast<std::uint32_t>(pixels * std::sqrt(kMostCover / cover)));

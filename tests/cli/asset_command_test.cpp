@@ -449,6 +449,17 @@ TEST(AssetCommand, RenderShowsTheMapsOfMaterials) {
   save_obj(low, scene / "named.obj");
   const Rendered bare = render_with_own_maps(scene, scene / "named.obj");
   EXPECT_EQ(bare.warnings, std::vector<std::string>{"own-maps"});
+  // One that repeats is shown beyond the unit square; one that ends there is not repeated, but told.
+  save_image(Image{2, 2, 3, {0.5F, 0.5F, 1, 0.5F, 0.5F, 1, 0.5F, 0.5F, 1, 0.5F, 0.5F, 1}},
+             scene / "flat.png", {ImageFormat::png8});
+  for (Vec2& uv : low.uvs) uv = {2 * uv.x, 2 * uv.y};
+  save_obj(low, scene / "twice.obj");
+  save_text(scene / "low.mtl", "newmtl a\nnorm flat.png\n");
+  EXPECT_GT(render_with_own_maps(scene, scene / "twice.obj").with, 0);
+  save_text(scene / "low.mtl", "newmtl a\nnorm -clamp on flat.png\n");
+  const Rendered clamped = render_with_own_maps(scene, scene / "twice.obj");
+  EXPECT_EQ(clamped.with, 0);
+  EXPECT_EQ(clamped.warnings, std::vector<std::string>{"own-maps"});
 }
 
 /// The scene's meshes as Kiln's own GLB, which is in metres with Y up.

@@ -145,6 +145,21 @@ std::vector<Material> by_name(const std::vector<Material>& materials,
 
 }  // namespace
 
+void move_uvs(const std::vector<std::size_t>& group_of,
+              const std::function<Vec2(std::size_t, const Vec2&)>& move, Mesh& mesh) {
+  std::vector<Vec2> pool;
+  std::map<std::pair<std::size_t, std::uint32_t>, std::uint32_t> moved;  // by group
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+    for (std::uint32_t& uv : mesh.uv_triangles[t]) {
+      const auto [entry, added] =
+          moved.try_emplace({group_of[t], uv}, static_cast<std::uint32_t>(pool.size()));
+      if (added) pool.push_back(move(group_of[t], mesh.uvs[uv]));
+      uv = entry->second;
+    }
+  }
+  mesh.uvs = std::move(pool);
+}
+
 void move_material_files(Mesh& mesh, const fs::path& from, const fs::path& to) {
   for (std::string& name : mesh.material_files) {
     std::replace(name.begin(), name.end(), '\\', '/');

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <filesystem>
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -32,6 +33,10 @@ struct MeshFiles {
 /// \throws Error(input) as load_mesh()
 MeshFiles load_meshes(const std::vector<std::string>& files, const LoadMeshOptions& options,
                       bool named, std::vector<Warning>& warnings, bool beside = false);
+
+/// Gives each group of triangles UVs of its own, where `move` puts a group's UV.
+void move_uvs(const std::vector<std::size_t>& group_of,
+              const std::function<Vec2(std::size_t group, const Vec2& uv)>& move, Mesh& mesh);
 
 /// Names the files of materials as they are found from another folder on. Empty: the current one.
 void move_material_files(Mesh& mesh, const std::filesystem::path& from,

@@ -75,26 +75,6 @@ void describe_surface(const Material* of_high, const Material* of_low, AssetMate
   material.extras = of_low != nullptr ? of_low->extras : shown->extras;
 }
 
-/// Moves each tile's UVs to the unit square, in a pool of their own.
-void move_tiles(const BakeRun& run, const std::vector<std::size_t>& set_of, Mesh& mesh) {
-  std::vector<Vec2> pool;
-  std::map<std::pair<std::size_t, std::uint32_t>, std::uint32_t> moved;  // by set
-  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
-    const TextureSet& set = run.sets[set_of[t]].set;
-    for (std::uint32_t& uv : mesh.uv_triangles[t]) {
-      const auto [entry, added] =
-          moved.emplace(std::pair(set_of[t], uv), static_cast<std::uint32_t>(pool.size()));
-      if (added) {
-        const Vec2& at = mesh.uvs[uv];
-        pool.push_back(
-            {at.x - static_cast<float>(set.tile_u), at.y - static_cast<float>(set.tile_v)});
-      }
-      uv = entry->second;
-    }
-  }
-  mesh.uvs = std::move(pool);
-}
-
 AssetMesh with_materials(const BakeRun& run) {
   AssetMesh result{run.low.mesh, {}, {}};
   Mesh& mesh = result.mesh;
@@ -110,7 +90,13 @@ AssetMesh with_materials(const BakeRun& run) {
   }
   if (std::any_of(run.sets.begin(), run.sets.end(),
                   [](const BakedSet& set) { return set.set.tile_u > 0 || set.set.tile_v > 0; })) {
-    move_tiles(run, set_of, mesh);
+    move_uvs(
+        set_of,
+        [&](std::size_t s, const Vec2& uv) {
+          const TextureSet& set = run.sets[s].set;
+          return Vec2{uv.x - static_cast<float>(set.tile_u), uv.y - static_cast<float>(set.tile_v)};
+        },
+        mesh);  // each tile's to the unit square
   }
   struct Key {
     std::size_t set;

@@ -55,8 +55,8 @@ struct OwnMaps {
 /// set of pictures, in rows of as many cells as there are rows. Moves the UVs of `mesh` there, and gives it the
 /// tangents of before. Values are those of the pictures and factors, as a renderer takes them.
 /// \param materials  as Mesh::material_names; none: no maps
-/// \param warnings   "own-maps" where the mesh is shown without: of several sets whose UVs leave the unit square, or
-///                   with a picture that cannot be read
+/// \param warnings   "own-maps" where the mesh is shown without: one whose UVs leave the unit square and whose pictures
+///                   are several, moved or do not repeat, or with a picture that cannot be read
 OwnMaps take_own_maps(const std::vector<Material>& materials, Mesh& mesh,
                       std::vector<Warning>& warnings);
 

@@ -6,7 +6,9 @@
 #include <map>
 #include <optional>
 
+#include "arguments/mesh_files.h"
 #include "base/srgb.h"
+#include "image/wrap.h"
 #include "kiln/texture_sets.h"
 #include "picture/dressed.h"
 
@@ -14,20 +16,6 @@ namespace kiln::cli {
 namespace {
 
 constexpr std::uint32_t kMostTexels = 8192;  // a side of a map
-
-/// Place of a texel of an image of `size` texels along one axis.
-std::uint32_t wrapped(std::int64_t at, std::int64_t size, TextureWrap wrap) {
-  const auto modulo = [](std::int64_t a, std::int64_t b) { return (a % b + b) % b; };
-  if (wrap == TextureWrap::clamp) {
-    at = std::clamp(at, std::int64_t{0}, size - 1);
-  } else if (wrap == TextureWrap::repeat) {
-    at = modulo(at, size);
-  } else {
-    at = modulo(at, 2 * size);
-    at = std::min(at, 2 * size - 1 - at);
-  }
-  return static_cast<std::uint32_t>(at);
-}
 
 /// What materials hold in one slot.
 class Slot {
@@ -38,10 +26,11 @@ class Slot {
 
   /// Number of a material's picture; Texture::kNone: none.
   std::uint32_t image_of(std::size_t material) const { return texture_.image_of[material]; }
+  /// True if pictures lie on the mesh's UVs as they are, and repeat beyond them.
+  bool repeats() const { return texture_.uv_transforms.empty() && texture_.wraps.empty(); }
   /// True if all materials with one picture look alike.
   bool is_plain(std::size_t material) const {
-    return image_of(material) != Texture::kNone && texture_.factors.empty() &&
-           texture_.uv_transforms.empty() && texture_.wraps.empty();
+    return image_of(material) != Texture::kNone && texture_.factors.empty() && repeats();
   }
   std::uint32_t side_of(std::size_t material) const {
     const std::uint32_t image = image_of(material);
@@ -64,12 +53,15 @@ class Slot {
         texture_.wraps.empty() ? std::array<TextureWrap, 2>{} : texture_.wraps[material];
     const double x = u * image.width - 0.5, y = (1 - v) * image.height - 0.5;
     const double left = std::floor(x), top = std::floor(y);
+    const auto texel_at = [](std::int64_t place, std::uint32_t size, TextureWrap by) {
+      return static_cast<std::size_t>(wrapped_texel(place, size, by));
+    };
     std::array<float, 4> value{};
     for (int k = 0; k < 4; ++k) {
       const int right = k % 2, below = k / 2;
       const float* const texel =
-          image.at(wrapped(static_cast<std::int64_t>(left) + right, image.width, wrap[0]),
-                   wrapped(static_cast<std::int64_t>(top) + below, image.height, wrap[1]));
+          image.at(texel_at(static_cast<std::int64_t>(left) + right, image.width, wrap[0]),
+                   texel_at(static_cast<std::int64_t>(top) + below, image.height, wrap[1]));
       const double weight =
           (right != 0 ? x - left : 1 - x + left) * (below != 0 ? y - top : 1 - y + top);
       for (std::size_t c = 0; c < 3; ++c) {
@@ -132,26 +124,6 @@ struct Sheet {
   }
 };
 
-/// Moves the UVs of triangles into their cells.
-void move_uvs(const std::vector<std::size_t>& cell_of, const Sheet& sheet, Mesh& mesh) {
-  std::map<std::pair<std::size_t, std::uint32_t>, std::uint32_t> moved;
-  std::vector<Vec2> pool;
-  const auto rows = static_cast<float>(sheet.rows);
-  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
-    const std::size_t cell = cell_of[t];
-    for (std::uint32_t& uv : mesh.uv_triangles[t]) {
-      const auto [entry, added] =
-          moved.try_emplace({cell, uv}, static_cast<std::uint32_t>(pool.size()));
-      if (added) {
-        pool.push_back({(static_cast<float>(cell % sheet.rows) + mesh.uvs[uv].x) / rows,
-                        (static_cast<float>(cell / sheet.rows) + mesh.uvs[uv].y) / rows});
-      }
-      uv = entry->second;
-    }
-  }
-  mesh.uvs = std::move(pool);
-}
-
 bool in_unit_square(const Mesh& mesh) {
   constexpr float kRounding = 1e-4F;
   return std::all_of(mesh.uvs.begin(), mesh.uvs.end(), [](const Vec2& uv) {
@@ -207,12 +179,23 @@ OwnMaps take_own_maps(const std::vector<Material>& materials, Mesh& mesh,
     cell_of[t] = entry->second;
   }
   while (std::size_t{sheet.rows} * sheet.rows < sheet.material.size()) ++sheet.rows;
+  const bool repeat = std::all_of(slots.begin(), slots.end(), [](const std::optional<Slot>& slot) {
+    return !slot || slot->repeats();
+  });
+  if ((sheet.rows > 1 || !repeat) && !in_unit_square(mesh)) {
+    return leave(
+        "its UVs leave the unit square, where pictures are several, moved, or do not repeat.");
+  }
   if (sheet.rows > 1) {
-    if (!in_unit_square(mesh)) {
-      return leave("it has several, and UVs that leave the unit square.");
-    }
     if (mesh.tangents.empty()) mesh.tangents = tangents_of(mesh);
-    move_uvs(cell_of, sheet, mesh);
+    const auto rows = static_cast<float>(sheet.rows);
+    move_uvs(
+        cell_of,
+        [&](std::size_t cell, const Vec2& uv) {
+          return Vec2{(static_cast<float>(cell % sheet.rows) + uv.x) / rows,
+                      (static_cast<float>(cell / sheet.rows) + uv.y) / rows};
+        },
+        mesh);
   }
   sheet.side = std::max(1U, std::min(sheet.side, kMostTexels / sheet.rows));
   const std::array<Image*, 3> images = {&maps.normal, &maps.color, &maps.occlusion};
