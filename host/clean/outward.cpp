@@ -22,21 +22,37 @@ bool is_clear(std::uint64_t front, std::uint64_t back) {
   return front + back >= kEnough && std::max(front, back) > kMore * std::min(front, back);
 }
 
+/// Six times the volume that a part encloses, seen from a place; below 0 where it faces inwards.
+double volume_of(const Mesh& mesh, const Triangle& v, const Vec3d& place) {
+  return dot(point_of(mesh, v[0]) - place,
+             cross(point_of(mesh, v[1]) - place, point_of(mesh, v[2]) - place));
+}
+
+/// True if a mesh of one part that agrees may face inwards, as far as a sum tells: of an open one, from its middle.
+bool may_face_inwards(const Mesh& mesh) {
+  Vec3d middle{};
+  for (const Triangle& v : mesh.triangles) {
+    for (const std::uint32_t corner : v) middle = middle + point_of(mesh, corner);
+  }
+  middle = middle * (1.0 / (3.0 * static_cast<double>(mesh.triangles.size())));
+  double volume = 0;
+  for (const Triangle& v : mesh.triangles) volume += volume_of(mesh, v, middle);
+  return volume < 0;
+}
+
 /// True if views could find a part that faces the wrong way.
-bool may_face_wrongly(const Mesh& mesh, const FacingParts& parts) {
+bool may_face_wrongly(const Mesh& mesh, const FacingParts& parts, bool open_alone) {
   if (std::any_of(parts.parts.begin(), parts.parts.end(),
                   [](const auto& part) { return !part.agrees; })) {
     return true;
   }
-  if (parts.parts.size() < 2) return false;
+  if (parts.parts.size() < 2) return !open_alone && may_face_inwards(mesh);
   std::vector<double> volume(parts.parts.size(), 0);
   for (std::size_t t = 0; t < parts.of.size(); ++t) {
     const FacingParts::Part& part = parts.parts[parts.of[t]];
     if (!part.closed) return true;
-    const Triangle& v = mesh.triangles[t];
     const Vec3d middle = point_of(mesh, mesh.triangles[part.first][0]);
-    volume[parts.of[t]] += dot(point_of(mesh, v[0]) - middle,
-                               cross(point_of(mesh, v[1]) - middle, point_of(mesh, v[2]) - middle));
+    volume[parts.of[t]] += volume_of(mesh, mesh.triangles[t], middle);
   }
   return std::any_of(volume.begin(), volume.end(), [](double of) { return of < 0; });
 }
@@ -46,7 +62,7 @@ bool may_face_wrongly(const Mesh& mesh, const FacingParts& parts) {
 Cleaned turn_outward(Mesh& mesh, bool open_alone, Cleaned& inward) {
   const std::vector<Triangle> corners = welded_triangles(mesh);
   const FacingParts parts(corners, mesh.positions.size());
-  if (!may_face_wrongly(mesh, parts)) return {};
+  if (!may_face_wrongly(mesh, parts, open_alone)) return {};
   std::vector<std::uint32_t> group(corners.size());
   for (std::size_t t = 0; t < group.size(); ++t) group[t] = 2 * parts.of[t] + parts.side[t];
   const std::vector<SeenPixels> seen = look_from_outside(mesh, group, 2 * parts.parts.size(), {});
