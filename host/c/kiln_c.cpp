@@ -37,6 +37,8 @@ namespace {
 
 thread_local std::string last_message;
 thread_local std::string last_code;
+/// Of the last call that makes a mesh or a source.
+thread_local std::vector<Warning> last_warnings;
 
 kiln_status failed(kiln_status status, const char* message, const char* code) noexcept {
   try {
@@ -134,6 +136,13 @@ std::vector<std::string> names_of(const char* list) {
 template <typename T>
 Strided<T> strided(const kiln_span& span) {
   if (span.data == nullptr) return {};
+  if (span.stride != 0 && span.stride < sizeof(T)) {
+    throw Error(ErrorCode::usage,
+                "A span's stride is " + std::to_string(span.stride) +
+                    " bytes, but an element has " + std::to_string(sizeof(T)) +
+                    ": give bytes, or 0 for elements side by side.",
+                "stride");
+  }
   return {span.data, span.count, span.stride};
 }
 
@@ -149,6 +158,16 @@ MeshView view_of(const kiln_mesh_view& v) {
   view.flip_v = v.flip_v != 0;
   if (v.name != nullptr) view.name = v.name;
   return view;
+}
+
+/// \throws Error(usage) for endings of other files, which would be an EXR under another name
+ImageFormat format_of(const std::filesystem::path& file) {
+  std::string ending = file.extension().string();
+  for (char& c : ending) c = c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
+  if (ending == ".png") return ImageFormat::png16;
+  if (ending == ".exr") return ImageFormat::exr_half;
+  throw Error(ErrorCode::usage, "'" + file.string() + "': a map's name ends in .png or .exr.",
+              "output-name");
 }
 
 std::optional<Length> length_of(double value, bool relative) {
@@ -198,6 +217,9 @@ extern "C" {
 
 const char* kiln_error_message(void) { return last_message.c_str(); }
 const char* kiln_error_code(void) { return last_code.c_str(); }
+const char* kiln_warning(size_t index) {
+  return index < last_warnings.size() ? last_warnings[index].message.c_str() : nullptr;
+}
 const char* kiln_c_version(void) { return version(); }
 
 void kiln_mesh_view_init(kiln_mesh_view* view) { begin(view); }
@@ -206,6 +228,7 @@ kiln_status kiln_mesh_new(const kiln_mesh_view* view, kiln_mesh** mesh) {
   return guarded([&] {
     check_given(view, "view");
     check_given(mesh, "mesh");
+    last_warnings.clear();
     *mesh = new kiln_mesh{to_mesh(view_of(given(view, kiln_mesh_view_init)))};
   });
 }
@@ -213,7 +236,9 @@ kiln_status kiln_mesh_new(const kiln_mesh_view* view, kiln_mesh** mesh) {
 kiln_status kiln_mesh_load(const char* path, kiln_mesh** mesh) {
   return guarded([&] {
     check_given(mesh, "mesh");
-    *mesh = new kiln_mesh{load_mesh(path_of(path))};
+    std::vector<Warning> warnings;
+    *mesh = new kiln_mesh{load_mesh(path_of(path), {}, &warnings)};
+    last_warnings = std::move(warnings);
   });
 }
 
@@ -269,7 +294,9 @@ kiln_status kiln_simplify(const kiln_mesh* high, const kiln_simplify_options* op
     simplify_options.keep_parts = o.keep_parts != 0;
     simplify_options.hull = o.hull != 0;
     const ProgressScope scope(progress_of(o.progress, o.user));
-    *low = new kiln_mesh{simplify(high->mesh, simplify_options)};
+    SimplifyReport report;
+    *low = new kiln_mesh{simplify(high->mesh, simplify_options, &report)};
+    last_warnings = std::move(report.warnings);
   });
 }
 
@@ -290,7 +317,9 @@ kiln_status kiln_unwrap(const kiln_mesh* mesh, const kiln_unwrap_options* option
     unwrap_options.border_texels = o.border_texels;
     unwrap_options.method = o.pairs != 0 ? UnwrapMethod::pairs : UnwrapMethod::charts;
     const ProgressScope scope(progress_of(o.progress, o.user));
-    *unwrapped = new kiln_mesh{unwrap(mesh->mesh, unwrap_options)};
+    UnwrapReport report;
+    *unwrapped = new kiln_mesh{unwrap(mesh->mesh, unwrap_options, &report)};
+    last_warnings = std::move(report.warnings);
   });
 }
 
@@ -302,7 +331,9 @@ kiln_status kiln_source_new(const char* device, const kiln_mesh* high, kiln_prog
     std::optional<Source> made = Source::build(Device::open(device != nullptr ? device : ""),
                                                high->mesh, progress_of(progress, user));
     check_cancelled(!made);
+    std::vector<Warning> warnings = made->warnings();
     *source = new kiln_source{*made};
+    last_warnings = std::move(warnings);
   });
 }
 
@@ -395,10 +426,14 @@ kiln_status kiln_map_save(const kiln_map* map, const char* path) {
     const kiln_map m = given(map, kiln_map_init);
     check_given(m.pixels, "pixels");
     const std::filesystem::path file = path_of(path);
-    Image image{m.width, m.height, m.channels, {}};
-    image.pixels.assign(m.pixels, m.pixels + std::size_t{m.width} * m.height * m.channels);
     SaveImageOptions options;
-    options.format = file.extension() == ".png" ? ImageFormat::png16 : ImageFormat::exr_half;
+    options.format = format_of(file);
+    Image image{m.width, m.height, m.channels, {}};
+    // What no picture can be is told by save_image(), not read.
+    constexpr std::uint32_t kMostTexels = 65536, kMostChannels = 4;
+    if (std::max(m.width, m.height) <= kMostTexels && m.channels <= kMostChannels) {
+      image.pixels.assign(m.pixels, m.pixels + std::size_t{m.width} * m.height * m.channels);
+    }
     save_image(image, file, options);
   });
 }

@@ -39,6 +39,10 @@ typedef int32_t kiln_status;
 KILN_C_API const char* kiln_error_message(void);
 /// The same for programs: a stable word such as "mesh-index", else the kind, such as "usage". Never null.
 KILN_C_API const char* kiln_error_code(void);
+/// What was imperfect and was handled, in a sentence each, by this thread's last kiln_mesh_new(), kiln_mesh_load(),
+/// kiln_simplify(), kiln_unwrap() or kiln_source_new() that was done: fewer faces than a shape needs, say. Null beyond the last;
+/// good until the next of these calls. Of a bake: kiln_bake_warning().
+KILN_C_API const char* kiln_warning(size_t index);
 /// "MAJOR.MINOR.PATCH" of the library.
 KILN_C_API const char* kiln_c_version(void);
 
@@ -56,7 +60,7 @@ typedef struct kiln_mesh kiln_mesh;
 typedef struct kiln_span {
   const void* data;  ///< The first; null: there are none
   size_t count;      ///< Elements
-  size_t stride;     ///< Bytes from one to the next; 0: side by side
+  size_t stride;     ///< Bytes from one to the next, no fewer than an element has; 0: side by side
 } kiln_span;
 
 /// A mesh in the caller's memory, as renderers keep it: one list of vertices and indices into it.

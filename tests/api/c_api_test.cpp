@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <cstdlib>
 #include <cstring>
+#include <filesystem>
 #include <fstream>
 #include <iterator>
 #include <memory>
@@ -225,6 +226,33 @@ TEST(CInterface, SimplifiesAndUnwraps) {
 }
 
 /// The pictures are those of save_glb() in C++, colours sRGB-encoded; what a material has no place for is left out.
+TEST(CInterface, TellsWhatWasHandled) {
+  const Mesh box = test::cube();
+  kiln_mesh_view view;
+  kiln_mesh_view_init(&view);
+  view.positions = {box.positions.data(), box.positions.size(), 0};
+  view.indices = box.triangles[0].data();
+  view.index_count = 3 * box.triangles.size();
+  kiln_mesh *high = nullptr, *low = nullptr;
+  ASSERT_EQ(kiln_mesh_new(&view, &high), KILN_OK);
+  EXPECT_EQ(kiln_warning(0), nullptr);
+  kiln_simplify_options options;
+  kiln_simplify_options_init(&options);
+  options.faces = 2;  // a closed mesh has four
+  ASSERT_EQ(kiln_simplify(high, &options, &low), KILN_OK);
+  ASSERT_NE(kiln_warning(0), nullptr);
+  EXPECT_NE(std::string(kiln_warning(0)).find("2 faces were asked for"), std::string::npos);
+  EXPECT_EQ(kiln_warning(1000), nullptr);
+  // Of this thread's last call.
+  std::thread([] { EXPECT_EQ(kiln_warning(0), nullptr); }).join();
+  kiln_mesh* unwrapped = nullptr;
+  ASSERT_EQ(kiln_unwrap(low, nullptr, &unwrapped), KILN_OK);
+  EXPECT_EQ(kiln_warning(0), nullptr);
+  kiln_mesh_free(unwrapped);
+  kiln_mesh_free(low);
+  kiln_mesh_free(high);
+}
+
 TEST(CInterface, WritesAGlb) {
   if (device() == nullptr) GTEST_SKIP() << "no device";
   const std::filesystem::path folder = scratch_folder();
@@ -307,6 +335,10 @@ TEST(CInterface, SaysWhatIsWrongAndLeavesOutputsAlone) {
   view.size = 0;
   EXPECT_EQ(kiln_mesh_new(&view, &mesh), KILN_USAGE);
   EXPECT_STREQ(kiln_error_code(), "struct-size");
+  view.size = sizeof view;
+  view.positions.stride = 1;  // elements that overlap
+  EXPECT_EQ(kiln_mesh_new(&view, &mesh), KILN_USAGE);
+  EXPECT_STREQ(kiln_error_code(), "stride");
   EXPECT_EQ(mesh, none);
 
   // Another thread has a message of its own.
@@ -317,6 +349,28 @@ TEST(CInterface, SaysWhatIsWrongAndLeavesOutputsAlone) {
   kiln_mesh_free(nullptr);
   kiln_source_free(nullptr);
   kiln_bake_free(nullptr);
+}
+
+TEST(CInterface, MapsAreSavedAsWhatTheirNamesSay) {
+  const std::vector<float> pixels(3, 0.5F);
+  kiln_map map;
+  kiln_map_init(&map);
+  map.width = map.height = 1;
+  map.channels = 3;
+  map.pixels = pixels.data();
+  const std::filesystem::path folder = test::scratch_folder();
+  for (const char* name : {"a.png", "b.PNG", "c.exr"}) {
+    EXPECT_EQ(kiln_map_save(&map, (folder / name).string().c_str()), KILN_OK);
+  }
+  EXPECT_EQ(text_of(folder / "b.PNG"), text_of(folder / "a.png"));
+  for (const char* name : {"d.jpg", "e", "f.tga"}) {
+    EXPECT_EQ(kiln_map_save(&map, (folder / name).string().c_str()), KILN_USAGE);
+    EXPECT_STREQ(kiln_error_code(), "output-name");
+    EXPECT_FALSE(std::filesystem::exists(folder / name));
+  }
+  // Sides that no memory has are told, not read.
+  map.width = map.height = 0xFFFFFFFF;
+  EXPECT_EQ(kiln_map_save(&map, (folder / "g.png").string().c_str()), KILN_USAGE);
 }
 
 TEST(CInterface, StructsOfAnOlderHeaderDo) {
