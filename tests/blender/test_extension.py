@@ -258,6 +258,20 @@ def test_a_new_low_poly(scene, by_error):
     assert low.data.materials[0].node_tree.nodes["Kiln normal"].image.size[0] <= 128
 
 
+def test_repairs_before_a_new_low_poly_are_told(scene):
+    wall = sheet("wall", 40, bump, quads=False)
+    for polygon in list(wall.data.polygons)[:100]:
+        polygon.flip()
+    settings = scene.kiln_bake
+    settings.mode, settings.faces, settings.size = "NEW", 300, 64
+    choose(wall)
+    work = bake.Bake(bpy.context)
+    bakes = work.run(None)
+    told = work.finish(bpy.context, bakes)
+    assert [text for text in told if "turned round" in text]
+    assert len(told) == len(set(told))
+
+
 def test_a_bake_on_a_thread_tells_and_stops(scene):
     low, high = sheet("low", 4), sheet("high", 200, bump)
     scene.kiln_bake.size, scene.kiln_bake.maps, scene.kiln_bake.ao_rays = 1024, {"ao"}, 4096

@@ -74,21 +74,29 @@ class Bake:
                 self.keywords["match_by"] = "name"
 
     def run(self, progress):
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore", kiln.KilnWarning)  # the reports have them
-            if self.max_error is not None:
-                self.keywords["max_error"] = self.max_error
-            if not self.made:
-                return kiln.bake_sets(self.high, self.low, size=self.size, progress=progress, **self.keywords)
-            high = kiln.clean(self.high)
-            if self.max_error is not None:
-                self.low, baked, _ = kiln.plan(high, size=self.size, progress=progress, **self.keywords)
-                if self.low.uvs is None:  # it needs no map
-                    self.low = kiln.unwrap(self.low, size=self.size)
-                return {"": baked} if baked else {}
-            low = kiln.simplify(high, target=self.faces, progress=progress)
-            self.low = kiln.unwrap(low, size=self.size, progress=progress)
-            return {"": kiln.bake(high, self.low, size=self.size, progress=progress, **self.keywords)}
+        with warnings.catch_warnings(record=True) as caught:
+            warnings.simplefilter("always", kiln.KilnWarning)
+            bakes = self._run(progress)
+        # The bakes' reports have their own; others are of what was made before.
+        reported = {(told["code"], told["count"]) for bake in bakes.values() for told in bake.report.warnings}
+        told = [warning.message for warning in caught if isinstance(warning.message, kiln.KilnWarning)]
+        self.notes += [str(message) for message in told if (message.code, message.count) not in reported]
+        return bakes
+
+    def _run(self, progress):
+        if self.max_error is not None:
+            self.keywords["max_error"] = self.max_error
+        if not self.made:
+            return kiln.bake_sets(self.high, self.low, size=self.size, progress=progress, **self.keywords)
+        high = kiln.clean(self.high)
+        if self.max_error is not None:
+            self.low, baked, _ = kiln.plan(high, size=self.size, progress=progress, **self.keywords)
+            if self.low.uvs is None:  # it needs no map
+                self.low = kiln.unwrap(self.low, size=self.size)
+            return {"": baked} if baked else {}
+        low = kiln.simplify(high, target=self.faces, progress=progress)
+        self.low = kiln.unwrap(low, size=self.size, progress=progress)
+        return {"": kiln.bake(high, self.low, size=self.size, progress=progress, **self.keywords)}
 
     def finish(self, context, bakes):
         """Images, wired into the low poly's materials. Returns warnings."""
