@@ -148,6 +148,11 @@ def test_wrong_meshes_are_told(nodes):
     with pytest.raises(ValueError, match="has no UVs"):
         mesh = Mesh(vertices[None], faces[None])
         run(nodes, "KilnBake", low_poly=mesh, high_poly=mesh, resolution=64, match="ray")
+    two = batch(ball(2), ball(2))
+    three = batch(*[ball(2)] * 3)
+    three.uvs = np.zeros((3, len(vertices), 2))
+    with pytest.raises(ValueError, match="3 low polys, but 2 high polys"):
+        run(nodes, "KilnBake", low_poly=three, high_poly=two, resolution=64, match="ray")
     with pytest.raises(kiln.Error, match="vertices"):
         run(nodes, "KilnSimplify", mesh=Mesh(vertices[None, None], faces[None]), target_face_count=8)
 

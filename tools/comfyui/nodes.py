@@ -60,7 +60,7 @@ def parts_of(mesh, name, dimensions):
     if value is None:
         return None
     if isinstance(value, (list, tuple)):
-        return [as_numpy(part) for part in value]
+        return [None if part is None else as_numpy(part) for part in value]
     array = as_numpy(value)
     return [array] if array.ndim == dimensions else list(array)
 
@@ -233,12 +233,14 @@ class KilnBake:
     CATEGORY = "3d/texturing"
 
     def run(self, low_poly, high_poly, resolution, match="ray"):
-        highs = list(items(high_poly))
+        highs, lows = list(items(high_poly)), list(items(low_poly))
+        if len(highs) not in (1, len(lows)):
+            raise ValueError(f"{len(lows)} low polys, but {len(highs)} high polys: give one, or one for each.")
         baked, maps = [], []
-        for i, (low, _) in enumerate(items(low_poly)):
+        for i, (low, _) in enumerate(lows):
             if low.uvs is None:
                 raise ValueError("low_poly has no UVs: put Kiln Unwrap before this node.")
-            high, texture = highs[i if len(highs) > 1 else 0]
+            high, texture = highs[i % len(highs)]
             names = maps_of(["normal", "ao", "color"], high, texture)
             given = {"color": texture} if "color" in names and texture is not None and high.uvs is not None else {}
             bake = kiln.bake(high, low, size=resolution, maps=names, match=match, textures=given, progress=progress())
@@ -270,7 +272,7 @@ class KilnToGLB:
         for high, texture in items(mesh):
             names = maps_of(["normal", "ao", "color"], high, texture)
             if "color" in names and texture is not None and high.uvs is not None:
-                high = kiln.pack_glb(high, {"color": texture}).data
+                high = kiln.pack_glb(high, {"color": np.clip(texture[:, :, :3], 0, 1)}).data
             baked.append(
                 kiln.to_glb(
                     high, faces_target=target_face_count, texture_size=texture_size, maps=names, progress=progress()
