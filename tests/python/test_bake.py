@@ -169,6 +169,21 @@ def test_textures_and_occluders(high, low):
     assert dark["ao"].mean() < 0.5 * bake["ao"].mean()
 
 
+def test_files_hold_what_their_names_say(low, tmp_path):
+    mesh = kiln.Mesh(low.vertices, low.faces, low.uvs, uv_faces=low.uv_faces, name="../../outside")
+    bake = kiln.bake(low, mesh, size=16)
+    for format, ending in (("png8", ".png"), ("exr32", ".exr"), ("tiff16", ".tif"), ("tga", ".tga"), ("ktx2", ".ktx2")):
+        (file,) = bake.save(tmp_path / "folder", format=format)
+        assert file == tmp_path / "folder" / f".._.._outside_normal{ending}" and file.is_file()
+    for name in ("a.png", "a.exr", "a.tif", "a.tiff", "a.tga", "a.webp", "a.dds"):
+        assert bake.save(tmp_path / name) == [tmp_path / name] and (tmp_path / name).is_file()
+    before = sorted(tmp_path.rglob("*"))
+    for name, options in (("b.jpg", {}), ("b.png", {"format": "exr"}), ("b", {"format": "jpg"})):
+        with pytest.raises(kiln.Error):
+            bake.save(tmp_path / name, **options)
+    assert sorted(tmp_path.rglob("*")) == before
+
+
 def test_repr_png(high, low):
     assert kiln.bake(high, low, size=64)._repr_png_()[:8] == b"\x89PNG\r\n\x1a\n"
 

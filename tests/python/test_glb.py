@@ -1,6 +1,9 @@
 """kiln.to_glb(), GLB bytes, simplify() and unwrap()."""
 
+import gc
 import json
+import os
+import tempfile
 import warnings
 
 import numpy as np
@@ -167,6 +170,101 @@ def test_wrong_values_of_a_function(values):
     assert caught.value.parameter == "sample"
 
 
+@pytest.mark.parametrize(
+    "maps",
+    [
+        {"color": 255 * np.ones((4, 4, 3))},
+        {"color": np.full((4, 4, 3), np.nan)},
+        {"normal": -np.ones((4, 4, 3))},
+        {"color": np.ones((4, 4, 4))},
+        {"roughness": np.ones((4, 4, 3))},
+        {"color": np.ones((4, 4))},
+    ],
+)
+def test_numbers_that_no_picture_holds(maps):
+    """They came out white, black, or without some of their channels."""
+    vertices, faces = ball(4)
+    low = kiln.unwrap(vertices, faces, size=64)
+    with pytest.raises(kiln.Error) as caught:
+        kiln.pack_glb(low, maps)
+    assert caught.value.code in ("array-range", "array-shape") and caught.value.parameter == "maps"
+    ((name, pixels),) = maps.items()
+    values = pixels.reshape(-1, pixels.shape[2] if pixels.ndim == 3 else 1)[:1]
+    for how in ({"faces_target": 100}, {"max_error": 20}):
+        with pytest.raises(kiln.Error) as caught:
+            kiln.to_glb(
+                vertices, faces, texture_size=64, maps="normal", sample=lambda p: {name: np.tile(values, (len(p), 1))}, **how
+            )
+        assert caught.value.parameter == "sample"
+
+
+def test_pictures_of_a_source_are_in_range_too(low):
+    for picture in (np.full((4, 4, 3), 200.0), (np.full((4, 4, 3), -1.0), "normal")):
+        with pytest.raises(kiln.Error) as caught:
+            kiln.bake(low, low, size=16, maps="color", textures={"color": picture})
+        assert (caught.value.code, caught.value.parameter) == ("array-range", "textures")
+    light = kiln.bake(low, low, size=16, maps="color", textures={"color": (np.full((4, 4, 3), 3.0), "linear")})
+    np.testing.assert_allclose(light["color"], 3)
+
+
+def test_with_a_plan_a_function_is_sampled_as_maps_are():
+    vertices, faces = ball(12)
+    counts = []
+
+    def field(points):
+        counts.append(len(points))
+        return colors_of(points)
+
+    for samples in (1, 2):
+        kiln.to_glb(vertices, faces, texture_size=64, max_error=10, maps="normal", sample=field, samples=samples, match="ray")
+    # Charts and sizes are about alike, and each texel has four places.
+    assert 3 < counts[1] / counts[0] < 5
+
+
+def test_colours_of_materials_reach_a_glb_unasked():
+    vertices, faces, uvs = sheet(16, waves)
+    red = np.zeros((8, 8, 3), np.float32)
+    red[..., 0] = 1
+    textured = kiln.pack_glb(kiln.Mesh(vertices, faces, uvs), {"color": red, "roughness": np.full((8, 8), 0.25)}).data
+    with pytest.warns(kiln.KilnWarning, match="roughness") as caught:
+        glb = kiln.to_glb(textured, faces_target=100, texture_size=64, ao_rays=4)
+    assert "material-left-out" in {w.message.code for w in caught}
+    assert list(glb.maps) == ["normal", "ao", "color"]
+    covered = glb.bake.coverage == 1
+    np.testing.assert_allclose(glb.maps["color"][covered], np.tile([1, 0, 0], (covered.sum(), 1)), atol=1 / 255)
+
+
+def test_options_that_would_do_nothing_are_refused(tmp_path):
+    vertices, faces = ball(4)
+    for options, parameter in (
+        ({"faces_target": 50, "max_error": 5}, "faces_target"),
+        ({"path": tmp_path / "ball.gltf"}, "path"),
+        ({"path": tmp_path / "ball.obj"}, "path"),
+    ):
+        with pytest.raises(kiln.Error) as caught:
+            kiln.to_glb(vertices, faces, texture_size=64, **options)
+        assert caught.value.parameter == parameter
+    assert not list(tmp_path.iterdir())
+
+
+def test_numbers_of_numpy_are_numbers():
+    vertices, faces = ball(6)
+    by = {"texture_size": 64, "maps": "normal"}
+    mine = kiln.to_glb(vertices, faces, max_error=np.float32(8), screen=np.int64(100), device=0, **by)
+    assert mine.data == kiln.to_glb(vertices, faces, max_error=8.0, screen="100px", device="0", **by).data
+    with pytest.raises(kiln.Error, match="index or part of a name"):
+        kiln.to_glb(vertices, faces, device=0.5, **by)
+    with kiln.Source((vertices, faces)) as source, pytest.raises(kiln.Error, match="has its own"):
+        kiln.match(source, mine.mesh, size=64, device=0)
+
+
+def test_a_mesh_inside_out_is_told():
+    vertices, faces = ball(8)
+    with pytest.warns(kiln.KilnWarning) as caught:
+        kiln.to_glb(vertices * [-1, 1, 1], faces, faces_target=100, texture_size=64, maps="normal")
+    assert "faces-inwards" in {w.message.code for w in caught}
+
+
 def test_exceptions_of_a_function_come_through():
     class Mine(Exception):
         pass
@@ -232,3 +330,34 @@ def test_trimesh_objects():
     np.testing.assert_allclose(again.visual.uv, glb.uvs, atol=1e-6)
     with pytest.raises(kiln.Error, match="to_mesh"):
         kiln.as_mesh(trimesh.Scene(colored))
+
+
+@pytest.mark.no_device
+def test_what_is_not_taken_of_trimesh_objects_is_told():
+    trimesh = pytest.importorskip("trimesh")
+    vertices, faces, uvs = sheet(4, waves)
+
+    def codes(visual):
+        with warnings.catch_warnings(record=True) as caught:
+            warnings.simplefilter("always")
+            kiln.as_mesh(trimesh.Trimesh(vertices, faces, process=False, visual=visual))
+        return [w.message.code for w in caught if hasattr(w.message, "code")]
+
+    visual = trimesh.visual
+    red = visual.material.PBRMaterial(baseColorFactor=[255, 0, 0, 255])
+    assert codes(visual.TextureVisuals(uv=uvs)) == []
+    assert codes(visual.TextureVisuals(uv=uvs, material=red)) == ["material-left-out"]
+    assert codes(visual.ColorVisuals(vertex_colors=np.full((len(vertices), 4), 9, np.uint8))) == []
+    assert codes(visual.ColorVisuals(face_colors=np.full((len(faces), 4), 9, np.uint8))) == ["colors-left-out"]
+
+
+def test_bytes_of_a_file_leave_nothing_behind():
+    glb = kiln.pack_glb(kiln.unwrap(*ball(2), size=64), {}).data
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        before = set(os.listdir(tempfile.gettempdir()))
+        mesh = kiln.as_mesh(glb)
+        (made,) = set(os.listdir(tempfile.gettempdir())) - before
+        del mesh
+        gc.collect()
+    assert made not in os.listdir(tempfile.gettempdir())

@@ -266,6 +266,22 @@ nb::any stored(PyBake& self, const std::string& name) {
   return array(std::move(image.pixels), {height, width, channels});
 }
 
+/// What a high poly's vertices and materials have, by names of MaterialSlots.
+std::vector<std::string> slots_of(const PyMesh& high) {
+  const Call call;
+  return call.run([&] {
+    std::vector<Material> materials;
+    if (!high.file.empty() && !high.mesh->material_files.empty()) {
+      materials = load_materials(*high.mesh, high.file);
+    }
+    std::vector<std::string> names;
+    for (const MaterialSlot slot : cli::slots_of(*high.mesh, materials)) {
+      names.push_back(cli::Words(cli::kMaterialSlots).of(slot));
+    }
+    return names;
+  });
+}
+
 }  // namespace
 
 Request::Request(const Words& words, const PyMesh* cage_mesh, const std::vector<PyMesh>& occluders,
@@ -430,6 +446,9 @@ void add_bake(nb::module_& module) {
   module.def("plan", &run_plan, "source"_a, "words"_a, "progress"_a.none());
   module.def("match", &run_match, "source"_a, "low"_a, "words"_a, "cage_mesh"_a.none(),
              "progress"_a.none());
+  module.def("extension_of", [](const std::string& format) {
+    return std::string(extension_of(image_options(format, false).format));
+  });
   module.def("encode", &encoded, "pixels"_a, "format"_a, "dither"_a);
   module.def("keywords", [] {
     nb::list list;
@@ -439,6 +458,7 @@ void add_bake(nb::module_& module) {
     return list;
   });
   module.def("glb_occlusion_error", &glb_occlusion_error, "words"_a);
+  module.def("slots_of", &slots_of, "high"_a);
   module.def("nearest_keyword", &nearest_keyword, "word"_a);
 }
 

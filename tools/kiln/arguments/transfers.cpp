@@ -84,6 +84,40 @@ Texture load_texture(const TransferArgument& transfer, Materials& materials) {
 
 }  // namespace
 
+bool is_transparent(const Material& m) {
+  return m.alpha_mode != AlphaMode::opaque && (m.opacity < 1 || !m.opacity_map.empty());
+}
+
+std::vector<MaterialSlot> slots_of(const Mesh& high, std::span<const Material> materials) {
+  const auto any = [&](const auto& has) {
+    return std::any_of(materials.begin(), materials.end(), has);
+  };
+  const auto has_number = [](MaterialNumber from) { return from != MaterialNumber::none; };
+  std::vector<MaterialSlot> slots;
+  const auto add = [&](bool there, MaterialSlot slot) {
+    if (there) slots.push_back(slot);
+  };
+  add(!high.colors.empty() ||
+          any([&](const Material& m) { return has_number(m.color_from) || !m.color_map.empty(); }),
+      MaterialSlot::color);
+  add(any(is_transparent), MaterialSlot::opacity);
+  add(any([](const Material& m) { return !m.normal_map.empty(); }), MaterialSlot::normal);
+  add(any([&](const Material& m) {
+        return has_number(m.roughness_from) || !m.roughness_map.empty();
+      }),
+      MaterialSlot::roughness);
+  add(any([&](const Material& m) {
+        return !m.metallic_map.empty() || (has_number(m.metallic_from) && m.metallic > 0);
+      }),
+      MaterialSlot::metallic);
+  add(any([&](const Material& m) {
+        return !m.emission_map.empty() ||
+               (has_number(m.emission_from) && m.emission != std::array<float, 3>{});
+      }),
+      MaterialSlot::emission);
+  return slots;
+}
+
 std::vector<OwnMap> load_own_maps(const BakeJob& a) {
   constexpr std::size_t kMost = std::size_t{1} << 20;
   std::vector<OwnMap> maps;

@@ -27,6 +27,12 @@ inline constexpr Word<MaterialSlot> kMaterialSlots[] = {
     {"occlusion", MaterialSlot::occlusion}, {"opacity", MaterialSlot::opacity},
     {"roughness", MaterialSlot::roughness}};
 
+/// What a high poly has pictures and numbers for, but for occlusion; and colours, of its vertices, too.
+std::vector<MaterialSlot> slots_of(const Mesh& high, std::span<const Material> materials);
+
+/// True if it is not opaque.
+bool is_transparent(const Material& material);
+
 /// \throws Error(usage)
 TransferArgument parse_transfer(const std::string& text);
 std::vector<TransferArgument> parse_transfers(const BakeJob& arguments);

@@ -18,12 +18,6 @@
 namespace kiln::cli {
 namespace {
 
-bool has_number(MaterialNumber from) { return from != MaterialNumber::none; }
-
-bool is_transparent(const Material& m) {
-  return m.alpha_mode != AlphaMode::opaque && (m.opacity < 1 || !m.opacity_map.empty());
-}
-
 /// True if a surface shows otherwise than opaque, from its front.
 bool is_special(const Material& m) { return is_transparent(m) || m.double_sided; }
 
@@ -216,39 +210,23 @@ void choose_asset_maps(BakeRun& run) {
   const Mesh& high = run.high.mesh;
   const std::vector<Material>& materials = run.high.beside.materials;
   if (arguments.given.contains("--maps")) return;
-  const auto any = [&](const auto& has) {
-    return std::any_of(materials.begin(), materials.end(), has);
-  };
-  std::vector<MapKind>& maps = arguments.options.maps;
-  if (!high.colors.empty() ||
-      any([](const Material& m) { return has_number(m.color_from) || !m.color_map.empty(); })) {
-    maps.emplace_back("color");
+  for (const MaterialSlot slot : slots_of(high, materials)) {
+    const std::string name = Words(kMaterialSlots).of(slot);
+    if (slot == MaterialSlot::color || slot == MaterialSlot::opacity) {
+      arguments.options.maps.emplace_back(name);
+    } else {
+      arguments.transfers.push_back("mtl:" + name);
+    }
   }
-  if (any(is_transparent)) maps.emplace_back("opacity");
-  const auto transfer = [&](bool there, const char* slot) {
-    if (there) arguments.transfers.push_back(std::string("mtl:") + slot);
-  };
-  transfer(any([](const Material& m) { return !m.normal_map.empty(); }), "normals");
-  transfer(any([](const Material& m) {
-             return has_number(m.roughness_from) || !m.roughness_map.empty();
-           }),
-           "roughness");
-  transfer(any([](const Material& m) {
-             return !m.metallic_map.empty() || (has_number(m.metallic_from) && m.metallic > 0);
-           }),
-           "metallic");
-  transfer(any([](const Material& m) {
-             return !m.emission_map.empty() ||
-                    (has_number(m.emission_from) && m.emission != std::array<float, 3>{});
-           }),
-           "emission");
   std::uint64_t other_uvs = 0;
-  const bool occlusion = any([&](const Material& m) {
+  const bool occlusion = std::any_of(materials.begin(), materials.end(), [&](const Material& m) {
     const bool there = !m.occlusion_map.empty();
     if (there && m.occlusion_map.uv_set != high.uv_set) ++other_uvs;
     return there;
   });
-  transfer(occlusion && other_uvs == 0 && writes_gltf(arguments), "occlusion");
+  if (occlusion && other_uvs == 0 && writes_gltf(arguments)) {
+    arguments.transfers.emplace_back("mtl:occlusion");
+  }
   if (other_uvs != 0) {
     run.warnings.push_back({"occlusion-left-out",
                             "HIGH's picture of occlusion lies on another set of UVs than is read, "

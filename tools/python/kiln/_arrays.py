@@ -117,6 +117,19 @@ def _with_alpha(colors: np.ndarray) -> np.ndarray:
     return np.concatenate([colors, np.full((len(colors), 1), 255, np.uint8)], axis=1)
 
 
+def check_shares(pixels: np.ndarray, parameter: str, what: str) -> None:
+    """Numbers in [0, 1], but for what no byte tells from them."""
+    if pixels.size == 0:
+        return
+    low, high = float(pixels.min()), float(pixels.max())
+    if not -1 / 512 < low <= high < 1 + 1 / 512:  # NaN, too
+        _fail(
+            parameter,
+            f"{what} is in [0, 1], but these numbers go from {low:g} to {high:g}; bytes of 0 to 255 are uint8.",
+            "array-range",
+        )
+
+
 def image(values: Any, parameter: str) -> np.ndarray:
     """(H, W, C) float32; uint8 and uint16 are shares of 255 and 65535."""
     array = as_array(values, parameter)

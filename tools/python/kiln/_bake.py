@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 from . import _core
 from ._core import Match, Mesh
-from ._errors import Error, KilnWarning, quiet, texture_set
+from ._errors import Error, KilnWarning, device_of, quiet, texture_set
 from ._meshes import as_mesh
 from ._progress import callback_of
 
@@ -25,6 +25,19 @@ if TYPE_CHECKING:
     from ._keywords import Keywords
 
 _known: dict[str, bool] = {}
+
+#: Formats that endings of files stand for, and endings of pictures that are not written.
+_FORMATS = {
+    ".png": "png16",
+    ".exr": "exr",
+    ".tif": "tiff16",
+    ".tiff": "tiff16",
+    ".tga": "tga",
+    ".webp": "webp",
+    ".ktx2": "ktx2",
+    ".dds": "dds",
+}
+_NO_PICTURES = (".bmp", ".gif", ".hdr", ".jpeg", ".jpg")
 
 
 def options() -> dict[str, str]:
@@ -239,15 +252,19 @@ class Bake(Mapping[str, "np.ndarray"]):
         """Writes the maps as the command does, to the bit: all into a folder, or one to a file.
 
         path    a folder, made where only its last part is missing: NAME_MAP.png there; or, of one map, a file whose
-                extension is png or exr
-        format  png16 (default), png8, exr (half) or exr32
+                extension is png, exr, tif, tga, webp, ktx2 or dds
+        format  png16 (default), png8, exr (half), exr32, tiff8, tiff16, tiff32, tga, webp, ktx2 or dds
         dither  png8: ordered dither instead of rounding
         name    of the files; without: the low poly's
 
         Returns the files.
         """
         target = Path(path)
-        if target.suffix.lower() in (".png", ".exr") and not target.is_dir():
+        suffix = target.suffix.lower()
+        if suffix in _NO_PICTURES and not target.is_dir():
+            text = f"path: '{target}' is no kind of picture that Kiln writes: give .png, .exr, .tif, .tga, .webp, .ktx2 or .dds."
+            raise Error(text, "output", "usage", "path")
+        if suffix in _FORMATS and not target.is_dir():
             if len(self) != 1:
                 raise Error(
                     f"path: '{target}' is one file, but {len(self)} maps were baked: name a folder.",
@@ -255,16 +272,20 @@ class Bake(Mapping[str, "np.ndarray"]):
                     "usage",
                     "path",
                 )
-            default = "exr" if target.suffix.lower() == ".exr" else "png16"
-            self._core.save_map(next(iter(self)), target, format or default, dither)
+            if format is not None and _core.extension_of(format) != suffix.replace(".tiff", ".tif"):
+                text = f"format: '{target}' would hold {format}: leave format out, or rename the file."
+                raise Error(text, "option-contradiction", "usage", "format")
+            self._core.save_map(next(iter(self)), target, format or _FORMATS[suffix], dither)
             return [target]
         format = format or "png16"
-        ending = ".exr" if format.startswith("exr") else ".png"
+        ending = _core.extension_of(format)
         target.mkdir(exist_ok=True)
+        # A mesh's name comes from a file that anybody may have made: it leads into no other folder.
+        stem = name or re.sub(r"[\x00/\\]", "_", self._core.low_name)
         files = []
         for map_name in self:
             before, after = self._endings
-            files.append(target / f"{name or self._core.low_name}{before}_{map_name}{after}{ending}")
+            files.append(target / f"{stem}{before}_{map_name}{after}{ending}")
             self._core.save_map(map_name, files[-1], format, dither)
         return files
 
@@ -288,9 +309,9 @@ class Source:
     close(), or the end of a `with` block, frees its memory on the device; results stay.
     """
 
-    def __init__(self, high: Any, *, device: str = "", progress: Any = None) -> None:
-        self._device = device
-        self._core = _core.SourceCore(as_mesh(high, "high"), device, callback_of(progress))
+    def __init__(self, high: Any, *, device: str | int = "", progress: Any = None) -> None:
+        self._device = device_of(device)
+        self._core = _core.SourceCore(as_mesh(high, "high"), self._device, callback_of(progress))
 
     def close(self) -> None:
         """Frees the memory on the device, once bakes under way are done."""
@@ -331,9 +352,9 @@ class Source:
         self.close()
 
 
-def _source_of(high: Any, device: str, progress: Any) -> Source:
+def _source_of(high: Any, device: str | int, progress: Any) -> Source:
     if isinstance(high, Source):
-        if device:
+        if device != "":
             raise Error("device: the source has its own: leave it out.", "usage", "usage", "device")
         return high
     return Source(high, device=device, progress=progress)
@@ -345,6 +366,8 @@ def _textures_of(textures: Mapping[str, Any] | None) -> list[tuple[str, Any, str
     if not isinstance(textures, Mapping):
         wrong = type(textures).__name__
         raise Error(f"textures: expected a dict of pictures by name, not {wrong}.", "option-type", "usage", "textures")
+    from ._arrays import check_shares, image
+
     rows = []
     for name, value in textures.items():
         usual = "normal" if name == "normal" else "srgb" if name in ("color", "emission") else "linear"
@@ -352,6 +375,9 @@ def _textures_of(textures: Mapping[str, Any] | None) -> list[tuple[str, Any, str
         if not isinstance(name, str) or not isinstance(kind, str):
             text = f"textures: names and kinds are text, not {name!r} of the kind {kind!r}."
             raise Error(text, "option-type", "usage", "textures")
+        pixels = image(pixels, "textures")
+        if kind in ("srgb", "normal"):
+            check_shares(pixels, "textures", f"a picture of the kind {kind}")
         rows.append((name, pixels, kind))
     return rows
 
@@ -367,7 +393,7 @@ def bake(
     cage_mesh: Any = None,
     ao_occluders: Sequence[Any] | str = "high",
     textures: Mapping[str, Any] | None = None,
-    device: str = "",
+    device: str | int = "",
     progress: Callable[[float, str], object] | Any = None,
     **keywords: Unpack[Keywords],
 ) -> Bake:
@@ -465,7 +491,8 @@ def bake(
 
 def error_bound(max_error: str | float) -> str:
     """As the command takes it: degrees of rendered normals, or bounds of maps by name."""
-    if isinstance(max_error, (int, float)) and not isinstance(max_error, bool):
+    max_error = _plain(max_error)
+    if _is_number(max_error):
         return f"normal={max_error!r}"
     if not isinstance(max_error, str) or "=" not in max_error:
         raise Error(
@@ -551,7 +578,7 @@ def match(
     size: int | tuple[int, int] = 2048,
     match: str | None = None,
     cage_mesh: Any = None,
-    device: str = "",
+    device: str | int = "",
     progress: Callable[[float, str], object] | Any = None,
     **keywords: Unpack[Keywords],
 ) -> Match:

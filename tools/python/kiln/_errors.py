@@ -67,6 +67,16 @@ def count_of(value: Any, parameter: str, least: int, most: int) -> int:
     raise Error(text, "option-range", "usage", parameter)
 
 
+def device_of(device: Any) -> str:
+    """Its name or index, as the library takes it."""
+    if isinstance(device, str):
+        return device
+    if isinstance(device, bool) or not hasattr(device, "__index__"):
+        text = f"device: {device!r}: expected an index or part of a name, as kiln.devices() lists them."
+        raise Error(text, "option-type", "usage", "device")
+    return str(operator.index(device))
+
+
 #: What is baked at this moment of a low poly in texture sets, whose other sets have no UVs then.
 texture_set: ContextVar[str] = ContextVar("texture_set", default="")
 

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 from . import _core
 from ._bake import Bake, Source, bake, error_bound, match, words_of
 from ._core import Mesh
-from ._errors import Error, count_of
+from ._errors import Error, KilnWarning, count_of, device_of
 from ._meshes import as_mesh
 from ._plan import plan
 from ._progress import callback_of
@@ -19,8 +19,8 @@ from ._surface import cleaned
 if TYPE_CHECKING:
     import numpy as np
 
-#: Maps that a GLB's material has places for.
-SLOTS = ("normal", "ao", "color", "opacity", "roughness", "metallic", "emission")
+#: Maps that a GLB's material has places for, and their channels.
+SLOTS = {"normal": 3, "ao": 1, "color": 3, "opacity": 1, "roughness": 1, "metallic": 1, "emission": 3}
 
 
 class Glb:
@@ -131,7 +131,7 @@ def arrays_of(data: bytes) -> dict[str, np.ndarray]:
 def sampled(
     found: _core.Match,
     sample: Callable[[np.ndarray], Any],
-    device: str = "",
+    device: str | int = "",
     padding: int = 16,
 ) -> dict[str, np.ndarray]:
     """Maps of a function of places.
@@ -188,7 +188,7 @@ def sampled(
         grid[hit] = array
         sums = grid.reshape(height, n, width, n, -1).sum((1, 3))
         mean = (sums / np.maximum(hits, 1)[..., None]).astype(np.float32)
-        maps[name] = _core.pad(device, mean, coverage, padding, True, False)
+        maps[name] = _core.pad(device_of(device), mean, coverage, padding, True, False)
     return maps
 
 
@@ -205,7 +205,7 @@ def pack_glb(
     low           what kiln.as_mesh() takes, with UVs
     maps          of normal, ao, color, opacity, roughness, metallic, emission: (H, W) or (H, W, C), uint8, or float in
                   [0, 1], colours sRGB-encoded, row 0 at the top; none: {}. Of a kiln.Bake: {name: bake.stored(name)}
-    path          where to write it, too
+    path          where to write it, too: NAME.glb
     double_sided  back faces are shown
     alpha         with opacity: mask or blend
 
@@ -222,9 +222,10 @@ def pack_glb(
     if not isinstance(maps, Mapping):
         raise Error(f"maps: expected a dict by name, not {type(maps).__name__}.", "option-type", "usage", "maps")
     _check_slots("maps", maps)
-    _check_alpha(alpha)
+    _check_output(path, alpha)
     mesh = as_mesh(low, "low")
     files = {name: image(maps[name], "maps") for name in SLOTS if name in maps}
+    _check_pictures("maps", files)
     return Glb(_write(mesh, files, path, alpha, double_sided, None), mesh, files, None)
 
 
@@ -239,7 +240,23 @@ def _check_slots(parameter: str, maps: Iterable[str]) -> None:
         )
 
 
-def _check_alpha(alpha: str) -> None:
+def _check_pictures(parameter: str, files: Mapping[str, np.ndarray]) -> None:
+    from ._arrays import check_shares
+
+    for name, pixels in files.items():
+        if pixels.shape[2] != SLOTS[name]:
+            raise Error(
+                f"{parameter}: '{name}' has {pixels.shape[2]} channels: give {SLOTS[name]}.",
+                "array-shape",
+                "usage",
+                parameter,
+            )
+        check_shares(pixels, parameter, f"'{name}'")
+
+
+def _check_output(path: str | os.PathLike[str] | None, alpha: str) -> None:
+    if path is not None and Path(path).suffix.lower() not in ("", ".glb"):
+        raise Error(f"path: '{path}' would hold a GLB: name it .glb.", "output-name", "usage", "path")
     if not isinstance(alpha, str) or alpha not in ("mask", "blend"):
         raise Error(f"alpha: '{alpha}' is neither mask nor blend.", "option-enum", "usage", "alpha")
 
@@ -249,7 +266,7 @@ def to_glb(
     faces: Any = None,
     *,
     colors: Any = None,
-    faces_target: int = 10_000,
+    faces_target: int | None = None,
     max_error: str | float | None = None,
     texture_size: int = 2048,
     maps: Sequence[str] | None = None,
@@ -264,7 +281,7 @@ def to_glb(
     drop_hidden: bool = True,
     screen: int | str | None = None,
     max_outline: str | None = None,
-    device: str = "",
+    device: str | int = "",
     progress: Any = None,
     **keywords: Any,
 ) -> Glb:
@@ -272,14 +289,15 @@ def to_glb(
 
     vertices, faces  (V, 3) and (F, 3); or what kiln.as_mesh() takes alone
     colors           (V, 3) or (V, 4) of the vertices, sRGB-encoded: uint8, or float in [0, 1]
-    faces_target     triangles of the light mesh; a mesh with fewer keeps them all
+    faces_target     triangles of the light mesh; without: 10,000. A mesh with fewer keeps them all
     max_error        instead of faces_target: how near rendered normals come, such as "normal=3deg"; see kiln.plan()
     texture_size     texels a side; with max_error, the most
-    maps             of normal, ao, color, opacity; without: normal and ao, and color where there are colours
+    maps             of normal, ao, color, opacity; without: normal and ao, and color and opacity where vertices or
+                     materials have them
     sample           called once with the places of all texels on the dense mesh, (N, 3) float64; returns (N, 3)
                      colours, (N, 4) with opacity, or a dict: color, emission (N, 3), opacity, roughness, metallic
                      (N,), all in [0, 1], colours sRGB-encoded
-    path             where to write it, too
+    path             where to write it, too: NAME.glb
     double_sided     back faces are shown
     alpha            with opacity: mask or blend
     weld, orient, fill_holes, drop_floaters, drop_hidden
@@ -296,13 +314,16 @@ def to_glb(
     high = as_mesh(whole, "vertices") if faces is None else Mesh(vertices, faces, colors=colors)
     if faces is None and colors is not None:
         high = Mesh(high.vertices, high.faces, colors=colors, name=high.name)
-    _check_alpha(alpha)
+    _check_output(path, alpha)
     if maps is None:
-        maps = ["normal", "ao"] + (["color"] if high.colors is not None and sample is None else [])
+        maps = ["normal", "ao"] + _maps_of(high, sample is not None)
     maps = [maps] if isinstance(maps, str) else list(maps)
     _check_slots("maps", maps)
     texture_size = count_of(texture_size, "texture_size", 16, 16384)
-    faces_target = count_of(faces_target, "faces_target", 1, 2**31)
+    if faces_target is not None and max_error is not None:
+        text = "faces_target: max_error chooses the number of triangles: leave one of them out."
+        raise Error(text, "option-contradiction", "usage", "faces_target")
+    faces_target = count_of(10_000 if faces_target is None else faces_target, "faces_target", 1, 2**31)
     words = words_of({"size": texture_size, **{key: value for key, value in keywords.items() if key != "match"}})
     for name in ("space", "flip_y", "two_component", "raw", "mips", "visibility_clusters"):
         if keywords.get(name):
@@ -347,6 +368,7 @@ def to_glb(
             found = match(source, low, size=texture_size, progress=_part(report, 0.5, 0.6), **_of_match(keywords))
             files = sampled(found, sample, device)
             _check_slots("sample", files)
+            _check_pictures("sample", files)
             maps = [name for name in maps if name not in files]
         baked = None
         if maps:
@@ -365,7 +387,7 @@ def _planned(
     path: str | os.PathLike[str] | None,
     alpha: str,
     double_sided: bool,
-    device: str,
+    device: str | int,
     report: Any,
     keywords: dict[str, Any],
 ) -> Glb:
@@ -378,19 +400,30 @@ def _planned(
         if made.bake is not None:
             files.update((name, made.bake.stored(name)) for name in made.bake)
         if sample is not None:
-            found = match(
-                source,
-                low,
-                size=made.chosen["size"] or size,
-                match=made.chosen["match"],
-                max_distance=made.bake.report.max_distance
-                if made.bake
-                else f"{100 * made.chosen['search_distance']!r}%",
-                progress=_part(report, 0.8, 0.9),
-            )
-            files.update(sampled(found, sample, device))
+            words = _of_match({key: value for key, value in keywords.items() if key not in ("screen", "max_outline")})
+            words["match"] = made.chosen["match"]
+            if not {"max_distance", "cage"} & words.keys():
+                distance = f"{100 * made.chosen['search_distance']!r}%"
+                words["max_distance"] = made.bake.report.max_distance if made.bake is not None else distance
+            found = match(source, low, size=made.chosen["size"] or size, progress=_part(report, 0.8, 0.9), **words)
+            ours = sampled(found, sample, device)
+            _check_slots("sample", ours)
+            _check_pictures("sample", ours)
+            files.update(ours)
     files = {name: files[name] for name in SLOTS if name in files}
     return Glb(_write(low, files, path, alpha, double_sided, made.bake), low, files, made.bake)
+
+
+def _maps_of(high: Mesh, sampled: bool) -> list[str]:
+    """Maps that the high poly has beside its shape. What it has for other places of a material is told."""
+    import warnings
+
+    slots = [] if sampled else _core.slots_of(high)
+    left = [name for name in slots if name not in ("color", "opacity")]
+    if left:
+        text = f"The high poly's materials have {', '.join(left)}, which kiln.to_glb() leaves out; the command carries them."
+        warnings.warn(KilnWarning(text, "material-left-out", len(left)), stacklevel=3)
+    return [name for name in slots if name not in left]
 
 
 def _of_match(keywords: Mapping[str, Any]) -> dict[str, Any]:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from . import _core
 from ._bake import Bake
-from ._errors import Error
+from ._errors import Error, device_of
 from ._meshes import as_mesh
 from ._progress import callback_of
 
@@ -68,7 +68,7 @@ def render(
     space: str | None = None,
     flip_y: bool | None = None,
     bitangent: str | None = None,
-    device: str = "",
+    device: str | int = "",
     progress: Any = None,
 ) -> np.ndarray:
     """A picture of a mesh as clay, with or without its normal map.
@@ -97,7 +97,7 @@ def render(
         z_up,
         show_normals,
         None if frame is None else as_mesh(frame, "frame"),
-        device,
+        device_of(device),
         callback_of(progress),
     )
     return picture
@@ -114,7 +114,7 @@ def measure(
     views: int = 30,
     size: int = 512,
     z_up: bool = False,
-    device: str = "",
+    device: str | int = "",
     progress: Any = None,
 ) -> NormalError:
     """Compares pictures of the low poly's normals with the high poly's, from all around.
@@ -141,7 +141,7 @@ def measure(
             views,
             size,
             z_up,
-            device,
+            device_of(device),
             callback_of(progress),
         )
     )

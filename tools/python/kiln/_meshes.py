@@ -7,7 +7,7 @@ from typing import Any
 
 from . import _core
 from ._core import Mesh
-from ._errors import Error
+from ._errors import Error, warn
 
 
 def load(path: str | os.PathLike[str], *, triangulate: str = "auto", uv_set: int = 0) -> Mesh:
@@ -57,13 +57,21 @@ def as_mesh(given: Any, parameter: str = "mesh") -> Mesh:
 
 def _of_glb(data: bytes) -> Mesh:
     """Through a file that lives as long as the mesh, since pictures of its materials are read when they are baked."""
+    import shutil
     import tempfile
+    import weakref
 
-    folder = tempfile.TemporaryDirectory()
-    file = os.path.join(folder.name, "mesh.glb")
+    folder = tempfile.mkdtemp()
+    kept = _Kept()
+    weakref.finalize(kept, shutil.rmtree, folder, ignore_errors=True)
+    file = os.path.join(folder, "mesh.glb")
     with open(file, "wb") as out:
         out.write(data)
-    return _core.load_file(file, "auto", 0, folder)
+    return _core.load_file(file, "auto", 0, kept)
+
+
+class _Kept:
+    """What a mesh keeps, so that something is done when it is gone."""
 
 
 def _extension(data: bytes) -> str:
@@ -79,12 +87,29 @@ def _extension(data: bytes) -> str:
 
 
 def _of_object(given: Any) -> Mesh:
-    """Duck typing of trimesh.Trimesh: visual.uv, visual.vertex_colors and the vertices' own normals."""
+    """Duck typing of trimesh.Trimesh: visual.uv, visual.vertex_colors and the vertices' own normals. What is left out is
+    told."""
     visual = getattr(given, "visual", None)
     uvs = getattr(visual, "uv", None)
     colors = None
     if getattr(visual, "kind", None) == "vertex":
         colors = getattr(visual, "vertex_colors", None)
+    elif getattr(visual, "kind", None) == "face":
+        warn(
+            "colors-left-out",
+            "The mesh has colours of faces, which are not taken: give each face vertices of its own, with their colours.",
+            len(given.faces),
+        )
+    material = getattr(visual, "material", None)
+    # A picture of 2 x 2 stands in for what trimesh was not given.
+    size = getattr(getattr(material, "image", None), "size", (0, 0))
+    if max(size) > 2 or any(getattr(material, "baseColor" + name, None) is not None for name in ("Texture", "Factor")):
+        warn(
+            "material-left-out",
+            "The mesh's material is not taken, only its shape and UVs: give mesh.export(file_type='glb', "
+            "include_normals=True) in its place, or its picture as textures={'color': ...} of kiln.bake().",
+            1,
+        )
     # Normals that were computed say nothing new; those that a file gave are in the cache.
     cache = getattr(given, "_cache", None)
     normals = None

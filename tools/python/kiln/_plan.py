@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from . import _core
 from ._bake import Bake, _source_of, error_bound, words_of
 from ._core import Mesh
-from ._errors import KilnWarning
+from ._errors import KilnWarning, count_of
 from ._progress import callback_of
 
 if TYPE_CHECKING:
@@ -34,7 +34,7 @@ def plan(
     maps: str | Sequence[str] = "normal",
     screen: int | str | None = None,
     max_outline: str | None = None,
-    device: str = "",
+    device: str | int = "",
     progress: Any = None,
     **keywords: Unpack[Keywords],
 ) -> Plan:
@@ -53,7 +53,7 @@ def plan(
     words = words_of({"size": size, "maps": names, **keywords})
     words.append(("max_error", error_bound(max_error)))
     if screen is not None:
-        words.append(("screen", f"{screen}px" if isinstance(screen, int) else screen))
+        words.append(("screen", screen if isinstance(screen, str) else f"{count_of(screen, 'screen', 16, 16384)}px"))
     if max_outline is not None:
         words.append(("max_outline", max_outline))
     report = callback_of(progress)

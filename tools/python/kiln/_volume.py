@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from . import _core
 from ._core import Mesh
-from ._errors import Error
+from ._errors import Error, device_of
 from ._progress import callback_of
 
 if TYPE_CHECKING:
@@ -73,7 +73,7 @@ def contour(
     inside: str = "above",
     border: str = "closed",
     outer: bool = False,
-    device: str = "",
+    device: str | int = "",
     progress: Any = None,
 ) -> Mesh:
     """The surface of a volume at full resolution, by dual contouring.
@@ -93,7 +93,7 @@ def contour(
     array([0., 0., 0.])
     """
     made = _voxels_of(voxels, spacing, origin)
-    return _core.contour(made, iso, inside, border, outer, device, callback_of(progress))
+    return _core.contour(made, iso, inside, border, outer, device_of(device), callback_of(progress))
 
 
 def volume(
@@ -110,7 +110,7 @@ def volume(
     outer: bool = False,
     unwrap: str = "pairs",
     flip_y: bool = False,
-    device: str = "",
+    device: str | int = "",
     progress: Any = None,
 ) -> VolumeBake:
     """A low poly with a normal map straight from a volume: parameters as of contour(), and
@@ -124,6 +124,6 @@ def volume(
     """
     made = _voxels_of(voxels, spacing, origin)
     mesh, normal = _core.extract(
-        made, iso, inside, border, outer, faces, error, size, unwrap, flip_y, device, callback_of(progress)
+        made, iso, inside, border, outer, faces, error, size, unwrap, flip_y, device_of(device), callback_of(progress)
     )
     return VolumeBake(mesh, normal)
