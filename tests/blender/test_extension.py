@@ -272,6 +272,15 @@ def test_repairs_before_a_new_low_poly_are_told(scene):
     assert len(told) == len(set(told))
 
 
+def test_a_new_low_poly_that_strays_far_is_found(scene):
+    wall = sheet("wall", 60, lambda x, y: 0.15 * np.sin(40 * x) * np.sin(40 * y + 1), quads=False)
+    settings = scene.kiln_bake
+    settings.mode, settings.faces, settings.size = "NEW", 40, 64
+    choose(wall)
+    (made,) = bake.Bake(bpy.context).run(None).values()
+    assert made.report.missed < 0.05 * made.report.samples
+
+
 def test_a_bake_on_a_thread_tells_and_stops(scene):
     low, high = sheet("low", 4), sheet("high", 200, bump)
     scene.kiln_bake.size, scene.kiln_bake.maps, scene.kiln_bake.ao_rays = 1024, {"ao"}, 4096
