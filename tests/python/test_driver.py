@@ -37,6 +37,10 @@ def right():
     return bake_with(KILN_OPENCL_DRIVER="")
 
 
+def test_an_empty_cache_folder_is_none(right):
+    assert bake_with(KILN_OPENCL_DRIVER="", POCL_CACHE_DIR="") == right
+
+
 @pytest.fixture
 def no_driver(tmp_path):
     """The environment of a system without OpenCL drivers."""

@@ -61,6 +61,11 @@ def test_contour_lies_where_the_array_says(dtype):
     assert volume == pytest.approx(4 / 3 * np.pi * 10.7**3 * 1, rel=0.15)
 
 
+def test_a_spacing_may_be_numpys_number():
+    half = kiln.contour(ball_field(8), 0, spacing=np.float32(0.5))
+    np.testing.assert_array_equal(half.vertices, kiln.contour(ball_field(8), 0, spacing=0.5).vertices)
+
+
 def test_volume_gives_a_low_poly_and_a_map():
     mesh, normal = kiln.volume(ball_field(32), 0, faces=200, size=128)
     assert len(mesh.faces) <= 200 and normal.shape == (128, 128, 3) and normal.dtype == np.float32

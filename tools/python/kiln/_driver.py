@@ -11,7 +11,9 @@ def prepare() -> None:
         os.environ.setdefault("KILN_OPENCL_DRIVER", importlib.import_module("kiln_cpu").library)
     except ImportError:
         pass
-    if not os.environ.get("POCL_CACHE_DIR") and not _can_write(_cache_folder()):
+    if os.environ.get("POCL_CACHE_DIR") == "":
+        del os.environ["POCL_CACHE_DIR"]  # PoCL would end the process
+    if "POCL_CACHE_DIR" not in os.environ and not _can_write(_cache_folder()):
         _keep_kernels_in_temporary_folder()
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import numbers
 import os
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -50,7 +51,7 @@ def height_field(heights: Any, *, height: float = 1.0, extent: tuple[float, floa
 def _voxels_of(voxels: Any, spacing: Any, origin: Any) -> _core.VolumeCore:
     if isinstance(voxels, (str, os.PathLike)):
         return _core.VolumeCore.load(os.fspath(voxels))
-    steps = (spacing,) * 3 if isinstance(spacing, (int, float)) else spacing
+    steps = (spacing,) * 3 if isinstance(spacing, numbers.Real) else spacing
     return _core.VolumeCore.of(voxels, _floats(steps, 3, "spacing"), _floats(origin, 3, "origin"), "volume")
 
 
