@@ -290,6 +290,28 @@ def test_to_glb_writes_the_file_and_tells_progress(tmp_path):
         kiln.to_glb(*ball(4), smaples=2)
 
 
+@pytest.mark.parametrize(
+    "call",
+    [
+        lambda told: kiln.simplify(*ball(6), target=50, progress=told),
+        lambda told: kiln.unwrap(*ball(6), size=64, progress=told),
+        lambda told: kiln.clean(*ball(6), progress=told),
+        lambda told: kiln.contour(np.random.default_rng(1).random((8, 8, 8)), 0.5, progress=told),
+        lambda told: kiln.volume(np.random.default_rng(1).random((8, 8, 8)), 0.5, size=64, progress=told),
+        lambda told: kiln.measure(ball(6), ball(4), size=16, views=2, progress=told),
+        lambda told: kiln.render(ball(4), size=16, progress=told),
+        lambda told: kiln.bake(ball(6), kiln.unwrap(*ball(4), size=64), size=16, progress=told),
+        lambda told: kiln.to_glb(*ball(6), faces_target=50, texture_size=64, maps="normal", progress=told),
+        lambda told: kiln.to_glb(*ball(6), max_error=20, texture_size=64, maps="normal", progress=told),
+    ],
+)
+@pytest.mark.filterwarnings("ignore::kiln.KilnWarning")
+def test_bars_reach_their_end(call):
+    told = []
+    call(lambda *heard: told.append(heard))
+    assert told[-1] == (1.0, "done")
+
+
 def test_the_command_makes_the_same_low_poly_and_maps(tmp_path, command):
     kiln.Mesh(*ball(24)).save(tmp_path / "ball.obj")
     command("bake", tmp_path / "ball.obj", "--faces", 300, "--size", 128, "--out", tmp_path / "its.glb", "--maps", "normal,ao", "--quiet")

@@ -13,7 +13,7 @@ from ._core import Mesh
 from ._errors import Error, KilnWarning, count_of, device_of
 from ._meshes import as_mesh
 from ._plan import plan
-from ._progress import callback_of
+from ._progress import callback_of, done
 from ._surface import cleaned
 
 if TYPE_CHECKING:
@@ -375,7 +375,7 @@ def to_glb(
             baked = bake(source, low, size=texture_size, maps=maps, progress=_part(report, 0.6, 0.95), **keywords)
             files.update((name, baked.stored(name)) for name in baked if name in SLOTS)
     files = {name: files[name] for name in SLOTS if name in files}
-    return Glb(_write(low, files, path, alpha, double_sided, baked), low, files, baked)
+    return done(report, Glb(_write(low, files, path, alpha, double_sided, baked), low, files, baked))
 
 
 def _planned(
@@ -411,7 +411,7 @@ def _planned(
             _check_pictures("sample", ours)
             files.update(ours)
     files = {name: files[name] for name in SLOTS if name in files}
-    return Glb(_write(low, files, path, alpha, double_sided, made.bake), low, files, made.bake)
+    return done(report, Glb(_write(low, files, path, alpha, double_sided, made.bake), low, files, made.bake))
 
 
 def _maps_of(high: Mesh, sampled: bool) -> list[str]:

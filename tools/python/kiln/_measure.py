@@ -9,7 +9,7 @@ from . import _core
 from ._bake import Bake
 from ._errors import Error, device_of
 from ._meshes import as_mesh
-from ._progress import callback_of
+from ._progress import callback_of, done
 
 if TYPE_CHECKING:
     import numpy as np
@@ -84,6 +84,7 @@ def render(
 
     Returns (size, size, 3) float32 in [0, 1], sRGB-encoded. Raises kiln.Error.
     """
+    report = callback_of(progress)
     pixels, space, flip_y, bitangent = _as_baked(normal, space, flip_y, bitangent)
     picture: np.ndarray = _core.render(
         as_mesh(mesh),
@@ -98,9 +99,9 @@ def render(
         show_normals,
         None if frame is None else as_mesh(frame, "frame"),
         device_of(device),
-        callback_of(progress),
+        report,
     )
-    return picture
+    return done(report, picture)
 
 
 def measure(
@@ -129,8 +130,9 @@ def measure(
 
     Returns a float, degrees. Raises kiln.Error.
     """
+    report = callback_of(progress)
     pixels, space, flip_y, bitangent = _as_baked(normal, space, flip_y, bitangent)
-    return NormalError(
+    figures = NormalError(
         _core.measure(
             as_mesh(high, "high"),
             as_mesh(low, "low"),
@@ -142,6 +144,7 @@ def measure(
             size,
             z_up,
             device_of(device),
-            callback_of(progress),
+            report,
         )
     )
+    return done(report, figures)

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any
+from typing import Any, TypeVar
+
+Made = TypeVar("Made")
 
 
 def callback_of(progress: Any) -> Callable[[float, str], object] | None:
@@ -21,3 +23,10 @@ def callback_of(progress: Any) -> Callable[[float, str], object] | None:
         bar.update(done * (bar.total or 1) - bar.n)
 
     return move
+
+
+def done(report: Callable[[float, str], object] | None, made: Made) -> Made:
+    """The result, once the callback has heard that all is done, which some calls of the library do not say."""
+    if report is not None:
+        report(1.0, "done")
+    return made

@@ -8,7 +8,7 @@ from . import _core
 from ._core import Mesh
 from ._errors import count_of
 from ._meshes import as_mesh
-from ._progress import callback_of
+from ._progress import callback_of, done
 
 
 def simplify(
@@ -41,7 +41,8 @@ def simplify(
     """
     high = as_mesh(mesh if faces is None else (mesh, faces))
     count = 0 if target is None else count_of(target, "target", 1, 2**31)
-    return _core.simplify(high, count, max_error, keep_uvs, hull, keep_parts, True, callback_of(progress))
+    report = callback_of(progress)
+    return done(report, _core.simplify(high, count, max_error, keep_uvs, hull, keep_parts, True, report))
 
 
 def clean(
@@ -74,7 +75,8 @@ def clean(
     (4, 3)
     """
     high = as_mesh(mesh if faces is None else (mesh, faces))
-    return cleaned(high, weld, orient, fill_holes, drop_floaters, drop_hidden, callback_of(progress))
+    report = callback_of(progress)
+    return done(report, cleaned(high, weld, orient, fill_holes, drop_floaters, drop_hidden, report))
 
 
 def cleaned(
@@ -121,4 +123,5 @@ def unwrap(
     detail = None if detail_of is None else as_mesh(detail_of, "detail_of")
     size = count_of(size, "size", 16, 65536)
     border = None if border is None else count_of(border, "border", 1, size // 4)
-    return _core.unwrap(low, size, method, border, detail, callback_of(progress))
+    report = callback_of(progress)
+    return done(report, _core.unwrap(low, size, method, border, detail, report))

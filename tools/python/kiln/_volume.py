@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from . import _core
 from ._core import Mesh
 from ._errors import Error, device_of
-from ._progress import callback_of
+from ._progress import callback_of, done
 
 if TYPE_CHECKING:
     import numpy as np
@@ -94,7 +94,8 @@ def contour(
     array([0., 0., 0.])
     """
     made = _voxels_of(voxels, spacing, origin)
-    return _core.contour(made, iso, inside, border, outer, device_of(device), callback_of(progress))
+    report = callback_of(progress)
+    return done(report, _core.contour(made, iso, inside, border, outer, device_of(device), report))
 
 
 def volume(
@@ -124,7 +125,8 @@ def volume(
     Returns (mesh, normal). Raises kiln.Error.
     """
     made = _voxels_of(voxels, spacing, origin)
+    report = callback_of(progress)
     mesh, normal = _core.extract(
-        made, iso, inside, border, outer, faces, error, size, unwrap, flip_y, device_of(device), callback_of(progress)
+        made, iso, inside, border, outer, faces, error, size, unwrap, flip_y, device_of(device), report
     )
-    return VolumeBake(mesh, normal)
+    return done(report, VolumeBake(mesh, normal))
