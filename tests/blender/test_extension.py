@@ -8,7 +8,7 @@ import kiln
 import numpy as np
 import pytest
 from conftest import bump, choose, cycles_normals, pixels_of, sheet
-from kiln_bake import bake, cage
+from kiln_bake import bake, cage, meshes
 
 
 def unit(pixels):
@@ -279,6 +279,15 @@ def test_a_new_low_poly_that_strays_far_is_found(scene):
     choose(wall)
     (made,) = bake.Bake(bpy.context).run(None).values()
     assert made.report.missed < 0.05 * made.report.samples
+
+
+def test_both_sides_of_a_sheet_stay(scene):
+    square, faces = np.float32([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]]), np.array([[0, 1, 2], [0, 2, 3]])
+    normals = np.repeat(np.float32([[0, 0, 1], [0, 0, -1]]), 2, axis=0)[:, None].repeat(3, axis=1)
+    mesh = kiln.Mesh(square, np.concatenate([faces, faces[:, ::-1]]), square[:, :2], normals=normals)
+    made = meshes.new_object(bpy.context, mesh, "sheet").data
+    assert len(made.polygons) == 4
+    assert [round(polygon.normal.z) for polygon in made.polygons] == [1, 1, -1, -1]
 
 
 def test_a_bake_on_a_thread_tells_and_stops(scene):

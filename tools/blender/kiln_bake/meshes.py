@@ -192,13 +192,19 @@ def picture_of(materials):
 
 def new_object(context, mesh, name):
     """An object of a kiln.Mesh, with its UVs and normals."""
+    vertices, faces = np.asarray(mesh.vertices, np.float32), mesh.faces.astype(np.int32)
+    # Of two faces with the same vertices, as two-sided sheets have, Blender drops one: it gets vertices of its own.
+    _, first = np.unique(np.sort(faces, axis=1), axis=0, return_index=True)
+    again = np.setdiff1d(np.arange(len(faces)), first)
+    vertices = np.concatenate([vertices, vertices[faces[again]].reshape(-1, 3)])
+    faces[again] = len(mesh.vertices) + np.arange(3 * len(again), dtype=np.int32).reshape(-1, 3)
     made = bpy.data.meshes.new(name)
-    made.vertices.add(len(mesh.vertices))
-    made.vertices.foreach_set("co", np.asarray(mesh.vertices, np.float32).ravel())
-    made.loops.add(mesh.faces.size)
-    made.loops.foreach_set("vertex_index", mesh.faces.astype(np.int32).ravel())
-    made.polygons.add(len(mesh.faces))
-    made.polygons.foreach_set("loop_start", np.arange(0, mesh.faces.size, 3, dtype=np.int32))
+    made.vertices.add(len(vertices))
+    made.vertices.foreach_set("co", vertices.ravel())
+    made.loops.add(faces.size)
+    made.loops.foreach_set("vertex_index", faces.ravel())
+    made.polygons.add(len(faces))
+    made.polygons.foreach_set("loop_start", np.arange(0, faces.size, 3, dtype=np.int32))
     if mesh.uvs is not None:
         made.uv_layers.new(name="UVMap").uv.foreach_set("vector", mesh.uvs[mesh.uv_faces].ravel())
     made.update(calc_edges=True)
