@@ -205,3 +205,23 @@ def test_warnings_are_pythons(high):
         bake = kiln.bake(high, torn, size=32)
     assert {w.message.code for w in caught} == {w["code"] for w in bake.report.warnings}
     assert caught[0].filename == __file__
+
+
+def test_low_polys_of_simplify_are_looked_for_as_far_as_they_stray():
+    high = sheet(80, lambda x, y: 0.12 * np.sin(14 * x) * np.sin(14 * y))[:2]
+    low = kiln.simplify(*high, target=40)
+    assert low.report["search_distance"] > 0.05
+    laid_out = kiln.unwrap(low, size=128)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        bake = kiln.bake(high, laid_out, size=128)
+        sets = kiln.bake_sets(high, laid_out, size=128)[""]
+        found = kiln.match(high, laid_out, size=128)
+    assert bake.report.max_distance > 0.05
+    assert bake.report.missed < 0.02 * bake.report.samples
+    assert (sets["normal"] == bake["normal"]).all()
+    assert (kiln.bake(high, laid_out, size=128, match=found)["normal"] == bake["normal"]).all()
+    # What is asked for goes first.
+    with pytest.warns(kiln.KilnWarning):
+        narrow = kiln.bake(high, laid_out, size=128, max_distance="2%")
+    assert narrow.report.missed > 2 * bake.report.missed

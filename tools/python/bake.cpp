@@ -10,6 +10,7 @@
 #include <cctype>
 
 #include "arguments/map_words.h"
+#include "arguments/match_inputs.h"
 #include "arguments/parse.h"
 #include "arguments/transfers.h"
 #include "arrays.h"
@@ -211,7 +212,9 @@ nb::tuple run_plan(const PySource& source, const Words& words, nb::object progre
   d["reached"] = plan.reached;
   nb::object bake = nb::none();
   if (plan.result) bake = nb::cast(finished(std::move(*plan.result), request, low->name));
-  return nb::make_tuple(PyMesh{low}, bake, d);
+  PyMesh made{low};
+  made.made = std::make_shared<const SimplifyReport>(std::move(plan.simplified));
+  return nb::make_tuple(made, bake, d);
 }
 
 SaveImageOptions image_options(const std::string& format, bool dither) {
@@ -346,6 +349,9 @@ void Request::prepare(const Source& source, const PySource& high_poly, const PyM
       options.match.method = cli::first_match("match.uv");
     }
     options.match.uv = cli::uv_options_over(high, options.match.uv);
+  }
+  if (low_poly.made && !high_poly.high.height_field && !job_.cage_auto) {
+    cli::look_as_far(*low_poly.made, options.match);
   }
   if (high_poly.faces_inwards && !options.match.two_sided) {
     const std::string inside_out = cli::why_inside_out(high, low);

@@ -5,6 +5,7 @@
 #include <string>
 
 #include "call.h"
+#include "kiln/simplify.h"
 
 namespace kiln::python {
 
@@ -14,7 +15,8 @@ struct PyMesh {
   std::string file = {};           ///< That it was read from: materials are found beside it
   nb::object keep = nb::none();    ///< What the file lives as long as
   nb::object report = nb::none();  ///< Of what made it
-  bool height_field = false;       ///< Matched by UVs, however far the low poly is below
+  std::shared_ptr<const SimplifyReport> made = {};  ///< If Kiln made it of a high poly
+  bool height_field = false;  ///< Matched by UVs, however far the low poly is below
 };
 
 /// Needs no lock of the interpreter, unlike a PyMesh.

@@ -47,6 +47,7 @@ PyMesh run_simplify(const PyMesh& high, std::uint32_t faces, double max_error, b
   d["holes"] = report.holes;
   d["seconds"] = report.seconds;
   low.report = d;
+  low.made = std::make_shared<const SimplifyReport>(std::move(report));
   return low;
 }
 
@@ -75,6 +76,7 @@ PyMesh run_unwrap(const PyMesh& mesh, std::uint32_t size, const std::string& met
   d["border_texels"] = report.border_texels;
   d["seconds"] = report.seconds;
   result.report = d;
+  result.made = mesh.made;
   return result;
 }
 
@@ -102,8 +104,10 @@ nb::list run_texture_sets(const PyMesh& low, const std::string& word) {
   });
   nb::list list;
   for (std::size_t i = 0; i < meshes.size(); ++i) {
+    PyMesh part{meshes[i]};
+    part.made = low.made;
     list.append(nb::make_tuple(tiles ? std::string() : sets[i].name,
-                               tiles ? sets[i].name : sets[i].tile, PyMesh{meshes[i]}));
+                               tiles ? sets[i].name : sets[i].tile, part));
   }
   return list;
 }
@@ -165,6 +169,7 @@ void add_surface(nb::module_& module) {
         const Call call(std::move(progress));
         PyMesh fitted{call.run([&] { return shared(fit_normals(*low.mesh, *high.mesh)); })};
         fitted.report = low.report;
+        fitted.made = low.made;
         return fitted;
       },
       "low"_a, "high"_a, "progress"_a.none());

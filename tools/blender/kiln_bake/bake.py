@@ -95,10 +95,6 @@ class Bake:
                 self.low = kiln.unwrap(self.low, size=self.size)
             return {"": baked} if baked else {}
         low = kiln.simplify(high, target=self.faces, progress=progress)
-        # As the command: a low poly that strays far is looked for from as far.
-        search = low.report["search_distance"]
-        if search > 0.02 and not (self.keywords["max_distance"] or self.keywords["cage"]):
-            self.keywords["max_distance"] = f"{100 * search!r}%"
         self.low = kiln.unwrap(low, size=self.size, progress=progress)
         return {"": kiln.bake(high, self.low, size=self.size, progress=progress, **self.keywords)}
 

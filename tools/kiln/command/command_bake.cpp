@@ -107,20 +107,14 @@ void judge_result(BakeRun& run) {
   name_place_of_misses(run);
 }
 
-/// A low poly that was made here tells how far it strays. What was asked for goes first.
+/// A low poly that was made here tells how far it strays.
 void widen_search(BakeRun& run) {
-  const BakeOptions& options = run.options;
-  if (!run.low.simplified || run.high.heights || options.match.max_distance || options.match.cage ||
-      run.arguments.cage_auto || !run.arguments.cage_mesh.empty()) {
+  if (!run.low.simplified || run.high.heights || run.arguments.cage_auto ||
+      !run.arguments.cage_mesh.empty()) {
     return;
   }
-  const SimplifyReport& made = *run.low.simplified;
-  const SimplifyReport as_it_is;
-  std::optional<Length>& near = run.options.match.near_distance;
-  if (!near && made.near_distance() > 0) near = Length::share(made.near_distance());
-  run.arguments.options.match.near_distance = near;  // reports say it
-  if (made.search_distance() <= as_it_is.search_distance()) return;
-  run.options.match.max_distance = Length::share(made.search_distance());
+  look_as_far(*run.low.simplified, run.options.match);
+  run.arguments.options.match.near_distance = run.options.match.near_distance;  // reports say it
 }
 
 /// Time of planning, without the bake of the result.

@@ -400,7 +400,7 @@ def bake(
     """Bakes maps of the high poly for the low poly.
 
     high          a kiln.Source, or what kiln.as_mesh() takes: mesh, path, bytes, (vertices, faces), trimesh
-    low           the same, with UVs
+    low           the same, with UVs; one that simplify() or plan() made is looked for from as far as it strays
     size          texels: one side, or (width, height), 1 to 16384
     maps          names, such as ["normal", "ao", "color"]
     match         how points are found ("ray", "closest", "visibility"...), or a kiln.Match; "auto": the cheapest that

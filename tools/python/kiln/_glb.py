@@ -353,15 +353,8 @@ def to_glb(
         parameter = "screen" if screen is not None else "max_outline"
         raise Error(f"{parameter}: is for max_error: give that, or leave it out.", "usage", "usage", parameter)
     low = _core.simplify(high, faces_target, 0.002, False, False, False, False, _part(report, 0.02, 0.2))
-    search, near = low.report["search_distance"], low.report["near_distance"]
     low = _core.unwrap(low, texture_size, "charts", None, None, _part(report, 0.2, 0.35))
     low = _core.fit_normals(low, high, _part(report, 0.35, 0.4))
-    # A low poly that strays far is looked for from as far; one that lies close, first from near.
-    if not {"max_distance", "cage", "cage_mesh"} & keywords.keys():
-        if search > 0.02:
-            keywords["max_distance"] = f"{100 * search!r}%"
-        if near > 0 and keywords.get("match") in (None, "ray"):
-            keywords.setdefault("near_distance", f"{100 * near!r}%")
     with Source(high, device=device, progress=_part(report, 0.4, 0.5)) as source:
         files: dict[str, np.ndarray] = {}
         if sample is not None:
