@@ -167,6 +167,42 @@ def test_images_are_wired(scene):
     assert len(material.node_tree.nodes) == count and "low_normal.001" not in bpy.data.images
 
 
+def test_green_of_directx_is_turned_for_blender(scene):
+    low, high = sheet("low", 2), sheet("high", 8, bump)
+    scene.kiln_bake.maps = {"normal"}
+    scene.kiln_bake.size = 32
+    choose(low, high)
+    source = {}
+    for flipped in (False, True, False):
+        scene.kiln_bake.flip_y = flipped
+        assert bpy.ops.kiln.bake() == {"FINISHED"}
+        nodes = low.data.materials[0].node_tree.nodes
+        source[flipped] = nodes["Kiln tangent space"].inputs["Color"].links[0].from_node
+        assert source[flipped].type == ("CURVE_RGB" if flipped else "TEX_IMAGE")
+        assert ("Kiln green" in nodes) == flipped
+        if flipped:
+            assert source[True].inputs["Color"].links[0].from_node.image.name == "low_normal"
+            curves = source[True].mapping
+            for channel, at in ((0, 0.25), (1, 0.75), (2, 0.25)):
+                assert curves.evaluate(curves.curves[channel], 0.25) == pytest.approx(at, abs=1e-6)
+
+
+def test_a_material_of_the_high_poly_stays(scene):
+    lows, high = [sheet("one", 2), sheet("two", 2, move=(2, 0, 0))], sheet("high", 8, bump)
+    shared = bpy.data.materials.new("shared")
+    for item in (*lows, high):
+        item.data.materials.append(shared)
+    scene.kiln_bake.maps = {"normal"}
+    scene.kiln_bake.size = 32
+    for _ in range(2):
+        choose(lows[0], high)
+        assert bpy.ops.kiln.bake() == {"FINISHED"}
+        assert high.data.materials[0] is shared and lows[1].data.materials[0] is shared
+        assert "Kiln normal" not in shared.node_tree.nodes
+        assert "Kiln normal" in lows[0].data.materials[0].node_tree.nodes
+    assert len(bpy.data.materials) == 2  # the copy serves the second bake, too
+
+
 def test_a_picture_as_colour(scene):
     low, high = sheet("low", 2), sheet("high", 8, bump)
     picture = bpy.data.images.new("picture", 4, 4)

@@ -102,7 +102,7 @@ class Bake:
         """Images, wired into the low poly's materials. Returns warnings."""
         if self.made:
             self.lows = [meshes.new_object(context, self.low, self.name)]
-        results.show(self.lows, results.images_of(bakes, self.name, self.folder))
+        results.show(self.lows, results.images_of(bakes, self.name, self.folder), self.keywords["flip_y"])
         return self.notes + [warning["message"] for bake in bakes.values() for warning in bake.report.warnings]
 
 

@@ -76,7 +76,25 @@ def images_of(bakes, name, folder):
     return made
 
 
-def wire(material, images, uv_layer):
+def upright(tree, node, flipped):
+    """Where Blender, which reads green as OpenGL does, gets an image's normals from."""
+    turn = tree.nodes.get("Kiln green")
+    if not flipped:
+        if turn is not None:
+            tree.nodes.remove(turn)
+        return node.outputs["Color"]
+    if turn is None:
+        turn = tree.nodes.new("ShaderNodeRGBCurve")
+        turn.name = turn.label = "Kiln green"
+        for point, location in zip(turn.mapping.curves[1].points, ((0, 1), (1, 0))):
+            point.location, point.handle_type = location, "VECTOR"
+        turn.mapping.update()
+        turn.location = (node.location.x, node.location.y - 300)
+    tree.links.new(node.outputs["Color"], turn.inputs["Color"])
+    return turn.outputs["Color"]
+
+
+def wire(material, images, uv_layer, flipped):
     """Shows images in a material: normals and colours linked, all others beside them."""
     if material.node_tree is None:
         material.use_nodes = True
@@ -95,14 +113,17 @@ def wire(material, images, uv_layer):
             bump.name = "Kiln tangent space"
             bump.uv_map = uv_layer
             bump.location = (x - 250, y - 300 * row)
-            tree.links.new(node.outputs["Color"], bump.inputs["Color"])
+            tree.links.new(upright(tree, node, flipped), bump.inputs["Color"])
             tree.links.new(bump.outputs["Normal"], shader.inputs["Normal"])
         elif name in INPUTS:
             tree.links.new(node.outputs["Color"], shader.inputs[INPUTS[name]])
 
 
-def show(objects, images):
-    """Wires images by set into the materials of the low poly's objects, which get one where they have none."""
+def show(objects, images, flipped):
+    """Wires images by set into the materials of the low poly's objects, which get one where they have none, and a copy of
+    those that other objects show."""
+    others = {slot.material for item in bpy.data.objects if item not in objects for slot in item.material_slots}
+    copies = {}
     for item in objects:
         if not item.data.materials:
             item.data.materials.append(bpy.data.materials.new(f"{item.name} Kiln"))
@@ -110,8 +131,13 @@ def show(objects, images):
         for slot in item.material_slots:
             if slot.material is None:
                 slot.material = bpy.data.materials.new(f"{item.name} Kiln")
-            elif item.name in images and slot.material.users > 1:  # a set of its own
-                slot.material = slot.material.copy()
             found = images.get(slot.material.name, images.get(item.name, images.get("")))
-            if found:
-                wire(slot.material, found, layer)
+            if not found:
+                continue
+            if item.name in images and slot.material.users > 1:  # a set of its own
+                slot.material = slot.material.copy()
+            elif slot.material in others:
+                if slot.material not in copies:
+                    copies[slot.material] = slot.material.copy()
+                slot.material = copies[slot.material]
+            wire(slot.material, found, layer, flipped)
