@@ -10,6 +10,7 @@
 #include "match/match_array.h"
 #include "match/view_plan.h"
 #include "mesh/charts.h"
+#include "mesh/normals.h"
 #include "mesh/steps.h"
 
 namespace kiln {
@@ -260,6 +261,7 @@ void Pipeline::finish_match(bool first_time) {
   take_notes(std::move(notes), report);
   const std::vector<Warning>& sampling = sampler_.report().warnings;
   report.warnings.insert(report.warnings.end(), sampling.begin(), sampling.end());
+  warn_of_normals(scene_.low, report.warnings);
   const auto coarse = surface_.made->get<CoarseSteps>(
       [&] { return CoarseSteps{coarse_steps(scene_.low, scene_.high.frame)}; });
   if (!coarse->words.empty()) {

@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "base/parallel.h"
+#include "mesh/usable.h"
 #include "mesh/vector.h"
 #include "mesh/weld.h"
 
@@ -115,6 +116,32 @@ void use_faces_where_zero(std::span<const Vec3> positions, std::span<const Trian
 bool is_usable_normal(const Vec3& n) {
   const double squared = dot(Vec3d(n), Vec3d(n));
   return std::isfinite(squared) && squared > 1e-12;
+}
+
+void warn_of_normals(const Mesh& mesh, std::vector<Warning>& warnings) {
+  if (mesh.normal_triangles.empty() ||
+      std::all_of(mesh.normals.begin(), mesh.normals.end(), is_usable_normal)) {
+    return;
+  }
+  std::uint64_t count = 0;
+  std::size_t example = 0;
+  for (std::size_t i = 0; i < mesh.triangles.size(); ++i) {
+    const Triangle& corners = mesh.normal_triangles[i];
+    const bool lost = std::any_of(corners.begin(), corners.end(), [&](std::uint32_t n) {
+      return !is_usable_normal(mesh.normals[n]);
+    });
+    if (!lost || !has_area(mesh.positions, mesh.triangles[i])) continue;
+    if (count++ == 0) example = i;
+  }
+  if (count == 0) return;
+  warnings.push_back({"normals-computed",
+                      std::to_string(count) + (count == 1 ? " triangle" : " triangles") + " of '" +
+                          mesh.name +
+                          "' have a normal that is zero or not a number, for example triangle " +
+                          std::to_string(example) +
+                          ": normals of the faces around stand there. Compute the mesh's normals "
+                          "anew if its shading should be its own.",
+                      count});
 }
 
 std::vector<Vec3> vertex_normals(std::span<const Vec3> positions,

@@ -6,6 +6,7 @@
 #include <span>
 #include <vector>
 
+#include "kiln/error.h"
 #include "kiln/mesh.h"
 #include "mesh/vector.h"
 
@@ -34,6 +35,9 @@ Vec3 normalized_sum(const Vec3d& sum, double total);
 
 /// True if a normal has a direction.
 bool is_usable_normal(const Vec3& normal);
+
+/// Tells of triangles with an area that have a corner whose normal has no direction. \param warnings  [out]
+void warn_of_normals(const Mesh& mesh, std::vector<Warning>& warnings);
 
 /// Angle-weighted unit normals, one per vertex (Thürmer and Wüthrich 1998), summed in double
 /// precision in triangle order. So the result does not depend on threads. Degenerate and non-finite

@@ -9,6 +9,7 @@
 #include "base/progress_guard.h"
 #include "kiln/validate.h"
 #include "mesh/curvature.h"
+#include "mesh/normals.h"
 #include "mesh/steps.h"
 #include "mesh/usable.h"
 #include "mesh/uv_copies.h"
@@ -98,6 +99,7 @@ Source::Impl::Impl(const Device& opened, const Mesh& high, Traversal wanted,
              "; rays pass through them.",
          skipped});
   }
+  warn_of_normals(high, warnings);
   if (!coarse.empty()) warnings.push_back({"coarse-source", "'" + high.name + "': " + coarse, 1});
 }
 

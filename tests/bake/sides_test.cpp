@@ -1,6 +1,10 @@
 // Which side of a surface a bake takes: cages, faces turned away, hard edges, cards without thickness.
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cmath>
+#include <string>
+
 #include "kiln/bake.h"
 #include "kiln/kiln.h"
 #include "support/environment.h"
@@ -117,6 +121,43 @@ Mesh two_sided_card(std::uint32_t cells) {
   }
   mesh.uv_triangles = mesh.triangles;
   return mesh;
+}
+
+TEST(Bake, TellsOfNormalsWithoutDirection) {
+  KILN_REQUIRE_DEVICE();
+  Mesh high = test::BumpySphere::dense(2000, true), low = test::BumpySphere::light(12, 6);
+  // A triangle without area may have any normals, and often has none: nobody sees it.
+  high.triangles.push_back({0, 0, 1});
+  high.normals.emplace_back();
+  const auto last = static_cast<std::uint32_t>(high.normals.size() - 1);
+  high.normal_triangles.push_back({last, last, last});
+  BakeOptions options;
+  options.width = options.height = 16;
+  const auto count_of = [&](std::string_view name) {
+    const Source source(*test::device(), high);
+    std::vector<Warning> warnings = bake(source, low, options).report.warnings;
+    warnings.insert(warnings.end(), source.warnings().begin(), source.warnings().end());
+    std::uint64_t count = 0;
+    for (const Warning& warning : warnings) {
+      if (warning.code != "normals-computed") continue;
+      if (warning.message.find("'" + std::string(name) + "'") != std::string::npos) {
+        count += warning.count;
+      }
+    }
+    return count;
+  };
+  high.name = "rock", low.name = "game";
+  EXPECT_EQ(count_of("rock") + count_of("game"), 0U);
+  ASSERT_FALSE(low.normal_triangles.empty());
+  high.normals[high.normal_triangles[7][1]] = {0, 0, 0};
+  low.normals[low.normal_triangles[3][2]] = {0, std::nanf(""), 1};
+  const auto using_it = [](const Mesh& mesh, std::uint32_t normal) {
+    return std::count_if(
+        mesh.normal_triangles.begin(), mesh.normal_triangles.end(),
+        [&](const Triangle& t) { return std::find(t.begin(), t.end(), normal) != t.end(); });
+  };
+  EXPECT_EQ(count_of("rock"), using_it(high, high.normal_triangles[7][1]));
+  EXPECT_EQ(count_of("game"), using_it(low, low.normal_triangles[3][2]));
 }
 
 TEST(Bake, CardsWithoutThicknessKeepTheirSides) {
