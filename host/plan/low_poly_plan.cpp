@@ -172,9 +172,8 @@ class LowPolyPlanner {
     make({level, *size});
   }
 
-  /// Next candidate: the lightest of the coarsest levels that are expected to reach the error, one for each size. A size that was never within the
-  /// error is aimed a margin below it, the size of the lightest so far above it: what nearly does is worth a try there.
-  /// Each miss at a size lowers the aim.
+  /// Next candidate: the lightest of the coarsest levels that are expected to reach the error, one for each size. The
+  /// size of the lightest so far is aimed at the error, others a margin below it. Each miss at a size lowers the aim.
   std::optional<Choice> lightest_expected() {
     std::optional<Choice> lightest;
     const MadeCandidate* known = found() ? &best() : nullptr;
@@ -184,7 +183,7 @@ class LowPolyPlanner {
     for (auto at = sizes_.rbegin(); at != sizes_.rend(); ++at) {
       const std::uint32_t size = *at;
       const Missed& missed = missed_[size];
-      const int margins = (known && known->candidate.size == size ? 2 : -1) - missed.count;
+      const int margins = (known && known->candidate.size == size ? 0 : -1) - missed.count;
       const double aim = options_.max_error * (1 + kMargin * margins);
       const std::size_t end = std::min(evaluator_.count(), missed.finest);
       const auto found_level = coarsest(first_within(most, size), end, [&](std::size_t level) {
