@@ -120,11 +120,10 @@ LevelErrors LevelEvaluator::roughly_at(std::size_t level, bool mapped) {
           std::max(between(a.silhouette_mismatch, b.silhouette_mismatch), 0.0)};
 }
 
-std::vector<std::size_t> LevelEvaluator::evaluated() const {
-  const std::size_t mapped = nodes_[1].empty() ? 0 : 1;
+std::vector<std::size_t> LevelEvaluator::evaluated(bool mapped) const {
   std::set<std::size_t> levels;
-  for (const auto& [level, errors] : nodes_[mapped]) levels.insert(level);
-  for (const auto& [level, errors] : made_[mapped]) levels.insert(level);
+  for (const auto& [level, errors] : nodes_[mapped ? 1 : 0]) levels.insert(level);
+  for (const auto& [level, errors] : made_[mapped ? 1 : 0]) levels.insert(level);
   return {levels.begin(), levels.end()};
 }
 

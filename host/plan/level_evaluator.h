@@ -77,7 +77,7 @@ class LevelEvaluator {
   /// While frozen, at() tells what is known, and evaluates nothing.
   void freeze(bool frozen) { is_frozen_ = frozen; }
   /// Levels that were evaluated, coarser ones last.
-  std::vector<std::size_t> evaluated() const;
+  std::vector<std::size_t> evaluated(bool mapped) const;
   /// Takes what a mesh that was made reaches.
   void know(std::size_t level, bool mapped, const LevelErrors& measured);
   /// Errors of a mesh that gets a map.

@@ -95,7 +95,7 @@ TEST(LevelEvaluator, TellsOfLevelsNearThoseThatAreKnown) {
   const double share = std::log(evaluator.faces(2 * kStep - 8) / evaluator.faces(3 * kStep)) /
                        std::log(evaluator.faces(2 * kStep) / evaluator.faces(3 * kStep));
   EXPECT_NEAR(error(2 * kStep - 8), coarse * std::pow(fine / coarse, share), 1e-9);
-  EXPECT_EQ(evaluator.evaluated(), (std::vector<std::size_t>{2 * kStep, 3 * kStep}));
+  EXPECT_EQ(evaluator.evaluated(false), (std::vector<std::size_t>{2 * kStep, 3 * kStep}));
   // What was made corrects what is rough.
   evaluator.know(3 * kStep, false, {coarse / 2, 0, 0});
   EXPECT_EQ(error(3 * kStep), coarse / 2);
