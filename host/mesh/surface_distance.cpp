@@ -17,8 +17,8 @@ namespace {
 constexpr std::uint32_t kLeafSize = 4;
 /// Parts of a tree that are built by themselves, and triangles below which none is halved for that.
 constexpr std::size_t kParts = 32, kLeastPart = 4096;
-/// A triangle is farther than the best for sure where its plane is, by more than rounding; and so thin that its plane
-/// may be wrong where the squared sine of an angle is below this.
+/// A triangle is farther than the best for sure where its plane is, by more than rounding. Where the squared sine of an
+/// angle is below kSliver, the plane may be wrong, and the triangle is as far as its sides are.
 constexpr double kSurelyFarther = 1.0001, kSliver = 1e-12;
 
 /// Long triangles askew have boxes that hold them in one corner: thousands of them, as hair and stems have, lie in each
@@ -86,10 +86,10 @@ double squared_to_triangle(const Vec3d& p, const Vec3* c, double best) {
   const Vec3d ab = Vec3d(c[1]) - a, ac = Vec3d(c[2]) - a, ap = p - a;
   const Vec3d n = cross(ab, ac);
   const double n2 = dot(n, n);
-  if (n2 > 0) {
-    const double d00 = dot(ab, ab), d11 = dot(ac, ac), along = dot(ap, n);
-    // Planes of slivers are not known well.
-    if (along * along > kSurelyFarther * best * n2 && n2 > kSliver * d00 * d11) return best;
+  const double d00 = dot(ab, ab), d11 = dot(ac, ac);
+  if (n2 > kSliver * d00 * d11) {
+    const double along = dot(ap, n);
+    if (along * along > kSurelyFarther * best * n2) return best;
     const double d01 = dot(ab, ac), d20 = dot(ap, ab), d21 = dot(ap, ac);
     const double v = d11 * d20 - d01 * d21;
     const double w = d00 * d21 - d01 * d20;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <iterator>
+#include <set>
 #include <vector>
 
 #include "base/progress_guard.h"
@@ -40,6 +41,7 @@ void LevelEvaluator::make_levels(std::uint32_t most) {
   most_ = most;
   set_ = &cache_[most];
   for (auto& nodes : nodes_) nodes.clear();
+  for (auto& made : made_) made.clear();
   if (set_->levels == nullptr) {
     std::vector<std::uint32_t> faces;
     const double least = most > kFinestFaces ? 1.0 * kFinestFaces : 2.0;  // Coarser ones do not.
@@ -70,31 +72,59 @@ bool LevelEvaluator::refine() {
 }
 
 LevelErrors LevelEvaluator::at(std::size_t level, bool mapped) {
+  const auto& made = made_[mapped ? 1 : 0];
+  if (const auto found = made.find(level); found != made.end()) return found->second.errors;
+  LevelErrors errors = roughly_at(level, mapped);
+  if (made.empty()) return errors;
+  // Levels differ by the same share, so that the nearest in number is the nearest in faces.
+  const auto apart = [&](const auto& item) {
+    return std::max(item.first, level) - std::min(item.first, level);
+  };
+  const Made& nearest =
+      std::min_element(made.begin(), made.end(), [&](const auto& a, const auto& b) {
+        return apart(a) < apart(b);
+      })->second;
+  errors.without_map *= nearest.without_map;
+  errors.infinite_map *= nearest.infinite_map;
+  return errors;
+}
+
+void LevelEvaluator::know(std::size_t level, bool mapped, const LevelErrors& measured) {
+  const LevelErrors rough = roughly_at(level, mapped);
+  const auto ratio = [](double is, double was) { return is > 0 && was > 0 ? is / was : 1; };
+  made_[mapped ? 1 : 0][level] = {measured, ratio(measured.without_map, rough.without_map),
+                                  ratio(measured.infinite_map, rough.infinite_map)};
+}
+
+LevelErrors LevelEvaluator::roughly_at(std::size_t level, bool mapped) {
   const std::map<std::size_t, LevelErrors>& nodes = nodes_[mapped ? 1 : 0];
   const std::size_t before = level / kNodeStep * kNodeStep;
   if (!is_frozen_ || nodes.empty()) {
-    evaluate(before, mapped);
-    if (level > before) evaluate(std::min(before + kNodeStep, count() - 1), mapped);
+    const std::size_t next = std::min(before + kNodeStep, count() - 1);
+    if (level > before) evaluate(next, mapped);
+    const bool near = 2 * (next - level) < kNodeStep && nodes.upper_bound(next) != nodes.end();
+    if (level == before || !near) evaluate(before, mapped);
   }
-  const auto after = nodes.lower_bound(level);
+  auto after = nodes.lower_bound(level);
   if (after == nodes.end()) return std::prev(after)->second;
-  const LevelErrors& b = after->second;
-  if (after == nodes.begin() || after->first == level) return b;
+  if (after->first == level) return after->second;
+  if (after == nodes.begin() && ++after == nodes.end()) return nodes.begin()->second;
+  const LevelErrors &a = std::prev(after)->second, &b = after->second;
   const std::size_t first = std::prev(after)->first;
-  const LevelErrors& a = std::prev(after)->second;
   const double share =
       std::log(faces(level) / faces(first)) / std::log(faces(after->first) / faces(first));
   const auto between = [share](double from, double to) {
     return from > 0 && to > 0 ? from * std::pow(to / from, share) : from + (to - from) * share;
   };
   return {between(a.without_map, b.without_map), between(a.infinite_map, b.infinite_map),
-          between(a.silhouette_mismatch, b.silhouette_mismatch)};
+          std::max(between(a.silhouette_mismatch, b.silhouette_mismatch), 0.0)};
 }
 
-std::vector<std::size_t> LevelEvaluator::evaluated() const {
-  std::vector<std::size_t> levels;
-  for (const auto& [level, errors] : nodes_[nodes_[1].empty() ? 0 : 1]) levels.push_back(level);
-  return levels;
+std::vector<std::size_t> LevelEvaluator::evaluated(bool mapped) const {
+  std::set<std::size_t> levels;
+  for (const auto& [level, errors] : nodes_[mapped ? 1 : 0]) levels.insert(level);
+  for (const auto& [level, errors] : made_[mapped ? 1 : 0]) levels.insert(level);
+  return {levels.begin(), levels.end()};
 }
 
 void LevelEvaluator::evaluate(std::size_t level, bool mapped) {
@@ -155,6 +185,7 @@ bool LevelEvaluator::choose_match(std::size_t level) {
     if (way != bake_.match.method) {
       bake_.match.method = way;
       nodes_[1].clear();
+      made_[1].clear();
     }
     // No match may get far below the best: hard edges seldom leave room for another one.
     if (way == first && probe.least_share(endless) >= kGain) break;

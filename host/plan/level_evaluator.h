@@ -44,6 +44,10 @@ std::optional<std::size_t> coarsest(std::size_t begin, std::size_t end, const Is
     std::size_t middle = good + (bad - good) * 2 / 3;
     const std::size_t node = (middle + kNodeStep / 2) / kNodeStep * kNodeStep;
     if (node >= good && node < bad) middle = node;
+    // Next to one that was evaluated, none need be.
+    if (bad % kNodeStep == 0 && bad - good > kNodeStep / 2 && bad - good <= 2 * kNodeStep) {
+      middle = bad - kNodeStep / 2;
+    }
     if (is_good(middle)) {
       good = middle + 1;
     } else {
@@ -53,8 +57,8 @@ std::optional<std::size_t> coarsest(std::size_t begin, std::size_t end, const Is
   return good > begin ? std::optional(good - 1) : std::nullopt;
 }
 
-/// Makes levels, and evaluates a few: every kNodeStep-th, fitted roughly, in coarse pictures. Errors between them follow
-/// from lines in log-log scale. Of meshes that were made well, the very errors are known.
+/// Makes levels, and evaluates a few: every kNodeStep-th, fitted roughly, in coarse pictures. Errors of others follow
+/// from lines in log-log scale. Of meshes that were made well, the very errors are known, and correct those of others.
 class LevelEvaluator {
  public:
   /// \param bake  how to match; choose_match() may change it
@@ -73,11 +77,9 @@ class LevelEvaluator {
   /// While frozen, at() tells what is known, and evaluates nothing.
   void freeze(bool frozen) { is_frozen_ = frozen; }
   /// Levels that were evaluated, coarser ones last.
-  std::vector<std::size_t> evaluated() const;
+  std::vector<std::size_t> evaluated(bool mapped) const;
   /// Takes what a mesh that was made reaches.
-  void know(std::size_t level, bool mapped, const LevelErrors& measured) {
-    nodes_[mapped ? 1 : 0][level] = measured;
-  }
+  void know(std::size_t level, bool mapped, const LevelErrors& measured);
   /// Errors of a mesh that gets a map.
   LevelErrors mapped_errors(const NormalProbe& probe) const;
 
@@ -94,6 +96,7 @@ class LevelEvaluator {
 
  private:
   void make_levels(std::uint32_t most);
+  LevelErrors roughly_at(std::size_t level, bool mapped);
   void evaluate(std::size_t level, bool mapped);
   BakeOptions match_options(MatchMethod method) const;
 
@@ -108,7 +111,13 @@ class LevelEvaluator {
   bool is_frozen_ = false;
   HighPolyView fine_, coarse_;
   std::array<std::map<std::size_t, LevelErrors>, 2> nodes_;  ///< By level: for shading, for a map
-  std::optional<TexelDetail> detail_;  ///< Of the high poly, where it was asked for
+  /// What a level reached, and the ratios of that to what was found roughly.
+  struct Made {
+    LevelErrors errors;
+    double without_map = 1, infinite_map = 1;
+  };
+  std::array<std::map<std::size_t, Made>, 2> made_;  ///< As nodes_
+  std::optional<TexelDetail> detail_;                ///< Of the high poly, where it was asked for
 };
 
 }  // namespace kiln

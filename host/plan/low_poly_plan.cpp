@@ -122,6 +122,16 @@ class LowPolyPlanner {
     return level;
   }
 
+  /// coarsest(), where errors need not rise from level to level: what is known to be good bounds the search.
+  template <class IsGood>
+  std::optional<std::size_t> coarsest_beyond_known(std::size_t begin, std::size_t end, bool mapped,
+                                                   const IsGood& is_good) const {
+    for (const std::size_t level : evaluator_.evaluated(mapped)) {
+      if (level > begin && level < end && is_good(level)) begin = level;
+    }
+    return coarsest(begin, end, is_good);
+  }
+
   /// True if a level's error with an endless map leaves half of the error to texels.
   bool leaves_half(std::size_t level) {
     const LevelErrors errors = evaluator_.at(level, true);
@@ -136,11 +146,12 @@ class LowPolyPlanner {
   /// The coarsest level that reaches the error without a map, if it weighs at most `most` bytes.
   std::optional<std::size_t> coarsest_without_map(double most) {
     if (sizes_.front() != 0) return std::nullopt;
-    return coarsest(first_within(most, 0), evaluator_.count(), [&](std::size_t level) {
-      const LevelErrors errors = evaluator_.at(level, false);
-      return errors.without_map <= options_.max_error &&
-             errors.silhouette_mismatch <= most_mismatch_;
-    });
+    return coarsest_beyond_known(first_within(most, 0), evaluator_.count(), false,
+                                 [&](std::size_t level) {
+                                   const LevelErrors errors = evaluator_.at(level, false);
+                                   return errors.without_map <= options_.max_error &&
+                                          errors.silhouette_mismatch <= most_mismatch_;
+                                 });
   }
   /// The finest level that weighs less than so much.
   std::size_t first_within(double most, std::uint32_t size) const {
@@ -172,9 +183,8 @@ class LowPolyPlanner {
     make({level, *size});
   }
 
-  /// Next candidate: the lightest of the coarsest levels that are expected to reach the error, one for each size. A size that was never within the
-  /// error is aimed a margin below it, the size of the lightest so far above it: what nearly does is worth a try there.
-  /// Each miss at a size lowers the aim.
+  /// Next candidate: the lightest of the coarsest levels that are expected to reach the error, one for each size. The
+  /// size of the lightest so far is aimed at the error, others a margin below it. Each miss at a size lowers the aim.
   std::optional<Choice> lightest_expected() {
     std::optional<Choice> lightest;
     const MadeCandidate* known = found() ? &best() : nullptr;
@@ -184,13 +194,14 @@ class LowPolyPlanner {
     for (auto at = sizes_.rbegin(); at != sizes_.rend(); ++at) {
       const std::uint32_t size = *at;
       const Missed& missed = missed_[size];
-      const int margins = (known && known->candidate.size == size ? 2 : -1) - missed.count;
+      const int margins = (known && known->candidate.size == size ? 0 : -1) - missed.count;
       const double aim = options_.max_error * (1 + kMargin * margins);
       const std::size_t end = std::min(evaluator_.count(), missed.finest);
-      const auto found_level = coarsest(first_within(most, size), end, [&](std::size_t level) {
-        return builder_.expected_error(level, size) <= aim &&
-               evaluator_.at(level, size != 0).silhouette_mismatch <= most_mismatch_;
-      });
+      const auto found_level =
+          coarsest_beyond_known(first_within(most, size), end, size != 0, [&](std::size_t level) {
+            return builder_.expected_error(level, size) <= aim &&
+                   evaluator_.at(level, size != 0).silhouette_mismatch <= most_mismatch_;
+          });
       if (!found_level) continue;
       lightest = {*found_level, size};
       most = builder_.bytes(*found_level, size);
@@ -203,12 +214,16 @@ class LowPolyPlanner {
     double least = HUGE_VAL, most = HUGE_VAL;
     for (const std::uint32_t size : sizes_) {
       least = std::min(least, builder_.expected_error(finest(), size));
+      for (const std::size_t level : evaluator_.evaluated(size != 0)) {
+        if (level > finest()) least = std::min(least, builder_.expected_error(level, size));
+      }
     }
     Choice nearest = {finest(), sizes_.back()};
     for (const std::uint32_t size : sizes_) {
-      const auto level = coarsest(finest(), evaluator_.count(), [&](std::size_t at) {
-        return builder_.expected_error(at, size) <= least * (1 + kMargin);
-      });
+      const auto level =
+          coarsest_beyond_known(finest(), evaluator_.count(), size != 0, [&](std::size_t at) {
+            return builder_.expected_error(at, size) <= least * (1 + kMargin);
+          });
       if (!level || builder_.bytes(*level, size) >= most) continue;
       nearest = {*level, size};
       most = builder_.bytes(*level, size);
@@ -277,7 +292,8 @@ class LowPolyPlanner {
     for (auto* list : {&plan_.candidates, &plan_.trade, &plan_.outlook}) list->clear();
     plan_.levels.clear();
     for (const MadeCandidate& made : made_) plan_.candidates.push_back(made.candidate);
-    const std::vector<std::size_t> known = evaluator_.evaluated();
+    std::vector<std::size_t> known = evaluator_.evaluated(true);
+    if (known.empty()) known = evaluator_.evaluated(false);
     evaluator_.freeze(true);
     for (const std::uint32_t size : sizes_) {
       const std::size_t end = std::min(known.back() + 1, missed_[size].finest);

@@ -208,5 +208,32 @@ TEST(SurfaceDistance, OfNeedlesIsThatOfTheNearest) {
   }
 }
 
+/// Slivers near an axis, where coordinates tell less than rounding of a normal does: they are as far as their sides, so
+/// that what is known of the distance never leads to another triangle.
+TEST(SurfaceDistance, OfSliversIsThatOfTheirSides) {
+  std::mt19937 random(1);
+  std::uniform_real_distribution<float> place(-1, 1);
+  std::vector<Vec3> points;
+  std::vector<Triangle> slivers;
+  for (std::uint32_t i = 0; i < 40; ++i) {
+    const float end = place(random), thin = 1e-12F * std::pow(10.0F, 4 * place(random));
+    points.insert(points.end(), {{0, 0, 0}, {end, 0, 0}, {end * place(random), thin, thin}});
+    slivers.push_back({3 * i, 3 * i + 1, 3 * i + 2});
+  }
+  const SurfaceDistance tree(points, slivers);
+  const auto ends = std::minmax_element(points.begin(), points.end(),
+                                        [](const Vec3& a, const Vec3& b) { return a.x < b.x; });
+  for (int i = 0; i < 1000; ++i) {
+    const Vec3 at{place(random), place(random), place(random)};
+    const double along = std::clamp(at.x, ends.first->x, ends.second->x) - 1.0 * at.x;
+    const double expected = along * along + 1.0 * at.y * at.y + 1.0 * at.z * at.z;
+    EXPECT_NEAR(tree.squared(at), expected, 1e-7);
+    const std::uint32_t nearest = tree.nearest(at);
+    const double own = squared_to_triangle(Vec3d(at), &points[std::size_t{3} * nearest],
+                                           std::numeric_limits<double>::infinity());
+    EXPECT_EQ(tree.nearest(at, own * (1 + 1e-9)), nearest);
+  }
+}
+
 }  // namespace
 }  // namespace kiln

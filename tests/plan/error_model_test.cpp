@@ -6,6 +6,8 @@
 #include <cmath>
 
 #include "plan/level_evaluator.h"
+#include "support/environment.h"
+#include "support/shapes.h"
 
 namespace kiln {
 namespace {
@@ -45,13 +47,22 @@ TEST(ErrorModel, TakesMapsOfTheirOwnSizeBeforeMipMaps) {
   ErrorModel model;
   model.measured(kFaces, kLevel, 64, 6, false);
   model.measured(2 * kFaces, kLevel, 64, 7, true);
-  EXPECT_NEAR(model.expected(kFaces, kLevel, 64), 7, 1e-9);
-  model.measured(kFaces, kLevel, 64, 6, false);
-  EXPECT_NEAR(model.expected(kFaces, kLevel, 64), 7, 1e-9);
-  // The one of the nearer number of faces counts.
-  model.measured(kFaces / 2, kLevel, 64, 5, true);
-  EXPECT_NEAR(model.expected(0.9 * kFaces, kLevel, 64), 5, 1e-9);
-  EXPECT_NEAR(model.expected(1.2 * kFaces, kLevel, 64), 7, 1e-9);
+  EXPECT_NEAR(model.expected(2 * kFaces, kLevel, 64), 7, 1e-9);
+  model.measured(2 * kFaces, kLevel, 64, 6, false);
+  EXPECT_NEAR(model.expected(2 * kFaces, kLevel, 64), 7, 1e-9);
+}
+
+/// Sharpness follows from the nearest number of faces that is known: with eight times the faces it is half.
+TEST(ErrorModel, FinerMeshesTakeMoreTexels) {
+  ErrorModel model;
+  model.measured(kFaces, kLevel, 64, 6, true);
+  model.measured(100 * kFaces, kLevel, 64, 7, true);
+  const auto sharpness = [](double error) { return 1 / (error - kLevel.infinite_map) - 0.1; };
+  const auto expected = [&](double faces) { return sharpness(model.expected(faces, kLevel, 64)); };
+  EXPECT_NEAR(expected(kFaces / 8), 2 * sharpness(6), 1e-9);
+  EXPECT_NEAR(expected(8 * kFaces), sharpness(6) / 2, 1e-9);
+  EXPECT_NEAR(expected(12.5 * kFaces), 2 * sharpness(7), 1e-9);
+  EXPECT_NEAR(expected(100 * kFaces), sharpness(7), 1e-9);
 }
 
 /// Errors are what they are, also where they make no sense.
@@ -66,6 +77,32 @@ TEST(ErrorModel, StaysFinite) {
       }
     }
   }
+}
+
+TEST(LevelEvaluator, TellsOfLevelsNearThoseThatAreKnown) {
+  const Mesh high = test::BumpySphere::dense(6000);
+  const Source source(*test::device(), high);
+  const LowPolyPlanOptions options;
+  BakeOptions bake;
+  LowPolyPlan plan;
+  LevelCache cache;
+  LevelEvaluator evaluator(source, high, options, bake, plan, cache);
+  constexpr std::size_t kStep = plan_settings::kNodeStep;
+  const auto error = [&](std::size_t level) { return evaluator.at(level, false).without_map; };
+  const double coarse = error(3 * kStep), fine = error(2 * kStep);
+  ASSERT_LT(fine, coarse);
+  // Of finer ones up to half a step, along the line.
+  const double share = std::log(evaluator.faces(2 * kStep - 8) / evaluator.faces(3 * kStep)) /
+                       std::log(evaluator.faces(2 * kStep) / evaluator.faces(3 * kStep));
+  EXPECT_NEAR(error(2 * kStep - 8), coarse * std::pow(fine / coarse, share), 1e-9);
+  EXPECT_EQ(evaluator.evaluated(false), (std::vector<std::size_t>{2 * kStep, 3 * kStep}));
+  // What was made corrects what is rough.
+  evaluator.know(3 * kStep, false, {coarse / 2, 0, 0});
+  EXPECT_EQ(error(3 * kStep), coarse / 2);
+  EXPECT_NEAR(error(2 * kStep), fine / 2, 1e-9);
+  evaluator.know(2 * kStep, false, {fine / 4, 0, 0});
+  EXPECT_NEAR(error(2 * kStep - 8), coarse * std::pow(fine / coarse, share) / 4, 1e-9);
+  EXPECT_EQ(error(3 * kStep), coarse / 2);
 }
 
 TEST(Coarsest, IsTheLastThatDoesAndAsksFew) {
@@ -84,7 +121,7 @@ TEST(Coarsest, IsTheLastThatDoesAndAsksFew) {
         } else {
           EXPECT_EQ(found, last - 1);
         }
-        EXPECT_LE(asked, 12);  // log of 200 by halves is 8, by thirds 13; nodes end it sooner.
+        EXPECT_LE(asked, 13);  // log of 200 by halves is 8, by thirds 13.
       }
     }
   }

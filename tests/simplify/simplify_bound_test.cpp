@@ -149,17 +149,19 @@ TEST(SimplifyBound, FewerFacesUnderRulesAreBeyondIt) {
   }
 }
 
-/// Samples are of the high poly, not of what a head start leaves.
-TEST(SimplifyBound, AHeadStartTakesNothingOfTheBound) {
-  const Mesh direct = test::BumpySphere::dense(95'000), started = test::BumpySphere::dense(120'000);
-  for (const double bound : {0.001, 0.01}) {
-    SimplifyReport without, with;
-    simplify(direct, {.max_error = bound}, &without);
-    simplify(started, {.max_error = bound}, &with);
-    EXPECT_LE(with.error, bound);
-    EXPECT_EQ(flaws(with), 0U);
-    EXPECT_LT(static_cast<double>(with.faces), 1.1 * static_cast<double>(without.faces));
-  }
+/// Dense meshes are brought down first. The bound holds for the mesh that was given, not for what that leaves, which is
+/// off itself.
+TEST(SimplifyBound, HoldsForTheHighPolyAfterAHeadStart) {
+  constexpr double kBound = 0.01;
+  const Mesh high = test::BumpySphere::dense(101'000);
+  SimplifyReport report;
+  const Mesh low = simplify(high, {.max_error = kBound}, &report);
+  EXPECT_LE(report.error, kBound);
+  EXPECT_LE(strays(low, high), 1.1 * kBound);
+  EXPECT_EQ(flaws(report), 0U);
+  EXPECT_LT(
+      report.faces,
+      100U);  // Measured: 88; of the same shape with 60,000 faces, which has no head start: 86.
 }
 
 TEST(SimplifyBound, TinyBoundsKeepAllButFlatPlaces) {
