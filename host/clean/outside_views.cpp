@@ -4,7 +4,6 @@
 #include <array>
 #include <atomic>
 #include <cmath>
-#include <cstring>
 #include <limits>
 #include <mutex>
 #include <numbers>
@@ -21,17 +20,25 @@ namespace {
 constexpr std::int32_t kSteps = 256;
 /// Depths closer than this, as a share of the radius, are one place.
 constexpr float kSamePlace = 1e-6F;
-/// Triangles, one after another, that are asked together whether they can hide anything.
-constexpr std::uint32_t kBlock = 64;
+/// Triangles of a block.
+constexpr std::uint32_t kBlock = 32;
 /// Times that triangles may cover a picture on average; where they cover it more often, it is smaller, so that its time
 /// is bounded. Closed bodies cover it one to ten times.
 constexpr double kMostCover = 32;
 constexpr std::uint32_t kLeastPixels = 64;
+/// Pixels of a side of a tile, a power of two.
+constexpr std::int32_t kTile = 4;
+constexpr float kFar = 1e30F;
 constexpr std::uint32_t kNothing = std::numeric_limits<std::uint32_t>::max();
 
 struct Ball {
   Vec3d middle;
   double radius = 0;
+};
+
+/// The box of triangles that are asked together whether they can hide anything.
+struct Block {
+  Vec3d middle, half;
 };
 
 Ball ball_around(const Mesh& mesh, std::span<const Triangle> triangles) {
@@ -67,63 +74,83 @@ struct Dot {
 
 class Picture {
  public:
-  Picture(const Mesh& mesh, const Ball& ball, const Vec3d& toward, const OutsideViews& views)
-      : mesh_(mesh),
+  Picture(const Mesh& mesh, std::span<const Triangle> triangles, const Ball& ball,
+          const Vec3d& toward, const OutsideViews& views)
+      : triangles_(triangles),
         views_(views),
         ball_(ball),
         toward_(toward),
-        depths_(views.pixels * views.pixels, -1e30F),
-        ids_(depths_.size(), kNothing) {
+        pixels_(std::size_t{views.pixels} * views.pixels) {
     const Vec3d other = std::abs(toward.z) < 0.9 ? Vec3d{0, 0, 1} : Vec3d{1, 0, 0};
     right_ = cross(other, toward);
     right_ = right_ * (1 / length(right_));
     up_ = cross(toward, right_);
     scale_ = 0.5 * views.pixels * kSteps / ball.radius;
     dots_.resize(mesh.positions.size());
-    for (std::size_t v = 0; v < dots_.size(); ++v) {
-      if (is_finite(mesh.positions[v])) dots_[v] = dot_of(Vec3d(mesh.positions[v]));
-    }
+    std::transform(mesh.positions.begin(), mesh.positions.end(), dots_.begin(),
+                   [&](const Vec3& v) { return dot_of(Vec3d(v)); });
   }
 
   /// \returns how many pixels it covers
   std::uint32_t draw(std::uint32_t t) {
-    return each_pixel(t, [&](std::size_t at, float depth, std::uint32_t id) {
-      const float before = depths_[at];
-      if (depth < before - kSamePlace) return;
-      if (depth <= before + kSamePlace && !(is_front(id) && !is_front(ids_[at]))) return;
-      depths_[at] = depth;
-      ids_[at] = id;
+    return each_pixel(t, [&](Pixel& at, float depth, std::uint32_t id) {
+      if (depth < at.depth - kSamePlace) return;
+      if (depth <= at.depth + kSamePlace && !(is_front(id) && !is_front(at.id))) return;
+      at = {depth, id};
     });
   }
-  /// Twice the triangle that each pixel shows, and 1 for its back; or kNothing.
-  const std::vector<std::uint32_t>& ids() const { return ids_; }
+  struct Pixel {
+    float depth = -kFar;
+    /// Twice the triangle that it shows, and 1 for its back; or kNothing.
+    std::uint32_t id = kNothing;
+  };
+  const std::vector<Pixel>& pixels() const { return pixels_; }
 
   /// From now on nothing more is drawn, but what is shown may be hidden by others.
   void end_of_drawing() {
-    shows_.resize(ids_.size());
-    std::transform(ids_.begin(), ids_.end(), shows_.begin(),
-                   [](std::uint32_t id) { return id != kNothing; });
+    tiles_side_ = (views_.pixels + kTile - 1) / kTile;
+    tiles_.resize(std::size_t{tiles_side_} * tiles_side_);
+    for (std::uint32_t i = 0; i < pixels_.size(); ++i) {
+      Pixel& at = pixels_[i];
+      if (at.id == kNothing) {
+        at.depth = kFar;
+        continue;
+      }
+      Tile& tile = tile_at(i % views_.pixels, i / views_.pixels);
+      tile.farthest = std::min(tile.farthest, at.depth);
+      ++tile.shown;
+    }
   }
   /// Pixels that would show this triangle, had all been drawn in order, show nothing.
   void hide(std::uint32_t t) {
-    each_pixel(t, [&](std::size_t at, float depth, std::uint32_t id) {
-      if (shows_[at] == 0 || depth < depths_[at] - kSamePlace) return;
-      if (depth <= depths_[at] + kSamePlace) {
-        const bool first = id < ids_[at];
-        if (is_front(id) == is_front(ids_[at]) ? !first : !is_front(id)) return;
+    each_pixel(t, [&](Pixel& at, float depth, std::uint32_t id) {
+      if (depth < at.depth - kSamePlace) return;
+      if (depth <= at.depth + kSamePlace) {
+        const bool first = id < at.id;
+        if (is_front(id) == is_front(at.id) ? !first : !is_front(id)) return;
       }
-      ids_[at] = kNothing;
-      shows_[at] = 0;
+      at = {kFar, kNothing};
+      const auto i = static_cast<std::uint32_t>(&at - pixels_.data());
+      Tile& tile = tile_at(i % views_.pixels, i / views_.pixels);
+      if (--tile.shown == 0) tile.farthest = kFar;
     });
   }
-  /// False if nothing is shown where a ball is.
-  bool shows_at(const Ball& ball) const {
-    const Dot middle = dot_of(ball.middle);
-    const auto reach = static_cast<std::int32_t>(ball.radius * scale_) + 1;
-    const Extent extent =
-        extent_of(middle.x - reach, middle.x + reach, middle.y - reach, middle.y + reach);
-    for (std::int32_t y = extent.y0; y <= extent.y1; ++y) {
-      if (shows_in(pixel(extent.x0, y), pixel(extent.x1, y) + 1)) return true;
+  /// False if nothing in a block hides anything.
+  bool may_hide(const Block& block) const {
+    const Dot middle = dot_of(block.middle);
+    const auto reach = [&](const Vec3d& axis) {
+      return std::abs(axis.x) * block.half.x + std::abs(axis.y) * block.half.y +
+             std::abs(axis.z) * block.half.z;
+    };
+    const auto steps = [&](const Vec3d& axis) {
+      return static_cast<std::int32_t>(reach(axis) * scale_) + 2;
+    };
+    const Extent extent = extent_of(middle.x - steps(right_), middle.x + steps(right_),
+                                    middle.y - steps(up_), middle.y + steps(up_));
+    // No less than all depths in it, however these are rounded.
+    const float top = middle.depth + static_cast<float>(reach(toward_) / ball_.radius) + kSamePlace;
+    for (std::int32_t y = extent.y0; y <= extent.y1; y = (y | (kTile - 1)) + 1) {
+      if (may_hide(extent, y, top)) return true;
     }
     return false;
   }
@@ -144,83 +171,109 @@ class Picture {
   Dot dot_of(const Vec3d& point) const {
     const Vec3d p = point - ball_.middle;
     const auto place = [&](const Vec3d& axis) {
-      return static_cast<std::int32_t>(
-          std::clamp((dot(p, axis) + ball_.radius) * scale_, 0.0, 1e8));
+      // In this order, what is not a number becomes 0.
+      const double steps = std::max(0.0, (dot(p, axis) + ball_.radius) * scale_);
+      return static_cast<std::int32_t>(std::min(steps, 1e8));
     };
     return {place(right_), place(up_), static_cast<float>(dot(p, toward_) / ball_.radius)};
   }
-  std::size_t pixel(std::int32_t x, std::int32_t y) const {
-    return static_cast<std::size_t>(y) * views_.pixels + static_cast<std::size_t>(x);
-  }
   static bool is_front(std::uint32_t id) { return (id & 1) == 0; }
-  bool shows_in(std::size_t begin, std::size_t end) const {
-    return begin < end && std::memchr(&shows_[begin], 1, end - begin) != nullptr;
+  /// A square of pixels, by which triangles that hide none of them are told without a look at each.
+  struct Tile {
+    float farthest = kFar;    ///< No pixel shows anything behind this depth.
+    std::uint32_t shown = 0;  ///< Pixels that show anything.
+  };
+  Tile& tile_at(std::uint32_t x, std::uint32_t y) {
+    return tiles_[std::size_t{y / kTile} * tiles_side_ + x / kTile];
+  }
+  /// False if in this row's tiles nothing up to a depth hides anything.
+  bool may_hide(const Extent& extent, std::int32_t y, float top) const {
+    const Tile* const row = &tiles_[static_cast<std::size_t>(y / kTile) * tiles_side_];
+    for (std::int32_t x = extent.x0 / kTile; x <= extent.x1 / kTile; ++x) {
+      if (!(top < row[x].farthest - kSamePlace)) return true;
+    }
+    return false;
   }
 
-  /// \param body  of pixels that a triangle covers, with its depth and what ids() has of it
+  /// \param body  of pixels that a triangle covers, with its depth and what it shows
   /// \returns how many
   template <class Body>
   std::uint32_t each_pixel(std::uint32_t t, const Body& body) {
-    const Triangle& v = mesh_.triangles[t];
+    const Triangle& v = triangles_[t];
     std::array<const Dot*, 3> p{&dots_[v[0]], &dots_[v[1]], &dots_[v[2]]};
-    const auto [left, right] = std::minmax({p[0]->x, p[1]->x, p[2]->x});
-    const auto [low, high] = std::minmax({p[0]->y, p[1]->y, p[2]->y});
-    const Extent extent = extent_of(left, right, low, high);
+    // Not of a list, which would branch on places that cannot be foretold.
+    const auto least = [](std::int32_t a, std::int32_t b, std::int32_t c) {
+      return std::min(std::min(a, b), c);
+    };
+    const auto most = [](std::int32_t a, std::int32_t b, std::int32_t c) {
+      return std::max(std::max(a, b), c);
+    };
+    const Extent extent =
+        extent_of(least(p[0]->x, p[1]->x, p[2]->x), most(p[0]->x, p[1]->x, p[2]->x),
+                  least(p[0]->y, p[1]->y, p[2]->y), most(p[0]->y, p[1]->y, p[2]->y));
     if (extent.x0 > extent.x1 || extent.y0 > extent.y1) return 0;
-    // Whole numbers below 2^53, so that these are exact.
-    const auto turn = [](const Dot& a, const Dot& b, double x, double y) {
+    const auto turn = [](const Dot& a, const Dot& b, std::int64_t x, std::int64_t y) {
       return (b.x - a.x) * (y - a.y) - (b.y - a.y) * (x - a.x);
     };
-    double area = turn(*p[0], *p[1], p[2]->x, p[2]->y);
+    std::int64_t area = turn(*p[0], *p[1], p[2]->x, p[2]->y);
     const bool back = area < 0;
     if (area == 0 || (back && !views_.backs)) return 0;
-    for (const std::uint32_t corner : v) {
-      if (!is_finite(mesh_.positions[corner])) return 0;
-    }
     if (back) {
       std::swap(p[1], p[2]);
       area = -area;
     }
-    const auto step = [](const Dot& a, const Dot& b) { return 1.0 * kSteps * (a.y - b.y); };
-    const double step0 = step(*p[1], *p[2]), step1 = step(*p[2], *p[0]);
+    const float top = std::max({p[0]->depth, p[1]->depth, p[2]->depth});
+    const std::int64_t step0 = kSteps * (p[1]->y - p[2]->y), step1 = kSteps * (p[2]->y - p[0]->y);
     std::uint32_t count = 0;
     for (std::int32_t py = extent.y0; py <= extent.y1; ++py) {
-      const std::size_t begin = pixel(extent.x0, py), end = pixel(extent.x1, py) + 1;
-      if (!shows_.empty() && !shows_in(begin, end)) continue;
-      const double x = extent.x0 * kSteps + kSteps / 2, y = py * kSteps + kSteps / 2;
-      double w0 = turn(*p[1], *p[2], x, y), w1 = turn(*p[2], *p[0], x, y);
-      for (std::size_t at = begin; at < end; ++at, w0 += step0, w1 += step1) {
-        const double w2 = area - w0 - w1;
+      if (!tiles_.empty() && (py == extent.y0 || py % kTile == 0) && !may_hide(extent, py, top)) {
+        py |= kTile - 1;
+        continue;
+      }
+      Pixel* const row = &pixels_[static_cast<std::size_t>(py) * views_.pixels];
+      const std::int64_t x = extent.x0 * kSteps + kSteps / 2, y = py * kSteps + kSteps / 2;
+      std::int64_t w0 = turn(*p[1], *p[2], x, y), w1 = turn(*p[2], *p[0], x, y);
+      for (std::int32_t px = extent.x0; px <= extent.x1; ++px, w0 += step0, w1 += step1) {
+        const std::int64_t w2 = area - w0 - w1;
         // One branch, since which pixels are inside cannot be foretold.
-        if (!(std::min({w0, w1, w2}) >= 0)) continue;
+        if ((w0 | w1 | w2) < 0) continue;
         ++count;
-        const auto depth =
-            static_cast<float>((w0 * p[0]->depth + w1 * p[1]->depth + w2 * p[2]->depth) / area);
-        body(at, depth, 2 * t + (back ? 1 : 0));
+        if (top < row[px].depth - kSamePlace) continue;
+        // Whole numbers below 2^53: only the depth is rounded.
+        const auto of = [](std::int64_t w, const Dot& dot) {
+          return static_cast<double>(w) * dot.depth;
+        };
+        const auto depth = static_cast<float>((of(w0, *p[0]) + of(w1, *p[1]) + of(w2, *p[2])) /
+                                              static_cast<double>(area));
+        body(row[px], depth, 2 * t + (back ? 1 : 0));
       }
     }
     return count;
   }
 
-  const Mesh& mesh_;
+  std::span<const Triangle> triangles_;
   const OutsideViews& views_;
   Ball ball_;
   Vec3d toward_, right_, up_;
   double scale_ = 0;  ///< Steps a unit of length
   std::vector<Dot> dots_;
-  std::vector<float> depths_;
-  std::vector<std::uint32_t> ids_;
-  std::vector<std::uint8_t> shows_;  ///< Of a pixel, whether it shows anything; none while drawing
+  std::vector<Pixel> pixels_;
+  std::vector<Tile> tiles_;  ///< None while drawing
+  std::uint32_t tiles_side_ = 0;
 };
 
-/// Balls around blocks of triangles.
-std::vector<Ball> balls_around_blocks(const Mesh& mesh) {
-  std::vector<Ball> balls;
-  for (std::size_t first = 0; first < mesh.triangles.size(); first += kBlock) {
-    const std::size_t count = std::min<std::size_t>(kBlock, mesh.triangles.size() - first);
-    balls.push_back(ball_around(mesh, std::span(mesh.triangles).subspan(first, count)));
+std::vector<Block> blocks_of(const Mesh& mesh, std::span<const std::uint32_t> triangles) {
+  std::vector<Block> blocks;
+  for (std::size_t first = 0; first < triangles.size(); first += kBlock) {
+    Box box;
+    for (std::size_t i = first; i < std::min(first + kBlock, triangles.size()); ++i) {
+      for (const std::uint32_t v : mesh.triangles[triangles[i]]) box.add(point_of(mesh, v));
+    }
+    const bool any = box.diagonal() > 0;
+    blocks.push_back(
+        {any ? (box.low + box.high) * 0.5 : Vec3d(), any ? (box.high - box.low) * 0.5 : Vec3d()});
   }
-  return balls;
+  return blocks;
 }
 
 }  // namespace
@@ -233,35 +286,41 @@ std::vector<SeenPixels> look_from_outside(const Mesh& mesh, std::span<const std:
   if (!(ball.radius > 0)) return seen;
   OutsideViews views = wanted;
   views.pixels = bounded_side(mesh, ball, wanted.pixels);
-  const auto count = static_cast<std::uint32_t>(mesh.triangles.size());
-  const auto is_asked = [&](std::uint32_t t) { return asked.empty() || asked[group[t]] != 0; };
-  const std::vector<Ball> blocks = asked.empty() ? std::vector<Ball>() : balls_around_blocks(mesh);
+  std::vector<std::uint32_t> shown, others;
+  for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t) {
+    (asked.empty() || asked[group[t]] != 0 ? shown : others).push_back(t);
+  }
+  const std::vector<Block> blocks = blocks_of(mesh, others);
+  std::vector<Triangle> triangles = mesh.triangles;
+  for (Triangle& t : triangles) {
+    const auto finite = [&](std::uint32_t v) { return is_finite(mesh.positions[v]); };
+    if (!std::all_of(t.begin(), t.end(), finite)) t = {};  // Covers nothing.
+  }
   std::mutex mutex;  // Whole numbers are summed: their order does not matter.
   const std::uint32_t pictures = (views.count - views.first + views.step - 1) / views.step;
   parallel_for(pictures, 1, [&](std::size_t number, std::size_t) {
     const auto view = views.first + static_cast<std::uint32_t>(number) * views.step;
-    Picture picture(mesh, ball, direction(view, views.count), views);
+    Picture picture(mesh, triangles, ball, direction(view, views.count), views);
     std::vector<std::pair<std::uint32_t, std::uint32_t>> drawn;  // of runs of one group
-    for (std::uint32_t t = 0; t < count; ++t) {
-      if (!is_asked(t)) continue;
+    for (const std::uint32_t t : shown) {
       const std::uint32_t pixels = picture.draw(t);
       if (pixels == 0) continue;
       if (drawn.empty() || drawn.back().first != group[t]) drawn.push_back({group[t], 0});
       drawn.back().second += pixels;
     }
-    if (!asked.empty()) {
+    if (!others.empty()) {
       picture.end_of_drawing();
-      for (std::uint32_t t = 0; t < count; ++t) {
-        if (t % kBlock == 0 && !picture.shows_at(blocks[t / kBlock])) {
-          t += kBlock - 1;
-        } else if (!is_asked(t)) {
-          picture.hide(t);
+      for (std::size_t i = 0; i < others.size(); ++i) {
+        if (i % kBlock == 0 && !picture.may_hide(blocks[i / kBlock])) {
+          i += kBlock - 1;
+        } else {
+          picture.hide(others[i]);
         }
       }
     }
     const std::scoped_lock lock(mutex);
     for (const auto& [of, pixels] : drawn) seen[of].drawn += pixels;
-    for (const std::uint32_t id : picture.ids()) {
+    for (const auto& [depth, id] : picture.pixels()) {
       if (id == kNothing) continue;
       SeenPixels& of = seen[group[id / 2]];
       ++((id & 1) == 0 ? of.front : of.back);
