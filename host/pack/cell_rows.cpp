@@ -18,6 +18,8 @@ constexpr std::uint32_t kRunBits = 6;
 constexpr std::size_t kKeyRuns = 16;
 /// In rows of more words than this, only words with a free run are searched after the first runs.
 constexpr std::uint32_t kFewWords = 4, kWholeRuns = 3;
+/// There, runs that left no place with rows below are tried first: mostly they leave none with the next row, either.
+constexpr std::uint32_t kRecent = 4;
 
 /// From any address.
 Word2 load_two(const std::uint64_t* from) {
@@ -174,6 +176,10 @@ std::optional<std::pair<std::uint32_t, std::uint32_t>> CellRows::find_in(
   const std::uint32_t end = top - mask.height + 1;
   std::uint32_t above = window.bottom / 64 * 64;
   std::uint64_t rows = 0;
+  // The first runs, until others have ended a search. Which are tried first does not change what is found.
+  std::array<std::uint32_t, kRecent> recent{0, 1, 2, 3};
+  const auto runs = static_cast<std::uint32_t>(mask.runs.size());
+  const std::uint32_t ahead = words > kFewWords ? std::min(kRecent, runs) : 0;
   for (;;) {
     while (rows == 0) {
       if (above >= end) return std::nullopt;
@@ -188,8 +194,15 @@ std::optional<std::pair<std::uint32_t, std::uint32_t>> CellRows::find_in(
     bool free = true;
     std::array<std::uint32_t, words> open{};
     std::uint32_t count = 0;
-    for (std::size_t r = 0; r < mask.runs.size() && free; ++r) {
-      const ChartMask::Run& run = mask.runs[r];
+    for (std::uint32_t r = 0; r < ahead + runs && free; ++r) {
+      const std::uint32_t number = r < ahead ? recent[r] : r - ahead;
+      const ChartMask::Run& run = mask.runs[number];
+      const auto note = [&] {
+        if (free || ahead == 0) return;
+        const std::uint32_t at = std::min(r, ahead - 1);
+        std::copy_backward(recent.begin(), recent.begin() + at, recent.begin() + at + 1);
+        recent[0] = number;
+      };
       const std::uint32_t length = run.last - run.first + 1;
       const auto k = static_cast<std::uint32_t>(std::bit_width(length)) - 1;
       const std::uint32_t a = run.first, b = run.last + 1 - (1U << k);
@@ -210,6 +223,7 @@ std::optional<std::pair<std::uint32_t, std::uint32_t>> CellRows::find_in(
         }
         count = left;
         free = count > 0;
+        note();
         continue;
       }
       if constexpr (words == 1) {
@@ -227,6 +241,7 @@ std::optional<std::pair<std::uint32_t, std::uint32_t>> CellRows::find_in(
         }
         free = (all[0] & all[1]) != kAllOnes;
       }
+      note();
       if (words <= kFewWords || r < kWholeRuns) continue;
       for (std::uint32_t w = 0; w < words; ++w) {
         open[count] = w;
