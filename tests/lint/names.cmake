@@ -8,9 +8,10 @@ cmake_policy(VERSION 3.25)
 set(rooms source render volume bake measure plan)
 
 # Of the command, experiments name what they compare, and which maps they look at. What no setting of `kiln chart`
-# names, it takes from the rows. A GLB's material has places for certain maps (bake_asset.cpp). Everything else of the
-# command reads rows.
-set(experiments tools/kiln/command/bake_asset.cpp tools/lab/chart_settings.cpp tools/lab/chart_volume.cpp tools/lab/gallery.cpp)
+# names, it takes from the rows. A GLB's material has places for certain maps (bake_asset.cpp, asset_maps.cpp). Everything
+# else of the command reads rows.
+set(experiments tools/kiln/command/bake_asset.cpp tools/kiln/report/asset_maps.cpp tools/lab/chart_settings.cpp
+  tools/lab/chart_volume.cpp tools/lab/gallery.cpp)
 # Words of other lists, too: values of --ao-by, --visibility-test and --study.
 set(other_words "\"views\"")
 

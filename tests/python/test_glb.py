@@ -155,7 +155,7 @@ def test_channels_from_a_function_of_places():
     # The mean of 2 x 2 samples is the value at the middle, but where a texel is covered in part: half a texel then,
     # at most 0.4 * 4 / 128.
     assert np.nanmax(far) < 0.4 * 4 / 128
-    document = json.loads(glb.data[20 : 20 + int.from_bytes(glb.data[12:16], "little")])
+    document = document_of(glb.data)
     assert "metallicRoughnessTexture" in document["materials"][0]["pbrMetallicRoughness"]
 
 
@@ -221,17 +221,135 @@ def test_with_a_plan_a_function_is_sampled_as_maps_are():
     assert 3 < counts[1] / counts[0] < 5
 
 
-def test_colours_of_materials_reach_a_glb_unasked():
+def document_of(data):
+    return json.loads(data[20 : 20 + int.from_bytes(data[12:16], "little")])
+
+
+def binary_of(data):
+    return data[20 + int.from_bytes(data[12:16], "little") :]
+
+
+def with_document(data, document):
+    text = json.dumps(document).encode()
+    text += b" " * (-len(text) % 4)
+    rest = binary_of(data)
+    return b"glTF" + b"".join(n.to_bytes(4, "little") for n in (2, 20 + len(text) + len(rest), len(text))) + b"JSON" + text + rest
+
+
+#: Slopes along u and v of each channel of each picture, so that each map can be told from all others.
+SLOPES = {
+    "color": [(0.5, 0.1), (0.0, 0.6), (0.3, 0.3)],
+    "ao": [(0.4, 0.0)],
+    "roughness": [(0.3, 0.5)],
+    "metallic": [(0.1, 0.7)],
+    "emission": [(0.6, 0.2), (0.2, 0.0), (0.0, 0.5)],
+}
+FACTORS = {"baseColorFactor": [0.5, 0.75, 1, 1], "roughnessFactor": 0.5, "metallicFactor": 0.8}
+SHINE, STRENGTH = [1, 0.5, 0.25], 3
+
+
+@pytest.fixture(scope="module")
+def pbr():
+    """A GLB of a waving sheet whose material has all pictures and factors."""
     vertices, faces, uvs = sheet(16, waves)
-    red = np.zeros((8, 8, 3), np.float32)
-    red[..., 0] = 1
-    textured = kiln.pack_glb(kiln.Mesh(vertices, faces, uvs), {"color": red, "roughness": np.full((8, 8), 0.25)}).data
-    with pytest.warns(kiln.KilnWarning, match="roughness") as caught:
-        glb = kiln.to_glb(textured, faces_target=100, texture_size=64, ao_rays=4)
-    assert "material-left-out" in {w.message.code for w in caught}
-    assert list(glb.maps) == ["normal", "ao", "color"]
+    v, u = (np.mgrid[0:64, 0:64] + 0.5) / 64
+    v = 1 - v
+    maps = {name: np.stack([0.2 + a * u + b * v for a, b in slopes], 2) for name, slopes in SLOPES.items()}
+    # Bytes of a fold that is not there, by a normal map.
+    maps["normal"] = np.tile(np.array([0.8, 0.5, 0.9]), (64, 64, 1))
+    made = kiln.pack_glb(kiln.Mesh(vertices, faces, uvs, name="waves"), {k: m.astype(np.float32) for k, m in maps.items()}).data
+    document = document_of(made)
+    (material,) = document["materials"]
+    material["pbrMetallicRoughness"].update(FACTORS)
+    material["emissiveFactor"] = SHINE
+    material["extensions"] = {"KHR_materials_emissive_strength": {"emissiveStrength": STRENGTH}}
+    document["extensionsUsed"] = ["KHR_materials_emissive_strength"]
+    return with_document(made, document)
+
+
+def linear(values):
+    return np.where(values <= 0.04045, values / 12.92, ((values + 0.055) / 1.055) ** 2.4)
+
+
+def test_materials_reach_a_glb_unasked_as_in_the_command(pbr, tmp_path, command):
+    (tmp_path / "waves.glb").write_bytes(pbr)
+    command("bake", tmp_path / "waves.glb", "--faces", 100, "--size", 64, "--out", tmp_path / "its.glb", "--quiet")
+    its = (tmp_path / "its.glb").read_bytes()
+    for source in (pbr, tmp_path / "waves.glb"):
+        with warnings.catch_warnings():
+            warnings.simplefilter("error")
+            ours = kiln.to_glb(source, faces_target=100, texture_size=64)
+        assert list(ours.maps) == ["normal", "ao", "color", "roughness", "metallic", "emission"]
+        assert binary_of(its) == binary_of(ours.data)
+        (mine,), (yours,) = (document_of(data)["materials"] for data in (ours.data, its))
+        assert {**mine, "name": ""} == {**yours, "name": ""}
+        assert mine["extensions"]["KHR_materials_emissive_strength"]["emissiveStrength"] == pytest.approx(ours.emission_strength)
+
+
+@pytest.mark.parametrize("how", [{"faces_target": 100}, {"max_error": 1, "match": "closest", "samples": 1}], ids=["faces", "plan"])
+def test_maps_of_materials_are_the_pictures_times_the_factors(pbr, how):
+    glb = kiln.to_glb(pbr, texture_size=64, **how)
     covered = glb.bake.coverage == 1
-    np.testing.assert_allclose(glb.maps["color"][covered], np.tile([1, 0, 0], (covered.sum(), 1)), atol=1 / 255)
+    size = len(covered)
+    points = kiln.match(pbr, glb.mesh, size=size, match="closest").position[covered]
+    wanted = {
+        name: np.stack([0.2 + a * points[:, 0] + b * points[:, 1] for a, b in slopes], 1) for name, slopes in SLOPES.items()
+    }
+    got = {name: glb.maps[name][covered] for name in glb.maps}
+    # Bytes of the picture and slopes of at most 0.8 over half a texel of it, with borders, which repeat, left aside.
+    inside = (np.abs(points[:, :2] - 0.5) < 0.45).all(1)
+    near = {"atol": 0.012}
+    np.testing.assert_allclose(got["roughness"][inside], 0.5 * wanted["roughness"][inside], **near)
+    np.testing.assert_allclose(got["metallic"][inside], 0.8 * wanted["metallic"][inside], **near)
+    factors = np.array(FACTORS["baseColorFactor"][:3])
+    np.testing.assert_allclose(linear(got["color"])[inside], (factors * linear(wanted["color"]))[inside], **near)
+    light = STRENGTH * np.array(SHINE) * linear(wanted["emission"])
+    np.testing.assert_allclose(glb.emission_strength * linear(got["emission"])[inside], light[inside], atol=3 * near["atol"])
+    # The lesser of both: the sheet itself is open to the sky.
+    assert (got["ao"][inside, 0] <= wanted["ao"][inside, 0] + near["atol"]).all()
+    flat = kiln.bake(kiln.Mesh(*sheet(16, waves)), glb.mesh, size=size)["normal"][covered]
+    tilt = np.degrees(np.arccos(np.clip(np.einsum("ij,ij->i", flat * 2 - 1, got["normal"] * 2 - 1), -1, 1)))
+    # (0.6, 0, 0.8) is 36.9 degrees from the shape's own normal.
+    assert abs(np.median(tilt[inside]) - 36.87) < 1
+
+
+def test_maps_of_materials_that_are_asked_for(pbr):
+    by = {"faces_target": 100, "texture_size": 64}
+    all_of_them = kiln.to_glb(pbr, **by)
+    some = kiln.to_glb(pbr, maps=["roughness", "emission"], **by)
+    assert list(some.maps) == ["roughness", "emission"] and some.emission_strength == all_of_them.emission_strength
+    for name, pixels in some.maps.items():
+        np.testing.assert_array_equal(pixels, all_of_them.maps[name])
+    assert list(kiln.to_glb(pbr, maps=["normal"], **by).maps) == ["normal"]
+    sampled = kiln.to_glb(pbr, maps=["normal", "metallic"], sample=lambda p: {"metallic": np.full(len(p), 0.5)}, **by)
+    assert (sampled.maps["metallic"][sampled.bake.coverage == 1] == 0.5).all()
+    with pytest.raises(kiln.Error) as caught:
+        kiln.to_glb(*ball(4), maps=["roughness"], **by)
+    assert caught.value.parameter == "transfer"
+    baked = kiln.bake(pbr, all_of_them.mesh, size=64, transfer=["mtl:roughness", "mtl:metallic"])
+    assert list(baked) == ["normal", "roughness", "metallic"]
+    with pytest.warns(kiln.KilnWarning, match="dust"):
+        file = baked.save(tempfile.mkdtemp(), format="png8")[1]
+        kiln.to_glb(pbr, maps=["normal"], transfer=f"{file}:dust", **by)
+
+
+def test_materials_that_lack_a_value_are_the_default_without_a_word(tmp_path):
+    kiln.Mesh(*ball(6)).save(tmp_path / "plain.obj")
+    lines = (tmp_path / "plain.obj").read_text().splitlines()
+    first = next(i for i, line in enumerate(lines) if line.startswith("f "))
+    lines[first:first] = ["mtllib two.mtl", "usemtl rough"]
+    lines.insert(-200, "usemtl bare")
+    (tmp_path / "two.obj").write_text("\n".join(lines) + "\n")
+    (tmp_path / "two.mtl").write_text("newmtl rough\nPr 0.25\nnewmtl bare\nillum 2\n")
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        glb = kiln.to_glb(tmp_path / "two.obj", faces_target=100, texture_size=64)
+    assert "material-value" not in {w["code"] for w in glb.bake.report.warnings}
+    rough = glb.maps["roughness"][glb.bake.coverage == 1]
+    assert np.isclose(rough, 0.25, atol=0.01).any() and np.isclose(rough, 1, atol=0.01).any()
+    with pytest.warns(kiln.KilnWarning) as caught:
+        kiln.to_glb(tmp_path / "two.obj", faces_target=100, texture_size=64, maps=["roughness"])
+    assert "material-value" in {w.message.code for w in caught}
 
 
 def test_options_that_would_do_nothing_are_refused(tmp_path):
@@ -317,11 +435,7 @@ def test_the_command_makes_the_same_low_poly_and_maps(tmp_path, command):
     command("bake", tmp_path / "ball.obj", "--faces", 300, "--size", 128, "--out", tmp_path / "its.glb", "--maps", "normal,ao", "--quiet")
     ours = kiln.to_glb(tmp_path / "ball.obj", faces_target=300, texture_size=128, path=tmp_path / "ours.glb")
     its = (tmp_path / "its.glb").read_bytes()
-
-    def binary(data):
-        return data[20 + int.from_bytes(data[12:16], "little") :]
-
-    assert binary(its) == binary(ours.data)  # all but the names in the document
+    assert binary_of(its) == binary_of(ours.data)  # all but the names in the document
 
 
 def test_simplify_and_unwrap_take_arrays():

@@ -15,13 +15,15 @@ namespace {
 
 using nb::literals::operator""_a;
 
-/// \param maps  pictures in [0, 1] by their names
+/// \param maps               pictures in [0, 1] by their names
+/// \param emission_strength  what 1 of emission stands for
 void write_glb(const PyMesh& low, const std::map<std::string, nb::object>& maps,
-               const std::filesystem::path& path, const std::string& alpha, bool double_sided,
-               const std::string& extras) {
+               float emission_strength, const std::filesystem::path& path, const std::string& alpha,
+               bool double_sided, const std::string& extras) {
   const Call call;
   std::map<std::string, Image> images;
   AssetMaps slots;
+  slots.emission_strength = emission_strength;
   for (const auto& [name, pixels] : maps) {
     if (const Image** const slot = slot_of(slots, name); slot != nullptr) {
       *slot = &(images[name] = image_of(pixels, name.c_str()));
@@ -52,8 +54,8 @@ nb::any pad(const std::string& device, nb::handle pixels, nb::handle coverage, i
 }  // namespace
 
 void add_asset(nb::module_& module) {
-  module.def("save_glb", &write_glb, "low"_a, "maps"_a, "path"_a, "alpha"_a, "double_sided"_a,
-             "extras"_a);
+  module.def("save_glb", &write_glb, "low"_a, "maps"_a, "emission_strength"_a, "path"_a, "alpha"_a,
+             "double_sided"_a, "extras"_a);
   module.def("pad", &pad, "device"_a, "pixels"_a, "coverage"_a, "texels"_a, "fill_missed"_a,
              "unit_vectors"_a);
 }

@@ -15,6 +15,7 @@
 #include "arguments/transfers.h"
 #include "arrays.h"
 #include "match.h"
+#include "report/asset_maps.h"
 #include "report/check_result.h"
 #include "report/map_file.h"
 
@@ -269,20 +270,44 @@ nb::any stored(PyBake& self, const std::string& name) {
   return array(std::move(image.pixels), {height, width, channels});
 }
 
-/// What a high poly's vertices and materials have, by names of MaterialSlots.
-std::vector<std::string> slots_of(const PyMesh& high) {
+/// \returns what of maps and of transfers the high poly's colours and materials have, as the command's GLB does
+nb::tuple material_maps(const PyMesh& high) {
   const Call call;
-  return call.run([&] {
+  std::vector<Warning> warnings;
+  const cli::MaterialMaps found = call.run([&] {
     std::vector<Material> materials;
     if (!high.file.empty() && !high.mesh->material_files.empty()) {
       materials = load_materials(*high.mesh, high.file);
     }
-    std::vector<std::string> names;
-    for (const MaterialSlot slot : cli::slots_of(*high.mesh, materials)) {
-      names.push_back(cli::Words(cli::kMaterialSlots).of(slot));
-    }
-    return names;
+    return cli::material_maps(*high.mesh, materials, true, warnings);
   });
+  warn(warnings);
+  return nb::make_tuple(found.maps, found.transfers);
+}
+
+/// \param names  of the places for maps in a material
+/// \returns the maps by these names, as a material's pictures hold them; what 1 of emission stands for; and which maps
+/// it has no place for
+nb::tuple asset_maps(const PyBake& self, const std::vector<std::string>& names) {
+  const Call call;
+  std::vector<BakedMap> maps = self.result.maps;
+  std::string left;
+  AssetMaps places = call.run([&] {
+    const auto store = [](BakedMap& map, const std::string&) {
+      map.image = cli::as_stored(map, {ImageFormat::png8})[0];
+    };
+    return cli::asset_maps(maps, store, left);
+  });
+  nb::dict files;
+  for (const std::string& name : names) {
+    for (BakedMap& map : maps) {
+      Image& image = map.image;
+      if (*slot_of(places, name) != &image) continue;
+      const std::size_t height = image.height, width = image.width, channels = image.channels;
+      files[name.c_str()] = array(std::move(image.pixels), {height, width, channels});
+    }
+  }
+  return nb::make_tuple(files, places.emission_strength, left);
 }
 
 }  // namespace
@@ -309,6 +334,12 @@ Request::Request(const Words& words) : job_(job_of(words, true)) {
 }
 
 void Request::read_textures(const PyMesh& high) {
+  if (high.file.empty() && !job_.transfers.empty()) {
+    throw Error(ErrorCode::usage,
+                "--transfer: the high poly is of no file, whose materials would be read: give "
+                "pictures as textures={name: pixels}.",
+                "option-contradiction");
+  }
   if (high.file.empty()) return;
   job_.high = high.file;
   cli::load_textures(job_, *high.mesh, options, warnings);
@@ -464,7 +495,8 @@ void add_bake(nb::module_& module) {
     return list;
   });
   module.def("glb_occlusion_error", &glb_occlusion_error, "words"_a);
-  module.def("slots_of", &slots_of, "high"_a);
+  module.def("material_maps", &material_maps, "high"_a);
+  module.def("asset_maps", &asset_maps, "bake"_a, "names"_a);
   module.def("nearest_keyword", &nearest_keyword, "word"_a);
 }
 

@@ -88,6 +88,9 @@ bool is_transparent(const Material& m) {
   return m.alpha_mode != AlphaMode::opaque && (m.opacity < 1 || !m.opacity_map.empty());
 }
 
+namespace {
+
+/// What a high poly has pictures and numbers for, but for occlusion; and colours, of its vertices, too.
 std::vector<MaterialSlot> slots_of(const Mesh& high, std::span<const Material> materials) {
   const auto any = [&](const auto& has) {
     return std::any_of(materials.begin(), materials.end(), has);
@@ -116,6 +119,35 @@ std::vector<MaterialSlot> slots_of(const Mesh& high, std::span<const Material> m
       }),
       MaterialSlot::emission);
   return slots;
+}
+
+}  // namespace
+
+MaterialMaps material_maps(const Mesh& high, std::span<const Material> materials, bool occlusion,
+                           std::vector<Warning>& warnings) {
+  MaterialMaps found;
+  for (const MaterialSlot slot : slots_of(high, materials)) {
+    const std::string name = Words(kMaterialSlots).of(slot);
+    if (slot == MaterialSlot::color || slot == MaterialSlot::opacity) {
+      found.maps.push_back(name);
+    } else {
+      found.transfers.push_back("mtl:" + name);
+    }
+  }
+  std::uint64_t other_uvs = 0;
+  const bool pictures = std::any_of(materials.begin(), materials.end(), [&](const Material& m) {
+    const bool there = !m.occlusion_map.empty();
+    if (there && m.occlusion_map.uv_set != high.uv_set) ++other_uvs;
+    return there;
+  });
+  if (pictures && other_uvs == 0 && occlusion) found.transfers.emplace_back("mtl:occlusion");
+  if (other_uvs != 0) {
+    warnings.push_back({"occlusion-left-out",
+                        "HIGH's picture of occlusion lies on another set of UVs than is read, "
+                        "and is left out; the map `ao` is of HIGH's shape.",
+                        other_uvs});
+  }
+  return found;
 }
 
 std::vector<OwnMap> load_own_maps(const BakeJob& a) {

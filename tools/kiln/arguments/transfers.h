@@ -27,8 +27,17 @@ inline constexpr Word<MaterialSlot> kMaterialSlots[] = {
     {"occlusion", MaterialSlot::occlusion}, {"opacity", MaterialSlot::opacity},
     {"roughness", MaterialSlot::roughness}};
 
-/// What a high poly has pictures and numbers for, but for occlusion; and colours, of its vertices, too.
-std::vector<MaterialSlot> slots_of(const Mesh& high, std::span<const Material> materials);
+/// Maps of an asset beside `normal` and `ao`, where nothing is said of maps: those that HIGH's colours and materials
+/// have.
+struct MaterialMaps {
+  std::vector<std::string> maps;       ///< As of --maps: color, opacity
+  std::vector<std::string> transfers;  ///< As of --transfer: mtl:roughness...
+};
+
+/// \param occlusion  true: HIGH's pictures of occlusion, too
+/// \param warnings   where to append that they lie on other UVs
+MaterialMaps material_maps(const Mesh& high, std::span<const Material> materials, bool occlusion,
+                           std::vector<Warning>& warnings);
 
 /// True if it is not opaque.
 bool is_transparent(const Material& material);

@@ -13,6 +13,7 @@
 #include "command/bake_run.h"
 #include "kiln/asset.h"
 #include "kiln/files.h"
+#include "report/asset_maps.h"
 #include "report/json.h"
 
 namespace kiln::cli {
@@ -27,26 +28,6 @@ const Material* find_material(const std::vector<Material>& materials, const std:
     return m.name == name && !m.place.empty();
   });
   return found == materials.end() ? nullptr : &*found;
-}
-
-/// Brings emission into [0, 1]. \returns what 1 stands for; 0: nothing shines
-float scale_emission(Image& image) {
-  float strength = 0;
-  for (const float value : image.pixels) {
-    if (std::isfinite(value)) strength = std::max(strength, value);
-  }
-  if (strength <= 1) return strength > 0 ? 1.0F : 0.0F;
-  for (float& value : image.pixels) value /= strength;
-  return strength;
-}
-
-/// Darkens ambient occlusion by HIGH's own picture of it: the lesser of both, since they see the same folds.
-void darken(Image& ao, const Image& picture) {
-  const std::size_t texels = std::size_t{ao.width} * ao.height;
-  for (std::size_t i = 0; i < texels; ++i) {
-    float& value = ao.pixels[i * ao.channels];
-    value = std::min(value, picture.pixels[i * picture.channels]);
-  }
 }
 
 /// LOW as it is written: a material for each pair of a texture set and a source material.
@@ -207,32 +188,12 @@ void start_asset_maps(BakeJob& arguments) {
 void choose_asset_maps(BakeRun& run) {
   BakeJob& arguments = run.arguments;
   if (arguments.asset.empty()) return;
-  const Mesh& high = run.high.mesh;
-  const std::vector<Material>& materials = run.high.beside.materials;
   if (arguments.given.contains("--maps")) return;
-  for (const MaterialSlot slot : slots_of(high, materials)) {
-    const std::string name = Words(kMaterialSlots).of(slot);
-    if (slot == MaterialSlot::color || slot == MaterialSlot::opacity) {
-      arguments.options.maps.emplace_back(name);
-    } else {
-      arguments.transfers.push_back("mtl:" + name);
-    }
-  }
-  std::uint64_t other_uvs = 0;
-  const bool occlusion = std::any_of(materials.begin(), materials.end(), [&](const Material& m) {
-    const bool there = !m.occlusion_map.empty();
-    if (there && m.occlusion_map.uv_set != high.uv_set) ++other_uvs;
-    return there;
-  });
-  if (occlusion && other_uvs == 0 && writes_gltf(arguments)) {
-    arguments.transfers.emplace_back("mtl:occlusion");
-  }
-  if (other_uvs != 0) {
-    run.warnings.push_back({"occlusion-left-out",
-                            "HIGH's picture of occlusion lies on another set of UVs than is read, "
-                            "and is left out; the map `ao` is of HIGH's shape.",
-                            other_uvs});
-  }
+  const MaterialMaps found =
+      material_maps(run.high.mesh, run.high.beside.materials, writes_gltf(arguments), run.warnings);
+  for (const std::string& name : found.maps) arguments.options.maps.emplace_back(name);
+  arguments.transfers.insert(arguments.transfers.end(), found.transfers.begin(),
+                             found.transfers.end());
   run.options = options_of(arguments);
 }
 
@@ -249,28 +210,10 @@ void keep_asset_match(BakeRun& run) {
 }
 
 void encode_asset_maps(BakeRun& run) {
-  AssetMaps maps;
-  Image* ao = nullptr;
   std::string left;
-  for (BakedMap& map : run.result.maps) {
-    const std::string name = std::string(map.kind.name);
-    if (name == "emission") {
-      maps.emission_strength = scale_emission(map.image);
-      if (maps.emission_strength == 0) continue;  // of this set
-    }
-    store(run, map, name);
-    if (name == "occlusion" && maps.occlusion != nullptr) {
-      darken(*ao, map.image);
-      continue;
-    }
-    if (name == "ao") ao = &map.image;
-    // Later maps take the place of earlier ones: HIGH's normal maps over its shape tell more than its shape.
-    if (const Image** const slot = slot_of(maps, name); slot != nullptr) {
-      *slot = &map.image;
-    } else {
-      left += (left.empty() ? "" : ", ") + name;
-    }
-  }
+  AssetMaps maps = asset_maps(
+      run.result.maps, [&](BakedMap& map, const std::string& name) { store(run, map, name); },
+      left);
   if (!left.empty() && run.pictures.empty()) {
     run.warnings.push_back(
         {"maps-left-out",

@@ -5,6 +5,8 @@ from __future__ import annotations
 import operator
 import re
 import warnings as _warnings
+from collections.abc import Iterator
+from contextlib import contextmanager
 from contextvars import ContextVar
 from typing import Any
 
@@ -85,8 +87,21 @@ texture_set: ContextVar[str] = ContextVar("texture_set", default="")
 quiet: ContextVar[bool] = ContextVar("quiet", default=False)
 
 
+_untold: ContextVar[str | None] = ContextVar("untold", default=None)
+
+
+@contextmanager
+def untold(code: str | None) -> Iterator[None]:
+    """Without warnings of a code."""
+    token = _untold.set(code)
+    try:
+        yield
+    finally:
+        _untold.reset(token)
+
+
 def warn(code: str, message: str, count: int) -> None:
-    if quiet.get():
+    if quiet.get() or code == _untold.get():
         return
     message = _FLAG.sub(lambda found: found.group(1).replace("-", "_"), message)
     if name := texture_set.get():

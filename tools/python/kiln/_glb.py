@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 from . import _core
 from ._bake import Bake, Source, bake, error_bound, match, words_of
 from ._core import Mesh
-from ._errors import Error, KilnWarning, count_of, device_of
+from ._errors import Error, count_of, device_of, untold, warn
 from ._meshes import as_mesh
 from ._plan import plan
 from ._progress import callback_of, done
@@ -21,6 +21,8 @@ if TYPE_CHECKING:
 
 #: Maps that a GLB's material has places for, and their channels.
 SLOTS = {"normal": 3, "ao": 1, "color": 3, "opacity": 1, "roughness": 1, "metallic": 1, "emission": 3}
+#: Those that come from materials alone.
+OF_MATERIALS = ("roughness", "metallic", "emission")
 
 
 class Glb:
@@ -29,17 +31,22 @@ class Glb:
     data      the file's bytes
     mesh      the light kiln.Mesh
     maps      by name (H, W, C) float32 in [0, 1], as the file holds them: colours sRGB-encoded; row 0 at the top
+    emission_strength
+              what 1 of the map emission stands for
     bake      the kiln.Bake that the maps are of, with its report
     vertices, faces, uvs, normals, tangents
               as renderers take them, with one list of indices: (V, 3), (F, 3), (V, 2) with the origin at the lower
               left, (V, 3), and (V, 4) with the bitangent's sign
     """
 
-    def __init__(self, data: bytes, mesh: Mesh, maps: dict[str, np.ndarray], baked: Bake | None) -> None:
+    def __init__(
+        self, data: bytes, mesh: Mesh, maps: dict[str, np.ndarray], baked: Bake | None, emission_strength: float = 1
+    ) -> None:
         self.data = data
         self.mesh = mesh
         self.maps = maps
         self.bake = baked
+        self.emission_strength = emission_strength
         self._parts: dict[str, np.ndarray] = {}
 
     def __bytes__(self) -> bytes:
@@ -292,8 +299,9 @@ def to_glb(
     faces_target     triangles of the light mesh; without: 10,000. A mesh with fewer keeps them all
     max_error        instead of faces_target: how near rendered normals come, such as "normal=3deg"; see kiln.plan()
     texture_size     texels a side; with max_error, the most
-    maps             of normal, ao, color, opacity; without: normal and ao, and color and opacity where vertices or
-                     materials have them
+    maps             of normal, ao, color, opacity, and roughness, metallic, emission of materials; without: normal and
+                     ao, and what vertices and materials have, their normal maps and occlusion, too; with `sample`,
+                     normal and ao
     sample           called once with the places of all texels on the dense mesh, (N, 3) float64; returns (N, 3)
                      colours, (N, 4) with opacity, or a dict: color, emission (N, 3), opacity, roughness, metallic
                      (N,), all in [0, 1], colours sRGB-encoded
@@ -315,10 +323,15 @@ def to_glb(
     if faces is None and colors is not None:
         high = Mesh(high.vertices, high.faces, colors=colors, name=high.name)
     _check_output(path, alpha)
+    unasked = maps is None
     if maps is None:
-        maps = ["normal", "ao"] + _maps_of(high, sample is not None)
-    maps = [maps] if isinstance(maps, str) else list(maps)
-    _check_slots("maps", maps)
+        found, transfers = _core.material_maps(high) if sample is None else ([], [])
+        maps = ["normal", "ao", *found]
+    else:
+        maps = [maps] if isinstance(maps, str) else list(maps)
+        _check_slots("maps", maps)
+        transfers = [f"mtl:{name}" for name in maps if name in OF_MATERIALS]
+        maps = [name for name in maps if name not in OF_MATERIALS]
     texture_size = count_of(texture_size, "texture_size", 16, 16384)
     if faces_target is not None and max_error is not None:
         text = "faces_target: max_error chooses the number of triangles: leave one of them out."
@@ -335,12 +348,16 @@ def to_glb(
     smooth = _core.glb_occlusion_error(words)
     if "ao" in maps and smooth > 0:
         keywords["ao_error"] = smooth
+    given = keywords.pop("transfer", None)
+    transfers += [given] if isinstance(given, str) else list(given or [])
     if max_error is not None:
         return _planned(
             high,
             max_error,
             texture_size,
             maps,
+            transfers,
+            unasked,
             sample,
             path,
             alpha,
@@ -363,12 +380,18 @@ def to_glb(
             _check_slots("sample", files)
             _check_pictures("sample", files)
             maps = [name for name in maps if name not in files]
-        baked = None
-        if maps:
-            baked = bake(source, low, size=texture_size, maps=maps, progress=_part(report, 0.6, 0.95), **keywords)
-            files.update((name, baked.stored(name)) for name in baked if name in SLOTS)
+            transfers = [text for text in transfers if text.removeprefix("mtl:") not in files]
+        baked, strength = None, 1.0
+        if maps or transfers:
+            keywords |= _with_transfers(maps, transfers)
+            with untold("material-value" if unasked else None):
+                baked = bake(source, low, size=texture_size, progress=_part(report, 0.6, 0.95), **keywords)
+            ours, strength = _pictures_of(baked, maps, unasked)
+            strength = 1.0 if "emission" in files else strength
+            files = {**ours, **files}
     files = {name: files[name] for name in SLOTS if name in files}
-    return done(report, Glb(_write(low, files, path, alpha, double_sided, baked), low, files, baked))
+    data = _write(low, files, path, alpha, double_sided, baked, strength)
+    return done(report, Glb(data, low, files, baked, strength))
 
 
 def _planned(
@@ -376,6 +399,8 @@ def _planned(
     max_error: str | float,
     size: int,
     maps: list[str],
+    transfers: list[str],
+    unasked: bool,
     sample: Callable[[np.ndarray], Any] | None,
     path: str | os.PathLike[str] | None,
     alpha: str,
@@ -385,13 +410,16 @@ def _planned(
     keywords: dict[str, Any],
 ) -> Glb:
     with Source(high, device=device, progress=_part(report, 0.02, 0.1)) as source:
-        made = plan(source, max_error=max_error, size=size, maps=maps, progress=_part(report, 0.1, 0.8), **keywords)
+        by = keywords | _with_transfers(maps, transfers)
+        with untold("material-value" if unasked else None):
+            made = plan(source, max_error=max_error, size=size, progress=_part(report, 0.1, 0.8), **by)
         files: dict[str, np.ndarray] = {}
+        strength = 1.0
         low = made.mesh
         if low.uvs is None:  # it needs no map, but a GLB has UVs
             low = _core.unwrap(low, size, "charts", None, None, None)
         if made.bake is not None:
-            files.update((name, made.bake.stored(name)) for name in made.bake)
+            files, strength = _pictures_of(made.bake, maps, unasked)
         if sample is not None:
             words = _of_match({key: value for key, value in keywords.items() if key not in ("screen", "max_outline")})
             words["match"] = made.chosen["match"]
@@ -403,25 +431,35 @@ def _planned(
             _check_slots("sample", ours)
             _check_pictures("sample", ours)
             files.update(ours)
+            strength = 1.0 if "emission" in ours else strength
     files = {name: files[name] for name in SLOTS if name in files}
-    return done(report, Glb(_write(low, files, path, alpha, double_sided, made.bake), low, files, made.bake))
+    data = _write(low, files, path, alpha, double_sided, made.bake, strength)
+    return done(report, Glb(data, low, files, made.bake, strength))
 
 
-def _maps_of(high: Mesh, sampled: bool) -> list[str]:
-    """Maps that the high poly has beside its shape. What it has for other places of a material is told."""
-    import warnings
+def _with_transfers(maps: list[str], transfers: list[str]) -> dict[str, Any]:
+    """Keywords of a bake, which has one map of the shape at least."""
+    names = maps or ["normal"]
+    return {"maps": names, "transfer": list(dict.fromkeys(transfers))} if transfers else {"maps": names}
 
-    slots = [] if sampled else _core.slots_of(high)
-    left = [name for name in slots if name not in ("color", "opacity")]
+
+def _pictures_of(baked: Bake, maps: list[str], unasked: bool) -> tuple[dict[str, np.ndarray], float]:
+    """The maps as a material has them, and what 1 of emission stands for. What it has no place for is told."""
+    files, strength, left = _core.asset_maps(baked._core, list(SLOTS))
     if left:
-        text = f"The high poly's materials have {', '.join(left)}, which kiln.to_glb() leaves out; the command carries them."
-        warnings.warn(KilnWarning(text, "material-left-out", len(left)), stacklevel=3)
-    return [name for name in slots if name not in left]
+        warn("maps-left-out", f"A GLB's material has no place for {left}: bake them by kiln.bake().", 1)
+    if unasked:
+        baked.report.warnings = [w for w in baked.report.warnings if w["code"] != "material-value"]
+    if not maps and "normals" not in baked:
+        files.pop("normal", None)  # which was not asked for
+    # A slot of one channel holds the first.
+    return {name: file[:, :, : SLOTS[name]].copy() for name, file in files.items()}, strength
 
 
 def _of_match(keywords: Mapping[str, Any]) -> dict[str, Any]:
     """Without what is of maps alone."""
     maps = (
+        "transfer",
         "ao_",
         "range",
         "curvature_radius",
@@ -450,6 +488,7 @@ def _write(
     alpha: str,
     double_sided: bool,
     baked: Bake | None,
+    emission_strength: float = 1,
 ) -> bytes:
     import json
     import tempfile
@@ -459,9 +498,9 @@ def _write(
         extras["texels"] = {"covered": baked.report.texels, "missed_samples": baked.report.missed}
     text = json.dumps(extras)
     if path is not None:
-        _core.save_glb(low, files, Path(path), alpha, double_sided, text)
+        _core.save_glb(low, files, emission_strength, Path(path), alpha, double_sided, text)
         return Path(path).read_bytes()
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder) / "low.glb"
-        _core.save_glb(low, files, file, alpha, double_sided, text)
+        _core.save_glb(low, files, emission_strength, file, alpha, double_sided, text)
         return file.read_bytes()
