@@ -286,9 +286,29 @@ def test_materials_reach_a_glb_unasked_as_in_the_command(pbr, tmp_path, command)
         assert mine["extensions"]["KHR_materials_emissive_strength"]["emissiveStrength"] == pytest.approx(ours.emission_strength)
 
 
-@pytest.mark.parametrize("how", [{"faces_target": 100}, {"max_error": 1, "match": "closest", "samples": 1}], ids=["faces", "plan"])
-def test_maps_of_materials_are_the_pictures_times_the_factors(pbr, how):
-    glb = kiln.to_glb(pbr, texture_size=64, **how)
+def trimesh_of(data):
+    """As trimesh loads it."""
+    trimesh = pytest.importorskip("trimesh")
+    pytest.importorskip("PIL")
+    return trimesh.load(trimesh.util.wrap_as_stream(data), file_type="glb", force="mesh")
+
+
+FACES = {"faces_target": 100}
+
+
+@pytest.mark.parametrize(
+    "how, source, strength",
+    [
+        (FACES, bytes, STRENGTH),
+        ({"max_error": 1, "match": "closest", "samples": 1}, bytes, STRENGTH),
+        (FACES, trimesh_of, 1),  # it knows no strength of emission
+    ],
+    ids=["faces", "plan", "trimesh"],
+)
+def test_maps_of_materials_are_the_pictures_times_the_factors(pbr, how, source, strength):
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        glb = kiln.to_glb(source(pbr), texture_size=64, **how)
     covered = glb.bake.coverage == 1
     size = len(covered)
     points = kiln.match(pbr, glb.mesh, size=size, match="closest").position[covered]
@@ -303,7 +323,7 @@ def test_maps_of_materials_are_the_pictures_times_the_factors(pbr, how):
     np.testing.assert_allclose(got["metallic"][inside], 0.8 * wanted["metallic"][inside], **near)
     factors = np.array(FACTORS["baseColorFactor"][:3])
     np.testing.assert_allclose(linear(got["color"])[inside], (factors * linear(wanted["color"]))[inside], **near)
-    light = STRENGTH * np.array(SHINE) * linear(wanted["emission"])
+    light = strength * np.array(SHINE) * linear(wanted["emission"])
     np.testing.assert_allclose(glb.emission_strength * linear(got["emission"])[inside], light[inside], atol=3 * near["atol"])
     # The lesser of both: the sheet itself is open to the sky.
     assert (got["ao"][inside, 0] <= wanted["ao"][inside, 0] + near["atol"]).all()
@@ -481,10 +501,72 @@ def test_what_is_not_taken_of_trimesh_objects_is_told():
 
     visual = trimesh.visual
     red = visual.material.PBRMaterial(baseColorFactor=[255, 0, 0, 255])
+    many = visual.material.MultiMaterial([red, red])
     assert codes(visual.TextureVisuals(uv=uvs)) == []
-    assert codes(visual.TextureVisuals(uv=uvs, material=red)) == ["material-left-out"]
+    assert codes(visual.TextureVisuals(uv=uvs, material=red)) == []
+    assert codes(visual.TextureVisuals(uv=uvs, material=many)) == ["material-left-out"]
+    painted = visual.TextureVisuals(uv=uvs, material=red)
+    painted.vertex_attributes["color"] = np.full((len(vertices), 4), 9, np.uint8)
+    assert codes(painted) == ["colors-left-out"]
     assert codes(visual.ColorVisuals(vertex_colors=np.full((len(vertices), 4), 9, np.uint8))) == []
     assert codes(visual.ColorVisuals(face_colors=np.full((len(faces), 4), 9, np.uint8))) == ["colors-left-out"]
+    image = pytest.importorskip("PIL.Image").new("RGB", (8, 8))
+    for bare in (visual.material.PBRMaterial(baseColorTexture=image), visual.material.SimpleMaterial(image=image)):
+        assert codes(visual.TextureVisuals(material=bare)) == ["material-left-out"]
+
+
+@pytest.mark.parametrize("kind", ["pbr", "simple", "simple with a colour", "plain", "one texel"])
+def test_materials_of_trimesh_objects(kind):
+    trimesh = pytest.importorskip("trimesh")
+    picture = pytest.importorskip("PIL.Image")
+    vertices, faces, uvs = sheet(16, waves)
+    v, u = (np.mgrid[0:64, 0:64] + 0.5) / 64
+    pixels = np.uint8(255 * np.stack([0.2 + 0.6 * u, 0.9 - 0.7 * v, 0.3 + 0.3 * u], 2) + 0.5)  # row 0 is v = 1
+    image = picture.fromarray(pixels)
+    materials = trimesh.visual.material
+    factor = np.ones(3)
+    if kind == "pbr":
+        material = materials.PBRMaterial(baseColorTexture=image, roughnessFactor=0.25, metallicFactor=0)
+    elif kind == "simple":
+        material = materials.SimpleMaterial(image=image)
+    elif kind == "simple with a colour":
+        material = materials.SimpleMaterial(image=image, diffuse=[255, 128, 64, 255])
+        factor = np.array([255, 128, 64]) / 255
+    elif kind == "plain":
+        material = materials.PBRMaterial(baseColorFactor=[255, 128, 64, 255])
+        pixels[:], factor = 255, np.array([255, 128, 64]) / 255
+    else:
+        pixels[:] = 200, 100, 50
+        material = materials.SimpleMaterial(image=picture.fromarray(pixels[:2, :2]))
+    far = np.array([1e6, 0, 0]) if kind == "pbr" else np.zeros(3)
+    mesh = trimesh.Trimesh(
+        vertices + far, faces, process=False, visual=trimesh.visual.TextureVisuals(uv=uvs, material=material)
+    )
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        glb = kiln.to_glb(mesh, texture_size=64, faces_target=100)
+    covered = glb.bake.coverage == 1
+    places = kiln.match(mesh, glb.mesh, size=64).position[covered] - far
+    inside = (np.abs(places[:, :2] - 0.5) < 0.45).all(1)
+    # The texture looked up, between its texels.
+    x, y = 64 * places[inside, 0] - 0.5, 64 * (1 - places[inside, 1]) - 0.5
+    column, row = x.astype(int), y.astype(int)
+    a, b = (x - column)[:, None], (y - row)[:, None]
+    light = linear(pixels / 255)
+    rows = [(1 - a) * light[row + k, column] + a * light[row + k, column + 1] for k in (0, 1)]
+    wanted = factor * ((1 - b) * rows[0] + b * rows[1])
+    np.testing.assert_allclose(linear(glb.maps["color"][covered][inside]), wanted, atol=0.01)
+    roughness = glb.maps["roughness"][covered]
+    assert np.allclose(roughness, 0.25 if kind == "pbr" else 1, atol=0.01) and ("metallic" in glb.maps) == (kind == "plain")
+
+
+@pytest.mark.no_device
+def test_materials_of_low_polys_are_not_asked():
+    trimesh = pytest.importorskip("trimesh")
+    vertices, faces, uvs = sheet(4, waves)
+    red = trimesh.visual.material.PBRMaterial(baseColorFactor=[255, 0, 0, 255])
+    mesh = trimesh.Trimesh(vertices, faces, process=False, visual=trimesh.visual.TextureVisuals(uv=uvs, material=red))
+    assert kiln.as_mesh(mesh).material_names and not kiln.as_mesh(mesh, "low").material_names
 
 
 def test_bytes_of_a_file_leave_nothing_behind():

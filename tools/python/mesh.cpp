@@ -202,6 +202,19 @@ PyMesh load_file(const std::filesystem::path& path, const std::string& triangula
   return mesh;
 }
 
+/// The mesh with the one material that another has.
+PyMesh with_material(const PyMesh& mesh, const PyMesh& of) {
+  PyMesh result = mesh;
+  Mesh copy = *mesh.mesh;
+  copy.materials.assign(copy.triangles.size(), 0);
+  copy.material_names = of.mesh->material_names;
+  copy.material_files = of.mesh->material_files;
+  result.mesh = shared(std::move(copy));
+  result.file = of.file;
+  result.keep = of.keep;
+  return result;
+}
+
 PyMesh load_bytes(nb::bytes data, const std::string& name) {
   const Call call;
   std::vector<Warning> warnings;
@@ -341,6 +354,7 @@ Raises kiln.Error, with the parameter's name, for arrays of other shapes or type
       .def("__repr__", &describe);
   module.def("load_file", &load_file, "path"_a, "triangulate"_a = "auto", "uv_set"_a = 0,
              "keep"_a.none() = nb::none());
+  module.def("with_material", &with_material, "mesh"_a, "of"_a);
   module.def("load_bytes", &load_bytes, "data"_a, "name"_a);
 }
 

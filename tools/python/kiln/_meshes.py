@@ -42,7 +42,7 @@ def as_mesh(given: Any, parameter: str = "mesh") -> Mesh:
     if isinstance(getattr(given, "mesh", None), Mesh):  # kiln.Glb
         return given.mesh  # type: ignore[no-any-return]
     if hasattr(given, "vertices") and hasattr(given, "faces"):
-        return _of_object(given)
+        return _of_object(given, parameter not in ("low", "cage_mesh", "ao_occluders"))
     hint = ""
     if hasattr(given, "to_mesh"):
         hint = " Of a scene, give scene.to_mesh()."
@@ -86,9 +86,14 @@ def _extension(data: bytes) -> str:
     return ".obj"
 
 
-def _of_object(given: Any) -> Mesh:
-    """Duck typing of trimesh.Trimesh: visual.uv, visual.vertex_colors and the vertices' own normals. What is left out is
-    told."""
+#: What a material of trimesh's shows by.
+_FACTORS = ("baseColorFactor", "metallicFactor", "roughnessFactor", "emissiveFactor")
+_PICTURES = ("baseColorTexture", "metallicRoughnessTexture", "normalTexture", "occlusionTexture", "emissiveTexture")
+
+
+def _of_object(given: Any, with_material: bool) -> Mesh:
+    """Duck typing of trimesh.Trimesh: visual.uv, visual.vertex_colors, the vertices' own normals, and the material. What
+    is left out is told."""
     visual = getattr(given, "visual", None)
     uvs = getattr(visual, "uv", None)
     colors = None
@@ -100,16 +105,6 @@ def _of_object(given: Any) -> Mesh:
             "The mesh has colours of faces, which are not taken: give each face vertices of its own, with their colours.",
             len(given.faces),
         )
-    material = getattr(visual, "material", None)
-    # A picture of 2 x 2 stands in for what trimesh was not given.
-    size = getattr(getattr(material, "image", None), "size", (0, 0))
-    if max(size) > 2 or any(getattr(material, "baseColor" + name, None) is not None for name in ("Texture", "Factor")):
-        warn(
-            "material-left-out",
-            "The mesh's material is not taken, only its shape and UVs: give mesh.export(file_type='glb', "
-            "include_normals=True) in its place, or its picture as textures={'color': ...} of kiln.bake().",
-            1,
-        )
     # Normals that were computed say nothing new; those that a file gave are in the cache.
     cache = getattr(given, "_cache", None)
     normals = None
@@ -119,4 +114,60 @@ def _of_object(given: Any) -> Mesh:
     metadata = getattr(given, "metadata", None)
     if isinstance(metadata, dict):
         name = str(metadata.get("name") or metadata.get("file_name") or name)
-    return Mesh(given.vertices, given.faces, uvs, normals=normals, colors=colors, name=os.path.splitext(name)[0])
+    mesh = Mesh(given.vertices, given.faces, uvs, normals=normals, colors=colors, name=os.path.splitext(name)[0])
+    material = getattr(visual, "material", None)
+    return mesh if material is None or not with_material else _with_material(mesh, material, visual)
+
+
+def _with_material(mesh: Mesh, material: Any, visual: Any) -> Mesh:
+    """With a material of trimesh's, by a GLB of one triangle."""
+    if hasattr(material, "diffuse") and hasattr(material, "to_pbr"):
+        material = _pbr_of_simple(material)
+    pictures = [name for name in _PICTURES if getattr(material, name, None) is not None]
+    factors = [name for name in _FACTORS if getattr(material, name, None) is not None]
+    of_many = len(getattr(material, "materials", ())) > 0
+    if not pictures and not factors and not of_many:
+        return mesh
+    known = type(material).__module__.startswith("trimesh.") and not of_many
+    if known and (mesh.uvs is not None or not pictures):
+        import importlib
+
+        trimesh: Any = importlib.import_module("trimesh")
+        corners = [[0, 0, 0], [1, 0, 0], [0, 1, 0]]
+        triangle = trimesh.Trimesh(
+            corners,
+            [[0, 1, 2]],
+            visual=trimesh.visual.TextureVisuals(uv=[corner[:2] for corner in corners], material=material),
+            process=False,
+        )
+        data: bytes = triangle.export(file_type="glb", include_normals=True)
+        # Pictures that cannot be written are left out without a word.
+        if all(name.encode() in data for name in pictures):
+            beside = getattr(visual, "vertex_attributes", {}).get("color")
+            if beside is not None and (beside != beside.dtype.type(1 if beside.dtype.kind == "f" else 255)).any():
+                warn("colors-left-out", "The mesh has colours of vertices beside its material, which are not taken.", 1)
+            return _core.with_material(mesh, _of_glb(data))
+    warn(
+        "material-left-out",
+        "The mesh's material is not taken, only its shape and UVs: give mesh.export(file_type='glb', "
+        "include_normals=True) in its place, or its picture as textures={'color': ...} of kiln.bake().",
+        1,
+    )
+    return mesh
+
+
+def _pbr_of_simple(material: Any) -> Any:
+    """Of trimesh's SimpleMaterial, without the greys that stand in for a picture or a colour which nobody gave: its own
+    to_pbr() multiplies pictures by them."""
+    made = material.to_pbr()
+    made.metallicFactor = 0.0
+    if getattr(material, "_glossiness", None) is None:
+        made.roughnessFactor = 1.0
+    if list(material.diffuse) == [102, 102, 102, 255]:
+        made.baseColorFactor = None
+    image = material.image
+    if getattr(image, "size", None) == (2, 2) and image.convert("RGBA").tobytes() == 4 * bytes([100, 100, 100, 255]):
+        made.baseColorTexture = None
+    if made.baseColorTexture is None and made.baseColorFactor is None:
+        return None
+    return made
