@@ -143,6 +143,25 @@ def test_colours_of_vertices_and_of_textures(nodes):
     assert upper.any() and (found[upper & (mesh.vertices[0, :, 1] > 0.1), 0] > 0.9).all()
 
 
+@pytest.mark.parametrize("dtype, most", [(np.float32, 1), (np.uint8, 255), (np.uint16, 65535)])
+def test_colours_are_floats_or_whole_numbers(nodes, dtype, most):
+    """Whole numbers came out white, and as a texture black."""
+    vertices, faces, uvs = sheet(16, waves)
+    shares = np.array([51, 102, 204]) / 255
+    inputs = {"target_face_count": 100, "texture_size": 64}
+    given = np.broadcast_to(most * shares, (1, len(vertices), 3)).astype(dtype)
+    high = Mesh(vertices[None].astype(np.float32), faces[None], vertex_colors=given)
+    encoded = np.where(shares <= 0.0031308, 12.92 * shares, 1.055 * shares ** (1 / 2.4) - 0.055)  # they are linear
+    found = run(nodes, "KilnToGLB", mesh=high, **inputs)["base_color"]
+    np.testing.assert_allclose(found, np.broadcast_to(encoded, found.shape), atol=1 / 255)
+    picture = np.broadcast_to(most * shares, (1, 8, 8, 3)).astype(dtype)
+    high = Mesh(vertices[None].astype(np.float32), faces[None], uvs=uvs[None].astype(np.float32), texture=picture)
+    found = run(nodes, "KilnToGLB", mesh=high, **inputs)["base_color"]
+    np.testing.assert_allclose(found, np.broadcast_to(shares, found.shape), atol=1 / 255)
+    with pytest.raises(ValueError, match="vertex_colors should be floats"):
+        run(nodes, "KilnToGLB", mesh=Mesh(vertices[None], faces[None], vertex_colors=given.astype(np.int64)), **inputs)
+
+
 def test_wrong_meshes_are_told(nodes):
     vertices, faces = ball(2)
     with pytest.raises(ValueError, match="has no UVs"):

@@ -2,7 +2,8 @@
 
 A MESH holds a batch, filled up with zeros where vertex_counts and face_counts say less: vertices (B, N, 3), faces
 (B, M, 3), uvs (B, N, 2) with the origin at the upper left, vertex_colors (B, N, 3 or 4) linear, normals, tangents;
-texture, normal_map and metallic_roughness are (B, H, W, 3) pictures.
+texture, normal_map and metallic_roughness are (B, H, W, 3) pictures. Colours and pictures are floats in [0, 1], or
+uint8 of as many steps.
 """
 
 from __future__ import annotations
@@ -49,6 +50,15 @@ def as_tensor(array):
     return torch.from_numpy(np.array(array, order="C"))
 
 
+def as_shares(values, name):
+    """Numbers in [0, 1]: floats as they are, whole numbers as shares of the largest."""
+    if values.dtype in (np.uint8, np.uint16):
+        return values / np.float32(np.iinfo(values.dtype).max)
+    if values.dtype.kind != "f":
+        raise ValueError(f"{name} should be floats in [0, 1], or uint8, not {values.dtype}.")
+    return values
+
+
 def linear_to_srgb(values):
     values = np.clip(values, 0, 1)
     return np.where(values <= 0.0031308, 12.92 * values, 1.055 * values ** (1 / 2.4) - 0.055)
@@ -80,8 +90,10 @@ def items(mesh):
         if uvs is not None:
             uvs = [0, 1] + uvs * [1, -1]
         if colors is not None:
+            colors = as_shares(colors, "vertex_colors")
             colors = np.hstack([linear_to_srgb(colors[:, :3]), colors[:, 3:]])
-        yield kiln.Mesh(uvs=uvs, colors=colors, **item), None if textures is None else textures[i]
+        texture = None if textures is None or textures[i] is None else as_shares(textures[i], "texture")
+        yield kiln.Mesh(uvs=uvs, colors=colors, **item), texture
 
 
 def batch_of(mesh, batch, **fields):
