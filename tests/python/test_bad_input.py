@@ -192,6 +192,22 @@ def test_progress_is_told_and_may_stop(source, low):
     source.bake(low, size=16)
 
 
+@pytest.mark.parametrize("said", [np.False_, np.array(False), np.array([[False]])], ids=repr)
+def test_a_false_of_numpy_stops(source, low, said):
+    with pytest.raises(kiln.Cancelled):
+        source.bake(low, size=256, progress=lambda done, stage: said)
+
+
+@pytest.mark.parametrize("said", [None, True, np.True_, 0, 0.0, "", [], np.float32(0), np.array(0), np.zeros(2)], ids=repr)
+def test_what_callbacks_happen_to_return_does_not_stop(source, low, said):
+    source.bake(low, size=16, progress=lambda done, stage: said)
+
+
+def test_an_answer_of_several_truths_is_an_error(source, low):
+    with pytest.raises(ValueError, match="ambiguous"):
+        source.bake(low, size=16, progress=lambda done, stage: np.array([True, False]))
+
+
 def test_exceptions_and_recursion_in_callbacks(source, low):
     class Mine(Exception):
         pass

@@ -9,6 +9,7 @@
 #include <memory>
 #include <mutex>
 #include <regex>
+#include <string_view>
 
 #include "arguments/command_line.h"
 #include "report/flags.h"
@@ -49,6 +50,15 @@ void translate(const std::exception_ptr& thrown, void*) {
   }
 }
 
+/// True for False, and for NumPy's and other arrays' that `done < limit` gives. Not for 0 or an empty list, which a
+/// callback happens to return.
+bool is_false(const nb::object& said) {
+  if (!nb::hasattr(said, "dtype")) return said.ptr() == Py_False;
+  const nb::object type = said.attr("dtype");
+  return std::string_view(nb::str(type).c_str()).ends_with("bool") &&
+         !static_cast<bool>(nb::bool_(said));
+}
+
 }  // namespace
 
 Call::Call(nb::object progress) : progress_(std::move(progress)) {
@@ -79,7 +89,7 @@ Progress Call::progress() const {
       Inside() { in_callback = true; }
       ~Inside() { in_callback = false; }
     } const inside;
-    return progress_(done, stage).ptr() != Py_False;
+    return !is_false(progress_(done, stage));
   };
 }
 
