@@ -182,6 +182,110 @@ def test_errors_can_be_pickled():
     assert (str(again), again.code, again.kind, again.parameter) == ("text", "mesh-index", "input", "faces")
 
 
+def again(mesh):
+    return pickle.loads(pickle.dumps(mesh))
+
+
+PARTS = [name for name, part in vars(kiln.Mesh).items() if not name.startswith("_") and name not in ("save", "report")]
+
+
+def assert_same(mesh, other):
+    assert len(PARTS) == 15
+    for part in PARTS:
+        np.testing.assert_array_equal(getattr(mesh, part), getattr(other, part), err_msg=part)
+        if isinstance(getattr(mesh, part), np.ndarray):
+            assert getattr(mesh, part).dtype == getattr(other, part).dtype
+
+
+@pytest.mark.no_device
+def test_meshes_can_be_pickled():
+    uvs = np.array([[0, 0], [1, 0], [1, 1], [0, 1], [0.5, 0.5]])
+    corners = [[0, 1, 2], [0, 2, 4]]
+    whole = kiln.Mesh(
+        SQUARE.astype(np.float64) + [1e7, 0, 0.125],
+        TWO,
+        uvs,
+        uv_faces=corners,
+        normals=np.tile([0, 0, 1.0], (2, 3, 1)),
+        colors=np.arange(16).reshape(4, 4).astype(np.uint8),
+        materials=[0, 1],
+        material_names=["skin", "gläss"],
+        groups=[1, 0],
+        objects=[0, 1],
+        object_names=["left", "right"],
+        tangents=np.tile([1.0, 0, 0, -1], (6, 1)),
+        name="whole",
+    )
+    assert whole.vertices.dtype == np.float64 and all(getattr(whole, part) is not None for part in PARTS)
+    assert_same(whole, again(whole))
+    bare = kiln.Mesh(SQUARE, TWO)
+    assert_same(bare, again(bare))
+    assert again(bare).report is None
+    made = kiln.simplify(*sheet(8, waves)[:2], target=20)
+    assert again(made).report == made.report and made.report["faces"] == 20
+    name, *state = bare.__getstate__()
+    with pytest.raises(kiln.Error, match="0.0.1, and this is"):
+        kiln.Mesh.__new__(kiln.Mesh).__setstate__(("0.0.1", *state))
+
+
+def test_pickled_meshes_keep_their_materials_and_polygons(low, tmp_path):
+    def maps(mesh, *names):
+        baked = kiln.bake(mesh, low, size=32, maps=names)
+        return [baked[name] for name in names]
+
+    vertices, _, uvs = sheet(4, lambda x, y: 0.2 * x * x * y)
+    red = np.zeros((4, 4, 3), np.float32)
+    red[:, :2, 0] = 1
+    glb = kiln.pack_glb(kiln.Mesh(vertices, sheet(4, waves)[1], uvs), {"color": red}).data
+    mesh = kiln.as_mesh(glb)
+    wanted, data = maps(mesh, "color"), pickle.dumps(mesh)
+    del mesh
+    gc.collect()  # and its file is gone
+    other = pickle.loads(data)
+    np.testing.assert_array_equal(maps(other, "color"), wanted)
+    np.testing.assert_array_equal(maps(again(other), "color"), wanted)
+    assert wanted[0].max() == 1 and wanted[0].min() == 0
+    # A mesh of a file stays one, also where the other process works elsewhere; so do its polygons.
+    text = "mtllib a.mtl\nusemtl a\n" + "".join(f"v {x} {y} {z}\n" for x, y, z in vertices) + "vt 0 0\n"
+    quads = [(i, i + 1, i + 6, i + 5) for i in range(1, 20) if i % 5]
+    text += "".join("f " + " ".join(f"{i}/1" for i in quad) + "\n" for quad in quads)
+    (tmp_path / "a.obj").write_text(text)
+    (tmp_path / "a.mtl").write_text("newmtl a\nKd 0 1 0\n")
+    here = os.getcwd()
+    os.chdir(tmp_path)
+    try:
+        mesh = kiln.load("a.obj")
+        data = pickle.dumps(mesh)
+    finally:
+        os.chdir(here)
+    wanted = maps(pickle.loads(data), "color", "normal")
+    np.testing.assert_array_equal(wanted, maps(kiln.load(tmp_path / "a.obj"), "color", "normal"))
+    assert wanted[0][..., 1].min() == 1
+    triangles = kiln.Mesh(mesh.vertices, mesh.faces)
+    assert (maps(triangles, "normal")[0] != wanted[1]).any()  # whose normals have other weights
+
+
+def test_pickled_meshes_know_how_they_were_made():
+    high = kiln.Mesh(*sheet(32, lambda x, y: 0.2 * np.sin(9 * x) * np.sin(9 * y)))
+    made = kiln.unwrap(kiln.simplify(high, target=20), size=32)
+    distance = kiln.bake(high, made, size=32).report.max_distance
+    with kiln.Source(high) as source:
+        assert distance > 0.03 * source.diagonal  # and not 2% of it
+    assert kiln.bake(high, again(made), size=32).report.max_distance == distance
+    field, plane = kiln.height_field(np.random.default_rng(1).random((8, 8)).astype(np.float32), height=9)
+    wanted = kiln.bake(field, plane, size=16)
+    np.testing.assert_array_equal(kiln.bake(again(field), again(plane), size=16)["normal"], wanted["normal"])
+
+
+def test_meshes_reach_other_processes_and_come_back():
+    high = kiln.Mesh(*sheet(8, waves), name="waves")
+    with multiprocessing.get_context("spawn").Pool(1) as pool:
+        light = pool.apply(kiln.simplify, (high,), {"target": 20})
+    mine = kiln.simplify(high, target=20)
+    assert_same(light, mine)
+    assert {**light.report, "seconds": 0} == {**mine.report, "seconds": 0}
+
+
 def test_progress_is_told_and_may_stop(source, low):
     told = []
     source.bake(low, size=256, maps=["normal", "ao"], progress=lambda done, stage: told.append((done, stage)))

@@ -6,7 +6,9 @@
 #include <nanobind/stl/vector.h>
 
 #include <cmath>
+#include <filesystem>
 #include <limits>
+#include <type_traits>
 
 #include "arguments/words.h"
 #include "arrays.h"
@@ -182,6 +184,99 @@ std::string describe(const PyMesh& self) {
   return text + ">";
 }
 
+/// All parts of a mesh, in the order of pickles. A part more of Mesh does not compile.
+template <typename AnyMesh, typename Function>
+void each_part(AnyMesh& mesh, Function&& part) {
+  auto& [name, origin, positions, triangles, uvs, uv_triangles, normals, normal_triangles, tangents,
+         colors, groups, group_names, objects, object_names, materials, material_names,
+         material_files, polygons, metres, uv_set] = mesh;
+  const auto each = [&](auto&... parts) { (part(parts), ...); };
+  each(name, origin, positions, triangles, uvs, uv_triangles, normals, normal_triangles, tangents,
+       colors, groups, group_names, objects, object_names, materials, material_names,
+       material_files, polygons, metres, uv_set);
+}
+
+/// Its figures alone, since the warnings were given.
+template <typename Report, typename Function>
+void each_figure(Report& report, Function&& figure) {
+  auto& [input_faces, faces, error, mean_error, back_error, mended, folded, without_area, holes,
+         dropped_parts, charts, coverage, uv_strays, seconds, warnings] = report;
+  const auto each = [&](auto&... figures) { (figure(figures), ...); };
+  each(input_faces, faces, error, mean_error, back_error, mended, folded, without_area, holes,
+       dropped_parts, charts, coverage, uv_strays, seconds);
+}
+
+/// Arrays are bytes in pickles; all else is what Python has for it.
+template <typename T>
+constexpr bool kIsArray = false;
+template <typename T>
+constexpr bool kIsArray<std::vector<T>> = std::is_trivially_copyable_v<T>;
+
+nb::tuple pickled(const PyMesh& self) {
+  nb::list parts;
+  each_part(*self.mesh, [&](const auto& part) {
+    using Part = std::remove_cvref_t<decltype(part)>;
+    if constexpr (kIsArray<Part>) {
+      parts.append(nb::bytes(part.data(), part.size() * sizeof(typename Part::value_type)));
+    } else {
+      parts.append(part);
+    }
+  });
+  // A file that goes with the mesh comes along; others are found where they are.
+  const std::string file =
+      self.file.empty() ? "" : std::filesystem::absolute(self.file).lexically_normal().string();
+  nb::object content = nb::none();
+  if (!self.keep.is_none()) {
+    content = nb::module_::import_("pathlib").attr("Path")(file).attr("read_bytes")();
+  }
+  nb::list made;
+  if (self.made) each_figure(*self.made, [&](const auto& figure) { made.append(figure); });
+  return nb::make_tuple(std::string(version()), parts, file, content, self.report, made,
+                        self.height_field);
+}
+
+PyMesh unpickled(const nb::tuple& state) {
+  const Call call;
+  const std::string by = nb::cast<std::string>(state[0]);
+  if (by != version()) {
+    throw Error(ErrorCode::input,
+                "The mesh was pickled by Kiln " + by + ", and this is " + std::string(version()) +
+                    ": hand on a file.",
+                "pickle");
+  }
+  Mesh mesh;
+  std::size_t i = 0;
+  each_part(mesh, [&](auto& part) {
+    using Part = std::remove_cvref_t<decltype(part)>;
+    const nb::object given = state[1][i++];
+    if constexpr (kIsArray<Part>) {
+      using Row = typename Part::value_type;
+      const nb::bytes bytes = nb::cast<nb::bytes>(given);
+      part = elements<Row>(bytes.data(), bytes.size() / sizeof(Row));
+    } else {
+      part = nb::cast<Part>(given);
+    }
+  });
+  call.run([&] { validate(mesh); });
+  PyMesh result{shared(std::move(mesh)), nb::cast<std::string>(state[2])};
+  if (const nb::object content = state[3]; !content.is_none()) {
+    const nb::object kept = nb::module_::import_("kiln._meshes").attr("kept_file")(content);
+    result.file = nb::cast<std::string>(kept[0]);
+    result.keep = kept[1];
+  }
+  result.report = state[4];
+  if (const nb::list made = nb::cast<nb::list>(state[5]); made.size() != 0) {
+    SimplifyReport report;
+    i = 0;
+    each_figure(report, [&](auto& figure) {
+      figure = nb::cast<std::remove_cvref_t<decltype(figure)>>(made[i++]);
+    });
+    result.made = std::make_shared<const SimplifyReport>(std::move(report));
+  }
+  result.height_field = nb::cast<bool>(state[6]);
+  return result;
+}
+
 PyMesh load_file(const std::filesystem::path& path, const std::string& triangulate,
                  std::uint32_t uv_set, nb::object keep) {
   const Call call;
@@ -351,6 +446,9 @@ Raises kiln.Error, with the parameter's name, for arrays of other shapes or type
             call.run([&] { save_obj(*self.mesh, path); });
           },
           "path"_a, "Writes a Wavefront OBJ, whole or not at all.")
+      .def("__getstate__", &pickled)
+      .def("__setstate__",
+           [](PyMesh& self, const nb::tuple& state) { new (&self) PyMesh(unpickled(state)); })
       .def("__repr__", &describe);
   module.def("load_file", &load_file, "path"_a, "triangulate"_a = "auto", "uv_set"_a = 0,
              "keep"_a.none() = nb::none());

@@ -57,6 +57,12 @@ def as_mesh(given: Any, parameter: str = "mesh") -> Mesh:
 
 def _of_glb(data: bytes) -> Mesh:
     """Through a file that lives as long as the mesh, since pictures of its materials are read when they are baked."""
+    file, kept = kept_file(data)
+    return _core.load_file(file, "auto", 0, kept)
+
+
+def kept_file(data: bytes) -> tuple[str, object]:
+    """A GLB's file, and what it lives as long as."""
     import shutil
     import tempfile
     import weakref
@@ -67,7 +73,7 @@ def _of_glb(data: bytes) -> Mesh:
     file = os.path.join(folder, "mesh.glb")
     with open(file, "wb") as out:
         out.write(data)
-    return _core.load_file(file, "auto", 0, kept)
+    return file, kept
 
 
 class _Kept:
