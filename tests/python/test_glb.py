@@ -296,6 +296,24 @@ def trimesh_of(data):
 FACES = {"faces_target": 100}
 
 
+@pytest.mark.parametrize("mode", ["BLEND", "MASK", "OPAQUE"])
+def test_looks_of_materials_reach_a_glb_as_in_the_command(mode, pbr, tmp_path, command):
+    """What is 0.4 opaque is not there where it is masked."""
+    document = document_of(pbr)
+    (material,) = document["materials"]
+    material |= {"alphaMode": mode, "doubleSided": True}
+    material["pbrMetallicRoughness"]["baseColorFactor"] = [1, 1, 1, 0.4]
+    (tmp_path / "waves.glb").write_bytes(with_document(pbr, document))
+    command("bake", tmp_path / "waves.glb", "--faces", 100, "--size", 64, "--out", tmp_path / "its.glb", "--quiet")
+    by = {"faces_target": 100, "texture_size": 64}
+    ours = kiln.to_glb(tmp_path / "waves.glb", **by)
+    (mine,), (yours,) = (document_of(data)["materials"] for data in (ours.data, (tmp_path / "its.glb").read_bytes()))
+    assert {**mine, "name": ""} == {**yours, "name": ""}
+    assert mine["doubleSided"] and mine.get("alphaMode", "OPAQUE") == mode
+    (said,) = document_of(kiln.to_glb(tmp_path / "waves.glb", alpha="blend", double_sided=False, **by).data)["materials"]
+    assert "doubleSided" not in said and said.get("alphaMode", "OPAQUE") == ("OPAQUE" if mode == "OPAQUE" else "BLEND")
+
+
 @pytest.mark.parametrize(
     "how, source, strength",
     [
@@ -370,6 +388,10 @@ def test_materials_that_lack_a_value_are_the_default_without_a_word(tmp_path):
     with pytest.warns(kiln.KilnWarning) as caught:
         kiln.to_glb(tmp_path / "two.obj", faces_target=100, texture_size=64, maps=["roughness"])
     assert "material-value" in {w.message.code for w in caught}
+    (tmp_path / "two.mtl").unlink()
+    assert list(kiln.to_glb(tmp_path / "two.obj", faces_target=100, texture_size=64, maps=["normal"]).maps) == ["normal"]
+    with pytest.raises(kiln.Error, match="two.mtl"):
+        kiln.to_glb(tmp_path / "two.obj", faces_target=100, texture_size=64)
 
 
 def test_options_that_would_do_nothing_are_refused(tmp_path):

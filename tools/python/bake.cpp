@@ -270,19 +270,26 @@ nb::any stored(PyBake& self, const std::string& name) {
   return array(std::move(image.pixels), {height, width, channels});
 }
 
-/// \returns what of maps and of transfers the high poly's colours and materials have, as the command's GLB does
+/// \returns what of maps and of transfers the high poly's colours and materials have, as the command's GLB does; and
+/// whether a material blends, and whether one shows back faces
 nb::tuple material_maps(const PyMesh& high) {
   const Call call;
   std::vector<Warning> warnings;
+  std::vector<Material> materials;
   const cli::MaterialMaps found = call.run([&] {
-    std::vector<Material> materials;
     if (!high.file.empty() && !high.mesh->material_files.empty()) {
       materials = load_materials(*high.mesh, high.file);
     }
     return cli::material_maps(*high.mesh, materials, true, warnings);
   });
   warn(warnings);
-  return nb::make_tuple(found.maps, found.transfers);
+  const auto any = [&](const auto& has) {
+    return std::any_of(materials.begin(), materials.end(), has);
+  };
+  const bool blends = any(
+      [](const Material& m) { return cli::is_transparent(m) && m.alpha_mode == AlphaMode::blend; });
+  const bool double_sided = any([](const Material& m) { return m.double_sided; });
+  return nb::make_tuple(found.maps, found.transfers, blends, double_sided);
 }
 
 /// \param names  of the places for maps in a material

@@ -279,8 +279,8 @@ def to_glb(
     maps: Sequence[str] | None = None,
     sample: Callable[[np.ndarray], Any] | None = None,
     path: str | os.PathLike[str] | None = None,
-    double_sided: bool = False,
-    alpha: str = "mask",
+    double_sided: bool | None = None,
+    alpha: str | None = None,
     weld: float = 1e-5,
     orient: bool = True,
     fill_holes: float | bool = True,
@@ -306,8 +306,8 @@ def to_glb(
                      colours, (N, 4) with opacity, or a dict: color, emission (N, 3), opacity, roughness, metallic
                      (N,), all in [0, 1], colours sRGB-encoded
     path             where to write it, too: NAME.glb
-    double_sided     back faces are shown
-    alpha            with opacity: mask or blend
+    double_sided     back faces are shown; without: where a material of the dense mesh shows them
+    alpha            with opacity: mask or blend; without: blend where a material of the dense mesh blends
     weld, orient, fill_holes, drop_floaters, drop_hidden
                      as kiln.clean() takes them, which is called first
     screen, max_outline
@@ -322,11 +322,14 @@ def to_glb(
     high = as_mesh(whole, "vertices") if faces is None else Mesh(vertices, faces, colors=colors)
     if faces is None and colors is not None:
         high = Mesh(high.vertices, high.faces, colors=colors, name=high.name)
-    _check_output(path, alpha)
+    _check_output(path, "mask" if alpha is None else alpha)
     unasked = maps is None
+    has, transfers, blends, shows_back = _of_materials(high, unasked and sample is None)
+    alpha = alpha or ("blend" if blends else "mask")
+    double_sided = shows_back if double_sided is None else double_sided
     if maps is None:
-        found, transfers = _core.material_maps(high) if sample is None else ([], [])
-        maps = ["normal", "ao", *found]
+        maps = ["normal", "ao", *has] if sample is None else ["normal", "ao"]
+        transfers = transfers if sample is None else []
     else:
         maps = [maps] if isinstance(maps, str) else list(maps)
         _check_slots("maps", maps)
@@ -435,6 +438,17 @@ def _planned(
     files = {name: files[name] for name in SLOTS if name in files}
     data = _write(low, files, path, alpha, double_sided, made.bake, strength)
     return done(report, Glb(data, low, files, made.bake, strength))
+
+
+def _of_materials(high: Mesh, baked: bool) -> tuple[list[str], list[str], bool, bool]:
+    """What the high poly's materials ask for: maps, transfers, whether they blend and show back faces."""
+    try:
+        with untold(None if baked else "occlusion-left-out"):
+            return _core.material_maps(high)
+    except Error:
+        if baked:
+            raise
+        return [], [], False, False  # files of materials that nothing is read from need not be there
 
 
 def _with_transfers(maps: list[str], transfers: list[str]) -> dict[str, Any]:
