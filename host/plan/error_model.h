@@ -47,19 +47,20 @@ class ErrorModel {
     bool own = false;
   };
   /// Maps within this share of the limit, or of none at all, are as good as these.
-  static constexpr double kRounding = 0.01, kTiny = 1e-9;
+  static constexpr double kRounding = 0.01, kTiny = 1e-9, kFall = 0.15;
 
   static double detail(const LevelErrors& level) {
     return std::max(level.without_map - level.infinite_map, kTiny);
   }
 
-  /// Finer meshes leave finer detail to the map. Sharpness fell with their faces to the power of 0.15 to 0.6.
+  /// Finer meshes leave finer detail to the map: sharpness fell with their faces to the power of 0.15 to 0.6. The least
+  /// is taken, since what is expected to miss is never tried.
   static double nearest(const std::vector<Sharpness>& known, double faces) {
     const auto apart = [faces](const Sharpness& s) { return std::abs(std::log(s.faces / faces)); };
     const auto found = std::min_element(
         known.rbegin(), known.rend(),
         [&](const Sharpness& a, const Sharpness& b) { return apart(a) < apart(b); });
-    return found->value * std::cbrt(found->faces / faces);
+    return found->value * std::pow(found->faces / faces, kFall);
   }
 
   /// Beyond the sizes that are known, along the last two. Smooth detail gains with the square of the size; edges, which
