@@ -184,7 +184,8 @@ class LowPolyPlanner {
   }
 
   /// Next candidate: the lightest of the coarsest levels that are expected to reach the error, one for each size. The
-  /// size of the lightest so far is aimed at the error, others a margin below it. Each miss at a size lowers the aim.
+  /// size of the lightest so far is aimed a margin above the error, others a margin below. Each miss at a size lowers
+  /// the aim.
   std::optional<Choice> lightest_expected() {
     std::optional<Choice> lightest;
     const MadeCandidate* known = found() ? &best() : nullptr;
@@ -194,7 +195,7 @@ class LowPolyPlanner {
     for (auto at = sizes_.rbegin(); at != sizes_.rend(); ++at) {
       const std::uint32_t size = *at;
       const Missed& missed = missed_[size];
-      const int margins = (known && known->candidate.size == size ? 0 : -1) - missed.count;
+      const int margins = (known && known->candidate.size == size ? 1 : -1) - missed.count;
       const double aim = options_.max_error * (1 + kMargin * margins);
       const std::size_t end = std::min(evaluator_.count(), missed.finest);
       const auto found_level =
