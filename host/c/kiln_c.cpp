@@ -10,6 +10,7 @@
 #include <utility>
 #include <vector>
 
+#include "base/lower_case.h"
 #include "kiln/asset.h"
 #include "kiln/kiln.h"
 #include "kiln/mesh_view.h"
@@ -162,8 +163,7 @@ MeshView view_of(const kiln_mesh_view& v) {
 
 /// \throws Error(usage) for endings of other files, which would be an EXR under another name
 ImageFormat format_of(const std::filesystem::path& file) {
-  std::string ending = file.extension().string();
-  for (char& c : ending) c = c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
+  const std::string ending = lower_extension(file);
   if (ending == ".png") return ImageFormat::png16;
   if (ending == ".exr") return ImageFormat::exr_half;
   throw Error(ErrorCode::usage, "'" + file.string() + "': a map's name ends in .png or .exr.",

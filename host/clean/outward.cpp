@@ -22,7 +22,8 @@ bool is_clear(std::uint64_t front, std::uint64_t back) {
   return front + back >= kEnough && std::max(front, back) > kMore * std::min(front, back);
 }
 
-/// Six times the volume that a part encloses, seen from a place; below 0 where it faces inwards.
+/// Six times the volume between a triangle and a place; below 0 where the triangle faces the place. Of a closed part the
+/// sum is six times its volume, below 0 where it faces inwards.
 double volume_of(const Mesh& mesh, const Triangle& v, const Vec3d& place) {
   return dot(point_of(mesh, v[0]) - place,
              cross(point_of(mesh, v[1]) - place, point_of(mesh, v[2]) - place));

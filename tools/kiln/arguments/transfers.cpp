@@ -127,7 +127,7 @@ MaterialMaps material_maps(const Mesh& high, std::span<const Material> materials
                            std::vector<Warning>& warnings) {
   MaterialMaps found;
   for (const MaterialSlot slot : slots_of(high, materials)) {
-    const std::string name = Words(kMaterialSlots).of(slot);
+    const std::string name = name_of(Words(kMaterialSlots), slot);
     if (slot == MaterialSlot::color || slot == MaterialSlot::opacity) {
       found.maps.push_back(name);
     } else {

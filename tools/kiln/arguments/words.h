@@ -46,13 +46,6 @@ class Words {
     if (value == nullptr) throw Error(ErrorCode::internal, "An option's value is not known.");
     return *value;
   }
-  /// The first word for a value that has one.
-  std::string of(const T& value) const {
-    for (const Word<T>& row : *this) {
-      if (row.value == value) return row.word;
-    }
-    throw Error(ErrorCode::internal, "An option's value has no word.");
-  }
 
  private:
   const Word<T>*begin_, *end_;
