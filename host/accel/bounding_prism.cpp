@@ -12,7 +12,7 @@ namespace {
 
 constexpr std::size_t kSides = 16,
                       kEven = 13;  // directions of sides: so many spread evenly, 3 of an edge
-constexpr double kMargin = KILN_BVH_GUARD_MARGIN + 1e-6;  // supports are of single precision
+constexpr double kMargin = KILN_BVH_PRISM_MARGIN + 1e-6;  // supports are of single precision
 constexpr double kFarthestSlab = 2;
 constexpr double kSharpest = 1e-6;  // sine between two sides
 
@@ -244,22 +244,22 @@ Prism fit_prism(const Corners& corners) {
 }
 
 kiln_bvh_prism prism_of(const Prism& prism) {
-  kiln_bvh_prism guard{};
+  kiln_bvh_prism packed{};
   for (std::size_t k = 0; k < KILN_BVH_WIDTH; ++k) {
     const Vec3 corner = to_float(prism.corners[std::min<std::size_t>(k, 5)]);
-    guard.corner[0][k] = corner.x;
-    guard.corner[1][k] = corner.y;
-    guard.corner[2][k] = corner.z;
+    packed.corner[0][k] = corner.x;
+    packed.corner[1][k] = corner.y;
+    packed.corner[2][k] = corner.z;
     const std::size_t p = std::min<std::size_t>(k, 4);
     const Vec3 normal = to_float(prism.normals[p]);
-    guard.plane[0][k] = normal.x;
-    guard.plane[1][k] = normal.y;
-    guard.plane[2][k] = normal.z;
-    guard.plane[3][k] = static_cast<float>(prism.ends[p]);
+    packed.plane[0][k] = normal.x;
+    packed.plane[1][k] = normal.y;
+    packed.plane[2][k] = normal.z;
+    packed.plane[3][k] = static_cast<float>(prism.ends[p]);
   }
-  guard.slack = static_cast<float>(prism.slack);
-  guard.tilt = static_cast<float>(prism.tilt);
-  return guard;
+  packed.slack = static_cast<float>(prism.slack);
+  packed.tilt = static_cast<float>(prism.tilt);
+  return packed;
 }
 
 }  // namespace kiln::bvh

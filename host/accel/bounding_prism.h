@@ -31,7 +31,7 @@ struct Prism {
   double half_area = std::numeric_limits<double>::infinity();  ///< Infinite: there is none
 };
 
-/// A small prism around all corners, by KILN_BVH_GUARD_MARGIN larger: the best of three directions of its axis
+/// A small prism around all corners, by KILN_BVH_PRISM_MARGIN larger: the best of three directions of its axis
 /// and of 16 of its sides. None where it would reach beyond 2 frame units.
 Prism fit_prism(const Corners& corners);
 

@@ -38,7 +38,7 @@ class Builder {
       : positions_(positions),
         triangles_(triangles),
         merger_(positions, triangles, merge),
-        guard_(merge) {}
+        prisms_(merge) {}
 
   Bvh build() {
     Bvh bvh;
@@ -74,7 +74,7 @@ class Builder {
       crowded = crowded || subtree.crowded;
     }
     if (const double area{root.box.half_area()}; area > 0) bvh.leaves_a_line = leaf_area / area;
-    if (guard_ && (crowded || bvh.leaves_a_line > kCrowded)) add_prisms(bvh);
+    if (prisms_ && (crowded || bvh.leaves_a_line > kCrowded)) add_prisms(bvh);
     bvh.duplicates = duplicates_;
     bvh.triangles -= duplicates_;
     return bvh;
@@ -209,7 +209,7 @@ class Builder {
 
   /// Replaces a split whose sides overlap much by one whose sides do not. Without one, all boxes lie
   /// within each other, and the range is cut by the corners' coordinate that differs most, in its middle. Triangles
-  /// of one shape stay together, which a guard can lie close around; those that are the same, too.
+  /// of one shape stay together, which a bounding prism can lie close around; those that are the same, too.
   /// \returns whether it is cut
   [[gnu::noinline]] bool split_together(const Range& range, const Mapping& mapping,
                                         const Bins& bins, Split& chosen, Range& left,
@@ -367,7 +367,7 @@ class Builder {
   std::span<const Vec3> positions_;
   std::span<const Triangle> triangles_;
   bvh::Merger merger_;
-  bool guard_;
+  bool prisms_;
   std::unique_ptr<Primitive[]> primitives_;
   std::atomic<std::uint64_t> duplicates_{0};
 };

@@ -27,7 +27,7 @@ struct Bvh {
   /// "Heuristics for ray tracing using space subdivision", section 2): few for scans, a share of all for a fan of
   /// needles. Of the tree as it was built.
   double leaves_a_line = 0;
-  std::uint64_t guards = 0;  ///< Among the nodes: see kiln_bvh_prism
+  std::uint64_t prisms = 0;  ///< Among the nodes: see kiln_bvh_prism
 
   std::span<const kiln_bvh_node> nodes() const { return {node_data.get(), node_count}; }
   std::span<const kiln_bvh_block> blocks() const { return {block_data.get(), block_count}; }
@@ -44,9 +44,9 @@ struct Bvh {
 ///
 /// \param positions  in the working frame: about unit size
 /// \param triangles  any number, none included, below 2^31
-/// Nodes get guards if their boxes overlap much (large triangles over each other, fans).
+/// Nodes get bounding prisms if their boxes overlap much (large triangles over each other, fans).
 ///
-/// \param merge  false: keep triangles that are the same now, and no guards, for positions that will move
+/// \param merge  false: keep triangles that are the same now, and no bounding prisms, for positions that will move
 /// \throws Error(input) where an index lies beyond the positions
 /// Cost: O(n log n); about 1.5 million triangles a second and thread.
 Bvh build_bvh(std::span<const Vec3> positions, std::span<const Triangle> triangles,
@@ -59,7 +59,7 @@ void refit_bvh(Bvh& bvh, std::span<const Vec3> positions, std::span<const Triang
 
 /// The node of a child that is no leaf.
 inline std::uint32_t node_of_child(std::uint32_t child) {
-  return (child & KILN_BVH_GUARD) != 0 ? (child & ~KILN_BVH_GUARD) + 1 : child;
+  return (child & KILN_BVH_PRISM) != 0 ? (child & ~KILN_BVH_PRISM) + 1 : child;
 }
 
 }  // namespace kiln

@@ -18,7 +18,7 @@ struct Subtree {
   std::vector<kiln_bvh_block> blocks;
   std::uint32_t depth = 0;
   double leaf_area = 0;  ///< Sum of its leaves' half areas
-  bool crowded = false;  ///< Guards may pay somewhere
+  bool crowded = false;  ///< Bounding prisms may pay somewhere
 };
 
 /// A range whose subtree is still to be built.

@@ -15,13 +15,14 @@
 namespace kiln::bvh {
 namespace {
 
-constexpr std::uint32_t kFewTriangles = 16;  // a guard costs as much as testing some of these
-// Shares of the surface of the box, and of the guard above, or of their thickness, below which a guard pays.
+constexpr std::uint32_t kFewTriangles =
+    16;  // a bounding prism costs as much as testing some of these
+// Shares of the surface of the box, and of the bounding prism above, or of their thickness, below which a bounding prism pays.
 constexpr double kPays = 0.75, kThinPays = 0.5;
-constexpr double kLargestTilt = 0.5;  // above which thin guards tell little
+constexpr double kLargestTilt = 0.5;  // above which thin bounding prisms tell little
 constexpr std::uint32_t kNone = 0xFFFFFFFFu;
 
-/// A child that is a node, and may get a guard.
+/// A child that is a node, and may get a bounding prism.
 struct Candidate {
   std::uint32_t node = 0;  ///< The child's own index
   std::uint32_t triangles = 0;
@@ -30,9 +31,9 @@ struct Candidate {
   Prism prism{};
 };
 
-class Guards {
+class PrismPlacer {
  public:
-  explicit Guards(Bvh& bvh) : bvh_(bvh) {}
+  explicit PrismPlacer(Bvh& bvh) : bvh_(bvh) {}
 
   void add() {
     measure();
@@ -151,7 +152,7 @@ class Guards {
     });
   }
 
-  /// From the top down: those that are much smaller than their box and than the guard above.
+  /// From the top down: those that are much smaller than their box and than the bounding prism above.
   void choose() {
     std::vector<std::uint32_t> candidate_of(bvh_.node_count, kNone);
     for (std::uint32_t i = 0; i < candidates_.size(); ++i) candidate_of[candidates_[i].node] = i;
@@ -160,7 +161,7 @@ class Guards {
       double height = half_area;
     };
     std::vector<Above> above(bvh_.node_count);
-    guard_of_.assign(bvh_.node_count, kNone);
+    prism_of_node_.assign(bvh_.node_count, kNone);
     for (std::size_t i = 0; i < bvh_.node_count; ++i) {
       if (const std::uint32_t k = candidate_of[i]; k != kNone) {
         const Candidate& candidate = candidates_[k];
@@ -174,7 +175,7 @@ class Guards {
         const bool thin = prism.half_area < candidate.box && prism.tilt < kLargestTilt &&
                           height < kThinPays * std::min(across, above[i].height);
         if (small || thin) {
-          guard_of_[i] = k;
+          prism_of_node_[i] = k;
           above[i] = {prism.half_area, prism.tilt < kLargestTilt ? height : above[i].height};
         }
       }
@@ -185,43 +186,43 @@ class Guards {
     }
   }
 
-  /// Moves nodes up, and puts each guard right before its node.
+  /// Moves nodes up, and puts each bounding prism right before its node.
   void insert() {
     std::vector<std::uint32_t> moved(bvh_.node_count);
-    std::uint32_t guards = 0;
+    std::uint32_t prisms = 0;
     for (std::size_t i = 0; i < bvh_.node_count; ++i) {
-      if (guard_of_[i] != kNone) ++guards;
-      moved[i] = static_cast<std::uint32_t>(i) + guards;
+      if (prism_of_node_[i] != kNone) ++prisms;
+      moved[i] = static_cast<std::uint32_t>(i) + prisms;
     }
-    const std::size_t count = bvh_.node_count + guards;
-    if (guards == 0 || count >= KILN_BVH_GUARD) return;
+    const std::size_t count = bvh_.node_count + prisms;
+    if (prisms == 0 || count >= KILN_BVH_PRISM) return;
     auto nodes = std::make_unique_for_overwrite<kiln_bvh_node[]>(count);
     for (std::size_t i = 0; i < bvh_.node_count; ++i) {
       kiln_bvh_node node = bvh_.node_data[i];
       for (kiln_uint& child : node.child) {
         if (is_leaf(child)) continue;
-        child = guard_of_[child] == kNone ? moved[child] : KILN_BVH_GUARD | (moved[child] - 1);
+        child = prism_of_node_[child] == kNone ? moved[child] : KILN_BVH_PRISM | (moved[child] - 1);
       }
       nodes[moved[i]] = node;
-      if (guard_of_[i] == kNone) continue;
-      const kiln_bvh_prism guard = prism_of(candidates_[guard_of_[i]].prism);
-      static_assert(sizeof guard == sizeof node);
-      std::memcpy(&nodes[moved[i] - 1], &guard, sizeof guard);
+      if (prism_of_node_[i] == kNone) continue;
+      const kiln_bvh_prism prism = prism_of(candidates_[prism_of_node_[i]].prism);
+      static_assert(sizeof prism == sizeof node);
+      std::memcpy(&nodes[moved[i] - 1], &prism, sizeof prism);
     }
     bvh_.node_data = std::move(nodes);
     bvh_.node_count = count;
-    bvh_.guards = guards;
+    bvh_.prisms = prisms;
   }
 
   Bvh& bvh_;
   std::vector<std::uint32_t> triangles_;
   std::vector<double> leaf_area_;
   std::vector<Candidate> candidates_;
-  std::vector<std::uint32_t> guard_of_;  ///< By node: its candidate, or kNone
+  std::vector<std::uint32_t> prism_of_node_;  ///< By node: its candidate, or kNone
 };
 
 }  // namespace
 
-void add_prisms(Bvh& bvh) { Guards(bvh).add(); }
+void add_prisms(Bvh& bvh) { PrismPlacer(bvh).add(); }
 
 }  // namespace kiln::bvh

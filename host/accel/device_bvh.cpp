@@ -39,7 +39,7 @@ Tree::Tree(cl::Context& context, std::span<const Vec3> positions,
   stats.nodes = bvh.node_count;
   stats.leaves_a_line = bvh.leaves_a_line;
   stats.bytes = bvh.nodes().size_bytes() + bvh.blocks().size_bytes();
-  guarded_ = bvh.guards != 0;
+  has_prisms_ = bvh.prisms != 0;
   const auto upload = Clock::now();
   nodes = cl::Array<kiln_bvh_node>(context, bvh.nodes());
   blocks = cl::Array<kiln_bvh_block>(context, bvh.blocks());
@@ -48,7 +48,7 @@ Tree::Tree(cl::Context& context, std::span<const Vec3> positions,
 }
 
 std::string Tree::defines(const std::string& more) const {
-  if (guarded_) return more;
+  if (has_prisms_) return more;
   return more.empty() ? "-DKILN_BVH_PLAIN=1" : "-DKILN_BVH_PLAIN=1 " + more;
 }
 

@@ -58,7 +58,7 @@ struct Tree {
 
  private:
   std::unique_ptr<Bvh> kept_;
-  bool guarded_ = false;
+  bool has_prisms_ = false;
 };
 
 }  // namespace kiln

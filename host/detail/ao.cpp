@@ -16,7 +16,7 @@ MapRow ao_map() {
   row.info.other_names = "ambient_occlusion occlusion";
   row.follows_positions = row.reads_around = true;
   row.make = [](const MapRequest& request) {
-    return make_hemisphere_map(request, &Hemispheres::open);
+    return make_hemisphere_map(request, &Hemispheres::visibility);
   };
   return row;
 }

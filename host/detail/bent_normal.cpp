@@ -14,7 +14,7 @@ class BentNormal : public MapMaker {
         miss_(request.options.encoding.miss),
         detail_(detail_params(request.options)),
         rays_(request.shared.of<Hemispheres>(request)) {
-    rays_->want_lean();
+    rays_->want_bent_sum();
   }
 
   void report(BakedMap& map, std::vector<Warning>&) const override {
@@ -32,25 +32,25 @@ class BentNormal : public MapMaker {
                    const DeviceCorrespondence& other, const cl::Array<float>& shares,
                    const BandPixels& out) override {
     if (band.sample_count == 0) return;
-    make(band, match, other, rays_->lean(band, other, true), shares, out);
+    make(band, match, other, rays_->bent_sum(band, other, true), shares, out);
   }
 
  private:
   /// \param other  of no capacity: there is none
   void make(const TexelBand& band, const DeviceCorrespondence& match,
-            const DeviceCorrespondence& other, const cl::Array<float>& other_lean,
+            const DeviceCorrespondence& other, const cl::Array<float>& other_bent_sum,
             const cl::Array<float>& shares, const BandPixels& out) {
     const std::uint32_t plane = Hemispheres::plane_of(band);
     detail_.count = band.sample_count;
     detail_.low_capacity = band.capacity;
     detail_.hit_capacity = match.capacity;
     detail_.out_capacity = plane;
-    const cl::Array<float>& lean = rays_->lean(band, match, false);
+    const cl::Array<float>& bent_sum = rays_->bent_sum(band, match, false);
     const cl::Array<float> values(context_, std::size_t{3} * plane);
     context_.launch(context_.kernel("hemisphere", "kiln_hemisphere_bent"), band.sample_count,
                     kLocal, detail_, other.capacity, band.triangle, band.barycentric,
-                    rays_->shading(), match.triangle, match.barycentric, lean, other.triangle,
-                    other.barycentric, other_lean, shares, source_.attributes.normal_indices,
+                    rays_->shading(), match.triangle, match.barycentric, bent_sum, other.triangle,
+                    other.barycentric, other_bent_sum, shares, source_.attributes.normal_indices,
                     source_.attributes.normals, values);
     average_samples(*reads_, band, match, miss_, values.download(context_), plane, out);
   }

@@ -25,7 +25,7 @@ class HemisphereMap : public MapMaker {
         read_(read) {}
 
   void report(BakedMap& map, std::vector<Warning>&) const override {
-    if (read_ == &Hemispheres::open) map.occlusion = rays_->report();
+    if (read_ == &Hemispheres::visibility) map.occlusion = rays_->report();
   }
 
   void run(const TexelBand& band, const DeviceCorrespondence& match,

@@ -17,7 +17,7 @@ void average_samples(BandReads& reads, const TexelBand& band, const DeviceCorres
                      MissPolicy miss, std::span<const float> values, std::size_t plane,
                      const BandPixels& out);
 
-/// A map of one number a sample. \param read  gives the numbers: Hemispheres::open or the like
+/// A map of one number a sample. \param read  gives the numbers: Hemispheres::visibility or the like
 std::unique_ptr<MapMaker> make_hemisphere_map(
     const MapRequest& request,
     std::vector<float> (Hemispheres::*read)(const TexelBand&, const DeviceCorrespondence&, bool));

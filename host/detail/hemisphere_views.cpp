@@ -50,7 +50,7 @@ HemisphereViews::HemisphereViews(cl::Context& context, std::vector<Vec3> positio
 
 void HemisphereViews::add(const cl::Array<float>& points, std::uint32_t count,
                           std::uint32_t capacity, const cl::Array<float>& sums,
-                          const cl::Array<float>& lean, std::uint32_t lean_plane) {
+                          const cl::Array<float>& bent_sum, std::uint32_t bent_sum_plane) {
   const std::uint64_t pixels = DepthKeys::count(size_, size_);
   const std::uint32_t batch =
       std::min({DepthViews::batch_size(context_, size_), kViewsAtATime, directions()});
@@ -59,7 +59,8 @@ void HemisphereViews::add(const cl::Array<float>& points, std::uint32_t count,
     depths_ = cl::Array<float>(context_, std::size_t{size_} * size_ * batch);
   }
   std::string defines = scalar_ ? "-DKILN_VISIBILITY_SCALAR=1" : "";
-  if (!lean.empty()) defines += (scalar_ ? " " : "") + std::string("-DKILN_HEMISPHERE_LEAN=1");
+  if (!bent_sum.empty())
+    defines += (scalar_ ? " " : "") + std::string("-DKILN_HEMISPHERE_BENT_SUM=1");
   const cl::Kernel add = context_.kernel("hemisphere_views", "kiln_hemisphere_views", defines);
   const cl::Kernel depths = context_.kernel("hemisphere_views", "kiln_hemisphere_depths", defines);
   for (std::uint32_t first = 0; first < directions(); first += batch) {
@@ -73,7 +74,7 @@ void HemisphereViews::add(const cl::Array<float>& points, std::uint32_t count,
     kiln_hemisphere_views_params params{};
     params.count = count;
     params.capacity = capacity;
-    params.lean_plane = lean_plane;
+    params.bent_sum_plane = bent_sum_plane;
     params.view_count = number;
     params.view_size = size_;
     params.first_view = first;
@@ -82,10 +83,10 @@ void HemisphereViews::add(const cl::Array<float>& points, std::uint32_t count,
     const std::size_t rows = std::size_t{size_} * KILN_RASTER_TILES(size_) * number;
     context_.launch(depths, rows, kLocal, params, on_device, keys_.keys, keys_.drawn, depths_);
     const std::size_t items = scalar_ ? count : capacity / KILN_VISIBILITY_SAMPLES;
-    if (lean.empty()) {
+    if (bent_sum.empty()) {
       context_.launch(add, items, kLocal, params, on_device, depths_, points, sums);
     } else {
-      context_.launch(add, items, kLocal, params, on_device, depths_, points, sums, lean);
+      context_.launch(add, items, kLocal, params, on_device, depths_, points, sums, bent_sum);
     }
     context_.finish();  // the views on the device go
   }

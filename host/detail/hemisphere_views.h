@@ -31,9 +31,10 @@ class HemisphereViews {
   /// \param points      position, normal and face normal, 9 planes of `capacity`
   /// \param capacity    a multiple of KILN_VISIBILITY_SAMPLES; planes are 0 from `count` on
   /// \param sums        KILN_HEMISPHERE_VIEW_SUMS planes of `capacity`
-  /// \param lean        3 planes of lean_plane, at least `capacity`; empty: not wanted
+  /// \param bent_sum        3 planes of bent_sum_plane, at least `capacity`; empty: not wanted
   void add(const cl::Array<float>& points, std::uint32_t count, std::uint32_t capacity,
-           const cl::Array<float>& sums, const cl::Array<float>& lean, std::uint32_t lean_plane);
+           const cl::Array<float>& sums, const cl::Array<float>& bent_sum,
+           std::uint32_t bent_sum_plane);
 
   std::uint32_t directions() const { return static_cast<std::uint32_t>(views_.size()); }
 

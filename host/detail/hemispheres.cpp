@@ -247,15 +247,15 @@ void Hemispheres::cast(const TexelBand& band, const DeviceCorrespondence& match,
   if (sums.has_open) return;
   make_room(context_, sums.open, plane_of(band));
   context_.fill(sums.open, std::uint32_t{0});
-  if (wants_lean_) {
-    make_room(context_, sums.lean, std::size_t{3} * plane_of(band));
-    context_.fill(sums.lean, 0.0F);
+  if (wants_bent_sum_) {
+    make_room(context_, sums.bent_sum, std::size_t{3} * plane_of(band));
+    context_.fill(sums.bent_sum, 0.0F);
   }
-  const bool by_sample = !wants_lean_ && casts_by_sample(band, rays_out_);
+  const bool by_sample = !wants_bent_sum_ && casts_by_sample(band, rays_out_);
   if (parts_ != nullptr || (occluders().traversal() == Traversal::cpu && !by_sample)) {
-    const Counted counted = cast_parts(band, match, second, rays_out_, wants_lean_);
+    const Counted counted = cast_parts(band, match, second, rays_out_, wants_bent_sum_);
     sums.open.write(context_, std::span(counted.open));
-    if (wants_lean_) sums.lean.write(context_, std::span(counted.lean));
+    if (wants_bent_sum_) sums.bent_sum.write(context_, std::span(counted.bent_sum));
     sums.has_open = true;
     return;
   }
@@ -263,7 +263,7 @@ void Hemispheres::cast(const TexelBand& band, const DeviceCorrespondence& match,
   const cl::Array<float> none;
   const Turned all{&turns_, &sums.open};
   count_open(band, match, second, rays_out_, {&all, 1}, occluders(),
-             wants_lean_ ? sums.lean : none);
+             wants_bent_sum_ ? sums.bent_sum : none);
   sums.has_open = true;
 }
 
@@ -295,10 +295,10 @@ void Hemispheres::measure(const TexelBand& band, const DeviceCorrespondence& mat
             });
 }
 
-std::vector<float> Hemispheres::open(const TexelBand& band, const DeviceCorrespondence& match,
-                                     bool second) {
-  if (view_directions_ > 0) return open_by_views(band, match, second);
-  if (max_error_ > 0) return open_within(band, match, second);
+std::vector<float> Hemispheres::visibility(const TexelBand& band, const DeviceCorrespondence& match,
+                                           bool second) {
+  if (view_directions_ > 0) return visibility_by_views(band, match, second);
+  if (max_error_ > 0) return visibility_within(band, match, second);
   cast(band, match, second);
   return shares(band, sums_[second ? 1 : 0].open, rays_out_.count);
 }
@@ -315,8 +315,8 @@ std::vector<float> Hemispheres::shares(const TexelBand& band,
   return shares;
 }
 
-std::vector<float> Hemispheres::lit(const TexelBand& band, const DeviceCorrespondence& match,
-                                    bool second) {
+std::vector<float> Hemispheres::shadow(const TexelBand& band, const DeviceCorrespondence& match,
+                                       bool second) {
   make_room(context_, lit_, plane_of(band));
   context_.fill(lit_, std::uint32_t{0});
   if (parts_ != nullptr) {
@@ -337,10 +337,10 @@ std::vector<float> Hemispheres::lit(const TexelBand& band, const DeviceCorrespon
   return shares(band, lit_, rays_to_light_.count);
 }
 
-const cl::Array<float>& Hemispheres::lean(const TexelBand& band, const DeviceCorrespondence& match,
-                                          bool second) {
+const cl::Array<float>& Hemispheres::bent_sum(const TexelBand& band,
+                                              const DeviceCorrespondence& match, bool second) {
   view_directions_ > 0 ? see(band, match, second) : cast(band, match, second);
-  return sums_[second ? 1 : 0].lean;
+  return sums_[second ? 1 : 0].bent_sum;
 }
 
 std::vector<float> Hemispheres::thickness(const TexelBand& band, const DeviceCorrespondence& match,

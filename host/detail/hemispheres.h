@@ -32,24 +32,25 @@ class Hemispheres : public SharedWork {
 
   void next_band() override;
   void next_source() override;
-  /// Before any band: lean() will be asked for.
-  void want_lean() { wants_lean_ = true; }
+  /// Before any band: bent_sum() will be asked for.
+  void want_bent_sum() { wants_bent_sum_ = true; }
 
   /// [samples] the share of a sample's rays that hit nothing. \param second  see above
-  std::vector<float> open(const TexelBand& band, const DeviceCorrespondence& match, bool second);
+  std::vector<float> visibility(const TexelBand& band, const DeviceCorrespondence& match,
+                                bool second);
 
   /// Sums of the directions of those rays, 3 planes of plane_of(band).
-  const cl::Array<float>& lean(const TexelBand& band, const DeviceCorrespondence& match,
-                               bool second);
+  const cl::Array<float>& bent_sum(const TexelBand& band, const DeviceCorrespondence& match,
+                                   bool second);
 
   /// [samples] the mean way inward to the first surface, as a share of the distance that counts as thick.
   std::vector<float> thickness(const TexelBand& band, const DeviceCorrespondence& match,
                                bool second);
 
   /// [samples] the share of ShadowLight's disc that is seen; 0 where the surface looks away from its middle.
-  std::vector<float> lit(const TexelBand& band, const DeviceCorrespondence& match, bool second);
+  std::vector<float> shadow(const TexelBand& band, const DeviceCorrespondence& match, bool second);
 
-  /// Says what open() and lean() are gathered by.
+  /// Says what visibility() and bent_sum() are gathered by.
   OcclusionReport report() const;
 
   static std::uint32_t plane_of(const TexelBand& band);
@@ -60,7 +61,7 @@ class Hemispheres : public SharedWork {
     bool has_open = false, has_depth = false;
     cl::Array<std::uint32_t> open;
     std::vector<float> seen;  // by views: KILN_HEMISPHERE_VIEW_SUMS planes of the band's samples
-    cl::Array<float> lean, depth;
+    cl::Array<float> bent_sum, depth;
   };
 
   /// Rays about an axis: the normal, its opposite, or the light.
@@ -73,9 +74,9 @@ class Hemispheres : public SharedWork {
     cl::Array<std::uint32_t> rings;
   };
 
-  /// open() with OcclusionOptions::max_error.
-  std::vector<float> open_within(const TexelBand& band, const DeviceCorrespondence& match,
-                                 bool second);
+  /// visibility() with OcclusionOptions::max_error.
+  std::vector<float> visibility_within(const TexelBand& band, const DeviceCorrespondence& match,
+                                       bool second);
   /// Samples that have rays, by texels.
   struct Shared {
     std::vector<std::uint32_t> samples;  // in near_order()
@@ -119,7 +120,7 @@ class Hemispheres : public SharedWork {
   /// Number of rays of each sample of a group that hit nothing, and if asked for the sums of their directions.
   struct Counted {
     std::vector<std::uint32_t> open;  // by sample of the band
-    std::vector<float> lean;          // 3 planes of plane_of(band)
+    std::vector<float> bent_sum;      // 3 planes of plane_of(band)
   };
   /// \param rounds  other rays each, which are counted one by one; the points are made once. None: those of
   /// make_turns()
@@ -128,7 +129,7 @@ class Hemispheres : public SharedWork {
                   std::span<Counted> counted);
   /// All samples of a band, each against its own part.
   Counted cast_parts(const TexelBand& band, const DeviceCorrespondence& match, bool second,
-                     const RaySet& set, bool lean);
+                     const RaySet& set, bool bent_sum);
   /// Casts another `rays` rays of each of some samples, in near_order(), and counts those that hit nothing: by round, by sample
   /// of the band.
   /// \param rounds  other rays each
@@ -145,9 +146,9 @@ class Hemispheres : public SharedWork {
     std::vector<Triangle> triangles;
   };
   Occluding all_occluding() const;
-  /// By depth views: open() and lean().
-  std::vector<float> open_by_views(const TexelBand& band, const DeviceCorrespondence& match,
-                                   bool second);
+  /// By depth views: visibility() and bent_sum().
+  std::vector<float> visibility_by_views(const TexelBand& band, const DeviceCorrespondence& match,
+                                         bool second);
   void see(const TexelBand& band, const DeviceCorrespondence& match, bool second);
   std::vector<float> shares(const TexelBand& band, const cl::Array<std::uint32_t>& counts,
                             std::uint32_t rays) const;
@@ -173,10 +174,10 @@ class Hemispheres : public SharedWork {
     const cl::Array<std::uint32_t>*turns, *open;
   };
   /// Adds to each sample how many of its rays outward hit nothing, and the sums of their directions.
-  /// \param lean  empty: not asked for
+  /// \param bent_sum  empty: not asked for
   void count_open(const TexelBand& band, const DeviceCorrespondence& match, bool second,
                   const RaySet& set, std::span<const Turned> turned, const RayCaster& caster,
-                  const cl::Array<float>& lean);
+                  const cl::Array<float>& bent_sum);
   kiln_hemisphere_params ray_params(const TexelBand& band, const DeviceCorrespondence& match,
                                     bool second, const RaySet& set) const;
   /// Makes the points of samples [params.first, params.first + params.count).
@@ -184,7 +185,7 @@ class Hemispheres : public SharedWork {
                    const DeviceCorrespondence& match, const cl::Array<float>& points);
   void cast_piece(kiln_hemisphere_params params, const RaySet& set, std::span<const Turned> turned,
                   const RayCaster& caster, const RayQuery& query, const cl::Array<float>& points,
-                  const cl::Array<float>& lean);
+                  const cl::Array<float>& bent_sum);
   /// Adds to each sample how far its rays inward come. For Traversal::cpu.
   void measure_piece(kiln_hemisphere_params params, const RayCaster& caster, const RayQuery& query,
                      const cl::Array<float>& depth);
@@ -196,7 +197,7 @@ class Hemispheres : public SharedWork {
   /// The same in one kernel, for Traversal::cpu.
   void cast_blocks(const TexelBand& band, const DeviceCorrespondence& match, bool second,
                    const RaySet& set, std::span<const Turned> turned, const RayCaster& caster,
-                   const RayQuery& query, const cl::Array<float>& lean);
+                   const RayQuery& query, const cl::Array<float>& bent_sum);
   /// The same of few samples with many rays, as casts_by_sample() says.
   void cast_own(const TexelBand& band, const DeviceCorrespondence& match, bool second,
                 const RaySet& set, std::span<const Turned> turned, const RayCaster& caster,
@@ -214,7 +215,7 @@ class Hemispheres : public SharedWork {
   float beyond_, occluding_, thick_;  // frame units
   OcclusionFalloff falloff_ = OcclusionFalloff::none;
   double lengths_ = 1;  // of the falloff's distance, of occluding_
-  bool wants_lean_ = false;
+  bool wants_bent_sum_ = false;
   std::uint32_t view_directions_ = 0;  // 0: by rays
 
   cl::Array<kiln_low_shading> shading_;
@@ -242,7 +243,7 @@ class Hemispheres : public SharedWork {
   TexelBand some_;  // samples that are not done yet
   DeviceCorrespondence some_match_;
   cl::Array<std::uint32_t> picked_, some_turns_, more_turns_, some_open_, more_open_;
-  cl::Array<float> some_lean_;
+  cl::Array<float> some_bent_sum_;
   std::optional<AoDenoiser> filter_;
   cl::Array<std::uint8_t> hits_;
   DeviceCorrespondence first_hits_;

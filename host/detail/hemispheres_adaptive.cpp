@@ -236,8 +236,8 @@ bool Hemispheres::refine(Estimates& of, const AoDenoiser::Result& last,
   return !groups.empty();
 }
 
-std::vector<float> Hemispheres::open_within(const TexelBand& band,
-                                            const DeviceCorrespondence& match, bool second) {
+std::vector<float> Hemispheres::visibility_within(const TexelBand& band,
+                                                  const DeviceCorrespondence& match, bool second) {
   make_keys(band);
   std::vector<float> shares(band.sample_count);
   Estimates of{band, match, second, prepare_filter(band, match, second), {}, {}, {}, {}, {}};

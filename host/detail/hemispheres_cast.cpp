@@ -130,25 +130,25 @@ void Hemispheres::add_open(const kiln_hemisphere_params& params,
 
 void Hemispheres::count_open(const TexelBand& band, const DeviceCorrespondence& match, bool second,
                              const RaySet& set, std::span<const Turned> turned,
-                             const RayCaster& caster, const cl::Array<float>& lean) {
+                             const RayCaster& caster, const cl::Array<float>& bent_sum) {
   const RayQuery query = query_up_to(occluding_, back_faces_);
   if (caster.traversal() == Traversal::cpu) {
-    if (lean.empty() && casts_by_sample(band, set)) {
+    if (bent_sum.empty() && casts_by_sample(band, set)) {
       cast_own(band, match, second, set, turned, caster, query);
     } else {
-      cast_blocks(band, match, second, set, turned, caster, query, lean);
+      cast_blocks(band, match, second, set, turned, caster, query, bent_sum);
     }
     return;
   }
   for (const auto& [turns, open] : turned) {
-    over_rays(band, match, second, set, *turns, lean.empty(),
+    over_rays(band, match, second, set, *turns, bent_sum.empty(),
               [&, to = open](const kiln_hemisphere_params& params, std::uint32_t count) {
                 make_room(context_, hits_, ray_capacity_);
                 caster.occluded(rays_, count, ray_capacity_, query, hits_);
                 add_open(params, *to);
-                if (lean.empty()) return;
-                context_.launch(context_.kernel("hemisphere", "kiln_hemisphere_lean"),
-                                params.stride / kLanes, kCastLanes, params, hits_, rays_, lean);
+                if (bent_sum.empty()) return;
+                context_.launch(context_.kernel("hemisphere", "kiln_hemisphere_bent_sum"),
+                                params.stride / kLanes, kCastLanes, params, hits_, rays_, bent_sum);
               });
   }
 }
@@ -156,9 +156,9 @@ void Hemispheres::count_open(const TexelBand& band, const DeviceCorrespondence& 
 void Hemispheres::cast_blocks(const TexelBand& band, const DeviceCorrespondence& match, bool second,
                               const RaySet& set, std::span<const Turned> turned,
                               const RayCaster& caster, const RayQuery& query,
-                              const cl::Array<float>& lean) {
+                              const cl::Array<float>& bent_sum) {
   over_pieces(band, match, second, set, kPiece, [&](const kiln_hemisphere_params& params) {
-    cast_piece(params, set, turned, caster, query, points_, lean);
+    cast_piece(params, set, turned, caster, query, points_, bent_sum);
   });
 }
 
@@ -185,14 +185,14 @@ void Hemispheres::cast_texels(std::uint32_t count, const RaySet& set,
                               std::span<const Turned> turned) {
   const RayCaster& caster = occluders();
   const RayQuery query = query_up_to(occluding_, back_faces_);
-  const cl::Array<float> no_lean;
+  const cl::Array<float> no_bent_sum;
   kiln_hemisphere_params params = ray_params(some_, some_match_, false, set);
   params.plane = padded(count);
   for (; params.first < count; params.first += params.count) {
     params.first_point = params.first;
     params.count = std::min(kPiece, count - params.first);
     params.stride = padded(params.count);
-    cast_piece(params, set, turned, caster, query, texel_points_, no_lean);
+    cast_piece(params, set, turned, caster, query, texel_points_, no_bent_sum);
     context_.finish();
   }
 }
@@ -218,9 +218,9 @@ void Hemispheres::measure_piece(kiln_hemisphere_params params, const RayCaster& 
 void Hemispheres::cast_piece(kiln_hemisphere_params params, const RaySet& set,
                              std::span<const Turned> turned, const RayCaster& caster,
                              const RayQuery& query, const cl::Array<float>& points,
-                             const cl::Array<float>& lean) {
+                             const cl::Array<float>& bent_sum) {
   kiln_cast_params how = blocks_of(set.count);
-  how.wants_lean = lean.empty() ? 0 : 1;
+  how.wants_bent_sum = bent_sum.empty() ? 0 : 1;
   const std::size_t items = (params.stride + how.samples - 1) / how.samples;
   make_room(context_, scratch_, items * 6 * KILN_OCCLUSION_BLOCK);
   make_room(context_, hits_, items * KILN_OCCLUSION_BLOCK);
@@ -233,7 +233,7 @@ void Hemispheres::cast_piece(kiln_hemisphere_params params, const RaySet& set,
     for (const auto& [turns, open] : turned) {
       context_.launch(cast, items, 1, params, query_params, how, caster.tree().nodes,
                       caster.tree().blocks, points, *turns, turn_table_, set.directions, set.rings,
-                      scratch_, hits_, *open, lean.empty() ? scratch_ : lean);
+                      scratch_, hits_, *open, bent_sum.empty() ? scratch_ : bent_sum);
     }
   }
 }

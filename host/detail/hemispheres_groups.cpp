@@ -152,9 +152,9 @@ void Hemispheres::cast_group(const Group& group, const TexelBand& band,
                              std::span<const std::uint32_t> rounds, std::span<Counted> counted) {
   const RayQuery query = query_up_to(beyond_, back_faces_);  // of the light's rays
   const cl::Kernel lit = context_.kernel("hemisphere", "kiln_hemisphere_lit");
-  const cl::Array<float> no_lean;
+  const cl::Array<float> no_bent_sum;
   const std::size_t plane = plane_of(band);
-  const bool wants_lean = !counted[0].lean.empty();  // then there is one set of turns
+  const bool wants_bent_sum = !counted[0].bent_sum.empty();  // then there is one set of turns
   const std::array<Turned, 2> all{Turned{&some_turns_, &some_open_},
                                   Turned{&more_turns_, &more_open_}};
   const std::span<const Turned> turned = std::span(all).first(counted.size());
@@ -170,9 +170,9 @@ void Hemispheres::cast_group(const Group& group, const TexelBand& band,
       make_room(context_, more_open_, own);
       context_.fill(more_open_, std::uint32_t{0});
     }
-    if (wants_lean) {
-      make_room(context_, some_lean_, 3 * own);
-      context_.fill(some_lean_, 0.0F);
+    if (wants_bent_sum) {
+      make_room(context_, some_bent_sum_, 3 * own);
+      context_.fill(some_bent_sum_, 0.0F);
     }
     if (set.lit) {
       over_rays(some_, some_match_, second, set, some_turns_, false,
@@ -184,19 +184,19 @@ void Hemispheres::cast_group(const Group& group, const TexelBand& band,
                 });
     } else {
       count_open(some_, some_match_, second, set, turned, *group.caster,
-                 wants_lean ? some_lean_ : no_lean);
+                 wants_bent_sum ? some_bent_sum_ : no_bent_sum);
     }
     std::vector<std::uint32_t> read(part.size());
     for (std::size_t t = 0; t < turned.size(); ++t) {
       turned[t].open->read(context_, std::span(read));
       for (std::size_t i = 0; i < part.size(); ++i) counted[t].open[part[i]] = read[i];
     }
-    if (!wants_lean) continue;
-    std::vector<float> leans(3 * own);
-    some_lean_.read(context_, std::span(leans));
+    if (!wants_bent_sum) continue;
+    std::vector<float> sums(3 * own);
+    some_bent_sum_.read(context_, std::span(sums));
     for (std::size_t axis = 0; axis < 3; ++axis) {
       for (std::size_t i = 0; i < part.size(); ++i) {
-        counted[0].lean[axis * plane + part[i]] = leans[axis * own + i];
+        counted[0].bent_sum[axis * plane + part[i]] = sums[axis * own + i];
       }
     }
   }
@@ -204,10 +204,10 @@ void Hemispheres::cast_group(const Group& group, const TexelBand& band,
 
 Hemispheres::Counted Hemispheres::cast_parts(const TexelBand& band,
                                              const DeviceCorrespondence& match, bool second,
-                                             const RaySet& set, bool lean) {
+                                             const RaySet& set, bool bent_sum) {
   Counted counted;
   counted.open.resize(plane_of(band));
-  if (lean) counted.lean.resize(std::size_t{3} * plane_of(band));
+  if (bent_sum) counted.bent_sum.resize(std::size_t{3} * plane_of(band));
   make_turns(band);
   for (const Group& group : groups(band, match, second, near_order(band))) {
     cast_group(group, band, match, second, set, {}, {&counted, 1});

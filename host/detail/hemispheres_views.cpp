@@ -91,9 +91,9 @@ void Hemispheres::see(const TexelBand& band, const DeviceCorrespondence& match, 
   const cl::Array<float> points(context_, std::size_t{KILN_HEMISPHERE_PLANES} * capacity);
   const cl::Array<float> seen(context_, std::size_t{KILN_HEMISPHERE_VIEW_SUMS} * capacity);
   context_.fill(seen, 0.0F);
-  if (wants_lean_) {
-    make_room(context_, sums.lean, std::size_t{3} * std::max(plane_of(band), capacity));
-    context_.fill(sums.lean, 0.0F);
+  if (wants_bent_sum_) {
+    make_room(context_, sums.bent_sum, std::size_t{3} * std::max(plane_of(band), capacity));
+    context_.fill(sums.bent_sum, 0.0F);
   }
   upload();
   kiln_hemisphere_params params = ray_params(band, match, second, rays_out_);
@@ -101,7 +101,7 @@ void Hemispheres::see(const TexelBand& band, const DeviceCorrespondence& match, 
   params.stride = params.plane = capacity;
   params.push = 1;
   make_points(params, band, match, points);
-  views_->add(points, band.sample_count, capacity, seen, sums.lean, plane_of(band));
+  views_->add(points, band.sample_count, capacity, seen, sums.bent_sum, plane_of(band));
   sums.seen.resize(std::size_t{KILN_HEMISPHERE_VIEW_SUMS} * band.sample_count);
   for (std::size_t p = 0; p < KILN_HEMISPHERE_VIEW_SUMS; ++p) {
     seen.read(context_, std::span(sums.seen).subspan(p * band.sample_count, band.sample_count),
@@ -117,8 +117,9 @@ OcclusionReport Hemispheres::report() const {
 
 /// Even and odd directions are two estimates of each texel, which are smoothed over the surface, across seams, as
 /// far as that loses nothing.
-std::vector<float> Hemispheres::open_by_views(const TexelBand& band,
-                                              const DeviceCorrespondence& match, bool second) {
+std::vector<float> Hemispheres::visibility_by_views(const TexelBand& band,
+                                                    const DeviceCorrespondence& match,
+                                                    bool second) {
   see(band, match, second);
   const std::vector<float>& seen = sums_[second ? 1 : 0].seen;
   const std::size_t plane = band.sample_count;

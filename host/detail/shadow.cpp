@@ -17,7 +17,7 @@ MapRow shadow_map() {
       "occlusion.by_low occlusion.by_others occlusion.own_part";
   row.follows_positions = row.reads_around = true;
   row.make = [](const MapRequest& request) {
-    return make_hemisphere_map(request, &Hemispheres::lit);
+    return make_hemisphere_map(request, &Hemispheres::shadow);
   };
   return row;
 }

@@ -57,7 +57,7 @@ bool any_side_twice(std::span<const Triangle> triangles, std::size_t vertices) {
 }
 
 /// A triangle beside another, at an edge that no third one has.
-struct Beside {
+struct Neighbour {
   std::uint32_t triangle;
   bool against;  ///< Faces the other way
 };
@@ -70,7 +70,7 @@ bool same_corners(Triangle a, Triangle b) {
 
 /// Up to three a triangle.
 struct Neighbours {
-  std::vector<std::array<Beside, 3>> of;
+  std::vector<std::array<Neighbour, 3>> of;
   std::vector<std::uint8_t> count;
   std::vector<std::uint8_t> open;  ///< Triangles with an edge that two do not share
 
@@ -171,7 +171,7 @@ FacingParts::FacingParts(std::span<const Triangle> triangles, std::size_t vertic
       part.closed = part.closed && beside.open[t] == 0;
       part.agrees = part.agrees && side[t] == 0;
       for (std::size_t k = 0; k < beside.count[t]; ++k) {
-        const Beside next = beside.of[t][k];
+        const Neighbour next = beside.of[t][k];
         const std::uint8_t faces = side[t] ^ static_cast<std::uint8_t>(next.against);
         if (of[next.triangle] == kNone) {
           of[next.triangle] = number;

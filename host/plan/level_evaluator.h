@@ -89,7 +89,7 @@ class LevelEvaluator {
   /// A level's mesh, and with UVs for a map of `size` texels a side. Both are made once.
   const Mesh& mesh(std::size_t level);
   const LaidOut& laid_out(std::size_t level, std::uint32_t size);
-  /// Makes a level again without flaws that a head start left.
+  /// Makes a level again without flaws that presimplification left.
   void solve(std::size_t level);
   /// Pictures of the high poly to measure by.
   const HighPolyView& shown() const { return fine_; }

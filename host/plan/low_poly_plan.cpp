@@ -106,7 +106,7 @@ class LowPolyPlanner {
     made_.push_back(builder_.build(level, size));
     if (!is_sound(made_.back().candidate)) miss(made_.back());
   }
-  /// Triangles that face away are holes to many renderers. What a head start left can be mended.
+  /// Triangles that face away are holes to many renderers. What presimplification left can be mended.
   bool is_clean(std::size_t level) const {
     return !evaluator_.levels().has_flaws(level) || evaluator_.levels().is_flawed(level);
   }

@@ -34,13 +34,14 @@ struct Place {
 struct Work {
   std::vector<Vec3d> points;
   std::vector<Triangle> triangles;
-  std::vector<SourceTriangle> sources;  ///< By triangle; empty once a head start has made new ones.
-  std::vector<std::uint32_t> labels;    ///< By triangle; empty: all have one. See Labels.
+  std::vector<SourceTriangle>
+      sources;  ///< By triangle; empty once presimplification has made new ones.
+  std::vector<std::uint32_t> labels;  ///< By triangle; empty: all have one. See Labels.
   /// By triangle, the given mesh's triangle on its back, or TwoSided::kNone; empty: none has two sides. For
   /// labels_of() alone, which gives triangles of one side and of two different labels.
   std::vector<std::uint32_t> backs;
   bool keep_labels = false;  ///< Labels may not be lost: some triangles alone have two sides.
-  std::vector<Fold> folds;   ///< That a head start left.
+  std::vector<Fold> folds;   ///< That presimplification left.
   std::vector<Vec3d> torn;   ///< Places where edges of too many triangles were cut.
 };
 

@@ -38,13 +38,13 @@ constexpr double kFarAbove = 1.1;
 constexpr int kMostSurplusRounds = 3;
 /// Samples while looking for small_components.
 constexpr std::uint64_t kGuidingSamples = 1 << 14;
-/// Head starts at most, and places in all: where these are not enough, a head start does not help.
+/// Presimplifications at most, and places in all: where these are not enough, presimplification does not help.
 constexpr int kMostStarts = 4;
 /// The same with a bound, which looks for ways around flaws itself.
 constexpr int kMostBoundStarts = 2;
 constexpr std::size_t kMostPlaces = 256;
 
-/// To how many faces a head start goes. \param faces  goal; 0: by error
+/// To how many faces presimplification goes. \param faces  goal; 0: by error
 std::size_t goal_of_start(std::size_t faces) {
   if (faces == 0) return kDirectLimit;
   const std::size_t small = std::clamp(kStartShare * faces, kLeastStart, kDirectLimit);
@@ -153,7 +153,7 @@ bool SimplifyJob::is_fine() {
   return *is_fine_;
 }
 
-/// The high poly, or what a head start leaves of it on the way to a number of faces.
+/// The high poly, or what presimplification leaves of it on the way to a number of faces.
 /// \param parts  whether none of its parts may vanish
 /// \param fine   whether it goes in pieces, not by meshoptimizer
 /// \param known  as for presimplify(); may be null
@@ -209,7 +209,7 @@ DistanceReport SimplifyJob::deviation(const SimplifyResult& result) const {
   return measure(result, kMostSamples);
 }
 
-/// The low poly of what a head start left, or of the high poly itself. \returns whether it is good
+/// The low poly of what presimplification left, or of the high poly itself. \returns whether it is good
 /// \param last  whether to take it in any case
 bool SimplifyJob::try_from(const Work& work, bool last, SimplifyResult& result) {
   const bool by_error = options_.faces == 0;

@@ -157,9 +157,9 @@ class SimplifyJob {
   bool improve(SimplifyResult& result);
   /// Fits one roughly, to look at.
   void fit_roughly(SimplifyResult& result);
-  /// True if solve() may find what improve() does not: levels come from one head start, which it makes anew.
+  /// True if solve() may find what improve() does not: levels come from one presimplification, which it makes anew.
   bool may_solve();
-  /// The low poly, mended; where a head start left what cannot be mended, from one that leaves the high poly as it is
+  /// The low poly, mended; where presimplification left what cannot be mended, from one that leaves the high poly as it is
   /// there; where that does not end, from the high poly itself.
   SimplifyResult solve();
   /// Deviation of a low poly, over all samples.

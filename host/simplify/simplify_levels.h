@@ -20,10 +20,10 @@ enum class LevelRule {
   height_field,  ///< SimplifyOptions::height_field; levels have UVs by x and y over the field's rectangle.
 };
 
-/// The meshes that simplify() passes on its way down. Where the high poly needs no head start, each is the
+/// The meshes that simplify() passes on its way down. Where the high poly needs no presimplification, each is the
 /// mesh that simplify() makes of that number of faces. The same holds if no level has more than 5,000
-/// faces, so that all have one head start, and nothing is left to mend. Else the smaller ones may differ a little, since
-/// finer meshes need a finer head start.
+/// faces, so that all have one presimplification, and nothing is left to mend. Else the smaller ones may differ a little, since
+/// finer meshes need a finer presimplification.
 class SimplifyLevels {
  public:
   /// \param high   must outlive this
@@ -41,7 +41,7 @@ class SimplifyLevels {
   std::size_t vertices(std::size_t level) const;
 
   /// A level's mesh, mended as simplify() does; without vertex colours, which transfer_colors() gives to what is kept.
-  /// Made once. What a head start left and cannot be mended stays, unless solve() was called.
+  /// Made once. What presimplification left and cannot be mended stays, unless solve() was called.
   /// \param report  where to write what was done; may be null (which saves measuring)
   Mesh mesh(std::size_t level, SimplifyReport* report = nullptr) const;
   /// Report of its making, measured once.
@@ -58,7 +58,7 @@ class SimplifyLevels {
   bool is_flawed(std::size_t level) const;
   /// True if mesh() has triangles that are folded or without area, or new holes.
   bool has_flaws(std::size_t level) const;
-  /// Makes a flawed level as simplify() does, from other head starts or the high poly itself, which takes long.
+  /// Makes a flawed level as simplify() does, from other presimplifications or the high poly itself, which takes long.
   void solve(std::size_t level) const;
 
  private:

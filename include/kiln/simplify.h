@@ -50,7 +50,7 @@ struct SimplifyReport {
   /// bakes, or 2.5 times the deviation. It is along rays, and from the low poly where that is farther off.
   double search_distance() const { return error > 0.008 ? 2.5 * error : 0.02; }
   /// The distance that such bakes look first (MatchOptions::near_distance), a share of the diagonal: some times the mean
-  /// distance. 0: none, since crumbs that were left out close to the low poly are to be found as far out as they float.
+  /// distance. 0: none, since small components that were left out close to the low poly are to be found as far out as they float.
   double near_distance() const {
     if (dropped_parts > 0 && error <= 0.008) return 0;
     const double near = 4 * mean_error;
@@ -63,7 +63,7 @@ struct SimplifyReport {
   std::uint64_t folded = 0;
   std::uint64_t without_area = 0;   ///< Triangles without area that stayed so.
   std::uint64_t holes = 0;          ///< Loops of open edges beyond those of the high poly.
-  std::uint64_t dropped_parts = 0;  ///< Crumbs that were left out
+  std::uint64_t dropped_parts = 0;  ///< Small components that were left out
   std::uint64_t charts = 0;         ///< With keep_uvs: connected pieces of the layout that is left.
   double coverage =
       0;  ///< With keep_uvs: area of its triangles, where the unit square's is 1; outside of it, too.
@@ -91,10 +91,10 @@ struct SimplifyReport {
 ///
 /// If `faces` are too few for four triangles a part, or all that it has, the smallest parts go first.
 ///
-/// Crumbs: a small_component is a part (triangles that shared vertices connect). Its box's diagonal is below the
-/// largest deviation that the part of most area has in a low poly of `faces` triangles with all parts. At that number of faces it is
-/// smaller than other places are off by. It is left out first, so that its faces go elsewhere, and counted
-/// ("dropped-parts" in the warnings). Deviations are then of the parts that stay. The largest part stays
+/// A small component is a part (triangles that shared vertices connect) whose box has a diagonal below the largest
+/// deviation that the part of most area has in a low poly of `faces` triangles with all parts: other places are off by
+/// more than it is large. It is left out first, so that its faces go elsewhere, and counted ("dropped-parts" in the
+/// warnings). Deviations are then of the parts that stay. The largest part stays
 /// in any case. Nothing is left out with a bound, `height_field`, `keep_uvs`, `hull` or `keep_parts`.
 ///
 /// Two-sided sheets (cloth, flags, leaves) have each triangle twice, once each way round. One side is simplified, and

@@ -12,7 +12,7 @@
 // Three kernels, since what computes wrongly may crash, too: each is checked before the next is compiled.
 //
 // Defines: KILN_SELFTEST_ATOMIC64  the device has 64-bit atomics
-//          KILN_BVH_PLAIN          the tree has no guards (accel/prism.clh)
+//          KILN_BVH_PLAIN          the tree has no bounding prisms (accel/prism.clh)
 //          KILN_GPU                the device is a GPU
 #include "accel/traverse_scalar.clh"
 #include "accel/traverse_wide.clh"

@@ -11,7 +11,7 @@
 // adds one ray of its set to a row, and all rays of the row run about the same way. For that the set is
 // cut into rings, each sorted by angle; a turned sample starts elsewhere in the ring. Each sample has
 // all of its rays in the end; only their order changes. Nearest hits are better off with rows that run
-// in all directions: beams of rays that lean differently widen until they meet everything. Where few
+// in all directions: beams of rays that bent_sum differently widen until they meet everything. Where few
 // samples, far apart, cast many rays each, a row would hold rays that have no node in common. There
 // the rays of one sample lie one after another (by_sample). Origins are pushed off the face, along its
 // geometric normal, to the side that the ray leaves to: so no ray meets the face that it starts from.
@@ -25,7 +25,7 @@
 // kiln_hemisphere_rays     rays / 8             64     reads 320 B + 8 directions (gathered), writes 192 B
 // kiln_hemisphere_open     samples / 8          8      reads 8 B a row of rays, writes 32 B
 // kiln_hemisphere_own      samples              64     reads 4 B + 1 B a ray, writes 4 B
-// kiln_hemisphere_lean     samples / 8          8      reads 104 B a row of rays, writes 96 B
+// kiln_hemisphere_bent_sum     samples / 8          8      reads 104 B a row of rays, writes 96 B
 // kiln_hemisphere_depth    samples / 8          8      reads 64 B a row of rays, writes 32 B
 // kiln_hemisphere_bent     samples              64     reads 41 B + 2 triangles' attributes, writes 12 B
 // Strengths: sums are made in one order, so that they depend on nothing but the sample. Limits: contacts nearer
@@ -310,13 +310,13 @@ kernel void kiln_hemisphere_lit(const kiln_hemisphere_params params,
 }
 
 /// Adds to each sample the directions of those rays.
-kernel void kiln_hemisphere_lean(const kiln_hemisphere_params params,
+kernel void kiln_hemisphere_bent_sum(const kiln_hemisphere_params params,
                                  global const uchar* restrict hit,
                                  global const float* restrict rays,
-                                 global float* restrict lean) {
+                                 global float* restrict bent_sum) {
 #pragma OPENCL FP_CONTRACT OFF
   global const float* along = rays + 3 * (size_t)params.ray_capacity;
-  HEMISPHERE_ADD_ROWS(float8, 3, lean, {
+  HEMISPHERE_ADD_ROWS(float8, 3, bent_sum, {
     float8 open = 1.0f - convert_float8(vload8(0, hit + from));
     float8 direction[3];
     for (int axis = 0; axis < 3; ++axis) {
@@ -345,14 +345,14 @@ kernel void kiln_hemisphere_depth(const kiln_hemisphere_params params,
 static inline float3 hemisphere_bent(const kiln_detail_params params,
                                      const detail_low low, uint triangle,
                                      global const float* barycentric, uint capacity,
-                                     global const float* lean, size_t i,
+                                     global const float* bent_sum, size_t i,
                                      global const uint* normal_indices,
                                      global const float* normals) {
   const float3 normal =
       detail_source_normal(params, low, triangle, barycentric[i], barycentric[i + capacity],
                            normal_indices, normals);
   const size_t plane = params.out_capacity;
-  return detail_unit((float3)(lean[i], lean[i + plane], lean[i + 2 * plane]), normal);
+  return detail_unit((float3)(bent_sum[i], bent_sum[i + plane], bent_sum[i + 2 * plane]), normal);
 }
 
 /// Bent normals in the map's space; of two correspondences mixed where the other one has a triangle.
@@ -365,10 +365,10 @@ kernel void kiln_hemisphere_bent(const kiln_detail_params params,
                                  global const kiln_low_shading* restrict shading,
                                  global const uint* restrict hit_triangle,
                                  global const float* restrict hit_barycentric,
-                                 global const float* restrict lean,
+                                 global const float* restrict bent_sum,
                                  global const uint* restrict other_triangle,
                                  global const float* restrict other_barycentric,
-                                 global const float* restrict other_lean,
+                                 global const float* restrict other_bent_sum,
                                  global const float* restrict shares,
                                  global const uint* restrict normal_indices,
                                  global const float* restrict normals,
@@ -379,11 +379,11 @@ kernel void kiln_hemisphere_bent(const kiln_detail_params params,
   const detail_low low = detail_read_low(params, shading + low_triangle[i], low_barycentric[i],
                                          low_barycentric[i + params.low_capacity]);
   float3 bent = hemisphere_bent(params, low, hit_triangle[i], hit_barycentric, params.hit_capacity,
-                                lean, i, normal_indices, normals);
+                                bent_sum, i, normal_indices, normals);
   if (other_capacity != 0u && other_triangle[i] != KILN_NO_TRIANGLE) {
     const float3 other =
         hemisphere_bent(params, low, other_triangle[i], other_barycentric, other_capacity,
-                        other_lean, i, normal_indices, normals);
+                        other_bent_sum, i, normal_indices, normals);
     const float share = shares[i];
     bent = detail_unit(bent * share + other * (1.0f - share), bent);
   }

@@ -19,23 +19,23 @@
 #include "accel/occlusion_block.clh"
 #include "detail/hemisphere_fill.clh"
 
-/// Adds to each sample how many of its rays hit nothing; \param lean  0, or to the sums of their directions
+/// Adds to each sample how many of its rays hit nothing; \param bent_sum  0, or to the sums of their directions
 /// \param unequal  of kiln_hemisphere_params
 static inline void hemisphere_sum(uint unequal, uint samples, uint rows, global const float* rays,
-                                  global const uchar* hit, global uint* open, global float* lean,
-                                  size_t lean_plane) {
+                                  global const uchar* hit, global uint* open, global float* bent_sum,
+                                  size_t bent_sum_plane) {
 #pragma OPENCL FP_CONTRACT OFF
   for (uint i = 0; i < samples; i += LANES) {
     uint8 count = vload8(0, open + i);
     float8 sum[3];
-    for (int axis = 0; axis < 3 && lean != 0; ++axis) {
-      sum[axis] = vload8(0, lean + i + axis * lean_plane);
+    for (int axis = 0; axis < 3 && bent_sum != 0; ++axis) {
+      sum[axis] = vload8(0, bent_sum + i + axis * bent_sum_plane);
     }
     for (uint row = 0; row < rows; ++row) {
       const uint at = row * samples + i;
       const uint8 missed = 1u - convert_uint8(vload8(0, hit + at));
       count += missed;
-      if (lean == 0) continue;
+      if (bent_sum == 0) continue;
       float8 share = convert_float8(missed), along[3];
       for (int axis = 0; axis < 3; ++axis) {
         along[axis] = vload8(0, rays + at + (3 + axis) * KILN_OCCLUSION_BLOCK);
@@ -44,8 +44,8 @@ static inline void hemisphere_sum(uint unequal, uint samples, uint rows, global 
       for (int axis = 0; axis < 3; ++axis) sum[axis] -= share * along[axis];
     }
     vstore8(count, 0, open + i);
-    for (int axis = 0; axis < 3 && lean != 0; ++axis) {
-      vstore8(sum[axis], 0, lean + i + axis * lean_plane);
+    for (int axis = 0; axis < 3 && bent_sum != 0; ++axis) {
+      vstore8(sum[axis], 0, bent_sum + i + axis * bent_sum_plane);
     }
   }
 }
@@ -54,7 +54,7 @@ static inline void hemisphere_sum(uint unequal, uint samples, uint rows, global 
 /// \param query    of the rays; its capacity is KILN_OCCLUSION_BLOCK
 /// \param scratch  of each work-item: 6 planes of KILN_OCCLUSION_BLOCK
 /// \param hits     of each work-item: KILN_OCCLUSION_BLOCK
-/// \param lean     not read or written unless wants_lean is 1
+/// \param bent_sum     not read or written unless wants_bent_sum is 1
 kernel void kiln_hemisphere_cast(const kiln_hemisphere_params params,
                                  const kiln_ray_params query,
                                  const kiln_cast_params cast,
@@ -68,7 +68,7 @@ kernel void kiln_hemisphere_cast(const kiln_hemisphere_params params,
                                  global float* scratch,
                                  global uchar* hits,
                                  global uint* restrict open,
-                                 global float* restrict lean) {
+                                 global float* restrict bent_sum) {
   const uint item = (uint)get_global_id(0);
   const uint lane = item * cast.samples;
   if (lane >= params.stride) return;
@@ -81,7 +81,7 @@ kernel void kiln_hemisphere_cast(const kiln_hemisphere_params params,
     hemisphere_fill(params, points, turns, turn_table, directions, rings, lane, samples,
                     params.first_ray + row, rows, rays);
     occlusion_block(query, nodes, blocks, rays, 0, rows * samples, hit);
-    hemisphere_sum(params.unequal, samples, rows, rays, hit, open + sums, cast.wants_lean != 0u ? lean + sums : 0,
+    hemisphere_sum(params.unequal, samples, rows, rays, hit, open + sums, cast.wants_bent_sum != 0u ? bent_sum + sums : 0,
                    params.out_capacity);
   }
 }

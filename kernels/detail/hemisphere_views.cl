@@ -10,7 +10,7 @@
 // kiln_hemisphere_views  samples / 64  64     a sample: reads 36 B + 4 B a view (gathered), 44 B of sums
 //
 // Defines: KILN_VISIBILITY_SCALAR  one sample an item: for GPUs
-//          KILN_HEMISPHERE_LEAN    also adds up the directions that are open
+//          KILN_HEMISPHERE_BENT_SUM    also adds up the directions that are open
 //          KILN_LANES, KILN_PORTABLE_MASKS  as in lib/vector.clh, lib/mask.clh
 //
 // Strengths: a sample costs a projection and a look at one pixel a view; all samples share their directions, so
@@ -56,15 +56,15 @@ kernel void kiln_hemisphere_depths(const kiln_hemisphere_views_params params,
 /// nearer than the plane of the sample's face. Both count at the pixel's centre.
 /// \param points  position, unit normal (0: no hemisphere) and the face's normal of any length, 9 planes
 /// \param sums    KILN_HEMISPHERE_VIEW_SUMS planes
-/// \param lean    3 planes of lean_plane: directions by their cosines
+/// \param bent_sum    3 planes of bent_sum_plane: directions by their cosines
 kernel void kiln_hemisphere_views(const kiln_hemisphere_views_params params,
                                   global const kiln_view* restrict views,
                                   global const float* restrict depths,
                                   global const float* restrict points,
                                   global float* restrict sums
-#ifdef KILN_HEMISPHERE_LEAN
+#ifdef KILN_HEMISPHERE_BENT_SUM
                                   ,
-                                  global float* restrict lean
+                                  global float* restrict bent_sum
 #endif
 ) {
 #pragma OPENCL FP_CONTRACT OFF
@@ -100,11 +100,11 @@ kernel void kiln_hemisphere_views(const kiln_hemisphere_views_params params,
     vfloat open_odd = visibility_load(sums + at + plane);
     vfloat all_even = visibility_load(sums + at + 2 * plane);
     vfloat all_odd = visibility_load(sums + at + 3 * plane);
-#ifdef KILN_HEMISPHERE_LEAN
-    const size_t lean_plane = params.lean_plane;
-    vfloat along_x = visibility_load(lean + at);
-    vfloat along_y = visibility_load(lean + at + lean_plane);
-    vfloat along_z = visibility_load(lean + at + 2 * lean_plane);
+#ifdef KILN_HEMISPHERE_BENT_SUM
+    const size_t bent_sum_plane = params.bent_sum_plane;
+    vfloat along_x = visibility_load(bent_sum + at);
+    vfloat along_y = visibility_load(bent_sum + at + bent_sum_plane);
+    vfloat along_z = visibility_load(bent_sum + at + 2 * bent_sum_plane);
 #endif
     for (uint k = 0; k < params.view_count; ++k) {
       global const kiln_view* view = views + k;
@@ -142,7 +142,7 @@ kernel void kiln_hemisphere_views(const kiln_hemisphere_views_params params,
         open_odd += share;
         all_odd += whole;
       }
-#ifdef KILN_HEMISPHERE_LEAN
+#ifdef KILN_HEMISPHERE_BENT_SUM
       along_x += share * tx;
       along_y += share * ty;
       along_z += share * tz;
@@ -152,10 +152,10 @@ kernel void kiln_hemisphere_views(const kiln_hemisphere_views_params params,
     visibility_store(open_odd, sums + at + plane);
     visibility_store(all_even, sums + at + 2 * plane);
     visibility_store(all_odd, sums + at + 3 * plane);
-#ifdef KILN_HEMISPHERE_LEAN
-    visibility_store(along_x, lean + at);
-    visibility_store(along_y, lean + at + lean_plane);
-    visibility_store(along_z, lean + at + 2 * lean_plane);
+#ifdef KILN_HEMISPHERE_BENT_SUM
+    visibility_store(along_x, bent_sum + at);
+    visibility_store(along_y, bent_sum + at + bent_sum_plane);
+    visibility_store(along_z, bent_sum + at + 2 * bent_sum_plane);
 #endif
   }
 }

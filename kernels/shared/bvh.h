@@ -19,8 +19,8 @@
 /// children are leaves with inverted infinite bounds, which no ray meets.
 #define KILN_BVH_LEAF 0x80000000u
 
-/// A child that is a node behind a guard: this bit and the index of the guard, which lies right before its node.
-#define KILN_BVH_GUARD 0x40000000u
+/// A child that is a node behind a bounding prism: this bit and the index of the bounding prism, which lies right before its node.
+#define KILN_BVH_PRISM 0x40000000u
 
 /// Boxes of the children as structure of arrays: planes[axis][0] are lower bounds, [axis][1] upper.
 struct kiln_bvh_node {
@@ -35,8 +35,8 @@ KILN_CHECK_SIZE(kiln_bvh_node, 256);
 /// each other, fans. It lies among the nodes. What meets none of the prism's faces meets none of the triangles,
 /// so a walk may pass the node over; a walk that does not ask finds the same.
 ///
-/// The prism is larger than the triangles by KILN_BVH_GUARD_MARGIN on every side. Rays from within
-/// KILN_BVH_GUARD_REACH on each axis are sheared as for a triangle. A difference of coordinates is off by at
+/// The prism is larger than the triangles by KILN_BVH_PRISM_MARGIN on every side. Rays from within
+/// KILN_BVH_PRISM_REACH on each axis are sheared as for a triangle. A difference of coordinates is off by at
 /// most 2^-20 then. So is its product with a shear of at most 1. The sum is off by 2^-19: 2^-18 for a
 /// corner of the prism or of a triangle, in each of two directions. The margin is larger than both together.
 struct kiln_bvh_prism {
@@ -49,16 +49,16 @@ typedef struct kiln_bvh_prism kiln_bvh_prism;
 KILN_CHECK_SIZE(kiln_bvh_prism, 256);
 
 /// Lanes of `plane`.
-#define KILN_BVH_GUARD_FLOOR 3
-#define KILN_BVH_GUARD_ROOF 4
+#define KILN_BVH_PRISM_FLOOR 3
+#define KILN_BVH_PRISM_ROOF 4
 
-#define KILN_BVH_GUARD_MARGIN (1.0f / 32768.0f)
-#define KILN_BVH_GUARD_REACH 8.0f
+#define KILN_BVH_PRISM_MARGIN (1.0f / 32768.0f)
+#define KILN_BVH_PRISM_REACH 8.0f
 
-/// The faces of a guard, one a lane: their corners.
-#define KILN_BVH_GUARD_A s03001122
-#define KILN_BVH_GUARD_B s14142503
-#define KILN_BVH_GUARD_C s25435435
+/// The faces of a bounding prism, one a lane: their corners.
+#define KILN_BVH_PRISM_A s03001122
+#define KILN_BVH_PRISM_B s14142503
+#define KILN_BVH_PRISM_C s25435435
 
 /// Up to 4 triangles as structure of arrays. Unused lanes hold a point of the first triangle three
 /// times (no ray hits it) and KILN_NO_TRIANGLE.

@@ -63,7 +63,7 @@ KILN_CHECK_SIZE(kiln_pick_params, 24);
 struct kiln_cast_params {
   kiln_uint samples;     // of a work-item, whole lanes
   kiln_uint rows;        // of rays, cast at a time: samples * rows is KILN_OCCLUSION_BLOCK at most
-  kiln_uint wants_lean;  // 1: directions are added up too
+  kiln_uint wants_bent_sum;  // 1: directions are added up too
 };
 typedef struct kiln_cast_params kiln_cast_params;
 KILN_CHECK_SIZE(kiln_cast_params, 12);

@@ -10,7 +10,7 @@
 struct kiln_hemisphere_views_params {
   kiln_uint count;        // samples
   kiln_uint capacity;     // elements of one plane of the points and of the sums
-  kiln_uint lean_plane;   // ... of sums of directions
+  kiln_uint bent_sum_plane;   // ... of sums of directions
   kiln_uint view_count;
   kiln_uint view_size;    // pixels a side
   kiln_uint first_view;   // number of the batch's first direction

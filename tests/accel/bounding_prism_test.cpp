@@ -1,4 +1,4 @@
-// Guards of nodes change no answer: trees with and without them, every bit compared.
+// Bounding prisms of nodes change no answer: trees with and without them, every bit compared.
 #include <gtest/gtest.h>
 
 #include <memory>
@@ -62,34 +62,34 @@ std::shared_ptr<const Tree> tree_of(const Scene& scene, bool keep) {
 
 constexpr Traversal kAll[] = {Traversal::cpu, Traversal::cpu_single, Traversal::gpu};
 
-TEST(Guards, AreThereWhereBoxesOverlap) {
+TEST(BoundingPrisms, AreThereWhereBoxesOverlap) {
   for (const Pile& pile : piles()) {
     const Bvh bvh = build_bvh(pile.scene.positions, pile.scene.triangles);
-    EXPECT_GT(bvh.guards, 0u) << pile.name;
-    EXPECT_EQ(build_bvh(pile.scene.positions, pile.scene.triangles, false).guards, 0u) << pile.name;
+    EXPECT_GT(bvh.prisms, 0u) << pile.name;
+    EXPECT_EQ(build_bvh(pile.scene.positions, pile.scene.triangles, false).prisms, 0u) << pile.name;
   }
   for (const Scene& scene : {bumpy_sphere(40, 3, 0.01F), random_soup(20000, 4, 0.02F)}) {
-    EXPECT_EQ(build_bvh(scene.positions, scene.triangles).guards, 0u);
+    EXPECT_EQ(build_bvh(scene.positions, scene.triangles).prisms, 0u);
   }
 }
 
-TEST(Guards, ChangeNoRay) {
+TEST(BoundingPrisms, ChangeNoRay) {
   KILN_REQUIRE_DEVICE();
   for (const Pile& pile : piles()) {
     const std::vector<Ray> rays = rays_of(pile.scene);
     const auto with = tree_of(pile.scene, false), without = tree_of(pile.scene, true);
     for (const Traversal traversal : kAll) {
-      const RayCaster guarded(context_of(*device()), with, traversal);
+      const RayCaster with_prisms(context_of(*device()), with, traversal);
       const RayCaster plain(context_of(*device()), without, traversal);
       for (const RayCase& entry : all_queries()) {
-        EXPECT_TRUE(cast(guarded, rays, entry.query) == cast(plain, rays, entry.query))
+        EXPECT_TRUE(cast(with_prisms, rays, entry.query) == cast(plain, rays, entry.query))
             << pile.name << ", " << entry.name << ", " << static_cast<int>(traversal);
       }
     }
   }
 }
 
-TEST(Guards, ChangeNoOcclusion) {
+TEST(BoundingPrisms, ChangeNoOcclusion) {
   KILN_REQUIRE_DEVICE();
   cl::Context& context = context_of(*device());
   for (const Pile& pile : piles()) {
@@ -115,18 +115,18 @@ TEST(Guards, ChangeNoOcclusion) {
   }
 }
 
-TEST(Guards, ChangeNoClosestPoint) {
+TEST(BoundingPrisms, ChangeNoClosestPoint) {
   KILN_REQUIRE_DEVICE();
   for (const Pile& pile : piles()) {
     const std::vector<Ray> samples = rays_of(pile.scene);
     const auto with = tree_of(pile.scene, false), without = tree_of(pile.scene, true);
     for (const Traversal traversal : kAll) {
-      const ClosestFinder guarded(context_of(*device()), with, traversal);
+      const ClosestFinder with_prisms(context_of(*device()), with, traversal);
       const ClosestFinder plain(context_of(*device()), without, traversal);
       for (const float distance : {0.05F, 10.0F}) {
         for (const bool two_sided : {false, true}) {
           const ClosestQuery query{.max_distance = distance, .two_sided = two_sided};
-          EXPECT_TRUE(find(guarded, samples, query) == find(plain, samples, query))
+          EXPECT_TRUE(find(with_prisms, samples, query) == find(plain, samples, query))
               << pile.name << ", " << distance << ", " << static_cast<int>(traversal);
         }
       }

@@ -142,7 +142,7 @@ Scene concentric(std::uint32_t n) {
   return scene;
 }
 
-/// Counts what kernels do: nodes opened, guards asked and leaves tested.
+/// Counts what kernels do: nodes opened, bounding prisms asked and leaves tested.
 class Walker {
  public:
   explicit Walker(const Bvh& bvh) : bvh_(bvh) {}
@@ -163,21 +163,21 @@ class Walker {
       }
       return from <= to ? from : std::numeric_limits<float>::infinity();
     };
-    const auto meets = [&](const kiln_bvh_prism& guard, float best) {
+    const auto meets = [&](const kiln_bvh_prism& prism, float best) {
       const double o[] = {origin.x, origin.y, origin.z},
                    d[] = {direction.x, direction.y, direction.z};
       double from = 0, to = 2, slack = double{best};
-      for (std::size_t k = 0; k <= KILN_BVH_GUARD_ROOF; ++k) {
-        double beyond = -double{guard.plane[3][k]}, along = 0;
+      for (std::size_t k = 0; k <= KILN_BVH_PRISM_ROOF; ++k) {
+        double beyond = -double{prism.plane[3][k]}, along = 0;
         for (std::size_t a = 0; a < 3; ++a) {
-          beyond += double{guard.plane[a][k]} * o[a];
-          along += double{guard.plane[a][k]} * d[a];
+          beyond += double{prism.plane[a][k]} * o[a];
+          along += double{prism.plane[a][k]} * d[a];
         }
         if (along == 0 && beyond > 0) return false;
         if (along > 0) to = std::min(to, -beyond / along);
         if (along < 0) from = std::max(from, -beyond / along);
-        const double least = std::abs(along) - double{guard.tilt};
-        if (k == KILN_BVH_GUARD_ROOF && least >= 0.125) slack = double{guard.slack} / least;
+        const double least = std::abs(along) - double{prism.tilt};
+        if (k == KILN_BVH_PRISM_ROOF && least >= 0.125) slack = double{prism.slack} / least;
       }
       return from <= to && from - slack <= double{best};
     };
@@ -198,11 +198,11 @@ class Walker {
       }
       return squared;
     };
-    const auto near = [&](const kiln_bvh_prism& guard, float best) {
+    const auto near = [&](const kiln_bvh_prism& prism, float best) {
       float beyond = 0;
-      for (std::size_t k = 0; k <= KILN_BVH_GUARD_ROOF; ++k) {
-        beyond = std::max(beyond, guard.plane[0][k] * from.x + guard.plane[1][k] * from.y +
-                                      guard.plane[2][k] * from.z - guard.plane[3][k]);
+      for (std::size_t k = 0; k <= KILN_BVH_PRISM_ROOF; ++k) {
+        beyond = std::max(beyond, prism.plane[0][k] * from.x + prism.plane[1][k] * from.y +
+                                      prism.plane[2][k] * from.z - prism.plane[3][k]);
       }
       return beyond * beyond <= best;
     };
@@ -260,11 +260,11 @@ class Walker {
         }
         continue;
       }
-      if ((next.child & KILN_BVH_GUARD) != 0) {
-        kiln_bvh_prism guard;
-        std::memcpy(&guard, &bvh_.nodes()[node_of_child(next.child) - 1], sizeof guard);
+      if ((next.child & KILN_BVH_PRISM) != 0) {
+        kiln_bvh_prism prism;
+        std::memcpy(&prism, &bvh_.nodes()[node_of_child(next.child) - 1], sizeof prism);
         ++visits_;
-        if (!meets(guard, best)) continue;
+        if (!meets(prism, best)) continue;
       }
       const kiln_bvh_node& node = bvh_.nodes()[node_of_child(next.child)];
       const std::size_t first = stack.size();
@@ -319,8 +319,8 @@ class Growth : public ::testing::TestWithParam<Family> {};
 //   stacked            one triangle is left of all
 //   parts              a ray passes n^(1/3) gaps
 //   needles            as long as they are, boxes along the axes overlap: n^(2/3)
-//   fan, shifted, slivers  boxes along the axes cannot part them: guards do, for rays
-//   turned             a ray in their midst crosses all; guards tell those before it from those behind
+//   fan, shifted, slivers  boxes along the axes cannot part them: bounding prisms do, for rays
+//   turned             a ray in their midst crosses all; bounding prisms tell those before it from those behind
 //   concentric         the same, and none is like another
 TEST_P(Growth, OfASearchIsBounded) {
   constexpr std::uint32_t kFew = 1 << 10, kMany = 1 << 15;

@@ -118,7 +118,7 @@ TEST_P(SimplifiedHeightField, KeepsTheLayout) {
   EXPECT_NEAR(sum, 1, 1e-6);
 }
 
-// Simplified at once, and after a head start.
+// Simplified at once, and after presimplification.
 INSTANTIATE_TEST_SUITE_P(Sizes, SimplifiedHeightField, testing::Values(65U, 300U));
 
 }  // namespace

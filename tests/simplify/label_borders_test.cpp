@@ -147,7 +147,7 @@ Work labelled_sphere(const LabelAt& label) {
   return work;
 }
 
-TEST(LabelBorders, OutliveAHeadStart) {
+TEST(LabelBorders, OutlivePresimplification) {
   const Work dense = labelled_sphere(thirds);
   Work work = dense;
   presimplify(work, 50'000, 1, false, {});
@@ -172,7 +172,7 @@ TEST(LabelBorders, OutliveAHeadStart) {
   EXPECT_GT(on_line, 100U);
 }
 
-TEST(LabelBorders, EverywhereDoNotStopAHeadStart) {
+TEST(LabelBorders, EverywhereDoNotStopPresimplification) {
   std::uint32_t next = 0;
   Work work = labelled_sphere([&](const Vec3d&) { return next++; });
   presimplify(work, 50'000, 1, false, {});

@@ -1,4 +1,4 @@
-// The head start of very high polys: what it may not leave, and what it leaves alone.
+// Presimplification of very high polys: what it may not leave, and what it leaves alone.
 #include "simplify/presimplify.h"
 
 #include <gtest/gtest.h>
@@ -57,7 +57,7 @@ std::size_t in_use(const std::vector<Triangle>& triangles) {
   return used.size();
 }
 
-TEST(HeadStart, LeavesOnePartOfASphere) {
+TEST(Presimplify, LeavesOnePartOfASphere) {
   for (const double rough : {0.01, 0.03, 0.1}) {
     Work work = rough_sphere(rough);
     presimplify(work, kGoal, 1, false, {});
@@ -74,7 +74,7 @@ std::vector<Triangle> tetrahedron(std::uint32_t a, std::uint32_t b, std::uint32_
   return {{a, b, c}, {a, d, b}, {b, d, c}, {c, d, a}};
 }
 
-TEST(HeadStart, DropsCrumbsThatWereCutOff) {
+TEST(Presimplify, DropsPartsThatWereCutOff) {
   const std::vector<Triangle> sphere = test::icosphere(3).triangles;
   constexpr std::uint32_t kVertices = 642;
   std::vector<std::uint32_t> origin(kVertices);
@@ -91,7 +91,7 @@ TEST(HeadStart, DropsCrumbsThatWereCutOff) {
   EXPECT_EQ(triangles, rest);
 }
 
-TEST(HeadStart, KeepsSmallPartsOfTheHighPoly) {
+TEST(Presimplify, KeepsSmallPartsOfTheHighPoly) {
   // A tetrahedron that touches the sphere at vertex 5, where a cut takes them apart.
   std::vector<Triangle> dense = test::icosphere(3).triangles;
   for (const Triangle& t : tetrahedron(5, 642, 643, 644)) dense.push_back(t);
@@ -105,7 +105,7 @@ TEST(HeadStart, KeepsSmallPartsOfTheHighPoly) {
   EXPECT_EQ(triangles, all);
 }
 
-TEST(HeadStart, ItsFoldsAreTurnedBack) {
+TEST(Presimplify, ItsFoldsAreTurnedBack) {
   Work work = rough_sphere(0.01);
   presimplify(work, kGoal, 1, false, {});
   const std::size_t before = facing_in(work.points, work.triangles);
@@ -119,7 +119,7 @@ TEST(HeadStart, ItsFoldsAreTurnedBack) {
   EXPECT_LT(facing_in(after.points, after.triangles), before / 2);
 }
 
-TEST(HeadStart, LeavesNoSliversAcrossFlats) {
+TEST(Presimplify, LeavesNoSliversAcrossFlats) {
   Work work;
   const Mesh cube = test::grid_cube(170);
   for (const Vec3& p : cube.positions) work.points.emplace_back(p);
@@ -139,7 +139,7 @@ TEST(HeadStart, LeavesNoSliversAcrossFlats) {
   EXPECT_LT(longest, 0.25);
 }
 
-TEST(HeadStart, IsForRoughMeshes) {
+TEST(Presimplify, IsForRoughMeshes) {
   EXPECT_FALSE(is_finely_curved(rough_sphere(0.03)));
   EXPECT_TRUE(is_finely_curved(rough_sphere(0)));
   Work flat;
@@ -151,8 +151,8 @@ TEST(HeadStart, IsForRoughMeshes) {
   EXPECT_FALSE(is_finely_curved(flat));
 }
 
-/// A smooth tube of 200,000 triangles: off by 0.47% of the diagonal, by 0.76% after a head start.
-TEST(HeadStart, IsLeftOutForFineTubes) {
+/// A smooth tube of 200,000 triangles: off by 0.47% of the diagonal, by 0.76% after presimplification.
+TEST(Presimplify, IsLeftOutForFineTubes) {
   Mesh tube;
   constexpr std::uint32_t kRound = 500, kAlong = 200;
   constexpr double kTurn = 6.283185307179586;
@@ -179,7 +179,7 @@ TEST(HeadStart, IsLeftOutForFineTubes) {
   EXPECT_LT(report.error, 0.006);
 }
 
-TEST(HeadStart, LeavesPlacesUntouched) {
+TEST(Presimplify, LeavesPlacesUntouched) {
   const Work dense = rough_sphere(0.01);
   Work work = dense;
   const std::vector<Place> places{{{0.28, 0, 0}, 0.03}, {{0, -0.28, 0}, 0.02}};
@@ -213,7 +213,7 @@ double deviation_after(const Mesh& high, std::size_t goal) {
 
 /// From 1,000,000 triangles on, pieces are eight and not four, and along their borders lie as many triangles as the goal
 /// has: as on the way from 4.5 million to 50,000.
-TEST(HeadStart, KeepsReliefWherePiecesBecomeMore) {
+TEST(Presimplify, KeepsReliefWherePiecesBecomeMore) {
   constexpr std::size_t kFew = 12'500;
   const double below = deviation_after(test::BumpySphere::dense(970'000), kFew);
   const double above = deviation_after(test::BumpySphere::dense(1'030'000), kFew);
@@ -222,7 +222,7 @@ TEST(HeadStart, KeepsReliefWherePiecesBecomeMore) {
   EXPECT_LT(above, 1.3 * below);
 }
 
-TEST(HeadStart, TakesPiecesThatItKnows) {
+TEST(Presimplify, TakesPiecesThatItKnows) {
   const Work dense = rough_sphere(0.01);
   const std::vector<Place> places{
       {{0.163, 0.163, 0.163}, 0.03}};  // Halves along any axis meet elsewhere.
@@ -242,7 +242,7 @@ TEST(HeadStart, TakesPiecesThatItKnows) {
   EXPECT_LT(without.triangles.size(), 0.7 * static_cast<double>(anew.triangles.size()));
 }
 
-TEST(HeadStart, LosesNoPart) {
+TEST(Presimplify, LosesNoPart) {
   Work high = rough_sphere(0.03);
   constexpr std::uint32_t kParts = 20;
   for (std::uint32_t i = 0; i < kParts; ++i) {

@@ -1,4 +1,4 @@
-// The head start of height fields that are full grids.
+// Presimplification of height fields that are full grids.
 #include "simplify/rtin.h"
 
 #include <gtest/gtest.h>

@@ -151,7 +151,7 @@ TEST(SimplifyBound, FewerFacesUnderRulesAreBeyondIt) {
 
 /// Dense meshes are brought down first. The bound holds for the mesh that was given, not for what that leaves, which is
 /// off itself.
-TEST(SimplifyBound, HoldsForTheHighPolyAfterAHeadStart) {
+TEST(SimplifyBound, HoldsForTheHighPolyAfterPresimplification) {
   constexpr double kBound = 0.01;
   const Mesh high = test::BumpySphere::dense(101'000);
   SimplifyReport report;
@@ -161,7 +161,7 @@ TEST(SimplifyBound, HoldsForTheHighPolyAfterAHeadStart) {
   EXPECT_EQ(flaws(report), 0U);
   EXPECT_LT(
       report.faces,
-      100U);  // Measured: 88; of the same shape with 60,000 faces, which has no head start: 86.
+      100U);  // Measured: 88; of the same shape with 60,000 faces, which has no presimplification: 86.
 }
 
 TEST(SimplifyBound, TinyBoundsKeepAllButFlatPlaces) {

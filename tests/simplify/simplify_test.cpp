@@ -100,7 +100,7 @@ TEST(Simplify, ClosedMeshesReachTheCountAndStayClosed) {
   }
 }
 
-TEST(Simplify, VeryDenseMeshStaysClosedThroughTheHeadStart) {
+TEST(Simplify, VeryDenseMeshStaysClosedThroughPresimplification) {
   SimplifyReport report;
   const Mesh low = simplify(test::BumpySphere::dense(300000), {.faces = 3000}, &report);
   expect_usable(low);

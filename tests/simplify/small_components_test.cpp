@@ -53,7 +53,7 @@ std::uint64_t warned(const SimplifyReport& report) {
   return 0;
 }
 
-TEST(Crumbs, PartsSmallerThanTheErrorGo) {
+TEST(SmallComponents, PartsSmallerThanTheErrorGo) {
   const Mesh high = with_small_components(30, 0.002);
   ASSERT_EQ(parts_of(high), 31u);
   SimplifyReport report;
@@ -66,7 +66,7 @@ TEST(Crumbs, PartsSmallerThanTheErrorGo) {
   EXPECT_EQ(report.input_faces, high.triangles.size());
 }
 
-TEST(Crumbs, StayWhereAskedFor) {
+TEST(SmallComponents, StayWhereAskedFor) {
   const Mesh high = with_small_components(30, 0.002);
   SimplifyReport report;
   EXPECT_EQ(parts_of(simplify(high, {.faces = 300, .keep_parts = true}, &report)), 31u);
@@ -78,7 +78,7 @@ TEST(Crumbs, StayWhereAskedFor) {
   EXPECT_EQ(report.dropped_parts, 0u);
 }
 
-TEST(Crumbs, StayAboveTheLimitOfHeadStarts) {
+TEST(SmallComponents, StayAboveTheLimitOfPresimplification) {
   Mesh high = with_small_components(30, 0.002);
   add_ball(high, {0, 0, 4}, 1, 260);
   ASSERT_GT(high.triangles.size(), 150'000u);
@@ -91,15 +91,15 @@ TEST(Crumbs, StayAboveTheLimitOfHeadStarts) {
   EXPECT_EQ(report.dropped_parts, 30u);
 }
 
-TEST(Crumbs, PartsThatCanBeSeenStay) {
+TEST(SmallComponents, PartsThatCanBeSeenStay) {
   SimplifyReport report;
   EXPECT_EQ(parts_of(simplify(with_small_components(10, 0.2), {.faces = 800}, &report)), 11u);
   EXPECT_EQ(report.dropped_parts, 0u);
-  // Crumbs are seen at more faces.
+  // Small components are seen at more faces.
   EXPECT_EQ(parts_of(simplify(with_small_components(10, 0.01), {.faces = 8000}, &report)), 11u);
 }
 
-TEST(Crumbs, PartsOfOneSizeAllStay) {
+TEST(SmallComponents, PartsOfOneSizeAllStay) {
   Mesh high;
   for (int i = 0; i < 40; ++i)
     add_ball(high, {static_cast<float>(i % 8), static_cast<float>(i / 8), 0}, 0.2, 8);
@@ -110,7 +110,7 @@ TEST(Crumbs, PartsOfOneSizeAllStay) {
   EXPECT_GE(parts_of(simplify(high, {.faces = 4}, &report)), 1u);
 }
 
-TEST(Crumbs, OfTooManyPartsTheSmallestGo) {
+TEST(SmallComponents, OfTooManyPartsTheSmallestGo) {
   // Loose triangles of growing size: nothing collapses, and each needs a face.
   Mesh high;
   for (std::uint32_t i = 0; i < 5000; ++i) {
@@ -128,7 +128,7 @@ TEST(Crumbs, OfTooManyPartsTheSmallestGo) {
   EXPECT_EQ(simplify(high, {.faces = 700, .keep_parts = true}).triangles.size(), 5000u);
 }
 
-TEST(Crumbs, OpenTubesThatNeedSixFacesGo) {
+TEST(SmallComponents, OpenTubesThatNeedSixFacesGo) {
   // Tubes of growing length whose two rims stay: six faces each.
   Mesh high;
   for (std::uint32_t i = 0; i < 100; ++i) {
@@ -153,7 +153,7 @@ TEST(Crumbs, OpenTubesThatNeedSixFacesGo) {
   EXPECT_EQ(parts_of(low) + report.dropped_parts, 100u);
 }
 
-TEST(Crumbs, AStrayPartLeavesEyesAlone) {
+TEST(SmallComponents, AStrayPartLeavesEyesAlone) {
   Mesh high = with_small_components(0, 1);
   add_ball(high, {0.35F, 0.35F, 0.95F}, 0.1, 10);
   add_ball(high, {-0.35F, 0.35F, 0.95F}, 0.1, 10);
@@ -164,7 +164,7 @@ TEST(Crumbs, AStrayPartLeavesEyesAlone) {
   EXPECT_EQ(parts_of(low), 4u);
 }
 
-TEST(Crumbs, RandomScenesKeepWhatIsLarger) {
+TEST(SmallComponents, RandomScenesKeepWhatIsLarger) {
   std::mt19937 random(11);
   for (int i = 0; i < 12; ++i) {
     SCOPED_TRACE(i);

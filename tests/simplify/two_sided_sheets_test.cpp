@@ -289,7 +289,7 @@ TEST(TwoSidedSheets, LevelsCountBothSides) {
   }
 }
 
-TEST(TwoSidedSheets, OfManyNamesComeThroughAHeadStart) {
+TEST(TwoSidedSheets, OfManyNamesComeThroughPresimplification) {
   // Labels meet nearly everywhere, and say which triangles have two sides.
   Mesh high = beside(doubled(wave(230)), test::icosphere(3, 0.5), {3, 0, 0});
   ASSERT_GT(high.triangles.size() / 2, 100'000U);

@@ -1,6 +1,6 @@
 """A generator's mesh to a GLB: python generated_mesh.py FOLDER [MESH].
 
-Without MESH, what a generator leaves is made here: a figure of blended balls by marching cubes, with colours, crumbs that
+Without MESH, what a generator leaves is made here: a figure of blended balls by marching cubes, with colours, specks that
 float around it, and a shell within.
 """
 
@@ -17,9 +17,9 @@ def generated():
     n = 96
     x, y, z = np.moveaxis(np.mgrid[-1 : 1 : n * 1j, -1 : 1 : n * 1j, -1 : 1 : n * 1j], 0, 0)
     balls = [(0, 0, 0.5, 0.28), (0, 0, 0, 0.36), (0, 0, -0.5, 0.42), (0.35, 0, 0.15, 0.16), (-0.35, 0, 0.15, 0.16)]
-    crumbs = [(0.9 * np.cos(a), 0.9 * np.sin(a), 0.8, 0.03) for a in range(6)]
+    specks = [(0.9 * np.cos(a), 0.9 * np.sin(a), 0.8, 0.03) for a in range(6)]
     field = sum(
-        np.exp(-12 * (np.sqrt((x - a) ** 2 + (y - b) ** 2 + (z - c) ** 2) / r - 1)) for a, b, c, r in balls + crumbs
+        np.exp(-12 * (np.sqrt((x - a) ** 2 + (y - b) ** 2 + (z - c) ** 2) / r - 1)) for a, b, c, r in balls + specks
     )
     field += 0.15 * np.sin(40 * x) * np.sin(40 * y) * np.sin(40 * z)
     field -= 1e3 * (np.sqrt(x**2 + y**2 + (z + 0.5) ** 2) < 0.25)  # hollow
