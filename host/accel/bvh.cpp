@@ -25,11 +25,11 @@ using namespace bvh;
 // Levels of 8-wide nodes below which ranges are halved by count: 2^31 triangles need 10 more at most
 // (each level divides by 8), so no tree is deeper than 26.
 constexpr std::uint32_t kSahLevels = 15;
-// From so many triangles on sides may overlap by no more than this share of their length together.
-constexpr std::size_t kManyTogether = 64;
-constexpr float kTogether = 0.9F;
-// Below this share of the cost of no split, no overlap is looked at.
-constexpr float kHardlyPays = 0.75F;
+// The halves of a split of at least so many triangles may overlap by this share of their lengths' sum.
+constexpr std::size_t kFewestForOverlap = 64;
+constexpr float kMostOverlap = 0.9F;
+// The overlap is looked at where a split costs more than this share of none.
+constexpr float kOverlapMatters = 0.75F;
 static_assert(kSahLevels + 11 <= KILN_BVH_MAX_DEPTH);
 
 class Builder {
@@ -185,8 +185,8 @@ class Builder {
         fill_bins(range, mapping, bins);
       }
       chosen = best_split(bins, mapping);
-      if (chosen.axis >= 0 && range.size() >= kManyTogether &&
-          chosen.cost > kHardlyPays * range.box.half_area() *
+      if (chosen.axis >= 0 && range.size() >= kFewestForOverlap &&
+          chosen.cost > kOverlapMatters * range.box.half_area() *
                             blocks_of(static_cast<std::uint32_t>(range.size())) &&
           split_together(range, mapping, bins, chosen, left, right)) {
         return;
@@ -214,9 +214,9 @@ class Builder {
   [[gnu::noinline]] bool split_together(const Range& range, const Mapping& mapping,
                                         const Bins& bins, Split& chosen, Range& left,
                                         Range& right) {
-    if (!(overlap(bins, mapping, chosen) > kTogether)) return false;
+    if (!(overlap(bins, mapping, chosen) > kMostOverlap)) return false;
     chosen = apart_split(bins, mapping);
-    if (!(chosen.cost > kTogether)) return false;
+    if (!(chosen.cost > kMostOverlap)) return false;
     Primitive* const first = &primitives_[range.begin];
     Primitive* const last = first + range.size();
     const Corner widest = widest_corner({first, last}, positions_, triangles_);

@@ -87,7 +87,7 @@ class PrismPlacer {
     }
   }
 
-  /// Nodes below the topmost that are crowded. The root is asked by its children: nothing leads to it.
+  /// Nodes below the topmost that are crowded. The root gets no prism, as no node is its parent.
   void find() {
     std::vector<bool> crowded(bvh_.node_count, false);
     const kiln_bvh_node& top = bvh_.node_data[0];

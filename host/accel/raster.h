@@ -72,7 +72,8 @@ class Rasterizer {
   void draw_triangles(const kiln_view& view, const DepthKeys& keys);
 
   cl::Context& context_;
-  std::mutex drawing_;  ///< Until all that needs the arrays below that change is in the queue
+  std::mutex
+      drawing_;  ///< Held until all commands that use the changing arrays below are in the queue
   std::uint32_t vertex_count_ = 0;
   std::uint32_t triangle_count_ = 0;
   double radius_ = 0;
@@ -81,7 +82,7 @@ class Rasterizer {
   cl::Array<std::uint32_t> triangles_;  // [3 * triangles]
   // For tiles.
   cl::Array<kiln_raster_chunk> chunks_;
-  cl::Array<kiln_raster_bounds> bounds_;      // a 16 chunks
+  cl::Array<kiln_raster_bounds> bounds_;      // one per 16 chunks
   cl::Array<kiln_raster_boxes> boxes_;        // [views of a batch * bounds]
   cl::Array<kiln_raster_boxes> group_boxes_;  // [views of a batch * bounds / 16]
   // For the others.

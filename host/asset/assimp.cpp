@@ -398,7 +398,7 @@ class SceneReader {
 
   AffineMap odd_axes() const {
     input_.warn("odd-axes",
-                "it says axes that are none: they were left as they are. Say what is up, "
+                "its axes are not three different ones, so that it was not turned. Say what is up, "
                 "such as --up high=z.",
                 1);
     return kNoMove;
@@ -431,7 +431,7 @@ class SceneReader {
     return {};
   }
 
-  /// A unit's of what Assimp gives.
+  /// Metres a unit of the positions that Assimp gives; 0: not known.
   double metres() const {
     float centimetres = 0;
     if (scene_.mMetaData != nullptr && scene_.mMetaData->Get("UnitScaleFactor", centimetres) &&
@@ -551,7 +551,7 @@ const aiScene* read_scene(const MeshInput& input, Assimp::Importer& importer, st
 /// it is an error. Costs the time of reading again. Where no child can be made, there is no such care.
 void try_in_child(const MeshInput& input, const std::string& remedy) {
   const std::uint64_t bytes = input.bytes.size();
-  // A tenth is enough for real files.
+  // Ten times what real files take.
   const ChildLimits limits = {.seconds = 30 + 2 * (bytes >> 20U),
                               .bytes = (std::uint64_t{1} << 30U) + 200 * bytes};
   std::string said;

@@ -127,7 +127,7 @@ bool decode_base64(std::string_view text, std::string& bytes) {
 }
 
 bool is_supported(const std::string& extension) {
-  // By the letter, a reader refuses what it does not know of extensionsRequired. But each KHR_materials_* keeps the
+  // By the specification, a reader refuses extensionsRequired that it does not know. But each KHR_materials_* keeps the
   // core material beside its own looks (clearcoat, sheen...), which no map holds: shape, UVs and maps are what the file
   // says, and a warning names what was left out. Lights and metadata are no part of a surface.
   for (const char* start : {"KHR_materials_", "KHR_lights_", "KHR_xmp", "KHR_animation_"}) {

@@ -62,7 +62,8 @@ class MaterialReader {
     Material material;
     material.multiplies = true;
     material.alpha_mode = AlphaMode::opaque;
-    // Without a material nothing is said. By the letter it would be metal, as no one means who exports bare meshes.
+    // A mesh without a material has no colour. glTF's default material is metal, which exporters of bare meshes do not
+    // mean.
     if (!from.exists()) return material;
     material.color_from = material.roughness_from = material.metallic_from = MaterialNumber::given;
     material.place = file_.input().file + ": " + from.place();

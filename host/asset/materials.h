@@ -11,7 +11,7 @@
 namespace kiln {
 
 /// Never reads outside the bytes; memory and time are linear in their number.
-/// \param folder  that pictures' names start from
+/// \param folder  pictures' names are relative to it
 /// \param finder  finds pictures that are not there; may be null
 /// \throws Error(input)
 std::vector<Material> read_materials(const MeshInput& input, const std::filesystem::path& folder,

@@ -24,7 +24,7 @@ struct MeshInput {
   std::string_view bytes;                    ///< The content.
   std::vector<Warning>* warnings = nullptr;  ///< Where to append what was imperfect; may be null.
   LoadMeshOptions options = {};
-  /// That the files lie in which it names; none: those are not read.
+  /// Folder of the files that this one refers to (buffers, pictures). None: they are not read.
   std::optional<std::filesystem::path> folder = {};
 
   /// Throws Error(input): "<file>: <place>: <problem>. <remedy>." The place may be empty.

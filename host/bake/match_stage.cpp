@@ -22,7 +22,7 @@ double match_distance(const BakeOptions& options, const LowSurface& surface, con
   double distance = 0;
   if (options.match.cage) distance = 2 * to_frame(*options.match.cage, frame);
   if (options.match.cage_mesh != nullptr) distance = surface.cage_length;
-  return distance > 0 ? distance : to_frame(Length::share(0.02), frame);
+  return distance > 0 ? distance : to_frame(Length::share(kSearchDistance), frame);
 }
 
 /// A length as long as the high poly is likely a slip: of a unit, or of a % sign.

@@ -7,6 +7,7 @@
 
 #include "cl/context.h"
 #include "kiln/image.h"
+#include "kiln/types.h"
 
 namespace kiln {
 
@@ -19,7 +20,8 @@ enum Coverage : std::uint8_t {
 };
 
 struct GutterOptions {
-  std::int32_t texels = 16;   ///< How far out, up to 16384 (more is taken as that); 0: none;
+  std::int32_t texels =
+      kPaddingTexels;         ///< How far out, up to 16384 (more is taken as that); 0: none;
                               ///< -1: everywhere (push-pull)
   bool fill_missed = false;   ///< Also fill texels marked missed, however far from a baked one
   bool unit_vectors = false;  ///< Values are vectors: averages are normalised again

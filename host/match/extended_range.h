@@ -9,7 +9,7 @@ namespace kiln {
 
 /// Rays, then rays both ways up to the sheet's own size (TexelBand::points, the last plane: see SheetReach)
 /// for what they missed: the nearest outward, else the nearest inward. A leaf bends farther off its card
-/// than 2% of the diagonal.
+/// than kSearchDistance.
 std::unique_ptr<Matcher> extended_range(std::unique_ptr<Matcher> near, const MatchRequest& request);
 
 }  // namespace kiln

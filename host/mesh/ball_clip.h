@@ -17,7 +17,7 @@ struct BallClip {
   std::array<double, 3> share{};  ///< Of the length of edge k, from corner k
 };
 
-/// Clips a triangle by a ball around 0: edges by the chords that they are in it, the area by the circle that the ball
+/// Clips a triangle by a ball around 0: each edge to its part inside the ball, the area by the circle that the ball
 /// cuts out of the triangle's plane, as triangles and sectors from the circle's centre.
 inline BallClip clip_by_ball(const std::array<Vec3d, 3>& corners, double squared_radius) {
   BallClip clip;
@@ -62,7 +62,7 @@ inline BallClip clip_by_ball(const std::array<Vec3d, 3>& corners, double squared
     }
   }
   if (!(squared > 0) || !(doubled_area > 0)) return clip;
-  // In 0 to a full turn; if the centre lies outside, a half at most. Rounding must not make one of the other.
+  // In 0 to a full turn; if the centre lies outside, a half at most. Rounding must not turn an angle of 0 into a full turn, nor the reverse.
   double angle = std::atan2(imaginary, real);
   constexpr double kNone = 1e-9;
   if (centre_inside && std::abs(angle) < kNone) {

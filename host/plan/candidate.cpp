@@ -59,15 +59,15 @@ CandidateBuilder::CandidateBuilder(const Source& source, const LowPolyPlanOption
       channels_(map_channels(bake)) {}
 
 std::uint32_t CandidateBuilder::samples_for(std::uint32_t size) const {
-  // Texels of larger maps show less: fewer samples do.
+  // Texels of larger maps are smaller in pictures, so that fewer samples are enough.
   return options_.choose_samples ? std::clamp(1024 / std::max(size, 1U), 1U, 4U) : bake_.samples;
 }
 
 std::uint64_t CandidateBuilder::vertices_of(std::size_t level, std::uint32_t size) const {
   const auto count = static_cast<double>(evaluator_.levels().vertices(level));
   // Seams are lines: about as many vertices as the square root of all.
-  return static_cast<std::uint64_t>(size == 0 ? creases_ * count
-                                              : count + seams_ * std::sqrt(count));
+  return static_cast<std::uint64_t>(size == 0 ? vertices_per_position_ * count
+                                              : count + seam_vertices_ * std::sqrt(count));
 }
 
 LowPolyBytes CandidateBuilder::bytes_of(std::size_t level, std::uint32_t size) const {
@@ -110,12 +110,12 @@ MadeCandidate CandidateBuilder::build(std::size_t level, std::uint32_t size) {
                           made.low.uvs.empty() ? with_any_uvs(made.low) : made.low,
                           evaluator_.shown());
   if (size == 0) {
-    creases_ = static_cast<double>(candidate.vertices) / positions;
+    vertices_per_position_ = static_cast<double>(candidate.vertices) / positions;
     set_measured(probe.without_map(), candidate);
-    evaluator_.know(level, /*mapped=*/false,
-                    {candidate.measured, 0, candidate.silhouette_mismatch});
+    evaluator_.set_made(level, /*mapped=*/false,
+                        {candidate.measured, 0, candidate.silhouette_mismatch});
   } else {
-    seams_ = (static_cast<double>(candidate.vertices) - positions) / std::sqrt(positions);
+    seam_vertices_ = (static_cast<double>(candidate.vertices) - positions) / std::sqrt(positions);
     made.unwrapped = evaluator_.laid_out(level, size).report;
     candidate.charts = made.unwrapped.charts;
     build_map(made, probe);
@@ -160,13 +160,13 @@ void CandidateBuilder::build_map(MadeCandidate& made, const NormalProbe& probe) 
       });
   made.bake.match.max_distance = trial.match.max_distance;
   const LevelErrors level = evaluator_.mapped_errors(probe);
-  evaluator_.know(made.level, /*mapped=*/true, level);
+  evaluator_.set_made(made.level, /*mapped=*/true, level);
   const BakedMap& map = result.maps.front();
   const auto measure = [&](const Image& image) {
     if (image.width < kSmallestMap) return;
     const NormalError error = probe.with_map(rounded(image, bits_), trial);
-    model_.measured(evaluator_.faces(made.level), level, image.width, error.mean_degrees,
-                    image.width == size);
+    model_.add_measurement(evaluator_.faces(made.level), level, image.width, error.mean_degrees,
+                           image.width == size);
     if (image.width == size) set_measured(error, candidate);
   };
   measure(map.image);

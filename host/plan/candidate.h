@@ -56,8 +56,9 @@ class CandidateBuilder {
   ErrorModel model_;
   std::uint32_t bits_ = 8;
   std::vector<std::uint32_t> channels_;  ///< Of each map
-  double creases_ = 1;                   ///< Without a map: vertices a position
-  double seams_ = 10;  ///< With one: vertices that seams add, over the square root of positions
+  double vertices_per_position_ = 1;     ///< Without a map
+  double seam_vertices_ =
+      10;  ///< With one: vertices that seams add, over the square root of positions
   bool knows_maps_ = false;      ///< A map was made
   bool all_directions_ = false;  ///< Candidates see as many directions as bakes do
 };

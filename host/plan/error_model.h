@@ -20,13 +20,13 @@ struct LevelErrors {
 /// The error of a mesh with a map of s texels a side: e(s) = infinite_map + d / (1 + d h(s)), where d = without_map -
 /// infinite_map. A tiny
 /// map shows nothing of the detail d, a large one all of it. The sharpness h is that of maps that were measured, of the
-/// mesh with the nearest number of faces.
+/// mesh with the nearest number of faces. match_plan.cpp has the same law for one mesh and two maps.
 class ErrorModel {
  public:
   /// \param own  its charts are laid out for this size; else it is a mip-map of a larger map, which counts until a map
   ///             of this size is measured
-  void measured(double faces, const LevelErrors& level, std::uint32_t size, double error,
-                bool own) {
+  void add_measurement(double faces, const LevelErrors& level, std::uint32_t size, double error,
+                       bool own) {
     std::vector<Sharpness>& known = known_[size];
     if (!own && !known.empty() && known.front().own) return;
     if (own) std::erase_if(known, [](const Sharpness& other) { return !other.own; });
@@ -36,7 +36,7 @@ class ErrorModel {
         {faces, std::max(1 / above - 1 / detail(level), kRounding / detail(level)), own});
   }
 
-  /// \param level  as it is with normals for a map
+  /// \param level  LevelEvaluator::at(..., mapped: true)
   double expected(double faces, const LevelErrors& level, std::uint32_t size) const {
     return level.infinite_map + detail(level) / (1 + detail(level) * sharpness(faces, size));
   }
@@ -53,8 +53,9 @@ class ErrorModel {
     return std::max(level.without_map - level.infinite_map, kTiny);
   }
 
-  /// Finer meshes leave finer detail to the map: sharpness fell with their faces to the power of 0.15 to 0.6. The least
-  /// is taken, since what is expected to miss is never tried.
+  /// Finer meshes leave finer detail to the map: sharpness falls with their faces to the power of kFall. Where two
+  /// meshes were made, it fell to the power of 0.15 to 0.6. The least is taken: a finer mesh that is expected to miss is
+  /// never made, while one that misses corrects the model.
   static double nearest(const std::vector<Sharpness>& known, double faces) {
     const auto apart = [faces](const Sharpness& s) { return std::abs(std::log(s.faces / faces)); };
     const auto found = std::min_element(

@@ -18,7 +18,7 @@ using namespace plan_settings;
 
 namespace {
 
-/// Those of height fields are their layout, which matching by UVs reads.
+/// A mesh that can be matched before it is unwrapped. Height fields have UVs, which matching by UVs reads.
 Mesh with_some_uvs(const Mesh& low) { return low.uvs.empty() ? with_any_uvs(low) : low; }
 
 }  // namespace
@@ -44,7 +44,8 @@ void LevelEvaluator::make_levels(std::uint32_t most) {
   for (auto& made : made_) made.clear();
   if (set_->levels == nullptr) {
     std::vector<std::uint32_t> faces;
-    const double least = most > kFinestFaces ? 1.0 * kFinestFaces : 2.0;  // Coarser ones do not.
+    const double least =
+        most > kFinestFaces ? 1.0 * kFinestFaces : 2.0;  // The coarser ones were not good enough.
     for (double goal = std::min<double>(most, static_cast<double>(high_.triangles.size()));
          goal >= least || faces.empty(); goal *= kLevelShare) {
       const auto whole = static_cast<std::uint32_t>(std::max(goal, 2.0));
@@ -89,7 +90,7 @@ LevelErrors LevelEvaluator::at(std::size_t level, bool mapped) {
   return errors;
 }
 
-void LevelEvaluator::know(std::size_t level, bool mapped, const LevelErrors& measured) {
+void LevelEvaluator::set_made(std::size_t level, bool mapped, const LevelErrors& measured) {
   const LevelErrors rough = roughly_at(level, mapped);
   const auto ratio = [](double is, double was) { return is > 0 && was > 0 ? is / was : 1; };
   made_[mapped ? 1 : 0][level] = {measured, ratio(measured.without_map, rough.without_map),
@@ -187,7 +188,7 @@ bool LevelEvaluator::choose_match(std::size_t level) {
       nodes_[1].clear();
       made_[1].clear();
     }
-    // No match may get far below the best: hard edges seldom leave room for another one.
+    // If no match can be better than this one by kGain, the others are left out. At hard edges that is the rule.
     if (way == first && probe.least_share(endless) >= kGain) break;
   }
   std::erase(bake_.match.fallback, bake_.match.method);

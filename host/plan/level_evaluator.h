@@ -44,7 +44,7 @@ std::optional<std::size_t> coarsest(std::size_t begin, std::size_t end, const Is
     std::size_t middle = good + (bad - good) * 2 / 3;
     const std::size_t node = (middle + kNodeStep / 2) / kNodeStep * kNodeStep;
     if (node >= good && node < bad) middle = node;
-    // Next to one that was evaluated, none need be.
+    // Levels up to half a step finer than known nodes follow from these (roughly_at()), so that no node is evaluated.
     if (bad % kNodeStep == 0 && bad - good > kNodeStep / 2 && bad - good <= 2 * kNodeStep) {
       middle = bad - kNodeStep / 2;
     }
@@ -72,14 +72,14 @@ class LevelEvaluator {
   /// Makes levels of more faces. \returns false where there are none
   bool refine();
 
-  /// \param mapped  with normals for a map; else for shading, where no map is of use
+  /// \param mapped  the mesh has normals for use with a map (and a limit); else normals for use without one
   LevelErrors at(std::size_t level, bool mapped);
-  /// While frozen, at() tells what is known, and evaluates nothing.
+  /// While frozen, at() returns what is known, and evaluates nothing.
   void freeze(bool frozen) { is_frozen_ = frozen; }
   /// Levels that were evaluated, coarser ones last.
   std::vector<std::size_t> evaluated(bool mapped) const;
-  /// Takes what a mesh that was made reaches.
-  void know(std::size_t level, bool mapped, const LevelErrors& measured);
+  /// Replaces what was expected of a level by what was measured of its final mesh.
+  void set_made(std::size_t level, bool mapped, const LevelErrors& measured);
   /// Errors of a mesh that gets a map.
   LevelErrors mapped_errors(const NormalProbe& probe) const;
 
@@ -89,7 +89,7 @@ class LevelEvaluator {
   /// A level's mesh, and with UVs for a map of `size` texels a side. Both are made once.
   const Mesh& mesh(std::size_t level);
   const LaidOut& laid_out(std::size_t level, std::uint32_t size);
-  /// Makes a level again without flaws that presimplification left.
+  /// Makes a level again without the flaws that presimplification left.
   void solve(std::size_t level);
   /// Pictures of the high poly to measure by.
   const HighPolyView& shown() const { return fine_; }

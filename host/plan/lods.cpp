@@ -87,6 +87,7 @@ class LodMaker {
           while (begin < simpler_->count() && simpler_->faces(begin) >= before().chosen.faces) {
             ++begin;
           }
+          // fits() keeps the lightest that fits in `plan`.
           coarsest(begin, simpler_->count(), [&](std::size_t level) {
             progress.at(0.5, "measuring low polys");
             return fits(level, shown, plan);

@@ -58,9 +58,10 @@ class LowPolyPlanner {
   }
 
  private:
-  /// Candidates of one size that miss their bounds.
+  /// Candidates of one size that missed their bounds.
   struct Missed {
-    std::size_t finest = SIZE_MAX;  ///< Level
+    std::size_t first_excluded =
+        SIZE_MAX;  ///< The finest level among them: it and coarser ones are out of the search.
     int count = 0;
   };
   using Choice = std::pair<std::size_t, std::uint32_t>;  // Level, size
@@ -93,26 +94,27 @@ class LowPolyPlanner {
   void make(const Choice& choice) {
     std::size_t level = choice.first;
     const std::uint32_t size = choice.second;
-    if (!is_clean(level)) {
-      // A lighter one with flaws is no gain. Where nothing does yet, the next finer one without, if there is one near.
+    if (!may_be_made(level)) {
+      // Flawed candidates are not made if a sound one is known. Else one of the next eight finer levels without flaws
+      // is made instead, if there is one.
       for (std::size_t step = 1; step <= 8 && level == choice.first && !found(); step *= 2) {
-        if (level >= finest() + step && is_clean(level - step)) level -= step;
+        if (level >= finest() + step && may_be_made(level - step)) level -= step;
       }
       if (found()) {
-        missed_[size].finest = level;
+        missed_[size].first_excluded = level;
         return;
       }
     }
     made_.push_back(builder_.build(level, size));
     if (!is_sound(made_.back().candidate)) miss(made_.back());
   }
-  /// Triangles that face away are holes to many renderers. What presimplification left can be mended.
-  bool is_clean(std::size_t level) const {
-    return !evaluator_.levels().has_flaws(level) || evaluator_.levels().is_flawed(level);
+  /// False if a level has folded triangles, which are holes to many renderers, that mend() cannot remove.
+  bool may_be_made(std::size_t level) const {
+    return !evaluator_.levels().has_flaws(level) || evaluator_.levels().can_be_solved(level);
   }
   void miss(const MadeCandidate& made) {
     Missed& missed = missed_[made.candidate.size];
-    missed.finest = std::min(missed.finest, made.level);
+    missed.first_excluded = std::min(missed.first_excluded, made.level);
     ++missed.count;
   }
 
@@ -197,7 +199,7 @@ class LowPolyPlanner {
       const Missed& missed = missed_[size];
       const int margins = (known && known->candidate.size == size ? 1 : -1) - missed.count;
       const double aim = options_.max_error * (1 + kMargin * margins);
-      const std::size_t end = std::min(evaluator_.count(), missed.finest);
+      const std::size_t end = std::min(evaluator_.count(), missed.first_excluded);
       const auto found_level =
           coarsest_beyond_known(first_within(most, size), end, size != 0, [&](std::size_t level) {
             return builder_.expected_error(level, size) <= aim &&
@@ -249,10 +251,10 @@ class LowPolyPlanner {
     }
   }
 
-  /// Meshes that are only tried may have flaws that take long to mend. \returns whether the best has none of them
+  /// Makes the best candidate again if its mesh has flaws that take long to mend. \returns true if it has none
   bool mend() {
     const Choice chosen = {best().level, best().candidate.size};
-    if (!evaluator_.levels().is_flawed(chosen.first)) return true;
+    if (!evaluator_.levels().can_be_solved(chosen.first)) return true;
     evaluator_.solve(chosen.first);
     std::erase_if(made_, [&](const MadeCandidate& made) { return made.level == chosen.first; });
     make(chosen);
@@ -297,7 +299,7 @@ class LowPolyPlanner {
     if (known.empty()) known = evaluator_.evaluated(false);
     evaluator_.freeze(true);
     for (const std::uint32_t size : sizes_) {
-      const std::size_t end = std::min(known.back() + 1, missed_[size].finest);
+      const std::size_t end = std::min(known.back() + 1, missed_[size].first_excluded);
       const auto fewest = coarsest(known.front(), end, [&](std::size_t level) {
         return builder_.expected_error(level, size) <= options_.max_error;
       });

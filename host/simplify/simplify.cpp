@@ -198,7 +198,7 @@ void SimplifyLevels::fit_normals(Mesh& low) const {
   impl_->normals().run(low, {}, nullptr, &impl_->samples);
 }
 
-bool SimplifyLevels::is_flawed(std::size_t level) const { return impl_->made(level).flawed; }
+bool SimplifyLevels::can_be_solved(std::size_t level) const { return impl_->made(level).flawed; }
 
 bool SimplifyLevels::has_flaws(std::size_t level) const {
   const SimplifyReport& report = impl_->made(level).report;

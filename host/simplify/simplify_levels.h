@@ -54,8 +54,8 @@ class SimplifyLevels {
   /// As kiln::fit_normals(), of any low poly, such as a level with UVs.
   void fit_normals(Mesh& low) const;
 
-  /// True if mesh() has flaws that simplify() may not have.
-  bool is_flawed(std::size_t level) const;
+  /// True if mesh() has flaws that solve() may mend.
+  bool can_be_solved(std::size_t level) const;
   /// True if mesh() has triangles that are folded or without area, or new holes.
   bool has_flaws(std::size_t level) const;
   /// Makes a flawed level as simplify() does, from other presimplifications or the high poly itself, which takes long.

@@ -91,7 +91,7 @@ UvSeamConstraint::UvSeamConstraint(const CollapseMesh& mesh, Layout layout)
   add_attributes(mesh);
 }
 
-/// Number of lines that meet at each vertex.
+/// Classifies each vertex by the seams and borders of groups that meet there: inside, on a line, or at a corner.
 void UvSeamConstraint::classify(const CollapseMesh& mesh, std::span<const std::uint64_t> edges) {
   std::vector<std::uint32_t> lines(mesh.points.size(), 0), seams(mesh.points.size(), 0);
   for (const std::uint64_t edge : edges) {
@@ -103,11 +103,11 @@ void UvSeamConstraint::classify(const CollapseMesh& mesh, std::span<const std::u
       seams[v] += seam;
     }
   }
-  lines_.resize(mesh.points.size());
+  vertex_class_.resize(mesh.points.size());
   for (std::size_t v = 0; v < lines.size(); ++v) {
     // A seam that ends on a border of groups stops both lines.
     const bool passes = lines[v] == 2 && seams[v] != 1;
-    lines_[v] = lines[v] == 0 ? kInside : passes ? kLine : kCorner;
+    vertex_class_[v] = lines[v] == 0 ? kInside : passes ? kLine : kCorner;
   }
 }
 
@@ -151,7 +151,8 @@ void UvSeamConstraint::add_attributes(const CollapseMesh& mesh) {
 void UvSeamConstraint::add_planes(const CollapseMesh& mesh, std::vector<Quadric>& quadrics) const {
   for (const std::uint64_t edge : mesh.edges()) {
     const auto a = static_cast<std::uint32_t>(edge >> 32), b = static_cast<std::uint32_t>(edge);
-    if (lines_[a] == kInside || lines_[b] == kInside || !is_line(mesh, a, b)) continue;
+    if (vertex_class_[a] == kInside || vertex_class_[b] == kInside || !is_line(mesh, a, b))
+      continue;
     std::uint32_t sides = 0;
     mesh.each_on_edge(a, b, [&](std::uint32_t) { ++sides; });
     if (sides < 2) continue;
@@ -229,7 +230,7 @@ UvSeamConstraint::Plan UvSeamConstraint::plan(const CollapseMesh& mesh, std::uin
     plan = {Plan::Kind::onto, gone, kept, {}, 0};
     if (!pair_corners(mesh, plan)) plan.kind = Plan::Kind::none;
   };
-  if (lines_[a] == kInside && lines_[b] == kInside) {
+  if (vertex_class_[a] == kInside && vertex_class_[b] == kInside) {
     if (anchor != Anchor::none) {
       anchor == Anchor::first ? onto(b, a) : onto(a, b);
     } else {
@@ -245,10 +246,10 @@ UvSeamConstraint::Plan UvSeamConstraint::plan(const CollapseMesh& mesh, std::uin
     }
     return plan;
   }
-  const bool along = lines_[a] != kInside && lines_[b] != kInside;
+  const bool along = vertex_class_[a] != kInside && vertex_class_[b] != kInside;
   if (along && !is_line(mesh, a, b)) return plan;
-  const bool a_may_go = lines_[a] == kInside || (along && lines_[a] == kLine);
-  const bool b_may_go = lines_[b] == kInside || (along && lines_[b] == kLine);
+  const bool a_may_go = vertex_class_[a] == kInside || (along && vertex_class_[a] == kLine);
+  const bool b_may_go = vertex_class_[b] == kInside || (along && vertex_class_[b] == kLine);
   if (a_may_go && anchor != Anchor::first) onto(a, b);
   if (!b_may_go || anchor == Anchor::second) return plan;
   const Plan other = plan;
@@ -394,7 +395,7 @@ bool UvSeamConstraint::keeps(const CollapseMesh& mesh, std::uint32_t a, std::uin
   const Vec2 uv = uv_at(chosen, target);
   if (!keeps_uvs(mesh, chosen.gone, chosen, uv)) return false;
   if (chosen.kind == Plan::Kind::inside) return keeps_uvs(mesh, chosen.kept, chosen, uv);
-  return lines_[chosen.gone] == kInside || keeps_line(mesh, chosen);
+  return vertex_class_[chosen.gone] == kInside || keeps_line(mesh, chosen);
 }
 
 void UvSeamConstraint::collapse(const CollapseMesh& mesh, std::uint32_t a, std::uint32_t b,
@@ -422,7 +423,7 @@ void UvSeamConstraint::collapse(const CollapseMesh& mesh, std::uint32_t a, std::
       mesh.each_around(end, [&](std::uint32_t t) { vertex_of_[corner_at(mesh, t, end)] = kept; });
     }
   }
-  lines_[kept] = lines_[chosen.kept];
+  vertex_class_[kept] = vertex_class_[chosen.kept];
 }
 
 int UvSeamConstraint::rank(std::uint32_t uv) const {

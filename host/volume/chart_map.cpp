@@ -22,7 +22,7 @@ namespace {
 constexpr std::uint32_t kStep = 16, kLargest = 8192;
 /// Share of the map that large charts are expected to cover.
 constexpr double kExpectedCoverage = 0.7;
-/// Share of the density wanted that does.
+/// This share of the density asked for is near enough.
 constexpr double kNearlyAsDense = 0.95;
 /// Texels of the polygons' map on one of the charts' map, a side.
 constexpr double kFiner = 2;
@@ -238,8 +238,8 @@ Image chart_map(cl::Context& context, const FineSurface& surface,
     const Gathered& texel = gathered[i];
     if (texel.points == 0) continue;
     coverage[i] = kCoverageBaked;
-    const double long_enough = length(texel.sum);
-    Vec3d value = long_enough > 0 ? texel.sum * (1 / long_enough) : Vec3d{0, 0, 1};
+    const double sum_length = length(texel.sum);
+    Vec3d value = sum_length > 0 ? texel.sum * (1 / sum_length) : Vec3d{0, 0, 1};
     if (!shading.empty()) {
       const std::size_t row = i / size;
       const double x = static_cast<double>(i % size) + 0.5, y = static_cast<double>(row) + 0.5;

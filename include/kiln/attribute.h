@@ -15,7 +15,7 @@ namespace KILN_PUBLIC kiln {
 /// Padding: texels next to charts take values of the chart.
 struct PaddingOptions {
   std::int32_t texels =
-      16;  ///< Width, 0 to 16384; -1: everywhere, by push-pull (Gortler et al. 1996)
+      kPaddingTexels;  ///< Width, 0 to 16384; -1: everywhere, by push-pull (Gortler et al. 1996)
   bool fill_missed = false;   ///< Also fill TexelState::missed, from baked texels around
   bool unit_vectors = false;  ///< Values are vectors: averaged ones are made unit again
 };
@@ -34,8 +34,8 @@ std::uint64_t fill_padding(const Device& device, Image& image, std::span<std::ui
 
 /// Settings by which bake_attribute() resolves samples to texels.
 struct AttributeOptions {
-  bool unit_vectors = false;  ///< Three channels whose means are made unit
-  std::int32_t padding = 16;  ///< As PaddingOptions::texels
+  bool unit_vectors = false;              ///< Three channels whose means are made unit
+  std::int32_t padding = kPaddingTexels;  ///< As PaddingOptions::texels
 };
 
 /// A map of the caller's own values.

@@ -61,8 +61,8 @@ struct EncodingOptions {
   /// rounded to a power of two above the diagonal. Thus all maps of one high poly agree; maps of several agree
   /// by an origin that is given. BakedMap::origin has it.
   std::optional<std::array<double, 3>> origin = {};
-  MissPolicy miss = MissPolicy::keep;  ///< Value of undecided samples
-  std::int32_t gutter = 16;            ///< Texels, 0 to 4096; -1: infinite (push-pull)
+  MissPolicy miss = MissPolicy::keep;    ///< Value of undecided samples
+  std::int32_t gutter = kPaddingTexels;  ///< Texels, 0 to 4096; -1: infinite (push-pull)
   /// Also make mip-maps, filtered within charts: no texel of one chart, nor of the gutter, gets
   /// into another (Wang et al., section 6). Mip-maps made from the image alone mix them.
   bool mips = false;

@@ -116,12 +116,12 @@ KILN_C_API void kiln_mesh_free(kiln_mesh* mesh);
 
 /// Options of kiln_simplify().
 typedef struct kiln_simplify_options {
-  size_t size;         ///< sizeof this struct
-  uint32_t faces;      ///< Triangles; 0: as few as max_error allows
-  int32_t keep_uvs;    ///< Not 0: keep UVs, groups and materials and their borders
-  double max_error;    ///< With faces 0: share of the diagonal that surfaces may part by [0.002]
-  int32_t keep_parts;  ///< Not 0: leave out no part for its size
-  int32_t hull;        ///< Not 0: the result encloses the mesh
+  size_t size;             ///< sizeof this struct
+  uint32_t faces;          ///< Triangles; 0: as few as max_error allows
+  int32_t keep_uvs;        ///< Not 0: keep UVs, groups and materials and their borders
+  double max_error;        ///< With faces 0: share of the diagonal that surfaces may part by
+  int32_t keep_parts;      ///< Not 0: leave out no part for its size
+  int32_t hull;            ///< Not 0: the result encloses the mesh
   kiln_progress progress;  ///< Null: none
   void* user;              ///< For progress
 } kiln_simplify_options;
@@ -129,8 +129,8 @@ typedef struct kiln_simplify_options {
 /// Options of kiln_unwrap().
 typedef struct kiln_unwrap_options {
   size_t size;             ///< sizeof this struct
-  uint32_t map_size;       ///< Texels a side of the map that it is for [2048]
-  uint32_t border_texels;  ///< Between charts [2]
+  uint32_t map_size;       ///< Texels a side of the map that it is for
+  uint32_t border_texels;  ///< Between charts
   uint32_t pairs;          ///< Not 0: triangles in pairs instead of few large charts
   uint32_t reserved;       ///< 0
   kiln_progress progress;  ///< Null: none
@@ -158,10 +158,10 @@ typedef struct kiln_bake kiln_bake;
 /// Options of a bake: maps, and the search for points.
 typedef struct kiln_bake_options {
   size_t size;           ///< sizeof this struct
-  uint32_t width;        ///< Texels, 1 to 16384 [2048]
-  uint32_t height;       ///< Texels, 1 to 16384 [2048]
-  uint32_t samples;      ///< N x N a texel, 1 to 16 [1]
-  int32_t gutter;        ///< Texels filled around charts; -1: everywhere [16]
+  uint32_t width;        ///< Texels, 1 to 16384
+  uint32_t height;       ///< Texels, 1 to 16384
+  uint32_t samples;      ///< N x N a texel, 1 to 16
+  int32_t gutter;        ///< Texels filled around charts; -1: everywhere
   const char* maps;      ///< Names, separated by commas; null: "normal"
   const char* match;     ///< Name; null: "ray"
   const char* fallback;  ///< Matches for what that misses, separated by commas; null: none
@@ -172,7 +172,7 @@ typedef struct kiln_bake_options {
   int32_t two_sided;       ///< Not 0: also hit back faces
   int32_t flip_y;          ///< Not 0: green down (DirectX)
   int32_t object_space;    ///< Not 0: normals in object space, else in tangent space
-  uint32_t ao_rays;        ///< A sample, 1 to 4096 [64]
+  uint32_t ao_rays;        ///< A sample, 1 to 4096
   uint32_t reserved;       ///< 0
   double ao_distance;      ///< Distance within which something darkens; 0: any
   kiln_progress progress;  ///< Null: none
@@ -207,7 +207,7 @@ KILN_C_API kiln_status kiln_source_new(const char* device, const kiln_mesh* high
                                        kiln_progress progress, void* user, kiln_source** source);
 /// Frees a source. Bakes of it stay.
 KILN_C_API void kiln_source_free(kiln_source* source);
-/// Sets the size and all defaults.
+/// Sets the size and all defaults, those of `kiln bake --help`.
 KILN_C_API void kiln_bake_options_init(kiln_bake_options* options);
 /// Bakes. \param low  with UVs  \param options  null: defaults  \param bake  out
 KILN_C_API kiln_status kiln_bake_new(const kiln_source* source, const kiln_mesh* low,

@@ -310,7 +310,7 @@ struct MatchOptions {
   std::uint32_t fallback_blend = 0;
 
   /// Distance that the match looks each way (nearest points: all around; MatchMethod::uv does not look);
-  /// with a cage, the ray's length from the cage inward. Above 0. None given: 2% of the diagonal;
+  /// with a cage, the ray's length from the cage inward. Above 0. None given: kSearchDistance;
   /// with a cage, twice its distance (twice the longest one of a cage mesh). Without either, rays
   /// that miss on an open sheet of the low poly (a leaf card) look again: half the sheet's diagonal.
   std::optional<Length> max_distance = {};

@@ -6,6 +6,7 @@
 #include "kiln/error.h"
 #include "kiln/export.h"
 #include "kiln/mesh.h"
+#include "kiln/types.h"
 
 namespace KILN_PUBLIC kiln {
 
@@ -48,11 +49,13 @@ struct SimplifyReport {
   double back_error = 0;
   /// Search distance for bakes onto the result, as a share of the diagonal (MatchOptions::max_distance): the default of
   /// bakes, or 2.5 times the deviation. It is along rays, and from the low poly where that is farther off.
-  double search_distance() const { return error > 0.008 ? 2.5 * error : 0.02; }
+  double search_distance() const {
+    return 2.5 * error > kSearchDistance ? 2.5 * error : kSearchDistance;
+  }
   /// The distance that such bakes look first (MatchOptions::near_distance), a share of the diagonal: some times the mean
   /// distance. 0: none, since small components that were left out close to the low poly are to be found as far out as they float.
   double near_distance() const {
-    if (dropped_parts > 0 && error <= 0.008) return 0;
+    if (dropped_parts > 0 && !(search_distance() > kSearchDistance)) return 0;
     const double near = 4 * mean_error;
     return near < 0.0025 ? 0.0025 : near;
   }

@@ -37,6 +37,12 @@ struct Length {
   static Length absolute(double units) { return {units, false}; }
 };
 
+/// How far matches search where nothing is said: this share of the high poly's diagonal.
+inline constexpr double kSearchDistance = 0.02;
+
+/// How far out padding reaches from charts where nothing is said, texels.
+inline constexpr std::int32_t kPaddingTexels = 16;
+
 /// Called with the share done, in [0, 1], and what is being done; return false to cancel.
 ///
 /// Threads: it comes on the thread that called Kiln, and never two at once for one call.

@@ -54,7 +54,7 @@ bool had_a_choice(const Source::Impl& high, const test::HardBake& bake, std::siz
 /// The default reach, 2% of the diagonal, in the frame.
 float default_reach(const Source& source) {
   const auto& frame = impl_of(source).frame;
-  return static_cast<float>(0.02 * frame.diagonal * frame.scale);
+  return static_cast<float>(kSearchDistance * frame.diagonal * frame.scale);
 }
 
 Seen seen(const Source& source, const test::HardBake& bake, const test::Shown& shown) {

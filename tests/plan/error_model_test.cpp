@@ -19,15 +19,15 @@ TEST(ErrorModel, GoesThroughWhatWasMeasured) {
   ErrorModel model;
   EXPECT_NEAR(model.expected(kFaces, kLevel, 64), 12, 1e-9) << "nothing is known of any map";
   for (const auto& [size, error] : {std::pair{32U, 9.0}, {64U, 6.0}, {128U, 3.5}}) {
-    model.measured(kFaces, kLevel, size, error, true);
+    model.add_measurement(kFaces, kLevel, size, error, true);
     EXPECT_NEAR(model.expected(kFaces, kLevel, size), error, 1e-9);
   }
 }
 
 TEST(ErrorModel, FallsWithTheSizeAndStaysWithinItsBounds) {
   ErrorModel model;
-  model.measured(kFaces, kLevel, 32, 9, false);
-  model.measured(kFaces, kLevel, 64, 6, false);
+  model.add_measurement(kFaces, kLevel, 32, 9, false);
+  model.add_measurement(kFaces, kLevel, 64, 6, false);
   double last = 12;
   for (std::uint32_t size = 32; size <= 16384; size *= 2) {
     const double error = model.expected(kFaces, kLevel, size);
@@ -45,18 +45,18 @@ TEST(ErrorModel, FallsWithTheSizeAndStaysWithinItsBounds) {
 
 TEST(ErrorModel, TakesMapsOfTheirOwnSizeBeforeMipMaps) {
   ErrorModel model;
-  model.measured(kFaces, kLevel, 64, 6, false);
-  model.measured(2 * kFaces, kLevel, 64, 7, true);
+  model.add_measurement(kFaces, kLevel, 64, 6, false);
+  model.add_measurement(2 * kFaces, kLevel, 64, 7, true);
   EXPECT_NEAR(model.expected(2 * kFaces, kLevel, 64), 7, 1e-9);
-  model.measured(2 * kFaces, kLevel, 64, 6, false);
+  model.add_measurement(2 * kFaces, kLevel, 64, 6, false);
   EXPECT_NEAR(model.expected(2 * kFaces, kLevel, 64), 7, 1e-9);
 }
 
 /// Sharpness follows from the nearest number of faces that is known, and falls slower than with the faces' cube root.
 TEST(ErrorModel, FinerMeshesTakeMoreTexels) {
   ErrorModel model;
-  model.measured(kFaces, kLevel, 64, 6, true);
-  model.measured(100 * kFaces, kLevel, 64, 7, true);
+  model.add_measurement(kFaces, kLevel, 64, 6, true);
+  model.add_measurement(100 * kFaces, kLevel, 64, 7, true);
   const auto sharpness = [](double error) { return 1 / (error - kLevel.infinite_map) - 0.1; };
   const auto expected = [&](double faces) { return sharpness(model.expected(faces, kLevel, 64)); };
   const auto expect_between = [&](double faces, double least, double most) {
@@ -75,7 +75,7 @@ TEST(ErrorModel, StaysFinite) {
        {LevelErrors{0, 0, 0}, LevelErrors{1, 3, 0}, LevelErrors{180, 180, 0}}) {
     for (const double error : {0.0, 1.0, 200.0}) {
       ErrorModel model;
-      model.measured(kFaces, level, 64, error, true);
+      model.add_measurement(kFaces, level, 64, error, true);
       for (const std::uint32_t size : {16U, 64U, 4096U}) {
         EXPECT_TRUE(std::isfinite(model.expected(kFaces, level, size)));
       }
@@ -101,10 +101,10 @@ TEST(LevelEvaluator, TellsOfLevelsNearThoseThatAreKnown) {
   EXPECT_NEAR(error(2 * kStep - 8), coarse * std::pow(fine / coarse, share), 1e-9);
   EXPECT_EQ(evaluator.evaluated(false), (std::vector<std::size_t>{2 * kStep, 3 * kStep}));
   // What was made corrects what is rough.
-  evaluator.know(3 * kStep, false, {coarse / 2, 0, 0});
+  evaluator.set_made(3 * kStep, false, {coarse / 2, 0, 0});
   EXPECT_EQ(error(3 * kStep), coarse / 2);
   EXPECT_NEAR(error(2 * kStep), fine / 2, 1e-9);
-  evaluator.know(2 * kStep, false, {fine / 4, 0, 0});
+  evaluator.set_made(2 * kStep, false, {fine / 4, 0, 0});
   EXPECT_NEAR(error(2 * kStep - 8), coarse * std::pow(fine / coarse, share) / 4, 1e-9);
   EXPECT_EQ(error(3 * kStep), coarse / 2);
 }

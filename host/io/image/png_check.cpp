@@ -5,7 +5,7 @@
 
 #include "io/image/image_reader.h"
 
-// libpng believes a header. Its pixels are those of the IDAT chunks alone: other chunks may be as long as
+// libpng makes as many pixels as a header says. They come from the IDAT chunks alone: other chunks may be as long as
 // they like and hold none. "Portable Network Graphics, Third Edition", https://www.w3.org/TR/png-3/.
 namespace kiln {
 namespace {

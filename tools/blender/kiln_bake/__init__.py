@@ -41,7 +41,7 @@ class KilnSettings(bpy.types.PropertyGroup):
     maps: choice("maps", "Maps", {"normal"}, options={"ENUM_FLAG"})
     size: bpy.props.IntProperty(name="Size", default=2048, min=16, max=16384, description="Texels a side")
     samples: bpy.props.IntProperty(name="Samples", default=1, min=1, max=16, description="N x N a texel")
-    ao_rays: bpy.props.IntProperty(name="Occlusion Rays", default=64, min=1, max=4096)
+    ao_rays: bpy.props.IntProperty(name="Occlusion Rays", min=0, max=4096, description="A sample; 0: Kiln's default")
     sets: choice("sets", "Texture Sets", "auto")
     match: choice("match", "Match", "ray")
     cage: bpy.props.FloatProperty(
@@ -49,7 +49,7 @@ class KilnSettings(bpy.types.PropertyGroup):
     )
     show_cage: bpy.props.BoolProperty(name="Show Cage", update=lambda self, context: cage.toggle(self.show_cage))
     max_distance: bpy.props.FloatProperty(
-        name="Max Distance", min=0, subtype="DISTANCE", description="Of the search; 0: 2% of the high poly's diagonal"
+        name="Max Distance", min=0, subtype="DISTANCE", description="Of the search; 0: Kiln's default"
     )
     by_error: bpy.props.BoolProperty(
         name="By Error", description="Match and size, and faces of a new low poly, are chosen"

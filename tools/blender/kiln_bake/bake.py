@@ -52,7 +52,7 @@ class Bake:
             "two_sided": settings.two_sided,
             "flip_y": settings.flip_y,
         }
-        if "ao" in maps:
+        if "ao" in maps and settings.ao_rays:
             self.keywords["ao_rays"] = settings.ao_rays
         if self.max_error is None:
             self.keywords["match"] = settings.match

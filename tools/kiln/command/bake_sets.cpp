@@ -255,8 +255,8 @@ void take_sets(BakeRun& run, SetsBy by, bool chosen) {
   }
 }
 
-/// For a trial: some thousand triangles of a large LOW, each with all that have its UVs in any tile. The others lose
-/// their UVs; tangents are any, since MikkTSpace's take long.
+/// A mesh for a trial: keeps the UVs of a few thousand triangles of a large LOW, and of all triangles whose UVs coincide
+/// with theirs in any tile. Its tangents are placeholders, since MikkTSpace takes long.
 Mesh thinned(Mesh low) {
   constexpr double kTriangles = 8192;
   constexpr double kCells = 1024;  // a side of the unit square: those of a part of them are kept
