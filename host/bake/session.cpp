@@ -31,6 +31,11 @@ const BakeOptions& checked(const BakeOptions& options) {
     throw Error(ErrorCode::usage, "A session takes neither a saved match nor a progress callback.");
   }
   check_options(options);
+  if (options.report.errors) {
+    throw Error(ErrorCode::usage,
+                "`report.errors`: a session measures no errors. bake() of its high poly does.",
+                "option-contradiction");
+  }
   if (options.match.visibility.clusters > 1 || options.match.fallback_blend > 0) {
     throw Error(ErrorCode::usage,
                 "A session makes one map of one match: leave out clusters and blending.");
@@ -51,8 +56,8 @@ BakeSession::Impl::Impl(const Device& device, Mesh&& dense, Mesh&& low_mesh,
     : high(std::move(dense)),
       low(std::move(low_mesh)),
       options(wanted),
-      bounds(session.bounds ? *session.bounds : Bounds::of(checked(high))),
-      source(device, checked(high), traversal_of(session.traversal), bounds),
+      settings{session.bounds ? *session.bounds : Bounds::of(checked(high)), session.traversal},
+      source(device, checked(high), traversal_of(session.traversal), settings.bounds),
       normals(high, source.positions),
       pipeline({moving(source), low, checked(options)}, Bands::stay),
       texels((pipeline.sample(), pipeline), high.triangles.size(), options.width),
@@ -133,9 +138,20 @@ BakeSession& BakeSession::operator=(BakeSession&& other) noexcept {
   return *this;
 }
 
-const BakeResult& BakeSession::bake() { return impl_->bake(); }
+const BakeResult& BakeSession::bake() {
+  if (impl_->failed) {
+    delete std::exchange(impl_, new Impl(impl_->source.device, Mesh(impl_->high), Mesh(impl_->low),
+                                         impl_->options, impl_->settings));
+  }
+  impl_->failed = true;
+  const BakeResult& result = impl_->bake();
+  impl_->failed = false;
+  return result;
+}
+
 const Mesh& BakeSession::high() const { return impl_->high; }
-const Bounds& BakeSession::bounds() const { return impl_->bounds; }
+const Bounds& BakeSession::bounds() const { return *impl_->settings.bounds; }
+const std::vector<Warning>& BakeSession::warnings() const { return impl_->source.warnings; }
 const BakeSession::Update& BakeSession::last_update() const { return impl_->update; }
 
 namespace {
@@ -163,8 +179,9 @@ void BakeSession::set_positions(std::uint32_t first, std::span<const Vec3> posit
       if (std::abs(place) <= 1) continue;
       throw Error(ErrorCode::usage,
                   "The position of vertex " + std::to_string(first + i) +
-                      " is not finite, or lies too far out of the session's bounds: give larger "
-                      "SessionOptions::bounds.");
+                      " is not finite, or lies too far out of the session's bounds: make it with "
+                      "larger `bounds`.",
+                  "session-bounds");
     }
   }
   for (std::size_t i = 0; i < positions.size(); ++i) {

@@ -97,7 +97,7 @@ struct KILN_HIDDEN BakeSession::Impl {
 
   Mesh high, low;
   BakeOptions options;
-  Bounds bounds;
+  SessionOptions settings;  // with bounds
   Source::Impl source;
   HighPolyNormals normals;
   Pipeline pipeline;
@@ -106,6 +106,7 @@ struct KILN_HIDDEN BakeSession::Impl {
   Adjacency users;      // corners of each vertex
   Stamps moved, set;    // vertices and normals changed since the last bake
   bool baked = false;
+  bool failed = false;  // the last bake did not end: what it brought up to date is not known
   Update update;
 
  private:

@@ -23,13 +23,14 @@ class Bend : public SharedWork {
 
   explicit Bend(const MapRequest& request)
       : source_(request.source),
-        radius_(curvature_radius(request.options, request.source)),
+        wanted_(request.options.curvature_radius),
         checks_(request.checks) {}
 
   void next_band() override {}
   void next_source() override { made_of_.reset(); }
   void find(std::uint64_t source_version) {
     if (made_of_ == source_version) return;
+    radius_ = curvature_radius(wanted_, source_);
     if (checks_) {
       check_.emplace(source_.positions, source_.triangles, radius_);
     } else {
@@ -59,7 +60,8 @@ class Bend : public SharedWork {
   }
 
   const Source::Impl& source_;
-  double radius_;  // in the frame
+  std::optional<Length> wanted_;
+  double radius_ = 0;  // in the frame
   bool checks_;
   std::optional<CurvatureCheck> check_;     // one of these two
   std::optional<MeanCurvature> curvature_;  // in the frame

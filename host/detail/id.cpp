@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <array>
 #include <numeric>
+#include <optional>
 #include <string>
 
 #include "detail/id_colors.h"
@@ -41,14 +42,8 @@ constexpr std::size_t kLongestLegend = 4096;
 
 class Ids : public PointFunction {
  public:
-  Ids(const Source::Impl& source, IdBy by) {
-    if (by == IdBy::part) {
-      std::uint32_t parts = 0;
-      number_ = connected_parts(source, parts);
-      for (std::uint32_t part = 0; part < parts; ++part) {
-        legend_.push_back({"part " + std::to_string(part), part_color(part), 0});
-      }
-    } else {
+  Ids(const Source::Impl& source, IdBy by) : source_(source), by_(by) {
+    if (by != IdBy::part) {
       const char* const kind = by == IdBy::material ? "materials"
                                : by == IdBy::group  ? "groups"
                                                     : "objects";
@@ -66,13 +61,21 @@ class Ids : public PointFunction {
       for (std::size_t i = 0; i < colors.size(); ++i) {
         legend_.push_back({names.names[i], colors[i], 0});
       }
+      count_triangles();
     }
-    for (const std::uint32_t number : number_) {
-      if (number >= legend_.size()) {
-        throw Error(ErrorCode::input, "A triangle of the high poly has a name that is not there.");
-      }
-      ++legend_[number].triangles;
+  }
+
+  /// Parts may meet or part where vertices move.
+  void prepare(std::uint64_t source_version) override {
+    if (by_ != IdBy::part || made_of_ == source_version) return;
+    made_of_ = source_version;
+    std::uint32_t parts = 0;
+    number_ = connected_parts(source_, parts);
+    legend_.clear();
+    for (std::uint32_t part = 0; part < parts; ++part) {
+      legend_.push_back({"part " + std::to_string(part), part_color(part), 0});
     }
+    count_triangles();
   }
 
   PointNeeds needs() const override {
@@ -96,6 +99,18 @@ class Ids : public PointFunction {
   }
 
  private:
+  void count_triangles() {
+    for (const std::uint32_t number : number_) {
+      if (number >= legend_.size()) {
+        throw Error(ErrorCode::input, "A triangle of the high poly has a name that is not there.");
+      }
+      ++legend_[number].triangles;
+    }
+  }
+
+  const Source::Impl& source_;
+  IdBy by_;
+  std::optional<std::uint64_t> made_of_;
   std::vector<std::uint32_t> number_;  // of each triangle
   std::vector<IdEntry> legend_;
 };
@@ -111,6 +126,7 @@ MapRow id_map() {
               0,
               1};
   row.info.options = "id_by";
+  row.follows_positions = true;
   row.info.other_names = "material_id object_id";
   row.make = [](const MapRequest& request) {
     return make_point_map(request, id_map().info,

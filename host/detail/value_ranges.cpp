@@ -63,7 +63,7 @@ ValueRange range_of_reach_signed(const RangeRequest& request, std::uint32_t /*ch
 }
 
 ValueRange range_of_curvature(const RangeRequest& request, std::uint32_t /*channel*/) {
-  const double radius = curvature_radius(request.options, request.source);
+  const double radius = curvature_radius(request.options.curvature_radius, request.source);
   return {0, rounded_up(request.source.frame.scale / radius)};
 }
 
@@ -71,14 +71,13 @@ ValueRange range_of_curvature_signed(const RangeRequest& request, std::uint32_t 
   return both_signs(range_of_curvature(request, channel).high);
 }
 
-double curvature_radius(const BakeOptions& options, const Source::Impl& source) {
+double curvature_radius(const std::optional<Length>& wanted, const Source::Impl& source) {
   constexpr double kShare = 0.005;  // of the diagonal, where none is given
   // In the frame, where the mesh is about 1 across: what lies beyond is as good as these.
   constexpr double kLeast = 1e-9, kMost = 16;
-  const double radius = options.curvature_radius
-                            ? to_frame(*options.curvature_radius, source.frame)
-                            : std::max(to_frame(Length::share(kShare), source.frame),
-                                       kFacetsARadius * source.facets());
+  const double radius = wanted ? to_frame(*wanted, source.frame)
+                               : std::max(to_frame(Length::share(kShare), source.frame),
+                                          kFacetsARadius * source.facets());
   return std::clamp(radius, kLeast, kMost);
 }
 

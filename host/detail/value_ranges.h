@@ -28,6 +28,6 @@ ValueRange range_of_curvature(const RangeRequest& request, std::uint32_t channel
 ValueRange range_of_curvature_signed(const RangeRequest& request, std::uint32_t channel);
 
 /// Frame units: BakeOptions::curvature_radius, or what is taken where none is given.
-double curvature_radius(const BakeOptions& options, const Source::Impl& source);
+double curvature_radius(const std::optional<Length>& wanted, const Source::Impl& source);
 
 }  // namespace kiln

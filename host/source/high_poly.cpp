@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cmath>
 #include <unordered_map>
 #include <utility>
 
@@ -36,6 +37,21 @@ constexpr double kFarthestMoved = 2;
 
 // Numbers that kernels read beyond the last one.
 constexpr std::size_t kPadding = 1;
+
+/// Kernels count on about 1 in the frame; within the bounds it is at most 0.5.
+void check_within_bounds(const Mesh& high, const std::vector<Vec3>& positions) {
+  for (const Triangle& t : high.triangles) {
+    if (!has_area(high.positions, t)) continue;
+    for (const std::uint32_t corner : t) {
+      const Vec3& p = positions[corner];
+      if (std::max({std::abs(p.x), std::abs(p.y), std::abs(p.z)}) <= 1) continue;
+      throw Error(ErrorCode::usage,
+                  "Vertex " + std::to_string(corner) + " of '" + high.name +
+                      "' lies too far out of `bounds`, which are about the mesh's own size.",
+                  "session-bounds");
+    }
+  }
+}
 
 /// Before it is copied.
 template <typename T>
@@ -72,6 +88,7 @@ Source::Impl::Impl(const Device& opened, const Mesh& high, Traversal wanted,
       materials{high.materials, high.material_names},
       groups{high.groups, high.group_names},
       objects{high.objects, high.object_names} {
+  if (bounds) check_within_bounds(high, positions);
   cl::Context& context = context_of(device);
   const std::int64_t before = cl::Context::bytes_of_thread();
   attributes = SourceAttributes(context, corner_normals(high, positions));
@@ -141,6 +158,7 @@ void Source::Impl::move(std::uint32_t first, std::span<const Vec3> moved,
   const std::vector<bool> before = count_usable();
   std::copy(moved.begin(), moved.end(), positions.begin() + first);
   raster_.reset();
+  facets_.reset();
   if (tree_ == nullptr) return;
   if (count_usable() == before) {
     tree_->refit(context_of(device), positions, triangles);

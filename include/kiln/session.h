@@ -4,6 +4,7 @@
 #include <memory>
 #include <optional>
 #include <span>
+#include <vector>
 
 #include "kiln/bake.h"
 #include "kiln/export.h"
@@ -45,8 +46,8 @@ struct SessionOptions {
 /// it. Tangents and welding as bake(); positions that were equal at first stay welded only while they are.
 class BakeSession {
  public:
-  /// \param options  as for bake(), but match and progress must be empty. Clusters of visibility
-  ///                 and blending with a fallback are left out
+  /// \param options  as for bake(), but `match.saved` and `progress` must be empty. Clusters of visibility,
+  ///                 blending with a fallback and `report.errors` are refused
   /// \throws Error as bake(); Error(input) for a high poly with a corner that is not finite
   BakeSession(const Device& device, Mesh high, Mesh low, const BakeOptions& options = {},
               const SessionOptions& session = {});
@@ -67,7 +68,7 @@ class BakeSession {
   void set_normals(std::uint32_t first, std::span<const Vec3> normals);
 
   /// Bakes what is not up to date. No callback comes. \returns all maps; good until the next bake()
-  /// \throws Error as bake()
+  /// \throws Error as bake(), Error(cancelled) where a ProgressScope says stop. The next bake() makes all anew then
   const BakeResult& bake();
 
   /// Work of the last bake().
@@ -92,6 +93,8 @@ class BakeSession {
 
   const Mesh& high() const;      ///< As it is now
   const Bounds& bounds() const;  ///< SessionOptions::bounds, or what was taken
+  /// Warnings of the high poly as it was given, see Source::warnings(). Good until the next bake()
+  const std::vector<Warning>& warnings() const;
 
  private:
   struct KILN_OPAQUE Impl;
@@ -120,6 +123,8 @@ class ViewSession {
     std::uint64_t changed = 0;  ///< That this view newly decided, or decided better
   };
   /// Adds a view. \param toward  from the mesh to the viewer, of any length above 0
+  /// \throws Error(usage) for another direction; Error(cancelled) where a ProgressScope says stop: then some samples
+  ///         have seen the view, and adding it again shows it to the others
   Step add(const Vec3& toward);
 
   /// The correspondence so far, for bake(), save_match() or measuring: the caller's own.

@@ -42,8 +42,8 @@ class Source {
   /// \param traversal  which ray kernels to use; all give the same answer to the bit
   /// \param bounds  the box that takes the place of the mesh's own: "the diagonal" is then its diagonal,
   ///                and meshes that move within it are rounded alike. About the mesh's own size
-  /// \throws Error(input) where no triangle is usable, Error(usage) for a box without size, Error(device)
-  ///         where memory runs out
+  /// \throws Error(input) where no triangle is usable, Error(usage) for a box without size or one that the mesh lies
+  ///         far out of, Error(device) where memory runs out
   /// Thread safety: may be called from several threads, also with one Device.
   explicit Source(const Device& device, const Mesh& high,
                   RayTraversal traversal = RayTraversal::automatic,

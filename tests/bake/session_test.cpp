@@ -4,16 +4,22 @@
 #include <gtest/gtest.h>
 #include <rapidcheck.h>
 
+#include <chrono>
 #include <cmath>
 #include <cstring>
 #include <random>
+#include <utility>
 
 #include "accel/bvh.h"
 #include "kiln/kiln.h"
+#include "kiln/progress.h"
 #include "support/environment.h"
 #include "support/shapes.h"
 
 namespace kiln {
+
+extern std::chrono::milliseconds pause_of_progress;
+
 namespace {
 
 Mesh bumpy_plane(std::uint32_t n, bool with_normals) {
@@ -68,7 +74,10 @@ std::string difference(BakeSession& session, const Mesh& low, const BakeOptions&
   if (ours.maps.size() != fresh.maps.size()) return "maps";
   for (std::size_t m = 0; m < fresh.maps.size(); ++m) {
     if (!same(ours.maps[m].image.pixels, fresh.maps[m].image.pixels)) {
-      return "map " + std::to_string(m);
+      return "map " + std::string(fresh.maps[m].kind.name);
+    }
+    for (std::size_t c = 0; c < fresh.maps[m].ranges.size(); ++c) {
+      if (ours.maps[m].ranges[c].high != fresh.maps[m].ranges[c].high) return "range";
     }
     if (ours.maps[m].mips.size() != fresh.maps[m].mips.size()) return "levels";
     for (std::size_t i = 0; i < fresh.maps[m].mips.size(); ++i) {
@@ -160,6 +169,83 @@ TEST(Session, RandomUpdatesEqualFreshBakes) {
       RC_ASSERT(difference(session, low, options) == "");
     }
   }));
+}
+
+/// All maps that a match allows.
+std::vector<MapKind> many_maps(MatchMethod method) {
+  std::vector<MapKind> kinds;
+  for (const MapInfo& info : maps()) {
+    const std::string_view name = info.kind.name;
+    const bool reads_match = name == "visibility" || name == "deviation";
+    if (!reads_match || method == MatchMethod::visibility) kinds.push_back(info.kind);
+  }
+  return kinds;
+}
+
+TEST(Session, EveryMapFollowsTheMesh) {
+  KILN_REQUIRE_DEVICE();
+  const Mesh low = inset_plane();
+  for (const MatchMethod method : {MatchMethod::uv, MatchMethod::ray, MatchMethod::visibility}) {
+    for (const bool with_normals : {false, method == MatchMethod::uv}) {
+      BakeOptions options = small(method);
+      options.maps = many_maps(method);
+      options.occlusion.rays = 4;
+      Mesh dense = inset(bumpy_plane(24, with_normals));
+      // The last two rows are apart, but where they lie.
+      const auto rest = static_cast<std::uint32_t>(dense.positions.size());
+      for (std::size_t t = dense.triangles.size() - 96; t < dense.triangles.size(); ++t) {
+        for (std::uint32_t& corner : dense.triangles[t]) {
+          dense.positions.push_back(dense.positions[corner]);
+          corner = static_cast<std::uint32_t>(dense.positions.size() - 1);
+        }
+      }
+      for (std::size_t i = 0; i < dense.positions.size(); ++i) {
+        const auto level = static_cast<std::uint8_t>(i * 7 % 256);
+        dense.colors.push_back({level, 90, static_cast<std::uint8_t>(255 - level), level});
+      }
+      BakeSession session(*test::device(), dense, low, options);
+      shake(session, 200, 100, 5);
+      EXPECT_EQ(difference(session, low, options), "") << method.name;
+      // They part from the others, one triangle after another, and facets are larger by far.
+      std::vector<Vec3> apart(session.high().positions);
+      for (std::size_t i = rest; i < apart.size(); ++i) apart[i].z += 0.001F * (i - rest) / 3;
+      for (std::size_t i = 0; i < rest; ++i) apart[i].z = 6 * apart[i].z;
+      session.set_positions(0, apart);
+      EXPECT_EQ(difference(session, low, options), "") << method.name;
+    }
+  }
+}
+
+TEST(Session, ABakeThatWasStoppedLeavesTheNextOneWhole) {
+  KILN_REQUIRE_DEVICE();
+  const Mesh low = inset_plane();
+  BakeOptions options = small(MatchMethod::uv);
+  options.maps = {MapKind::normal, MapKind{"ao"}, MapKind{"position"}};
+  options.occlusion.rays = 4;
+  const std::chrono::milliseconds pause = std::exchange(pause_of_progress, {});
+  BakeSession session(*test::device(), inset(bumpy_plane(24, true)), low, options);
+  session.bake();
+  int stopped = 0;
+  for (int last = 0; last < 1000; last = last * 5 / 4 + 1) {
+    if (stopped % 3 != 0) shake(session, 10U * static_cast<std::uint32_t>(stopped), 100, 7);
+    if (stopped % 3 != 1) {
+      const Vec3 normal = {0.01F * static_cast<float>(stopped), 0.3F, 1};
+      session.set_normals(100, std::vector<Vec3>(300, normal));
+    }
+    int told = 0;
+    try {
+      const ProgressScope scope([&](double, std::string_view) { return told++ < last; });
+      session.bake();
+      break;
+    } catch (const Error& error) {
+      EXPECT_EQ(error.code(), ErrorCode::cancelled);
+      ++stopped;
+    }
+    if (stopped % 5 == 0) shake(session, 300, 200, 8);
+    EXPECT_EQ(difference(session, low, options), "") << "stopped at " << last;
+  }
+  pause_of_progress = pause;
+  EXPECT_GT(stopped, 5);
 }
 
 TEST(Session, TouchesOnlyWhatChanged) {
@@ -342,6 +428,13 @@ TEST(Session, RefusesWhatItCannotDo) {
   blended.match.fallback = {MatchMethod::ray};
   blended.match.fallback_blend = 4;
   EXPECT_THROW(BakeSession(*test::device(), dense, low, blended), Error);
+  BakeOptions measured = options;
+  measured.report.errors = true;
+  EXPECT_THROW(BakeSession(*test::device(), dense, low, measured), Error);
+  SessionOptions elsewhere;
+  elsewhere.bounds = Bounds{{5, 5, 5}, {6, 6, 6}};
+  EXPECT_THROW(BakeSession(*test::device(), dense, low, options, elsewhere), Error);
+  EXPECT_THROW(Source(*test::device(), dense, RayTraversal::automatic, elsewhere.bounds), Error);
   BakeOptions watched = options;
   watched.progress = [](double, std::string_view) { return true; };
   EXPECT_THROW(BakeSession(*test::device(), dense, low, watched), Error);
