@@ -23,9 +23,15 @@ bake = kiln.bake(low, low, size=(64, 32), maps=["normal"], samples=2, flip_y=Tru
 normal: np.ndarray = bake["normal"]
 degrees: float = bake.report.errors["normal"].degrees
 rows: int = low.faces.shape[0]
+with kiln.BakeSession(low, low, size=64, maps=["normal"], samples=2) as session:
+    session.set_positions(np.zeros((1, 3)), first=0)
+    left: int = session.last_update.dirty[0]
+    again: kiln.Bake = session.bake()
+changed: int = kiln.ViewSession(low, low, size=64).add((0, 0, 1)).changed
 """
 WRONG = USE + """
 kiln.bake(low, low, smaples=2)
+kiln.BakeSession(low, low, tow_sided=True)
 """
 
 
@@ -46,7 +52,7 @@ def test_types(checker, tmp_path):
         pytest.skip("pyright could not get its own program.")
     assert right.returncode == 0, right.stdout + right.stderr
     wrong = run("wrong.py")
-    assert wrong.returncode != 0 and "smaples" in wrong.stdout
+    assert wrong.returncode != 0 and "smaples" in wrong.stdout and "tow_sided" in wrong.stdout
 
 
 @pytest.mark.parametrize("name", ["kiln._core"] + [f"kiln.{module.name}" for module in pkgutil.iter_modules([str(PACKAGE)])])

@@ -24,14 +24,6 @@ namespace {
 
 using nb::literals::operator""_a;
 
-/// A bake's maps, which Python's arrays lie in.
-struct PyBake {
-  BakeResult result;
-  std::vector<std::string> names;  ///< Of the maps, as of the command's files
-  nb::any report;
-  std::string low_name;
-};
-
 nb::dict words_of(const ViewReport& views) {
   nb::dict d;
   d["size"] = views.size;
@@ -69,22 +61,6 @@ nb::dict words_of(const std::vector<MapError>& errors) {
   return all;
 }
 
-PyBake finished(BakeResult result, Request& request, const std::string& low_name) {
-  check_cancelled(result.cancelled);
-  PyBake bake;
-  for (const BakedMap& map : result.maps) {
-    bake.names.push_back(std::string(map.kind.name) +
-                         (map.cluster == 0 ? "" : "_" + std::to_string(map.cluster)));
-  }
-  result.report.warnings.insert(result.report.warnings.begin(), request.warnings.begin(),
-                                request.warnings.end());
-  warn(result.report.warnings);
-  bake.report = nb::steal<nb::any>(describe(result.report).release());
-  bake.low_name = low_name;
-  bake.result = std::move(result);
-  return bake;
-}
-
 BakedMap& map_of(PyBake& self, const std::string& name) {
   const auto at = std::find(self.names.begin(), self.names.end(), name);
   if (at == self.names.end()) throw nb::key_error(("no map '" + name + "' was baked").c_str());
@@ -109,26 +85,6 @@ TextureKind kind_of(const std::string& word) {
               "option-enum");
 }
 
-/// (name, pixels, kind) over the high poly's UVs: those of maps that hold a texture, and maps of their own.
-void take_textures(const nb::list& textures, BakeOptions& options) {
-  for (const nb::handle entry : textures) {
-    const std::string name = nb::cast<std::string>(entry[0]);
-    Texture texture;
-    texture.kind = kind_of(nb::cast<std::string>(entry[2]));
-    texture.images.push_back(std::make_shared<const Image>(image_of(entry[1], "textures")));
-    const auto baked = std::find_if(options.maps.begin(), options.maps.end(),
-                                    [&](MapKind kind) { return kind.name == name; });
-    const MapInfo* const info = baked == options.maps.end() ? nullptr : &find_map(name);
-    if (info != nullptr && obeys(*info, "color")) {
-      options.color = texture;
-    } else if (info != nullptr && obeys(*info, "opacity")) {
-      options.opacity = texture;
-    } else {
-      options.transfers.push_back({name, texture});
-    }
-  }
-}
-
 PyBake run_bake(const PySource& source, const PyMesh& low, const Words& words,
                 const std::optional<PyMesh>& cage_mesh, const std::vector<PyMesh>& occluders,
                 bool by_high, bool by_low, const nb::list& textures, const PyMatch* saved,
@@ -140,7 +96,7 @@ PyBake run_bake(const PySource& source, const PyMesh& low, const Words& words,
   if (saved != nullptr) request.options.match.saved = saved->match.get();
   std::optional<PlannedBake> planned;
   BakeResult result = call.run([&] {
-    request.prepare(kept, source, low);
+    request.prepare(&kept, source.high, source.faces_inwards, low);
     request.options.progress = call.progress();
     if (request.chooses_match()) {
       planned = bake_planned(kept, request.low(), request.match_options());
@@ -175,7 +131,7 @@ PyMatch run_match(const PySource& source, const PyMesh& low, const Words& words,
   }
   const Source kept = source.get();
   MatchResult result = call.run([&] {
-    request.prepare(kept, source, low);
+    request.prepare(&kept, source.high, source.faces_inwards, low);
     request.options.progress = call.progress();
     return match(kept, request.low(), request.options);
   });
@@ -319,6 +275,41 @@ nb::tuple asset_maps(const PyBake& self, const std::vector<std::string>& names) 
 
 }  // namespace
 
+PyBake finished(BakeResult result, const Request& request, const std::string& low_name) {
+  check_cancelled(result.cancelled);
+  PyBake bake;
+  for (const BakedMap& map : result.maps) {
+    bake.names.push_back(std::string(map.kind.name) +
+                         (map.cluster == 0 ? "" : "_" + std::to_string(map.cluster)));
+  }
+  result.report.warnings.insert(result.report.warnings.begin(), request.warnings.begin(),
+                                request.warnings.end());
+  warn(result.report.warnings);
+  bake.report = nb::steal<nb::any>(describe(result.report).release());
+  bake.low_name = low_name;
+  bake.result = std::move(result);
+  return bake;
+}
+
+void take_textures(const nb::list& textures, BakeOptions& options) {
+  for (const nb::handle entry : textures) {
+    const std::string name = nb::cast<std::string>(entry[0]);
+    Texture texture;
+    texture.kind = kind_of(nb::cast<std::string>(entry[2]));
+    texture.images.push_back(std::make_shared<const Image>(image_of(entry[1], "textures")));
+    const auto baked = std::find_if(options.maps.begin(), options.maps.end(),
+                                    [&](MapKind kind) { return kind.name == name; });
+    const MapInfo* const info = baked == options.maps.end() ? nullptr : &find_map(name);
+    if (info != nullptr && obeys(*info, "color")) {
+      options.color = texture;
+    } else if (info != nullptr && obeys(*info, "opacity")) {
+      options.opacity = texture;
+    } else {
+      options.transfers.push_back({name, texture});
+    }
+  }
+}
+
 Request::Request(const Words& words, const PyMesh* cage_mesh, const std::vector<PyMesh>& occluders,
                  bool by_high, bool by_low)
     : job_(job_of(words)) {
@@ -378,20 +369,27 @@ PlanOptions Request::match_options() const {
   return plan;
 }
 
-void Request::prepare(const Source& source, const PySource& high_poly, const PyMesh& low_poly) {
+void Request::prepare(const Source* source, const PyMesh& high_poly, bool faces_inwards,
+                      const PyMesh& low_poly) {
+  if (job_.cage_auto && source == nullptr) {
+    throw Error(ErrorCode::usage,
+                "--cage auto is found for one shape of the high poly, which a session changes: "
+                "give a distance, or cage_mesh.",
+                "option-contradiction");
+  }
   low_ = agreed(low_poly.mesh, "LOW", Trusted::normals, warnings);
-  const Mesh &high = *high_poly.high.mesh, &low = *low_;
-  read_textures(high_poly.high);
-  if (high_poly.high.height_field) {
+  const Mesh &high = *high_poly.mesh, &low = *low_;
+  read_textures(high_poly);
+  if (high_poly.height_field) {
     if (!job_.given.contains("--match")) {
       options.match.method = cli::first_match("match.uv");
     }
     options.match.uv = cli::uv_options_over(high, options.match.uv);
   }
-  if (low_poly.made && !high_poly.high.height_field && !job_.cage_auto) {
+  if (low_poly.made && !high_poly.height_field && !job_.cage_auto) {
     cli::look_as_far(*low_poly.made, options.match);
   }
-  if (high_poly.faces_inwards && !options.match.two_sided) {
+  if (faces_inwards && !options.match.two_sided) {
     const std::string inside_out = cli::why_inside_out(high, low);
     if (!inside_out.empty()) warnings.push_back({"high-inside-out", inside_out, 1});
   }
@@ -401,7 +399,7 @@ void Request::prepare(const Source& source, const PySource& high_poly, const PyM
     warnings.insert(warnings.end(), parts_->warnings.begin(), parts_->warnings.end());
   }
   if (job_.cage_auto) {
-    cage_ = find_cage(source, low, options);
+    cage_ = find_cage(*source, low, options);
     options.match.cage_mesh = &cage_->mesh;
     options.match.max_distance.reset();  // that was for finding it
     warnings.insert(warnings.end(), cage_->warnings.begin(), cage_->warnings.end());

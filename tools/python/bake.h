@@ -27,7 +27,9 @@ class Request {
 
   /// Makes LOW's normals agree with its faces; reads textures of the high poly's materials; finds parts and the cage,
   /// where they were asked for. Without the interpreter's lock.
-  void prepare(const Source& source, const PySource& high, const PyMesh& low);
+  /// \param source         null: of a high poly that changes, for which no cage is found
+  /// \param faces_inwards  see PySource
+  void prepare(const Source* source, const PyMesh& high, bool faces_inwards, const PyMesh& low);
 
   /// The part of prepare() that needs no low poly.
   void read_textures(const PyMesh& high);
@@ -36,6 +38,8 @@ class Request {
   /// True if match and size are to be chosen: by bake_planned() with match_options().
   bool chooses_match() const { return job_.match_auto; }
   PlanOptions match_options() const;
+
+  RayTraversal traversal() const { return job_.traversal; }
 
   /// After prepare().
   const Mesh& low() const { return *low_; }
@@ -50,6 +54,20 @@ class Request {
   std::optional<Parts> parts_;
   std::optional<FoundCage> cage_;
 };
+
+/// A bake's maps, which Python's arrays lie in.
+struct PyBake {
+  BakeResult result;
+  std::vector<std::string> names;  ///< Of the maps, as of the command's files
+  nb::any report;
+  std::string low_name;
+};
+
+/// Says the warnings. \throws Error(cancelled)
+PyBake finished(BakeResult result, const Request& request, const std::string& low_name);
+
+/// \param textures  (name, pixels, kind) over the high poly's UVs: those of maps that hold a texture, and maps of their own
+void take_textures(const nb::list& textures, BakeOptions& options);
 
 /// Figures of a bake as Python has them: a dict of dicts.
 nb::dict describe(const BakeReport& report);

@@ -5,6 +5,7 @@
 #include "match.h"
 #include "measure.h"
 #include "mesh.h"
+#include "session.h"
 #include "source.h"
 #include "surface.h"
 #include "volume.h"
@@ -16,6 +17,7 @@ NB_MODULE(_core, module) {
   add_source(module);
   add_match(module);
   add_bake(module);
+  add_session(module);
   add_surface(module);
   add_asset(module);
   add_measure(module);

@@ -4,20 +4,26 @@
 #include <nanobind/stl/tuple.h>
 #include <nanobind/stl/vector.h>
 
+#include <cmath>
+
 #include "arguments/high_poly_input.h"
+#include "arrays.h"
 
 namespace kiln::python {
 
 using nb::literals::operator""_a;
 
-PySource::PySource(const PyMesh& mesh, const std::string& device_name, nb::object progress)
+PySource::PySource(const PyMesh& mesh, nb::handle given_bounds, const std::string& device_name,
+                   nb::object progress)
     : high(mesh), device(device_name) {
   const Call call(std::move(progress));
+  const std::optional<Bounds> bounds = bounds_of(given_bounds, *mesh.mesh);
   std::vector<Warning> warnings;
   source = call.run([&] {
     high.mesh = agreed(high.mesh, "HIGH", Trusted::faces, warnings);
     faces_inwards = inward_parts(*high.mesh).count != 0;
-    return Source::build(device_of(device), *high.mesh, call.progress());
+    return Source::build(device_of(device), *high.mesh, call.progress(), RayTraversal::automatic,
+                         bounds);
   });
   check_cancelled(!source);
   warnings.insert(warnings.end(), source->warnings().begin(), source->warnings().end());
@@ -40,6 +46,26 @@ void PySource::close() {
   last.reset();
 }
 
+std::optional<Bounds> bounds_of(nb::handle given, const Mesh& mesh) {
+  if (given.is_none()) return std::nullopt;
+  const auto corners = doubles(given, "bounds", {2, 3});
+  Bounds bounds;
+  bool finite = true;
+  for (std::size_t k = 0; k < 3; ++k) {
+    bounds.low[k] = corners.data()[k] - mesh.origin[k];
+    bounds.high[k] = corners.data()[3 + k] - mesh.origin[k];
+    finite = finite && std::isfinite(bounds.low[k]) && std::isfinite(bounds.high[k]) &&
+             bounds.low[k] <= bounds.high[k];
+  }
+  if (!finite || bounds.low == bounds.high) {
+    throw Error(ErrorCode::usage,
+                "bounds: expected two corners, finite, the second nowhere below the first and "
+                "above it somewhere.",
+                "array-range");
+  }
+  return bounds;
+}
+
 std::shared_ptr<const Mesh> agreed(const std::shared_ptr<const Mesh>& mesh, const char* which,
                                    Trusted trust, std::vector<Warning>& warnings) {
   if (mesh->normals.empty()) return mesh;
@@ -53,10 +79,11 @@ void add_source(nb::module_& module) {
   nb::class_<PySource>(module, "SourceCore")
       .def(
           "__init__",
-          [](PySource* self, const PyMesh& high, const std::string& device, nb::object progress) {
-            new (self) PySource(high, device, std::move(progress));
+          [](PySource* self, const PyMesh& high, nb::handle bounds, const std::string& device,
+             nb::object progress) {
+            new (self) PySource(high, bounds, device, std::move(progress));
           },
-          "high"_a, "device"_a, "progress"_a.none())
+          "high"_a, "bounds"_a.none(), "device"_a, "progress"_a.none())
       .def("close", &PySource::close)
       .def_prop_ro("closed", [](const PySource& self) { return !self.source.has_value(); })
       .def_prop_ro("high", [](const PySource& self) { return self.high; })

@@ -12,7 +12,9 @@ namespace kiln::python {
 
 /// The high poly and what was made of it, until close().
 struct PySource {
-  PySource(const PyMesh& mesh, const std::string& device_name, nb::object progress);
+  /// \param bounds  see bounds_of()
+  PySource(const PyMesh& mesh, nb::handle bounds, const std::string& device_name,
+           nb::object progress);
   ~PySource();
   PySource(const PySource&) = delete;
   PySource& operator=(const PySource&) = delete;
@@ -26,6 +28,9 @@ struct PySource {
   std::string device;
   std::optional<Source> source;
 };
+
+/// The caller's box in world units as the library takes it, or none.
+std::optional<Bounds> bounds_of(nb::handle given, const Mesh& mesh);
 
 /// The mesh with normals that agree with its faces, as the command takes it; mostly the same one. Without the
 /// interpreter's lock. \param which  HIGH or LOW, for warnings

@@ -17,6 +17,7 @@ from ._glb import Glb, pack_glb, sampled, to_glb
 from ._measure import NormalError, measure, render
 from ._meshes import as_mesh, load
 from ._plan import Plan, plan
+from ._session import BakeSession, ViewSession
 from ._surface import clean, simplify, unwrap
 from ._volume import HeightField, VolumeBake, contour, height_field, volume
 
@@ -24,6 +25,7 @@ _prepare()
 __version__ = _version()
 __all__ = [
     "Bake",
+    "BakeSession",
     "Cancelled",
     "Error",
     "Glb",
@@ -37,6 +39,7 @@ __all__ = [
     "Report",
     "SampleStatus",
     "Source",
+    "ViewSession",
     "VolumeBake",
     "as_mesh",
     "bake",

@@ -8,7 +8,7 @@ import re
 import weakref
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from . import _core
 from ._core import Match, Mesh
@@ -303,15 +303,17 @@ class Source:
     """A high poly on the device, for many bakes. Any number of threads may bake from it at once.
 
     high      as bake() takes it
+    bounds    two corners, world units: the box whose diagonal lengths in % are of, about the mesh's size. A mesh that
+              moves in it is rounded alike (kiln.BakeSession). Without: the mesh's own
     device    index or part of its name, as kiln.devices() lists them; "": the first GPU, else the first CPU
     progress  as bake() takes it
 
     close(), or the end of a `with` block, frees its memory on the device; results stay.
     """
 
-    def __init__(self, high: Any, *, device: str | int = "", progress: Any = None) -> None:
+    def __init__(self, high: Any, *, bounds: Any = None, device: str | int = "", progress: Any = None) -> None:
         self._device = device_of(device)
-        self._core = _core.SourceCore(as_mesh(high, "high"), self._device, callback_of(progress))
+        self._core = _core.SourceCore(as_mesh(high, "high"), bounds, self._device, callback_of(progress))
 
     def close(self) -> None:
         """Frees the memory on the device, once bakes under way are done."""
@@ -382,6 +384,38 @@ def _textures_of(textures: Mapping[str, Any] | None) -> list[tuple[str, Any, str
     return rows
 
 
+class Wanted(NamedTuple):
+    """What the core needs of bake()'s arguments."""
+
+    low: Mesh
+    words: list[tuple[str, str]]
+    cage: Mesh | None
+    others: list[Mesh]
+    by_high: bool
+    by_low: bool
+    textures: list[tuple[str, Any, str]]
+
+
+def wanted(
+    low: Any,
+    size: Any,
+    maps: str | Sequence[str],
+    match: str | None,
+    cage_mesh: Any,
+    ao_occluders: Sequence[Any] | str,
+    textures: Mapping[str, Any] | None,
+    keywords: Mapping[str, Any],
+) -> Wanted:
+    occluders = [ao_occluders] if isinstance(ao_occluders, str) else list(ao_occluders)
+    named = [item for item in occluders if isinstance(item, str) and item in ("high", "low")]
+    others = [as_mesh(item, "ao_occluders") for item in occluders if not (isinstance(item, str) and item in named)]
+    names = [maps] if isinstance(maps, str) else list(maps)
+    words = words_of({"size": size, "maps": names, "match": match, **keywords})
+    low_mesh = as_mesh(low, "low")
+    cage = None if cage_mesh is None else as_mesh(cage_mesh, "cage_mesh")
+    return Wanted(low_mesh, words, cage, others, "high" in named, "low" in named, _textures_of(textures))
+
+
 def bake(
     high: Any,
     low: Any,
@@ -426,33 +460,16 @@ def bake(
     >>> baked["normal"].shape, baked["height"].shape, baked["normal"].dtype.name
     ((32, 64, 3), (32, 64, 1), 'float32')
     """
-    occluders = [ao_occluders] if isinstance(ao_occluders, str) else list(ao_occluders)
-    named = [item for item in occluders if isinstance(item, str) and item in ("high", "low")]
-    others = [as_mesh(item, "ao_occluders") for item in occluders if not (isinstance(item, str) and item in named)]
     saved = match if isinstance(match, Match) else None
     method = None if isinstance(match, Match) else match
-    names = [maps] if isinstance(maps, str) else list(maps)
     if max_error is not None and match is None:
         method = "auto"
-    words = words_of({"size": size, "maps": names, "match": method, **keywords})
+    given = wanted(low, size, maps, method, cage_mesh, ao_occluders, textures, keywords)
     if max_error is not None:
-        words.append(("max_error", error_bound(max_error)))
-    low_mesh = as_mesh(low, "low")
-    cage = None if cage_mesh is None else as_mesh(cage_mesh, "cage_mesh")
+        given.words.append(("max_error", error_bound(max_error)))
     report = callback_of(progress)
     source = _source_of(high, device, report)
-    core = _core.bake(
-        source._core,
-        low_mesh,
-        words,
-        cage,
-        others,
-        "high" in named,
-        "low" in named,
-        _textures_of(textures),
-        saved,
-        report,
-    )
+    core = _core.bake(source._core, *given, saved, report)
     made = Bake(core, keywords)
     if made.report.plan:
         if not made.report.plan["reached"] and max_error is not None:
@@ -461,6 +478,8 @@ def bake(
     # Holds no memory of the device's: the source may be gone, or of this call alone.
     origin, mesh, opened = weakref.ref(source), source.mesh, source._device
     again: dict[str, Any] = {**keywords, "report_error": True}
+    names = [maps] if isinstance(maps, str) else list(maps)
+    named = [name for name, darkens in (("high", given.by_high), ("low", given.by_low)) if darkens]
     baked = tuple(made)  # a bake that knew itself would stay until the next collection
 
     def measured(name: str) -> Mapping[str, MapError]:
@@ -472,12 +491,12 @@ def bake(
         try:
             return bake(
                 kept if there else mesh,
-                low_mesh,
+                given.low,
                 size=size,
                 maps=name if name in names else names,
                 match=match,
-                cage_mesh=cage,
-                ao_occluders=[*named, *others],
+                cage_mesh=given.cage,
+                ao_occluders=[*named, *given.others],
                 textures=textures,
                 device="" if there else opened,
                 **again,

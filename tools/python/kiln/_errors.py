@@ -47,11 +47,15 @@ class KilnWarning(UserWarning):
 _FLAG = re.compile(r"--([a-z][a-z-]*[a-z])")
 
 
+#: Arguments that the core's messages begin with.
+_NAMED = ("bounds: ", "direction: ", "normals: ", "positions: ", "textures: ", "vertices: ")
+
+
 def from_core(message: str, code: str, kind: str) -> Error:
     """The exception for an error of the library, whose messages name the command's flags."""
     flag = _FLAG.search(message)
     parameter = flag.group(1).replace("-", "_") if flag else None
-    if parameter is None and message.startswith(("vertices: ", "textures: ")):
+    if message.startswith(_NAMED):
         parameter = message.partition(":")[0]
     message = _FLAG.sub(lambda found: found.group(1).replace("-", "_"), message)
     return (Cancelled if kind == "cancelled" else Error)(message, code, kind, parameter)

@@ -1,0 +1,219 @@
+"""Sessions: kiln.BakeSession, whose high poly moves, and kiln.ViewSession, which matches view by view."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any, NamedTuple, NoReturn
+
+from . import _core
+from ._bake import Bake, _source_of, wanted, words_of
+from ._core import Match, Mesh
+from ._errors import Error, count_of, device_of
+from ._meshes import as_mesh
+
+if TYPE_CHECKING:
+    from typing import Unpack
+
+    from ._keywords import Keywords
+
+
+class BakeSession:
+    """A bake of a high poly that moves: all stays on the device, and only what a change reaches is baked anew.
+
+    high, low, size, maps, match, cage_mesh, ao_occluders, textures, device, keywords
+              as bake() takes them. Left out: match="auto" and a kiln.Match, cage="auto", report_error, recall,
+              fallback_blend, visibility_clusters
+    bounds    two corners, world units: the box that the high poly moves in, whose diagonal lengths in % are of.
+              Vertices may leave it, but not by more than about half its size. Without: the mesh's own at first
+
+    With match="uv" the texels are read anew whose triangles changed; with others all are matched again. Bytes are those
+    of kiln.Source(session.mesh, bounds=session.bounds).bake(low, ...), and so of kiln.bake() while the mesh's own box
+    stays as it was.
+
+    For one thread at a time: another's call meanwhile is an error (code "busy"). Nothing given is kept but by copy, and
+    results stay. close(), or the end of a `with` block, frees its memory. Ctrl-C stops bake(); the next one makes all anew.
+    Raises kiln.Error as bake() does.
+
+    >>> import kiln
+    >>> corners, faces = [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], [[0, 1, 2], [0, 2, 3]]
+    >>> square = kiln.Mesh(corners, faces, uvs=[[0, 0], [1, 0], [1, 1], [0, 1]])
+    >>> with kiln.BakeSession(square, square, size=16, maps="height", match="uv") as session:
+    ...     before = session.bake()
+    ...     session.set_positions([[1, 1, 0.5]], first=2)
+    ...     after = session.bake()
+    >>> round(float(before["height"].max()), 2), round(float(after["height"].max()), 2)
+    (0.0, 0.48)
+    """
+
+    class Update(NamedTuple):
+        """Work of a bake()."""
+
+        triangles: int  #: of the high poly whose corners or normals had changed
+        texels: int  #: read anew
+        matched: bool  #: samples were matched
+        dirty: tuple[int, int, int, int]  #: x, y, width, height, row 0 at the top: outside, all bytes are as before
+        seconds: float  #: that it took
+
+    def __init__(
+        self,
+        high: Any,
+        low: Any,
+        *,
+        size: int | tuple[int, int] = 2048,
+        maps: str | Sequence[str] = "normal",
+        match: str | None = None,
+        cage_mesh: Any = None,
+        ao_occluders: Sequence[Any] | str = "high",
+        textures: Mapping[str, Any] | None = None,
+        bounds: Any = None,
+        device: str | int = "",
+        **keywords: Unpack[Keywords],
+    ) -> None:
+        if keywords.get("recall"):
+            text = "recall: a session does not look for what no texel stands for: leave it out, or call bake()."
+            raise Error(text, "option-contradiction", "usage", "recall")
+        self._keywords: Mapping[str, Any] = keywords
+        given = wanted(low, size, maps, match, cage_mesh, ao_occluders, textures, keywords)
+        self._core = _core.BakeSessionCore(as_mesh(high, "high"), *given, bounds, device_of(device))
+
+    def set_positions(self, positions: Any, first: int | None = None) -> None:
+        """Moves vertices of the high poly: nothing is baked yet.
+
+        positions  (N, 3) float, world units, finite: rows in the order of session.mesh.vertices, which of a mesh from
+                   arrays is the caller's, and of a file that of kiln.load()
+        first      the row that they begin at; without: they are all rows
+
+        Computed normals follow. Those that the mesh has of its own stay: set_normals(). Of a wrong row, nothing is moved.
+        """
+        self._core.set_positions(positions, None if first is None else count_of(first, "first", 0, 2**32 - 1))
+
+    def set_normals(self, normals: Any, first: int | None = None) -> None:
+        """Changes the high poly's own normals.
+
+        normals  (N, 3) float of any length above 0: rows in the order of session.mesh.normals
+        first    the row that they begin at; without: they are all rows
+        """
+        self._core.set_normals(normals, None if first is None else count_of(first, "first", 0, 2**32 - 1))
+
+    def bake(self) -> Bake:
+        """Bakes what is not up to date. Returns all maps: a copy, which stays when the next bake changes some."""
+        made = Bake(self._core.bake(), self._keywords)
+        made.report.errors.measure = _no_errors
+        return made
+
+    @property
+    def last_update(self) -> Update:
+        """Of the last bake(): zeros where nothing had changed."""
+        return self.Update(*self._core.last_update())
+
+    @property
+    def mesh(self) -> Mesh:
+        """The high poly as it is now: a copy."""
+        return self._core.mesh()
+
+    @property
+    def bounds(self) -> tuple[tuple[float, float, float], tuple[float, float, float]]:
+        """Two corners, world units: as given, or the mesh's own at first."""
+        return self._core.bounds()
+
+    @property
+    def closed(self) -> bool:
+        """Whether close() was called."""
+        return self._core.closed
+
+    def close(self) -> None:
+        """Frees the memory, once a call under way is done."""
+        self._core.close()
+
+    def __enter__(self) -> BakeSession:
+        return self
+
+    def __exit__(self, *failure: object) -> None:
+        self.close()
+
+
+def _no_errors(name: str) -> NoReturn:
+    text = "report: a session measures no errors: kiln.Source(session.mesh, bounds=session.bounds).bake() does."
+    raise Error(text, "option-contradiction", "usage", "report")
+
+
+class ViewSession:
+    """A match by depth views, one view at a time: each improves what is there.
+
+    source          a kiln.Source, which may be closed after, or a high poly as bake() takes it
+    low, size, samples, max_distance, two_sided, view_size, view_criterion, no_view_refine
+                    as bake() takes them
+    device          as bake() takes it
+
+    After any views the match is, to the bit, that of kiln.match(source, low, match="views", views=0, view=[...]) with
+    the same directions in the same order. Threads, close() and errors as of kiln.BakeSession. A view is added whole:
+    Ctrl-C waits for it.
+
+    >>> import kiln
+    >>> corners, faces = [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], [[0, 1, 2], [0, 2, 3]]
+    >>> square = kiln.Mesh(corners, faces, uvs=[[0, 0], [1, 0], [1, 1], [0, 1]])
+    >>> with kiln.ViewSession(square, square, size=16) as session:
+    ...     gained = session.add((0, 0, 1)).changed, session.add((0, 0, 1)).changed
+    ...     match = session.match()
+    >>> gained, kiln.bake(square, square, size=16, match=match).report.missed
+    ((256, 0), 0)
+    """
+
+    class Step(NamedTuple):
+        """Gain by a view."""
+
+        samples: int  #: of the low poly
+        decided: int  #: by any view so far
+        changed: int  #: that this view newly decided, or decided better
+
+    def __init__(
+        self,
+        source: Any,
+        low: Any,
+        *,
+        size: int | tuple[int, int] = 2048,
+        samples: int = 1,
+        max_distance: float | str | None = None,
+        two_sided: bool = False,
+        view_size: int | None = None,
+        view_criterion: str | None = None,
+        no_view_refine: bool = False,
+        device: str | int = "",
+    ) -> None:
+        words = words_of(
+            {
+                "size": size,
+                "match": "views",
+                "samples": samples,
+                "max_distance": max_distance,
+                "two_sided": two_sided,
+                "view_size": view_size,
+                "view_criterion": view_criterion,
+                "no_view_refine": no_view_refine,
+            }
+        )
+        low_mesh = as_mesh(low, "low")
+        self._core = _core.ViewSessionCore(_source_of(source, device, None)._core, low_mesh, words)
+
+    def add(self, direction: Any) -> Step:
+        """Adds a view. direction: three numbers, from the mesh to the viewer, of any length above 0."""
+        return self.Step(*self._core.add(direction))
+
+    def match(self) -> Match:
+        """The match so far, for bake(match=...) of this size and samples: a copy."""
+        return self._core.match()
+
+    @property
+    def closed(self) -> bool:
+        """Whether close() was called."""
+        return self._core.closed
+
+    def close(self) -> None:
+        """Frees the memory, once a call under way is done."""
+        self._core.close()
+
+    def __enter__(self) -> ViewSession:
+        return self
+
+    def __exit__(self, *failure: object) -> None:
+        self.close()

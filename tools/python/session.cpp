@@ -1,0 +1,375 @@
+#include "session.h"
+
+#include <nanobind/stl/optional.h>
+#include <nanobind/stl/pair.h>
+#include <nanobind/stl/string.h>
+#include <nanobind/stl/vector.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "arrays.h"
+#include "bake.h"
+#include "kiln/session.h"
+#include "match.h"
+#include "report/check_result.h"
+
+namespace kiln::python {
+namespace {
+
+using nb::literals::operator""_a;
+
+/// A session and what it points into, which one thread at a time may use, until close(). The interpreter's lock is held
+/// in all calls.
+template <typename Session>
+class Exclusive {
+ public:
+  Exclusive() = default;
+  ~Exclusive() { close(); }
+  Exclusive(const Exclusive&) = delete;
+  Exclusive& operator=(const Exclusive&) = delete;
+
+  void set(std::shared_ptr<Session> made) { session_ = std::move(made); }
+
+  /// Calls a function with the session, which stays until then when another thread closes it.
+  /// \throws Error(usage) after close(), and while a call is under way
+  template <typename Function>
+  auto use(const Function& function) {
+    if (session_ == nullptr)
+      throw Error(ErrorCode::usage, "The session is closed: make another.", "closed");
+    if (busy_) {
+      throw Error(ErrorCode::usage,
+                  "Another thread uses the session: it is for one at a time. Wait for it, or lock.",
+                  "busy");
+    }
+    struct Use {
+      bool& busy;
+      std::shared_ptr<Session> session;
+      ~Use() {
+        busy = false;
+        free(session);
+      }
+    } const use{busy_ = true, session_};
+    return function(*use.session);
+  }
+
+  void close() { free(session_); }
+  bool closed() const { return session_ == nullptr; }
+
+ private:
+  /// Waits for the driver, which may wait for a callback that wants the interpreter's lock.
+  static void free(std::shared_ptr<Session>& session) {
+    std::shared_ptr<Session> last;
+    last.swap(session);
+    const nb::gil_scoped_release unlocked;
+    last.reset();
+  }
+
+  std::shared_ptr<Session> session_;
+  bool busy_ = false;
+};
+
+/// The library's error of an argument that it does not name.
+template <typename Function>
+auto with_parameter(const char* parameter, const Function& function) {
+  try {
+    return function();
+  } catch (const Error& error) {
+    if (error.code() != ErrorCode::usage) throw;
+    throw Error(error.code(), std::string(parameter) + ": " + error.what(), error.id());
+  }
+}
+
+/// The first row that an array sets. \param first  none: the array has all rows
+std::uint32_t first_row(const char* parameter, std::optional<std::uint32_t> first,
+                        std::size_t given, std::size_t all) {
+  const std::string has = "but the high poly has " + std::to_string(all);
+  if (!first && given != all) {
+    throw Error(ErrorCode::usage,
+                std::string(parameter) + ": " + std::to_string(given) + " rows were given, " + has +
+                    ": give all, in the order of session.mesh, or first=, where they begin.",
+                "array-shape");
+  }
+  if (first && (*first > all || given > all - *first)) {
+    throw Error(ErrorCode::usage,
+                std::string(parameter) + ": rows " + std::to_string(*first) + " to " +
+                    std::to_string(*first + given - 1) + " were given, " + has + ".",
+                "array-range");
+  }
+  return first.value_or(0);
+}
+
+class PyBakeSession {
+ public:
+  PyBakeSession(const PyMesh& high, const PyMesh& low, const Words& words,
+                const std::optional<PyMesh>& cage_mesh, const std::vector<PyMesh>& occluders,
+                bool by_high, bool by_low, const nb::list& textures, nb::handle bounds,
+                const std::string& device)
+      : high_(high), low_name_(low.mesh->name) {
+    const Call call;
+    auto request = std::make_unique<Request>(words, cage_mesh ? &*cage_mesh : nullptr, occluders,
+                                             by_high, by_low);
+    if (request->chooses_match()) {
+      throw Error(ErrorCode::usage,
+                  "--match auto measures the maps of one bake: name a match, or call bake().",
+                  "option-enum");
+    }
+    take_textures(textures, request->options);
+    const std::optional<Bounds> box = bounds_of(bounds, *high.mesh);
+    std::vector<Warning> warnings;
+    auto work = call.run([&] {
+      high_.mesh = agreed(high_.mesh, "HIGH", Trusted::faces, warnings);
+      request->prepare(nullptr, high_, inward_parts(*high_.mesh).count != 0, low);
+      const BakeOptions& options = request->options;
+      BakeSession session(device_of(device), *high_.mesh, request->low(), options,
+                          {box, request->traversal()});
+      return std::make_shared<Work>(Work{std::move(request), std::move(session)});
+    });
+    const std::vector<Warning>& source = work->session.warnings();
+    warnings.insert(warnings.end(), source.begin(), source.end());
+    high_.report = nb::none();  // of a mesh that does not change
+    high_.made = nullptr;
+    work_.set(std::move(work));
+    warn(warnings);
+  }
+
+  void set_positions(nb::handle given, std::optional<std::uint32_t> first) {
+    const Call call;
+    const auto rows = doubles(given, "positions", {-1, 3});
+    work_.use([&](Work& work) {
+      const Mesh& high = work.session.high();
+      const std::uint32_t from =
+          first_row("positions", first, rows.shape(0), high.positions.size());
+      std::vector<Vec3> positions(rows.shape(0));
+      std::uint64_t moved = 0;
+      for (std::size_t i = 0; i < positions.size(); ++i) {
+        const double* const p = rows.data() + 3 * i;
+        if (!std::isfinite(p[0]) || !std::isfinite(p[1]) || !std::isfinite(p[2])) {
+          throw Error(ErrorCode::usage,
+                      "positions: row " + std::to_string(i) + " has a number that is not finite.",
+                      "array-range");
+        }
+        positions[i] = {static_cast<float>(p[0] - high.origin[0]),
+                        static_cast<float>(p[1] - high.origin[1]),
+                        static_cast<float>(p[2] - high.origin[2])};
+        moved += positions[i] == high.positions[from + i] ? 0 : 1;
+      }
+      with_parameter("positions",
+                     [&] { call.run([&] { work.session.set_positions(from, positions); }); });
+      moved_ += moved;
+    });
+  }
+
+  void set_normals(nb::handle given, std::optional<std::uint32_t> first) {
+    const Call call;
+    const auto rows = floats(given, "normals", {-1, 3});
+    work_.use([&](Work& work) {
+      const Mesh& high = work.session.high();
+      if (high.normals.empty()) {
+        throw Error(ErrorCode::usage,
+                    "normals: the high poly has none of its own: they follow its positions.",
+                    "option-contradiction");
+      }
+      const std::uint32_t from = first_row("normals", first, rows.shape(0), high.normals.size());
+      const auto* const begin = reinterpret_cast<const Vec3*>(rows.data());
+      const std::vector<Vec3> normals(begin, begin + rows.shape(0));
+      with_parameter("normals",
+                     [&] { call.run([&] { work.session.set_normals(from, normals); }); });
+      turned_ = true;
+    });
+  }
+
+  PyBake bake() {
+    const Call call;
+    return work_.use([&](Work& work) {
+      std::vector<Warning> notes;
+      BakeResult result = call.run([&] {
+        BakeResult baked = work.session.bake();
+        notes = look_at_normals(work.session.high());
+        cli::check_result(baked.report, work.session.high(), work.request->low());
+        return baked;
+      });
+      result.report.warnings.insert(result.report.warnings.begin(), notes.begin(), notes.end());
+      return finished(std::move(result), *work.request, low_name_);
+    });
+  }
+
+  /// (triangles, texels, matched, (x, y, width, height), seconds)
+  nb::tuple last_update() {
+    return work_.use([](Work& work) {
+      const BakeSession::Update& u = work.session.last_update();
+      const Rectangle& box = u.dirty;
+      return nb::make_tuple(u.triangles, u.texels, u.matched,
+                            nb::make_tuple(box.x, box.y, box.width, box.height), u.seconds());
+    });
+  }
+
+  /// As it is now.
+  PyMesh mesh() {
+    return work_.use([&](Work& work) {
+      PyMesh copy = high_;
+      copy.mesh = shared(Mesh(work.session.high()));
+      return copy;
+    });
+  }
+
+  /// World units.
+  nb::tuple bounds() {
+    return work_.use([](Work& work) {
+      const auto world = [&](const std::array<double, 3>& corner) {
+        const std::array<double, 3>& origin = work.session.high().origin;
+        return nb::make_tuple(origin[0] + corner[0], origin[1] + corner[1], origin[2] + corner[2]);
+      };
+      const Bounds& box = work.session.bounds();
+      return nb::make_tuple(world(box.low), world(box.high));
+    });
+  }
+
+  void close() { work_.close(); }
+  bool closed() const { return work_.closed(); }
+
+ private:
+  /// The request is what the session's options point into.
+  struct Work {
+    std::unique_ptr<Request> request;
+    BakeSession session;
+  };
+
+  /// A mesh's own normals do not follow its positions; after the bake that took both over.
+  std::vector<Warning> look_at_normals(const Mesh& high) {
+    std::vector<Warning> notes;
+    const std::uint64_t moved = std::exchange(moved_, 0);
+    const bool turned = std::exchange(turned_, false);
+    if (high.normals.empty() || (moved == 0 && !turned)) return notes;
+    if (!turned) {
+      notes.push_back({"normals-stayed",
+                       "'" + high.name +
+                           "' has normals of its own, which stayed as they were when " +
+                           std::to_string(moved) +
+                           " of its vertices moved: set_normals() gives new ones. Those of a mesh "
+                           "without normals follow.",
+                       moved});
+    }
+    std::vector<Warning> opposed;
+    Mesh copy = high;
+    cli::turn_normals("HIGH", Trusted::faces, copy, opposed);
+    for (const Warning& warning : opposed) {
+      if (warning.code != "turned-normals") continue;
+      notes.push_back(
+          {"normals-oppose",
+           "Normals of '" + high.name +
+               "' oppose its faces since they changed. They stay so in the session, and "
+               "kiln.bake() would turn them.",
+           warning.count});
+    }
+    return notes;
+  }
+
+  PyMesh high_;  // as it was at first, with its file
+  std::string low_name_;
+  std::uint64_t moved_ = 0;  // since the last bake
+  bool turned_ = false;      // since the last bake
+  Exclusive<Work> work_;
+};
+
+class PyViewSession {
+ public:
+  PyViewSession(const PySource& source, const PyMesh& low, const Words& words)
+      : high_(source.high) {
+    const Call call;
+    auto request = std::make_unique<Request>(words, nullptr, std::vector<PyMesh>(), true, false);
+    const Source kept = source.get();
+    std::vector<Warning> warnings;
+    work_.set(call.run([&] {
+      request->prepare(&kept, source.high, source.faces_inwards, low);
+      warnings = request->warnings;
+      ViewSession session(kept, request->low(), request->options);
+      return std::make_shared<Work>(Work{std::move(request), std::move(session)});
+    }));
+    warn(warnings);
+  }
+
+  /// \returns (samples, decided, changed)
+  nb::tuple add(nb::handle direction) {
+    const Call call;
+    const auto xyz = doubles(direction, "direction", {3});
+    const Vec3 toward = {static_cast<float>(xyz.data()[0]), static_cast<float>(xyz.data()[1]),
+                         static_cast<float>(xyz.data()[2])};
+    return work_.use([&](Work& work) {
+      const ViewSession::Step step = with_parameter("direction", [&] {
+        // No signs of life: of a view that was stopped, some samples would know.
+        const nb::gil_scoped_release unlocked;
+        return work.session.add(toward);
+      });
+      ++views_;
+      return nb::make_tuple(step.samples, step.decided, step.changed);
+    });
+  }
+
+  PyMatch match() {
+    const Call call;
+    return work_.use([&](Work& work) {
+      auto found = call.run([&] { return std::make_shared<const Match>(work.session.match()); });
+      const auto count = [&](SampleStatus status) {
+        return std::count(found->status.begin(), found->status.end(),
+                          static_cast<std::uint8_t>(status));
+      };
+      nb::dict report;
+      report["views"] = views_;
+      report["viewed"] = count(SampleStatus::view);
+      report["missed"] = count(SampleStatus::missed);
+      return PyMatch{std::move(found), high_, report};
+    });
+  }
+
+  void close() { work_.close(); }
+  bool closed() const { return work_.closed(); }
+
+ private:
+  struct Work {
+    std::unique_ptr<Request> request;
+    ViewSession session;
+  };
+
+  PyMesh high_;
+  std::uint64_t views_ = 0;
+  Exclusive<Work> work_;
+};
+
+}  // namespace
+
+void add_session(nb::module_& module) {
+  nb::class_<PyBakeSession>(module, "BakeSessionCore")
+      .def(
+          "__init__",
+          [](PyBakeSession* self, const PyMesh& high, const PyMesh& low, const Words& words,
+             const std::optional<PyMesh>& cage_mesh, const std::vector<PyMesh>& occluders,
+             bool by_high, bool by_low, const nb::list& textures, nb::handle bounds,
+             const std::string& device) {
+            new (self) PyBakeSession(high, low, words, cage_mesh, occluders, by_high, by_low,
+                                     textures, bounds, device);
+          },
+          "high"_a, "low"_a, "words"_a, "cage_mesh"_a.none(), "occluders"_a, "by_high"_a,
+          "by_low"_a, "textures"_a, "bounds"_a.none(), "device"_a)
+      .def("set_positions", &PyBakeSession::set_positions, "positions"_a.none(), "first"_a.none())
+      .def("set_normals", &PyBakeSession::set_normals, "normals"_a.none(), "first"_a.none())
+      .def("bake", &PyBakeSession::bake)
+      .def("last_update", &PyBakeSession::last_update)
+      .def("mesh", &PyBakeSession::mesh)
+      .def("bounds", &PyBakeSession::bounds)
+      .def("close", &PyBakeSession::close)
+      .def_prop_ro("closed", &PyBakeSession::closed);
+  nb::class_<PyViewSession>(module, "ViewSessionCore")
+      .def(
+          "__init__",
+          [](PyViewSession* self, const PySource& source, const PyMesh& low, const Words& words) {
+            new (self) PyViewSession(source, low, words);
+          },
+          "source"_a, "low"_a, "words"_a)
+      .def("add", &PyViewSession::add, "direction"_a.none())
+      .def("match", &PyViewSession::match)
+      .def("close", &PyViewSession::close)
+      .def_prop_ro("closed", &PyViewSession::closed);
+}
+
+}  // namespace kiln::python
