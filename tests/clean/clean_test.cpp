@@ -14,6 +14,8 @@
 #include "clean/outside_views.h"
 #include "clean/triangle_list.h"
 #include "kiln/kiln.h"
+#include "kiln/simplify.h"
+#include "mesh/vertex_lists.h"
 #include "mesh/weld.h"
 #include "support/shapes.h"
 
@@ -199,6 +201,83 @@ TEST(Clean, FinsGoAndWallsStay) {
   const Mesh before = walls;
   EXPECT_EQ(clean_mesh(walls).fins.count, 0U);
   EXPECT_EQ(walls.triangles.size(), before.triangles.size());
+}
+
+/// Wavy sheets from a common line, at angles around it. \param apart  the last one has vertices of its own beside the line's
+Mesh leaves(const std::vector<double>& angles, float apart = 0) {
+  constexpr std::uint32_t kAlong = 60, kAcross = 30;
+  Mesh mesh;
+  const auto add = [&](double angle, double along, double across) {
+    const double bend = 0.05 * std::sin(7 * along) * across;
+    const double x = across * std::cos(angle) - bend * std::sin(angle);
+    const double y = across * std::sin(angle) + bend * std::cos(angle);
+    mesh.positions.push_back({static_cast<float>(x + 0.02 * std::sin(5 * along)),
+                              static_cast<float>(y + 0.02 * std::cos(9 * along)),
+                              static_cast<float>(along)});
+  };
+  for (std::uint32_t i = 0; i <= kAlong; ++i) add(0, 2.0 * i / kAlong, 0);
+  for (const double& angle : angles) {
+    const auto first = static_cast<std::uint32_t>(mesh.positions.size());
+    for (std::uint32_t j = 1; j <= kAcross; ++j) {
+      for (std::uint32_t i = 0; i <= kAlong; ++i) add(angle, 2.0 * i / kAlong, 1.0 * j / kAcross);
+    }
+    std::uint32_t line = 0;
+    if (apart > 0 && &angle == &angles.back()) {
+      line = static_cast<std::uint32_t>(mesh.positions.size());
+      for (std::uint32_t i = 0; i <= kAlong; ++i) {
+        mesh.positions.push_back(mesh.positions[i]);
+        mesh.positions.back().x += apart;
+      }
+    }
+    const auto at = [&](std::uint32_t i, std::uint32_t j) {
+      return j == 0 ? line + i : first + (j - 1) * (kAlong + 1) + i;
+    };
+    for (std::uint32_t j = 0; j < kAcross; ++j) {
+      for (std::uint32_t i = 0; i < kAlong; ++i) {
+        mesh.triangles.push_back({at(i, j), at(i + 1, j), at(i + 1, j + 1)});
+        mesh.triangles.push_back({at(i, j), at(i + 1, j + 1), at(i, j + 1)});
+      }
+    }
+  }
+  return mesh;
+}
+
+/// Length of the edges that so many triangles share.
+double shared_length(const Mesh& mesh, std::size_t count) {
+  double sum = 0;
+  SideLists(welded_triangles(mesh), mesh.positions.size())
+      .each_edge([&](std::uint32_t, std::span<const SideLists::Item> sides) {
+        if (sides.size() != count) return;
+        const Triangle& corners = mesh.triangles[sides[0].index / 3];
+        const std::uint32_t k = sides[0].index % 3;
+        sum += length(point_of(mesh, corners[(k + 1) % 3]) - point_of(mesh, corners[k]));
+      });
+  return sum;
+}
+
+/// They are not split: collapses hold the edges that several sheets share as one line, and sheets with edges of their
+/// own there would part.
+TEST(Clean, SheetsThatMeetInALineStayJoinedWhenSimplified) {
+  const double right = std::acos(0.0);
+  for (const std::vector<double>& angles : {std::vector<double>{0, 2.1, 4.2},
+                                            {0, right, 2 * right},
+                                            {0, right, 2 * right, 3 * right}}) {
+    const Mesh high = leaves(angles);
+    const double line = shared_length(high, angles.size());
+    EXPECT_GT(line, 2);
+    Mesh cleaned = high;
+    clean_mesh(cleaned, {.orient = false});
+    expect_same(high, cleaned);
+    const Mesh apart = leaves(angles, 1e-6F);
+    for (const std::uint32_t faces : {1000U, 200U, 50U}) {
+      SimplifyReport report;
+      const Mesh low = simplify(cleaned, {.faces = faces}, &report);
+      EXPECT_LE(low.triangles.size(), faces);
+      EXPECT_GT(shared_length(low, angles.size()), 0.97 * line) << faces;
+      EXPECT_EQ(report.folded + report.holes + report.without_area, 0U);
+      EXPECT_LT(shared_length(simplify(apart, {.faces = faces}), angles.size()), 0.1 * line);
+    }
+  }
 }
 
 TEST(Clean, PatchesFaceWhereTheyAreSeen) {
