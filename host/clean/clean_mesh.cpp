@@ -155,10 +155,12 @@ CleanReport clean_mesh(Mesh& mesh, const CleanOptions& options) {
   std::uint64_t floating = 0, hidden = 0;
   const double diagonal = diagonal_of(mesh);
   const bool whole = !options.windings_alone;
-  // Each step that is to be done, one after the other; who waits may stop it between two.
-  const auto step = [](bool is, const auto& body) {
+  // Each step that is to be done, one after the other; who waits hears how far it is, and may stop it between two.
+  constexpr int kSteps = 9;
+  int done = 0;
+  const auto step = [&](bool is, const auto& body) {
     if (is) body();
-    ProgressGuard::poll();
+    ProgressGuard::poll_at(static_cast<double>(++done) / kSteps, "cleaning");
   };
   // Doubled triangles hide open edges; what is welded may double more.
   step(whole, [&] { drop(mesh, find_useless(mesh, report)); });

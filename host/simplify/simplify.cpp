@@ -12,6 +12,7 @@
 
 #include "base/formatted.h"
 #include "base/memory.h"
+#include "base/progress_guard.h"
 #include "kiln/normals.h"
 #include "kiln/validate.h"
 #include "simplify/height_layout.h"
@@ -74,8 +75,10 @@ Mesh simplify(const Mesh& high, const SimplifyOptions& options, SimplifyReport* 
   std::optional<Mesh> repaired;
   if (options.keep_uvs) repaired = with_finite_uvs(high, out.warnings);
   Mesh mesh = SimplifyJob(repaired ? *repaired : high, options, out).run(report != nullptr);
+  ProgressGuard::poll_at(0.9, "simplifying");
   transfer_labels(high, mesh);
   transfer_colors(high, mesh);
+  ProgressGuard::poll_at(0.95, "simplifying");
   if (options.fit_normals) NormalFit(high).run(mesh);
   out.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   return mesh;

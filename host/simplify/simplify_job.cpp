@@ -13,6 +13,7 @@
 #include "base/counted.h"
 #include "base/formatted.h"
 #include "base/percent.h"
+#include "base/progress_guard.h"
 #include "mesh/charts.h"
 #include "mesh/fans.h"
 #include "mesh/normals.h"
@@ -93,6 +94,12 @@ void SimplifyState::unfold(std::span<const Fold> folds) {
     }
     if (!any) return;
   }
+}
+
+void SimplifyJob::tell(double share) {
+  if (!told_) return;
+  told_ = std::max(*told_, share);
+  ProgressGuard::poll_at(*told_, "simplifying");
 }
 
 SimplifyResult SimplifyJob::to_count(const Work& work) const {
@@ -220,13 +227,16 @@ bool SimplifyJob::try_from(const Work& work, bool last, SimplifyResult& result) 
     result = to_count(work);
     prepared.get();
   }
+  tell(0.5);
   if (result.triangles.empty()) {
     if (last) result = unchanged();
     result.bound = true;
     return last;
   }
   if (by_error) return is_good(result) || last;
-  if (fit(result)) return true;
+  const bool fits = fit(result);
+  tell(0.7);
+  if (fits) return true;
   report_.mended = mend(result);
   return is_good(result) || last;
 }
@@ -249,6 +259,7 @@ SimplifyResult SimplifyJob::solve() {
   const int starts = options_.faces == 0 ? kMostBoundStarts : kMostStarts;
   for (int attempt = 0; attempt < starts; ++attempt) {
     const Work work = start(options_.faces, places, true, fine, &known);
+    tell(0.2);
     if (work.triangles.size() == dense_.triangles.size()) break;
     if (try_from(work, false, result)) return result;
     if (result.triangles.empty()) break;
@@ -414,6 +425,8 @@ Mesh SimplifyJob::finish(const SimplifyResult& result, bool measured) {
 }
 
 Mesh SimplifyJob::run(bool with_deviation) {
+  told_ = 0;
+  tell(0.1);
   if (options_.hull) {
     warn_of_inside_out(
         dense_, [&](const Vec3d& p) { return place_in_words(p); }, report_.warnings);
@@ -428,6 +441,7 @@ Mesh SimplifyJob::run(bool with_deviation) {
       if (faces_of_dense() <= options_.faces) return finish(unchanged(), with_deviation);
       result = solve();
     }
+    tell(0.8);
     if (options_.faces != 0 && with_deviation) result.deviation = measure(result, kMostSamples);
     return finish(result, with_deviation);
   }

@@ -148,6 +148,7 @@ class SimplifyJob {
       find_labels();
   }
 
+  /// Tells the calling thread's callback how far it is.
   Mesh run(bool with_deviation);
 
   /// One mesh a number of faces, not yet mended, as long as there are fewer to come to.
@@ -174,6 +175,8 @@ class SimplifyJob {
   Mesh finish(const SimplifyResult& result, bool measured = false);
 
  private:
+  /// Tells the callback a share of run(), which never falls though some work is done again. Not of levels.
+  void tell(double share);
   /// True if no rule says how vertices may move. Then backs of two-sided sheets are left out meanwhile, and what is inside
   /// out is turned.
   static bool is_free(const SimplifyOptions& options) {
@@ -245,7 +248,8 @@ class SimplifyJob {
   std::vector<std::uint32_t> label_back_;        ///< As Labels::backs
   std::unique_ptr<BoundSamples> bound_samples_;  ///< Once asked for.
   std::optional<bool> is_fine_;                  ///< Once asked for.
-  std::optional<SurfaceFit> fit_;                ///< Once asked for.
+  std::optional<double> told_;     ///< Largest share that run() told; none: it does not run
+  std::optional<SurfaceFit> fit_;  ///< Once asked for.
 };
 
 }  // namespace kiln

@@ -296,6 +296,24 @@ def test_progress_is_told_and_may_stop(source, low):
     source.bake(low, size=16)
 
 
+@pytest.mark.no_device
+@pytest.mark.parametrize(
+    "call",
+    [
+        lambda mesh, told: kiln.clean(mesh, progress=told),
+        lambda mesh, told: kiln.simplify(mesh, target=200, progress=told),
+        lambda mesh, told: kiln.simplify(mesh, max_error=0.001, progress=told),
+    ],
+)
+def test_cleaning_and_simplifying_tell_how_far_they_are(call):
+    mesh, shares = kiln.Mesh(*sheet(60, waves)), []
+    call(mesh, lambda done, stage: shares.append(done))
+    assert shares == sorted(shares) and shares[-1] == 1 and len(set(shares)) > 5
+    for last in sorted(set(shares))[:-1]:
+        with pytest.raises(kiln.Cancelled):
+            call(mesh, lambda done, stage: done < last)
+
+
 @pytest.mark.parametrize("said", [np.False_, np.array(False), np.array([[False]])], ids=repr)
 def test_a_false_of_numpy_stops(source, low, said):
     with pytest.raises(kiln.Cancelled):
