@@ -39,8 +39,6 @@ class Request {
   bool chooses_match() const { return job_.match_auto; }
   PlanOptions match_options() const;
 
-  RayTraversal traversal() const { return job_.traversal; }
-
   /// After prepare().
   const Mesh& low() const { return *low_; }
 

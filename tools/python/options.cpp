@@ -14,9 +14,8 @@ using cli::BakeJob;
 using cli::OptionRow;
 
 /// Keywords beside what are members of BakeOptions.
-constexpr std::array<std::string_view, 7> kOthers = {"--range",      "--match-by",   "--low-names",
-                                                     "--high-names", "--match-list", "--traversal",
-                                                     "--transfer"};
+constexpr std::array<std::string_view, 6> kOthers = {"--range",      "--match-by",   "--low-names",
+                                                     "--high-names", "--match-list", "--transfer"};
 
 /// True for what a bake of meshes in memory takes. Occluders are meshes, too, and a parameter of their own.
 bool is_keyword(const OptionRow& row) {

@@ -121,8 +121,7 @@ class PyBakeSession {
       high_.mesh = agreed(high_.mesh, "HIGH", Trusted::faces, warnings);
       request->prepare(nullptr, high_, inward_parts(*high_.mesh).count != 0, low);
       const BakeOptions& options = request->options;
-      BakeSession session(device_of(device), *high_.mesh, request->low(), options,
-                          {box, request->traversal()});
+      BakeSession session(device_of(device), *high_.mesh, request->low(), options, {.bounds = box});
       return std::make_shared<Work>(Work{std::move(request), std::move(session)});
     });
     const std::vector<Warning>& source = work->session.warnings();
