@@ -92,6 +92,36 @@ def test_the_chain_is_that_of_the_package(nodes):
     assert mesh.texture is None
 
 
+def spikes(n):
+    """A ball whose rough low polys stray by more than bakes look by default."""
+    vertices, faces = ball(n)
+    x, y, z = vertices.T
+    return (vertices * (1 + 0.35 * np.sin(9 * x) * np.sin(8 * y) * np.cos(7 * z))[:, None]).astype(np.float32), faces
+
+
+@pytest.mark.parametrize("clean", [False, True])
+def test_the_chain_knows_how_far_its_low_poly_strays(nodes, clean):
+    vertices, faces = spikes(24)
+    high = Mesh(Tensor(vertices[None]), Tensor(faces[None]))
+    light = run(nodes, "KilnSimplify", mesh=high, target_face_count=150, clean=clean)["mesh"]
+    low = run(nodes, "KilnUnwrap", mesh=light, resolution=256)["mesh"]
+    baked = run(nodes, "KilnBake", low_poly=low, high_poly=high, resolution=256, match="ray")
+    mine = kiln.Mesh(vertices, faces)
+    simplified = kiln.simplify(kiln.clean(mine) if clean else mine, target=150)
+    unwrapped = kiln.unwrap(simplified, size=256)
+    wanted = kiln.bake(mine, unwrapped, size=256, maps=["normal", "ao"])
+    np.testing.assert_array_equal(baked["normal_map"][0], wanted.stored("normal"))
+    np.testing.assert_array_equal(baked["occlusion"][0], np.repeat(wanted.stored("ao"), 3, 2))
+    # What another node changed counts; its default distance is too short for such a mesh.
+    low.vertices = low.vertices * np.float32(2)
+    twice = Mesh(Tensor(2 * vertices[None]), Tensor(faces[None]))
+    forgotten = run(nodes, "KilnBake", low_poly=low, high_poly=twice, resolution=256, match="ray")
+    arrays = kiln.Mesh(low.vertices[0], low.faces[0], [0, 1] + low.uvs[0] * [1, -1], normals=low.normals[0])
+    plain = kiln.bake((2 * vertices, faces), arrays, size=256, maps=["normal"])
+    np.testing.assert_array_equal(forgotten["normal_map"][0], plain.stored("normal"))
+    assert plain.report.missed > wanted.report.missed
+
+
 def test_batches_of_unequal_meshes(nodes):
     small, large = ball(6), ball(12)
     high = batch(large, (small[0] * 2, small[1]))
@@ -108,6 +138,7 @@ def test_batches_of_unequal_meshes(nodes):
         counts = mesh.vertex_counts[i], mesh.face_counts[i]
         one = Mesh(*(np.asarray(part)[None] for part in (mesh.vertices[i, : counts[0]], mesh.faces[i, : counts[1]])))
         one.uvs, one.normals = mesh.uvs[i, None, : counts[0]], mesh.normals[i, None, : counts[0]]
+        one.kiln_meshes = [mesh.kiln_meshes[i]]
         alone = run(
             nodes,
             "KilnBake",
@@ -160,6 +191,27 @@ def test_colours_are_floats_or_whole_numbers(nodes, dtype, most):
     np.testing.assert_allclose(found, np.broadcast_to(shares, found.shape), atol=1 / 255)
     with pytest.raises(ValueError, match="vertex_colors should be floats"):
         run(nodes, "KilnToGLB", mesh=Mesh(vertices[None], faces[None], vertex_colors=given.astype(np.int64)), **inputs)
+
+
+def test_colours_of_high_dynamic_range_are_told(nodes):
+    """They were clipped in silence."""
+    vertices, faces, uvs = sheet(16, waves)
+    shape = {"vertices": vertices[None].astype(np.float32), "faces": faces[None]}
+    bright = np.full((1, len(vertices), 3), 0.5, np.float32)
+    bright[0, 0] = [3, 1, -1]
+    with pytest.warns(kiln.KilnWarning, match="vertex_colors: 2 of 867 numbers lie outside of .* from -1 to 3"):
+        run(nodes, "KilnSimplify", mesh=Mesh(**shape, vertex_colors=bright), target_face_count=100)
+    picture = np.full((1, 8, 8, 3), 0.5, np.float32)
+    picture[0, :, :, 1] = 7
+    high = Mesh(**shape, uvs=uvs[None].astype(np.float32), texture=picture)
+    with pytest.warns(kiln.KilnWarning, match="texture: 64 of 192 numbers"):
+        color = run(nodes, "KilnToGLB", mesh=high, target_face_count=100, texture_size=64)["base_color"]
+    np.testing.assert_allclose(color[..., 1], 1)
+    flat = sheet(2, lambda x, y: 0 * x)
+    low = Mesh(*(part[None] for part in flat[:2]), uvs=flat[2][None])
+    with pytest.warns(kiln.KilnWarning, match="texture: 64 of 192 numbers"):
+        color = run(nodes, "KilnBake", low_poly=low, high_poly=high, resolution=64, match="ray")["base_color"]
+    np.testing.assert_allclose(color[..., 1], 1)
 
 
 def test_wrong_meshes_are_told(nodes):

@@ -4,13 +4,19 @@ A MESH holds a batch, filled up with zeros where vertex_counts and face_counts s
 (B, M, 3), uvs (B, N, 2) with the origin at the upper left, vertex_colors (B, N, 3 or 4) linear, normals, tangents;
 texture, normal_map and metallic_roughness are (B, H, W, 3) pictures. Colours and pictures are floats in [0, 1], or
 uint8 of as many steps.
+
+A MESH that a node here returns has kiln_meshes, too: of each mesh of the batch the kiln.Mesh that the arrays are of,
+which knows how far it strays from its high poly, and the arrays' digest. Where another node changed the arrays, the
+digest differs, and the arrays count.
 """
 
 from __future__ import annotations
 
 import copy
+import hashlib
 import io
 import sys
+import warnings
 
 import kiln
 import numpy as np
@@ -29,6 +35,8 @@ OPTIONAL = (
 )
 FACES = ("INT", {"default": 10_000, "min": 4, "max": 50_000_000})
 SIZE = ("INT", {"default": 2048, "min": 64, "max": 8192, "step": 64})
+#: What lies nearer to 0 or 1 is rounded to them by pictures of 8 bits.
+HALF_STEP = 0.5 / 255
 
 
 def as_numpy(values):
@@ -51,16 +59,22 @@ def as_tensor(array):
 
 
 def as_shares(values, name):
-    """Numbers in [0, 1]: floats as they are, whole numbers as shares of the largest."""
+    """Numbers in [0, 1]: floats clipped, whole numbers as shares of the largest."""
     if values.dtype in (np.uint8, np.uint16):
         return values / np.float32(np.iinfo(values.dtype).max)
     if values.dtype.kind != "f":
         raise ValueError(f"{name} should be floats in [0, 1], or uint8, not {values.dtype}.")
-    return values
+    outside = int(((values < -HALF_STEP) | (values > 1 + HALF_STEP)).sum())
+    if outside:
+        text = (
+            f"{name}: {outside} of {values.size} numbers lie outside of [0, 1], from {np.nanmin(values):g} to "
+            f"{np.nanmax(values):g}, and are clipped: bring colours of high dynamic range into [0, 1] before this node."
+        )
+        warnings.warn(kiln.KilnWarning(text, "colors-clipped", outside), stacklevel=2)
+    return np.clip(values, 0, 1)
 
 
 def linear_to_srgb(values):
-    values = np.clip(values, 0, 1)
     return np.where(values <= 0.0031308, 12.92 * values, 1.055 * values ** (1 / 2.4) - 0.055)
 
 
@@ -75,29 +89,44 @@ def parts_of(mesh, name, dimensions):
     return [array] if array.ndim == dimensions else list(array)
 
 
+def digest_of(arrays):
+    """Of the arrays that a mesh's shape and maps depend on."""
+    digest = hashlib.sha256()
+    for name in ("vertices", "faces", "uvs", "vertex_colors", "normals"):
+        array = arrays.get(name)
+        if array is not None:
+            digest.update(f"{name} {array.dtype} {array.shape} ".encode())
+            digest.update(np.ascontiguousarray(array))
+    return digest.digest()
+
+
 def items(mesh):
     """Each mesh of the batch: a kiln.Mesh, and its texture (H, W, C) or None."""
     parts = {name: parts_of(mesh, name, 2) for name in ("vertices", "faces", "uvs", "vertex_colors", "normals")}
     counts = [parts_of(mesh, name, 0) for name in ("vertex_counts", "face_counts")]
     textures = parts_of(mesh, "texture", 3)
+    known = dict(enumerate(getattr(mesh, "kiln_meshes", None) or ()))
     for i in range(len(parts["vertices"])):
         vertices, faces = (None if count is None else int(count[i]) for count in counts)
         item = {
             name: None if part is None else part[i][: faces if name == "faces" else vertices]
             for name, part in parts.items()
         }
+        texture = None if textures is None or textures[i] is None else as_shares(textures[i], "texture")
+        if i in known and known[i][0] == digest_of(item):
+            yield known[i][1], texture
+            continue
         uvs, colors = item.pop("uvs"), item.pop("vertex_colors")
         if uvs is not None:
             uvs = [0, 1] + uvs * [1, -1]
         if colors is not None:
             colors = as_shares(colors, "vertex_colors")
             colors = np.hstack([linear_to_srgb(colors[:, :3]), colors[:, 3:]])
-        texture = None if textures is None or textures[i] is None else as_shares(textures[i], "texture")
         yield kiln.Mesh(uvs=uvs, colors=colors, **item), texture
 
 
 def batch_of(mesh, batch, **fields):
-    """A MESH like the one given, of dicts of arrays by their fields."""
+    """A MESH like the one given, of what arrays_of() returns."""
     made = copy.copy(mesh)
     for name in OPTIONAL:
         if hasattr(made, name):
@@ -115,15 +144,17 @@ def batch_of(mesh, batch, **fields):
         made.face_counts = as_tensor(np.array([len(item["faces"]) for item in batch]))
     for name, value in fields.items():
         setattr(made, name, value)
+    made.kiln_meshes = [(digest_of(item), item["kiln_mesh"]) for item in batch]
     return made
 
 
 def arrays_of(low):
-    """Of a kiln.Mesh or kiln.Glb whose rows have one list of indices."""
+    """By their fields, of a kiln.Mesh or kiln.Glb whose rows have one list of indices; and the kiln.Mesh."""
     parts = {
         "vertices": np.asarray(low.vertices, np.float32),
         "faces": low.faces.astype(np.int64),
         "normals": low.normals,
+        "kiln_mesh": getattr(low, "mesh", low),
     }
     if low.uvs is not None:
         parts["uvs"] = np.float32([0, 1]) + low.uvs * np.float32([1, -1])
@@ -284,7 +315,7 @@ class KilnToGLB:
         for high, texture in items(mesh):
             names = maps_of(["normal", "ao", "color"], high, texture)
             if "color" in names and texture is not None and high.uvs is not None:
-                high = kiln.pack_glb(high, {"color": np.clip(texture[:, :, :3], 0, 1)}).data
+                high = kiln.pack_glb(high, {"color": texture[:, :, :3]}).data
             baked.append(
                 kiln.to_glb(
                     high, faces_target=target_face_count, texture_size=texture_size, maps=names, progress=progress()
