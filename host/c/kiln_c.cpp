@@ -78,6 +78,17 @@ void check_cancelled(bool cancelled) {
   if (cancelled) throw Error(ErrorCode::cancelled, "Cancelled by the callback.");
 }
 
+/// A map with nothing in it is no success, as in the command. \throws Error(input) with the warning that tells why
+void check_found(const BakeReport& report) {
+  if (report.missed < report.samples) return;
+  const char* const id = report.samples == 0 ? "no-texels" : "many-misses";
+  std::string message;
+  for (const Warning& warning : report.warnings) {
+    if (warning.code == id) message = warning.message;
+  }
+  throw Error(ErrorCode::input, message, id);
+}
+
 /// A caller's struct, which may be of an older header, over the defaults; null: the defaults.
 template <typename Options>
 Options given(const Options* options, void (*init)(Options*)) {
@@ -358,6 +369,7 @@ kiln_status kiln_bake_new(const kiln_source* source, const kiln_mesh* low,
     const kiln_bake_options o = given(options, kiln_bake_options_init);
     BakeResult result = kiln::bake(source->source, low->mesh, bake_options(o));
     check_cancelled(result.cancelled);
+    check_found(result.report);
     *bake = new kiln_bake(std::move(result), o.flip_y == 0 && o.object_space == 0);
   });
 }

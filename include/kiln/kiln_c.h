@@ -209,7 +209,8 @@ KILN_C_API kiln_status kiln_source_new(const char* device, const kiln_mesh* high
 KILN_C_API void kiln_source_free(kiln_source* source);
 /// Sets the size and all defaults, those of `kiln bake --help`.
 KILN_C_API void kiln_bake_options_init(kiln_bake_options* options);
-/// Bakes. \param low  with UVs  \param options  null: defaults  \param bake  out
+/// Bakes. KILN_INPUT also where nothing was found for any texel ("many-misses"), or none is covered ("no-texels").
+/// \param low  with UVs  \param options  null: defaults  \param bake  out
 KILN_C_API kiln_status kiln_bake_new(const kiln_source* source, const kiln_mesh* low,
                                      const kiln_bake_options* options, kiln_bake** bake);
 /// Number of maps, which are in the order asked for.

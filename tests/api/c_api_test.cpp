@@ -204,6 +204,25 @@ TEST(CInterface, BakesTheBytesOfCpp) {
   EXPECT_EQ(kiln_bake_warning(bake.get(), report.warnings), nullptr);
 }
 
+TEST(CInterface, BakesThatFindNothingFail) {
+  if (device() == nullptr) GTEST_SKIP() << "no device";
+  Mesh far = torus(12, 8), outside = torus(12, 8);
+  for (Vec3& p : far.positions) p.x += 100;
+  for (Vec2& uv : outside.uvs) uv.x += 5;
+  const Owned<kiln_source> source = source_of(mesh_of(torus(48, 24)).get());
+  kiln_bake_options options;
+  kiln_bake_options_init(&options);
+  options.width = options.height = 32;
+  kiln_bake* const none = reinterpret_cast<kiln_bake*>(8);
+  kiln_bake* bake = none;
+  EXPECT_EQ(kiln_bake_new(source.get(), mesh_of(far).get(), &options, &bake), KILN_INPUT);
+  EXPECT_STREQ(kiln_error_code(), "many-misses");
+  EXPECT_NE(std::string(kiln_error_message()).find("100%"), std::string::npos);
+  EXPECT_EQ(kiln_bake_new(source.get(), mesh_of(outside).get(), &options, &bake), KILN_INPUT);
+  EXPECT_STREQ(kiln_error_code(), "no-texels");
+  EXPECT_EQ(bake, none);
+}
+
 TEST(CInterface, SimplifiesAndUnwraps) {
   const Owned<kiln_mesh> high = mesh_of(icosphere(4));
   kiln_simplify_options to;
