@@ -8,6 +8,7 @@
 #include "asset/axes.h"
 #include "asset/gltf_draco.h"
 #include "asset/hierarchy.h"
+#include "asset/materials.h"
 #include "asset/mesh_builder.h"
 #include "base/counted.h"
 #include "base/srgb.h"
@@ -144,6 +145,7 @@ class GltfReader {
       asset.materials.push_back(*std::find_if(materials.begin(), materials.end(),
                                               [&](const Material& m) { return m.name == name; }));
     }
+    note_vertex_opacity(asset.mesh, asset.materials);
     return asset;
   }
 

@@ -17,4 +17,8 @@ namespace kiln {
 std::vector<Material> read_materials(const MeshInput& input, const std::filesystem::path& folder,
                                      FileFinder* finder = nullptr);
 
+/// Sets Material::vertex_opacity.
+/// \param materials  one for each of the mesh's names
+void note_vertex_opacity(const Mesh& mesh, std::vector<Material>& materials);
+
 }  // namespace kiln

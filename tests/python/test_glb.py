@@ -314,6 +314,113 @@ def test_looks_of_materials_reach_a_glb_as_in_the_command(mode, pbr, tmp_path, c
     assert "doubleSided" not in said and said.get("alphaMode", "OPAQUE") == ("OPAQUE" if mode == "OPAQUE" else "BLEND")
 
 
+LOOKS = [
+    {"alphaMode": "MASK", "alphaCutoff": 0.3, "doubleSided": True},
+    {"alphaMode": "OPAQUE"},
+    {"alphaMode": "BLEND"},
+    {"alphaMode": "MASK", "alphaCutoff": 0.75},
+    {},
+]
+
+
+def with_materials(data, looks, opacity=0.4):
+    """The mesh of a GLB once for each of several materials, side by side."""
+    document = document_of(data)
+    (material,) = document["materials"]
+    material["pbrMetallicRoughness"]["baseColorFactor"] = [1, 1, 1, opacity]
+    (mesh,) = document["meshes"]
+    (primitive,) = mesh["primitives"]
+    n = range(len(looks))
+    document["materials"] = [{**material, **look, "name": f"material {i}"} for i, look in enumerate(looks)]
+    document["meshes"] = [{"primitives": [{**primitive, "material": i}]} for i in n]
+    document["nodes"] = [{"mesh": i, "translation": [0, 0, 2.0 * i]} for i in n]
+    document["scenes"] = [{"nodes": list(n)}]
+    return with_document(data, document)
+
+
+def looks_of(data):
+    return {
+        material["name"]: (
+            material.get("alphaMode", "OPAQUE"),
+            round(material["alphaCutoff"], 4) if "alphaCutoff" in material else None,
+            material.get("doubleSided", False),
+        )
+        for material in document_of(data)["materials"]
+    }
+
+
+def test_several_materials_keep_their_looks_as_in_the_command(pbr, tmp_path, command):
+    """One that blended made all blend, every mask was cut at 0.5, one that showed back faces made all show them."""
+    file, its = tmp_path / "waves.glb", tmp_path / "its.glb"
+    file.write_bytes(with_materials(pbr, LOOKS))
+    command("bake", file, "--faces", 500, "--size", 128, "--sets", "one", "--out", its, "--quiet")
+    by = {"faces_target": 500, "texture_size": 128}
+    ours = kiln.to_glb(file, **by)
+    asked = {f"material {i}": (look.get("alphaMode", "OPAQUE"), look.get("alphaCutoff"), "doubleSided" in look) for i, look in enumerate(LOOKS)}
+    assert looks_of(its.read_bytes()) == asked
+    both_opaque = {name: asked[name] for name in ("material 0", "material 2", "material 3")} | {"waves": ("OPAQUE", None, False)}
+    assert looks_of(ours.data) == both_opaque
+    assert len(ours.faces) == len(ours.mesh.faces) and len(ours.normals) == len(ours.vertices)
+    # What is said goes before what materials say, but a mask has its own cutoff.
+    blended = looks_of(kiln.to_glb(file, alpha="blend", double_sided=False, **by).data)
+    assert blended == {"waves": ("BLEND", None, False)}
+    masked = looks_of(kiln.to_glb(file, alpha="mask", **by).data)
+    assert sorted(masked.values()) == [("MASK", 0.3, True), ("MASK", 0.5, False), ("MASK", 0.75, False)]
+    # A function's own opacity is all materials'.
+    own = kiln.to_glb(file, sample=lambda p: np.full((len(p), 4), 0.5), **by)
+    assert {look[:2] for look in looks_of(own.data).values()} == {("BLEND", None)}
+    # Without opacity nothing is cut out.
+    shape = kiln.to_glb(file, maps="normal", **by)
+    assert sorted(looks_of(shape.data).values()) == [("OPAQUE", None, False), ("OPAQUE", None, True)]
+
+
+def test_what_is_inside_of_glass_stays(tmp_path):
+    """It was left out as hidden."""
+    (outer, faces), (inner, _) = ball(12), ball(12)
+    shape = np.concatenate([outer, 0.5 * inner]), np.concatenate([faces, faces + len(outer)])
+    made = kiln.pack_glb(kiln.unwrap(shape, size=64), {"color": np.ones((1, 1, 3))}).data
+    document = document_of(made)
+    clear = {"alphaMode": "BLEND", "pbrMetallicRoughness": {"baseColorFactor": [1, 1, 1, 0.3]}}
+    for material, seen in (clear, True), ({}, False):
+        document["materials"] = [material]
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            glb = kiln.to_glb(with_document(made, document), faces_target=400, texture_size=64)
+        assert (np.linalg.norm(glb.mesh.vertices, axis=1).min() < 0.6) == seen
+
+
+@pytest.mark.parametrize("mode", ["BLEND", "MASK", "OPAQUE"])
+def test_alpha_of_vertex_colours_counts_where_the_material_says_so(mode, tmp_path, command):
+    """It was dropped without a word, here and in the command's GLB."""
+    vertices, faces = ball(8)
+    colors = np.full((len(vertices), 4), 0.25)
+    made = kiln.pack_glb(kiln.unwrap(kiln.Mesh(vertices, faces, colors=colors), size=64), {}).data
+    document = document_of(made)
+    assert "COLOR_0" in document["meshes"][0]["primitives"][0]["attributes"]
+    document["materials"] = [{"name": "veil", "alphaMode": mode}]
+    file, its = tmp_path / "veil.glb", tmp_path / "its.glb"
+    file.write_bytes(with_document(made, document))
+    command("bake", file, "--faces", 100, "--size", 64, "--out", its, "--quiet")
+    glb = kiln.to_glb(file, faces_target=100, texture_size=64)
+    assert looks_of(glb.data) == looks_of(its.read_bytes()) == {"veil": (mode, 0.5 if mode == "MASK" else None, False)}
+    assert binary_of(glb.data) == binary_of(its.read_bytes())
+    assert ("opacity" in glb.maps) == (mode != "OPAQUE")
+    if mode != "OPAQUE":
+        np.testing.assert_allclose(glb.maps["opacity"][glb.bake.coverage == 1], 64 / 255, atol=1e-6)
+
+
+def test_alpha_of_vertex_colours_without_a_material_is_told():
+    vertices, faces = ball(8)
+    by = {"colors": np.full((len(vertices), 4), 0.25), "faces_target": 100, "texture_size": 64}
+    with pytest.warns(kiln.KilnWarning, match="vertex colours have alpha, which is left out") as told:
+        assert "opacity" not in kiln.to_glb(vertices, faces, **by).maps
+    assert [w.message.code for w in told if isinstance(w.message, kiln.KilnWarning)] == ["opacity-left-out"]
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        glb = kiln.to_glb(vertices, faces, maps=["color", "opacity"], **by)
+    assert looks_of(glb.data) == {"mesh": ("MASK", 0.5, False)}
+
+
 @pytest.mark.parametrize(
     "how, source, strength",
     [

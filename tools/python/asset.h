@@ -1,9 +1,13 @@
 // Low polys with their maps as one GLB, and maps of the caller's own values.
 #pragma once
 
+#include "arguments/words.h"
 #include "mesh.h"
 
 namespace kiln::python {
+
+inline constexpr cli::Word<AlphaMode> kAlphaModes[] = {
+    {"blend", AlphaMode::blend}, {"mask", AlphaMode::mask}, {"opaque", AlphaMode::opaque}};
 
 void add_asset(nb::module_& module);
 

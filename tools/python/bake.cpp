@@ -14,6 +14,7 @@
 #include "arguments/parse.h"
 #include "arguments/transfers.h"
 #include "arrays.h"
+#include "asset.h"
 #include "match.h"
 #include "report/asset_maps.h"
 #include "report/check_result.h"
@@ -226,26 +227,30 @@ nb::any stored(PyBake& self, const std::string& name) {
   return array(std::move(image.pixels), {height, width, channels});
 }
 
-/// \returns what of maps and of transfers the high poly's colours and materials have, as the command's GLB does; and
-/// whether a material blends, and whether one shows back faces
-nb::tuple material_maps(const PyMesh& high) {
+/// \param keep  what is imperfect is told, and the mesh returned has the materials: they are read once
+/// \returns the high poly; what of maps and of transfers its colours and materials have, as the command's GLB does; and
+/// the looks of its materials by name: alpha mode, cutoff, and whether back faces are shown
+nb::tuple material_maps(const PyMesh& high, bool keep) {
   const Call call;
   std::vector<Warning> warnings;
   std::vector<Material> materials;
+  PyMesh known = high;
   const cli::MaterialMaps found = call.run([&] {
     if (!high.file.empty() && !high.mesh->material_files.empty()) {
-      materials = load_materials(*high.mesh, high.file);
+      materials = load_materials(*high.mesh, high.file, keep ? &warnings : nullptr);
+      if (keep) known.materials = std::make_shared<const std::vector<Material>>(materials);
     }
     return cli::material_maps(*high.mesh, materials, true, warnings);
   });
-  warn(warnings);
-  const auto any = [&](const auto& has) {
-    return std::any_of(materials.begin(), materials.end(), has);
-  };
-  const bool blends = any(
-      [](const Material& m) { return cli::is_transparent(m) && m.alpha_mode == AlphaMode::blend; });
-  const bool double_sided = any([](const Material& m) { return m.double_sided; });
-  return nb::make_tuple(found.maps, found.transfers, blends, double_sided);
+  if (keep) warn(warnings);
+  nb::dict looks;
+  for (const Material& m : materials) {
+    if (m.place.empty()) continue;
+    const AlphaMode mode = cli::is_transparent(m) ? m.alpha_mode : AlphaMode::opaque;
+    looks[m.name.c_str()] = nb::make_tuple(std::string(name_of(cli::Words(kAlphaModes), mode)),
+                                           m.alpha_cutoff, m.double_sided);
+  }
+  return nb::make_tuple(known, found.maps, found.transfers, looks);
 }
 
 /// \param names  of the places for maps in a material
@@ -340,7 +345,8 @@ void Request::read_textures(const PyMesh& high) {
   }
   if (high.file.empty()) return;
   job_.high = high.file;
-  cli::load_textures(job_, *high.mesh, options, warnings);
+  cli::load_textures(job_, *high.mesh, options, warnings,
+                     high.materials ? std::span(*high.materials) : std::span<const Material>());
 }
 
 LowPolyPlanOptions Request::plan_options() const {
@@ -500,7 +506,7 @@ void add_bake(nb::module_& module) {
     return list;
   });
   module.def("glb_occlusion_error", &glb_occlusion_error, "words"_a);
-  module.def("material_maps", &material_maps, "high"_a);
+  module.def("material_maps", &material_maps, "high"_a, "keep"_a);
   module.def("asset_maps", &asset_maps, "bake"_a, "names"_a);
   module.def("nearest_keyword", &nearest_keyword, "word"_a);
 }

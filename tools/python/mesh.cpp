@@ -307,6 +307,7 @@ PyMesh with_material(const PyMesh& mesh, const PyMesh& of) {
   result.mesh = shared(std::move(copy));
   result.file = of.file;
   result.keep = of.keep;
+  result.materials = of.materials;
   return result;
 }
 

@@ -3,8 +3,10 @@
 
 #include <memory>
 #include <string>
+#include <vector>
 
 #include "call.h"
+#include "kiln/material.h"
 #include "kiln/simplify.h"
 
 namespace kiln::python {
@@ -15,7 +17,8 @@ struct PyMesh {
   std::string file = {};           ///< That it was read from: materials are found beside it
   nb::object keep = nb::none();    ///< What the file lives as long as
   nb::object report = nb::none();  ///< Of what made it
-  std::shared_ptr<const SimplifyReport> made = {};  ///< If Kiln made it of a high poly
+  std::shared_ptr<const SimplifyReport> made = {};              ///< If Kiln made it of a high poly
+  std::shared_ptr<const std::vector<Material>> materials = {};  ///< Of its file; null: not read yet
   bool height_field = false;  ///< Matched by UVs, however far the low poly is below
 };
 

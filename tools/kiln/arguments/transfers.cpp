@@ -85,7 +85,8 @@ Texture load_texture(const TransferArgument& transfer, Materials& materials) {
 }  // namespace
 
 bool is_transparent(const Material& m) {
-  return m.alpha_mode != AlphaMode::opaque && (m.opacity < 1 || !m.opacity_map.empty());
+  return m.alpha_mode != AlphaMode::opaque &&
+         (m.opacity < 1 || !m.opacity_map.empty() || m.vertex_opacity);
 }
 
 namespace {
@@ -146,6 +147,16 @@ MaterialMaps material_maps(const Mesh& high, std::span<const Material> materials
                         "HIGH's picture of occlusion lies on another set of UVs than is read, "
                         "and is left out; the map `ao` is of HIGH's shape.",
                         other_uvs});
+  }
+  const auto clear = static_cast<std::uint64_t>(std::count_if(
+      high.colors.begin(), high.colors.end(), [](const auto& c) { return c[3] < 255; }));
+  const auto counts_vertices = [](const Material& m) { return m.multiplies; };
+  if (clear != 0 && std::none_of(materials.begin(), materials.end(), counts_vertices)) {
+    warnings.push_back(
+        {"opacity-left-out",
+         "HIGH's vertex colours have alpha, which is left out, since no material says "
+         "that it counts: add opacity to --maps where it does.",
+         clear});
   }
   return found;
 }

@@ -35,7 +35,7 @@ struct MaterialMaps {
 };
 
 /// \param occlusion  true: HIGH's pictures of occlusion, too
-/// \param warnings   where to append that they lie on other UVs
+/// \param warnings   where to append that they lie on other UVs, and that the alpha of vertex colours is left out
 MaterialMaps material_maps(const Mesh& high, std::span<const Material> materials, bool occlusion,
                            std::vector<Warning>& warnings);
 

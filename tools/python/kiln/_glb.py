@@ -233,7 +233,7 @@ def pack_glb(
     mesh = as_mesh(low, "low")
     files = {name: image(maps[name], "maps") for name in SLOTS if name in maps}
     _check_pictures("maps", files)
-    return Glb(_write(mesh, files, path, alpha, double_sided, None), mesh, files, None)
+    return Glb(_write(mesh, files, path, _Looks({}, alpha, double_sided), None), mesh, files, None)
 
 
 def _check_slots(parameter: str, maps: Iterable[str]) -> None:
@@ -306,10 +306,11 @@ def to_glb(
                      colours, (N, 4) with opacity, or a dict: color, emission (N, 3), opacity, roughness, metallic
                      (N,), all in [0, 1], colours sRGB-encoded
     path             where to write it, too: NAME.glb
-    double_sided     back faces are shown; without: where a material of the dense mesh shows them
-    alpha            with opacity: mask or blend; without: blend where a material of the dense mesh blends
+    double_sided     back faces are shown; without: where the dense mesh's materials show them
+    alpha            with opacity: mask or blend; without: as the dense mesh's materials have it, with their cutoffs;
+                     mask where none is transparent
     weld, orient, fill_holes, drop_floaters, drop_hidden
-                     as kiln.clean() takes them, which is called first
+                     as kiln.clean() takes them, which is called first; with the map opacity, nothing hidden is dropped
     screen, max_outline
                      with max_error: as kiln.plan() takes them
     progress         as bake() takes it
@@ -324,9 +325,8 @@ def to_glb(
         high = Mesh(high.vertices, high.faces, colors=colors, name=high.name)
     _check_output(path, "mask" if alpha is None else alpha)
     unasked = maps is None
-    has, transfers, blends, shows_back = _of_materials(high, unasked and sample is None)
-    alpha = alpha or ("blend" if blends else "mask")
-    double_sided = shows_back if double_sided is None else double_sided
+    high, has, transfers, of_materials = _of_materials(high, unasked and sample is None)
+    looks = _Looks(of_materials, alpha, double_sided)
     if maps is None:
         maps = ["normal", "ao", *has] if sample is None else ["normal", "ao"]
         transfers = transfers if sample is None else []
@@ -345,6 +345,7 @@ def to_glb(
         if keywords.get(name):
             raise Error(f"{name}: is not for a GLB: leave it out.", "option-contradiction", "usage", name)
     report = callback_of(progress)
+    drop_hidden = drop_hidden and "opacity" not in maps  # inner surfaces show through what is not opaque
     high = cleaned(high, weld, orient, fill_holes, drop_floaters, drop_hidden, _part(report, 0, 0.02))
     if max_error is not None:
         words.append(("max_error", error_bound(max_error)))
@@ -363,8 +364,7 @@ def to_glb(
             unasked,
             sample,
             path,
-            alpha,
-            double_sided,
+            looks,
             device,
             report,
             {"screen": screen, "max_outline": max_outline, **keywords},
@@ -382,6 +382,7 @@ def to_glb(
             files = sampled(found, sample, device)
             _check_slots("sample", files)
             _check_pictures("sample", files)
+            looks.opacity_is_own = "opacity" in files
             maps = [name for name in maps if name not in files]
             transfers = [text for text in transfers if text.removeprefix("mtl:") not in files]
         baked, strength = None, 1.0
@@ -393,7 +394,7 @@ def to_glb(
             strength = 1.0 if "emission" in files else strength
             files = {**ours, **files}
     files = {name: files[name] for name in SLOTS if name in files}
-    data = _write(low, files, path, alpha, double_sided, baked, strength)
+    data = _write(low, files, path, looks, baked, strength)
     return done(report, Glb(data, low, files, baked, strength))
 
 
@@ -406,8 +407,7 @@ def _planned(
     unasked: bool,
     sample: Callable[[np.ndarray], Any] | None,
     path: str | os.PathLike[str] | None,
-    alpha: str,
-    double_sided: bool,
+    looks: _Looks,
     device: str | int,
     report: Any,
     keywords: dict[str, Any],
@@ -426,29 +426,57 @@ def _planned(
         if sample is not None:
             words = _of_match({key: value for key, value in keywords.items() if key not in ("screen", "max_outline")})
             words["match"] = made.chosen["match"]
-            if not {"max_distance", "cage"} & words.keys():
-                distance = f"{100 * made.chosen['search_distance']!r}%"
-                words["max_distance"] = made.bake.report.max_distance if made.bake is not None else distance
+            if made.bake is not None and not {"max_distance", "cage"} & words.keys():
+                words["max_distance"] = made.bake.report.max_distance  # so that all maps are of one match
             found = match(source, low, size=made.chosen["size"] or size, progress=_part(report, 0.8, 0.9), **words)
             ours = sampled(found, sample, device)
             _check_slots("sample", ours)
             _check_pictures("sample", ours)
+            looks.opacity_is_own = "opacity" in ours
             files.update(ours)
             strength = 1.0 if "emission" in ours else strength
     files = {name: files[name] for name in SLOTS if name in files}
-    data = _write(low, files, path, alpha, double_sided, made.bake, strength)
+    data = _write(low, files, path, looks, made.bake, strength)
     return done(report, Glb(data, low, files, made.bake, strength))
 
 
-def _of_materials(high: Mesh, baked: bool) -> tuple[list[str], list[str], bool, bool]:
-    """What the high poly's materials ask for: maps, transfers, whether they blend and show back faces."""
+class _Looks:
+    """Alpha modes, cutoffs and sides of a GLB's materials."""
+
+    def __init__(
+        self, of_materials: Mapping[str, tuple[str, float, bool]], alpha: str | None, double_sided: bool | None
+    ) -> None:
+        self._of_materials = of_materials
+        self._alpha = alpha
+        self._double_sided = double_sided
+        self.opacity_is_own = False  # of the caller's function, not of the materials
+
+    def shown(self, has_opacity: bool) -> tuple[dict[str, tuple[str, float, bool]], tuple[str, float, bool]]:
+        """As a file has them: by the high poly's materials, and of triangles that have none of these."""
+        modes = {mode for mode, _, _ in self._of_materials.values()} - {"opaque"}
+        as_they_are = self._alpha is None and bool(modes) and not self.opacity_is_own
+        alike = self._alpha or ("blend" if "blend" in modes else "mask")
+
+        def look(mode: str, cutoff: float, shows_back: bool) -> tuple[str, float, bool]:
+            written = "opaque" if not has_opacity else mode if as_they_are else alike
+            own_cutoff = written == mode == "mask" and not self.opacity_is_own
+            sides = shows_back if self._double_sided is None else self._double_sided
+            return written, cutoff if own_cutoff else 0.5, sides
+
+        otherwise = look("opaque" if modes else "mask", 0.5, False)
+        return {name: look(*said) for name, said in self._of_materials.items()}, otherwise
+
+
+def _of_materials(
+    high: Mesh, baked: bool
+) -> tuple[Mesh, list[str], list[str], dict[str, tuple[str, float, bool]]]:
+    """The mesh; what its materials ask for: maps, transfers; and their looks."""
     try:
-        with untold(None if baked else "occlusion-left-out"):
-            return _core.material_maps(high)
+        return _core.material_maps(high, baked)
     except Error:
         if baked:
             raise
-        return [], [], False, False  # files of materials that nothing is read from need not be there
+        return high, [], [], {}  # files of materials that nothing is read from need not be there
 
 
 def _with_transfers(maps: list[str], transfers: list[str]) -> dict[str, Any]:
@@ -499,8 +527,7 @@ def _write(
     low: Mesh,
     files: dict[str, np.ndarray],
     path: str | os.PathLike[str] | None,
-    alpha: str,
-    double_sided: bool,
+    looks: _Looks,
     baked: Bake | None,
     emission_strength: float = 1,
 ) -> bytes:
@@ -510,11 +537,12 @@ def _write(
     extras: dict[str, Any] = {"version": _core.version()}
     if baked is not None:
         extras["texels"] = {"covered": baked.report.texels, "missed_samples": baked.report.missed}
+    shown = looks.shown("opacity" in files)
     text = json.dumps(extras)
     if path is not None:
-        _core.save_glb(low, files, emission_strength, Path(path), alpha, double_sided, text)
+        _core.save_glb(low, files, emission_strength, Path(path), *shown, text)
         return Path(path).read_bytes()
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder) / "low.glb"
-        _core.save_glb(low, files, emission_strength, file, alpha, double_sided, text)
+        _core.save_glb(low, files, emission_strength, file, *shown, text)
         return file.read_bytes()
