@@ -19,6 +19,7 @@
 
 struct kiln_mesh {
   kiln::Mesh mesh;
+  std::optional<kiln::SimplifyReport> made = {};  ///< If kiln_simplify() did
 };
 struct kiln_source {
   kiln::Source source;
@@ -306,7 +307,8 @@ kiln_status kiln_simplify(const kiln_mesh* high, const kiln_simplify_options* op
     simplify_options.hull = o.hull != 0;
     const ProgressScope scope(progress_of(o.progress, o.user));
     SimplifyReport report;
-    *low = new kiln_mesh{simplify(high->mesh, simplify_options, &report)};
+    Mesh made = simplify(high->mesh, simplify_options, &report);
+    *low = new kiln_mesh{std::move(made), report};
     last_warnings = std::move(report.warnings);
   });
 }
@@ -329,7 +331,7 @@ kiln_status kiln_unwrap(const kiln_mesh* mesh, const kiln_unwrap_options* option
     unwrap_options.method = o.pairs != 0 ? UnwrapMethod::pairs : UnwrapMethod::charts;
     const ProgressScope scope(progress_of(o.progress, o.user));
     UnwrapReport report;
-    *unwrapped = new kiln_mesh{unwrap(mesh->mesh, unwrap_options, &report)};
+    *unwrapped = new kiln_mesh{unwrap(mesh->mesh, unwrap_options, &report), mesh->made};
     last_warnings = std::move(report.warnings);
   });
 }
@@ -367,7 +369,9 @@ kiln_status kiln_bake_new(const kiln_source* source, const kiln_mesh* low,
     check_given(low, "low");
     check_given(bake, "bake");
     const kiln_bake_options o = given(options, kiln_bake_options_init);
-    BakeResult result = kiln::bake(source->source, low->mesh, bake_options(o));
+    BakeOptions bake_by = bake_options(o);
+    if (low->made) look_as_far(*low->made, bake_by.match);
+    BakeResult result = kiln::bake(source->source, low->mesh, bake_by);
     check_cancelled(result.cancelled);
     check_found(result.report);
     *bake = new kiln_bake(std::move(result), o.flip_y == 0 && o.object_space == 0);

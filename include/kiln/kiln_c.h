@@ -165,8 +165,9 @@ typedef struct kiln_bake_options {
   const char* maps;      ///< Names, separated by commas; null: "normal"
   const char* match;     ///< Name; null: "ray"
   const char* fallback;  ///< Matches for what that misses, separated by commas; null: none
-  double max_distance;   ///< Length of the search; 0: the default
-  double cage;           ///< Cast from so far outside, inward; 0: none
+  double
+      max_distance;  ///< Length of the search; 0: the default, or as far as kiln_simplify() strayed
+  double cage;       ///< Cast from so far outside, inward; 0: none
   int32_t
       relative;  ///< Not 0: max_distance, cage and ao_distance are shares of the diagonal, else world units
   int32_t two_sided;       ///< Not 0: also hit back faces

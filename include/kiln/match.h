@@ -17,6 +17,8 @@
 
 namespace KILN_PUBLIC kiln {
 
+struct SimplifyReport;
+
 /// Which way a sample of a Match was decided, or why it was not.
 enum class SampleStatus : std::uint8_t {
   empty = 0,      ///< No sample here: the texel is not covered
@@ -331,6 +333,11 @@ struct MatchOptions {
   /// Take this match instead of looking: no fallback then, and all else here is not read. Read during the call.
   const Match* saved = nullptr;
 };
+
+/// Bakes onto a low poly that simplify() made look from near first (near_distance), and as far as it strays
+/// (max_distance). What `match` says already stays.
+/// \param made  of simplify(), also where the low poly was unwrapped since
+void look_as_far(const SimplifyReport& made, MatchOptions& match);
 
 /// Which of several maps serves which views, by texels of the field of directions (the map's size; at most
 /// 2048 a side).

@@ -1,6 +1,7 @@
 // The C interface: layouts and names that may not change, and what it gives for what it is given.
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <cstddef>
 #include <cstdlib>
 #include <cstring>
@@ -13,6 +14,7 @@
 #include <sstream>
 #include <string>
 #include <thread>
+#include <type_traits>
 #include <vector>
 
 #include "kiln/asset.h"
@@ -245,6 +247,57 @@ TEST(CInterface, SimplifiesAndUnwraps) {
 }
 
 /// The pictures are those of save_glb() in C++, colours sRGB-encoded; what a material has no place for is left out.
+TEST(CInterface, LooksAsFarAsItsLowPolyStrays) {
+  if (device() == nullptr) GTEST_SKIP() << "no device";
+  Mesh rough = icosphere(5);
+  for (Vec3& p : rough.positions) {
+    const float by = 1 + 0.35F * std::sin(9 * p.x) * std::sin(8 * p.y) * std::cos(7 * p.z);
+    p = {by * p.x, by * p.y, by * p.z};
+  }
+  rough.normals.clear();
+  rough.normal_triangles.clear();
+  const Owned<kiln_mesh> high = mesh_of(rough);
+  kiln_simplify_options to;
+  kiln_simplify_options_init(&to);
+  to.faces = 150;
+  kiln_mesh* made = nullptr;
+  ASSERT_EQ(kiln_simplify(high.get(), &to, &made), KILN_OK) << kiln_error_message();
+  const Owned<kiln_mesh> simplified(made);
+  ASSERT_EQ(kiln_unwrap(simplified.get(), nullptr, &made), KILN_OK) << kiln_error_message();
+  const Owned<kiln_mesh> low(made);
+  // The same mesh from elsewhere.
+  kiln_mesh_arrays arrays;
+  kiln_mesh_arrays_init(&arrays);
+  ASSERT_EQ(kiln_mesh_read(low.get(), &arrays), KILN_OK);
+  Mesh copy;
+  const auto rows = [](auto& to, const auto* from, std::size_t count) {
+    using Row = typename std::remove_reference_t<decltype(to)>::value_type;
+    to.resize(count);
+    std::memcpy(static_cast<void*>(to.data()), from, count * sizeof(Row));
+  };
+  rows(copy.positions, arrays.positions, arrays.vertex_count);
+  rows(copy.triangles, arrays.triangles, arrays.triangle_count);
+  rows(copy.uvs, arrays.uvs, arrays.uv_count);
+  rows(copy.uv_triangles, arrays.uv_triangles, arrays.triangle_count);
+  const Owned<kiln_source> source = source_of(high.get());
+  const auto report_of = [&](const kiln_mesh* mesh) {
+    kiln_bake_options options;
+    kiln_bake_options_init(&options);
+    options.width = options.height = 128;
+    kiln_bake* baked = nullptr;
+    EXPECT_EQ(kiln_bake_new(source.get(), mesh, &options, &baked), KILN_OK) << kiln_error_message();
+    const Owned<kiln_bake> bake(baked);
+    kiln_report report;
+    kiln_report_init(&report);
+    EXPECT_EQ(kiln_bake_report(bake.get(), &report), KILN_OK);
+    return report;
+  };
+  const kiln_report known = report_of(low.get()), unknown = report_of(mesh_of(copy).get());
+  EXPECT_EQ(known.samples, unknown.samples);
+  EXPECT_GT(known.max_distance, 2 * unknown.max_distance);
+  EXPECT_LT(known.missed, unknown.missed / 10);
+}
+
 TEST(CInterface, TellsWhatWasHandled) {
   const Mesh box = test::cube();
   kiln_mesh_view view;

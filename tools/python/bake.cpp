@@ -393,7 +393,7 @@ void Request::prepare(const Source* source, const PyMesh& high_poly, bool faces_
     options.match.uv = cli::uv_options_over(high, options.match.uv);
   }
   if (low_poly.made && !high_poly.height_field && !job_.cage_auto) {
-    cli::look_as_far(*low_poly.made, options.match);
+    look_as_far(*low_poly.made, options.match);
   }
   if (faces_inwards && !options.match.two_sided) {
     const std::string inside_out = cli::why_inside_out(high, low);

@@ -127,19 +127,6 @@ void MatchInputs::apply(BakeOptions& options) const {
   options.samples = match_->samples;
 }
 
-void look_as_far(const SimplifyReport& made, MatchOptions& match) {
-  if (match.max_distance || match.cage || match.cage_mesh != nullptr || match.saved != nullptr) {
-    return;
-  }
-  if (!match.near_distance && made.near_distance() > 0) {
-    match.near_distance = Length::share(made.near_distance());
-  }
-  // Without it, bakes look as far as onto a low poly that lies close.
-  if (made.search_distance() > SimplifyReport().search_distance()) {
-    match.max_distance = Length::share(made.search_distance());
-  }
-}
-
 MeshFiles load_low_files(const BakeJob& arguments, std::vector<Warning>& warnings, bool beside) {
   MeshFiles files =
       load_meshes(low_files(arguments), load_options(arguments, MeshSide::low),

@@ -53,9 +53,6 @@ class MatchInputs {
   std::vector<Mesh> occluders_;
 };
 
-/// Bakes onto a low poly that Kiln made look from near first, and as far as it strays. What was asked for goes first.
-void look_as_far(const SimplifyReport& made, MatchOptions& match);
-
 /// The files of LOW, cut as asked, with the tangents asked for. \throws Error(input) also where --tangents file
 /// was given and no file has any
 /// \param beside  reads MeshFiles::beside; done anyway where an asset is written
