@@ -137,15 +137,24 @@ double CurvatureCheck::at(const Vec3d& point, Scratch& scratch) const {
       area += whole;
       continue;
     }
-    // Strips along bc, from a downwards, where the ball is.
-    const Vec3d along = (c - b) * (1 / length(c - b));
-    const Vec3d down = (b - a) - along * dot(b - a, along);
+    // Strips along bc, from a downwards, where the ball is: at height y, the ball's disc is as wide as its distance
+    // from the strip's line leaves of the radius.
+    const double width = length(c - b);
+    const Vec3d along = (c - b) * (1 / width);
+    const double slant = dot(b - a, along), foot = dot(a, along);
+    const Vec3d down = (b - a) - along * slant;
     const double height = length(down), middle = -dot(a, down) / height;
+    const double off_plane = dot(a, cross(along, down)) / height;
+    const double across = radius_ * radius_ - off_plane * off_plane;
     const double begin = std::max(0.0, middle - radius_), end = std::min(height, middle + radius_);
     if (begin >= end) continue;
     for (int s = 0; s < kStrips; ++s) {
-      const double share = (begin + (end - begin) * (s + 0.5) / kStrips) / height;
-      area += inside(a + (b - a) * share, a + (c - a) * share, radius_) * (end - begin) / kStrips;
+      const double y = begin + (end - begin) * (s + 0.5) / kStrips;
+      const double square = across - (y - middle) * (y - middle);
+      if (!(square > 0)) continue;
+      const double half = std::sqrt(square), from = foot + slant * y / height;
+      const double to = from + width * y / height;
+      area += std::max(0.0, std::min(to, half) - std::max(from, -half)) * (end - begin) / kStrips;
     }
   }
   return area > 0 ? bend / area : 0;
