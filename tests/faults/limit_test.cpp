@@ -119,12 +119,12 @@ TEST_F(Limits, OfMemoryAreObeyedByPictures) {
 // The most that a run holds is its limit and a twentieth, whatever takes the memory: maps, bands, rays, files, meshes.
 // tools/bench/memory_limit.py looks at 40 commands.
 TEST_F(Limits, OfMemoryAreKept) {
-  save_obj(test::BumpySphere::dense(50'000), folder_ / "high.obj");
+  save_obj(test::BumpySphere::dense(25'000), folder_ / "high.obj");
   constexpr std::uint64_t kLeast = std::uint64_t{140} << 20;  // of which the driver has most
   const std::string high = folder_ / "high.obj", low = folder_ / "low.obj";
   int refused = 0, done = 0;
   for (const Words& words : std::vector<Words>{
-           {"bake", high, low, "--size", "768", "--maps", "normal,ao,id", "--ao-rays", "4",
+           {"bake", high, low, "--size", "512", "--maps", "normal,ao,id", "--ao-rays", "4",
             "--samples", "2", "--format", "exr", "--mips", "--cage", "auto"},
            {"bake", high, "--faces", "500", "--size", "512", "--match", "closest"},
            {"simplify", high, "--max-error", "1%"}}) {
