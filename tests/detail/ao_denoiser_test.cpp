@@ -50,7 +50,7 @@ TEST(AoDenoiser, TakesNoiseOffABumpyBody) {
   KILN_REQUIRE_DEVICE();
   const Source source(*test::device(), test::BumpySphere::dense(20000, true));
   const Mesh low = test::BumpySphere::light(24, 12);
-  const BakeResult truth = bake(source, low, with_rays(192, 2048));
+  const BakeResult truth = bake(source, low, with_rays(192, 768));
   const double raw = apart(bake(source, low, with_rays(192, 16)), truth).rms;
   const double filtered = apart(bake(source, low, smoothed(192)), truth).rms;
   EXPECT_LT(filtered, raw / 2.5);
@@ -65,7 +65,7 @@ TEST(AoDenoiser, SmoothsAcrossSeams) {
   layout.method = UnwrapMethod::pairs;
   layout.size = 192;
   const Mesh low = unwrap(test::BumpySphere::light(24, 12), layout);
-  const BakeResult truth = bake(source, low, with_rays(192, 2048));
+  const BakeResult truth = bake(source, low, with_rays(192, 768));
   const double raw = apart(bake(source, low, with_rays(192, 16)), truth).rms;
   const double filtered = apart(bake(source, low, smoothed(192)), truth).rms;
   EXPECT_LT(filtered, raw / 2);

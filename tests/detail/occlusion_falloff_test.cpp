@@ -172,7 +172,7 @@ TEST(OcclusionFalloffs, ObeyTheErrorAskedFor) {
   const Source source(*test::device(), test::torus(60, 30, 1, 0.45));
   const Mesh low = test::torus(30, 12, 1, 0.45);
   for (const std::uint32_t samples : {1U, 2U}) {
-    BakeOptions options = with(OcclusionFalloff::linear, {MapKind{"ao"}}, 96);
+    BakeOptions options = with(OcclusionFalloff::linear, {MapKind{"ao"}}, 64);
     options.samples = samples;
     options.match.max_distance = Length::share(0.1);
     options.occlusion.distance = Length::absolute(1.5);

@@ -104,10 +104,10 @@ TEST(OcclusionViews, RaysSayTheSameOfACurvedSurface) {
   KILN_REQUIRE_DEVICE();
   const Source source(*test::device(), folded());
   const Mesh low = test::BumpySphere::light(24, 12);
-  BakeOptions options = asking({MapKind{"ao"}, MapKind{"bent_normal"}}, 64);
+  BakeOptions options = asking({MapKind{"ao"}, MapKind{"bent_normal"}}, 48);
   options.encoding.space = NormalMapSpace::object;
   options.match.max_distance = Length::absolute(0.3);
-  options.occlusion.rays = 4096;
+  options.occlusion.rays = 2048;
   const BakeResult rays = bake(source, low, options);
   EXPECT_EQ(rays.report.occlusion->by, OcclusionBy::rays);
   options.occlusion.by = OcclusionBy::views;
