@@ -155,7 +155,7 @@ TEST(Extract, MapBringsTheGyroidsDetailBack) {
     const Volume volume = gyroid(112, 61);
     ExtractOptions options;
     options.space = space;
-    options.size = 2048;
+    options.size = 1024;
     const Mesh dense = contour(*test::device(), volume);
     options.faces = static_cast<std::uint32_t>(dense.triangles.size() / 20);
     const ExtractResult result = extract(*test::device(), volume, options);
