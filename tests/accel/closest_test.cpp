@@ -147,8 +147,8 @@ TEST(ClosestKernel, AgreesWithTheOracle) {
                                      bumpy_sphere(16, 4, 0.02f), scene_of(torus(40, 20), 0.25f)};
   // The oracle looks at every triangle for each of them.
   const std::size_t share = std::getenv("KILN_SMALL_CASES") == nullptr ? 1 : 10;
-  const std::vector<Ray> random = random_rays(700 / share, 5);
-  const std::vector<Ray> coherent = coherent_rays(800 / share, 6, 0.05f);
+  const std::vector<Ray> random = random_rays(350 / share, 5);
+  const std::vector<Ray> coherent = coherent_rays(400 / share, 6, 0.05f);
   for (const Scene& scene : scenes) {
     for (Traversal traversal : {Traversal::cpu, Traversal::gpu}) {
       const ClosestFinder finder = finder_of(scene, traversal);

@@ -111,7 +111,7 @@ TEST(OcclusionKernel, AgreesWithTheOracle) {
   const Scene sphere = bumpy_sphere(14, 14, 0.03f);
   const RayQuery ambient{.t_min = 1e-2f, .t_max = 0.3f, .two_sided = true};
   for (const Scene* scene : {&soup, &sphere}) {
-    for (const auto& rays : {random_rays(1500, 15), ambient_rays(*scene, 2500, 16, 16)}) {
+    for (const auto& rays : {random_rays(800, 15), ambient_rays(*scene, 1200, 16, 16)}) {
       std::vector<RayCase> cases = all_queries();
       cases.push_back({"ambient", ambient});
       for (const RayCase& entry : cases) {

@@ -96,8 +96,8 @@ TEST(RayKernel, AgreesWithTheOracle) {
   KILN_REQUIRE_DEVICE();
   const Scene soup = random_soup(700, 3, 0.15f);
   const Scene sphere = bumpy_sphere(16, 4, 0.02f);
-  const std::vector<Ray> random = random_rays(1500, 5);
-  const std::vector<Ray> coherent = coherent_rays(1600, 6, 0.05f);
+  const std::vector<Ray> random = random_rays(800, 5);
+  const std::vector<Ray> coherent = coherent_rays(800, 6, 0.05f);
   for (Traversal traversal : {Traversal::cpu, Traversal::gpu}) {
     for (const RayCase& entry : ray_queries()) {
       SCOPED_TRACE(entry.name);
