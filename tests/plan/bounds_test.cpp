@@ -105,7 +105,7 @@ TEST(Bounds, LeaveHalfOfOcclusionToItsRays) {
   const Source source(*test::device(), high);
   PlanOptions options;
   options.max_error = 30;
-  options.bake = options_of({MapKind::normal, MapKind{"ao"}}, 512);
+  options.bake = options_of({MapKind::normal, MapKind{"ao"}}, 256);
   options.bounds = {{MapKind{"ao"}, 2.0 / 255}};
   const PlannedBake planned = bake_planned(source, test::ground(1), options);
   ASSERT_EQ(planned.bounds.size(), 1U);
@@ -119,7 +119,7 @@ TEST(Bounds, LeaveHalfOfOcclusionToItsRays) {
 
 TEST(Bounds, ShapeTheLowPolyToo) {
   KILN_REQUIRE_DEVICE();
-  const Mesh high = test::BumpySphere::dense(20000, true);
+  const Mesh high = test::BumpySphere::dense(6000, true);
   const Source source(*test::device(), high);
   LowPolyPlanOptions options;
   options.max_error = 12;

@@ -205,7 +205,7 @@ TEST(LowPolyPlan, FarAwayItNeedsLess) {
 /// The rounding of 8 bits is 0.16 degrees on average, and a texel of 16 bits weighs four times as much.
 TEST(LowPolyPlan, TakesSixteenBitsOnlyWhereEightAskForMoreBytes) {
   KILN_REQUIRE_DEVICE();
-  const Mesh high = test::BumpySphere::dense(6000, true);
+  const Mesh high = test::BumpySphere::dense(3000, true);
   const Source source(*test::device(), high);
   LowPolyPlanOptions options = low_poly_options(0.4, 256);
   options.may_leave_map_out = false;

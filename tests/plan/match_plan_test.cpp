@@ -74,7 +74,7 @@ TEST(Plan, MeasuresWhatOthersMeasure) {
   KILN_REQUIRE_DEVICE();
   const Pair pair;
   const Source source(*test::device(), pair.high);
-  const PlannedBake planned = bake_planned(source, pair.low, plan_options(0, 512));
+  const PlannedBake planned = bake_planned(source, pair.low, plan_options(0, 256));
   const Image& map = planned.result.maps[0].image;
   for (const auto& [pixels, tolerance] : {std::pair{kPlanPixels, 0.002}, std::pair{512U, 0.03}}) {
     const Pictures pictures(pair.high, pixels);
