@@ -85,10 +85,10 @@ Mesh hills() {
 }
 
 TEST(SimplifyBound, FewerFacesByCountAreBeyondIt) {
-  const std::vector<Mesh> meshes{test::BumpySphere::dense(12000), with_a_steep_place(),
-                                 test::torus(90, 60), test::cube(1, 0.05), hills()};
+  const std::vector<Mesh> meshes{test::BumpySphere::dense(6000), with_a_steep_place(),
+                                 test::torus(60, 40), test::cube(1, 0.05), hills()};
   for (std::size_t i = 0; i < meshes.size(); ++i) {
-    for (const double bound : {0.001, 0.005, 0.02}) {
+    for (const double bound : {0.001, 0.02}) {
       SimplifyReport report;
       simplify(meshes[i], {.max_error = bound}, &report);
       EXPECT_LE(report.error, bound) << i;

@@ -81,7 +81,7 @@ void expect_usable(const Mesh& mesh) {
 
 TEST(Simplify, ClosedMeshesReachTheCountAndStayClosed) {
   for (const Mesh& high :
-       {test::icosphere(5), test::torus(100, 50), test::BumpySphere::dense(20000)}) {
+       {test::icosphere(4), test::torus(100, 50), test::BumpySphere::dense(8000)}) {
     for (const std::uint32_t faces : {100u, 501u, 2000u}) {
       SimplifyReport report;
       const Mesh low = simplify(high, {.faces = faces}, &report);
@@ -140,7 +140,7 @@ TEST(Simplify, ReportedErrorIsTheDeviation) {
 }
 
 TEST(Simplify, BoundIsKeptAndUsed) {
-  const Mesh high = test::BumpySphere::dense(40000);
+  const Mesh high = test::BumpySphere::dense(15000);
   std::uint64_t before = std::numeric_limits<std::uint64_t>::max();
   for (const double bound : {0.0002, 0.001, 0.005, 0.02}) {
     SimplifyReport report;
@@ -315,11 +315,11 @@ std::uint64_t hash(const Mesh& mesh) {
 
 TEST(Simplify, SameBytesOnAnyNumberOfThreads) {
   const Mesh high =
-      test::BumpySphere::dense(130000);  // In two pieces at first, by error and by count.
+      test::BumpySphere::dense(127000);  // In two pieces at first, by error and by count.
   std::array<std::uint64_t, 2> one{};
   for (const int threads : {1, 3}) {
     set_thread_limit(threads);
-    const Mesh low = unwrap(simplify(high, {.max_error = 0.001}), {.method = UnwrapMethod::pairs});
+    const Mesh low = unwrap(simplify(high, {.max_error = 0.01}), {.method = UnwrapMethod::pairs});
     const Mesh fitted = simplify(high, {.faces = 3000});
     set_thread_limit(0);
     const std::array<std::uint64_t, 2> now{hash(low), hash(fitted)};

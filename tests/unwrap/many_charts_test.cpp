@@ -35,7 +35,7 @@ std::vector<Outline> random_triangles(std::size_t count) {
 }
 
 TEST(ManyCharts, AreDenserThanTheirBoxesAndTheSameOnAllThreads) {
-  for (const std::size_t count : {150, 1100}) {
+  for (const std::size_t count : {60, 1010}) {  // up to a thousand, and more
     const std::vector<Outline> outlines = random_triangles(count);
     const OutlinePacking many = pack_many(outlines, 512, 2, 3),
                          boxes = pack_boxes(outlines, 512, 2);
@@ -68,11 +68,11 @@ Mesh scraps(std::uint32_t count) {
 
 TEST(ManyCharts, ScrapsKeepTheirDistance) {
   UnwrapReport report;
-  const LayoutFacts few = check_charts(scraps(300), {.size = 1024, .border_texels = 4}, report);
-  EXPECT_EQ(few.charts, 300u);
+  const LayoutFacts few = check_charts(scraps(100), {.size = 1024, .border_texels = 4}, report);
+  EXPECT_EQ(few.charts, 100u);
   EXPECT_GT(few.coverage, 0.6);
-  const LayoutFacts many = check_charts(scraps(1100), {.size = 1024, .border_texels = 2}, report);
-  EXPECT_EQ(many.charts, 1100u);
+  const LayoutFacts many = check_charts(scraps(1010), {.size = 1024, .border_texels = 2}, report);
+  EXPECT_EQ(many.charts, 1010u);
   EXPECT_GT(many.coverage, 0.6);
 }
 
