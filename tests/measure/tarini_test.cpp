@@ -366,7 +366,7 @@ TEST(Tarini, TheBunnysFiguresAreThoseFoundIndependently) {
     bake_with.report.recall = 0;
     const Match match = *bake(source, low, bake_with).match;
     AssessOptions options;
-    options.directions = 64;
+    options.directions = 32;
     const MatchAssessment a = assess(source, low, match, options);
     // Other directions, other edges between texels: as far as two such programs may differ.
     EXPECT_NEAR(100 * a.object_space.mean / a.diagonal, known.object_space,

@@ -115,7 +115,7 @@ TEST(Locale, FilesAreTheSameInAll) {
   const fs::path folder = test::scratch_folder();
   const std::vector<std::string> plain = all_files(folder);
   ASSERT_EQ(setenv("LOCPATH", folder.c_str(), 1), 0);
-  for (const std::string name : {"de_DE", "tr_TR", "ja_JP"}) {
+  for (const std::string name : {"de_DE", "tr_TR"}) {
     SCOPED_TRACE(name);
     const std::string utf8 = name + ".utf8";
     // It wants a standard input.

@@ -23,7 +23,7 @@ using test::kFormats;
 using test::noise;
 
 constexpr std::array<std::pair<std::uint32_t, std::uint32_t>, 6> kSizes = {
-    {{1, 1}, {1, 40}, {40, 1}, {65, 33}, {333, 517}, {3000, 100}}};
+    {{1, 1}, {1, 40}, {40, 1}, {65, 33}, {233, 317}, {2000, 60}}};
 
 // A value after it was stored: the format's own rounding, computed another way.
 float stored(ImageFormat format, float value) {
@@ -141,11 +141,11 @@ TEST(ImageIo, DitherKeepsTheMeanOfEveryBlock) {
 
 TEST(ImageIo, SameBytesOnEveryRunAndNumberOfThreads) {
   const fs::path folder = test::scratch_folder();
-  const Image image = noise(1000, 600, 3, 5);
+  const Image image = noise(700, 400, 3, 5);
   for (const ImageFormat format : kFormats) {
     save_image(image, folder / "a", {.format = format, .threads = 1});
     const std::string first = contents(folder / "a");
-    for (const int threads : {0, 1, 2, 7}) {
+    for (const int threads : {0, 1, 7}) {
       save_image(image, folder / "a", {.format = format, .threads = threads});
       EXPECT_EQ(contents(folder / "a"), first) << threads;
     }
