@@ -272,7 +272,7 @@ class Faults : public ::testing::TestWithParam<FaultCommand> {
       for (const char* call : {"rename", "write"}) add_spread(faults, call, wanted[call], 1);
       return faults;
     }
-    const long points = all_points() ? number_of("KILN_FAULT_POINTS") : 3 * kKinds;
+    const long points = all_points() ? number_of("KILN_FAULT_POINTS") : 2 * kKinds;
     for (const auto& [call, some] : shares(wanted, points)) {
       add_spread(faults, call, wanted[call], some);
     }
