@@ -5,8 +5,8 @@
 
 int main() {
   const kiln::Mesh low = mesh_of(sheet(1, 0));
-  const kiln::Source source(kiln::Device::open(), mesh_of(sheet(256, 0.005F)));
-  kiln::BakeOptions options{.width = 512, .height = 512, .samples = 2};
+  const kiln::Source source(kiln::Device::open(), mesh_of(sheet(128, 0.005F)));
+  kiln::BakeOptions options{.width = 256, .height = 256, .samples = 2};
   const kiln::Match match = kiln::match(source, low, options).match;
   for (const std::string_view name : {"normal", "height", "curvature"}) {
     options.maps = {kiln::MapKind(name)};
