@@ -29,9 +29,15 @@ using test::read_json;
 using test::run_kiln;
 using namespace test::chart_files;
 
-TEST(ChartCommand, MeasuresEverySetting) {
+/// One of each family, in the chart's order; ChartSettings looks at what each of all is.
+const std::vector<std::string> kSettings = {"ray",        "ray_2x2",  "ray_4x4",      "views_12",
+                                            "views_auto", "paper_12", "views_12_ray", "closest"};
+
+TEST(ChartCommand, MeasuresSettings) {
   KILN_REQUIRE_DEVICE();
   const fs::path scene = make_scene(2000);
+  std::string settings;
+  for (const std::string& name : kSettings) settings += (settings.empty() ? "" : ",") + name;
   const fs::path out = scene / "out";
   const std::vector<std::string> arguments = {"chart",
                                               scene / "high.obj",
@@ -47,7 +53,9 @@ TEST(ChartCommand, MeasuresEverySetting) {
                                               "--pixels",
                                               "32",
                                               "--max-distance",
-                                              "10%"};
+                                              "10%",
+                                              "--settings",
+                                              settings};
   const ProcessResult result = run_kiln(arguments);
   ASSERT_EQ(result.exit_code, 0) << result.errors;
   const json report = read_json(out / "chart.json");
@@ -58,15 +66,11 @@ TEST(ChartCommand, MeasuresEverySetting) {
   EXPECT_EQ(report["options"]["size"], 64);
   EXPECT_EQ(report["options"]["repeat"], 1);
   EXPECT_EQ(report["options"]["directions"], 12);
-  std::vector<std::string> all = kSettings;
-  all.emplace_back("uv");
-  EXPECT_EQ(report["options"]["settings"].get<std::vector<std::string>>(), all);
+  EXPECT_EQ(report["options"]["settings"].get<std::vector<std::string>>(), kSettings);
   ASSERT_EQ(report["pairs"].size(), 1U);
   const json& pair = report["pairs"][0];
   expect_pair(pair, kSettings, 1);
-  ASSERT_EQ(pair["left_out"].size(), 1U);
-  EXPECT_EQ(pair["left_out"][0]["setting"], "uv");
-  EXPECT_NE(pair["left_out"][0]["reason"].get<std::string>().find("no UVs"), std::string::npos);
+  EXPECT_TRUE(pair["left_out"].empty());
   EXPECT_EQ(pair["measured_from"]["views"], 30);
   EXPECT_EQ(pair["measured_from"]["size"], 32);
   EXPECT_GE(pair["measured_from"]["least_angle_to_a_matching_view_degrees"].get<double>(), 2);
@@ -81,8 +85,6 @@ TEST(ChartCommand, MeasuresEverySetting) {
   EXPECT_LT(error_of(find(pair, "ray_2x2"), "map_error"), error_of(find(pair, "ray"), "map_error"));
   // The settings are what their names say.
   EXPECT_EQ(find(pair, "ray_2x2")["samples"], 2);
-  EXPECT_EQ(find(pair, "views_24")["views"]["count"], 24);
-  EXPECT_EQ(find(pair, "views_12_2048")["views"]["size"], 2048);
   EXPECT_EQ(find(pair, "paper_12")["view_criterion"], "depth");
   EXPECT_EQ(find(pair, "paper_12")["view_refine"], false);
   EXPECT_EQ(find(pair, "views_12")["view_refine"], true);
@@ -180,7 +182,7 @@ TEST(ChartCommand, ComparesWaysToGatherAmbientOcclusion) {
                                          "--out",
                                          out,
                                          "--size",
-                                         "40",
+                                         "32",
                                          "--repeat",
                                          "2",
                                          "--max-distance",
@@ -233,7 +235,7 @@ TEST(ChartCommand, ComparesWaysToGatherAmbientOcclusion) {
   // The flags that it names make such a map: its error as `kiln bake` states it.
   const ProcessResult baked =
       run_kiln({"bake", scene / "high.obj", scene / "low.obj", "--out", scene / "baked", "--size",
-                "40", "--max-distance", "10%", "--maps", "ao", "--ao-rays", "128", "--ao-error",
+                "32", "--max-distance", "10%", "--maps", "ao", "--ao-rays", "128", "--ao-error",
                 "1", "--report-error", "--json", scene / "bake.json"});
   ASSERT_EQ(baked.exit_code, 0) << baked.errors;
   EXPECT_EQ(ao["settings"][2]["flags"], "--ao-rays 128 --ao-error 1");
@@ -278,14 +280,14 @@ TEST(ChartCommand, TakesSeveralPairsAndNeedsNoPython) {
                                          "64",
                                          "--quiet",
                                          "--settings",
-                                         "views_12_512,views_6,ray"},
+                                         "views_6,ray"},
                                         test::without_python());
   ASSERT_EQ(result.exit_code, 0) << result.errors;
   EXPECT_EQ(result.output, "");
   EXPECT_TRUE(test::only_warnings(result.errors)) << result.errors;
   const json report = read_json(out / "chart.json");
   // In the chart's own order, and with the reference.
-  const std::vector<std::string> names = {"ray", "ray_4x4", "views_6", "views_12_512"};
+  const std::vector<std::string> names = {"ray", "ray_4x4", "views_6"};
   ASSERT_EQ(report["pairs"].size(), 2U);
   for (const json& pair : report["pairs"]) expect_pair(pair, names, 3);
   EXPECT_NE(report["pairs"][1]["high"]["path"].get<std::string>().find("ring_high"),
@@ -371,7 +373,7 @@ TEST(ChartCommand, NamesTheRemedyForBadInput) {
 TEST(ChartCommand, InterruptLeavesNothing) {
   KILN_REQUIRE_DEVICE();
   const fs::path scene = make_scene(20000);
-  for (const double after : {0.1, 1.5}) {
+  for (const double after : {0.1, 0.7}) {
     test::expect_interrupt_leaves_nothing({"chart", scene / "high.obj", scene / "low.obj"}, after,
                                           0.6);
   }

@@ -22,26 +22,6 @@ namespace kiln::test::chart_files {
 namespace fs = std::filesystem;
 using nlohmann::json;
 
-inline const std::vector<std::string> kSettings = {"ray",
-                                                   "ray_2x2",
-                                                   "ray_4x4",
-                                                   "views_6",
-                                                   "views_12",
-                                                   "views_24",
-                                                   "views_48",
-                                                   "views_auto",
-                                                   "views_12_512",
-                                                   "views_12_1024",
-                                                   "views_12_2048",
-                                                   "views_12_4096",
-                                                   "paper_12",
-                                                   "views_12_ray",
-                                                   "closest",
-                                                   "visibility_texel",
-                                                   "visibility_vertex",
-                                                   "visibility_face",
-                                                   "hybrid"};
-
 inline std::vector<std::string> read_lines(const fs::path& path) {
   std::ifstream stream(path);
   std::vector<std::string> lines;

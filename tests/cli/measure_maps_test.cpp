@@ -30,7 +30,7 @@ TEST(MeasureMaps, TellsErrorsOfMapsAsTheBakeDoes) {
   using Words = std::vector<std::string>;
   const auto run = [&](Words words, const Words& more) {
     words.insert(words.begin() + 1,
-                 {scene / "high.obj", scene / "low.obj", "--max-distance", "10%", "--size", "32"});
+                 {scene / "high.obj", scene / "low.obj", "--max-distance", "10%", "--size", "16"});
     words.insert(words.end(), more.begin(), more.end());
     return run_kiln(words);
   };
@@ -70,7 +70,9 @@ TEST(MeasureMaps, TellsErrorsOfMapsAsTheBakeDoes) {
     words.insert(words.end(), painted.begin(), painted.end());
     return run_kiln(words);
   };
-  ASSERT_EQ(plane({"measure", "--json", scene / "p.json"}).exit_code, 0);
+  ASSERT_EQ(plane({"measure", "--json", scene / "p.json", "--directions", "12", "--pixels", "32"})
+                .exit_code,
+            0);
   ASSERT_EQ(
       plane({"bake", "--report-error", "--json", scene / "b.json", "--out", scene / "p"}).exit_code,
       0);
