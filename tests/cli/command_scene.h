@@ -19,7 +19,7 @@
 namespace kiln::test {
 
 /// Writes a scene of a bumpy sphere and its low poly; returns the folder.
-inline std::filesystem::path make_scene(std::uint32_t faces = 20000) {
+inline std::filesystem::path make_scene(std::uint32_t faces = 6000) {
   std::filesystem::path folder = scratch_folder();
   save_obj(BumpySphere::dense(faces), folder / "high.obj");
   save_obj(BumpySphere::light(), folder / "low.obj");
@@ -27,8 +27,8 @@ inline std::filesystem::path make_scene(std::uint32_t faces = 20000) {
 }
 
 /// The low poly's halves in two materials, each over all of the unit square, the second moved by a tile.
-inline Mesh low_of_halves(float tile, const char* first = "glass") {
-  Mesh low = BumpySphere::light();
+inline Mesh low_of_halves(float tile, const char* first = "glass",
+                          Mesh low = BumpySphere::light()) {
   low.material_names = {first, "body"};
   const std::vector<Vec2> uvs = low.uvs;
   low.uvs.clear();

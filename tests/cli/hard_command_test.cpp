@@ -150,8 +150,7 @@ TEST(HardCommand, SaysThatGreenPointsTheOtherWay) {
                                      "--normal",       folder / "out" / "low_normal.png",
                                      "--reference",    folder / "high.obj",
                                      "--out",          folder / "out.png",
-                                     "--size",         "64",
-                                     "--json",         folder / "out.json"};
+                                     "--size",         "64"};
     line.insert(line.end(), flags.begin(), flags.end());
     return run_kiln(line);
   };
@@ -159,8 +158,7 @@ TEST(HardCommand, SaysThatGreenPointsTheOtherWay) {
   ASSERT_EQ(wrong.exit_code, 0) << wrong.errors;
   EXPECT_NE(wrong.errors.find("green down (DirectX)"), std::string::npos) << wrong.errors;
   EXPECT_NE(wrong.errors.find("Add --flip-y"), std::string::npos) << wrong.errors;
-  EXPECT_EQ(read_json(folder / "out.json")["warnings"].size(), 0U);
-  EXPECT_EQ(right.errors.find("green"), std::string::npos) << right.errors;
+  EXPECT_EQ(right.errors, "");
 }
 
 TEST(HardCommand, WarnsOfWhatIsLostAndWhere) {

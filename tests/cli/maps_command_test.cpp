@@ -51,8 +51,9 @@ fs::path make_scene() {
 }
 
 ProcessResult bake(const fs::path& scene, const Words& more) {
-  Words words = {"bake", scene / "high.obj", scene / "low.obj", "--out", scene / "out", "--size",
-                 "16",   "--json",           scene / "r.json"};
+  Words words = {
+      "bake",   scene / "high.obj", scene / "low.obj", "--out", scene / "out", "--size", "16",
+      "--json", scene / "r.json",   "--recall",        "0"};
   words.insert(words.end(), more.begin(), more.end());
   return run_kiln(words);
 }
@@ -266,7 +267,7 @@ TEST(MapsCommand, TakesMapsOfYourOwn) {
                          "  return (float4)(x);\n}\n";
   test::ProcessOptions options;
   options.environment = {{"POCL_MAX_PTHREAD_COUNT", "1"}};
-  options.interrupt_after_processor_seconds = 2;  // the rest takes less than one
+  options.interrupt_after_processor_seconds = 1.2;  // the rest takes less than one
   const ProcessResult endless =
       run_kiln({"bake", scene / "high.obj", scene / "low.obj", "--out", scene / "endless", "--size",
                 "16", "--maps", "mine=" + file},

