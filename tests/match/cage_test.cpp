@@ -131,7 +131,7 @@ TEST(Cage, FindsTheSameWhateverTheDistance) {
     const Source source(*test::device(), scene.high);
     std::vector<Image> maps;
     for (const double percent : {1.0, 10.0}) {
-      BakeOptions options = options_of(128);
+      BakeOptions options = options_of(192);
       options.encoding.space = NormalMapSpace::object;
       options.match.max_distance = Length::share(percent / 100);
       const FoundCage found = find_cage(source, scene.low, options);
