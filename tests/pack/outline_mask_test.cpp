@@ -64,7 +64,7 @@ void expect_covers(const ChartMask& mask, const Outline& outline, double scale, 
 
 TEST(ChartMask, QuarterTurnsAreTheSameCellsTurned) {
   std::mt19937 random(5);
-  for (int i = 0; i < 200; ++i) {
+  for (int i = 0; i < 80; ++i) {
     SCOPED_TRACE(i);
     const Outline outline = star(random);
     const double angle = 0.001 * static_cast<double>(random() % 6283);

@@ -195,7 +195,7 @@ void expect_layout_kept(const Mesh& high, std::uint32_t faces) {
 
 TEST(KeepUvs, SphereWithASeamAndSplitPoles) {
   const Mesh high = bumpy_uv_sphere(90, 45);
-  for (const std::uint32_t faces : {3000U, 1000U, 600U}) expect_layout_kept(high, faces);
+  for (const std::uint32_t faces : {3000U, 600U}) expect_layout_kept(high, faces);
 }
 
 TEST(KeepUvs, TorusWithTwoSeams) {
