@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <limits>
 #include <memory>
 #include <span>
@@ -17,6 +18,8 @@
 #include "kiln/mesh.h"
 
 namespace KILN_PUBLIC kiln {
+
+struct BakedMap;
 
 /// A node of a file's hierarchy (glTF, FBX).
 struct AssetNode {
@@ -87,6 +90,17 @@ struct AssetMaps {
 
 /// The place of a map in a material, by its name; null: it has none. Any thread may call it.
 const Image** slot_of(AssetMaps& maps, std::string_view name);
+
+/// Brings the maps of a bake to what a material takes: emission into [0, 1] with its strength, the shape's ambient
+/// occlusion darkened by the high poly's picture of it (the lesser of both), normals of the high poly's normal maps in
+/// place of its shape's. \returns places in `maps`, which must outlive it
+/// \param store  called with a map and its name before it gets its place, to bring values to what files hold (sRGB for
+///               colours); empty: they are so already
+/// \param left   where to append the names of maps that a material has no place for, with commas; may be null
+/// Thread safety: may be called from several threads, for maps of their own.
+AssetMaps asset_maps(std::span<BakedMap> maps,
+                     const std::function<void(BakedMap&, const std::string&)>& store = {},
+                     std::string* left = nullptr);
 
 /// Error of a map as the asset's picture stores it: see stored_error().
 struct AssetError {

@@ -15,8 +15,8 @@
 #include "arguments/transfers.h"
 #include "arrays.h"
 #include "asset.h"
+#include "kiln/asset.h"
 #include "match.h"
-#include "report/asset_maps.h"
 #include "report/check_result.h"
 #include "report/map_file.h"
 
@@ -264,7 +264,7 @@ nb::tuple asset_maps(const PyBake& self, const std::vector<std::string>& names) 
     const auto store = [](BakedMap& map, const std::string&) {
       map.image = cli::as_stored(map, {ImageFormat::png8})[0];
     };
-    return cli::asset_maps(maps, store, left);
+    return kiln::asset_maps(maps, store, &left);
   });
   nb::dict files;
   for (const std::string& name : names) {

@@ -13,7 +13,6 @@
 #include "command/bake_run.h"
 #include "kiln/asset.h"
 #include "kiln/files.h"
-#include "report/asset_maps.h"
 #include "report/json.h"
 
 namespace kiln::cli {
@@ -213,7 +212,7 @@ void encode_asset_maps(BakeRun& run) {
   std::string left;
   AssetMaps maps = asset_maps(
       run.result.maps, [&](BakedMap& map, const std::string& name) { store(run, map, name); },
-      left);
+      &left);
   if (!left.empty() && run.pictures.empty()) {
     run.warnings.push_back(
         {"maps-left-out",

@@ -1,9 +1,11 @@
-#include "report/asset_maps.h"
-
+// Baked maps as the pictures of a material hold them.
 #include <algorithm>
 #include <cmath>
 
-namespace kiln::cli {
+#include "kiln/asset.h"
+#include "kiln/bake.h"
+
+namespace kiln {
 namespace {
 
 /// Brings emission into [0, 1]. \returns what 1 stands for; 0: nothing shines
@@ -30,7 +32,7 @@ void darken(Image& ao, const Image& picture) {
 
 AssetMaps asset_maps(std::span<BakedMap> maps,
                      const std::function<void(BakedMap&, const std::string&)>& store,
-                     std::string& left) {
+                     std::string* left) {
   AssetMaps places;
   Image* ao = nullptr;
   for (BakedMap& map : maps) {
@@ -39,7 +41,7 @@ AssetMaps asset_maps(std::span<BakedMap> maps,
       places.emission_strength = scale_emission(map.image);
       if (places.emission_strength == 0) continue;  // of this set
     }
-    store(map, name);
+    if (store) store(map, name);
     if (name == "occlusion" && places.occlusion != nullptr) {
       darken(*ao, map.image);
       continue;
@@ -48,11 +50,11 @@ AssetMaps asset_maps(std::span<BakedMap> maps,
     // Later maps take the place of earlier ones: HIGH's normal maps over its shape tell more than its shape.
     if (const Image** const slot = slot_of(places, name); slot != nullptr) {
       *slot = &map.image;
-    } else {
-      left += (left.empty() ? "" : ", ") + name;
+    } else if (left != nullptr) {
+      *left += (left->empty() ? "" : ", ") + name;
     }
   }
   return places;
 }
 
-}  // namespace kiln::cli
+}  // namespace kiln
