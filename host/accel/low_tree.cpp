@@ -6,8 +6,7 @@ std::shared_ptr<const LowTree> LowTree::of_surface(cl::Context& context,
                                                    const LowSurface& surface) {
   return surface.made->get<LowTree>([&] {
     LowTree low;
-    for (std::size_t t = 0; t < surface.triangles.size(); ++t) {
-      if (surface.usable[t] == 0) continue;
+    for (const std::size_t t : surface.usable_triangles()) {
       const auto first = static_cast<std::uint32_t>(low.positions.size());
       const auto& [a, b, c] = surface.triangles[t];
       low.positions.insert(low.positions.end(), {a.position, b.position, c.position});

@@ -148,8 +148,7 @@ Primitives primitives_of(const Mesh& low, const std::vector<ToLocal>& locals, bo
   }
   const LowSurface surface = LowSurface::of(has_layout ? low : flat, Frame::of(low));
   Primitives primitives;
-  for (std::size_t t = 0; t < surface.triangles.size(); ++t) {
-    if (surface.usable[t] == 0) continue;
+  for (const std::size_t t : surface.usable_triangles()) {
     const std::size_t object = low.objects.empty() ? 0 : low.objects[t];
     const std::size_t material = one_material ? 0 : low.materials[t];
     const ToLocal& local = locals[object];

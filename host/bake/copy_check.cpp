@@ -93,8 +93,7 @@ CopyCheck::CopyCheck(const MatchRequest& request, const BakeOptions& options, Ma
                  source_.frame.scale),
       uv_places_(surface_.triangles.size()),
       baked_(uv_places_) {
-  for (std::uint32_t t = 0; t < uv_places_.size(); ++t) {
-    if (surface_.usable[t] == 0) continue;
+  for (const std::uint32_t t : surface_.usable_triangles()) {
     uv_places_[t] = UvPlace::of(surface_.triangles[t]);
     if (uv_places_[t].area != 0 && !surface_.is_copy(t)) baked_.add(t);
   }

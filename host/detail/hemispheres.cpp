@@ -31,8 +31,7 @@ float ray_length(const Length& length, const Frame& frame) {
 /// widened by what the ray's length may be rounded by, so rays without end would meet them all.
 float beyond_everything(const LowSurface& surface, std::span<const Mesh> others) {
   double farthest = 1;  // vertices of the high poly stay within, also in sessions
-  for (std::size_t i = 0; i < surface.triangles.size(); ++i) {
-    if (surface.usable[i] == 0) continue;
+  for (const std::size_t i : surface.usable_triangles()) {
     for (const LowSurface::Corner& corner : surface.triangles[i]) {
       farthest = std::max(farthest, length(Vec3d(corner.position)));
     }

@@ -18,8 +18,7 @@ constexpr double kView = 10000, kTriangle = 0.15, kSample = 0.125, kLess = 0.7;
 /// Number of samples that the low poly covers, by its UVs.
 double samples_of(const BakeOptions& options, const LowSurface& surface) {
   double area = 0;
-  for (std::size_t t = 0; t < surface.triangles.size(); ++t) {
-    if (surface.usable[t] == 0) continue;
+  for (const std::size_t t : surface.usable_triangles()) {
     const auto& [a, b, c] = surface.triangles[t];
     area += std::abs((double{b.uv.x} - a.uv.x) * (double{c.uv.y} - a.uv.y) -
                      (double{c.uv.x} - a.uv.x) * (double{b.uv.y} - a.uv.y)) /

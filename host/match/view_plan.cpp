@@ -100,8 +100,7 @@ ViewArea view_area(const LowSurface& surface, double reach, double dense_radius)
   Vec3d low{1e300, 1e300, 1e300};
   Vec3d high{-1e300, -1e300, -1e300};
   const auto for_each_corner = [&](const auto& body) {
-    for (std::size_t i = 0; i < surface.triangles.size(); ++i) {
-      if (surface.usable[i] == 0) continue;
+    for (const std::size_t i : surface.usable_triangles()) {
       for (const LowSurface::Corner& corner : surface.triangles[i]) body(Vec3d(corner.position));
     }
   };
@@ -154,8 +153,7 @@ std::optional<Vec3d> height_field_direction(std::span<const Vec3> positions,
   if (std::find(turned.begin(), turned.end(), 1) != turned.end()) return std::nullopt;
   // One view sees all of a height field, but little of steep walls: some cliffs are well, a pit is not.
   double steep = 0, whole = 0;
-  for (std::size_t i = 0; i < surface.triangles.size(); ++i) {
-    if (surface.usable[i] == 0) continue;
+  for (const std::size_t i : surface.usable_triangles()) {
     const auto& [a, b, c] = surface.triangles[i];
     const Vec3d face =
         cross(Vec3d(b.position) - Vec3d(a.position), Vec3d(c.position) - Vec3d(a.position));

@@ -106,8 +106,7 @@ class ViewMatcher : public Matcher {
     const LowSurface& surface = request.surface;
     double area = 0;
     double uv_area = 0;
-    for (std::size_t i = 0; i < surface.triangles.size(); ++i) {
-      if (surface.usable[i] == 0) continue;
+    for (const std::size_t i : surface.usable_triangles()) {
       const auto& [a, b, c] = surface.triangles[i];
       const Vec3d origin(a.position);
       area += length(cross(Vec3d(b.position) - origin, Vec3d(c.position) - origin)) / 2;

@@ -193,8 +193,7 @@ VisibilityProbe::VisibilityProbe(cl::Context& context, const LowSurface& surface
   double radius = 0;
   std::vector<Vec3> normals(surface.triangles.size());
   impl_->triangles.resize(surface.triangles.size());
-  for (std::size_t t = 0; t < surface.triangles.size(); ++t) {
-    if (surface.usable[t] == 0) continue;  // three times vertex 0: has no area
+  for (const std::size_t t : surface.usable_triangles()) {
     normals[t] = to_float(face_normal(surface.triangles[t]));
     for (std::size_t k = 0; k < 3; ++k) {
       const Vec3& position = surface.triangles[t][k].position;

@@ -122,8 +122,7 @@ void VisibilityField::make_corners(const LowSurface& surface, VisibilityProbe& p
     }
   }
   std::vector<std::uint8_t> used(topology.vertex_count, 0);
-  for (std::size_t t = 0; t < count; ++t) {
-    if (surface.usable[t] == 0) continue;
+  for (const std::size_t t : surface.usable_triangles()) {
     for (std::size_t k = 0; k < 3; ++k) {
       used[topology.vertices[t][k]] = 1;
       if (!faces || !(of_face[t].weight > 0)) continue;
@@ -156,8 +155,7 @@ void VisibilityField::make_corners(const LowSurface& surface, VisibilityProbe& p
       report);
   add_deviation(means, report);
   std::vector<float> field(12 * count, 0.0F);
-  for (std::size_t t = 0; t < count; ++t) {
-    if (surface.usable[t] == 0) continue;
+  for (const std::size_t t : surface.usable_triangles()) {
     for (std::size_t k = 0; k < 3; ++k) {
       std::copy_n(means[topology.vertices[t][k]].data(), 4, &field[12 * t + 4 * k]);
     }

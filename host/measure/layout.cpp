@@ -98,8 +98,7 @@ void count_seams(const Mesh& mesh, const LowSurface& surface, LayoutRating& rati
     }
     return surface.triangles[t][2].uv;
   };
-  for (std::uint32_t t = 0; t < topology.chart.size(); ++t) {
-    if (surface.usable[t] == 0) continue;
+  for (const std::uint32_t t : surface.usable_triangles()) {
     std::uint8_t& chart = seen[topology.chart[t]];
     rating.charts += chart == 0 ? 1 : 0;
     chart = 1;

@@ -27,8 +27,7 @@ NormalProbe::NormalProbe(const Source::Impl& source, const Mesh& low, const Mesh
       cage_(context_of(source.device), source.frame, surface_),
       shading_(low_shading(surface_)) {
   double radius = 1;
-  for (std::size_t t = 0; t < surface_.triangles.size(); ++t) {
-    if (surface_.usable[t] == 0) continue;
+  for (const std::size_t t : surface_.usable_triangles()) {
     for (const LowSurface::Corner& corner : surface_.triangles[t]) {
       radius = std::max(radius, length(Vec3d(corner.position)));
     }

@@ -32,8 +32,7 @@ std::vector<HardSide> sides_of(const LowSurface& surface) {
   const std::vector<std::uint32_t> welded = weld_vertices(positions);
   std::vector<Vec3> normal(welded.size());
   std::vector<std::uint8_t> state(welded.size());  // 0: no corner yet, 1: one normal, 2: several
-  for (std::size_t t = 0; t < surface.triangles.size(); ++t) {
-    if (surface.usable[t] == 0) continue;
+  for (const std::size_t t : surface.usable_triangles()) {
     for (std::size_t k = 0; k < 3; ++k) {
       const std::uint32_t at = welded[3 * t + k];
       const Vec3& own = surface.triangles[t][k].normal;
@@ -42,8 +41,7 @@ std::vector<HardSide> sides_of(const LowSurface& surface) {
     }
   }
   std::vector<HardSide> sides;
-  for (std::uint32_t t = 0; t < surface.triangles.size(); ++t) {
-    if (surface.usable[t] == 0) continue;
+  for (const std::uint32_t t : surface.usable_triangles()) {
     for (std::uint8_t k = 0; k < 3; ++k) {
       const auto next = static_cast<std::uint8_t>((k + 1) % 3);
       HardSide side{welded[3 * t + k], welded[3 * t + next], t, k, next};

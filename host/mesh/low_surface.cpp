@@ -44,8 +44,7 @@ void take_cage(const CageCorners& cage, std::size_t index, LowSurface::Corner& c
 /// may lean more than the shells' vertices do.
 double longest_way(const LowSurface& surface) {
   double outward = 0, inward = 0;
-  for (std::size_t i = 0; i < surface.triangles.size(); ++i) {
-    if (surface.usable[i] == 0) continue;
+  for (const std::size_t i : surface.usable_triangles()) {
     for (const LowSurface::Corner& corner : surface.triangles[i]) {
       const bool offsets = surface.cage_kind == CageKind::offsets;
       outward = std::max(outward, offsets ? length(Vec3d(corner.direction)) : corner.outward);

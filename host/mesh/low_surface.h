@@ -15,6 +15,7 @@ namespace kiln {
 /// Per-corner data of the low poly, in the frame of the high poly. All vectors have one entry a
 /// triangle, three corners each, in the mesh's triangle order.
 struct LowSurface {
+  class UsableTriangles;
   struct Corner {
     Vec3 position;
     Vec3 direction;  ///< Unit: the continuous field along which rays leave; or, with a cage mesh of
@@ -62,9 +63,47 @@ struct LowSurface {
   /// Distances of shells from their triangles, with CageKind::shells: six values a triangle: its unit
   /// normal; how far out along it the outer shell lies over each corner, or how far in the inner one.
   std::vector<float> shell(bool inner) const;
+  /// Indices of usable triangles, in order, for a range-based loop.
+  UsableTriangles usable_triangles() const;
   bool is_copy(std::size_t triangle) const {
     return !copy_of.empty() && copy_of[triangle] != kNoCopy;
   }
 };
+
+/// Made by LowSurface::usable_triangles(); the surface must outlive it.
+class LowSurface::UsableTriangles {
+ public:
+  class Iterator {
+   public:
+    Iterator(const std::vector<std::uint8_t>& usable, std::size_t at) : usable_(usable), at_(at) {
+      skip();
+    }
+    std::size_t operator*() const { return at_; }
+    Iterator& operator++() {
+      ++at_;
+      skip();
+      return *this;
+    }
+    bool operator!=(const Iterator& other) const { return at_ != other.at_; }
+
+   private:
+    void skip() {
+      while (at_ < usable_.size() && usable_[at_] == 0) ++at_;
+    }
+    const std::vector<std::uint8_t>& usable_;
+    std::size_t at_;
+  };
+
+  explicit UsableTriangles(const std::vector<std::uint8_t>& usable) : usable_(usable) {}
+  Iterator begin() const { return {usable_, 0}; }
+  Iterator end() const { return {usable_, usable_.size()}; }
+
+ private:
+  const std::vector<std::uint8_t>& usable_;
+};
+
+inline LowSurface::UsableTriangles LowSurface::usable_triangles() const {
+  return UsableTriangles(usable);
+}
 
 }  // namespace kiln

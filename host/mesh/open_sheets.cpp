@@ -33,8 +33,7 @@ class Connection {
     }
     welded_ = weld_vertices(positions);
     sets_ = DisjointSets(positions.size());
-    for (std::size_t t = 0; t < surface.triangles.size(); ++t) {
-      if (surface.usable[t] == 0) continue;
+    for (const std::size_t t : surface.usable_triangles()) {
       for (std::size_t k = 1; k < 3; ++k) sets_.join(corner(t, 0), corner(t, k));
     }
   }
@@ -52,20 +51,17 @@ std::vector<float> sheet_sizes(const LowSurface& surface) {
   const std::size_t count = surface.triangles.size();
   Connection connection(surface);
   std::vector<Part> parts(3 * count);
-  for (std::size_t t = 0; t < count; ++t) {
-    if (surface.usable[t] == 0) continue;
+  for (const std::size_t t : surface.usable_triangles()) {
     Part& part = parts[connection.part(t)];
     part.normal = part.normal + normal_of(surface.triangles[t]);
   }
-  for (std::size_t t = 0; t < count; ++t) {
-    if (surface.usable[t] == 0) continue;
+  for (const std::size_t t : surface.usable_triangles()) {
     Part& part = parts[connection.part(t)];
     if (!(dot(normal_of(surface.triangles[t]), part.normal) > 0)) part.one_side = false;
   }
   // Closed parts, which are most, have two sides: there is nothing to sort.
   std::vector<std::pair<std::pair<std::uint32_t, std::uint32_t>, std::uint32_t>> sides;
-  for (std::uint32_t t = 0; t < count; ++t) {
-    if (surface.usable[t] == 0) continue;
+  for (const std::uint32_t t : surface.usable_triangles()) {
     const std::uint32_t name = connection.part(t);
     Part& part = parts[name];
     if (!part.one_side) continue;
@@ -83,8 +79,7 @@ std::vector<float> sheet_sizes(const LowSurface& surface) {
     if (end == i + 1) parts[sides[i].second].has_border = true;
   }
   std::vector<float> sizes(count, 0.0F);
-  for (std::size_t t = 0; t < count; ++t) {
-    if (surface.usable[t] == 0) continue;
+  for (const std::size_t t : surface.usable_triangles()) {
     const Part& part = parts[connection.part(t)];
     if (!part.has_border || !part.one_side) continue;
     sizes[t] = static_cast<float>(length(part.hi - part.lo) / 2);

@@ -106,8 +106,7 @@ SurfaceTopology SurfaceTopology::of(const LowSurface& surface) {
 
   std::vector<LinkSide> sides;
   sides.reserve(3 * count);
-  for (std::uint32_t t = 0; t < count; ++t) {
-    if (surface.usable[t] == 0) continue;
+  for (const std::uint32_t t : surface.usable_triangles()) {
     for (std::uint8_t k = 0; k < 3; ++k) {
       const std::uint32_t from = topology.vertices[t][(k + 1U) % 3];
       const std::uint32_t to = topology.vertices[t][(k + 2U) % 3];
