@@ -1,5 +1,7 @@
 """kiln.measure(), kiln.contour() and kiln.volume()."""
 
+import warnings
+
 import numpy as np
 import pytest
 from conftest import sheet, waves
@@ -11,6 +13,27 @@ def ball_field(n, dtype=np.float32):
     """Distances into a ball of radius 0.35 n around the middle of n^3 voxels; its axes differ so that order shows."""
     i, j, k = np.indices((n, n + 4, n + 8))
     return (0.35 * n - np.sqrt((i - n / 2) ** 2 + (j - n / 2 - 2) ** 2 + (k - n / 2 - 4) ** 2)).astype(dtype)
+
+
+def test_a_bake_of_another_low_poly_is_told():
+    rng = np.random.default_rng(3)
+    turn, along = np.meshgrid(np.linspace(0, 2 * np.pi, 97)[:-1], np.linspace(0.05, np.pi - 0.05, 48))
+    radius = 1 + 0.1 * np.sin(5 * turn) * np.sin(along)
+    ball = np.stack([np.sin(along) * np.cos(turn), np.sin(along) * np.sin(turn), np.cos(along)], axis=-1)
+    i = (np.arange(47)[:, None] * 96 + np.arange(96)).ravel()
+    j = (np.arange(47)[:, None] * 96 + (np.arange(96) + 1) % 96).ravel()
+    faces = np.concatenate([np.stack([i, i + 96, j], axis=1), np.stack([j, i + 96, j + 96], axis=1)])
+    high = kiln.Mesh((ball * radius[..., None]).reshape(-1, 3) + 1e-4 * rng.normal(size=(48 * 96, 3)), faces)
+    one, other = (kiln.unwrap(kiln.simplify(high, target=count), size=256) for count in (600, 250))
+    baked = kiln.bake(high, one, size=256)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        kiln.measure(high, one, baked, views=4, size=64)
+        kiln.render(one, baked, size=64)
+    for call in (lambda: kiln.measure(high, other, baked, views=4, size=64), lambda: kiln.render(other, baked, size=64)):
+        with pytest.warns(kiln.KilnWarning, match="another low poly") as told:
+            call()
+        assert told[0].message.code == "other-layout"
 
 
 def test_a_map_brings_normals_nearer(high, low):

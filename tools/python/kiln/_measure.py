@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from . import _core
 from ._bake import Bake
-from ._errors import Error, device_of
+from ._errors import Error, device_of, warn
 from ._meshes import as_mesh
 from ._progress import callback_of, done
 
@@ -37,6 +37,27 @@ class NormalError(float):
     def degrees(self) -> float:
         """The mean."""
         return float(self)
+
+
+def _check_layout(low: _core.Mesh, normal: Any) -> None:
+    """A warning where a bake is of another low poly: triangles in whose middle its map has nothing."""
+    import numpy as np
+
+    if not isinstance(normal, Bake) or low.uvs is None or low.uv_faces is None:
+        return
+    coverage = normal.coverage
+    height, width = coverage.shape
+    corners = low.uvs[low.uv_faces].astype(np.float64)
+    sides = corners[:, 1:] - corners[:, :1]
+    texels = 0.5 * np.abs(sides[:, 0, 0] * sides[:, 1, 1] - sides[:, 0, 1] * sides[:, 1, 0]) * width * height
+    middles = corners.mean(axis=1)
+    seen = (texels >= 4) & np.all((middles >= 0) & (middles < 1), axis=1)
+    columns = (middles[seen, 0] * width).astype(np.int64)
+    rows = ((1 - middles[seen, 1]) * height).astype(np.int64).clip(0, height - 1)
+    empty = ~np.isin(coverage[rows, columns], (1, 2))  # neither baked nor missed
+    if empty.sum() > 0.1 * empty.size:
+        text = f"{100 * empty.mean():.0f}% of the low poly's triangles lie where the map has nothing: it is a bake of "
+        warn("other-layout", text + "another low poly, or of other UVs.", int(empty.sum()))
 
 
 def _as_baked(
@@ -85,9 +106,11 @@ def render(
     Returns (size, size, 3) float32 in [0, 1], sRGB-encoded. Raises kiln.Error.
     """
     report = callback_of(progress)
+    mesh = as_mesh(mesh)
+    _check_layout(mesh, normal)
     pixels, space, flip_y, bitangent = _as_baked(normal, space, flip_y, bitangent)
     picture: np.ndarray = _core.render(
-        as_mesh(mesh),
+        mesh,
         pixels,
         space,
         flip_y,
@@ -122,7 +145,7 @@ def measure(
 
     high, low  as kiln.as_mesh() takes them
     normal     the low poly's normal map, (H, W, 3) as n/2 + 1/2, row 0 at the top, or the kiln.Bake that has it;
-               without: its own normals
+               without: its own normals. A bake of another low poly is a warning, `other-layout`
     space, flip_y, bitangent
                that it was baked with; of a kiln.Bake they are known
     views      directions, 1 to 4096
@@ -131,11 +154,13 @@ def measure(
     Returns a float, degrees. Raises kiln.Error.
     """
     report = callback_of(progress)
+    low = as_mesh(low, "low")
+    _check_layout(low, normal)
     pixels, space, flip_y, bitangent = _as_baked(normal, space, flip_y, bitangent)
     figures = NormalError(
         _core.measure(
             as_mesh(high, "high"),
-            as_mesh(low, "low"),
+            low,
             pixels,
             space,
             flip_y,
