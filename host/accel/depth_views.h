@@ -29,7 +29,7 @@ struct ViewQuery {
   float least_cosine = 0;  ///< Of a view's angle to the sample's direction
   bool refine = true;      ///< Move to the point on the sample's own direction
   bool two_sided = false;  ///< Draw and take faces that are turned away
-  ViewArea area;           ///< That is shown
+  ViewArea area;           ///< What the view shows
 };
 
 /// Depth views on the device, drawn once and matched against any number of bands of samples.

@@ -19,7 +19,7 @@ struct LowTree {
   std::vector<Vec3d> normals;       ///< Unit
   std::shared_ptr<const Tree> tree;
 
-  /// That of a surface: made when first asked for, and kept with it (LowSurface::made). May be called from
+  /// The tree of a surface: made when first asked for, and kept with it (LowSurface::made). May be called from
   /// several threads.
   static std::shared_ptr<const LowTree> of_surface(cl::Context& context, const LowSurface& surface);
 };

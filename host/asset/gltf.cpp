@@ -192,7 +192,7 @@ class GltfReader {
     return parent;
   }
 
-  /// Those of the default scene; without one, of all scenes; without any, all.
+  /// Nodes of the default scene; without one, of all scenes; without any, all.
   std::vector<std::size_t> roots() const {
     const GltfValue nodes = file_.list("nodes"), scenes = file_.list("scenes");
     const auto parent = parents();

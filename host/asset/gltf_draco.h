@@ -27,7 +27,7 @@ struct DracoMesh {
 /// An attribute of packed data.
 struct DracoAttribute {
   std::uint64_t id = 0;   ///< As the extension numbers it
-  GltfValue accessor;     ///< That says what its numbers are
+  GltfValue accessor;     ///< Says what its numbers are
   std::size_t width = 0;  ///< As GltfFile::numbers() takes it
   std::string name;       ///< For messages
 };

@@ -33,7 +33,7 @@ T read_as(const char* from) {
 /// A component's type as glTF numbers it.
 struct ComponentType {
   std::size_t bytes;
-  double largest;  ///< That stands for 1 where integers are normalised
+  double largest;  ///< Stands for 1 where integers are normalised
   double (*read)(const char* from);
 };
 

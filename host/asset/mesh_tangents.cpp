@@ -89,7 +89,7 @@ void MeshBuilder::check_tangents(const Mesh& mesh) {
   }
 }
 
-/// Those of the vertices to the corners. Without UVs tangents are of no use.
+/// Copies tangents of vertices to corners. Without UVs tangents are of no use.
 void MeshBuilder::give_tangents(Mesh& mesh) {
   if (tangents.empty() || mesh.uv_triangles.empty()) return;
   check_tangents(mesh);

@@ -43,7 +43,7 @@ bool has_offsets(const LowSurface& surface) {
   return surface.has_cage_mesh && surface.cage_kind == CageKind::offsets;
 }
 
-/// Those of all of a high poly that stays as it is.
+/// The bevels of a whole high poly that stays as it is.
 struct KnownBevels {
   double distance = 0;  ///< To look at most
   Bevels bevels;

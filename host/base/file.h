@@ -31,7 +31,7 @@ struct FileFacts {
 };
 
 std::optional<FileFacts> facts_of(const std::filesystem::path& path) noexcept;
-/// Those of a link itself, where the path names one.
+/// Facts of a link itself, where the path names one.
 std::optional<FileFacts> facts_of_link(const std::filesystem::path& path) noexcept;
 std::optional<FileFacts> facts_of(int file) noexcept;
 

@@ -11,9 +11,9 @@ namespace kiln {
 
 /// Pixels of a group of triangles, of all views together.
 struct SeenPixels {
-  std::uint32_t drawn = 0;  ///< That it covers, seen or not
-  std::uint32_t front = 0;  ///< That show a front of it
-  std::uint32_t back = 0;   ///< That show a back of it
+  std::uint32_t drawn = 0;  ///< Pixels that it covers, seen or not
+  std::uint32_t front = 0;  ///< Pixels that show a front of it
+  std::uint32_t back = 0;   ///< Pixels that show a back of it
 };
 
 /// Settings of the views.

@@ -36,7 +36,7 @@ std::vector<float> planes_of(std::size_t size, std::size_t planes, const auto& v
 }
 
 std::vector<Vec3> test_directions(const AssessOptions& options) {
-  // Those of 12 views, too: turned, so that no test direction is one that a match likes to use.
+  // Directions of 12 views, too: turned, so that no test direction is one that a match likes to use.
   std::vector<Vec3> avoid = options.avoid;
   if (avoid.empty()) avoid = spread_views(12);
   const bool few = avoid.size() <= kFew && options.directions <= 512;

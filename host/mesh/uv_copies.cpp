@@ -107,7 +107,7 @@ class Cover {
   std::vector<std::uint32_t> found_;
 };
 
-/// Those whose middle lies in another one, in their order; the others are added to the grid.
+/// Triangles whose UVs have their middle in another one, in their order; the others are added to the grid.
 std::vector<std::uint32_t> overlapping(const std::vector<UvPlace>& places, UvSquares& others) {
   const auto count = static_cast<std::uint32_t>(places.size());
   UvSquares all(places);

@@ -34,7 +34,7 @@ struct Packed {
   std::uint32_t height = 0;            ///< Rows.
   double weight = 0;                   ///< Sum of area by top.
   std::vector<OutlinePlace> places;
-  std::vector<std::int8_t> turn;  ///< That each outline got, or -1.
+  std::vector<std::int8_t> turn;  ///< Rotation that each outline got, or -1.
   std::vector<std::uint32_t> x, y;
 };
 

@@ -20,7 +20,7 @@ struct PackPlace {
 /// Places rectangles without overlap in [0, side] x [0, side], turning them by a quarter where that
 /// helps. Up to 8,192 of them go onto a skyline, each where its top ends up lowest (Jylänki 2010, "A
 /// Thousand Ways to Pack the Bin", section 5), highest first. More go onto shelves sorted by height.
-/// That wastes little once there are many of them, and costs n log n.
+/// This wastes little once there are many of them, and costs n log n.
 ///
 /// \param sizes   every side at least 1
 /// \param places  [out] one a rectangle; undefined where the answer is false

@@ -193,7 +193,7 @@ class LowPolyPlanner {
     const MadeCandidate* known = found() ? &best() : nullptr;
     double most = HUGE_VAL;
     if (known) most = kWorthwhile * static_cast<double>(known->candidate.bytes.total());
-    // Those without a map last: these take the finest levels.
+    // Meshes without a map last: these take the finest levels.
     for (auto at = sizes_.rbegin(); at != sizes_.rend(); ++at) {
       const std::uint32_t size = *at;
       const Missed& missed = missed_[size];

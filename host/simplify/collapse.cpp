@@ -227,7 +227,7 @@ bool EdgeCollapser::take_with_twins(const Entry& entry, Step& step) {
 /// Simplification"). At powers of two, so that a way through several numbers of faces is the same as to the last.
 bool EdgeCollapser::renew() {
   if (rule_ != nullptr || mesh_.faces > next_renewal_) return false;
-  // AsyncTask a hub most edges wait: to look at all of them again and again would cost too much.
+  // Beside a hub most edges wait: to look at all of them again and again would cost too much.
   const auto is_hub = [](std::uint32_t valence) { return valence > CollapseMesh::kMostAround; };
   if (std::any_of(mesh_.valence.begin(), mesh_.valence.end(), is_hub)) {
     next_renewal_ = 0;

@@ -44,7 +44,7 @@ class CollapseQueue {
   void take_nearest(const std::vector<std::uint32_t>& stamps);
   bool is_late_first() const { return sorted_.empty() || sorted_.back() < late_.front(); }
 
-  std::vector<CollapseEntry> sorted_;  ///< Those up to `limit_`, the cheapest last.
+  std::vector<CollapseEntry> sorted_;  ///< Entries up to `limit_`, the cheapest last.
   std::vector<CollapseEntry> late_;    ///< A heap of those that came later.
   std::vector<CollapseEntry> far_;
   std::vector<double> costs_;

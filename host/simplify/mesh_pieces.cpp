@@ -36,7 +36,7 @@ class Halving {
   struct Part {
     Vec3 low, high;
     std::array<std::uint32_t, kSlices> of_slice{};
-    std::vector<Item> middle;  ///< Those of the slice in which the halves meet.
+    std::vector<Item> middle;  ///< Items of the slice in which the halves meet.
     std::size_t lower = 0;     ///< Number in the lower half.
   };
 

@@ -38,7 +38,7 @@ constexpr double kTooMany = 1.25;
 /// them (an urn of 4.5 million faces on the way to 50,000: 57,000 along borders, and its relief gone). Then pieces are
 /// left that many more, and the mesh goes on as a whole.
 constexpr double kMostAlongBorders = 0.75;
-/// Triangles of a small_component, at most.
+/// Triangles of a small component, at most.
 constexpr std::size_t kSmallComponent = 64;
 /// meshoptimizer's time grows with the square of the triangles around a vertex: 0.2 ns times their sum of squares,
 /// where EdgeCollapser takes 10 us a triangle. So it is left out above this sum for each triangle.

@@ -41,7 +41,7 @@ struct Work {
   /// labels_of() alone, which gives triangles of one side and of two different labels.
   std::vector<std::uint32_t> backs;
   bool keep_labels = false;  ///< Labels may not be lost: some triangles alone have two sides.
-  std::vector<Fold> folds;   ///< That presimplification left.
+  std::vector<Fold> folds;   ///< Folds that presimplification left.
   std::vector<Vec3d> torn;   ///< Places where edges of too many triangles were cut.
 };
 

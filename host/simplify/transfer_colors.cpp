@@ -81,7 +81,7 @@ std::vector<ColoredPlace> places_of(const Mesh& high, const Mesh& low) {
   const std::size_t most = std::max(kLeastPlaces, kPlacesOfVertex * low.positions.size());
   const std::size_t step = (high_points.size() + most - 1) / most;
   const std::size_t count = (high_points.size() + step - 1) / step;
-  // Those of vertices on both sides of a sheet have a second, on its back.
+  // Places of vertices on both sides of a sheet have a second one, on its back.
   std::vector<ColoredPlace> places(sides.empty() ? count : 2 * count);
   parallel_for(count, kGrainOfPlaces, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {

@@ -100,7 +100,7 @@ class UvSeamConstraint : public CollapseConstraint {
   LayoutBorders borders_;
   std::vector<Attributes> attributes_;  ///< By UV.
   std::vector<std::uint8_t>
-      vertex_class_;  ///< That meet at a vertex: 0; 2, which it may move along; or more.
+      vertex_class_;  ///< kInside, kLine, along which a vertex may move, or kCorner
   double scale_ = 1;  ///< Length of a UV unit on the surface.
 };
 

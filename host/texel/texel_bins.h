@@ -36,7 +36,7 @@ class TexelBins {
   TexelBins(const TexelGrid& grid, const TexelPieces& pieces);
 
   struct Bins {
-    std::vector<kiln_texel_block> blocks;  ///< Those with a list, tile by tile
+    std::vector<kiln_texel_block> blocks;  ///< Blocks with a list, tile by tile
     std::vector<std::uint32_t> lists;      ///< Piece indices, ascending in each list
   };
   /// The lists are conservative: at most a unit in the last place too wide in each row of blocks.

@@ -139,7 +139,7 @@ std::vector<CutChoice> choices_for(const ChartSurface& surface,
   return choices;
 }
 
-/// Those with other seams than all before.
+/// Indices of tried charts whose seams differ from all before.
 std::vector<std::size_t> different(const std::vector<Tried>& tried) {
   std::vector<std::size_t> result;
   for (std::size_t i = 0; i < tried.size(); ++i) {

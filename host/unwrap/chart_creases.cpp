@@ -63,7 +63,7 @@ class Creases {
     const std::uint32_t m = surface_.mate[h];
     return m == kNoIndex ? 0.0 : dot(surface_.normal[h / 3], surface_.normal[m / 3]);
   }
-  /// Those that lie in a chain which is long.
+  /// Edges that lie in a long chain.
   void add_chains(const std::vector<std::uint32_t>& edges, std::vector<std::uint32_t>& creases) {
     DisjointSets sets(surface_.positions.size());
     const auto ends = [&](std::uint32_t h) {

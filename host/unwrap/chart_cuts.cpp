@@ -100,7 +100,7 @@ class CutTree {
   struct Node {
     FlatChart chart;
     ChartNeighbours neighbour;
-    std::vector<std::uint32_t> prices;  ///< That come to it.
+    std::vector<std::uint32_t> prices;  ///< Prices that cut down to this part
     std::vector<Split> splits;
   };
   /// Scratch of one thread, as large as the surface.

@@ -17,7 +17,7 @@ struct Atlas {
   std::uint64_t texels = 0;       ///< Of all charts, with borders
   std::uint64_t ring_texels = 0;  ///< On their sides (kiln_volume_chart::first_ring)
   double texels_per_unit = 0;     ///< Side of the world's unit in texels
-  std::uint32_t border = 0;       ///< That was kept
+  std::uint32_t border = 0;       ///< Border that was kept
 };
 
 /// The smallest map, a multiple of 16 texels, that holds the charts at a density, their borders included;

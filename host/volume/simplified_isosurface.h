@@ -41,7 +41,7 @@ struct SimplifiedIsosurface {
   };
   Pieces fine_pieces, pieces;
   bool reached = true;            ///< No more faces than asked for
-  double error_limit = 0;         ///< That decided, cells; 0 where faces were asked for
+  double error_limit = 0;         ///< Limit that decided, cells; 0 where faces were asked for
   std::uint64_t aimed_faces = 0;  ///< Asked for, or the share of the fine surface's
 };
 

@@ -21,7 +21,7 @@ struct DeviceVoxels {
   double infinite_inside =
       0;  ///< What stands for infinite voxels of the solid, where there are any
   std::uint64_t not_finite = 0;
-  std::uint64_t beyond_float = 0;  ///< Whose difference to the iso value a float cannot hold
+  std::uint64_t beyond_float = 0;  ///< Voxels whose difference to the iso value a float cannot hold
 
   std::size_t bytes_per_voxel() const { return size_of(type); }
   /// As KILN_VOXEL takes it.

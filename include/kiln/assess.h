@@ -99,14 +99,14 @@ struct MatchAssessment {
   /// between a texel and its neighbours to the right and below, in the same chart.
   Distribution stretch;     ///< Of |log2 - mean log2|: 0 is perfectly even
   double mean_stretch = 0;  ///< Mean log2
-  std::uint64_t cells = 0;  ///< That were rated
+  std::uint64_t cells = 0;  ///< Cells that were rated
   double folded = 0;        ///< Share of cells whose corners F puts in the opposite order
   double largest_jump = 0;  ///< Between matches of neighbouring texels, world units
   double largest_step = 0;  ///< Between neighbouring texels themselves, to compare with
 
   std::uint32_t directions = 0;  ///< Test directions, as used
   AssessmentFields fields;       ///< Where AssessOptions::fields asks for them
-  double seconds = 0;            ///< That the rating took
+  double seconds = 0;            ///< Seconds that the rating took
 };
 
 /// Rates a match. Its samples must be those of `low` at the match's size.

@@ -10,7 +10,7 @@
 
 /// A matching direction leaves its face at this cosine at least.
 ///
-/// AsyncTask a ridge the mean of what sees both sides may lie along the wall, or lead into it: the ray would
+/// Beside a ridge the mean of what sees both sides may lie along the wall, or lead into it: the ray would
 /// run far over the face, or under it. It is raised along the face's normal, which changes it the least
 /// of all ways.
 #define KILN_VISIBILITY_LEAST_RISE 0.1f

@@ -333,7 +333,7 @@ TEST(MeshIo, NamesVerticesFarFromAllOthers) {
 }
 
 TEST(MeshIo, TellsWhatRoundingFlattens) {
-  // AsyncTask a used corner at 0 the small square keeps half a metre: its sides are 0.01.
+  // Beside a used corner at 0 the small square keeps half a metre: its sides are 0.01.
   const Loaded loaded =
       load_text("r.obj",
                 "v 500000.11 4500000.11 300\nv 500000.12 4500000.11 300\nv 500000.12 4500000.12 "

@@ -168,6 +168,20 @@ TEST(ChartCommand, MeasuresSettings) {
   expect_picture(out, 1, 2);
 }
 
+TEST(ChartCommand, TakesAllSettingsThatServe) {
+  KILN_REQUIRE_DEVICE();
+  const fs::path scene = make_scene(100);
+  const ProcessResult result =
+      run_kiln({"chart", scene / "high.obj", scene / "low.obj", "--out", scene / "out", "--size",
+                "16", "--repeat", "1", "--directions", "12", "--pixels", "16"});
+  ASSERT_EQ(result.exit_code, 0) << result.errors;
+  const json pair = read_json(scene / "out" / "chart.json")["pairs"][0];
+  EXPECT_EQ(pair["settings"].size(), 19U);  // of the 20 that ChartSettings lists
+  ASSERT_EQ(pair["left_out"].size(), 1U);
+  EXPECT_EQ(pair["left_out"][0]["setting"], "uv");
+  EXPECT_NE(pair["left_out"][0]["reason"].get<std::string>().find("no UVs"), std::string::npos);
+}
+
 TEST(ChartCommand, ComparesWaysToGatherAmbientOcclusion) {
   KILN_REQUIRE_DEVICE();
   const fs::path scene = test::scratch_folder();  // a ring, which darkens itself

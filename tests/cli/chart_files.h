@@ -29,7 +29,7 @@ inline std::vector<std::string> read_lines(const fs::path& path) {
   return lines;
 }
 
-/// The picture of so many groups of panels. AsyncTask it lies no script: that is for where there is no picture.
+/// The picture of so many groups of panels. No script lies beside it: that is for where there is no picture.
 inline void expect_picture(const fs::path& out, std::uint32_t groups,
                            std::uint32_t lines_of_panels) {
   EXPECT_EQ(fs::exists(out / "kiln_plot.py"), !test::has_matplotlib());

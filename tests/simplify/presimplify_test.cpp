@@ -82,7 +82,7 @@ TEST(Presimplify, DropsPartsThatWereCutOff) {
   origin.insert(origin.end(), {5, 90});  // A cut made two vertices more.
   std::vector<Triangle> triangles = sphere;
   std::erase_if(
-      triangles, [](const Triangle& t) {  // The small_component's own vertices are no longer there.
+      triangles, [](const Triangle& t) {  // The small component's own vertices are no longer there.
         return std::ranges::any_of(t, [](std::uint32_t v) { return v == 300 || v == 301; });
       });
   const std::vector<Triangle> rest = triangles;

@@ -257,7 +257,7 @@ TEST(SmallCharts, OfSlatsAreCoveredAlongTheirLength) {
       ASSERT_EQ(map.triangle[i] != kNothing, reached) << column << " " << row;
       if (!reached) continue;
       EXPECT_NEAR(map.point[i][0] * 64, column == 10 ? 10.55 : 11.35, 0.8 / 256);
-      // AsyncTask the diagonal the other triangle may be nearer by less than the slat is wide.
+      // Beside the diagonal the other triangle may be nearer by less than the slat is wide.
       const double y = std::clamp(row + 0.5, 4.25, 44.25);
       EXPECT_NEAR((1 - map.point[i][1]) * 64, y, 40.0 / 256 + 0.05);
     }

@@ -42,7 +42,7 @@ void fill(const VolumeInput& input, const Grid& grid, Volume& volume) {
   }
   std::array<std::uint64_t, 3> size{};
   for (int a = 0; a < 3; ++a) {
-    // AsyncTask the ends of the index space there is no room.
+    // Beyond the ends of the index space there is no room.
     constexpr std::int64_t last = std::numeric_limits<std::int32_t>::max() - 8;
     const std::int64_t begin = box.min()[a], end = box.max()[a];
     if (begin < -last || end > last) {

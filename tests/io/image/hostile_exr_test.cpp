@@ -29,7 +29,7 @@ struct Spec {
   int compression = 0;
   Box data = {}, display = {};
   std::string more = {};    // Attributes
-  std::uint32_t flags = 0;  // AsyncTask the version, 2
+  std::uint32_t flags = 0;  // Beside the version, 2
   std::vector<std::string> channels = {"Y"};
 };
 
