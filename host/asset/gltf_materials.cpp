@@ -6,6 +6,7 @@
 
 #include "asset/gltf.h"
 #include "asset/hierarchy.h"
+#include "asset/materials.h"
 #include "base/counted.h"
 #include "io/file/text_scanner.h"
 
@@ -264,6 +265,18 @@ std::vector<Material> read_gltf_materials(const GltfFile& file) {
 
 std::vector<Material> read_gltf_materials(const MeshInput& input) {
   return read_gltf_materials(GltfFile(input));
+}
+
+void note_vertex_opacity(const Mesh& mesh, std::vector<Material>& materials) {
+  if (mesh.colors.empty()) return;
+  constexpr std::uint8_t kOpaque = 255;
+  for (std::size_t t = 0; t < mesh.materials.size(); ++t) {
+    Material& material = materials[mesh.materials[t]];
+    if (!material.multiplies || material.alpha_mode == AlphaMode::opaque) continue;
+    for (const std::uint32_t v : mesh.triangles[t]) {
+      if (mesh.colors[v][3] != kOpaque) material.vertex_opacity = true;
+    }
+  }
 }
 
 }  // namespace kiln

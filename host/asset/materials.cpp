@@ -340,18 +340,6 @@ std::vector<Material> load_materials(const Mesh& mesh, const fs::path& mesh_file
   return materials;
 }
 
-void note_vertex_opacity(const Mesh& mesh, std::vector<Material>& materials) {
-  if (mesh.colors.empty()) return;
-  constexpr std::uint8_t kOpaque = 255;
-  for (std::size_t t = 0; t < mesh.materials.size(); ++t) {
-    Material& material = materials[mesh.materials[t]];
-    if (!material.multiplies || material.alpha_mode == AlphaMode::opaque) continue;
-    for (const std::uint32_t v : mesh.triangles[t]) {
-      if (mesh.colors[v][3] != kOpaque) material.vertex_opacity = true;
-    }
-  }
-}
-
 Texture load_material_texture(const std::vector<Material>& materials, MaterialSlot slot,
                               std::vector<Warning>* warnings, std::uint32_t uv_set) {
   if (materials.empty()) {
