@@ -17,7 +17,7 @@ namespace {
 
 constexpr std::uint32_t kFewTriangles =
     16;  // a bounding prism costs as much as testing some of these
-// Shares of the surface of the box, and of the bounding prism above, or of their thickness, below which a bounding prism pays.
+// A bounding prism pays below these shares of the surface, or of the thickness, of the box and of the prism above.
 constexpr double kPays = 0.75, kThinPays = 0.5;
 constexpr double kLargestTilt = 0.5;  // above which thin bounding prisms tell little
 constexpr std::uint32_t kNone = 0xFFFFFFFFu;

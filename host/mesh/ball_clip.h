@@ -62,7 +62,8 @@ inline BallClip clip_by_ball(const std::array<Vec3d, 3>& corners, double squared
     }
   }
   if (!(squared > 0) || !(doubled_area > 0)) return clip;
-  // In 0 to a full turn; if the centre lies outside, a half at most. Rounding must not turn an angle of 0 into a full turn, nor the reverse.
+  // In 0 to a full turn; if the centre lies outside, a half at most. Rounding must not turn an angle of 0 into a full
+  // turn, nor the reverse.
   double angle = std::atan2(imaginary, real);
   constexpr double kNone = 1e-9;
   if (centre_inside && std::abs(angle) < kNone) {

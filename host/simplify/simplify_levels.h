@@ -22,8 +22,8 @@ enum class LevelRule {
 
 /// The meshes that simplify() passes on its way down. Where the high poly needs no presimplification, each is the
 /// mesh that simplify() makes of that number of faces. The same holds if no level has more than 5,000
-/// faces, so that all have one presimplification, and nothing is left to mend. Else the smaller ones may differ a little, since
-/// finer meshes need a finer presimplification.
+/// faces, so that all have one presimplification, and nothing is left to mend. Else the smaller ones may differ a
+/// little, since finer meshes need a finer presimplification.
 class SimplifyLevels {
  public:
   /// \param high   must outlive this

@@ -53,7 +53,8 @@ struct SimplifyReport {
     return 2.5 * error > kSearchDistance ? 2.5 * error : kSearchDistance;
   }
   /// The distance that such bakes look first (MatchOptions::near_distance), a share of the diagonal: some times the mean
-  /// distance. 0: none, since small components that were left out close to the low poly are to be found as far out as they float.
+  /// distance. 0: none, since small components that were left out close to the low poly are to be found as far out as
+  /// they float.
   double near_distance() const {
     if (dropped_parts > 0 && !(search_distance() > kSearchDistance)) return 0;
     const double near = 4 * mean_error;

@@ -19,7 +19,7 @@
 /// children are leaves with inverted infinite bounds, which no ray meets.
 #define KILN_BVH_LEAF 0x80000000u
 
-/// A child that is a node behind a bounding prism: this bit and the index of the bounding prism, which lies right before its node.
+/// A child that is a node behind a bounding prism: this bit and the index of the prism, which lies right before its node.
 #define KILN_BVH_PRISM 0x40000000u
 
 /// Boxes of the children as structure of arrays: planes[axis][0] are lower bounds, [axis][1] upper.

@@ -203,7 +203,8 @@ TEST(Clean, FinsGoAndWallsStay) {
   EXPECT_EQ(walls.triangles.size(), before.triangles.size());
 }
 
-/// Wavy sheets from a common line, at angles around it. \param apart  the last one has vertices of its own beside the line's
+/// Wavy sheets from a common line, at angles around it.
+/// \param apart  the last one has vertices of its own beside the line's
 Mesh leaves(const std::vector<double>& angles, float apart = 0) {
   constexpr std::uint32_t kAlong = 60, kAcross = 30;
   Mesh mesh;
