@@ -52,9 +52,9 @@ std::array<std::uint32_t, KILN_SELFTEST_OPERATIONS> operate(const kiln_selftest_
   words[KILN_SELFTEST_SUMS] = bits_of((a * b + c) - b * c);
   words[KILN_SELFTEST_FMA] = bits_of(std::fma(a, b, c));
   words[KILN_SELFTEST_DIVISION] = bits_of(a / b - std::sqrt(std::fabs(c)));
-  const float near = std::clamp(std::max(std::min(a, b), c), -1.5F, 3.25F);
+  const float clamped = std::clamp(std::max(std::min(a, b), c), -1.5F, 3.25F);
   words[KILN_SELFTEST_ROUNDING] =
-      bits_of(std::copysign(std::floor(a) + std::fabs(std::rint(b)) + near, c));
+      bits_of(std::copysign(std::floor(a) + std::fabs(std::rint(b)) + clamped, c));
   words[KILN_SELFTEST_SELECT] = bits_of(a < c && p != q ? c : p < q ? b : a);
   const float large = static_cast<float>(p) + static_cast<float>(u);
   words[KILN_SELFTEST_CONVERT] =
