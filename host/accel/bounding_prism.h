@@ -26,7 +26,7 @@ struct Prism {
   std::array<Vec3d, 6> corners;  ///< 3 of the bottom, then those above them
   std::array<Vec3d, 5> normals;  ///< Out of it, unit: sides, bottom, top
   std::array<double, 5> ends{};  ///< No corner lies farther along a normal
-  double slack = 0, tilt = 0;    ///< Of kiln_bvh_prism
+  double slack = 0, tilt = 0;    ///< As in kiln_bvh_prism
   double height() const { return ends[3] + ends[4]; }
   double half_area = std::numeric_limits<double>::infinity();  ///< Infinite: there is none
 };

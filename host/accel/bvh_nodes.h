@@ -25,7 +25,7 @@ struct Subtree {
 struct Task {
   Range range;
   std::uint32_t level = 0;
-  std::size_t node = 0;  ///< Where the subtree hangs: node and child of the top
+  std::size_t node = 0;  ///< The subtree's parent: node and child of the top
   int child = 0;
 };
 

@@ -26,10 +26,10 @@ struct ViewArea {
 struct ViewQuery {
   ViewCriterion criterion = ViewCriterion::angle;
   float max_distance = 1;  ///< Frame units
-  float least_cosine = 0;  ///< Of a view's angle to the sample's direction
+  float least_cosine = 0;  ///< Least cosine of a view's angle to the sample's direction
   bool refine = true;      ///< Move to the point on the sample's own direction
   bool two_sided = false;  ///< Draw and take faces that are turned away
-  ViewArea area;           ///< What the view shows
+  ViewArea area;           ///< The area that the view shows
 };
 
 /// Depth views on the device, drawn once and matched against any number of bands of samples.

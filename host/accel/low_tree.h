@@ -14,7 +14,7 @@ namespace kiln {
 /// The usable triangles of a low poly, each with corners of its own, and their hierarchy.
 struct LowTree {
   std::vector<Vec3> positions;      ///< Three a triangle
-  std::vector<Triangle> triangles;  ///< Of these positions
+  std::vector<Triangle> triangles;  ///< Indices of these positions
   std::vector<std::uint32_t> of;    ///< The surface's triangle of each
   std::vector<Vec3d> normals;       ///< Unit
   std::shared_ptr<const Tree> tree;

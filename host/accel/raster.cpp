@@ -31,7 +31,7 @@ void store(const Vec3d& from, kiln_float to[3]) {
   to[2] = static_cast<float>(from.z);
 }
 
-/// Of what views can show.
+/// Squared radius of the part of a mesh that views can show.
 double squared_radius(std::span<const Vec3> positions, std::span<const Triangle> triangles) {
   std::vector<double> parts((triangles.size() >> 16) + 1, 0.0);
   parallel_for(triangles.size(), 1 << 16, [&](std::size_t begin, std::size_t end) {

@@ -22,7 +22,7 @@ inline bool is_in_views(const Vec3& p) {
 struct RasterChunks {
   std::vector<kiln_raster_chunk> chunks;  ///< 16 for each of `bounds`; the last may be empty
   std::vector<kiln_raster_bounds> bounds;
-  double area = 0;       ///< Of its triangles
+  double area = 0;       ///< Sum over its triangles
   double diagonals = 0;  ///< Squared, of its chunks' boxes
 };
 

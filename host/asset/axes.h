@@ -14,7 +14,7 @@ AffineMap turn_of(UpAxis up);
 /// From a file's coordinates to those of Mesh.
 struct WorldFrame {
   std::optional<AffineMap> map;  ///< None: they stay as they are
-  double metres = 0;             ///< Of a unit of the Mesh; 0: unknown
+  double metres = 0;             ///< Metres in a unit of the Mesh; 0: unknown
 };
 
 /// \param own_turn    that the file asks for; none: it does not say its axes

@@ -24,7 +24,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// What a material says of a slot, and the words for it.
+/// The members of a material that describe one slot, and the slot's names.
 struct SlotRow {
   MaterialPicture Material::*picture;
   MaterialNumber Material::*number;  ///< Null: as `fixed`

@@ -196,7 +196,7 @@ class OffReader {
   bool of_any_dimension_ = false;  ///< A line says how many coordinates vertices have.
   bool colors_first_ = false;      ///< Before the normals.
   std::uint64_t vertices_ = 0, faces_ = 0;
-  std::vector<double> values_;  ///< Of a vertex.
+  std::vector<double> values_;  ///< Numbers of a vertex's line.
   std::vector<std::uint32_t> corners_;
 };
 

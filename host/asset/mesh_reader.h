@@ -22,7 +22,7 @@ enum class MeshFormat { ply, obj, stl, off, gltf, assimp };
 struct MeshInput {
   std::string file;                          ///< Path as the caller gave it; used in messages.
   std::string_view bytes;                    ///< The content.
-  std::vector<Warning>* warnings = nullptr;  ///< Where to append what was imperfect; may be null.
+  std::vector<Warning>* warnings = nullptr;  ///< Gets a warning for each imperfection; may be null.
   LoadMeshOptions options = {};
   /// Folder of the files that this one refers to (buffers, pictures). None: they are not read.
   std::optional<std::filesystem::path> folder = {};

@@ -58,7 +58,7 @@ class CopyCheck {
   /// The point that the match finds for a place.
   struct Point {
     bool found = false;
-    std::uint32_t triangle = 0;  ///< Of the high poly
+    std::uint32_t triangle = 0;  ///< Triangle of the high poly
     Vec3d at, offset, normal;    ///< Frame units; from the place; unit
     std::array<double, 4> color{};
   };

@@ -70,7 +70,7 @@ class HighCoverage {
   std::vector<float> radius_;  ///< Within which a sample stands for the place; 0: it does not count
   std::vector<float> seen_;    ///< Sum of cosines of directions that see it
   std::vector<std::uint8_t> held_;
-  std::vector<std::uint8_t> by_copies_;  ///< Where it is lost, it is for this reason
+  std::vector<std::uint8_t> by_copies_;  ///< 1 where a sample is lost because charts share texels
   /// Per triangle: which places may reach into it, see find_triangles(); empty: not known.
   std::vector<std::uint32_t> near_;
   std::vector<std::uint32_t> few_, few_first_;  ///< Places of triangles that have few, in runs

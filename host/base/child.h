@@ -15,8 +15,8 @@ enum class ChildEnd {
 };
 
 struct ChildLimits {
-  std::uint64_t seconds = 0;  ///< Of processor time
-  std::uint64_t bytes = 0;    ///< Of address space beyond what this process has
+  std::uint64_t seconds = 0;  ///< Limit of processor time
+  std::uint64_t bytes = 0;    ///< Limit of address space, beyond what this process has
 };
 
 /// Forks, calls `work` in the child within limits, and waits for its end. Nothing of what it changes comes back but

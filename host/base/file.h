@@ -24,7 +24,7 @@ struct FileFacts {
   FileId id;
   bool is_regular = false;
   bool is_folder = false;
-  bool is_own = false;  ///< Of the user who runs the process
+  bool is_own = false;  ///< Owned by the user who runs the process
   std::uint64_t bytes = 0;
   std::int64_t modified = 0;  ///< Seconds since 1970
   unsigned permissions = 0;   ///< As chmod has them
@@ -38,7 +38,8 @@ std::optional<FileFacts> facts_of(int file) noexcept;
 // Descriptors of open files, which no program that is run from here inherits.
 int open_to_read(
     const std::filesystem::path& path) noexcept;  ///< Does not wait for a pipe's writer
-int open_to_write(const std::filesystem::path& path) noexcept;  ///< What is there, such as a pipe
+int open_to_write(
+    const std::filesystem::path& path) noexcept;  ///< Opens what is there, such as a pipe
 /// A file that is not there yet.
 int create_file(const std::filesystem::path& path, unsigned permissions) noexcept;
 /// A file without a name, which name_file() can give one.

@@ -39,7 +39,7 @@ namespace {
 
 thread_local std::string last_message;
 thread_local std::string last_code;
-/// Of the last call that makes a mesh or a source.
+/// Warnings of the last call that made a mesh or a source.
 thread_local std::vector<Warning> last_warnings;
 
 kiln_status failed(kiln_status status, const char* message, const char* code) noexcept {
@@ -445,7 +445,7 @@ kiln_status kiln_map_save(const kiln_map* map, const char* path) {
     SaveImageOptions options;
     options.format = format_of(file);
     Image image{m.width, m.height, m.channels, {}};
-    // What no picture can be is told by save_image(), not read.
+    // save_image() refuses sizes that no picture has; their pixels are not read.
     constexpr std::uint32_t kMostTexels = 65536, kMostChannels = 4;
     if (std::max(m.width, m.height) <= kMostTexels && m.channels <= kMostChannels) {
       image.pixels.assign(m.pixels, m.pixels + std::size_t{m.width} * m.height * m.channels);

@@ -72,10 +72,11 @@ DeviceInfo describe(cl_platform_id platform, cl_device_id device) {
   return info;
 }
 
-// Of clIcdGetPlatformIDsKHR, too, which the loader calls in each driver.
+// The type of clGetPlatformIDs, and of clIcdGetPlatformIDsKHR, which the loader calls in each driver.
 using PlatformsCall = cl_int(CL_API_CALL*)(cl_uint, cl_platform_id*, cl_uint*);
 
-/// Of the driver whose library KILN_OPENCL_DRIVER names: no loader lists it. Null where there is none.
+/// The call that lists the platforms of the driver whose library KILN_OPENCL_DRIVER names: no loader lists it. Null where
+/// there is none.
 /// \param reason  why; empty where the variable is not set
 PlatformsCall own_driver(std::string& reason) {
   const char* path = std::getenv("KILN_OPENCL_DRIVER");

@@ -28,7 +28,7 @@ struct Context::Program {
 
 struct Context::Build {
   std::shared_future<std::shared_ptr<Program>> program;
-  std::jthread thread;  ///< Where somebody gives signs of life while it builds
+  std::jthread thread;  ///< Gives signs of life while the program builds
 };
 
 }  // namespace kiln::ocl

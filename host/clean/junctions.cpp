@@ -13,8 +13,8 @@ namespace {
 /// A piece of an edge's length that its parts may be at least, and rounds: a triangle is cut at one edge a round.
 constexpr double kLeastPiece = 0.02;
 constexpr int kRounds = 3;
-/// Where more open edges than this meet, sheets hang on one vertex: no place for a junction, and all pairs of them would
-/// be looked at.
+/// Most open edges at a vertex that is tried as a junction. With more, sheets hang on one vertex: no place for a junction,
+/// and all pairs of edges would be looked at.
 constexpr std::size_t kMostEdgesAtHub = 256;
 
 /// Open edges by both of their ends.

@@ -29,7 +29,7 @@ class AoDenoiser {
   struct Texels {
     std::uint32_t first_row = 0, row_count = 0;
     std::span<const std::uint32_t> place;     ///< (row - first_row) * width + column
-    std::span<const std::uint32_t> triangle;  ///< Of the low poly
+    std::span<const std::uint32_t> triangle;  ///< Triangles of the low poly
     const cl::Array<float>& points;           ///< Positions and normals, 6 planes
     std::uint32_t points_plane = 0;
   };
@@ -38,7 +38,7 @@ class AoDenoiser {
   static constexpr std::uint64_t kBytesOfTexel = (4 * 2 + 2) * sizeof(float);
 
   struct Result {
-    std::vector<float> shares;  ///< Of each texel
+    std::vector<float> shares;  ///< Per texel
     std::vector<float> errors;  ///< Root mean square expected around it, over some 2,000 texels
   };
   /// \param estimates  two of each texel: a, b, a, b...

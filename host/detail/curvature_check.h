@@ -33,7 +33,7 @@ class CurvatureCheck {
  private:
   struct Piece {
     std::array<Vec3d, 3> corner;
-    std::array<double, 3> angle{};  ///< Of edge k, from corner k; signed
+    std::array<double, 3> angle{};  ///< Angle of edge k, from corner k; signed
     int order = 0;                  ///< Binary, of its size along x
     double x = 0;                   ///< Its least
   };

@@ -21,8 +21,9 @@ struct PointScratch {
 /// stands in for it (Wang et al., section 2).
 struct HighPoint {
   bool found = true;
-  std::uint32_t triangle = 0;  ///< Of the high poly; KILN_NO_TRIANGLE where nothing was found
-  float u = 0, v = 0;          ///< Weights of its corners 1 and 2
+  std::uint32_t triangle =
+      0;               ///< Triangle of the high poly; KILN_NO_TRIANGLE where nothing was found
+  float u = 0, v = 0;  ///< Weights of its corners 1 and 2
   double distance =
       0;  ///< Along the match's direction, world units, outward positive; 0 where not found
   Vec3d position;                  ///< World units
@@ -37,7 +38,7 @@ struct HighPoint {
   /// Sides of the sample's share of its texel (rightwards, downwards), in UVs of the high poly's
   /// triangle: carried there along the low poly's normal.
   std::array<std::array<double, 2>, 2> uv_sides;
-  PointScratch* scratch = nullptr;  ///< Of the function's scratch()
+  PointScratch* scratch = nullptr;  ///< The result of the function's scratch()
   Vec3d
       seen;  ///< Mean of the directions that see the low poly's point; 0 where not known, or none does
 };

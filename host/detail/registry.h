@@ -31,7 +31,7 @@ struct MapRequest {
   const Source::Impl& source;
   const LowSurface& surface;
   const BakeOptions& options;
-  SharedWorks& shared;  ///< Of all maps of the bake
+  SharedWorks& shared;  ///< Shared by all maps of the bake
   /// Samples stand for so many times less than their share of a texel, a side: for maps that are read as points.
   std::uint32_t finer = 1;
   /// It is to check another one of the same map: works in another way, where the map has one.

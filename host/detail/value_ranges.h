@@ -13,7 +13,7 @@ namespace kiln {
 struct RangeRequest {
   const Source::Impl& source;
   const BakeOptions& options;
-  double reach = 0;  ///< How far the match looks, world units
+  double reach = 0;  ///< Search distance of the match, world units
 };
 
 /// Rules for rows of maps (MapRow::range): rounded outward, magnitudes to two digits.

@@ -43,8 +43,7 @@ class FilteredTexture {
   struct Level {
     std::uint32_t width = 0, height = 0;
     const float* pixels = nullptr;
-    std::vector<float>
-        own;  ///< What `pixels` points to, but for a picture that is read where it is
+    std::vector<float> own;  ///< Storage behind `pixels`; empty for a picture that is read in place
   };
 
   void convert(const Image& image, TextureKind kind);

@@ -69,8 +69,8 @@ struct Profile {
   std::array<std::vector<double>, kRings> angles, gaps;
 
   struct End {
-    double bevel = kNone;  ///< Where it ends; infinity: nowhere
-    double gap = 0;        ///< How far out the high poly lies there
+    double bevel = kNone;  ///< Distance at which the bevel ends; infinity: none found
+    double gap = 0;        ///< Distance of the high poly there, outward
   };
 
   End end(double farthest) const {

@@ -11,9 +11,9 @@ namespace kiln {
 
 /// Widths found along hard edges. Lengths in frame units.
 struct Bevels {
-  std::vector<float> widths;  ///< Of each edge: over what rays turn there, above 0
+  std::vector<float> widths;  ///< Per edge: over what rays turn there, above 0
   std::size_t found = 0;      ///< Edges whose own bevel was found; the others take the median
-  float median = 0;           ///< Of those found; 0 where none was
+  float median = 0;           ///< Median of those found; 0 where none was
 };
 
 /// Looks at the high poly along the normals of the low poly's faces. It does so at several places along each hard

@@ -261,8 +261,8 @@ class Search {
   CageNeeds needs_;
   std::size_t count_ = 0;
   std::vector<float> points_;  ///< Seven planes, after turning
-  std::vector<float> limit_;   ///< Where the low poly begins again
-  std::vector<float> height_;  ///< Of the places' faces, outward
+  std::vector<float> limit_;   ///< Distance at which the ray meets the low poly again
+  std::vector<float> height_;  ///< Heights over the places' faces, outward
 };
 
 }  // namespace

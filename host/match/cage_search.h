@@ -20,7 +20,7 @@ struct CageNeeds {
   std::vector<float> outward, outward_most;
   std::vector<float> inward,
       inward_most;              ///< Depth of the face below the place, and of the next one below it
-  std::vector<Vec3> direction;  ///< Of the places' rays, unit
+  std::vector<Vec3> direction;  ///< Directions of the places' rays, unit
 };
 
 /// A place's face is the first of these that there is: the one where its ray leaves a solid beyond the request's

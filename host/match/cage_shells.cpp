@@ -23,7 +23,7 @@ constexpr double kLeastCosine = 0.05;  // as kernels/lib/shell.clh has it
 struct CagePart {
   std::array<std::uint32_t, 3> vertex{};
   std::array<double, 3> weight{};  ///< Barycentric, times the cosine of the vertex's direction
-  double cosine = 1;               ///< Of the ray and the triangle's normal
+  double cosine = 1;               ///< Cosine between the ray and the triangle's normal
 };
 
 std::vector<CagePart> parts_of(const CageNeeds& needs, const LowSurface& surface,

@@ -13,7 +13,7 @@ namespace {
 
 /// A part's meshes and its matcher, which refers to them: it stays in its place.
 struct Part {
-  std::vector<std::uint32_t> triangles;  ///< Of the high poly
+  std::vector<std::uint32_t> triangles;  ///< Triangles of the high poly
   std::unique_ptr<Source::Impl> source;
   LowSurface surface;
   std::unique_ptr<Matcher> matcher;

@@ -44,10 +44,10 @@ struct MatchRequest {
 
   const Source::Impl& source;
   const LowSurface& surface;
-  std::uint32_t width = 0, height = 0, samples = 1;  ///< Of the map
-  double distance = 0;     ///< How far to look; with a cage, from the cage inward
-  double near = 0;         ///< ... and how far first; 0: at once
-  double sheet_reach = 0;  ///< Where samples on open sheets may look farther: how far; else 0
+  std::uint32_t width = 0, height = 0, samples = 1;  ///< Size and samples of the map
+  double distance = 0;              ///< Search distance; with a cage, from the cage inward
+  double near = 0;                  ///< ... and how far first; 0: at once
+  double sheet_reach = 0;           ///< Search distance of samples on open sheets; 0: as others
   std::optional<double> cage = {};  ///< Start rays this far outside, inward, first hit
   bool cage_mesh = false;           ///< ... or where the surface's directions end
   bool two_sided = false;           ///< Back faces of the high poly are hit, too
@@ -57,7 +57,7 @@ struct MatchRequest {
   RayOptions ray = {};
   bool turned =
       false;  ///< Samples' directions turned at hard edges: they may look along averaged ones, too
-  std::uint32_t cluster = 0;  ///< Of several clusters of directions of visibility, which one
+  std::uint32_t cluster = 0;  ///< Index of the cluster of directions of visibility
   /// Their field: made where it is null, for the clusters after this one.
   std::shared_ptr<const VisibilityField>* field = nullptr;
   /// Told the share done, [0, 1], and the work, by matches that prepare for long. \returns false to cancel

@@ -15,7 +15,7 @@ namespace kiln {
 struct UvLayout {
   std::uint32_t shift = 0;
   std::vector<kiln_uv_piece> pieces;  ///< In ascending order of triangles
-  std::vector<kiln_uv_clip> clips;    ///< Of pieces that were clipped
+  std::vector<kiln_uv_clip> clips;    ///< Pieces that were clipped
   std::vector<kiln_uv_task> tasks;  ///< None crosses from one run of KILN_UV_TILE rows to the next
   std::vector<std::uint32_t> first_task;  ///< [runs + 1]
   std::uint64_t outside = 0;              ///< Triangles that reach out of the unit square

@@ -35,7 +35,7 @@ struct PartedTexel;
 /// A direction that the mesh may be seen from.
 struct ProbeDirection {
   Vec3d toward;      ///< Unit, from the mesh to the viewer
-  float weight = 1;  ///< How likely
+  float weight = 1;  ///< Likelihood of the view
 };
 
 /// Called with the share done; false: stop. May be empty.
@@ -68,7 +68,7 @@ class VisibilityProbe {
     cl::Array<float> points;  ///< 6 planes: position in the probe's scale, unit normal of the face
     cl::Array<float> sums;    ///< 4 planes: weighted sum of directions x y z, sum of weights
     cl::Array<std::int32_t>
-        seen;  ///< Where asked for, planes of 32 bits: which directions see a place
+        seen;  ///< Set where asked for, planes of 32 bits: which directions see a place
   };
 
   /// A band's samples, with the normals of their triangles.

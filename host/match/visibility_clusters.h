@@ -27,7 +27,7 @@ std::vector<Vec3d> part_directions(std::span<const SeeingDirection> directions,
 /// A texel of the field whose directions scatter.
 struct PartedTexel {
   std::uint32_t pixel = 0;
-  std::vector<Vec3d> directions;  ///< Of its clusters, 2 or more
+  std::vector<Vec3d> directions;  ///< Mean directions of its clusters, 2 or more
 };
 
 }  // namespace kiln

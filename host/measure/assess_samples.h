@@ -11,14 +11,14 @@
 namespace kiln {
 
 struct AssessedSamples {
-  std::vector<std::size_t> element;     ///< Of the match's grid
-  std::vector<std::uint32_t> triangle;  ///< Of the low poly
+  std::vector<std::size_t> element;     ///< Element of the match's grid
+  std::vector<std::uint32_t> triangle;  ///< Triangle of the low poly
   std::vector<Vec3> position;           ///< p, frame units
   std::vector<Vec3> normal;             ///< Unit, of the low poly's triangle
-  std::vector<double> area;             ///< Of the low poly that the sample stands for, frame units
-  std::vector<std::uint8_t> found;      ///< 0: missed
-  std::vector<Vec3d> match;             ///< F(p), frame units; 0 where missed
-  std::vector<Vec3> match_normal;  ///< Unit, of the high poly's triangle; 0 where it has no area
+  std::vector<double> area;  ///< Area of the low poly that the sample stands for, frame units
+  std::vector<std::uint8_t> found;  ///< 0: missed
+  std::vector<Vec3d> match;         ///< F(p), frame units; 0 where missed
+  std::vector<Vec3> match_normal;   ///< Unit, of the high poly's triangle; 0 where it has no area
 
   std::size_t size() const { return element.size(); }
 };

@@ -64,11 +64,11 @@ class NormalProbe {
   /// Error of normals in the mesh's space at each place, for example those that are matched there.
   NormalError with_normals(const std::vector<float>& normals) const;
 
-  /// What a way to match shows with a map of endless size.
+  /// Errors of a match with a map of endless size.
   struct InfiniteMap {
     NormalError error;
     double missed = 0;           ///< Share of the places
-    std::vector<float> normals;  ///< What it finds there, in the mesh's space
+    std::vector<float> normals;  ///< Normals found there, in the mesh's space
   };
   /// Error that a map of endless size would reach with a way to match. By UVs nothing is checked of the layouts.
   /// \param field  of visibility: made where it is null, and taken where it is not
@@ -105,10 +105,10 @@ class NormalProbe {
   static Image pixel_means(const Image& points, std::uint32_t each);
 
   const Source::Impl& source_;
-  mutable BandReads reads_;  ///< Of the high poly's normals
+  mutable BandReads reads_;  ///< Reads the high poly's normals
   RayCaster light_;
-  std::vector<Vec3d> toward_;  ///< Of the pictures
-  double start_ = 0;           ///< How far from the middle their rays start
+  std::vector<Vec3d> toward_;  ///< Directions of the pictures
+  double start_ = 0;           ///< Distance from the middle at which their rays start
   std::shared_ptr<LowSurface> low_;
   LowSurface& surface_;
   CageReach cage_;

@@ -14,7 +14,7 @@ namespace kiln {
 /// Part of a triangle that lies in a ball.
 struct BallClip {
   double area = 0;
-  std::array<double, 3> share{};  ///< Of the length of edge k, from corner k
+  std::array<double, 3> share{};  ///< Share of the length of edge k, from corner k
 };
 
 /// Clips a triangle by a ball around 0: each edge to its part inside the ball, the area by the circle that the ball

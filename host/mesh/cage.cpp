@@ -31,7 +31,7 @@ constexpr std::size_t kLookedAt = 256;
 struct Piece {
   std::string name;
   std::vector<std::uint32_t> triangles;
-  std::array<Vec3d, 2> box;  ///< Of their finite corners
+  std::array<Vec3d, 2> box;  ///< Bounding box of their finite corners
 };
 
 void find_boxes(const Mesh& mesh, std::span<const Vec3> positions, std::vector<Piece>& pieces) {

@@ -17,7 +17,7 @@ struct CageHull {
   std::string name;
   std::vector<Vec3> positions;
   std::vector<Triangle> triangles;
-  std::size_t low_triangles = 0;  ///< How many it would have as a copy of the low poly
+  std::size_t low_triangles = 0;  ///< Triangles that a copy of the low poly would have
   std::string
       misfit;  ///< In words, why it is no copy of the low poly though it seems to be; or empty
 };
@@ -25,9 +25,9 @@ struct CageHull {
 /// See CageKind. Positions are in the frame, three a triangle of the low poly.
 struct CageCorners {
   CageKind kind = CageKind::offsets;
-  std::vector<Vec3> outer;               ///< Of CageKind::offsets and shells
-  std::vector<Vec3> inner;               ///< Of CageKind::shells
-  std::shared_ptr<const CageHull> hull;  ///< Of CageKind::hull
+  std::vector<Vec3> outer;               ///< Set for CageKind::offsets and shells
+  std::vector<Vec3> inner;               ///< Set for CageKind::shells
+  std::shared_ptr<const CageHull> hull;  ///< Set for CageKind::hull
 };
 
 /// A mesh whose triangles are those of the low poly, in order and with no vertex torn apart, has offsets; one

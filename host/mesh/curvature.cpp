@@ -39,9 +39,9 @@ double angle_between(const Vec3d& normal, const Vec3d& other, const Vec3d& way) 
 
 /// An edge of two triangles, which run along it in opposite senses.
 struct Joint {
-  std::array<std::uint32_t, 2> corner;  ///< Where it starts in each: 3 * triangle + k
+  std::array<std::uint32_t, 2> corner;  ///< The corner at its start in each: 3 * triangle + k
   double length;
-  std::array<double, 2> height;  ///< Of each triangle over it
+  std::array<double, 2> height;  ///< Height of each triangle over it
   double angle;                  ///< Signed
 };
 

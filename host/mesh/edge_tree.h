@@ -27,8 +27,8 @@ struct BendSums {
 /// A triangle, or a part of one that is long: its cuts are edges without an angle.
 struct BendPiece {
   std::array<Vec3, 3> corner;
-  std::array<float, 3> angle;  ///< Of edge k, from corner k; signed
-  float area = 0, bend = 0;    ///< Of all of it, as BendSums
+  std::array<float, 3> angle;  ///< Angle of edge k, from corner k; signed
+  float area = 0, bend = 0;    ///< Sums of the whole subtree, as BendSums
 };
 
 /// Pieces of triangles in a balanced tree of boxes, with the sums of each box.

@@ -15,7 +15,7 @@ namespace kiln {
 struct Frame {
   std::array<double, 3> center{};
   double scale = 1;
-  double diagonal = 1;  ///< Of that box, in world units.
+  double diagonal = 1;  ///< Diagonal of that box, world units.
 
   /// From the triangles with area, see bulk_bounds(). \throws Error(input) where there are none
   static Frame of(const Mesh& mesh);

@@ -24,7 +24,7 @@ struct LowSurface {
     Vec3 tangent;    ///< Unit, MikkTSpace
     float sign = 1;  ///< Bitangent = sign * cross(normal, tangent)
     Vec2 uv;
-    float straight = 0;  ///< Of the vertex's colour: 1 where red is full (RayDirection::painted)
+    float straight = 0;  ///< Red of the vertex's colour, 0 to 1 (RayDirection::painted)
     float outward = 0;   ///< With CageKind::shells: how far out rays start, frame units
     float inward = 0;    ///< ... and how far in they end
   };
@@ -37,8 +37,8 @@ struct LowSurface {
   /// kNoCopy. Empty where no triangle shares any.
   std::vector<std::uint32_t> copy_of;
   bool has_cage_mesh = false;
-  CageKind cage_kind = CageKind::offsets;     ///< Where it has one
-  std::shared_ptr<const CageHull> cage_hull;  ///< Of CageKind::hull
+  CageKind cage_kind = CageKind::offsets;     ///< Kind of its cage, if it has one
+  std::shared_ptr<const CageHull> cage_hull;  ///< Set for CageKind::hull
   /// With a cage mesh: how long rays are where nobody says. Of a hull CageReach finds it out.
   double cage_length = 0;
   /// Arrays made of all this but the UVs. Copies share them, which may have other UVs.

@@ -204,7 +204,7 @@ bool is_ordinary(const Mesh& mesh) {
 
 /// Fault of a part's normals.
 struct Fault {
-  std::size_t mirror = kAsIs;  ///< What makes them fit the faces
+  std::size_t mirror = kAsIs;  ///< The mirroring that makes them fit the faces
   bool faces = false;          ///< The faces are wrong
   bool decided = false;
 };

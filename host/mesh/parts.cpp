@@ -204,10 +204,10 @@ Kind kind_of(PartsBy by) {
 
 /// A mesh's groups, objects or materials, by the parts that they are of.
 struct NamedGroups {
-  const std::vector<std::uint32_t>* of;  ///< Of each triangle
+  const std::vector<std::uint32_t>* of;  ///< Per triangle
   std::vector<std::string> used;         ///< Names of groups that have triangles
   std::vector<std::string> used_parts;   ///< Of each of these
-  std::vector<std::string> part_of;      ///< Of each group
+  std::vector<std::string> part_of;      ///< Per group
 
   NamedGroups(const Mesh& mesh, const PartNames& names, const PartNamer& part_name, PartSide side) {
     // Formats that know no groups, such as glTF, have objects alone.

@@ -74,7 +74,7 @@ class SurfaceDistance {
   void look_at(const Vec3d& at, const Box& leaf, std::uint32_t& place, double& best) const;
 
   std::vector<Vec3> corners_;         ///< Three a triangle, in the order of the leaves.
-  std::vector<std::uint32_t> order_;  ///< Of the leaves' triangles, their numbers.
+  std::vector<std::uint32_t> order_;  ///< Triangles in the order of the leaves.
 };
 
 /// Squared distance of a triangle: the plane's where the foot lies inside, else the nearest edge's.
@@ -88,7 +88,7 @@ struct DistanceReport {
   double mean = 0;
   double root_mean_square = 0;
   std::uint64_t samples = 0;
-  std::uint64_t searched = 0;  ///< Of these, the ones that no kept triangle answers.
+  std::uint64_t searched = 0;  ///< Those among them that no kept triangle answers.
 };
 
 /// Which of all samples the i-th of `count` is: evenly spaced in the list of four a triangle, its corners, then its

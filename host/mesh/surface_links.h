@@ -12,11 +12,10 @@ namespace kiln {
 
 /// Neighbours of a low poly's triangles.
 struct SurfaceTopology {
-  std::vector<std::array<std::uint32_t, 3>>
-      vertices;  ///< Of each triangle; those at one place are one
+  std::vector<std::array<std::uint32_t, 3>> vertices;  ///< Per triangle; those at one place are one
   std::vector<std::array<std::uint32_t, 3>> neighbour;  ///< Across the edge opposite corner k, or
                                                         ///< KILN_NO_TRIANGLE
-  std::vector<std::uint32_t> chart;                     ///< Of each triangle
+  std::vector<std::uint32_t> chart;                     ///< Per triangle
   std::uint32_t vertex_count = 0;
 
   /// Triangles are neighbours where exactly two share an edge, running along it in opposite senses.
@@ -39,7 +38,7 @@ SurfacePlace walk_surface(const LowSurface& surface, const SurfaceTopology& topo
 
 /// Links between texels, for smoothing a field of them.
 struct TexelLinks {
-  std::vector<std::uint8_t> kind;    ///< Of each pixel: KILN_VISIBILITY_EMPTY, _INNER, _BORDER
+  std::vector<std::uint8_t> kind;    ///< Per pixel: KILN_VISIBILITY_EMPTY, _INNER, _BORDER
   std::vector<std::uint32_t> links;  ///< 9 a border texel, see kiln_visibility_link
 
   /// \param texel_triangle  of each pixel, row by row from the top (v = 1), or KILN_NO_TRIANGLE

@@ -68,7 +68,7 @@ class UvSquares {
   std::span<const UvPlace> places_;
   std::vector<std::uint32_t> heads_;
   std::vector<Link> links_;
-  std::vector<int> levels_;  ///< Of the triangles added, as powers of two
+  std::vector<int> levels_;  ///< Levels of the triangles added, as powers of two
 };
 
 }  // namespace kiln

@@ -16,7 +16,7 @@ struct FacingParts {
 
   struct Part {
     std::uint32_t first = 0;      ///< Its lowest triangle
-    std::uint32_t triangles = 0;  ///< How many
+    std::uint32_t triangles = 0;  ///< Number of triangles
     bool closed = true;           ///< Every edge is shared by two
     bool agrees = true;           ///< All face as the first one
     bool one_sided = false;       ///< No sides can be told apart, as of a Möbius strip

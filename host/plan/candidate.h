@@ -55,7 +55,7 @@ class CandidateBuilder {
   LowPolyPlan& plan_;
   ErrorModel model_;
   std::uint32_t bits_ = 8;
-  std::vector<std::uint32_t> channels_;  ///< Of each map
+  std::vector<std::uint32_t> channels_;  ///< Per map
   double vertices_per_position_ = 1;     ///< Without a map
   double seam_vertices_ =
       10;  ///< With one: vertices that seams add, over the square root of positions

@@ -12,7 +12,7 @@ namespace kiln {
 
 /// Mean angles of rendered normals that a mesh reaches, degrees, and how its outlines differ.
 struct LevelErrors {
-  double without_map = 0;          ///< Of its own normals
+  double without_map = 0;          ///< Error of its own normals
   double infinite_map = 0;         ///< With a map of endless size: README's limit
   double silhouette_mismatch = 0;  ///< NormalError::one_sided_share
 };

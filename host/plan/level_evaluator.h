@@ -111,13 +111,13 @@ class LevelEvaluator {
   bool is_frozen_ = false;
   HighPolyView fine_, coarse_;
   std::array<std::map<std::size_t, LevelErrors>, 2> nodes_;  ///< By level: for shading, for a map
-  /// What a level reached, and the ratios of that to what was found roughly.
+  /// Errors of a level's final mesh, and their ratios to those of the rough one.
   struct Made {
     LevelErrors errors;
     double without_map = 1, infinite_map = 1;
   };
   std::array<std::map<std::size_t, Made>, 2> made_;  ///< As nodes_
-  std::optional<TexelDetail> detail_;                ///< Of the high poly, where it was asked for
+  std::optional<TexelDetail> detail_;  ///< Detail of the high poly, if it was asked for
 };
 
 }  // namespace kiln

@@ -162,7 +162,7 @@ class LodMaker {
   const LodOptions& options_;
   double growth_ = 1;  ///< The level's error over the first one's
   LevelCache cache_;
-  std::unique_ptr<SimplifyLevels> simpler_;  ///< Of the first level
+  std::unique_ptr<SimplifyLevels> simpler_;  ///< Simplifications of the first level
   LodChain chain_;
 };
 

@@ -320,7 +320,7 @@ class LowPolyPlanner {
   const double most_faces_, most_mismatch_;
   BakeOptions bake_;
   ProgressScope alive_;
-  std::vector<std::uint32_t> sizes_;        ///< Of maps, rising; 0: none
+  std::vector<std::uint32_t> sizes_;        ///< Sizes of maps, rising; 0: no map
   std::map<std::uint32_t, Missed> missed_;  ///< By size
   std::vector<MadeCandidate> made_;
   LowPolyPlan plan_;

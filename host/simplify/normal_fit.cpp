@@ -33,7 +33,7 @@ constexpr double kNormalRounding = 1e-9;
 /// Without normals of its own, a high poly of more triangles is sampled by its faces' normals: there is no telling
 /// them from smooth ones.
 constexpr std::size_t kDense = 200'000;
-/// What solutions leave of the right side, as a share; and those that are only looked at.
+/// Residual at which a solution is taken, as a share of the right side; and of solutions that are only compared.
 constexpr double kTolerance = 1e-6, kRoughTolerance = 1e-3;
 /// A sample counts where the low poly's face looks the same way, at least so nearly (cosine).
 constexpr double kNormalAgreement = 0.2;

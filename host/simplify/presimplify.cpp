@@ -314,8 +314,9 @@ void drop_small_components(std::vector<Triangle>& triangles, const std::vector<T
   // All vertices of a small component that one dense part alone has are of the same part: it was cut off that.
   const std::vector<std::uint32_t> dense_part = dense_parts(dense, dense_sides);
   std::vector<std::uint8_t> lives(dense.size(), 0);  // Dense parts of which more is left.
-  std::vector<std::uint32_t> cut_off(origin.size(),
-                                     kNoVertex);  // What small_components were cut off.
+  std::vector<std::uint32_t> cut_off(
+      origin.size(),
+      kNoVertex);  // The vertex that a small component was cut off from.
   for (std::uint32_t v = 0; v < origin.size(); ++v) {
     const std::uint32_t from = dense_part[origin[v]], part = parts.find(v);
     if (from == kNoVertex) continue;

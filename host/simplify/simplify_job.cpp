@@ -37,7 +37,7 @@ constexpr std::uint32_t kLeastOfPart = 4;
 /// A low poly of so many times the faces asked for has too many parts for them; how often some are left out then.
 constexpr double kFarAbove = 1.1;
 constexpr int kMostSurplusRounds = 3;
-/// Samples while looking for small_components.
+/// Samples that measure which components are small.
 constexpr std::uint64_t kGuidingSamples = 1 << 14;
 /// Presimplifications at most, and places in all: where these are not enough, presimplification does not help.
 constexpr int kMostStarts = 4;

@@ -30,7 +30,7 @@ class ComponentSizes {
  private:
   bool is_below(std::uint32_t part, double size) const;
 
-  std::vector<std::uint32_t> faces_;  ///< How many triangles each has
+  std::vector<std::uint32_t> faces_;  ///< Triangles of each component
   std::vector<std::uint32_t> part_;   ///< Component of each triangle.
   std::vector<double>
       diagonal_;  ///< Diagonal of each component's box; infinite if there is only one.

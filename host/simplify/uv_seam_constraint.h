@@ -96,7 +96,7 @@ class UvSeamConstraint : public CollapseConstraint {
   LayoutCopies copies_;
   std::vector<std::uint32_t> vertex_of_;  ///< By UV.
   std::vector<std::pair<std::uint32_t, Vec2>>
-      moved_;  ///< Where UVs of copies go, of the step under way.
+      moved_;  ///< New UVs of copies, of the step under way.
   LayoutBorders borders_;
   std::vector<Attributes> attributes_;  ///< By UV.
   std::vector<std::uint8_t>

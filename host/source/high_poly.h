@@ -43,10 +43,10 @@ struct KILN_HIDDEN Source::Impl {
   Traversal traversal;
   std::vector<Vec3> positions;  ///< In the frame
   std::vector<Triangle> triangles;
-  std::vector<Vec2> uvs;  ///< Of corners, where the mesh has any
+  std::vector<Vec2> uvs;  ///< UVs of corners, where the mesh has any
   std::vector<Triangle> uv_triangles;
   SourceAttributes attributes;
-  std::vector<std::array<std::uint8_t, 4>> colors;  ///< Of vertices, where the mesh has any
+  std::vector<std::array<std::uint8_t, 4>> colors;  ///< Colours of vertices, where the mesh has any
   /// Names of triangles, as Mesh has them: indices, or none, and what they stand for.
   struct Names {
     std::vector<std::uint32_t> of;

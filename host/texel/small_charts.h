@@ -12,8 +12,8 @@ namespace kiln {
 /// Texels for charts without the centre of a sample.
 struct SmallCharts {
   std::vector<OwnedTexel> texels;        ///< By row, then column; none twice
-  std::vector<std::uint32_t> triangles;  ///< Of these charts, ascending
-  std::vector<std::uint32_t> without;    ///< Of these triangles, those without a texel, ascending
+  std::vector<std::uint32_t> triangles;  ///< Triangles of these charts, ascending
+  std::vector<std::uint32_t> without;    ///< Those among them without a texel, ascending
 
   /// A small chart is a set of triangles that share corners (equal UV and position) of which none covers a
   /// sample, and none touches a triangle that does. Of texels without any covered sample:

@@ -69,7 +69,7 @@ class CutShape {
   std::vector<Edge> edges;   ///< Each once.
   std::vector<Rim> rim;      ///< All there are.
   std::vector<Reach> reach;  ///< One per vertex.
-  Reach whole;               ///< Of all vertices.
+  Reach whole;               ///< Reach of all vertices.
   double area = 0;           ///< Area of the surface.
   double box = 0;            ///< The smallest upright box's.
 };

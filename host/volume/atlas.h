@@ -14,7 +14,7 @@ namespace kiln {
 struct Atlas {
   std::vector<kiln_volume_chart> charts;
   Mesh mesh;  ///< With UVs and smooth normals; each chart's triangles follow each other
-  std::uint64_t texels = 0;       ///< Of all charts, with borders
+  std::uint64_t texels = 0;       ///< Texels of all charts, with borders
   std::uint64_t ring_texels = 0;  ///< On their sides (kiln_volume_chart::first_ring)
   double texels_per_unit = 0;     ///< Side of the world's unit in texels
   std::uint32_t border = 0;       ///< Border that was kept

@@ -84,7 +84,7 @@ class PolygonTexels {
 
  private:
   const Image& map_;
-  std::vector<std::array<std::array<double, 2>, 3>> at_;  ///< Of each triangle's corners
+  std::vector<std::array<std::array<double, 2>, 3>> at_;  ///< Per triangle's corners
 };
 
 /// Corners of a triangle in texels of the charts' map, rows from the top.

@@ -46,7 +46,7 @@ struct Planes {
 struct KeptVertices {
   std::uint32_t before = 0;
   std::uint32_t old_after = 0, new_after = 0;
-  Planes planes;  ///< Of cells, padded: outside of these nothing changed
+  Planes planes;  ///< Planes of cells, padded: outside of these nothing changed
 };
 
 struct FineSurface {

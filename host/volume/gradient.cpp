@@ -29,7 +29,7 @@ constexpr double kNoDirection = 1e-6;
 /// Between index space and the world.
 struct Spaces {
   Vec3d origin;
-  Vec3d rows[3];  ///< Of the matrix from the world to index space
+  Vec3d rows[3];  ///< Rows of the matrix from the world to index space
 
   explicit Spaces(const Volume& volume)
       : origin{volume.origin[0], volume.origin[1], volume.origin[2]} {

@@ -230,7 +230,7 @@ class Regions {
   const BitVolume& solid_;
   std::vector<std::uint32_t> first_;
   std::vector<Run> runs_;
-  DisjointSets regions_{0};  ///< Of runs; the first run stands for each.
+  DisjointSets regions_{0};  ///< Connected runs; the first run stands for each.
 };
 
 /// Bits first to last of a row become 1.

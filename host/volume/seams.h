@@ -15,7 +15,7 @@ struct Seams {
 
   /// Corners at vertex v of the low poly: corner_members[corner_begins[v]] to [corner_begins[v + 1] - 1].
   std::vector<std::uint32_t> corner_begins, corner_members;
-  std::vector<std::uint32_t> edges;  ///< Of each side; kNone where a chart has no such side
+  std::vector<std::uint32_t> edges;  ///< Per side; kNone where a chart has no such side
   /// Sides at an edge, as corners at a vertex.
   std::vector<std::uint32_t> edge_begins, edge_members;
 };

@@ -18,7 +18,7 @@ struct CellRecord {
 
 struct Sheets {
   RawVector<CellRecord> cells;
-  RawVector<std::uint64_t> keys;  ///< Of the vertices, by cell, plane after plane
+  RawVector<std::uint64_t> keys;  ///< Keys of the vertices, by cell, plane after plane
   std::vector<std::uint32_t>
       plane_vertices;  ///< The first vertex at or after each plane, and one more
   std::vector<FineFork> forks;

@@ -36,7 +36,7 @@ struct SimplifiedIsosurface {
   /// parts, and of the low poly.
   struct Pieces {
     std::uint64_t parts = 0;  ///< Joined by polygons
-    std::uint64_t loops = 0;  ///< Of border edges
+    std::uint64_t loops = 0;  ///< Loops of border edges
     bool operator==(const Pieces&) const = default;
   };
   Pieces fine_pieces, pieces;

@@ -76,7 +76,7 @@ class Sets {
 /// + 1 for the far one. Nothing else holds them there: along a wall that stands on the border all heights
 /// fit its crossings alike, and the mean is that of the whole cluster.
 struct Rim {
-  std::array<double, 6> sum{};  ///< Of their coordinates along the axis
+  std::array<double, 6> sum{};  ///< Sums of their coordinates along the axis
   std::array<std::uint32_t, 6> count{};
 
   void add(const Rim& other) {

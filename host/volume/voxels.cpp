@@ -49,7 +49,7 @@ struct Range {
   double lowest = std::numeric_limits<double>::infinity();
   double highest = -std::numeric_limits<double>::infinity();
   std::uint64_t not_finite = 0;
-  std::uint64_t above = 0, below = 0;  ///< Of these: infinite, and minus infinite
+  std::uint64_t above = 0, below = 0;  ///< Infinite ones among them, and minus infinite ones
 };
 
 Range find_range(const Volume& volume) {

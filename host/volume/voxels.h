@@ -18,8 +18,7 @@ struct DeviceVoxels {
   float iso = 0;  ///< The least float that is not below the iso value; 0 where converted
   float outside =
       0;  ///< The finite voxel farthest from the solid: stands for other voxels that are not finite
-  double infinite_inside =
-      0;  ///< What stands for infinite voxels of the solid, where there are any
+  double infinite_inside = 0;  ///< Stand-in for infinite voxels of the solid, where there are any
   std::uint64_t not_finite = 0;
   std::uint64_t beyond_float = 0;  ///< Voxels whose difference to the iso value a float cannot hold
 

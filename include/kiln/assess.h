@@ -97,7 +97,7 @@ struct MatchAssessment {
 
   /// Evenness with which F samples the high poly: log2 of its area over the low poly's area. A cell lies
   /// between a texel and its neighbours to the right and below, in the same chart.
-  Distribution stretch;     ///< Of |log2 - mean log2|: 0 is perfectly even
+  Distribution stretch;     ///< Distribution of |log2 - mean log2|: 0 is perfectly even
   double mean_stretch = 0;  ///< Mean log2
   std::uint64_t cells = 0;  ///< Cells that were rated
   double folded = 0;        ///< Share of cells whose corners F puts in the opposite order
@@ -105,7 +105,7 @@ struct MatchAssessment {
   double largest_step = 0;  ///< Between neighbouring texels themselves, to compare with
 
   std::uint32_t directions = 0;  ///< Test directions, as used
-  AssessmentFields fields;       ///< Where AssessOptions::fields asks for them
+  AssessmentFields fields;       ///< Set where AssessOptions::fields asks for them
   double seconds = 0;            ///< Seconds that the rating took
 };
 

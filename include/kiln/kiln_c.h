@@ -39,7 +39,7 @@ typedef int32_t kiln_status;
 KILN_C_API const char* kiln_error_message(void);
 /// The same for programs: a stable word such as "mesh-index", else the kind, such as "usage". Never null.
 KILN_C_API const char* kiln_error_code(void);
-/// What was imperfect and was handled, in a sentence each, by this thread's last kiln_mesh_new(), kiln_mesh_load(),
+/// Warnings, a sentence each, of this thread's last kiln_mesh_new(), kiln_mesh_load(),
 /// kiln_simplify(), kiln_unwrap() or kiln_source_new() that was done: fewer faces than a shape needs, say. Null beyond the last;
 /// good until the next of these calls. Of a bake: kiln_bake_warning().
 KILN_C_API const char* kiln_warning(size_t index);

@@ -28,7 +28,7 @@ struct SimplifyOptions {
   /// winds around, such as its own vertices. So nothing pokes through, to rounding in double
   /// precision. Open borders move outwards alone. Not with height_field or keep_uvs.
   bool hull = false;
-  /// Leave out no part for its size. Else, with `faces`, small_components are left out (see simplify()).
+  /// Leave out no part for its size. Else, with `faces`, small components are left out (see simplify()).
   bool keep_parts = false;
   /// True if normals are those of fit_normals(). Else they are angle-weighted: quicker, where unwrap() and
   /// fit_normals() follow.
@@ -84,7 +84,7 @@ struct SimplifyReport {
 /// another or have a corner that is not finite. Warnings count them ("degenerate-triangles",
 /// "non-finite-triangles", "duplicate-triangles"). Open borders, edges with more than two triangles
 /// and several parts are all allowed; topology is kept, so closed meshes stay closed, and no part
-/// vanishes but small_components. Where that needs more than `faces` triangles, "faces-not-reached" in the
+/// vanishes but small components. Where that needs more than `faces` triangles, "faces-not-reached" in the
 /// warnings says so; where the mesh has fewer, all are kept ("faces-above-input").
 ///
 /// With a bound instead, the result's measured error never exceeds it. A collapse is refused where a sample

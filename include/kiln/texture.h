@@ -46,8 +46,8 @@ struct Texture {
   std::vector<std::array<TextureWrap, 2>> wraps;
   /// Turns what a picture's mean is, in linear light or of vectors: number * times + plus.
   struct Factor {
-    std::array<float, 4> times{1, 1, 1, 1};  ///< Of each channel
-    float plus = 0;                          ///< Of all, but for the fourth
+    std::array<float, 4> times{1, 1, 1, 1};  ///< Factor of each channel
+    float plus = 0;                          ///< Added to all channels but the fourth
     bool operator==(const Factor&) const = default;
   };
   std::vector<Factor> factors;  ///< Per material. Empty: means stay as they are

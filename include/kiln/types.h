@@ -37,10 +37,10 @@ struct Length {
   static Length absolute(double units) { return {units, false}; }
 };
 
-/// How far matches search where nothing is said: this share of the high poly's diagonal.
+/// Default search distance of matches, as a share of the high poly's diagonal.
 inline constexpr double kSearchDistance = 0.02;
 
-/// How far out padding reaches from charts where nothing is said, texels.
+/// Default width of the padding around charts, texels.
 inline constexpr std::int32_t kPaddingTexels = 16;
 
 /// Called with the share done, in [0, 1], and what is being done; return false to cancel.

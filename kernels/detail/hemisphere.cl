@@ -11,7 +11,7 @@
 // adds one ray of its set to a row, and all rays of the row run about the same way. For that the set is
 // cut into rings, each sorted by angle; a turned sample starts elsewhere in the ring. Each sample has
 // all of its rays in the end; only their order changes. Nearest hits are better off with rows that run
-// in all directions: beams of rays that bent_sum differently widen until they meet everything. Where few
+// in all directions: beams of rays that lean differently widen until they meet everything. Where few
 // samples, far apart, cast many rays each, a row would hold rays that have no node in common. There
 // the rays of one sample lie one after another (by_sample). Origins are pushed off the face, along its
 // geometric normal, to the side that the ray leaves to: so no ray meets the face that it starts from.

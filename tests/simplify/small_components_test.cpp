@@ -106,7 +106,7 @@ TEST(SmallComponents, PartsOfOneSizeAllStay) {
   SimplifyReport report;
   EXPECT_EQ(parts_of(simplify(high, {.faces = 400}, &report)), 40u);
   EXPECT_EQ(report.dropped_parts, 0u);
-  // Also where all are small_components, something is left.
+  // Also where all components are small, something is left.
   EXPECT_GE(parts_of(simplify(high, {.faces = 4}, &report)), 1u);
 }
 

@@ -58,7 +58,7 @@ class EmbreeScene {
  private:
   RTCDevice device_ = nullptr;
   RTCScene scene_ = nullptr;
-  std::vector<std::array<Vec3, 3>> corners_;  ///< Of each triangle, for point queries
+  std::vector<std::array<Vec3, 3>> corners_;  ///< Per triangle, for point queries
   double build_seconds_ = 0;
 };
 

@@ -118,7 +118,7 @@ struct ChartTable {
   const char* data = nullptr;  ///< The file's ending: ".csv", "_ao.csv"; null: none
 };
 
-/// What was measured of one input.
+/// The measurements of one input.
 struct ChartGroup {
   std::string title;
   std::string note;  ///< Below the title in the picture
@@ -140,7 +140,7 @@ class ChartKind {
   Json options = Json::object();    ///< For the report: those that it puts in other words
   std::vector<Warning> warnings;    ///< Of all of the work
   std::vector<Warning> of_settings;  ///< Those of single settings
-  // Of chart.png, where it shows speed: titles; the device and number of runs are added to the subtitle.
+  // Titles of chart.png, where it shows speed; the device and number of runs are added to the subtitle.
   std::string title, subtitle;
   const char* seconds_title = "";
   std::span<const MarkStyle> styles;
@@ -151,7 +151,7 @@ class ChartKind {
   /// Measures what was read last. \returns nothing where progress said stop
   virtual std::optional<ChartGroup> measure(const Device& device, std::size_t input,
                                             const Progress& progress) = 0;
-  /// Of chart.png
+  /// The data of chart.png.
   virtual Json plot(const DeviceInfo& device, const std::vector<ChartGroup>& groups) const;
 
  protected:

@@ -48,7 +48,7 @@ std::vector<Measure> measures(double degrees_without_map = 0) {
 }
 constexpr std::size_t kDrawn = 4;  // of these measures, in the picture
 
-/// Of settings, for people.
+/// Columns of the table of settings, for people.
 const std::vector<Column>& columns() {
   static const std::vector<Column> all = {
       {"setting", "name"},
@@ -353,7 +353,7 @@ class MatchChart : public ChartKind {
   std::vector<AoSetting> ao_;
   std::vector<Mesh> lows_;
   HighPolyInput high_;
-  // Of the pair that is measured.
+  // The pair that is measured.
   const Device* device_ = nullptr;
   const Mesh* low_ = nullptr;
   std::optional<Source> source_;

@@ -208,7 +208,7 @@ class PlansChart : public ChartKind {
     return some;
   }
 
-  /// What nothing else beats in both bytes and error.
+  /// The Pareto front: nothing else beats these in both bytes and error.
   std::vector<Json> front() const {
     double least = 1e300;
     std::vector<Json> some = points_of([](const Json&) { return true; });
@@ -346,7 +346,7 @@ class PlansChart : public ChartKind {
   std::uint32_t screen_ = 0;    ///< LowPolyPlanOptions::screen, also of the grid; 0: 128² pictures
   std::vector<double> errors_;  ///< To plan for, degrees; none: three between best and worst
   HighPolyInput high_;
-  // Of the high poly that is charted.
+  // The high poly that is charted.
   const Device* device_ = nullptr;
   Progress progress_;
   double at_ = 0;  ///< Of the progress

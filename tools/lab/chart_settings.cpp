@@ -8,7 +8,7 @@
 namespace kiln::cli {
 namespace {
 
-/// What is compared, by the flags of `kiln bake`.
+/// A setting that is compared, by its flags of `kiln bake`.
 struct Named {
   const char *name, *label, *family, *flags;
 };

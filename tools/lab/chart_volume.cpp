@@ -163,7 +163,7 @@ class VolumesChart : public ChartKind {
   }
 
  private:
-  /// How a mark's map is made.
+  /// The map of a mark, and the way it is made.
   struct Task {
     const VolumeWay* way;
     Sized* sized;
@@ -224,7 +224,7 @@ class VolumesChart : public ChartKind {
     steps_.count = static_cast<double>(tasks_.size() * (2 + a_.repeat));
   }
 
-  /// What could be compared at each size, and errors of every mark. \returns false where progress said stop
+  /// Measures errors of every mark, at each size. \returns false where progress said stop
   bool measure_marks(Json& report) {
     const Source source(*device_, high_);
     const Length reach = a_.search_distance();
@@ -300,7 +300,8 @@ class VolumesChart : public ChartKind {
 
   /// Seconds from the volume in memory to low poly and map: the finest contour, also where a high poly is made of it;
   /// simplifying, and UVs where there is a map; putting the high poly on the device; splatting, or the rest of the bake.
-  /// What several marks_ share is timed once a run, and counts for each. \returns null where progress said stop
+  /// Times marks. A stage that several share is timed once a run, and counts for each.
+  /// \returns null where progress said stop
   Json time(std::size_t i, const std::string& note) {
     const auto& [way, sized] = tasks_[i];
     const std::uint32_t size = sized->size;
@@ -339,7 +340,7 @@ class VolumesChart : public ChartKind {
   std::vector<VolumeWay> ways_;
   ExtractOptions extract_;  ///< But for the size
   Volume volume_;
-  // Of the volume that is measured.
+  // The volume that is measured.
   const Device* device_ = nullptr;
   Mesh high_;
   std::vector<Sized> sizes_;

@@ -26,7 +26,7 @@ std::vector<std::string> mesh_setting_names() {
   return names;
 }
 
-/// Of all charts, without those twice that volumes and meshes have.
+/// Names of the settings of all charts, each once.
 std::vector<std::string> setting_names() {
   std::vector<std::string> names = mesh_setting_names();
   for (const std::string& name : volume_setting_names()) {

@@ -1,4 +1,4 @@
-// What runs of the lab's commands share: progress, and how they end.
+// Shared by runs of the lab's commands: progress and exit codes.
 #pragma once
 
 #include <string>

@@ -37,7 +37,7 @@ struct Rating {
   std::vector<Image> pictures = {};  ///< As kShown, one channel; -1 beside LOW, -2 where not known
 };
 
-/// What is read before rating.
+/// The meshes and files that are read before rating.
 struct Inputs {
   HighPolyInput high;
   Mesh low;
@@ -126,7 +126,8 @@ std::vector<std::string> measured_maps(const MeasureArguments& a) {
 }
 
 /// The ways to rate: every method, and those that take directions of visibility once a place where these are gathered.
-/// What flags do not serve, or does not do for the meshes, is left out, or refused where it was named.
+/// The matches to rate. One that the flags do not serve, or that the meshes do not allow, is left out, or refused where it
+/// was named.
 /// \throws Error(usage), Error(input)
 std::vector<Rating> choose(const MeasureArguments& a, const Inputs& inputs, const Source& source,
                            std::vector<LeftOut>& left_out) {
@@ -267,7 +268,7 @@ Mesh recall_mesh(const Mesh& high, const std::vector<VertexCoverage>& vertices) 
   return mesh;
 }
 
-/// What every match does, a block of pictures for each measure.
+/// All matches, a block of pictures for each measure.
 Image ratings_picture(const std::vector<Rating>& rows) {
   std::vector<Image> blocks;
   std::uint32_t width = 0, height = 0;

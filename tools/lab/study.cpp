@@ -149,7 +149,7 @@ BakeOptions bake_options(const Setting& setting, const MeasureArguments& a) {
   return bake;
 }
 
-/// Of a match, low poly to high poly; beside the share of samples that found a point.
+/// Distances of a match, low poly to high poly, beside the share of samples that found a point.
 Json json_of(const DistanceError& d, double diagonal) {
   return fields(
       "samples missed mean p95 max mean_percent_of_diagonal p95_percent_of_diagonal "

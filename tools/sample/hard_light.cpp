@@ -10,7 +10,7 @@ namespace kiln::sample {
 namespace {
 
 struct Packing {
-  std::vector<std::array<double, 2>> corner;  ///< Of each chart
+  std::vector<std::array<double, 2>> corner;  ///< Per chart
   bool fits = false;
 };
 

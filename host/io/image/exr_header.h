@@ -24,7 +24,7 @@ struct ExrBox {
 };
 
 struct ExrChannel {
-  std::uint64_t bytes = 0;  ///< Of a value
+  std::uint64_t bytes = 0;  ///< Bytes a value
   std::int64_t dx = 1, dy = 1;
 };
 
@@ -34,7 +34,7 @@ struct ExrPart {
   std::string type;
   Packing packing = Packing::none;
   std::string compression;       ///< Its name
-  std::uint64_t block_rows = 0;  ///< Of scan lines
+  std::uint64_t block_rows = 0;  ///< Rows of a block of scan lines
   bool tiled = false;
   std::uint64_t tile_width = 0, tile_height = 0;
   unsigned level_mode = 0;  ///< 0: one, 1: mip-map, 2: rip-map
@@ -53,7 +53,7 @@ struct ExrPart {
 struct ExrHeaders {
   bool multi_part = false;
   std::vector<ExrPart> parts;  ///< One at least
-  std::uint64_t end = 0;       ///< Where the tables of blocks begin
+  std::uint64_t end = 0;       ///< Offset at which the tables of blocks begin
   /// Offsets of the types of ID manifests. OpenEXR 3.1 reads such an attribute 4 bytes too far, and what
   /// comes after it wrongly: ExrSource gives it a type that no library knows.
   std::vector<std::uint64_t> manifests;

@@ -107,7 +107,7 @@ namespace {
 struct PictureFormat {
   std::string name;
   const char* library;
-  const char* option;  ///< Of CMake
+  const char* option;  ///< CMake's option
   Image (*parse)(const ByteSource& source, const std::string& file, const ImageLimits& limits);
 };
 

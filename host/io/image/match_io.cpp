@@ -50,7 +50,7 @@ constexpr std::array<ChannelType, 5> kChannels = {{{"distance", Imf::FLOAT},
                                     ". Save the match again with `save_match()`.");
 }
 
-/// Where a match's channels lie, to be read or written.
+/// A match's channels in memory, to be read or written.
 Imf::FrameBuffer frame_buffer(const Match& match, const std::vector<std::uint32_t>& status) {
   static_assert(sizeof(float) == sizeof(std::uint32_t));
   const std::array<const void*, kChannels.size()> data = {

@@ -104,7 +104,7 @@ struct Layout {
   std::uint16_t samples = 0, bits = 0, format = 0, colours = 0, planes = 0, packing = 0,
                 orientation = 0;
   bool has_alpha = false, premultiplied = false;
-  std::uint32_t block_width = 0, block_height = 0;  ///< Of a strip or a tile
+  std::uint32_t block_width = 0, block_height = 0;  ///< Size of a strip or a tile
   bool tiled = false;
 
   std::uint32_t colour_channels() const {

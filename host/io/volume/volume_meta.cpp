@@ -12,7 +12,7 @@ constexpr const char* kExportAgain = "Correct the header, or export the volume a
 
 struct Header {
   HeaderFields fields;
-  std::size_t end = 0;  ///< Where what follows the header begins
+  std::size_t end = 0;  ///< Offset of the first byte after the header
 };
 
 /// "Name = value" lines, up to ElementDataFile.

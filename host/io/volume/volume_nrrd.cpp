@@ -17,8 +17,8 @@ constexpr const char* kExportAgain = "Correct the header, or export the volume a
 
 struct Header {
   HeaderFields fields;
-  std::vector<std::string> files;  ///< Of "data file: LIST"
-  std::size_t end = 0;             ///< Where what follows the blank line begins.
+  std::vector<std::string> files;  ///< Names listed by "data file: LIST"
+  std::size_t end = 0;             ///< Offset of the first byte after the blank line.
 };
 
 /// Names of fields are compared without case and blanks: "data file" is "datafile".

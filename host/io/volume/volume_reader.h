@@ -19,7 +19,7 @@ enum class VolumeFormat { nrrd, meta_image, nifti };
 struct VolumeInput {
   std::string file;                          ///< Path as the caller gave it; used in messages.
   const ByteSource* source = nullptr;        ///< The file's bytes.
-  std::vector<Warning>* warnings = nullptr;  ///< Where to append what was imperfect; may be null.
+  std::vector<Warning>* warnings = nullptr;  ///< Gets a warning for each imperfection; may be null.
   /// Opens the file that a header names for its voxels, beside the header where the name is relative.
   /// Throws Error(input). Null: there are no other files.
   std::function<std::unique_ptr<ByteSource>(const std::string& name)> open_beside;
@@ -57,10 +57,10 @@ enum class VoxelEncoding { plain, packed, text };
 struct VoxelPlace {
   VoxelEncoding encoding = VoxelEncoding::plain;
   ByteOrder order = ByteOrder::little;
-  std::uint64_t offset = 0;  ///< Of the encoded voxels in their file, bytes.
+  std::uint64_t offset = 0;  ///< Offset of the encoded voxels in their file, bytes.
   bool at_end = false;       ///< They are the file's last bytes (plain only); `offset` is a least.
   std::uint64_t skip_unpacked = 0;  ///< Bytes before the first voxel once unpacked (packed only).
-  std::string remedy = "Copy or export the file again.";  ///< Where there are too few.
+  std::string remedy = "Copy or export the file again.";  ///< Advice where voxels are missing.
 };
 
 /// Bytes of all voxels. Checks each size, and that the product can be addressed.

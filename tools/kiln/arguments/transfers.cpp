@@ -91,7 +91,7 @@ bool is_transparent(const Material& m) {
 
 namespace {
 
-/// What a high poly has pictures and numbers for, but for occlusion; and colours, of its vertices, too.
+/// The slots that a high poly's materials fill, but for occlusion; and colour, where its vertices have some.
 std::vector<MaterialSlot> slots_of(const Mesh& high, std::span<const Material> materials) {
   const auto any = [&](const auto& has) {
     return std::any_of(materials.begin(), materials.end(), has);

@@ -33,7 +33,7 @@ const Material* find_material(const std::vector<Material>& materials, const std:
 struct AssetMesh {
   Mesh mesh;
   std::vector<AssetMaterial> materials;
-  std::vector<std::size_t> sets;  ///< Of each material
+  std::vector<std::size_t> sets;  ///< Per material
 };
 
 /// Look of a material of LOW, by the one of HIGH; else by LOW's own.

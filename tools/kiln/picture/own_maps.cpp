@@ -17,7 +17,7 @@ namespace {
 
 constexpr std::uint32_t kMostTexels = 8192;  // a side of a map
 
-/// What materials hold in one slot.
+/// One slot of all materials.
 class Slot {
  public:
   Slot(const std::vector<Material>& materials, MaterialSlot slot, std::vector<Warning>& warnings,
@@ -38,7 +38,7 @@ class Slot {
     return std::max(texture_.images[image]->width, texture_.images[image]->height);
   }
 
-  /// What a material holds at a place of the mesh's UVs: read bilinearly.
+  /// A material's value at a place of the mesh's UVs, read bilinearly.
   std::array<float, 3> at(std::size_t material, double u, double v) const {
     const std::uint32_t of = image_of(material);
     if (of == Texture::kNone) return stored(texture_.plain[material], /*linear=*/true);
@@ -96,7 +96,7 @@ class Slot {
   Texture texture_;
 };
 
-/// What materials of one cell have in common: the slots' pictures, and, where these are changed, the material.
+/// Materials of the same look share a cell: the slots' pictures and, where these are changed, the material.
 struct Look {
   std::array<std::uint32_t, 3> pictures{Texture::kNone, Texture::kNone, Texture::kNone};
   std::size_t material = 0;
@@ -105,7 +105,7 @@ struct Look {
 
 /// A square of cells, and which material stands in each.
 struct Sheet {
-  std::vector<std::size_t> material;  ///< Of each cell
+  std::vector<std::size_t> material;  ///< Per cell
   std::uint32_t rows = 1, side = 1;   ///< Cells along a side, and texels along a cell's
 
   Image draw(const Slot& slot) const {
