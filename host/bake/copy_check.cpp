@@ -124,56 +124,23 @@ std::optional<CopyCheck::Place> CopyCheck::baked_at(const Place& place) const {
 
 std::vector<CopyCheck::Point> CopyCheck::match(std::span<const Place> places) {
   cl::Context& context = context_of(source_.device);
-  const auto count = static_cast<std::uint32_t>(places.size());
-  TexelBand band;
-  band.row_count = 1;
-  band.texel_count = band.sample_count = count;
-  band.capacity = (count + kRoundedTo - 1) / kRoundedTo * kRoundedTo;
-  const std::size_t plane = band.capacity;
-  std::vector<std::uint32_t> index(plane), first(plane + 1), slot(plane), triangle(plane);
-  std::vector<float> weights(2 * plane), points(7 * plane);
-  std::vector<Vec3d> from(count);
-  for (std::uint32_t i = 0; i < count; ++i) {
-    const Place& place = places[i];
-    const auto& corners = surface_.triangles[place.triangle];
-    const double share[3] = {1.0 - place.u - place.v, place.u, place.v};
-    Vec3d direction;
-    for (std::size_t k = 0; k < 3; ++k) {
-      from[i] += Vec3d(corners[k].position) * share[k];
-      direction += Vec3d(corners[k].direction) * share[k];
-    }
-    const double reach = length(direction);
-    const Vec3 p = to_float(from[i]);
-    const Vec3 d = to_float(direction * (reach > 0 ? 1 / reach : 0));
-    const float values[7] = {p.x, p.y, p.z, d.x, d.y, d.z, static_cast<float>(reach)};
-    for (std::size_t k = 0; k < 7; ++k) points[k * plane + i] = values[k];
-    index[i] = first[i] = i;
-    triangle[i] = place.triangle;
-    weights[i] = place.u;
-    weights[plane + i] = place.v;
-  }
-  first[count] = count;
-  band.texel_index = cl::Array<std::uint32_t>(context, std::span<const std::uint32_t>(index));
-  band.texel_first = cl::Array<std::uint32_t>(context, std::span<const std::uint32_t>(first));
-  band.sample_slot = cl::Array<std::uint32_t>(context, std::span<const std::uint32_t>(slot));
-  band.triangle = cl::Array<std::uint32_t>(context, std::span<const std::uint32_t>(triangle));
-  band.barycentric = cl::Array<float>(context, std::span<const float>(weights));
-  band.points = cl::Array<float>(context, std::span<const float>(points));
+  TexelBand band = band_of_places(
+      context, surface_, places.size(), [&](std::size_t i) { return places[i]; }, kRoundedTo);
   prepare_(band);
   DeviceCorrespondence found(context, band.capacity);
-  found.count = count;
+  found.count = band.sample_count;
   matcher_.run(band, found);
   context.finish();
   const std::vector<std::uint32_t> of = found.triangle.download(context);
   const std::vector<float> at = found.barycentric.download(context);
 
-  std::vector<Point> result(count);
-  for (std::uint32_t i = 0; i < count; ++i) {
+  std::vector<Point> result(places.size());
+  for (std::size_t i = 0; i < result.size(); ++i) {
     if (of[i] == KILN_NO_TRIANGLE) continue;
     Point& point = result[i];
     point.found = true;
     point.triangle = of[i];
-    const double u = at[i], v = at[plane + i];
+    const double u = at[i], v = at[band.capacity + i];
     const double share[3] = {1 - u - v, u, v};
     for (std::size_t k = 0; k < 3; ++k) {
       const std::uint32_t vertex = source_.triangles[of[i]][k];
@@ -186,7 +153,7 @@ std::vector<CopyCheck::Point> CopyCheck::match(std::span<const Place> places) {
     }
     const double size = length(point.normal);
     if (size > 0) point.normal = point.normal * (1 / size);
-    point.offset = point.at - from[i];
+    point.offset = point.at - position_at(surface_, places[i]);
   }
   return result;
 }

@@ -10,6 +10,7 @@
 
 #include "kiln/error.h"
 #include "match/registry.h"
+#include "match/surface_places.h"
 #include "mesh/uv_squares.h"
 #include "mesh/vector.h"
 
@@ -20,11 +21,7 @@ class CopyCheck {
  public:
   static constexpr const char* kWarning = "uv-copies-differ";
 
-  /// A point of a triangle of the low poly.
-  struct Place {
-    std::uint32_t triangle = 0;
-    float u = 0, v = 0;  ///< Weights of its corners 1 and 2
-  };
+  using Place = LowPlace;
 
   enum class Verdict : std::uint8_t {
     missed,  ///< The match finds nothing for the copy

@@ -11,6 +11,7 @@
 #include "base/formatted.h"
 #include "image/gutter.h"
 #include "mesh/kernels_shared.h"
+#include "texel/sample_pick.h"
 
 namespace kiln {
 namespace {
@@ -22,56 +23,10 @@ bool is_compared(const MapInfo& map) {
   return map.type != MapType::id && map.type != MapType::coverage;
 }
 
-/// Some of a band's samples: copies them, one after another, for what is made of them alone.
-class Picker {
- public:
-  Picker(cl::Context& context, std::span<const std::uint32_t> samples)
-      : context_(context),
-        samples_(samples),
-        picked_(context, samples),
-        pick_(context.kernel("texel", "kiln_texel_pick")),
-        capacity_((count() + kLanes - 1) / kLanes * kLanes) {}
-
-  std::uint32_t count() const { return static_cast<std::uint32_t>(samples_.size()); }
-  std::uint32_t capacity() const { return capacity_; }
-
-  /// Picks elements of planes with four bytes a sample. \param capacity  elements of one of them
-  template <typename T>
-  cl::Array<T> of(const cl::Array<T>& from, std::uint32_t capacity, std::uint32_t planes) const {
-    static_assert(sizeof(T) == 4);
-    cl::Array<T> to(context_, std::size_t{planes} * capacity_);
-    context_.launch(pick_, capacity_, kLocal, count(), planes, capacity, capacity_, picked_, from,
-                    to);
-    return to;
-  }
-
-  DeviceCorrespondence of(const DeviceCorrespondence& from) const {
-    DeviceCorrespondence to;
-    to.count = count();
-    to.capacity = capacity_;
-    to.triangle = of(from.triangle, from.capacity, 1);
-    to.barycentric = of(from.barycentric, from.capacity, 2);
-    to.distance = of(from.distance, from.capacity, 1);
-    if (!from.seen.empty()) to.seen = of(from.seen, from.capacity, 3);
-    std::vector<std::uint8_t> all(from.count), status(capacity_);
-    from.status.read(context_, all);
-    for (std::size_t i = 0; i < samples_.size(); ++i) status[i] = all[samples_[i]];
-    to.status = cl::Array<std::uint8_t>(context_, std::span<const std::uint8_t>(status));
-    return to;
-  }
-
- private:
-  cl::Context& context_;
-  std::span<const std::uint32_t> samples_;
-  cl::Array<std::uint32_t> picked_;
-  cl::Kernel pick_;
-  std::uint32_t capacity_;
-};
-
 /// Some texels of a band, with all of their samples.
 TexelBand part_of(cl::Context& context, const TexelBand& band,
                   std::span<const std::uint32_t> places, std::span<const std::uint32_t> firsts,
-                  const Picker& picker) {
+                  const SamplePick& picker) {
   TexelBand part;
   part.first_row = band.first_row;
   part.row_count = band.row_count;
@@ -159,14 +114,14 @@ class Finer {
       for (std::uint32_t s = first[t]; s < first[t + 1]; ++s) samples.push_back(s);
       firsts.push_back(static_cast<std::uint32_t>(samples.size()));
     }
-    const Picker picker(context_, samples);
+    const SamplePick picker(context_, samples, kLanes);
     const TexelBand part = part_of(context_, band_, places, firsts, picker);
     compare(part, matched(part, picker), places);
   }
 
   /// If the match reads more of a band than its points, all of the band is matched, and maps are still made of
   /// the part alone.
-  DeviceCorrespondence matched(const TexelBand& part, const Picker& picker) {
+  DeviceCorrespondence matched(const TexelBand& part, const SamplePick& picker) {
     const bool whole = scene_.matcher.needs_band();
     const TexelBand& band = whole ? band_ : part;
     DeviceCorrespondence match(context_, band.capacity, layers_.need_visibility());

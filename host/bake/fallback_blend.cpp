@@ -8,6 +8,7 @@
 
 #include "mesh/kernels_shared.h"
 #include "mesh/surface_links.h"
+#include "texel/sample_pick.h"
 
 namespace kiln {
 namespace {
@@ -147,22 +148,17 @@ std::uint64_t FallbackBlend::run(cl::Context& context, const TexelBand& band, Ma
   }
   if (chosen.empty()) return 0;
   matcher.run_fallback(band, chosen, found_);
-  const auto count = static_cast<std::uint32_t>(chosen.size());
   if (other_.capacity < band.capacity) {
     other_ = DeviceCorrespondence();
     other_ = DeviceCorrespondence(context, band.capacity);
   }
   context.fill(other_.triangle, std::uint32_t{KILN_NO_TRIANGLE});
-  const cl::Array<std::uint32_t> indices(context, std::span<const std::uint32_t>(chosen));
-  context.launch(context.kernel("match", "kiln_match_scatter"), count, kLocal, count,
-                 found_.capacity, other_.capacity, indices, found_.triangle, found_.barycentric,
-                 found_.distance, found_.status, other_.triangle, other_.barycentric,
-                 other_.distance, other_.status);
+  SamplePick(context, chosen).put_back(found_, other_);
   const cl::Array<float> device_shares(context, std::span<const float>(shares));
   make(other_, device_shares);
   context.finish();
 
-  std::vector<std::uint32_t> found(count);
+  std::vector<std::uint32_t> found(chosen.size());
   found_.triangle.read(context, found);
   std::uint64_t texels = 0;
   std::size_t c = 0;

@@ -109,7 +109,7 @@ FoundCage find_cage(const Source& source, const Mesh& low, const BakeOptions& gi
   const std::vector<Vec3> directions = directions_of(low, high.frame.to_frame(low));
   FoundCage cage;
   cage.mesh = mesh_of(low, directions, shells, vertex, 1 / high.frame.scale);
-  cage.samples = needs.places.size();
+  cage.samples = needs.places.list.size();
   cage.conflicts = shells.conflicts;
   if (const std::uint64_t flat = count_flat(low, directions); flat > 0) {
     cage.warnings.push_back(flat_vertices(flat));

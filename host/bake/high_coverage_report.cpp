@@ -4,6 +4,7 @@
 #include <string>
 
 #include "bake/high_coverage.h"
+#include "base/disjoint_sets.h"
 #include "base/formatted.h"
 
 namespace kiln {
@@ -14,27 +15,21 @@ constexpr double kWarnFrom = 0.01;
 
 /// The part of each of some places, named by one of its members: neighbours within `link` are of one.
 std::vector<std::uint32_t> parts_of(const std::vector<Vec3d>& places, double link) {
-  std::vector<std::uint32_t> order(places.size()), root(places.size());
+  std::vector<std::uint32_t> order(places.size()), part(places.size());
   std::iota(order.begin(), order.end(), 0U);
-  std::iota(root.begin(), root.end(), 0U);
   std::sort(order.begin(), order.end(), [&](std::uint32_t a, std::uint32_t b) {
     return std::pair(places[a].x, a) < std::pair(places[b].x, b);
   });
-  const auto find = [&](std::uint32_t i) {
-    while (root[i] != i) i = root[i] = root[root[i]];
-    return i;
-  };
+  DisjointSets sets(places.size());
   for (std::size_t i = 0; i < order.size(); ++i) {
     const Vec3d& a = places[order[i]];
     for (std::size_t j = i + 1; j < order.size() && places[order[j]].x - a.x <= link; ++j) {
       const Vec3d way = places[order[j]] - a;
-      if (dot(way, way) > link * link) continue;
-      const std::uint32_t one = find(order[i]), other = find(order[j]);
-      root[std::max(one, other)] = std::min(one, other);
+      if (dot(way, way) <= link * link) sets.join(order[i], order[j]);
     }
   }
-  for (std::uint32_t i = 0; i < root.size(); ++i) root[i] = find(i);
-  return root;
+  for (std::uint32_t i = 0; i < part.size(); ++i) part[i] = sets.find(i);
+  return part;
 }
 
 std::string in_words(const std::array<double, 3>& p) {

@@ -10,6 +10,7 @@
 #include "match/match_array.h"
 #include "match/ray.h"
 #include "mesh/vector.h"
+#include "texel/sample_pick.h"
 
 namespace kiln {
 namespace {
@@ -71,10 +72,7 @@ class Explainer {
     }
     if (missed.empty()) return;
     const auto count = static_cast<std::uint32_t>(missed.size());
-    const cl::Array<float> rays(context_, std::size_t{7} * count);
-    const cl::Array<std::uint32_t> indices(context_, std::span<const std::uint32_t>(missed));
-    context_.launch(context_.kernel("match", "kiln_match_gather"), count, kLocal, count,
-                    band.capacity, count, indices, band.points, rays);
+    const cl::Array<float> rays = SamplePick(context_, missed).of(band.points, band.capacity, 7);
     RayQuery two_sided = query_, far = query_;
     two_sided.two_sided = true;
     far.t_max = kFarFromHigh;

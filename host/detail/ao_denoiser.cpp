@@ -1,7 +1,6 @@
 #include "detail/ao_denoiser.h"
 
 #include <algorithm>
-#include <atomic>
 #include <cmath>
 
 #include "base/parallel.h"
@@ -36,41 +35,10 @@ AoDenoiser::AoDenoiser(cl::Context& context, const LowSurface& surface, std::uin
       height_(height),
       tiles_across_((width + kTile - 1) / kTile) {}
 
-/// True if texels already come tile by tile, as they do in the order of squares: then on all threads.
-bool AoDenoiser::find_tiles() {
-  const std::uint32_t tiles = tiles_across_ * tiles_down_;
-  std::fill(tile_first_.begin(), tile_first_.end(), kNone);
-  tile_first_[tiles] = count_;
-  std::atomic<bool> sorted{true};
-  parallel_for(count_, kGrain, [&](std::size_t begin, std::size_t end) {
-    std::uint32_t before = begin == 0 ? kNone : tile_of(place_[begin - 1]);
-    for (std::size_t i = begin; i < end; ++i) {
-      const std::uint32_t tile = tile_of(place_[i]);
-      if (tile == before) continue;
-      if (before != kNone && tile < before) {
-        sorted.store(false, std::memory_order_relaxed);
-        return;
-      }
-      // Several threads may come to one tile if texels are not sorted.
-      std::atomic_ref(tile_first_[tile])
-          .store(static_cast<std::uint32_t>(i), std::memory_order_relaxed);
-      before = tile;
-    }
-  });
-  if (!sorted) return false;
-  for (std::uint32_t t = tiles; t-- > 0;) {
-    if (tile_first_[t] == kNone) tile_first_[t] = tile_first_[t + 1];
-  }
-  return true;
-}
-
 void AoDenoiser::sort_into_tiles(const Texels& texels) {
   tiles_down_ = (texels.row_count + kTile - 1) / kTile;
   place_.assign(texels.place.begin(), texels.place.end());
-  tile_first_.resize(std::size_t{tiles_across_} * tiles_down_ + 1);
-  by_tile_.clear();
-  if (find_tiles()) return;
-  std::fill(tile_first_.begin(), tile_first_.end(), 0U);
+  tile_first_.assign(std::size_t{tiles_across_} * tiles_down_ + 1, 0U);
   for (const std::uint32_t place : place_) ++tile_first_[tile_of(place) + 1];
   for (std::size_t t = 1; t < tile_first_.size(); ++t) tile_first_[t] += tile_first_[t - 1];
   by_tile_.resize(count_);
@@ -166,7 +134,7 @@ AoDenoiser::Tile AoDenoiser::errors_of(const Levels& levels, std::size_t tile) c
   Tile sum;
   sum.count = tile_first_[tile + 1] - tile_first_[tile];
   for (std::size_t n = tile_first_[tile]; n < tile_first_[tile + 1]; ++n) {
-    const std::size_t a = 2 * (by_tile_.empty() ? n : by_tile_[n]), b = a + 1;
+    const std::size_t a = std::size_t{2} * by_tile_[n], b = a + 1;
     for (std::size_t k = 0; k < levels.of.size(); ++k) {
       const std::span<const float> level = levels.of[k];
       // Both estimates' mean has half of their noise, which is half the square of what they are apart.

@@ -73,7 +73,6 @@ class AoDenoiser {
     return place / width_ / kTile * tiles_across_ + place % width_ / kTile;
   }
   void sort_into_tiles(const Texels& texels);
-  bool find_tiles();
   static std::vector<Between> between(std::uint32_t places, std::uint32_t tiles);
   Levels smoothed(std::span<const float> estimates);
   Tile errors_of(const Levels& levels, std::size_t tile) const;
@@ -85,7 +84,7 @@ class AoDenoiser {
   std::uint32_t width_, height_, tiles_across_, tiles_down_ = 0, count_ = 0;
   std::vector<std::uint32_t> place_;       // of each texel
   std::vector<std::uint32_t> tile_first_;  // [tiles + 1] into the next
-  std::vector<std::uint32_t> by_tile_;     // texels; empty: as they come
+  std::vector<std::uint32_t> by_tile_;     // texels
   cl::Array<std::uint32_t> neighbours_;    // with their weights
   cl::Array<float> from_, to_;
 };

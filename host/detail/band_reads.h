@@ -19,9 +19,13 @@ class BandReads : public SharedWork {
   explicit BandReads(cl::Context& context) : context_(context) {}
 
   /// Drops what read() gave.
-  void next_band() override;
+  void next_band() override { band_ = {}; }
   /// Drops what read_source() gave, too.
-  void next_source() override;
+  void next_source() override {
+    next_band();
+    source_ = {};
+    ++source_version_;
+  }
   /// Another number after each next_source(), for what is made of the high poly.
   std::uint64_t source_version() const { return source_version_; }
 
@@ -47,11 +51,6 @@ class BandReads : public SharedWork {
                              std::size_t offset) {
     std::vector<T>& values = std::get<Kept<T>>(all)[{&array, offset}];
     if (values.size() < count) {
-      std::vector<std::vector<T>>& spare = std::get<std::vector<std::vector<T>>>(spare_);
-      if (values.empty() && !spare.empty()) {
-        values = std::move(spare.back());
-        spare.pop_back();
-      }
       values.resize(count);
       array.read(context_, values, offset);
     }
@@ -59,14 +58,7 @@ class BandReads : public SharedWork {
   }
 
   cl::Context& context_;
-  /// Keeps the memory of a band's arrays for the next one's: it need not be filled with zeros again.
-  template <typename T>
-  void spare();
-
   AllKept band_, source_;
-  std::tuple<std::vector<std::vector<std::uint32_t>>, std::vector<std::vector<float>>,
-             std::vector<std::vector<std::uint8_t>>>
-      spare_;
   std::uint64_t source_version_ = 0;
 };
 

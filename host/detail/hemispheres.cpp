@@ -197,8 +197,6 @@ void Hemispheres::upload_rays(RaySet& set, std::uint32_t count, double radius) {
 
 void Hemispheres::next_band() {
   has_turns_ = has_keys_ = false;
-  near_.clear();
-  near_texels_.clear();
   for (Sums& sums : sums_) sums.has_open = sums.has_depth = false;
 }
 
@@ -250,8 +248,7 @@ void Hemispheres::cast(const TexelBand& band, const DeviceCorrespondence& match,
     make_room(context_, sums.bent_sum, std::size_t{3} * plane_of(band));
     context_.fill(sums.bent_sum, 0.0F);
   }
-  const bool by_sample = !wants_bent_sum_ && casts_by_sample(band, rays_out_);
-  if (parts_ != nullptr || (occluders().traversal() == Traversal::cpu && !by_sample)) {
+  if (parts_ != nullptr) {
     const Counted counted = cast_parts(band, match, second, rays_out_, wants_bent_sum_);
     sums.open.write(context_, std::span(counted.open));
     if (wants_bent_sum_) sums.bent_sum.write(context_, std::span(counted.bent_sum));

@@ -79,8 +79,8 @@ class Hemispheres : public SharedWork {
                                        bool second);
   /// Samples that have rays, by texels.
   struct Shared {
-    std::vector<std::uint32_t> samples;  // in near_order()
-    std::vector<std::uint32_t> first;    // [texels + 1] of each texel
+    std::vector<std::uint32_t> samples;
+    std::vector<std::uint32_t> first;  // [texels + 1] of each texel
     bool single() const { return samples.size() + 1 == first.size(); }
   };
   /// Two estimates of texels, from as many rays: how many are open, of all samples.
@@ -115,8 +115,6 @@ class Hemispheres : public SharedWork {
   std::vector<Group> groups(const TexelBand& band, const DeviceCorrespondence& match, bool second,
                             std::span<const std::uint32_t> samples);
   const RayCaster& occluders_of(std::uint32_t part);
-  /// The band's samples, neighbours in the map close together: what their rays meet is in the cache then.
-  const std::vector<std::uint32_t>& near_order(const TexelBand& band);
   /// Number of rays of each sample of a group that hit nothing, and if asked for the sums of their directions.
   struct Counted {
     std::vector<std::uint32_t> open;  // by sample of the band
@@ -130,8 +128,7 @@ class Hemispheres : public SharedWork {
   /// All samples of a band, each against its own part.
   Counted cast_parts(const TexelBand& band, const DeviceCorrespondence& match, bool second,
                      const RaySet& set, bool bent_sum);
-  /// Casts another `rays` rays of each of some samples, in near_order(), and counts those that hit nothing: by round, by sample
-  /// of the band.
+  /// Casts another `rays` rays of each of some samples, and counts those that hit nothing: by round, by sample of the band.
   /// \param rounds  other rays each
   std::vector<Counted> cast_more(const TexelBand& band, const DeviceCorrespondence& match,
                                  bool second, std::span<const std::uint32_t> samples,
@@ -230,8 +227,6 @@ class Hemispheres : public SharedWork {
   std::map<std::uint32_t, RayCaster> part_occluders_;
   std::optional<HemisphereViews> views_;
   bool uploaded_ = false, has_turns_ = false, has_keys_ = false;
-  std::vector<std::uint32_t> near_;         // near_order() of the present band, or empty
-  std::vector<std::uint32_t> near_texels_;  // of which they are, each once
   cl::Array<float> positions_;
   cl::Array<std::uint32_t> triangles_;
   cl::Array<std::uint32_t> turns_, keys_;

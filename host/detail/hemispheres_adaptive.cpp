@@ -81,7 +81,6 @@ Hemispheres::Shared Hemispheres::prepare_filter(const TexelBand& band,
       reads_->read(band.texel_first, band.texel_count + std::size_t{1});
   const std::vector<std::uint32_t>& triangle = reads_->read(match.triangle, band.sample_count);
   const std::vector<std::uint32_t>& low = reads_->read(band.triangle, band.sample_count);
-  near_order(band);
   const auto has_rays = [&](std::uint32_t sample) {
     return triangle[sample] != KILN_NO_TRIANGLE || (keep_ && !second);
   };
@@ -89,12 +88,11 @@ Hemispheres::Shared Hemispheres::prepare_filter(const TexelBand& band,
   struct Piece {
     std::size_t samples = 0, texels = 0;
   };
-  const std::size_t all = near_texels_.size();
+  const std::size_t all = band.texel_count;
   std::vector<Piece> pieces((all + kTexelsOfPiece - 1) / kTexelsOfPiece + 1);
   parallel_for(all, kTexelsOfPiece, [&](std::size_t begin, std::size_t end) {
     Piece& piece = pieces[begin / kTexelsOfPiece + 1];
-    for (std::size_t i = begin; i < end; ++i) {
-      const std::uint32_t t = near_texels_[i];
+    for (std::size_t t = begin; t < end; ++t) {
       std::size_t count = 0;
       for (std::uint32_t s = first[t]; s < first[t + 1]; ++s) count += has_rays(s) ? 1 : 0;
       piece.samples += count;
@@ -112,8 +110,7 @@ Hemispheres::Shared Hemispheres::prepare_filter(const TexelBand& band,
       of_low(stands.size());
   parallel_for(all, kTexelsOfPiece, [&](std::size_t begin, std::size_t end) {
     auto [to, at] = pieces[begin / kTexelsOfPiece];
-    for (std::size_t i = begin; i < end; ++i) {
-      const std::uint32_t t = near_texels_[i];
+    for (std::size_t t = begin; t < end; ++t) {
       const std::size_t before = to;
       for (std::uint32_t s = first[t]; s < first[t + 1]; ++s) {
         if (has_rays(s)) shared.samples[to++] = s;

@@ -1,12 +1,9 @@
 // Rays of some samples of a band, each against what occludes it: all, or its own part.
 #include <algorithm>
 #include <array>
-#include <atomic>
 #include <iterator>
-#include <memory>
 #include <numeric>
 
-#include "base/joined.h"
 #include "detail/hemisphere_rays.h"
 #include "detail/hemispheres.h"
 
@@ -16,84 +13,8 @@ namespace {
 constexpr std::size_t kGroupLanes = 8;
 // Samples that are copied together: 42 MB.
 constexpr std::size_t kPicked = std::size_t{1} << 20;
-// Squares of the map whose texels stay together, texels across: 2^kTileBits.
-constexpr std::uint32_t kTileBits = 4, kTile = 1U << kTileBits;
-
-/// Every other bit, from bit 0 on.
-constexpr std::uint32_t even_bits(std::uint32_t bits) {
-  std::uint32_t result = 0;
-  for (std::uint32_t b = 0; b < kTileBits; ++b) result |= (bits >> (2 * b) & 1U) << b;
-  return result;
-}
-
-/// A texel's place in its square.
-struct InTile {
-  std::uint8_t x = 0, y = 0;
-};
-
-constexpr std::size_t kTexelsOfTile = std::size_t{kTile} * kTile;
-
-constexpr std::array<InTile, kTexelsOfTile> in_morton_order() {
-  std::array<InTile, kTexelsOfTile> order{};
-  for (std::uint32_t i = 0; i < order.size(); ++i) {
-    order[i] = {static_cast<std::uint8_t>(even_bits(i)),
-                static_cast<std::uint8_t>(even_bits(i >> 1))};
-  }
-  return order;
-}
-constexpr std::array<InTile, kTexelsOfTile> kMorton = in_morton_order();
 
 }  // namespace
-
-const std::vector<std::uint32_t>& Hemispheres::near_order(const TexelBand& band) {
-  if (!near_.empty()) return near_;
-  const std::vector<std::uint32_t>& index = reads_->read(band.texel_index, band.texel_count);
-  const std::vector<std::uint32_t>& first =
-      reads_->read(band.texel_first, band.texel_count + std::size_t{1});
-  // By place on the map; rows of squares on all threads. Texels that were picked have places that say nothing.
-  const std::size_t places = std::size_t{width_} * band.row_count;
-  const auto texel = std::make_unique_for_overwrite<std::uint32_t[]>(places);
-  parallel_for(places, kTexelsOfPiece, [&](std::size_t begin, std::size_t end) {
-    std::fill(&texel[begin], &texel[end], band.texel_count);
-  });
-  parallel_for(band.texel_count, kTexelsOfPiece, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t t = begin; t < end; ++t) {
-      if (index[t] >= places) continue;
-      std::atomic_ref(texel[index[t]])
-          .store(static_cast<std::uint32_t>(t), std::memory_order_relaxed);
-    }
-  });
-  struct Row {
-    std::vector<std::uint32_t> samples, texels;
-  };
-  std::vector<Row> rows((band.row_count + kTile - 1) / kTile);
-  parallel_for(rows.size(), 1, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t r = begin; r < end; ++r) {
-      Row& row = rows[r];
-      row.samples.reserve(std::size_t{width_} * kTile);
-      row.texels.reserve(std::size_t{width_} * kTile);
-      for (std::uint32_t left = 0; left < width_; left += kTile) {
-        for (const InTile place : kMorton) {
-          const std::uint32_t x = left + place.x;
-          const std::uint32_t y = static_cast<std::uint32_t>(r) * kTile + place.y;
-          if (x >= width_ || y >= band.row_count) continue;
-          const std::uint32_t t = texel[std::size_t{y} * width_ + x];
-          if (t == band.texel_count) continue;
-          row.texels.push_back(t);
-          for (std::uint32_t s = first[t]; s < first[t + 1]; ++s) row.samples.push_back(s);
-        }
-      }
-    }
-  });
-  near_ = joined(rows, &Row::samples);
-  near_texels_ = joined(rows, &Row::texels);
-  if (near_.size() == band.sample_count) return near_;
-  near_.resize(band.sample_count);
-  std::iota(near_.begin(), near_.end(), 0U);
-  near_texels_.resize(band.texel_count);
-  std::iota(near_texels_.begin(), near_texels_.end(), 0U);
-  return near_;
-}
 
 const RayCaster& Hemispheres::occluders_of(std::uint32_t part) {
   if (const auto known = part_occluders_.find(part); known != part_occluders_.end()) {
@@ -209,7 +130,9 @@ Hemispheres::Counted Hemispheres::cast_parts(const TexelBand& band,
   counted.open.resize(plane_of(band));
   if (bent_sum) counted.bent_sum.resize(std::size_t{3} * plane_of(band));
   make_turns(band);
-  for (const Group& group : groups(band, match, second, near_order(band))) {
+  std::vector<std::uint32_t> all(band.sample_count);
+  std::iota(all.begin(), all.end(), 0U);
+  for (const Group& group : groups(band, match, second, all)) {
     cast_group(group, band, match, second, set, {}, {&counted, 1});
   }
   return counted;

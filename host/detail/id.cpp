@@ -1,10 +1,10 @@
 // The part, material, group or object of a point of the high poly, as a colour.
 #include <algorithm>
 #include <array>
-#include <numeric>
 #include <optional>
 #include <string>
 
+#include "base/disjoint_sets.h"
 #include "detail/id_colors.h"
 #include "detail/point_map.h"
 #include "mesh/kernels_shared.h"
@@ -17,20 +17,14 @@ namespace {
 std::vector<std::uint32_t> connected_parts(const Source::Impl& source, std::uint32_t& parts) {
   std::vector<std::uint32_t> part(source.triangles.size());
   const std::vector<std::uint32_t> place = weld_vertices(source.positions);
-  std::vector<std::uint32_t> parent(source.positions.size());
-  std::iota(parent.begin(), parent.end(), 0U);
-  const auto root = [&](std::uint32_t vertex) {
-    vertex = place[vertex];
-    while (parent[vertex] != vertex) vertex = parent[vertex] = parent[parent[vertex]];
-    return vertex;
-  };
+  DisjointSets sets(source.positions.size());
   for (const Triangle& t : source.triangles) {
-    parent[root(t[1])] = root(t[0]);
-    parent[root(t[2])] = root(t[0]);
+    sets.join(place[t[0]], place[t[1]]);
+    sets.join(place[t[0]], place[t[2]]);
   }
-  std::vector<std::uint32_t> number(parent.size(), KILN_NO_TRIANGLE);
+  std::vector<std::uint32_t> number(source.positions.size(), KILN_NO_TRIANGLE);
   for (std::size_t t = 0; t < part.size(); ++t) {
-    std::uint32_t& own = number[root(source.triangles[t][0])];
+    std::uint32_t& own = number[sets.find(place[source.triangles[t][0]])];
     if (own == KILN_NO_TRIANGLE) own = parts++;
     part[t] = own;
   }

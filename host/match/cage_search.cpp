@@ -39,7 +39,7 @@ class Search {
     near_ = static_cast<float>(kNear * diagonal);
     needs_.places = spread_places(context_, request.surface, kSearchPlaces);
     turn.apply(context_, needs_.places.band);
-    count_ = needs_.places.size();
+    count_ = needs_.places.list.size();
     points_.resize(7 * count_);
     needs_.places.band.points.read(context_, points_);
   }
@@ -98,7 +98,8 @@ class Search {
 
   /// True if a face is of the part that the place belongs to.
   bool own(std::size_t i, std::uint32_t triangle) const {
-    return parts_ == nullptr || parts_->high[triangle] == parts_->low[needs_.places.triangle[i]];
+    return parts_ == nullptr ||
+           parts_->high[triangle] == parts_->low[needs_.places.list[i].triangle];
   }
 
   Vec3d normal(std::uint32_t triangle) const {

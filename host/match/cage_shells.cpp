@@ -28,14 +28,14 @@ struct CagePart {
 
 std::vector<CagePart> parts_of(const CageNeeds& needs, const LowSurface& surface,
                                const std::vector<std::uint32_t>& vertex_of) {
-  std::vector<CagePart> parts(needs.places.size());
+  std::vector<CagePart> parts(needs.places.list.size());
   for (std::size_t i = 0; i < parts.size(); ++i) {
-    const std::size_t t = needs.places.triangle[i];
+    const std::size_t t = needs.places.list[i].triangle;
     const auto& corners = surface.triangles[t];
     const Vec3d a(corners[0].position);
     Vec3d normal = cross(Vec3d(corners[1].position) - a, Vec3d(corners[2].position) - a);
     normal = normal * (1 / length(normal));
-    const double u = needs.places.u[i], v = needs.places.v[i];
+    const double u = needs.places.list[i].u, v = needs.places.list[i].v;
     const std::array<double, 3> weights = {1 - u - v, u, v};
     for (std::size_t k = 0; k < 3; ++k) {
       parts[i].vertex[k] = vertex_of[3 * t + k];

@@ -7,7 +7,7 @@
 
 #include "match/host_correspondence.h"
 #include "match/ray.h"
-#include "match/sample_subset.h"
+#include "texel/sample_pick.h"
 
 namespace kiln {
 namespace {
@@ -26,14 +26,11 @@ class ExtendedRange : public Matcher {
   void run(const TexelBand& band, DeviceCorrespondence& match) override {
     if (band.sample_count == 0) return;
     near_->run(band, match);
-    std::vector<std::uint8_t> status(band.sample_count);
-    match.status.read(context_, status);
+    auto missed = samples_with(context_, match, band.sample_count, is_missed);
+    if (missed.empty()) return;
     std::vector<float> reach(band.sample_count);
     band.points.read(context_, reach, std::size_t{6} * band.capacity);
-    std::vector<std::uint32_t> missed;
-    for (std::uint32_t i = 0; i < band.sample_count; ++i) {
-      if (status[i] == KILN_STATUS_MISS && reach[i] > 0) missed.push_back(i);
-    }
+    std::erase_if(missed, [&](std::uint32_t i) { return !(reach[i] > 0); });
     if (!missed.empty()) look_farther(band, missed, reach, match);
   }
 
@@ -43,15 +40,15 @@ class ExtendedRange : public Matcher {
   void look_farther(const TexelBand& band, const std::vector<std::uint32_t>& samples,
                     const std::vector<float>& reach, DeviceCorrespondence& match) {
     const auto count = static_cast<std::uint32_t>(samples.size());
-    const SampleSubset some(context_, band, samples);
+    const SamplePick pick(context_, samples);
     DeviceCorrespondence result(context_, count);
-    rays_.intersect(some.band.points, count, count, query_, result);
+    rays_.intersect(pick.points_of(band).points, count, count, query_, result);
     HostCorrespondence found(context_, result, count);
     for (std::uint32_t k = 0; k < count; ++k) {
       if (std::abs(found.distance[k]) > reach[samples[k]]) found.triangle[k] = KILN_NO_TRIANGLE;
     }
     result.triangle.write(context_, std::span<const std::uint32_t>(found.triangle));
-    some.put_back(result, match);
+    pick.put_back(result, match);
   }
 
   cl::Context& context_;

@@ -1,21 +1,10 @@
 #include "match/fallback.h"
 
-#include "match/sample_subset.h"
 #include "mesh/kernels_shared.h"
+#include "texel/sample_pick.h"
 
 namespace kiln {
 namespace {
-
-/// Copies some elements of one plane of an array. \param count  of the plane
-template <typename T>
-void pick(cl::Context& context, const cl::Array<T>& from, std::size_t from_offset,
-          std::span<const std::uint32_t> places, cl::Array<T>& to, std::size_t to_offset,
-          std::uint32_t count) {
-  std::vector<T> all(count), some(places.size());
-  from.read(context, all, from_offset);
-  for (std::size_t i = 0; i < places.size(); ++i) some[i] = all[places[i]];
-  to.write(context, std::span<const T>(some), to_offset);
-}
 
 /// One method, then others in turn for the samples that are still undecided.
 class FallbackMatcher : public Matcher {
@@ -32,7 +21,7 @@ class FallbackMatcher : public Matcher {
     const std::vector<std::uint32_t> left = undecided(match, band.sample_count);
     if (left.empty()) return;
     run_fallback(band, left, decided_);
-    scatter(left, decided_, match);
+    SamplePick(context_, left).put_back(decided_, match);
     const auto count = static_cast<std::uint32_t>(left.size());
     for (const std::uint32_t sample : left) deciders_[sample] = Decider::fallback;
     for (const std::uint32_t i : undecided(decided_, count)) deciders_[left[i]] = Decider::nothing;
@@ -50,7 +39,7 @@ class FallbackMatcher : public Matcher {
       std::vector<std::uint32_t> of_band(left.size());
       for (std::size_t i = 0; i < left.size(); ++i) of_band[i] = samples[left[i]];
       ask(*rest_[k], band, of_band, next_);
-      scatter(left, next_, found);
+      SamplePick(context_, left).put_back(next_, found);
     }
   }
 
@@ -62,32 +51,21 @@ class FallbackMatcher : public Matcher {
  private:
   std::vector<std::uint32_t> undecided(const DeviceCorrespondence& match,
                                        std::uint32_t count) const {
-    std::vector<std::uint8_t> status(count);
-    match.status.read(context_, status);
-    std::vector<std::uint32_t> samples;
-    for (std::uint32_t i = 0; i < count; ++i) {
-      if (status[i] == KILN_STATUS_MISS) samples.push_back(i);
-    }
-    return samples;
+    return samples_with(context_, match, count, is_missed);
   }
 
   /// Asks one of the fallbacks for some samples of a band, in their order.
   void ask(Matcher& matcher, const TexelBand& band, std::span<const std::uint32_t> samples,
            DeviceCorrespondence& found) {
-    const auto count = static_cast<std::uint32_t>(samples.size());
-    fit(found, count);
+    const SamplePick pick(context_, samples);
     if (matcher.needs_band()) {
       fit(whole_, band.capacity);
       matcher.run(band, whole_);
-      pick(context_, whole_.triangle, 0, samples, found.triangle, 0, band.sample_count);
-      pick(context_, whole_.barycentric, 0, samples, found.barycentric, 0, band.sample_count);
-      pick(context_, whole_.barycentric, whole_.capacity, samples, found.barycentric,
-           found.capacity, band.sample_count);
-      pick(context_, whole_.distance, 0, samples, found.distance, 0, band.sample_count);
-      pick(context_, whole_.status, 0, samples, found.status, 0, band.sample_count);
+      found = pick.of(whole_);
       return;
     }
-    matcher.run(SampleSubset(context_, band, samples).band, found);
+    fit(found, pick.count());
+    matcher.run(pick.points_of(band), found);
   }
 
   /// Planes of results are as long as those of points.
@@ -95,16 +73,6 @@ class FallbackMatcher : public Matcher {
     if (match.capacity == capacity) return;
     match = DeviceCorrespondence();
     match = DeviceCorrespondence(context_, capacity);
-  }
-
-  void scatter(const std::vector<std::uint32_t>& to, const DeviceCorrespondence& from,
-               DeviceCorrespondence& match) const {
-    const auto count = static_cast<std::uint32_t>(to.size());
-    const cl::Array<std::uint32_t> indices(context_, std::span<const std::uint32_t>(to));
-    context_.launch(context_.kernel("match", "kiln_match_scatter"), count, kLocal, count,
-                    from.capacity, match.capacity, indices, from.triangle, from.barycentric,
-                    from.distance, from.status, match.triangle, match.barycentric, match.distance,
-                    match.status);
   }
 
   cl::Context& context_;

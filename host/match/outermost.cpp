@@ -7,8 +7,8 @@
 
 #include "match/low_rays.h"
 #include "match/ray.h"
-#include "match/sample_subset.h"
 #include "shared/ray.h"
+#include "texel/sample_pick.h"
 
 namespace kiln {
 namespace {
@@ -30,12 +30,9 @@ class OutermostMatcher : public Matcher {
   void run(const TexelBand& band, DeviceCorrespondence& match) override {
     if (band.sample_count == 0) return;
     rays_.intersect(band.points, band.sample_count, band.capacity, outermost_, match);
-    std::vector<std::uint8_t> status(band.sample_count);
-    match.status.read(context_, status);
-    std::vector<std::uint32_t> several;
-    for (std::uint32_t i = 0; i < band.sample_count; ++i) {
-      if ((status[i] & KILN_RAY_SEVERAL) != 0) several.push_back(i);
-    }
+    const std::vector<std::uint32_t> several =
+        samples_with(context_, match, band.sample_count,
+                     [](std::uint8_t status) { return (status & KILN_RAY_SEVERAL) != 0; });
     if (!several.empty()) decide(band, several, match);
   }
 
@@ -44,19 +41,20 @@ class OutermostMatcher : public Matcher {
   void decide(const TexelBand& band, const std::vector<std::uint32_t>& samples,
               DeviceCorrespondence& match) {
     const auto count = static_cast<std::uint32_t>(samples.size());
-    SampleSubset some(context_, band, samples);
+    const SamplePick pick(context_, samples);
+    const TexelBand some = pick.points_of(band);
     if (!low_) low_.emplace(context_, surface_);
-    low_->limits(context_, some.band, outermost_.t_max, some.band.points, 6 * count);
+    low_->limits(context_, some, outermost_.t_max, some.points, 6 * count);
 
     DeviceCorrespondence result(context_, count), outer(context_, count);
-    rays_.intersect(some.band.points, count, count, nearest_, result);
+    rays_.intersect(some.points, count, count, nearest_, result);
     RayQuery limited = outermost_;
     limited.limited = true;
-    rays_.intersect(some.band.points, count, count, limited, outer);
+    rays_.intersect(some.points, count, count, limited, outer);
     context_.launch(context_.kernel("match", "kiln_match_outer"), count, kLocal, count, kSameFace,
                     outer.triangle, outer.barycentric, outer.distance, result.triangle,
                     result.barycentric, result.distance, result.status);
-    some.put_back(result, match);
+    pick.put_back(result, match);
   }
 
   cl::Context& context_;

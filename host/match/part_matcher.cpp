@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "match/host_correspondence.h"
-#include "match/sample_subset.h"
+#include "texel/sample_pick.h"
 
 namespace kiln {
 namespace {
@@ -93,11 +93,15 @@ class PartMatcher : public Matcher {
     for (std::size_t p = 0; p < parts_.size(); ++p) {
       const std::vector<std::uint32_t>& samples = samples_[p];
       if (parts_[p].matcher == nullptr || samples.empty()) continue;
-      SampleSubset some(context_, band, samples);
-      if (parts_[p].matcher->needs_band()) some.take_places(band, places);
-      DeviceCorrespondence result(context_, some.band.sample_count);
-      parts_[p].matcher->run(some.band, result);
-      some.put_back(result, match);
+      const SamplePick pick(context_, samples);
+      TexelBand some = pick.points_of(band);
+      if (parts_[p].matcher->needs_band()) {
+        some.triangle = pick.of(places, band.sample_count, 1);
+        some.barycentric = pick.of(band.barycentric, band.capacity, 2);
+      }
+      DeviceCorrespondence result(context_, pick.count());
+      parts_[p].matcher->run(some, result);
+      pick.put_back(result, match);
     }
     // From a part's triangles to those of the whole.
     std::vector<std::uint32_t> found(band.sample_count);

@@ -4,8 +4,8 @@
 #include <utility>
 #include <vector>
 
-#include "match/sample_subset.h"
 #include "mesh/vector.h"
+#include "texel/sample_pick.h"
 
 namespace kiln {
 namespace {
@@ -20,12 +20,7 @@ class SmoothNormalRetry : public Matcher {
   void run(const TexelBand& band, DeviceCorrespondence& match) override {
     if (band.sample_count == 0) return;
     first_->run(band, match);
-    std::vector<std::uint8_t> status(band.sample_count);
-    match.status.read(context_, status);
-    std::vector<std::uint32_t> missed;
-    for (std::uint32_t i = 0; i < band.sample_count; ++i) {
-      if (status[i] == KILN_STATUS_MISS) missed.push_back(i);
-    }
+    const auto missed = samples_with(context_, match, band.sample_count, is_missed);
     if (!missed.empty()) look_again(band, missed, match);
   }
 
@@ -58,13 +53,14 @@ class SmoothNormalRetry : public Matcher {
 
   void look_again(const TexelBand& band, const std::vector<std::uint32_t>& samples,
                   DeviceCorrespondence& match) {
-    const auto count = static_cast<std::uint32_t>(samples.size());
-    SampleSubset some(context_, band, samples);
-    some.take_places(band, band.triangle);
-    turn_back(some.band);
-    DeviceCorrespondence result(context_, count);
-    first_->run(some.band, result);
-    some.put_back(result, match);
+    const SamplePick pick(context_, samples);
+    TexelBand some = pick.points_of(band);
+    some.triangle = pick.of(band.triangle, band.capacity, 1);
+    some.barycentric = pick.of(band.barycentric, band.capacity, 2);
+    turn_back(some);
+    DeviceCorrespondence result(context_, pick.count());
+    first_->run(some, result);
+    pick.put_back(result, match);
   }
 
   cl::Context& context_;

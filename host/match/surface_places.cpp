@@ -6,7 +6,6 @@
 #include <span>
 
 #include "base/parallel.h"
-#include "mesh/vector.h"
 
 namespace kiln {
 namespace {
@@ -23,11 +22,9 @@ double area_of(const LowSurface& surface, std::size_t t) {
 }
 
 /// The middles of a triangle's n x n parts, then its corners.
-void add_places(std::uint32_t t, std::size_t n, SurfacePlaces& places) {
+void add_places(std::uint32_t t, std::size_t n, std::vector<LowPlace>& places) {
   const auto add = [&](double u, double v) {
-    places.triangle.push_back(t);
-    places.u.push_back(static_cast<float>(u));
-    places.v.push_back(static_cast<float>(v));
+    places.push_back({t, static_cast<float>(u), static_cast<float>(v)});
   };
   const auto size = static_cast<double>(n);
   for (std::size_t i = 0; i < n; ++i) {
@@ -43,29 +40,59 @@ void add_places(std::uint32_t t, std::size_t n, SurfacePlaces& places) {
   add(middle, corner);
 }
 
-/// Seven planes of the places' points.
-std::vector<float> points_of(const LowSurface& surface, const SurfacePlaces& places) {
-  const std::size_t count = places.size();
-  std::vector<float> points(7 * count, 0.0F);
-  parallel_for(count, 1 << 12, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin; i < end; ++i) {
-      const auto& [a, b, c] = surface.triangles[places.triangle[i]];
-      const double u = places.u[i], v = places.v[i], w = 1 - u - v;
-      const Vec3 p =
-          to_float(Vec3d(a.position) * w + Vec3d(b.position) * u + Vec3d(c.position) * v);
-      Vec3d d = Vec3d(a.direction) * w + Vec3d(b.direction) * u + Vec3d(c.direction) * v;
-      if (!(length(d) > 1e-15)) {
-        d = cross(Vec3d(b.position) - Vec3d(a.position), Vec3d(c.position) - Vec3d(a.position));
-      }
-      const Vec3 unit = to_float(d * (1 / length(d)));
-      const float values[6] = {p.x, p.y, p.z, unit.x, unit.y, unit.z};
-      for (std::size_t k = 0; k < 6; ++k) points[k * count + i] = values[k];
-    }
-  });
-  return points;
+}  // namespace
+
+Vec3d position_at(const LowSurface& surface, const LowPlace& place) {
+  const auto& [a, b, c] = surface.triangles[place.triangle];
+  const double u = place.u, v = place.v;
+  return Vec3d(a.position) * (1 - u - v) + Vec3d(b.position) * u + Vec3d(c.position) * v;
 }
 
-}  // namespace
+TexelBand band_of_places(cl::Context& context, const LowSurface& surface, std::size_t count,
+                         const std::function<LowPlace(std::size_t)>& place,
+                         std::uint32_t multiple) {
+  TexelBand band;
+  band.row_count = 1;
+  band.texel_count = band.sample_count = static_cast<std::uint32_t>(count);
+  band.capacity = (band.sample_count + multiple - 1) / multiple * multiple;
+  if (count == 0) return band;
+  const std::size_t plane = band.capacity;
+  std::vector<std::uint32_t> index(plane), first(plane + 1), slot(plane), triangle(plane);
+  std::vector<float> weights(2 * plane), points(7 * plane);
+  parallel_for(count, 1 << 12, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) {
+      const LowPlace at = place(i);
+      const auto& [a, b, c] = surface.triangles[at.triangle];
+      const double u = at.u, v = at.v, w = 1 - u - v;
+      Vec3d direction = Vec3d(a.direction) * w + Vec3d(b.direction) * u + Vec3d(c.direction) * v;
+      double reach = length(direction);
+      if (!(reach > 1e-15)) {
+        reach = 0;
+        direction =
+            cross(Vec3d(b.position) - Vec3d(a.position), Vec3d(c.position) - Vec3d(a.position));
+      }
+      const Vec3 p = to_float(position_at(surface, at));
+      const Vec3 d = to_float(direction * (1 / length(direction)));
+      const float values[7] = {p.x, p.y, p.z, d.x, d.y, d.z, static_cast<float>(reach)};
+      for (std::size_t k = 0; k < 7; ++k) points[k * plane + i] = values[k];
+      index[i] = first[i] = static_cast<std::uint32_t>(i);
+      triangle[i] = at.triangle;
+      weights[i] = at.u;
+      weights[plane + i] = at.v;
+    }
+  });
+  first[count] = band.sample_count;
+  const auto upload = [&]<typename T>(const std::vector<T>& values) {
+    return cl::Array<T>(context, std::span<const T>(values));
+  };
+  band.texel_index = upload(index);
+  band.texel_first = upload(first);
+  band.sample_slot = upload(slot);
+  band.triangle = upload(triangle);
+  band.barycentric = upload(weights);
+  band.points = upload(points);
+  return band;
+}
 
 SurfacePlaces spread_places(cl::Context& context, const LowSurface& surface, std::size_t wanted) {
   const std::size_t triangles = surface.triangles.size();
@@ -77,17 +104,11 @@ SurfacePlaces spread_places(cl::Context& context, const LowSurface& surface, std
     if (!(area > 0)) continue;
     const double share = area / whole * static_cast<double>(wanted);
     const auto rows = static_cast<std::size_t>(std::lround(std::sqrt(share)));
-    add_places(static_cast<std::uint32_t>(t), std::clamp<std::size_t>(rows, 1, kMostRows), places);
+    add_places(static_cast<std::uint32_t>(t), std::clamp<std::size_t>(rows, 1, kMostRows),
+               places.list);
   }
-  std::vector<float> weights = places.u;
-  weights.insert(weights.end(), places.v.begin(), places.v.end());
-  const std::vector<float> points = points_of(surface, places);
-  TexelBand& band = places.band;
-  band.sample_count = band.capacity = static_cast<std::uint32_t>(places.size());
-  band.triangle =
-      cl::Array<std::uint32_t>(context, std::span<const std::uint32_t>(places.triangle));
-  band.barycentric = cl::Array<float>(context, std::span<const float>(weights));
-  band.points = cl::Array<float>(context, std::span<const float>(points));
+  places.band = band_of_places(context, surface, places.list.size(),
+                               [&](std::size_t i) { return places.list[i]; });
   return places;
 }
 

@@ -81,31 +81,20 @@ struct Builder {
   }
 };
 
-/// The samples [first, last] whose centres may lie within [low, high], in fixed-point units.
-std::pair<std::int32_t, std::int32_t> samples_within(std::int32_t low, std::int32_t high,
-                                                     std::uint32_t shift, std::uint32_t count) {
-  const std::int64_t half = std::int64_t{1} << (shift - 1);
-  const std::int64_t unit = std::int64_t{1} << shift;
-  const std::int64_t first = (low - half + unit - 1) >> shift;
-  const std::int64_t last = (high - half) >> shift;
-  return {static_cast<std::int32_t>(std::max<std::int64_t>(first, 0)),
-          static_cast<std::int32_t>(std::min<std::int64_t>(last, std::int64_t{count} - 1))};
-}
-
 /// Calls add(task) for the tiles of a piece, row by row.
 template <typename Add>
 void for_each_task(const kiln_uv_piece& piece, std::uint32_t index, const UvGrid& grid,
                    const Add& add) {
   const auto [x_low, x_high] = std::minmax_element(piece.x, piece.x + 3);
   const auto [y_low, y_high] = std::minmax_element(piece.y, piece.y + 3);
-  const auto [x_first, x_last] = samples_within(*x_low, *x_high, grid.shift, grid.sample_width);
-  const auto [y_first, y_last] = samples_within(*y_low, *y_high, grid.shift, grid.sample_height);
-  constexpr auto kSide = static_cast<std::int32_t>(kLayoutTile);
-  for (std::int32_t y = y_first; y <= y_last;) {
-    const std::int32_t y_end = std::min((y / kSide + 1) * kSide, y_last + 1);
-    for (std::int32_t x = x_first; x <= x_last; x += kSide) {
-      const std::int32_t x_end = std::min(x + kSide, x_last + 1);
-      add(kiln_uv_task{index, x, y,
+  const SampleRange columns = samples_within(*x_low, *x_high, grid.shift, grid.sample_width);
+  const SampleRange rows = samples_within(*y_low, *y_high, grid.shift, grid.sample_height);
+  constexpr auto kSide = std::int64_t{kLayoutTile};
+  for (std::int64_t y = rows.first; y <= rows.last;) {
+    const std::int64_t y_end = std::min((y / kSide + 1) * kSide, rows.last + 1);
+    for (std::int64_t x = columns.first; x <= columns.last; x += kSide) {
+      const std::int64_t x_end = std::min(x + kSide, columns.last + 1);
+      add(kiln_uv_task{index, static_cast<kiln_int>(x), static_cast<kiln_int>(y),
                        static_cast<std::uint32_t>(x_end - x) | static_cast<std::uint32_t>(y_end - y)
                                                                    << 16});
     }

@@ -153,7 +153,7 @@ void NormalProbe::match_places(const BakeOptions& options,
     matcher->run(band_, match);
     return;
   }
-  TexelBand turned = band_of(places_);
+  TexelBand turned = band_of_all();
   turn.apply(context_of(source_.device), turned);
   sheets.apply(context_of(source_.device), turned);
   cage_.apply(context_of(source_.device), turned);

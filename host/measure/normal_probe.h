@@ -11,6 +11,7 @@
 #include "kiln/image.h"
 #include "kiln/measure.h"
 #include "match/cage_reach.h"
+#include "match/surface_places.h"
 #include "measure/probe_pictures.h"
 #include "source/high_poly.h"
 
@@ -85,17 +86,15 @@ class NormalProbe {
   std::uint32_t places() const { return band_.sample_count; }
 
  private:
-  struct Place {
-    std::uint32_t triangle = 0;
-    float u = 0, v = 0;  ///< Weights of corners 1 and 2
-    bool back = false;   ///< Seen from behind: its normal is turned round
+  struct Place : LowPlace {
+    bool back = false;  ///< Seen from behind: its normal is turned round
   };
   NormalProbe(const Source::Impl& source, const Mesh& low, const Mesh* cage);
   bool from_behind(std::uint32_t triangle, const Picture& picture) const;
   std::vector<std::uint32_t> points_on_both(const PictureHits& shown, const PictureHits& dense);
   void take_places(const std::vector<Picture>& pictures, const PictureHits& shown,
                    const PictureHits& dense);
-  TexelBand band_of(const std::vector<Place>& places) const;
+  TexelBand band_of_all() const;
   void match_places(const BakeOptions& options, std::shared_ptr<const VisibilityField>& field,
                     DeviceCorrespondence& match) const;
   void match_by_uv(const BakeOptions& options, std::shared_ptr<const VisibilityField>& field,

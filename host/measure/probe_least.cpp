@@ -23,11 +23,10 @@ double NormalProbe::least_share(const InfiniteMap& endless) const {
   for (const Vec3d& toward : toward_) {
     for (std::size_t i = 0; i < places_.size(); i += step) {
       const Place& place = places_[i];
-      const auto& [a, b, c] = surface_.triangles[place.triangle];
       const Vec3d normal = vector_at(shading_[place.triangle].face_normal);
       const double cosine = dot(normal, toward) * (place.back ? -1 : 1);
       if (cosine < kLeastCosine) continue;
-      const Vec3d at = blend(a.position, b.position, c.position, place.u, place.v);
+      const Vec3d at = position_at(surface_, place);
       looks.push_back({i / step, cosine, toward, at, start_ - dot(at, toward)});
     }
   }

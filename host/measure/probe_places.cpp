@@ -1,7 +1,6 @@
 // Which places pictures show on both meshes.
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 #include <span>
 
 #include "base/parallel.h"
@@ -131,49 +130,12 @@ void NormalProbe::take_places(const std::vector<Picture>& pictures, const Pictur
     }
   });
   if (points_a_pixel_ > 1) reference_ = pixel_means(reference_, points_a_pixel_);
-  band_ = band_of(places_);
+  band_ = band_of_all();
 }
 
-TexelBand NormalProbe::band_of(const std::vector<Place>& places) const {
-  const std::size_t count = places.size();
-  std::vector<std::uint32_t> index(count + 1), triangle(count);
-  std::iota(index.begin(), index.end(), 0U);
-  std::vector<float> barycentric(2 * count), points(7 * count);
-  parallel_for(count, kPlaceGrain, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin; i < end; ++i) {
-      const Place& place = places[i];
-      const auto& [a, b, c] = surface_.triangles[place.triangle];
-      triangle[i] = place.triangle;
-      barycentric[i] = place.u;
-      barycentric[i + count] = place.v;
-      const Vec3 p = to_float(blend(a.position, b.position, c.position, place.u, place.v));
-      Vec3d direction = blend(a.direction, b.direction, c.direction, place.u, place.v);
-      double reach = length(direction);
-      if (reach < 1e-15) {
-        reach = 0;
-        direction = vector_at(shading_[place.triangle].face_normal);
-      } else {
-        direction = direction * (1 / reach);
-      }
-      const Vec3 d = to_float(direction);
-      const float values[7] = {p.x, p.y, p.z, d.x, d.y, d.z, static_cast<float>(reach)};
-      for (std::size_t k = 0; k < 7; ++k) points[k * count + i] = values[k];
-    }
-  });
-  TexelBand band;
-  band.row_count = 1;
-  band.texel_count = band.sample_count = band.capacity = static_cast<std::uint32_t>(count);
-  if (count == 0) return band;
-  cl::Context& context = context_of(source_.device);
-  band.texel_index =
-      cl::Array<std::uint32_t>(context, std::span<const std::uint32_t>(index).first(count));
-  band.texel_first = cl::Array<std::uint32_t>(context, std::span<const std::uint32_t>(index));
-  const std::vector<std::uint32_t> zeros(count, 0);
-  band.sample_slot = cl::Array<std::uint32_t>(context, std::span<const std::uint32_t>(zeros));
-  band.triangle = cl::Array<std::uint32_t>(context, std::span<const std::uint32_t>(triangle));
-  band.barycentric = cl::Array<float>(context, std::span<const float>(barycentric));
-  band.points = cl::Array<float>(context, std::span<const float>(points));
-  return band;
+TexelBand NormalProbe::band_of_all() const {
+  return band_of_places(context_of(source_.device), surface_, places_.size(),
+                        [&](std::size_t i) -> LowPlace { return places_[i]; });
 }
 
 Image NormalProbe::pixel_means(const Image& points, std::uint32_t each) {

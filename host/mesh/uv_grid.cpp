@@ -42,6 +42,19 @@ std::vector<ClipVertex> clip(const std::vector<ClipVertex>& polygon, double Clip
 
 }  // namespace
 
+SampleRange samples_within(std::int64_t low, std::int64_t high, std::uint32_t shift,
+                           std::uint32_t count) {
+  const std::int64_t half = std::int64_t{1} << (shift - 1);
+  const std::int64_t first = (low - half + (std::int64_t{1} << shift) - 1) >> shift;
+  const std::int64_t last = (high - half) >> shift;
+  return {std::max<std::int64_t>(first, 0), std::min<std::int64_t>(last, std::int64_t{count} - 1)};
+}
+
+SampleRange rows_of(const FixedTriangle& triangle, std::uint32_t shift, std::uint32_t count) {
+  const auto [low, high] = std::minmax_element(triangle.y.begin(), triangle.y.end());
+  return samples_within(*low, *high, shift, count);
+}
+
 std::int64_t doubled_area(const FixedTriangle& f) {
   return (std::int64_t{f.x[1]} - f.x[0]) * (std::int64_t{f.y[2]} - f.y[0]) -
          (std::int64_t{f.y[1]} - f.y[0]) * (std::int64_t{f.x[2]} - f.x[0]);

@@ -21,6 +21,18 @@ struct FixedTriangle {
 /// Twice the signed area, in fixed-point units squared: exact.
 std::int64_t doubled_area(const FixedTriangle& triangle);
 
+/// Samples of a row or column: none where last < first.
+struct SampleRange {
+  std::int64_t first = 0, last = -1;
+};
+
+/// Samples whose centres lie in [low, high], both in fixed point, cut to [0, count).
+SampleRange samples_within(std::int64_t low, std::int64_t high, std::uint32_t shift,
+                           std::uint32_t count);
+
+/// Rows of samples whose centres a triangle may hold.
+SampleRange rows_of(const FixedTriangle& triangle, std::uint32_t shift, std::uint32_t count);
+
 /// The samples of a map, and the fixed-point units between them.
 struct UvGrid {
   std::uint32_t sample_width = 0;

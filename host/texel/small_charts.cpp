@@ -25,14 +25,10 @@ std::int64_t floor_div(std::int64_t a, std::int64_t b) {
   return q - (a % b != 0 && (a < 0) != (b < 0) ? 1 : 0);
 }
 
-/// Columns [first, last] of the samples that a piece covers in a row; none where last < first. Exact.
-struct Columns {
-  std::int64_t first, last;
-};
-
-Columns covered_columns(const kiln_texel_piece& piece, std::uint32_t shift, std::int64_t row,
-                        std::int64_t count) {
-  Columns columns{0, count - 1};
+/// Columns of the samples that a piece covers in a row. Exact.
+SampleRange covered_columns(const kiln_texel_piece& piece, std::uint32_t shift, std::int64_t row,
+                            std::int64_t count) {
+  SampleRange columns{0, count - 1};
   for (std::size_t k = 0; k < 3; ++k) {
     const std::int64_t open = ((piece.closed >> k) & 1U) != 0 ? 0 : 1;
     const std::int64_t step = std::int64_t{piece.a[k]} * (std::int64_t{1} << shift);
@@ -47,14 +43,6 @@ Columns covered_columns(const kiln_texel_piece& piece, std::uint32_t shift, std:
     }
   }
   return columns;
-}
-
-/// Rows of samples whose centres a triangle may hold.
-Columns rows_of(const FixedTriangle& f, std::uint32_t shift, std::int64_t count) {
-  const auto [low, high] = std::minmax_element(f.y.begin(), f.y.end());
-  const std::int64_t half = std::int64_t{1} << (shift - 1), unit = std::int64_t{1} << shift;
-  return {std::max<std::int64_t>(-floor_div(half - *low, unit), 0),
-          std::min<std::int64_t>(floor_div(*high - half, unit), count - 1)};
 }
 
 /// True if it covers the centre of a sample without a doubt.
@@ -155,9 +143,9 @@ class Finder {
   bool covers_any(std::size_t i) const {
     const FixedTriangle& f = pieces_.fixed[i];
     if (is_large(f, grid_)) return true;
-    const Columns rows = rows_of(f, pieces_.shift, std::int64_t{height_} * samples_);
+    const SampleRange rows = rows_of(f, pieces_.shift, height_ * samples_);
     for (std::int64_t row = rows.first; row <= rows.last; ++row) {
-      const Columns columns =
+      const SampleRange columns =
           covered_columns(pieces_.pieces[i], pieces_.shift, row, std::int64_t{width_} * samples_);
       if (columns.first <= columns.last) return true;
     }
@@ -265,7 +253,7 @@ class Finder {
     const auto samples = std::int64_t{samples_};
     for (std::size_t i = 0; i < pieces_.pieces.size(); ++i) {
       const FixedTriangle& f = pieces_.fixed[i];
-      const Columns rows = rows_of(f, pieces_.shift, std::int64_t{height_} * samples);
+      const SampleRange rows = rows_of(f, pieces_.shift, height_ * samples_);
       const auto [low, high] = std::minmax_element(f.x.begin(), f.x.end());
       const std::int64_t texel = samples << pieces_.shift;
       const auto tile = [&](std::int64_t column) {
@@ -279,7 +267,7 @@ class Finder {
           row = ((row / samples >> kTileShift) + 1) * (samples << kTileShift) - 1;
           continue;
         }
-        const Columns columns =
+        const SampleRange columns =
             covered_columns(pieces_.pieces[i], pieces_.shift, row, std::int64_t{width_} * samples);
         if (columns.first > columns.last) continue;
         const auto line = taken_.begin() + static_cast<std::ptrdiff_t>(row / samples * width_);

@@ -15,24 +15,6 @@ std::uint32_t interleave(std::uint32_t x, std::uint32_t y) {
   return result;
 }
 
-struct Range {
-  std::int64_t first, last;  // empty where last < first
-};
-
-/// Samples whose centres lie in [low, high], both in fixed point, cut to [0, count).
-Range samples_within(std::int64_t low, std::int64_t high, std::uint32_t shift,
-                     std::uint32_t count) {
-  const std::int64_t half = std::int64_t{1} << (shift - 1);
-  const std::int64_t first = (low - half + (std::int64_t{1} << shift) - 1) >> shift;
-  const std::int64_t last = (high - half) >> shift;
-  return {std::max<std::int64_t>(first, 0), std::min<std::int64_t>(last, std::int64_t{count} - 1)};
-}
-
-Range rows_of(const FixedTriangle& f, std::uint32_t shift, std::uint32_t count) {
-  const auto [low, high] = std::minmax_element(f.y.begin(), f.y.end());
-  return samples_within(*low, *high, shift, count);
-}
-
 }  // namespace
 
 TexelGrid TexelGrid::of(std::uint32_t width, std::uint32_t height, std::uint32_t samples,
@@ -81,12 +63,12 @@ TexelBins::TexelBins(const TexelGrid& grid, const TexelPieces& pieces)
     : grid_(grid), pieces_(pieces), band_first_(grid.band_count() + std::size_t{1}, 0) {
   const std::int64_t band_samples = std::int64_t{grid.band_rows()} * grid.samples;
   const auto bands_of = [&](const FixedTriangle& f) {
-    const Range rows = rows_of(f, pieces.shift, grid.height * grid.samples);
-    if (rows.last < rows.first) return Range{0, -1};
-    return Range{rows.first / band_samples, rows.last / band_samples};
+    const SampleRange rows = rows_of(f, pieces.shift, grid.height * grid.samples);
+    if (rows.last < rows.first) return SampleRange{0, -1};
+    return SampleRange{rows.first / band_samples, rows.last / band_samples};
   };
   for (const FixedTriangle& f : pieces.fixed) {
-    const Range bands = bands_of(f);
+    const SampleRange bands = bands_of(f);
     for (std::int64_t b = bands.first; b <= bands.last; ++b) {
       ++band_first_[static_cast<std::size_t>(b) + 1];
     }
@@ -95,7 +77,7 @@ TexelBins::TexelBins(const TexelGrid& grid, const TexelPieces& pieces)
   band_pieces_.resize(band_first_.back());
   std::vector<std::uint32_t> cursor(band_first_.begin(), band_first_.end() - 1);
   for (std::size_t i = 0; i < pieces.fixed.size(); ++i) {
-    const Range bands = bands_of(pieces.fixed[i]);
+    const SampleRange bands = bands_of(pieces.fixed[i]);
     for (std::int64_t b = bands.first; b <= bands.last; ++b) {
       band_pieces_[cursor[static_cast<std::size_t>(b)]++] = static_cast<std::uint32_t>(i);
     }
@@ -112,7 +94,7 @@ std::uint32_t TexelBins::key(std::uint32_t column, std::uint32_t row) const {
 void TexelBins::add_spans(std::uint32_t piece, std::uint32_t first_row, std::uint32_t last_row) {
   const FixedTriangle& f = pieces_.fixed[piece];
   const std::uint32_t shift = pieces_.shift;
-  const Range rows = rows_of(f, shift, grid_.height * grid_.samples);
+  const SampleRange rows = rows_of(f, shift, grid_.height * grid_.samples);
   struct Edge {
     double x, y, y_low, y_high, slope;
   };
@@ -152,9 +134,9 @@ void TexelBins::add_spans(std::uint32_t piece, std::uint32_t first_row, std::uin
     }
     if (high < low) continue;
     // One unit wider each way than double precision's error, which is far less than a unit.
-    const Range columns = samples_within(static_cast<std::int64_t>(std::floor(low)) - 1,
-                                         static_cast<std::int64_t>(std::ceil(high)) + 1, shift,
-                                         grid_.width * grid_.samples);
+    const SampleRange columns = samples_within(static_cast<std::int64_t>(std::floor(low)) - 1,
+                                               static_cast<std::int64_t>(std::ceil(high)) + 1,
+                                               shift, grid_.width * grid_.samples);
     if (columns.last < columns.first) continue;
     spans_.push_back({piece, row - first_row, static_cast<std::uint32_t>(columns.first) / side,
                       static_cast<std::uint32_t>(columns.last) / side + 1});

@@ -25,9 +25,6 @@ inline CellPlace unpack_place(std::uint64_t key) {
   return {static_cast<std::uint32_t>(key & kMask), static_cast<std::uint32_t>(key >> kBits & kMask),
           static_cast<std::uint32_t>(key >> 2 * kBits & kMask)};
 }
-inline std::uint32_t unpack_rest(std::uint64_t key) {
-  return static_cast<std::uint32_t>(key >> 3 * KILN_VOLUME_KEY_BITS);
-}
 
 /// A bit a padded voxel, and from it a bit an edge and a cell, with ranks: number and place of crossed
 /// edges and cells lead to each other without a search. Takes 6 bits a voxel.
@@ -66,9 +63,7 @@ class CellGrid {
   /// Signs of a cell's corners: bit x + 2 y + 4 z is 1 inside.
   std::uint32_t corners(const CellPlace& at) const;
 
-  /// Numbers of the first cell or edge at or after each plane, and one more: planes may be worked on
-  /// apart.
-  const std::vector<std::uint32_t>& plane_cells() const { return plane_cells_; }
+  /// Numbers of the first edge at or after each plane, and one more: planes may be worked on apart.
   const std::vector<std::uint32_t>& plane_edges() const { return plane_edges_; }
 
   /// Calls visit(number, place) for the cells of a plane in order.

@@ -9,6 +9,7 @@
 #include <string>
 
 #include "base/formatted.h"
+#include "base/normal_angle.h"
 #include "base/parallel.h"
 #include "mesh/vector.h"
 #include "volume/cell_grid.h"
@@ -353,15 +354,10 @@ GradientError GradientReference::compare_with(const Normal& normal) const {
   const auto count = static_cast<double>(degrees.size());
   error.mean_degrees = sum / count;
   error.rms_degrees = std::sqrt(squares / count);
-  std::sort(degrees.begin(), degrees.end());
-  const auto percentile = [&](double percent) {
-    const double rank = std::ceil(percent / 100 * count);
-    return degrees[static_cast<std::size_t>(std::clamp(rank, 1.0, count)) - 1];
-  };
-  error.median_degrees = percentile(50);
-  error.p95_degrees = percentile(95);
-  error.p99_degrees = percentile(99);
-  error.max_degrees = degrees.back();
+  error.median_degrees = percentile(degrees, 50);
+  error.p95_degrees = percentile(degrees, 95);
+  error.p99_degrees = percentile(degrees, 99);
+  error.max_degrees = *std::max_element(degrees.begin(), degrees.end());
   return error;
 }
 

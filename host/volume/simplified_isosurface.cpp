@@ -7,6 +7,7 @@
 #include <unordered_map>
 #include <unordered_set>
 
+#include "base/disjoint_sets.h"
 #include "base/parallel.h"
 #include "mesh/vector.h"
 #include "volume/short_edges.h"
@@ -188,41 +189,26 @@ void join_without_length(SimplifiedIsosurface& low_poly, std::vector<std::uint32
   }
 }
 
-/// Numbers joined into sets.
-class Joined {
- public:
-  explicit Joined(std::size_t count) : parent_(count, kNone) {}
-  void join(std::uint32_t a, std::uint32_t b) {
-    if (parent_[a] == kNone) parent_[a] = a;
-    if (parent_[b] == kNone) parent_[b] = b;
-    parent_[root(a)] = root(b);
-  }
-  /// Number of sets of the numbers that were joined.
-  std::uint64_t sets() const {
-    std::uint64_t count = 0;
-    for (std::uint32_t i = 0; i < parent_.size(); ++i) count += parent_[i] == i ? 1 : 0;
-    return count;
-  }
-
- private:
-  std::uint32_t root(std::uint32_t i) {
-    while (parent_[i] != i) i = parent_[i] = parent_[parent_[i]];
-    return i;
-  }
-  std::vector<std::uint32_t> parent_;
-};
+/// Number of sets of the vertices that were joined with others.
+std::uint64_t count_sets(DisjointSets& sets, const std::vector<std::uint8_t>& joined) {
+  std::uint64_t count = 0;
+  for (std::uint32_t v = 0; v < joined.size(); ++v) count += joined[v] != 0 && sets.find(v) == v;
+  return count;
+}
 
 /// \param at_border  by vertex, 1 where border edges may end; empty: everywhere
 SimplifiedIsosurface::Pieces count_pieces(const std::vector<PolygonCorners>& polygons,
                                           std::size_t vertices,
                                           const std::vector<std::uint8_t>& at_border) {
-  Joined parts(vertices), loops(vertices);
+  DisjointSets parts(vertices), loops(vertices);
+  std::vector<std::uint8_t> in_part(vertices), in_loop(vertices);
   std::vector<std::uint64_t> edges;
   for (const PolygonCorners& c : polygons) {
     const std::size_t count = c[3] == kNone ? 3 : 4;
     for (std::size_t k = 0; k < count; ++k) {
       const std::uint32_t a = c[k], b = c[(k + 1) % count];
       parts.join(a, b);
+      in_part[a] = in_part[b] = 1;
       if (at_border.empty() || (at_border[a] != 0 && at_border[b] != 0)) {
         edges.push_back(edge_key(a, b));
       }
@@ -233,11 +219,14 @@ SimplifiedIsosurface::Pieces count_pieces(const std::vector<PolygonCorners>& pol
     std::size_t end = i + 1;
     while (end < edges.size() && edges[end] == edges[i]) ++end;
     if (end - i == 1) {
-      loops.join(static_cast<std::uint32_t>(edges[i] >> 32), static_cast<std::uint32_t>(edges[i]));
+      const auto a = static_cast<std::uint32_t>(edges[i] >> 32);
+      const auto b = static_cast<std::uint32_t>(edges[i]);
+      loops.join(a, b);
+      in_loop[a] = in_loop[b] = 1;
     }
     i = end;
   }
-  return {parts.sets(), loops.sets()};
+  return {count_sets(parts, in_part), count_sets(loops, in_loop)};
 }
 
 SimplifiedIsosurface::Pieces count_fine_pieces(const FineSurface& surface,

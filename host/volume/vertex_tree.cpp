@@ -5,6 +5,7 @@
 #include <span>
 #include <utility>
 
+#include "base/disjoint_sets.h"
 #include "base/parallel.h"
 #include "base/progress_guard.h"
 
@@ -48,29 +49,6 @@ bool is_one_sheet(const Shape& shape) {
   }
   return ends <= 2 && std::popcount(shape.once) >= (ends == 0 ? 3 : 1);
 }
-
-/// Joins fine vertices; a set's number is its lowest member.
-class Sets {
- public:
-  explicit Sets(std::uint32_t count) : parent_(count) {
-    for (std::uint32_t i = 0; i < count; ++i) parent_[i] = i;
-  }
-  std::uint32_t find(std::uint32_t i) {
-    while (parent_[i] != i) {
-      parent_[i] = parent_[parent_[i]];
-      i = parent_[i];
-    }
-    return i;
-  }
-  std::uint32_t join(std::uint32_t a, std::uint32_t b) {
-    if (a > b) std::swap(a, b);
-    parent_[b] = a;
-    return a;
-  }
-
- private:
-  RawVector<std::uint32_t> parent_;
-};
 
 /// Sums over a cluster's fine vertices that end the surface at the volume's open border, by side: 2 axis,
 /// + 1 for the far one. Nothing else holds them there: along a wall that stands on the border all heights
@@ -227,7 +205,7 @@ VertexTree::VertexTree(const FineSurface& surface, const std::array<std::uint32_
     : open_(open), leaves_(static_cast<std::uint32_t>(surface.keys.size())) {
   std::vector<Rim> rims;  // by node
   if (open) rims = find_rims(surface);
-  Sets sets(leaves_);
+  DisjointSets sets(leaves_);
   parent_.assign(leaves_, kNone);
   RawVector<std::uint32_t> node_of(leaves_);  // of each set, at the level reached
   for (std::uint32_t i = 0; i < leaves_; ++i) node_of[i] = i;
@@ -268,7 +246,8 @@ VertexTree::VertexTree(const FineSurface& surface, const std::array<std::uint32_
       for (const std::uint32_t set : {a, b}) {
         if (node_of[set] != kNone) touched.push_back({set, node_of[set]});
       }
-      node_of[sets.join(a, b)] = kNone;
+      sets.join(a, b);
+      node_of[sets.find(a)] = kNone;
     };
     for (const std::uint32_t index : joining) {
       const FineEdge& edge = surface.edges[index];

@@ -10,6 +10,7 @@
 
 #include "base/formatted.h"
 #include "base/parallel.h"
+#include "base/voxel_type.h"
 
 namespace kiln {
 namespace {
@@ -21,24 +22,8 @@ constexpr std::uint32_t kMaxSide = 32766;
 template <typename Body>
 auto with_type(const Volume& volume, const Body& body) {
   const std::byte* data = volume.voxels.data();
-  switch (volume.type) {
-    case VoxelType::u8:
-      return body(reinterpret_cast<const std::uint8_t*>(data));
-    case VoxelType::i8:
-      return body(reinterpret_cast<const std::int8_t*>(data));
-    case VoxelType::u16:
-      return body(reinterpret_cast<const std::uint16_t*>(data));
-    case VoxelType::i16:
-      return body(reinterpret_cast<const std::int16_t*>(data));
-    case VoxelType::u32:
-      return body(reinterpret_cast<const std::uint32_t*>(data));
-    case VoxelType::i32:
-      return body(reinterpret_cast<const std::int32_t*>(data));
-    case VoxelType::f32:
-      return body(reinterpret_cast<const float*>(data));
-    default:
-      return body(reinterpret_cast<const double*>(data));
-  }
+  return with_voxel_type(
+      volume.type, [&]<typename T>(const T&) { return body(reinterpret_cast<const T*>(data)); });
 }
 
 std::size_t voxel_count(const Volume& volume) {

@@ -12,7 +12,8 @@
 // | kernel            | one work-item | traffic                                                     |
 // | kiln_texel_cover  | block         | 64 B a listed piece; 4 B a sample, hot in cache              |
 // | kiln_texel_fill   | block         | 176 B a piece in the block; 48 B a covered sample, 8 a texel |
-// | kiln_texel_pick   | sample        | 4 B, and 8 B a plane                                        |
+// | kiln_texel_pick, kiln_texel_pick_bytes | sample | 4 B, and 8 B or 2 B a plane                      |
+// | kiln_texel_put_back | sample      | 8 B; 34 B more where something was found                     |
 //
 // Local size 64, any will do. No defines. All integer arithmetic is exact: |a|, |b| < 2^30, samples
 // up to 2^18 a side, |E| < 2^61. Floating point: +, -, *, fma, / and sqrt, correctly rounded.
@@ -296,4 +297,42 @@ kernel void kiln_texel_pick(const uint count,
   for (size_t plane = 0; plane < planes; ++plane) {
     to[plane * to_capacity + i] = i < count ? from[plane * from_capacity + samples[i]] : 0u;
   }
+}
+
+/// The same of single bytes.
+kernel void kiln_texel_pick_bytes(const uint count,
+                                  const uint planes,
+                                  const uint from_capacity,
+                                  const uint to_capacity,
+                                  global const uint* restrict samples,
+                                  global const uchar* restrict from,
+                                  global uchar* restrict to) {
+  const size_t i = get_global_id(0);
+  if (i >= to_capacity) return;
+  for (size_t plane = 0; plane < planes; ++plane) {
+    to[plane * to_capacity + i] = i < count ? from[plane * from_capacity + samples[i]] : (uchar)0;
+  }
+}
+
+/// Takes over what was found for chosen samples.
+kernel void kiln_texel_put_back(const uint count,
+                                const uint found_capacity,
+                                const uint match_capacity,
+                                global const uint* restrict samples,
+                                global const uint* restrict triangle,
+                                global const float* restrict barycentric,
+                                global const float* restrict distance,
+                                global const uchar* restrict status,
+                                global uint* restrict match_triangle,
+                                global float* restrict match_barycentric,
+                                global float* restrict match_distance,
+                                global uchar* restrict match_status) {
+  const size_t i = get_global_id(0);
+  if (i >= count || triangle[i] == KILN_NO_TRIANGLE) return;
+  const size_t to = samples[i];
+  match_triangle[to] = triangle[i];
+  match_barycentric[to] = barycentric[i];
+  match_barycentric[to + match_capacity] = barycentric[i + found_capacity];
+  match_distance[to] = distance[i];
+  match_status[to] = status[i];
 }

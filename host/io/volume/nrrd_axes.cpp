@@ -5,30 +5,6 @@
 namespace kiln {
 namespace {
 
-constexpr const char* kExportAgain = "Correct the header, or export the volume again.";
-
-}  // namespace
-
-std::uint64_t integer(const VolumeInput& input, const HeaderField& field, std::string_view word) {
-  const auto value = to_integer(word);
-  if (!value || *value < 0) {
-    input.fail(field.place(), "\"" + printable(word) + "\" is not a whole number of 0 or more",
-               kExportAgain);
-  }
-  return static_cast<std::uint64_t>(*value);
-}
-
-namespace {
-
-void check_count(const VolumeInput& input, const HeaderField& field, std::size_t found,
-                 std::size_t expected) {
-  if (found == expected) return;
-  input.fail(field.place(),
-             "there are " + std::to_string(found) + " entries for " + std::to_string(expected) +
-                 " dimensions",
-             kExportAgain);
-}
-
 /// Vectors "(x,y,z)" and words, blanks allowed within the parentheses.
 std::vector<std::string> vector_words(std::string_view text) {
   std::vector<std::string> result;
@@ -71,16 +47,6 @@ std::array<double, 3> vector_of(const VolumeInput& input, const HeaderField& fie
 
 }  // namespace
 
-const HeaderField& required(const VolumeInput& input, const HeaderFields& fields,
-                            std::string_view key, const char* example) {
-  const HeaderField* field = fields.find(key);
-  if (field == nullptr) {
-    input.fail("header", "there is no field \"" + std::string(key) + "\"",
-               std::string("Add a line such as \"") + example + "\", or export the volume again.");
-  }
-  return *field;
-}
-
 std::vector<NrrdAxis> parse_axes(const VolumeInput& input, const HeaderFields& fields) {
   const HeaderField& dimension = required(input, fields, "dimension", "dimension: 3");
   const std::uint64_t count = integer(input, dimension, dimension.value);
@@ -103,7 +69,7 @@ std::vector<NrrdAxis> parse_axes(const VolumeInput& input, const HeaderFields& f
     const HeaderField* field = fields.find(key);
     if (field == nullptr) return;
     const auto list = to_doubles(field->value);
-    if (!list) input.fail(field->place(), "not all entries are numbers", kExportAgain);
+    if (!list) input.fail(field->place(), "not all entries are numbers", kCorrectHeader);
     check_count(input, *field, list->size(), axes.size());
     for (std::size_t a = 0; a < axes.size(); ++a) {
       if (std::isfinite((*list)[a])) axes[a].*member = (*list)[a];

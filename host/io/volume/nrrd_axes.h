@@ -26,13 +26,6 @@ struct NrrdAxis {
   std::array<double, 3> direction{};
 };
 
-/// The field of that name. \param example  a line that the error proposes where there is none
-const HeaderField& required(const VolumeInput& input, const HeaderFields& fields,
-                            std::string_view key, const char* example);
-
-/// A whole number of 0 or more.
-std::uint64_t integer(const VolumeInput& input, const HeaderField& field, std::string_view word);
-
 std::vector<NrrdAxis> parse_axes(const VolumeInput& input, const HeaderFields& fields);
 
 /// Which of the axes are the volume's three.

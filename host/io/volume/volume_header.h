@@ -4,12 +4,15 @@
 #include <cmath>
 #include <cstdint>
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "base/lower_case.h"
 #include "io/file/text_scanner.h"
+#include "io/volume/volume_reader.h"
 
 namespace kiln {
 
@@ -82,5 +85,25 @@ inline std::optional<std::vector<double>> to_doubles(std::string_view text) {
   }
   return result;
 }
+
+constexpr const char* kCorrectHeader = "Correct the header, or export the volume again.";
+
+/// Adds a statement. \throws Error(input) where there is one of its name already
+void add_field(const VolumeInput& input, HeaderField field, HeaderFields& fields);
+
+/// The field of that name. \param example  a line that the error proposes where there is none
+const HeaderField& required(const VolumeInput& input, const HeaderFields& fields,
+                            std::string_view key, const char* example);
+
+/// A whole number of 0 or more. \throws Error(input)
+std::uint64_t integer(const VolumeInput& input, const HeaderField& field, std::string_view word);
+
+/// \throws Error(input) where a list has not as many entries as there are dimensions
+void check_count(const VolumeInput& input, const HeaderField& field, std::size_t found,
+                 std::size_t expected);
+
+/// The type of a name in lower case. \throws Error(input) for any other
+VoxelType voxel_type_in(const VolumeInput& input, const HeaderField& field,
+                        std::span<const std::pair<std::string_view, VoxelType>> names);
 
 }  // namespace kiln

@@ -8,8 +8,6 @@
 namespace kiln {
 namespace {
 
-constexpr const char* kExportAgain = "Correct the header, or export the volume again.";
-
 struct Header {
   HeaderFields fields;
   std::size_t end = 0;  ///< Offset of the first byte after the header
@@ -30,10 +28,7 @@ Header parse_header(const VolumeInput& input, std::string_view text) {
     const std::string_view name = trimmed(line->substr(0, equals));
     HeaderField field{lines.number(), lower_case(name), printable(name),
                       std::string(trimmed(line->substr(equals + 1)))};
-    if (header.fields.find(field.key) != nullptr) {
-      input.fail(place, "field \"" + field.shown + "\" comes twice", "Remove one of the lines.");
-    }
-    header.fields.all.push_back(std::move(field));
+    add_field(input, std::move(field), header.fields);
     if (header.fields.all.back().key == "elementdatafile") {
       header.end = lines.offset();
       return header;
@@ -41,17 +36,6 @@ Header parse_header(const VolumeInput& input, std::string_view text) {
   }
   input.fail("header", "there is no field \"ElementDataFile\"",
              "The header is truncated; copy or export the volume again.");
-}
-
-const HeaderField& required(const VolumeInput& input, const HeaderFields& fields,
-                            std::string_view key, const char* example) {
-  const HeaderField* field = fields.find(key);
-  if (field == nullptr) {
-    const std::string shown(example);
-    input.fail("header", "there is no field \"" + shown.substr(0, shown.find(' ')) + "\"",
-               "Add a line such as \"" + shown + "\", or export the volume again.");
-  }
-  return *field;
 }
 
 /// The first of several names for one thing.
@@ -68,7 +52,7 @@ bool flag(const VolumeInput& input, const HeaderField* field) {
   if (value == "true" || value == "t" || value == "1") return true;
   if (value == "false" || value == "f" || value == "0") return false;
   input.fail(field->place(), "\"" + printable(field->value) + "\" is neither True nor False",
-             kExportAgain);
+             kCorrectHeader);
 }
 
 VoxelType voxel_type(const VolumeInput& input, const HeaderField& field) {
@@ -77,16 +61,11 @@ VoxelType voxel_type(const VolumeInput& input, const HeaderField& field) {
       {"met_ushort", VoxelType::u16}, {"met_int", VoxelType::i32},   {"met_uint", VoxelType::u32},
       {"met_long", VoxelType::i32},   {"met_ulong", VoxelType::u32},  // 4 bytes in MetaIO
       {"met_float", VoxelType::f32},  {"met_double", VoxelType::f64}};
-  const std::string name = lower_case(field.value);
-  for (const auto& [known, type] : kTypes) {
-    if (name == known) return type;
+  if (lower_case(field.value).ends_with("_array")) {
+    input.fail(field.place(), "\"" + printable(field.value) + "\" has several values a voxel",
+               "Save one component as a volume of its own.");
   }
-  const bool array = name.ends_with("_array");
-  input.fail(field.place(),
-             array ? "\"" + printable(field.value) + "\" has several values a voxel"
-                   : "Kiln does not read voxels of type \"" + printable(field.value) + "\"",
-             array ? "Save one component as a volume of its own."
-                   : "Save the volume with 8, 16 or 32-bit integers, float or double.");
+  return voxel_type_in(input, field, kTypes);
 }
 
 std::vector<double> numbers(const VolumeInput& input, const HeaderField& field,
@@ -95,7 +74,7 @@ std::vector<double> numbers(const VolumeInput& input, const HeaderField& field,
   if (!list || list->size() != expected) {
     input.fail(field.place(),
                "\"" + printable(field.value) + "\" is not " + std::to_string(expected) + " numbers",
-               kExportAgain);
+               kCorrectHeader);
   }
   return *list;
 }
@@ -111,24 +90,15 @@ std::size_t parse_size(const VolumeInput& input, const HeaderFields& fields, Vol
   const HeaderField& field = required(input, fields, "dimsize", "DimSize = 256 256 128");
   const auto list = words(field.value);
   const auto n = static_cast<std::size_t>(*count);
-  if (list.size() != n) {
-    input.fail(field.place(),
-               "there are " + std::to_string(list.size()) + " entries for " + std::to_string(n) +
-                   " dimensions",
-               kExportAgain);
-  }
+  check_count(input, field, list.size(), n);
   std::array<std::uint64_t, 3> size{};
   for (std::size_t a = 0; a < n; ++a) {
-    const auto value = to_integer(list[a]);
-    if (!value || *value < 0) {
-      input.fail(field.place(), "\"" + printable(list[a]) + "\" is not a whole number of 0 or more",
-                 kExportAgain);
-    }
+    const std::uint64_t value = integer(input, field, list[a]);
     if (a < 3) {
-      size[a] = static_cast<std::uint64_t>(*value);
-    } else if (*value != 1) {
+      size[a] = value;
+    } else if (value != 1) {
       input.fail(field.place(),
-                 "dimension " + std::to_string(a) + " has size " + std::to_string(*value) +
+                 "dimension " + std::to_string(a) + " has size " + std::to_string(value) +
                      ", as in a series over time",
                  "Save one time step as a volume of three dimensions.");
     }
@@ -204,7 +174,7 @@ void skip_header(const VolumeInput& input, const HeaderFields& fields, const Byt
   if (!bytes || *bytes < -1) {
     input.fail(field->place(),
                "\"" + printable(field->value) + "\" is neither a number of bytes nor -1",
-               kExportAgain);
+               kCorrectHeader);
   }
   if (*bytes == -1) {
     if (place.encoding != VoxelEncoding::plain) {
@@ -219,7 +189,7 @@ void skip_header(const VolumeInput& input, const HeaderFields& fields, const Byt
                "a header of " + std::to_string(*bytes) +
                    " bytes is to be skipped, but the data have " +
                    std::to_string(data.size() - place.offset),
-               kExportAgain);
+               kCorrectHeader);
   }
   place.offset += static_cast<std::uint64_t>(*bytes);
 }

@@ -10,6 +10,7 @@
 
 #include "base/formatted.h"
 #include "base/lower_case.h"
+#include "base/voxel_type.h"
 #include "io/volume/volume_reader.h"
 
 namespace kiln {
@@ -268,21 +269,6 @@ void place_in_space(const VolumeInput& input, const Fields& fields, Volume& volu
   check_geometry(input, "pixdim", volume);
 }
 
-template <typename T>
-void rescale(const Fields& fields, Volume& volume) {
-  const std::size_t count = volume.voxels.size() / sizeof(T);
-  std::vector<std::byte> scaled(count * sizeof(float));
-  for (std::size_t i = 0; i < count; ++i) {
-    T value;
-    std::memcpy(&value, volume.voxels.data() + i * sizeof(T), sizeof(T));
-    const auto result =
-        static_cast<float>(static_cast<double>(value) * fields.slope + fields.intercept);
-    std::memcpy(scaled.data() + i * sizeof(float), &result, sizeof(float));
-  }
-  volume.voxels = std::move(scaled);
-  volume.type = VoxelType::f32;
-}
-
 void apply_scale(const VolumeInput& input, const Fields& fields, Volume& volume) {
   if (fields.slope == 0 || (fields.slope == 1 && fields.intercept == 0)) return;
   if (!std::isfinite(fields.slope) || !std::isfinite(fields.intercept)) {
@@ -290,24 +276,18 @@ void apply_scale(const VolumeInput& input, const Fields& fields, Volume& volume)
                "scl_slope or scl_inter is not finite; values are as they are stored", 1);
     return;
   }
-  switch (volume.type) {
-    case VoxelType::u8:
-      return rescale<std::uint8_t>(fields, volume);
-    case VoxelType::i8:
-      return rescale<std::int8_t>(fields, volume);
-    case VoxelType::u16:
-      return rescale<std::uint16_t>(fields, volume);
-    case VoxelType::i16:
-      return rescale<std::int16_t>(fields, volume);
-    case VoxelType::u32:
-      return rescale<std::uint32_t>(fields, volume);
-    case VoxelType::i32:
-      return rescale<std::int32_t>(fields, volume);
-    case VoxelType::f32:
-      return rescale<float>(fields, volume);
-    case VoxelType::f64:
-      return rescale<double>(fields, volume);
-  }
+  with_voxel_type(volume.type, [&](auto value) {
+    const std::size_t count = volume.voxels.size() / sizeof value;
+    std::vector<std::byte> scaled(count * sizeof(float));
+    for (std::size_t i = 0; i < count; ++i) {
+      std::memcpy(&value, volume.voxels.data() + i * sizeof value, sizeof value);
+      const auto result =
+          static_cast<float>(static_cast<double>(value) * fields.slope + fields.intercept);
+      std::memcpy(scaled.data() + i * sizeof(float), &result, sizeof(float));
+    }
+    volume.voxels = std::move(scaled);
+  });
+  volume.type = VoxelType::f32;
 }
 
 std::unique_ptr<ByteStream> open_stream(const VolumeInput& input, const ByteSource& source) {

@@ -13,8 +13,6 @@
 namespace kiln {
 namespace {
 
-constexpr const char* kExportAgain = "Correct the header, or export the volume again.";
-
 struct Header {
   HeaderFields fields;
   std::vector<std::string> files;  ///< Names listed by "data file: LIST"
@@ -67,7 +65,7 @@ Header parse_header(const VolumeInput& input, std::string_view text) {
     const std::size_t colon = line->find(':');
     if (colon == line->npos) {
       input.fail(place(), "\"" + printable(*line) + "\" is neither a field nor a comment",
-                 kExportAgain);
+                 kCorrectHeader);
     }
     if (line->substr(colon).starts_with(":=")) continue;  // a key of somebody's own
     HeaderField field{lines.number(), field_key(line->substr(0, colon)),
@@ -77,11 +75,8 @@ Header parse_header(const VolumeInput& input, std::string_view text) {
       input.fail(place(), "\"" + field.shown + "\" is not a field of NRRD",
                  "Correct it, or remove the line.");
     }
-    if (header.fields.find(field.key) != nullptr) {
-      input.fail(place(), "field \"" + field.shown + "\" comes twice", "Remove one of the lines.");
-    }
     const bool list = field.key == "datafile" && (field.value + " ").starts_with("LIST ");
-    header.fields.all.push_back(std::move(field));
+    add_field(input, std::move(field), header.fields);
     if (!list) continue;
     // The rest of the header are names.
     while (const auto name = lines.next()) {
@@ -89,7 +84,7 @@ Header parse_header(const VolumeInput& input, std::string_view text) {
     }
   }
   if (!closed && text.size() == kHeaderLimit) {
-    input.fail("header", "it has no blank line at its end within its first MiB", kExportAgain);
+    input.fail("header", "it has no blank line at its end within its first MiB", kCorrectHeader);
   }
   if (!closed && header.fields.find("datafile") == nullptr) {
     input.fail("header", "it has neither a blank line at its end nor a field \"data file\"",
@@ -129,12 +124,7 @@ VoxelType voxel_type(const VolumeInput& input, const HeaderField& field) {
       {"uint32_t", VoxelType::u32},
       {"float", VoxelType::f32},
       {"double", VoxelType::f64}};
-  const std::string name = lower_case(field.value);
-  for (const auto& [known, type] : kTypes) {
-    if (name == known) return type;
-  }
-  input.fail(field.place(), "Kiln does not read voxels of type \"" + printable(field.value) + "\"",
-             "Save the volume with 8, 16 or 32-bit integers, float or double.");
+  return voxel_type_in(input, field, kTypes);
 }
 
 VoxelPlace voxel_place(const VolumeInput& input, const HeaderFields& fields, VoxelType type) {
@@ -156,7 +146,7 @@ VoxelPlace voxel_place(const VolumeInput& input, const HeaderFields& fields, Vox
     const std::string order = lower_case(endian->value);
     if (order != "little" && order != "big") {
       input.fail(endian->place(), "\"" + printable(endian->value) + "\" is not little or big",
-                 kExportAgain);
+                 kCorrectHeader);
     }
     place.order = order == "big" ? ByteOrder::big : ByteOrder::little;
   } else if (size_of(type) > 1 && place.encoding != VoxelEncoding::text) {
@@ -175,7 +165,7 @@ void skip(const VolumeInput& input, const HeaderFields& fields, const ByteSource
       const std::size_t got = data.read_at(place.offset, buffer.data(), buffer.size());
       if (got == 0) {
         input.fail(lines->place(), "the data have fewer lines than are to be skipped",
-                   kExportAgain);
+                   kCorrectHeader);
       }
       std::size_t used = 0;
       while (used < got && left != 0) left -= buffer[used++] == '\n';
@@ -199,7 +189,7 @@ void skip(const VolumeInput& input, const HeaderFields& fields, const ByteSource
     input.fail(bytes->place(),
                std::to_string(count) + " bytes are to be skipped, but the data have " +
                    std::to_string(data.size() - std::min(place.offset, data.size())),
-               kExportAgain);
+               kCorrectHeader);
   } else {
     place.offset += count;
   }

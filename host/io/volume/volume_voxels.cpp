@@ -6,36 +6,13 @@
 #include <limits>
 #include <type_traits>
 
+#include "base/voxel_type.h"
 #include "io/file/bounds.h"
 #include "io/file/text_scanner.h"
 #include "io/volume/volume_reader.h"
 
 namespace kiln {
 namespace {
-
-/// `visit` gets a value of the type.
-template <typename Visit>
-auto with_type(VoxelType type, Visit visit) {
-  switch (type) {
-    case VoxelType::u8:
-      return visit(std::uint8_t{});
-    case VoxelType::i8:
-      return visit(std::int8_t{});
-    case VoxelType::u16:
-      return visit(std::uint16_t{});
-    case VoxelType::i16:
-      return visit(std::int16_t{});
-    case VoxelType::u32:
-      return visit(std::uint32_t{});
-    case VoxelType::i32:
-      return visit(std::int32_t{});
-    case VoxelType::f32:
-      return visit(float{});
-    case VoxelType::f64:
-      break;
-  }
-  return visit(double{});
-}
 
 void swap_bytes(std::vector<std::byte>& voxels, std::size_t each) {
   for (std::size_t at = 0; at + each <= voxels.size(); at += each) {
@@ -96,7 +73,7 @@ void read_text(const VolumeInput& input, const ByteSource& source, const VoxelPl
   std::replace(text.begin(), text.end(), ',', ' ');
   volume.voxels.resize(static_cast<std::size_t>(count) * size_of(volume.type));
   TextScanner scan(text);
-  with_type(volume.type, [&](auto value) {
+  with_voxel_type(volume.type, [&](auto value) {
     for (std::uint64_t i = 0; i < count; ++i) {
       const std::string_view token = scan.token();
       if (token.empty()) {
@@ -176,7 +153,7 @@ void check_geometry(const VolumeInput& input, const std::string& place, const Vo
 
 void count_non_finite(const VolumeInput& input, const Volume& volume) {
   if (volume.type != VoxelType::f32 && volume.type != VoxelType::f64) return;
-  with_type(volume.type, [&](auto value) {
+  with_voxel_type(volume.type, [&](auto value) {
     if constexpr (std::is_floating_point_v<decltype(value)>) {
       std::uint64_t count = 0, first = 0;
       const std::size_t n = volume.voxels.size() / sizeof value;

@@ -1,0 +1,91 @@
+// Some samples of a band: copied close together, and what was found for them put where they lie.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "mesh/kernels_shared.h"
+#include "texel/device_correspondence.h"
+#include "texel/texels.h"
+
+namespace kiln {
+
+/// Copies values of chosen samples on the device (kernels/texel/texel.cl). Nothing of them goes through the host.
+class SamplePick {
+ public:
+  /// \param multiple  planes are as long as a multiple of this, for kernels that read beyond the last sample
+  SamplePick(cl::Context& context, std::span<const std::uint32_t> samples,
+             std::uint32_t multiple = 1)
+      : context_(context),
+        count_(static_cast<std::uint32_t>(samples.size())),
+        capacity_((count_ + multiple - 1) / multiple * multiple),
+        samples_(context, samples) {}
+
+  std::uint32_t count() const { return count_; }
+  std::uint32_t capacity() const { return capacity_; }
+
+  /// Planes of values of 1 or 4 bytes; 0 beyond the last sample. \param capacity  elements of one plane of `from`
+  template <typename T>
+  cl::Array<T> of(const cl::Array<T>& from, std::uint32_t capacity, std::uint32_t planes) const {
+    static_assert(sizeof(T) == 1 || sizeof(T) == 4);
+    const char* const kernel = sizeof(T) == 1 ? "kiln_texel_pick_bytes" : "kiln_texel_pick";
+    cl::Array<T> to(context_, std::size_t{planes} * capacity_);
+    context_.launch(context_.kernel("texel", kernel), capacity_, kLocal, count_, planes, capacity,
+                    capacity_, samples_, from, to);
+    return to;
+  }
+
+  /// Points alone, of what a band has.
+  TexelBand points_of(const TexelBand& band) const {
+    TexelBand some;
+    some.sample_count = count_;
+    some.capacity = capacity_;
+    some.points = of(band.points, band.capacity, 7);
+    return some;
+  }
+
+  DeviceCorrespondence of(const DeviceCorrespondence& match) const {
+    DeviceCorrespondence some;
+    some.count = count_;
+    some.capacity = capacity_;
+    some.triangle = of(match.triangle, match.capacity, 1);
+    some.barycentric = of(match.barycentric, match.capacity, 2);
+    some.distance = of(match.distance, match.capacity, 1);
+    some.status = of(match.status, match.capacity, 1);
+    if (!match.seen.empty()) some.seen = of(match.seen, match.capacity, 3);
+    return some;
+  }
+
+  /// Puts what was found for the samples where they came from; where nothing was found, `match` stays.
+  void put_back(const DeviceCorrespondence& found, const DeviceCorrespondence& match) const {
+    context_.launch(context_.kernel("texel", "kiln_texel_put_back"), count_, kLocal, count_,
+                    found.capacity, match.capacity, samples_, found.triangle, found.barycentric,
+                    found.distance, found.status, match.triangle, match.barycentric, match.distance,
+                    match.status);
+  }
+
+ private:
+  cl::Context& context_;
+  std::uint32_t count_, capacity_;
+  cl::Array<std::uint32_t> samples_;
+};
+
+/// The first `count` samples whose status (kiln_sample_status) is wanted, in their order. The host must know how
+/// many there are, to launch what is made of them.
+template <typename Wanted>
+std::vector<std::uint32_t> samples_with(cl::Context& context, const DeviceCorrespondence& match,
+                                        std::uint32_t count, const Wanted& wanted) {
+  std::vector<std::uint8_t> status(count);
+  match.status.read(context, status);
+  std::vector<std::uint32_t> samples;
+  for (std::uint32_t i = 0; i < count; ++i) {
+    if (wanted(status[i])) samples.push_back(i);
+  }
+  return samples;
+}
+
+inline bool is_missed(std::uint8_t status) { return status == KILN_STATUS_MISS; }
+
+}  // namespace kiln
