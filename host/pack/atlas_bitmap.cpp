@@ -22,13 +22,6 @@ constexpr std::size_t kManyOutlines = 100;
 /// Sizes are the same up to this factor.
 constexpr double kSameSize = 1.25;
 
-/// The score of a place, less is better.
-std::uint32_t score(const ChartMask& mask, std::uint32_t x, std::uint32_t y, std::uint32_t rule) {
-  if (rule == 0) return 2 * (y + mask.height);
-  if (rule == 1) return 2 * y + mask.height;
-  return std::max(2 * (y + mask.height), x + mask.width);
-}
-
 /// Rows from which the next outlines of a size may find room.
 class LowestRows {
  public:
@@ -49,38 +42,24 @@ class LowestRows {
   std::map<std::pair<int, int>, std::uint32_t> rows_;
 };
 
-CellRows::Window window_of(const PackOrder& order, std::uint32_t outline, std::uint32_t cells) {
-  CellRows::Window window{cells};
-  if (order.left.empty()) return window;
-  const double left = order.left[outline] * cells, reach = order.reach * cells;
-  window.first = static_cast<std::uint32_t>(std::max(0.0, left - reach));
-  window.last = static_cast<std::uint32_t>(left + reach);
-  return window;
-}
-
-/// Looks for an outline's best place by the order's rule, at all turns that it may have.
+/// Looks for the place where an outline's top is lowest, at all turns that it may have.
 /// \param guess  a turn that is likely the best, or -1: with a good place known, less is looked at. The answer
 ///               does not depend on it
 /// \param bottom  the lowest row
 void look(const CellRows& taken, const AtlasBitmap& sheet, const PackOrder& order, std::uint32_t i,
           std::int8_t guess, std::uint32_t bottom, Packed& packed) {
-  std::uint32_t best = 0;
-  CellRows::Window window = window_of(order, i, sheet.cells);
-  window.bottom = bottom;
+  CellRows::Window window{sheet.cells, bottom};
   const auto look_at = [&](std::int8_t turn) {
     const ChartMask& mask = sheet.mask(i, turn);
     if (mask.runs.empty()) return;
-    if (packed.turn[i] >= 0) {  // Higher is worse.
-      window.top = order.rule == 1 ? (best + mask.height) / 2 : best / 2;
-    }
     const auto at = taken.find(mask, window);
     if (!at) return;
-    const std::uint32_t value = score(mask, at->first, at->second, order.rule);
+    const std::uint32_t top = at->second + mask.height;
     if (packed.turn[i] >= 0 &&
-        std::tie(value, at->first, turn) >= std::tie(best, packed.x[i], packed.turn[i])) {
+        std::tie(top, at->first, turn) >= std::tie(window.top, packed.x[i], packed.turn[i])) {
       return;
     }
-    best = value;
+    window.top = top;  // Higher is worse.
     packed.x[i] = at->first, packed.y[i] = at->second;
     packed.turn[i] = turn;
   };
@@ -112,8 +91,7 @@ AtlasPacker::AtlasPacker(std::span<const Outline> outlines, std::uint32_t size, 
   }
 }
 
-AtlasBitmap AtlasPacker::draw(std::uint32_t cells, double scale,
-                              std::span<const std::int8_t> only) const {
+AtlasBitmap AtlasPacker::draw(std::uint32_t cells, double scale) const {
   AtlasBitmap sheet{cells, scale, std::vector<ChartMask>(outlines_.size() * kTurns)};
   const double margin = 0.5 * padding_ * cells / size_;
   for (std::size_t i = 0; i < outlines_.size(); ++i) {
@@ -121,11 +99,6 @@ AtlasBitmap AtlasPacker::draw(std::uint32_t cells, double scale,
       return angles_[i] + turn * 2 * std::numbers::pi / kTurns;
     };
     ChartMask* const masks = sheet.masks.data() + i * kTurns;
-    if (!only.empty() && only[i] >= 0) {
-      const auto turn = static_cast<std::uint8_t>(only[i]);
-      masks[turn] = make_mask(outlines_[i], angle(turn), scale, margin);
-      continue;
-    }
     for (std::uint32_t turn = 0; turn < kTurns / 4; turn += kTurns / turns_of_[i]) {
       auto turned = make_turned_masks(outlines_[i], angle(turn), scale, margin);
       for (std::uint32_t quarter = 0; quarter < 4; ++quarter) {
@@ -149,11 +122,6 @@ void AtlasPacker::note(const AtlasBitmap& sheet, std::uint32_t outline, Packed& 
   packed.places[outline] = {mask.turn, {(x + mask.shift.x) * cell, (y + mask.shift.y) * cell}};
   packed.weight += outlines_[outline].area * (y + mask.height);
   packed.height = std::max(packed.height, y + mask.height);
-}
-
-void AtlasPacker::place(const AtlasBitmap& sheet, Packed& packed) const {
-  packed.places.assign(outlines_.size(), {});
-  for (std::uint32_t i = 0; i < outlines_.size(); ++i) note(sheet, i, packed);
 }
 
 Packed AtlasPacker::pack(const AtlasBitmap& sheet, const PackOrder& order, double most,

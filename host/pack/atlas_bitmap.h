@@ -18,13 +18,10 @@ struct OutlinePlace {
   Vec2d shift;
 };
 
-/// The order in which outlines are placed, and each one's preferred place.
+/// The order in which outlines are placed.
 struct PackOrder {
   std::vector<std::uint32_t> order;
-  std::uint32_t rule = 0;         ///< Which of the free places is best: below AtlasPacker::kRules.
   std::vector<std::int8_t> turn;  ///< The only turn of an outline, or -1 for any.
-  std::vector<double> left;       ///< Wanted left sides, share of the width; or none.
-  double reach = 0;               ///< Largest distance from there, share of the width.
 };
 
 /// The result of packing in one order.
@@ -59,7 +56,7 @@ inline std::uint32_t random_below(std::mt19937& random, std::size_t n) {
 /// Draws outlines at any scale, and packs what it drew.
 class AtlasPacker {
  public:
-  static constexpr std::uint32_t kTurns = AtlasBitmap::kTurns, kRules = 3;
+  static constexpr std::uint32_t kTurns = AtlasBitmap::kTurns;
 
   /// \param outlines  viewed, not copied
   /// \param size      texels of a side
@@ -76,19 +73,15 @@ class AtlasPacker {
   std::uint32_t turns_of(std::uint32_t outline) const { return turns_of_[outline]; }
 
   /// \param scale  cells per unit
-  /// \param only   of each outline the turn to draw, -1 for all
-  AtlasBitmap draw(std::uint32_t cells, double scale, std::span<const std::int8_t> only = {}) const;
+  AtlasBitmap draw(std::uint32_t cells, double scale) const;
 
-  /// Each outline goes to the best free place by the order's rule. What finds none is left out.
+  /// Each outline goes to the free place where its top is lowest. What finds none is left out.
   /// \param most  area that may be left out; beyond, the rest is not tried, and left_out is above it
   /// \param done  places of the first `same` outlines of the order on this sheet, kept as they are. Turns of
   ///              the others are looked at first: that is quicker where they are good
   Packed pack(const AtlasBitmap& sheet, const PackOrder& order,
               double most = std::numeric_limits<double>::infinity(), const Packed* done = nullptr,
               std::size_t same = 0) const;
-
-  /// Writes down what follows from places: turn, x and y are known.
-  void place(const AtlasBitmap& sheet, Packed& packed) const;
 
  private:
   void note(const AtlasBitmap& sheet, std::uint32_t outline, Packed& packed) const;

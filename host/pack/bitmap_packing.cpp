@@ -4,7 +4,7 @@
 #include <array>
 #include <cmath>
 #include <limits>
-#include <numeric>
+#include <numbers>
 #include <random>
 #include <tuple>
 #include <utility>
@@ -14,18 +14,21 @@
 namespace kiln {
 namespace {
 
-/// Cells a side: to look for an order, and for the last step.
-constexpr std::uint32_t kSearchCells = 256, kFinalCells = 1024;
+/// Cells a side; finer ones of more outlines than kMany, since each loses about half a cell all around.
+constexpr std::uint32_t kCells = 256, kCellsOfMany = 2048;
+constexpr std::size_t kMany = 100;
 /// Orders tried after the first ones: at most this, over the squared number of outlines, since each takes
 /// longer, too; but some. Of few outlines at most this, times the squared number.
 constexpr std::uint32_t kMostEffort = 120000, kLeastTries = 4, kFewEffort = 8;
 /// Searches side by side, and what each tries.
 constexpr std::uint32_t kSearches = 4, kSearchTries = 120;
-/// They go on by other numbers until they cover this share: so many times at most, the last from orders by size.
+/// Those of few outlines go on by other numbers until they cover this share: so many times at most, the last from orders
+/// by size.
 constexpr double kWanted = 0.785;
 constexpr std::uint32_t kSearchRounds = 3;
-/// Share of the square that outlines are drawn for at first.
-constexpr double kFirstShare = 0.72;
+/// Share of the square that outlines are drawn for at first; and what they fill of it with the padding, or the half
+/// cell that each loses all around.
+constexpr double kFirstShare = 0.72, kLikelyFill = 0.8, kLostCells = 0.5, kLeastShare = 1e-4;
 /// A scale is tried this often before a smaller one is; less often, where there are few tries.
 constexpr std::uint32_t kPatience = 20;
 /// At the least step the search ends after so many.
@@ -33,13 +36,13 @@ constexpr std::uint32_t kStuck = 60;
 /// The least step to a larger scale, and the largest.
 constexpr double kLeastStep = 1.004, kMostStep = 1.1;
 
-/// Shares of the width by which outlines may move aside in the last step.
-constexpr std::array<double, 4> kReaches{0.03, 0.012, 0.005, 0.001};
-
 class Search {
  public:
-  Search(const AtlasPacker& sheets, std::uint32_t size, std::uint32_t seed)
-      : sheets_(sheets), cells_(std::min(size, kSearchCells)), random_(seed) {}
+  Search(const AtlasPacker& sheets, std::uint32_t size, double padding, std::uint32_t seed)
+      : sheets_(sheets),
+        cells_(sheets.outlines().size() > kMany ? kCellsOfMany : std::min(size, kCells)),
+        margin_(0.5 * padding * cells_ / size),
+        random_(seed) {}
 
   PackState run(std::uint32_t effort, const PackState* from) {
     const auto count = static_cast<std::uint32_t>(sheets_.outlines().size());
@@ -95,19 +98,42 @@ class Search {
 
   static auto rank(const Packed& packed) { return std::tie(packed.left_out, packed.weight); }
 
+  /// A share that may just fit: of outlines that are small beside the padding, what they cover with it.
+  double likely_share() const {
+    double length = 0, rings = 0, longest = 0;
+    for (const Outline& outline : sheets_.outlines()) {
+      for (const auto& ring : outline.rings) {
+        rings += 1;
+        for (std::size_t i = 0; i < ring.size(); ++i) {
+          const Vec2d side = ring[(i + 1) % ring.size()] - ring[i], reach = ring[i] - ring[0];
+          length += std::sqrt(dot(side, side));
+          longest = std::max(longest, dot(reach, reach));
+        }
+      }
+    }
+    // A widened outline adds a strip along its length and a disc to its area.
+    const double margin = margin_ + kLostCells, area = sheets_.area();
+    const double strip = 0.5 * margin * length / area;
+    const double room = kLikelyFill * cells_ * cells_ - std::numbers::pi * margin * margin * rings;
+    if (room <= 0) return kLeastShare;
+    const double scale = std::sqrt(strip * strip + room / area) - strip;
+    // Whichever way an outline is turned, its box has a side of 1 / sqrt(2) of its length. Masks of what is far too
+    // long would take time by the square of the length.
+    return std::min(area * scale * scale / (1.0 * cells_ * cells_), 2 * area / longest);
+  }
+
   /// Orders by size, at a scale at which the best of them fits.
   void begin() {
     constexpr int kMostRounds = 24;
-    double share = kFirstShare;
+    double share = std::min(kFirstShare, likely_share());
     Packed best;
     for (int round = 0; round < kMostRounds; ++round) {
       AtlasBitmap sheet = sheets_.draw(cells_, scale_of(share));
-      for (std::uint32_t v = 0; v < 2 * AtlasPacker::kRules; ++v) {
-        PackOrder plan = by_size(sheet, v % 2 == 0);
-        plan.rule = v / 2;
-        const double most = v == 0 ? sheets_.area() : best.left_out;
-        Packed packed = sheets_.pack(sheet, plan, most, round == 0 && v == 0 ? nullptr : &best);
-        if (v != 0 && rank(packed) >= rank(best)) continue;
+      for (const bool by_box : {true, false}) {
+        PackOrder plan = by_size(sheet, by_box);
+        const double most = by_box ? sheets_.area() : best.left_out;
+        Packed packed = sheets_.pack(sheet, plan, most, round == 0 && by_box ? nullptr : &best);
+        if (!by_box && rank(packed) >= rank(best)) continue;
         best = std::move(packed);
         state_.order = std::move(plan);
       }
@@ -175,7 +201,6 @@ class Search {
 
   /// Counts the leading outlines that keep their place of the current order.
   std::size_t same_until(const PackOrder& plan) const {
-    if (plan.rule != order_.rule) return 0;
     std::size_t n = 0;
     for (; n < plan.order.size() && plan.order[n] == order_.order[n]; ++n) {
       if (plan.turn[plan.order[n]] != order_.turn[plan.order[n]]) break;
@@ -187,7 +212,7 @@ class Search {
     PackOrder plan = order_;
     const auto count = static_cast<std::uint32_t>(plan.order.size());
     const auto below = [&](std::size_t n) { return random_below(random_, n); };
-    const std::uint32_t kind = below(8);
+    const std::uint32_t kind = below(7);
     if (kind < 4) {  // A refused outline goes earlier.
       const std::uint32_t i = current_.refused[below(current_.refused.size())];
       const auto at = std::find(plan.order.begin(), plan.order.end(), i);
@@ -197,20 +222,17 @@ class Search {
     } else if (kind < 5) {
       const std::uint32_t a = below(count), b = std::min(count - 1, a + 1 + below(4));
       std::swap(plan.order[a], plan.order[b]);
-    } else if (kind < 7) {  // Among the largest, another turn.
+    } else {  // Among the largest, another turn.
       const std::uint32_t i = plan.order[below(std::min(count, 16U))];
       const std::uint32_t step = AtlasPacker::kTurns / sheets_.turns_of(i);
       plan.turn[i] = static_cast<std::int8_t>(below(sheets_.turns_of(i)) * step);
-    } else {
-      plan.rule = below(AtlasPacker::kRules);
-      const std::uint32_t a = below(count), b = below(count);
-      std::swap(plan.order[a], plan.order[b]);
     }
     return plan;
   }
 
   const AtlasPacker& sheets_;
   std::uint32_t cells_;
+  double margin_;  ///< Cells that outlines are widened by.
   std::mt19937 random_;
   PackState state_;
   // The current attempt, a little too large.
@@ -222,60 +244,13 @@ class Search {
   Packed current_;
 };
 
-/// From the bottom up, each close to where it was.
-PackOrder near(const Packed& packed, std::uint32_t cells, double reach) {
-  PackOrder plan;
-  plan.order.resize(packed.turn.size());
-  std::iota(plan.order.begin(), plan.order.end(), 0U);
-  plan.reach = reach;
-  plan.turn = packed.turn;
-  for (const std::uint32_t x : packed.x) plan.left.push_back(static_cast<double>(x) / cells);
-  std::stable_sort(plan.order.begin(), plan.order.end(),
-                   [&](std::uint32_t a, std::uint32_t b) { return packed.y[a] < packed.y[b]; });
-  return plan;
-}
-
-/// Outlines go to nearly the same places with finer cells, as large as it fits the square.
-OutlinePacking finish(const AtlasPacker& sheets, const PackState& state, std::uint32_t size,
-                      int threads) {
-  constexpr double kFirstFactor = 1.03, kStep = 0.0025;
-  const std::uint32_t coarse = std::min(size, kSearchCells), cells = std::min(size, kFinalCells);
-  const double base = std::sqrt(state.share / sheets.area());
-  OutlinePacking packing{base * size, state.packed.places};
-  if (cells == coarse) return packing;
-  std::array<PackOrder, kReaches.size()> plans;
-  for (std::size_t i = 0; i < plans.size(); ++i) plans[i] = near(state.packed, coarse, kReaches[i]);
-  for (double factor = kFirstFactor; factor > 1;) {
-    std::array<Packed, 4> results;
-    std::array<double, 4> scales{};
-    for (double& scale : scales) scale = base * factor * cells, factor -= kStep;
-    const auto body = [&](std::size_t begin, std::size_t end) {
-      for (std::size_t i = begin; i < end; ++i) {
-        const AtlasBitmap fine = sheets.draw(cells, scales[i], state.packed.turn);
-        for (const PackOrder& plan : plans) {
-          results[i] = sheets.pack(fine, plan, 0);
-          if (results[i].refused.empty()) break;
-        }
-      }
-    };
-    parallel_for(results.size(), 1, body, threads);
-    for (std::size_t i = 0; i < results.size(); ++i) {
-      if (!results[i].refused.empty() || scales[i] <= base * cells) continue;
-      packing.scale = scales[i] * size / cells;
-      packing.places = std::move(results[i].places);
-      return packing;
-    }
-  }
-  return packing;
-}
-
 }  // namespace
 
 PackState search_packing(std::span<const Outline> outlines, std::uint32_t size, double padding,
                          std::uint32_t effort, std::uint32_t seed, const PackState* from) {
   const AtlasPacker sheets(outlines, size, padding,
                            from != nullptr ? from->angles : std::vector<double>());
-  return Search(sheets, size, seed).run(effort, from);
+  return Search(sheets, size, padding, seed).run(effort, from);
 }
 
 OutlinePacking pack_outlines(std::span<const Outline> outlines, std::uint32_t size, double padding,
@@ -287,8 +262,8 @@ OutlinePacking pack_outlines(std::span<const Outline> outlines, std::uint32_t si
   if (best.share == 0) return {};
   std::array<PackState, kSearches> searches;
   PackState start = best;
-  for (std::uint32_t round = 0; round < kSearchRounds && (round == 0 || best.share < kWanted);
-       ++round) {
+  const std::uint32_t rounds = outlines.size() > kMany ? 1 : kSearchRounds;
+  for (std::uint32_t round = 0; round < rounds && (round == 0 || best.share < kWanted); ++round) {
     if (round + 1 == kSearchRounds) {  // All begin alike: by size, which no seed changes.
       if (from != nullptr) start = search_packing(outlines, size, padding, 0, 1);
       if (start.share == 0) break;
@@ -306,7 +281,9 @@ OutlinePacking pack_outlines(std::span<const Outline> outlines, std::uint32_t si
       if (state.share > best.share) best = std::move(state);
     }
   }
-  return finish(AtlasPacker(outlines, size, padding, best.angles), best, size, threads);
+  double area = 0;
+  for (const Outline& outline : outlines) area += outline.area;
+  return {std::sqrt(best.share / area) * size, std::move(best.packed.places)};
 }
 
 }  // namespace kiln

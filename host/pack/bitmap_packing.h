@@ -38,9 +38,8 @@ PackState search_packing(std::span<const Outline> outlines, std::uint32_t size, 
 /// and half of it from the sides. They are never mirrored.
 ///
 /// Each outline goes, in some order, to the lowest place that is free at any of up to 16 turns. A few
-/// searches with other seeds run side by side, more where little is covered. Then outlines are drawn
-/// larger on finer cells. For at most a hundred; unwrap_charts() gives more to pack_many().
-/// Deterministic on any number of threads.
+/// searches with other seeds run side by side, more where little is covered. For up to some thousand:
+/// unwrap_charts() gives more to pack_boxes(). Deterministic on any number of threads.
 /// \param outlines  each of positive area
 /// \param padding   texels, above 0
 /// \param from      as for search_packing()

@@ -160,16 +160,11 @@ std::uint64_t CellRows::rows_that_fit(const ChartMask& mask, std::uint32_t first
 template <std::uint32_t words>
 std::optional<std::pair<std::uint32_t, std::uint32_t>> CellRows::find_in(
     const ChartMask& mask, const Window& window) const {
-  const std::uint32_t places = std::min(width_ - mask.width, window.last) + 1;
+  const std::uint32_t places = width_ - mask.width + 1;
   std::array<std::uint64_t, words> outside{}, blocked{};
   for (std::uint32_t w = 0; w < words; ++w) {
     const std::uint32_t from = w * 64;
     outside[w] = places >= from + 64 ? 0 : places <= from ? kAllOnes : kAllOnes << (places - from);
-    if (window.first >= from + 64) {
-      outside[w] = kAllOnes;
-    } else if (window.first > from) {
-      outside[w] |= kAllOnes >> (from + 64 - window.first);
-    }
   }
   const std::uint32_t top = std::min(height_, window.top);
   if (mask.height > top) return std::nullopt;

@@ -14,17 +14,14 @@ namespace kiln {
 /// of cells is tried at 64 places by two words.
 class CellRows {
  public:
-  static constexpr std::uint32_t kNoWindow = ~std::uint32_t{0};
-
   /// \param width    cells, at most 2048
   /// \param longest  no run of a mask is longer
-  CellRows(std::uint32_t width, std::uint32_t height, std::uint32_t longest = kNoWindow);
+  CellRows(std::uint32_t width, std::uint32_t height, std::uint32_t longest = ~0U);
 
   /// Bounds of the search for a place.
   struct Window {
-    std::uint32_t top = 0;                      ///< The mask's, at most.
-    std::uint32_t first = 0, last = kNoWindow;  ///< Its left side.
-    std::uint32_t bottom = 0;                   ///< The mask's, at least.
+    std::uint32_t top = 0;     ///< The mask's, at most.
+    std::uint32_t bottom = 0;  ///< The mask's, at least.
   };
   /// The lowest row, and in it the first cell, where the mask is free.
   std::optional<std::pair<std::uint32_t, std::uint32_t>> find(const ChartMask& mask,

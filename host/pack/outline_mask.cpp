@@ -307,13 +307,6 @@ void ChartMask::arrange() {
   runs = std::move(arranged);
 }
 
-ChartMask make_mask(const Outline& outline, double angle, double scale, double margin) {
-  Drawn drawn = draw(outline, angle, scale, margin);
-  drawn.mask.runs = drawn.cells.runs();
-  drawn.mask.arrange();
-  return std::move(drawn.mask);
-}
-
 std::array<ChartMask, 4> make_turned_masks(const Outline& outline, double angle, double scale,
                                            double margin) {
   Drawn drawn = draw(outline, angle, scale, margin);

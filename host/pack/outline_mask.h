@@ -33,13 +33,11 @@ struct ChartMask {
   void arrange();
 };
 
+/// An outline at an angle, and three quarter turns on. Of these the cells are turned, not drawn again: a mask is as
+/// wide as whole cells, and the outline lies on its other side.
 /// \param scale   cells per unit of the outline
 /// \param margin  cells that the outline is widened by; two masks without a common cell are of outlines
 ///                at least twice this apart
-ChartMask make_mask(const Outline& outline, double angle, double scale, double margin);
-
-/// The same and three quarter turns on. Of these the cells are turned, not drawn again: a mask is as wide as
-/// whole cells, and the outline lies on its other side.
 std::array<ChartMask, 4> make_turned_masks(const Outline& outline, double angle, double scale,
                                            double margin);
 

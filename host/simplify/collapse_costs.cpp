@@ -7,7 +7,6 @@
 
 #include "base/parallel.h"
 #include "simplify/collapse.h"
-#include "simplify/quadric_pair.h"
 
 namespace kiln {
 namespace {
@@ -58,40 +57,13 @@ EdgeCollapser::Entry EdgeCollapser::entry_for(std::uint32_t a, std::uint32_t b) 
   return {cost, a, b, stamps_[a], stamps_[b], 0};
 }
 
-/// Entries of edges, two at a time where no rule and no hub asks for more.
-/// \param edges  as CollapseMesh::edges()
+/// \param edges    as CollapseMesh::edges()
 /// \param entries  out: one of each
 void EdgeCollapser::make_entries(std::span<const std::uint64_t> edges, Entry* entries) const {
-  const auto first = [](std::uint64_t edge) { return static_cast<std::uint32_t>(edge >> 32); };
-  const auto second = [](std::uint64_t edge) { return static_cast<std::uint32_t>(edge); };
-  const auto is_plain = [&](std::uint64_t edge) {
-    const std::uint32_t a = first(edge), b = second(edge);
-    return rule_ == nullptr && (fixed_.empty() || (fixed_[a] == 0 && fixed_[b] == 0)) &&
-           !mesh_.is_hub(a) && !mesh_.is_hub(b);
-  };
-  std::size_t waits = edges.size();  // One that is plain, until there is a second.
-  for (std::size_t i = 0; i < edges.size(); ++i) {
-    if (!is_plain(edges[i])) {
-      entries[i] = entry_for(first(edges[i]), second(edges[i]));
-    } else if (waits == edges.size()) {
-      waits = i;
-    } else {
-      const std::uint32_t a = first(edges[waits]), b = second(edges[waits]);
-      const std::uint32_t c = first(edges[i]), d = second(edges[i]);
-      const TwoQuadrics sums(quadrics_[a], quadrics_[b], quadrics_[c], quadrics_[d]);
-      const TwoQuadrics::Point from(mesh_.points[a], mesh_.points[c]);
-      const TwoQuadrics::Point to(mesh_.points[b], mesh_.points[d]);
-      const TwoQuadrics::Point way = to - from;
-      const Double2 already{off_[a] + off_[b], off_[c] + off_[d]};
-      const Double2 added = sums.off(sums.best_near(from, to)) - already;
-      const Double2 cost = larger(Double2{0, 0}, added) +
-                           kLengthWeight * TwoQuadrics::root(dot(way, way)) * sums.area;
-      entries[waits] = {cost[0], a, b, stamps_[a], stamps_[b], 0};
-      entries[i] = {cost[1], c, d, stamps_[c], stamps_[d], 0};
-      waits = edges.size();
-    }
+  for (const std::uint64_t edge : edges) {
+    *entries++ =
+        entry_for(static_cast<std::uint32_t>(edge >> 32), static_cast<std::uint32_t>(edge));
   }
-  if (waits < edges.size()) entries[waits] = entry_for(first(edges[waits]), second(edges[waits]));
 }
 
 /// \param all           edges of the mesh, each once

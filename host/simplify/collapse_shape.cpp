@@ -30,15 +30,6 @@ constexpr std::array<double, 3> kFoldLimits{-0.8, -0.9, -0.985};
 constexpr double kHardlyTurned = 0.9999;
 /// The same where collapses go on until nothing more is allowed.
 constexpr double kStrictFold = -0.5;
-/// Limits of squares, by more than rounding farther in. What hardly turns and is well shaped by these is so by the limits
-/// above: most triangles need no root and no division.
-constexpr double kFartherIn = 1 + 1e-6;
-constexpr double kSurelyHardlyTurned = kHardlyTurned * kHardlyTurned * kFartherIn;
-constexpr double kSureAreaLimit = kAreaLimit * kAreaLimit * kFartherIn;
-constexpr double kSureArea = kNoArea * kNoArea * kFartherIn;
-constexpr double kSureQuality = kQualityLimit * kQualityLimit / 12 * kFartherIn;
-/// Products of squares below this may have lost bits.
-constexpr double kLeastExact = 1e-280;
 /// Triangles around, above which they are sorted to find one.
 constexpr std::size_t kManyAround = 32;
 
@@ -69,12 +60,6 @@ double CollapseShape::Facing::cosine(const Vec3d& unit_normal) const {
   return size > kLeastAgreement * area ? dot(unit_normal, sum) / size : 1;
 }
 
-void CollapseShape::Star::make_unit() {
-  if (std::exchange(is_unit, true)) return;
-  before = before * (1 / length(before));
-  after = after * (1 / length(after));
-}
-
 /// Adds the triangles around `moved` that survive; false where one may not be.
 bool CollapseShape::add(CollapseMesh& mesh, std::uint32_t moved, std::uint32_t other,
                         const Vec3d& target, std::uint32_t leniency, const Facing& facing) {
@@ -98,14 +83,7 @@ bool CollapseShape::add(CollapseMesh& mesh, std::uint32_t moved, std::uint32_t o
     const double d2 = dot(bc, bc);
     const Double2 longest = larger(larger(b2, c2), Double2{d2, d2});
     const Vec3d before{nx[0], ny[0], nz[0]}, after{nx[1], ny[1], nz[1]};
-    const double turn = dot(before, after), squares = n2[0] * n2[1];
-    const double sides = b2[1] + d2 + c2[1];
-    if (!sharpening_ && turn > 0 && turn * turn > kSurelyHardlyTurned * squares &&
-        squares > kLeastExact && n2[0] > kSureArea * longest[0] * longest[0] &&
-        n2[1] > kSureAreaLimit * longest[1] * longest[1] && n2[1] > kSureQuality * sides * sides) {
-      star_.push_back({first, second, /*turned=*/false, /*is_unit=*/false, before, after});
-      continue;
-    }
+    const double turn = dot(before, after), sides = b2[1] + d2 + c2[1];
     const double length_before = std::sqrt(n2[0]), length_after = std::sqrt(n2[1]);
     const double ratio_before = length_before / longest[0], ratio = length_after / longest[1];
     if (!(ratio > kNoArea) || (ratio < kAreaLimit && !(ratio > ratio_before))) return false;
@@ -128,7 +106,7 @@ bool CollapseShape::add(CollapseMesh& mesh, std::uint32_t moved, std::uint32_t o
       if (good < kQualityLimit && good < quality(b2[0] + d2 + c2[0], length_before)) return false;
     }
     any_turned_ = any_turned_ || sharpening_ || turned;
-    star_.push_back({first, second, turned, /*is_unit=*/true, was, normal});
+    star_.push_back({first, second, turned, was, normal});
   }
   return true;
 }
@@ -144,14 +122,12 @@ bool CollapseShape::folds(CollapseMesh& mesh, std::uint32_t a, std::uint32_t b,
     std::sort(star_.begin(), star_.end(),
               [](const Star& x, const Star& y) { return x.first < y.first; });
   }
-  for (Star& s : star_) {
+  for (const Star& s : star_) {
     if (!sharpening_ && !s.turned) continue;
-    s.make_unit();
     auto next = star_.begin();
     if (many) next = std::lower_bound(next, star_.end(), s.second, is_less);
     for (; next != star_.end() && !(many && next->first != s.second); ++next) {
       if (next->first != s.second) continue;
-      next->make_unit();
       before = std::min(before, dot(s.before, next->before));
       after = std::min(after, dot(s.after, next->after));
     }

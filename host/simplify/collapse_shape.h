@@ -40,9 +40,7 @@ class CollapseShape {
   struct Star {
     std::uint32_t first, second;
     bool turned;          ///< By more than a little.
-    bool is_unit;         ///< True if normals have been made unit length.
-    Vec3d before, after;  ///< Normals; before: zero where there was no area.
-    void make_unit();
+    Vec3d before, after;  ///< Unit normals; before: zero where there was no area.
   };
   /// Normals, weighted by area, and the area.
   struct Facing {

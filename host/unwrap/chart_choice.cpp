@@ -20,45 +20,25 @@
 namespace kiln {
 namespace {
 
-/// Ways to grow. The second is tried where the first leaves too much of the map.
-constexpr std::array<ChartWay, 2> kWays{{{3, 0.2}, {20, 0.1}}};
-/// If all leave more than half of it, charts may be no longer than that, for a surface as large as a square with a
-/// side of 1: few long strips say how small all others are.
+/// Where charts leave more than half of the map, they may be no longer than that, for a surface as large as a square
+/// with a side of 1: few long strips say how small all others are.
 constexpr double kPoor = 0.5, kMostLength = 1.3;
 /// Cuts that are tried. A seam as long as the side of a square with the mesh's area must save `seam` of that
 /// area; a chart with all of the area would waste `size` of it.
 struct CutChoice {
   double seam = 0, size = 0;
 };
-constexpr std::array<CutChoice, 10> kCutChoices{{{0.005, 0.3},
-                                                 {0.035, 0.3},
-                                                 {0.01, 0},
-                                                 {0.005, 0},
-                                                 {0.015, 0.5},
-                                                 {0.01, 0.2},
-                                                 {0.01, 0.4},
-                                                 {0.02, 0.4},
-                                                 {0.003, 0.5},
-                                                 {0.002, 0.1}}};
-/// And where a chart has more than kLarge of the area, so that little fits beside it.
-constexpr CutChoice kLargeChoice{0.02, 1};
-constexpr double kLarge = 0.3;
-/// At which the best charts are joined again: cuts leave pieces that go together otherwise than they grew.
-constexpr CutChoice kJoinChoice{0.03, 0.3};
+constexpr std::array<CutChoice, 5> kCutChoices{
+    {{0.005, 0.3}, {0.035, 0.3}, {0.01, 0}, {0.02, 0.4}, {0.002, 0.1}}};
 /// A surface that is one chart with less energy than this stays whole.
 constexpr CutChoice kFlatChoice{0.02, 0};
 constexpr double kFlat = 1e-3;
-/// Share of texels used from which on no other way is tried. What is missing of it weighs twice.
+/// What is missing of this share of texels used weighs twice.
 constexpr double kGoodEnough = 0.77;
-/// Cuts add to what a way begins with: one with so many more vertices a position is not looked at further.
-constexpr double kMoreVertices = 0.01;
-/// This many of the best-packing choices are packed in more orders.
-constexpr std::size_t kPromising = 5;
+/// Orders that each of them is packed in.
 constexpr std::uint32_t kCutEffort = 20;
 /// Above this many charts only the first, or none where vertices weigh already.
 constexpr std::size_t kManyCharts = 150;
-/// Above this many triangles charts are grown in one way: the other hardly gains.
-constexpr double kManyTriangles = 10000;
 /// Vertices that seams may add before they weigh all of kVertexPrice: this, times the square root of positions.
 constexpr double kFreeVertices = 9.3;
 /// Weight of earlier vertices, as a share of kVertexPrice.
@@ -128,15 +108,10 @@ double vertex_price(const ChartSurface& surface, const std::vector<FlatChart>& c
 /// The choices that are worth a try, for some charts.
 std::vector<CutChoice> choices_for(const ChartSurface& surface,
                                    const std::vector<FlatChart>& charts) {
-  if (charts.size() > kManyCharts && vertex_price(surface, charts) > 0) return {};
-  if (charts.size() > kManyCharts) return {kCutChoices.front()};
   if (charts.size() == 1 && distortion(charts[0]).energy < kFlat) return {kFlatChoice};
-  const bool large = std::any_of(charts.begin(), charts.end(), [&](const FlatChart& chart) {
-    return flat_area(chart) > kLarge * surface.total_area;
-  });
-  std::vector<CutChoice> choices(kCutChoices.begin(), kCutChoices.end());
-  if (large) choices.push_back(kLargeChoice);
-  return choices;
+  if (charts.size() <= kManyCharts) return {kCutChoices.begin(), kCutChoices.end()};
+  if (vertex_price(surface, charts) > 0) return {};
+  return {kCutChoices.front()};
 }
 
 /// Indices of tried charts whose seams differ from all before.
@@ -151,123 +126,44 @@ std::vector<std::size_t> different(const std::vector<Tried>& tried) {
   return result;
 }
 
-/// Vertices a position.
-double vertices_of(const ChartSurface& surface, const std::vector<FlatChart>& charts) {
-  double count = 0;
-  for (const FlatChart& chart : charts) count += static_cast<double>(chart.points.size());
-  const double ratio = count / static_cast<double>(surface.positions.size());
-  return 1 + (ratio - 1) / std::sqrt(surface.finer);
-}
-
-/// Packs charts on from where they were, and says what they are worth then.
-void pack(const ChartSurface& surface, const UnwrapOptions& options, std::uint32_t effort,
-          Tried& one) {
-  PackState packed =
-      search_packing(outlines_of(one.chosen.charts), options.size, options.border_texels, effort, 1,
-                     one.chosen.packed ? &*one.chosen.packed : nullptr);
+/// Packs charts, and says what they are worth then.
+void pack(const ChartSurface& surface, const UnwrapOptions& options, Tried& one) {
+  PackState packed = search_packing(outlines_of(one.chosen.charts), options.size,
+                                    options.border_texels, kCutEffort, 1);
   one.worth = packed.share - std::max(0.0, kGoodEnough - packed.share) -
               vertex_price(surface, one.chosen.charts);
   if (packed.share > 0) one.chosen.packed = std::move(packed);
 }
 
-/// The charts with neighbours joined where what seam and boxes save is worth it, packed anew.
-/// \param only  triangles by whose charts this is done: one of both at least; or all
-/// \returns nothing where none are joined
-std::optional<Tried> join(const ChartSurface& surface, const UnwrapOptions& options,
-                          const ChartLimits& limits, const ChosenCharts& chosen, int threads,
-                          std::span<const std::uint8_t> only = {}) {
-  Tried joined{{chosen.borders, chosen.charts}};
-  ChartBorders& borders = joined.chosen.borders;
-  std::vector<std::uint8_t> ringed(surface.mate.size(), 0);
-  for (std::uint32_t h = 0; h < ringed.size(); ++h) {
-    if (borders.is_glued(h) || ringed[h] != 0) continue;
-    borders.trace(h);
-    for (std::uint32_t n = h; ringed[n] == 0; n = borders.next(n)) ringed[n] = 1;
-  }
-  const CutPrice price = price_of(surface, options, kJoinChoice);
-  const auto worth = [&](std::span<const std::uint32_t> glued, const FlatChart& a,
-                         const FlatChart& b, const FlatChart& both) {
-    if (!only.empty() && only[a.source[0]] == 0 && only[b.source[0]] == 0) return false;
-    double saved = smallest_box(a) + smallest_box(b) - smallest_box(both);
-    for (const std::uint32_t h : glued)
-      saved += surface.length[h] * (2 * price.margin + price.seam);
-    return saved > 2 * price.size * flat_area(a) * flat_area(b);
-  };
-  join_charts(surface, borders, limits, surface.normal, worth, joined.chosen.charts, threads);
-  if (joined.chosen.charts.size() == chosen.charts.size()) return std::nullopt;
-  trim_charts(surface, borders, {}, joined.chosen.charts);
-  pack(surface, options, kCutEffort, joined);
-  return joined;
-}
-
-/// Grows charts in one way, and cuts them so that they pack well for few vertices.
-/// \param fewest  vertices a position before cuts, of all ways so far; a way with many more is not cut
-Tried try_way(const ChartSurface& surface, const UnwrapOptions& options, const ChartLimits& limits,
-              const ChartWay& way, double& fewest, int threads) {
-  Tried grown{{ChartBorders(surface), {}}};
-  grown.chosen.charts = grow_charts(surface, grown.chosen.borders, limits, way, threads);
-  relax_charts(grown.chosen.charts, threads);
-  trim_charts(surface, grown.chosen.borders, {}, grown.chosen.charts);
-  const double vertices = vertices_of(surface, grown.chosen.charts);
-  grown.chosen.any_size = true;
-  if (vertices > fewest + kMoreVertices) return grown;
-  fewest = std::min(fewest, vertices);
-  const std::vector<CutChoice> choices = choices_for(surface, grown.chosen.charts);
+/// Grows charts within some limits, and cuts them so that they pack well for few vertices.
+Tried grow_and_cut(const ChartSurface& surface, const UnwrapOptions& options,
+                   const ChartLimits& limits, int threads) {
+  ChosenCharts grown{ChartBorders(surface), {}};
+  grown.charts = grow_charts(surface, grown.borders, limits, threads);
+  relax_charts(grown.charts, threads);
+  trim_charts(surface, grown.borders, {}, grown.charts);
+  const std::vector<CutChoice> choices = choices_for(surface, grown.charts);
   if (choices.empty()) {
-    grown.worth = -vertex_price(surface, grown.chosen.charts);
-    return grown;
+    grown.any_size = true;
+    return {std::move(grown)};
   }
-  grown.chosen.any_size = false;
-  std::vector<Tried> tried = cut(surface, options, choices, grown.chosen, threads);
-  if (grown.chosen.charts.size() > kManyCharts) {  // One choice: nothing to compare by packing.
-    tried[0].worth = -vertex_price(surface, tried[0].chosen.charts);
-    return std::move(tried[0]);
-  }
-  const auto pack_some = [&](std::span<const std::size_t> which, std::uint32_t effort) {
-    const auto pack_one = [&](std::size_t begin, std::size_t end) {
-      for (std::size_t n = begin; n < end; ++n) pack(surface, options, effort, tried[which[n]]);
-    };
-    parallel_for(which.size(), 1, pack_one, threads);
+  std::vector<Tried> tried = cut(surface, options, choices, grown, threads);
+  if (grown.charts.size() > kManyCharts) return std::move(tried[0]);
+  const std::vector<std::size_t> which = different(tried);
+  const auto pack_one = [&](std::size_t begin, std::size_t end) {
+    for (std::size_t n = begin; n < end; ++n) pack(surface, options, tried[which[n]]);
   };
-  std::vector<std::size_t> order = different(tried);
-  pack_some(order, 0);
-  std::stable_sort(order.begin(), order.end(),
-                   [&](std::size_t a, std::size_t b) { return tried[a].worth > tried[b].worth; });
-  order.resize(std::min(order.size(), kPromising));
-  pack_some(order, kCutEffort);
+  parallel_for(which.size(), 1, pack_one, threads);
   return std::move(best_of(tried));
 }
 
-/// Grows and cuts charts in a few ways and returns the best. \param limits  of growing
 ChosenCharts choose(const ChartSurface& surface, const UnwrapOptions& options, ChartLimits limits,
                     int threads) {
-  std::vector<Tried> tried;
-  double fewest = std::numeric_limits<double>::infinity();
-  for (const ChartWay& way : kWays) {
-    tried.push_back(try_way(surface, options, limits, way, fewest, threads));
-    const auto& packed = tried.back().chosen.packed;
-    if (packed && packed->share >= kGoodEnough) break;
-    if (!packed && static_cast<double>(surface.triangles.size()) * surface.finer > kManyTriangles)
-      break;
-  }
-  const auto& so_far = best_of(tried).chosen.packed;
-  if (so_far && so_far->share < kPoor) {
-    limits.length = kMostLength * std::sqrt(surface.total_area);
-    fewest = std::numeric_limits<double>::infinity();
-    tried.push_back(try_way(surface, options, limits, kWays[0], fewest, threads));
-  }
-  const Tried& best = best_of(tried);
-  if (best.chosen.packed) {
-    std::optional<Tried> joined = join(surface, options, limits, best.chosen, threads);
-    if (joined && joined->chosen.packed && joined->worth > best.worth) {
-      return std::move(joined->chosen);
-    }
-  }
-  const bool any_size =
-      std::all_of(tried.begin(), tried.end(), [](const Tried& one) { return one.chosen.any_size; });
-  ChosenCharts chosen = std::move(best_of(tried).chosen);
-  chosen.any_size = any_size;
-  return chosen;
+  Tried best = grow_and_cut(surface, options, limits, threads);
+  if (!best.chosen.packed || best.chosen.packed->share >= kPoor) return std::move(best.chosen);
+  limits.length = kMostLength * std::sqrt(surface.total_area);
+  Tried shorter = grow_and_cut(surface, options, limits, threads);
+  return std::move(shorter.worth > best.worth ? shorter.chosen : best.chosen);
 }
 
 }  // namespace
@@ -279,15 +175,13 @@ ChosenCharts choose_charts(const ChartSurface& surface, const UnwrapOptions& opt
   // With many small parts, little is left out.
   if (proxy.surface.triangles.size() > kMostWhole) return choose(surface, options, {}, threads);
   const ChosenCharts chosen = choose(proxy.surface, options, kProxyLimits, threads);
-  std::vector<std::uint8_t> anew;
+  std::size_t anew = 0;
   Tried made{transfer_charts(surface, fans, proxy, chosen, kTransferLimits, threads, anew)};
-  const auto grown_anew = static_cast<double>(std::count(anew.begin(), anew.end(), 1));
-  if (grown_anew > kMostAnew * static_cast<double>(surface.triangles.size()))
+  if (static_cast<double>(anew) > kMostAnew * static_cast<double>(surface.triangles.size()))
     return choose(surface, options, {}, threads);
   if (!chosen.packed || made.chosen.packed) return std::move(made.chosen);
-  pack(surface, options, kCutEffort, made);
-  std::optional<Tried> joined = join(surface, options, {}, made.chosen, threads, anew);
-  return std::move(joined && joined->worth > made.worth ? joined->chosen : made.chosen);
+  pack(surface, options, made);
+  return std::move(made.chosen);
 }
 
 void relax_charts(std::vector<FlatChart>& charts, int threads) {

@@ -1,4 +1,4 @@
-// Chooses a surface's charts: grows and cuts them in a few ways, keeps those that pack well with few vertices.
+// Chooses a surface's charts: grows them, cuts them in a few ways, keeps those that pack well with few vertices.
 #pragma once
 
 #include <optional>
@@ -25,8 +25,8 @@ struct ChosenCharts {
   bool any_size = false;  ///< Every size and border would have led to these charts.
 };
 
-/// Grows charts in a few ways, cuts each at a few prices, and packs what comes out roughly. Takes the charts
-/// that use most texels for their vertices. Deterministic.
+/// Grows charts, cuts them at a few prices, and packs what comes out roughly. Takes the charts that use most texels for
+/// their vertices. Deterministic.
 ChosenCharts choose_charts(const ChartSurface& surface, const UnwrapOptions& options, int threads);
 
 /// Lowers the energy of charts that are injective, and gives each the area of its surface.

@@ -12,7 +12,6 @@
 #include "unwrap/chart_merger.h"
 #include "unwrap/cut_scratch.h"
 #include "unwrap/flat_predicates.h"
-#include "unwrap/smoothed_normals.h"
 
 namespace kiln {
 namespace {
@@ -23,13 +22,8 @@ constexpr std::size_t kTogether = 6;
 constexpr std::size_t kPieces = 32;
 /// Rounds that may bring a chart within its limits.
 constexpr int kRigidRounds = 5, kInjectiveRounds = 15;
-/// Charts are not relaxed from a circle that have more border vertices than this, times the root of triangles.
-constexpr double kMostBorder = 6;
-
-/// Charts laid edge to edge whose borders touch at so many places do not come off each other.
-constexpr std::size_t kMostTouches = 16;
-/// Nor do those of which more sides of the border lie in the other chart.
-constexpr std::size_t kMostCovered = 16;
+/// Patches end where normals vary more: 1 - |mean normal|.
+constexpr double kMostVariance = 0.2;
 /// Merges of fewer triangles together are done before a thread has started.
 constexpr std::size_t kWorthThreads = 200;
 
@@ -141,9 +135,8 @@ class PatchLayer {
     FlatChart chart = cut_open(surface_, triangles_of(patches_, one.path[at]), borders_.glued(),
                                scratch.local, scratch.other);
     mark_above(0);
-    const bool done = chart.source.size() == 1    ? (lay_flat(chart, surface_), true)
-                      : lay_flat(chart, surface_) ? within(chart, limits_)
-                                                  : relax_from_circle(chart, limits_);
+    const bool is_flat = lay_flat(chart, surface_);
+    const bool done = chart.source.size() == 1 || (is_flat && within(chart, limits_));
     if (!done) {
       one.fails = static_cast<int>(at);
       return;
@@ -160,23 +153,22 @@ class PatchLayer {
   ScratchPool scratches_;
 };
 
-/// Patches of triangles whose guide normals agree; those that cannot be laid flat within the limits are taken
+/// Patches of triangles whose normals agree; those that cannot be laid flat within the limits are taken
 /// apart again.
-std::vector<FlatChart> grow_patches(const ChartSurface& surface, std::span<const Vec3d> guide,
-                                    const ChartLimits& limits, double most_variance,
+std::vector<FlatChart> grow_patches(const ChartSurface& surface, const ChartLimits& limits,
                                     ChartBorders& borders, int threads) {
   ChartMerger merger(surface, borders);
   for (std::uint32_t t = 0; t < surface.triangles.size(); ++t) {
     ChartPatch patch;
     patch.open = 3 * t;
     patch.area = surface.area[t];
-    patch.normal = guide[t] * surface.area[t];
+    patch.normal = surface.normal[t] * surface.area[t];
     merger.own(t, merger.add(std::move(patch)));
   }
   merger.run(
       1,
       [&](double area, const Vec3d& normal) {
-        return variance(area, normal) <= most_variance * area;
+        return variance(area, normal) <= kMostVariance * area;
       },
       [](std::span<const ChartPatch>, std::span<std::uint8_t>) {});
 
@@ -247,33 +239,16 @@ FlatChart join(const ChartSurface& surface, const ChartBorders& borders,
 /// Relaxes a joined chart. \returns whether it is injective and within
 bool lay_joined(FlatChart& chart, const ChartLimits& limits) {
   if (!is_short(chart, limits)) return false;
-  const std::vector<Vec2d> outline = outline_of(chart);
-  if (touches(outline, 0, kMostTouches).size() == kMostTouches) return false;
-  if (covered_sides(outline) > kMostCovered) return false;
   const auto system = rigid_system(chart);
   if (!rigid_rounds(chart, kRigidRounds, *system)) return false;
   if (is_injective(chart)) return within(chart, limits);
   if (rigid_energy(chart) > limits.energy + chart.forced) return false;
-  const std::vector<Vec2d> before = chart.points;
-  if (untangle(chart, {}, *system)) {
-    if (!within(chart, limits)) injective_rounds(chart, kInjectiveRounds, &limits, system.get());
-    if (within(chart, limits)) return true;
-  }
-  chart.points = before;
-  // On the way from a circle, what is long and winding gets stuck.
-  const double width = std::sqrt(static_cast<double>(chart.triangles.size()));
-  if (static_cast<double>(chart.boundary.size()) > kMostBorder * width) return false;
-  return relax_from_circle(chart, limits, system.get());
+  if (!untangle(chart, {}, *system)) return false;
+  if (!within(chart, limits)) injective_rounds(chart, kInjectiveRounds, &limits, system.get());
+  return within(chart, limits);
 }
 
 }  // namespace
-
-bool relax_from_circle(FlatChart& chart, const ChartLimits& limits, const RigidSystem* known) {
-  if (rigid_energy(chart) > limits.energy + chart.forced) return false;
-  if (!on_circle(chart) || !is_injective(chart)) return false;
-  injective_rounds(chart, kInjectiveRounds, &limits, known);
-  return within(chart, limits);
-}
 
 bool lay_flat(FlatChart& chart, const ChartSurface& surface) {
   constexpr int kRounds = 4;
@@ -282,29 +257,13 @@ bool lay_flat(FlatChart& chart, const ChartSurface& surface) {
     return is_injective(chart);
   }
   project(chart, surface);
-  const std::vector<Vec2d> projected = chart.points;
-  const auto system = rigid_system(chart);
-  if (rigid_rounds(chart, kRounds, *system) && is_injective(chart)) return true;
-  chart.points = projected;
-  if (!conformal(chart)) return false;
-  const std::vector<Vec2d> start = chart.points;
-  if (rigid_rounds(chart, 2 * kRounds, *system) && is_injective(chart)) return true;
-  chart.points = start;
-  return is_injective(chart);
+  return rigid_rounds(chart, kRounds, *rigid_system(chart)) && is_injective(chart);
 }
 
-std::vector<FlatChart> grow_charts(const ChartSurface& surface, ChartBorders& borders,
-                                   const ChartLimits& limits, const ChartWay& way, int threads) {
-  const std::vector<Vec3d> guide = smoothed_normals(surface, way.smoothing);
-  std::vector<FlatChart> charts =
-      grow_patches(surface, guide, limits, way.variance, borders, threads);
-  const auto always = [](auto&&...) { return true; };
-  join_charts(surface, borders, limits, guide, always, charts, threads);
-  return charts;
-}
+namespace {
 
+/// Greedy merges of flat charts, each tried.
 void join_charts(const ChartSurface& surface, ChartBorders& borders, const ChartLimits& limits,
-                 std::span<const Vec3d> guide, const JoinWorth& worth,
                  std::vector<FlatChart>& charts, int threads) {
   ChartMerger merger(surface, borders);
   for (std::uint32_t c = 0; c < charts.size(); ++c) {
@@ -312,7 +271,7 @@ void join_charts(const ChartSurface& surface, ChartBorders& borders, const Chart
     for (const std::uint32_t t : charts[c].source) {
       merger.own(t, c);
       patch.area += surface.area[t];
-      patch.normal += guide[t] * surface.area[t];
+      patch.normal += surface.normal[t] * surface.area[t];
       for (std::uint32_t k = 0; k < 3; ++k) {
         if (!borders.is_glued(3 * t + k)) patch.open = 3 * t + k;
       }
@@ -347,8 +306,7 @@ void join_charts(const ChartSurface& surface, ChartBorders& borders, const Chart
         }
         const FlatChart &a = charts[joined[i].parts[0]], &b = charts[joined[i].parts[1]];
         laid[i] = join(surface, borders, joined[i].glued, a, b, *scratch);
-        const auto gains = [&] { return worth(joined[i].glued, a, b, laid[i]); };
-        accepted[i] = gains() && lay_joined(laid[i], limits) && gains() ? 1 : 0;
+        accepted[i] = lay_joined(laid[i], limits) ? 1 : 0;
         trials.note(i, accepted[i] != 0);
       }
       scratches.give_back(std::move(scratch));
@@ -366,6 +324,15 @@ void join_charts(const ChartSurface& surface, ChartBorders& borders, const Chart
   merger.run(
       kTogether, [](double, const Vec3d&) { return true; }, accept);
   std::erase_if(charts, [](const FlatChart& chart) { return chart.source.empty(); });
+}
+
+}  // namespace
+
+std::vector<FlatChart> grow_charts(const ChartSurface& surface, ChartBorders& borders,
+                                   const ChartLimits& limits, int threads) {
+  std::vector<FlatChart> charts = grow_patches(surface, limits, borders, threads);
+  join_charts(surface, borders, limits, charts, threads);
+  return charts;
 }
 
 }  // namespace kiln

@@ -63,8 +63,6 @@ constexpr std::size_t kMostTransferTouches = 16, kMostFlips = 8, kSidesOfTouch =
                       kTrianglesOfFlip = 200;
 /// Border vertices pushed with each one that touches.
 constexpr std::size_t kReach = 4;
-/// Charts of more triangles get stuck on the way from a circle.
-constexpr std::size_t kMostFromCircle = 3000;
 
 /// Lays a chart flat near to where it starts. \returns whether it is injective and within
 bool lay_near(FlatChart& chart, FlatStart start, const ChartLimits& limits) {
@@ -83,8 +81,7 @@ bool lay_near(FlatChart& chart, FlatStart start, const ChartLimits& limits) {
     injective_rounds(chart, kTransferInjectiveRounds, &limits, system.get(), true);
     if (within(chart, limits)) return true;
   }
-  return chart.triangles.size() <= kMostFromCircle &&
-         relax_from_circle(chart, limits, system.get());
+  return false;
 }
 
 /// UV layout of the proxy's charts.
@@ -227,7 +224,7 @@ std::vector<FlatChart> grow_again(const ChartSurface& surface, const FlatChart& 
                                   std::vector<std::uint32_t>& local, int threads) {
   const ChartSurface part = part_of(surface, chart.source, glued, local);
   ChartBorders borders(part);
-  std::vector<FlatChart> charts = grow_charts(part, borders, limits, {}, threads);
+  std::vector<FlatChart> charts = grow_charts(part, borders, limits, threads);
   for (std::uint32_t h = 0; h < part.mate.size(); ++h) {
     if (part.mate[h] != kNoIndex) glued[3 * part.source[h / 3] + h % 3] = borders.is_glued(h);
   }
@@ -241,9 +238,8 @@ std::vector<FlatChart> grow_again(const ChartSurface& surface, const FlatChart& 
 
 ChosenCharts transfer_charts(const ChartSurface& surface, const VertexFans& fans,
                              const ChartProxy& proxy, const ChosenCharts& chosen,
-                             const ChartLimits& limits, int threads,
-                             std::vector<std::uint8_t>& anew) {
-  anew.clear();
+                             const ChartLimits& limits, int threads, std::size_t& anew) {
+  anew = 0;
   std::vector<std::uint32_t> chart_of(proxy.surface.triangles.size());
   for (std::uint32_t c = 0; c < chosen.charts.size(); ++c) {
     for (const std::uint32_t t : chosen.charts[c].source) chart_of[t] = c;
@@ -281,8 +277,7 @@ ChosenCharts transfer_charts(const ChartSurface& surface, const VertexFans& fans
       all.push_back(std::move(charts[c]));
       continue;
     }
-    anew.resize(label.size(), 0);
-    for (const std::uint32_t t : charts[c].source) anew[t] = 1;
+    anew += charts[c].source.size();
     std::vector<FlatChart> some = grow_again(surface, charts[c], limits, glued, local, threads);
     std::move(some.begin(), some.end(), std::back_inserter(all));
   }

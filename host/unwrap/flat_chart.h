@@ -1,5 +1,4 @@
-// One chart cut open and laid flat: least squares conformal maps, as-rigid-as-possible rounds, and
-// rounds that lower the symmetric Dirichlet energy without ever flipping or overlapping.
+// One chart cut open and laid flat: as-rigid-as-possible rounds, and rounds that lower the symmetric Dirichlet energy without ever flipping or overlapping.
 #pragma once
 
 #include <array>
@@ -64,16 +63,6 @@ void project(FlatChart& chart, const ChartSurface& surface);
 
 /// Lays a chart of one triangle as its rest shape.
 void lay_single(FlatChart& chart, const ChartSurface& surface);
-
-/// Least squares conformal map (Levy, Petitjean, Ray, Maillot 2002), two far vertices held where they
-/// are, then scaled to the surface's area.
-/// \returns false where the system has no solution; points are then as they were
-bool conformal(FlatChart& chart);
-
-/// Tutte's map: the border on a circle, all else at positive means of its neighbours. One to one for every
-/// disc (Tutte 1963; Floater 2003), but for rounding.
-/// \returns false where the system has no solution; points are then as they were
-bool on_circle(FlatChart& chart);
 
 /// The factorised system of as-rigid-as-possible rounds; one per chart, independent of its points.
 class RigidSystem;

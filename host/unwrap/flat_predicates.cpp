@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
-#include <limits>
 #include <vector>
 
 namespace kiln {
@@ -102,49 +101,6 @@ std::vector<std::pair<std::size_t, std::size_t>> touches(std::span<const Vec2d> 
     return found.size() < most;
   });
   return found;
-}
-
-std::size_t covered_sides(std::span<const Vec2d> polygon) {
-  constexpr double kBeside = 1e-4;  // Share of a side's length.
-  const std::size_t count = polygon.size();
-  if (count < 3) return 0;
-  const auto [least, most] = std::minmax_element(
-      polygon.begin(), polygon.end(), [](const Vec2d& a, const Vec2d& b) { return a.y < b.y; });
-  const double low = least->y, per_row = static_cast<double>(count) / (most->y - low);
-  if (!(per_row < std::numeric_limits<double>::max())) return 0;
-  // Sides by rows of equal height, so that few are asked of each point.
-  const auto row = [&](double y) {
-    return static_cast<std::size_t>(std::clamp((y - low) * per_row, 0.0, count - 1.0));
-  };
-  const auto end = [&](std::size_t i) -> const Vec2d& {
-    return polygon[i + 1 < count ? i + 1 : 0];
-  };
-  std::vector<std::uint32_t> first(count + 1, 0), sides;
-  const auto each_row = [&](std::size_t i, const auto& body) {
-    const auto [bottom, top] = std::minmax(polygon[i].y, end(i).y);
-    for (std::size_t r = row(bottom), last = row(top); r <= last; ++r) body(r);
-  };
-  for (std::size_t i = 0; i < count; ++i) each_row(i, [&](std::size_t r) { ++first[r]; });
-  for (std::size_t r = 1; r <= count; ++r) first[r] += first[r - 1];
-  sides.resize(first[count]);
-  for (std::uint32_t i = 0; i < count; ++i) {
-    each_row(i, [&](std::size_t r) { sides[--first[r]] = i; });
-  }
-  std::size_t covered = 0;
-  for (std::size_t i = 0; i < count; ++i) {
-    const Vec2d along = end(i) - polygon[i];
-    const Vec2d at = polygon[i] + along * 0.5 + Vec2d{along.y, -along.x} * kBeside;
-    int winding = 0;
-    const std::size_t r = row(at.y);
-    for (std::uint32_t s = first[r]; s < first[r + 1]; ++s) {
-      const Vec2d a = polygon[sides[s]] - at, b = end(sides[s]) - at;
-      if ((a.y <= 0) == (b.y <= 0)) continue;
-      const bool up = b.y > a.y;
-      if ((cross(a, b) > 0) == up) winding += up ? 1 : -1;
-    }
-    covered += winding > 0 ? 1 : 0;
-  }
-  return covered;
 }
 
 }  // namespace kiln

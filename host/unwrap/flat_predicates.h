@@ -33,8 +33,4 @@ std::optional<std::pair<std::size_t, std::size_t>> first_touch(std::span<const V
 std::vector<std::pair<std::size_t, std::size_t>> touches(std::span<const Vec2d> polygon,
                                                          double apart, std::size_t most);
 
-/// Counts sides of a counter-clockwise polygon with its inside on their right, too: there it overlaps itself. Looked
-/// at beside the middle of each.
-std::size_t covered_sides(std::span<const Vec2d> polygon);
-
 }  // namespace kiln

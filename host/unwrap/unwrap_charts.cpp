@@ -17,7 +17,6 @@
 #include "mesh/half_edge.h"
 #include "pack/bitmap_packing.h"
 #include "pack/box_packing.h"
-#include "pack/many_packing.h"
 #include "unwrap/chart_choice.h"
 #include "unwrap/chart_creases.h"
 #include "unwrap/chart_density.h"
@@ -29,8 +28,8 @@ namespace {
 /// UVs are whole multiples of 2^-24: single precision holds them exactly up to 1, and double precision
 /// decides the side of a point without rounding.
 constexpr double kSteps = 16777216;
-/// Above this many charts they are packed in few orders; above that many, by their boxes.
-constexpr std::size_t kMostSearched = 100, kMostBitmaps = 10000;
+/// Above this many charts they are packed by their boxes.
+constexpr std::size_t kMostBitmaps = 10000;
 /// A padding that leaves less of the map than this to charts may be halved: where that raises it by a factor.
 constexpr double kWantedCoverage = 0.25, kWorthwhile = 1.3;
 /// Texels by detail are left alone where they are expected to gain less than this.
@@ -86,7 +85,6 @@ Layout pack_with(std::span<const Outline> outlines, std::uint32_t size, double p
   const double apart = padding + 4 * size / kSteps;
   const auto packed = [&] {
     if (outlines.size() > kMostBitmaps) return pack_boxes(outlines, size, apart);
-    if (outlines.size() > kMostSearched) return pack_many(outlines, size, apart, threads);
     return pack_outlines(outlines, size, apart, from, threads);
   };
   Layout layout{packed(), padding};

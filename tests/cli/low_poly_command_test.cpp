@@ -228,9 +228,9 @@ TEST(LowPolyCommand, LevelsOfAGlbAreFilesOfTheirOwn) {
   KILN_REQUIRE_DEVICE();
   const Wavy dense;
   for (const std::string uvs : {"own", "shared"}) {
-    const ProcessResult done = dense.bake(
-        uvs + "/low.glb", {"--max-error", "normal=5", "--screen", "192px", "--lod", "3",
-                           "--lod-uvs", uvs, "--lod-growth", "1.25", "--maps", "normal"});
+    const ProcessResult done =
+        dense.bake(uvs + "/low.glb", {"--max-error", "normal=5", "--screen", "192px", "--lod", "3",
+                                      "--lod-uvs", uvs, "--lod-growth", "1.5", "--maps", "normal"});
     ASSERT_EQ(done.exit_code, 0) << done.errors;
     const fs::path folder = dense.folder / uvs;
     const nlohmann::json levels = read_json(folder / "low_lods.json")["levels"];

@@ -104,7 +104,7 @@ TEST(Lods, EachLevelIsThePlanForItsSize) {
   KILN_REQUIRE_DEVICE();
   const Mesh high = wavy();
   const Source source(*test::device(), high);
-  const LodOptions options = lod_options(6, 128, 2);
+  const LodOptions options = lod_options(6, 256, 2);
   const LodChain chain = bake_lods(source, high, options);
   expect_chain(chain, options);
   ASSERT_EQ(chain.levels.size(), 2U);

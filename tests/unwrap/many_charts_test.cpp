@@ -6,8 +6,8 @@
 #include <vector>
 
 #include "kiln/unwrap.h"
+#include "pack/bitmap_packing.h"
 #include "pack/box_packing.h"
-#include "pack/many_packing.h"
 #include "support/shapes.h"
 #include "unwrap/charts_check.h"
 #include "unwrap/unwrap_charts.h"
@@ -35,12 +35,12 @@ std::vector<Outline> random_triangles(std::size_t count) {
 }
 
 TEST(ManyCharts, AreDenserThanTheirBoxesAndTheSameOnAllThreads) {
-  for (const std::size_t count : {60, 1010}) {  // up to a thousand, and more
+  for (const std::size_t count : {60, 1010}) {
     const std::vector<Outline> outlines = random_triangles(count);
-    const OutlinePacking many = pack_many(outlines, 512, 2, 3),
+    const OutlinePacking many = pack_outlines(outlines, 512, 2, nullptr, 3),
                          boxes = pack_boxes(outlines, 512, 2);
     EXPECT_GT(many.scale, 1.1 * boxes.scale) << count;
-    const OutlinePacking one = pack_many(outlines, 512, 2, 1);
+    const OutlinePacking one = pack_outlines(outlines, 512, 2, nullptr, 1);
     EXPECT_EQ(one.scale, many.scale);
     ASSERT_EQ(one.places.size(), many.places.size());
     for (std::size_t i = 0; i < one.places.size(); ++i) {
