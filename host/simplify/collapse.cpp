@@ -112,7 +112,7 @@ void EdgeCollapser::collapse(std::uint32_t a, std::uint32_t b, const Step& step)
   const bool swap = step.anchor == Anchor::second;
   const std::uint32_t kept = swap ? b : a, gone = swap ? a : b;
   if (rule_ != nullptr) rule_->collapse(mesh_, a, b, step.anchor, step.target, kept);
-  if (guard_ != nullptr) guard_->collapse();
+  if (deviation_bound_ != nullptr) deviation_bound_->collapse();
   mesh_.points[kept] = step.target;
   quadrics_[kept] += quadrics_[gone];
   off_[kept] = quadrics_[kept].off(step.target);
@@ -136,7 +136,7 @@ void EdgeCollapser::collapse(std::uint32_t a, std::uint32_t b, const Step& step)
   }
   mesh_.gather_unordered(kept, near_a_);
   push_all(kept, near_a_);
-  if (guard_ == nullptr) return;
+  if (deviation_bound_ == nullptr) return;
   touched_[kept] = 1;
   for (const CollapseMesh::Neighbour& n : near_a_) touched_[n.vertex] = 1;
 }
@@ -196,7 +196,7 @@ bool EdgeCollapser::take_with_twins(const Entry& entry, Step& step) {
   };
   for (std::size_t i = 0; all && i < twins.size(); ++i)
     all = step_of_twin(entry_of(twins[i])).has_value();
-  // Asked last, as the guard remembers.
+  // Asked last, as the bound remembers.
   if (all && !twins.empty()) all = is_within_bound(entry, step);
   if (all) {
     collapse(entry.a, entry.b, step);
@@ -234,7 +234,7 @@ bool EdgeCollapser::renew() {
     return false;
   }
   queue_.assign({});
-  if (guard_ == nullptr) compact();
+  if (deviation_bound_ == nullptr) compact();
   renew_queue();
   return true;
 }
@@ -317,7 +317,7 @@ void EdgeCollapser::run(std::size_t faces) {
     }
     if (mesh_.all_faces() <= faces || taken == 0) return;
     if (taken * kWorthAnother < mesh_.faces && ++poor > kMostPoorRounds) return;
-    fill_queue(mesh_.edges(), guard_ != nullptr);  // Refused edges may be allowed by now.
+    fill_queue(mesh_.edges(), deviation_bound_ != nullptr);  // Refused edges may be allowed by now.
   }
 }
 

@@ -41,7 +41,7 @@ class EdgeCollapser {
 
   /// Triangles must have three different vertices, and no twin of the same orientation.
   /// \param mesh  must outlive this. As it gets smaller, what is left of it gets new numbers (CollapseMesh::compact()),
-  ///              unless there is a rule or a guard
+  ///              unless there is a rule or a bound
   /// \param rule  what must be kept beside the shape; may be null; must outlive this
   /// \param fixed  by vertex, whether no edge there may go; empty: all may
   explicit EdgeCollapser(CollapseMesh& mesh, CollapseConstraint* rule = nullptr, Snap snap = {},
@@ -50,14 +50,14 @@ class EdgeCollapser {
   /// From now on no step that this refuses is taken. It must have been made of the mesh as it is, and outlive this.
   /// \param sharpening  how much sharper sharp edges may become (cosine); none may become sharp
   /// \param bound       of lines between labels: how far they may be from where they are now, root mean square
-  void guard(DeviationBound* guard, double sharpening, double bound) {
-    guard_ = guard;
+  void limit_deviation(DeviationBound* deviation, double sharpening, double bound) {
+    deviation_bound_ = deviation;
     shape_.limit_edges(sharpening);
     touched_.assign(mesh_.points.size(), 1);
     bound_lines(bound);
   }
 
-  /// Moves vertices, one after another, to where the distances around them are less and the guard allows them. Makes
+  /// Moves vertices, one after another, to where the distances around them are less and the bound allows them. Makes
   /// quadrics anew.
   void relax(Distances which);
 
@@ -127,13 +127,13 @@ class EdgeCollapser {
   CollapseConstraint* rule_;
   Snap snap_;
   CollapseShape shape_;
-  DeviationBound* guard_ = nullptr;
+  DeviationBound* deviation_bound_ = nullptr;
   std::vector<std::uint8_t>
-      touched_;  ///< Under a guard: whether what is around changed since the queue was filled.
+      touched_;  ///< Under a bound: whether what is around changed since the queue was filled.
   std::vector<Quadric> quadrics_;
   std::vector<double> off_;  ///< Quadric::off() of each vertex where it is, without a rule.
   std::vector<Quadric>
-      lines_;  ///< Under a guard: planes on lines between labels; empty without any.
+      lines_;  ///< Under a bound: planes on lines between labels; empty without any.
   double lines_bound_ = 0;
   std::size_t next_renewal_ = 0;  ///< Triangle count at which quadrics are rebuilt next.
   std::vector<std::uint32_t> stamps_;

@@ -6,8 +6,8 @@ namespace kiln {
 /// \param b  kNoVertex: `a` is moved alone
 bool EdgeCollapser::prism_keeps(std::uint32_t a, std::uint32_t b, Anchor anchor,
                                 const Vec3d& target) {
-  return guard_ == nullptr ||
-         (keeps_lines(a, b, target) && guard_->keeps(mesh_, a, b, anchor, target));
+  return deviation_bound_ == nullptr ||
+         (keeps_lines(a, b, target) && deviation_bound_->keeps(mesh_, a, b, anchor, target));
 }
 
 bool EdgeCollapser::keeps_lines(std::uint32_t a, std::uint32_t b, const Vec3d& target) const {
@@ -17,15 +17,15 @@ bool EdgeCollapser::keeps_lines(std::uint32_t a, std::uint32_t b, const Vec3d& t
   return sum.at(target) <= lines_bound_ * lines_bound_ * sum.area;
 }
 
-/// True if the guard allows a step, or one to a place near by.
+/// True if the bound allows a step, or one to a place near by.
 bool EdgeCollapser::is_within_bound(const Entry& entry, Step& step) {
   if (!keeps_lines(entry.a, entry.b, step.target)) return false;
   if (prism_keeps(entry.a, entry.b, step.anchor, step.target)) return true;
   if (rule_ != nullptr || step.anchor != Anchor::none || border_[entry.a] != 0 ||
-      border_[entry.b] != 0 || !guard_->may_be_near()) {
+      border_[entry.b] != 0 || !deviation_bound_->may_be_near()) {
     return false;
   }
-  const Vec3d target = guard_->better(step.target, Distances::large);
+  const Vec3d target = deviation_bound_->better(step.target, Distances::large);
   step.target = snap_ ? snap_(target) : target;
   return keeps_shapes(entry, step) && prism_keeps(entry.a, entry.b, step.anchor, step.target);
 }
@@ -33,17 +33,17 @@ bool EdgeCollapser::is_within_bound(const Entry& entry, Step& step) {
 void EdgeCollapser::relax_at(std::uint32_t v, Distances which) {
   const Vec3d from = mesh_.points[v];
   if (!prism_keeps(v, kNoVertex, Anchor::none, from)) return;
-  const double before = guard_->energy(which);
-  guard_->collapse();  // Samples may be nearer to others of the triangles around.
-  const Vec3d way = guard_->better(from, which) - from;
+  const double before = deviation_bound_->energy(which);
+  deviation_bound_->collapse();  // Samples may be nearer to others of the triangles around.
+  const Vec3d way = deviation_bound_->better(from, which) - from;
   if (!(dot(way, way) > 0)) return;
   for (const double part : {1.0, 0.5, 0.2}) {
     const Vec3d target = snap_ ? snap_(from + way * part) : from + way * part;
     if (!shape_.keeps(mesh_, v, kNoVertex, target, kNoVertex, 0)) continue;
     if (rule_ != nullptr && !rule_->may_move(mesh_, v, target)) continue;
     if (!prism_keeps(v, kNoVertex, Anchor::none, target)) continue;
-    if (!(guard_->energy(which) < before)) continue;
-    guard_->collapse();
+    if (!(deviation_bound_->energy(which) < before)) continue;
+    deviation_bound_->collapse();
     mesh_.points[v] = target;
     return;
   }

@@ -79,7 +79,7 @@ void EdgeCollapser::fill_queue(std::vector<std::uint64_t> all, bool only_touched
       return touched_[e >> 32] == 0 && touched_[static_cast<std::uint32_t>(e)] == 0;
     });
   }
-  if (guard_ != nullptr) touched_.assign(mesh_.points.size(), 0);
+  if (deviation_bound_ != nullptr) touched_.assign(mesh_.points.size(), 0);
   mesh_.visits += all.size();
   std::vector<Entry> entries(all.size());
   parallel_for(all.size(), kEdgesOfPart, [&](std::size_t begin, std::size_t end) {

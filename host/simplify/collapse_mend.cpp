@@ -33,9 +33,9 @@ bool EdgeCollapser::mend_by_moving(std::uint32_t triangle, const auto& bad) {
     }
   }
   if (mover == kNoVertex) return false;
-  if (guard_ != nullptr) {
+  if (deviation_bound_ != nullptr) {
     prism_keeps(mover, kNoVertex, Anchor::none, best);
-    guard_->collapse();
+    deviation_bound_->collapse();
   }
   mesh_.points[mover] = best;
   off_[mover] = quadrics_[mover].off(best);

@@ -72,15 +72,15 @@ class SimplifyState {
   EdgeCollapser& collapser() { return collapser_; }
   /// Bounds how far samples may be from now on. \returns whether they are within the bound
   /// \param close  where the bound is closer, and closer still
-  bool guard(const BoundSamples& samples, double bound, bool own,
-             std::span<const std::vector<Place>> close, double sharpening) {
-    guard_ = std::make_unique<DeviationBound>(mesh_, samples, bound, own);
-    for (const std::vector<Place>& places : close) guard_->narrow(places);
-    collapser_.guard(guard_.get(), sharpening, bound);
-    return guard_->holds();
+  bool limit_deviation(const BoundSamples& samples, double bound, bool own,
+                       std::span<const std::vector<Place>> close, double sharpening) {
+    deviation_bound_ = std::make_unique<DeviationBound>(mesh_, samples, bound, own);
+    for (const std::vector<Place>& places : close) deviation_bound_->narrow(places);
+    collapser_.limit_deviation(deviation_bound_.get(), sharpening, bound);
+    return deviation_bound_->holds();
   }
   void run_within();
-  bool is_bound() const { return guard_->has_refused(); }
+  bool is_bound() const { return deviation_bound_->has_refused(); }
   std::size_t faces() const { return mesh_.all_faces(); }
   /// \param of_triangles  as CollapseMesh::two_sided
   void count_sides(std::vector<std::uint8_t> of_triangles) {
@@ -127,7 +127,7 @@ class SimplifyState {
   std::unique_ptr<HeightfieldConstraint> height_;
   std::unique_ptr<EnclosingHullConstraint> hull_;
   EdgeCollapser collapser_;
-  std::unique_ptr<DeviationBound> guard_;
+  std::unique_ptr<DeviationBound> deviation_bound_;
 };
 
 /// The state of simplify().

@@ -26,7 +26,7 @@ constexpr std::size_t kMostFlaws = 32, kFacesOfFlaw = 500;
 
 }  // namespace
 
-/// As few faces as the guard allows.
+/// As few faces as the bound allows.
 void SimplifyState::run_within() {
   collapser_.run(0);
   for (int round = 0; round < kRelaxRounds && may_relax(); ++round) {
@@ -38,7 +38,7 @@ void SimplifyState::run_within() {
   }
 }
 
-/// Mends what the guard allows. \returns how many triangles were mended
+/// Mends what the bound allows. \returns how many triangles were mended
 std::size_t SimplifyJob::mend_within(SimplifyState& shrinking, SimplifyResult& result) {
   std::vector<std::uint32_t> sources;
   shrinking.extract(result, &sources);
@@ -74,7 +74,7 @@ SimplifyResult SimplifyJob::within(double bound, const Work& work) {
   double sharpening = kSharpening;
   for (int run = 0; run < kMostRuns; ++run) {
     SimplifyState shrinking(work, layout(), options_, scale_);
-    if (!shrinking.guard(*bound_samples_, limit, own, close, sharpening)) break;
+    if (!shrinking.limit_deviation(*bound_samples_, limit, own, close, sharpening)) break;
     shrinking.run_within();
     SimplifyResult result;
     const std::size_t mended = mend_within(shrinking, result);

@@ -199,7 +199,7 @@ TEST(SimplifyBound, OneTriangleIsKeptAndSaid) {
   EXPECT_EQ(report.warnings[0].message, "the mesh has only one usable face, which was kept");
 }
 
-/// After collapses and moves, no sample is beyond the bound; without the guard, some are.
+/// After collapses and moves, no sample is beyond the bound; without the bound, some are.
 TEST(DeviationBound, HoldsEverySample) {
   Mesh dense = test::icosphere(4);
   for (Vec3& p : dense.positions) p = to_float(Vec3d(p) * 0.28);
@@ -220,11 +220,11 @@ TEST(DeviationBound, HoldsEverySample) {
   };
   CollapseMesh mesh(points, dense.triangles), free(points, dense.triangles);
   EdgeCollapser collapser(mesh), unbounded(free);
-  DeviationBound guard(mesh, samples, bound, true);
-  EXPECT_TRUE(guard.holds());
-  collapser.guard(&guard, 0, bound);
+  DeviationBound limit(mesh, samples, bound, true);
+  EXPECT_TRUE(limit.holds());
+  collapser.limit_deviation(&limit, 0, bound);
   collapser.run(0);
-  EXPECT_TRUE(guard.has_refused());
+  EXPECT_TRUE(limit.has_refused());
   const std::size_t before = mesh.faces;
   EXPECT_LT(before, 320U);  // Measured: 304.
   EXPECT_LE(measured(mesh).largest, bound * (1 + 1e-6));
@@ -241,7 +241,7 @@ TEST(DeviationBound, HoldsEverySample) {
   DeviationBound narrow(close, samples, bound, true);
   const Place place{{0.28, 0, 0}, 0.1};
   narrow.narrow({&place, 1});
-  closer.guard(&narrow, 0, bound);
+  closer.limit_deviation(&narrow, 0, bound);
   closer.run(0);
   EXPECT_GT(close.faces, before);
 }
