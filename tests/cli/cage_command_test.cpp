@@ -82,7 +82,7 @@ TEST(CageCommand, FindsSavesAndDrawsOne) {
   const auto draw = [&](std::vector<std::string> flags) {
     std::vector<std::string> line = {
         "render", folder / "low.obj", "--out", folder / "p.png", "--size",
-        "64",     "--ambient-rays",   "0"};
+        "64",     "--ambient-rays",   "0",     "--quiet"};
     line.insert(line.end(), flags.begin(), flags.end());
     const ProcessResult result = call_kiln(line);
     return std::pair(result.exit_code, result.errors);
@@ -224,7 +224,7 @@ TEST(CageCommand, ADrawnOneObeysFlagsOfTheMatch) {
     const ProcessResult result =
         call_kiln({"render", folder / "low.obj", "--reference", folder / "high.obj", "--draw-cage",
                    "--cage", "auto", "--max-distance", far, "--size", "64", "--ambient-rays", "0",
-                   "--out", folder / "p.png"});
+                   "--quiet", "--out", folder / "p.png"});
     EXPECT_EQ(result.exit_code, 0) << result.errors;
     pictures.push_back(load_image(folder / "p.png").pixels);
   }

@@ -266,11 +266,17 @@ TEST(FilesCommand, RenderTakesTheMatchOfABake) {
        "--cage", "4%", "--format", "exr32", "--save-match", folder / "match.exr"});
   ASSERT_EQ(baked.exit_code, 0) << baked.errors;
   const auto picture = [&](const std::string& name, const std::vector<std::string>& flags) {
-    std::vector<std::string> line = {"render",         folder / "low.obj",
-                                     "--reference",    folder / "high.obj",
-                                     "--size",         "96",
-                                     "--ambient-rays", "0",
-                                     "--out",          folder / (name + ".png")};
+    std::vector<std::string> line = {"render",
+                                     folder / "low.obj",
+                                     "--reference",
+                                     folder / "high.obj",
+                                     "--size",
+                                     "96",
+                                     "--ambient-rays",
+                                     "0",
+                                     "--quiet",
+                                     "--out",
+                                     folder / (name + ".png")};
     line.insert(line.end(), flags.begin(), flags.end());
     const ProcessResult result = call_kiln(line);
     EXPECT_EQ(result.exit_code, 0) << result.errors;
@@ -395,7 +401,7 @@ TEST(FilesCommand, SaysWhatMakesBoxesFit) {
   });
   const ProcessResult drawn =
       call_kiln({"render", folder / "low.obj", "--reference", folder / "high.obj", "--size", "16",
-                 "--ambient-rays", "0", "--out", folder / "look.png"});
+                 "--ambient-rays", "0", "--quiet", "--out", folder / "look.png"});
   EXPECT_NE(drawn.errors.find("scale one of them, and swap Y and Z"), std::string::npos)
       << drawn.errors;
 }

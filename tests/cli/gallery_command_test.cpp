@@ -66,13 +66,14 @@ TEST(RenderCommand, ZoomsTimesFramesAndShowsErrors) {
             0);
   EXPECT_EQ(load_image(scene / "square.png").height, 120U);
   // With the error: one more panel and a scale below.
-  ASSERT_EQ(call_kiln(with({"--out", scene / "error.png", "--error"})).exit_code, 0);
+  ASSERT_EQ(call_kiln(with({"--out", scene / "error.png", "--error", "--quiet"})).exit_code, 0);
   const Image error = load_image(scene / "error.png");
   EXPECT_GT(error.width, 4 * 120U);
   EXPECT_GT(error.height, plain.height + 40);
   // Close up, the picture is another one.
   ASSERT_EQ(
-      call_kiln(with({"--out", scene / "close.png", "--zoom", "4", "--at", "1,0,0.3"})).exit_code,
+      call_kiln(with({"--out", scene / "close.png", "--zoom", "4", "--at", "1,0,0.3", "--quiet"}))
+          .exit_code,
       0);
   const Image close = load_image(scene / "close.png");
   ASSERT_EQ(close.width, plain.width);

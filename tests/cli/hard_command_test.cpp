@@ -146,12 +146,19 @@ TEST(HardCommand, SaysThatGreenPointsTheOtherWay) {
                 .exit_code,
             0);
   const auto render = [&](std::vector<std::string> flags) {
-    std::vector<std::string> line = {"render",         folder / "low.obj",
-                                     "--ambient-rays", "0",
-                                     "--normal",       folder / "out" / "low_normal.png",
-                                     "--reference",    folder / "high.obj",
-                                     "--out",          folder / "out.png",
-                                     "--size",         "64"};
+    std::vector<std::string> line = {"render",
+                                     folder / "low.obj",
+                                     "--ambient-rays",
+                                     "0",
+                                     "--normal",
+                                     folder / "out" / "low_normal.png",
+                                     "--reference",
+                                     folder / "high.obj",
+                                     "--out",
+                                     folder / "out.png",
+                                     "--quiet",
+                                     "--size",
+                                     "64"};
     line.insert(line.end(), flags.begin(), flags.end());
     return call_kiln(line);
   };

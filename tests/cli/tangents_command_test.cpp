@@ -91,7 +91,7 @@ TEST(TangentsCommand, ThoseOfTheFileAreTaken) {
     const ProcessResult result =
         call_kiln({"render", folder / "turned.ply", "--reference", folder / "high.obj", "--normal",
                    folder / "maps" / "turned_normal.exr", "--tangents", tangents, "--size", "64",
-                   "--out", folder / "look.png", "--json", folder / "look.json"});
+                   "--out", folder / "look.png", "--frames", "1", "--json", folder / "look.json"});
     EXPECT_EQ(result.exit_code, 0) << result.errors;
     std::ifstream file(folder / "look.json");
     const nlohmann::json json = nlohmann::json::parse(file);
