@@ -8,6 +8,7 @@
 #include <iterator>
 #include <regex>
 
+#include "cli/call.h"
 #include "cli/command_scene.h"
 #include "kiln/asset.h"
 #include "kiln/files.h"
@@ -17,18 +18,18 @@ namespace kiln {
 namespace {
 
 namespace fs = std::filesystem;
+using test::call_kiln;
 using test::expect_exit;
 using test::expect_failure;
 using test::low_of_halves;
 using test::make_scene;
 using test::names;
-using test::run_kiln;
 
 TEST(AssetCommand, OneFileHasLowAndMaps) {
   KILN_REQUIRE_DEVICE();
   const fs::path scene = make_scene();
-  expect_exit(run_kiln({"bake", scene / "high.obj", "--faces", "500", "--size", "64", "--ao-rays",
-                        "16", "--out", scene / "new/low.glb"}),
+  expect_exit(call_kiln({"bake", scene / "high.obj", "--faces", "500", "--size", "64", "--ao-rays",
+                         "16", "--out", scene / "new/low.glb"}),
               0, {});
   EXPECT_EQ(names(scene / "new"), std::vector<std::string>{"low.glb"});
   const Asset asset = load_asset(scene / "new/low.glb");
@@ -38,8 +39,8 @@ TEST(AssetCommand, OneFileHasLowAndMaps) {
   EXPECT_FALSE(asset.materials[0].occlusion_map.empty());
   EXPECT_TRUE(asset.materials[0].color_map.empty());
   // The file is a HIGH and a LOW itself, with the tangents that its map was baked for.
-  expect_exit(run_kiln({"bake", scene / "high.obj", scene / "new/low.glb", "--size", "64", "--out",
-                        scene / "again"}),
+  expect_exit(call_kiln({"bake", scene / "high.obj", scene / "new/low.glb", "--size", "64", "--out",
+                         scene / "again"}),
               0, {});
   EXPECT_EQ(names(scene / "again"), std::vector<std::string>{"low_normal.png"});
 }
@@ -57,7 +58,7 @@ TEST(AssetCommand, OcclusionIsSmoothedWhereNothingIsSaid) {
                                      "--out=" + (scene / out).string(),
                                      "--json=" + (scene / "report.json").string()};
     line.insert(line.end(), flags.begin(), flags.end());
-    expect_exit(run_kiln(line), 0, {});
+    expect_exit(call_kiln(line), 0, {});
     return test::read_json(scene / "report.json")["options"]["ao_error"];
   };
   EXPECT_EQ(bake("plain/low.glb", {}), 1);
@@ -86,8 +87,8 @@ TEST(AssetCommand, BareMeshesDoNotBecomeMetal) {
   const std::array<float, 12> places = {0, 0, 0, 1, 0, 0, 0, 1, 0, 1, 1, 0};
   save_text(scene / "sheet.gltf", gltf);
   save_text(scene / "sheet.bin", {reinterpret_cast<const char*>(places.data()), sizeof places});
-  expect_exit(run_kiln({"bake", scene / "sheet.gltf", "--faces", "2", "--size", "16", "--out",
-                        scene / "a.glb"}),
+  expect_exit(call_kiln({"bake", scene / "sheet.gltf", "--faces", "2", "--size", "16", "--out",
+                         scene / "a.glb"}),
               0, {});
   const Asset asset = load_asset(scene / "a.glb");
   ASSERT_EQ(asset.materials.size(), 1U);
@@ -109,8 +110,8 @@ TEST(AssetCommand, MaterialsOfHighAreKept) {
   save_obj(high, scene / "high.obj");
   save_text(scene / "m.mtl",
             "newmtl steel\nKd 1 1 1\nPr 0.25\nPm 1\nnewmtl wood\nKd 1 1 1\nPr 0.25\nPm 1\n");
-  expect_exit(run_kiln({"bake", scene / "high.obj", "--faces", "500", "--size", "64", "--out",
-                        scene / "a.glb"}),
+  expect_exit(call_kiln({"bake", scene / "high.obj", "--faces", "500", "--size", "64", "--out",
+                         scene / "a.glb"}),
               0, {});
   const Asset asset = load_asset(scene / "a.glb");
   EXPECT_EQ(asset.mesh.material_names.size(), 2U);
@@ -146,8 +147,8 @@ TEST(AssetCommand, MaterialsThatOverlapHaveTheirOwnPictures) {
   const fs::path scene = make_scene();
   save_obj(low_of_halves(0), scene / "low.obj");
   for (const char* out : {"a.glb", "maps"}) {
-    expect_exit(run_kiln({"bake", scene / "high.obj", scene / "low.obj", "--size", "64", "--size",
-                          "body=32", "--out", scene / out, "--maps", "normal"}),
+    expect_exit(call_kiln({"bake", scene / "high.obj", scene / "low.obj", "--size", "64", "--size",
+                           "body=32", "--out", scene / out, "--maps", "normal"}),
                 0, {});
   }
   expect_sets(scene / "a.glb", scene / "maps", {"low_glass_normal.png", "low_body_normal.png"},
@@ -159,8 +160,8 @@ TEST(AssetCommand, TilesMoveIntoTheUnitSquare) {
   const fs::path scene = make_scene();
   save_obj(low_of_halves(1), scene / "low.obj");
   for (const char* out : {"a.glb", "maps"}) {
-    expect_exit(run_kiln({"bake", scene / "high.obj", scene / "low.obj", "--size", "64", "--out",
-                          scene / out, "--maps", "normal", "--sets", "udim"}),
+    expect_exit(call_kiln({"bake", scene / "high.obj", scene / "low.obj", "--size", "64", "--out",
+                           scene / out, "--maps", "normal", "--sets", "udim"}),
                 0, {});
   }
   expect_sets(scene / "a.glb", scene / "maps", {"low_normal.1001.png", "low_normal.1002.png"},
@@ -217,8 +218,8 @@ TEST(AssetCommand, TransparencyIsKeptByMaterial) {
   KILN_REQUIRE_DEVICE();
   const fs::path scene = test::scratch_folder();
   save_high_with_glass(scene, "glass");
-  expect_exit(run_kiln({"bake", scene / "high.glb", "--faces", "1500", "--size", "128", "--sets",
-                        "one", "--out", scene / "a.glb"}),
+  expect_exit(call_kiln({"bake", scene / "high.glb", "--faces", "1500", "--size", "128", "--sets",
+                         "one", "--out", scene / "a.glb"}),
               0, {});
   expect_glass(load_asset(scene / "a.glb"), {"glass", "stone"});
 }
@@ -228,8 +229,8 @@ TEST(AssetCommand, TransparencyIsKeptByWhatTexelsShow) {
   KILN_REQUIRE_DEVICE();
   const fs::path scene = make_scene();
   save_high_with_glass(scene, "glass");
-  expect_exit(run_kiln({"bake", scene / "high.glb", scene / "low.obj", "--size", "128", "--out",
-                        scene / "a.glb"}),
+  expect_exit(call_kiln({"bake", scene / "high.glb", scene / "low.obj", "--size", "128", "--out",
+                         scene / "a.glb"}),
               0, {});
   const Asset asset = load_asset(scene / "a.glb");
   expect_glass(asset, {"glass", "low"});
@@ -282,12 +283,12 @@ TEST(AssetCommand, HierarchiesAreKept) {
     }
   };
   // Nodes' names are parts, too.
-  expect_exit(run_kiln({"bake", scene / "high.glb", scene / "low.glb", "--size", "64", "--match-by",
-                        "name", "--out", scene / "a.glb"}),
+  expect_exit(call_kiln({"bake", scene / "high.glb", scene / "low.glb", "--size", "64",
+                         "--match-by", "name", "--out", scene / "a.glb"}),
               0, {});
   expect_nodes(scene / "a.glb");
-  expect_exit(run_kiln({"bake", scene / "high.glb", "--faces", "2000", "--size", "64", "--out",
-                        scene / "b.gltf"}),
+  expect_exit(call_kiln({"bake", scene / "high.glb", "--faces", "2000", "--size", "64", "--out",
+                         scene / "b.gltf"}),
               0, {});
   expect_nodes(scene / "b.gltf");
   EXPECT_TRUE(fs::exists(scene / "b.bin"));
@@ -310,8 +311,8 @@ TEST(AssetCommand, NormalMapsOfHighAreKept) {
       .name = "m", .pictures = std::make_shared<const AssetPictures>(encode_maps(maps))};
   save_asset(square, std::span(&material, 1), scene / "high.glb");
   save_asset(square, std::span(&material, 1), scene / "low.glb");
-  expect_exit(run_kiln({"bake", scene / "high.glb", scene / "low.glb", "--size", "16", "--out",
-                        scene / "a.glb"}),
+  expect_exit(call_kiln({"bake", scene / "high.glb", scene / "low.glb", "--size", "16", "--out",
+                         scene / "a.glb"}),
               0, {});
   const Asset asset = load_asset(scene / "a.glb");
   const Image normal = load_image(*asset.materials[0].normal_map.bytes, "normal");
@@ -327,8 +328,8 @@ TEST(AssetCommand, AnObjHasAnMtlThatNamesItsMaps) {
   save_high_with_glass(scene, "glass");
   fs::create_directories(scene / "p");
   save_obj(low_of_halves(1), scene / "low.obj");
-  expect_exit(run_kiln({"bake", scene / "high.glb", scene / "low.obj", "--size", "64", "--out",
-                        scene / "o/new.obj", "--sets", "udim"}),
+  expect_exit(call_kiln({"bake", scene / "high.glb", scene / "low.obj", "--size", "64", "--out",
+                         scene / "o/new.obj", "--sets", "udim"}),
               0, {});
   const std::vector<std::string> files = names(scene / "o");
   for (const char* name : {"new.obj", "new.mtl", "new_normal.1001.png", "new_ao.1002.png"}) {
@@ -345,11 +346,11 @@ TEST(AssetCommand, AnObjHasAnMtlThatNamesItsMaps) {
   // An MTL of the user's is not written over.
   save_text(scene / "p/made.mtl", "newmtl a\n");
   expect_exit(
-      run_kiln({"bake", scene / "high.glb", "--faces", "500", "--out", scene / "p/made.obj"}), 5,
+      call_kiln({"bake", scene / "high.glb", "--faces", "500", "--out", scene / "p/made.obj"}), 5,
       {"made.mtl", "--force"});
   // One that Kiln makes, of the maps asked for.
-  expect_exit(run_kiln({"bake", scene / "high.glb", "--faces", "500", "--size", "64", "--out",
-                        scene / "o/made.obj", "--maps", "normal"}),
+  expect_exit(call_kiln({"bake", scene / "high.glb", "--faces", "500", "--size", "64", "--out",
+                         scene / "o/made.obj", "--maps", "normal"}),
               0, {});
   const Asset made = load_asset(scene / "o/made.obj");
   EXPECT_EQ(made.materials.size(), 2U);
@@ -367,8 +368,8 @@ TEST(AssetCommand, EmissionKeepsItsStrength) {
   high.materials.assign(high.triangles.size(), 0);
   save_obj(high, scene / "high.obj");
   save_text(scene / "m.mtl", "newmtl lamp\nKd 1 1 1\nKe 8 4 2\n");
-  expect_exit(run_kiln({"bake", scene / "high.obj", scene / "low.obj", "--size", "64", "--out",
-                        scene / "a.glb"}),
+  expect_exit(call_kiln({"bake", scene / "high.obj", scene / "low.obj", "--size", "64", "--out",
+                         scene / "a.glb"}),
               0, {});
   const Asset asset = load_asset(scene / "a.glb");
   EXPECT_NEAR(asset.materials.at(0).emission[0], 8, 1e-4);
@@ -391,8 +392,8 @@ TEST(AssetCommand, OcclusionOfHighIsKept) {
     const std::size_t at = text.find("\"occlusionTexture\"");
     ASSERT_NE(at, text.npos);
     save_text(scene / "changed.gltf", text.insert(text.find('{', at) + 1, member));
-    expect_exit(run_kiln({"bake", scene / "changed.gltf", scene / "low.obj", "--size", "64",
-                          "--out", scene / "a.glb"}),
+    expect_exit(call_kiln({"bake", scene / "changed.gltf", scene / "low.obj", "--size", "64",
+                           "--out", scene / "a.glb"}),
                 0, {});
   };
   const auto middle = [&] {
@@ -413,8 +414,8 @@ struct Rendered {
 /// As it is said: a report has 30 more pictures.
 Rendered render_with_own_maps(const fs::path& scene, const fs::path& mesh) {
   const test::ProcessResult result =
-      run_kiln({"render", mesh, "--reference", scene / "high.obj", "--size", "64", "--ambient-rays",
-                "0", "--out", scene / "look.png"});
+      call_kiln({"render", mesh, "--reference", scene / "high.obj", "--size", "64",
+                 "--ambient-rays", "0", "--out", scene / "look.png"});
   expect_exit(result, 0, {});
   EXPECT_EQ(result.errors, "");
   Rendered rendered;
@@ -435,8 +436,8 @@ TEST(AssetCommand, RenderShowsTheMapsOfMaterials) {
   save_obj(low_of_halves(0), scene / "halves.obj");
   for (const char* low : {"low.obj", "halves.obj"}) {
     SCOPED_TRACE(low);
-    expect_exit(run_kiln({"bake", scene / "high.obj", scene / low, "--size", "128", "--maps",
-                          "normal", "--out", scene / "a.glb"}),
+    expect_exit(call_kiln({"bake", scene / "high.obj", scene / low, "--size", "128", "--maps",
+                           "normal", "--out", scene / "a.glb"}),
                 0, {});
     const Rendered rendered = render_with_own_maps(scene, scene / "a.glb");
     EXPECT_LT(rendered.with, rendered.without / 3);
@@ -450,8 +451,8 @@ TEST(AssetCommand, RenderShowsTheMapsOfMaterials) {
   low.material_files = {"low.mtl"};
   save_obj(low, scene / "named.obj");
   const auto warnings_of = [&](const char* mesh) {
-    expect_exit(run_kiln({"render", scene / mesh, "--size", "64", "--ambient-rays", "0", "--out",
-                          scene / "look.png", "--json", scene / "look.json"}),
+    expect_exit(call_kiln({"render", scene / mesh, "--size", "64", "--ambient-rays", "0", "--out",
+                           scene / "look.png", "--json", scene / "look.json"}),
                 0, {});
     std::vector<std::string> codes;
     const auto report = test::read_json(scene / "look.json");
@@ -489,7 +490,7 @@ TEST(AssetCommand, AxesAndUnitsOfFilesThatDoNotSay) {
   const auto bake = [&](std::vector<std::string> flags, const fs::path& out) {
     flags.insert(flags.begin(), {"bake"});
     flags.insert(flags.end(), {"--size", "64", "--maps", "normal", "--out", out});
-    return run_kiln(flags);
+    return call_kiln(flags);
   };
   expect_exit(bake({scene / "high.obj", scene / "low.glb"}, scene / "a"), 0, {});
   // Without a word the boxes do not fit, and the message says what would help.

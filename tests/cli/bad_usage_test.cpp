@@ -7,6 +7,7 @@
 #include <functional>
 #include <regex>
 
+#include "cli/call.h"
 #include "cli/command_scene.h"
 #include "kiln/kiln.h"
 #include "support/environment.h"
@@ -17,6 +18,7 @@ namespace kiln {
 namespace {
 
 namespace fs = std::filesystem;
+using test::call_kiln;
 using test::expect_failure;
 using test::make_scene;
 using test::ProcessOptions;
@@ -37,8 +39,8 @@ TEST(Command, NamesTheLineOfABadListOfViews) {
   // Sums of large weights stay in range, and a list that says nothing is remarked.
   std::ofstream(scene / "views.txt") << "0 0 1 1e38\n0 1 0 1e38\n";
   const ProcessResult equal =
-      run_kiln({"bake", scene / "high.obj", scene / "low.obj", "--size", "64", "--out",
-                scene / "equal", "--match", "visibility", "--view-weight", scene / "views.txt"});
+      call_kiln({"bake", scene / "high.obj", scene / "low.obj", "--size", "64", "--out",
+                 scene / "equal", "--match", "visibility", "--view-weight", scene / "views.txt"});
   EXPECT_EQ(equal.exit_code, 0) << equal.errors;
   EXPECT_NE(equal.errors.find("same weight"), std::string::npos) << equal.errors;
   EXPECT_EQ((equal.output + equal.errors).find("standard deviation 0.000"), std::string::npos);
@@ -46,11 +48,31 @@ TEST(Command, NamesTheLineOfABadListOfViews) {
 
 TEST(Command, SaysBetweenWhichNumbersAValueMustLie) {
   for (const char* value : {"200", "-1", "nan"}) {
-    test::expect_exit(run_kiln({"simplify", "a", "--out", "b.obj", "--hard-angle", value}), 2,
+    test::expect_exit(call_kiln({"simplify", "a", "--out", "b.obj", "--hard-angle", value}), 2,
                       {std::string("--hard-angle is '") + value + "': give 0 to 180\n"});
   }
-  test::expect_exit(run_kiln({"bake", "a", "--lod", "2", "--lod-growth", "0.5", "--out", "b"}), 2,
+  test::expect_exit(call_kiln({"bake", "a", "--lod", "2", "--lod-growth", "0.5", "--out", "b"}), 2,
                     {"--lod-growth is '0.5': give 1 to 4\n"});
+}
+
+TEST(Command, ProgramsSayWhatTheirCodeSaysWithinTests) {
+  int number = 0;
+  for (const auto& [words, code] : std::vector<std::pair<std::vector<std::string>, int>>{
+           {{"--help"}, 0},
+           {{"help", "measure"}, 0},
+           {{"chart", "--help"}, 0},
+           {{}, 2},
+           {{"bake", "a", "b", "--sise", "64"}, 2},
+           {{"gallery", "a", "b", "--sise", "64"}, 2},
+           {{"diff", "none.png", "none.png"}, 3},
+           {{"measure", "none.obj", "none.obj"}, 3}}) {
+    SCOPED_TRACE(number++);
+    const ProcessResult program = run_kiln(words), called = call_kiln(words);
+    EXPECT_EQ(program.exit_code, code);
+    EXPECT_EQ(called.exit_code, code);
+    EXPECT_EQ(called.output, program.output);
+    EXPECT_EQ(called.errors, program.errors);
+  }
 }
 
 TEST(Command, RefusesBadUsage) {
@@ -182,11 +204,11 @@ TEST(Command, NamesTheFileAndTheRemedyForBadInput) {
 }
 
 TEST(Command, SuggestsTheOptionThatWasMeant) {
-  const ProcessResult typo = run_kiln({"bake", "a", "b", "--out", "c", "--sise", "64"});
+  const ProcessResult typo = call_kiln({"bake", "a", "b", "--out", "c", "--sise", "64"});
   EXPECT_EQ(typo.exit_code, 2);
   EXPECT_NE(typo.errors.find("'--sise'"), std::string::npos) << typo.errors;
   EXPECT_NE(typo.errors.find("--size?"), std::string::npos) << typo.errors;
-  const ProcessResult help = run_kiln({"help", "bake"});
+  const ProcessResult help = call_kiln({"help", "bake"});
   EXPECT_EQ(help.exit_code, 0);
   EXPECT_NE(help.output.find("--max-distance"), std::string::npos);
 }
@@ -233,7 +255,7 @@ TEST(Command, MissesBeyondTheLimitFail) {
   const auto with = [&](const std::string& limit) {
     std::vector<std::string> all = arguments;
     all.push_back(limit);
-    return run_kiln(all).exit_code;
+    return call_kiln(all).exit_code;
   };
   EXPECT_EQ(with("99.9"), 0);
   EXPECT_EQ(with("1"), 1);
@@ -250,21 +272,21 @@ TEST(Command, ASavedMatchBelongsToItsMeshes) {
     arguments.insert(arguments.end(), more.begin(), more.end());
     return arguments;
   };
-  ASSERT_EQ(
-      run_kiln(bake(scene / "low.obj", {"--save-match", match, "--max-distance", "10%"})).exit_code,
-      0);
-  EXPECT_EQ(run_kiln(bake(scene / "low.obj", {"--load-match", match})).exit_code, 0);
+  ASSERT_EQ(call_kiln(bake(scene / "low.obj", {"--save-match", match, "--max-distance", "10%"}))
+                .exit_code,
+            0);
+  EXPECT_EQ(call_kiln(bake(scene / "low.obj", {"--load-match", match})).exit_code, 0);
   // The value of misses is no question of the match.
   EXPECT_EQ(
-      run_kiln(bake(scene / "low.obj", {"--load-match", match, "--fallback", "mark"})).exit_code,
+      call_kiln(bake(scene / "low.obj", {"--load-match", match, "--fallback", "mark"})).exit_code,
       0);
   // A forged distance is printed in a few digits.
   Match forged = load_match(match);
   const auto hit = std::find(forged.status.begin(), forged.status.end(), 1) - forged.status.begin();
   forged.distance.at(static_cast<std::size_t>(hit)) = 3e38F;
   save_match(forged, scene / "forged.exr");
-  const ProcessResult far =
-      run_kiln(bake(scene / "low.obj", {"--load-match", scene / "forged.exr", "--maps", "height"}));
+  const ProcessResult far = call_kiln(
+      bake(scene / "low.obj", {"--load-match", scene / "forged.exr", "--maps", "height"}));
   EXPECT_FALSE(std::regex_search(far.output + far.errors, std::regex("[0-9]{12}"))) << far.output;
   EXPECT_NE((far.output + far.errors).find("e+3"), std::string::npos) << far.output << far.errors;
 

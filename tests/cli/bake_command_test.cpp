@@ -8,6 +8,7 @@
 #include <map>
 #include <nlohmann/json.hpp>
 
+#include "cli/call.h"
 #include "cli/command_scene.h"
 #include "kiln/kiln.h"
 #include "support/environment.h"
@@ -19,6 +20,7 @@ namespace kiln {
 namespace {
 
 namespace fs = std::filesystem;
+using test::call_kiln;
 using test::expect_failure;
 using test::make_scene;
 using test::names;
@@ -31,8 +33,8 @@ TEST(Command, BakesTheContractsFilesAndReport) {
   const fs::path scene = make_scene();
   const fs::path out = scene / "out";
   const ProcessResult result =
-      run_kiln({"bake", scene / "high.obj", scene / "low.obj", "--out", out, "--size", "256x128",
-                "--max-distance", "10%", "--json", scene / "report.json"});
+      call_kiln({"bake", scene / "high.obj", scene / "low.obj", "--out", out, "--size", "256x128",
+                 "--max-distance", "10%", "--json", scene / "report.json"});
   ASSERT_EQ(result.exit_code, 0) << result.errors;
   EXPECT_EQ(names(out), std::vector<std::string>{"low_normal.png"});
   const Image map = load_image(out / "low_normal.png");
@@ -104,8 +106,8 @@ TEST(Command, WritesMipMapsInEveryFormat) {
   }
   // A map of one texel has no levels below.
   const ProcessResult one =
-      run_kiln({"bake", scene / "high.obj", scene / "low.obj", "--out", scene / "one", "--size",
-                "1", "--mips", "--max-distance", "10%"});
+      call_kiln({"bake", scene / "high.obj", scene / "low.obj", "--out", scene / "one", "--size",
+                 "1", "--mips", "--max-distance", "10%"});
   ASSERT_EQ(one.exit_code, 0) << one.errors;
   EXPECT_EQ(names(scene / "one"), std::vector<std::string>{"low_normal.png"});
 }
@@ -115,7 +117,7 @@ TEST(Command, MakesTheLightMeshWhereNoneIsGiven) {
   const fs::path scene = make_scene();
   const fs::path out = scene / "out";
   const ProcessResult result =
-      run_kiln({"bake", scene / "high.obj", "--out", out, "--size", "512", "--faces", "500"});
+      call_kiln({"bake", scene / "high.obj", "--out", out, "--size", "512", "--faces", "500"});
   ASSERT_EQ(result.exit_code, 0) << result.errors;
   EXPECT_EQ(names(out), (std::vector<std::string>{"high_low.obj", "high_low_normal.png"}));
   const Mesh low = load_mesh(out / "high_low.obj");
@@ -140,10 +142,10 @@ TEST(Command, WritesAMapForEachClusterOfDirections) {
                                          "--visibility-clusters",
                                          "2"};
   std::vector<std::string> by_rays = base;
-  EXPECT_EQ(run_kiln(by_rays).exit_code, 2);
+  EXPECT_EQ(call_kiln(by_rays).exit_code, 2);
   std::vector<std::string> good = base;
   good.insert(good.end(), {"--match", "visibility", "--visibility-deviation", "0.5"});
-  const ProcessResult result = run_kiln(good);
+  const ProcessResult result = call_kiln(good);
   ASSERT_EQ(result.exit_code, 0) << result.errors;
   EXPECT_EQ(names(scene / "clusters"),
             (std::vector<std::string>{"low_clusters.exr", "low_normal.png", "low_normal_1.png"}));
@@ -180,9 +182,9 @@ TEST(Command, BlendsWithTheFallback) {
                                       "2%",
                                       "--fallback-blend",
                                       "4"};
-  EXPECT_EQ(run_kiln(command).exit_code, 2);
+  EXPECT_EQ(call_kiln(command).exit_code, 2);
   command.insert(command.end(), {"--fallback", "closest"});
-  const ProcessResult result = run_kiln(command);
+  const ProcessResult result = call_kiln(command);
   ASSERT_EQ(result.exit_code, 0) << result.errors;
   const nlohmann::json report = read_json(scene / "report.json");
   EXPECT_EQ(report["switches"]["sides"], report["switches_blended"]["sides"]);
@@ -197,11 +199,11 @@ TEST(Command, SavedMatchBakesTheSameMap) {
   std::vector<std::string> first = base;
   first.insert(first.end(), {"--out", scene / "a", "--save-match", scene / "match.exr",
                              "--max-distance", "10%"});
-  ASSERT_EQ(run_kiln(first).exit_code, 0);
+  ASSERT_EQ(call_kiln(first).exit_code, 0);
   std::vector<std::string> second = base;
   second.insert(second.end(), {"--out", scene / "b", "--load-match", scene / "match.exr"});
-  ASSERT_EQ(run_kiln(second).exit_code, 0);
-  EXPECT_EQ(run_kiln({"diff", scene / "a/low_normal.png", scene / "b/low_normal.png"}).exit_code,
+  ASSERT_EQ(call_kiln(second).exit_code, 0);
+  EXPECT_EQ(call_kiln({"diff", scene / "a/low_normal.png", scene / "b/low_normal.png"}).exit_code,
             0);
 
   std::vector<std::string> wrong = {
@@ -218,7 +220,7 @@ TEST(Command, CageTakesRaysTwiceAsLongWhereNoneAreGiven) {
                                           "--out", scene / "out",      "--size",
                                           "128",   "--json",           scene / "r.json"};
     arguments.insert(arguments.end(), more.begin(), more.end());
-    const ProcessResult result = run_kiln(arguments);
+    const ProcessResult result = call_kiln(arguments);
     EXPECT_EQ(result.exit_code, 0) << result.errors;
     const nlohmann::json report = read_json(scene / "r.json");
     return std::pair{report["texels"]["missed"].get<std::uint64_t>(), result.errors};

@@ -10,6 +10,7 @@
 #include <utility>
 #include <vector>
 
+#include "cli/call.h"
 #include "kiln/kiln.h"
 #include "support/environment.h"
 #include "support/json_file.h"
@@ -20,9 +21,9 @@ namespace kiln {
 namespace {
 
 namespace fs = std::filesystem;
+using test::call_kiln;
 using test::ProcessResult;
 using test::read_json;
-using test::run_kiln;
 
 TEST(CageCommand, FindsSavesAndDrawsOne) {
   KILN_REQUIRE_DEVICE();
@@ -40,7 +41,7 @@ TEST(CageCommand, FindsSavesAndDrawsOne) {
                                      "--json",
                                      folder / (out + ".json")};
     line.insert(line.end(), flags.begin(), flags.end());
-    return run_kiln(line);
+    return call_kiln(line);
   };
   const ProcessResult found = bake("a", {"--cage", "auto", "--save-cage", folder / "cage.obj"});
   ASSERT_EQ(found.exit_code, 0) << found.errors;
@@ -81,9 +82,9 @@ TEST(CageCommand, FindsSavesAndDrawsOne) {
   const auto draw = [&](std::vector<std::string> flags) {
     std::vector<std::string> line = {
         "render", folder / "low.obj", "--out", folder / "p.png", "--size",
-        "64",     "--ambient-rays",   "0"};
+        "64",     "--ambient-rays",   "0",     "--quiet"};
     line.insert(line.end(), flags.begin(), flags.end());
-    const ProcessResult result = run_kiln(line);
+    const ProcessResult result = call_kiln(line);
     return std::pair(result.exit_code, result.errors);
   };
   const std::string high = folder / "high.obj";
@@ -118,9 +119,9 @@ TEST(CageCommand, SaysWhereACopyServesAsAHull) {
   for (Vec3& p : cage.positions) p = {1.2F * p.x, 1.2F * p.y, 1.2F * p.z};
   cage.triangles.assign(low.triangles.rbegin(), low.triangles.rend());
   save_obj(cage, folder / "cage.obj");
-  const ProcessResult result =
-      run_kiln({"bake", folder / "high.obj", folder / "low.obj", "--cage-mesh", folder / "cage.obj",
-                "--out", folder / "out", "--size", "64", "--json", folder / "r.json"});
+  const ProcessResult result = call_kiln(
+      {"bake", folder / "high.obj", folder / "low.obj", "--cage-mesh", folder / "cage.obj", "--out",
+       folder / "out", "--size", "64", "--json", folder / "r.json"});
   ASSERT_EQ(result.exit_code, 0) << result.errors;
   EXPECT_NE(result.errors.find("serves as a closed hull, not as a copy of the low poly: faces of"),
             std::string::npos)
@@ -150,7 +151,7 @@ TEST(CageCommand, OneIsAnImageToo) {
                                      "--json",
                                      folder / "j.json"};
     line.insert(line.end(), flags.begin(), flags.end());
-    return run_kiln(line);
+    return call_kiln(line);
   };
   const fs::path image = folder / "cage.exr";
   ASSERT_EQ(bake("a", {"--cage", "auto", "--save-cage", image}).exit_code, 0);
@@ -221,9 +222,9 @@ TEST(CageCommand, ADrawnOneObeysFlagsOfTheMatch) {
   std::vector<std::vector<float>> pictures;
   for (const char* far : {"1%", "10%"}) {
     const ProcessResult result =
-        run_kiln({"render", folder / "low.obj", "--reference", folder / "high.obj", "--draw-cage",
-                  "--cage", "auto", "--max-distance", far, "--size", "64", "--ambient-rays", "0",
-                  "--out", folder / "p.png"});
+        call_kiln({"render", folder / "low.obj", "--reference", folder / "high.obj", "--draw-cage",
+                   "--cage", "auto", "--max-distance", far, "--size", "64", "--ambient-rays", "0",
+                   "--quiet", "--out", folder / "p.png"});
     EXPECT_EQ(result.exit_code, 0) << result.errors;
     pictures.push_back(load_image(folder / "p.png").pixels);
   }

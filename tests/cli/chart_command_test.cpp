@@ -8,10 +8,12 @@
 #include <nlohmann/json.hpp>
 #include <utility>
 
+#include "cli/call.h"
 #include "cli/chart_files.h"
 #include "cli/interrupted.h"
 #include "cli/lab_scene.h"
 #include "kiln/kiln.h"
+#include "lab/chart.h"
 #include "support/environment.h"
 #include "support/process.h"
 #include "support/shapes.h"
@@ -22,11 +24,10 @@ namespace {
 
 namespace fs = std::filesystem;
 using nlohmann::json;
+using test::call_kiln;
 using test::make_scene;
-using test::ProcessOptions;
 using test::ProcessResult;
 using test::read_json;
-using test::run_kiln;
 using namespace test::chart_files;
 
 /// One of each family, in the chart's order; ChartSettings looks at what each of all is.
@@ -56,7 +57,7 @@ TEST(ChartCommand, MeasuresSettings) {
                                               "10%",
                                               "--settings",
                                               settings};
-  const ProcessResult result = run_kiln(arguments);
+  const ProcessResult result = call_kiln(arguments);
   ASSERT_EQ(result.exit_code, 0) << result.errors;
   const json report = read_json(out / "chart.json");
   for (const char* key : {"version", "device", "options", "pairs", "seconds", "memory", "outputs",
@@ -168,18 +169,49 @@ TEST(ChartCommand, MeasuresSettings) {
   expect_picture(out, 1, 2);
 }
 
+/// By default all are taken. Those that MeasuresSettings leaves are run by name, but for those whose views only have
+/// more pixels than others.
 TEST(ChartCommand, TakesAllSettingsThatServe) {
   KILN_REQUIRE_DEVICE();
+  std::vector<std::string> all, wanted{"ray_4x4"};  // the reference
+  std::string run;
+  for (const cli::ChartSetting& setting : cli::chart_settings()) {
+    all.push_back(setting.name);
+    const bool known =
+        std::find(kSettings.begin(), kSettings.end(), setting.name) != kSettings.end();
+    if (known || setting.name == "uv" || setting.bake.match.views.size > 1024) continue;
+    run += (run.empty() ? "" : ",") + setting.name;
+    wanted.push_back(setting.name);
+  }
+  const cli::ChartArguments defaults;
+  EXPECT_EQ(json::parse(cli::chart_of_matches(defaults)->options.dump())["settings"], json(all));
   const fs::path scene = make_scene(100);
-  const ProcessResult result =
-      run_kiln({"chart", scene / "high.obj", scene / "low.obj", "--out", scene / "out", "--size",
-                "16", "--repeat", "1", "--directions", "12", "--pixels", "16"});
+  const std::vector<std::string> words = {"chart",
+                                          scene / "high.obj",
+                                          scene / "low.obj",
+                                          "--size",
+                                          "16",
+                                          "--repeat",
+                                          "1",
+                                          "--directions",
+                                          "12",
+                                          "--pixels",
+                                          "16",
+                                          "--out",
+                                          scene / "out",
+                                          "--settings"};
+  std::vector<std::string> serving = words, refused = words;
+  serving.push_back(run);
+  const ProcessResult result = call_kiln(serving, test::without_python().environment);
   ASSERT_EQ(result.exit_code, 0) << result.errors;
-  const json pair = read_json(scene / "out" / "chart.json")["pairs"][0];
-  EXPECT_EQ(pair["settings"].size(), 19U);  // of the 20 that ChartSettings lists
-  ASSERT_EQ(pair["left_out"].size(), 1U);
-  EXPECT_EQ(pair["left_out"][0]["setting"], "uv");
-  EXPECT_NE(pair["left_out"][0]["reason"].get<std::string>().find("no UVs"), std::string::npos);
+  std::vector<std::string> done;
+  const json report = read_json(scene / "out" / "chart.json");
+  for (const json& setting : report["pairs"][0]["settings"]) done.push_back(setting["name"]);
+  EXPECT_EQ(done, wanted);
+  refused.push_back("uv");
+  const ProcessResult without_uvs = call_kiln(refused);
+  EXPECT_EQ(without_uvs.exit_code, 3);
+  EXPECT_NE(without_uvs.errors.find("no UVs"), std::string::npos) << without_uvs.errors;
 }
 
 TEST(ChartCommand, ComparesWaysToGatherAmbientOcclusion) {
@@ -190,28 +222,28 @@ TEST(ChartCommand, ComparesWaysToGatherAmbientOcclusion) {
   const fs::path out = scene / "out";
   const std::vector<std::string> names = {"ao_rays_8", "ao_rays_128", "ao_smooth_32",
                                           "ao_views_64"};
-  const ProcessResult result = run_kiln({"chart",
-                                         scene / "high.obj",
-                                         scene / "low.obj",
-                                         "--out",
-                                         out,
-                                         "--size",
-                                         "32",
-                                         "--repeat",
-                                         "2",
-                                         "--max-distance",
-                                         "10%",
-                                         "--settings",
-                                         "ray,ao_rays_8,ao_rays_128,ao_smooth_32,ao_views_64",
-                                         "--directions",
-                                         "12",
-                                         "--pixels",
-                                         "64",
-                                         "--ao-error",
-                                         "1/255",
-                                         "--ao-budget",
-                                         "1000"},
-                                        test::without_python());
+  const ProcessResult result = call_kiln({"chart",
+                                          scene / "high.obj",
+                                          scene / "low.obj",
+                                          "--out",
+                                          out,
+                                          "--size",
+                                          "32",
+                                          "--repeat",
+                                          "2",
+                                          "--max-distance",
+                                          "10%",
+                                          "--settings",
+                                          "ray,ao_rays_8,ao_rays_128,ao_smooth_32,ao_views_64",
+                                          "--directions",
+                                          "12",
+                                          "--pixels",
+                                          "64",
+                                          "--ao-error",
+                                          "1/255",
+                                          "--ao-budget",
+                                          "1000"},
+                                         test::without_python().environment);
   ASSERT_EQ(result.exit_code, 0) << result.errors;
   const json report = read_json(out / "chart.json");
   EXPECT_EQ(report["options"]["ao_settings"].get<std::vector<std::string>>(), names);
@@ -248,9 +280,9 @@ TEST(ChartCommand, ComparesWaysToGatherAmbientOcclusion) {
   EXPECT_NE(result.output.find("best within 1000 s"), std::string::npos);
   // The flags that it names make such a map: its error as `kiln bake` states it.
   const ProcessResult baked =
-      run_kiln({"bake", scene / "high.obj", scene / "low.obj", "--out", scene / "baked", "--size",
-                "32", "--max-distance", "10%", "--maps", "ao", "--ao-rays", "128", "--ao-error",
-                "1", "--report-error", "--json", scene / "bake.json"});
+      call_kiln({"bake", scene / "high.obj", scene / "low.obj", "--out", scene / "baked", "--size",
+                 "32", "--max-distance", "10%", "--maps", "ao", "--ao-rays", "128", "--ao-error",
+                 "1", "--report-error", "--json", scene / "bake.json"});
   ASSERT_EQ(baked.exit_code, 0) << baked.errors;
   EXPECT_EQ(ao["settings"][2]["flags"], "--ao-rays 128 --ao-error 1");
   EXPECT_NEAR(read_json(scene / "bake.json")["errors"][0]["rms"].get<double>() / 255,
@@ -275,27 +307,27 @@ TEST(ChartCommand, TakesSeveralPairsAndNeedsNoPython) {
   save_obj(test::BumpyTorus::dense(3000), scene / "ring_high.obj");
   save_obj(test::BumpyTorus::light(24, 12), scene / "ring_low.obj");
   const fs::path out = scene / "out";
-  const ProcessResult result = run_kiln({"chart",
-                                         scene / "high.obj",
-                                         scene / "low.obj",
-                                         scene / "ring_high.obj",
-                                         scene / "ring_low.obj",
-                                         "--out",
-                                         out,
-                                         "--size",
-                                         "64",
-                                         "--repeat",
-                                         "3",
-                                         "--max-distance",
-                                         "10%",
-                                         "--directions",
-                                         "12",
-                                         "--pixels",
-                                         "64",
-                                         "--quiet",
-                                         "--settings",
-                                         "views_6,ray"},
-                                        test::without_python());
+  const ProcessResult result = call_kiln({"chart",
+                                          scene / "high.obj",
+                                          scene / "low.obj",
+                                          scene / "ring_high.obj",
+                                          scene / "ring_low.obj",
+                                          "--out",
+                                          out,
+                                          "--size",
+                                          "64",
+                                          "--repeat",
+                                          "3",
+                                          "--max-distance",
+                                          "10%",
+                                          "--directions",
+                                          "12",
+                                          "--pixels",
+                                          "64",
+                                          "--quiet",
+                                          "--settings",
+                                          "views_6,ray"},
+                                         test::without_python().environment);
   ASSERT_EQ(result.exit_code, 0) << result.errors;
   EXPECT_EQ(result.output, "");
   EXPECT_TRUE(test::only_warnings(result.errors)) << result.errors;
@@ -328,7 +360,7 @@ TEST(ChartCommand, RefusesBadUsage) {
   const auto expect = [&](std::vector<std::string> more, int code,
                           const std::vector<std::string>& words) {
     more.insert(more.begin(), "chart");
-    const ProcessResult result = run_kiln(more);
+    const ProcessResult result = call_kiln(more);
     EXPECT_EQ(result.exit_code, code) << result.errors;
     for (const std::string& word : words) {
       EXPECT_NE(result.errors.find(word), std::string::npos) << word << " in " << result.errors;
@@ -368,7 +400,7 @@ TEST(ChartCommand, NamesTheRemedyForBadInput) {
   const auto expect = [&](std::vector<std::string> more, const std::string& word) {
     more.insert(more.begin(), "chart");
     more.insert(more.end(), {"--size", "64", "--out", out});
-    const ProcessResult result = run_kiln(more);
+    const ProcessResult result = call_kiln(more);
     EXPECT_EQ(result.exit_code, 3) << result.errors;
     EXPECT_NE(result.errors.find(word), std::string::npos) << result.errors;
     EXPECT_FALSE(fs::exists(out));  // made for nothing, so gone

@@ -9,6 +9,7 @@
 #include <sstream>
 #include <utility>
 
+#include "cli/call.h"
 #include "cli/chart_files.h"
 #include "cli/lab_scene.h"
 #include "kiln/height_field.h"
@@ -24,11 +25,10 @@ namespace {
 
 namespace fs = std::filesystem;
 using nlohmann::json;
+using test::call_kiln;
 using test::make_scene;
-using test::ProcessOptions;
 using test::ProcessResult;
 using test::read_json;
-using test::run_kiln;
 using namespace test::chart_files;
 
 Volume bumpy_ball() {
@@ -49,8 +49,8 @@ TEST(ChartCommand, ComparesWaysToMapAVolume) {
   save_nrrd(other, scene / "small.nrrd");
   const fs::path out = scene / "out";
   const ProcessResult result =
-      run_kiln({"chart", scene / "ball.nrrd", scene / "small.nrrd", "--iso", "127.5", "--faces",
-                "300", "--size", "128", "--repeat", "1", "--pixels", "64", "--out", out});
+      call_kiln({"chart", scene / "ball.nrrd", scene / "small.nrrd", "--iso", "127.5", "--faces",
+                 "300", "--size", "128", "--repeat", "1", "--pixels", "64", "--out", out});
   ASSERT_EQ(result.exit_code, 0) << result.errors;
   const json report = read_json(out / "chart.json");
   EXPECT_EQ(report["options"]["iso"], 127.5);
@@ -128,10 +128,10 @@ TEST(ChartCommand, TakesVolumesWithoutHeaderAndSomeWays) {
              static_cast<std::streamsize>(volume.voxels.size()));
   const fs::path out = scene / "out";
   const ProcessResult result =
-      run_kiln({"chart", scene / "ball.raw", "--raw-size", "48x48x48", "--iso", "127.5", "--error",
-                "0.5", "--size", "128", "--repeat", "2", "--pixels", "64", "--settings",
-                "ray_2x2,direct", "--quiet", "--out", out},
-               test::without_python());
+      call_kiln({"chart", scene / "ball.raw", "--raw-size", "48x48x48", "--iso", "127.5", "--error",
+                 "0.5", "--size", "128", "--repeat", "2", "--pixels", "64", "--settings",
+                 "ray_2x2,direct", "--quiet", "--out", out},
+                test::without_python().environment);
   ASSERT_EQ(result.exit_code, 0) << result.errors;
   EXPECT_EQ(result.output, "");
   EXPECT_TRUE(test::only_warnings(result.errors)) << result.errors;
@@ -155,7 +155,7 @@ TEST(ChartCommand, TakesVolumesWithoutHeaderAndSomeWays) {
   const auto refuse = [&](std::vector<std::string> more, int code, const std::string& word) {
     more.insert(more.begin(), "chart");
     more.insert(more.end(), {"--out", scene / "none"});
-    const ProcessResult refused = run_kiln(more);
+    const ProcessResult refused = call_kiln(more);
     EXPECT_EQ(refused.exit_code, code) << refused.errors;
     EXPECT_NE(refused.errors.find(word), std::string::npos) << refused.errors;
     EXPECT_FALSE(fs::exists(scene / "none"));
@@ -190,10 +190,10 @@ TEST(ChartCommand, MatchesByUvsWhereLayoutsAgree) {
   for (Vec2& uv : turned.uvs) uv = {uv.y, 1 - uv.x};
   save_obj(turned, scene / "turned.obj");
   const auto chart = [&](const fs::path& low, const fs::path& out, const std::string& settings) {
-    return run_kiln({"chart", scene / "high.obj", low, "--out", out, "--size", "64", "--repeat",
-                     "1", "--max-distance", "10%", "--directions", "12", "--pixels", "64",
-                     "--quiet", "--settings", settings},
-                    test::without_python());
+    return call_kiln({"chart", scene / "high.obj", low, "--out", out, "--size", "64", "--repeat",
+                      "1", "--max-distance", "10%", "--directions", "12", "--pixels", "64",
+                      "--quiet", "--settings", settings},
+                     test::without_python().environment);
   };
   const ProcessResult result = chart(scene / "low.obj", scene / "out", "ray,uv");
   ASSERT_EQ(result.exit_code, 0) << result.errors;
@@ -247,12 +247,11 @@ TEST(ChartCommand, TakesHeightFields) {
                                               "--settings",
                                               "ray,uv"};
   // One Python without matplotlib, and then one that fails: its own words are what to go by.
-  ProcessOptions options;
   const std::string bare = "exec '" + test::found_program("python3") + "' -S \"$@\"";
-  options.environment = {{"PATH", test::folder_with("python3", bare) + ":" +
-                                      test::folder_with("python3", "echo broken >&2; exit 5") +
-                                      ":" + test::path_without("python3")}};
-  const ProcessResult result = run_kiln(arguments, options);
+  const std::string path = test::folder_with("python3", bare) + ":" +
+                           test::folder_with("python3", "echo broken >&2; exit 5") + ":" +
+                           test::path_without("python3");
+  const ProcessResult result = call_kiln(arguments, {{"PATH", path}});
   ASSERT_EQ(result.exit_code, 0) << result.errors;
   EXPECT_NE(result.errors.find("broken"), std::string::npos) << result.errors;
   const json report = read_json(scene / "out" / "chart.json");
@@ -271,12 +270,12 @@ TEST(ChartCommand, TakesHeightFields) {
   const auto mesh_chart = [&](std::vector<std::string> more) {
     more.insert(more.begin(), {"chart", scene / "mesh.obj", scene / "low.obj", "--out",
                                scene / "none", "--settings", "uv"});
-    return run_kiln(more);
+    return call_kiln(more);
   };
   EXPECT_EQ(mesh_chart({"--max-distance", "40%"}).exit_code, 3);
   EXPECT_EQ(mesh_chart({"--height", "0.3"}).exit_code, 2);
-  EXPECT_EQ(run_kiln({"chart", scene / "field.png", scene / "low.obj", "--extent", "x", "--out",
-                      scene / "none"})
+  EXPECT_EQ(call_kiln({"chart", scene / "field.png", scene / "low.obj", "--extent", "x", "--out",
+                       scene / "none"})
                 .exit_code,
             2);
 }

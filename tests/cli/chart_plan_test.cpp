@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "cli/call.h"
 #include "cli/chart_files.h"
 #include "cli/lab_scene.h"
 #include "kiln/plan.h"
@@ -17,10 +18,10 @@ namespace {
 
 namespace fs = std::filesystem;
 using nlohmann::json;
+using test::call_kiln;
 using test::make_scene;
 using test::ProcessResult;
 using test::read_json;
-using test::run_kiln;
 using namespace test::chart_files;
 
 /// Nothing else has fewer bytes and less error: by brute force.
@@ -36,9 +37,9 @@ bool on_front(const json& point, const json& points) {
 struct TwoPlans {
   fs::path scene = make_scene(4000);
   fs::path out = scene / "out";
-  ProcessResult result = run_kiln({"chart", scene / "high.obj", "--plan", "--max-error",
-                                   "6,normal=3", "--size", "64", "--out", out},
-                                  test::without_python());
+  ProcessResult result = call_kiln({"chart", scene / "high.obj", "--plan", "--max-error",
+                                    "6,normal=3", "--size", "64", "--out", out},
+                                   test::without_python().environment);
   static const TwoPlans& made() {
     static const TwoPlans plans;
     return plans;
@@ -146,9 +147,9 @@ TEST(PlanChart, LooksAtTheSizeOnScreen) {
   const TwoPlans& made = TwoPlans::made();
   ASSERT_EQ(made.result.exit_code, 0) << made.result.errors;
   const fs::path out = made.scene / "far";
-  const ProcessResult result = run_kiln({"chart", made.scene / "high.obj", "--plan", "--max-error",
-                                         "6", "--screen", "16px", "--size", "64", "--out", out},
-                                        test::without_python());
+  const ProcessResult result = call_kiln({"chart", made.scene / "high.obj", "--plan", "--max-error",
+                                          "6", "--screen", "16px", "--size", "64", "--out", out},
+                                         test::without_python().environment);
   ASSERT_EQ(result.exit_code, 0) << result.errors;
   const json report = read_json(out / "chart.json");
   EXPECT_EQ(report["options"]["screen"], 16);
@@ -195,7 +196,7 @@ TEST(PlanChart, RefusesBadUsage) {
            {{high, "--plan", "--max-error", "-1"}, "--max-error"}}) {
     std::vector<std::string> words = {"chart", "--out", out};
     words.insert(words.begin() + 1, bad.words.begin(), bad.words.end());
-    const ProcessResult result = run_kiln(words);
+    const ProcessResult result = call_kiln(words);
     EXPECT_EQ(result.exit_code, 2) << bad.says;
     EXPECT_NE(result.errors.find(bad.says), std::string::npos) << result.errors;
     EXPECT_FALSE(fs::exists(out));
@@ -206,7 +207,7 @@ TEST(PlanChart, AMeshOfFewFacesHasNoGrid) {
   KILN_REQUIRE_DEVICE();
   const fs::path scene = make_scene(100);
   const ProcessResult result =
-      run_kiln({"chart", scene / "high.obj", "--plan", "--out", scene / "out"});
+      call_kiln({"chart", scene / "high.obj", "--plan", "--out", scene / "out"});
   EXPECT_EQ(result.exit_code, 3);
   EXPECT_NE(result.errors.find("needs 250 or more"), std::string::npos) << result.errors;
 }

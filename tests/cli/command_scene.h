@@ -11,6 +11,7 @@
 #include <string>
 #include <vector>
 
+#include "cli/call.h"
 #include "kiln/kiln.h"
 #include "support/environment.h"
 #include "support/process.h"
@@ -81,7 +82,7 @@ inline void expect_exit(const ProcessResult& result, int code,
 inline void expect_failure(const std::vector<std::string>& arguments, int code,
                            const std::vector<std::string>& words,
                            const std::filesystem::path& out = {}) {
-  const ProcessResult result = run_kiln(arguments);
+  const ProcessResult result = call_kiln(arguments);
   expect_exit(result, code, words);
   std::size_t messages = 0;
   for (std::size_t at = 0; (at = result.errors.find("kiln: ", at)) != std::string::npos; ++at)

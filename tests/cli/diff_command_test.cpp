@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
+#include "cli/call.h"
 #include "cli/command_scene.h"
 #include "kiln/kiln.h"
 #include "support/environment.h"
@@ -14,11 +15,11 @@ namespace kiln {
 namespace {
 
 namespace fs = std::filesystem;
+using test::call_kiln;
 using test::expect_failure;
 using test::make_scene;
 using test::ProcessResult;
 using test::read_json;
-using test::run_kiln;
 
 TEST(Command, DiffTellsWithinFromBeyond) {
   const fs::path folder = test::scratch_folder();
@@ -28,19 +29,19 @@ TEST(Command, DiffTellsWithinFromBeyond) {
   b.at(3, 4)[0] = 0.6F;  // 2 * 0.1 over 1: atan(0.2) = 11.3 degrees
   save_image(a, folder / "a.png", {ImageFormat::png16});
   save_image(b, folder / "b.png", {ImageFormat::png16});
-  EXPECT_EQ(run_kiln({"diff", folder / "a.png", folder / "a.png"}).exit_code, 0);
-  EXPECT_EQ(run_kiln({"diff", folder / "a.png", folder / "b.png"}).exit_code, 1);
-  EXPECT_EQ(run_kiln({"diff", folder / "a.png", folder / "b.png", "--max-angle", "11.4"}).exit_code,
-            0);
-  EXPECT_EQ(run_kiln({"diff", folder / "a.png", folder / "b.png", "--max-angle", "11.2"}).exit_code,
-            1);
-  EXPECT_EQ(run_kiln({"diff", folder / "a.png", folder / "b.png", "--max-error", "0.11"}).exit_code,
-            0);
+  EXPECT_EQ(call_kiln({"diff", folder / "a.png", folder / "a.png"}).exit_code, 0);
+  EXPECT_EQ(call_kiln({"diff", folder / "a.png", folder / "b.png"}).exit_code, 1);
   EXPECT_EQ(
-      run_kiln({"diff", folder / "a.png", folder / "b.png", "--max-mean-angle", "0.1"}).exit_code,
+      call_kiln({"diff", folder / "a.png", folder / "b.png", "--max-angle", "11.4"}).exit_code, 0);
+  EXPECT_EQ(
+      call_kiln({"diff", folder / "a.png", folder / "b.png", "--max-angle", "11.2"}).exit_code, 1);
+  EXPECT_EQ(
+      call_kiln({"diff", folder / "a.png", folder / "b.png", "--max-error", "0.11"}).exit_code, 0);
+  EXPECT_EQ(
+      call_kiln({"diff", folder / "a.png", folder / "b.png", "--max-mean-angle", "0.1"}).exit_code,
       1);
-  EXPECT_EQ(run_kiln({"diff", folder / "a.png", folder / "b.png", "--max-mean-angle", "0.2",
-                      "--json", folder / "d.json"})
+  EXPECT_EQ(call_kiln({"diff", folder / "a.png", folder / "b.png", "--max-mean-angle", "0.2",
+                       "--json", folder / "d.json"})
                 .exit_code,
             0);
   const nlohmann::json report = read_json(folder / "d.json");
@@ -65,7 +66,7 @@ TEST(Command, ReadsItsOwnFormsOfMapsAndMasks) {
                                           "--format",
                                           "exr32"};
     arguments.insert(arguments.end(), more.begin(), more.end());
-    ASSERT_EQ(run_kiln(arguments).exit_code, 0);
+    ASSERT_EQ(call_kiln(arguments).exit_code, 0);
   };
   bake("plain", {"--maps", "normal,mask", "--save-match", scene / "match.exr"});
   bake("raw", {"--raw"});
@@ -74,17 +75,17 @@ TEST(Command, ReadsItsOwnFormsOfMapsAndMasks) {
   bake("gutterless", {"--gutter", "0"});
   const std::string plain = scene / "plain/low_normal.exr";
   for (const char* name : {"raw", "two", "both"}) {
-    EXPECT_EQ(
-        run_kiln({"diff", plain, scene / name / "low_normal.exr", "--max-angle", "0.05"}).exit_code,
-        0)
+    EXPECT_EQ(call_kiln({"diff", plain, scene / name / "low_normal.exr", "--max-angle", "0.05"})
+                  .exit_code,
+              0)
         << name;
   }
   const std::string gutterless = scene / "gutterless/low_normal.exr";
-  EXPECT_EQ(run_kiln({"diff", plain, gutterless}).exit_code, 1);
-  EXPECT_EQ(run_kiln({"diff", plain, gutterless, "--mask", scene / "plain/low_mask.exr"}).exit_code,
-            0);
-  EXPECT_EQ(run_kiln({"diff", plain, gutterless, "--mask", scene / "match.exr"}).exit_code, 0);
-  const ProcessResult json = run_kiln({"diff", plain, plain, "--json", "-"});
+  EXPECT_EQ(call_kiln({"diff", plain, gutterless}).exit_code, 1);
+  EXPECT_EQ(
+      call_kiln({"diff", plain, gutterless, "--mask", scene / "plain/low_mask.exr"}).exit_code, 0);
+  EXPECT_EQ(call_kiln({"diff", plain, gutterless, "--mask", scene / "match.exr"}).exit_code, 0);
+  const ProcessResult json = call_kiln({"diff", plain, plain, "--json", "-"});
   EXPECT_EQ(nlohmann::json::parse(json.output)["within"], true);
 }
 

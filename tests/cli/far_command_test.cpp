@@ -12,6 +12,7 @@
 #include <string>
 #include <vector>
 
+#include "cli/call.h"
 #include "cli/command_scene.h"
 
 namespace kiln {
@@ -19,8 +20,8 @@ namespace {
 
 namespace fs = std::filesystem;
 using json = nlohmann::json;
+using test::call_kiln;
 using test::ProcessResult;
-using test::run_kiln;
 using Words = std::vector<std::string>;
 
 struct Baked {
@@ -39,7 +40,7 @@ Baked bake_files(const std::string& high, const std::string& low, const Words& m
   if (std::find(more.begin(), more.end(), "--size") == more.end()) {
     words.insert(words.end(), {"--size", "16"});
   }
-  Baked baked{run_kiln(words), {}, folder / "out"};
+  Baked baked{call_kiln(words), {}, folder / "out"};
   EXPECT_EQ(baked.result.exit_code, 0) << baked.result.errors;
   if (baked.result.exit_code == 0) baked.report = json::parse(std::ifstream(folder / "r.json"));
   return baked;
@@ -85,7 +86,7 @@ TEST(FarCommand, LengthsAreSharesOfWhatIsUsed) {
   KILN_REQUIRE_DATA("cases/far");
   const fs::path folder = *test::shared_data("cases/far"), out = test::scratch_folder();
   const auto run = [&](const Words& words) {
-    const ProcessResult result = run_kiln(words);
+    const ProcessResult result = call_kiln(words);
     EXPECT_EQ(result.exit_code, 0) << result.errors;
   };
   const auto contents = [](const fs::path& path) {
@@ -147,8 +148,8 @@ TEST(FarCommand, NamesOutliers) {
   for (const char* far : {"1e4", "1e6", "1e7"}) {
     const Sheets scene({0, 0, 0}, 0.04, "v " + std::string(far) + " 0 0\nf 1 2 626\n");
     const ProcessResult result =
-        run_kiln({"bake", scene.folder / "high.obj", scene.folder / "low.obj", "--size", "16",
-                  "--max-distance", "0.2", "--out", scene.folder / "out"});
+        call_kiln({"bake", scene.folder / "high.obj", scene.folder / "low.obj", "--size", "16",
+                   "--max-distance", "0.2", "--out", scene.folder / "out"});
     EXPECT_NE(result.errors.find("Vertex 625 at (1"), std::string::npos)
         << far << ": " << result.errors;
     EXPECT_NE(result.errors.find("high"), std::string::npos) << result.errors;

@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "cli/call.h"
 #include "kiln/kiln.h"
 #include "kiln/material.h"
 #include "kiln/normals.h"
@@ -21,9 +22,9 @@ namespace kiln {
 namespace {
 
 namespace fs = std::filesystem;
+using test::call_kiln;
 using test::ProcessResult;
 using test::read_json;
-using test::run_kiln;
 
 /// A quad of side 1 at x and z, which takes UVs from u on.
 void write_plate(const fs::path& file, double x, double z, double u, const char* names = "") {
@@ -62,7 +63,7 @@ struct Plates {
     line.insert(line.end(), {"--high", folder / "upper_high.obj"});
     if (!low.empty()) line.insert(line.end(), {"--low", folder / low});
     line.insert(line.end(), flags.begin(), flags.end());
-    return run_kiln(line);
+    return call_kiln(line);
   }
 };
 
@@ -140,7 +141,7 @@ TEST(FilesCommand, SaysWhichFilesOverlapAndWhichAreNotThere) {
   const Mesh written = load_mesh(plates.folder / "anew" / "lower_low_unwrapped.obj");
   EXPECT_EQ(written.object_names, (std::vector<std::string>{"lower_low", "over_low"}));
   // An input is never written over.
-  const ProcessResult same = run_kiln(
+  const ProcessResult same = call_kiln(
       {"bake", plates.folder / "lower_high.obj", plates.folder / "lower_low.obj", "--high",
        plates.folder / "x.json", "--out", plates.folder / "s", "--json", plates.folder / "x.json"});
   EXPECT_NE(same.exit_code, 0);
@@ -171,7 +172,7 @@ TEST(FilesCommand, CutsHighAndCagesByTheSameRule) {
                                      "--max-distance",
                                      "100%"};
     line.insert(line.end(), flags.begin(), flags.end());
-    const ProcessResult result = run_kiln(line);
+    const ProcessResult result = call_kiln(line);
     EXPECT_EQ(result.exit_code, 0) << result.errors;
     EXPECT_EQ(result.errors, "") << out;
     return load_image(folder / out / "low_height.exr").pixels[8 * 16 + 8] / 0.1F;
@@ -191,8 +192,8 @@ TEST(FilesCommand, CutsHighAndCagesByTheSameRule) {
     EXPECT_NEAR(by("shortest"), 0, 0.07);
   }
   // Without a LOW, the flag is for HIGH.
-  EXPECT_EQ(run_kiln({"bake", folder / "high.obj", "--out", folder / "made", "--faces", "8",
-                      "--size", "16", "--triangulate", "shortest"})
+  EXPECT_EQ(call_kiln({"bake", folder / "high.obj", "--out", folder / "made", "--faces", "8",
+                       "--size", "16", "--triangulate", "shortest"})
                 .exit_code,
             0);
 }
@@ -215,7 +216,7 @@ TEST(FilesCommand, SaysHowPolygonsAreCutAndSplitsSeams) {
                                      "--out", folder / out,  "--size",
                                      "16",    "--json",      folder / (out + ".json")};
     line.insert(line.end(), flags.begin(), flags.end());
-    return run_kiln(line);
+    return call_kiln(line);
   };
   const ProcessResult soft = bake("soft", {"--triangulate", "shortest"});
   EXPECT_EQ(soft.exit_code, 0) << soft.errors;
@@ -244,7 +245,7 @@ TEST(FilesCommand, SaysHowPolygonsAreCutAndSplitsSeams) {
   EXPECT_NE(kept.errors.find("Its normals were left as they are"), std::string::npos)
       << kept.errors;
   EXPECT_EQ(soft_seams(load_mesh(folder / "kept" / "corner_split.obj")).edges, 1U);
-  EXPECT_EQ(run_kiln({"bake", folder / "corner.obj", "--out", folder / "none", "--split-at-seams"})
+  EXPECT_EQ(call_kiln({"bake", folder / "corner.obj", "--out", folder / "none", "--split-at-seams"})
                 .exit_code,
             2);
 }
@@ -260,18 +261,24 @@ TEST(FilesCommand, RenderTakesTheMatchOfABake) {
   const fs::path folder = test::scratch_folder();
   save_obj(test::BumpySphere::dense(4000), folder / "high.obj");
   save_obj(test::BumpySphere::light(24, 12), folder / "low.obj");
-  const ProcessResult baked =
-      run_kiln({"bake", folder / "high.obj", folder / "low.obj", "--out", folder / "maps", "--size",
-                "128", "--cage", "4%", "--format", "exr32", "--save-match", folder / "match.exr"});
+  const ProcessResult baked = call_kiln(
+      {"bake", folder / "high.obj", folder / "low.obj", "--out", folder / "maps", "--size", "128",
+       "--cage", "4%", "--format", "exr32", "--save-match", folder / "match.exr"});
   ASSERT_EQ(baked.exit_code, 0) << baked.errors;
   const auto picture = [&](const std::string& name, const std::vector<std::string>& flags) {
-    std::vector<std::string> line = {"render",         folder / "low.obj",
-                                     "--reference",    folder / "high.obj",
-                                     "--size",         "96",
-                                     "--ambient-rays", "0",
-                                     "--out",          folder / (name + ".png")};
+    std::vector<std::string> line = {"render",
+                                     folder / "low.obj",
+                                     "--reference",
+                                     folder / "high.obj",
+                                     "--size",
+                                     "96",
+                                     "--ambient-rays",
+                                     "0",
+                                     "--quiet",
+                                     "--out",
+                                     folder / (name + ".png")};
     line.insert(line.end(), flags.begin(), flags.end());
-    const ProcessResult result = run_kiln(line);
+    const ProcessResult result = call_kiln(line);
     EXPECT_EQ(result.exit_code, 0) << result.errors;
     return bytes_of(folder / (name + ".png"));
   };
@@ -279,7 +286,7 @@ TEST(FilesCommand, RenderTakesTheMatchOfABake) {
   EXPECT_TRUE(picture("match", {"--load-match", folder / "match.exr"}) == wanted);
   EXPECT_TRUE(picture("flags", {"--cage", "4%", "--map-size", "128"}) == wanted);
   const ProcessResult alone =
-      run_kiln({"render", folder / "low.obj", "--cage", "4%", "--out", folder / "alone.png"});
+      call_kiln({"render", folder / "low.obj", "--cage", "4%", "--out", folder / "alone.png"});
   EXPECT_EQ(alone.exit_code, 2);
   EXPECT_NE(alone.errors.find("--reference"), std::string::npos) << alone.errors;
 }
@@ -290,15 +297,15 @@ TEST(FilesCommand, MeasureTakesTheMatchOfABake) {
   save_obj(test::BumpySphere::dense(4000), folder / "high.obj");
   save_obj(test::BumpySphere::light(24, 12), folder / "low.obj");
   const ProcessResult baked =
-      run_kiln({"bake", folder / "high.obj", folder / "low.obj", "--out", folder / "maps", "--size",
-                "128", "--cage", "4%", "--save-match", folder / "match.exr"});
+      call_kiln({"bake", folder / "high.obj", folder / "low.obj", "--out", folder / "maps",
+                 "--size", "128", "--cage", "4%", "--save-match", folder / "match.exr"});
   ASSERT_EQ(baked.exit_code, 0) << baked.errors;
   const auto rated = [&](const std::vector<std::string>& flags) {
     std::vector<std::string> line = {
         "measure", folder / "high.obj",  folder / "low.obj", "--directions", "32", "--pixels", "64",
         "--json",  folder / "rated.json"};
     line.insert(line.end(), flags.begin(), flags.end());
-    const ProcessResult result = run_kiln(line, test::without_python());
+    const ProcessResult result = call_kiln(line, test::without_python().environment);
     EXPECT_EQ(result.exit_code, 0) << result.errors;
     return read_json(folder / "rated.json");
   };
@@ -322,12 +329,12 @@ TEST(FilesCommand, MeasureTakesTheMatchOfABake) {
   // Matches that a flag does not serve are left out, or refused by name.
   const nlohmann::json some = rated({"--cage", "4%", "--size", "32"});
   EXPECT_EQ(some["methods"].size(), 1U);
-  const ProcessResult refused = run_kiln(
+  const ProcessResult refused = call_kiln(
       {"measure", folder / "high.obj", folder / "low.obj", "--match", "closest", "--cage", "4%"});
   EXPECT_EQ(refused.exit_code, 2);
   EXPECT_NE(refused.errors.find("--cage"), std::string::npos) << refused.errors;
-  const ProcessResult study = run_kiln({"measure", folder / "high.obj", "--study", "views",
-                                        "--cage", "4%", "--out", folder / "study"});
+  const ProcessResult study = call_kiln({"measure", folder / "high.obj", "--study", "views",
+                                         "--cage", "4%", "--out", folder / "study"});
   EXPECT_EQ(study.exit_code, 2);
 }
 
@@ -353,12 +360,12 @@ TEST(FilesCommand, WrittenMeshesNameTheirMaterials) {
   };
   const std::string source = folder / "art" / "high.obj";
   fs::create_directories(folder / "lows");
-  const ProcessResult simple = run_kiln({"simplify", source, "--faces", "200", "--size", "64",
-                                         "--out", folder / "lows" / "simple.obj"});
+  const ProcessResult simple = call_kiln({"simplify", source, "--faces", "200", "--size", "64",
+                                          "--out", folder / "lows" / "simple.obj"});
   ASSERT_EQ(simple.exit_code, 0) << simple.errors;
   survives(folder / "lows" / "simple.obj");
   fs::create_directories(folder / "deep");
-  const ProcessResult baked = run_kiln(
+  const ProcessResult baked = call_kiln(
       {"bake", source, "--faces", "200", "--size", "64", "--out", folder / "deep" / "maps"});
   ASSERT_EQ(baked.exit_code, 0) << baked.errors;
   survives(folder / "deep" / "maps" / "high_low.obj");
@@ -380,7 +387,7 @@ TEST(FilesCommand, SaysWhatMakesBoxesFit) {
     }
     save_obj(high, folder / "high.obj");
     save_obj(turned, folder / "low.obj");
-    const ProcessResult result = run_kiln(
+    const ProcessResult result = call_kiln(
         {"bake", folder / "high.obj", folder / "low.obj", "--size", "32", "--out", folder / "out"});
     EXPECT_NE(result.errors.find(words), std::string::npos) << words << ": " << result.errors;
   };
@@ -393,8 +400,8 @@ TEST(FilesCommand, SaysWhatMakesBoxesFit) {
     return Vec3{p.x, p.z, p.y};
   });
   const ProcessResult drawn =
-      run_kiln({"render", folder / "low.obj", "--reference", folder / "high.obj", "--size", "16",
-                "--ambient-rays", "0", "--out", folder / "look.png"});
+      call_kiln({"render", folder / "low.obj", "--reference", folder / "high.obj", "--size", "16",
+                 "--ambient-rays", "0", "--quiet", "--out", folder / "look.png"});
   EXPECT_NE(drawn.errors.find("scale one of them, and swap Y and Z"), std::string::npos)
       << drawn.errors;
 }
@@ -442,7 +449,7 @@ TEST(FilesCommand, NormalsThatOpposeTheirFacesAreTurned) {
                                      "--out",
                                      folder / (high + low + ".maps")};
     line.insert(line.end(), more.begin(), more.end());
-    return run_kiln(line);
+    return call_kiln(line);
   };
   for (const int normals : {1, -1}) {
     for (const int faces : {1, -1}) {

@@ -13,16 +13,17 @@
 #include <utility>
 #include <vector>
 
+#include "cli/call.h"
 #include "cli/command_scene.h"
 
 namespace kiln {
 namespace {
 
 namespace fs = std::filesystem;
+using test::call_kiln;
 using test::expect_exit;
 using test::make_scene;
 using test::ProcessResult;
-using test::run_kiln;
 using Words = std::vector<std::string>;
 
 /// `kiln bake` of the scene, without a run.
@@ -30,7 +31,7 @@ ProcessResult bake(const fs::path& scene, const Words& more) {
   Words words = {"bake", scene / "high.obj", scene / "low.obj", "--out", scene / "out", "--size",
                  "64"};
   words.insert(words.end(), more.begin(), more.end());
-  return run_kiln(words);
+  return call_kiln(words);
 }
 
 void expect_refused(const ProcessResult& result, const Words& words) {
@@ -104,13 +105,13 @@ TEST(Friction, AnswersFlagsOfOtherBakers) {
            {"--ratio", "--faces N"},
            {"--miss", "--fallback closest,fill"},
            {"--closest", "a match: --match closest"}}) {
-    const ProcessResult result = run_kiln({"bake", "a", "b", "--out", "c", flag});
+    const ProcessResult result = call_kiln({"bake", "a", "b", "--out", "c", flag});
     expect_refused(result, {"'" + flag.substr(0, flag.find('=')) + "'", remedy});
   }
 }
 
 TEST(Friction, SaysWhereDataOfChartsAre) {
-  const ProcessResult result = run_kiln({"chart", "a", "b", "--out", "c", "--json", "d"});
+  const ProcessResult result = call_kiln({"chart", "a", "b", "--out", "c", "--json", "d"});
   expect_refused(result, {"'--json'", "chart.json"});
 }
 
@@ -120,7 +121,7 @@ TEST(Friction, MapsByTheirNamesAreAnsweredAsMaps) {
   for (const MapInfo& map : maps()) {
     std::string flag = "--" + std::string(map.kind.name);
     std::replace(flag.begin(), flag.end(), '_', '-');
-    const ProcessResult result = run_kiln({"bake", "a", "b", "--out", "c", flag});
+    const ProcessResult result = call_kiln({"bake", "a", "b", "--out", "c", flag});
     if (result.errors.find("has no option") == std::string::npos) continue;  // a flag of its own
     expect_refused(result, {"--maps " + std::string(map.kind.name)});
     ++answered;
@@ -133,7 +134,7 @@ TEST(Friction, OptionsOfMapsAndMatchesAreThere) {
   // BakeOptions has these, too; other flags fill them.
   std::string members =
       " options.match.parts options.match.cage_mesh options.color options.opacity";
-  const ProcessResult help = run_kiln({"bake", "--help-json"});
+  const ProcessResult help = call_kiln({"bake", "--help-json"});
   for (const nlohmann::json& row : nlohmann::json::parse(help.output)) {
     members += " " + row.at("member").get<std::string>();
   }
@@ -149,9 +150,9 @@ TEST(Friction, OptionsOfMapsAndMatchesAreThere) {
 }
 
 TEST(Friction, SuggestsNoFlagThatIsNothingLikeIt) {
-  const ProcessResult odd = run_kiln({"bake", "a", "b", "--out", "c", "--wax"});
+  const ProcessResult odd = call_kiln({"bake", "a", "b", "--out", "c", "--wax"});
   expect_refused(odd, {"'--wax'"});
-  const ProcessResult typo = run_kiln({"bake", "a", "b", "--out", "c", "--sise", "64"});
+  const ProcessResult typo = call_kiln({"bake", "a", "b", "--out", "c", "--sise", "64"});
   EXPECT_NE(typo.errors.find("did you mean --size?"), std::string::npos) << typo.errors;
 }
 
@@ -171,9 +172,9 @@ TEST(Friction, NamesTheValueThatWasMeant) {
            {{"--maps", "normal", "ao"}, {"'ao' is one word too many", "normal,ao"}}}) {
     Words all = {"bake", "a", "b", "--out", "c"};
     all.insert(all.end(), given.begin(), given.end());
-    expect_exit(run_kiln(all), 2, words);
+    expect_exit(call_kiln(all), 2, words);
   }
-  expect_refused(run_kiln({"bake", "a", "b", "c"}), {"'c' is one word too many", "--out"});
+  expect_refused(call_kiln({"bake", "a", "b", "c"}), {"'c' is one word too many", "--out"});
 }
 
 TEST(Friction, KnowsFlagsOfEveryCommandByOtherNames) {
@@ -188,18 +189,18 @@ TEST(Friction, KnowsFlagsOfEveryCommandByOtherNames) {
            {{"render", "a", "--azimuth", "30"}, "--view"},
            {{"simplify", "a", "--otu", "b.obj"}, "--out"},
            {{"bake", "a", "b", "--output-dir", "c"}, "--out"}}) {
-    expect_exit(run_kiln(given), 2, {"has no option '" + given[given.size() - 2], ours + "?"});
+    expect_exit(call_kiln(given), 2, {"has no option '" + given[given.size() - 2], ours + "?"});
   }
 }
 
 TEST(Friction, SaysWhatIsMissingAndWhichCommandWasMeant) {
-  expect_refused(run_kiln({}), {"give a command", "kiln bake HIGH LOW --out DIR", "simplify"});
-  expect_refused(run_kiln({"bake"}), {"HIGH is required: The high poly"});
-  expect_refused(run_kiln({"bake", "a", "b"}), {"--out is required: Folder for the maps"});
-  expect_exit(run_kiln({"bkae", "a"}), 2, {"no command 'bkae'", "did you mean kiln bake?"});
-  expect_exit(run_kiln({"decimate", "a"}), 2, {"did you mean kiln simplify?"});
-  expect_refused(run_kiln({"wax"}), {"no command 'wax'", "devices"});
-  expect_exit(run_kiln({"version"}), 0, {});
+  expect_refused(call_kiln({}), {"give a command", "kiln bake HIGH LOW --out DIR", "simplify"});
+  expect_refused(call_kiln({"bake"}), {"HIGH is required: The high poly"});
+  expect_refused(call_kiln({"bake", "a", "b"}), {"--out is required: Folder for the maps"});
+  expect_exit(call_kiln({"bkae", "a"}), 2, {"no command 'bkae'", "did you mean kiln bake?"});
+  expect_exit(call_kiln({"decimate", "a"}), 2, {"did you mean kiln simplify?"});
+  expect_refused(call_kiln({"wax"}), {"no command 'wax'", "devices"});
+  expect_exit(call_kiln({"version"}), 0, {});
   expect_refused(bake(make_scene(), {"--cage", "cage.obj"}), {"'cage.obj'", "--cage-mesh FILE"});
 }
 
@@ -225,10 +226,10 @@ TEST(Friction, OtherNamesAreOfOneRow) {
 
 /// Programs read the table of options that help is made of.
 TEST(Friction, ListsOptionsForPrograms) {
-  const ProcessResult listed = run_kiln({"bake", "--help-json"});
+  const ProcessResult listed = call_kiln({"bake", "--help-json"});
   ASSERT_EQ(listed.exit_code, 0) << listed.errors;
   const nlohmann::json rows = nlohmann::json::parse(listed.output);
-  const std::string help = run_kiln({"bake", "--help"}).output;
+  const std::string help = call_kiln({"bake", "--help"}).output;
   std::vector<std::string> names;
   for (const auto& row : rows) {
     names.push_back(row["name"]);
@@ -251,11 +252,11 @@ TEST(Friction, ListsOptionsForPrograms) {
 }
 
 TEST(Friction, SaysWhatExcludesAndNeedsWhat) {
-  expect_refused(run_kiln({"bake", "a", "b", "--out", "c", "--cage", "1%", "--cage-mesh", "d"}),
+  expect_refused(call_kiln({"bake", "a", "b", "--out", "c", "--cage", "1%", "--cage-mesh", "d"}),
                  {"--cage-mesh and --cage exclude each other", "leave one of them out"});
-  expect_refused(run_kiln({"simplify", "a", "--out", "b.obj", "--keep-parts"}),
+  expect_refused(call_kiln({"simplify", "a", "--out", "b.obj", "--keep-parts"}),
                  {"--keep-parts needs --faces", "add it"});
-  expect_refused(run_kiln({"bake", "a", "b", "--out", "c", "--flip-y=maybe"}),
+  expect_refused(call_kiln({"bake", "a", "b", "--out", "c", "--flip-y=maybe"}),
                  {"--flip-y is given without a value"});
 }
 
@@ -285,18 +286,18 @@ TEST(Friction, NamesTheLinkToNothing) {
 
 TEST(Friction, SaysWhereTheMeshesAreTheWrongWayRound) {
   const fs::path scene = make_scene();
-  expect_exit(run_kiln({"bake", scene / "low.obj", scene / "high.obj", "--out", scene / "out"}), 3,
+  expect_exit(call_kiln({"bake", scene / "low.obj", scene / "high.obj", "--out", scene / "out"}), 3,
               {"HIGH first, LOW second"});
 }
 
 TEST(Friction, ANegatedFlagIsTheDefault) {
   for (const std::string flag : {"flip-y", "mips", "two-sided", "raw", "quiet"}) {
-    expect_refused(run_kiln({"bake", "a", "b", "--out", "c", "--no-" + flag}),
+    expect_refused(call_kiln({"bake", "a", "b", "--out", "c", "--no-" + flag}),
                    {"Without --" + flag, "default", "leave --no-" + flag + " out"});
   }
-  expect_refused(run_kiln({"bake", "a", "b", "--out", "c", "--no-gutter"}),
+  expect_refused(call_kiln({"bake", "a", "b", "--out", "c", "--no-gutter"}),
                  {"Leave --gutter out", "value"});
-  expect_refused(run_kiln({"render", "a", "--out", "b.png", "--no-flat"}), {"Without --flat"});
+  expect_refused(call_kiln({"render", "a", "--out", "b.png", "--no-flat"}), {"Without --flat"});
 }
 
 TEST(Friction, AFlagThatServesNothingIsRefusedAtItsDefaultToo) {
@@ -342,7 +343,7 @@ TEST(Friction, QuietKeepsWarnings) {
   ASSERT_EQ(quiet.exit_code, 0) << quiet.errors;
   EXPECT_EQ(quiet.output, "");
   EXPECT_EQ(quiet.errors, loud.errors);
-  const ProcessResult help = run_kiln({"bake", "--help"});
+  const ProcessResult help = call_kiln({"bake", "--help"});
   EXPECT_NE(help.output.find("warnings"), std::string::npos);
 }
 
@@ -430,7 +431,7 @@ TEST(Friction, MapsOfAnotherLowOfTheSameNameStay) {
                    "--max-distance",
                    "10%"};
     words.insert(words.end(), more.begin(), more.end());
-    return run_kiln(words);
+    return call_kiln(words);
   };
   ASSERT_EQ(of("a", {}).exit_code, 0);
   ASSERT_EQ(of("a", {"--flip-y"}).exit_code, 0) << "its own maps are written again";
@@ -447,8 +448,8 @@ TEST(Friction, MapsOfAnotherLowOfTheSameNameStay) {
   // Both moved together: still its own.
   fs::create_directory(scene / "moved");
   for (const char* name : {"a", "o"}) fs::rename(scene / name, scene / "moved" / name);
-  EXPECT_EQ(run_kiln({"bake", scene / "high.obj", scene / "moved" / "a" / "x.obj", "--size", "32",
-                      "--out", scene / "moved" / "o", "--max-distance", "10%"})
+  EXPECT_EQ(call_kiln({"bake", scene / "high.obj", scene / "moved" / "a" / "x.obj", "--size", "32",
+                       "--out", scene / "moved" / "o", "--max-distance", "10%"})
                 .exit_code,
             0);
 }
@@ -458,13 +459,13 @@ TEST(Friction, ALowPolyThatKilnMadeIsOneWithItsMaps) {
   const fs::path scene = make_scene();
   const std::string high = scene / "high.obj";
   const fs::path out = scene / "o";
-  ASSERT_EQ(run_kiln({"bake", high, "--out", out, "--faces", "200", "--size", "64"}).exit_code, 0);
-  EXPECT_EQ(run_kiln({"bake", high, out / "high_low.obj", "--out", out, "--size", "64"}).exit_code,
+  ASSERT_EQ(call_kiln({"bake", high, "--out", out, "--faces", "200", "--size", "64"}).exit_code, 0);
+  EXPECT_EQ(call_kiln({"bake", high, out / "high_low.obj", "--out", out, "--size", "64"}).exit_code,
             0);
 }
 
 TEST(Friction, HelpNamesTheOlderFlagAndWhatTheMaskIsFor) {
-  const ProcessResult help = run_kiln({"bake", "--help"});
+  const ProcessResult help = call_kiln({"bake", "--help"});
   EXPECT_NE(help.output.find("older name"), std::string::npos);
   EXPECT_NE(help.output.find("composites"), std::string::npos);
 }

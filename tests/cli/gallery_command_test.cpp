@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
+#include "cli/call.h"
 #include "cli/command_scene.h"
 #include "support/json_file.h"
 
@@ -14,6 +15,7 @@ namespace {
 
 namespace fs = std::filesystem;
 using nlohmann::json;
+using test::call_kiln;
 using test::expect_exit;
 using test::ProcessResult;
 using test::read_json;
@@ -30,8 +32,8 @@ TEST(RenderCommand, ZoomsTimesFramesAndShowsErrors) {
   KILN_REQUIRE_DEVICE();
   const fs::path scene = make_pictures_scene();
   const std::string high = scene / "high.obj", low = scene / "low.obj";
-  ASSERT_EQ(run_kiln({"bake", high, low, "--size", "128", "--max-distance", "10%", "--out",
-                      scene / "maps"})
+  ASSERT_EQ(call_kiln({"bake", high, low, "--size", "128", "--max-distance", "10%", "--out",
+                       scene / "maps"})
                 .exit_code,
             0);
   const std::string map = scene / "maps" / "low_normal.png";
@@ -43,7 +45,7 @@ TEST(RenderCommand, ZoomsTimesFramesAndShowsErrors) {
     return more;
   };
   ProcessResult result =
-      run_kiln(with({"--out", scene / "plain.png", "--json", scene / "r.json", "--frames", "3"}));
+      call_kiln(with({"--out", scene / "plain.png", "--json", scene / "r.json", "--frames", "3"}));
   ASSERT_EQ(result.exit_code, 0) << result.errors;
   const json report = read_json(scene / "r.json");
   const json& frames = report["frames"];
@@ -58,19 +60,20 @@ TEST(RenderCommand, ZoomsTimesFramesAndShowsErrors) {
   const Image plain = load_image(scene / "plain.png");
   EXPECT_GT(plain.width, 3 * 115U);
   EXPECT_LT(plain.height, 100U);
-  ASSERT_EQ(run_kiln({"render", low, "--size", "120", "--ambient-rays", "0", "--samples", "1",
-                      "--out", scene / "square.png", "--square"})
+  ASSERT_EQ(call_kiln({"render", low, "--size", "120", "--ambient-rays", "0", "--samples", "1",
+                       "--out", scene / "square.png", "--square"})
                 .exit_code,
             0);
   EXPECT_EQ(load_image(scene / "square.png").height, 120U);
   // With the error: one more panel and a scale below.
-  ASSERT_EQ(run_kiln(with({"--out", scene / "error.png", "--error"})).exit_code, 0);
+  ASSERT_EQ(call_kiln(with({"--out", scene / "error.png", "--error", "--quiet"})).exit_code, 0);
   const Image error = load_image(scene / "error.png");
   EXPECT_GT(error.width, 4 * 120U);
   EXPECT_GT(error.height, plain.height + 40);
   // Close up, the picture is another one.
   ASSERT_EQ(
-      run_kiln(with({"--out", scene / "close.png", "--zoom", "4", "--at", "1,0,0.3"})).exit_code,
+      call_kiln(with({"--out", scene / "close.png", "--zoom", "4", "--at", "1,0,0.3", "--quiet"}))
+          .exit_code,
       0);
   const Image close = load_image(scene / "close.png");
   ASSERT_EQ(close.width, plain.width);
@@ -81,21 +84,22 @@ TEST(RenderCommand, PutsViewsOnASheet) {
   KILN_REQUIRE_DEVICE();
   const fs::path scene = make_pictures_scene();
   const std::string high = scene / "high.obj";
-  ASSERT_EQ(run_kiln({"render", high, "--views", "12", "--normals", "--size", "64", "--samples",
-                      "1", "--out", scene / "views.png"})
+  ASSERT_EQ(call_kiln({"render", high, "--views", "12", "--normals", "--size", "64", "--samples",
+                       "1", "--out", scene / "views.png"})
                 .exit_code,
             0);
   const Image sheet = load_image(scene / "views.png");
   EXPECT_GT(std::size_t{sheet.width} * sheet.height, std::size_t{12} * 64 * 64);
   expect_exit(
-      run_kiln({"render", high, "--views", "12", "--view", "0,0", "--out", scene / "a.png"}), 2,
+      call_kiln({"render", high, "--views", "12", "--view", "0,0", "--out", scene / "a.png"}), 2,
       {"--views"});
-  expect_exit(run_kiln({"render", high, "--error", "--out", scene / "a.png"}), 2, {"--reference"});
-  expect_exit(run_kiln({"render", high, "--frames", "3", "--out", scene / "a.png"}), 2, {"--json"});
-  expect_exit(run_kiln({"render", high, "--at", "1,2", "--out", scene / "a.png"}), 2, {"X,Y,Z"});
-  expect_exit(run_kiln({"render", high, "--at", "1,2,3,4", "--out", scene / "a.png"}), 2,
+  expect_exit(call_kiln({"render", high, "--error", "--out", scene / "a.png"}), 2, {"--reference"});
+  expect_exit(call_kiln({"render", high, "--frames", "3", "--out", scene / "a.png"}), 2,
+              {"--json"});
+  expect_exit(call_kiln({"render", high, "--at", "1,2", "--out", scene / "a.png"}), 2, {"X,Y,Z"});
+  expect_exit(call_kiln({"render", high, "--at", "1,2,3,4", "--out", scene / "a.png"}), 2,
               {"X,Y,Z"});
-  expect_exit(run_kiln({"render", high, "--zoom", "0", "--out", scene / "a.png"}), 2, {"--zoom"});
+  expect_exit(call_kiln({"render", high, "--zoom", "0", "--out", scene / "a.png"}), 2, {"--zoom"});
 }
 
 /// A HIGH with Z up, in centimetres, is the same as one as LOW is.
@@ -117,7 +121,7 @@ TEST(GalleryCommand, FilesMayBeTurnedAndScaled) {
     words.insert(words.begin() + 1, {scene / high_file, scene / "low.obj"});
     words.insert(words.end(), {"--size", "64", "--pixels", "64", "--json", scene / "f.json"});
     words.insert(words.end(), more.begin(), more.end());
-    test::expect_exit(run_kiln(words), 0, {});
+    test::expect_exit(call_kiln(words), 0, {});
     return test::read_json(scene / "f.json")[list][0].dump();
   };
   const std::vector<std::string> gallery = {
@@ -127,14 +131,14 @@ TEST(GalleryCommand, FilesMayBeTurnedAndScaled) {
   };
   EXPECT_NEAR(mean(degrees(gallery, "turned.obj", frame, "methods")),
               mean(degrees(gallery, "plain.obj", {}, "methods")), 0.02);
-  test::expect_exit(run_kiln({"gallery", scene / "high.obj", scene / "low.obj", "--up", "down",
-                              "--out", scene / "pictures"}),
+  test::expect_exit(call_kiln({"gallery", scene / "high.obj", scene / "low.obj", "--up", "down",
+                               "--out", scene / "pictures"}),
                     2, {"--up 'down'"});
-  test::expect_exit(run_kiln({"chart", scene / "high.obj", scene / "low.obj", "--unit", "mile",
-                              "--out", scene / "pictures"}),
+  test::expect_exit(call_kiln({"chart", scene / "high.obj", scene / "low.obj", "--unit", "mile",
+                               "--out", scene / "pictures"}),
                     2, {"--unit 'mile'"});
   test::expect_exit(
-      run_kiln({"measure", scene / "low.obj", "--uv-set", "1", "--json", scene / "f.json"}), 3,
+      call_kiln({"measure", scene / "low.obj", "--uv-set", "1", "--json", scene / "f.json"}), 3,
       {"low.obj"});
 }
 
@@ -161,7 +165,7 @@ TEST(GalleryCommand, ShowsEveryMatch) {
                                               "64",
                                               "--json",
                                               scene / "g.json"};
-  const ProcessResult result = run_kiln(arguments);
+  const ProcessResult result = call_kiln(arguments);
   ASSERT_EQ(result.exit_code, 0) << result.errors;
   const json report = read_json(scene / "g.json");
   ASSERT_EQ(report["methods"].size(), 2U);
@@ -217,8 +221,8 @@ TEST(DiffCommand, DrawsTheDifference) {
   save_image(flat, folder / "a.exr", {ImageFormat::exr_float});
   save_image(turned, folder / "b.exr", {ImageFormat::exr_float});
   save_image(mask, folder / "mask.exr", {ImageFormat::exr_float});
-  ASSERT_EQ(run_kiln({"diff", folder / "a.exr", folder / "b.exr", "--mask", folder / "mask.exr",
-                      "--out", folder / "d.exr"})
+  ASSERT_EQ(call_kiln({"diff", folder / "a.exr", folder / "b.exr", "--mask", folder / "mask.exr",
+                       "--out", folder / "d.exr"})
                 .exit_code,
             1);
   const Image difference = load_image(folder / "d.exr");
@@ -227,19 +231,19 @@ TEST(DiffCommand, DrawsTheDifference) {
     // Halves of a sine in floats: 2^-25 of an angle's sine at 0.
     EXPECT_NEAR(difference.pixels[i], i == 5 ? -1 : 2.0 * static_cast<double>(i % 16), 2e-5) << i;
   }
-  ASSERT_EQ(run_kiln({"diff", folder / "a.exr", folder / "b.exr", "--max-error", "1", "--out",
-                      folder / "channels.exr"})
+  ASSERT_EQ(call_kiln({"diff", folder / "a.exr", folder / "b.exr", "--max-error", "1", "--out",
+                       folder / "channels.exr"})
                 .exit_code,
             0);
   const Image channels = load_image(folder / "channels.exr");
   EXPECT_NEAR(channels.pixels[15], std::sin(30 * 3.14159265358979 / 180) / 2, 1e-6);
   ASSERT_EQ(
-      run_kiln({"diff", folder / "a.exr", folder / "b.exr", "--out", folder / "d.png"}).exit_code,
+      call_kiln({"diff", folder / "a.exr", folder / "b.exr", "--out", folder / "d.png"}).exit_code,
       1);
   EXPECT_GT(load_image(folder / "d.png").width, 260U) << "the scale is wider than the maps";
-  expect_exit(run_kiln({"diff", folder / "a.exr", folder / "b.exr", "--out", folder / "d.jpg"}), 2,
+  expect_exit(call_kiln({"diff", folder / "a.exr", folder / "b.exr", "--out", folder / "d.jpg"}), 2,
               {".png"});
-  expect_exit(run_kiln({"diff", folder / "a.exr", folder / "b.exr", "--out", folder / "a.exr"}), 2,
+  expect_exit(call_kiln({"diff", folder / "a.exr", folder / "b.exr", "--out", folder / "a.exr"}), 2,
               {"a.exr"});
 }
 

@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "cli/call.h"
 #include "kiln/kiln.h"
 #include "support/environment.h"
 #include "support/json_file.h"
@@ -19,9 +20,9 @@ namespace kiln {
 namespace {
 
 namespace fs = std::filesystem;
+using test::call_kiln;
 using test::ProcessResult;
 using test::read_json;
-using test::run_kiln;
 
 /// Two plates that cross: X at z = 0, Y a little above its right half. The low poly has both at z = 0.05.
 Mesh crossing(const std::string& suffix, float x, float y) {
@@ -47,8 +48,8 @@ TEST(HardCommand, MatchesPartsByName) {
   save_obj(crossing("_high", 0.02F, 0), folder / "high.obj");
   save_obj(crossing("_low", 0, 0), folder / "low.obj");
   const ProcessResult named =
-      run_kiln({"bake", folder / "high.obj", folder / "low.obj", "--out", folder / "named",
-                "--size", "32", "--match-by", "name", "--json", folder / "named.json"});
+      call_kiln({"bake", folder / "high.obj", folder / "low.obj", "--out", folder / "named",
+                 "--size", "32", "--match-by", "name", "--json", folder / "named.json"});
   ASSERT_EQ(named.exit_code, 0) << named.errors;
   const nlohmann::json report = read_json(folder / "named.json");
   EXPECT_EQ(report["parts"], (nlohmann::json{"X", "Y"}));
@@ -58,12 +59,12 @@ TEST(HardCommand, MatchesPartsByName) {
 
   // Other patterns pair nothing: the message has the nearest name.
   const ProcessResult none =
-      run_kiln({"bake", folder / "high.obj", folder / "low.obj", "--out", folder / "none", "--size",
-                "32", "--match-by", "name", "--low-names", "*_lp"});
+      call_kiln({"bake", folder / "high.obj", folder / "low.obj", "--out", folder / "none",
+                 "--size", "32", "--match-by", "name", "--low-names", "*_lp"});
   EXPECT_EQ(none.exit_code, 3);
   EXPECT_NE(none.errors.find("'X_low' is nearest to 'X_high'"), std::string::npos) << none.errors;
-  const ProcessResult lone = run_kiln({"bake", folder / "high.obj", folder / "low.obj", "--out",
-                                       folder / "none", "--low-names", "*_lp"});
+  const ProcessResult lone = call_kiln({"bake", folder / "high.obj", folder / "low.obj", "--out",
+                                        folder / "none", "--low-names", "*_lp"});
   EXPECT_EQ(lone.exit_code, 2);
 }
 
@@ -85,7 +86,7 @@ TEST(HardCommand, MatchesPartsByAList) {
                                      "--json",
                                      folder / "listed.json"};
     line.insert(line.end(), flags.begin(), flags.end());
-    return run_kiln(line);
+    return call_kiln(line);
   };
   const ProcessResult listed = bake({"--match-by", "list", "--match-list", folder / "parts.txt"});
   ASSERT_EQ(listed.exit_code, 0) << listed.errors;
@@ -111,7 +112,7 @@ TEST(HardCommand, SaysWhyTexelsAreMissed) {
         "bake",   folder / "high.obj", folder / "low.obj", "--out", folder / "out", "--size", "16",
         "--json", folder / "out.json", "--reasons"};
     line.insert(line.end(), flags.begin(), flags.end());
-    return run_kiln(line);
+    return call_kiln(line);
   };
   const ProcessResult result = bake({"--max-distance", "0.2"});
   ASSERT_EQ(result.exit_code, 0) << result.errors;
@@ -140,19 +141,26 @@ TEST(HardCommand, SaysThatGreenPointsTheOtherWay) {
   high.normal_triangles.clear();
   save_obj(high, folder / "high.obj");
   save_obj(test::plane(1, 1), folder / "low.obj");
-  ASSERT_EQ(run_kiln({"bake", folder / "high.obj", folder / "low.obj", "--out", folder / "out",
-                      "--size", "64", "--max-distance", "0.1", "--flip-y"})
+  ASSERT_EQ(call_kiln({"bake", folder / "high.obj", folder / "low.obj", "--out", folder / "out",
+                       "--size", "64", "--max-distance", "0.1", "--flip-y"})
                 .exit_code,
             0);
   const auto render = [&](std::vector<std::string> flags) {
-    std::vector<std::string> line = {"render",         folder / "low.obj",
-                                     "--ambient-rays", "0",
-                                     "--normal",       folder / "out" / "low_normal.png",
-                                     "--reference",    folder / "high.obj",
-                                     "--out",          folder / "out.png",
-                                     "--size",         "64"};
+    std::vector<std::string> line = {"render",
+                                     folder / "low.obj",
+                                     "--ambient-rays",
+                                     "0",
+                                     "--normal",
+                                     folder / "out" / "low_normal.png",
+                                     "--reference",
+                                     folder / "high.obj",
+                                     "--out",
+                                     folder / "out.png",
+                                     "--quiet",
+                                     "--size",
+                                     "64"};
     line.insert(line.end(), flags.begin(), flags.end());
-    return run_kiln(line);
+    return call_kiln(line);
   };
   const ProcessResult wrong = render({}), right = render({"--flip-y"});
   ASSERT_EQ(wrong.exit_code, 0) << wrong.errors;
@@ -180,8 +188,8 @@ TEST(HardCommand, WarnsOfWhatIsLostAndWhere) {
   save_obj(high, folder / "high.obj");
   save_obj(test::plane(1, 1, 2, 1), folder / "low.obj");
   const auto bake = [&](const std::string& rule) {
-    return run_kiln({"bake", folder / "high.obj", folder / "low.obj", "--out", folder / rule,
-                     "--size", "512", "--ray", rule, "--json", folder / (rule + ".json")});
+    return call_kiln({"bake", folder / "high.obj", folder / "low.obj", "--out", folder / rule,
+                      "--size", "512", "--ray", rule, "--json", folder / (rule + ".json")});
   };
   // From aslant, views show some of what lies under the rim: h / 2 = 0.005 of 3 units of rim, 0.7% of 2.
   const ProcessResult nearest = bake("nearest"), outermost = bake("outermost");
@@ -212,7 +220,7 @@ TEST(HardCommand, FindsEdgeWidthsAndTakesPaint) {
                                      "--json",
                                      folder / (name + ".json")};
     line.insert(line.end(), flags.begin(), flags.end());
-    return run_kiln({line.begin(), line.end()});
+    return call_kiln({line.begin(), line.end()});
   };
   const ProcessResult found = bake("found", {});
   ASSERT_EQ(found.exit_code, 0) << found.errors;
@@ -242,7 +250,7 @@ TEST(HardCommand, SaysThatBoxesFitWithAxesSwapped) {
   for (Vec3& p : low.positions) p = {p.x, -p.z, p.y};
   save_obj(high, folder / "high.obj");
   save_obj(low, folder / "low.obj");
-  const ProcessResult result = run_kiln(
+  const ProcessResult result = call_kiln(
       {"bake", folder / "high.obj", folder / "low.obj", "--out", folder / "out", "--size", "64"});
   EXPECT_NE(result.errors.find("swapping Y and Z"), std::string::npos) << result.errors;
 }

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "cli/call.h"
 #include "kiln/asset.h"
 #include "kiln/files.h"
 #include "kiln/kiln.h"
@@ -19,9 +20,9 @@ namespace kiln {
 namespace {
 
 namespace fs = std::filesystem;
+using test::call_kiln;
 using test::ProcessResult;
 using test::read_json;
-using test::run_kiln;
 
 /// A bumpy sphere as a file.
 struct Dense {
@@ -33,11 +34,12 @@ struct Dense {
   }
 
   ProcessResult bake(const std::string& out, std::vector<std::string> more,
-                     const test::ProcessOptions& options = test::without_python()) const {
+                     const std::map<std::string, std::string>& environment =
+                         test::without_python().environment) const {
     std::vector<std::string> words = {"bake",   high, "--out",  folder / out,
                                       "--size", "64", "--json", folder / (out + ".json")};
     words.insert(words.end(), more.begin(), more.end());
-    return run_kiln(words, options);
+    return call_kiln(words, environment);
   }
   nlohmann::json report(const std::string& out) const {
     return read_json(folder / (out + ".json"));

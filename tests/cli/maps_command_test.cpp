@@ -17,6 +17,7 @@
 #include <utility>
 #include <vector>
 
+#include "cli/call.h"
 #include "cli/command_scene.h"
 
 namespace kiln {
@@ -24,6 +25,7 @@ namespace {
 
 namespace fs = std::filesystem;
 using json = nlohmann::json;
+using test::call_kiln;
 using test::expect_exit;
 using test::ProcessResult;
 using test::run_kiln;
@@ -55,7 +57,7 @@ ProcessResult bake(const fs::path& scene, const Words& more) {
       "bake",   scene / "high.obj", scene / "low.obj", "--out", scene / "out", "--size", "16",
       "--json", scene / "r.json",   "--recall",        "0"};
   words.insert(words.end(), more.begin(), more.end());
-  return run_kiln(words);
+  return call_kiln(words);
 }
 
 json report_of(const fs::path& scene) { return json::parse(std::ifstream(scene / "r.json")); }
@@ -366,7 +368,7 @@ TEST(MapsCommand, DrawsMapsOverTheMesh) {
   const auto render = [&](Words words) {
     words.insert(words.begin(), {"render", low});
     words.insert(words.end(), front.begin(), front.end());
-    return run_kiln(words);
+    return call_kiln(words);
   };
   ASSERT_EQ(render({"--show", color, "--show", scene / "out" / "low_ao.png"}).exit_code, 0);
   const Image sheet = load_image(picture);
@@ -386,7 +388,7 @@ TEST(MapsCommand, LightensEdgesAndDarkensCavities) {
     Words words = {"render", scene / "low.obj", "--view", "0,0",   "--size",
                    "64",     "--ambient-rays",  "0",      "--out", scene / "picture.png"};
     words.insert(words.end(), more.begin(), more.end());
-    const ProcessResult result = run_kiln(words);
+    const ProcessResult result = call_kiln(words);
     EXPECT_EQ(result.exit_code, 0) << result.errors;
     return load_image(scene / "picture.png");
   };
@@ -421,7 +423,7 @@ TEST(MapsCommand, LightensEdgesAndDarkensCavities) {
   const auto refused = [&](const Words& more, int code, const std::string& word) {
     Words words = {"render", scene / "low.obj", "--out", scene / "picture.png"};
     words.insert(words.end(), more.begin(), more.end());
-    expect_exit(run_kiln(words), code, {word});
+    expect_exit(call_kiln(words), code, {word});
   };
   refused({"--curvature", scene / "bend.png", "--flat"}, 2, "--curvature");
   refused({"--curvature", scene / "bend.png", "--show", scene / "bend.png"}, 2, "--curvature");

@@ -7,6 +7,7 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 
+#include "cli/call.h"
 #include "cli/lab_scene.h"
 #include "cli/measure_files.h"
 #include "kiln/kiln.h"
@@ -20,11 +21,10 @@ namespace {
 
 namespace fs = std::filesystem;
 using nlohmann::json;
+using test::call_kiln;
 using test::make_scene;
-using test::ProcessOptions;
 using test::ProcessResult;
 using test::read_json;
-using test::run_kiln;
 using namespace test::measure_files;
 
 TEST(MeasureCommand, RatesWaysToMatch) {
@@ -49,7 +49,7 @@ TEST(MeasureCommand, RatesWaysToMatch) {
                                               scene / "r.json",
                                               "--out",
                                               scene / "out"};
-  const ProcessResult result = run_kiln(arguments);
+  const ProcessResult result = call_kiln(arguments);
   ASSERT_EQ(result.exit_code, 0) << result.errors;
   const json report = read_json(scene / "r.json");
   ASSERT_EQ(report["methods"].size(), 2U);
@@ -103,10 +103,10 @@ TEST(MeasureCommand, RatesWaysToMatch) {
   EXPECT_GT(balls, 3);
   EXPECT_LT(balls, 8.5);
 
-  EXPECT_EQ(run_kiln({"measure", scene / "high.obj"}).exit_code, 2);
+  EXPECT_EQ(call_kiln({"measure", scene / "high.obj"}).exit_code, 2);
   EXPECT_EQ(
-      run_kiln({"measure", scene / "high.obj", scene / "low.obj", "--faces", "300"}).exit_code, 2);
-  EXPECT_EQ(run_kiln({"measure", scene / "high.obj", scene / "none.obj"}).exit_code, 3);
+      call_kiln({"measure", scene / "high.obj", scene / "low.obj", "--faces", "300"}).exit_code, 2);
+  EXPECT_EQ(call_kiln({"measure", scene / "high.obj", scene / "none.obj"}).exit_code, 3);
 }
 
 TEST(MeasureCommand, RatesTheUvsOfOneMesh) {
@@ -114,7 +114,7 @@ TEST(MeasureCommand, RatesTheUvsOfOneMesh) {
   const fs::path scene = test::scratch_folder();
   save_obj(test::cube(2), scene / "cube.obj");
   const ProcessResult result =
-      run_kiln({"measure", scene / "cube.obj", "--size", "256", "--json", scene / "layout.json"});
+      call_kiln({"measure", scene / "cube.obj", "--size", "256", "--json", scene / "layout.json"});
   ASSERT_EQ(result.exit_code, 0) << result.errors;
   EXPECT_NE(result.output.find("12 edges, 24 units"), std::string::npos) << result.output;
   const json layout = read_json(scene / "layout.json")["layout"];
@@ -127,7 +127,7 @@ TEST(MeasureCommand, RatesTheUvsOfOneMesh) {
   EXPECT_NEAR(layout["used"].get<double>(), used, 0.01);
   EXPECT_NEAR(layout["texels_per_unit"]["mean"].get<double>(), 256 * std::sqrt(used / 24), 1e-3);
   // Flags of matches need two meshes.
-  const ProcessResult refused = run_kiln({"measure", scene / "cube.obj", "--directions", "12"});
+  const ProcessResult refused = call_kiln({"measure", scene / "cube.obj", "--directions", "12"});
   EXPECT_EQ(refused.exit_code, 2);
   EXPECT_NE(refused.errors.find("give both meshes"), std::string::npos) << refused.errors;
 }
@@ -143,10 +143,10 @@ TEST(MeasureCommand, ShowsAThinModelLarge) {
   }
   save_obj(high, scene / "high.obj");
   save_obj(low, scene / "low.obj");
-  const ProcessResult result = run_kiln(
+  const ProcessResult result = call_kiln(
       {"measure", scene / "high.obj", scene / "low.obj", "--match", "closest", "--size", "64",
        "--directions", "12", "--pixels", "64", "--max-distance", "10%", "--out", scene / "out"},
-      test::without_python());
+      test::without_python().environment);
   ASSERT_EQ(result.exit_code, 0) << result.errors;
   const Image picture = load_image(scene / "out" / "measure.png");
   EXPECT_GE(picture.height, 4 * 900U);
@@ -183,7 +183,7 @@ TEST(MeasureCommand, PicturesAreTakenFromTheViewAskedFor) {
                                           "--pixels",
                                           "64"};
     arguments.insert(arguments.end(), more.begin(), more.end());
-    const ProcessResult result = run_kiln(arguments, test::without_python());
+    const ProcessResult result = call_kiln(arguments, test::without_python().environment);
     EXPECT_EQ(result.exit_code, 0) << result.errors;
     const Image picture = load_image(scene / name / "measure.png");
     return std::pair(picture.height, coloured_pixels(picture));
@@ -205,7 +205,7 @@ TEST(MeasureCommand, RatesPlacesOfVisibilityApart) {
   const auto measure = [&](std::vector<std::string> more) {
     more.insert(more.begin(), {"measure", scene / "high.obj", scene / "low.obj", "--size", "64",
                                "--directions", "12", "--pixels", "64", "--max-distance", "10%"});
-    return run_kiln(more, test::without_python());
+    return call_kiln(more, test::without_python().environment);
   };
   const ProcessResult result = measure({"--match", "ray", "--match", "hybrid", "--visibility-at",
                                         "vertex", "--visibility-at", "texel", "--json",
@@ -251,7 +251,7 @@ TEST(MeasureCommand, RatesUvsWhereLayoutsAgree) {
     more.insert(more.begin(),
                 {"measure", scene / "high.obj", low, "--size", "64", "--directions", "12",
                  "--pixels", "64", "--max-distance", "10%", "--json", scene / "r.json"});
-    return run_kiln(more);
+    return call_kiln(more);
   };
   const auto methods = [](const json& report) {
     std::vector<std::string> names;
@@ -294,8 +294,8 @@ TEST(MeasureCommand, RatesUvsWhereLayoutsAgree) {
   const ProcessResult refused = measure(scene / "turned.obj", {"--match", "ray", "--match", "uv"});
   EXPECT_EQ(refused.exit_code, 3);
   EXPECT_NE(refused.errors.find("--match uv"), std::string::npos) << refused.errors;
-  const ProcessResult none = run_kiln({"measure", scene / "turned.obj", scene / "low.obj",
-                                       "--match", "uv", "--max-distance", "10%"});
+  const ProcessResult none = call_kiln({"measure", scene / "turned.obj", scene / "low.obj",
+                                        "--match", "uv", "--max-distance", "10%"});
   EXPECT_EQ(none.exit_code, 3);
 }
 
@@ -312,15 +312,15 @@ TEST(MeasureCommand, LeavesOutWhatFindsNothing) {
     more.insert(more.begin(), {"measure", scene / "left.obj", scene / "outside.obj", "--size", "64",
                                "--directions", "12", "--pixels", "64", "--max-distance", "10%",
                                "--json", scene / "r.json"});
-    return run_kiln(more);
+    return call_kiln(more);
   };
   const ProcessResult refused = measure({"--match", "uv"});
   EXPECT_EQ(refused.exit_code, 3);
   EXPECT_NE(refused.errors.find("where LOW has none"), std::string::npos) << refused.errors;
   // Rays reach what the same UVs cannot.
-  const ProcessResult baked =
-      run_kiln({"bake", scene / "left.obj", scene / "outside.obj", "--match", "auto", "--max-error",
-                "30", "--size", "128", "--out", scene / "auto", "--json", scene / "b.json"});
+  const ProcessResult baked = call_kiln({"bake", scene / "left.obj", scene / "outside.obj",
+                                         "--match", "auto", "--max-error", "30", "--size", "128",
+                                         "--out", scene / "auto", "--json", scene / "b.json"});
   EXPECT_EQ(baked.exit_code, 0) << baked.errors;
   EXPECT_NE(baked.output.find("ray"), std::string::npos) << baked.output;
 }
@@ -338,7 +338,7 @@ TEST(MeasureCommand, TakesAHeightField) {
     more.insert(more.begin(), {"measure", scene / high, scene / "low.obj", "--size", "64",
                                "--directions", "12", "--pixels", "64", "--max-distance", "40%",
                                "--height", "0.3", "--json", scene / "r.json"});
-    return run_kiln(more);
+    return call_kiln(more);
   };
   const ProcessResult result = measure("field.exr", {"--match", "uv", "--match", "ray"});
   ASSERT_EQ(result.exit_code, 0) << result.errors;

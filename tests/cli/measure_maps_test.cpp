@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "cli/call.h"
 #include "cli/lab_scene.h"
 #include "kiln/kiln.h"
 #include "support/environment.h"
@@ -18,10 +19,10 @@ namespace {
 
 namespace fs = std::filesystem;
 using nlohmann::json;
+using test::call_kiln;
 using test::make_scene;
 using test::ProcessResult;
 using test::read_json;
-using test::run_kiln;
 
 TEST(MeasureMaps, TellsErrorsOfMapsAsTheBakeDoes) {
   KILN_REQUIRE_DEVICE();
@@ -32,7 +33,7 @@ TEST(MeasureMaps, TellsErrorsOfMapsAsTheBakeDoes) {
     words.insert(words.begin() + 1,
                  {scene / "high.obj", scene / "low.obj", "--max-distance", "10%", "--size", "16"});
     words.insert(words.end(), more.begin(), more.end());
-    return run_kiln(words);
+    return call_kiln(words);
   };
   const Words rated = {"measure", "--match",  "ray", "--match", "closest",       "--directions",
                        "12",      "--pixels", "32",  "--json",  scene / "r.json"};
@@ -68,7 +69,7 @@ TEST(MeasureMaps, TellsErrorsOfMapsAsTheBakeDoes) {
     words.insert(words.begin() + 1, {scene / "ground.obj", scene / "ground.obj"});
     words.insert(words.end(), {"--match", "ray", "--max-distance", "10%", "--size", "16"});
     words.insert(words.end(), painted.begin(), painted.end());
-    return run_kiln(words);
+    return call_kiln(words);
   };
   ASSERT_EQ(plane({"measure", "--json", scene / "p.json", "--directions", "12", "--pixels", "32"})
                 .exit_code,
@@ -97,7 +98,7 @@ TEST(MeasureMaps, TellsErrorsOfMapsAsTheBakeDoes) {
   EXPECT_EQ(run(rated, {"--curvature-radius", "1%"}).exit_code, 2);
   EXPECT_EQ(run(rated, {"--maps", "visibility"}).exit_code, 2);
   EXPECT_EQ(
-      run_kiln({"measure", scene / "high.obj", "--study", "views", "--out", scene, "--maps", "ao"})
+      call_kiln({"measure", scene / "high.obj", "--study", "views", "--out", scene, "--maps", "ao"})
           .exit_code,
       2);
 }

@@ -7,6 +7,7 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 
+#include "cli/call.h"
 #include "cli/interrupted.h"
 #include "cli/lab_scene.h"
 #include "cli/measure_files.h"
@@ -20,6 +21,7 @@ namespace {
 
 namespace fs = std::filesystem;
 using nlohmann::json;
+using test::call_kiln;
 using test::make_scene;
 using test::ProcessOptions;
 using test::ProcessResult;
@@ -48,7 +50,7 @@ TEST(MeasureCommand, StudiesViews) {
                                               "64",
                                               "--json",
                                               scene / "report.json"};
-  const ProcessResult result = run_kiln(arguments);
+  const ProcessResult result = call_kiln(arguments);
   ASSERT_EQ(result.exit_code, 0) << result.errors;
   expect_files(out, "study_views", 2);
 
@@ -104,7 +106,7 @@ TEST(MeasureCommand, StudiesFaces) {
   };
   std::vector<std::string> first = arguments(out);
   first.insert(first.end(), {"--json", scene / "report.json", "--quiet"});
-  const ProcessResult result = run_kiln(first);
+  const ProcessResult result = call_kiln(first);
   ASSERT_EQ(result.exit_code, 0) << result.errors;
   EXPECT_EQ(result.output, "");
   EXPECT_TRUE(test::only_warnings(result.errors)) << result.errors;
@@ -162,9 +164,9 @@ TEST(MeasureCommand, StudiesSize) {
   const fs::path scene = make_scene(1500);
   const fs::path out = scene / "out";
   const ProcessResult result =
-      run_kiln({"measure", scene / "high.obj", "--study", "size", "--out", out, "--views", "4",
-                "--view-size", "256", "--pixels", "64", "--json", "-"},
-               test::without_python());
+      call_kiln({"measure", scene / "high.obj", "--study", "size", "--out", out, "--views", "4",
+                 "--view-size", "256", "--pixels", "64", "--json", "-"},
+                test::without_python().environment);
   ASSERT_EQ(result.exit_code, 0) << result.errors;
   expect_files(out, "study_size", 1, false);
   // Standard output is the report's alone.
@@ -194,7 +196,7 @@ TEST(MeasureCommand, RefusesBadUsage) {
   const auto expect = [&](std::vector<std::string> more, int code,
                           const std::vector<std::string>& words) {
     more.insert(more.begin(), "measure");
-    const ProcessResult result = run_kiln(more);
+    const ProcessResult result = call_kiln(more);
     EXPECT_EQ(result.exit_code, code) << result.errors;
     for (const std::string& word : words) {
       EXPECT_NE(result.errors.find(word), std::string::npos) << word << " in " << result.errors;
@@ -228,21 +230,21 @@ TEST(MeasureCommand, NamesTheRemedyForBadInput) {
   const fs::path out = scene / "out";
   const std::string high = scene / "high.obj";
   ProcessResult result =
-      run_kiln({"measure", high, "--study", "faces", "--size", "64", "--out", out});
+      call_kiln({"measure", high, "--study", "faces", "--size", "64", "--out", out});
   EXPECT_EQ(result.exit_code, 3) << result.errors;
   EXPECT_NE(result.errors.find("500"), std::string::npos) << result.errors;
-  result = run_kiln({"measure", high, high, "--study", "views", "--size", "64", "--out", out});
+  result = call_kiln({"measure", high, high, "--study", "views", "--size", "64", "--out", out});
   EXPECT_EQ(result.exit_code, 3) << result.errors;
   EXPECT_NE(result.errors.find("--unwrap"), std::string::npos) << result.errors;
   Mesh away = test::BumpySphere::light(24, 12);
   for (Vec3& position : away.positions) position.x += 100;
   save_obj(away, scene / "away.obj");
-  result = run_kiln(
+  result = call_kiln(
       {"measure", high, scene / "away.obj", "--study", "views", "--size", "64", "--out", out});
   EXPECT_EQ(result.exit_code, 3) << result.errors;
   EXPECT_NE(result.errors.find("units"), std::string::npos) << result.errors;
   EXPECT_EQ(
-      run_kiln({"measure", scene / "none.ply", "--study", "views", "--size", "64", "--out", out})
+      call_kiln({"measure", scene / "none.ply", "--study", "views", "--size", "64", "--out", out})
           .exit_code,
       3);
   EXPECT_FALSE(fs::exists(out));  // made for nothing, so gone

@@ -8,6 +8,7 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 
+#include "cli/call.h"
 #include "cli/command_scene.h"
 #include "cli/interrupted.h"
 #include "kiln/kiln.h"
@@ -18,6 +19,7 @@ namespace kiln {
 namespace {
 
 namespace fs = std::filesystem;
+using test::call_kiln;
 using test::expect_failure;
 using test::make_scene;
 using test::names;
@@ -37,9 +39,9 @@ TEST(Command, LosesNoFileOfTheUser) {
   // A low poly of the user's that has the name of the one that would be made.
   std::ofstream(scene / "high_low.obj") << "# mine\n";
   expect_failure({"bake", high, "--out", scene, "--size", "64"}, 5, {"high_low.obj", "--force"});
-  EXPECT_EQ(run_kiln({"bake", high, "--out", scene, "--size", "64", "--force"}).exit_code, 0);
+  EXPECT_EQ(call_kiln({"bake", high, "--out", scene, "--size", "64", "--force"}).exit_code, 0);
   // Its own it writes again.
-  EXPECT_EQ(run_kiln({"bake", high, "--out", scene, "--size", "64"}).exit_code, 0);
+  EXPECT_EQ(call_kiln({"bake", high, "--out", scene, "--size", "64"}).exit_code, 0);
 }
 
 TEST(Command, ReportsGoToStreamsWithoutReplacingThem) {
@@ -55,7 +57,7 @@ TEST(Command, ReportsGoToStreamsWithoutReplacingThem) {
   const std::string text(std::istreambuf_iterator<char>(stream), {});
   EXPECT_EQ(text.rfind("before\n", 0), 0U);
   EXPECT_NE(text.find("mean_angle_degrees"), std::string::npos);
-  EXPECT_EQ(run_kiln({"devices", "--json"}, {}).exit_code == 0 || test::device() == nullptr, true);
+  EXPECT_EQ(call_kiln({"devices", "--json"}).exit_code == 0 || test::device() == nullptr, true);
   const std::string full =
       std::string("'") + test::kiln_command() + "' diff '" + a + "' '" + a + "' > /dev/full 2>&-";
   EXPECT_EQ(WEXITSTATUS(std::system(full.c_str())), 5);
@@ -73,7 +75,7 @@ TEST(Command, MakesFoldersThatFilesGoTo) {
   const fs::path scene = make_scene(500);
   const fs::path out = scene / "a/b", report = scene / "c/d/r.json";
   const auto run = [](std::vector<std::string> words) {
-    const ProcessResult result = run_kiln(std::move(words));
+    const ProcessResult result = call_kiln(std::move(words));
     EXPECT_EQ(result.exit_code, 0) << result.errors;
   };
   run({"bake", scene / "high.obj", scene / "low.obj", "--size", "16", "--out", out, "--json",
@@ -124,7 +126,7 @@ TEST(Command, WritesNothingIntoFilesWhereStreamsAreClosed) {
   KILN_REQUIRE_DEVICE();
   const fs::path scene = make_scene(500);
   const std::string high = scene / "high.obj", low = scene / "low.obj";
-  ASSERT_EQ(run_kiln({"bake", high, low, "--size", "16", "--out", scene / "good"}).exit_code, 0);
+  ASSERT_EQ(call_kiln({"bake", high, low, "--size", "16", "--out", scene / "good"}).exit_code, 0);
   const auto content = [](const fs::path& file) {
     std::ifstream stream(file, std::ios::binary);
     return std::string(std::istreambuf_iterator<char>(stream), {});
@@ -155,8 +157,8 @@ TEST(Command, EscapesControlCharactersOfFiles) {
   std::ofstream evil(scene / "evil.obj");
   evil << "mtllib \x1b]0;title\x07\xc2\x9b.mtl\n" << std::ifstream(scene / "high.obj").rdbuf();
   evil.close();
-  const ProcessResult result = run_kiln({"bake", scene / "evil.obj", scene / "low.obj", "--size",
-                                         "16", "--maps", "color", "--out", scene / "out"});
+  const ProcessResult result = call_kiln({"bake", scene / "evil.obj", scene / "low.obj", "--size",
+                                          "16", "--maps", "color", "--out", scene / "out"});
   EXPECT_EQ(result.exit_code, 3);
   EXPECT_NE(result.errors.find("\\x1b]0;title\\x07\\xc2\\x9b.mtl"), std::string::npos)
       << result.errors;
@@ -244,25 +246,25 @@ TEST(Command, ShowsNoProgressWithoutATerminalAndNoResultsWhenQuiet) {
   const std::vector<std::string> arguments = {"bake",  scene / "high.obj", scene / "low.obj",
                                               "--out", scene / "out",      "--size",
                                               "64",    "--max-distance",   "10%"};
-  const ProcessResult plain = run_kiln(arguments);
+  const ProcessResult plain = call_kiln(arguments);
   EXPECT_EQ(plain.errors.find('\r'), std::string::npos);
   EXPECT_TRUE(test::only_warnings(plain.errors)) << plain.errors;
   EXPECT_NE(plain.output.find("wrote"), std::string::npos);
   std::vector<std::string> quiet_arguments = arguments;
   quiet_arguments.push_back("--quiet");
-  const ProcessResult quiet = run_kiln(quiet_arguments);
+  const ProcessResult quiet = call_kiln(quiet_arguments);
   EXPECT_EQ(quiet.output, "");
   EXPECT_EQ(quiet.errors, plain.errors);
 }
 
 TEST(Command, DevicesSaysWhatMatters) {
   KILN_REQUIRE_DEVICE();
-  const ProcessResult result = run_kiln({"devices"});
+  const ProcessResult result = call_kiln({"devices"});
   EXPECT_EQ(result.exit_code, 0);
   for (const char* word : {"driver", "memory", "largest buffer", "64-bit atomics", "rounded"}) {
     EXPECT_NE(result.output.find(word), std::string::npos) << word;
   }
-  const auto list = nlohmann::json::parse(run_kiln({"devices", "--json"}).output);
+  const auto list = nlohmann::json::parse(call_kiln({"devices", "--json"}).output);
   EXPECT_FALSE(list.empty());
 }
 

@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "cli/call.h"
 #include "kiln/kiln.h"
 #include "support/environment.h"
 #include "support/process.h"
@@ -17,8 +18,8 @@ namespace kiln {
 namespace {
 
 namespace fs = std::filesystem;
+using test::call_kiln;
 using test::ProcessResult;
-using test::run_kiln;
 using Words = std::vector<std::string>;
 
 std::string contents(const fs::path& path) {
@@ -37,7 +38,7 @@ std::map<std::string, std::string> all_files(const fs::path& folder) {
 /// A run that is refused, and leaves every file of the folder as it was.
 void expect_nothing_lost(const fs::path& folder, const Words& words, const std::string& what) {
   const auto before = all_files(folder);
-  const ProcessResult result = run_kiln(words);
+  const ProcessResult result = call_kiln(words);
   EXPECT_EQ(result.exit_code, 2) << what << ": " << result.errors;
   EXPECT_NE(result.errors.find("written over"), std::string::npos) << what << ": " << result.errors;
   EXPECT_TRUE(all_files(folder) == before) << what;
@@ -50,8 +51,8 @@ fs::path make_scene() {
   save_obj(test::BumpySphere::light(), folder / "low.obj");
   std::ofstream(folder / "weights.txt") << "0 1 0 2\n0 -1 0 1\n";
   const ProcessResult saved =
-      run_kiln({"bake", folder / "high.obj", folder / "low.obj", "--size", "16", "--out",
-                folder / "first", "--save-match", folder / "match.exr"});
+      call_kiln({"bake", folder / "high.obj", folder / "low.obj", "--size", "16", "--out",
+                 folder / "first", "--save-match", folder / "match.exr"});
   EXPECT_EQ(saved.exit_code, 0) << saved.errors;
   fs::remove_all(folder / "first");
   return folder;

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <set>
 
+#include "cli/call.h"
 #include "cli/command_scene.h"
 #include "kiln/asset.h"
 #include "support/json_file.h"
@@ -13,6 +14,7 @@ namespace kiln {
 namespace {
 
 namespace fs = std::filesystem;
+using test::call_kiln;
 using test::expect_exit;
 using test::expect_failure;
 using test::low_of_halves;
@@ -20,7 +22,6 @@ using test::make_scene;
 using test::names;
 using test::ProcessResult;
 using test::read_json;
-using test::run_kiln;
 
 fs::path make_scene_of_sets(float tile) {
   const fs::path folder = make_scene();
@@ -42,7 +43,7 @@ TEST(SetsCommand, MaterialsThatOverlapGetMapsOfTheirOwn) {
   KILN_REQUIRE_DEVICE();
   const fs::path scene = make_scene_of_sets(0);
   const ProcessResult result =
-      run_kiln(with(command(scene), {"--size", "body=32x16", "--json", scene / "r.json"}));
+      call_kiln(with(command(scene), {"--size", "body=32x16", "--json", scene / "r.json"}));
   expect_exit(result, 0, {});
   EXPECT_EQ(names(scene / "o"),
             (std::vector<std::string>{"low_Glass_pane_1_normal.png", "low_body_normal.png"}));
@@ -69,16 +70,16 @@ TEST(SetsCommand, LayoutsOfKilnsOwnHaveSets) {
   for (const bool given : {false, true}) {
     std::vector<std::string> words = made;
     if (given) words = with(command(scene), {"--unwrap", "--maps", "normal"});
-    expect_exit(run_kiln(with(words, {"--sets", "one", "--json", scene / "one.json"})), 0, {});
+    expect_exit(call_kiln(with(words, {"--sets", "one", "--json", scene / "one.json"})), 0, {});
     EXPECT_FALSE(read_json(scene / "one.json").contains("sets"));
     if (!given) {  // the source's own, where nobody says
-      const ProcessResult result = run_kiln(with(words, {"--json", scene / "r.json"}));
+      const ProcessResult result = call_kiln(with(words, {"--json", scene / "r.json"}));
       expect_exit(result, 0, {});
       EXPECT_NE(result.output.find("--sets one"), std::string::npos) << result.output;
       EXPECT_EQ(read_json(scene / "r.json")["sets"].size(), 2U);
     }
-    expect_exit(run_kiln(with(words, {"--sets", "material", "--size", "body=64", "--json",
-                                      scene / "r.json"})),
+    expect_exit(call_kiln(with(words, {"--sets", "material", "--size", "body=64", "--json",
+                                       scene / "r.json"})),
                 0, {});
     const auto report = read_json(scene / "r.json");
     ASSERT_EQ(report["sets"].size(), 2U);
@@ -98,7 +99,7 @@ TEST(SetsCommand, LayoutsOfKilnsOwnHaveSets) {
 TEST(SetsCommand, TilesAreNumbered) {
   KILN_REQUIRE_DEVICE();
   const fs::path scene = make_scene_of_sets(1);
-  expect_exit(run_kiln(with(command(scene), {"--mips"})), 0, {});
+  expect_exit(call_kiln(with(command(scene), {"--mips"})), 0, {});
   const std::vector<std::string> files = names(scene / "o");
   for (const char* name :
        {"low_normal.1001.png", "low_normal.1002.png", "low_normal.1002.mip01.png"}) {
@@ -119,7 +120,7 @@ TEST(SetsCommand, MaterialsSpanTiles) {
   save_obj(low, scene / "low.obj");
   const std::vector<std::string> by_material =
       with(command(scene), {"--sets", "material", "--size", "b=32"});
-  expect_exit(run_kiln(with(by_material, {"--json", scene / "r.json"})), 0, {});
+  expect_exit(call_kiln(with(by_material, {"--json", scene / "r.json"})), 0, {});
   EXPECT_EQ(names(scene / "o"),
             (std::vector<std::string>{"low_a_normal.1001.png", "low_a_normal.1002.png",
                                       "low_b_normal.1001.png", "low_b_normal.1002.png"}));
@@ -127,7 +128,7 @@ TEST(SetsCommand, MaterialsSpanTiles) {
   EXPECT_EQ(read_json(scene / "r.json")["sets"][1]["tile"], "1002");
   std::vector<std::string> glb = by_material;
   glb[4] = scene / "low.glb";
-  expect_exit(run_kiln(glb), 0, {});
+  expect_exit(call_kiln(glb), 0, {});
   const Mesh read = load_mesh(scene / "low.glb");
   EXPECT_EQ(std::set<std::string>(read.material_names.begin(), read.material_names.end()),
             (std::set<std::string>{"a.1001", "a.1002", "b.1001", "b.1002"}));
@@ -141,9 +142,9 @@ TEST(SetsCommand, OneMapForSeveralSetsIsRefused) {
   expect_failure({"render", scene / "low.obj", "--reference", scene / "high.obj", "--map-size",
                   "64", "--out", scene / "r.png"},
                  3, {"several texture sets", "kiln bake"}, scene / "r.png");
-  expect_exit(run_kiln(command(scene)), 0, {});
-  expect_exit(run_kiln({"render", scene / "low.obj", "--normal", scene / "o/low_body_normal.png",
-                        "--size", "64", "--out", scene / "r.png"}),
+  expect_exit(call_kiln(command(scene)), 0, {});
+  expect_exit(call_kiln({"render", scene / "low.obj", "--normal", scene / "o/low_body_normal.png",
+                         "--size", "64", "--out", scene / "r.png"}),
               0, {"several texture sets"});
 }
 
@@ -163,8 +164,8 @@ TEST(SetsCommand, OutIsAFolderOrAnAsset) {
   expect_failure({"bake", scene / "high.obj", scene / "low.obj", "--out", folder}, 2,
                  {"is a folder", "slash"}, folder / "low_normal.png");
   KILN_REQUIRE_DEVICE();
-  expect_exit(run_kiln({"bake", scene / "high.obj", scene / "low.obj", "--size", "16", "--out",
-                        folder.string() + "/"}),
+  expect_exit(call_kiln({"bake", scene / "high.obj", scene / "low.obj", "--size", "16", "--out",
+                         folder.string() + "/"}),
               0, {});
   EXPECT_EQ(names(folder), std::vector<std::string>{"low_normal.png"});
 }
@@ -186,8 +187,8 @@ TEST(SetsCommand, MatchesAndReasonsAreOfASet) {
   KILN_REQUIRE_DEVICE();
   for (const bool tiles : {false, true}) {
     const fs::path scene = make_scene_of_sets(tiles ? 1 : 0);
-    expect_exit(run_kiln(with(command(scene), {"--reasons", "--save-match", scene / "m/m.exr",
-                                               "--json", scene / "r.json"})),
+    expect_exit(call_kiln(with(command(scene), {"--reasons", "--save-match", scene / "m/m.exr",
+                                                "--json", scene / "r.json"})),
                 0, {});
     EXPECT_EQ(names(scene / "m"),
               tiles ? (std::vector<std::string>{"m.1001.exr", "m.1002.exr"})
@@ -209,14 +210,14 @@ TEST(SetsCommand, MatchesAndReasonsAreOfASet) {
 
     std::vector<std::string> again = command(scene);
     again[4] = scene / "again";
-    expect_exit(run_kiln(with(again, {"--load-match", scene / "m/m.exr"})), 0, {});
+    expect_exit(call_kiln(with(again, {"--load-match", scene / "m/m.exr"})), 0, {});
     for (const std::string& name : names(scene / "again")) {
       EXPECT_EQ(load_image(scene / "o" / name).pixels, load_image(scene / "again" / name).pixels)
           << name;
     }
     EXPECT_EQ(names(scene / "again").size(), 2U);
     fs::remove(scene / "m" / (tiles ? "m.1002.exr" : "m_body.exr"));
-    expect_exit(run_kiln(with(again, {"--load-match", scene / "m/m.exr"})), 3,
+    expect_exit(call_kiln(with(again, {"--load-match", scene / "m/m.exr"})), 3,
                 {tiles ? "m.1002.exr" : "m_body.exr", tiles ? "'1002'" : "'body'"});
   }
 }
@@ -227,8 +228,8 @@ TEST(SetsCommand, ArePlannedOneByOne) {
   const fs::path scene = make_scene_of_sets(0);
   std::vector<std::string> words = command(scene);
   words.pop_back();
-  expect_exit(run_kiln(with(words, {"512", "--match", "auto", "--max-angle", "8", "--json",
-                                    scene / "r.json"})),
+  expect_exit(call_kiln(with(words, {"512", "--match", "auto", "--max-angle", "8", "--json",
+                                     scene / "r.json"})),
               0, {});
   const auto report = read_json(scene / "r.json");
   ASSERT_EQ(report["sets"].size(), 2U);
@@ -243,8 +244,8 @@ TEST(SetsCommand, ArePlannedOneByOne) {
 TEST(SetsCommand, ClustersAreOfASet) {
   KILN_REQUIRE_DEVICE();
   const fs::path scene = make_scene_of_sets(1);
-  expect_exit(run_kiln(with(command(scene), {"--match", "visibility", "--visibility-clusters", "2",
-                                             "--visibility-at", "texel"})),
+  expect_exit(call_kiln(with(command(scene), {"--match", "visibility", "--visibility-clusters", "2",
+                                              "--visibility-at", "texel"})),
               0, {});
   EXPECT_EQ(names(scene / "o"),
             (std::vector<std::string>{"low_clusters.1001.exr", "low_clusters.1002.exr",
@@ -281,7 +282,7 @@ TEST(SetsCommand, CopiesInOtherTilesAreTilesWhereHighDiffers) {
   constexpr float kTurn = 6.2831853F;
   for (const bool repeats : {false, true}) {
     save_obj(grid(10, 20, repeats ? kTurn : 4), scene / "high.obj");
-    expect_exit(run_kiln(with(command(scene), {"--json", scene / "r.json"})), 0, {});
+    expect_exit(call_kiln(with(command(scene), {"--json", scene / "r.json"})), 0, {});
     const auto report = read_json(scene / "r.json");
     EXPECT_EQ(report["options"]["sets"], repeats ? "none" : "udim");
     EXPECT_LT(report["recall"]["lost"], 0.01);
@@ -303,7 +304,7 @@ TEST(SetsCommand, FilesAreSafeAndDistinct) {
   save_obj(low, scene / "low.obj");
   std::vector<std::string> words = with(
       command(scene), {"--sets", "material", "--maps", "normal,bent_normal", "--ao-rays", "4"});
-  expect_exit(run_kiln(words), 0, {});
+  expect_exit(call_kiln(words), 0, {});
   std::vector<std::string> files = names(scene / "o");
   EXPECT_EQ(files.size(), 2 * low.material_names.size());
   for (std::string& file : files) {
@@ -320,7 +321,7 @@ TEST(SetsCommand, OtherLowsMapsStay) {
   KILN_REQUIRE_DEVICE();
   for (const float tile : {0.F, 1.F}) {
     const fs::path scene = make_scene_of_sets(tile);
-    expect_exit(run_kiln(command(scene)), 0, {});
+    expect_exit(call_kiln(command(scene)), 0, {});
     fs::create_directory(scene / "b");
     save_obj(low_of_halves(tile), scene / "b/low.obj");
     save_obj(test::BumpySphere::light(), scene / "b/low_body.obj");
@@ -328,7 +329,7 @@ TEST(SetsCommand, OtherLowsMapsStay) {
       if (tile == 1 && name == std::string("low_body.obj")) continue;
       std::vector<std::string> other = command(scene);
       other[2] = scene / "b" / name;
-      expect_exit(run_kiln(other), 2, {"--force"});
+      expect_exit(call_kiln(other), 2, {"--force"});
     }
   }
 }

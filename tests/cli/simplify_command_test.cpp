@@ -10,6 +10,7 @@
 #include <utility>
 #include <vector>
 
+#include "cli/call.h"
 #include "cli/chart_files.h"
 #include "cli/command_scene.h"
 #include "kiln/kiln.h"
@@ -23,17 +24,17 @@ namespace {
 
 namespace fs = std::filesystem;
 using nlohmann::json;
+using test::call_kiln;
 using test::make_scene;
 using test::ProcessResult;
 using test::read_json;
-using test::run_kiln;
 
 /// The report.
 json simplify_to(const fs::path& scene, const std::vector<std::string>& flags) {
   std::vector<std::string> words = {"simplify", scene / "high.obj", "--faces", "300",
                                     "--out",    scene / "made.obj", "--json",  scene / "made.json"};
   words.insert(words.end(), flags.begin(), flags.end());
-  const ProcessResult result = run_kiln(words);
+  const ProcessResult result = call_kiln(words);
   EXPECT_EQ(result.exit_code, 0) << result.errors;
   return read_json(scene / "made.json");
 }
@@ -52,8 +53,8 @@ TEST(SimplifyCommand, PolygonsAreCutAsAsked) {
   const fs::path scene = test::make_kite();
   for (const auto& [rule, middle] : {std::pair("shortest", 0.0), std::pair("fan", 0.2)}) {
     const ProcessResult result =
-        run_kiln({"simplify", scene / "kite.obj", "--faces", "2", "--triangulate", rule, "--out",
-                  scene / "made.obj", "--json", scene / "made.json"});
+        call_kiln({"simplify", scene / "kite.obj", "--faces", "2", "--triangulate", rule, "--out",
+                   scene / "made.obj", "--json", scene / "made.json"});
     ASSERT_EQ(result.exit_code, 0) << result.errors;
     EXPECT_EQ(read_json(scene / "made.json")["triangulate"], rule);
     const Mesh made = load_mesh(scene / "made.obj");
@@ -105,7 +106,7 @@ TEST(SimplifyCommand, TexelsGoByAreaOrDetail) {
     std::vector<std::string> words = {"simplify", scene / "high.obj", "--faces", "99",
                                       "--out",    scene / "bad.obj"};
     words.insert(words.end(), flags.begin(), flags.end());
-    const ProcessResult bad = run_kiln(words);
+    const ProcessResult bad = call_kiln(words);
     EXPECT_EQ(bad.exit_code, 2);
     EXPECT_NE(bad.errors.find("--density"), std::string::npos) << bad.errors;
     EXPECT_FALSE(fs::exists(scene / "bad.obj"));
@@ -120,7 +121,7 @@ TEST(SimplifyCommand, HardEdgesForShadingAreCountedAsVertices) {
         "simplify",         scene / "cube.obj", "--faces",           "12",     "--out",
         scene / "made.obj", "--json",           scene / "made.json", "--force"};
     words.insert(words.end(), flags.begin(), flags.end());
-    const ProcessResult result = run_kiln(words);
+    const ProcessResult result = call_kiln(words);
     EXPECT_EQ(result.exit_code, 0) << result.errors;
     const json report = read_json(scene / "made.json");
     EXPECT_NE(result.output.find(std::to_string(report["vertices"].get<int>()) + " vertices"),
@@ -148,14 +149,14 @@ TEST(SimplifyCommand, NormalsAreForAMapOrForShading) {
   // Kept UVs are no reason to do else.
   const auto kept = [&](const char* purpose) {
     const ProcessResult result =
-        run_kiln({"simplify", scene / "low.obj", "--keep-uvs", "--faces", "200", "--normals",
-                  purpose, "--out", scene / "kept.obj", "--force"});
+        call_kiln({"simplify", scene / "low.obj", "--keep-uvs", "--faces", "200", "--normals",
+                   purpose, "--out", scene / "kept.obj", "--force"});
     EXPECT_EQ(result.exit_code, 0) << result.errors;
     return load_mesh(scene / "kept.obj").normals;
   };
   EXPECT_NE(kept("map"), kept("shading"));
-  const ProcessResult bad = run_kiln({"simplify", scene / "high.obj", "--faces", "99", "--normals",
-                                      "flat", "--out", scene / "bad.obj"});
+  const ProcessResult bad = call_kiln({"simplify", scene / "high.obj", "--faces", "99", "--normals",
+                                       "flat", "--out", scene / "bad.obj"});
   EXPECT_EQ(bad.exit_code, 2);
   EXPECT_NE(bad.errors.find("--normals"), std::string::npos) << bad.errors;
 }
@@ -193,7 +194,7 @@ TEST(SimplifyCommand, PartsAreKeptWhereAskedFor) {
     for (const std::string& word : {std::string("--json"), (scene / "parts.json").string()}) {
       words.push_back(word);
     }
-    const ProcessResult result = run_kiln(words);
+    const ProcessResult result = call_kiln(words);
     EXPECT_EQ(result.exit_code, 0) << result.errors;
     const json report = read_json(scene / "parts.json");
     if (!report.contains("dropped_parts")) return -1;  // of a bake
@@ -211,7 +212,7 @@ TEST(SimplifyCommand, PartsAreKeptWhereAskedFor) {
     run(words);
     EXPECT_EQ(parts_in(scene / "baked" / "crumb_low.obj"), keeps ? 2u : 1u);
   }
-  const ProcessResult bad = run_kiln(
+  const ProcessResult bad = call_kiln(
       {"bake", scene / "high.obj", scene / "low.obj", "--keep-parts", "--out", scene / "bad"});
   EXPECT_EQ(bad.exit_code, 2);
   EXPECT_NE(bad.errors.find("--keep-parts"), std::string::npos) << bad.errors;
@@ -222,8 +223,8 @@ std::string bytes_of_map(const fs::path& scene, const char* high, const char* cl
                          const char* expected) {
   const fs::path out = scene / (std::string(high) + clean);
   const ProcessResult result =
-      run_kiln({"bake", scene / (std::string(high) + ".obj"), scene / "low.obj", "--match",
-                "closest", "--size", "64", "--clean", clean, "--out", out});
+      call_kiln({"bake", scene / (std::string(high) + ".obj"), scene / "low.obj", "--match",
+                 "closest", "--size", "64", "--clean", clean, "--out", out});
   EXPECT_EQ(result.exit_code, 0) << result.errors;
   EXPECT_EQ(result.errors.find("faced against") != std::string::npos, *expected != 0)
       << result.errors;
@@ -248,8 +249,8 @@ TEST(SimplifyCommand, FlippedPatchesOfHighBakeAsSoundOnes) {
   EXPECT_NE(bytes_of_map(scene, "flipped", "none", ""), sound);
   // If a saved match is loaded, its corners may be counted otherwise.
   const auto bake = [&](const char* flag) {
-    return run_kiln({"bake", scene / "flipped.obj", scene / "low.obj", "--size", "32", "--out",
-                     scene / "match", flag, scene / "match.exr"});
+    return call_kiln({"bake", scene / "flipped.obj", scene / "low.obj", "--size", "32", "--out",
+                      scene / "match", flag, scene / "match.exr"});
   };
   expect_exit(bake("--save-match"), 0, {});
   expect_exit(bake("--load-match"), 0, {"the same --clean"});
@@ -258,7 +259,7 @@ TEST(SimplifyCommand, FlippedPatchesOfHighBakeAsSoundOnes) {
 TEST(SimplifyCommand, FarMoreFacesThanAskedForAreBeyondTheLimit) {
   const fs::path scene = make_scene(4000);
   const ProcessResult result =
-      run_kiln({"simplify", scene / "high.obj", "--faces", "2", "--out", scene / "made.obj"});
+      call_kiln({"simplify", scene / "high.obj", "--faces", "2", "--out", scene / "made.obj"});
   EXPECT_EQ(result.exit_code, 1);
   EXPECT_NE(result.errors.find("--faces 2 was not reached: the low poly has 4"), std::string::npos)
       << result.errors;
@@ -283,8 +284,8 @@ TEST(SimplifyCommand, AHullEnclosesMore) {
   EXPECT_TRUE(simplify_to(scene, {"--hull"})["hull"].get<bool>());
   EXPECT_LT(plain, high);
   EXPECT_GT(volume(scene / "made.obj"), high);
-  const ProcessResult both = run_kiln({"simplify", scene / "high.obj", "--hull", "--keep-uvs",
-                                       "--faces", "99", "--out", scene / "both.obj"});
+  const ProcessResult both = call_kiln({"simplify", scene / "high.obj", "--hull", "--keep-uvs",
+                                        "--faces", "99", "--out", scene / "both.obj"});
   EXPECT_EQ(both.exit_code, 2);
   EXPECT_NE(both.errors.find("--keep-uvs"), std::string::npos) << both.errors;
 }

@@ -10,6 +10,7 @@
 #include <utility>
 #include <vector>
 
+#include "cli/call.h"
 #include "kiln/kiln.h"
 #include "support/environment.h"
 #include "support/process.h"
@@ -18,8 +19,8 @@ namespace kiln {
 namespace {
 
 namespace fs = std::filesystem;
+using test::call_kiln;
 using test::ProcessResult;
-using test::run_kiln;
 
 /// A square whose tangents point along v instead of u: MikkTSpace's are along u.
 void save_square(const fs::path& path, bool tangents) {
@@ -63,7 +64,7 @@ TEST(TangentsCommand, ThoseOfTheFileAreTaken) {
                                      "--json",
                                      folder / "report.json"};
     line.insert(line.end(), flags.begin(), flags.end());
-    const ProcessResult result = run_kiln(line);
+    const ProcessResult result = call_kiln(line);
     EXPECT_EQ(result.exit_code, 0) << result.errors;
     std::ifstream file(folder / "report.json");
     if (says != nullptr) {
@@ -88,9 +89,9 @@ TEST(TangentsCommand, ThoseOfTheFileAreTaken) {
   bake("turned", {});
   const auto angle = [&](const std::string& tangents) {
     const ProcessResult result =
-        run_kiln({"render", folder / "turned.ply", "--reference", folder / "high.obj", "--normal",
-                  folder / "maps" / "turned_normal.exr", "--tangents", tangents, "--size", "64",
-                  "--out", folder / "look.png", "--json", folder / "look.json"});
+        call_kiln({"render", folder / "turned.ply", "--reference", folder / "high.obj", "--normal",
+                   folder / "maps" / "turned_normal.exr", "--tangents", tangents, "--size", "64",
+                   "--out", folder / "look.png", "--frames", "1", "--json", folder / "look.json"});
     EXPECT_EQ(result.exit_code, 0) << result.errors;
     std::ifstream file(folder / "look.json");
     const nlohmann::json json = nlohmann::json::parse(file);
@@ -110,7 +111,7 @@ TEST(TangentsCommand, WhatCannotServeIsRefused) {
                                      "--out", folder / "maps",       "--tangents",
                                      "file"};
     line.insert(line.end(), flags.begin(), flags.end());
-    const ProcessResult result = run_kiln(line);
+    const ProcessResult result = call_kiln(line);
     EXPECT_EQ(result.exit_code, code) << result.errors;
     EXPECT_NE(result.errors.find(word), std::string::npos) << result.errors;
   };

@@ -4,14 +4,15 @@
 #include <algorithm>
 #include <cmath>
 
+#include "cli/call.h"
 #include "cli/command_scene.h"
 
 namespace kiln {
 namespace {
 
 namespace fs = std::filesystem;
+using test::call_kiln;
 using test::expect_exit;
-using test::run_kiln;
 
 struct Apart {
   double most = 0;        // in 1/255
@@ -61,7 +62,7 @@ TEST(Twins, OneSceneInFourFormatsGivesOneMap) {
         "--maps", "normal,color,position", "--max-distance", "0.1",   "--recall",   "0"};
     arguments.insert(arguments.end(), twin.flags.begin(), twin.flags.end());
     fs::remove_all(out / "twin");
-    expect_exit(run_kiln(arguments), 0, {});
+    expect_exit(call_kiln(arguments), 0, {});
     if (!fs::exists(out / "first")) {
       fs::rename(out / "twin", out / "first");
       continue;

@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
+#include "cli/call.h"
 #include "kiln/kiln.h"
 #include "support/environment.h"
 #include "support/json_file.h"
@@ -16,9 +17,9 @@ namespace {
 
 namespace fs = std::filesystem;
 using nlohmann::json;
+using test::call_kiln;
 using test::ProcessResult;
 using test::read_json;
-using test::run_kiln;
 
 /// A bumpy plane and a low poly of the same layout, but for a shift of the high poly's.
 fs::path make_scene(float shift) {
@@ -42,14 +43,14 @@ TEST(UvCommand, SaysWhyNoSampleHasAPoint) {
   KILN_REQUIRE_DEVICE();
   const fs::path scene = make_scene(3);
   std::vector<std::string> command = bake_command(scene);
-  const ProcessResult outside = run_kiln(command);
+  const ProcessResult outside = call_kiln(command);
   EXPECT_EQ(outside.exit_code, 3);
   EXPECT_NE(outside.errors.find("outside the unit square"), std::string::npos) << outside.errors;
   EXPECT_EQ(outside.errors.find("--max-distance"), std::string::npos) << outside.errors;
   Mesh flat = test::plane(4, 4);
   for (Vec2& uv : flat.uvs) uv = {0.5F, 0.5F};
   save_obj(flat, scene / "high.obj");
-  const ProcessResult none = run_kiln(command);
+  const ProcessResult none = call_kiln(command);
   EXPECT_EQ(none.exit_code, 3);
   EXPECT_NE(none.errors.find("no area"), std::string::npos) << none.errors;
   EXPECT_FALSE(fs::exists(scene / "out"));
@@ -64,12 +65,12 @@ TEST(UvCommand, VastOnesEnd) {
     Mesh low = flat;
     for (Vec2& uv : low.uvs) uv = {uv.x * scale, uv.y * scale};
     save_obj(low, scene / "low.obj");
-    const ProcessResult result = run_kiln(
+    const ProcessResult result = call_kiln(
         {"bake", scene / "high.obj", scene / "low.obj", "--size", "16", "--out", scene / "out"});
     EXPECT_NE((result.output + result.errors).find("unit square"), std::string::npos)
         << result.exit_code << result.errors;
-    const ProcessResult tiles = run_kiln({"bake", scene / "high.obj", scene / "low.obj", "--size",
-                                          "16", "--out", scene / "out", "--sets", "udim"});
+    const ProcessResult tiles = call_kiln({"bake", scene / "high.obj", scene / "low.obj", "--size",
+                                           "16", "--out", scene / "out", "--sets", "udim"});
     EXPECT_EQ(tiles.exit_code, 3);
     EXPECT_NE(tiles.errors.find("from 0 to 900"), std::string::npos) << tiles.errors;
   }
@@ -79,8 +80,8 @@ TEST(UvCommand, ANameTooLongIsToldAsSuch) {
   const fs::path scene = make_scene(0);
   for (const char* ending : {".glb", "/"}) {
     const std::string name = std::string(300, 'a');
-    const ProcessResult result = run_kiln({"bake", scene / "high.obj", scene / "low.obj", "--size",
-                                           "16", "--out", scene / (name + ending)});
+    const ProcessResult result = call_kiln({"bake", scene / "high.obj", scene / "low.obj", "--size",
+                                            "16", "--out", scene / (name + ending)});
     EXPECT_EQ(result.exit_code, 5) << result.errors;
     EXPECT_NE(result.errors.find("too long"), std::string::npos) << result.errors;
   }
@@ -91,7 +92,7 @@ TEST(UvCommand, AReportOnStandardOutputIsAlone) {
   const fs::path scene = make_scene(0);
   std::vector<std::string> command = bake_command(scene);
   command.back() = "-";
-  const ProcessResult result = run_kiln(command);
+  const ProcessResult result = call_kiln(command);
   ASSERT_EQ(result.exit_code, 0) << result.errors;
   EXPECT_EQ(json::parse(result.output)["options"]["match"], "uv");
   EXPECT_NE(result.errors.find("covered twice"), std::string::npos) << result.errors;
@@ -101,7 +102,7 @@ TEST(UvCommand, RefusesAFolderInTheMapsPlaceBeforeAnyWork) {
   KILN_REQUIRE_DEVICE();
   const fs::path scene = make_scene(0);
   fs::create_directories(scene / "out" / "low_normal.png");
-  const ProcessResult result = run_kiln(bake_command(scene));
+  const ProcessResult result = call_kiln(bake_command(scene));
   EXPECT_EQ(result.exit_code, 5);
   EXPECT_NE(result.errors.find("low_normal.png' is a folder"), std::string::npos) << result.errors;
   EXPECT_FALSE(fs::exists(scene / "r.json"));
@@ -119,7 +120,7 @@ TEST(UvCommand, AHeightFieldOfAnotherExtentIsToldSo) {
     std::vector<std::string> command = {"bake", scene / "h.exr", "--size",
                                         "64",   "--out",         scene / "out"};
     command.insert(command.begin() + 2, more.begin(), more.end());
-    return run_kiln(command);
+    return call_kiln(command);
   };
   ASSERT_EQ(run({"--height", "4", "--extent", "100", "--faces", "60"}).exit_code, 0);
   const ProcessResult result = run({scene / "out" / "h_low.obj", "--height", "4"});
@@ -130,7 +131,7 @@ TEST(UvCommand, AHeightFieldOfAnotherExtentIsToldSo) {
 TEST(UvCommand, BakesAndReports) {
   KILN_REQUIRE_DEVICE();
   const fs::path scene = make_scene(0);
-  const ProcessResult result = run_kiln(bake_command(scene));
+  const ProcessResult result = call_kiln(bake_command(scene));
   ASSERT_EQ(result.exit_code, 0) << result.errors;
   EXPECT_TRUE(fs::exists(scene / "out" / "low_normal.png"));
   EXPECT_NE((result.output + result.errors).find("covered twice"), std::string::npos);
@@ -148,13 +149,13 @@ TEST(UvCommand, RefusesLayoutsThatDisagreeUnlessForced) {
   KILN_REQUIRE_DEVICE();
   const fs::path scene = make_scene(0.2F);
   std::vector<std::string> command = bake_command(scene);
-  const ProcessResult refused = run_kiln(command);
+  const ProcessResult refused = call_kiln(command);
   EXPECT_EQ(refused.exit_code, 3) << refused.errors;
   EXPECT_NE(refused.errors.find("layouts"), std::string::npos) << refused.errors;
   EXPECT_NE(refused.errors.find("--force-uv"), std::string::npos);
   EXPECT_FALSE(fs::exists(scene / "out" / "low_normal.png"));
   command.emplace_back("--force-uv");
-  const ProcessResult forced = run_kiln(command);
+  const ProcessResult forced = call_kiln(command);
   EXPECT_EQ(forced.exit_code, 0) << forced.errors;
   EXPECT_NE(forced.errors.find("layouts"), std::string::npos) << forced.errors;
 }
@@ -165,10 +166,10 @@ TEST(UvCommand, RefusesContradictions) {
        {std::vector<std::string>{"--max-distance", "1"}, {"--height", "2"}, {"--extent", "3"}}) {
     std::vector<std::string> command = bake_command(scene);
     command.insert(command.end(), more.begin(), more.end());
-    EXPECT_EQ(run_kiln(command).exit_code, 2) << more[0];
+    EXPECT_EQ(call_kiln(command).exit_code, 2) << more[0];
   }
-  EXPECT_EQ(run_kiln({"bake", scene / "high.obj", scene / "low.obj", "--force-uv", "--out",
-                      scene / "out"})
+  EXPECT_EQ(call_kiln({"bake", scene / "high.obj", scene / "low.obj", "--force-uv", "--out",
+                       scene / "out"})
                 .exit_code,
             2);
 }
@@ -190,7 +191,7 @@ TEST_P(HeightFieldCommand, BakesOntoAPlaneOrASimplifiedTerrain) {
   std::vector<std::string> command = {
       "bake",  field,      "--height", "4",     "--extent",      "64",     "--size",
       "64x32", "--format", "exr",      "--out", scene / "plane", "--json", scene / "r.json"};
-  const ProcessResult plane = run_kiln(command);
+  const ProcessResult plane = call_kiln(command);
   ASSERT_EQ(plane.exit_code, 0) << plane.errors;
   json report = read_json(scene / "r.json");
   EXPECT_EQ(report["options"]["match"], "uv");
@@ -212,7 +213,7 @@ TEST_P(HeightFieldCommand, BakesOntoAPlaneOrASimplifiedTerrain) {
   for (const char* match : {"ray", "views", "closest", "visibility", "hybrid"}) {
     std::vector<std::string> searching = command;
     searching.insert(searching.end(), {"--match", match});
-    const ProcessResult refused = run_kiln(searching);
+    const ProcessResult refused = call_kiln(searching);
     EXPECT_EQ(refused.exit_code, 2) << match;
     for (const char* remedy : {"leave --match out", "--faces", "LOW", "--max-distance"}) {
       EXPECT_NE(refused.errors.find(remedy), std::string::npos) << refused.errors;
@@ -220,10 +221,10 @@ TEST_P(HeightFieldCommand, BakesOntoAPlaneOrASimplifiedTerrain) {
   }
   std::vector<std::string> far = command;
   far.insert(far.end(), {"--match", "ray", "--max-distance", "50%"});
-  EXPECT_EQ(run_kiln(far).exit_code, 0);
+  EXPECT_EQ(call_kiln(far).exit_code, 0);
   std::vector<std::string> automatic = command;
   automatic.insert(automatic.end(), {"--match", "auto", "--max-angle", "12"});
-  const ProcessResult chosen = run_kiln(automatic);
+  const ProcessResult chosen = call_kiln(automatic);
   ASSERT_EQ(chosen.exit_code, 0) << chosen.errors;
   report = read_json(scene / "r.json");
   EXPECT_EQ(report["plan"]["reached"], true);
@@ -233,7 +234,7 @@ TEST_P(HeightFieldCommand, BakesOntoAPlaneOrASimplifiedTerrain) {
 
   command[11] = scene / "terrain";
   command.insert(command.end(), {"--faces", "300"});
-  const ProcessResult terrain = run_kiln(command);
+  const ProcessResult terrain = call_kiln(command);
   ASSERT_EQ(terrain.exit_code, 0) << terrain.errors;
   report = read_json(scene / "r.json");
   EXPECT_LE(report["low"]["faces"], 300);  // or one fewer, where a collapse takes two
@@ -249,8 +250,8 @@ TEST(UvCommand, MakesALightMeshWithTheDenseLayout) {
   KILN_REQUIRE_DEVICE();
   const fs::path scene = make_scene(0);
   const ProcessResult baked =
-      run_kiln({"bake", scene / "high.obj", "--match", "uv", "--faces", "400", "--size", "64",
-                "--out", scene / "out", "--json", scene / "r.json"});
+      call_kiln({"bake", scene / "high.obj", "--match", "uv", "--faces", "400", "--size", "64",
+                 "--out", scene / "out", "--json", scene / "r.json"});
   ASSERT_EQ(baked.exit_code, 0) << baked.errors;
   const json report = read_json(scene / "r.json");
   EXPECT_LE(report["low"]["faces"].get<int>(), 400);
@@ -270,20 +271,20 @@ TEST(UvCommand, MakesALightMeshWithTheDenseLayout) {
 TEST(UvCommand, SimplifyKeepsUvsWhereAsked) {
   const fs::path scene = make_scene(0);
   const ProcessResult kept =
-      run_kiln({"simplify", scene / "high.obj", "--keep-uvs", "--faces", "300", "--out",
-                scene / "kept.obj", "--json", scene / "s.json"});
+      call_kiln({"simplify", scene / "high.obj", "--keep-uvs", "--faces", "300", "--out",
+                 scene / "kept.obj", "--json", scene / "s.json"});
   ASSERT_EQ(kept.exit_code, 0) << kept.errors;
   const json report = read_json(scene / "s.json");
   EXPECT_EQ(report["charts"], 1);
   EXPECT_NEAR(report["coverage"].get<double>(), 1, 1e-3);
   EXPECT_EQ(report["unwrap"], "kept");
-  const ProcessResult both = run_kiln(
+  const ProcessResult both = call_kiln(
       {"simplify", scene / "high.obj", "--keep-uvs", "--size", "512", "--out", scene / "both.obj"});
   EXPECT_EQ(both.exit_code, 2);
   EXPECT_NE(both.errors.find("--size"), std::string::npos);
   Mesh bare = test::icosphere(3);
   save_obj(bare, scene / "bare.obj");
-  const ProcessResult none = run_kiln(
+  const ProcessResult none = call_kiln(
       {"simplify", scene / "bare.obj", "--keep-uvs", "--faces", "99", "--out", scene / "n.obj"});
   EXPECT_EQ(none.exit_code, 3);
   EXPECT_NE(none.errors.find("no UVs to keep"), std::string::npos) << none.errors;

@@ -5,6 +5,7 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 
+#include "cli/call.h"
 #include "kiln/kiln.h"
 #include "kiln/volume.h"
 #include "support/environment.h"
@@ -17,9 +18,9 @@ namespace {
 
 namespace fs = std::filesystem;
 using nlohmann::json;
+using test::call_kiln;
 using test::ProcessResult;
 using test::read_json;
-using test::run_kiln;
 
 fs::path make_scene() {
   const fs::path folder = test::scratch_folder();
@@ -45,8 +46,8 @@ TEST(VolumeCommand, WritesMeshAndMap) {
   KILN_REQUIRE_DEVICE();
   const fs::path scene = make_scene();
   const ProcessResult result =
-      run_kiln({"volume", scene / "ball.nrrd", "--iso", "127.5", "--faces", "500", "--size", "256",
-                "--out", scene / "out", "--full", scene / "full.obj", "--json", scene / "r.json"});
+      call_kiln({"volume", scene / "ball.nrrd", "--iso", "127.5", "--faces", "500", "--size", "256",
+                 "--out", scene / "out", "--full", scene / "full.obj", "--json", scene / "r.json"});
   ASSERT_EQ(result.exit_code, 0) << result.errors;
   const Mesh low = load_mesh(scene / "out" / "ball_low.obj");
   const json report = read_json(scene / "r.json");
@@ -64,8 +65,8 @@ TEST(VolumeCommand, WritesMeshAndMap) {
   }
   // The same from the bare voxels, to the byte.
   const ProcessResult raw =
-      run_kiln({"volume", scene / "ball.raw", "--raw-size", "40x40x40", "--iso", "127.5", "--faces",
-                "500", "--size", "256", "--out", scene / "raw", "--quiet"});
+      call_kiln({"volume", scene / "ball.raw", "--raw-size", "40x40x40", "--iso", "127.5",
+                 "--faces", "500", "--size", "256", "--out", scene / "raw", "--quiet"});
   ASSERT_EQ(raw.exit_code, 0) << raw.errors;
   EXPECT_EQ(raw.output, "");
   EXPECT_EQ(bytes(scene / "out" / "ball_low_normal.png"),
@@ -79,7 +80,7 @@ TEST(VolumeCommand, MakesSeveralLevels) {
     std::vector<std::string> words = {"volume", scene / "ball.nrrd", "--iso", "127.5",
                                       "--json", scene / "r.json",    "--out", scene / "out"};
     words.insert(words.end(), more.begin(), more.end());
-    const ProcessResult result = run_kiln(words);
+    const ProcessResult result = call_kiln(words);
     EXPECT_EQ(result.exit_code, 0) << result.errors;
     return result;
   };
@@ -115,16 +116,16 @@ TEST(VolumeCommand, BakesTheLongWay) {
   const fs::path scene = make_scene();
   for (const std::string match : {"ray", "closest"}) {
     const fs::path out = scene / match;
-    const ProcessResult result = run_kiln({"volume",         scene / "ball.nrrd",
-                                           "--iso",          "127.5",
-                                           "--faces",        "400",
-                                           "--size",         "256",
-                                           "--match",        match,
-                                           "--max-distance", "3",
-                                           "--space",        "object",
-                                           "--format",       "exr",
-                                           "--out",          out,
-                                           "--json",         out.string() + ".json"});
+    const ProcessResult result = call_kiln({"volume",         scene / "ball.nrrd",
+                                            "--iso",          "127.5",
+                                            "--faces",        "400",
+                                            "--size",         "256",
+                                            "--match",        match,
+                                            "--max-distance", "3",
+                                            "--space",        "object",
+                                            "--format",       "exr",
+                                            "--out",          out,
+                                            "--json",         out.string() + ".json"});
     ASSERT_EQ(result.exit_code, 0) << result.errors;
     EXPECT_TRUE(fs::exists(out / "ball_low_normal.exr"));
     const json report = read_json(out.string() + ".json");
@@ -150,7 +151,7 @@ TEST(VolumeCommand, OuterSurfaceAlone) {
         "volume", scene / "shell.nrrd", "--iso", "100",         "--size", "256",
         "--json", scene / "r.json",     "--out", scene / "out", "--quiet"};
     if (outer) words.insert(words.end(), {"--outer", "--outer-gap", "1"});
-    const ProcessResult result = run_kiln(words);
+    const ProcessResult result = call_kiln(words);
     ASSERT_EQ(result.exit_code, 0) << result.errors;
     const json report = read_json(scene / "r.json");
     EXPECT_EQ(report["contour"]["parts"], outer ? 1 : 2);
@@ -171,7 +172,7 @@ TEST(VolumeCommand, ChoosesWhatNoFlagSays) {
     std::vector<std::string> words = {"volume", scene / "ball.nrrd", "--iso", "127.5",
                                       "--json", scene / "r.json",    "--out", scene / "out"};
     words.insert(words.end(), more.begin(), more.end());
-    const ProcessResult result = run_kiln(words);
+    const ProcessResult result = call_kiln(words);
     EXPECT_EQ(result.exit_code, 0) << result.errors;
     return result;
   };
@@ -213,7 +214,7 @@ TEST(VolumeCommand, FacesAskedForAreReached) {
                                       "--json", scene / "r.json",      "--faces", "500",
                                       "--out",  scene / "out"};
     words.insert(words.end(), more.begin(), more.end());
-    const ProcessResult result = run_kiln(words);
+    const ProcessResult result = call_kiln(words);
     EXPECT_EQ(result.exit_code, 0) << result.errors;
     return read_json(scene / "r.json");
   };
@@ -234,7 +235,7 @@ TEST(VolumeCommand, RefusesWhatCannotBe) {
   const auto run = [&](std::vector<std::string> more) {
     std::vector<std::string> words = {"volume", scene / "ball.nrrd", "--out", scene / "out"};
     words.insert(words.end(), more.begin(), more.end());
-    return run_kiln(words);
+    return call_kiln(words);
   };
   EXPECT_EQ(run({}).exit_code, 2);
   EXPECT_EQ(run({"--iso", "high"}).exit_code, 2);

@@ -322,17 +322,17 @@ TEST(Curvature, CostsWhatIsAskedFor) {
   // Needles round a tip and sheets: a ball's border crosses all of them, of which it looks at a bounded number.
   for (Mesh (*make)(std::uint32_t) : {needles, sheets}) {
     const double radius = make == needles ? 0.4 : 0.05;
-    const double few = steps_of_a_ball(make(24000), radius);
-    const double many = steps_of_a_ball(make(72000), radius);
+    const double few = steps_of_a_ball(make(12000), radius);
+    const double many = steps_of_a_ball(make(36000), radius);
     EXPECT_LE(many, 1.5 * few);
     EXPECT_LE(many, 40000);
   }
   // In all directions: boxes of cut needles keep balls from most of them. 4 times as many are
   // in 4 times as many balls.
-  const double few = steps_of_a_ball(random_needles(20000), 0.005);
-  const double many = steps_of_a_ball(random_needles(80000), 0.005);
+  const double few = steps_of_a_ball(random_needles(10000), 0.005);
+  const double many = steps_of_a_ball(random_needles(40000), 0.005);
   EXPECT_LE(many, 4.4 * few);
-  EXPECT_LE(many, 80000 / 10);
+  EXPECT_LE(many, 40000 / 10);
   // 16 times the triangles in the same ball, as many points: nothing is found at the others' vertices.
   const double coarse = steps_of_a_ball(test::icosphere(5), 0.2);
   const double fine = steps_of_a_ball(test::icosphere(7), 0.2);

@@ -93,15 +93,15 @@ TEST(OcclusionFalloffs, RandomRaysSayTheSame) {
   const Source source(*test::device(), high);
   constexpr double kReach = 0.9;
   for (const OcclusionFalloff falloff : kEach) {
-    BakeOptions options = with(falloff, {MapKind{"ao"}, MapKind{"bent_normal"}}, 8);
+    BakeOptions options = with(falloff, {MapKind{"ao"}, MapKind{"bent_normal"}}, 4);
     options.match.max_distance = Length::absolute(1e-4);
     options.occlusion.rays = 1024;
     options.occlusion.distance = Length::absolute(kReach);
     const BakeResult baked = bake(source, ground(2), options);
     double mean = 0;
-    for (std::size_t i = 0; i < 64; ++i) {
-      const double x = (static_cast<double>(i % 8) + 0.5) / 4 - 1;
-      const double y = 1 - (static_cast<double>(i / 8) + 0.5) / 4;
+    for (std::size_t i = 0; i < 16; ++i) {
+      const double x = (static_cast<double>(i % 4) + 0.5) / 2 - 1;
+      const double y = 1 - (static_cast<double>(i / 4) + 0.5) / 2;
       reference::HemisphereSearch search;
       search.rays = 2000;
       search.seed = i + 1;
@@ -112,13 +112,13 @@ TEST(OcclusionFalloffs, RandomRaysSayTheSame) {
       // Five deviations of 2000 random rays at worst.
       const double open = map_of(baked, "ao").pixels[i];
       EXPECT_NEAR(open, view.open, 5 * 0.5 / std::sqrt(2000)) << i;
-      mean += (open - view.open) / 64;
+      mean += (open - view.open) / 16;
       const double lean = std::hypot(view.lean[0], view.lean[1], view.lean[2]);
       for (std::size_t c = 0; c < 3; ++c) {
         EXPECT_NEAR(map_of(baked, "bent_normal").pixels[3 * i + c], view.lean[c] / lean, 0.1) << i;
       }
     }
-    EXPECT_LT(std::abs(mean), 0.006);  // five deviations of 64 times as many
+    EXPECT_LT(std::abs(mean), 0.012);  // less than five deviations of 16 times as many
   }
 }
 

@@ -45,17 +45,17 @@ class Crashes : public ::testing::Test {
     return test::run_kiln(words(out), options);
   }
 
-  /// A match by two views: few kernels, since an empty cache compiles them all.
+  /// Nearest points of one sample at a time: few kernels, since an empty cache compiles them all.
   std::vector<std::string> words(const fs::path& out) const {
     return {"bake",
             folder_ / "high.obj",
             folder_ / "low.obj",
             "--match",
-            "views",
-            "--views",
-            "2",
-            "--view-size",
-            "64",
+            "closest",
+            "--traversal",
+            "gpu",
+            "--recall",
+            "0",
             "--maps",
             "mask",
             "--size",

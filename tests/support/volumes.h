@@ -29,6 +29,25 @@ T as_voxel(double value) {
   return static_cast<T>(value);
 }
 
+/// Every second voxel along each axis.
+inline Volume halved(const Volume& volume) {
+  Volume half = volume;
+  half.voxels.clear();
+  for (std::uint32_t& side : half.size) side = (side + 1) / 2;
+  for (auto& axis : half.axes) axis = {2 * axis[0], 2 * axis[1], 2 * axis[2]};
+  const std::size_t row = volume.size[0], slice = row * volume.size[1],
+                    bytes = volume.voxels.size() / (slice * volume.size[2]);
+  for (std::size_t z = 0; z < volume.size[2]; z += 2) {
+    for (std::size_t y = 0; y < volume.size[1]; y += 2) {
+      for (std::size_t x = 0; x < volume.size[0]; x += 2) {
+        const std::byte* const voxel = &volume.voxels[bytes * (z * slice + y * row + x)];
+        half.voxels.insert(half.voxels.end(), voxel, voxel + bytes);
+      }
+    }
+  }
+  return half;
+}
+
 /// Samples f(x, y, z) at the voxels' own indices. T is the voxels' type.
 template <typename T, typename Function>
 Volume make_volume(std::array<std::uint32_t, 3> size, VoxelType type, const Function& f) {

@@ -221,7 +221,7 @@ TEST(Extract, HeadIsClosedHoweverItIsSimplified) {
   // A real scan: ten thousand specks, thin walls, vertices of neighbouring cells at the same place.
   KILN_REQUIRE_DEVICE();
   KILN_REQUIRE_DATA("head_t1.nrrd");
-  const Volume volume = load_volume(*test::shared_data("head_t1.nrrd"));
+  const Volume volume = test::halved(load_volume(*test::shared_data("head_t1.nrrd")));
   ExtractOptions options;
   options.contour.iso = 40;
   options.faces = 3000;

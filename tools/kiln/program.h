@@ -32,9 +32,13 @@ class Program {
   std::map<std::string, Run> commands_;
 };
 
-/// Parses, runs one of the commands, and turns errors into the documented exit codes.
+/// Parses, runs one of the commands, and turns errors into the documented exit codes. Sets no handlers and, but for
+/// --memory-limit, no limits.
 /// \param commands  of the program, in the order of its help
 /// \returns the exit code
+int run_program(int argc, char** argv, std::span<const CommandEntry> commands);
+
+/// The main function: run_program(), with handlers of signals and of crashes, and supervised where a driver failed.
 int program_main(int argc, char** argv, std::span<const CommandEntry> commands);
 
 }  // namespace kiln::cli

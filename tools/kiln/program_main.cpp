@@ -83,6 +83,21 @@ int run(int argc, char** argv, std::span<const kiln::cli::CommandEntry> commands
 
 }  // namespace
 
+int kiln::cli::run_program(int argc, char** argv, std::span<const CommandEntry> commands) {
+  try {
+    return run(argc, argv, commands);
+  } catch (const std::bad_alloc&) {
+    std::fputs(
+        "kiln: Memory ran out, or --memory-limit was reached. Use a smaller --size, fewer "
+        "--samples or a "
+        "lighter mesh, or raise --memory-limit.\n",
+        stderr);
+  } catch (const std::exception& error) {
+    cli::print_line(stderr, std::string("kiln: ") + error.what());
+  }
+  return static_cast<int>(ErrorCode::internal);
+}
+
 int kiln::cli::program_main(int argc, char** argv, std::span<const CommandEntry> commands) {
   if (!cli::reserve_descriptors()) {
     std::fputs(
@@ -94,22 +109,12 @@ int kiln::cli::program_main(int argc, char** argv, std::span<const CommandEntry>
   // PoCL installs a process-wide handler for arithmetic traps; ours to decide, so not wanted.
   setenv("POCL_SIGFPE_HANDLER", "0", 0);
   int exit_code = static_cast<int>(ErrorCode::internal);
-  try {
-    if (cli::supervised(exit_code)) return exit_code;
-    keep_memory();
-    obey_memory_limit();
-    cli::catch_crashes(argv);
-    cli::catch_interrupts();
-    exit_code = run(argc, argv, commands);
-  } catch (const std::bad_alloc&) {
-    std::fputs(
-        "kiln: Memory ran out, or --memory-limit was reached. Use a smaller --size, fewer "
-        "--samples or a "
-        "lighter mesh, or raise --memory-limit.\n",
-        stderr);
-  } catch (const std::exception& error) {
-    cli::print_line(stderr, std::string("kiln: ") + error.what());
-  }
+  if (cli::supervised(exit_code)) return exit_code;
+  keep_memory();
+  obey_memory_limit();
+  cli::catch_crashes(argv);
+  cli::catch_interrupts();
+  exit_code = run_program(argc, argv, commands);
   if (driver_failed()) {
     // Its handlers at exit would wait for locks that it holds for good.
     std::fflush(nullptr);

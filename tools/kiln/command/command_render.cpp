@@ -346,7 +346,8 @@ int run_render(const RenderArguments& arguments) {
   const double seconds_save = watch.lap();
 
   Json rendered;
-  if (high) rendered = measure(console, *high, low, *reference, options, has_map);
+  const bool says = !arguments.quiet || !arguments.json.empty();
+  if (high && says) rendered = measure(console, *high, low, *reference, options, has_map);
   if (high) check_green(device, mesh, map, *high, *reference, options.z_up, warnings);
   for (const Warning& warning : warnings) console.warning(warning.message);
   const double seconds_measure = watch.lap();
