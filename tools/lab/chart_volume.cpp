@@ -300,8 +300,7 @@ class VolumesChart : public ChartKind {
 
   /// Seconds from the volume in memory to low poly and map: the finest contour, also where a high poly is made of it;
   /// simplifying, and UVs where there is a map; putting the high poly on the device; splatting, or the rest of the bake.
-  /// Times marks. A stage that several share is timed once a run, and counts for each.
-  /// \returns null where progress said stop
+  /// A stage that several marks share is timed once a run, and counts for each. \returns null where progress said stop
   Json time(std::size_t i, const std::string& note) {
     const auto& [way, sized] = tasks_[i];
     const std::uint32_t size = sized->size;

@@ -125,9 +125,8 @@ std::vector<std::string> measured_maps(const MeasureArguments& a) {
   return maps;
 }
 
-/// The ways to rate: every method, and those that take directions of visibility once a place where these are gathered.
-/// The matches to rate. One that the flags do not serve, or that the meshes do not allow, is left out, or refused where it
-/// was named.
+/// The ways to rate: every method, and those that take directions of visibility once a place where these are gathered. One
+/// that flags do not serve, or that the meshes do not allow, is left out, or refused where it was named.
 /// \throws Error(usage), Error(input)
 std::vector<Rating> choose(const MeasureArguments& a, const Inputs& inputs, const Source& source,
                            std::vector<LeftOut>& left_out) {
