@@ -32,6 +32,8 @@ constexpr double kSteps = 16777216;
 constexpr std::size_t kMostBitmaps = 10000;
 /// A padding that leaves less of the map than this to charts may be halved: where that raises it by a factor.
 constexpr double kWantedCoverage = 0.25, kWorthwhile = 1.3;
+/// Below a texel only where hardly anything, or nothing, is left.
+constexpr double kHardlyAny = 0.02;
 /// Texels by detail are left alone where they are expected to gain less than this.
 constexpr double kLeastGain = 0.01;
 /// Share of the surface above which charts narrower than a texel are worth a warning: less is rims and fillets.
@@ -98,7 +100,7 @@ Layout pack(const std::vector<FlatChart>& charts, const PackState* from,
             const UnwrapOptions& options, int threads) {
   const std::vector<Outline> outlines = outlines_of(charts);
   Layout best = pack_with(outlines, options.size, options.border_texels, from, threads);
-  while (best.coverage < kWantedCoverage && (best.padding > 1 || best.coverage == 0)) {
+  while (best.coverage < kWantedCoverage && (best.padding > 1 || best.coverage < kHardlyAny)) {
     if (best.padding < 1.0 / 1024) {
       throw Error(ErrorCode::input, "unwrap: the mesh has too many charts for a texture of " +
                                         std::to_string(options.size) +

@@ -76,6 +76,14 @@ TEST(ManyCharts, ScrapsKeepTheirDistance) {
   EXPECT_GT(many.coverage, 0.6);
 }
 
+TEST(ManyCharts, HaveTexelsOfSmallMaps) {
+  const Mesh mesh = scraps(700);
+  UnwrapReport report;
+  unwrap(mesh, {.size = 32, .border_texels = 1}, &report);
+  EXPECT_GT(report.charts, 600u);
+  EXPECT_GT(report.coverage, 0.05);
+}
+
 TEST(ManyCharts, KnownOnesOfAnotherSizeChangeNothing) {
   // The charts of the first do not depend on the size; those of the second may.
   Mesh parts;
