@@ -114,7 +114,7 @@ class EdgeCollapser {
   bool keeps_shapes(const Entry& entry, const Step& step);
   void collapse(std::uint32_t a, std::uint32_t b, const Step& step);
   void relax_at(std::uint32_t vertex, Distances which);
-  bool prism_keeps(std::uint32_t a, std::uint32_t b, Anchor anchor, const Vec3d& target);
+  bool bound_keeps(std::uint32_t a, std::uint32_t b, Anchor anchor, const Vec3d& target);
   bool is_within_bound(const Entry& entry, Step& step);
   bool take(const Entry& entry);
   bool has_twins(std::uint32_t a, std::uint32_t b, const Step& step);

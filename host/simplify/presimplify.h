@@ -27,8 +27,8 @@ void presimplify(Work& work, std::size_t faces, double error, bool height_field,
                  std::span<const Place> untouched, bool parts = true,
                  PresimplifiedPieces* known = nullptr);
 
-/// Drops small components: up to 64 triangles beside a cut, of a part of the dense mesh (that hangs together by edges) of which
-/// more is left.
+/// Drops small components: up to 64 triangles beside a cut, of a part of the dense mesh (that hangs together by edges) of
+/// which more is left.
 /// \param triangles  in, out
 /// \param origin     of each vertex, the dense one; what cuts have made comes after the dense ones
 void drop_small_components(std::vector<Triangle>& triangles, const std::vector<Triangle>& dense,

@@ -1,4 +1,5 @@
-// One chart cut open and laid flat: as-rigid-as-possible rounds, and rounds that lower the symmetric Dirichlet energy without ever flipping or overlapping.
+// One chart cut open and laid flat: as-rigid-as-possible rounds, and rounds that lower the symmetric Dirichlet energy
+// without ever flipping or overlapping.
 #pragma once
 
 #include <array>
