@@ -92,8 +92,8 @@ struct BakeOptions {
   std::vector<OwnMap> own_maps = {};  ///< A map each, after those; names as of transfers
   /// A map each, after those; names as of transfers. What follows is for all maps whose variant does not say else.
   std::vector<MapVariant> variants = {};
-  /// The most that one of them may take for 65,536 samples, 1 to 86400 seconds. A kernel cannot be stopped: past that
-  /// the bake ends with Error(input), and this process uses no device any more.
+  /// The most that one of them may take for 65,536 samples, and its compiler, 1 to 86400 seconds. Neither can be
+  /// stopped: past that the bake ends with Error(input), and this process uses no device any more.
   double own_map_seconds = 60;
   OcclusionOptions occlusion = {};  ///< For the maps ao, bent_normal and thickness
   /// Curvature is the mean over the high poly's surface within this distance of the point. Above 0. None

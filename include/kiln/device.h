@@ -35,6 +35,13 @@ struct DeviceInfo {
 };
 
 /// All OpenCL devices of all platforms, GPUs first. Empty where there is no platform. Any thread may call it.
+///
+/// The first call of this or of Device::open() decides where compiled kernels are kept, which drivers load as code: in
+/// POCL_CACHE_DIR, XDG_CACHE_HOME or ~/.cache, where nobody else may write; else in a folder of this user's within
+/// TMPDIR or /tmp, which it names to PoCL by setting POCL_CACHE_DIR in the environment of the process. No other thread
+/// may read or change the environment meanwhile. What is imperfect about the folder, Source::warnings() says
+/// (`kernel-folder`).
+/// \throws Error(device), id `kernel-folder`, where that folder is another user's
 std::vector<DeviceInfo> list_devices();
 
 /// An open OpenCL device: context, queue and the programs built so far. Cheap to copy (shared).

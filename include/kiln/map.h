@@ -18,6 +18,9 @@ namespace KILN_PUBLIC kiln {
 
 /// A map of the caller's own: a function of the high poly's point in OpenCL C 1.2, run once a sample.
 ///
+/// It is a program with the caller's rights: native code within this process, which may write anywhere in its memory and
+/// crash it. No mesh or material names one; it is the caller's to trust.
+///
 /// The source defines `float4 kiln_map(const kiln_point* point)`; kernels/detail/own.clh documents the point and
 /// the ray caster. It may define further functions, and includes nothing. What it returns is averaged over a
 /// texel's samples, number by number. Where nothing was found it is not called: those texels are filled from
