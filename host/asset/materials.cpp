@@ -272,6 +272,18 @@ bool look_alike(const Material& a, const Material& b, ComparedFiles& compared) {
          a.occlusion_strength == b.occlusion_strength;
 }
 
+/// The first bytes of a PLY, its header among them. Those of a scan can be gigabytes.
+std::string ply_head(const ByteSource& source) {
+  constexpr std::size_t kFirst = std::size_t{1} << 16, kLineEnd = 2;
+  constexpr std::string_view kEnd = "end_header";
+  for (std::size_t limit = kFirst;; limit *= 4) {
+    std::string head = source.head(limit);
+    const std::size_t end = head.find(kEnd);
+    const bool is_whole = end != std::string::npos && end + kEnd.size() + kLineEnd <= head.size();
+    if (is_whole || head.size() < limit) return head;
+  }
+}
+
 }  // namespace
 
 std::vector<Material> load_materials(const Mesh& mesh, const fs::path& mesh_file,
@@ -290,15 +302,17 @@ std::vector<Material> load_materials(const Mesh& mesh, const fs::path& mesh_file
       named.file += " (materials of " + mesh_file.string() + ")";
       named.fail(place, problem, remedy);
     };
-    const std::string bytes = read_whole(*open_file(path, fail), fail);
+    const auto source = open_file(path, fail);
+    const std::string bytes = is_ply_name(path) ? ply_head(*source) : read_whole(*source, fail);
     input.bytes = bytes;
     input.folder = path.parent_path();
     input.options.outside = outside;
     if (is_assimp_name(path)) input.warnings = nullptr;  // load_mesh() said it
-    for (Material& material : is_gltf_name(path) ? read_gltf_materials(input)
-                              : is_assimp_name(path)
-                                  ? read_by_assimp(input).materials
-                                  : read_materials(input, path.parent_path(), &finder)) {
+    for (Material& material :
+         is_gltf_name(path)     ? read_gltf_materials(input)
+         : is_ply_name(path)    ? read_ply_materials(input, path.parent_path(), &finder)
+         : is_assimp_name(path) ? read_by_assimp(input).materials
+                                : read_materials(input, path.parent_path(), &finder)) {
       read.push_back(std::move(material));
     }
   }

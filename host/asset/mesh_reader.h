@@ -53,9 +53,12 @@ inline bool is_assimp_name(const std::filesystem::path& path) {
   const std::string extension = lower_extension(path);
   return extension == ".fbx" || extension == ".dae" || extension == ".3ds" || extension == ".x";
 }
+inline bool is_ply_name(const std::filesystem::path& path) {
+  return lower_extension(path) == ".ply";
+}
 /// True if a file describes the materials of its mesh itself, where OBJ names an MTL.
 inline bool has_own_materials(const std::filesystem::path& path) {
-  return is_gltf_name(path) || is_assimp_name(path);
+  return is_gltf_name(path) || is_assimp_name(path) || is_ply_name(path);
 }
 
 /// Each throws Error(input) for what it cannot use, and appends to input.warnings for the rest.

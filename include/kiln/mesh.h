@@ -114,10 +114,14 @@ struct LoadMeshOptions {
 ///
 /// Polygons become triangles as Triangulation::automatic has it. In PLY's strips -1 ends a strip, and
 /// a triangle with a repeated corner, which only turns it, is none. PLY gives UVs per vertex (s t, u
-/// v, tu tv, s0 t0, texture_u texture_v...) or per corner (a face list "texcoord"), OBJ per corner. OFF has
+/// v, tu tv, s0 t0, texture_u texture_v...) or per corner (a face list "texcoord"), which goes first, OBJ per corner. Index
+/// 0 of a UV or normal in OBJ is none. OFF has
 /// any of the letters ST, C, N, 4 and n. Colours of OBJ (r g b, r g b a, or ZBrush's #MRGB lines), of PLY's
-/// floats and of OFF are bytes where any of the file is above 1 (1.001, for rounding), else fractions. Names in
-/// OBJ may hold '#'. OBJ, PLY and OFF may be UTF-16 with a byte-order mark. STL corners
+/// floats and of OFF are bytes where any of the file is above 1 (1.001, for rounding), else fractions. Colours of faces
+/// (PLY, OFF, the 15 bits of STL as VisCAM, SolidView or Magics write them) become those of vertices: one between faces of
+/// several colours is there once for each. Where vertices have colours that are not all alike, those count.
+/// A PLY's pictures (lines "comment TextureFile NAME") are its materials, one a picture, by the faces' `texnumber`.
+/// Names in OBJ may hold '#'. OBJ, PLY and OFF may be UTF-16 with a byte-order mark. STL corners
 /// with exactly equal positions become one vertex. Positions are read in double precision. A mesh
 /// farther from the world's origin than 16 of its diagonals gets an `origin` of its own; its box is that of
 /// triangles with area. PLY's
@@ -139,6 +143,12 @@ struct LoadMeshOptions {
 ///   missing-normals       corners without normal where others have one: normal zero
 ///   missing-colors        vertices without colour where others have one: white
 ///   color-scale           colours above 1 that are nearly black as bytes: they may be brighter than white
+///   face-colors-left-out  faces have colours, but the vertices' own were taken
+///   color-indices         OFF: colours of faces by a number in a list that the file has not: none
+///   zero-indices          OBJ: index 0 of a UV or a normal: none there
+///   texture-numbers       PLY: a `texnumber` of no picture (none there), or pictures without one (the first)
+///   texture-without-uvs   PLY: pictures, but no UVs: not read
+///   bad-texcoords         PLY: not two numbers a corner: the vertices' UVs, or none
 ///   bad-polypaint         colours of #MRGB lines that are none, or of no vertex: ignored
 ///   unused-properties     PLY: a second set of UVs, or a part of a set: ignored
 ///   ignored-header-lines  PLY: lines of the header that are none of PLY's
