@@ -147,7 +147,10 @@ struct AssetMaterial {
 struct SaveAssetOptions {
   std::vector<AssetNode> nodes;  ///< As Asset::nodes; empty: a node an object
   std::vector<std::uint32_t>
-      object_nodes;         ///< As Asset::object_nodes; AssetNode::kNone: a root of its own
+      object_nodes;  ///< As Asset::object_nodes; AssetNode::kNone: a root of its own
+  /// Collision hulls beside the mesh: written as they are, without UVs, materials and colours; null: none. Not kept.
+  const Mesh* hulls = nullptr;
+  std::vector<std::uint32_t> hull_nodes;  ///< As object_nodes, of the hulls' objects
   double metres = 0;        ///< A unit of the mesh, which becomes the root's scale; 0: 1
   std::string extras;       ///< JSON: `asset.extras`, an object; empty: none
   std::string copyright;    ///< `asset.copyright`; empty: none

@@ -21,6 +21,7 @@ struct MeshFiles {
   /// Contents beside the mesh, where asked for: nodes, and materials as Mesh::material_names; of its own
   /// mesh names of objects alone, as `object_nodes` counts them.
   Asset beside;
+  Mesh hulls;  ///< Collision hulls that were taken off; see take_collision_hulls()
 
   /// The file of a triangle.
   const std::string& file_of(std::size_t triangle) const;
