@@ -43,7 +43,8 @@ void check(const RenderArguments& arguments) {
   refuse_if(std::filesystem::path(arguments.out).extension() != ".png",
             "--out '" + arguments.out + "': the picture is a PNG, so the name must end in .png.");
   refuse_if(stretches(arguments.heights) && !is_height_field(arguments.reference),
-            "--height and --extent are for a --reference that is a height field, a PNG or EXR.");
+            "--height, --extent and --no-data are for a --reference that is a height field, a PNG, "
+            "EXR or TIFF.");
   refuse_if(arguments.flat && !arguments.normal.empty(),
             "--flat shows faces and --normal the map: leave one of them out. With --reference "
             "and --normal the flat mesh is shown beside.");
@@ -394,7 +395,7 @@ Run add_render(Command& app) {
                                      "--visibility-size", "--visibility-smooth",
                                      "--view-weight"};
   const std::set<std::string> matching = add_matching_flags(*command, a->bake, own);
-  add_height_options(*command, *a, "The height field (--reference is a PNG or EXR)");
+  add_height_options(*command, *a, "The height field (--reference is a PNG, EXR or TIFF)");
   add_options(*command, render_rows(), a.get());
   return [a, command, matching] {
     for (const std::string& flag : given_flags(*command)) {
