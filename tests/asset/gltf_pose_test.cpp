@@ -200,11 +200,12 @@ TEST(GltfPose, VerticesWithoutWeightsAreTold) {
   attributes["JOINTS_0"] =
       maker.add<std::uint8_t>("VEC4", {0, 9, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 9, 9, 9, 9});
   attributes["WEIGHTS_0"] =
-      maker.add<float>("VEC4", {1, 0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 0, 0, 0, 0});
+      maker.add<float>("VEC4", {1, 0, 0, 0, 0.5F, 0, 0, 0, 1, 0, 0, 0, 0, 0, 0, 0});
   const Loaded loaded = load_text("free.glb", maker.glb());
   EXPECT_EQ(loaded.count("unweighted-vertices"), 1U);
   expect_place(loaded.world(3), {0, 1, 5}, "free");
   expect_place(loaded.world(0), times(some_matrix(1), Place{0, 0, 0}), "bound");
+  expect_place(loaded.world(1), times(some_matrix(1), Place{1, 0, 0}), "of weights below 1");
 }
 
 TEST(GltfPose, SkinsThatLie) {
