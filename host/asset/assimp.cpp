@@ -422,7 +422,11 @@ class SceneReader {
     // One that may not be read may have a copy beside the file.
     fs::path file = finder_.find(folder_ / (allowed ? plain : plain.filename()), input_.file);
     std::error_code error;
-    if (fs::is_regular_file(file, error)) return file;
+    if (fs::is_regular_file(file, error)) {
+      if (input_.options.outside || lies_within(folder_, file)) return file;
+      if (outside_++ == 0) first_outside_ = name;
+      return {};
+    }
     if (!allowed && fs::is_regular_file(folder_ / plain, error)) {
       if (outside_++ == 0) first_outside_ = name;
     } else if (missing_++ == 0) {

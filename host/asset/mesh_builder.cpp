@@ -455,6 +455,7 @@ void MeshBuilder::complete_attributes(Mesh& mesh) {
     // Any number would bake them over some chart.
     constexpr float kNowhere = std::numeric_limits<float>::quiet_NaN();
     uvs.push_back({kNowhere, kNowhere});
+    for (UvSet& set : other_uvs) set.uvs.push_back({kNowhere, kNowhere});
     missing = 1;
     input_.warn("missing-uvs",
                 counted(bare, "triangle") + (bare == 1 ? " has" : " have") +
@@ -487,6 +488,7 @@ void MeshBuilder::complete_attributes(Mesh& mesh) {
                 bad);
   }
   mesh.uvs = std::move(uvs);
+  if (!mesh.uvs.empty()) mesh.other_uvs = std::move(other_uvs);
   mesh.uv_triangles = std::move(uv_triangles_);
   mesh.normals = std::move(normals);
   mesh.normal_triangles = std::move(normal_triangles_);

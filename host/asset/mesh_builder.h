@@ -41,6 +41,7 @@ class MeshBuilder {
 
   std::vector<Position> positions;
   std::vector<Vec2> uvs;
+  std::vector<UvSet> other_uvs;  ///< As many each as `uvs`
   std::vector<Vec3> normals;  ///< Any length; made unit by finish(), zero where that is impossible.
   std::vector<std::array<std::uint8_t, 4>> colors;  ///< Empty or one per position, in order.
   std::vector<Tangent> tangents;                    ///< Empty or one per position; any length.

@@ -43,10 +43,10 @@ Mesh parse_mesh(const MeshInput& input, MeshFormat format, Asset* whole = nullpt
 Mesh load_mesh_file(const std::filesystem::path& path, const LoadMeshOptions& options,
                     std::vector<Warning>* warnings, Asset* whole);
 
-/// True for .glb and .gltf.
+/// True for .glb, .gltf and .vrm, which is a .glb.
 inline bool is_gltf_name(const std::filesystem::path& path) {
   const std::string extension = lower_extension(path);
-  return extension == ".glb" || extension == ".gltf";
+  return extension == ".glb" || extension == ".gltf" || extension == ".vrm";
 }
 /// True for what Assimp reads: .fbx, .dae, .3ds and .x.
 inline bool is_assimp_name(const std::filesystem::path& path) {

@@ -189,11 +189,11 @@ template <typename AnyMesh, typename Function>
 void each_part(AnyMesh& mesh, Function&& part) {
   auto& [name, origin, positions, triangles, uvs, uv_triangles, normals, normal_triangles, tangents,
          colors, groups, group_names, objects, object_names, materials, material_names,
-         material_files, polygons, metres, uv_set] = mesh;
+         material_files, polygons, metres, uv_set, other_uvs] = mesh;
   const auto each = [&](auto&... parts) { (part(parts), ...); };
   each(name, origin, positions, triangles, uvs, uv_triangles, normals, normal_triangles, tangents,
        colors, groups, group_names, objects, object_names, materials, material_names,
-       material_files, polygons, metres, uv_set);
+       material_files, polygons, metres, uv_set, other_uvs);
 }
 
 /// Its figures alone, since the warnings were given.
@@ -218,6 +218,12 @@ nb::tuple pickled(const PyMesh& self) {
     using Part = std::remove_cvref_t<decltype(part)>;
     if constexpr (kIsArray<Part>) {
       parts.append(nb::bytes(part.data(), part.size() * sizeof(typename Part::value_type)));
+    } else if constexpr (std::is_same_v<Part, std::vector<UvSet>>) {
+      nb::list sets;
+      for (const UvSet& of : part) {
+        sets.append(nb::make_tuple(of.set, nb::bytes(of.uvs.data(), of.uvs.size() * sizeof(Vec2))));
+      }
+      parts.append(sets);
     } else {
       parts.append(part);
     }
@@ -253,6 +259,12 @@ PyMesh unpickled(const nb::tuple& state) {
       using Row = typename Part::value_type;
       const nb::bytes bytes = nb::cast<nb::bytes>(given);
       part = elements<Row>(bytes.data(), bytes.size() / sizeof(Row));
+    } else if constexpr (std::is_same_v<Part, std::vector<UvSet>>) {
+      for (const nb::handle set : given) {
+        const nb::bytes bytes = nb::cast<nb::bytes>(set[1]);
+        part.push_back({nb::cast<std::uint32_t>(set[0]),
+                        elements<Vec2>(bytes.data(), bytes.size() / sizeof(Vec2))});
+      }
     } else {
       part = nb::cast<Part>(given);
     }

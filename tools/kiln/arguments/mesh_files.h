@@ -87,7 +87,7 @@ std::vector<OptionRow> mesh_frame_rows(const char* group, bool low) {
       {.flag = "--allow-outside",
        .group = group,
        .value = toggle(KILN_MEMBER(Job, frame.allow_outside)),
-       .help = "Pictures that FBX, DAE, 3DS and X name may lie outside the folder of the file",
+       .help = "Files that glTF, FBX, DAE, 3DS and X name may lie outside the folder of the file",
        .key = "-"}};
 }
 
