@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <string>
 
+#include "base/memory.h"
 #include "detail/vertex_colors.h"
 #include "mesh/uv_grid.h"
 #include "source/high_poly_uvs.h"
@@ -54,6 +55,13 @@ SurfaceTexture::SurfaceTexture(const Source::Impl& source, const Texture& textur
   choose_sets(texture, map);
   for (const std::shared_ptr<const Image>& image : texture.images) {
     if (image == nullptr) throw Error(ErrorCode::input, "A texture of " + map + " is missing.");
+    require_memory(
+        "Filtering the " + std::to_string(image->width) + " x " + std::to_string(image->height) +
+            " pixels of the texture of the map " + map,
+        FilteredTexture::most_bytes(*image, texture.kind), [](const std::string& problem) {
+          throw Error(ErrorCode::input,
+                      problem + ". Scale the picture down, or raise the `memory_limit`.");
+        });
     pictures_.push_back(std::make_unique<FilteredTexture>(image, texture.kind));
   }
   for (const std::uint32_t picture : picture_of_material_) {

@@ -12,6 +12,7 @@
 #include "base/srgb.h"
 #include "image/gutter.h"
 #include "kiln/kiln.h"
+#include "kiln/limits.h"
 #include "kiln/material.h"
 #include "support/environment.h"
 #include "support/shapes.h"
@@ -75,6 +76,30 @@ double error_of(const Image& map, double cells, double repeats) {
     }
   }
   return std::sqrt(squares / map.width / map.height);
+}
+
+// A file's picture decides what that takes: it is no stage of the bake that ran out.
+TEST(TextureMaps, WhoseFilteringTakesTooMuchIsAnInputError) {
+  KILN_REQUIRE_DEVICE();
+  BakeOptions options = options_of(16, 16, {MapKind::mask});
+  options.transfers = {{"picture", texture_of(checkerboard(2048, 8), TextureKind::srgb)}};
+  const Source source(*test::device(), test::plane(1, 1));
+  EXPECT_NO_THROW(bake(source, test::plane(1, 1), options));
+  // 48 MiB of floats are copied, and a third of them more are the levels.
+  for (std::uint64_t limit = 1U << 26U;; limit += 1U << 22U) {
+    set_memory_limit(limit);
+    if (memory_left() >= std::uint64_t{40} << 20U) break;
+  }
+  try {
+    bake(source, test::plane(1, 1), options);
+    ADD_FAILURE() << "taken";
+  } catch (const Error& error) {
+    EXPECT_EQ(error.code(), ErrorCode::input);
+    EXPECT_NE(std::string(error.what()).find("texture of the map picture would take 64 MiB"),
+              std::string::npos)
+        << error.what();
+  }
+  set_memory_limit(0);
 }
 
 TEST(TextureMaps, ACheckerboardIsIntegratedOverEachTexel) {

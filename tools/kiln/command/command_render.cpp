@@ -12,6 +12,7 @@
 #include "arguments/mesh_files.h"
 #include "arguments/option_table.h"
 #include "arguments/parse.h"
+#include "cl/driver_state.h"
 #include "command/render_parts.h"
 #include "commands.h"
 #include "kiln/kiln.h"
@@ -309,6 +310,7 @@ int run_render(const RenderArguments& arguments) {
                         1});
   }
   const Device device = Device::open(arguments.device);
+  for (Warning& warning : kernel_folder_warnings()) warnings.push_back(std::move(warning));
   OwnMaps own;
   if (shows_own_maps(arguments))
     own = take_own_maps(files_of_mesh.beside.materials, mesh, warnings);
