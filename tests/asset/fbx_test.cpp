@@ -539,7 +539,10 @@ TEST(Fbx, SmoothingGroupsGiveNormals) {
     scene.mesh(8, {0, 0, 0, 1, 0, 0, 1, 1, 0}, {0, 1, -3})
         .children.push_back(smoothing("ByPolygon", {7}));
     scene.mesh(9, {0, 0, 0, 1, 0, 0, 1, 1, 0}, {0, 1, -3});
-    corner_of_cube(scene).children.push_back(smoothing("ByPolygon", c.masks));
+    FbxRecord& cube = corner_of_cube(scene);
+    cube.children.push_back(
+        smoothing("ByEdge", {1, 1, 1}));  // of edges that the file does not list
+    cube.children.push_back(smoothing("ByPolygon", c.masks));
     for (const std::string& bytes : {scene.text(), scene.binary(7400, true),
                                      scene.binary(7400, false), scene.binary(7500, true)}) {
       std::vector<Warning> warnings;
