@@ -11,6 +11,7 @@
 #include <unordered_set>
 
 #include "asset/assimp.h"
+#include "asset/fbx.h"
 #include "asset/gltf.h"
 #include "base/counted.h"
 #include "base/formatted.h"
@@ -320,10 +321,11 @@ std::vector<Material> load_materials(const Mesh& mesh, const fs::path& mesh_file
     input.folder = path.parent_path();
     input.options.outside = outside;
     input.options.uv_set = mesh.uv_set;
-    if (is_assimp_name(path)) input.warnings = nullptr;  // load_mesh() said it
+    if (is_fbx_name(path) || is_assimp_name(path)) input.warnings = nullptr;  // load_mesh() said it
     for (Material& material :
          is_gltf_name(path)     ? read_gltf_materials(input)
          : is_ply_name(path)    ? read_ply_materials(input, path.parent_path(), &finder)
+         : is_fbx_name(path)    ? read_fbx(input).materials
          : is_assimp_name(path) ? read_by_assimp(input).materials
                                 : read_materials(input, path.parent_path(), &finder)) {
       read.push_back(std::move(material));

@@ -16,7 +16,7 @@ namespace kiln {
 
 struct Asset;
 
-enum class MeshFormat { ply, obj, stl, off, gltf, assimp };
+enum class MeshFormat { ply, obj, stl, off, gltf, fbx, assimp };
 
 /// A mesh file that has been read into memory whole.
 struct MeshInput {
@@ -48,17 +48,20 @@ inline bool is_gltf_name(const std::filesystem::path& path) {
   const std::string extension = lower_extension(path);
   return extension == ".glb" || extension == ".gltf" || extension == ".vrm";
 }
-/// True for what Assimp reads: .fbx, .dae, .3ds and .x.
+inline bool is_fbx_name(const std::filesystem::path& path) {
+  return lower_extension(path) == ".fbx";
+}
+/// True for what Assimp reads: .dae, .3ds and .x.
 inline bool is_assimp_name(const std::filesystem::path& path) {
   const std::string extension = lower_extension(path);
-  return extension == ".fbx" || extension == ".dae" || extension == ".3ds" || extension == ".x";
+  return extension == ".dae" || extension == ".3ds" || extension == ".x";
 }
 inline bool is_ply_name(const std::filesystem::path& path) {
   return lower_extension(path) == ".ply";
 }
 /// True if a file describes the materials of its mesh itself, where OBJ names an MTL.
 inline bool has_own_materials(const std::filesystem::path& path) {
-  return is_gltf_name(path) || is_assimp_name(path) || is_ply_name(path);
+  return is_gltf_name(path) || is_fbx_name(path) || is_assimp_name(path) || is_ply_name(path);
 }
 
 /// Each throws Error(input) for what it cannot use, and appends to input.warnings for the rest.

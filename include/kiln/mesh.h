@@ -114,11 +114,12 @@ struct LoadMeshOptions {
 };
 
 /// Reads a mesh: PLY (ascii, binary of either byte order; faces or triangle strips), OBJ, STL (ascii, binary), OFF (ascii)
-/// or glTF 2.0 (.glb, .gltf, .vrm; see load_asset()), chosen by extension in any case; and, where Assimp was built in
-/// (mesh_formats()), FBX, DAE (Collada), 3DS and X.
+/// or glTF 2.0 (.glb, .gltf, .vrm; see load_asset()), chosen by extension in any case; where they were built in
+/// (mesh_formats()), FBX by ufbx, and DAE (Collada), 3DS and X by Assimp.
 ///
-/// Every node of a glTF file, and of what Assimp reads, is an object in world space: names that stand twice get ".001".
-/// Skins of glTF are taken in the pose at rest ("rest-pose"); bones of others, and animations, are left out ("skinned"). Files that say their axes and unit (glTF, FBX, DAE) are brought to metres with
+/// Every node of a glTF, FBX, DAE, 3DS or X file is an object in world space: names that stand twice get ".001". Skins of
+/// glTF are taken in the pose at rest ("rest-pose"), meshes of FBX and DAE with bones as these stand by the nodes' own
+/// values; animations are left out. Files that say their axes and unit (glTF, FBX, DAE) are brought to metres with
 /// Y up; 3DS and X to Y up; others are as given, but for LoadMeshOptions::up and metres. Of what Assimp reads a forked
 /// child of the process tries each file first, within limits of time and memory: a crash there is an Error(input).
 ///
