@@ -177,6 +177,7 @@ bool read_inputs(BakeRun& run) {
                 has_more_files(arguments) && !made, run.warnings, !arguments.asset.empty());
   choose_asset_maps(run);
   run.cleaned = clean_high(run.high.mesh, clean_options(arguments), run.warnings);
+  shade(arguments.frame.shading, run.high, run.warnings);
   if (!arguments.load_match.empty() &&
       (!run.cleaned.warnings.empty() || arguments.given.contains("--clean"))) {
     run.warnings.push_back({"match-of-clean",
