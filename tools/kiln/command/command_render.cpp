@@ -298,6 +298,7 @@ int run_render(const RenderArguments& arguments) {
     dense = load_high(high_files(baking(arguments)), arguments.heights,
                       load_options(arguments.bake, MeshSide::high), has_more_files(arguments.bake),
                       warnings);
+    shade(bake_as.frame.shading, *dense, warnings);
   }
   const Mesh* const reference = dense ? &dense->mesh : nullptr;
   if (reference != nullptr) warn_of_boxes("--reference and MESH", *reference, mesh, warnings);
@@ -357,7 +358,10 @@ int run_render(const RenderArguments& arguments) {
   if (!arguments.json.empty()) {
     const Json frames = time_frames(arguments, console, original, low, has_map, options);
     Json inputs = {{"mesh", describe(mesh, arguments.mesh)}};
-    if (reference != nullptr) inputs["reference"] = describe(*reference, arguments.reference);
+    if (reference != nullptr) {
+      inputs["reference"] = describe(*reference, arguments.reference);
+      if (!dense->heights) inputs["reference"]["normals"] = describe(dense->shading);
+    }
     Json json = {{"version", version()},
                  {"device", describe(device.info())},
                  {"inputs", inputs},
