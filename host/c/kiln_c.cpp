@@ -14,6 +14,7 @@
 #include "kiln/asset.h"
 #include "kiln/kiln.h"
 #include "kiln/mesh_view.h"
+#include "kiln/normals.h"
 #include "kiln/simplify.h"
 #include "kiln/unwrap.h"
 
@@ -42,6 +43,21 @@ struct kiln_bake {
 
 namespace kiln {
 namespace {
+
+/// A high poly with the normals that all which is made of it sees.
+class ShadedHigh {
+ public:
+  explicit ShadedHigh(const Mesh& high) : high_(high) {
+    if (high.normals.empty()) warnings_ = shade_high(made_.emplace(high)).warnings;
+  }
+  const Mesh& mesh() const { return made_ ? *made_ : high_; }
+  const std::vector<Warning>& warnings() const { return warnings_; }
+
+ private:
+  const Mesh& high_;
+  std::optional<Mesh> made_;
+  std::vector<Warning> warnings_;
+};
 
 thread_local std::string last_message;
 thread_local std::string last_code;
@@ -318,6 +334,15 @@ kiln_status kiln_mesh_read(const kiln_mesh* mesh, kiln_mesh_arrays* arrays) {
   });
 }
 
+kiln_status kiln_mesh_shade(kiln_mesh* mesh, double angle) {
+  return guarded([&] {
+    check_given(mesh, "mesh");
+    ShadingOptions options;
+    if (angle != 0) options = {.rule = ShadingRule::angle, .angle_degrees = angle};
+    shade_high(mesh->mesh, options);
+  });
+}
+
 void kiln_mesh_free(kiln_mesh* mesh) { delete mesh; }
 
 void kiln_simplify_options_init(kiln_simplify_options* options) {
@@ -340,7 +365,7 @@ kiln_status kiln_simplify(const kiln_mesh* high, const kiln_simplify_options* op
     simplify_options.hull = o.hull != 0;
     const ProgressScope scope(progress_of(o.progress, o.user));
     SimplifyReport report;
-    Mesh made = simplify(high->mesh, simplify_options, &report);
+    Mesh made = simplify(ShadedHigh(high->mesh).mesh(), simplify_options, &report);
     *low = new kiln_mesh{std::move(made), high->read, report};
     last_warnings = std::move(report.warnings);
   });
@@ -375,10 +400,12 @@ kiln_status kiln_source_new(const char* device, const kiln_mesh* high, kiln_prog
   return guarded([&] {
     check_given(high, "high");
     check_given(source, "source");
+    const ShadedHigh shaded(high->mesh);
     std::optional<Source> made = Source::build(Device::open(device != nullptr ? device : ""),
-                                               high->mesh, progress_of(progress, user));
+                                               shaded.mesh(), progress_of(progress, user));
     check_cancelled(!made);
-    std::vector<Warning> warnings = made->warnings();
+    std::vector<Warning> warnings = shaded.warnings();
+    warnings.insert(warnings.end(), made->warnings().begin(), made->warnings().end());
     *source = new kiln_source{*made, high->read};
     last_warnings = std::move(warnings);
   });

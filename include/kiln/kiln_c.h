@@ -109,6 +109,9 @@ KILN_C_API kiln_status kiln_mesh_save_obj(const kiln_mesh* mesh, const char* pat
 KILN_C_API void kiln_mesh_arrays_init(kiln_mesh_arrays* arrays);
 /// Gives pointers to a mesh's numbers. \param arrays  in: its size; out: all else
 KILN_C_API kiln_status kiln_mesh_read(const kiln_mesh* mesh, kiln_mesh_arrays* arrays);
+/// Gives a high poly normals. \param angle  degrees from which on edges are hard, up to 180; 0: as scans and hard surfaces
+/// need it, where it has none, which kiln_simplify() and kiln_source_new() do, too (shade_high() in kiln/normals.h)
+KILN_C_API kiln_status kiln_mesh_shade(kiln_mesh* mesh, double angle);
 /// Frees a mesh.
 KILN_C_API void kiln_mesh_free(kiln_mesh* mesh);
 

@@ -115,6 +115,37 @@ struct Freed {
 template <typename T>
 using Owned = std::unique_ptr<T, Freed>;
 
+TEST(CInterface, ShadesAHardSurface) {
+  const std::vector<float> xyz = {0, 0, 0, 0, 0, 1, 0, 1, 0, 0, 1, 1,
+                                  1, 0, 0, 1, 0, 1, 1, 1, 0, 1, 1, 1};
+  const std::vector<std::uint32_t> faces = {0, 1, 3, 0, 3, 2, 4, 6, 7, 4, 7, 5, 0, 4, 5, 0, 5, 1,
+                                            2, 3, 7, 2, 7, 6, 0, 2, 6, 0, 6, 4, 1, 5, 7, 1, 7, 3};
+  kiln_mesh_view view;
+  kiln_mesh_view_init(&view);
+  view.positions = {xyz.data(), 8, 0};
+  view.indices = faces.data();
+  view.index_count = faces.size();
+  const auto most = [&](double angle) {  // of a normal's components, the least over all normals
+    kiln_mesh* made = nullptr;
+    EXPECT_EQ(kiln_mesh_new(&view, &made), KILN_OK);
+    const Owned<kiln_mesh> mesh(made);
+    EXPECT_EQ(kiln_mesh_shade(mesh.get(), angle), KILN_OK) << kiln_error_message();
+    kiln_mesh_arrays arrays;
+    kiln_mesh_arrays_init(&arrays);
+    EXPECT_EQ(kiln_mesh_read(mesh.get(), &arrays), KILN_OK);
+    float least = 1;
+    for (std::size_t i = 0; i < arrays.normal_count; ++i) {
+      const float* n = arrays.normals + 3 * i;
+      least = std::min(least, std::max({std::abs(n[0]), std::abs(n[1]), std::abs(n[2])}));
+    }
+    return arrays.normal_count == 0 ? 0 : least;
+  };
+  EXPECT_GT(most(0), 0.9999F);  // along the axes: flat
+  EXPECT_GT(most(90), 0.9999F);
+  EXPECT_LT(most(120), 0.6F);  // of a cube's corner: 0.577
+  EXPECT_EQ(kiln_mesh_shade(nullptr, 0), KILN_USAGE);
+}
+
 /// One list of vertices for all corners.
 struct Corners {
   explicit Corners(const Mesh& mesh) {

@@ -10,6 +10,7 @@
 #include <limits>
 #include <type_traits>
 
+#include "arguments/mesh_files.h"
 #include "arguments/words.h"
 #include "arrays.h"
 
@@ -97,7 +98,7 @@ PyMesh from_arrays(nb::handle vertices, nb::handle faces, nb::handle uvs, nb::ha
                    nb::handle normals, nb::handle normal_faces, nb::handle colors,
                    nb::handle materials, nb::handle material_names, nb::handle groups,
                    nb::handle group_names, nb::handle objects, nb::handle object_names,
-                   nb::handle tangents, const std::string& name) {
+                   nb::handle tangents, nb::handle smooth_angle, const std::string& name) {
   Mesh mesh;
   mesh.name = name;
   const auto xyz = doubles(vertices, "vertices", {-1, 3});
@@ -141,7 +142,23 @@ PyMesh from_arrays(nb::handle vertices, nb::handle faces, nb::handle uvs, nb::ha
     mesh.tangents = elements<Tangent>(values.data(), 3 * mesh.triangles.size());
   }
   const Call call;
-  call.run([&] { validate(mesh); });
+  if (smooth_angle.is_none()) {
+    call.run([&] { validate(mesh); });
+    return {shared(std::move(mesh))};
+  }
+  ShadingOptions shading = {.rule = ShadingRule::angle};
+  const bool is_number = nb::try_cast(smooth_angle, shading.angle_degrees);
+  if (!is_number || !(shading.angle_degrees > 0) || shading.angle_degrees > 180) {
+    throw Error(ErrorCode::usage, "smooth_angle: expected a number above 0 and up to 180 degrees.",
+                "option-range");
+  }
+  if (!mesh.normals.empty()) {
+    throw Error(ErrorCode::usage,
+                "smooth_angle: it says which normals the mesh gets, but normals were given: leave "
+                "one of them out.",
+                "option-contradiction");
+  }
+  call.run([&] { shade_high(mesh, shading); });
   return {shared(std::move(mesh))};
 }
 
@@ -189,11 +206,11 @@ template <typename AnyMesh, typename Function>
 void each_part(AnyMesh& mesh, Function&& part) {
   auto& [name, origin, positions, triangles, uvs, uv_triangles, normals, normal_triangles, tangents,
          colors, groups, group_names, objects, object_names, materials, material_names,
-         material_files, polygons, metres, uv_set] = mesh;
+         material_files, polygons, metres, uv_set, other_uvs] = mesh;
   const auto each = [&](auto&... parts) { (part(parts), ...); };
   each(name, origin, positions, triangles, uvs, uv_triangles, normals, normal_triangles, tangents,
        colors, groups, group_names, objects, object_names, materials, material_names,
-       material_files, polygons, metres, uv_set);
+       material_files, polygons, metres, uv_set, other_uvs);
 }
 
 /// Its figures alone, since the warnings were given.
@@ -224,6 +241,12 @@ nb::tuple pickled(const PyMesh& self) {
     using Part = std::remove_cvref_t<decltype(part)>;
     if constexpr (kIsArray<Part>) {
       parts.append(nb::bytes(part.data(), part.size() * sizeof(typename Part::value_type)));
+    } else if constexpr (std::is_same_v<Part, std::vector<UvSet>>) {
+      nb::list sets;
+      for (const UvSet& of : part) {
+        sets.append(nb::make_tuple(of.set, nb::bytes(of.uvs.data(), of.uvs.size() * sizeof(Vec2))));
+      }
+      parts.append(sets);
     } else if constexpr (std::is_same_v<Part, std::string>) {
       parts.append(as_bytes(part));
     } else if constexpr (std::is_same_v<Part, std::vector<std::string>>) {
@@ -265,6 +288,12 @@ PyMesh unpickled(const nb::tuple& state) {
       using Row = typename Part::value_type;
       const nb::bytes bytes = nb::cast<nb::bytes>(given);
       part = elements<Row>(bytes.data(), bytes.size() / sizeof(Row));
+    } else if constexpr (std::is_same_v<Part, std::vector<UvSet>>) {
+      for (const nb::handle set : given) {
+        const nb::bytes bytes = nb::cast<nb::bytes>(set[1]);
+        part.push_back({nb::cast<std::uint32_t>(set[0]),
+                        elements<Vec2>(bytes.data(), bytes.size() / sizeof(Vec2))});
+      }
     } else if constexpr (std::is_same_v<Part, std::string>) {
       part = of_bytes(given);
     } else if constexpr (std::is_same_v<Part, std::vector<std::string>>) {
@@ -327,6 +356,24 @@ PyMesh with_material(const PyMesh& mesh, const PyMesh& of) {
   return result;
 }
 
+/// The mesh with the normals that all which is baked from it sees. \param rule  as --high-normals
+PyMesh shaded(const PyMesh& mesh, const std::string& rule) {
+  const Call call;
+  PyMesh result = mesh;
+  if (mesh.height_field) return result;
+  std::vector<Warning> warnings;
+  call.run([&] {
+    const ShadingOptions options = cli::parse_shading(rule);
+    Mesh copy = *mesh.mesh;
+    warnings = shade_high(copy, options).warnings;
+    const bool same =
+        copy.normal_triangles == mesh.mesh->normal_triangles && copy.normals == mesh.mesh->normals;
+    if (!same) result.mesh = shared(std::move(copy));
+  });
+  warn(warnings);
+  return result;
+}
+
 PyMesh load_bytes(nb::bytes data, const std::string& name) {
   const Call call;
   std::vector<Warning> warnings;
@@ -350,6 +397,7 @@ normals       (V, 3), (F, 3, 3), or (N, 3) with normal_faces; without: computed 
 colors        (V, 3) or (V, 4), sRGB-encoded: uint8, or float in [0, 1]
 materials     (F,) whole numbers that material_names counts from 0; groups and objects alike
 tangents      (3 F, 4), one a corner: direction along u, and the bitangent's sign; without: MikkTSpace's
+smooth_angle  in place of normals: edges whose faces turn by so many degrees or more are hard, all others smooth
 name          in messages and names of files
 
 Raises kiln.Error, with the parameter's name, for arrays of other shapes or types.
@@ -364,10 +412,10 @@ Raises kiln.Error, with the parameter's name, for arrays of other shapes or type
              nb::object uv_faces, nb::object normals, nb::object normal_faces, nb::object colors,
              nb::object materials, nb::object material_names, nb::object groups,
              nb::object group_names, nb::object objects, nb::object object_names,
-             nb::object tangents, const std::string& name) {
+             nb::object tangents, nb::object smooth_angle, const std::string& name) {
             new (self) PyMesh(from_arrays(vertices, faces, uvs, uv_faces, normals, normal_faces,
                                           colors, materials, material_names, groups, group_names,
-                                          objects, object_names, tangents, name));
+                                          objects, object_names, tangents, smooth_angle, name));
           },
           "vertices"_a.none(), "faces"_a.none(), "uvs"_a.none() = nb::none(), nb::kw_only(),
           "uv_faces"_a.none() = nb::none(), "normals"_a.none() = nb::none(),
@@ -375,7 +423,7 @@ Raises kiln.Error, with the parameter's name, for arrays of other shapes or type
           "materials"_a.none() = nb::none(), "material_names"_a.none() = nb::none(),
           "groups"_a.none() = nb::none(), "group_names"_a.none() = nb::none(),
           "objects"_a.none() = nb::none(), "object_names"_a.none() = nb::none(),
-          "tangents"_a.none() = nb::none(), "name"_a = "mesh")
+          "tangents"_a.none() = nb::none(), "smooth_angle"_a.none() = nb::none(), "name"_a = "mesh")
       .def_prop_ro(
           "name", [](const PyMesh& self) { return text_of(self.mesh->name); },
           getter("def name(self, /) -> str"), "In messages and names of files")
@@ -480,6 +528,7 @@ Raises kiln.Error, with the parameter's name, for arrays of other shapes or type
   module.def("load_file", &load_file, "path"_a, "triangulate"_a = "auto", "uv_set"_a = 0,
              "keep"_a.none() = nb::none());
   module.def("with_material", &with_material, "mesh"_a, "of"_a);
+  module.def("shaded", &shaded, "mesh"_a, "rule"_a);
   module.def("load_bytes", &load_bytes, "data"_a, "name"_a);
 }
 

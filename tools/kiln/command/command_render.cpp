@@ -44,7 +44,8 @@ void check(const RenderArguments& arguments) {
   refuse_if(std::filesystem::path(arguments.out).extension() != ".png",
             "--out '" + arguments.out + "': the picture is a PNG, so the name must end in .png.");
   refuse_if(stretches(arguments.heights) && !is_height_field(arguments.reference),
-            "--height and --extent are for a --reference that is a height field, a PNG or EXR.");
+            "--height, --extent and --no-data are for a --reference that is a height field, a PNG, "
+            "EXR or TIFF.");
   refuse_if(arguments.flat && !arguments.normal.empty(),
             "--flat shows faces and --normal the map: leave one of them out. With --reference "
             "and --normal the flat mesh is shown beside.");
@@ -297,6 +298,7 @@ int run_render(const RenderArguments& arguments) {
     dense = load_high(high_files(baking(arguments)), arguments.heights,
                       load_options(arguments.bake, MeshSide::high), has_more_files(arguments.bake),
                       warnings);
+    shade(bake_as.frame.shading, *dense, warnings);
   }
   const Mesh* const reference = dense ? &dense->mesh : nullptr;
   if (reference != nullptr) warn_of_boxes("--reference and MESH", *reference, mesh, warnings);
@@ -356,7 +358,10 @@ int run_render(const RenderArguments& arguments) {
   if (!arguments.json.empty()) {
     const Json frames = time_frames(arguments, console, original, low, has_map, options);
     Json inputs = {{"mesh", describe(mesh, arguments.mesh)}};
-    if (reference != nullptr) inputs["reference"] = describe(*reference, arguments.reference);
+    if (reference != nullptr) {
+      inputs["reference"] = describe(*reference, arguments.reference);
+      if (!dense->heights) inputs["reference"]["normals"] = describe(dense->shading);
+    }
     Json json = {{"version", version()},
                  {"device", describe(device.info())},
                  {"inputs", inputs},
@@ -396,7 +401,7 @@ Run add_render(Command& app) {
                                      "--visibility-size", "--visibility-smooth",
                                      "--view-weight"};
   const std::set<std::string> matching = add_matching_flags(*command, a->bake, own);
-  add_height_options(*command, *a, "The height field (--reference is a PNG or EXR)");
+  add_height_options(*command, *a, "The height field (--reference is a PNG, EXR or TIFF)");
   add_options(*command, render_rows(), a.get());
   return [a, command, matching] {
     for (const std::string& flag : given_flags(*command)) {

@@ -55,6 +55,11 @@ def as_mesh(given: Any, parameter: str = "mesh") -> Mesh:
     )
 
 
+def as_high(given: Any, high_normals: str | float = "auto", parameter: str = "high") -> Mesh:
+    """The same of a high poly, with the normals that all which is baked from it sees."""
+    return _core.shaded(as_mesh(given, parameter), str(high_normals))
+
+
 def _of_glb(data: bytes) -> Mesh:
     """Through a file that lives as long as the mesh, since pictures of its materials are read when they are baked."""
     file, kept = kept_file(data)

@@ -32,7 +32,8 @@ class HeightField(NamedTuple):
 def height_field(heights: Any, *, height: float = 1.0, extent: tuple[float, float] | None = None) -> HeightField:
     """A terrain or wall of a picture of heights.
 
-    heights  (H, W) float, uint8 or uint16 (shares of 255 and 65535), row 0 at the largest y; or a file's path (PNG, EXR)
+    heights  (H, W) float, uint8 or uint16 (shares of 255 and 65535), row 0 at the largest y; or a file's path (PNG, EXR, TIFF);
+             NaN, and what stands for no data, is a hole
     height   world units of a value of 1; may be negative
     extent   width along x and depth along y, world units; without: the longer side is 1
 
