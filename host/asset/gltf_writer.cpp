@@ -13,6 +13,7 @@
 
 #include "asset/hierarchy.h"
 #include "base/fnv.h"
+#include "base/json_depth.h"
 #include "base/lower_case.h"
 #include "base/srgb.h"
 #include "kiln/asset.h"
@@ -43,6 +44,10 @@ constexpr AffineMap kIdentity{1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1};
 }
 
 Json parse_extras(const std::string& text, const char* of) {
+  if (is_nested_too_deep(text)) {
+    fail_usage(std::string("the extras of ") + of + " lie in more than " +
+               std::to_string(kMostJsonDepth) + " others.");
+  }
   Json json = Json::parse(text, nullptr, false);
   if (json.is_discarded()) fail_usage(std::string("the extras of ") + of + " are no JSON.");
   return json;

@@ -455,6 +455,7 @@ void MeshBuilder::complete_attributes(Mesh& mesh) {
     // Any number would bake them over some chart.
     constexpr float kNowhere = std::numeric_limits<float>::quiet_NaN();
     uvs.push_back({kNowhere, kNowhere});
+    for (UvSet& set : other_uvs) set.uvs.push_back({kNowhere, kNowhere});
     missing = 1;
     input_.warn("missing-uvs",
                 counted(bare, "triangle") + (bare == 1 ? " has" : " have") +
@@ -487,6 +488,7 @@ void MeshBuilder::complete_attributes(Mesh& mesh) {
                 bad);
   }
   mesh.uvs = std::move(uvs);
+  if (!mesh.uvs.empty()) mesh.other_uvs = std::move(other_uvs);
   mesh.uv_triangles = std::move(uv_triangles_);
   mesh.normals = std::move(normals);
   mesh.normal_triangles = std::move(normal_triangles_);
@@ -573,6 +575,19 @@ void MeshBuilder::give_normals_by_groups(Mesh& mesh) {
   mesh.normal_triangles = std::move(made.triangles);
 }
 
+/// Each computed normal belongs to corners at one vertex, so that normals are vertices of their own here.
+void MeshBuilder::compute_normals(Mesh& mesh) const {
+  if (computed_normals_.empty()) return;
+  std::vector<Vec3> places(mesh.normals.size());
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+    for (std::size_t k = 0; k < 3; ++k) {
+      places[mesh.normal_triangles[t][k]] = mesh.positions[mesh.triangles[t][k]];
+    }
+  }
+  const std::vector<Vec3> made = vertex_normals(places, mesh.normal_triangles, mesh.polygons);
+  for (const std::uint32_t normal : computed_normals_) mesh.normals[normal] = made[normal];
+}
+
 /// \returns Mesh::metres
 double MeshBuilder::move_to_world() {
   const WorldFrame world = world_frame(input_.options, {}, 0);
@@ -626,6 +641,7 @@ Mesh MeshBuilder::finish() {
   mesh.triangles = std::move(triangles_);
   number_polygons(mesh);
   give_normals_by_groups(mesh);
+  compute_normals(mesh);
   give_tangents(mesh);
   count_degenerate(mesh);
   give_face_colors(mesh);

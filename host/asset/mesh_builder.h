@@ -41,6 +41,7 @@ class MeshBuilder {
 
   std::vector<Position> positions;
   std::vector<Vec2> uvs;
+  std::vector<UvSet> other_uvs;  ///< As many each as `uvs`
   std::vector<Vec3> normals;  ///< Any length; made unit by finish(), zero where that is impossible.
   std::vector<std::array<std::uint8_t, 4>> colors;  ///< Empty or one per position, in order.
   std::vector<Tangent> tangents;                    ///< Empty or one per position; any length.
@@ -74,6 +75,13 @@ class MeshBuilder {
   /// The smoothing group of the faces to come; "off" and "0": none. Where they differ and the file has no normals,
   /// finish() makes normals by them.
   void set_smoothing(std::string_view name) { smoothing_.set(name, triangles_.size()); }
+  /// A normal that finish() makes of the polygons whose corners have it, angle-weighted: a smooth piece of the surface
+  /// around one vertex. \returns its index into `normals`
+  std::uint32_t add_computed_normal() {
+    computed_normals_.push_back(static_cast<std::uint32_t>(normals.size()));
+    normals.push_back({});
+    return computed_normals_.back();
+  }
   std::vector<std::string> material_files;
   bool is_placed = false;  ///< True if positions are in metres with Y up by what the file says
 
@@ -164,6 +172,7 @@ class MeshBuilder {
   void check_tangents(const Mesh& mesh);
   void give_tangents(Mesh& mesh);
   void give_normals_by_groups(Mesh& mesh);
+  void compute_normals(Mesh& mesh) const;
   void count_degenerate(const Mesh& mesh);
 
   const MeshInput& input_;
@@ -175,7 +184,8 @@ class MeshBuilder {
   std::vector<Polygon> polygons_;
   std::vector<std::uint32_t> polygon_vertex_, polygon_uv_, polygon_normal_;
   Names groups_, objects_, materials_, smoothing_;
-  std::string coarse_;  // why coordinates are too coarse, and the remedy
+  std::vector<std::uint32_t> computed_normals_;  // indices of add_computed_normal(), in order
+  std::string coarse_;                           // why coordinates are too coarse, and the remedy
   std::uint64_t faces_ = 0, short_faces_ = 0, first_short_face_ = 0;
 };
 

@@ -92,6 +92,11 @@ Texture load_material_texture(const std::vector<Material>& /*materials*/, Materi
   fail("a material's picture");
 }
 
+Texture load_material_texture(const std::vector<Material>& /*materials*/, MaterialSlot /*slot*/,
+                              const Mesh& /*mesh*/, std::vector<Warning>* /*warnings*/) {
+  fail("a material's picture");
+}
+
 void save_match(const Match& /*match*/, const std::filesystem::path& path) { fail(path.string()); }
 Match load_match(const std::filesystem::path& path) { fail(path.string()); }
 void save_clusters(const VisibilityClusters& /*clusters*/, const std::filesystem::path& path) {

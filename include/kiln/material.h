@@ -111,6 +111,11 @@ std::vector<Material> load_materials(const Mesh& mesh, const std::filesystem::pa
 Texture load_material_texture(const std::vector<Material>& materials, MaterialSlot slot,
                               std::vector<Warning>* warnings = nullptr, std::uint32_t uv_set = 0);
 
+/// The same for a mesh whose materials these are: a picture may lie on any of its sets of UVs, see Mesh::other_uvs.
+/// \throws Error(input) where one lies on a set that the mesh has not
+Texture load_material_texture(const std::vector<Material>& materials, MaterialSlot slot,
+                              const Mesh& mesh, std::vector<Warning>* warnings = nullptr);
+
 /// Report of cut_out().
 struct CutOutReport {
   std::uint64_t whole = 0;  ///< Triangles that stayed as they were

@@ -22,6 +22,13 @@ struct Tangent {
   float sign = 1;  ///< 1 or -1: -1 where the UVs are mirrored
 };
 
+/// UVs of a mesh in another set of its file.
+struct UvSet {
+  std::uint32_t set = 0;  ///< As the file numbers it
+  std::vector<Vec2> uvs;  ///< One for each of Mesh::uvs: triangles share Mesh::uv_triangles
+  bool operator==(const UvSet&) const = default;
+};
+
 /// An indexed triangle mesh with optional per-corner ("wedge") UVs and normals.
 ///
 /// Every optional attribute is either empty or complete. Index arrays are parallel to `triangles`.
@@ -65,6 +72,8 @@ struct Mesh {
   std::vector<std::uint32_t> polygons;
   double metres = 0;  ///< A unit's: 1 where the file or LoadMeshOptions says its unit; 0: unknown
   std::uint32_t uv_set = 0;  ///< Which of its file's sets of UVs it has
+  /// Other sets that pictures of its file's materials lie on (glTF). Of a set that does not fit `uvs` nothing is read.
+  std::vector<UvSet> other_uvs;
 };
 
 /// Which triangles are baked where several have the same UVs, on purpose: mirrored halves, repeated parts. UVs
@@ -100,15 +109,17 @@ struct LoadMeshOptions {
   double metres = 0;
   bool override_up = false;    ///< True: `up` holds for files that say otherwise, too
   bool override_unit = false;  ///< True: `metres`, too
-  bool outside = false;        ///< True: pictures of FBX and the like may lie outside its folder
+  /// True: pictures of FBX and the like, and files of glTF, may lie outside the folder of the file
+  bool outside = false;
 };
 
 /// Reads a mesh: PLY (ascii, binary of either byte order; faces or triangle strips), OBJ, STL (ascii, binary), OFF (ascii)
-/// or glTF 2.0 (.glb, .gltf; see load_asset()), chosen by extension in any case; and, where Assimp was built in
-/// (mesh_formats()), FBX, DAE (Collada), 3DS and X.
+/// or glTF 2.0 (.glb, .gltf, .vrm; see load_asset()), chosen by extension in any case; where they were built in
+/// (mesh_formats()), FBX by ufbx, and DAE (Collada), 3DS and X by Assimp.
 ///
-/// Every node of a glTF file, and of what Assimp reads, is an object in world space: names that stand twice get ".001". Bones and
-/// animations are left out ("skinned"). Files that say their axes and unit (glTF, FBX, DAE) are brought to metres with
+/// Every node of a glTF, FBX, DAE, 3DS or X file is an object in world space: names that stand twice get ".001". Skins of
+/// glTF are taken in the pose at rest ("rest-pose"), meshes of FBX and DAE with bones as these stand by the nodes' own
+/// values; animations are left out. Files that say their axes and unit (glTF, FBX, DAE) are brought to metres with
 /// Y up; 3DS and X to Y up; others are as given, but for LoadMeshOptions::up and metres. Of what Assimp reads a forked
 /// child of the process tries each file first, within limits of time and memory: a crash there is an Error(input).
 ///

@@ -467,7 +467,7 @@ nb::dict describe(const BakeReport& report) {
 void add_bake(nb::module_& module) {
   nb::class_<PyBake>(module, "BakeCore")
       .def_ro("names", &PyBake::names)
-      .def_ro("low_name", &PyBake::low_name)
+      .def_prop_ro("low_name", [](const PyBake& self) { return text_of(self.low_name); })
       .def_ro("report", &PyBake::report)
       .def("pixels", [](PyBake& self,
                         const std::string& name) { return pixels(self, map_of(self, name).image); })

@@ -106,8 +106,8 @@ nb::list run_texture_sets(const PyMesh& low, const std::string& word) {
   for (std::size_t i = 0; i < meshes.size(); ++i) {
     PyMesh part{meshes[i]};
     part.made = low.made;
-    list.append(nb::make_tuple(tiles ? std::string() : sets[i].name,
-                               tiles ? sets[i].name : sets[i].tile, part));
+    list.append(nb::make_tuple(text_of(tiles ? std::string() : sets[i].name),
+                               text_of(tiles ? sets[i].name : sets[i].tile), part));
   }
   return list;
 }

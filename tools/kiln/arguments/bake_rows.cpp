@@ -422,7 +422,7 @@ std::vector<OptionRow> make_rows() {
        .help =
            "Which maps, separated by commas. NAME=MAP:OPTION=VALUE: another one of a kind, with "
            "options of its own, such as ao_near=ao:ao-distance=2%. NAME=FILE.cl: one of your "
-           "own, a function in OpenCL C. " +
+           "own, a function in OpenCL C: a program with your rights. " +
            maps_in_words()},
       {.flag = "--space",
        .group = kMap,
@@ -535,8 +535,9 @@ std::vector<OptionRow> make_rows() {
       {.flag = "--map-seconds",
        .group = kMap,
        .value = number(AT(options.own_map_seconds), 1, 86400).in("seconds"),
-       .help = "The most that a map of your own may take for 65,536 samples, 1 to 86400 seconds; "
-               "then the run ends"},
+       .help =
+           "The most that a map of your own may take for 65,536 samples, and its compiler, 1 to "
+           "86400 seconds; then the run ends"},
       {.flag = "--light-angle",
        .group = kShadow,
        .value = number(AT(options.light.angle_degrees), 0, 90).in("degrees"),

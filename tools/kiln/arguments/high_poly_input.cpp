@@ -116,7 +116,7 @@ HighPolyInput load_high(const std::vector<std::string>& files, const HeightField
   for (std::size_t i = before; i < warnings.size(); ++i) say_of_high(warnings[i]);
   read.mesh.tangents = {};  // for its normal textures MikkTSpace computes them
   turn_normals("HIGH", Trusted::faces, read.mesh, warnings);
-  return {std::move(read.mesh), {}, std::move(read.beside)};
+  return {std::move(read.mesh), {}, std::move(read.beside), {}};
 }
 
 HighPolyInput load_high(const std::string& path, const HeightFieldOptions& heights,
@@ -159,6 +159,62 @@ CleanReport clean_high(Mesh& high, const std::optional<CleanOptions>& options,
   }
   warnings.insert(warnings.end(), report.warnings.begin(), report.warnings.end());
   return report;
+}
+
+void shade(const ShadingOptions& options, HighPolyInput& high, std::vector<Warning>& warnings) {
+  if (!high.heights) high.shading = shade(options, high.mesh, warnings);
+}
+
+ShadingReport shade(const ShadingOptions& options, Mesh& high, std::vector<Warning>& warnings) {
+  ShadingReport report = shade_high(high, options);
+  warnings.insert(warnings.end(), report.warnings.begin(), report.warnings.end());
+  return report;
+}
+
+std::string shading_line(const ShadingReport& shading, const ShadingOptions& options) {
+  const bool automatic = options.rule == ShadingRule::automatic;
+  if (automatic && shading.missing == 0) return {};
+  const std::string rule = " (--high-normals " + shading_word(options) + ")";
+  const std::string none = shading.given == 0
+                               ? "the file has none"
+                               : with_commas(shading.missing) + " triangles have none";
+  switch (shading.chosen) {
+    case ShadingRule::smooth:
+      return "HIGH's normals: smooth" +
+             (automatic ? "; " + none +
+                              (shading.parts == 0 ? ", and no edge turns by 20 degrees"
+                                                  : ", and its edges turn as a scan's do")
+                        : "") +
+             rule;
+    case ShadingRule::flat:
+      return "HIGH's normals: flat" + rule;
+    case ShadingRule::angle: {
+      std::string text = "HIGH's normals: " + plural(shading.hard_edges, "hard edge") + " in " +
+                         with_commas(shading.hard_parts) + " of " + plural(shading.parts, "part");
+      text += formatted(", from %.3g degrees on; smooth up to %.3g", shading.least_degrees,
+                        shading.most_degrees);
+      if (shading.split_parts != 0) {
+        text += "; of " + plural(shading.split_parts, "part") + " where the file splits vertices";
+      }
+      return text + (automatic ? "; " + none : "") + rule;
+    }
+    default:
+      return "HIGH's normals: " + std::string(shading.given == 0 ? "smooth" : "the file's") + rule;
+  }
+}
+
+Json describe(const ShadingReport& shading) {
+  constexpr const char* kChosen[] = {"auto", "file", "smooth", "flat", "hard_edges"};
+  return {{"chosen", kChosen[static_cast<std::size_t>(shading.chosen)]},
+          {"given", shading.given},
+          {"missing", shading.missing},
+          {"parts", shading.parts},
+          {"hard_parts", shading.hard_parts},
+          {"split_parts", shading.split_parts},
+          {"hard_edges", shading.hard_edges},
+          {"least_degrees", shading.least_degrees},
+          {"most_degrees", shading.most_degrees},
+          {"bent_planes", shading.bent_planes}};
 }
 
 void turn_normals(const std::string& which, Trusted trust, Mesh& mesh,

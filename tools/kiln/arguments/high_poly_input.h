@@ -41,6 +41,7 @@ struct HighPolyInput {
   std::optional<Image> heights;   ///< NaN where there is none
   Asset beside;                   ///< See MeshFiles::beside
   HeightFieldOptions field = {};  ///< With the extent that the file says, where none was given
+  ShadingReport shading;          ///< Of shade()
 };
 
 /// Several files are meshes, and joined. \param named, beside  see load_meshes() \param options  of meshes
@@ -65,6 +66,13 @@ std::optional<CleanOptions> clean_options(CleanHigh choice, bool whole, bool kee
 /// Repairs a high poly, and says what was done. \param options  none: nothing
 CleanReport clean_high(Mesh& high, const std::optional<CleanOptions>& options,
                        std::vector<Warning>& warnings);
+
+/// Gives HIGH its normals, once it is as clean as it will be: see shade_high(). Height fields have theirs.
+void shade(const ShadingOptions& options, HighPolyInput& high, std::vector<Warning>& warnings);
+ShadingReport shade(const ShadingOptions& options, Mesh& high, std::vector<Warning>& warnings);
+/// A line on the normals of a file that has none; empty where it has.
+std::string shading_line(const ShadingReport& shading, const ShadingOptions& options);
+Json describe(const ShadingReport& shading);
 
 /// Sets right normals that oppose their faces, of HIGH or LOW, with a warning: see agree_normals().
 void turn_normals(const std::string& which, Trusted trust, Mesh& mesh,
