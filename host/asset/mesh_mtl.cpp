@@ -93,10 +93,10 @@ class MtlReader {
          "statements of pictures (this is the first) are none that Kiln reads, and were ignored; "
          "see "
          "its manual for those of MTL.");
-    warn("transparency-of-one", invisible_,
-         "materials (this is the first) have Tr 1 and no d, which would make them invisible: they "
-         "count as opaque, as OpenMVS and mvs-texturing mean it. Write d 0 where they are "
-         "invisible.");
+    warn(
+        "transparency-of-one", invisible_,
+        "times (this is the first) a material has Tr 1 and no d, which would make it invisible: it "
+        "counts as opaque, as OpenMVS and mvs-texturing mean it. Write d 0 where it is invisible.");
     warn("blender-pictures", stand_ins_,
          "pictures (this is the first) count as roughness (map_Ns) and metalness (map_refl), as "
          "Blender writes them.");

@@ -119,6 +119,10 @@ TEST(NoData, HeightsThatReachSoFarAreHeights) {
   const NoData found = mark_no_data(trench);
   EXPECT_EQ(found.pixels, 0U);
   EXPECT_FALSE(found.doubtful);
+  // The lowest of a sea's floor may be that number itself.
+  Heights floor = slope({});
+  for (std::size_t i = 0; i < 256; ++i) floor.image.pixels[i] = -9999 + static_cast<float>(i) * 60;
+  EXPECT_EQ(mark_no_data(floor).pixels, 0U);
   Heights plain = slope({});
   EXPECT_EQ(mark_no_data(plain).pixels, 0U);
 }
