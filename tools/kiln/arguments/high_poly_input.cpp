@@ -31,7 +31,57 @@ void say_of_high(Warning& warning) {
   warning.message.replace(at, baked.size(), "no texture of HIGH is read ");
 }
 
+/// What was asked for, with the extent that the file says where none was.
+HeightFieldOptions extent_of(const Heights& read, HeightFieldOptions options) {
+  if (options.width != 0 || options.depth != 0 || read.spacing[0] == 0) return options;
+  options.width = (read.image.width - 1.0) * read.spacing[0];
+  options.depth = (read.image.height - 1.0) * read.spacing[1];
+  return options;
+}
+
+void warn_of_no_data(const std::string& path, const NoData& found, const Image& image,
+                     const HeightFieldOptions& options, std::vector<Warning>& warnings) {
+  const std::string field = "The height field '" + path + "'";
+  const std::uint64_t all = std::uint64_t{image.width} * image.height;
+  if (found.pixels != 0) {
+    std::string numbers;
+    for (const double value : found.values) {
+      numbers += (numbers.empty() ? "" : ", ") + formatted("%.9g", value);
+    }
+    warnings.push_back({"no-data",
+                        field + " has no height in " + with_commas(found.pixels) + " of " +
+                            plural(all, "pixel") + " (" +
+                            (numbers.empty() ? "not finite" : numbers + " or not finite") +
+                            "): they are holes. Fill them before, or, where " +
+                            (numbers.empty() ? "a number means none, say it by --no-data VALUE."
+                                             : "they are heights, add --no-data none."),
+                        found.pixels});
+  } else if (options.no_data) {
+    warnings.push_back({"no-data-idle",
+                        field + " holds " + formatted("%.9g", *options.no_data) +
+                            " nowhere, which --no-data says is no height: give the number as the "
+                            "file holds it.",
+                        1});
+  }
+  if (found.doubtful) {
+    const std::string value = formatted("%.9g", *found.doubtful);
+    warnings.push_back({"no-data-doubtful",
+                        field + " has heights of " + value +
+                            ", far from all others: if they stand for none, add --no-data " +
+                            value + ".",
+                        1});
+  }
+}
+
 }  // namespace
+
+HeightFieldOptions prepare_heights(const std::string& path, Heights& read,
+                                   const HeightFieldOptions& options,
+                                   std::vector<Warning>& warnings) {
+  const NoData found = mark_no_data(read, options.no_data, options.guess_no_data);
+  warn_of_no_data(path, found, read.image, options, warnings);
+  return extent_of(read, options);
+}
 
 std::string mesh_kinds() {
   std::string text;
@@ -39,11 +89,11 @@ std::string mesh_kinds() {
   return text;
 }
 
-std::string high_poly_kinds() { return mesh_kinds() + "; or a height field: PNG, EXR"; }
+std::string high_poly_kinds() { return mesh_kinds() + "; or a height field: PNG, EXR, TIFF"; }
 
 bool is_height_field(const std::string& path) {
   const std::string ending = lower_extension(path);
-  return ending == ".png" || ending == ".exr";
+  return ending == ".png" || ending == ".exr" || ending == ".tif" || ending == ".tiff";
 }
 
 HighPolyInput load_high(const std::vector<std::string>& files, const HeightFieldOptions& heights,
@@ -58,9 +108,9 @@ HighPolyInput load_high(const std::vector<std::string>& files, const HeightField
                "' is a height field, which cannot be joined with other "
                "files: give it alone.");
   }
-  refuse_if(stretches(heights), "--height and --extent are for a height field, a PNG or EXR; " +
-                                    in_words(files) +
-                                    (files.size() == 1 ? " is a mesh." : " are meshes."));
+  refuse_if(stretches(heights),
+            "--height, --extent and --no-data are for a height field, a PNG, EXR or TIFF; " +
+                in_words(files) + (files.size() == 1 ? " is a mesh." : " are meshes."));
   const std::size_t before = warnings.size();
   MeshFiles read = load_meshes(files, options, named, warnings, beside);
   for (std::size_t i = before; i < warnings.size(); ++i) say_of_high(warnings[i]);
@@ -75,7 +125,9 @@ HighPolyInput load_high(const std::string& path, const HeightFieldOptions& heigh
     return load_high(std::vector{path}, heights, options, /*named=*/false, warnings);
   }
   HighPolyInput dense;
-  dense.heights = load_image(path);
+  Heights read = load_heights(path, &warnings);
+  dense.field = prepare_heights(path, read, heights, warnings);
+  dense.heights = std::move(read.image);
   if (dense.heights->channels > 1) {
     warnings.push_back({"height-channels",
                         "The height field '" + path + "' has " +
@@ -83,7 +135,7 @@ HighPolyInput load_high(const std::string& path, const HeightFieldOptions& heigh
                             " channels: the first was taken for heights.",
                         1});
   }
-  dense.mesh = height_field_mesh(*dense.heights, heights);
+  dense.mesh = height_field_mesh(*dense.heights, dense.field);
   dense.mesh.name = std::filesystem::path(path).stem().string();
   return dense;
 }

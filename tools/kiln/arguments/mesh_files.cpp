@@ -158,6 +158,7 @@ void move_uvs(const std::vector<std::size_t>& group_of,
     }
   }
   mesh.uvs = std::move(pool);
+  mesh.other_uvs.clear();
 }
 
 void move_material_files(Mesh& mesh, const fs::path& from, const fs::path& to) {

@@ -22,6 +22,7 @@ struct MeshFiles {
   /// Contents beside the mesh, where asked for: nodes, and materials as Mesh::material_names; of its own
   /// mesh names of objects alone, as `object_nodes` counts them.
   Asset beside;
+  Mesh hulls;  ///< Collision hulls that were taken off; see take_collision_hulls()
 
   /// The file of a triangle.
   const std::string& file_of(std::size_t triangle) const;
@@ -92,7 +93,7 @@ std::vector<OptionRow> mesh_frame_rows(const char* group, bool low) {
       {.flag = "--allow-outside",
        .group = group,
        .value = toggle(KILN_MEMBER(Job, frame.allow_outside)),
-       .help = "Pictures that FBX, DAE, 3DS and X name may lie outside the folder of the file",
+       .help = "Files that glTF, FBX, DAE, 3DS and X name may lie outside the folder of the file",
        .key = "-"},
       {.flag = "--high-normals",
        .group = group,

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from . import _core
 from ._core import Match, Mesh
-from ._errors import Error, KilnWarning, device_of, quiet, texture_set
+from ._errors import Error, KilnWarning, device_of, path_of, quiet, texture_set
 from ._meshes import as_high, as_mesh
 from ._progress import callback_of
 
@@ -259,7 +259,7 @@ class Bake(Mapping[str, "np.ndarray"]):
 
         Returns the files.
         """
-        target = Path(path)
+        target = Path(path_of(path))
         suffix = target.suffix.lower()
         if suffix in _NO_PICTURES and not target.is_dir():
             text = f"path: '{target}' is no kind of picture that Kiln writes: give .png, .exr, .tif, .tga, .webp, .ktx2 or .dds."
@@ -452,7 +452,7 @@ def bake(
     high          a kiln.Source, or what kiln.as_mesh() takes: mesh, path, bytes, (vertices, faces), trimesh
     low           the same, with UVs; one that simplify() or plan() made is looked for from as far as it strays
     size          texels: one side, or (width, height), 1 to 16384
-    maps          names, such as ["normal", "ao", "color"]
+    maps          names, such as ["normal", "ao", "color"]; "NAME=FILE.cl" is a map of your own, a program with your rights
     match         how points are found ("ray", "closest", "visibility"...), or a kiln.Match; "auto": the cheapest that
                   reaches max_error, and the smallest size up to `size`. What was chosen: report.plan
     max_error     makes match "auto": mean angle between rendered normals, degrees, or text as of kiln.plan()

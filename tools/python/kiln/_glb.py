@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 from . import _core
 from ._bake import Bake, Source, bake, error_bound, match, words_of
 from ._core import Mesh
-from ._errors import Error, count_of, device_of, untold, warn
+from ._errors import Error, count_of, device_of, path_of, untold, warn
 from ._meshes import as_high, as_mesh
 from ._plan import plan
 from ._progress import callback_of, done
@@ -262,7 +262,7 @@ def _check_pictures(parameter: str, files: Mapping[str, np.ndarray]) -> None:
 
 
 def _check_output(path: str | os.PathLike[str] | None, alpha: str) -> None:
-    if path is not None and Path(path).suffix.lower() not in ("", ".glb"):
+    if path is not None and Path(path_of(path)).suffix.lower() not in ("", ".glb"):
         raise Error(f"path: '{path}' would hold a GLB: name it .glb.", "output-name", "usage", "path")
     if not isinstance(alpha, str) or alpha not in ("mask", "blend"):
         raise Error(f"alpha: '{alpha}' is neither mask nor blend.", "option-enum", "usage", "alpha")
@@ -543,8 +543,9 @@ def _write(
     shown = looks.shown("opacity" in files)
     text = json.dumps(extras)
     if path is not None:
-        _core.save_glb(low, files, emission_strength, Path(path), *shown, text)
-        return Path(path).read_bytes()
+        file = Path(path_of(path))
+        _core.save_glb(low, files, emission_strength, file, *shown, text)
+        return file.read_bytes()
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder) / "low.glb"
         _core.save_glb(low, files, emission_strength, file, *shown, text)

@@ -7,7 +7,7 @@ from typing import Any
 
 from . import _core
 from ._core import Mesh
-from ._errors import Error, warn
+from ._errors import Error, path_of, warn
 
 
 def load(path: str | os.PathLike[str], *, triangulate: str = "auto", uv_set: int = 0) -> Mesh:
@@ -18,7 +18,7 @@ def load(path: str | os.PathLike[str], *, triangulate: str = "auto", uv_set: int
 
     Raises kiln.Error for a file that cannot be used.
     """
-    return _core.load_file(os.fspath(path), triangulate, uv_set)
+    return _core.load_file(path_of(path), triangulate, uv_set)
 
 
 def as_mesh(given: Any, parameter: str = "mesh") -> Mesh:
