@@ -98,7 +98,7 @@ double share_of_bent_planes(const Mesh& mesh, const FaceEdges& faces) {
 void warn_of_bent_planes(const Mesh& mesh, bool own, ShadingReport& report) {
   if (report.bent_planes < kLeastBent) return;
   const std::string text = formatted(
-      "HIGH '%s': over %.0f%% of its area flat faces are shaded round: %s more than 20 degrees off "
+      "HIGH '%s': on %.0f%% of its area flat faces are shaded round: %s more than 20 degrees off "
       "them. Maps will show "
       "it as gradients over flats. Give --high-normals 30 (edges of 30 degrees or more are hard), "
       "or flat, or export the mesh "
@@ -155,8 +155,10 @@ ShadingReport shade_high(Mesh& mesh, const ShadingOptions& options) {
       report.hard_parts = creases.hard_parts;
       report.split_parts = creases.split_parts;
       report.most_degrees = creases.most_smooth_degrees;
-      report.chosen = ShadingRule::angle;
-      if (report.hard_edges > 0) report.least_degrees = creases.least_degrees;
+      if (report.hard_edges > 0) {
+        report.chosen = ShadingRule::angle;
+        report.least_degrees = creases.least_degrees;
+      }
       mesh.normal_triangles.resize(mesh.triangles.size());
       give_fan_normals(faces, creases, bare, mesh);
     }
