@@ -17,7 +17,7 @@ constexpr std::uint32_t kNone = 0xFFFFFFFFU;
 
 double square(double value) { return value * value; }
 
-/// Where plain rays may be nearer to the truth than what is smoothed of few. Smoothing fails in four ways, each with a
+/// Where plain rays may be nearer to the truth than what is smoothed of few. Smoothing fails in several ways, each with a
 /// bound of its own. With r the smoothed share and a, b the estimates, whose noise is independent, the product
 /// (a - r_a) (b - r_b) is the square of what smoothing lost, plus noise that averages out: its deviation is the
 /// variance of one estimate, over the root of the number of texels averaged.
@@ -245,7 +245,29 @@ std::vector<AoDenoiser::Choice> AoDenoiser::choose(const Levels& levels,
                                           Guard::kRounding / 4 * wide.count;
     }
   });
+  if (plain_variance > 0) widen_unsure(choices);
   return choices;
+}
+
+/// Tiles with as many unsure neighbours as others become unsure, too: what is left of a map that smoothing serves badly
+/// gains little, and has its worst texels.
+void AoDenoiser::widen_unsure(std::vector<Choice>& choices) const {
+  const std::vector<Choice> before = choices;
+  const auto across = static_cast<std::int64_t>(tiles_across_);
+  const auto down = static_cast<std::int64_t>(tiles_down_);
+  for (std::int64_t t = 0; t < across * down; ++t) {
+    int unsure = 0, neighbours = 0;
+    for (std::int64_t n = 0; n < 9; ++n) {
+      const std::int64_t x = t % across + n % 3 - 1, y = t / across + n / 3 - 1;
+      if (n == 4 || x < 0 || y < 0 || x >= across || y >= down) continue;
+      const Choice& other = before[static_cast<std::size_t>(y * across + x)];
+      if (other.level < 0) continue;
+      ++neighbours;
+      unsure += other.is_unsure ? 1 : 0;
+    }
+    if (2 * unsure >= neighbours && unsure > 0)
+      choices[static_cast<std::size_t>(t)].is_unsure = true;
+  }
 }
 
 /// The tiles before and behind each place along a side, and how far it is on the way between their middles.
@@ -283,6 +305,8 @@ void AoDenoiser::mark_unsure(const Levels& levels, std::span<const float> result
       lost[a] = product(raw, a);
       lost[b] = apart * apart / 2;
       further[a] = product(twice, a);
+      // Where parts enter each other, shares end at 0, where there is no noise to see a loss by: as at a border.
+      if (raw[a] == 0 && raw[b] == 0) further[b] = 1;
     }
   });
   const auto visit = [&](const auto& is_unsure) {
@@ -304,7 +328,7 @@ void AoDenoiser::mark_unsure(const Levels& levels, std::span<const float> result
   smooth(kSteps[4] - kSteps[2], further);
   visit([&](std::size_t a) {
     return lost[a] > Guard::kMaxFar / Guard::kRootFar * lost[a + 1] + Guard::kRounding ||
-           further[a + 1] > Guard::kMaxLean;
+           (further[a + 1] > Guard::kMaxLean && result[a] + result[a + 1] > 0);
   });
 }
 

@@ -86,6 +86,7 @@ class AoDenoiser {
   void launch_steps(std::uint32_t steps);
   Tile errors_of(const Levels& levels, std::size_t tile) const;
   std::vector<Choice> choose(const Levels& levels, double plain_variance) const;
+  void widen_unsure(std::vector<Choice>& choices) const;
   void mark_unsure(const Levels& levels, std::span<const float> result, double plain_variance,
                    std::span<std::uint8_t> unsure);
 
