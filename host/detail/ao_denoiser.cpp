@@ -17,6 +17,33 @@ constexpr std::uint32_t kNone = 0xFFFFFFFFU;
 
 double square(double value) { return value * value; }
 
+/// Where plain rays may be nearer to the truth than what is smoothed of few. Smoothing fails in several ways, each with a
+/// bound of its own. With r the smoothed share and a, b the estimates, whose noise is independent, the product
+/// (a - r_a) (b - r_b) is the square of what smoothing lost, plus noise that averages out: its deviation is the
+/// variance of one estimate, over the root of the number of texels averaged.
+struct Guard {
+  /// A tile: all levels are expected to be above this share of the squared error of plain rays. 0: nothing is smoothed.
+  static constexpr double kMaxErrorShare = 0.8;
+  /// Tiles to each side that a tile is judged with: 5 x 5, 80 texels. 1: in every second flat tile the noise of what is
+  /// lost is as large as plain rays' error.
+  static constexpr std::int64_t kReach = 2;
+  /// Deviations that are added to what a tile is seen to lose. 0: half of the flat tiles would be taken for good ones
+  /// by chance where few texels are averaged.
+  static constexpr double kDoubt = 0.5;
+  /// What single texels, and 17 and 67 around each (2 and 8 steps), are seen to lose: in variances of an estimate, and
+  /// in deviations of the mean. Higher: thin lines are smoothed away. Lower: plain rays are cast where noise is.
+  static constexpr double kMaxSingle = 3, kMaxNear = 2, kMaxFar = 2;
+  static constexpr double kRootNear = 4, kRootFar = 8;
+  /// What the result loses beyond two steps, which has little noise, in squared errors of plain rays.
+  static constexpr double kMaxFurther = 3;
+  /// Square of how far the centre of a texel's weights lies from it, texels, averaged over 8 steps. At charts' open
+  /// borders and at creases there are neighbours on one side alone, whose mean is off by the slope of the shares: 0.25
+  /// at a straight border, 0.09 when averaged. Lower: flat surfaces are cast anew.
+  static constexpr double kMaxLean = 0.01;
+  /// Squares below this do not show in 8 bits.
+  static constexpr double kRounding = 1.0 / 255 / 255;
+};
+
 /// Squares of what each estimate is from the other one, smoothed.
 double crossed(std::span<const float> raw, std::span<const float> level, std::size_t a) {
   const std::size_t b = a + 1;
@@ -101,17 +128,27 @@ void AoDenoiser::prepare(const Texels& texels) {
                   neighbours_, texels.points);
 }
 
+void AoDenoiser::launch_steps(std::uint32_t steps) {
+  const cl::Kernel smooth = context_.kernel("ao_denoiser", "kiln_share_smooth");
+  const kiln_share_params params{count_, 0};
+  for (std::uint32_t step = 0; step < steps; ++step) {
+    context_.launch(smooth, count_, kLocal, params, neighbours_, from_, to_);
+    std::swap(from_, to_);
+  }
+}
+
+void AoDenoiser::smooth(std::uint32_t steps, std::span<float> pairs) {
+  from_.write(context_, std::span<const float>(pairs));
+  launch_steps(steps);
+  from_.read(context_, pairs);
+}
+
 AoDenoiser::Levels AoDenoiser::smoothed(std::span<const float> estimates) {
   Levels levels;
   levels.of[0] = estimates;
   from_.write(context_, estimates);
-  const cl::Kernel smooth = context_.kernel("ao_denoiser", "kiln_share_smooth");
-  const kiln_share_params params{count_, 0};
   for (std::size_t k = 1; k < levels.of.size(); ++k) {
-    for (std::uint32_t step = kSteps[k - 1]; step < kSteps[k]; ++step) {
-      context_.launch(smooth, count_, kLocal, params, neighbours_, from_, to_);
-      std::swap(from_, to_);
-    }
+    launch_steps(kSteps[k] - kSteps[k - 1]);
     levels.memory[k] = std::make_unique_for_overwrite<float[]>(estimates.size());
     const std::span<float> level(levels.memory[k].get(), estimates.size());
     from_.read(context_, level);
@@ -153,7 +190,8 @@ AoDenoiser::Tile AoDenoiser::errors_of(const Levels& levels, std::size_t tile) c
   return sum;
 }
 
-std::vector<AoDenoiser::Choice> AoDenoiser::choose(const Levels& levels) const {
+std::vector<AoDenoiser::Choice> AoDenoiser::choose(const Levels& levels,
+                                                   double plain_variance) const {
   std::vector<Tile> tiles(tile_first_.size() - 1);
   parallel_for(tiles.size(), 16, [&](std::size_t begin, std::size_t end) {
     for (std::size_t t = begin; t < end; ++t) tiles[t] = errors_of(levels, t);
@@ -166,13 +204,18 @@ std::vector<AoDenoiser::Choice> AoDenoiser::choose(const Levels& levels) const {
       const auto own = static_cast<std::size_t>(t);
       if (tiles[own].count == 0) continue;
       const std::int64_t x = t % across, y = t / across;
-      Tile around;
-      for (std::int64_t j = std::max<std::int64_t>(0, y - 1); j <= std::min(down - 1, y + 1); ++j) {
-        for (std::int64_t i = std::max<std::int64_t>(0, x - 1); i <= std::min(across - 1, x + 1);
-             ++i) {
-          around.add(tiles[static_cast<std::size_t>(j * across + i)]);
+      const auto sum_within = [&](std::int64_t reach) {
+        Tile sum;
+        for (std::int64_t j = std::max<std::int64_t>(0, y - reach);
+             j <= std::min(down - 1, y + reach); ++j) {
+          for (std::int64_t i = std::max<std::int64_t>(0, x - reach);
+               i <= std::min(across - 1, x + reach); ++i) {
+            sum.add(tiles[static_cast<std::size_t>(j * across + i)]);
+          }
         }
-      }
+        return sum;
+      };
+      const Tile around = sum_within(1);
       // The loss of the first step shows through the noise of single texels alone: two standard deviations of that
       // are not taken for it. The loss of further steps is known better.
       const double doubt = 8 * around.noise[0] / std::sqrt(around.count);
@@ -185,9 +228,46 @@ std::vector<AoDenoiser::Choice> AoDenoiser::choose(const Levels& levels) const {
         choices[own] = {static_cast<std::int32_t>(k),
                         static_cast<float>(std::sqrt(squares / around.count))};
       }
+      if (plain_variance == 0) continue;
+      // Fewer than two steps leave more noise than plain rays. What is lost beside so little noise shows over more texels.
+      const Tile wide = sum_within(Guard::kReach);
+      const double lost =
+          std::max(0.0, wide.blur + Guard::kDoubt * 2 * wide.noise[0] / std::sqrt(wide.count));
+      double best = HUGE_VAL;
+      for (std::size_t k = 2; k < kSteps.size(); ++k) {
+        const double squares = std::max(wide.error[k], wide.noise[k]) + lost;
+        if (squares >= best) continue;
+        best = squares;
+        choices[own].level = static_cast<std::int32_t>(k);
+      }
+      choices[own].error = static_cast<float>(std::sqrt(best / wide.count));
+      choices[own].is_unsure = best > Guard::kMaxErrorShare * plain_variance * wide.noise[0] +
+                                          Guard::kRounding / 4 * wide.count;
     }
   });
+  if (plain_variance > 0) widen_unsure(choices);
   return choices;
+}
+
+/// Tiles with as many unsure neighbours as others become unsure, too: what is left of a map that smoothing serves badly
+/// gains little, and has its worst texels.
+void AoDenoiser::widen_unsure(std::vector<Choice>& choices) const {
+  const std::vector<Choice> before = choices;
+  const auto across = static_cast<std::int64_t>(tiles_across_);
+  const auto down = static_cast<std::int64_t>(tiles_down_);
+  for (std::int64_t t = 0; t < across * down; ++t) {
+    int unsure = 0, neighbours = 0;
+    for (std::int64_t n = 0; n < 9; ++n) {
+      const std::int64_t x = t % across + n % 3 - 1, y = t / across + n / 3 - 1;
+      if (n == 4 || x < 0 || y < 0 || x >= across || y >= down) continue;
+      const Choice& other = before[static_cast<std::size_t>(y * across + x)];
+      if (other.level < 0) continue;
+      ++neighbours;
+      unsure += other.is_unsure ? 1 : 0;
+    }
+    if (2 * unsure >= neighbours && unsure > 0)
+      choices[static_cast<std::size_t>(t)].is_unsure = true;
+  }
 }
 
 /// The tiles before and behind each place along a side, and how far it is on the way between their middles.
@@ -203,10 +283,64 @@ std::vector<AoDenoiser::Between> AoDenoiser::between(std::uint32_t places, std::
   return result;
 }
 
-AoDenoiser::Result AoDenoiser::run(std::span<const float> estimates) {
+/// Adds the texels that Guard's bounds on their surroundings exclude.
+void AoDenoiser::mark_unsure(const Levels& levels, std::span<const float> result,
+                             double plain_variance, std::span<std::uint8_t> unsure) {
+  const std::span<const float> raw = levels.of[0], twice = levels.of[2];
+  const std::size_t pairs = std::size_t{2} * count_;
+  const auto lost_memory = std::make_unique_for_overwrite<float[]>(pairs);
+  const auto further_memory = std::make_unique_for_overwrite<float[]>(pairs);
+  const std::span<float> lost(lost_memory.get(), pairs), further(further_memory.get(), pairs);
+  const kiln_share_params params{count_, 0};
+  context_.launch(context_.kernel("ao_denoiser", "kiln_share_lean"), count_, kLocal, params,
+                  neighbours_, from_);
+  from_.read(context_, further);  // what the weights lean, twice
+  const auto product = [&](std::span<const float> of, std::size_t a) {
+    return (of[a] - result[a]) * (of[a + 1] - result[a + 1]);
+  };
+  parallel_for(count_, kGrain, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) {
+      const std::size_t a = 2 * i, b = a + 1;
+      const float apart = raw[a] - raw[b];
+      lost[a] = product(raw, a);
+      lost[b] = apart * apart / 2;
+      further[a] = product(twice, a);
+      // Where parts enter each other, shares end at 0, where there is no noise to see a loss by: as at a border.
+      if (raw[a] == 0 && raw[b] == 0) further[b] = 1;
+    }
+  });
+  const auto visit = [&](const auto& is_unsure) {
+    parallel_for(count_, kGrain, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t i = begin; i < end; ++i) {
+        if (is_unsure(2 * i)) unsure[i] = 1;
+      }
+    });
+  };
+  smooth(kSteps[2], lost);
+  smooth(kSteps[2], further);
+  visit([&](std::size_t a) {
+    const double variance = lost[a + 1];
+    return product(raw, a) > Guard::kMaxSingle * variance + Guard::kRounding ||
+           lost[a] > Guard::kMaxNear / Guard::kRootNear * variance + Guard::kRounding ||
+           further[a] > Guard::kMaxFurther * plain_variance * variance / 2 + Guard::kRounding / 4;
+  });
+  smooth(kSteps[4] - kSteps[2], lost);
+  smooth(kSteps[4] - kSteps[2], further);
+  visit([&](std::size_t a) {
+    return lost[a] > Guard::kMaxFar / Guard::kRootFar * lost[a + 1] + Guard::kRounding ||
+           (further[a + 1] > Guard::kMaxLean && result[a] + result[a + 1] > 0);
+  });
+}
+
+AoDenoiser::Result AoDenoiser::run(std::span<const float> estimates, double plain_variance) {
   const Levels levels = smoothed(estimates);
-  const std::vector<Choice> choices = choose(levels);
-  Result result{std::vector<float>(count_), std::vector<float>(count_)};
+  const std::vector<Choice> choices = choose(levels, plain_variance);
+  Result result{std::vector<float>(count_), std::vector<float>(count_), {}};
+  std::vector<float> halves;  // The result of each estimate
+  if (plain_variance > 0) {
+    halves.resize(std::size_t{2} * count_);
+    result.unsure.resize(count_);
+  }
   const std::vector<Between> columns = between(width_, tiles_across_);
   const std::vector<Between> rows = between(tiles_down_ * kTile, tiles_down_);
   parallel_for(count_, kGrain, [&](std::size_t begin, std::size_t end) {
@@ -214,13 +348,18 @@ AoDenoiser::Result AoDenoiser::run(std::span<const float> estimates) {
       const std::uint32_t x = place_[i] % width_, y = place_[i] / width_;
       const auto [x0, x1, right] = columns[x];
       const auto [y0, y1, below] = rows[y];
-      double sum = 0, weights = 0;
+      double sum = 0, weights = 0, sum_a = 0, sum_b = 0;
+      bool is_unsure = false;
       const auto add = [&](std::uint32_t across, std::uint32_t down, double weight) {
         const Choice& choice = choices[std::size_t{down} * tiles_across_ + across];
         if (choice.level < 0) return;
         const std::span<const float> level = levels.of[static_cast<std::size_t>(choice.level)];
         sum += weight * (static_cast<double>(level[2 * i]) + level[2 * i + 1]) / 2;
         weights += weight;
+        if (halves.empty()) return;
+        sum_a += weight * level[2 * i];
+        sum_b += weight * level[2 * i + 1];
+        is_unsure = is_unsure || choice.is_unsure;
       };
       add(x0, y0, (1 - right) * (1 - below));
       add(x1, y0, right * (1 - below));
@@ -228,8 +367,13 @@ AoDenoiser::Result AoDenoiser::run(std::span<const float> estimates) {
       add(x1, y1, right * below);
       result.shares[i] = static_cast<float>(sum / weights);
       result.errors[i] = choices[std::size_t{y / kTile} * tiles_across_ + x / kTile].error;
+      if (halves.empty()) continue;
+      halves[2 * i] = static_cast<float>(sum_a / weights);
+      halves[2 * i + 1] = static_cast<float>(sum_b / weights);
+      result.unsure[i] = is_unsure ? 1 : 0;
     }
   });
+  if (plain_variance > 0) mark_unsure(levels, halves, plain_variance, result.unsure);
   return result;
 }
 

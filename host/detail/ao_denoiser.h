@@ -36,13 +36,18 @@ class AoDenoiser {
   void prepare(const Texels& texels);
   /// Bytes a texel on the host while run() works, with its result.
   static constexpr std::uint64_t kBytesOfTexel = (4 * 2 + 2) * sizeof(float);
+  /// As many more where it looks for unsure texels.
+  static constexpr std::uint64_t kBytesOfUnsure = 3 * 2 * sizeof(float) + 1;
 
   struct Result {
     std::vector<float> shares;  ///< Per texel
     std::vector<float> errors;  ///< Root mean square expected around it, over some 2,000 texels
+    std::vector<std::uint8_t> unsure;  ///< Per texel: 1 where plain rays may be nearer; see run()
   };
-  /// \param estimates  two of each texel: a, b, a, b...
-  Result run(std::span<const float> estimates);
+  /// \param estimates      two of each texel: a, b, a, b...
+  /// \param plain_variance  variance of plain rays, as a share of that of both estimates' mean, to find the texels
+  ///                        where these may be nearer; 0: not looked for
+  Result run(std::span<const float> estimates, double plain_variance = 0);
 
  private:
   // After 0, 1, 2, 4 and 8 steps, whose deviations are 0 to 2.3 texels.
@@ -67,6 +72,7 @@ class AoDenoiser {
   struct Choice {
     std::int32_t level = -1;  // -1: the tile has no texels
     float error = 0;
+    bool is_unsure = false;  // plain rays are expected to be nearer than any level
   };
 
   std::uint32_t tile_of(std::uint32_t place) const {
@@ -75,8 +81,14 @@ class AoDenoiser {
   void sort_into_tiles(const Texels& texels);
   static std::vector<Between> between(std::uint32_t places, std::uint32_t tiles);
   Levels smoothed(std::span<const float> estimates);
+  /// Smooths pairs of values in place.
+  void smooth(std::uint32_t steps, std::span<float> pairs);
+  void launch_steps(std::uint32_t steps);
   Tile errors_of(const Levels& levels, std::size_t tile) const;
-  std::vector<Choice> choose(const Levels& levels) const;
+  std::vector<Choice> choose(const Levels& levels, double plain_variance) const;
+  void widen_unsure(std::vector<Choice>& choices) const;
+  void mark_unsure(const Levels& levels, std::span<const float> result, double plain_variance,
+                   std::span<std::uint8_t> unsure);
 
   cl::Context& context_;
   const LowSurface& surface_;

@@ -97,7 +97,8 @@ class Hemispheres : public SharedWork {
   /// Casts another `rays` rays of each sample of some texels for a. Where asked for both, as many for b.
   void estimate(Estimates& of, const std::vector<std::uint32_t>& texels, std::uint32_t rays,
                 std::span<std::vector<std::uint32_t>* const> open);
-  AoDenoiser::Result filtered(const Estimates& of);
+  AoDenoiser::Result filtered(const Estimates& of, double plain_variance);
+  void cast_unsure(const Estimates& of, AoDenoiser::Result& result);
   bool refine(Estimates& of, const AoDenoiser::Result& last, const std::vector<float>& before);
   Shared prepare_filter(const TexelBand& band, const DeviceCorrespondence& match, bool second);
   /// Copies samples to some_, some_match_ and some_turns_.

@@ -28,6 +28,15 @@ constexpr std::uint32_t kMostTimes = 8;  // at once
 constexpr std::uint64_t kBytesOfTexel = 3 * sizeof(std::uint32_t) + 3 * sizeof(float);
 constexpr std::uint64_t kBytesOfCast = 25'000'000;  // of a launch's rays
 
+/// From such an error on, no more rays are cast than OcclusionOptions::rays.
+constexpr double kSmoothAlone = 1;
+
+/// Variance of `rays` rays as a share of that of the mean of two estimates of `few` rays each. Rays of one
+/// set lie evenly, so that the variance falls with their number to the power of 1.5 (tools/bench/README.md).
+double plain_variance(std::uint32_t few, std::uint32_t rays) {
+  return 2 * std::pow(static_cast<double>(few) / rays, 1.5);
+}
+
 /// Even, since rays that are balanced have less noise: 16 less than 21.
 std::uint32_t rays_at_first(std::uint32_t rays) {
   const std::uint32_t share = rays / kBegin;
@@ -175,7 +184,7 @@ void Hemispheres::estimate(Estimates& of, const std::vector<std::uint32_t>& texe
   }
 }
 
-AoDenoiser::Result Hemispheres::filtered(const Estimates& of) {
+AoDenoiser::Result Hemispheres::filtered(const Estimates& of, double plain_variance) {
   const std::size_t texels = of.rays.size();
   const auto pairs = std::make_unique_for_overwrite<float[]>(2 * texels);
   parallel_for(texels, kTexelsOfPiece, [&](std::size_t begin, std::size_t end) {
@@ -186,7 +195,7 @@ AoDenoiser::Result Hemispheres::filtered(const Estimates& of) {
       pairs[2 * t + 1] = static_cast<float>(of.b[t] / all);
     }
   });
-  return filter_->run({pairs.get(), 2 * texels});
+  return filter_->run({pairs.get(), 2 * texels}, plain_variance);
 }
 
 /// Casts more where that brings the error of the whole down at the least cost: with errors e of n rays each, and
@@ -233,6 +242,32 @@ bool Hemispheres::refine(Estimates& of, const AoDenoiser::Result& last,
   return !groups.empty();
 }
 
+/// Plain rays, all of OcclusionOptions::rays, in place of what is smoothed where that may be further from the truth.
+void Hemispheres::cast_unsure(const Estimates& of, AoDenoiser::Result& result) {
+  std::vector<std::uint32_t> samples;
+  for (std::size_t t = 0; t < result.unsure.size(); ++t) {
+    if (result.unsure[t] == 0) continue;
+    samples.insert(samples.end(), of.shared.samples.begin() + of.shared.first[t],
+                   of.shared.samples.begin() + of.shared.first[t + 1]);
+  }
+  if (samples.empty()) return;
+  make_turns(of.band);
+  std::vector<Counted> plain(1);
+  plain[0].open.resize(of.band.sample_count);
+  for (const Group& group : groups(of.band, of.match, of.second, samples)) {
+    cast_group(group, of.band, of.match, of.second, rays_out_, {}, plain);
+  }
+  for (std::size_t t = 0; t < result.unsure.size(); ++t) {
+    if (result.unsure[t] == 0) continue;
+    double open = 0;
+    for (std::size_t s = of.shared.first[t]; s < of.shared.first[t + 1]; ++s) {
+      open += plain[0].open[of.shared.samples[s]];
+    }
+    result.shares[t] =
+        static_cast<float>(open / rays_out_.count / (of.shared.first[t + 1] - of.shared.first[t]));
+  }
+}
+
 std::vector<float> Hemispheres::visibility_within(const TexelBand& band,
                                                   const DeviceCorrespondence& match, bool second) {
   make_keys(band);
@@ -248,9 +283,11 @@ std::vector<float> Hemispheres::visibility_within(const TexelBand& band,
     }
   }
   // All that is taken from here on, so that nothing is cast in vain.
-  require_memory(
-      "Smoothing ambient occlusion",
-      (AoDenoiser::kBytesOfTexel + kBytesOfTexel) * texels + (scratch_.empty() ? kBytesOfCast : 0));
+  const bool smooths_alone = max_error_ >= kSmoothAlone;
+  require_memory("Smoothing ambient occlusion", (AoDenoiser::kBytesOfTexel + kBytesOfTexel +
+                                                 (smooths_alone ? AoDenoiser::kBytesOfUnsure : 0)) *
+                                                        texels +
+                                                    (scratch_.empty() ? kBytesOfCast : 0));
   of.a.resize(texels);
   of.b.resize(texels);
   of.rays.assign(texels, rays_at_first(rays_out_.count));
@@ -261,11 +298,16 @@ std::vector<float> Hemispheres::visibility_within(const TexelBand& band,
     std::iota(all.begin(), all.end(), 0U);
     estimate(of, all, of.rays[0], std::array{&of.a, &of.b});
   }
-  AoDenoiser::Result result = filtered(of);
-  std::vector<float> before;
-  while (refine(of, result, before)) {
-    before = std::move(result.errors);
-    result = filtered(of);
+  AoDenoiser::Result result =
+      filtered(of, smooths_alone ? plain_variance(of.rays[0], rays_out_.count) : 0);
+  if (smooths_alone) {
+    cast_unsure(of, result);
+  } else {
+    std::vector<float> before;
+    while (refine(of, result, before)) {
+      before = std::move(result.errors);
+      result = filtered(of, 0);
+    }
   }
   parallel_for(texels, kTexelsOfPiece, [&](std::size_t begin, std::size_t end) {
     for (std::size_t t = begin; t < end; ++t) {

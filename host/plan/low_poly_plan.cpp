@@ -92,21 +92,35 @@ class LowPolyPlanner {
   }
 
   void make(const Choice& choice) {
-    std::size_t level = choice.first;
     const std::uint32_t size = choice.second;
-    if (!may_be_made(level)) {
-      // Flawed candidates are not made if a sound one is known. Else one of the next eight finer levels without flaws
-      // is made instead, if there is one.
-      for (std::size_t step = 1; step <= 8 && level == choice.first && !found(); step *= 2) {
-        if (level >= finest() + step && may_be_made(level - step)) level -= step;
-      }
-      if (found()) {
-        missed_[size].first_excluded = level;
-        return;
-      }
+    const std::size_t level = without_flaws(choice);
+    if (found() && !may_be_made(level) && !is_worth_flaws({level, size})) {
+      missed_[size].first_excluded = level;
+      return;
     }
     made_.push_back(builder_.build(level, size));
     if (!is_sound(made_.back().candidate)) miss(made_.back());
+  }
+  /// The next finer level without flaws, if one is near; else the level itself. Near: one of eight levels, or once a
+  /// candidate is known, within kMostForFlaws of the bytes.
+  std::size_t without_flaws(const Choice& choice) {
+    const auto [level, size] = choice;
+    if (may_be_made(level)) return level;
+    const double most = kMostForFlaws * builder_.bytes(level, size);
+    for (std::size_t finer = 1; level >= finest() + finer;
+         finer = found() ? finer + 1 : 2 * finer) {
+      if (found() ? builder_.bytes(level - finer, size) > most : finer > 8) break;
+      if (may_be_made(level - finer)) return level - finer;
+    }
+    return level;
+  }
+  /// True if no sound candidate without flaws is known that weighs about as little.
+  bool is_worth_flaws(const Choice& choice) {
+    const double most = kMostForFlaws * builder_.bytes(choice.first, choice.second);
+    return std::none_of(made_.begin(), made_.end(), [&](const MadeCandidate& made) {
+      return is_sound(made.candidate) && may_be_made(made.level) &&
+             static_cast<double>(made.candidate.bytes.total()) <= most;
+    });
   }
   /// False if a level has folded triangles, which are holes to many renderers, that mend() cannot remove.
   bool may_be_made(std::size_t level) const {

@@ -21,6 +21,10 @@ inline constexpr double kWorthwhile = 0.93;
 /// Errors scatter by some 3% with the charts. Candidates are aimed this share below the error, and once more after each
 /// miss; at the size of the lightest so far, as much above it.
 inline constexpr double kMargin = 0.02;
+/// A mesh with folded triangles is taken only where one without any weighs more than so many times as much. 1: plans
+/// hand out folds for nothing. 2: small parts that fold at many numbers of faces (teeth, rivets) keep the plan from
+/// meshes that are light enough.
+inline constexpr double kMostForFlaws = 1.1;
 /// Outlines that differ by more than this share of what either mesh covers have lost a part of the surface.
 inline constexpr double kMostMismatch = 0.1;
 /// Below this error, degrees, the rounding of 8 bits (0.16 degrees on average) asks for more texels than 16 bits cost.

@@ -8,6 +8,7 @@
 // kernel              global  local  memory traffic an item
 // kiln_share_weights  texels  64     reads 56 B + 8 points (gathered), writes 32 B
 // kiln_share_smooth   texels  64     reads 40 B + 8 values (gathered), writes 8 B
+// kiln_share_lean     texels  64     reads 32 B, writes 8 B
 //
 // A texel's neighbours lie one after another, so that all eight are one vector.
 //
@@ -21,6 +22,8 @@
 #define NORMAL_REACH 0.1f
 // A neighbour that is this often further away than the nearest one lies beyond a jump.
 #define JUMP 6.0f
+// A texel's own weight with three neighbours.
+#define OWN_WEIGHT 0.25f
 
 /// One plane's values of eight texels.
 static inline float8 share_gather(global const float* plane, const uint which[8]) {
@@ -87,4 +90,22 @@ kernel void kiln_share_smooth(const kiln_share_params params,
   const float4 halves = weight.lo + weight.hi;
   const float own = 1.0f - ((halves.x + halves.y) + (halves.z + halves.w));
   vstore2(sum + own * vload2(i, from), i, to);
+}
+
+/// How far the centre of a texel's weights lies from it: the square, in texels, as both values of a pair. A texel with
+/// fewer than three neighbours leans by its own weight, since little of its noise is smoothed away. Neighbours are in
+/// the order of AoDenoiser::prepare().
+kernel void kiln_share_lean(const kiln_share_params params,
+                            global const uint* restrict neighbours,
+                            global float* restrict lean) {
+#pragma OPENCL FP_CONTRACT OFF
+  const size_t i = get_global_id(0);
+  if (i >= params.count) return;
+  const float8 weight = convert_float8(vload8(i, neighbours) >> 24u) * (1.0f / 256.0f);
+  // Weights are 256ths: sums are exact in any order.
+  const float x = (weight.s1 + weight.s5 + weight.s7) - (weight.s0 + weight.s4 + weight.s6);
+  const float y = (weight.s3 + weight.s6 + weight.s7) - (weight.s2 + weight.s4 + weight.s5);
+  const float4 halves = weight.lo + weight.hi;
+  const float own = 1.0f - ((halves.x + halves.y) + (halves.z + halves.w));
+  vstore2((float2)(x * x + y * y + max(0.0f, own - OWN_WEIGHT)), i, lean);
 }

@@ -39,7 +39,16 @@ BakeOptions with_rays(std::uint32_t side, std::uint32_t rays) {
   return options;
 }
 
-/// No error is too large: 16 rays a texel, smoothed.
+/// A paraboloid over the ground's square.
+Mesh bowl() {
+  Mesh mesh = test::plane(40, 40, 3, 3);
+  mesh.normals.clear();
+  mesh.normal_triangles.clear();
+  for (Vec3& p : mesh.positions) p.z = 0.4F * (p.x * p.x + p.y * p.y);
+  return mesh;
+}
+
+/// No error is too large: 16 rays a texel, smoothed where that serves, else all 64.
 BakeOptions smoothed(std::uint32_t side) {
   BakeOptions options = with_rays(side, 64);
   options.occlusion.max_error = 1;
@@ -87,6 +96,74 @@ TEST(AoDenoiser, LeavesAnEdgeWhereRaysShowOne) {
   EXPECT_LT(kept.most, 0.1);
 }
 
+/// Share of the texels that have the very value of plain rays, so that these were cast.
+double share_cast(const BakeResult& smoothed, const BakeResult& plain) {
+  const Image &a = map_of(smoothed, "ao"), &b = map_of(plain, "ao");
+  double same = 0, all = 0;
+  for (std::size_t i = 0; i < plain.coverage.size(); ++i) {
+    if (plain.coverage[i] != kCoverageBaked) continue;
+    ++all;
+    // Both are 1 or 0 where nothing, or all, is dark.
+    same += a.pixels[i] == b.pixels[i] && b.pixels[i] > 0 && b.pixels[i] < 1 ? 1 : 0;
+  }
+  return same / all;
+}
+
+/// Smoothing few rays is never further from the truth than all of them: neither on the whole, nor at the worst texel.
+void expect_no_worse(const Mesh& high, const Mesh& low, std::uint32_t side) {
+  const Source source(*test::device(), high);
+  const BakeResult truth = bake(source, low, with_rays(side, 2048));
+  const Apart plain = apart(bake(source, low, with_rays(side, 64)), truth);
+  const Apart smooth = apart(bake(source, low, smoothed(side)), truth);
+  EXPECT_LE(smooth.rms, plain.rms) << side;
+  EXPECT_LE(smooth.most, plain.most) << side;
+}
+
+TEST(AoDenoiser, IsNoWorseThanPlainRaysOnCoarseMaps) {
+  KILN_REQUIRE_DEVICE();
+  for (const std::uint32_t side : {48U, 96U, 160U}) {
+    expect_no_worse(test::BumpyTorus::dense(20000), test::BumpyTorus::light(), side);
+    expect_no_worse(test::BumpySphere::dense(20000, true), test::BumpySphere::light(24, 12), side);
+  }
+}
+
+TEST(AoDenoiser, IsNoWorseThanPlainRaysAtShadowsEdges) {
+  KILN_REQUIRE_DEVICE();
+  // Plates just over the floor: from open to half dark within a texel, along lines and at spots of a few texels.
+  Mesh high = test::plane(4, 4, 4, 4);
+  test::add_rectangle(high, {-0.5F, -0.5F, 0.004F}, {0, 1, 0}, {1, 0, 0});
+  for (int i = 0; i < 4; ++i) {
+    test::add_rectangle(high, {-1.2F + 0.6F * static_cast<float>(i), 0.9F, 0.004F}, {0, 0.05F, 0},
+                        {0.05F, 0, 0});
+  }
+  for (const std::uint32_t side : {64U, 160U}) expect_no_worse(high, test::ground(3), side);
+}
+
+TEST(AoDenoiser, IsNoWorseThanPlainRaysAtCreases) {
+  KILN_REQUIRE_DEVICE();
+  // Walls that lean to each other: shares fall steeply towards creases and open borders, where half the neighbours lack.
+  Mesh high;
+  for (int i = 0; i < 4; ++i) {
+    const float x = static_cast<float>(i);
+    test::add_rectangle(high, {x, 0, 0}, {0.4F, 0, 0.9F}, {0, 2, 0});
+    test::add_rectangle(high, {x + 0.5F, 0, 0.9F}, {0.4F, 0, -0.9F}, {0, 2, 0});
+  }
+  Mesh low = high;
+  UnwrapOptions layout;
+  layout.size = 128;
+  low = unwrap(low, layout);
+  for (const std::uint32_t side : {96U, 160U}) expect_no_worse(high, low, side);
+}
+
+TEST(AoDenoiser, CastsFewRaysWhereSmoothingIsRight) {
+  KILN_REQUIRE_DEVICE();
+  // A wide bowl: dark in the middle, and even over many texels.
+  const Source source(*test::device(), bowl());
+  const Mesh low = test::ground(3);
+  const BakeResult plain = bake(source, low, with_rays(192, 64));
+  EXPECT_LT(share_cast(bake(source, low, smoothed(192)), plain), 0.4);
+}
+
 TEST(AoDenoiser, IsTheSameOnAnyNumberOfThreads) {
   KILN_REQUIRE_DEVICE();
   const Source source(*test::device(), test::BumpySphere::dense(5000, true));
@@ -100,6 +177,13 @@ TEST(AoDenoiser, IsTheSameOnAnyNumberOfThreads) {
   const BakeResult three = bake(source, low, options);
   set_thread_limit(0);
   EXPECT_EQ(map_of(one, "ao").pixels, map_of(three, "ao").pixels);
+  options.occlusion.max_error = 1;
+  set_thread_limit(1);
+  const BakeResult one_guarded = bake(source, low, options);
+  set_thread_limit(3);
+  const BakeResult three_guarded = bake(source, low, options);
+  set_thread_limit(0);
+  EXPECT_EQ(map_of(one_guarded, "ao").pixels, map_of(three_guarded, "ao").pixels);
 }
 
 }  // namespace

@@ -526,8 +526,9 @@ std::vector<OptionRow> make_rows() {
        .help =
            "Of ao, such as 2/255 or 0.01: the root mean square error to reach. Texels begin with a "
            "quarter of --ao-rays; noise is smoothed where that blurs nothing, and texels that need "
-           "it cast more, up to 4096. What was reached is measured and printed. 1 smooths alone, "
-           "which a GLB or glTF has where nothing is said of rays, views and error"},
+           "it cast more, up to 4096. What was reached is measured and printed. 1: as near as "
+           "all of --ao-rays, which are cast where smoothing is not; a GLB or glTF has that where "
+           "nothing is said of rays, views and error"},
       {.flag = "--light",
        .group = kShadow,
        .value = light_value(),
