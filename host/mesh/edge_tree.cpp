@@ -27,6 +27,8 @@ constexpr double kFewTouched = 8;
 constexpr std::size_t kMostPieces = 4;  // of a triangle, on average
 constexpr double kWorthCutting = 8;     // times the least reach
 constexpr std::uint32_t kMostHalvings = 60;
+// Share of the squared radius that clipping may give a piece beside the ball for its area, by rounding.
+constexpr double kRoundedArea = 1e-9;
 constexpr std::size_t kMostSampledLeaves = 2048;  // that stand for more, of one sheet
 
 /// Squared distances from 0 to a box.
@@ -333,7 +335,7 @@ BendSums EdgeTree::of_leaf(std::size_t leaf, const Sheet& sheet, const Vec3d& ce
     if (sheet.counts(pieces_[i])) {
       sums += piece;
     } else {
-      left_out = left_out || piece.area > 0;
+      left_out = left_out || piece.area > kRoundedArea * squared_;
     }
   }
   return sums;
