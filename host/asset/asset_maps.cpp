@@ -1,6 +1,8 @@
 // Baked maps as the pictures of a material hold them.
 #include <algorithm>
 #include <cmath>
+#include <utility>
+#include <vector>
 
 #include "kiln/asset.h"
 #include "kiln/bake.h"
@@ -17,6 +19,15 @@ float scale_emission(Image& image) {
   if (strength <= 1) return strength > 0 ? 1.0F : 0.0F;
   for (float& value : image.pixels) value /= strength;
   return strength;
+}
+
+/// A grey picture as the three channels that colours have.
+void spread_grey(Image& image) {
+  if (image.channels != 1) return;
+  std::vector<float> pixels(3 * image.pixels.size());
+  for (std::size_t i = 0; i < pixels.size(); ++i) pixels[i] = image.pixels[i / 3];
+  image.pixels = std::move(pixels);
+  image.channels = 3;
 }
 
 /// Darkens ambient occlusion by HIGH's own picture of it: the lesser of both, since they see the same folds.
@@ -42,6 +53,7 @@ AssetMaps asset_maps(std::span<BakedMap> maps,
       if (places.emission_strength == 0) continue;  // of this set
     }
     if (store) store(map, name);
+    if (name == "emission") spread_grey(map.image);
     if (name == "occlusion" && places.occlusion != nullptr) {
       darken(*ao, map.image);
       continue;

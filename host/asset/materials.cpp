@@ -166,6 +166,12 @@ bool is_grey(const Image& image) {
   return true;
 }
 
+/// True if a slot holds one number a point, which a transfer bakes.
+bool holds_number(MaterialSlot slot) {
+  return slot == MaterialSlot::roughness || slot == MaterialSlot::metallic ||
+         slot == MaterialSlot::occlusion;
+}
+
 /// The channel of a picture that counts; -1: all.
 /// \param in_alpha     whether the texture's channel is the alpha already
 /// \param among_gltf   whether others are glTF's, of which each picture is one channel
@@ -434,7 +440,12 @@ Texture load_texture(const std::vector<Material>& materials, MaterialSlot slot,
       heights.add(material);
       continue;
     }
-    const int channel = channel_of(material, slot, picture, in_alpha, among_gltf);
+    int channel = channel_of(material, slot, picture, in_alpha, among_gltf);
+    // A grey picture of a number, whose channels may differ by what JPEG rounds, is that number.
+    if (channel < 0 && holds_number(slot) && entry->second->channels >= 3 &&
+        is_grey(*entry->second)) {
+      channel = 0;
+    }
     const auto [place, is_new] =
         known.try_emplace({key, channel}, static_cast<std::uint32_t>(texture.images.size()));
     if (is_new) {

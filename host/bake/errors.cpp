@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <memory>
 #include <string>
 #include <utility>
 
@@ -32,7 +33,9 @@ TexelBand part_of(cl::Context& context, const TexelBand& band,
   part.row_count = band.row_count;
   part.texel_count = static_cast<std::uint32_t>(places.size());
   part.sample_count = picker.count();
+  part.samples = band.samples;
   part.capacity = picker.capacity();
+  part.small_triangles = band.small_triangles;
   part.texel_index = cl::Array<std::uint32_t>(context, places);
   part.texel_first = cl::Array<std::uint32_t>(context, firsts);
   part.sample_slot = picker.of(band.sample_slot, band.capacity, 1);
@@ -51,7 +54,11 @@ class Finer {
         context_(context_of(scene.high.device)),
         layers_(scene.high, scene.surface, options_, false, 1, /*checks=*/true),
         sampler_(context_, scene.surface,
-                 {options.width, options.height, options.samples, kBandSamples}) {}
+                 {options.width, options.height, options.samples, kBandSamples}),
+        own_(options.samples != scene.options.samples && scene.matcher.reads_sample_places()
+                 ? scene.make_matcher(options_)
+                 : nullptr),
+        matcher_(own_ != nullptr ? *own_ : scene.matcher) {}
 
   void run(const BakeProgress& progress, std::uint64_t baked) {
     const std::uint64_t step = std::max<std::uint64_t>(1, (baked + kTexels - 1) / kTexels);
@@ -60,6 +67,7 @@ class Finer {
       progress.at(static_cast<double>(b) / sampler_.band_count(), "measuring errors");
       band_ = sampler_.sample(b, std::move(band_));
       scene_.turn.apply(context_, band_);
+      scene_.sheets.apply(context_, band_);
       scene_.cage.apply(context_, band_);
       over_band(step);
     }
@@ -107,7 +115,6 @@ class Finer {
     band_.texel_first.read(context_, first);
     const std::vector<std::uint32_t> chosen = choose(index, step);
     if (chosen.empty()) return;
-    layers_.next_band();
     std::vector<std::uint32_t> places, firsts{0}, samples;
     for (const std::uint32_t t : chosen) {
       places.push_back(index[t]);
@@ -115,39 +122,45 @@ class Finer {
       firsts.push_back(static_cast<std::uint32_t>(samples.size()));
     }
     const SamplePick picker(context_, samples, kLanes);
-    const TexelBand part = part_of(context_, band_, places, firsts, picker);
-    compare(part, matched(part, picker), places);
+    make(part_of(context_, band_, places, firsts, picker));
+    for (std::size_t l = 0; l < errors_.size(); ++l) compare(l, places);
   }
 
-  /// If the match reads more of a band than its points, all of the band is matched, and maps are still made of
-  /// the part alone.
-  DeviceCorrespondence matched(const TexelBand& part, const SamplePick& picker) {
-    const bool whole = scene_.matcher.needs_band();
-    const TexelBand& band = whole ? band_ : part;
-    DeviceCorrespondence match(context_, band.capacity, layers_.need_visibility());
-    match.count = band.sample_count;
-    scene_.matcher.run(band, match);
+  /// Makes texels of a band in all maps. They are whole, so they are all that a match reads of the band.
+  void make(const TexelBand& texels) {
+    DeviceCorrespondence match(context_, texels.capacity, layers_.need_visibility());
+    match.count = texels.sample_count;
+    matcher_.run(texels, match);
     context_.finish();
-    return whole ? picker.of(match) : std::move(match);
-  }
-
-  void compare(const TexelBand& texels, const DeviceCorrespondence& match,
-               std::span<const std::uint32_t> places) {
     const std::size_t size = std::size_t{texels.row_count} * options_.width;
-    const std::size_t offset = std::size_t{texels.first_row} * options_.width;
-    std::vector<std::uint8_t> coverage(size);
-    std::vector<float> values;
+    coverage_.assign(size, kCoverageEmpty);
+    values_.resize(errors_.size());
+    layers_.next_band();
     for (std::size_t l = 0; l < errors_.size(); ++l) {
       const Layer& layer = layers_.all()[l];
-      const std::size_t channels = layer.row->info.channels;
-      values.assign(size * channels, 0.0F);
-      layer.maker->run(texels, match, {values, coverage});
-      const Image& baked = image_of(layer.row->info.kind);
-      for (const std::uint32_t place : places) {
-        if (coverage[place] != kCoverageBaked) continue;
-        errors_[l].push_back(map_difference(*layer.row, &baked.pixels[(offset + place) * channels],
-                                            &values[place * channels]));
-      }
+      values_[l].assign(size * layer.row->info.channels, 0.0F);
+      layer.maker->run(texels, match, {values_[l], coverage_});
+    }
+    if (scene_.blend == nullptr) return;
+    scene_.blend->run(context_, texels, matcher_,
+                      [&](const DeviceCorrespondence& other, const cl::Array<float>& shares) {
+                        layers_.next_band();
+                        for (std::size_t l = 0; l < errors_.size(); ++l) {
+                          layers_.all()[l].maker->run_blended(texels, match, other, shares,
+                                                              {values_[l], coverage_});
+                        }
+                      });
+  }
+
+  void compare(std::size_t layer, std::span<const std::uint32_t> places) {
+    const MapRow& row = *layers_.all()[layer].row;
+    const std::size_t channels = row.info.channels;
+    const std::size_t offset = std::size_t{band_.first_row} * options_.width;
+    const Image& baked = image_of(row.info.kind);
+    for (const std::uint32_t place : places) {
+      if (coverage_[place] != kCoverageBaked) continue;
+      errors_[layer].push_back(map_difference(row, &baked.pixels[(offset + place) * channels],
+                                              &values_[layer][place * channels]));
     }
   }
 
@@ -162,7 +175,11 @@ class Finer {
   cl::Context& context_;
   Layers layers_;
   TexelSampler sampler_;
+  std::unique_ptr<Matcher> own_;  // where the bake's serves its own number of samples alone
+  Matcher& matcher_;
   TexelBand band_;
+  std::vector<std::vector<float>> values_;  // of maps, of a band's texels
+  std::vector<std::uint8_t> coverage_;
   std::uint64_t passed_ = 0;                 // since the last multiple of the step
   std::vector<std::vector<double>> errors_;  // of maps
 };

@@ -43,7 +43,8 @@ double map_difference(const MapRow& row, const float* a, const float* b) {
     return std::hypot(length(lab(a) - lab(b)), alpha);
   }
   double squares = 0;
-  for (std::uint32_t c = 0; c < map.channels; ++c) {
+  const std::uint32_t compared = row.compared_channels;
+  for (std::uint32_t c = 0; c < (compared != 0 ? compared : map.channels); ++c) {
     const double apart = double{a[c]} - b[c];
     squares += apart * apart;
   }

@@ -14,7 +14,8 @@ struct MapUnit {
 };
 MapUnit unit_of(const MapRow& row);
 
-/// Difference of two values in the map's unit: unit vectors by their angle, other vectors by their length.
+/// Difference of two values in the map's unit: unit vectors by their angle, other vectors by their length, over
+/// MapRow::compared_channels.
 /// Colours by the CIE 1976 difference, the length between them in CIELAB; alpha counts as 100 from clear to solid.
 double map_difference(const MapRow& row, const float* a, const float* b);
 

@@ -360,10 +360,16 @@ void Pipeline::finish_maps(Image* drawn) {
   report.seconds_image += watch_.lap();
 }
 
-void Pipeline::measure_errors() {
+void Pipeline::measure_errors(Clusters& clusters) {
   BakeReport& report = result_.report;
   report.seconds_image += watch_.lap();
-  kiln::measure_errors({scene_.high, surface_, scene_.options, turn_, cage_, *matcher_, layers_},
+  const auto make = [&](const BakeOptions& options) {
+    BakeReport aside;  // what matchers say has been said by the bake's own
+    return make_matcher(scene_.high, surface_, options, aside, clusters, BakeProgress(),
+                        turn_.turns());
+  };
+  kiln::measure_errors({scene_.high, surface_, scene_.options, turn_, sheets_, cage_, *matcher_,
+                        make, blend_ ? &*blend_ : nullptr, layers_},
                        progress_.part(kAtBlend, kAtMips), report);
   report.seconds_errors += watch_.lap();
 }
@@ -410,7 +416,9 @@ BakeResult Pipeline::run(Clusters& clusters, Image* drawn) {
   report_coverage();
   if (transitions_) result_.report.transitions = transitions_->measure(*layers_.unit_vectors());
   blend();
-  if (scene_.options.report.errors || layers_.obey_max_error(scene_.options)) measure_errors();
+  if (scene_.options.report.errors || layers_.obey_max_error(scene_.options)) {
+    measure_errors(clusters);
+  }
   finish_maps(drawn);
   finish_report();
   progress_.tell(1, "done");

@@ -96,7 +96,7 @@ class Pipeline {
   void make_collectors();
   void report_coverage();
   void blend();
-  void measure_errors();
+  void measure_errors(Clusters& clusters);
   void warn_about_pixels();
 
   Scene scene_;

@@ -45,7 +45,7 @@ class Bend : public SharedWork {
   double at(const HighPoint& point) const {
     auto& scratch = static_cast<Scratch&>(*point.scratch);
     const double bend = checks_
-                            ? check_->at(place_of(point), scratch.check)
+                            ? check_->at(place_of(point), point.triangle, scratch.check)
                             : curvature_->on(point.triangle, point.u, point.v, scratch.curvature);
     return bend * source_.frame.scale;
   }
@@ -135,6 +135,7 @@ MapRow convexity_map() {
                 0, 0},
                true);
   row.range = range_of_curvature;
+  row.compared_channels = 2;  // the third has nothing of its own
   row.info.other_names = "concavity";
   return row;
 }

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 #include <tuple>
+#include <utility>
 
 #include "mesh/usable.h"
 
@@ -13,6 +14,8 @@ namespace {
 constexpr double kSlack =
     0.25;  // of the radius, that points may be from where pieces were gathered
 constexpr int kStrips = 64;
+constexpr double kOtherWay = -0.6;  // cosine from which on faces look away from each other
+constexpr std::uint32_t kNoPiece = std::numeric_limits<std::uint32_t>::max();
 
 Vec3d unit_normal(const std::array<Vec3d, 3>& c) {
   const Vec3d n = cross(c[1] - c[0], c[2] - c[0]);
@@ -50,16 +53,21 @@ int order_of_size(const std::array<Vec3d, 3>& c, double radius) {
 CurvatureCheck::CurvatureCheck(std::span<const Vec3> positions, std::span<const Triangle> triangles,
                                double radius)
     : radius_(radius) {
-  for (const Triangle& t : triangles) {
+  for (std::uint32_t i = 0; i < triangles.size(); ++i) {
+    const Triangle& t = triangles[i];
     if (!has_area(positions, t)) continue;
     Piece& piece = pieces_.emplace_back();
+    piece.triangle = i;
     for (std::size_t k = 0; k < 3; ++k) piece.corner[k] = Vec3d(positions[t[k]]);
+    piece.normal = unit_normal(piece.corner);
     piece.order = order_of_size(piece.corner, radius);
     piece.x = least_x(piece.corner);
   }
   std::stable_sort(pieces_.begin(), pieces_.end(), [](const Piece& a, const Piece& b) {
     return std::tie(a.order, a.x) < std::tie(b.order, b.x);
   });
+  piece_of_.assign(triangles.size(), kNoPiece);
+  for (std::uint32_t i = 0; i < pieces_.size(); ++i) piece_of_[pieces_[i].triangle] = i;
   find_angles();
 }
 
@@ -87,9 +95,13 @@ void CurvatureCheck::find_angles() {
            sides[next].high == sides[i].high) {
       ++next;
     }
+    for (std::size_t s = i; s < next; ++s) {
+      const Side& after = sides[s + 1 < next ? s + 1 : i];
+      pieces_[sides[s].piece].beside[sides[s].k] = 3 * after.piece + after.k;
+    }
     if (next - i != 2 || sides[i].upward == sides[i + 1].upward) continue;
     Piece &one = pieces_[sides[i].piece], &other = pieces_[sides[i + 1].piece];
-    const Vec3d n = unit_normal(one.corner), m = unit_normal(other.corner);
+    const Vec3d &n = one.normal, &m = other.normal;
     const double angle = std::acos(std::clamp(dot(n, m), -1.0, 1.0));
     // Convex where the other one's far corner lies below this one's plane.
     const double side = dot(n, other.corner[(sides[i + 1].k + 2) % 3] - one.corner[sides[i].k]);
@@ -121,12 +133,41 @@ void CurvatureCheck::gather(const Vec3d& centre, Scratch& scratch) const {
   }
 }
 
-double CurvatureCheck::at(const Vec3d& point, Scratch& scratch) const {
+/// Marks the pieces that a walk from the point's own reaches within the ball.
+void CurvatureCheck::find_connected(const Vec3d& point, std::uint32_t seed,
+                                    Scratch& scratch) const {
+  scratch.connected.resize(pieces_.size());
+  scratch.reached.assign(1, seed);
+  scratch.connected[seed] = 1;
+  for (std::size_t i = 0; i < scratch.reached.size(); ++i) {
+    const Piece& piece = pieces_[scratch.reached[i]];
+    for (std::uint32_t k = 0; k < 3; ++k) {
+      if (inside(piece.corner[k] - point, piece.corner[(k + 1) % 3] - point, radius_) <= 0)
+        continue;
+      const std::uint32_t start = 3 * scratch.reached[i] + k;
+      for (std::uint32_t side = piece.beside[k]; side != start;
+           side = pieces_[side / 3].beside[side % 3]) {
+        if (std::exchange(scratch.connected[side / 3], std::uint8_t{1}) == 0) {
+          scratch.reached.push_back(side / 3);
+        }
+      }
+    }
+  }
+}
+
+double CurvatureCheck::at(const Vec3d& point, std::uint32_t triangle, Scratch& scratch) const {
+  const std::uint32_t seed = piece_of_[triangle];
+  bool walked = false;
+  const auto is_of_sheet = [&](std::uint32_t i) {
+    if (seed == kNoPiece || dot(pieces_[i].normal, pieces_[seed].normal) >= kOtherWay) return true;
+    if (!std::exchange(walked, true)) find_connected(point, seed, scratch);
+    return scratch.connected[i] != 0;
+  };
   if (!scratch.known || length(point - scratch.centre) > radius_ * kSlack) gather(point, scratch);
   double area = 0, bend = 0;
   for (const std::uint32_t i : scratch.near) {
     const Piece& piece = pieces_[i];
-    if (apart(piece.corner, point, radius_)) continue;
+    if (apart(piece.corner, point, radius_) || !is_of_sheet(i)) continue;
     const Vec3d a = piece.corner[0] - point, b = piece.corner[1] - point,
                 c = piece.corner[2] - point;
     bend += (piece.angle[0] * inside(a, b, radius_) + piece.angle[1] * inside(b, c, radius_) +
@@ -156,6 +197,9 @@ double CurvatureCheck::at(const Vec3d& point, Scratch& scratch) const {
       const double to = from + width * y / height;
       area += std::max(0.0, std::min(to, half) - std::max(from, -half)) * (end - begin) / kStrips;
     }
+  }
+  if (walked) {
+    for (const std::uint32_t i : scratch.reached) scratch.connected[i] = 0;
   }
   return area > 0 ? bend / area : 0;
 }

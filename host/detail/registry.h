@@ -85,6 +85,8 @@ struct MapRow {
   std::string_view unit = {};
   /// Range of each channel that integer formats hold; none: MapInfo::low and high, in all channels.
   std::function<ValueRange(const RangeRequest& request, std::uint32_t channel)> range = {};
+  /// Channels whose differences are an error, from the first on; 0: all. The rest repeat what these say.
+  std::uint32_t compared_channels = 0;
   /// Its values depend on the size of texels, so that a larger map is not nearer to the surface.
   bool of_texels = false;
   std::function<std::unique_ptr<MapMaker>(const MapRequest& request)> make;

@@ -1,6 +1,7 @@
 // Maps that a bake brings along: textures of the high poly, each in a map of its own, and functions of the
 // caller's.
 #include <algorithm>
+#include <array>
 #include <optional>
 #include <span>
 #include <string>
@@ -14,10 +15,34 @@
 namespace kiln {
 namespace {
 
+/// True if a picture's colours are all grey.
+bool is_grey(const Image& image) {
+  if (image.channels < 3) return true;
+  for (std::size_t i = 0; i + 2 < image.pixels.size(); i += image.channels) {
+    const float* const p = &image.pixels[i];
+    if (p[0] != p[1] || p[0] != p[2]) return false;
+  }
+  return true;
+}
+
+/// True if a texture holds one number a point: roughness and the like. As three equal channels it would take three
+/// times the room, its errors would count thrice, and formats of one channel would not hold it.
+bool is_scalar(const Texture& texture) {
+  const auto all_alike = [](const std::array<float, 4>& v) { return v[0] == v[1] && v[0] == v[2]; };
+  return texture.kind == TextureKind::linear &&
+         std::all_of(texture.plain.begin(), texture.plain.end(), all_alike) &&
+         std::all_of(texture.factors.begin(), texture.factors.end(),
+                     [&](const Texture::Factor& factor) { return all_alike(factor.times); }) &&
+         std::all_of(texture.images.begin(), texture.images.end(),
+                     [](const auto& image) { return image != nullptr && is_grey(*image); });
+}
+
 class Plain : public PointFunction {
  public:
-  Plain(const Source::Impl& source, const Texture& texture, std::string_view name)
-      : texture_(source, texture, name), name_(name) {}
+  Plain(const Source::Impl& source, const Texture& texture, const MapInfo& info)
+      : texture_(source, texture, info.kind.name),
+        name_(info.kind.name),
+        channels_(info.channels) {}
 
   PointNeeds needs() const override {
     return {.position = false,
@@ -30,7 +55,7 @@ class Plain : public PointFunction {
     if (!point.found) return;
     float read[4];
     texture_.read(point, read);
-    std::copy_n(read, 3, value);
+    std::copy_n(read, channels_, value);
   }
   void report(BakedMap&, std::vector<Warning>& warnings) const override {
     warn_replaced(texture_, name_, warnings);
@@ -39,6 +64,7 @@ class Plain : public PointFunction {
  private:
   SurfaceTexture texture_;
   std::string_view name_;
+  std::uint32_t channels_;
 };
 
 /// A normal map of the high poly, in whose tangent space its vectors are, in the space of the bake's normals.
@@ -145,11 +171,15 @@ MapRow row_of(const Transfer& transfer) {
     return row;
   }
   row.info.type = transfer.texture.kind == TextureKind::srgb ? MapType::color : MapType::vector;
+  if (is_scalar(transfer.texture)) {
+    row.info.channels = 1;
+    row.info.type = MapType::signed_scalar;
+  }
   row.info.missed = MissedTexels::neighbours;
   row.make = [info = row.info, &transfer](const MapRequest& request) {
     return make_point_map(request, info,
-                          std::unique_ptr<PointFunction>(std::make_unique<Plain>(
-                              request.source, transfer.texture, info.kind.name)));
+                          std::unique_ptr<PointFunction>(
+                              std::make_unique<Plain>(request.source, transfer.texture, info)));
   };
   return row;
 }

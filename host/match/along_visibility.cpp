@@ -33,6 +33,7 @@ class VisibilityMatcher : public Matcher {
 
   void run(const TexelBand& band, DeviceCorrespondence& match) override {
     if (band.sample_count == 0) return;
+    if (reads_sample_places()) check_samples(band, samples_);
     if (capacity_ < band.capacity) {
       points_ = cl::Array<float>();
       points_ = cl::Array<float>(context_, std::size_t{7} * band.capacity);
@@ -44,6 +45,7 @@ class VisibilityMatcher : public Matcher {
   }
 
   bool needs_band() const override { return true; }
+  bool reads_sample_places() const override { return field_->is_of_texels(); }
 
  private:
   cl::Context& context_;

@@ -1,5 +1,7 @@
 #include "match/fallback.h"
 
+#include <algorithm>
+
 #include "mesh/kernels_shared.h"
 #include "texel/sample_pick.h"
 
@@ -28,6 +30,12 @@ class FallbackMatcher : public Matcher {
   }
 
   std::span<const Decider> deciders() const override { return deciders_; }
+
+  bool reads_sample_places() const override {
+    return first_->reads_sample_places() ||
+           std::any_of(rest_.begin(), rest_.end(),
+                       [](const auto& matcher) { return matcher->reads_sample_places(); });
+  }
 
   void run_fallback(const TexelBand& band, std::span<const std::uint32_t> samples,
                     DeviceCorrespondence& found) override {

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <memory>
 #include <span>
+#include <string>
 
 #include "kiln/bake.h"
 #include "texel/device_correspondence.h"
@@ -22,6 +23,16 @@ struct MatchNotes {
   std::vector<Warning> warnings;
 };
 
+/// The kernels of matches that read sample places index arrays of the map's samples by them: a band of other samples
+/// would read beyond these, so it is refused here, where a message is still possible.
+/// \throws Error(internal) where the band has another number of samples a texel than `samples` a side
+inline void check_samples(const TexelBand& band, std::uint32_t samples) {
+  if (band.samples == samples) return;
+  throw Error(ErrorCode::internal, "A match made for " + std::to_string(samples) +
+                                       " samples a side of a texel was given " +
+                                       std::to_string(band.samples) + ".");
+}
+
 class Matcher {
  public:
   Matcher() = default;
@@ -32,8 +43,12 @@ class Matcher {
   /// Writes the correspondences of a band's samples; enqueued, or finished.
   virtual void run(const TexelBand& band, DeviceCorrespondence& match) = 0;
 
-  /// True if it reads more of a band than its points: then it must be given all samples.
+  /// True if it reads more of a band than its points: then it must be given all samples of whole texels.
   virtual bool needs_band() const { return false; }
+
+  /// True if it reads where samples lie within their texels (TexelBand::sample_slot): it serves bands with the
+  /// number of samples a texel that it was made for, and no others.
+  virtual bool reads_sample_places() const { return false; }
 
   /// Decider of each sample of the last band; empty where there is no fallback.
   virtual std::span<const Decider> deciders() const { return {}; }

@@ -12,8 +12,10 @@ class SavedMatcher : public Matcher {
       : context_(context), saved_(saved), unit_(unit) {}
 
   void run(const TexelBand& band, DeviceCorrespondence& match) override {
+    check_samples(band, saved_.samples);
     load_band(context_, band, saved_, unit_, match);
   }
+  bool reads_sample_places() const override { return true; }
 
  private:
   cl::Context& context_;

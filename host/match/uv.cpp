@@ -90,6 +90,7 @@ void UvRaster::cover(const kiln_uv_params& params) {
 }
 
 void UvRaster::match(const TexelBand& band, DeviceCorrespondence& match, bool first_time) {
+  check_samples(band, samples_);
   if (first_time) sample_total_ += band.sample_count;
   const std::uint32_t first_row = band.first_row * samples_;
   const std::uint32_t end_row = first_row + band.row_count * samples_;
@@ -275,6 +276,7 @@ class UvMatcher : public Matcher {
     raster_.measure(match);
   }
 
+  bool reads_sample_places() const override { return true; }
   bool points_stay() const override { return true; }
   void move(std::uint32_t first, std::span<const Vec3> positions) override {
     raster_.set_positions(first, positions);

@@ -132,6 +132,9 @@ class VisibilityField {
   /// The clusters; none where no more than one was asked for.
   const std::optional<VisibilityClusters>& clusters() const { return clusters_; }
 
+  /// True if directions are those of texels, and interpolated between these; else those of corners.
+  bool is_of_texels() const { return field_width_ != 0; }
+
   /// Means of directions per texel (or corner), 4 floats each, for tests.
   const cl::Array<float>& field() const { return field_; }
   std::uint32_t field_width() const { return field_width_; }

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstdint>
 #include <limits>
+#include <numeric>
 #include <tuple>
 #include <vector>
 
@@ -57,9 +58,11 @@ std::vector<std::uint8_t> find_usable(std::span<const Vec3> positions,
 }
 
 /// Calls body(vertex, Joint) for each such edge, once, from several threads: those of one vertex in order, from one.
+/// \param across  out, sized before: MeanCurvature::across_; empty: not wanted
 template <typename Body>
 void for_each_joint(std::span<const Vec3> positions, std::span<const Triangle> triangles,
-                    std::span<const std::uint8_t> usable, const Body& body) {
+                    std::span<const std::uint8_t> usable, std::span<std::uint32_t> across,
+                    const Body& body) {
   const std::vector<std::uint32_t> place = weld_vertices(positions);
   const Adjacency corners =
       Adjacency::make(positions.size(), triangles.size() * 3, [&](std::size_t i) {
@@ -87,6 +90,11 @@ void for_each_joint(std::span<const Vec3> positions, std::span<const Triangle> t
       for (std::size_t i = 0; i < sides.size();) {
         std::size_t next = i + 1;
         while (next < sides.size() && sides[next].other == sides[i].other) ++next;
+        if (!across.empty() && v < sides[i].other) {
+          for (std::size_t k = i; k < next; ++k) {
+            across[sides[k].corner] = sides[k + 1 < next ? k + 1 : i].corner;
+          }
+        }
         const bool joined = next - i == 2 && sides[i].inward == 0 && sides[i + 1].inward == 1;
         if (joined && v < sides[i].other) {
           const Vec3d way = Vec3d(positions[sides[i].other]) - Vec3d(positions[v]);
@@ -108,9 +116,10 @@ void for_each_joint(std::span<const Vec3> positions, std::span<const Triangle> t
 /// Signed angle at each triangle's edges; edge k begins at corner k.
 std::vector<std::array<float, 3>> find_angles(std::span<const Vec3> positions,
                                               std::span<const Triangle> triangles,
-                                              std::span<const std::uint8_t> usable) {
+                                              std::span<const std::uint8_t> usable,
+                                              std::span<std::uint32_t> across) {
   std::vector<std::array<float, 3>> angles(triangles.size());
-  for_each_joint(positions, triangles, usable, [&](std::size_t, const Joint& joint) {
+  for_each_joint(positions, triangles, usable, across, [&](std::size_t, const Joint& joint) {
     for (const std::uint32_t c : joint.corner) {
       angles[c / 3][c % 3] = static_cast<float>(joint.angle);
     }
@@ -126,7 +135,7 @@ double facet_size(std::span<const Vec3> positions, std::span<const Triangle> tri
   };
   std::vector<Sums> sums(
       positions.size());  // of vertices: the order of sums is not left to threads
-  for_each_joint(positions, triangles, find_usable(positions, triangles),
+  for_each_joint(positions, triangles, find_usable(positions, triangles), {},
                  [&](std::size_t vertex, const Joint& joint) {
                    if (std::abs(joint.angle) > 1 / kFacetsARadius) return;
                    const double weight = std::abs(joint.angle) * joint.length;
@@ -145,7 +154,17 @@ MeanCurvature::MeanCurvature(std::span<const Vec3> positions, std::span<const Tr
                              double radius)
     : positions_(positions), triangles_(triangles), radius_(radius), at_vertex_(positions.size()) {
   const std::vector<std::uint8_t> usable = find_usable(positions, triangles);
-  tree_.emplace(positions, triangles, usable, find_angles(positions, triangles, usable), radius);
+  across_.resize(3 * triangles.size());
+  std::iota(across_.begin(), across_.end(), std::uint32_t{0});
+  tree_.emplace(positions, triangles, usable, find_angles(positions, triangles, usable, across_),
+                radius);
+  first_triangle_.resize(positions.size());
+  for (std::size_t t = triangles.size(); t-- > 0;) {
+    if (usable[t] == 0) continue;
+    for (const std::uint32_t corner : triangles[t]) {
+      first_triangle_[corner] = static_cast<std::uint32_t>(t);
+    }
+  }
   for (std::atomic<double>& value : at_vertex_) value.store(kUnknown, std::memory_order_relaxed);
 }
 
@@ -154,12 +173,52 @@ double MeanCurvature::at(const Vec3d& point, Scratch& scratch) const {
   return sums.area > 0 ? sums.bend / sums.area : 0;
 }
 
+/// Finds the triangles that are connected with a point's, across edges that the ball around it reaches.
+/// \returns false where they are more than fit
+bool MeanCurvature::flood(const Vec3d& point, std::uint32_t triangle, Scratch& scratch) const {
+  TriangleSet& connected = scratch.connected;
+  std::vector<std::uint32_t>& reached = scratch.reached;
+  connected.clear();
+  connected.add(triangle);
+  reached.assign(1, triangle);
+  for (std::size_t i = 0; i < reached.size(); ++i) {
+    const std::uint32_t t = reached[i];
+    ++scratch.steps;
+    for (std::uint32_t k = 0; k < 3; ++k) {
+      const Vec3d a = Vec3d(positions_[triangles_[t][k]]) - point;
+      const Vec3d way = Vec3d(positions_[triangles_[t][(k + 1) % 3]]) - point - a;
+      const double along = std::clamp(-dot(a, way) / dot(way, way), 0.0, 1.0);
+      const Vec3d near = a + way * along;
+      if (!(dot(near, near) < radius_ * radius_)) continue;
+      for (std::uint32_t c = across_[3 * t + k]; c != 3 * t + k; c = across_[c]) {
+        if (connected.contains(c / 3)) continue;
+        if (connected.full()) return false;
+        connected.add(c / 3);
+        reached.push_back(c / 3);
+      }
+    }
+  }
+  return true;
+}
+
+/// At a point of a triangle's sheet.
+double MeanCurvature::on_sheet(const Vec3d& point, std::uint32_t triangle, Scratch& scratch) const {
+  const Vec3d normal = area_normal(positions_, triangles_[triangle]);
+  const double size = length(normal);
+  if (!(size > 0)) return at(point, scratch);
+  Sheet sheet{normal * (1 / size)};
+  if (!tree_->may_hold_opposed(point, sheet, scratch)) return at(point, scratch);
+  if (flood(point, triangle, scratch)) sheet.connected = &scratch.connected;
+  const BendSums sums = tree_->within(point, sheet, scratch);
+  return sums.area > 0 ? sums.bend / sums.area : 0;
+}
+
 /// Threads that ask for the same vertex at once find the same value.
 double MeanCurvature::at_vertex(std::uint32_t vertex, Scratch& scratch) const {
   std::atomic<double>& kept = at_vertex_[vertex];
   double value = kept.load(std::memory_order_relaxed);
   if (std::isnan(value)) {
-    value = at(Vec3d(positions_[vertex]), scratch);
+    value = on_sheet(Vec3d(positions_[vertex]), first_triangle_[vertex], scratch);
     kept.store(value, std::memory_order_relaxed);
   }
   return value;
@@ -177,7 +236,7 @@ double MeanCurvature::on(std::uint32_t triangle, double u, double v, Scratch& sc
       return a + (b - a) * u + (c - a) * v;
     }
   }
-  return at(p[0] * (1.0 - u - v) + p[1] * u + p[2] * v, scratch);
+  return on_sheet(p[0] * (1.0 - u - v) + p[1] * u + p[2] * v, triangle, scratch);
 }
 
 }  // namespace kiln

@@ -26,10 +26,16 @@ namespace kiln {
 ///
 /// Vertices at one place are one. Triangles without area, or not finite, do not count. Edges count
 /// that two triangles share in opposite senses; borders, edges of more triangles and edges between
-/// triangles of opposite winding are flat. All of the mesh in the ball counts, also the other side
-/// of a thin wall.
+/// triangles of opposite winding are flat.
 ///
-/// On triangles that are small, values are interpolated between those at the corners, found when first asked for: the
+/// A point of a triangle has the curvature of its own sheet (Sheet): the other side of a thin wall does not count, nor
+/// does another part that looks the other way. What counts in the ball is the patch of triangles that are connected
+/// with the point's, across edges which the ball reaches, and everything else whose normal is within 127 degrees of
+/// the point's. So a hollow ball of radius R has 1/R outside, however thin its wall, and -1/r inside. At a rim, where
+/// the ball reaches round it, both sides are one patch and count. Where the patch has over 4,096 triangles, faces that
+/// look the other way do not count at all.
+///
+/// On triangles that are small, on()'s values are interpolated between those at the corners, found when first asked for: the
 /// longest edge is at most 1/4 of the radius, and the corners' values differ by at most 1/256 of one over the radius.
 /// Between these the exact value lies as well wherever it changes in one direction; at worst it is off by what
 /// interpolation over so short a way misses of sharp edges, below 0.1 over the radius.
@@ -42,25 +48,30 @@ class MeanCurvature {
 
   /// \param positions  with the triangles, to stay as they are for as long as this is in use
   /// \param radius     above 0, same units as the positions
-  /// Time n log n for n triangles; memory about 130 bytes a triangle, four times that where long ones lie in all
+  /// Time n log n for n triangles; memory about 160 bytes a triangle, four times that where long ones lie in all
   /// directions.
   MeanCurvature(std::span<const Vec3> positions, std::span<const Triangle> triangles,
                 double radius);
 
-  /// At a point anywhere. \returns in one over the positions' unit; 0 where the ball holds no surface. Some
-  /// microseconds.
+  /// At a point anywhere, of all sheets in the ball. \returns in one over the positions' unit; 0 where the ball holds
+  /// no surface. Some microseconds.
   double at(const Vec3d& point, Scratch& scratch) const;
-  /// At a point of a triangle, by the weights of its corners 1 and 2. Any number of threads may ask at once, each with
+  /// At a point of a triangle, of its own sheet, by the weights of its corners 1 and 2. Any number of threads may ask at once, each with
   /// its own scratch: the value is the same to the bit, whatever was asked before.
   double on(std::uint32_t triangle, double u, double v, Scratch& scratch) const;
 
  private:
   double at_vertex(std::uint32_t vertex, Scratch& scratch) const;
+  double on_sheet(const Vec3d& point, std::uint32_t triangle, Scratch& scratch) const;
+  bool flood(const Vec3d& point, std::uint32_t triangle, Scratch& scratch) const;
 
   std::span<const Vec3> positions_;
   std::span<const Triangle> triangles_;
   double radius_;
   std::optional<EdgeTree> tree_;
+  /// Per edge (3 * triangle + k), the next one between the same two places: a ring through all triangles there.
+  std::vector<std::uint32_t> across_;
+  std::vector<std::uint32_t> first_triangle_;           // with each vertex
   mutable std::vector<std::atomic<double>> at_vertex_;  // NaN: not asked for yet
 };
 

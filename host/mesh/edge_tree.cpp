@@ -27,6 +27,9 @@ constexpr double kFewTouched = 8;
 constexpr std::size_t kMostPieces = 4;  // of a triangle, on average
 constexpr double kWorthCutting = 8;     // times the least reach
 constexpr std::uint32_t kMostHalvings = 60;
+// Share of the squared radius that clipping may give a piece beside the ball for its area, by rounding.
+constexpr double kRoundedArea = 1e-9;
+constexpr std::size_t kMostSampledLeaves = 2048;  // that stand for more, of one sheet
 
 /// Squared distances from 0 to a box.
 double nearest(const Vec3d& low, const Vec3d& high) {
@@ -111,6 +114,15 @@ std::vector<BendPiece> cut_long(std::vector<BendPiece> pieces, double radius) {
 
 }  // namespace
 
+CoarseNormal coarse_normal(const Vec3d& direction) {
+  const double size = length(direction);
+  if (!(size > 0)) return {};
+  const auto step = [&](double part) {
+    return static_cast<std::int8_t>(std::lround(127 * part / size));
+  };
+  return {step(direction.x), step(direction.y), step(direction.z)};
+}
+
 EdgeTree::EdgeTree(std::span<const Vec3> positions, std::span<const Triangle> triangles,
                    std::span<const std::uint8_t> usable,
                    std::span<const std::array<float, 3>> angle, double radius)
@@ -120,7 +132,13 @@ EdgeTree::EdgeTree(std::span<const Vec3> positions, std::span<const Triangle> tr
   for (std::uint32_t t = 0; t < triangles.size(); ++t) {
     if (usable[t] == 0) continue;
     const Triangle& c = triangles[t];
-    pieces.push_back({{positions[c[0]], positions[c[1]], positions[c[2]]}, angle[t]});
+    const std::array<Vec3, 3> corner = {positions[c[0]], positions[c[1]], positions[c[2]]};
+    const Vec3d first(corner[0]);
+    pieces.push_back(
+        {.corner = corner,
+         .angle = angle[t],
+         .triangle = t,
+         .normal = coarse_normal(cross(Vec3d(corner[1]) - first, Vec3d(corner[2]) - first))});
   }
   pieces = cut_long(std::move(pieces), radius);
   count_ = pieces.size();
@@ -230,9 +248,142 @@ void EdgeTree::begin(const Vec3d& low, const Vec3d& high, Cell& cell, std::uint6
   }
 }
 
+/// True if a normal of the node's box may look the other way.
+bool EdgeTree::Node::may_be_opposed(const Sheet& sheet) const {
+  const auto least = [](double along, std::int8_t from, std::int8_t to) {
+    return along * (along > 0 ? from : to);
+  };
+  return least(sheet.normal.x, normal_low[0], normal_high[0]) +
+             least(sheet.normal.y, normal_low[1], normal_high[1]) +
+             least(sheet.normal.z, normal_low[2], normal_high[2]) <
+         Sheet::kOpposed * 127;
+}
+
+bool EdgeTree::may_hold_opposed(const Vec3d& centre, const Sheet& sheet, Scratch& scratch) const {
+  const auto reaches = [&](const BendPiece& piece) {
+    const Box box = box_of(piece);
+    return nearest(Vec3d(box.low) - centre, Vec3d(box.high) - centre) < squared_;
+  };
+  const Cell& cell = cell_of(centre, scratch);
+  if (cell.few) {
+    scratch.steps += cell.pieces.size();
+    return std::any_of(cell.pieces.begin(), cell.pieces.end(), [&](const Near& near) {
+      return sheet.is_opposed(near.piece.normal) && reaches(near.piece);
+    });
+  }
+  std::array<std::size_t, 66> stack{};  // one level leaves one behind
+  std::size_t height = 0;
+  for (std::size_t box = 0; height != 0 || box < cell.boxes.size();) {
+    const std::size_t at = height != 0 ? stack[--height] : cell.boxes[box++];
+    const Node& node = nodes_[at];
+    ++scratch.steps;
+    if (!node.may_be_opposed(sheet) ||
+        nearest(Vec3d(node.low) - centre, Vec3d(node.high) - centre) >= squared_) {
+      continue;
+    }
+    if (at < first_of(levels_)) {
+      stack[height++] = 2 * at + 2;
+      stack[height++] = 2 * at + 1;
+      continue;
+    }
+    const std::size_t leaf = at - first_of(levels_);
+    for (std::size_t i = begin_of(levels_, leaf); i < begin_of(levels_, leaf + 1); ++i) {
+      ++scratch.steps;
+      if (sheet.is_opposed(pieces_[i].normal) && reaches(pieces_[i])) return true;
+    }
+  }
+  return false;
+}
+
+BendSums EdgeTree::within(const Vec3d& centre, const Sheet& sheet, Scratch& scratch) const {
+  const Cell& cell = cell_of(centre, scratch);
+  if (cell.few) {
+    return by_pieces(cell, centre, scratch,
+                     [&](const BendPiece& piece) { return sheet.counts(piece); });
+  }
+  BendSums sums;
+  bool left_out = false;
+  std::array<std::size_t, 66> stack{};  // one level leaves one behind
+  std::size_t height = 0, leaves = 0;
+  for (std::size_t box = 0; height != 0 || box < cell.boxes.size();) {
+    const std::size_t at = height != 0 ? stack[--height] : cell.boxes[box++];
+    const Node& node = nodes_[at];
+    ++scratch.steps;
+    if (nearest(Vec3d(node.low) - centre, Vec3d(node.high) - centre) >= squared_) continue;
+    if (!node.may_be_opposed(sheet) && settled(node, centre, /*coarse=*/false, sums)) continue;
+    if (at < first_of(levels_)) {
+      stack[height++] = 2 * at + 2;
+      stack[height++] = 2 * at + 1;
+      continue;
+    }
+    if (++leaves > kMostLeaves) return by_leaves_of(sheet, centre, scratch);
+    const BendSums counted = of_leaf(at - first_of(levels_), sheet, centre, left_out);
+    sums += counted;
+    scratch.steps += kLeaf;
+  }
+  // The same surface, summed in another order, is another number in its last bits.
+  return left_out ? sums : within(centre, scratch);
+}
+
+/// What counts of a leaf's pieces. \param left_out  becomes true where some of it does not
+BendSums EdgeTree::of_leaf(std::size_t leaf, const Sheet& sheet, const Vec3d& centre,
+                           bool& left_out) const {
+  BendSums sums;
+  for (std::size_t i = begin_of(levels_, leaf); i < begin_of(levels_, leaf + 1); ++i) {
+    bool is_cut = false;
+    const BendSums piece = clipped(pieces_[i], centre, is_cut);
+    if (sheet.counts(pieces_[i])) {
+      sums += piece;
+    } else {
+      left_out = left_out || piece.area > kRoundedArea * squared_;
+    }
+  }
+  return sums;
+}
+
+/// The sums of a sheet in a ball that holds very many pieces: boxes are opened level by level while they are few, then
+/// a leaf in the middle of each stands for it, by its share of the box's area.
+BendSums EdgeTree::by_leaves_of(const Sheet& sheet, const Vec3d& centre, Scratch& scratch) const {
+  BendSums sums;
+  scratch.front.assign(1, 0);
+  for (std::uint32_t level = 0; !scratch.front.empty(); ++level) {
+    scratch.steps += scratch.front.size();
+    scratch.next.clear();
+    for (const std::size_t at : scratch.front) {
+      const Node& node = nodes_[at];
+      if (nearest(Vec3d(node.low) - centre, Vec3d(node.high) - centre) >= squared_) continue;
+      if (node.may_be_opposed(sheet) || !settled(node, centre, /*coarse=*/true, sums)) {
+        scratch.next.push_back(at);
+      }
+    }
+    if (level < levels_ && scratch.next.size() <= kMostSampledLeaves / 2) {
+      scratch.front.clear();
+      for (const std::size_t at : scratch.next) {
+        scratch.front.push_back(2 * at + 1);
+        scratch.front.push_back(2 * at + 2);
+      }
+      continue;
+    }
+    for (const std::size_t at : scratch.next) {
+      const std::size_t below = levels_ - level;
+      const std::size_t i = at - first_of(level);
+      const std::size_t leaf = (i << below) + ((std::size_t{1} << below) >> 1);
+      const Node& all = nodes_[first_of(levels_) + leaf];
+      if (!(all.sums.area > 0)) continue;
+      bool left_out = false;
+      const BendSums counted = of_leaf(leaf, sheet, centre, left_out);
+      const double times = nodes_[at].sums.area / all.sums.area;
+      sums += {counted.area * times, counted.bend * times};
+    }
+    scratch.steps += scratch.next.size() * kLeaf;
+    break;
+  }
+  return sums;
+}
+
 BendSums EdgeTree::within(const Vec3d& centre, Scratch& scratch) const {
   const Cell& cell = cell_of(centre, scratch);
-  if (cell.few) return by_pieces(cell, centre, scratch);
+  if (cell.few) return by_pieces(cell, centre, scratch, [](const BendPiece&) { return true; });
   BendSums sums;
   for (const bool coarse : {false, true}) {
     if (by_boxes(cell, centre, coarse, scratch, sums)) return sums;
@@ -240,12 +391,14 @@ BendSums EdgeTree::within(const Vec3d& centre, Scratch& scratch) const {
   return by_levels(centre, scratch);
 }
 
-BendSums EdgeTree::by_pieces(const Cell& cell, const Vec3d& centre, Scratch& scratch) const {
+template <typename Counts>
+BendSums EdgeTree::by_pieces(const Cell& cell, const Vec3d& centre, Scratch& scratch,
+                             const Counts& counts) const {
   BendSums sums;
   for (const Near& near : cell.pieces) {
     const Vec3d way = near.centre - centre;
     const double reach = radius_ + near.radius;
-    if (dot(way, way) >= reach * reach) continue;
+    if (dot(way, way) >= reach * reach || !counts(near.piece)) continue;
     bool is_cut = false;
     sums += clipped(near.piece, centre, is_cut);
   }
@@ -362,12 +515,15 @@ void EdgeTree::split(std::vector<Item>& order, std::uint32_t level, std::size_t 
 void EdgeTree::fill_leaf(std::size_t leaf) {
   Box box;
   BendSums all;
+  CoarseNormal low{127, 127, 127}, high{-127, -127, -127};
   for (std::size_t i = begin_of(levels_, leaf); i < begin_of(levels_, leaf + 1); ++i) {
     BendPiece& piece = pieces_[i];
     std::array<Vec3d, 3> p;
     for (std::size_t k = 0; k < 3; ++k) {
       box.add(piece.corner[k]);
       p[k] = Vec3d(piece.corner[k]);
+      low[k] = std::min(low[k], piece.normal[k]);
+      high[k] = std::max(high[k], piece.normal[k]);
     }
     piece.area = static_cast<float>(length(cross(p[1] - p[0], p[2] - p[0])) / 2);
     double bend = 0;
@@ -377,7 +533,7 @@ void EdgeTree::fill_leaf(std::size_t leaf) {
     piece.bend = static_cast<float>(bend);
     all += {piece.area, piece.bend};
   }
-  nodes_[first_of(levels_) + leaf] = {box.low, box.high, all};
+  nodes_[first_of(levels_) + leaf] = {box.low, box.high, all, low, high};
 }
 
 void EdgeTree::join(std::size_t at) {
@@ -387,7 +543,12 @@ void EdgeTree::join(std::size_t at) {
   box.add(right.high);
   BendSums sums = left.sums;
   sums += right.sums;
-  nodes_[at] = {box.low, box.high, sums};
+  CoarseNormal low = left.normal_low, high = left.normal_high;
+  for (std::size_t k = 0; k < 3; ++k) {
+    low[k] = std::min(low[k], right.normal_low[k]);
+    high[k] = std::max(high[k], right.normal_high[k]);
+  }
+  nodes_[at] = {box.low, box.high, sums, low, high};
 }
 
 namespace {

@@ -24,11 +24,76 @@ struct BendSums {
   }
 };
 
+/// A direction in steps of 1/127 along each axis.
+using CoarseNormal = std::array<std::int8_t, 3>;
+CoarseNormal coarse_normal(const Vec3d& direction);
+
 /// A triangle, or a part of one that is long: its cuts are edges without an angle.
 struct BendPiece {
   std::array<Vec3, 3> corner;
   std::array<float, 3> angle;  ///< Angle of edge k, from corner k; signed
   float area = 0, bend = 0;    ///< Sums of the whole subtree, as BendSums
+  std::uint32_t triangle = 0;  ///< Triangle of the mesh
+  CoarseNormal normal{};       ///< That triangle's
+};
+
+/// Triangles in a set of bounded size, to be emptied and filled anew many times.
+class TriangleSet {
+ public:
+  static constexpr std::uint32_t kMost = 4096;
+
+  void clear() {
+    count_ = 0;
+    if (slots_.empty()) slots_.resize(kSlots);
+    if (++round_ != 0) return;
+    slots_.assign(kSlots, {});  // the rounds' numbers begin again
+    round_ = 1;
+  }
+  bool contains(std::uint32_t triangle) const { return slots_[slot_of(triangle)].round == round_; }
+  /// \returns false where it is there
+  bool add(std::uint32_t triangle) {
+    Slot& slot = slots_[slot_of(triangle)];
+    if (slot.round == round_) return false;
+    slot = {triangle, round_};
+    ++count_;
+    return true;
+  }
+  /// No more may be added.
+  bool full() const { return count_ == kMost; }
+
+ private:
+  static constexpr std::uint32_t kSlots = 4 * kMost;
+  struct Slot {
+    std::uint32_t triangle = 0, round = 0;
+  };
+  /// Slot of a triangle, or the one that it would take.
+  std::uint32_t slot_of(std::uint32_t triangle) const {
+    std::uint32_t at = triangle * 2654435761U % kSlots;
+    while (slots_[at].round == round_ && slots_[at].triangle != triangle) at = (at + 1) % kSlots;
+    return at;
+  }
+
+  std::vector<Slot> slots_;
+  std::uint32_t round_ = 0, count_ = 0;
+};
+
+/// The sheet that a point lies on: of the surface around it, what is connected with the point and whatever does not
+/// look the other way.
+struct Sheet {
+  Vec3d normal;  ///< Unit, at the point
+  const TriangleSet* connected =
+      nullptr;  ///< Null: too many to say, so that nothing counts as connected
+
+  /// Cosine below which a face looks the other way. An angle that no regular prism or antiprism has.
+  static constexpr double kOpposed = -0.6;
+
+  bool is_opposed(const CoarseNormal& other) const {
+    return normal.x * other[0] + normal.y * other[1] + normal.z * other[2] < kOpposed * 127;
+  }
+  bool counts(const BendPiece& piece) const {
+    return !is_opposed(piece.normal) ||
+           (connected != nullptr && connected->contains(piece.triangle));
+  }
 };
 
 /// Pieces of triangles in a balanced tree of boxes, with the sums of each box.
@@ -57,6 +122,8 @@ class EdgeTree {
   struct Scratch {
     std::vector<Cell> cells;
     std::vector<std::size_t> front, next;  ///< Boxes of one level
+    TriangleSet connected;                 ///< With the last point
+    std::vector<std::uint32_t> reached;    ///< ... in the order in which they were found
     std::uint64_t steps = 0;               ///< Boxes and pieces looked at so far
   };
 
@@ -69,6 +136,11 @@ class EdgeTree {
 
   /// The surface's sums in a ball. They are the same to the bit whatever the scratch was used for before.
   BendSums within(const Vec3d& centre, Scratch& scratch) const;
+  /// The same of one sheet: to the bit within() where the ball holds no other. Where the ball holds more than 8,192
+  /// leaves of four pieces, some 2,048 of them stand for all.
+  BendSums within(const Vec3d& centre, const Sheet& sheet, Scratch& scratch) const;
+  /// True if a ball may hold faces that look the other way than a sheet (Sheet::is_opposed()).
+  bool may_hold_opposed(const Vec3d& centre, const Sheet& sheet, Scratch& scratch) const;
 
   std::size_t pieces() const { return pieces_.size(); }
 
@@ -76,6 +148,9 @@ class EdgeTree {
   struct Node {
     Vec3 low, high;
     BendSums sums;
+    CoarseNormal normal_low{}, normal_high{};  ///< Box of the pieces' normals
+
+    bool may_be_opposed(const Sheet& sheet) const;
   };
   struct Item {
     std::array<float, 3> centre;
@@ -98,7 +173,11 @@ class EdgeTree {
   const Cell& cell_of(const Vec3d& centre, Scratch& scratch) const;
   bool gather(const Vec3d& low, const Vec3d& high, Cell& cell, std::uint64_t& steps) const;
   void begin(const Vec3d& low, const Vec3d& high, Cell& cell, std::uint64_t& steps) const;
-  BendSums by_pieces(const Cell& cell, const Vec3d& centre, Scratch& scratch) const;
+  template <typename Counts>
+  BendSums by_pieces(const Cell& cell, const Vec3d& centre, Scratch& scratch,
+                     const Counts& counts) const;
+  BendSums of_leaf(std::size_t leaf, const Sheet& sheet, const Vec3d& centre, bool& left_out) const;
+  BendSums by_leaves_of(const Sheet& sheet, const Vec3d& centre, Scratch& scratch) const;
   BendSums clipped(const BendPiece& piece, const Vec3d& centre, bool& cut) const;
   Shares shares(const BendPiece& piece, const Vec3d& centre) const;
   bool settled(const Node& node, const Vec3d& centre, bool coarse, BendSums& sums) const;

@@ -180,6 +180,7 @@ TexelBand TexelSampler::Impl::sample(std::uint32_t index, TexelBand&& recycled) 
   band.row_count = std::min(grid.band_rows(), grid.height - band.first_row);
   band.texel_count = 0;
   band.sample_count = 0;
+  band.samples = grid.samples;
   band.small_triangles = small.triangles.empty() ? nullptr : &small.triangles;
 
   bins.fill(index, current);

@@ -21,6 +21,7 @@ struct TexelBand {
   std::uint32_t row_count = 0;
   std::uint32_t texel_count = 0;
   std::uint32_t sample_count = 0;
+  std::uint32_t samples = 1;             ///< N of the N x N samples that a whole texel has
   std::uint32_t capacity = 0;            ///< Elements of one plane of the arrays below
   cl::Array<std::uint32_t> texel_index;  ///< [texel_count] (row - first_row) * width + column
   cl::Array<std::uint32_t> texel_first;  ///< [texel_count + 1] first sample of each texel

@@ -66,6 +66,7 @@ void expect_agrees(const Scene& scene, const std::vector<Ray>& rays, const RayQu
       }
     }
     // The point that the barycentrics name is the point on the ray.
+    ASSERT_LT(ours.triangle[i], scene.triangles.size()) << "ray " << i;
     const Triangle& triangle = scene.triangles[ours.triangle[i]];
     const Vec3& a = scene.positions[triangle[0]];
     const Vec3& b = scene.positions[triangle[1]];
@@ -192,6 +193,76 @@ TEST(RayKernel, TiesGoToTheSmallerTriangle) {
   for (Traversal traversal : {Traversal::cpu, Traversal::gpu}) {
     const Cast result = cast(caster_of(scene, traversal), rays, {.t_min = 0, .t_max = 1});
     for (std::size_t i = 0; i < rays.size(); ++i) EXPECT_EQ(result.triangle[i], 0u);
+  }
+}
+
+/// True if a triangle in a plane z = const, of either winding, holds a point by far more than rounding; `sure` becomes
+/// false where it is near its border.
+bool holds(const Scene& scene, std::uint32_t triangle, double x, double y, bool& sure) {
+  double least = 1e9, most = -1e9;
+  for (std::size_t k = 0; k < 3; ++k) {
+    const Vec3 &p = scene.positions[scene.triangles[triangle][k]],
+               &q = scene.positions[scene.triangles[triangle][(k + 1) % 3]];
+    const double side = (double{q.x} - p.x) * (y - p.y) - (double{q.y} - p.y) * (x - p.x);
+    least = std::min(least, side);
+    most = std::max(most, side);
+  }
+  const bool in = least > 0 || most < 0;
+  if (std::min(std::abs(least), std::abs(most)) < 1e-5) sure = false;
+  return in;
+}
+
+// Coplanar triangles of all sizes, each of which the tree may meet first: of those that a ray hits at one t, the lowest
+// is found, by brute force over all of them. Outward, inward and for the outermost; variants that agree with each other
+// could all be wrong.
+TEST(RayKernel, TiesGoToTheLowestOfAllCoplanarTriangles) {
+  KILN_REQUIRE_DEVICE();
+  std::mt19937 random(12);
+  // On a grid, so that all products of the triangle test are exact, and t is the same to the bit.
+  std::uniform_int_distribution<int> step(-32, 31), grid(-4, 4), sides(1, 4);
+  const auto place = [&](std::mt19937& from) {
+    return static_cast<float>(2 * step(from) + 1) / 128;
+  };
+  Scene scene;
+  for (int i = 0; i < 600; ++i) {
+    const auto eighths = [](int n) { return static_cast<float>(n) / 8; };
+    const float x = eighths(grid(random)), y = eighths(grid(random));
+    const float w = eighths(sides(random)), h = eighths(sides(random));
+    const float z = i % 2 == 0 ? 0.25F : -0.25F;  // exact, as is t: powers of two
+    const Vec3 corners[] = {{x - w, y - h, z}, {x + w, y - h, z}, {x, y + h, z}};
+    scene.add(corners[0], corners[i % 3 == 0 ? 1 : 2], corners[i % 3 == 0 ? 2 : 1]);
+  }
+  std::vector<Ray> rays(2000);
+  for (Ray& ray : rays) ray = {{place(random), place(random), 0}, {0, 0, 1}, 0.05F};
+  const RayCase cases[] = {
+      {"outward", {.t_min = 0, .t_max = 1, .two_sided = true}},
+      {"inward", {.t_min = -1, .t_max = -0.125F, .two_sided = true}},
+      {"outermost", {.t_min = -1, .t_max = 1, .two_sided = true, .outermost = true}},
+  };
+  for (const RayCase& entry : cases) {
+    const std::uint32_t parity = entry.query.t_min < 0 && !entry.query.outermost ? 1 : 0;
+    std::vector<std::uint32_t> expected;
+    std::size_t ties = 0;
+    for (const Ray& ray : rays) {
+      std::uint32_t lowest = KILN_NO_TRIANGLE, hits = 0;
+      bool sure = true;
+      for (std::uint32_t t = parity; t < scene.triangles.size(); t += 2) {
+        if (!holds(scene, t, ray.origin.x, ray.origin.y, sure)) continue;
+        lowest = std::min(lowest, t);
+        ++hits;
+      }
+      // Behind nothing outward, the outermost is an inward one.
+      expected.push_back(sure && hits != 0 ? lowest : KILN_NO_TRIANGLE);
+      ties += sure && hits > 1 ? 1 : 0;
+    }
+    EXPECT_GT(ties, 1000U) << entry.name;
+    for (const Traversal traversal : {Traversal::cpu, Traversal::gpu}) {
+      const Cast result = cast(caster_of(scene, traversal), rays, entry.query);
+      for (std::size_t i = 0; i < rays.size(); ++i) {
+        if (expected[i] == KILN_NO_TRIANGLE) continue;
+        ASSERT_EQ(result.triangle[i], expected[i]) << entry.name << ", ray " << i;
+      }
+    }
   }
 }
 

@@ -2,10 +2,16 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <functional>
 #include <memory>
+#include <numbers>
+#include <optional>
 #include <stdexcept>
+#include <string>
 #include <utility>
+#include <vector>
 
 #include "detail/occlusion_scene.h"
 #include "image/gutter.h"
@@ -192,6 +198,294 @@ TEST(MapErrors, ChangeNoTexelAndSayNothingUnasked) {
     EXPECT_NEAR(saved.report.errors[0].rms, error_of(with, "ao", "4096 rays").rms, 1e-9)
         << method.name;
   }
+}
+
+/// CIELAB of linear sRGB under D65, written out for this test (IEC 61966-2-1, CIE 15).
+std::array<double, 3> lab_of(const float* rgb) {
+  const double x = (0.4124 * rgb[0] + 0.3576 * rgb[1] + 0.1805 * rgb[2]) / 0.9505;
+  const double y = 0.2126 * rgb[0] + 0.7152 * rgb[1] + 0.0722 * rgb[2];
+  const double z = (0.0193 * rgb[0] + 0.1192 * rgb[1] + 0.9505 * rgb[2]) / 1.089;
+  const auto f = [](double t) {
+    return t > 216.0 / 24389 ? std::cbrt(t) : (24389.0 / 27 * t + 16) / 116;
+  };
+  return {116 * f(y) - 16, 500 * (f(x) - f(y)), 200 * (f(y) - f(z))};
+}
+
+/// Difference of two texels as the manual defines it for each unit. Convexity's third channel says what its first two
+/// do, so it is no difference of its own.
+double texel_difference(const MapError& error, const MapInfo& map, const float* a, const float* b) {
+  if (map.type == MapType::unit_vector) {
+    double cosine = 0, p = 0, q = 0;
+    for (int c = 0; c < 3; ++c) {
+      cosine += double{a[c]} * b[c];
+      p += double{a[c]} * a[c];
+      q += double{b[c]} * b[c];
+    }
+    return std::acos(std::clamp(cosine / std::sqrt(p * q), -1.0, 1.0)) * 180 / std::numbers::pi;
+  }
+  double squares = 0;
+  if (map.type == MapType::color && map.channels >= 3) {
+    const std::array<double, 3> p = lab_of(a), q = lab_of(b);
+    for (std::size_t c = 0; c < 3; ++c) squares += (p[c] - q[c]) * (p[c] - q[c]);
+    return std::sqrt(squares);
+  }
+  const std::uint32_t channels = map.kind == MapKind{"convexity"} ? 2 : map.channels;
+  for (std::uint32_t c = 0; c < channels; ++c) squares += std::pow(double{a[c]} - b[c], 2);
+  return std::sqrt(squares) * (error.unit == "1/255" ? 255 : 1);
+}
+
+/// A bake whose errors are stated, and which maps it makes.
+struct ErrorCase {
+  std::string name;
+  Mesh high, low;
+  BakeOptions options;
+};
+
+/// Root mean squares over the texels that both bakes hold: the map against the same bake with 16 times as many samples
+/// a texel, a bake of its own. Ambient occlusion's has as many rays as a texel of the finer evaluation.
+void expect_errors_of_a_finer_bake(const ErrorCase& test) {
+  SCOPED_TRACE(test.name);
+  BakeOptions options = test.options;
+  options.report.errors = true;
+  options.encoding.raw = true;
+  options.encoding.gutter = 0;
+  const Source source(*test::device(), test.high);
+  const BakeResult baked = bake(source, test.low, options);
+  options.report.errors = false;
+  options.samples *= 4;
+  options.occlusion.rays = 256;
+  options.occlusion.by = OcclusionBy::rays;
+  const BakeResult finer = bake(source, test.low, options);
+  ASSERT_LE(baked.report.texels, 2000U) << "all texels are to be compared";
+  std::size_t compared = 0;
+  for (const BakedMap& map : baked.maps) {
+    if (map.info.type == MapType::id || map.info.type == MapType::coverage) continue;
+    SCOPED_TRACE(map.kind.name);
+    const auto stated = std::find_if(
+        baked.report.errors.begin(), baked.report.errors.end(), [&](const MapError& error) {
+          return error.kind == map.kind && error.against.find("matched") != std::string_view::npos;
+        });
+    ASSERT_NE(stated, baked.report.errors.end()) << "an error that is not known is to be said";
+    const Image& exact = finer.map(map.kind).image;
+    double squares = 0;
+    std::size_t count = 0;
+    for (std::size_t i = 0; i < baked.coverage.size(); ++i) {
+      if (TexelState{baked.coverage[i]} != TexelState::baked ||
+          TexelState{finer.coverage[i]} != TexelState::baked) {
+        continue;
+      }
+      const std::size_t at = i * map.image.channels;
+      squares += std::pow(
+          texel_difference(*stated, map.info, &map.image.pixels[at], &exact.pixels[at]), 2);
+      ++count;
+    }
+    ASSERT_GT(count, 0U);
+    const double rms = std::sqrt(squares / static_cast<double>(count));
+    testing::Test::RecordProperty(test.name + "_" + std::string(map.kind.name),
+                                  std::to_string(stated->rms) + " for " + std::to_string(rms));
+    EXPECT_EQ(stated->texels, count);
+    // Errors of roundings alone, as of positions of a plane far off, have no third.
+    EXPECT_NEAR(stated->rms, rms, rms / 3 + 1e-4 * (stated->unit == "degrees" ? 1 : 1e-2));
+    ++compared;
+  }
+  EXPECT_GT(compared, 0U);
+}
+
+/// Waves over the unit square, with the layout of a plane, colours and alpha; all of it seen from +Z.
+Mesh waves(std::uint32_t cells, double height) {
+  Mesh mesh = test::plane(cells, cells);
+  for (Vec3& p : mesh.positions) {
+    const double x = p.x, y = p.y;
+    p.z = static_cast<float>(height *
+                             (std::sin(23 * x + 1) * std::cos(17 * y) + 0.4 * std::sin(61 * y)));
+    const auto shade = [](double value) {
+      return static_cast<std::uint8_t>(std::clamp(127.5 + 127 * value, 0.0, 255.0));
+    };
+    mesh.colors.push_back({shade(std::sin(40 * x)), shade(std::cos(31 * y)),
+                           shade(std::sin(25 * (x + y))), shade(std::cos(47 * x))});
+  }
+  mesh.normals.clear();
+  mesh.normal_triangles.clear();
+  return mesh;
+}
+
+/// Four quads with the layout of a plane, not flat, so that each match has its own directions.
+Mesh folded_quads() {
+  Mesh mesh = test::plane(2, 2);
+  mesh.positions[4].z = 0.08F;
+  mesh.normals.clear();
+  mesh.normal_triangles.clear();
+  return mesh;
+}
+
+BakeOptions options_of(MatchMethod method, std::vector<MapKind> maps, std::uint32_t side) {
+  BakeOptions options;
+  options.width = options.height = side;
+  options.maps = std::move(maps);
+  options.match.method = method;
+  options.match.max_distance = Length::absolute(0.3);
+  options.match.visibility.directions = 64;
+  options.match.visibility.view_size = 64;
+  options.match.views.size = 200;
+  options.occlusion.rays = 16;
+  options.curvature_radius = Length::absolute(0.04);
+  options.match.uv.max_distance = options.match.uv.max_overlap = 1e9;
+  return options;
+}
+
+Mesh moved(Mesh mesh, double x, double y) {
+  mesh.origin[0] += x;
+  mesh.origin[1] += y;
+  return mesh;
+}
+
+std::vector<ErrorCase> error_cases() {
+  const std::vector<MapKind> some = {MapKind::normal, MapKind{"height"}, MapKind{"vertex_color"}};
+  const Mesh high = waves(160, 0.02), low = folded_quads();
+  std::vector<ErrorCase> cases;
+  const auto add = [&](std::string name, BakeOptions options) -> ErrorCase& {
+    cases.push_back({std::move(name), high, low, std::move(options)});
+    return cases.back();
+  };
+  for (const MatchMethod method :
+       {MatchMethod::ray, MatchMethod::closest, MatchMethod::views, MatchMethod::visibility,
+        MatchMethod::hybrid, MatchMethod::uv, MatchMethod::axis}) {
+    const std::string name(method.name);
+    add(name, options_of(method, some, 24));
+    if (method == MatchMethod::axis) cases.back().options.match.views.directions = {{0.2F, 0, 1}};
+    // A grid of samples of its own, a map of other sides.
+    ErrorCase& wide = add(name + "_2x2", cases.back().options);
+    wide.options.samples = 2;
+    wide.options.width = 16;
+    wide.options.height = 40;
+  }
+  for (const MatchMethod method : {MatchMethod::visibility, MatchMethod::hybrid}) {
+    for (const VisibilityAt at : {VisibilityAt::face, VisibilityAt::vertex}) {
+      add(std::string(method.name) + (at == VisibilityAt::face ? "_face" : "_vertex"),
+          options_of(method, some, 24));
+      cases.back().options.match.visibility.at = at;
+    }
+  }
+  // Each map by the match that has the most to go wrong: one that reads texels.
+  add("maps", options_of(MatchMethod::visibility,
+                         {"normal",    "normal_object", "normal_face", "bent_normal",  "ao",
+                          "thickness", "curvature",     "convexity",   "displacement", "distance",
+                          "position",  "slope",         "uv",          "wireframe",    "visibility",
+                          "deviation", "color",         "opacity",     "shadow",       "height"},
+                         40));
+  // Texels of 1/16 of the map, and of 1/44.
+  for (const std::uint32_t side : {16U, 44U}) {
+    add("uv_" + std::to_string(side),
+        options_of(MatchMethod::uv, {"height", "curvature", "ao"}, side));
+  }
+  for (const MatchMethod method : {MatchMethod::ray, MatchMethod::uv, MatchMethod::visibility}) {
+    const std::string name(method.name);
+    ErrorCase& far = add(name + "_far", options_of(method, some, 24));
+    far.high = moved(high, 512345, 5412345);
+    far.low = moved(low, 512345, 5412345);
+    // Half of the layout is the other half's mirror image.
+    ErrorCase& mirrored = add(name + "_mirrored", options_of(method, some, 24));
+    for (Mesh* mesh : {&mirrored.low, &mirrored.high}) {
+      for (Vec2& uv : mesh->uvs) uv.x = 1 - std::abs(2 * uv.x - 1);
+    }
+    // A hole in the high poly, which another match fills, blended with it.
+    ErrorCase& hole = add(name + "_fallback", options_of(method, some, 32));
+    std::erase_if(hole.high.triangles, [&](const Triangle& t) {
+      const Vec3& p = high.positions[t[0]];
+      return std::abs(p.x - 0.1F) < 0.15F && std::abs(p.y) < 0.2F;
+    });
+    if (method == MatchMethod::uv) {
+      hole.high.uv_triangles = hole.high.triangles;
+      hole.options.match.fallback = {MatchMethod::closest};
+    } else {
+      hole.high.uvs.clear();
+      hole.high.uv_triangles.clear();
+      hole.options.match.fallback = {MatchMethod::closest};
+    }
+    hole.options.match.fallback_blend = 3;
+  }
+  // A card whose high poly is farther off than 2% of the diagonal: its own reach finds it.
+  ErrorCase& card = add("open_sheet", options_of(MatchMethod::ray, some, 24));
+  card.options.match.max_distance.reset();
+  for (Vec3& p : card.high.positions) p.z += 0.2F;
+  // Two sheets 0.1% apart.
+  ErrorCase& thin =
+      add("thin", options_of(MatchMethod::ray, {"normal", "curvature", "convexity"}, 24));
+  const auto count = static_cast<std::uint32_t>(high.positions.size());
+  for (std::size_t i = 0; i < count; ++i) {
+    Vec3 p = high.positions[i];
+    p.z -= 0.001F;
+    thin.high.positions.push_back(p);
+  }
+  thin.high.colors.clear();
+  thin.high.uvs.clear();
+  thin.high.uv_triangles.clear();
+  for (const Triangle& t : high.triangles) {
+    thin.high.triangles.push_back({t[0] + count, t[2] + count, t[1] + count});
+  }
+  return cases;
+}
+
+// Every match, and every map, on the inputs that made a stated error wrong: matches that read the places of samples,
+// samples with a reach of their own, blended texels, far origins, mirrored layouts, sheets behind others.
+TEST(MapErrors, AreWithinAThirdOfThoseOfAFinerBake) {
+  KILN_REQUIRE_DEVICE();
+  for (const ErrorCase& test : error_cases()) expect_errors_of_a_finer_bake(test);
+}
+
+/// A picture of one number a texel, in so many equal channels.
+Texture grey_picture(std::uint32_t channels) {
+  constexpr std::uint32_t kSide = 128;
+  auto image = std::make_shared<Image>();
+  image->width = image->height = kSide;
+  image->channels = channels;
+  for (std::uint32_t y = 0; y < kSide; ++y) {
+    for (std::uint32_t x = 0; x < kSide; ++x) {
+      const double value = 0.5 + 0.5 * std::sin(0.7 * x) * std::cos(0.45 * y);
+      for (std::uint32_t c = 0; c < channels; ++c) {
+        image->pixels.push_back(static_cast<float>(value));
+      }
+    }
+  }
+  Texture texture;
+  texture.kind = TextureKind::linear;
+  texture.images = {image};
+  return texture;
+}
+
+// However many equal channels a picture has, its map has one: its error is that of one number, and no more than 255 of
+// 255.
+TEST(MapErrors, OfGreyTexturesAreThoseOfOneChannel) {
+  KILN_REQUIRE_DEVICE();
+  const Mesh plane = test::plane(1, 1);
+  std::optional<double> stated;
+  for (const std::uint32_t channels : {1U, 2U, 3U, 4U}) {
+    BakeOptions options = options_of(MatchMethod::ray, {}, 20);
+    options.transfers = {{"roughness", grey_picture(channels)}};
+    if (channels == 2 || channels == 4) {  // alpha is none of the number
+      Image& image = const_cast<Image&>(*options.transfers[0].texture.images[0]);
+      for (std::size_t i = channels - 1; i < image.pixels.size(); i += channels) {
+        image.pixels[i] = 0.25F;
+      }
+    }
+    expect_errors_of_a_finer_bake({"grey_" + std::to_string(channels), plane, plane, options});
+    options.report.errors = true;
+    const BakeResult baked = bake(Source(*test::device(), plane), plane, options);
+    EXPECT_EQ(baked.maps[0].image.channels, 1U) << channels;
+    const double rms = error_of(baked, "roughness", "matched").rms;
+    EXPECT_GT(rms, 1);
+    if (!stated) stated = rms;
+    EXPECT_NEAR(rms, *stated, 1e-9 * *stated) << channels;
+  }
+  // Colours stay, and so does what differs in one channel by a step of 255.
+  BakeOptions options = options_of(MatchMethod::ray, {}, 20);
+  Texture colored = grey_picture(3);
+  const_cast<Image&>(*colored.images[0]).pixels[5 * 3 + 1] += 1.0F / 255;
+  options.transfers = {{"colored", colored}, {"shown", grey_picture(1)}};
+  options.transfers[1].texture.kind = TextureKind::srgb;
+  const BakeResult baked = bake(Source(*test::device(), plane), plane, options);
+  EXPECT_EQ(baked.map(MapKind{"colored"}).image.channels, 3U);
+  EXPECT_EQ(baked.map(MapKind{"shown"}).image.channels, 3U);
 }
 
 }  // namespace

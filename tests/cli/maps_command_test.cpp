@@ -117,6 +117,24 @@ TEST(MapsCommand, FindsWhatMaterialsName) {
   EXPECT_NE(ids[0]["color"], ids[1]["color"]);
 }
 
+/// Roughness is one number: a block format of one channel holds it, and packs take it by any channel's name.
+TEST(MapsCommand, HoldsRoughnessInOneChannel) {
+  KILN_REQUIRE_DEVICE();
+  const fs::path scene = make_scene();
+  ASSERT_EQ(bake(scene, {"--transfer", "mtl:roughness", "--format", "dds"}).exit_code, 0);
+  std::ifstream file(scene / "out" / "low_roughness.dds", std::ios::binary);
+  file.seekg(128);  // the first word of DDS_HEADER_DXT10: DXGI_FORMAT
+  EXPECT_EQ(file.get(), 80) << "BC4_UNORM";
+  ASSERT_EQ(bake(scene, {"--maps", "mask", "--transfer", "mtl:roughness", "--pack",
+                         "mix=roughness.g,roughness,mask", "--format", "png8"})
+                .exit_code,
+            0);
+  EXPECT_EQ(load_image(scene / "out" / "low_roughness.png").channels, 1U);
+  const Image mix = load_image(scene / "out" / "low_mix.png");
+  EXPECT_NEAR(mix.at(2, 8)[0], 0.75, 0.003);
+  EXPECT_EQ(mix.at(2, 8)[0], mix.at(2, 8)[1]);
+}
+
 /// A file as Blender writes it of a material without its extensions, and what nobody wrote.
 TEST(MapsCommand, ConvertsMaterialsAndSaysSo) {
   KILN_REQUIRE_DEVICE();

@@ -10,6 +10,7 @@
 #include <limits>
 #include <map>
 #include <numbers>
+#include <optional>
 #include <random>
 #include <span>
 #include <vector>
@@ -566,6 +567,170 @@ Mesh cylinder(std::uint32_t n, std::uint32_t rows) {
   return mesh;
 }
 
+/// The triangle with area whose middle is nearest.
+std::uint32_t nearest_triangle(const Mesh& mesh, const Vec3d& point) {
+  double least = std::numeric_limits<double>::infinity();
+  std::uint32_t nearest = 0;
+  for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t) {
+    std::array<Vec3d, 3> c;
+    for (std::size_t k = 0; k < 3; ++k) c[k] = Vec3d(mesh.positions[mesh.triangles[t][k]]);
+    const double away = length((c[0] + c[1] + c[2]) * (1.0 / 3) - point);
+    if (!(length(cross(c[1] - c[0], c[2] - c[0])) > 0) || away >= least) continue;
+    least = away;
+    nearest = t;
+  }
+  return nearest;
+}
+
+/// A ball of radius 1 with a ball of nothing in it: each wall of its own triangles, facing away from the other.
+Mesh hollow_ball(std::uint32_t levels, double wall) {
+  Mesh mesh = test::icosphere(levels);
+  const Mesh inner = test::icosphere(levels, 1 - wall);
+  const auto first = static_cast<std::uint32_t>(mesh.positions.size());
+  mesh.positions.insert(mesh.positions.end(), inner.positions.begin(), inner.positions.end());
+  for (const Triangle& t : inner.triangles) {
+    mesh.triangles.push_back({t[0] + first, t[2] + first, t[1] + first});
+  }
+  return mesh;
+}
+
+/// What a map and its check hold in the middles of triangles, which must be the closed form's within a share.
+template <typename Exact>
+void expect_on_sheets(const Mesh& mesh, double radius, double share, const Exact& exact,
+                      std::size_t step) {
+  const MeanCurvature curvature(mesh.positions, mesh.triangles, radius);
+  const CurvatureCheck check(mesh.positions, mesh.triangles, radius);
+  MeanCurvature::Scratch scratch;
+  CurvatureCheck::Scratch other;
+  std::size_t count = 0;
+  for (std::uint32_t t = 0; t < mesh.triangles.size(); t += static_cast<std::uint32_t>(step)) {
+    const Triangle& c = mesh.triangles[t];
+    const Vec3d middle =
+        (Vec3d(mesh.positions[c[0]]) + Vec3d(mesh.positions[c[1]]) + Vec3d(mesh.positions[c[2]])) *
+        (1.0 / 3);
+    const std::optional<double> wanted = exact(middle, t);
+    if (!wanted) continue;
+    const double third = 1.0 / 3;
+    ASSERT_NEAR(curvature.on(t, third, third, scratch), *wanted, share * std::abs(*wanted)) << t;
+    ASSERT_NEAR(check.at(middle, t, other), *wanted, share * std::abs(*wanted)) << t;
+    ++count;
+  }
+  EXPECT_GT(count, 20U);
+}
+
+// All of the surface in a ball has next to no curvature where the ball holds both walls: outside bends one way, inside
+// the other. Balls of some 8 facets show these by some percents.
+TEST(Curvature, OfAThinWallIsThatOfItsOwnSide) {
+  for (const double wall : {0.05, 0.01, 0.001}) {
+    const Mesh mesh = hollow_ball(5, wall);
+    const std::size_t outside = mesh.triangles.size() / 2;
+    expect_on_sheets(
+        mesh, 0.25, 0.06,
+        [&](const Vec3d&, std::size_t t) -> std::optional<double> {
+          return t < outside ? 1 : -1 / (1 - wall);
+        },
+        211);
+    const MeanCurvature all(mesh.positions, mesh.triangles, 0.25);
+    MeanCurvature::Scratch scratch;
+    EXPECT_LT(std::abs(all.at({0, 0, 1}, scratch)), 0.1) << "of both walls";
+  }
+}
+
+// 30 thousand triangles of each wall in a ball: more than a patch is followed over, or leaves are opened for.
+TEST(Curvature, OfAThinWallOfVerySmallTrianglesToo) {
+  const Mesh mesh = hollow_ball(7, 0.002);
+  const std::size_t outside = mesh.triangles.size() / 2;
+  for (const double radius : {0.3, 0.6}) {
+    const MeanCurvature curvature(mesh.positions, mesh.triangles, radius);
+    MeanCurvature::Scratch scratch;
+    for (std::uint32_t t = 0; t < mesh.triangles.size(); t += 36007) {
+      const double wanted = t < outside ? 1 : -1 / 0.998;
+      EXPECT_NEAR(curvature.on(t, 0.3, 0.3, scratch), wanted, 0.03) << t << " within " << radius;
+    }
+  }
+}
+
+// A cup: at its rim the ball reaches round, and both sides are one convex edge; away from it each has its own.
+TEST(Curvature, OfAThinCupGoesRoundItsRim) {
+  constexpr std::uint32_t kSlices = 128, kStacks = 64;
+  constexpr double kWall = 0.01, kBall = 0.2;
+  Mesh mesh;
+  const auto ring = [&](std::uint32_t row, double radius) {
+    const double down = std::numbers::pi / 2 * row / kStacks;
+    for (std::uint32_t i = 0; i < kSlices; ++i) {
+      const double turn = 2 * std::numbers::pi * i / kSlices;
+      mesh.positions.push_back({static_cast<float>(radius * std::cos(down) * std::cos(turn)),
+                                static_cast<float>(radius * std::cos(down) * std::sin(turn)),
+                                static_cast<float>(-radius * std::sin(down))});
+    }
+  };
+  // From the outer wall's lowest row up to the rim, and down the inner wall.
+  for (std::uint32_t row = kStacks; row-- > 0;) ring(row, 1);
+  for (std::uint32_t row = 0; row < kStacks; ++row) ring(row, 1 - kWall);
+  for (std::uint32_t r = 0; r + 1 < 2 * kStacks; ++r) {
+    for (std::uint32_t i = 0; i < kSlices; ++i) {
+      const std::uint32_t a = r * kSlices + i, b = r * kSlices + (i + 1) % kSlices;
+      mesh.triangles.push_back({a, b, b + kSlices});
+      mesh.triangles.push_back({a, b + kSlices, a + kSlices});
+    }
+  }
+  expect_on_sheets(
+      mesh, kBall, 0.06,
+      [&](const Vec3d& p, std::size_t) -> std::optional<double> {
+        const double away = length(p);
+        if (p.z > -1.2 * kBall || p.z < -0.9) return std::nullopt;
+        return away > 1 - kWall / 2 ? 1 : -1 / (1 - kWall);
+      },
+      31);
+  const MeanCurvature curvature(mesh.positions, mesh.triangles, kBall);
+  MeanCurvature::Scratch scratch;
+  for (std::uint32_t t = 0; t < mesh.triangles.size(); t += 17) {
+    const Triangle& c = mesh.triangles[t];
+    if (mesh.positions[c[0]].z < -0.02F * kBall || mesh.positions[c[2]].z < -0.02F * kBall)
+      continue;
+    // Half a turn along a chord of two radii, over two half discs: 1 / radius.
+    EXPECT_NEAR(curvature.on(t, 0.3, 0.3, scratch), 1 / kBall, 0.15 / kBall) << t;
+  }
+}
+
+// A sheet counts to the bit as all of the surface where there is no other: one patch, however it folds, and patches
+// that look alike, whether or not they are connected.
+TEST(Curvature, IsThatOfAllSurfaceWhereThereIsOneSheet) {
+  Mesh torn = test::icosphere(4);  // two halves with a gap, welded nowhere
+  for (std::size_t t = 0; t < torn.triangles.size(); ++t) {
+    Triangle& c = torn.triangles[t];
+    const Vec3d middle =
+        Vec3d(torn.positions[c[0]]) + Vec3d(torn.positions[c[1]]) + Vec3d(torn.positions[c[2]]);
+    if (middle.x < 0) continue;
+    for (std::uint32_t& corner : c) {
+      Vec3 p = torn.positions[corner];
+      p.x += 1e-3F;
+      corner = static_cast<std::uint32_t>(torn.positions.size());
+      torn.positions.push_back(p);
+    }
+  }
+  const std::pair<Mesh, double> cases[] = {
+      {crumpled(2, 0.1), 3.0},   {needles(900), 0.6},           {torn, 0.2},
+      {test::icosphere(3), 1.9}, {bevelled_cube(0, true), 0.3}, {cylinder(24, 3), 0.4}};
+  for (const auto& [mesh, radius] : cases) {
+    const MeanCurvature curvature(mesh.positions, mesh.triangles, radius);
+    MeanCurvature::Scratch scratch;
+    for (std::uint32_t t = 0; t < mesh.triangles.size(); t += 7) {
+      const Triangle& c = mesh.triangles[t];
+      const Vec3d p[3] = {Vec3d(mesh.positions[c[0]]), Vec3d(mesh.positions[c[1]]),
+                          Vec3d(mesh.positions[c[2]])};
+      const double longest =
+          std::max({length(p[1] - p[0]), length(p[2] - p[1]), length(p[0] - p[2])});
+      if (longest <= radius / 4) {  // values of corners, which are interpolated
+        EXPECT_EQ(curvature.on(t, 0, 0, scratch), curvature.at(p[0], scratch)) << t;
+        continue;
+      }
+      const Vec3d at = p[0] * (1.0 - 0.25 - 0.5) + p[1] * 0.25 + p[2] * 0.5;
+      EXPECT_EQ(curvature.on(t, 0.25, 0.5, scratch), curvature.at(at, scratch)) << t;
+    }
+  }
+}
+
 TEST(CurvatureCheck, IsTheDefinitionInOtherCode) {
   // 64 strips across a border: 0.1% of the area.
   constexpr double kStrips = 1e-3;
@@ -573,10 +738,11 @@ TEST(CurvatureCheck, IsTheDefinitionInOtherCode) {
   for (const double radius : {0.05, 0.3}) {
     const CurvatureCheck check(cube.positions, cube.triangles, radius);
     CurvatureCheck::Scratch scratch;
-    EXPECT_EQ(check.at({0, 0, 1}, scratch), 0);
-    EXPECT_NEAR(check.at({1, 1, 1}, scratch), 1 / radius, kStrips / radius);
-    EXPECT_NEAR(check.at({0, 1, 1}, scratch), 0.5 / radius, kStrips / radius);
-    EXPECT_EQ(check.at({5, 5, 5}, scratch), 0);
+    const auto at = [&](const Vec3d& p) { return check.at(p, nearest_triangle(cube, p), scratch); };
+    EXPECT_EQ(at({0, 0, 1}), 0);
+    EXPECT_NEAR(at({1, 1, 1}), 1 / radius, kStrips / radius);
+    EXPECT_NEAR(at({0, 1, 1}), 0.5 / radius, kStrips / radius);
+    EXPECT_EQ(at({5, 5, 5}), 0);
   }
   // Small triangles and long ones, borders, both signs; points near each other and not.
   for (const Mesh& mesh : {crumpled(2, 0.1), bevelled_cube(0.25F, true), test::icosphere(4),
@@ -591,7 +757,9 @@ TEST(CurvatureCheck, IsTheDefinitionInOtherCode) {
         const Vec3d a(mesh.positions[c[0]]), b(mesh.positions[c[1]]), d(mesh.positions[c[2]]);
         for (const Vec3d& at : {a, a * 0.9 + b * 0.1, (a + b + d) * (1.0 / 3)}) {
           const double found = curvature.at(at, other);
-          EXPECT_NEAR(check.at(at, scratch), found, kStrips * (1 / radius + std::abs(found))) << t;
+          EXPECT_NEAR(check.at(at, static_cast<std::uint32_t>(t), scratch), found,
+                      kStrips * (1 / radius + std::abs(found)))
+              << t;
         }
       }
     }

@@ -106,6 +106,50 @@ TEST(Cage, ReachesIn) {
   EXPECT_LT(report.cage_mesh->inward_most, 0.3);
 }
 
+/// Two walls that face each other, and a bar that begins close over one and ends behind the other: the part that it
+/// passes through bounds how far a cage may take it in, or rays would begin behind the other wall.
+TEST(Cage, EndsAtTheOppositeWallThatASolidPassesThrough) {
+  KILN_REQUIRE_DEVICE();
+  constexpr float kGap = 0.1F, kFoot = 0.005F, kEnd = 0.15F;
+  Mesh low = sheet(0, true);
+  const Mesh opposite = sheet(kGap, false);
+  const auto first = static_cast<std::uint32_t>(low.positions.size());
+  const std::size_t of_wall = low.triangles.size();
+  low.normals.clear();
+  low.normal_triangles.clear();
+  for (Vec2& uv : low.uvs) uv.x *= 0.5F;
+  low.positions.insert(low.positions.end(), opposite.positions.begin(), opposite.positions.end());
+  for (const Vec2& uv : opposite.uvs) low.uvs.push_back({0.5F + 0.5F * uv.x, uv.y});
+  for (const Triangle& t : opposite.triangles) {
+    low.triangles.push_back({t[0] + first, t[1] + first, t[2] + first});
+    low.uv_triangles.push_back(low.triangles.back());
+  }
+  const auto wall = [](float z, bool up) { return sheet(z, up, 0.4); };
+  Mesh bar = joined(wall(kFoot, false), wall(kEnd, true));
+  // Its four sides.
+  for (int k = 0; k < 4; ++k) {
+    const float x[4] = {-0.2F, 0.2F, 0.2F, -0.2F}, y[4] = {-0.2F, -0.2F, 0.2F, 0.2F};
+    const int l = (k + 1) % 4;
+    const auto at = static_cast<std::uint32_t>(bar.positions.size());
+    bar.positions.insert(
+        bar.positions.end(),
+        {{x[k], y[k], kFoot}, {x[l], y[l], kFoot}, {x[l], y[l], kEnd}, {x[k], y[k], kEnd}});
+    bar.triangles.push_back({at, at + 1, at + 2});
+    bar.triangles.push_back({at, at + 2, at + 3});
+  }
+  const Mesh high = joined(joined(sheet(0, true), sheet(kGap, false)), bar);
+  BakeOptions options = options_of(64);
+  options.match.max_distance = Length::absolute(0.02);
+  const FoundCage found = find_cage(Source(*test::device(), high), low, options);
+  EXPECT_EQ(found.conflicts, 0U);
+  for (std::size_t t = 0; t < of_wall; ++t) {
+    for (const std::uint32_t v : found.mesh.triangles[t]) {
+      EXPECT_LT(found.mesh.positions[v].z, kGap) << t;
+      EXPECT_GE(found.mesh.positions[v].z, 0) << t;
+    }
+  }
+}
+
 /// Rays end at the inner shell: what lies deeper is missed, what lies above it is found.
 TEST(Cage, InnerShellEndsRays) {
   KILN_REQUIRE_DEVICE();

@@ -71,6 +71,7 @@ TEST(Hybrid, FollowsTheFormulaOnTheBunny) {
     const Vec3d p{plane(0), plane(1), plane(2)}, n{plane(3), plane(4), plane(5)};
     const std::size_t element = index[i];
     if (match.triangle[element] == KILN_NO_TRIANGLE) continue;
+    ASSERT_LT(match.triangle[element], high.triangles.size()) << element;
     const Triangle& hit = high.triangles[match.triangle[element]];
     const Vec3d a(dense[hit[0]]);
     const Vec3d offset = a + (Vec3d(dense[hit[1]]) - a) * double{match.u[element]} +

@@ -337,6 +337,10 @@ std::size_t strangers(const Source& source, const sample::HardScene& scene, cons
   std::size_t count = 0;
   for (std::size_t i = 0; i < bake.samples.size(); ++i) {
     if (bake.samples.found[i] == 0) continue;
+    if (bake.triangle(i) >= own.high.size() || bake.samples.triangle[i] >= own.low.size()) {
+      ADD_FAILURE() << "sample " << i << " has no triangle of the meshes";
+      return bake.samples.size();
+    }
     count += own.high[bake.triangle(i)] != own.low[bake.samples.triangle[i]] ? 1 : 0;
   }
   return count;

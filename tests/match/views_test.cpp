@@ -5,7 +5,12 @@
 #include <cmath>
 #include <cstdio>
 #include <functional>
+#include <span>
+#include <vector>
 
+#include "accel/depth_views.h"
+#include "accel/raster.h"
+#include "cl/context.h"
 #include "kiln/kiln.h"
 #include "kiln/session.h"
 #include "match/views_scene.h"
@@ -138,6 +143,84 @@ TEST(Views, OneByOneIsTheSameAsTogether) {
     EXPECT_EQ(match.status, together.match->status);
     options.match.saved = &match;
     EXPECT_EQ(bake(source, low, options).maps[0].image.pixels, together.maps[0].image.pixels);
+  }
+}
+
+/// A triangle's corners, around a place.
+void add_triangle(std::vector<Vec3>& positions, std::vector<Triangle>& triangles, const Vec3& at,
+                  float size) {
+  const auto first = static_cast<std::uint32_t>(positions.size());
+  positions.insert(positions.end(), {{at.x - size, at.y - size, at.z},
+                                     {at.x + size, at.y - size, at.z},
+                                     {at.x, at.y + size, at.z}});
+  triangles.push_back({first, first + 1, first + 2});
+}
+
+// A sample's own pixel shows a speck that its line passes by, and the pixels around show two sheets that the line
+// meets: what lies nearer to the viewer is its point, whichever of the pixels and triangles comes first.
+TEST(Views, TakeTheNearerOfTwoSheetsThatPixelsShow) {
+  KILN_REQUIRE_DEVICE();
+  cl::Context& context = context_of(*test::device());
+  constexpr std::uint32_t kSize = 34;
+  constexpr float kPixel =
+      1.0F / 16;  // 32 pixels over a diameter of 2, and one of margin on each side
+  for (const bool upper_first : {true, false}) {
+    for (const float side : {-1.0F, 1.0F}) {
+      std::vector<Vec3> positions;
+      std::vector<Triangle> triangles;
+      const auto add_upper = [&] {  // half of the picture, to one side of x = 0
+        const auto first = static_cast<std::uint32_t>(positions.size());
+        positions.insert(
+            positions.end(),
+            {{0, -2 * side, 0.01F}, {4 * side, -2 * side, 0.01F}, {0, 4 * side, 0.01F}});
+        triangles.push_back({first, first + 1, first + 2});
+      };
+      const auto add_lower = [&] { add_triangle(positions, triangles, {0, -1, 0}, 8); };
+      const auto sheet_of = [&](bool upper) -> std::uint32_t {
+        return upper == upper_first ? 0 : 1;
+      };
+      if (upper_first) add_upper();
+      add_lower();
+      if (!upper_first) add_upper();
+      std::vector<float> points;
+      std::vector<Vec3> samples;
+      for (int row = -8; row < 8; row += 4) {
+        const Vec3 centre{0.5F * side * kPixel, (static_cast<float>(row) + 0.5F) * kPixel, 0.02F};
+        add_triangle(positions, triangles, centre, 0.1F * kPixel);
+        // Beside the speck, towards the border between the sheets and towards either row beside it.
+        for (const float down : {-0.25F, 0.25F}) {
+          samples.push_back({0.25F * side * kPixel, centre.y + down * kPixel, 0.005F});
+        }
+      }
+      const auto count = static_cast<std::uint32_t>(samples.size());
+      points.resize(std::size_t{7} * count);
+      for (std::size_t i = 0; i < count; ++i) {
+        points[i] = samples[i].x;
+        points[i + count] = samples[i].y;
+        points[i + 2 * std::size_t{count}] = samples[i].z;
+        points[i + 5 * std::size_t{count}] = 1;
+      }
+      Rasterizer raster(context, positions, triangles);
+      const DepthViews view(context, raster, {{0, 0, 1}}, kSize, false, {{0, 0, 0}, 1});
+      ASSERT_EQ(view.views()[0].scale, 1 / kPixel);
+      const cl::Array<float> device_points(context, std::span<const float>(points));
+      for (const ViewCriterion criterion :
+           {ViewCriterion::depth, ViewCriterion::distance, ViewCriterion::angle}) {
+        const cl::Array<float> scores(context, count);
+        DeviceCorrespondence found(context, count);
+        found.count = count;
+        DepthViews::reset(context, count, scores, found);
+        ViewQuery query;
+        query.criterion = criterion;
+        query.max_distance = 0.1F;
+        view.match(device_points, count, count, query, scores, found);
+        context.finish();
+        const std::vector<std::uint32_t> triangle = found.triangle.download(context);
+        for (std::size_t i = 0; i < count; ++i) {
+          EXPECT_EQ(triangle[i], sheet_of(true)) << i << " of " << side << ", " << upper_first;
+        }
+      }
+    }
   }
 }
 

@@ -71,6 +71,7 @@ TEST(VisibilityBake, FindsWhatTheOracleFinds) {
   for (std::size_t i = 0; i < band.sample_count; ++i) {
     const std::array<double, 3> place = {points[i], points[i + band.capacity],
                                          points[i + 2 * std::size_t{band.capacity}]};
+    ASSERT_LT(triangle[i], surface.triangles.size()) << i;
     const auto& t = surface.triangles[triangle[i]];
     const Vec3d up = cross(Vec3d(t[1].position) - Vec3d(t[0].position),
                            Vec3d(t[2].position) - Vec3d(t[0].position));

@@ -347,7 +347,8 @@ struct Directed {
             planes[i + 5 * std::size_t{capacity}]};
   }
   Vec3d normal(std::size_t i) const {
-    const auto& t = surface.triangles[triangle[i]];
+    const auto& t =
+        surface.triangles.at(triangle[i]);  // throws where the sampler left it unwritten
     const Vec3d n = cross(Vec3d(t[1].position) - Vec3d(t[0].position),
                           Vec3d(t[2].position) - Vec3d(t[0].position));
     return n * (1 / length(n));

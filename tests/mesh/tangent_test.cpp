@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <numbers>
@@ -66,6 +67,54 @@ TEST(Tangent, MirroredUvsTurnTheSign) {
   Soup soup;
   add_square(soup, 0, [](const Vec3& p) { return Vec2{-p.x, p.y}; });
   for (const CornerTangent& t : soup.tangents()) expect_tangent(t, {-1, 0, 0}, -1);
+}
+
+// Handedness against the surface itself: every UV of a corner's triangle, moved along +u and +v, moves the point along
+// the tangent and along sign * cross(normal, tangent). For both windings of the surface with their normals, both
+// windings of the layout, and all turns of it. The derivatives are solved for here, by Cramer's rule.
+TEST(Tangent, TurnsWithTheWindingOfSurfaceAndLayout) {
+  std::mt19937 random(8);
+  std::uniform_real_distribution<float> place(-1, 1);
+  int signs[2] = {0, 0};
+  for (int i = 0; i < 400; ++i) {
+    Vec3 p[3];
+    Vec2 uv[3];
+    for (std::size_t k = 0; k < 3; ++k) {
+      p[k] = {place(random), place(random), place(random)};
+      uv[k] = {place(random), place(random)};
+    }
+    const Vec3 e{p[1].x - p[0].x, p[1].y - p[0].y, p[1].z - p[0].z},
+        f{p[2].x - p[0].x, p[2].y - p[0].y, p[2].z - p[0].z};
+    Vec3 n{e.y * f.z - e.z * f.y, e.z * f.x - e.x * f.z, e.x * f.y - e.y * f.x};
+    const float size = std::sqrt(dot(n, n));
+    const float a = uv[1].x - uv[0].x, b = uv[1].y - uv[0].y, c = uv[2].x - uv[0].x,
+                d = uv[2].y - uv[0].y, area = a * d - b * c;
+    if (size < 0.2F || std::abs(area) < 0.05F) continue;
+    // Wound the other way: seen from its other side, where its normal is.
+    const bool turned = i % 2 != 0;
+    n = {n.x / size, n.y / size, n.z / size};
+    if (turned) n = {-n.x, -n.y, -n.z};
+    Soup soup;
+    for (const std::size_t k :
+         turned ? std::array<std::size_t, 3>{0, 2, 1} : std::array<std::size_t, 3>{0, 1, 2}) {
+      soup.corner(p[k], n, uv[k]);
+    }
+    const Vec3 along_u{(e.x * d - f.x * b) / area, (e.y * d - f.y * b) / area,
+                       (e.z * d - f.z * b) / area};
+    const Vec3 along_v{(f.x * a - e.x * c) / area, (f.y * a - e.y * c) / area,
+                       (f.z * a - e.z * c) / area};
+    for (const CornerTangent& t : soup.tangents()) {
+      const Vec3& x = t.tangent;
+      const Vec3 up{t.sign * (n.y * x.z - n.z * x.y), t.sign * (n.z * x.x - n.x * x.z),
+                    t.sign * (n.x * x.y - n.y * x.x)};
+      // The tangent is the direction of u; the bitangent is square to it, on the side of v.
+      EXPECT_NEAR(dot(x, along_u), std::sqrt(dot(along_u, along_u)), 1e-4F) << i;
+      EXPECT_GT(dot(up, along_v), 0) << i;
+      ++signs[t.sign > 0 ? 1 : 0];
+    }
+  }
+  EXPECT_GT(signs[0], 200);
+  EXPECT_GT(signs[1], 200);
 }
 
 TEST(Tangent, NothingIsSharedAcrossAMirrorSeam) {

@@ -373,15 +373,38 @@ TEST(UvCopies, OfTheSameSurfaceAreNotLost) {
   }
 }
 
+/// A copy whose surface is sheared, over a flat sheet. Rays that lean as the copy does end at the same place of its UVs:
+/// the same is found, however long the way along the sheet is. Rays that do not lean with it end elsewhere.
+TEST(UvCopies, ThatAreShearedAreComparedAlongTheirOwnUvs) {
+  KILN_REQUIRE_DEVICE();
+  constexpr float kShear = 0.7F, kHeight = 0.05F;
+  for (const bool leans : {true, false}) {
+    Mesh low = strip({{}, {}});
+    for (std::size_t i = 4; i < 8; ++i) low.positions[i].x += 2 + kShear * low.positions[i].y;
+    const float along = leans ? 0.6F * kShear : 0, size = std::hypot(along, 0.6F, 0.8F);
+    low.normals = {{0, 0.6F, 0.8F}, {along / size, 0.6F / size, 0.8F / size}};
+    low.normal_triangles = {{0, 0, 0}, {0, 0, 0}, {1, 1, 1}, {1, 1, 1}};
+    Mesh high = test::plane(1, 1, 6, 2);
+    for (Vec3& p : high.positions) p = {p.x + 2.2F, p.y + 0.7F, kHeight};
+    BakeOptions options = plain_options();
+    options.maps = {
+        MapKind{"height"}};  // which holds lengths: places are told apart by 0.1% of the diagonal
+    const BakeReport report = bake(Source(*test::device(), high), low, options).report;
+    EXPECT_EQ(report.uv_copies, 2U);
+    EXPECT_NEAR(report.uv_copies_differ, leans ? 0 : 1, 0.01);
+  }
+}
+
 /// Flat sheets differ by their material, or by their vertices' colours alone.
 TEST(UvCopies, OfOtherColoursAreLost) {
   KILN_REQUIRE_DEVICE();
   const Mesh low = strip({{}, {}});
   const Mesh flat = sheets(2, [](std::uint32_t, float, float) { return 0.0F; });
-  Mesh colored = flat, named = flat;
+  Mesh colored = flat, clear = flat, named = flat;
   for (const Vec3& p : flat.positions) {
-    const auto red = static_cast<std::uint8_t>(p.x <= 1 ? 200 : 100);
-    colored.colors.push_back({red, 100, 100, 255});
+    const auto shade = static_cast<std::uint8_t>(p.x <= 1 ? 200 : 100);
+    colored.colors.push_back({shade, 100, 100, 255});
+    clear.colors.push_back({100, 100, 100, shade});
   }
   named.material_names = {"a", "b"};
   for (std::size_t t = 0; t < flat.triangles.size(); ++t) {
@@ -392,6 +415,7 @@ TEST(UvCopies, OfOtherColoursAreLost) {
   };
   EXPECT_EQ(differ(flat), 0);
   EXPECT_GT(differ(colored), 0.98);
+  EXPECT_GT(differ(clear), 0.98) << "alpha alone, which the map opacity shows";
   EXPECT_GT(differ(named), 0.98);
 }
 

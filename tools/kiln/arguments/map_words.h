@@ -1,6 +1,7 @@
 // The maps that a bake is asked for: words of --maps and --transfer, bounds of --max-error, channels of --pack.
 #pragma once
 
+#include <algorithm>
 #include <string>
 #include <vector>
 
@@ -79,9 +80,11 @@ Image packed(const Pack& pack, const ImageOf& image_of) {
   for (std::size_t c = 0; c < pack.channels.size(); ++c) {
     const PackChannel& channel = pack.channels[c];
     const Image* from = channel.map.empty() ? nullptr : &image_of(channel.map);
+    // A texture is known to be grey, of one channel, only when it has been read.
+    const std::uint32_t read = from == nullptr ? 0 : std::min(channel.channel, from->channels - 1);
     for (std::size_t i = 0; i < texels; ++i) {
       image.pixels[i * image.channels + c] =
-          from == nullptr ? channel.value : from->pixels[i * from->channels + channel.channel];
+          from == nullptr ? channel.value : from->pixels[i * from->channels + read];
     }
   }
   return image;
