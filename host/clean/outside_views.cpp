@@ -22,10 +22,11 @@ constexpr std::int32_t kSteps = 256;
 constexpr float kSamePlace = 1e-6F;
 /// Triangles of a block.
 constexpr std::uint32_t kBlock = 32;
-/// Times that triangles may cover a picture on average; where they cover it more often, it is smaller, so that its time
-/// is bounded. Closed bodies cover it one to ten times.
+/// Times that triangles may cover a picture on average. Where they cover it more often, the picture is smaller, so that
+/// time is linear in the number of triangles. Closed bodies cover it one to ten times; pictures of the least side are of
+/// meshes that repeat themselves tens of thousands of times.
 constexpr double kMostCover = 32;
-constexpr std::uint32_t kLeastPixels = 64;
+constexpr std::uint32_t kLeastPixels = 16;
 /// Pixels of a side of a tile, a power of two.
 constexpr std::int32_t kTile = 4;
 constexpr float kFar = 1e30F;

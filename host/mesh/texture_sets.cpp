@@ -155,8 +155,8 @@ std::vector<TextureSet> by_names(const Mesh& low, const std::vector<std::uint32_
   return sets;
 }
 
-std::vector<TextureSet> by_tiles(const Mesh& low) {
-  std::map<std::pair<std::int64_t, std::int64_t>, TextureSet> tiles;  // row by row
+/// \throws Error(input) for a triangle that lies in no tile of UDIM
+void check_tiles(const Mesh& low) {
   for (std::size_t t = 0; t < low.triangles.size(); ++t) {
     const UvCorners uvs = corner_uvs(low, t);
     if (!has_uvs(uvs) || !has_area_in_uv(uvs)) continue;
@@ -169,6 +169,16 @@ std::vector<TextureSet> by_tiles(const Mesh& low) {
                                         std::to_string(kTilesAcross) + ", v from 0 to " +
                                         std::to_string(kTilesUp) + ". Move its chart into a tile.");
     }
+  }
+}
+
+std::vector<TextureSet> by_tiles(const Mesh& low) {
+  check_tiles(low);  // before sets are made of thousands of tiles
+  std::map<std::pair<std::int64_t, std::int64_t>, TextureSet> tiles;  // row by row
+  for (std::size_t t = 0; t < low.triangles.size(); ++t) {
+    const UvCorners uvs = corner_uvs(low, t);
+    if (!has_uvs(uvs) || !has_area_in_uv(uvs)) continue;
+    const auto [u, v] = tile_of(uvs);
     TextureSet& set = tiles[{v, u}];
     if (set.holds.empty()) {
       set.holds.assign(low.triangles.size(), 0);

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <unordered_map>
 #include <utility>
 
 #include "base/progress_guard.h"
@@ -200,17 +201,18 @@ bool EdgeCollapser::take_with_twins(const Entry& entry, Step& step) {
   if (all && !twins.empty()) all = is_within_bound(entry, step);
   if (all) {
     collapse(entry.a, entry.b, step);
-    std::array<std::uint32_t, 2> last = {entry.a, entry.b};
-    for (std::size_t i = 0; i < twins.size(); ++i) {
-      // Both ends are the first one now.
-      for (std::size_t k = i; k < twins.size(); ++k) {
-        std::replace(twins[k].begin(), twins[k].end(), last[1], last[0]);
+    std::unordered_map<std::uint32_t, std::uint32_t> merged{{entry.b, entry.a}};  // into which vertex
+    for (std::array<std::uint32_t, 2> last : twins) {
+      for (std::uint32_t& end : last) {
+        for (auto into = merged.find(end); into != merged.end(); into = merged.find(end)) {
+          end = into->second;
+        }
       }
-      last = twins[i];
       // If a collapse next to another may not be done any more, triangles around it have lost their copies, and stay.
       const std::optional<Step> own = step_of_twin(entry_of(last));
       if (!own) break;
       collapse(last[0], last[1], *own);
+      if (last[1] != last[0]) merged.emplace(last[1], last[0]);
     }
   }
   rule_->end_twins();

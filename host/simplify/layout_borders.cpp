@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
+#include <tuple>
 #include <utility>
 
 #include "mesh/uv_grid.h"
@@ -12,7 +13,7 @@ namespace {
 
 /// Points a side at which the layout is looked at for overlaps.
 constexpr std::uint32_t kProbes = 1024;
-constexpr std::uint32_t kNoBorder = 0xFFFFFFFFU;
+constexpr std::uint32_t kNoBorder = 0xFFFFFFFFU, kNoIndex = 0xFFFFFFFFU;
 
 double doubled(const Vec2& a, const Vec2& b, const Vec2& c) {
   return (double{b.x} - a.x) * (double{c.y} - a.y) - (double{b.y} - a.y) * (double{c.x} - a.x);
@@ -62,38 +63,52 @@ void each_probe(const std::array<Vec2, 3>& p, const Vec2& low, const Vec2& size,
 
 LayoutBorders::LayoutBorders(std::span<const Vec2> uvs, std::span<const Triangle> corners,
                              std::span<const std::uint32_t> charts,
-                             std::vector<std::uint8_t> on_border, const LayoutCopies& copies)
-    : copies_(&copies), on_border_(std::move(on_border)), chart_(uvs.size(), 0) {
+                             const std::vector<std::uint8_t>& on_border, const LayoutCopies& copies)
+    : copies_(&copies), chart_(uvs.size(), 0), place_of_(uvs.size(), 0), index_of_(uvs.size(), kNoIndex) {
   for (std::size_t t = 0; t < corners.size(); ++t) {
     for (const std::uint32_t c : corners[t]) chart_[c] = charts[t];
   }
   bool any = false;
   Vec2 high{};
-  std::size_t count = 0;
-  for (std::size_t i = 0; i < uvs.size(); ++i) {
-    if (!is_finite(uvs[i])) on_border_[i] = 0;
-    count += on_border_[i];
+  for (std::uint32_t i = 0; i < uvs.size(); ++i) {
     if (!is_finite(uvs[i])) continue;
+    if (on_border[i] != 0) items_.push_back(i);
     low_ = any ? Vec2{std::min(low_.x, uvs[i].x), std::min(low_.y, uvs[i].y)} : uvs[i];
     high = any ? Vec2{std::max(high.x, uvs[i].x), std::max(high.y, uvs[i].y)} : uvs[i];
     any = true;
   }
   size_ = {std::max(high.x - low_.x, 1e-30F), std::max(high.y - low_.y, 1e-30F)};
+  const auto key = [&](std::uint32_t i) {
+    return std::tuple(uvs[i].y, uvs[i].x, copies_->first(i));
+  };
+  const auto is_same_place = [&](std::uint32_t i, std::uint32_t j) { return key(i) == key(j); };
+  std::sort(items_.begin(), items_.end(), [&](std::uint32_t i, std::uint32_t j) {
+    return std::tuple_cat(key(i), std::tuple(i)) < std::tuple_cat(key(j), std::tuple(j));
+  });
+  std::size_t count = 0;
+  for (std::size_t i = 0; i < items_.size(); ++i) {
+    count += i == 0 || !is_same_place(items_[i - 1], items_[i]) ? 1 : 0;
+  }
   side_ = static_cast<std::uint32_t>(
       std::clamp(std::sqrt(static_cast<double>(count) / 2), 1.0, 1024.0));
-  start_.assign(std::size_t{side_} * side_ + 1, 0);
-  const auto cell = [&](std::size_t i) {
+  const auto cell = [&](std::uint32_t i) {
     return std::size_t{row(uvs[i].y)} * side_ + column(uvs[i].x);
   };
-  for (std::size_t i = 0; i < uvs.size(); ++i) {
-    if (on_border_[i] != 0) ++start_[cell(i) + 1];
+  std::stable_sort(items_.begin(), items_.end(),
+                   [&](std::uint32_t i, std::uint32_t j) { return cell(i) < cell(j); });
+  start_.assign(std::size_t{side_} * side_ + 1, 0);
+  places_.reserve(count);
+  for (std::uint32_t i = 0; i < items_.size(); ++i) {
+    const std::uint32_t uv = items_[i];
+    if (i == 0 || !is_same_place(items_[i - 1], uv)) {
+      places_.push_back({i, 0});
+      ++start_[cell(uv) + 1];
+    }
+    ++places_.back().count;
+    place_of_[uv] = static_cast<std::uint32_t>(places_.size() - 1);
+    index_of_[uv] = i;
   }
   std::partial_sum(start_.begin(), start_.end(), start_.begin());
-  items_.resize(count);
-  std::vector<std::uint32_t> next(start_.begin(), start_.end() - 1);
-  for (std::size_t i = 0; i < uvs.size(); ++i) {
-    if (on_border_[i] != 0) items_[next[cell(i)]++] = static_cast<std::uint32_t>(i);
-  }
   find_overlaps(uvs, corners, charts);
 }
 
@@ -105,8 +120,23 @@ void LayoutBorders::find_overlaps(std::span<const Vec2> uvs, std::span<const Tri
   std::iota(group_.begin(), group_.end(), 0U);
   std::vector<std::uint8_t> twice(count, 0);
   std::vector<std::uint32_t> owner(std::size_t{kProbes} * kProbes, kNoBorder);
+  std::vector<std::uint8_t> meets_others(corners.size(), 0);
+  // True if a triangle has the UVs of its first copy, and that one shares no probe with others: nor does it, then.
+  // Thousands of cards over one picture are looked at once.
+  const auto is_known = [&](std::size_t t) {
+    const std::uint32_t first = copies_->first_triangle(static_cast<std::uint32_t>(t));
+    if (first == t || meets_others[first] != 0) return false;
+    const auto at = [&](std::size_t of, std::size_t k) { return uvs[corners[of][k % 3]]; };
+    for (std::size_t turn = 0; turn < 3; ++turn) {
+      if (at(t, 0) == at(first, turn) && at(t, 1) == at(first, turn + 1) &&
+          at(t, 2) == at(first, turn + 2)) {
+        return true;
+      }
+    }
+    return false;
+  };
   for (std::size_t t = 0; t < corners.size(); ++t) {
-    if (!all_finite(uvs, corners[t])) continue;
+    if (!all_finite(uvs, corners[t]) || is_known(t)) continue;
     each_probe(
         {uvs[corners[t][0]], uvs[corners[t][1]], uvs[corners[t][2]]}, low_, size_,
         [&](std::uint32_t probe) {
@@ -116,6 +146,7 @@ void LayoutBorders::find_overlaps(std::span<const Vec2> uvs, std::span<const Tri
             return;
           }
           if (copies_->triangles(first, static_cast<std::uint32_t>(t))) return;
+          meets_others[t] = 1;
           const std::uint32_t chart = charts[first];
           twice[charts[t]] = twice[chart] = 1;
           const auto [low, high] = std::minmax({root(group_, chart), root(group_, charts[t])});
@@ -139,6 +170,15 @@ std::uint32_t LayoutBorders::row(float v) const {
   return static_cast<std::uint32_t>(std::clamp(at, 0.0, side_ - 1.0));
 }
 
+void LayoutBorders::remove(std::uint32_t uv) {
+  if (index_of_[uv] == kNoIndex) return;
+  Place& place = places_[place_of_[uv]];
+  const std::uint32_t last = items_[place.first + --place.count];
+  items_[index_of_[uv]] = last;
+  index_of_[last] = index_of_[uv];
+  index_of_[uv] = kNoIndex;
+}
+
 bool LayoutBorders::free(std::span<const Vec2> uvs, std::uint32_t before, std::uint32_t gone,
                          std::uint32_t after) const {
   const Vec2 &a = uvs[before], &b = uvs[gone], &c = uvs[after];
@@ -153,15 +193,20 @@ bool LayoutBorders::free(std::span<const Vec2> uvs, std::uint32_t before, std::u
     for (std::uint32_t x = column(left); x <= column(right); ++x) {
       const std::size_t cell = std::size_t{y} * side_ + x;
       for (std::uint32_t i = start_[cell]; i < start_[cell + 1]; ++i) {
-        const std::uint32_t other = items_[i];
-        if (on_border_[other] == 0 || other == before || other == gone || other == after) continue;
-        if (group_[chart_[other]] == own && overlapping_[own] != 0) continue;
-        const Vec2& p = uvs[other];
-        if (p == a || p == c || (p == b && copies_->first(other) == copies_->first(gone))) continue;
-        if (sign * doubled(a, b, p) >= 0 && sign * doubled(b, c, p) >= 0 &&
-            sign * doubled(c, a, p) >= 0) {
-          return false;
+        const std::span<const std::uint32_t> items(items_.data() + places_[i].first,
+                                                   places_[i].count);
+        if (items.empty()) continue;
+        const Vec2& p = uvs[items[0]];
+        if (p == a || p == c || (p == b && copies_->first(items[0]) == copies_->first(gone))) continue;
+        if (!(sign * doubled(a, b, p) >= 0 && sign * doubled(b, c, p) >= 0 &&
+              sign * doubled(c, a, p) >= 0)) {
+          continue;
         }
+        // Charts that overlap from the start do not hold each other.
+        const auto holds = [&](std::uint32_t other) {
+          return overlapping_[own] == 0 || group_[chart_[other]] != own;
+        };
+        if (std::any_of(items.begin(), items.end(), holds)) return false;
       }
     }
   }

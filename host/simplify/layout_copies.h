@@ -24,15 +24,21 @@ class LayoutCopies {
   bool on_fold(std::uint32_t uv) const { return any_ && on_fold_[uv] != 0; }
   /// The lowest of a corner and its copies, as they were at first.
   std::uint32_t first(std::uint32_t uv) const { return any_ ? first_[uv] : uv; }
+  /// The lowest triangle that a triangle is a copy of; itself where there is none.
+  std::uint32_t first_triangle(std::uint32_t t) const { return any_ ? first_triangle_[t] : t; }
   /// True if two triangles are copies of each other.
   bool triangles(std::uint32_t t, std::uint32_t other) const {
     return any_ && first_triangle_[t] == first_triangle_[other];
   }
-  /// Calls body with each other copy of a corner.
-  template <class Body>
-  void each(std::uint32_t uv, const Body& body) const {
-    if (!any_) return;
-    for (std::uint32_t other = next_[uv]; other != uv; other = next_[other]) body(other);
+  /// True if a predicate holds for each other copy of a corner: of the lower ones the highest first, then of the higher
+  /// ones. Ends at the first for which it does not.
+  template <class Predicate>
+  bool all_of(std::uint32_t uv, const Predicate& holds) const {
+    if (!any_) return true;
+    for (std::uint32_t other = next_[uv]; other != uv; other = next_[other]) {
+      if (!holds(other)) return false;
+    }
+    return true;
   }
 
  private:

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <unordered_set>
 #include <utility>
 
 #include "mesh/uv_grid.h"
@@ -87,7 +88,7 @@ UvSeamConstraint::UvSeamConstraint(const CollapseMesh& mesh, Layout layout)
     });
   }
   borders_ =
-      LayoutBorders(layout_.uvs, layout_.corners, layout_.charts, std::move(on_border), copies_);
+      LayoutBorders(layout_.uvs, layout_.corners, layout_.charts, on_border, copies_);
   add_attributes(mesh);
 }
 
@@ -311,8 +312,8 @@ std::optional<Vec3d> UvSeamConstraint::place(const CollapseMesh& mesh, std::uint
 Vec2 UvSeamConstraint::uv_at(const Plan& plan, const Vec3d& target) const {
   const Vec2 &a = layout_.uvs[plan.pairs[0].gone], &b = layout_.uvs[plan.pairs[0].kept];
   if (plan.kind == Plan::Kind::onto) return b;
-  for (const auto& [corner, uv] : moved_) {
-    if (corner == plan.pairs[0].kept) return uv;
+  if (const auto moved = moved_.find(plan.pairs[0].kept); moved != moved_.end()) {
+    return moved->second;
   }
   Attributes sum = attributes_[plan.pairs[0].gone];
   sum += attributes_[plan.pairs[0].kept];
@@ -437,48 +438,85 @@ bool UvSeamConstraint::has_copies(const Plan& plan) const {
   return false;
 }
 
-/// Adds the steps of copies of the corners of step `of`. False where a copy has no such edge, or cannot go that way.
-bool UvSeamConstraint::add_twins(const CollapseMesh& mesh, std::vector<Plan>& group,
-                                 std::size_t of) const {
-  bool all = true;
-  const auto add = [&](const Pair& pair) {
-    const std::uint32_t gone = vertex_of_[pair.gone], kept = vertex_of_[pair.kept];
-    for (const Plan& known : group) {
-      if (known.gone == gone && known.kept == kept) return true;
-      const bool moves = group[of].kind == Plan::Kind::inside && known.kept == kept;
-      if (moves || known.gone == gone || known.kept == gone || known.gone == kept) return false;
+/// Steps that must be taken together, as they move copies of the same corners. All lookups take constant time, so that
+/// a group takes time linear in the number of copies.
+struct UvSeamConstraint::TwinGroup {
+  std::vector<Plan> steps;
+  std::unordered_map<std::uint32_t, std::uint32_t> kept_of;  ///< By the vertex that goes.
+  std::unordered_set<std::uint32_t> kept;                    ///< Vertices that stay.
+  /// Pairs of corners whose copies were all added, by the first copies: (gone, kept). Each of these copies leads to the
+  /// same steps again.
+  std::unordered_set<std::uint64_t> complete;
+
+  void add(const Plan& step) {
+    steps.push_back(step);
+    kept_of.emplace(step.gone, step.kept);
+    kept.insert(step.kept);
+  }
+};
+
+/// The copy of pair.kept that shares a triangle with `gone`, a copy of pair.gone; kNoVertex where none does. Among
+/// several, the last in the order of LayoutCopies::each(pair.kept). \param unique  cleared if there are several
+std::uint32_t UvSeamConstraint::find_twin_corner(const CollapseMesh& mesh, std::uint32_t gone,
+                                                 const Pair& pair, bool& unique) const {
+  // each() goes down from pair.kept to the lowest copy, then down from the highest one.
+  const auto order = [&](std::uint32_t uv) {
+    if (uv == pair.kept) return std::pair<int, std::uint32_t>(0, 0);
+    return std::pair<int, std::uint32_t>(uv < pair.kept ? 1 : 2, ~uv);
+  };
+  std::uint32_t found = kNoVertex;
+  mesh.each_around(vertex_of_[gone], [&](std::uint32_t t) {
+    const Triangle& c = layout_.corners[t];
+    if (std::find(c.begin(), c.end(), gone) == c.end()) return;
+    for (const std::uint32_t other : c) {
+      if (other == found || copies_.first(other) != copies_.first(pair.kept)) continue;
+      if (other == pair.kept && !copies_.on_fold(other)) continue;
+      if (!mesh.contains(t, vertex_of_[other])) continue;
+      if (found != kNoVertex) unique = false;
+      if (found == kNoVertex || order(other) > order(found)) found = other;
     }
+  });
+  return found;
+}
+
+/// Adds the steps of copies of the corners of step `of`. False where a copy has no such edge, or cannot go that way.
+bool UvSeamConstraint::add_twins(const CollapseMesh& mesh, TwinGroup& group, std::size_t of) const {
+  const Plan::Kind kind = group.steps[of].kind;
+  const auto add = [&](std::uint32_t gone, std::uint32_t kept) {
+    if (const auto known = group.kept_of.find(gone); known != group.kept_of.end()) {
+      return known->second == kept;
+    }
+    const bool moves = kind == Plan::Kind::inside && group.kept.contains(kept);
+    if (moves || group.kept.contains(gone) || group.kept_of.contains(kept)) return false;
     const Plan twin = plan(mesh, gone, kept, Anchor::none);
     const Plan other = plan(mesh, kept, gone, Anchor::none);
     const Plan& fits = twin.gone == gone ? twin : other;
-    if (fits.kind != group[of].kind || fits.gone != gone || fits.kept != kept) return false;
-    group.push_back(fits);
+    if (fits.kind != kind || fits.gone != gone || fits.kept != kept) return false;
+    group.add(fits);
     return true;
   };
-  for (std::size_t i = 0; i < group[of].count; ++i) {
-    const Pair pair = group[of].pairs[i];
+  for (std::size_t i = 0; i < group.steps[of].count; ++i) {
+    const Pair pair = group.steps[of].pairs[i];
+    const std::uint64_t key =
+        std::uint64_t{copies_.first(pair.gone)} << 32 | copies_.first(pair.kept);
+    if (group.complete.contains(key)) continue;
+    bool unique = true;
     std::size_t found = 0, moved = 0;
-    copies_.each(pair.gone, [&](std::uint32_t gone) {
-      std::uint32_t kept = kNoVertex;
-      const auto look_at = [&](std::uint32_t other) {
-        mesh.each_on_edge(vertex_of_[gone], vertex_of_[other], [&](std::uint32_t t) {
-          const Triangle& c = layout_.corners[t];
-          if (std::find(c.begin(), c.end(), gone) != c.end() &&
-              std::find(c.begin(), c.end(), other) != c.end()) {
-            kept = other;
-          }
-        });
-      };
-      if (copies_.on_fold(pair.kept)) look_at(pair.kept);
-      copies_.each(pair.kept, look_at);
+    std::unordered_set<std::uint32_t> kept_corners{pair.kept};
+    const bool added = copies_.all_of(pair.gone, [&](std::uint32_t gone) {
+      const std::uint32_t kept = find_twin_corner(mesh, gone, pair, unique);
       ++found;
-      all = all && kept != kNoVertex && add({gone, kept});
+      unique = unique && kept_corners.insert(kept).second;
+      return kept != kNoVertex && add(vertex_of_[gone], vertex_of_[kept]);
     });
-    if (group[of].kind != Plan::Kind::inside) continue;
-    copies_.each(pair.kept, [&](std::uint32_t) { ++moved; });
-    all = all && moved == found;
+    if (!added) return false;
+    if (kind == Plan::Kind::inside) {
+      copies_.all_of(pair.kept, [&](std::uint32_t) { return ++moved <= found; });
+      if (moved != found) return false;
+    }
+    if (unique) group.complete.insert(key);
   }
-  return all;
+  return true;
 }
 
 bool UvSeamConstraint::find_twins(const CollapseMesh& mesh, std::uint32_t a, std::uint32_t b,
@@ -486,24 +524,26 @@ bool UvSeamConstraint::find_twins(const CollapseMesh& mesh, std::uint32_t a, std
                                   std::vector<std::array<std::uint32_t, 2>>& twins) {
   moved_.clear();
   if (!copies_.any()) return true;
-  std::vector<Plan> group{plan(mesh, a, b, anchor)};
-  for (std::size_t i = 0; i < group[0].count; ++i) {
-    const Pair& pair = group[0].pairs[i];
+  const Plan lead = plan(mesh, a, b, anchor);
+  for (std::size_t i = 0; i < lead.count; ++i) {
+    const Pair& pair = lead.pairs[i];
     if (rank(pair.gone) > rank(pair.kept)) return false;  // off a fold, or out of the copies
   }
-  if (!has_copies(group[0])) return true;
+  if (!has_copies(lead)) return true;
   if (anchor != Anchor::none) return false;
-  for (std::size_t i = 0; i < group.size(); ++i) {
+  TwinGroup group;
+  group.add(lead);
+  for (std::size_t i = 0; i < group.steps.size(); ++i) {
     if (!add_twins(mesh, group, i)) return false;
   }
-  const std::uint32_t lead = group[0].pairs[0].kept;
-  const Vec2 from = layout_.uvs[lead], to = uv_at(group[0], target);
-  for (std::size_t i = 1; i < group.size(); ++i) {
-    const Plan& twin = group[i];
+  const Vec2 from = layout_.uvs[lead.pairs[0].kept], to = uv_at(lead, target);
+  for (std::size_t i = 1; i < group.steps.size(); ++i) {
+    const Plan& twin = group.steps[i];
     twins.push_back({twin.kept, twin.gone});  // the order in which plan() has that end go
     if (twin.kind != Plan::Kind::inside) continue;
-    const Vec2& own = layout_.uvs[twin.pairs[0].kept];
-    moved_.emplace_back(twin.pairs[0].kept, Vec2{own.x + (to.x - from.x), own.y + (to.y - from.y)});
+    const std::uint32_t corner = twin.pairs[0].kept;
+    const Vec2& own = layout_.uvs[corner];
+    moved_.emplace(corner, Vec2{own.x + (to.x - from.x), own.y + (to.y - from.y)});
   }
   return true;
 }

@@ -4,6 +4,7 @@
 #include <array>
 #include <cstdint>
 #include <span>
+#include <unordered_map>
 #include <utility>
 #include <vector>
 
@@ -90,13 +91,15 @@ class UvSeamConstraint : public CollapseConstraint {
   /// 0: a corner without copies; 1: with copies; 2: on a fold. What has less goes, where two become one.
   int rank(std::uint32_t uv) const;
   bool has_copies(const Plan& plan) const;
-  bool add_twins(const CollapseMesh& mesh, std::vector<Plan>& group, std::size_t of) const;
+  struct TwinGroup;
+  std::uint32_t find_twin_corner(const CollapseMesh& mesh, std::uint32_t gone,
+                                 const Pair& pair, bool& unique) const;
+  bool add_twins(const CollapseMesh& mesh, TwinGroup& group, std::size_t of) const;
 
   Layout layout_;
   LayoutCopies copies_;
   std::vector<std::uint32_t> vertex_of_;  ///< By UV.
-  std::vector<std::pair<std::uint32_t, Vec2>>
-      moved_;  ///< New UVs of copies, of the step under way.
+  std::unordered_map<std::uint32_t, Vec2> moved_;  ///< New UVs of copies, of the step under way.
   LayoutBorders borders_;
   std::vector<Attributes> attributes_;  ///< By UV.
   std::vector<std::uint8_t>

@@ -334,5 +334,75 @@ TEST(SetsCommand, OtherLowsMapsStay) {
   }
 }
 
+/// Two squares of LOW, each a material with the whole unit square, 3 apart along x. HIGH lies 0.01 above the first, with
+/// a sheet 0.02 above half of that; 0.03 above one half of the second, and nowhere near the other half.
+fs::path make_scene_of_two_squares() {
+  const auto square = [](double x, double width, float z, const char* material) {
+    Mesh mesh = test::plane(4, 4, width, 1);
+    for (Vec3& p : mesh.positions) p = {p.x + static_cast<float>(x), p.y, z};
+    mesh.material_names = {material};
+    mesh.materials.assign(mesh.triangles.size(), 0);
+    return mesh;
+  };
+  const fs::path scene = make_scene();
+  save_obj(join_meshes(std::vector<Mesh>{square(0, 1, 0, "near"), square(3, 1, 0, "far")}),
+           scene / "low.obj");
+  save_obj(join_meshes(std::vector<Mesh>{square(0, 1, 0.01F, "a"), square(-0.25, 0.5, 0.02F, "b"),
+                                         square(2.75, 0.5, 0.03F, "c")}),
+           scene / "high.obj");
+  return scene;
+}
+
+/// Figures of a bake are those of all its sets together: means by what each found, sums, and the larger loss.
+TEST(SetsCommand, FiguresOfAllSetsAreWeighted) {
+  KILN_REQUIRE_DEVICE();
+  const fs::path scene = make_scene_of_two_squares();
+  expect_exit(call_kiln(with(command(scene), {"--match", "ray", "--ray", "nearest", "--max-distance",
+                                              "0.1", "--json", scene / "r.json"})),
+              0, {});
+  const auto report = read_json(scene / "r.json");
+  ASSERT_EQ(report["sets"].size(), 2U);
+  const auto& far = report["sets"][1];
+  ASSERT_EQ(far["name"], "far");
+  const double samples = far["texels"]["samples"], missed = far["texels"]["missed"];
+  EXPECT_NEAR(missed / samples, 0.5, 0.02);
+  EXPECT_EQ(report["texels"]["missed"], far["texels"]["missed"]);
+  // A whole square at 0.01 and half of one at 0.03: a mean of sets would be 0.02, one of samples 0.0125.
+  EXPECT_NEAR(report["distance"]["mean"].get<double>(), (0.01 + 0.5 * 0.03) / 1.5, 2e-4);
+
+  // The nearest rule loses the sheet above the first square: its loss counts by the area of both sets.
+  const double own = report["sets"][0]["recall"]["lost"], other = far["recall"]["lost"];
+  const double lost = report["recall"]["lost"];
+  EXPECT_GT(own, other + 0.1);
+  EXPECT_GT(lost, other + 0.02);
+  EXPECT_LT(lost, own - 0.02);
+  EXPECT_EQ(report["recall"]["largest"]["where"], report["sets"][0]["recall"]["largest"]["where"]);
+  EXPECT_LT(report["recall"]["largest"]["where"][0].get<double>(), 1);
+  EXPECT_LT(report["recall"]["largest"]["lost"], report["sets"][0]["recall"]["largest"]["lost"]);
+}
+
+/// Many small sets: each is baked, in names of its own.
+TEST(SetsCommand, SeveralHundredSetsAreBakedAndNamed) {
+  KILN_REQUIRE_DEVICE();
+  constexpr std::uint32_t kSets = 300;
+  const fs::path scene = make_scene();
+  Mesh low = test::plane(kSets, 1, kSets, 1), high = low;
+  low.uvs = {{0, 0}, {1, 0}, {1, 1}, {0, 1}};
+  for (std::uint32_t i = 0; i < kSets; ++i) {
+    low.material_names.push_back("m" + std::to_string(i));
+    low.materials.insert(low.materials.end(), 2, i);
+    low.uv_triangles[std::size_t{2} * i] = {0, 1, 2};
+    low.uv_triangles[std::size_t{2} * i + 1] = {0, 2, 3};
+  }
+  save_obj(low, scene / "low.obj");
+  save_obj(high, scene / "high.obj");
+  std::vector<std::string> words = with(command(scene), {"--json", scene / "r.json"});
+  words[6] = "8";
+  expect_exit(call_kiln(words), 0, {});
+  EXPECT_EQ(names(scene / "o").size(), kSets);
+  EXPECT_EQ(read_json(scene / "r.json")["texels"]["samples"], kSets * 64);
+  expect_exit(call_kiln(words), 0, {});  // over what is there
+}
+
 }  // namespace
 }  // namespace kiln

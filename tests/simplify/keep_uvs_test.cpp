@@ -429,5 +429,41 @@ TEST(KeepUvs, RepeatedPartsStayCopiesBesideOthers) {
   }
 }
 
+/// Thousands of cards over one picture, each a grid of cells turned some way: all are simplified alike, and stay copies.
+/// (Were each step to look at all pairs of copies, this would take hours.)
+TEST(KeepUvs, ThousandsOfCopiesStayCopies) {
+  constexpr std::uint32_t kCards = 3000;
+  const Mesh card = test::plane(2, 2);
+  Mesh cards;
+  cards.name = "cards";
+  cards.uvs = card.uvs;
+  for (std::uint32_t i = 0; i < kCards; ++i) {
+    const double angle = 0.7 * i, c = std::cos(angle), s = std::sin(angle);
+    const auto first = static_cast<std::uint32_t>(cards.positions.size());
+    for (const Vec3& p : card.positions) {
+      cards.positions.push_back({static_cast<float>(2.0 * (i % 60) + c * p.x),
+                                 static_cast<float>(2.0 * (i / 60) + s * p.x), p.y});
+    }
+    for (std::size_t t = 0; t < card.triangles.size(); ++t) {
+      const Triangle& v = card.triangles[t];
+      cards.triangles.push_back({first + v[0], first + v[1], first + v[2]});
+      cards.uv_triangles.push_back(card.uv_triangles[t]);
+    }
+  }
+  SimplifyOptions options;
+  options.faces = 2 * kCards;
+  options.keep_uvs = true;
+  const Mesh low = simplify(cards, options);
+  EXPECT_EQ(low.triangles.size(), 2 * kCards);
+  std::map<std::set<std::pair<float, float>>, std::size_t> layouts;
+  for (const Triangle& t : low.uv_triangles) {
+    std::set<std::pair<float, float>> corners;
+    for (const std::uint32_t v : t) corners.insert({low.uvs[v].x, low.uvs[v].y});
+    ++layouts[corners];
+  }
+  EXPECT_EQ(layouts.size(), 2U);
+  for (const auto& [corners, count] : layouts) EXPECT_EQ(count, kCards);
+}
+
 }  // namespace
 }  // namespace kiln

@@ -9,7 +9,9 @@
 #include <cstdint>
 #include <cstdio>
 #include <cstring>
+#include <string>
 #include <system_error>
+#include <unordered_set>
 
 #include "arguments/parse.h"
 #include "kiln/error.h"
@@ -107,20 +109,29 @@ bool counts(const fs::path& path) { return !path.empty() && path != "-"; }
 
 }  // namespace
 
-bool is_one_file(const fs::path& a, const fs::path& b) {
+namespace {
+
+/// A text that two paths share where they name one file: by device and number of a file that is there, by the
+/// canonical path of one that is not.
+std::string identity_of(const fs::path& path) {
+  struct stat status {};
+  if (::stat(path.c_str(), &status) == 0) {
+    return std::to_string(status.st_dev) + ":" + std::to_string(status.st_ino);
+  }
   std::error_code error;
-  if (fs::exists(a, error) && fs::exists(b, error)) return fs::equivalent(a, b, error);
-  const auto whole = [&](const fs::path& path) {
-    const fs::path found = fs::weakly_canonical(path, error);
-    return error ? fs::absolute(path).lexically_normal() : found;
-  };
-  return whole(a) == whole(b);
+  const fs::path found = fs::weakly_canonical(path, error);
+  return (error ? fs::absolute(path).lexically_normal() : found).string();
 }
+
+}  // namespace
+
+bool is_one_file(const fs::path& a, const fs::path& b) { return identity_of(a) == identity_of(b); }
 
 void check_paths(const std::vector<fs::path>& inputs, const std::vector<fs::path>& outputs) {
   for (const fs::path& input : inputs) {
     if (counts(input)) OutputSet::protect(input);
   }
+  std::unordered_set<std::string> taken;
   for (std::size_t i = 0; i < outputs.size(); ++i) {
     if (!counts(outputs[i])) continue;
     std::error_code none;
@@ -135,11 +146,9 @@ void check_paths(const std::vector<fs::path>& inputs, const std::vector<fs::path
           "'" + outputs[i].string() + "' is too long a name for this disk: choose a shorter one.");
     }
     OutputSet::check(outputs[i]);
-    for (std::size_t k = 0; k < i; ++k) {
-      if (counts(outputs[k]) && is_one_file(outputs[k], outputs[i])) {
-        fail_usage("Two outputs have one name, '" + outputs[i].string() +
-                   "': choose another for one of them.");
-      }
+    if (!taken.insert(identity_of(outputs[i])).second) {
+      fail_usage("Two outputs have one name, '" + outputs[i].string() +
+                 "': choose another for one of them.");
     }
   }
 }
@@ -206,15 +215,16 @@ fs::path map_of(const fs::path& folder, const std::string& stem) {
 }  // namespace
 
 void check_low_record(const fs::path& folder, const std::string& stem, const fs::path& source) {
-  const fs::path map = map_of(folder, stem);
   const fs::path recorded = recorded_source(folder, stem);
   std::error_code none;
   // A mesh that is gone may have been renamed.
-  if (map.empty() || recorded.empty() || !fs::exists(recorded, none)) return;
+  if (recorded.empty() || !fs::exists(recorded, none)) return;
   // The low poly that Kiln wrote here is the one that these maps belong to.
   const fs::path made = folder / (stem + ".obj");
   if (is_one_file(recorded, source) || is_one_file(recorded, made) || is_one_file(source, made))
     return;
+  const fs::path map = map_of(folder, stem);  // lists the folder, so it comes last
+  if (map.empty()) return;
   fail_usage("'" + map.string() + "' is a map of '" + recorded.lexically_normal().string() +
              "', and maps of '" + source.string() +
              "' would have its name. Choose another --out, rename one of "

@@ -3,7 +3,9 @@
 #include <cmath>
 #include <cstdint>
 #include <limits>
+#include <map>
 #include <set>
+#include <string_view>
 #include <utility>
 
 #include "arguments/map_words.h"
@@ -104,12 +106,12 @@ void warn_of_left_out(BakeRun& run, SetsBy by) {
   const auto& of = by == SetsBy::material ? low.materials : low.objects;
   std::vector<std::uint64_t> triangles(names.size());
   for (const std::uint32_t name : of) ++triangles[name];
+  std::set<std::string_view> there;
+  for (const BakedSet& set : run.sets) there.insert(set.set.name);
   std::uint64_t count = 0;
   std::string example;
   for (std::size_t i = 0; i < names.size(); ++i) {
-    const bool there = std::any_of(run.sets.begin(), run.sets.end(),
-                                   [&](const BakedSet& set) { return set.set.name == names[i]; });
-    if (there || triangles[i] == 0) continue;
+    if (there.contains(names[i]) || triangles[i] == 0) continue;
     if (count++ == 0) example = beginning(names[i]);
   }
   if (count == 0) return;
@@ -124,13 +126,12 @@ void warn_of_left_out(BakeRun& run, SetsBy by) {
 class SetWarnings {
  public:
   void add(const std::string& set, const Warning& warning) {
-    const auto same = std::find_if(list_.begin(), list_.end(), [&](const Entry& entry) {
-      return entry.warning.code == warning.code && entry.warning.message == warning.message;
-    });
-    if (same == list_.end()) {
+    const auto [same, is_new] =
+        index_.emplace(std::pair(warning.code, warning.message), list_.size());
+    if (is_new) {
       list_.push_back({set, warning, 0});
-    } else if (same->set != set) {
-      ++same->more;
+    } else if (Entry& entry = list_[same->second]; entry.set != set) {
+      ++entry.more;
     }
   }
 
@@ -150,6 +151,7 @@ class SetWarnings {
     std::size_t more = 0;  ///< Sets that have it, too
   };
   std::vector<Entry> list_;
+  std::map<std::pair<std::string, std::string>, std::size_t> index_;  ///< In list_, by code and message.
 };
 
 /// Each set tells of the surface near its own triangles.
