@@ -35,6 +35,7 @@ Asset read_by_assimp(const MeshInput& input) {
 #include "asset/file_finder.h"
 #include "asset/hierarchy.h"
 #include "asset/mesh_builder.h"
+#include "asset/udim_files.h"
 #include "base/child.h"
 #include "base/counted.h"
 #include "base/lower_case.h"
@@ -422,7 +423,7 @@ class SceneReader {
     // One that may not be read may have a copy beside the file.
     fs::path file = finder_.find(folder_ / (allowed ? plain : plain.filename()), input_.file);
     std::error_code error;
-    if (fs::is_regular_file(file, error)) return file;
+    if (is_picture_file(file)) return file;
     if (!allowed && fs::is_regular_file(folder_ / plain, error)) {
       if (outside_++ == 0) first_outside_ = name;
     } else if (missing_++ == 0) {

@@ -16,25 +16,27 @@ namespace {
 
 class Plain : public PointFunction {
  public:
-  Plain(const Source::Impl& source, const Texture& texture, std::string_view name)
-      : texture_(source, texture, name), name_(name) {}
+  Plain(const MapRequest& request, const Texture& texture, std::string_view name)
+      : texture_(request.source, texture, {name, request.options.fill_high}) {}
 
   PointNeeds needs() const override {
     return {.position = false, .normal = false, .uv = texture_.needs_uvs(), .distance = false};
   }
+  bool has_weights() const override { return texture_.has_weights(); }
   void operator()(const HighPoint& point, float* value) const override {
+    if (has_weights()) value[3] = 1;
     if (!point.found) return;
     float read[4];
-    texture_.read(point, read);
+    const float weight = texture_.read(point, read);
     std::copy_n(read, 3, value);
+    if (has_weights()) value[3] = weight;
   }
   void report(BakedMap&, std::vector<Warning>& warnings) const override {
-    warn_replaced(texture_, name_, warnings);
+    texture_.report(warnings);
   }
 
  private:
   SurfaceTexture texture_;
-  std::string_view name_;
 };
 
 /// A normal map of the high poly, in whose tangent space its vectors are, in the space of the bake's normals.
@@ -42,8 +44,7 @@ class Normals : public PointFunction {
  public:
   Normals(const MapRequest& request, const Texture& texture, std::string_view name)
       : source_(request.source),
-        texture_(request.source, texture, name),
-        name_(name),
+        texture_(request.source, texture, {name, request.options.fill_high}),
         frames_(request),
         reads_(request.reads()) {}
 
@@ -97,7 +98,7 @@ class Normals : public PointFunction {
   }
 
   void report(BakedMap&, std::vector<Warning>& warnings) const override {
-    warn_replaced(texture_, name_, warnings);
+    texture_.report(warnings);
   }
 
  private:
@@ -108,7 +109,6 @@ class Normals : public PointFunction {
 
   const Source::Impl& source_;
   SurfaceTexture texture_;
-  std::string_view name_;
   LowFrames frames_;
   std::shared_ptr<BandReads> reads_;
   std::vector<float> normals_;
@@ -138,8 +138,8 @@ MapRow row_of(const Transfer& transfer) {
   row.info.missed = MissedTexels::neighbours;
   row.make = [info = row.info, &transfer](const MapRequest& request) {
     return make_point_map(request, info,
-                          std::unique_ptr<PointFunction>(std::make_unique<Plain>(
-                              request.source, transfer.texture, info.kind.name)));
+                          std::unique_ptr<PointFunction>(
+                              std::make_unique<Plain>(request, transfer.texture, info.kind.name)));
   };
   return row;
 }

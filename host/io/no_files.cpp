@@ -87,6 +87,16 @@ Texture load_material_texture(const std::vector<Material>& /*materials*/, Materi
                               std::vector<Warning>* /*warnings*/, std::uint32_t /*uv_set*/) {
   fail("a material's picture");
 }
+Texture load_material_texture(const std::vector<Material>& /*materials*/, MaterialSlot /*slot*/,
+                              const Mesh& /*mesh*/, std::vector<Warning>* /*warnings*/,
+                              NormalTextureFormat /*normals*/) {
+  fail("a material's picture");
+}
+bool is_picture_file(const std::filesystem::path& path) { fail(path.string()); }
+Texture load_texture(const std::filesystem::path& file, const Mesh* /*mesh*/,
+                     std::vector<Warning>* /*warnings*/) {
+  fail(file.string());
+}
 
 void save_match(const Match& /*match*/, const std::filesystem::path& path) { fail(path.string()); }
 Match load_match(const std::filesystem::path& path) { fail(path.string()); }
