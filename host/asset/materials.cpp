@@ -12,6 +12,7 @@
 #include <unordered_set>
 
 #include "asset/assimp.h"
+#include "asset/fbx.h"
 #include "asset/gltf.h"
 #include "asset/udim_files.h"
 #include "base/counted.h"
@@ -210,13 +211,25 @@ std::shared_ptr<const Image> extract_channel(const Image& image, std::uint32_t c
   return result;
 }
 
+/// Sets of UVs that a mesh has: the one it was read with, and others.
+struct KnownSets {
+  std::uint32_t own = 0;
+  std::span<const UvSet> others;
+
+  bool has(std::uint32_t set) const {
+    return set == own || std::any_of(others.begin(), others.end(),
+                                     [set](const UvSet& other) { return other.set == set; });
+  }
+};
+
 [[noreturn]] void fail_of_uv_set(const Material& material, MaterialSlot slot, std::uint32_t needed,
                                  std::uint32_t given) {
   throw Error(ErrorCode::input, in_words(material) + ": its picture of " + row_of(slot).name +
                                     " lies on the set of UVs " + std::to_string(needed) +
                                     ", but the mesh was read with set " + std::to_string(given) +
-                                    ". Read it with that set (`uv-set`), export the file with "
-                                    "one set of UVs, or give the picture itself.");
+                                    " and has no such set beside it. Read it with that set "
+                                    "(`uv-set`), export the file with one set of UVs, or give the "
+                                    "picture itself.");
 }
 
 /// Beyond a million, floats tell a picture's texels no longer apart, and colours would be noise.
@@ -264,6 +277,18 @@ bool look_alike(const Material& a, const Material& b, ComparedFiles& compared) {
          a.occlusion_strength == b.occlusion_strength;
 }
 
+/// The first bytes of a PLY, its header among them. Those of a scan can be gigabytes.
+std::string ply_head(const ByteSource& source) {
+  constexpr std::size_t kFirst = std::size_t{1} << 16, kLineEnd = 2;
+  constexpr std::string_view kEnd = "end_header";
+  for (std::size_t limit = kFirst;; limit *= 4) {
+    std::string head = source.head(limit);
+    const std::size_t end = head.find(kEnd);
+    const bool is_whole = end != std::string::npos && end + kEnd.size() + kLineEnd <= head.size();
+    if (is_whole || head.size() < limit) return head;
+  }
+}
+
 }  // namespace
 
 std::vector<Material> load_materials(const Mesh& mesh, const fs::path& mesh_file,
@@ -282,15 +307,19 @@ std::vector<Material> load_materials(const Mesh& mesh, const fs::path& mesh_file
       named.file += " (materials of " + mesh_file.string() + ")";
       named.fail(place, problem, remedy);
     };
-    const std::string bytes = read_whole(*open_file(path, fail), fail);
+    const auto source = open_file(path, fail);
+    const std::string bytes = is_ply_name(path) ? ply_head(*source) : read_whole(*source, fail);
     input.bytes = bytes;
     input.folder = path.parent_path();
     input.options.outside = outside;
-    if (is_assimp_name(path)) input.warnings = nullptr;  // load_mesh() said it
-    for (Material& material : is_gltf_name(path) ? read_gltf_materials(input)
-                              : is_assimp_name(path)
-                                  ? read_by_assimp(input).materials
-                                  : read_materials(input, path.parent_path(), &finder)) {
+    input.options.uv_set = mesh.uv_set;
+    if (is_fbx_name(path) || is_assimp_name(path)) input.warnings = nullptr;  // load_mesh() said it
+    for (Material& material :
+         is_gltf_name(path)     ? read_gltf_materials(input)
+         : is_ply_name(path)    ? read_ply_materials(input, path.parent_path(), &finder)
+         : is_fbx_name(path)    ? read_fbx(input).materials
+         : is_assimp_name(path) ? read_by_assimp(input).materials
+                                : read_materials(input, path.parent_path(), &finder)) {
       read.push_back(std::move(material));
     }
   }
@@ -378,13 +407,14 @@ class Pictures {
 };
 
 /// Leaves out lists that say nothing.
-void trim(Texture& texture) {
+void trim(Texture& texture, std::uint32_t own_set) {
   const auto clear_if_all = [](auto& list, const auto& usual) {
     if (std::all_of(list.begin(), list.end(), [&](const auto& value) { return value == usual; })) {
       list.clear();
     }
   };
   clear_if_all(texture.uv_transforms, MaterialPicture().uv_transform);
+  clear_if_all(texture.uv_sets, own_set);
   clear_if_all(texture.factors, Texture::Factor());
   clear_if_all(texture.wraps, MaterialPicture().wrap);
   clear_if_all(texture.times_vertex_colors, false);
@@ -400,7 +430,7 @@ void warn_of_tiles(const std::string& note, std::vector<Warning>* warnings) {
 
 /// \param mesh  null: unknown
 Texture load_texture(const std::vector<Material>& materials, MaterialSlot slot,
-                     std::vector<Warning>* warnings, std::uint32_t uv_set, const Mesh* mesh,
+                     std::vector<Warning>* warnings, const KnownSets& known_sets, const Mesh* mesh,
                      NormalTextureFormat normals) {
   if (materials.empty()) {
     throw Error(ErrorCode::input,
@@ -435,6 +465,7 @@ Texture load_texture(const std::vector<Material>& materials, MaterialSlot slot,
     texture.image_of.push_back(Texture::kNone);
     texture.uv_transforms.push_back(picture.uv_transform);
     texture.wraps.push_back(picture.wrap);
+    texture.uv_sets.push_back(picture.empty() ? known_sets.own : picture.uv_set);
     texture.factors.push_back(factor_of(material, slot, picture));
     // glTF multiplies its base colour, alpha included, with the vertices'.
     texture.times_vertex_colors.push_back(
@@ -442,7 +473,9 @@ Texture load_texture(const std::vector<Material>& materials, MaterialSlot slot,
         (slot == MaterialSlot::color ||
          (slot == MaterialSlot::opacity && material.alpha_mode != AlphaMode::opaque)));
     if (picture.empty()) continue;
-    if (picture.uv_set != uv_set) fail_of_uv_set(material, slot, picture.uv_set, uv_set);
+    if (!known_sets.has(picture.uv_set)) {
+      fail_of_uv_set(material, slot, picture.uv_set, known_sets.own);
+    }
     check_transform(material, picture.uv_transform);
     std::error_code error;
     if (picture.bytes == nullptr && !fs::exists(picture.file, error) &&
@@ -500,7 +533,7 @@ Texture load_texture(const std::vector<Material>& materials, MaterialSlot slot,
     if (set->second == Texture::kNone) heights.add(material);
     texture.image_of.back() = set->second;
   }
-  trim(texture);
+  trim(texture, known_sets.own);
   if (missing.count() != 0) {
     missing.warn(
         warnings, "picture-missing",
@@ -519,13 +552,14 @@ Texture load_texture(const std::vector<Material>& materials, MaterialSlot slot,
 
 Texture load_material_texture(const std::vector<Material>& materials, MaterialSlot slot,
                               std::vector<Warning>* warnings, std::uint32_t uv_set) {
-  return load_texture(materials, slot, warnings, uv_set, nullptr, NormalTextureFormat::automatic);
+  return load_texture(materials, slot, warnings, {uv_set, {}}, nullptr,
+                      NormalTextureFormat::automatic);
 }
 
 Texture load_material_texture(const std::vector<Material>& materials, MaterialSlot slot,
                               const Mesh& mesh, std::vector<Warning>* warnings,
                               NormalTextureFormat normals) {
-  return load_texture(materials, slot, warnings, mesh.uv_set, &mesh, normals);
+  return load_texture(materials, slot, warnings, {mesh.uv_set, mesh.other_uvs}, &mesh, normals);
 }
 
 Texture load_texture(const fs::path& file, const Mesh* mesh, std::vector<Warning>* warnings) {

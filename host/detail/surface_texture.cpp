@@ -6,11 +6,13 @@
 #include <string>
 
 #include "base/counted.h"
+#include "base/memory.h"
 #include "base/parallel.h"
 #include "detail/empty_texels.h"
 #include "detail/vertex_colors.h"
 #include "io/file/text_scanner.h"
 #include "mesh/udim.h"
+#include "mesh/uv_grid.h"
 #include "source/high_poly_uvs.h"
 
 namespace kiln {
@@ -46,6 +48,7 @@ SurfaceTexture::SurfaceTexture(const Source::Impl& source, const Texture& textur
   if (!source.colors.empty() && source.colors.size() == source.positions.size()) {
     times_vertices_ = texture.times_vertex_colors;
   }
+  choose_sets(texture);
   group_tiles(texture);
   std::vector<std::optional<TexelBits>> empty(texture.images.size());
   if (use.fill) empty = find_empty(texture);
@@ -64,6 +67,13 @@ SurfaceTexture::SurfaceTexture(const Source::Impl& source, const Texture& textur
     const bool alone = reading.empty != nullptr && use.channel == 3U && image->channels % 2 == 0;
     if (alone) image = alpha_by_itself(*image);
     is_channel_.push_back(alone);
+    require_memory(
+        "Filtering the " + std::to_string(image->width) + " x " + std::to_string(image->height) +
+            " pixels of the texture of the map " + map_,
+        FilteredTexture::most_bytes(*image, texture.kind, reading), [](const std::string& problem) {
+          throw Error(ErrorCode::input,
+                      problem + ". Scale the picture down, or raise the `memory_limit`.");
+        });
     pictures_.push_back(std::make_unique<FilteredTexture>(image, texture.kind, reading));
     is_weighted_.push_back(reading.by_alpha && image->channels % 2 == 0);
     has_weights_ = has_weights_ || (is_weighted_.back() && pictures_.back()->is_weighted());
@@ -117,6 +127,27 @@ void SurfaceTexture::check(const Texture& texture) const {
   }
 }
 
+void SurfaceTexture::choose_sets(const Texture& texture) {
+  if (texture.uv_sets.empty()) return;
+  if (texture.uv_sets.size() != picture_of_material_.size()) {
+    throw Error(ErrorCode::input, "The texture of the map " + map_ +
+                                      " has sets of UVs for other than its materials.");
+  }
+  for (std::size_t i = 0; i < texture.uv_sets.size(); ++i) {
+    const std::uint32_t wanted = texture.uv_sets[i];
+    sets_.push_back(nullptr);
+    if (wanted == source_.uv_set || picture_of_material_[i] == Texture::kNone) continue;
+    for (const UvSet& set : source_.other_uvs) {
+      if (set.set == wanted && set.uvs.size() == source_.uvs.size()) sets_.back() = &set.uvs;
+    }
+    if (sets_.back() != nullptr) continue;
+    throw Error(ErrorCode::input, "The texture of the map " + map_ + " lies on the set of UVs " +
+                                      std::to_string(wanted) + " where the material is \"" +
+                                      source_.materials.names[i] +
+                                      "\", but the high poly has no such set.");
+  }
+}
+
 void SurfaceTexture::group_tiles(const Texture& texture) {
   if (texture.tiles.empty()) return;
   tiles_.resize(texture.images.size());
@@ -145,7 +176,7 @@ std::vector<std::optional<TexelBits>> SurfaceTexture::find_empty(const Texture& 
     if (set == Texture::kNone) return;
     ChartTexels::Corners corners;
     for (std::size_t k = 0; k < 3; ++k) {
-      const Vec2& uv = source_.uvs[source_.uv_triangles[triangle][k]];
+      const Vec2& uv = uv_of(triangle, k);
       corners[k] = moved(triangle, uv.x, uv.y);
     }
     if (tiles_.empty() || tiles_[set].empty()) {
@@ -234,18 +265,47 @@ std::uint32_t SurfaceTexture::set_of(std::uint32_t triangle) const {
 std::array<double, 2> SurfaceTexture::middle_of(std::uint32_t triangle) const {
   double u = 0, v = 0;
   for (std::size_t k = 0; k < 3; ++k) {
-    const Vec2& uv = source_.uvs[source_.uv_triangles[triangle][k]];
+    const Vec2& uv = uv_of(triangle, k);
     u += double{uv.x} / 3, v += double{uv.y} / 3;
   }
   return moved(triangle, u, v);
 }
 
+const Vec2& SurfaceTexture::uv_of(std::uint32_t triangle, std::size_t corner) const {
+  const std::vector<Vec2>* const set =
+      sets_.empty() ? nullptr : sets_[source_.materials.of[triangle]];
+  return (set != nullptr ? *set : source_.uvs)[source_.uv_triangles[triangle][corner]];
+}
+
+SurfaceTexture::UvPoint SurfaceTexture::uv_point_of(const HighPoint& point) const {
+  if (sets_.empty() || sets_[source_.materials.of[point.triangle]] == nullptr) {
+    return {point.has_uv, point.uv, point.uv_sides};
+  }
+  const Vec2 &a = uv_of(point.triangle, 0), &b = uv_of(point.triangle, 1),
+             &c = uv_of(point.triangle, 2);
+  UvPoint place;
+  place.is_there = is_finite(a) && is_finite(b) && is_finite(c);
+  if (!place.is_there) return place;
+  const std::array<double, 2> at{a.x, a.y}, to_b{double{b.x} - a.x, double{b.y} - a.y},
+      to_c{double{c.x} - a.x, double{c.y} - a.y};
+  for (std::size_t k = 0; k < 2; ++k) {
+    place.uv[k] = at[k] + to_b[k] * point.u + to_c[k] * point.v;
+    for (std::size_t side = 0; side < 2; ++side) {
+      place.sides[side][k] =
+          to_b[k] * point.weight_sides[side][0] + to_c[k] * point.weight_sides[side][1];
+    }
+  }
+  return place;
+}
+
 SurfaceTexture::Place SurfaceTexture::place_of(const HighPoint& point) const {
   const std::uint32_t set = set_of(point.triangle);
-  if (set == Texture::kNone || !point.has_uv) return {};
-  const auto [u, v] = moved(point.triangle, point.uv[0], point.uv[1]);
+  if (set == Texture::kNone) return {};
+  const UvPoint at = uv_point_of(point);
+  if (!at.is_there) return {};
+  const auto [u, v] = moved(point.triangle, at.uv[0], at.uv[1]);
   if (tiles_.empty() || tiles_[set].empty())
-    return {pictures_[set].get(), u, v, false, is_channel_[set], is_weighted_[set]};
+    return {pictures_[set].get(), u, v, at.sides, false, is_channel_[set], is_weighted_[set]};
   // On the line between two squares the triangle's own counts, whatever rounding says.
   constexpr double kInward = 1e-4;
   const std::array<double, 2> middle = middle_of(point.triangle);
@@ -258,6 +318,7 @@ SurfaceTexture::Place SurfaceTexture::place_of(const HighPoint& point) const {
   return {pictures_[found->second].get(),
           u - corner[0],
           v - corner[1],
+          at.sides,
           true,
           is_channel_[found->second],
           is_weighted_[found->second]};
@@ -298,7 +359,7 @@ float SurfaceTexture::read_pictures(const HighPoint& point, float* value) const 
   } else if (!wraps_.empty()) {
     wraps = wraps_[source_.materials.of[point.triangle]];
   }
-  const auto& sides = point.uv_sides;
+  const auto& sides = place.sides;
   place.picture->mean(place.u, place.v,
                       {moved(point.triangle, sides[0][0], sides[0][1], 0),
                        moved(point.triangle, sides[1][0], sides[1][1], 0)},

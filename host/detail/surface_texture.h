@@ -38,20 +38,32 @@ class SurfaceTexture {
   /// True if not all weights are 1.
   bool has_weights() const { return has_weights_; }
 
-  /// From the mesh's UVs to those of a triangle's picture. \param unit  0: of a difference
+  /// A corner's UV in the set that the triangle's picture lies on.
+  const Vec2& uv_of(std::uint32_t triangle, std::size_t corner) const;
+
+  /// From the UVs of that set to those of a triangle's picture. \param unit  0: of a difference
   std::array<double, 2> moved(std::uint32_t triangle, double u, double v, double unit = 1) const;
 
   /// True if it has pictures: what they show depends on UVs.
   bool needs_uvs() const { return !pictures_.empty(); }
+  /// True if some of them lie on other sets of UVs than the mesh's own.
+  bool needs_other_uvs() const { return !sets_.empty(); }
 
   /// Adds warnings of what was imperfect: numbers that are not finite, formats of normals, tiles that are missing.
   void report(std::vector<Warning>& warnings) const;
 
  private:
   enum class Factor { color, alpha };  // of the vertices
+  /// A point's UV, and the sides around it, in the set of its picture.
+  struct UvPoint {
+    bool is_there = false;
+    std::array<double, 2> uv;
+    std::array<std::array<double, 2>, 2> sides;
+  };
   struct Place {
     const FilteredTexture* picture = nullptr;
     double u = 0, v = 0;
+    std::array<std::array<double, 2>, 2> sides{};  ///< In the set of UVs, not moved
     bool is_tile = false;
     bool is_channel = false;
     bool is_weighted = false;
@@ -60,12 +72,14 @@ class SurfaceTexture {
   using Tiles = std::vector<std::pair<std::uint32_t, std::uint32_t>>;
 
   void check(const Texture& texture) const;
+  void choose_sets(const Texture& texture);
   void group_tiles(const Texture& texture);
   std::vector<std::optional<TexelBits>> find_empty(const Texture& texture) const;
   void note_missing_tiles();
   float read_pictures(const HighPoint& point, float* value) const;
   std::uint32_t set_of(std::uint32_t triangle) const;
   std::array<double, 2> middle_of(std::uint32_t triangle) const;
+  UvPoint uv_point_of(const HighPoint& point) const;
   Place place_of(const HighPoint& point) const;
   std::string user_of(std::size_t image) const;
 
@@ -80,6 +94,7 @@ class SurfaceTexture {
   std::vector<std::array<float, 4>> plain_;
   std::vector<std::array<float, 6>> uv_transforms_;
   std::vector<FilteredTexture::Wraps> wraps_;
+  std::vector<const std::vector<Vec2>*> sets_;  // of materials; null: the mesh's own; none: of all
   std::vector<Texture::Factor> factors_;
   std::vector<bool> times_vertices_;
   Factor by_vertices_;

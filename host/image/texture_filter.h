@@ -27,7 +27,7 @@ struct TextureReading {
 /// A picture over UVs, with its mip chain: in linear light, or as vectors. For several threads at once.
 ///
 /// A linear picture without NaN and infinities is read where it is; any other is copied. A level of the chain
-/// is made when it is first read. So it has up to 4/3 of the picture's floats of memory.
+/// is made when it is first read.
 ///
 /// Weights are a channel more: texels hold value * weight and weight, both are averaged, and one is divided by the other.
 /// The weight is alpha, times kLeastWeight for texels that hold nothing, and kLeastWeight at least, so that a mean over
@@ -40,6 +40,17 @@ class FilteredTexture {
   /// \throws Error(input) for a picture without pixels, or of normals with fewer than three channels
   FilteredTexture(std::shared_ptr<const Image> image, TextureKind kind,
                   const TextureReading& reading = {});
+
+  /// Memory that one takes beside its picture, at most: 4/3 of the picture's floats, 1/3 where that is read in place; and a
+  /// channel more where it has weights.
+  static std::uint64_t most_bytes(const Image& image, TextureKind kind,
+                                  const TextureReading& reading = {}) {
+    const std::uint64_t bytes = image.pixels.size() * sizeof(float);
+    if (reading.empty != nullptr || reading.by_alpha) {
+      return (bytes + bytes / image.channels) / 3 * 4;
+    }
+    return (kind == TextureKind::linear ? 0 : bytes) + bytes / 3;
+  }
 
   /// Channels of mean(): the picture's, but three of normals in two channels.
   std::uint32_t channels() const { return channels_; }
