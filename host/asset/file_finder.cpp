@@ -4,6 +4,7 @@
 #include <system_error>
 #include <tuple>
 
+#include "asset/udim_files.h"
 #include "base/lower_case.h"
 #include "io/file/text_scanner.h"
 
@@ -65,6 +66,16 @@ void FileFinder::list() {
 fs::path FileFinder::find(const fs::path& path, const std::string& named_by) {
   std::error_code ignored;
   if (fs::exists(path, ignored)) return path;
+  if (const auto tiles = TileName::by_token(path)) {
+    if (!tiles->files().empty()) return path;
+    // A set lies where its first picture does.
+    constexpr std::uint32_t kFirst = 1001, kLast = 1100;
+    for (std::uint32_t tile = kFirst; tile <= kLast; ++tile) {
+      const fs::path file = tiles->file_of(tile), found = find(file, named_by);
+      if (found != file) return found.parent_path() / path.filename();
+    }
+    return path;
+  }
   const auto [entry, added] = found_.emplace(path, path);
   if (!added) return entry->second;
   if (!listed_) list();

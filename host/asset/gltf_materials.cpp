@@ -3,13 +3,17 @@
 #include <cmath>
 #include <cstdio>
 #include <cstring>
+#include <fstream>
+#include <span>
 
 #include "asset/gltf.h"
 #include "asset/gltf_draco.h"
 #include "asset/hierarchy.h"
 #include "asset/materials.h"
+#include "asset/udim_files.h"
 #include "base/counted.h"
 #include "io/file/text_scanner.h"
+#include "io/image/picture.h"
 
 namespace kiln {
 
@@ -216,6 +220,14 @@ class MaterialReader {
               "filters all linearly: enlarge them where maps are to have hard texels.",
           nearest_);
     }
+    if (undecoded_ != 0) {
+      file_.input().warn("picture-missing",
+                         counted(undecoded_, "picture") + " of its materials cannot be read (" +
+                             first_undecoded_ +
+                             "); the factor stands alone. Export the file with "
+                             "PNG or JPEG, or turn its pictures into BC7 (`ktx transcode`).",
+                         undecoded_);
+    }
     if (missing_ != 0) {
       file_.input().warn("picture-missing",
                          std::to_string(missing_) + " of its materials' pictures (" +
@@ -279,8 +291,14 @@ class MaterialReader {
     }
     const GltfValue webp = texture["extensions"]["EXT_texture_webp"]["source"];
     const bool takes_webp = webp.exists() && (kReadsWebp || !texture["source"].exists());
-    const auto image_index =
-        (takes_webp ? webp : texture["source"]).index_into(file_.list("images"));
+    // Pictures as GPUs take them are a loss beside the plain ones.
+    const GltfValue basis = texture["extensions"]["KHR_texture_basisu"]["source"];
+    const GltfValue dds = texture["extensions"]["MSFT_texture_dds"]["source"];
+    const GltfValue source = takes_webp                   ? webp
+                             : texture["source"].exists() ? texture["source"]
+                             : basis.exists()             ? basis
+                                                          : dds;
+    const auto image_index = source.index_into(file_.list("images"));
     if (!image_index) {
       const std::vector<std::string> names = texture["extensions"].names();
       if (names.empty()) {
@@ -300,8 +318,7 @@ class MaterialReader {
     std::string bytes;
     if (uri.exists() && !GltfFile::decode_data_uri(uri, bytes)) {
       result.file = file_.path_of(uri);
-      std::error_code error;
-      if (!std::filesystem::is_regular_file(result.file, error)) {
+      if (!is_picture_file(result.file)) {
         miss(uri);
         return {};
       }
@@ -319,8 +336,31 @@ class MaterialReader {
       result.bytes = shared;
       result.file = file_.input().file + ": " + image.place();
     }
+    if (basis.exists() && !can_decode(result, texture)) result = {};
     pictures_.emplace(*image_index, result);
     return result;
+  }
+
+  /// True unless a picture is a KTX 2 file that cannot be read, such as Basis Universal, which is counted.
+  bool can_decode(const MaterialPicture& picture, const GltfValue& texture) {
+    std::string bytes;
+    std::span<const std::byte> from;
+    if (picture.bytes != nullptr) {
+      from = *picture.bytes;
+    } else {
+      constexpr std::size_t kMost = 1024;  // of the header and what describes the format
+      bytes.resize(kMost);
+      std::ifstream file(picture.file, std::ios::binary);
+      file.read(bytes.data(), static_cast<std::streamsize>(bytes.size()));
+      bytes.resize(static_cast<std::size_t>(file.gcount()));
+      from = std::as_bytes(std::span(bytes));
+    }
+    const std::string why = is_ktx2({reinterpret_cast<const char*>(from.data()), from.size()})
+                                ? why_not_ktx2(from)
+                                : "";
+    if (why.empty()) return true;
+    if (undecoded_++ == 0) first_undecoded_ = texture.place() + ": " + why;
+    return false;
   }
 
   void miss(const GltfValue& what) {
@@ -333,10 +373,10 @@ class MaterialReader {
   using Bytes = std::shared_ptr<const std::vector<std::byte>>;
   std::map<std::size_t, MaterialPicture> pictures_;  // by image
   std::map<std::size_t, Bytes> views_;               // of images
-  std::uint64_t missing_ = 0, glossy_ = 0, nearest_ = 0, unread_ = 0;
+  std::uint64_t missing_ = 0, glossy_ = 0, nearest_ = 0, unread_ = 0, undecoded_ = 0;
   std::uint32_t uv_set_;
   std::optional<UvMap> uv_map_;  // of the material that is read
-  std::string first_missing_, first_unread_, first_left_, first_nearest_;
+  std::string first_missing_, first_unread_, first_left_, first_nearest_, first_undecoded_;
   std::map<std::string, std::uint64_t> left_;  // extensions, and how many materials have them
 };
 

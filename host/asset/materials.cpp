@@ -8,13 +8,16 @@
 #include <map>
 #include <memory>
 #include <string_view>
+#include <tuple>
 #include <unordered_set>
 
 #include "asset/assimp.h"
 #include "asset/fbx.h"
 #include "asset/gltf.h"
+#include "asset/udim_files.h"
 #include "base/counted.h"
 #include "base/formatted.h"
+#include "image/normal_channels.h"
 #include "io/file/bounds.h"
 #include "io/file/byte_source.h"
 #include "io/file/text_scanner.h"
@@ -377,14 +380,82 @@ std::vector<Material> load_materials(const Mesh& mesh, const fs::path& mesh_file
 
 namespace {
 
+/// True if a material's colours are transparent where the alpha of their picture says so: where it is opacity.
+bool is_alpha_opacity(const Material& material) {
+  const MaterialPicture &color = material.color_map, &opacity = material.opacity_map;
+  if (material.alpha_mode == AlphaMode::opaque) return false;  // it may be anything
+  if (opacity.empty()) return !material.multiplies;
+  return opacity.file == color.file && opacity.bytes == color.bytes &&
+         opacity.uv_transform == color.uv_transform;
+}
+
+/// Pictures of a texture, each read once, however many materials and names of its file it has.
+class Pictures {
+ public:
+  std::shared_ptr<const Image> read(const MaterialPicture& picture, const fs::path& file) {
+    std::error_code error;
+    const Key key(picture.bytes.get(),
+                  picture.bytes ? fs::path() : fs::weakly_canonical(file, error));
+    const auto [entry, added] = read_.try_emplace(key);
+    if (added) {
+      entry->second = std::make_shared<const Image>(
+          picture.bytes ? load_image(*picture.bytes, picture.file.string()) : load_image(file));
+    }
+    return entry->second;
+  }
+
+  /// Index into the texture's pictures of one of its channels (-1: all). \param weighted  by its alpha
+  std::uint32_t add(const std::shared_ptr<const Image>& image, int channel, bool weighted,
+                    Texture& texture) {
+    const auto [place, is_new] = known_.try_emplace(
+        {image.get(), channel, weighted}, static_cast<std::uint32_t>(texture.images.size()));
+    if (is_new) {
+      texture.images.push_back(
+          channel < 0 ? image : extract_channel(*image, static_cast<std::uint32_t>(channel)));
+      texture.weighted_by_alpha.push_back(weighted);
+    }
+    return place->second;
+  }
+
+ private:
+  using Key = std::pair<const void*, fs::path>;
+  std::map<Key, std::shared_ptr<const Image>> read_;
+  std::map<std::tuple<const Image*, int, bool>, std::uint32_t> known_;
+};
+
+/// Leaves out lists that say nothing.
+void trim(Texture& texture, std::uint32_t own_set) {
+  const auto clear_if_all = [](auto& list, const auto& usual) {
+    if (std::all_of(list.begin(), list.end(), [&](const auto& value) { return value == usual; })) {
+      list.clear();
+    }
+  };
+  clear_if_all(texture.uv_transforms, MaterialPicture().uv_transform);
+  clear_if_all(texture.uv_sets, own_set);
+  clear_if_all(texture.factors, Texture::Factor());
+  clear_if_all(texture.wraps, MaterialPicture().wrap);
+  clear_if_all(texture.times_vertex_colors, false);
+  clear_if_all(texture.weighted_by_alpha, false);
+}
+
+void warn_of_tiles(const std::string& note, std::vector<Warning>* warnings) {
+  if (note.empty() || warnings == nullptr) return;
+  const bool said = std::any_of(warnings->begin(), warnings->end(),
+                                [&](const Warning& warning) { return warning.message == note; });
+  if (!said) warnings->push_back({"udim-siblings", note, 1});
+}
+
+/// \param mesh  null: unknown
 Texture load_texture(const std::vector<Material>& materials, MaterialSlot slot,
-                     std::vector<Warning>* warnings, const KnownSets& sets) {
+                     std::vector<Warning>* warnings, const KnownSets& known_sets, const Mesh* mesh,
+                     NormalTextureFormat normals) {
   if (materials.empty()) {
     throw Error(ErrorCode::input,
                 "The high poly has no materials: give the picture itself, or an OBJ with its MTL.");
   }
   check_values(materials, slot, warnings);
   Texture texture;
+  texture.normal_format = normals;
   const bool color = slot == MaterialSlot::color || slot == MaterialSlot::emission;
   texture.kind = slot == MaterialSlot::normal ? TextureKind::normal
                  : color                      ? TextureKind::srgb
@@ -399,19 +470,19 @@ Texture load_texture(const std::vector<Material>& materials, MaterialSlot slot,
                                       [](const Material& m) { return m.multiplies; });
   const MaterialSlot from = in_alpha ? MaterialSlot::color : slot;
   texture.channel = in_alpha ? 3 : 0;
-  // A picture is read once, however many materials and names of its file it has.
-  using Key = std::pair<const void*, fs::path>;
-  std::map<Key, std::shared_ptr<const Image>> pictures;  // null: one of heights
-  std::map<std::pair<Key, int>, std::uint32_t> known;    // channels of these
+  Pictures pictures;
   Found heights, missing;
   std::string first_missing;
-  for (const Material& material : materials) {
+  std::vector<TileCounts> counts;  // where a name asks for them
+  std::map<std::tuple<fs::path, int, bool, TileCounts>, std::uint32_t> sets;
+  for (std::size_t m = 0; m < materials.size(); ++m) {
+    const Material& material = materials[m];
     const MaterialPicture& picture = picture_of(material, from);
     texture.plain.push_back(plain_of(material, slot));
     texture.image_of.push_back(Texture::kNone);
     texture.uv_transforms.push_back(picture.uv_transform);
     texture.wraps.push_back(picture.wrap);
-    texture.uv_sets.push_back(picture.empty() ? sets.own : picture.uv_set);
+    texture.uv_sets.push_back(picture.empty() ? known_sets.own : picture.uv_set);
     texture.factors.push_back(factor_of(material, slot, picture));
     // glTF multiplies its base colour, alpha included, with the vertices'.
     texture.times_vertex_colors.push_back(
@@ -419,64 +490,73 @@ Texture load_texture(const std::vector<Material>& materials, MaterialSlot slot,
         (slot == MaterialSlot::color ||
          (slot == MaterialSlot::opacity && material.alpha_mode != AlphaMode::opaque)));
     if (picture.empty()) continue;
-    if (!sets.has(picture.uv_set)) fail_of_uv_set(material, slot, picture.uv_set, sets.own);
+    if (!known_sets.has(picture.uv_set)) {
+      fail_of_uv_set(material, slot, picture.uv_set, known_sets.own);
+    }
     check_transform(material, picture.uv_transform);
     std::error_code error;
-    if (picture.bytes == nullptr && !fs::exists(picture.file, error)) {
+    if (picture.bytes == nullptr && !fs::exists(picture.file, error) &&
+        !is_picture_file(picture.file)) {
       if (missing.count() == 0) first_missing = picture.file.string();
       missing.add(material);
       continue;
     }
-    const Key key(picture.bytes.get(),
-                  picture.bytes ? fs::path() : fs::weakly_canonical(picture.file, error));
-    const auto [entry, added] = pictures.try_emplace(key);
-    if (added) {
-      auto image = std::make_shared<const Image>(
-          picture.bytes ? load_image(*picture.bytes, picture.file.string())
-                        : load_image(picture.file));
-      if (slot != MaterialSlot::normal || !is_grey(*image)) entry->second = std::move(image);
+    TileFiles tiles;
+    const TileCounts* used = nullptr;
+    if (picture.bytes == nullptr && names_tile(picture.file)) {
+      if (mesh != nullptr && counts.empty()) {
+        std::vector<std::array<float, 6>> transforms;
+        for (const Material& other : materials) {
+          transforms.push_back(picture_of(other, from).uv_transform);
+        }
+        counts = count_tiles(*mesh, transforms);
+      }
+      if (mesh != nullptr) used = &counts[m];
+      tiles = find_tiles(picture.file, used, [&](const fs::path& file) {
+        return std::any_of(materials.begin(), materials.end(), [&](const Material& other) {
+          const MaterialPicture& named = picture_of(other, from);
+          return named.file == file && named.file != picture.file;
+        });
+      });
+      warn_of_tiles(tiles.note, warnings);
     }
-    if (entry->second == nullptr) {
-      heights.add(material);
+    const int channel = channel_of(material, slot, picture, in_alpha, among_gltf);
+    // A grey picture of a number, whose channels may differ by what JPEG rounds, is that number.
+    const auto channel_in = [&](const Image& image) {
+      return channel < 0 && holds_number(slot) && image.channels >= 3 && is_grey(image) ? 0 : channel;
+    };
+    const bool weighted = slot == MaterialSlot::color && is_alpha_opacity(material);
+    if (tiles.tiles.empty()) {
+      const std::shared_ptr<const Image> image = pictures.read(picture, picture.file);
+      if (slot == MaterialSlot::normal && holds_heights(*image, normals)) {
+        heights.add(material);
+        continue;
+      }
+      texture.image_of.back() = pictures.add(image, channel_in(*image), weighted, texture);
       continue;
     }
-    int channel = channel_of(material, slot, picture, in_alpha, among_gltf);
-    // A grey picture of a number, whose channels may differ by what JPEG rounds, is that number.
-    if (channel < 0 && holds_number(slot) && entry->second->channels >= 3 &&
-        is_grey(*entry->second)) {
-      channel = 0;
+    const auto [set, is_new] = sets.try_emplace(
+        {picture.file, channel, weighted, used != nullptr ? *used : TileCounts()}, Texture::kNone);
+    for (const auto& [tile, file] : is_new ? tiles.tiles : decltype(tiles.tiles)()) {
+      const std::shared_ptr<const Image> image = pictures.read(picture, file);
+      if (slot == MaterialSlot::normal && holds_heights(*image, normals)) continue;
+      // A set is named by its first picture, which may be one by itself for another material.
+      if (set->second == Texture::kNone) {
+        set->second = static_cast<std::uint32_t>(texture.images.size());
+        const int own = channel_in(*image);
+        texture.images.push_back(
+            own < 0 ? image : extract_channel(*image, static_cast<std::uint32_t>(own)));
+        texture.weighted_by_alpha.push_back(weighted);
+        texture.tiles.push_back({set->second, tile, set->second});
+        continue;
+      }
+      texture.tiles.push_back(
+          {set->second, tile, pictures.add(image, channel_in(*image), weighted, texture)});
     }
-    const auto [place, is_new] =
-        known.try_emplace({key, channel}, static_cast<std::uint32_t>(texture.images.size()));
-    if (is_new) {
-      texture.images.push_back(
-          channel < 0 ? entry->second
-                      : extract_channel(*entry->second, static_cast<std::uint32_t>(channel)));
-    }
-    texture.image_of.back() = place->second;
+    if (set->second == Texture::kNone) heights.add(material);
+    texture.image_of.back() = set->second;
   }
-  const std::array<float, 6> as_it_is = MaterialPicture().uv_transform;
-  if (std::all_of(texture.uv_transforms.begin(), texture.uv_transforms.end(),
-                  [&](const auto& transform) { return transform == as_it_is; })) {
-    texture.uv_transforms.clear();
-  }
-  if (std::all_of(texture.uv_sets.begin(), texture.uv_sets.end(),
-                  [&](std::uint32_t set) { return set == sets.own; })) {
-    texture.uv_sets.clear();
-  }
-  if (std::all_of(texture.factors.begin(), texture.factors.end(),
-                  [](const auto& factor) { return factor == Texture::Factor(); })) {
-    texture.factors.clear();
-  }
-  const std::array<TextureWrap, 2> repeats = MaterialPicture().wrap;
-  if (std::all_of(texture.wraps.begin(), texture.wraps.end(),
-                  [&](const auto& wrap) { return wrap == repeats; })) {
-    texture.wraps.clear();
-  }
-  const std::vector<bool>& times = texture.times_vertex_colors;
-  if (std::find(times.begin(), times.end(), true) == times.end()) {
-    texture.times_vertex_colors.clear();
-  }
+  trim(texture, known_sets.own);
   if (missing.count() != 0) {
     missing.warn(
         warnings, "picture-missing",
@@ -495,12 +575,33 @@ Texture load_texture(const std::vector<Material>& materials, MaterialSlot slot,
 
 Texture load_material_texture(const std::vector<Material>& materials, MaterialSlot slot,
                               std::vector<Warning>* warnings, std::uint32_t uv_set) {
-  return load_texture(materials, slot, warnings, {uv_set, {}});
+  return load_texture(materials, slot, warnings, {uv_set, {}}, nullptr,
+                      NormalTextureFormat::automatic);
 }
 
 Texture load_material_texture(const std::vector<Material>& materials, MaterialSlot slot,
-                              const Mesh& mesh, std::vector<Warning>* warnings) {
-  return load_texture(materials, slot, warnings, {mesh.uv_set, mesh.other_uvs});
+                              const Mesh& mesh, std::vector<Warning>* warnings,
+                              NormalTextureFormat normals) {
+  return load_texture(materials, slot, warnings, {mesh.uv_set, mesh.other_uvs}, &mesh, normals);
+}
+
+Texture load_texture(const fs::path& file, const Mesh* mesh, std::vector<Warning>* warnings) {
+  Texture texture;
+  TileFiles tiles;
+  if (names_tile(file)) {
+    TileCounts counts;
+    if (mesh != nullptr) counts = count_tiles(*mesh);
+    tiles = find_tiles(file, mesh != nullptr ? &counts : nullptr);
+    warn_of_tiles(tiles.note, warnings);
+  }
+  for (const auto& [tile, name] : tiles.tiles) {
+    texture.tiles.push_back({0, tile, static_cast<std::uint32_t>(texture.images.size())});
+    texture.images.push_back(std::make_shared<const Image>(load_image(name)));
+  }
+  if (texture.images.empty()) texture.images = {std::make_shared<const Image>(load_image(file))};
+  const fs::path& first = tiles.tiles.empty() ? file : tiles.tiles[0].second;
+  if (holds_linear_light(first)) texture.kind = TextureKind::linear;
+  return texture;
 }
 
 Asset load_asset(const std::filesystem::path& path, const LoadMeshOptions& options,

@@ -79,7 +79,7 @@ std::filesystem::path ScenePictures::find(const std::string& name) {
   std::filesystem::path file =
       finder_.find(folder_ / (allowed ? plain : plain.filename()), input_.file);
   std::error_code error;
-  if (!std::filesystem::is_regular_file(file, error)) return {};
+  if (!is_picture_file(file)) return {};
   // A symbolic link beside the file may lead out of the folder.
   return input_.options.outside || lies_within(folder_, file) ? file : std::filesystem::path();
 }

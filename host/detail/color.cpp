@@ -10,13 +10,17 @@ namespace {
 /// Channels of a texture, or of the vertices' colours where there is none.
 class OwnColor : public PointFunction {
  public:
-  OwnColor(const Source::Impl& source, const std::optional<Texture>& texture, const char* map)
-      : source_(source), map_(map) {
+  /// \param one_channel  the texture's channel counts alone
+  OwnColor(const MapRequest& request, const std::optional<Texture>& texture, const char* map,
+           bool one_channel)
+      : source_(request.source) {
     if (texture) {
-      texture_.emplace(source, *texture, map);
       channel_ = std::min(texture->channel, 3U);
+      TextureUseOfMap use{map, request.options.fill_high};
+      if (one_channel) use.channel = channel_;
+      texture_.emplace(source_, *texture, use);
     } else {
-      check_vertex_colors(source, map, "give it a texture, or leave the map out.");
+      check_vertex_colors(source_, map, "give it a texture, or leave the map out.");
     }
   }
 
@@ -29,33 +33,35 @@ class OwnColor : public PointFunction {
   }
 
   void report(BakedMap&, std::vector<Warning>& warnings) const override {
-    if (texture_) warn_replaced(*texture_, map_, warnings);
+    if (texture_) texture_->report(warnings);
   }
 
  protected:
-  void color_at(const HighPoint& point, float* color) const {
-    if (texture_) {
-      texture_->read(point, color);
-    } else {
-      read_vertex_color(source_, point, color);
-    }
+  /// \returns its weight in means
+  float color_at(const HighPoint& point, float* color) const {
+    if (texture_) return texture_->read(point, color);
+    read_vertex_color(source_, point, color);
+    return 1;
   }
+  bool colors_have_weights() const { return texture_ && texture_->has_weights(); }
   std::uint32_t channel_ = 3;
 
  private:
   const Source::Impl& source_;
-  const char* map_;
   std::optional<SurfaceTexture> texture_;
 };
 
 class Color : public OwnColor {
  public:
   using OwnColor::OwnColor;
+  bool has_weights() const override { return colors_have_weights(); }
   void operator()(const HighPoint& point, float* value) const override {
+    if (has_weights()) value[3] = 1;
     if (!point.found) return;
     float color[4];
-    color_at(point, color);
+    const float weight = color_at(point, color);
     std::copy_n(color, 3, value);
+    if (has_weights()) value[3] = weight;
   }
 };
 
@@ -89,7 +95,7 @@ MapRow color_map() {
   row.make = [](const MapRequest& request) {
     return make_point_map(request, color_map().info,
                           std::unique_ptr<PointFunction>(std::make_unique<Color>(
-                              request.source, request.options.color, "color")));
+                              request, request.options.color, "color", false)));
   };
   return row;
 }
@@ -111,7 +117,7 @@ MapRow opacity_map() {
   row.make = [](const MapRequest& request) {
     return make_point_map(request, opacity_map().info,
                           std::unique_ptr<PointFunction>(std::make_unique<Opacity>(
-                              request.source, request.options.opacity, "opacity")));
+                              request, request.options.opacity, "opacity", true)));
   };
   return row;
 }

@@ -13,6 +13,7 @@
 #include "kiln/material.h"
 #include "mesh/frame.h"
 #include "mesh/normals.h"
+#include "mesh/udim.h"
 #include "mesh/usable.h"
 #include "mesh/uv_grid.h"
 #include "mesh/vector.h"
@@ -94,13 +95,15 @@ class Cutter {
       finite = finite && is_finite(uv_[k]);
     }
     picture_ = nullptr;
+    set_ = Texture::kNone;
+    corner_ = {};
     double plain = 1;
     transform_ = {1, 0, 0, 0, 1, 0};
     wraps_ = {};
     times_ = 1, plus_ = 0;
     alpha_ = {1, 1, 1};
     if (opacity_.image_of.empty()) {
-      picture_ = pictures_[0].get();
+      take_picture(0);
     } else {
       const std::uint32_t material = mesh_.materials[triangle];
       const std::uint32_t picture = opacity_.image_of[material];
@@ -116,15 +119,14 @@ class Cutter {
           alpha_[k] = mesh_.colors[mesh_.triangles[triangle][k]][3] / 255.0;
         }
       }
-      if (picture != Texture::kNone) {
-        picture_ = pictures_[picture].get();
-      } else if (material < opacity_.plain.size()) {
+      if (picture != Texture::kNone) take_picture(picture);
+      if (material < opacity_.plain.size() && (picture == Texture::kNone || is_set())) {
         plain = opacity_.plain[material][opacity_.channel];
       }
     }
     const Part whole{{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};
     const bool even = alpha_[0] == alpha_[1] && alpha_[1] == alpha_[2];
-    if (!finite || (picture_ == nullptr && even)) {
+    if (!finite || (picture_ == nullptr && !is_set() && even)) {
       if (plain * alpha_[0] >= threshold_ || !finite) parts_.push_back(whole);
     } else {
       plain_ = plain;
@@ -143,6 +145,33 @@ class Cutter {
       ++report_.cut;
       vertices_.clear();
       for (const Part& part : parts_) add(part);
+    }
+  }
+
+  /// A picture by itself, or the set that it stands for: then parts choose theirs.
+  void take_picture(std::uint32_t picture) {
+    const bool is_of_set =
+        std::any_of(opacity_.tiles.begin(), opacity_.tiles.end(),
+                    [&](const TextureTile& tile) { return tile.set == picture; });
+    if (is_of_set) {
+      set_ = picture;
+      wraps_ = {TextureWrap::clamp, TextureWrap::clamp};
+    } else {
+      picture_ = pictures_[picture].get();
+    }
+  }
+  bool is_set() const { return set_ != Texture::kNone; }
+
+  /// Chooses the tile with a place; none: the material's number stands there.
+  void take_tile(double u, double v) {
+    const std::uint32_t number = udim_of(u, v);
+    picture_ = nullptr;
+    corner_ = {};
+    for (const TextureTile& tile : opacity_.tiles) {
+      if (tile.set != set_ || tile.tile != number) continue;
+      picture_ = pictures_[tile.image].get();
+      corner_ = udim_corner(number);
+      return;
     }
   }
 
@@ -174,6 +203,15 @@ class Cutter {
     return {m[0] * uv[0] + m[1] * uv[1] + m[2], m[3] * uv[0] + m[4] * uv[1] + m[5]};
   }
 
+  /// True where a part lies in several squares of a set, and is not yet small.
+  bool spans_tiles(double u0, double u1, double v0, double v1) const {
+    constexpr double kRounding = 1e-6, kSmall = 1.0 / 4096;
+    const auto spans = [](double a, double b) {
+      return std::floor(a + kRounding) < std::floor(b - kRounding);
+    };
+    return is_set() && (spans(u0, u1) || spans(v0, v1)) && std::max(u1 - u0, v1 - v0) > kSmall;
+  }
+
   double alpha_at(const Weights& w) const {
     return w[0] * alpha_[0] + w[1] * alpha_[1] + w[2] * alpha_[2];
   }
@@ -201,8 +239,14 @@ class Cutter {
   void cut(const Part& part, int depth) {
     std::array<std::array<double, 2>, 3> uv{};
     for (std::size_t k = 0; k < 3; ++k) uv[k] = in_picture(uv_at(part[k]));
-    const auto [u0, u1] = std::minmax({uv[0][0], uv[1][0], uv[2][0]});
-    const auto [v0, v1] = std::minmax({uv[0][1], uv[1][1], uv[2][1]});
+    auto [u0, u1] = std::minmax({uv[0][0], uv[1][0], uv[2][0]});
+    auto [v0, v1] = std::minmax({uv[0][1], uv[1][1], uv[2][1]});
+    if (depth < kDeepest && spans_tiles(u0, u1, v0, v1)) return quarter(part, depth);
+    if (is_set()) {
+      take_tile((uv[0][0] + uv[1][0] + uv[2][0]) / 3, (uv[0][1] + uv[1][1] + uv[2][1]) / 3);
+      for (auto& at : uv) at[0] -= corner_[0], at[1] -= corner_[1];
+      u0 -= corner_[0], u1 -= corner_[0], v0 -= corner_[1], v1 -= corner_[1];
+    }
     const BoundedChannel::Range range = over(part, u0, v0, u1, v1);
     if (range.most < threshold_) return;
     if (range.least >= threshold_) {
@@ -212,6 +256,10 @@ class Cutter {
     const bool fine = picture_ == nullptr || std::max((u1 - u0) * picture_->texels_across(),
                                                       (v1 - v0) * picture_->texels_down()) <= 1;
     if (fine || depth == kDeepest) return clip(part, uv);
+    quarter(part, depth);
+  }
+
+  void quarter(const Part& part, int depth) {
     const Weights ab = between(part[0], part[1], 0.5), bc = between(part[1], part[2], 0.5);
     const Weights ca = between(part[2], part[0], 0.5);
     const std::size_t before = parts_.size();
@@ -320,6 +368,8 @@ class Cutter {
   std::array<Vec2, 3> uv_;
   const BoundedChannel* picture_ = nullptr;
   std::array<float, 6> transform_{1, 0, 0, 0, 1, 0};  // of its UVs
+  std::uint32_t set_ = Texture::kNone;                // of tiles, of which picture_ is one
+  std::array<double, 2> corner_{};                    // of its tile
   BoundedChannel::Wraps wraps_{};
   double times_ = 1, plus_ = 0;  // of its numbers
   Weights alpha_{1, 1, 1};       // of its corners
@@ -341,7 +391,7 @@ void check(const Mesh& mesh, const Texture& opacity, double threshold) {
   const bool by_material = !opacity.image_of.empty();
   bool fits = by_material ? opacity.image_of.size() == mesh.material_names.size() &&
                                 mesh.materials.size() == mesh.triangles.size()
-                          : opacity.images.size() == 1;
+                          : opacity.images.size() == 1 || !opacity.tiles.empty();
   fits =
       fits &&
       (opacity.uv_transforms.empty() || opacity.uv_transforms.size() == opacity.image_of.size()) &&
@@ -352,6 +402,9 @@ void check(const Mesh& mesh, const Texture& opacity, double threshold) {
        opacity.times_vertex_colors.size() == opacity.image_of.size());
   for (const std::uint32_t picture : opacity.image_of) {
     fits = fits && (picture == Texture::kNone || picture < opacity.images.size());
+  }
+  for (const TextureTile& tile : opacity.tiles) {
+    fits = fits && tile.set < opacity.images.size() && tile.image < opacity.images.size();
   }
   for (const std::uint32_t wanted : opacity.uv_sets) {
     fits =

@@ -15,6 +15,7 @@ namespace kiln {
 namespace {
 
 constexpr std::size_t kMostChannels = 4;
+constexpr std::size_t kWeight = 3;  // its place, where values have weights
 using Value = std::array<float, kMostChannels>;
 
 /// A correspondence on the host.
@@ -118,8 +119,9 @@ class PointMap : public MapMaker {
     parallel_for(band.texel_count, 1 << 12, [&](std::size_t begin, std::size_t end) {
       // A texel of one sample takes its value as it is. Written at its place: copies of what was just written
       // in parts would wait for it.
-      const bool as_is = !mixed && info_.type != MapType::unit_vector;
-      Average average(info_);
+      const bool has_weights = function_->has_weights();
+      const bool as_is = !mixed && !has_weights && info_.type != MapType::unit_vector;
+      Average average(info_, has_weights);
       UvFacet facet;
       HighPoint point;
       const std::unique_ptr<PointScratch> scratch = function_->scratch();
@@ -147,8 +149,14 @@ class PointMap : public MapMaker {
           if (mixed && mixed->triangle[s] != KILN_NO_TRIANGLE) {
             Value with{};
             value_at(samples, s, *mixed, found, facet, point, with.data());
+            float own = share[s], other = 1 - share[s];
+            if (has_weights) {
+              own *= value[kWeight], other *= with[kWeight];
+              value[kWeight] = own + other;
+              own /= value[kWeight], other /= value[kWeight];
+            }
             for (std::uint32_t c = 0; c < info_.channels; ++c) {
-              value[c] = value[c] * share[s] + with[c] * (1 - share[s]);
+              value[c] = value[c] * own + with[c] * other;
             }
           }
           average.add(value);
@@ -161,13 +169,15 @@ class PointMap : public MapMaker {
   /// Value of a texel by those of its samples.
   class Average {
    public:
-    explicit Average(const MapInfo& info)
+    Average(const MapInfo& info, bool has_weights)
         : channels_(info.channels),
+          has_weights_(has_weights),
           whole_(info.type == MapType::id),
           direction_(info.type == MapType::unit_vector) {}
 
     void clear() {
       count_ = 0;
+      weight_ = 0;
       sum_ = {};
       votes_.clear();
     }
@@ -194,8 +204,9 @@ class PointMap : public MapMaker {
                   return a.second < b.second;
                 })->first;
       } else if (count_ != 0) {
+        const double all = has_weights_ ? weight_ : count_;
         for (std::uint32_t c = 0; c < channels_; ++c) {
-          value[c] = static_cast<float>(sum_[c] / count_);
+          value[c] = static_cast<float>(sum_[c] / all);
         }
       }
       for (std::uint32_t c = 0; c < channels_; ++c) to[c] = value[c];
@@ -203,6 +214,12 @@ class PointMap : public MapMaker {
 
    private:
     void gather(const Value& value) {
+      if (has_weights_) {
+        const double weight = value[kWeight];
+        for (std::uint32_t c = 0; c < channels_; ++c) sum_[c] += weight * value[c];
+        weight_ += weight;
+        return;
+      }
       if (!whole_) {
         for (std::uint32_t c = 0; c < channels_; ++c) sum_[c] += value[c];
         return;
@@ -226,8 +243,9 @@ class PointMap : public MapMaker {
     }
 
     std::uint32_t channels_;
-    bool whole_, direction_;
+    bool has_weights_, whole_, direction_;
     std::uint32_t count_ = 0;
+    double weight_ = 0;
     Value first_{};
     std::array<double, kMostChannels> sum_{};
     std::vector<std::pair<Value, std::uint32_t>> votes_;

@@ -60,6 +60,9 @@ class PointFunction {
  public:
   virtual ~PointFunction() = default;
   virtual PointNeeds needs() const { return {}; }
+  /// True if values have weights, by which a texel's samples are averaged: the fourth number, above 0. For maps of up to
+  /// three channels.
+  virtual bool has_weights() const { return false; }
   /// Before each band, on one thread. \param source_version  another one where the high poly changed
   virtual void prepare(std::uint64_t source_version) { static_cast<void>(source_version); }
   virtual void operator()(const HighPoint& point, float* value) const = 0;

@@ -1,81 +1,137 @@
 #include "detail/surface_texture.h"
 
 #include <algorithm>
+#include <cmath>
+#include <numeric>
 #include <string>
 
+#include "base/counted.h"
 #include "base/memory.h"
+#include "base/parallel.h"
+#include "detail/empty_texels.h"
 #include "detail/vertex_colors.h"
+#include "io/file/text_scanner.h"
+#include "mesh/udim.h"
 #include "mesh/uv_grid.h"
 #include "source/high_poly_uvs.h"
 
 namespace kiln {
+namespace {
+
+/// The last channel of a picture, its alpha, by itself.
+std::shared_ptr<const Image> alpha_by_itself(const Image& image) {
+  auto alpha = std::make_shared<Image>();
+  alpha->width = image.width;
+  alpha->height = image.height;
+  alpha->channels = 1;
+  alpha->pixels.reserve(image.pixels.size() / image.channels);
+  for (std::size_t i = image.channels - 1; i < image.pixels.size(); i += image.channels) {
+    alpha->pixels.push_back(image.pixels[i]);
+  }
+  return alpha;
+}
+
+}  // namespace
 
 SurfaceTexture::SurfaceTexture(const Source::Impl& source, const Texture& texture,
-                               std::string_view name)
+                               const TextureUseOfMap& use)
     : source_(source),
+      map_(use.map),
       picture_of_material_(texture.image_of),
       plain_(texture.plain),
       uv_transforms_(texture.uv_transforms),
       wraps_(texture.wraps),
       factors_(texture.factors),
-      by_vertices_(texture.kind == TextureKind::srgb ? Factor::color : Factor::alpha) {
-  const std::string map(name);
-  if (!texture.images.empty() && !has_uvs(source)) {
-    throw Error(ErrorCode::input, "The high poly has no UVs, over which the texture of the map " +
-                                      map + " lies: give it a layout, or leave the map out.");
-  }
-  if (picture_of_material_.empty() && texture.images.size() != 1) {
-    throw Error(ErrorCode::input, "The texture of the map " + map + " has " +
-                                      std::to_string(texture.images.size()) +
-                                      " pictures, but nothing says which material has which.");
-  }
-  const std::size_t names = source.materials.names.size();
-  if (!picture_of_material_.empty() && picture_of_material_.size() != names) {
-    throw Error(ErrorCode::input, "The texture of the map " + map + " is for " +
-                                      std::to_string(picture_of_material_.size()) +
-                                      " materials, but the high poly has " + std::to_string(names) +
-                                      ".");
-  }
-  if (!uv_transforms_.empty() && uv_transforms_.size() != picture_of_material_.size()) {
-    throw Error(ErrorCode::input, "The texture of the map " + map + " has " +
-                                      std::to_string(uv_transforms_.size()) +
-                                      " transforms of UVs for " +
-                                      std::to_string(picture_of_material_.size()) + " materials.");
-  }
-  if ((!wraps_.empty() && wraps_.size() != picture_of_material_.size()) ||
-      (!factors_.empty() && factors_.size() != picture_of_material_.size()) ||
-      (!texture.times_vertex_colors.empty() &&
-       texture.times_vertex_colors.size() != picture_of_material_.size())) {
-    throw Error(ErrorCode::input, "The texture of the map " + map +
-                                      " has wraps or factors for other than its materials.");
-  }
+      by_vertices_(texture.kind == TextureKind::srgb ? Factor::color : Factor::alpha),
+      normal_format_(texture.normal_format) {
+  check(texture);
   if (!source.colors.empty() && source.colors.size() == source.positions.size()) {
     times_vertices_ = texture.times_vertex_colors;
   }
-  choose_sets(texture, map);
-  for (const std::shared_ptr<const Image>& image : texture.images) {
-    if (image == nullptr) throw Error(ErrorCode::input, "A texture of " + map + " is missing.");
+  choose_sets(texture);
+  group_tiles(texture);
+  std::vector<std::optional<TexelBits>> empty(texture.images.size());
+  if (use.fill) empty = find_empty(texture);
+  for (std::size_t i = 0; i < texture.images.size(); ++i) {
+    std::shared_ptr<const Image> image = texture.images[i];
+    TextureReading reading;
+    if (texture.kind == TextureKind::normal) {
+      reading.normals = NormalChannels::of(*image, texture.normal_format);
+      normals_.push_back(reading.normals);
+      if (GreenEvidence::of(*image, reading.normals).speaks_for_down())
+        doubtful_green_.push_back(i);
+    }
+    reading.by_alpha = i < texture.weighted_by_alpha.size() && texture.weighted_by_alpha[i];
+    if (empty[i]) reading.empty = &*empty[i];
+    // A weight takes the place of alpha (image/texture_filter.h).
+    const bool alone = reading.empty != nullptr && use.channel == 3U && image->channels % 2 == 0;
+    if (alone) image = alpha_by_itself(*image);
+    is_channel_.push_back(alone);
     require_memory(
         "Filtering the " + std::to_string(image->width) + " x " + std::to_string(image->height) +
-            " pixels of the texture of the map " + map,
-        FilteredTexture::most_bytes(*image, texture.kind), [](const std::string& problem) {
+            " pixels of the texture of the map " + map_,
+        FilteredTexture::most_bytes(*image, texture.kind, reading), [](const std::string& problem) {
           throw Error(ErrorCode::input,
                       problem + ". Scale the picture down, or raise the `memory_limit`.");
         });
-    pictures_.push_back(std::make_unique<FilteredTexture>(image, texture.kind));
+    pictures_.push_back(std::make_unique<FilteredTexture>(image, texture.kind, reading));
+    is_weighted_.push_back(reading.by_alpha && image->channels % 2 == 0);
+    has_weights_ = has_weights_ || (is_weighted_.back() && pictures_.back()->is_weighted());
   }
-  for (const std::uint32_t picture : picture_of_material_) {
-    if (picture == Texture::kNone || picture < pictures_.size()) continue;
-    throw Error(ErrorCode::input, "The texture of the map " + map + " has no picture " +
-                                      std::to_string(picture) + ".");
+  note_missing_tiles();
+}
+
+void SurfaceTexture::check(const Texture& texture) const {
+  const auto fail = [&](const std::string& what) {
+    throw Error(ErrorCode::input, "The texture of the map " + map_ + what);
+  };
+  if (!texture.images.empty() && !has_uvs(source_)) {
+    throw Error(ErrorCode::input, "The high poly has no UVs, over which the texture of the map " +
+                                      map_ + " lies: give it a layout, or leave the map out.");
+  }
+  if (texture.image_of.empty() && texture.images.size() != 1 && texture.tiles.empty()) {
+    fail(" has " + std::to_string(texture.images.size()) +
+         " pictures, but nothing says which material has which.");
+  }
+  const std::size_t names = source_.materials.names.size(), materials = texture.image_of.size();
+  if (materials != 0 && materials != names) {
+    fail(" is for " + std::to_string(materials) + " materials, but the high poly has " +
+         std::to_string(names) + ".");
+  }
+  if (!uv_transforms_.empty() && uv_transforms_.size() != materials) {
+    fail(" has " + std::to_string(uv_transforms_.size()) + " transforms of UVs for " +
+         std::to_string(materials) + " materials.");
+  }
+  if ((!wraps_.empty() && wraps_.size() != materials) ||
+      (!factors_.empty() && factors_.size() != materials) ||
+      (!texture.times_vertex_colors.empty() && texture.times_vertex_colors.size() != materials)) {
+    fail(" has wraps or factors for other than its materials.");
+  }
+  for (const std::shared_ptr<const Image>& image : texture.images) {
+    if (image == nullptr) throw Error(ErrorCode::input, "A texture of " + map_ + " is missing.");
+    if (image->width == 0 || image->height == 0 || image->channels < 1 || image->channels > 4 ||
+        image->pixels.size() != std::size_t{image->width} * image->height * image->channels) {
+      throw Error(ErrorCode::input, "A texture has no pixels, or not as many as its size says.");
+    }
+  }
+  const auto check_picture = [&](std::uint32_t picture) {
+    if (picture < texture.images.size()) return;
+    fail(" has no picture " + std::to_string(picture) + ".");
+  };
+  for (const std::uint32_t picture : texture.image_of) {
+    if (picture != Texture::kNone) check_picture(picture);
+  }
+  for (const TextureTile& tile : texture.tiles) {
+    check_picture(tile.set);
+    check_picture(tile.image);
   }
 }
 
-void SurfaceTexture::choose_sets(const Texture& texture, const std::string& map) {
+void SurfaceTexture::choose_sets(const Texture& texture) {
   if (texture.uv_sets.empty()) return;
   if (texture.uv_sets.size() != picture_of_material_.size()) {
-    throw Error(ErrorCode::input,
-                "The texture of the map " + map + " has sets of UVs for other than its materials.");
+    throw Error(ErrorCode::input, "The texture of the map " + map_ +
+                                      " has sets of UVs for other than its materials.");
   }
   for (std::size_t i = 0; i < texture.uv_sets.size(); ++i) {
     const std::uint32_t wanted = texture.uv_sets[i];
@@ -85,11 +141,134 @@ void SurfaceTexture::choose_sets(const Texture& texture, const std::string& map)
       if (set.set == wanted && set.uvs.size() == source_.uvs.size()) sets_.back() = &set.uvs;
     }
     if (sets_.back() != nullptr) continue;
-    throw Error(ErrorCode::input, "The texture of the map " + map + " lies on the set of UVs " +
+    throw Error(ErrorCode::input, "The texture of the map " + map_ + " lies on the set of UVs " +
                                       std::to_string(wanted) + " where the material is \"" +
                                       source_.materials.names[i] +
                                       "\", but the high poly has no such set.");
   }
+}
+
+void SurfaceTexture::group_tiles(const Texture& texture) {
+  if (texture.tiles.empty()) return;
+  tiles_.resize(texture.images.size());
+  for (const TextureTile& tile : texture.tiles)
+    tiles_[tile.set].emplace_back(tile.tile, tile.image);
+  for (Tiles& set : tiles_) {
+    std::stable_sort(set.begin(), set.end(),
+                     [](const auto& a, const auto& b) { return a.first < b.first; });
+  }
+}
+
+/// Texels of each picture that hold nothing. Pictures that are one image have their charts together.
+std::vector<std::optional<TexelBits>> SurfaceTexture::find_empty(const Texture& texture) const {
+  std::vector<std::optional<TexelBits>> empty(texture.images.size());
+  if (texture.images.empty()) return empty;
+  std::map<const Image*, std::unique_ptr<ChartTexels>> by_image;
+  std::vector<ChartTexels*> charts;
+  for (const std::shared_ptr<const Image>& image : texture.images) {
+    std::unique_ptr<ChartTexels>& entry = by_image[image.get()];
+    if (entry == nullptr) entry = std::make_unique<ChartTexels>(image->width, image->height);
+    charts.push_back(entry.get());
+  }
+  // Calls add(charts, corners, wraps) for the pictures that a triangle is on.
+  const auto on_pictures = [&](std::uint32_t triangle, const auto& add) {
+    const std::uint32_t set = set_of(triangle);
+    if (set == Texture::kNone) return;
+    ChartTexels::Corners corners;
+    for (std::size_t k = 0; k < 3; ++k) {
+      const Vec2& uv = uv_of(triangle, k);
+      corners[k] = moved(triangle, uv.x, uv.y);
+    }
+    if (tiles_.empty() || tiles_[set].empty()) {
+      const bool repeats = wraps_.empty();
+      add(*charts[set], corners,
+          ChartTexels::Wraps(repeats ? FilteredTexture::Wraps{}
+                                     : wraps_[source_.materials.of[triangle]]));
+      return;
+    }
+    for (const auto& [number, image] : tiles_[set]) {
+      const std::array<double, 2> corner = udim_corner(number);
+      ChartTexels::Corners in_tile = corners;
+      for (auto& at : in_tile) at[0] -= corner[0], at[1] -= corner[1];
+      add(*charts[image], in_tile, ChartTexels::Wraps());
+    }
+  };
+  constexpr std::size_t kTriangles = std::size_t{1} << 12;
+  const std::size_t count = source_.triangles.size();
+  std::vector<std::uint8_t> holds_centre(count);
+  parallel_for(count, kTriangles, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t t = begin; t < end; ++t) {
+      on_pictures(static_cast<std::uint32_t>(t),
+                  [&](ChartTexels& on, const auto& corners, const auto& wraps) {
+                    if (on.add(corners, wraps)) holds_centre[t] = 1;
+                  });
+    }
+  });
+  const auto find = [&] {
+    std::map<const Image*, std::optional<TexelBits>> found;
+    bool any = false;
+    for (std::size_t i = 0; i < empty.size(); ++i) {
+      const auto [entry, added] = found.try_emplace(texture.images[i].get());
+      if (added) entry->second = find_empty_texels(*texture.images[i], charts[i]->bits());
+      empty[i] = entry->second;
+      any = any || empty[i];
+    }
+    return any;
+  };
+  if (!find()) return empty;
+  // Charts without any centre have the texels that they touch.
+  std::vector<std::uint32_t> chart_of(source_.uvs.size());
+  std::iota(chart_of.begin(), chart_of.end(), 0U);
+  const auto root = [&](std::uint32_t uv) {
+    while (chart_of[uv] != uv) uv = chart_of[uv] = chart_of[chart_of[uv]];
+    return uv;
+  };
+  for (const Triangle& uv : source_.uv_triangles) {
+    chart_of[root(uv[1])] = root(uv[0]);
+    chart_of[root(uv[2])] = root(uv[0]);
+  }
+  std::vector<bool> has_centre(source_.uvs.size());
+  for (std::size_t t = 0; t < count; ++t) {
+    if (holds_centre[t] != 0) has_centre[root(source_.uv_triangles[t][0])] = true;
+  }
+  bool touched = false;
+  for (std::size_t t = 0; t < count; ++t) {
+    if (has_centre[root(source_.uv_triangles[t][0])]) continue;
+    touched = true;
+    on_pictures(static_cast<std::uint32_t>(t),
+                [](ChartTexels& on, const auto& corners, const auto& wraps) {
+                  on.add_touched(corners, wraps);
+                });
+  }
+  if (touched) find();
+  return empty;
+}
+
+void SurfaceTexture::note_missing_tiles() {
+  if (tiles_.empty()) return;
+  for (std::uint32_t t = 0; t < source_.triangles.size(); ++t) {
+    const std::uint32_t set = set_of(t);
+    if (set == Texture::kNone || tiles_[set].empty()) continue;
+    const auto [u, v] = middle_of(t);
+    const std::uint32_t tile = udim_of(u, v);
+    const bool there = std::any_of(tiles_[set].begin(), tiles_[set].end(),
+                                   [&](const auto& entry) { return entry.first == tile; });
+    if (!there) ++missing_tiles_[tile];
+  }
+}
+
+std::uint32_t SurfaceTexture::set_of(std::uint32_t triangle) const {
+  if (picture_of_material_.empty()) return 0;
+  return picture_of_material_[source_.materials.of[triangle]];
+}
+
+std::array<double, 2> SurfaceTexture::middle_of(std::uint32_t triangle) const {
+  double u = 0, v = 0;
+  for (std::size_t k = 0; k < 3; ++k) {
+    const Vec2& uv = uv_of(triangle, k);
+    u += double{uv.x} / 3, v += double{uv.y} / 3;
+  }
+  return moved(triangle, u, v);
 }
 
 const Vec2& SurfaceTexture::uv_of(std::uint32_t triangle, std::size_t corner) const {
@@ -98,13 +277,13 @@ const Vec2& SurfaceTexture::uv_of(std::uint32_t triangle, std::size_t corner) co
   return (set != nullptr ? *set : source_.uvs)[source_.uv_triangles[triangle][corner]];
 }
 
-SurfaceTexture::Place SurfaceTexture::place_of(const HighPoint& point) const {
+SurfaceTexture::UvPoint SurfaceTexture::uv_point_of(const HighPoint& point) const {
   if (sets_.empty() || sets_[source_.materials.of[point.triangle]] == nullptr) {
     return {point.has_uv, point.uv, point.uv_sides};
   }
   const Vec2 &a = uv_of(point.triangle, 0), &b = uv_of(point.triangle, 1),
              &c = uv_of(point.triangle, 2);
-  Place place;
+  UvPoint place;
   place.is_there = is_finite(a) && is_finite(b) && is_finite(c);
   if (!place.is_there) return place;
   const std::array<double, 2> at{a.x, a.y}, to_b{double{b.x} - a.x, double{b.y} - a.y},
@@ -119,10 +298,30 @@ SurfaceTexture::Place SurfaceTexture::place_of(const HighPoint& point) const {
   return place;
 }
 
-const FilteredTexture* SurfaceTexture::picture_of(std::uint32_t triangle) const {
-  if (picture_of_material_.empty()) return pictures_[0].get();
-  const std::uint32_t picture = picture_of_material_[source_.materials.of[triangle]];
-  return picture == Texture::kNone ? nullptr : pictures_[picture].get();
+SurfaceTexture::Place SurfaceTexture::place_of(const HighPoint& point) const {
+  const std::uint32_t set = set_of(point.triangle);
+  if (set == Texture::kNone) return {};
+  const UvPoint at = uv_point_of(point);
+  if (!at.is_there) return {};
+  const auto [u, v] = moved(point.triangle, at.uv[0], at.uv[1]);
+  if (tiles_.empty() || tiles_[set].empty())
+    return {pictures_[set].get(), u, v, at.sides, false, is_channel_[set], is_weighted_[set]};
+  // On the line between two squares the triangle's own counts, whatever rounding says.
+  constexpr double kInward = 1e-4;
+  const std::array<double, 2> middle = middle_of(point.triangle);
+  const std::uint32_t tile = udim_of(u + (middle[0] - u) * kInward, v + (middle[1] - v) * kInward);
+  const Tiles& tiles = tiles_[set];
+  const auto found = std::lower_bound(tiles.begin(), tiles.end(), tile,
+                                      [](const auto& a, std::uint32_t b) { return a.first < b; });
+  if (found == tiles.end() || found->first != tile) return {};
+  const std::array<double, 2> corner = udim_corner(tile);
+  return {pictures_[found->second].get(),
+          u - corner[0],
+          v - corner[1],
+          at.sides,
+          true,
+          is_channel_[found->second],
+          is_weighted_[found->second]};
 }
 
 std::array<double, 2> SurfaceTexture::moved(std::uint32_t triangle, double u, double v,
@@ -132,61 +331,141 @@ std::array<double, 2> SurfaceTexture::moved(std::uint32_t triangle, double u, do
   return {m[0] * u + m[1] * v + m[2] * unit, m[3] * u + m[4] * v + m[5] * unit};
 }
 
-void SurfaceTexture::read(const HighPoint& point, float* value) const {
-  read_pictures(point, value);
-  if (times_vertices_.empty() || !times_vertices_[source_.materials.of[point.triangle]]) return;
+float SurfaceTexture::read(const HighPoint& point, float* value) const {
+  const float weight = read_pictures(point, value);
+  if (times_vertices_.empty() || !times_vertices_[source_.materials.of[point.triangle]]) {
+    return weight;
+  }
   float vertices[4];
   read_vertex_color(source_, point, vertices);
   for (std::size_t c = 0; c < 4; ++c) {
     value[c] *= vertices[by_vertices_ == Factor::color ? c : 3];
   }
+  return weight;
 }
 
-void SurfaceTexture::read_pictures(const HighPoint& point, float* value) const {
+float SurfaceTexture::read_pictures(const HighPoint& point, float* value) const {
   std::fill_n(value, 4, 0.0F);
-  const FilteredTexture* picture = picture_of(point.triangle);
-  const Place place = picture == nullptr ? Place() : place_of(point);
-  if (!place.is_there) {
-    if (plain_.empty()) return;
+  const Place place = place_of(point);
+  if (place.picture == nullptr) {
+    if (plain_.empty()) return 1;
     const std::uint32_t material = source_.materials.of[point.triangle];
     if (material < plain_.size()) std::copy_n(plain_[material].begin(), 4, value);
-    return;
+    return 1;
   }
-  const auto wraps =
-      wraps_.empty() ? FilteredTexture::Wraps{} : wraps_[source_.materials.of[point.triangle]];
-  const auto [u, v] = moved(point.triangle, place.uv[0], place.uv[1]);
+  FilteredTexture::Wraps wraps{};
+  if (place.is_tile) {
+    wraps = {TextureWrap::clamp, TextureWrap::clamp};
+  } else if (!wraps_.empty()) {
+    wraps = wraps_[source_.materials.of[point.triangle]];
+  }
   const auto& sides = place.sides;
-  picture->mean(u, v,
-                {moved(point.triangle, sides[0][0], sides[0][1], 0),
-                 moved(point.triangle, sides[1][0], sides[1][1], 0)},
-                value, wraps);
-  if (picture->channels() < 3) {
-    value[3] = picture->channels() == 2 ? value[1] : 1;
+  place.picture->mean(place.u, place.v,
+                      {moved(point.triangle, sides[0][0], sides[0][1], 0),
+                       moved(point.triangle, sides[1][0], sides[1][1], 0)},
+                      value, wraps);
+  if (place.picture->channels() < 3) {
+    value[3] = place.picture->channels() == 2 ? value[1] : place.is_channel ? value[0] : 1;
     value[1] = value[2] = value[0];
-  } else if (picture->channels() == 3) {
+  } else if (place.picture->channels() == 3) {
     value[3] = 1;
   }
-  if (factors_.empty()) return;
+  const float weight = place.is_weighted ? std::max(value[3], FilteredTexture::kLeastWeight) : 1.0F;
+  if (factors_.empty()) return weight;
   const Texture::Factor& factor = factors_[source_.materials.of[point.triangle]];
   for (std::size_t c = 0; c < 4; ++c) {
     value[c] = value[c] * factor.times[c] + (c < 3 ? factor.plus : 0);
   }
+  return weight;
 }
 
-std::uint64_t SurfaceTexture::replaced() const {
-  std::uint64_t count = 0;
-  for (const auto& picture : pictures_) count += picture->replaced();
-  return count;
+/// The first material that shows a picture, for messages.
+std::string SurfaceTexture::user_of(std::size_t image) const {
+  std::size_t set = image;
+  for (std::size_t s = 0; s < tiles_.size(); ++s) {
+    for (const auto& [tile, of] : tiles_[s]) {
+      if (of == image) set = s;
+    }
+  }
+  const auto found = std::find(picture_of_material_.begin(), picture_of_material_.end(), set);
+  if (found == picture_of_material_.end()) return "the texture of the map " + map_;
+  const auto material = static_cast<std::size_t>(found - picture_of_material_.begin());
+  return "the texture of the map " + map_ + ", of the material \"" +
+         printable(source_.materials.names[material]) + "\"";
 }
 
-void warn_replaced(const SurfaceTexture& texture, std::string_view name,
-                   std::vector<Warning>& warnings) {
-  if (texture.replaced() == 0) return;
-  warnings.push_back({"texture-non-finite",
-                      "The texture of the map " + std::string(name) + " has " +
-                          std::to_string(texture.replaced()) +
-                          " numbers that are NaN or infinite; they count as 0.",
-                      texture.replaced()});
+void SurfaceTexture::report(std::vector<Warning>& warnings) const {
+  std::uint64_t replaced = 0;
+  for (const auto& picture : pictures_) replaced += picture->replaced();
+  if (replaced != 0) {
+    warnings.push_back({"texture-non-finite",
+                        "The texture of the map " + map_ + " has " + std::to_string(replaced) +
+                            " numbers that are NaN or infinite; they count as 0.",
+                        replaced});
+  }
+  const auto warn = [&](const char* code, const auto& holds, const std::string& text) {
+    std::uint64_t count = 0;
+    std::size_t first = 0;
+    for (std::size_t i = 0; i < normals_.size(); ++i) {
+      if (holds(i) && count++ == 0) first = i;
+    }
+    if (count == 0) return;
+    warnings.push_back({code,
+                        counted(count, "normal map") + " (" + user_of(first) +
+                            (count > 1 ? ", first) " : ") ") + text,
+                        count});
+  };
+  // What automatic found out; what was asked for is not repeated.
+  const auto is_found = [&](std::size_t i) {
+    return normal_format_ == NormalTextureFormat::automatic && normals_[i].rebuilt;
+  };
+  warn(
+      "two-channel-normals", [&](std::size_t i) { return is_found(i) && !normals_[i].in_alpha; },
+      "held x and y alone (blue is constant, or below 0 all over): z was computed. Where that is "
+      "wrong, say what it holds (--high-normal-map gl).");
+  warn(
+      "two-channel-normals", [&](std::size_t i) { return is_found(i) && normals_[i].in_alpha; },
+      "held x in alpha and y in green (DXT5nm): z was computed. Where that is wrong, say what it "
+      "holds (--high-normal-map gl).");
+  warn(
+      "normal-map-channels", [&](std::size_t i) { return normals_[i].doubtful; },
+      normal_format_ == NormalTextureFormat::two_channel ||
+              normal_format_ == NormalTextureFormat::two_channel_directx
+          ? "look as if x and y were elsewhere than where two-channel maps have them, but were "
+            "read "
+            "as asked for: see --high-normal-map."
+          : "look as if they held x and y alone, but were read with z in blue, as asked for: see "
+            "--high-normal-map.");
+  warn(
+      "normal-map-green",
+      [&](std::size_t i) {
+        return std::find(doubtful_green_.begin(), doubtful_green_.end(), i) !=
+               doubtful_green_.end();
+      },
+      "seem to have their green the other way: their slopes fit no surface, but do so with green "
+      "turned over. Bumps are baked as dents then; give the other direction by "
+      "--high-normal-map (dx: +Y down).");
+  if (!missing_tiles_.empty()) {
+    std::uint64_t triangles = 0;
+    std::string list;
+    std::size_t named = 0;
+    constexpr std::size_t kMostNamed = 8;
+    for (const auto& [tile, count] : missing_tiles_) {
+      triangles += count;
+      if (tile == 0 || ++named > kMostNamed) continue;
+      list += (list.empty() ? "" : ", ") + std::to_string(tile);
+    }
+    if (named > kMostNamed) list += " and " + std::to_string(named - kMostNamed) + " more";
+    const bool beyond = missing_tiles_.contains(0);
+    if (beyond) list += list.empty() ? "UVs beyond all tiles" : ", and UVs beyond all tiles";
+    warnings.push_back({"tile-missing",
+                        "The texture of the map " + map_ + " has no picture for " +
+                            std::to_string(triangles) + " triangles of the high poly (" +
+                            (named != 0 ? "UDIM " : "") + list +
+                            "): they have their material's number there, or 0. Put the pictures "
+                            "beside the others.",
+                        triangles});
+  }
 }
 
 }  // namespace kiln

@@ -39,9 +39,8 @@ bool is_scalar(const Texture& texture) {
 
 class Plain : public PointFunction {
  public:
-  Plain(const Source::Impl& source, const Texture& texture, const MapInfo& info)
-      : texture_(source, texture, info.kind.name),
-        name_(info.kind.name),
+  Plain(const MapRequest& request, const Texture& texture, const MapInfo& info)
+      : texture_(request.source, texture, {info.kind.name, request.options.fill_high}),
         channels_(info.channels) {}
 
   PointNeeds needs() const override {
@@ -51,19 +50,21 @@ class Plain : public PointFunction {
             .weight_sides = texture_.needs_other_uvs(),
             .distance = false};
   }
+  bool has_weights() const override { return texture_.has_weights(); }
   void operator()(const HighPoint& point, float* value) const override {
+    if (has_weights()) value[3] = 1;
     if (!point.found) return;
     float read[4];
-    texture_.read(point, read);
+    const float weight = texture_.read(point, read);
     std::copy_n(read, channels_, value);
+    if (has_weights()) value[3] = weight;
   }
   void report(BakedMap&, std::vector<Warning>& warnings) const override {
-    warn_replaced(texture_, name_, warnings);
+    texture_.report(warnings);
   }
 
  private:
   SurfaceTexture texture_;
-  std::string_view name_;
   std::uint32_t channels_;
 };
 
@@ -72,8 +73,7 @@ class Normals : public PointFunction {
  public:
   Normals(const MapRequest& request, const Texture& texture, std::string_view name)
       : source_(request.source),
-        texture_(request.source, texture, name),
-        name_(name),
+        texture_(request.source, texture, {name, request.options.fill_high}),
         frames_(request),
         reads_(request.reads()) {}
 
@@ -133,7 +133,7 @@ class Normals : public PointFunction {
   }
 
   void report(BakedMap&, std::vector<Warning>& warnings) const override {
-    warn_replaced(texture_, name_, warnings);
+    texture_.report(warnings);
   }
 
  private:
@@ -144,7 +144,6 @@ class Normals : public PointFunction {
 
   const Source::Impl& source_;
   SurfaceTexture texture_;
-  std::string_view name_;
   LowFrames frames_;
   std::shared_ptr<BandReads> reads_;
   std::vector<float> normals_;
@@ -179,7 +178,7 @@ MapRow row_of(const Transfer& transfer) {
   row.make = [info = row.info, &transfer](const MapRequest& request) {
     return make_point_map(request, info,
                           std::unique_ptr<PointFunction>(
-                              std::make_unique<Plain>(request.source, transfer.texture, info)));
+                              std::make_unique<Plain>(request, transfer.texture, info)));
   };
   return row;
 }

@@ -150,16 +150,17 @@ double width_of(const FilteredTexture::Sides& sides, double width, double height
 
 }  // namespace
 
-FilteredTexture::FilteredTexture(std::shared_ptr<const Image> image, TextureKind kind)
+FilteredTexture::FilteredTexture(std::shared_ptr<const Image> image, TextureKind kind,
+                                 const TextureReading& reading)
     : image_(std::move(image)), channels_(image_->channels) {
   const std::size_t texels = std::size_t{image_->width} * image_->height;
   if (texels == 0 || channels_ < 1 || channels_ > 4 ||
       image_->pixels.size() != texels * channels_) {
     throw Error(ErrorCode::input, "A texture has no pixels, or not as many as its size says.");
   }
-  if (kind == TextureKind::normal && channels_ < 3) {
-    throw Error(ErrorCode::input, "A normal map needs three channels, but the texture has " +
-                                      std::to_string(channels_) + ".");
+  if (kind == TextureKind::normal) {
+    reading.normals.check(*image_);
+    if (reading.normals.rebuilt) channels_ = 3;
   }
   std::uint32_t width = image_->width, height = image_->height;
   levels_.push_back({width, height, image_->pixels.data(), {}});
@@ -168,35 +169,60 @@ FilteredTexture::FilteredTexture(std::shared_ptr<const Image> image, TextureKind
     height = std::max(1U, height / 2);
     levels_.push_back({width, height, nullptr, {}});
   }
-  convert(*image_, kind);
+  convert(*image_, kind, reading);
 }
 
 /// Makes the picture's own level where it cannot be read where it is.
-void FilteredTexture::convert(const Image& image, TextureKind kind) {
-  const std::size_t texels = image.pixels.size() / channels_;
+void FilteredTexture::convert(const Image& image, TextureKind kind, const TextureReading& reading) {
+  const std::size_t from = image.channels, texels = image.pixels.size() / from;
   std::atomic<std::uint64_t> replaced{0};
-  parallel_for(image.pixels.size(), kGrain, [&](std::size_t begin, std::size_t end) {
+  std::atomic<bool> transparent{false};
+  const bool has_alpha = from % 2 == 0 && kind != TextureKind::normal;
+  parallel_for(texels, kGrain, [&](std::size_t begin, std::size_t end) {
     std::uint64_t bad = 0;
-    for (std::size_t i = begin; i < end; ++i) bad += std::isfinite(image.pixels[i]) ? 0U : 1U;
+    bool clear = false;
+    for (std::size_t i = begin * from; i < end * from; ++i) {
+      bad += std::isfinite(image.pixels[i]) ? 0U : 1U;
+    }
+    for (std::size_t i = begin; has_alpha && reading.by_alpha && i < end; ++i) {
+      clear = clear || image.pixels[i * from + from - 1] != 1;
+    }
     if (bad != 0) replaced += bad;
+    if (clear) transparent = true;
   });
   replaced_ = replaced;
-  if (kind == TextureKind::linear && replaced_ == 0) return;
+  weighted_ = transparent || reading.empty != nullptr;
+  const std::uint32_t values = channels_ < 3 ? 1 : 3;
+  stored_ = weighted_ ? values + 1 : channels_;
+  if (kind == TextureKind::linear && replaced_ == 0 && !weighted_) return;
   Level& level = levels_[0];
-  level.own.resize(image.pixels.size());
+  level.own.resize(texels * stored_);
   level.pixels = level.own.data();
   parallel_for(texels, kGrain, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin * channels_; i < end * channels_; ++i) {
-      float value = image.pixels[i];
-      const bool is_color = channels_ == 2 ? i % 2 == 0 : i % channels_ < 3;
-      if (!std::isfinite(value)) {
-        value = 0;
-      } else if (kind == TextureKind::srgb && is_color) {
-        value = linear(value);
-      } else if (kind == TextureKind::normal) {
-        value = value * 2 - 1;
+    for (std::size_t i = begin; i < end; ++i) {
+      std::array<float, 4> texel{};
+      for (std::size_t c = 0; c < from; ++c) {
+        const float value = image.pixels[i * from + c];
+        texel[c] = std::isfinite(value) ? value : 0;
       }
-      level.own[i] = value;
+      const float alpha = has_alpha ? texel[from - 1] : 1;
+      if (kind == TextureKind::srgb) {
+        for (std::size_t c = 0; c < values && c < from; ++c) texel[c] = linear(texel[c]);
+      } else if (kind == TextureKind::normal) {
+        for (std::size_t c = 0; c < from; ++c) {
+          if (std::isfinite(image.pixels[i * from + c])) texel[c] = texel[c] * 2 - 1;
+        }
+        reading.normals.apply(texel);
+      }
+      float* const to = &level.own[i * stored_];
+      if (!weighted_) {
+        std::copy_n(texel.begin(), stored_, to);
+        continue;
+      }
+      float weight = transparent ? std::max(alpha, kLeastWeight) : 1;
+      if (reading.empty != nullptr && reading.empty->has(i)) weight *= kLeastWeight;
+      for (std::size_t c = 0; c < values; ++c) to[c] = texel[c] * weight;
+      to[values] = weight;
     }
   });
 }
@@ -212,7 +238,7 @@ const FilteredTexture::Level& FilteredTexture::level(std::size_t number) const {
 }
 
 void FilteredTexture::fill_half(const Level& level, Level& next) const {
-  next.own.resize(std::size_t{next.width} * next.height * channels_);
+  next.own.resize(std::size_t{next.width} * next.height * stored_);
   next.pixels = next.own.data();
   const std::size_t rows = std::max<std::size_t>(1, kGrain / next.width);
   parallel_for(next.height, rows, [&](std::size_t begin, std::size_t end) {
@@ -223,14 +249,14 @@ void FilteredTexture::fill_half(const Level& level, Level& next) const {
         std::array<double, 4> sum{};
         for (std::size_t j = 0; j < down.count; ++j) {
           const float* row =
-              &level.pixels[((down.first + j) * level.width + across.first) * channels_];
+              &level.pixels[((down.first + j) * level.width + across.first) * stored_];
           for (std::size_t i = 0; i < across.count; ++i) {
             const double share = down.shares[j] * across.shares[i];
-            for (std::size_t c = 0; c < channels_; ++c) sum[c] += share * row[i * channels_ + c];
+            for (std::size_t c = 0; c < stored_; ++c) sum[c] += share * row[i * stored_ + c];
           }
         }
-        float* to = &next.own[(y * next.width + x) * channels_];
-        for (std::size_t c = 0; c < channels_; ++c) to[c] = static_cast<float>(sum[c]);
+        float* to = &next.own[(y * next.width + x) * stored_];
+        for (std::size_t c = 0; c < stored_; ++c) to[c] = static_cast<float>(sum[c]);
       }
     }
   });
@@ -277,7 +303,7 @@ void FilteredTexture::mean(double u, double v, const Sides& given, float* value,
   spread.by = static_cast<float>(-sides[1][1] * level.height);
   const auto sum_on = [&] {
     const std::int64_t width = level.width, height = level.height;
-    switch (channels_) {
+    switch (stored_) {
       case 1:
         return sum_of<1>(spread, level.pixels, width, height, wraps);
       case 2:
@@ -290,7 +316,16 @@ void FilteredTexture::mean(double u, double v, const Sides& given, float* value,
   };
   const std::array<double, 4> sum = sum_on();
   const double share = 1.0 / (double{1} * spread.columns * spread.rows);
-  for (std::size_t c = 0; c < channels_; ++c) value[c] = static_cast<float>(sum[c] * share);
+  if (!weighted_) {
+    for (std::size_t c = 0; c < channels_; ++c) value[c] = static_cast<float>(sum[c] * share);
+    return;
+  }
+  const std::size_t values = stored_ - 1;
+  for (std::size_t c = 0; c < values; ++c) value[c] = static_cast<float>(sum[c] / sum[values]);
+  // The least weights stand for an alpha of 0.
+  const double alpha = sum[values] * share;
+  if (channels_ > values)
+    value[values] = alpha > 2 * double{kLeastWeight} ? static_cast<float>(alpha) : 0;
 }
 
 }  // namespace kiln

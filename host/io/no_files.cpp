@@ -91,6 +91,16 @@ Texture load_material_texture(const std::vector<Material>& /*materials*/, Materi
                               std::vector<Warning>* /*warnings*/, std::uint32_t /*uv_set*/) {
   fail("a material's picture");
 }
+Texture load_material_texture(const std::vector<Material>& /*materials*/, MaterialSlot /*slot*/,
+                              const Mesh& /*mesh*/, std::vector<Warning>* /*warnings*/,
+                              NormalTextureFormat /*normals*/) {
+  fail("a material's picture");
+}
+bool is_picture_file(const std::filesystem::path& path) { fail(path.string()); }
+Texture load_texture(const std::filesystem::path& file, const Mesh* /*mesh*/,
+                     std::vector<Warning>* /*warnings*/) {
+  fail(file.string());
+}
 
 Texture load_material_texture(const std::vector<Material>& /*materials*/, MaterialSlot /*slot*/,
                               const Mesh& /*mesh*/, std::vector<Warning>* /*warnings*/) {

@@ -58,7 +58,7 @@ struct Asset {
 /// ones are scaled by the transform of their material's pictures. Files beside it are read from its folder and those in
 /// it alone, also where symbolic links lead elsewhere, but for LoadMeshOptions::outside. Read are KHR_mesh_quantization,
 /// EXT_mesh_gpu_instancing (an object each), EXT_meshopt_compression, KHR_draco_mesh_compression where Draco was built in,
-/// KHR_texture_transform, EXT_texture_webp and KHR_materials_emissive_strength; KHR_materials_pbrSpecularGlossiness is
+/// KHR_texture_transform, EXT_texture_webp, KHR_texture_basisu (KTX 2 without Basis Universal), MSFT_texture_dds and KHR_materials_emissive_strength; KHR_materials_pbrSpecularGlossiness is
 /// converted: its diffuse becomes the colour, 1 - glossiness the roughness. A file that requires any other extension,
 /// but for KHR_materials_*, is refused. Warnings, beside those of load_mesh():
 ///   ignored-primitives  points and lines: left out

@@ -105,6 +105,10 @@ struct BakeOptions {
   std::optional<Texture> color = {};
   /// For the map opacity, one channel. None given: the vertex colours' alpha.
   std::optional<Texture> opacity = {};
+  /// Leave the background of the high poly's pictures out of all means: texels out of its charts that show the colour that
+  /// most of these have (a quarter at least). For atlases without padding; what charts cover, and what was drawn around
+  /// them, stays.
+  bool fill_high = true;
   MatchOptions match = {};        ///< Match: search for points of the high poly
   EncodingOptions encoding = {};  ///< Encoding of the maps
   ReportOptions report = {};      ///< Measures beside the maps

@@ -105,16 +105,33 @@ std::vector<Material> load_materials(const Mesh& mesh, const std::filesystem::pa
 ///                  picture and number: the default stands, "roughness-from-ns" and "metallic-from-illum" for
 ///                  numbers that are converted, "bump-is-height" for grey pictures, which are no normal maps:
 ///                  flat
+/// Names with `<UDIM>`, `<UVTILE>` or `%(UDIM)d` are sets (Texture::tiles). So are names with a tile's number where the
+/// mesh's UVs leave the first square and there are pictures for the others; "udim-siblings" says so, and where it is not
+/// clear enough. Pictures of colour are weighted by their alpha where a material's opacity is read from it: of glTF unless
+/// its alphaMode is OPAQUE, of MTL and others unless opacity has a picture of its own.
+/// Without the mesh, all tiles of a set are loaded, and numbers count for nothing.
 /// \param uv_set    that the mesh was read with (LoadMeshOptions)
 /// \throws Error(input) where a picture is missing or damaged; where no material has one, or a number (opacity and
 ///         occlusion: 1; normals: a picture); where one lies on another set of UVs
 Texture load_material_texture(const std::vector<Material>& materials, MaterialSlot slot,
                               std::vector<Warning>* warnings = nullptr, std::uint32_t uv_set = 0);
 
-/// The same for a mesh whose materials these are: a picture may lie on any of its sets of UVs, see Mesh::other_uvs.
+/// The same for a mesh whose materials these are: a picture may lie on any of its sets of UVs, see Mesh::other_uvs, and of
+/// UDIM sets the tiles that it uses are loaded.
+/// \param normals  Texture::normal_format
 /// \throws Error(input) where one lies on a set that the mesh has not
 Texture load_material_texture(const std::vector<Material>& materials, MaterialSlot slot,
-                              const Mesh& mesh, std::vector<Warning>* warnings = nullptr);
+                              const Mesh& mesh, std::vector<Warning>* warnings = nullptr,
+                              NormalTextureFormat normals = NormalTextureFormat::automatic);
+
+/// True for the name of a file, and of a UDIM set of which any tile is there. Any thread.
+bool is_picture_file(const std::filesystem::path& path);
+
+/// Loads a picture for all of a mesh, or a UDIM set, as load_material_texture() has it. The kind is linear where the file
+/// holds linear light (holds_linear_light()), else srgb.
+/// \throws Error(input) where a picture is missing or damaged
+Texture load_texture(const std::filesystem::path& file, const Mesh* mesh = nullptr,
+                     std::vector<Warning>* warnings = nullptr);
 
 /// Report of cut_out().
 struct CutOutReport {

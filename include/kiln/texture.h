@@ -20,11 +20,36 @@ enum class TextureKind {
   normal,  ///< Tangent-space normals of the high poly as n/2 + 1/2 (MikkTSpace, +Y up)
 };
 
+/// Channels of a normal texture (TextureKind::normal), and the direction of its green.
+///
+/// Two-channel maps hold x and y alone, since z = sqrt(1 - x^2 - y^2): BC5, whose blue decoders fill with 0 or 1, and
+/// DXT5nm, which has x in alpha, y in green. Green is never found out from the pictures: where they speak for down, a bake
+/// warns ("normal-map-green").
+enum class NormalTextureFormat {
+  /// As opengl; as two_channel where blue is below 0 all over, is constant so that vectors are not of unit length, or is
+  /// not there, and where red is constant (or red, green and blue are one) and alpha holds x. A bake says so
+  /// ("two-channel-normals")
+  automatic,
+  opengl,       ///< Three channels, +Y up
+  directx,      ///< Three channels, +Y down
+  two_channel,  ///< x and y, +Y up: of red and green, or, where red holds nothing, of alpha and green
+  two_channel_directx,  ///< The same, +Y down
+};
+
 /// Extension of a picture beyond its border.
 enum class TextureWrap {
   repeat,  ///< The picture again
   clamp,   ///< Its outermost texels
   mirror,  ///< Its mirror image, then the picture again
+};
+
+/// A picture of a UDIM set.
+struct TextureTile {
+  std::uint32_t set =
+      0;  ///< Index into Texture::images that stands for all of the set (Texture::image_of)
+  std::uint32_t tile =
+      1001;  ///< Its square of UV space, from (u, v) on: 1001 + u + 10 v, u to 9, v to 99
+  std::uint32_t image = 0;  ///< Index into Texture::images
 };
 
 /// Pictures over the high poly's UVs: one for all of it, or one a material.
@@ -59,6 +84,15 @@ struct Texture {
   std::vector<bool> times_vertex_colors;
   /// The channel that counts where a map has one alone, 0 to 3; beyond the picture's own it is 1.
   std::uint32_t channel = 0;
+  /// Pictures of UDIM sets. A set's pictures show on their own squares of UV space alone, after uv_transforms, and do not
+  /// repeat; a point on the line between squares is of the one with its triangle's middle. On squares without a picture is what a material without one
+  /// holds, and a bake warns of them ("tile-missing"). Empty: no picture is of a set.
+  std::vector<TextureTile> tiles;
+  /// Per picture, whether its colours are weighted by its alpha where they are averaged: colours of transparent texels do
+  /// not show then. For pictures whose alpha is opacity. Empty: none is.
+  std::vector<bool> weighted_by_alpha;
+  NormalTextureFormat normal_format =
+      NormalTextureFormat::automatic;  ///< Of all pictures, where kind is normal
 };
 
 /// A texture of the high poly that is baked into one of the low poly.

@@ -204,5 +204,89 @@ TEST(TextureFilter, ThreadsThatReadItsLevelsFirstAgree) {
   }
 }
 
+/// Opaque texels of one colour among transparent ones of another.
+Image stripes(std::uint32_t channels) {
+  Image image{64, 64, channels, {}};
+  for (std::size_t i = 0; i < 64 * 64; ++i) {
+    for (std::uint32_t c = 0; c + 1 < channels; ++c) {
+      image.pixels.push_back(i % 64 % 3 == 0 ? 0.5F : 0.0F);
+    }
+    image.pixels.push_back(i % 64 % 3 == 0 ? 1.0F : 0.0F);
+  }
+  return image;
+}
+
+TEST(TextureFilter, TransparentTexelsHaveNoWeight) {
+  for (const std::uint32_t channels : {2U, 4U}) {
+    const FilteredTexture weighted(shared(stripes(channels)), TextureKind::srgb,
+                                   {.by_alpha = true});
+    const FilteredTexture plain(shared(stripes(channels)), TextureKind::srgb);
+    EXPECT_TRUE(weighted.is_weighted());
+    for (const double texels : {1e-3, 2.0, 7.0, 40.0, 300.0}) {
+      float with[4] = {}, without[4] = {};
+      const FilteredTexture::Sides sides = {{{texels / 64, 0}, {0, texels / 64}}};
+      weighted.mean(0.5 + 1.5 / 64, 0.4, sides, with);
+      plain.mean(0.5 + 1.5 / 64, 0.4, sides, without);
+      EXPECT_NEAR(with[0], from_srgb(0.5), 1e-5) << texels;
+      EXPECT_NEAR(with[channels - 1], without[channels - 1], 1e-5) << texels;
+      if (texels > 2) EXPECT_LT(without[0], 0.6 * from_srgb(0.5));
+    }
+  }
+  // Where nothing has weight, it is what is there.
+  const Image clear{4, 4, 4, [] {
+                      std::vector<float> pixels;
+                      for (int i = 0; i < 16; ++i) {
+                        pixels.insert(pixels.end(), {0.25F, 1, 0, 0});
+                      }
+                      return pixels;
+                    }()};
+  const FilteredTexture nothing(shared(clear), TextureKind::linear, {.by_alpha = true});
+  float value[4] = {};
+  nothing.mean(0.3, 0.3, {{{0.1, 0}, {0, 0.1}}}, value);
+  EXPECT_NEAR(value[0], 0.25, 1e-6);
+  EXPECT_EQ(value[3], 0);
+}
+
+TEST(TextureFilter, OpaquePicturesAreTheSameToTheBit) {
+  std::mt19937 random(5);
+  Image image{37, 29, 4, {}};
+  for (std::size_t i = 0; i < 37 * 29 * 4; ++i) {
+    image.pixels.push_back(i % 4 == 3 ? 1.0F : static_cast<float>(random() % 256) / 255);
+  }
+  const FilteredTexture weighted(shared(image), TextureKind::srgb, {.by_alpha = true});
+  const FilteredTexture plain(shared(image), TextureKind::srgb);
+  EXPECT_FALSE(weighted.is_weighted());
+  for (int i = 0; i < 100; ++i) {
+    float a[4] = {}, b[4] = {};
+    const double u = i * 0.137, size = i * 0.004;
+    weighted.mean(u, u, {{{size, 0}, {0, size}}}, a);
+    plain.mean(u, u, {{{size, 0}, {0, size}}}, b);
+    for (std::size_t c = 0; c < 4; ++c) EXPECT_EQ(a[c], b[c]);
+  }
+}
+
+TEST(TextureFilter, EmptyTexelsShowWhereNothingElseDoes) {
+  for (std::uint32_t channels = 1; channels <= 4; ++channels) {
+    // The left half holds 0.8, the right one nothing, in black.
+    Image image{64, 64, channels, {}};
+    TexelBits empty(64, 64);
+    for (std::size_t i = 0; i < 64 * 64; ++i) {
+      for (std::uint32_t c = 0; c < channels; ++c) {
+        image.pixels.push_back(c == 3 ? 1.0F : i % 64 < 32 ? 0.8F : 0.1F);
+      }
+    }
+    for (std::size_t y = 0; y < 64; ++y) empty.add(y, 32, 64);
+    const FilteredTexture filled(shared(image), TextureKind::linear, {.empty = &empty});
+    for (const double texels : {1e-3, 3.0, 20.0}) {
+      float value[4] = {};
+      const FilteredTexture::Sides sides = {{{texels / 64, 0}, {0, texels / 64}}};
+      filled.mean(0.5, 0.4, sides, value);  // on the border
+      EXPECT_NEAR(value[0], 0.8, 1e-4) << channels << " " << texels;
+      filled.mean(0.8, 0.4, {{{1e-3, 0}, {0, 1e-3}}}, value);  // far out
+      EXPECT_NEAR(value[0], 0.1, 1e-4) << channels;
+    }
+  }
+}
+
 }  // namespace
 }  // namespace kiln

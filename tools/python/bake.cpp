@@ -93,7 +93,7 @@ PyBake run_bake(const PySource& source, const PyMesh& low, const Words& words,
                 nb::object progress) {
   const Call call(std::move(progress));
   Request request = request_of(words, cage_mesh, occluders, by_high, by_low);
-  take_textures(textures, request.options);
+  take_textures(textures, request.normal_format(), request.options);
   const Source kept = source.get();
   if (saved != nullptr) request.options.match.saved = saved->match.get();
   std::optional<PlannedBake> planned;
@@ -297,12 +297,14 @@ PyBake finished(BakeResult result, const Request& request, const std::string& lo
   return bake;
 }
 
-void take_textures(const nb::list& textures, BakeOptions& options) {
+void take_textures(const nb::list& textures, NormalTextureFormat normals, BakeOptions& options) {
   for (const nb::handle entry : textures) {
     const std::string name = nb::cast<std::string>(entry[0]);
     Texture texture;
     texture.kind = kind_of(nb::cast<std::string>(entry[2]));
     texture.images.push_back(std::make_shared<const Image>(image_of(entry[1], "textures")));
+    texture.normal_format = normals;
+    texture.weighted_by_alpha = {texture.kind == TextureKind::srgb};
     const auto baked = std::find_if(options.maps.begin(), options.maps.end(),
                                     [&](MapKind kind) { return kind.name == name; });
     const MapInfo* const info = baked == options.maps.end() ? nullptr : &find_map(name);

@@ -33,6 +33,7 @@ class Request {
 
   /// The part of prepare() that needs no low poly.
   void read_textures(const PyMesh& high);
+  NormalTextureFormat normal_format() const { return job_.high_normal_map; }
   LowPolyPlanOptions plan_options() const;
 
   /// True if match and size are to be chosen: by bake_planned() with match_options().
@@ -65,7 +66,7 @@ struct PyBake {
 PyBake finished(BakeResult result, const Request& request, const std::string& low_name);
 
 /// \param textures  (name, pixels, kind) over the high poly's UVs: those of maps that hold a texture, and maps of their own
-void take_textures(const nb::list& textures, BakeOptions& options);
+void take_textures(const nb::list& textures, NormalTextureFormat normals, BakeOptions& options);
 
 /// Figures of a bake as Python has them: a dict of dicts.
 nb::dict describe(const BakeReport& report);

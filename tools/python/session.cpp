@@ -114,7 +114,7 @@ class PyBakeSession {
                   "--match auto measures the maps of one bake: name a match, or call bake().",
                   "option-enum");
     }
-    take_textures(textures, request->options);
+    take_textures(textures, request->normal_format(), request->options);
     const std::optional<Bounds> box = bounds_of(bounds, *high.mesh);
     std::vector<Warning> warnings;
     auto work = call.run([&] {

@@ -111,7 +111,7 @@ struct PictureFormat {
   Image (*parse)(const ByteSource& source, const std::string& file, const ImageLimits& limits);
 };
 
-enum PictureKind { kPng, kExr, kJpeg, kWebp, kTiff, kHdr, kBmp, kTga };
+enum PictureKind { kPng, kExr, kJpeg, kWebp, kTiff, kHdr, kBmp, kTga, kKtx2, kDds };
 
 #ifdef KILN_HAS_STB
 Image parse_hdr(const ByteSource& source, const std::string& file, const ImageLimits& limits) {
@@ -150,6 +150,7 @@ const PictureFormat kPictures[] = {
     {"BMP", "stb_image", "KILN_STB", nullptr},
     {"TGA", "stb_image", "KILN_STB", nullptr},
 #endif
+    {"KTX 2", "", "", parse_ktx2},       {"DDS", "", "", parse_dds},
 };
 
 /// By the first bytes. TGA has no magic number: its name must say so, too.
@@ -162,6 +163,8 @@ std::optional<PictureKind> picture_kind(const std::string& head, const std::stri
   for (const std::string& magic : {"II*\0"s, "MM\0*"s, "II+\0"s, "MM\0+"s}) {
     if (head.starts_with(magic)) return kTiff;
   }
+  if (is_ktx2(head)) return kKtx2;
+  if (is_dds(head)) return kDds;
   if (head.starts_with("#?RADIANCE\n") || head.starts_with("#?RGBE\n")) return kHdr;
   if (lower_extension(file) == ".tga" && looks_like_tga(head)) return kTga;
   if (head.starts_with("BM") && head.size() >= 18) return kBmp;
@@ -201,6 +204,9 @@ bool holds_linear_light(const std::filesystem::path& path) {
     case kTiff:
       return tiff_holds_floats(*source);
 #endif
+    case kKtx2:
+    case kDds:
+      return gpu_texture_holds_floats(*source);
     default:
       return false;
   }

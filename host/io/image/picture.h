@@ -1,4 +1,4 @@
-// Shared by the readers of JPEG, WebP, TIFF, TGA, BMP and Radiance HDR. Each is there where its library was built
+// Shared by the readers of JPEG, WebP, TIFF, TGA, BMP, Radiance HDR, KTX 2 and DDS. Each is there where its library was built
 // in (KILN_HAS_...), and reads pixels as they are stored: numbers are divided to [0, 1], colour profiles, gamma and
 // EXIF data are left alone.
 #pragma once
@@ -9,6 +9,7 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "io/image/image_reader.h"
@@ -66,6 +67,20 @@ bool tiff_holds_floats(const ByteSource& source);
 /// \param kind  "TGA", "BMP" or "Radiance HDR", for messages  \throws Error(input)
 Image parse_stb(const ByteSource& source, const std::string& file, const std::string& kind,
                 const ImageLimits& limits = {});
+
+/// The first level of one picture of two dimensions: 8 or 16 bits or floats a channel, BC1 to BC5 or BC7 (without alpha
+/// where all of it is opaque); as it is, or packed by Zstandard or zlib. Signed numbers are read as n/2 + 1/2, alpha that
+/// is multiplied into the colours is divided out. KTXorientation and KTXswizzle are followed.
+/// \throws Error(input), also for Basis Universal (ETC1S, UASTC)
+Image parse_ktx2(const ByteSource& source, const std::string& file, const ImageLimits& limits = {});
+/// The same of DDS, with DXGI's formats or those of before. \throws Error(input)
+Image parse_dds(const ByteSource& source, const std::string& file, const ImageLimits& limits = {});
+bool is_ktx2(std::string_view head);
+bool is_dds(std::string_view head);
+/// Why a KTX 2 file's picture cannot be read, by its header; empty: it can.
+std::string why_not_ktx2(std::span<const std::byte> bytes);
+/// True if a KTX 2 or DDS file says that it holds floats.
+bool gpu_texture_holds_floats(const ByteSource& source);
 
 /// True if the first 18 bytes are those of a TGA, which has no magic number.
 bool looks_like_tga(const std::string& head);

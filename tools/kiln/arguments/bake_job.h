@@ -54,6 +54,7 @@ struct BakeJob {
   std::vector<std::string> variants;   // of --maps: NAME=MAP:OPTION=VALUE...
   std::vector<std::string> transfers, ranges, packs;
   double alpha_test = 0;  // 0: none
+  NormalTextureFormat high_normal_map = NormalTextureFormat::automatic;
   bool layers = false;
 
   std::uint32_t faces = 0;  // 0: none asked for

@@ -574,6 +574,18 @@ std::vector<OptionRow> make_rows() {
            "filtered in linear light. linear (default of EXR): numbers. normal: a tangent-space "
            "normal map. mtl:roughness and the like: the pictures that HIGH's materials name. NAME "
            "color or opacity: for these maps. May be given again"},
+      {.flag = "--high-normal-map",
+       .group = kTextures,
+       .value = choice(AT(high_normal_map), Words(kNormalTextureFormats)),
+       .help = "What HIGH's normal maps hold (--transfer FILE:NAME:normal, mtl:normals). gl: three "
+               "channels, +Y up. dx: +Y down. two-channel, two-channel-dx: x and y alone, as BC5 "
+               "and DXT5nm have them. auto: gl, or two-channel where a picture shows it; a warning "
+               "says so"},
+      {.flag = "--no-fill-high",
+       .group = kTextures,
+       .value = toggle(AT(options.fill_high), false),
+       .help = "Also average the background of HIGH's pictures, out of its charts, where charts "
+               "have no padding: seams of its colour"},
       {.flag = "--alpha-test",
        .group = kTextures,
        .value = number(AT(alpha_test), 0, 1).or_none(),

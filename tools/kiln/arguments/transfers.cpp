@@ -35,7 +35,7 @@ class Materials {
   }
 
   Texture texture(MaterialSlot slot) {
-    return load_material_texture(all(), slot, high_, &warnings_);
+    return load_material_texture(all(), slot, high_, &warnings_, arguments_.high_normal_map);
   }
   bool have_colors() {
     return std::any_of(all().begin(), all().end(), [](const Material& material) {
@@ -64,20 +64,23 @@ class Materials {
   std::optional<std::vector<Material>> read_;
 };
 
-Texture load_texture(const TransferArgument& transfer, Materials& materials) {
+Texture load_texture(const TransferArgument& transfer, Materials& materials, const Mesh& high,
+                     const BakeJob& arguments, std::vector<Warning>& warnings) {
   if (transfer.materials()) {
     Texture texture = materials.texture(Words(kMaterialSlots).at(transfer.name));
     if (transfer.kind) texture.kind = *transfer.kind;
     return texture;
   }
-  Texture texture;
-  texture.images = {std::make_shared<const Image>(load_image(transfer.file))};
-  texture.kind = transfer.kind.value_or(holds_linear_light(transfer.file) ? TextureKind::linear
-                                                                          : TextureKind::srgb);
+  Texture texture = kiln::load_texture(transfer.file, &high, &warnings);
+  texture.kind = transfer.kind.value_or(texture.kind);
+  texture.normal_format = arguments.high_normal_map;
   if (map_takes(transfer.name, "opacity")) {
     // Its alpha where it has one, else what it shows.
     texture.kind = transfer.kind.value_or(TextureKind::linear);
     texture.channel = texture.images[0]->channels % 2 == 0 ? 3 : 0;
+  } else if (texture.kind == TextureKind::srgb) {
+    // By itself a picture's alpha is what its format says: opacity.
+    texture.weighted_by_alpha.assign(texture.images.size(), true);
   }
   return texture;
 }
@@ -188,7 +191,7 @@ void load_textures(const BakeJob& arguments, const Mesh& high, BakeOptions& opti
                    std::vector<Warning>& warnings, std::span<const Material> known) {
   Materials materials(arguments, high, warnings, known);
   for (const TransferArgument& transfer : parse_transfers(arguments)) {
-    Texture texture = load_texture(transfer, materials);
+    Texture texture = load_texture(transfer, materials, high, arguments, warnings);
     if (map_takes(transfer.name, "color")) {
       options.color = std::move(texture);
     } else if (map_takes(transfer.name, "opacity")) {
@@ -259,11 +262,11 @@ std::optional<std::string> last_part(std::string& text) {
   return part;
 }
 
-/// No name that is too long is a file's; to ask for each of its parts would take the square of its length.
+/// True for a file, or the name of a UDIM set. No name that is too long is a file's; to ask for each of its parts would take the square of its length.
 bool is_there(const std::string& file) {
   if (file.size() >= PATH_MAX) return false;
   std::error_code ignored;
-  return fs::exists(file, ignored);
+  return fs::exists(file, ignored) || is_picture_file(file);
 }
 
 /// If there is no such file, but one before a colon: the words after it are wrong. \throws Error(usage)

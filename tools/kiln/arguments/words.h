@@ -119,6 +119,12 @@ inline constexpr Word<IdBy> kIdBy[] = {{"color", IdBy::color},
                                        {"material", IdBy::material},
                                        {"object", IdBy::object},
                                        {"part", IdBy::part}};
+inline constexpr Word<NormalTextureFormat> kNormalTextureFormats[] = {
+    {"auto", NormalTextureFormat::automatic},
+    {"dx", NormalTextureFormat::directx},
+    {"gl", NormalTextureFormat::opengl},
+    {"two-channel", NormalTextureFormat::two_channel},
+    {"two-channel-dx", NormalTextureFormat::two_channel_directx}};
 inline constexpr Word<std::optional<PartsBy>> kPartsBy[] = {
     {"all", std::nullopt},       {"name", PartsBy::name},         {"group", PartsBy::group},
     {"object", PartsBy::object}, {"material", PartsBy::material}, {"list", PartsBy::list}};

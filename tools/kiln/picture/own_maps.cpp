@@ -21,13 +21,15 @@ constexpr std::uint32_t kMostTexels = 8192;  // a side of a map
 class Slot {
  public:
   Slot(const std::vector<Material>& materials, MaterialSlot slot, std::vector<Warning>& warnings,
-       std::uint32_t uv_set)
-      : texture_(load_material_texture(materials, slot, &warnings, uv_set)) {}
+       const Mesh& mesh)
+      : texture_(load_material_texture(materials, slot, mesh, &warnings)) {}
 
   /// Number of a material's picture; Texture::kNone: none.
   std::uint32_t image_of(std::size_t material) const { return texture_.image_of[material]; }
   /// True if pictures lie on the mesh's UVs as they are, and repeat beyond them.
-  bool repeats() const { return texture_.uv_transforms.empty() && texture_.wraps.empty(); }
+  bool repeats() const {
+    return texture_.uv_transforms.empty() && texture_.wraps.empty() && texture_.tiles.empty();
+  }
   /// True if all materials with one picture look alike.
   bool is_plain(std::size_t material) const {
     return image_of(material) != Texture::kNone && texture_.factors.empty() && repeats();
@@ -152,7 +154,7 @@ OwnMaps take_own_maps(const std::vector<Material>& materials, Mesh& mesh,
       if (std::any_of(materials.begin(), materials.end(), [&](const Material& material) {
             return !(material.*kPictures[k]).empty();
           })) {
-        slots[k].emplace(materials, kSlots[k], warnings, mesh.uv_set);
+        slots[k].emplace(materials, kSlots[k], warnings, mesh);
       }
     }
   } catch (const Error& error) {
@@ -184,7 +186,8 @@ OwnMaps take_own_maps(const std::vector<Material>& materials, Mesh& mesh,
   });
   if ((sheet.rows > 1 || !repeat) && !in_unit_square(mesh)) {
     return leave(
-        "its UVs leave the unit square, where pictures are several, moved, or do not repeat.");
+        "its UVs leave the unit square, where pictures are several, moved, of UDIM sets, or do not "
+        "repeat.");
   }
   if (sheet.rows > 1) {
     if (mesh.tangents.empty()) mesh.tangents = tangents_of(mesh);

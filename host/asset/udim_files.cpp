@@ -1,0 +1,215 @@
+#include "asset/udim_files.h"
+
+#include <algorithm>
+#include <array>
+#include <cctype>
+#include <charconv>
+#include <system_error>
+
+#include "base/lower_case.h"
+#include "mesh/udim.h"
+
+namespace kiln {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::uint32_t kLastNumbered =
+    1999;                                    // of names without a token: beyond are years and sizes
+constexpr std::uint32_t kRowsOfFiles = 100;  // of which each name is looked up
+
+bool is_file(const fs::path& path) {
+  std::error_code error;
+  return fs::is_regular_file(path, error);
+}
+bool is_digit(char c) { return c >= '0' && c <= '9'; }
+bool is_word(char c) { return is_digit(c) || (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z'); }
+
+/// A number's digits from a place on. \param end  out: after them
+std::uint32_t number_at(const std::string& text, std::size_t at, std::size_t& end) {
+  std::uint32_t value = 0;
+  const char* const first = text.data() + at;
+  const auto [last, error] = std::from_chars(first, text.data() + text.size(), value);
+  end = error == std::errc() ? static_cast<std::size_t>(last - text.data()) : at;
+  return value;
+}
+
+/// The tile of "u1_v1" at a place; 0: there is none. \param end  out: after it
+std::uint32_t columns_at(const std::string& name, std::size_t at, std::size_t& end) {
+  const std::string text = lower_case(name);
+  if (text[at] != 'u' || (at > 0 && is_word(text[at - 1]))) return 0;
+  std::size_t middle = 0;
+  const std::uint32_t u = number_at(text, at + 1, middle);
+  if (middle == at + 1 || text.compare(middle, 2, "_v") != 0) return 0;
+  const std::uint32_t v = number_at(text, middle + 2, end);
+  if (end == middle + 2 || (end < text.size() && is_word(text[end]))) return 0;
+  if (u < 1 || u > kUdimColumns || v < 1 || v > kRowsOfFiles) return 0;
+  return kFirstUdim + u - 1 + kUdimColumns * (v - 1);
+}
+
+}  // namespace
+
+std::optional<TileName> TileName::by_token(const fs::path& path) {
+  struct Token {
+    const char* text;  // in small letters
+    bool by_columns;
+  };
+  static constexpr std::array<Token, 3> kTokens = {
+      {{"<udim>", false}, {"<uvtile>", true}, {"%(udim)d", false}}};
+  const std::string name = path.filename().string(), small = lower_case(name);
+  for (const Token& token : kTokens) {
+    const std::size_t at = small.find(token.text);
+    if (at == std::string::npos) continue;
+    if (is_file(path)) return std::nullopt;
+    const std::size_t length = std::char_traits<char>::length(token.text);
+    TileName result;
+    result.folder_ = path.parent_path();
+    result.before_ = name.substr(0, at);
+    result.token_ = name.substr(at, length);
+    result.after_ = name.substr(at + length);
+    result.by_columns_ = token.by_columns;
+    return result;
+  }
+  return std::nullopt;
+}
+
+std::optional<TileName> TileName::by_number(const fs::path& path) {
+  const std::string name = path.filename().string();
+  TileName result;
+  std::size_t end = 0;
+  for (std::size_t at = name.size(); at-- > 0;) {
+    std::uint32_t tile = columns_at(name, at, end);
+    const bool by_columns = tile != 0;
+    if (tile == 0 && is_digit(name[at]) && (at == 0 || !is_digit(name[at - 1]))) {
+      const std::uint32_t number = number_at(name, at, end);
+      if (end - at == 4 && number >= kFirstUdim && number <= kLastNumbered) tile = number;
+    }
+    if (tile == 0) continue;
+    result.folder_ = path.parent_path();
+    result.before_ = name.substr(0, at);
+    result.after_ = name.substr(end);
+    result.token_ = by_columns ? "<UVTILE>" : "<UDIM>";
+    result.by_columns_ = by_columns;
+    result.number_ = tile;
+    return result;
+  }
+  return std::nullopt;
+}
+
+fs::path TileName::file_of(std::uint32_t tile) const {
+  const std::uint32_t place = tile - kFirstUdim;
+  const std::string number = by_columns_ ? "u" + std::to_string(place % kUdimColumns + 1) + "_v" +
+                                               std::to_string(place / kUdimColumns + 1)
+                                         : std::to_string(tile);
+  return folder_ / fs::path(before_ + number + after_);
+}
+
+fs::path TileName::with_token() const { return folder_ / fs::path(before_ + token_ + after_); }
+
+std::vector<std::uint32_t> TileName::files() const {
+  std::vector<std::uint32_t> tiles;
+  for (std::uint32_t place = 0; place < kUdimColumns * kRowsOfFiles; ++place) {
+    if (is_file(file_of(kFirstUdim + place))) tiles.push_back(kFirstUdim + place);
+  }
+  return tiles;
+}
+
+bool names_tile(const fs::path& path) {
+  return TileName::by_token(path) || TileName::by_number(path);
+}
+
+bool is_picture_file(const fs::path& path) {
+  if (is_file(path)) return true;
+  const auto name = TileName::by_token(path);
+  return name && !name->files().empty();
+}
+
+namespace {
+
+std::uint32_t tile_of(const Mesh& mesh, std::size_t triangle, const std::array<float, 6>& m) {
+  double u = 0, v = 0;
+  for (const std::uint32_t corner : mesh.uv_triangles[triangle]) {
+    if (corner >= mesh.uvs.size()) return 0;  // of no use, as others say
+    u += double{mesh.uvs[corner].x} / 3;
+    v += double{mesh.uvs[corner].y} / 3;
+  }
+  return udim_of(m[0] * u + m[1] * v + m[2], m[3] * u + m[4] * v + m[5]);
+}
+
+}  // namespace
+
+std::vector<TileCounts> count_tiles(const Mesh& mesh,
+                                    std::span<const std::array<float, 6>> uv_transforms) {
+  std::vector<TileCounts> counts(uv_transforms.size());
+  for (std::size_t t = 0; t < std::min(mesh.uv_triangles.size(), mesh.materials.size()); ++t) {
+    const std::uint32_t material = mesh.materials[t];
+    if (material < counts.size()) ++counts[material][tile_of(mesh, t, uv_transforms[material])];
+  }
+  return counts;
+}
+
+TileCounts count_tiles(const Mesh& mesh) {
+  TileCounts counts;
+  for (std::size_t t = 0; t < mesh.uv_triangles.size(); ++t) {
+    ++counts[tile_of(mesh, t, {1, 0, 0, 0, 1, 0})];
+  }
+  return counts;
+}
+
+TileFiles find_tiles(const fs::path& picture, const TileCounts* counts,
+                     const std::function<bool(const fs::path&)>& is_others) {
+  TileFiles result;
+  if (const auto name = TileName::by_token(picture)) {
+    const std::vector<std::uint32_t> files = name->files();
+    for (const bool all : {false, true}) {
+      for (const std::uint32_t tile : files) {
+        if (!all && counts != nullptr && !counts->contains(tile)) continue;
+        result.tiles.emplace_back(tile, name->file_of(tile));
+      }
+      if (!result.tiles.empty()) break;
+    }
+    return result;
+  }
+  if (counts == nullptr) return result;
+  const auto name = TileName::by_number(picture);
+  if (!name) return result;
+  std::uint64_t beyond = 0, with_file = 0, all = 0;
+  bool named_by_others = false;
+  std::string found;
+  for (const auto& [tile, count] : *counts) {
+    all += count;
+    if (tile != kFirstUdim) beyond += count;
+    if (tile == 0) continue;
+    const fs::path file = name->file_of(tile);
+    if (!is_file(file)) continue;
+    with_file += count;
+    result.tiles.emplace_back(tile, file);
+    if (tile == name->number()) continue;
+    found += (found.empty() ? "" : ", ") + std::to_string(tile);
+    named_by_others = named_by_others || (is_others && is_others(file));
+  }
+  if (beyond == 0 || found.empty()) {  // none but itself: it may repeat
+    result.tiles.clear();
+    return result;
+  }
+  const std::string quoted = "'" + picture.string() + "'";
+  const std::string token = "'" + name->with_token().filename().string() + "'";
+  if (2 * with_file < all || named_by_others) {
+    result.tiles.clear();
+    result.note = quoted +
+                  " repeats, though UVs leave its square and there are pictures with the "
+                  "numbers of other squares beside it (" +
+                  found + "): " +
+                  (named_by_others ? "other materials name them"
+                                   : "most of the squares that UVs reach have none") +
+                  ". Name it " + token + " where it is a UDIM set.";
+    return result;
+  }
+  result.note = quoted +
+                " was taken for a UDIM set, since UVs reach the squares of pictures beside "
+                "it (" +
+                found + "). Name it " + token + " to say so, or move the others where it repeats.";
+  return result;
+}
+
+}  // namespace kiln

@@ -1,0 +1,231 @@
+#include "detail/empty_texels.h"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <limits>
+#include <unordered_map>
+
+#include "base/parallel.h"
+#include "image/wrap.h"
+
+namespace kiln {
+namespace {
+
+/// Bounds by which background is told from what somebody drew.
+struct BackgroundBounds {
+  std::size_t samples = std::size_t{1}
+                        << 16;  ///< Texels out of charts whose colours are counted, about
+  double share = 0.25;          ///< Least share of them that has the background's colour
+  float near =
+      12.0F / 255;  ///< Deviation in any channel that is still background: JPEG's around an edge
+  int reach = 8;    ///< Texels from a chart: a picture that is padded farther is left as it is
+};
+constexpr BackgroundBounds kBackgroundBounds;
+
+bool has_alpha(const Image& image) { return image.channels % 2 == 0; }
+
+/// A texel's colour in bytes.
+std::uint32_t key_of(const Image& image, const float* texel) {
+  std::uint32_t key = 0;
+  for (std::uint32_t c = 0; c < image.channels; ++c) {
+    const float value = texel[c] > 0 ? std::min(texel[c], 1.0F) : 0;  // NaN is 0
+    key |= static_cast<std::uint32_t>(std::lround(value * 255)) << (8 * c);
+  }
+  // What has no opacity has no colour.
+  if (has_alpha(image) && key >> (8 * (image.channels - 1)) == 0) key = 0;
+  return key;
+}
+
+bool are_near(const Image& image, std::uint32_t a, std::uint32_t b) {
+  for (std::uint32_t c = 0; c < image.channels; ++c) {
+    const int off = static_cast<int>(a >> (8 * c) & 255U) - static_cast<int>(b >> (8 * c) & 255U);
+    if (static_cast<float>(std::abs(off)) > kBackgroundBounds.near * 255 + 0.5F) return false;
+  }
+  return true;
+}
+
+std::optional<std::uint32_t> background_of(const Image& image, const TexelBits& charts) {
+  const std::size_t texels = std::size_t{image.width} * image.height;
+  const std::size_t wanted = std::min(texels, 4 * kBackgroundBounds.samples);
+  std::unordered_map<std::uint32_t, std::size_t> counts;
+  std::size_t out = 0;
+  for (std::size_t k = 0; k < wanted; ++k) {
+    const std::size_t i =
+        wanted == texels ? k : static_cast<std::size_t>((k * 0x9E3779B97F4A7C15U >> 11U) % texels);
+    if (charts.has(i)) continue;
+    ++out;
+    ++counts[key_of(image, &image.pixels[i * image.channels])];
+  }
+  if (out == 0) return std::nullopt;
+  // Of equals the least, whatever order the map has.
+  const auto most =
+      std::max_element(counts.begin(), counts.end(), [](const auto& a, const auto& b) {
+        return a.second != b.second ? a.second < b.second : a.first > b.first;
+      });
+  std::size_t near = 0;
+  for (const auto& [key, count] : counts) near += are_near(image, key, most->first) ? count : 0;
+  if (static_cast<double>(near) < kBackgroundBounds.share * static_cast<double>(out))
+    return std::nullopt;
+  return most->first;
+}
+
+bool is_near(const Image& image, const float* texel, std::uint32_t key) {
+  if (has_alpha(image) && key == 0) {
+    return !(texel[image.channels - 1] > kBackgroundBounds.near);
+  }
+  for (std::uint32_t c = 0; c < image.channels; ++c) {
+    const float value = static_cast<float>(key >> (8 * c) & 255U) / 255;
+    if (!(std::abs(texel[c] - value) <= kBackgroundBounds.near)) return false;
+  }
+  return true;
+}
+
+template <typename Word>
+void each_word(const TexelBits& bits, const Word& word) {
+  for (std::size_t y = 0; y < bits.height(); ++y) {
+    for (std::size_t w = 0; w < bits.words_in_row(); ++w) word(y, w);
+  }
+}
+
+bool do_meet(const TexelBits& a, const TexelBits& b) {
+  bool any = false;
+  each_word(a,
+            [&](std::size_t y, std::size_t w) { any = any || (a.row(y)[w] & b.row(y)[w]) != 0; });
+  return any;
+}
+
+bool is_whole(const TexelBits& bits) {
+  for (std::size_t y = 0; y < bits.height(); ++y) {
+    for (std::size_t w = 0; w < bits.words_in_row(); ++w) {
+      const bool last = w + 1 == bits.words_in_row();
+      if (bits.row(y)[w] != (last ? bits.last_word() : ~std::uint64_t{0})) return false;
+    }
+  }
+  return true;
+}
+
+}  // namespace
+
+bool ChartTexels::add(const Corners& uvs, const Wraps& wraps) { return add_rows(uvs, wraps, 0); }
+
+void ChartTexels::add_touched(const Corners& uvs, const Wraps& wraps) { add_rows(uvs, wraps, 0.5); }
+
+/// \param reach  of a texel around its centre, to each side: what of the triangle lies within it counts
+bool ChartTexels::add_rows(const Corners& uvs, const Wraps& wraps, double reach) {
+  constexpr double kCentreSlack = 1e-4, kFarthestTexel = 1e9;
+  const double width = bits_.width(), height = bits_.height();
+  std::array<std::array<double, 2>, 3> at{};
+  double top = std::numeric_limits<double>::infinity(), bottom = -top, least = top, most = -top;
+  for (std::size_t k = 0; k < 3; ++k) {
+    at[k] = {uvs[k][0] * width - 0.5, (1 - uvs[k][1]) * height - 0.5};
+    if (!(std::abs(at[k][0]) < kFarthestTexel && std::abs(at[k][1]) < kFarthestTexel)) return false;
+    least = std::min(least, at[k][0]), most = std::max(most, at[k][0]);
+    top = std::min(top, at[k][1]), bottom = std::max(bottom, at[k][1]);
+  }
+  const double slack = reach + kCentreSlack;
+  if (!wraps && (most < -slack || least > width - 1 + slack)) return false;
+  // Rows of many repetitions would be many: such a picture has no charts, and is used whole.
+  constexpr double kMostRepetitions = 4;
+  const bool is_clamped = !wraps || (*wraps)[1] == TextureWrap::clamp;
+  if (!is_clamped && bottom - top > kMostRepetitions * height) {
+    for (std::size_t y = 0; y < bits_.height(); ++y) bits_.add(y, 0, bits_.width());
+    return true;
+  }
+  auto first = static_cast<std::int64_t>(std::ceil(top - slack));
+  auto last = static_cast<std::int64_t>(std::floor(bottom + slack));
+  if (is_clamped) {
+    // Rows beyond show the outermost one, where anything: none needs a look of its own.
+    if (wraps && top < 0) bits_.add(0, 0, bits_.width());
+    if (wraps && bottom > height - 1) bits_.add(bits_.height() - 1, 0, bits_.width());
+    first = std::max<std::int64_t>(first, 0);
+    last = std::min<std::int64_t>(last, std::int64_t{bits_.height()} - 1);
+  }
+  bool any = false;
+  for (std::int64_t y = first; y <= last; ++y) {
+    // What of the triangle lies between these lines, which may be one.
+    const double from = std::clamp(static_cast<double>(y) - reach, top, bottom);
+    const double to = std::clamp(static_cast<double>(y) + reach, top, bottom);
+    double left = std::numeric_limits<double>::infinity(), right = -left;
+    for (std::size_t k = 0; k < 3; ++k) {
+      const auto &a = at[k], &b = at[(k + 1) % 3];
+      const double begin = std::max(std::min(a[1], b[1]), from);
+      const double end = std::min(std::max(a[1], b[1]), to);
+      if (begin > end) continue;
+      const double rise = b[1] - a[1];
+      for (const double row : {begin, end}) {
+        const double x = rise != 0 ? a[0] + (b[0] - a[0]) * ((row - a[1]) / rise) : a[0];
+        left = std::min({left, x, rise != 0 ? x : b[0]});
+        right = std::max({right, x, rise != 0 ? x : b[0]});
+      }
+    }
+    if (left <= right) {
+      any = add_row(y, std::max(left, least) - slack, std::min(right, most) + slack, wraps) || any;
+    }
+  }
+  return any;
+}
+
+/// \returns true if there are any
+bool ChartTexels::add_row(std::int64_t y, double left, double right, const Wraps& wraps) {
+  const auto width = static_cast<std::int64_t>(bits_.width());
+  const auto height = static_cast<std::int64_t>(bits_.height());
+  auto begin = static_cast<std::int64_t>(std::ceil(left));
+  auto end = static_cast<std::int64_t>(std::floor(right)) + 1;
+  if (begin >= end) return false;
+  if (!wraps) {
+    begin = std::max<std::int64_t>(begin, 0), end = std::min(end, width);
+    if (begin >= end) return false;
+  } else {
+    y = wrapped_texel(y, height, (*wraps)[1]);
+    const TextureWrap wrap = (*wraps)[0];
+    if (wrap == TextureWrap::clamp) {
+      begin = std::clamp<std::int64_t>(begin, 0, width - 1);
+      end = std::clamp<std::int64_t>(end, 1, width);
+    } else if (end - begin >= width ||
+               (wrap == TextureWrap::mirror && (begin < 0 || end > width))) {
+      begin = 0, end = width;
+    } else {
+      const std::int64_t length = end - begin;
+      begin = wrapped_texel(begin, width, wrap);
+      end = begin + length;
+      if (end > width) {
+        bits_.add(static_cast<std::size_t>(y), 0, static_cast<std::size_t>(end - width));
+        end = width;
+      }
+    }
+  }
+  bits_.add(static_cast<std::size_t>(y), static_cast<std::size_t>(begin),
+            static_cast<std::size_t>(end));
+  return true;
+}
+
+std::optional<TexelBits> find_empty_texels(const Image& image, const TexelBits& charts) {
+  if (is_whole(charts)) return std::nullopt;
+  const std::optional<std::uint32_t> background = background_of(image, charts);
+  if (!background) return std::nullopt;
+  TexelBits bare(image.width, image.height);
+  parallel_for(image.height, 16, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t y = begin; y < end; ++y) {
+      for (std::size_t w = 0; w < bare.words_in_row(); ++w) {
+        std::uint64_t out = ~charts.row(y)[w];
+        if (w + 1 == bare.words_in_row()) out &= bare.last_word();
+        std::uint64_t found = 0;
+        for (; out != 0; out &= out - 1) {
+          const auto bit = static_cast<std::size_t>(std::countr_zero(out));
+          if (is_near(image, image.at(w * 64 + bit, y), *background))
+            found |= std::uint64_t{1} << bit;
+        }
+        bare.row(y)[w] = found;
+      }
+    }
+  });
+  TexelBits near = charts;
+  for (int step = 0; step < kBackgroundBounds.reach; ++step) near = dilated(near);
+  if (!do_meet(near, bare)) return std::nullopt;
+  TexelBits empty = dilated(bare);
+  each_word(empty, [&](std::size_t y, std::size_t w) { empty.row(y)[w] &= ~charts.row(y)[w]; });
+  return empty;
+}
+
+}  // namespace kiln

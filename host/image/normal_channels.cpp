@@ -1,0 +1,213 @@
+#include "image/normal_channels.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <string>
+
+#include "kiln/error.h"
+
+namespace kiln {
+namespace {
+
+/// Bounds by which channels are told apart. Numbers are vectors' (twice the picture's).
+struct ChannelBounds {
+  std::size_t samples = std::size_t{1} << 16;  ///< Texels that are looked at
+  /// Range of a channel that holds nothing: a step and a half of a byte, as of lossy blocks.
+  float constant = 3.0F / 255;
+  float extreme = 4.0F / 255;  ///< Distance from -1 or 1 of a channel that decoders fill
+  float in_disc = 1.04F;       ///< x^2 + y^2 of unit vectors: 1, and two steps of a byte
+  double nearly_all = 0.99;    ///< Share of texels that are so
+  /// Deviation of x^2 + y^2 + z^2 from 1 that no unit vector has whose z is within `constant` of 1: it is 0.024 at most.
+  float off_unit = 0.04F;
+  double some = 2e-4;      ///< Share of texels that is no accident
+  float harmless = 0.05F;  ///< Deviation of z from 1 in a flat map that turns no normal
+};
+constexpr ChannelBounds kChannelBounds;
+
+/// Numbers of some texels all over a picture.
+struct ChannelStatistics {
+  std::size_t count = 0;
+  std::array<float, 4> least, most;
+  std::size_t off_unit =
+      0;  ///< Texels that are no unit vectors, though red and green may be theirs
+  std::size_t in_disc =
+      0;  ///< Texels of red and green, or of the two channels, that may be a unit vector's
+  std::size_t in_disc_alpha = 0;  ///< The same of alpha and green
+  bool grey = true;               ///< Red, green and blue are one
+
+  explicit ChannelStatistics(const Image& image) {
+    least.fill(std::numeric_limits<float>::infinity());
+    most.fill(-std::numeric_limits<float>::infinity());
+    const std::size_t texels = image.pixels.size() / image.channels;
+    const std::size_t wanted = std::min(texels, kChannelBounds.samples);
+    for (std::size_t k = 0; k < wanted; ++k) {
+      // Where there are fewer than texels, they lie apart in both directions, by the golden ratio.
+      const std::size_t i =
+          wanted == texels ? k
+                           : static_cast<std::size_t>((k * 0x9E3779B97F4A7C15U >> 11U) % texels);
+      std::array<float, 4> n{};
+      bool finite = true;
+      for (std::size_t c = 0; c < image.channels; ++c) {
+        n[c] = image.pixels[i * image.channels + c] * 2 - 1;
+        finite = finite && std::isfinite(n[c]);
+      }
+      if (finite) add(n);
+    }
+  }
+
+  bool is_constant(std::size_t c) const { return most[c] - least[c] <= kChannelBounds.constant; }
+  bool is_filled(std::size_t c) const {
+    return most[c] <= -1 + kChannelBounds.extreme || least[c] >= 1 - kChannelBounds.extreme;
+  }
+  bool nearly_all(std::size_t some) const {
+    return static_cast<double>(some) >= kChannelBounds.nearly_all * static_cast<double>(count);
+  }
+
+ private:
+  void add(const std::array<float, 4>& n) {
+    ++count;
+    for (std::size_t c = 0; c < 4; ++c) {
+      least[c] = std::min(least[c], n[c]);
+      most[c] = std::max(most[c], n[c]);
+    }
+    const float x = n[0], y = n[1], z = n[2], alpha = n[3], tilt = x * x + y * y;
+    in_disc += tilt <= kChannelBounds.in_disc ? 1 : 0;
+    in_disc_alpha += alpha * alpha + y * y <= kChannelBounds.in_disc ? 1 : 0;
+    off_unit +=
+        tilt <= kChannelBounds.in_disc && std::abs(tilt + z * z - 1) > kChannelBounds.off_unit ? 1
+                                                                                               : 0;
+    const bool same = std::abs(n[0] - n[1]) <= kChannelBounds.constant;
+    grey = grey && same && std::abs(n[2] - n[1]) <= kChannelBounds.constant;
+  }
+};
+
+/// x in alpha, since red says nothing, and alpha is no opacity of 1.
+bool is_dxt5nm(const Image& image, const ChannelStatistics& s) {
+  return image.channels == 4 && (s.is_filled(0) || s.grey) &&
+         s.least[3] < 1 - kChannelBounds.extreme && s.nearly_all(s.in_disc_alpha);
+}
+
+/// Two channels that are x and y, and not grey and opacity.
+bool is_pair(const Image& image, const ChannelStatistics& s) {
+  return image.channels == 2 && s.least[1] < 1 - kChannelBounds.extreme && s.nearly_all(s.in_disc);
+}
+
+/// Three channels of which blue says nothing.
+bool lacks_blue(const Image& image, const ChannelStatistics& s) {
+  if (image.channels < 3 || s.count == 0 || !s.nearly_all(s.in_disc)) return false;
+  if (s.most[2] < 0) return true;
+  if (!s.is_constant(2)) return false;
+  return std::abs(s.most[2] - 1) > kChannelBounds.harmless ||
+         static_cast<double>(s.off_unit) > kChannelBounds.some * static_cast<double>(s.count);
+}
+
+}  // namespace
+
+NormalChannels NormalChannels::of(const Image& image, NormalTextureFormat format) {
+  NormalChannels result;
+  if (image.channels < 2 || image.pixels.empty()) return result;  // check() says so
+  result.down =
+      format == NormalTextureFormat::directx || format == NormalTextureFormat::two_channel_directx;
+  const ChannelStatistics s(image);
+  const bool in_alpha = is_dxt5nm(image, s);
+  const bool looks_two = in_alpha || is_pair(image, s) || lacks_blue(image, s);
+  switch (format) {
+    case NormalTextureFormat::automatic:
+      result.rebuilt = looks_two;
+      break;
+    case NormalTextureFormat::opengl:
+    case NormalTextureFormat::directx:
+      result.doubtful = looks_two;
+      break;
+    case NormalTextureFormat::two_channel:
+    case NormalTextureFormat::two_channel_directx:
+      result.rebuilt = true;
+      // z is the same in blue; but no unit vectors have such x and y.
+      result.doubtful = !looks_two && !s.nearly_all(s.in_disc);
+      break;
+  }
+  result.in_alpha = result.rebuilt && in_alpha;
+  return result;
+}
+
+void NormalChannels::check(const Image& image) const {
+  const std::uint32_t needed = rebuilt ? 2 : 3;
+  if (image.channels >= needed) return;
+  throw Error(ErrorCode::input, "A normal map needs " + std::string(rebuilt ? "two" : "three") +
+                                    " channels, but the texture has " +
+                                    std::to_string(image.channels) + ".");
+}
+
+void NormalChannels::apply(std::array<float, 4>& texel) const {
+  if (in_alpha) texel[0] = texel[3];
+  if (down) texel[1] = -texel[1];
+  if (!rebuilt) return;
+  const double x = texel[0], y = texel[1];
+  texel[2] = static_cast<float>(std::sqrt(std::max(0.0, 1 - x * x - y * y)));
+}
+
+bool holds_heights(const Image& image, NormalTextureFormat format) {
+  if (image.channels < 2) return true;
+  if (format == NormalTextureFormat::two_channel ||
+      format == NormalTextureFormat::two_channel_directx) {
+    return false;
+  }
+  const auto is_of_normals = [&] {
+    const ChannelStatistics s(image);
+    return is_dxt5nm(image, s) || is_pair(image, s);
+  };
+  if (image.channels == 2) return !is_of_normals();
+  constexpr float kGreyRounding = 1.5F / 255;
+  for (std::size_t i = 0; i + 2 < image.pixels.size(); i += image.channels) {
+    const float* const p = &image.pixels[i];
+    if (std::max({p[0], p[1], p[2]}) - std::min({p[0], p[1], p[2]}) > kGreyRounding) return false;
+  }
+  return !is_of_normals();
+}
+
+GreenEvidence GreenEvidence::of(const Image& image, const NormalChannels& channels) {
+  GreenEvidence evidence;
+  if (image.width < 3 || image.height < 3 || image.channels < 2) return evidence;
+  // Steeper normals' slopes are mostly rounding.
+  constexpr float kLeastZ = 0.2F;
+  const auto slopes_at = [&](std::size_t x, std::size_t y, double& p, double& q) {
+    std::array<float, 4> n{};
+    for (std::size_t c = 0; c < image.channels; ++c) n[c] = image.at(x, y)[c] * 2 - 1;
+    channels.apply(n);
+    if (!(n[2] > kLeastZ)) return false;
+    p = -double{n[0]} / n[2];
+    q = -double{n[1]} / n[2];
+    return true;
+  };
+  const std::size_t across = image.width - 2, texels = across * (image.height - 2);
+  const std::size_t wanted = std::min(texels, kChannelBounds.samples);
+  std::size_t count = 0;
+  for (std::size_t k = 0; k < wanted; ++k) {
+    const std::size_t i =
+        wanted == texels ? k : static_cast<std::size_t>((k * 0x9E3779B97F4A7C15U >> 11U) % texels);
+    const std::size_t x = i % across + 1, y = i / across + 1;
+    double above = 0, below = 0, left = 0, right = 0, unused = 0;
+    if (!slopes_at(x, y - 1, above, unused) || !slopes_at(x, y + 1, below, unused) ||
+        !slopes_at(x - 1, y, unused, left) || !slopes_at(x + 1, y, unused, right)) {
+      continue;
+    }
+    // v grows upwards, rows downwards.
+    const double p_along_v = above - below, q_along_u = right - left;
+    evidence.up += (p_along_v - q_along_u) * (p_along_v - q_along_u);
+    evidence.down += (p_along_v + q_along_u) * (p_along_v + q_along_u);
+    ++count;
+  }
+  if (count == 0) return {};
+  evidence.up /= static_cast<double>(count);
+  evidence.down /= static_cast<double>(count);
+  return evidence;
+}
+
+bool GreenEvidence::speaks_for_down() const {
+  constexpr double kLeastRatio = 4,
+                   kLeastSquare = 1e-4;  // a change by 0.01 is a step or two of a byte
+  return up > kLeastSquare && up > kLeastRatio * down;
+}
+
+}  // namespace kiln

@@ -1,0 +1,31 @@
+#include "image/texel_bits.h"
+
+#include "base/parallel.h"
+
+namespace kiln {
+
+TexelBits dilated(const TexelBits& from) {
+  TexelBits result(from.width(), from.height());
+  const std::size_t words = from.words_in_row();
+  parallel_for(from.height(), 64, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t y = begin; y < end; ++y) {
+      std::uint64_t* const to = result.row(y);
+      const auto tall = [&](std::size_t w) {
+        std::uint64_t bits = from.row(y)[w];
+        if (y > 0) bits |= from.row(y - 1)[w];
+        if (y + 1 < from.height()) bits |= from.row(y + 1)[w];
+        return bits;
+      };
+      std::uint64_t before = 0, at = tall(0);
+      for (std::size_t w = 0; w < words; ++w) {
+        const std::uint64_t after = w + 1 < words ? tall(w + 1) : 0;
+        to[w] = at | at << 1U | at >> 1U | before >> 63U | after << 63U;
+        before = at, at = after;
+      }
+      to[words - 1] &= from.last_word();
+    }
+  });
+  return result;
+}
+
+}  // namespace kiln

@@ -1,0 +1,24 @@
+// Blocks of 4 x 4 texels as GPUs decompress them: BC1 to BC5 and BC7 (Direct3D 11.3, section 19.5).
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+
+namespace kiln {
+
+enum class BlockFormat { bc1, bc2, bc3, bc4, bc4_signed, bc5, bc5_signed, bc7 };
+
+/// Bytes of a block: 8 or 16.
+std::size_t block_bytes(BlockFormat format);
+/// Channels of its texels: 1 (BC4), 2 (BC5) or 4.
+std::uint32_t block_channels(BlockFormat format);
+
+/// Texels of a block, by rows, four channels each; of those that the format lacks, the values are 0 and of alpha 1.
+using BlockTexels = std::array<std::array<float, 4>, 16>;
+
+/// Values are [0, 1], of signed formats n/2 + 1/2. BC7's reserved mode gives zeros, as the specification has it.
+/// \param block  block_bytes() bytes
+void decode_block(BlockFormat format, const std::uint8_t* block, BlockTexels& texels);
+
+}  // namespace kiln

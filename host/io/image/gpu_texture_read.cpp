@@ -1,0 +1,553 @@
+// KTX 2 and DDS: the first level of a picture, its blocks decompressed.
+#include <half.h>
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cmath>
+#include <cstring>
+#include <iterator>
+#include <optional>
+#include <string>
+#include <string_view>
+
+#include "base/parallel.h"
+#include "io/image/block_decode.h"
+#include "io/image/picture.h"
+#ifdef KILN_HAS_ZSTD
+#include <zstd.h>
+#endif
+
+namespace kiln {
+namespace {
+
+constexpr std::size_t kSide = 4;  // texels of a block
+const char* const kAgain = "Export or copy the file again.";
+
+enum class Number { unorm, snorm, sfloat };
+
+/// Storage of texels: blocks, or numbers one after the other.
+struct Storage {
+  std::optional<BlockFormat> block = std::nullopt;
+  std::uint32_t channels = 0, bytes = 0;  ///< Bytes of a number: 1, 2 or 4
+  Number number = Number::unorm;
+  bool blue_first = false;
+  bool no_alpha = false;  ///< The fourth channel is not told (X8)
+
+  bool is_float() const { return !block && number == Number::sfloat; }
+  /// Bytes of a level, at most 2^64 - 1 for sides of 32 bits.
+  std::uint64_t size(std::uint64_t width, std::uint64_t height) const {
+    if (!block) return width * height * channels * bytes;
+    return (width + kSide - 1) / kSide * ((height + kSide - 1) / kSide) * block_bytes(*block);
+  }
+};
+
+Storage in_blocks(BlockFormat format) { return {format}; }
+Storage plain(std::uint32_t channels, std::uint32_t bytes, Number number = Number::unorm,
+              bool blue_first = false) {
+  return {std::nullopt, channels, bytes, number, blue_first};
+}
+
+/// A format by its numbers in Vulkan (VkFormat) and DXGI (DXGI_FORMAT); 0: it has none there.
+struct FormatRow {
+  std::uint32_t vulkan, dxgi;
+  Storage storage;
+};
+const FormatRow kFormats[] = {
+    {9, 61, plain(1, 1)},
+    {10, 63, plain(1, 1, Number::snorm)},
+    {15, 0, plain(1, 1)},
+    {16, 49, plain(2, 1)},
+    {17, 51, plain(2, 1, Number::snorm)},
+    {22, 0, plain(2, 1)},
+    {23, 0, plain(3, 1)},
+    {29, 0, plain(3, 1)},
+    {30, 0, plain(3, 1, Number::unorm, true)},
+    {36, 0, plain(3, 1, Number::unorm, true)},
+    {37, 28, plain(4, 1)},
+    {38, 31, plain(4, 1, Number::snorm)},
+    {43, 29, plain(4, 1)},
+    {0, 27, plain(4, 1)},
+    {44, 87, plain(4, 1, Number::unorm, true)},
+    {50, 91, plain(4, 1, Number::unorm, true)},
+    {0, 88, {{}, 4, 1, Number::unorm, true, true}},
+    {0, 93, {{}, 4, 1, Number::unorm, true, true}},
+    {70, 56, plain(1, 2)},
+    {76, 54, plain(1, 2, Number::sfloat)},
+    {77, 35, plain(2, 2)},
+    {83, 34, plain(2, 2, Number::sfloat)},
+    {84, 0, plain(3, 2)},
+    {90, 0, plain(3, 2, Number::sfloat)},
+    {91, 11, plain(4, 2)},
+    {97, 10, plain(4, 2, Number::sfloat)},
+    {100, 41, plain(1, 4, Number::sfloat)},
+    {103, 16, plain(2, 4, Number::sfloat)},
+    {106, 6, plain(3, 4, Number::sfloat)},
+    {109, 2, plain(4, 4, Number::sfloat)},
+    // BC1 of Vulkan is with alpha or without; its fourth colour is black in either.
+    {131, 0, {BlockFormat::bc1, 0, 0, Number::unorm, false, true}},
+    {132, 0, {BlockFormat::bc1, 0, 0, Number::unorm, false, true}},
+    {133, 71, in_blocks(BlockFormat::bc1)},
+    {134, 72, in_blocks(BlockFormat::bc1)},
+    {0, 70, in_blocks(BlockFormat::bc1)},
+    {135, 74, in_blocks(BlockFormat::bc2)},
+    {136, 75, in_blocks(BlockFormat::bc2)},
+    {137, 77, in_blocks(BlockFormat::bc3)},
+    {138, 78, in_blocks(BlockFormat::bc3)},
+    {139, 80, in_blocks(BlockFormat::bc4)},
+    {140, 81, in_blocks(BlockFormat::bc4_signed)},
+    {141, 83, in_blocks(BlockFormat::bc5)},
+    {142, 84, in_blocks(BlockFormat::bc5_signed)},
+    {145, 98, in_blocks(BlockFormat::bc7)},
+    {146, 99, in_blocks(BlockFormat::bc7)},
+};
+
+std::optional<Storage> storage_of(std::uint32_t FormatRow::*number, std::uint32_t format) {
+  const auto row = std::find_if(std::begin(kFormats), std::end(kFormats), [&](const FormatRow& r) {
+    return format != 0 && r.*number == format;
+  });
+  return row == std::end(kFormats) ? std::nullopt : std::optional(row->storage);
+}
+
+std::uint32_t word_at(std::string_view bytes, std::size_t at) {
+  std::uint32_t value = 0;
+  for (std::size_t k = 0; k < 4; ++k) {
+    value |= std::uint32_t{static_cast<std::uint8_t>(bytes[at + k])} << (8 * k);
+  }
+  return value;
+}
+std::uint64_t long_at(std::string_view bytes, std::size_t at) {
+  return word_at(bytes, at) | std::uint64_t{word_at(bytes, at + 4)} << 32U;
+}
+std::string sized(std::uint64_t width, std::uint64_t height) {
+  return std::to_string(width) + " x " + std::to_string(height);
+}
+
+float number_at(const std::uint8_t* from, const Storage& storage) {
+  switch (storage.bytes) {
+    case 1:
+      if (storage.number == Number::unorm) return static_cast<float>(*from) / 255;
+      return static_cast<float>(std::max(-127, *from < 128 ? int{*from} : int{*from} - 256)) / 254 +
+             0.5F;
+    case 2: {
+      const auto value = static_cast<std::uint16_t>(from[0] | from[1] << 8);
+      if (storage.number == Number::unorm) return static_cast<float>(value) / 65535;
+      half number;
+      number.setBits(value);
+      return number;
+    }
+    default:
+      return std::bit_cast<float>(from[0] | std::uint32_t{from[1]} << 8U |
+                                  std::uint32_t{from[2]} << 16U | std::uint32_t{from[3]} << 24U);
+  }
+}
+
+/// Takes the channels off that are not told, or say nothing: the alpha of blocks that are opaque.
+void leave_out_alpha(Image& image) {
+  const std::size_t texels = image.pixels.size() / 4;
+  for (std::size_t i = 0; i < texels; ++i) {
+    for (std::size_t c = 0; c < 3; ++c) image.pixels[3 * i + c] = image.pixels[4 * i + c];
+  }
+  image.channels = 3;
+  image.pixels.resize(3 * texels);
+}
+
+bool is_opaque(const Image& image) {
+  for (std::size_t i = 3; i < image.pixels.size(); i += 4) {
+    if (image.pixels[i] != 1) return false;
+  }
+  return true;
+}
+
+/// \param bytes  the level, as many as Storage::size() says
+Image decode(const Storage& storage, std::string_view bytes, std::uint32_t width,
+             std::uint32_t height, const ImageLimits& limits, const FailWith& fail) {
+  const auto* const from = reinterpret_cast<const std::uint8_t*>(bytes.data());
+  const std::uint32_t channels = storage.block ? block_channels(*storage.block) : storage.channels;
+  Image image = empty_image(width, height, channels, 0, "header", limits, fail);
+  if (!storage.block) {
+    const std::size_t row = std::size_t{width} * channels;
+    parallel_for(height, 16, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t i = begin * row; i < end * row; ++i) {
+        image.pixels[i] = number_at(from + i * storage.bytes, storage);
+      }
+      if (!storage.blue_first) return;
+      for (std::size_t i = begin * width; i < end * width; ++i) {
+        std::swap(image.pixels[i * channels], image.pixels[i * channels + 2]);
+      }
+    });
+  } else {
+    const std::size_t across = (std::size_t{width} + kSide - 1) / kSide;
+    const std::size_t size = block_bytes(*storage.block);
+    parallel_for((std::size_t{height} + kSide - 1) / kSide, 4,
+                 [&](std::size_t begin, std::size_t end) {
+                   BlockTexels texels;
+                   for (std::size_t block = begin * across; block < end * across; ++block) {
+                     decode_block(*storage.block, from + block * size, texels);
+                     const std::size_t left = block % across * kSide, top = block / across * kSide;
+                     for (std::size_t i = 0; i < texels.size(); ++i) {
+                       const std::size_t x = left + i % kSide, y = top + i / kSide;
+                       if (x < width && y < height)
+                         std::copy_n(texels[i].begin(), channels, image.at(x, y));
+                     }
+                   }
+                 });
+  }
+  if (channels == 4 && (storage.no_alpha || (storage.block && is_opaque(image)))) {
+    leave_out_alpha(image);
+  }
+  return image;
+}
+
+void divide_by_alpha(Image& image) {
+  if (image.channels != 4) return;
+  for (std::size_t i = 0; i < image.pixels.size(); i += 4) {
+    const float alpha = image.pixels[i + 3];
+    for (std::size_t c = 0; c < 3 && alpha > 0; ++c) {
+      image.pixels[i + c] = std::min(image.pixels[i + c] / alpha, 1.0F);
+    }
+  }
+}
+
+/// The value of a key of KTX 2's key and value data; empty: there is none, or the data are damaged.
+std::string_view value_of(std::string_view data, std::string_view key) {
+  constexpr std::size_t kAlignment = 4;
+  while (data.size() >= 4) {
+    const std::size_t length = word_at(data, 0);
+    if (length > data.size() - 4) return {};
+    const std::string_view entry = data.substr(4, length);
+    if (const std::size_t end = entry.find('\0'); end == key.size() && entry.starts_with(key)) {
+      const std::string_view value = entry.substr(end + 1);
+      return value.substr(0, value.find('\0'));
+    }
+    data.remove_prefix(
+        std::min(data.size(), (4 + length + kAlignment - 1) / kAlignment * kAlignment));
+  }
+  return {};
+}
+
+/// KTXswizzle: which channel, or 0 or 1, each of red, green, blue and alpha is.
+void swizzle(Image& image, std::string_view letters) {
+  static constexpr std::string_view kLetters = "rgba01";
+  if (letters.size() != 4 || letters == "rgba" ||
+      letters.find_first_not_of(kLetters) != std::string_view::npos) {
+    return;
+  }
+  Image turned{image.width, image.height, 4, {}};
+  turned.pixels.reserve(image.pixels.size() / image.channels * 4);
+  for (std::size_t i = 0; i < image.pixels.size(); i += image.channels) {
+    std::array<float, 6> values{0, 0, 0, 1, 0, 1};
+    std::copy_n(&image.pixels[i], image.channels, values.begin());
+    for (const char letter : letters) turned.pixels.push_back(values[kLetters.find(letter)]);
+  }
+  image = std::move(turned);
+  if (letters[3] == '1') leave_out_alpha(image);
+}
+
+constexpr std::string_view kKtx2("\xABKTX 20\xBB\r\n\x1A\n", 12);
+constexpr std::size_t kKtx2Header = 80, kKtx2Level = 24;
+
+/// What of a KTX 2 file says how its first level is packed.
+struct Ktx2Header {
+  std::uint32_t format, width, height, depth, layers, faces, scheme, model = 0, flags = 0;
+  std::string_view keys;
+  std::uint64_t at, packed, size;  ///< Of the first level, bytes
+
+  explicit Ktx2Header(std::string_view bytes)
+      : format(word_at(bytes, 12)),
+        width(word_at(bytes, 20)),
+        height(std::max(1U, word_at(bytes, 24))),
+        depth(word_at(bytes, 28)),
+        layers(word_at(bytes, 32)),
+        faces(word_at(bytes, 36)),
+        scheme(word_at(bytes, 44)),
+        at(long_at(bytes, kKtx2Header)),
+        packed(long_at(bytes, kKtx2Header + 8)),
+        size(long_at(bytes, kKtx2Header + 16)) {
+    const std::size_t descriptor = word_at(bytes, 48);
+    if (descriptor <= bytes.size() && bytes.size() - descriptor >= 16) {
+      model = static_cast<std::uint8_t>(bytes[descriptor + 12]);
+      flags = static_cast<std::uint8_t>(bytes[descriptor + 15]);
+    }
+    const std::size_t first = word_at(bytes, 56), length = word_at(bytes, 60);
+    if (first <= bytes.size() && bytes.size() - first >= length) keys = bytes.substr(first, length);
+  }
+
+  /// Why the level cannot be read; empty: it can. \param remedy  out
+  std::string refused(std::string& remedy) const {
+    constexpr std::uint32_t kEtc1s = 163, kUastc = 166, kBasisLz = 1, kZstd = 2, kZlib = 3;
+    remedy = "Convert it to PNG.";
+    if (scheme == kBasisLz || model == kEtc1s || model == kUastc) {
+      remedy =
+          "Write it as BC7 (`ktx transcode --target bc7`), or convert it to PNG (`ktx extract`).";
+      return std::string("it is compressed as Basis Universal (") +
+             (model == kUastc ? "UASTC" : "ETC1S") + "), for which Kiln has no decoder";
+    }
+    if (depth > 1 || layers > 1 || faces > 1) {
+      return "it holds several pictures (an array, a cube or a volume)";
+    }
+    if (!storage_of(&FormatRow::vulkan, format)) {
+      return "its format is VkFormat " + std::to_string(format) + ", which Kiln does not read";
+    }
+#ifdef KILN_HAS_ZSTD
+    if (scheme == kZstd) return {};
+#else
+    if (scheme == kZstd) {
+      remedy = "Convert it to PNG, or build Kiln with KILN_ZSTD=ON where libzstd is installed.";
+      return "it is compressed by Zstandard, and this build of Kiln was made without libzstd";
+    }
+#endif
+    if (scheme != 0 && scheme != kZlib) {
+      return "its supercompression scheme is " + std::to_string(scheme) +
+             ", which Kiln does not read";
+    }
+    return {};
+  }
+};
+
+/// The first level's bytes as they are before supercompression.
+std::string unpacked(const ByteSource& source, std::string_view bytes, const Ktx2Header& header,
+                     std::uint64_t size, const FailWith& fail) {
+  const std::string_view packed = bytes.substr(header.at, header.packed);
+  const auto check = [&](bool enough) {
+    if (!enough) {
+      fail("level 0",
+           "its pixels need " + std::to_string(size) + " bytes, but it has other many (damaged)",
+           kAgain);
+    }
+  };
+  if (header.scheme == 0) {
+    check(packed.size() >= size);
+    return std::string(packed.substr(0, size));
+  }
+  check(header.size == size);
+  if (header.scheme == 3) {
+    check(most_unpacked(Packing::deflate, packed.size()) >= size);
+    std::string level(size, '\0');
+    const auto stream = inflating_stream(source, header.at, fail);
+    std::size_t have = 0;
+    while (have < size) {
+      const std::size_t more = stream->read(&level[have], size - have);
+      if (more == 0) break;
+      have += more;
+    }
+    check(have == size);
+    return level;
+  }
+#ifdef KILN_HAS_ZSTD
+  // A block of 3 bytes and one more unpacks to 128 KiB at most.
+  constexpr std::uint64_t kMostOfByte = std::uint64_t{1} << 15U;
+  check(size / kMostOfByte <= packed.size());
+  std::string level(size, '\0');
+  const std::size_t written =
+      ZSTD_decompress(level.data(), level.size(), packed.data(), packed.size());
+  if (ZSTD_isError(written) != 0) {
+    fail("level 0", std::string("Zstandard says: ") + ZSTD_getErrorName(written), kAgain);
+  }
+  check(written == size);
+  return level;
+#else
+  return {};
+#endif
+}
+
+/// Asks for what a level's bytes take. \throws what `fail` throws
+void check_size(std::uint64_t width, std::uint64_t height, const Storage& storage,
+                const ImageLimits& limits, const FailWith& fail) {
+  if (std::min(width, height) < 1 || std::max(width, height) > kLargestImageSide ||
+      width * height > limits.pixels) {
+    empty_image(width, height, 1, 0, "header", limits, fail);  // says why
+  }
+  require_memory("its " + sized(width, height) + " pixels", storage.size(width, height),
+                 memory_failure(fail, "header"));
+}
+
+}  // namespace
+
+bool is_ktx2(std::string_view head) { return head.starts_with(kKtx2); }
+bool is_dds(std::string_view head) { return head.starts_with("DDS "); }
+
+std::string why_not_ktx2(std::span<const std::byte> given) {
+  const std::string_view bytes(reinterpret_cast<const char*>(given.data()), given.size());
+  if (!is_ktx2(bytes) || bytes.size() < kKtx2Header + kKtx2Level) return "it is no KTX 2 file";
+  std::string remedy;
+  return Ktx2Header(bytes).refused(remedy);
+}
+
+bool gpu_texture_holds_floats(const ByteSource& source) {
+  constexpr std::size_t kMost = 148;
+  const std::string head = source.head(kMost);
+  std::optional<Storage> storage;
+  if (is_ktx2(head) && head.size() >= kKtx2Header) {
+    storage = storage_of(&FormatRow::vulkan, word_at(head, 12));
+  } else if (is_dds(head) && head.size() == kMost && head.substr(84, 4) == "DX10") {
+    storage = storage_of(&FormatRow::dxgi, word_at(head, 128));
+  }
+  return storage && storage->is_float();
+}
+
+Image parse_ktx2(const ByteSource& source, const std::string& file, const ImageLimits& limits) {
+  const FailWith fail = image_failure(file, "KTX 2");
+  const std::string bytes = read_whole(source, fail);
+  if (bytes.size() < kKtx2Header + kKtx2Level) fail("header", "the file is cut short", kAgain);
+  const Ktx2Header header(bytes);
+  std::string remedy;
+  if (const std::string why = header.refused(remedy); !why.empty()) fail("header", why, remedy);
+  const Storage storage = *storage_of(&FormatRow::vulkan, header.format);
+  check_size(header.width, header.height, storage, limits, fail);
+  if (header.at > bytes.size() || header.packed > bytes.size() - header.at) {
+    fail("level 0", "it lies beyond the end of the file (truncated)", kAgain);
+  }
+  const std::string level =
+      unpacked(source, bytes, header, storage.size(header.width, header.height), fail);
+  Image image = decode(storage, level, header.width, header.height, limits, fail);
+  swizzle(image, value_of(header.keys, "KTXswizzle"));
+  if ((header.flags & 1U) != 0) divide_by_alpha(image);
+  const std::string_view orientation = value_of(header.keys, "KTXorientation");
+  if (orientation.size() >= 2 && orientation[1] == 'u') {
+    const std::size_t row = std::size_t{image.width} * image.channels;
+    for (std::size_t y = 0; y < image.height / 2; ++y) {
+      std::swap_ranges(image.at(0, y), image.at(0, y) + row, image.at(0, image.height - 1 - y));
+    }
+  }
+  return image;
+}
+
+namespace {
+
+/// A pixel of up to 32 bits in which masks say where each channel is.
+struct Masks {
+  std::uint32_t bits = 0;
+  std::array<std::uint32_t, 4> of{};  ///< Red, green, blue, alpha; 0: none
+
+  std::uint32_t channels() const {
+    if (of[3] != 0) return of[1] != 0 || of[0] == 0 ? 4 : 2;
+    return of[1] != 0 || of[2] != 0 ? 3 : 1;
+  }
+  Image decode(std::string_view bytes, std::uint32_t width, std::uint32_t height,
+               const ImageLimits& limits, const FailWith& fail) const {
+    Image image = empty_image(width, height, channels(), 0, "header", limits, fail);
+    const std::size_t size = bits / 8;
+    float* to = image.pixels.data();
+    for (std::size_t i = 0; i < std::size_t{width} * height; ++i) {
+      std::uint32_t value = 0;
+      for (std::size_t k = 0; k < size; ++k) {
+        value |= std::uint32_t{static_cast<std::uint8_t>(bytes[i * size + k])} << (8 * k);
+      }
+      for (std::uint32_t c = 0; c < image.channels; ++c) {
+        const std::uint32_t mask = of[image.channels == 2 && c == 1 ? 3 : c];
+        if (mask == 0) {
+          *to++ = 0;
+          continue;
+        }
+        const int shift = std::countr_zero(mask);
+        *to++ = static_cast<float>((value & mask) >> shift) / static_cast<float>(mask >> shift);
+      }
+    }
+    return image;
+  }
+};
+
+/// DDS of before Direct3D 10: by four letters, or by a number of D3DFORMAT.
+std::optional<Storage> storage_of_letters(std::string_view letters, bool& premultiplied) {
+  struct Row {
+    std::string_view letters;
+    Storage storage;
+    bool premultiplied = false;
+  };
+  using namespace std::string_view_literals;
+  static const Row rows[] = {
+      {"DXT1", in_blocks(BlockFormat::bc1)},
+      {"DXT2", in_blocks(BlockFormat::bc2), true},
+      {"DXT3", in_blocks(BlockFormat::bc2)},
+      {"DXT4", in_blocks(BlockFormat::bc3), true},
+      {"DXT5", in_blocks(BlockFormat::bc3)},
+      {"RXGB", in_blocks(BlockFormat::bc3)},
+      {"ATI1", in_blocks(BlockFormat::bc4)},
+      {"BC4U", in_blocks(BlockFormat::bc4)},
+      {"BC4S", in_blocks(BlockFormat::bc4_signed)},
+      {"ATI2", in_blocks(BlockFormat::bc5)},
+      {"BC5U", in_blocks(BlockFormat::bc5)},
+      {"BC5S", in_blocks(BlockFormat::bc5_signed)},
+      {"\x24\0\0\0"sv, plain(4, 2)},
+      {"\x6F\0\0\0"sv, plain(1, 2, Number::sfloat)},
+      {"\x70\0\0\0"sv, plain(2, 2, Number::sfloat)},
+      {"\x71\0\0\0"sv, plain(4, 2, Number::sfloat)},
+      {"\x72\0\0\0"sv, plain(1, 4, Number::sfloat)},
+      {"\x73\0\0\0"sv, plain(2, 4, Number::sfloat)},
+      {"\x74\0\0\0"sv, plain(4, 4, Number::sfloat)},
+  };
+  for (const Row& row : rows) {
+    if (row.letters != letters) continue;
+    premultiplied = row.premultiplied;
+    return row.storage;
+  }
+  return std::nullopt;
+}
+
+}  // namespace
+
+Image parse_dds(const ByteSource& source, const std::string& file, const ImageLimits& limits) {
+  // DDS_HEADER and DDS_HEADER_DXT10 of "Programming Guide for DDS".
+  constexpr std::size_t kHeader = 128, kDx10Header = 148;
+  constexpr std::uint32_t kAlpha = 0x1, kAlphaAlone = 0x2, kFourCc = 0x4, kRgb = 0x40,
+                          kLuminance = 0x20000;
+  constexpr std::uint32_t kCubeOrVolume = 0x200 | 0x200000, kTexture2D = 3, kCube = 0x4;
+  const FailWith fail = image_failure(file, "DDS");
+  const std::string bytes = read_whole(source, fail);
+  if (bytes.size() < kHeader) fail("header", "the file is cut short", kAgain);
+  const std::uint32_t height = word_at(bytes, 12), width = word_at(bytes, 16);
+  const std::uint32_t flags = word_at(bytes, 80);
+  const std::string letters = bytes.substr(84, 4);
+  const std::string several = "it holds several pictures (an array, a cube or a volume)";
+  if ((word_at(bytes, 112) & kCubeOrVolume) != 0) fail("header", several, "Convert it to PNG.");
+  std::size_t at = kHeader;
+  bool premultiplied = false;
+  std::optional<Storage> storage;
+  Masks masks;
+  std::string format;
+  if ((flags & kFourCc) != 0 && letters == "DX10") {
+    if (bytes.size() < kDx10Header) fail("header", "the file is cut short", kAgain);
+    at = kDx10Header;
+    constexpr std::uint32_t kPremultiplied = 2;
+    premultiplied = (word_at(bytes, 144) & 7U) == kPremultiplied;
+    if (word_at(bytes, 132) > kTexture2D || word_at(bytes, 140) > 1 ||
+        (word_at(bytes, 136) & kCube) != 0) {
+      fail("header", several, "Convert it to PNG.");
+    }
+    storage = storage_of(&FormatRow::dxgi, word_at(bytes, 128));
+    format = "DXGI_FORMAT " + std::to_string(word_at(bytes, 128));
+  } else if ((flags & kFourCc) != 0) {
+    storage = storage_of_letters(letters, premultiplied);
+    format = "\"" + letters + "\"";
+  } else if ((flags & (kRgb | kLuminance | kAlphaAlone)) != 0) {
+    masks.bits = word_at(bytes, 88);
+    for (std::size_t c = 0; c < 3; ++c) masks.of[c] = word_at(bytes, 92 + 4 * c);
+    if ((flags & (kAlpha | kAlphaAlone)) != 0) masks.of[3] = word_at(bytes, 104);
+    if ((flags & kLuminance) != 0) masks.of[1] = masks.of[2] = 0;
+    format = std::to_string(masks.bits) + " bits a pixel";
+    storage = plain(1, masks.bits / 8);
+    if (masks.bits % 8 != 0 || masks.bits < 8 || masks.bits > 32) storage.reset();
+  }
+  for (char& letter : format) letter = letter < ' ' || letter > '~' ? '?' : letter;
+  if (!storage) {
+    fail("header",
+         "its format is " + (format.empty() ? "not told" : format) + ", which Kiln does not read",
+         "Convert it to PNG.");
+  }
+  check_size(width, height, *storage, limits, fail);
+  const std::uint64_t size = storage->size(width, height);
+  if (size > bytes.size() - at) {
+    fail("pixels",
+         "they need " + std::to_string(size) + " bytes, but the file has " +
+             std::to_string(bytes.size() - at) + " (truncated)",
+         kAgain);
+  }
+  const std::string_view level = std::string_view(bytes).substr(at, size);
+  Image image = masks.bits != 0 ? masks.decode(level, width, height, limits, fail)
+                                : decode(*storage, level, width, height, limits, fail);
+  if (premultiplied) divide_by_alpha(image);
+  return image;
+}
+
+}  // namespace kiln
