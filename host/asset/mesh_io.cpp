@@ -24,12 +24,12 @@ namespace {
 constexpr const char* kFormatNames[] = {"PLY", "OBJ", "STL", "OFF", "glTF", "FBX"};
 constexpr const char* kFormatExtensions[] = {".ply", ".obj", ".stl", ".off", ".gltf", ".fbx"};
 constexpr const char* kNownExtensions =
-    "Kiln reads .ply, .obj, .stl, .off, .glb, .gltf, .fbx, .dae, .3ds and .x: export the mesh as "
-    "one of them.";
+    "Kiln reads .ply, .obj, .stl, .off, .glb, .gltf, .vrm, .fbx, .dae, .3ds and .x: export the "
+    "mesh as one of them.";
 
 std::optional<MeshFormat> format_of(const std::filesystem::path& path) {
   const std::string extension = lower_extension(path);
-  if (extension == ".glb") return MeshFormat::gltf;
+  if (extension == ".glb" || extension == ".vrm") return MeshFormat::gltf;
   for (const MeshFormat format :
        {MeshFormat::ply, MeshFormat::obj, MeshFormat::stl, MeshFormat::off, MeshFormat::gltf}) {
     if (extension == kFormatExtensions[static_cast<int>(format)]) return format;
@@ -85,7 +85,16 @@ Guess guess(std::string_view bytes) {
 std::string read_file(const MeshInput& input, const std::filesystem::path& path) {
   const FailWith fail = [&input](const std::string& place, const std::string& problem,
                                  const std::string& remedy) { input.fail(place, problem, remedy); };
-  return read_whole(*open_file(path, fail), fail);
+  const std::unique_ptr<ByteSource> source = open_file(path, fail);
+  // Its lengths are numbers of 32 bits: of more they say what is left after whole 4 GiB.
+  constexpr std::uint64_t kMostOfGlb = 0xFFFFFFFF;
+  if (source->size() > kMostOfGlb && source->head(4) == "glTF") {
+    input.fail("",
+               "it has " + std::to_string(source->size()) +
+                   " bytes, more than the 4 GiB that a binary glTF can have",
+               "Export it as .gltf with its buffers beside it, or in parts.");
+  }
+  return read_whole(*source, fail);
 }
 
 }  // namespace

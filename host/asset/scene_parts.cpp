@@ -79,14 +79,16 @@ std::filesystem::path ScenePictures::find(const std::string& name) {
   std::filesystem::path file =
       finder_.find(folder_ / (allowed ? plain : plain.filename()), input_.file);
   std::error_code error;
-  return std::filesystem::is_regular_file(file, error) ? file : std::filesystem::path();
+  if (!std::filesystem::is_regular_file(file, error)) return {};
+  // A symbolic link beside the file may lead out of the folder.
+  return input_.options.outside || lies_within(folder_, file) ? file : std::filesystem::path();
 }
 
 void ScenePictures::count_missing(const std::string& name) {
   const std::filesystem::path plain = std::filesystem::path(name).lexically_normal();
   std::error_code error;
-  const bool is_kept_out = is_outside(plain) && !input_.options.outside &&
-                           std::filesystem::is_regular_file(folder_ / plain, error);
+  const bool is_kept_out =
+      !input_.options.outside && std::filesystem::is_regular_file(folder_ / plain, error);
   (is_kept_out ? outside_ : missing_).add(name);
 }
 
