@@ -105,11 +105,8 @@ struct BakeOptions {
   std::optional<Texture> color = {};
   /// For the map opacity, one channel. None given: the vertex colours' alpha.
   std::optional<Texture> opacity = {};
-  /// Leave the background of the high poly's pictures out of all means: texels out of its charts that show the colour that
-  /// most of these have (a quarter at least). For atlases without padding; what charts cover, and what was drawn around
-  /// them, stays.
-  bool fill_high = true;
-  MatchOptions match = {};        ///< Match: search for points of the high poly
+  bool fill_high = true;    ///< Leave the background around charts of its pictures out of means
+  MatchOptions match = {};  ///< Match: search for points of the high poly
   EncodingOptions encoding = {};  ///< Encoding of the maps
   ReportOptions report = {};      ///< Measures beside the maps
   Progress progress = {};  ///< Called now and then; may cancel. See Progress for what it may do
