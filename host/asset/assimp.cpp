@@ -4,7 +4,7 @@
 namespace kiln {
 
 Asset read_by_assimp(const MeshInput& input) {
-  input.fail("", "this build of Kiln was made without Assimp, which reads FBX, DAE, 3DS and X",
+  input.fail("", "this build of Kiln was made without Assimp, which reads DAE, 3DS and X",
              "Export the mesh as OBJ or PLY, or build Kiln with KILN_ASSIMP=ON where Assimp is "
              "installed.");
 }
@@ -32,11 +32,10 @@ Asset read_by_assimp(const MeshInput& input) {
 #include <vector>
 
 #include "asset/axes.h"
-#include "asset/file_finder.h"
 #include "asset/hierarchy.h"
 #include "asset/mesh_builder.h"
+#include "asset/scene_parts.h"
 #include "base/child.h"
-#include "base/counted.h"
 #include "base/lower_case.h"
 #include "io/file/text_scanner.h"
 
@@ -59,56 +58,37 @@ AffineMap transform_of(const aiMatrix4x4& m) {
           m.a3, m.b3, m.c3, m.d3, m.a4, m.b4, m.c4, m.d4};
 }
 
-/// Map of normals, up to their length: the cofactors, whose columns are the cross products of the map's.
-struct NormalTurn {
-  std::array<std::array<double, 3>, 3> columns{};
-  bool mirrors = false;
-
-  explicit NormalTurn(const AffineMap& m) {
-    double determinant = 0;
-    for (std::size_t k = 0; k < 3; ++k) {
-      const double *const a = &m[4 * ((k + 1) % 3)], *const b = &m[4 * ((k + 2) % 3)];
-      columns[k] = {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2],
-                    a[0] * b[1] - a[1] * b[0]};
-    }
-    for (std::size_t i = 0; i < 3; ++i) determinant += m[i] * columns[0][i];
-    mirrors = determinant < 0;
-  }
-  Vec3 operator()(const aiVector3D& n) const {
-    std::array<double, 3> turned{};
-    for (std::size_t i = 0; i < 3; ++i) {
-      turned[i] = columns[0][i] * n.x + columns[1][i] * n.y + columns[2][i] * n.z;
-    }
-    // Made unit here, since cofactors of small scales are too small for floats.
-    const double length = std::hypot(turned[0], turned[1], turned[2]) * (mirrors ? -1 : 1);
-    if (!std::isnormal(length)) return {};
-    return {narrow(turned[0] / length), narrow(turned[1] / length), narrow(turned[2] / length)};
-  }
-};
-
 class SceneReader {
  public:
   SceneReader(const MeshInput& input, const aiScene& scene)
-      : input_(input),
-        scene_(scene),
-        builder_(input),
-        folder_(fs::path(input.file).parent_path()),
-        finder_(folder_, input.warnings),
-        has_normals_(input.bytes.find("LayerElementNormal") != std::string_view::npos),
-        has_uvs_(input.bytes.find("LayerElementUV") != std::string_view::npos) {}
+      : input_(input), scene_(scene), builder_(input), uv_sets_(input), pictures_(input) {}
 
   Asset read() {
-    const WorldFrame world = world_frame(input_.options, own_turn(), metres());
+    const WorldFrame world = world_frame(input_.options, kNoMove, metres());
     AffineMap to_world = world.map.value_or(kNoMove);
     undo_unit(to_world);
     nodes(to_world);
-    check_uv_set();
+    for (const Placed& placed : placed_) {
+      builder_.set_object(placed.object);
+      for (unsigned i = 0; i < placed.node->mNumMeshes; ++i) {
+        if (placed.node->mMeshes[i] >= scene_.mNumMeshes) fail(placed.object, "it names no mesh");
+        mesh(*scene_.mMeshes[placed.node->mMeshes[i]], placed.world);
+      }
+    }
+    if (unposed_ != 0) {
+      input_.warn("skinned",
+                  "pieces of meshes with bones, " + std::to_string(unposed_) +
+                      " in all, are read as stored, not as posed: a joint of theirs is missing, or "
+                      "shares its name with another node. Export glTF or FBX.",
+                  unposed_);
+    }
+    uv_sets_.check();
     builder_.is_placed = true;
     asset_.mesh = builder_.finish();
     materials();
     asset_.mesh.metres = world.metres;
-    asset_.mesh.uv_set = uv_set_.value_or(0);
-    warn();
+    asset_.mesh.uv_set = uv_sets_.chosen();
+    pictures_.warn();
     return std::move(asset_);
   }
 
@@ -136,26 +116,58 @@ class SceneReader {
       if (visit.parent == AssetNode::kNone) node.transform = product(to_world, node.transform);
       const AffineMap world = product(visit.of_parent, node.transform);
       if (visit.node->mNumMeshes != 0) {
-        builder_.set_object(objects_.add(node.name.empty() ? "object" : node.name));
+        placed_.push_back(
+            {visit.node, objects_.add(node.name.empty() ? "object" : node.name), world});
         asset_.object_nodes.push_back(index);
       }
-      for (unsigned i = 0; i < visit.node->mNumMeshes; ++i) {
-        if (visit.node->mMeshes[i] >= scene_.mNumMeshes) fail(node.name, "it names no mesh");
-        mesh(*scene_.mMeshes[visit.node->mMeshes[i]], world);
-      }
+      const auto [joint, added] = joints_.emplace(node.name, world);
+      if (!added) joint->second.reset();
       for (unsigned i = visit.node->mNumChildren; i-- > 0;) {
         open.push_back({visit.node->mChildren[i], index, world});
       }
     }
   }
 
-  /// Corners of one place and colour become one vertex: Assimp gives each corner of FBX its own.
-  std::vector<std::uint32_t> vertices(const aiMesh& mesh, const AffineMap& world) {
+  /// Linear blend skinning: each vertex by the joints of its weights, whatever its mesh's node does. A joint's offset
+  /// is its inverse bind times the bind shape. Empty: no bones, or no joints for them. Vertices without weights
+  /// stay with the node.
+  std::vector<AffineMap> poses(const aiMesh& mesh, const AffineMap& world) {
+    if (mesh.mNumBones == 0) return {};
+    std::vector<AffineMap> maps(mesh.mNumVertices, AffineMap{});
+    std::vector<double> totals(mesh.mNumVertices);
+    for (unsigned b = 0; b < mesh.mNumBones; ++b) {
+      const aiBone& bone = *mesh.mBones[b];
+      const auto joint = joints_.find(bone.mName.C_Str());
+      if (joint == joints_.end() || !joint->second) {
+        ++unposed_;
+        return {};
+      }
+      const AffineMap map = product(*joint->second, transform_of(bone.mOffsetMatrix));
+      for (unsigned i = 0; i < bone.mNumWeights; ++i) {
+        const aiVertexWeight& weight = bone.mWeights[i];
+        if (weight.mVertexId >= mesh.mNumVertices) fail(bone.mName.C_Str(), "it moves no vertex");
+        if (!(weight.mWeight > 0)) continue;
+        totals[weight.mVertexId] += weight.mWeight;
+        for (std::size_t k = 0; k < 16; ++k) maps[weight.mVertexId][k] += weight.mWeight * map[k];
+      }
+    }
+    for (std::size_t v = 0; v < maps.size(); ++v) {
+      if (!(totals[v] > 0)) maps[v] = world;
+      for (double& value : maps[v]) value /= totals[v] > 0 ? totals[v] : 1;
+    }
+    return maps;
+  }
+
+  /// Corners of one place and colour become one vertex: Assimp gives each corner its own.
+  /// \param poses  a map per vertex; empty: the one of the node
+  std::vector<std::uint32_t> vertices(const aiMesh& mesh, const AffineMap& of_node,
+                                      const std::vector<AffineMap>& poses) {
     using Key = std::array<std::uint64_t, 4>;
     std::map<Key, std::uint32_t> known;
     std::vector<std::uint32_t> of(mesh.mNumVertices);
     for (unsigned v = 0; v < mesh.mNumVertices; ++v) {
       const aiVector3D& p = mesh.mVertices[v];
+      const AffineMap& world = poses.empty() ? of_node : poses[v];
       MeshBuilder::Position place{};
       Key key{};
       for (std::size_t i = 0; i < 3; ++i) {
@@ -183,24 +195,27 @@ class SceneReader {
 
   void mesh(const aiMesh& mesh, const AffineMap& world) {
     if (mesh.mNumFaces == 0 || mesh.mVertices == nullptr) return;
-    if (mesh.mNumBones != 0) ++skinned_;
-    if (mesh.GetNumUVChannels() > 1) ++more_uvs_;
-    if (has_normals_ && !mesh.HasNormals()) ++dropped_normals_;
-    if (has_uvs_ && mesh.GetNumUVChannels() == 0) ++dropped_uvs_;
     const std::optional<unsigned> uv_set = uv_set_of(mesh);
-    if (uv_set && !uv_set_) uv_set_ = uv_set;
     builder_.set_material(material_name(mesh.mMaterialIndex));
-    const std::vector<std::uint32_t> vertex_of = vertices(mesh, world);
+    const std::vector<AffineMap> posed = poses(mesh, world);
+    const std::vector<std::uint32_t> vertex_of = vertices(mesh, world, posed);
     const auto first_uv = static_cast<std::uint32_t>(builder_.uvs.size());
     const auto first_normal = static_cast<std::uint32_t>(builder_.normals.size());
-    const NormalTurn turn(world);
+    const NormalTurn of_node(world);
+    std::vector<NormalTurn> turns(posed.begin(), posed.end());
+    const auto turn = [&](unsigned v) -> const NormalTurn& {
+      return turns.empty() ? of_node : turns[v];
+    };
     const bool uvs = uv_set.has_value(), normals = mesh.HasNormals();
     for (unsigned v = 0; v < mesh.mNumVertices; ++v) {
       if (uvs) {
         const aiVector3D& uv = mesh.mTextureCoords[*uv_set][v];
         builder_.uvs.push_back({uv.x, uv.y});
       }
-      if (normals) builder_.normals.push_back(turn(mesh.mNormals[v]));
+      if (normals) {
+        const aiVector3D& n = mesh.mNormals[v];
+        builder_.normals.push_back(turn(v)(n.x, n.y, n.z));
+      }
     }
     std::vector<std::uint32_t> corners, corner_uvs, corner_normals;
     for (unsigned f = 0; f < mesh.mNumFaces; ++f) {
@@ -208,9 +223,11 @@ class SceneReader {
       corners.clear();
       corner_uvs.clear();
       corner_normals.clear();
+      const bool mirrored = face.mNumIndices != 0 && face.mIndices[0] < mesh.mNumVertices &&
+                            turn(face.mIndices[0]).mirrors();
       for (unsigned i = 0; i < face.mNumIndices; ++i) {
         // A mirrored polygon is turned round, so that it faces as its normals do.
-        const unsigned v = face.mIndices[turn.mirrors ? face.mNumIndices - 1 - i : i];
+        const unsigned v = face.mIndices[mirrored ? face.mNumIndices - 1 - i : i];
         if (v >= mesh.mNumVertices) {
           fail("mesh \"" + printable(mesh.mName.C_Str()) + "\", face " + std::to_string(f),
                "its corner is vertex " + std::to_string(v) + " of " +
@@ -226,29 +243,12 @@ class SceneReader {
 
   /// The channel of the set that is asked for, where a mesh has it.
   std::optional<unsigned> uv_set_of(const aiMesh& mesh) {
-    const std::string& name = input_.options.uv_set_name;
-    std::optional<unsigned> found;
+    std::vector<std::string> names;
     for (unsigned set = 0; set < mesh.GetNumUVChannels(); ++set) {
       const aiString* const given = mesh.GetTextureCoordsName(set);
-      const std::string own = given == nullptr ? "" : given->C_Str();
-      uv_sets_.insert(std::to_string(set) + (own.empty() ? "" : " \"" + printable(own) + "\""));
-      if (name.empty() ? set == input_.options.uv_set : own == name) found = set;
+      names.emplace_back(given == nullptr ? "" : given->C_Str());
     }
-    return found;
-  }
-
-  /// Refuses a set of UVs that no mesh has.
-  void check_uv_set() const {
-    const LoadMeshOptions& options = input_.options;
-    if (uv_set_ || (options.uv_set_name.empty() && options.uv_set == 0)) return;
-    std::string sets;
-    for (const std::string& set : uv_sets_) sets += (sets.empty() ? "" : ", ") + set;
-    input_.fail("",
-                "none of its meshes has the set of UVs " +
-                    (options.uv_set_name.empty() ? std::to_string(options.uv_set)
-                                                 : "\"" + printable(options.uv_set_name) + "\"") +
-                    ": its sets are " + (sets.empty() ? "none" : sets),
-                "Ask for one of them.");
+    return uv_sets_.choose(names);
   }
 
   const std::string& material_name(unsigned index) {
@@ -342,66 +342,23 @@ class SceneReader {
         picture.bytes = shared;
         picture.file = name.starts_with('*') ? "picture " + name.substr(1) : name;
       } else {
-        picture.file = file_of(name);
-        if (picture.file.empty()) return {};
+        picture.file = pictures_.find(name);
+        if (picture.file.empty()) {
+          pictures_.count_missing(name);
+          return {};
+        }
       }
       picture.wrap = {wrap_of(from, AI_MATKEY_MAPPINGMODE_U(kind, 0)),
                       wrap_of(from, AI_MATKEY_MAPPINGMODE_V(kind, 0))};
       aiUVTransform placement;
       if (from.Get(AI_MATKEY_UVTRANSFORM(kind, 0), placement) == AI_SUCCESS) {
-        place(placement, picture);
+        pictures_.place(picture, placement.mScaling.x, placement.mScaling.y,
+                        placement.mTranslation != aiVector2D(0, 0) || placement.mRotation != 0,
+                        false);
       }
       break;
     }
     return picture;
-  }
-
-  /// FBX's scaling alone multiplies UVs in all programs. With a translation Blender has S (u - T), Unreal and three.js
-  /// S u + T; a rotation is in degrees or, as Blender writes it, in radians; other formats' are as little agreed on.
-  void place(const aiUVTransform& placement, MaterialPicture& picture) {
-    const aiVector2D& scale = placement.mScaling;
-    if (placement.mTranslation == aiVector2D(0, 0) && placement.mRotation == 0 &&
-        (scale == aiVector2D(1, 1) ||
-         (lower_extension(input_.file) == ".fbx" && std::isfinite(scale.x) && scale.x != 0 &&
-          std::isfinite(scale.y) && scale.y != 0))) {
-      picture.uv_transform = {scale.x, 0, 0, 0, scale.y, 0};
-    } else if (placed_++ == 0) {
-      first_placed_ = picture.file.filename().string();
-    }
-  }
-
-  /// Assimp turns Collada, 3DS and X itself, and gives FBX's axes as metadata.
-  AffineMap own_turn() const {
-    struct Axis {
-      std::int32_t axis = 0, sign = 1;
-    };
-    // The axes that become X, Y and Z. "Front" looks at the viewer.
-    constexpr const char* kNames[] = {"CoordAxis", "UpAxis", "FrontAxis"};
-    std::array<Axis, 3> axes{};
-    AffineMap map{};
-    for (std::size_t k = 0; k < 3; ++k) {
-      const std::string name = kNames[k];
-      if (scene_.mMetaData == nullptr || !scene_.mMetaData->Get(name, axes[k].axis) ||
-          !scene_.mMetaData->Get(name + "Sign", axes[k].sign)) {
-        return kNoMove;
-      }
-      if (axes[k].axis < 0 || axes[k].axis > 2 || std::abs(axes[k].sign) != 1) return odd_axes();
-      map[4 * static_cast<std::size_t>(axes[k].axis) + k] = axes[k].sign;
-    }
-    if (axes[0].axis == axes[1].axis || axes[1].axis == axes[2].axis ||
-        axes[2].axis == axes[0].axis) {
-      return odd_axes();
-    }
-    map[15] = 1;
-    return map;
-  }
-
-  AffineMap odd_axes() const {
-    input_.warn("odd-axes",
-                "its axes are not three different ones, so that it was not turned. Say what is up, "
-                "such as --up high=z.",
-                1);
-    return kNoMove;
   }
 
   bool is_collada() const { return lower_extension(input_.file) == ".dae"; }
@@ -414,117 +371,34 @@ class SceneReader {
     for (std::size_t i = 0; i < 12 && unit > 0; ++i) map[i] /= unit;
   }
 
-  /// A picture's file; empty, and counted, where it is not there, or may not be read.
-  fs::path file_of(const std::string& name) {
-    const fs::path plain = fs::path(name).lexically_normal();
-    const bool leaves = plain.is_absolute() || (!plain.empty() && *plain.begin() == "..");
-    const bool allowed = !leaves || input_.options.outside;
-    // One that may not be read may have a copy beside the file.
-    fs::path file = finder_.find(folder_ / (allowed ? plain : plain.filename()), input_.file);
-    std::error_code error;
-    if (fs::is_regular_file(file, error)) return file;
-    if (!allowed && fs::is_regular_file(folder_ / plain, error)) {
-      if (outside_++ == 0) first_outside_ = name;
-    } else if (missing_++ == 0) {
-      first_missing_ = name;
-    }
-    return {};
-  }
-
   /// Metres a unit of the positions that Assimp gives; 0: not known.
-  double metres() const {
-    float centimetres = 0;
-    if (scene_.mMetaData != nullptr && scene_.mMetaData->Get("UnitScaleFactor", centimetres) &&
-        centimetres > 0 && std::isfinite(centimetres)) {
-      // As many digits as were written: 2.54 is no float.
-      char text[32];
-      std::snprintf(text, sizeof text, "%.7g", double{centimetres});
-      return std::strtod(text, nullptr) / 100;
-    }
-    return is_collada() ? 1 : 0;  // Assimp turns Collada's to metres
-  }
-
-  void warn() const {
-    if (skinned_ != 0) {
-      input_.warn("skinned",
-                  "meshes with bones, " + std::to_string(skinned_) +
-                      " in all, are read as stored, not as posed.",
-                  skinned_);
-    }
-    if (dropped_normals_ != 0) {
-      input_.warn(
-          "normals-computed",
-          std::to_string(dropped_normals_) +
-              " of its meshes have no normals though the file has some: Assimp before 5.3 does not "
-              "read those that are given by vertex. They are computed from the corners' "
-              "angles, as Blender does, all smooth.",
-          dropped_normals_);
-    }
-    if (dropped_uvs_ != 0) {
-      input_.warn("uvs-left-out",
-                  std::to_string(dropped_uvs_) +
-                      " of its meshes have no UVs though the file has some: Assimp before 5.3 does "
-                      "not read "
-                      "those that are given by vertex. Export it as glTF where they matter.",
-                  dropped_uvs_);
-    }
-    if (more_uvs_ != 0) {
-      input_.warn("unused-properties",
-                  "meshes with more than one set of UVs, " + std::to_string(more_uvs_) +
-                      " in all: set " + std::to_string(uv_set_.value_or(0)) + " is read.",
-                  more_uvs_);
-    }
-    if (missing_ != 0) {
-      input_.warn("picture-missing",
-                  counted(missing_, "picture") + " of materials, such as '" +
-                      printable(first_missing_) +
-                      "', cannot be found: the materials' numbers stand alone.",
-                  missing_);
-    }
-    if (outside_ != 0) {
-      input_.warn("picture-outside",
-                  counted(outside_, "picture") + " of materials, such as '" +
-                      printable(first_outside_) +
-                      "', lie outside the folder of the file, and were not read: put them beside "
-                      "it, or allow it (--allow-outside).",
-                  outside_);
-    }
-    if (placed_ != 0) {
-      input_.warn("texture-options",
-                  counted(placed_, "picture") + " of materials, such as '" +
-                      printable(first_placed_) +
-                      "', would be moved, turned or scaled in a way that programs read "
-                      "differently: that is left out. Export glTF, or apply it to the UVs.",
-                  placed_);
-    }
-  }
+  double metres() const { return is_collada() ? 1 : 0; }  // Assimp turns Collada's to metres
 
   const MeshInput& input_;
   const aiScene& scene_;
   MeshBuilder builder_;
-  fs::path folder_;
-  FileFinder finder_;
-  bool has_normals_, has_uvs_;  // by any of an FBX's meshes
+  UvSetChoice uv_sets_;
+  ScenePictures pictures_;
   Asset asset_;
+  struct Placed {
+    const aiNode* node;
+    std::string object;
+    AffineMap world;
+  };
+  std::vector<Placed> placed_;                               // nodes with meshes
+  std::map<std::string, std::optional<AffineMap> > joints_;  // by name; none: several nodes have it
+  std::uint64_t unposed_ = 0;
   UniqueNames objects_, unique_materials_;
   std::map<unsigned, std::string> material_names_;
   std::map<std::string, unsigned> material_of_;
   std::map<const aiTexture*, std::shared_ptr<const std::vector<std::byte> > > embedded_;
-  std::uint64_t skinned_ = 0, more_uvs_ = 0, placed_ = 0, missing_ = 0, outside_ = 0,
-                dropped_normals_ = 0, dropped_uvs_ = 0;
-  std::string first_missing_, first_outside_, first_placed_;
-  std::optional<unsigned> uv_set_;  // that is read
-  std::set<std::string> uv_sets_;   // that there are, in words
 };
 
 /// Assimp's scene of a file, which the importer keeps; nullptr: none. \param said  out: then why
 const aiScene* read_scene(const MeshInput& input, Assimp::Importer& importer, std::string& said) {
   std::string hint = fs::path(input.file).extension().string();
   if (!hint.empty()) hint.erase(0, 1);
-  importer.SetIOHandler(new NoFiles);  // the importer's own
-  // Names and transforms of nodes as they are, not of a chain of made-up ones.
-  importer.SetPropertyBool(AI_CONFIG_IMPORT_FBX_PRESERVE_PIVOTS, false);
-  importer.SetPropertyBool(AI_CONFIG_IMPORT_FBX_READ_ANIMATIONS, false);
+  importer.SetIOHandler(new NoFiles);                                          // the importer's own
   importer.SetPropertyBool(AI_CONFIG_IMPORT_COLLADA_USE_COLLADA_NAMES, true);  // not ids
   if (input.options.override_up && input.options.up != UpAxis::as_given) {
     importer.SetPropertyBool(AI_CONFIG_IMPORT_COLLADA_IGNORE_UP_DIRECTION, true);

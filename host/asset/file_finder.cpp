@@ -29,6 +29,16 @@ std::size_t shared_parts(const std::vector<std::string>& a, const std::vector<st
 
 }  // namespace
 
+bool lies_within(const fs::path& folder, const fs::path& file) {
+  std::error_code error;
+  const fs::path whole = fs::weakly_canonical(folder.empty() ? fs::path(".") : folder, error);
+  if (error) return false;
+  const fs::path target = fs::weakly_canonical(file, error);
+  if (error) return false;
+  return std::mismatch(whole.begin(), whole.end(), target.begin(), target.end()).first ==
+         whole.end();
+}
+
 /// A folder that has more entries than the limit is not searched at all: which of them come first is chance.
 void FileFinder::list() {
   listed_ = true;
@@ -44,7 +54,8 @@ void FileFinder::list() {
     std::error_code ignored;
     if (at->is_directory(ignored)) {
       if (at.depth() + 1 >= kLevels || at->is_symlink(ignored)) at.disable_recursion_pending();
-    } else if (at->is_regular_file(ignored)) {
+    } else if (at->is_regular_file(ignored) &&
+               (!at->is_symlink(ignored) || lies_within(start, at->path()))) {
       const fs::path path = folder_.empty() ? at->path().lexically_relative(start) : at->path();
       files_[lower_case(path.filename().string())].push_back(path);
     }

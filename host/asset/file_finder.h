@@ -11,8 +11,12 @@
 
 namespace kiln {
 
+/// True if a file lies in a folder or the folders in it once all symbolic links are followed. What is not there counts
+/// by its name.
+bool lies_within(const std::filesystem::path& folder, const std::filesystem::path& file);
+
 /// Finds pictures and materials whose paths are those of another machine, in a folder and the folders in it. It
-/// never looks above it and follows no links to folders.
+/// never looks above it, follows no links to folders, and finds no link to a file that lies elsewhere.
 class FileFinder {
  public:
   /// \param warnings  where to append "found-elsewhere"; may be null

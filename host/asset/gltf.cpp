@@ -3,10 +3,15 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
+#include <map>
+#include <memory>
 #include <optional>
+#include <tuple>
 
 #include "asset/axes.h"
 #include "asset/gltf_draco.h"
+#include "asset/gltf_pose.h"
 #include "asset/hierarchy.h"
 #include "asset/materials.h"
 #include "asset/mesh_builder.h"
@@ -21,40 +26,6 @@ namespace {
 
 constexpr std::uint64_t kTriangles = 4,
                         kFanMode = 6;  // modes; below are points and lines, between strips
-
-AffineMap matrix_of(const GltfValue& node) {
-  const GltfValue matrix = node["matrix"];
-  if (matrix.exists()) {
-    const AffineMap given = matrix.numbers<16>(kNoMove);
-    if (given[3] != 0 || given[7] != 0 || given[11] != 0 || given[15] != 1) {
-      matrix.fail("its last row is not 0 0 0 1, and so it is no affine map");
-    }
-    return given;
-  }
-  const std::array<double, 3> t = node["translation"].numbers<3>({0, 0, 0});
-  const std::array<double, 3> s = node["scale"].numbers<3>({1, 1, 1});
-  std::array<double, 4> q = node["rotation"].numbers<4>({0, 0, 0, 1});
-  const double size = std::sqrt(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3]);
-  if (!(size > 0)) node["rotation"].fail("it is 0, which is no rotation");
-  for (double& value : q) value /= size;
-  const auto [x, y, z, w] = q;
-  return {(1 - 2 * (y * y + z * z)) * s[0],
-          2 * (x * y + z * w) * s[0],
-          2 * (x * z - y * w) * s[0],
-          0,
-          2 * (x * y - z * w) * s[1],
-          (1 - 2 * (x * x + z * z)) * s[1],
-          2 * (y * z + x * w) * s[1],
-          0,
-          2 * (x * z + y * w) * s[2],
-          2 * (y * z - x * w) * s[2],
-          (1 - 2 * (x * x + y * y)) * s[2],
-          0,
-          t[0],
-          t[1],
-          t[2],
-          1};
-}
 
 /// A matrix on places, normals and tangents.
 class Placing {
@@ -102,9 +73,12 @@ class Placing {
   std::array<Vec3d, 3> n_;
 };
 
-/// A primitive's triangles, in the file's numbers.
+/// A primitive's triangles, in the file's numbers, with its morph targets added.
 struct Primitive {
   GltfNumbers positions, normals, uvs, tangents, colors;
+  std::vector<GltfNumbers> other_uvs;        // as GltfReader::other_sets_ has them; empty: none
+  std::vector<GltfNumbers> joints, weights;  // a set each
+  std::string place;
   std::vector<Triangle> triangles;
   std::size_t material = 0;
 };
@@ -121,9 +95,17 @@ class GltfReader {
     asset.extras = file_.root()["asset"]["extras"].dump();
     asset.copyright = file_.root()["asset"]["copyright"].text();
     asset.scene = scene_of_file();
-    visit_nodes(asset);
+    const auto parent = parents();
+    worlds_.emplace(file_, parent, world_.map);
+    visit_nodes(asset, parent);
     look_ahead();
     choose_uv_set();
+    uv_maps_ = gltf_uv_maps(file_, uv_set_, input_.warnings != nullptr);
+    for (const std::uint32_t set : gltf_uv_sets(file_)) {
+      if (set == uv_set_ || set >= uv_sets_) continue;
+      other_sets_.push_back(set);
+      builder_.other_uvs.push_back({set, {}});
+    }
     for (const Placed& placed : placed_) add(placed, asset);
     warn();
     if (builder_.faces() == 0) fail_empty();
@@ -140,7 +122,7 @@ class GltfReader {
     asset.mesh.metres = world_.metres;
     asset.mesh.uv_set = uv_set_;
     if (!with_materials) return asset;
-    const std::vector<Material> materials = read_gltf_materials(file_);
+    const std::vector<Material> materials = read_gltf_materials(file_, uv_set_);
     for (const std::string& name : asset.mesh.material_names) {
       asset.materials.push_back(*std::find_if(materials.begin(), materials.end(),
                                               [&](const Material& m) { return m.name == name; }));
@@ -156,6 +138,8 @@ class GltfReader {
     std::uint32_t node;  // of the asset
     AffineMap matrix;
     std::string name;
+    std::optional<std::size_t> skin;
+    std::vector<double> weights;  // of morph targets
   };
 
   /// Children have one parent, and no node is above itself.
@@ -193,19 +177,27 @@ class GltfReader {
   }
 
   /// Nodes of the default scene; without one, of all scenes; without any, all.
-  std::vector<std::size_t> roots() const {
+  /// A scene that lists a child beside its root has it once, where its parent puts it.
+  std::vector<std::size_t> roots(const std::vector<std::optional<std::size_t>>& parent) {
     const GltfValue nodes = file_.list("nodes"), scenes = file_.list("scenes");
-    const auto parent = parents();
     std::vector<std::size_t> result;
     std::vector<bool> taken(nodes.size());
     const auto take = [&](const GltfValue& scene) {
       const GltfValue list = scene["nodes"];
+      std::vector<bool> listed(nodes.size());
+      for (std::size_t k = 0; k < list.size(); ++k) listed[*list.at(k).index_into(nodes)] = true;
       for (std::size_t k = 0; k < list.size(); ++k) {
-        const std::size_t node = *list.at(k).index_into(nodes);
+        const std::size_t node = list.at(k).count(0);
         if (parent[node]) {
-          list.at(k).fail("nodes[" + std::to_string(node) +
-                          "] is no root: it is a child of nodes[" + std::to_string(*parent[node]) +
-                          "]");
+          std::optional<std::size_t> above = parent[node];
+          while (above && !listed[*above]) above = parent[*above];
+          if (!above) {
+            list.at(k).fail("nodes[" + std::to_string(node) +
+                            "] is no root: it is a child of nodes[" +
+                            std::to_string(*parent[node]) + "]");
+          }
+          if (children_++ == 0) first_child_ = list.at(k).place();
+          continue;
         }
         if (!taken[node]) result.push_back(node);
         taken[node] = true;
@@ -231,14 +223,14 @@ class GltfReader {
     return scenes.size() == 1 ? scenes.at(0).dump() : "";
   }
 
-  void visit_nodes(Asset& asset) {
+  void visit_nodes(Asset& asset, const std::vector<std::optional<std::size_t>>& parent) {
     const GltfValue nodes = file_.list("nodes"), meshes = file_.list("meshes");
     struct Step {
       std::size_t node;
       std::uint32_t parent;
     };
     std::vector<Step> steps;
-    const std::vector<std::size_t> first = roots();
+    const std::vector<std::size_t> first = roots(parent);
     for (auto root = first.rbegin(); root != first.rend(); ++root) {
       steps.push_back({*root, AssetNode::kNone});
     }
@@ -252,7 +244,7 @@ class GltfReader {
       AssetNode& made = asset.nodes.emplace_back();
       made.name = node["name"].text();
       made.parent = step.parent;
-      made.transform = matrix_of(node);
+      made.transform = map_of_node(node);
       if (step.parent == AssetNode::kNone && world_.map) {
         made.transform = product(*world_.map, made.transform);
       }
@@ -264,9 +256,21 @@ class GltfReader {
         made.mesh_extras = meshes.at(*mesh)["extras"].dump();
         std::string name = made.name.empty() ? meshes.at(*mesh)["name"].text() : made.name;
         if (name.empty()) name = "node " + std::to_string(step.node);
-        if (node["skin"].exists()) ++skins_;
-        placed_.push_back({*mesh, index, worlds.back(), unique.add(name)});
-        if (node["extensions"]["EXT_mesh_gpu_instancing"].exists()) ++instanced_;
+        const auto skin = node["skin"].index_into(file_.list("skins"));
+        const GltfValue own = node["weights"];
+        const std::vector<double> weights =
+            numbers_of(own.exists() ? own : meshes.at(*mesh)["weights"]);
+        // A skinned mesh lies where its joints are, however often it is placed.
+        const std::vector<AffineMap> instances =
+            skin ? std::vector<AffineMap>{kNoMove} : instances_of(file_, node);
+        require_memory("its instances", capped_product(instances.size(), sizeof(Placed)),
+                       memory_failure(fail_, ""));
+        for (const AffineMap& instance : instances) {
+          const AffineMap map = instances.size() == 1 && instance == kNoMove
+                                    ? worlds.back()
+                                    : product(worlds.back(), instance);
+          placed_.push_back({*mesh, index, map, unique.add(name), skin, weights});
+        }
       }
       const GltfValue children = node["children"];
       for (std::size_t k = children.size(); k-- > 0;) {
@@ -275,39 +279,69 @@ class GltfReader {
     }
   }
 
+  static std::vector<double> numbers_of(const GltfValue& list) {
+    std::vector<double> result;
+    for (std::size_t i = 0; i < list.size(); ++i) result.push_back(list.at(i).number(0));
+    return result;
+  }
+
+  /// Vertices, and corners of triangles.
+  struct Counts {
+    std::uint64_t vertices = 0, corners = 0;
+  };
+
+  /// What a mesh has, by the heads of what is packed, before any of it is unpacked.
+  Counts count_mesh(const GltfValue& primitives) {
+    Counts counts;
+    for (std::size_t i = 0; i < primitives.size(); ++i) {
+      const GltfValue primitive = primitives.at(i), attributes = primitive["attributes"];
+      if (primitive["mode"].count(kTriangles) < kTriangles) continue;
+      const auto position = attributes["POSITION"].index_into(file_.list("accessors"));
+      if (!position) continue;
+      const auto index = primitive["indices"].index_into(file_.list("accessors"));
+      const GltfValue packed = primitive["extensions"][kDraco];
+      if (is_packed(packed, *position)) {
+        // Its accessors may say anything.
+        const DracoCounts held = count_draco(file_, packed);
+        counts.vertices += std::clamp(file_.list("accessors").at(*position)["count"].count(0),
+                                      held.vertices, std::max(held.vertices, 3 * held.triangles));
+        counts.corners += 3 * held.triangles;
+        if (const auto view = packed["bufferView"].index_into(file_.list("bufferViews"))) {
+          ++packed_uses_[*view];
+        }
+      } else {
+        counts.vertices += file_.count(*position);
+        counts.corners += file_.count(index.value_or(*position));
+      }
+      has_colors_ = has_colors_ || attributes["COLOR_0"].exists();
+      has_tangents_ = has_tangents_ || attributes["TANGENT"].exists();
+      while (attributes[kUvSet + std::to_string(uv_sets_)].exists()) ++uv_sets_;
+    }
+    return counts;
+  }
+
+  bool is_packed(const GltfValue& packed, std::size_t position) const {
+    return packed.exists() &&
+           (kReadsDraco || !file_.list("accessors").at(position)["bufferView"].exists());
+  }
+
   /// Finds what all primitives have together, and whether memory can hold what the nodes place.
   void look_ahead() {
+    std::map<std::size_t, Counts> known;
     std::uint64_t vertices = 0, corners = 0;
     for (const Placed& placed : placed_) {
-      const GltfValue primitives = file_.list("meshes").at(placed.mesh)["primitives"];
-      for (std::size_t i = 0; i < primitives.size(); ++i) {
-        const GltfValue primitive = primitives.at(i), attributes = primitive["attributes"];
-        if (primitive["mode"].count(kTriangles) < kTriangles) continue;
-        const auto position = attributes["POSITION"].index_into(file_.list("accessors"));
-        if (!position) continue;
-        const auto index = primitive["indices"].index_into(file_.list("accessors"));
-        if (primitive["extensions"][kDraco].exists()) {
-          // Checked where it is unpacked.
-          vertices += file_.list("accessors").at(*position)["count"].count(0);
-          if (index) corners += file_.list("accessors").at(*index)["count"].count(0);
-        } else {
-          vertices += file_.count(*position);
-          corners += file_.count(index.value_or(*position));
-        }
-        has_colors_ = has_colors_ || attributes["COLOR_0"].exists();
-        has_tangents_ = has_tangents_ || attributes["TANGENT"].exists();
-        while (attributes[kUvSet + std::to_string(uv_sets_)].exists()) ++uv_sets_;
+      const auto [entry, added] = known.try_emplace(placed.mesh);
+      if (added) {
+        entry->second = count_mesh(file_.list("meshes").at(placed.mesh)["primitives"]);
       }
+      vertices += entry->second.vertices;
+      corners += entry->second.corners;
     }
     constexpr std::uint64_t kVertexBytes = 72, kCornerBytes = 36;
-    const FailWith fail = [this](const std::string& place, const std::string& problem,
-                                 const std::string& remedy) {
-      input_.fail(place, problem, remedy);
-    };
     require_memory(
         "its meshes, as often as nodes place them,",
         std::max(capped_product(vertices, kVertexBytes), capped_product(corners, kCornerBytes)),
-        memory_failure(fail, ""));
+        memory_failure(fail_, ""));
   }
 
   void choose_uv_set() {
@@ -341,7 +375,7 @@ class GltfReader {
     return file_.numbers(*accessor, width);
   }
 
-  std::optional<Primitive> read_primitive(const GltfValue& from) {
+  std::optional<Primitive> read_primitive(const GltfValue& from, const Placed& placed) {
     const std::uint64_t mode = from["mode"].count(kTriangles);
     if (mode > kFanMode)
       from["mode"].fail("it is " + std::to_string(mode) + ", which glTF does not know");
@@ -353,19 +387,14 @@ class GltfReader {
     const auto position = attributes["POSITION"].index_into(accessors);
     if (!position) from.fail("it has no positions");
     const GltfValue packed = from["extensions"][kDraco];
-    if (packed.exists() && (kReadsDraco || !accessors.at(*position)["bufferView"].exists())) {
-      return read_packed(from, packed);
-    }
+    if (is_packed(packed, *position)) return read_packed(from, packed, placed);
     Primitive result;
     result.positions = file_.numbers(*position, 3);
     const std::size_t count = result.positions.count();
-    result.uvs = attribute(attributes, kUvSet + std::to_string(uv_set_), 2, count);
-    result.normals = attribute(attributes, "NORMAL", 3, count);
-    result.colors = attribute(attributes, "COLOR_0", GltfFile::kColor, count);
-    // The spec: tangents without normals are to be ignored.
-    if (!result.normals.values.empty())
-      result.tangents = attribute(attributes, "TANGENT", 4, count);
-    finish_primitive(from, result);
+    for (const Wanted& wanted : wanted_of(attributes, placed, result)) {
+      *wanted.to = attribute(attributes, wanted.name, wanted.width, count);
+    }
+    finish_primitive(from, placed, result);
     std::vector<std::uint32_t> order;
     if (const auto index = from["indices"].index_into(accessors)) {
       order = file_.indices(*index, count);
@@ -377,27 +406,92 @@ class GltfReader {
     return result;
   }
 
-  void finish_primitive(const GltfValue& from, Primitive& result) {
-    if (from["targets"].size() != 0) ++morphs_;
+  /// An attribute, and where it is put.
+  struct Wanted {
+    std::string name;
+    std::size_t width;
+    GltfNumbers* to;
+  };
+
+  /// All attributes that are read, but for positions.
+  std::vector<Wanted> wanted_of(const GltfValue& attributes, const Placed& placed,
+                                Primitive& result) const {
+    std::vector<Wanted> wanted = {{"NORMAL", 3, &result.normals},
+                                  {kUvSet + std::to_string(uv_set_), 2, &result.uvs},
+                                  {"COLOR_0", GltfFile::kColor, &result.colors},
+                                  {"TANGENT", 4, &result.tangents}};
+    result.other_uvs.resize(other_sets_.size());
+    for (std::size_t k = 0; k < other_sets_.size(); ++k) {
+      wanted.push_back({kUvSet + std::to_string(other_sets_[k]), 2, &result.other_uvs[k]});
+    }
+    if (!placed.skin) return wanted;
+    std::size_t sets = 0;
+    const auto name = [](const char* of, std::size_t set) { return of + std::to_string(set); };
+    for (; attributes[name("JOINTS_", sets)].exists(); ++sets) {
+      if (!attributes[name("WEIGHTS_", sets)].exists()) {
+        attributes.fail("it has " + name("JOINTS_", sets) + " without weights");
+      }
+    }
+    result.joints.resize(sets);
+    result.weights.resize(sets);
+    for (std::size_t k = 0; k < sets; ++k) {
+      wanted.push_back({name("JOINTS_", k), 4, &result.joints[k]});
+      wanted.push_back({name("WEIGHTS_", k), 4, &result.weights[k]});
+    }
+    return wanted;
+  }
+
+  void finish_primitive(const GltfValue& from, const Placed& placed, Primitive& result) {
+    // The spec: tangents without normals are to be ignored.
+    if (result.normals.values.empty()) result.tangents = {};
+    result.place = from.place();
+    add_targets(from["targets"], placed.weights, result);
     const auto material = from["material"].index_into(file_.list("materials"));
     result.material = material.value_or(material_names_.size() - 1);
   }
 
-  Primitive read_packed(const GltfValue& from, const GltfValue& packed) {
+  /// Adds morph targets by their weights.
+  void add_targets(const GltfValue& targets, const std::vector<double>& weights,
+                   Primitive& result) {
+    if (targets.size() == 0) return;
+    ++morphs_;
+    const Wanted changed[] = {{"POSITION", 3, &result.positions},
+                              {"NORMAL", 3, &result.normals},
+                              {"TANGENT", 3, &result.tangents},  // not its sign
+                              {kUvSet + std::to_string(uv_set_), 2, &result.uvs},
+                              {"COLOR_0", GltfFile::kColor, &result.colors}};
+    const std::size_t count = result.positions.count();
+    for (std::size_t i = 0; i < std::min(targets.size(), weights.size()); ++i) {
+      if (weights[i] == 0) continue;
+      const GltfValue target = targets.at(i);
+      for (const Wanted& to : changed) {
+        if (to.to->values.empty()) continue;
+        add_offsets(attribute(target, to.name, to.width, count), weights[i], *to.to);
+      }
+      for (std::size_t k = 0; k < other_sets_.size(); ++k) {
+        if (result.other_uvs[k].values.empty()) continue;
+        add_offsets(attribute(target, kUvSet + std::to_string(other_sets_[k]), 2, count),
+                    weights[i], result.other_uvs[k]);
+      }
+    }
+  }
+
+  static void add_offsets(const GltfNumbers& offsets, double weight, GltfNumbers& to) {
+    const std::size_t width = std::min(offsets.width, to.width);
+    for (std::size_t v = 0; v < offsets.count(); ++v) {
+      for (std::size_t k = 0; k < width; ++k) {
+        to.values[v * to.width + k] += weight * offsets.at(v)[k];
+      }
+    }
+  }
+
+  Primitive read_packed(const GltfValue& from, const GltfValue& packed, const Placed& placed) {
     Primitive result;
-    struct Wanted {
-      std::string name;
-      std::size_t width;
-      GltfNumbers* to;
-    };
-    const Wanted wanted[] = {{"POSITION", 3, &result.positions},
-                             {"NORMAL", 3, &result.normals},
-                             {kUvSet + std::to_string(uv_set_), 2, &result.uvs},
-                             {"COLOR_0", GltfFile::kColor, &result.colors},
-                             {"TANGENT", 4, &result.tangents}};
+    const GltfValue given = from["attributes"], ids = packed["attributes"];
+    std::vector<Wanted> wanted = wanted_of(given, placed, result);
+    wanted.insert(wanted.begin(), {"POSITION", 3, &result.positions});
     std::vector<DracoAttribute> attributes;
     std::vector<GltfNumbers*> to;
-    const GltfValue given = from["attributes"], ids = packed["attributes"];
     for (const Wanted& attribute : wanted) {
       const auto accessor = given[attribute.name].index_into(file_.list("accessors"));
       if (!accessor || !ids[attribute.name].exists()) continue;
@@ -408,18 +502,31 @@ class GltfReader {
     if (attributes.empty() || attributes[0].name != "POSITION") {
       packed.fail("it packs no positions");
     }
-    DracoMesh mesh = unpack_draco(file_, packed, attributes);
-    for (std::size_t i = 0; i < to.size(); ++i) *to[i] = std::move(mesh.attributes[i]);
+    const std::shared_ptr<const DracoMesh> mesh = unpack(packed, attributes);
+    for (std::size_t i = 0; i < to.size(); ++i) *to[i] = mesh->attributes[i];
     // Attributes that are not packed lie beside it.
     for (const Wanted& attribute : wanted) {
       if (!ids[attribute.name].exists()) {
-        *attribute.to = this->attribute(given, attribute.name, attribute.width, mesh.points);
+        *attribute.to = this->attribute(given, attribute.name, attribute.width, mesh->points);
       }
     }
-    if (result.normals.values.empty()) result.tangents = {};
-    finish_primitive(from, result);
-    cut(kTriangles, mesh.indices, from, result.triangles);
+    finish_primitive(from, placed, result);
+    cut(kTriangles, mesh->indices, from, result.triangles);
     return result;
+  }
+
+  /// Unpacks a primitive; what several use is kept.
+  std::shared_ptr<const DracoMesh> unpack(const GltfValue& packed,
+                                          const std::vector<DracoAttribute>& attributes) {
+    std::string key = packed["bufferView"].dump();
+    for (const DracoAttribute& attribute : attributes) {
+      key += " " + std::to_string(attribute.id) + "/" + attribute.accessor.place();
+    }
+    if (const auto known = unpacked_.find(key); known != unpacked_.end()) return known->second;
+    const auto mesh = std::make_shared<const DracoMesh>(unpack_draco(file_, packed, attributes));
+    const auto view = packed["bufferView"].index_into(file_.list("bufferViews"));
+    if (view && packed_uses_[*view] > 1) unpacked_.emplace(key, mesh);
+    return mesh;
   }
 
   void cut(std::uint64_t mode, const std::vector<std::uint32_t>& order, const GltfValue& from,
@@ -440,48 +547,113 @@ class GltfReader {
     }
   }
 
-  void add(const Placed& placed, Asset& asset) {
-    const Placing placing(placed.matrix);
+  /// Primitives of a mesh as a node has it; those of the node before, where they are the same.
+  const std::vector<Primitive>& primitives_of(const Placed& placed) {
+    const bool skinned = placed.skin.has_value();
+    if (last_ && last_->mesh == placed.mesh && last_->skinned == skinned &&
+        last_->weights == placed.weights) {
+      return last_->primitives;
+    }
+    last_ = Last{placed.mesh, skinned, placed.weights, {}};
     const GltfValue primitives = file_.list("meshes").at(placed.mesh)["primitives"];
-    bool named = false;
     for (std::size_t i = 0; i < primitives.size(); ++i) {
-      const std::optional<Primitive> primitive = read_primitive(primitives.at(i));
-      if (!primitive || primitive->triangles.empty()) continue;
+      std::optional<Primitive> primitive = read_primitive(primitives.at(i), placed);
+      if (primitive && !primitive->triangles.empty()) {
+        last_->primitives.push_back(std::move(*primitive));
+      }
+    }
+    return last_->primitives;
+  }
+
+  void add(const Placed& placed, Asset& asset) {
+    bool named = false;
+    for (const Primitive& primitive : primitives_of(placed)) {
       if (!named) {
         builder_.set_object(placed.name);
         asset.object_nodes.push_back(placed.node);
         named = true;
       }
-      builder_.set_material(material_names_[primitive->material]);
-      add(*primitive, placing);
+      builder_.set_material(material_names_[primitive.material]);
+      add(primitive, placed);
     }
   }
 
-  void add(const Primitive& p, const Placing& placing) {
+  /// Ways of a primitive's vertices to the world: one for all, or one each.
+  struct Placings {
+    Placing node;
+    std::vector<Placing> own;  // of skinned vertices
+
+    const Placing& of(std::size_t vertex) const { return own.empty() ? node : own[vertex]; }
+    /// True if a triangle is turned inside out: by most of its corners.
+    bool mirror(const Triangle& t) const {
+      return int{of(t[0]).mirrors()} + int{of(t[1]).mirrors()} + int{of(t[2]).mirrors()} >= 2;
+    }
+  };
+
+  Placings placings_of(const Primitive& p, const Placed& placed) {
+    Placings placings{Placing(placed.matrix), {}};
+    if (!placed.skin || p.joints.empty()) return placings;
+    ++skins_;
+    const GltfJoints& joints = worlds_->joints(*placed.skin);
+    const GltfValue attributes(input_, nullptr, p.place + ".attributes");
+    const GltfInfluences influences = influences_of(attributes, p.joints, p.weights, joints.size());
+    placings.own.reserve(p.positions.count());
+    for (std::size_t v = 0; v < p.positions.count(); ++v) {
+      const std::optional<AffineMap> map = influences.map_of(joints, v);
+      if (!map && free_++ == 0) first_free_ = p.place;
+      placings.own.push_back(map ? Placing(*map) : placings.node);
+    }
+    return placings;
+  }
+
+  Vec2 uv_of(const GltfNumbers& uvs, std::size_t vertex) const {
+    if (uvs.values.empty()) {
+      constexpr float kNowhere = std::numeric_limits<float>::quiet_NaN();
+      return {kNowhere, kNowhere};
+    }
+    return {narrow(uvs.at(vertex)[0]), narrow(1 - uvs.at(vertex)[1])};
+  }
+
+  void add(const Primitive& p, const Placed& placed) {
     const std::size_t count = p.positions.count();
     if (builder_.positions.size() + count > 0x7FFFFFFFU) {
       input_.fail("", "its nodes place more than 2147483647 vertices",
                   "Split or simplify the mesh.");
     }
+    const Placings placings = placings_of(p, placed);
     const auto first = static_cast<std::uint32_t>(builder_.positions.size());
     const auto first_uv = static_cast<std::uint32_t>(builder_.uvs.size());
     const auto first_normal = static_cast<std::uint32_t>(builder_.normals.size());
-    const bool has_normals = !p.normals.values.empty(), has_uvs = !p.uvs.values.empty();
+    const bool has_normals = !p.normals.values.empty();
+    const auto is_there = [](const GltfNumbers& uvs) { return !uvs.values.empty(); };
+    const bool has_uvs =
+        is_there(p.uvs) || std::any_of(p.other_uvs.begin(), p.other_uvs.end(), is_there);
+    const std::optional<UvMap> uv_map =
+        p.material < uv_maps_.size() ? uv_maps_[p.material] : std::nullopt;
     for (std::size_t i = 0; i < count; ++i) {
+      const Placing& placing = placings.of(i);
       builder_.positions.push_back(placing.place(p.positions.at(i)));
       if (has_normals) {
         const double* const n = p.normals.at(i);
         builder_.normals.push_back(placing.normal({n[0], n[1], n[2]}));
       }
       if (has_uvs) {
-        builder_.uvs.push_back({narrow(p.uvs.at(i)[0]), narrow(1 - p.uvs.at(i)[1])});
+        if (uv_map && is_there(p.uvs)) {
+          const std::array<double, 2> uv = uv_map->at(p.uvs.at(i)[0], p.uvs.at(i)[1]);
+          builder_.uvs.push_back({narrow(uv[0]), narrow(1 - uv[1])});
+        } else {
+          builder_.uvs.push_back(uv_of(p.uvs, i));
+        }
+        for (std::size_t k = 0; k < p.other_uvs.size(); ++k) {
+          builder_.other_uvs[k].uvs.push_back(uv_of(p.other_uvs[k], i));
+        }
       }
       if (has_colors_) add_color(p.colors, i);
       if (has_tangents_) add_tangent(p.tangents, i, placing);
     }
     constexpr std::span<const std::uint32_t> none;
     for (Triangle t : p.triangles) {
-      if (placing.mirrors()) std::swap(t[1], t[2]);
+      if (placings.mirror(t)) std::swap(t[1], t[2]);
       Triangle corners{}, uv{}, normal{};
       for (std::size_t k = 0; k < 3; ++k) {
         corners[k] = first + t[k];
@@ -544,12 +716,19 @@ class GltfReader {
     say(flat_, "flat-normals",
         counted(flat_, "triangle") + " without normals: flat, as glTF has it.");
     say(skins_, "rest-pose",
-        counted(skins_, "mesh with a skin") + ": taken as modelled, without their joints.");
+        counted(skins_, "skinned primitive") +
+            ": taken in the pose at rest, by where the nodes of its joints are. What is baked onto "
+            "it is right in every pose, but a file that Kiln writes has no skin.");
+    say(free_, "unweighted-vertices",
+        counted(free_, "vertex of a skin", "vertices of skins") + " (in " + first_free_ +
+            " for one) without weights: they lie where the mesh's own node puts them.");
     say(morphs_, "rest-pose",
-        counted(morphs_, "primitive") + " with morph targets: taken without them.");
-    say(instanced_, "instances-ignored",
-        counted(instanced_, "node") +
-            " with EXT_mesh_gpu_instancing: their mesh was taken once. Export instances as nodes.");
+        counted(morphs_, "primitive") +
+            " with morph targets: taken with the targets' default weights.");
+    say(children_, "scene-child",
+        counted(children_, "node", "nodes") + " of its scene (" + first_child_ + " for one) " +
+            (children_ == 1 ? "is a child of another" : "are children of others") +
+            " that it lists, too: read once, where the parent puts it.");
     say(bright_, "bright-colors",
         counted(bright_, "number") + " of vertex colours are above 1, and were cut off there.");
   }
@@ -558,7 +737,7 @@ class GltfReader {
     const std::size_t meshes = file_.list("meshes").size();
     if (placed_.empty() && meshes != 0) {
       input_.fail("scenes",
-                  "no node of its scene has one of its " + counted(meshes, "mesh") + "(es)",
+                  "no node of its scene has one of its " + counted(meshes, "mesh", "meshes"),
                   "Put the mesh into the scene, and export it again.");
     }
     input_.fail("", meshes == 0 ? "it has no meshes" : "its meshes have no triangles",
@@ -570,12 +749,27 @@ class GltfReader {
   const WorldFrame world_ = world_frame(input_.options, kNoMove, 1);
   MeshBuilder builder_;
   const std::vector<std::string> material_names_;
+  const FailWith fail_ = [this](const std::string& place, const std::string& problem,
+                                const std::string& remedy) { input_.fail(place, problem, remedy); };
+  std::optional<GltfWorlds> worlds_;
+  std::vector<std::optional<UvMap>> uv_maps_;  // of materials
+  std::vector<std::uint32_t> other_sets_;      // of UVs that materials use beside the chosen one
+  std::map<std::size_t, std::uint64_t> packed_uses_;                  // of views
+  std::map<std::string, std::shared_ptr<const DracoMesh>> unpacked_;  // that several use
+  /// Primitives that were read last.
+  struct Last {
+    std::size_t mesh = 0;
+    bool skinned = false;
+    std::vector<double> weights;
+    std::vector<Primitive> primitives;
+  };
+  std::optional<Last> last_;
   std::vector<Placed> placed_;
   std::uint32_t uv_sets_ = 0, uv_set_ = 0;  // that there are; that is read
   bool has_colors_ = false, has_tangents_ = false;
-  std::uint64_t flat_ = 0, lines_ = 0, odd_ = 0, skins_ = 0, morphs_ = 0, instanced_ = 0,
+  std::uint64_t flat_ = 0, lines_ = 0, odd_ = 0, skins_ = 0, free_ = 0, morphs_ = 0, children_ = 0,
                 bright_ = 0;
-  std::string first_lines_, first_odd_;
+  std::string first_lines_, first_odd_, first_free_, first_child_;
 };
 
 }  // namespace

@@ -3,6 +3,8 @@
 #ifndef KILN_HAS_DRACO
 namespace kiln {
 
+DracoCounts count_draco(const GltfFile& /*file*/, const GltfValue& /*extension*/) { return {}; }
+
 DracoMesh unpack_draco(const GltfFile& /*file*/, const GltfValue& extension,
                        const std::vector<DracoAttribute>& /*attributes*/) {
   extension.fail("this build of Kiln was made without Draco, by which it is packed",
@@ -21,8 +23,10 @@ DracoMesh unpack_draco(const GltfFile& /*file*/, const GltfValue& extension,
 #include <draco/mesh/mesh.h>
 
 #include <algorithm>
+#include <array>
 #include <limits>
 #include <memory>
+#include <optional>
 
 #include "io/file/bounds.h"
 
@@ -35,8 +39,9 @@ class Limits {
   Limits(const GltfValue& place, std::size_t bytes) : place_(place), bytes_(bytes) {}
 
   /// Checks the numbers of triangles and vertices before Draco makes room for them.
-  void check_connectivity(draco::DecoderBuffer ahead) const {
-    std::uint32_t counts[2] = {};  // of either method: triangles and vertices, in some order
+  /// \returns them in the order of the method: triangles first (sequential), or vertices (edgebreaker)
+  std::array<std::uint32_t, 2> check_connectivity(draco::DecoderBuffer ahead) const {
+    std::array<std::uint32_t, 2> counts{};
     for (std::uint32_t& count : counts) {
       if (!draco::DecodeVarint(&count, &ahead)) fail();
     }
@@ -47,6 +52,7 @@ class Limits {
                   " triangles or vertices, more than they can");
     }
     require(capped_product(most, kBytesEach));
+    return counts;
   }
 
   void check_attributes(const draco::PointCloud& points) const {
@@ -98,20 +104,52 @@ class Bounded : public Decoder {
   const Limits& limits_;
 };
 
-void decode(std::string_view bytes, const Limits& limits, draco::Mesh& mesh) {
-  draco::DecoderBuffer buffer;
-  buffer.Init(bytes.data(), bytes.size());
-  draco::DecoderBuffer ahead = buffer;
+/// A decoder that reads the head alone, and then fails.
+template <typename Decoder>
+class HeadReader : public Decoder {
+ public:
+  explicit HeadReader(const Limits& limits) : limits_(limits) {}
+  std::optional<std::array<std::uint32_t, 2> > counts;
+
+ protected:
+  bool DecodeConnectivity() override {
+    counts = limits_.check_connectivity(*this->buffer());
+    return false;
+  }
+
+ private:
+  const Limits& limits_;
+};
+
+/// \throws Error(input) where it is no head of glTF's Draco. \returns the method
+int method_of(draco::DecoderBuffer ahead, const Limits& limits) {
   draco::DracoHeader header;
   if (!draco::PointCloudDecoder::DecodeHeader(&ahead, &header).ok() ||
       header.encoder_type != draco::TRIANGULAR_MESH || header.version_major != 2 ||
       header.version_minor != 2) {
     limits.fail();
   }
+  return header.encoder_method;
+}
+
+template <typename Decoder>
+std::array<std::uint32_t, 2> read_head(draco::DecoderBuffer buffer, const Limits& limits) {
+  HeadReader<Decoder> decoder(limits);
+  const draco::DecoderOptions options;
+  draco::Mesh none;
+  static_cast<void>(decoder.Decode(options, &buffer, &none));
+  if (!decoder.counts) limits.fail();
+  return *decoder.counts;
+}
+
+void decode(std::string_view bytes, const Limits& limits, draco::Mesh& mesh) {
+  draco::DecoderBuffer buffer;
+  buffer.Init(bytes.data(), bytes.size());
+  const int method = method_of(buffer, limits);
   std::unique_ptr<draco::MeshDecoder> decoder;
-  if (header.encoder_method == draco::MESH_EDGEBREAKER_ENCODING) {
+  if (method == draco::MESH_EDGEBREAKER_ENCODING) {
     decoder = std::make_unique<Bounded<draco::MeshEdgebreakerDecoder> >(limits);
-  } else if (header.encoder_method == draco::MESH_SEQUENTIAL_ENCODING) {
+  } else if (method == draco::MESH_SEQUENTIAL_ENCODING) {
     decoder = std::make_unique<Bounded<draco::MeshSequentialDecoder> >(limits);
   } else {
     limits.fail();
@@ -156,13 +194,32 @@ GltfNumbers numbers_of(const draco::Mesh& mesh, const DracoAttribute& asked) {
   return result;
 }
 
+std::string_view bytes_of(const GltfFile& file, const GltfValue& extension) {
+  const auto view = extension["bufferView"].index_into(file.list("bufferViews"));
+  if (!view) extension.fail("it names no bufferView");
+  return file.view(*view);
+}
+
 }  // namespace
+
+DracoCounts count_draco(const GltfFile& file, const GltfValue& extension) {
+  const std::string_view bytes = bytes_of(file, extension);
+  const Limits limits(extension, bytes.size());
+  draco::DecoderBuffer buffer;
+  buffer.Init(bytes.data(), bytes.size());
+  const int method = method_of(buffer, limits);
+  if (method == draco::MESH_EDGEBREAKER_ENCODING) {
+    const auto [vertices, triangles] = read_head<draco::MeshEdgebreakerDecoder>(buffer, limits);
+    return {triangles, vertices};
+  }
+  if (method != draco::MESH_SEQUENTIAL_ENCODING) limits.fail();
+  const auto [triangles, vertices] = read_head<draco::MeshSequentialDecoder>(buffer, limits);
+  return {triangles, vertices};
+}
 
 DracoMesh unpack_draco(const GltfFile& file, const GltfValue& extension,
                        const std::vector<DracoAttribute>& attributes) {
-  const auto view = extension["bufferView"].index_into(file.list("bufferViews"));
-  if (!view) extension.fail("it names no bufferView");
-  const std::string_view bytes = file.view(*view);
+  const std::string_view bytes = bytes_of(file, extension);
   draco::Mesh mesh;
   decode(bytes, Limits(extension, bytes.size()), mesh);
   DracoMesh result;

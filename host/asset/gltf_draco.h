@@ -32,6 +32,16 @@ struct DracoAttribute {
   std::string name;       ///< For messages
 };
 
+/// What packed data says it holds.
+struct DracoCounts {
+  std::uint64_t triangles = 0;
+  std::uint64_t vertices = 0;  ///< Before seams of attributes split any
+};
+
+/// Reads the head of what the extension of a primitive names, and unpacks nothing. Without Draco all are 0.
+/// \throws Error(input) where it says that it holds more than its bytes can
+DracoCounts count_draco(const GltfFile& file, const GltfValue& extension);
+
 /// Unpacks what the extension of a primitive names. What a file may allocate goes by its bytes: 512 triangles each.
 /// \throws Error(input): also where this build is without Draco
 DracoMesh unpack_draco(const GltfFile& file, const GltfValue& extension,

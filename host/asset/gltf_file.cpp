@@ -8,9 +8,12 @@
 #include <cstring>
 #include <limits>
 #include <nlohmann/json.hpp>
+#include <set>
 
+#include "asset/file_finder.h"
 #include "asset/gltf_draco.h"
 #include "base/counted.h"
+#include "base/json_depth.h"
 #include "io/file/bounds.h"
 #include "io/file/byte_source.h"
 #include "io/file/text_scanner.h"
@@ -44,6 +47,9 @@ constexpr ComponentType component_type() {
 }
 
 constexpr std::uint64_t kFloat = 5126;
+constexpr const char* kMeshopt = "EXT_meshopt_compression";
+// Of bytes packed by meshopt: vertices take at least 1/64 of theirs, 2 bits for 16.
+constexpr std::uint64_t kMostUnpacked = 64, kUnpackedTail = 65536;
 
 ComponentType component_of(const GltfValue& place, std::uint64_t type) {
   switch (type) {
@@ -70,6 +76,7 @@ std::size_t width_of(const std::string& type) {
   if (type == "VEC2") return 2;
   if (type == "VEC3") return 3;
   if (type == "VEC4") return 4;
+  if (type == "MAT4") return GltfFile::kMatrix;
   return 0;
 }
 
@@ -134,7 +141,8 @@ bool is_supported(const std::string& extension) {
     if (extension.starts_with(start)) return true;
   }
   return extension == "KHR_mesh_quantization" || extension == "KHR_texture_transform" ||
-         extension == "EXT_texture_webp" || extension == "EXT_meshopt_compression" ||
+         extension == "EXT_texture_webp" || extension == kMeshopt ||
+         extension == "EXT_mesh_gpu_instancing" || extension.starts_with("VRM") ||
          (kReadsDraco && extension == kDraco);
 }
 
@@ -192,6 +200,12 @@ GltfFile::GltfFile(const MeshInput& input) : input_(input) {
                                  const std::string& remedy) { input.fail(place, problem, remedy); };
   // A list of empty lists takes the most: 16 bytes and a vector for two characters.
   require_memory("its JSON", capped_product(24, text.size()), memory_failure(fail, ""));
+  if (is_nested_too_deep(text)) {
+    input.fail("",
+               "lists and objects of its JSON lie in more than " + std::to_string(kMostJsonDepth) +
+                   " others",
+               "Leave out what is nested so deep, such as extras, and export the file again.");
+  }
   try {
     json_ = std::make_unique<nlohmann::json>(nlohmann::json::parse(text.begin(), text.end()));
   } catch (const nlohmann::json::parse_error& error) {
@@ -241,18 +255,29 @@ std::filesystem::path GltfFile::path_of(const GltfValue& uri) const {
   std::replace(text.begin(), text.end(), '\\', '/');
   const std::filesystem::path path = text;
   const bool has_scheme = text.find(':') < text.find('/');
-  bool leaves = text.empty() || has_scheme || path.is_absolute() || text.find('\0') != text.npos;
-  for (const std::filesystem::path& part : path) leaves = leaves || part == "..";
-  if (leaves) {
-    uri.fail("\"" + printable(text.substr(0, 200)) +
-                 "\" is no file in the folder of the glTF file, and was not read",
+  const std::string shown = "\"" + printable(text.substr(0, 200)) + "\"";
+  const auto fail_outside = [&](const std::string& why) {
+    uri.fail(shown + why + ", and was not read",
+             "Put it beside the glTF file, and name it without folders above; or allow it "
+             "(--allow-outside).");
+  };
+  if (text.empty() || has_scheme || text.find('\0') != text.npos) {
+    uri.fail(shown + " is no file in the folder of the glTF file, and was not read",
              "Put it beside the glTF file, and name it without folders above.");
   }
   if (!input_.folder) {
-    uri.fail("\"" + printable(text) + "\" is a file of its own, but the glTF was read from memory",
+    uri.fail(shown + " is a file of its own, but the glTF was read from memory",
              "Give the path of the file, or a GLB that holds everything.");
   }
-  return *input_.folder / path;
+  std::filesystem::path file = *input_.folder / path;
+  if (input_.options.outside) return file;
+  bool leaves = path.is_absolute();
+  for (const std::filesystem::path& part : path) leaves = leaves || part == "..";
+  if (leaves) fail_outside(" is no file in the folder of the glTF file");
+  if (!lies_within(*input_.folder, file)) {
+    fail_outside(" leads out of the folder of the glTF file by a symbolic link");
+  }
+  return file;
 }
 
 std::string_view GltfFile::buffer(std::size_t index) const {
@@ -266,17 +291,13 @@ std::string_view GltfFile::buffer(std::size_t index) const {
     }
     bytes = binary_;
   } else {
-    auto [known, added] = buffers_.try_emplace(index);
-    if (added && !decode_data_uri(uri, known->second)) {
-      const FailWith fail = [&](const std::string& /*place*/, const std::string& problem,
-                                const std::string& remedy) {
-        uri.fail("'" + printable(uri.text()) + "': " + problem, remedy);
-      };
-      const std::filesystem::path path = path_of(uri);
-      known->second = read_whole(*open_file(path, fail), fail);
-      OutputSet::protect(path);
+    auto& known = buffers_[index];
+    if (known == nullptr) {
+      std::string own;
+      known = decode_data_uri(uri, own) ? std::make_shared<const std::string>(std::move(own))
+                                        : read_buffer(uri);
     }
-    bytes = known->second;
+    bytes = *known;
   }
   if (length > bytes.size()) {
     buffer.fail("it should have " + std::to_string(length) + " bytes, but there are only " +
@@ -284,6 +305,20 @@ std::string_view GltfFile::buffer(std::size_t index) const {
                 "The data is truncated: export or copy it again.");
   }
   return bytes.substr(0, length);
+}
+
+/// A buffer's file, which is read once, however many buffers name it.
+std::shared_ptr<const std::string> GltfFile::read_buffer(const GltfValue& uri) const {
+  const std::filesystem::path path = path_of(uri);
+  std::shared_ptr<const std::string>& known = files_[path.lexically_normal()];
+  if (known != nullptr) return known;
+  const FailWith fail = [&](const std::string& /*place*/, const std::string& problem,
+                            const std::string& remedy) {
+    uri.fail("'" + printable(uri.text()) + "': " + problem, remedy);
+  };
+  known = std::make_shared<const std::string>(read_whole(*open_file(path, fail), fail));
+  OutputSet::protect(path);
+  return known;
 }
 
 /// Bytes of a buffer that a view, or its packed form, takes.
@@ -300,22 +335,62 @@ std::string_view GltfFile::part_of_buffer(const GltfValue& view) const {
   return bytes.substr(offset, length);
 }
 
-/// EXT_meshopt_compression.
-std::string GltfFile::unpack(const GltfValue& view, const GltfValue& packed) const {
+GltfFile::Packed GltfFile::packed_of(const GltfValue& packed) const {
+  const auto buffer = packed["buffer"].index_into(list("buffers"));
+  if (!buffer) packed.fail("it names no buffer");
+  return {*buffer,
+          packed["byteOffset"].count(0),
+          packed["byteLength"].count(0),
+          packed["count"].count(0),
+          packed["byteStride"].count(0),
+          packed["mode"].text(),
+          packed["filter"].text()};
+}
+
+/// Refuses views that together unpack to more than the bytes they lie in can hold, before any is unpacked: each alone
+/// may fit where thousands of them overlap.
+void GltfFile::check_packed() const {
+  if (packed_fit_) return;
+  const GltfValue views = list("bufferViews");
+  std::set<Packed> parts;
+  std::set<std::size_t> buffers;
+  std::uint64_t unpacked = 0, bytes = 0;
+  for (std::size_t i = 0; i < views.size(); ++i) {
+    const GltfValue packed = views.at(i)["extensions"][kMeshopt];
+    if (!packed.exists()) continue;
+    const auto [part, added] = parts.insert(packed_of(packed));
+    if (!added) continue;
+    if (part->step != 0 &&
+        part->count > (kMostUnpacked * part->length + kUnpackedTail) / part->step) {
+      packed.fail("it should hold " + std::to_string(part->count) + " elements, more than its " +
+                  std::to_string(part->length) + " bytes can");
+    }
+    const std::uint64_t size = capped_product(part->count, part->step);
+    unpacked = size > ~unpacked ? ~std::uint64_t{0} : unpacked + size;
+    buffers.insert(part->buffer);
+  }
+  for (const std::size_t i : buffers) bytes += buffer(i).size();
+  if (unpacked > kMostUnpacked * bytes + kUnpackedTail) {
+    views.fail("what is packed by " + std::string(kMeshopt) + " should hold " +
+               std::to_string(unpacked) + " bytes, more than the " + std::to_string(bytes) +
+               " bytes can that it lies in");
+  }
+  const FailWith fail = [&](const std::string& /*place*/, const std::string& problem,
+                            const std::string& remedy) { views.fail(problem, remedy); };
+  require_memory("what is packed in it", unpacked, memory_failure(fail, ""));
+  packed_fit_ = true;
+}
+
+std::string GltfFile::unpack(const GltfValue& view, const GltfValue& packed,
+                             const Packed& part) const {
   const std::string_view bytes = part_of_buffer(packed);
-  const std::uint64_t count = packed["count"].count(0), step = packed["byteStride"].count(0);
-  const std::string mode = packed["mode"].text(), filter = packed["filter"].text();
+  const std::uint64_t count = part.count, step = part.step;
+  const std::string &mode = part.mode, &filter = part.filter;
   const bool vertices = mode == "ATTRIBUTES", triangles = mode == "TRIANGLES";
   if (!vertices && !triangles && mode != "INDICES") packed["mode"].fail("meshopt has no such mode");
   const bool fits = vertices ? step >= 4 && step <= 256 && step % 4 == 0
                              : (step == 2 || step == 4) && (!triangles || count % 3 == 0);
   if (!fits) packed.fail("its byteStride or count does not go with its mode");
-  // Vertices take at least 1/64 of their bytes: 2 bits for 16.
-  constexpr std::uint64_t kMostUnpacked = 64, kTail = 65536;
-  if (count > (kMostUnpacked * bytes.size() + kTail) / step) {
-    packed.fail("it should hold " + std::to_string(count) + " elements, more than its " +
-                std::to_string(bytes.size()) + " bytes can");
-  }
   if (count * step != view["byteLength"].count(0)) {
     packed.fail("it holds other than the byteLength of its bufferView");
   }
@@ -341,11 +416,17 @@ std::string GltfFile::unpack(const GltfValue& view, const GltfValue& packed) con
 
 std::string_view GltfFile::view(std::size_t index) const {
   const GltfValue view = list("bufferViews").at(index);
-  const GltfValue packed = view["extensions"]["EXT_meshopt_compression"];
+  const GltfValue packed = view["extensions"][kMeshopt];
   if (!packed.exists()) return part_of_buffer(view);
-  const auto known = unpacked_.find(index);
-  if (known != unpacked_.end()) return known->second;
-  return unpacked_.emplace(index, unpack(view, packed)).first->second;
+  const Packed part = packed_of(packed);
+  if (const auto known = unpacked_.find(part); known != unpacked_.end()) {
+    if (known->second.size() != view["byteLength"].count(0)) {
+      packed.fail("it holds other than the byteLength of its bufferView");
+    }
+    return known->second;
+  }
+  check_packed();
+  return unpacked_.emplace(part, unpack(view, packed, part)).first->second;
 }
 
 double GltfFile::largest_of(const GltfValue& accessor) {
@@ -410,10 +491,14 @@ GltfNumbers GltfFile::read(std::size_t index, std::size_t width, bool indices) c
   if (given != width && !(width == kColor && (given == 3 || given == 4))) {
     accessor.fail("it is of type \"" + printable(accessor["type"].text().substr(0, 20)) +
                   "\", where " +
-                  (width == kColor ? "VEC3 or VEC4"
-                   : width == 1    ? "SCALAR"
-                                   : "VEC" + std::to_string(width)) +
+                  (width == kColor    ? "VEC3 or VEC4"
+                   : width == kMatrix ? "MAT4"
+                   : width == 1       ? "SCALAR"
+                                      : "VEC" + std::to_string(width)) +
                   " belongs");
+  }
+  if (given == kMatrix && type != kFloat) {
+    accessor.fail("it has matrices of integers, whose columns glTF pads");
   }
   if (indices && (type == kFloat || type == 5120 || type == 5122)) {
     accessor.fail("it has indices that are no unsigned integers");
@@ -462,6 +547,10 @@ GltfNumbers GltfFile::read(std::size_t index, std::size_t width, bool indices) c
 
 GltfNumbers GltfFile::numbers(std::size_t accessor, std::size_t width) const {
   return read(accessor, width, false);
+}
+
+bool GltfFile::holds_integers(std::size_t accessor) const {
+  return list("accessors").at(accessor)["componentType"].count(0) != kFloat;
 }
 
 std::vector<std::uint32_t> GltfFile::indices(std::size_t accessor, std::size_t below) const {

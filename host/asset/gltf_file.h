@@ -1,6 +1,7 @@
 // A glTF 2.0 file: its JSON, buffers and accessors, with every size checked before it is used.
 #pragma once
 
+#include <compare>
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
@@ -38,9 +39,11 @@ class GltfFile {
   /// A list at the top: "meshes".
   GltfValue list(std::string_view name) const { return root()[name]; }
 
-  /// \param width  numbers an element; 34: 3 or 4
+  /// \param width  numbers an element; kColor: 3 or 4; kMatrix: a MAT4, column-major
   GltfNumbers numbers(std::size_t accessor, std::size_t width) const;
-  static constexpr std::size_t kColor = 34;
+  static constexpr std::size_t kColor = 34, kMatrix = 16;
+  /// True if an accessor's numbers are integers, normalised or not.
+  bool holds_integers(std::size_t accessor) const;
   /// The number that stands for 1 where an accessor's integers are normalised.
   static double largest_of(const GltfValue& accessor);
   /// Indices, each below `below`. Where there are strips, those that restart them are refused, too.
@@ -52,14 +55,26 @@ class GltfFile {
   std::string_view view(std::size_t index) const;
   /// True for a URI that holds its bytes; then they are put into `bytes`.
   static bool decode_data_uri(const GltfValue& uri, std::string& bytes);
-  /// The file that a URI names. Absolute ones and those that leave the folder are refused.
+  /// The file that a URI names. Absolute ones and those that leave the folder, also by a symbolic link, are refused
+  /// without LoadMeshOptions::outside.
   std::filesystem::path path_of(const GltfValue& uri) const;
 
  private:
   struct Elements;
+  /// Content of EXT_meshopt_compression. Views that are equal in all of it have the same bytes.
+  struct Packed {
+    std::size_t buffer = 0;
+    std::uint64_t offset = 0, length = 0, count = 0, step = 0;
+    std::string mode, filter;
+
+    auto operator<=>(const Packed&) const = default;
+  };
   std::string_view buffer(std::size_t index) const;
   std::string_view part_of_buffer(const GltfValue& view) const;
-  std::string unpack(const GltfValue& view, const GltfValue& packed) const;
+  std::shared_ptr<const std::string> read_buffer(const GltfValue& uri) const;
+  Packed packed_of(const GltfValue& packed) const;
+  void check_packed() const;
+  std::string unpack(const GltfValue& view, const GltfValue& packed, const Packed& part) const;
   Elements elements(const GltfValue& accessor, const GltfValue& place_of_view, std::size_t count,
                     std::uint64_t offset, std::uint64_t component_type, std::size_t width,
                     std::size_t row_step) const;
@@ -70,8 +85,10 @@ class GltfFile {
   std::unique_ptr<nlohmann::json> json_;
   std::string_view binary_;
   bool has_binary_ = false;
-  mutable std::map<std::size_t, std::string> buffers_;   // those that are not binary_
-  mutable std::map<std::size_t, std::string> unpacked_;  // views packed by meshopt
+  mutable std::map<std::size_t, std::shared_ptr<const std::string>> buffers_;  // but for binary_
+  mutable std::map<std::filesystem::path, std::shared_ptr<const std::string>> files_;  // of buffers
+  mutable std::map<Packed, std::string> unpacked_;  // views packed by meshopt
+  mutable bool packed_fit_ = false;                 // as check_packed() found
 };
 
 }  // namespace kiln

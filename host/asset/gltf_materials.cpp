@@ -5,6 +5,7 @@
 #include <cstring>
 
 #include "asset/gltf.h"
+#include "asset/gltf_draco.h"
 #include "asset/hierarchy.h"
 #include "asset/materials.h"
 #include "base/counted.h"
@@ -32,16 +33,94 @@ constexpr bool kReadsWebp = true;
 constexpr bool kReadsWebp = false;
 #endif
 
-/// From glTF's UVs, whose origin is the upper left, to Kiln's: v = 1 - v', before and after.
-std::array<float, 6> uv_transform_of(const GltfValue& transform) {
+/// KHR_texture_transform of a picture.
+UvMap uv_map_of(const GltfValue& texture_info) {
+  const GltfValue transform = texture_info["extensions"]["KHR_texture_transform"];
   const std::array<double, 2> offset = transform["offset"].numbers<2>({0, 0});
   const std::array<double, 2> scale = transform["scale"].numbers<2>({1, 1});
   const double angle = transform["rotation"].number(0);
   // Counter-clockwise as the picture is seen, that is with v down.
-  const double a = std::cos(angle) * scale[0], b = std::sin(angle) * scale[1];
-  const double c = -std::sin(angle) * scale[0], d = std::cos(angle) * scale[1];
-  return {static_cast<float>(a),  static_cast<float>(-b), static_cast<float>(b + offset[0]),
-          static_cast<float>(-c), static_cast<float>(d),  static_cast<float>(1 - d - offset[1])};
+  return {{std::cos(angle) * scale[0], std::sin(angle) * scale[1], offset[0],
+           -std::sin(angle) * scale[0], std::cos(angle) * scale[1], offset[1]}};
+}
+
+/// From glTF's UVs, whose origin is the upper left, to Kiln's: v = 1 - v', before and after.
+std::array<float, 6> uv_transform_of(const UvMap& map) {
+  const auto& [a, b, x, c, d, y] = map.m;
+  return {static_cast<float>(a),  static_cast<float>(-b), static_cast<float>(b + x),
+          static_cast<float>(-c), static_cast<float>(d),  static_cast<float>(1 - d - y)};
+}
+
+double determinant(const UvMap& map) { return map.m[0] * map.m[4] - map.m[1] * map.m[3]; }
+
+/// Undoes `first`, then applies `map`. \param first  of a determinant other than 0
+UvMap after(const UvMap& map, const UvMap& first) {
+  if (map == first) return {};
+  const auto& [a, b, x, c, d, y] = first.m;
+  const double size = determinant(first);
+  const UvMap back{
+      {d / size, -b / size, (b * y - d * x) / size, -c / size, a / size, (c * x - a * y) / size}};
+  const auto& m = map.m;
+  const auto& n = back.m;
+  return {{m[0] * n[0] + m[1] * n[3], m[0] * n[1] + m[1] * n[4], m[0] * n[2] + m[1] * n[5] + m[2],
+           m[3] * n[0] + m[4] * n[3], m[3] * n[1] + m[4] * n[4], m[3] * n[2] + m[4] * n[5] + m[5]}};
+}
+
+/// The set of UVs that a picture lies on. KHR_texture_transform's own word for it counts before the picture's.
+std::uint32_t uv_set_of(const GltfValue& texture_info) {
+  const GltfValue transform = texture_info["extensions"]["KHR_texture_transform"];
+  return static_cast<std::uint32_t>(std::min<std::uint64_t>(
+      transform["texCoord"].count(texture_info["texCoord"].count(0)), 0xFFFFFFFFU));
+}
+
+const char* const kGlossiness = "KHR_materials_pbrSpecularGlossiness";
+
+/// Descriptions of all pictures that a material's slots have.
+std::vector<GltfValue> texture_infos(const GltfValue& material) {
+  const GltfValue surface = material["pbrMetallicRoughness"];
+  const GltfValue glossy = material["extensions"][kGlossiness];
+  std::vector<GltfValue> infos;
+  for (const GltfValue& info :
+       {surface["baseColorTexture"], surface["metallicRoughnessTexture"], glossy["diffuseTexture"],
+        glossy["specularGlossinessTexture"], material["normalTexture"],
+        material["occlusionTexture"], material["emissiveTexture"]}) {
+    if (info.exists()) infos.push_back(info);
+  }
+  return infos;
+}
+
+/// UVs that primitives of one material have in one set.
+struct UsedUvs {
+  bool are_integers = false;
+  std::vector<std::size_t> accessors;
+};
+
+/// Of the maps of a material's pictures the one by which its quantised UVs are a layout.
+UvMap choose_map(const GltfFile& file, const std::vector<UvMap>& maps, const UsedUvs& used) {
+  double least[2] = {HUGE_VAL, HUGE_VAL}, most[2] = {-HUGE_VAL, -HUGE_VAL};
+  for (const std::size_t accessor : used.accessors) {
+    const GltfNumbers uvs = file.numbers(accessor, 2);
+    for (std::size_t i = 0; i < uvs.values.size(); ++i) {
+      least[i % 2] = std::min(least[i % 2], uvs.values[i]);
+      most[i % 2] = std::max(most[i % 2], uvs.values[i]);
+    }
+  }
+  // Inside of the unit square the largest, else the smallest.
+  const auto rank = [&](const UvMap& map) {
+    constexpr double kRounding = 1e-3;
+    bool inside = true;
+    for (const double u : {least[0], most[0]}) {
+      for (const double v : {least[1], most[1]}) {
+        for (const double at : map.at(u, v)) {
+          inside = inside && at >= -kRounding && at <= 1 + kRounding;
+        }
+      }
+    }
+    const double size = std::abs(determinant(map));
+    return std::pair(inside ? 0 : 1, inside ? -size : size);
+  };
+  return *std::min_element(maps.begin(), maps.end(),
+                           [&](const UvMap& a, const UvMap& b) { return rank(a) < rank(b); });
 }
 
 TextureWrap wrap_of(const GltfValue& sampler, const char* axis) {
@@ -53,14 +132,14 @@ TextureWrap wrap_of(const GltfValue& sampler, const char* axis) {
   return TextureWrap::repeat;
 }
 
-const char* const kGlossiness = "KHR_materials_pbrSpecularGlossiness";
-
 class MaterialReader {
  public:
-  explicit MaterialReader(const GltfFile& file) : file_(file) {}
+  MaterialReader(const GltfFile& file, std::uint32_t uv_set) : file_(file), uv_set_(uv_set) {}
 
-  Material read(const GltfValue& from) {
+  /// \param uv_map  what the mesh's UVs were moved by, where they were
+  Material read(const GltfValue& from, const std::optional<UvMap>& uv_map) {
     Material material;
+    uv_map_ = uv_map;
     material.multiplies = true;
     material.alpha_mode = AlphaMode::opaque;
     // A mesh without a material has no colour. glTF's default material is metal, which exporters of bare meshes do not
@@ -143,6 +222,14 @@ class MaterialReader {
                              first_missing_ + " for one) are not there; the factor stands alone.",
                          missing_);
     }
+    if (unread_ != 0) {
+      file_.input().warn("picture-missing",
+                         counted(unread_, "picture") + " of its materials (" + first_unread_ +
+                             (unread_ == 1 ? ") is" : " for one) are") +
+                             " of an extension that Kiln does not read; the factor stands alone. "
+                             "Export the file with PNG or JPEG.",
+                         unread_);
+    }
   }
 
  private:
@@ -177,10 +264,10 @@ class MaterialReader {
     if (!texture_info.exists()) return result;
     const auto texture_index = texture_info["index"].index_into(file_.list("textures"));
     if (!texture_index) texture_info.fail("it names no texture");
-    const GltfValue transform = texture_info["extensions"]["KHR_texture_transform"];
-    result.uv_transform = uv_transform_of(transform);
-    result.uv_set = static_cast<std::uint32_t>(std::min<std::uint64_t>(
-        transform["texCoord"].count(texture_info["texCoord"].count(0)), 0xFFFFFFFFU));
+    result.uv_set = uv_set_of(texture_info);
+    const UvMap map = uv_map_of(texture_info);
+    result.uv_transform =
+        uv_transform_of(uv_map_ && result.uv_set == uv_set_ ? after(map, *uv_map_) : map);
     const GltfValue texture = file_.list("textures").at(*texture_index);
     if (const auto index = texture["sampler"].index_into(file_.list("samplers"))) {
       const GltfValue sampler = file_.list("samplers").at(*index);
@@ -196,7 +283,11 @@ class MaterialReader {
         (takes_webp ? webp : texture["source"]).index_into(file_.list("images"));
     if (!image_index) {
       const std::vector<std::string> names = texture["extensions"].names();
-      miss(texture, names.empty() ? "" : ", of " + names[0] + ", which Kiln does not read");
+      if (names.empty()) {
+        miss(texture);
+      } else if (unread_++ == 0) {
+        first_unread_ = texture.place() + ": " + printable(names[0]);
+      }
       return {};
     }
     const GltfValue image = file_.list("images").at(*image_index);
@@ -232,31 +323,91 @@ class MaterialReader {
     return result;
   }
 
-  void miss(const GltfValue& what, const std::string& why = {}) {
+  void miss(const GltfValue& what) {
     const std::string uri =
         what.place().ends_with("uri") ? " '" + what.text().substr(0, 200) + "'" : "";
-    if (missing_++ == 0) first_missing_ = what.place() + uri + printable(why);
+    if (missing_++ == 0) first_missing_ = what.place() + printable(uri);
   }
 
   const GltfFile& file_;
   using Bytes = std::shared_ptr<const std::vector<std::byte>>;
   std::map<std::size_t, MaterialPicture> pictures_;  // by image
   std::map<std::size_t, Bytes> views_;               // of images
-  std::uint64_t missing_ = 0, glossy_ = 0, nearest_ = 0;
-  std::string first_missing_, first_left_, first_nearest_;
+  std::uint64_t missing_ = 0, glossy_ = 0, nearest_ = 0, unread_ = 0;
+  std::uint32_t uv_set_;
+  std::optional<UvMap> uv_map_;  // of the material that is read
+  std::string first_missing_, first_unread_, first_left_, first_nearest_;
   std::map<std::string, std::uint64_t> left_;  // extensions, and how many materials have them
 };
 
 }  // namespace
 
-std::vector<Material> read_gltf_materials(const GltfFile& file) {
-  MaterialReader reader(file);
+std::set<std::uint32_t> gltf_uv_sets(const GltfFile& file) {
+  const GltfValue materials = file.list("materials");
+  std::set<std::uint32_t> sets;
+  for (std::size_t i = 0; i < materials.size(); ++i) {
+    for (const GltfValue& info : texture_infos(materials.at(i))) sets.insert(uv_set_of(info));
+  }
+  return sets;
+}
+
+std::vector<std::optional<UvMap>> gltf_uv_maps(const GltfFile& file, std::uint32_t uv_set,
+                                               bool warns) {
+  const GltfValue materials = file.list("materials"), meshes = file.list("meshes");
+  std::vector<UsedUvs> used(materials.size());
+  const std::string name = "TEXCOORD_" + std::to_string(uv_set);
+  for (std::size_t i = 0; i < meshes.size(); ++i) {
+    const GltfValue primitives = meshes.at(i)["primitives"];
+    for (std::size_t k = 0; k < primitives.size(); ++k) {
+      const GltfValue primitive = primitives.at(k);
+      const auto material = primitive["material"].index_into(materials);
+      const auto accessor = primitive["attributes"][name].index_into(file.list("accessors"));
+      if (!material || !accessor) continue;
+      UsedUvs& of = used[*material];
+      of.are_integers = of.are_integers || file.holds_integers(*accessor);
+      if (!primitive["extensions"][kDraco].exists()) {
+        of.accessors.push_back(*accessor);
+      }
+    }
+  }
+  std::vector<std::optional<UvMap>> result(materials.size());
+  std::uint64_t several = 0;
+  std::string first;
+  for (std::size_t i = 0; i < used.size(); ++i) {
+    if (!used[i].are_integers) continue;
+    std::vector<UvMap> maps;  // each once
+    for (const GltfValue& info : texture_infos(materials.at(i))) {
+      const UvMap map = uv_map_of(info);
+      if (uv_set_of(info) != uv_set || determinant(map) == 0) continue;
+      if (std::find(maps.begin(), maps.end(), map) == maps.end()) maps.push_back(map);
+    }
+    if (maps.empty()) continue;
+    const UvMap chosen = maps.size() == 1 ? maps[0] : choose_map(file, maps, used[i]);
+    if (maps.size() > 1 && several++ == 0) first = materials.at(i).place();
+    if (chosen != UvMap()) result[i] = chosen;
+  }
+  if (several != 0 && warns) {
+    file.input().warn(
+        "uv-transforms",
+        "pictures of " + counted(several, "material") + " (" + first +
+            " for one) scale the mesh's quantised UVs by different amounts: its layout is the one "
+            "that fills most of the unit square.",
+        several);
+  }
+  return result;
+}
+
+std::vector<Material> read_gltf_materials(const GltfFile& file, std::uint32_t uv_set) {
+  MaterialReader reader(file, uv_set);
   std::vector<Material> materials;
   const std::vector<std::string> names = gltf_material_names(file);
+  const std::vector<std::optional<UvMap>> uv_maps = gltf_uv_maps(file, uv_set, false);
   const GltfValue list = file.list("materials");
   for (std::size_t i = 0; i < names.size(); ++i) {
     const GltfValue none(file.input(), nullptr, "");
-    materials.push_back(reader.read(i < list.size() ? list.at(i) : none));
+    const bool is_there = i < list.size();
+    materials.push_back(
+        reader.read(is_there ? list.at(i) : none, is_there ? uv_maps[i] : std::nullopt));
     materials.back().name = names[i];
   }
   reader.warn();
@@ -264,7 +415,7 @@ std::vector<Material> read_gltf_materials(const GltfFile& file) {
 }
 
 std::vector<Material> read_gltf_materials(const MeshInput& input) {
-  return read_gltf_materials(GltfFile(input));
+  return read_gltf_materials(GltfFile(input), input.options.uv_set);
 }
 
 void note_vertex_opacity(const Mesh& mesh, std::vector<Material>& materials) {

@@ -13,6 +13,7 @@
 
 #include "asset/hierarchy.h"
 #include "base/fnv.h"
+#include "base/json_depth.h"
 #include "base/lower_case.h"
 #include "base/srgb.h"
 #include "kiln/asset.h"
@@ -43,6 +44,10 @@ constexpr AffineMap kIdentity{1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1};
 }
 
 Json parse_extras(const std::string& text, const char* of) {
+  if (is_nested_too_deep(text)) {
+    fail_usage(std::string("the extras of ") + of + " lie in more than " +
+               std::to_string(kMostJsonDepth) + " others.");
+  }
   Json json = Json::parse(text, nullptr, false);
   if (json.is_discarded()) fail_usage(std::string("the extras of ") + of + " are no JSON.");
   return json;
@@ -213,6 +218,7 @@ class GltfOutput {
   }
   static constexpr std::size_t kRoot = std::numeric_limits<std::size_t>::max();
 
+  /// \param material  kRoot: none
   Json add_primitive(const Part& part, std::size_t material, bool has_uvs, const char* color_name) {
     Json attributes = {{"POSITION", add_values(part.vertices, 0, 3, "VEC3", true)},
                        {"NORMAL", add_values(part.vertices, 3, 3, "VEC3", false)}};
@@ -221,8 +227,10 @@ class GltfOutput {
       attributes["TEXCOORD_0"] = add_values(part.vertices, 10, 2, "VEC2", false);
     }
     if (color_name != nullptr) attributes[color_name] = add_colors(part.vertices);
-    const std::size_t indices = add_indices(part.indices);
-    return {{"attributes", std::move(attributes)}, {"indices", indices}, {"material", material}};
+    Json primitive = {{"attributes", std::move(attributes)},
+                      {"indices", add_indices(part.indices)}};
+    if (material != kRoot) primitive["material"] = material;
+    return primitive;
   }
 
   /// A picture, which is there once. \returns a reference to its texture
@@ -477,9 +485,15 @@ void check_nodes(const Mesh& low, const SaveAssetOptions& options) {
       fail_usage("the transform of node " + std::to_string(i) + " is no affine map.");
     }
   }
-  for (const std::uint32_t node : options.object_nodes) {
-    if (node != AssetNode::kNone && node >= options.nodes.size()) {
-      fail_usage("SaveAssetOptions::object_nodes names a node that is not there.");
+  if (options.hulls != nullptr && !options.nodes.empty() &&
+      options.hull_nodes.size() != options.hulls->object_names.size()) {
+    fail_usage("SaveAssetOptions::hull_nodes has not one node for each hull.");
+  }
+  for (const auto* nodes : {&options.object_nodes, &options.hull_nodes}) {
+    for (const std::uint32_t node : *nodes) {
+      if (node != AssetNode::kNone && node >= options.nodes.size()) {
+        fail_usage("SaveAssetOptions::object_nodes names a node that is not there.");
+      }
     }
   }
 }
@@ -490,66 +504,101 @@ struct Places {
   std::vector<ToLocal> locals;
 };
 
-/// Writes the hierarchy.
-Places add_nodes(GltfOutput& file, const Mesh& low, const SaveAssetOptions& options) {
-  const std::string name = low.name.empty() ? "mesh" : low.name;
-  const double metres = options.metres > 0 ? options.metres : 1;
-  const bool flat = options.nodes.empty();
-  std::size_t root = GltfOutput::kRoot;
-  if (flat || metres != 1) {
-    Json node = {{"name", name}};
-    if (metres != 1) node["scale"] = Json::array({metres, metres, metres});
-    if (flat && low.origin != std::array<double, 3>{}) {
-      node["translation"] =
-          Json::array({metres * low.origin[0], metres * low.origin[1], metres * low.origin[2]});
+/// The file's hierarchy, and the places of objects in it.
+class Hierarchy {
+ public:
+  Hierarchy(GltfOutput& file, const Mesh& low, const SaveAssetOptions& options)
+      : file_(file), name_(low.name.empty() ? "mesh" : low.name) {
+    const double metres = options.metres > 0 ? options.metres : 1;
+    is_flat_ = options.nodes.empty();
+    if (is_flat_ || metres != 1) {
+      Json node = {{"name", name_}};
+      if (metres != 1) node["scale"] = Json::array({metres, metres, metres});
+      if (is_flat_ && low.origin != std::array<double, 3>{}) {
+        node["translation"] =
+            Json::array({metres * low.origin[0], metres * low.origin[1], metres * low.origin[2]});
+      }
+      root_ = file.add_node(std::move(node));
     }
-    root = file.add_node(std::move(node));
+    for (const AssetNode& node : options.nodes) {
+      const bool is_root = node.parent == AssetNode::kNone;
+      Json json = Json::object();
+      if (!node.name.empty()) json["name"] = node.name;
+      if (node.transform != kIdentity) json["matrix"] = node.transform;
+      if (!node.extras.empty()) json["extras"] = parse_extras(node.extras, "a node");
+      nodes_.push_back(file.add_node(std::move(json), is_root ? root_ : nodes_[node.parent]));
+      worlds_.push_back(is_root ? node.transform : product(worlds_[node.parent], node.transform));
+    }
+    taken_.resize(nodes_.size());
   }
-  Places places;
-  if (flat) {
-    places.locals.resize(low.objects.empty() ? 1 : low.object_names.size());
-    for (std::size_t i = 0; i < places.locals.size(); ++i) {
-      places.nodes.push_back(
-          low.objects.empty() ? root : file.add_node({{"name", low.object_names[i]}}, root));
+
+  /// \param of_objects  the node of each object; empty where the hierarchy is flat
+  Places place(const Mesh& mesh, const std::vector<std::uint32_t>& of_objects) {
+    Places places;
+    if (is_flat_) {
+      places.locals.resize(mesh.objects.empty() ? 1 : mesh.object_names.size());
+      for (std::size_t i = 0; i < places.locals.size(); ++i) {
+        places.nodes.push_back(
+            mesh.objects.empty() ? root_ : file_.add_node({{"name", mesh.object_names[i]}}, root_));
+      }
+      return places;
+    }
+    const double reach = reach_of(mesh);
+    for (std::size_t i = 0; i < of_objects.size(); ++i) {
+      const std::string& object = mesh.objects.empty() ? name_ : mesh.object_names[i];
+      const std::uint32_t of = of_objects[i];
+      ToLocal& local = places.locals.emplace_back();
+      local.origin = mesh.origin;
+      const bool mirrors = of != AssetNode::kNone && determinant(worlds_[of]) < 0;
+      constexpr AffineMap kMirror{-1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1};
+      if (of == AssetNode::kNone ||
+          !invert(mirrors ? product(worlds_[of], kMirror) : worlds_[of], reach, local)) {
+        local = {};
+        Json own = {{"name", object}};
+        if (mesh.origin != std::array<double, 3>{}) own["translation"] = mesh.origin;
+        places.nodes.push_back(file_.add_node(std::move(own), root_));
+      } else if (mirrors || taken_[of]) {
+        Json own = {{"name", object}};
+        if (mirrors) own["scale"] = Json::array({-1, 1, 1});
+        places.nodes.push_back(file_.add_node(std::move(own), nodes_[of]));
+      } else {
+        taken_[of] = true;
+        places.nodes.push_back(nodes_[of]);
+      }
     }
     return places;
   }
-  std::vector<std::size_t> nodes;
-  std::vector<AffineMap> worlds;
-  for (const AssetNode& node : options.nodes) {
-    const bool is_root = node.parent == AssetNode::kNone;
-    Json json = Json::object();
-    if (!node.name.empty()) json["name"] = node.name;
-    if (node.transform != kIdentity) json["matrix"] = node.transform;
-    if (!node.extras.empty()) json["extras"] = parse_extras(node.extras, "a node");
-    nodes.push_back(file.add_node(std::move(json), is_root ? root : nodes[node.parent]));
-    worlds.push_back(is_root ? node.transform : product(worlds[node.parent], node.transform));
-  }
-  const double reach = reach_of(low);
-  std::vector<bool> taken(nodes.size());
-  for (std::size_t i = 0; i < options.object_nodes.size(); ++i) {
-    const std::string& object = low.objects.empty() ? name : low.object_names[i];
-    const std::uint32_t of = options.object_nodes[i];
-    ToLocal& local = places.locals.emplace_back();
-    local.origin = low.origin;
-    const bool mirrors = of != AssetNode::kNone && determinant(worlds[of]) < 0;
-    constexpr AffineMap kMirror{-1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1};
-    if (of == AssetNode::kNone ||
-        !invert(mirrors ? product(worlds[of], kMirror) : worlds[of], reach, local)) {
-      local = {};
-      Json own = {{"name", object}};
-      if (low.origin != std::array<double, 3>{}) own["translation"] = low.origin;
-      places.nodes.push_back(file.add_node(std::move(own), root));
-    } else if (mirrors || taken[of]) {
-      Json own = {{"name", object}};
-      if (mirrors) own["scale"] = Json::array({-1, 1, 1});
-      places.nodes.push_back(file.add_node(std::move(own), nodes[of]));
-    } else {
-      taken[of] = true;
-      places.nodes.push_back(nodes[of]);
+
+ private:
+  GltfOutput& file_;
+  std::string name_;
+  bool is_flat_ = false;
+  std::size_t root_ = GltfOutput::kRoot;
+  std::vector<std::size_t> nodes_;
+  std::vector<AffineMap> worlds_;
+  std::vector<bool> taken_;  ///< Nodes that have a mesh
+};
+
+/// Writes collision hulls, a mesh each.
+void add_hulls(GltfOutput& file, Hierarchy& hierarchy, const SaveAssetOptions& options) {
+  Mesh hulls = *options.hulls;
+  hulls.uvs = {};
+  hulls.uv_triangles = {};
+  hulls.tangents = {};
+  hulls.colors = {};
+  const Places places = hierarchy.place(hulls, options.hull_nodes);
+  Json& json = file.json();
+  for (const auto& [of, part] : primitives_of(hulls, places.locals, /*one_material=*/true)) {
+    Json primitive = file.add_primitive(part, GltfOutput::kRoot, false, nullptr);
+    json["nodes"][places.nodes[of.first]]["mesh"] = json["meshes"].size();
+    json["meshes"].push_back({{"name", hulls.object_names[of.first]},
+                              {"primitives", Json::array({std::move(primitive)})}});
+    const std::uint32_t node =
+        options.nodes.empty() ? AssetNode::kNone : options.hull_nodes[of.first];
+    if (node != AssetNode::kNone && !options.nodes[node].mesh_extras.empty()) {
+      json["meshes"].back()["extras"] = parse_extras(options.nodes[node].mesh_extras, "a mesh");
     }
   }
-  return places;
 }
 
 }  // namespace
@@ -649,7 +698,8 @@ std::vector<fs::path> save_asset(const Mesh& low, std::span<const AssetMaterial>
       if (scene.contains(key)) json["scenes"][0][key] = scene[key];
     }
   }
-  const Places places = add_nodes(file, low, options);
+  Hierarchy hierarchy(file, low, options);
+  const Places places = hierarchy.place(low, options.object_nodes);
   const Primitives primitives = primitives_of(low, places.locals, one_material);
   if (primitives.empty()) {
     throw Error(ErrorCode::input,
@@ -682,6 +732,7 @@ std::vector<fs::path> save_asset(const Mesh& low, std::span<const AssetMaterial>
                                                                      : painted          ? "_COLOR_0"
                                                                                : "COLOR_0"));
   }
+  if (options.hulls != nullptr) add_hulls(file, hierarchy, options);
   return file.save();
 }
 

@@ -11,6 +11,7 @@
 #include <unordered_set>
 
 #include "asset/assimp.h"
+#include "asset/fbx.h"
 #include "asset/gltf.h"
 #include "base/counted.h"
 #include "base/formatted.h"
@@ -224,13 +225,25 @@ std::shared_ptr<const Image> extract_channel(const Image& image, std::uint32_t c
   return result;
 }
 
+/// Sets of UVs that a mesh has: the one it was read with, and others.
+struct KnownSets {
+  std::uint32_t own = 0;
+  std::span<const UvSet> others;
+
+  bool has(std::uint32_t set) const {
+    return set == own || std::any_of(others.begin(), others.end(),
+                                     [set](const UvSet& other) { return other.set == set; });
+  }
+};
+
 [[noreturn]] void fail_of_uv_set(const Material& material, MaterialSlot slot, std::uint32_t needed,
                                  std::uint32_t given) {
   throw Error(ErrorCode::input, in_words(material) + ": its picture of " + row_of(slot).name +
                                     " lies on the set of UVs " + std::to_string(needed) +
                                     ", but the mesh was read with set " + std::to_string(given) +
-                                    ". Read it with that set (`uv-set`), export the file with "
-                                    "one set of UVs, or give the picture itself.");
+                                    " and has no such set beside it. Read it with that set "
+                                    "(`uv-set`), export the file with one set of UVs, or give the "
+                                    "picture itself.");
 }
 
 /// Beyond a million, floats tell a picture's texels no longer apart, and colours would be noise.
@@ -278,6 +291,18 @@ bool look_alike(const Material& a, const Material& b, ComparedFiles& compared) {
          a.occlusion_strength == b.occlusion_strength;
 }
 
+/// The first bytes of a PLY, its header among them. Those of a scan can be gigabytes.
+std::string ply_head(const ByteSource& source) {
+  constexpr std::size_t kFirst = std::size_t{1} << 16, kLineEnd = 2;
+  constexpr std::string_view kEnd = "end_header";
+  for (std::size_t limit = kFirst;; limit *= 4) {
+    std::string head = source.head(limit);
+    const std::size_t end = head.find(kEnd);
+    const bool is_whole = end != std::string::npos && end + kEnd.size() + kLineEnd <= head.size();
+    if (is_whole || head.size() < limit) return head;
+  }
+}
+
 }  // namespace
 
 std::vector<Material> load_materials(const Mesh& mesh, const fs::path& mesh_file,
@@ -296,15 +321,19 @@ std::vector<Material> load_materials(const Mesh& mesh, const fs::path& mesh_file
       named.file += " (materials of " + mesh_file.string() + ")";
       named.fail(place, problem, remedy);
     };
-    const std::string bytes = read_whole(*open_file(path, fail), fail);
+    const auto source = open_file(path, fail);
+    const std::string bytes = is_ply_name(path) ? ply_head(*source) : read_whole(*source, fail);
     input.bytes = bytes;
     input.folder = path.parent_path();
     input.options.outside = outside;
-    if (is_assimp_name(path)) input.warnings = nullptr;  // load_mesh() said it
-    for (Material& material : is_gltf_name(path) ? read_gltf_materials(input)
-                              : is_assimp_name(path)
-                                  ? read_by_assimp(input).materials
-                                  : read_materials(input, path.parent_path(), &finder)) {
+    input.options.uv_set = mesh.uv_set;
+    if (is_fbx_name(path) || is_assimp_name(path)) input.warnings = nullptr;  // load_mesh() said it
+    for (Material& material :
+         is_gltf_name(path)     ? read_gltf_materials(input)
+         : is_ply_name(path)    ? read_ply_materials(input, path.parent_path(), &finder)
+         : is_fbx_name(path)    ? read_fbx(input).materials
+         : is_assimp_name(path) ? read_by_assimp(input).materials
+                                : read_materials(input, path.parent_path(), &finder)) {
       read.push_back(std::move(material));
     }
   }
@@ -346,8 +375,10 @@ std::vector<Material> load_materials(const Mesh& mesh, const fs::path& mesh_file
   return materials;
 }
 
-Texture load_material_texture(const std::vector<Material>& materials, MaterialSlot slot,
-                              std::vector<Warning>* warnings, std::uint32_t uv_set) {
+namespace {
+
+Texture load_texture(const std::vector<Material>& materials, MaterialSlot slot,
+                     std::vector<Warning>* warnings, const KnownSets& sets) {
   if (materials.empty()) {
     throw Error(ErrorCode::input,
                 "The high poly has no materials: give the picture itself, or an OBJ with its MTL.");
@@ -380,6 +411,7 @@ Texture load_material_texture(const std::vector<Material>& materials, MaterialSl
     texture.image_of.push_back(Texture::kNone);
     texture.uv_transforms.push_back(picture.uv_transform);
     texture.wraps.push_back(picture.wrap);
+    texture.uv_sets.push_back(picture.empty() ? sets.own : picture.uv_set);
     texture.factors.push_back(factor_of(material, slot, picture));
     // glTF multiplies its base colour, alpha included, with the vertices'.
     texture.times_vertex_colors.push_back(
@@ -387,7 +419,7 @@ Texture load_material_texture(const std::vector<Material>& materials, MaterialSl
         (slot == MaterialSlot::color ||
          (slot == MaterialSlot::opacity && material.alpha_mode != AlphaMode::opaque)));
     if (picture.empty()) continue;
-    if (picture.uv_set != uv_set) fail_of_uv_set(material, slot, picture.uv_set, uv_set);
+    if (!sets.has(picture.uv_set)) fail_of_uv_set(material, slot, picture.uv_set, sets.own);
     check_transform(material, picture.uv_transform);
     std::error_code error;
     if (picture.bytes == nullptr && !fs::exists(picture.file, error)) {
@@ -428,6 +460,10 @@ Texture load_material_texture(const std::vector<Material>& materials, MaterialSl
                   [&](const auto& transform) { return transform == as_it_is; })) {
     texture.uv_transforms.clear();
   }
+  if (std::all_of(texture.uv_sets.begin(), texture.uv_sets.end(),
+                  [&](std::uint32_t set) { return set == sets.own; })) {
+    texture.uv_sets.clear();
+  }
   if (std::all_of(texture.factors.begin(), texture.factors.end(),
                   [](const auto& factor) { return factor == Texture::Factor(); })) {
     texture.factors.clear();
@@ -453,6 +489,18 @@ Texture load_material_texture(const std::vector<Material>& materials, MaterialSl
                      "'): it holds heights, and was left out. Bake it into a normal map first.");
   }
   return texture;
+}
+
+}  // namespace
+
+Texture load_material_texture(const std::vector<Material>& materials, MaterialSlot slot,
+                              std::vector<Warning>* warnings, std::uint32_t uv_set) {
+  return load_texture(materials, slot, warnings, {uv_set, {}});
+}
+
+Texture load_material_texture(const std::vector<Material>& materials, MaterialSlot slot,
+                              const Mesh& mesh, std::vector<Warning>* warnings) {
+  return load_texture(materials, slot, warnings, {mesh.uv_set, mesh.other_uvs});
 }
 
 Asset load_asset(const std::filesystem::path& path, const LoadMeshOptions& options,

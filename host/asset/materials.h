@@ -1,4 +1,4 @@
-// Wavefront MTL from memory.
+// Materials from memory: Wavefront MTL, and the pictures that a PLY names.
 #pragma once
 
 #include <filesystem>
@@ -16,6 +16,15 @@ namespace kiln {
 /// \throws Error(input)
 std::vector<Material> read_materials(const MeshInput& input, const std::filesystem::path& folder,
                                      FileFinder* finder = nullptr);
+
+/// The pictures that a PLY's header names, "comment TextureFile NAME": a material each, with a picture of colours.
+/// \param input   the file, of which the header is enough
+/// \param folder  pictures' names are relative to it
+/// \param finder  finds pictures that are not there; may be null
+/// \throws Error(input)
+std::vector<Material> read_ply_materials(const MeshInput& input,
+                                         const std::filesystem::path& folder,
+                                         FileFinder* finder = nullptr);
 
 /// Sets Material::vertex_opacity.
 /// \param materials  one for each of the mesh's names

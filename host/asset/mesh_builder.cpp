@@ -37,6 +37,8 @@ Vec3 unit_or_zero(const Vec3& n) {
           static_cast<float>(z / length)};
 }
 
+constexpr std::array<std::uint8_t, 4> kWhite{255, 255, 255, 255};
+
 // Up to these, nothing is asked for.
 constexpr std::uint64_t kFewFaces = std::uint64_t{1} << 17;
 
@@ -50,7 +52,8 @@ void MeshBuilder::check_growth() const {
   const std::uint64_t held = bytes(triangles_) + bytes(uv_triangles_) + bytes(normal_triangles_) +
                              bytes(polygons_) + bytes(polygon_vertex_) + bytes(polygon_uv_) +
                              bytes(polygon_normal_) + groups_.bytes() + objects_.bytes() +
-                             materials_.bytes() + smoothing_.bytes() + bytes(positions);
+                             materials_.bytes() + smoothing_.bytes() + bytes(positions) +
+                             triangle_colors_.memory();
   const FailWith fail = [this](const std::string& place, const std::string& problem,
                                const std::string& remedy) { input_.fail(place, problem, remedy); };
   require_memory("its faces", 2 * held, memory_failure(fail, ""));
@@ -63,6 +66,8 @@ void MeshBuilder::add_face(std::span<const std::uint32_t> vertex, std::span<cons
   if (face >= kFewFaces && std::has_single_bit(face)) check_growth();
   if (n < 3) {
     if (short_faces_++ == 0) first_short_face_ = face;
+    next_color_.reset();
+    next_color_bytes_.reset();
     return;
   }
   if (triangles_.size() + n > kLargestCount) {
@@ -97,6 +102,7 @@ void MeshBuilder::add_face(std::span<const std::uint32_t> vertex, std::span<cons
   grow(normal_triangles_, normal);
   for (std::size_t i = 1; i + 1 < n; ++i)
     triangles_.push_back({vertex[0], vertex[i], vertex[i + 1]});
+  add_face_color(n - 2);
   for (Names* names : {&groups_, &objects_, &materials_, &smoothing_})
     names->reach(triangles_.size());
 }
@@ -115,7 +121,7 @@ void MeshBuilder::Names::set(std::string_view name, std::size_t triangles) {
   now_ = entry->second;
 }
 
-void MeshBuilder::set_color(std::size_t vertex, const std::array<double, 4>& rgba) {
+void MeshBuilder::Colors::set(std::size_t i, const std::array<double, 4>& rgba) {
   const auto scaled = [&rgba](double scale) {
     std::array<std::uint8_t, 4> bytes;
     for (std::size_t k = 0; k < 4; ++k) {
@@ -125,41 +131,116 @@ void MeshBuilder::set_color(std::size_t vertex, const std::array<double, 4>& rgb
     return bytes;
   };
   for (const double value : rgba) {
-    if (std::isfinite(value)) largest_color_ = std::max(largest_color_, value);
+    if (std::isfinite(value)) largest_ = std::max(largest_, value);
   }
-  set_color_bytes(vertex, scaled(1));
-  colors[vertex] = scaled(255);
+  set_bytes(i, scaled(1));
+  fractions_[i] = scaled(255);
 }
 
-void MeshBuilder::set_color_bytes(std::size_t vertex, const std::array<std::uint8_t, 4>& rgba) {
-  for (auto* list : {&byte_colors_, &colors}) {
-    if (list->size() <= vertex) list->resize(vertex + 1, {255, 255, 255, 255});
-    (*list)[vertex] = rgba;
+void MeshBuilder::Colors::set_bytes(std::size_t i, const std::array<std::uint8_t, 4>& rgba) {
+  for (auto* list : {&bytes_, &fractions_}) {
+    if (list->size() <= i) list->resize(i + 1, kWhite);
+    (*list)[i] = rgba;
   }
-  ++colored_;
+  ++count_;
 }
 
-/// Decides whether colours are fractions or bytes, of formats in which they may be either, and fills those of vertices that have none.
+/// Decides whether colours are fractions or bytes, of formats in which they may be either.
+std::vector<std::array<std::uint8_t, 4>> MeshBuilder::Colors::finish(std::size_t size,
+                                                                     const MeshInput& input) {
+  for (auto* list : {&bytes_, &fractions_}) list->resize(size, kWhite);
+  // Fractions that were converted end in 1.0000001.
+  constexpr double kFraction = 1.001, kDark = 16;
+  if (largest_ <= kFraction) return std::move(fractions_);
+  if (largest_ < kDark) {
+    const std::string text = formatted("%.4g", largest_);
+    input.warn("color-scale",
+               "its largest colour channel is " + text +
+                   ": above 1, so its colours count as 0 to 255, and are nearly black. If they are "
+                   "fractions brighter than white, export them clamped to 1.",
+               count_);
+  }
+  return std::move(bytes_);
+}
+
 void MeshBuilder::finish_colors() {
-  if (byte_colors_.empty()) return;
-  for (auto* list : {&byte_colors_, &colors}) list->resize(positions.size(), {255, 255, 255, 255});
-  if (colored_ < positions.size()) {
-    const std::uint64_t bare = positions.size() - colored_;
+  if (vertex_colors_.empty()) return;
+  if (vertex_colors_.count() < positions.size()) {
+    const std::uint64_t bare = positions.size() - vertex_colors_.count();
     input_.warn("missing-colors",
                 std::to_string(bare) + " vertices have no colour; they are white.", bare);
   }
-  // Fractions that were converted end in 1.0000001.
-  constexpr double kFraction = 1.001, kDark = 16;
-  if (largest_color_ <= kFraction) return;
-  colors = std::move(byte_colors_);
-  if (largest_color_ < kDark) {
-    const std::string text = formatted("%.4g", largest_color_);
-    input_.warn(
-        "color-scale",
-        "its largest colour channel is " + text +
-            ": above 1, so its colours count as 0 to 255, and are nearly black. If they are "
-            "fractions brighter than white, export them clamped to 1.",
-        colored_);
+  colors = vertex_colors_.finish(positions.size(), input_);
+}
+
+/// Gives the last triangles the colour that was set for their face.
+void MeshBuilder::add_face_color(std::size_t triangles) {
+  if (!next_color_ && !next_color_bytes_) return;
+  ++colored_faces_;
+  for (std::size_t t = triangles_.size() - triangles; t < triangles_.size(); ++t) {
+    if (next_color_) {
+      triangle_colors_.set(t, *next_color_);
+    } else {
+      triangle_colors_.set_bytes(t, *next_color_bytes_);
+    }
+  }
+  next_color_.reset();
+  next_color_bytes_.reset();
+}
+
+/// Turns colours of faces into colours of vertices. The first colour at a vertex keeps it; for each further one the
+/// vertex is added again at the end, so that numbers in messages hold. Where vertices have colours of their own, those
+/// count, unless all are alike: then a program wrote them because it writes some always.
+void MeshBuilder::give_face_colors(Mesh& mesh) {
+  if (triangle_colors_.empty()) return;
+  const std::uint64_t colored = triangle_colors_.count();
+  const auto of_triangles = triangle_colors_.finish(mesh.triangles.size(), input_);
+  const auto vary = [](const auto& list) {
+    return std::any_of(list.begin(), list.end(), [&](const auto& c) { return c != list[0]; });
+  };
+  if (vary(mesh.colors)) {
+    if (vary(of_triangles)) {
+      input_.warn(
+          "face-colors-left-out",
+          counted(colored_faces_, "face") + (colored_faces_ == 1 ? " has" : " have") +
+              " a colour, and so have its vertices: those of the vertices were taken. Export "
+              "it without them for the colours of the faces.",
+          colored_faces_);
+    }
+    return;
+  }
+  if (colored < mesh.triangles.size()) {
+    const std::uint64_t bare = faces_ - short_faces_ - colored_faces_;
+    input_.warn("missing-colors",
+                counted(bare, "face") +
+                    (bare == 1 ? " has no colour; it is" : " have no colour; they are") + " white.",
+                bare);
+  }
+  mesh.colors.assign(mesh.positions.size(), kWhite);
+  std::vector<bool> known(mesh.positions.size());
+  std::unordered_map<std::uint64_t, std::uint32_t> copies;  // by vertex and colour
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+    const std::array<std::uint8_t, 4>& color = of_triangles[t];
+    for (std::uint32_t& corner : mesh.triangles[t]) {
+      if (!known[corner]) {
+        known[corner] = true;
+        mesh.colors[corner] = color;
+      }
+      if (mesh.colors[corner] == color) continue;
+      const std::uint64_t key = std::uint64_t{corner} << 32U | std::bit_cast<std::uint32_t>(color);
+      const auto [entry, added] =
+          copies.try_emplace(key, static_cast<std::uint32_t>(mesh.positions.size()));
+      if (added) {
+        if (mesh.positions.size() == kLargestCount) {
+          input_.fail(
+              "", "it has more than " + std::to_string(kLargestCount) + " vertices, one a colour",
+              "Split or simplify the mesh.");
+        }
+        mesh.positions.push_back(Vec3(mesh.positions[corner]));
+        mesh.colors.push_back(color);
+      }
+      corner = entry->second;
+    }
   }
 }
 
@@ -374,6 +455,7 @@ void MeshBuilder::complete_attributes(Mesh& mesh) {
     // Any number would bake them over some chart.
     constexpr float kNowhere = std::numeric_limits<float>::quiet_NaN();
     uvs.push_back({kNowhere, kNowhere});
+    for (UvSet& set : other_uvs) set.uvs.push_back({kNowhere, kNowhere});
     missing = 1;
     input_.warn("missing-uvs",
                 counted(bare, "triangle") + (bare == 1 ? " has" : " have") +
@@ -406,6 +488,7 @@ void MeshBuilder::complete_attributes(Mesh& mesh) {
                 bad);
   }
   mesh.uvs = std::move(uvs);
+  if (!mesh.uvs.empty()) mesh.other_uvs = std::move(other_uvs);
   mesh.uv_triangles = std::move(uv_triangles_);
   mesh.normals = std::move(normals);
   mesh.normal_triangles = std::move(normal_triangles_);
@@ -492,6 +575,19 @@ void MeshBuilder::give_normals_by_groups(Mesh& mesh) {
   mesh.normal_triangles = std::move(made.triangles);
 }
 
+/// Each computed normal belongs to corners at one vertex, so that normals are vertices of their own here.
+void MeshBuilder::compute_normals(Mesh& mesh) const {
+  if (computed_normals_.empty()) return;
+  std::vector<Vec3> places(mesh.normals.size());
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+    for (std::size_t k = 0; k < 3; ++k) {
+      places[mesh.normal_triangles[t][k]] = mesh.positions[mesh.triangles[t][k]];
+    }
+  }
+  const std::vector<Vec3> made = vertex_normals(places, mesh.normal_triangles, mesh.polygons);
+  for (const std::uint32_t normal : computed_normals_) mesh.normals[normal] = made[normal];
+}
+
 /// \returns Mesh::metres
 double MeshBuilder::move_to_world() {
   const WorldFrame world = world_frame(input_.options, {}, 0);
@@ -545,8 +641,10 @@ Mesh MeshBuilder::finish() {
   mesh.triangles = std::move(triangles_);
   number_polygons(mesh);
   give_normals_by_groups(mesh);
+  compute_normals(mesh);
   give_tangents(mesh);
   count_degenerate(mesh);
+  give_face_colors(mesh);
   return mesh;
 }
 

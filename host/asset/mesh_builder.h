@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <functional>
 #include <limits>
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -40,6 +41,7 @@ class MeshBuilder {
 
   std::vector<Position> positions;
   std::vector<Vec2> uvs;
+  std::vector<UvSet> other_uvs;  ///< As many each as `uvs`
   std::vector<Vec3> normals;  ///< Any length; made unit by finish(), zero where that is impossible.
   std::vector<std::array<std::uint8_t, 4>> colors;  ///< Empty or one per position, in order.
   std::vector<Tangent> tangents;                    ///< Empty or one per position; any length.
@@ -47,10 +49,19 @@ class MeshBuilder {
 
   /// The colour of a vertex in a format that has fractions as well as bytes: finish() tells which they are by
   /// the largest of the file. Vertices in increasing order; those left out are white. kFull: full either way.
-  void set_color(std::size_t vertex, const std::array<double, 4>& rgba);
+  void set_color(std::size_t vertex, const std::array<double, 4>& rgba) {
+    vertex_colors_.set(vertex, rgba);
+  }
   /// The same in bytes, whatever the other colours are.
-  void set_color_bytes(std::size_t vertex, const std::array<std::uint8_t, 4>& rgba);
+  void set_color_bytes(std::size_t vertex, const std::array<std::uint8_t, 4>& rgba) {
+    vertex_colors_.set_bytes(vertex, rgba);
+  }
   static constexpr double kFull = std::numeric_limits<double>::infinity();
+
+  /// The colour of the next face alone, in the same two ways. finish() turns them into colours of vertices: one
+  /// between faces of several colours is split, a vertex a colour.
+  void set_face_color(const std::array<double, 4>& rgba) { next_color_ = rgba; }
+  void set_face_color_bytes(const std::array<std::uint8_t, 4>& rgba) { next_color_bytes_ = rgba; }
 
   /// One polygon in the file's order. `uv` and `normal` are empty (no corner has any) or as long as
   /// `vertex`. Fewer than three corners: counted, and reported as a warning.
@@ -64,6 +75,13 @@ class MeshBuilder {
   /// The smoothing group of the faces to come; "off" and "0": none. Where they differ and the file has no normals,
   /// finish() makes normals by them.
   void set_smoothing(std::string_view name) { smoothing_.set(name, triangles_.size()); }
+  /// A normal that finish() makes of the polygons whose corners have it, angle-weighted: a smooth piece of the surface
+  /// around one vertex. \returns its index into `normals`
+  std::uint32_t add_computed_normal() {
+    computed_normals_.push_back(static_cast<std::uint32_t>(normals.size()));
+    normals.push_back({});
+    return computed_normals_.back();
+  }
   std::vector<std::string> material_files;
   bool is_placed = false;  ///< True if positions are in metres with Y up by what the file says
 
@@ -99,6 +117,24 @@ class MeshBuilder {
     std::uint32_t now_ = 0;
   };
 
+  /// Colours of vertices or of triangles, as bytes and as fractions until finish() has decided which they are.
+  class Colors {
+   public:
+    bool empty() const { return bytes_.empty(); }
+    void set(std::size_t i, const std::array<double, 4>& rgba);
+    void set_bytes(std::size_t i, const std::array<std::uint8_t, 4>& rgba);
+    /// Colours that were set.
+    std::uint64_t count() const { return count_; }
+    std::uint64_t memory() const { return 2 * std::uint64_t{bytes_.capacity()} * sizeof bytes_[0]; }
+    /// Decides, and fills up with white.
+    std::vector<std::array<std::uint8_t, 4>> finish(std::size_t size, const MeshInput& input);
+
+   private:
+    std::vector<std::array<std::uint8_t, 4>> bytes_, fractions_;
+    double largest_ = 0;
+    std::uint64_t count_ = 0;
+  };
+
   struct Polygon {
     std::uint32_t first_triangle, corners;
     std::uint64_t offset;  ///< Into the polygon_ pools.
@@ -121,7 +157,9 @@ class MeshBuilder {
 
   double move_to_world();
   void check_growth() const;
+  void add_face_color(std::size_t triangles);
   void finish_colors();
+  void give_face_colors(Mesh& mesh);
   void split_polygons();
   void number_polygons(Mesh& mesh) const;
   void check_finite() const;
@@ -134,18 +172,20 @@ class MeshBuilder {
   void check_tangents(const Mesh& mesh);
   void give_tangents(Mesh& mesh);
   void give_normals_by_groups(Mesh& mesh);
+  void compute_normals(Mesh& mesh) const;
   void count_degenerate(const Mesh& mesh);
 
   const MeshInput& input_;
-  /// Colours of set_color() as bytes; `colors` holds them as fractions until finish() has decided.
-  std::vector<std::array<std::uint8_t, 4>> byte_colors_;
-  double largest_color_ = 0;
-  std::uint64_t colored_ = 0;
+  Colors vertex_colors_, triangle_colors_;
+  std::optional<std::array<double, 4>> next_color_;
+  std::optional<std::array<std::uint8_t, 4>> next_color_bytes_;
+  std::uint64_t colored_faces_ = 0;
   std::vector<Triangle> triangles_, uv_triangles_, normal_triangles_;
   std::vector<Polygon> polygons_;
   std::vector<std::uint32_t> polygon_vertex_, polygon_uv_, polygon_normal_;
   Names groups_, objects_, materials_, smoothing_;
-  std::string coarse_;  // why coordinates are too coarse, and the remedy
+  std::vector<std::uint32_t> computed_normals_;  // indices of add_computed_normal(), in order
+  std::string coarse_;                           // why coordinates are too coarse, and the remedy
   std::uint64_t faces_ = 0, short_faces_ = 0, first_short_face_ = 0;
 };
 

@@ -7,6 +7,7 @@
 #include <string>
 
 #include "asset/assimp.h"
+#include "asset/fbx.h"
 #include "asset/gltf.h"
 #include "asset/mesh_reader.h"
 #include "base/lower_case.h"
@@ -23,16 +24,17 @@ namespace {
 constexpr const char* kFormatNames[] = {"PLY", "OBJ", "STL", "OFF", "glTF", "FBX"};
 constexpr const char* kFormatExtensions[] = {".ply", ".obj", ".stl", ".off", ".gltf", ".fbx"};
 constexpr const char* kNownExtensions =
-    "Kiln reads .ply, .obj, .stl, .off, .glb, .gltf, .fbx, .dae, .3ds and .x: export the mesh as "
-    "one of them.";
+    "Kiln reads .ply, .obj, .stl, .off, .glb, .gltf, .vrm, .fbx, .dae, .3ds and .x: export the "
+    "mesh as one of them.";
 
 std::optional<MeshFormat> format_of(const std::filesystem::path& path) {
   const std::string extension = lower_extension(path);
-  if (extension == ".glb") return MeshFormat::gltf;
+  if (extension == ".glb" || extension == ".vrm") return MeshFormat::gltf;
   for (const MeshFormat format :
        {MeshFormat::ply, MeshFormat::obj, MeshFormat::stl, MeshFormat::off, MeshFormat::gltf}) {
     if (extension == kFormatExtensions[static_cast<int>(format)]) return format;
   }
+  if (is_fbx_name(path)) return MeshFormat::fbx;
   if (is_assimp_name(path)) return MeshFormat::assimp;
   return std::nullopt;
 }
@@ -50,7 +52,7 @@ Guess guess(std::string_view bytes) {
   };
   if (starts("ply\n") || starts("ply\r")) return of(MeshFormat::ply);
   if (starts("glTF")) return {MeshFormat::gltf, "binary glTF"};
-  if (starts("Kaydara FBX") || starts("; FBX")) return of(MeshFormat::assimp);
+  if (starts("Kaydara FBX") || starts("; FBX")) return of(MeshFormat::fbx);
   if (starts("BLENDER")) return {{}, "a Blender scene"};
   if (starts("\x89PNG")) return {{}, "a PNG image"};
   if (starts("\x76\x2f\x31\x01")) return {{}, "an OpenEXR image"};
@@ -83,7 +85,16 @@ Guess guess(std::string_view bytes) {
 std::string read_file(const MeshInput& input, const std::filesystem::path& path) {
   const FailWith fail = [&input](const std::string& place, const std::string& problem,
                                  const std::string& remedy) { input.fail(place, problem, remedy); };
-  return read_whole(*open_file(path, fail), fail);
+  const std::unique_ptr<ByteSource> source = open_file(path, fail);
+  // Its lengths are numbers of 32 bits: of more they say what is left after whole 4 GiB.
+  constexpr std::uint64_t kMostOfGlb = 0xFFFFFFFF;
+  if (source->size() > kMostOfGlb && source->head(4) == "glTF") {
+    input.fail("",
+               "it has " + std::to_string(source->size()) +
+                   " bytes, more than the 4 GiB that a binary glTF can have",
+               "Export it as .gltf with its buffers beside it, or in parts.");
+  }
+  return read_whole(*source, fail);
 }
 
 }  // namespace
@@ -101,8 +112,8 @@ void MeshInput::warn(std::string code, const std::string& message, std::uint64_t
 Mesh parse_mesh(const MeshInput& given, MeshFormat format, Asset* whole) {
   MeshInput input = given;
   if (input.bytes.empty()) input.fail("", "the file is empty", "Export the mesh again.");
-  if (format == MeshFormat::assimp) {
-    Asset asset = read_by_assimp(input);
+  if (format == MeshFormat::fbx || format == MeshFormat::assimp) {
+    Asset asset = format == MeshFormat::fbx ? read_fbx(input) : read_by_assimp(input);
     Mesh mesh = std::move(asset.mesh);
     if (whole != nullptr) *whole = std::move(asset);
     return mesh;
@@ -153,6 +164,7 @@ Mesh parse_mesh(const MeshInput& given, MeshFormat format, Asset* whole) {
       if (whole == nullptr) return read_gltf(input, false).mesh;
       *whole = read_gltf(input, true);
       return std::move(whole->mesh);
+    case MeshFormat::fbx:
     case MeshFormat::assimp:
       break;  // above
   }
@@ -161,8 +173,11 @@ Mesh parse_mesh(const MeshInput& given, MeshFormat format, Asset* whole) {
 
 std::vector<std::string> mesh_formats() {
   std::vector<std::string> names = {"PLY", "OBJ", "STL", "OFF", "glTF"};
+#ifdef KILN_HAS_UFBX
+  names.emplace_back("FBX");
+#endif
 #ifdef KILN_HAS_ASSIMP
-  names.insert(names.end(), {"FBX", "DAE", "3DS", "X"});
+  names.insert(names.end(), {"DAE", "3DS", "X"});
 #endif
 #ifdef KILN_HAS_DRACO
   names.emplace_back("Draco in glTF");

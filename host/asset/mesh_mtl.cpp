@@ -93,6 +93,10 @@ class MtlReader {
          "statements of pictures (this is the first) are none that Kiln reads, and were ignored; "
          "see "
          "its manual for those of MTL.");
+    warn("transparency-of-one", invisible_,
+         "materials (this is the first) have Tr 1 and no d, which would make them invisible: they "
+         "count as opaque, as OpenMVS and mvs-texturing mean it. Write d 0 where they are "
+         "invisible.");
     warn("blender-pictures", stand_ins_,
          "pictures (this is the first) count as roughness (map_Ns) and metalness (map_refl), as "
          "Blender writes them.");
@@ -129,8 +133,10 @@ class MtlReader {
       has_opacity_ = true;
     } else if (keyword == "tr") {
       // Some write Tr as d, and both: d is plain.
-      const float transparency = number();
-      if (!has_opacity_) material.opacity = 1 - transparency;
+      const std::string place = scan_.place();
+      transparency_ = number();
+      if (!has_opacity_) material.opacity = 1 - transparency_;
+      transparency_place_ = place;
     } else if (keyword == "pr") {
       material.roughness = number();
       material.roughness_from = MaterialNumber::given;
@@ -181,6 +187,14 @@ class MtlReader {
       if (reflects) material.metallic = (ambient_[0] + ambient_[1] + ambient_[2]) / 3;
       material.metallic_from = MaterialNumber::converted;
     }
+    // Nobody bakes an invisible surface, but some write Tr where they mean d.
+    constexpr float kInvisible = 1 - 1e-3F;
+    if (!has_opacity_ && transparency_ > kInvisible) {
+      material.opacity = 1;
+      if (invisible_.count++ == 0) {
+        invisible_.example = transparency_place_ + ": " + material.name;
+      }
+    }
     const auto stand_in = [&](MaterialPicture& own, MaterialPicture& other, const char* keyword) {
       if (own.empty() && !other.empty()) {
         own = other;
@@ -193,6 +207,7 @@ class MtlReader {
     ambient_ = {};
     shininess_ = -1;
     illumination_ = {};
+    transparency_ = 0;
     has_normals_ = has_opacity_ = false;
   }
 
@@ -283,11 +298,13 @@ class MtlReader {
   FileFinder* finder_;
   TextScanner scan_;
   std::vector<Material> materials_;
-  Counted placed_, ignored_, stand_ins_;
+  Counted placed_, ignored_, stand_ins_, invisible_;
   bool by_blender_ = false;
   // State of the material that is being read.
   std::array<float, 3> ambient_{};
-  float shininess_ = -1;  ///< Below 0: not given.
+  float shininess_ = -1;    ///< Below 0: not given.
+  float transparency_ = 0;  ///< `Tr`
+  std::string transparency_place_;
   std::string_view illumination_;
   MaterialPicture exponents_, reflections_;
   bool has_opacity_ = false;  ///< By `d`.

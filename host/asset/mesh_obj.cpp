@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "asset/mesh_builder.h"
+#include "base/counted.h"
 #include "io/file/text_scanner.h"
 
 namespace kiln {
@@ -40,6 +41,8 @@ class ObjReader {
               " for one) are not eight hexadecimal digits, or of no vertex, and were ignored.",
           bad_polypaint_);
     }
+    warn_of_zeros(zero_uvs_, "texture coordinate");
+    warn_of_zeros(zero_normals_, "normal");
     builder_.describe_face = [this](std::uint32_t triangle) {
       const auto after = std::upper_bound(
           face_lines_.begin(), face_lines_.end(), triangle,
@@ -204,6 +207,28 @@ class ObjReader {
     return static_cast<std::uint32_t>(*index - 1);
   }
 
+  /// Corners whose index of a UV or a normal is 0.
+  struct Zeros {
+    std::uint64_t count = 0;
+    std::string first;
+  };
+  /// True if a corner has an index of a UV or a normal. Some, Cinema 4D among them, write 0 where it has none.
+  bool names_one(std::string_view text, Zeros& zeros) const {
+    if (text.empty()) return false;
+    if (to_integer(text) != 0) return true;
+    if (zeros.count++ == 0) zeros.first = scan_.place();
+    return false;
+  }
+  void warn_of_zeros(const Zeros& zeros, const char* what) const {
+    if (zeros.count == 0) return;
+    input_.warn("zero-indices",
+                zeros.first + ": " + counted(zeros.count, "corner") +
+                    (zeros.count == 1 ? "" : " (this is the first)") +
+                    (zeros.count == 1 ? " has" : " have") + " 0 for the index of a " + what +
+                    ", which counts from 1: without one there.",
+                zeros.count);
+  }
+
   static std::string out_of_range(std::uint64_t face, std::int64_t index, const char* what,
                                   std::size_t pool) {
     return "face " + std::to_string(face) + " uses " + what + " " + std::to_string(index) +
@@ -227,11 +252,11 @@ class ObjReader {
       vertex_.push_back(resolve(part[0], builder_.positions.size(), vertex_reach_, "vertex"));
       uv_.push_back(MeshBuilder::kNone);
       normal_.push_back(MeshBuilder::kNone);
-      if (!part[1].empty()) {
+      if (names_one(part[1], zero_uvs_)) {
         uv_.back() = resolve(part[1], builder_.uvs.size(), uv_reach_, "texture coordinate");
         any_uv = true;
       }
-      if (!part[2].empty()) {
+      if (names_one(part[2], zero_normals_)) {
         normal_.back() = resolve(part[2], builder_.normals.size(), normal_reach_, "normal");
         any_normal = true;
       }
@@ -264,6 +289,7 @@ class ObjReader {
   std::vector<std::uint32_t> vertex_, uv_, normal_;
   std::vector<FaceLine> face_lines_;
   Reach vertex_reach_, uv_reach_, normal_reach_;
+  Zeros zero_uvs_, zero_normals_;
   std::uint32_t triangles_ = 0;
   std::vector<std::uint32_t> polypaint_;
   std::uint64_t ignored_ = 0, bad_polypaint_ = 0;

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "asset/mesh_builder.h"
+#include "base/counted.h"
 #include "io/file/text_scanner.h"
 
 namespace kiln {
@@ -21,6 +22,14 @@ class OffReader {
     if (colors_ && normals_ && has_negative_colors()) colors_first_ = !colors_first_;
     for (std::uint64_t i = 0; i < vertices_; ++i) vertex(i);
     for (std::uint64_t i = 0; i < faces_; ++i) face(i);
+    if (by_index_ != 0) {
+      input_.warn("color-indices",
+                  counted(by_index_, "face") + (by_index_ == 1 ? " has" : " have") +
+                      " the number of a colour in a list that is not in the file (face " +
+                      std::to_string(first_by_index_) +
+                      " for one): left without a colour. Export it with three numbers a colour.",
+                  by_index_);
+    }
     return builder_.finish();
   }
 
@@ -182,15 +191,35 @@ class OffReader {
       }
       corners_.push_back(static_cast<std::uint32_t>(*index));
     }
-    scan_.next_line();  // a face's colour is not used
+    face_color(i);
+    scan_.next_line();
     using Indices = std::span<const std::uint32_t>;
     builder_.add_face(corners_, textured_ ? Indices(corners_) : Indices(),
                       normals_ ? Indices(corners_) : Indices());
   }
 
+  /// What follows a face's corners: nothing, an index into a colour map, or three or four channels. What is no number
+  /// ends it.
+  void face_color(std::uint64_t i) {
+    values_.clear();
+    for (std::string_view token = scan_.token_in_line(); !token.empty() && values_.size() < 4;
+         token = scan_.token_in_line()) {
+      const auto value = to_double(token);
+      if (!value) break;
+      values_.push_back(*value);
+    }
+    if (values_.size() >= 3) {
+      builder_.set_face_color({values_[0], values_[1], values_[2],
+                               values_.size() == 4 ? values_[3] : MeshBuilder::kFull});
+    } else if (!values_.empty() && by_index_++ == 0) {
+      first_by_index_ = i;
+    }
+  }
+
   const MeshInput& input_;
   TextScanner scan_;
   MeshBuilder builder_;
+  std::uint64_t by_index_ = 0, first_by_index_ = 0;  ///< Faces whose colour is an index
   bool textured_ = false, colors_ = false, normals_ = false;
   bool homogeneous_ = false;       ///< Positions are x y z w.
   bool of_any_dimension_ = false;  ///< A line says how many coordinates vertices have.

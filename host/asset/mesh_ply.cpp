@@ -8,10 +8,14 @@
 #include <bit>
 #include <cmath>
 #include <cstring>
+#include <filesystem>
 #include <limits>
 
+#include "asset/materials.h"
+#include "base/counted.h"
 #include "base/formatted.h"
 #include "io/file/text_scanner.h"
+#include "io/file/unicode.h"
 
 namespace kiln {
 namespace {
@@ -111,6 +115,7 @@ class BodyReader {
 
   /// Reads all into the builder; or, with `check_only`, finds every fault that reading would find.
   void read(MeshBuilder& builder, bool check_only) {
+    textures_ = texture_names(header_);
     // Faces may come before the vertices.
     for (const Element& element : header_.elements) {
       if (element.name != "vertex") continue;
@@ -138,6 +143,7 @@ class BodyReader {
         read_faces(element, builder, check_only || element.name != "face");
       }
     }
+    if (!check_only) finish_textures(builder);
   }
 
  private:
@@ -171,22 +177,40 @@ class BodyReader {
     }
   }
 
-  void read_vertices(const Element& element, MeshBuilder& builder) {
-    std::array<double, static_cast<std::size_t>(Role::wedge_uvs) + 1> value{};
-    const auto get = [&value](Role role) { return value[static_cast<std::size_t>(role)]; };
-    const bool colors = has(element, Role::red);
-    double color_scale = 1;
-    bool float_colors = false;
-    for (const Property& property : element.properties) {
-      if (property.role != Role::red) continue;
-      float_colors = !integral(property.type);
-      if (property.type == Type::uint16) color_scale = 1 / 257.0;
+  /// The values of one vertex or face, by their uses.
+  class Values {
+   public:
+    explicit Values(const Element& element) : has_color(has(element, Role::red)) {
+      for (const Property& property : element.properties) {
+        if (property.role != Role::red) continue;
+        float_color = !integral(property.type);
+        if (property.type == Type::uint16) color_scale_ = 1 / 257.0;
+      }
+      (*this)[Role::alpha] = MeshBuilder::kFull;
     }
-    value[static_cast<std::size_t>(Role::alpha)] = MeshBuilder::kFull;
-    const auto channel = [&](Role role) {
-      const double c = get(role) * color_scale;
-      return static_cast<std::uint8_t>(std::lround(c > 0 ? std::min(c, 255.0) : 0.0));
-    };
+    double& operator[](Role role) { return values_[static_cast<std::size_t>(role)]; }
+    double operator[](Role role) const { return values_[static_cast<std::size_t>(role)]; }
+    std::array<double, 4> color() const {
+      return {(*this)[Role::red], (*this)[Role::green], (*this)[Role::blue], (*this)[Role::alpha]};
+    }
+    std::array<std::uint8_t, 4> color_bytes() const {
+      const auto channel = [&](double value) {
+        const double c = value * color_scale_;
+        return static_cast<std::uint8_t>(std::lround(c > 0 ? std::min(c, 255.0) : 0.0));
+      };
+      const auto [red, green, blue, alpha] = color();
+      return {channel(red), channel(green), channel(blue), channel(alpha)};
+    }
+    bool has_color, float_color = false;
+
+   private:
+    std::array<double, static_cast<std::size_t>(Role::wedge_uvs) + 1> values_{};
+    double color_scale_ = 1;
+  };
+
+  void read_vertices(const Element& element, MeshBuilder& builder) {
+    Values value(element);
+    const auto get = [&value](Role role) { return value[role]; };
     const auto single = [&](Role role) { return narrow(get(role)); };
     const bool tangents = has(element, Role::tx);
     builder.tangent_signs = has(element, Role::tw);
@@ -197,23 +221,26 @@ class BodyReader {
           skip_list(element, property, i);
         } else {
           if (!source_.has(source_.least_bytes(property.type))) truncated(element, i);
-          value[static_cast<std::size_t>(property.role)] = source_.number(property.type);
+          value[property.role] = source_.number(property.type);
         }
       }
       builder.positions.push_back({get(Role::x), get(Role::y), get(Role::z)});
       if (vertex_normals_) {
         builder.normals.push_back({single(Role::nx), single(Role::ny), single(Role::nz)});
       }
-      if (vertex_uvs_) builder.uvs.push_back({single(Role::u), single(Role::v)});
+      if (vertex_uvs_ && i < reserved_uvs_) {
+        builder.uvs[i] = {single(Role::u), single(Role::v)};
+      } else if (vertex_uvs_) {
+        builder.uvs.push_back({single(Role::u), single(Role::v)});
+      }
       if (tangents) {
         builder.tangents.push_back(
             {{single(Role::tx), single(Role::ty), single(Role::tz)}, single(Role::tw)});
       }
-      if (float_colors) {
-        builder.set_color(i, {get(Role::red), get(Role::green), get(Role::blue), get(Role::alpha)});
-      } else if (colors) {
-        builder.colors.push_back(
-            {channel(Role::red), channel(Role::green), channel(Role::blue), channel(Role::alpha)});
+      if (value.float_color) {
+        builder.set_color(i, value.color());
+      } else if (value.has_color) {
+        builder.colors.push_back(value.color_bytes());
       }
     }
   }
@@ -241,6 +268,18 @@ class BodyReader {
 
   void read_faces(const Element& element, MeshBuilder& builder, bool check_only) {
     if (element.properties.empty()) return;
+    Values value(element);
+    const bool numbered = has(element, Role::texture_number),
+               has_wedges = has(element, Role::wedge_uvs);
+    if (!check_only) name_first_texture(builder, numbered);
+    if (!check_only && vertex_uvs_ && has_wedges && builder.uvs.empty()) {
+      // The vertices come later, but their UVs have their numbers.
+      for (const Element& other : header_.elements) {
+        if (other.name == "vertex") check_size(other);
+      }
+      builder.uvs.resize(vertices_);
+      reserved_uvs_ = vertices_;
+    }
     std::vector<std::uint32_t> uv;
     using Indices = std::span<const std::uint32_t>;
     for (std::uint64_t i = 0; i < element.count; ++i) {
@@ -249,7 +288,11 @@ class BodyReader {
       for (const Property& property : element.properties) {
         if (!property.list) {
           if (!source_.has(source_.least_bytes(property.type))) truncated(element, i);
-          source_.skip(property.type, 1);
+          if (property.role == Role::unused) {
+            source_.skip(property.type, 1);
+          } else {
+            value[property.role] = source_.number(property.type);
+          }
         } else if (property.role == Role::indices) {
           read_corners(element, property, i);
         } else if (property.role == Role::wedge_uvs && !check_only) {
@@ -264,18 +307,76 @@ class BodyReader {
       if (check_only) continue;
       Indices uvs;
       if (vertex_uvs_) uvs = corners_;
-      // Per-corner UVs as MeshLab writes them: u and v in turn. Where a file has both, they are the
-      // more exact ones.
-      if (!vertex_uvs_ && !corners_.empty() && wedge_.size() == 2 * corners_.size()) {
+      // UVs of corners, u and v in turn, say more than those of vertices, which cannot have seams.
+      if (!corners_.empty() && wedge_.size() == 2 * corners_.size()) {
         uv.clear();
         for (std::size_t k = 0; k < corners_.size(); ++k) {
           uv.push_back(static_cast<std::uint32_t>(builder.uvs.size()));
           builder.uvs.push_back({wedge_[2 * k], wedge_[2 * k + 1]});
         }
         uvs = uv;
+      } else if (has_wedges && corners_.size() >= 3) {
+        bad_wedges_.add(i);
       }
+      if (value.float_color) {
+        builder.set_face_color(value.color());
+      } else if (value.has_color) {
+        builder.set_face_color_bytes(value.color_bytes());
+      }
+      if (numbered && !textures_.empty()) set_texture(builder, value[Role::texture_number], i);
       builder.add_face(corners_, uvs, vertex_normals_ ? Indices(corners_) : Indices());
     }
+  }
+
+  /// The picture of faces that have no number of one.
+  void name_first_texture(MeshBuilder& builder, bool numbered) {
+    if (textures_.empty() || numbered) return;
+    builder.set_material(textures_[0]);
+    if (textures_.size() == 1) return;
+    input_.warn(
+        "texture-numbers",
+        "header: it names " + std::to_string(textures_.size()) +
+            " pictures (TextureFile), but its faces have no \"texnumber\" that says which is "
+            "whose: the first is taken for all.",
+        textures_.size() - 1);
+  }
+
+  void set_texture(MeshBuilder& builder, double number, std::uint64_t face) {
+    const bool known = number >= 0 && number < static_cast<double>(textures_.size()) &&
+                       number == std::floor(number);
+    if (!known) bad_numbers_.add(face);
+    const std::string& name = known ? textures_[static_cast<std::size_t>(number)] : untextured_;
+    if (&name == texture_) return;
+    texture_ = &name;
+    builder.set_material(name);
+  }
+
+  /// A picture without UVs is no picture; and what was wrong with UVs and numbers is said once.
+  void finish_textures(MeshBuilder& builder) {
+    const auto warn = [&](const char* code, const Counted& what, const std::string& text) {
+      if (what.count == 0) return;
+      input_.warn(code,
+                  counted(what.count, "face") + " (face " + std::to_string(what.first) +
+                      (what.count == 1 ? ") " : " for one) ") + text,
+                  what.count);
+    };
+    warn("bad-texcoords", bad_wedges_,
+         std::string("without two numbers in \"texcoord\" for each corner: ") +
+             (vertex_uvs_ ? "UVs of the vertices were taken there." : "no UVs were read there."));
+    if (textures_.empty()) return;
+    warn("texture-numbers", bad_numbers_,
+         "with a \"texnumber\" of none of its " + counted(textures_.size(), "picture") +
+             " (TextureFile), counted from 0: no picture is there.");
+    if (builder.uvs.empty()) {
+      input_.warn(
+          "texture-without-uvs",
+          "header: it names " + counted(textures_.size(), "picture") +
+              " (TextureFile), but has no UVs that they lie on: not read. Export it with its "
+              "texture coordinates.",
+          textures_.size());
+      return;
+    }
+    builder.material_files.push_back(std::filesystem::path(input_.file).filename().string());
   }
 
   void read_corners(const Element& element, const Property& property, std::uint64_t face) {
@@ -299,6 +400,7 @@ class BodyReader {
   /// Triangle strips, as scan archives have them: lists of vertices, in which -1 ends a strip.
   void read_strips(const Element& element, MeshBuilder& builder) {
     std::uint64_t strip = 0;
+    name_first_texture(builder, false);
     corners_.clear();  // of a face that stood before
     for (std::uint64_t i = 0; i < element.count; ++i) {
       for (const Property& property : element.properties) {
@@ -345,10 +447,21 @@ class BodyReader {
   const MeshInput& input_;
   const Header& header_;
   Source source_;
-  std::uint64_t vertices_ = 0;
+  std::uint64_t vertices_ = 0, reserved_uvs_ = 0;
   bool vertex_normals_ = false, vertex_uvs_ = false;
   std::vector<std::uint32_t> corners_;
   std::vector<float> wedge_;
+  std::vector<std::string> textures_;     ///< Materials' names
+  const std::string* texture_ = nullptr;  ///< Of the last face
+  const std::string untextured_ = kUntextured;
+  /// Faces of which one thing is to be said.
+  struct Counted {
+    std::uint64_t count = 0, first = 0;
+    void add(std::uint64_t face) {
+      if (count++ == 0) first = face;
+    }
+  };
+  Counted bad_wedges_, bad_numbers_;
 };
 
 /// \returns whether the elements are there that make a surface
@@ -375,6 +488,32 @@ void check_elements(const MeshInput& input, const Header& header) {
 
 }  // namespace
 
+std::vector<Material> read_ply_materials(const MeshInput& given,
+                                         const std::filesystem::path& folder, FileFinder* finder) {
+  MeshInput input = given;
+  std::string converted;
+  input.bytes = as_utf8(input.bytes, converted);
+  input.warnings = nullptr;  // load_mesh() said it
+  const Header header = parse_header(input);
+  const std::vector<std::string> names = texture_names(header);
+  std::vector<Material> materials;
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    Material& material = materials.emplace_back();
+    material.name = names[i];
+    material.place = input.file + ": TextureFile " + std::to_string(i);
+    std::string file = header.texture_files[i];
+    std::replace(file.begin(), file.end(), '\\', '/');
+    material.color_map.file = folder / std::filesystem::path(file);
+    if (finder != nullptr) {
+      material.color_map.file = finder->find(material.color_map.file, input.file + ": TextureFile");
+    }
+  }
+  if (names.empty()) return materials;
+  materials.emplace_back().name = kUntextured;
+  materials.back().place = input.file + ": no TextureFile";
+  return materials;
+}
+
 Mesh read_ply(const MeshInput& input) {
   const Header header = parse_header(input);
   check_elements(input, header);
@@ -382,7 +521,8 @@ Mesh read_ply(const MeshInput& input) {
   if (header.encoding == Encoding::ascii) {
     BodyReader<AsciiSource>(input, header).read(builder, false);
   } else {
-    const bool openmesh = openmesh_reads(header);
+    // OpenMesh tells nothing of pictures.
+    const bool openmesh = openmesh_reads(header) && header.texture_files.empty();
     BodyReader<BinarySource>(input, header).read(builder, openmesh);
     if (openmesh) read_with_openmesh(input, header, builder);
   }

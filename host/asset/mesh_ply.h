@@ -32,6 +32,7 @@ enum class Role {
   ty,
   tz,
   tw,
+  texture_number,
   indices,
   wedge_uvs
 };
@@ -53,9 +54,16 @@ struct Element {
 struct Header {
   Encoding encoding = Encoding::ascii;
   std::vector<Element> elements;
-  std::size_t body = 0;         ///< Offset of the first byte after the header.
-  std::uint64_t body_line = 0;  ///< Its line, counted from 1.
+  std::vector<std::string> texture_files;  ///< Of lines "comment TextureFile NAME", in order
+  std::size_t body = 0;                    ///< Offset of the first byte after the header.
+  std::uint64_t body_line = 0;             ///< Its line, counted from 1.
 };
+
+/// Names of the materials that a file's pictures are, one a picture: the picture's name without its extension; the
+/// whole of it where two pictures have the same.
+std::vector<std::string> texture_names(const Header& header);
+/// Name of the material of faces whose `texnumber` is of no picture.
+inline constexpr const char* kUntextured = "untextured";
 
 std::size_t size_of(Type type);
 bool integral(Type type);

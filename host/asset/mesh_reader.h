@@ -16,7 +16,7 @@ namespace kiln {
 
 struct Asset;
 
-enum class MeshFormat { ply, obj, stl, off, gltf, assimp };
+enum class MeshFormat { ply, obj, stl, off, gltf, fbx, assimp };
 
 /// A mesh file that has been read into memory whole.
 struct MeshInput {
@@ -43,19 +43,25 @@ Mesh parse_mesh(const MeshInput& input, MeshFormat format, Asset* whole = nullpt
 Mesh load_mesh_file(const std::filesystem::path& path, const LoadMeshOptions& options,
                     std::vector<Warning>* warnings, Asset* whole);
 
-/// True for .glb and .gltf.
+/// True for .glb, .gltf and .vrm, which is a .glb.
 inline bool is_gltf_name(const std::filesystem::path& path) {
   const std::string extension = lower_extension(path);
-  return extension == ".glb" || extension == ".gltf";
+  return extension == ".glb" || extension == ".gltf" || extension == ".vrm";
 }
-/// True for what Assimp reads: .fbx, .dae, .3ds and .x.
+inline bool is_fbx_name(const std::filesystem::path& path) {
+  return lower_extension(path) == ".fbx";
+}
+/// True for what Assimp reads: .dae, .3ds and .x.
 inline bool is_assimp_name(const std::filesystem::path& path) {
   const std::string extension = lower_extension(path);
-  return extension == ".fbx" || extension == ".dae" || extension == ".3ds" || extension == ".x";
+  return extension == ".dae" || extension == ".3ds" || extension == ".x";
+}
+inline bool is_ply_name(const std::filesystem::path& path) {
+  return lower_extension(path) == ".ply";
 }
 /// True if a file describes the materials of its mesh itself, where OBJ names an MTL.
 inline bool has_own_materials(const std::filesystem::path& path) {
-  return is_gltf_name(path) || is_assimp_name(path);
+  return is_gltf_name(path) || is_fbx_name(path) || is_assimp_name(path) || is_ply_name(path);
 }
 
 /// Each throws Error(input) for what it cannot use, and appends to input.warnings for the rest.

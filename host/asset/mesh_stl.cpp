@@ -1,8 +1,10 @@
 // STL, read by Kiln itself: OpenMesh's reader leaves out degenerate triangles without a word (its
 // corners go through an ordered map whose order NaN breaks), which Kiln promises never to do.
 #include <algorithm>
+#include <array>
 #include <bit>
 #include <cstring>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -66,6 +68,63 @@ std::uint32_t little_endian(const char* bytes) {
   return value;
 }
 
+/// Colours in the two bytes behind each triangle of a binary STL, 5 bits a channel. Two programs' conventions are in
+/// use. VisCAM and SolidView set bit 15 where a triangle has a colour, with blue in the lowest bits. Materialise Magics
+/// writes "COLOR=" and a colour of the whole into the header; there bit 15 is clear where a triangle has a colour of
+/// its own, with red in the lowest bits.
+class StlColors {
+ public:
+  explicit StlColors(std::string_view bytes) : bytes_(bytes) {
+    constexpr std::string_view kMagics = "COLOR=";
+    const std::string_view header = bytes.substr(0, kHeaderBytes - 4);
+    const std::size_t at = header.find(kMagics);
+    if (at == std::string_view::npos || at + kMagics.size() + 4 > header.size()) return;
+    std::array<std::uint8_t, 4> color;
+    std::memcpy(color.data(), header.data() + at + kMagics.size(), 4);
+    whole_ = color;
+    // Programs that colour the whole alone leave the bytes 0, which would be black triangles.
+    by_triangle_ = !is_all_zero();
+  }
+
+  /// The colour of a triangle; none: it has none.
+  std::optional<std::array<std::uint8_t, 4>> of(std::uint64_t triangle) const {
+    const std::uint32_t bits = attribute(triangle);
+    const bool is_marked = (bits & kMark) != 0;
+    const std::array<std::uint8_t, 3> channels = {widen(bits), widen(bits >> 5U),
+                                                  widen(bits >> 10U)};
+    if (whole_) {
+      if (is_marked || !by_triangle_) return whole_;
+      return std::array<std::uint8_t, 4>{channels[0], channels[1], channels[2], 255};
+    }
+    if (!is_marked) return std::nullopt;
+    return std::array<std::uint8_t, 4>{channels[2], channels[1], channels[0], 255};
+  }
+
+ private:
+  static constexpr std::uint32_t kMark = 0x8000;
+
+  std::uint32_t attribute(std::uint64_t triangle) const {
+    const char* const at = bytes_.data() + kHeaderBytes + (triangle + 1) * kTriangleBytes - 2;
+    return static_cast<std::uint8_t>(at[0]) | std::uint32_t{static_cast<std::uint8_t>(at[1])} << 8U;
+  }
+  bool is_all_zero() const {
+    const std::uint64_t count = little_endian(bytes_.data() + kHeaderBytes - 4);
+    for (std::uint64_t t = 0; t < count; ++t) {
+      if (attribute(t) != 0) return false;
+    }
+    return true;
+  }
+  /// From 5 bits to 8, rounded.
+  static std::uint8_t widen(std::uint32_t bits) {
+    return static_cast<std::uint8_t>(((bits & 31U) * 255 + 15) / 31);
+  }
+
+  std::string_view bytes_;
+  std::optional<std::array<std::uint8_t, 4>>
+      whole_;  ///< Magics' colour of what has none of its own
+  bool by_triangle_ = true;
+};
+
 Mesh read_binary(const MeshInput& input) {
   const std::string_view bytes = input.bytes;
   if (bytes.size() < kHeaderBytes) {
@@ -89,6 +148,7 @@ Mesh read_binary(const MeshInput& input) {
   }
   MeshBuilder builder(input);
   Welder welder(builder.positions, count / 2);
+  const StlColors colors(bytes);
   for (std::uint64_t t = 0; t < count; ++t) {
     const char* at = bytes.data() + kHeaderBytes + t * kTriangleBytes + 12;  // past the normal
     std::uint32_t corner[3];
@@ -100,6 +160,7 @@ Mesh read_binary(const MeshInput& input) {
       }
       vertex = welder.add(p);
     }
+    if (const auto color = colors.of(t)) builder.set_face_color_bytes(*color);
     builder.add_face(corner);
   }
   return builder.finish();

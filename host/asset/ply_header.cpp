@@ -1,9 +1,11 @@
 #include <algorithm>
 #include <array>
+#include <filesystem>
 #include <optional>
 #include <utility>
 
 #include "asset/mesh_ply.h"
+#include "base/lower_case.h"
 #include "io/file/text_scanner.h"
 
 namespace kiln::ply {
@@ -123,52 +125,98 @@ class Lines {
   std::uint64_t number_ = 0;
 };
 
-/// Uses that come in sets are dropped unless the whole set is there; of several sets the first counts.
-void check_roles(const MeshInput& input, Element& vertex) {
-  const auto count = [&vertex](Role role) {
-    return std::count_if(vertex.properties.begin(), vertex.properties.end(),
-                         [role](const Property& property) { return property.role == role; });
-  };
-  for (const Role role : {Role::x, Role::y, Role::z}) {
-    if (count(role) == 1) continue;
-    const char name[] = {"xyz"[static_cast<int>(role) - static_cast<int>(Role::x)], 0};
-    input.fail("header",
-               std::string("its vertices have ") + (count(role) == 0 ? "no" : "more than one") +
-                   " property \"" + name + "\"",
-               "A vertex needs exactly x, y and z; export the mesh again.");
+/// Drops uses of an element's properties that come a second time, or whose set is not whole.
+class RoleCheck {
+ public:
+  explicit RoleCheck(Element& element) : element_(element) {
+    auto& all = element.properties;
+    for (auto property = all.begin(); property != all.end(); ++property) {
+      if (property->role == Role::unused || property->role == Role::indices) continue;
+      const bool again = std::any_of(all.begin(), property, [&](const Property& other) {
+        return other.role == property->role;
+      });
+      if (again) drop(*property);
+    }
   }
-  std::uint64_t unused = 0;
-  std::string example;
-  const auto drop = [&](Property& property) {
-    property.role = Role::unused;
-    if (unused++ == 0) example = printable(property.name);
-  };
-  for (auto property = vertex.properties.begin(); property != vertex.properties.end(); ++property) {
-    if (property->role == Role::unused) continue;
-    const bool again = std::any_of(vertex.properties.begin(), property, [&](const Property& other) {
-      return other.role == property->role;
-    });
-    if (again) drop(*property);
-  }
-  const auto keep_whole = [&](std::initializer_list<Role> set, std::optional<Role> more = {}) {
-    if (std::all_of(set.begin(), set.end(), [&](Role r) { return count(r) == 1; })) return;
-    for (Property& property : vertex.properties) {
+
+  void keep_whole(std::initializer_list<Role> set, std::optional<Role> more = {}) {
+    if (std::all_of(set.begin(), set.end(), [&](Role r) { return count(element_, r) == 1; }))
+      return;
+    for (Property& property : element_.properties) {
       if (std::find(set.begin(), set.end(), property.role) != set.end() || property.role == more) {
         drop(property);
       }
     }
-  };
-  keep_whole({Role::nx, Role::ny, Role::nz});
-  keep_whole({Role::u, Role::v});
-  keep_whole({Role::red, Role::green, Role::blue}, Role::alpha);
-  keep_whole({Role::tx, Role::ty, Role::tz}, Role::tw);
-  if (unused == 0) return;
-  input.warn("unused-properties",
-             "header: " + std::to_string(unused) +
-                 " properties of its vertices come a second time, or without the others of their "
-                 "kind (\"" +
-                 example + "\" for one), and were ignored.",
-             unused);
+  }
+
+  /// \param owners  "vertices" or "faces"
+  void warn(const MeshInput& input, const char* owners) const {
+    if (unused_ == 0) return;
+    input.warn("unused-properties",
+               "header: " + std::to_string(unused_) + " properties of its " + owners +
+                   " come a second time, or without the others of their kind (\"" + example_ +
+                   "\" for one), and were ignored.",
+               unused_);
+  }
+
+  static std::ptrdiff_t count(const Element& element, Role role) {
+    return std::count_if(element.properties.begin(), element.properties.end(),
+                         [role](const Property& property) { return property.role == role; });
+  }
+
+ private:
+  void drop(Property& property) {
+    property.role = Role::unused;
+    if (unused_++ == 0) example_ = printable(property.name);
+  }
+
+  Element& element_;
+  std::uint64_t unused_ = 0;
+  std::string example_;
+};
+
+/// Uses that come in sets are dropped unless the whole set is there; of several sets the first counts.
+void check_vertex_roles(const MeshInput& input, Element& vertex) {
+  for (const Role role : {Role::x, Role::y, Role::z}) {
+    const std::ptrdiff_t count = RoleCheck::count(vertex, role);
+    if (count == 1) continue;
+    const char name[] = {"xyz"[static_cast<int>(role) - static_cast<int>(Role::x)], 0};
+    input.fail("header",
+               std::string("its vertices have ") + (count == 0 ? "no" : "more than one") +
+                   " property \"" + name + "\"",
+               "A vertex needs exactly x, y and z; export the mesh again.");
+  }
+  RoleCheck check(vertex);
+  check.keep_whole({Role::nx, Role::ny, Role::nz});
+  check.keep_whole({Role::u, Role::v});
+  check.keep_whole({Role::red, Role::green, Role::blue}, Role::alpha);
+  check.keep_whole({Role::tx, Role::ty, Role::tz}, Role::tw);
+  check.warn(input, "vertices");
+}
+
+void check_face_roles(const MeshInput& input, Element& face) {
+  RoleCheck check(face);
+  check.keep_whole({Role::red, Role::green, Role::blue}, Role::alpha);
+  check.warn(input, "faces");
+}
+
+/// Use of a face's single value.
+Role face_role(std::string_view name) {
+  if (name == "texnumber") return Role::texture_number;
+  const Role role = vertex_role(name);
+  const bool color =
+      role == Role::red || role == Role::green || role == Role::blue || role == Role::alpha;
+  return color ? role : Role::unused;
+}
+
+/// The picture that a comment names, as VCGLib and with it most of photogrammetry writes it; empty: none.
+std::string_view texture_file(TextScanner& scan) {
+  if (lower_case(scan.token_in_line()) != "texturefile") return {};
+  std::string_view name = scan.rest_of_line();
+  if (name.size() > 1 && name.starts_with('"') && name.ends_with('"')) {
+    name = name.substr(1, name.size() - 2);
+  }
+  return name;
 }
 
 }  // namespace
@@ -178,6 +226,21 @@ bool integral(Type type) { return type != Type::float32 && type != Type::float64
 std::size_t size_of(Type type) {
   static constexpr std::size_t kSizes[] = {1, 1, 2, 2, 4, 4, 4, 8};
   return kSizes[static_cast<int>(type)];
+}
+
+std::vector<std::string> texture_names(const Header& header) {
+  const auto stem = [](std::string file) {
+    std::replace(file.begin(), file.end(), '\\', '/');
+    return std::filesystem::path(file).stem().string();
+  };
+  std::vector<std::string> names;
+  for (const std::string& file : header.texture_files) {
+    const bool shared = std::any_of(
+        header.texture_files.begin(), header.texture_files.end(),
+        [&](const std::string& other) { return other != file && stem(other) == stem(file); });
+    names.push_back(shared || stem(file) == kUntextured ? file : stem(file));
+  }
+  return names;
 }
 
 Header parse_header(const MeshInput& input) {
@@ -246,6 +309,7 @@ Header parse_header(const MeshInput& input) {
       if (property.name.empty()) fail("a property has no name");
       Element& element = header.elements.back();
       if (element.name == "vertex" && !property.list) property.role = vertex_role(property.name);
+      if (element.name == "face" && !property.list) property.role = face_role(property.name);
       if ((element.name == "face" || element.name == "tristrips") && property.list) {
         if (property.name == "vertex_indices" || property.name == "vertex_index") {
           property.role = Role::indices;
@@ -255,7 +319,11 @@ Header parse_header(const MeshInput& input) {
         }
       }
       element.properties.push_back(std::move(property));
-    } else if (!word.empty() && word != "comment" && word != "obj_info") {
+    } else if (word == "comment" || word == "obj_info") {
+      if (const std::string_view file = texture_file(scan); !file.empty()) {
+        header.texture_files.emplace_back(file);
+      }
+    } else if (!word.empty()) {
       if (strange++ == 0) {
         strange_example =
             "line " + std::to_string(lines.number()) + ": \"" + printable(*line) + "\"";
@@ -264,7 +332,8 @@ Header parse_header(const MeshInput& input) {
   }
   if (!has_format) fail("the header has no \"format\" line");
   for (Element& element : header.elements) {
-    if (element.name == "vertex") check_roles(input, element);
+    if (element.name == "vertex") check_vertex_roles(input, element);
+    if (element.name == "face") check_face_roles(input, element);
   }
   if (strange != 0) {
     input.warn("ignored-header-lines",

@@ -278,6 +278,7 @@ void Pipeline::finish_match(bool first_time) {
   if (copies_ && first_time) {
     report.uv_copies_differ = copies_->tell(scene_.low, report.warnings);
   }
+  warn_about_coverage(std::uint64_t{scene_.options.width} * scene_.options.height, report);
   warn_about_misses(report);
   warn_about_pixels();
 }

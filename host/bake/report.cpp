@@ -118,6 +118,18 @@ void flatten_below_surface(std::string_view map, Image& image,
                              below});
 }
 
+void warn_about_coverage(std::uint64_t size, BakeReport& report) {
+  constexpr std::uint64_t kLeastShare = 100;  // 1 / share: 1%
+  if (report.texels == 0 || report.texels * kLeastShare >= size) return;
+  report.warnings.push_back(
+      {"little-coverage",
+       "UVs of the low poly cover " + std::to_string(report.texels) + " of " +
+           std::to_string(size) +
+           " texels, less than 1% of the map. See whether its layout is scaled as it should be, "
+           "or lies in another set of UVs.",
+       report.texels});
+}
+
 void warn_about_misses(BakeReport& report) {
   if (report.samples == 0) {
     report.warnings.push_back(

@@ -33,6 +33,10 @@ void count_samples(BandReads& reads, const DeviceCorrespondence& match, double u
 void flatten_below_surface(std::string_view map, Image& image,
                            std::span<const std::uint8_t> coverage, BakeReport& report);
 
+/// Warns where a layout covers next to nothing of a map: UVs in a wrong scale look like that.
+/// \param size  texels of the map
+void warn_about_coverage(std::uint64_t size, BakeReport& report);
+
 /// Warns where there is nothing to bake to, or much was missed.
 void warn_about_misses(BakeReport& report);
 

@@ -5,14 +5,18 @@
 #ifdef __GLIBC__
 #include <malloc.h>
 #endif
+#include <poll.h>
 #include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
 #include <cerrno>
+#include <chrono>
 #include <csignal>
 #include <cstdio>
 #include <exception>
+
+#include "base/progress_guard.h"
 #endif
 
 namespace kiln {
@@ -27,6 +31,9 @@ ChildEnd run_in_child(const ChildLimits& /*limits*/, const std::function<std::st
 #else
 
 namespace {
+
+using Clock = std::chrono::steady_clock;
+constexpr std::uint64_t kClockTimes = 10;  // of the processor time: a busy machine gives a tenth
 
 /// Address space of this process, by Linux; 0: not to be known.
 rlim_t address_space() {
@@ -75,8 +82,26 @@ ChildEnd run_in_child(const ChildLimits& limits, const std::function<std::string
   const pid_t child = fork();
   if (child == 0) end_by_working(limits, work, ends[1]);
   close(ends[1]);
+  std::exception_ptr cancelled;
+  const auto stop = [&] {
+    if (child > 0) kill(child, SIGKILL);
+  };
+  const auto end = Clock::now() + std::chrono::seconds(kClockTimes * limits.seconds);
   char part[512];
   for (;;) {
+    pollfd answer{ends[0], POLLIN, 0};
+    constexpr int kMilliseconds = 50;
+    const int ready = poll(&answer, 1, kMilliseconds);
+    if (ready == 0 || (ready < 0 && errno == EINTR)) {
+      if (Clock::now() > end) stop();
+      try {
+        if (!cancelled) ProgressGuard::poll();
+      } catch (...) {
+        cancelled = std::current_exception();
+        stop();
+      }
+      continue;
+    }
     const ssize_t count = read(ends[0], part, sizeof part);
     if (count > 0) returned.append(part, static_cast<std::size_t>(count));
     if (count == 0 || (count < 0 && errno != EINTR)) break;
@@ -88,6 +113,7 @@ ChildEnd run_in_child(const ChildLimits& limits, const std::function<std::string
   do {
     ended = waitpid(child, &status, 0);
   } while (ended < 0 && errno == EINTR);
+  if (cancelled) std::rethrow_exception(cancelled);
   // A program may have ways of its own to end by an abort().
   if (ended != child || (WIFEXITED(status) && WEXITSTATUS(status) == 0)) return ChildEnd::done;
   const bool slow =

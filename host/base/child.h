@@ -15,12 +15,13 @@ enum class ChildEnd {
 };
 
 struct ChildLimits {
-  std::uint64_t seconds = 0;  ///< Limit of processor time
-  std::uint64_t bytes = 0;    ///< Limit of address space, beyond what this process has
+  std::uint64_t seconds =
+      0;  ///< Limit of processor time; one that waits is ended after ten times that
+  std::uint64_t bytes = 0;  ///< Limit of address space, beyond what this process has
 };
 
 /// Forks, calls `work` in the child within limits, and waits for its end. Nothing of what it changes comes back but
-/// the text that it returns; of what it throws, "it takes too much memory".
+/// the text that it returns; of what it throws, "it takes too much memory". Polls progress meanwhile, which may throw.
 ChildEnd run_in_child(const ChildLimits& limits, const std::function<std::string()>& work,
                       std::string& returned);
 

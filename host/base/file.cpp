@@ -1,6 +1,9 @@
 #include "base/file.h"
 
 #include <cerrno>
+#include <cstdlib>
+
+#include "base/fnv.h"
 
 #ifdef _WIN32
 #include <direct.h>
@@ -10,12 +13,17 @@
 #include <sys/stat.h>
 #else
 #include <fcntl.h>
+#include <grp.h>
+#include <pwd.h>
 #include <sys/file.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <array>
 #include <chrono>
 #include <csignal>
+#include <fstream>
+#include <list>
 #include <thread>
 #endif
 
@@ -113,7 +121,21 @@ bool add_name(const fs::path& of, const fs::path& name) noexcept {
 bool remove_file(const wchar_t* path) noexcept { return _wunlink(path) == 0; }
 bool remove_folder(const wchar_t* path) noexcept { return _wrmdir(path) == 0; }
 
+fs::path shared_level(const fs::path& /*path*/) { return {}; }  // not to be known
+void create_private_folders(const fs::path& path) noexcept {
+  std::error_code error;
+  fs::create_directories(path, error);
+}
+fs::path user_folder() { return temporary_folder() / "kiln"; }  // the folder is the user's own
+void set_variable(const char* name, const char* value) noexcept {
+  _putenv_s(name, value == nullptr ? "" : value);
+}
+
 long process_id() noexcept { return _getpid(); }
+const std::string& process_mark() {
+  static const std::string none(16, '0');
+  return none;
+}
 bool is_gone(long /*process*/) noexcept { return false; }  // not to be known
 
 #else
@@ -225,11 +247,143 @@ bool add_name(const fs::path& of, const fs::path& name) noexcept {
 bool remove_file(const char* path) noexcept { return unlink(path) == 0; }
 bool remove_folder(const char* path) noexcept { return rmdir(path) == 0; }
 
+namespace {
+
+std::string line_of(const char* path) {
+  std::string line;
+  std::ifstream file(path);
+  std::getline(file, line);
+  return line;
+}
+
+/// The owner by which files of the system's show within a namespace of users that does not have root; else none.
+std::optional<uid_t> root_without_number() {
+  std::ifstream map("/proc/self/uid_map");
+  unsigned long inside = 0, outside = 0, count = 0;
+  bool any = false;
+  while (map >> inside >> outside >> count) {
+    any = true;
+    if (inside == 0) return std::nullopt;
+  }
+  const std::string shown = line_of("/proc/sys/kernel/overflowuid");
+  if (!any || shown.empty()) return std::nullopt;
+  return static_cast<uid_t>(std::strtoul(shown.c_str(), nullptr, 10));
+}
+
+/// True of root's group, and of one that has this user's name and no other member, as many systems give each user.
+bool is_private(gid_t group) {
+  if (group == 0) return true;
+  std::array<char, 4096> user_text{}, group_text{};
+  struct passwd user {};
+  struct group members {};
+  struct passwd* found_user = nullptr;
+  struct group* found_group = nullptr;
+  getpwuid_r(geteuid(), &user, user_text.data(), user_text.size(), &found_user);
+  getgrgid_r(group, &members, group_text.data(), group_text.size(), &found_group);
+  if (found_user == nullptr || found_group == nullptr) return false;
+  const std::string name = user.pw_name;
+  if (name != members.gr_name) return false;
+  for (char** member = members.gr_mem; *member != nullptr; ++member) {
+    if (name != *member) return false;
+  }
+  return true;
+}
+
+bool others_may_write(const struct stat& status) {
+  return (status.st_mode & S_IWOTH) != 0 ||
+         ((status.st_mode & S_IWGRP) != 0 && !is_private(status.st_gid));
+}
+
+}  // namespace
+
+fs::path shared_level(const fs::path& path) {
+  constexpr int kMostLinks = 40;  // as Linux follows
+  static const std::optional<uid_t> system = root_without_number();
+  const auto parts_of = [](const fs::path& whole) {
+    std::list<fs::path> parts(whole.begin(), whole.end());
+    parts.remove_if([](const fs::path& part) { return part.empty() || part == "."; });
+    return parts;
+  };
+  std::error_code error;
+  std::list<fs::path> left = parts_of(fs::absolute(path, error));
+  if (error) return path;
+  fs::path at;
+  bool open_to_all = false;   // others may make names in `at`
+  bool among_others = false;  // or in one of the levels before
+  for (int links = 0; !left.empty();) {
+    const fs::path part = left.front();
+    left.pop_front();
+    if (part == "..") {
+      left.splice(left.begin(), parts_of(at.parent_path()));  // looked at again, from the root on
+      at.clear();
+      continue;
+    }
+    const fs::path next = at / part;
+    struct stat status {};
+    // What is not there yet is this process's to make, unless others can do so first.
+    if (lstat(next.c_str(), &status) != 0) return open_to_all ? next : fs::path();
+    const bool is_trusted = status.st_uid == geteuid() || status.st_uid == 0 ||
+                            (!among_others && status.st_uid == system);
+    if (!is_trusted) return next;
+    if (S_ISLNK(status.st_mode)) {
+      const fs::path to = fs::read_symlink(next, error);
+      if (error || ++links > kMostLinks) return next;
+      left.splice(left.begin(), parts_of(to));
+      continue;
+    }
+    at = next;
+    open_to_all = others_may_write(status);
+    among_others = among_others || open_to_all;
+    if (open_to_all && ((status.st_mode & S_ISVTX) == 0 || left.empty())) return at;
+  }
+  return {};
+}
+
+void create_private_folders(const fs::path& path) noexcept {
+  try {
+    fs::path folder;
+    for (const fs::path& part : path) {
+      folder /= part;
+      if (mkdir(folder.c_str(), 0700) != 0) errno = 0;  // it is there, or its use fails
+    }
+  } catch (const std::exception&) {
+  }
+}
+
+fs::path user_folder() { return temporary_folder() / ("kiln-" + std::to_string(geteuid())); }
+
+void set_variable(const char* name, const char* value) noexcept {
+  value == nullptr ? unsetenv(name) : setenv(name, value, 1);
+}
+
 long process_id() noexcept { return getpid(); }
+const std::string& process_mark() {
+  static const std::string made = [] {
+    std::string text = line_of("/proc/sys/kernel/random/boot_id");
+    std::array<char, 256> name{};
+    if (text.empty() && gethostname(name.data(), name.size() - 1) == 0) text = name.data();
+    std::error_code error;
+    text += '\n' + fs::read_symlink("/proc/self/ns/pid", error).string();
+    std::snprintf(name.data(), name.size(), "%016llx",
+                  static_cast<unsigned long long>(fnv1a(text)));
+    return std::string(name.data());
+  }();
+  return made;
+}
 bool is_gone(long process) noexcept {
   return process > 0 && kill(static_cast<pid_t>(process), 0) != 0 && errno == ESRCH;
 }
 
 #endif
+
+fs::path temporary_folder() {
+  if (const char* given = std::getenv("TMPDIR"); given != nullptr && *given != '\0') return given;
+#ifdef _WIN32
+  std::error_code error;
+  return fs::temp_directory_path(error);
+#else
+  return "/tmp";
+#endif
+}
 
 }  // namespace kiln::os

@@ -78,8 +78,27 @@ bool add_name(const std::filesystem::path& of,
 bool remove_file(const std::filesystem::path::value_type* path) noexcept;
 bool remove_folder(const std::filesystem::path::value_type* path) noexcept;  ///< An empty one
 
+// Folders that nobody else can put files into.
+
+/// First level of a path, its end included, by which someone else could put files at its end: the level, or a link on
+/// the way, belongs to another user, or others may write to it. The system's (root's) are trusted; so is a level that
+/// is open to all, where each may remove only files of their own (sticky, as /tmp), if the next one is there and one's
+/// own. Empty: there is none.
+std::filesystem::path shared_level(const std::filesystem::path& path);
+/// Makes a folder, and those that it lies in, for this user alone, where they are missing.
+void create_private_folders(const std::filesystem::path& path) noexcept;
+/// The folder for temporary files: TMPDIR, else the system's.
+std::filesystem::path temporary_folder();
+/// This user's own name within it, of a folder that stays: `kiln-USER`.
+std::filesystem::path user_folder();
+/// Sets a variable of the environment; null: it is not set any more.
+void set_variable(const char* name, const char* value) noexcept;
+
 long process_id() noexcept;
-/// True if there is no such process on this machine any more.
+/// Of this start of this machine and its numbers of processes (containers have their own): files with another mark may
+/// be of processes that are not seen from here. 16 of 0-9 and a-f.
+const std::string& process_mark();
+/// True if there is no such process any more, of those with this process's mark.
 bool is_gone(long process) noexcept;
 
 }  // namespace kiln::os

@@ -14,28 +14,50 @@
 #include "kiln/asset.h"
 #include "kiln/kiln.h"
 #include "kiln/mesh_view.h"
+#include "kiln/normals.h"
 #include "kiln/simplify.h"
 #include "kiln/unwrap.h"
 
+/// Files that something was made of: nothing made of them is saved over one.
+using Files = std::vector<std::filesystem::path>;
+
 struct kiln_mesh {
   kiln::Mesh mesh;
+  Files read = {};
   std::optional<kiln::SimplifyReport> made = {};  ///< If kiln_simplify() did
 };
 struct kiln_source {
   kiln::Source source;
+  Files read;
 };
 struct kiln_bake {
-  kiln_bake(kiln::BakeResult baked, bool in_tangent_space)
-      : result(std::move(baked)), tangent_space(in_tangent_space) {
+  kiln_bake(kiln::BakeResult baked, bool in_tangent_space, Files files)
+      : result(std::move(baked)), tangent_space(in_tangent_space), read(std::move(files)) {
     for (const kiln::BakedMap& map : result.maps) names.emplace_back(map.kind.name);
   }
   kiln::BakeResult result;
   std::vector<std::string> names;  ///< Of the maps, ending in 0
   bool tangent_space;              ///< Of its normals, with green up
+  Files read;
 };
 
 namespace kiln {
 namespace {
+
+/// A high poly with the normals that all which is made of it sees.
+class ShadedHigh {
+ public:
+  explicit ShadedHigh(const Mesh& high) : high_(high) {
+    if (high.normals.empty()) warnings_ = shade_high(made_.emplace(high)).warnings;
+  }
+  const Mesh& mesh() const { return made_ ? *made_ : high_; }
+  const std::vector<Warning>& warnings() const { return warnings_; }
+
+ private:
+  const Mesh& high_;
+  std::optional<Mesh> made_;
+  std::vector<Warning> warnings_;
+};
 
 thread_local std::string last_message;
 thread_local std::string last_code;
@@ -90,7 +112,8 @@ void check_found(const BakeReport& report) {
   throw Error(ErrorCode::input, message, id);
 }
 
-/// A caller's struct, which may be of an older header, over the defaults; null: the defaults.
+/// A caller's struct, which may be of an older header, over the defaults; null: the defaults. A member `reserved` is 0, so
+/// that it may mean something one day.
 template <typename Options>
 Options given(const Options* options, void (*init)(Options*)) {
   Options all;
@@ -101,6 +124,14 @@ Options given(const Options* options, void (*init)(Options*)) {
                 "struct-size");
   }
   std::memcpy(&all, options, std::min(options->size, sizeof all));
+  if constexpr (requires { all.reserved; }) {
+    if (all.reserved != 0) {
+      throw Error(ErrorCode::usage,
+                  "reserved is " + std::to_string(all.reserved) +
+                      ": it must be 0, as kiln_..._init() sets it.",
+                  "struct-reserved");
+    }
+  }
   return all;
 }
 
@@ -115,9 +146,10 @@ void give(Out* out, Out values) {
   std::memcpy(out, &values, std::min(out->size, sizeof values));
 }
 
-/// Sets a struct to zeros and its size.
+/// Sets a struct to zeros and its size. Null: whatever takes the struct says so.
 template <typename Struct>
 void begin(Struct* values) {
+  if (values == nullptr) return;
   std::memset(values, 0, sizeof *values);
   values->size = sizeof *values;
 }
@@ -133,6 +165,20 @@ std::filesystem::path path_of(const char* path) {
   check_given(path, "path");
   const std::string_view text = path;
   return std::u8string(text.begin(), text.end());
+}
+
+/// The path to save at. \throws Error(usage) where it names one of the files
+std::filesystem::path path_beside(const Files& read, const char* path) {
+  std::filesystem::path file = path_of(path);
+  for (const std::filesystem::path& other : read) {
+    std::error_code none;
+    if (!std::filesystem::equivalent(file, other, none) || none) continue;
+    throw Error(
+        ErrorCode::usage,
+        "'" + file.string() + "' would be written over, and it was read: choose another name.",
+        "output-input");
+  }
+  return file;
 }
 
 std::vector<std::string> names_of(const char* list) {
@@ -249,7 +295,9 @@ kiln_status kiln_mesh_load(const char* path, kiln_mesh** mesh) {
   return guarded([&] {
     check_given(mesh, "mesh");
     std::vector<Warning> warnings;
-    *mesh = new kiln_mesh{load_mesh(path_of(path), {}, &warnings)};
+    const std::filesystem::path file = path_of(path);
+    // Whole: the working folder may change until something is saved.
+    *mesh = new kiln_mesh{load_mesh(file, {}, &warnings), {std::filesystem::absolute(file)}};
     last_warnings = std::move(warnings);
   });
 }
@@ -257,7 +305,7 @@ kiln_status kiln_mesh_load(const char* path, kiln_mesh** mesh) {
 kiln_status kiln_mesh_save_obj(const kiln_mesh* mesh, const char* path) {
   return guarded([&] {
     check_given(mesh, "mesh");
-    save_obj(mesh->mesh, path_of(path));
+    save_obj(mesh->mesh, path_beside(mesh->read, path));
   });
 }
 
@@ -286,10 +334,20 @@ kiln_status kiln_mesh_read(const kiln_mesh* mesh, kiln_mesh_arrays* arrays) {
   });
 }
 
+kiln_status kiln_mesh_shade(kiln_mesh* mesh, double angle) {
+  return guarded([&] {
+    check_given(mesh, "mesh");
+    ShadingOptions options;
+    if (angle != 0) options = {.rule = ShadingRule::angle, .angle_degrees = angle};
+    shade_high(mesh->mesh, options);
+  });
+}
+
 void kiln_mesh_free(kiln_mesh* mesh) { delete mesh; }
 
 void kiln_simplify_options_init(kiln_simplify_options* options) {
   begin(options);
+  if (options == nullptr) return;
   options->max_error = SimplifyOptions().max_error;
 }
 
@@ -307,14 +365,15 @@ kiln_status kiln_simplify(const kiln_mesh* high, const kiln_simplify_options* op
     simplify_options.hull = o.hull != 0;
     const ProgressScope scope(progress_of(o.progress, o.user));
     SimplifyReport report;
-    Mesh made = simplify(high->mesh, simplify_options, &report);
-    *low = new kiln_mesh{std::move(made), report};
+    Mesh made = simplify(ShadedHigh(high->mesh).mesh(), simplify_options, &report);
+    *low = new kiln_mesh{std::move(made), high->read, report};
     last_warnings = std::move(report.warnings);
   });
 }
 
 void kiln_unwrap_options_init(kiln_unwrap_options* options) {
   begin(options);
+  if (options == nullptr) return;
   options->map_size = UnwrapOptions().size;
   options->border_texels = UnwrapOptions().border_texels;
 }
@@ -331,7 +390,7 @@ kiln_status kiln_unwrap(const kiln_mesh* mesh, const kiln_unwrap_options* option
     unwrap_options.method = o.pairs != 0 ? UnwrapMethod::pairs : UnwrapMethod::charts;
     const ProgressScope scope(progress_of(o.progress, o.user));
     UnwrapReport report;
-    *unwrapped = new kiln_mesh{unwrap(mesh->mesh, unwrap_options, &report), mesh->made};
+    *unwrapped = new kiln_mesh{unwrap(mesh->mesh, unwrap_options, &report), mesh->read, mesh->made};
     last_warnings = std::move(report.warnings);
   });
 }
@@ -341,11 +400,13 @@ kiln_status kiln_source_new(const char* device, const kiln_mesh* high, kiln_prog
   return guarded([&] {
     check_given(high, "high");
     check_given(source, "source");
+    const ShadedHigh shaded(high->mesh);
     std::optional<Source> made = Source::build(Device::open(device != nullptr ? device : ""),
-                                               high->mesh, progress_of(progress, user));
+                                               shaded.mesh(), progress_of(progress, user));
     check_cancelled(!made);
-    std::vector<Warning> warnings = made->warnings();
-    *source = new kiln_source{*made};
+    std::vector<Warning> warnings = shaded.warnings();
+    warnings.insert(warnings.end(), made->warnings().begin(), made->warnings().end());
+    *source = new kiln_source{*made, high->read};
     last_warnings = std::move(warnings);
   });
 }
@@ -354,6 +415,7 @@ void kiln_source_free(kiln_source* source) { delete source; }
 
 void kiln_bake_options_init(kiln_bake_options* options) {
   begin(options);
+  if (options == nullptr) return;
   const BakeOptions defaults;
   options->width = defaults.width;
   options->height = defaults.height;
@@ -374,7 +436,9 @@ kiln_status kiln_bake_new(const kiln_source* source, const kiln_mesh* low,
     BakeResult result = kiln::bake(source->source, low->mesh, bake_by);
     check_cancelled(result.cancelled);
     check_found(result.report);
-    *bake = new kiln_bake(std::move(result), o.flip_y == 0 && o.object_space == 0);
+    Files read = source->read;
+    read.insert(read.end(), low->read.begin(), low->read.end());
+    *bake = new kiln_bake(std::move(result), o.flip_y == 0 && o.object_space == 0, std::move(read));
   });
 }
 
@@ -473,7 +537,9 @@ kiln_status kiln_glb_save(const kiln_mesh* low, const kiln_bake* bake, const cha
       if (map.info.type == MapType::color) to_srgb(stored[i]);
       *slot = &stored[i];
     }
-    save_glb(low->mesh, maps, path_of(path));
+    Files read = low->read;
+    if (bake != nullptr) read.insert(read.end(), bake->read.begin(), bake->read.end());
+    save_glb(low->mesh, maps, path_beside(read, path));
   });
 }
 

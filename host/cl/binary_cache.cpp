@@ -1,7 +1,5 @@
 #include "cl/binary_cache.h"
 
-#include <unistd.h>
-
 #include <algorithm>
 #include <atomic>
 #include <cstdio>
@@ -10,6 +8,7 @@
 #include <system_error>
 #include <utility>
 
+#include "base/file.h"
 #include "base/fnv.h"
 
 namespace kiln::ocl {
@@ -27,23 +26,13 @@ std::string hex(std::uint64_t number) {
   return text;
 }
 
-fs::path cache_folder() {
-  const auto set = [](const char* name) {
-    const char* value = std::getenv(name);
-    return fs::path(value != nullptr ? value : "");
-  };
-  if (const fs::path folder = set("POCL_CACHE_DIR"); !folder.empty()) return folder / "kiln";
-  if (const fs::path folder = set("XDG_CACHE_HOME"); !folder.empty()) return folder / "kiln";
-  const fs::path home = set("HOME");
-  return home.empty() ? fs::path() : home / ".cache" / "kiln";
-}
-
 }  // namespace
 
 BinaryCache::BinaryCache(fs::path folder, std::string driver, bool programs)
     : folder_(std::move(folder)), driver_(std::move(driver)), programs_(programs) {}
 
-BinaryCache BinaryCache::of(const DeviceInfo& device, std::string_view platform_version) {
+BinaryCache BinaryCache::of(const DeviceInfo& device, std::string_view platform_version,
+                            const fs::path& folder) {
   const auto forbids = [](const char* name) {
     const char* value = std::getenv(name);
     return value != nullptr && std::string_view(value) == "0";
@@ -51,7 +40,7 @@ BinaryCache BinaryCache::of(const DeviceInfo& device, std::string_view platform_
   const bool kept = !forbids("POCL_KERNEL_CACHE") && !forbids("KILN_KEEP_BINARIES");
   std::string driver = device.name + '\n' + device.driver + '\n' + device.opencl_version + '\n';
   driver += platform_version;
-  return {kept ? cache_folder() : fs::path(), std::move(driver),
+  return {kept ? folder : fs::path(), std::move(driver),
           device.platform == "Portable Computing Language"};
 }
 
@@ -74,6 +63,8 @@ std::optional<std::vector<unsigned char>> BinaryCache::find(std::string_view sou
   const std::uintmax_t size = fs::file_size(path, failed);  // not of folders, pipes and the like
   const std::size_t head = kMagic.size() + wanted.size() + 17;
   if (failed || size <= head || size > kLargest) return std::nullopt;
+  // Of the folder, kernel_folder() has warned.
+  if (os::shared_level(path).filename() == path.filename()) return std::nullopt;
   std::string text(size, '\0');
   std::ifstream in(path, std::ios::binary);
   if (!in.read(text.data(), static_cast<std::streamsize>(size))) return std::nullopt;
@@ -91,18 +82,18 @@ void BinaryCache::keep(std::string_view source, std::string_view options,
     const std::string wanted = key(source, options);
     const fs::path path = file(wanted);
     std::error_code failed;
-    fs::create_directories(folder_, failed);
+    os::create_private_folders(folder_);
     const fs::path temporary =
-        path.string() + "." + std::to_string(getpid()) + "." + std::to_string(count++);
+        path.string() + "." + std::to_string(os::process_id()) + "." + std::to_string(count++);
     std::string text(kMagic);
     const std::string_view bytes(reinterpret_cast<const char*>(binary.data()), binary.size());
     text += wanted + hex(fnv1a(bytes)) + '\n';
     text += bytes;
-    std::ofstream out(temporary, std::ios::binary);
-    out.write(text.data(), static_cast<std::streamsize>(text.size()));
-    out.close();
-    if (out.good()) fs::rename(temporary, path, failed);
-    if (!out.good() || failed) fs::remove(temporary, failed);
+    const int file = os::create_file(temporary, 0600);
+    const bool written = file >= 0 && os::write_some(file, text.data(), text.size()) ==
+                                          static_cast<std::ptrdiff_t>(text.size());
+    if (file >= 0) os::close(file);
+    if (!written || !os::replace(temporary, path)) os::remove_file(temporary.c_str());
     remove_oldest();
   } catch (const std::exception&) {  // The next run builds it again.
   }

@@ -18,19 +18,20 @@ namespace kiln::ocl {
 /// each of a bake's eight programs. From a binary it takes 1 to 5. Other drivers find theirs by themselves, so
 /// no programs are kept for them: only that they passed the self-test.
 ///
-/// A file that is not whole, or of another driver, is as if it were not there. Files are replaced as a whole, so
+/// A file that is not whole, of another driver, or that others may write to is as if it were not there. Files are replaced as a whole, so
 /// any number of processes may share a folder. The oldest go where there are more than kMostBinaries.
 class BinaryCache {
  public:
   static constexpr std::size_t kMostBinaries = 256;
 
-  /// \param folder  empty: nothing is kept or found. Made with the first file
+  /// \param folder  empty: nothing is kept or found. Made with the first file, for this user alone
   /// \param driver  all that binaries depend on, besides source and options
   /// \param programs  programs are kept, too
   BinaryCache(std::filesystem::path folder, std::string driver, bool programs = true);
-  /// Cache of a device: `kiln` in POCL_CACHE_DIR, or else in XDG_CACHE_HOME or ~/.cache. Keeps nothing where
-  /// POCL_KERNEL_CACHE or KILN_KEEP_BINARIES is 0, and programs for PoCL alone.
-  static BinaryCache of(const DeviceInfo& device, std::string_view platform_version);
+  /// Cache of a device. Keeps nothing where POCL_KERNEL_CACHE or KILN_KEEP_BINARIES is 0, and programs for PoCL alone.
+  /// \param folder  KernelFolder::kiln
+  static BinaryCache of(const DeviceInfo& device, std::string_view platform_version,
+                        const std::filesystem::path& folder);
 
   std::optional<std::vector<unsigned char>> find(std::string_view source,
                                                  std::string_view options) const;

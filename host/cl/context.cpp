@@ -11,6 +11,7 @@
 #include "base/progress_guard.h"
 #include "cl/binary_cache.h"
 #include "cl/driver.h"
+#include "cl/kernel_folder.h"
 #include "cl/program.h"
 #include "kiln/limits.h"
 
@@ -60,7 +61,8 @@ std::string platform_version(cl_device_id device) {
 }
 
 std::unique_ptr<const BinaryCache> binaries_of(cl_device_id device, const DeviceInfo& info) {
-  return std::make_unique<BinaryCache>(BinaryCache::of(info, platform_version(device)));
+  return std::make_unique<BinaryCache>(
+      BinaryCache::of(info, platform_version(device), kernel_folder().kiln));
 }
 
 std::string megabytes(std::size_t bytes) {

@@ -14,6 +14,7 @@
 #include "cl/describe.h"
 #include "cl/driver.h"
 #include "cl/driver_state.h"
+#include "cl/kernel_folder.h"
 #include "kiln/version.h"
 
 namespace kiln {
@@ -137,6 +138,7 @@ std::vector<Found> ask_for_devices(PlatformsCall get_platforms) {
 std::vector<Found> find_devices(std::string& reason) {
   constexpr std::uint64_t kBytesOfDriver = std::uint64_t{60} << 20;  // 68 are PoCL's
   require_memory("Loading OpenCL drivers", kBytesOfDriver);
+  cl::kernel_folder();  // PoCL reads the environment once
   std::vector<Found> found;
   cl::driver([&] {
     found = ask_for_devices(clGetPlatformIDs);
@@ -194,6 +196,8 @@ Device sound_device(std::shared_ptr<cl::Context> context) {
 const char* version() noexcept {
   return KILN_DOTTED(KILN_VERSION_MAJOR, KILN_VERSION_MINOR, KILN_VERSION_PATCH);
 }
+
+std::vector<Warning> kernel_folder_warnings() { return cl::kernel_folder().warnings; }
 
 bool may_wait_for_itself(const DeviceInfo& info) {
   return info.platform == "Portable Computing Language" && info.name.starts_with("basic");

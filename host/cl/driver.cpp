@@ -2,9 +2,13 @@
 
 #include <unistd.h>
 
+#include <algorithm>
+#include <array>
 #include <atomic>
 #include <cstdint>
 #include <cstdlib>
+#include <mutex>
+#include <utility>
 
 namespace kiln {
 namespace {
@@ -15,13 +19,14 @@ thread_local volatile int depth = 0;
 // Calls of all threads: how many have begun, and how many have ended.
 std::atomic<std::uint64_t> begun{0}, ended{0};
 std::atomic<int> own_maps{0};
-std::atomic<pid_t> opened_by{0};  // the process that opened the last device
+std::array<char, 512> own_map_name{};  // of the first of them: a handler of signals reads it
+std::atomic<pid_t> opened_by{0};       // the process that opened the last device
 
 }  // namespace
 
 bool driver_failed() noexcept { return failed.load(); }
 bool in_driver() noexcept { return depth > 0; }
-bool runs_own_map() noexcept { return own_maps > 0; }
+const char* running_own_map() noexcept { return own_maps > 0 ? own_map_name.data() : nullptr; }
 
 namespace ocl {
 
@@ -34,8 +39,31 @@ DriverCall::~DriverCall() {
   depth = depth - 1;
 }
 
-OwnMapRun::OwnMapRun() noexcept { ++own_maps; }
-OwnMapRun::~OwnMapRun() { --own_maps; }
+namespace {
+thread_local const OwnMapRun* current_run = nullptr;
+}
+
+OwnMapRun::OwnMapRun(std::string label, double seconds)
+    : label_(std::move(label)), seconds_(seconds), before_(current_run) {
+  static std::mutex mutex;
+  const std::lock_guard lock(mutex);
+  if (own_maps == 0) {
+    const std::size_t size = std::min(label_.size(), own_map_name.size() - 1);
+    std::transform(
+        label_.begin(), label_.begin() + static_cast<std::ptrdiff_t>(size), own_map_name.begin(),
+        [](char c) { return static_cast<unsigned char>(c) < ' ' || c == 127 ? '?' : c; });
+    own_map_name[size] = '\0';
+  }
+  ++own_maps;
+  current_run = this;
+}
+
+OwnMapRun::~OwnMapRun() {
+  current_run = before_;
+  --own_maps;
+}
+
+const OwnMapRun* OwnMapRun::current() noexcept { return current_run; }
 
 std::uint64_t call_under_way() noexcept {
   const std::uint64_t done = ended, all = begun;
@@ -66,9 +94,11 @@ void throw_forked() {
 std::string cache_hint(const DeviceInfo& info) {
   if (info.platform != "Portable Computing Language") return {};
   const char* set = std::getenv("POCL_CACHE_DIR");
+  const char* caches = std::getenv("XDG_CACHE_HOME");
+  const std::string there = caches == nullptr || *caches == '\0' ? "~/.cache" : caches;
   return "Where PoCL's cache of kernels is damaged or its disk is full, remove it, or set "
          "POCL_CACHE_DIR (now " +
-         (set == nullptr ? std::string("unset: ~/.cache/pocl") : "'" + std::string(set) + "'") +
+         (set == nullptr ? "unset: " + there + "/pocl" : "'" + std::string(set) + "'") +
          ") to another folder. ";
 }
 

@@ -23,12 +23,25 @@ std::uint64_t call_under_way() noexcept;
 /// For a handler of an exception that came out of the driver: no call is made after this.
 void note_driver_failure() noexcept;
 
-/// Around the run of a kernel that has a function of the user's: runs_own_map() is true meanwhile.
+/// Around the build and the runs of a kernel that has a function of the user's: running_own_map() names it meanwhile.
 class OwnMapRun {
  public:
-  OwnMapRun() noexcept;
+  /// \param label    of the map and its file, for messages
+  /// \param seconds  the most that its compiler may take
+  OwnMapRun(std::string label, double seconds);
   ~OwnMapRun();
   OwnMapRun(const OwnMapRun&) = delete;
+  OwnMapRun& operator=(const OwnMapRun&) = delete;
+
+  /// The last that this thread made and that is still there; null: there is none.
+  static const OwnMapRun* current() noexcept;
+  const std::string& label() const { return label_; }
+  double seconds() const { return seconds_; }
+
+ private:
+  std::string label_;
+  double seconds_;
+  const OwnMapRun* before_;
 };
 
 /// \throws Error(device) where the driver has failed, now or before

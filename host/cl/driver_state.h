@@ -1,6 +1,8 @@
 // State of OpenCL drivers that a program asks when it ends: the command, and nobody else.
 #pragma once
 
+#include <vector>
+
 #include "kiln/device.h"
 #include "kiln/export.h"
 
@@ -16,8 +18,12 @@ bool driver_failed() noexcept;
 /// Async-signal-safe.
 bool in_driver() noexcept;
 
-/// True while a kernel with a function of the user's runs. Async-signal-safe.
-bool runs_own_map() noexcept;
+/// Name of the map of the user's whose function is being compiled or runs, of several the first one's, printable; null:
+/// none is. Async-signal-safe.
+const char* running_own_map() noexcept;
+
+/// Warnings of the folder of compiled kernels (`kernel-folder`), which a Source has, too.
+std::vector<Warning> kernel_folder_warnings();
 
 /// True of PoCL's driver `basic`: kernels run on the thread that waits for them, and several threads may wait for each
 /// other without end. Device::open() takes another where there is one and none is named.

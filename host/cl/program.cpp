@@ -7,9 +7,11 @@
 #include <system_error>
 #include <utility>
 
+#include "base/formatted.h"
 #include "base/memory.h"
 #include "base/progress_guard.h"
 #include "cl/binary_cache.h"
+#include "cl/driver.h"
 #include "cl/embedded.h"
 
 namespace kiln::ocl {
@@ -23,6 +25,18 @@ constexpr const char* kStrict =
 
 double seconds_since(std::chrono::steady_clock::time_point start) {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+}
+
+/// True if a build has a thread of its own, and whoever waits for it looks round meanwhile.
+bool is_watched() { return ProgressGuard::active() || OwnMapRun::current() != nullptr; }
+
+/// For a build that nobody waits for any more, and that cannot be stopped. \throws Error(input)
+[[noreturn]] void give_up(const OwnMapRun& own) {
+  note_driver_failure();
+  throw Error(ErrorCode::input, "The map " + own.label() + " is not compiled within " +
+                                    formatted("%g s", own.seconds()) +
+                                    ": what its macros and loops unfold to may be too large. "
+                                    "Shorten it, or raise `own_map_seconds`.");
 }
 
 }  // namespace
@@ -155,7 +169,7 @@ std::shared_ptr<Context::Build> Context::build_by(
   auto made = std::make_shared<Build>();
   made->program = task->get_future().share();
   programs_.emplace(key, made);
-  if (ProgressGuard::active()) {
+  if (is_watched()) {
     try {
       made->thread = std::jthread([task] { (*task)(); });
       return made;
@@ -169,10 +183,13 @@ std::shared_ptr<Context::Build> Context::build_by(
 
 Kernel Context::kernel_by(const std::string& key, const std::string& name,
                           std::function<std::shared_ptr<Program>()> build) {
+  const auto start = std::chrono::steady_clock::now();
   const std::shared_ptr<Build> made = build_by(key, std::move(build));
-  if (!ProgressGuard::active()) made->program.wait();
+  if (!is_watched()) made->program.wait();
   while (made->program.wait_for(std::chrono::milliseconds(4)) != std::future_status::ready) {
-    ProgressGuard::poll();
+    if (ProgressGuard::active()) ProgressGuard::poll();
+    const OwnMapRun* const own = OwnMapRun::current();
+    if (own != nullptr && seconds_since(start) > own->seconds()) give_up(*own);
   }
   const std::lock_guard lock(programs_mutex_);
   if (made->thread.joinable()) made->thread.join();
@@ -221,7 +238,10 @@ std::string by_lines_of(const std::string& file, const std::string& before, std:
 
 Kernel Context::kernel_with(const std::string& family, const std::string& name,
                             const std::string& more, const std::string& more_name) {
+  const OwnMapRun* const own = OwnMapRun::current();
+  const std::string label = own != nullptr ? own->label() : more_name;
   return kernel_by(family + "\n" + more_name + "\n" + more, name, [=, this] {
+    const OwnMapRun here(label, 0);  // of this thread, which may outlast who waits for it
     std::string file = more_name;
     for (char& c : file) {
       if (c == '"' || c == '\\' || static_cast<unsigned char>(c) < 32) c = '_';

@@ -96,10 +96,16 @@ void cut_triangle(Mesh& mesh, std::uint32_t t, std::uint32_t k, std::span<const 
     if (!mesh.uv_triangles.empty()) {
       const auto w = static_cast<float>(share);
       const Triangle& uvs = mesh.uv_triangles[rest];
-      const Vec2 p = mesh.uvs[uvs[0]], q = mesh.uvs[uvs[1]];
+      const auto add_between = [w, from = uvs[0], to = uvs[1]](std::vector<Vec2>& pool) {
+        const Vec2 p = pool[from], q = pool[to];
+        pool.push_back({p.x + w * (q.x - p.x), p.y + w * (q.y - p.y)});
+      };
+      for (UvSet& set : mesh.other_uvs) {
+        if (set.uvs.size() == mesh.uvs.size()) add_between(set.uvs);
+      }
       mesh.uv_triangles[t][b] = mesh.uv_triangles[rest][0] =
           static_cast<std::uint32_t>(mesh.uvs.size());
-      mesh.uvs.push_back({p.x + w * (q.x - p.x), p.y + w * (q.y - p.y)});
+      add_between(mesh.uvs);
     }
     if (!mesh.normal_triangles.empty()) {
       const Triangle& normals = mesh.normal_triangles[rest];

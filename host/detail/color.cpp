@@ -24,6 +24,7 @@ class OwnColor : public PointFunction {
     return {.position = false,
             .normal = false,
             .uv = texture_ && texture_->needs_uvs(),
+            .weight_sides = texture_ && texture_->needs_other_uvs(),
             .distance = false};
   }
 

@@ -90,7 +90,7 @@ class Cutter {
     const Triangle& uv = mesh_.uv_triangles[triangle];
     bool finite = true;
     for (std::size_t k = 0; k < 3; ++k) {
-      uv_[k] = mesh_.uvs[uv[k]];
+      uv_[k] = pool_of(triangle)[uv[k]];
       finite = finite && is_finite(uv_[k]);
     }
     picture_ = nullptr;
@@ -146,9 +146,27 @@ class Cutter {
     }
   }
 
-  std::array<double, 2> uv_at(const Weights& w) const {
-    return {w[0] * uv_[0].x + w[1] * uv_[1].x + w[2] * uv_[2].x,
-            w[0] * uv_[0].y + w[1] * uv_[1].y + w[2] * uv_[2].y};
+  /// The UVs that the opacity of a triangle's material lies on.
+  const std::vector<Vec2>& pool_of(std::size_t triangle) const {
+    if (opacity_.uv_sets.empty()) return mesh_.uvs;
+    const std::uint32_t wanted = opacity_.uv_sets[mesh_.materials[triangle]];
+    if (wanted == mesh_.uv_set) return mesh_.uvs;
+    return std::find_if(mesh_.other_uvs.begin(), mesh_.other_uvs.end(),
+                        [&](const UvSet& set) { return set.set == wanted; })
+        ->uvs;
+  }
+
+  static std::array<double, 2> between_uvs(const std::array<Vec2, 3>& uv, const Weights& w) {
+    return {w[0] * uv[0].x + w[1] * uv[1].x + w[2] * uv[2].x,
+            w[0] * uv[0].y + w[1] * uv[1].y + w[2] * uv[2].y};
+  }
+  std::array<double, 2> uv_at(const Weights& w) const { return between_uvs(uv_, w); }
+
+  /// Adds the UV of a point of the triangle to a pool.
+  void add_uv(const std::vector<Vec2>& from, const Weights& w, std::vector<Vec2>& to) const {
+    const auto& [a, b, c] = mesh_.uv_triangles[triangle_];
+    const std::array<double, 2> uv = between_uvs({from[a], from[b], from[c]}, w);
+    to.push_back({static_cast<float>(uv[0]), static_cast<float>(uv[1])});
   }
 
   std::array<double, 2> in_picture(const std::array<double, 2>& uv) const {
@@ -266,12 +284,16 @@ class Cutter {
       normal += Vec3d(result_.normals[normal_triangles_[triangle_][k]]) * w[k];
     }
     const double size = length(normal);
-    const std::array<double, 2> uv = uv_at(w);
     entry->second = {static_cast<std::uint32_t>(result_.positions.size()),
                      static_cast<std::uint32_t>(result_.uvs.size()),
                      static_cast<std::uint32_t>(result_.normals.size())};
     result_.positions.push_back(to_float(position));
-    result_.uvs.push_back({static_cast<float>(uv[0]), static_cast<float>(uv[1])});
+    add_uv(mesh_.uvs, w, result_.uvs);
+    for (std::size_t k = 0; k < mesh_.other_uvs.size(); ++k) {
+      if (mesh_.other_uvs[k].uvs.size() == mesh_.uvs.size()) {
+        add_uv(mesh_.other_uvs[k].uvs, w, result_.other_uvs[k].uvs);
+      }
+    }
     result_.normals.push_back(to_float(size > 0 ? normal * (1 / size) : normal));
     if (!mesh_.colors.empty()) {
       std::array<std::uint8_t, 4> color{};
@@ -324,11 +346,19 @@ void check(const Mesh& mesh, const Texture& opacity, double threshold) {
       fits &&
       (opacity.uv_transforms.empty() || opacity.uv_transforms.size() == opacity.image_of.size()) &&
       (opacity.wraps.empty() || opacity.wraps.size() == opacity.image_of.size()) &&
+      (opacity.uv_sets.empty() || opacity.uv_sets.size() == opacity.image_of.size()) &&
       (opacity.factors.empty() || opacity.factors.size() == opacity.image_of.size()) &&
       (opacity.times_vertex_colors.empty() ||
        opacity.times_vertex_colors.size() == opacity.image_of.size());
   for (const std::uint32_t picture : opacity.image_of) {
     fits = fits && (picture == Texture::kNone || picture < opacity.images.size());
+  }
+  for (const std::uint32_t wanted : opacity.uv_sets) {
+    fits =
+        fits && (wanted == mesh.uv_set ||
+                 std::any_of(mesh.other_uvs.begin(), mesh.other_uvs.end(), [&](const UvSet& set) {
+                   return set.set == wanted && set.uvs.size() == mesh.uvs.size();
+                 }));
   }
   for (const std::shared_ptr<const Image>& image : opacity.images) {
     fits = fits && image != nullptr && image->channels >= 1 && image->width != 0 &&

@@ -3,10 +3,13 @@
 #include <array>
 #include <optional>
 #include <string>
+#include <unordered_map>
 
 #include "base/disjoint_sets.h"
+#include "base/formatted.h"
 #include "detail/id_colors.h"
 #include "detail/point_map.h"
+#include "detail/vertex_colors.h"
 #include "mesh/kernels_shared.h"
 #include "mesh/weld.h"
 
@@ -37,7 +40,11 @@ constexpr std::size_t kLongestLegend = 4096;
 class Ids : public PointFunction {
  public:
   Ids(const Source::Impl& source, IdBy by) : source_(source), by_(by) {
-    if (by != IdBy::part) {
+    if (by == IdBy::color) {
+      check_vertex_colors(source, "id",
+                          "give a mesh that has them, or tell connected parts apart.");
+      number_colors();
+    } else if (by != IdBy::part) {
       const char* const kind = by == IdBy::material ? "materials"
                                : by == IdBy::group  ? "groups"
                                                     : "objects";
@@ -77,7 +84,9 @@ class Ids : public PointFunction {
   }
   void operator()(const HighPoint& point, float* value) const override {
     if (!point.found) return;  // black
-    const std::array<float, 3>& color = legend_[number_[point.triangle]].color;
+    const std::array<float, 3> color = by_ == IdBy::color
+                                           ? fraction(source_.colors[nearest_corner(point)])
+                                           : legend_[number_[point.triangle]].color;
     std::copy(color.begin(), color.end(), value);
   }
 
@@ -88,11 +97,44 @@ class Ids : public PointFunction {
     warnings.push_back({"id-legend",
                         "The map " + std::string(map.kind.name) + " tells " +
                             std::to_string(legend_.size()) + " apart; its legend has the first " +
-                            std::to_string(count) + ", and colours repeat.",
+                            std::to_string(count) +
+                            (by_ == IdBy::color ? "." : ", and colours repeat."),
                         legend_.size()});
   }
 
  private:
+  using Color = std::array<std::uint8_t, 4>;
+
+  static std::array<float, 3> fraction(const Color& color) {
+    return {static_cast<float>(color[0]) / 255, static_cast<float>(color[1]) / 255,
+            static_cast<float>(color[2]) / 255};
+  }
+
+  std::uint32_t nearest_corner(const HighPoint& point) const {
+    const double weights[3] = {1.0 - point.u - point.v, point.u, point.v};
+    const auto nearest = std::max_element(std::begin(weights), std::end(weights)) - weights;
+    return source_.triangles[point.triangle][static_cast<std::size_t>(nearest)];
+  }
+
+  /// The legend of colours, in the order of triangles. One counts with the colour of its first corner.
+  void number_colors() {
+    std::unordered_map<std::uint32_t, std::uint32_t> known;
+    const auto number = [&](std::uint32_t vertex) {
+      const Color& c = source_.colors[vertex];
+      const auto key = std::uint32_t{c[0]} << 16U | std::uint32_t{c[1]} << 8U | c[2];
+      const auto [entry, added] =
+          known.try_emplace(key, static_cast<std::uint32_t>(legend_.size()));
+      if (added) legend_.push_back({formatted("#%06x", key), fraction(c), 0});
+      return entry->second;
+    };
+    for (const Triangle& t : source_.triangles) {
+      number_.push_back(number(t[0]));
+      number(t[1]);
+      number(t[2]);
+    }
+    count_triangles();
+  }
+
   void count_triangles() {
     for (const std::uint32_t number : number_) {
       if (number >= legend_.size()) {
@@ -113,12 +155,13 @@ class Ids : public PointFunction {
 
 MapRow id_map() {
   MapRow row;
-  row.info = {MapKind{"id"},
-              3,
-              MapType::id,
-              "connected part, material, group or object of the high poly, a colour each",
-              0,
-              1};
+  row.info = {
+      MapKind{"id"},
+      3,
+      MapType::id,
+      "connected part, material, group, object or own colour of the high poly, a colour each",
+      0,
+      1};
   row.info.options = "id_by";
   row.follows_positions = true;
   row.info.other_names = "material_id object_id";

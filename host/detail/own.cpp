@@ -4,7 +4,10 @@
 #include <algorithm>
 #include <array>
 #include <atomic>
+#include <cctype>
 #include <cmath>
+#include <memory>
+#include <mutex>
 #include <sstream>
 #include <string>
 
@@ -31,11 +34,12 @@ class Own : public MapMaker {
         source_(request.source),
         reads_(request.reads()),
         name_(name),
+        label_(map.file.empty() ? map.name : map.name + " ('" + map.file + "')"),
         channels_(map.channels),
         seconds_(request.options.own_map_seconds),
         two_sided_(request.options.match.two_sided),
         origin_(map_origin(request.options, request.source.frame)),
-        kernel_(context_.kernel_with("own", "kiln_own_values", map.source, map.file)),
+        kernel_(build(map, request.source.device)),
         shading_(context_, std::span<const kiln_low_shading>(
                                low_shading(request.surface, /*with_uvs=*/true))) {
     triangles_ = cl::Array<std::uint32_t>(
@@ -82,6 +86,20 @@ class Own : public MapMaker {
   }
 
  private:
+  cl::Kernel build(const OwnMap& map, const Device& device) {
+    const cl::OwnMapRun here(label_, seconds_);
+    try {
+      return context_.kernel_with("own", "kiln_own_values", map.source, map.file);
+    } catch (const Error&) {
+      // A compiler that was not waited for works with the device's context.
+      static auto* const kept = new std::vector<Device>();
+      static std::mutex mutex;
+      const std::lock_guard lock(mutex);
+      if (driver_failed()) kept->push_back(device);
+      throw;
+    }
+  }
+
   /// Vertices may have moved since the last band.
   void upload() {
     if (made_of_ == reads_->source_version() && !positions_.empty()) return;
@@ -110,7 +128,7 @@ class Own : public MapMaker {
     params.center_y = static_cast<float>(source_.frame.center[1] - origin_[1]);
     params.center_z = static_cast<float>(source_.frame.center[2] - origin_[2]);
     context_.finish();  // What was enqueued before is not the function's.
-    const cl::OwnMapRun here;
+    auto here = std::make_unique<cl::OwnMapRun>(label_, seconds_);
     for (; params.first < band.sample_count; params.first = params.end) {
       params.end = params.first + std::min(kSamplesPerLaunch, band.sample_count - params.first);
       context_.launch(kernel_, params.end - params.first, kLocal, params, band.triangle,
@@ -119,9 +137,10 @@ class Own : public MapMaker {
                       source_.attributes.normal_indices, source_.attributes.normals, uvs_,
                       uv_triangles_, tree.nodes, tree.blocks, values_);
       if (context_.finish_within(seconds_)) continue;
+      [[maybe_unused]] const auto* const runs_on = here.release();
       const std::string limit = formatted("%g s", seconds_);
       throw Error(ErrorCode::input,
-                  "The map " + std::string(name_) + " is not done with " +
+                  "The map " + label_ + " is not done with " +
                       std::to_string(params.end - params.first) + " samples in " + limit +
                       ": its function may never return. Mend it, or raise `own_map_seconds`.");
     }
@@ -164,6 +183,7 @@ class Own : public MapMaker {
   const Source::Impl& source_;
   std::shared_ptr<BandReads> reads_;
   std::string_view name_;
+  std::string label_;
   std::size_t channels_;
   double seconds_;
   bool two_sided_;
@@ -176,7 +196,7 @@ class Own : public MapMaker {
   std::atomic<std::uint64_t> replaced_{0};
 };
 
-/// A source as the preprocessor sees it: other spellings of # are that, lines are joined, comments are blank.
+/// A source as the preprocessor sees it: other spellings of # are that, lines are joined, comments are blank, texts empty.
 std::string preprocessed(std::string_view source) {
   std::string joined;
   for (std::size_t i = 0; i < source.size();) {
@@ -208,10 +228,26 @@ std::string preprocessed(std::string_view source) {
         if (i < joined.size() && joined[i++] == quote) break;
       }
       i = std::min(i, joined.size());
-      plain.append(joined, begin, i - begin);
+      plain += quote;
+      if (i - begin > 1) plain += quote;
     }
   }
   return plain;
+}
+
+bool has_assembly(std::string_view line) {
+  const auto is_of_word = [&](std::size_t i) {
+    return std::isalnum(static_cast<unsigned char>(line[i])) != 0 || line[i] == '_';
+  };
+  std::size_t end = 0;
+  for (std::size_t begin = line.find("asm"); begin != line.npos; begin = line.find("asm", end)) {
+    end = begin + 3;
+    while (begin > 0 && is_of_word(begin - 1)) --begin;
+    while (end < line.size() && is_of_word(end)) ++end;
+    const std::string_view word = line.substr(begin, end - begin);
+    if (word == "asm" || word == "__asm" || word == "__asm__") return true;
+  }
+  return false;
 }
 
 /// Refuses sources that the compiler lets pass, or of which it complains in the words of a linker.
@@ -226,6 +262,10 @@ void check_source(const OwnMap& map) {
   std::istringstream lines(source);
   std::string line;
   for (std::size_t number = 1; std::getline(lines, line); ++number) {
+    if (has_assembly(line)) {
+      refuse("holds assembly in line " + std::to_string(number) +
+             ", which devices differ in: write OpenCL C.");
+    }
     const auto skip = [&](std::size_t from) { return line.find_first_not_of(" \t", from); };
     const std::size_t mark = skip(0);
     if (mark == std::string::npos || line[mark] != '#') continue;

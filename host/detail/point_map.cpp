@@ -316,7 +316,7 @@ class PointMap : public MapMaker {
   void carry(HighPoint& point, const Vec3d& along, UvFacet& facet) const {
     facet.move_to(source_, point.triangle);
     point.has_uv = facet.has_uv;
-    if (!facet.has_uv) return;
+    if (!facet.has_uv && !needs_.weight_sides) return;
     const Vec3d face = dot(facet.normal, facet.normal) > 0 ? facet.normal : along;
     // Bounds the way to a triangle that is seen at a grazing angle.
     constexpr double kLeast = 0.2;
@@ -328,6 +328,9 @@ class PointMap : public MapMaker {
       const Vec3d& side = sides_[point.low_triangle][k];
       const Vec3d carried = side - along * (dot(face, side) * way);
       point.uv_sides[k] = {dot(facet.gradient[0], carried), dot(facet.gradient[1], carried)};
+      if (!needs_.weight_sides) continue;
+      point.weight_sides[k] = {dot(facet.weight_gradient[0], carried),
+                               dot(facet.weight_gradient[1], carried)};
     }
   }
 

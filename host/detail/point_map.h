@@ -38,6 +38,8 @@ struct HighPoint {
   /// Sides of the sample's share of its texel (rightwards, downwards), in UVs of the high poly's
   /// triangle: carried there along the low poly's normal.
   std::array<std::array<double, 2>, 2> uv_sides;
+  /// The same sides in weights of the triangle's corners 1 and 2, for other sets of UVs; where they were asked for.
+  std::array<std::array<double, 2>, 2> weight_sides;
   PointScratch* scratch = nullptr;  ///< The result of the function's scratch()
   Vec3d
       seen;  ///< Mean of the directions that see the low poly's point; 0 where not known, or none does
@@ -47,8 +49,9 @@ struct HighPoint {
 struct PointNeeds {
   bool position = true;
   bool normal = true;
-  bool uv = false;     ///< uv and uv_sides
-  bool offset = true;  ///< With the position alone
+  bool uv = false;            ///< uv and uv_sides
+  bool weight_sides = false;  ///< With uv alone
+  bool offset = true;         ///< With the position alone
   bool distance = true;
 };
 

@@ -45,7 +45,11 @@ class Plain : public PointFunction {
         channels_(info.channels) {}
 
   PointNeeds needs() const override {
-    return {.position = false, .normal = false, .uv = texture_.needs_uvs(), .distance = false};
+    return {.position = false,
+            .normal = false,
+            .uv = texture_.needs_uvs(),
+            .weight_sides = texture_.needs_other_uvs(),
+            .distance = false};
   }
   void operator()(const HighPoint& point, float* value) const override {
     if (!point.found) return;
@@ -73,7 +77,12 @@ class Normals : public PointFunction {
         frames_(request),
         reads_(request.reads()) {}
 
-  PointNeeds needs() const override { return {.position = false, .uv = true, .distance = false}; }
+  PointNeeds needs() const override {
+    return {.position = false,
+            .uv = true,
+            .weight_sides = texture_.needs_other_uvs(),
+            .distance = false};
+  }
 
   void prepare(std::uint64_t source_version) override {
     if (made_of_ == source_version) return;
@@ -86,8 +95,9 @@ class Normals : public PointFunction {
         positions.push_back(source_.positions[source_.triangles[t][k]]);
         normals.push_back(normal_of(t, k));
         // Its tangents are those of the UVs that the picture lies on.
-        const Vec2& uv = source_.uvs[source_.uv_triangles[t][k]];
-        const auto [u, v] = texture_.moved(static_cast<std::uint32_t>(t), uv.x, uv.y);
+        const auto triangle = static_cast<std::uint32_t>(t);
+        const Vec2& uv = texture_.uv_of(triangle, k);
+        const auto [u, v] = texture_.moved(triangle, uv.x, uv.y);
         uvs.push_back({static_cast<float>(u), static_cast<float>(v)});
       }
     }

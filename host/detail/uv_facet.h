@@ -17,6 +17,7 @@ struct UvFacet {
   Vec3d normal;                          ///< Unit; 0 for a triangle without area
   std::array<double, 2> at, to_b, to_c;  ///< UV of corner 0, and from there to corners 1 and 2
   std::array<Vec3d, 2> gradient;  ///< Of u and of v on the triangle, a frame unit; 0 without area
+  std::array<Vec3d, 2> weight_gradient;  ///< The same of the weights of corners 1 and 2
 
   /// Works it out for another triangle; for the same one nothing is done.
   void move_to(const Source::Impl& source, std::uint32_t next) {
@@ -29,6 +30,11 @@ struct UvFacet {
     const Vec3d q = Vec3d(source.positions[corners[2]]) - corner;
     const Vec3d across = cross(p, q);
     if (const double size = length(across); size > 0) normal = across * (1 / size);
+    // Change of the corners' weights along a vector, by the normal equations; UVs change by it.
+    const double pp = dot(p, p), pq = dot(p, q), qq = dot(q, q), area = pp * qq - pq * pq;
+    if (area > 0) {
+      weight_gradient = {(p * qq - q * pq) * (1 / area), (q * pp - p * pq) * (1 / area)};
+    }
     if (source.uv_triangles.empty()) return;
     const Triangle& uvs = source.uv_triangles[next];
     const Vec2 &a = source.uvs[uvs[0]], &b = source.uvs[uvs[1]], &c = source.uvs[uvs[2]];
@@ -37,12 +43,10 @@ struct UvFacet {
     at = {a.x, a.y};
     to_b = {double{b.x} - a.x, double{b.y} - a.y};
     to_c = {double{c.x} - a.x, double{c.y} - a.y};
-    // Change of the corners' weights along a vector, by the normal equations; UVs change by it.
-    const double pp = dot(p, p), pq = dot(p, q), qq = dot(q, q), area = pp * qq - pq * pq;
     if (!(area > 0)) return;
-    const Vec3d weight_b = (p * qq - q * pq) * (1 / area),
-                weight_c = (q * pp - p * pq) * (1 / area);
-    for (std::size_t k = 0; k < 2; ++k) gradient[k] = weight_b * to_b[k] + weight_c * to_c[k];
+    for (std::size_t k = 0; k < 2; ++k) {
+      gradient[k] = weight_gradient[0] * to_b[k] + weight_gradient[1] * to_c[k];
+    }
   }
 };
 

@@ -16,7 +16,7 @@ namespace kiln {
 /// A picture over UVs, with its mip chain: in linear light, or as vectors. For several threads at once.
 ///
 /// A linear picture without NaN and infinities is read where it is; any other is copied. A level of the chain
-/// is made when it is first read. So it has up to 4/3 of the picture's floats of memory.
+/// is made when it is first read.
 class FilteredTexture {
  public:
   using Wraps = std::array<TextureWrap, 2>;            ///< Along u and v
@@ -24,6 +24,12 @@ class FilteredTexture {
 
   /// \throws Error(input) for a picture without pixels, or of normals with fewer than three channels
   FilteredTexture(std::shared_ptr<const Image> image, TextureKind kind);
+
+  /// Memory that one takes beside its picture: 4/3 of the picture's floats, 1/3 where that is read in place.
+  static std::uint64_t most_bytes(const Image& image, TextureKind kind) {
+    const std::uint64_t bytes = image.pixels.size() * sizeof(float);
+    return (kind == TextureKind::linear ? 0 : bytes) + bytes / 3;
+  }
 
   std::uint32_t channels() const { return channels_; }
   /// Numbers of the picture that are not finite, and count as 0.

@@ -2,6 +2,7 @@
 #include <string>
 
 #include "kiln/asset.h"
+#include "kiln/height_field.h"
 #include "kiln/image.h"
 #include "kiln/match.h"
 #include "kiln/material.h"
@@ -44,6 +45,9 @@ Image load_image(std::span<const std::byte> /*bytes*/, std::string_view name) {
   fail(std::string(name));
 }
 std::vector<std::string> picture_formats() { return {}; }
+Heights load_heights(const std::filesystem::path& path, std::vector<Warning>* /*warnings*/) {
+  fail(path.string());
+}
 bool holds_linear_light(const std::filesystem::path& path) { fail(path.string()); }
 void save_image(const Image& /*image*/, const std::filesystem::path& path,
                 const SaveImageOptions& /*options*/) {
@@ -85,6 +89,11 @@ void save_glb(const Mesh& /*low*/, const AssetMaps& /*maps*/, const std::filesys
 }
 Texture load_material_texture(const std::vector<Material>& /*materials*/, MaterialSlot /*slot*/,
                               std::vector<Warning>* /*warnings*/, std::uint32_t /*uv_set*/) {
+  fail("a material's picture");
+}
+
+Texture load_material_texture(const std::vector<Material>& /*materials*/, MaterialSlot /*slot*/,
+                              const Mesh& /*mesh*/, std::vector<Warning>* /*warnings*/) {
   fail("a material's picture");
 }
 

@@ -75,6 +75,23 @@ void check_sizes(std::span<const Mesh> meshes, const std::string& name) {
   check_size(name, normals, "normals");
 }
 
+/// Adds the other sets of UVs of a mesh whose own were just added; NaN where it or the whole has none.
+void append_other_uvs(Mesh& whole, const Mesh& mesh, std::size_t before) {
+  constexpr float kNowhere = std::numeric_limits<float>::quiet_NaN();
+  for (const UvSet& set : mesh.other_uvs) {
+    if (set.uvs.size() != mesh.uvs.size()) continue;
+    auto to = std::find_if(whole.other_uvs.begin(), whole.other_uvs.end(),
+                           [&](const UvSet& other) { return other.set == set.set; });
+    if (to == whole.other_uvs.end()) {
+      whole.other_uvs.push_back({set.set, {}});
+      to = whole.other_uvs.end() - 1;
+    }
+    to->uvs.resize(before, {kNowhere, kNowhere});
+    to->uvs.insert(to->uvs.end(), set.uvs.begin(), set.uvs.end());
+  }
+  for (UvSet& set : whole.other_uvs) set.uvs.resize(whole.uvs.size(), {kNowhere, kNowhere});
+}
+
 /// Which attributes the whole has.
 struct Has {
   bool uvs = false, normals = false, tangents = false, colors = false;
@@ -122,8 +139,10 @@ void append_attributes(Mesh& whole, const Mesh& mesh, const Has& has,
   };
   if (has.uvs) {
     constexpr float kNowhere = std::numeric_limits<float>::quiet_NaN();
+    const std::size_t before = whole.uvs.size();
     append(whole.uvs, whole.uv_triangles, mesh.uvs, mesh.uv_triangles, triangles,
            Vec2{kNowhere, kNowhere});
+    append_other_uvs(whole, mesh, before);
     if (mesh.uv_triangles.empty()) {
       warn("missing-uvs", "no UVs, which others have; nothing is baked for it.", triangles);
     }

@@ -69,13 +69,19 @@ class PartNamer {
 
   /// The part that a group is of.
   std::string operator()(const std::string& group, PartSide side) const {
+    if (auto part = by_rule(group, side)) return *part;
+    // No name of the other side, nor one in the list: a list is all there is.
+    if (names_.by != PartsBy::list) return group;
+    return (side == PartSide::low ? "low\n" : "high\n") + group;
+  }
+
+  /// The part that a pattern or the list says; none: neither knows the name.
+  std::optional<std::string> by_rule(const std::string& group, PartSide side) const {
     if (names_.by == PartsBy::list) {
       const auto pair = (side == PartSide::low ? of_low_ : of_high_).first(group);
-      if (pair) return names_.list[*pair].low;
-      // No name of the other side, nor one in the list: a list is all there is.
-      return (side == PartSide::low ? "low\n" : "high\n") + group;
+      return pair ? std::optional(names_.list[*pair].low) : std::nullopt;
     }
-    if (names_.by != PartsBy::name) return group;
+    if (names_.by != PartsBy::name) return std::nullopt;
     for (const std::string_view name : {std::string_view(group), without_copy_number(group)}) {
       const std::string text = lower_case(name);
       // A low poly that was made of the high poly keeps its names.
@@ -88,7 +94,7 @@ class PartNamer {
         }
       }
     }
-    return group;
+    return std::nullopt;
   }
 
  private:
@@ -208,6 +214,10 @@ struct NamedGroups {
   std::vector<std::string> used;         ///< Names of groups that have triangles
   std::vector<std::string> used_parts;   ///< Of each of these
   std::vector<std::string> part_of;      ///< Per group
+  std::vector<std::size_t> groups_used;  ///< Of each of `used`
+  /// Per group, the parts of an OBJ group's several names ("g head_high skin"), which its whole name may have none of:
+  /// those that a pattern or the list knows, and the others. Empty for most.
+  std::vector<std::array<std::vector<std::string>, 2>> words;
 
   NamedGroups(const Mesh& mesh, const PartNames& names, const PartNamer& part_name, PartSide side) {
     // Formats that know no groups, such as glTF, have objects alone.
@@ -225,14 +235,95 @@ struct NamedGroups {
     }
     std::vector<bool> has(all.size());
     for (const std::uint32_t group : *of) has.at(group) = true;
+    const bool has_several = !objects && !materials;
+    const std::unordered_set<std::string_view> of_objects(mesh.object_names.begin(),
+                                                          mesh.object_names.end());
+    words.resize(all.size());
     for (std::size_t g = 0; g < all.size(); ++g) {
       part_of.push_back(part_name(all[g], side));
+      // The name of an object (`o`) is one, whatever its blanks.
+      if (has_several && !of_objects.contains(all[g])) {
+        words[g] = parts_of_words(all[g], part_name, side, names.by);
+      }
       if (!has[g]) continue;
       used.push_back(all[g]);
       used_parts.push_back(part_of[g]);
+      groups_used.push_back(g);
     }
   }
+
+ private:
+  static std::array<std::vector<std::string>, 2> parts_of_words(const std::string& group,
+                                                                const PartNamer& part_name,
+                                                                PartSide side, PartsBy by) {
+    std::array<std::vector<std::string>, 2> parts;
+    const std::string_view all = group;
+    for (std::size_t at = 0; at < all.size();) {
+      const std::size_t end = std::min(all.find_first_of(" \t", at), all.size());
+      const std::string word(all.substr(at, end - at));
+      at = end + 1;
+      if (word.empty() || word.size() == all.size()) continue;
+      if (auto part = part_name.by_rule(word, side)) {
+        parts[0].push_back(std::move(*part));
+      } else if (by != PartsBy::list) {
+        parts[1].push_back(word);
+      }
+    }
+    return parts;
+  }
 };
+
+/// Pairs groups of several names by any of them, where their whole names have no pair. Of several names that both sides
+/// have, one that a pattern or the list knows goes before others; then the one that the fewest groups have, which tells
+/// most; then the first by the alphabet. So both sides choose alike.
+void pair_by_words(NamedGroups& low, NamedGroups& high, std::vector<Warning>& warnings) {
+  struct Use {
+    std::array<std::size_t, 2> groups{};
+    bool both() const { return groups[0] != 0 && groups[1] != 0; }
+    std::size_t all() const { return groups[0] + groups[1]; }
+  };
+  std::unordered_map<std::string, Use> uses;
+  NamedGroups* const sides[] = {&low, &high};
+  for (std::size_t s = 0; s < 2; ++s) {
+    for (const std::size_t g : sides[s]->groups_used) {
+      std::unordered_set<std::string> own(sides[s]->words[g][0].begin(),
+                                          sides[s]->words[g][0].end());
+      own.insert(sides[s]->words[g][1].begin(), sides[s]->words[g][1].end());
+      own.insert(sides[s]->part_of[g]);
+      for (const std::string& part : own) ++uses[part].groups[s];
+    }
+  }
+  std::uint64_t by_word = 0;
+  std::string example;
+  for (NamedGroups* const side : sides) {
+    for (std::size_t i = 0; i < side->used.size(); ++i) {
+      const std::size_t g = side->groups_used[i];
+      if (uses[side->part_of[g]].both()) continue;
+      const std::string* best = nullptr;
+      for (const std::vector<std::string>& words : side->words[g]) {
+        for (const std::string& word : words) {
+          if (!uses[word].both()) continue;
+          const auto rank = [&](const std::string& w) { return std::pair(uses[w].all(), w); };
+          if (best == nullptr || rank(word) < rank(*best)) best = &word;
+        }
+        if (best == nullptr) continue;
+        if (&words == &side->words[g][1] && by_word++ == 0) {
+          example = kiln::quoted(side->used[i]) + " by " + kiln::quoted(*best);
+        }
+        break;
+      }
+      if (best != nullptr) side->part_of[g] = side->used_parts[i] = *best;
+    }
+  }
+  if (by_word == 0) return;
+  warnings.push_back({"parts-by-word",
+                      std::to_string(by_word) +
+                          " groups of several names (`g A B`) were paired by one of these that no "
+                          "pattern fits: " +
+                          example +
+                          " for one. Where that is wrong, give them other names, or a list.",
+                      by_word});
+}
 
 /// A pair of patterns by which two names have the same part.
 struct PatternPair {
@@ -355,21 +446,22 @@ Parts pair_parts(const Mesh& high, const Mesh& low, const PartNames& names) {
     throw Error(ErrorCode::usage, "The list of parts is empty.");
   }
   const PartNamer part_name(names);
-  const NamedGroups of_high(high, names, part_name, PartSide::high);
-  const NamedGroups of_low(low, names, part_name, PartSide::low);
+  NamedGroups of_high(high, names, part_name, PartSide::high);
+  NamedGroups of_low(low, names, part_name, PartSide::low);
   for (const auto& [groups, mesh] : {std::pair(&of_low, &low), std::pair(&of_high, &high)}) {
     if (groups->used.empty()) {
       throw Error(ErrorCode::input,
                   "'" + mesh->name + "' has no triangles: there are no parts to pair.");
     }
   }
+  Parts parts;
+  pair_by_words(of_low, of_high, parts.warnings);
   const std::unordered_set<std::string> in_high(of_high.used_parts.begin(),
                                                 of_high.used_parts.end());
   std::map<std::string, std::uint32_t> pairs;
   for (const std::string& part : of_low.used_parts) {
     if (in_high.contains(part)) pairs.emplace(part, 0);
   }
-  Parts parts;
   const std::string remedy = other_patterns(names, of_low, of_high, pairs);
   if (pairs.empty()) {
     const std::string& name = of_low.used.front();
@@ -381,7 +473,7 @@ Parts pair_parts(const Mesh& high, const Mesh& low, const PartNames& names) {
                                        : " of the low poly has its name in the high poly: ") +
             quoted(name) + " is " +
             (nearest != nullptr ? "nearest to " + quoted(*nearest)
-                                : "near to none, such as " + quoted(of_high.used.front())) +
+                                : "near to none, such as " + kiln::quoted(of_high.used.front())) +
             "." +
             (names.by == PartsBy::name && remedy.empty()
                  ? " `part_names.low` and `part_names.high` say which belong together."

@@ -4,6 +4,9 @@
 #include <array>
 #include <vector>
 
+#include "mesh/crease_rule.h"
+#include "mesh/face_edges.h"
+#include "mesh/fan_normals.h"
 #include "mesh/weld.h"
 
 namespace kiln {
@@ -33,6 +36,14 @@ CornerNormals group_normals(const Mesh& mesh, std::span<const std::uint32_t> gro
   }
   result.normals = vertex_normals(places, result.triangles, mesh.polygons);
   return result;
+}
+
+void give_group_normals(Mesh& mesh, std::span<const std::uint32_t> masks) {
+  const FaceEdges faces = FaceEdges::of(mesh);
+  const Creases creases = creases_between(mesh, faces, masks);
+  mesh.normals.clear();
+  mesh.normal_triangles.assign(mesh.triangles.size(), {});
+  give_fan_normals(faces, creases, std::vector<bool>(mesh.triangles.size(), true), mesh);
 }
 
 }  // namespace kiln

@@ -2,6 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
+#include <limits>
+#include <optional>
 #include <string>
 
 #include "base/formatted.h"
@@ -50,7 +53,126 @@ float to_border(double u) {
   return std::abs(u - 1) < kRounding ? 1 : static_cast<float>(u);
 }
 
+/// How numbers that stand for "no height" are told from heights.
+///
+/// Surveys write a number that no height has. It is looked for at both ends of the heights: the lowest or the highest
+/// number is none if it is farther from the next than all the rest are from each other, and one that programs are known
+/// to write. Of other numbers that stand so far off in several pixels a warning can say so. A surface whose own heights
+/// are spread as widely (the sea's floor and -9999) keeps them all.
+struct NoDataRule {
+  /// Those of GDAL, ArcGIS, SRTM, Surfer, and the ends of single precision.
+  static constexpr double kKnown[] = {
+      -9999,         -99999, -999999,      -32768,     -32767, -10000, 9999, 99999, 32767,
+      -3.4028235e38, -1e38,  3.4028235e38, 1.70141e38, 1e30,   -1e30,  1e20, -1e20};
+  static constexpr double kSame = 1e-6;   ///< Share of a number up to which another is the same
+  static constexpr double kLeastGap = 1;  ///< Of the range of all others
+  static constexpr double kDoubtfulGap =
+      10;  ///< The same, of numbers that no program is known to write
+  static constexpr std::uint64_t kSeveral = 2;  ///< Pixels of a doubtful number, at least
+
+  static bool is(double value, double other) {
+    return std::abs(value - other) <= kSame * std::abs(other);
+  }
+  static bool is_known(double value) {
+    return std::any_of(std::begin(kKnown), std::end(kKnown),
+                       [value](double known) { return is(value, known); });
+  }
+};
+
+/// The lowest and the highest of the heights, how often each is there, and their neighbours.
+struct Ends {
+  struct End {
+    double value = 0, next = 0;  ///< Equal where there is one number alone
+    std::uint64_t count = 0;
+  };
+  End low, high;
+  bool any = false;
+
+  static Ends of(const Image& image) {
+    Ends ends;
+    for (int pass = 0; pass < 2; ++pass) {
+      for (std::size_t i = 0; i < image.pixels.size(); i += image.channels) {
+        const double value = image.pixels[i];
+        if (!std::isfinite(value)) continue;
+        if (pass == 0) {
+          if (!ends.any || value < ends.low.value) ends.low.value = value;
+          if (!ends.any || value > ends.high.value) ends.high.value = value;
+          ends.any = true;
+          ends.low.next = ends.high.value;
+          ends.high.next = ends.low.value;
+          continue;
+        }
+        if (value == ends.low.value) {
+          ++ends.low.count;
+        } else {
+          ends.low.next = std::min(ends.low.next, value);
+        }
+        if (value == ends.high.value) {
+          ++ends.high.count;
+        } else {
+          ends.high.next = std::max(ends.high.next, value);
+        }
+      }
+    }
+    return ends;
+  }
+};
+
 }  // namespace
+
+NoData mark_no_data(Heights& heights, std::optional<double> value, bool guess) {
+  Image& image = heights.image;
+  constexpr float kNone = std::numeric_limits<float>::quiet_NaN();
+  NoData found;
+  const auto drop = [&](const auto& is_none) {
+    std::uint64_t count = 0;
+    for (std::size_t i = 0; i < image.pixels.size(); i += image.channels) {
+      float& pixel = image.pixels[i];
+      if (!std::isfinite(pixel) || !is_none(double{pixel})) continue;
+      pixel = kNone;
+      ++count;
+    }
+    return count;
+  };
+  const std::optional<double> given = value ? value : guess ? heights.no_data : std::nullopt;
+  if (given && std::isfinite(*given)) {
+    // A number such as the lowest float may be written beyond it.
+    constexpr double kLargestFloat = std::numeric_limits<float>::max();
+    const double wanted = std::clamp(*given, -kLargestFloat, kLargestFloat);
+    const auto is_given = [&](double pixel) {
+      return heights.largest == 1
+                 ? pixel == static_cast<float>(wanted) || NoDataRule::is(pixel, wanted)
+                 : std::round(pixel * heights.largest) == wanted;
+    };
+    if (drop(is_given) != 0) found.values.push_back(*given);
+  } else if (guess && !given && heights.largest == 1) {
+    for (Ends ends = Ends::of(image); ends.any; ends = Ends::of(image)) {
+      bool again = false;
+      for (const Ends::End& end : {ends.low, ends.high}) {
+        const bool is_low = end.value == ends.low.value;
+        const double gap = std::abs(end.next - end.value);
+        const double rest = is_low ? ends.high.value - end.next : end.next - ends.low.value;
+        if (gap == 0 || gap <= NoDataRule::kLeastGap * rest) continue;
+        if (NoDataRule::is_known(end.value)) {
+          drop([&](double pixel) { return pixel == end.value; });
+          found.values.push_back(end.value);
+          again = true;
+          break;
+        }
+        if (gap > NoDataRule::kDoubtfulGap * rest && rest > 0 &&
+            end.count >= NoDataRule::kSeveral) {
+          found.doubtful = end.value;
+        }
+      }
+      if (!again) break;
+      found.doubtful.reset();
+    }
+  }
+  for (std::size_t i = 0; i < image.pixels.size(); i += image.channels) {
+    if (!std::isfinite(image.pixels[i])) ++found.pixels;
+  }
+  return found;
+}
 
 Mesh height_field_mesh(const Image& image, const HeightFieldOptions& options) {
   const Extent extent = extent_of(image, options);
@@ -68,26 +190,33 @@ Mesh height_field_mesh(const Image& image, const HeightFieldOptions& options) {
     const double v = 1 - row / (image.height - 1.0);
     for (std::uint32_t column = 0; column < image.width; ++column) {
       const double u = column / (image.width - 1.0);
+      // No triangle has the vertex of a hole.
       const float value = *image.at(column, row);
-      if (!std::isfinite(value)) {
-        throw Error(ErrorCode::input, "The height field's value at column " +
-                                          std::to_string(column) + ", row " + std::to_string(row) +
-                                          " is not finite: fill such holes.");
-      }
-      mesh.positions.push_back({static_cast<float>((u - 0.5) * extent.width),
-                                static_cast<float>((v - 0.5) * extent.depth),
-                                static_cast<float>(value * options.height)});
+      mesh.positions.push_back(
+          {static_cast<float>((u - 0.5) * extent.width),
+           static_cast<float>((v - 0.5) * extent.depth),
+           std::isfinite(value) ? static_cast<float>(value * options.height) : 0.0F});
       mesh.uvs.push_back({static_cast<float>(u), static_cast<float>(v)});
     }
   }
+  const auto is_there = [&image](std::uint32_t pixel) {
+    return std::isfinite(image.pixels[std::size_t{pixel} * image.channels]);
+  };
   mesh.triangles.reserve(std::size_t{2} * (image.width - 1) * (image.height - 1));
   for (std::uint32_t row = 0; row + 1 < image.height; ++row) {
     for (std::uint32_t column = 0; column + 1 < image.width; ++column) {
       const std::uint32_t upper = row * image.width + column;
       const std::uint32_t lower = upper + image.width;
-      mesh.triangles.push_back({lower, lower + 1, upper + 1});
-      mesh.triangles.push_back({lower, upper + 1, upper});
+      for (const Triangle& t :
+           {Triangle{lower, lower + 1, upper + 1}, Triangle{lower, upper + 1, upper}}) {
+        if (std::all_of(t.begin(), t.end(), is_there)) mesh.triangles.push_back(t);
+      }
     }
+  }
+  if (mesh.triangles.empty()) {
+    throw Error(ErrorCode::input,
+                "The height field has no three heights side by side: all its pixels are holes, or "
+                "stand alone.");
   }
   mesh.uv_triangles = mesh.triangles;
   return mesh;
@@ -112,6 +241,47 @@ void lay_out_over_height_field(Mesh& mesh, const Image& image, const HeightField
   lay_out_over(mesh, {{0, 0}, {extent.width, extent.depth}});
 }
 
+namespace {
+
+/// The rectangle over which a field's own UVs span the unit square, where they are linear in x and y: holes at its
+/// border make its box smaller. None where the box is all of it.
+std::optional<FieldRectangle> by_layout(const Mesh& field, const std::array<double, 2>& low,
+                                        const std::array<double, 2>& high) {
+  constexpr double kLinear = 1e-4;
+  if (field.uv_triangles.size() != field.triangles.size() || field.uvs.empty()) return std::nullopt;
+  std::array<double, 2> first{HUGE_VAL, HUGE_VAL}, last{-HUGE_VAL, -HUGE_VAL};
+  for (const Triangle& t : field.uv_triangles) {
+    for (const std::uint32_t corner : t) {
+      const Vec2& uv = field.uvs[corner];
+      const std::array<double, 2> at{uv.x, uv.y};
+      for (std::size_t k = 0; k < 2; ++k) {
+        first[k] = std::min(first[k], at[k]);
+        last[k] = std::max(last[k], at[k]);
+      }
+    }
+  }
+  if (first == std::array<double, 2>{0, 0} && last == std::array<double, 2>{1, 1})
+    return std::nullopt;
+  FieldRectangle whole{};
+  for (std::size_t k = 0; k < 2; ++k) {
+    if (!(last[k] > first[k]) || first[k] < -kLinear || last[k] > 1 + kLinear) return std::nullopt;
+    whole.size[k] = (high[k] - low[k]) / (last[k] - first[k]);
+    whole.center[k] = low[k] + (0.5 - first[k]) * whole.size[k];
+  }
+  for (std::size_t t = 0; t < field.triangles.size(); ++t) {
+    for (std::size_t k = 0; k < 3; ++k) {
+      const Vec3& p = field.positions[field.triangles[t][k]];
+      const Vec2& uv = field.uvs[field.uv_triangles[t][k]];
+      const double u = (p.x + field.origin[0] - whole.center[0]) / whole.size[0] + 0.5;
+      const double v = (p.y + field.origin[1] - whole.center[1]) / whole.size[1] + 0.5;
+      if (!(std::abs(u - uv.x) < kLinear && std::abs(v - uv.y) < kLinear)) return std::nullopt;
+    }
+  }
+  return whole;
+}
+
+}  // namespace
+
 FieldRectangle FieldRectangle::of(const Mesh& field) {
   const Bounds bounds = Bounds::of(field);
   std::array<double, 2> low{}, high{};
@@ -124,6 +294,7 @@ FieldRectangle FieldRectangle::of(const Mesh& field) {
         ErrorCode::input,
         "Mesh '" + field.name + "' has no area in the plane of x and y, so it is no height field.");
   }
+  if (const auto whole = by_layout(field, low, high)) return *whole;
   return {{(low[0] + high[0]) / 2, (low[1] + high[1]) / 2}, {high[0] - low[0], high[1] - low[1]}};
 }
 

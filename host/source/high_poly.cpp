@@ -8,6 +8,7 @@
 
 #include "base/byte_hash.h"
 #include "base/progress_guard.h"
+#include "cl/kernel_folder.h"
 #include "kiln/validate.h"
 #include "mesh/curvature.h"
 #include "mesh/normals.h"
@@ -84,12 +85,15 @@ Source::Impl::Impl(const Device& opened, const Mesh& high, Traversal wanted,
       triangles(alive(high.triangles)),
       uvs(alive(high.uvs)),
       uv_triangles(alive(high.uv_triangles)),
+      uv_set(high.uv_set),
+      other_uvs(high.other_uvs),
       colors(alive(high.colors)),
       materials{high.materials, high.material_names},
       groups{high.groups, high.group_names},
       objects{high.objects, high.object_names} {
   if (bounds) check_within_bounds(high, positions);
   cl::Context& context = context_of(device);
+  warnings = cl::kernel_folder().warnings;
   const std::int64_t before = cl::Context::bytes_of_thread();
   attributes = SourceAttributes(context, corner_normals(high, positions));
   stats_.triangles = triangles.size();

@@ -45,6 +45,8 @@ struct KILN_HIDDEN Source::Impl {
   std::vector<Triangle> triangles;
   std::vector<Vec2> uvs;  ///< UVs of corners, where the mesh has any
   std::vector<Triangle> uv_triangles;
+  std::uint32_t uv_set = 0;      ///< The file's number of `uvs`
+  std::vector<UvSet> other_uvs;  ///< By the same uv_triangles
   SourceAttributes attributes;
   std::vector<std::array<std::uint8_t, 4>> colors;  ///< Colours of vertices, where the mesh has any
   /// Names of triangles, as Mesh has them: indices, or none, and what they stand for.

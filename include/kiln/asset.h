@@ -47,21 +47,27 @@ struct Asset {
   std::string scene;      ///< JSON of the glTF scene that was read; empty: none, or several
 };
 
-/// Reads a mesh with its materials and hierarchy: glTF 2.0 (.glb; .gltf with its buffers beside it or in it). Of all
+/// Reads a mesh with its materials and hierarchy: glTF 2.0 (.glb, .vrm; .gltf with its buffers beside it or in it). Of all
 /// other formats it is load_mesh(), and load_materials() where the files that the mesh names are there: no nodes.
 ///
 /// glTF: all nodes of the default scene (else of all scenes; else all), each one with a mesh an object, whose name is
 /// the node's, else the mesh's; where two are the same, ".001" and so on follow. Mirrored nodes keep their outside.
 /// Materials alike; primitives without one have "default". Vertex colours become sRGB bytes. Without normals,
-/// triangles are flat. UVs get their origin at the lower left. Files beside it are read from its folder and those in it
-/// alone. Read are KHR_mesh_quantization, EXT_meshopt_compression, KHR_draco_mesh_compression where Draco was built in,
+/// triangles are flat. Morph targets are added by their default weights; a skinned mesh lies where the nodes of its
+/// joints put it, and its own node's transform has no part in that. UVs get their origin at the lower left; quantised
+/// ones are scaled by the transform of their material's pictures. Files beside it are read from its folder and those in
+/// it alone, also where symbolic links lead elsewhere, but for LoadMeshOptions::outside. Read are KHR_mesh_quantization,
+/// EXT_mesh_gpu_instancing (an object each), EXT_meshopt_compression, KHR_draco_mesh_compression where Draco was built in,
 /// KHR_texture_transform, EXT_texture_webp and KHR_materials_emissive_strength; KHR_materials_pbrSpecularGlossiness is
 /// converted: its diffuse becomes the colour, 1 - glossiness the roughness. A file that requires any other extension,
 /// but for KHR_materials_*, is refused. Warnings, beside those of load_mesh():
 ///   ignored-primitives  points and lines: left out
 ///   flat-normals        triangles without normals
-///   rest-pose           skins and morph targets: taken without them
-///   instances-ignored   EXT_mesh_gpu_instancing: one of each is taken
+///   rest-pose           skins, taken in their pose at rest, and morph targets, taken by their default weights: what
+///                       save_asset() writes has neither
+///   unweighted-vertices of skins: they lie where the mesh's own node puts them
+///   uv-transforms       pictures of one material that scale quantised UVs differently
+///   scene-child         nodes that a scene lists beside their parents: read once
 ///   bright-colors       vertex colours above 1: cut off
 ///   material-extensions KHR_materials_* whose looks no map holds (clearcoat, transmission...): left out
 ///   nearest-filter      samplers of hard texels: taken as linear
@@ -147,7 +153,10 @@ struct AssetMaterial {
 struct SaveAssetOptions {
   std::vector<AssetNode> nodes;  ///< As Asset::nodes; empty: a node an object
   std::vector<std::uint32_t>
-      object_nodes;         ///< As Asset::object_nodes; AssetNode::kNone: a root of its own
+      object_nodes;  ///< As Asset::object_nodes; AssetNode::kNone: a root of its own
+  /// Collision hulls beside the mesh: written as they are, without UVs, materials and colours; null: none. Not kept.
+  const Mesh* hulls = nullptr;
+  std::vector<std::uint32_t> hull_nodes;  ///< As object_nodes, of the hulls' objects
   double metres = 0;        ///< A unit of the mesh, which becomes the root's scale; 0: 1
   std::string extras;       ///< JSON: `asset.extras`, an object; empty: none
   std::string copyright;    ///< `asset.copyright`; empty: none

@@ -3,7 +3,7 @@
 ///
 /// Objects are opaque: kiln_..._free() frees each, and null is allowed there. Structs begin with their size, which
 /// kiln_..._init() sets with all defaults: programs that were compiled against an older header go on working with a
-/// newer library. A new field comes last.
+/// newer library. A new field comes last. A field `reserved` must be 0 ("struct-reserved").
 ///
 /// Functions that may fail return a kiln_status. Where it is not KILN_OK, nothing was made, outputs are as they were,
 /// and kiln_error_message() says of this thread what is wrong. No exception leaves a function.
@@ -103,12 +103,15 @@ KILN_C_API void kiln_mesh_view_init(kiln_mesh_view* view);
 KILN_C_API kiln_status kiln_mesh_new(const kiln_mesh_view* view, kiln_mesh** mesh);
 /// Reads a file: PLY, OBJ, STL, OFF, glTF and others. \param path  UTF-8  \param mesh  out
 KILN_C_API kiln_status kiln_mesh_load(const char* path, kiln_mesh** mesh);
-/// Writes a Wavefront OBJ, whole or not at all. \param path  UTF-8
+/// Writes a Wavefront OBJ, whole or not at all. \param path  UTF-8; no file that the mesh was read from or made of
 KILN_C_API kiln_status kiln_mesh_save_obj(const kiln_mesh* mesh, const char* path);
 /// Sets the size, and all else to 0.
 KILN_C_API void kiln_mesh_arrays_init(kiln_mesh_arrays* arrays);
 /// Gives pointers to a mesh's numbers. \param arrays  in: its size; out: all else
 KILN_C_API kiln_status kiln_mesh_read(const kiln_mesh* mesh, kiln_mesh_arrays* arrays);
+/// Gives a high poly normals. \param angle  degrees from which on edges are hard, up to 180; 0: as scans and hard surfaces
+/// need it, where it has none, which kiln_simplify() and kiln_source_new() do, too (shade_high() in kiln/normals.h)
+KILN_C_API kiln_status kiln_mesh_shade(kiln_mesh* mesh, double angle);
 /// Frees a mesh.
 KILN_C_API void kiln_mesh_free(kiln_mesh* mesh);
 
@@ -236,7 +239,8 @@ KILN_C_API void kiln_bake_free(kiln_bake* bake);
 KILN_C_API kiln_status kiln_map_save(const kiln_map* map, const char* path);
 
 /// Writes a low poly with its maps as binary glTF 2.0, which engines open: of the bake normal, ao, color and opacity.
-/// Whole or not at all. \param low  as it was baked  \param bake  null: no maps  \param path  UTF-8
+/// Whole or not at all. \param low  as it was baked  \param bake  null: no maps  \param path  UTF-8; no file that was read
+/// for them
 KILN_C_API kiln_status kiln_glb_save(const kiln_mesh* low, const kiln_bake* bake, const char* path);
 
 #ifdef __cplusplus

@@ -114,6 +114,7 @@ enum class IdBy {
   material,  ///< Mesh::materials
   group,     ///< Mesh::groups
   object,    ///< Mesh::objects
+  color,     ///< Mesh::colors: at each point that of the nearest corner, as it is
 };
 
 /// Another map of a kind, with settings of its own: a second ao of what is near beside the first. What is not given is

@@ -53,7 +53,7 @@ enum class AlphaMode {
 struct Material {
   std::string name;                     ///< As Mesh::material_names has it
   std::array<float, 3> color{1, 1, 1};  ///< `Kd`, linear light
-  float opacity = 1;                    ///< `d`, or 1 - `Tr`
+  float opacity = 1;                    ///< `d`, or 1 - `Tr`; of `Tr 1` alone 1
   float roughness = 1;  ///< `Pr`, or else 1 - sqrt(`Ns` / 1000), as Blender writes it
   float metallic = 0;   ///< `Pm`; or else, in Blender's files, `Ka` where `illum` reflects, or 0
   std::array<float, 3> emission{};          ///< `Ke`, linear light
@@ -82,7 +82,7 @@ struct Material {
 /// Which of a material's pictures.
 enum class MaterialSlot { color, opacity, normal, roughness, metallic, emission, occlusion };
 
-/// Reads the MTL files that a mesh names, beside it, or the materials of a glTF file. Files and pictures that are not where they are named are
+/// Reads the MTL files that a mesh names, beside it, or the materials of a glTF file, or a PLY's pictures. Files and pictures that are not where they are named are
 /// looked for in the mesh's folder and the folders in it: four levels, of at most 20,000 entries. Of several with
 /// the name, the one is taken whose folders are named most alike, then the one that is nearest, then the first by
 /// the alphabet. Nothing is kept. Thread safety of both functions: may be called from several threads.
@@ -91,7 +91,7 @@ enum class MaterialSlot { color, opacity, normal, roughness, metallic, emission,
 ///                   file describes, "texture-options" for placements that are left out, "ignored-pictures" for
 ///                   those of statements that Kiln does not know, "found-elsewhere", "materials-differ" for a name
 ///                   that two files describe otherwise (the first is taken), "blender-pictures" where
-///                   `map_Ns` or `map_refl` is taken
+///                   `map_Ns` or `map_refl` is taken, "transparency-of-one" for `Tr 1` without `d`
 /// \param outside    as LoadMeshOptions::outside
 /// \returns one for each of Mesh::material_names, in order
 /// \throws Error(input) where a file is missing or has a number that is none
@@ -110,6 +110,11 @@ std::vector<Material> load_materials(const Mesh& mesh, const std::filesystem::pa
 ///         occlusion: 1; normals: a picture); where one lies on another set of UVs
 Texture load_material_texture(const std::vector<Material>& materials, MaterialSlot slot,
                               std::vector<Warning>* warnings = nullptr, std::uint32_t uv_set = 0);
+
+/// The same for a mesh whose materials these are: a picture may lie on any of its sets of UVs, see Mesh::other_uvs.
+/// \throws Error(input) where one lies on a set that the mesh has not
+Texture load_material_texture(const std::vector<Material>& materials, MaterialSlot slot,
+                              const Mesh& mesh, std::vector<Warning>* warnings = nullptr);
 
 /// Report of cut_out().
 struct CutOutReport {

@@ -22,6 +22,13 @@ struct Tangent {
   float sign = 1;  ///< 1 or -1: -1 where the UVs are mirrored
 };
 
+/// UVs of a mesh in another set of its file.
+struct UvSet {
+  std::uint32_t set = 0;  ///< As the file numbers it
+  std::vector<Vec2> uvs;  ///< One for each of Mesh::uvs: triangles share Mesh::uv_triangles
+  bool operator==(const UvSet&) const = default;
+};
+
 /// An indexed triangle mesh with optional per-corner ("wedge") UVs and normals.
 ///
 /// Every optional attribute is either empty or complete. Index arrays are parallel to `triangles`.
@@ -65,6 +72,8 @@ struct Mesh {
   std::vector<std::uint32_t> polygons;
   double metres = 0;  ///< A unit's: 1 where the file or LoadMeshOptions says its unit; 0: unknown
   std::uint32_t uv_set = 0;  ///< Which of its file's sets of UVs it has
+  /// Other sets that pictures of its file's materials lie on (glTF). Of a set that does not fit `uvs` nothing is read.
+  std::vector<UvSet> other_uvs;
 };
 
 /// Which triangles are baked where several have the same UVs, on purpose: mirrored halves, repeated parts. UVs
@@ -100,24 +109,30 @@ struct LoadMeshOptions {
   double metres = 0;
   bool override_up = false;    ///< True: `up` holds for files that say otherwise, too
   bool override_unit = false;  ///< True: `metres`, too
-  bool outside = false;        ///< True: pictures of FBX and the like may lie outside its folder
+  /// True: pictures of FBX and the like, and files of glTF, may lie outside the folder of the file
+  bool outside = false;
 };
 
 /// Reads a mesh: PLY (ascii, binary of either byte order; faces or triangle strips), OBJ, STL (ascii, binary), OFF (ascii)
-/// or glTF 2.0 (.glb, .gltf; see load_asset()), chosen by extension in any case; and, where Assimp was built in
-/// (mesh_formats()), FBX, DAE (Collada), 3DS and X.
+/// or glTF 2.0 (.glb, .gltf, .vrm; see load_asset()), chosen by extension in any case; where they were built in
+/// (mesh_formats()), FBX by ufbx, and DAE (Collada), 3DS and X by Assimp.
 ///
-/// Every node of a glTF file, and of what Assimp reads, is an object in world space: names that stand twice get ".001". Bones and
-/// animations are left out ("skinned"). Files that say their axes and unit (glTF, FBX, DAE) are brought to metres with
+/// Every node of a glTF, FBX, DAE, 3DS or X file is an object in world space: names that stand twice get ".001". Skins of
+/// glTF are taken in the pose at rest ("rest-pose"), meshes of FBX and DAE with bones as these stand by the nodes' own
+/// values; animations are left out. Files that say their axes and unit (glTF, FBX, DAE) are brought to metres with
 /// Y up; 3DS and X to Y up; others are as given, but for LoadMeshOptions::up and metres. Of what Assimp reads a forked
 /// child of the process tries each file first, within limits of time and memory: a crash there is an Error(input).
 ///
 /// Polygons become triangles as Triangulation::automatic has it. In PLY's strips -1 ends a strip, and
 /// a triangle with a repeated corner, which only turns it, is none. PLY gives UVs per vertex (s t, u
-/// v, tu tv, s0 t0, texture_u texture_v...) or per corner (a face list "texcoord"), OBJ per corner. OFF has
+/// v, tu tv, s0 t0, texture_u texture_v...) or per corner (a face list "texcoord"), which goes first, OBJ per corner. Index
+/// 0 of a UV or normal in OBJ is none. OFF has
 /// any of the letters ST, C, N, 4 and n. Colours of OBJ (r g b, r g b a, or ZBrush's #MRGB lines), of PLY's
-/// floats and of OFF are bytes where any of the file is above 1 (1.001, for rounding), else fractions. Names in
-/// OBJ may hold '#'. OBJ, PLY and OFF may be UTF-16 with a byte-order mark. STL corners
+/// floats and of OFF are bytes where any of the file is above 1 (1.001, for rounding), else fractions. Colours of faces
+/// (PLY, OFF, the 15 bits of STL as VisCAM, SolidView or Magics write them) become those of vertices: one between faces of
+/// several colours is there once for each. Where vertices have colours that are not all alike, those count.
+/// A PLY's pictures (lines "comment TextureFile NAME") are its materials, one a picture, by the faces' `texnumber`.
+/// Names in OBJ may hold '#'. OBJ, PLY and OFF may be UTF-16 with a byte-order mark. STL corners
 /// with exactly equal positions become one vertex. Positions are read in double precision. A mesh
 /// farther from the world's origin than 16 of its diagonals gets an `origin` of its own; its box is that of
 /// triangles with area. PLY's
@@ -139,6 +154,12 @@ struct LoadMeshOptions {
 ///   missing-normals       corners without normal where others have one: normal zero
 ///   missing-colors        vertices without colour where others have one: white
 ///   color-scale           colours above 1 that are nearly black as bytes: they may be brighter than white
+///   face-colors-left-out  faces have colours, but the vertices' own were taken
+///   color-indices         OFF: colours of faces by a number in a list that the file has not: none
+///   zero-indices          OBJ: index 0 of a UV or a normal: none there
+///   texture-numbers       PLY: a `texnumber` of no picture (none there), or pictures without one (the first)
+///   texture-without-uvs   PLY: pictures, but no UVs: not read
+///   bad-texcoords         PLY: not two numbers a corner: the vertices' UVs, or none
 ///   bad-polypaint         colours of #MRGB lines that are none, or of no vertex: ignored
 ///   unused-properties     PLY: a second set of UVs, or a part of a set: ignored
 ///   ignored-header-lines  PLY: lines of the header that are none of PLY's

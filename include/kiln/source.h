@@ -35,7 +35,7 @@ struct Bounds {
 /// Thread safety: any number of threads may bake from one Source, or copies of it, at the same time. Maps
 /// are the same bytes as one after another.
 /// Lifetimes: it copies what it needs of the mesh and holds the Device; both may go.
-/// Welding: vertices with exactly equal positions count as one where normals are computed; see Mesh.
+/// Welding: vertices of exactly equal positions count as one where it computes normals, smooth ones: see Mesh, shade_high().
 /// Mesh::tangents of the high poly are not read: for its normal textures MikkTSpace computes them.
 class Source {
  public:

@@ -44,6 +44,9 @@ struct Texture {
   std::vector<std::array<float, 6>> uv_transforms;
   /// Per material, what is outside [0, 1]^2 along u and v. Empty: all repeat.
   std::vector<std::array<TextureWrap, 2>> wraps;
+  /// Per material, the set of UVs that its picture lies on: Mesh::uv_set, or one of Mesh::other_uvs. Empty: all lie on
+  /// Mesh::uvs.
+  std::vector<std::uint32_t> uv_sets;
   /// Turns what a picture's mean is, in linear light or of vectors: number * times + plus.
   struct Factor {
     std::array<float, 4> times{1, 1, 1, 1};  ///< Factor of each channel

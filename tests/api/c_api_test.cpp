@@ -115,6 +115,37 @@ struct Freed {
 template <typename T>
 using Owned = std::unique_ptr<T, Freed>;
 
+TEST(CInterface, ShadesAHardSurface) {
+  const std::vector<float> xyz = {0, 0, 0, 0, 0, 1, 0, 1, 0, 0, 1, 1,
+                                  1, 0, 0, 1, 0, 1, 1, 1, 0, 1, 1, 1};
+  const std::vector<std::uint32_t> faces = {0, 1, 3, 0, 3, 2, 4, 6, 7, 4, 7, 5, 0, 4, 5, 0, 5, 1,
+                                            2, 3, 7, 2, 7, 6, 0, 2, 6, 0, 6, 4, 1, 5, 7, 1, 7, 3};
+  kiln_mesh_view view;
+  kiln_mesh_view_init(&view);
+  view.positions = {xyz.data(), 8, 0};
+  view.indices = faces.data();
+  view.index_count = faces.size();
+  const auto most = [&](double angle) {  // of a normal's components, the least over all normals
+    kiln_mesh* made = nullptr;
+    EXPECT_EQ(kiln_mesh_new(&view, &made), KILN_OK);
+    const Owned<kiln_mesh> mesh(made);
+    EXPECT_EQ(kiln_mesh_shade(mesh.get(), angle), KILN_OK) << kiln_error_message();
+    kiln_mesh_arrays arrays;
+    kiln_mesh_arrays_init(&arrays);
+    EXPECT_EQ(kiln_mesh_read(mesh.get(), &arrays), KILN_OK);
+    float least = 1;
+    for (std::size_t i = 0; i < arrays.normal_count; ++i) {
+      const float* n = arrays.normals + 3 * i;
+      least = std::min(least, std::max({std::abs(n[0]), std::abs(n[1]), std::abs(n[2])}));
+    }
+    return arrays.normal_count == 0 ? 0 : least;
+  };
+  EXPECT_GT(most(0), 0.9999F);  // along the axes: flat
+  EXPECT_GT(most(90), 0.9999F);
+  EXPECT_LT(most(120), 0.6F);  // of a cube's corner: 0.577
+  EXPECT_EQ(kiln_mesh_shade(nullptr, 0), KILN_USAGE);
+}
+
 /// One list of vertices for all corners.
 struct Corners {
   explicit Corners(const Mesh& mesh) {
@@ -421,6 +452,76 @@ TEST(CInterface, SaysWhatIsWrongAndLeavesOutputsAlone) {
   kiln_mesh_free(nullptr);
   kiln_source_free(nullptr);
   kiln_bake_free(nullptr);
+}
+
+TEST(CInterface, TakesNullAndRefusesWhatIsReserved) {
+  kiln_mesh_view_init(nullptr);
+  kiln_mesh_arrays_init(nullptr);
+  kiln_simplify_options_init(nullptr);
+  kiln_unwrap_options_init(nullptr);
+  kiln_bake_options_init(nullptr);
+  kiln_map_init(nullptr);
+  kiln_report_init(nullptr);
+  const auto refused = [](kiln_status status) {
+    EXPECT_EQ(status, KILN_USAGE);
+    EXPECT_STREQ(kiln_error_code(), "struct-reserved") << kiln_error_message();
+  };
+  const Corners corners(torus(12, 8));
+  kiln_mesh_view view = corners.view();
+  view.reserved = 1;
+  kiln_mesh* made = nullptr;
+  refused(kiln_mesh_new(&view, &made));
+  const Owned<kiln_mesh> mesh = mesh_of(torus(12, 8));
+  kiln_unwrap_options unwrap_options;
+  kiln_unwrap_options_init(&unwrap_options);
+  unwrap_options.reserved = 7;
+  refused(kiln_unwrap(mesh.get(), &unwrap_options, &made));
+  const float pixel = 0.5F;
+  kiln_map map;
+  kiln_map_init(&map);
+  map.width = map.height = map.channels = 1;
+  map.pixels = &pixel;
+  map.reserved = 1;
+  refused(kiln_map_save(&map, (scratch_folder() / "a.png").string().c_str()));
+  EXPECT_EQ(made, nullptr);
+  if (device() == nullptr) GTEST_SKIP() << "no device";
+  const Owned<kiln_source> source = source_of(mesh.get());
+  kiln_bake_options options;
+  kiln_bake_options_init(&options);
+  options.reserved = 1;
+  kiln_bake* bake = nullptr;
+  refused(kiln_bake_new(source.get(), mesh.get(), &options, &bake));
+}
+
+TEST(CInterface, WritesOverNothingThatWasRead) {
+  const std::filesystem::path folder = scratch_folder(), file = folder / "read.obj";
+  save_obj(torus(12, 8), file);
+  std::filesystem::create_symlink("read.obj", folder / "link.obj");
+  std::filesystem::create_hard_link(file, folder / "other.glb");
+  const std::string before = text_of(file);
+  kiln_mesh* made = nullptr;
+  ASSERT_EQ(kiln_mesh_load(file.string().c_str(), &made), KILN_OK) << kiln_error_message();
+  const Owned<kiln_mesh> mesh(made);
+  ASSERT_EQ(kiln_unwrap(mesh.get(), nullptr, &made), KILN_OK) << kiln_error_message();
+  const Owned<kiln_mesh> unwrapped(made);
+  kiln_simplify_options options;
+  kiln_simplify_options_init(&options);
+  options.faces = 40;
+  ASSERT_EQ(kiln_simplify(mesh.get(), &options, &made), KILN_OK) << kiln_error_message();
+  const Owned<kiln_mesh> light(made);
+  const auto refused = [&](kiln_status status) {
+    EXPECT_EQ(status, KILN_USAGE);
+    EXPECT_STREQ(kiln_error_code(), "output-input");
+    EXPECT_EQ(text_of(file), before);
+  };
+  for (const kiln_mesh* each : {mesh.get(), unwrapped.get(), light.get()}) {
+    refused(kiln_mesh_save_obj(each, file.string().c_str()));
+    refused(kiln_mesh_save_obj(each, (folder / "link.obj").string().c_str()));
+  }
+  refused(kiln_glb_save(unwrapped.get(), nullptr, (folder / "other.glb").string().c_str()));
+  const std::string fresh = (folder / "fresh.obj").string();
+  EXPECT_EQ(kiln_mesh_save_obj(light.get(), fresh.c_str()), KILN_OK) << kiln_error_message();
+  EXPECT_EQ(kiln_mesh_save_obj(light.get(), fresh.c_str()), KILN_OK) << "it was only written";
 }
 
 TEST(CInterface, MapsAreSavedAsWhatTheirNamesSay) {

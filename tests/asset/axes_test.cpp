@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "asset/assimp.h"
+#include "asset/fbx.h"
 #include "asset/fbx_files.h"
 #include "asset/gltf_files.h"
 #include "asset/mesh_files.h"
@@ -154,6 +155,46 @@ TEST(Axes, GltfIsInMetresUnlessOverridden) {
 
 #ifdef KILN_HAS_ASSIMP
 
+TEST(Axes, ColladaByItsAxisAndUnit) {
+  // A triangle of three units along the file's x, y and z.
+  const auto text = [](const char* unit, const char* up) {
+    return std::string(R"(<?xml version="1.0"?>
+<COLLADA xmlns="http://www.collada.org/2005/11/COLLADASchema" version="1.4.1">
+<asset><unit meter=")") +
+           unit + R"("/><up_axis>)" + up + R"(</up_axis></asset>
+<library_geometries><geometry id="g" name="t"><mesh>
+<source id="p"><float_array id="pa" count="9">1 0 0 0 2 0 0 0 3</float_array><technique_common>
+<accessor source="#pa" count="3" stride="3"><param name="X" type="float"/><param name="Y" type="float"/><param name="Z" type="float"/></accessor></technique_common></source>
+<vertices id="v"><input semantic="POSITION" source="#p"/></vertices>
+<triangles count="1"><input semantic="VERTEX" source="#v" offset="0"/><p>0 1 2</p></triangles></mesh></geometry></library_geometries>
+<library_visual_scenes><visual_scene id="s"><node id="a" name="part"><instance_geometry url="#g"/></node></visual_scene></library_visual_scenes>
+<scene><instance_visual_scene url="#s"/></scene></COLLADA>)";
+  };
+  const auto read = [](const std::string& dae, const LoadMeshOptions& options) {
+    return read_by_assimp({"a.dae", dae, nullptr, options}).mesh.positions;
+  };
+  const auto expect = [](const std::vector<Vec3>& found, const std::vector<Vec3>& wanted) {
+    ASSERT_EQ(found.size(), wanted.size());
+    for (std::size_t i = 0; i < wanted.size(); ++i) {
+      EXPECT_NEAR(found[i].x, wanted[i].x, 1e-6);
+      EXPECT_NEAR(found[i].y, wanted[i].y, 1e-6);
+      EXPECT_NEAR(found[i].z, wanted[i].z, 1e-6);
+    }
+  };
+  expect(read(text("0.01", "Z_UP"), {}), {{0.01F, 0, 0}, {0, 0, -0.02F}, {0, 0.03F, 0}});
+  expect(read(text("0.01", "Y_UP"), {}), {{0.01F, 0, 0}, {0, 0.02F, 0}, {0, 0, 0.03F}});
+  expect(read(text("0.01", "Y_UP"), {.up = UpAxis::z, .metres = 1}),
+         {{0.01F, 0, 0}, {0, 0.02F, 0}, {0, 0, 0.03F}});
+  expect(read(text("0.01", "Z_UP"), {.up = UpAxis::y, .override_up = true}),
+         {{0.01F, 0, 0}, {0, 0.02F, 0}, {0, 0, 0.03F}});
+  expect(read(text("0.01", "Z_UP"), {.metres = 0.5, .override_unit = true}),
+         {{0.5F, 0, 0}, {0, 0, -1}, {0, 1.5F, 0}});
+}
+
+#endif
+
+#ifdef KILN_HAS_UFBX
+
 FbxMaker maker_of(int coord, int coord_sign, int up, int up_sign, int front, int front_sign,
                   double centimetres) {
   FbxMaker maker;
@@ -191,7 +232,7 @@ TEST(Axes, FbxByAllSettings) {
         const std::string text =
             maker_of(coord, sign(0), up, sign(1), 3 - coord - up, sign(2), count % 2 == 0 ? 1 : 254)
                 .text();
-        const Asset asset = read_by_assimp({"a.fbx", text});
+        const Asset asset = read_fbx({"a.fbx", text});
         expect_corners(asset.mesh);
         EXPECT_EQ(asset.mesh.metres, 1);
         ++count;
@@ -205,7 +246,7 @@ TEST(Axes, FbxWithoutAxesIsToldAndOverridden) {
   FbxMaker odd = maker_of(0, 1, 1, 1, 2, 1, 1);
   odd.front = 1;
   std::vector<Warning> warnings;
-  expect_corners(read_by_assimp({"a.fbx", odd.text(), &warnings}).mesh);
+  expect_corners(read_fbx({"a.fbx", odd.text(), &warnings}).mesh);
   ASSERT_EQ(warnings.size(), 1U);
   EXPECT_EQ(warnings[0].code, "odd-axes");
   // Settings that are not so: marked as Y up in centimetres, and Z up in metres.
@@ -213,45 +254,9 @@ TEST(Axes, FbxWithoutAxesIsToldAndOverridden) {
   wrong.up = 1, wrong.front = 2, wrong.front_sign = 1, wrong.centimetres = 1;
   const std::string text = wrong.text();
   LoadMeshOptions options{.up = UpAxis::z, .metres = 1};
-  EXPECT_NEAR(read_by_assimp({"a.fbx", text, nullptr, options}).mesh.positions[1].z, 0.02, 1e-6);
+  EXPECT_NEAR(read_fbx({"a.fbx", text, nullptr, options}).mesh.positions[1].z, 0.02, 1e-6);
   options.override_up = options.override_unit = true;
-  expect_corners(read_by_assimp({"a.fbx", text, nullptr, options}).mesh);
-}
-
-TEST(Axes, ColladaByItsAxisAndUnit) {
-  // A triangle of three units along the file's x, y and z.
-  const auto text = [](const char* unit, const char* up) {
-    return std::string(R"(<?xml version="1.0"?>
-<COLLADA xmlns="http://www.collada.org/2005/11/COLLADASchema" version="1.4.1">
-<asset><unit meter=")") +
-           unit + R"("/><up_axis>)" + up + R"(</up_axis></asset>
-<library_geometries><geometry id="g" name="t"><mesh>
-<source id="p"><float_array id="pa" count="9">1 0 0 0 2 0 0 0 3</float_array><technique_common>
-<accessor source="#pa" count="3" stride="3"><param name="X" type="float"/><param name="Y" type="float"/><param name="Z" type="float"/></accessor></technique_common></source>
-<vertices id="v"><input semantic="POSITION" source="#p"/></vertices>
-<triangles count="1"><input semantic="VERTEX" source="#v" offset="0"/><p>0 1 2</p></triangles></mesh></geometry></library_geometries>
-<library_visual_scenes><visual_scene id="s"><node id="a" name="part"><instance_geometry url="#g"/></node></visual_scene></library_visual_scenes>
-<scene><instance_visual_scene url="#s"/></scene></COLLADA>)";
-  };
-  const auto read = [](const std::string& dae, const LoadMeshOptions& options) {
-    return read_by_assimp({"a.dae", dae, nullptr, options}).mesh.positions;
-  };
-  const auto expect = [](const std::vector<Vec3>& found, const std::vector<Vec3>& wanted) {
-    ASSERT_EQ(found.size(), wanted.size());
-    for (std::size_t i = 0; i < wanted.size(); ++i) {
-      EXPECT_NEAR(found[i].x, wanted[i].x, 1e-6);
-      EXPECT_NEAR(found[i].y, wanted[i].y, 1e-6);
-      EXPECT_NEAR(found[i].z, wanted[i].z, 1e-6);
-    }
-  };
-  expect(read(text("0.01", "Z_UP"), {}), {{0.01F, 0, 0}, {0, 0, -0.02F}, {0, 0.03F, 0}});
-  expect(read(text("0.01", "Y_UP"), {}), {{0.01F, 0, 0}, {0, 0.02F, 0}, {0, 0, 0.03F}});
-  expect(read(text("0.01", "Y_UP"), {.up = UpAxis::z, .metres = 1}),
-         {{0.01F, 0, 0}, {0, 0.02F, 0}, {0, 0, 0.03F}});
-  expect(read(text("0.01", "Z_UP"), {.up = UpAxis::y, .override_up = true}),
-         {{0.01F, 0, 0}, {0, 0.02F, 0}, {0, 0, 0.03F}});
-  expect(read(text("0.01", "Z_UP"), {.metres = 0.5, .override_unit = true}),
-         {{0.5F, 0, 0}, {0, 0, -1}, {0, 1.5F, 0}});
+  expect_corners(read_fbx({"a.fbx", text, nullptr, options}).mesh);
 }
 
 TEST(UvSets, FbxByNumberAndName) {
@@ -264,7 +269,7 @@ TEST(UvSets, FbxByNumberAndName) {
   maker.sets = {{"UVMap", first}, {"light map", second}};
   const std::string text = maker.text();
   const auto read = [&](const LoadMeshOptions& options) {
-    return read_by_assimp({"a.fbx", text, nullptr, options}).mesh;
+    return read_fbx({"a.fbx", text, nullptr, options}).mesh;
   };
   EXPECT_EQ(read({}).uvs[1], (Vec2{1 / 16.0F, 0.5F}));
   EXPECT_EQ(read({.uv_set = 1}).uvs[1], (Vec2{0.25F, 1 / 16.0F}));
@@ -304,7 +309,7 @@ TEST(UvTransforms, FbxScalesPictures) {
     maker.placing = placing;
     std::vector<Warning> warnings;
     const std::string text = maker.text();
-    const Asset asset = read_by_assimp({(folder / "a.fbx").string(), text, &warnings});
+    const Asset asset = read_fbx({(folder / "a.fbx").string(), text, &warnings});
     EXPECT_EQ(asset.materials.at(0).color_map.uv_transform, expected);
     ASSERT_EQ(warnings.size(), told ? 1U : 0U);
     if (told) EXPECT_EQ(warnings[0].code, "texture-options");
@@ -325,7 +330,7 @@ TEST(Outside, FbxReadsItsFolderAlone) {
     const std::string text = maker.text();
     std::vector<Warning> warnings;
     const auto read = [&](const LoadMeshOptions& options) {
-      return read_by_assimp({(folder / "a.fbx").string(), text, &warnings, options})
+      return read_fbx({(folder / "a.fbx").string(), text, &warnings, options})
           .materials.at(0)
           .color_map;
     };

@@ -2,6 +2,9 @@
 // the flaw. Of strips with indices and of fans, which trimesh leaves out, the counts are by the format.
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <array>
+#include <cmath>
 #include <filesystem>
 #include <set>
 #include <string>
@@ -102,6 +105,42 @@ TEST(GltfAssets, EachIsReadOrRefusedWithTheFlaw) {
     const std::string ending = entry.path().extension().string();
     if (ending == ".glb" || ending == ".gltf") {
       EXPECT_TRUE(known.contains(entry.path())) << entry.path() << " is not in the table";
+    }
+  }
+}
+
+/// Boxes of what is skinned or morphed, by a script of the specification's formulas that shares no code with Kiln.
+TEST(GltfAssets, StandAtRest) {
+  const std::string folder = "assets/glTF2";
+  KILN_REQUIRE_DATA(folder);
+  struct Box {
+    const char* file;
+    std::array<double, 3> least, most;
+  };
+  const Box boxes[] = {
+      {"SimpleMorph/glTF/SimpleMorph.gltf", {0, 0, 0}, {1, 1.5, 0}},
+      {"MorphStressTest/glTF/MorphStressTest.gltf", {-2, -0.1, -0.5}, {2, 0.5, 0.5}},
+      {"MorphPrimitivesTest/glTF/MorphPrimitivesTest.gltf", {-0.5, 0, -0.5}, {0.5, 0.1, 0.5}},
+      {"simple_skin/simple_skin.gltf", {-0.5, 0, 0}, {0.5, 2, 0}},
+      {"simple_skin/quad_skin.glb", {-100, -4.602e-5, -100}, {100, 4.602e-5, 100}},
+  };
+  for (const Box& box : boxes) {
+    const Mesh mesh = load_asset(*shared_data(folder) / box.file).mesh;
+    std::array<double, 3> least{HUGE_VAL, HUGE_VAL, HUGE_VAL};
+    std::array<double, 3> most{-HUGE_VAL, -HUGE_VAL, -HUGE_VAL};
+    for (const Triangle& t : mesh.triangles) {
+      for (const std::uint32_t v : t) {
+        const Vec3& p = mesh.positions[v];
+        const std::array<float, 3> at{p.x, p.y, p.z};
+        for (std::size_t k = 0; k < 3; ++k) {
+          least[k] = std::min(least[k], mesh.origin[k] + double{at[k]});
+          most[k] = std::max(most[k], mesh.origin[k] + double{at[k]});
+        }
+      }
+    }
+    for (std::size_t k = 0; k < 3; ++k) {
+      EXPECT_NEAR(least[k], box.least[k], 1e-6 * 200) << box.file << " " << k;
+      EXPECT_NEAR(most[k], box.most[k], 1e-6 * 200) << box.file << " " << k;
     }
   }
 }

@@ -29,7 +29,9 @@ class GltfMaker {
   /// Adds an accessor over values of its own. \returns its index
   template <typename T>
   std::size_t add(const std::string& type, const std::vector<T>& values, bool normalized = false) {
-    const std::size_t width = type == "SCALAR" ? 1 : static_cast<std::size_t>(type[3] - '0');
+    const std::size_t width = type == "SCALAR" ? 1
+                              : type == "MAT4" ? 16
+                                               : static_cast<std::size_t>(type[3] - '0');
     nlohmann::json accessor{{"bufferView", add_view(values)},
                             {"componentType", component_type(T())},
                             {"count", values.size() / width},

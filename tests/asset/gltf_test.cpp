@@ -12,6 +12,7 @@
 #include "base/srgb.h"
 #include "kiln/asset.h"
 #include "kiln/image.h"
+#include "kiln/limits.h"
 #include "support/environment.h"
 
 #ifdef KILN_HAS_WEBP
@@ -781,6 +782,34 @@ TEST(Gltf, DracoThatLies) {
   expect_bad_text("other.glb", sheet.file(other).glb(), {"damaged"});
 }
 
+/// What an accessor of packed data says is not believed, and what its head says is summed up before any is unpacked.
+TEST(Gltf, CountsOfDracoAreSummedUpFirst) {
+  const Sheet sheet(5);
+  const std::vector<char> data = sheet.packed(draco::MESH_SEQUENTIAL_ENCODING);
+  const Mesh plain = load_text("plain.glb", sheet.file(data).glb()).mesh;
+  for (const double count : {0.0, 9e15}) {
+    GltfMaker maker = sheet.file(data);
+    for (json& accessor : maker.json["accessors"]) accessor["count"] = count;
+    EXPECT_EQ(load_text("lying.glb", maker.glb()).mesh.positions, plain.positions) << count;
+  }
+  // Used by several primitives, it is unpacked once; each has a mesh of its own.
+  GltfMaker shared = sheet.file(data);
+  shared.json["meshes"][0]["primitives"].push_back(primitive_of(shared));
+  EXPECT_EQ(load_text("shared.glb", shared.glb()).mesh.triangles.size(),
+            2 * plain.triangles.size());
+  // 60,000 triangles each that are not there, as often as primitives name them.
+  std::vector<char> many = data;
+  many.erase(many.begin() + 11);
+  const unsigned char thousands[] = {0xE0, 0xD4, 0x03};
+  many.insert(many.begin() + 11, std::begin(thousands), std::end(thousands));
+  GltfMaker maker = sheet.file(many);
+  const json primitive = primitive_of(maker);
+  for (int i = 1; i < 3000; ++i) maker.json["meshes"][0]["primitives"].push_back(primitive);
+  set_memory_limit(memory_limit() - memory_left() + (std::uint64_t{1} << 30));
+  expect_bad_text("sums.glb", maker.glb(), {"its meshes", "memory"});
+  set_memory_limit(0);
+}
+
 #endif
 
 TEST(Gltf, PackedByMeshopt) {
@@ -820,7 +849,8 @@ TEST(Gltf, FilesThatLie) {
   bad({"accessors[0].count"}, [](json& j) { j["accessors"][0]["count"] = -1; });
   bad({"accessors[0].count"}, [](json& j) { j["accessors"][0]["count"] = "4"; });
   bad({"accessors[0]", "type"}, [](json& j) { j["accessors"][0]["componentType"] = 5124; });
-  bad({"accessors[0]", "VEC3"}, [](json& j) { j["accessors"][0]["type"] = "MAT4"; });
+  bad({"accessors[0]"}, [](json& j) { j["accessors"][0]["type"] = "MAT4"; });
+  bad({"accessors[0]", "VEC3"}, [](json& j) { j["accessors"][0]["type"] = "MAT2"; });
   bad({"POSITION", "9"},
       [](json& j) { j["meshes"][0]["primitives"][0]["attributes"]["POSITION"] = 9; });
   bad({"TEXCOORD_0", "positions"}, [](json& j) { j["accessors"][1]["count"] = 3; });

@@ -356,6 +356,34 @@ TEST(Materials, PicturesAreFoundInTheMeshsFolders) {
   }
 }
 
+/// OpenMVS and mvs-texturing write `Tr 1` for what is opaque.
+TEST(Materials, TransparencyOfOneIsOpaque) {
+  const auto opacity = [](const std::string& lines, std::uint64_t said = 0) {
+    std::vector<Warning> warnings;
+    const float value = read("newmtl m\nKd 1 1 1\n" + lines, &warnings).at(0).opacity;
+    EXPECT_EQ(count(warnings, "transparency-of-one"), said) << lines;
+    return value;
+  };
+  EXPECT_EQ(opacity("Tr 1.000000\nmap_Kd a.png\n", 1), 1);
+  EXPECT_EQ(opacity("Tr 1\n", 1), 1);
+  EXPECT_EQ(opacity("d 1\nTr 1\n"), 1);
+  EXPECT_EQ(opacity("Tr 1\nd 1\n"), 1);
+  EXPECT_EQ(opacity("d 1\nTr 0\n"), 1);
+  EXPECT_EQ(opacity("Tr 0\n"), 1);
+  EXPECT_EQ(opacity("Tr 0.75\n"), 0.25F);
+  EXPECT_EQ(opacity("d 0.5\nTr 1\n"), 0.5F);
+  EXPECT_EQ(opacity("Tr 1\nd 0.5\n"), 0.5F);
+  EXPECT_EQ(opacity("d 0\n"), 0);
+  EXPECT_EQ(opacity("d 0\nTr 1\n"), 0);
+  // Each material by itself.
+  std::vector<Warning> warnings;
+  const std::vector<Material> both =
+      read("newmtl a\nTr 1\nnewmtl b\nKd 1 0 0\nnewmtl c\nTr 1\n", &warnings);
+  for (const Material& material : both) EXPECT_EQ(material.opacity, 1) << material.name;
+  EXPECT_EQ(count(warnings, "transparency-of-one"), 2U);
+  EXPECT_NE(message(warnings, "transparency-of-one").find("line 2: a"), std::string::npos);
+}
+
 TEST(Materials, TheCases) {
   KILN_REQUIRE_DATA("cases");
   const fs::path cases = *test::shared_data("cases");
@@ -381,6 +409,10 @@ TEST(Materials, TheCases) {
     EXPECT_EQ(colors.plain[1], (std::array<float, 4>{0, 1, 0, 1}));
   }
   EXPECT_EQ(texture(cases / "hash" / "tex.obj", MaterialSlot::color).images.size(), 2u);
+  for (const char* name : {"openmvs", "openmvs_kd", "mvstex", "d1tr0", "d1tr1", "tr1d1"}) {
+    const fs::path obj = cases / "mtl_tr" / (std::string(name) + ".obj");
+    EXPECT_EQ(load_materials(load_mesh(obj), obj).at(0).opacity, 1) << name;
+  }
 }
 
 }  // namespace

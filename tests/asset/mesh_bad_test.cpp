@@ -201,10 +201,11 @@ TEST(MeshIo, RefusesBadWordsWithTheirLine) {
 }
 
 TEST(MeshIo, SurvivesWhatFuzzersFound) {
-  const std::array<std::pair<const char*, MeshFormat>, 4> formats{{{"ply", MeshFormat::ply},
+  const std::array<std::pair<const char*, MeshFormat>, 5> formats{{{"ply", MeshFormat::ply},
                                                                    {"obj", MeshFormat::obj},
                                                                    {"stl", MeshFormat::stl},
-                                                                   {"off", MeshFormat::off}}};
+                                                                   {"off", MeshFormat::off},
+                                                                   {"fbx", MeshFormat::fbx}}};
   int files = 0;
   for (const auto& [name, format] : formats) {
     for (const auto& entry : fs::directory_iterator(test::test_data("fuzz") / name)) {

@@ -217,6 +217,24 @@ TEST(MeshIo, CompletesPartialObjAttributesAndSaysSo) {
 
 // ---- STL and OFF -------------------------------------------------------------------------------
 
+/// Cinema 4D writes the index 0 where a corner has no normal.
+TEST(MeshIo, IndicesOfZeroAreNone) {
+  const std::string obj =
+      "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nvt 0.5 0\nvt 1 0\nvt 1 1\nvn 0 1 0\n";
+  const Loaded half = load_text("z.obj", obj + "f 1/1/1 2/2/1 3/3/1\nf 1/1/0 3/2/0 4/3/0\n");
+  EXPECT_EQ(half.count("zero-indices"), 3U);
+  EXPECT_EQ(half.count("missing-normals"), 1U);
+  EXPECT_EQ(half.mesh.normals[half.mesh.normal_triangles[0][1]], (Vec3{0, 1, 0}));
+  EXPECT_EQ(half.mesh.normals[half.mesh.normal_triangles[1][1]], Vec3{});
+  const Loaded none = load_text("z.obj", obj + "f 1/1/0 2/2/0 3/3/0\n");
+  EXPECT_TRUE(none.mesh.normal_triangles.empty());
+  EXPECT_EQ(none.mesh.uvs[none.mesh.uv_triangles[0][0]], (Vec2{0.5F, 0}));
+  EXPECT_EQ(none.count("zero-indices"), 3U);
+  const Loaded uvs = load_text("z.obj", obj + "f 1/0/1 2/0/1 3/0/1\nf 1/1/1 3/2/1 4/0/1\n");
+  EXPECT_EQ(uvs.count("zero-indices"), 4U);
+  EXPECT_EQ(uvs.count("missing-uvs"), 2U);
+}
+
 TEST(MeshIo, WeldsStlCornersAndKeepsDegenerateTriangles) {
   const Vec3 a{0, 0, 0}, b{1, 0, 0}, c{0, 1, 0}, d{1, 1, 0}, minus_zero{-0.0f, 0, -0.0f};
   // A header that starts with "solid" does not make it ASCII.
@@ -265,7 +283,7 @@ TEST(MeshIo, ReadsOffWithItsVariants) {
   const Loaded plain =
       load_text("a.off", "OFF\n# c\n3 1 0 # d\n0 0 0\n\n1 0 0\n0 1 0\n3 0 1 2 255 0 0\n");
   EXPECT_EQ(plain.mesh.triangles, (std::vector<Triangle>{{0, 1, 2}}));
-  EXPECT_TRUE(plain.mesh.colors.empty());
+  EXPECT_EQ(plain.mesh.colors, (std::vector<std::array<std::uint8_t, 4>>(3, {255, 0, 0, 255})));
   EXPECT_EQ(load_text("b.off", "3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2").mesh.triangles.size(), 1u);
   const Loaded colored =
       load_text("c.off", "COFF 3 1\n0 0 0 255 0 7\n1 0 0 128.0 0 255 51\n0 1 0\n3 0 1 2\n");

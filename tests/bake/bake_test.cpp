@@ -160,6 +160,30 @@ TEST(Bake, MissPoliciesDoWhatTheySay) {
   EXPECT_TRUE(warned);
 }
 
+/// UVs in a wrong scale are told at any size of a map, however few texels they cover.
+TEST(Bake, LittleCoverageIsTold) {
+  KILN_REQUIRE_DEVICE();
+  const Pair pair;
+  const Source source(*test::device(), pair.high);
+  const auto told = [&](float scale, std::uint32_t side) {
+    Mesh low = pair.low;
+    for (Vec2& uv : low.uvs) uv = {uv.x * scale, uv.y * scale};
+    BakeOptions options = small_options();
+    options.width = options.height = side;
+    const BakeReport report = bake(source, low, options).report;
+    const double share =
+        static_cast<double>(report.texels) / std::pow(static_cast<double>(side), 2);
+    bool warned = false;
+    for (const Warning& warning : report.warnings) warned |= warning.code == "little-coverage";
+    EXPECT_EQ(warned, report.texels > 0 && share < 0.01) << share;
+    return warned;
+  };
+  for (const std::uint32_t side : {32U, 64U, 256U}) {
+    EXPECT_FALSE(told(1, side)) << side;
+    EXPECT_TRUE(told(1 / 16.0F, side)) << side;
+  }
+}
+
 TEST(Bake, FlipYTurnsGreenAndTwoComponentsDropBlue) {
   KILN_REQUIRE_DEVICE();
   const Pair pair;

@@ -2,6 +2,7 @@
 #include "cl/binary_cache.h"
 
 #include <gtest/gtest.h>
+#include <sys/stat.h>
 
 #include <cstdlib>
 #include <filesystem>
@@ -70,6 +71,22 @@ TEST(BinaryCache, TakesNothingThatIsNotWhole) {
   fs::remove(file);
   fs::create_directory(file);
   EXPECT_FALSE(cache.find("source", "options"));
+}
+
+TEST(BinaryCache, TakesNothingThatOthersMayWriteTo) {
+  const fs::path folder = test::scratch_folder() / "new";
+  const BinaryCache cache(folder, "driver");
+  const mode_t before = umask(0);
+  cache.keep("source", "options", Bytes(40, 9));
+  umask(before);
+  const fs::path file = files_of(folder).at(0);
+  EXPECT_EQ(fs::status(folder).permissions(), fs::perms::owner_all);
+  EXPECT_EQ(fs::status(file).permissions(), fs::perms::owner_read | fs::perms::owner_write);
+  EXPECT_TRUE(cache.find("source", "options"));
+  fs::permissions(file, fs::perms::others_write, fs::perm_options::add);
+  EXPECT_FALSE(cache.find("source", "options"));
+  cache.keep("source", "options", Bytes(40, 9));
+  EXPECT_TRUE(cache.find("source", "options"));
 }
 
 TEST(BinaryCache, KeepsNothingWhereItCannot) {

@@ -520,8 +520,14 @@ TEST(Clean, OpenEdgesAreCutWhereOthersEnd) {
   }
   move(right, {most - least, 0, 0});
   Mesh mesh = join({left, right});
+  mesh.other_uvs = {{1, mesh.uvs}};
+  for (Vec2& uv : mesh.other_uvs[0].uvs) uv = {2 * uv.x, 4 * uv.y};
   const std::size_t before = open_edges(mesh);
   const CleanReport report = clean_mesh(mesh);
+  ASSERT_EQ(mesh.other_uvs[0].uvs.size(), mesh.uvs.size());
+  for (std::size_t i = 0; i < mesh.uvs.size(); ++i) {
+    EXPECT_EQ(mesh.other_uvs[0].uvs[i], (Vec2{2 * mesh.uvs[i].x, 4 * mesh.uvs[i].y})) << i;
+  }
   EXPECT_EQ(report.junctions.count, 4U);
   EXPECT_EQ(mesh.triangles.size(), left.triangles.size() + right.triangles.size() + 4);
   EXPECT_EQ(open_edges(mesh), before - 4 - 8);

@@ -87,6 +87,33 @@ TEST(CutOut, APictureMayLieMovedOnTheUvs) {
   EXPECT_THROW(cut_out(mesh, opacity, 0.5), Error);
 }
 
+/// A picture on another set of UVs cuts there, and all sets stay on the surface.
+TEST(CutOut, APictureMayLieOnAnotherSetOfUvs) {
+  Mesh mesh = test::plane(1, 1);
+  mesh.material_names = {"leaf"};
+  mesh.materials.assign(mesh.triangles.size(), 0);
+  const Mesh wanted = cut_out(mesh, leaf(), 0.5);
+  mesh.other_uvs = {{3, mesh.uvs}};
+  for (Vec2& uv : mesh.uvs) uv = {5 * uv.x, 7 * uv.y};
+  Texture opacity = leaf();
+  opacity.image_of = {0};
+  opacity.uv_sets = {3};
+  const Mesh cut = cut_out(mesh, opacity, 0.5);
+  EXPECT_EQ(cut.positions, wanted.positions);
+  EXPECT_EQ(cut.triangles, wanted.triangles);
+  ASSERT_EQ(cut.other_uvs.size(), 1U);
+  EXPECT_EQ(cut.other_uvs[0].uvs, wanted.uvs);
+  ASSERT_EQ(cut.uvs.size(), wanted.uvs.size());
+  for (std::size_t i = 0; i < cut.uvs.size(); ++i) {
+    EXPECT_NEAR(cut.uvs[i].x, 5 * wanted.uvs[i].x, 1e-5);
+    EXPECT_NEAR(cut.uvs[i].y, 7 * wanted.uvs[i].y, 1e-5);
+  }
+  opacity.uv_sets = {4};
+  EXPECT_THROW(cut_out(mesh, opacity, 0.5), Error);
+  opacity.uv_sets = {3, 3};
+  EXPECT_THROW(cut_out(mesh, opacity, 0.5), Error);
+}
+
 TEST(CutOut, PicturesMayClampOrMirror) {
   // UVs from -1 to 2 both ways, of which a picture shows the left half of a disc at its right border.
   Mesh mesh = test::plane(1, 1);

@@ -97,5 +97,43 @@ TEST(IdMap, HasTheLegendsColoursAlone) {
   EXPECT_EQ(bake(source, test::plane(1, 1), options).report.ids.size(), 1U);
 }
 
+/// Colours as they are, from the nearest corner: none is blended, also between corners of several colours.
+TEST(IdMap, TellsColoursApart) {
+  KILN_REQUIRE_DEVICE();
+  Mesh mesh = test::plane(2, 1);
+  const std::array<std::array<std::uint8_t, 4>, 2> colors{{{250, 128, 3, 255}, {0, 77, 255, 9}}};
+  for (const Vec3& p : mesh.positions) mesh.colors.push_back(colors[p.x > 0.25F ? 1 : 0]);
+  BakeOptions options;
+  options.width = 32;
+  options.height = 8;
+  options.samples = 2;
+  options.maps = {MapKind{"id"}};
+  options.id_by = IdBy::color;
+  const BakeResult baked = bake(Source(*test::device(), mesh), test::plane(1, 1), options);
+  const std::vector<IdEntry>& ids = baked.report.ids;
+  ASSERT_EQ(ids.size(), 2U);
+  EXPECT_EQ(ids[0].name, "#fa8003");
+  EXPECT_EQ(ids[1].name, "#004dff");
+  EXPECT_EQ(ids[0].triangles + ids[1].triangles, mesh.triangles.size());
+  const Image& map = baked.maps[0].image;
+  for (std::uint32_t x = 0; x < map.width; ++x) {
+    // Columns of corners stand at 0, 0.5 and 1: those at 1 are blue, and nearest from 0.75 on.
+    const double right = (x + 0.5) / map.width;
+    if (std::abs(right - 0.75) < 0.2) continue;
+    const std::size_t wanted = right > 0.75 ? 1 : 0;
+    for (std::uint32_t y = 0; y < map.height; ++y) {
+      const float* texel = map.at(x, y);
+      for (std::size_t c = 0; c < 3; ++c) {
+        EXPECT_EQ(texel[c], static_cast<float>(colors[wanted][c]) / 255) << x << " " << y;
+      }
+    }
+  }
+  for (std::size_t i = 0; i < map.pixels.size(); i += 3) {
+    const Color texel{map.pixels[i], map.pixels[i + 1], map.pixels[i + 2]};
+    EXPECT_TRUE(texel == ids[0].color || texel == ids[1].color) << i / 3;
+  }
+  EXPECT_THROW(bake(Source(*test::device(), test::plane(1, 1)), test::plane(1, 1), options), Error);
+}
+
 }  // namespace
 }  // namespace kiln

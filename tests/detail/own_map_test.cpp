@@ -165,6 +165,11 @@ TEST(OwnMaps, SayWhatIsWrongWithTheirSource) {
     refused(std::string("\"/*\";\n'\"';\n") + spelling + " \"a.h\"\n" + sound,
             "includes another file");
   }
+  for (const char* word : {"asm", "__asm", "__asm__"}) {
+    refused("\n" + sound + "void f(void) { " + word + "(\"nop\"); }\n", "assembly in line 3");
+  }
+  map.source = "// asm\n" + sound + "int asm_of(int plasma) { return plasma; } // \"asm\"\n";
+  EXPECT_NO_THROW(bake_own(test::plane(1, 1), test::plane(1, 1), map));
   refused("/* kiln_map", "has no function kiln_map()");
   refused("// float4 kiln_map(\nfloat4 other(void) { return 1; }\n", "has no function kiln_map()");
   // Standard output is the command's.

@@ -12,6 +12,7 @@
 #include "base/srgb.h"
 #include "image/gutter.h"
 #include "kiln/kiln.h"
+#include "kiln/limits.h"
 #include "kiln/material.h"
 #include "support/environment.h"
 #include "support/shapes.h"
@@ -75,6 +76,30 @@ double error_of(const Image& map, double cells, double repeats) {
     }
   }
   return std::sqrt(squares / map.width / map.height);
+}
+
+// A file's picture decides what that takes: it is no stage of the bake that ran out.
+TEST(TextureMaps, WhoseFilteringTakesTooMuchIsAnInputError) {
+  KILN_REQUIRE_DEVICE();
+  BakeOptions options = options_of(16, 16, {MapKind::mask});
+  options.transfers = {{"picture", texture_of(checkerboard(2048, 8), TextureKind::srgb)}};
+  const Source source(*test::device(), test::plane(1, 1));
+  EXPECT_NO_THROW(bake(source, test::plane(1, 1), options));
+  // 48 MiB of floats are copied, and a third of them more are the levels.
+  for (std::uint64_t limit = 1U << 26U;; limit += 1U << 22U) {
+    set_memory_limit(limit);
+    if (memory_left() >= std::uint64_t{40} << 20U) break;
+  }
+  try {
+    bake(source, test::plane(1, 1), options);
+    ADD_FAILURE() << "taken";
+  } catch (const Error& error) {
+    EXPECT_EQ(error.code(), ErrorCode::input);
+    EXPECT_NE(std::string(error.what()).find("texture of the map picture would take 64 MiB"),
+              std::string::npos)
+        << error.what();
+  }
+  set_memory_limit(0);
 }
 
 TEST(TextureMaps, ACheckerboardIsIntegratedOverEachTexel) {
@@ -188,6 +213,59 @@ TEST(TextureMaps, APictureMayLieMovedOnTheUvs) {
   EXPECT_GT(apart, 0.5);
   texture.uv_transforms = {m, m};
   EXPECT_THROW(board(plain, texture), Error);
+}
+
+/// Two materials whose pictures lie on two sets of UVs, beside a mesh whose only UVs are those of each.
+TEST(TextureMaps, APictureLiesOnTheSetOfUvsThatItNames) {
+  KILN_REQUIRE_DEVICE();
+  Mesh high = test::plane(3, 2);
+  high.material_names = {"first", "second"};
+  for (std::size_t t = 0; t < high.triangles.size(); ++t) high.materials.push_back(t % 2);
+  // The other set is sheared, mirrored and moved.
+  std::vector<Vec2> other = high.uvs;
+  for (Vec2& uv : other) uv = {0.25F - 0.75F * uv.x + 0.5F * uv.y, 0.5F * uv.x + 0.875F * uv.y};
+  Mesh merged = high;  // each triangle with the UVs that its material's picture lies on
+  merged.uvs.clear();
+  for (std::size_t t = 0; t < high.triangles.size(); ++t) {
+    for (std::uint32_t& corner : merged.uv_triangles[t]) {
+      merged.uvs.push_back((high.materials[t] == 0 ? high.uvs : other)[corner]);
+      corner = static_cast<std::uint32_t>(merged.uvs.size() - 1);
+    }
+  }
+  Mesh both = high;
+  both.other_uvs = {{7, std::vector<Vec2>(3)}, {2, other}};
+  const auto baked = [&](const Mesh& mesh, TextureKind kind, std::vector<std::uint32_t> sets) {
+    Texture texture = texture_of(checkerboard(256, 16), kind);
+    if (kind == TextureKind::normal) texture = texture_of({1, 1, 3, {0.8F, 0.5F, 0.9F}}, kind);
+    texture.image_of = {0, 0};
+    texture.uv_sets = std::move(sets);
+    const Source source(*test::device(), mesh);
+    BakeOptions options = options_of(45, 60, {MapKind{"color"}});
+    options.encoding.space = NormalMapSpace::object;
+    options.color = texture;
+    options.color->kind = TextureKind::srgb;
+    options.transfers = {{"board", texture}};
+    const BakeResult result = bake(source, test::plane(3, 3), options);
+    std::vector<float> values = image_of(result, "board").pixels;
+    const std::vector<float>& colors = image_of(result, "color").pixels;
+    values.insert(values.end(), colors.begin(), colors.end());
+    return values;
+  };
+  for (const TextureKind kind : {TextureKind::linear, TextureKind::normal}) {
+    const std::vector<float> wanted = baked(merged, kind, {});
+    const std::vector<float> got = baked(both, kind, {0, 2}), own = baked(both, kind, {});
+    double most = 0, apart = 0;
+    for (std::size_t i = 0; i < got.size(); ++i) {
+      most = std::max(most, std::abs(double{got[i]} - wanted[i]));
+      apart = std::max(apart, std::abs(double{own[i]} - wanted[i]));
+    }
+    // As above: a UV off by its last bits may change levels and probes of a filter.
+    EXPECT_LT(most, 1e-2);
+    EXPECT_GT(apart, 0.3);
+  }
+  EXPECT_THROW(baked(both, TextureKind::linear, {0, 3}), Error) << "no such set";
+  EXPECT_THROW(baked(both, TextureKind::linear, {0, 7}), Error) << "one that does not fit";
+  EXPECT_THROW(baked(both, TextureKind::linear, {0}), Error);
 }
 
 /// A normal map's tangents are those of the UVs that it lies on: turned UVs turn the normals.

@@ -125,30 +125,90 @@ TEST_F(Crashes, AMissingLinkerIsNamed) {
 
 /// Functions of the user's that no driver survives, and one that never returns.
 TEST_F(Crashes, OfMapsOfTheUsersAreTold) {
-  const auto run = [&](const std::string& body) {
+  const auto run = [&](const std::string& body, const char* seconds = "60") {
     std::ofstream(folder_ / "own.cl") << body;
     std::vector<std::string> all = words(folder_ / "out");
     *std::find(all.begin(), all.end(), "mask") = "own=" + (folder_ / "own.cl").string();
-    all.insert(all.end(), {"--map-seconds", "2"});
-    const ProcessResult result = test::run_kiln(all);
+    all.insert(all.end(), {"--map-seconds", seconds});
+    ProcessOptions options;
+    options.timeout_seconds = 300;
+    const ProcessResult result = test::run_kiln(all, options);
+    EXPECT_EQ(result.exit_code, 3) << result.errors;
+    EXPECT_NE(result.errors.find("The map own ('"), std::string::npos) << result.errors;
+    EXPECT_EQ(result.errors.find("Trying"), std::string::npos) << result.errors;
     EXPECT_FALSE(fs::exists(folder_ / "out"));
     return result;
   };
   const std::string begin = "float4 kiln_map(const kiln_point* p) { ";
-  for (const std::string& body : {begin + "volatile float a[4000000]; for (int i = 0; i < 4000000; "
-                                          "++i) a[i] = i; return (float4)(a[77]); }",
-                                  "float f(float x, int n) { volatile float a[64]; a[n & 63] = x; "
-                                  "return n < 0 ? x : f(x + a[0], n + 1) + a[1]; }\n" +
-                                      begin + "return (float4)(f(p->position.x, 0)); }"}) {
-    const ProcessResult result = run(body);
-    EXPECT_EQ(result.exit_code, 3) << result.errors;
-    EXPECT_NE(result.errors.find("A map of your own"), std::string::npos) << result.errors;
-    EXPECT_EQ(result.errors.find("Trying"), std::string::npos) << result.errors;
+  std::string terms = "float4 kiln_map(const kiln_point* p) { float x = p->position.x; return (x";
+  for (int i = 0; i < 200'000; ++i) terms += "+x";
+  for (const std::string& body :
+       {begin + "volatile float a[4000000]; for (int i = 0; i < 4000000; ++i) a[i] = i; return "
+                "(float4)(a[77]); }",
+        "float f(float x, int n) { volatile float a[64]; a[n & 63] = x; return n < 0 ? x : f(x + "
+        "a[0], n + 1) + a[1]; }\n" +
+            begin + "return (float4)(f(p->position.x, 0)); }",
+        // Over what the C library and the kernel know of the thread, above its stack.
+        begin + "volatile float a[8]; for (int i = 0; i < 100000; ++i) a[i] = i; return "
+                "(float4)(a[p->position.x > 5 ? 1 : 0]); }",
+        terms + "); }"}) {
+    EXPECT_NE(run(body).errors.find("made the driver crash"), std::string::npos);
   }
   const ProcessResult endless = run(
-      begin + "volatile int x = 1; while (x != 0) x = x == 9 ? 1 : x + 2; return (float4)(x); }");
-  EXPECT_EQ(endless.exit_code, 3) << endless.errors;
+      begin + "volatile int x = 1; while (x != 0) x = x == 9 ? 1 : x + 2; return (float4)(x); }",
+      "2");
   EXPECT_NE(endless.errors.find("raise --map-seconds"), std::string::npos) << endless.errors;
+  // 2^22 statements: the compiler is not waited for.
+  std::string bomb = "#define M0 x = x * 1.5f + 0.1f;\n";
+  for (int i = 1; i <= 22; ++i) {
+    const std::string last = " M" + std::to_string(i - 1);
+    bomb += "#define M" + std::to_string(i) + last + last + "\n";
+  }
+  const ProcessResult compiled =
+      run(bomb + begin + "float x = p->position.x; M22 return (float4)(x); }", "1");
+  EXPECT_NE(compiled.errors.find("is not compiled within 1 s"), std::string::npos)
+      << compiled.errors;
+  EXPECT_NE(compiled.errors.find("raise --map-seconds"), std::string::npos) << compiled.errors;
+}
+
+TEST_F(Crashes, NoVariableRemovesAFolder) {
+  const fs::path kept = folder_ / "kept", temporary = folder_ / "temporary";
+  fs::create_directories(kept / "deep");
+  std::ofstream(kept / "deep" / "file") << "text";
+  fs::create_directory(temporary);
+  ProcessOptions options;
+  for (const char* tries : {"1", "2", "3"}) {
+    options.environment = {{"KILN_RETRY", tries},
+                           {"POCL_CACHE_DIR", kept},
+                           {"TMPDIR", temporary},
+                           {"KILN_KEEP_BINARIES", "1"}};
+    const ProcessResult result = test::run_kiln({"--version"}, options);
+    EXPECT_EQ(result.exit_code, 0) << result.errors;
+    EXPECT_EQ(contents(kept / "deep" / "file"), "text");
+    EXPECT_TRUE(fs::is_empty(temporary)) << "what it made stayed";
+  }
+}
+
+TEST_F(Crashes, WithoutAHomeKernelsAreThisUsers) {
+  const fs::path temporary = folder_ / "temporary";
+  const fs::path user = temporary / ("kiln-" + std::to_string(geteuid()));
+  fs::create_directory(temporary);
+  ASSERT_EQ(chmod(temporary.c_str(), 01777), 0);
+  ProcessOptions options;
+  options.environment = {
+      {"HOME", ""}, {"XDG_CACHE_HOME", ""}, {"POCL_CACHE_DIR", ""}, {"TMPDIR", temporary}};
+  const ProcessResult result = test::run_kiln({"devices"}, options);
+  EXPECT_EQ(result.exit_code, 0) << result.errors;
+  EXPECT_TRUE(fs::exists(user / "kiln")) << result.output;
+  ASSERT_EQ(chmod(user.c_str(), 0777), 0);
+  const ProcessResult refused = test::run_kiln({"devices"}, options);
+  EXPECT_EQ(refused.exit_code, 4) << refused.output;
+  EXPECT_NE(refused.errors.find("'" + user.string() + "'"), std::string::npos) << refused.errors;
+  options.environment["POCL_CACHE_DIR"] = user;
+  const ProcessResult warned = test::run_kiln({"devices"}, options);
+  EXPECT_EQ(warned.exit_code, 0) << warned.errors;
+  EXPECT_NE(warned.errors.find("warning: "), std::string::npos) << warned.errors;
+  EXPECT_NE(warned.errors.find("'" + user.string() + "'"), std::string::npos) << warned.errors;
 }
 
 TEST_F(Crashes, ACacheOnAFullDiskIsLeftForAnEmptyOne) {

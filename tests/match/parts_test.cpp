@@ -250,6 +250,67 @@ TEST(PairParts, TakesNoNameForALineOfAList) {
   EXPECT_EQ(parts.low, (std::vector<std::uint32_t>{0, 0, 1, 1}));
 }
 
+// `g head_high skin` of an OBJ: two names of a group.
+TEST(PairParts, GroupsOfSeveralNamesPairByAny) {
+  const auto names_of = [](const std::vector<std::string>& high,
+                           const std::vector<std::string>& low, PartsBy by = PartsBy::name) {
+    PartNames names;
+    names.by = by;
+    const Parts parts = pair_parts(named(high), named(low), names);
+    EXPECT_TRUE(parts.warnings.empty()) << parts.warnings[0].message;
+    return parts.names;
+  };
+  using Names = std::vector<std::string>;
+  EXPECT_EQ(names_of({"head_high skin", "arm_high skin"}, {"arm_low", "head_low"}),
+            (Names{"arm", "head"}));
+  EXPECT_EQ(names_of({"head_high", "arm_high"}, {"skin arm_low", "skin  head_low"}),
+            (Names{"arm", "head"}));
+  // What a pattern knows goes before what all of them have.
+  EXPECT_EQ(names_of({"head_high skin", "arm_high skin"}, {"head_low skin", "arm_low skin"}),
+            (Names{"arm", "head"}));
+  // Whole names go first, as exporters write blanks.
+  EXPECT_EQ(names_of({"Part 1", "Part 2"}, {"Part 2", "Part 1"}), (Names{"Part 1", "Part 2"}));
+}
+
+TEST(PairParts, WordsThatNoPatternKnowsAreSaid) {
+  PartNames names;
+  for (const PartsBy by : {PartsBy::name, PartsBy::group}) {
+    names.by = by;
+    // By the name that the fewest have, whatever its place.
+    const Parts parts =
+        pair_parts(named({"skin head", "skin arm"}), named({"arm skin", "head skin"}), names);
+    EXPECT_EQ(parts.names, (std::vector<std::string>{"arm", "head"}));
+    EXPECT_EQ(parts.low, (std::vector<std::uint32_t>{0, 0, 1, 1}));
+    EXPECT_EQ(parts.high, (std::vector<std::uint32_t>{1, 1, 0, 0}));
+    ASSERT_EQ(parts.warnings.size(), 1U);
+    EXPECT_EQ(parts.warnings[0].code, "parts-by-word");
+    EXPECT_EQ(parts.warnings[0].count, 4U);
+  }
+  // Both sides choose alike where two names do.
+  names.by = PartsBy::group;
+  EXPECT_EQ(pair_parts(named({"b a"}), named({"a b"}), names).names,
+            (std::vector<std::string>{"a"}));
+  // A list knows what it knows.
+  names.by = PartsBy::list;
+  names.list = {{"frame", {"hull"}}};
+  EXPECT_EQ(
+      pair_parts(named({"hull steel", "steel"}), named({"steel frame", "steel"}), names).names,
+      (std::vector<std::string>{"frame", ""}));
+}
+
+/// Blanks in names of objects part nothing: an object has one name.
+TEST(PairParts, NamesOfObjectsAreWhole) {
+  Mesh high = named({"Wheel left"}), low = named({"Wheel right"});
+  EXPECT_EQ(pair_parts(high, low).names, std::vector<std::string>{"Wheel"});
+  for (Mesh* mesh : {&high, &low}) {
+    mesh->objects = mesh->groups;
+    mesh->object_names = mesh->group_names;
+  }
+  EXPECT_THROW(pair_parts(high, low), Error);
+  for (Mesh* mesh : {&high, &low}) mesh->groups.clear();
+  EXPECT_THROW(pair_parts(high, low), Error);
+}
+
 TEST(PairParts, NamesWhatHasNoPairAndTheNearest) {
   const Parts parts = pair_parts(named({"bolt_high", "nutt_high"}), named({"bolt_low", "nut_low"}));
   EXPECT_EQ(parts.count, 2U);

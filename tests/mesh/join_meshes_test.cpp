@@ -43,6 +43,34 @@ TEST(JoinMeshes, KeepsNamesAndNamesThoseWithoutByTheirFile) {
   EXPECT_THROW(join_meshes({}), Error);
 }
 
+TEST(JoinMeshes, OtherSetsOfUvsKeepToTheirMeshes) {
+  Mesh first = test::plane(1, 1), second = test::plane(1, 1), bare = test::plane(1, 1);
+  first.name = "first", second.name = "second", bare.name = "bare";
+  bare.uvs.clear(), bare.uv_triangles.clear();
+  const auto moved = [](const Mesh& mesh, float by) {
+    std::vector<Vec2> uvs = mesh.uvs;
+    for (Vec2& uv : uvs) uv.x += by;
+    return uvs;
+  };
+  first.other_uvs = {{2, moved(first, 2)}};
+  second.other_uvs = {{1, moved(second, 1)},
+                      {2, {}}};  // a set that does not fit counts for nothing
+  const std::vector<Mesh> meshes = {first, bare, second};
+  const Mesh whole = join_meshes(meshes);
+  ASSERT_EQ(whole.other_uvs.size(), 2U);
+  for (const UvSet& set : whole.other_uvs) {
+    ASSERT_EQ(set.uvs.size(), whole.uvs.size());
+    for (std::size_t t = 0; t < whole.triangles.size(); ++t) {
+      const std::uint32_t corner = whole.uv_triangles[t][0];
+      const bool has = set.set == 2 ? t < 2 : t >= 4;
+      EXPECT_EQ(std::isnan(set.uvs[corner].x), !has) << set.set << " of " << t;
+      if (has) {
+        EXPECT_EQ(set.uvs[corner].x, whole.uvs[corner].x + static_cast<float>(set.set));
+      }
+    }
+  }
+}
+
 TEST(JoinMeshes, FillsWhatSomeLack) {
   Mesh full = test::cube(), bare;
   full.name = "full";

@@ -176,6 +176,58 @@ def test_what_is_no_mesh(given):
 
 
 @pytest.mark.no_device
+@pytest.mark.parametrize("path", ["a\0b.ply", b"glTF\0\0\0\0", b"\xff\xfe.ply", "\udcff.ply", "\ud800", 7, None, b""])
+def test_what_is_no_path(path, tmp_path):
+    with pytest.raises(kiln.Error) as caught:
+        kiln.load(path)
+    assert caught.value.kind == "input"
+    pickle.dumps(caught.value)
+
+
+@pytest.mark.no_device
+def test_no_path_is_written_to(tmp_path):
+    mesh = kiln.Mesh(SQUARE, TWO, SQUARE[:, :2])
+    for call in (mesh.save, lambda path: kiln.pack_glb(mesh, {}, path=path)):
+        for path in ("a\0b.obj", 7):
+            with pytest.raises(kiln.Error, match="expected a file's path"):
+                call(path)
+    mesh.save(tmp_path / "a.obj")
+    read = kiln.load(tmp_path / "a.obj")
+    before = (tmp_path / "a.obj").read_bytes()
+    os.symlink("a.obj", tmp_path / "b.obj")
+    for name in ("a.obj", "b.obj"):
+        with pytest.raises(kiln.Error, match="was read"):
+            read.save(tmp_path / name)
+    read.save(tmp_path / "c.obj")
+    assert (tmp_path / "a.obj").read_bytes() == before
+
+
+@pytest.mark.no_device
+def test_names_need_not_be_text(tmp_path):
+    rows = b"v 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\no gl\xe4ss\nusemtl sch\xf6n\nf 1/1 2/1 3/1\n"
+    (tmp_path / "a.obj").write_bytes(rows)
+    mesh = kiln.load(tmp_path / "a.obj")
+    assert mesh.object_names == ["gl\\xe4ss"] and mesh.material_names == ["sch\\xf6n"]
+    other = again(mesh)
+    assert other.material_names == mesh.material_names and repr(other) == repr(mesh)
+    named = tmp_path / os.fsdecode(b"n\xe4me.obj")
+    named.write_bytes(rows)
+    assert kiln.load(named).name == "n\\xe4me"
+    with pytest.raises(kiln.Error, match=r"gone\\xe4"):
+        kiln.load(tmp_path / os.fsdecode(b"gone\xe4.obj"))
+
+
+@pytest.mark.no_device
+def test_broadcast_arrays_are_counted_first():
+    faces = np.broadcast_to(np.array([0, 1, 2], np.uint32), (2**31, 3))
+    vertices = np.broadcast_to(np.zeros(3, np.float32), (2**36, 3))
+    for given in ((SQUARE, faces), (vertices, TWO)):
+        with pytest.raises(kiln.Error) as caught:
+            kiln.Mesh(*given)
+        assert caught.value.kind == "input" and caught.value.parameter in ("faces", "vertices")
+
+
+@pytest.mark.no_device
 def test_errors_can_be_pickled():
     error = kiln.Error("text", "mesh-index", "input", "faces")
     again = pickle.loads(pickle.dumps(error))

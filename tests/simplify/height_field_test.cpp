@@ -4,9 +4,12 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <utility>
+#include <vector>
 
 #include "kiln/kiln.h"
 #include "kiln/simplify.h"
+#include "simplify/height_layout.h"
 #include "support/environment.h"
 
 namespace kiln {
@@ -57,8 +60,121 @@ TEST(HeightField, RefusesWhatIsNone) {
   EXPECT_THROW(height_field_mesh(waves(1, 5)), Error);
   EXPECT_THROW(height_field_mesh(image, {-1, 1, 1}), Error);
   EXPECT_THROW(height_field_mesh(image, {1, 1, std::nan("")}), Error);
-  image.pixels[7] = std::nanf("");
+  image.pixels.assign(25, std::nanf(""));
   EXPECT_THROW(height_field_mesh(image), Error);
+  image.pixels[0] = image.pixels[1] = image.pixels[24] = 0;  // no three side by side
+  EXPECT_THROW(height_field_mesh(image), Error);
+}
+
+TEST(HeightField, WhatIsNotFiniteIsAHole) {
+  Image image = waves(5, 5);
+  image.pixels[12] = std::nanf("");  // the middle, which six triangles have
+  image.pixels[4] = HUGE_VALF;       // the upper right corner, which two have
+  const Mesh mesh = height_field_mesh(image);
+  EXPECT_EQ(mesh.triangles.size(), 32U - 6 - 2);
+  for (const Triangle& t : mesh.triangles) {
+    for (const std::uint32_t corner : t) {
+      EXPECT_NE(corner, 12U);
+      EXPECT_NE(corner, 4U);
+      EXPECT_EQ(mesh.positions[corner].z, image.pixels[corner]);
+    }
+  }
+}
+
+/// Heights of a slope from 100 to 200, with some numbers put in.
+Heights slope(const std::vector<std::pair<std::size_t, float>>& put) {
+  Heights heights;
+  heights.image = {16, 16, 1, std::vector<float>(256)};
+  for (std::size_t i = 0; i < 256; ++i) {
+    heights.image.pixels[i] = 100 + static_cast<float>(i % 16) * (100.0F / 15);
+  }
+  for (const auto& [at, value] : put) heights.image.pixels[at] = value;
+  return heights;
+}
+
+TEST(NoData, NumbersThatProgramsWriteAreFoundWhereTheyAreFarOff) {
+  for (const float none : {-9999.0F, -32768.0F, -3.4028235e38F, 3.4028235e38F, -99999.0F, 1e30F}) {
+    Heights heights = slope({{3, none}, {77, none}, {200, none}});
+    const NoData found = mark_no_data(heights);
+    EXPECT_EQ(found.pixels, 3U) << none;
+    ASSERT_EQ(found.values.size(), 1U) << none;
+    EXPECT_EQ(found.values[0], double{none});
+    EXPECT_TRUE(std::isnan(heights.image.pixels[77]));
+    EXPECT_EQ(heights.image.pixels[76], slope({}).image.pixels[76]);
+  }
+  Heights two = slope({{3, -9999}, {4, -32768}, {5, std::nanf("")}, {6, -HUGE_VALF}});
+  EXPECT_EQ(mark_no_data(two).pixels, 4U);
+  Heights flat = slope({});
+  flat.image.pixels.assign(256, 7);
+  flat.image.pixels[9] = -9999;
+  EXPECT_EQ(mark_no_data(flat).pixels, 1U);
+}
+
+TEST(NoData, HeightsThatReachSoFarAreHeights) {
+  Heights trench = slope({});
+  for (std::size_t i = 0; i < 256; ++i) {
+    trench.image.pixels[i] = -10994 + static_cast<float>(i) * 60;  // to 4306
+  }
+  trench.image.pixels[9] = -9999;
+  const NoData found = mark_no_data(trench);
+  EXPECT_EQ(found.pixels, 0U);
+  EXPECT_FALSE(found.doubtful);
+  Heights plain = slope({});
+  EXPECT_EQ(mark_no_data(plain).pixels, 0U);
+}
+
+TEST(NoData, TheFilesWordAndTheCallersGoFirst) {
+  Heights own = slope({{1, 0}, {2, 0}, {3, -9999}});
+  own.no_data = 0;
+  EXPECT_EQ(mark_no_data(own).pixels, 2U);
+  EXPECT_EQ(own.image.pixels[3], -9999);
+  Heights given = slope({{1, 0}, {2, 0}, {3, -9999}});
+  given.no_data = -9999;
+  EXPECT_EQ(mark_no_data(given, 0).pixels, 2U);
+  Heights kept = slope({{1, 0}, {2, std::nanf("")}, {3, -9999}});
+  kept.no_data = -9999;
+  EXPECT_EQ(mark_no_data(kept, {}, false).pixels, 1U);
+  // As the file holds it: of a PNG of 16 bits whole numbers, of the lowest float more digits than it has.
+  Heights png = slope({});
+  for (float& value : png.image.pixels) value /= 65535;
+  png.largest = 65535;
+  png.image.pixels[5] = 0;
+  png.image.pixels[6] = 1.0F / 65535;
+  EXPECT_EQ(mark_no_data(png, 1).pixels, 1U);
+  EXPECT_TRUE(std::isnan(png.image.pixels[6]));
+  Heights lowest = slope({{8, -3.4028235e38F}});
+  lowest.no_data = -3.40282346638529e+38;
+  EXPECT_EQ(mark_no_data(lowest).pixels, 1U);
+}
+
+TEST(NoData, OthersFarOffAreDoubtful) {
+  Heights odd = slope({{1, -5000}, {2, -5000}});
+  const NoData found = mark_no_data(odd);
+  EXPECT_EQ(found.pixels, 0U);
+  ASSERT_TRUE(found.doubtful);
+  EXPECT_EQ(*found.doubtful, -5000);
+  Heights peak = slope({{1, 5000}});  // alone it may be a mast
+  EXPECT_FALSE(mark_no_data(peak).doubtful);
+}
+
+/// A low poly that is made of a field with holes at its border keeps the layout of the whole field.
+TEST(NoData, ABorderOfHolesMovesNoLayout) {
+  Image image = waves(33, 33);
+  for (std::uint32_t y = 0; y < 33; ++y) {
+    for (std::uint32_t x = 0; x < 8; ++x) *image.at(x, y) = std::nanf("");
+  }
+  const Mesh field = height_field_mesh(image, {32, 32, 3});
+  SimplifyOptions options;
+  options.faces = 200;
+  options.height_field = true;
+  Mesh low = simplify(field, options);
+  EXPECT_LE(low.triangles.size(), 200U);
+  lay_out_over(low, FieldRectangle::of(field));
+  for (std::size_t v = 0; v < low.positions.size(); ++v) {
+    EXPECT_NEAR(low.uvs[v].x, low.positions[v].x / 32 + 0.5F, 1e-5);
+    EXPECT_NEAR(low.uvs[v].y, low.positions[v].y / 32 + 0.5F, 1e-5);
+    EXPECT_GE(low.positions[v].x, -8 - 1e-4);
+  }
 }
 
 TEST(HeightField, BakesOntoItsPlaneWithTheFieldsSlopes) {

@@ -18,6 +18,7 @@
 #include <string>
 #include <string_view>
 
+#include "base/file.h"
 #include "cl/driver_state.h"
 #include "commands.h"
 #include "kiln/files.h"
@@ -26,24 +27,18 @@
 namespace kiln::cli {
 namespace {
 
-constexpr const char* kCache = "POCL_CACHE_DIR";
 // In the environment of a run that was begun anew: "1" as it was, "2" with an empty cache.
 constexpr const char* kRetry = "KILN_RETRY";
-constexpr const char* kKeep = "KILN_KEEP_BINARIES";
 
 // All that a handler needs, made before: nothing can be allocated in one.
 constexpr std::size_t kMostVariables = 4096;
-std::array<char*, kMostVariables + 4> environment;
-std::array<char, 256> folder;
-std::array<char, folder.size() + 32> cache_variable;
+std::array<char*, kMostVariables + 2> environment;
 char retry_variable[] = "KILN_RETRY=0";
-char keep_variable[] = "KILN_KEEP_BINARIES=0";  // what is thrown away is not worth compiling twice
 char** arguments = nullptr;
 int tries_before = 0;
 bool may_retry = false;
-std::atomic<bool> crashed{false};
-static_assert(std::atomic<bool>::is_always_lock_free);
-thread_local volatile sig_atomic_t handles = 0;
+std::atomic<pid_t> handling{0};  // the thread whose crash is handled
+static_assert(std::atomic<pid_t>::is_always_lock_free);
 constexpr std::array kSignals = {SIGSEGV, SIGBUS, SIGABRT, SIGILL};
 std::array<bool, kSignals.size()> handled{};
 
@@ -63,32 +58,20 @@ int read_tries() {
 
 void prepare_retry(char** argv) {
   tries_before = read_tries();
-  const char* temporary = std::getenv("TMPDIR");
-  const int size = std::snprintf(folder.data(), folder.size(), "%s/kiln-cache-%ld",
-                                 temporary != nullptr && *temporary != '\0' ? temporary : "/tmp",
-                                 static_cast<long>(getpid()));
-  std::snprintf(cache_variable.data(), cache_variable.size(), "%s=%s", kCache, folder.data());
   std::size_t count = 0;
   for (char** entry = environ; *entry != nullptr && count < kMostVariables; ++entry) {
-    const bool replaced =
-        is_variable(*entry, kRetry) ||
-        (tries_before == 1 && (is_variable(*entry, kCache) || is_variable(*entry, kKeep)));
-    if (!replaced) environment[count++] = *entry;
+    if (!is_variable(*entry, kRetry)) environment[count++] = *entry;
   }
   retry_variable[std::strlen(kRetry) + 1] = static_cast<char>('1' + tries_before);
   environment[count++] = retry_variable;
-  if (tries_before == 1) {
-    environment[count++] = cache_variable.data();
-    environment[count++] = keep_variable;
-  }
   environment[count] = nullptr;
   arguments = argv;
-  may_retry = tries_before < 2 && size > 0 &&
-              static_cast<std::size_t>(size) + std::strlen(kCache) + 2 < folder.size();
+  may_retry = tries_before < 2;
 }
 
+pid_t this_thread() { return static_cast<pid_t>(syscall(SYS_gettid)); }
 /// The thread that main() runs on.
-bool on_main_thread() { return syscall(SYS_gettid) == getpid(); }
+bool on_main_thread() { return this_thread() == getpid(); }
 
 constexpr const char* kCrashed =
     "kiln: The OpenCL driver crashed; lines above may say why. Else memory may have run out within "
@@ -120,10 +103,14 @@ bool find_linker() {
   return false;
 }
 
-constexpr const char* kOwnMap =
-    "kiln: A map of your own (--maps NAME=FILE.cl) made the driver crash: recursion, arrays larger "
-    "than its threads' "
-    "stack, or places beyond an array. Mend its function.\n";
+/// Maps of the user's are native code. None of the thread's own state is asked for: the map may have written over it.
+[[noreturn]] void end_by_own_map(const char* name) {
+  say("kiln: The map ");
+  say(name);
+  say(" made the driver crash, or its compiler: recursion, arrays larger than its threads' stack, "
+      "places beyond an array, or expressions of too many terms. Mend its function.\n");
+  _exit(static_cast<int>(ErrorCode::input));
+}
 
 [[noreturn]] void end_by_driver() {
   say(!has_topology ? kNoTopology : !has_linker ? kNoLinker : kCrashed);
@@ -131,17 +118,13 @@ constexpr const char* kOwnMap =
 }
 
 extern "C" void on_crash(int number) {
-  if (handles != 0) _exit(static_cast<int>(ErrorCode::device));  // within the handler
-  handles = 1;
-  // On two threads at once: the first ends the process.
-  if (crashed.exchange(true)) {
-    for (;;) pause();
+  pid_t first = 0;
+  if (!handling.compare_exchange_strong(first, this_thread())) {
+    if (first == this_thread()) _exit(static_cast<int>(ErrorCode::device));  // within the handler
+    for (;;) pause();  // on two threads at once: the first ends the process
   }
   remove_temporary_files();
-  if (runs_own_map() && (in_driver() || !on_main_thread())) {
-    say(kOwnMap);
-    _exit(static_cast<int>(ErrorCode::input));
-  }
+  if (const char* map = running_own_map()) end_by_own_map(map);
   if (!in_driver() && on_main_thread()) {
     if (number == SIGABRT) {
       say("kiln: Memory ran out, or a library gave up: see the lines above.\n");
@@ -159,6 +142,7 @@ extern "C" void on_crash(int number) {
 void on_exit_within() {
   if (!in_driver() && on_main_thread()) return;
   remove_temporary_files();
+  if (const char* map = running_own_map()) end_by_own_map(map);
   retry();
   end_by_driver();
 }
@@ -166,12 +150,13 @@ void on_exit_within() {
 /// An exception that nobody caught: on a thread of the driver, or in a function that may not throw.
 [[noreturn]] void on_terminate() {
   remove_temporary_files();
+  if (const char* map = running_own_map()) end_by_own_map(map);
   if (in_driver() || !on_main_thread()) end_by_driver();
   say("kiln: Memory ran out, or an error came while another was handled.\n");
   _exit(static_cast<int>(ErrorCode::internal));
 }
 
-pid_t child = 0;
+pid_t child = -1;
 extern "C" void pass_on(int number) {
   if (child > 0) kill(child, number);
 }
@@ -179,20 +164,16 @@ extern "C" void pass_on(int number) {
 }  // namespace
 
 void retry() noexcept {
-  const bool empty_cache = tries_before == 1;
-  if (!may_retry || !has_linker || !has_topology ||
-      (empty_cache && mkdir(folder.data(), 0700) != 0))
-    return;
+  if (!may_retry || !has_linker || !has_topology) return;
   may_retry = false;
-  say(empty_cache ? "kiln: The OpenCL driver failed again; PoCL's cache of kernels "
-                    "(POCL_CACHE_DIR) may be damaged or its disk full. Trying once more with an "
-                    "empty one.\n"
-                  : "kiln: The OpenCL driver failed. Trying a second time.\n");
+  say(tries_before == 1 ? "kiln: The OpenCL driver failed again; PoCL's cache of kernels "
+                          "(POCL_CACHE_DIR) may be damaged or its disk full. Trying once more with "
+                          "an empty one.\n"
+                        : "kiln: The OpenCL driver failed. Trying a second time.\n");
   sigset_t none;
   sigemptyset(&none);
   sigprocmask(SIG_SETMASK, &none, nullptr);
   execve("/proc/self/exe", arguments, environment.data());
-  if (empty_cache) rmdir(folder.data());
 }
 
 void catch_crashes(char** argv) noexcept {
@@ -221,10 +202,23 @@ bool handles_crash(int number) noexcept {
 
 bool supervised(int& exit_code) {
   if (read_tries() != 2) return false;
-  const char* cache = std::getenv(kCache);
-  child = fork();
-  if (child <= 0) return false;  // the child, or there can be none: run here
-  signal(SIGINT, SIG_IGN);       // a terminal's goes to both
+  // Made here, and removed here: no variable names a folder that is removed.
+  std::string folder = os::temporary_folder() / "kiln-cache-XXXXXX";
+  const bool made = mkdtemp(folder.data()) != nullptr;
+  if (made && os::shared_level(folder).empty()) child = fork();
+  if (child == 0) {
+    os::set_variable("POCL_CACHE_DIR", folder.c_str());
+    os::set_variable("KILN_KEEP_BINARIES",
+                     "0");  // what is thrown away is not worth compiling twice
+    return false;
+  }
+  if (child < 0) {
+    if (made) rmdir(folder.c_str());
+    say(kCrashed);
+    exit_code = static_cast<int>(ErrorCode::device);
+    return true;
+  }
+  signal(SIGINT, SIG_IGN);  // a terminal's goes to both
   signal(SIGTERM, pass_on);
   signal(SIGHUP, pass_on);
   int status = 0;
@@ -232,7 +226,7 @@ bool supervised(int& exit_code) {
   }
   exit_code = WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
   std::error_code error;
-  if (cache != nullptr) std::filesystem::remove_all(cache, error);
+  std::filesystem::remove_all(folder, error);
   return true;
 }
 

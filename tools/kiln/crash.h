@@ -18,8 +18,9 @@ bool handles_crash(int number) noexcept;
 /// done, or cannot be.
 void retry() noexcept;
 
-/// In a run with an empty cache: runs the command as a child, waits for it and removes the empty cache.
-/// \returns true where it did; \param exit_code  is the child's then
+/// In a run that was begun anew for the second time: makes an empty cache, runs the command as a child, waits for it and
+/// removes that cache.
+/// \returns true where the run is over; \param exit_code  is its exit code then
 bool supervised(int& exit_code);
 
 }  // namespace kiln::cli

@@ -1,12 +1,16 @@
 // Replacements of functions of the C and C++ libraries, for the programs. Not in a library: its callers' blocks and threads are
 // none of its business.
+#include <alloca.h>
 #include <dlfcn.h>
 #include <pthread.h>
 #include <signal.h>
+#include <sys/mman.h>
+#include <unistd.h>
 
 #include <array>
 #include <cerrno>
 #include <cstddef>
+#include <cstdint>
 #include <cstdlib>
 #include <memory>
 #include <new>
@@ -31,11 +35,42 @@ void operator delete(void* block, std::size_t) noexcept { std::free(block); }
 namespace {
 
 constexpr std::size_t kGuardBytes = std::size_t{1} << 28;  // of addresses, not of memory
+constexpr std::size_t kWallBytes = std::size_t{1} << 24;   // likewise
 
 struct Begun {
   void* (*begin)(void*);
   void* with;
+  bool has_wall;
 };
+
+/// Addresses within this thread's stack that nothing can write to, while this lives. Above a thread's stack lies what the
+/// C library and the kernel know of the thread: where a map of the user's writes on beyond an array, it comes to the wall
+/// first, and on_crash() runs.
+class Wall {
+ public:
+  /// \param room  kWallBytes and two pages
+  explicit Wall(char* room) {
+    const auto page = static_cast<std::size_t>(sysconf(_SC_PAGESIZE));
+    const std::size_t beyond = reinterpret_cast<std::uintptr_t>(room) % page;
+    begin_ = room + (beyond == 0 ? 0 : page - beyond);
+    stands_ = mprotect(begin_, kWallBytes, PROT_NONE) == 0;
+  }
+  ~Wall() {
+    if (stands_) mprotect(begin_, kWallBytes, PROT_READ | PROT_WRITE);
+  }
+  Wall(const Wall&) = delete;
+
+ private:
+  char* begin_;
+  bool stands_;
+};
+
+/// Below the wall.
+__attribute__((noinline)) void* run_below(const Begun& begun) {
+  if (!begun.has_wall) return begun.begin(begun.with);
+  const Wall wall(static_cast<char*>(alloca(kWallBytes + 2 * sysconf(_SC_PAGESIZE))));
+  return begun.begin(begun.with);
+}
 
 /// A thread with a stack for handlers: where kernels overflow a driver's, on_crash() has no other.
 void* begin_thread(void* given) {
@@ -45,7 +80,7 @@ void* begin_thread(void* given) {
   stack.ss_sp = room.data();
   stack.ss_size = room.size();
   sigaltstack(&stack, nullptr);
-  return begun->begin(begun->with);
+  return run_below(*begun);
 }
 
 }  // namespace
@@ -57,7 +92,7 @@ extern "C" int pthread_create(pthread_t* thread, const pthread_attr_t* attribute
                               void* (*begin)(void*), void* with) {
   static const auto next =
       reinterpret_cast<decltype(&pthread_create)>(dlsym(RTLD_NEXT, "pthread_create"));
-  auto* const begun = new (std::nothrow) Begun{begin, with};
+  auto* const begun = new (std::nothrow) Begun{begin, with, false};
   if (begun == nullptr) return EAGAIN;
   pthread_attr_t guarded;
   if (attributes != nullptr) {
@@ -65,11 +100,22 @@ extern "C" int pthread_create(pthread_t* thread, const pthread_attr_t* attribute
   } else {
     pthread_attr_init(&guarded);
   }
-  int status = pthread_attr_setguardsize(&guarded, kGuardBytes);
+  std::size_t bytes = 0;
+  void* stack = nullptr;
+  int status = pthread_attr_getstack(&guarded, &stack, &bytes);
+  // Who brings a stack has measured it: its end is known then, which is null else.
+  begun->has_wall = reinterpret_cast<std::uintptr_t>(stack) + bytes == 0;
+  if (status == 0 && begun->has_wall) {
+    pthread_attr_getstacksize(&guarded, &bytes);
+    status = pthread_attr_setstacksize(&guarded, bytes + 2 * kWallBytes);
+  }
+  if (status == 0) status = pthread_attr_setguardsize(&guarded, kGuardBytes);
   if (status == 0) status = next(thread, &guarded, begin_thread, begun);
   if (attributes == nullptr) pthread_attr_destroy(&guarded);
+  if (status == 0) return status;
   // This is for short address space (ulimit -v).
-  if (status != 0) status = next(thread, attributes, begin_thread, begun);
+  begun->has_wall = false;
+  status = next(thread, attributes, begin_thread, begun);
   if (status != 0) delete begun;
   return status;
 }

@@ -164,8 +164,10 @@ bool ChartArguments::names(const std::string& setting) const {
 
 HighPolyInput read_high(const ChartArguments& a, const std::string& path,
                         std::vector<Warning>& warnings) {
-  return load_high(path, is_height_field(path) ? a.heights : HeightFieldOptions(), warnings,
-                   load_options(a, MeshSide::high));
+  HighPolyInput high = load_high(path, is_height_field(path) ? a.heights : HeightFieldOptions(),
+                                 warnings, load_options(a, MeshSide::high));
+  shade(a.frame.shading, high, warnings);
+  return high;
 }
 
 int run_chart(const ChartArguments& a, Json options, ChartKind& kind) {

@@ -119,7 +119,8 @@ void check_files(const Job& a, const std::vector<std::string>& high,
                  const std::vector<std::string>& low) {
   refuse(a, volume_flags(), "volumes, but '" + a.meshes.front() + "' is none.");
   if (std::none_of(high.begin(), high.end(), is_height_field)) {
-    refuse(a, {"--height", "--extent"}, "a HIGH that is a height field, a PNG or EXR; none is.");
+    refuse(a, {"--height", "--extent", "--no-data"},
+           "a HIGH that is a height field, a PNG, EXR or TIFF; none is.");
   }
   check_mesh_frame(a.frame, high, low, {});
 }

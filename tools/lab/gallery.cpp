@@ -122,8 +122,8 @@ int run_gallery(LabArguments a, const std::vector<OptionRow>& rows) {
 
   const Device device = Device::open(a.device);
   if (!run.console.progress(0, "reading " + a.high)) return kExitCancelled;
-  const HighPolyInput dense =
-      load_high(a.high, a.heights, run.warnings, load_options(a, MeshSide::high));
+  HighPolyInput dense = load_high(a.high, a.heights, run.warnings, load_options(a, MeshSide::high));
+  shade(a.frame.shading, dense, run.warnings);
   const Mesh low = load_low(a.low, "", run.warnings, load_options(a, MeshSide::low));
   run.lap("load");
   Json options = values_json(rows, &a);

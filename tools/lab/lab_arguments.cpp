@@ -24,10 +24,10 @@ std::vector<OptionRow> all_rows() {
        "Pixels a side of the pictures that rendered normals are measured in (default 512)"},
       {"--picture-size", "", whole(KILN_MEMBER(Job, picture_size), 64, 4096),
        "Pixels of a picture's longer side"}};
-  const char* heights = "Height fields (HIGH is a PNG or EXR)";
+  const char* heights = "Height fields (HIGH is a PNG, EXR or TIFF)";
   for (const OptionRow& row : {height_row<Job>(heights), extent_row<Job>(heights),
-                               triangulate_row<Job>("", "HIGH and LOW"), device_row<Job>(""),
-                               json_row<Job>(""), quiet_row<Job>("")}) {
+                               no_data_row<Job>(heights), triangulate_row<Job>("", "HIGH and LOW"),
+                               device_row<Job>(""), json_row<Job>(""), quiet_row<Job>("")}) {
     rows.push_back(row);
   }
   for (const OptionRow& row : mesh_frame_rows<Job>("Files of meshes", /*low=*/true)) {

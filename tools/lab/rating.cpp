@@ -477,6 +477,7 @@ int run_rating(MeasureArguments a) {
   inputs.maps = measured_maps(a);
   inputs.high = load_high(high_files(job), a.heights, load_options(a.bake, MeshSide::high),
                           has_more_files(a.bake), run.warnings);
+  shade(a.bake.frame.shading, inputs.high, run.warnings);
   const Mesh &high = inputs.high.mesh, &low = inputs.low;
   inputs.low = load_low(job, run.warnings);
   warn_of_boxes("HIGH and LOW", high, low, run.warnings);

@@ -467,8 +467,10 @@ int run_study(MeasureArguments a) {
 
   const Device device = Device::open(a.device);
   if (!run.console.progress(0, "reading " + a.high)) return kExitCancelled;
-  const Mesh high =
-      load_high(a.high, a.heights, run.warnings, load_options(a.bake, MeshSide::high)).mesh;
+  HighPolyInput dense =
+      load_high(a.high, a.heights, run.warnings, load_options(a.bake, MeshSide::high));
+  shade(a.bake.frame.shading, dense, run.warnings);
+  const Mesh high = std::move(dense.mesh);
   std::optional<Mesh> low;
   if (!a.low.empty()) {
     low = load_low(a.low, ", or leave LOW out", run.warnings, load_options(a.bake, MeshSide::low));

@@ -16,6 +16,7 @@
 #include "arrays.h"
 #include "asset.h"
 #include "kiln/asset.h"
+#include "kiln/collision_hulls.h"
 #include "match.h"
 #include "report/check_result.h"
 #include "report/map_file.h"
@@ -383,7 +384,14 @@ void Request::prepare(const Source* source, const PyMesh& high_poly, bool faces_
                 "give a distance, or cage_mesh.",
                 "option-contradiction");
   }
-  low_ = agreed(low_poly.mesh, "LOW", Trusted::normals, warnings);
+  std::shared_ptr<const Mesh> drawn = low_poly.mesh;
+  const std::vector<std::uint8_t> is_hull = collision_hulls(*drawn);
+  if (!job_.keep_hulls && std::find(is_hull.begin(), is_hull.end(), 1) != is_hull.end()) {
+    Mesh rest = *drawn;
+    take_collision_hulls(rest, &warnings);
+    drawn = shared(std::move(rest));
+  }
+  low_ = agreed(drawn, "LOW", Trusted::normals, warnings);
   const Mesh &high = *high_poly.mesh, &low = *low_;
   read_textures(high_poly);
   if (high_poly.height_field) {
@@ -459,7 +467,7 @@ nb::dict describe(const BakeReport& report) {
 void add_bake(nb::module_& module) {
   nb::class_<PyBake>(module, "BakeCore")
       .def_ro("names", &PyBake::names)
-      .def_ro("low_name", &PyBake::low_name)
+      .def_prop_ro("low_name", [](const PyBake& self) { return text_of(self.low_name); })
       .def_ro("report", &PyBake::report)
       .def("pixels", [](PyBake& self,
                         const std::string& name) { return pixels(self, map_of(self, name).image); })

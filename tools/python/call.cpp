@@ -1,5 +1,6 @@
 #include "call.h"
 
+#include <nanobind/stl/filesystem.h>
 #include <nanobind/stl/string.h>
 #include <nanobind/stl/string_view.h>
 #include <unistd.h>
@@ -30,9 +31,9 @@ std::string in_python(const std::string& message) {
   return cli::with_flags(std::regex_replace(message, function, "kiln.$1()"));
 }
 
-void raise(const char* message, const char* code, const char* kind) {
+void raise(std::string_view message, const char* code, const char* kind) {
   try {
-    const nb::object error = errors().attr("from_core")(message, code, kind);
+    const nb::object error = errors().attr("from_core")(text_of(message), code, kind);
     PyErr_SetObject(error.type().ptr(), error.ptr());
   } catch (nb::python_error& other) {
     other.restore();
@@ -44,7 +45,7 @@ void translate(const std::exception_ptr& thrown, void*) {
     std::rethrow_exception(thrown);
   } catch (const Error& error) {
     const char* const kind = Error(error.code(), "").id();  // without an id it is the kind's
-    raise(in_python(error.what()).c_str(), error.id(), kind);
+    raise(in_python(error.what()), error.id(), kind);
   } catch (const cli::UsageError& error) {
     raise(error.what(), "usage", "usage");
   }
@@ -112,7 +113,22 @@ void warn(const std::vector<Warning>& warnings) {
   if (warnings.empty()) return;
   const nb::object warn = errors().attr("warn");
   for (const Warning& warning : warnings)
-    warn(warning.code, in_python(warning.message), warning.count);
+    warn(warning.code, text_of(in_python(warning.message)), warning.count);
+}
+
+nb::str text_of(std::string_view bytes) {
+  return nb::steal<nb::str>(PyUnicode_DecodeUTF8(
+      bytes.data(), static_cast<Py_ssize_t>(bytes.size()), "backslashreplace"));
+}
+
+nb::list texts_of(const std::vector<std::string>& bytes) {
+  nb::list texts;
+  for (const std::string& text : bytes) texts.append(text_of(text));
+  return texts;
+}
+
+std::filesystem::path path_of(nb::handle given) {
+  return nb::cast<std::filesystem::path>(errors().attr("path_of")(given));
 }
 
 void register_errors(nb::module_&) { nb::register_exception_translator(translate); }

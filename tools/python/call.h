@@ -3,7 +3,11 @@
 
 #include <nanobind/nanobind.h>
 
+#include <filesystem>
+#include <string>
+#include <string_view>
 #include <utility>
+#include <vector>
 
 #include "kiln/kiln.h"
 
@@ -44,6 +48,14 @@ const Device& device_of(const std::string& name);
 
 /// Each one a Python warning of kiln.KilnWarning.
 void warn(const std::vector<Warning>& warnings);
+
+/// Names and messages may hold bytes of files, which are no text always: \xNN then.
+nb::str text_of(std::string_view bytes);
+/// A list of them.
+nb::list texts_of(const std::vector<std::string>& bytes);
+
+/// The path that a caller gave. \throws kiln.Error
+std::filesystem::path path_of(nb::handle given);
 
 /// Turns the library's exceptions into kiln.Error.
 void register_errors(nb::module_& module);

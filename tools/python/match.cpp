@@ -99,11 +99,13 @@ Arrays are (H, W, ...), row 0 at the top, where v is 1; with samples=N they are 
               "What the match came to")
       .def(
           "save",
-          [](const PyMatch& self, const std::filesystem::path& path) {
+          [](const PyMatch& self, nb::handle given) {
             const Call call;
+            const std::filesystem::path path = path_of(given);
             call.run([&] { save_match(*self.match, path); });
           },
-          "path"_a, "Writes an EXR that the command's --load-match reads.");
+          nb::sig("def save(self, path: str | os.PathLike[str]) -> None"), "path"_a,
+          "Writes an EXR that the command's --load-match reads.");
 }
 
 }  // namespace kiln::python

@@ -10,6 +10,7 @@
 #include <limits>
 #include <type_traits>
 
+#include "arguments/mesh_files.h"
 #include "arguments/words.h"
 #include "arrays.h"
 
@@ -97,7 +98,7 @@ PyMesh from_arrays(nb::handle vertices, nb::handle faces, nb::handle uvs, nb::ha
                    nb::handle normals, nb::handle normal_faces, nb::handle colors,
                    nb::handle materials, nb::handle material_names, nb::handle groups,
                    nb::handle group_names, nb::handle objects, nb::handle object_names,
-                   nb::handle tangents, const std::string& name) {
+                   nb::handle tangents, nb::handle smooth_angle, const std::string& name) {
   Mesh mesh;
   mesh.name = name;
   const auto xyz = doubles(vertices, "vertices", {-1, 3});
@@ -141,7 +142,23 @@ PyMesh from_arrays(nb::handle vertices, nb::handle faces, nb::handle uvs, nb::ha
     mesh.tangents = elements<Tangent>(values.data(), 3 * mesh.triangles.size());
   }
   const Call call;
-  call.run([&] { validate(mesh); });
+  if (smooth_angle.is_none()) {
+    call.run([&] { validate(mesh); });
+    return {shared(std::move(mesh))};
+  }
+  ShadingOptions shading = {.rule = ShadingRule::angle};
+  const bool is_number = nb::try_cast(smooth_angle, shading.angle_degrees);
+  if (!is_number || !(shading.angle_degrees > 0) || shading.angle_degrees > 180) {
+    throw Error(ErrorCode::usage, "smooth_angle: expected a number above 0 and up to 180 degrees.",
+                "option-range");
+  }
+  if (!mesh.normals.empty()) {
+    throw Error(ErrorCode::usage,
+                "smooth_angle: it says which normals the mesh gets, but normals were given: leave "
+                "one of them out.",
+                "option-contradiction");
+  }
+  call.run([&] { shade_high(mesh, shading); });
   return {shared(std::move(mesh))};
 }
 
@@ -174,14 +191,14 @@ nb::object numbers(const PyMesh& self, const std::vector<std::uint32_t>& values)
 /// The type of a property, for stubs.
 auto getter(const char* signature) { return nb::for_getter(nb::sig(signature)); }
 
-std::string describe(const PyMesh& self) {
+nb::str describe(const PyMesh& self) {
   const Mesh& mesh = *self.mesh;
   std::string text = "<kiln.Mesh '" + mesh.name + "': " + std::to_string(mesh.positions.size()) +
                      " vertices, " + std::to_string(mesh.triangles.size()) + " faces";
   if (!mesh.uvs.empty()) text += ", uvs";
   if (!mesh.normals.empty()) text += ", normals";
   if (!mesh.colors.empty()) text += ", colors";
-  return text + ">";
+  return text_of(text + ">");
 }
 
 /// All parts of a mesh, in the order of pickles. A part more of Mesh does not compile.
@@ -189,11 +206,11 @@ template <typename AnyMesh, typename Function>
 void each_part(AnyMesh& mesh, Function&& part) {
   auto& [name, origin, positions, triangles, uvs, uv_triangles, normals, normal_triangles, tangents,
          colors, groups, group_names, objects, object_names, materials, material_names,
-         material_files, polygons, metres, uv_set] = mesh;
+         material_files, polygons, metres, uv_set, other_uvs] = mesh;
   const auto each = [&](auto&... parts) { (part(parts), ...); };
   each(name, origin, positions, triangles, uvs, uv_triangles, normals, normal_triangles, tangents,
        colors, groups, group_names, objects, object_names, materials, material_names,
-       material_files, polygons, metres, uv_set);
+       material_files, polygons, metres, uv_set, other_uvs);
 }
 
 /// Its figures alone, since the warnings were given.
@@ -206,11 +223,17 @@ void each_figure(Report& report, Function&& figure) {
        dropped_parts, charts, coverage, uv_strays, seconds);
 }
 
-/// Arrays are bytes in pickles; all else is what Python has for it.
+/// Arrays and names are bytes in pickles; all else is what Python has for it.
 template <typename T>
 constexpr bool kIsArray = false;
 template <typename T>
 constexpr bool kIsArray<std::vector<T>> = std::is_trivially_copyable_v<T>;
+
+nb::bytes as_bytes(const std::string& text) { return nb::bytes(text.data(), text.size()); }
+std::string of_bytes(nb::handle given) {
+  const auto bytes = nb::cast<nb::bytes>(given);
+  return {bytes.c_str(), bytes.size()};
+}
 
 nb::tuple pickled(const PyMesh& self) {
   nb::list parts;
@@ -218,6 +241,18 @@ nb::tuple pickled(const PyMesh& self) {
     using Part = std::remove_cvref_t<decltype(part)>;
     if constexpr (kIsArray<Part>) {
       parts.append(nb::bytes(part.data(), part.size() * sizeof(typename Part::value_type)));
+    } else if constexpr (std::is_same_v<Part, std::vector<UvSet>>) {
+      nb::list sets;
+      for (const UvSet& of : part) {
+        sets.append(nb::make_tuple(of.set, nb::bytes(of.uvs.data(), of.uvs.size() * sizeof(Vec2))));
+      }
+      parts.append(sets);
+    } else if constexpr (std::is_same_v<Part, std::string>) {
+      parts.append(as_bytes(part));
+    } else if constexpr (std::is_same_v<Part, std::vector<std::string>>) {
+      nb::list names;
+      for (const std::string& name : part) names.append(as_bytes(name));
+      parts.append(names);
     } else {
       parts.append(part);
     }
@@ -227,11 +262,11 @@ nb::tuple pickled(const PyMesh& self) {
       self.file.empty() ? "" : std::filesystem::absolute(self.file).lexically_normal().string();
   nb::object content = nb::none();
   if (!self.keep.is_none()) {
-    content = nb::module_::import_("pathlib").attr("Path")(file).attr("read_bytes")();
+    content = nb::cast(std::filesystem::path(file)).attr("read_bytes")();
   }
   nb::list made;
   if (self.made) each_figure(*self.made, [&](const auto& figure) { made.append(figure); });
-  return nb::make_tuple(std::string(version()), parts, file, content, self.report, made,
+  return nb::make_tuple(std::string(version()), parts, as_bytes(file), content, self.report, made,
                         self.height_field);
 }
 
@@ -253,12 +288,22 @@ PyMesh unpickled(const nb::tuple& state) {
       using Row = typename Part::value_type;
       const nb::bytes bytes = nb::cast<nb::bytes>(given);
       part = elements<Row>(bytes.data(), bytes.size() / sizeof(Row));
+    } else if constexpr (std::is_same_v<Part, std::vector<UvSet>>) {
+      for (const nb::handle set : given) {
+        const nb::bytes bytes = nb::cast<nb::bytes>(set[1]);
+        part.push_back({nb::cast<std::uint32_t>(set[0]),
+                        elements<Vec2>(bytes.data(), bytes.size() / sizeof(Vec2))});
+      }
+    } else if constexpr (std::is_same_v<Part, std::string>) {
+      part = of_bytes(given);
+    } else if constexpr (std::is_same_v<Part, std::vector<std::string>>) {
+      for (const nb::handle name : nb::cast<nb::list>(given)) part.push_back(of_bytes(name));
     } else {
       part = nb::cast<Part>(given);
     }
   });
   call.run([&] { validate(mesh); });
-  PyMesh result{shared(std::move(mesh)), nb::cast<std::string>(state[2])};
+  PyMesh result{shared(std::move(mesh)), of_bytes(state[2])};
   if (const nb::object content = state[3]; !content.is_none()) {
     const nb::object kept = nb::module_::import_("kiln._meshes").attr("kept_file")(content);
     result.file = nb::cast<std::string>(kept[0]);
@@ -311,6 +356,24 @@ PyMesh with_material(const PyMesh& mesh, const PyMesh& of) {
   return result;
 }
 
+/// The mesh with the normals that all which is baked from it sees. \param rule  as --high-normals
+PyMesh shaded(const PyMesh& mesh, const std::string& rule) {
+  const Call call;
+  PyMesh result = mesh;
+  if (mesh.height_field) return result;
+  std::vector<Warning> warnings;
+  call.run([&] {
+    const ShadingOptions options = cli::parse_shading(rule);
+    Mesh copy = *mesh.mesh;
+    warnings = shade_high(copy, options).warnings;
+    const bool same =
+        copy.normal_triangles == mesh.mesh->normal_triangles && copy.normals == mesh.mesh->normals;
+    if (!same) result.mesh = shared(std::move(copy));
+  });
+  warn(warnings);
+  return result;
+}
+
 PyMesh load_bytes(nb::bytes data, const std::string& name) {
   const Call call;
   std::vector<Warning> warnings;
@@ -334,6 +397,7 @@ normals       (V, 3), (F, 3, 3), or (N, 3) with normal_faces; without: computed 
 colors        (V, 3) or (V, 4), sRGB-encoded: uint8, or float in [0, 1]
 materials     (F,) whole numbers that material_names counts from 0; groups and objects alike
 tangents      (3 F, 4), one a corner: direction along u, and the bitangent's sign; without: MikkTSpace's
+smooth_angle  in place of normals: edges whose faces turn by so many degrees or more are hard, all others smooth
 name          in messages and names of files
 
 Raises kiln.Error, with the parameter's name, for arrays of other shapes or types.
@@ -348,10 +412,10 @@ Raises kiln.Error, with the parameter's name, for arrays of other shapes or type
              nb::object uv_faces, nb::object normals, nb::object normal_faces, nb::object colors,
              nb::object materials, nb::object material_names, nb::object groups,
              nb::object group_names, nb::object objects, nb::object object_names,
-             nb::object tangents, const std::string& name) {
+             nb::object tangents, nb::object smooth_angle, const std::string& name) {
             new (self) PyMesh(from_arrays(vertices, faces, uvs, uv_faces, normals, normal_faces,
                                           colors, materials, material_names, groups, group_names,
-                                          objects, object_names, tangents, name));
+                                          objects, object_names, tangents, smooth_angle, name));
           },
           "vertices"_a.none(), "faces"_a.none(), "uvs"_a.none() = nb::none(), nb::kw_only(),
           "uv_faces"_a.none() = nb::none(), "normals"_a.none() = nb::none(),
@@ -359,10 +423,10 @@ Raises kiln.Error, with the parameter's name, for arrays of other shapes or type
           "materials"_a.none() = nb::none(), "material_names"_a.none() = nb::none(),
           "groups"_a.none() = nb::none(), "group_names"_a.none() = nb::none(),
           "objects"_a.none() = nb::none(), "object_names"_a.none() = nb::none(),
-          "tangents"_a.none() = nb::none(), "name"_a = "mesh")
+          "tangents"_a.none() = nb::none(), "smooth_angle"_a.none() = nb::none(), "name"_a = "mesh")
       .def_prop_ro(
-          "name", [](const PyMesh& self) { return self.mesh->name; },
-          "In messages and names of files")
+          "name", [](const PyMesh& self) { return text_of(self.mesh->name); },
+          getter("def name(self, /) -> str"), "In messages and names of files")
       .def_prop_ro(
           "vertices", &world_vertices,
           getter("def vertices(self, /) -> numpy.typing.NDArray[numpy.float32 | numpy.float64]"),
@@ -422,31 +486,41 @@ Raises kiln.Error, with the parameter's name, for arrays of other shapes or type
           getter("def materials(self, /) -> numpy.typing.NDArray[numpy.uint32] | None"),
           "(F,) uint32 that material_names counts, or None")
       .def_prop_ro(
-          "material_names", [](const PyMesh& self) { return self.mesh->material_names; },
-          "That materials counts from 0")
+          "material_names", [](const PyMesh& self) { return texts_of(self.mesh->material_names); },
+          getter("def material_names(self, /) -> list[str]"), "That materials counts from 0")
       .def_prop_ro(
           "groups", [](const PyMesh& self) { return numbers(self, self.mesh->groups); },
           getter("def groups(self, /) -> numpy.typing.NDArray[numpy.uint32] | None"),
           "(F,) uint32 that group_names counts, or None")
       .def_prop_ro(
-          "group_names", [](const PyMesh& self) { return self.mesh->group_names; },
-          "That groups counts from 0")
+          "group_names", [](const PyMesh& self) { return texts_of(self.mesh->group_names); },
+          getter("def group_names(self, /) -> list[str]"), "That groups counts from 0")
       .def_prop_ro(
           "objects", [](const PyMesh& self) { return numbers(self, self.mesh->objects); },
           getter("def objects(self, /) -> numpy.typing.NDArray[numpy.uint32] | None"),
           "(F,) uint32 that object_names counts, or None")
       .def_prop_ro(
-          "object_names", [](const PyMesh& self) { return self.mesh->object_names; },
-          "That objects counts from 0")
+          "object_names", [](const PyMesh& self) { return texts_of(self.mesh->object_names); },
+          getter("def object_names(self, /) -> list[str]"), "That objects counts from 0")
       .def_ro("report", &PyMesh::report, getter("def report(self, /) -> typing.Any"),
               "What simplify() or unwrap() says of the mesh that it made, else None")
       .def(
           "save",
-          [](const PyMesh& self, const std::filesystem::path& path) {
+          [](const PyMesh& self, nb::handle given) {
             const Call call;
+            const std::filesystem::path path = path_of(given);
+            std::error_code none;
+            if (!self.file.empty() && std::filesystem::equivalent(path, self.file, none)) {
+              throw Error(ErrorCode::usage,
+                          "path: '" + path.string() +
+                              "' would be written over, and the mesh was read from it: choose "
+                              "another name.",
+                          "output-input");
+            }
             call.run([&] { save_obj(*self.mesh, path); });
           },
-          "path"_a, "Writes a Wavefront OBJ, whole or not at all.")
+          nb::sig("def save(self, path: str | os.PathLike[str]) -> None"), "path"_a,
+          "Writes a Wavefront OBJ, whole or not at all; not over the file that it was read from.")
       .def("__getstate__", &pickled)
       .def("__setstate__",
            [](PyMesh& self, const nb::tuple& state) { new (&self) PyMesh(unpickled(state)); })
@@ -454,6 +528,7 @@ Raises kiln.Error, with the parameter's name, for arrays of other shapes or type
   module.def("load_file", &load_file, "path"_a, "triangulate"_a = "auto", "uv_set"_a = 0,
              "keep"_a.none() = nb::none());
   module.def("with_material", &with_material, "mesh"_a, "of"_a);
+  module.def("shaded", &shaded, "mesh"_a, "rule"_a);
   module.def("load_bytes", &load_bytes, "data"_a, "name"_a);
 }
 

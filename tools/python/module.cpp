@@ -2,6 +2,7 @@
 #include "asset.h"
 #include "bake.h"
 #include "call.h"
+#include "kiln/limits.h"
 #include "match.h"
 #include "measure.h"
 #include "mesh.h"
@@ -23,4 +24,5 @@ NB_MODULE(_core, module) {
   add_measure(module);
   add_volume(module);
   module.def("version", &kiln::version);
+  module.def("memory_left", &kiln::memory_left);
 }

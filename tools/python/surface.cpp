@@ -106,8 +106,8 @@ nb::list run_texture_sets(const PyMesh& low, const std::string& word) {
   for (std::size_t i = 0; i < meshes.size(); ++i) {
     PyMesh part{meshes[i]};
     part.made = low.made;
-    list.append(nb::make_tuple(tiles ? std::string() : sets[i].name,
-                               tiles ? sets[i].name : sets[i].tile, part));
+    list.append(nb::make_tuple(text_of(tiles ? std::string() : sets[i].name),
+                               text_of(tiles ? sets[i].name : sets[i].tile), part));
   }
   return list;
 }
@@ -117,16 +117,19 @@ nb::list run_texture_sets(const PyMesh& low, const std::string& word) {
 nb::tuple run_height_field(nb::handle heights, double width, double depth, double height) {
   const Call call;
   const bool is_file = nb::isinstance<nb::str>(heights);
-  Image image;
-  if (!is_file) image = image_of(heights, "heights");
+  Heights read;
+  if (!is_file) read.image = image_of(heights, "heights");
+  std::vector<Warning> warnings;
   const std::string path = is_file ? nb::cast<std::string>(heights) : "";
   std::shared_ptr<const Mesh> field, plane;
   call.run([&] {
-    if (is_file) image = load_image(path);
-    const HeightFieldOptions options = {width, depth, height};
-    field = shared(height_field_mesh(image, options));
-    plane = shared(height_field_plane(image, options));
+    if (is_file) read = load_heights(path, &warnings);
+    const HeightFieldOptions options =
+        cli::prepare_heights(is_file ? path : "heights", read, {width, depth, height}, warnings);
+    field = shared(height_field_mesh(read.image, options));
+    plane = shared(height_field_plane(read.image, options));
   });
+  warn(warnings);
   PyMesh high{field};
   high.height_field = true;
   return nb::make_tuple(high, PyMesh{plane});

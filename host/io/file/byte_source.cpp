@@ -50,6 +50,10 @@ class FileSource final : public ByteSource {
   FileSource& operator=(const FileSource&) = delete;
 
   std::uint64_t size() const override { return size_; }
+  std::uint64_t size_now() const override {
+    const std::optional<os::FileFacts> facts = os::facts_of(file_);
+    return facts ? facts->bytes : size_;
+  }
   std::size_t read_at(std::uint64_t offset, void* to, std::size_t count) const override {
     std::size_t have = 0;
     while (have < count && offset + have < size_) {
@@ -181,7 +185,14 @@ class InflatingStream final : public ByteStream {
 std::string read_whole(const ByteSource& source, const FailWith& fail) {
   require_memory("its bytes", source.size(), memory_failure(fail, ""));
   std::string bytes(static_cast<std::size_t>(source.size()), '\0');
-  bytes.resize(source.read_at(0, bytes.data(), bytes.size()));
+  const std::size_t got = source.read_at(0, bytes.data(), bytes.size());
+  const std::uint64_t now = source.size_now();
+  if (got != bytes.size() || now != source.size()) {
+    fail("",
+         "it changed while it was read: it had " + std::to_string(source.size()) +
+             " bytes, and then " + std::to_string(got != bytes.size() ? got : now),
+         "Wait until the program that writes it is done, and read it again.");
+  }
   return bytes;
 }
 

@@ -23,7 +23,7 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr std::string_view kHidden = ".kiln-";
-constexpr std::string_view kJournal = ".journal";
+constexpr const char* kJournal = "journal";
 constexpr std::uint64_t kMostJournalBytes = std::uint64_t{1} << 24;
 constexpr double kLongestWait = 300.0;  // seconds for other processes that place files in a folder
 
@@ -86,8 +86,7 @@ class LockedFolder {
 };
 
 bool is_journal(const fs::path& path) {
-  const std::string name = path.filename().string();
-  return name.starts_with(kHidden) && name.ends_with(kJournal);
+  return state_of_name(path.filename().string(), kJournal) != NameState::foreign;
 }
 
 /// A name within a folder, not a path out of it.
@@ -118,20 +117,18 @@ void finish(const fs::path& folder, const fs::path& journal) {
   os::remove_file(journal.c_str());
 }
 
-/// The process of a hidden name `.kiln-PROCESS-NUMBER.ENDING`; 0 where it has none.
-long process_of(const std::string& name) {
-  return std::strtol(name.c_str() + kHidden.size(), nullptr, 10);
-}
-
-/// Removes what a killed process left that had not come to its journal: links to old files, which are made
-/// under the lock alone, and unfinished files of a process that is gone, after an hour (another machine's
-/// processes are not seen from here).
+/// Removes what a killed process left that had not come to its journal: links to old files, which are made under the
+/// lock alone, and unfinished files of a process that is gone. One that is not seen from here (another machine's, or a
+/// container's) counts as gone when its file has not changed for a week.
 void sweep(const fs::path& path) {
+  constexpr std::int64_t kWeek = std::int64_t{7} * 24 * 3600;
   const std::optional<os::FileFacts> facts = os::facts_of_link(path);
   if (!facts || !facts->is_regular || !facts->is_own) return;
   const std::string name = path.filename().string();
-  const bool aged = std::time(nullptr) - facts->modified > 3600;
-  if (name.ends_with(".old") || (name.ends_with(".tmp") && os::is_gone(process_of(name)) && aged)) {
+  const NameState state = state_of_name(name, "tmp");
+  const bool aged = std::time(nullptr) - facts->modified > kWeek;
+  if (state == NameState::left || (state == NameState::unknown && aged) ||
+      state_of_name(name, "old") != NameState::foreign) {
     os::remove_file(path.c_str());
   }
 }
@@ -214,7 +211,7 @@ class Placement {
       text += files_[i].target.filename().string() + '\0';
       text += backups_[i].path().filename().string() + '\0';
     }
-    TemporaryName journal(folder, kJournal.data() + 1);
+    TemporaryName journal(folder, kJournal);
     TemporaryName draft(folder);
     const int file = os::create_file(draft.path(), 0600);
     bool good = file >= 0;

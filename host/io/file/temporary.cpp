@@ -43,7 +43,7 @@ int register_name(std::span<Slot> all, const std::filesystem::path::string_type&
 }  // namespace
 
 TemporaryName::TemporaryName(const std::filesystem::path& folder, const char* ending)
-    : path_(folder / (".kiln-" + std::to_string(os::process_id()) + "-" +
+    : path_(folder / (".kiln-" + os::process_mark() + "-" + std::to_string(os::process_id()) + "-" +
                       std::to_string(name_counter++) + "." + ending)),
       slot_(register_name(slots, path_.native())) {}
 
@@ -63,6 +63,31 @@ void TemporaryName::release() noexcept {
   if (slot_ >= 0) slots[static_cast<std::size_t>(slot_)].state = kSlotFree;
   slot_ = -1;
   path_.clear();
+}
+
+NameState state_of_name(std::string_view name, std::string_view ending) {
+  const auto take = [&](std::string_view text) {
+    const bool has = name.starts_with(text);
+    if (has) name.remove_prefix(text.size());
+    return has;
+  };
+  const auto take_run = [&](std::string_view of) {
+    const std::string_view run = name.substr(0, name.find_first_not_of(of));
+    name.remove_prefix(run.size());
+    return run;
+  };
+  constexpr std::string_view kDigits = "0123456789";
+  if (!take(".kiln-")) return NameState::foreign;
+  const std::string_view mark = take_run("0123456789abcdef");
+  const bool has_mark = mark.size() == 16 && name.starts_with('-');  // earlier versions had none
+  if (has_mark) take("-");
+  const std::string process(has_mark ? take_run(kDigits) : mark);
+  if (process.empty() || process.size() > 9 || process.find_first_not_of(kDigits) != process.npos ||
+      !take("-") || take_run(kDigits).empty() || !take(".") || name != ending) {
+    return NameState::foreign;
+  }
+  if (!has_mark || mark != os::process_mark()) return NameState::unknown;
+  return os::is_gone(std::stol(process)) ? NameState::left : NameState::live;
 }
 
 void note_created_folder(const std::filesystem::path& folder) noexcept {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <filesystem>
+#include <string_view>
 
 namespace kiln {
 
@@ -10,7 +11,7 @@ namespace kiln {
 class TemporaryName {
  public:
   TemporaryName() = default;
-  /// A name of the form `.kiln-PROCESS-NUMBER.ENDING` that this process has not used yet.
+  /// A name of the form `.kiln-MARK-PROCESS-NUMBER.ENDING` (os::process_mark()) that this process has not used yet.
   explicit TemporaryName(const std::filesystem::path& folder, const char* ending = "tmp");
   ~TemporaryName() { release(); }
   TemporaryName(TemporaryName&& other) noexcept;
@@ -25,6 +26,16 @@ class TemporaryName {
   std::filesystem::path path_;
   int slot_ = -1;
 };
+
+/// Of a hidden name: whether its process may still be at work.
+enum class NameState {
+  foreign,  ///< It is none of ours
+  live,     ///< Its process runs
+  unknown,  ///< Its process is another machine's, or of an earlier start of this one
+  left,     ///< Its process is gone
+};
+/// \param name  of a file, without its folder  \param ending  that it must have, such as "tmp"
+NameState state_of_name(std::string_view name, std::string_view ending);
 
 /// A folder that remove_temporary_files() removes where it is still empty. Where too many are registered
 /// already, or the name is too long, it is not.

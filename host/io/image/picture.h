@@ -3,8 +3,10 @@
 // EXIF data are left alone.
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -36,6 +38,21 @@ StoredError error_of_stored(const Image& image, const SaveImageOptions& options,
 /// strips or tiles, channels together or apart. The tag Orientation is followed, alpha that is multiplied into the
 /// colours is divided out. \throws Error(input)
 Image parse_tiff(const ByteSource& source, const std::string& file, const ImageLimits& limits = {});
+
+/// What a TIFF of heights says of them, by the tags of GeoTIFF and GDAL.
+struct TiffGeography {
+  std::optional<double> no_data;    ///< GDAL_NODATA
+  std::array<double, 2> spacing{};  ///< From column to column and from row to row; 0: not said
+  bool is_degrees = false;          ///< True if `spacing` is
+  double top = 0;                   ///< Latitude of the first row's border, where it is
+  unsigned length_unit = 0, height_unit = 0;  ///< Codes of EPSG; 0: not said
+  double largest = 1;  ///< What a value of 1 stands for in the file; 1: numbers are as they stand
+};
+
+/// The same of heights, whose numbers stay as they are: floats, signed numbers, and unsigned ones where tags of GeoTIFF
+/// or GDAL say that they are of the ground. Other unsigned ones are in [0, 1]. \throws Error(input)
+Image parse_tiff_heights(const ByteSource& source, const std::string& file,
+                         TiffGeography& geography, const ImageLimits& limits = {});
 
 /// A TIFF in memory: grey or RGB, with alpha or without; deflated in strips of 64 rows, little-endian. Whole numbers
 /// are clamped to [0, 1] and rounded to nearest; beyond 4 GiB it is a BigTIFF. \param bits  8 or 16; 32: floats

@@ -5,16 +5,19 @@
 
 #include <algorithm>
 #include <bit>
+#include <cmath>
 #include <cstdarg>
 #include <cstdio>
 #include <cstring>
 #include <exception>
 #include <memory>
+#include <span>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "base/memory.h"
+#include "io/file/text_scanner.h"
 #include "io/image/picture.h"
 
 namespace kiln {
@@ -145,8 +148,8 @@ Layout layout_of(TIFF* file) {
   return layout;
 }
 
-/// Refuses what would be read as something else.
-void check_kind(const Layout& layout, const FailWith& fail) {
+/// Refuses what would be read as something else. \param heights  true: signed numbers are heights, too
+void check_kind(const Layout& layout, bool heights, const FailWith& fail) {
   const std::string convert = "Save it as RGB or grey, or convert it to PNG or OpenEXR.";
   const std::uint16_t colours = layout.colours;
   if (colours == PHOTOMETRIC_SEPARATED) {
@@ -172,7 +175,10 @@ void check_kind(const Layout& layout, const FailWith& fail) {
       (bits == 1 || bits == 2 || bits == 4 || bits == 8 || bits == 16 || bits == 32);
   const bool floats =
       layout.format == SAMPLEFORMAT_IEEEFP && (bits == 16 || bits == 32 || bits == 64);
-  if ((!numbers && !floats) || (colours == PHOTOMETRIC_PALETTE && (floats || bits > 16))) {
+  const bool is_signed = heights && layout.format == SAMPLEFORMAT_INT &&
+                         (bits == 8 || bits == 16 || bits == 32) && colours != PHOTOMETRIC_PALETTE;
+  if ((!numbers && !floats && !is_signed) ||
+      (colours == PHOTOMETRIC_PALETTE && (floats || bits > 16))) {
     fail("BitsPerSample",
          "its values are " +
              std::string(layout.format == SAMPLEFORMAT_IEEEFP ? "floats"
@@ -220,6 +226,11 @@ double value_at(const std::uint8_t* row, std::size_t i, const Layout& layout) {
     value.setBits(as(std::uint16_t{}));
     return double{static_cast<float>(value)};
   }
+  if (layout.format == SAMPLEFORMAT_INT) {
+    if (layout.bits == 32) return as(std::int32_t{});
+    if (layout.bits == 16) return as(std::int16_t{});
+    return as(std::int8_t{});
+  }
   switch (layout.bits) {
     case 32:
       return as(std::uint32_t{});
@@ -237,8 +248,10 @@ double value_at(const std::uint8_t* row, std::size_t i, const Layout& layout) {
 /// Turns values to what an image holds.
 class Values {
  public:
-  Values(TIFF* file, const Layout& layout) : layout_(layout) {
-    most_ = layout.format == SAMPLEFORMAT_IEEEFP
+  /// \param as_they_are  true: whole numbers are not divided
+  Values(TIFF* file, const Layout& layout, bool as_they_are)
+      : layout_(layout), as_they_are_(as_they_are) {
+    most_ = layout.format == SAMPLEFORMAT_IEEEFP || as_they_are
                 ? 1
                 : static_cast<double>((std::uint64_t{1} << layout.bits) - 1);
     if (layout.colours == PHOTOMETRIC_PALETTE) {
@@ -246,6 +259,7 @@ class Values {
           TIFFGetField(file, TIFFTAG_COLORMAP, &palette_[0], &palette_[1], &palette_[2]) != 0;
     }
   }
+  double largest() const { return most_; }
   bool palette_is_missing() const {
     return layout_.colours == PHOTOMETRIC_PALETTE && !has_palette_;
   }
@@ -260,12 +274,15 @@ class Values {
       return;
     }
     const std::uint32_t channel = layout_.colours == PHOTOMETRIC_PALETTE ? 3 : sample;
-    if (layout_.colours == PHOTOMETRIC_MINISWHITE && sample == 0) value = most_ - value;
+    if (layout_.colours == PHOTOMETRIC_MINISWHITE && sample == 0 && !as_they_are_) {
+      value = most_ - value;
+    }
     pixel[channel] = static_cast<float>(value / most_);
   }
 
  private:
   const Layout& layout_;
+  bool as_they_are_;
   double most_ = 1;
   std::uint16_t* palette_[3] = {};  // 2^bits entries each, libtiff's own
   bool has_palette_ = false;
@@ -351,7 +368,74 @@ bool tiff_holds_floats(const ByteSource& source) {
          field<std::uint16_t>(tiff.file, TIFFTAG_SAMPLEFORMAT) == SAMPLEFORMAT_IEEEFP;
 }
 
-Image parse_tiff(const ByteSource& source, const std::string& file, const ImageLimits& limits) {
+namespace {
+
+// Tags of GeoTIFF 1.1 and of GDAL, and keys of the first.
+constexpr std::uint32_t kPixelScale = 33550, kTiePoint = 33922, kTransformation = 34264,
+                        kGeoKeys = 34735, kGdalNoData = 42113;
+constexpr unsigned kModelType = 1024, kLengthUnit = 3076, kHeightUnit = 4099;
+constexpr unsigned kGeographic = 2;
+
+/// The values of a tag that libtiff does not know itself; none where it is absent, or of another type.
+template <typename T>
+std::span<const T> values_of(TIFF* file, std::uint32_t tag, TIFFDataType type) {
+  const TIFFField* const field = TIFFFindField(file, tag, TIFF_ANY);
+  if (field == nullptr || TIFFFieldDataType(field) != type || TIFFFieldPassCount(field) == 0) {
+    return {};
+  }
+  const void* data = nullptr;
+  if (TIFFFieldReadCount(field) == TIFF_VARIABLE2) {
+    std::uint32_t count = 0;
+    if (TIFFGetField(file, tag, &count, &data) == 0) return {};
+    return {static_cast<const T*>(data), count};
+  }
+  std::uint16_t count = 0;
+  if (TIFFGetField(file, tag, &count, &data) == 0) return {};
+  return {static_cast<const T*>(data), count};
+}
+
+/// \returns whether any tag of the ground is there
+bool read_geography(TIFF* file, TiffGeography& geography) {
+  bool any = false;
+  if (const auto scale = values_of<double>(file, kPixelScale, TIFF_DOUBLE); scale.size() >= 2) {
+    any = true;
+    geography.spacing = {std::abs(scale[0]), std::abs(scale[1])};
+  }
+  if (const auto tie = values_of<double>(file, kTiePoint, TIFF_DOUBLE); tie.size() >= 6) {
+    any = true;
+    geography.top = tie[4] + tie[1] * geography.spacing[1];
+  }
+  const auto map = values_of<double>(file, kTransformation, TIFF_DOUBLE);
+  if (map.size() >= 16) {  // rows and columns of a turned grid
+    any = true;
+    geography.spacing = {std::hypot(map[0], map[4]), std::hypot(map[1], map[5])};
+    geography.top = map[7];
+  }
+  for (double& side : geography.spacing) {
+    if (!std::isfinite(side)) side = 0;
+  }
+  if (geography.spacing[0] == 0 || geography.spacing[1] == 0) geography.spacing = {};
+  const auto keys = values_of<std::uint16_t>(file, kGeoKeys, TIFF_SHORT);
+  for (std::size_t k = 4; k + 4 <= keys.size(); k += 4) {
+    any = true;
+    if (keys[k + 1] != 0) continue;  // the value stands in another tag
+    if (keys[k] == kModelType) geography.is_degrees = keys[k + 3] == kGeographic;
+    if (keys[k] == kLengthUnit) geography.length_unit = keys[k + 3];
+    if (keys[k] == kHeightUnit) geography.height_unit = keys[k + 3];
+  }
+  if (const auto text = values_of<char>(file, kGdalNoData, TIFF_ASCII); !text.empty()) {
+    any = true;
+    std::string_view word(text.data(), text.size());
+    word = word.substr(0, word.find('\0'));
+    TextScanner scan(word);
+    geography.no_data = to_double(scan.token_in_line());
+  }
+  return any;
+}
+
+/// \param geography  null: not of heights
+Image parse(const ByteSource& source, const std::string& file, const ImageLimits& limits,
+            TiffGeography* geography) {
   const FailWith fail = image_failure(file, "TIFF");
   const std::string again = "Export or copy the file again, or convert it to PNG or OpenEXR.";
   Tiff tiff(source);
@@ -363,8 +447,11 @@ Image parse_tiff(const ByteSource& source, const std::string& file, const ImageL
   open(tiff);
   if (tiff.file == nullptr) give_up("header");
   const Layout layout = layout_of(tiff.file);
-  check_kind(layout, fail);
-  const Values values(tiff.file, layout);
+  check_kind(layout, geography != nullptr, fail);
+  const bool of_ground = geography != nullptr && read_geography(tiff.file, *geography);
+  const Values values(tiff.file, layout,
+                      of_ground || (geography != nullptr && layout.format == SAMPLEFORMAT_INT));
+  if (geography != nullptr) geography->largest = values.largest();
   if (values.palette_is_missing()) fail("ColorMap", "it is missing", again);
   if (layout.packing == COMPRESSION_JPEG) {
     TIFFSetField(tiff.file, TIFFTAG_JPEGCOLORMODE, JPEGCOLORMODE_RGB);
@@ -393,6 +480,17 @@ Image parse_tiff(const ByteSource& source, const std::string& file, const ImageL
   if (!read_blocks(tiff, layout, values, image)) give_up("pixels");
   if (layout.premultiplied) divide_by_alpha(image);
   return upright(std::move(image), layout.orientation);
+}
+
+}  // namespace
+
+Image parse_tiff(const ByteSource& source, const std::string& file, const ImageLimits& limits) {
+  return parse(source, file, limits, nullptr);
+}
+
+Image parse_tiff_heights(const ByteSource& source, const std::string& file,
+                         TiffGeography& geography, const ImageLimits& limits) {
+  return parse(source, file, limits, &geography);
 }
 
 }  // namespace kiln

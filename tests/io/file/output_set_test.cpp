@@ -337,6 +337,45 @@ TEST_F(OutputSetTest, TwoWritersDoNotMix) {
   EXPECT_EQ(names(folder_), (std::set<std::string>{"a", "b", "c"}));
 }
 
+TEST_F(OutputSetTest, TheNextRunRemovesWhatKilledOnesLeft) {
+  const pid_t child = fork();
+  if (child == 0) _exit(0);
+  int status = 0;
+  ASSERT_EQ(waitpid(child, &status, 0), child);
+  const std::string mark = os::process_mark(), other = mark[0] == '0' ? "1" : "0";
+  const std::string dead = std::to_string(child), alive = std::to_string(getppid());
+  const std::string elsewhere = other + mark.substr(1), old = ".kiln-" + elsewhere + "-7-8.tmp";
+  const std::set<std::string> left = {".kiln-" + mark + "-" + dead + "-0.tmp",
+                                      ".kiln-" + mark + "-" + dead + "-12.tmp", old,
+                                      ".kiln-9999999-3.tmp"};
+  const std::set<std::string> kept = {
+      ".kiln-" + mark + "-" + alive + "-0.tmp",      // its process runs
+      ".kiln-" + elsewhere + "-" + dead + "-0.tmp",  // perhaps too, on another machine
+      ".kiln-" + dead + "-1.tmp",                    // an earlier version's, of nobody knows which
+      ".kiln-" + mark + "-" + dead + "-0.txt",       // none of ours
+      ".kiln-" + mark + "-" + dead + "x-0.tmp",
+      ".kiln-" + mark + "-" + dead + "-.tmp",
+      ".kiln-notes.tmp",
+      ".kiln-notes.old",
+      "kiln-" + mark + "-" + dead + "-0.tmp"};
+  for (const auto* all : {&left, &kept}) {
+    for (const std::string& name : *all) std::ofstream(folder_ / name) << name;
+  }
+  const auto days_ago = [&](const std::string& name, int days) {
+    fs::last_write_time(folder_ / name,
+                        fs::file_time_type::clock::now() - std::chrono::hours(24 * days));
+  };
+  days_ago(old, 8);
+  days_ago(".kiln-9999999-3.tmp", 8);
+  for (const std::string& name : kept) days_ago(name, name.find(dead + "-") != name.npos ? 6 : 60);
+  const std::string link = ".kiln-" + mark + "-" + dead + "-5.tmp";
+  fs::create_symlink("x", folder_ / link);
+  save_text(folder_ / "x", "");
+  std::set<std::string> expected = kept;
+  expected.insert({"x", link});
+  EXPECT_EQ(names(folder_), expected);
+}
+
 // A process that is killed while it holds its files back leaves nothing.
 TEST_F(OutputSetTest, AKillBeforeCommitLeavesNothing) {
   const pid_t child = fork();

@@ -410,10 +410,14 @@ void check_sets(const BakeJob& a) {
 
 void check_height_field(const BakeJob& a) {
   if (!is_height_field(a.high)) {
-    if (!a.given.contains("--height") && !a.given.contains("--extent")) return;
+    if (!a.given.contains("--height") && !a.given.contains("--extent") &&
+        !a.given.contains("--no-data")) {
+      return;
+    }
     fail_usage(
-        "--height and --extent are for a HIGH that is a height field, a PNG or EXR. The map of "
-        "heights is --maps height.");
+        "--height, --extent and --no-data are for a HIGH that is a height field, a PNG, EXR or "
+        "TIFF. "
+        "The map of heights is --maps height.");
   }
   const bool far =
       a.options.match.max_distance || a.cage_auto || a.options.match.cage || !a.cage_mesh.empty();

@@ -75,7 +75,7 @@ Json describe(const BakeJob& job, const BakeReport& report) {
   only_if(!job.low.empty(), {"tangents"});
   only_if(report.recall.has_value(), {"recall"});
   json["miss"] = name_of(Words(kMisses), job.options.encoding.miss);
-  only_if(is_height_field(job.high), {"height"});
+  only_if(is_height_field(job.high), {"height", "no_data"});
   only_if(job.options.encoding.space == NormalMapSpace::tangent, {"bitangent"});
   json["ao_by"] =
       report.occlusion ? Json(name_of(Words(kOcclusionBy), report.occlusion->by)) : Json();

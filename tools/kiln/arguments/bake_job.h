@@ -47,6 +47,7 @@ struct BakeJob {
   PartNames part_names;             // but for `by` and `list`
   std::string view_weights;         // a file, where likelihood is `list`
   bool reasons = false;
+  bool keep_hulls = false;
   bool file_tangents = true, split_at_seams = false;
   std::vector<std::string> occluders;  // files
   std::vector<std::string> own_maps;   // of --maps: NAME=FILE

@@ -366,7 +366,8 @@ constexpr const char *kFiles = "More files", *kMap = "The map",
                      *kMatch = "The match", *kViews = "The depth views (--match views)",
                      *kVisibility = "Visibility (--match visibility, hybrid)",
                      *kLow = "The low poly", *kRun = "The run",
-                     *kHeights = "The height field (HIGH is a PNG or EXR; --match is uv then)";
+                     *kHeights =
+                         "The height field (HIGH is a PNG, EXR or TIFF; --match is uv then)";
 
 std::vector<OptionRow> make_rows() {
   return {
@@ -421,7 +422,7 @@ std::vector<OptionRow> make_rows() {
        .help =
            "Which maps, separated by commas. NAME=MAP:OPTION=VALUE: another one of a kind, with "
            "options of its own, such as ao_near=ao:ao-distance=2%. NAME=FILE.cl: one of your "
-           "own, a function in OpenCL C. " +
+           "own, a function in OpenCL C: a program with your rights. " +
            maps_in_words()},
       {.flag = "--space",
        .group = kMap,
@@ -534,8 +535,9 @@ std::vector<OptionRow> make_rows() {
       {.flag = "--map-seconds",
        .group = kMap,
        .value = number(AT(options.own_map_seconds), 1, 86400).in("seconds"),
-       .help = "The most that a map of your own may take for 65,536 samples, 1 to 86400 seconds; "
-               "then the run ends"},
+       .help =
+           "The most that a map of your own may take for 65,536 samples, and its compiler, 1 to "
+           "86400 seconds; then the run ends"},
       {.flag = "--light-angle",
        .group = kShadow,
        .value = number(AT(options.light.angle_degrees), 0, 90).in("degrees"),
@@ -593,8 +595,8 @@ std::vector<OptionRow> make_rows() {
        .group = kMap,
        .value = choice(AT(options.id_by), Words(kIdBy)),
        .help =
-           "What the map id tells apart: connected parts, or HIGH's materials, groups or objects "
-           "(OBJ). --json has the legend"},
+           "What the map id tells apart: connected parts, or HIGH's materials, groups, objects or "
+           "colours (of vertices or faces). --json has the legend"},
       {.flag = "--report-error",
        .group = kMap,
        .value = toggle(AT(options.report.errors)),
@@ -860,11 +862,18 @@ std::vector<OptionRow> make_rows() {
 
       height_row<BakeJob>(kHeights),
       extent_row<BakeJob>(kHeights),
+      no_data_row<BakeJob>(kHeights),
 
       {.flag = "--faces",
        .group = kLow,
        .value = whole(AT(faces), 1, 100000000).or_none(),
        .help = "Without LOW: simplify HIGH to N triangles"},
+      {.flag = "--keep-hulls",
+       .group = kLow,
+       .value = toggle(AT(keep_hulls)),
+       .help = "Bake onto LOW's collision hulls, too: objects or groups named UCX_, UBX_, USP_, "
+               "UCP_, or "
+               "ending in -col, -colonly, -convcol, -convcolonly, which are left out else"},
       {.flag = "--keep-parts",
        .group = kLow,
        .value = toggle(AT(keep_parts)),

@@ -31,7 +31,57 @@ void say_of_high(Warning& warning) {
   warning.message.replace(at, baked.size(), "no texture of HIGH is read ");
 }
 
+/// What was asked for, with the extent that the file says where none was.
+HeightFieldOptions extent_of(const Heights& read, HeightFieldOptions options) {
+  if (options.width != 0 || options.depth != 0 || read.spacing[0] == 0) return options;
+  options.width = (read.image.width - 1.0) * read.spacing[0];
+  options.depth = (read.image.height - 1.0) * read.spacing[1];
+  return options;
+}
+
+void warn_of_no_data(const std::string& path, const NoData& found, const Image& image,
+                     const HeightFieldOptions& options, std::vector<Warning>& warnings) {
+  const std::string field = "The height field '" + path + "'";
+  const std::uint64_t all = std::uint64_t{image.width} * image.height;
+  if (found.pixels != 0) {
+    std::string numbers;
+    for (const double value : found.values) {
+      numbers += (numbers.empty() ? "" : ", ") + formatted("%.9g", value);
+    }
+    warnings.push_back({"no-data",
+                        field + " has no height in " + with_commas(found.pixels) + " of " +
+                            plural(all, "pixel") + " (" +
+                            (numbers.empty() ? "not finite" : numbers + " or not finite") +
+                            "): they are holes. Fill them before, or, where " +
+                            (numbers.empty() ? "a number means none, say it by --no-data VALUE."
+                                             : "they are heights, add --no-data none."),
+                        found.pixels});
+  } else if (options.no_data) {
+    warnings.push_back({"no-data-idle",
+                        field + " holds " + formatted("%.9g", *options.no_data) +
+                            " nowhere, which --no-data says is no height: give the number as the "
+                            "file holds it.",
+                        1});
+  }
+  if (found.doubtful) {
+    const std::string value = formatted("%.9g", *found.doubtful);
+    warnings.push_back({"no-data-doubtful",
+                        field + " has heights of " + value +
+                            ", far from all others: if they stand for none, add --no-data " +
+                            value + ".",
+                        1});
+  }
+}
+
 }  // namespace
+
+HeightFieldOptions prepare_heights(const std::string& path, Heights& read,
+                                   const HeightFieldOptions& options,
+                                   std::vector<Warning>& warnings) {
+  const NoData found = mark_no_data(read, options.no_data, options.guess_no_data);
+  warn_of_no_data(path, found, read.image, options, warnings);
+  return extent_of(read, options);
+}
 
 std::string mesh_kinds() {
   std::string text;
@@ -39,11 +89,11 @@ std::string mesh_kinds() {
   return text;
 }
 
-std::string high_poly_kinds() { return mesh_kinds() + "; or a height field: PNG, EXR"; }
+std::string high_poly_kinds() { return mesh_kinds() + "; or a height field: PNG, EXR, TIFF"; }
 
 bool is_height_field(const std::string& path) {
   const std::string ending = lower_extension(path);
-  return ending == ".png" || ending == ".exr";
+  return ending == ".png" || ending == ".exr" || ending == ".tif" || ending == ".tiff";
 }
 
 HighPolyInput load_high(const std::vector<std::string>& files, const HeightFieldOptions& heights,
@@ -58,15 +108,15 @@ HighPolyInput load_high(const std::vector<std::string>& files, const HeightField
                "' is a height field, which cannot be joined with other "
                "files: give it alone.");
   }
-  refuse_if(stretches(heights), "--height and --extent are for a height field, a PNG or EXR; " +
-                                    in_words(files) +
-                                    (files.size() == 1 ? " is a mesh." : " are meshes."));
+  refuse_if(stretches(heights),
+            "--height, --extent and --no-data are for a height field, a PNG, EXR or TIFF; " +
+                in_words(files) + (files.size() == 1 ? " is a mesh." : " are meshes."));
   const std::size_t before = warnings.size();
   MeshFiles read = load_meshes(files, options, named, warnings, beside);
   for (std::size_t i = before; i < warnings.size(); ++i) say_of_high(warnings[i]);
   read.mesh.tangents = {};  // for its normal textures MikkTSpace computes them
   turn_normals("HIGH", Trusted::faces, read.mesh, warnings);
-  return {std::move(read.mesh), {}, std::move(read.beside)};
+  return {std::move(read.mesh), {}, std::move(read.beside), {}};
 }
 
 HighPolyInput load_high(const std::string& path, const HeightFieldOptions& heights,
@@ -75,7 +125,9 @@ HighPolyInput load_high(const std::string& path, const HeightFieldOptions& heigh
     return load_high(std::vector{path}, heights, options, /*named=*/false, warnings);
   }
   HighPolyInput dense;
-  dense.heights = load_image(path);
+  Heights read = load_heights(path, &warnings);
+  dense.field = prepare_heights(path, read, heights, warnings);
+  dense.heights = std::move(read.image);
   if (dense.heights->channels > 1) {
     warnings.push_back({"height-channels",
                         "The height field '" + path + "' has " +
@@ -83,7 +135,7 @@ HighPolyInput load_high(const std::string& path, const HeightFieldOptions& heigh
                             " channels: the first was taken for heights.",
                         1});
   }
-  dense.mesh = height_field_mesh(*dense.heights, heights);
+  dense.mesh = height_field_mesh(*dense.heights, dense.field);
   dense.mesh.name = std::filesystem::path(path).stem().string();
   return dense;
 }
@@ -107,6 +159,62 @@ CleanReport clean_high(Mesh& high, const std::optional<CleanOptions>& options,
   }
   warnings.insert(warnings.end(), report.warnings.begin(), report.warnings.end());
   return report;
+}
+
+void shade(const ShadingOptions& options, HighPolyInput& high, std::vector<Warning>& warnings) {
+  if (!high.heights) high.shading = shade(options, high.mesh, warnings);
+}
+
+ShadingReport shade(const ShadingOptions& options, Mesh& high, std::vector<Warning>& warnings) {
+  ShadingReport report = shade_high(high, options);
+  warnings.insert(warnings.end(), report.warnings.begin(), report.warnings.end());
+  return report;
+}
+
+std::string shading_line(const ShadingReport& shading, const ShadingOptions& options) {
+  const bool automatic = options.rule == ShadingRule::automatic;
+  if (automatic && shading.missing == 0) return {};
+  const std::string rule = " (--high-normals " + shading_word(options) + ")";
+  const std::string none = shading.given == 0
+                               ? "the file has none"
+                               : with_commas(shading.missing) + " triangles have none";
+  switch (shading.chosen) {
+    case ShadingRule::smooth:
+      return "HIGH's normals: smooth" +
+             (automatic ? "; " + none +
+                              (shading.parts == 0 ? ", and no edge turns by 20 degrees"
+                                                  : ", and its edges turn as a scan's do")
+                        : "") +
+             rule;
+    case ShadingRule::flat:
+      return "HIGH's normals: flat" + rule;
+    case ShadingRule::angle: {
+      std::string text = "HIGH's normals: " + plural(shading.hard_edges, "hard edge") + " in " +
+                         with_commas(shading.hard_parts) + " of " + plural(shading.parts, "part");
+      text += formatted(", from %.3g degrees on; smooth up to %.3g", shading.least_degrees,
+                        shading.most_degrees);
+      if (shading.split_parts != 0) {
+        text += "; of " + plural(shading.split_parts, "part") + " where the file splits vertices";
+      }
+      return text + (automatic ? "; " + none : "") + rule;
+    }
+    default:
+      return "HIGH's normals: " + std::string(shading.given == 0 ? "smooth" : "the file's") + rule;
+  }
+}
+
+Json describe(const ShadingReport& shading) {
+  constexpr const char* kChosen[] = {"auto", "file", "smooth", "flat", "hard_edges"};
+  return {{"chosen", kChosen[static_cast<std::size_t>(shading.chosen)]},
+          {"given", shading.given},
+          {"missing", shading.missing},
+          {"parts", shading.parts},
+          {"hard_parts", shading.hard_parts},
+          {"split_parts", shading.split_parts},
+          {"hard_edges", shading.hard_edges},
+          {"least_degrees", shading.least_degrees},
+          {"most_degrees", shading.most_degrees},
+          {"bent_planes", shading.bent_planes}};
 }
 
 void turn_normals(const std::string& which, Trusted trust, Mesh& mesh,

@@ -16,17 +16,18 @@ namespace kiln::cli {
 
 /// True if something says what a height field is stretched to.
 inline bool stretches(const HeightFieldOptions& heights) {
-  return heights.height != 1 || heights.width != 0;
+  return heights.height != 1 || heights.width != 0 || heights.no_data || !heights.guess_no_data;
 }
 
-/// Adds --height and --extent to a command. \param job  with a member `heights`
+/// Adds --height, --extent and --no-data to a command. \param job  with a member `heights`
 template <typename Job>
 void add_height_options(Command& command, Job& job, const char* group) {
-  const OptionRow rows[] = {height_row<Job>(group), extent_row<Job>(group)};
+  const OptionRow rows[] = {height_row<Job>(group), extent_row<Job>(group),
+                            no_data_row<Job>(group)};
   add_options(command, rows, &job);
 }
 
-/// True if a path names a height field: a PNG or EXR, by its ending.
+/// True if a path names a height field: a PNG, EXR or TIFF, by its ending.
 bool is_height_field(const std::string& path);
 
 /// File formats of meshes, for help texts: "PLY, OBJ, ...".
@@ -37,8 +38,10 @@ std::string high_poly_kinds();
 /// A high poly, and what it was made of where it is a height field.
 struct HighPolyInput {
   Mesh mesh;
-  std::optional<Image> heights;
-  Asset beside;  ///< See MeshFiles::beside
+  std::optional<Image> heights;   ///< NaN where there is none
+  Asset beside;                   ///< See MeshFiles::beside
+  HeightFieldOptions field = {};  ///< With the extent that the file says, where none was given
+  ShadingReport shading;          ///< Of shade()
 };
 
 /// Several files are meshes, and joined. \param named, beside  see load_meshes() \param options  of meshes
@@ -49,6 +52,13 @@ HighPolyInput load_high(const std::vector<std::string>& files, const HeightField
 HighPolyInput load_high(const std::string& path, const HeightFieldOptions& heights,
                         std::vector<Warning>& warnings, const LoadMeshOptions& options = {});
 
+/// Makes pixels without a height NaN, and says so.
+/// \param path  of the file, or a name, for messages
+/// \returns the options, with the extent that the file says where none is given
+HeightFieldOptions prepare_heights(const std::string& path, Heights& read,
+                                   const HeightFieldOptions& options,
+                                   std::vector<Warning>& warnings);
+
 /// As a choice of the command has it. \param whole  what CleanHigh::automatic repairs: all, or windings alone
 /// \param all_parts  whether no part may be left out for its size
 std::optional<CleanOptions> clean_options(CleanHigh choice, bool whole, bool keep_inner,
@@ -56,6 +66,13 @@ std::optional<CleanOptions> clean_options(CleanHigh choice, bool whole, bool kee
 /// Repairs a high poly, and says what was done. \param options  none: nothing
 CleanReport clean_high(Mesh& high, const std::optional<CleanOptions>& options,
                        std::vector<Warning>& warnings);
+
+/// Gives HIGH its normals, once it is as clean as it will be: see shade_high(). Height fields have theirs.
+void shade(const ShadingOptions& options, HighPolyInput& high, std::vector<Warning>& warnings);
+ShadingReport shade(const ShadingOptions& options, Mesh& high, std::vector<Warning>& warnings);
+/// A line on the normals of a file that has none; empty where it has.
+std::string shading_line(const ShadingReport& shading, const ShadingOptions& options);
+Json describe(const ShadingReport& shading);
 
 /// Sets right normals that oppose their faces, of HIGH or LOW, with a warning: see agree_normals().
 void turn_normals(const std::string& which, Trusted trust, Mesh& mesh,

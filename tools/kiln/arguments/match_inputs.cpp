@@ -12,6 +12,7 @@
 #include "arguments/parse.h"
 #include "arguments/transfers.h"
 #include "kiln/cage.h"
+#include "kiln/collision_hulls.h"
 
 namespace kiln::cli {
 namespace {
@@ -127,6 +128,20 @@ void MatchInputs::apply(BakeOptions& options) const {
   options.samples = match_->samples;
 }
 
+namespace {
+
+/// Takes collision hulls off, and counts each file's triangles without them.
+void take_hulls(MeshFiles& files, std::vector<Warning>& warnings) {
+  const std::vector<std::uint8_t> is_hull = collision_hulls(files.mesh);
+  files.hulls = take_collision_hulls(files.mesh, &warnings);
+  for (std::size_t& first : files.first) {
+    first -= static_cast<std::size_t>(
+        std::count(is_hull.begin(), is_hull.begin() + static_cast<std::ptrdiff_t>(first), 1));
+  }
+}
+
+}  // namespace
+
 MeshFiles load_low_files(const BakeJob& arguments, std::vector<Warning>& warnings, bool beside) {
   MeshFiles files =
       load_meshes(low_files(arguments), load_options(arguments, MeshSide::low),
@@ -139,6 +154,7 @@ MeshFiles load_low_files(const BakeJob& arguments, std::vector<Warning>& warning
                     " has none. PLY gives them, as properties tx, ty, tz and tw of its vertices, "
                     "beside UVs; leave --tangents out for those of MikkTSpace.");
   }
+  if (!arguments.keep_hulls) take_hulls(files, warnings);
   turn_normals("LOW", Trusted::normals, files.mesh, warnings);
   return files;
 }
@@ -275,7 +291,11 @@ Mesh cage_of(const Image& image, const std::filesystem::path& path, const Mesh& 
 
 Mesh load_cage(const std::filesystem::path& path, const Mesh& low, const LoadMeshOptions& options,
                std::vector<Warning>* warnings) {
-  return is_image(path) ? cage_of(load_image(path), path, low) : load_mesh(path, options, warnings);
+  if (is_image(path)) return cage_of(load_image(path), path, low);
+  Mesh cage = load_mesh(path, options, warnings);
+  // A copy of all that LOW's file has, its collision hulls among it.
+  if (cage.triangles.size() > low.triangles.size()) take_collision_hulls(cage);
+  return cage;
 }
 
 }  // namespace kiln::cli

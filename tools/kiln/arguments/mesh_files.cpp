@@ -158,6 +158,7 @@ void move_uvs(const std::vector<std::size_t>& group_of,
     }
   }
   mesh.uvs = std::move(pool);
+  mesh.other_uvs.clear();
 }
 
 void move_material_files(Mesh& mesh, const fs::path& from, const fs::path& to) {
@@ -333,6 +334,38 @@ void check_mesh_frame(const MeshFrameArguments& arguments, const std::vector<std
     }
   }
   for (const MeshSide side : {MeshSide::high, MeshSide::low}) load_options(arguments, side);
+}
+
+ShadingOptions parse_shading(const std::string& text) {
+  constexpr std::pair<const char*, ShadingRule> kRules[] = {{"auto", ShadingRule::automatic},
+                                                            {"file", ShadingRule::file},
+                                                            {"smooth", ShadingRule::smooth},
+                                                            {"flat", ShadingRule::flat}};
+  for (const auto& [word, rule] : kRules) {
+    if (text == word) return {.rule = rule};
+  }
+  ShadingOptions options = {.rule = ShadingRule::angle};
+  refuse_if(!read_number(text, options.angle_degrees) || !(options.angle_degrees > 0) ||
+                options.angle_degrees > 180,
+            "--high-normals is '" + text +
+                "': give auto, file, smooth, flat, or an angle above 0 and up to 180 degrees.");
+  return options;
+}
+
+std::string shading_word(const ShadingOptions& options) {
+  switch (options.rule) {
+    case ShadingRule::automatic:
+      return "auto";
+    case ShadingRule::file:
+      return "file";
+    case ShadingRule::smooth:
+      return "smooth";
+    case ShadingRule::flat:
+      return "flat";
+    case ShadingRule::angle:
+      break;
+  }
+  return formatted("%g", options.angle_degrees);
 }
 
 LoadMeshOptions load_options(const MeshFrameArguments& arguments, MeshSide side) {

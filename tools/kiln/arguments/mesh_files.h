@@ -10,6 +10,7 @@
 #include "kiln/asset.h"
 #include "kiln/kiln.h"
 #include "kiln/mesh.h"
+#include "kiln/normals.h"
 
 namespace kiln::cli {
 
@@ -21,6 +22,7 @@ struct MeshFiles {
   /// Contents beside the mesh, where asked for: nodes, and materials as Mesh::material_names; of its own
   /// mesh names of objects alone, as `object_nodes` counts them.
   Asset beside;
+  Mesh hulls;  ///< Collision hulls that were taken off; see take_collision_hulls()
 
   /// The file of a triangle.
   const std::string& file_of(std::size_t triangle) const;
@@ -53,12 +55,17 @@ void warn_of_shared_texels(const MeshFiles& low, std::vector<Warning>& warnings)
 struct MeshFrameArguments {
   std::vector<std::string> up, unit, uv_set;
   bool allow_outside = false;
+  ShadingOptions shading;  ///< Of HIGH
 
   bool given() const { return !up.empty() || !unit.empty() || !uv_set.empty() || allow_outside; }
 };
 
 /// Whose file it is; other: an occluder.
 enum class MeshSide { high, low, other };
+
+/// "auto", "file", "smooth", "flat" or an angle, as --high-normals takes it. \throws Error(usage)
+ShadingOptions parse_shading(const std::string& text);
+std::string shading_word(const ShadingOptions& options);
 
 /// Rows of jobs with a member `frame`. \param low  whether the command has LOW as well as HIGH
 template <typename Job>
@@ -86,8 +93,20 @@ std::vector<OptionRow> mesh_frame_rows(const char* group, bool low) {
       {.flag = "--allow-outside",
        .group = group,
        .value = toggle(KILN_MEMBER(Job, frame.allow_outside)),
-       .help = "Pictures that FBX, DAE, 3DS and X name may lie outside the folder of the file",
-       .key = "-"}};
+       .help = "Files that glTF, FBX, DAE, 3DS and X name may lie outside the folder of the file",
+       .key = "-"},
+      {.flag = "--high-normals",
+       .group = group,
+       .value = value_of<Job>(
+           "frame.shading", "text", "auto|file|smooth|flat|ANGLE",
+           [](Job& job, const std::string&, const Option::Words& words) {
+             job.frame.shading = parse_shading(words.back());
+           },
+           [](Job& job) { return shading_word(job.frame.shading); }),
+       .help = "Where HIGH's normals come from. auto: of its file; if that has none, smooth where "
+               "HIGH is a scan, with hard edges where it is a hard surface, as the angles at its "
+               "edges show; file: smooth if it has none; smooth, flat: everywhere; ANGLE: edges "
+               "that turn by so many degrees or more are hard"}};
 }
 
 /// \throws Error(usage) for a value that is none, for a side without files, and where no file is one that a value of

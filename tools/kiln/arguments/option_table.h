@@ -345,6 +345,22 @@ OptionRow height_row(const char* group) {
           .help = "World units of a value of 1 (PNG: white), along +Z"};
 }
 template <typename Job>
+OptionRow no_data_row(const char* group) {
+  return {
+      .flag = "--no-data",
+      .group = group,
+      .value = value_of<Job>(
+          "heights.no_data", "text", "VALUE|none|auto",
+          [](Job& job, const std::string& flag, const Option::Words& words) {
+            read_no_data(flag, words.back(), job.heights);
+          },
+          [](Job& job) { return no_data_json(job.heights); }),
+      .help =
+          "The number of pixels without a height, as the file holds it: they become holes. none: "
+          "all numbers are heights; auto: what a GeoTIFF says, or -9999 and the like where they "
+          "are far from all heights. NaN is always a hole"};
+}
+template <typename Job>
 OptionRow extent_row(const char* group) {
   return {
       .flag = "--extent",

@@ -88,6 +88,23 @@ std::pair<double, double> parse_extent(const std::string& text) {
   return {number(all.substr(0, comma)), number(all.substr(comma + 1))};
 }
 
+void read_no_data(const std::string& flag, const std::string& word, HeightFieldOptions& heights) {
+  heights.no_data.reset();
+  heights.guess_no_data = word == "auto";
+  if (heights.guess_no_data || word == "none") return;
+  double value = 0;
+  if (!read_number(word, value)) {
+    throw UsageError(flag + " is '" + word + "': give the number, none or auto");
+  }
+  heights.no_data = value;
+  heights.guess_no_data = true;
+}
+
+Json no_data_json(const HeightFieldOptions& heights) {
+  if (heights.no_data) return *heights.no_data;
+  return heights.guess_no_data ? "auto" : "none";
+}
+
 Json extent_json(const HeightFieldOptions& heights) {
   if (heights.width == 0) return {};
   const std::string width = formatted("%.12g", heights.width);

@@ -68,6 +68,9 @@ std::pair<double, double> parse_extent(const std::string& text);
 
 /// The same as text; null: by the image.
 Json extent_json(const HeightFieldOptions& heights);
+/// --no-data: a number, "none" or "auto". \throws UsageError
+void read_no_data(const std::string& flag, const std::string& word, HeightFieldOptions& heights);
+Json no_data_json(const HeightFieldOptions& heights);
 
 /// "X,Y,Z", finite. \returns false for anything else
 template <typename T>

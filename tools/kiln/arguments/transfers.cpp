@@ -35,7 +35,7 @@ class Materials {
   }
 
   Texture texture(MaterialSlot slot) {
-    return load_material_texture(all(), slot, &warnings_, high_.uv_set);
+    return load_material_texture(all(), slot, high_, &warnings_);
   }
   bool have_colors() {
     return std::any_of(all().begin(), all().end(), [](const Material& material) {
@@ -124,6 +124,15 @@ std::vector<MaterialSlot> slots_of(const Mesh& high, std::span<const Material> m
 
 }  // namespace
 
+namespace {
+
+bool has_uv_set(const Mesh& mesh, std::uint32_t set) {
+  return set == mesh.uv_set || std::any_of(mesh.other_uvs.begin(), mesh.other_uvs.end(),
+                                           [set](const UvSet& other) { return other.set == set; });
+}
+
+}  // namespace
+
 MaterialMaps material_maps(const Mesh& high, std::span<const Material> materials, bool occlusion,
                            std::vector<Warning>& warnings) {
   MaterialMaps found;
@@ -138,13 +147,13 @@ MaterialMaps material_maps(const Mesh& high, std::span<const Material> materials
   std::uint64_t other_uvs = 0;
   const bool pictures = std::any_of(materials.begin(), materials.end(), [&](const Material& m) {
     const bool there = !m.occlusion_map.empty();
-    if (there && m.occlusion_map.uv_set != high.uv_set) ++other_uvs;
+    if (there && !has_uv_set(high, m.occlusion_map.uv_set)) ++other_uvs;
     return there;
   });
   if (pictures && other_uvs == 0 && occlusion) found.transfers.emplace_back("mtl:occlusion");
   if (other_uvs != 0) {
     warnings.push_back({"occlusion-left-out",
-                        "HIGH's picture of occlusion lies on another set of UVs than is read, "
+                        "HIGH's picture of occlusion lies on a set of UVs that HIGH has not, "
                         "and is left out; the map `ao` is of HIGH's shape.",
                         other_uvs});
   }

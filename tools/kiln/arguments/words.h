@@ -114,7 +114,8 @@ inline constexpr Word<ImageFormat> kFormats[] = {
 /// Words that --fallback can end with.
 inline constexpr Word<MissPolicy> kMisses[] = {
     {"fill", MissPolicy::fill}, {"low", MissPolicy::keep}, {"mark", MissPolicy::mark}};
-inline constexpr Word<IdBy> kIdBy[] = {{"group", IdBy::group},
+inline constexpr Word<IdBy> kIdBy[] = {{"color", IdBy::color},
+                                       {"group", IdBy::group},
                                        {"material", IdBy::material},
                                        {"object", IdBy::object},
                                        {"part", IdBy::part}};

@@ -145,6 +145,15 @@ Json hashes_of(const std::vector<std::string>& files) {
 
 }  // namespace
 
+Mesh with_hulls(const Mesh& low, const Mesh& hulls) {
+  if (hulls.triangles.empty()) return low;
+  const Mesh parts[] = {low, hulls};
+  Mesh whole = join_meshes(parts);
+  whole.name = low.name;
+  whole.material_files = low.material_files;
+  return whole;
+}
+
 void note_materials_hit(BakeRun& run) {
   if (!run.result.match) return;
   const Match& match = *run.result.match;
@@ -234,6 +243,10 @@ bool save_asset(BakeRun& run) {
   SaveAssetOptions options;
   options.nodes = beside.nodes;
   if (!options.nodes.empty()) options.object_nodes = object_nodes(beside, written.mesh);
+  if (!run.low.hulls.triangles.empty()) {
+    options.hulls = &run.low.hulls;
+    if (!options.nodes.empty()) options.hull_nodes = object_nodes(beside, run.low.hulls);
+  }
   options.metres = arguments.low.empty() ? run.high.mesh.metres : run.low.mesh.metres;
   options.extras = beside.extras;
   options.copyright = beside.copyright;
@@ -299,7 +312,7 @@ bool save_obj_with_mtl(BakeRun& run) {
   if (!announce(run, path.parent_path() / mtl)) return false;
   save_text(path.parent_path() / mtl, text);
   if (!announce(run, path)) return false;
-  save_obj(written.mesh, path);
+  save_obj(with_hulls(written.mesh, run.low.hulls), path);
   return true;
 }
 

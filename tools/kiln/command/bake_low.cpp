@@ -146,6 +146,7 @@ LowMesh prepare_low(const BakeJob& arguments, const HighPolyInput& dense, Consol
     if (!arguments.unwrap) warn_of_shared_texels(files, warnings);
     low.mesh = std::move(files.mesh);
     low.beside = std::move(files.beside);
+    low.hulls = std::move(files.hulls);
     low.polygons = count_polygons(low.mesh);
     if (low.mesh.triangles.size() > high.triangles.size()) {
       if (low.mesh.uvs.empty() && !high.uvs.empty() && !arguments.unwrap) {

@@ -426,7 +426,7 @@ bool save_low_and_maps(BakeRun& run) {
     const fs::path path = folder / (run.low.stem + ".obj");
     if (!announce(run, path)) return false;
     move_material_files(run.low.mesh, fs::path(low_source(run.arguments)).parent_path(), folder);
-    save_obj(run.low.mesh, path);
+    save_obj(with_hulls(run.low.mesh, run.low.hulls), path);
   }
   if (!run.result.maps.empty() && !save_maps(run)) return false;
   if (run.result.clusters) {

@@ -120,6 +120,7 @@ void add_parts(const BakeRun& run, Json& json) {
     json["small_charts"] = {{"triangles", report.small_triangles},
                             {"without_texel", report.small_without_texel}};
   }
+  if (!run.high.heights) json["high_normals"] = describe(run.high.shading);
   if (clean_options(run.arguments)) json["clean"] = describe(run.cleaned);
   if (run.reasons) json["reasons"] = reasons_json(*run.reasons);
   if (report.cage_mesh) json["cage"] = describe(*report.cage_mesh);

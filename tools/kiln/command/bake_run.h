@@ -38,6 +38,7 @@ struct PolygonCounts {
 struct LowMesh {
   Mesh mesh;
   Asset beside;       // MeshFiles::beside of one that was read
+  Mesh hulls;         // MeshFiles::hulls of it
   std::string stem;   // of the maps' names
   bool made = false;  // by us, or its UVs: it is written beside the maps
   PolygonCounts polygons;
@@ -174,6 +175,9 @@ bool make_maps(BakeRun& run, const Source& source, double done = 0, double share
 bool bake_sets(BakeRun& run, const Source& source);
 
 // ---- bake_asset.cpp ----
+
+/// LOW as it is written, with the collision hulls that were taken off.
+Mesh with_hulls(const Mesh& low, const Mesh& hulls);
 
 /// Maps of a GLB, glTF or OBJ without --maps: normal and ao...
 void start_asset_maps(BakeJob& arguments);

@@ -218,6 +218,10 @@ void print_summary(BakeRun& run, const Source::Stats& source, double total) {
   for (const MapReached& map : run.plan ? run.plan->bounds : std::vector<MapReached>()) {
     console.line(describe(map));
   }
+  if (const std::string text = shading_line(run.high.shading, run.arguments.frame.shading);
+      !text.empty() && !run.high.heights) {
+    console.line(text);
+  }
   if (report.views) console.line(summary(*report.views, source.diagonal));
   if (report.uv) console.line(summary(*report.uv, source.diagonal));
   if (run.parts) {

@@ -175,8 +175,10 @@ bool read_inputs(BakeRun& run) {
   run.high =
       load_high(high_files(arguments), arguments.heights, load_options(arguments, MeshSide::high),
                 has_more_files(arguments) && !made, run.warnings, !arguments.asset.empty());
+  if (run.high.heights) run.arguments.heights = run.high.field;
   choose_asset_maps(run);
   run.cleaned = clean_high(run.high.mesh, clean_options(arguments), run.warnings);
+  shade(arguments.frame.shading, run.high, run.warnings);
   if (!arguments.load_match.empty() &&
       (!run.cleaned.warnings.empty() || arguments.given.contains("--clean"))) {
     run.warnings.push_back({"match-of-clean",

@@ -71,6 +71,8 @@ Run add_devices(Command& app) {
     if (devices.empty()) Device::open();  // says how to get one
     for (const DeviceInfo& info : devices) print(info);
     const Device chosen = Device::open();
+    Console console(/*quiet=*/false);
+    for (const Warning& warning : kernel_folder_warnings()) console.warning(warning.message);
     std::printf("In use: %d (choose with --device or KILN_DEVICE, by index or part of the name)\n",
                 chosen.info().index);
     return 0;

@@ -12,6 +12,7 @@
 #include "arguments/mesh_files.h"
 #include "arguments/option_table.h"
 #include "arguments/parse.h"
+#include "cl/driver_state.h"
 #include "command/render_parts.h"
 #include "commands.h"
 #include "kiln/kiln.h"
@@ -43,7 +44,8 @@ void check(const RenderArguments& arguments) {
   refuse_if(std::filesystem::path(arguments.out).extension() != ".png",
             "--out '" + arguments.out + "': the picture is a PNG, so the name must end in .png.");
   refuse_if(stretches(arguments.heights) && !is_height_field(arguments.reference),
-            "--height and --extent are for a --reference that is a height field, a PNG or EXR.");
+            "--height, --extent and --no-data are for a --reference that is a height field, a PNG, "
+            "EXR or TIFF.");
   refuse_if(arguments.flat && !arguments.normal.empty(),
             "--flat shows faces and --normal the map: leave one of them out. With --reference "
             "and --normal the flat mesh is shown beside.");
@@ -296,6 +298,7 @@ int run_render(const RenderArguments& arguments) {
     dense = load_high(high_files(baking(arguments)), arguments.heights,
                       load_options(arguments.bake, MeshSide::high), has_more_files(arguments.bake),
                       warnings);
+    shade(bake_as.frame.shading, *dense, warnings);
   }
   const Mesh* const reference = dense ? &dense->mesh : nullptr;
   if (reference != nullptr) warn_of_boxes("--reference and MESH", *reference, mesh, warnings);
@@ -308,6 +311,7 @@ int run_render(const RenderArguments& arguments) {
                         1});
   }
   const Device device = Device::open(arguments.device);
+  for (Warning& warning : kernel_folder_warnings()) warnings.push_back(std::move(warning));
   OwnMaps own;
   if (shows_own_maps(arguments))
     own = take_own_maps(files_of_mesh.beside.materials, mesh, warnings);
@@ -354,7 +358,10 @@ int run_render(const RenderArguments& arguments) {
   if (!arguments.json.empty()) {
     const Json frames = time_frames(arguments, console, original, low, has_map, options);
     Json inputs = {{"mesh", describe(mesh, arguments.mesh)}};
-    if (reference != nullptr) inputs["reference"] = describe(*reference, arguments.reference);
+    if (reference != nullptr) {
+      inputs["reference"] = describe(*reference, arguments.reference);
+      if (!dense->heights) inputs["reference"]["normals"] = describe(dense->shading);
+    }
     Json json = {{"version", version()},
                  {"device", describe(device.info())},
                  {"inputs", inputs},
@@ -394,7 +401,7 @@ Run add_render(Command& app) {
                                      "--visibility-size", "--visibility-smooth",
                                      "--view-weight"};
   const std::set<std::string> matching = add_matching_flags(*command, a->bake, own);
-  add_height_options(*command, *a, "The height field (--reference is a PNG or EXR)");
+  add_height_options(*command, *a, "The height field (--reference is a PNG, EXR or TIFF)");
   add_options(*command, render_rows(), a.get());
   return [a, command, matching] {
     for (const std::string& flag : given_flags(*command)) {

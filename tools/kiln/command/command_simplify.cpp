@@ -92,6 +92,7 @@ int run_simplify(const SimplifyArguments& arguments) {
                  clean_options(arguments.clean, !arguments.keep_uvs, arguments.keep_inner,
                                arguments.keep_parts || arguments.hull),
                  warnings);
+  const ShadingReport shading = shade(arguments.frame.shading, high, warnings);
   if (!console.progress(0.2, "simplifying")) return kExitCancelled;
   SimplifyReport report;
   SimplifyOptions options;
@@ -140,6 +141,9 @@ int run_simplify(const SimplifyArguments& arguments) {
       with_commas(report.input_faces).c_str(), report.input_faces == 1 ? "face" : "faces",
       with_commas(vertices).c_str(), report.error * 100, back.c_str(),
       layout_words(charts, coverage, arguments.keep_uvs).c_str(), watch.total()));
+  if (const std::string text = shading_line(shading, arguments.frame.shading); !text.empty()) {
+    console.line(text);
+  }
   if (report.mended > 0) {
     console.line("mended " + plural(report.mended, "triangle") +
                  ", folded, without area or facing down");
@@ -162,6 +166,7 @@ int run_simplify(const SimplifyArguments& arguments) {
                  {"coverage", coverage},
                  {"flaws", describe_flaws(report)},
                  {"clean", describe(cleaned)},
+                 {"high_normals", describe(shading)},
                  {"seconds",
                   {{"simplify", report.seconds},
                    {"unwrap", unwrap_report.seconds},

@@ -7,6 +7,7 @@
 #include "arguments/files.h"
 #include "arguments/parse.h"
 #include "arguments/surface_arguments.h"
+#include "cl/driver_state.h"
 #include "commands.h"
 #include "interrupt.h"
 #include "kiln/contour.h"
@@ -312,7 +313,7 @@ int run_volume(const VolumeArguments& a) {
   prepare_parent(a.json);
 
   const Device device = Device::open(a.device);
-  std::vector<Warning> warnings;
+  std::vector<Warning> warnings = kernel_folder_warnings();
   if (!console.progress(0, "reading " + a.volume)) return kExitCancelled;
   Volume loaded = read_volume(a.volume, a.surface, warnings);
   const double load_seconds = watch.lap();

@@ -21,9 +21,9 @@ namespace kiln::cli {
 namespace {
 
 /// Flags of the match that say no more than what the meshes are.
-const std::set<std::string> kOfMeshes = {"--high",    "--low",  "--triangulate", "--split-at-seams",
-                                         "--up",      "--unit", "--uv-set",      "--allow-outside",
-                                         "--tangents"};
+const std::set<std::string> kOfMeshes = {
+    "--high", "--low",    "--triangulate",   "--split-at-seams", "--up",
+    "--unit", "--uv-set", "--allow-outside", "--tangents",       "--high-normals"};
 
 /// Flags that have a say in a cage; the first ones in any.
 const std::set<std::string> kOfCages = {"--cage", "--cage-mesh"};
@@ -220,6 +220,20 @@ void check_green(const Device& device, const Mesh& mesh, NormalMap map, const Sc
   map.flip_y = !map.flip_y;
   const double turned = reference.compare(Scene(device, mesh, map)).mean_degrees;
   if (!(turned < kClearly * as_given)) return;
+  // A map of other normals than HIGH's may be less wrong with any axis turned. One of the other convention is right then,
+  // which is nearer than no map.
+  const double without = reference.compare(Scene(device, mesh, map), true).mean_degrees;
+  if (!(turned < kClearly * without)) {
+    const std::string text = formatted(
+        "The map does not fit HIGH's normals, whichever way its green points: rendered normals are "
+        "%.2f degrees off, "
+        "%.2f without it. It was baked of another HIGH, or of other normals, such as smooth ones "
+        "over hard edges: bake "
+        "it again, or give the --high-normals of that bake.",
+        as_given, without);
+    warnings.push_back({"map-misfit", text, 1});
+    return;
+  }
   const std::string text = formatted(
       "The map fits HIGH better with green %s: rendered normals are %.2f degrees off, not "
       "%.2f. %s --flip-y, or bake the map again for the other convention.",

@@ -6,6 +6,8 @@
 #include <nlohmann/json.hpp>
 #include <utility>
 
+#include "base/json_depth.h"
+
 namespace kiln::cli {
 
 Json::Json() = default;
@@ -144,6 +146,7 @@ struct Json::Library {
 };
 
 Json Json::parse(std::string_view text) {
+  if (is_nested_too_deep(text)) return {};
   const Library::Value value = Library::Value::parse(text, nullptr, false);
   return value.is_discarded() ? Json() : Library::from(value);
 }

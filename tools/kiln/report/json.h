@@ -67,7 +67,7 @@ class Json {
   static Json array(std::initializer_list<Element> elements);
   /// An object without keys.
   static Json object();
-  /// Null where the text is no JSON.
+  /// Null where the text is no JSON, or nested deeper than kMostJsonDepth.
   static Json parse(std::string_view text);
 
   bool is_null() const { return kind_ == Kind::null; }

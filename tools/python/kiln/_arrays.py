@@ -6,7 +6,11 @@ from typing import Any
 
 import numpy as np
 
+from . import _core
 from ._errors import Error
+
+_LITTLE = 16 << 20  #: bytes that no limit is asked for
+_MOST_FACES = 0xFFFFFFFF // 3  #: corners are counted in 32 bits
 
 
 def _fail(parameter: str, what: str, code: str) -> None:
@@ -30,6 +34,15 @@ def as_array(values: Any, parameter: str) -> np.ndarray:
         ) from error
     if array.dtype.kind not in "biufc":
         _fail(parameter, f"expected numbers, not {type(values).__name__}.", "array-type")
+    # Of what is broadcast the numbers take no memory, but their copy does.
+    needed = 4 * array.size
+    if needed > _LITTLE and needed > (left := _core.memory_left()):
+        raise Error(
+            f"{parameter}: {array.shape} would take {needed >> 20} MiB of memory, but only {left >> 20} MiB are left.",
+            "memory",
+            "input",
+            parameter,
+        )
     return array
 
 
@@ -46,6 +59,8 @@ def checked(
     if array.size == 0:
         _fail(parameter, f"is empty; expected the shape ({wanted}).", "array-empty")
     kind = array.dtype.kind
+    if below is not None and array.shape[0] > _MOST_FACES:
+        raise Error(f"{parameter}: at most {_MOST_FACES} rows, not {array.shape[0]}.", "array-shape", "input", parameter)
     if below is not None:
         if kind not in "iu":
             _fail(parameter, f"expected whole numbers, not {array.dtype}.", "array-type")

@@ -12,8 +12,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from . import _core
 from ._core import Match, Mesh
-from ._errors import Error, KilnWarning, device_of, quiet, texture_set
-from ._meshes import as_mesh
+from ._errors import Error, KilnWarning, device_of, path_of, quiet, texture_set
+from ._meshes import as_high, as_mesh
 from ._progress import callback_of
 
 if TYPE_CHECKING:
@@ -259,7 +259,7 @@ class Bake(Mapping[str, "np.ndarray"]):
 
         Returns the files.
         """
-        target = Path(path)
+        target = Path(path_of(path))
         suffix = target.suffix.lower()
         if suffix in _NO_PICTURES and not target.is_dir():
             text = f"path: '{target}' is no kind of picture that Kiln writes: give .png, .exr, .tif, .tga, .webp, .ktx2 or .dds."
@@ -307,13 +307,26 @@ class Source:
               moves in it is rounded alike (kiln.BakeSession). Without: the mesh's own
     device    index or part of its name, as kiln.devices() lists them; "": the first GPU, else the first CPU
     progress  as bake() takes it
+    high_normals
+              where its normals come from: "auto" (its own; if it has none, smooth for scans, with hard edges for hard
+              surfaces, as the angles at its edges show), "file" (smooth if it has none), "smooth", "flat", or an angle
+              in degrees from which on edges are hard
 
     close(), or the end of a `with` block, frees its memory on the device; results stay.
     """
 
-    def __init__(self, high: Any, *, bounds: Any = None, device: str | int = "", progress: Any = None) -> None:
+    def __init__(
+        self,
+        high: Any,
+        *,
+        bounds: Any = None,
+        device: str | int = "",
+        progress: Any = None,
+        high_normals: str | float = "auto",
+    ) -> None:
         self._device = device_of(device)
-        self._core = _core.SourceCore(as_mesh(high, "high"), bounds, self._device, callback_of(progress))
+        mesh = as_high(high, high_normals)
+        self._core = _core.SourceCore(mesh, bounds, self._device, callback_of(progress))
 
     def close(self) -> None:
         """Frees the memory on the device, once bakes under way are done."""
@@ -354,12 +367,14 @@ class Source:
         self.close()
 
 
-def _source_of(high: Any, device: str | int, progress: Any) -> Source:
+def _source_of(high: Any, device: str | int, progress: Any, high_normals: str | float | None = None) -> Source:
     if isinstance(high, Source):
+        if high_normals is not None:
+            raise Error("high_normals: the source has its own: leave it out.", "usage", "usage", "high_normals")
         if device != "":
             raise Error("device: the source has its own: leave it out.", "usage", "usage", "device")
         return high
-    return Source(high, device=device, progress=progress)
+    return Source(high, device=device, progress=progress, high_normals="auto" if high_normals is None else high_normals)
 
 
 def _textures_of(textures: Mapping[str, Any] | None) -> list[tuple[str, Any, str]]:
@@ -427,6 +442,7 @@ def bake(
     cage_mesh: Any = None,
     ao_occluders: Sequence[Any] | str = "high",
     textures: Mapping[str, Any] | None = None,
+    high_normals: str | float | None = None,
     device: str | int = "",
     progress: Callable[[float, str], object] | Any = None,
     **keywords: Unpack[Keywords],
@@ -436,7 +452,7 @@ def bake(
     high          a kiln.Source, or what kiln.as_mesh() takes: mesh, path, bytes, (vertices, faces), trimesh
     low           the same, with UVs; one that simplify() or plan() made is looked for from as far as it strays
     size          texels: one side, or (width, height), 1 to 16384
-    maps          names, such as ["normal", "ao", "color"]
+    maps          names, such as ["normal", "ao", "color"]; "NAME=FILE.cl" is a map of your own, a program with your rights
     match         how points are found ("ray", "closest", "visibility"...), or a kiln.Match; "auto": the cheapest that
                   reaches max_error, and the smallest size up to `size`. What was chosen: report.plan
     max_error     makes match "auto": mean angle between rendered normals, degrees, or text as of kiln.plan()
@@ -444,6 +460,7 @@ def bake(
     ao_occluders  what darkens ao: "high", "low" and meshes
     textures      pictures over the high poly's UVs by the map's name: (H, W, C), or with its kind, (pixels, "srgb"),
                   "linear" or "normal"
+    high_normals  as kiln.Source takes it; without: "auto"
     device        as kiln.Source takes it
     progress      called with (share done, stage), ten times a second; False stops, what it raises leaves bake().
                   Or a tqdm bar of total 1
@@ -468,7 +485,7 @@ def bake(
     if max_error is not None:
         given.words.append(("max_error", error_bound(max_error)))
     report = callback_of(progress)
-    source = _source_of(high, device, report)
+    source = _source_of(high, device, report, high_normals)
     core = _core.bake(source._core, *given, saved, report)
     made = Bake(core, keywords)
     if made.report.plan:
@@ -560,7 +577,12 @@ def bake_sets(
             f"size: '{unknown[0]}' is no texture set of the low poly; they are {names}.", "usage", "usage", "size"
         )
     report = callback_of(keywords.pop("progress", None))
-    source = _source_of(high, keywords.pop("device", ""), None if report is None else _share(report, 0, 0.1))
+    source = _source_of(
+        high,
+        keywords.pop("device", ""),
+        None if report is None else _share(report, 0, 0.1),
+        keywords.pop("high_normals", None),
+    )
     if len(parts) > 1:
         keywords["recall"] = 0  # the high poly's surface is shared out among the sets
     baked: dict[str, Bake] = {}
@@ -597,6 +619,7 @@ def match(
     size: int | tuple[int, int] = 2048,
     match: str | None = None,
     cage_mesh: Any = None,
+    high_normals: str | float | None = None,
     device: str | int = "",
     progress: Callable[[float, str], object] | Any = None,
     **keywords: Unpack[Keywords],
@@ -616,5 +639,5 @@ def match(
     low_mesh = as_mesh(low, "low")
     cage = None if cage_mesh is None else as_mesh(cage_mesh, "cage_mesh")
     report = callback_of(progress)
-    source = _source_of(high, device, report)
+    source = _source_of(high, device, report, high_normals)
     return _core.match(source._core, low_mesh, words, cage, report)

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import operator
+import os
 import re
+import reprlib
 import warnings as _warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -71,6 +73,20 @@ def count_of(value: Any, parameter: str, least: int, most: int) -> int:
         return number
     text = f"{parameter}: {value!r}: expected a whole number, {least} to {most}."
     raise Error(text, "option-range", "usage", parameter)
+
+
+def path_of(given: Any, parameter: str = "path") -> str:
+    """A file's path, which a string, bytes or os.PathLike is."""
+    try:
+        path = os.fsdecode(given)
+        if "\0" not in path and os.fsencode(path):
+            return path
+    except (TypeError, UnicodeError):
+        pass
+    text = f"{parameter}: expected a file's path, not {reprlib.repr(given)}."
+    if isinstance(given, (bytes, bytearray, memoryview)):
+        text += " Bytes of a file: kiln.as_mesh(data)."
+    raise Error(text, "path", "input", parameter)
 
 
 def device_of(device: Any) -> str:

@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, Any
 from . import _core
 from ._bake import Bake, Source, bake, error_bound, match, words_of
 from ._core import Mesh
-from ._errors import Error, count_of, device_of, untold, warn
-from ._meshes import as_mesh
+from ._errors import Error, count_of, device_of, path_of, untold, warn
+from ._meshes import as_high, as_mesh
 from ._plan import plan
 from ._progress import callback_of, done
 from ._surface import cleaned
@@ -262,7 +262,7 @@ def _check_pictures(parameter: str, files: Mapping[str, np.ndarray]) -> None:
 
 
 def _check_output(path: str | os.PathLike[str] | None, alpha: str) -> None:
-    if path is not None and Path(path).suffix.lower() not in ("", ".glb"):
+    if path is not None and Path(path_of(path)).suffix.lower() not in ("", ".glb"):
         raise Error(f"path: '{path}' would hold a GLB: name it .glb.", "output-name", "usage", "path")
     if not isinstance(alpha, str) or alpha not in ("mask", "blend"):
         raise Error(f"alpha: '{alpha}' is neither mask nor blend.", "option-enum", "usage", "alpha")
@@ -288,6 +288,7 @@ def to_glb(
     drop_hidden: bool = True,
     screen: int | str | None = None,
     max_outline: str | None = None,
+    high_normals: str | float = "auto",
     device: str | int = "",
     progress: Any = None,
     **keywords: Any,
@@ -313,6 +314,7 @@ def to_glb(
                      as kiln.clean() takes them, which is called first; with the map opacity, nothing hidden is dropped
     screen, max_outline
                      with max_error: as kiln.plan() takes them
+    high_normals     as kiln.Source takes it
     progress         as bake() takes it
     keywords         as bake() takes them: match, samples, fallback... Ambient occlusion is smoothed (ao_error=1)
                      where none of ao_rays, ao_error, ao_by and ao_views is given, as in the command's GLB
@@ -347,6 +349,7 @@ def to_glb(
     report = callback_of(progress)
     drop_hidden = drop_hidden and "opacity" not in maps  # inner surfaces show through what is not opaque
     high = cleaned(high, weld, orient, fill_holes, drop_floaters, drop_hidden, _part(report, 0, 0.02))
+    high = as_high(high, high_normals)
     if max_error is not None:
         words.append(("max_error", error_bound(max_error)))
     smooth = _core.glb_occlusion_error(words)
@@ -540,8 +543,9 @@ def _write(
     shown = looks.shown("opacity" in files)
     text = json.dumps(extras)
     if path is not None:
-        _core.save_glb(low, files, emission_strength, Path(path), *shown, text)
-        return Path(path).read_bytes()
+        file = Path(path_of(path))
+        _core.save_glb(low, files, emission_strength, file, *shown, text)
+        return file.read_bytes()
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder) / "low.glb"
         _core.save_glb(low, files, emission_strength, file, *shown, text)

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 from . import _core
 from ._bake import Bake
 from ._errors import Error, device_of, warn
-from ._meshes import as_mesh
+from ._meshes import as_high, as_mesh
 from ._progress import callback_of, done
 
 if TYPE_CHECKING:
@@ -138,6 +138,7 @@ def measure(
     views: int = 30,
     size: int = 512,
     z_up: bool = False,
+    high_normals: str | float = "auto",
     device: str | int = "",
     progress: Any = None,
 ) -> NormalError:
@@ -150,6 +151,8 @@ def measure(
                that it was baked with; of a kiln.Bake they are known
     views      directions, 1 to 4096
     size       pixels a side of each picture, 16 to 8192
+    high_normals
+               as kiln.Source takes it
 
     Returns a float, degrees. Raises kiln.Error.
     """
@@ -159,7 +162,7 @@ def measure(
     pixels, space, flip_y, bitangent = _as_baked(normal, space, flip_y, bitangent)
     figures = NormalError(
         _core.measure(
-            as_mesh(high, "high"),
+            as_high(high, high_normals),
             low,
             pixels,
             space,

@@ -7,7 +7,7 @@ from typing import Any
 
 from . import _core
 from ._core import Mesh
-from ._errors import Error, warn
+from ._errors import Error, path_of, warn
 
 
 def load(path: str | os.PathLike[str], *, triangulate: str = "auto", uv_set: int = 0) -> Mesh:
@@ -18,7 +18,7 @@ def load(path: str | os.PathLike[str], *, triangulate: str = "auto", uv_set: int
 
     Raises kiln.Error for a file that cannot be used.
     """
-    return _core.load_file(os.fspath(path), triangulate, uv_set)
+    return _core.load_file(path_of(path), triangulate, uv_set)
 
 
 def as_mesh(given: Any, parameter: str = "mesh") -> Mesh:
@@ -53,6 +53,11 @@ def as_mesh(given: Any, parameter: str = "mesh") -> Mesh:
         "usage",
         parameter,
     )
+
+
+def as_high(given: Any, high_normals: str | float = "auto", parameter: str = "high") -> Mesh:
+    """The same of a high poly, with the normals that all which is baked from it sees."""
+    return _core.shaded(as_mesh(given, parameter), str(high_normals))
 
 
 def _of_glb(data: bytes) -> Mesh:

@@ -34,6 +34,7 @@ def plan(
     maps: str | Sequence[str] = "normal",
     screen: int | str | None = None,
     max_outline: str | None = None,
+    high_normals: str | float | None = None,
     device: str | int = "",
     progress: Any = None,
     **keywords: Unpack[Keywords],
@@ -45,6 +46,8 @@ def plan(
     size         the largest size that maps may have
     screen       the largest size at which the mesh is seen, pixels: finer detail does not count
     max_outline  share of outlines that may differ, such as "2%"
+    high_normals
+                 as kiln.Source takes it; without: "auto"
     keywords     as bake() takes them; match and samples are chosen where they are not given
 
     A warning says where the error is not reached. Returns a kiln.Plan.
@@ -57,7 +60,7 @@ def plan(
     if max_outline is not None:
         words.append(("max_outline", max_outline))
     report = callback_of(progress)
-    mesh, core, chosen = _core.plan(_source_of(high, device, report)._core, words, report)
+    mesh, core, chosen = _core.plan(_source_of(high, device, report, high_normals)._core, words, report)
     if not chosen["reached"]:
         import warnings
 

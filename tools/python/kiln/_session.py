@@ -9,7 +9,7 @@ from . import _core
 from ._bake import Bake, _source_of, wanted, words_of
 from ._core import Match, Mesh
 from ._errors import Error, count_of, device_of
-from ._meshes import as_mesh
+from ._meshes import as_high, as_mesh
 
 if TYPE_CHECKING:
     from typing import Unpack
@@ -25,6 +25,9 @@ class BakeSession:
               fallback_blend, visibility_clusters
     bounds    two corners, world units: the box that the high poly moves in, whose diagonal lengths in % are of.
               Vertices may leave it, but not by more than about half its size. Without: the mesh's own at first
+    high_normals
+              as kiln.Source takes it. Smooth normals of a mesh that has none follow its positions; those that "auto"
+              makes for a hard surface stay: "file" has them follow, smooth everywhere
 
     With match="uv" the texels are read anew whose triangles changed; with others all are matched again. Bytes are those
     of kiln.Source(session.mesh, bounds=session.bounds).bake(low, ...), and so of kiln.bake() while the mesh's own box
@@ -66,6 +69,7 @@ class BakeSession:
         ao_occluders: Sequence[Any] | str = "high",
         textures: Mapping[str, Any] | None = None,
         bounds: Any = None,
+        high_normals: str | float = "auto",
         device: str | int = "",
         **keywords: Unpack[Keywords],
     ) -> None:
@@ -74,7 +78,7 @@ class BakeSession:
             raise Error(text, "option-contradiction", "usage", "recall")
         self._keywords: Mapping[str, Any] = keywords
         given = wanted(low, size, maps, match, cage_mesh, ao_occluders, textures, keywords)
-        self._core = _core.BakeSessionCore(as_mesh(high, "high"), *given, bounds, device_of(device))
+        self._core = _core.BakeSessionCore(as_high(high, high_normals), *given, bounds, device_of(device))
 
     def set_positions(self, positions: Any, first: int | None = None) -> None:
         """Moves vertices of the high poly: nothing is baked yet.

@@ -7,7 +7,7 @@ from typing import Any
 from . import _core
 from ._core import Mesh
 from ._errors import count_of
-from ._meshes import as_mesh
+from ._meshes import as_high, as_mesh
 from ._progress import callback_of, done
 
 
@@ -20,6 +20,7 @@ def simplify(
     keep_uvs: bool = False,
     hull: bool = False,
     keep_parts: bool = False,
+    high_normals: str | float = "auto",
     progress: Any = None,
 ) -> Mesh:
     """A mesh of fewer triangles.
@@ -30,6 +31,8 @@ def simplify(
     keep_uvs    keep the UVs, groups and materials and their borders
     hull        the result encloses the mesh
     keep_parts  leave out no part for its size
+    high_normals
+                as kiln.Source takes it
     progress    as bake() takes it
 
     Returns a kiln.Mesh, whose report has faces, error, search_distance and near_distance (shares of the diagonal). Raises kiln.Error.
@@ -39,7 +42,7 @@ def simplify(
     >>> kiln.simplify(*tetrahedron, target=4).faces.shape
     (4, 3)
     """
-    high = as_mesh(mesh if faces is None else (mesh, faces))
+    high = as_high(mesh if faces is None else (mesh, faces), high_normals, "mesh")
     count = 0 if target is None else count_of(target, "target", 1, 2**31)
     report = callback_of(progress)
     return done(report, _core.simplify(high, count, max_error, keep_uvs, hull, keep_parts, True, report))
@@ -120,7 +123,7 @@ def unwrap(
     1
     """
     low = as_mesh(mesh if faces is None else (mesh, faces))
-    detail = None if detail_of is None else as_mesh(detail_of, "detail_of")
+    detail = None if detail_of is None else as_high(detail_of, "auto", "detail_of")
     size = count_of(size, "size", 16, 65536)
     border = None if border is None else count_of(border, "border", 1, size // 4)
     report = callback_of(progress)

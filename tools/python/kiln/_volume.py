@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from . import _core
 from ._core import Mesh
-from ._errors import Error, device_of
+from ._errors import Error, device_of, path_of
 from ._progress import callback_of, done
 
 if TYPE_CHECKING:
@@ -32,7 +32,8 @@ class HeightField(NamedTuple):
 def height_field(heights: Any, *, height: float = 1.0, extent: tuple[float, float] | None = None) -> HeightField:
     """A terrain or wall of a picture of heights.
 
-    heights  (H, W) float, uint8 or uint16 (shares of 255 and 65535), row 0 at the largest y; or a file's path (PNG, EXR)
+    heights  (H, W) float, uint8 or uint16 (shares of 255 and 65535), row 0 at the largest y; or a file's path (PNG, EXR, TIFF);
+             NaN, and what stands for no data, is a hole
     height   world units of a value of 1; may be negative
     extent   width along x and depth along y, world units; without: the longer side is 1
 
@@ -44,13 +45,13 @@ def height_field(heights: Any, *, height: float = 1.0, extent: tuple[float, floa
     ([0.0, 1.0, 2.0, 1.0], 2)
     """
     width, depth = (0.0, 0.0) if extent is None else _floats(extent, 2, "extent")
-    given = os.fspath(heights) if isinstance(heights, (str, os.PathLike)) else heights
+    given = path_of(heights, "heights") if isinstance(heights, (str, os.PathLike)) else heights
     return HeightField(*_core.height_field(given, width, depth, *_floats([height], 1, "height")))
 
 
 def _voxels_of(voxels: Any, spacing: Any, origin: Any) -> _core.VolumeCore:
     if isinstance(voxels, (str, os.PathLike)):
-        return _core.VolumeCore.load(os.fspath(voxels))
+        return _core.VolumeCore.load(path_of(voxels, "voxels"))
     steps = (spacing,) * 3 if isinstance(spacing, numbers.Real) else spacing
     return _core.VolumeCore.of(voxels, _floats(steps, 3, "spacing"), _floats(origin, 3, "origin"), "volume")
 

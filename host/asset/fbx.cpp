@@ -1,0 +1,634 @@
+#include "asset/fbx.h"
+
+#ifndef KILN_HAS_UFBX
+namespace kiln {
+
+Asset read_fbx(const MeshInput& input) {
+  input.fail("", "this build of Kiln was made without ufbx, which reads FBX",
+             "Export the mesh as glTF or OBJ, or run tools/install-packages and build again.");
+}
+
+}  // namespace kiln
+#else
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstring>
+#include <map>
+#include <memory>
+#include <new>
+#include <optional>
+#include <string>
+#include <unordered_map>
+#include <utility>
+#include <vector>
+
+#include "asset/axes.h"
+#include "asset/fbx_library.h"
+#include "asset/fbx_mesh.h"
+#include "asset/fbx_smoothing.h"
+#include "asset/hierarchy.h"
+#include "asset/mesh_builder.h"
+#include "asset/scene_parts.h"
+#include "base/counted.h"
+#include "io/file/bounds.h"
+#include "io/file/text_scanner.h"
+#include "kiln/limits.h"
+
+namespace kiln {
+namespace {
+
+namespace fs = std::filesystem;
+
+const std::string kRemedy = "Export the mesh again, or as OBJ or glTF.";
+
+std::string text_of(const ufbx_string& text) { return {text.data, text.length}; }
+
+/// A sentence of ufbx's, which may quote the file.
+std::string in_message(const ufbx_string& text) {
+  std::string result = text_of(text);
+  std::replace_if(
+      result.begin(), result.end(), [](unsigned char c) { return c < 32 || c > 126; }, '?');
+  return result;
+}
+
+struct FreeScene {
+  void operator()(ufbx_scene* scene) const { fbx_free_scene(scene); }
+};
+using Scene = std::unique_ptr<ufbx_scene, FreeScene>;
+
+/// The program's own operator new, so that a limit of memory holds here, too.
+void* allocate(void* /*user*/, std::size_t size) { return ::operator new(size, std::nothrow); }
+void release(void* /*user*/, void* block, std::size_t /*size*/) { ::operator delete(block); }
+
+/// \throws Error(input), std::bad_alloc
+Scene load(const MeshInput& input) {
+  // Packed arrays unpack to a thousand times their bytes at most; real files stay below a hundred.
+  const std::uint64_t most = std::min<std::uint64_t>(
+      memory_left(), (std::uint64_t{1} << 30U) + 200 * std::uint64_t{input.bytes.size()});
+  ufbx_load_opts options = {};
+  options.temp_allocator.allocator.alloc_fn = allocate;
+  options.temp_allocator.allocator.free_fn = release;
+  options.temp_allocator.memory_limit = std::max<std::uint64_t>(most, 1);
+  options.result_allocator = options.temp_allocator;
+  options.ignore_animation = true;
+  options.load_external_files = false;
+  options.skip_mesh_parts = true;
+  options.clean_skin_weights = true;
+  options.use_blender_pbr_material = true;
+  options.file_format = UFBX_FILE_FORMAT_FBX;
+  options.index_error_handling = UFBX_INDEX_ERROR_HANDLING_NO_INDEX;
+  options.allow_empty_faces =
+      true;  // counted as short ones; and smoothing groups go by a face's number
+  ufbx_error error = {};
+  Scene scene(fbx_load_memory(input.bytes.data(), input.bytes.size(), options, error));
+  if (scene != nullptr) return scene;
+  if (error.type == UFBX_ERROR_OUT_OF_MEMORY) throw std::bad_alloc();
+  if (error.type == UFBX_ERROR_MEMORY_LIMIT) {
+    input.fail("", "it takes more than " + mebibytes(most) + " of memory to read it",
+               "Free some memory, raise the `memory_limit`, or split the file.");
+  }
+  if (error.type == UFBX_ERROR_UNKNOWN) {
+    input.fail("",
+               "its records or numbers do not fit together: it is cut off or damaged, or a face "
+               "names a vertex that is not there",
+               kRemedy);
+  }
+  std::string why = in_message(error.description);
+  if (error.info_length != 0) why += " (" + in_message({error.info, error.info_length}) + ")";
+  input.fail("", "it cannot be read as FBX: " + (why.empty() ? "it is damaged" : why), kRemedy);
+}
+
+class FbxReader {
+ public:
+  FbxReader(const MeshInput& input, const ufbx_scene& scene)
+      : input_(input), scene_(scene), builder_(input), uv_sets_(input), pictures_(input) {}
+
+  Asset read() {
+    warn_of_repairs();
+    const WorldFrame world = world_frame(input_.options, own_turn(), metres());
+    to_world_ = world.map.value_or(kNoMove);
+    nodes();
+    check_memory();
+    for (const Placed& placed : placed_) add(placed);
+    uv_sets_.check();
+    builder_.is_placed = true;
+    asset_.mesh = builder_.finish();
+    materials();
+    asset_.mesh.metres = world.metres;
+    asset_.mesh.uv_set = uv_sets_.chosen();
+    pictures_.warn();
+    warn();
+    return std::move(asset_);
+  }
+
+ private:
+  struct Placed {
+    const ufbx_node* node;
+    const ufbx_mesh* mesh;
+    std::string object;
+  };
+
+  /// The axes that become X, Y and Z; "front" looks at the viewer.
+  AffineMap own_turn() const {
+    constexpr const char* kNames[] = {"CoordAxis", "UpAxis", "FrontAxis"};
+    const ufbx_props& settings = scene_.settings.props;
+    AffineMap map{};
+    std::array<std::int64_t, 3> axes{};
+    bool is_odd = false;
+    for (std::size_t k = 0; k < 3; ++k) {
+      axes[k] = fbx_find_int(settings, kNames[k], static_cast<std::int64_t>(k));
+      const std::int64_t sign =
+          fbx_find_int(settings, (std::string(kNames[k]) + "Sign").c_str(), 1);
+      is_odd = is_odd || axes[k] < 0 || axes[k] > 2 || (sign != 1 && sign != -1);
+      if (!is_odd) map[4 * static_cast<std::size_t>(axes[k]) + k] = static_cast<double>(sign);
+    }
+    if (is_odd || axes[0] == axes[1] || axes[1] == axes[2] || axes[2] == axes[0]) {
+      input_.warn("odd-axes",
+                  "its axes are not three different ones, so that it was not turned. Say what is "
+                  "up, such as --up high=z.",
+                  1);
+      return kNoMove;
+    }
+    map[15] = 1;
+    return map;
+  }
+
+  /// A file that does not say its unit is in centimetres.
+  double metres() const {
+    const double centimetres = fbx_find_real(scene_.settings.props, "UnitScaleFactor", 1);
+    return centimetres > 0 && std::isfinite(centimetres) ? centimetres / 100 : 0;
+  }
+
+  /// Parents before children, in the file's order.
+  void nodes() {
+    struct Visit {
+      const ufbx_node* node;
+      std::uint32_t parent;
+    };
+    std::vector<Visit> open = {{scene_.root_node, AssetNode::kNone}};
+    while (!open.empty()) {
+      const auto [from, parent] = open.back();
+      open.pop_back();
+      const auto index = static_cast<std::uint32_t>(asset_.nodes.size());
+      AssetNode& node = asset_.nodes.emplace_back();
+      node.name = from->is_root ? "RootNode" : text_of(from->name);
+      node.parent = parent;
+      node.transform = to_parent(*from);
+      for (const ufbx_element* attribute : from->all_attribs) attach(*from, *attribute, index);
+      for (std::size_t i = from->children.count; i-- > 0;) {
+        open.push_back({from->children.data[i], index});
+      }
+    }
+  }
+
+  /// Maps whose products are the nodes' places in the world, whatever way these inherit their parents' scales.
+  AffineMap to_parent(const ufbx_node& node) const {
+    if (node.parent == nullptr) return product(to_world_, fbx_map(node.node_to_world));
+    if (node.inherit_mode == UFBX_INHERIT_MODE_NORMAL) return fbx_map(node.node_to_parent);
+    const AffineMap map =
+        product(fbx_map(fbx_inverse(node.parent->node_to_world)), fbx_map(node.node_to_world));
+    return std::all_of(map.begin(), map.end(), [](double value) { return std::isfinite(value); })
+               ? map
+               : fbx_map(node.node_to_parent);
+  }
+
+  void attach(const ufbx_node& node, const ufbx_element& attribute, std::uint32_t index) {
+    switch (attribute.type) {
+      case UFBX_ELEMENT_MESH:
+        break;
+      case UFBX_ELEMENT_NURBS_CURVE:
+      case UFBX_ELEMENT_NURBS_SURFACE:
+      case UFBX_ELEMENT_NURBS_TRIM_SURFACE:
+      case UFBX_ELEMENT_PROCEDURAL_GEOMETRY:
+        ignored_.add(text_of(node.name));
+        return;
+      case UFBX_ELEMENT_LOD_GROUP:
+        lods_.add(text_of(node.name));
+        return;
+      default:
+        return;
+    }
+    const auto& mesh = reinterpret_cast<const ufbx_mesh&>(attribute);
+    if (mesh.num_faces == 0 || mesh.vertices.count == 0) return;
+    if (mesh.skin_deformers.count > 1 || mesh.cache_deformers.count != 0) {
+      deformed_.add(text_of(node.name));
+    }
+    if (!node.visible) hidden_.add(text_of(node.name));
+    if (mesh.subdivision_display_mode != UFBX_SUBDIVISION_DISPLAY_DISABLED &&
+        std::max(mesh.subdivision_preview_levels, mesh.subdivision_render_levels) != 0) {
+      subdivided_.add(text_of(node.name));
+    }
+    placed_.push_back(
+        {&node, &mesh, objects_.add(node.name.length == 0 ? "object" : text_of(node.name))});
+    asset_.object_nodes.push_back(index);
+  }
+
+  /// A mesh may be placed by any number of nodes: whether memory can hold them all.
+  void check_memory() const {
+    constexpr std::uint64_t kVertexBytes = 72, kCornerBytes = 64;
+    std::uint64_t vertices = 0, corners = 0;
+    for (const Placed& placed : placed_) {
+      vertices += placed.mesh->num_vertices;
+      corners += placed.mesh->num_indices;
+    }
+    const FailWith fail = [this](const std::string& place, const std::string& problem,
+                                 const std::string& remedy) {
+      input_.fail(place, problem, remedy);
+    };
+    require_memory(
+        "its meshes, as often as nodes place them,",
+        std::max(capped_product(vertices, kVertexBytes), capped_product(corners, kCornerBytes)),
+        memory_failure(fail, ""));
+  }
+
+  void add(const Placed& placed) {
+    const ufbx_mesh& mesh = *placed.mesh;
+    builder_.set_object(placed.object);
+    std::vector<std::string> names;
+    for (const ufbx_uv_set& set : mesh.uv_sets) names.push_back(text_of(set.name));
+    const std::optional<std::uint32_t> set = uv_sets_.choose(names);
+    const ufbx_vertex_vec2* const uvs = set ? &mesh.uv_sets.data[*set].vertex_uv : nullptr;
+    std::uint32_t first_uv = 0;
+    if (uvs != nullptr) {
+      // Instances share their UVs.
+      const auto [known, added] =
+          first_uvs_.emplace(&mesh, static_cast<std::uint32_t>(builder_.uvs.size()));
+      first_uv = known->second;
+      for (std::size_t i = 0; added && i < uvs->values.count; ++i) {
+        builder_.uvs.push_back({narrow(uvs->values.data[i].x), narrow(uvs->values.data[i].y)});
+      }
+    }
+    const FbxPose pose(*placed.node, mesh, to_world_);
+    const std::vector<std::uint32_t> normal_of = normals(mesh, pose);
+    std::unordered_map<std::uint64_t, std::uint32_t> vertex_of;  // by vertex and colour
+    std::vector<std::uint32_t> corners, corner_uvs, corner_normals;
+    for (std::size_t f = 0; f < mesh.faces.count; ++f) {
+      const ufbx_face face = mesh.faces.data[f];
+      if (f < mesh.face_hole.count && mesh.face_hole.data[f]) {
+        ++holes_;
+        continue;
+      }
+      builder_.set_material(material_name(placed, f));
+      corners.clear();
+      corner_uvs.clear();
+      corner_normals.clear();
+      bool mirrored = false;
+      for (std::uint32_t i = 0; i < face.num_indices; ++i) {
+        const std::uint32_t corner = face.index_begin + i;
+        const std::uint32_t vertex = mesh.vertex_indices.data[corner];
+        if (vertex >= mesh.vertices.count) {
+          input_.fail(
+              "mesh \"" + printable(placed.object) + "\", face " + std::to_string(f),
+              "a corner of it is none of the " + std::to_string(mesh.vertices.count) + " vertices",
+              kRemedy);
+        }
+        if (i == 0) mirrored = pose.mirrors(vertex);
+        corners.push_back(place(mesh, pose, corner, vertex, vertex_of));
+        const auto uv = uvs == nullptr ? UFBX_NO_INDEX : uvs->indices.data[corner];
+        corner_uvs.push_back(uv == UFBX_NO_INDEX ? MeshBuilder::kNone : first_uv + uv);
+        corner_normals.push_back(normal_of.empty() ? MeshBuilder::kNone : normal_of[corner]);
+      }
+      // A mirrored polygon is turned round, so that it faces as its normals do.
+      if (mirrored) {
+        for (auto* list : {&corners, &corner_uvs, &corner_normals}) {
+          std::reverse(list->begin(), list->end());
+        }
+      }
+      using Indices = std::span<const std::uint32_t>;
+      builder_.add_face(corners, uvs == nullptr ? Indices() : Indices(corner_uvs),
+                        normal_of.empty() ? Indices() : Indices(corner_normals));
+    }
+  }
+
+  /// The builder's vertex of a corner: one for each vertex and colour.
+  std::uint32_t place(const ufbx_mesh& mesh, const FbxPose& pose, std::uint32_t corner,
+                      std::uint32_t vertex,
+                      std::unordered_map<std::uint64_t, std::uint32_t>& vertex_of) {
+    std::array<std::uint8_t, 4> color{255, 255, 255, 255};
+    std::uint64_t key = vertex;
+    if (mesh.vertex_color.exists) {
+      const std::uint32_t index = mesh.vertex_color.indices.data[corner];
+      if (index != UFBX_NO_INDEX) {
+        const ufbx_vec4& value = mesh.vertex_color.values.data[index];
+        const std::array<double, 4> channels{value.x, value.y, value.z, value.w};
+        for (std::size_t k = 0; k < 4; ++k) {
+          const double channel = channels[k] > 0 ? std::min(channels[k], 1.0) : 0;
+          color[k] = static_cast<std::uint8_t>(std::lround(channel * 255));
+        }
+      }
+      std::uint32_t bits = 0;
+      std::memcpy(&bits, color.data(), 4);
+      key |= std::uint64_t{bits} << 32U;
+    }
+    const auto [entry, added] =
+        vertex_of.emplace(key, static_cast<std::uint32_t>(builder_.positions.size()));
+    if (!added) return entry->second;
+    builder_.positions.push_back(pose.place(vertex));
+    if (mesh.vertex_color.exists) builder_.set_color_bytes(builder_.positions.size() - 1, color);
+    return entry->second;
+  }
+
+  /// The builder's normal of each corner: the file's, as posed, or those of smoothing groups. Empty: the
+  /// mesh says nothing of them.
+  std::vector<std::uint32_t> normals(const ufbx_mesh& mesh, const FbxPose& pose) {
+    std::vector<std::uint32_t> result;
+    if (mesh.vertex_normal.exists) {
+      result.resize(mesh.num_indices, MeshBuilder::kNone);
+      const std::vector<ufbx_vec3> morphed = morphed_normals(mesh, pose);
+      // By the vertex as well, where vertices are posed apart.
+      std::unordered_map<std::uint64_t, std::uint32_t> known;
+      for (std::size_t corner = 0; corner < mesh.num_indices; ++corner) {
+        const std::uint32_t vertex = mesh.vertex_indices.data[corner];
+        const std::uint32_t index = mesh.vertex_normal.indices.data[corner];
+        if (index == UFBX_NO_INDEX || vertex >= mesh.vertices.count) continue;
+        if (!morphed.empty()) {
+          result[corner] = static_cast<std::uint32_t>(builder_.normals.size());
+          builder_.normals.push_back(pose.normal(vertex, morphed[corner]));
+          continue;
+        }
+        const std::uint64_t of_vertex = pose.is_skinned() ? vertex + std::uint64_t{1} : 0;
+        const auto [entry, added] = known.emplace(
+            (of_vertex << 32U) | index, static_cast<std::uint32_t>(builder_.normals.size()));
+        if (added) {
+          builder_.normals.push_back(pose.normal(vertex, mesh.vertex_normal.values.data[index]));
+        }
+        result[corner] = entry->second;
+      }
+      return result;
+    }
+    const std::vector<std::uint32_t> pieces = smooth_pieces(mesh, groups_of(mesh));
+    if (pieces.empty()) return {};
+    std::unordered_map<std::uint32_t, std::uint32_t> known;
+    result.resize(mesh.num_indices);
+    for (std::size_t corner = 0; corner < pieces.size(); ++corner) {
+      const auto [entry, added] = known.emplace(pieces[corner], 0U);
+      if (added) entry->second = builder_.add_computed_normal();
+      result[corner] = entry->second;
+    }
+    return result;
+  }
+
+  /// Smoothing groups of a mesh's faces, as masks; empty: it has none. ufbx keeps of them whether a face has any.
+  std::vector<std::uint32_t> groups_of(const ufbx_mesh& mesh) {
+    if (mesh.face_smoothing.count < mesh.num_faces) return {};
+    if (!groups_) groups_ = fbx_smoothing_groups(input_.bytes);
+    std::vector<std::uint32_t> masks(mesh.num_faces);
+    for (std::size_t f = 0; f < masks.size(); ++f) masks[f] = mesh.face_smoothing.data[f] ? 1 : 0;
+    // Geometries are in the file's order in both.
+    if (groups_->size() == scene_.meshes.count) {
+      const std::vector<std::uint32_t>& found = (*groups_)[mesh.typed_id];
+      if (found.size() == masks.size()) return found;
+    }
+    merged_groups_.add(text_of(mesh.name));
+    return masks;
+  }
+
+  const std::string& material_name(const Placed& placed, std::size_t face) {
+    const ufbx_mesh& mesh = *placed.mesh;
+    const ufbx_material_list& list =
+        placed.node->materials.count != 0 ? placed.node->materials : mesh.materials;
+    const std::uint32_t index = face < mesh.face_material.count ? mesh.face_material.data[face] : 0;
+    const ufbx_material* const material = index < list.count ? list.data[index] : nullptr;
+    std::string& name = material_names_[material];
+    if (name.empty()) {
+      const std::string given = material == nullptr ? "DefaultMaterial" : text_of(material->name);
+      name = unique_materials_.add(given.empty() ? "material" : given);
+      material_of_[name] = material;
+    }
+    if (material != nullptr) {
+      std::vector<const ufbx_mesh*>& meshes = meshes_of_[material];
+      if (meshes.empty() || meshes.back() != &mesh) meshes.push_back(&mesh);
+    }
+    return name;
+  }
+
+  void materials() {
+    for (const std::string& name : asset_.mesh.material_names) {
+      Material& material = asset_.materials.emplace_back();
+      material.name = name;
+      const auto found = material_of_.find(name);
+      if (found == material_of_.end() || found->second == nullptr) continue;
+      const ufbx_material& from = *found->second;
+      material.place = input_.file + ": material " + std::to_string(from.typed_id);
+      numbers(from, material);
+      const ufbx_material_fbx_maps& fbx = from.fbx;
+      const ufbx_material_pbr_maps& pbr = from.pbr;
+      material.color_map = picture(from, {&pbr.base_color, &fbx.diffuse_color});
+      material.opacity_map =
+          picture(from, {&pbr.opacity, &fbx.transparency_color, &fbx.transparency_factor});
+      material.normal_map = picture(from, {&pbr.normal_map, &fbx.normal_map, &fbx.bump});
+      material.roughness_map = picture(from, {&pbr.roughness});
+      if (material.roughness_map.empty()) {
+        material.roughness_map = picture(from, {&pbr.glossiness});
+        material.roughness_map.inverted = !material.roughness_map.empty();
+      }
+      material.metallic_map = picture(from, {&pbr.metalness});
+      material.emission_map = picture(from, {&pbr.emission_color, &fbx.emission_color});
+      material.occlusion_map = picture(from, {&pbr.ambient_occlusion});
+    }
+  }
+
+  static bool is_phong(const ufbx_material& from) {
+    return from.shader_type == UFBX_SHADER_FBX_PHONG || from.shader_type == UFBX_SHADER_UNKNOWN ||
+           from.shader_type == UFBX_SHADER_BLENDER_PHONG;
+  }
+
+  static void numbers(const ufbx_material& from, Material& material) {
+    const auto color = [](const ufbx_material_map& map, const ufbx_material_map& factor) {
+      const double by = factor.has_value ? factor.value_real : 1;
+      return std::array<float, 3>{narrow(map.value_vec3.x * by), narrow(map.value_vec3.y * by),
+                                  narrow(map.value_vec3.z * by)};
+    };
+    const ufbx_material_pbr_maps& pbr = from.pbr;
+    // Exporters give the old properties beside those of a renderer.
+    if (pbr.base_color.has_value || from.fbx.diffuse_color.has_value) {
+      material.color = pbr.base_color.has_value
+                           ? color(pbr.base_color, pbr.base_factor)
+                           : color(from.fbx.diffuse_color, from.fbx.diffuse_factor);
+      material.color_from = MaterialNumber::given;
+    }
+    if (pbr.emission_color.has_value || from.fbx.emission_color.has_value) {
+      material.emission = pbr.emission_color.has_value
+                              ? color(pbr.emission_color, pbr.emission_factor)
+                              : color(from.fbx.emission_color, from.fbx.emission_factor);
+      material.emission_from = MaterialNumber::given;
+    }
+    if (pbr.roughness.has_value || pbr.glossiness.has_value) {
+      // Of a Phong's shininess: 1 - sqrt(shininess) / 10, as Blender does.
+      material.roughness = std::clamp(narrow(pbr.roughness.value_real), 0.0F, 1.0F);
+      material.roughness_from = is_phong(from) ? MaterialNumber::converted : MaterialNumber::given;
+    }
+    if (pbr.metalness.has_value) {
+      material.metallic = std::clamp(narrow(pbr.metalness.value_real), 0.0F, 1.0F);
+      material.metallic_from = MaterialNumber::given;
+    }
+    material.opacity = std::clamp(narrow(opacity(from)), 0.0F, 1.0F);
+  }
+
+  /// Programs agree on "Opacity" where it is there; the factor of the transparent colour is 1 in all of Maya's files.
+  static double opacity(const ufbx_material& from) {
+    double given = 1;
+    if (from.pbr.opacity.has_value) return from.pbr.opacity.value_real;
+    if (fbx_own_real(from.props, "Opacity", given)) return given;
+    const ufbx_material_map &transparent = from.fbx.transparency_color,
+                            &factor = from.fbx.transparency_factor;
+    if (!transparent.has_value) return 1;
+    const ufbx_vec3& rgb = transparent.value_vec3;
+    const double left =
+        1 - (rgb.x + rgb.y + rgb.z) / 3 * (factor.has_value ? factor.value_real : 1);
+    return left != 0 ? left : 1;  // Cinema 4D's, whose objects can be seen
+  }
+
+  static TextureWrap wrap_of(ufbx_wrap_mode mode) {
+    return mode == UFBX_WRAP_CLAMP ? TextureWrap::clamp : TextureWrap::repeat;
+  }
+
+  /// The first of these maps that has a picture.
+  MaterialPicture picture(const ufbx_material& material,
+                          std::initializer_list<const ufbx_material_map*> maps) {
+    for (const ufbx_material_map* map : maps) {
+      if (map->texture == nullptr || !map->texture_enabled || map->feature_disabled) continue;
+      const ufbx_texture_list& files = map->texture->file_textures;
+      if (files.count == 0) continue;
+      if (map->texture->type == UFBX_TEXTURE_LAYERED && map->texture->layers.count > 1) {
+        layered_.add(text_of(map->texture->name));
+      }
+      return picture(material, *files.data[0]);
+    }
+    return {};
+  }
+
+  MaterialPicture picture(const ufbx_material& material, const ufbx_texture& texture) {
+    MaterialPicture picture;
+    const auto name_of = [](const ufbx_string& text) {
+      std::string name = text_of(text);
+      std::replace(name.begin(), name.end(), '\\', '/');
+      return name;
+    };
+    const std::string relative = name_of(texture.relative_filename),
+                      absolute = name_of(texture.absolute_filename);
+    const std::string& name = relative.empty() ? absolute : relative;
+    if (texture.content.size != 0) {
+      std::shared_ptr<const std::vector<std::byte> >& shared = embedded_[texture.content.data];
+      if (shared == nullptr) {
+        const auto* const bytes = static_cast<const std::byte*>(texture.content.data);
+        shared =
+            std::make_shared<const std::vector<std::byte> >(bytes, bytes + texture.content.size);
+      }
+      picture.bytes = shared;
+      picture.file = name.empty() ? text_of(texture.name) : name;
+    } else {
+      if (name.empty()) return {};
+      picture.file = pictures_.find(name);
+      if (picture.file.empty() && !absolute.empty()) picture.file = pictures_.find(absolute);
+      if (picture.file.empty()) {
+        pictures_.count_missing(name);
+        return {};
+      }
+    }
+    picture.uv_set = uv_set_of(material, texture);
+    picture.wrap = {wrap_of(texture.wrap_u), wrap_of(texture.wrap_v)};
+    if (texture.has_uv_transform) {
+      const ufbx_transform& by = texture.uv_transform;
+      const bool turned = by.rotation.x != 0 || by.rotation.y != 0 || by.rotation.z != 0;
+      // The transform's own scaling is the one that multiplies.
+      pictures_.place(picture, by.scale.x, by.scale.y,
+                      turned || by.translation.x != 0 || by.translation.y != 0, true);
+    }
+    return picture;
+  }
+
+  /// The number of the set that a picture lies on, in the first mesh with the material that has it.
+  std::uint32_t uv_set_of(const ufbx_material& material, const ufbx_texture& texture) const {
+    const std::string wanted = text_of(texture.uv_set);
+    const auto meshes = meshes_of_.find(&material);
+    if (wanted.empty() || meshes == meshes_of_.end()) return 0;
+    for (const ufbx_mesh* mesh : meshes->second) {
+      for (std::size_t i = 0; i < mesh->uv_sets.count; ++i) {
+        if (text_of(mesh->uv_sets.data[i].name) == wanted) return static_cast<std::uint32_t>(i);
+      }
+    }
+    return 0;
+  }
+
+  /// What is wrong with a file, and read all the same.
+  void warn_of_repairs() const {
+    for (const ufbx_warning& warning : scene_.metadata.warnings) {
+      if (warning.type == UFBX_WARNING_BAD_UNICODE) continue;
+      input_.warn("damaged-file",
+                  "it is damaged, or unlike what FBX should be: " +
+                      in_message(warning.description) + ". Look at the result, or export it again.",
+                  warning.count);
+    }
+  }
+
+  struct Named {
+    std::uint64_t count = 0;
+    std::string first;
+    void add(const std::string& name) {
+      if (count++ == 0) first = name;
+    }
+  };
+
+  void warn() const {
+    const auto say = [this](const Named& named, const char* code, const std::string& what) {
+      if (named.count == 0) return;
+      input_.warn(
+          code, std::to_string(named.count) + what + " ('" + printable(named.first) + "' for one).",
+          named.count);
+    };
+    say(ignored_, "ignored-primitives",
+        " of its nodes have curves or NURBS, which are left out: convert them to meshes");
+    say(hidden_, "hidden-meshes",
+        " of its meshes are hidden in the file, and are read all the same: delete what is not "
+        "wanted");
+    say(lods_, "levels-of-detail",
+        " of its nodes hold levels of detail, and all levels are read, one within the other: "
+        "delete all but one");
+    say(subdivided_, "subdivision",
+        " of its meshes are shown subdivided: their cages are read. Subdivide them before the "
+        "export");
+    say(layered_, "layered-textures", " of its textures have layers: the lowest alone is read");
+    say(merged_groups_, "smoothing-groups",
+        " of its meshes have smoothing groups that cannot be told apart, and count as one: export "
+        "normals");
+    say(deformed_, "skinned",
+        " of its meshes have several skins, of which the first is applied, or a vertex cache, "
+        "which is not");
+    if (holes_ != 0) {
+      input_.warn("hole-faces", counted(holes_, "face") + " marked as holes are left out.", holes_);
+    }
+  }
+
+  const MeshInput& input_;
+  const ufbx_scene& scene_;
+  MeshBuilder builder_;
+  UvSetChoice uv_sets_;
+  ScenePictures pictures_;
+  Asset asset_;
+  AffineMap to_world_ = kNoMove;
+  std::vector<Placed> placed_;
+  UniqueNames objects_, unique_materials_;
+  std::map<const ufbx_mesh*, std::uint32_t> first_uvs_;
+  std::map<const ufbx_material*, std::string> material_names_;
+  std::map<std::string, const ufbx_material*> material_of_;
+  std::map<const ufbx_material*, std::vector<const ufbx_mesh*> > meshes_of_;
+  std::map<const void*, std::shared_ptr<const std::vector<std::byte> > > embedded_;
+  std::optional<std::vector<std::vector<std::uint32_t> > > groups_;  // per geometry, per face
+  Named ignored_, hidden_, lods_, subdivided_, layered_, merged_groups_, deformed_;
+  std::uint64_t holes_ = 0;
+};
+
+}  // namespace
+
+Asset read_fbx(const MeshInput& input) {
+  const Scene scene = load(input);
+  Asset asset = FbxReader(input, *scene).read();
+  asset.mesh.material_files = {fs::path(input.file).filename().string()};  // it describes its own
+  return asset;
+}
+
+}  // namespace kiln
+#endif

@@ -1,0 +1,48 @@
+#ifdef KILN_HAS_UFBX
+// Functions are private to this file. Constants cannot be in C++: a weak one gives way to another program's.
+#define ufbx_abi static
+#define ufbx_abi_data_definition  // the header asks for this name, and else takes the next one away
+#define ufbx_abi_data_def extern __attribute__((weak))
+#define UFBX_NO_STDIO  // all that is read is in memory
+#include "asset/fbx_library.h"
+
+#include <ufbx.c>
+
+namespace kiln {
+
+ufbx_scene* fbx_load_memory(const void* data, std::size_t size, const ufbx_load_opts& options,
+                            ufbx_error& error) {
+  return ufbx_load_memory(data, size, &options, &error);
+}
+
+void fbx_free_scene(ufbx_scene* scene) { ufbx_free_scene(scene); }
+
+std::int64_t fbx_find_int(const ufbx_props& properties, const char* name, std::int64_t missing) {
+  return ufbx_find_int(&properties, name, missing);
+}
+
+double fbx_find_real(const ufbx_props& properties, const char* name, double missing) {
+  return ufbx_find_real(&properties, name, missing);
+}
+
+bool fbx_own_real(const ufbx_props& properties, const char* name, double& value) {
+  const ufbx_prop* const found = ufbx_find_prop(&properties, name);
+  if (found == nullptr || (found->flags & UFBX_PROP_FLAG_NOT_FOUND) != 0) return false;
+  value = found->value_real;
+  return true;
+}
+
+ufbx_matrix fbx_skin_vertex_matrix(const ufbx_skin_deformer& skin, std::size_t vertex,
+                                   const ufbx_matrix& fallback) {
+  return ufbx_get_skin_vertex_matrix(&skin, vertex, &fallback);
+}
+
+void fbx_add_blend_vertex_offsets(const ufbx_blend_deformer& blend, ufbx_vec3* vertices,
+                                  std::size_t count) {
+  ufbx_add_blend_vertex_offsets(&blend, vertices, count, 1);
+}
+
+ufbx_matrix fbx_inverse(const ufbx_matrix& matrix) { return ufbx_matrix_invert(&matrix); }
+
+}  // namespace kiln
+#endif

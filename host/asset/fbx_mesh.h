@@ -1,0 +1,50 @@
+// A mesh of an FBX in the world: its node's maps, its bones, its blend shapes.
+#pragma once
+
+#ifdef KILN_HAS_UFBX
+#include <vector>
+
+#include "asset/fbx_library.h"
+#include "asset/hierarchy.h"
+#include "asset/mesh_builder.h"
+#include "asset/scene_parts.h"
+
+namespace kiln {
+
+AffineMap fbx_map(const ufbx_matrix& matrix);
+
+/// Places vertices and normals of a mesh: blend shapes are added first, then the skin or else the node moves them.
+class FbxPose {
+ public:
+  /// \param to_world  from the file's axes and unit
+  FbxPose(const ufbx_node& node, const ufbx_mesh& mesh, const AffineMap& to_world);
+
+  bool is_skinned() const { return !poses_.empty(); }
+  bool is_morphed() const { return !morphed_.empty(); }
+  /// The mesh's own vertices, with their blend shapes.
+  const ufbx_vec3& vertex(std::size_t index) const {
+    return morphed_.empty() ? mesh_.vertices.data[index] : morphed_[index];
+  }
+  MeshBuilder::Position place(std::size_t vertex) const;
+  /// Unit, or zero.
+  Vec3 normal(std::size_t vertex, const ufbx_vec3& normal) const;
+  /// True where the map of a vertex turns what is outside in.
+  bool mirrors(std::size_t vertex) const;
+
+ private:
+  AffineMap map(std::size_t vertex) const;
+
+  const ufbx_mesh& mesh_;
+  AffineMap to_world_;
+  AffineMap of_node_;
+  NormalTurn turn_of_node_;
+  std::vector<ufbx_matrix> poses_;  // per vertex, to the file's world; empty: no skin
+  std::vector<ufbx_vec3> morphed_;  // vertices with blend shapes; empty: none is on
+};
+
+/// The file's normals where blend shapes move a mesh: each is turned as the mean of the faces turns that share it, as Blender
+/// does. Per corner; empty: no blend shape is on. Time: linear.
+std::vector<ufbx_vec3> morphed_normals(const ufbx_mesh& mesh, const FbxPose& pose);
+
+}  // namespace kiln
+#endif

@@ -1,0 +1,350 @@
+#ifdef KILN_HAS_UFBX
+#include "asset/fbx_smoothing.h"
+
+#include <zlib.h>
+
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <cstring>
+#include <numeric>
+#include <string>
+
+#include "io/file/bounds.h"
+
+namespace kiln {
+namespace {
+
+/// Union of corners; the least one of a piece stands for it.
+class Pieces {
+ public:
+  explicit Pieces(std::size_t count) : parent_(count) {
+    std::iota(parent_.begin(), parent_.end(), 0U);
+  }
+  std::uint32_t find(std::uint32_t i) {
+    while (parent_[i] != i) i = parent_[i] = parent_[parent_[i]];
+    return i;
+  }
+  void join(std::uint32_t a, std::uint32_t b) {
+    a = find(a), b = find(b);
+    parent_[std::max(a, b)] = std::min(a, b);
+  }
+
+ private:
+  std::vector<std::uint32_t> parent_;
+};
+
+/// An edge of a face, by its vertices in order, with the corners at them.
+struct Side {
+  std::array<std::uint32_t, 2> vertices, corners;
+};
+
+void join_along_edges(const ufbx_mesh& mesh, Pieces& pieces) {
+  using Key = std::array<std::uint32_t, 2>;
+  const auto vertex = [&mesh](std::uint32_t corner) { return mesh.vertex_indices.data[corner]; };
+  const auto key_of = [](std::uint32_t a, std::uint32_t b) {
+    return Key{std::min(a, b), std::max(a, b)};
+  };
+  std::vector<Key> hard;
+  for (std::size_t e = 0; e < mesh.edges.count; ++e) {
+    if (mesh.edge_smoothing.data[e]) continue;
+    hard.push_back(key_of(vertex(mesh.edges.data[e].a), vertex(mesh.edges.data[e].b)));
+  }
+  std::sort(hard.begin(), hard.end());
+  std::vector<Side> sides;
+  sides.reserve(mesh.num_indices);
+  for (const ufbx_face& face : mesh.faces) {
+    for (std::uint32_t i = 0; i < face.num_indices; ++i) {
+      std::uint32_t a = face.index_begin + i;
+      std::uint32_t b = face.index_begin + (i + 1) % face.num_indices;
+      if (vertex(a) > vertex(b)) std::swap(a, b);
+      sides.push_back({{vertex(a), vertex(b)}, {a, b}});
+    }
+  }
+  std::stable_sort(sides.begin(), sides.end(),
+                   [](const Side& a, const Side& b) { return a.vertices < b.vertices; });
+  for (std::size_t i = 1; i < sides.size(); ++i) {
+    const Side &last = sides[i - 1], &side = sides[i];
+    if (last.vertices != side.vertices) continue;
+    if (std::binary_search(hard.begin(), hard.end(), side.vertices)) continue;
+    for (const std::size_t k : {0U, 1U}) pieces.join(last.corners[k], side.corners[k]);
+  }
+}
+
+void join_by_groups(const ufbx_mesh& mesh, const std::vector<std::uint32_t>& groups,
+                    Pieces& pieces) {
+  constexpr std::uint32_t kNone = 0xFFFFFFFFU;
+  std::vector<std::array<std::uint32_t, 2>> corners;  // vertex, corner
+  corners.reserve(mesh.num_indices);
+  std::vector<std::uint32_t> mask_of(mesh.num_indices);
+  for (std::size_t f = 0; f < mesh.faces.count; ++f) {
+    const ufbx_face& face = mesh.faces.data[f];
+    for (std::uint32_t i = 0; i < face.num_indices; ++i) {
+      const std::uint32_t corner = face.index_begin + i;
+      corners.push_back({mesh.vertex_indices.data[corner], corner});
+      mask_of[corner] = groups[f];
+    }
+  }
+  std::sort(corners.begin(), corners.end());
+  std::array<std::uint32_t, 32> first{};
+  for (std::size_t i = 0; i < corners.size(); ++i) {
+    if (i == 0 || corners[i][0] != corners[i - 1][0]) first.fill(kNone);
+    const std::uint32_t corner = corners[i][1];
+    for (std::size_t bit = 0; bit < 32; ++bit) {
+      if ((mask_of[corner] >> bit & 1U) == 0) continue;
+      if (first[bit] == kNone) {
+        first[bit] = corner;
+      } else {
+        pieces.join(first[bit], corner);
+      }
+    }
+  }
+}
+
+const std::string_view kGroups = "LayerElementSmoothing";
+
+/// What is of interest in a geometry, or a model of old files, as it is read.
+struct Geometry {
+  bool is_mesh = false, by_polygon = false, has_groups = false;
+  std::vector<std::uint32_t> groups;
+};
+
+/// Binary FBX: records with their end, their properties and the records within.
+class BinaryGroups {
+ public:
+  BinaryGroups(std::string_view bytes, std::vector<std::vector<std::uint32_t>>& result)
+      : bytes_(bytes), result_(result) {
+    std::uint32_t version = 0;
+    std::memcpy(&version, bytes.data() + 23, 4);
+    wide_ = version >= 7500;
+  }
+
+  void read() {
+    for_each_record(27, bytes_.size(), [this](const Record& record) {
+      if (record.name != "Objects") return;
+      for_each_record(record.children, record.end, [this](const Record& object) {
+        if (object.name == "Geometry" || object.name == "Model") geometry(object);
+      });
+    });
+  }
+
+ private:
+  struct Record {
+    std::string_view name;
+    std::uint64_t properties = 0, count = 0, children = 0, end = 0;
+  };
+
+  std::uint64_t number(std::uint64_t at, std::size_t size) const {
+    std::uint64_t value = 0;
+    if (at + size <= bytes_.size()) std::memcpy(&value, bytes_.data() + at, size);
+    return value;
+  }
+
+  template <typename Visit>
+  void for_each_record(std::uint64_t at, std::uint64_t end, const Visit& visit) const {
+    const std::size_t size = wide_ ? 8 : 4;
+    const std::uint64_t head = 3 * size + 1;
+    while (at + head <= end) {
+      Record record;
+      record.end = number(at, size);
+      record.count = number(at + size, size);
+      const std::uint64_t length = number(at + 2 * size, size);
+      const std::uint64_t name = number(at + 3 * size, 1);
+      record.properties = at + head + name;
+      // The record without an end closes a list.
+      if (record.end <= at || record.end > end || record.properties > record.end ||
+          length > record.end - record.properties) {
+        return;
+      }
+      record.name = bytes_.substr(at + head, name);
+      record.children = record.properties + length;
+      visit(record);
+      at = record.end;
+    }
+  }
+
+  void geometry(const Record& object) const {
+    Geometry found;
+    for_each_record(object.children, object.end, [&](const Record& part) {
+      if (part.name == "PolygonVertexIndex") found.is_mesh = true;
+      if (part.name != kGroups || found.has_groups) return;
+      std::vector<std::uint32_t> groups;
+      bool by_polygon = false;
+      for_each_record(part.children, part.end, [&](const Record& field) {
+        if (field.name == "MappingInformationType") {
+          by_polygon = bytes_.substr(field.properties, field.children - field.properties)
+                           .ends_with("ByPolygon");
+        }
+        if (field.name == "Smoothing") groups = numbers(field);
+      });
+      if (!by_polygon) return;
+      found.has_groups = true;
+      found.groups = std::move(groups);
+    });
+    if (found.is_mesh) result_.push_back(std::move(found.groups));
+  }
+
+  /// The numbers of a record: an array, which may be packed, or in old files one property each.
+  std::vector<std::uint32_t> numbers(const Record& record) const {
+    std::vector<std::uint32_t> values;
+    std::uint64_t at = record.properties;
+    for (std::uint64_t i = 0; i < record.count && at < record.children; ++i) {
+      const char type = bytes_[at++];
+      if (type == 'I') {
+        values.push_back(static_cast<std::uint32_t>(number(at, 4)));
+        at += 4;
+      } else if (type == 'i') {
+        const std::uint64_t count = number(at, 4), encoding = number(at + 4, 4),
+                            stored = number(at + 8, 4);
+        at += 12;
+        if (at > record.children || stored > record.children - at) return {};
+        const std::uint64_t size = 4 * count;
+        if (size > (encoding == 0 ? stored : most_unpacked(Packing::deflate, stored))) return {};
+        values.resize(count);
+        if (count == 0) return values;
+        auto* const to = reinterpret_cast<Bytef*>(values.data());
+        const auto* const from = reinterpret_cast<const Bytef*>(bytes_.data() + at);
+        uLongf unpacked = size;
+        if (encoding == 0) {
+          std::memcpy(to, from, size);
+        } else if (uncompress(to, &unpacked, from, stored) != Z_OK || unpacked != size) {
+          return {};
+        }
+        return values;
+      } else {
+        return {};
+      }
+    }
+    return values;
+  }
+
+  std::string_view bytes_;
+  std::vector<std::vector<std::uint32_t>>& result_;
+  bool wide_ = false;
+};
+
+/// Text FBX: `Key: value, value { Key: ... }`. Strings and comments may hold anything.
+class TextGroups {
+ public:
+  TextGroups(std::string_view text, std::vector<std::vector<std::uint32_t>>& result)
+      : text_(text), result_(result) {}
+
+  void read() {
+    while (at_ < text_.size()) {
+      const char c = text_[at_];
+      if (c == ';') {
+        at_ = std::min(text_.find('\n', at_), text_.size());
+      } else if (c == '"') {
+        string();
+      } else if (c == '{') {
+        keys_.push_back(key_);
+        ++at_;
+      } else if (c == '}') {
+        ++at_;
+        close();
+      } else if (is_word(c)) {
+        word();
+      } else {
+        ++at_;
+      }
+    }
+  }
+
+ private:
+  static bool is_word(char c) {
+    return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_' ||
+           c == '-' || c == '+' || c == '.' || c == '|';
+  }
+
+  bool in_groups() const { return keys_.size() >= 3 && keys_[2] == kGroups; }
+
+  void string() {
+    const std::size_t end = std::min(text_.find('"', at_ + 1), text_.size());
+    if (in_groups() && key_ == "MappingInformationType") {
+      by_polygon_ = text_.substr(at_ + 1, end - at_ - 1) == "ByPolygon";
+    }
+    at_ = std::min(end + 1, text_.size());
+  }
+
+  void word() {
+    const std::size_t begin = at_;
+    while (at_ < text_.size() && is_word(text_[at_])) ++at_;
+    const std::string_view word = text_.substr(begin, at_ - begin);
+    if (at_ < text_.size() && text_[at_] == ':') {
+      key_ = word;
+      ++at_;
+      if (keys_.size() == 2 && key_ == "PolygonVertexIndex") now_.is_mesh = true;
+      return;
+    }
+    // The count after '*' is no value.
+    if (!in_groups() || (begin != 0 && text_[begin - 1] == '*')) return;
+    const bool is_value = (keys_.size() == 3 && key_ == "Smoothing") ||
+                          (keys_.size() == 4 && keys_[3] == "Smoothing" && key_ == "a");
+    std::int64_t value = 0;
+    if (!is_value ||
+        std::from_chars(word.data(), word.data() + word.size(), value).ec != std::errc())
+      return;
+    groups_.push_back(static_cast<std::uint32_t>(value));
+  }
+
+  void close() {
+    if (keys_.empty()) return;
+    if (keys_.size() == 3 && in_groups()) {
+      if (by_polygon_ && !now_.has_groups) {
+        now_.has_groups = true;
+        now_.groups = std::move(groups_);
+      }
+      groups_.clear();
+      by_polygon_ = false;
+    }
+    if (keys_.size() == 2 && keys_[0] == "Objects") {
+      if (now_.is_mesh && (keys_[1] == "Geometry" || keys_[1] == "Model")) {
+        result_.push_back(std::move(now_.groups));
+      }
+      now_ = {};
+    }
+    keys_.pop_back();
+    key_ = {};
+  }
+
+  std::string_view text_;
+  std::vector<std::vector<std::uint32_t>>& result_;
+  std::size_t at_ = 0;
+  std::vector<std::string_view> keys_;
+  std::string_view key_;
+  Geometry now_;
+  std::vector<std::uint32_t> groups_;
+  bool by_polygon_ = false;
+};
+
+}  // namespace
+
+std::vector<std::uint32_t> smooth_pieces(const ufbx_mesh& mesh,
+                                         const std::vector<std::uint32_t>& groups) {
+  const bool has_edges = mesh.edge_smoothing.count != 0 && mesh.edges.count != 0 &&
+                         mesh.edge_smoothing.count >= mesh.edges.count;
+  if (!has_edges && groups.empty()) return {};
+  Pieces pieces(mesh.num_indices);
+  if (has_edges) {
+    join_along_edges(mesh, pieces);
+  } else {
+    join_by_groups(mesh, groups, pieces);
+  }
+  std::vector<std::uint32_t> result(mesh.num_indices);
+  for (std::uint32_t i = 0; i < result.size(); ++i) result[i] = pieces.find(i);
+  return result;
+}
+
+std::vector<std::vector<std::uint32_t>> fbx_smoothing_groups(std::string_view bytes) {
+  std::vector<std::vector<std::uint32_t>> result;
+  constexpr std::string_view kMagic = "Kaydara FBX Binary";
+  if (bytes.starts_with(kMagic)) {
+    if (bytes.size() > 27 && bytes[22] == 0) BinaryGroups(bytes, result).read();
+  } else {
+    TextGroups(bytes, result).read();
+  }
+  return result;
+}
+
+}  // namespace kiln
+#endif

@@ -1,0 +1,186 @@
+#include "asset/gltf_pose.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "base/counted.h"
+
+namespace kiln {
+
+AffineMap map_of_parts(const std::array<double, 3>& t, std::array<double, 4> q,
+                       const std::array<double, 3>& s) {
+  const double size = std::sqrt(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3]);
+  for (double& value : q) value /= size;
+  const auto [x, y, z, w] = q;
+  return {(1 - 2 * (y * y + z * z)) * s[0],
+          2 * (x * y + z * w) * s[0],
+          2 * (x * z - y * w) * s[0],
+          0,
+          2 * (x * y - z * w) * s[1],
+          (1 - 2 * (x * x + z * z)) * s[1],
+          2 * (y * z + x * w) * s[1],
+          0,
+          2 * (x * z + y * w) * s[2],
+          2 * (y * z - x * w) * s[2],
+          (1 - 2 * (x * x + y * y)) * s[2],
+          0,
+          t[0],
+          t[1],
+          t[2],
+          1};
+}
+
+AffineMap map_of_node(const GltfValue& node) {
+  const GltfValue matrix = node["matrix"];
+  if (matrix.exists()) {
+    const AffineMap given = matrix.numbers<16>(kNoMove);
+    if (given[3] != 0 || given[7] != 0 || given[11] != 0 || given[15] != 1) {
+      matrix.fail("its last row is not 0 0 0 1, and so it is no affine map");
+    }
+    return given;
+  }
+  const std::array<double, 4> q = node["rotation"].numbers<4>({0, 0, 0, 1});
+  if (!(std::sqrt(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3]) > 0)) {
+    node["rotation"].fail("it is 0, which is no rotation");
+  }
+  return map_of_parts(node["translation"].numbers<3>({0, 0, 0}), q,
+                      node["scale"].numbers<3>({1, 1, 1}));
+}
+
+GltfWorlds::GltfWorlds(const GltfFile& file, std::vector<std::optional<std::size_t>> parents,
+                       std::optional<AffineMap> frame)
+    : file_(file), parents_(std::move(parents)), frame_(frame) {}
+
+const AffineMap& GltfWorlds::of(std::size_t node) {
+  std::vector<std::size_t> above;  // not known yet, from the node up
+  for (std::optional<std::size_t> at = node; at && !worlds_.contains(*at); at = parents_[*at]) {
+    above.push_back(*at);
+  }
+  for (; !above.empty(); above.pop_back()) {
+    const std::size_t next = above.back();
+    const AffineMap own = map_of_node(file_.list("nodes").at(next));
+    const std::optional<std::size_t> parent = parents_[next];
+    worlds_[next] = parent   ? product(worlds_.at(*parent), own)
+                    : frame_ ? product(*frame_, own)
+                             : own;
+  }
+  return worlds_.at(node);
+}
+
+const GltfJoints& GltfWorlds::joints(std::size_t skin) {
+  const auto [entry, added] = joints_.try_emplace(skin);
+  if (!added) return entry->second;
+  const GltfValue nodes = file_.list("nodes"), from = file_.list("skins").at(skin);
+  const GltfValue list = from["joints"];
+  if (list.size() == 0) from.fail("it has no joints");
+  const GltfValue inverse = from["inverseBindMatrices"];
+  GltfNumbers binds;  // none: identities
+  if (const auto accessor = inverse.index_into(file_.list("accessors"))) {
+    binds = file_.numbers(*accessor, GltfFile::kMatrix);
+    if (binds.count() < list.size()) {
+      inverse.fail("it has " + counted(binds.count(), "matrix") + ", but there are " +
+                   std::to_string(list.size()) + " joints");
+    }
+  }
+  for (std::size_t k = 0; k < list.size(); ++k) {
+    AffineMap bind = kNoMove;
+    if (!binds.values.empty()) {
+      std::copy_n(binds.at(k), bind.size(), bind.begin());
+      // Rounded by programs that invert in single precision.
+      constexpr double kBindRounding = 1e-4;
+      if (std::abs(bind[3]) > kBindRounding || std::abs(bind[7]) > kBindRounding ||
+          std::abs(bind[11]) > kBindRounding || !(std::abs(bind[15] - 1) <= kBindRounding)) {
+        inverse.fail("the last row of its matrix " + std::to_string(k) +
+                     " is not 0 0 0 1, and so it is no affine map");
+      }
+      bind[3] = bind[7] = bind[11] = 0;
+      bind[15] = 1;
+    }
+    entry->second.push_back(product(of(*list.at(k).index_into(nodes)), bind));
+  }
+  return entry->second;
+}
+
+std::vector<AffineMap> instances_of(const GltfFile& file, const GltfValue& node) {
+  const GltfValue extension = node["extensions"]["EXT_mesh_gpu_instancing"];
+  const GltfValue attributes = extension["attributes"];
+  const auto read = [&](const char* name, std::size_t width) {
+    const auto accessor = attributes[name].index_into(file.list("accessors"));
+    return accessor ? file.numbers(*accessor, width) : GltfNumbers();
+  };
+  const GltfNumbers translations = read("TRANSLATION", 3), rotations = read("ROTATION", 4),
+                    scales = read("SCALE", 3);
+  const std::size_t count = std::max({translations.count(), rotations.count(), scales.count()});
+  for (const GltfNumbers* const numbers : {&translations, &rotations, &scales}) {
+    if (!numbers->values.empty() && numbers->count() != count) {
+      attributes.fail("they have " + counted(numbers->count(), "element") + " and " +
+                      std::to_string(count));
+    }
+  }
+  if (count == 0) return {kNoMove};
+  std::vector<AffineMap> maps;
+  maps.reserve(count);
+  for (std::size_t i = 0; i < count; ++i) {
+    std::array<double, 3> t{0, 0, 0}, s{1, 1, 1};
+    std::array<double, 4> q{0, 0, 0, 1};
+    if (!translations.values.empty()) std::copy_n(translations.at(i), 3, t.begin());
+    if (!scales.values.empty()) std::copy_n(scales.at(i), 3, s.begin());
+    if (!rotations.values.empty()) std::copy_n(rotations.at(i), 4, q.begin());
+    if (!(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3] > 0)) {
+      attributes["ROTATION"].fail("instance " + std::to_string(i) + " has 0, which is no rotation");
+    }
+    maps.push_back(map_of_parts(t, q, s));
+  }
+  return maps;
+}
+
+GltfInfluences influences_of(const GltfValue& attributes, const std::vector<GltfNumbers>& joints,
+                             const std::vector<GltfNumbers>& weights, std::size_t count) {
+  GltfInfluences result;
+  if (joints.empty()) return result;
+  constexpr std::size_t kOfSet = 4;
+  result.width = kOfSet * joints.size();
+  const std::size_t vertices = joints[0].count();
+  result.joints.resize(vertices * result.width);
+  result.weights.resize(result.joints.size());
+  for (std::size_t v = 0; v < vertices; ++v) {
+    double sum = 0;
+    for (std::size_t i = 0; i < result.width; ++i) {
+      const std::size_t set = i / kOfSet;
+      const double weight = weights[set].at(v)[i % kOfSet];
+      if (!(weight > 0) || !std::isfinite(weight)) continue;
+      const double joint = joints[set].at(v)[i % kOfSet];
+      if (!(joint >= 0 && joint < static_cast<double>(count))) {
+        attributes["JOINTS_" + std::to_string(set)].fail(
+            "vertex " + std::to_string(v) + " has joint " + std::to_string(joint) +
+            ", but its skin has only " + std::to_string(count));
+      }
+      result.joints[v * result.width + i] = static_cast<std::uint32_t>(joint);
+      result.weights[v * result.width + i] = weight;
+      sum += weight;
+    }
+    // Quantised weights add up to nearly 1.
+    for (std::size_t i = 0; i < result.width && sum > 0; ++i) {
+      result.weights[v * result.width + i] /= sum;
+    }
+  }
+  return result;
+}
+
+std::optional<AffineMap> GltfInfluences::map_of(const GltfJoints& of, std::size_t vertex) const {
+  AffineMap map{};
+  bool moved = false;
+  for (std::size_t i = vertex * width; i < (vertex + 1) * width; ++i) {
+    const double weight = weights[i];
+    if (weight == 0) continue;
+    moved = true;
+    const AffineMap& joint = of[joints[i]];
+    for (std::size_t k = 0; k < map.size(); ++k) map[k] += weight * joint[k];
+  }
+  if (!moved) return std::nullopt;
+  map[3] = map[7] = map[11] = 0;
+  map[15] = 1;
+  return map;
+}
+
+}  // namespace kiln

@@ -1,0 +1,132 @@
+#include "asset/scene_parts.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "asset/mesh_builder.h"
+#include "base/counted.h"
+#include "io/file/text_scanner.h"
+
+namespace kiln {
+
+NormalTurn::NormalTurn(const AffineMap& m) {
+  double determinant = 0;
+  for (std::size_t k = 0; k < 3; ++k) {
+    const double *const a = &m[4 * ((k + 1) % 3)], *const b = &m[4 * ((k + 2) % 3)];
+    columns_[k] = {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
+  }
+  for (std::size_t i = 0; i < 3; ++i) determinant += m[i] * columns_[0][i];
+  mirrors_ = determinant < 0;
+}
+
+Vec3 NormalTurn::operator()(double x, double y, double z) const {
+  std::array<double, 3> turned{};
+  for (std::size_t i = 0; i < 3; ++i) {
+    turned[i] = columns_[0][i] * x + columns_[1][i] * y + columns_[2][i] * z;
+  }
+  // Made unit here, since cofactors of small scales are too small for floats.
+  const double length = std::hypot(turned[0], turned[1], turned[2]) * (mirrors_ ? -1 : 1);
+  if (!std::isnormal(length)) return {};
+  return {narrow(turned[0] / length), narrow(turned[1] / length), narrow(turned[2] / length)};
+}
+
+std::optional<std::uint32_t> UvSetChoice::choose(const std::vector<std::string>& names) {
+  const std::string& wanted = input_.options.uv_set_name;
+  std::optional<std::uint32_t> found;
+  for (std::uint32_t set = 0; set < names.size(); ++set) {
+    const std::string& own = names[set];
+    known_.insert(std::to_string(set) + (own.empty() ? "" : " \"" + printable(own) + "\""));
+    if (wanted.empty() ? set == input_.options.uv_set : own == wanted) found = set;
+  }
+  if (names.size() > 1) ++several_;
+  if (found && !chosen_) chosen_ = found;
+  return found;
+}
+
+void UvSetChoice::check() const {
+  const LoadMeshOptions& options = input_.options;
+  if (!chosen_ && (!options.uv_set_name.empty() || options.uv_set != 0)) {
+    std::string sets;
+    for (const std::string& set : known_) sets += (sets.empty() ? "" : ", ") + set;
+    input_.fail("",
+                "none of its meshes has the set of UVs " +
+                    (options.uv_set_name.empty() ? std::to_string(options.uv_set)
+                                                 : "\"" + printable(options.uv_set_name) + "\"") +
+                    ": its sets are " + (sets.empty() ? "none" : sets),
+                "Ask for one of them.");
+  }
+  if (several_ != 0) {
+    input_.warn("unused-properties",
+                "meshes with more than one set of UVs, " + std::to_string(several_) +
+                    " in all: set " + std::to_string(chosen()) + " is read.",
+                several_);
+  }
+}
+
+ScenePictures::ScenePictures(const MeshInput& input)
+    : input_(input),
+      folder_(std::filesystem::path(input.file).parent_path()),
+      finder_(folder_, input.warnings) {}
+
+bool ScenePictures::is_outside(const std::filesystem::path& plain) const {
+  return plain.is_absolute() || (!plain.empty() && *plain.begin() == "..");
+}
+
+std::filesystem::path ScenePictures::find(const std::string& name) {
+  const std::filesystem::path plain = std::filesystem::path(name).lexically_normal();
+  const bool allowed = !is_outside(plain) || input_.options.outside;
+  // One that may not be read may have a copy beside the file.
+  std::filesystem::path file =
+      finder_.find(folder_ / (allowed ? plain : plain.filename()), input_.file);
+  std::error_code error;
+  if (!std::filesystem::is_regular_file(file, error)) return {};
+  // A symbolic link beside the file may lead out of the folder.
+  return input_.options.outside || lies_within(folder_, file) ? file : std::filesystem::path();
+}
+
+void ScenePictures::count_missing(const std::string& name) {
+  const std::filesystem::path plain = std::filesystem::path(name).lexically_normal();
+  std::error_code error;
+  const bool is_kept_out =
+      !input_.options.outside && std::filesystem::is_regular_file(folder_ / plain, error);
+  (is_kept_out ? outside_ : missing_).add(name);
+}
+
+void ScenePictures::place(MaterialPicture& picture, double scale_u, double scale_v, bool moved,
+                          bool agreed) {
+  const bool usable =
+      std::isfinite(scale_u) && scale_u != 0 && std::isfinite(scale_v) && scale_v != 0;
+  if (!moved && ((scale_u == 1 && scale_v == 1) || (agreed && usable))) {
+    picture.uv_transform = {narrow(scale_u), 0, 0, 0, narrow(scale_v), 0};
+  } else {
+    placed_.add(picture.file.filename().string());
+  }
+}
+
+void ScenePictures::warn() const {
+  if (missing_.count != 0) {
+    input_.warn("picture-missing",
+                counted(missing_.count, "picture") + " of materials, such as '" +
+                    printable(missing_.first) +
+                    "', cannot be found: the materials' numbers stand alone.",
+                missing_.count);
+  }
+  if (outside_.count != 0) {
+    input_.warn("picture-outside",
+                counted(outside_.count, "picture") + " of materials, such as '" +
+                    printable(outside_.first) +
+                    "', lie outside the folder of the file, and were not read: put them beside "
+                    "it, or allow it (--allow-outside).",
+                outside_.count);
+  }
+  if (placed_.count != 0) {
+    input_.warn("texture-options",
+                counted(placed_.count, "picture") + " of materials, such as '" +
+                    printable(placed_.first) +
+                    "', would be moved, turned or scaled in a way that programs read "
+                    "differently: that is left out. Export glTF, or apply it to the UVs.",
+                placed_.count);
+  }
+}
+
+}  // namespace kiln

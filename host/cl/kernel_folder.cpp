@@ -1,0 +1,103 @@
+#include "cl/kernel_folder.h"
+
+#include <cstdlib>
+#include <mutex>
+#include <string>
+
+#include "base/file.h"
+
+namespace kiln::ocl {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr const char* kPocl = "POCL_CACHE_DIR";
+
+std::string variable(const char* name) {
+  const char* value = std::getenv(name);
+  return value != nullptr ? value : "";
+}
+
+fs::path shared_level(const fs::path& a, const fs::path& b) {
+  const fs::path level = os::shared_level(a);
+  return level.empty() ? os::shared_level(b) : level;
+}
+
+/// \param then  what is done about it
+Warning warning_of(const fs::path& level, const std::string& then) {
+  return {"kernel-folder",
+          "Compiled kernels are code, and another user owns '" + level.string() +
+              "' or may write to it: " + then,
+          1};
+}
+
+/// True if the process may write to a folder, or make it.
+bool can_write(fs::path folder) {
+  while (!os::facts_of_link(folder) && folder.has_parent_path() && folder != folder.parent_path()) {
+    folder = folder.parent_path();
+  }
+  return os::may_write_in(folder);
+}
+
+/// In the environment from here on. \throws Error(device)
+fs::path take_user_folder() {
+  const fs::path folder = os::user_folder();
+  os::create_private_folders(folder);
+  const fs::path level = shared_level(folder, folder / "kiln");
+  if (!level.empty()) {
+    throw Error(ErrorCode::device,
+                "Compiled kernels are code, and there is no safe folder for them: another user "
+                "owns '" +
+                    level.string() +
+                    "' or may write to it. Remove it, or set POCL_CACHE_DIR or HOME to a folder "
+                    "that is yours alone.",
+                "kernel-folder");
+  }
+  os::set_variable(kPocl, folder.string().c_str());
+  return folder;
+}
+
+}  // namespace
+
+KernelFolder kernel_folder() {
+  static std::mutex mutex;
+  static std::string taken;  // the folder that was put into the environment
+  static std::vector<Warning> warnings_then;
+  const std::lock_guard lock(mutex);
+  if (const std::string given = variable(kPocl); !given.empty()) {
+    const fs::path kiln = fs::path(given) / "kiln";
+    if (given == taken) return {kiln, warnings_then};
+    os::create_private_folders(given);
+    const fs::path level = shared_level(given, kiln);
+    if (level.empty()) return {kiln};
+    return {kiln, {warning_of(level, "set POCL_CACHE_DIR to a folder that is yours alone.")}};
+  }
+  std::vector<Warning> warnings;
+  const std::string given = variable("XDG_CACHE_HOME"), home = variable("HOME");
+  const fs::path caches = !given.empty() ? fs::path(given)
+                          : home.empty() ? fs::path()
+                                         : fs::path(home) / ".cache";
+  if (!caches.empty() && can_write(caches)) {
+    const char* const pocl = variable("POCL_KERNEL_CACHE") == "0" ? "uncached" : "kcache";
+    const fs::path kiln = caches / "kiln", level = shared_level(caches / "pocl" / pocl, kiln);
+    if (level.empty() || !given.empty()) {
+      if (!level.empty()) {
+        warnings.push_back(
+            warning_of(level,
+                       "set XDG_CACHE_HOME or POCL_CACHE_DIR to a folder that is yours "
+                       "alone."));
+      }
+      os::set_variable(kPocl, nullptr);  // an empty one ends the process within PoCL
+      return {kiln, warnings};
+    }
+    warnings.push_back(
+        warning_of(level, "they are kept in '" + os::user_folder().string() +
+                              "'. Take that right away (chmod go-w), or set POCL_CACHE_DIR."));
+  }
+  const fs::path folder = take_user_folder();
+  taken = folder.string();
+  warnings_then = warnings;
+  return {folder / "kiln", warnings};
+}
+
+}  // namespace kiln::ocl

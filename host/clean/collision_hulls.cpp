@@ -1,0 +1,160 @@
+// Collision hulls of game engines, told by their names.
+#include "kiln/collision_hulls.h"
+
+#include <algorithm>
+#include <cstdint>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "base/counted.h"
+#include "base/lower_case.h"
+#include "clean/triangle_list.h"
+
+namespace kiln {
+namespace {
+
+/// What a name says of an object.
+enum class Shape {
+  shown,  ///< Nothing, so it is drawn
+  both,  ///< Drawn and a hull as well (Godot's -col): a hull where LOW has anything else that is drawn
+  hidden,  ///< A hull alone
+};
+
+/// Unreal's prefixes: convex, box, sphere, capsule. Godot's endings, before a copy's number ("crate-col.001").
+Shape shape_of(const std::string& name) {
+  const std::string lower = lower_case(name);
+  std::string_view text = lower;
+  for (const char* prefix : {"ucx_", "ubx_", "usp_", "ucp_"}) {
+    if (text.starts_with(prefix)) return Shape::hidden;
+  }
+  const std::size_t last = text.find_last_not_of("0123456789. ");
+  text = text.substr(0, last + 1);  // npos + 1: nothing
+  for (const char* ending : {"-colonly", "-convcolonly"}) {
+    if (text.ends_with(ending)) return Shape::hidden;
+  }
+  return text.ends_with("-col") || text.ends_with("-convcol") ? Shape::both : Shape::shown;
+}
+
+/// Leaves out names that no triangle has.
+void drop_unused(std::vector<std::uint32_t>& of, std::vector<std::string>& names) {
+  std::vector<std::uint32_t> number(names.size(), 0);
+  for (const std::uint32_t name : of) number[name] = 1;
+  std::uint32_t next = 0;
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    if (number[i] == 0) continue;
+    if (next != i) names[next] = std::move(names[i]);
+    number[i] = next++;
+  }
+  names.resize(next);
+  for (std::uint32_t& name : of) name = number[name];
+}
+
+/// Leaves out what no corner has.
+template <typename T>
+void drop_unused(std::vector<Triangle>& of, std::vector<T>& pool) {
+  std::vector<std::uint32_t> number(pool.size(), 0);
+  for (const Triangle& t : of) {
+    for (const std::uint32_t i : t) number[i] = 1;
+  }
+  std::uint32_t next = 0;
+  for (std::size_t i = 0; i < pool.size(); ++i) {
+    if (number[i] == 0) continue;
+    pool[next] = pool[i];
+    number[i] = next++;
+  }
+  pool.resize(next);
+  for (Triangle& t : of) {
+    for (std::uint32_t& i : t) i = number[i];
+  }
+}
+
+/// A mesh without some of its triangles, and without what only these had.
+Mesh without(Mesh mesh, const std::vector<std::uint8_t>& dropped) {
+  drop_triangles(mesh, dropped);
+  drop_unused(mesh.uv_triangles, mesh.uvs);
+  drop_unused(mesh.normal_triangles, mesh.normals);
+  drop_unused(mesh.groups, mesh.group_names);
+  drop_unused(mesh.objects, mesh.object_names);
+  drop_unused(mesh.materials, mesh.material_names);
+  return mesh;
+}
+
+std::vector<Shape> shapes_of(const std::vector<std::string>& names) {
+  std::vector<Shape> shapes;
+  for (const std::string& name : names) shapes.push_back(shape_of(name));
+  return shapes;
+}
+
+/// Name of a hull's triangle: its object's, or its group's, as OBJ may have it.
+const std::string& hull_name(const Mesh& hulls, const std::vector<Shape>& objects, std::size_t t) {
+  const bool by_object =
+      !hulls.objects.empty() && (hulls.groups.empty() || objects[hulls.objects[t]] != Shape::shown);
+  return by_object ? hulls.object_names[hulls.objects[t]] : hulls.group_names[hulls.groups[t]];
+}
+
+}  // namespace
+
+std::vector<std::uint8_t> collision_hulls(const Mesh& low) {
+  const std::size_t count = low.triangles.size();
+  const bool has_objects = low.objects.size() == count, has_groups = low.groups.size() == count;
+  const std::vector<Shape> objects = shapes_of(low.object_names),
+                           groups = shapes_of(low.group_names);
+  std::vector<Shape> shapes(count, Shape::shown);
+  for (std::size_t t = 0; t < count; ++t) {
+    if (has_objects) shapes[t] = objects[low.objects[t]];
+    if (has_groups) shapes[t] = std::max(shapes[t], groups[low.groups[t]]);
+  }
+  // A LOW of -col alone is drawn.
+  const bool others = std::find(shapes.begin(), shapes.end(), Shape::shown) != shapes.end();
+  const Shape least = others ? Shape::both : Shape::hidden;
+  std::vector<std::uint8_t> is_hull(count);
+  std::transform(shapes.begin(), shapes.end(), is_hull.begin(),
+                 [least](Shape shape) { return shape >= least ? 1 : 0; });
+  return is_hull;
+}
+
+Mesh take_collision_hulls(Mesh& low, std::vector<Warning>* warnings) {
+  const std::vector<std::uint8_t> is_hull = collision_hulls(low);
+  const auto found = static_cast<std::uint64_t>(std::count(is_hull.begin(), is_hull.end(), 1));
+  if (found == 0) return {};
+  std::vector<std::uint8_t> is_shown;
+  for (const std::uint8_t hull : is_hull) is_shown.push_back(1 - hull);
+  Mesh hulls = without(low, is_shown);
+  std::vector<std::uint32_t> of;
+  std::vector<std::string> names;
+  const std::vector<Shape> objects = shapes_of(hulls.object_names);
+  for (std::size_t t = 0; t < hulls.triangles.size(); ++t) {
+    const std::string& name = hull_name(hulls, objects, t);
+    const auto known = std::find(names.begin(), names.end(), name);
+    of.push_back(static_cast<std::uint32_t>(known - names.begin()));
+    if (known == names.end()) names.push_back(name);
+  }
+  hulls.objects = std::move(of);
+  hulls.object_names = names;
+  constexpr std::size_t kMostNamed = 5;
+  std::string list;
+  for (std::size_t i = 0; i < std::min(names.size(), kMostNamed); ++i) {
+    list += (i == 0 ? "'" : ", '") + names[i] + "'";
+  }
+  if (names.size() > kMostNamed)
+    list += " and " + std::to_string(names.size() - kMostNamed) + " more";
+  if (found == is_hull.size()) {
+    throw Error(ErrorCode::input,
+                "LOW '" + low.name + "' is nothing but collision hulls, by their names (" + list +
+                    "): give the mesh that is drawn, or add --keep-hulls to bake onto these.");
+  }
+  if (warnings != nullptr) {
+    warnings->push_back(
+        {"collision-hulls",
+         "LOW '" + low.name + "': " + counted(names.size(), "collision hull") + " (" + list + "; " +
+             counted(found, "triangle") + ")" + (names.size() == 1 ? " was" : " were") +
+             " left out of the bake, and stay as they are in a LOW that is written. Where one is "
+             "drawn, rename it, or add --keep-hulls.",
+         names.size()});
+  }
+  low = without(std::move(low), is_hull);
+  return hulls;
+}
+
+}  // namespace kiln

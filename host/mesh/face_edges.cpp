@@ -1,0 +1,212 @@
+#include "mesh/face_edges.h"
+
+#include <algorithm>
+#include <atomic>
+#include <cmath>
+#include <numbers>
+#include <tuple>
+
+#include "base/parallel.h"
+#include "mesh/high_poly_normals.h"
+#include "mesh/normals.h"
+#include "mesh/vector.h"
+#include "mesh/weld.h"
+
+namespace kiln {
+namespace {
+
+constexpr std::size_t kTrianglesAtOnce = 1 << 14;
+constexpr std::size_t kVerticesAtOnce = 1 << 12;
+
+/// A triangle's side, by its ends.
+struct EdgeSide {
+  std::uint32_t high = 0;  ///< The end with the greater number
+  std::uint32_t at = 0;    ///< 3 * triangle + corner
+  bool rising = false;     ///< It runs from the lower number to the greater one
+};
+
+float turn_between(const Vec3& a, const Vec3& b) {
+  const Vec3d x(a), y(b);
+  return static_cast<float>(std::atan2(length(cross(x, y)), dot(x, y)) * 180 / std::numbers::pi);
+}
+
+/// Twice a triangle's area, along its normal.
+Vec3d area_vector(const Mesh& mesh, std::size_t triangle) {
+  const Triangle& at = mesh.triangles[triangle];
+  const Vec3d corner(mesh.positions[at[0]]);
+  return cross(Vec3d(mesh.positions[at[1]]) - corner, Vec3d(mesh.positions[at[2]]) - corner);
+}
+
+class EdgeFinder {
+ public:
+  EdgeFinder(const Mesh& mesh, FaceEdges& result) : mesh_(mesh), result_(result) {}
+
+  /// Edges and lonely sides whose lower end is a vertex. \param sides  all of that vertex; changed
+  void add(std::uint32_t vertex, std::vector<EdgeSide>& sides, std::vector<FaceEdge>& edges,
+           std::vector<std::uint32_t>& lonely) const {
+    std::sort(sides.begin(), sides.end(), [](const EdgeSide& a, const EdgeSide& b) {
+      return std::tie(a.high, a.at) < std::tie(b.high, b.at);
+    });
+    for (std::size_t begin = 0, end = 0; begin < sides.size(); begin = end) {
+      while (end < sides.size() && sides[end].high == sides[begin].high) ++end;
+      const std::span<const EdgeSide> run(&sides[begin], end - begin);
+      if (run.size() == 2 && run[0].rising != run[1].rising) {
+        edges.push_back(edge(run[0], run[1]));
+        continue;
+      }
+      lonely.insert(lonely.end(), {vertex, run[0].high});
+      if (run.size() > 2 && run.size() <= kMostFaces) pair(run, edges);
+    }
+  }
+
+ private:
+  /// Edges of more faces are taken for hard ones: the pairs are the square of their number.
+  static constexpr std::size_t kMostFaces = 16;
+
+  FaceEdge edge(const EdgeSide& a, const EdgeSide& b) const {
+    FaceEdge result;
+    result.sides = {a.at, b.at};
+    const auto corner = [&](const EdgeSide& side, std::size_t k) {
+      return mesh_.triangles[side.at / 3][(side.at % 3 + k) % 3];
+    };
+    const Vec3 &m = result_.normals[a.at / 3], &n = result_.normals[b.at / 3];
+    result.turn = turn_between(m, n);
+    const Vec3d across =
+        Vec3d(mesh_.positions[corner(b, 2)]) - Vec3d(mesh_.positions[corner(a, 0)]);
+    result.convex = dot(across, Vec3d(m)) < 0;
+    result.split = corner(a, 0) != corner(b, 1) || corner(a, 1) != corner(b, 0);
+    result.inner = !mesh_.polygons.empty() && mesh_.polygons[a.at / 3] == mesh_.polygons[b.at / 3];
+    return result;
+  }
+
+  void pair(std::span<const EdgeSide> run, std::vector<FaceEdge>& edges) const {
+    std::vector<FaceEdge> all;
+    for (const EdgeSide& a : run) {
+      for (const EdgeSide& b : run) {
+        if (a.rising && !b.rising) all.push_back(edge(a, b));
+      }
+    }
+    std::stable_sort(all.begin(), all.end(),
+                     [](const FaceEdge& a, const FaceEdge& b) { return a.turn < b.turn; });
+    std::vector<std::uint32_t> used;
+    for (const FaceEdge& edge : all) {
+      const auto taken = [&](std::uint32_t side) {
+        return std::find(used.begin(), used.end(), side) != used.end();
+      };
+      if (taken(edge.sides[0]) || taken(edge.sides[1])) continue;
+      used.insert(used.end(), edge.sides.begin(), edge.sides.end());
+      edges.push_back(edge);
+    }
+  }
+
+  const Mesh& mesh_;
+  const FaceEdges& result_;
+};
+
+}  // namespace
+
+namespace {
+
+/// False if no edge turns by an angle. Of the faces at an end of such an edge, one is half the angle or more off any
+/// direction, also off their mean.
+bool may_turn(const Mesh& mesh, const FaceEdges& faces, double degrees) {
+  std::vector<Vec3> sums(mesh.positions.size());
+  for_each_alive(mesh.triangles.size(), [&](std::size_t t) {
+    const Vec3& n = faces.normals[t];
+    for (const std::uint32_t v : mesh.triangles[t]) {
+      Vec3& sum = sums[faces.welded[v]];
+      sum = {sum.x + n.x, sum.y + n.y, sum.z + n.z};
+    }
+  });
+  const double least = std::cos(degrees / 2 * std::numbers::pi / 180) + 1e-5;  // and rounding
+  std::atomic<bool> found = false;
+  parallel_for(mesh.triangles.size(), kTrianglesAtOnce, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t t = begin; t < end && !found; ++t) {
+      const Vec3d n(faces.normals[t]);
+      if (faces.normals[t] == Vec3{}) continue;
+      for (const std::uint32_t v : mesh.triangles[t]) {
+        const Vec3d sum(sums[faces.welded[v]]);
+        if (dot(n, sum) < least * length(sum) || !(length(sum) > 0)) found = true;
+      }
+    }
+  });
+  return found;
+}
+
+}  // namespace
+
+FaceEdges FaceEdges::of(const Mesh& mesh, double least_degrees) {
+  FaceEdges result;
+  const std::size_t triangles = mesh.triangles.size();
+  result.welded = weld_vertices(mesh.positions);
+  result.normals.resize(triangles);
+  result.areas.resize(triangles);
+  parallel_for(triangles, kTrianglesAtOnce, [&](std::size_t begin, std::size_t end) {
+    std::vector<CornerWeights> weights;
+    for (std::size_t t = begin; t < end; ++t) {
+      // A polygon is done by the thread whose range has its first triangle.
+      const bool polygons = !mesh.polygons.empty();
+      if (polygons && t > 0 && mesh.polygons[t] == mesh.polygons[t - 1]) continue;
+      std::size_t last = t + 1;
+      while (polygons && last < triangles && mesh.polygons[last] == mesh.polygons[t]) ++last;
+      weights.assign(last - t, {});
+      if (polygons) {
+        corner_weights(mesh.positions, mesh.triangles, mesh.polygons, t, t + 1, weights.data());
+      }
+      for (std::size_t i = t; i < last; ++i) {
+        const Vec3d twice = area_vector(mesh, i);
+        const double size = length(twice);
+        if (!(size > 0) || !std::isfinite(size)) continue;
+        result.normals[i] = to_float(polygons ? weights[i - t].normal : twice * (1 / size));
+        result.areas[i] = static_cast<float>(size / 2);
+      }
+    }
+  });
+  if (least_degrees > 0 && !may_turn(mesh, result, least_degrees)) {
+    result.left_out = true;
+    return result;
+  }
+  const auto ends = [&](std::size_t side) {
+    const Triangle& at = mesh.triangles[side / 3];
+    return std::pair(result.welded[at[side % 3]], result.welded[at[(side + 1) % 3]]);
+  };
+  const Adjacency by_vertex =
+      Adjacency::make(mesh.positions.size(), 3 * triangles, [&](std::size_t side) -> std::size_t {
+        if (result.normals[side / 3] == Vec3{}) return mesh.positions.size();
+        const auto [a, b] = ends(side);
+        return a == b ? mesh.positions.size() : std::min(a, b);
+      });
+  const std::size_t pieces = (mesh.positions.size() + kVerticesAtOnce - 1) / kVerticesAtOnce;
+  struct Found {
+    std::vector<FaceEdge> edges;
+    std::vector<std::uint32_t> lonely;
+  };
+  std::vector<Found> found(pieces);
+  const EdgeFinder finder(mesh, result);
+  parallel_for(pieces, 1, [&](std::size_t begin, std::size_t end) {
+    std::vector<EdgeSide> sides;
+    for (std::size_t piece = begin; piece < end; ++piece) {
+      const std::size_t stop = std::min((piece + 1) * kVerticesAtOnce, mesh.positions.size());
+      for (std::size_t v = piece * kVerticesAtOnce; v < stop; ++v) {
+        sides.clear();
+        for (const std::uint32_t side : by_vertex.of(v)) {
+          const auto [a, b] = ends(side);
+          sides.push_back({std::max(a, b), side, a < b});
+        }
+        finder.add(static_cast<std::uint32_t>(v), sides, found[piece].edges, found[piece].lonely);
+      }
+    }
+  });
+  std::size_t count = 0;
+  for (const Found& piece : found) count += piece.edges.size();
+  result.edges.reserve(count);
+  result.borders.resize(mesh.positions.size());
+  for (Found& piece : found) {
+    result.edges.insert(result.edges.end(), piece.edges.begin(), piece.edges.end());
+    for (const std::uint32_t vertex : piece.lonely) result.borders[vertex] = true;
+    piece = {};
+  }
+  return result;
+}
+
+}  // namespace kiln

@@ -1,0 +1,147 @@
+#include "mesh/fan_normals.h"
+
+#include <algorithm>
+#include <cstdint>
+#include <span>
+
+#include "base/disjoint_sets.h"
+#include "base/parallel.h"
+#include "mesh/high_poly_normals.h"
+#include "mesh/normals.h"
+#include "mesh/vector.h"
+
+namespace kiln {
+namespace {
+
+/// A plane's vertices have its normal where all other faces of the corner are smaller than this share of it.
+constexpr float kSmallBesidePlane = 1.0F / 4;
+/// A tip: this many faces or more share a normal that is this far off one of them, cosine; or fewer, the second cosine.
+constexpr std::size_t kFacesOfTip = 8;
+constexpr double kTip = 0.8660, kSharpTip = 0.7071;  // 30 and 45 degrees
+
+Vec3d unit_of_sum(const Vec3d& v) {
+  const double size = length(v);
+  return size > 0 ? v * (1 / size) : Vec3d();
+}
+
+/// Normals of corners that smooth edges connect.
+class FanNormals {
+ public:
+  FanNormals(const Mesh& mesh, const FaceEdges& faces, const Creases& creases)
+      : mesh_(mesh), faces_(faces), creases_(creases), weights_(mesh.triangles.size()) {
+    parallel_for(weights_.size(), 1 << 13, [&](std::size_t begin, std::size_t end) {
+      corner_weights(mesh.positions, mesh.triangles, mesh.polygons, begin, end, &weights_[begin]);
+    });
+  }
+
+  /// \param triangles  that get normals; others stay as they are
+  void give(const std::vector<bool>& triangles, Mesh& mesh) const;
+
+ private:
+  Adjacency fans(const std::vector<bool>& triangles) const;
+  float area_around(std::uint32_t corner) const {
+    const std::uint32_t region =
+        creases_.regions.empty() ? corner / 3 : creases_.regions[corner / 3];
+    return std::max(faces_.areas[corner / 3],
+                    creases_.regions.empty() ? 0 : creases_.region_areas[region]);
+  }
+  const Vec3d& face(std::uint32_t corner) const { return weights_[corner / 3].normal; }
+  Vec3d sum_of(std::span<const std::uint32_t> fan) const;
+  bool is_tip(std::span<const std::uint32_t> fan, const Vec3d& normal) const;
+
+  const Mesh& mesh_;
+  const FaceEdges& faces_;
+  const Creases& creases_;
+  std::vector<CornerWeights> weights_;
+};
+
+/// Corners by fans, in order of their lowest ones. Parts without hard edges share normals at each place, as smooth meshes do.
+Adjacency FanNormals::fans(const std::vector<bool>& triangles) const {
+  DisjointSets sets(3 * mesh_.triangles.size());
+  std::vector<std::uint32_t> first(mesh_.positions.size(), 0xFFFFFFFFU);
+  for (std::uint32_t t = 0; t < triangles.size(); ++t) {
+    if (!triangles[t] || creases_.hard_part[t]) continue;
+    for (std::uint32_t k = 0; k < 3; ++k) {
+      std::uint32_t& at = first[faces_.welded[mesh_.triangles[t][k]]];
+      if (at == 0xFFFFFFFFU) at = 3 * t + k;
+      sets.join(at, 3 * t + k);
+    }
+  }
+  const auto next = [](std::uint32_t side) { return side % 3 == 2 ? side - 2 : side + 1; };
+  for (std::size_t e = 0; e < faces_.edges.size(); ++e) {
+    const auto [a, b] = faces_.edges[e].sides;
+    if (creases_.hard[e] || !creases_.hard_part[a / 3] || !triangles[a / 3] || !triangles[b / 3])
+      continue;
+    sets.join(a, next(b));
+    sets.join(next(a), b);
+  }
+  std::vector<std::uint32_t> number(3 * mesh_.triangles.size(), 0xFFFFFFFFU);
+  std::uint32_t count = 0;
+  for (std::uint32_t corner = 0; corner < number.size(); ++corner) {
+    if (!triangles[corner / 3]) continue;
+    const std::uint32_t root = sets.find(corner);
+    number[corner] = root == corner ? count++ : number[root];
+  }
+  return Adjacency::make(count, number.size(),
+                         [&](std::size_t i) -> std::size_t { return number[i]; });
+}
+
+/// Summed in the order of triangles, without what is small beside a plane.
+Vec3d FanNormals::sum_of(std::span<const std::uint32_t> fan) const {
+  float most = 0;
+  for (const std::uint32_t corner : fan) most = std::max(most, area_around(corner));
+  const bool plane = std::any_of(fan.begin(), fan.end(), [&](std::uint32_t corner) {
+    return !creases_.regions.empty() && creases_.region_areas[creases_.regions[corner / 3]] == most;
+  });
+  Vec3d sum;
+  for (const std::uint32_t corner : fan) {
+    if (plane && area_around(corner) < kSmallBesidePlane * most) continue;
+    sum += face(corner) * weights_[corner / 3].angles[corner % 3];
+  }
+  return sum;
+}
+
+bool FanNormals::is_tip(std::span<const std::uint32_t> fan, const Vec3d& normal) const {
+  const double least = fan.size() < kFacesOfTip ? kSharpTip : kTip;
+  return std::any_of(fan.begin(), fan.end(), [&](std::uint32_t corner) {
+    return weights_[corner / 3].angles[corner % 3] > 0 && dot(face(corner), normal) < least;
+  });
+}
+
+void FanNormals::give(const std::vector<bool>& triangles, Mesh& mesh) const {
+  const Adjacency all = fans(triangles);
+  for (std::size_t fan = 0; fan + 1 < all.first.size(); ++fan) {
+    const std::span<const std::uint32_t> corners = all.of(fan);
+    const Vec3d normal = unit_of_sum(sum_of(corners));
+    const bool tip = creases_.hard_part[corners[0] / 3] && is_tip(corners, normal);
+    const auto shared = static_cast<std::uint32_t>(mesh.normals.size());
+    if (!tip) mesh.normals.push_back(to_float(normal));
+    for (const std::uint32_t corner : corners) {
+      std::uint32_t& index = mesh.normal_triangles[corner / 3][corner % 3];
+      index = shared;
+      if (!tip) continue;
+      index = static_cast<std::uint32_t>(mesh.normals.size());
+      mesh.normals.push_back(to_float(face(corner)));
+    }
+  }
+  // Sums that cancel out, and triangles without area, take what their face says.
+  const auto zero = static_cast<std::uint32_t>(mesh.normals.size());
+  for (std::uint32_t t = 0; t < triangles.size(); ++t) {
+    if (!triangles[t]) continue;
+    for (std::uint32_t& index : mesh.normal_triangles[t]) {
+      if (index < zero && is_usable_normal(mesh.normals[index])) continue;
+      index = static_cast<std::uint32_t>(mesh.normals.size());
+      const Vec3 own = to_float(weights_[t].normal);
+      mesh.normals.push_back(is_usable_normal(own) ? own : Vec3{0, 0, 1});
+    }
+  }
+}
+
+}  // namespace
+
+void give_fan_normals(const FaceEdges& faces, const Creases& creases,
+                      const std::vector<bool>& triangles, Mesh& mesh) {
+  FanNormals(mesh, faces, creases).give(triangles, mesh);
+}
+
+}  // namespace kiln

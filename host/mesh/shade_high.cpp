@@ -1,0 +1,169 @@
+// Normals of a high poly by its hard edges.
+#include <algorithm>
+#include <cmath>
+#include <string>
+
+#include "base/formatted.h"
+#include "kiln/normals.h"
+#include "kiln/validate.h"
+#include "mesh/crease_rule.h"
+#include "mesh/face_edges.h"
+#include "mesh/fan_normals.h"
+#include "mesh/normals.h"
+#include "mesh/vector.h"
+
+namespace kiln {
+namespace {
+
+/// A plane is shaded as bent from this angle on, cosine; a warning is worth this share of the area.
+constexpr double kBent = 0.93969262;  // 20 degrees
+constexpr double kLeastBent = 0.1;
+
+/// Each polygon's own normal.
+void give_flat(const FaceEdges& faces, Mesh& mesh) {
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+    const bool same = t > 0 && !mesh.polygons.empty() && mesh.polygons[t] == mesh.polygons[t - 1] &&
+                      faces.normals[t] == mesh.normals.back();
+    if (!same) {
+      mesh.normals.push_back(is_usable_normal(faces.normals[t]) ? faces.normals[t] : Vec3{0, 0, 1});
+    }
+    const auto at = static_cast<std::uint32_t>(mesh.normals.size() - 1);
+    mesh.normal_triangles[t] = {at, at, at};
+  }
+}
+
+/// Triangles that have no normal at all.
+std::vector<bool> without_normals(const Mesh& mesh) {
+  std::vector<bool> result(mesh.triangles.size(), true);
+  for (std::size_t t = 0; t < mesh.normal_triangles.size(); ++t) {
+    const Triangle& at = mesh.normal_triangles[t];
+    result[t] = std::all_of(at.begin(), at.end(),
+                            [&](std::uint32_t n) { return mesh.normals[n] == Vec3{}; });
+  }
+  return result;
+}
+
+/// True if the normal in the middle of a triangle is far off its plane's.
+bool is_bent(const std::vector<Vec3>& normals, const Triangle& corners, const Vec3& plane) {
+  Vec3d sum;
+  for (const std::uint32_t n : corners) sum += Vec3d(normals[n]);
+  return dot(sum, Vec3d(plane)) < kBent * length(sum);
+}
+
+/// False if the mesh's own normals are near its faces' nearly everywhere, at a twentieth of the cost of its edges.
+bool may_be_bent(const Mesh& mesh) {
+  double bent = 0, all = 0;
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+    const Triangle& at = mesh.triangles[t];
+    const Vec3d corner(mesh.positions[at[0]]);
+    const Vec3d normal =
+        cross(Vec3d(mesh.positions[at[1]]) - corner, Vec3d(mesh.positions[at[2]]) - corner);
+    const double area = length(normal);
+    if (!(area > 0) || !std::isfinite(area)) continue;
+    all += area;
+    if (is_bent(mesh.normals, mesh.normal_triangles[t], to_float(normal * (1 / area))))
+      bent += area;
+  }
+  return bent >= kLeastBent * all;
+}
+
+/// Area of the triangles that two functions are true of, as a share of all. The second is called for those that the first is true of.
+template <typename First, typename Second>
+double share_of_area(const Mesh& mesh, const FaceEdges& faces, const First& first,
+                     const Second& second) {
+  double some = 0, all = 0;
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+    all += faces.areas[t];
+    if (first(t) && second(t)) some += faces.areas[t];
+  }
+  return all > 0 ? some / all : 0;
+}
+
+/// See ShadingReport::bent_planes. What costs least is looked at first: scans have hardly any planes.
+double share_of_bent_planes(const Mesh& mesh, const FaceEdges& faces) {
+  if (faces.left_out) return 0;
+  std::vector<bool> plane(mesh.triangles.size());
+  for (const FaceEdge& edge : faces.edges) {
+    if (!edge.inner && edge.turn > 0.1F) continue;
+    for (const std::uint32_t side : edge.sides) plane[side / 3] = true;
+  }
+  const auto is_plane = [&](std::size_t t) { return plane[t]; };
+  if (share_of_area(mesh, faces, is_plane, [](std::size_t) { return true; }) < kLeastBent) return 0;
+  const CornerNormals corners = corner_normals(mesh, mesh.positions);
+  return share_of_area(mesh, faces, is_plane, [&](std::size_t t) {
+    return is_bent(corners.normals, corners.triangles[t], faces.normals[t]);
+  });
+}
+
+void warn_of_bent_planes(const Mesh& mesh, bool own, ShadingReport& report) {
+  if (report.bent_planes < kLeastBent) return;
+  const std::string text = formatted(
+      "HIGH '%s': over %.0f%% of its area flat faces are shaded round: %s more than 20 degrees off "
+      "them. Maps will show "
+      "it as gradients over flats. Give --high-normals 30 (edges of 30 degrees or more are hard), "
+      "or flat, or export the mesh "
+      "with its normals.",
+      mesh.name.c_str(), report.bent_planes * 100,
+      own ? "the file's own normals are" : "normals, smooth over its edges, are");
+  report.warnings.push_back({"bent-planes", text, 1});
+}
+
+}  // namespace
+
+ShadingReport shade_high(Mesh& mesh, const ShadingOptions& options) {
+  if (options.rule == ShadingRule::angle &&
+      !(options.angle_degrees > 0 && options.angle_degrees <= 180)) {
+    throw Error(ErrorCode::usage,
+                formatted("The angle of hard edges is %g degrees: it is above 0 and up to 180.",
+                          options.angle_degrees),
+                "option-range");
+  }
+  validate(mesh);
+  ShadingReport report;
+  const bool had = !mesh.normal_triangles.empty();
+  const bool kept = options.rule == ShadingRule::automatic || options.rule == ShadingRule::file;
+  if (!kept) {
+    mesh.normals.clear();
+    mesh.normal_triangles.clear();
+    mesh.tangents.clear();
+  }
+  const std::vector<bool> bare = without_normals(mesh);
+  const auto missing = static_cast<std::uint64_t>(std::count(bare.begin(), bare.end(), true));
+  report.given = mesh.triangles.size() - missing;
+  report.missing = missing;
+  report.chosen = report.given > 0                    ? ShadingRule::file
+                  : options.rule == ShadingRule::flat ? ShadingRule::flat
+                                                      : ShadingRule::smooth;
+  if (missing == 0 && !may_be_bent(mesh)) return report;
+  const FaceEdges faces =
+      FaceEdges::of(mesh, options.rule == ShadingRule::automatic && missing > 0 ? kLeastCut : 0);
+  if (options.rule == ShadingRule::flat) {
+    mesh.normal_triangles.resize(mesh.triangles.size());
+    give_flat(faces, mesh);
+    return report;
+  }
+  const bool sought = options.rule == ShadingRule::angle ||
+                      (options.rule == ShadingRule::automatic && missing > 0 && !faces.left_out);
+  if (sought) {
+    const Creases creases = options.rule == ShadingRule::angle
+                                ? creases_from(mesh, faces, options.angle_degrees)
+                                : find_creases(mesh, faces);
+    report.parts = creases.parts;
+    report.hard_edges =
+        static_cast<std::uint64_t>(std::count(creases.hard.begin(), creases.hard.end(), true));
+    if (report.hard_edges > 0 || options.rule == ShadingRule::angle) {
+      report.hard_parts = creases.hard_parts;
+      report.split_parts = creases.split_parts;
+      report.most_degrees = creases.most_smooth_degrees;
+      report.chosen = ShadingRule::angle;
+      if (report.hard_edges > 0) report.least_degrees = creases.least_degrees;
+      mesh.normal_triangles.resize(mesh.triangles.size());
+      give_fan_normals(faces, creases, bare, mesh);
+    }
+  }
+  report.bent_planes = share_of_bent_planes(mesh, faces);
+  warn_of_bent_planes(mesh, had && kept && report.given > 0, report);
+  return report;
+}
+
+}  // namespace kiln

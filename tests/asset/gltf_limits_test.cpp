@@ -1,0 +1,248 @@
+// glTF from strangers: what is refused before it costs time or memory, and what is not read.
+#include <gtest/gtest.h>
+#include <meshoptimizer.h>
+
+#include <filesystem>
+#include <fstream>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "asset/gltf_files.h"
+#include "asset/mesh_files.h"
+#include "base/json_depth.h"
+#include "io/file/byte_source.h"
+#include "kiln/asset.h"
+#include "kiln/image.h"
+#include "support/environment.h"
+
+namespace kiln::test {
+namespace {
+
+namespace fs = std::filesystem;
+using mesh_files::expect_bad;
+using mesh_files::expect_bad_text;
+using mesh_files::load;
+using mesh_files::load_text;
+using mesh_files::write_file;
+using nlohmann::json;
+
+std::string nested(std::size_t depth) { return std::string(depth, '[') + std::string(depth, ']'); }
+
+TEST(JsonDepth, CountsListsAndObjectsAlone) {
+  EXPECT_FALSE(is_nested_too_deep(nested(kMostJsonDepth)));
+  EXPECT_TRUE(is_nested_too_deep(nested(kMostJsonDepth + 1)));
+  std::string objects, ends;
+  for (std::size_t i = 0; i <= kMostJsonDepth; ++i) {
+    objects += "{\"a\":";
+    ends += "}";
+  }
+  EXPECT_TRUE(is_nested_too_deep(objects + "1" + ends));
+  std::string many = "[";
+  for (std::size_t i = 0; i < 3 * kMostJsonDepth; ++i) many += "[],{},";
+  EXPECT_FALSE(is_nested_too_deep(many + "0]"));
+  const std::string brackets(3 * kMostJsonDepth, '[');
+  EXPECT_FALSE(is_nested_too_deep("[\"" + brackets + "\"]"));
+  EXPECT_FALSE(is_nested_too_deep("[\"\\\"" + brackets + "\"]")) << "an escaped quote ends no text";
+  EXPECT_TRUE(is_nested_too_deep("[\"\\\\\"," + brackets))
+      << "an escaped backslash does not escape";
+  EXPECT_FALSE(is_nested_too_deep("]]]]" + nested(kMostJsonDepth)));
+}
+
+TEST(GltfLimits, DeepJsonIsRefused) {
+  const std::string gltf = gltf_square().glb();
+  const auto with_extras = [&](const std::string& extras) {
+    GltfMaker maker = gltf_square();
+    std::string text = maker.json.dump();
+    // As text: a value that deep could not be destroyed.
+    text.insert(text.size() - 1, R"(,"buffers":[{"byteLength":)" +
+                                     std::to_string(maker.binary().size()) +
+                                     R"(,"uri":"a.bin"}],"extras":)" + extras);
+    const fs::path folder = scratch_folder();
+    std::ofstream(folder / "a.bin", std::ios::binary) << maker.binary();
+    std::ofstream(folder / "deep.gltf", std::ios::binary) << text;
+    return folder / "deep.gltf";
+  };
+  EXPECT_EQ(load(with_extras(nested(kMostJsonDepth - 1))).mesh.triangles.size(), 2U);
+  for (const std::size_t depth : {kMostJsonDepth, std::size_t{80000}}) {
+    expect_bad(with_extras(nested(depth)), {"JSON", "200"});
+  }
+  // What is written, too: a program may hand on anything.
+  const Mesh mesh = load_text("square.glb", gltf).mesh;
+  const AssetMaterial material;
+  SaveAssetOptions options;
+  options.extras = "{\"a\":" + nested(80000) + "}";
+  try {
+    save_asset(mesh, std::span(&material, 1), scratch_folder() / "out.glb", options);
+    ADD_FAILURE();
+  } catch (const Error& error) {
+    EXPECT_EQ(error.code(), ErrorCode::usage);
+  }
+}
+
+/// Views of one stream of zeros: packed into next to nothing.
+GltfMaker overlapping_views(std::size_t count, bool same) {
+  GltfMaker maker = gltf_square();
+  constexpr std::size_t kElements = 60000, kStep = 64;
+  const std::vector<unsigned char> zeros(kElements * kStep);
+  std::vector<unsigned char> bytes(meshopt_encodeVertexBufferBound(kElements, kStep));
+  bytes.resize(
+      meshopt_encodeVertexBuffer(bytes.data(), bytes.size(), zeros.data(), kElements, kStep));
+  const std::size_t view = maker.add_view(bytes);
+  const json offset = maker.json["bufferViews"][view]["byteOffset"];
+  for (std::size_t i = 0; i < count; ++i) {
+    const std::size_t elements = same ? kElements : kElements - i;
+    maker.json["bufferViews"].push_back({{"buffer", 0},
+                                         {"byteLength", elements * kStep},
+                                         {"extensions",
+                                          {{"EXT_meshopt_compression",
+                                            {{"buffer", 0},
+                                             {"byteOffset", offset},
+                                             {"byteLength", bytes.size()},
+                                             {"byteStride", kStep},
+                                             {"count", elements},
+                                             {"mode", "ATTRIBUTES"}}}}}});
+    maker.json["accessors"].push_back({{"bufferView", maker.json["bufferViews"].size() - 1},
+                                       {"componentType", 5126},
+                                       {"count", elements},
+                                       {"type", "VEC3"}});
+    json primitive{{"attributes", {{"POSITION", maker.json["accessors"].size() - 1}}}};
+    if (i == 0) maker.json["meshes"][0]["primitives"].push_back(primitive);
+  }
+  maker.json["extensionsRequired"] = {"EXT_meshopt_compression"};
+  return maker;
+}
+
+TEST(GltfLimits, OverlappingViewsOfMeshoptAreRefusedBeforeTheyAreUnpacked) {
+  // 64 bytes of each: 1 in 64 to the byte, and so many times that.
+  expect_bad_text("many.glb", overlapping_views(100, false).glb(),
+                  {"bufferViews", "EXT_meshopt_compression", "bytes can"});
+  // The same one is unpacked once, however many views name it.
+  EXPECT_EQ(load_text("same.glb", overlapping_views(100, true).glb()).mesh.positions.size(),
+            60004U);
+}
+
+TEST(GltfLimits, LinksThatLeadOutOfTheFolderAreRefused) {
+  const GltfMaker maker = gltf_square();
+  const fs::path folder = scratch_folder();
+  fs::create_directories(folder / "inside" / "deep");
+  fs::create_directories(folder / "outside");
+  const auto write_binary = [&](const fs::path& path) {
+    std::ofstream(path, std::ios::binary) << maker.binary();
+  };
+  write_binary(folder / "outside" / "a.bin");
+  write_binary(folder / "inside" / "deep" / "b.bin");
+  fs::create_symlink(folder / "outside" / "a.bin", folder / "inside" / "out.bin");
+  fs::create_directory_symlink(folder / "outside", folder / "inside" / "way");
+  fs::create_symlink("deep/b.bin", folder / "inside" / "in.bin");
+  const auto named = [&](const std::string& uri) {
+    json text = maker.json;
+    text["buffers"] = {{{"byteLength", maker.binary().size()}, {"uri", uri}}};
+    std::ofstream(folder / "inside" / "a.gltf") << text.dump();
+    return folder / "inside" / "a.gltf";
+  };
+  for (const char* const uri : {"out.bin", "way/a.bin"}) {
+    expect_bad(named(uri), {"buffers[0].uri", "symbolic link", "--allow-outside"});
+    EXPECT_EQ(load_mesh(named(uri), {.outside = true}).triangles.size(), 2U);
+  }
+  EXPECT_EQ(load(named("in.bin")).mesh.triangles.size(), 2U) << "a link within the folder";
+  expect_bad(named("../outside/a.bin"), {"buffers[0].uri", "--allow-outside"});
+  EXPECT_EQ(load_mesh(named("../outside/a.bin"), {.outside = true}).triangles.size(), 2U);
+  EXPECT_THROW(load_mesh(named("http://x/a.bin"), {.outside = true}), Error);
+  // The folder itself may be reached by a link.
+  fs::create_directory_symlink(folder / "inside", folder / "door");
+  named("deep/b.bin");
+  EXPECT_EQ(load(folder / "door" / "a.gltf").mesh.triangles.size(), 2U);
+}
+
+/// Pictures too; and those of any format that are looked for by name.
+TEST(GltfLimits, PicturesBehindLinksAreNotRead) {
+  const fs::path folder = scratch_folder();
+  fs::create_directories(folder / "inside" / "tex");
+  const Image image{1, 1, 3, {1, 0, 0}};
+  save_image(image, folder / "secret.png", {.format = ImageFormat::png8});
+  fs::create_symlink(folder / "secret.png", folder / "inside" / "tex" / "a.png");
+  GltfMaker maker = gltf_square();
+  maker.json["buffers"] = {{{"byteLength", maker.binary().size()}, {"uri", "a.bin"}}};
+  std::ofstream(folder / "inside" / "a.bin", std::ios::binary) << maker.binary();
+  maker.json["images"] = {{{"uri", "tex/a.png"}}};
+  maker.json["textures"] = {{{"source", 0}}};
+  maker.json["materials"] = {{{"pbrMetallicRoughness", {{"baseColorTexture", {{"index", 0}}}}}}};
+  maker.json["meshes"][0]["primitives"][0]["material"] = 0;
+  std::ofstream(folder / "inside" / "a.gltf") << maker.json.dump();
+  EXPECT_THROW(load_asset(folder / "inside" / "a.gltf"), Error);
+  EXPECT_EQ(load_asset(folder / "inside" / "a.gltf", {.outside = true})
+                .materials[0]
+                .color_map.file.filename(),
+            "a.png");
+  // MTL names a path of another machine: what is found by its name must lie in the folder.
+  std::ofstream(folder / "inside" / "b.mtl") << "newmtl m\nmap_Kd C:\\elsewhere\\a.png\n";
+  std::ofstream(folder / "inside" / "b.obj")
+      << "mtllib b.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nusemtl m\nf 1 2 3\n";
+  const auto file_of = [&] {
+    const Mesh mesh = load_mesh(folder / "inside" / "b.obj");
+    return load_materials(mesh, folder / "inside" / "b.obj")[0].color_map.file;
+  };
+  EXPECT_FALSE(fs::exists(file_of()));
+  fs::remove(folder / "inside" / "tex" / "a.png");
+  save_image(image, folder / "inside" / "tex" / "a.png", {.format = ImageFormat::png8});
+  EXPECT_TRUE(fs::exists(file_of()));
+}
+
+TEST(GltfLimits, VrmIsGltf) {
+  const fs::path path = write_file("avatar.vrm", gltf_square().glb());
+  EXPECT_EQ(load(path).mesh.triangles.size(), 2U);
+  EXPECT_EQ(load_asset(path).nodes.size(), 1U);
+  EXPECT_EQ(load_materials(load_mesh(path), path).size(), 1U);
+  expect_bad_text("avatar.vrm", "v 0 0 0\n", {"avatar.vrm"});
+}
+
+TEST(GltfLimits, BinaryFilesBeyondFourGibibytes) {
+  const fs::path path = write_file("large.glb", gltf_square().glb());
+  std::error_code error;
+  fs::resize_file(path, (std::uintmax_t{1} << 32) + 4096, error);  // takes no room on disk
+  if (error) GTEST_SKIP() << "no large files here: " << error.message();
+  expect_bad(path, {"4 GiB", ".gltf"});
+}
+
+TEST(ReadWhole, FilesThatChangeMeanwhileAreTold) {
+  const FailWith fail = [](const std::string&, const std::string& problem, const std::string&) {
+    throw Error(ErrorCode::input, problem);
+  };
+  const auto problem_of = [&](std::size_t size) -> std::string {
+    const fs::path path = write_file("a.bin", std::string(1000, 'a'));
+    const std::unique_ptr<ByteSource> source = open_file(path, fail);
+    fs::resize_file(path, size);
+    try {
+      read_whole(*source, fail);
+    } catch (const Error& error) {
+      return error.what();
+    }
+    return "";
+  };
+  EXPECT_NE(problem_of(900).find("900"), std::string::npos);
+  EXPECT_NE(problem_of(0).find("changed while it was read"), std::string::npos);
+  EXPECT_NE(problem_of(1100).find("1100"), std::string::npos);
+  EXPECT_EQ(problem_of(1000), "");
+}
+
+/// An extension's picture that Kiln does not read: a whole sentence that names the place.
+TEST(GltfLimits, PicturesOfOtherExtensionsAreTold) {
+  GltfMaker maker = gltf_square();
+  maker.json["textures"] = {{{"extensions", {{"EXT_texture_unheard_of", {{"source", 0}}}}}}};
+  maker.json["materials"] = {{{"pbrMetallicRoughness", {{"baseColorTexture", {{"index", 0}}}}}}};
+  maker.json["meshes"][0]["primitives"][0]["material"] = 0;
+  std::vector<Warning> warnings;
+  load_asset(write_file("other.glb", maker.glb()), {}, &warnings);
+  std::string text;
+  for (const Warning& warning : warnings) {
+    if (warning.code == "picture-missing") text = warning.message;
+  }
+  EXPECT_NE(text.find("1 picture of its materials (textures[0]: EXT_texture_unheard_of) is of an "
+                      "extension that Kiln does not read"),
+            std::string::npos)
+      << text;
+}
+
+}  // namespace
+}  // namespace kiln::test

@@ -1,0 +1,256 @@
+// Heights of pictures and of GeoTIFFs, which are written here byte by byte.
+#include <gtest/gtest.h>
+
+#include <array>
+#include <cmath>
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <limits>
+#include <map>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "kiln/height_field.h"
+#include "support/environment.h"
+
+namespace kiln {
+namespace {
+
+namespace fs = std::filesystem;
+
+fs::path write(const std::string& name, const std::string& bytes) {
+  const fs::path path = test::scratch_folder() / name;
+  std::ofstream(path, std::ios::binary) << bytes;
+  return path;
+}
+
+std::uint64_t count(const std::vector<Warning>& warnings, const std::string& code) {
+  std::uint64_t sum = 0;
+  for (const Warning& warning : warnings) sum += warning.code == code ? warning.count : 0;
+  return sum;
+}
+
+TEST(Heights, PicturesSayWhatOneStandsFor) {
+  const Image image{2, 2, 1, {0, 1, 0.5F, 0.25F}};
+  const fs::path folder = test::scratch_folder();
+  save_image(image, folder / "h.png", {.format = ImageFormat::png16});
+  EXPECT_EQ(load_heights(folder / "h.png").largest, 65535);
+  EXPECT_EQ(load_heights(folder / "h.png").image.pixels[1], 1);
+  save_image(image, folder / "h.png", {.format = ImageFormat::png8});
+  EXPECT_EQ(load_heights(folder / "h.png").largest, 255);
+  Image metres{2, 2, 1, {-9999, 1234.5F, std::nanf(""), 8}};
+  save_image(metres, folder / "h.exr", {.format = ImageFormat::exr_float});
+  const Heights exr = load_heights(folder / "h.exr");
+  EXPECT_EQ(exr.largest, 1);
+  EXPECT_EQ(exr.image.pixels[0], -9999);
+  EXPECT_TRUE(std::isnan(exr.image.pixels[2]));
+  EXPECT_FALSE(exr.no_data);
+  EXPECT_EQ(exr.spacing[0], 0);
+}
+
+#ifdef KILN_HAS_TIFF
+
+/// A little-endian TIFF of one strip, by the specification of TIFF 6.
+class TiffFile {
+ public:
+  enum Type : std::uint16_t { kAscii = 2, kShort = 3, kLong = 4, kDouble = 12 };
+
+  template <typename T>
+  TiffFile(std::uint32_t width, std::uint32_t height, std::uint16_t format, std::vector<T> pixels) {
+    add<std::uint32_t>(256, kLong, {width});
+    add<std::uint32_t>(257, kLong, {height});
+    add<std::uint16_t>(258, kShort, {static_cast<std::uint16_t>(8 * sizeof(T))});
+    add<std::uint16_t>(259, kShort, {1});
+    add<std::uint16_t>(262, kShort, {1});  // black is zero
+    add<std::uint16_t>(277, kShort, {1});
+    add<std::uint32_t>(278, kLong, {height});
+    add<std::uint16_t>(339, kShort, {format});
+    pixels_.assign(reinterpret_cast<const char*>(pixels.data()), pixels.size() * sizeof(T));
+  }
+  template <typename T>
+  TiffFile& add(std::uint16_t tag, Type type, const std::vector<T>& values) {
+    tags_[tag] = {
+        type, static_cast<std::uint32_t>(values.size()),
+        std::string(reinterpret_cast<const char*>(values.data()), values.size() * sizeof(T))};
+    return *this;
+  }
+  TiffFile& scale(double x, double y) { return add<double>(33550, kDouble, {x, y, 0}); }
+  TiffFile& tie(double x, double y) { return add<double>(33922, kDouble, {0, 0, 0, x, y, 0}); }
+  /// Pairs of GeoKeys.
+  TiffFile& keys(const std::vector<std::pair<std::uint16_t, std::uint16_t>>& pairs) {
+    std::vector<std::uint16_t> words{1, 1, 0, static_cast<std::uint16_t>(pairs.size())};
+    for (const auto& [key, value] : pairs) words.insert(words.end(), {key, 0, 1, value});
+    return add(34735, kShort, words);
+  }
+  TiffFile& no_data(const std::string& text) {
+    return add(42113, kAscii, std::vector<char>(text.c_str(), text.c_str() + text.size() + 1));
+  }
+
+  std::string bytes() {
+    add<std::uint32_t>(273, kLong, {8});
+    add<std::uint32_t>(279, kLong, {static_cast<std::uint32_t>(pixels_.size())});
+    std::string body = pixels_;
+    std::vector<std::uint32_t> places;
+    for (const auto& [tag, entry] : tags_) {
+      if (body.size() % 2 != 0) body += '\0';
+      places.push_back(static_cast<std::uint32_t>(8 + body.size()));
+      if (entry.bytes.size() > 4) body += entry.bytes;
+    }
+    if (body.size() % 2 != 0) body += '\0';
+    std::string file("II*\0", 4);
+    put(file, static_cast<std::uint32_t>(8 + body.size()));
+    file += body;
+    put(file, static_cast<std::uint16_t>(tags_.size()));
+    std::size_t i = 0;
+    for (const auto& [tag, entry] : tags_) {
+      put(file, tag);
+      put(file, static_cast<std::uint16_t>(entry.type));
+      put(file, entry.count);
+      std::string value = entry.bytes;
+      if (value.size() > 4) {
+        value.clear();
+        put(value, places[i]);
+      }
+      value.resize(4);
+      file += value;
+      ++i;
+    }
+    put(file, std::uint32_t{0});
+    return file;
+  }
+
+ private:
+  struct Entry {
+    Type type;
+    std::uint32_t count;
+    std::string bytes;
+  };
+  template <typename T>
+  static void put(std::string& to, T value) {
+    to.append(reinterpret_cast<const char*>(&value), sizeof value);
+  }
+  std::map<std::uint16_t, Entry> tags_;
+  std::string pixels_;
+};
+
+constexpr std::uint16_t kUnsigned = 1, kSigned = 2, kFloats = 3;
+
+TEST(Heights, TiffsOfFloatsAndSignedNumbersAreAsTheyStand) {
+  const Heights floats = load_heights(
+      write("h.tif",
+            TiffFile(2, 2, kFloats, std::vector<float>{1.5F, -9999, 8848, std::nanf("")}).bytes()));
+  EXPECT_EQ(floats.image.pixels[0], 1.5F);
+  EXPECT_EQ(floats.image.pixels[2], 8848);
+  EXPECT_TRUE(std::isnan(floats.image.pixels[3]));
+  EXPECT_EQ(floats.largest, 1);
+  const Heights doubles = load_heights(
+      write("h.tif", TiffFile(2, 1, kFloats, std::vector<double>{0.1, -2e300}).bytes()));
+  EXPECT_EQ(doubles.image.pixels[0], 0.1F);
+  EXPECT_TRUE(std::isinf(doubles.image.pixels[1]));
+  const Heights words = load_heights(write(
+      "h.tif", TiffFile(2, 2, kSigned, std::vector<std::int16_t>{-32768, -5, 0, 8848}).bytes()));
+  EXPECT_EQ(words.image.pixels, (std::vector<float>{-32768, -5, 0, 8848}));
+  const Heights longs = load_heights(
+      write("h.tif", TiffFile(2, 1, kSigned, std::vector<std::int32_t>{-100000, 70000}).bytes()));
+  EXPECT_EQ(longs.image.pixels, (std::vector<float>{-100000, 70000}));
+  const Heights bytes = load_heights(
+      write("h.tif", TiffFile(2, 1, kSigned, std::vector<std::int8_t>{-100, 70}).bytes()));
+  EXPECT_EQ(bytes.image.pixels, (std::vector<float>{-100, 70}));
+  // A picture of signed numbers is none.
+  EXPECT_THROW(
+      load_image(write("h.tif", TiffFile(2, 1, kSigned, std::vector<std::int16_t>{1, 2}).bytes())),
+      Error);
+}
+
+TEST(Heights, UnsignedNumbersAreOfTheGroundWhereTagsSayIt) {
+  const std::vector<std::uint16_t> metres{0, 300, 65535, 8};
+  const Heights grey = load_heights(write("h.tif", TiffFile(2, 2, kUnsigned, metres).bytes()));
+  EXPECT_EQ(grey.image.pixels[2], 1);
+  EXPECT_EQ(grey.largest, 65535);
+  const Heights scaled =
+      load_heights(write("h.tif", TiffFile(2, 2, kUnsigned, metres).scale(30, 20).bytes()));
+  EXPECT_EQ(scaled.image.pixels, (std::vector<float>{0, 300, 65535, 8}));
+  EXPECT_EQ(scaled.largest, 1);
+  const Heights told =
+      load_heights(write("h.tif", TiffFile(2, 2, kUnsigned, metres).no_data("65535").bytes()));
+  EXPECT_EQ(told.image.pixels[1], 300);
+}
+
+TEST(Heights, GdalsNumberOfNoData) {
+  const auto read = [](const std::string& text) {
+    return load_heights(
+               write("h.tif",
+                     TiffFile(2, 1, kFloats, std::vector<float>{1, 2}).no_data(text).bytes()))
+        .no_data;
+  };
+  EXPECT_EQ(read("-9999"), -9999);
+  EXPECT_EQ(read(" -9999 "), -9999);
+  EXPECT_EQ(read("-3.4028234663852886e+38"), -3.4028234663852886e+38);
+  ASSERT_TRUE(read("nan"));
+  EXPECT_TRUE(std::isnan(*read("nan")));
+  EXPECT_FALSE(read(""));
+  EXPECT_FALSE(read("none"));
+}
+
+TEST(Heights, DistanceOfPixels) {
+  const auto made = [] { return TiffFile(3, 2, kFloats, std::vector<float>(6, 1)); };
+  std::vector<Warning> warnings;
+  const auto read = [&](TiffFile& file) {
+    warnings.clear();
+    return load_heights(write("h.tif", file.bytes()), &warnings).spacing;
+  };
+  using Pair = std::array<double, 2>;
+  EXPECT_EQ(read(made().scale(30, 20)), (Pair{30, 20}));
+  EXPECT_EQ(read(made().scale(30, 20).keys({{1024, 1}, {3076, 9001}})), (Pair{30, 20}));
+  EXPECT_TRUE(warnings.empty());
+  // Feet across and metres up: 100 feet are 30.48 m. Where one is not said, both are taken for the same.
+  EXPECT_EQ(read(made().scale(100, 100).keys({{1024, 1}, {3076, 9002}, {4099, 9001}}))[0],
+            100 * 0.3048);
+  EXPECT_EQ(read(made().scale(100, 100).keys({{1024, 1}, {3076, 9002}}))[0], 100);
+  // A grid turned by 90 degrees: 4 by 7.
+  EXPECT_EQ(read(made().add<double>(34264, TiffFile::kDouble,
+                                    {0, 7, 0, 5, 4, 0, 0, 5, 0, 0, 0, 0, 0, 0, 0, 1})),
+            (Pair{4, 7}));
+  EXPECT_EQ(read(made().scale(0, 20)), (Pair{0, 0}));
+  EXPECT_EQ(read(made().scale(std::numeric_limits<double>::infinity(), 20)), (Pair{0, 0}));
+}
+
+/// A second of arc at 60 degrees north. Oracle: the ellipsoid's radii of curvature (WGS 84, closed form).
+TEST(Heights, DegreesBecomeMetresAtTheirLatitude) {
+  const double second = 1.0 / 3600, latitude = 60;
+  std::vector<Warning> warnings;
+  TiffFile file(3, 2, kFloats, std::vector<float>(6, 1));
+  file.scale(second, second).tie(10, latitude + second).keys({{1024, 2}});
+  const Heights heights = load_heights(write("h.tif", file.bytes()), &warnings);
+  const double a = 6378137, f = 1 / 298.257223563, e2 = f * (2 - f), pi = std::acos(-1.0);
+  const double s = std::sin(latitude * pi / 180), w = std::sqrt(1 - e2 * s * s);
+  const double east = a / w * std::cos(latitude * pi / 180) * second * pi / 180;
+  const double north = a * (1 - e2) / (w * w * w) * second * pi / 180;
+  // The series is good to centimetres a degree: 1e-6 of it.
+  EXPECT_NEAR(heights.spacing[0], east, 2e-6 * east);
+  EXPECT_NEAR(heights.spacing[1], north, 2e-6 * north);
+  EXPECT_EQ(count(warnings, "spacing-in-degrees"), 1U);
+}
+
+TEST(Heights, CutShortIsAnError) {
+  const std::string whole = TiffFile(3, 2, kFloats, std::vector<float>(6, 1))
+                                .scale(30, 20)
+                                .keys({{1024, 1}})
+                                .no_data("-9999")
+                                .bytes();
+  for (std::size_t size = 0; size < whole.size(); size += 3) {
+    const fs::path path = write("h.tif", whole.substr(0, size));
+    try {
+      load_heights(path);
+    } catch (const Error& error) {
+      EXPECT_EQ(error.code(), ErrorCode::input) << size;
+    }
+  }
+}
+
+#endif
+
+}  // namespace
+}  // namespace kiln
