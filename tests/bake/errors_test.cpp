@@ -372,7 +372,7 @@ std::vector<ErrorCase> error_cases() {
                           "thickness", "curvature",     "convexity",   "displacement", "distance",
                           "position",  "slope",         "uv",          "wireframe",    "visibility",
                           "deviation", "color",         "opacity",     "shadow",       "height"},
-                         40));
+                         28));
   // Texels of 1/16 of the map, and of 1/44.
   for (const std::uint32_t side : {16U, 44U}) {
     add("uv_" + std::to_string(side),

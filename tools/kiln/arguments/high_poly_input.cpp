@@ -116,7 +116,10 @@ HighPolyInput load_high(const std::vector<std::string>& files, const HeightField
   for (std::size_t i = before; i < warnings.size(); ++i) say_of_high(warnings[i]);
   read.mesh.tangents = {};  // for its normal textures MikkTSpace computes them
   turn_normals("HIGH", Trusted::faces, read.mesh, warnings);
-  return {std::move(read.mesh), {}, std::move(read.beside), {}};
+  HighPolyInput input;
+  input.mesh = std::move(read.mesh);
+  input.beside = std::move(read.beside);
+  return input;
 }
 
 HighPolyInput load_high(const std::string& path, const HeightFieldOptions& heights,
