@@ -523,7 +523,8 @@ Texture load_texture(const std::vector<Material>& materials, MaterialSlot slot,
     const int channel = channel_of(material, slot, picture, in_alpha, among_gltf);
     // A grey picture of a number, whose channels may differ by what JPEG rounds, is that number.
     const auto channel_in = [&](const Image& image) {
-      return channel < 0 && holds_number(slot) && image.channels >= 3 && is_grey(image) ? 0 : channel;
+      return channel < 0 && holds_number(slot) && image.channels >= 3 && is_grey(image) ? 0
+                                                                                        : channel;
     };
     const bool weighted = slot == MaterialSlot::color && is_alpha_opacity(material);
     if (tiles.tiles.empty()) {

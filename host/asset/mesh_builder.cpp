@@ -190,7 +190,7 @@ void MeshBuilder::add_face_color(std::size_t triangles) {
 
 /// Turns colours of faces into colours of vertices. The first colour at a vertex keeps it; for each further one the
 /// vertex is added again at the end, so that numbers in messages hold. Where vertices have colours of their own, those
-/// count, unless all are alike: then a program wrote them because it writes some always.
+/// count, unless they are one colour where the faces' vary, or all white: programs such as MeshLab write some always.
 void MeshBuilder::give_face_colors(Mesh& mesh) {
   if (triangle_colors_.empty()) return;
   const std::uint64_t colored = triangle_colors_.count();
@@ -198,7 +198,8 @@ void MeshBuilder::give_face_colors(Mesh& mesh) {
   const auto vary = [](const auto& list) {
     return std::any_of(list.begin(), list.end(), [&](const auto& c) { return c != list[0]; });
   };
-  if (vary(mesh.colors)) {
+  const bool white = mesh.colors.empty() || mesh.colors[0] == kWhite;
+  if (vary(mesh.colors) || (!white && !vary(of_triangles))) {
     if (vary(of_triangles)) {
       input_.warn(
           "face-colors-left-out",

@@ -176,9 +176,9 @@ MapRow row_of(const Transfer& transfer) {
   }
   row.info.missed = MissedTexels::neighbours;
   row.make = [info = row.info, &transfer](const MapRequest& request) {
-    return make_point_map(request, info,
-                          std::unique_ptr<PointFunction>(
-                              std::make_unique<Plain>(request, transfer.texture, info)));
+    return make_point_map(
+        request, info,
+        std::unique_ptr<PointFunction>(std::make_unique<Plain>(request, transfer.texture, info)));
   };
   return row;
 }

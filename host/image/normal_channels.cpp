@@ -20,8 +20,7 @@ struct ChannelBounds {
   double nearly_all = 0.99;    ///< Share of texels that are so
   /// Deviation of x^2 + y^2 + z^2 from 1 that no unit vector has whose z is within `constant` of 1: it is 0.024 at most.
   float off_unit = 0.04F;
-  double some = 2e-4;      ///< Share of texels that is no accident
-  float harmless = 0.05F;  ///< Deviation of z from 1 in a flat map that turns no normal
+  double some = 2e-4;  ///< Share of texels that is no accident
 };
 constexpr ChannelBounds kChannelBounds;
 
@@ -97,8 +96,8 @@ bool is_pair(const Image& image, const ChannelStatistics& s) {
 bool lacks_blue(const Image& image, const ChannelStatistics& s) {
   if (image.channels < 3 || s.count == 0 || !s.nearly_all(s.in_disc)) return false;
   if (s.most[2] < 0) return true;
-  if (!s.is_constant(2)) return false;
-  return std::abs(s.most[2] - 1) > kChannelBounds.harmless ||
+  // A tilt that is one all over is constant, too, but its vectors are unit.
+  return s.is_constant(2) &&
          static_cast<double>(s.off_unit) > kChannelBounds.some * static_cast<double>(s.count);
 }
 

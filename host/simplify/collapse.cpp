@@ -201,7 +201,8 @@ bool EdgeCollapser::take_with_twins(const Entry& entry, Step& step) {
   if (all && !twins.empty()) all = is_within_bound(entry, step);
   if (all) {
     collapse(entry.a, entry.b, step);
-    std::unordered_map<std::uint32_t, std::uint32_t> merged{{entry.b, entry.a}};  // into which vertex
+    std::unordered_map<std::uint32_t, std::uint32_t> merged{
+        {entry.b, entry.a}};  // into which vertex
     for (std::array<std::uint32_t, 2> last : twins) {
       for (std::uint32_t& end : last) {
         for (auto into = merged.find(end); into != merged.end(); into = merged.find(end)) {

@@ -64,7 +64,10 @@ void each_probe(const std::array<Vec2, 3>& p, const Vec2& low, const Vec2& size,
 LayoutBorders::LayoutBorders(std::span<const Vec2> uvs, std::span<const Triangle> corners,
                              std::span<const std::uint32_t> charts,
                              const std::vector<std::uint8_t>& on_border, const LayoutCopies& copies)
-    : copies_(&copies), chart_(uvs.size(), 0), place_of_(uvs.size(), 0), index_of_(uvs.size(), kNoIndex) {
+    : copies_(&copies),
+      chart_(uvs.size(), 0),
+      place_of_(uvs.size(), 0),
+      index_of_(uvs.size(), kNoIndex) {
   for (std::size_t t = 0; t < corners.size(); ++t) {
     for (const std::uint32_t c : corners[t]) chart_[c] = charts[t];
   }
@@ -197,7 +200,8 @@ bool LayoutBorders::free(std::span<const Vec2> uvs, std::uint32_t before, std::u
                                                    places_[i].count);
         if (items.empty()) continue;
         const Vec2& p = uvs[items[0]];
-        if (p == a || p == c || (p == b && copies_->first(items[0]) == copies_->first(gone))) continue;
+        if (p == a || p == c || (p == b && copies_->first(items[0]) == copies_->first(gone)))
+          continue;
         if (!(sign * doubled(a, b, p) >= 0 && sign * doubled(b, c, p) >= 0 &&
               sign * doubled(c, a, p) >= 0)) {
           continue;

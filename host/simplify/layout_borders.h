@@ -47,8 +47,8 @@ class LayoutBorders {
   std::vector<std::uint32_t> group_;       ///< By chart: those that overlap each other are in one.
   std::vector<std::uint8_t> overlapping_;  ///< By group.
   Vec2 low_{}, size_{1, 1};
-  std::uint32_t side_ = 1;  ///< Cells of the grid.
-  std::vector<std::uint32_t> start_;     ///< By cell, and one more: its first place.
+  std::uint32_t side_ = 1;            ///< Cells of the grid.
+  std::vector<std::uint32_t> start_;  ///< By cell, and one more: its first place.
   std::vector<Place> places_;
   std::vector<std::uint32_t> items_;     ///< UVs, by place.
   std::vector<std::uint32_t> place_of_;  ///< By UV; of those on borders.

@@ -87,8 +87,7 @@ UvSeamConstraint::UvSeamConstraint(const CollapseMesh& mesh, Layout layout)
       on_border[corner_at(mesh, t, a)] = on_border[corner_at(mesh, t, b)] = 1;
     });
   }
-  borders_ =
-      LayoutBorders(layout_.uvs, layout_.corners, layout_.charts, on_border, copies_);
+  borders_ = LayoutBorders(layout_.uvs, layout_.corners, layout_.charts, on_border, copies_);
   add_attributes(mesh);
 }
 

@@ -92,13 +92,13 @@ class UvSeamConstraint : public CollapseConstraint {
   int rank(std::uint32_t uv) const;
   bool has_copies(const Plan& plan) const;
   struct TwinGroup;
-  std::uint32_t find_twin_corner(const CollapseMesh& mesh, std::uint32_t gone,
-                                 const Pair& pair, bool& unique) const;
+  std::uint32_t find_twin_corner(const CollapseMesh& mesh, std::uint32_t gone, const Pair& pair,
+                                 bool& unique) const;
   bool add_twins(const CollapseMesh& mesh, TwinGroup& group, std::size_t of) const;
 
   Layout layout_;
   LayoutCopies copies_;
-  std::vector<std::uint32_t> vertex_of_;  ///< By UV.
+  std::vector<std::uint32_t> vertex_of_;           ///< By UV.
   std::unordered_map<std::uint32_t, Vec2> moved_;  ///< New UVs of copies, of the step under way.
   LayoutBorders borders_;
   std::vector<Attributes> attributes_;  ///< By UV.

@@ -85,10 +85,12 @@ TEST(CleanLimits, ASieveKeepsItsHoles) {
     std::size_t made = 0;
     std::vector<std::uint8_t> is_hole(kSide * kSide, 0);
     for (std::size_t y = 1; y + 1 < kSide; y += 2) {
-      for (std::size_t x = 1; x + 1 < kSide && made < holes; x += 2, ++made) is_hole[y * kSide + x] = 1;
+      for (std::size_t x = 1; x + 1 < kSide && made < holes; x += 2, ++made)
+        is_hole[y * kSide + x] = 1;
     }
     ASSERT_EQ(made, holes);
-    Mesh mesh = without(test::plane(kSide, kSide), [&](std::size_t t) { return is_hole[t / 2] != 0; });
+    Mesh mesh =
+        without(test::plane(kSide, kSide), [&](std::size_t t) { return is_hole[t / 2] != 0; });
     const CleanReport report = clean_mesh(mesh, {.max_hole = 0.2});
     EXPECT_EQ(report.holes.count, holes == 52 ? 52U : 0U);
     EXPECT_EQ(open_edges(mesh), 4 * kSide + (holes == 52 ? 0 : 4 * holes));
@@ -148,7 +150,8 @@ std::uint64_t turned_with_opening(double degrees) {
     for (const std::uint32_t v : ball.triangles[t]) z += ball.positions[v].z / 3.0;
     return z > lowest;
   });
-  Mesh mesh = join_meshes(std::vector<Mesh>{moved(ball, 0, 0, 0, 2), moved(inside_out(opened), 6, 0, 0)});
+  Mesh mesh =
+      join_meshes(std::vector<Mesh>{moved(ball, 0, 0, 0, 2), moved(inside_out(opened), 6, 0, 0)});
   const std::size_t first = ball.triangles.size();
   const std::vector<Triangle> before = mesh.triangles;
   const CleanReport report = clean_mesh(mesh, {.max_hole = 0});

@@ -357,9 +357,10 @@ fs::path make_scene_of_two_squares() {
 TEST(SetsCommand, FiguresOfAllSetsAreWeighted) {
   KILN_REQUIRE_DEVICE();
   const fs::path scene = make_scene_of_two_squares();
-  expect_exit(call_kiln(with(command(scene), {"--match", "ray", "--ray", "nearest", "--max-distance",
-                                              "0.1", "--json", scene / "r.json"})),
-              0, {});
+  expect_exit(
+      call_kiln(with(command(scene), {"--match", "ray", "--ray", "nearest", "--max-distance", "0.1",
+                                      "--json", scene / "r.json"})),
+      0, {});
   const auto report = read_json(scene / "r.json");
   ASSERT_EQ(report["sets"].size(), 2U);
   const auto& far = report["sets"][1];

@@ -89,8 +89,9 @@ TEST(LayoutBorders, FreeIsWhatItsDefinitionSaysWhileCornersGo) {
 
 TEST(LayoutBorders, ChartsThatOverlapFromTheStartDoNotHoldEachOther) {
   // Two large triangles that cross, and a small one within the first.
-  const std::vector<Vec2> uvs = {{0, 0},       {1, 0},       {0, 1},      {0.1F, 0.9F}, {0.9F, 0.9F},
-                                 {0.1F, 0.1F}, {0.2F, 0.2F}, {0.3F, 0.2F}, {0.2F, 0.3F}};
+  const std::vector<Vec2> uvs = {{0, 0},       {1, 0},       {0, 1},
+                                 {0.1F, 0.9F}, {0.9F, 0.9F}, {0.1F, 0.1F},
+                                 {0.2F, 0.2F}, {0.3F, 0.2F}, {0.2F, 0.3F}};
   const std::vector<Triangle> corners = {{0, 1, 2}, {3, 5, 4}, {6, 7, 8}};
   const LayoutCopies copies(uvs, corners);
   const LayoutBorders borders(uvs, corners, std::vector<std::uint32_t>{0, 1, 2},
@@ -102,7 +103,8 @@ TEST(LayoutBorders, ChartsThatOverlapFromTheStartDoNotHoldEachOther) {
   const LayoutCopies none(beside, two);
   const LayoutBorders parted(beside, two, std::vector<std::uint32_t>{0, 1},
                              std::vector<std::uint8_t>(beside.size(), 1), none);
-  EXPECT_FALSE(parted.free(std::vector<Vec2>{{0, -1}, {9, 0}, {0, 9}, {2, 0}, {3, 0}, {2, 1}}, 1, 0, 2));
+  EXPECT_FALSE(
+      parted.free(std::vector<Vec2>{{0, -1}, {9, 0}, {0, 9}, {2, 0}, {3, 0}, {2, 1}}, 1, 0, 2));
 }
 
 }  // namespace

@@ -151,7 +151,8 @@ class SetWarnings {
     std::size_t more = 0;  ///< Sets that have it, too
   };
   std::vector<Entry> list_;
-  std::map<std::pair<std::string, std::string>, std::size_t> index_;  ///< In list_, by code and message.
+  std::map<std::pair<std::string, std::string>, std::size_t>
+      index_;  ///< In list_, by code and message.
 };
 
 /// Each set tells of the surface near its own triangles.
