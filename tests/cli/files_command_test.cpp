@@ -237,10 +237,10 @@ TEST(FilesCommand, SaysHowPolygonsAreCutAndSplitsSeams) {
   EXPECT_EQ(soft_seams(written).seams, 1U);
   EXPECT_TRUE(fs::exists(folder / "split" / "corner_split_normal.png"));
   high = "corner.obj";
-  const ProcessResult smooth = bake("smooth", {});
+  const ProcessResult smooth = bake("smooth", {"--high-normals", "smooth"});
   EXPECT_EQ(smooth.exit_code, 0) << smooth.errors;
   EXPECT_EQ(smooth.errors.find("seam"), std::string::npos) << smooth.errors;
-  const ProcessResult kept = bake("kept", {"--split-at-seams"});
+  const ProcessResult kept = bake("kept", {"--split-at-seams", "--high-normals", "smooth"});
   EXPECT_EQ(kept.exit_code, 0) << kept.errors;
   EXPECT_NE(kept.errors.find("Its normals were left as they are"), std::string::npos)
       << kept.errors;

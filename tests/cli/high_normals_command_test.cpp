@@ -142,7 +142,7 @@ TEST(HighNormals, RenderSaysThatAMapOfSmoothNormalsDoesNotFit) {
     expect_exit(result, 0, {});
     const auto report = test::read_json(scene / "seen.json");
     EXPECT_FALSE(warns(report, "green-flipped"));
-    return report["rendered_normals"]["with_map"]["mean_degrees"].get<double>();
+    return report["rendered_normals"]["with_map"]["mean_angle_degrees"].get<double>();
   };
   EXPECT_LT(warned("auto"), 0.1);
   EXPECT_GT(warned("smooth"), 10);

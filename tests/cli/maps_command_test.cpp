@@ -207,7 +207,7 @@ TEST(MapsCommand, LayersOfPicturesOfDifferentSizes) {
   Imf::InputFile file((scene / "out" / "low_layers.exr").string().c_str());
   EXPECT_EQ(file.header().dataWindow(), Imath::Box2i({0, 0}, {15, 15}));
   const std::vector<std::pair<const char*, float>> channels = {
-      {"mask.Y", 1}, {"small.R", 0.25F}, {"large.B", 0.5F}, {"roughness.R", 0.75F}};
+      {"mask.Y", 1}, {"small.Y", 0.25F}, {"large.Y", 0.5F}, {"roughness.Y", 0.75F}};
   for (const auto& [name, expected] : channels) {
     EXPECT_NE(file.header().channels().findChannel(name), nullptr) << name;
     std::vector<float> read(256, -1);

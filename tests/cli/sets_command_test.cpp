@@ -335,7 +335,7 @@ TEST(SetsCommand, OtherLowsMapsStay) {
 }
 
 /// Two squares of LOW, each a material with the whole unit square, 3 apart along x. HIGH lies 0.01 above the first, with
-/// a sheet 0.02 above half of that; 0.03 above one half of the second, and nowhere near the other half.
+/// a sheet 0.2 above half of that; 0.03 above one half of the second, and nowhere near the other half.
 fs::path make_scene_of_two_squares() {
   const auto square = [](double x, double width, float z, const char* material) {
     Mesh mesh = test::plane(4, 4, width, 1);
@@ -347,7 +347,7 @@ fs::path make_scene_of_two_squares() {
   const fs::path scene = make_scene();
   save_obj(join_meshes(std::vector<Mesh>{square(0, 1, 0, "near"), square(3, 1, 0, "far")}),
            scene / "low.obj");
-  save_obj(join_meshes(std::vector<Mesh>{square(0, 1, 0.01F, "a"), square(-0.25, 0.5, 0.02F, "b"),
+  save_obj(join_meshes(std::vector<Mesh>{square(0, 1, 0.01F, "a"), square(-0.25, 0.5, 0.2F, "b"),
                                          square(2.75, 0.5, 0.03F, "c")}),
            scene / "high.obj");
   return scene;
@@ -358,7 +358,7 @@ TEST(SetsCommand, FiguresOfAllSetsAreWeighted) {
   KILN_REQUIRE_DEVICE();
   const fs::path scene = make_scene_of_two_squares();
   expect_exit(
-      call_kiln(with(command(scene), {"--match", "ray", "--ray", "nearest", "--max-distance", "0.1",
+      call_kiln(with(command(scene), {"--match", "ray", "--ray", "nearest", "--max-distance", "0.4",
                                       "--json", scene / "r.json"})),
       0, {});
   const auto report = read_json(scene / "r.json");
