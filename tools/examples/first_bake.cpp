@@ -4,11 +4,9 @@
 
 int main(int count, char** arguments) {
   if (count != 4) return 2;
-  kiln::Mesh high = kiln::load_mesh(arguments[1]);
+  kiln::Mesh high = kiln::load_mesh(arguments[1]), low = kiln::load_mesh(arguments[2]);
   kiln::shade_high(high);  // hard edges of a hard surface that has no normals
-  const kiln::Mesh low = kiln::load_mesh(arguments[2]);
-  const kiln::Source source(kiln::Device::open(), high);
-  const kiln::BakeResult result = kiln::bake(source, low, {.width = 1024, .height = 1024});
+  const kiln::BakeResult result = kiln::bake(kiln::Source(kiln::Device::open(), high), low);
   kiln::save_image(result.map(kiln::MapKind::normal).image, arguments[3],
                    {.format = kiln::ImageFormat::png16});
 }
