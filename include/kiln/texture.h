@@ -36,9 +36,10 @@ enum class TextureWrap {
   mirror,  ///< Its mirror image, then the picture again
 };
 
-struct TextureTile {  ///< A picture of a UDIM set
-  std::uint32_t set =
-      0;  ///< Index into Texture::images that stands for the set (Texture::image_of)
+/// A picture of a UDIM set.
+struct TextureTile {
+  /// Index into Texture::images that stands for the set (Texture::image_of)
+  std::uint32_t set = 0;
   std::uint32_t tile = 1001;  ///< 1001 + u + 10 v, u to 9
   std::uint32_t image = 0;    ///< Index into Texture::images
 };

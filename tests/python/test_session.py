@@ -196,7 +196,7 @@ def test_normals_that_the_mesh_has_stay_and_it_is_said():
         with warnings.catch_warnings():
             warnings.simplefilter("error")
             session.bake()
-            tilted = normals + [0, 0.5, 0]
+            tilted = normals + [0, 0.3, 0]
             session.set_positions(VERTICES)
             session.set_normals(tilted[7:100], first=7)
             mixed = np.concatenate([normals[:7], tilted[7:100], normals[100:]])
