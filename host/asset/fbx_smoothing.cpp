@@ -7,39 +7,20 @@
 #include <array>
 #include <charconv>
 #include <cstring>
-#include <numeric>
 #include <string>
 
+#include "base/disjoint_sets.h"
 #include "io/file/bounds.h"
 
 namespace kiln {
 namespace {
-
-/// Union of corners; the least one of a piece stands for it.
-class Pieces {
- public:
-  explicit Pieces(std::size_t count) : parent_(count) {
-    std::iota(parent_.begin(), parent_.end(), 0U);
-  }
-  std::uint32_t find(std::uint32_t i) {
-    while (parent_[i] != i) i = parent_[i] = parent_[parent_[i]];
-    return i;
-  }
-  void join(std::uint32_t a, std::uint32_t b) {
-    a = find(a), b = find(b);
-    parent_[std::max(a, b)] = std::min(a, b);
-  }
-
- private:
-  std::vector<std::uint32_t> parent_;
-};
 
 /// An edge of a face, by its vertices in order, with the corners at them.
 struct Side {
   std::array<std::uint32_t, 2> vertices, corners;
 };
 
-void join_along_edges(const ufbx_mesh& mesh, Pieces& pieces) {
+void join_along_edges(const ufbx_mesh& mesh, DisjointSets& pieces) {
   using Key = std::array<std::uint32_t, 2>;
   const auto vertex = [&mesh](std::uint32_t corner) { return mesh.vertex_indices.data[corner]; };
   const auto key_of = [](std::uint32_t a, std::uint32_t b) {
@@ -72,7 +53,7 @@ void join_along_edges(const ufbx_mesh& mesh, Pieces& pieces) {
 }
 
 void join_by_groups(const ufbx_mesh& mesh, const std::vector<std::uint32_t>& groups,
-                    Pieces& pieces) {
+                    DisjointSets& pieces) {
   constexpr std::uint32_t kNone = 0xFFFFFFFFU;
   std::vector<std::array<std::uint32_t, 2>> corners;  // vertex, corner
   corners.reserve(mesh.num_indices);
@@ -324,7 +305,7 @@ std::vector<std::uint32_t> smooth_pieces(const ufbx_mesh& mesh,
   const bool has_edges = mesh.edge_smoothing.count != 0 && mesh.edges.count != 0 &&
                          mesh.edge_smoothing.count >= mesh.edges.count;
   if (!has_edges && groups.empty()) return {};
-  Pieces pieces(mesh.num_indices);
+  DisjointSets pieces(mesh.num_indices);  // of corners
   if (has_edges) {
     join_along_edges(mesh, pieces);
   } else {
