@@ -345,39 +345,22 @@ BendSums EdgeTree::of_leaf(std::size_t leaf, const Sheet& sheet, const Vec3d& ce
 /// a leaf in the middle of each stands for it, by its share of the box's area.
 BendSums EdgeTree::by_leaves_of(const Sheet& sheet, const Vec3d& centre, Scratch& scratch) const {
   BendSums sums;
-  scratch.front.assign(1, 0);
-  for (std::uint32_t level = 0; !scratch.front.empty(); ++level) {
-    scratch.steps += scratch.front.size();
-    scratch.next.clear();
-    for (const std::size_t at : scratch.front) {
-      const Node& node = nodes_[at];
-      if (nearest(Vec3d(node.low) - centre, Vec3d(node.high) - centre) >= squared_) continue;
-      if (node.may_be_opposed(sheet) || !settled(node, centre, /*coarse=*/true, sums)) {
-        scratch.next.push_back(at);
-      }
-    }
-    if (level < levels_ && scratch.next.size() <= kMostSampledLeaves / 2) {
-      scratch.front.clear();
-      for (const std::size_t at : scratch.next) {
-        scratch.front.push_back(2 * at + 1);
-        scratch.front.push_back(2 * at + 2);
-      }
-      continue;
-    }
-    for (const std::size_t at : scratch.next) {
-      const std::size_t below = levels_ - level;
-      const std::size_t i = at - first_of(level);
-      const std::size_t leaf = (i << below) + ((std::size_t{1} << below) >> 1);
-      const Node& all = nodes_[first_of(levels_) + leaf];
-      if (!(all.sums.area > 0)) continue;
-      bool left_out = false;
-      const BendSums counted = of_leaf(leaf, sheet, centre, left_out);
-      const double times = nodes_[at].sums.area / all.sums.area;
-      sums += {counted.area * times, counted.bend * times};
-    }
-    scratch.steps += scratch.next.size() * kLeaf;
-    break;
+  const std::uint32_t level = open_levels(kMostSampledLeaves, scratch, [&](const Node& node) {
+    if (nearest(Vec3d(node.low) - centre, Vec3d(node.high) - centre) >= squared_) return true;
+    return !node.may_be_opposed(sheet) && settled(node, centre, /*coarse=*/true, sums);
+  });
+  for (const std::size_t at : scratch.next) {
+    const std::size_t below = levels_ - level;
+    const std::size_t i = at - first_of(level);
+    const std::size_t leaf = (i << below) + ((std::size_t{1} << below) >> 1);
+    const Node& all = nodes_[first_of(levels_) + leaf];
+    if (!(all.sums.area > 0)) continue;
+    bool left_out = false;
+    const BendSums counted = of_leaf(leaf, sheet, centre, left_out);
+    const double times = nodes_[at].sums.area / all.sums.area;
+    sums += {counted.area * times, counted.bend * times};
   }
+  scratch.steps += scratch.next.size() * kLeaf;
   return sums;
 }
 
@@ -433,33 +416,41 @@ bool EdgeTree::by_boxes(const Cell& cell, const Vec3d& centre, bool coarse, Scra
   return true;
 }
 
-/// The sums in a ball, all boxes of a level before those of the next, as long as they are few.
-BendSums EdgeTree::by_levels(const Vec3d& centre, Scratch& scratch) const {
-  BendSums sums;
+/// Opens boxes from the root on, all of a level before those of the next, while there are at most so many.
+/// \param settle  true of a box that need not be opened
+/// \returns the level of the boxes that are left, which are in scratch.next
+template <typename Settle>
+std::uint32_t EdgeTree::open_levels(std::size_t most, Scratch& scratch,
+                                    const Settle& settle) const {
   scratch.front.assign(1, 0);
-  for (std::uint32_t level = 0; !scratch.front.empty(); ++level) {
+  for (std::uint32_t level = 0;; ++level) {
     scratch.steps += scratch.front.size();
     scratch.next.clear();
     for (const std::size_t at : scratch.front) {
-      if (!settled(nodes_[at], centre, /*coarse=*/true, sums)) scratch.next.push_back(at);
+      if (!settle(nodes_[at])) scratch.next.push_back(at);
     }
-    if (level < levels_ && scratch.next.size() <= kMostBoxes / 2) {
-      scratch.front.clear();
-      for (const std::size_t at : scratch.next) {
-        scratch.front.push_back(2 * at + 1);
-        scratch.front.push_back(2 * at + 2);
-      }
-      continue;
-    }
+    if (level == levels_ || scratch.next.empty() || scratch.next.size() > most / 2) return level;
+    scratch.front.clear();
     for (const std::size_t at : scratch.next) {
-      const std::size_t i = at - first_of(level);
-      const std::size_t middle = (begin_of(level, i) + begin_of(level, i + 1)) / 2;
-      const Shares share = shares(pieces_[middle], centre);
-      sums += {nodes_[at].sums.area * share.area, nodes_[at].sums.bend * share.bend};
+      scratch.front.push_back(2 * at + 1);
+      scratch.front.push_back(2 * at + 2);
     }
-    scratch.steps += scratch.next.size();
-    break;
   }
+}
+
+/// The sums in a ball; a piece in the middle of each box that is left stands for it.
+BendSums EdgeTree::by_levels(const Vec3d& centre, Scratch& scratch) const {
+  BendSums sums;
+  const std::uint32_t level = open_levels(kMostBoxes, scratch, [&](const Node& node) {
+    return settled(node, centre, /*coarse=*/true, sums);
+  });
+  for (const std::size_t at : scratch.next) {
+    const std::size_t i = at - first_of(level);
+    const std::size_t middle = (begin_of(level, i) + begin_of(level, i + 1)) / 2;
+    const Shares share = shares(pieces_[middle], centre);
+    sums += {nodes_[at].sums.area * share.area, nodes_[at].sums.bend * share.bend};
+  }
+  scratch.steps += scratch.next.size();
   return sums;
 }
 

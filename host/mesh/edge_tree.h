@@ -183,6 +183,8 @@ class EdgeTree {
   bool settled(const Node& node, const Vec3d& centre, bool coarse, BendSums& sums) const;
   bool by_boxes(const Cell& cell, const Vec3d& centre, bool coarse, Scratch& scratch,
                 BendSums& sums) const;
+  template <typename Settle>
+  std::uint32_t open_levels(std::size_t most, Scratch& scratch, const Settle& settle) const;
   BendSums by_levels(const Vec3d& centre, Scratch& scratch) const;
 
   double radius_, squared_;
