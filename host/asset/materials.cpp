@@ -17,6 +17,7 @@
 #include "asset/udim_files.h"
 #include "base/counted.h"
 #include "base/formatted.h"
+#include "image/grey.h"
 #include "image/normal_channels.h"
 #include "io/file/bounds.h"
 #include "io/file/byte_source.h"
@@ -156,17 +157,6 @@ void check_values(const std::vector<Material>& materials, MaterialSlot slot,
         "Blender writes it" +
             value);
   }
-}
-
-/// True if a picture has one channel, or three or four that say the same: heights, and no normals.
-bool is_grey(const Image& image) {
-  if (image.channels < 3) return true;
-  constexpr float kGreyRounding = 1.5F / 255;
-  for (std::size_t i = 0; i + 2 < image.pixels.size(); i += image.channels) {
-    const float* const p = &image.pixels[i];
-    if (std::max({p[0], p[1], p[2]}) - std::min({p[0], p[1], p[2]}) > kGreyRounding) return false;
-  }
-  return true;
 }
 
 /// True if a slot holds one number a point, which a transfer bakes.
@@ -523,8 +513,10 @@ Texture load_texture(const std::vector<Material>& materials, MaterialSlot slot,
     const int channel = channel_of(material, slot, picture, in_alpha, among_gltf);
     // A grey picture of a number, whose channels may differ by what JPEG rounds, is that number.
     const auto channel_in = [&](const Image& image) {
-      return channel < 0 && holds_number(slot) && image.channels >= 3 && is_grey(image) ? 0
-                                                                                        : channel;
+      return channel < 0 && holds_number(slot) && image.channels >= 3 &&
+                     is_grey(image, kLossyRounding)
+                 ? 0
+                 : channel;
     };
     const bool weighted = slot == MaterialSlot::color && is_alpha_opacity(material);
     if (tiles.tiles.empty()) {

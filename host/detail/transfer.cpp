@@ -9,21 +9,12 @@
 #include "detail/low_frames.h"
 #include "detail/own.h"
 #include "detail/surface_texture.h"
+#include "image/grey.h"
 #include "mesh/kernels_shared.h"
 #include "mesh/tangent.h"
 
 namespace kiln {
 namespace {
-
-/// True if a picture's colours are all grey.
-bool is_grey(const Image& image) {
-  if (image.channels < 3) return true;
-  for (std::size_t i = 0; i + 2 < image.pixels.size(); i += image.channels) {
-    const float* const p = &image.pixels[i];
-    if (p[0] != p[1] || p[0] != p[2]) return false;
-  }
-  return true;
-}
 
 /// True if a texture holds one number a point: roughness and the like. As three equal channels it would take three
 /// times the room, its errors would count thrice, and formats of one channel would not hold it.
@@ -34,7 +25,7 @@ bool is_scalar(const Texture& texture) {
          std::all_of(texture.factors.begin(), texture.factors.end(),
                      [&](const Texture::Factor& factor) { return all_alike(factor.times); }) &&
          std::all_of(texture.images.begin(), texture.images.end(),
-                     [](const auto& image) { return image != nullptr && is_grey(*image); });
+                     [](const auto& image) { return image != nullptr && is_grey(*image, 0); });
 }
 
 class Plain : public PointFunction {

@@ -5,6 +5,7 @@
 #include <limits>
 #include <string>
 
+#include "image/grey.h"
 #include "kiln/error.h"
 
 namespace kiln {
@@ -156,13 +157,7 @@ bool holds_heights(const Image& image, NormalTextureFormat format) {
     const ChannelStatistics s(image);
     return is_dxt5nm(image, s) || is_pair(image, s);
   };
-  if (image.channels == 2) return !is_of_normals();
-  constexpr float kGreyRounding = 1.5F / 255;
-  for (std::size_t i = 0; i + 2 < image.pixels.size(); i += image.channels) {
-    const float* const p = &image.pixels[i];
-    if (std::max({p[0], p[1], p[2]}) - std::min({p[0], p[1], p[2]}) > kGreyRounding) return false;
-  }
-  return !is_of_normals();
+  return is_grey(image, kLossyRounding) && !is_of_normals();
 }
 
 GreenEvidence GreenEvidence::of(const Image& image, const NormalChannels& channels) {
