@@ -130,8 +130,8 @@ struct LoadMeshOptions {
 /// any of the letters ST, C, N, 4 and n. Colours of OBJ (r g b, r g b a, or ZBrush's #MRGB lines), of PLY's
 /// floats and of OFF are bytes where any of the file is above 1 (1.001, for rounding), else fractions. Colours of faces
 /// (PLY, OFF, the 15 bits of STL as VisCAM, SolidView or Magics write them) become those of vertices: one between faces of
-/// several colours is there once for each. Where vertices have colours that are not all alike, those count.
-/// A PLY's pictures (lines "comment TextureFile NAME") are its materials, one a picture, by the faces' `texnumber`.
+/// several colours is there once for each. Where vertices have colours that vary, those count, and so does one colour of
+/// all vertices that is not white, where faces have one, too. A PLY's pictures (lines "comment TextureFile NAME") are its materials, one a picture, by the faces' `texnumber`.
 /// Names in OBJ may hold '#'. OBJ, PLY and OFF may be UTF-16 with a byte-order mark. STL corners
 /// with exactly equal positions become one vertex. Positions are read in double precision. A mesh
 /// farther from the world's origin than 16 of its diagonals gets an `origin` of its own; its box is that of
