@@ -56,14 +56,14 @@ std::string in_message(const ufbx_string& text) {
 struct FreeScene {
   void operator()(ufbx_scene* scene) const { fbx_free_scene(scene); }
 };
-using Scene = std::unique_ptr<ufbx_scene, FreeScene>;
+using LoadedScene = std::unique_ptr<ufbx_scene, FreeScene>;
 
 /// The program's own operator new, so that a limit of memory holds here, too.
 void* allocate(void* /*user*/, std::size_t size) { return ::operator new(size, std::nothrow); }
 void release(void* /*user*/, void* block, std::size_t /*size*/) { ::operator delete(block); }
 
 /// \throws Error(input), std::bad_alloc
-Scene load(const MeshInput& input) {
+LoadedScene load(const MeshInput& input) {
   // Packed arrays unpack to a thousand times their bytes at most; real files stay below a hundred.
   const std::uint64_t most = std::min<std::uint64_t>(
       memory_left(), (std::uint64_t{1} << 30U) + 200 * std::uint64_t{input.bytes.size()});
@@ -82,7 +82,7 @@ Scene load(const MeshInput& input) {
   options.allow_empty_faces =
       true;  // counted as short ones; and smoothing groups go by a face's number
   ufbx_error error = {};
-  Scene scene(fbx_load_memory(input.bytes.data(), input.bytes.size(), options, error));
+  LoadedScene scene(fbx_load_memory(input.bytes.data(), input.bytes.size(), options, error));
   if (scene != nullptr) return scene;
   if (error.type == UFBX_ERROR_OUT_OF_MEMORY) throw std::bad_alloc();
   if (error.type == UFBX_ERROR_MEMORY_LIMIT) {
@@ -624,7 +624,7 @@ class FbxReader {
 }  // namespace
 
 Asset read_fbx(const MeshInput& input) {
-  const Scene scene = load(input);
+  const LoadedScene scene = load(input);
   Asset asset = FbxReader(input, *scene).read();
   asset.mesh.material_files = {fs::path(input.file).filename().string()};  // it describes its own
   return asset;

@@ -270,13 +270,18 @@ class GltfOutput {
   }
 
   /// \returns the files, the one of `path` last
+  /// The file of a path that does not end in .gltf.
+  std::string encode() {
+    finish_buffer();
+    return binary();
+  }
+
   std::vector<fs::path> save() {
-    bytes_.resize((bytes_.size() + 3) / 4 * 4);
-    json_["buffers"] = Json::array({Json{{"byteLength", bytes_.size()}}});
     if (!is_text_) {
-      save_text(path_, binary());
+      save_text(path_, encode());
       return {path_};
     }
+    finish_buffer();
     std::vector<fs::path> written;
     const auto write = [&](const fs::path& name, std::string_view bytes) {
       written.push_back(path_.parent_path() / name);
@@ -293,6 +298,11 @@ class GltfOutput {
   }
 
  private:
+  void finish_buffer() {
+    bytes_.resize((bytes_.size() + 3) / 4 * 4);
+    json_["buffers"] = Json::array({Json{{"byteLength", bytes_.size()}}});
+  }
+
   /// \returns the index of its view
   std::size_t add_view(const void* data, std::size_t size, int target) {
     bytes_.resize((bytes_.size() + 3) / 4 * 4);
@@ -666,8 +676,11 @@ AssetPictures encode_maps(const AssetMaps& maps, ImageFormat format) {
   return pictures;
 }
 
-std::vector<fs::path> save_asset(const Mesh& low, std::span<const AssetMaterial> materials,
-                                 const fs::path& path, const SaveAssetOptions& options) {
+namespace {
+
+/// A low poly with its materials as a file that is still to be written.
+void add_asset(GltfOutput& file, const Mesh& low, std::span<const AssetMaterial> materials,
+               const SaveAssetOptions& options) {
   const bool one_material = materials.size() == 1;
   if (!one_material && (low.materials.empty() || materials.size() != low.material_names.size())) {
     fail_usage("there is not one material for each of the mesh's, nor one for all.");
@@ -682,7 +695,6 @@ std::vector<fs::path> save_asset(const Mesh& low, std::span<const AssetMaterial>
   if (has_pictures && low.uvs.empty()) {
     throw Error(ErrorCode::input, "Mesh '" + low.name + "' has no UVs for its pictures.");
   }
-  GltfOutput file(path);
   Json& json = file.json();
   if (!options.extras.empty()) {
     json["asset"]["extras"] = parse_extras(options.extras, "the asset");
@@ -733,7 +745,24 @@ std::vector<fs::path> save_asset(const Mesh& low, std::span<const AssetMaterial>
                                                                                : "COLOR_0"));
   }
   if (options.hulls != nullptr) add_hulls(file, hierarchy, options);
+}
+
+}  // namespace
+
+std::vector<fs::path> save_asset(const Mesh& low, std::span<const AssetMaterial> materials,
+                                 const fs::path& path, const SaveAssetOptions& options) {
+  GltfOutput file(path);
+  add_asset(file, low, materials, options);
   return file.save();
+}
+
+std::vector<std::byte> encode_glb(const Mesh& low, std::span<const AssetMaterial> materials,
+                                  const SaveAssetOptions& options) {
+  GltfOutput file("memory.glb");
+  add_asset(file, low, materials, options);
+  const std::string bytes = file.encode();
+  const auto* const first = reinterpret_cast<const std::byte*>(bytes.data());
+  return {first, first + bytes.size()};
 }
 
 void save_glb(const Mesh& low, const AssetMaps& maps, const fs::path& path,

@@ -103,6 +103,16 @@ std::uint64_t default_limit() {
 
 }  // namespace
 
+#ifdef _WIN32
+std::uint64_t peak_resident_bytes() noexcept { return 0; }
+#else
+std::uint64_t peak_resident_bytes() noexcept {
+  rusage usage{};
+  getrusage(RUSAGE_SELF, &usage);
+  return static_cast<std::uint64_t>(usage.ru_maxrss) * 1024;
+}
+#endif
+
 std::uint64_t capped_product(std::uint64_t a, std::uint64_t b) {
   return b != 0 && a > kMost / b ? kMost : a * b;
 }

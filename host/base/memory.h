@@ -19,6 +19,9 @@ std::uint64_t capped_product(std::uint64_t a, std::uint64_t b);
 /// "17 MiB", rounded up.
 std::string mebibytes(std::uint64_t bytes);
 
+/// Most memory the process ever had resident, bytes; 0 where the system does not say.
+std::uint64_t peak_resident_bytes() noexcept;
+
 /// Counts memory that was taken but not yet written to, which the system does not count as held: memory_left() is so
 /// much less. \param bytes  below 0 once it is written to, or given back
 void count_untouched(std::int64_t bytes) noexcept;

@@ -184,6 +184,12 @@ std::vector<std::filesystem::path> save_asset(const Mesh& low,
                                               const std::filesystem::path& path,
                                               const SaveAssetOptions& options = {});
 
+/// The bytes of the GLB that save_asset() would write.
+/// \throws as save_asset(), but for Error(output) of the disk
+/// Thread safety: may be called from several threads.
+std::vector<std::byte> encode_glb(const Mesh& low, std::span<const AssetMaterial> materials,
+                                  const SaveAssetOptions& options = {});
+
 /// Settings of save_glb(), and content beside a mesh and its maps.
 struct SaveGlbOptions {
   AlphaMode alpha_mode = AlphaMode::mask;  ///< Applied where there is AssetMaps::opacity

@@ -1,5 +1,5 @@
 // Paths that are no UTF-8 come back from JSON as they were.
-#include "report/json.h"
+#include "options/json.h"
 
 #include <gtest/gtest.h>
 

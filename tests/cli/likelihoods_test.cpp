@@ -8,8 +8,8 @@
 #include <string>
 #include <vector>
 
-#include "arguments/files.h"
-#include "arguments/lists.h"
+#include "job/files.h"
+#include "job/lists.h"
 #include "kiln/error.h"
 #include "support/environment.h"
 

@@ -9,9 +9,9 @@
 
 #include "kiln/error.h"
 #include "kiln/mesh.h"
-#include "report/check_result.h"
+#include "job/check_result.h"
 #include "report/console.h"
-#include "report/flags.h"
+#include "job/flags.h"
 
 namespace kiln::cli {
 namespace {

@@ -6,7 +6,7 @@
 #include <string_view>
 #include <vector>
 
-#include "arguments/match_inputs.h"
+#include "job/match_inputs.h"
 #include "asset/mesh_reader.h"
 #include "kiln/error.h"
 #include "mesh/cage.h"
@@ -41,7 +41,7 @@ void take_image(const std::uint8_t* data, std::size_t size) {
   image.channels = 4;
   image.pixels.resize(std::size_t{image.width} * image.height * image.channels);
   std::memcpy(image.pixels.data(), data + 1, std::min(size - 1, 4 * image.pixels.size()));
-  check(low, kiln::cli::cage_of(image, "input", low), true);
+  check(low, kiln::cage_of(image, "input", low), true);
 }
 
 void take_text(std::string_view text) {

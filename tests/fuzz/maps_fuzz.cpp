@@ -9,22 +9,22 @@
 #include <string>
 #include <vector>
 
-#include "arguments/map_words.h"
-#include "arguments/option_table.h"
-#include "arguments/transfers.h"
+#include "job/map_words.h"
+#include "options/option_table.h"
+#include "job/transfers.h"
 #include "detail/registry.h"
 #include "kiln/validate.h"
 
 namespace {
 
-using kiln::cli::BakeJob;
+using kiln::Job;
 
 void take(const std::vector<std::string>& words, const std::string& source) {
-  const kiln::cli::OptionRow* const row = kiln::cli::find_row(kiln::cli::bake_rows(), "--maps");
-  BakeJob job;
+  const kiln::OptionRow* const row = kiln::cli::find_row(kiln::bake_rows(), "--maps");
+  Job job;
   row->value.set(&job, "--maps", words);
   const std::size_t count = job.own_maps.size() + job.variants.size();
-  kiln::BakeOptions options = job.options;
+  kiln::BakeOptions options = job.bake;
   for (const std::string& word : job.variants) {
     const kiln::MapVariant& map = options.variants.emplace_back(parse_variant(job, word));
     if (map.kind.name != kiln::cli::variant_kind(word).name) std::abort();
@@ -35,7 +35,7 @@ void take(const std::vector<std::string>& words, const std::string& source) {
     options.own_maps.push_back({word.substr(0, equals), source, word.substr(equals + 1)});
   }
   const std::vector<kiln::MapRow> rows = kiln::own_rows(options);
-  if (rows.size() != count || kiln::cli::all_maps(job).size() != count + job.options.maps.size()) {
+  if (rows.size() != count || kiln::all_maps(job).size() != count + job.bake.maps.size()) {
     std::abort();
   }
   if (options.maps.size() + count > 0) kiln::validate(options);

@@ -7,22 +7,22 @@
 #include <string>
 #include <vector>
 
-#include "arguments/map_words.h"
+#include "job/map_words.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
-  kiln::cli::BakeJob arguments;
-  arguments.options.maps.clear();
+  kiln::Job arguments;
+  arguments.bake.maps.clear();
   for (const char* map : {"normal", "ao", "color", "uv"}) {
-    arguments.options.maps.push_back(kiln::find_map(map).kind);
+    arguments.bake.maps.push_back(kiln::find_map(map).kind);
   }
   std::istringstream text({reinterpret_cast<const char*>(data), size});
   for (std::string line; std::getline(text, line);) arguments.packs.push_back(line);
   try {
-    const std::vector<kiln::cli::Pack> packs = kiln::cli::parse_packs(arguments);
+    const std::vector<kiln::Pack> packs = kiln::parse_packs(arguments);
     if (packs.size() != arguments.packs.size()) std::abort();
-    for (const kiln::cli::Pack& pack : packs) {
+    for (const kiln::Pack& pack : packs) {
       if (pack.name.empty() || pack.channels.empty() || pack.channels.size() > 4) std::abort();
-      for (const kiln::cli::PackChannel& channel : pack.channels) {
+      for (const kiln::PackChannel& channel : pack.channels) {
         const bool number = channel.map.empty() && channel.value >= 0 && channel.value <= 1;
         if (!number && channel.channel >= kiln::find_map(channel.map).channels) std::abort();
       }

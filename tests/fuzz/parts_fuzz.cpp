@@ -7,7 +7,7 @@
 #include <string_view>
 #include <vector>
 
-#include "arguments/lists.h"
+#include "job/lists.h"
 #include "kiln/error.h"
 #include "kiln/match.h"
 #include "kiln/mesh.h"
@@ -57,7 +57,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   }
   std::getline(lines, list, '\0');
   try {
-    if (!list.empty()) names.list = kiln::cli::parse_part_list(list, "input");
+    if (!list.empty()) names.list = kiln::parse_part_list(list, "input");
     names.by = list.empty() ? kiln::PartsBy::name : kiln::PartsBy::list;
     const kiln::Parts parts = kiln::pair_parts(with(high), with(low), names);
     if (parts.low.size() != low.size() || parts.high.size() != high.size()) std::abort();

@@ -3,7 +3,7 @@
 #include <cstdlib>
 #include <string>
 
-#include "arguments/transfers.h"
+#include "job/transfers.h"
 
 namespace {
 
@@ -19,7 +19,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   const std::string text(reinterpret_cast<const char*>(data), size);
   if (text.find('\0') != std::string::npos) return 0;  // no argument has it
   try {
-    const kiln::cli::TransferArgument transfer = kiln::cli::parse_transfer(text);
+    const kiln::TransferArgument transfer = kiln::parse_transfer(text);
     if (!may_name_a_map(transfer.name) || !text.starts_with(transfer.file)) std::abort();
     if (transfer.materials() &&
         !kiln::cli::Words(kiln::cli::kMaterialSlots).contains(transfer.name)) {

@@ -3,13 +3,13 @@
 #include <cstdint>
 #include <cstdlib>
 
-#include "arguments/lists.h"
+#include "job/lists.h"
 #include "kiln/error.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   try {
     for (const auto& entry :
-         kiln::cli::parse_likelihoods({reinterpret_cast<const char*>(data), size}, "input")) {
+         kiln::parse_likelihoods({reinterpret_cast<const char*>(data), size}, "input")) {
       const kiln::Vec3& d = entry.direction;
       const double length = std::hypot(double{d.x}, double{d.y}, double{d.z});
       const bool good = length > 0 && std::isfinite(length) && entry.weight >= 0;

@@ -15,6 +15,8 @@ set(floors
   "bake"
   "measure"
   "plan"
+  "options"
+  "job"
   "c")
 set(level 0)
 foreach(floor IN LISTS floors)

@@ -7,8 +7,8 @@
 #include <cstring>
 #include <stdexcept>
 
-#include "arguments/near_words.h"
-#include "arguments/parse.h"
+#include "arguments/unknown_flags.h"
+#include "options/parse.h"
 #include "kiln/kiln.h"
 #include "kiln/reasons.h"
 

@@ -19,7 +19,7 @@
 #include "kiln/reasons.h"
 #include "program.h"
 #include "report/console.h"
-#include "report/flags.h"
+#include "job/flags.h"
 
 #ifdef __GLIBC__
 #include <malloc.h>
@@ -44,7 +44,7 @@ void keep_memory() {
 }
 
 /// All that may throw.
-int run(int argc, char** argv, std::span<const kiln::cli::CommandEntry> commands) {
+int run_words(int argc, char** argv, std::span<const kiln::cli::CommandEntry> commands) {
   using namespace kiln;
   cli::Program program(commands);
   cli::Run command;
@@ -76,7 +76,7 @@ int run(int argc, char** argv, std::span<const kiln::cli::CommandEntry> commands
     // A driver that is interrupted while it compiles fails in its own way.
     if (cli::interrupted()) return cancelled();
     if (std::string_view(error.id()) == "kernel-cache") cli::retry();
-    cli::print_line(stderr, "kiln: " + cli::with_flags(error.what()));
+    cli::print_line(stderr, "kiln: " + with_flags(error.what()));
     return static_cast<int>(error.code());
   }
 }
@@ -85,7 +85,7 @@ int run(int argc, char** argv, std::span<const kiln::cli::CommandEntry> commands
 
 int kiln::cli::run_program(int argc, char** argv, std::span<const CommandEntry> commands) {
   try {
-    return run(argc, argv, commands);
+    return run_words(argc, argv, commands);
   } catch (const std::bad_alloc&) {
     std::fputs(
         "kiln: Memory ran out, or --memory-limit was reached. Use a smaller --size, fewer "

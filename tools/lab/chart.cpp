@@ -5,7 +5,7 @@
 #include <numeric>
 #include <set>
 
-#include "arguments/files.h"
+#include "job/files.h"
 #include "interrupt.h"
 #include "kiln/files.h"
 #include "lab/lab_run.h"

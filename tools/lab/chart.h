@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "arguments/bake_job.h"
+#include "job/job_options.h"
 #include "arguments/surface_arguments.h"
 #include "kiln/cage.h"
 #include "kiln/kiln.h"
@@ -17,7 +17,7 @@
 #include "lab/lab_run.h"
 #include "lab/table.h"
 #include "picture/plot.h"
-#include "report/report.h"
+#include "job/describe.h"
 
 namespace kiln::cli {
 
@@ -69,7 +69,7 @@ struct ChartSetting {
   bool find_cage = false;           ///< As --cage auto, which counts as a part of the match
 };
 /// A bake with such flags of `kiln bake`, each with its value.
-BakeJob bake_job(const std::string& flags);
+Job bake_job(const std::string& flags);
 /// Settings that are compared, a row each. The reference is among them. Matching by UVs is for pairs whose layouts
 /// agree.
 std::vector<ChartSetting> chart_settings();

@@ -2,7 +2,7 @@
 #include <algorithm>
 #include <optional>
 
-#include "arguments/parse.h"
+#include "options/parse.h"
 #include "lab/chart.h"
 #include "lab/lab_run.h"
 #include "lab/measuring.h"
@@ -101,7 +101,7 @@ bool add_ao(const Device& device, const Mesh& high, const Mesh& low, const Chart
   std::vector<Mark> marks;
   for (const AoSetting& setting : settings) {
     if (!steps.at("measuring ambient occlusion, " + setting.label)) return false;
-    bake_with.occlusion = bake_job(setting.flags).options.occlusion;
+    bake_with.occlusion = bake_job(setting.flags).bake.occlusion;
     const BakeResult baked = bake(source, low, bake_with);
     if (baked.cancelled) return false;
     if (baked.report.errors.empty()) {
@@ -122,7 +122,7 @@ bool add_ao(const Device& device, const Mesh& high, const Mesh& low, const Chart
   bake_with.report.errors = false;
   const bool timed = time_in_turns(marks, a.repeat, [&](std::size_t i, const std::string& note) {
     if (!steps.at("timing ambient occlusion, " + marks[i].label + note)) return Json();
-    bake_with.occlusion = bake_job(settings[i].flags).options.occlusion;
+    bake_with.occlusion = bake_job(settings[i].flags).bake.occlusion;
     const BakeResult baked = bake(source, low, bake_with);
     steps.done += 1;
     return baked.cancelled ? Json() : Json(baked.report.seconds_detail);

@@ -6,9 +6,9 @@
 #include <tuple>
 #include <utility>
 
-#include "arguments/files.h"
-#include "arguments/map_words.h"
-#include "arguments/parse.h"
+#include "job/files.h"
+#include "job/map_words.h"
+#include "options/parse.h"
 #include "kiln/measure.h"
 #include "kiln/normals.h"
 #include "kiln/plan.h"

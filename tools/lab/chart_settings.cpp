@@ -2,7 +2,7 @@
 #include <algorithm>
 #include <sstream>
 
-#include "arguments/bake_job.h"
+#include "job/job_options.h"
 #include "lab/chart.h"
 
 namespace kiln::cli {
@@ -51,14 +51,14 @@ constexpr Named kHardOnly[] = {
     {"cage_3_averaged", "cage 3%, averaged", "cages", "--cage 3% --direction averaged"}};
 
 ChartSetting setting_of(const Named& row) {
-  const BakeJob job = bake_job(row.flags);
-  return {row.name, row.label, row.family, job.options, job.cage_auto};
+  const Job job = bake_job(row.flags);
+  return {row.name, row.label, row.family, job.bake, job.cage_auto};
 }
 
 }  // namespace
 
-BakeJob bake_job(const std::string& flags) {
-  BakeJob job;
+Job bake_job(const std::string& flags) {
+  Job job;
   std::istringstream words(flags);
   for (std::string flag, value; words >> flag >> value;) {
     find_row(bake_rows(), flag)->value.set(&job, flag, {value});

@@ -2,8 +2,8 @@
 #include <algorithm>
 #include <utility>
 
-#include "arguments/files.h"
-#include "arguments/parse.h"
+#include "job/files.h"
+#include "options/parse.h"
 #include "kiln/contour.h"
 #include "kiln/gradient.h"
 #include "kiln/measure.h"
@@ -13,7 +13,7 @@
 #include "lab/lab_run.h"
 #include "lab/measuring.h"
 #include "lab/table.h"
-#include "report/check_result.h"
+#include "job/check_result.h"
 
 namespace kiln::cli {
 namespace {
@@ -176,7 +176,7 @@ class VolumesChart : public ChartKind {
   }
 
   BakeOptions bake_options(const VolumeWay& way, std::uint32_t size, Progress progress) const {
-    BakeOptions bake = bake_job(*way.flags).options;
+    BakeOptions bake = bake_job(*way.flags).bake;
     bake.width = bake.height = size;
     bake.encoding.space = NormalMapSpace::object;
     bake.match.max_distance = a_.search_distance();

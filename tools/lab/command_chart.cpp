@@ -1,8 +1,9 @@
 #include <algorithm>
 #include <memory>
 
-#include "arguments/files.h"
-#include "arguments/parse.h"
+#include "arguments/command_options.h"
+#include "job/files.h"
+#include "options/parse.h"
 #include "commands.h"
 #include "lab/chart.h"
 #include "lab/measuring.h"
@@ -13,7 +14,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-using Job = ChartArguments;
+using Arguments = ChartArguments;
 
 /// The name that stands for the settings that suit hard surfaces.
 constexpr const char* kHard = "hard";
@@ -40,29 +41,29 @@ std::vector<OptionRow> chart_rows() {
   std::vector<std::string> settings = setting_names();
   settings.emplace_back(kHard);
   return {
-      {"--repeat", "", whole(KILN_MEMBER(Job, repeat), 1, 1000),
+      {"--repeat", "", whole(KILN_MEMBER(Arguments, repeat), 1, 1000),
        "Timed runs of each setting, of which the median counts; one more comes first, which "
        "compiles the kernels and gives the errors"},
-      {"--ao", "", toggle(KILN_MEMBER(Job, ao)),
+      {"--ao", "", toggle(KILN_MEMBER(Arguments, ao)),
        "Also ambient occlusion: 8 to 1024 rays, plain and smoothed, and 64 to 512 views, against "
        "4096 rays; takes minutes at 1024 texels a side",
        "-"},
-      {"--ao-error", "", number(KILN_MEMBER(Job, ao_error), 0, 1, /*fractions=*/true),
+      {"--ao-error", "", number(KILN_MEMBER(Arguments, ao_error), 0, 1, /*fractions=*/true),
        "Of ambient occlusion: say what reaches this root mean square error in the fewest seconds; "
        "a share of 1, such as 2/255 or 0.01"},
-      {"--ao-budget", "", number(KILN_MEMBER(Job, ao_budget), 1e-9, 1e9).in("seconds"),
+      {"--ao-budget", "", number(KILN_MEMBER(Arguments, ao_budget), 1e-9, 1e9).in("seconds"),
        "Of ambient occlusion: say what comes nearest to the truth in so many seconds"},
-      {"--plan", "", toggle(KILN_MEMBER(Job, plan)),
+      {"--plan", "", toggle(KILN_MEMBER(Arguments, plan)),
        "Of each HIGH alone: bytes against error of low polys by number of faces and map size; "
        "beside them plans",
        "-"},
-      {"--max-error", "", texts(KILN_MEMBER(Job, max_errors), ','),
+      {"--max-error", "", texts(KILN_MEMBER(Arguments, max_errors), ','),
        "With --plan: errors to plan for, degrees, separated by commas (default: three between the "
        "best and the worst)"},
-      {"--screen", "", text(KILN_MEMBER(Job, screen)),
+      {"--screen", "", text(KILN_MEMBER(Arguments, screen)),
        "With --plan: the largest size at which the mesh will be seen, such as 600px; plans and the "
        "grid are measured at that size, by mean normals of pixels"},
-      {"--settings", "", some_of(KILN_MEMBER(Job, settings), settings, ','),
+      {"--settings", "", some_of(KILN_MEMBER(Arguments, settings), settings, ','),
        "Some of the settings, by their names in chart.csv, separated by commas; for meshes the "
        "reference, " +
            std::string(kChartReference) +
@@ -70,7 +71,7 @@ std::vector<OptionRow> chart_rows() {
            "those)"}};
 }
 
-bool is_volume(const Job& a, const std::string& path) {
+bool is_volume(const Arguments& a, const std::string& path) {
   return a.surface.is_raw() || is_volume_name(path);
 }
 
@@ -83,7 +84,7 @@ std::set<std::string> volume_flags() {
 }
 
 /// Settings by name that a kind of input does not have. \throws Error(usage)
-void check_settings(const Job& a, const std::vector<std::string>& names, const char* kind) {
+void check_settings(const Arguments& a, const std::vector<std::string>& names, const char* kind) {
   for (const std::string& name : a.settings) {
     if (std::find(names.begin(), names.end(), name) != names.end()) continue;
     fail_usage("--settings " + name + " is not for " + kind + ": give some of " +
@@ -92,7 +93,7 @@ void check_settings(const Job& a, const std::vector<std::string>& names, const c
 }
 
 /// All are volumes, or none is. \throws Error(usage)
-void check_alike(const Job& a, bool volumes) {
+void check_alike(const Arguments& a, bool volumes) {
   for (const std::string& path : a.meshes) {
     if (is_volume(a, path) == volumes) continue;
     const auto is = [&](bool volume) { return volume ? " is a volume" : " is no volume"; };
@@ -103,7 +104,7 @@ void check_alike(const Job& a, bool volumes) {
 
 // Before any work. \throws Error(usage)
 
-void check_volumes(const Job& a) {
+void check_volumes(const Arguments& a) {
   const std::string volume = "'" + a.meshes.front() + "'";
   refuse_if(!a.surface.iso, volume + " is a volume: say which surface of it by --iso VALUE.");
   refuse(a,
@@ -115,7 +116,7 @@ void check_volumes(const Job& a) {
 }
 
 /// \param high, low  files
-void check_files(const Job& a, const std::vector<std::string>& high,
+void check_files(const Arguments& a, const std::vector<std::string>& high,
                  const std::vector<std::string>& low) {
   refuse(a, volume_flags(), "volumes, but '" + a.meshes.front() + "' is none.");
   if (std::none_of(high.begin(), high.end(), is_height_field)) {
@@ -125,7 +126,7 @@ void check_files(const Job& a, const std::vector<std::string>& high,
   check_mesh_frame(a.frame, high, low, {});
 }
 
-void check_meshes(const Job& a) {
+void check_meshes(const Arguments& a) {
   std::vector<std::string> sides[2];
   for (std::size_t i = 0; i < a.meshes.size(); ++i) sides[i % 2].push_back(a.meshes[i]);
   check_files(a, sides[0], sides[1]);
@@ -141,7 +142,7 @@ void check_meshes(const Job& a) {
   }
 }
 
-void check_plan(const Job& a) {
+void check_plan(const Arguments& a) {
   refuse(a,
          {"--settings", "--repeat", "--max-distance", "--ao", "--ao-error", "--ao-budget",
           "--directions", "--pixels"},
@@ -153,7 +154,7 @@ void check_plan(const Job& a) {
 }
 
 /// Settings without the comma between them would be meshes. \throws Error(usage)
-void check_no_settings(const Job& a) {
+void check_no_settings(const Arguments& a) {
   std::vector<std::string> names = setting_names();
   std::sort(names.begin(), names.end());
   for (const std::string& path : a.meshes) {
@@ -167,7 +168,7 @@ void check_no_settings(const Job& a) {
   }
 }
 
-int run(const Job& a, const Json& options) {
+int run(const Arguments& a, const Json& options) {
   const bool volumes = is_volume(a, a.meshes.front());
   check_no_settings(a);
   check_alike(a, volumes);
@@ -189,16 +190,16 @@ int run(const Job& a, const Json& options) {
 
 Run add_chart(Command& app) {
   Command* command = name_lab_command(app, "chart");
-  auto a = std::make_shared<Job>();
+  auto a = std::make_shared<Arguments>();
   OptionRow files[] = {
       {.flag = "HIGH",
-       .value = texts(KILN_MEMBER(Job, meshes)),
+       .value = texts(KILN_MEMBER(Arguments, meshes)),
        .help = "High polys (meshes, or height fields: PNG, EXR), each with its low poly, with UVs: "
                "a row of panels a pair. Or volumes with --iso, a row of panels each. Or high polys "
                "alone with --plan",
        .required = true},
       {.flag = "--out",
-       .value = text(KILN_MEMBER(Job, out)),
+       .value = text(KILN_MEMBER(Arguments, out)),
        .help = "Folder for chart.json, .csv, .md and .png, and chart_plot.json, what the picture "
                "shows",
        .required = true},

@@ -1,11 +1,12 @@
 #include <memory>
 
-#include "arguments/bake_job.h"
-#include "arguments/files.h"
-#include "arguments/match_inputs.h"
-#include "arguments/option_table.h"
-#include "arguments/parse.h"
-#include "arguments/transfers.h"
+#include "arguments/command_options.h"
+#include "job/job_options.h"
+#include "job/files.h"
+#include "job/match_inputs.h"
+#include "options/option_table.h"
+#include "options/parse.h"
+#include "job/transfers.h"
 #include "commands.h"
 #include "interrupt.h"
 #include "kiln/layout.h"
@@ -13,7 +14,7 @@
 #include "lab/measure.h"
 #include "lab/measuring.h"
 #include "lab/table.h"
-#include "report/check_result.h"
+#include "job/check_result.h"
 
 namespace kiln::cli {
 namespace {
@@ -112,8 +113,9 @@ Run add_measure(Command& app) {
   return [a, command] {
     static const std::set<std::string> of_meshes = {"--up", "--unit", "--uv-set", "--allow-outside",
                                                     "--triangulate"};
-    std::vector<std::string> high = {a->high}, low = a->bake.more_low;
-    high.insert(high.end(), a->bake.more_high.begin(), a->bake.more_high.end());
+    std::vector<std::string> high = {a->high}, low = more_names(a->bake.low.given);
+    const std::vector<std::string> more = more_names(a->bake.high);
+    high.insert(high.end(), more.begin(), more.end());
     if (!a->low.empty()) low.push_back(a->low);
     check_mesh_frame(a->bake.frame, high, low, a->bake.occluders);
     a->given = given_flags(*command);

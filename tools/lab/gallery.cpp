@@ -2,8 +2,9 @@
 #include <memory>
 #include <optional>
 
-#include "arguments/bake_job.h"
-#include "arguments/files.h"
+#include "arguments/command_options.h"
+#include "job/job_options.h"
+#include "job/files.h"
 #include "commands.h"
 #include "interrupt.h"
 #include "kiln/files.h"
@@ -13,7 +14,7 @@
 #include "lab/measuring.h"
 #include "lab/table.h"
 #include "picture/sheet.h"
-#include "report/check_result.h"
+#include "job/check_result.h"
 
 namespace kiln::cli {
 namespace {

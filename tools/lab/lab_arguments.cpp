@@ -2,35 +2,35 @@
 
 #include <algorithm>
 
-#include "arguments/bake_job.h"
-#include "arguments/parse.h"
+#include "job/job_options.h"
+#include "options/parse.h"
 #include "lab/table.h"
 
 namespace kiln::cli {
 namespace {
 
-using Job = LabArguments;
+using Arguments = LabArguments;
 
 std::vector<OptionRow> all_rows() {
   std::vector<OptionRow> rows = {
-      {"--match", "", some_of(KILN_MEMBER(Job, matches), match_names()),
+      {"--match", "", some_of(KILN_MEMBER(Arguments, matches), match_names()),
        "A match, as of kiln bake; may be given again (default: all that do for the meshes)"},
-      {"--size", "", whole(KILN_MEMBER(Job, size), 16, 8192), "Texels a side"},
-      {"--max-distance", "", text(KILN_MEMBER(Job, max_distance), "D|P%"),
+      {"--size", "", whole(KILN_MEMBER(Arguments, size), 16, 8192), "Texels a side"},
+      {"--max-distance", "", text(KILN_MEMBER(Arguments, max_distance), "D|P%"),
        "How far to look each way: world units, or P% of HIGH's diagonal"},
-      {"--directions", "", whole(KILN_MEMBER(Job, directions), 12, 4096),
+      {"--directions", "", whole(KILN_MEMBER(Arguments, directions), 12, 4096),
        "Directions that viewing rays come from (default 512)"},
-      {"--pixels", "", whole(KILN_MEMBER(Job, pixels), 16, 4096),
+      {"--pixels", "", whole(KILN_MEMBER(Arguments, pixels), 16, 4096),
        "Pixels a side of the pictures that rendered normals are measured in (default 512)"},
-      {"--picture-size", "", whole(KILN_MEMBER(Job, picture_size), 64, 4096),
+      {"--picture-size", "", whole(KILN_MEMBER(Arguments, picture_size), 64, 4096),
        "Pixels of a picture's longer side"}};
   const char* heights = "Height fields (HIGH is a PNG, EXR or TIFF)";
-  for (const OptionRow& row : {height_row<Job>(heights), extent_row<Job>(heights),
-                               no_data_row<Job>(heights), triangulate_row<Job>("", "HIGH and LOW"),
-                               device_row<Job>(""), json_row<Job>(""), quiet_row<Job>("")}) {
+  for (const OptionRow& row : {height_row<Arguments>(heights), extent_row<Arguments>(heights),
+                               no_data_row<Arguments>(heights), triangulate_row<Arguments>("", "HIGH and LOW"),
+                               device_row<Arguments>(""), json_row<Arguments>(""), quiet_row<Arguments>("")}) {
     rows.push_back(row);
   }
-  for (const OptionRow& row : mesh_frame_rows<Job>("Files of meshes", /*low=*/true)) {
+  for (const OptionRow& row : mesh_frame_rows<Arguments>("Files of meshes", /*low=*/true)) {
     rows.push_back(row);
   }
   return rows;

@@ -8,9 +8,9 @@
 #include <string_view>
 #include <vector>
 
-#include "arguments/high_poly_input.h"
-#include "arguments/mesh_files.h"
-#include "arguments/option_table.h"
+#include "job/high_poly_input.h"
+#include "job/mesh_files.h"
+#include "options/option_table.h"
 #include "picture/view_arguments.h"
 
 namespace kiln::cli {
@@ -45,11 +45,11 @@ OptionValue some_of(Member<Job, std::vector<std::string>> member,
   OptionValue value = texts(member, delimiter);
   value.words = one_of(words).words();
   value.choices = words;
-  value.set = writes<Job>([=](Job& job, const std::string& flag, const Option::Words& given) {
+  value.set = writes<Job>([=](Job& job, const std::string& flag, const OptionWords& given) {
     member.of(job) = given;
     for (std::string& word : member.of(job)) {
       if (const std::string problem = one_of(words)(word); !problem.empty()) {
-        throw UsageError(flag + problem);
+        fail_usage(flag + problem);
       }
     }
   });

@@ -1,6 +1,6 @@
 #include "lab/lab_run.h"
 
-#include "arguments/files.h"
+#include "job/files.h"
 #include "kiln/files.h"
 
 namespace kiln::cli {

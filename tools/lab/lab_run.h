@@ -9,7 +9,7 @@
 #include "kiln/kiln.h"
 #include "lab/lab_arguments.h"
 #include "report/console.h"
-#include "report/report.h"
+#include "job/describe.h"
 
 namespace kiln::cli {
 

@@ -2,12 +2,12 @@
 
 #include <algorithm>
 
-#include "arguments/parse.h"
+#include "options/parse.h"
 #include "kiln/measure.h"
 #include "kiln/render.h"
 #include "lab/table.h"
-#include "report/check_result.h"
-#include "report/flags.h"
+#include "job/check_result.h"
+#include "job/flags.h"
 
 namespace kiln::cli {
 namespace {

@@ -11,7 +11,7 @@
 #include "kiln/render.h"
 #include "lab/lab_arguments.h"
 #include "picture/sheet.h"
-#include "report/report.h"
+#include "job/describe.h"
 
 namespace kiln::cli {
 

@@ -4,12 +4,12 @@
 #include <cmath>
 #include <utility>
 
-#include "arguments/bake_job.h"
-#include "arguments/files.h"
-#include "arguments/map_words.h"
-#include "arguments/match_inputs.h"
-#include "arguments/parse.h"
-#include "arguments/transfers.h"
+#include "job/job_options.h"
+#include "job/files.h"
+#include "job/map_words.h"
+#include "job/match_inputs.h"
+#include "options/parse.h"
+#include "job/transfers.h"
 #include "interrupt.h"
 #include "kiln/assess.h"
 #include "kiln/files.h"
@@ -20,7 +20,7 @@
 #include "lab/measuring.h"
 #include "lab/table.h"
 #include "picture/canvas.h"
-#include "report/check_result.h"
+#include "job/check_result.h"
 
 namespace kiln::cli {
 namespace {
@@ -104,14 +104,14 @@ std::vector<Image> draw_pictures(const Scene& original, const Scene& scene, cons
 }
 
 /// The flags of the match for one method, as the bake has them.
-BakeJob baking(const MeasureArguments& a, const std::string& method) {
-  BakeJob bake = a.bake;
-  bake.high = a.high;
-  bake.low = a.low;
+Job baking(const MeasureArguments& a, const std::string& method) {
+  Job bake = a.bake;
+  set_first(bake.high, a.high);
+  set_first(bake.low.given, a.low);
   bake.heights = a.heights;
-  bake.options.match.method = find_match(method).method;
-  if (a.views) bake.options.match.views.count = *a.views;
-  if (a.view_size) bake.options.match.views.size = *a.view_size;
+  bake.bake.match.method = find_match(method).method;
+  if (a.views) bake.bake.match.views.count = *a.views;
+  if (a.view_size) bake.bake.match.views.size = *a.view_size;
   return bake;
 }
 
@@ -134,7 +134,7 @@ std::vector<Rating> choose(const MeasureArguments& a, const Inputs& inputs, cons
   std::vector<Rating> rows;
   for (const std::string& method : a.matches) {
     try {
-      check(baking(a, method));
+      check_settled(baking(a, method));
     } catch (const Error& error) {
       if (strict || !a.bake.load_match.empty()) throw;
       left_out.push_back({method, error.what()});
@@ -158,13 +158,13 @@ std::vector<Rating> choose(const MeasureArguments& a, const Inputs& inputs, cons
 
 /// As the flags say.
 BakeOptions bake_options(const MeasureArguments& a, const Inputs& inputs, const Rating& row) {
-  const BakeJob job = baking(a, row.method);
+  const Job job = baking(a, row.method);
   BakeOptions bake_with = options_of(job);
   bake_with.width = bake_with.height = *a.size;
   bake_with.color = inputs.textures.color;
   bake_with.opacity = inputs.textures.opacity;
   bake_with.transfers = inputs.textures.transfers;
-  const bool cage = job.cage_auto || job.options.match.cage || !job.cage_mesh.empty();
+  const bool cage = job.cage_auto || job.bake.match.cage || !job.cage_mesh.empty();
   if (!cage || a.gave("--max-distance")) bake_with.match.max_distance = a.search_distance();
   bake_with.match.uv = uv_options(inputs.high, bake_with.match.uv);
   inputs.match.apply(bake_with);
@@ -445,7 +445,7 @@ void check_rating(const MeasureArguments& a) {
 }
 
 /// Refuses outputs that are inputs. \throws Error(usage)
-void check_files(const MeasureArguments& a, const BakeJob& job) {
+void check_files(const MeasureArguments& a, const Job& job) {
   std::vector<fs::path> read = {a.bake.load_match, a.bake.cage_mesh, a.bake.match_list};
   std::vector<fs::path> written = {a.json};
   for (const std::string& file : high_files(job)) read.emplace_back(file);
@@ -467,7 +467,7 @@ int run_rating(MeasureArguments a) {
   check_rating(a);
   RenderOptions view = view_options(a.view, is_height_field(a.high));
   view.size = a.picture_size.value_or(0);
-  const BakeJob job = baking(a, default_match());
+  const Job job = baking(a, default_match());
   check_files(a, job);
   LabRun run(a);
 
@@ -475,7 +475,7 @@ int run_rating(MeasureArguments a) {
   if (!run.console.progress(0, "reading " + a.high)) return kExitCancelled;
   Inputs inputs;
   inputs.maps = measured_maps(a);
-  inputs.high = load_high(high_files(job), a.heights, load_options(a.bake, MeshSide::high),
+  inputs.high = load_high(job.high, a.heights, load_options(a.bake, MeshSide::high),
                           has_more_files(a.bake), run.warnings);
   shade(a.bake.frame.shading, inputs.high, run.warnings);
   const Mesh &high = inputs.high.mesh, &low = inputs.low;

@@ -6,9 +6,9 @@
 #include <optional>
 #include <utility>
 
-#include "arguments/bake_job.h"
-#include "arguments/files.h"
-#include "arguments/parse.h"
+#include "job/job_options.h"
+#include "job/files.h"
+#include "options/parse.h"
 #include "interrupt.h"
 #include "kiln/files.h"
 #include "kiln/measure.h"
@@ -21,7 +21,7 @@
 #include "lab/measuring.h"
 #include "lab/table.h"
 #include "picture/plot.h"
-#include "report/check_result.h"
+#include "job/check_result.h"
 
 namespace kiln::cli {
 namespace {

@@ -7,8 +7,8 @@
 #include <string_view>
 #include <vector>
 
-#include "arguments/parse.h"
-#include "report/json.h"
+#include "options/parse.h"
+#include "options/json.h"
 
 namespace kiln::cli {
 

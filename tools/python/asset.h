@@ -1,7 +1,7 @@
 // Low polys with their maps as one GLB, and maps of the caller's own values.
 #pragma once
 
-#include "arguments/words.h"
+#include "options/words.h"
 #include "mesh.h"
 
 namespace kiln::python {

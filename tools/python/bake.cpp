@@ -9,17 +9,17 @@
 #include <algorithm>
 #include <cctype>
 
-#include "arguments/map_words.h"
-#include "arguments/match_inputs.h"
-#include "arguments/parse.h"
-#include "arguments/transfers.h"
+#include "job/map_words.h"
+#include "job/match_inputs.h"
+#include "options/parse.h"
+#include "job/transfers.h"
 #include "arrays.h"
 #include "asset.h"
 #include "kiln/asset.h"
 #include "kiln/collision_hulls.h"
 #include "match.h"
-#include "report/check_result.h"
-#include "report/map_file.h"
+#include "job/check_result.h"
+#include "job/map_file.h"
 
 namespace kiln::python {
 namespace {

@@ -5,8 +5,8 @@
 #include <string>
 #include <vector>
 
-#include "arguments/bake_job.h"
-#include "arguments/high_poly_input.h"
+#include "job/job_options.h"
+#include "job/high_poly_input.h"
 #include "kiln/cage.h"
 #include "kiln/plan.h"
 #include "options.h"

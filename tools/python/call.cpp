@@ -13,7 +13,7 @@
 #include <string_view>
 
 #include "arguments/command_line.h"
-#include "report/flags.h"
+#include "job/flags.h"
 
 namespace kiln::python {
 namespace {

@@ -2,7 +2,7 @@
 
 #include <nanobind/stl/string.h>
 
-#include "arguments/words.h"
+#include "options/words.h"
 #include "arrays.h"
 #include "kiln/measure.h"
 #include "kiln/render.h"

@@ -10,8 +10,8 @@
 #include <limits>
 #include <type_traits>
 
-#include "arguments/mesh_files.h"
-#include "arguments/words.h"
+#include "job/mesh_files.h"
+#include "options/words.h"
 #include "arrays.h"
 
 namespace kiln::python {

@@ -5,7 +5,7 @@
 #include <string_view>
 
 #include "arguments/near_words.h"
-#include "arguments/option_table.h"
+#include "options/option_table.h"
 
 namespace kiln::python {
 namespace {

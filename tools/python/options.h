@@ -5,7 +5,7 @@
 #include <utility>
 #include <vector>
 
-#include "arguments/bake_job.h"
+#include "job/job_options.h"
 
 namespace kiln::python {
 

@@ -12,7 +12,7 @@
 #include "bake.h"
 #include "kiln/session.h"
 #include "match.h"
-#include "report/check_result.h"
+#include "job/check_result.h"
 
 namespace kiln::python {
 namespace {

@@ -6,7 +6,7 @@
 
 #include <cmath>
 
-#include "arguments/high_poly_input.h"
+#include "job/high_poly_input.h"
 #include "arrays.h"
 
 namespace kiln::python {

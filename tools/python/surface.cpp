@@ -4,9 +4,9 @@
 #include <nanobind/stl/optional.h>
 #include <nanobind/stl/string.h>
 
-#include "arguments/high_poly_input.h"
-#include "arguments/parse.h"
-#include "arguments/words.h"
+#include "job/high_poly_input.h"
+#include "options/parse.h"
+#include "options/words.h"
 #include "arrays.h"
 #include "kiln/clean.h"
 #include "kiln/height_field.h"

@@ -2,63 +2,12 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
-#include <charconv>
-#include <cmath>
-#include <optional>
 #include <utility>
 
-#include "arguments/near_words.h"
-#include "base/formatted.h"
 #include "kiln/error.h"
+#include "options/near_words.h"
 
 namespace kiln::cli {
-
-template <typename Number>
-bool read_number(std::string_view text, Number& value) {
-  if (text.size() > 1 && text[0] == '+' && text[1] != '-') text.remove_prefix(1);
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-  return error == std::errc() && end == text.data() + text.size();
-}
-template bool read_number(std::string_view, double&);
-template bool read_number(std::string_view, std::int64_t&);
-template bool read_number(std::string_view, std::uint32_t&);
-
-namespace {
-
-template <typename Number>
-Check in_range(Number low, Number high) {
-  const auto least = static_cast<double>(low), most = static_cast<double>(high);
-  const std::string text =
-      std::isinf(most) ? formatted("%.9g or more", least) : formatted("%.9g to %.9g", least, most);
-  return {[=](const std::string& value) -> std::string {
-            Number number = 0;
-            if (read_number(value, number) && number >= low && number <= high) return {};
-            return " is '" + value + "': give " + text;
-          },
-          text};
-}
-
-}  // namespace
-
-Check range(double low, double high) { return in_range(low, high); }
-Check range(unsigned low, unsigned high) { return in_range(low, high); }
-Check one_of(const std::vector<std::string>& names) {
-  std::string words = "{";
-  for (const std::string& name : names) words += (words.size() == 1 ? "" : ",") + name;
-  return {[names](std::string& value) -> std::string {
-            const std::size_t first = value.find_first_not_of(' ');
-            if (first != value.npos) {
-              value = value.substr(first, value.find_last_not_of(' ') + 1 - first);
-            }
-            for (const std::string& name : names) {
-              if (CLI::detail::to_lower(name) != CLI::detail::to_lower(value)) continue;
-              value = name;
-              return {};
-            }
-            return ": " + not_one_of(value, names);
-          },
-          words + "}"};
-}
 
 Option* Option::group(std::string_view name) {
   option_->group(std::string(name));

@@ -1,6 +1,6 @@
 // The command line: commands, their options and what these accept. The library behind it (CLI11, in
-// command_line.cpp alone) splits words into options; values are read, and refused, here. Its headers take
-// compilers seconds for each file that includes them.
+// command_line.cpp alone) splits words into options; values are read, and refused, by the rows of options. Its headers
+// take compilers seconds for each file that includes them.
 #pragma once
 
 #include <cstddef>
@@ -11,6 +11,8 @@
 #include <string>
 #include <string_view>
 #include <vector>
+
+#include "options/values.h"
 
 namespace CLI {
 class App;
@@ -24,39 +26,10 @@ struct UsageError : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-/// The check of a value.
-class Check {
- public:
-  /// \param function  returns what is wrong with a value, as it follows the option's name in a sentence; empty:
-  ///                  nothing. It may put another value in its place
-  /// \param words  what help says of values
-  Check(std::function<std::string(std::string&)> function, std::string_view words)
-      : function_(std::move(function)), words_(words) {}
-
-  /// The fault of a value, such as " is '0': give 1 to 16"; empty: nothing.
-  std::string operator()(std::string& value) const { return function_(value); }
-  /// Values, in the words of help.
-  const std::string& words() const { return words_; }
-
- private:
-  std::function<std::string(std::string&)> function_;
-  std::string words_;
-};
-
-/// Numbers of a range, whole ones where its ends are.
-Check range(double low, double high);
-Check range(unsigned low, unsigned high);
-/// Names, capital letters or not, blanks around them or not. The value becomes the name.
-Check one_of(const std::vector<std::string>& names);
-
-/// True if all of a text is a number. A plus sign before it is let through.
-template <typename Number>
-bool read_number(std::string_view text, Number& value);
-
 /// An option, flag or position of a command. Its command owns it.
 class Option {
  public:
-  using Words = std::vector<std::string>;
+  using Words = OptionWords;
   /// Takes the values that were given, of which there is one at least. \throws UsageError, Error(usage)
   using Take = std::function<void(const Words&)>;
 

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <string_view>
 
-#include "arguments/parse.h"
+#include "options/parse.h"
 
 namespace kiln::cli {
 namespace {
@@ -22,27 +22,27 @@ constexpr Word<VoxelType> kVoxelTypes[] = {{"u8", VoxelType::u8},   {"i8", Voxel
                                            {"f32", VoxelType::f32}, {"f64", VoxelType::f64}};
 constexpr Word<ByteOrder> kByteOrders[] = {{"big", ByteOrder::big}, {"little", ByteOrder::little}};
 
-using Job = SurfaceArguments;
+using Arguments = SurfaceArguments;
 using Flagged = const std::string&;
-using Given = const Option::Words&;
+using Given = const OptionWords&;
 #define AT(member) KILN_MEMBER(SurfaceArguments, member)
 
 OptionValue iso_value() {
-  return value_of<Job>(
+  return value_of<Arguments>(
       "options.contour.iso", "number", "NUMBER",
-      [](Job& job, Flagged, Given words) {
+      [](Arguments& job, Flagged, Given words) {
         double value = 0;
         if (!read_number(words.back(), value) || !std::isfinite(value)) {
           fail_usage("--iso '" + words.back() + "': expected a finite number.");
         }
         job.iso = job.options.contour.iso = value;
       },
-      [](Job& job) { return job.iso; });
+      [](Arguments& job) { return job.iso; });
 }
 
 OptionValue outer_gap_value() {
   OptionValue value = whole(AT(options.contour.outer_gap), 0, 64);
-  value.get = reads<Job>([](Job& job) {
+  value.get = reads<Arguments>([](Arguments& job) {
     return job.options.contour.outer_only ? Json(job.options.contour.outer_gap) : Json();
   });
   return value;
@@ -50,7 +50,7 @@ OptionValue outer_gap_value() {
 
 OptionValue error_value() {
   OptionValue value = number(AT(error), 1e-6, 1e6).in("cells");
-  value.get = reads<Job>([](Job& job) {
+  value.get = reads<Arguments>([](Arguments& job) {
     return job.error ? Json(*job.error) : job.options.faces == 0 ? Json("auto") : Json();
   });
   return value;
@@ -58,9 +58,9 @@ OptionValue error_value() {
 
 /// Percent, or auto.
 OptionValue min_part_value() {
-  return value_of<Job>(
+  return value_of<Arguments>(
       "options.min_part", "number", "PERCENT|auto",
-      [](Job& job, Flagged, Given words) {
+      [](Arguments& job, Flagged, Given words) {
         double value = 0;
         job.options.choose.min_part = lower_case(words.back()) == "auto";
         if (!job.options.choose.min_part &&
@@ -70,17 +70,17 @@ OptionValue min_part_value() {
         }
         job.options.min_part = value / 100;
       },
-      [](Job& job) {
+      [](Arguments& job) {
         return job.options.choose.min_part ? Json("auto") : Json(100 * job.options.min_part);
       });
 }
 
 /// Three numbers with a separator between them.
 template <typename T>
-OptionValue three(Member<Job, std::array<T, 3>> member, std::string_view words, char separator) {
-  return value_of<Job>(
+OptionValue three(Member<Arguments, std::array<T, 3>> member, std::string_view words, char separator) {
+  return value_of<Arguments>(
       member.path, "list", words,
-      [=](Job& job, Flagged flag, Given given) {
+      [=](Arguments& job, Flagged flag, Given given) {
         std::string text = given.back();
         const auto between = std::count(text.begin(), text.end(), separator);
         std::replace(text.begin(), text.end(), separator, ',');
@@ -92,7 +92,7 @@ OptionValue three(Member<Job, std::array<T, 3>> member, std::string_view words, 
         fail_usage(flag + " '" + given.back() + "': expected three numbers other than 0, as in 1" +
                    separator + "2" + separator + "3.");
       },
-      [=](Job& job) { return job.is_raw() ? Json(member.of(job)) : Json(); });
+      [=](Arguments& job) { return job.is_raw() ? Json(member.of(job)) : Json(); });
 }
 
 }  // namespace
@@ -179,13 +179,13 @@ std::vector<OptionRow> file_and_chart_rows() {
        .needs = "--raw-size"},
       {.flag = "--raw-header",
        .group = kRawGroup,
-       .value = value_of<Job>(
+       .value = value_of<Arguments>(
            "raw.header_bytes", "whole", "N",
-           [](Job& job, Flagged flag, Given words) {
+           [](Arguments& job, Flagged flag, Given words) {
              if (read_number(words.back(), job.raw.header_bytes)) return;
-             throw UsageError(flag + " is '" + words.back() + "': give a number");
+             fail_usage(flag + " is '" + words.back() + "': give a number");
            },
-           [](Job& job) { return job.raw.header_bytes; }),
+           [](Arguments& job) { return job.raw.header_bytes; }),
        .help = "Bytes to skip; -1: whatever precedes the last voxels",
        .key = "-",
        .needs = "--raw-size"},

@@ -5,11 +5,11 @@
 #include <string>
 #include <vector>
 
-#include "arguments/option_table.h"
+#include "options/option_table.h"
 #include "kiln/contour.h"
 #include "kiln/kiln.h"
 #include "kiln/volume.h"
-#include "report/report.h"
+#include "job/describe.h"
 
 namespace kiln::cli {
 

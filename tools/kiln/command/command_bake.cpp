@@ -1,441 +1,102 @@
+// kiln bake: words to a job, and what came of it to words.
 #include <algorithm>
-#include <cstdio>
+#include <map>
 #include <memory>
 #include <optional>
+#include <utility>
 
-#include "arguments/bake_job.h"
-#include "arguments/files.h"
-#include "arguments/map_words.h"
-#include "arguments/match_inputs.h"
-#include "arguments/option_table.h"
-#include "arguments/parse.h"
-#include "arguments/transfers.h"
-#include "base/percent.h"
-#include "command/bake_run.h"
+#include "arguments/command_options.h"
 #include "commands.h"
 #include "interrupt.h"
-#include "kiln/files.h"
-#include "kiln/measure.h"
+#include "job/run.h"
+#include "kiln/job.h"
 #include "kiln/plan.h"
-#include "kiln/render.h"
-#include "kiln/simplify.h"
-#include "report/check_result.h"
+#include "options/parse.h"
+#include "picture/plot.h"
 #include "report/console.h"
 
 namespace kiln::cli {
 namespace {
 
-Warning not_reached(const PlannedBake& planned) {
-  if (planned.chosen.error.mean_degrees <= planned.wanted) {
-    return bounds_not_reached(planned.bounds, planned.chosen.width);
-  }
-  const std::string text = formatted(
-      "No match is expected to reach a mean error of %.3g degrees with this low poly and --size; "
-      "the map written reaches %.3g. Give the low poly more faces, allow a larger map, or accept "
-      "more.",
-      planned.wanted, planned.chosen.error.mean_degrees);
-  return {"error-not-reached", text, 1};
+std::string size_text(std::uint32_t size) {
+  return size == 0 ? "none" : std::to_string(size) + " x " + std::to_string(size);
 }
 
-/// bake(); of layouts that disagree over a height field, it also says what is the likely reason.
-BakeResult bake_from(const HighPolyInput& dense, const Source& source, const Mesh& low,
-                     const BakeOptions& options) {
-  try {
-    return bake(source, low, options);
-  } catch (const Error& error) {
-    if (!dense.heights || !obeys(find_match(options.match.method.name), "match.uv") ||
-        error.code() != ErrorCode::input) {
-      throw;
+/// Maps that weigh more than so many times what was chosen are not drawn.
+constexpr std::uint64_t kDrawn = 16;
+
+Plot plan_plot(const LowPolyPlan& plan, const std::string& stem) {
+  const auto kib = [](const Candidate& c) { return static_cast<double>(c.bytes.total()) / 1024; };
+  Json panel = plot_panel("Mean angle between rendered normals, degrees");
+  panel["levels"].push_back({{"title", formatted("wanted: %.3g degrees", plan.wanted)},
+                             {"look", "none"},
+                             {"y", plan.wanted}});
+  std::map<std::uint32_t, std::vector<Candidate>> by_size;
+  for (const Candidate& trial : plan.outlook) by_size[trial.size].push_back(trial);
+  std::erase_if(by_size, [&](const auto& curve) {
+    return std::none_of(curve.second.begin(), curve.second.end(), [&](const Candidate& trial) {
+      return trial.bytes.total() <= kDrawn * plan.chosen.bytes.total();
+    });
+  });
+  double least = 1e300, most = 0, before = 0;
+  for (const auto& [size, trials] : by_size) {
+    for (const Candidate& trial : trials) {
+      least = std::min(least, kib(trial));
+      most = std::max(most, kib(trial));
     }
-    throw Error(ErrorCode::input, std::string(error.what()) +
-                                      " HIGH is a height field: --height and --extent must be "
-                                      "the values that LOW was made with.");
+    panel["curves"].push_back(plot_curve(size == 0 ? "no map" : std::to_string(size) + "² texels",
+                                         before++ / static_cast<double>(by_size.size()), trials,
+                                         kib,
+                                         [](const Candidate& trial) { return trial.expected; }));
   }
+  panel["rings"] = {
+      {"title", formatted("chosen: %s faces, map: %s", with_commas(plan.chosen.faces).c_str(),
+                          size_text(plan.chosen.size).c_str())},
+      {"x", {kib(plan.chosen)}},
+      {"y", {plan.chosen.measured}}};
+  Plot plot;
+  plot.name = stem + "_plan";
+  plot.data = {{"kind", "study"},
+               {"title", "Faces against texels: " + stem},
+               {"x_title", "KiB of low poly and maps"},
+               {"x_ticks", ticks_around(least, most)},
+               {"panels", Json::array({panel})}};
+  return plot;
 }
 
-/// A list of likely views that says nothing.
-void warn_about_weights(const BakeJob& arguments, const VisibilityOptions& visibility,
-                        std::vector<Warning>& warnings) {
-  const std::vector<VisibilityOptions::Likelihood>& list = visibility.likelihoods;
-  if (list.empty() || std::any_of(list.begin(), list.end(), [&](const auto& entry) {
-        return entry.weight != list.front().weight;
-      })) {
-    return;
-  }
-  warnings.push_back({"equal-view-weights",
-                      "'" + arguments.view_weights +
-                          "' gives all views the same weight, as --view-weight all does. Each "
-                          "direction takes the weight of the nearest line: add lines with less "
-                          "weight for sides that nobody looks from.",
-                      1});
-}
-
-/// Place where most is missed.
-std::string missed_place(const BakeResult& result, const Mesh& low) {
-  const Image& map = result.maps.front().image;
-  return describe(largest_missed_patch(result.coverage, map.width, map.height, low));
-}
-
-/// Check of a low poly that was made here: both meshes lie in one place.
-std::string misses_of_made(const BakeReport& report, double strays) {
-  return formatted(
-      "%s of the samples found no point of the high poly within the distance: the "
-      "low poly strays up to %.1f%% of the diagonal. Ask for more faces, or raise "
-      "--max-distance.",
-      percent(static_cast<double>(report.missed) / static_cast<double>(report.samples), 2).c_str(),
-      100 * strays);
-}
-
-/// The library knows neither the file nor what is asked for beside it.
-void name_place_of_misses(BakeRun& run) {
-  BakeResult& result = run.result;
-  const Mesh& low = run.low.mesh;
-  const bool made = run.low.simplified && !result.report.uv && !result.report.views;
-  const bool most = result.report.missed * 2 > result.report.samples;
-  for (Warning& warning : result.report.warnings) {
-    if (warning.code != "many-misses") continue;
-    const std::string what =
-        made ? misses_of_made(result.report, run.low.simplified->error) : warning.message;
-    warning.message = "'" + run.low_path + "': " + what + " " + missed_place(result, low) +
-                      (made ? "" : hint_of_boxes(run.high.mesh, low, most));
-  }
-}
-
-/// A map with nothing in it is no success; where much is missed is told.
-void judge_result(BakeRun& run) {
-  check_result(run.result.report, run.high.mesh, run.low.mesh);
-  name_place_of_misses(run);
-}
-
-/// A low poly that was made here tells how far it strays.
-void widen_search(BakeRun& run) {
-  if (!run.low.simplified || run.high.heights || run.arguments.cage_auto ||
-      !run.arguments.cage_mesh.empty()) {
-    return;
-  }
-  look_as_far(*run.low.simplified, run.options.match);
-  run.arguments.options.match.near_distance = run.options.match.near_distance;  // reports say it
-}
-
-/// Time of planning, without the bake of the result.
-double planning(const BakeReport& report, double all) {
-  const double baked = report.seconds_build + report.seconds_texels + report.seconds_match +
-                       report.seconds_detail + report.seconds_recall + report.seconds_image +
-                       report.seconds_mips + report.seconds_errors;
-  return std::max(0.0, all - baked);
-}
-
-/// More was missed than --max-missed allows.
-std::string too_many_missed(const BakeJob& arguments, const BakeResult& result, const Mesh& low,
-                            const std::string& path, double missed) {
-  const std::string text =
-      formatted("%.4g%% of the samples were missed, but --max-missed is %.4g. ", missed,
-                arguments.max_missed_percent);
-  const std::string message =
-      "'" + path + "': " + text + (result.maps.empty() ? "" : missed_place(result, low));
-  if (!arguments.load_match.empty()) {
-    return message + " Save the match again with a longer --max-distance.";
-  }
-  const MatchMethod around = nearest_match();
-  const std::string fallback = "add --fallback " + std::string(around.name) + ".";
-  const bool far = arguments.match_auto || chain_obeys(arguments, "match.max_distance");
-  if (!far) return message + " To find them, " + fallback;
-  return message + " Raise --max-distance" +
-         (matches_by(arguments, around) ? "." : ", or " + fallback);
-}
-
-/// HIGH's materials, where its file has them itself, and they were read with it. MTL files tell more when asked anew:
-/// what they lack.
-std::span<const Material> known_materials(const BakeRun& run) {
-  const bool apart = lower_extension(run.arguments.high) == ".obj";
-  if (apart || high_files(run.arguments).size() > 1) return {};
-  return run.high.beside.materials;
-}
-
-/// An asset that Kiln makes whole has the texture sets of its source.
-void take_sets_of_high(BakeRun& run) {
-  BakeJob& arguments = run.arguments;
-  if (arguments.sets || arguments.asset.empty() || !arguments.low.empty()) return;
-  arguments.sets = SetsBy::material;
-  if (!lays_out_sets(arguments) || choose_texture_sets(run.high.mesh) != SetsBy::material) {
-    arguments.sets.reset();
-    return;
-  }
-  run.console.line(
-      "texture sets: a material each, as HIGH has them (--sets one bakes an atlas of all)");
-}
-
-/// Reads all files but LOW's, and makes or reads LOW. \returns false where it was cancelled
-bool read_inputs(BakeRun& run) {
-  const BakeJob& arguments = run.arguments;
-  const bool made = arguments.low.empty();
-  for (const std::string& file : high_files(arguments)) {
-    if (!run.console.progress(0, "reading " + file)) return false;
-  }
-  run.high =
-      load_high(high_files(arguments), arguments.heights, load_options(arguments, MeshSide::high),
-                has_more_files(arguments) && !made, run.warnings, !arguments.asset.empty());
-  if (run.high.heights) run.arguments.heights = run.high.field;
-  choose_asset_maps(run);
-  run.cleaned = clean_high(run.high.mesh, clean_options(arguments), run.warnings);
-  shade(arguments.frame.shading, run.high, run.warnings);
-  if (!arguments.load_match.empty() &&
-      (!run.cleaned.warnings.empty() || arguments.given.contains("--clean"))) {
-    run.warnings.push_back({"match-of-clean",
-                            "--load-match '" + arguments.load_match +
-                                "' is right only if it was saved with the same --clean, since "
-                                "turned faces count their corners otherwise.",
-                            1});
-  }
-  run.options.match.uv = uv_options(run.high, run.options.match.uv);
-  load_textures(arguments, run.high.mesh, run.options, run.warnings, known_materials(run));
-  if (!arguments.asset.empty() && !arguments.given.contains("--maps")) {
-    // The maps are those that some material has: in others the default is meant.
-    std::erase_if(run.warnings, [](const Warning& w) { return w.code == "material-value"; });
-  }
-  apply_alpha_test(arguments, run.options, run.high.mesh, run.warnings);
-  run.warnings_of_high = run.warnings.size();
-  run.stages.load = run.watch.lap();
-  warn_about_weights(arguments, run.options.match.visibility, run.warnings);
-  if (plans_low_poly(arguments)) {
-    run.low.stem = low_stem(arguments);
-    run.low.made = true;
-  } else {
-    take_sets_of_high(run);
-    run.low = prepare_low(arguments, run.high, run.console, run.warnings);
-    widen_search(run);
-    if (made && !onto_plane(arguments)) {
-      warn_of_heavy_low(run.low.mesh, run.high.mesh, run.warnings);
-      if (run.low.simplified) {
-        warn_of_lost_shape(*run.low.simplified, "Ask for more --faces.", run.warnings);
-      }
-    }
-  }
-  if (!made && !run.options.match.two_sided) {
-    const std::string inside_out = why_inside_out(run.high.mesh, run.low.mesh);
-    if (!inside_out.empty()) run.warnings.push_back({"high-inside-out", inside_out, 1});
-  }
-  run.low_path = made ? (std::filesystem::path(arguments.out) / (run.low.stem + ".obj")).string()
-                      : arguments.low;
-  (made ? run.stages.low : run.stages.load) += run.watch.lap();
-  if (!arguments.cage_mesh.empty()) {
-    run.cage_mesh = load_cage(arguments.cage_mesh, run.low.mesh,
-                              load_options(arguments, MeshSide::low), &run.warnings);
-    check_cage_directions(arguments, run.low.mesh, *run.cage_mesh);
-    run.options.match.cage_mesh = &*run.cage_mesh;
-  }
-  for (const std::string& file : arguments.occluders) {
-    run.options.occlusion.by_others.push_back(&run.occluders.emplace_back(
-        load_mesh(file, load_options(arguments, MeshSide::other), &run.warnings)));
-  }
-  share_occluders(run.options);
-  if (arguments.parts_by) {
-    run.parts = pair_parts(run.high.mesh, run.low.mesh, part_names(arguments));
-    run.options.match.parts = &*run.parts;
-    run.warnings.insert(run.warnings.end(), run.parts->warnings.begin(), run.parts->warnings.end());
-  }
-  run.stages.load += run.watch.lap();
-  return true;
-}
-
-/// The cage of --cage auto, for what follows as one that was given.
-void make_cage(BakeRun& run, const Source& source) {
-  if (!run.arguments.cage_auto) return;
-  run.cage = find_cage(source, run.low.mesh, run.options);
-  run.options.match.cage_mesh = &run.cage->mesh;
-  run.options.match.max_distance.reset();  // that was for finding it
-  run.warnings.insert(run.warnings.end(), run.cage->warnings.begin(), run.cage->warnings.end());
-  run.stages.cage = run.watch.lap();
-}
-
-/// Error of rendered normals of LOW with a small map of its own, mean degrees; with nothing found, none.
-std::optional<double> normals_off(const BakeRun& run, const Source& source, const Mesh& low,
-                                  const ScreenPictures& pictures) {
-  constexpr std::uint32_t kMostTexels = 256;
-  const BakeOptions plain;
-  BakeOptions options = run.options;
-  options.width = std::min(options.width, kMostTexels);
-  options.height = std::min(options.height, kMostTexels);
-  options.maps = plain.maps;
-  options.encoding.space = plain.encoding.space;
-  options.encoding.bitangent = plain.encoding.bitangent;
-  options.encoding.flip_y = options.encoding.two_component = options.encoding.raw =
-      options.encoding.mips = false;
-  options.report = {.recall = 0};
-  options.transfers = {};
-  options.own_maps = {};
-  options.variants = {};
-  options.progress = {};
-  const BakeResult result = bake_from(run.high, source, low, options);
-  if (result.cancelled || result.report.missed == result.report.samples) return std::nullopt;
-  return pictures.degrees(low, result.maps[0].image, options);
-}
-
-/// Splitting seams gives corners other normals. What they were may suit better, as weighted normals of bevels do:
-/// the normals that a picture shows decide.
-void judge_seams(BakeRun& run, const Source& source) {
-  constexpr double kClearly = 0.98;
-  LowMesh& low = run.low;
-  if (!low.whole && !low.seam_warning) return;
-  // A match is of one size, and of LOW as it is; one map of several sets shows nothing.
-  if (!run.arguments.load_match.empty() || !run.sets.empty()) {
-    if (low.seam_warning) run.warnings.push_back(*low.seam_warning);
-    return;
-  }
-  constexpr std::uint32_t kPixelsOfHigh = 64;
-  const ScreenPictures pictures(source, kPixelsOfHigh);
-  const Mesh other = low.whole ? std::move(*low.whole) : split_at_seams(low.mesh);
-  const Mesh &whole = low.whole ? other : low.mesh, &split = low.whole ? low.mesh : other;
-  const std::optional<double> as_is = normals_off(run, source, whole, pictures);
-  const std::optional<double> off = normals_off(run, source, split, pictures);
-  if (low.seam_warning) {
-    if (as_is && off && *off < kClearly * *as_is) run.warnings.push_back(*low.seam_warning);
-    return;
-  }
-  if (!as_is || !off || *off <= *as_is) return;
-  const std::string text = formatted(
-      "--split-at-seams: with hard edges at its seams, LOW and its map are %.3g degrees "
-      "off HIGH's normals; as they are, %.3g. Its normals were left as they are.",
-      *off, *as_is);
-  run.warnings.push_back({"seams-kept", text, low.soft_seams});
-  low.mesh = other;
-}
-
-}  // namespace
-
-bool make_maps(BakeRun& run, const Source& source, double done, double share) {
-  run.options.progress = [&run, done, share](double part, std::string_view stage) {
-    return run.console.progress(kAtBake + (kAtSave - kAtBake) * (done + share * part), stage);
+/// Draws a plan by Python, which gets ready while the plan is made.
+RunHooks drawing_hooks(const Job& job, std::optional<RunningProgram>& python) {
+  RunHooks hooks;
+  hooks.plan_files = [](const std::string& stem) { return plot_files(stem + "_plan"); };
+  hooks.on_start = [&] {
+    if (plans_low_poly(job)) python = start_python();
   };
-  if (!run.arguments.load_match.empty()) {
-    run.match = load_match(match_file(run.arguments.load_match, names_of(run)));
-    run.options.match.saved = &*run.match;
-  }
-  if (plans_low_poly(run.arguments)) {
-    const bool made = run.arguments.lods > 0 ? make_lods(run, source) : make_plan(run, source);
-    if (!made) return false;
-    warn_of_heavy_low(run.low.mesh, run.high.mesh, run.warnings);
-    if (run.low.simplified) {
-      warn_of_lost_shape(*run.low.simplified,
-                         "Rendered normals do not tell. Ask for a smaller angle, or for --faces.",
-                         run.warnings);
-    }
-    if (run.plan->chosen.size == 0) return true;
-  } else if (run.arguments.match_auto) {
-    PlanOptions plan_options;
-    plan_options.bake = run.options;
-    plan_options.bounds = map_bounds(run.arguments);
-    plan_options.choose_rays = !run.arguments.given.contains("--ao-rays");
-    if (const std::string bound = angle_bound(run.arguments); !bound.empty()) {
-      plan_options.max_error =
-          parse_degrees(run.arguments.max_angle.empty() ? "--max-error" : "--max-angle", bound);
-    }
-    run.planned = bake_planned(source, run.low.mesh, plan_options);
-    if (run.planned->result.cancelled) return false;
-    if (!run.planned->reached) run.warnings.push_back(not_reached(*run.planned));
-    run.result = std::move(run.planned->result);
-  } else {
-    run.result = bake_from(run.high, source, run.low.mesh, run.options);
-  }
-  if (run.result.cancelled) return false;
-  judge_result(run);
-  if (run.arguments.reasons) {
-    run.reasons = explain(*run.result.match, source, run.low.mesh, run.options);
-  }
-  return true;
-}
-
-namespace {
-
-void collect_warnings(BakeRun& run, const Source& source) {
-  const auto append = [&](std::span<const Warning> list) {
-    run.warnings.insert(run.warnings.end(), list.begin(), list.end());
+  hooks.on_plan = [&python](const LowPolyPlan& plan, const std::string& stem) {
+    if (python && python->began()) python = start_python();
+    if (python) begin_plot(*python, plan_plot(plan, stem));
   };
-  if (run.low.simplified) append(run.low.simplified->warnings);
-  if (run.low.unwrapped) append(run.low.unwrapped->warnings);
-  if (run.lods) append(run.lods->warnings);
-  append(source.warnings());
-  append(run.result.report.warnings);
-}
-
-/// \returns the exit code of a bake that was done
-int verdict(const BakeRun& run) {
-  const BakeReport& report = run.result.report;
-  const double missed = 100.0 * static_cast<double>(report.missed) /
-                        static_cast<double>(std::max<std::uint64_t>(1, report.samples));
-  if (missed > run.arguments.max_missed_percent) {
-    print_line(stderr, "kiln: " + too_many_missed(run.arguments, run.result, run.low.mesh,
-                                                  run.low_path, missed));
-    return 1;
-  }
-  if (run.low.simplified && misses_faces(*run.low.simplified, run.arguments.faces)) {
-    print_line(stderr, "kiln: " + too_many_faces(*run.low.simplified, run.arguments.faces));
-    return 1;
-  }
-  const bool planned = run.lods ? run.lods->reached : !run.plan || run.plan->reached;
-  const auto missed_angle = [&](const std::optional<PlannedBake>& plan) {
-    return plan && !plan->reached && !angle_bound(run.arguments).empty();
+  hooks.draw_plan = [&python](const LowPolyPlan& plan, const std::string& folder,
+                              const std::string& stem, std::vector<std::string>& outputs,
+                              std::vector<Warning>& warnings) {
+    return save_plots(folder, {plan_plot(plan, stem)}, outputs, warnings, std::move(python));
   };
-  if (!planned || missed_angle(run.planned) ||
-      std::any_of(run.sets.begin(), run.sets.end(),
-                  [&](const BakedSet& set) { return missed_angle(set.planned); })) {
-    print_line(stderr, "kiln: the error asked for was not reached.");
-    return 1;
-  }
-  return 0;
+  return hooks;
 }
 
-int run_bake(const BakeJob& given) {
-  BakeRun run(given);
-  BakeJob& arguments = run.arguments;
-  if (is_height_field(given.high) && !given.given.contains("--match")) {
-    arguments.options.match.method = first_match("match.uv");
-  }
-  if (bounds_maps(arguments) && !arguments.given.contains("--match")) {
-    arguments.match_auto = true;
-  }
-  take_asset(arguments);
-  start_asset_maps(arguments);
-  if (writes_gltf(arguments)) smooth_occlusion(arguments);
-  check(arguments);
-  run.options = options_of(arguments);
-  run.save_options = arguments.image;
-  check_outputs(arguments, run.save_options);
-  prepare_output_folder(arguments.out);
-  prepare_parent(arguments.json);
-  prepare_parent(arguments.save_match);
-  prepare_parent(arguments.save_cage);
-
-  if (plans_low_poly(arguments)) run.python = start_python();
-  const Device device = Device::open(arguments.device);
-  if (!read_inputs(run)) return kExitCancelled;
-  if (!run.console.progress(kAtSource, "preparing the high poly")) return kExitCancelled;
-  const Source source(device, run.high.mesh, arguments.traversal);
-  run.stages.build = run.watch.lap();
-  find_sets(run, source);
-  judge_seams(run, source);
-  run.stages.low += run.watch.lap();
-  make_cage(run, source);
-  keep_asset_match(run);
-  if (!(run.sets.empty() ? make_maps(run, source) : bake_sets(run, source))) return kExitCancelled;
-  const double making = run.watch.lap();
-  if (run.plan || arguments.match_auto) run.stages.plan = planning(run.result.report, making);
-  if (run.sets.empty() && !(run.lods ? save_lods(run) : save_outputs(run))) return kExitCancelled;
-  if (!run.sets.empty() && !save_found_cage(run)) return kExitCancelled;
-  if (run.plan && !save_plan_plot(run)) return kExitCancelled;
-  run.stages.save = run.watch.lap();
-
-  collect_warnings(run, source);
-  const double total = run.watch.total();
-  if (!arguments.json.empty()) {
-    save_report(arguments.json, report_json(run, device, source, total));
-  }
-  run.console.progress(1, "done");
-  for (const Warning& warning : root_causes(run.warnings, run.warnings_of_high)) {
-    run.console.warning(warning.message);
-  }
-  print_summary(run, source.stats(), total);
-  return verdict(run);
+int run_bake(const Job& job) {
+  Console console(job.quiet, job.json);
+  std::optional<RunningProgram> python;
+  RunHooks hooks = drawing_hooks(job, python);
+  const JobResult result = run_job(
+      [&] { return Device::open(job.device); }, job,
+      [&](double share, std::string_view stage) { return console.progress(share, stage); }, hooks);
+  if (result.cancelled) return kExitCancelled;
+  if (job.json == "-") save_report("-", result.report);
+  for (const Warning& warning : result.causes) console.warning(warning.message);
+  for (const std::string& line : result.summary) console.line(line);
+  if (result.failure.empty()) return 0;
+  print_line(stderr, "kiln: " + result.failure);
+  return 1;
 }
 
 }  // namespace
@@ -443,18 +104,18 @@ int run_bake(const BakeJob& given) {
 Run add_bake(Command& app) {
   Command* command = app.add_command(
       "bake", "Bake the detail of HIGH into textures of LOW (made from HIGH where none is given)");
-  auto arguments = std::make_shared<BakeJob>();
-  add_options(*command, bake_rows(), arguments.get());
+  auto job = std::make_shared<Job>();
+  add_options(*command, bake_rows(), job.get());
   command->add_text_flag(
       "--help-json",
       [] {
-        const BakeJob none;
+        const Job none;
         return rows_json(bake_rows(), &none).dump(1);
       },
       "All options as JSON, for programs: types, units, ranges, defaults");
-  return [command, arguments] {
-    arguments->given = given_flags(*command);
-    return run_bake(*arguments);
+  return [command, job] {
+    job->given = given_flags(*command);
+    return run_bake(*job);
   };
 }
 

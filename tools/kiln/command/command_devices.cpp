@@ -1,13 +1,14 @@
 #include <cstdio>
 #include <memory>
 
-#include "arguments/option_table.h"
+#include "arguments/command_options.h"
+#include "options/option_table.h"
 #include "cl/driver_state.h"
 #include "commands.h"
 #include "kiln/kiln.h"
 #include "report/console.h"
-#include "report/json.h"
-#include "report/report.h"
+#include "options/json.h"
+#include "job/describe.h"
 
 namespace kiln::cli {
 namespace {

@@ -4,16 +4,17 @@
 #include <memory>
 #include <optional>
 
-#include "arguments/files.h"
-#include "arguments/option_table.h"
-#include "arguments/parse.h"
+#include "arguments/command_options.h"
+#include "job/files.h"
+#include "options/option_table.h"
+#include "options/parse.h"
 #include "command/render_parts.h"
 #include "commands.h"
 #include "kiln/kiln.h"
 #include "picture/sheet.h"
 #include "report/console.h"
-#include "report/map_file.h"
-#include "report/report.h"
+#include "job/map_file.h"
+#include "job/describe.h"
 
 namespace kiln::cli {
 namespace {

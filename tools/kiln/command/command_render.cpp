@@ -5,13 +5,14 @@
 #include <optional>
 #include <set>
 
-#include "arguments/bake_job.h"
-#include "arguments/files.h"
-#include "arguments/high_poly_input.h"
-#include "arguments/match_inputs.h"
-#include "arguments/mesh_files.h"
-#include "arguments/option_table.h"
-#include "arguments/parse.h"
+#include "arguments/command_options.h"
+#include "job/job_options.h"
+#include "job/files.h"
+#include "job/high_poly_input.h"
+#include "job/match_inputs.h"
+#include "job/mesh_files.h"
+#include "options/option_table.h"
+#include "options/parse.h"
 #include "cl/driver_state.h"
 #include "command/render_parts.h"
 #include "commands.h"
@@ -21,10 +22,10 @@
 #include "picture/dressed.h"
 #include "picture/sheet.h"
 #include "picture/view_arguments.h"
-#include "report/check_result.h"
+#include "job/check_result.h"
 #include "report/console.h"
-#include "report/map_file.h"
-#include "report/report.h"
+#include "job/map_file.h"
+#include "job/describe.h"
 
 namespace kiln::cli {
 namespace {
@@ -275,8 +276,10 @@ int run_render(const RenderArguments& arguments) {
   std::vector<std::filesystem::path> files = {arguments.mesh,  arguments.normal,
                                               dress.color,     dress.occlusion,
                                               dress.curvature, arguments.reference};
-  const BakeJob& bake_as = arguments.bake;
-  for (const auto* more : {&arguments.show, &bake_as.more_high, &bake_as.more_low}) {
+  const Job& bake_as = arguments.bake;
+  const std::vector<std::string> more_high = more_names(bake_as.high),
+                                 more_low = more_names(bake_as.low.given);
+  for (const auto* more : {&arguments.show, &more_high, &more_low}) {
     files.insert(files.end(), more->begin(), more->end());
   }
   files.insert(files.end(), {bake_as.load_match, bake_as.cage_mesh, bake_as.match_list});
@@ -284,7 +287,7 @@ int run_render(const RenderArguments& arguments) {
   RenderOptions options = render_options(arguments);
   prepare_parent(arguments.out);
   prepare_parent(arguments.json);
-  std::vector<std::string> references = bake_as.more_high, shown = bake_as.more_low;
+  std::vector<std::string> references = more_high, shown = more_low;
   if (!arguments.reference.empty()) references.push_back(arguments.reference);
   shown.push_back(arguments.mesh);
   check_mesh_frame(bake_as.frame, references, shown, {});
@@ -295,7 +298,7 @@ int run_render(const RenderArguments& arguments) {
       bake_as.split_at_seams ? split_at_seams(files_of_mesh.mesh) : std::move(files_of_mesh.mesh);
   std::optional<HighPolyInput> dense;
   if (!arguments.reference.empty()) {
-    dense = load_high(high_files(baking(arguments)), arguments.heights,
+    dense = load_high(baking(arguments).high, arguments.heights,
                       load_options(arguments.bake, MeshSide::high), has_more_files(arguments.bake),
                       warnings);
     shade(bake_as.frame.shading, *dense, warnings);

@@ -5,11 +5,12 @@
 #include <set>
 #include <string>
 
-#include "arguments/files.h"
-#include "arguments/high_poly_input.h"
-#include "arguments/mesh_files.h"
-#include "arguments/option_table.h"
-#include "arguments/parse.h"
+#include "arguments/command_options.h"
+#include "job/files.h"
+#include "job/high_poly_input.h"
+#include "job/mesh_files.h"
+#include "options/option_table.h"
+#include "options/parse.h"
 #include "commands.h"
 #include "interrupt.h"
 #include "kiln/kiln.h"
@@ -18,7 +19,7 @@
 #include "kiln/simplify.h"
 #include "kiln/unwrap.h"
 #include "report/console.h"
-#include "report/report.h"
+#include "job/describe.h"
 
 namespace kiln::cli {
 namespace {

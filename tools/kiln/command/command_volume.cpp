@@ -3,9 +3,10 @@
 #include <memory>
 #include <optional>
 
-#include "arguments/bake_job.h"
-#include "arguments/files.h"
-#include "arguments/parse.h"
+#include "arguments/command_options.h"
+#include "job/job_options.h"
+#include "job/files.h"
+#include "options/parse.h"
 #include "arguments/surface_arguments.h"
 #include "cl/driver_state.h"
 #include "commands.h"
@@ -16,10 +17,10 @@
 #include "kiln/plan.h"
 #include "kiln/unwrap.h"
 #include "kiln/volume.h"
-#include "report/check_result.h"
+#include "job/check_result.h"
 #include "report/console.h"
-#include "report/json.h"
-#include "report/report.h"
+#include "options/json.h"
+#include "job/describe.h"
 
 namespace kiln::cli {
 namespace {
@@ -56,7 +57,7 @@ constexpr Word<ImageFormat> kVolumeFormats[] = {{"exr", ImageFormat::exr_half},
 OptionValue size_value() {
   return value_of<VolumeArguments>(
       "surface.options.size", "size", "N|auto",
-      [](VolumeArguments& a, const std::string& flag, const Option::Words& words) {
+      [](VolumeArguments& a, const std::string& flag, const OptionWords& words) {
         ExtractOptions& options = a.surface.options;
         options.choose.size = words.back() == "auto";
         if (options.choose.size) return;

@@ -7,15 +7,15 @@
 #include <utility>
 #include <vector>
 
-#include "arguments/bake_job.h"
-#include "arguments/match_inputs.h"
-#include "arguments/parse.h"
+#include "job/job_options.h"
+#include "job/match_inputs.h"
+#include "options/parse.h"
 #include "kiln/cage.h"
 #include "kiln/measure.h"
 #include "kiln/render.h"
 #include "picture/canvas.h"
 #include "picture/view_arguments.h"
-#include "report/check_result.h"
+#include "job/check_result.h"
 
 namespace kiln::cli {
 namespace {
@@ -32,9 +32,9 @@ const std::set<std::string> kOfFoundCages = {"--direction",  "--edge-width", "--
                                              "--high-names", "--two-sided"};
 
 void check_drawn_cage(const RenderArguments& arguments) {
-  const BakeJob& bake = arguments.bake;
+  const Job& bake = arguments.bake;
   if (!arguments.draw_cage) return;
-  refuse_if(!bake.cage_auto && !bake.options.match.cage && bake.cage_mesh.empty(),
+  refuse_if(!bake.cage_auto && !bake.bake.match.cage && bake.cage_mesh.empty(),
             "--draw-cage draws the cage that --cage or --cage-mesh says: add one of them.");
   for (const std::string& flag : bake.given) {
     const bool serves = kOfMeshes.contains(flag) || kOfCages.contains(flag) ||
@@ -55,20 +55,20 @@ bool bakes(const RenderArguments& arguments) {
                       [](const std::string& flag) { return !kOfMeshes.contains(flag); }));
 }
 
-BakeJob baking(const RenderArguments& arguments) {
-  BakeJob bake = arguments.bake;
-  bake.high = arguments.reference;
-  bake.low = arguments.mesh;
+Job baking(const RenderArguments& arguments) {
+  Job bake = arguments.bake;
+  set_first(bake.high, arguments.reference);
+  set_first(bake.low.given, arguments.mesh);
   bake.heights = arguments.heights;
-  bake.options.width = bake.options.height = arguments.map_size;
-  bake.options.encoding.space = arguments.space;
-  bake.options.encoding.flip_y = arguments.flip_y;
-  bake.options.encoding.bitangent = arguments.bitangent;
+  bake.bake.width = bake.bake.height = arguments.map_size;
+  bake.bake.encoding.space = arguments.space;
+  bake.bake.encoding.flip_y = arguments.flip_y;
+  bake.bake.encoding.bitangent = arguments.bitangent;
   return bake;
 }
 
 void check_bake(const RenderArguments& arguments) {
-  refuse_if(arguments.reference.empty() && !arguments.bake.more_high.empty(),
+  refuse_if(arguments.reference.empty() && arguments.bake.high.size() > 1,
             "--high is for more files of --reference: add --reference.");
   check_drawn_cage(arguments);
   const auto& given = arguments.bake.given;
@@ -91,7 +91,7 @@ void check_bake(const RenderArguments& arguments) {
 
 Image bake_map(const RenderArguments& arguments, const Device& device, const HighPolyInput& dense,
                const Mesh& mesh, std::vector<Warning>& warnings) {
-  const BakeJob bake_as = baking(arguments);
+  const Job bake_as = baking(arguments);
   MatchInputs inputs;
   inputs.read(bake_as, dense.mesh, mesh, warnings);
   inputs.make_cage(bake_as, device, dense.mesh, mesh, warnings);
@@ -301,14 +301,14 @@ void draw_edge(const Viewed& a, const Viewed& b, const Image& depth, double behi
 
 }  // namespace
 
-Mesh outer_cage(const BakeJob& arguments, const Device& device, const Mesh& low, const Mesh* high,
+Mesh outer_cage(const Job& arguments, const Device& device, const Mesh& low, const Mesh* high,
                 std::vector<Warning>& warnings) {
   if (!arguments.cage_mesh.empty()) {
     return outer_of(
         load_cage(arguments.cage_mesh, low, load_options(arguments, MeshSide::low), &warnings));
   }
   const bool automatic = arguments.cage_auto;
-  const Length length = arguments.options.match.cage.value_or(Length{});
+  const Length length = arguments.bake.match.cage.value_or(Length{});
   refuse_if((automatic || length.relative) && high == nullptr,
             "--cage " + (automatic ? kAutomatic : length_text(length)) +
                 " goes by HIGH: add --reference HIGH, or give a length in "

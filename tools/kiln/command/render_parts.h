@@ -6,15 +6,15 @@
 #include <string>
 #include <vector>
 
-#include "arguments/bake_job.h"
-#include "arguments/high_poly_input.h"
+#include "job/job_options.h"
+#include "job/high_poly_input.h"
 #include "kiln/kiln.h"
 #include "kiln/render.h"
 #include "picture/dressed.h"
 #include "picture/sheet.h"
 #include "picture/view_arguments.h"
 #include "report/console.h"
-#include "report/report.h"
+#include "job/describe.h"
 
 namespace kiln::cli {
 
@@ -26,7 +26,7 @@ struct RenderArguments {
   ViewArguments view;
   std::uint32_t size = 512, samples = 3, ambient_rays = 64, views = 0;
   std::optional<std::uint32_t> frames;
-  BakeJob bake;  // flags of the match; given ones are in bake.given
+  Job bake;  // flags of the match; given ones are in bake.given
   std::uint32_t map_size = 1024;
   bool map_size_given = false;
   NormalMapSpace space = NormalMapSpace::tangent;
@@ -39,7 +39,7 @@ struct RenderArguments {
 bool bakes(const RenderArguments& arguments);
 
 /// The flags of the match as the bake has them.
-BakeJob baking(const RenderArguments& arguments);
+Job baking(const RenderArguments& arguments);
 
 /// Checks that would otherwise fail after the meshes were read. \throws Error(usage)
 void check_bake(const RenderArguments& arguments);
@@ -67,7 +67,7 @@ void check_green(const Device& device, const Mesh& mesh, NormalMap map, const Sc
 /// The surface that rays start from, as --cage or --cage-mesh and what goes with them say: of two shells the
 /// outer one. \param high  null: none
 /// \throws Error(usage) where a share of HIGH's diagonal, or auto, is asked for without HIGH; Error(input)
-Mesh outer_cage(const BakeJob& arguments, const Device& device, const Mesh& low, const Mesh* high,
+Mesh outer_cage(const Job& arguments, const Device& device, const Mesh& low, const Mesh* high,
                 std::vector<Warning>& warnings);
 
 class CagePicture {

@@ -6,7 +6,7 @@
 
 #include "kiln/render.h"
 #include "picture/sheet.h"
-#include "report/map_file.h"
+#include "job/map_file.h"
 
 namespace kiln::cli {
 namespace {

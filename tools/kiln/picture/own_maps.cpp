@@ -6,7 +6,7 @@
 #include <map>
 #include <optional>
 
-#include "arguments/mesh_files.h"
+#include "job/mesh_files.h"
 #include "base/srgb.h"
 #include "image/wrap.h"
 #include "kiln/texture_sets.h"

@@ -8,7 +8,7 @@
 #include <string_view>
 #include <vector>
 
-#include "report/report.h"
+#include "job/describe.h"
 
 namespace kiln::cli {
 

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <cstdio>
 
-#include "arguments/parse.h"
+#include "options/parse.h"
 #include "base/memory.h"
 #include "kiln/measure.h"
 #include "kiln/render.h"

@@ -2,7 +2,7 @@
 
 #include <tuple>
 
-#include "arguments/parse.h"
+#include "options/parse.h"
 #include "kiln/measure.h"
 #include "kiln/render.h"
 

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "arguments/option_table.h"
+#include "options/option_table.h"
 #include "kiln/render.h"
 
 namespace kiln::cli {

@@ -4,12 +4,14 @@
 #include <chrono>
 #include <cstddef>
 #include <cstdio>
+#include <filesystem>
 #include <string>
 #include <string_view>
 #include <vector>
 
 #include "kiln/error.h"
 #include "kiln/types.h"
+#include "options/json.h"
 
 namespace kiln::cli {
 
@@ -72,9 +74,9 @@ class Console {
 void print_warnings(Console& console, const std::vector<Warning>& general,
                     const std::vector<Warning>& of_settings, const std::string& report);
 
-/// The warnings that follow from no other one of them, in their order. Reports keep all of them.
-/// \param of_high  how many at the front came from reading the high poly; the others are about the low
-///                 poly, or the bake
-std::vector<Warning> root_causes(const std::vector<Warning>& warnings, std::size_t of_high);
+/// Writes a report to a file, or to standard output where the path is "-". \throws Error(output)
+void save_report(const std::filesystem::path& path, const Json& report);
+/// The same of its text.
+void save_report(const std::filesystem::path& path, const std::string& report);
 
 }  // namespace kiln::cli

@@ -1,0 +1,533 @@
+#include <algorithm>
+#include <filesystem>
+
+#include "job/job_options.h"
+#include "job/map_words.h"
+#include "options/parse.h"
+#include "job/transfers.h"
+#include "kiln/plan.h"
+
+namespace kiln {
+
+bool lays_out_sets(const Job& a) {
+  const bool by_names = a.sets == SetsBy::material || a.sets == SetsBy::object;
+  return by_names && (a.low.given.empty() || a.unwrap) && !has_heights(a) &&
+         !plans_low_poly(a) && !match_obeys(a, "match.uv");
+}
+
+std::string no_sets(const Job& a) {
+  if (lays_out_sets(a) || (!a.low.given.empty() && !a.unwrap)) return "";
+  return "parts a layout of LOW's own, but Kiln lays this one out in one atlas: leave it out.";
+}
+
+std::optional<CleanOptions> clean_options(const Job& a) {
+  if (has_heights(a)) return std::nullopt;
+  // Inner surfaces show through what is not opaque, and stop rays through the solid.
+  const auto shows_inside = [](const MapKind kind) {
+    const MapInfo& map = find_map(kind.name);
+    return obeys(map, "opacity") ||
+           (obeys(map, "occlusion.rays") && !obeys(map, "occlusion.back_faces"));
+  };
+  const std::vector<MapKind> maps = kinds_asked(a);
+  const bool keep =
+      a.keep_inner || a.alpha_test > 0 || std::any_of(maps.begin(), maps.end(), shows_inside);
+  return clean_options(a.clean, a.low.given.empty() && !match_obeys(a, "match.uv"), keep, a.low.make.keep_parts);
+}
+
+void settle_asset(Job& a) {
+  const std::filesystem::path out = a.out;
+  // Also of a name that is an ending alone, which would be a hidden folder. One with a slash behind it has none.
+  const std::string ending = lower_extension("x" + out.filename().string());
+  std::error_code none;
+  const bool is_folder = std::filesystem::is_directory(out, none);
+  if (ending != ".glb" && ending != ".gltf" && ending != ".obj") {
+    if (is_folder) return;
+    // Whoever names such a file does not want a folder of that name.
+    constexpr std::string_view kOthers[] = {
+        ".3ds",  ".abc",  ".blend", ".bmp",  ".dae",  ".dds",  ".exr",  ".fbx", ".hdr",
+        ".jpeg", ".jpg",  ".ktx",   ".ktx2", ".off",  ".ply",  ".png",  ".stl", ".tga",
+        ".tif",  ".tiff", ".usd",   ".usda", ".usdc", ".usdz", ".webp", ".x",   ".zip"};
+    refuse_if(
+        std::find(std::begin(kOthers), std::end(kOthers), ending) != std::end(kOthers),
+        "--out '" + a.out +
+            "': a bake writes maps into a folder, or all into NAME.glb, NAME.gltf or NAME.obj: "
+            "name one of these. --format chooses the maps' format.");
+    return;
+  }
+  refuse_if(!out.has_extension(),
+            "--out '" + a.out + "' has no name before its ending: write NAME" + ending + ".");
+  refuse_if(
+      is_folder,
+      "--out '" + a.out +
+          "' is a folder: name another file; or put a slash behind it, for maps in that folder.");
+  const auto refuse = [&](bool is, const char* flag) {
+    refuse_if(is, std::string(flag) + " is not for a glTF, GLB or OBJ, --out '" + a.out +
+                      "': leave it out, or name a folder.");
+  };
+  refuse(a.layers, "--layers");
+  refuse(a.bake.match.visibility.clusters > 1, "--visibility-clusters");
+  if (ending == ".obj") {
+    refuse(a.low.make.lods != 0, "--lod");
+  } else {
+    const bool is_webp = a.image.format == ImageFormat::webp;
+    refuse_if(a.given.contains("--format") && a.image.format != ImageFormat::png8 && !is_webp,
+              "The pictures in '" + a.out + "' can be --format png8 or webp.");
+    refuse(a.bake.encoding.space != NormalMapSpace::tangent, "--space");
+    refuse(a.bake.encoding.flip_y, "--flip-y");
+    refuse(a.bake.encoding.two_component, "--two-component");
+    refuse(a.bake.encoding.raw, "--raw");
+    refuse(!a.ranges.empty(), "--range");
+    refuse(!a.packs.empty(), "--pack");
+    refuse(a.bake.encoding.mips, "--mips");
+    refuse(a.reasons, "--reasons");
+    if (!is_webp) a.image.format = ImageFormat::png8;
+  }
+}
+
+namespace {
+
+/// A job in memory has a GLB or maps, and nothing beside them.
+void check_memory(const Job& a) {
+  if (!a.in_memory) return;
+  const std::string ending = lower_extension(asset_file(a));
+  refuse_if(ending == ".gltf" || ending == ".obj",
+            "--out '" + a.out + "' is several files, but nothing is to be written: name it .glb, or a folder.");
+  const auto refuse = [](bool is, const char* flag) {
+    refuse_if(is, std::string(flag) + " is a file, but nothing is to be written: leave it out.");
+  };
+  refuse(a.low.make.lods != 0, "--lod");
+  refuse(!a.packs.empty(), "--pack");
+  refuse(a.layers, "--layers");
+  refuse(a.reasons, "--reasons");
+  refuse(!a.save_match.empty(), "--save-match");
+  refuse(!a.save_cage.empty(), "--save-cage");
+  refuse(!a.json.empty(), "--json");
+  refuse(a.bake.match.visibility.clusters > 1, "--visibility-clusters");
+}
+
+}  // namespace
+
+bool writes_gltf(const Job& a) {
+  return !asset_file(a).empty() && lower_extension(asset_file(a)) != ".obj";
+}
+
+namespace {
+
+// ---- What a flag serves ---------------------------------------------------------------------------
+
+std::string joined(const std::vector<std::string>& names) {
+  std::string text;
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    text += (i == 0 ? "" : i + 1 == names.size() ? " or " : ", ") + names[i];
+  }
+  return text;
+}
+
+bool serves_match(const OptionRow& row, const Job& a) {
+  if (!row.is_of_matches()) return true;
+  if (a.match_auto && row.beside_auto) return true;
+  const auto served = [&](const MatchInfo& match) {
+    const bool first = !a.match_auto && a.bake.match.method == match.method;
+    return row.serves(match) && (first || (row.in_fallback && matches_by(a, match.method)));
+  };
+  return std::any_of(matches().begin(), matches().end(), served);
+}
+
+/// A row that stands for any map of one's own.
+MapInfo own_map_info() {
+  MapInfo info;
+  info.type = MapType::unit_vector;
+  info.options = "encoding.origin";
+  return info;
+}
+
+bool serves_map(const OptionRow& row, const Job& a) {
+  // Maps beside --maps are textures and the user's own: normals, or colours and numbers.
+  if (!row.is_of_maps()) return true;
+  if (!own_map_names(a).empty() && row.serves(own_map_info())) return true;
+  const std::vector<MapKind> kinds = kinds_asked(a);
+  return std::any_of(kinds.begin(), kinds.end(),
+                     [&](MapKind map) { return row.serves(find_map(map.name)); });
+}
+
+std::string not_this_match(const OptionRow& row, const Job& a) {
+  std::vector<std::string> served, following;
+  for (const MatchInfo& match : matches()) {
+    if (!row.serves(match)) continue;
+    served.emplace_back(match.method.name);
+    if (!obeys(match, "match.uv") && row.in_fallback) following.emplace_back(match.method.name);
+  }
+  return row.flag + " is for --match " + joined(served) +
+         (following.empty() ? ": leave it out."
+                            : ": with --match " + match_word(a) + " it needs --fallback " +
+                                  joined(following) + ".");
+}
+
+std::string not_these_maps(const OptionRow& row) {
+  std::vector<std::string> served;
+  for (const MapInfo& map : maps()) {
+    if (row.serves(map)) served.emplace_back(map.kind.name);
+  }
+  return row.flag + " is for --maps " + joined(served) + ": add such a map, or leave it out.";
+}
+
+// ---- Flags that contradict each other --------------------------------------------------------------
+
+/// \throws Error(usage) for a fallback that is the match itself, or that has nothing to blend
+void check_fallback(const Job& a) {
+  const MatchOptions& match = a.bake.match;
+  refuse_if(!a.match_auto && std::find(match.fallback.begin(), match.fallback.end(),
+                                       match.method) != match.fallback.end(),
+            "--fallback " + std::string(match.method.name) +
+                " leaves the same samples undecided as before: name each match once.");
+  refuse_if(a.given.contains("--fallback-blend") && match.fallback.empty(),
+            "--fallback-blend needs a --fallback that finds points: ray, closest or views.");
+}
+
+/// Flags of a chain of low polys.
+void check_lods(const Job& a) {
+  for (const char* flag : {"--lod-uvs", "--lod-growth"}) {
+    refuse_if(a.given.contains(flag) && a.low.make.lods == 0,
+              std::string(flag) + " is for several low polys: add --lod N, or leave it out.");
+  }
+  if (a.low.make.lods == 0) return;
+  refuse_if(!plans_low_poly(a) || a.low.make.screen.empty(),
+            "--lod plans each low poly for a size on screen: give --max-error normal=DEGREES and "
+            "--screen, and neither LOW nor --faces.");
+  const std::uint32_t least = 16U << (a.low.make.lods - 1);
+  refuse_if(parse_pixels("--screen", a.low.make.screen) < least,
+            "--lod " + std::to_string(a.low.make.lods) +
+                " halves the size on screen each time, down to 16 pixels at least: give --screen " +
+                std::to_string(least) + "px or more, or fewer levels.");
+  refuse_if(!a.save_match.empty() || a.reasons,
+            "--save-match and --reasons are of one low poly: leave them out, or --lod.");
+}
+
+/// Flags of a plan of low poly, map and match together.
+void check_low_poly_plan(const Job& a) {
+  map_bounds(a);
+  const bool plans = plans_low_poly(a);
+  if (!a.low.make.screen.empty()) {
+    parse_pixels("--screen", a.low.make.screen);
+    refuse_if(!plans,
+              "--screen is for a low poly that Kiln plans: give --max-error normal=DEGREES, and "
+              "neither LOW nor --faces.");
+  }
+  if (!a.low.make.max_outline.empty()) {
+    parse_outline_bound(a.low.make.max_outline);
+    refuse_if(
+        !plans,
+        "--max-outline is for a low poly that Kiln plans: give --max-error normal=DEGREES, and "
+        "neither LOW nor --faces.");
+  }
+  if (!plans) {
+    refuse_if(!a.match_auto && bounds_maps(a),
+              "--max-error normal=DEGREES needs --match auto where LOW or --faces is given.");
+    return;
+  }
+  refuse_if(std::min(a.bake.width, a.bake.height) < kSmallestMap,
+            "--size is that of the largest map to plan with: give " + std::to_string(kSmallestMap) +
+                " or more.");
+  refuse_if(!a.low.make.max_angle.empty() && !a.low.make.max_error.empty(),
+            "--max-angle and --max-error both say what is to be reached: leave one of them out.");
+  parse_degrees(a.low.make.max_angle.empty() ? "--max-error" : "--max-angle", angle_bound(a));
+  refuse_if(
+      !a.cage_mesh.empty() || a.cage_auto || a.parts_by == PartsBy::name,
+      "--cage-mesh, --cage auto and --match-by name need a LOW, yours or with --faces N: Kiln "
+      "plans its own here.");
+  const bool by_uvs = match_obeys(a, "match.uv") && !has_heights(a);
+  refuse_if(
+      by_uvs || (!a.match_auto && needs_direction(find_match(a.bake.match.method.name))),
+      "--match " + match_word(a) + " is for a LOW of yours: leave it out, or give LOW or --faces.");
+  refuse_if(!bakes_shading_map(a), "--max-error normal=DEGREES measures normal maps: add " +
+                                       std::string(shading_map().name) + " to --maps.");
+}
+
+/// Checks --density, which is for charts that Kiln lays out.
+void check_texels(const Job& a) {
+  const bool given = a.given.contains("--density");
+  refuse_if(given && !a.low.given.empty() && !a.unwrap,
+            "--density is for charts that Kiln lays out, but LOW '" + low_name(a) +
+                "' has its own: add --unwrap, or leave it out.");
+  refuse_if(
+      given && a.low.given.empty() && has_heights(a),
+      "--density is not for a low poly of a height field, which lies over the image as it is.");
+  refuse_if(given && a.low.given.empty() && match_obeys(a, "match.uv"),
+            "--density is for new charts, but --match " + match_word(a) +
+                " keeps those of HIGH: leave one out.");
+  check_density(given, a.unwrap_method);
+}
+
+/// Flags that make a low poly, or belong to a given one.
+void check_low(const Job& a) {
+  refuse_if(!a.match_auto && !a.low.make.max_angle.empty(),
+            "--max-angle is for --match auto: leave it out, or --max-error bounds the low poly.");
+  check_low_poly_plan(a);
+  check_lods(a);
+  const bool bounded = !deviation_bound(a).empty();
+  refuse_if(a.low.make.faces != 0 && bounded,
+            "--faces and --max-error both say how light the mesh is to be: leave one of them out.");
+  refuse_if(!a.low.given.empty() && (a.low.make.faces != 0 || bounded),
+            "--faces and --max-error are for making a low poly, but LOW '" + low_name(a) +
+                "' was given: leave one of them out.");
+  refuse_if(
+      a.low.make.keep_parts && (!a.low.given.empty() || a.low.make.faces == 0),
+      "--keep-parts is for a low poly of a number of faces: add --faces N and leave LOW out, or "
+      "leave --keep-parts out.");
+  refuse_if(a.low.make.keep_parts && (has_heights(a) || match_obeys(a, "match.uv")),
+            "--keep-parts is not for height fields or --match uv, which keep all parts.");
+  const std::optional<CleanOptions> clean = clean_options(a);
+  refuse_if(a.keep_inner && (!clean || clean->windings_alone),
+            "--keep-inner is for --clean all, or for a low poly that Kiln makes: leave it out.");
+  refuse_if(
+      a.low.given.empty() && a.unwrap && a.unwrap_method == "given",
+      "--unwrap alone is for a given LOW; a low poly that Kiln makes is always unwrapped: say "
+      "how, --unwrap=charts or --unwrap=pairs, or leave it out.");
+  refuse_if(
+      a.low.given.empty() && a.unwrap && has_heights(a),
+      "--unwrap is not for a low poly of a height field, which lies over the image as it is.");
+  check_texels(a);
+  refuse_if(a.low.given.empty() && !a.cage_mesh.empty(), "--cage-mesh needs the LOW that it belongs to.");
+}
+
+/// Flags of rays that serve some of their ways alone.
+void check_rays(const Job& a) {
+  const bool cage = a.cage_auto || a.bake.match.cage || !a.cage_mesh.empty();
+  refuse_if(
+      cage && a.given.contains("--ray"),
+      "--ray is for rays without a cage: from a cage they take the first face. Leave one out.");
+  refuse_if(
+      a.given.contains("--edge-width") && a.bake.match.ray.direction != RayDirection::automatic,
+      "--edge-width is for --direction auto.");
+  refuse_if(!a.save_cage.empty() && !a.cage_auto,
+            "--save-cage writes what --cage auto finds: add --cage auto.");
+}
+
+/// Tangents of LOW's file fit its own UVs and normals.
+void check_tangents(const Job& a) {
+  if (!a.given.contains("--tangents")) return;
+  refuse_if(a.low.given.empty(), "--tangents are of a LOW of yours: give it, or leave them out.");
+  refuse_if(a.bake.encoding.space != NormalMapSpace::tangent,
+            "--tangents is for --space tangent: leave it out.");
+  refuse_if(a.file_tangents && (a.unwrap || a.split_at_seams),
+            "--tangents file fits the UVs and normals of LOW's file: leave out --unwrap and "
+            "--split-at-seams.");
+}
+
+/// Files beside HIGH and LOW.
+void check_more_files(const Job& a) {
+  for (const JobInput& input : a.high) {
+    if (a.high.size() < 2 || input.asset || !is_height_field(input.name)) continue;
+    fail_usage("'" + input.name + "' is a height field, which is a HIGH of its own: leave --high out.");
+  }
+  check_tangents(a);
+  check_mesh_frame(a.frame, high_files(a), low_files(a), a.occluders);
+  refuse_if(a.low.given.empty() && a.split_at_seams,
+            "--split-at-seams is for a LOW of yours: give it, or leave it out.");
+  refuse_if(a.low.given.empty() && has_heights(a) && a.given.contains("--triangulate"),
+            "--triangulate is for meshes: a height field has no polygons. Leave it out.");
+}
+
+void check_parts(const Job& a) {
+  check_more_files(a);
+  refuse_if(!a.parts_by && a.given.contains("--part-occlusion"),
+            "--part-occlusion needs parts: add --match-by name, group, object, material or list.");
+  refuse_if(a.given.contains("--bitangent") && a.bake.encoding.space != NormalMapSpace::tangent,
+            "--bitangent is for --space tangent: leave it out.");
+  refuse_if(a.reasons && !a.bake.match.fallback.empty(),
+            "--reasons is for rays alone: leave out --fallback, or end it with low, fill or mark.");
+  if (a.parts_by && (a.low.given.empty() || a.unwrap)) {
+    fail_usage("--match-by " + name_of(Words(kPartsBy), a.parts_by) +
+               " needs a LOW with named parts and UVs of its own.");
+  }
+  refuse_if((a.parts_by == PartsBy::list) != a.given.contains("--match-list"),
+            "--match-by list and --match-list FILE belong together.");
+  refuse_if(a.parts_by != PartsBy::name &&
+                (a.given.contains("--low-names") || a.given.contains("--high-names")),
+            "--low-names and --high-names are for --match-by name.");
+}
+
+/// Flags of visibility that serve some of its ways alone.
+void check_visibility(const Job& a) {
+  const VisibilityOptions& visibility = a.bake.match.visibility;
+  const auto given = [&](const char* flag) { return a.given.contains(flag); };
+  refuse_if(visibility.clusters > 1 && visibility.at != VisibilityAt::texel,
+            "--visibility-clusters is for --match visibility with --visibility-at texel.");
+  refuse_if(visibility.at != VisibilityAt::texel && given("--visibility-smooth"),
+            "--visibility-smooth is for --visibility-at texel.");
+  refuse_if(
+      visibility.test == VisibilityTest::rays && given("--visibility-size"),
+      "--visibility-size is for pictures, but --visibility-test rays takes none: leave one out.");
+  refuse_if(visibility.clusters == 1 && given("--visibility-deviation"),
+            "--visibility-deviation is for --visibility-clusters 2 and more.");
+  refuse_if(visibility.clusters > 1 && !a.save_match.empty(),
+            "--visibility-clusters makes several matches, --save-match saves one: leave one out.");
+}
+
+/// Maps of what some matches alone go by.
+void check_maps(const Job& a) {
+  const bool by_visibility = a.load_match.empty() && match_obeys(a, "match.visibility");
+  for (const MapKind map : kinds_asked(a)) {
+    if (!obeys(find_map(map.name), "match.visibility") || by_visibility) continue;
+    fail_usage(
+        "--maps " + std::string(map.name) +
+        " holds what a match by visibility goes by: use it with --match visibility or hybrid.");
+  }
+}
+
+/// Checks flags of ao and bent_normal, and of maps of the user's own.
+void check_occlusion(const Job& a) {
+  const auto given = [&](const char* flag) { return a.given.contains(flag); };
+  refuse_if(given("--map-seconds") && a.own_maps.empty(),
+            "--map-seconds is for maps of your own: add --maps NAME=FILE.cl, or leave it out.");
+  refuse_if(a.bake.occlusion.by == OcclusionBy::rays && given("--ao-views"),
+            "--ao-views is for --ao-by views or auto: add one of them, or leave it out.");
+  if (a.bake.occlusion.by != OcclusionBy::views) return;
+  for (const char* flag :
+       {"--ao-distance", "--ao-falloff", "--ao-ignore-back-faces", "--ao-error"}) {
+    if (!given(flag)) continue;
+    fail_usage(
+        std::string(flag) +
+        " is for rays, since a depth view shows the first face alone: leave it out, or --ao-by "
+        "views.");
+  }
+  const std::vector<MapKind> kinds = kinds_asked(a);
+  const bool other = std::any_of(kinds.begin(), kinds.end(), [](MapKind map) {
+    return obeys(find_map(map.name), "occlusion.rays") &&
+           !obeys(find_map(map.name), "occlusion.views");
+  });
+  refuse_if(given("--ao-rays") && !other,
+            "--ao-rays is for rays, but --ao-by views casts none: leave one of them out.");
+}
+
+/// Checks flags of the maps' files.
+void check_files(const Job& a) {
+  parse_packs(a);
+  std::uint32_t side = std::max(a.bake.width, a.bake.height);
+  for (const SetSize& size : a.set_sizes) side = std::max({side, size.width, size.height});
+  constexpr std::uint32_t kMostOfWebp = 16383;
+  refuse_if(
+      a.image.format == ImageFormat::webp && side > kMostOfWebp,
+      "--format webp holds at most 16383 texels a side: choose another, or a smaller --size.");
+  refuse_if(a.layers && !is_exr(a.image), "--layers are of one EXR: add --format exr or exr32.");
+  refuse_if(a.layers && a.bake.encoding.mips,
+            "--layers hold maps of one size, --mips are smaller ones: leave one of them out.");
+  refuse_if(
+      a.bake.report.errors && a.match_auto,
+      "--match auto measures errors of its own: leave --report-error out, or choose a match.");
+}
+
+/// Texture sets are of a layout that is there, and are baked one after the other.
+void check_sets(const Job& a) {
+  refuse_if(a.sets == SetsBy::none && !a.set_sizes.empty(),
+            "--size NAME=SIZE is for texture sets, but --sets none makes one map: leave one out.");
+  if (!a.sets || a.sets == SetsBy::none) return;
+  if (const std::string reason = no_sets(a); !reason.empty()) {
+    fail_usage("--sets " + name_of(Words(kSets), a.sets) + " " + reason);
+  }
+}
+
+void check_height_field(const Job& a) {
+  if (!has_heights(a)) {
+    if (!a.given.contains("--height") && !a.given.contains("--extent") &&
+        !a.given.contains("--no-data")) {
+      return;
+    }
+    fail_usage(
+        "--height, --extent and --no-data are for a HIGH that is a height field, a PNG, EXR or "
+        "TIFF. "
+        "The map of heights is --maps height.");
+  }
+  const bool far =
+      a.bake.match.max_distance || a.cage_auto || a.bake.match.cage || !a.cage_mesh.empty();
+  refuse_if(
+      onto_plane(a) && !match_obeys(a, "match.uv") && !a.match_auto && a.load_match.empty() && !far,
+      "Without LOW and --faces a height field is baked onto a plane at height 0, from which "
+      "--match " +
+          match_word(a) +
+          " looks for heights no further than 2% of the diagonal: leave --match out (points are "
+          "then taken at the same UV), or give --faces N, a LOW of yours, or a --max-distance "
+          "beyond the heights.");
+}
+
+}  // namespace
+
+void check_served(const Job& a) {
+  for (const OptionRow& row : bake_rows()) {
+    if (!a.given.contains(row.flag)) continue;
+    // The chain's end is about the maps.
+    if (row.flag == "--fallback" && a.bake.match.fallback.empty()) continue;
+    refuse_if(
+        row.is_of_matches() && !a.load_match.empty(),
+        row.flag + " is for matching, but --load-match takes a match as it is: leave one out.");
+    refuse_if(!serves_match(row, a), not_this_match(row, a));
+    refuse_if(!serves_map(row, a), not_these_maps(row));
+  }
+}
+
+void check_settled(const Job& a) {
+  refuse_if(
+      a.match_auto && !bakes_shading_map(a),
+      "--match auto measures normal maps: add " + std::string(shading_map().name) + " to --maps.");
+  check_maps(a);
+  check_low(a);
+  check_served(a);
+  for (const MatchInfo& match : matches()) {
+    if (!needs_direction(match) || !matches_by(a, match.method) ||
+        a.bake.match.views.directions.size() == 1)
+      continue;
+    fail_usage("--match " + std::string(match.method.name) +
+               " looks along one direction: give one --view, such as 0,0,1.");
+  }
+  check_rays(a);
+  check_parts(a);
+  check_visibility(a);
+  check_fallback(a);
+  check_height_field(a);
+  check_sets(a);
+  check_occlusion(a);
+  check_files(a);
+  refuse_if(a.bake.encoding.raw && !holds_floats(a.image),
+            "--raw writes negative values, which --format " +
+                name_of(Words(kFormats), a.image.format) + " cannot hold: add --format exr.");
+  const bool dithers = a.image.format == ImageFormat::png8 || a.image.format == ImageFormat::tga ||
+                       a.image.format == ImageFormat::webp;
+  refuse_if(a.given.contains("--dither") && !dithers,
+            "--dither is for --format png8, tga and webp.");
+}
+
+namespace {
+
+/// True if an option has another value than a job that was told nothing.
+bool differs(const OptionRow& row, const Job& job) {
+  static const Job none;
+  return row.value.write(&job) != row.value.write(&none);
+}
+
+}  // namespace
+
+Job settled(const Job& given) {
+  Job job = given;
+  refuse_if(job.high.empty(), "HIGH is missing: name the high poly.");
+  refuse_if(job.out.empty() && !job.in_memory, "--out is empty: give a folder.");
+  refuse_if(!job.low.given.empty() && job.low.given.front().name.empty(),
+            "--low is for more files of a LOW that is given: name the first after HIGH.");
+  for (const OptionRow& row : bake_rows()) {
+    if (differs(row, job)) job.given.insert(row.flag);
+  }
+  if (job.bake.maps.empty()) job.bake.maps = BakeOptions().maps;
+  if (has_heights(job) && !job.given.contains("--match")) {
+    job.bake.match.method = first_match("match.uv");
+  }
+  if (bounds_maps(job) && !job.given.contains("--match")) job.match_auto = true;
+  settle_asset(job);
+  start_asset_maps(job);
+  if (writes_gltf(job)) smooth_occlusion(job);
+  check_memory(job);
+  check_settled(job);
+  return job;
+}
+
+void check(const Job& job) { settled(job); }
+
+}  // namespace kiln

@@ -1,0 +1,281 @@
+#include "job/check_result.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "job/high_poly_input.h"
+#include "options/parse.h"
+
+namespace kiln {
+namespace {
+
+/// The fault of layouts that do not lie over each other anywhere.
+std::string why_no_uv(const UvReport& uv, std::size_t triangles) {
+  std::string reason = "its UV triangles lie where LOW has none";
+  if (uv.covered == 0 && uv.without_area >= triangles) {
+    reason = "its UV triangles have no area, or are not finite";
+  } else if (uv.covered == 0 && uv.outside > 0) {
+    reason = "its UV triangles lie outside the unit square";
+  }
+  return reason +
+         "; lay both meshes out alike, or use a match that needs no UVs of HIGH, such as ray";
+}
+
+/// Which axes must be swapped so that LOW's box, divided by `scale`, has HIGH's extents; empty where none, or
+/// where that does not help.
+std::string swapped_axes(const std::array<double, 3>& high, const std::array<double, 3>& low,
+                         double scale) {
+  struct Order {
+    std::array<std::size_t, 3> axes;
+    const char* words;
+  };
+  constexpr std::array<Order, 6> kOrders = {{{{0, 1, 2}, ""},
+                                             {{0, 2, 1}, "Y and Z"},
+                                             {{1, 0, 2}, "X and Y"},
+                                             {{2, 1, 0}, "X and Z"},
+                                             {{1, 2, 0}, "X, Y and Z in a ring"},
+                                             {{2, 0, 1}, "X, Y and Z in a ring"}}};
+  const double slack = 0.1 * std::hypot(high[0], high[1], high[2]);
+  for (const Order& order : kOrders) {
+    bool fits = true;
+    for (std::size_t k = 0; k < 3; ++k) {
+      fits = fits && std::abs(high[k] - low[order.axes[k]] / scale) < slack;
+    }
+    if (fits) return order.words;
+  }
+  return {};
+}
+
+/// Places of two meshes; empty if their boxes fit. \param moved  whether one beside the other is told, too
+std::string why_boxes_part(const Mesh& high, const Mesh& low, bool moved) {
+  struct Box {
+    std::array<double, 3> lo{}, hi{};
+    double diagonal = 0;
+  };
+  const auto box_of = [](const Mesh& mesh) {
+    const Bounds own = Bounds::of(mesh);
+    Box box;
+    double squared = 0;
+    for (std::size_t k = 0; k < 3; ++k) {
+      box.lo[k] = mesh.origin[k] + own.low[k];
+      box.hi[k] = mesh.origin[k] + own.high[k];
+      squared += std::pow(box.hi[k] - box.lo[k], 2);
+    }
+    box.diagonal = std::sqrt(squared);
+    return box;
+  };
+  const auto extents = [](const Box& box) {
+    return std::array<double, 3>{box.hi[0] - box.lo[0], box.hi[1] - box.lo[1],
+                                 box.hi[2] - box.lo[2]};
+  };
+  const Box a = box_of(high);
+  const Box b = box_of(low);
+  std::string text;
+  const double ratio = b.diagonal / a.diagonal;
+  if (ratio > 3 || ratio < 1 / 3.0) {
+    const double power = std::pow(10, std::round(std::log10(ratio)));
+    const bool units = std::abs(ratio / power - 1) < 0.05;  // centimetres beside metres
+    const bool exact = !units || std::abs(ratio / power - 1) < 0.0005;
+    text = formatted("LOW is %s%.3g times as large as HIGH; scale one of them",
+                     exact ? "" : "about ", units ? power : ratio);
+    const std::string axes = swapped_axes(extents(a), extents(b), ratio);
+    return text + (axes.empty() ? ", or say its --unit"
+                                : ", and swap " + axes + ", or say their --unit and --up");
+  }
+  double squared = 0;
+  for (std::size_t k = 0; k < 3; ++k) {
+    squared += std::pow((b.lo[k] + b.hi[k] - a.lo[k] - a.hi[k]) / 2, 2);
+  }
+  if (const std::string axes = swapped_axes(extents(a), extents(b), 1); !axes.empty()) {
+    return "their boxes fit after swapping " + axes +
+           "; export both with the same up axis, or say --up";
+  }
+  if (moved && std::sqrt(squared) > 0.1 * a.diagonal) {
+    return formatted("LOW lies %.4g units away from HIGH; move one of them", std::sqrt(squared));
+  }
+  return {};
+}
+
+std::string why_no_place(const Mesh& high, const Mesh& low) {
+  const std::string boxes = why_boxes_part(high, low, true);
+  return !boxes.empty() ? boxes
+                        : "if they do lie in one place, raise --max-distance, or check that LOW's "
+                          "normals point outward";
+}
+
+}  // namespace
+
+std::string hint_of_boxes(const Mesh& high, const Mesh& low, bool moved) {
+  const std::string boxes = why_boxes_part(high, low, moved);
+  return boxes.empty() ? "" : " What is likely: " + boxes + ".";
+}
+
+void warn_of_boxes(const std::string& names, const Mesh& high, const Mesh& low,
+                   std::vector<Warning>& warnings) {
+  const std::string boxes = why_boxes_part(high, low, false);
+  if (!boxes.empty()) warnings.push_back({"boxes-part", names + " do not fit: " + boxes + ".", 1});
+}
+
+void check_result(const BakeReport& report, const Mesh& high, const Mesh& low) {
+  if (report.samples == 0) {
+    throw Error(
+        ErrorCode::input,
+        "'" + low.name +
+            "': no texel centre lies inside a UV triangle, so the map would be empty. Use a "
+            "larger --size, or move the UVs into the unit square.");
+  }
+  if (report.missed == report.samples) {
+    const std::string inside_out = report.uv ? "" : why_inside_out(high, low);
+    if (!inside_out.empty()) throw Error(ErrorCode::input, "No point was found. " + inside_out);
+    throw Error(ErrorCode::input, why_nothing(report, high, low));
+  }
+}
+
+std::string why_nothing(const BakeReport& report, const Mesh& high, const Mesh& low) {
+  return "No point of '" + high.name + "' was found for any of the " + with_commas(report.samples) +
+         " samples of '" + low.name + "': " +
+         (report.uv ? why_no_uv(*report.uv, high.triangles.size()) : why_no_place(high, low)) + ".";
+}
+
+Mesh load_low(const std::string& path, const std::string& otherwise, std::vector<Warning>& warnings,
+              const LoadMeshOptions& options) {
+  Mesh mesh = load_mesh(path, options, &warnings);
+  check_has_uvs(mesh, path, otherwise);
+  turn_normals("LOW", Trusted::normals, mesh, warnings);
+  return mesh;
+}
+
+void check_has_uvs(const Mesh& low, const std::string& path, const std::string& otherwise) {
+  if (!low.uv_triangles.empty()) return;
+  throw Error(ErrorCode::input,
+              "'" + path +
+                  "' has no texture coordinates, so there is no map to measure: give it UVs ('kiln "
+                  "bake --unwrap' writes such a mesh)" +
+                  otherwise + ".");
+}
+
+namespace {
+
+constexpr std::uint8_t kMissed = 2;  // of BakeResult::coverage
+
+/// Weights of a UV triangle's corners at a UV; none where it has no area.
+std::optional<std::array<double, 3>> weights_at(const std::array<Vec2, 3>& corner, const Vec2& uv) {
+  const auto doubled_area = [](const Vec2& a, const Vec2& b, const Vec2& c) {
+    return (double{b.x} - a.x) * (double{c.y} - a.y) - (double{b.y} - a.y) * (double{c.x} - a.x);
+  };
+  const double area = doubled_area(corner[0], corner[1], corner[2]);
+  if (area == 0 || !std::isfinite(area)) return std::nullopt;
+  return std::array<double, 3>{doubled_area(uv, corner[1], corner[2]) / area,
+                               doubled_area(corner[0], uv, corner[2]) / area,
+                               doubled_area(corner[0], corner[1], uv) / area};
+}
+
+/// The point of a mesh at a UV: in the first triangle that holds it, else in the one that nearly does.
+std::array<double, 3> position_at(const Mesh& low, const Vec2& uv) {
+  double best = -std::numeric_limits<double>::infinity();
+  std::array<double, 3> position{};
+  for (std::size_t t = 0; t < low.uv_triangles.size() && best < 0; ++t) {
+    std::array<Vec2, 3> corner;
+    for (std::size_t k = 0; k < 3; ++k) corner[k] = low.uvs[low.uv_triangles[t][k]];
+    const auto weights = weights_at(corner, uv);
+    if (!weights) continue;
+    const double least = *std::min_element(weights->begin(), weights->end());
+    if (!(least > best)) continue;
+    best = least;
+    position = low.origin;
+    double sum = 0;
+    for (const double weight : *weights) sum += std::max(weight, 0.0);
+    for (std::size_t k = 0; k < 3; ++k) {
+      const Vec3& p = low.positions[low.triangles[t][k]];
+      const double weight = std::max((*weights)[k], 0.0) / sum;
+      position[0] += weight * double{p.x};
+      position[1] += weight * double{p.y};
+      position[2] += weight * double{p.z};
+    }
+  }
+  return position;
+}
+
+/// Takes the patch that a texel belongs to out of `open`.
+std::vector<std::size_t> take_patch(std::size_t start, std::size_t width, std::vector<bool>& open) {
+  std::vector<std::size_t> patch = {start};
+  open[start] = false;
+  const auto visit = [&](std::size_t texel) {
+    if (!open[texel]) return;
+    open[texel] = false;
+    patch.push_back(texel);
+  };
+  for (std::size_t i = 0; i < patch.size(); ++i) {
+    const std::size_t texel = patch[i];
+    if (texel % width != 0) visit(texel - 1);
+    if (texel % width + 1 != width) visit(texel + 1);
+    if (texel >= width) visit(texel - width);
+    if (texel + width < open.size()) visit(texel + width);
+  }
+  return patch;
+}
+
+/// The texel that is nearest to the mean; of several the first.
+std::size_t middle(std::vector<std::size_t> patch, std::size_t width) {
+  std::sort(patch.begin(), patch.end());
+  const auto place = [&](std::size_t texel) {
+    const std::size_t row = texel / width;
+    return std::pair(static_cast<double>(texel % width), static_cast<double>(row));
+  };
+  double x = 0, y = 0;
+  for (const std::size_t texel : patch) {
+    const auto [column, row] = place(texel);
+    x += column;
+    y += row;
+  }
+  x /= static_cast<double>(patch.size());
+  y /= static_cast<double>(patch.size());
+  const auto squared = [&](std::size_t texel) {
+    const auto [column, row] = place(texel);
+    return (column - x) * (column - x) + (row - y) * (row - y);
+  };
+  return *std::min_element(patch.begin(), patch.end(),
+                           [&](std::size_t a, std::size_t b) { return squared(a) < squared(b); });
+}
+
+}  // namespace
+
+std::optional<MissedPatch> largest_missed_patch(std::span<const std::uint8_t> coverage,
+                                                std::uint32_t width, std::uint32_t height,
+                                                const Mesh& low) {
+  std::vector<bool> open(coverage.size());
+  for (std::size_t i = 0; i < coverage.size(); ++i) open[i] = coverage[i] == kMissed;
+  std::vector<std::size_t> largest;
+  for (std::size_t i = 0; i < open.size(); ++i) {
+    if (!open[i]) continue;
+    std::vector<std::size_t> patch = take_patch(i, width, open);
+    if (patch.size() > largest.size()) largest = std::move(patch);
+  }
+  if (largest.empty()) return std::nullopt;
+  MissedPatch result;
+  result.texels = largest.size();
+  const std::size_t texel = middle(std::move(largest), width);
+  result.column = static_cast<std::uint32_t>(texel % width);
+  result.row = static_cast<std::uint32_t>(texel / width);
+  result.uv = {static_cast<float>((result.column + 0.5) / width),
+               static_cast<float>(1 - (result.row + 0.5) / height)};
+  result.position = position_at(low, result.uv);
+  return result;
+}
+
+std::string describe(const std::optional<MissedPatch>& patch) {
+  if (!patch) return "No texel was missed as a whole.";
+  return formatted(
+      "The largest missed patch has %llu texel%s. Its middle lies at column %u, row %u, UV "
+      "(%.4g, %.4g), position (%.5g, %.5g, %.5g).",
+      static_cast<unsigned long long>(patch->texels), patch->texels == 1 ? "" : "s", patch->column,
+      patch->row, double{patch->uv.x}, double{patch->uv.y}, patch->position[0], patch->position[1],
+      patch->position[2]);
+}
+
+}  // namespace kiln

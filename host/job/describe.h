@@ -1,0 +1,58 @@
+// The --json report.
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "base/memory.h"
+#include "base/stopwatch.h"
+#include "kiln/clean.h"
+#include "kiln/contour.h"
+#include "kiln/kiln.h"
+#include "kiln/measure.h"
+#include "kiln/simplify.h"
+#include "options/json.h"
+
+namespace kiln {
+
+Json describe(const DeviceInfo& info);
+Json describe(const Mesh& mesh, const std::filesystem::path& path);
+Json describe(const std::vector<Warning>& warnings);
+Json describe(const NormalError& error);
+Json describe(const ViewReport& views);
+Json describe(const VisibilityReport& visibility);
+Json describe(const CageReport& cage);
+Json describe(const EdgeReport& edges);
+Json describe(const HighCoverageReport& recall);
+Json describe(const TransitionReport& transitions);
+Json describe(const UvReport& uv);
+Json describe(const std::vector<MapError>& errors);
+Json describe(const StoredError& error, bool is_normal);
+/// Repairs of the high poly.
+Json describe(const CleanReport& report);
+/// True if a low poly has over a tenth more faces than were asked for (0: no number was).
+bool misses_faces(const SimplifyReport& report, std::uint32_t asked);
+/// The same in words.
+std::string too_many_faces(const SimplifyReport& report, std::uint32_t asked);
+/// Flaws of a low poly that were mended, and those that stayed.
+Json describe_flaws(const SimplifyReport& report);
+/// Texels and samples by status.
+Json describe_texels(const BakeReport& report);
+
+/// Adds what most reports end with: seconds of stages and in all, memory, files written, warnings.
+/// \param seconds  by stage; "total" is added
+void add_ending(Json& report, Json seconds, const Stopwatch& watch,
+                const std::vector<std::string>& outputs, const std::vector<Warning>& warnings);
+
+/// Flaws of a low poly from a volume.
+Json describe_flaws(const ExtractReport& report);
+/// Lines on what was mended; empty if nothing was.
+std::vector<std::string> lines_of_flaws(const ExtractReport& report);
+
+/// Says so where a low poly that Kiln made strays far from the high poly.
+/// \param remedy  "Ask for ..."
+void warn_of_lost_shape(const SimplifyReport& low, const char* remedy,
+                        std::vector<Warning>& warnings);
+
+}  // namespace kiln

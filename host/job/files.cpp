@@ -1,0 +1,229 @@
+#include "job/files.h"
+
+#include <algorithm>
+#include <cerrno>
+#include <cstdint>
+#include <cstdio>
+#include <cstring>
+#include <optional>
+#include <string>
+#include <system_error>
+#include <unordered_set>
+
+#include "base/file.h"
+#include "options/parse.h"
+#include "kiln/error.h"
+#include "kiln/files.h"
+#include "kiln/kiln.h"
+#include "options/json.h"
+#include "job/describe.h"
+
+namespace kiln {
+namespace {
+
+/// Opened before it is looked at, and without waiting for whoever writes to a pipe.
+class RegularFile {
+ public:
+  explicit RegularFile(const std::filesystem::path& path) : file_(os::open_to_read(path)) {
+    const std::optional<os::FileFacts> facts =
+        file_ < 0 ? std::nullopt : os::facts_of(file_);
+    if (!facts) {
+      problem_ = std::strerror(errno);
+    } else if (!facts->is_regular) {
+      problem_ = "it is no regular file";
+    } else {
+      size_ = facts->bytes;
+    }
+  }
+  ~RegularFile() {
+    if (file_ >= 0) os::close(file_);
+  }
+  RegularFile(const RegularFile&) = delete;
+  RegularFile& operator=(const RegularFile&) = delete;
+
+  /// Empty where it can be read.
+  const std::string& problem() const { return problem_; }
+  std::uint64_t size() const { return size_; }
+  /// Fewer only at the end, or where the disk fails: then problem() says so.
+  std::string read(std::size_t count) {
+    std::string bytes(count, '\0');
+    std::size_t have = 0;
+    while (problem_.empty() && have < count) {
+      const std::ptrdiff_t got = os::read_at(file_, have, bytes.data() + have, count - have);
+      if (got < 0 && errno == EINTR) continue;
+      if (got < 0) problem_ = std::strerror(errno);
+      if (got <= 0) break;
+      have += static_cast<std::size_t>(got);
+    }
+    bytes.resize(have);
+    return bytes;
+  }
+
+ private:
+  int file_;
+  std::uint64_t size_ = 0;
+  std::string problem_;
+};
+
+}  // namespace
+
+std::string read_small_file(const std::filesystem::path& path, std::size_t most,
+                            const std::string& what) {
+  OutputSet::protect(path);
+  RegularFile file(path);
+  // A file of 0 bytes by its file system (/proc) may have some: one more than allowed is asked for.
+  std::string bytes = file.size() > most ? std::string() : file.read(most + 1);
+  if (!file.problem().empty()) {
+    throw Error(ErrorCode::input, what + " cannot be read (" + file.problem() +
+                                      "): check the path, and name a text file.");
+  }
+  if (file.size() > most || bytes.size() > most) {
+    throw Error(ErrorCode::input, what + " is longer than " + std::to_string(most >> 20) +
+                                      " MiB, which such a file never is: check the path.");
+  }
+  // The reader may end there, and leave the rest out in silence.
+  if (bytes.find('\0') != std::string::npos) {
+    throw Error(ErrorCode::input, what +
+                                      " holds bytes of 0, which no text has: check the path, "
+                                      "and save it as plain text.");
+  }
+  return bytes;
+}
+
+std::string head_of_file(const std::filesystem::path& path, std::size_t count) {
+  return RegularFile(path).read(count);
+}
+
+bool is_readable_file(const std::filesystem::path& path) {
+  return RegularFile(path).problem().empty();
+}
+
+namespace {
+
+namespace fs = std::filesystem;
+
+bool counts(const fs::path& path) { return !path.empty() && path != "-"; }
+
+}  // namespace
+
+namespace {
+
+/// A text that two paths share where they name one file: by device and number of a file that is there, by the
+/// canonical path of one that is not.
+std::string identity_of(const fs::path& path) {
+  if (const std::optional<os::FileFacts> facts = os::facts_of(path)) {
+    return std::to_string(facts->id.device) + ":" + std::to_string(facts->id.file);
+  }
+  std::error_code error;
+  const fs::path found = fs::weakly_canonical(path, error);
+  return (error ? fs::absolute(path).lexically_normal() : found).string();
+}
+
+}  // namespace
+
+bool is_one_file(const fs::path& a, const fs::path& b) { return identity_of(a) == identity_of(b); }
+
+void check_paths(const std::vector<fs::path>& inputs, const std::vector<fs::path>& outputs) {
+  for (const fs::path& input : inputs) {
+    if (counts(input)) OutputSet::protect(input);
+  }
+  std::unordered_set<std::string> taken;
+  for (std::size_t i = 0; i < outputs.size(); ++i) {
+    if (!counts(outputs[i])) continue;
+    std::error_code none;
+    if (fs::is_directory(outputs[i], none)) {
+      throw Error(ErrorCode::output, "'" + outputs[i].string() +
+                                         "' is a folder, but a file of that name would be written: "
+                                         "move it away, or choose another folder for the output.");
+    }
+    if (none == std::errc::filename_too_long) {
+      throw Error(
+          ErrorCode::output,
+          "'" + outputs[i].string() + "' is too long a name for this disk: choose a shorter one.");
+    }
+    OutputSet::check(outputs[i]);
+    if (!taken.insert(identity_of(outputs[i])).second) {
+      fail_usage("Two outputs have one name, '" + outputs[i].string() +
+                 "': choose another for one of them.");
+    }
+  }
+}
+
+bool is_own_obj(const fs::path& obj) {
+  return is_readable_file(obj) && head_of_file(obj, 6) == "# Kiln";
+}
+
+void check_not_foreign(const fs::path& obj, bool force) {
+  if (force || !is_readable_file(obj) || is_own_obj(obj)) return;
+  throw Error(ErrorCode::output,
+              "'" + obj.string() +
+                  "' is there already, and Kiln did not write it: choose another "
+                  "folder, or add --force to write over it.");
+}
+
+void prepare_parent(const fs::path& file) {
+  std::error_code none;
+  const bool stream = fs::exists(file, none) && !fs::is_regular_file(file, none);
+  if (counts(file) && !stream) prepare_output_folder(file.parent_path());
+}
+
+namespace {
+
+constexpr std::size_t kMostRecordBytes = 1 << 16;
+
+fs::path record_path(const fs::path& folder, const std::string& stem) {
+  return folder / ("." + stem + ".kiln.json");
+}
+
+/// The mesh that a record names; empty where there is no record, or none of ours.
+fs::path recorded_source(const fs::path& folder, const std::string& stem) {
+  const fs::path path = record_path(folder, stem);
+  if (!is_readable_file(path)) return {};
+  Json json = Json::parse(head_of_file(path, kMostRecordBytes));
+  if (!json.is_object() || !json["low"].is_string()) return {};
+  return folder / unescape_bytes(json["low"].text());
+}
+
+/// A map in a folder, of any format or UDIM tile: the first by name; empty where there is none.
+fs::path map_of(const fs::path& folder, const std::string& stem) {
+  std::string first;
+  std::error_code none;
+  for (const fs::directory_entry& entry : fs::directory_iterator(folder, none)) {
+    const std::string name = entry.path().filename().string();
+    const bool is_map = std::any_of(maps().begin(), maps().end(), [&](const MapInfo& map) {
+      return name.starts_with(stem + "_" + std::string(map.kind.name) + ".");
+    });
+    if (is_map && (first.empty() || name < first)) first = name;
+  }
+  return first.empty() ? fs::path() : folder / first;
+}
+
+}  // namespace
+
+void check_low_record(const fs::path& folder, const std::string& stem, const fs::path& source) {
+  const fs::path recorded = recorded_source(folder, stem);
+  std::error_code none;
+  // A mesh that is gone may have been renamed.
+  if (recorded.empty() || !fs::exists(recorded, none)) return;
+  // The low poly that Kiln wrote here is the one that these maps belong to.
+  const fs::path made = folder / (stem + ".obj");
+  if (is_one_file(recorded, source) || is_one_file(recorded, made) || is_one_file(source, made))
+    return;
+  const fs::path map = map_of(folder, stem);  // lists the folder, so it comes last
+  if (map.empty()) return;
+  fail_usage("'" + map.string() + "' is a map of '" + recorded.lexically_normal().string() +
+             "', and maps of '" + source.string() +
+             "' would have its name. Choose another --out, rename one of "
+             "the meshes, or add --force.");
+}
+
+void save_low_record(const fs::path& folder, const std::string& stem, const fs::path& source) {
+  std::error_code error;
+  fs::path path = fs::relative(source, folder, error);
+  if (error || path.empty()) path = fs::absolute(source);
+  Json record;
+  record["low"] = path.string();
+  save_text(record_path(folder, stem), to_text(record));
+}
+
+}  // namespace kiln

@@ -1,0 +1,298 @@
+#include "job/high_poly_input.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <filesystem>
+
+#include "job/mesh_files.h"
+#include "options/parse.h"
+#include "kiln/height_field.h"
+
+namespace kiln {
+namespace {
+
+/// Distance of a height field from the mesh under it, as a share of its diagonal: by its heights.
+double relief(const Mesh& field) {
+  const Bounds box = Bounds::of(field);
+  double squared = 0;
+  for (std::size_t k = 0; k < 3; ++k) squared += std::pow(box.high[k] - box.low[k], 2);
+  const double reach =
+      std::max({std::abs(box.low[2]), std::abs(box.high[2]), box.high[2] - box.low[2]});
+  return squared > 0 ? reach / std::sqrt(squared) : 0;
+}
+
+/// The readers do not know whose file it is, and speak of LOW.
+void say_of_high(Warning& warning) {
+  if (warning.code != "missing-uvs") return;
+  const std::string baked = "nothing is baked ";
+  const std::size_t at = warning.message.find(baked);
+  if (at == std::string::npos) return;
+  warning.message.replace(at, baked.size(), "no texture of HIGH is read ");
+}
+
+/// What was asked for, with the extent that the file says where none was.
+HeightFieldOptions extent_of(const Heights& read, HeightFieldOptions options) {
+  if (options.width != 0 || options.depth != 0 || read.spacing[0] == 0) return options;
+  options.width = (read.image.width - 1.0) * read.spacing[0];
+  options.depth = (read.image.height - 1.0) * read.spacing[1];
+  return options;
+}
+
+void warn_of_no_data(const std::string& path, const NoData& found, const Image& image,
+                     const HeightFieldOptions& options, std::vector<Warning>& warnings) {
+  const std::string field = "The height field '" + path + "'";
+  const std::uint64_t all = std::uint64_t{image.width} * image.height;
+  if (found.pixels != 0) {
+    std::string numbers;
+    for (const double value : found.values) {
+      numbers += (numbers.empty() ? "" : ", ") + formatted("%.9g", value);
+    }
+    warnings.push_back({"no-data",
+                        field + " has no height in " + with_commas(found.pixels) + " of " +
+                            plural(all, "pixel") + " (" +
+                            (numbers.empty() ? "not finite" : numbers + " or not finite") +
+                            "): they are holes. Fill them before, or, where " +
+                            (numbers.empty() ? "a number means none, say it by --no-data VALUE."
+                                             : "they are heights, add --no-data none."),
+                        found.pixels});
+  } else if (options.no_data) {
+    warnings.push_back({"no-data-idle",
+                        field + " holds " + formatted("%.9g", *options.no_data) +
+                            " nowhere, which --no-data says is no height: give the number as the "
+                            "file holds it.",
+                        1});
+  }
+  if (found.doubtful) {
+    const std::string value = formatted("%.9g", *found.doubtful);
+    warnings.push_back({"no-data-doubtful",
+                        field + " has heights of " + value +
+                            ", far from all others: if they stand for none, add --no-data " +
+                            value + ".",
+                        1});
+  }
+}
+
+}  // namespace
+
+HeightFieldOptions prepare_heights(const std::string& path, Heights& read,
+                                   const HeightFieldOptions& options,
+                                   std::vector<Warning>& warnings) {
+  const NoData found = mark_no_data(read, options.no_data, options.guess_no_data);
+  warn_of_no_data(path, found, read.image, options, warnings);
+  return extent_of(read, options);
+}
+
+std::string mesh_kinds() {
+  std::string text;
+  for (const std::string& name : mesh_formats()) text += (text.empty() ? "" : ", ") + name;
+  return text;
+}
+
+std::string high_poly_kinds() { return mesh_kinds() + "; or a height field: PNG, EXR, TIFF"; }
+
+bool is_height_field(const std::string& path) {
+  const std::string ending = lower_extension(path);
+  return ending == ".png" || ending == ".exr" || ending == ".tif" || ending == ".tiff";
+}
+
+HighPolyInput load_high(const std::vector<JobInput>& inputs, const HeightFieldOptions& heights,
+                        const LoadMeshOptions& options, bool named, std::vector<Warning>& warnings,
+                        bool beside) {
+  if (inputs.size() == 1 && !inputs[0].asset && is_height_field(inputs[0].name)) {
+    return load_high(inputs[0].name, heights, warnings, options);
+  }
+  std::vector<std::string> files;
+  for (const JobInput& input : inputs) {
+    files.push_back(input.name);
+    if (input.asset || !is_height_field(input.name)) continue;
+    fail_usage("'" + input.name +
+               "' is a height field, which cannot be joined with other "
+               "files: give it alone.");
+  }
+  refuse_if(stretches(heights),
+            "--height, --extent and --no-data are for a height field, a PNG, EXR or TIFF; " +
+                in_words(files) + (files.size() == 1 ? " is a mesh." : " are meshes."));
+  const std::size_t before = warnings.size();
+  MeshFiles read = load_meshes(inputs, options, named, warnings, beside);
+  for (std::size_t i = before; i < warnings.size(); ++i) say_of_high(warnings[i]);
+  read.mesh.tangents = {};  // for its normal textures MikkTSpace computes them
+  turn_normals("HIGH", Trusted::faces, read.mesh, warnings);
+  HighPolyInput input;
+  input.mesh = std::move(read.mesh);
+  input.beside = std::move(read.beside);
+  return input;
+}
+
+HighPolyInput load_high(const std::string& path, const HeightFieldOptions& heights,
+                        std::vector<Warning>& warnings, const LoadMeshOptions& options) {
+  if (!is_height_field(path)) {
+    return load_high(std::vector<JobInput>{path}, heights, options, /*named=*/false, warnings);
+  }
+  HighPolyInput dense;
+  Heights read = load_heights(path, &warnings);
+  dense.field = prepare_heights(path, read, heights, warnings);
+  dense.heights = std::move(read.image);
+  if (dense.heights->channels > 1) {
+    warnings.push_back({"height-channels",
+                        "The height field '" + path + "' has " +
+                            std::to_string(dense.heights->channels) +
+                            " channels: the first was taken for heights.",
+                        1});
+  }
+  dense.mesh = height_field_mesh(*dense.heights, dense.field);
+  dense.mesh.name = std::filesystem::path(path).stem().string();
+  return dense;
+}
+
+std::optional<CleanOptions> clean_options(CleanHigh choice, bool whole, bool keep_inner,
+                                          bool all_parts) {
+  if (choice == CleanHigh::none) return std::nullopt;
+  CleanOptions options;
+  options.windings_alone = choice == CleanHigh::automatic && !whole;
+  options.keep_inner = keep_inner;
+  if (all_parts) options.floater = 0;
+  return options;
+}
+
+CleanReport clean_high(Mesh& high, const std::optional<CleanOptions>& options,
+                       std::vector<Warning>& warnings) {
+  if (!options) return {};
+  CleanReport report = clean_mesh(high, *options);
+  if (!report.warnings.empty()) {
+    report.warnings.back().message += " (--clean none leaves HIGH as it is.)";
+  }
+  warnings.insert(warnings.end(), report.warnings.begin(), report.warnings.end());
+  return report;
+}
+
+void shade(const ShadingOptions& options, HighPolyInput& high, std::vector<Warning>& warnings) {
+  if (!high.heights) high.shading = shade(options, high.mesh, warnings);
+}
+
+ShadingReport shade(const ShadingOptions& options, Mesh& high, std::vector<Warning>& warnings) {
+  ShadingReport report = shade_high(high, options);
+  warnings.insert(warnings.end(), report.warnings.begin(), report.warnings.end());
+  return report;
+}
+
+std::string shading_line(const ShadingReport& shading, const ShadingOptions& options) {
+  const bool automatic = options.rule == ShadingRule::automatic;
+  if (automatic && shading.missing == 0) return {};
+  const std::string rule = " (--high-normals " + shading_word(options) + ")";
+  const std::string none = shading.given == 0
+                               ? "the file has none"
+                               : with_commas(shading.missing) + " triangles have none";
+  switch (shading.chosen) {
+    case ShadingRule::smooth:
+      return "HIGH's normals: smooth" +
+             (automatic ? "; " + none +
+                              (shading.parts == 0 ? ", and no edge turns by 20 degrees"
+                                                  : ", and its edges turn as a scan's do")
+                        : "") +
+             rule;
+    case ShadingRule::flat:
+      return "HIGH's normals: flat" + rule;
+    case ShadingRule::angle: {
+      std::string text = "HIGH's normals: " + plural(shading.hard_edges, "hard edge") + " in " +
+                         with_commas(shading.hard_parts) + " of " + plural(shading.parts, "part");
+      text += formatted(", from %.3g degrees on; smooth up to %.3g", shading.least_degrees,
+                        shading.most_degrees);
+      if (shading.split_parts != 0) {
+        text += "; of " + plural(shading.split_parts, "part") + " where the file splits vertices";
+      }
+      return text + (automatic ? "; " + none : "") + rule;
+    }
+    default:
+      return "HIGH's normals: " + std::string(shading.given == 0 ? "smooth" : "the file's") + rule;
+  }
+}
+
+Json describe(const ShadingReport& shading) {
+  constexpr const char* kChosen[] = {"auto", "file", "smooth", "flat", "hard_edges"};
+  return {{"chosen", kChosen[static_cast<std::size_t>(shading.chosen)]},
+          {"given", shading.given},
+          {"missing", shading.missing},
+          {"parts", shading.parts},
+          {"hard_parts", shading.hard_parts},
+          {"split_parts", shading.split_parts},
+          {"hard_edges", shading.hard_edges},
+          {"least_degrees", shading.least_degrees},
+          {"most_degrees", shading.most_degrees},
+          {"bent_planes", shading.bent_planes}};
+}
+
+void turn_normals(const std::string& which, Trusted trust, Mesh& mesh,
+                  std::vector<Warning>& warnings) {
+  const AgreedNormals found = agree_normals(mesh, trust);
+  const std::uint64_t turned = found.normals + found.faces;
+  if (turned + found.strange == 0) return;
+  const Vec3& place = mesh.positions[mesh.triangles[found.first][0]];
+  const std::string at = formatted(", one at (%.5g, %.5g, %.5g)", mesh.origin[0] + place.x,
+                                   mesh.origin[1] + place.y, mesh.origin[2] + place.z);
+  const std::string all = " of " + with_commas(mesh.triangles.size()) + " triangles";
+  const char* remedy =
+      " To be rid of this, let the program that made the mesh recalculate its normals, or export "
+      "it again.";
+  if (turned != 0) {
+    std::string done;
+    if (found.faces != 0) {
+      done = plural(found.faces, "triangle") + (found.faces == 1 ? " was" : " were") +
+             " turned round, as the normals show";
+    }
+    if (found.normals != 0) {
+      done += (done.empty() ? "" : "; ") + ("the normals of " + plural(found.normals, "triangle")) +
+              " were turned, as the faces show";
+    }
+    if (found.mirrored != 0) {
+      done += "; those of " + with_commas(found.mirrored) + " were a mirror image's";
+    }
+    if (found.unclear != 0) {
+      done += ". Of " + plural(found.unclear, "triangle") +
+              " of open parts nothing tells which of both is wrong: see that the map is right, or "
+              "add --two-sided";
+    }
+    warnings.push_back({"turned-normals",
+                        which + " '" + mesh.name + "': normals of " + with_commas(turned) + all +
+                            " opposed their faces" + at + "; " + done + "." + remedy,
+                        turned});
+  }
+  if (found.strange != 0) {
+    warnings.push_back({"strange-normals",
+                        which + " '" + mesh.name +
+                            "': normals of most faces point to the back in "
+                            "parts of " +
+                            with_commas(found.strange) + all + (turned == 0 ? at : "") +
+                            ", in no way that turning them mends; they are taken as they are." +
+                            remedy,
+                        found.strange});
+  }
+}
+
+std::string why_inside_out(const Mesh& high, const Mesh& low) {
+  const InwardParts found = inward_parts(high);
+  if (found.count == 0 || inward_parts(low).count != 0) return {};
+  const std::string text = formatted(
+      "%s of %s that %s an inside %s inside out, one at (%.5g, %.5g, %.5g): rays meet the "
+      "backs of its faces",
+      with_commas(found.count).c_str(), plural(found.parts, "part").c_str(),
+      found.parts == 1 ? "has" : "have", found.count == 1 ? "is" : "are",
+      high.origin[0] + found.example.x, high.origin[1] + found.example.y,
+      high.origin[2] + found.example.z);
+  return "HIGH '" + high.name + "': " + text +
+         ". Turn them round in the modelling tool (recalculate normals outside), or add "
+         "--two-sided.";
+}
+
+UvOptions uv_options(const HighPolyInput& dense, UvOptions options) {
+  return dense.heights ? uv_options_over(dense.mesh, options) : options;
+}
+
+UvOptions uv_options_over(const Mesh& field, UvOptions options) {
+  const double apart = relief(field);
+  options.warn_distance += apart;
+  options.max_distance += apart;
+  return options;
+}
+
+}  // namespace kiln

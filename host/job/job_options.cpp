@@ -1,0 +1,273 @@
+#include "job/job_options.h"
+
+#include <algorithm>
+#include <charconv>
+
+#include "job/lists.h"
+#include "job/map_words.h"
+#include "options/parse.h"
+#include "job/transfers.h"
+
+namespace kiln {
+namespace {
+
+/// "height=-0.2,0.2" of a map of this bake.
+MapRange parse_range(const Job& job, const std::string& text) {
+  const std::size_t equals = text.find('='), comma = text.find(',', equals);
+  MapRange range;
+  const auto number = [&](std::size_t begin, std::size_t end, float& value) {
+    const char* const last = text.data() + end;
+    const auto [stop, status] = std::from_chars(text.data() + begin, last, value);
+    return status == std::errc() && stop == last;
+  };
+  refuse_if(equals == std::string::npos || comma == std::string::npos ||
+                !number(equals + 1, comma, range.range.low) ||
+                !number(comma + 1, text.size(), range.range.high),
+            "--range '" + text + "': write MAP=LO,HI, two numbers, such as height=-0.2,0.2.");
+  const std::string_view name = std::string_view(text).substr(0, equals);
+  const std::vector<std::string> own = own_map_names(job);
+  const bool is_own = std::find(own.begin(), own.end(), name) != own.end();
+  range.kind = is_own ? MapKind{name} : find_map(name).kind;
+  return range;
+}
+
+}  // namespace
+
+BakeOptions options_of(const Job& job) {
+  BakeOptions options = job.bake;
+  options.maps = maps_asked(job);
+  for (const std::string& text : job.ranges) {
+    options.encoding.ranges.push_back(parse_range(job, text));
+  }
+  options.own_maps = load_own_maps(job);
+  for (const std::string& text : job.variants) options.variants.push_back(parse_variant(job, text));
+  VisibilityOptions& visibility = options.match.visibility;
+  if (visibility.likelihood == ViewLikelihood::list) {
+    visibility.likelihoods = load_likelihoods(job.view_weights);
+  }
+  options.report.keep_match = !job.save_match.empty() || job.reasons;
+  if (holds_mips(job.image) && !is_exr(job.image)) options.encoding.mips = true;
+  return options;
+}
+
+Json describe(const Job& job, const BakeReport& report) {
+  Json json = values_json(bake_rows(), &job);
+  // An option that does not apply is null, and a choice is told as it was made.
+  const auto only_if = [&](bool applies, std::initializer_list<const char*> keys) {
+    for (const char* key : keys) {
+      if (!applies) json[key] = Json();
+    }
+  };
+  if (!job.load_match.empty()) json["match"] = "loaded";
+  only_if(job.load_match.empty(), {"fallback"});
+  only_if(chain_obeys(job, "match.views.count"), {"views"});
+  only_if(report.views.has_value(), {"view_size", "view_criterion", "view_refine"});
+  if (report.views) json["view_size"] = report.views->size;
+  only_if(job.load_match.empty() && chain_obeys(job, "match.visibility"),
+          {"visibility_at", "directions", "visibility_size", "visibility_smooth",
+           "visibility_clusters", "visibility_deviation", "view_weight"});
+  json["visibility_test"] =
+      report.visibility ? Json(report.visibility->by_rays ? "rays" : "views") : Json();
+  json["max_distance_world"] = report.max_distance;
+  only_if(job.parts_by.has_value(), {"part_occlusion"});
+  only_if(job.parts_by == PartsBy::name, {"low_names", "high_names"});
+  only_if(!job.low.given.empty() || !has_heights(job), {"triangulate"});
+  only_if(!job.low.given.empty(), {"tangents"});
+  only_if(report.recall.has_value(), {"recall"});
+  json["miss"] = name_of(Words(kMisses), job.bake.encoding.miss);
+  only_if(has_heights(job), {"height", "no_data"});
+  only_if(job.bake.encoding.space == NormalMapSpace::tangent, {"bitangent"});
+  json["ao_by"] =
+      report.occlusion ? Json(name_of(Words(kOcclusionBy), report.occlusion->by)) : Json();
+  json["ao_views"] =
+      report.occlusion && report.occlusion->views > 0 ? Json(report.occlusion->views) : Json();
+  only_if(maps_obey(job, "occlusion.rays"), {"ao_rays", "ao_occluders", "ao_back_faces"});
+  only_if(maps_obey(job, "occlusion.falloff"), {"ao_falloff"});
+  json["own_maps"] = job.own_maps;
+  json["variants"] = job.variants;
+  json["set_sizes"] = Json::object();
+  for (const SetSize& size : job.set_sizes) json["set_sizes"][size.set] = {size.width, size.height};
+  only_if(job.low.make.lods > 0, {"lod_growth", "lod_uvs"});
+  json["unwrap_method"] = job.unwrap_method.empty() ? Json() : Json(job.unwrap_method);
+  return json;
+}
+
+namespace {
+
+bool is_asset(const std::filesystem::path& out) {
+  // Also of a name that is an ending alone, which would be a hidden folder. One with a slash behind it has none.
+  const std::string ending = lower_extension("x" + out.filename().string());
+  return ending == ".glb" || ending == ".gltf" || ending == ".obj";
+}
+
+const std::string& first_name(const std::vector<JobInput>& inputs) {
+  static const std::string none;
+  return inputs.empty() ? none : inputs.front().name;
+}
+
+std::vector<std::string> names_of(const std::vector<JobInput>& inputs) {
+  std::vector<std::string> names;
+  for (const JobInput& input : inputs) names.push_back(input.name);
+  return names;
+}
+
+}  // namespace
+
+std::string asset_file(const Job& job) { return is_asset(job.out) ? job.out : std::string(); }
+
+std::string out_folder(const Job& job) {
+  const std::filesystem::path out = job.out;
+  if (!is_asset(out)) return job.out;
+  return out.has_parent_path() ? out.parent_path().string() : ".";
+}
+
+const std::string& high_name(const Job& job) { return first_name(job.high); }
+const std::string& low_name(const Job& job) { return first_name(job.low.given); }
+void set_first(std::vector<JobInput>& inputs, const std::string& name) {
+  if (inputs.empty()) inputs.emplace_back(name);
+  inputs.front() = JobInput(name);
+}
+std::vector<std::string> more_names(const std::vector<JobInput>& inputs) {
+  std::vector<std::string> names = names_of(inputs);
+  if (!names.empty()) names.erase(names.begin());
+  return names;
+}
+bool has_heights(const Job& job) {
+  return !job.high.empty() && !job.high.front().asset && is_height_field(job.high.front().name);
+}
+std::vector<std::string> high_files(const Job& job) { return names_of(job.high); }
+std::vector<std::string> low_files(const Job& job) { return names_of(job.low.given); }
+bool has_more_files(const Job& job) { return job.high.size() > 1 || job.low.given.size() > 1; }
+
+std::vector<std::string> match_names() {
+  std::vector<std::string> names;
+  for (const MatchInfo& match : matches()) {
+    if (!needs_direction(match)) names.emplace_back(match.method.name);
+  }
+  return names;
+}
+
+std::vector<std::string> surface_matches(const char* first) {
+  std::vector<std::string> names = {first};
+  for (const MatchInfo& match : matches()) {
+    const bool more =
+        obeys(match, "match.uv") || obeys(match, "match.views") || obeys(match, "match.visibility");
+    if (!more) names.emplace_back(match.method.name);
+  }
+  return names;
+}
+
+MatchMethod first_match(std::string_view option) {
+  return std::find_if(matches().begin(), matches().end(),
+                      [&](const MatchInfo& match) { return obeys(match, option); })
+      ->method;
+}
+
+MatchMethod nearest_match() {
+  return std::find_if(matches().begin(), matches().end(),
+                      [](const MatchInfo& match) {
+                        return obeys(match, "match.max_distance") && !obeys(match, "match.ray") &&
+                               !obeys(match, "match.views") && !obeys(match, "match.visibility");
+                      })
+      ->method;
+}
+
+std::string match_word(const Job& job) {
+  return job.match_auto ? kAutomatic : std::string(job.bake.match.method.name);
+}
+
+bool matches_by(const Job& job, MatchMethod method) {
+  const MatchOptions& match = job.bake.match;
+  return (!job.match_auto && match.method == method) ||
+         std::find(match.fallback.begin(), match.fallback.end(), method) != match.fallback.end();
+}
+
+bool match_obeys(const Job& job, std::string_view option) {
+  return !job.match_auto && obeys(find_match(job.bake.match.method.name), option);
+}
+
+bool chain_obeys(const Job& job, std::string_view option) {
+  return std::any_of(matches().begin(), matches().end(), [&](const MatchInfo& match) {
+    return obeys(match, option) && matches_by(job, match.method);
+  });
+}
+
+bool maps_obey(const Job& job, std::string_view option) {
+  const std::vector<MapKind> kinds = kinds_asked(job);
+  return std::any_of(kinds.begin(), kinds.end(),
+                     [&](MapKind map) { return obeys(find_map(map.name), option); });
+}
+
+MapKind shading_map() { return BakeOptions().maps.front(); }
+
+bool bakes_shading_map(const Job& job) {
+  const std::vector<MapKind>& maps = job.bake.maps;
+  return std::find(maps.begin(), maps.end(), shading_map()) != maps.end();
+}
+
+bool bounds_maps(const Job& job) { return job.low.make.max_error.find('=') != std::string::npos; }
+
+std::string angle_bound(const Job& job) {
+  if (bounds_maps(job)) return normal_bound(job.low.make.max_error);
+  return job.low.make.max_angle.empty() && job.match_auto ? job.low.make.max_error : job.low.make.max_angle;
+}
+
+std::string deviation_bound(const Job& job) {
+  if (bounds_maps(job)) return "";
+  return job.low.make.max_angle.empty() && job.match_auto ? "" : job.low.make.max_error;
+}
+
+bool plans_low_poly(const Job& job) {
+  const bool own = job.low.given.empty() && job.low.make.faces == 0;
+  return own && job.load_match.empty() && !angle_bound(job).empty();
+}
+
+bool shares_uvs(const Job& job) { return job.low.make.lods > 0 && job.low.make.lods_share_uvs; }
+
+bool onto_plane(const Job& job) {
+  const bool simplified = job.low.make.faces != 0 || !deviation_bound(job).empty();
+  return has_heights(job) && job.low.given.empty() && !simplified;
+}
+
+bool is_exr(const SaveImageOptions& options) {
+  return options.format == ImageFormat::exr_half || options.format == ImageFormat::exr_float;
+}
+
+bool holds_floats(const SaveImageOptions& options) {
+  return is_exr(options) || options.format == ImageFormat::tiff_float;
+}
+
+bool holds_mips(const SaveImageOptions& options) {
+  return is_exr(options) || options.format == ImageFormat::ktx2 ||
+         options.format == ImageFormat::dds;
+}
+
+bool holds_bytes(const SaveImageOptions& options) {
+  return !holds_floats(options) && options.format != ImageFormat::png16 &&
+         options.format != ImageFormat::tiff16;
+}
+
+TextureUse texture_use(const BakedMap& map, const BakeOptions& options) {
+  if (map.info.type == MapType::color) return TextureUse::color;
+  if (map.info.type != MapType::unit_vector || map.image.channels < 3) return TextureUse::values;
+  const NormalMapSpace space = map.info.space.value_or(options.encoding.space);
+  return map.kind == shading_map() && space == NormalMapSpace::tangent ? TextureUse::tangent_normal
+                                                                       : TextureUse::normal;
+}
+
+std::string extension(const SaveImageOptions& options) {
+  return std::string(extension_of(options.format));
+}
+
+std::vector<std::filesystem::path> map_files(const std::filesystem::path& folder,
+                                             const std::string& name, std::size_t mips,
+                                             const SaveImageOptions& options) {
+  std::vector<std::filesystem::path> files = {folder / (name + extension(options))};
+  for (std::size_t level = 1; level <= mips && !holds_mips(options); ++level) {
+    const std::string number = (level < 10 ? "0" : "") + std::to_string(level);
+    files.push_back(folder / (name + ".mip" + number + extension(options)));
+  }
+  return files;
+}
+
+}  // namespace kiln

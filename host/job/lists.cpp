@@ -1,0 +1,149 @@
+#include "job/lists.h"
+
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <cmath>
+#include <sstream>
+#include <string_view>
+#include <system_error>
+
+#include "job/job_options.h"
+#include "job/files.h"
+#include "kiln/error.h"
+
+namespace kiln {
+namespace {
+
+constexpr std::size_t kMostListBytes = std::size_t{16} << 20;
+
+std::string trimmed(std::string_view text) {
+  const std::string_view space = " \t\r";
+  const std::size_t first = text.find_first_not_of(space);
+  if (first == std::string_view::npos) return {};
+  return std::string(text.substr(first, text.find_last_not_of(space) - first + 1));
+}
+
+/// A line LOW = HIGH, HIGH.
+PartPair parse_pair(const std::string& line, const std::string& place) {
+  const std::size_t equals = line.find('=');
+  PartPair pair;
+  pair.low = trimmed(std::string_view(line).substr(0, equals));
+  if (equals != std::string::npos) {
+    std::istringstream rest(line.substr(equals + 1));
+    for (std::string name; std::getline(rest, name, ',');) {
+      if (name = trimmed(name); !name.empty()) pair.high.push_back(name);
+    }
+  }
+  if (pair.low.empty() || pair.high.empty()) {
+    throw Error(ErrorCode::input, place + " is '" + line +
+                                      "': write LOW = HIGH, or LOW = HIGH, HIGH, with names of "
+                                      "groups or objects.");
+  }
+  return pair;
+}
+
+}  // namespace
+
+std::vector<PartPair> parse_part_list(const std::string& list, const std::string& what) {
+  std::vector<PartPair> pairs;
+  std::istringstream text(list);
+  std::size_t number = 0;
+  for (std::string line; std::getline(text, line);) {
+    ++number;
+    line = trimmed(line);
+    if (line.empty() || line[0] == '#') continue;
+    pairs.push_back(parse_pair(line, what + ", line " + std::to_string(number) + ","));
+  }
+  if (pairs.empty()) throw Error(ErrorCode::input, what + " has no pairs.");
+  return pairs;
+}
+
+PartNames part_names(const Job& a) {
+  PartNames names = a.part_names;
+  names.by = a.parts_by.value();
+  if (names.by != PartsBy::list) return names;
+  const std::string what = "--match-list '" + a.match_list + "'";
+  names.list = parse_part_list(read_small_file(a.match_list, kMostListBytes, what), what);
+  return names;
+}
+
+namespace {
+
+// Each of up to 4096 probing directions looks for the nearest of them.
+constexpr std::size_t kMostDirections = 65536;
+constexpr const char* kBlanks = " \t\v\f";
+
+/// The next word of the line, taken off it; empty at the end.
+std::string_view take_word(std::string_view& line) {
+  line.remove_prefix(std::min(line.find_first_not_of(kBlanks), line.size()));
+  const std::string_view word = line.substr(0, line.find_first_of(kBlanks));
+  line.remove_prefix(word.size());
+  return word;
+}
+
+bool parse_number(std::string_view word, double& value) {
+  if (word.size() > 1 && word[0] == '+' && word[1] != '-') word.remove_prefix(1);
+  const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), value);
+  return error == std::errc() && end == word.data() + word.size() && std::isfinite(value);
+}
+
+bool parse_line(std::string_view line, VisibilityOptions::Likelihood& entry) {
+  std::array<double, 4> values{};
+  for (double& value : values) {
+    if (!parse_number(take_word(line), value)) return false;
+  }
+  // Beyond a float's range a direction would be infinite, or none.
+  constexpr double kLargest = 3e38;
+  double largest = 0;
+  for (std::size_t i = 0; i < 3; ++i) largest = std::max(largest, std::abs(values[i]));
+  entry.direction = {};
+  if (largest > kLargest) return false;
+  entry.direction = {static_cast<float>(values[0]), static_cast<float>(values[1]),
+                     static_cast<float>(values[2])};
+  entry.weight = values[3];
+  const Vec3& d = entry.direction;
+  return take_word(line).empty() && entry.weight >= 0 && (d.x != 0 || d.y != 0 || d.z != 0);
+}
+
+}  // namespace
+
+std::vector<VisibilityOptions::Likelihood> parse_likelihoods(std::string_view text,
+                                                             const std::string& name) {
+  if (text.starts_with("\xEF\xBB\xBF")) text.remove_prefix(3);  // UTF-8's mark
+  std::vector<VisibilityOptions::Likelihood> result;
+  for (std::size_t number = 1; !text.empty(); ++number) {
+    const std::size_t end = std::min(text.find_first_of("\r\n"), text.size());
+    std::string_view line = text.substr(0, end);
+    text.remove_prefix(end);
+    text.remove_prefix(text.starts_with("\r\n") ? 2 : std::min<std::size_t>(1, text.size()));
+    line = line.substr(0, line.find('#'));
+    if (line.find_first_not_of(kBlanks) == line.npos) continue;
+    VisibilityOptions::Likelihood entry;
+    const std::string place = "'" + name + "', line " + std::to_string(number);
+    if (!parse_line(line, entry)) {
+      throw Error(ErrorCode::input, place +
+                                        ": give \"X Y Z WEIGHT\": a direction to the viewer other "
+                                        "than 0, and a weight of 0 or more.");
+    }
+    if (result.size() == kMostDirections) {
+      throw Error(ErrorCode::input, place + ": there are more than " +
+                                        std::to_string(kMostDirections) +
+                                        " directions. Leave some out.");
+    }
+    result.push_back(entry);
+  }
+  if (result.empty()) {
+    throw Error(ErrorCode::input, "'" + name + "' has no line \"X Y Z WEIGHT\". Add one.");
+  }
+  return result;
+}
+
+std::vector<VisibilityOptions::Likelihood> load_likelihoods(const std::string& path) {
+  return parse_likelihoods(
+      read_small_file(path, kMostListBytes,
+                      "--view-weight '" + path + "', neither all, horizon nor up,"),
+      path);
+}
+
+}  // namespace kiln

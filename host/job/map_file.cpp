@@ -1,0 +1,165 @@
+#include "job/map_file.h"
+
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <cmath>
+#include <cstddef>
+#include <string>
+#include <vector>
+
+#include "job/job_options.h"
+
+namespace kiln {
+namespace {
+
+// Below what rounding to half precision can make of 0.
+constexpr float kNegative = -1e-3F;
+
+bool is_match(const std::filesystem::path& path) {
+  if (path.extension() != ".exr") return false;
+  try {
+    load_image(path);
+    return false;
+  } catch (const Error&) {
+    return true;  // no colour channels: if it is no match either, reading it as one says so
+  }
+}
+
+/// Moves values into [0, 1]. \tparam kChannels  known to the compiler, which then moves several at once
+template <std::size_t kChannels>
+void store_in(const std::vector<ValueRange>& ranges, std::vector<float>& values) {
+  std::array<float, kChannels> low{}, size{};
+  for (std::size_t c = 0; c < kChannels; ++c) {
+    low[c] = ranges[c].low;
+    size[c] = ranges[c].high - ranges[c].low;
+  }
+  for (std::size_t i = 0; i + kChannels <= values.size(); i += kChannels) {
+    for (std::size_t c = 0; c < kChannels; ++c) {
+      values[i + c] = size[c] > 0 ? (values[i + c] - low[c]) / size[c] : 0.5F;
+    }
+  }
+}
+
+}  // namespace
+
+Image load_normal_map(const std::filesystem::path& path) {
+  Image image = load_image(path);
+  if (image.channels < 3) return image;
+  const std::size_t texels = std::size_t{image.width} * image.height;
+  const auto texel = [&](std::size_t i) { return &image.pixels[i * image.channels]; };
+  bool raw = false;
+  bool two = texels != 0;
+  for (std::size_t i = 0; i < texels; ++i) {
+    const float* p = texel(i);
+    raw = raw || p[0] < kNegative || p[1] < kNegative || p[2] < kNegative;
+    two = two && p[2] == 0;
+  }
+  if (!raw && !two) return image;
+  for (std::size_t i = 0; i < texels; ++i) {
+    float* p = texel(i);
+    for (int c = 0; c < 3 && raw; ++c) p[c] = p[c] * 0.5F + 0.5F;
+    if (two) {
+      const float x = 2 * p[0] - 1;
+      const float y = 2 * p[1] - 1;
+      p[2] = std::sqrt(std::max(0.0F, 1 - x * x - y * y)) * 0.5F + 0.5F;
+    }
+  }
+  return image;
+}
+
+Image load_bend(const std::filesystem::path& path) {
+  const Image map = load_image(path);
+  const bool exr = path.extension() == ".exr";
+  Image bend{map.width, map.height, 1, {}};
+  float most = exr ? 0.0F : 1.0F;
+  for (std::size_t i = 0; i < map.pixels.size(); i += map.channels) {
+    const float* p = &map.pixels[i];
+    if (map.channels >= 3 && (p[0] != p[1] || p[0] != p[2])) {
+      throw Error(ErrorCode::input, "'" + path.string() +
+                                        "' has colours, but a map of curvature is grey: give that "
+                                        "of --maps curvature.");
+    }
+    const float value = !std::isfinite(*p) ? 0 : exr ? *p : 2 * *p - 1;
+    bend.pixels.push_back(value);
+    most = std::max(most, std::abs(value));
+  }
+  std::vector<float> bent;
+  for (const float value : bend.pixels) {
+    if (std::abs(value) > 1.01F / 255 * most) bent.push_back(std::abs(value));
+  }
+  float strong = 1;
+  if (!bent.empty()) {
+    const auto place =
+        bent.begin() + static_cast<std::ptrdiff_t>((bent.size() * 95 + 99) / 100 - 1);
+    std::nth_element(bent.begin(), place, bent.end());
+    strong = *place;
+  }
+  for (float& value : bend.pixels) value = std::clamp(value / strong, -1.0F, 1.0F) / 2 + 0.5F;
+  return bend;
+}
+
+Image load_mask(const std::filesystem::path& path) {
+  if (!is_match(path)) return load_image(path);
+  const Match match = load_match(path);
+  const std::uint32_t n = match.samples;
+  Image mask{match.width / n, match.height / n, 1, {}};
+  mask.pixels.resize(std::size_t{mask.width} * mask.height);
+  for (std::size_t i = 0; i < match.triangle.size(); ++i) {
+    const std::size_t x = i % match.width / n;
+    const std::size_t y = i / match.width / n;
+    if (match.triangle[i] < match.source_triangles) mask.pixels[y * mask.width + x] = 1;
+  }
+  return mask;
+}
+
+namespace {
+
+/// The shortest text that is this value.
+std::string text_of(float value) {
+  std::array<char, 32> text{};
+  return {text.data(), std::to_chars(text.data(), text.data() + text.size(), value).ptr};
+}
+
+}  // namespace
+
+std::vector<ImageText> texts_of(const SaveImageOptions& options,
+                                const std::vector<ValueRange>& ranges, const std::string& unit) {
+  std::vector<ImageText> texts;
+  std::string text;
+  for (const auto [low, high] : ranges) {
+    text += (text.empty() ? "" : " ") + text_of(low) + " " + text_of(high);
+  }
+  if (!text.empty()) texts.push_back({"Range", text});
+  if (!unit.empty()) texts.push_back({is_exr(options) ? "unit" : "Unit", unit});
+  return texts;
+}
+
+std::vector<ValueRange> stored_ranges(const BakedMap& map, const SaveImageOptions& options) {
+  const bool as_is = std::all_of(map.ranges.begin(), map.ranges.end(), [](const ValueRange& range) {
+    return range.low == 0 && range.high == 1;
+  });
+  return as_is || holds_floats(options) || map.info.type == MapType::unit_vector
+             ? std::vector<ValueRange>()
+             : map.ranges;
+}
+
+void store_in(const std::vector<ValueRange>& ranges, Image& image) {
+  if (ranges.size() == 1) return store_in<1>(ranges, image.pixels);
+  if (ranges.size() == 2) return store_in<2>(ranges, image.pixels);
+  if (ranges.size() == 3) return store_in<3>(ranges, image.pixels);
+  if (ranges.size() == 4) return store_in<4>(ranges, image.pixels);
+}
+
+std::vector<Image> as_stored(const BakedMap& map, const SaveImageOptions& options) {
+  std::vector<Image> levels = {map.image};
+  levels.insert(levels.end(), map.mips.begin(), map.mips.end());
+  const std::vector<ValueRange> ranges = stored_ranges(map, options);
+  for (Image& level : levels) {
+    if (map.info.type == MapType::color && !holds_floats(options)) to_srgb(level);
+    if (!ranges.empty()) store_in(ranges, level);
+  }
+  return levels;
+}
+
+}  // namespace kiln

@@ -1,0 +1,309 @@
+#include "job/map_words.h"
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <cstdio>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "job/job_options.h"
+#include "options/option_table.h"
+#include "options/parse.h"
+#include "job/transfers.h"
+
+namespace kiln {
+bool map_takes(std::string_view name, std::string_view option) {
+  return std::any_of(maps().begin(), maps().end(), [&](const MapInfo& map) {
+    return map.kind.name == name && obeys(map, option);
+  });
+}
+
+bool is_texture_of_map(std::string_view name) {
+  return map_takes(name, "color") || map_takes(name, "opacity");
+}
+
+std::vector<std::string> own_map_names(const Job& arguments) {
+  std::vector<std::string> names;
+  for (const TransferArgument& transfer : parse_transfers(arguments)) {
+    if (!is_texture_of_map(transfer.name)) names.push_back(transfer.name);
+  }
+  for (const std::vector<std::string>* words : {&arguments.own_maps, &arguments.variants})
+    for (const std::string& text : *words) names.push_back(text.substr(0, text.find('=')));
+  return names;
+}
+
+std::vector<MapKind> maps_asked(const Job& arguments) {
+  std::vector<MapKind> maps = arguments.bake.maps;
+  for (const TransferArgument& transfer : parse_transfers(arguments)) {
+    if (!is_texture_of_map(transfer.name)) continue;
+    const MapKind map = find_map(transfer.name).kind;
+    if (std::find(maps.begin(), maps.end(), map) == maps.end()) maps.push_back(map);
+  }
+  return maps;
+}
+
+bool is_variant(std::string_view word) {
+  const std::size_t equals = word.find('=');
+  if (equals == std::string_view::npos) return false;
+  const std::string_view rest = word.substr(equals + 1);
+  const std::string_view kind = rest.substr(0, rest.find(':'));
+  return std::any_of(maps().begin(), maps().end(),
+                     [&](const MapInfo& map) { return map.kind.name == kind; });
+}
+
+MapKind variant_kind(const std::string& word) {
+  const std::string rest = word.substr(word.find('=') + 1);
+  return find_map(rest.substr(0, rest.find(':'))).kind;
+}
+
+std::vector<MapKind> kinds_asked(const Job& job) {
+  std::vector<MapKind> kinds = job.bake.maps;
+  for (const std::string& word : job.variants) kinds.push_back(variant_kind(word));
+  return kinds;
+}
+
+std::vector<std::string> all_maps(const Job& arguments) {
+  std::vector<std::string> maps;
+  for (const MapKind map : maps_asked(arguments)) maps.emplace_back(map.name);
+  for (std::string& name : own_map_names(arguments)) maps.push_back(std::move(name));
+  return maps;
+}
+
+MapVariant parse_variant(const Job& job, const std::string& word) {
+  const std::size_t equals = word.find('=');
+  MapVariant map;
+  map.name = word.substr(0, equals);
+  std::string rest = word.substr(equals + 1);
+  const auto next = [&] {
+    const std::size_t colon = std::min(rest.find(':'), rest.size());
+    std::string part = rest.substr(0, colon);
+    rest.erase(0, colon + 1);
+    return part;
+  };
+  const MapInfo& info = find_map(next());
+  map.kind = info.kind;
+  Job own = job;
+  while (!rest.empty()) {
+    const std::string part = next();
+    const std::string flag = "--" + part.substr(0, part.find('='));
+    const OptionRow* const row = find_row(bake_rows(), flag);
+    // A flag that is no setting of maps is of the whole bake; lists have commas, which part the words of --maps.
+    const bool is_setting =
+        row != nullptr && row->is_of_maps() && row->serves(info) && row->value.type != "list";
+    const std::string member = is_setting ? row->value.member : "";
+    const auto is_of = [&](std::string_view path) { return member.starts_with(path); };
+    const bool known = is_of("bake.occlusion") || is_of("bake.light") ||
+                       is_of("bake.curvature_radius") || is_of("bake.id_by");
+    refuse_if(!known, "--maps '" + word + "': '" + part + "' is no option of the map " +
+                          std::string(info.kind.name) +
+                          " alone: take one that --help names for it, such as " +
+                          "ao-distance=2% of ao.");
+    const bool has_value = part.find('=') != std::string::npos;
+    refuse_if(has_value == row->value.type.starts_with("flag"),
+              "--maps '" + word + "': " + flag +
+                  (has_value ? " takes no value."
+                             : " needs a value: write " + flag.substr(2) + "=VALUE."));
+    try {
+      row->value.set(&own, flag, {has_value ? part.substr(part.find('=') + 1) : "true"});
+    } catch (const Error& error) {
+      fail_usage("--maps '" + word + "': " + error.what());
+    }
+    if (is_of("bake.occlusion")) map.occlusion = own.bake.occlusion;
+    if (is_of("bake.light")) map.light = own.bake.light;
+    if (is_of("bake.curvature_radius")) map.curvature_radius = own.bake.curvature_radius;
+    if (is_of("bake.id_by")) map.id_by = own.bake.id_by;
+  }
+  return map;
+}
+
+void share_occluders(BakeOptions& options) {
+  for (MapVariant& map : options.variants) {
+    if (!map.occlusion) continue;
+    map.occlusion->by_high = options.occlusion.by_high;
+    map.occlusion->by_low = options.occlusion.by_low;
+    map.occlusion->by_others = options.occlusion.by_others;
+  }
+}
+
+namespace {
+
+[[noreturn]] void bad(const Job& a, const std::string& what) {
+  fail_usage("--max-error is '" + a.low.make.max_error + "': " + what);
+}
+
+std::vector<std::string_view> items_of(std::string_view list) {
+  std::vector<std::string_view> items;
+  for (;;) {
+    const std::size_t comma = list.find(',');
+    items.push_back(list.substr(0, comma));
+    if (comma == std::string_view::npos) return items;
+    list.remove_prefix(comma + 1);
+  }
+}
+
+}  // namespace
+
+std::string normal_bound(const std::string& max_error) {
+  for (const std::string_view item : items_of(max_error)) {
+    const std::size_t sign = item.find('=');
+    if (sign != std::string_view::npos && item.substr(0, sign) == shading_map().name) {
+      refuse_if(sign + 1 == item.size(), "--max-error is '" + max_error +
+                                             "': give degrees after normal=, such as normal=1.5.");
+      return std::string(item.substr(sign + 1));
+    }
+  }
+  return "";
+}
+
+std::vector<MapBound> map_bounds(const Job& a) {
+  std::vector<MapBound> bounds;
+  if (!bounds_maps(a)) return bounds;
+  std::vector<std::string_view> named;
+  const std::vector<std::string> own = own_map_names(a);
+  for (const std::string_view item : items_of(a.low.make.max_error)) {
+    const std::size_t sign = item.find('=');
+    if (sign == std::string_view::npos) {
+      bad(a, "'" + std::string(item) + "' names no map: give MAP=ERROR, such as ao=2/255.");
+    }
+    const std::string_view name = item.substr(0, sign);
+    if (std::find(named.begin(), named.end(), name) != named.end()) {
+      bad(a, std::string(name) + " has two errors: leave one of them out.");
+    }
+    named.push_back(name);
+    if (name == shading_map().name) continue;
+    const std::vector<MapKind> maps = maps_asked(a);
+    if (std::find(maps.begin(), maps.end(), MapKind{name}) == maps.end() &&
+        std::find(own.begin(), own.end(), name) == own.end()) {
+      bad(a, "no map '" + std::string(name) + "' is baked: add it to --maps, or leave it out.");
+    }
+    const double error = fraction(item.substr(sign + 1)).value_or(0);
+    if (error == 0) {
+      bad(a, "the error of " + std::string(name) +
+                 " must be a number or a fraction above 0, such as 2/255.");
+    }
+    bounds.push_back({MapKind{name}, error});
+  }
+  if (std::find(named.begin(), named.end(), shading_map().name) == named.end()) {
+    bad(a, "add normal=DEGREES, since match and faces are chosen by the normals.");
+  }
+  return bounds;
+}
+
+void smooth_occlusion(Job& a) {
+  constexpr const char* kGathering[] = {"--ao-rays", "--ao-error", "--ao-by", "--ao-views"};
+  if (std::any_of(std::begin(kGathering), std::end(kGathering),
+                  [&](const char* flag) { return a.given.contains(flag); }))
+    return;
+  for (const std::string_view bound : items_of(a.low.make.max_error)) {
+    const std::string_view name = bound.substr(0, bound.find('='));
+    if (std::any_of(maps().begin(), maps().end(), [&](const MapInfo& map) {
+          return map.kind.name == name && obeys(map, "occlusion.max_error");
+        }))
+      return;  // its bound chooses
+  }
+  a.bake.occlusion.max_error = 1;
+}
+
+std::string describe(const MapReached& map) {
+  const std::string unit = map.unit.empty() ? "" : " " + std::string(map.unit);
+  return formatted("%s: %.3g%s off, %.3g wanted (root mean square at %s points of the surface)",
+                   std::string(map.kind.name).c_str(), map.error, unit.c_str(), map.wanted,
+                   with_commas(map.points).c_str());
+}
+
+Json bounds_json(const std::vector<MapReached>& bounds) {
+  Json json = Json::array();
+  for (const MapReached& map : bounds) {
+    json.push_back({{"map", map.kind.name},
+                    {"unit", map.unit},
+                    {"wanted", map.wanted},
+                    {"rms", map.error},
+                    {"points", map.points},
+                    {"reached", map.reached()}});
+  }
+  return json;
+}
+
+namespace {
+
+[[noreturn]] void fail(const std::string& text, const std::string& why) {
+  fail_usage("--pack '" + text + "': " + why);
+}
+
+/// Channels of a map of this bake; 0 where there is none of that name.
+std::uint32_t channels_of(const Job& a, const std::string& map) {
+  for (const MapKind asked : maps_asked(a)) {
+    if (asked.name == map) return find_map(map).channels;
+  }
+  for (const std::string& word : a.variants) {
+    if (word.substr(0, word.find('=')) == map) return find_map(variant_kind(word).name).channels;
+  }
+  const std::vector<std::string> own = own_map_names(a);
+  return std::find(own.begin(), own.end(), map) != own.end() ? 3 : 0;
+}
+
+PackChannel parse_channel(const Job& a, const std::string& text, const std::string& part) {
+  PackChannel channel;
+  const auto [end, status] = std::from_chars(part.data(), part.data() + part.size(), channel.value);
+  if (status == std::errc() && end == part.data() + part.size()) {
+    if (channel.value >= 0 && channel.value <= 1) return channel;
+    fail(text, "numbers must be 0 to 1.");
+  }
+  const std::size_t dot = part.find('.');
+  channel.map = part.substr(0, dot);
+  if (dot != std::string::npos) {
+    const std::size_t place = std::string("rgba").find(part.substr(dot + 1));
+    if (part.size() != dot + 2 || place == std::string::npos) {
+      fail(text, "'" + part + "' names no channel: add .r, .g, .b or .a to a map.");
+    }
+    channel.channel = static_cast<std::uint32_t>(place);
+  }
+  const std::uint32_t channels = channels_of(a, channel.map);
+  if (channels == 0) {
+    fail(text, "there is no map '" + channel.map +
+                   "' in this bake: ask for it with --maps or --transfer.");
+  }
+  if (channel.channel >= channels) {
+    fail(text, "the map " + channel.map + " has " + std::to_string(channels) + " channels.");
+  }
+  return channel;
+}
+
+}  // namespace
+
+std::vector<Pack> parse_packs(const Job& a) {
+  std::vector<Pack> packs;
+  for (const std::string& text : a.packs) {
+    const std::size_t equals = text.find('=');
+    Pack pack;
+    pack.name = text.substr(0, equals);
+    if (equals == std::string::npos || pack.name.empty() ||
+        pack.name.find_first_not_of("abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789"
+                                    "_") != std::string::npos) {
+      fail(text, "write NAME=MAP,MAP,MAP, such as orm=ao,roughness,metallic.");
+    }
+    if (channels_of(a, pack.name) != 0 || pack.name == "layers" ||
+        std::any_of(packs.begin(), packs.end(),
+                    [&](const Pack& other) { return other.name == pack.name; })) {
+      fail(text, "'" + pack.name + "' is the name of another file of this bake.");
+    }
+    std::size_t begin = equals + 1;
+    while (begin <= text.size()) {
+      const std::size_t comma = std::min(text.find(',', begin), text.size());
+      pack.channels.push_back(parse_channel(a, text, text.substr(begin, comma - begin)));
+      begin = comma + 1;
+    }
+    if (pack.channels.size() > 4) fail(text, "an image has 4 channels at most.");
+    if (std::all_of(pack.channels.begin(), pack.channels.end(),
+                    [](const PackChannel& channel) { return channel.map.empty(); })) {
+      fail(text, "at least one channel must be a map's.");
+    }
+    packs.push_back(std::move(pack));
+  }
+  return packs;
+}
+
+}  // namespace kiln

@@ -1,0 +1,258 @@
+#include "job/match_inputs.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <string>
+#include <utility>
+
+#include "job/job_options.h"
+#include "job/map_words.h"
+#include "options/parse.h"
+#include "job/transfers.h"
+#include "kiln/cage.h"
+#include "kiln/collision_hulls.h"
+
+namespace kiln {
+void check_cage_directions(const Job& arguments, const Mesh& low, const Mesh& cage) {
+  if (cage.triangles.size() != low.triangles.size()) return;
+  // A vertex of LOW that lies in two places: the cage is a hull that has as many triangles.
+  std::vector<std::optional<std::uint32_t>> partner(low.positions.size());
+  for (std::size_t t = 0; t < low.triangles.size(); ++t) {
+    for (std::size_t k = 0; k < 3; ++k) {
+      const std::uint32_t now = cage.triangles[t][k];
+      const std::uint32_t known = partner.at(low.triangles[t][k]).value_or(now);
+      if (cage.positions.at(known) != cage.positions.at(now)) return;
+      partner[low.triangles[t][k]] = known;
+    }
+  }
+  for (const char* flag : {"--direction", "--edge-width"}) {
+    if (!arguments.given.contains(flag)) continue;
+    fail_usage(std::string(flag) +
+               " is for rays without a --cage-mesh of LOW's own triangles, "
+               "which says where they leave to: leave one out.");
+  }
+}
+
+void MatchInputs::read(const Job& arguments, const Mesh& high, const Mesh& low,
+                       std::vector<Warning>& warnings) {
+  if (const SetsBy sets = choose_texture_sets(low); sets != SetsBy::none) {
+    throw Error(ErrorCode::input,
+                "LOW '" + low.name + "' has several texture sets, a " +
+                    (sets == SetsBy::udim ? "UDIM tile" : "material") +
+                    " each: their UVs overlap, and one map cannot hold them. `kiln bake` makes "
+                    "a map of each. Here, give a LOW of one set alone, or one with a layout for "
+                    "all (kiln bake --unwrap).",
+                "several-sets");
+  }
+  if (!arguments.cage_mesh.empty()) {
+    cage_mesh_ =
+        load_cage(arguments.cage_mesh, low, load_options(arguments, MeshSide::low), &warnings);
+    check_cage_directions(arguments, low, *cage_mesh_);
+  }
+  if (arguments.parts_by) {
+    parts_ = pair_parts(high, low, part_names(arguments));
+    warnings.insert(warnings.end(), parts_->warnings.begin(), parts_->warnings.end());
+  }
+  if (!arguments.load_match.empty()) match_ = load_match(arguments.load_match);
+  for (const std::string& file : arguments.occluders) {
+    occluders_.push_back(load_mesh(file, load_options(arguments, MeshSide::other), &warnings));
+  }
+}
+
+void MatchInputs::make_cage(const Job& arguments, const Device& device, const Mesh& high,
+                            const Mesh& low, std::vector<Warning>& warnings) {
+  if (!arguments.cage_auto) return;
+  BakeOptions options = options_of(arguments);
+  apply(options);
+  FoundCage found = find_cage(Source(device, high), low, options);
+  warnings.insert(warnings.end(), found.warnings.begin(), found.warnings.end());
+  cage_mesh_ = std::move(found.mesh);
+  found_cage_ = true;
+}
+
+void MatchInputs::apply(BakeOptions& options) const {
+  if (cage_mesh_) options.match.cage_mesh = &*cage_mesh_;
+  if (found_cage_) options.match.max_distance.reset();  // that was for finding it
+  if (parts_) options.match.parts = &*parts_;
+  for (const Mesh& mesh : occluders_) options.occlusion.by_others.push_back(&mesh);
+  share_occluders(options);
+  if (!match_) return;
+  options.match.saved = &*match_;
+  options.width = match_->width / match_->samples;
+  options.height = match_->height / match_->samples;
+  options.samples = match_->samples;
+}
+
+namespace {
+
+/// Takes collision hulls off, and counts each file's triangles without them.
+void take_hulls(MeshFiles& files, std::vector<Warning>& warnings) {
+  const std::vector<std::uint8_t> is_hull = collision_hulls(files.mesh);
+  files.hulls = take_collision_hulls(files.mesh, &warnings);
+  for (std::size_t& first : files.first) {
+    first -= static_cast<std::size_t>(
+        std::count(is_hull.begin(), is_hull.begin() + static_cast<std::ptrdiff_t>(first), 1));
+  }
+}
+
+}  // namespace
+
+MeshFiles load_low_files(const Job& arguments, std::vector<Warning>& warnings, bool beside) {
+  MeshFiles files =
+      load_meshes(arguments.low.given, load_options(arguments, MeshSide::low),
+                  has_more_files(arguments), warnings, beside || !asset_file(arguments).empty());
+  if (!arguments.file_tangents) {
+    files.mesh.tangents = {};
+  } else if (arguments.given.contains("--tangents") && files.mesh.tangents.empty()) {
+    throw Error(ErrorCode::input,
+                "--tangents file: LOW " + in_words(files.files) +
+                    " has none. PLY gives them, as properties tx, ty, tz and tw of its vertices, "
+                    "beside UVs; leave --tangents out for those of MikkTSpace.");
+  }
+  if (!arguments.keep_hulls) take_hulls(files, warnings);
+  turn_normals("LOW", Trusted::normals, files.mesh, warnings);
+  return files;
+}
+
+Mesh load_low(const Job& arguments, std::vector<Warning>& warnings) {
+  MeshFiles files = load_low_files(arguments, warnings);
+  warn_of_shared_texels(files, warnings);
+  return arguments.split_at_seams ? split_at_seams(files.mesh) : std::move(files.mesh);
+}
+
+namespace {
+
+constexpr std::size_t kRow = 4096;
+constexpr float kNoVertex = -1;
+
+bool is_image(const std::filesystem::path& path) { return lower_extension(path) == ".exr"; }
+
+std::array<double, 3> way(const Vec3& from, const Vec3& to) {
+  return {double{to.x} - from.x, double{to.y} - from.y, double{to.z} - from.z};
+}
+
+double dot(const std::array<double, 3>& a, const std::array<double, 3>& b) {
+  return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+}
+
+/// All vertices of one shell, an image's half.
+struct Grid {
+  std::uint32_t width = 0, rows = 0;
+
+  explicit Grid(std::size_t vertices)
+      : width(static_cast<std::uint32_t>(std::min(vertices, kRow))),
+        rows(static_cast<std::uint32_t>((vertices + kRow - 1) / kRow)) {}
+  std::size_t pixels() const { return std::size_t{width} * rows; }
+};
+
+[[noreturn]] void fail(const std::filesystem::path& path, const std::string& problem) {
+  throw Error(ErrorCode::input, "'" + path.string() + "' is no cage of LOW: " + problem +
+                                    ". Save one with --cage auto --save-cage FILE.exr.");
+}
+
+Image image_of(const Mesh& cage, const Mesh& low) {
+  const std::size_t count = low.positions.size();
+  const Grid grid(count);
+  Image image;
+  image.width = grid.width;
+  image.height = 2 * grid.rows;
+  image.channels = 4;
+  for (std::size_t shell = 0; shell < 2; ++shell) {
+    for (std::size_t v = 0; v < grid.pixels(); ++v) {
+      if (v >= count) {
+        image.pixels.insert(image.pixels.end(), {0, 0, 0, kNoVertex});
+        continue;
+      }
+      const Vec3 &at = low.positions[v], &outer = cage.positions[v],
+                 &inner = cage.positions[count + v];
+      std::array<double, 3> direction = way(inner, outer);
+      const double size = std::sqrt(dot(direction, direction));
+      std::array<float, 3> unit{};
+      for (std::size_t k = 0; k < 3 && size > 0; ++k) {
+        unit[k] = static_cast<float>(direction[k] / size);
+        direction[k] = double{unit[k]};
+      }
+      const std::array<double, 3> off = shell == 0 ? way(at, outer) : way(inner, at);
+      const double distance = size > 0 ? dot(off, direction) / dot(direction, direction) : 0;
+      image.pixels.insert(image.pixels.end(),
+                          {unit[0], unit[1], unit[2], static_cast<float>(distance)});
+    }
+  }
+  return image;
+}
+
+}  // namespace
+
+void save_cage(const Mesh& cage, const Mesh& low, const std::filesystem::path& path) {
+  if (is_image(path)) {
+    save_image(image_of(cage, low), path, {ImageFormat::exr_float});
+  } else {
+    save_obj(cage, path);
+  }
+}
+
+Mesh cage_of(const Image& image, const std::filesystem::path& path, const Mesh& low) {
+  const std::size_t count = low.positions.size();
+  const Grid grid(count);
+  if (image.channels != 4) {
+    fail(path, "it has " + std::to_string(image.channels) + " channels, and a cage has 4");
+  }
+  if (image.width != grid.width || image.height != 2 * grid.rows) {
+    fail(path, "it has " + std::to_string(image.width) + " x " + std::to_string(image.height) +
+                   " pixels, but LOW's " + std::to_string(count) + " vertices need " +
+                   std::to_string(grid.width) + " x " + std::to_string(2 * grid.rows));
+  }
+  Mesh cage;
+  cage.name = path.stem().string();
+  cage.origin = low.origin;
+  cage.group_names = {"outer", "inner"};
+  for (std::uint32_t shell = 0; shell < 2; ++shell) {
+    const auto pixel = [&](std::size_t v) {
+      return &image.pixels[4 * (shell * grid.pixels() + v)];
+    };
+    // A single row is as wide as there are vertices. Below others, pixels of no vertex have no direction either.
+    std::size_t held = grid.pixels();
+    while (grid.rows > 1 && held > 0 && pixel(held - 1)[3] == kNoVertex &&
+           std::all_of(pixel(held - 1), pixel(held - 1) + 3, [](float x) { return x == 0; })) {
+      --held;
+    }
+    if (held != count) {
+      fail(path, "it has " + std::to_string(held) + " vertices, and LOW " + std::to_string(count));
+    }
+    for (std::size_t v = 0; v < count; ++v) {
+      const float* p = pixel(v);
+      if (p[3] == kNoVertex) {
+        fail(path, std::string("the ") + (shell == 0 ? "outer" : "inner") + " pixel of vertex " +
+                       std::to_string(v) + " has the alpha -1, which stands for no vertex");
+      }
+      if (!std::all_of(p, p + 4, [](float x) { return std::isfinite(x); })) {
+        fail(path, std::string("the ") + (shell == 0 ? "outer" : "inner") + " pixel of vertex " +
+                       std::to_string(v) + " is NaN or infinite");
+      }
+      const double by = shell == 0 ? double{p[3]} : -double{p[3]};
+      const Vec3& at = low.positions[v];
+      cage.positions.push_back({static_cast<float>(double{at.x} + p[0] * by),
+                                static_cast<float>(double{at.y} + p[1] * by),
+                                static_cast<float>(double{at.z} + p[2] * by)});
+    }
+    const auto first = static_cast<std::uint32_t>(shell * count);
+    for (const Triangle& t : low.triangles) {
+      cage.triangles.push_back({first + t[0], first + t[1], first + t[2]});
+      cage.groups.push_back(shell);
+    }
+  }
+  return cage;
+}
+
+Mesh load_cage(const std::filesystem::path& path, const Mesh& low, const LoadMeshOptions& options,
+               std::vector<Warning>* warnings) {
+  if (is_image(path)) return cage_of(load_image(path), path, low);
+  Mesh cage = load_mesh(path, options, warnings);
+  // A copy of all that LOW's file has, its collision hulls among it.
+  if (cage.triangles.size() > low.triangles.size()) take_collision_hulls(cage);
+  return cage;
+}
+
+}  // namespace kiln

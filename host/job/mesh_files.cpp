@@ -1,0 +1,399 @@
+#include "job/mesh_files.h"
+
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <cmath>
+#include <cstdio>
+#include <filesystem>
+#include <map>
+#include <optional>
+#include <utility>
+
+#include "job/high_poly_input.h"
+#include "options/parse.h"
+#include "options/words.h"
+#include "base/percent.h"
+
+namespace kiln {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::uint32_t kGrid = 512;
+constexpr std::uint32_t kNone = 0xFFFFFFFFU;
+
+std::array<Vec2, 3> uvs_of(const Mesh& mesh, std::uint32_t t) {
+  const auto& [a, b, c] = mesh.uv_triangles[t];
+  return {mesh.uvs[a], mesh.uvs[b], mesh.uvs[c]};
+}
+
+/// The UVs of a triangle's polygon, sorted, each once: mirrored quads are cut along the other diagonal.
+std::vector<Vec2> polygon_uvs(const Mesh& mesh, std::uint32_t t) {
+  std::uint32_t first = t, end = t + 1;
+  if (!mesh.polygons.empty()) {
+    while (first > 0 && mesh.polygons[first - 1] == mesh.polygons[t]) --first;
+    while (end < mesh.polygons.size() && mesh.polygons[end] == mesh.polygons[t]) ++end;
+  }
+  std::vector<Vec2> uvs;
+  for (; first < end; ++first) {
+    for (const Vec2& uv : uvs_of(mesh, first)) {
+      if (std::isfinite(uv.x) && std::isfinite(uv.y)) uvs.push_back(uv);
+    }
+  }
+  std::sort(uvs.begin(), uvs.end(),
+            [](const Vec2& a, const Vec2& b) { return std::pair(a.x, a.y) < std::pair(b.x, b.y); });
+  uvs.erase(std::unique(uvs.begin(), uvs.end()), uvs.end());
+  return uvs;
+}
+
+/// True if two triangles' polygons have the same UVs: copies of one part.
+bool same_place(const Mesh& mesh, std::uint32_t t, std::uint32_t u) {
+  const std::vector<Vec2> a = polygon_uvs(mesh, t), b = polygon_uvs(mesh, u);
+  if (a.size() != b.size()) return false;
+  for (std::size_t k = 0; k < a.size(); ++k) {
+    if (std::abs(a[k].x - b[k].x) > 1e-4F || std::abs(a[k].y - b[k].y) > 1e-4F) return false;
+  }
+  return true;
+}
+
+/// Calls `use` with each cell of the grid whose middle lies inside a triangle.
+template <typename Use>
+void over_cells(const std::array<Vec2, 3>& uvs, const Use& use) {
+  const auto edge = [](const Vec2& a, const Vec2& b, double x, double y) {
+    return (double{b.x} - a.x) * (y - a.y) - (double{b.y} - a.y) * (x - a.x);
+  };
+  const double area = edge(uvs[0], uvs[1], uvs[2].x, uvs[2].y);
+  if (!(std::abs(area) > 0)) return;
+  const auto range = [](std::array<float, 3> values) {
+    const auto [low, high] = std::minmax({values[0], values[1], values[2]});
+    const auto cell = [](double value) {
+      return static_cast<std::uint32_t>(std::clamp(value * kGrid, 0.0, double{kGrid}));
+    };
+    return std::pair(cell(low), std::min(cell(high) + 1, kGrid));
+  };
+  const auto [x0, x1] = range({uvs[0].x, uvs[1].x, uvs[2].x});
+  const auto [y0, y1] = range({uvs[0].y, uvs[1].y, uvs[2].y});
+  for (std::uint32_t y = y0; y < y1; ++y) {
+    for (std::uint32_t x = x0; x < x1; ++x) {
+      const double u = (x + 0.5) / kGrid, v = (y + 0.5) / kGrid;
+      bool inside = true;
+      for (std::size_t k = 0; k < 3; ++k) {
+        inside = inside && edge(uvs[k], uvs[(k + 1) % 3], u, v) * area > 0;
+      }
+      if (inside) use(x, y);
+    }
+  }
+}
+
+/// Surface that two files share, and its place.
+struct Shared {
+  std::uint64_t cells = 0;
+  double u = 0, v = 0;
+};
+
+/// Reads a file with its nodes and materials. What is described beside the mesh is no reason to refuse it.
+Asset load_with_materials(const std::string& file, const LoadMeshOptions& options,
+                          std::vector<Warning>& warnings) {
+  const std::string ending = lower_extension(file);
+  if (ending != ".obj") return load_asset(file, options, &warnings);
+  Asset asset;
+  asset.mesh = load_mesh(file, options, &warnings);
+  if (asset.mesh.material_files.empty()) return asset;
+  try {
+    asset.materials = load_materials(asset.mesh, file, nullptr, options.outside);
+  } catch (const Error& error) {
+    warnings.push_back(
+        {"materials-unread", std::string(error.what()) + " It counts for nothing.", 1});
+  }
+  return asset;
+}
+
+/// Adds what a file has beside its mesh.
+void add_beside(const Asset& file, Asset& all) {
+  const auto first = static_cast<std::uint32_t>(all.nodes.size());
+  for (AssetNode node : file.nodes) {
+    if (node.parent != AssetNode::kNone) node.parent += first;
+    all.nodes.push_back(std::move(node));
+  }
+  for (std::size_t i = 0; i < file.object_nodes.size(); ++i) {
+    all.mesh.object_names.push_back(file.mesh.object_names[i]);
+    all.object_nodes.push_back(first + file.object_nodes[i]);
+  }
+  all.materials.insert(all.materials.end(), file.materials.begin(), file.materials.end());
+  if (all.extras.empty()) all.extras = file.extras;
+  if (all.copyright.empty()) all.copyright = file.copyright;
+  if (all.scene.empty()) all.scene = file.scene;
+}
+
+/// Materials of several files, as their joined mesh counts them.
+std::vector<Material> by_name(const std::vector<Material>& materials,
+                              const std::vector<std::string>& names) {
+  std::vector<Material> result;
+  for (const std::string& name : names) {
+    const auto found =
+        std::find_if(materials.begin(), materials.end(),
+                     [&](const Material& material) { return material.name == name; });
+    if (found != materials.end()) {
+      result.push_back(*found);
+    } else {
+      result.emplace_back().name = name;
+    }
+  }
+  return result;
+}
+
+}  // namespace
+
+void move_uvs(const std::vector<std::size_t>& group_of,
+              const std::function<Vec2(std::size_t, const Vec2&)>& move, Mesh& mesh) {
+  std::vector<Vec2> pool;
+  std::map<std::pair<std::size_t, std::uint32_t>, std::uint32_t> moved;  // by group
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+    for (std::uint32_t& uv : mesh.uv_triangles[t]) {
+      const auto [entry, added] =
+          moved.try_emplace({group_of[t], uv}, static_cast<std::uint32_t>(pool.size()));
+      if (added) pool.push_back(move(group_of[t], mesh.uvs[uv]));
+      uv = entry->second;
+    }
+  }
+  mesh.uvs = std::move(pool);
+  mesh.other_uvs.clear();
+}
+
+void move_material_files(Mesh& mesh, const fs::path& from, const fs::path& to) {
+  for (std::string& name : mesh.material_files) {
+    std::replace(name.begin(), name.end(), '\\', '/');
+    std::error_code error;
+    const fs::path moved = fs::proximate(from / name, to.empty() ? "." : to, error);
+    name = error ? fs::absolute(from / name).string() : moved.string();
+  }
+}
+
+const std::string& MeshFiles::file_of(std::size_t triangle) const {
+  const auto after = std::upper_bound(first.begin(), first.end(), triangle);
+  return files[static_cast<std::size_t>(after - first.begin()) - 1];
+}
+
+MeshFiles load_meshes(const std::vector<JobInput>& inputs, const LoadMeshOptions& options,
+                      bool named, std::vector<Warning>& warnings, bool beside) {
+  MeshFiles result;
+  std::vector<Mesh> meshes;
+  std::size_t triangles = 0;
+  const fs::path folder = fs::path(inputs[0].name).parent_path();
+  for (const JobInput& input : inputs) {
+    const std::string& file = input.name;
+    result.files.push_back(file);
+    if (input.asset) {
+      if (beside) add_beside(*input.asset, result.beside);
+      meshes.push_back(input.asset->mesh);
+    } else if (beside) {
+      Asset asset = load_with_materials(file, options, warnings);
+      add_beside(asset, result.beside);
+      meshes.push_back(std::move(asset.mesh));
+    } else {
+      meshes.push_back(load_mesh(file, options, &warnings));
+    }
+    if (meshes.size() > 1) move_material_files(meshes.back(), fs::path(file).parent_path(), folder);
+    result.first.push_back(triangles);
+    triangles += meshes.back().triangles.size();
+  }
+  result.first.push_back(triangles);
+  const bool join = inputs.size() > 1 || named;
+  result.mesh = join ? join_meshes(meshes, &warnings) : std::move(meshes[0]);
+  std::vector<Material>& materials = result.beside.materials;
+  if (!materials.empty()) materials = by_name(materials, result.mesh.material_names);
+  return result;
+}
+
+std::string in_words(const std::vector<std::string>& files) {
+  constexpr std::size_t kMost = 3;
+  std::string text;
+  for (std::size_t i = 0; i < files.size(); ++i) {
+    const bool last = i + 1 == files.size();
+    if (i + 1 == kMost && files.size() > kMost) {
+      return text + " and " + std::to_string(files.size() - i) + " more";
+    }
+    text += (i == 0 ? "'" : last ? " and '" : ", '") + files[i] + "'";
+  }
+  return text;
+}
+
+void warn_of_shared_texels(const MeshFiles& low, std::vector<Warning>& warnings) {
+  if (low.files.size() < 2 || low.mesh.uv_triangles.empty()) return;
+  std::vector<std::uint32_t> owner(std::size_t{kGrid} * kGrid, kNone);
+  std::vector<const std::string*> counted(owner.size(),
+                                          nullptr);  // the last file that shares a cell
+  std::map<std::pair<std::string, std::string>, Shared> pairs;
+  for (std::uint32_t t = 0; t < low.mesh.triangles.size(); ++t) {
+    over_cells(uvs_of(low.mesh, t), [&](std::uint32_t x, std::uint32_t y) {
+      std::uint32_t& known = owner[std::size_t{y} * kGrid + x];
+      if (known == kNone) known = t;
+      const std::string &a = low.file_of(known), &b = low.file_of(t);
+      const std::string*& last = counted[std::size_t{y} * kGrid + x];
+      if (&a == &b || last == &b || same_place(low.mesh, known, t)) return;
+      last = &b;
+      Shared& shared = pairs[{a, b}];
+      if (shared.cells++ == 0) {
+        shared.u = (x + 0.5) / kGrid;
+        shared.v = (y + 0.5) / kGrid;
+      }
+    });
+  }
+  for (const auto& [files, shared] : pairs) {
+    const std::string text =
+        formatted(" overlap on %s of the unit square, at UV (%.4g, %.4g) ",
+                  percent(static_cast<double>(shared.cells) / (double{kGrid} * kGrid), 2).c_str(),
+                  shared.u, shared.v);
+    warnings.push_back({"files-overlap",
+                        "UVs of '" + files.first + "' and '" + files.second + "'" + text +
+                            "for one, and all LOW share one map: lay them out side by side, add "
+                            "--unwrap, or bake them apart.",
+                        shared.cells});
+  }
+}
+
+namespace {
+
+constexpr Word<UpAxis> kUps[] = {
+    {"+x", UpAxis::x},       {"+y", UpAxis::y},       {"+z", UpAxis::z},
+    {"-x", UpAxis::minus_x}, {"-y", UpAxis::minus_y}, {"-z", UpAxis::minus_z},
+    {"x", UpAxis::x},        {"y", UpAxis::y},        {"z", UpAxis::z}};
+constexpr Word<double> kUnits[] = {
+    {"cm", 0.01}, {"ft", 0.3048}, {"in", 0.0254}, {"m", 1}, {"mm", 0.001}};
+
+UpAxis parse_up(const std::string& text) {
+  if (const UpAxis* const up = Words(kUps).find(lower_case(text))) return *up;
+  fail_usage("--up '" + text + "': write x, y, z, -x, -y or -z.");
+}
+
+double parse_unit(const std::string& text) {
+  if (const double* const unit = Words(kUnits).find(lower_case(text))) return *unit;
+  double metres = 0;
+  const char* const end = text.data() + text.size();
+  const auto [stop, status] = std::from_chars(text.data(), end, metres);
+  constexpr double kMost = 1e9;
+  if (status == std::errc() && stop == end && metres >= 1 / kMost && metres <= kMost) return metres;
+  fail_usage("--unit '" + text +
+             "': write mm, cm, m, in, ft, or metres, such as 0.01: 1e-9 to 1e9.");
+}
+
+/// A side's values of an option.
+struct Values {
+  std::optional<std::string> both, high, low;
+
+  /// \throws Error(usage) for one that is given twice
+  Values(const char* flag, const std::vector<std::string>& texts) {
+    for (const std::string& text : texts) {
+      std::optional<std::string>* to = &both;
+      if (text.starts_with("high=")) to = &high;
+      if (text.starts_with("low=")) to = &low;
+      refuse_if(to->has_value(),
+                std::string(flag) + " '" + text + "' is there twice: leave one out.");
+      *to = to == &both ? text : text.substr(text.find('=') + 1);
+    }
+  }
+  const std::optional<std::string>& own(MeshSide side) const {
+    static const std::optional<std::string> none;
+    return side == MeshSide::high ? high : side == MeshSide::low ? low : none;
+  }
+};
+
+bool has_extension(const std::string& file, const std::vector<std::string>& extensions) {
+  const std::string own = lower_extension(file);
+  return std::find(extensions.begin(), extensions.end(), own) != extensions.end();
+}
+
+}  // namespace
+
+void check_mesh_frame(const MeshFrameArguments& arguments, const std::vector<std::string>& high,
+                      const std::vector<std::string>& low, const std::vector<std::string>& others) {
+  struct Flag {
+    const char* name;
+    const std::vector<std::string>* texts;
+    std::vector<std::string> told;  // by files of these
+  };
+  const Flag flags[] = {{"--up", &arguments.up, {".gltf", ".glb", ".fbx", ".dae", ".3ds", ".x"}},
+                        {"--unit", &arguments.unit, {".gltf", ".glb", ".fbx", ".dae"}},
+                        {"--uv-set", &arguments.uv_set, {}}};
+  for (const Flag& flag : flags) {
+    const Values values(flag.name, *flag.texts);
+    refuse_if(values.low && low.empty(),
+              std::string(flag.name) + " low= is for a LOW of yours: give it, or leave it out.");
+    const auto needs = [&](const std::string& file) {
+      return !is_height_field(file) && !has_extension(file, flag.told);
+    };
+    const auto any = [&](const std::vector<std::string>& files) {
+      return std::any_of(files.begin(), files.end(), needs);
+    };
+    refuse_if(values.high && high.empty(),
+              std::string(flag.name) + " high= is for a HIGH: give it, or leave it out.");
+    refuse_if(values.high && std::all_of(high.begin(), high.end(), is_height_field),
+              std::string(flag.name) + " high= is for meshes, and HIGH is a height field.");
+    if (values.both && !any(high) && !any(low) && !any(others)) {
+      fail_usage(
+          std::string(flag.name) + " " + *values.both +
+          " is for files that do not say it themselves, and these do: leave it out, or write " +
+          flag.name + " high=" + *values.both + " where HIGH's says what is not so.");
+    }
+  }
+  for (const MeshSide side : {MeshSide::high, MeshSide::low}) load_options(arguments, side);
+}
+
+ShadingOptions parse_shading(const std::string& text) {
+  constexpr std::pair<const char*, ShadingRule> kRules[] = {{"auto", ShadingRule::automatic},
+                                                            {"file", ShadingRule::file},
+                                                            {"smooth", ShadingRule::smooth},
+                                                            {"flat", ShadingRule::flat}};
+  for (const auto& [word, rule] : kRules) {
+    if (text == word) return {.rule = rule};
+  }
+  ShadingOptions options = {.rule = ShadingRule::angle};
+  refuse_if(!read_number(text, options.angle_degrees) || !(options.angle_degrees > 0) ||
+                options.angle_degrees > 180,
+            "--high-normals is '" + text +
+                "': give auto, file, smooth, flat, or an angle above 0 and up to 180 degrees.");
+  return options;
+}
+
+std::string shading_word(const ShadingOptions& options) {
+  switch (options.rule) {
+    case ShadingRule::automatic:
+      return "auto";
+    case ShadingRule::file:
+      return "file";
+    case ShadingRule::smooth:
+      return "smooth";
+    case ShadingRule::flat:
+      return "flat";
+    case ShadingRule::angle:
+      break;
+  }
+  return formatted("%g", options.angle_degrees);
+}
+
+LoadMeshOptions load_options(const MeshFrameArguments& arguments, MeshSide side) {
+  LoadMeshOptions options;
+  options.outside = arguments.allow_outside;
+  const Values up("--up", arguments.up), unit("--unit", arguments.unit);
+  const Values uv_set("--uv-set", arguments.uv_set);
+  options.override_up = up.own(side).has_value();
+  if (const auto& text = options.override_up ? up.own(side) : up.both) options.up = parse_up(*text);
+  options.override_unit = unit.own(side).has_value();
+  if (const auto& text = options.override_unit ? unit.own(side) : unit.both) {
+    options.metres = parse_unit(*text);
+  }
+  if (side == MeshSide::other) return options;  // occluders need no UVs
+  if (const auto& text = uv_set.own(side) ? uv_set.own(side) : uv_set.both) {
+    const char* const end = text->data() + text->size();
+    const auto [stop, status] = std::from_chars(text->data(), end, options.uv_set);
+    if (status != std::errc() || stop != end) {
+      options.uv_set = 0;
+      options.uv_set_name = *text;
+      refuse_if(text->empty(), "--uv-set: write a number from 0 on, or the set's name.");
+    }
+  }
+  return options;
+}
+
+}  // namespace kiln

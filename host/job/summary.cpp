@@ -1,0 +1,262 @@
+// Summary of a bake.
+
+#include "job/map_words.h"
+#include "options/parse.h"
+#include "base/percent.h"
+#include "job/run.h"
+#include "kiln/plan.h"
+#include "job/flags.h"
+
+namespace kiln {
+namespace {
+
+std::string percent(std::uint64_t part, std::uint64_t whole) {
+  return formatted(
+      "%.2f%%", whole == 0 ? 0.0 : 100.0 * static_cast<double>(part) / static_cast<double>(whole));
+}
+
+/// "outward 60.12%, inward 39.80%": the ways that found something.
+std::string shares(const BakeReport& report) {
+  std::string text;
+  for (const auto& [name, count] :
+       {std::pair{"outward", report.outward},
+        std::pair{"outward past a nearer face", report.passed_over},
+        std::pair{"inward", report.inward}, std::pair{"cage", report.cage},
+        std::pair{"views", report.viewed}, std::pair{"closest", report.closest},
+        std::pair{"UV", report.by_uv}}) {
+    if (count == 0) continue;
+    text += (text.empty() ? "" : ", ") + std::string(name) + " " + percent(count, report.samples);
+  }
+  return text.empty() ? "none" : text;
+}
+
+/// One line about the views.
+std::string summary(const ViewReport& views, double diagonal) {
+  std::string text;
+  const std::size_t count = views.directions.size();
+  text = formatted(
+      "%zu view%s of %u x %u%s, a pixel is %.3g%% of the diagonal; %.1f%% of the high "
+      "poly has triangles smaller than that",
+      count, count == 1 ? "" : "s", views.size, views.size,
+      views.height_field ? " (a height field)" : "", 100 * views.pixel / diagonal,
+      100 * views.undersampled);
+  std::string line = text;
+  if (!views.coverage.empty()) {
+    line += "; seen after each:";
+    for (const double share : views.coverage) {
+      line += formatted(" %.1f%%", 100 * share);
+    }
+  }
+  return line;
+}
+
+/// One line about visibility.
+std::string summary(const VisibilityReport& visibility, std::uint32_t clusters) {
+  return formatted(
+      "visibility from %u directions by %s at %s %s in %.2f s; %s seen from none of them "
+      "(%s have no neighbour that is seen, and keep the normal); standard deviation %.3f%s",
+      visibility.directions, visibility.by_rays ? "rays" : "views",
+      with_commas(visibility.places).c_str(), visibility.width != 0 ? "texels" : "vertices",
+      visibility.seconds, with_commas(visibility.unseen).c_str(),
+      with_commas(visibility.without).c_str(), visibility.mean_deviation,
+      clusters > 1 ? ("; " + with_commas(visibility.clustered) + " parted into clusters").c_str()
+                   : "");
+}
+
+/// "rays, 512 x 512".
+std::string trial_in_words(const PlanTrial& trial) {
+  return std::string(trial.method.name) + ", " + std::to_string(trial.width) + " x " +
+         std::to_string(trial.height);
+}
+
+/// One line about a plan.
+std::string summary(const PlannedBake& planned) {
+  const std::string text = formatted(
+      "chose %s: rendered normals are %.3g degrees off (mean over %u pictures of %u x %u; 95%%: "
+      "%.3g; without the map %.3g; wanted %.3g)",
+      trial_in_words(planned.chosen).c_str(), planned.chosen.error.mean_degrees, kPlanViews, kPlanPixels,
+      kPlanPixels, planned.chosen.error.p95_degrees, planned.without_map.mean_degrees,
+      planned.wanted);
+  std::string line = text;
+  line += "; tried";
+  for (const PlanTrial& trial : planned.trials) {
+    line += formatted("%s %s: %.3g", &trial == planned.trials.data() ? "" : ";",
+                      trial_in_words(trial).c_str(), trial.error.mean_degrees);
+  }
+  line += "; with an endless map";
+  for (const PlanLimit& limit : planned.limits) {
+    line += formatted("%s %s: %.3g", &limit == planned.limits.data() ? "" : ";",
+                      std::string(limit.method.name).c_str(), limit.error.mean_degrees);
+  }
+  if (planned.least > 0) {
+    line += formatted("; any way: at least %.3g", planned.least);
+  }
+  return line;
+}
+
+/// One line about the layouts.
+std::string summary(const UvReport& uv, double diagonal) {
+  return formatted(
+      "layouts: %s of the high poly's samples covered twice; surfaces %s of the "
+      "diagonal apart at the same UV on average, 95%% of the samples within %s",
+      percent(uv.overlapping, uv.covered).c_str(),
+      kiln::percent(uv.mean_distance / diagonal).c_str(),
+      kiln::percent(uv.p95_distance / diagonal).c_str());
+}
+
+/// "cage: 0.25% to 1.8% of the diagonal out, 0.25% to 0.6% in".
+std::string summary(const CageReport& cage, double diagonal) {
+  const double percents = 100 / diagonal;
+  const std::string text = formatted("cage: %.3g%% to %.3g%% of the diagonal out",
+                                     percents * cage.outward_least, percents * cage.outward_most);
+  std::string line = text;
+  if (cage.kind != CageKind::shells) return line;
+  return line + formatted(", %.3g%% to %.3g%% in", percents * cage.inward_least,
+                          percents * cage.inward_most);
+}
+
+/// One line about where rays turn.
+std::string summary(const EdgeReport& edges, double diagonal) {
+  const std::string text = formatted(
+      "hard edges: rays turn within %.3g%% of the diagonal (%.3g%% to %.3g%%)",
+      100 * edges.median / diagonal, 100 * edges.least / diagonal, 100 * edges.most / diagonal);
+  if (edges.found == 0) return text;
+  return text +
+         (", by HIGH's bevels at " + with_commas(edges.found) + " of " + with_commas(edges.edges));
+}
+
+/// One line about what is on no texel.
+std::string summary(const HighCoverageReport& recall) {
+  return formatted("recall: texels hold %.2f%% of HIGH's visible surface near LOW",
+                   100 * (1 - recall.lost));
+}
+
+std::string of_set(const BakedSet& set) {
+  return "texture set '" + set.word + "'" + (set.set.tile.empty() ? "" : ", tile " + set.set.tile) +
+         ": ";
+}
+
+/// A line for each reason but that all is well. \param samples  of which percentages are
+void add_reasons(RunLog& console, const Reasons& reasons, std::uint64_t samples,
+                   const std::string& set = {}) {
+  const auto infos = reason_infos();
+  for (const ReasonCount& count : reasons.counts) {
+    if (count.reason == Reason::found) continue;
+    const ReasonInfo& info = infos[static_cast<std::size_t>(count.reason)];
+    const std::string text =
+        formatted(", such as at texel column %u, row %u (%.4g, %.4g, %.4g)", count.column,
+                  count.row, count.position[0], count.position[1], count.position[2]);
+    console.line(set + std::string(info.name) + ": " + with_commas(count.samples) + " samples (" +
+                 percent(count.samples, samples) + ") " + with_flags(info.words) + text);
+  }
+}
+
+std::string texels_line(const BakeReport& report, std::uint64_t map_texels,
+                        const Source::Stats& source) {
+  const std::uint64_t found = report.samples - report.missed;
+  std::string searched;
+  if (report.max_distance > 0) {
+    searched = formatted(", search distance %.3g (%s)", report.max_distance,
+                         of_diagonal(report.max_distance / source.diagonal).c_str());
+  }
+  return formatted(
+      "%s of %s texels covered, %s matched (%s), %s samples missed (%s); mean distance "
+      "%.3g units (%s)%s",
+      with_commas(report.texels).c_str(), with_commas(map_texels).c_str(),
+      percent(found, report.samples).c_str(), shares(report).c_str(),
+      with_commas(report.missed).c_str(), percent(report.missed, report.samples).c_str(),
+      report.mean_abs_distance, of_diagonal(report.mean_abs_distance / source.diagonal).c_str(),
+      searched.c_str());
+}
+
+void add_totals(RunLog& console, const BakeReport& report, std::uint64_t map_texels,
+                  const Source::Stats& source, const Stages& stages, double total) {
+  if (map_texels > 0) console.line(texels_line(report, map_texels, source));
+  console.line(formatted(
+      "%.2f s: load %.2f, low poly %.2f, build %.2f, plan %.2f, texels %.2f, match %.2f, "
+      "detail %.2f, recall %.2f, image %.2f, mip-maps %.2f, save %.2f; peak memory %llu MiB",
+      total, stages.load, stages.low, stages.build + report.seconds_build, stages.plan,
+      report.seconds_texels, report.seconds_match, report.seconds_detail, report.seconds_recall,
+      report.seconds_image, report.seconds_mips, stages.save,
+      static_cast<unsigned long long>(peak_resident_bytes() >> 20)));
+}
+
+}  // namespace
+
+void add_summary(BakeRun& run, const Source::Stats& source, double total) {
+  RunLog& console = run.console;
+  const BakeReport& report = run.result.report;
+  if (run.low.simplified) {
+    console.line(formatted("low poly: %s of %s faces, within %.3f%% of the diagonal",
+                           with_commas(run.low.simplified->faces).c_str(),
+                           with_commas(run.low.simplified->input_faces).c_str(),
+                           run.low.simplified->error * 100));
+  }
+  if (run.low.polygons.quads + run.low.polygons.larger > 0) {
+    console.line("LOW: " + with_commas(run.low.polygons.quads) + " quads and " +
+                 with_commas(run.low.polygons.larger) +
+                 " larger polygons, triangulated by the rule '" +
+                 name_of(Words(kTriangulations), run.arguments.load.triangulation) + "'");
+  }
+  if (!run.low.mesh.tangents.empty() &&
+      run.arguments.bake.encoding.space == NormalMapSpace::tangent) {
+    console.line("LOW: tangents of its file (--tangents mikktspace computes them)");
+  }
+  if (run.plan) {
+    for (const std::string& line : trade_table(*run.plan)) console.line(line);
+  }
+  if (run.lods) {
+    for (const std::string& line : lod_table(*run.lods)) console.line(line);
+  }
+  const auto add_plan = [&](const std::string& set, const std::optional<PlannedBake>& plan) {
+    if (!plan) return;
+    console.line(set + summary(*plan));
+    for (const MapReached& map : plan->bounds) console.line(set + describe(map));
+  };
+  add_plan("", run.planned);
+  for (const BakedSet& set : run.sets) add_plan(of_set(set), set.planned);
+  for (const MapReached& map : run.plan ? run.plan->bounds : std::vector<MapReached>()) {
+    console.line(describe(map));
+  }
+  if (const std::string text = shading_line(run.high.shading, run.arguments.frame.shading);
+      !text.empty() && !run.high.heights) {
+    console.line(text);
+  }
+  if (report.views) console.line(summary(*report.views, source.diagonal));
+  if (report.uv) console.line(summary(*report.uv, source.diagonal));
+  if (run.parts) {
+    console.line(std::to_string(run.parts->count) + " parts, each matched with its own alone");
+  }
+  if (report.uv_copies > 0) {
+    console.line("mirrored and repeated UVs: " + with_commas(report.uv_copies) +
+                 " faces of LOW share texels with faces that are baked");
+  }
+  if (report.cage_mesh) console.line(summary(*report.cage_mesh, source.diagonal));
+  if (report.edges.edges != 0) console.line(summary(report.edges, source.diagonal));
+  if (run.reasons) add_reasons(console, *run.reasons, report.samples);
+  for (const BakedSet& set : run.sets) {
+    if (set.reasons) add_reasons(console, *set.reasons, report.samples, of_set(set));
+  }
+  if (report.recall && report.recall->places > 0) console.line(summary(*report.recall));
+  if (report.visibility) {
+    console.line(summary(*report.visibility, run.options.match.visibility.clusters));
+  }
+  const std::uint64_t map_texels =
+      run.plan      ? std::uint64_t{run.plan->chosen.size} * run.plan->chosen.size
+      : run.planned ? std::uint64_t{run.planned->chosen.width} * run.planned->chosen.height
+                    : std::uint64_t{run.options.width} * run.options.height;
+  std::uint64_t set_texels = 0;
+  for (const BakedSet& set : run.sets) set_texels += std::uint64_t{set.width} * set.height;
+  add_totals(console, report, run.sets.empty() ? map_texels : set_texels, source, run.stages,
+               total);
+  for (const MapError& error : report.errors) {
+    console.line(formatted(
+        "error of %s against %s: rms %.3g, mean %.3g, 95%% %.3g, most %.3g %s (%s texels)",
+        std::string(error.kind.name).c_str(), std::string(error.against).c_str(), error.rms,
+        error.mean, error.p95, error.max, std::string(error.unit).c_str(),
+        with_commas(error.texels).c_str()));
+  }
+  for (const std::string& output : run.outputs) console.line("wrote " + output);
+}
+
+}  // namespace kiln

@@ -1,0 +1,323 @@
+#include "job/transfers.h"
+
+#include <algorithm>
+#include <climits>
+#include <filesystem>
+#include <memory>
+#include <system_error>
+
+#include "job/files.h"
+#include "job/map_words.h"
+#include "job/mesh_files.h"
+#include "options/parse.h"
+
+namespace kiln {
+namespace {
+
+namespace fs = std::filesystem;
+
+bool asks(const BakeOptions& options, std::string_view option) {
+  const auto takes = [&](MapKind map) { return map_takes(map.name, option); };
+  return std::any_of(options.maps.begin(), options.maps.end(), takes) ||
+         std::any_of(options.variants.begin(), options.variants.end(),
+                     [&](const MapVariant& map) { return takes(map.kind); });
+}
+
+bool has_pictures(const Texture& texture) { return !texture.images.empty(); }
+
+/// Reads each file of materials once, when first asked for.
+class Materials {
+ public:
+  Materials(const Job& arguments, const Mesh& high, std::vector<Warning>& warnings,
+            std::span<const Material> known)
+      : arguments_(arguments), high_(high), warnings_(warnings) {
+    if (!known.empty()) read_.emplace(known.begin(), known.end());
+  }
+
+  Texture texture(MaterialSlot slot) {
+    return load_material_texture(all(), slot, high_, &warnings_, arguments_.high_normal_map);
+  }
+  bool have_colors() {
+    return std::any_of(all().begin(), all().end(), [](const Material& material) {
+      return material.color_from != MaterialNumber::none || !material.color_map.file.empty();
+    });
+  }
+
+ private:
+  const std::vector<Material>& all() {
+    if (read_) return *read_;
+    const std::size_t before = warnings_.size();
+    read_ = load_materials(high_, high_name(arguments_), &warnings_, arguments_.frame.allow_outside);
+    for (std::size_t i = before; i < warnings_.size(); ++i) {
+      // Names of joined files are one name: half of the map would show another file's material.
+      if (warnings_[i].code != "materials-differ" || high_files(arguments_).size() < 2) continue;
+      throw Error(ErrorCode::input, in_words(high_files(arguments_)) +
+                                        " have materials of the same name that are not the same: " +
+                                        warnings_[i].message);
+    }
+    return *read_;
+  }
+
+  const Job& arguments_;
+  const Mesh& high_;
+  std::vector<Warning>& warnings_;
+  std::optional<std::vector<Material>> read_;
+};
+
+Texture load_texture(const TransferArgument& transfer, Materials& materials, const Mesh& high,
+                     const Job& arguments, std::vector<Warning>& warnings) {
+  if (transfer.materials()) {
+    Texture texture = materials.texture(Words(kMaterialSlots).at(transfer.name));
+    if (transfer.kind) texture.kind = *transfer.kind;
+    return texture;
+  }
+  Texture texture = kiln::load_texture(transfer.file, &high, &warnings);
+  texture.kind = transfer.kind.value_or(texture.kind);
+  texture.normal_format = arguments.high_normal_map;
+  if (map_takes(transfer.name, "opacity")) {
+    // Its alpha where it has one, else what it shows.
+    texture.kind = transfer.kind.value_or(TextureKind::linear);
+    texture.channel = texture.images[0]->channels % 2 == 0 ? 3 : 0;
+  } else if (texture.kind == TextureKind::srgb) {
+    // By itself a picture's alpha is what its format says: opacity.
+    texture.weighted_by_alpha.assign(texture.images.size(), true);
+  }
+  return texture;
+}
+
+}  // namespace
+
+bool is_transparent(const Material& m) {
+  return m.alpha_mode != AlphaMode::opaque &&
+         (m.opacity < 1 || !m.opacity_map.empty() || m.vertex_opacity);
+}
+
+namespace {
+
+/// The slots that a high poly's materials fill, but for occlusion; and colour, where its vertices have some.
+std::vector<MaterialSlot> slots_of(const Mesh& high, std::span<const Material> materials) {
+  const auto any = [&](const auto& has) {
+    return std::any_of(materials.begin(), materials.end(), has);
+  };
+  const auto has_number = [](MaterialNumber from) { return from != MaterialNumber::none; };
+  std::vector<MaterialSlot> slots;
+  const auto add = [&](bool there, MaterialSlot slot) {
+    if (there) slots.push_back(slot);
+  };
+  add(!high.colors.empty() ||
+          any([&](const Material& m) { return has_number(m.color_from) || !m.color_map.empty(); }),
+      MaterialSlot::color);
+  add(any(is_transparent), MaterialSlot::opacity);
+  add(any([](const Material& m) { return !m.normal_map.empty(); }), MaterialSlot::normal);
+  add(any([&](const Material& m) {
+        return has_number(m.roughness_from) || !m.roughness_map.empty();
+      }),
+      MaterialSlot::roughness);
+  add(any([&](const Material& m) {
+        return !m.metallic_map.empty() || (has_number(m.metallic_from) && m.metallic > 0);
+      }),
+      MaterialSlot::metallic);
+  add(any([&](const Material& m) {
+        return !m.emission_map.empty() ||
+               (has_number(m.emission_from) && m.emission != std::array<float, 3>{});
+      }),
+      MaterialSlot::emission);
+  return slots;
+}
+
+}  // namespace
+
+namespace {
+
+bool has_uv_set(const Mesh& mesh, std::uint32_t set) {
+  return set == mesh.uv_set || std::any_of(mesh.other_uvs.begin(), mesh.other_uvs.end(),
+                                           [set](const UvSet& other) { return other.set == set; });
+}
+
+}  // namespace
+
+MaterialMaps material_maps(const Mesh& high, std::span<const Material> materials, bool occlusion,
+                           std::vector<Warning>& warnings) {
+  MaterialMaps found;
+  for (const MaterialSlot slot : slots_of(high, materials)) {
+    const std::string name = name_of(Words(kMaterialSlots), slot);
+    if (slot == MaterialSlot::color || slot == MaterialSlot::opacity) {
+      found.maps.push_back(name);
+    } else {
+      found.transfers.push_back("mtl:" + name);
+    }
+  }
+  std::uint64_t other_uvs = 0;
+  const bool pictures = std::any_of(materials.begin(), materials.end(), [&](const Material& m) {
+    const bool there = !m.occlusion_map.empty();
+    if (there && !has_uv_set(high, m.occlusion_map.uv_set)) ++other_uvs;
+    return there;
+  });
+  if (pictures && other_uvs == 0 && occlusion) found.transfers.emplace_back("mtl:occlusion");
+  if (other_uvs != 0) {
+    warnings.push_back({"occlusion-left-out",
+                        "HIGH's picture of occlusion lies on a set of UVs that HIGH has not, "
+                        "and is left out; the map `ao` is of HIGH's shape.",
+                        other_uvs});
+  }
+  const auto clear = static_cast<std::uint64_t>(std::count_if(
+      high.colors.begin(), high.colors.end(), [](const auto& c) { return c[3] < 255; }));
+  const auto counts_vertices = [](const Material& m) { return m.multiplies; };
+  if (clear != 0 && std::none_of(materials.begin(), materials.end(), counts_vertices)) {
+    warnings.push_back(
+        {"opacity-left-out",
+         "HIGH's vertex colours have alpha, which is left out, since no material says "
+         "that it counts: add opacity to --maps where it does.",
+         clear});
+  }
+  return found;
+}
+
+std::vector<OwnMap> load_own_maps(const Job& a) {
+  constexpr std::size_t kMost = std::size_t{1} << 20;
+  std::vector<OwnMap> maps;
+  for (const std::string& text : a.own_maps) {
+    const std::size_t equals = text.find('=');
+    OwnMap map;
+    map.name = text.substr(0, equals);
+    map.file = text.substr(equals + 1);
+    map.source = read_small_file(map.file, kMost, "--maps '" + text + "'");
+    maps.push_back(std::move(map));
+  }
+  return maps;
+}
+
+void load_textures(const Job& arguments, const Mesh& high, BakeOptions& options,
+                   std::vector<Warning>& warnings, std::span<const Material> known) {
+  Materials materials(arguments, high, warnings, known);
+  for (const TransferArgument& transfer : parse_transfers(arguments)) {
+    Texture texture = load_texture(transfer, materials, high, arguments, warnings);
+    if (map_takes(transfer.name, "color")) {
+      options.color = std::move(texture);
+    } else if (map_takes(transfer.name, "opacity")) {
+      options.opacity = std::move(texture);
+    } else {
+      options.transfers.push_back({transfer.name, std::move(texture)});
+    }
+  }
+  if (high.material_files.empty()) return;
+  if (asks(options, "color") && !options.color &&
+      (high.colors.empty() || materials.have_colors())) {
+    Texture texture = materials.texture(MaterialSlot::color);
+    // Vertex colours say more than a plain material, where they are not multiplied with it.
+    if (has_pictures(texture) || high.colors.empty() || !texture.times_vertex_colors.empty()) {
+      options.color = std::move(texture);
+    }
+  }
+  if ((asks(options, "opacity") || arguments.alpha_test > 0) && !options.opacity) {
+    options.opacity = materials.texture(MaterialSlot::opacity);
+  }
+}
+
+void apply_alpha_test(const Job& arguments, const BakeOptions& options, Mesh& high,
+                      std::vector<Warning>& warnings) {
+  if (arguments.alpha_test <= 0) return;
+  if (!options.opacity) {
+    throw Error(ErrorCode::input, "--alpha-test: " + in_words(high_files(arguments)) +
+                                      " names no materials: give the picture, --transfer "
+                                      "FILE:opacity.");
+  }
+  CutOutReport report;
+  high = cut_out(high, *options.opacity, arguments.alpha_test, &report);
+  if (report.cut + report.gone != 0) return;
+  warnings.push_back({"alpha-test-idle",
+                      "--alpha-test found nothing of " + in_words(high_files(arguments)) +
+                          " that is transparent: see whether its pictures have an alpha channel.",
+                      1});
+}
+
+namespace {
+
+constexpr Word<TextureKind> kTextureKinds[] = {
+    {"linear", TextureKind::linear}, {"normal", TextureKind::normal}, {"srgb", TextureKind::srgb}};
+
+bool is_letter(char c) { return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z'); }
+
+bool is_name(const std::string& text) {
+  return !text.empty() && is_letter(text[0]) && std::all_of(text.begin(), text.end(), [](char c) {
+    return is_letter(c) || c == '_' || (c >= '0' && c <= '9');
+  });
+}
+
+/// A name of a file's stem.
+std::string name_of_file(const std::string& file) {
+  std::string name = fs::path(file).stem().string();
+  for (char& c : name) {
+    if (!is_letter(c) && !(c >= '0' && c <= '9')) c = '_';
+  }
+  return is_name(name) ? name : "t_" + name;
+}
+
+/// Takes the part after the last colon off a text, where there is one.
+std::optional<std::string> last_part(std::string& text) {
+  const std::size_t colon = text.rfind(':');
+  if (colon == std::string::npos || colon == 0) return std::nullopt;
+  std::string part = text.substr(colon + 1);
+  text.resize(colon);
+  return part;
+}
+
+/// True for a file, or the name of a UDIM set. No name that is too long is a file's; to ask for each of its parts would take the square of its length.
+bool is_there(const std::string& file) {
+  if (file.size() >= PATH_MAX) return false;
+  std::error_code ignored;
+  return fs::exists(file, ignored) || is_picture_file(file);
+}
+
+/// If there is no such file, but one before a colon: the words after it are wrong. \throws Error(usage)
+void check_words(const std::string& text, const std::string& file) {
+  if (is_there(file)) return;
+  refuse_if(file.starts_with("mtl:"),
+            "--transfer '" + text + "': '" + text.substr(text.rfind(':') + 1) +
+                "' is no colour space, and pictures of materials keep their "
+                "names. Give mtl:SLOT or mtl:SLOT:SPACE, where SPACE is "
+                "srgb, linear or normal.");
+  for (std::string rest = file; last_part(rest);) {
+    if (!is_there(rest)) continue;
+    fail_usage("--transfer '" + text + "': '" + text.substr(text.rfind(':') + 1) +
+               "' is no colour space. Give FILE, FILE:NAME or "
+               "FILE:NAME:SPACE, where SPACE is srgb, linear or normal.");
+  }
+}
+
+}  // namespace
+
+TransferArgument parse_transfer(const std::string& text) {
+  TransferArgument transfer;
+  transfer.file = text;
+  std::string rest = text;
+  if (std::optional<std::string> part = last_part(rest)) {
+    if (const TextureKind* const kind = Words(kTextureKinds).find(*part)) {
+      transfer.kind = *kind;
+      transfer.file = rest;
+      part = last_part(rest);
+    }
+    if (part && is_name(*part)) {
+      transfer.name = *part;
+      transfer.file = rest;
+    }
+  }
+  if (transfer.materials()) {
+    refuse_if(!Words(kMaterialSlots).contains(transfer.name),
+              "--transfer '" + text +
+                  "': of materials it takes mtl:color, opacity, normals, roughness, metallic, "
+                  "emission or occlusion.");
+    return transfer;
+  }
+  check_words(text, transfer.file);
+  if (transfer.name.empty()) transfer.name = name_of_file(transfer.file);
+  return transfer;
+}
+
+std::vector<TransferArgument> parse_transfers(const Job& arguments) {
+  std::vector<TransferArgument> transfers;
+  for (const std::string& text : arguments.transfers) transfers.push_back(parse_transfer(text));
+  return transfers;
+}
+
+}  // namespace kiln

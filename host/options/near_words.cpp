@@ -1,0 +1,167 @@
+#include "options/near_words.h"
+
+#include <algorithm>
+#include <array>
+#include <span>
+#include <sstream>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "kiln/map.h"
+#include "kiln/match.h"
+
+namespace kiln {
+namespace {
+
+/// Other programs' words beside those of maps and matches, whose rows say them.
+struct OtherName {
+  std::string_view theirs, ours;
+};
+
+constexpr std::array kOtherNames = {
+    OtherName{"none", "mark"},
+    OtherName{"keep", "low"},
+    OtherName{"world", "object"},
+    OtherName{"png", "png16"},
+    OtherName{"openexr", "exr"},
+    OtherName{"hdr", "exr"},
+    // Commands.
+    OtherName{"decimate", "simplify"},
+    OtherName{"reduce", "simplify"},
+    OtherName{"lowpoly", "simplify"},
+    OtherName{"compare", "diff"},
+    OtherName{"view", "render"},
+    OtherName{"rate", "measure"},
+    OtherName{"extract", "volume"},
+    OtherName{"device", "devices"},
+    // Flags, of whatever command has ours.
+    OtherName{"azimuth", "view"},
+    OtherName{"elevation", "view"},
+    OtherName{"o", "out"},
+    OtherName{"output", "out"},
+    OtherName{"output_dir", "out"},
+    OtherName{"out_dir", "out"},
+    OtherName{"outdir", "out"},
+    OtherName{"j", "json"},
+    OtherName{"report", "json"},
+    OtherName{"q", "quiet"},
+    OtherName{"silent", "quiet"},
+    OtherName{"gpu", "device"},
+    OtherName{"resolution", "size"},
+    OtherName{"res", "size"},
+    OtherName{"ao_map", "occlusion"},
+    OtherName{"camera", "view"},
+    OtherName{"threshold", "iso"},
+    OtherName{"isovalue", "iso"},
+    OtherName{"iso_value", "iso"},
+    OtherName{"preserve_uvs", "keep-uvs"},
+    OtherName{"tolerance", "max-error"},
+    OtherName{"flip_green", "flip-y"},
+    OtherName{"margin", "gutter"},
+    OtherName{"memory", "memory-limit"},
+};
+
+bool is_in(std::string_view word, std::string_view list) {
+  for (;;) {
+    const std::size_t blank = list.find(' ');
+    if (list.substr(0, blank) == word) return true;
+    if (blank == std::string_view::npos) return false;
+    list.remove_prefix(blank + 1);
+  }
+}
+
+/// "height-map" is "height", and so is "render-height".
+std::string plain_name(const std::string& word) {
+  std::string name = word;
+  std::replace(name.begin(), name.end(), '-', '_');
+  std::replace(name.begin(), name.end(), ' ', '_');
+  for (const std::string_view start : {"bake_", "render_"}) {
+    if (name.starts_with(start)) name.erase(0, start.size());
+  }
+  if (name.ends_with("_map")) name.resize(name.size() - 4);
+  return name;
+}
+
+template <typename Row, typename Name>
+const Row* row_called(const std::string& word, std::span<const Row> rows, const Name& name_of) {
+  std::string name = plain_name(word);
+  const auto find = [&]() -> const Row* {
+    for (const Row& row : rows) {
+      if (name_of(row) == name || is_in(name, row.other_names)) return &row;
+    }
+    return nullptr;
+  };
+  const Row* const row = find();
+  if (row != nullptr || !name.ends_with('s')) return row;
+  name.pop_back();
+  return find();
+}
+
+}  // namespace
+
+const MapInfo* map_called(const std::string& word) {
+  return row_called(word, maps(), [](const MapInfo& map) { return map.kind.name; });
+}
+
+const MatchInfo* match_called(const std::string& word) {
+  return row_called(word, matches(), [](const MatchInfo& match) { return match.method.name; });
+}
+
+std::size_t edits(const std::string& a, const std::string& b) {
+  // The last rows of the table: of a without two letters, without one, and with all so far.
+  std::vector<std::size_t> before, above, row(b.size() + 1);
+  for (std::size_t k = 0; k <= b.size(); ++k) row[k] = k;
+  for (std::size_t i = 1; i <= a.size(); ++i) {
+    before = std::move(above);
+    above = row;
+    row[0] = i;
+    for (std::size_t k = 1; k <= b.size(); ++k) {
+      row[k] =
+          std::min({above[k] + 1, row[k - 1] + 1, above[k - 1] + (a[i - 1] == b[k - 1] ? 0 : 1)});
+      const bool swapped = i > 1 && k > 1 && a[i - 1] == b[k - 2] && a[i - 2] == b[k - 1];
+      if (swapped) row[k] = std::min(row[k], before[k - 2] + 1);
+    }
+  }
+  return row[b.size()];
+}
+
+std::string nearest_word(const std::string& word, const std::vector<std::string>& words) {
+  std::string name = word;
+  std::replace(name.begin(), name.end(), '-', '_');
+  const auto known_word = [&](std::string_view ours) {
+    return std::find(words.begin(), words.end(), ours) != words.end();
+  };
+  for (const OtherName& other : kOtherNames) {
+    if (other.theirs == name && known_word(other.ours)) return std::string(other.ours);
+  }
+  const MapInfo* const map = map_called(word);
+  if (map != nullptr && known_word(map->kind.name)) return std::string(map->kind.name);
+  const MatchInfo* const match = match_called(word);
+  if (match != nullptr && known_word(match->method.name)) return std::string(match->method.name);
+  std::string nearest;
+  // Two thirds of the letters must be right.
+  std::size_t least = std::min<std::size_t>(4, word.size() / 3 + 1);
+  for (const std::string& known : words) {
+    const std::size_t distance = edits(word, known);
+    if (distance < least) {
+      least = distance;
+      nearest = known;
+    }
+  }
+  return nearest;
+}
+
+std::string not_one_of(const std::string& word, const std::vector<std::string>& words) {
+  const std::string nearest = nearest_word(word, words);
+  std::string text =
+      word.empty() ? "it was given nothing" : "'" + word + "' is not one of its values";
+  if (!nearest.empty()) text += "; did you mean " + nearest + "?";
+  text += nearest.empty() ? ": give " : " Give ";
+  for (std::size_t i = 0; i < words.size(); ++i) {
+    text += (i == 0 ? "" : i + 1 == words.size() ? " or " : ", ") + words[i];
+  }
+  return text;
+}
+
+}  // namespace kiln

@@ -1,0 +1,123 @@
+#include "options/option_table.h"
+
+#include <algorithm>
+
+namespace kiln {
+
+OptionValue OptionValue::or_none() const {
+  OptionValue value = *this;
+  value.get = [get = get](const void* job) {
+    Json json = get(job);
+    return json.number() == 0 ? Json() : json;
+  };
+  return value;
+}
+
+OptionWords OptionValue::write(const void* job) const {
+  if (words_back) return words_back(job);
+  const Json said = get(job);
+  OptionWords list;
+  if (said.is_array()) {
+    for (const Json& element : said.elements()) list.push_back(written(element));
+  } else if (!said.is_null()) {
+    list.push_back(written(said));
+  }
+  return list;
+}
+
+OptionValue OptionValue::in(std::string_view wanted) const {
+  OptionValue value = *this;
+  value.unit = wanted;
+  return value;
+}
+
+std::string OptionRow::report_key() const {
+  if (!key.empty()) return key == "-" ? "" : key;
+  std::string name = flag.substr(flag.find_first_not_of('-'));
+  std::replace(name.begin(), name.end(), '-', '_');
+  return name;
+}
+
+std::string_view OptionRow::path() const {
+  if (!option.empty()) return option;
+  constexpr std::string_view kOptions = "bake.";
+  const std::string_view member = value.member;
+  if (!member.starts_with(kOptions)) return {};
+  return member.substr(kOptions.size(), member.find(',') - kOptions.size());
+}
+
+bool OptionRow::serves(const MatchInfo& match) const { return obeys(match, path()); }
+
+bool OptionRow::serves(const MapInfo& map) const { return obeys(map, path()); }
+
+bool OptionRow::is_of_matches() const {
+  return !path().empty() && std::any_of(matches().begin(), matches().end(),
+                                        [&](const MatchInfo& match) { return serves(match); });
+}
+
+bool OptionRow::is_of_maps() const {
+  // A map of what a match went by is none that all of the match's options are for.
+  return !path().empty() && !path().starts_with("match.") &&
+         std::any_of(maps().begin(), maps().end(), [&](const MapInfo& map) { return serves(map); });
+}
+
+std::string written(const Json& value) {
+  if (value.is_string()) return value.text();
+  if (!value.is_array()) return value.is_null() ? "" : value.dump();
+  std::string text;
+  for (const Json& element : value.elements()) {
+    text += (text.empty() ? "" : ",") + written(element);
+  }
+  return text;
+}
+
+const OptionRow* find_row(std::span<const OptionRow> rows, std::string_view flag) {
+  const auto row =
+      std::find_if(rows.begin(), rows.end(), [&](const OptionRow& r) { return r.flag == flag; });
+  return row == rows.end() ? nullptr : &*row;
+}
+
+Json values_json(std::span<const OptionRow> rows, const void* job) {
+  Json json = Json::object();
+  for (const OptionRow& row : rows) {
+    if (const std::string key = row.report_key(); !key.empty()) json[key] = row.value.get(job);
+  }
+  return json;
+}
+
+Json rows_json(std::span<const OptionRow> rows, const void* defaults) {
+  Json list = Json::array();
+  for (const OptionRow& row : rows) {
+    const OptionValue& value = row.value;
+    Json json = {{"name", row.flag.substr(row.flag.find_first_not_of('-'))},
+                 {"flag", row.flag.starts_with('-') ? Json(row.flag) : Json()},
+                 {"member", value.member},
+                 {"type", value.type},
+                 {"unit", value.unit.empty() ? Json() : Json(value.unit)},
+                 {"range", value.low ? Json::array({*value.low, *value.high}) : Json()},
+                 {"choices", value.choices.empty() ? Json() : Json(value.choices)},
+                 {"default", value.get(defaults)},
+                 {"required", row.required},
+                 {"repeats", value.repeats},
+                 {"matches", Json()},
+                 {"maps", Json()},
+                 {"group", row.group},
+                 {"help", row.help}};
+    if (row.is_of_matches()) {
+      json["matches"] = Json::array();
+      for (const MatchInfo& match : matches()) {
+        if (row.serves(match)) json["matches"].push_back(match.method.name);
+      }
+    }
+    if (row.is_of_maps()) {
+      json["maps"] = Json::array();
+      for (const MapInfo& map : maps()) {
+        if (row.serves(map)) json["maps"].push_back(map.kind.name);
+      }
+    }
+    list.push_back(std::move(json));
+  }
+  return list;
+}
+
+}  // namespace kiln

@@ -1,0 +1,373 @@
+// Options as rows of a table: one row says all there is to say of an option. From the rows come the flags of
+// commands, their checks, help, the options of reports, and the list for programs (--help-json).
+#pragma once
+
+#include <functional>
+#include <optional>
+#include <set>
+#include <span>
+#include <string>
+#include <string_view>
+#include <tuple>
+#include <vector>
+
+#include "options/parse.h"
+#include "options/words.h"
+#include "kiln/height_field.h"
+#include "kiln/map.h"
+#include "kiln/match.h"
+#include "options/json.h"
+
+namespace kiln {
+
+/// A member of what a command is told (its job), and the path that names it: "bake.match.ray.rule".
+template <typename Job, typename T>
+struct Member {
+  Member(T& (*function)(Job&), const char* name) : of(function), path(name) {}
+  T& (*of)(Job&);
+  const char* path;
+};
+#define KILN_MEMBER(Job, member) \
+  ::kiln::Member {          \
+    +[](Job & job) -> auto& {    \
+      return job.member;         \
+    }                            \
+    , #member                    \
+  }
+
+/// Conversion of the words after a flag to a member of a job, and of the member to a report.
+struct OptionValue {
+  std::string type;    ///< For programs: flag, whole, number, choice, length, text, list...
+  std::string words;   ///< What help says of values
+  std::string unit;    ///< Of numbers, where they have one
+  std::string member;  ///< The member's path
+  std::vector<std::string> choices = {};
+  std::optional<double> low = {}, high = {};
+  bool repeats = false;  ///< May be given again
+  char delimiter = 0;    ///< Between several values of one word
+  /// \throws Error(usage)
+  std::function<void(void* job, const std::string& flag, const OptionWords&)> set = {};
+  std::function<Json(const void* job)> get = {};
+  /// The words that set() makes the value of; none: it cannot be told. Empty: those of get()
+  std::function<OptionWords(const void* job)> words_back = {};
+  OptionWords write(const void* job) const;
+
+  /// The same where a number of 0, which cannot be given, stands for none.
+  OptionValue or_none() const;
+  OptionValue in(std::string_view unit) const;
+};
+
+/// A function of a job for OptionValue::get: it only reads.
+template <typename Job, typename Get>
+std::function<Json(const void*)> reads(Get get) {
+  return
+      [get](const void* job) { return Json(get(const_cast<Job&>(*static_cast<const Job*>(job)))); };
+}
+template <typename Job, typename Set>
+auto writes(Set set) {
+  return [set](void* job, const std::string& flag, const OptionWords& words) {
+    set(*static_cast<Job*>(job), flag, words);
+  };
+}
+
+/// Values of a kind of their own. \param set  (Job&, flag, words) \param get  (Job&) gives what reports say
+template <typename Job, typename Set, typename Get>
+OptionValue value_of(const char* member, std::string_view type, std::string_view words, Set set,
+                     Get get) {
+  return {.type = std::string(type),
+          .words = std::string(words),
+          .unit = {},
+          .member = member,
+          .set = writes<Job>(set),
+          .get = reads<Job>(get)};
+}
+
+/// A whole number.
+template <typename Job, typename T>
+OptionValue whole(Member<Job, T> member, std::uint32_t low, std::uint32_t high) {
+  OptionValue value = value_of<Job>(
+      member.path, "whole", range(low, high).words(),
+      [=](Job& job, const std::string& flag, const OptionWords& words) {
+        std::uint32_t number = 0;
+        if (!read_number(words.back(), number) || number < low || number > high) {
+          std::string text = words.back();
+          fail_usage(flag + range(low, high)(text));
+        }
+        member.of(job) = number;
+      },
+      [=](Job& job) { return member.of(job); });
+  value.low = low;
+  value.high = high;
+  return value;
+}
+
+/// A number; a fraction such as 2/255, too, where it is a share.
+template <typename Job, typename T>
+OptionValue number(Member<Job, T> member, double low, double high, bool fractions = false) {
+  OptionValue value = value_of<Job>(
+      member.path, "number", fractions ? share_of_1().words() : range(low, high).words(),
+      [=](Job& job, const std::string& flag, const OptionWords& words) {
+        std::string text = words.back();
+        const std::string problem = fractions ? share_of_1()(text) : range(low, high)(text);
+        double number = 0;
+        if (!problem.empty() || !read_number(text, number)) fail_usage(flag + problem);
+        member.of(job) = number;
+      },
+      [=](Job& job) { return member.of(job); });
+  value.low = low;
+  value.high = high;
+  return value;
+}
+
+/// A flag without a value. \param when_given  what the member becomes
+template <typename Job>
+OptionValue toggle(Member<Job, bool> member, bool when_given = true) {
+  return value_of<Job>(
+      member.path, "flag", "",
+      [=](Job& job, const std::string& flag, const OptionWords& words) {
+        if (words.back() != "true" && words.back() != "false") {
+          fail_usage(flag + " is given without a value: leave =" + words.back() + " out");
+        }
+        member.of(job) = (words.back() == "true") == when_given;
+      },
+      [=](Job& job) { return member.of(job); });
+}
+
+/// One of several names.
+template <typename Job, typename T>
+OptionValue choice(Member<Job, T> member, Words<T> names) {
+  std::vector<std::string> choices = names_of(names);
+  OptionValue value = value_of<Job>(
+      member.path, "choice", one_of(choices).words(),
+      [=](Job& job, const std::string& flag, const OptionWords& words) {
+        std::string text = words.back();
+        if (const std::string problem = one_of(choices)(text); !problem.empty()) {
+          fail_usage(flag + problem);
+        }
+        member.of(job) = names.at(text);
+      },
+      [=](Job& job) { return name_of(names, member.of(job)); });
+  value.choices = choices;
+  return value;
+}
+
+/// A text, such as a file's name. \param check  throws where it is none; null: any text will do
+template <typename Job>
+OptionValue text(Member<Job, std::string> member, std::string_view shown = "TEXT",
+                 void (*check)(const char* flag, const std::string& text) = nullptr) {
+  return value_of<Job>(
+      member.path, "text", shown,
+      [=](Job& job, const std::string& flag, const OptionWords& words) {
+        if (check != nullptr) check(flag.c_str(), words.back());
+        member.of(job) = words.back();
+      },
+      [=](Job& job) { return member.of(job).empty() ? Json() : Json(member.of(job)); });
+}
+
+/// One of several words.
+template <typename Job>
+OptionValue word(Member<Job, std::string> member, const std::vector<std::string>& words) {
+  OptionValue value = value_of<Job>(
+      member.path, "choice", one_of(words).words(),
+      [=](Job& job, const std::string& flag, const OptionWords& given) {
+        std::string text = given.back();
+        if (const std::string problem = one_of(words)(text); !problem.empty()) {
+          fail_usage(flag + problem);
+        }
+        member.of(job) = text;
+      },
+      [=](Job& job) { return member.of(job); });
+  value.choices = words;
+  return value;
+}
+
+/// Texts. \param delimiter  between them; 0: the flag is given again for each
+template <typename Job>
+OptionValue texts(Member<Job, std::vector<std::string>> member, char delimiter = 0) {
+  OptionValue value = value_of<Job>(
+      member.path, "list", delimiter != 0 ? "TEXT,..." : "TEXT",
+      [=](Job& job, const std::string&, const OptionWords& words) { member.of(job) = words; },
+      [=](Job& job) { return member.of(job); });
+  value.repeats = true;
+  value.delimiter = delimiter;
+  return value;
+}
+
+/// A length above 0: world units, or P% of the high poly's diagonal.
+template <typename Job>
+OptionValue length(Member<Job, std::optional<Length>> member) {
+  return value_of<Job>(
+      member.path, "length", "D|P%",
+      [=](Job& job, const std::string& flag, const OptionWords& words) {
+        member.of(job) = parse_length_above_0(flag.c_str(), words.back());
+      },
+      [=](Job& job) { return member.of(job) ? Json(length_text(*member.of(job))) : Json(); });
+}
+
+/// An option. Of a bake's, what it serves is checked, too.
+struct OptionRow {
+  std::string flag;        ///< "--samples"; a position has no dashes
+  std::string group = {};  ///< The heading of help that it stands below
+  OptionValue value;
+  std::string help;
+  /// Its key in reports; empty: that of the flag ("view_size"); "-": none
+  std::string key = {};
+  bool required = false;
+  std::string excludes = {};  ///< Flags of earlier rows, with blanks between them
+  std::string needs = {};     ///< A flag of an earlier row
+  /// The path in BakeOptions that matches and maps obey (obeys()) which it serves; empty: that of the member
+  std::string_view option = {};
+  bool in_fallback = true;   ///< It serves such a match as a fallback, too
+  bool beside_auto = false;  ///< --match auto may choose a match that it serves
+
+  std::string report_key() const;
+  bool serves(const MatchInfo& match) const;
+  bool serves(const MapInfo& map) const;
+  /// True if some matches, or maps, obey it and so others do not
+  bool is_of_matches() const;
+  bool is_of_maps() const;
+
+ private:
+  std::string_view path() const;
+};
+
+/// A value as one word, as the command line has it: several with commas between them; empty: nothing.
+std::string written(const Json& value);
+
+/// The row of a flag; null: there is none.
+const OptionRow* find_row(std::span<const OptionRow> rows, std::string_view flag);
+
+/// The rows for which `wanted` is true, below one heading.
+template <typename Wanted>
+std::vector<OptionRow> rows_below(std::span<const OptionRow> rows, const char* heading,
+                                  const Wanted& wanted) {
+  std::vector<OptionRow> some;
+  for (const OptionRow& row : rows) {
+    if (!wanted(row)) continue;
+    some.push_back(row);
+    some.back().group = heading;
+  }
+  return some;
+}
+
+/// The values of a job by their keys, for reports.
+Json values_json(std::span<const OptionRow> rows, const void* job);
+
+/// All that rows say, for programs. \param defaults  a job that was told nothing
+Json rows_json(std::span<const OptionRow> rows, const void* defaults);
+
+/// Rows of what most commands take, of jobs with members of these names.
+template <typename Job>
+OptionRow device_row(const char* group) {
+  return {.flag = "--device",
+          .group = group,
+          .value = text(KILN_MEMBER(Job, device)),
+          .help = "OpenCL device: index or part of its name (see kiln devices)",
+          .key = "-"};
+}
+template <typename Job>
+OptionRow json_row(const char* group) {
+  return {.flag = "--json",
+          .group = group,
+          .value = text(KILN_MEMBER(Job, json), "FILE"),
+          .help = "Write a report to this file, or - for standard output",
+          .key = "-"};
+}
+template <typename Job>
+OptionRow quiet_row(const char* group) {
+  return {.flag = "--quiet",
+          .group = group,
+          .value = toggle(KILN_MEMBER(Job, quiet)),
+          .help = "Leave out progress and the summary; warnings and errors stay",
+          .key = "-"};
+}
+/// --triangulate, for jobs with a member `load`. \param what  is read
+template <typename Job>
+OptionRow triangulate_row(const char* group, const std::string& what) {
+  return {
+      .flag = "--triangulate",
+      .group = group,
+      .value = choice(KILN_MEMBER(Job, load.triangulation), Words(kTriangulations)),
+      .help = "How polygons of " + what +
+              " become triangles; LOW's must be as where the map is shown. auto: quads from their "
+              "first corner, larger ones Delaunay; blender: as Blender 5 draws them; fan: around "
+              "the first corner; shortest: along the shorter diagonal"};
+}
+/// --density. \param high  what the command calls the high poly
+template <typename Job>
+OptionRow density_row(const char* group, const std::string& high,
+                      Member<Job, TexelDensity> member) {
+  return {.flag = "--density",
+          .group = group,
+          .value = choice(member, Words(kDensities)),
+          .help = "Of large charts that Kiln lays out: texels by area, or more where " + high +
+                  " has more detail"};
+}
+/// --clean, for jobs with members `clean` and `keep_inner`.
+template <typename Job>
+OptionRow clean_row(const char* group) {
+  return {
+      .flag = "--clean",
+      .group = group,
+      .value = choice(KILN_MEMBER(Job, clean), Words(kCleanHigh)),
+      .help =
+          "Repairs of HIGH before all else: all (open edges welded within 0.001% of the diagonal, "
+          "doubled faces and floaters and "
+          "inner shells left out, pinholes filled, faces turned outwards), none, or auto: all "
+          "where Kiln makes the low poly, else turned faces alone. Each is counted in a warning"};
+}
+template <typename Job>
+OptionRow keep_inner_row(const char* group) {
+  return {.flag = "--keep-inner",
+          .group = group,
+          .value = toggle(KILN_MEMBER(Job, keep_inner)),
+          .help = "--clean: keep parts of HIGH that no view from outside sees"};
+}
+/// --height, for jobs with a member `heights`.
+template <typename Job>
+OptionRow height_row(const char* group) {
+  return {.flag = "--height",
+          .group = group,
+          .value = value_of<Job>(
+              "heights.height", "number", "NUMBER",
+              [](Job& job, const std::string& flag, const OptionWords& words) {
+                if (read_number(words.back(), job.heights.height)) return;
+                fail_usage(flag + " is '" + words.back() + "': give a number");
+              },
+              [](Job& job) { return job.heights.height; }),
+          .help = "World units of a value of 1 (PNG: white), along +Z"};
+}
+template <typename Job>
+OptionRow no_data_row(const char* group) {
+  return {
+      .flag = "--no-data",
+      .group = group,
+      .value = value_of<Job>(
+          "heights.no_data", "text", "VALUE|none|auto",
+          [](Job& job, const std::string& flag, const OptionWords& words) {
+            read_no_data(flag, words.back(), job.heights);
+          },
+          [](Job& job) { return no_data_json(job.heights); }),
+      .help =
+          "The number of pixels without a height, as the file holds it: they become holes. none: "
+          "all numbers are heights; auto: what a GeoTIFF says, or -9999 and the like where they "
+          "are far from all heights. NaN is always a hole"};
+}
+template <typename Job>
+OptionRow extent_row(const char* group) {
+  return {
+      .flag = "--extent",
+      .group = group,
+      .value = value_of<Job>(
+                   "heights.width, heights.depth", "list", "X[,Y]",
+                   [](Job& job, const std::string&, const OptionWords& words) {
+                     std::tie(job.heights.width, job.heights.depth) = parse_extent(words.back());
+                   },
+                   [](Job& job) { return extent_json(job.heights); })
+                   .in("world units"),
+      .help =
+          "X or X,Y: world units that the outermost pixels span (default: the longer side is 1; Y "
+          "by the image's sides)"};
+}
+
+}  // namespace kiln

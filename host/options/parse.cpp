@@ -1,0 +1,288 @@
+#include "options/parse.h"
+
+#include <algorithm>
+#include <array>
+#include <cctype>
+#include <charconv>
+#include <cmath>
+#include <cstdarg>
+#include <filesystem>
+#include <string_view>
+
+#include "base/formatted.h"
+
+namespace kiln {
+namespace {
+
+[[noreturn]] void bad(const std::string& flag, const std::string& text, const char* expected) {
+  fail_usage(flag + " '" + text + "': expected " + expected + ".");
+}
+
+template <typename T>
+bool parse_whole(std::string_view text, T& value) {
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  return error == std::errc() && end == text.data() + text.size();
+}
+
+}  // namespace
+
+void fail_usage(const std::string& text) { throw Error(ErrorCode::usage, text); }
+
+std::string lower_case(std::string text) {
+  for (char& c : text) {
+    if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
+  }
+  return text;
+}
+
+std::string lower_extension(const std::filesystem::path& path) {
+  return lower_case(path.extension().string());
+}
+
+std::pair<std::uint32_t, std::uint32_t> parse_size(const std::string& text) {
+  constexpr const char* kExpected = "one side or WxH, each 1 to 16384, such as 2048 or 2048x1024";
+  const std::size_t cross = text.find_first_of("xX");
+  std::uint32_t width = 0;
+  std::uint32_t height = 0;
+  if (cross == std::string::npos) {
+    if (!parse_whole(text, width)) bad("--size", text, kExpected);
+    height = width;
+  } else if (!parse_whole(std::string_view(text).substr(0, cross), width) ||
+             !parse_whole(std::string_view(text).substr(cross + 1), height)) {
+    bad("--size", text, kExpected);
+  }
+  if (width < 1 || width > 16384 || height < 1 || height > 16384) bad("--size", text, kExpected);
+  return {width, height};
+}
+
+Length parse_length(const char* flag, const std::string& text) {
+  constexpr const char* kExpected =
+      "a length such as 0.05, or a share of the high poly's diagonal such as 2%";
+  std::string_view number = text;
+  const bool relative = !number.empty() && number.back() == '%';
+  if (relative) number.remove_suffix(1);
+  double value = 0;
+  if (!parse_whole(number, value) || !std::isfinite(value) || value < 0) bad(flag, text, kExpected);
+  return relative ? Length::share(value / 100) : Length::absolute(value);
+}
+
+Length parse_cage(const std::string& text) {
+  const std::string ending = std::filesystem::path(text).extension();
+  refuse_if(ending.size() > 1 && std::isalpha(static_cast<unsigned char>(ending[1])) != 0,
+            "--cage '" + text + "' looks like a file: the flag for one is --cage-mesh FILE.");
+  return parse_length("--cage", text);
+}
+
+std::pair<double, double> parse_extent(const std::string& text) {
+  constexpr const char* kExpected = "X or X,Y in world units, above 0, such as 100 or 100,50";
+  const std::size_t comma = text.find(',');
+  const std::string_view all = text;
+  const auto number = [&](std::string_view part) {
+    double value = 0;
+    if (!parse_whole(part, value) || !std::isfinite(value) || value <= 0) {
+      bad("--extent", text, kExpected);
+    }
+    return value;
+  };
+  if (comma == std::string::npos) return {number(all), 0};
+  return {number(all.substr(0, comma)), number(all.substr(comma + 1))};
+}
+
+void read_no_data(const std::string& flag, const std::string& word, HeightFieldOptions& heights) {
+  heights.no_data.reset();
+  heights.guess_no_data = word == "auto";
+  if (heights.guess_no_data || word == "none") return;
+  double value = 0;
+  if (!read_number(word, value)) {
+    fail_usage(flag + " is '" + word + "': give the number, none or auto");
+  }
+  heights.no_data = value;
+  heights.guess_no_data = true;
+}
+
+Json no_data_json(const HeightFieldOptions& heights) {
+  if (heights.no_data) return *heights.no_data;
+  return heights.guess_no_data ? "auto" : "none";
+}
+
+Json extent_json(const HeightFieldOptions& heights) {
+  if (heights.width == 0) return {};
+  const std::string width = formatted("%.12g", heights.width);
+  return heights.depth == 0 ? width : width + formatted(",%.12g", heights.depth);
+}
+
+Length parse_length_above_0(const char* flag, const std::string& text) {
+  const Length length = parse_length(flag, text);
+  refuse_if(length.value == 0, std::string(flag) + " is 0: it must be above 0.");
+  return length;
+}
+
+std::string length_text(const Length& length) {
+  return length.relative ? formatted("%.12g%%", 100 * length.value)
+                         : formatted("%.12g", length.value);
+}
+
+namespace {
+
+/// Up to 50%.
+double parse_percentage(const char* flag, const std::string& text, const char* wanted) {
+  std::string_view number = text;
+  if (!number.empty() && number.back() == '%') number.remove_suffix(1);
+  double value = 0;
+  if (!parse_whole(number, value) || !(value >= 1e-6 && value <= 50)) bad(flag, text, wanted);
+  return value / 100;
+}
+
+}  // namespace
+
+double parse_error_bound(const std::string& text) {
+  return parse_percentage("--max-error", text,
+                          "a percentage of the diagonal, above 0 and up to 50, such as 0.2%");
+}
+
+double parse_outline_bound(const std::string& text) {
+  return parse_percentage(
+      "--max-outline", text,
+      "a percentage of what the meshes cover, above 0 and up to 50, such as 2%");
+}
+
+double parse_degrees(const char* flag, const std::string& text) {
+  double value = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  refuse_if(
+      error != std::errc() || end != text.data() + text.size() || !(value > 0) || value > 180,
+      std::string(flag) + " is '" + text + "': give degrees above 0, up to 180, such as 1.5.");
+  return value;
+}
+
+UnwrapOptions unwrap_options(const std::string& method, std::uint32_t size, const Mesh* high) {
+  UnwrapOptions options;
+  options.size = std::clamp(size, 16U, 65536U);
+  options.method = method == "pairs"     ? UnwrapMethod::pairs
+                   : method == "squares" ? UnwrapMethod::squares
+                                         : UnwrapMethod::charts;
+  if (options.method == UnwrapMethod::charts)
+    options.border_texels = std::max(2U, options.size / 256);
+  options.detail_of = high;
+  return options;
+}
+
+void check_density(bool given, const std::string& method) {
+  if (!given || (method != "pairs" && method != "squares")) return;
+  fail_usage("--density is for large charts, but --unwrap " + method +
+             " makes others: leave it out, or unwrap by charts.");
+}
+
+std::optional<double> fraction(std::string_view text) {
+  const std::size_t stroke = text.find('/');
+  double above = 0, below = 1;
+  if (!parse_whole(text.substr(0, stroke), above) || !std::isfinite(above) || !(above >= 0)) {
+    return std::nullopt;
+  }
+  if (stroke == std::string_view::npos) return above;
+  if (!parse_whole(text.substr(stroke + 1), below) || !std::isfinite(below) || !(below > 0)) {
+    return std::nullopt;
+  }
+  return above / below;
+}
+
+Check share_of_1() {
+  return {[](std::string& text) -> std::string {
+            const std::optional<double> share = fraction(text);
+            if (!share || *share > 1) {
+              return ": '" + text + "' is no share of 1: give 0 to 1, such as 0.01 or 2/255";
+            }
+            char digits[32];
+            text.assign(digits, std::to_chars(digits, digits + sizeof digits, *share).ptr);
+            return {};
+          },
+          "0 to 1 or N/255"};
+}
+
+std::uint32_t parse_pixels(const char* flag, const std::string& text) {
+  const std::string digits = text.ends_with("px") ? text.substr(0, text.size() - 2) : text;
+  std::int32_t value = 0;
+  refuse_if(!parse_whole(digits, value) || value < 16 || value > 16384,
+            std::string(flag) + " is '" + text + "': give pixels, 16 to 16384, such as 600px.");
+  return static_cast<std::uint32_t>(value);
+}
+
+std::int32_t parse_gutter(const std::string& text) {
+  if (text == "inf" || text == "infinite") return -1;
+  std::int32_t value = 0;
+  if (!parse_whole(text, value) || value < 0 || value > 4096) {
+    bad("--gutter", text, "0 to 4096 texels, or inf");
+  }
+  return value;
+}
+
+std::pair<double, double> parse_view(const std::string& text) {
+  const std::size_t comma = text.find(',');
+  double azimuth = 0;
+  double elevation = 0;
+  if (comma == std::string::npos ||
+      !parse_whole(std::string_view(text).substr(0, comma), azimuth) ||
+      !parse_whole(std::string_view(text).substr(comma + 1), elevation) ||
+      !std::isfinite(azimuth) || !(elevation >= -90 && elevation <= 90)) {
+    bad("--view", text, "azimuth and elevation (-90 to 90) in degrees, such as 30,15");
+  }
+  return {azimuth, elevation};
+}
+
+template <typename T>
+bool parse_three(std::string_view rest, std::array<T, 3>& values) {
+  for (std::size_t i = 0; i < 3; ++i) {
+    const std::size_t comma = i < 2 ? rest.find(',') : rest.size();
+    if (comma == std::string_view::npos || !parse_whole(rest.substr(0, comma), values[i]) ||
+        !std::isfinite(values[i])) {
+      return false;
+    }
+    if (i < 2) rest.remove_prefix(comma + 1);
+  }
+  return true;
+}
+template bool parse_three(std::string_view, std::array<double, 3>&);
+template bool parse_three(std::string_view, std::array<std::uint64_t, 3>&);
+
+Vec3 parse_direction(const char* flag, const std::string& text) {
+  std::array<float, 3> values{};
+  if (!parse_three(text, values) || values == std::array<float, 3>{}) {
+    bad(flag, text, "a direction X,Y,Z away from the mesh, such as 0,0.5,1");
+  }
+  return {values[0], values[1], values[2]};
+}
+
+std::array<double, 3> parse_place(const char* flag, const std::string& text) {
+  std::array<double, 3> values{};
+  if (!parse_three(text, values)) bad(flag, text, "a place X,Y,Z, such as 500000,4500000,0");
+  return values;
+}
+
+std::uint32_t parse_views(const std::string& text) {
+  std::uint32_t value = 0;
+  if (!parse_whole(text, value) || value > 512) {
+    bad("--views", text, "1 to 512, or auto, or 0 where --view gives all of them");
+  }
+  return value;
+}
+
+std::string of_diagonal(double share) {
+  return share < 10 ? formatted("%.3f%% of the diagonal", 100 * share)
+                    : formatted("%.3g times the diagonal", share);
+}
+
+std::string with_commas(std::uint64_t value) {
+  const std::string digits = std::to_string(value);
+  std::string result;
+  for (std::size_t i = 0; i < digits.size(); ++i) {
+    if (i != 0 && (digits.size() - i) % 3 == 0) result += ',';
+    result += digits[i];
+  }
+  return result;
+}
+
+std::string plural(std::uint64_t count, const char* what) {
+  return with_commas(count) + " " + what + (count == 1 ? "" : "s");
+}
+
+}  // namespace kiln

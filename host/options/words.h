@@ -1,0 +1,145 @@
+// Words of the command line and what they stand for.
+#pragma once
+
+#include <cstddef>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "kiln/bake.h"
+#include "kiln/error.h"
+#include "kiln/job.h"
+#include "kiln/match.h"
+#include "kiln/texture_sets.h"
+#include "kiln/unwrap.h"
+#include "options/values.h"
+
+namespace kiln {
+
+/// A word and what it stands for.
+template <typename T>
+struct Word {
+  const char* word;
+  T value;
+};
+
+/// The words that an option takes, in the order of the alphabet, as help lists them. A view.
+template <typename T>
+class Words {
+ public:
+  template <std::size_t N>
+  Words(const Word<T> (&rows)[N]) : begin_(rows), end_(rows + N) {}
+
+  const Word<T>* begin() const { return begin_; }
+  const Word<T>* end() const { return end_; }
+
+  /// nullptr: none of these words.
+  const T* find(std::string_view word) const {
+    for (const Word<T>& row : *this) {
+      if (row.word == word) return &row.value;
+    }
+    return nullptr;
+  }
+  bool contains(std::string_view word) const { return find(word) != nullptr; }
+  /// Value of a word that was checked.
+  T at(std::string_view word) const {
+    const T* const value = find(word);
+    if (value == nullptr) throw Error(ErrorCode::internal, "An option's value is not known.");
+    return *value;
+  }
+
+ private:
+  const Word<T>*begin_, *end_;
+};
+
+template <typename T>
+std::vector<std::string> names_of(const Words<T>& words) {
+  std::vector<std::string> names;
+  for (const auto& [word, value] : words) names.emplace_back(word);
+  return names;
+}
+
+template <typename T>
+Check one_of(const Words<T>& words) {
+  return one_of(names_of(words));
+}
+
+/// A value as it is written on the command line.
+template <typename T>
+std::string name_of(const Words<T>& words, T wanted) {
+  for (const auto& [word, value] : words) {
+    if (value == wanted) return word;
+  }
+  throw Error(ErrorCode::internal, "An option's value has no name.");
+}
+
+inline constexpr Word<NormalMapSpace> kSpaces[] = {{"face", NormalMapSpace::face},
+                                                   {"object", NormalMapSpace::object},
+                                                   {"tangent", NormalMapSpace::tangent}};
+inline constexpr Word<Bitangent> kBitangents[] = {{"pixel", Bitangent::pixel},
+                                                  {"vertex", Bitangent::vertex}};
+inline constexpr Word<Triangulation> kTriangulations[] = {{"auto", Triangulation::automatic},
+                                                          {"blender", Triangulation::blender},
+                                                          {"fan", Triangulation::fan},
+                                                          {"shortest", Triangulation::shortest}};
+inline constexpr Word<RayTraversal> kTraversals[] = {
+    {"auto", RayTraversal::automatic}, {"cpu", RayTraversal::cpu}, {"gpu", RayTraversal::gpu}};
+inline constexpr Word<RayRule> kRayRules[] = {{"nearest", RayRule::nearest},
+                                              {"outermost", RayRule::outermost}};
+inline constexpr Word<OcclusionBy> kOcclusionBy[] = {
+    {"auto", OcclusionBy::automatic}, {"rays", OcclusionBy::rays}, {"views", OcclusionBy::views}};
+inline constexpr Word<OcclusionFalloff> kFalloffs[] = {{"linear", OcclusionFalloff::linear},
+                                                       {"none", OcclusionFalloff::none},
+                                                       {"smooth", OcclusionFalloff::smooth}};
+inline constexpr Word<RayDirection> kRayDirections[] = {{"auto", RayDirection::automatic},
+                                                        {"averaged", RayDirection::averaged},
+                                                        {"face", RayDirection::face},
+                                                        {"painted", RayDirection::painted}};
+inline constexpr Word<VisibilityAt> kVisibilityAt[] = {
+    {"face", VisibilityAt::face}, {"texel", VisibilityAt::texel}, {"vertex", VisibilityAt::vertex}};
+inline constexpr Word<VisibilityTest> kVisibilityTests[] = {{"auto", VisibilityTest::automatic},
+                                                            {"rays", VisibilityTest::rays},
+                                                            {"views", VisibilityTest::views}};
+inline constexpr Word<ViewLikelihood> kLikelihoods[] = {
+    {"all", ViewLikelihood::all}, {"horizon", ViewLikelihood::horizon}, {"up", ViewLikelihood::up}};
+inline constexpr Word<ViewCriterion> kCriteria[] = {{"angle", ViewCriterion::angle},
+                                                    {"depth", ViewCriterion::depth},
+                                                    {"distance", ViewCriterion::distance}};
+inline constexpr Word<ImageFormat> kFormats[] = {
+    {"dds", ImageFormat::dds},           {"exr", ImageFormat::exr_half},
+    {"exr32", ImageFormat::exr_float},   {"ktx2", ImageFormat::ktx2},
+    {"png16", ImageFormat::png16},       {"png8", ImageFormat::png8},
+    {"tga", ImageFormat::tga},           {"tiff16", ImageFormat::tiff16},
+    {"tiff32", ImageFormat::tiff_float}, {"tiff8", ImageFormat::tiff8},
+    {"webp", ImageFormat::webp}};
+/// Words that --fallback can end with.
+inline constexpr Word<MissPolicy> kMisses[] = {
+    {"fill", MissPolicy::fill}, {"low", MissPolicy::keep}, {"mark", MissPolicy::mark}};
+inline constexpr Word<IdBy> kIdBy[] = {{"color", IdBy::color},
+                                       {"group", IdBy::group},
+                                       {"material", IdBy::material},
+                                       {"object", IdBy::object},
+                                       {"part", IdBy::part}};
+inline constexpr Word<NormalTextureFormat> kNormalTextureFormats[] = {
+    {"auto", NormalTextureFormat::automatic},
+    {"dx", NormalTextureFormat::directx},
+    {"gl", NormalTextureFormat::opengl},
+    {"two-channel", NormalTextureFormat::two_channel},
+    {"two-channel-dx", NormalTextureFormat::two_channel_directx}};
+inline constexpr Word<std::optional<PartsBy>> kPartsBy[] = {
+    {"all", std::nullopt},       {"name", PartsBy::name},         {"group", PartsBy::group},
+    {"object", PartsBy::object}, {"material", PartsBy::material}, {"list", PartsBy::list}};
+inline constexpr Word<std::optional<SetsBy>> kSets[] = {
+    {"auto", std::nullopt},     {"material", SetsBy::material}, {"none", SetsBy::none},
+    {"object", SetsBy::object}, {"one", SetsBy::none},          {"udim", SetsBy::udim}};
+inline constexpr Word<UvCopies> kUvCopies[] = {
+    {"first", UvCopies::first}, {"mirrored", UvCopies::mirrored}, {"plain", UvCopies::plain}};
+inline constexpr Word<TexelDensity> kDensities[] = {{"area", TexelDensity::area},
+                                                    {"detail", TexelDensity::detail}};
+inline constexpr Word<CleanHigh> kCleanHigh[] = {
+    {"all", CleanHigh::all}, {"auto", CleanHigh::automatic}, {"none", CleanHigh::none}};
+inline constexpr Word<bool> kLodUvs[] = {{"own", false}, {"shared", true}};
+inline constexpr Word<bool> kPartOcclusion[] = {{"all", false}, {"own", true}};
+inline constexpr Word<bool> kTangents[] = {{"file", true}, {"mikktspace", false}};
+
+}  // namespace kiln

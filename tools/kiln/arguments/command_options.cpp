@@ -1,0 +1,88 @@
+#include "arguments/command_options.h"
+
+#include <utility>
+#include <vector>
+
+namespace kiln::cli {
+
+void add_options(Command& command, std::span<const OptionRow> rows, void* job) {
+  std::vector<std::pair<std::string, Option*>> added;
+  for (const OptionRow& row : rows) {
+    const OptionValue& value = row.value;
+    const Option::Take take = [set = value.set, flag = row.flag, job](const OptionWords& words) {
+      set(job, flag, words);
+    };
+    const bool is_flag = value.type.starts_with("flag");
+    Option* const option = is_flag ? command.add_flag(row.flag, take, row.help)
+                                   : command.add_option(row.flag, Option::Take(take), row.help);
+    option->type_name(value.words);
+    if (!row.group.empty()) option->group(row.group);
+    option->choices(value.choices);
+    if (value.repeats) option->repeats();
+    if (value.delimiter != 0) option->delimiter(value.delimiter);
+    if (row.required) option->required();
+    if (!is_flag) option->default_text(written(value.get(job)));
+    for (const auto& [flag, other] : added) {
+      if ((" " + row.excludes + " ").find(" " + flag + " ") != std::string::npos) {
+        option->excludes(other);
+      }
+      if (flag == row.needs) option->needs(other);
+    }
+    added.emplace_back(row.flag, option);
+  }
+}
+
+
+std::set<std::string> given_flags(const Command& command) {
+  std::set<std::string> given;
+  for (const Option* option : command.get_options()) {
+    if (option->count() == 0) continue;
+    for (const std::string& name : option->get_lnames()) given.insert("--" + name);
+  }
+  return given;
+}
+
+namespace {
+
+std::set<std::string> flags_of(const std::vector<OptionRow>& rows) {
+  std::set<std::string> flags;
+  for (const OptionRow& row : rows) flags.insert(row.flag);
+  return flags;
+}
+
+}  // namespace
+
+std::set<std::string> add_matching_flags(Command& command, Job& job,
+                                         const std::set<std::string>& without) {
+  // Flags of reading meshes and of finding points, but for those that a match has no say in.
+  static const std::set<std::string> of_meshes = {
+      "--high",         "--low",       "--triangulate",    "--tangents",
+      "--uv-copies",    "--two-sided", "--split-at-seams", "--traversal",
+      "--load-match",   "--up",        "--unit",           "--uv-set",
+      "--allow-outside"};
+  static const std::set<std::string> never = {"--visibility-clusters", "--visibility-deviation",
+                                              "--save-cage", "--reasons", "--recall"};
+  const std::vector<OptionRow> rows =
+      rows_below(bake_rows(), "The match, as of kiln bake", [&](const OptionRow& row) {
+        return (row.is_of_matches() || of_meshes.contains(row.flag)) && !never.contains(row.flag) &&
+               !without.contains(row.flag);
+      });
+  add_options(command, rows, &job);
+  return flags_of(rows);
+}
+
+std::set<std::string> add_measured_map_flags(Command& command, Job& job) {
+  static const std::set<std::string> wanted = {"--maps", "--transfer", "--range"};
+  // Those of values, not of how files hold them.
+  static const std::set<std::string> never = {"--space", "--bitangent",     "--flip-y",
+                                              "--raw",   "--two-component", "--gutter",
+                                              "--mips",  "--id-by"};
+  const std::vector<OptionRow> rows = rows_below(
+      bake_rows(), "Maps whose errors are told, as of kiln bake", [&](const OptionRow& row) {
+        return (row.is_of_maps() || wanted.contains(row.flag)) && !never.contains(row.flag);
+      });
+  add_options(command, rows, &job);
+  return flags_of(rows);
+}
+
+}  // namespace kiln::cli

@@ -1,0 +1,88 @@
+#include "arguments/unknown_flags.h"
+
+#include <algorithm>
+#include <sstream>
+#include <string_view>
+#include <vector>
+
+#include "options/near_words.h"
+
+namespace kiln::cli {
+
+extern const char kUnknownFlags[];  // unknown_flags.txt
+
+namespace {
+
+/// The list's answer for a flag; empty: none. \param heading  "bake", "chart" or "faces"
+std::string answer_of(std::string_view heading, std::string_view name) {
+  std::istringstream lines{std::string(kUnknownFlags)};
+  bool below = false;
+  for (std::string line; std::getline(lines, line);) {
+    if (line.starts_with('[')) below = line == "[" + std::string(heading) + "]";
+    const std::size_t colon = line.find(": ");
+    if (!below || colon == std::string::npos) continue;
+    std::istringstream flags(line.substr(0, colon));
+    for (std::string flag; flags >> flag;) {
+      if (flag == name) return line.substr(colon + 2);
+    }
+  }
+  return {};
+}
+
+/// "--no-flip-y": flags are off unless they are given.
+std::string answer_to_negated(const Command& command, const std::string& name) {
+  if (!name.starts_with("no-")) return {};
+  const std::string flag = name.substr(3);
+  const Option* option = command.find_option("--" + flag);
+  if (option == nullptr) return {};
+  if (!option->is_flag()) {
+    return "Leave --" + flag + " out for its default, or give it a value.";
+  }
+  return "Without --" + flag + " it is off, which is the default: leave --no-" + flag + " out.";
+}
+
+/// A map or a match, given as a flag.
+std::string answer_to_name(const std::string& name) {
+  const auto answer = [&](const char* what, const char* flag, std::string_view ours) {
+    return "'" + name + "' is " + what + ": " + flag + " " + std::string(ours) + ".";
+  };
+  const MapInfo* const map = map_called(name);
+  if (map != nullptr) return answer("a map", "--maps", map->kind.name);
+  const MatchInfo* const match = match_called(name);
+  if (match != nullptr) return answer("a match", "--match", match->method.name);
+  return {};
+}
+
+std::string nearest_flag(const Command& command, const std::string& name) {
+  std::vector<std::string> known = {"help"};
+  for (const Option* option : command.get_options()) {
+    known.insert(known.end(), option->get_lnames().begin(), option->get_lnames().end());
+  }
+  const std::string nearest = nearest_word(name, known);
+  return nearest.empty() ? "" : "--" + nearest;
+}
+
+}  // namespace
+
+std::string answer_to_unknown(const Command& command, const std::string& word) {
+  const std::string flag = word.substr(0, word.find('='));
+  const std::string name = flag.substr(std::min(flag.find_first_not_of('-'), flag.size()));
+  const std::string start = command.get_name() + " has no option '" + flag + "'";
+  if (std::string text = answer_to_negated(command, name); !text.empty()) {
+    return start + ". " + text;
+  }
+  if (command.get_name() == "chart") {
+    if (std::string text = answer_of("chart", name); !text.empty()) return start + ". " + text;
+  }
+  if (command.get_name() == "bake") {
+    if (std::string text = answer_of("bake", name); !text.empty()) return start + ". " + text;
+    if (std::string text = answer_to_name(name); !text.empty()) return start + ". " + text;
+  }
+  if (command.find_option("--faces") != nullptr) {
+    if (std::string text = answer_of("faces", name); !text.empty()) return start + ". " + text;
+  }
+  const std::string nearest = nearest_flag(command, name);
+  return start + (nearest.empty() ? "." : "; did you mean " + nearest + "?");
+}
+
+}  // namespace kiln::cli
