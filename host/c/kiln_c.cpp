@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "base/lower_case.h"
+#include "c/objects.h"
 #include "kiln/asset.h"
 #include "kiln/kiln.h"
 #include "kiln/mesh_view.h"
@@ -18,14 +19,6 @@
 #include "kiln/simplify.h"
 #include "kiln/unwrap.h"
 
-/// Files that something was made of: nothing made of them is saved over one.
-using Files = std::vector<std::filesystem::path>;
-
-struct kiln_mesh {
-  kiln::Mesh mesh;
-  Files read = {};
-  std::optional<kiln::SimplifyReport> made = {};  ///< If kiln_simplify() did
-};
 struct kiln_source {
   kiln::Source source;
   Files read;
@@ -59,47 +52,8 @@ class ShadedHigh {
   std::vector<Warning> warnings_;
 };
 
-thread_local std::string last_message;
-thread_local std::string last_code;
 /// Warnings of the last call that made a mesh or a source.
 thread_local std::vector<Warning> last_warnings;
-
-kiln_status failed(kiln_status status, const char* message, const char* code) noexcept {
-  try {
-    last_message = message;
-    last_code = code;
-  } catch (...) {
-    last_message.clear();  // no memory: the status says so
-    last_code.clear();
-  }
-  return status;
-}
-
-/// Runs a function; what it throws becomes a status.
-template <typename Function>
-kiln_status guarded(Function&& function) noexcept {
-  try {
-    function();
-    return KILN_OK;
-  } catch (const Error& error) {
-    return failed(static_cast<kiln_status>(error.code()), error.what(), error.id());
-  } catch (const std::bad_alloc&) {
-    return failed(KILN_INTERNAL, "Memory ran out.", "memory");
-  } catch (const std::exception& error) {
-    return failed(KILN_INTERNAL, error.what(), "internal");
-  } catch (...) {
-    return failed(KILN_INTERNAL, "Something unknown was thrown.", "internal");
-  }
-}
-
-void check_given(const void* pointer, const char* parameter) {
-  if (pointer != nullptr) return;
-  throw Error(ErrorCode::usage, std::string(parameter) + " is null.", "null");
-}
-
-void check_cancelled(bool cancelled) {
-  if (cancelled) throw Error(ErrorCode::cancelled, "Cancelled by the callback.");
-}
 
 /// A map with nothing in it is no success, as in the command. \throws Error(input) with the warning that tells why
 void check_found(const BakeReport& report) {

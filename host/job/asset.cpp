@@ -1,4 +1,6 @@
 // A low poly with its maps as one file that engines open.
+#include "kiln/asset.h"
+
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -6,14 +8,13 @@
 #include <map>
 #include <set>
 
-#include "job/map_words.h"
-#include "options/parse.h"
-#include "job/transfers.h"
 #include "base/fnv.h"
+#include "job/map_words.h"
 #include "job/run.h"
-#include "kiln/asset.h"
+#include "job/transfers.h"
 #include "kiln/files.h"
 #include "options/json.h"
+#include "options/parse.h"
 
 namespace kiln {
 namespace {

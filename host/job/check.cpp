@@ -3,16 +3,16 @@
 
 #include "job/job_options.h"
 #include "job/map_words.h"
-#include "options/parse.h"
 #include "job/transfers.h"
 #include "kiln/plan.h"
+#include "options/parse.h"
 
 namespace kiln {
 
 bool lays_out_sets(const Job& a) {
   const bool by_names = a.sets == SetsBy::material || a.sets == SetsBy::object;
-  return by_names && (a.low.given.empty() || a.unwrap) && !has_heights(a) &&
-         !plans_low_poly(a) && !match_obeys(a, "match.uv");
+  return by_names && (a.low.given.empty() || a.unwrap) && !has_heights(a) && !plans_low_poly(a) &&
+         !match_obeys(a, "match.uv");
 }
 
 std::string no_sets(const Job& a) {
@@ -31,7 +31,8 @@ std::optional<CleanOptions> clean_options(const Job& a) {
   const std::vector<MapKind> maps = kinds_asked(a);
   const bool keep =
       a.keep_inner || a.alpha_test > 0 || std::any_of(maps.begin(), maps.end(), shows_inside);
-  return clean_options(a.clean, a.low.given.empty() && !match_obeys(a, "match.uv"), keep, a.low.make.keep_parts);
+  return clean_options(a.clean, a.low.given.empty() && !match_obeys(a, "match.uv"), keep,
+                       a.low.make.keep_parts);
 }
 
 void settle_asset(Job& a) {
@@ -91,7 +92,8 @@ void check_memory(const Job& a) {
   if (!a.in_memory) return;
   const std::string ending = lower_extension(asset_file(a));
   refuse_if(ending == ".gltf" || ending == ".obj",
-            "--out '" + a.out + "' is several files, but nothing is to be written: name it .glb, or a folder.");
+            "--out '" + a.out +
+                "' is several files, but nothing is to be written: name it .glb, or a folder.");
   const auto refuse = [](bool is, const char* flag) {
     refuse_if(is, std::string(flag) + " is a file, but nothing is to be written: leave it out.");
   };
@@ -287,7 +289,8 @@ void check_low(const Job& a) {
       a.low.given.empty() && a.unwrap && has_heights(a),
       "--unwrap is not for a low poly of a height field, which lies over the image as it is.");
   check_texels(a);
-  refuse_if(a.low.given.empty() && !a.cage_mesh.empty(), "--cage-mesh needs the LOW that it belongs to.");
+  refuse_if(a.low.given.empty() && !a.cage_mesh.empty(),
+            "--cage-mesh needs the LOW that it belongs to.");
 }
 
 /// Flags of rays that serve some of their ways alone.
@@ -318,7 +321,8 @@ void check_tangents(const Job& a) {
 void check_more_files(const Job& a) {
   for (const JobInput& input : a.high) {
     if (a.high.size() < 2 || input.asset || !is_height_field(input.name)) continue;
-    fail_usage("'" + input.name + "' is a height field, which is a HIGH of its own: leave --high out.");
+    fail_usage("'" + input.name +
+               "' is a height field, which is a HIGH of its own: leave --high out.");
   }
   check_tangents(a);
   check_mesh_frame(a.frame, high_files(a), low_files(a), a.occluders);
@@ -498,10 +502,17 @@ void check_settled(const Job& a) {
 
 namespace {
 
-/// True if an option has another value than a job that was told nothing.
-bool differs(const OptionRow& row, const Job& job) {
-  static const Job none;
-  return row.value.write(&job) != row.value.write(&none);
+/// Options that need another one, or exclude it, as their rows say.
+void check_pairs(const Job& job) {
+  for (const OptionRow& row : bake_rows()) {
+    if (!job.given.contains(row.flag)) continue;
+    refuse_if(!row.needs.empty() && !job.given.contains(row.needs),
+              row.flag + " needs " + row.needs + ": add it, or leave " + row.flag + " out");
+    for (const std::string& other : job.given) {
+      refuse_if((" " + row.excludes + " ").find(" " + other + " ") != std::string::npos,
+                row.flag + " and " + other + " exclude each other: leave one of them out");
+    }
+  }
 }
 
 }  // namespace
@@ -512,9 +523,8 @@ Job settled(const Job& given) {
   refuse_if(job.out.empty() && !job.in_memory, "--out is empty: give a folder.");
   refuse_if(!job.low.given.empty() && job.low.given.front().name.empty(),
             "--low is for more files of a LOW that is given: name the first after HIGH.");
-  for (const OptionRow& row : bake_rows()) {
-    if (differs(row, job)) job.given.insert(row.flag);
-  }
+  job.given = options_given(given);
+  check_pairs(job);
   if (job.bake.maps.empty()) job.bake.maps = BakeOptions().maps;
   if (has_heights(job) && !job.given.contains("--match")) {
     job.bake.match.method = first_match("match.uv");

@@ -2,11 +2,11 @@
 
 #include <cstdio>
 
-#include "options/parse.h"
+#include "job/flags.h"
 #include "kiln/contour.h"
 #include "kiln/measure.h"
 #include "kiln/simplify.h"
-#include "job/flags.h"
+#include "options/parse.h"
 
 namespace kiln {
 

@@ -11,12 +11,12 @@
 #include <unordered_set>
 
 #include "base/file.h"
-#include "options/parse.h"
+#include "job/describe.h"
 #include "kiln/error.h"
 #include "kiln/files.h"
 #include "kiln/kiln.h"
 #include "options/json.h"
-#include "job/describe.h"
+#include "options/parse.h"
 
 namespace kiln {
 namespace {
@@ -25,8 +25,7 @@ namespace {
 class RegularFile {
  public:
   explicit RegularFile(const std::filesystem::path& path) : file_(os::open_to_read(path)) {
-    const std::optional<os::FileFacts> facts =
-        file_ < 0 ? std::nullopt : os::facts_of(file_);
+    const std::optional<os::FileFacts> facts = file_ < 0 ? std::nullopt : os::facts_of(file_);
     if (!facts) {
       problem_ = std::strerror(errno);
     } else if (!facts->is_regular) {

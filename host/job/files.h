@@ -6,7 +6,6 @@
 #include <string>
 #include <vector>
 
-
 namespace kiln {
 
 /// The whole of a regular file of at most `most` bytes.

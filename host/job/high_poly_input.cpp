@@ -6,8 +6,8 @@
 #include <filesystem>
 
 #include "job/mesh_files.h"
-#include "options/parse.h"
 #include "kiln/height_field.h"
+#include "options/parse.h"
 
 namespace kiln {
 namespace {

@@ -5,13 +5,13 @@
 #include <string>
 #include <vector>
 
-#include "options/option_table.h"
 #include "kiln/asset.h"
 #include "kiln/clean.h"
 #include "kiln/height_field.h"
 #include "kiln/job.h"
 #include "kiln/kiln.h"
 #include "kiln/normals.h"
+#include "options/option_table.h"
 
 namespace kiln {
 

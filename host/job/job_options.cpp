@@ -5,8 +5,8 @@
 
 #include "job/lists.h"
 #include "job/map_words.h"
-#include "options/parse.h"
 #include "job/transfers.h"
+#include "options/parse.h"
 
 namespace kiln {
 namespace {
@@ -209,7 +209,8 @@ bool bounds_maps(const Job& job) { return job.low.make.max_error.find('=') != st
 
 std::string angle_bound(const Job& job) {
   if (bounds_maps(job)) return normal_bound(job.low.make.max_error);
-  return job.low.make.max_angle.empty() && job.match_auto ? job.low.make.max_error : job.low.make.max_angle;
+  return job.low.make.max_angle.empty() && job.match_auto ? job.low.make.max_error
+                                                          : job.low.make.max_angle;
 }
 
 std::string deviation_bound(const Job& job) {

@@ -9,18 +9,21 @@
 #include <string>
 #include <vector>
 
+#include "job/describe.h"
 #include "job/high_poly_input.h"
 #include "job/mesh_files.h"
-#include "options/option_table.h"
-#include "options/words.h"
 #include "kiln/kiln.h"
 #include "kiln/normals.h"
 #include "kiln/texture_sets.h"
-#include "job/describe.h"
+#include "options/option_table.h"
+#include "options/words.h"
 
 namespace kiln {
 
 constexpr const char* kAutomatic = "auto";  ///< Of --match, --cage and --views
+
+/// The flags of all options that were given, or that have another value than a job that was told nothing.
+std::set<std::string> options_given(const Job& job);
 
 /// Every option of a bake.
 std::span<const OptionRow> bake_rows();

@@ -8,8 +8,8 @@
 #include <string_view>
 #include <system_error>
 
-#include "job/job_options.h"
 #include "job/files.h"
+#include "job/job_options.h"
 #include "kiln/error.h"
 
 namespace kiln {

@@ -2,11 +2,11 @@
 #include <cstdio>
 #include <utility>
 
-#include "options/parse.h"
 #include "job/run.h"
 #include "kiln/files.h"
 #include "kiln/plan.h"
 #include "options/json.h"
+#include "options/parse.h"
 
 namespace kiln {
 namespace {
@@ -60,7 +60,8 @@ bool save_level(BakeRun& run, const LodLevel& level, std::size_t number) {
 }  // namespace
 
 std::string lods_file(const Job& arguments) {
-  const fs::path named = asset_file(arguments).empty() ? high_name(arguments) : asset_file(arguments);
+  const fs::path named =
+      asset_file(arguments).empty() ? high_name(arguments) : asset_file(arguments);
   return named.stem().string() + "_lods.json";
 }
 

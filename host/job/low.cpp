@@ -3,21 +3,22 @@
 #include <cstdio>
 #include <utility>
 
-#include "job/job_options.h"
 #include "job/files.h"
+#include "job/job_options.h"
 #include "job/match_inputs.h"
-#include "options/parse.h"
 #include "job/run.h"
 #include "kiln/normals.h"
 #include "kiln/simplify.h"
 #include "kiln/unwrap.h"
+#include "options/parse.h"
 
 namespace kiln {
 
 namespace fs = std::filesystem;
 
 std::string lod_stem(const Job& arguments, std::size_t level) {
-  const fs::path named = asset_file(arguments).empty() ? high_name(arguments) : asset_file(arguments);
+  const fs::path named =
+      asset_file(arguments).empty() ? high_name(arguments) : asset_file(arguments);
   return named.stem().string() + "_lod" + std::to_string(level);
 }
 
@@ -26,8 +27,8 @@ std::string low_stem(const Job& arguments) {
   if (arguments.low.make.lods > 0) return lod_stem(arguments, 0);
   if (arguments.low.given.empty()) return fs::path(high_name(arguments)).stem().string() + "_low";
   return fs::path(low_name(arguments)).stem().string() + (arguments.unwrap           ? "_unwrapped"
-                                                    : arguments.split_at_seams ? "_split"
-                                                                               : "");
+                                                          : arguments.split_at_seams ? "_split"
+                                                                                     : "");
 }
 
 const std::string& low_source(const Job& arguments) {

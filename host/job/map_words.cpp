@@ -10,9 +10,9 @@
 #include <vector>
 
 #include "job/job_options.h"
+#include "job/transfers.h"
 #include "options/option_table.h"
 #include "options/parse.h"
-#include "job/transfers.h"
 
 namespace kiln {
 bool map_takes(std::string_view name, std::string_view option) {

@@ -9,10 +9,10 @@
 
 #include "job/job_options.h"
 #include "job/map_words.h"
-#include "options/parse.h"
 #include "job/transfers.h"
 #include "kiln/cage.h"
 #include "kiln/collision_hulls.h"
+#include "options/parse.h"
 
 namespace kiln {
 void check_cage_directions(const Job& arguments, const Mesh& low, const Mesh& cage) {

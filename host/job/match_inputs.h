@@ -44,8 +44,7 @@ class MatchInputs {
 /// The files of LOW, cut as asked, with the tangents asked for. \throws Error(input) also where --tangents file
 /// was given and no file has any
 /// \param beside  reads MeshFiles::beside; done anyway where an asset is written
-MeshFiles load_low_files(const Job& arguments, std::vector<Warning>& warnings,
-                         bool beside = false);
+MeshFiles load_low_files(const Job& arguments, std::vector<Warning>& warnings, bool beside = false);
 
 /// LOW as these flags have it: of one file or several, cut and split as asked.
 Mesh load_low(const Job& arguments, std::vector<Warning>& warnings);

@@ -10,10 +10,10 @@
 #include <optional>
 #include <utility>
 
+#include "base/percent.h"
 #include "job/high_poly_input.h"
 #include "options/parse.h"
 #include "options/words.h"
-#include "base/percent.h"
 
 namespace kiln {
 namespace {

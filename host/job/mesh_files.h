@@ -6,12 +6,12 @@
 #include <string>
 #include <vector>
 
-#include "options/option_table.h"
 #include "kiln/asset.h"
 #include "kiln/job.h"
 #include "kiln/kiln.h"
 #include "kiln/mesh.h"
 #include "kiln/normals.h"
+#include "options/option_table.h"
 
 namespace kiln {
 

@@ -6,13 +6,13 @@
 #include <set>
 
 #include "job/files.h"
+#include "job/map_file.h"
 #include "job/map_words.h"
 #include "job/match_inputs.h"
 #include "job/mesh_files.h"
-#include "options/parse.h"
-#include "job/transfers.h"
 #include "job/run.h"
-#include "job/map_file.h"
+#include "job/transfers.h"
+#include "options/parse.h"
 
 namespace kiln {
 namespace {
@@ -204,8 +204,8 @@ bool save_with_mips(BakeRun& run, const BakedMap& map, const std::string& name, 
   options.origin = map.origin;
   options.texts = std::move(texts);
   const SetNames names = names_of(run);
-  const std::vector<fs::path> files =
-      map_files(out_folder(run.arguments), names.stem + "_" + name + names.tile, map.mips.size(), options);
+  const std::vector<fs::path> files = map_files(
+      out_folder(run.arguments), names.stem + "_" + name + names.tile, map.mips.size(), options);
   for (std::size_t level = 0; level < files.size(); ++level) {
     if (!announce(run, files[level])) return false;
     if (!map.mips.empty() && holds_mips(options)) {
@@ -347,11 +347,13 @@ void check_outputs(const Job& arguments, const SaveImageOptions& save_options,
   const bool makes_low = writes_low(arguments);
   const std::string stem = low_stem(arguments);
   std::vector<std::string> stems = {stem};
-  for (std::uint32_t k = 1; k < arguments.low.make.lods; ++k) stems.push_back(lod_stem(arguments, k));
+  for (std::uint32_t k = 1; k < arguments.low.make.lods; ++k)
+    stems.push_back(lod_stem(arguments, k));
   std::vector<fs::path> outputs = {arguments.json, arguments.save_cage};
   if (writes_gltf(arguments)) {
     std::vector<fs::path> files = {asset_file(arguments)};
-    for (std::uint32_t k = 1; k < arguments.low.make.lods; ++k) files.emplace_back(lod_asset(arguments, k));
+    for (std::uint32_t k = 1; k < arguments.low.make.lods; ++k)
+      files.emplace_back(lod_asset(arguments, k));
     for (fs::path& file : files) {
       outputs.push_back(file);
       outputs.push_back(file.replace_extension(".bin"));
@@ -423,8 +425,8 @@ bool save_low_and_maps(BakeRun& run) {
       const std::string name(map.kind.name);
       store(run, map, name);
       const bool of_set = run.set != nullptr;
-      run.stored_maps.push_back({name, of_set ? run.set->set.name : "",
-                                 of_set ? run.set->set.tile : "", std::move(map)});
+      run.stored_maps.push_back(
+          {name, of_set ? run.set->set.name : "", of_set ? run.set->set.tile : "", std::move(map)});
     }
     return run.console.progress(kAtSave, "encoding");
   }

@@ -1,14 +1,15 @@
 // A bake whose low poly, map and match are planned together.
+#include "kiln/plan.h"
+
 #include <algorithm>
 #include <map>
 #include <utility>
 
 #include "job/job_options.h"
 #include "job/map_words.h"
-#include "options/parse.h"
 #include "job/run.h"
-#include "kiln/plan.h"
 #include "kiln/unwrap.h"
+#include "options/parse.h"
 
 namespace kiln {
 
@@ -20,7 +21,8 @@ LowPolyPlanOptions low_poly_options(const BakeRun& run) {
   options.bounds = map_bounds(a);
   options.choose_rays = !a.given.contains("--ao-rays");
   if (!a.low.make.screen.empty()) options.screen = parse_pixels("--screen", a.low.make.screen);
-  if (!a.low.make.max_outline.empty()) options.max_outline = parse_outline_bound(a.low.make.max_outline);
+  if (!a.low.make.max_outline.empty())
+    options.max_outline = parse_outline_bound(a.low.make.max_outline);
   options.choose_match = a.match_auto;
   options.choose_samples = !a.given.contains("--samples");
   if (a.given.contains("--format")) {

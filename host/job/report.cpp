@@ -1,9 +1,9 @@
 // The report of a bake, as JSON.
+#include "job/flags.h"
 #include "job/map_words.h"
-#include "options/parse.h"
 #include "job/run.h"
 #include "kiln/plan.h"
-#include "job/flags.h"
+#include "options/parse.h"
 
 namespace kiln {
 namespace {
@@ -166,29 +166,29 @@ Json report_json(const BakeRun& run, const Device& device, const Source& source,
   const BakeReport& report = run.result.report;
   const std::string& low = !arguments.low.given.empty()     ? low_name(arguments)
                            : !asset_file(arguments).empty() ? asset_file(arguments)
-                                                      : run.outputs[0];
-  Json json = {
-      {"version", version()},
-      {"device", describe(device.info())},
-      {"inputs",
-       {{"high", describe(run.high.mesh, high_name(arguments))}, {"low", describe(run.low.mesh, low)}}},
-      {"options", describe(arguments, report)},
-      {"seconds", seconds(run.stages, report, total)},
-      {"compile_seconds", device.compile_seconds()},
-      {"texels", describe_texels(report)},
-      {"distance",
-       {{"mean", report.mean_abs_distance},
-        {"max_allowed", report.max_distance},
-        {"diagonal", source.stats().diagonal}}},
-      {"source",
-       {{"triangles", source.stats().triangles},
-        {"skipped", source.stats().skipped_triangles},
-        {"device_bytes", source.stats().device_bytes}}},
-      {"memory",
-       {{"peak_resident_bytes", peak_resident_bytes()},
-        {"peak_device_bytes", report.peak_device_bytes}}},
-      {"outputs", run.outputs},
-      {"warnings", describe(run.warnings)}};
+                                                            : run.outputs[0];
+  Json json = {{"version", version()},
+               {"device", describe(device.info())},
+               {"inputs",
+                {{"high", describe(run.high.mesh, high_name(arguments))},
+                 {"low", describe(run.low.mesh, low)}}},
+               {"options", describe(arguments, report)},
+               {"seconds", seconds(run.stages, report, total)},
+               {"compile_seconds", device.compile_seconds()},
+               {"texels", describe_texels(report)},
+               {"distance",
+                {{"mean", report.mean_abs_distance},
+                 {"max_allowed", report.max_distance},
+                 {"diagonal", source.stats().diagonal}}},
+               {"source",
+                {{"triangles", source.stats().triangles},
+                 {"skipped", source.stats().skipped_triangles},
+                 {"device_bytes", source.stats().device_bytes}}},
+               {"memory",
+                {{"peak_resident_bytes", peak_resident_bytes()},
+                 {"peak_device_bytes", report.peak_device_bytes}}},
+               {"outputs", run.outputs},
+               {"warnings", describe(run.warnings)}};
   add_parts(run, json);
   add_files(run, json);
   return json;

@@ -94,10 +94,18 @@ OptionValue size_value() {
       },
       [](Job& job) {
         const std::string width = std::to_string(job.bake.width);
-        return job.bake.width == job.bake.height
-                   ? width
-                   : width + "x" + std::to_string(job.bake.height);
+        return job.bake.width == job.bake.height ? width
+                                                 : width + "x" + std::to_string(job.bake.height);
       });
+  value.words_back = [](const void* of) {
+    const Job& job = *static_cast<const Job*>(of);
+    OptionWords words = {std::to_string(job.bake.width) + "x" + std::to_string(job.bake.height)};
+    for (const SetSize& size : job.set_sizes) {
+      words.push_back(size.set + "=" + std::to_string(size.width) + "x" +
+                      std::to_string(size.height));
+    }
+    return words;
+  };
   value.repeats = true;
   return value;
 }
@@ -129,6 +137,14 @@ OptionValue maps_value() {
         for (const MapKind map : job.bake.maps) names.push_back(map.name);
         return names;
       });
+  value.words_back = [](const void* of) {
+    const Job& job = *static_cast<const Job*>(of);
+    OptionWords words;
+    for (const MapKind map : job.bake.maps) words.emplace_back(map.name);
+    words.insert(words.end(), job.own_maps.begin(), job.own_maps.end());
+    words.insert(words.end(), job.variants.begin(), job.variants.end());
+    return words;
+  };
   value.choices = map_names();
   value.repeats = true;
   value.delimiter = ',';
@@ -138,9 +154,7 @@ OptionValue maps_value() {
 OptionValue gutter_value() {
   OptionValue value = value_of<Job>(
       "bake.encoding.gutter", "whole", "N|inf",
-      [](Job& job, Flagged, Given words) {
-        job.bake.encoding.gutter = parse_gutter(words.back());
-      },
+      [](Job& job, Flagged, Given words) { job.bake.encoding.gutter = parse_gutter(words.back()); },
       [](Job& job) {
         const std::int32_t gutter = job.bake.encoding.gutter;
         return gutter < 0 ? std::string("inf") : std::to_string(gutter);
@@ -239,6 +253,11 @@ OptionValue views_value() {
                : views.count   ? std::to_string(*views.count)
                                : std::string("default");
       });
+  value.words_back = [](const void* of) {
+    const ViewOptions& views = static_cast<const Job*>(of)->bake.match.views;
+    if (views.automatic) return OptionWords{kAutomatic};
+    return views.count ? OptionWords{std::to_string(*views.count)} : OptionWords();
+  };
   value.choices = {kAutomatic};
   value.low = 0;
   value.high = 512;
@@ -359,6 +378,11 @@ OptionValue unwrap_value() {
         job.unwrap_method = words.back() == "true" ? "given" : checked(flag, words.back(), names);
       },
       [](Job& job) { return job.unwrap; });
+  value.words_back = [](const void* of) {
+    const Job& job = *static_cast<const Job*>(of);
+    if (!job.unwrap) return OptionWords();
+    return OptionWords{job.unwrap_method == "given" ? "true" : job.unwrap_method};
+  };
   value.choices = names;
   return value;
 }
@@ -397,12 +421,14 @@ constexpr const char *kFiles = "More files", *kMap = "The map",
 std::vector<OptionRow> make_rows() {
   return {
       {.flag = "HIGH",
-       .value = first_input_value("high", [](Job& job) -> auto& { return job.high; }),
+       .value = first_input_value(
+           "high", [](Job & job) -> auto& { return job.high; }),
        .help = "The high poly (" + high_poly_kinds() + ")",
        .key = "-",
        .required = true},
       {.flag = "LOW",
-       .value = first_input_value("low", [](Job& job) -> auto& { return job.low.given; }),
+       .value = first_input_value(
+           "low", [](Job & job) -> auto& { return job.low.given; }),
        .help = "The low poly, with UVs; left out, Kiln makes one from HIGH (of a height field a "
                "plane, or "
                "with --faces or --max-error a simplified one)",
@@ -415,13 +441,15 @@ std::vector<OptionRow> make_rows() {
 
       {.flag = "--high",
        .group = kFiles,
-       .value = more_inputs_value("high", [](Job& job) -> auto& { return job.high; }),
+       .value = more_inputs_value(
+           "high", [](Job & job) -> auto& { return job.high; }),
        .help = "Another file of the high poly, beside HIGH. May be given again. Names stay; a file "
                "without groups or objects is one of the file's name",
        .key = "-"},
       {.flag = "--low",
        .group = kFiles,
-       .value = more_inputs_value("low", [](Job& job) -> auto& { return job.low.given; }),
+       .value = more_inputs_value(
+           "low", [](Job & job) -> auto& { return job.low.given; }),
        .help =
            "Another file of the low poly, beside LOW. May be given again. All share one UV layout "
            "and one map; where they overlap, a warning says so",

@@ -1,24 +1,25 @@
+#include "job/run.h"
+
 #include <algorithm>
 #include <cstdio>
 #include <memory>
 #include <optional>
 
-#include "job/job_options.h"
+#include "base/percent.h"
+#include "job/check_result.h"
 #include "job/files.h"
+#include "job/job_options.h"
 #include "job/map_words.h"
 #include "job/match_inputs.h"
-#include "options/option_table.h"
-#include "options/parse.h"
+#include "job/root_causes.h"
 #include "job/transfers.h"
-#include "base/percent.h"
-#include "job/run.h"
 #include "kiln/files.h"
 #include "kiln/measure.h"
 #include "kiln/plan.h"
 #include "kiln/render.h"
 #include "kiln/simplify.h"
-#include "job/check_result.h"
-#include "job/root_causes.h"
+#include "options/option_table.h"
+#include "options/parse.h"
 
 namespace kiln {
 namespace {
@@ -214,8 +215,9 @@ bool read_inputs(BakeRun& run) {
     const std::string inside_out = why_inside_out(run.high.mesh, run.low.mesh);
     if (!inside_out.empty()) run.warnings.push_back({"high-inside-out", inside_out, 1});
   }
-  run.low_path = made ? (std::filesystem::path(out_folder(arguments)) / (run.low.stem + ".obj")).string()
-                      : low_name(arguments);
+  run.low_path =
+      made ? (std::filesystem::path(out_folder(arguments)) / (run.low.stem + ".obj")).string()
+           : low_name(arguments);
   (made ? run.stages.low : run.stages.load) += run.watch.lap();
   if (!arguments.cage_mesh.empty()) {
     run.cage_mesh = load_cage(arguments.cage_mesh, run.low.mesh,
@@ -311,7 +313,8 @@ bool make_maps(BakeRun& run, const Source& source, double done, double share) {
     run.options.match.saved = &*run.match;
   }
   if (plans_low_poly(run.arguments)) {
-    const bool made = run.arguments.low.make.lods > 0 ? make_lods(run, source) : make_plan(run, source);
+    const bool made =
+        run.arguments.low.make.lods > 0 ? make_lods(run, source) : make_plan(run, source);
     if (!made) return false;
     warn_of_heavy_low(run.low.mesh, run.high.mesh, run.warnings);
     if (run.low.simplified) {
@@ -326,8 +329,8 @@ bool make_maps(BakeRun& run, const Source& source, double done, double share) {
     plan_options.bounds = map_bounds(run.arguments);
     plan_options.choose_rays = !run.arguments.given.contains("--ao-rays");
     if (const std::string bound = angle_bound(run.arguments); !bound.empty()) {
-      plan_options.max_error =
-          parse_degrees(run.arguments.low.make.max_angle.empty() ? "--max-error" : "--max-angle", bound);
+      plan_options.max_error = parse_degrees(
+          run.arguments.low.make.max_angle.empty() ? "--max-error" : "--max-angle", bound);
     }
     run.planned = bake_planned(source, run.low.mesh, plan_options);
     if (run.planned->result.cancelled) return false;

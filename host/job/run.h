@@ -11,8 +11,9 @@
 #include <string>
 #include <vector>
 
-#include "job/job_options.h"
+#include "job/describe.h"
 #include "job/high_poly_input.h"
+#include "job/job_options.h"
 #include "kiln/asset.h"
 #include "kiln/cage.h"
 #include "kiln/kiln.h"
@@ -22,7 +23,6 @@
 #include "kiln/simplify.h"
 #include "kiln/texture_sets.h"
 #include "kiln/unwrap.h"
-#include "job/describe.h"
 
 namespace kiln {
 
@@ -71,9 +71,11 @@ struct SetNames {
 
 /// What the command does beside a run: it draws plans.
 struct RunHooks {
-  std::function<std::vector<std::string>(const std::string& stem)> plan_files;  ///< That it may write
+  std::function<std::vector<std::string>(const std::string& stem)>
+      plan_files;                  ///< That it may write
   std::function<void()> on_start;  ///< Options are checked, and nothing is read yet
-  std::function<void(const LowPolyPlan&, const std::string& stem)> on_plan;  ///< As soon as it is known
+  std::function<void(const LowPolyPlan&, const std::string& stem)>
+      on_plan;  ///< As soon as it is known
   /// \returns false where it was cancelled
   std::function<bool(const LowPolyPlan&, const std::string& folder, const std::string& stem,
                      std::vector<std::string>& outputs, std::vector<Warning>& warnings)>
@@ -134,8 +136,8 @@ struct BakeRun {
   Json set_reports = Json::array();
   BakeResult result;
   std::vector<std::string> outputs;
-  std::vector<std::byte> glb;         // of a job in memory
-  std::vector<JobMap> stored_maps;  // likewise: as files hold them
+  std::vector<std::byte> glb;                                  // of a job in memory
+  std::vector<JobMap> stored_maps;                             // likewise: as files hold them
   std::vector<std::shared_ptr<const AssetPictures>> pictures;  // of a GLB, one a set
   /// For a GLB, per triangle of LOW: the material of HIGH that it shows where that is transparent or double-sided.
   std::vector<std::uint32_t> materials_hit;

@@ -8,11 +8,11 @@
 #include <string_view>
 #include <utility>
 
-#include "job/map_words.h"
-#include "options/parse.h"
-#include "job/transfers.h"
-#include "job/run.h"
 #include "job/check_result.h"
+#include "job/map_words.h"
+#include "job/run.h"
+#include "job/transfers.h"
+#include "options/parse.h"
 
 namespace kiln {
 namespace {
@@ -379,7 +379,8 @@ bool bake_sets(BakeRun& run, const Source& source) {
     own.insert(own.end(), first, run.warnings.end());
     run.warnings.erase(first, run.warnings.end());
     for (const Warning& warning : own) {
-      if (warning.code != "uv-missing") warnings.add(set_in_words(set.set), warning);  // of other sets
+      if (warning.code != "uv-missing")
+        warnings.add(set_in_words(set.set), warning);  // of other sets
     }
     add_to(sum, run.result.report);
     done += share;

@@ -1,11 +1,11 @@
 // Summary of a bake.
 
-#include "job/map_words.h"
-#include "options/parse.h"
 #include "base/percent.h"
+#include "job/flags.h"
+#include "job/map_words.h"
 #include "job/run.h"
 #include "kiln/plan.h"
-#include "job/flags.h"
+#include "options/parse.h"
 
 namespace kiln {
 namespace {
@@ -74,8 +74,8 @@ std::string summary(const PlannedBake& planned) {
   const std::string text = formatted(
       "chose %s: rendered normals are %.3g degrees off (mean over %u pictures of %u x %u; 95%%: "
       "%.3g; without the map %.3g; wanted %.3g)",
-      trial_in_words(planned.chosen).c_str(), planned.chosen.error.mean_degrees, kPlanViews, kPlanPixels,
-      kPlanPixels, planned.chosen.error.p95_degrees, planned.without_map.mean_degrees,
+      trial_in_words(planned.chosen).c_str(), planned.chosen.error.mean_degrees, kPlanViews,
+      kPlanPixels, kPlanPixels, planned.chosen.error.p95_degrees, planned.without_map.mean_degrees,
       planned.wanted);
   std::string line = text;
   line += "; tried";
@@ -138,7 +138,7 @@ std::string of_set(const BakedSet& set) {
 
 /// A line for each reason but that all is well. \param samples  of which percentages are
 void add_reasons(RunLog& console, const Reasons& reasons, std::uint64_t samples,
-                   const std::string& set = {}) {
+                 const std::string& set = {}) {
   const auto infos = reason_infos();
   for (const ReasonCount& count : reasons.counts) {
     if (count.reason == Reason::found) continue;
@@ -170,7 +170,7 @@ std::string texels_line(const BakeReport& report, std::uint64_t map_texels,
 }
 
 void add_totals(RunLog& console, const BakeReport& report, std::uint64_t map_texels,
-                  const Source::Stats& source, const Stages& stages, double total) {
+                const Source::Stats& source, const Stages& stages, double total) {
   if (map_texels > 0) console.line(texels_line(report, map_texels, source));
   console.line(formatted(
       "%.2f s: load %.2f, low poly %.2f, build %.2f, plan %.2f, texels %.2f, match %.2f, "
@@ -248,7 +248,7 @@ void add_summary(BakeRun& run, const Source::Stats& source, double total) {
   std::uint64_t set_texels = 0;
   for (const BakedSet& set : run.sets) set_texels += std::uint64_t{set.width} * set.height;
   add_totals(console, report, run.sets.empty() ? map_texels : set_texels, source, run.stages,
-               total);
+             total);
   for (const MapError& error : report.errors) {
     console.line(formatted(
         "error of %s against %s: rms %.3g, mean %.3g, 95%% %.3g, most %.3g %s (%s texels)",

@@ -47,7 +47,8 @@ class Materials {
   const std::vector<Material>& all() {
     if (read_) return *read_;
     const std::size_t before = warnings_.size();
-    read_ = load_materials(high_, high_name(arguments_), &warnings_, arguments_.frame.allow_outside);
+    read_ =
+        load_materials(high_, high_name(arguments_), &warnings_, arguments_.frame.allow_outside);
     for (std::size_t i = before; i < warnings_.size(); ++i) {
       // Names of joined files are one name: half of the map would show another file's material.
       if (warnings_[i].code != "materials-differ" || high_files(arguments_).size() < 2) continue;

@@ -11,12 +11,12 @@
 #include <tuple>
 #include <vector>
 
-#include "options/parse.h"
-#include "options/words.h"
 #include "kiln/height_field.h"
 #include "kiln/map.h"
 #include "kiln/match.h"
 #include "options/json.h"
+#include "options/parse.h"
+#include "options/words.h"
 
 namespace kiln {
 
@@ -28,7 +28,7 @@ struct Member {
   const char* path;
 };
 #define KILN_MEMBER(Job, member) \
-  ::kiln::Member {          \
+  ::kiln::Member {               \
     +[](Job & job) -> auto& {    \
       return job.member;         \
     }                            \

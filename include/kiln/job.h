@@ -127,33 +127,34 @@ struct Job {
   RayTraversal traversal = RayTraversal::automatic;
   HeightFieldOptions heights = {};
 
-  bool match_auto = false;  ///< The match and the map's size are chosen by error: see bake_planned()
-  bool cage_auto = false;   ///< find_cage()
+  bool match_auto =
+      false;               ///< The match and the map's size are chosen by error: see bake_planned()
+  bool cage_auto = false;  ///< find_cage()
   std::string cage_mesh = {}, save_cage = {}, save_match = {}, load_match = {};  ///< Files
-  std::string match_list = {};                ///< File of PartsBy::list
-  std::optional<PartsBy> parts_by = {};       ///< None: all of the high poly
-  PartNames part_names = {};                  ///< But for `by` and `list`
-  std::string view_weights = {};              ///< File of ViewLikelihood::list
-  bool reasons = false;                       ///< An image of why samples were missed
-  bool keep_hulls = false;                    ///< Collision hulls of the low poly are baked, too
-  bool file_tangents = true;                  ///< Tangents of the low poly's file; else MikkTSpace's
-  bool split_at_seams = false;                ///< Hard edges at UV seams, where that helps
-  std::vector<std::string> occluders = {};    ///< Files of meshes that darken ambient occlusion
-  std::vector<std::string> own_maps = {};     ///< NAME=FILE of OpenCL
-  std::vector<std::string> variants = {};     ///< NAME=MAP:OPTION=VALUE...
-  std::vector<std::string> transfers = {};    ///< FILE[:NAME][:KIND], or mtl:SLOT
-  std::vector<std::string> ranges = {};       ///< MAP=LOW,HIGH
-  std::vector<std::string> packs = {};        ///< NAME=MAP.CHANNEL,...
-  double alpha_test = 0;                      ///< What is less opaque is cut off the high poly; 0: nothing
+  std::string match_list = {};              ///< File of PartsBy::list
+  std::optional<PartsBy> parts_by = {};     ///< None: all of the high poly
+  PartNames part_names = {};                ///< But for `by` and `list`
+  std::string view_weights = {};            ///< File of ViewLikelihood::list
+  bool reasons = false;                     ///< An image of why samples were missed
+  bool keep_hulls = false;                  ///< Collision hulls of the low poly are baked, too
+  bool file_tangents = true;                ///< Tangents of the low poly's file; else MikkTSpace's
+  bool split_at_seams = false;              ///< Hard edges at UV seams, where that helps
+  std::vector<std::string> occluders = {};  ///< Files of meshes that darken ambient occlusion
+  std::vector<std::string> own_maps = {};   ///< NAME=FILE of OpenCL
+  std::vector<std::string> variants = {};   ///< NAME=MAP:OPTION=VALUE...
+  std::vector<std::string> transfers = {};  ///< FILE[:NAME][:KIND], or mtl:SLOT
+  std::vector<std::string> ranges = {};     ///< MAP=LOW,HIGH
+  std::vector<std::string> packs = {};      ///< NAME=MAP.CHANNEL,...
+  double alpha_test = 0;  ///< What is less opaque is cut off the high poly; 0: nothing
   NormalTextureFormat high_normal_map = NormalTextureFormat::automatic;
   bool layers = false;  ///< All maps as layers of one EXR
 
   CleanHigh clean = CleanHigh::automatic;
-  bool keep_inner = false;               ///< Inner parts of the high poly are not left out
-  std::optional<SetsBy> sets = {};       ///< Texture sets; none: by what overlaps
-  std::vector<SetSize> set_sizes = {};   ///< Of sets whose maps have other sizes
-  bool unwrap = false;                   ///< A given low poly is laid out anew
-  std::string unwrap_method = {};        ///< charts, pairs, squares; empty: charts
+  bool keep_inner = false;              ///< Inner parts of the high poly are not left out
+  std::optional<SetsBy> sets = {};      ///< Texture sets; none: by what overlaps
+  std::vector<SetSize> set_sizes = {};  ///< Of sets whose maps have other sizes
+  bool unwrap = false;                  ///< A given low poly is laid out anew
+  std::string unwrap_method = {};       ///< charts, pairs, squares; empty: charts
   TexelDensity density = TexelDensity::area;
 
   double max_missed_percent = 100;  ///< The job fails if more samples are missed
@@ -172,21 +173,22 @@ struct JobMap {
   std::string name;  ///< As in files' names: "normal"
   std::string set;   ///< The texture set; empty: there is but one
   std::string tile;  ///< The UDIM tile; empty: none
-  BakedMap map;      ///< With values as files hold them: colours sRGB-encoded, values in their range moved to [0, 1]
+  BakedMap
+      map;  ///< With values as files hold them: colours sRGB-encoded, values in their range moved to [0, 1]
 };
 
 /// What a job came to.
 struct JobResult {
-  std::vector<std::string> files;   ///< Written, in order
-  std::vector<std::byte> glb;       ///< With Job::in_memory and NAME.glb: the file
-  std::vector<JobMap> maps;         ///< With Job::in_memory, and no NAME.glb
-  Mesh low;                         ///< The low poly that the maps are of, in its whole layout
-  std::string report;               ///< JSON, as --json writes it
-  std::vector<Warning> warnings;    ///< All, in order
-  std::vector<Warning> causes;      ///< Of these, those that follow from no other one
-  std::vector<std::string> summary; ///< What was done, a line a topic
-  std::string failure;              ///< Empty; or which limit was missed (max_missed_percent, faces, max_error)
-  bool cancelled = false;           ///< The callback returned false: nothing more was written
+  std::vector<std::string> files;    ///< Written, in order
+  std::vector<std::byte> glb;        ///< With Job::in_memory and NAME.glb: the file
+  std::vector<JobMap> maps;          ///< With Job::in_memory, and no NAME.glb
+  Mesh low;                          ///< The low poly that the maps are of, in its whole layout
+  std::string report;                ///< JSON, as --json writes it
+  std::vector<Warning> warnings;     ///< All, in order
+  std::vector<Warning> causes;       ///< Of these, those that follow from no other one
+  std::vector<std::string> summary;  ///< What was done, a line a topic
+  std::string failure;  ///< Empty; or which limit was missed (max_missed_percent, faces, max_error)
+  bool cancelled = false;  ///< The callback returned false: nothing more was written
 };
 
 /// Runs a job: reads, repairs, makes or reads the low poly, finds texture sets, bakes and writes.

@@ -243,6 +243,64 @@ KILN_C_API kiln_status kiln_map_save(const kiln_map* map, const char* path);
 /// for them
 KILN_C_API kiln_status kiln_glb_save(const kiln_mesh* low, const kiln_bake* bake, const char* path);
 
+/* ---- jobs: what `kiln bake` does, in one call ---- */
+
+/// All that a bake is told: see kiln/job.h. Options have the names of the command's flags: `kiln bake --help`.
+typedef struct kiln_job kiln_job;
+/// What a job came to.
+typedef struct kiln_job_result kiln_job_result;
+
+/// A map of a job in memory, good as long as the result.
+typedef struct kiln_job_image {
+  const char* name;   ///< "normal"
+  const char* set;    ///< The texture set; empty: there is but one
+  const char* tile;   ///< The UDIM tile; empty: none
+  uint32_t width;     ///< Texels
+  uint32_t height;    ///< Texels
+  uint32_t channels;  ///< Channels
+  const float*
+      pixels;  ///< Row by row from the top, as files hold them: in [0, 1], colours sRGB-encoded
+} kiln_job_image;
+
+/// A job that was told nothing. \param job  out
+KILN_C_API kiln_status kiln_job_new(kiln_job** job);
+/// Frees a job.
+KILN_C_API void kiln_job_free(kiln_job* job);
+/// Sets an option, in place of what it was: "high", "low", "out", "faces", "maps", "match.max_distance"...
+/// \param option  as a flag's name, or a member of kiln::Job  \param value  as the flag takes it, UTF-8
+KILN_C_API kiln_status kiln_job_set(kiln_job* job, const char* option, const char* value);
+/// Adds a value to an option that takes several.
+KILN_C_API kiln_status kiln_job_add(kiln_job* job, const char* option, const char* value);
+/// Sets all options from JSON: see kiln::job_from_json().
+KILN_C_API kiln_status kiln_job_set_json(kiln_job* job, const char* json);
+/// Takes a copy of a mesh for the high poly. \param name  for messages and names of files; null: "high"
+KILN_C_API kiln_status kiln_job_set_high(kiln_job* job, const kiln_mesh* mesh, const char* name);
+/// Takes a copy of a mesh for the low poly. \param name  likewise; null: "low"
+KILN_C_API kiln_status kiln_job_set_low(kiln_job* job, const kiln_mesh* mesh, const char* name);
+/// Whether results stay in memory, and no file is written: kiln_job_glb(), kiln_job_map().
+KILN_C_API kiln_status kiln_job_set_in_memory(kiln_job* job, int32_t in_memory);
+/// Runs a job. \param device  as of kiln_source_new(); null: the job's own  \param progress  null: none
+/// \param result  out
+KILN_C_API kiln_status kiln_job_run(const kiln_job* job, const char* device, kiln_progress progress,
+                                    void* user, kiln_job_result** result);
+/// Frees a result.
+KILN_C_API void kiln_job_result_free(kiln_job_result* result);
+/// Files that were written, UTF-8; null beyond the last.
+KILN_C_API const char* kiln_job_file(const kiln_job_result* result, size_t index);
+/// Warnings that follow from no other one; null beyond the last.
+KILN_C_API const char* kiln_job_warning(const kiln_job_result* result, size_t index);
+/// Which limit the result misses (max_missed, faces, max_error), where the command exits with 1; null: none.
+KILN_C_API const char* kiln_job_failure(const kiln_job_result* result);
+/// The report, JSON as --json writes it.
+KILN_C_API const char* kiln_job_report(const kiln_job_result* result);
+/// The GLB of a job in memory; null: it made none. \param size  out: bytes; may be null
+KILN_C_API const void* kiln_job_glb(const kiln_job_result* result, size_t* size);
+/// A map of a job in memory without a GLB. \param image  out
+KILN_C_API kiln_status kiln_job_map(const kiln_job_result* result, size_t index,
+                                    kiln_job_image* image);
+/// A copy of the low poly. \param low  out
+KILN_C_API kiln_status kiln_job_low(const kiln_job_result* result, kiln_mesh** low);
+
 #ifdef __cplusplus
 }
 #endif

@@ -7,11 +7,11 @@
 #include <string>
 #include <vector>
 
+#include "job/check_result.h"
+#include "job/flags.h"
 #include "kiln/error.h"
 #include "kiln/mesh.h"
-#include "job/check_result.h"
 #include "report/console.h"
-#include "job/flags.h"
 
 namespace kiln::cli {
 namespace {

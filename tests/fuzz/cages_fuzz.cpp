@@ -6,8 +6,8 @@
 #include <string_view>
 #include <vector>
 
-#include "job/match_inputs.h"
 #include "asset/mesh_reader.h"
+#include "job/match_inputs.h"
 #include "kiln/error.h"
 #include "mesh/cage.h"
 

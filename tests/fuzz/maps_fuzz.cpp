@@ -9,11 +9,11 @@
 #include <string>
 #include <vector>
 
-#include "job/map_words.h"
-#include "options/option_table.h"
-#include "job/transfers.h"
 #include "detail/registry.h"
+#include "job/map_words.h"
+#include "job/transfers.h"
 #include "kiln/validate.h"
+#include "options/option_table.h"
 
 namespace {
 

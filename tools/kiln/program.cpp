@@ -8,9 +8,9 @@
 #include <stdexcept>
 
 #include "arguments/unknown_flags.h"
-#include "options/parse.h"
 #include "kiln/kiln.h"
 #include "kiln/reasons.h"
+#include "options/parse.h"
 
 namespace kiln::cli {
 namespace {

@@ -14,12 +14,12 @@
 #include "cl/driver_state.h"
 #include "crash.h"
 #include "interrupt.h"
+#include "job/flags.h"
 #include "kiln/files.h"
 #include "kiln/kiln.h"
 #include "kiln/reasons.h"
 #include "program.h"
 #include "report/console.h"
-#include "job/flags.h"
 
 #ifdef __GLIBC__
 #include <malloc.h>

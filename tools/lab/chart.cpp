@@ -5,8 +5,8 @@
 #include <numeric>
 #include <set>
 
-#include "job/files.h"
 #include "interrupt.h"
+#include "job/files.h"
 #include "kiln/files.h"
 #include "lab/lab_run.h"
 

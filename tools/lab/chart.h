@@ -9,15 +9,15 @@
 #include <string>
 #include <vector>
 
-#include "job/job_options.h"
 #include "arguments/surface_arguments.h"
+#include "job/describe.h"
+#include "job/job_options.h"
 #include "kiln/cage.h"
 #include "kiln/kiln.h"
 #include "lab/lab_arguments.h"
 #include "lab/lab_run.h"
 #include "lab/table.h"
 #include "picture/plot.h"
-#include "job/describe.h"
 
 namespace kiln::cli {
 

@@ -2,11 +2,11 @@
 #include <algorithm>
 #include <optional>
 
-#include "options/parse.h"
 #include "lab/chart.h"
 #include "lab/lab_run.h"
 #include "lab/measuring.h"
 #include "lab/table.h"
+#include "options/parse.h"
 
 namespace kiln::cli {
 namespace {

@@ -3,9 +3,9 @@
 #include <map>
 #include <utility>
 
-#include "job/job_options.h"
+#include "job/check_result.h"
 #include "job/files.h"
-#include "options/parse.h"
+#include "job/job_options.h"
 #include "kiln/assess.h"
 #include "kiln/measure.h"
 #include "kiln/render.h"
@@ -13,7 +13,7 @@
 #include "lab/lab_run.h"
 #include "lab/measuring.h"
 #include "lab/table.h"
-#include "job/check_result.h"
+#include "options/parse.h"
 
 namespace kiln::cli {
 namespace {

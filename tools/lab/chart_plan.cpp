@@ -8,7 +8,6 @@
 
 #include "job/files.h"
 #include "job/map_words.h"
-#include "options/parse.h"
 #include "kiln/measure.h"
 #include "kiln/normals.h"
 #include "kiln/plan.h"
@@ -18,6 +17,7 @@
 #include "lab/chart.h"
 #include "lab/measuring.h"
 #include "lab/table.h"
+#include "options/parse.h"
 
 namespace kiln::cli {
 namespace {

@@ -2,8 +2,8 @@
 #include <algorithm>
 #include <utility>
 
+#include "job/check_result.h"
 #include "job/files.h"
-#include "options/parse.h"
 #include "kiln/contour.h"
 #include "kiln/gradient.h"
 #include "kiln/measure.h"
@@ -13,7 +13,7 @@
 #include "lab/lab_run.h"
 #include "lab/measuring.h"
 #include "lab/table.h"
-#include "job/check_result.h"
+#include "options/parse.h"
 
 namespace kiln::cli {
 namespace {

@@ -2,12 +2,12 @@
 #include <memory>
 
 #include "arguments/command_options.h"
-#include "job/files.h"
-#include "options/parse.h"
 #include "commands.h"
+#include "job/files.h"
 #include "lab/chart.h"
 #include "lab/measuring.h"
 #include "lab/table.h"
+#include "options/parse.h"
 
 namespace kiln::cli {
 namespace {

@@ -1,20 +1,20 @@
 #include <memory>
 
 #include "arguments/command_options.h"
-#include "job/job_options.h"
-#include "job/files.h"
-#include "job/match_inputs.h"
-#include "options/option_table.h"
-#include "options/parse.h"
-#include "job/transfers.h"
 #include "commands.h"
 #include "interrupt.h"
+#include "job/check_result.h"
+#include "job/files.h"
+#include "job/job_options.h"
+#include "job/match_inputs.h"
+#include "job/transfers.h"
 #include "kiln/layout.h"
 #include "lab/lab_run.h"
 #include "lab/measure.h"
 #include "lab/measuring.h"
 #include "lab/table.h"
-#include "job/check_result.h"
+#include "options/option_table.h"
+#include "options/parse.h"
 
 namespace kiln::cli {
 namespace {

@@ -3,10 +3,11 @@
 #include <optional>
 
 #include "arguments/command_options.h"
-#include "job/job_options.h"
-#include "job/files.h"
 #include "commands.h"
 #include "interrupt.h"
+#include "job/check_result.h"
+#include "job/files.h"
+#include "job/job_options.h"
 #include "kiln/files.h"
 #include "kiln/kiln.h"
 #include "kiln/render.h"
@@ -14,7 +15,6 @@
 #include "lab/measuring.h"
 #include "lab/table.h"
 #include "picture/sheet.h"
-#include "job/check_result.h"
 
 namespace kiln::cli {
 namespace {

@@ -3,8 +3,8 @@
 #include <algorithm>
 
 #include "job/job_options.h"
-#include "options/parse.h"
 #include "lab/table.h"
+#include "options/parse.h"
 
 namespace kiln::cli {
 namespace {
@@ -25,9 +25,10 @@ std::vector<OptionRow> all_rows() {
       {"--picture-size", "", whole(KILN_MEMBER(Arguments, picture_size), 64, 4096),
        "Pixels of a picture's longer side"}};
   const char* heights = "Height fields (HIGH is a PNG, EXR or TIFF)";
-  for (const OptionRow& row : {height_row<Arguments>(heights), extent_row<Arguments>(heights),
-                               no_data_row<Arguments>(heights), triangulate_row<Arguments>("", "HIGH and LOW"),
-                               device_row<Arguments>(""), json_row<Arguments>(""), quiet_row<Arguments>("")}) {
+  for (const OptionRow& row :
+       {height_row<Arguments>(heights), extent_row<Arguments>(heights),
+        no_data_row<Arguments>(heights), triangulate_row<Arguments>("", "HIGH and LOW"),
+        device_row<Arguments>(""), json_row<Arguments>(""), quiet_row<Arguments>("")}) {
     rows.push_back(row);
   }
   for (const OptionRow& row : mesh_frame_rows<Arguments>("Files of meshes", /*low=*/true)) {

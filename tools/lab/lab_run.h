@@ -6,10 +6,10 @@
 #include <utility>
 #include <vector>
 
+#include "job/describe.h"
 #include "kiln/kiln.h"
 #include "lab/lab_arguments.h"
 #include "report/console.h"
-#include "job/describe.h"
 
 namespace kiln::cli {
 

@@ -14,7 +14,7 @@ namespace kiln::cli {
 
 struct MeasureArguments : LabArguments {
   std::string study;
-  Job bake;                          // flags of the match and of maps, all but those below
+  Job bake;                              // flags of the match and of maps, all but those below
   std::set<std::string> matching_flags;  // their names
   std::vector<std::string> visibility_at;
   std::optional<std::uint32_t> views, view_size, faces;

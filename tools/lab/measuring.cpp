@@ -2,12 +2,12 @@
 
 #include <algorithm>
 
-#include "options/parse.h"
+#include "job/check_result.h"
+#include "job/flags.h"
 #include "kiln/measure.h"
 #include "kiln/render.h"
 #include "lab/table.h"
-#include "job/check_result.h"
-#include "job/flags.h"
+#include "options/parse.h"
 
 namespace kiln::cli {
 namespace {

@@ -6,12 +6,12 @@
 #include <string>
 #include <vector>
 
+#include "job/describe.h"
 #include "kiln/kiln.h"
 #include "kiln/measure.h"
 #include "kiln/render.h"
 #include "lab/lab_arguments.h"
 #include "picture/sheet.h"
-#include "job/describe.h"
 
 namespace kiln::cli {
 

@@ -4,13 +4,13 @@
 #include <cmath>
 #include <utility>
 
-#include "job/job_options.h"
+#include "interrupt.h"
+#include "job/check_result.h"
 #include "job/files.h"
+#include "job/job_options.h"
 #include "job/map_words.h"
 #include "job/match_inputs.h"
-#include "options/parse.h"
 #include "job/transfers.h"
-#include "interrupt.h"
 #include "kiln/assess.h"
 #include "kiln/files.h"
 #include "kiln/measure.h"
@@ -19,8 +19,8 @@
 #include "lab/measure.h"
 #include "lab/measuring.h"
 #include "lab/table.h"
+#include "options/parse.h"
 #include "picture/canvas.h"
-#include "job/check_result.h"
 
 namespace kiln::cli {
 namespace {

@@ -6,10 +6,10 @@
 #include <optional>
 #include <utility>
 
-#include "job/job_options.h"
-#include "job/files.h"
-#include "options/parse.h"
 #include "interrupt.h"
+#include "job/check_result.h"
+#include "job/files.h"
+#include "job/job_options.h"
 #include "kiln/files.h"
 #include "kiln/measure.h"
 #include "kiln/normals.h"
@@ -20,8 +20,8 @@
 #include "lab/measure.h"
 #include "lab/measuring.h"
 #include "lab/table.h"
+#include "options/parse.h"
 #include "picture/plot.h"
-#include "job/check_result.h"
 
 namespace kiln::cli {
 namespace {

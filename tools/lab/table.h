@@ -7,8 +7,8 @@
 #include <string_view>
 #include <vector>
 
-#include "options/parse.h"
 #include "options/json.h"
+#include "options/parse.h"
 
 namespace kiln::cli {
 

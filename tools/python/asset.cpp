@@ -43,7 +43,7 @@ std::vector<AssetMaterial> part_by_looks(const std::map<std::string, Look>& look
     material = entry->second;
     if (added) {
       AssetMaterial& made = materials.emplace_back();
-      made.alpha_mode = cli::Words(kAlphaModes).at(std::get<0>(look));
+      made.alpha_mode = Words(kAlphaModes).at(std::get<0>(look));
       made.alpha_cutoff = std::get<1>(look);
       made.double_sided = std::get<2>(look);
       names_of.emplace_back();

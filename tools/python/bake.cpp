@@ -9,17 +9,17 @@
 #include <algorithm>
 #include <cctype>
 
-#include "job/map_words.h"
-#include "job/match_inputs.h"
-#include "options/parse.h"
-#include "job/transfers.h"
 #include "arrays.h"
 #include "asset.h"
+#include "job/check_result.h"
+#include "job/map_file.h"
+#include "job/map_words.h"
+#include "job/match_inputs.h"
+#include "job/transfers.h"
 #include "kiln/asset.h"
 #include "kiln/collision_hulls.h"
 #include "match.h"
-#include "job/check_result.h"
-#include "job/map_file.h"
+#include "options/parse.h"
 
 namespace kiln::python {
 namespace {
@@ -73,7 +73,7 @@ nb::any pixels(PyBake& self, Image& image) {
   return view(image.pixels.data(), {image.height, image.width, image.channels}, nb::find(self));
 }
 
-Request request_of(const Words& words, const std::optional<PyMesh>& cage_mesh,
+Request request_of(const Keywords& words, const std::optional<PyMesh>& cage_mesh,
                    const std::vector<PyMesh>& occluders, bool by_high, bool by_low) {
   return {words, cage_mesh ? &*cage_mesh : nullptr, occluders, by_high, by_low};
 }
@@ -87,7 +87,7 @@ TextureKind kind_of(const std::string& word) {
               "option-enum");
 }
 
-PyBake run_bake(const PySource& source, const PyMesh& low, const Words& words,
+PyBake run_bake(const PySource& source, const PyMesh& low, const Keywords& words,
                 const std::optional<PyMesh>& cage_mesh, const std::vector<PyMesh>& occluders,
                 bool by_high, bool by_low, const nb::list& textures, const PyMatch* saved,
                 nb::object progress) {
@@ -106,7 +106,7 @@ PyBake run_bake(const PySource& source, const PyMesh& low, const Words& words,
     BakeResult baked =
         planned ? std::move(planned->result) : bake(kept, request.low(), request.options);
     // A map with nothing in it is no success, and says why.
-    if (!baked.cancelled) cli::check_result(baked.report, *source.high.mesh, request.low());
+    if (!baked.cancelled) check_result(baked.report, *source.high.mesh, request.low());
     return baked;
   });
   PyBake bake = finished(std::move(result), request, low.mesh->name);
@@ -122,7 +122,7 @@ PyBake run_bake(const PySource& source, const PyMesh& low, const Words& words,
   return bake;
 }
 
-PyMatch run_match(const PySource& source, const PyMesh& low, const Words& words,
+PyMatch run_match(const PySource& source, const PyMesh& low, const Keywords& words,
                   const std::optional<PyMesh>& cage_mesh, nb::object progress) {
   const Call call(std::move(progress));
   Request request = request_of(words, cage_mesh, {}, true, false);
@@ -146,7 +146,7 @@ PyMatch run_match(const PySource& source, const PyMesh& low, const Words& words,
 }
 
 /// \returns the low poly, its maps or None, and what was chosen
-nb::tuple run_plan(const PySource& source, const Words& words, nb::object progress) {
+nb::tuple run_plan(const PySource& source, const Keywords& words, nb::object progress) {
   const Call call(std::move(progress));
   Request request(words);
   const Source kept = source.get();
@@ -177,7 +177,7 @@ nb::tuple run_plan(const PySource& source, const Words& words, nb::object progre
 }
 
 SaveImageOptions image_options(const std::string& format, bool dither) {
-  const ImageFormat* const known = cli::Words(cli::kFormats).find(format);
+  const ImageFormat* const known = Words(kFormats).find(format);
   if (known == nullptr) {
     throw Error(ErrorCode::usage,
                 "--format is '" + format +
@@ -194,10 +194,10 @@ void save_map(PyBake& self, const std::string& name, const std::filesystem::path
   SaveImageOptions options = image_options(format, dither);
   const BakedMap& map = map_of(self, name);
   options.origin = map.origin;
-  options.texts = cli::texts_of(options, cli::stored_ranges(map, options), std::string(map.unit));
+  options.texts = texts_of(options, stored_ranges(map, options), std::string(map.unit));
   call.run([&] {
-    const std::vector<Image> levels = cli::as_stored(map, options);
-    if (levels.size() > 1 && cli::is_exr(options)) {
+    const std::vector<Image> levels = as_stored(map, options);
+    if (levels.size() > 1 && is_exr(options)) {
       save_mipmapped(levels[0], {levels.begin() + 1, levels.end()}, path, options);
       return;
     }
@@ -223,7 +223,7 @@ nb::bytes encoded(nb::handle pixels, const std::string& format, bool dither) {
 /// As integers hold it, in [0, 1].
 nb::any stored(PyBake& self, const std::string& name) {
   const BakedMap& map = map_of(self, name);
-  Image image = cli::as_stored(map, {ImageFormat::png8})[0];
+  Image image = as_stored(map, {ImageFormat::png8})[0];
   const std::size_t height = image.height, width = image.width, channels = image.channels;
   return array(std::move(image.pixels), {height, width, channels});
 }
@@ -236,19 +236,19 @@ nb::tuple material_maps(const PyMesh& high, bool keep) {
   std::vector<Warning> warnings;
   std::vector<Material> materials;
   PyMesh known = high;
-  const cli::MaterialMaps found = call.run([&] {
+  const MaterialMaps found = call.run([&] {
     if (!high.file.empty() && !high.mesh->material_files.empty()) {
       materials = load_materials(*high.mesh, high.file, keep ? &warnings : nullptr);
       if (keep) known.materials = std::make_shared<const std::vector<Material>>(materials);
     }
-    return cli::material_maps(*high.mesh, materials, true, warnings);
+    return material_maps(*high.mesh, materials, true, warnings);
   });
   if (keep) warn(warnings);
   nb::dict looks;
   for (const Material& m : materials) {
     if (m.place.empty()) continue;
-    const AlphaMode mode = cli::is_transparent(m) ? m.alpha_mode : AlphaMode::opaque;
-    looks[m.name.c_str()] = nb::make_tuple(std::string(name_of(cli::Words(kAlphaModes), mode)),
+    const AlphaMode mode = is_transparent(m) ? m.alpha_mode : AlphaMode::opaque;
+    looks[m.name.c_str()] = nb::make_tuple(std::string(name_of(Words(kAlphaModes), mode)),
                                            m.alpha_cutoff, m.double_sided);
   }
   return nb::make_tuple(known, found.maps, found.transfers, looks);
@@ -263,7 +263,7 @@ nb::tuple asset_maps(const PyBake& self, const std::vector<std::string>& names) 
   std::string left;
   AssetMaps places = call.run([&] {
     const auto store = [](BakedMap& map, const std::string&) {
-      map.image = cli::as_stored(map, {ImageFormat::png8})[0];
+      map.image = as_stored(map, {ImageFormat::png8})[0];
     };
     return kiln::asset_maps(maps, store, &left);
   });
@@ -318,10 +318,10 @@ void take_textures(const nb::list& textures, NormalTextureFormat normals, BakeOp
   }
 }
 
-Request::Request(const Words& words, const PyMesh* cage_mesh, const std::vector<PyMesh>& occluders,
-                 bool by_high, bool by_low)
+Request::Request(const Keywords& words, const PyMesh* cage_mesh,
+                 const std::vector<PyMesh>& occluders, bool by_high, bool by_low)
     : job_(job_of(words)) {
-  options = cli::options_of(job_);
+  options = options_of(job_);
   options.occlusion.by_high = by_high;
   options.occlusion.by_low = by_low;
   if (cage_mesh != nullptr) {
@@ -332,12 +332,10 @@ Request::Request(const Words& words, const PyMesh* cage_mesh, const std::vector<
     occluders_.push_back(other.mesh);
     options.occlusion.by_others.push_back(other.mesh.get());
   }
-  cli::share_occluders(options);
+  share_occluders(options);
 }
 
-Request::Request(const Words& words) : job_(job_of(words, true)) {
-  options = cli::options_of(job_);
-}
+Request::Request(const Keywords& words) : job_(job_of(words, true)) { options = options_of(job_); }
 
 void Request::read_textures(const PyMesh& high) {
   if (high.file.empty() && !job_.transfers.empty()) {
@@ -347,19 +345,20 @@ void Request::read_textures(const PyMesh& high) {
                 "option-contradiction");
   }
   if (high.file.empty()) return;
-  job_.high = high.file;
-  cli::load_textures(job_, *high.mesh, options, warnings,
-                     high.materials ? std::span(*high.materials) : std::span<const Material>());
+  job_.high = {JobInput(high.file)};
+  load_textures(job_, *high.mesh, options, warnings,
+                high.materials ? std::span(*high.materials) : std::span<const Material>());
 }
 
 LowPolyPlanOptions Request::plan_options() const {
-  const cli::BakeJob& a = job_;
+  const Job& a = job_;
   LowPolyPlanOptions plan;
-  plan.max_error = cli::parse_degrees("--max-error", cli::angle_bound(a));
-  plan.bounds = cli::map_bounds(a);
+  plan.max_error = parse_degrees("--max-error", angle_bound(a));
+  plan.bounds = map_bounds(a);
   plan.choose_rays = !a.given.contains("--ao-rays");
-  if (!a.screen.empty()) plan.screen = cli::parse_pixels("--screen", a.screen);
-  if (!a.max_outline.empty()) plan.max_outline = cli::parse_outline_bound(a.max_outline);
+  if (!a.low.make.screen.empty()) plan.screen = parse_pixels("--screen", a.low.make.screen);
+  if (!a.low.make.max_outline.empty())
+    plan.max_outline = parse_outline_bound(a.low.make.max_outline);
   plan.choose_match = a.match_auto;
   plan.choose_samples = !a.given.contains("--samples");
   plan.bake = options;
@@ -369,10 +368,10 @@ LowPolyPlanOptions Request::plan_options() const {
 
 PlanOptions Request::match_options() const {
   PlanOptions plan;
-  if (const std::string bound = cli::angle_bound(job_); !bound.empty()) {
-    plan.max_error = cli::parse_degrees("--max-error", bound);
+  if (const std::string bound = angle_bound(job_); !bound.empty()) {
+    plan.max_error = parse_degrees("--max-error", bound);
   }
-  plan.bounds = cli::map_bounds(job_);
+  plan.bounds = map_bounds(job_);
   plan.choose_rays = !job_.given.contains("--ao-rays");
   plan.bake = options;
   return plan;
@@ -398,19 +397,19 @@ void Request::prepare(const Source* source, const PyMesh& high_poly, bool faces_
   read_textures(high_poly);
   if (high_poly.height_field) {
     if (!job_.given.contains("--match")) {
-      options.match.method = cli::first_match("match.uv");
+      options.match.method = first_match("match.uv");
     }
-    options.match.uv = cli::uv_options_over(high, options.match.uv);
+    options.match.uv = uv_options_over(high, options.match.uv);
   }
   if (low_poly.made && !high_poly.height_field && !job_.cage_auto) {
     look_as_far(*low_poly.made, options.match);
   }
   if (faces_inwards && !options.match.two_sided) {
-    const std::string inside_out = cli::why_inside_out(high, low);
+    const std::string inside_out = why_inside_out(high, low);
     if (!inside_out.empty()) warnings.push_back({"high-inside-out", inside_out, 1});
   }
   if (job_.parts_by) {
-    parts_ = pair_parts(high, low, cli::part_names(job_));
+    parts_ = pair_parts(high, low, part_names(job_));
     options.match.parts = &*parts_;
     warnings.insert(warnings.end(), parts_->warnings.begin(), parts_->warnings.end());
   }

@@ -5,8 +5,8 @@
 #include <string>
 #include <vector>
 
-#include "job/job_options.h"
 #include "job/high_poly_input.h"
+#include "job/job_options.h"
 #include "kiln/cage.h"
 #include "kiln/plan.h"
 #include "options.h"
@@ -18,11 +18,11 @@ namespace kiln::python {
 class Request {
  public:
   /// For a plan of a low poly.
-  explicit Request(const Words& words);
+  explicit Request(const Keywords& words);
   /// \param words      keywords that the command knows
   /// \param cage_mesh  or null
   /// \param occluders  beside high and low
-  Request(const Words& words, const PyMesh* cage_mesh, const std::vector<PyMesh>& occluders,
+  Request(const Keywords& words, const PyMesh* cage_mesh, const std::vector<PyMesh>& occluders,
           bool by_high, bool by_low);
 
   /// Makes LOW's normals agree with its faces; reads textures of the high poly's materials; finds parts and the cage,
@@ -47,7 +47,7 @@ class Request {
   std::vector<Warning> warnings;
 
  private:
-  cli::BakeJob job_;
+  Job job_;
   std::shared_ptr<const Mesh> low_, cage_mesh_;
   std::vector<std::shared_ptr<const Mesh>> occluders_;
   std::optional<Parts> parts_;

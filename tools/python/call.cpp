@@ -12,7 +12,6 @@
 #include <regex>
 #include <string_view>
 
-#include "arguments/command_line.h"
 #include "job/flags.h"
 
 namespace kiln::python {
@@ -28,7 +27,7 @@ nb::object errors() { return nb::module_::import_("kiln._errors"); }
 /// into keywords.
 std::string in_python(const std::string& message) {
   static const std::regex function("`(simplify|unwrap)\\(\\)`");
-  return cli::with_flags(std::regex_replace(message, function, "kiln.$1()"));
+  return with_flags(std::regex_replace(message, function, "kiln.$1()"));
 }
 
 void raise(std::string_view message, const char* code, const char* kind) {
@@ -46,8 +45,6 @@ void translate(const std::exception_ptr& thrown, void*) {
   } catch (const Error& error) {
     const char* const kind = Error(error.code(), "").id();  // without an id it is the kind's
     raise(in_python(error.what()), error.id(), kind);
-  } catch (const cli::UsageError& error) {
-    raise(error.what(), "usage", "usage");
   }
 }
 

@@ -2,11 +2,11 @@
 
 #include <nanobind/stl/string.h>
 
-#include "options/words.h"
 #include "arrays.h"
 #include "kiln/measure.h"
 #include "kiln/render.h"
 #include "mesh.h"
+#include "options/words.h"
 
 namespace kiln::python {
 namespace {
@@ -14,7 +14,7 @@ namespace {
 using nb::literals::operator""_a;
 
 template <typename T>
-T word(const cli::Words<T>& words, const char* parameter, const std::string& text) {
+T word(const Words<T>& words, const char* parameter, const std::string& text) {
   if (const T* const known = words.find(text)) return *known;
   std::string names;
   for (const auto& [name, value] : words) names += (names.empty() ? "" : ", ") + std::string(name);
@@ -40,8 +40,8 @@ nb::dict run_measure(const PyMesh& high, const PyMesh& low, nb::handle normal,
   NormalMap map;
   if (!normal.is_none()) {
     image = image_of(normal, "normal");
-    map = {&image, word(cli::Words(cli::kSpaces), "space", space), flip_y,
-           word(cli::Words(cli::kBitangents), "bitangent", bitangent)};
+    map = {&image, word(Words(kSpaces), "space", space), flip_y,
+           word(Words(kBitangents), "bitangent", bitangent)};
   }
   const NormalError error = call.run([&] {
     const Device& opened = device_of(device);
@@ -74,8 +74,8 @@ nb::any run_render(const PyMesh& mesh, nb::handle normal, const std::string& spa
   NormalMap map;
   if (!normal.is_none()) {
     image = image_of(normal, "normal");
-    map = {&image, word(cli::Words(cli::kSpaces), "space", space), flip_y,
-           word(cli::Words(cli::kBitangents), "bitangent", bitangent)};
+    map = {&image, word(Words(kSpaces), "space", space), flip_y,
+           word(Words(kBitangents), "bitangent", bitangent)};
   }
   RenderOptions options;
   options.size = size;

@@ -10,9 +10,9 @@
 #include <limits>
 #include <type_traits>
 
+#include "arrays.h"
 #include "job/mesh_files.h"
 #include "options/words.h"
-#include "arrays.h"
 
 namespace kiln::python {
 namespace {
@@ -327,7 +327,7 @@ PyMesh load_file(const std::filesystem::path& path, const std::string& triangula
   const Call call;
   std::vector<Warning> warnings;
   LoadMeshOptions options;
-  const Triangulation* const known = cli::Words(cli::kTriangulations).find(triangulate);
+  const Triangulation* const known = Words(kTriangulations).find(triangulate);
   if (known == nullptr) {
     throw Error(ErrorCode::usage,
                 "--triangulate is '" + triangulate + "': give auto, blender, fan or shortest.",
@@ -363,7 +363,7 @@ PyMesh shaded(const PyMesh& mesh, const std::string& rule) {
   if (mesh.height_field) return result;
   std::vector<Warning> warnings;
   call.run([&] {
-    const ShadingOptions options = cli::parse_shading(rule);
+    const ShadingOptions options = parse_shading(rule);
     Mesh copy = *mesh.mesh;
     warnings = shade_high(copy, options).warnings;
     const bool same =

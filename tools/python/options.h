@@ -20,14 +20,14 @@ struct Keyword {
 std::vector<Keyword> keywords();
 
 /// A keyword and a value, as the command line writes it; several values are several pairs.
-using Words = std::vector<std::pair<std::string, std::string>>;
+using Keywords = std::vector<std::pair<std::string, std::string>>;
 
 /// Reads and checks them as the command does. \throws kiln::Error, cli::UsageError that name flags
 /// \param plans  without LOW: as the command plans one, whose flags are keywords then, too
-cli::BakeJob job_of(const Words& words, bool plans = false);
+Job job_of(const Keywords& words, bool plans = false);
 
 /// OcclusionOptions::max_error of a bake by these words whose maps go into a GLB.
-double glb_occlusion_error(const Words& words);
+double glb_occlusion_error(const Keywords& words);
 
 /// The keyword that is nearest to a word, by letters or by other bakers' names; empty: none is near.
 std::string nearest_keyword(const std::string& word);

@@ -10,9 +10,9 @@
 
 #include "arrays.h"
 #include "bake.h"
+#include "job/check_result.h"
 #include "kiln/session.h"
 #include "match.h"
-#include "job/check_result.h"
 
 namespace kiln::python {
 namespace {
@@ -101,7 +101,7 @@ std::uint32_t first_row(const char* parameter, std::optional<std::uint32_t> firs
 
 class PyBakeSession {
  public:
-  PyBakeSession(const PyMesh& high, const PyMesh& low, const Words& words,
+  PyBakeSession(const PyMesh& high, const PyMesh& low, const Keywords& words,
                 const std::optional<PyMesh>& cage_mesh, const std::vector<PyMesh>& occluders,
                 bool by_high, bool by_low, const nb::list& textures, nb::handle bounds,
                 const std::string& device)
@@ -185,7 +185,7 @@ class PyBakeSession {
       BakeResult result = call.run([&] {
         BakeResult baked = work.session.bake();
         notes = look_at_normals(work.session.high());
-        cli::check_result(baked.report, work.session.high(), work.request->low());
+        check_result(baked.report, work.session.high(), work.request->low());
         return baked;
       });
       result.report.warnings.insert(result.report.warnings.begin(), notes.begin(), notes.end());
@@ -251,7 +251,7 @@ class PyBakeSession {
     }
     std::vector<Warning> opposed;
     Mesh copy = high;
-    cli::turn_normals("HIGH", Trusted::faces, copy, opposed);
+    turn_normals("HIGH", Trusted::faces, copy, opposed);
     for (const Warning& warning : opposed) {
       if (warning.code != "turned-normals") continue;
       notes.push_back(
@@ -273,7 +273,7 @@ class PyBakeSession {
 
 class PyViewSession {
  public:
-  PyViewSession(const PySource& source, const PyMesh& low, const Words& words)
+  PyViewSession(const PySource& source, const PyMesh& low, const Keywords& words)
       : high_(source.high) {
     const Call call;
     auto request = std::make_unique<Request>(words, nullptr, std::vector<PyMesh>(), true, false);
@@ -341,7 +341,7 @@ void add_session(nb::module_& module) {
   nb::class_<PyBakeSession>(module, "BakeSessionCore")
       .def(
           "__init__",
-          [](PyBakeSession* self, const PyMesh& high, const PyMesh& low, const Words& words,
+          [](PyBakeSession* self, const PyMesh& high, const PyMesh& low, const Keywords& words,
              const std::optional<PyMesh>& cage_mesh, const std::vector<PyMesh>& occluders,
              bool by_high, bool by_low, const nb::list& textures, nb::handle bounds,
              const std::string& device) {
@@ -361,9 +361,8 @@ void add_session(nb::module_& module) {
   nb::class_<PyViewSession>(module, "ViewSessionCore")
       .def(
           "__init__",
-          [](PyViewSession* self, const PySource& source, const PyMesh& low, const Words& words) {
-            new (self) PyViewSession(source, low, words);
-          },
+          [](PyViewSession* self, const PySource& source, const PyMesh& low,
+             const Keywords& words) { new (self) PyViewSession(source, low, words); },
           "source"_a, "low"_a, "words"_a)
       .def("add", &PyViewSession::add, "direction"_a.none())
       .def("match", &PyViewSession::match)

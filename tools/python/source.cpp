@@ -6,8 +6,8 @@
 
 #include <cmath>
 
-#include "job/high_poly_input.h"
 #include "arrays.h"
+#include "job/high_poly_input.h"
 
 namespace kiln::python {
 
@@ -71,7 +71,7 @@ std::shared_ptr<const Mesh> agreed(const std::shared_ptr<const Mesh>& mesh, cons
   if (mesh->normals.empty()) return mesh;
   Mesh turned = *mesh;
   const std::size_t before = warnings.size();
-  cli::turn_normals(which, trust, turned, warnings);
+  turn_normals(which, trust, turned, warnings);
   return warnings.size() == before ? mesh : shared(std::move(turned));
 }
 

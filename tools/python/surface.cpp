@@ -4,10 +4,8 @@
 #include <nanobind/stl/optional.h>
 #include <nanobind/stl/string.h>
 
-#include "job/high_poly_input.h"
-#include "options/parse.h"
-#include "options/words.h"
 #include "arrays.h"
+#include "job/high_poly_input.h"
 #include "kiln/clean.h"
 #include "kiln/height_field.h"
 #include "kiln/image.h"
@@ -15,6 +13,8 @@
 #include "kiln/simplify.h"
 #include "kiln/texture_sets.h"
 #include "kiln/unwrap.h"
+#include "options/parse.h"
+#include "options/words.h"
 
 namespace kiln::python {
 namespace {
@@ -63,8 +63,7 @@ PyMesh run_unwrap(const PyMesh& mesh, std::uint32_t size, const std::string& met
     throw Error(ErrorCode::usage, "--size is " + std::to_string(size) + ": give 1 to 16384.",
                 "option-range");
   }
-  UnwrapOptions options =
-      cli::unwrap_options(method, size, detail_of ? detail_of->mesh.get() : nullptr);
+  UnwrapOptions options = unwrap_options(method, size, detail_of ? detail_of->mesh.get() : nullptr);
   if (border) options.border_texels = *border;
   UnwrapReport report;
   PyMesh result{call.run([&] { return shared(unwrap(*mesh.mesh, options, &report)); })};
@@ -84,7 +83,7 @@ PyMesh run_unwrap(const PyMesh& mesh, std::uint32_t size, const std::string& met
 /// one map does
 nb::list run_texture_sets(const PyMesh& low, const std::string& word) {
   const Call call;
-  const auto* const chosen = cli::Words(cli::kSets).find(word);
+  const auto* const chosen = Words(kSets).find(word);
   if (chosen == nullptr) {
     throw Error(ErrorCode::usage,
                 "--sets is '" + word + "': give auto, none, material, object or udim.",
@@ -125,7 +124,7 @@ nb::tuple run_height_field(nb::handle heights, double width, double depth, doubl
   call.run([&] {
     if (is_file) read = load_heights(path, &warnings);
     const HeightFieldOptions options =
-        cli::prepare_heights(is_file ? path : "heights", read, {width, depth, height}, warnings);
+        prepare_heights(is_file ? path : "heights", read, {width, depth, height}, warnings);
     field = shared(height_field_mesh(read.image, options));
     plane = shared(height_field_plane(read.image, options));
   });

@@ -32,7 +32,6 @@ void add_options(Command& command, std::span<const OptionRow> rows, void* job) {
   }
 }
 
-
 std::set<std::string> given_flags(const Command& command) {
   std::set<std::string> given;
   for (const Option* option : command.get_options()) {

@@ -77,7 +77,8 @@ OptionValue min_part_value() {
 
 /// Three numbers with a separator between them.
 template <typename T>
-OptionValue three(Member<Arguments, std::array<T, 3>> member, std::string_view words, char separator) {
+OptionValue three(Member<Arguments, std::array<T, 3>> member, std::string_view words,
+                  char separator) {
   return value_of<Arguments>(
       member.path, "list", words,
       [=](Arguments& job, Flagged flag, Given given) {

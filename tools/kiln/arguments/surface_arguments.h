@@ -5,11 +5,11 @@
 #include <string>
 #include <vector>
 
-#include "options/option_table.h"
+#include "job/describe.h"
 #include "kiln/contour.h"
 #include "kiln/kiln.h"
 #include "kiln/volume.h"
-#include "job/describe.h"
+#include "options/option_table.h"
 
 namespace kiln::cli {
 

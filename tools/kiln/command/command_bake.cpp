@@ -10,6 +10,7 @@
 #include "interrupt.h"
 #include "job/run.h"
 #include "kiln/job.h"
+#include "kiln/options.h"
 #include "kiln/plan.h"
 #include "options/parse.h"
 #include "picture/plot.h"
@@ -106,13 +107,8 @@ Run add_bake(Command& app) {
       "bake", "Bake the detail of HIGH into textures of LOW (made from HIGH where none is given)");
   auto job = std::make_shared<Job>();
   add_options(*command, bake_rows(), job.get());
-  command->add_text_flag(
-      "--help-json",
-      [] {
-        const Job none;
-        return rows_json(bake_rows(), &none).dump(1);
-      },
-      "All options as JSON, for programs: types, units, ranges, defaults");
+  command->add_text_flag("--help-json", options_json,
+                         "All options as JSON, for programs: types, units, ranges, defaults");
   return [command, job] {
     job->given = given_flags(*command);
     return run_bake(*job);

@@ -2,13 +2,13 @@
 #include <memory>
 
 #include "arguments/command_options.h"
-#include "options/option_table.h"
 #include "cl/driver_state.h"
 #include "commands.h"
-#include "kiln/kiln.h"
-#include "report/console.h"
-#include "options/json.h"
 #include "job/describe.h"
+#include "kiln/kiln.h"
+#include "options/json.h"
+#include "options/option_table.h"
+#include "report/console.h"
 
 namespace kiln::cli {
 namespace {

@@ -5,16 +5,16 @@
 #include <optional>
 
 #include "arguments/command_options.h"
-#include "job/files.h"
-#include "options/option_table.h"
-#include "options/parse.h"
 #include "command/render_parts.h"
 #include "commands.h"
+#include "job/describe.h"
+#include "job/files.h"
+#include "job/map_file.h"
 #include "kiln/kiln.h"
+#include "options/option_table.h"
+#include "options/parse.h"
 #include "picture/sheet.h"
 #include "report/console.h"
-#include "job/map_file.h"
-#include "job/describe.h"
 
 namespace kiln::cli {
 namespace {

@@ -6,20 +6,20 @@
 #include <string>
 
 #include "arguments/command_options.h"
+#include "commands.h"
+#include "interrupt.h"
+#include "job/describe.h"
 #include "job/files.h"
 #include "job/high_poly_input.h"
 #include "job/mesh_files.h"
-#include "options/option_table.h"
-#include "options/parse.h"
-#include "commands.h"
-#include "interrupt.h"
 #include "kiln/kiln.h"
 #include "kiln/normals.h"
 #include "kiln/plan.h"
 #include "kiln/simplify.h"
 #include "kiln/unwrap.h"
+#include "options/option_table.h"
+#include "options/parse.h"
 #include "report/console.h"
-#include "job/describe.h"
 
 namespace kiln::cli {
 namespace {

@@ -4,23 +4,23 @@
 #include <optional>
 
 #include "arguments/command_options.h"
-#include "job/job_options.h"
-#include "job/files.h"
-#include "options/parse.h"
 #include "arguments/surface_arguments.h"
 #include "cl/driver_state.h"
 #include "commands.h"
 #include "interrupt.h"
+#include "job/check_result.h"
+#include "job/describe.h"
+#include "job/files.h"
+#include "job/job_options.h"
 #include "kiln/contour.h"
 #include "kiln/files.h"
 #include "kiln/kiln.h"
 #include "kiln/plan.h"
 #include "kiln/unwrap.h"
 #include "kiln/volume.h"
-#include "job/check_result.h"
-#include "report/console.h"
 #include "options/json.h"
-#include "job/describe.h"
+#include "options/parse.h"
+#include "report/console.h"
 
 namespace kiln::cli {
 namespace {

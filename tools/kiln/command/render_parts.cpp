@@ -7,15 +7,15 @@
 #include <utility>
 #include <vector>
 
+#include "job/check_result.h"
 #include "job/job_options.h"
 #include "job/match_inputs.h"
-#include "options/parse.h"
 #include "kiln/cage.h"
 #include "kiln/measure.h"
 #include "kiln/render.h"
+#include "options/parse.h"
 #include "picture/canvas.h"
 #include "picture/view_arguments.h"
-#include "job/check_result.h"
 
 namespace kiln::cli {
 namespace {

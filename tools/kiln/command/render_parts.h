@@ -6,15 +6,15 @@
 #include <string>
 #include <vector>
 
-#include "job/job_options.h"
+#include "job/describe.h"
 #include "job/high_poly_input.h"
+#include "job/job_options.h"
 #include "kiln/kiln.h"
 #include "kiln/render.h"
 #include "picture/dressed.h"
 #include "picture/sheet.h"
 #include "picture/view_arguments.h"
 #include "report/console.h"
-#include "job/describe.h"
 
 namespace kiln::cli {
 

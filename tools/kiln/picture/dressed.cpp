@@ -4,9 +4,9 @@
 #include <cmath>
 #include <filesystem>
 
+#include "job/map_file.h"
 #include "kiln/render.h"
 #include "picture/sheet.h"
-#include "job/map_file.h"
 
 namespace kiln::cli {
 namespace {

@@ -6,9 +6,9 @@
 #include <map>
 #include <optional>
 
-#include "job/mesh_files.h"
 #include "base/srgb.h"
 #include "image/wrap.h"
+#include "job/mesh_files.h"
 #include "kiln/texture_sets.h"
 #include "picture/dressed.h"
 

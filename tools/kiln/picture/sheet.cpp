@@ -4,10 +4,10 @@
 #include <cmath>
 #include <cstdio>
 
-#include "options/parse.h"
 #include "base/memory.h"
 #include "kiln/measure.h"
 #include "kiln/render.h"
+#include "options/parse.h"
 
 namespace kiln::cli {
 namespace {

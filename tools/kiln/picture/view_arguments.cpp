@@ -2,9 +2,9 @@
 
 #include <tuple>
 
-#include "options/parse.h"
 #include "kiln/measure.h"
 #include "kiln/render.h"
+#include "options/parse.h"
 
 namespace kiln::cli {
 namespace {

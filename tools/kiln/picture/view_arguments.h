@@ -5,8 +5,8 @@
 #include <string>
 #include <vector>
 
-#include "options/option_table.h"
 #include "kiln/render.h"
+#include "options/option_table.h"
 
 namespace kiln::cli {
 

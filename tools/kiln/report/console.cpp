@@ -13,9 +13,9 @@
 #include <utility>
 
 #include "interrupt.h"
+#include "job/flags.h"
 #include "kiln/error.h"
 #include "kiln/files.h"
-#include "job/flags.h"
 #include "options/json.h"
 
 namespace kiln::cli {

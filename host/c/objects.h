@@ -1,0 +1,66 @@
+// Objects of the C interface that several files know, and how what they throw becomes a status.
+#pragma once
+
+#include <exception>
+#include <filesystem>
+#include <new>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "kiln/error.h"
+#include "kiln/kiln_c.h"
+#include "kiln/mesh.h"
+#include "kiln/simplify.h"
+
+/// Files that something was made of: nothing made of them is saved over one.
+using Files = std::vector<std::filesystem::path>;
+
+struct kiln_mesh {
+  kiln::Mesh mesh;
+  Files read = {};
+  std::optional<kiln::SimplifyReport> made = {};  ///< If kiln_simplify() did
+};
+namespace kiln {
+
+inline thread_local std::string last_message;  ///< kiln_error_message()
+inline thread_local std::string last_code;     ///< kiln_error_code()
+
+inline kiln_status failed(kiln_status status, const char* message, const char* code) noexcept {
+  try {
+    last_message = message;
+    last_code = code;
+  } catch (...) {
+    last_message.clear();  // no memory: the status says so
+    last_code.clear();
+  }
+  return status;
+}
+
+/// Runs a function; what it throws becomes a status.
+template <typename Function>
+kiln_status guarded(Function&& function) noexcept {
+  try {
+    function();
+    return KILN_OK;
+  } catch (const Error& error) {
+    return failed(static_cast<kiln_status>(error.code()), error.what(), error.id());
+  } catch (const std::bad_alloc&) {
+    return failed(KILN_INTERNAL, "Memory ran out.", "memory");
+  } catch (const std::exception& error) {
+    return failed(KILN_INTERNAL, error.what(), "internal");
+  } catch (...) {
+    return failed(KILN_INTERNAL, "Something unknown was thrown.", "internal");
+  }
+}
+
+inline void check_given(const void* pointer, const char* parameter) {
+  if (pointer != nullptr) return;
+  throw Error(ErrorCode::usage, std::string(parameter) + " is null.", "null");
+}
+
+inline void check_cancelled(bool cancelled) {
+  if (cancelled) throw Error(ErrorCode::cancelled, "Cancelled by the callback.");
+}
+
+}  // namespace kiln

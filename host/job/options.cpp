@@ -1,0 +1,236 @@
+// Options of a job by name: from text and JSON, and back.
+#include "kiln/options.h"
+
+#include <algorithm>
+#include <set>
+#include <utility>
+
+#include "job/job_options.h"
+#include "options/json.h"
+#include "options/near_words.h"
+#include "options/parse.h"
+
+namespace kiln {
+namespace {
+
+/// The name of a row in Python and JSON: "max_distance".
+std::string key_of(const OptionRow& row) {
+  std::string name = lower_case(row.flag.substr(row.flag.find_first_not_of('-')));
+  std::replace(name.begin(), name.end(), '-', '_');
+  return name;
+}
+
+bool is_position(const OptionRow& row) { return !row.flag.starts_with('-'); }
+/// --high and --low, which in JSON stand in one list with the first file.
+bool is_more_files(const OptionRow& row) { return row.flag == "--high" || row.flag == "--low"; }
+
+/// True if a row's members, "bake.width, bake.height", have one of this name, with or without "bake." before it.
+bool has_member(const OptionRow& row, std::string_view name) {
+  std::string_view rest = row.value.member;
+  for (;;) {
+    const std::size_t comma = rest.find(", ");
+    std::string_view member = rest.substr(0, comma);
+    if (member == name) return true;
+    if (member.starts_with("bake.") && member.substr(5) == name) return true;
+    if (comma == std::string_view::npos) return false;
+    rest.remove_prefix(comma + 2);
+  }
+}
+
+const OptionRow& row_named(std::string_view name) {
+  std::string key(name.substr(std::min(name.find_first_not_of('-'), name.size())));
+  std::replace(key.begin(), key.end(), '-', '_');
+  std::vector<std::string> known;
+  for (const OptionRow& row : bake_rows()) {
+    if (is_more_files(row)) continue;
+    if (key_of(row) == key) return row;
+    known.push_back(key_of(row));
+  }
+  for (const OptionRow& row : bake_rows()) {
+    if (has_member(row, name)) return row;
+  }
+  const std::string near = nearest_word(key, known);
+  fail_usage("A job has no option '" + std::string(name) + "'" +
+             (near.empty() ? ": options_json() lists them." : "; did you mean " + near + "?"));
+}
+
+void set_row(Job& job, const OptionRow& row, const OptionWords& words) {
+  if (is_position(row) && row.flag != "--out") {
+    std::vector<JobInput>& inputs = row.flag == "HIGH" ? job.high : job.low.given;
+    inputs.assign(words.begin(), words.end());
+    return;
+  }
+  const std::string name = key_of(row);
+  refuse_if(words.empty(), name + " was given nothing: leave it out, or give a value.");
+  refuse_if(words.size() > 1 && !row.value.repeats,
+            name + " was given " + std::to_string(words.size()) + " values: give it one.");
+  for (const std::string& word : words) {
+    refuse_if(word.empty(), name + " was given nothing: leave it out, or give a value.");
+  }
+  row.value.set(&job, row.flag, words);
+  job.given.insert(row.flag);
+}
+
+/// "a,b" of a list whose flag takes it so.
+OptionWords split(const OptionRow& row, std::string_view value) {
+  OptionWords words;
+  while (row.value.delimiter != 0) {
+    const std::size_t end = value.find(row.value.delimiter);
+    if (end == std::string_view::npos) break;
+    words.emplace_back(value.substr(0, end));
+    value.remove_prefix(end + 1);
+  }
+  words.emplace_back(value);
+  return words;
+}
+
+/// The words of a JSON value.
+OptionWords words_of(const OptionRow& row, const Json& value) {
+  if (value.is_array()) {
+    OptionWords words;
+    for (const Json& element : value.elements()) {
+      refuse_if(element.is_array() || element.is_object() || element.is_null(),
+                key_of(row) + ": an element of the list is " + element.dump() +
+                    ": give texts or numbers.");
+      words.push_back(written(element));
+    }
+    return words;
+  }
+  if (value.is_object()) {
+    OptionWords words;
+    for (const std::string& key : value.keys()) words.push_back(key + "=" + written(value.at(key)));
+    return words;
+  }
+  return {written(value)};
+}
+
+/// A number or a truth value where the text is one as JSON writes it, else a text.
+Json json_of(const OptionRow& row, const std::string& word) {
+  if (row.value.type == "flag") return word == "true";
+  const bool is_number = row.value.type == "whole" || row.value.type == "number";
+  const Json value = is_number ? Json::parse(word) : Json();
+  return !is_number || value.is_null() || value.dump() != word ? Json(word) : value;
+}
+
+Json names_json(const std::vector<JobInput>& inputs) {
+  Json names = Json::array();
+  for (const JobInput& input : inputs) {
+    refuse_if(input.asset != nullptr, "The mesh '" + input.name +
+                                          "' is in memory: a job of JSON names files. Save it, "
+                                          "and name its file.");
+    names.push_back(input.name);
+  }
+  return names.size() == 1 ? names[0] : names;
+}
+
+bool differs(const OptionRow& row, const Job& job) {
+  static const Job none;
+  return row.value.write(&job) != row.value.write(&none);
+}
+
+}  // namespace
+
+void set_option(Job& job, std::string_view name, std::string_view value) {
+  const OptionRow& row = row_named(name);
+  set_row(job, row, split(row, value));
+}
+
+void set_option(Job& job, std::string_view name, const std::vector<std::string>& values) {
+  set_row(job, row_named(name), values);
+}
+
+std::vector<std::string> option_values(const Job& job, std::string_view name) {
+  const OptionRow& row = row_named(name);
+  if (row.flag == "HIGH") return high_files(job);
+  if (row.flag == "LOW") return low_files(job);
+  return row.value.write(&job);
+}
+
+std::set<std::string> options_given(const Job& job) {
+  std::set<std::string> given = job.given;
+  for (const OptionRow& row : bake_rows()) {
+    if (differs(row, job)) given.insert(row.flag);
+  }
+  return given;
+}
+
+bool is_given(const Job& job, std::string_view name) {
+  const OptionRow& row = row_named(name);
+  if (row.flag == "HIGH") return !job.high.empty();
+  if (row.flag == "LOW") return !job.low.given.empty();
+  return job.given.contains(row.flag) || differs(row, job);
+}
+
+std::string to_json(const Job& job) {
+  Json json = Json::object();
+  if (!job.high.empty()) json["high"] = names_json(job.high);
+  if (!job.low.given.empty()) json["low"] = names_json(job.low.given);
+  const std::set<std::string> given = options_given(job);
+  for (const OptionRow& row : bake_rows()) {
+    if (is_position(row) || is_more_files(row) || !given.contains(row.flag)) continue;
+    const OptionWords words = row.value.write(&job);
+    if (words.empty()) continue;
+    Json value = Json::array();
+    for (const std::string& word : words) value.push_back(json_of(row, word));
+    json[key_of(row)] = row.value.repeats ? value : value[0];
+  }
+  return json.dump(1);
+}
+
+Job job_from_json(std::string_view text) {
+  const Json json = Json::parse(text);
+  refuse_if(!json.is_object(), "A job is a JSON object, such as {\"high\": \"statue.glb\", \"out\": \"maps\"}.");
+  Job job;
+  for (const std::string& key : json.keys()) {
+    const OptionRow& row = row_named(key);
+    const Json& value = json.at(key);
+    if (!value.is_null()) set_row(job, row, words_of(row, value));
+  }
+  return job;
+}
+
+std::string options_json() {
+  const Job none;
+  return rows_json(bake_rows(), &none).dump(1);
+}
+
+std::string job_schema() {
+  Json properties = Json::object();
+  Json required = Json::array();
+  for (const OptionRow& row : bake_rows()) {
+    if (is_more_files(row)) continue;
+    const OptionValue& value = row.value;
+    Json property = Json::object();
+    const bool is_number = value.type == "whole" || value.type == "number";
+    const char* const type = value.type == "flag"    ? "boolean"
+                             : value.type == "whole" ? "integer"
+                             : is_number             ? "number"
+                                                     : "string";
+    Json one = {{"type", type}};
+    if (is_number && value.low) one["minimum"] = *value.low;
+    if (is_number && value.high) one["maximum"] = *value.high;
+    if (value.type == "choice" && !value.choices.empty()) one["enum"] = value.choices;
+    Json ways = Json::array({one});
+    // Numbers may have another word, or a fraction, in their place.
+    if (is_number) ways.push_back({{"type", "string"}});
+    if (!is_number && value.type != "flag" && value.type != "choice") ways.push_back({{"type", "number"}});
+    if (value.type == "flag or choice") ways.push_back({{"type", "boolean"}});
+    if (value.repeats || is_position(row)) {
+      ways.push_back({{"type", "array"}, {"items", {{"type", Json::array({"string", "number"})}}}});
+      ways.push_back({{"type", "object"}});
+    }
+    property["anyOf"] = ways;
+    property["description"] = row.help;
+    properties[key_of(row)] = property;
+    if (row.required) required.push_back(key_of(row));
+  }
+  const Json schema = {{"$schema", "https://json-schema.org/draft/2020-12/schema"},
+                       {"title", "A job of Kiln"},
+                       {"type", "object"},
+                       {"properties", properties},
+                       {"required", required},
+                       {"additionalProperties", false}};
+  return schema.dump(1);
+}
+
+}  // namespace kiln

@@ -1,0 +1,325 @@
+// One job by every door writes the same bytes: the command, kiln::run() with options by name and from JSON, C.
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <map>
+#include <random>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "cli/call.h"
+#include "cli/command_scene.h"
+#include "kiln/asset.h"
+#include "kiln/job.h"
+#include "kiln/kiln.h"
+#include "kiln/kiln_c.h"
+#include "kiln/options.h"
+#include "support/environment.h"
+
+namespace kiln::test {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// Options of a job beside its output, with their values. "high" and "low" have their files' names in the scene.
+using Options = std::vector<std::pair<std::string, std::vector<std::string>>>;
+
+struct DoorCase {
+  const char* name;
+  const char* out;  ///< Empty: a folder
+  Options options;
+  int exit_code = 0;
+};
+
+const DoorCase kCases[] = {
+    {"Maps", "", {{"high", {"high.obj"}}, {"low", {"low.obj"}}, {"maps", {"normal", "height", "curvature"}}}},
+    {"Colours", "", {{"high", {"two.glb"}}, {"faces", {"300"}}, {"maps", {"color", "opacity"}}, {"format", {"png8"}}}},
+    {"Ranges", "", {{"high", {"high.obj"}}, {"low", {"low.obj"}}, {"maps", {"height"}}, {"range", {"height=-0.5,0.5"}}}},
+    {"Exr", "", {{"high", {"high.obj"}}, {"low", {"low.obj"}}, {"format", {"exr"}}, {"mips", {"true"}}, {"samples", {"2"}}}},
+    {"Packs", "", {{"high", {"high.obj"}}, {"low", {"low.obj"}}, {"maps", {"ao", "height"}}, {"pack", {"both=ao,height"}}, {"ao_rays", {"16"}}}},
+    {"Views", "", {{"high", {"high.obj"}}, {"low", {"low.obj"}}, {"match", {"views"}}, {"views", {"12"}}, {"fallback", {"closest", "fill"}}}},
+    {"Cage", "", {{"high", {"high.obj"}}, {"low", {"low.obj"}}, {"cage", {"5%"}}}},
+    {"CageMesh", "", {{"high", {"high.obj"}}, {"low", {"low.obj"}}, {"cage_mesh", {"cage.obj"}}}},
+    {"Auto", "", {{"high", {"high.obj"}}, {"low", {"low.obj"}}, {"match", {"auto"}}, {"max_angle", {"8"}}}},
+    {"Parts", "", {{"high", {"high.obj"}}, {"low", {"low.obj"}}, {"high", {"high.obj"}}, {"match_by", {"object"}}}, 3},
+    {"Occluders", "", {{"high", {"high.obj"}}, {"low", {"low.obj"}}, {"maps", {"ao"}}, {"ao_rays", {"16"}}, {"ao_occluders", {"high", "cage.obj"}}}},
+    {"Variants", "", {{"high", {"high.obj"}}, {"low", {"low.obj"}}, {"maps", {"ao", "near=ao:ao-distance=5%"}}, {"ao_rays", {"16"}}}},
+    {"OwnMap", "", {{"high", {"high.obj"}}, {"low", {"low.obj"}}, {"maps", {"slope=slope.cl"}}}},
+    {"Sets", "", {{"high", {"high.obj"}}, {"low", {"halves.obj"}}, {"size", {"64", "glass=32"}}}},
+    {"Udim", "", {{"high", {"high.obj"}}, {"low", {"tiles.obj"}}, {"sets", {"udim"}}}},
+    {"Unwrap", "", {{"high", {"high.obj"}}, {"low", {"low.obj"}}, {"unwrap", {"true"}}}},
+    {"Made", "", {{"high", {"high.obj"}}, {"faces", {"200"}}, {"max_missed", {"50"}}}},
+    {"Planned", "", {{"high", {"high.obj"}}, {"max_error", {"normal=8"}}}},
+    {"Lods", "", {{"high", {"high.obj"}}, {"max_error", {"normal=8"}}, {"lod", {"2"}}, {"screen", {"200px"}}}},
+    {"Heights", "", {{"high", {"hills.png"}}, {"height", {"0.2"}}, {"extent", {"2", }}}},
+    {"Glb", "game.glb", {{"high", {"two.glb"}}, {"faces", {"300"}}, {"ao_rays", {"16"}}}},
+    {"GlbOfObj", "game.glb", {{"high", {"high.obj"}}, {"low", {"low.obj"}}}},
+    {"Gltf", "game.gltf", {{"high", {"two.glb"}}, {"faces", {"300"}}, {"sets", {"one"}}}},
+    {"Obj", "game.obj", {{"high", {"two.glb"}}, {"faces", {"300"}}}},
+};
+
+/// Two balls of two materials, one half transparent, one beside the other in nodes of their own.
+void save_two_balls(const fs::path& path) {
+  Mesh parts[] = {BumpySphere::dense(2000), BumpySphere::dense(2000)};
+  for (Vec3& p : parts[1].positions) p.x += 3;
+  parts[0].name = "left";
+  parts[1].name = "right";
+  for (Mesh& part : parts) {
+    part.colors.assign(part.positions.size(), {200, 100, 50, 255});
+    part.material_names = {part.name};
+    part.materials.assign(part.triangles.size(), 0);
+  }
+  const Mesh both = join_meshes(parts);
+  std::vector<AssetMaterial> materials(2);
+  materials[0].name = "left";
+  materials[1].name = "right";
+  materials[1].double_sided = true;
+  materials[1].alpha_mode = AlphaMode::blend;
+  save_asset(both, materials, path);
+}
+
+fs::path make_doors_scene() {
+  fs::path folder = make_scene(3000);
+  save_obj(low_of_halves(0), folder / "halves.obj");
+  save_obj(low_of_halves(1), folder / "tiles.obj");
+  Mesh cage = BumpySphere::light();
+  for (Vec3& p : cage.positions) p = {p.x * 1.2F, p.y * 1.2F, p.z * 1.2F};
+  save_obj(cage, folder / "cage.obj");
+  save_two_balls(folder / "two.glb");
+  std::ofstream(folder / "slope.cl") << "return (float4)(p->normal.z * 0.5f + 0.5f, 0, 0, 0);\n";
+  Image hills;
+  hills.width = hills.height = 16;
+  hills.channels = 1;
+  for (int i = 0; i < 256; ++i) hills.pixels.push_back(static_cast<float>((i * 37) % 97) / 96);
+  save_image(hills, folder / "hills.png", {ImageFormat::png16});
+  return folder;
+}
+
+bool names_files(const std::string& option) {
+  return option == "high" || option == "low" || option == "cage_mesh";
+}
+
+/// Values with the scene's folder before names of files.
+std::vector<std::string> placed(const std::string& option, std::vector<std::string> values,
+                                const fs::path& scene) {
+  for (std::string& value : values) {
+    const bool own = option == "maps" && value.ends_with(".cl");
+    const bool occluder = option == "ao_occluders" && value.ends_with(".obj");
+    if (names_files(option) || occluder) value = (scene / value).string();
+    if (own) value = "slope=" + (scene / "slope.cl").string();
+  }
+  return values;
+}
+
+fs::path output(const DoorCase& c, const fs::path& folder) {
+  return *c.out == 0 ? folder : folder / c.out;
+}
+
+std::map<std::string, std::string> files_in(const fs::path& folder) {
+  std::map<std::string, std::string> files;
+  if (!fs::exists(folder)) return files;
+  for (const fs::directory_entry& entry : fs::recursive_directory_iterator(folder)) {
+    const std::string name = entry.path().filename().string();
+    // Plots are the command's; records and tables name places.
+    const bool plot = name.find("_plan") != std::string::npos;
+    if (!entry.is_regular_file() || name.starts_with('.') || plot) continue;
+    std::ifstream in(entry.path(), std::ios::binary);
+    files[name] = std::string(std::istreambuf_iterator<char>(in), {});
+  }
+  return files;
+}
+
+int by_command(const DoorCase& c, const fs::path& scene, const fs::path& out) {
+  std::vector<std::string> words = {"bake"};
+  for (const char* side : {"high", "low"}) {
+    for (const auto& [option, values] : c.options) {
+      if (option == side) words.push_back(placed(option, values, scene)[0]);
+    }
+  }
+  for (const auto& [option, values] : c.options) {
+    if (option == "high" || option == "low") continue;
+    std::string flag = "--" + option;
+    std::replace(flag.begin(), flag.end(), '_', '-');
+    for (const std::string& value : placed(option, values, scene)) {
+      if (value == "true") {
+        words.push_back(flag);
+      } else {
+        words.push_back(flag + "=" + value);
+      }
+    }
+  }
+  words.push_back("--out=" + out.string());
+  words.push_back("--size=64");
+  if (c.name == std::string("Sets")) words.pop_back();
+  const ProcessResult result = call_kiln(words);
+  EXPECT_EQ(result.exit_code, c.exit_code) << result.errors;
+  return result.exit_code;
+}
+
+Job job_of(const DoorCase& c, const fs::path& scene, const fs::path& out) {
+  Job job;
+  for (const auto& [option, values] : c.options) set_option(job, option, placed(option, values, scene));
+  set_option(job, "out", out.string());
+  if (c.name != std::string("Sets")) set_option(job, "size", "64");
+  return job;
+}
+
+void by_run(const Job& job) {
+  const JobResult result = run(*device(), job);
+  EXPECT_EQ(result.failure, "");
+  EXPECT_FALSE(result.files.empty());
+}
+
+void by_c(const DoorCase& c, const fs::path& scene, const fs::path& out) {
+  kiln_job* job = nullptr;
+  ASSERT_EQ(kiln_job_new(&job), KILN_OK);
+  for (const auto& [option, values] : c.options) {
+    for (const std::string& value : placed(option, values, scene)) {
+      ASSERT_EQ(kiln_job_add(job, option.c_str(), value.c_str()), KILN_OK) << kiln_error_message();
+    }
+  }
+  ASSERT_EQ(kiln_job_set(job, "out", out.string().c_str()), KILN_OK);
+  if (c.name != std::string("Sets")) ASSERT_EQ(kiln_job_set(job, "size", "64"), KILN_OK);
+  kiln_job_result* result = nullptr;
+  EXPECT_EQ(kiln_job_run(job, nullptr, nullptr, nullptr, &result), KILN_OK) << kiln_error_message();
+  EXPECT_NE(kiln_job_file(result, 0), nullptr);
+  EXPECT_EQ(kiln_job_failure(result), nullptr);
+  kiln_job_result_free(result);
+  kiln_job_free(job);
+}
+
+class Doors : public testing::TestWithParam<DoorCase> {};
+
+TEST_P(Doors, WriteTheSameBytes) {
+  KILN_REQUIRE_DEVICE();
+  const DoorCase& c = GetParam();
+  const fs::path scene = make_doors_scene();
+  fs::path outs[4];
+  for (int i = 0; i < 4; ++i) outs[i] = scene / ("door" + std::to_string(i));
+  if (by_command(c, scene, output(c, outs[0])) != 0) {
+    EXPECT_THROW(by_run(job_of(c, scene, output(c, outs[1]))), Error);
+    return;
+  }
+  const std::map<std::string, std::string> wanted = files_in(outs[0]);
+  ASSERT_FALSE(wanted.empty());
+  const Job job = job_of(c, scene, output(c, outs[1]));
+  by_run(job);
+  Job again = job_from_json(to_json(job));
+  EXPECT_EQ(to_json(again), to_json(job));
+  again.out = output(c, outs[2]).string();
+  by_run(again);
+  by_c(c, scene, output(c, outs[3]));
+  for (int i = 1; i < 4; ++i) {
+    const std::map<std::string, std::string> files = files_in(outs[i]);
+    EXPECT_EQ(files.size(), wanted.size()) << "door " << i;
+    for (const auto& [name, bytes] : wanted) {
+      const auto found = files.find(name);
+      ASSERT_NE(found, files.end()) << name << " is missing at door " << i;
+      EXPECT_TRUE(found->second == bytes) << name << " differs at door " << i;
+    }
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Jobs, Doors, testing::ValuesIn(kCases),
+                         [](const auto& tested) { return std::string(tested.param.name); });
+
+TEST(Job, InMemoryHasTheBytesOfTheFiles) {
+  const fs::path scene = make_doors_scene();
+  Job job{.high = {(scene / "two.glb").string()}, .low = MakeLow{.faces = 300},
+          .out = (scene / "door" / "game.glb").string()};
+  job.bake.width = job.bake.height = 64;
+  job.bake.occlusion.rays = 16;
+  by_run(job);
+  job.in_memory = true;
+  const JobResult kept = run(*device(), job);
+  EXPECT_TRUE(kept.files.empty());
+  std::ifstream in(job.out, std::ios::binary);
+  const std::string file(std::istreambuf_iterator<char>(in), {});
+  ASSERT_EQ(kept.glb.size(), file.size());
+  EXPECT_EQ(std::memcmp(kept.glb.data(), file.data(), file.size()), 0);
+  EXPECT_LE(kept.low.triangles.size(), 330U);
+}
+
+TEST(Job, TakesMeshesInMemory) {
+  const fs::path scene = make_doors_scene();
+  Job job{.high = {(scene / "high.obj").string()}, .low = (scene / "low.obj").string(),
+          .out = (scene / "door").string()};
+  job.bake.width = job.bake.height = 64;
+  job.in_memory = true;
+  const JobResult of_files = run(*device(), job);
+  job.high = {load_mesh(scene / "high.obj")};
+  job.low = load_mesh(scene / "low.obj");
+  const JobResult of_memory = run(*device(), job);
+  ASSERT_EQ(of_files.maps.size(), 1U);
+  ASSERT_EQ(of_memory.maps.size(), 1U);
+  EXPECT_EQ(of_memory.maps[0].name, "normal");
+  EXPECT_EQ(of_memory.maps[0].map.image.pixels, of_files.maps[0].map.image.pixels);
+  EXPECT_THROW(to_json(job), Error);
+  job.reasons = true;
+  EXPECT_THROW(check(job), Error);
+}
+
+TEST(Job, OptionsHaveTheNamesOfFlagsAndMembers) {
+  Job job;
+  set_option(job, "--max-distance", "2%");
+  EXPECT_TRUE(is_given(job, "max_distance"));
+  EXPECT_EQ(option_values(job, "match.max_distance"), std::vector<std::string>{"2%"});
+  set_option(job, "bake.match.max_distance", "0.5");
+  ASSERT_TRUE(job.bake.match.max_distance);
+  EXPECT_FALSE(job.bake.match.max_distance->relative);
+  const auto message = [&](const char* name, const char* value) -> std::string {
+    try {
+      set_option(job, name, value);
+    } catch (const Error& error) {
+      EXPECT_EQ(error.code(), ErrorCode::usage);
+      return error.what();
+    }
+    return "";
+  };
+  EXPECT_NE(message("max_distanse", "1").find("max_distance"), std::string::npos);
+  EXPECT_NE(message("samples", "17").find("1 to 16"), std::string::npos);
+  EXPECT_NE(message("samples", "").find("nothing"), std::string::npos);
+  EXPECT_EQ(job.bake.samples, BakeOptions().samples);
+  for (const char* json : {"", "[]", "{\"faces\": [1, 2]}", "{\"nothing\": 1}", "{\"maps\": [[1]]}"}) {
+    EXPECT_THROW(job_from_json(json), Error) << json;
+  }
+}
+
+/// Values that rows say of themselves, drawn at random: what is set is said again, and JSON keeps it.
+TEST(Job, IsTheSameAfterJson) {
+  std::mt19937 random(7);
+  const auto below = [&](std::size_t n) { return std::uniform_int_distribution<std::size_t>(0, n - 1)(random); };
+  const std::pair<const char*, std::vector<std::string>> values[] = {
+      {"size", {"64", "128x32", "glass=64"}}, {"maps", {"normal", "ao", "height", "near=ao:ao-rays=8"}},
+      {"max_distance", {"2%", "0.125"}},      {"faces", {"10", "20000"}},
+      {"format", {"png8", "exr", "webp"}},    {"gutter", {"inf", "0", "7"}},
+      {"fallback", {"closest", "fill", "mark"}}, {"views", {"auto", "5"}},
+      {"light", {"1,2,3", "0,-1,0.25"}},      {"max_error", {"0.2%", "normal=3deg,ao=2/255"}},
+      {"unwrap", {"true", "pairs"}},          {"no_data", {"none", "auto", "-9999"}},
+      {"extent", {"10", "10,20"}},            {"sets", {"udim", "one", "material"}},
+      {"two_sided", {"true"}},                {"ao_back_faces", {}},
+      {"high_normals", {"flat", "35"}},       {"ao_error", {"0.25", "1"}},
+      {"view", {"0,0,1", "1,1,0"}},           {"cage", {"auto", "1%"}},
+      {"match_by", {"name", "all"}},          {"clean", {"none", "all"}},
+      {"recall", {"100"}},                    {"origin", {"1,2,3"}}};
+  for (int i = 0; i < 300; ++i) {
+    Job job;
+    job.high = {"a b.glb"};
+    job.out = "maps";
+    for (const auto& [name, choices] : values) {
+      if (choices.empty() || below(3) != 0) continue;
+      set_option(job, name, choices[below(choices.size())]);
+    }
+    const std::string json = to_json(job);
+    const Job again = job_from_json(json);
+    ASSERT_EQ(to_json(again), json);
+    for (const auto& [name, choices] : values) {
+      if (choices.empty()) continue;
+      ASSERT_EQ(option_values(again, name), option_values(job, name)) << name << "\n" << json;
+    }
+  }
+}
+
+}  // namespace
+}  // namespace kiln::test
