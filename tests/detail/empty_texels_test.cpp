@@ -119,6 +119,36 @@ TEST(ChartTexels, ClampedOnesUseTheOutermostTexels) {
   EXPECT_FALSE(charts.bits().has(6, 4));
 }
 
+/// What leaves a mirrored picture is there the other way round: no texel that a sampler reads is missing.
+TEST(ChartTexels, MirroredOnesHoldWhatIsReadBeyondTheBorder) {
+  constexpr std::array<TextureWrap, 2> kMirror{TextureWrap::mirror, TextureWrap::mirror};
+  const auto folded = [](double at) {
+    const double two = std::fmod(std::fmod(at, 2) + 2, 2);
+    return two <= 1 ? two : 2 - two;
+  };
+  for (const double u : {-1.3, -0.25, 0.1, 0.8, 1.4, 2.3}) {
+    for (const double v : {-0.7, 0.3, 1.2}) {
+      const ChartTexels::Corners t{{{u, v}, {u + 0.4, v + 0.1}, {u + 0.1, v + 0.4}}};
+      ChartTexels charts(32, 32);
+      charts.add(t, kMirror);
+      constexpr int kSteps = 300;
+      for (int i = 0; i <= kSteps; ++i) {
+        for (int j = 0; i + j <= kSteps; ++j) {
+          const double a = i / double{kSteps}, b = j / double{kSteps};
+          const double x = folded(u + 0.4 * a + 0.1 * b) * 32;
+          const double y = (1 - folded(v + 0.1 * a + 0.4 * b)) * 32;
+          // Texels whose centres it holds: so near to one that a step of the loop does not pass by it.
+          if (std::hypot(x - std::floor(x) - 0.5, y - std::floor(y) - 0.5) > 0.03) continue;
+          if (i == 0 || j == 0 || i + j == kSteps) continue;
+          const auto column = static_cast<std::size_t>(x), row = static_cast<std::size_t>(y);
+          ASSERT_TRUE(charts.bits().has(column, row))
+              << u << ' ' << v << ' ' << column << ' ' << row;
+        }
+      }
+    }
+  }
+}
+
 TEST(TexelBits, AreDilatedByOneTexelAcrossWords) {
   TexelBits bits(150, 3);
   for (const std::size_t x : {0U, 63U, 64U, 127U, 149U}) bits.add(1, x, x + 1);

@@ -671,6 +671,34 @@ TEST(TextureMaps, ANormalMapTurnsWithTheLayout) {
   EXPECT_NEAR(image_of(bake(source, test::plane(1, 1), options), "bumps").at(8, 8)[1], 0.8, 1e-6);
 }
 
+/// On a face that looks away, which a match of both sides finds, a normal map's vectors are on the side that is seen.
+TEST(TextureMaps, ANormalMapOnABackIsTurnedToItsSide) {
+  KILN_REQUIRE_DEVICE();
+  for (const bool away : {false, true}) {
+    Mesh high = test::plane(2, 2);
+    high.normals = {{0, 0, away ? -1.0F : 1.0F}};
+    high.normal_triangles.assign(high.triangles.size(), {0, 0, 0});
+    for (auto* const corners : {&high.triangles, &high.uv_triangles}) {
+      for (Triangle& t : *corners) {
+        if (away) std::swap(t[1], t[2]);
+      }
+    }
+    const Source source(*test::device(), high);
+    BakeOptions options = options_of(4, 4, {MapKind::normal});
+    options.encoding.space = NormalMapSpace::object;
+    options.encoding.raw = true;
+    options.match.two_sided = true;
+    // Leans to +u, along x, by 0.6 of its length: the back of a slope is one to the other side.
+    options.transfers = {{"lean", texture_of({1, 1, 3, {0.8F, 0.5F, 0.9F}}, TextureKind::normal)}};
+    const BakeResult baked = bake(source, test::plane(1, 1), options);
+    EXPECT_NEAR(image_of(baked, "normal").at(2, 1)[2], 1, 1e-6) << away;
+    const float* const n = image_of(baked, "lean").at(2, 1);
+    EXPECT_NEAR(n[0], away ? -0.6 : 0.6, 1e-5) << away;
+    EXPECT_NEAR(n[1], 0, 1e-5) << away;
+    EXPECT_NEAR(n[2], 0.8, 1e-5) << away;
+  }
+}
+
 TEST(TextureMaps, NamesAndPicturesAreChecked) {
   KILN_REQUIRE_DEVICE();
   const Source source(*test::device(), test::plane(1, 1));

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdlib>
 #include <random>
@@ -267,6 +268,24 @@ TEST(Gutter, InfiniteStaysWithinTheRangeOfTheBaked) {
   for (const float value : scene.image.pixels) {
     EXPECT_GE(value, low - 0.01F);  // rounding of numbers up to 20000
     EXPECT_LE(value, high + 0.01F);
+  }
+}
+
+/// Between two known texels lies a ramp: a texel leans to the coarser one that is on its side.
+TEST(Gutter, PushPullIsBilinear) {
+  for (const bool across : {true, false}) {
+    for (const std::uint32_t channels : {1U, 2U, 3U, 4U}) {
+      Image image{across ? 4U : 1U, across ? 1U : 4U, channels,
+                  std::vector<float>(std::size_t{4} * channels, -5)};
+      std::fill_n(image.pixels.begin(), channels, 0.0F);
+      std::fill_n(image.pixels.end() - channels, channels, 1.0F);
+      const std::vector<std::uint8_t> known{1, 0, 0, 1}, wanted{0, 1, 1, 0};
+      ASSERT_TRUE(push_pull(image, known, wanted, false));
+      for (std::size_t i = 0; i < image.pixels.size(); ++i) {
+        constexpr std::array<float, 4> kRamp{0, 0.25F, 0.75F, 1};
+        EXPECT_EQ(image.pixels[i], kRamp[i / channels]) << across << channels << i;
+      }
+    }
   }
 }
 

@@ -88,6 +88,26 @@ TEST(TextureFilter, SkewedAndLongAreasAreIntegratedToo) {
   EXPECT_NEAR(mean_of(texture, 0.1, 0.77, {{{40.0 / kSide, 64.0 / kSide}, {0.001, 0}}}), 0.5, 0.02);
 }
 
+/// A thin area along a diagonal, given by two sides that are nearly one: it is as wide as they are apart.
+TEST(TextureFilter, ThinAreasOfTwoLongSidesAreNotBlurred) {
+  constexpr std::uint32_t kSide = 256;
+  Image stripes{kSide, kSide, 1, std::vector<float>(std::size_t{kSide} * kSide)};
+  for (std::uint32_t y = 0; y < kSide; ++y) {
+    for (std::uint32_t x = 0; x < kSide; ++x) {
+      *stripes.at(x, y) = static_cast<float>((x + kSide - y) / 16 % 2);
+    }
+  }
+  const FilteredTexture texture(shared(stripes), TextureKind::linear);
+  // x - y is the same along a side of (60, 60) texels, and differs by 3 along one of (60, 63).
+  const FilteredTexture::Sides sides{
+      {{60.0 / kSide, -60.0 / kSide}, {60.0 / kSide, -63.0 / kSide}}};
+  for (int stripe = 0; stripe < 16; ++stripe) {
+    const double x = 128, y = x + kSide - 16 * stripe - 8;  // in the stripe's middle
+    if (y < 0) continue;
+    EXPECT_NEAR(mean_of(texture, x / kSide, 1 - y / kSide, sides), stripe % 2, 0.02) << stripe;
+  }
+}
+
 TEST(TextureFilter, ColoursAreMeansOfLight) {
   Image image{64, 64, 3, std::vector<float>(std::size_t{64} * 64 * 3)};
   for (std::size_t i = 0; i < image.pixels.size(); ++i) {
@@ -176,6 +196,17 @@ TEST(Srgb, FollowsTheFormula) {
   EXPECT_EQ(to_srgb(2), 1);
   EXPECT_EQ(to_srgb(-1), 0);
   EXPECT_EQ(to_srgb(std::numeric_limits<float>::quiet_NaN()), 0);
+}
+
+TEST(Srgb, OpacityIsNoLight) {
+  for (std::uint32_t channels = 1; channels <= 4; ++channels) {
+    Image image{2, 1, channels, std::vector<float>(std::size_t{2} * channels, 0.25F)};
+    to_srgb(image);
+    for (std::size_t i = 0; i < image.pixels.size(); ++i) {
+      const bool is_opacity = i % channels == 3;
+      EXPECT_EQ(image.pixels[i], is_opacity ? 0.25F : to_srgb(0.25F)) << channels << ' ' << i;
+    }
+  }
 }
 
 TEST(TextureFilter, ThreadsThatReadItsLevelsFirstAgree) {

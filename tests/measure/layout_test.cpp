@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <numbers>
@@ -104,6 +105,32 @@ TEST(Layout, SeamsOfACubeAreItsEdges) {
   EXPECT_NEAR(r.stretch_l2, std::sqrt((width / height + height / width) / 2), 1e-4);
   EXPECT_NEAR(r.uniformity_percent, 100 * (height - width) / (height + width), 0.01);
   EXPECT_EQ(r.overlap, 0);
+}
+
+/// Two triangles beside an edge of length 2, whose UVs agree at one of its ends, at both, or at neither.
+TEST(Layout, AnEdgeThatIsSplitAtOneEndIsASeam) {
+  KILN_REQUIRE_DEVICE();
+  for (const bool first_end : {false, true}) {
+    for (const bool second_end : {false, true}) {
+      for (const std::uint32_t turn : {0U, 1U, 2U}) {
+        Mesh mesh;
+        mesh.positions = {{0, 0, 0}, {0, 2, 0}, {-1, 1, 0}, {1, 1, 0}};
+        mesh.triangles = {{0, 1, 2}, {1, 0, 3}};
+        mesh.uvs = {{0.4F, 0.1F}, {0.4F, 0.9F}, {0.1F, 0.5F},
+                    {0.9F, 0.5F}, {0.6F, 0.1F}, {0.6F, 0.9F}};
+        mesh.uv_triangles = {{0, 1, 2}, {second_end ? 5U : 1U, first_end ? 4U : 0U, 3}};
+        for (auto* const list : {&mesh.triangles, &mesh.uv_triangles}) {
+          for (Triangle& t : *list) {
+            std::rotate(t.begin(), t.begin() + static_cast<std::ptrdiff_t>(turn), t.end());
+          }
+        }
+        const LayoutRating r = rate(mesh);
+        const bool is_seam = first_end || second_end;
+        EXPECT_EQ(r.seams, is_seam ? 1U : 0U) << first_end << second_end << turn;
+        EXPECT_NEAR(r.seam_length, is_seam ? 2 : 0, kRounding) << first_end << second_end << turn;
+      }
+    }
+  }
 }
 
 TEST(Layout, CountsOverlapMirroredAndFlat) {

@@ -711,6 +711,29 @@ TEST(ShadeHigh, TheFileDecidesWhereItSharesAndSplits) {
   EXPECT_NEAR(report.most_degrees, 5, 0.01);
 }
 
+/// Corrugated sheet: strips of one size that bend by 45 degrees to one side and to the other. No round bends both ways.
+TEST(ShadeHigh, FoldsThatBendBothWaysAreNoRound) {
+  constexpr int kStrips = 20;
+  const double half = 22.5 * pi / 180;
+  for (const bool alternates : {true, false}) {
+    Shape sheet;
+    double x = 0, z = 0;
+    for (int i = 0; i < kStrips; ++i) {
+      // Seven that bend to one side are a round, but for its ends, which have no third strip.
+      if (!alternates && i == 7) break;
+      const double slope = alternates ? (i % 2 == 0 ? half : -half) : (3 - i) * 2 * half;
+      const double u = x + std::cos(slope), v = z + std::sin(slope);
+      sheet.flat({Point{rounded(x), 0, rounded(z)}, Point{rounded(u), 0, rounded(v)},
+                  Point{rounded(u), 4, rounded(v)}, Point{rounded(x), 4, rounded(z)}},
+                 {-std::sin(slope), 0, std::cos(slope)});
+      x = u;
+      z = v;
+    }
+    const ShadingReport report = shade_high(sheet.mesh);
+    EXPECT_EQ(report.hard_edges, alternates ? kStrips - 1U : 2U);
+  }
+}
+
 TEST(ShadeHigh, SplitsOfUvSeamsOnAScanSayNothing) {
   Mesh mesh = without_normals(test::torus(16, 10));
   Mesh halves;

@@ -61,6 +61,24 @@ TEST(SoftSeams, AreSeamsWhoseNormalsDoNotPart) {
   EXPECT_THROW(split_at_seams(bare), Error);
 }
 
+/// An edge whose UVs part at one of its ends alone is a seam, whichever end it is.
+TEST(SoftSeams, MayPartUvsAtOneEndAlone) {
+  for (const std::uint32_t moved : {0U, 1U}) {
+    Mesh roof;
+    roof.positions = {{0, 0, 0}, {0, 2, 0}, {-1, 1, -1}, {1, 1, -1}};
+    roof.triangles = {{0, 1, 2}, {1, 0, 3}};
+    roof.uvs = {{0.4F, 0.1F}, {0.4F, 0.9F}, {0.1F, 0.5F}, {0.9F, 0.5F}, {0.6F, 0.5F}};
+    roof.uv_triangles = roof.triangles;
+    EXPECT_EQ(soft_seams(roof).seams, 0U);
+    roof.uv_triangles[1][moved] = 4;
+    const SoftSeams soft = soft_seams(roof);
+    EXPECT_EQ(soft.seams, 1U) << moved;
+    EXPECT_EQ(soft.edges, 1U) << moved;
+    EXPECT_NEAR(soft.length, 2, 1e-6) << moved;
+    EXPECT_NEAR(soft.example_degrees, 90, 1e-4) << moved;
+  }
+}
+
 TEST(SoftSeams, LieBetweenFlatsOrOnCurvedSurfaces) {
   Mesh bent = prism(6, false);
   const std::size_t right = 4 * 3 + 2,

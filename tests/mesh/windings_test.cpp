@@ -178,6 +178,27 @@ TEST(Windings, OwnNormalsFaceAsTheTrianglesDo) {
   }
 }
 
+/// Normals and tangents that turn with their triangle keep its bitangent, so that its UVs are read as before.
+TEST(Windings, TangentsOfTurnedNormalsKeepTheirBitangent) {
+  for (const float sign : {1.0F, -1.0F}) {
+    Mesh mesh = test::plane(3, 3);
+    mesh.normals = {{0, 0, 1}, {0, 0, -1}};
+    mesh.normal_triangles.assign(mesh.triangles.size(), {0, 0, 0});
+    mesh.tangents.assign(3 * mesh.triangles.size(), Tangent{{1, 0, 0}, sign});
+    const Mesh right = mesh;
+    constexpr std::size_t kTurned = 7;
+    turn(mesh, kTurned);
+    mesh.normal_triangles[kTurned] = {1, 1, 1};
+    for (std::size_t k = 0; k < 3; ++k) mesh.tangents[3 * kTurned + k].sign = -sign;
+    ASSERT_EQ(agree_windings(mesh).count, 1U);
+    EXPECT_EQ(mesh.triangles, right.triangles);
+    for (std::size_t corner = 0; corner < mesh.tangents.size(); ++corner) {
+      EXPECT_EQ(mesh.normals[mesh.normal_triangles[corner / 3][corner % 3]].z, 1) << corner;
+      EXPECT_EQ(mesh.tangents[corner].sign, sign) << corner;
+    }
+  }
+}
+
 TEST(Windings, RefuseWhatDoesNotHoldTogether) {
   Mesh mesh = test::tetrahedron();
   mesh.triangles[0][0] = 99;

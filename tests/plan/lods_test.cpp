@@ -149,6 +149,68 @@ TEST(Lods, LetErrorsGrow) {
   }
 }
 
+/// The bound of a map grows as the normals' does, and a level uses what it is allowed.
+TEST(Lods, LetBoundsOfOtherMapsGrow) {
+  KILN_REQUIRE_DEVICE();
+  const Mesh high = wavy(4);
+  const Source source(*test::device(), high);
+  const MapKind position{"position"};
+  LodOptions options = lod_options(12, 128, 2);
+  options.plan.may_leave_map_out = false;
+  options.plan.bake.maps = {MapKind::normal, position};
+  options.plan.bounds = {{position, 1}};
+  const LodChain free = bake_lods(source, high, options);
+  ASSERT_FALSE(free.levels.front().plan.bounds.empty());
+  // Of what a map reaches that nothing bounds: so it is this bound that decides the size of the first level's.
+  options.plan.bounds[0].max_error = 0.5 * free.levels.front().plan.bounds[0].error;
+  options.error_growth = 2;
+  const LodChain chain = bake_lods(source, high, options);
+  ASSERT_EQ(chain.levels.size(), 2U);
+  EXPECT_TRUE(chain.reached);
+  for (std::size_t k = 0; k < chain.levels.size(); ++k) {
+    const LowPolyPlan& plan = chain.levels[k].plan;
+    ASSERT_EQ(plan.bounds.size(), 1U) << k;
+    EXPECT_EQ(plan.bounds[0].kind, position) << k;
+    EXPECT_EQ(plan.bounds[0].wanted, options.plan.bounds[0].max_error * (1U << k)) << k;
+    EXPECT_LE(plan.bounds[0].error, plan.bounds[0].wanted) << k;
+    if (k == 0) continue;
+    EXPECT_GT(plan.bounds[0].error, chain.levels[k - 1].plan.bounds[0].wanted)
+        << "within the bound of the level before, level " << k << " would be heavier";
+  }
+}
+
+/// Levels that share UVs have HIGH's colours as the first level has them.
+TEST(Lods, ColoursFollowLevelsThatShareUvs) {
+  KILN_REQUIRE_DEVICE();
+  Mesh high = wavy(4);
+  // A ramp of light along x, and of opacity along y.
+  const auto share = [](float at) { return std::clamp(0.5 + 0.4 * at, 0.0, 1.0); };
+  const auto encoded = [](double linear) { return 1.055 * std::pow(linear, 1 / 2.4) - 0.055; };
+  for (const Vec3& p : high.positions) {
+    high.colors.push_back({static_cast<std::uint8_t>(std::lround(255 * encoded(share(p.x)))), 255,
+                           0, static_cast<std::uint8_t>(std::lround(255 * share(p.y)))});
+  }
+  const Source source(*test::device(), high);
+  LodOptions options = lod_options(6, 96, 3);
+  options.share_uvs = true;
+  const LodChain chain = bake_lods(source, high, options);
+  ASSERT_GE(chain.levels.size(), 2U);
+  for (std::size_t k = 0; k < chain.levels.size(); ++k) {
+    const Mesh& low = chain.levels[k].plan.low;
+    ASSERT_EQ(low.colors.size(), low.positions.size()) << k;
+    double sum = 0;
+    for (std::size_t v = 0; v < low.positions.size(); ++v) {
+      const Vec3& p = low.positions[v];
+      const auto& [r, g, b, a] = low.colors[v];
+      EXPECT_EQ(g, 255) << k;
+      EXPECT_EQ(b, 0) << k;
+      sum += std::abs(r / 255.0 - encoded(share(p.x))) + std::abs(a / 255.0 - share(p.y));
+    }
+    // Vertices of coarse levels stand for a fifth of the sphere's radius around them: 0.04 of a ramp on either side.
+    EXPECT_LT(sum / static_cast<double>(low.positions.size()), 0.08) << k;
+  }
+}
+
 TEST(Lods, OneMapServesAllLevels) {
   KILN_REQUIRE_DEVICE();
   const Mesh high = wavy();

@@ -153,6 +153,34 @@ TEST(Plan, WithoutAnErrorTakesUvsUnlessRaysGetNearer) {
   EXPECT_EQ(planned.limits.back().missed, 1);
 }
 
+/// Waves of which a strip lies too high for rays. Their layout is a tenth of a wave off, so that rays are nearer where
+/// they find something; and seen aslant, what UVs find in the strip is hardly better than nothing.
+struct Strip : Waves {
+  Strip() : Waves(0.01F) {
+    for (Vec3& p : high.positions) p.z += p.x > 0.3F ? 0.04F : 0;
+    options.bake.match.max_distance = Length::share(0.01);
+    options.bake.match.uv.max_distance = 0.1;
+  }
+  PlanOptions options = plan_options(0, 512);
+};
+
+/// `finds_less`: what misses a part of the surface is not taken for its mean error, though it be lower.
+TEST(Plan, WhatFindsLessThanUvsIsNotNearer) {
+  KILN_REQUIRE_DEVICE();
+  const Strip strip;
+  const Source source(*test::device(), strip.high);
+  const PlannedBake planned = bake_planned(source, strip.low, strip.options);
+  const std::vector<MatchMethod> both = {MatchMethod::uv, MatchMethod::ray};
+  ASSERT_EQ(looked_at(planned), both);
+  const PlanLimit &by_uv = planned.limits[0], &by_ray = planned.limits[1];
+  ASSERT_LT(by_ray.error.mean_degrees, 0.9 * by_uv.error.mean_degrees) << "else this tests nothing";
+  ASSERT_GT(by_ray.missed, 0.1);
+  ASSERT_LT(by_ray.missed, 0.5);
+  ASSERT_LT(by_uv.missed, 0.01);
+  EXPECT_EQ(planned.chosen.method, MatchMethod::uv);
+  EXPECT_LT(planned.chosen.missed, 0.02) << "at the border, which the layout's shift leaves bare";
+}
+
 TEST(Plan, KnowsWhatAFallbackAddsToUvs) {
   KILN_REQUIRE_DEVICE();
   Waves pair;

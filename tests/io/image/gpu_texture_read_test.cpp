@@ -133,6 +133,13 @@ TEST(BlockDecode, SignedChannelsGoFromMinusOneToOne) {
     EXPECT_NEAR(texels[i][0], first[i % 8] / 254 + 0.5, 1e-6) << i;
     EXPECT_NEAR(texels[i][1], second[i % 8] / 254 + 0.5, 1e-6) << i;
   }
+  // Equal ends are no greater first one: -1 and 1 are there.
+  block[0] = block[1] = 64;
+  decode_block(BlockFormat::bc4_signed, block, texels);
+  for (std::size_t i = 0; i < 16; ++i) {
+    const double shade = i % 8 == 6 ? -127 : i % 8 == 7 ? 127 : 64;
+    EXPECT_NEAR(texels[i][0], shade / 254 + 0.5, 1e-6) << i;
+  }
 }
 
 Image ramp(std::uint32_t width, std::uint32_t height, std::uint32_t channels) {

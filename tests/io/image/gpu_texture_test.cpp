@@ -166,6 +166,36 @@ std::uint64_t long_word(const std::vector<std::byte>& bytes, std::size_t at) {
   return word(bytes, at) | std::uint64_t{word(bytes, at + 4)} << 32U;
 }
 
+/// Samples of the basic descriptor block (Khronos Data Format 1.3, section 5.8 to 5.12): where each channel lies, by the
+/// format's own definition, and its least and greatest number.
+void expect_samples(const std::vector<std::byte>& file, std::size_t at, const Kind& kind) {
+  struct Sample {
+    std::uint32_t first_bit, bits, channel;
+    bool is_linear;  // though the others are sRGB
+  };
+  const std::vector<Sample> samples =
+      kind.vulkan == 139   ? std::vector<Sample>{{0, 64, 0, false}}  // BC4: data
+      : kind.vulkan == 141 ? std::vector<Sample>{{0, 64, 0, false}, {64, 64, 1, false}}  // BC5
+      : kind.vulkan == 9   ? std::vector<Sample>{{0, 8, 0, false}}
+      : kind.vulkan == 16  ? std::vector<Sample>{{0, 8, 0, false}, {8, 8, 1, false}}
+                           : std::vector<Sample>{{0, 8, 0, false},
+                                                 {8, 8, 1, false},
+                                                 {16, 8, 2, false},
+                                                 {24, 8, 15, kind.vulkan == 43}};
+  ASSERT_GE(file.size(), at + 16 * samples.size());
+  for (std::size_t k = 0; k < samples.size(); ++k) {
+    const std::uint32_t first = word(file, at + 16 * k);
+    const auto& [first_bit, bits, channel, is_linear] = samples[k];
+    EXPECT_EQ(first & 0xFFFFU, first_bit) << kind.vulkan << ' ' << k;
+    EXPECT_EQ(first >> 16U & 0xFFU, bits - 1) << kind.vulkan << ' ' << k;
+    EXPECT_EQ(first >> 24U & 0xFU, channel) << kind.vulkan << ' ' << k;
+    EXPECT_EQ(first >> 28U, is_linear ? 1U : 0U) << kind.vulkan << ' ' << k;
+    EXPECT_EQ(word(file, at + 16 * k + 4), 0U) << "where the texel lies in its block";
+    EXPECT_EQ(word(file, at + 16 * k + 8), 0U) << "least";
+    EXPECT_EQ(word(file, at + 16 * k + 12), bits == 64 ? 0xFFFFFFFFU : 255U) << "greatest";
+  }
+}
+
 TEST(GpuTexture, Ktx2HoldsWhatDdsHolds) {
   for (const Kind& kind : kKinds) {
     const std::vector<Image> levels = chain(kind.width, kind.height, kind.channels);
@@ -184,6 +214,7 @@ TEST(GpuTexture, Ktx2HoldsWhatDdsHolds) {
     const std::uint32_t texel = kind.block_bytes + kind.texel_bytes;
     EXPECT_EQ(word(file, descriptor + 20), texel);  // bytes of the plane
     EXPECT_EQ(samples, kind.block_bytes != 0 ? texel / 8 : texel);
+    expect_samples(file, descriptor + 28, kind);
     std::size_t in_dds = 148;
     for (std::size_t k = 0; k < levels.size(); ++k) {
       const std::size_t entry = 80 + 24 * k, size = level_bytes(kind, levels[k]);

@@ -77,7 +77,10 @@ class TiffFile {
     return *this;
   }
   TiffFile& scale(double x, double y) { return add<double>(33550, kDouble, {x, y, 0}); }
-  TiffFile& tie(double x, double y) { return add<double>(33922, kDouble, {0, 0, 0, x, y, 0}); }
+  /// \param row  of the picture, whose place it is
+  TiffFile& tie(double x, double y, double row = 0) {
+    return add<double>(33922, kDouble, {0, row, 0, x, y, 0});
+  }
   /// Pairs of GeoKeys.
   TiffFile& keys(const std::vector<std::pair<std::uint16_t, std::uint16_t>>& pairs) {
     std::vector<std::uint16_t> words{1, 1, 0, static_cast<std::uint16_t>(pairs.size())};
@@ -232,6 +235,19 @@ TEST(Heights, DegreesBecomeMetresAtTheirLatitude) {
   EXPECT_NEAR(heights.spacing[0], east, 2e-6 * east);
   EXPECT_NEAR(heights.spacing[1], north, 2e-6 * north);
   EXPECT_EQ(count(warnings, "spacing-in-degrees"), 1U);
+}
+
+/// The place that a file gives may be that of any row: here of one far below, which lies at the equator.
+TEST(Heights, TheTiePointMayBeAnyRow) {
+  std::vector<Warning> warnings;
+  const auto spacing = [&](double latitude, double row) {
+    TiffFile file(3, 2, kFloats, std::vector<float>(6, 1));
+    file.scale(0.5, 0.5).tie(10, latitude, row).keys({{1024, 2}});
+    return load_heights(write("h.tif", file.bytes()), &warnings).spacing;
+  };
+  EXPECT_EQ(spacing(0, 120), spacing(60, 0));
+  EXPECT_EQ(spacing(59.5, 1), spacing(60, 0));
+  EXPECT_LT(spacing(0, 120)[0], 0.6 * spacing(0, 0)[0]);
 }
 
 TEST(Heights, CutShortIsAnError) {
