@@ -4,8 +4,10 @@
 #include <array>
 #include <limits>
 #include <map>
+#include <set>
 #include <span>
 #include <string>
+#include <utility>
 
 #include "base/counted.h"
 #include "mesh/surface_distance.h"
@@ -128,14 +130,21 @@ std::uint64_t count_outside(const Mesh& mesh) {
 
 namespace {
 
-/// Triangles of finite UVs, in the plane z = 0.
+/// Triangles of finite UVs, in the plane z = 0. Copies stand once: a search among thousands that share a place would
+/// visit them all, since a point on them is a rounding error away from each.
 struct FlatUvs {
   std::vector<Vec3> positions;
   std::vector<Triangle> triangles;
   explicit FlatUvs(const Mesh& mesh) {
     for (const Vec2& uv : mesh.uvs) positions.push_back({uv.x, uv.y, 0});
+    std::set<std::array<std::pair<float, float>, 3>> known;
     for (std::size_t t = 0; t < mesh.uv_triangles.size(); ++t) {
-      if (bare_corners(mesh, t) == 0) triangles.push_back(mesh.uv_triangles[t]);
+      if (bare_corners(mesh, t) != 0) continue;
+      const Triangle& corners = mesh.uv_triangles[t];
+      const auto uv = [&](std::size_t k) {
+        return std::pair(mesh.uvs[corners[k]].x, mesh.uvs[corners[k]].y);
+      };
+      if (known.insert({uv(0), uv(1), uv(2)}).second) triangles.push_back(corners);
     }
   }
 };

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "kiln/simplify.h"
+#include "simplify/simplify_uvs.h"
 #include "support/shapes.h"
 
 namespace kiln {
@@ -463,6 +464,30 @@ TEST(KeepUvs, ThousandsOfCopiesStayCopies) {
   }
   EXPECT_EQ(layouts.size(), 2U);
   for (const auto& [corners, count] : layouts) EXPECT_EQ(count, kCards);
+}
+
+/// A triangle of a layout by its corners' UVs.
+void add_uv_triangle(Mesh& mesh, const std::array<Vec2, 3>& uvs) {
+  const auto first = static_cast<std::uint32_t>(mesh.uvs.size());
+  mesh.uvs.insert(mesh.uvs.end(), uvs.begin(), uvs.end());
+  mesh.uv_triangles.push_back({first, first + 1, first + 2});
+}
+
+/// Triangles that share places, or two of their corners, with others: those of the layout that differ all count.
+TEST(KeepUvs, CopiesStrayAsFarAsTheOneThatStraysMost) {
+  Mesh high, low;
+  for (int copy = 0; copy < 3; ++copy) add_uv_triangle(high, {{{0, 0}, {1, 0}, {0, 1}}});
+  add_uv_triangle(high, {{{0, 0}, {1, 0}, {0, -1}}});
+  for (int copy = 0; copy < 3; ++copy) add_uv_triangle(low, {{{0, 0}, {1, 0}, {0, 1}}});
+  add_uv_triangle(low, {{{0, 0}, {1, 0}, {0, -0.5F}}});  // inside HIGH's fourth
+  EXPECT_EQ(uvs_stray(low, high), 0);
+  add_uv_triangle(low, {{{0, 0}, {1, 0}, {0, 1.25F}}});
+  EXPECT_FLOAT_EQ(static_cast<float>(uvs_stray(low, high)), 0.25F);
+  add_uv_triangle(low, {{{-0.5F, 0}, {1, 0}, {0, 1}}});
+  EXPECT_FLOAT_EQ(static_cast<float>(uvs_stray(low, high)), 0.5F);
+  add_uv_triangle(low, {{{0, 0}, {1, -1}, {0, 1}}});
+  // Its corner lies beside the side from (1, 0) to (0, -1).
+  EXPECT_FLOAT_EQ(static_cast<float>(uvs_stray(low, high)), std::sqrt(0.5F));
 }
 
 }  // namespace
