@@ -204,6 +204,9 @@ void smooth_occlusion(Job& a) {
         }))
       return;  // its bound chooses
   }
+  // On smaller maps smoothing has too few texels to go by: nearly all of them would cast all rays after the first ones.
+  constexpr std::uint64_t kLeastTexels = std::uint64_t{1024} * 1024;
+  if (std::uint64_t{a.bake.width} * a.bake.height < kLeastTexels) return;
   a.bake.occlusion.max_error = 1;
 }
 

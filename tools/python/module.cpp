@@ -2,6 +2,7 @@
 #include "asset.h"
 #include "bake.h"
 #include "call.h"
+#include "job.h"
 #include "kiln/limits.h"
 #include "match.h"
 #include "measure.h"
@@ -21,6 +22,7 @@ NB_MODULE(_core, module) {
   add_session(module);
   add_surface(module);
   add_asset(module);
+  add_job(module);
   add_measure(module);
   add_volume(module);
   module.def("version", &kiln::version);

@@ -14,6 +14,7 @@ from ._core import version as _version
 from ._driver import prepare as _prepare
 from ._errors import Cancelled, Error, KilnWarning
 from ._glb import Glb, pack_glb, sampled, to_glb
+from ._job import JobMap, JobResult, job_schema, run
 from ._measure import NormalError, measure, render
 from ._meshes import as_mesh, load
 from ._plan import Plan, plan
@@ -30,6 +31,8 @@ __all__ = [
     "Error",
     "Glb",
     "HeightField",
+    "JobMap",
+    "JobResult",
     "KilnWarning",
     "MapError",
     "Match",
@@ -48,6 +51,7 @@ __all__ = [
     "contour",
     "devices",
     "height_field",
+    "job_schema",
     "load",
     "match",
     "measure",
@@ -55,6 +59,7 @@ __all__ = [
     "pack_glb",
     "plan",
     "render",
+    "run",
     "sampled",
     "simplify",
     "to_glb",

@@ -1,0 +1,97 @@
+"""kiln.run(): all that the command `kiln bake` does, in one call."""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+from . import _core
+from ._bake import _plain
+from ._core import Mesh
+from ._errors import Error
+from ._progress import callback_of
+
+if TYPE_CHECKING:
+    import numpy as np
+
+
+class JobMap(NamedTuple):
+    """A map of a job in memory: name ("normal"), set and tile of texture sets (else empty), and pixels, (H, W, C) float32
+    as files hold them: in [0, 1], colours sRGB-encoded; row 0 at the top."""
+
+    name: str
+    set: str
+    tile: str
+    pixels: np.ndarray
+
+
+class JobResult(NamedTuple):
+    """What a job came to.
+
+    files    written, in order
+    glb      bytes of the GLB of a job in memory, else empty
+    maps     of a job in memory without a GLB: JobMap
+    mesh     the low poly
+    report   as the command's --json has it
+    summary  lines, as the command prints them
+    failure  which limit was missed, where the command exits with 1; else empty
+    """
+
+    files: list[str]
+    glb: bytes
+    maps: list[JobMap]
+    mesh: Mesh
+    report: dict[str, Any]
+    summary: list[str]
+    failure: str
+
+
+def run(
+    job: Mapping[str, Any] | str | None = None, /, *, in_memory: bool = False, progress: Any = None, **options: Any
+) -> JobResult:
+    """Runs a job: what `kiln bake` does, with its options by name.
+
+    job        a dict of options, or a JSON text of one; keyword arguments go before it
+    high, low  a path, a list of paths, or a kiln.Mesh. Without low, Kiln makes it (faces=, max_error=)
+    out        a folder, or NAME.glb, NAME.gltf or NAME.obj
+    options    flags of `kiln bake` with underscores: faces=5000, maps=["normal", "ao"], max_distance="2%";
+               kiln.job_schema() describes all
+    in_memory  nothing is written: the result has the GLB's bytes, or the maps
+    progress   as kiln.bake() takes it
+
+    Warnings are kiln.KilnWarning. Returns a JobResult. Raises kiln.Error.
+    """
+    if isinstance(job, str):
+        try:
+            job = json.loads(job)
+        except ValueError as error:
+            raise Error(f"job: it is no JSON ({error}).", "option-type", "usage", "job") from None
+    if job is not None and not isinstance(job, Mapping):
+        raise Error(f"job: expected a dict or JSON of an object, not {type(job).__name__}.", "option-type", "usage", "job")
+    given = {**(job or {}), **options}
+    meshes = {side: given.pop(side) for side in ("high", "low") if isinstance(given.get(side), Mesh)}
+    text = json.dumps({name: _json_of(name, value) for name, value in given.items() if value is not None})
+    made = _core.run_job(text, meshes.get("high"), meshes.get("low"), in_memory, callback_of(progress))
+    maps = [JobMap(each["name"], each["set"], each["tile"], each["pixels"]) for each in made["maps"]]
+    report = json.loads(made["report"])
+    return JobResult(made["files"], made["glb"], maps, made["mesh"], report, made["summary"], made["failure"])
+
+
+def job_schema() -> dict[str, Any]:
+    """A JSON Schema (2020-12) of what run() takes."""
+    return dict(json.loads(_core.job_schema()))
+
+
+def _json_of(name: str, value: Any) -> Any:
+    value = _plain(value)
+    if isinstance(value, os.PathLike):
+        return os.fspath(value)
+    if isinstance(value, (list, tuple)):
+        return [_json_of(name, part) for part in value]
+    if isinstance(value, Mapping):
+        return {str(key): _json_of(name, part) for key, part in value.items()}
+    if isinstance(value, (str, int, float, bool)):
+        return value
+    raise Error(f"{name}: cannot be {value!r}.", "option-type", "usage", name)
