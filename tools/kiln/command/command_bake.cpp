@@ -11,6 +11,7 @@
 #include "arguments/parse.h"
 #include "arguments/transfers.h"
 #include "base/percent.h"
+#include "clean/high_hulls.h"
 #include "command/bake_run.h"
 #include "commands.h"
 #include "interrupt.h"
@@ -175,6 +176,7 @@ bool read_inputs(BakeRun& run) {
   run.high =
       load_high(high_files(arguments), arguments.heights, load_options(arguments, MeshSide::high),
                 has_more_files(arguments) && !made, run.warnings, !arguments.asset.empty());
+  if (!arguments.keep_hulls) drop_hidden_hulls(run.high.mesh, run.warnings);
   if (run.high.heights) run.arguments.heights = run.high.field;
   choose_asset_maps(run);
   run.cleaned = clean_high(run.high.mesh, clean_options(arguments), run.warnings);
