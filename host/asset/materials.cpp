@@ -495,11 +495,12 @@ Texture load_texture(const std::vector<Material>& materials, MaterialSlot slot,
     const TileCounts* used = nullptr;
     if (picture.bytes == nullptr && names_tile(picture.file)) {
       if (mesh != nullptr && counts.empty()) {
-        std::vector<std::array<float, 6>> transforms;
+        std::vector<PicturePlace> places;
         for (const Material& other : materials) {
-          transforms.push_back(picture_of(other, from).uv_transform);
+          const MaterialPicture& named = picture_of(other, from);
+          places.push_back({named.uv_set, named.uv_transform});
         }
-        counts = count_tiles(*mesh, transforms);
+        counts = count_tiles(*mesh, places);
       }
       if (mesh != nullptr) used = &counts[m];
       tiles = find_tiles(picture.file, used, [&](const fs::path& file) {

@@ -126,24 +126,31 @@ bool is_picture_file(const fs::path& path) {
 
 namespace {
 
-std::uint32_t tile_of(const Mesh& mesh, std::size_t triangle, const std::array<float, 6>& m) {
+const std::vector<Vec2>& uvs_of(const Mesh& mesh, std::uint32_t set) {
+  const auto other = std::find_if(mesh.other_uvs.begin(), mesh.other_uvs.end(),
+                                  [set](const UvSet& uvs) { return uvs.set == set; });
+  return set == mesh.uv_set || other == mesh.other_uvs.end() ? mesh.uvs : other->uvs;
+}
+
+std::uint32_t tile_of(const Mesh& mesh, std::size_t triangle, const PicturePlace& place) {
+  const std::vector<Vec2>& uvs = uvs_of(mesh, place.uv_set);
+  const std::array<float, 6>& m = place.uv_transform;
   double u = 0, v = 0;
   for (const std::uint32_t corner : mesh.uv_triangles[triangle]) {
-    if (corner >= mesh.uvs.size()) return 0;  // of no use, as others say
-    u += double{mesh.uvs[corner].x} / 3;
-    v += double{mesh.uvs[corner].y} / 3;
+    if (corner >= uvs.size()) return 0;  // of no use, as others say
+    u += double{uvs[corner].x} / 3;
+    v += double{uvs[corner].y} / 3;
   }
   return udim_of(m[0] * u + m[1] * v + m[2], m[3] * u + m[4] * v + m[5]);
 }
 
 }  // namespace
 
-std::vector<TileCounts> count_tiles(const Mesh& mesh,
-                                    std::span<const std::array<float, 6>> uv_transforms) {
-  std::vector<TileCounts> counts(uv_transforms.size());
+std::vector<TileCounts> count_tiles(const Mesh& mesh, std::span<const PicturePlace> places) {
+  std::vector<TileCounts> counts(places.size());
   for (std::size_t t = 0; t < std::min(mesh.uv_triangles.size(), mesh.materials.size()); ++t) {
     const std::uint32_t material = mesh.materials[t];
-    if (material < counts.size()) ++counts[material][tile_of(mesh, t, uv_transforms[material])];
+    if (material < counts.size()) ++counts[material][tile_of(mesh, t, places[material])];
   }
   return counts;
 }
@@ -151,7 +158,7 @@ std::vector<TileCounts> count_tiles(const Mesh& mesh,
 TileCounts count_tiles(const Mesh& mesh) {
   TileCounts counts;
   for (std::size_t t = 0; t < mesh.uv_triangles.size(); ++t) {
-    ++counts[tile_of(mesh, t, {1, 0, 0, 0, 1, 0})];
+    ++counts[tile_of(mesh, t, {.uv_set = mesh.uv_set})];
   }
   return counts;
 }

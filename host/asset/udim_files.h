@@ -46,9 +46,13 @@ bool names_tile(const std::filesystem::path& path);
 
 /// Triangles by the tiles of their middles; tile 0: beyond UDIM's squares, or without UVs.
 using TileCounts = std::map<std::uint32_t, std::uint64_t>;
-/// Of each material of a mesh. \param uv_transforms  one a material, as MaterialPicture has it
-std::vector<TileCounts> count_tiles(const Mesh& mesh,
-                                    std::span<const std::array<float, 6>> uv_transforms);
+/// Where a material's picture lies: its set of UVs, and its transform, as MaterialPicture has them.
+struct PicturePlace {
+  std::uint32_t uv_set = 0;
+  std::array<float, 6> uv_transform = {1, 0, 0, 0, 1, 0};
+};
+/// Of each material of a mesh. \param places  one a material. A set that the mesh lacks counts as its own
+std::vector<TileCounts> count_tiles(const Mesh& mesh, std::span<const PicturePlace> places);
 /// Of all of a mesh.
 TileCounts count_tiles(const Mesh& mesh);
 

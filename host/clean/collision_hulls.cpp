@@ -9,6 +9,7 @@
 
 #include "base/counted.h"
 #include "base/lower_case.h"
+#include "clean/high_hulls.h"
 #include "clean/triangle_list.h"
 
 namespace kiln {
@@ -93,22 +94,52 @@ const std::string& hull_name(const Mesh& hulls, const std::vector<Shape>& object
   return by_object ? hulls.object_names[hulls.objects[t]] : hulls.group_names[hulls.groups[t]];
 }
 
+std::vector<Shape> shapes_of_triangles(const Mesh& mesh) {
+  const std::size_t count = mesh.triangles.size();
+  const bool has_objects = mesh.objects.size() == count, has_groups = mesh.groups.size() == count;
+  const std::vector<Shape> objects = shapes_of(mesh.object_names),
+                           groups = shapes_of(mesh.group_names);
+  std::vector<Shape> shapes(count, Shape::shown);
+  for (std::size_t t = 0; t < count; ++t) {
+    if (has_objects) shapes[t] = objects[mesh.objects[t]];
+    if (has_groups) shapes[t] = std::max(shapes[t], groups[mesh.groups[t]]);
+  }
+  return shapes;
+}
+
+/// Names of hulls, in the order of their first triangles. \param of  the name of each triangle, by number
+std::vector<std::string> list_hulls(const Mesh& hulls, std::vector<std::uint32_t>& of) {
+  std::vector<std::string> names;
+  const std::vector<Shape> objects = shapes_of(hulls.object_names);
+  for (std::size_t t = 0; t < hulls.triangles.size(); ++t) {
+    const std::string& name = hull_name(hulls, objects, t);
+    const auto known = std::find(names.begin(), names.end(), name);
+    of.push_back(static_cast<std::uint32_t>(known - names.begin()));
+    if (known == names.end()) names.push_back(name);
+  }
+  return names;
+}
+
+/// The first few names, for a message.
+std::string quote_names(const std::vector<std::string>& names) {
+  constexpr std::size_t kMostNamed = 5;
+  std::string list;
+  for (std::size_t i = 0; i < std::min(names.size(), kMostNamed); ++i) {
+    list += (i == 0 ? "'" : ", '") + names[i] + "'";
+  }
+  if (names.size() > kMostNamed)
+    list += " and " + std::to_string(names.size() - kMostNamed) + " more";
+  return list;
+}
+
 }  // namespace
 
 std::vector<std::uint8_t> collision_hulls(const Mesh& low) {
-  const std::size_t count = low.triangles.size();
-  const bool has_objects = low.objects.size() == count, has_groups = low.groups.size() == count;
-  const std::vector<Shape> objects = shapes_of(low.object_names),
-                           groups = shapes_of(low.group_names);
-  std::vector<Shape> shapes(count, Shape::shown);
-  for (std::size_t t = 0; t < count; ++t) {
-    if (has_objects) shapes[t] = objects[low.objects[t]];
-    if (has_groups) shapes[t] = std::max(shapes[t], groups[low.groups[t]]);
-  }
+  const std::vector<Shape> shapes = shapes_of_triangles(low);
   // A LOW of -col alone is drawn.
   const bool others = std::find(shapes.begin(), shapes.end(), Shape::shown) != shapes.end();
   const Shape least = others ? Shape::both : Shape::hidden;
-  std::vector<std::uint8_t> is_hull(count);
+  std::vector<std::uint8_t> is_hull(shapes.size());
   std::transform(shapes.begin(), shapes.end(), is_hull.begin(),
                  [least](Shape shape) { return shape >= least ? 1 : 0; });
   return is_hull;
@@ -122,23 +153,10 @@ Mesh take_collision_hulls(Mesh& low, std::vector<Warning>* warnings) {
   for (const std::uint8_t hull : is_hull) is_shown.push_back(1 - hull);
   Mesh hulls = without(low, is_shown);
   std::vector<std::uint32_t> of;
-  std::vector<std::string> names;
-  const std::vector<Shape> objects = shapes_of(hulls.object_names);
-  for (std::size_t t = 0; t < hulls.triangles.size(); ++t) {
-    const std::string& name = hull_name(hulls, objects, t);
-    const auto known = std::find(names.begin(), names.end(), name);
-    of.push_back(static_cast<std::uint32_t>(known - names.begin()));
-    if (known == names.end()) names.push_back(name);
-  }
+  const std::vector<std::string> names = list_hulls(hulls, of);
   hulls.objects = std::move(of);
   hulls.object_names = names;
-  constexpr std::size_t kMostNamed = 5;
-  std::string list;
-  for (std::size_t i = 0; i < std::min(names.size(), kMostNamed); ++i) {
-    list += (i == 0 ? "'" : ", '") + names[i] + "'";
-  }
-  if (names.size() > kMostNamed)
-    list += " and " + std::to_string(names.size() - kMostNamed) + " more";
+  const std::string list = quote_names(names);
   if (found == is_hull.size()) {
     throw Error(ErrorCode::input,
                 "LOW '" + low.name + "' is nothing but collision hulls, by their names (" + list +
@@ -155,6 +173,27 @@ Mesh take_collision_hulls(Mesh& low, std::vector<Warning>* warnings) {
   }
   low = without(std::move(low), is_hull);
   return hulls;
+}
+
+void drop_hidden_hulls(Mesh& high, std::vector<Warning>& warnings) {
+  const std::vector<Shape> shapes = shapes_of_triangles(high);
+  std::vector<std::uint8_t> is_hull, is_shown;
+  for (const Shape shape : shapes) {
+    is_hull.push_back(shape == Shape::hidden ? 1 : 0);
+    is_shown.push_back(1 - is_hull.back());
+  }
+  const auto found = static_cast<std::uint64_t>(std::count(is_hull.begin(), is_hull.end(), 1));
+  if (found == 0 || found == shapes.size()) return;
+  std::vector<std::uint32_t> of;
+  const std::vector<std::string> names = list_hulls(without(high, is_shown), of);
+  warnings.push_back({"collision-hulls",
+                      "HIGH '" + high.name + "': " + counted(names.size(), "collision hull") +
+                          " (" + quote_names(names) + "; " + counted(found, "triangle") + ")" +
+                          (names.size() == 1 ? " was" : " were") +
+                          " left out: no map shows or meets them. Where one is drawn, rename it, "
+                          "or add --keep-hulls.",
+                      names.size()});
+  high = without(std::move(high), is_hull);
 }
 
 }  // namespace kiln

@@ -937,9 +937,10 @@ std::vector<OptionRow> make_rows() {
       {.flag = "--keep-hulls",
        .group = kLow,
        .value = toggle(AT(keep_hulls)),
-       .help = "Bake onto LOW's collision hulls, too: objects or groups named UCX_, UBX_, USP_, "
-               "UCP_, or "
-               "ending in -col, -colonly, -convcol, -convcolonly, which are left out else"},
+       .help =
+           "Bake onto LOW's collision hulls, and from HIGH's: objects or groups named UCX_, UBX_, "
+           "USP_, UCP_, or ending in -colonly, -convcolonly, of LOW also -col, -convcol, which "
+           "are left out else"},
       {.flag = "--keep-parts",
        .group = kLow,
        .value = toggle(AT(low.make.keep_parts)),

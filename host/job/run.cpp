@@ -6,6 +6,7 @@
 #include <optional>
 
 #include "base/percent.h"
+#include "clean/high_hulls.h"
 #include "job/check_result.h"
 #include "job/files.h"
 #include "job/job_options.h"
@@ -175,6 +176,7 @@ bool read_inputs(BakeRun& run) {
   run.high =
       load_high(arguments.high, arguments.heights, load_options(arguments, MeshSide::high),
                 has_more_files(arguments) && !made, run.warnings, !asset_file(arguments).empty());
+  if (!arguments.keep_hulls) drop_hidden_hulls(run.high.mesh, run.warnings);
   if (run.high.heights) run.arguments.heights = run.high.field;
   choose_asset_maps(run);
   run.cleaned = clean_high(run.high.mesh, clean_options(arguments), run.warnings);

@@ -122,6 +122,13 @@ TEST(UdimFiles, ATokenLoadsTheTilesThatTheMeshUses) {
            quads({0, 1, 2}, {0, 1, 1}));
   EXPECT_EQ(both.tiles(), (Tiles{1001, 1002, 1003}));
   EXPECT_NE(both.texture.image_of[0], both.texture.image_of[1]);
+  // A picture of another set of UVs: its own tiles count, not those of the mesh's first set.
+  Mesh sets = quads({0, 1});
+  sets.other_uvs = {{3, quads({2, 2}).uvs}};
+  Material other = material_of(folder / "u.<UDIM>.png");
+  other.color_map.uv_set = 3;
+  EXPECT_EQ(load({other}, sets).tiles(), (Tiles{1003}));
+  EXPECT_EQ(load({material_of(folder / "u.<UDIM>.png")}, sets).tiles(), (Tiles{1001, 1002}));
   // None of them is there.
   std::vector<Warning> warnings;
   Material gone = material_of(folder / "gone.<UDIM>.png");

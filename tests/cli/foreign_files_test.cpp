@@ -272,6 +272,32 @@ TEST(ForeignFiles, CollisionHullsAreLeftOutOfTheBake) {
   }
 }
 
+TEST(ForeignFiles, CollisionHullsOfHighAreNotBaked) {
+  KILN_REQUIRE_DEVICE();
+  const fs::path folder = test::scratch_folder();
+  save_obj(test::BumpySphere::light(), folder / "low.obj");
+  // with_hulls() puts each hull 10% outside of the body: rays that start outside meet it first.
+  const auto bake = [&](const fs::path& high, const std::vector<std::string>& more,
+                        std::string* errors) {
+    std::vector<std::string> arguments = {"--max-distance=20%"};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    return baked(high, folder / "low.obj", "height", arguments, errors).pixels;
+  };
+  std::string errors;
+  const auto plain = bake(with_hulls(folder, "plain.obj", {}, false), {}, &errors);
+  EXPECT_EQ(errors.find("collision"), std::string::npos) << errors;
+  const fs::path hulled = with_hulls(folder, "hulled.obj", {"UBX_body", "x-colonly"}, true);
+  EXPECT_EQ(bake(hulled, {}, &errors), plain);
+  for (const char* word : {"HIGH", "2 collision hulls", "UBX_body", "x-colonly", "--keep-hulls"}) {
+    EXPECT_NE(errors.find(word), std::string::npos) << errors;
+  }
+  EXPECT_NE(bake(hulled, {"--keep-hulls"}, &errors), plain);
+  // Godot draws -col.
+  const fs::path drawn = with_hulls(folder, "drawn.obj", {"body-col"}, false);
+  EXPECT_NE(bake(drawn, {}, &errors), plain);
+  EXPECT_EQ(errors.find("collision"), std::string::npos) << errors;
+}
+
 TEST(ForeignFiles, CollisionHullsCanBeKept) {
   KILN_REQUIRE_DEVICE();
   const fs::path folder = test::scratch_folder();
