@@ -93,8 +93,8 @@ kiln_status kiln_job_set_in_memory(kiln_job* job, int32_t in_memory) {
   });
 }
 
-kiln_status kiln_job_run(const kiln_job* job, const char* device, kiln_progress progress, void* user,
-                         kiln_job_result** result) {
+kiln_status kiln_job_run(const kiln_job* job, const char* device, kiln_progress progress,
+                         void* user, kiln_job_result** result) {
   return guarded([&] {
     check_given(job, "job");
     check_given(result, "result");
@@ -151,8 +151,8 @@ kiln_status kiln_job_map(const kiln_job_result* result, size_t index, kiln_job_i
                         "index");
     }
     const kiln::JobMap& map = result->result.maps[index];
-    *image = {map.name.c_str(),       map.set.c_str(),         map.tile.c_str(),
-              map.map.image.width,    map.map.image.height,    map.map.image.channels,
+    *image = {map.name.c_str(),           map.set.c_str(),      map.tile.c_str(),
+              map.map.image.width,        map.map.image.height, map.map.image.channels,
               map.map.image.pixels.data()};
   });
 }

@@ -179,7 +179,8 @@ std::string to_json(const Job& job) {
 
 Job job_from_json(std::string_view text) {
   const Json json = Json::parse(text);
-  refuse_if(!json.is_object(), "A job is a JSON object, such as {\"high\": \"statue.glb\", \"out\": \"maps\"}.");
+  refuse_if(!json.is_object(),
+            "A job is a JSON object, such as {\"high\": \"statue.glb\", \"out\": \"maps\"}.");
   Job job;
   for (const std::string& key : json.keys()) {
     const OptionRow& row = row_named(key);
@@ -213,7 +214,8 @@ std::string job_schema() {
     Json ways = Json::array({one});
     // Numbers may have another word, or a fraction, in their place.
     if (is_number) ways.push_back({{"type", "string"}});
-    if (!is_number && value.type != "flag" && value.type != "choice") ways.push_back({{"type", "number"}});
+    if (!is_number && value.type != "flag" && value.type != "choice")
+      ways.push_back({{"type", "number"}});
     if (value.type == "flag or choice") ways.push_back({{"type", "boolean"}});
     if (value.repeats || is_position(row)) {
       ways.push_back({{"type", "array"}, {"items", {{"type", Json::array({"string", "number"})}}}});

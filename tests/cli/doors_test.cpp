@@ -33,26 +33,84 @@ struct DoorCase {
 };
 
 const DoorCase kCases[] = {
-    {"Maps", "", {{"high", {"high.obj"}}, {"low", {"low.obj"}}, {"maps", {"normal", "height", "curvature"}}}},
-    {"Colours", "", {{"high", {"two.glb"}}, {"faces", {"300"}}, {"maps", {"color", "opacity"}}, {"format", {"png8"}}}},
-    {"Ranges", "", {{"high", {"high.obj"}}, {"low", {"low.obj"}}, {"maps", {"height"}}, {"range", {"height=-0.5,0.5"}}}},
-    {"Exr", "", {{"high", {"high.obj"}}, {"low", {"low.obj"}}, {"format", {"exr"}}, {"mips", {"true"}}, {"samples", {"2"}}}},
-    {"Packs", "", {{"high", {"high.obj"}}, {"low", {"low.obj"}}, {"maps", {"ao", "height"}}, {"pack", {"both=ao,height"}}, {"ao_rays", {"16"}}}},
-    {"Views", "", {{"high", {"high.obj"}}, {"low", {"low.obj"}}, {"match", {"views"}}, {"views", {"12"}}, {"fallback", {"closest", "fill"}}}},
+    {"Maps",
+     "",
+     {{"high", {"high.obj"}}, {"low", {"low.obj"}}, {"maps", {"normal", "height", "curvature"}}}},
+    {"Colours",
+     "",
+     {{"high", {"two.glb"}},
+      {"faces", {"300"}},
+      {"maps", {"color", "opacity"}},
+      {"format", {"png8"}}}},
+    {"Ranges",
+     "",
+     {{"high", {"high.obj"}},
+      {"low", {"low.obj"}},
+      {"maps", {"height"}},
+      {"range", {"height=-0.5,0.5"}}}},
+    {"Exr",
+     "",
+     {{"high", {"high.obj"}},
+      {"low", {"low.obj"}},
+      {"format", {"exr"}},
+      {"mips", {"true"}},
+      {"samples", {"2"}}}},
+    {"Packs",
+     "",
+     {{"high", {"high.obj"}},
+      {"low", {"low.obj"}},
+      {"maps", {"ao", "height"}},
+      {"pack", {"both=ao,height"}},
+      {"ao_rays", {"16"}}}},
+    {"Views",
+     "",
+     {{"high", {"high.obj"}},
+      {"low", {"low.obj"}},
+      {"match", {"views"}},
+      {"views", {"12"}},
+      {"fallback", {"closest", "fill"}}}},
     {"Cage", "", {{"high", {"high.obj"}}, {"low", {"low.obj"}}, {"cage", {"5%"}}}},
     {"CageMesh", "", {{"high", {"high.obj"}}, {"low", {"low.obj"}}, {"cage_mesh", {"cage.obj"}}}},
-    {"Auto", "", {{"high", {"high.obj"}}, {"low", {"low.obj"}}, {"match", {"auto"}}, {"max_angle", {"8"}}}},
-    {"Parts", "", {{"high", {"high.obj"}}, {"low", {"low.obj"}}, {"high", {"high.obj"}}, {"match_by", {"object"}}}, 3},
-    {"Occluders", "", {{"high", {"high.obj"}}, {"low", {"low.obj"}}, {"maps", {"ao"}}, {"ao_rays", {"16"}}, {"ao_occluders", {"high", "cage.obj"}}}},
-    {"Variants", "", {{"high", {"high.obj"}}, {"low", {"low.obj"}}, {"maps", {"ao", "near=ao:ao-distance=5%"}}, {"ao_rays", {"16"}}}},
+    {"Auto",
+     "",
+     {{"high", {"high.obj"}}, {"low", {"low.obj"}}, {"match", {"auto"}}, {"max_angle", {"8"}}}},
+    {"Parts",
+     "",
+     {{"high", {"high.obj"}},
+      {"low", {"low.obj"}},
+      {"high", {"high.obj"}},
+      {"match_by", {"object"}}},
+     3},
+    {"Occluders",
+     "",
+     {{"high", {"high.obj"}},
+      {"low", {"low.obj"}},
+      {"maps", {"ao"}},
+      {"ao_rays", {"16"}},
+      {"ao_occluders", {"high", "cage.obj"}}}},
+    {"Variants",
+     "",
+     {{"high", {"high.obj"}},
+      {"low", {"low.obj"}},
+      {"maps", {"ao", "near=ao:ao-distance=5%"}},
+      {"ao_rays", {"16"}}}},
     {"OwnMap", "", {{"high", {"high.obj"}}, {"low", {"low.obj"}}, {"maps", {"slope=slope.cl"}}}},
     {"Sets", "", {{"high", {"high.obj"}}, {"low", {"halves.obj"}}, {"size", {"64", "glass=32"}}}},
     {"Udim", "", {{"high", {"high.obj"}}, {"low", {"tiles.obj"}}, {"sets", {"udim"}}}},
     {"Unwrap", "", {{"high", {"high.obj"}}, {"low", {"low.obj"}}, {"unwrap", {"true"}}}},
     {"Made", "", {{"high", {"high.obj"}}, {"faces", {"200"}}, {"max_missed", {"50"}}}},
     {"Planned", "", {{"high", {"high.obj"}}, {"max_error", {"normal=8"}}}},
-    {"Lods", "", {{"high", {"high.obj"}}, {"max_error", {"normal=8"}}, {"lod", {"2"}}, {"screen", {"200px"}}}},
-    {"Heights", "", {{"high", {"hills.png"}}, {"height", {"0.2"}}, {"extent", {"2", }}}},
+    {"Lods",
+     "",
+     {{"high", {"high.obj"}}, {"max_error", {"normal=8"}}, {"lod", {"2"}}, {"screen", {"200px"}}}},
+    {"Heights",
+     "",
+     {{"high", {"hills.png"}},
+      {"height", {"0.2"}},
+      {"extent",
+       {
+           "2",
+       }}}},
     {"Glb", "game.glb", {{"high", {"two.glb"}}, {"faces", {"300"}}, {"ao_rays", {"16"}}}},
     {"GlbOfObj", "game.glb", {{"high", {"high.obj"}}, {"low", {"low.obj"}}}},
     {"Gltf", "game.gltf", {{"high", {"two.glb"}}, {"faces", {"300"}}, {"sets", {"one"}}}},
@@ -159,7 +217,8 @@ int by_command(const DoorCase& c, const fs::path& scene, const fs::path& out) {
 
 Job job_of(const DoorCase& c, const fs::path& scene, const fs::path& out) {
   Job job;
-  for (const auto& [option, values] : c.options) set_option(job, option, placed(option, values, scene));
+  for (const auto& [option, values] : c.options)
+    set_option(job, option, placed(option, values, scene));
   set_option(job, "out", out.string());
   if (c.name != std::string("Sets")) set_option(job, "size", "64");
   return job;
@@ -226,7 +285,8 @@ INSTANTIATE_TEST_SUITE_P(Jobs, Doors, testing::ValuesIn(kCases),
 
 TEST(Job, InMemoryHasTheBytesOfTheFiles) {
   const fs::path scene = make_doors_scene();
-  Job job{.high = {(scene / "two.glb").string()}, .low = MakeLow{.faces = 300},
+  Job job{.high = {(scene / "two.glb").string()},
+          .low = MakeLow{.faces = 300},
           .out = (scene / "door" / "game.glb").string()};
   job.bake.width = job.bake.height = 64;
   job.bake.occlusion.rays = 16;
@@ -243,7 +303,8 @@ TEST(Job, InMemoryHasTheBytesOfTheFiles) {
 
 TEST(Job, TakesMeshesInMemory) {
   const fs::path scene = make_doors_scene();
-  Job job{.high = {(scene / "high.obj").string()}, .low = (scene / "low.obj").string(),
+  Job job{.high = {(scene / "high.obj").string()},
+          .low = (scene / "low.obj").string(),
           .out = (scene / "door").string()};
   job.bake.width = job.bake.height = 64;
   job.in_memory = true;
@@ -281,7 +342,8 @@ TEST(Job, OptionsHaveTheNamesOfFlagsAndMembers) {
   EXPECT_NE(message("samples", "17").find("1 to 16"), std::string::npos);
   EXPECT_NE(message("samples", "").find("nothing"), std::string::npos);
   EXPECT_EQ(job.bake.samples, BakeOptions().samples);
-  for (const char* json : {"", "[]", "{\"faces\": [1, 2]}", "{\"nothing\": 1}", "{\"maps\": [[1]]}"}) {
+  for (const char* json :
+       {"", "[]", "{\"faces\": [1, 2]}", "{\"nothing\": 1}", "{\"maps\": [[1]]}"}) {
     EXPECT_THROW(job_from_json(json), Error) << json;
   }
 }
@@ -289,20 +351,34 @@ TEST(Job, OptionsHaveTheNamesOfFlagsAndMembers) {
 /// Values that rows say of themselves, drawn at random: what is set is said again, and JSON keeps it.
 TEST(Job, IsTheSameAfterJson) {
   std::mt19937 random(7);
-  const auto below = [&](std::size_t n) { return std::uniform_int_distribution<std::size_t>(0, n - 1)(random); };
+  const auto below = [&](std::size_t n) {
+    return std::uniform_int_distribution<std::size_t>(0, n - 1)(random);
+  };
   const std::pair<const char*, std::vector<std::string>> values[] = {
-      {"size", {"64", "128x32", "glass=64"}}, {"maps", {"normal", "ao", "height", "near=ao:ao-rays=8"}},
-      {"max_distance", {"2%", "0.125"}},      {"faces", {"10", "20000"}},
-      {"format", {"png8", "exr", "webp"}},    {"gutter", {"inf", "0", "7"}},
-      {"fallback", {"closest", "fill", "mark"}}, {"views", {"auto", "5"}},
-      {"light", {"1,2,3", "0,-1,0.25"}},      {"max_error", {"0.2%", "normal=3deg,ao=2/255"}},
-      {"unwrap", {"true", "pairs"}},          {"no_data", {"none", "auto", "-9999"}},
-      {"extent", {"10", "10,20"}},            {"sets", {"udim", "one", "material"}},
-      {"two_sided", {"true"}},                {"ao_back_faces", {}},
-      {"high_normals", {"flat", "35"}},       {"ao_error", {"0.25", "1"}},
-      {"view", {"0,0,1", "1,1,0"}},           {"cage", {"auto", "1%"}},
-      {"match_by", {"name", "all"}},          {"clean", {"none", "all"}},
-      {"recall", {"100"}},                    {"origin", {"1,2,3"}}};
+      {"size", {"64", "128x32", "glass=64"}},
+      {"maps", {"normal", "ao", "height", "near=ao:ao-rays=8"}},
+      {"max_distance", {"2%", "0.125"}},
+      {"faces", {"10", "20000"}},
+      {"format", {"png8", "exr", "webp"}},
+      {"gutter", {"inf", "0", "7"}},
+      {"fallback", {"closest", "fill", "mark"}},
+      {"views", {"auto", "5"}},
+      {"light", {"1,2,3", "0,-1,0.25"}},
+      {"max_error", {"0.2%", "normal=3deg,ao=2/255"}},
+      {"unwrap", {"true", "pairs"}},
+      {"no_data", {"none", "auto", "-9999"}},
+      {"extent", {"10", "10,20"}},
+      {"sets", {"udim", "one", "material"}},
+      {"two_sided", {"true"}},
+      {"ao_back_faces", {}},
+      {"high_normals", {"flat", "35"}},
+      {"ao_error", {"0.25", "1"}},
+      {"view", {"0,0,1", "1,1,0"}},
+      {"cage", {"auto", "1%"}},
+      {"match_by", {"name", "all"}},
+      {"clean", {"none", "all"}},
+      {"recall", {"100"}},
+      {"origin", {"1,2,3"}}};
   for (int i = 0; i < 300; ++i) {
     Job job;
     job.high = {"a b.glb"};

@@ -9,6 +9,7 @@
 
 #include "job/check_result.h"
 #include "job/flags.h"
+#include "job/root_causes.h"
 #include "kiln/error.h"
 #include "kiln/mesh.h"
 #include "report/console.h"

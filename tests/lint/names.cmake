@@ -8,9 +8,9 @@ cmake_policy(VERSION 3.25)
 set(rooms source render volume bake measure plan)
 
 # Of the command, experiments name what they compare, and which maps they look at. What no setting of `kiln chart`
-# names, it takes from the rows. A GLB's material has places for certain maps (bake_asset.cpp, asset_maps.cpp). Everything
-# else of the command reads rows.
-set(experiments tools/kiln/command/bake_asset.cpp tools/kiln/report/asset_maps.cpp tools/lab/chart_settings.cpp
+# names, it takes from the rows. A GLB's material has places for certain maps (host/job/asset.cpp). Everything else of
+# jobs and the command reads rows.
+set(experiments host/job/asset.cpp tools/lab/chart_settings.cpp
   tools/lab/chart_volume.cpp tools/lab/gallery.cpp)
 # Words of other lists, too: values of --ao-by, --visibility-test and --study.
 set(other_words "\"views\"")
@@ -48,7 +48,8 @@ endforeach()
 
 # A text that begins braces or stands in brackets is a key of a report: {"ray", a.ray}, json["ray"]. What is asked of
 # obeys() and the like is an option, and some are called as the maps that hold them are: obeys(map, "opacity").
-file(GLOB_RECURSE files RELATIVE ${ROOT} ${ROOT}/tools/kiln/*.h ${ROOT}/tools/kiln/*.cpp ${ROOT}/tools/lab/*.h
+file(GLOB_RECURSE files RELATIVE ${ROOT} ${ROOT}/host/options/*.h ${ROOT}/host/options/*.cpp ${ROOT}/host/job/*.h
+  ${ROOT}/host/job/*.cpp ${ROOT}/tools/kiln/*.h ${ROOT}/tools/kiln/*.cpp ${ROOT}/tools/lab/*.h
   ${ROOT}/tools/lab/*.cpp)
 list(REMOVE_ITEM files ${experiments})
 foreach(file IN LISTS files)
