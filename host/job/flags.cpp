@@ -28,7 +28,7 @@ bool has_member(const OptionRow& row, std::string_view name) {
   for (;;) {
     const std::size_t comma = rest.find(", ");
     std::string_view member = rest.substr(0, comma);
-    if (member.starts_with("options.")) member.remove_prefix(8);
+    if (member.starts_with("bake.")) member.remove_prefix(5);
     if (member == name) return true;
     if (comma == std::string_view::npos) return false;
     rest.remove_prefix(comma + 2);

@@ -94,7 +94,7 @@ const DoorCase kCases[] = {
       {"low", {"low.obj"}},
       {"maps", {"ao", "near=ao:ao-distance=5%"}},
       {"ao_rays", {"16"}}}},
-    {"OwnMap", "", {{"high", {"high.obj"}}, {"low", {"low.obj"}}, {"maps", {"slope=slope.cl"}}}},
+    {"OwnMap", "", {{"high", {"high.obj"}}, {"low", {"low.obj"}}, {"maps", {"steep=steep.cl"}}}},
     {"Sets", "", {{"high", {"high.obj"}}, {"low", {"halves.obj"}}, {"size", {"64", "glass=32"}}}},
     {"Udim", "", {{"high", {"high.obj"}}, {"low", {"tiles.obj"}}, {"sets", {"udim"}}}},
     {"Unwrap", "", {{"high", {"high.obj"}}, {"low", {"low.obj"}}, {"unwrap", {"true"}}}},
@@ -145,7 +145,7 @@ fs::path make_doors_scene() {
   for (Vec3& p : cage.positions) p = {p.x * 1.2F, p.y * 1.2F, p.z * 1.2F};
   save_obj(cage, folder / "cage.obj");
   save_two_balls(folder / "two.glb");
-  std::ofstream(folder / "slope.cl") << "return (float4)(p->normal.z * 0.5f + 0.5f, 0, 0, 0);\n";
+  std::ofstream(folder / "steep.cl") << "return (float4)(p->normal.z * 0.5f + 0.5f, 0, 0, 0);\n";
   Image hills;
   hills.width = hills.height = 16;
   hills.channels = 1;
@@ -165,7 +165,7 @@ std::vector<std::string> placed(const std::string& option, std::vector<std::stri
     const bool own = option == "maps" && value.ends_with(".cl");
     const bool occluder = option == "ao_occluders" && value.ends_with(".obj");
     if (names_files(option) || occluder) value = (scene / value).string();
-    if (own) value = "slope=" + (scene / "slope.cl").string();
+    if (own) value = "steep=" + (scene / "steep.cl").string();
   }
   return values;
 }
