@@ -86,7 +86,8 @@ void keep_facing(const std::vector<Vec3>& positions, const std::vector<Triangle>
   }
 }
 
-NormalFans::NormalFans(const Mesh& low, const TwoSided& sides, double least_turn)
+NormalFans::NormalFans(const Mesh& low, const TwoSided& sides, double least_turn,
+                       const std::vector<bool>& hard)
     : sets_(3 * low.triangles.size()), welded_(low.triangles) {
   const std::vector<std::uint32_t> first = weld_vertices(low.positions);
   for (Triangle& t : welded_) {
@@ -100,7 +101,7 @@ NormalFans::NormalFans(const Mesh& low, const TwoSided& sides, double least_turn
       for (const std::uint32_t uv : t) uvs_.push_back(first_uv[uv]);
     }
   }
-  const bool creased = least_turn > -1;
+  const bool creased = least_turn > -1 || !hard.empty();
   const VertexLists corners(
       vertices, 3 * low.triangles.size(), [&](std::size_t i) { return welded_[i / 3][i % 3]; },
       [&](std::size_t i) { return std::uint64_t{uv_of(i)}; });
@@ -115,7 +116,7 @@ NormalFans::NormalFans(const Mesh& low, const TwoSided& sides, double least_turn
       }
     }
   }
-  if (creased) join_over_edges(low, vertices, least_turn);
+  if (creased) join_over_edges(low, vertices, least_turn, hard);
   if (!uvs_.empty() || creased) find_seams(vertices);
 }
 
@@ -134,7 +135,8 @@ bool NormalFans::is_seam(const std::array<std::array<std::uint32_t, 2>, 2>& ends
   return uv_of(ends[0][0]) != uv_of(ends[0][1]) || uv_of(ends[1][0]) != uv_of(ends[1][1]);
 }
 
-void NormalFans::join_over_edges(const Mesh& low, std::size_t vertices, double least_turn) {
+void NormalFans::join_over_edges(const Mesh& low, std::size_t vertices, double least_turn,
+                                 const std::vector<bool>& hard) {
   SideLists(welded_, vertices)
       .each_edge([&](std::uint32_t a, std::span<const SideLists::Item> sides) {
         const std::uint32_t b = SideLists::higher(sides[0]);
@@ -142,7 +144,8 @@ void NormalFans::join_over_edges(const Mesh& low, std::size_t vertices, double l
           const std::uint32_t one = sides[i - 1].index / 3, other = sides[i].index / 3;
           const Vec3d n = face_of(low.positions, low.triangles[one]);
           const Vec3d m = face_of(low.positions, low.triangles[other]);
-          if (dot(n, m) < least_turn * length(n) * length(m)) continue;
+          if (!hard.empty() && hard[sides[i].index]) continue;
+          if (least_turn > -1 && dot(n, m) < least_turn * length(n) * length(m)) continue;
           for (const auto& [corner_of_one, corner_of_other] : ends_of(a, b, one, other)) {
             if (uv_of(corner_of_one) != uv_of(corner_of_other)) continue;
             sets_.join(corner_of_one, corner_of_other);

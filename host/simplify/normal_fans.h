@@ -42,7 +42,9 @@ class NormalFans {
  public:
   /// \param sides  of `low`: fronts and backs of two-sided sheets share none, nor do sheets by themselves with bodies
   /// \param least_turn  cosine: edges whose faces turn by more are creases, which part normals; -1: none
-  explicit NormalFans(const Mesh& low, const TwoSided& sides, double least_turn = -1);
+  /// \param hard  sides of triangles that are creases however they turn, 3 * triangle + corner; empty: none
+  explicit NormalFans(const Mesh& low, const TwoSided& sides, double least_turn = -1,
+                      const std::vector<bool>& hard = {});
 
   /// Joins normals over seams where they part by less at both ends.
   /// \param of_seams, of_creases  cosines: of UV seams, and of creases that are none
@@ -75,7 +77,8 @@ class NormalFans {
   }
   void find_seams(std::size_t vertices);
   std::size_t part_sides(const TwoSided& sides, std::size_t vertices);
-  void join_over_edges(const Mesh& low, std::size_t vertices, double least_turn);
+  void join_over_edges(const Mesh& low, std::size_t vertices, double least_turn,
+                       const std::vector<bool>& hard);
 
   DisjointSets sets_;
   std::vector<Triangle> welded_;

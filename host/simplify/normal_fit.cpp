@@ -6,6 +6,7 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <span>
 #include <string>
 #include <utility>
 
@@ -17,6 +18,8 @@
 #include "mesh/surface_distance.h"
 #include "mesh/triangle_spread.h"
 #include "mesh/vector.h"
+#include "mesh/vertex_lists.h"
+#include "mesh/weld.h"
 #include "simplify/normal_fans.h"
 
 namespace kiln {
@@ -27,6 +30,7 @@ namespace {
 constexpr std::size_t kNormalSamplesOfFace = 16, kLeastNormalSamples = std::size_t{1} << 15,
                       kRough = 4;
 constexpr std::size_t kGrainOfSamples = 1024;
+constexpr std::uint32_t kNoSide = 0xFFFFFFFFU;
 constexpr double kEndless = std::numeric_limits<double>::infinity();
 /// More than double precision loses of squared distances, as a share.
 constexpr double kNormalRounding = 1e-9;
@@ -44,8 +48,12 @@ constexpr double kLeastTowardsFaces = 0.001, kMostTowardsFaces = 0.6;
 /// The mean square of what normals leave at which half of that is due: that of 1.6 degrees.
 constexpr double kRoughness = 0.0008;
 
-/// By how much normals part at creases, degrees: less is not worth vertices.
-constexpr double kCreaseParts = 45;
+/// By how much normals part at creases, degrees: less is not worth vertices. Along hard edges of the high poly that is
+/// known to be no chance of few faces.
+constexpr double kCreaseParts = 45, kHardParts = 30;
+/// A hard edge of the high poly lies along one of the low poly's no farther from it than this share of its length. That
+/// one is hard where so much of its length has some along it.
+constexpr double kMostBeside = 0.25, kLeastAlong = 0.5;
 
 double cosine_of(double degrees) { return std::cos(degrees * std::numbers::pi / 180); }
 
@@ -81,6 +89,90 @@ NormalFit::NormalFit(const Mesh& high)
                 "fit_normals: mesh '" + high.name +
                     "' has no triangle of positive area; check the file it is from");
   }
+}
+
+void NormalFit::find_hard_edges() {
+  if (high_.normal_triangles.size() != high_.triangles.size()) return;
+  const std::vector<std::uint32_t> first = weld_vertices(positions_);
+  std::vector<Triangle> welded = high_.triangles;
+  for (Triangle& t : welded) {
+    for (std::uint32_t& v : t) v = first[v];
+  }
+  const auto normal = [&](std::uint32_t triangle, std::uint32_t vertex) {
+    const Triangle& t = welded[triangle];
+    const std::size_t k = t[0] == vertex ? 0 : t[1] == vertex ? 1 : 2;
+    return Vec3d(high_.normals[high_.normal_triangles[triangle][k]]);
+  };
+  const double most = cosine_of(kHardParts);
+  const auto parts = [&](const Vec3d& a, const Vec3d& b) {
+    return dot(a, b) < most * length(a) * length(b);
+  };
+  SideLists(welded, positions_.size())
+      .each_edge([&](std::uint32_t a, std::span<const SideLists::Item> sides) {
+        const std::uint32_t b = SideLists::higher(sides[0]);
+        if (sides.size() != 2 || a == b) return;
+        const std::uint32_t one = sides[0].index / 3, other = sides[1].index / 3;
+        if (!parts(normal(one, a), normal(other, a)) || !parts(normal(one, b), normal(other, b)))
+          return;
+        const Vec3d from(positions_[a]), to(positions_[b]);
+        if (!is_finite(positions_[a]) || !is_finite(positions_[b])) return;
+        hard_edges_.push_back({to_float((from + to) * 0.5), length(to - from)});
+      });
+}
+
+/// Sides of a low poly's triangles along the high poly's hard edges, 3 * triangle + corner. Empty where there are none.
+std::vector<bool> NormalFit::along_hard_edges(const std::vector<Vec3>& positions,
+                                              const std::vector<Triangle>& triangles) const {
+  if (hard_edges_.empty()) return {};
+  std::vector<Triangle> finite;
+  std::vector<std::uint32_t> source;
+  for (std::uint32_t t = 0; t < triangles.size(); ++t) {
+    const Triangle& c = triangles[t];
+    if (!is_finite(positions[c[0]]) || !is_finite(positions[c[1]]) || !is_finite(positions[c[2]]))
+      continue;
+    finite.push_back(c);
+    source.push_back(t);
+  }
+  if (finite.empty()) return {};
+  const SurfaceDistance surface(positions, finite);
+  std::vector<std::uint32_t> side_of(hard_edges_.size(), kNoSide);
+  parallel_for(hard_edges_.size(), kGrainOfSamples, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) {
+      const Vec3d at(hard_edges_[i].middle);
+      const std::uint32_t t = source[surface.nearest(hard_edges_[i].middle)];
+      double least = kMostBeside;
+      for (std::size_t k = 0; k < 3; ++k) {
+        const Vec3d from(positions[triangles[t][k]]);
+        const Vec3d along = Vec3d(positions[triangles[t][(k + 1) % 3]]) - from;
+        const double size = length(along);
+        if (!(size > 0)) continue;
+        const double share = std::clamp(dot(at - from, along) / (size * size), 0.0, 1.0);
+        const double beside = length(at - from - along * share) / size;
+        if (beside >= least) continue;
+        least = beside;
+        side_of[i] = static_cast<std::uint32_t>(3 * t + k);
+      }
+    }
+  });
+  std::vector<double> along(3 * triangles.size(), 0.0);
+  for (std::size_t i = 0; i < side_of.size(); ++i) {
+    if (side_of[i] != kNoSide) along[side_of[i]] += hard_edges_[i].length;
+  }
+  const std::vector<std::uint32_t> first = weld_vertices(positions);
+  std::vector<Triangle> welded = triangles;
+  for (Triangle& t : welded) {
+    for (std::uint32_t& v : t) v = first[v];
+  }
+  std::vector<bool> result(along.size());
+  SideLists(welded, positions.size())
+      .each_edge([&](std::uint32_t a, std::span<const SideLists::Item> sides) {
+        double sum = 0;
+        for (const SideLists::Item& side : sides) sum += along[side.index];
+        const Vec3d edge = Vec3d(positions[SideLists::higher(sides[0])]) - Vec3d(positions[a]);
+        if (!(sum > 0) || sum < kLeastAlong * length(edge)) return;
+        for (const SideLists::Item& side : sides) result[side.index] = true;
+      });
+  return result;
 }
 
 /// The high poly's normal on a triangle, as it is interpolated: not of unit length.
@@ -322,14 +414,17 @@ void NormalFit::fit(Mesh& low, const TwoSided& sides, const std::vector<Place>& 
   const std::vector<Vec3> positions = frame_.to_frame(low);
   const double sample_area = area_until_.back() / static_cast<double>(found.size());
   Solver solver(found, sample_area, positions, low.triangles, purpose, tolerance);
-  // A map undoes what normals turn too far: there a crease is not worth a seam's vertices.
+  // A map undoes what normals turn too far: there a crease is not worth a seam's vertices, but for the high poly's own,
+  // which normals that are smooth over them leave as a step within each texel.
   const bool shaded = purpose == NormalPurpose::shading || low.uv_triangles.empty();
   const bool creased = shaded && options.crease_degrees < 180;
-  NormalFans fans(low, sides, creased ? cosine_of(options.crease_degrees) : -1);
+  const std::vector<bool> hard = along_hard_edges(positions, low.triangles);
+  NormalFans fans(low, sides, creased ? cosine_of(options.crease_degrees) : -1, hard);
   std::vector<std::uint32_t> slots = fans.slots();
   Normals normals = solver.solve(slots, fans.count());
   solver.find_roughness(normals, slots);
-  fans.soften(normals, slots, cosine_of(options.hard_degrees), cosine_of(kCreaseParts));
+  fans.soften(normals, slots, cosine_of(options.hard_degrees),
+              cosine_of(hard.empty() ? kCreaseParts : kHardParts));
   slots = fans.slots();
   normals = solver.solve(slots, fans.count());
   low.normals.resize(fans.count());

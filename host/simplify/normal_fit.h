@@ -20,6 +20,8 @@ class NormalFit {
   explicit NormalFit(const Mesh& high);
 
   class Samples;
+  /// Looks for the high poly's hard edges: low polys then have hard edges along them, for shading and under maps.
+  void find_hard_edges();
   /// Gives a low poly normals. Deterministic on any number of threads.
   /// \param last  samples of the low poly before, which are taken where only UVs differ, and then of this one; may be
   /// null
@@ -30,6 +32,11 @@ class NormalFit {
 
  private:
   struct Place;
+  /// An edge where normals part.
+  struct HardEdge {
+    Vec3 middle;
+    double length = 0;
+  };
   class Solver;
   std::vector<Place> places(std::size_t count, const Mesh& low, const TwoSided& sides) const;
   void fit(Mesh& low, const TwoSided& sides, const std::vector<Place>& found, NormalPurpose purpose,
@@ -37,13 +44,16 @@ class NormalFit {
   bool normal_at(std::size_t triangle, const std::array<double, 3>& share, const Vec3d& face,
                  Vec3d& normal) const;
 
+  std::vector<bool> along_hard_edges(const std::vector<Vec3>& positions,
+                                     const std::vector<Triangle>& triangles) const;
   const std::vector<Place>& taken(const Mesh& low, const TwoSided& sides, Samples& last) const;
 
   const Mesh& high_;
   Frame frame_;
   std::vector<Vec3> positions_;
-  CornerNormals smooth_;            ///< Normals of a small mesh that has none; else empty
-  std::vector<double> area_until_;  ///< Doubled, of all triangles up to each
+  CornerNormals smooth_;              ///< Normals of a small mesh that has none; else empty
+  std::vector<HardEdge> hard_edges_;  ///< Of the high poly; empty: none, or not looked for
+  std::vector<double> area_until_;    ///< Doubled, of all triangles up to each
 };
 
 /// Places of high-poly samples on a low poly.

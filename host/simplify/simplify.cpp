@@ -124,7 +124,10 @@ struct SimplifyLevels::Impl {
   }
 
   const NormalFit& normals() {
-    if (!fit) fit.emplace(high);
+    if (!fit) {
+      fit.emplace(high);
+      fit->find_hard_edges();
+    }
     return *fit;
   }
 

@@ -51,7 +51,7 @@ class SimplifyLevels {
   /// those for a map.
   std::array<Mesh, 2> rough_meshes(std::size_t level) const;
 
-  /// As kiln::fit_normals(), of any low poly, such as a level with UVs.
+  /// As kiln::fit_normals(), of any low poly, such as a level with UVs; hard where levels are.
   void fit_normals(Mesh& low) const;
 
   /// True if mesh() has flaws that solve() may mend.

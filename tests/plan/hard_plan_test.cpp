@@ -8,8 +8,10 @@
 #include "hard_scenes.h"
 #include "kiln/kiln.h"
 #include "kiln/measure.h"
+#include "kiln/normals.h"
 #include "kiln/plan.h"
 #include "measure/normal_probe.h"
+#include "simplify/prism_tube.h"
 #include "support/environment.h"
 
 namespace kiln {
@@ -25,6 +27,20 @@ TEST(LowPolyPlan, RatherTakesAFinerMeshThanFoldedTriangles) {
   const LowPolyPlan plan = plan_low_poly(Source(*test::device(), high), high, options);
   EXPECT_TRUE(plan.reached);
   EXPECT_EQ(plan.simplified.folded + plan.simplified.without_area + plan.simplified.holes, 0U);
+}
+
+/// Each side of a prism is a plane: its own normals show it as it is. Normals that are smooth over its edges are some 10
+/// degrees off, and take a large map.
+TEST(LowPolyPlan, HardEdgesNeedNoMap) {
+  KILN_REQUIRE_DEVICE();
+  Mesh high = test::prism_tube(9);
+  ASSERT_EQ(shade_high(high, {.rule = ShadingRule::angle, .angle_degrees = 30}).hard_parts, 1U);
+  LowPolyPlanOptions options;
+  options.max_error = 2;
+  const LowPolyPlan plan = plan_low_poly(Source(*test::device(), high), high, options);
+  EXPECT_TRUE(plan.reached);
+  EXPECT_EQ(plan.chosen.size, 0U);
+  EXPECT_LE(plan.chosen.faces, 40U);
 }
 
 /// A wavy sheet of two sides. The coarsest mesh, two triangles back to back, is half of it, with about the right normals.

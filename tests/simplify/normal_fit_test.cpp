@@ -19,6 +19,8 @@
 #include "mesh/normals.h"
 #include "mesh/vector.h"
 #include "simplify/grid_cube.h"
+#include "simplify/prism_tube.h"
+#include "simplify/simplify_levels.h"
 #include "support/shapes.h"
 
 namespace kiln {
@@ -286,6 +288,25 @@ TEST(NormalFit, CreasesInsideChartsAreHardForShading) {
   const FitNormalsOptions mapped{.crease_degrees = kShadingCreaseDegrees,
                                  .purpose = NormalPurpose::map};
   EXPECT_EQ(fit_normals(low, high, mapped).normals, fit_normals(low, high).normals);
+}
+
+/// The sides of a prism turn by less than creases do of a high poly whose normals do not tell. Its own normals are known
+/// to a formula, and a low poly's are theirs, with a map and without.
+TEST(NormalFit, LevelsAreHardWhereTheHighPolyIs) {
+  const Mesh prism = test::prism_tube(9);
+  const Mesh high = flat_shaded(prism);
+  const std::vector<std::uint32_t> faces = {60};
+  const SimplifyLevels levels(high, faces, LevelRule::shape);
+  EXPECT_LT(off(levels.mesh(0), high), 0.5);
+  Mesh mapped = unwrap(levels.mesh(0));
+  levels.fit_normals(mapped);
+  EXPECT_LT(off(mapped, high), 0.5);
+  for (const Mesh& rough : levels.rough_meshes(0)) EXPECT_LT(off(rough, high), 0.5);
+  // Not where it is smooth: each place has one normal.
+  Mesh smooth = fit_normals(prism, prism, {.purpose = NormalPurpose::shading});
+  const SimplifyLevels round(smooth, faces, LevelRule::shape);
+  const Mesh level = round.mesh(0);
+  EXPECT_EQ(split_vertices(level), level.positions.size());
 }
 
 TEST(NormalFit, SmoothShapesHaveNoCreases) {
