@@ -53,25 +53,30 @@ TEST(AssetCommand, OcclusionIsSmoothedWhereNothingIsSaid) {
     std::vector<std::string> line = {"bake",
                                      scene / "high.obj",
                                      scene / "low.obj",
-                                     "--size=32",
-                                     "--maps=normal,ao",
+                                     "--maps=ao",
                                      "--out=" + (scene / out).string(),
                                      "--json=" + (scene / "report.json").string()};
+    if (std::any_of(flags.begin(), flags.end(), [](const std::string& f) { return f.starts_with("--maps"); })) {
+      std::erase(line, "--maps=ao");
+    }
     line.insert(line.end(), flags.begin(), flags.end());
     expect_exit(call_kiln(line), 0, {});
     return test::read_json(scene / "report.json")["options"]["ao_error"];
   };
-  EXPECT_EQ(bake("plain/low.glb", {}), 1);
-  EXPECT_EQ(bake("said/low.glb", {"--ao-error=1"}), 1);
+  EXPECT_EQ(bake("plain/low.glb", {"--size=1024"}), 1);
+  EXPECT_EQ(bake("said/low.glb", {"--size=1024", "--ao-error=1"}), 1);
   const auto bytes = [&](const char* folder) {
     std::ifstream file(scene / folder / "low.glb", std::ios::binary);
     return std::string(std::istreambuf_iterator<char>(file), {});
   };
   EXPECT_EQ(bytes("plain"), bytes("said"));
-  EXPECT_NE(bake("rays/low.glb", {"--ao-rays=64"}), 1);
-  EXPECT_NE(bake("views/low.glb", {"--ao-by=views"}), 1);
-  EXPECT_NE(bake("bound/low.glb", {"--max-error=normal=90,ao=1"}), 1);
-  EXPECT_NE(bake("loose/", {}), 1);
+  EXPECT_NE(bake("rays/low.glb", {"--size=1024", "--ao-rays=4"}), 1);
+  EXPECT_NE(bake("views/low.glb", {"--size=1024", "--ao-by=views"}), 1);
+  EXPECT_NE(bake("bound/low.glb", {"--size=1024", "--maps=normal,ao", "--max-error=normal=90,ao=1"}),
+            1);
+  EXPECT_NE(bake("loose/", {"--size=1024", "--ao-rays=4"}), 1);
+  // Below 1024 x 1024 texels plain rays are as fast, and never further from the truth.
+  EXPECT_NE(bake("small/low.glb", {"--size=1024x1023"}), 1);
 }
 
 /// glTF's default material is metal; a mesh that has none says nothing of metal.

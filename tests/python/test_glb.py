@@ -90,10 +90,12 @@ def test_repairs_are_of_the_names_of_to_glb():
 
 def test_occlusion_of_a_glb_is_smoothed_where_nothing_is_said():
     mesh = kiln.Mesh(*ball(12))
-    smooth = kiln.to_glb(mesh, faces_target=300, texture_size=64, maps="ao")
-    said = kiln.to_glb(mesh, faces_target=300, texture_size=64, maps="ao", ao_error=1)
+    smooth = kiln.to_glb(mesh, faces_target=300, texture_size=1024, maps="ao")
+    said = kiln.to_glb(mesh, faces_target=300, texture_size=1024, maps="ao", ao_error=1)
+    small = kiln.to_glb(mesh, faces_target=300, texture_size=64, maps="ao")
     plain = kiln.to_glb(mesh, faces_target=300, texture_size=64, maps="ao", ao_rays=64)
     assert smooth.data == said.data
+    assert small.data == plain.data  # below 1024 x 1024 texels plain rays are as fast
     np.testing.assert_array_equal(kiln.bake(mesh, plain.mesh, size=64, maps="ao")["ao"], plain.bake["ao"])
 
 

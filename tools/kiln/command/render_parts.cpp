@@ -74,7 +74,7 @@ void check_bake(const RenderArguments& arguments) {
   const auto& given = arguments.bake.given;
   refuse_if(given.contains("--tangents") && !bakes(arguments) && arguments.normal.empty(),
             "--tangents is for a normal map: add --normal MAP.");
-  if (arguments.draw_cage && !arguments.reference.empty()) check(baking(arguments));
+  if (arguments.draw_cage && !arguments.reference.empty()) check_settled(baking(arguments));
   if (!bakes(arguments)) return;
   if (arguments.reference.empty() || !arguments.normal.empty()) {
     const auto flag = std::find_if(given.begin(), given.end(), [](const std::string& name) {
@@ -86,7 +86,7 @@ void check_bake(const RenderArguments& arguments) {
                "--normal out." +
                (cage ? " --draw-cage draws a cage, and bakes nothing." : ""));
   }
-  check(baking(arguments));
+  check_settled(baking(arguments));
 }
 
 Image bake_map(const RenderArguments& arguments, const Device& device, const HighPolyInput& dense,
