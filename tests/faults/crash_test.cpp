@@ -151,6 +151,11 @@ TEST_F(Crashes, OfMapsOfTheUsersAreTold) {
         // Over what the C library and the kernel know of the thread, above its stack.
         begin + "volatile float a[8]; for (int i = 0; i < 100000; ++i) a[i] = i; return "
                 "(float4)(a[p->position.x > 5 ? 1 : 0]); }",
+  // SIGFPE, on processors that trap.
+#ifdef __x86_64__
+        begin + "volatile int x = 7, y = p->position.x > 1e20f; return (float4)(x / y); }",
+#endif
+        begin + "__builtin_debugtrap(); return (float4)(0); }",  // SIGTRAP
         terms + "); }"}) {
     EXPECT_NE(run(body).errors.find("made the driver crash"), std::string::npos);
   }

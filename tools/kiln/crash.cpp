@@ -39,7 +39,7 @@ int tries_before = 0;
 bool may_retry = false;
 std::atomic<pid_t> handling{0};  // the thread whose crash is handled
 static_assert(std::atomic<pid_t>::is_always_lock_free);
-constexpr std::array kSignals = {SIGSEGV, SIGBUS, SIGABRT, SIGILL};
+constexpr std::array kSignals = {SIGSEGV, SIGBUS, SIGABRT, SIGILL, SIGFPE, SIGTRAP};
 std::array<bool, kSignals.size()> handled{};
 
 void say(const char* text) {
@@ -108,7 +108,8 @@ bool find_linker() {
   say("kiln: The map ");
   say(name);
   say(" made the driver crash, or its compiler: recursion, arrays larger than its threads' stack, "
-      "places beyond an array, or expressions of too many terms. Mend its function.\n");
+      "places beyond an array, division of integers by 0, or expressions of too many terms. Mend "
+      "its function.\n");
   _exit(static_cast<int>(ErrorCode::input));
 }
 

@@ -273,6 +273,23 @@ TEST_F(OutputSetTest, AFileAloneFinishesItFirst) {
   EXPECT_EQ(names(folder_), std::set<std::string>{"a"});
 }
 
+// A folder that several users write to: what another user left there decides nothing.
+TEST_F(OutputSetTest, WhatAnotherUserLeftIsNotActedOn) {
+  const auto leave = [&](const std::string& name, const std::string& text) {
+    std::ofstream(folder_ / name) << text;
+    return lchown((folder_ / name).c_str(), 54321, 54321) == 0;
+  };
+  std::ofstream(folder_ / "a") << "mine";
+  const std::string journal = std::string(".kiln-1-1.tmp") + '\0' + "a" + '\0' + '\0';
+  if (!leave(".kiln-1-4.journal", journal)) GTEST_SKIP() << "needs root";
+  ASSERT_TRUE(leave(".kiln-1-1.tmp", "theirs"));
+  ASSERT_TRUE(leave(".kiln-1-3.old", "old"));
+  const std::set<std::string> before = names(folder_);
+  prepare_output_folder(folder_);
+  EXPECT_EQ(contents(folder_ / "a"), "mine");
+  EXPECT_EQ(names(folder_), before);
+}
+
 // A child replaces eight files again and again, each time by its next number, and is killed at any moment.
 TEST_F(OutputSetTest, AfterAKillAllFilesAreOfOneRun) {
   constexpr int kFiles = 8;
