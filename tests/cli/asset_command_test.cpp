@@ -56,7 +56,8 @@ TEST(AssetCommand, OcclusionIsSmoothedWhereNothingIsSaid) {
                                      "--maps=ao",
                                      "--out=" + (scene / out).string(),
                                      "--json=" + (scene / "report.json").string()};
-    if (std::any_of(flags.begin(), flags.end(), [](const std::string& f) { return f.starts_with("--maps"); })) {
+    if (std::any_of(flags.begin(), flags.end(),
+                    [](const std::string& f) { return f.starts_with("--maps"); })) {
       std::erase(line, "--maps=ao");
     }
     line.insert(line.end(), flags.begin(), flags.end());
@@ -72,8 +73,8 @@ TEST(AssetCommand, OcclusionIsSmoothedWhereNothingIsSaid) {
   EXPECT_EQ(bytes("plain"), bytes("said"));
   EXPECT_NE(bake("rays/low.glb", {"--size=1024", "--ao-rays=4"}), 1);
   EXPECT_NE(bake("views/low.glb", {"--size=1024", "--ao-by=views"}), 1);
-  EXPECT_NE(bake("bound/low.glb", {"--size=1024", "--maps=normal,ao", "--max-error=normal=90,ao=1"}),
-            1);
+  EXPECT_NE(
+      bake("bound/low.glb", {"--size=1024", "--maps=normal,ao", "--max-error=normal=90,ao=1"}), 1);
   EXPECT_NE(bake("loose/", {"--size=1024", "--ao-rays=4"}), 1);
   // Below 1024 x 1024 texels plain rays are as fast, and never further from the truth.
   EXPECT_NE(bake("small/low.glb", {"--size=1024x1023"}), 1);

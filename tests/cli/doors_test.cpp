@@ -74,13 +74,7 @@ const DoorCase kCases[] = {
     {"Auto",
      "",
      {{"high", {"high.obj"}}, {"low", {"low.obj"}}, {"match", {"auto"}}, {"max_angle", {"8"}}}},
-    {"Parts",
-     "",
-     {{"high", {"high.obj"}},
-      {"low", {"low.obj"}},
-      {"high", {"high.obj"}},
-      {"match_by", {"object"}}},
-     3},
+    {"Parts", "", {{"high", {"high.obj"}}, {"low", {"low.obj"}}, {"match_by", {"object"}}}, 3},
     {"Occluders",
      "",
      {{"high", {"high.obj"}},
@@ -145,7 +139,8 @@ fs::path make_doors_scene() {
   for (Vec3& p : cage.positions) p = {p.x * 1.2F, p.y * 1.2F, p.z * 1.2F};
   save_obj(cage, folder / "cage.obj");
   save_two_balls(folder / "two.glb");
-  std::ofstream(folder / "steep.cl") << "return (float4)(p->normal.z * 0.5f + 0.5f, 0, 0, 0);\n";
+  std::ofstream(folder / "steep.cl") << "float4 kiln_map(const kiln_point* p) {\n  return "
+                                        "(float4)(p->normal.z * 0.5f + 0.5f, 0, 0, 0);\n}\n";
   Image hills;
   hills.width = hills.height = 16;
   hills.channels = 1;

@@ -132,8 +132,7 @@ TEST(Friction, MapsByTheirNamesAreAnsweredAsMaps) {
 /// A path that names nothing would leave its flag to all maps and matches in silence.
 TEST(Friction, OptionsOfMapsAndMatchesAreThere) {
   // BakeOptions has these, too; other flags fill them.
-  std::string members =
-      " options.match.parts options.match.cage_mesh options.color options.opacity";
+  std::string members = " bake.match.parts bake.match.cage_mesh bake.color bake.opacity";
   const ProcessResult help = call_kiln({"bake", "--help-json"});
   for (const nlohmann::json& row : nlohmann::json::parse(help.output)) {
     members += " " + row.at("member").get<std::string>();
@@ -141,7 +140,7 @@ TEST(Friction, OptionsOfMapsAndMatchesAreThere) {
   const auto check = [&](std::string_view name, std::string_view options) {
     std::istringstream paths{std::string(options)};
     for (std::string path; paths >> path;) {
-      EXPECT_TRUE(std::regex_search(members, std::regex(" options\\." + path + "\\b")))
+      EXPECT_TRUE(std::regex_search(members, std::regex(" bake\\." + path + "\\b")))
           << name << ": " << path;
     }
   };
@@ -240,7 +239,7 @@ TEST(Friction, ListsOptionsForPrograms) {
     return rows.at(
         static_cast<std::size_t>(std::find(names.begin(), names.end(), name) - names.begin()));
   };
-  EXPECT_EQ(row("samples")["member"], "options.samples");
+  EXPECT_EQ(row("samples")["member"], "bake.samples");
   EXPECT_EQ(row("samples")["range"], nlohmann::json::array({1, 16}));
   EXPECT_EQ(row("samples")["default"], BakeOptions().samples);
   EXPECT_EQ(row("gutter")["unit"], "texels");

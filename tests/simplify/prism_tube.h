@@ -22,8 +22,8 @@ inline Mesh prism_tube(std::uint32_t sides) {
     for (std::uint32_t i = 0; i < around; ++i) {
       const Vec2 a = corner(i / kColumns), b = corner(i / kColumns + 1);
       const float share = static_cast<float>(i % kColumns) / kColumns;
-      tube.positions.push_back({a.x + (b.x - a.x) * share, a.y + (b.y - a.y) * share,
-                                static_cast<float>(row) / kRows});
+      tube.positions.push_back(
+          {a.x + (b.x - a.x) * share, a.y + (b.y - a.y) * share, static_cast<float>(row) / kRows});
       if (row == kRows) continue;
       const std::uint32_t at = row * around + i, next = row * around + (i + 1) % around;
       tube.triangles.push_back({at, next, next + around});
