@@ -140,6 +140,8 @@ const void* kiln_job_glb(const kiln_job_result* result, size_t* size) {
   return result->result.glb.data();
 }
 
+void kiln_job_image_init(kiln_job_image* image) { kiln::begin(image); }
+
 kiln_status kiln_job_map(const kiln_job_result* result, size_t index, kiln_job_image* image) {
   return guarded([&] {
     check_given(result, "result");
@@ -151,9 +153,9 @@ kiln_status kiln_job_map(const kiln_job_result* result, size_t index, kiln_job_i
                         "index");
     }
     const kiln::JobMap& map = result->result.maps[index];
-    *image = {map.name.c_str(),           map.set.c_str(),      map.tile.c_str(),
-              map.map.image.width,        map.map.image.height, map.map.image.channels,
-              map.map.image.pixels.data()};
+    const kiln::Image& pixels = map.map.image;
+    kiln::give(image, {sizeof *image, map.name.c_str(), map.set.c_str(), map.tile.c_str(),
+                       pixels.width, pixels.height, pixels.channels, pixels.pixels.data()});
   });
 }
 

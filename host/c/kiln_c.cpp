@@ -89,25 +89,6 @@ Options given(const Options* options, void (*init)(Options*)) {
   return all;
 }
 
-/// Fills a caller's struct as far as it knows it.
-template <typename Out>
-void give(Out* out, Out values) {
-  if (out->size < sizeof(std::size_t)) {
-    throw Error(ErrorCode::usage, "A struct's size is not set: call its kiln_..._init().",
-                "struct-size");
-  }
-  values.size = out->size;
-  std::memcpy(out, &values, std::min(out->size, sizeof values));
-}
-
-/// Sets a struct to zeros and its size. Null: whatever takes the struct says so.
-template <typename Struct>
-void begin(Struct* values) {
-  if (values == nullptr) return;
-  std::memset(values, 0, sizeof *values);
-  values->size = sizeof *values;
-}
-
 Progress progress_of(kiln_progress callback, void* user) {
   if (callback == nullptr) return {};
   return [=](double done, std::string_view stage) {

@@ -1,6 +1,8 @@
 // Objects of the C interface that several files know, and how what they throw becomes a status.
 #pragma once
 
+#include <algorithm>
+#include <cstring>
 #include <exception>
 #include <filesystem>
 #include <new>
@@ -61,6 +63,25 @@ inline void check_given(const void* pointer, const char* parameter) {
 
 inline void check_cancelled(bool cancelled) {
   if (cancelled) throw Error(ErrorCode::cancelled, "Cancelled by the callback.");
+}
+
+/// Fills a caller's struct as far as it knows it.
+template <typename Out>
+void give(Out* out, Out values) {
+  if (out->size < sizeof(std::size_t)) {
+    throw Error(ErrorCode::usage, "A struct's size is not set: call its kiln_..._init().",
+                "struct-size");
+  }
+  values.size = out->size;
+  std::memcpy(out, &values, std::min(out->size, sizeof values));
+}
+
+/// Sets a struct to zeros and its size. Null: whatever takes the struct says so.
+template <typename Struct>
+void begin(Struct* values) {
+  if (values == nullptr) return;
+  std::memset(values, 0, sizeof *values);
+  values->size = sizeof *values;
 }
 
 }  // namespace kiln

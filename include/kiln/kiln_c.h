@@ -252,6 +252,7 @@ typedef struct kiln_job_result kiln_job_result;
 
 /// A map of a job in memory, good as long as the result.
 typedef struct kiln_job_image {
+  size_t size;        ///< sizeof this struct
   const char* name;   ///< "normal"
   const char* set;    ///< The texture set; empty: there is but one
   const char* tile;   ///< The UDIM tile; empty: none
@@ -295,7 +296,9 @@ KILN_C_API const char* kiln_job_failure(const kiln_job_result* result);
 KILN_C_API const char* kiln_job_report(const kiln_job_result* result);
 /// The GLB of a job in memory; null: it made none. \param size  out: bytes; may be null
 KILN_C_API const void* kiln_job_glb(const kiln_job_result* result, size_t* size);
-/// A map of a job in memory without a GLB. \param image  out
+/// Sets the size, and all else to 0.
+KILN_C_API void kiln_job_image_init(kiln_job_image* image);
+/// A map of a job in memory without a GLB. \param image  in: its size; out: all else
 KILN_C_API kiln_status kiln_job_map(const kiln_job_result* result, size_t index,
                                     kiln_job_image* image);
 /// A copy of the low poly. \param low  out

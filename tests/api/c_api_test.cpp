@@ -92,6 +92,11 @@ std::string interface_as_it_is() {
   FIELD(kiln_report, max_distance), FIELD(kiln_report, mean_abs_distance),
       FIELD(kiln_report, warnings);
   text << "\n";
+  BEGIN(kiln_job_image);
+  FIELD(kiln_job_image, size), FIELD(kiln_job_image, name), FIELD(kiln_job_image, set);
+  FIELD(kiln_job_image, tile), FIELD(kiln_job_image, width), FIELD(kiln_job_image, height);
+  FIELD(kiln_job_image, channels), FIELD(kiln_job_image, pixels);
+  text << "\n";
 #undef BEGIN
 #undef FIELD
   const std::string header = text_of(test_data("../../include/kiln/kiln_c.h"));

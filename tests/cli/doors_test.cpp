@@ -392,5 +392,62 @@ TEST(Job, IsTheSameAfterJson) {
   }
 }
 
+TEST(Job, CTakesNullAndSaysWhatIsWrong) {
+  EXPECT_EQ(kiln_job_new(nullptr), KILN_USAGE);
+  EXPECT_EQ(kiln_job_set(nullptr, "faces", "1"), KILN_USAGE);
+  EXPECT_EQ(kiln_job_run(nullptr, nullptr, nullptr, nullptr, nullptr), KILN_USAGE);
+  kiln_job* job = nullptr;
+  ASSERT_EQ(kiln_job_new(&job), KILN_OK);
+  EXPECT_EQ(kiln_job_set(job, nullptr, "1"), KILN_USAGE);
+  EXPECT_EQ(kiln_job_set(job, "faces", nullptr), KILN_USAGE);
+  EXPECT_EQ(kiln_job_add(job, nullptr, "1"), KILN_USAGE);
+  EXPECT_EQ(kiln_job_set_json(job, "{"), KILN_USAGE);
+  EXPECT_EQ(kiln_job_set_high(job, nullptr, nullptr), KILN_USAGE);
+  EXPECT_EQ(kiln_job_set(job, "facets", "1"), KILN_USAGE);
+  EXPECT_NE(std::string(kiln_error_message()).find("faces"), std::string::npos);
+  kiln_job_result* result = nullptr;
+  EXPECT_EQ(kiln_job_run(job, nullptr, nullptr, nullptr, &result), KILN_USAGE);  // no high poly
+  EXPECT_EQ(result, nullptr);
+  kiln_job_free(job);
+  kiln_job_free(nullptr);
+  kiln_job_result_free(nullptr);
+  size_t size = 7;
+  EXPECT_EQ(kiln_job_glb(nullptr, &size), nullptr);
+  EXPECT_EQ(kiln_job_file(nullptr, 0), nullptr);
+  EXPECT_EQ(kiln_job_map(nullptr, 0, nullptr), KILN_USAGE);
+  EXPECT_EQ(kiln_job_low(nullptr, nullptr), KILN_USAGE);
+}
+
+TEST(Job, CKeepsResultsInMemory) {
+  KILN_REQUIRE_DEVICE();
+  const fs::path scene = make_doors_scene();
+  kiln_mesh *high = nullptr, *low = nullptr, *made = nullptr;
+  ASSERT_EQ(kiln_mesh_load((scene / "high.obj").string().c_str(), &high), KILN_OK);
+  ASSERT_EQ(kiln_mesh_load((scene / "low.obj").string().c_str(), &low), KILN_OK);
+  kiln_job* job = nullptr;
+  ASSERT_EQ(kiln_job_new(&job), KILN_OK);
+  ASSERT_EQ(kiln_job_set_high(job, high, nullptr), KILN_OK);
+  ASSERT_EQ(kiln_job_set_low(job, low, nullptr), KILN_OK);
+  ASSERT_EQ(kiln_job_set_in_memory(job, 1), KILN_OK);
+  ASSERT_EQ(kiln_job_set(job, "size", "32x16"), KILN_OK);
+  kiln_job_result* result = nullptr;
+  ASSERT_EQ(kiln_job_run(job, nullptr, nullptr, nullptr, &result), KILN_OK) << kiln_error_message();
+  kiln_job_image image;
+  kiln_job_image_init(&image);
+  ASSERT_EQ(kiln_job_map(result, 0, &image), KILN_OK);
+  EXPECT_EQ(std::string(image.name), "normal");
+  EXPECT_EQ(image.width, 32U);
+  EXPECT_EQ(image.height, 16U);
+  EXPECT_EQ(image.channels, 3U);
+  EXPECT_EQ(kiln_job_map(result, 1, &image), KILN_USAGE);
+  EXPECT_EQ(kiln_job_file(result, 0), nullptr);
+  ASSERT_EQ(kiln_job_low(result, &made), KILN_OK);
+  kiln_mesh_free(made);
+  kiln_job_result_free(result);
+  kiln_job_free(job);
+  kiln_mesh_free(high);
+  kiln_mesh_free(low);
+}
+
 }  // namespace
 }  // namespace kiln::test
