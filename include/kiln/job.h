@@ -39,7 +39,9 @@ namespace KILN_PUBLIC kiln {
 struct JobInput {
   /// A file: of a mesh, or, as HIGH, an image of heights (PNG, EXR, TIFF).
   JobInput(std::string path) : name(std::move(path)) {}
+  /// The same.
   JobInput(const char* path) : name(path) {}
+  /// The same.
   JobInput(const std::filesystem::path& path) : name(path.string()) {}
   /// A mesh with its materials and hierarchy. \param called  its name in messages, and in names of files
   JobInput(Asset given, std::string called = "mesh")
@@ -72,12 +74,19 @@ struct MakeLow {
 /// The low poly of a job: given, or made from the high poly.
 struct JobLow {
   JobLow() = default;  ///< Made; of a height field: a plane under it
+  /// Made so.
   JobLow(MakeLow how) : make(std::move(how)) {}
+  /// Given.
   JobLow(JobInput input) : given{std::move(input)} {}
+  /// Given as a file.
   JobLow(const char* path) : given{path} {}
+  /// Given as a file.
   JobLow(std::string path) : given{std::move(path)} {}
+  /// Given as a file.
   JobLow(const std::filesystem::path& path) : given{path} {}
+  /// Given in memory.
   JobLow(Mesh mesh) : given{JobInput(std::move(mesh), "low")} {}
+  /// Given, and joined.
   JobLow(std::initializer_list<JobInput> inputs) : given(inputs) {}
 
   std::vector<JobInput> given;  ///< Joined where there are several; none: the low poly is made
@@ -93,8 +102,9 @@ enum class CleanHigh {
 
 /// Size of the maps of one texture set, texels.
 struct SetSize {
-  std::string set;
-  std::uint32_t width = 0, height = 0;
+  std::string set;           ///< Its name
+  std::uint32_t width = 0;   ///< Texels
+  std::uint32_t height = 0;  ///< Texels
 };
 
 /// How files are read that do not say it themselves. As written on the command line: VALUE, high=VALUE or low=VALUE.
@@ -113,7 +123,7 @@ struct MeshFrameArguments {
 /// it as text and JSON.
 struct Job {
   std::vector<JobInput> high = {};  ///< The high poly; several are joined
-  JobLow low = {};
+  JobLow low = {};                  ///< The low poly: given, or how it is made
   /// A folder for the maps, or NAME.glb, NAME.gltf or NAME.obj for low poly and maps in one.
   std::string out = {};
   bool in_memory = false;  ///< Nothing is written: JobResult has what the files would hold
@@ -121,16 +131,19 @@ struct Job {
   /// Sizes, match, maps, occlusion and encoding. `maps` counts where it is not empty; else a folder gets a normal map, and
   /// a file of an asset what the high poly's materials have.
   BakeOptions bake = {};
-  LoadMeshOptions load = {};  ///< Triangulation of polygons
-  MeshFrameArguments frame = {};
-  SaveImageOptions image = {ImageFormat::png16};
-  RayTraversal traversal = RayTraversal::automatic;
-  HeightFieldOptions heights = {};
+  LoadMeshOptions load = {};      ///< Triangulation of polygons
+  MeshFrameArguments frame = {};  ///< Axes, units and normals of files that do not say them
+  SaveImageOptions image = {ImageFormat::png16};     ///< Format of maps
+  RayTraversal traversal = RayTraversal::automatic;  ///< See Source
+  HeightFieldOptions heights = {};                   ///< Where the high poly is an image of heights
 
   bool match_auto =
       false;               ///< The match and the map's size are chosen by error: see bake_planned()
   bool cage_auto = false;  ///< find_cage()
-  std::string cage_mesh = {}, save_cage = {}, save_match = {}, load_match = {};  ///< Files
+  std::string cage_mesh = {};               ///< File of a cage for the low poly
+  std::string save_cage = {};               ///< File to write the found cage to
+  std::string save_match = {};              ///< EXR to write the match to
+  std::string load_match = {};              ///< EXR of a match to bake by
   std::string match_list = {};              ///< File of PartsBy::list
   std::optional<PartsBy> parts_by = {};     ///< None: all of the high poly
   PartNames part_names = {};                ///< But for `by` and `list`
@@ -146,16 +159,17 @@ struct Job {
   std::vector<std::string> ranges = {};     ///< MAP=LOW,HIGH
   std::vector<std::string> packs = {};      ///< NAME=MAP.CHANNEL,...
   double alpha_test = 0;  ///< What is less opaque is cut off the high poly; 0: nothing
-  NormalTextureFormat high_normal_map = NormalTextureFormat::automatic;
-  bool layers = false;  ///< All maps as layers of one EXR
+  NormalTextureFormat high_normal_map =
+      NormalTextureFormat::automatic;  ///< Of the high poly's normal maps
+  bool layers = false;                 ///< All maps as layers of one EXR
 
-  CleanHigh clean = CleanHigh::automatic;
-  bool keep_inner = false;              ///< Inner parts of the high poly are not left out
-  std::optional<SetsBy> sets = {};      ///< Texture sets; none: by what overlaps
-  std::vector<SetSize> set_sizes = {};  ///< Of sets whose maps have other sizes
-  bool unwrap = false;                  ///< A given low poly is laid out anew
-  std::string unwrap_method = {};       ///< charts, pairs, squares; empty: charts
-  TexelDensity density = TexelDensity::area;
+  CleanHigh clean = CleanHigh::automatic;     ///< Repairs
+  bool keep_inner = false;                    ///< Inner parts of the high poly are not left out
+  std::optional<SetsBy> sets = {};            ///< Texture sets; none: by what overlaps
+  std::vector<SetSize> set_sizes = {};        ///< Of sets whose maps have other sizes
+  bool unwrap = false;                        ///< A given low poly is laid out anew
+  std::string unwrap_method = {};             ///< charts, pairs, squares; empty: charts
+  TexelDensity density = TexelDensity::area;  ///< Of charts that Kiln lays out
 
   double max_missed_percent = 100;  ///< The job fails if more samples are missed
   bool force = false;               ///< Files that Kiln did not write may be written over
