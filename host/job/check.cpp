@@ -525,7 +525,7 @@ Job settled(const Job& given) {
             "--low is for more files of a LOW that is given: name the first after HIGH.");
   job.given = options_given(given);
   check_pairs(job);
-  if (job.bake.maps.empty()) job.bake.maps = BakeOptions().maps;
+  job.bake.maps = named_maps(job);
   if (has_heights(job) && !job.given.contains("--match")) {
     job.bake.match.method = first_match("match.uv");
   }

@@ -39,7 +39,7 @@ BakeOptions options_of(const Job& job) {
   for (const std::string& text : job.ranges) {
     options.encoding.ranges.push_back(parse_range(job, text));
   }
-  options.own_maps = load_own_maps(job);
+  for (OwnMap& map : load_own_maps(job)) options.own_maps.push_back(std::move(map));
   for (const std::string& text : job.variants) options.variants.push_back(parse_variant(job, text));
   VisibilityOptions& visibility = options.match.visibility;
   if (visibility.likelihood == ViewLikelihood::list) {
@@ -198,10 +198,17 @@ bool maps_obey(const Job& job, std::string_view option) {
                      [&](MapKind map) { return obeys(find_map(map.name), option); });
 }
 
+std::vector<MapKind> named_maps(const Job& job) {
+  const BakeOptions& bake = job.bake;
+  const bool none = bake.maps.empty() && bake.own_maps.empty() && bake.variants.empty() &&
+                    job.own_maps.empty() && job.variants.empty();
+  return none ? BakeOptions().maps : bake.maps;
+}
+
 MapKind shading_map() { return BakeOptions().maps.front(); }
 
 bool bakes_shading_map(const Job& job) {
-  const std::vector<MapKind>& maps = job.bake.maps;
+  const std::vector<MapKind> maps = named_maps(job);
   return std::find(maps.begin(), maps.end(), shading_map()) != maps.end();
 }
 

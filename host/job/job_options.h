@@ -88,6 +88,8 @@ bool chain_obeys(const Job& job, std::string_view option);
 /// True if a map of --maps obeys an option.
 bool maps_obey(const Job& job, std::string_view option);
 
+/// Job::bake.maps; where it has no maps of any kind, those of a bake that was told none.
+std::vector<MapKind> named_maps(const Job& job);
 /// The map that plans measure, which renderers shade by: that of a bake that was told none.
 MapKind shading_map();
 /// True if --maps has it.

@@ -36,7 +36,7 @@ std::vector<std::string> own_map_names(const Job& arguments) {
 }
 
 std::vector<MapKind> maps_asked(const Job& arguments) {
-  std::vector<MapKind> maps = arguments.bake.maps;
+  std::vector<MapKind> maps = named_maps(arguments);
   for (const TransferArgument& transfer : parse_transfers(arguments)) {
     if (!is_texture_of_map(transfer.name)) continue;
     const MapKind map = find_map(transfer.name).kind;
@@ -60,7 +60,7 @@ MapKind variant_kind(const std::string& word) {
 }
 
 std::vector<MapKind> kinds_asked(const Job& job) {
-  std::vector<MapKind> kinds = job.bake.maps;
+  std::vector<MapKind> kinds = named_maps(job);
   for (const std::string& word : job.variants) kinds.push_back(variant_kind(word));
   return kinds;
 }

@@ -134,7 +134,7 @@ OptionValue maps_value() {
       },
       [](Job& job) {
         Json names = Json::array();
-        for (const MapKind map : job.bake.maps) names.push_back(map.name);
+        for (const MapKind map : named_maps(job)) names.push_back(map.name);
         return names;
       });
   value.words_back = [](const void* of) {

@@ -128,9 +128,9 @@ struct Job {
   std::string out = {};
   bool in_memory = false;  ///< Nothing is written: JobResult has what the files would hold
 
-  /// Sizes, match, maps, occlusion and encoding. `maps` counts where it is not empty; else a folder gets a normal map, and
-  /// a file of an asset what the high poly's materials have.
-  BakeOptions bake = {};
+  /// Sizes, match, maps, occlusion and encoding. Without a map of any kind, a folder gets a normal map, and a file of an
+  /// asset what the high poly's materials have.
+  BakeOptions bake = {.maps = {}};
   LoadMeshOptions load = {};      ///< Triangulation of polygons
   MeshFrameArguments frame = {};  ///< Axes, units and normals of files that do not say them
   SaveImageOptions image = {ImageFormat::png16};     ///< Format of maps

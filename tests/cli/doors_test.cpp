@@ -343,6 +343,55 @@ TEST(Job, OptionsHaveTheNamesOfFlagsAndMembers) {
   }
 }
 
+/// A member that was set is an option that was given, without a word of its flag.
+TEST(Job, MembersCountAsFlagsDo) {
+  KILN_REQUIRE_DEVICE();
+  const fs::path scene = make_doors_scene();
+  Job typed{.high = {(scene / "two.glb").string()},
+            .low = MakeLow{.faces = 300},
+            .out = (scene / "typed" / "game.glb").string()};
+  typed.bake.width = typed.bake.height = 64;
+  typed.bake.maps = {MapKind::normal};
+  typed.clean = CleanHigh::none;
+  typed.image.format = ImageFormat::webp;
+  typed.bake.match.max_distance = Length::share(0.05);
+  by_run(typed);
+  Job named;
+  for (const auto& [name, value] :
+       std::map<std::string, std::string>{{"high", (scene / "two.glb").string()},
+                                          {"faces", "300"},
+                                          {"size", "64"},
+                                          {"maps", "normal"},
+                                          {"clean", "none"},
+                                          {"format", "webp"},
+                                          {"max_distance", "5%"}}) {
+    set_option(named, name, value);
+  }
+  named.out = (scene / "named" / "game.glb").string();
+  by_run(named);
+  EXPECT_EQ(files_in(scene / "typed"), files_in(scene / "named"));
+  const Asset asset = load_asset(scene / "typed" / "game.glb");
+  for (const Material& material : asset.materials) EXPECT_TRUE(material.color_map.empty());
+  // A flag that serves nothing is refused, however it was set.
+  typed.bake.match.views.count = 12;
+  EXPECT_THROW(check(typed), Error);
+}
+
+/// A map of the user's own stands alone where no other is named.
+TEST(Job, OwnMapsBringNoOthers) {
+  KILN_REQUIRE_DEVICE();
+  const fs::path scene = make_doors_scene();
+  Job job{.high = {(scene / "high.obj").string()}, .low = (scene / "low.obj").string()};
+  job.in_memory = true;
+  job.bake.width = job.bake.height = 32;
+  job.own_maps = {"steep=" + (scene / "steep.cl").string()};
+  const JobResult result = run(*device(), job);
+  ASSERT_EQ(result.maps.size(), 1U);
+  EXPECT_EQ(result.maps[0].name, "steep");
+  job.own_maps.clear();
+  EXPECT_EQ(run(*device(), job).maps.at(0).name, "normal");
+}
+
 /// Values that rows say of themselves, drawn at random: what is set is said again, and JSON keeps it.
 TEST(Job, IsTheSameAfterJson) {
   std::mt19937 random(7);

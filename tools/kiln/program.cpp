@@ -10,6 +10,7 @@
 #include "arguments/unknown_flags.h"
 #include "kiln/kiln.h"
 #include "kiln/reasons.h"
+#include "options/near_words.h"
 #include "options/parse.h"
 
 namespace kiln::cli {

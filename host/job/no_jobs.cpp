@@ -1,0 +1,39 @@
+// A build without file formats: jobs are there, and say that they read and write files.
+#include "kiln/asset.h"
+#include "kiln/error.h"
+#include "kiln/job.h"
+#include "kiln/options.h"
+
+namespace kiln {
+namespace {
+
+[[noreturn]] void fail() {
+  throw Error(ErrorCode::usage,
+              "A job reads and writes files, and this build of Kiln has no file formats: build it "
+              "with KILN_WITH_IO=ON, or call bake().",
+              "no-files");
+}
+
+}  // namespace
+
+std::vector<std::byte> encode_glb(const Mesh& /*low*/, std::span<const AssetMaterial> /*materials*/,
+                                  const SaveAssetOptions& /*options*/) {
+  fail();
+}
+JobResult run(const Device& /*device*/, const Job& /*job*/, const Progress& /*progress*/) {
+  fail();
+}
+void check(const Job& /*job*/) { fail(); }
+void set_option(Job& /*job*/, std::string_view /*name*/, std::string_view /*value*/) { fail(); }
+void set_option(Job& /*job*/, std::string_view /*name*/,
+                const std::vector<std::string>& /*values*/) {
+  fail();
+}
+std::vector<std::string> option_values(const Job& /*job*/, std::string_view /*name*/) { fail(); }
+bool is_given(const Job& /*job*/, std::string_view /*name*/) { fail(); }
+std::string to_json(const Job& /*job*/) { fail(); }
+Job job_from_json(std::string_view /*json*/) { fail(); }
+std::string options_json() { fail(); }
+std::string job_schema() { fail(); }
+
+}  // namespace kiln
