@@ -63,6 +63,7 @@ Job bake_job(const std::string& flags) {
   for (std::string flag, value; words >> flag >> value;) {
     find_row(bake_rows(), flag)->value.set(&job, flag, {value});
   }
+  job.bake.maps = named_maps(job);
   return job;
 }
 
