@@ -7,6 +7,19 @@
 #include "job/job_options.h"
 
 namespace kiln {
+
+bool has_member(const OptionRow& row, std::string_view name) {
+  std::string_view rest = row.value.member;
+  for (;;) {
+    const std::size_t comma = rest.find(", ");
+    std::string_view member = rest.substr(0, comma);
+    if (member == name) return true;
+    if (member.starts_with("bake.") && member.substr(5) == name) return true;
+    if (comma == std::string_view::npos) return false;
+    rest.remove_prefix(comma + 2);
+  }
+}
+
 namespace {
 
 /// Names that are no members of a bake's options, and whose flags have other names.
@@ -21,19 +34,6 @@ constexpr std::array kOthers = {
     Other{"simplify()", "`kiln bake` without LOW"},
     Other{"unwrap()", "`kiln bake --unwrap`"},
 };
-
-/// True if a row's members, "bake.width, bake.height", have one of this name.
-bool has_member(const OptionRow& row, std::string_view name) {
-  std::string_view rest = row.value.member;
-  for (;;) {
-    const std::size_t comma = rest.find(", ");
-    std::string_view member = rest.substr(0, comma);
-    if (member.starts_with("bake.")) member.remove_prefix(5);
-    if (member == name) return true;
-    if (comma == std::string_view::npos) return false;
-    rest.remove_prefix(comma + 2);
-  }
-}
 
 /// Empty: it names no option.
 std::string flag_of(std::string_view name) {

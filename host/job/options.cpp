@@ -5,6 +5,7 @@
 #include <set>
 #include <utility>
 
+#include "job/flags.h"
 #include "job/job_options.h"
 #include "options/json.h"
 #include "options/near_words.h"
@@ -23,19 +24,6 @@ std::string key_of(const OptionRow& row) {
 bool is_position(const OptionRow& row) { return !row.flag.starts_with('-'); }
 /// --high and --low, which in JSON stand in one list with the first file.
 bool is_more_files(const OptionRow& row) { return row.flag == "--high" || row.flag == "--low"; }
-
-/// True if a row's members, "bake.width, bake.height", have one of this name, with or without "bake." before it.
-bool has_member(const OptionRow& row, std::string_view name) {
-  std::string_view rest = row.value.member;
-  for (;;) {
-    const std::size_t comma = rest.find(", ");
-    std::string_view member = rest.substr(0, comma);
-    if (member == name) return true;
-    if (member.starts_with("bake.") && member.substr(5) == name) return true;
-    if (comma == std::string_view::npos) return false;
-    rest.remove_prefix(comma + 2);
-  }
-}
 
 const OptionRow& row_named(std::string_view name) {
   std::string key(name.substr(std::min(name.find_first_not_of('-'), name.size())));
