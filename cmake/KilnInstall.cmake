@@ -4,6 +4,7 @@ install(TARGETS ${kiln_parts} EXPORT kiln-targets
   LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR}
   ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR}
   RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
+install(FILES include/kiln/interop/openmesh.h DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/kiln/interop)
 install(EXPORT kiln-targets NAMESPACE kiln:: DESTINATION ${CMAKE_INSTALL_LIBDIR}/cmake/kiln)
 set(kiln_has_openvdb ${Vdb_FOUND})
 set(kiln_optional_packages "")  # "JPEG;TIFF": those that were found

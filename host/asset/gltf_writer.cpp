@@ -138,8 +138,13 @@ double reach_of(const Mesh& mesh) {
   return reach;
 }
 
-/// By object and material.
-using Primitives = std::map<std::pair<std::size_t, std::size_t>, Part>;
+/// By object and material. Triangles without UVs of a mesh that has some are a primitive of their own.
+struct PrimitiveKey {
+  std::size_t object = 0, material = 0;
+  bool lacks_uvs = false;
+  auto operator<=>(const PrimitiveKey&) const = default;
+};
+using Primitives = std::map<PrimitiveKey, Part>;
 
 /// A mesh's triangles, a primitive each. \param locals  one an object
 Primitives primitives_of(const Mesh& low, const std::vector<ToLocal>& locals, bool one_material) {
@@ -168,12 +173,13 @@ Primitives primitives_of(const Mesh& low, const std::vector<ToLocal>& locals, bo
       corners[k].values = {p.x + 0.0F, p.y + 0.0F,  p.z + 0.0F,         normal.x,
                            normal.y,   normal.z,    tangent.x,          tangent.y,
                            tangent.z,  corner.sign, corner.uv.x + 0.0F, 1 - corner.uv.y};
-      if (!has_layout) std::fill_n(&corners[k].values[6], 6, 0.0F);
       if (!low.colors.empty()) corners[k].color = low.colors[vertex];
       has_uvs = has_uvs && std::isfinite(corner.uv.x) && std::isfinite(corner.uv.y);
     }
-    if (!has_uvs) continue;
-    Part& part = primitives[{object, material}];
+    if (!has_uvs || !has_layout) {
+      for (Vertex& corner : corners) std::fill_n(&corner.values[6], 6, 0.0F);
+    }
+    Part& part = primitives[{object, material, !has_uvs}];
     for (const Vertex& corner : corners) part.add(corner);
   }
   return primitives;
@@ -600,11 +606,11 @@ void add_hulls(GltfOutput& file, Hierarchy& hierarchy, const SaveAssetOptions& o
   Json& json = file.json();
   for (const auto& [of, part] : primitives_of(hulls, places.locals, /*one_material=*/true)) {
     Json primitive = file.add_primitive(part, GltfOutput::kRoot, false, nullptr);
-    json["nodes"][places.nodes[of.first]]["mesh"] = json["meshes"].size();
-    json["meshes"].push_back({{"name", hulls.object_names[of.first]},
+    json["nodes"][places.nodes[of.object]]["mesh"] = json["meshes"].size();
+    json["meshes"].push_back({{"name", hulls.object_names[of.object]},
                               {"primitives", Json::array({std::move(primitive)})}});
     const std::uint32_t node =
-        options.nodes.empty() ? AssetNode::kNone : options.hull_nodes[of.first];
+        options.nodes.empty() ? AssetNode::kNone : options.hull_nodes[of.object];
     if (node != AssetNode::kNone && !options.nodes[node].mesh_extras.empty()) {
       json["meshes"].back()["extras"] = parse_extras(options.nodes[node].mesh_extras, "a mesh");
     }
@@ -717,18 +723,21 @@ void add_asset(GltfOutput& file, const Mesh& low, std::span<const AssetMaterial>
     throw Error(ErrorCode::input,
                 "Mesh '" + low.name + "' has no triangle to write that has area, and UVs.");
   }
-  std::vector<std::size_t> numbers(materials.size(), GltfOutput::kRoot);  // in the file
+  // In the file, of those with UVs and of those without.
+  std::vector<std::array<std::size_t, 2>> numbers(materials.size(),
+                                                  {GltfOutput::kRoot, GltfOutput::kRoot});
   std::size_t object = GltfOutput::kRoot;
   for (const auto& [of, part] : primitives) {
-    const AssetMaterial& material = materials[of.second];
-    std::size_t& number = numbers[of.second];
+    AssetMaterial material = materials[of.material];
+    if (of.lacks_uvs) material.pictures = nullptr;  // Pictures would show one texel all over.
+    std::size_t& number = numbers[of.material][of.lacks_uvs ? 1 : 0];
     if (number == GltfOutput::kRoot) {
       Json made = material_of(file, material);
       json["materials"].push_back(std::move(made));
       number = json["materials"].size() - 1;
     }
-    if (of.first != object) {
-      object = of.first;
+    if (of.object != object) {
+      object = of.object;
       const std::string& name = low.objects.empty() ? low.name : low.object_names[object];
       json["nodes"][places.nodes[object]]["mesh"] = json["meshes"].size();
       json["meshes"].push_back({{"name", name}, {"primitives", Json::array()}});
@@ -739,10 +748,11 @@ void add_asset(GltfOutput& file, const Mesh& low, std::span<const AssetMaterial>
       }
     }
     const bool painted = material.pictures && material.pictures->has_color;
-    json["meshes"].back()["primitives"].push_back(file.add_primitive(part, number, !low.uvs.empty(),
-                                                                     low.colors.empty() ? nullptr
-                                                                     : painted          ? "_COLOR_0"
-                                                                               : "COLOR_0"));
+    json["meshes"].back()["primitives"].push_back(
+        file.add_primitive(part, number, !low.uvs.empty() && !of.lacks_uvs,
+                           low.colors.empty() ? nullptr
+                           : painted          ? "_COLOR_0"
+                                              : "COLOR_0"));
   }
   if (options.hulls != nullptr) add_hulls(file, hierarchy, options);
 }

@@ -7,12 +7,12 @@
 #include <mutex>
 
 #include "asset/axes.h"
-#include "asset/polygon.h"
 #include "base/counted.h"
 #include "base/formatted.h"
 #include "base/parallel.h"
 #include "io/file/bounds.h"
 #include "mesh/frame.h"
+#include "mesh/polygon.h"
 #include "mesh/smoothing_groups.h"
 #include "mesh/steps.h"
 #include "mesh/usable.h"

@@ -59,9 +59,7 @@ AssetMesh with_materials(const BakeRun& run) {
   if (!run.sets.empty()) mesh.tangents = tangents_of(mesh);  // before UVs move
   std::vector<std::size_t> set_of(mesh.triangles.size(), 0);
   for (std::size_t s = 0; s < run.sets.size(); ++s) {
-    for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
-      if (run.sets[s].set.holds[t] != 0) set_of[t] = s;
-    }
+    for (const std::uint32_t t : run.sets[s].set.members) set_of[t] = s;
   }
   if (std::any_of(run.sets.begin(), run.sets.end(),
                   [](const BakedSet& set) { return set.set.tile_u > 0 || set.set.tile_v > 0; })) {

@@ -188,6 +188,17 @@ std::vector<OwnMap> load_own_maps(const Job& a) {
   return maps;
 }
 
+namespace {
+
+/// True also where there are none. Alpha does not count.
+bool is_white(std::span<const std::array<std::uint8_t, 4>> colors) {
+  return std::all_of(colors.begin(), colors.end(), [](const std::array<std::uint8_t, 4>& c) {
+    return c[0] == 255 && c[1] == 255 && c[2] == 255;
+  });
+}
+
+}  // namespace
+
 void load_textures(const Job& arguments, const Mesh& high, BakeOptions& options,
                    std::vector<Warning>& warnings, std::span<const Material> known) {
   Materials materials(arguments, high, warnings, known);
@@ -205,8 +216,9 @@ void load_textures(const Job& arguments, const Mesh& high, BakeOptions& options,
   if (asks(options, "color") && !options.color &&
       (high.colors.empty() || materials.have_colors())) {
     Texture texture = materials.texture(MaterialSlot::color);
-    // Vertex colours say more than a plain material, where they are not multiplied with it.
-    if (has_pictures(texture) || high.colors.empty() || !texture.times_vertex_colors.empty()) {
+    // Vertex colours say more than a plain material, where they are not multiplied with it, and are not white all over, as
+    // programs write them that have none.
+    if (has_pictures(texture) || is_white(high.colors) || !texture.times_vertex_colors.empty()) {
       options.color = std::move(texture);
     }
   }

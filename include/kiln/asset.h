@@ -173,7 +173,7 @@ struct SaveAssetOptions {
 /// the mirroring: programs do not agree on tangents under mirroring nodes. An object whose node flattens it is a
 /// root. Without nodes, the root is named as the mesh, and its origin is the root's translation. Vertex colours are
 /// COLOR_0, but where a material has a picture of colours: there they would be multiplied, and are `_COLOR_0`.
-/// Triangles without area, or without UVs where others have them, are left out. A mesh without UVs has no tangents. Each file appears whole or not at all, the .gltf last.
+/// Triangles without area are left out. Those without UVs, where others have them, are a primitive of their own, whose material has no pictures. A mesh without UVs has no tangents. Each file appears whole or not at all, the .gltf last.
 /// \param materials  one for each of Mesh::material_names, or one for all
 /// \returns the files that were written, `path` last
 /// \throws Error(input) for a mesh without a triangle that has area, or without UVs but with pictures; Error(usage) for materials or nodes of

@@ -174,6 +174,8 @@ TEST(Friction, NamesTheValueThatWasMeant) {
     expect_exit(call_kiln(all), 2, words);
   }
   expect_refused(call_kiln({"bake", "a", "b", "c"}), {"'c' is one word too many", "--out"});
+  expect_refused(call_kiln({"bake", "--out", "c", "--", "-a", "b", "--quiet"}),
+                 {"'--quiet' is one word too many", "behind '--' all words are files"});
 }
 
 TEST(Friction, KnowsFlagsOfEveryCommandByOtherNames) {

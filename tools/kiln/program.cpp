@@ -118,6 +118,11 @@ Run Program::parse(std::vector<std::string> words) {
 std::string Program::explain(const UsageError& error) const {
   const Command* const chosen = app_.chosen();
   const std::vector<std::string> words = app_.not_understood();
+  if (const auto mark = std::find(words.begin(), words.end(), "--");
+      mark != words.end() && mark + 1 != words.end()) {
+    return "'" + *(mark + 1) +
+           "' is one word too many: behind '--' all words are files. Put options before it";
+  }
   for (const std::string& word : words) {
     if (!word.starts_with("-")) continue;
     return answer_to_unknown(chosen == nullptr ? app_ : *chosen, word);
