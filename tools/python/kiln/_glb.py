@@ -155,21 +155,13 @@ def _unit(vectors: np.ndarray) -> np.ndarray:
 
 
 def _transform_of(node: Mapping[str, Any]) -> np.ndarray:
-    """A glTF node's matrix to its parent."""
+    """A node's matrix to its parent, as Kiln writes it: whole, or a translation and a scale."""
     import numpy as np
 
     if "matrix" in node:
         return np.array(node["matrix"], float).reshape(4, 4).T
-    x, y, z, w = node.get("rotation", (0, 0, 0, 1))
-    turn = np.array(
-        [
-            [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
-            [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
-            [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)],
-        ]
-    )
     matrix = np.eye(4)
-    matrix[:3, :3] = turn * np.array(node.get("scale", [1, 1, 1]), float)
+    matrix[[0, 1, 2], [0, 1, 2]] = node.get("scale", [1, 1, 1])
     matrix[:3, 3] = node.get("translation", [0, 0, 0])
     return matrix
 
@@ -416,7 +408,6 @@ def to_glb(
     strength = 1.0
     if baked is not None:
         ours, strength = _pictures_of(baked, left_out)
-        strength = 1.0 if "emission" in files else strength
         files = {**ours, **files}
     files = {name: files[name] for name in SLOTS if name in files}
     _write(data, path)
