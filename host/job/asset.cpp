@@ -37,16 +37,37 @@ struct AssetMesh {
   std::vector<std::size_t> sets;  ///< Per material
 };
 
+/// The alpha mode that all materials have; none: each that of its source.
+std::optional<AlphaMode> common_alpha_mode(const BakeRun& run) {
+  if (run.arguments.alpha) return run.arguments.alpha;
+  const std::vector<Material>& high = run.high.beside.materials;
+  const bool own = run.own_images.contains("opacity");
+  const bool any = std::any_of(high.begin(), high.end(), is_transparent);
+  if (!run.has_opacity || (any && !own)) return std::nullopt;
+  const bool blends = std::any_of(high.begin(), high.end(), [](const Material& m) {
+    return is_transparent(m) && m.alpha_mode == AlphaMode::blend;
+  });
+  return blends ? AlphaMode::blend : AlphaMode::mask;
+}
+
 /// Look of a material of LOW, by the one of HIGH; else by LOW's own.
-void describe_surface(const Material* of_high, const Material* of_low, AssetMaterial& material) {
+void describe_surface(const BakeRun& run, const Material* of_high, const Material* of_low,
+                      AssetMaterial& material) {
   const Material* const shown = of_high != nullptr ? of_high : of_low;
-  material.alpha_mode = AlphaMode::opaque;
+  const std::optional<AlphaMode> common = common_alpha_mode(run);
+  material.alpha_mode = common.value_or(AlphaMode::opaque);
   if (of_high != nullptr && is_transparent(*of_high)) {
-    material.alpha_mode = of_high->alpha_mode;
-    material.alpha_cutoff = of_high->alpha_cutoff;
+    material.alpha_mode = common.value_or(of_high->alpha_mode);
+    const bool cuts = of_high->alpha_mode == material.alpha_mode;
+    if (cuts && !run.own_images.contains("opacity")) {
+      material.alpha_cutoff = of_high->alpha_cutoff;
+    }
   }
+  if (shown != nullptr) {
+    material.double_sided = shown->double_sided || (of_low != nullptr && of_low->double_sided);
+  }
+  material.double_sided = run.arguments.double_sided.value_or(material.double_sided);
   if (shown == nullptr) return;
-  material.double_sided = shown->double_sided || (of_low != nullptr && of_low->double_sided);
   material.extras = of_low != nullptr ? of_low->extras : shown->extras;
 }
 
@@ -106,7 +127,7 @@ AssetMesh with_materials(const BakeRun& run) {
     }
     if (!run.pictures.empty()) material.pictures = run.pictures[key.set];
     result.sets.push_back(key.set);
-    describe_surface(of_high, find_material(low, own), material);
+    describe_surface(run, of_high, find_material(low, own), material);
     mesh.material_names.push_back(material.name);
   }
   return result;
@@ -161,7 +182,7 @@ Mesh with_hulls(const Mesh& low, const Mesh& hulls) {
 void note_materials_hit(BakeRun& run) {
   if (!run.result.match) return;
   const Match& match = *run.result.match;
-  const Mesh &low = run.low.mesh, &high = run.high.mesh;
+  const Mesh &low = run.low.mesh, &high = run.high_mesh();
   const std::vector<Material>& materials = run.high.beside.materials;
   run.materials_hit.resize(low.triangles.size(), BakeRun::kNoMaterial);
   constexpr int kSteps = 8;  // places along an edge
@@ -201,8 +222,8 @@ void choose_asset_maps(BakeRun& run) {
   Job& arguments = run.arguments;
   if (asset_file(arguments).empty()) return;
   if (arguments.given.contains("--maps")) return;
-  const MaterialMaps found =
-      material_maps(run.high.mesh, run.high.beside.materials, writes_gltf(arguments), run.warnings);
+  const MaterialMaps found = material_maps(run.high_mesh(), run.high.beside.materials,
+                                           writes_gltf(arguments), run.warnings);
   for (const std::string& name : found.maps) arguments.bake.maps.emplace_back(name);
   arguments.transfers.insert(arguments.transfers.end(), found.transfers.begin(),
                              found.transfers.end());
@@ -231,6 +252,13 @@ void encode_asset_maps(BakeRun& run) {
         {"maps-left-out",
          "A glTF's material has no place for the maps " + left + ": bake them into a folder.", 1});
   }
+  for (const auto& [name, image] : run.own_images) {
+    const Image** const slot = slot_of(maps, name);
+    if (slot == nullptr) continue;
+    *slot = &image;
+    if (slot == &maps.emission) maps.emission_strength = 1;
+  }
+  run.has_opacity |= maps.opacity != nullptr;
   maps.coverage = run.result.coverage;
   run.pictures.push_back(
       std::make_shared<const AssetPictures>(encode_maps(maps, run.save_options.format)));
@@ -251,7 +279,7 @@ bool save_asset(BakeRun& run) {
     options.hulls = &run.low.hulls;
     if (!options.nodes.empty()) options.hull_nodes = object_nodes(beside, run.low.hulls);
   }
-  options.metres = arguments.low.given.empty() ? run.high.mesh.metres : run.low.mesh.metres;
+  options.metres = arguments.low.given.empty() ? run.high_mesh().metres : run.low.mesh.metres;
   options.extras = beside.extras;
   options.copyright = beside.copyright;
   options.scene = beside.scene;

@@ -104,7 +104,6 @@ void check_memory(const Job& a) {
   refuse(!a.save_match.empty(), "--save-match");
   refuse(!a.save_cage.empty(), "--save-cage");
   refuse(!a.json.empty(), "--json");
-  refuse(a.bake.match.visibility.clusters > 1, "--visibility-clusters");
 }
 
 }  // namespace
@@ -234,7 +233,7 @@ void check_low_poly_plan(const Job& a) {
             "--max-angle and --max-error both say what is to be reached: leave one of them out.");
   parse_degrees(a.low.make.max_angle.empty() ? "--max-error" : "--max-angle", angle_bound(a));
   refuse_if(
-      !a.cage_mesh.empty() || a.cage_auto || a.parts_by == PartsBy::name,
+      has_cage_mesh(a) || a.cage_auto || a.parts_by == PartsBy::name,
       "--cage-mesh, --cage auto and --match-by name need a LOW, yours or with --faces N: Kiln "
       "plans its own here.");
   const bool by_uvs = match_obeys(a, "match.uv") && !has_heights(a);
@@ -289,13 +288,13 @@ void check_low(const Job& a) {
       a.low.given.empty() && a.unwrap && has_heights(a),
       "--unwrap is not for a low poly of a height field, which lies over the image as it is.");
   check_texels(a);
-  refuse_if(a.low.given.empty() && !a.cage_mesh.empty(),
+  refuse_if(a.low.given.empty() && has_cage_mesh(a),
             "--cage-mesh needs the LOW that it belongs to.");
 }
 
 /// Flags of rays that serve some of their ways alone.
 void check_rays(const Job& a) {
-  const bool cage = a.cage_auto || a.bake.match.cage || !a.cage_mesh.empty();
+  const bool cage = a.cage_auto || a.bake.match.cage || has_cage_mesh(a);
   refuse_if(
       cage && a.given.contains("--ray"),
       "--ray is for rays without a cage: from a cage they take the first face. Leave one out.");
@@ -370,7 +369,7 @@ void check_visibility(const Job& a) {
 
 /// Maps of what some matches alone go by.
 void check_maps(const Job& a) {
-  const bool by_visibility = a.load_match.empty() && match_obeys(a, "match.visibility");
+  const bool by_visibility = !has_saved_match(a) && match_obeys(a, "match.visibility");
   for (const MapKind map : kinds_asked(a)) {
     if (!obeys(find_map(map.name), "match.visibility") || by_visibility) continue;
     fail_usage(
@@ -407,6 +406,11 @@ void check_occlusion(const Job& a) {
 /// Checks flags of the maps' files.
 void check_files(const Job& a) {
   parse_packs(a);
+  for (const char* flag : {"--alpha", "--double-sided"}) {
+    refuse_if(
+        asset_file(a).empty() && a.given.contains(flag),
+        std::string(flag) + " is for a GLB, glTF or OBJ: name one by --out, or leave it out.");
+  }
   std::uint32_t side = std::max(a.bake.width, a.bake.height);
   for (const SetSize& size : a.set_sizes) side = std::max({side, size.width, size.height});
   constexpr std::uint32_t kMostOfWebp = 16383;
@@ -443,9 +447,9 @@ void check_height_field(const Job& a) {
         "The map of heights is --maps height.");
   }
   const bool far =
-      a.bake.match.max_distance || a.cage_auto || a.bake.match.cage || !a.cage_mesh.empty();
+      a.bake.match.max_distance || a.cage_auto || a.bake.match.cage || has_cage_mesh(a);
   refuse_if(
-      onto_plane(a) && !match_obeys(a, "match.uv") && !a.match_auto && a.load_match.empty() && !far,
+      onto_plane(a) && !match_obeys(a, "match.uv") && !a.match_auto && !has_saved_match(a) && !far,
       "Without LOW and --faces a height field is baked onto a plane at height 0, from which "
       "--match " +
           match_word(a) +
@@ -462,7 +466,7 @@ void check_served(const Job& a) {
     // The chain's end is about the maps.
     if (row.flag == "--fallback" && a.bake.match.fallback.empty()) continue;
     refuse_if(
-        row.is_of_matches() && !a.load_match.empty(),
+        row.is_of_matches() && has_saved_match(a),
         row.flag + " is for matching, but --load-match takes a match as it is: leave one out.");
     refuse_if(!serves_match(row, a), not_this_match(row, a));
     refuse_if(!serves_map(row, a), not_these_maps(row));

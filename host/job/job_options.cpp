@@ -45,7 +45,7 @@ BakeOptions options_of(const Job& job) {
   if (visibility.likelihood == ViewLikelihood::list) {
     visibility.likelihoods = load_likelihoods(job.view_weights);
   }
-  options.report.keep_match = !job.save_match.empty() || job.reasons;
+  options.report.keep_match |= !job.save_match.empty() || job.reasons;
   if (holds_mips(job.image) && !is_exr(job.image)) options.encoding.mips = true;
   return options;
 }
@@ -58,12 +58,12 @@ Json describe(const Job& job, const BakeReport& report) {
       if (!applies) json[key] = Json();
     }
   };
-  if (!job.load_match.empty()) json["match"] = "loaded";
-  only_if(job.load_match.empty(), {"fallback"});
+  if (has_saved_match(job)) json["match"] = "loaded";
+  only_if(!has_saved_match(job), {"fallback"});
   only_if(chain_obeys(job, "match.views.count"), {"views"});
   only_if(report.views.has_value(), {"view_size", "view_criterion", "view_refine"});
   if (report.views) json["view_size"] = report.views->size;
-  only_if(job.load_match.empty() && chain_obeys(job, "match.visibility"),
+  only_if(!has_saved_match(job) && chain_obeys(job, "match.visibility"),
           {"visibility_at", "directions", "visibility_size", "visibility_smooth",
            "visibility_clusters", "visibility_deviation", "view_weight"});
   json["visibility_test"] =
@@ -138,6 +138,13 @@ bool has_heights(const Job& job) {
 std::vector<std::string> high_files(const Job& job) { return names_of(job.high); }
 std::vector<std::string> low_files(const Job& job) { return names_of(job.low.given); }
 bool has_more_files(const Job& job) { return job.high.size() > 1 || job.low.given.size() > 1; }
+
+bool has_saved_match(const Job& job) {
+  return !job.load_match.empty() || job.bake.match.saved != nullptr;
+}
+bool has_cage_mesh(const Job& job) {
+  return !job.cage_mesh.empty() || job.bake.match.cage_mesh != nullptr;
+}
 
 std::vector<std::string> match_names() {
   std::vector<std::string> names;
@@ -227,7 +234,7 @@ std::string deviation_bound(const Job& job) {
 
 bool plans_low_poly(const Job& job) {
   const bool own = job.low.given.empty() && job.low.make.faces == 0;
-  return own && job.load_match.empty() && !angle_bound(job).empty();
+  return own && !has_saved_match(job) && !angle_bound(job).empty();
 }
 
 bool shares_uvs(const Job& job) { return job.low.make.lods > 0 && job.low.make.lods_share_uvs; }

@@ -63,6 +63,11 @@ std::vector<std::string> low_files(const Job& job);
 /// True if either side has several files: then a file without names is a part of the file's name.
 bool has_more_files(const Job& job);
 
+/// True if points come from a match that was saved, in a file or in memory.
+bool has_saved_match(const Job& job);
+/// True if a mesh is the cage: a file's, or one in memory.
+bool has_cage_mesh(const Job& job);
+
 /// The match of a bake that was told none.
 inline std::string default_match() { return std::string(MatchOptions().method.name); }
 /// Matches that need to be told nothing more.

@@ -77,7 +77,7 @@ bool make_lods(BakeRun& run, const Source& source) {
   options.levels = run.arguments.low.make.lods;
   options.error_growth = run.arguments.low.make.lod_growth;
   options.share_uvs = shares_uvs(run.arguments);
-  run.lods = bake_lods(source, run.high.mesh, options);
+  run.lods = bake_lods(source, run.high_mesh(), options);
   LodChain& chain = *run.lods;
   if (chain.cancelled) return false;
   take_plan(run, chain.levels.front().plan);

@@ -67,6 +67,10 @@ void mind_seams(const Job& arguments, LowMesh& low) {
   if (seams.between_flats == 0 || seams.between_flats * 10 < seams.edges) return;
   // Kiln's own low polys have the normals that suit a map: see fit_normals().
   const std::vector<std::string> files = low_files(arguments);
+  if (std::all_of(arguments.low.given.begin(), arguments.low.given.end(),
+                  [](const JobInput& input) { return input.simplified != nullptr; })) {
+    return;
+  }
   if (std::all_of(files.begin(), files.end(), is_own_obj)) return;
   const auto at = [&](double origin, float value) { return origin + double{value}; };
   const std::string text = formatted(
@@ -132,9 +136,8 @@ Mesh unwrap_sets(const Job& arguments, Mesh mesh, const UnwrapOptions& layout,
 
 }  // namespace
 
-LowMesh prepare_low(const Job& arguments, const HighPolyInput& dense, RunLog& console,
-                    std::vector<Warning>& warnings) {
-  const Mesh& high = dense.mesh;
+LowMesh prepare_low(const Job& arguments, const Mesh& high, const HighPolyInput& dense,
+                    RunLog& console, std::vector<Warning>& warnings) {
   const BakeOptions& asked = arguments.bake;
   const UnwrapOptions layout =
       unwrap_options(arguments.unwrap_method, std::min(asked.width, asked.height),

@@ -72,11 +72,28 @@ OptionWords split(const OptionRow& row, std::string_view value) {
   return words;
 }
 
-/// The words of a JSON value.
+/// "64x32" of a size, else "0,0,1".
+std::string numbers_in_one(const OptionRow& row, const Json& value) {
+  std::string text = written(value);
+  if (row.value.type == "size") std::replace(text.begin(), text.end(), ',', 'x');
+  return text;
+}
+
+/// The words of a JSON value. A list of numbers alone is one value, such as a direction or a size.
 OptionWords words_of(const OptionRow& row, const Json& value) {
+  const auto is_numbers = [](const Json& list) {
+    return list.is_array() && !list.elements().empty() &&
+           std::all_of(list.elements().begin(), list.elements().end(),
+                       [](const Json& element) { return element.is_number(); });
+  };
+  if (is_numbers(value)) return {numbers_in_one(row, value)};
   if (value.is_array()) {
     OptionWords words;
     for (const Json& element : value.elements()) {
+      if (is_numbers(element)) {
+        words.push_back(numbers_in_one(row, element));
+        continue;
+      }
       refuse_if(element.is_array() || element.is_object() || element.is_null(),
                 key_of(row) + ": an element of the list is " + element.dump() +
                     ": give texts or numbers.");
@@ -86,7 +103,10 @@ OptionWords words_of(const OptionRow& row, const Json& value) {
   }
   if (value.is_object()) {
     OptionWords words;
-    for (const std::string& key : value.keys()) words.push_back(key + "=" + written(value.at(key)));
+    for (const std::string& key : value.keys()) {
+      const Json& part = value.at(key);
+      words.push_back(key + "=" + (is_numbers(part) ? numbers_in_one(row, part) : written(part)));
+    }
     return words;
   }
   return {written(value)};
@@ -150,6 +170,11 @@ bool is_given(const Job& job, std::string_view name) {
 }
 
 std::string to_json(const Job& job) {
+  const MatchOptions& match = job.bake.match;
+  refuse_if(
+      match.cage_mesh != nullptr || match.saved != nullptr || !job.bake.occlusion.by_others.empty(),
+      "A cage, a match or an occluder is in memory: a job of JSON names files. Save it, and "
+      "name its file.");
   Json json = Json::object();
   if (!job.high.empty()) json["high"] = names_json(job.high);
   if (!job.low.given.empty()) json["low"] = names_json(job.low.given);
@@ -165,16 +190,20 @@ std::string to_json(const Job& job) {
   return json.dump(1);
 }
 
-Job job_from_json(std::string_view text) {
+void set_options(Job& job, std::string_view text) {
   const Json json = Json::parse(text);
   refuse_if(!json.is_object(),
             "A job is a JSON object, such as {\"high\": \"statue.glb\", \"out\": \"maps\"}.");
-  Job job;
   for (const std::string& key : json.keys()) {
     const OptionRow& row = row_named(key);
     const Json& value = json.at(key);
     if (!value.is_null()) set_row(job, row, words_of(row, value));
   }
+}
+
+Job job_from_json(std::string_view text) {
+  Job job;
+  set_options(job, text);
   return job;
 }
 

@@ -422,7 +422,7 @@ Image picture_of(const Reasons& reasons) {
 bool save_low_and_maps(BakeRun& run) {
   if (run.arguments.in_memory && !writes_gltf(run.arguments)) {
     for (BakedMap& map : run.result.maps) {
-      const std::string name(map.kind.name);
+      const std::string name = cluster_name(std::string(map.kind.name), map.cluster);
       store(run, map, name);
       const bool of_set = run.set != nullptr;
       run.stored_maps.push_back(

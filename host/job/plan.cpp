@@ -137,7 +137,7 @@ void warn_of_outline(const LowPolyPlan& plan, const std::string& place,
 bool make_plan(BakeRun& run, const Source& source) {
   LowPolyPlanOptions options = low_poly_options(run);
   watch_plan(run, options);
-  LowPolyPlan planned = plan_low_poly(source, run.high.mesh, options);
+  LowPolyPlan planned = plan_low_poly(source, run.high_mesh(), options);
   if (planned.cancelled) return false;
   take_plan(run, std::move(planned));
   if (!run.plan->reached) run.warnings.push_back(plan_not_reached(*run.plan));

@@ -166,11 +166,12 @@ Json report_json(const BakeRun& run, const Device& device, const Source& source,
   const BakeReport& report = run.result.report;
   const std::string& low = !arguments.low.given.empty()     ? low_name(arguments)
                            : !asset_file(arguments).empty() ? asset_file(arguments)
-                                                            : run.outputs[0];
+                           : !run.outputs.empty()           ? run.outputs[0]
+                                                            : run.low.stem;
   Json json = {{"version", version()},
                {"device", describe(device.info())},
                {"inputs",
-                {{"high", describe(run.high.mesh, high_name(arguments))},
+                {{"high", describe(run.high_mesh(), high_name(arguments))},
                  {"low", describe(run.low.mesh, low)}}},
                {"options", describe(arguments, report)},
                {"seconds", seconds(run.stages, report, total)},

@@ -469,6 +469,15 @@ std::vector<OptionRow> make_rows() {
            "or none (one); auto: by material or tile where they overlap otherwise. Where Kiln lays "
            "LOW out, material and object give each a square of its own (auto for a GLB: material, "
            "where UVs of HIGH's materials overlap), and one makes an atlas"},
+      {.flag = "--alpha",
+       .group = kMap,
+       .value = choice(AT(alpha), Words(kAlphas)),
+       .help = "Alpha mode of a GLB's, glTF's or OBJ's materials with opacity. auto: as HIGH's "
+               "materials have it, or mask where none is transparent"},
+      {.flag = "--double-sided",
+       .group = kMap,
+       .value = choice(AT(double_sided), Words(kSides)),
+       .help = "Whether the materials of a GLB or glTF show back faces. auto: as the inputs' do"},
       {.flag = "--maps",
        .group = kMap,
        .value = maps_value(),

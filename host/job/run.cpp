@@ -96,23 +96,28 @@ void name_place_of_misses(BakeRun& run) {
     const std::string what =
         made ? misses_of_made(result.report, run.low.simplified->error) : warning.message;
     warning.message = "'" + run.low_path + "': " + what + " " + missed_place(result, low) +
-                      (made ? "" : hint_of_boxes(run.high.mesh, low, most));
+                      (made ? "" : hint_of_boxes(run.high_mesh(), low, most));
   }
 }
 
 /// A map with nothing in it is no success; where much is missed is told.
 void judge_result(BakeRun& run) {
-  check_result(run.result.report, run.high.mesh, run.low.mesh);
+  check_result(run.result.report, run.high_mesh(), run.low.mesh);
   name_place_of_misses(run);
 }
 
 /// A low poly that was made here tells how far it strays.
 void widen_search(BakeRun& run) {
-  if (!run.low.simplified || run.high.heights || run.arguments.cage_auto ||
-      !run.arguments.cage_mesh.empty()) {
+  const std::vector<JobInput>& given = run.arguments.low.given;
+  const SimplifyReport* const made = run.low.simplified  ? &*run.low.simplified
+                                     : given.size() == 1 ? given.front().simplified.get()
+                                                         : nullptr;
+  const bool is_field =
+      run.high.heights || (run.hooks.high != nullptr && run.hooks.high->height_field);
+  if (made == nullptr || is_field || run.arguments.cage_auto || has_cage_mesh(run.arguments)) {
     return;
   }
-  look_as_far(*run.low.simplified, run.options.match);
+  look_as_far(*made, run.options.match);
   run.arguments.bake.match.near_distance = run.options.match.near_distance;  // reports say it
 }
 
@@ -147,6 +152,7 @@ std::string too_many_missed(const Job& arguments, const BakeResult& result, cons
 /// what they lack.
 std::span<const Material> known_materials(const BakeRun& run) {
   const JobInput& first = run.arguments.high.front();
+  if (run.hooks.high != nullptr) return run.hooks.high->materials;
   const bool apart = !first.asset && lower_extension(first.name) == ".obj";
   if (apart || run.arguments.high.size() > 1) return {};
   return run.high.beside.materials;
@@ -157,7 +163,7 @@ void take_sets_of_high(BakeRun& run) {
   Job& arguments = run.arguments;
   if (arguments.sets || asset_file(arguments).empty() || !arguments.low.given.empty()) return;
   arguments.sets = SetsBy::material;
-  if (!lays_out_sets(arguments) || choose_texture_sets(run.high.mesh) != SetsBy::material) {
+  if (!lays_out_sets(arguments) || choose_texture_sets(run.high_mesh()) != SetsBy::material) {
     arguments.sets.reset();
     return;
   }
@@ -165,8 +171,8 @@ void take_sets_of_high(BakeRun& run) {
       "texture sets: a material each, as HIGH has them (--sets one bakes an atlas of all)");
 }
 
-/// Reads all files but LOW's, and makes or reads LOW. \returns false where it was cancelled
-bool read_inputs(BakeRun& run) {
+/// Reads, repairs and shades HIGH. \returns false where it was cancelled
+bool load_high_poly(BakeRun& run) {
   const Job& arguments = run.arguments;
   const bool made = arguments.low.given.empty();
   for (const std::string& file : high_files(arguments)) {
@@ -188,12 +194,35 @@ bool read_inputs(BakeRun& run) {
                             1});
   }
   run.options.match.uv = uv_options(run.high, run.options.match.uv);
-  load_textures(arguments, run.high.mesh, run.options, run.warnings, known_materials(run));
+  return true;
+}
+
+/// Options that follow from a HIGH that was prepared before.
+void apply_prepared_high(BakeRun& run) {
+  if (!run.hooks.high->height_field) return;
+  if (!run.arguments.given.contains("--match")) {
+    run.arguments.bake.match.method = run.options.match.method = first_match("match.uv");
+  }
+  run.options.match.uv = uv_options_over(run.high_mesh(), run.options.match.uv);
+}
+
+/// Reads all files but LOW's, and makes or reads LOW. \returns false where it was cancelled
+bool read_inputs(BakeRun& run) {
+  const Job& arguments = run.arguments;
+  const bool made = arguments.low.given.empty();
+  const bool prepared = run.hooks.high != nullptr;
+  if (prepared) {
+    apply_prepared_high(run);
+  } else if (!load_high_poly(run)) {
+    return false;
+  }
+  const Mesh& high = run.high_mesh();
+  load_textures(arguments, high, run.options, run.warnings, known_materials(run));
   if (!asset_file(arguments).empty() && !arguments.given.contains("--maps")) {
     // The maps are those that some material has: in others the default is meant.
     std::erase_if(run.warnings, [](const Warning& w) { return w.code == "material-value"; });
   }
-  apply_alpha_test(arguments, run.options, run.high.mesh, run.warnings);
+  if (!prepared) apply_alpha_test(arguments, run.options, run.high.mesh, run.warnings);
   run.warnings_of_high = run.warnings.size();
   run.stages.load = run.watch.lap();
   warn_about_weights(arguments, run.options.match.visibility, run.warnings);
@@ -202,17 +231,18 @@ bool read_inputs(BakeRun& run) {
     run.low.made = true;
   } else {
     take_sets_of_high(run);
-    run.low = prepare_low(arguments, run.high, run.console, run.warnings);
+    run.low = prepare_low(arguments, high, run.high, run.console, run.warnings);
     widen_search(run);
     if (made && !onto_plane(arguments)) {
-      warn_of_heavy_low(run.low.mesh, run.high.mesh, run.warnings);
+      warn_of_heavy_low(run.low.mesh, high, run.warnings);
       if (run.low.simplified) {
         warn_of_lost_shape(*run.low.simplified, "Ask for more --faces.", run.warnings);
       }
     }
   }
-  if (!made && !run.options.match.two_sided) {
-    const std::string inside_out = why_inside_out(run.high.mesh, run.low.mesh);
+  const bool may_face_inwards = !prepared || run.hooks.high->faces_inwards;
+  if (!made && may_face_inwards && !run.options.match.two_sided) {
+    const std::string inside_out = why_inside_out(high, run.low.mesh);
     if (!inside_out.empty()) run.warnings.push_back({"high-inside-out", inside_out, 1});
   }
   run.low_path =
@@ -224,6 +254,8 @@ bool read_inputs(BakeRun& run) {
                               load_options(arguments, MeshSide::low), &run.warnings);
     check_cage_directions(arguments, run.low.mesh, *run.cage_mesh);
     run.options.match.cage_mesh = &*run.cage_mesh;
+  } else if (run.options.match.cage_mesh != nullptr) {
+    check_cage_directions(arguments, run.low.mesh, *run.options.match.cage_mesh);
   }
   for (const std::string& file : arguments.occluders) {
     run.options.occlusion.by_others.push_back(&run.occluders.emplace_back(
@@ -231,7 +263,7 @@ bool read_inputs(BakeRun& run) {
   }
   share_occluders(run.options);
   if (arguments.parts_by) {
-    run.parts = pair_parts(run.high.mesh, run.low.mesh, part_names(arguments));
+    run.parts = pair_parts(high, run.low.mesh, part_names(arguments));
     run.options.match.parts = &*run.parts;
     run.warnings.insert(run.warnings.end(), run.parts->warnings.begin(), run.parts->warnings.end());
   }
@@ -280,7 +312,7 @@ void judge_seams(BakeRun& run, const Source& source) {
   LowMesh& low = run.low;
   if (!low.whole && !low.seam_warning) return;
   // A match is of one size, and of LOW as it is; one map of several sets shows nothing.
-  if (!run.arguments.load_match.empty() || !run.sets.empty()) {
+  if (has_saved_match(run.arguments) || !run.sets.empty()) {
     if (low.seam_warning) run.warnings.push_back(*low.seam_warning);
     return;
   }
@@ -305,6 +337,65 @@ void judge_seams(BakeRun& run, const Source& source) {
 
 }  // namespace
 
+namespace {
+
+/// Samples the caller's function, whose images replace the maps of their names. \returns false where it was cancelled
+bool sample_images(BakeRun& run, const Source& source, BakeOptions by) {
+  by.progress = {};  // the bake tells it
+  MatchResult found = match(source, run.low.mesh, by);
+  if (found.cancelled) return false;
+  run.own_images = run.hooks.sample(found.match, run.high_mesh());
+  const auto is_own = [&](std::string_view name) {
+    return run.own_images.contains(std::string(name));
+  };
+  std::vector<MapKind>& maps = run.options.maps;
+  std::erase_if(maps, [&](MapKind map) { return is_own(map.name); });
+  std::erase_if(run.options.transfers, [&](const auto& transfer) { return is_own(transfer.name); });
+  return true;
+}
+
+/// The options by which a plan's maps were baked; without a map, those of the largest.
+BakeOptions planned_options(const BakeRun& run) {
+  BakeOptions options = run.options;
+  const Candidate& chosen = run.plan->chosen;
+  options.match.method = chosen.method;
+  if (chosen.size == 0) return options;
+  options.width = options.height = chosen.size;
+  if (!options.match.max_distance && !options.match.cage) {
+    options.match.max_distance = Length::absolute(run.result.report.max_distance);
+  }
+  return options;
+}
+
+/// After a plan: UVs that are asked for though it needs no map, and images of the caller's own.
+bool finish_plan(BakeRun& run, const Source& source) {
+  Mesh& low = run.low.mesh;
+  if (run.hooks.needs_uvs && low.uv_triangles.empty()) {
+    const std::uint32_t size = std::min(run.options.width, run.options.height);
+    low = unwrap(low, unwrap_options(run.arguments.unwrap_method, size));
+    low.name = run.low.stem;
+  }
+  if (!run.hooks.sample) return true;
+  if (!sample_images(run, source, planned_options(run))) return false;
+  std::erase_if(run.result.maps, [&](const BakedMap& map) {
+    return run.own_images.contains(std::string(map.kind.name));
+  });
+  return true;
+}
+
+/// True if the caller's own images leave nothing to bake. Transfers are baked beside a map of the shape, which then is
+/// not written.
+bool has_own_images_alone(BakeRun& run) {
+  BakeOptions& options = run.options;
+  if (!options.maps.empty() || !options.own_maps.empty() || !options.variants.empty()) return false;
+  if (options.transfers.empty()) return true;
+  options.maps = {shading_map()};
+  run.not_written.insert(std::string(shading_map().name));
+  return false;
+}
+
+}  // namespace
+
 bool make_maps(BakeRun& run, const Source& source, double done, double share) {
   run.options.progress = [&run, done, share](double part, std::string_view stage) {
     return run.console.progress(kAtBake + (kAtSave - kAtBake) * (done + share * part), stage);
@@ -316,14 +407,17 @@ bool make_maps(BakeRun& run, const Source& source, double done, double share) {
   if (plans_low_poly(run.arguments)) {
     const bool made =
         run.arguments.low.make.lods > 0 ? make_lods(run, source) : make_plan(run, source);
-    if (!made) return false;
-    warn_of_heavy_low(run.low.mesh, run.high.mesh, run.warnings);
+    if (!made || !finish_plan(run, source)) return false;
+    warn_of_heavy_low(run.low.mesh, run.high_mesh(), run.warnings);
     if (run.low.simplified) {
       warn_of_lost_shape(*run.low.simplified,
                          "Rendered normals do not tell. Ask for a smaller angle, or for --faces.",
                          run.warnings);
     }
     if (run.plan->chosen.size == 0) return true;
+  } else if (run.hooks.sample &&
+             (!sample_images(run, source, run.options) || has_own_images_alone(run))) {
+    return !run.own_images.empty();
   } else if (run.arguments.match_auto) {
     PlanOptions plan_options;
     plan_options.bake = run.options;
@@ -357,7 +451,7 @@ void collect_warnings(BakeRun& run, const Source& source) {
   if (run.low.simplified) append(run.low.simplified->warnings);
   if (run.low.unwrapped) append(run.low.unwrapped->warnings);
   if (run.lods) append(run.lods->warnings);
-  append(source.warnings());
+  if (run.hooks.high == nullptr) append(source.warnings());
   append(run.result.report.warnings);
 }
 
@@ -397,8 +491,12 @@ void prepare_outputs(const BakeRun& run) {
 bool run_stages(BakeRun& run, const std::function<Device()>& open, JobResult& result) {
   const Device device = open();
   if (!read_inputs(run)) return false;
-  if (!run.console.progress(kAtSource, "preparing the high poly")) return false;
-  const Source source(device, run.high.mesh, run.arguments.traversal);
+  std::optional<Source> built;
+  if (run.hooks.high == nullptr) {
+    if (!run.console.progress(kAtSource, "preparing the high poly")) return false;
+    built.emplace(device, run.high.mesh, run.arguments.traversal);
+  }
+  const Source& source = run.hooks.high != nullptr ? run.hooks.high->source : *built;
   run.stages.build = run.watch.lap();
   find_sets(run, source);
   judge_seams(run, source);
@@ -408,7 +506,12 @@ bool run_stages(BakeRun& run, const std::function<Device()>& open, JobResult& re
   if (!(run.sets.empty() ? make_maps(run, source) : bake_sets(run, source))) return false;
   const double making = run.watch.lap();
   if (run.plan || run.arguments.match_auto) run.stages.plan = planning(run.result.report, making);
-  if (run.sets.empty() && !(run.lods ? save_lods(run) : save_outputs(run))) return false;
+  if (run.hooks.on_baked) run.hooks.on_baked(run);
+  std::erase_if(run.result.maps, [&](const BakedMap& map) {
+    return run.not_written.contains(std::string(map.kind.name));
+  });
+  if (run.hooks.writes && run.sets.empty() && !(run.lods ? save_lods(run) : save_outputs(run)))
+    return false;
   if (!run.sets.empty() && !save_found_cage(run)) return false;
   if (run.plan && run.hooks.draw_plan &&
       !run.hooks.draw_plan(*run.plan, out_folder(run.arguments), run.low.stem, run.outputs,
@@ -430,6 +533,7 @@ JobResult run_job(const std::function<Device()>& device, const Job& job, const P
   BakeRun run(settled(job), progress, hooks);
   run.options = options_of(run.arguments);
   run.save_options = run.arguments.image;
+  run.not_written = hooks.not_written;
   prepare_outputs(run);
   if (hooks.on_start) hooks.on_start();
   JobResult result;

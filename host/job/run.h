@@ -5,8 +5,10 @@
 #include <deque>
 #include <filesystem>
 #include <functional>
+#include <map>
 #include <memory>
 #include <optional>
+#include <set>
 #include <span>
 #include <string>
 #include <vector>
@@ -69,7 +71,19 @@ struct SetNames {
   std::string match;  ///< "_glass" or ".1001", of a saved match
 };
 
-/// What the command does beside a run: it draws plans.
+/// A high poly that is on the device already, as it is baked: repaired, and with its normals.
+struct PreparedHigh {
+  const Source& source;
+  const Mesh& mesh;
+  std::span<const Material> materials =
+      {};                      ///< Of the mesh; empty: read from the file that Job::high names
+  bool height_field = false;   ///< The mesh is that of one
+  bool faces_inwards = false;  ///< inward_parts() found some
+};
+
+struct BakeRun;
+
+/// What a door does beside a run: the command draws plans, Python bakes from its sources and samples functions.
 struct RunHooks {
   std::function<std::vector<std::string>(const std::string& stem)>
       plan_files;                  ///< That it may write
@@ -81,6 +95,15 @@ struct RunHooks {
                      std::vector<std::string>& outputs, std::vector<Warning>& warnings)>
       draw_plan;
   std::function<void(const std::string&)> line;  ///< A line of the summary that is known early
+
+  const PreparedHigh* high = nullptr;  ///< In place of Job::high, which then names it alone
+  /// Images of the caller's own, by the names of their slots in a material, which replace the maps of these names.
+  /// Called once, with the points of the high poly that the texels stand for. Values are as files hold them.
+  std::function<std::map<std::string, Image>(const Match&, const Mesh& high)> sample;
+  std::set<std::string> not_written;  ///< Maps that are baked, but get no place in the asset
+  bool needs_uvs = false;  ///< The low poly is unwrapped even where its plan needs no map
+  bool writes = true;      ///< False: on_baked takes the maps
+  std::function<void(BakeRun&)> on_baked;  ///< Before anything is written; of one texture set alone
 };
 
 /// Progress of a run, and the lines that say what it did.
@@ -108,6 +131,9 @@ struct BakeRun {
   BakeRun(const Job& given, const Progress& progress, const RunHooks& with)
       : arguments(given), hooks(with), console(progress, with.line) {}
 
+  /// The high poly as it is baked.
+  const Mesh& high_mesh() const { return hooks.high != nullptr ? hooks.high->mesh : high.mesh; }
+
   Job arguments;
   const RunHooks& hooks;
   BakeOptions options;
@@ -117,8 +143,8 @@ struct BakeRun {
   Stages stages;
   std::vector<Warning> warnings;
   std::size_t warnings_of_high = 0;  // the first of them
-  HighPolyInput high;
-  CleanReport cleaned;  // what was repaired in it
+  HighPolyInput high;                // without a mesh where it was prepared
+  CleanReport cleaned;               // what was repaired in it
   LowMesh low;
   std::string low_path;
   std::optional<Mesh> cage_mesh;  // that was loaded
@@ -142,6 +168,9 @@ struct BakeRun {
   /// For a GLB, per triangle of LOW: the material of HIGH that it shows where that is transparent or double-sided.
   std::vector<std::uint32_t> materials_hit;
   static constexpr std::uint32_t kNoMaterial = 0xFFFFFFFFU;
+  std::map<std::string, Image> own_images;  // RunHooks::sample
+  std::set<std::string> not_written;        // RunHooks::not_written
+  bool has_opacity = false;                 // of the asset's pictures
   Json mips, ranges = Json::object();
   Json variant_ids = Json::object();            // legends, by the maps' names
   Json stored_errors = Json::object();          // of maps that were written in 8 bits
@@ -157,8 +186,9 @@ std::string lod_stem(const Job& arguments, std::size_t level);
 /// The file that the low poly comes from.
 const std::string& low_source(const Job& arguments);
 /// Reads LOW; or makes one from HIGH; or unwraps the given one.
-LowMesh prepare_low(const Job& arguments, const HighPolyInput& dense, RunLog& console,
-                    std::vector<Warning>& warnings);
+/// \param dense  facts about the high poly beside its mesh
+LowMesh prepare_low(const Job& arguments, const Mesh& high, const HighPolyInput& dense,
+                    RunLog& console, std::vector<Warning>& warnings);
 
 /// Says so where a low poly has more than half of the high poly's vertices.
 void warn_of_heavy_low(const Mesh& low, const Mesh& high, std::vector<Warning>& warnings);

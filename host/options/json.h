@@ -72,6 +72,9 @@ class Json {
 
   bool is_null() const { return kind_ == Kind::null; }
   bool is_string() const { return kind_ == Kind::text; }
+  bool is_number() const {
+    return kind_ == Kind::whole || kind_ == Kind::natural || kind_ == Kind::real;
+  }
   bool is_array() const { return kind_ == Kind::list; }
   bool is_object() const { return kind_ == Kind::object; }
 

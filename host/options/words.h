@@ -140,6 +140,10 @@ inline constexpr Word<CleanHigh> kCleanHigh[] = {
     {"all", CleanHigh::all}, {"auto", CleanHigh::automatic}, {"none", CleanHigh::none}};
 inline constexpr Word<bool> kLodUvs[] = {{"own", false}, {"shared", true}};
 inline constexpr Word<bool> kPartOcclusion[] = {{"all", false}, {"own", true}};
+inline constexpr Word<std::optional<AlphaMode>> kAlphas[] = {
+    {"auto", std::nullopt}, {"blend", AlphaMode::blend}, {"mask", AlphaMode::mask}};
+inline constexpr Word<std::optional<bool>> kSides[] = {
+    {"auto", std::nullopt}, {"no", false}, {"yes", true}};
 inline constexpr Word<bool> kTangents[] = {{"file", true}, {"mikktspace", false}};
 
 }  // namespace kiln

@@ -23,10 +23,12 @@
 #include "kiln/height_field.h"
 #include "kiln/image.h"
 #include "kiln/match.h"
+#include "kiln/material.h"
 #include "kiln/mesh.h"
 #include "kiln/mesh_view.h"
 #include "kiln/normals.h"
 #include "kiln/progress.h"
+#include "kiln/simplify.h"
 #include "kiln/source.h"
 #include "kiln/texture.h"
 #include "kiln/texture_sets.h"
@@ -54,6 +56,8 @@ struct JobInput {
 
   std::string name;                    ///< A file's path; else what the mesh is called
   std::shared_ptr<const Asset> asset;  ///< Null: the file is read
+  /// Of a low poly that simplify() made of the high poly: the search reaches as far as it deviates. Null: not known.
+  std::shared_ptr<const SimplifyReport> simplified;
 };
 
 /// How Kiln makes the low poly: with a number of faces; by a bound on its error; or planned with its maps.
@@ -129,7 +133,8 @@ struct Job {
   bool in_memory = false;  ///< Nothing is written: JobResult has what the files would hold
 
   /// Sizes, match, maps, occlusion and encoding. Without a map of any kind, a folder gets a normal map, and a file of an
-  /// asset what the high poly's materials have.
+  /// asset what the high poly's materials have. What `match.cage_mesh`, `match.saved` and `occlusion.by_others` point to
+  /// is used beside the files that other members name, and must outlive run(); to_json() refuses it.
   BakeOptions bake = {.maps = {}};
   LoadMeshOptions load = {};      ///< Triangulation of polygons
   MeshFrameArguments frame = {};  ///< Axes, units and normals of files that do not say them
@@ -170,6 +175,11 @@ struct Job {
   bool unwrap = false;                        ///< A given low poly is laid out anew
   std::string unwrap_method = {};             ///< charts, pairs, squares; empty: charts
   TexelDensity density = TexelDensity::area;  ///< Of charts that Kiln lays out
+
+  /// Alpha mode of all materials of an asset with opacity. None: that of the high poly's materials; mask where none of
+  /// these is transparent.
+  std::optional<AlphaMode> alpha = {};
+  std::optional<bool> double_sided = {};  ///< Of all materials of an asset; none: as the inputs'
 
   double max_missed_percent = 100;  ///< The job fails if more samples are missed
   bool force = false;               ///< Files that Kiln did not write may be written over

@@ -35,6 +35,9 @@ bool is_given(const Job& job, std::string_view name);
 /// default or stands in Job::given, by its flag's name with underscores. Values are as set_option() takes them, numbers and
 /// truth values as such. \throws Error(usage) where a mesh is in memory, and so has no name to be read by
 std::string to_json(const Job& job);
+/// Sets all options that a JSON object names; others stay. Of lists of numbers, [0, 0, 1] is one value, such as a
+/// direction, or a size. \throws Error(usage) as job_from_json()
+void set_options(Job& job, std::string_view json);
 /// The job that a JSON describes: to_json() of it is the same again. Objects stand for lists of NAME=VALUE.
 /// \throws Error(usage) for what is no JSON object, or nested too deep, and for keys and values as set_option()
 Job job_from_json(std::string_view json);

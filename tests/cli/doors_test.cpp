@@ -316,6 +316,108 @@ TEST(Job, TakesMeshesInMemory) {
   EXPECT_THROW(check(job), Error);
 }
 
+/// A low poly that is made for maps in memory has no file to be named by.
+TEST(Job, MakesALowPolyInMemory) {
+  KILN_REQUIRE_DEVICE();
+  const fs::path scene = make_doors_scene();
+  Job job{.high = {load_mesh(scene / "high.obj")}, .low = MakeLow{.faces = 200}};
+  job.in_memory = true;
+  job.bake.width = job.bake.height = 32;
+  const JobResult faces = run(*device(), job);
+  ASSERT_EQ(faces.maps.size(), 1U);
+  EXPECT_LE(faces.low.triangles.size(), 200U);
+  job.low = MakeLow{.max_error = "normal=8"};
+  job.bake.width = job.bake.height = 64;
+  EXPECT_GT(run(*device(), job).low.triangles.size(), 0U);
+}
+
+/// What members point to is as what files hold.
+TEST(Job, TakesCagesMatchesAndOccludersInMemory) {
+  KILN_REQUIRE_DEVICE();
+  const fs::path scene = make_doors_scene();
+  Job job{.high = {load_mesh(scene / "high.obj")}, .low = load_mesh(scene / "low.obj")};
+  job.in_memory = true;
+  job.bake.width = job.bake.height = 32;
+  job.bake.occlusion.rays = 16;
+  job.bake.maps = {MapKind::normal, "ao"};
+  Job files = job;
+  files.cage_mesh = (scene / "cage.obj").string();
+  files.occluders = {(scene / "cage.obj").string()};
+  const JobResult wanted = run(*device(), files);
+  const Mesh cage = load_mesh(scene / "cage.obj");
+  job.bake.match.cage_mesh = &cage;
+  job.bake.occlusion.by_others = {&cage};
+  const JobResult found = run(*device(), job);
+  ASSERT_EQ(found.maps.size(), 2U);
+  for (int i = 0; i < 2; ++i) {
+    EXPECT_EQ(found.maps[i].map.image.pixels, wanted.maps[i].map.image.pixels);
+  }
+  job.bake.match.ray.rule = RayRule::outermost;
+  job.given = {"--ray"};
+  EXPECT_THROW(check(job), Error);  // from a cage the first face is taken
+  job.given.clear();
+  job.bake.match.ray = {};
+  job.high = {(scene / "high.obj").string()};
+  job.low = (scene / "low.obj").string();
+  EXPECT_THROW(to_json(job), Error);
+  // A match is taken as it is.
+  job.bake.match.cage_mesh = nullptr;
+  const Mesh high = load_mesh(scene / "high.obj"), low = load_mesh(scene / "low.obj");
+  BakeOptions by;
+  by.width = by.height = 32;
+  const Match match = kiln::match(Source(*device(), high), low, by).match;
+  job.bake.occlusion.by_others.clear();
+  const JobResult rays = run(*device(), job);
+  job.bake.match.saved = &match;
+  EXPECT_EQ(run(*device(), job).maps[0].map.image.pixels, rays.maps[0].map.image.pixels);
+  job.bake.match.max_distance = Length::share(0.1);
+  EXPECT_THROW(check(job), Error);
+}
+
+/// Alpha modes and sides that are said go before those of HIGH's materials.
+TEST(Job, SaysTheLooksOfMaterials) {
+  KILN_REQUIRE_DEVICE();
+  const fs::path scene = make_doors_scene();
+  Job job{.high = {(scene / "two.glb").string()},
+          .low = MakeLow{.faces = 200},
+          .out = (scene / "game.glb").string()};
+  job.bake.width = job.bake.height = 32;
+  job.bake.maps = {"color", "opacity"};
+  const auto looks = [&] {
+    run(*device(), job);
+    return load_asset(job.out).materials;
+  };
+  // No material of HIGH is transparent: what is asked for by a map is masked.
+  for (const Material& material : looks()) {
+    EXPECT_EQ(material.alpha_mode, AlphaMode::mask);
+    EXPECT_EQ(material.double_sided, material.name == "right");
+  }
+  job.alpha = AlphaMode::blend;
+  job.double_sided = true;
+  for (const Material& material : looks()) {
+    EXPECT_EQ(material.alpha_mode, AlphaMode::blend);
+    EXPECT_TRUE(material.double_sided);
+  }
+  job.out = (scene / "maps").string();
+  EXPECT_THROW(check(job), Error);
+}
+
+/// Of lists of numbers, one is a value.
+TEST(Job, ListsOfNumbersAreValues) {
+  const Job job = job_from_json(
+      R"({"size": [64, 32], "light": [0, 0.6, 0.8], "view": [[0, 0, 1], [1, 0, 0]], "range": {"height": [-1, 1]}})");
+  EXPECT_EQ(job.bake.width, 64U);
+  EXPECT_EQ(job.bake.height, 32U);
+  EXPECT_EQ(job.bake.match.views.directions.size(), 2U);
+  EXPECT_FLOAT_EQ(job.bake.light.direction.y, 0.6F);
+  EXPECT_EQ(job.ranges, std::vector<std::string>{"height=-1,1"});
+  Job other;
+  other.bake.samples = 3;
+  set_options(other, R"({"size": 16})");
+  EXPECT_EQ(other.bake.width, 16U);
+  EXPECT_EQ(other.bake.samples, 3U);
+}
+
 TEST(Job, OptionsHaveTheNamesOfFlagsAndMembers) {
   Job job;
   set_option(job, "--max-distance", "2%");

@@ -104,6 +104,12 @@ def test_a_wrong_keyword_is_a_type_error_that_names_the_nearest(high, low):
 
 
 def test_options_of_all_kinds_of_values(high, low):
+    plain = kiln.bake(high, low, size=16, flip_y=False, no_view_refine=False, max_distance=None)
+    np.testing.assert_array_equal(plain["normal"], kiln.bake(high, low, size=16)["normal"])
+    for number in (np.nan, np.inf, 2**64):
+        with pytest.raises(kiln.Error) as caught:
+            kiln.bake(high, low, size=16, samples=number)
+        assert caught.value.parameter == "samples"
     wide = kiln.bake(high, low, size=(np.int64(32), 16), maps="position", origin=(1, 0, 0), view=None)
     assert wide["position"].shape == (16, 32, 3)
     assert wide.origin("position") == (1, 0, 0)

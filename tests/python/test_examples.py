@@ -1,5 +1,6 @@
 """The scripts of tools/python/examples, and what they say."""
 
+import json
 import re
 import subprocess
 import sys
@@ -13,9 +14,9 @@ import kiln
 FOLDER = Path(__file__).resolve().parents[2] / "tools" / "python" / "examples"
 
 
-def run(script, *words):
+def run(script, *words, where=None):
     done = subprocess.run(
-        [sys.executable, "-P", FOLDER / f"{script}.py", *words], capture_output=True, text=True, timeout=300
+        [sys.executable, "-P", FOLDER / f"{script}.py", *words], capture_output=True, text=True, timeout=300, cwd=where
     )
     assert done.returncode == 0, done.stderr
     return done.stdout, done.stderr
@@ -50,3 +51,17 @@ def test_assets_of_one_source(tmp_path):
     run("many_assets", tmp_path, tmp_path / "dense.obj")
     for faces in (4000, 1000, 250):
         assert 0 < len(kiln.load(tmp_path / f"lod_{faces}.glb").faces) <= faces
+
+
+def test_a_glb_to_a_glb_in_three_lines(tmp_path):
+    program = (FOLDER / "asset.py").read_text()
+    assert len(program.splitlines()) == 3
+    assert f"```python\n{program}```" in (FOLDER.parents[2] / "README.md").read_text()
+    vertices, faces, uvs = sheet(64, waves)
+    kiln.pack_glb(kiln.Mesh(vertices, faces, uvs), {"color": [[[1.0, 0.0, 0.0]]]}, path=tmp_path / "statue.glb")
+    out, _ = run("asset", where=tmp_path)
+    faces, size = map(int, re.findall(r"\d+", out))
+    made = (tmp_path / "game.glb").read_bytes()
+    assert len(made) == size and 0 < faces <= 5000
+    (material,) = json.loads(made[20 : 20 + int.from_bytes(made[12:16], "little")])["materials"]
+    assert "baseColorTexture" in material["pbrMetallicRoughness"]

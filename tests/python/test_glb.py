@@ -360,20 +360,19 @@ def test_several_materials_keep_their_looks_as_in_the_command(pbr, tmp_path, com
     ours = kiln.to_glb(file, **by)
     asked = {f"material {i}": (look.get("alphaMode", "OPAQUE"), look.get("alphaCutoff"), "doubleSided" in look) for i, look in enumerate(LOOKS)}
     assert looks_of(its.read_bytes()) == asked
-    both_opaque = {name: asked[name] for name in ("material 0", "material 2", "material 3")} | {"waves": ("OPAQUE", None, False)}
-    assert looks_of(ours.data) == both_opaque
+    assert looks_of(ours.data) == asked
     assert len(ours.faces) == len(ours.mesh.faces) and len(ours.normals) == len(ours.vertices)
     # What is said goes before what materials say, but a mask has its own cutoff.
     blended = looks_of(kiln.to_glb(file, alpha="blend", double_sided=False, **by).data)
-    assert blended == {"waves": ("BLEND", None, False)}
+    assert blended == {name: ("BLEND", None, False) for name in asked}
     masked = looks_of(kiln.to_glb(file, alpha="mask", **by).data)
-    assert sorted(masked.values()) == [("MASK", 0.3, True), ("MASK", 0.5, False), ("MASK", 0.75, False)]
+    assert [masked[name] for name in sorted(asked)] == [("MASK", c, c == 0.3) for c in (0.3, 0.5, 0.5, 0.75, 0.5)]
     # A function's own opacity is all materials'.
     own = kiln.to_glb(file, sample=lambda p: np.full((len(p), 4), 0.5), **by)
     assert {look[:2] for look in looks_of(own.data).values()} == {("BLEND", None)}
     # Without opacity nothing is cut out.
     shape = kiln.to_glb(file, maps="normal", **by)
-    assert sorted(looks_of(shape.data).values()) == [("OPAQUE", None, False), ("OPAQUE", None, True)]
+    assert looks_of(shape.data) == {name: ("OPAQUE", None, sides) for name, (_, _, sides) in asked.items()}
 
 
 def test_what_is_inside_of_glass_stays(tmp_path):
@@ -499,8 +498,8 @@ def test_materials_that_lack_a_value_are_the_default_without_a_word(tmp_path):
     assert "material-value" in {w.message.code for w in caught}
     (tmp_path / "two.mtl").unlink()
     assert list(kiln.to_glb(tmp_path / "two.obj", faces_target=100, texture_size=64, maps=["normal"]).maps) == ["normal"]
-    with pytest.raises(kiln.Error, match="two.mtl"):
-        kiln.to_glb(tmp_path / "two.obj", faces_target=100, texture_size=64)
+    with pytest.warns(kiln.KilnWarning, match="two.mtl"):
+        assert list(kiln.to_glb(tmp_path / "two.obj", faces_target=100, texture_size=64).maps) == ["normal", "ao"]
 
 
 def test_options_that_would_do_nothing_are_refused(tmp_path):
@@ -710,3 +709,50 @@ def test_bytes_of_a_file_leave_nothing_behind():
         del mesh
         gc.collect()
     assert made not in os.listdir(tempfile.gettempdir())
+
+
+def test_arrays_are_in_the_scene_space_of_turned_and_stretched_nodes(tmp_path):
+    """Nodes stay as the file has them; a plane z = x through them is a plane, and its normal known."""
+    vertices, faces, uvs = sheet(8, lambda x, y: x)
+    made = kiln.pack_glb(kiln.Mesh(vertices, faces, uvs, name="ramp"), {"color": np.full((2, 2, 3), 0.5)}).data
+    document = document_of(made)
+    half = np.radians(15)
+    stretch = np.array([1, 2, 3.0])
+    (index,) = document["scenes"][0]["nodes"]
+    document["nodes"].append({"children": [index], "rotation": [np.sin(half), 0, 0, np.cos(half)], "translation": [5, 0, 1]})
+    document["nodes"][index]["scale"] = stretch.tolist()
+    document["scenes"][0]["nodes"] = [len(document["nodes"]) - 1]
+    (tmp_path / "ramp.glb").write_bytes(with_document(made, document))
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        glb = kiln.to_glb(tmp_path / "ramp.glb", faces_target=20, texture_size=64, maps=["normal"])
+    assert any("matrix" in node for node in document_of(glb.data)["nodes"])
+    turn = np.array([[1, 0, 0], [0, np.cos(2 * half), -np.sin(2 * half)], [0, np.sin(2 * half), np.cos(2 * half)]])
+    corners = (np.array([[0, 0, 0], [1, 0, 1], [0, 1, 0]]) * stretch) @ turn.T + [5, 0, 1]
+    normal = np.cross(corners[1] - corners[0], corners[2] - corners[0])
+    normal /= np.linalg.norm(normal)
+    np.testing.assert_allclose((glb.vertices - corners[0]) @ normal, 0, atol=1e-5)
+    np.testing.assert_allclose(glb.normals @ normal, 1, atol=1e-4)
+    np.testing.assert_allclose(glb.tangents[:, :3] @ normal, 0, atol=1e-4)
+    np.testing.assert_allclose(np.linalg.norm(glb.tangents[:, :3], axis=1), 1, atol=1e-5)
+    a, b, c = (glb.vertices[glb.faces[:, k]] for k in range(3))
+    assert (np.cross(b - a, c - a) @ normal > 0).all()
+
+
+def test_own_emission_has_a_strength_of_1(pbr):
+    glow = kiln.to_glb(
+        pbr, faces_target=100, texture_size=64, maps=["normal", "emission"], sample=lambda p: {"emission": np.full((len(p), 3), 0.5)}
+    )
+    assert glb_strength(glow.data) == glow.emission_strength == 1
+    np.testing.assert_allclose(glow.maps["emission"][glow.bake.coverage == 1], 0.5)
+
+
+def glb_strength(data):
+    (material,) = document_of(data)["materials"]
+    return material.get("extensions", {}).get("KHR_materials_emissive_strength", {}).get("emissiveStrength", 1)
+
+
+def test_names_of_meshes_lead_nowhere():
+    vertices, faces = ball(4)
+    glb = kiln.to_glb(kiln.Mesh(vertices, faces, name="../a/b"), faces_target=50, texture_size=64, maps="normal")
+    assert glb.mesh.name == ".._a_b"

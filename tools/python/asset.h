@@ -2,12 +2,8 @@
 #pragma once
 
 #include "mesh.h"
-#include "options/words.h"
 
 namespace kiln::python {
-
-inline constexpr Word<AlphaMode> kAlphaModes[] = {
-    {"blend", AlphaMode::blend}, {"mask", AlphaMode::mask}, {"opaque", AlphaMode::opaque}};
 
 void add_asset(nb::module_& module);
 

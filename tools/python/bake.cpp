@@ -15,9 +15,11 @@
 #include "job/map_file.h"
 #include "job/map_words.h"
 #include "job/match_inputs.h"
+#include "job/run.h"
 #include "job/transfers.h"
 #include "kiln/asset.h"
 #include "kiln/collision_hulls.h"
+#include "kiln/options.h"
 #include "match.h"
 #include "options/parse.h"
 
@@ -87,29 +89,72 @@ TextureKind kind_of(const std::string& word) {
               "option-enum");
 }
 
+std::string name_or(const PyMesh& mesh, const char* otherwise) {
+  return mesh.mesh->name.empty() ? otherwise : mesh.mesh->name;
+}
+
+/// A job of the meshes that a source and a call have, whose result comes from memory.
+/// \param bare  stands for the high poly, which the source has
+Job job_in_memory(const PySource& source, const Keywords& words) {
+  Job job;
+  job.in_memory = true;
+  job.sets = SetsBy::none;
+  const PyMesh& high = source.high;
+  job.high = {JobInput(Asset{}, high.file.empty() ? name_or(high, "high") : high.file)};
+  set_options(job, words);
+  check_transfers(job, high);
+  return job;
+}
+
+PreparedHigh prepared(const Source& source, const PySource& py) {
+  PreparedHigh high{source, *py.high.mesh};
+  if (py.high.materials) high.materials = *py.high.materials;
+  high.height_field = py.high.height_field;
+  high.faces_inwards = py.faces_inwards;
+  return high;
+}
+
+JobResult run_from(const PySource& source, const Job& job, RunHooks& hooks, const Call& call) {
+  const Source kept = source.get();
+  const PreparedHigh high = prepared(kept, source);
+  hooks.high = &high;
+  hooks.writes = false;
+  JobResult made = call.run_whole([&](const Progress& progress) {
+    return run_job([&] { return device_of(source.device); }, job, progress, hooks);
+  });
+  check_cancelled(made.cancelled);
+  warn(made.causes);
+  return made;
+}
+
 PyBake run_bake(const PySource& source, const PyMesh& low, const Keywords& words,
                 const std::optional<PyMesh>& cage_mesh, const std::vector<PyMesh>& occluders,
                 bool by_high, bool by_low, const nb::list& textures, const PyMatch* saved,
                 nb::object progress) {
   const Call call(std::move(progress));
-  Request request = request_of(words, cage_mesh, occluders, by_high, by_low);
-  take_textures(textures, request.normal_format(), request.options);
-  const Source kept = source.get();
-  if (saved != nullptr) request.options.match.saved = saved->match.get();
+  Job job = job_in_memory(source, words);
+  Asset asset;
+  asset.mesh = *low.mesh;
+  JobInput& input = job.low.given.emplace_back(std::move(asset), name_or(low, "low"));
+  input.simplified = low.made;
+  if (cage_mesh) job.bake.match.cage_mesh = cage_mesh->mesh.get();
+  if (saved != nullptr) job.bake.match.saved = saved->match.get();
+  job.bake.occlusion.by_high = by_high;
+  job.bake.occlusion.by_low = by_low;
+  for (const PyMesh& other : occluders) {
+    job.bake.occlusion.by_others.push_back(other.mesh.get());
+  }
+  take_textures(textures, job.high_normal_map, job.bake);
+  RunHooks hooks;
+  BakeResult result;
   std::optional<PlannedBake> planned;
-  BakeResult result = call.run([&] {
-    request.prepare(&kept, source.high, source.faces_inwards, low);
-    request.options.progress = call.progress();
-    if (request.chooses_match()) {
-      planned = bake_planned(kept, request.low(), request.match_options());
-    }
-    BakeResult baked =
-        planned ? std::move(planned->result) : bake(kept, request.low(), request.options);
-    // A map with nothing in it is no success, and says why.
-    if (!baked.cancelled) check_result(baked.report, *source.high.mesh, request.low());
-    return baked;
-  });
-  PyBake bake = finished(std::move(result), request, low.mesh->name);
+  hooks.on_baked = [&](BakeRun& run) {
+    result = std::move(run.result);
+    run.result.report = result.report;
+    planned = std::move(run.planned);
+  };
+  const JobResult made = run_from(source, job, hooks, call);
+  PyBake bake = py_bake(std::move(result), made.warnings, low.mesh->name);
   if (planned) {
     nb::dict chosen;
     chosen["match"] = std::string(planned->chosen.method.name);
@@ -148,32 +193,41 @@ PyMatch run_match(const PySource& source, const PyMesh& low, const Keywords& wor
 /// \returns the low poly, its maps or None, and what was chosen
 nb::tuple run_plan(const PySource& source, const Keywords& words, nb::object progress) {
   const Call call(std::move(progress));
-  Request request(words);
-  const Source kept = source.get();
-  std::shared_ptr<const Mesh> low;
-  LowPolyPlan plan = call.run([&] {
-    request.read_textures(source.high);
-    request.options.progress = call.progress();
-    LowPolyPlan made = plan_low_poly(kept, *source.high.mesh, request.plan_options());
-    low = shared(std::move(made.low));
-    return made;
-  });
-  check_cancelled(plan.cancelled);
+  const Job job = job_in_memory(source, words);
+  RunHooks hooks;
+  std::optional<BakeResult> result;
+  Candidate trial;
+  double wanted = 0;
+  bool reached = false;
+  SimplifyReport simplified;
+  hooks.on_baked = [&](BakeRun& run) {
+    trial = run.plan->chosen;
+    wanted = run.plan->wanted;
+    reached = run.plan->reached;
+    simplified = *run.low.simplified;
+    if (run.result.maps.empty()) return;
+    result = std::move(run.result);
+    run.result.report = result->report;
+  };
+  JobResult job_result = run_from(source, job, hooks, call);
   nb::dict d;
-  d["faces"] = plan.chosen.faces;
-  d["size"] = plan.chosen.size;
-  d["samples"] = plan.chosen.samples;
-  d["bits"] = plan.chosen.bits;
-  d["match"] = std::string(plan.chosen.method.name);
-  d["degrees"] = plan.chosen.measured;
-  d["search_distance"] = plan.simplified.search_distance();
-  d["wanted"] = plan.wanted;
-  d["reached"] = plan.reached;
+  d["faces"] = trial.faces;
+  d["size"] = trial.size;
+  d["samples"] = trial.samples;
+  d["bits"] = trial.bits;
+  d["match"] = std::string(trial.method.name);
+  d["degrees"] = trial.measured;
+  d["search_distance"] = simplified.search_distance();
+  d["wanted"] = wanted;
+  d["reached"] = reached;
+  job_result.low.name = source.high.mesh->name;
+  PyMesh low{shared(std::move(job_result.low))};
+  low.made = std::make_shared<const SimplifyReport>(std::move(simplified));
   nb::object bake = nb::none();
-  if (plan.result) bake = nb::cast(finished(std::move(*plan.result), request, low->name));
-  PyMesh made{low};
-  made.made = std::make_shared<const SimplifyReport>(std::move(plan.simplified));
-  return nb::make_tuple(made, bake, d);
+  if (result) {
+    bake = nb::cast(py_bake(std::move(*result), job_result.warnings, low.mesh->name));
+  }
+  return nb::make_tuple(low, bake, d);
 }
 
 SaveImageOptions image_options(const std::string& format, bool dither) {
@@ -228,30 +282,14 @@ nb::any stored(PyBake& self, const std::string& name) {
   return array(std::move(image.pixels), {height, width, channels});
 }
 
-/// \param keep  what is imperfect is told, and the mesh returned has the materials: they are read once
-/// \returns the high poly; what of maps and of transfers its colours and materials have, as the command's GLB does; and
-/// the looks of its materials by name: alpha mode, cutoff, and whether back faces are shown
-nb::tuple material_maps(const PyMesh& high, bool keep) {
+/// True if materials of the mesh are transparent, through which its inner surfaces show.
+bool is_transparent_mesh(const PyMesh& high) {
   const Call call;
-  std::vector<Warning> warnings;
-  std::vector<Material> materials;
-  PyMesh known = high;
-  const MaterialMaps found = call.run([&] {
-    if (!high.file.empty() && !high.mesh->material_files.empty()) {
-      materials = load_materials(*high.mesh, high.file, keep ? &warnings : nullptr);
-      if (keep) known.materials = std::make_shared<const std::vector<Material>>(materials);
-    }
-    return material_maps(*high.mesh, materials, true, warnings);
+  return call.run([&] {
+    if (high.file.empty() || high.mesh->material_files.empty()) return false;
+    const std::vector<Material> materials = load_materials(*high.mesh, high.file);
+    return std::any_of(materials.begin(), materials.end(), is_transparent);
   });
-  if (keep) warn(warnings);
-  nb::dict looks;
-  for (const Material& m : materials) {
-    if (m.place.empty()) continue;
-    const AlphaMode mode = is_transparent(m) ? m.alpha_mode : AlphaMode::opaque;
-    looks[m.name.c_str()] = nb::make_tuple(std::string(name_of(Words(kAlphaModes), mode)),
-                                           m.alpha_cutoff, m.double_sided);
-  }
-  return nb::make_tuple(known, found.maps, found.transfers, looks);
 }
 
 /// \param names  of the places for maps in a material
@@ -281,20 +319,37 @@ nb::tuple asset_maps(const PyBake& self, const std::vector<std::string>& names) 
 
 }  // namespace
 
-PyBake finished(BakeResult result, const Request& request, const std::string& low_name) {
-  check_cancelled(result.cancelled);
+PyBake py_bake(BakeResult result, const std::vector<Warning>& warnings,
+               const std::string& low_name) {
   PyBake bake;
+  result.report.warnings = warnings;
   for (const BakedMap& map : result.maps) {
     bake.names.push_back(std::string(map.kind.name) +
                          (map.cluster == 0 ? "" : "_" + std::to_string(map.cluster)));
   }
-  result.report.warnings.insert(result.report.warnings.begin(), request.warnings.begin(),
-                                request.warnings.end());
-  warn(result.report.warnings);
   bake.report = nb::steal<nb::any>(describe(result.report).release());
   bake.low_name = low_name;
   bake.result = std::move(result);
   return bake;
+}
+
+PyBake finished(BakeResult result, const Request& request, const std::string& low_name) {
+  check_cancelled(result.cancelled);
+  std::vector<Warning> warnings = request.warnings;
+  warnings.insert(warnings.end(), result.report.warnings.begin(), result.report.warnings.end());
+  warn(warnings);
+  return py_bake(std::move(result), warnings, low_name);
+}
+
+void check_transfers(const Job& job, const PyMesh& high) {
+  const bool of_materials =
+      std::any_of(job.transfers.begin(), job.transfers.end(),
+                  [](const std::string& transfer) { return transfer.starts_with("mtl:"); });
+  if (!high.file.empty() || !of_materials) return;
+  throw Error(ErrorCode::usage,
+              "--transfer: the high poly is of no file, whose materials would be read: give "
+              "pictures as textures={name: pixels}.",
+              "option-contradiction");
 }
 
 void take_textures(const nb::list& textures, NormalTextureFormat normals, BakeOptions& options) {
@@ -335,48 +390,6 @@ Request::Request(const Keywords& words, const PyMesh* cage_mesh,
   share_occluders(options);
 }
 
-Request::Request(const Keywords& words) : job_(job_of(words, true)) { options = options_of(job_); }
-
-void Request::read_textures(const PyMesh& high) {
-  if (high.file.empty() && !job_.transfers.empty()) {
-    throw Error(ErrorCode::usage,
-                "--transfer: the high poly is of no file, whose materials would be read: give "
-                "pictures as textures={name: pixels}.",
-                "option-contradiction");
-  }
-  if (high.file.empty()) return;
-  job_.high = {JobInput(high.file)};
-  load_textures(job_, *high.mesh, options, warnings,
-                high.materials ? std::span(*high.materials) : std::span<const Material>());
-}
-
-LowPolyPlanOptions Request::plan_options() const {
-  const Job& a = job_;
-  LowPolyPlanOptions plan;
-  plan.max_error = parse_degrees("--max-error", angle_bound(a));
-  plan.bounds = map_bounds(a);
-  plan.choose_rays = !a.given.contains("--ao-rays");
-  if (!a.low.make.screen.empty()) plan.screen = parse_pixels("--screen", a.low.make.screen);
-  if (!a.low.make.max_outline.empty())
-    plan.max_outline = parse_outline_bound(a.low.make.max_outline);
-  plan.choose_match = a.match_auto;
-  plan.choose_samples = !a.given.contains("--samples");
-  plan.bake = options;
-  plan.may_leave_map_out = options.maps.size() == 1 && options.transfers.empty();
-  return plan;
-}
-
-PlanOptions Request::match_options() const {
-  PlanOptions plan;
-  if (const std::string bound = angle_bound(job_); !bound.empty()) {
-    plan.max_error = parse_degrees("--max-error", bound);
-  }
-  plan.bounds = map_bounds(job_);
-  plan.choose_rays = !job_.given.contains("--ao-rays");
-  plan.bake = options;
-  return plan;
-}
-
 void Request::prepare(const Source* source, const PyMesh& high_poly, bool faces_inwards,
                       const PyMesh& low_poly) {
   if (job_.cage_auto && source == nullptr) {
@@ -394,7 +407,11 @@ void Request::prepare(const Source* source, const PyMesh& high_poly, bool faces_
   }
   low_ = agreed(drawn, "LOW", Trusted::normals, warnings);
   const Mesh &high = *high_poly.mesh, &low = *low_;
-  read_textures(high_poly);
+  check_transfers(job_, high_poly);
+  if (!high_poly.file.empty()) job_.high = {JobInput(high_poly.file)};
+  load_textures(
+      job_, high, options, warnings,
+      high_poly.materials ? std::span(*high_poly.materials) : std::span<const Material>());
   if (high_poly.height_field) {
     if (!job_.given.contains("--match")) {
       options.match.method = first_match("match.uv");
@@ -514,8 +531,7 @@ void add_bake(nb::module_& module) {
     }
     return list;
   });
-  module.def("glb_occlusion_error", &glb_occlusion_error, "words"_a);
-  module.def("material_maps", &material_maps, "high"_a, "keep"_a);
+  module.def("is_transparent", &is_transparent_mesh, "mesh"_a);
   module.def("asset_maps", &asset_maps, "bake"_a, "names"_a);
   module.def("nearest_keyword", &nearest_keyword, "word"_a);
 }

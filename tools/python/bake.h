@@ -8,18 +8,15 @@
 #include "job/high_poly_input.h"
 #include "job/job_options.h"
 #include "kiln/cage.h"
-#include "kiln/plan.h"
 #include "options.h"
 #include "source.h"
 
 namespace kiln::python {
 
-/// A call's options, with all that they point to.
+/// Options of a match or a session, with all that they point to.
 class Request {
  public:
-  /// For a plan of a low poly.
-  explicit Request(const Keywords& words);
-  /// \param words      keywords that the command knows
+  /// \param words      keywords
   /// \param cage_mesh  or null
   /// \param occluders  beside high and low
   Request(const Keywords& words, const PyMesh* cage_mesh, const std::vector<PyMesh>& occluders,
@@ -31,14 +28,8 @@ class Request {
   /// \param faces_inwards  see PySource
   void prepare(const Source* source, const PyMesh& high, bool faces_inwards, const PyMesh& low);
 
-  /// The part of prepare() that needs no low poly.
-  void read_textures(const PyMesh& high);
   NormalTextureFormat normal_format() const { return job_.high_normal_map; }
-  LowPolyPlanOptions plan_options() const;
-
-  /// True if match and size are to be chosen: by bake_planned() with match_options().
   bool chooses_match() const { return job_.match_auto; }
-  PlanOptions match_options() const;
 
   /// After prepare().
   const Mesh& low() const { return *low_; }
@@ -62,11 +53,18 @@ struct PyBake {
   std::string low_name;
 };
 
-/// Says the warnings. \throws Error(cancelled)
+/// Of a session's bake: says the warnings. \throws Error(cancelled)
 PyBake finished(BakeResult result, const Request& request, const std::string& low_name);
 
 /// \param textures  (name, pixels, kind) over the high poly's UVs: those of maps that hold a texture, and maps of their own
 void take_textures(const nb::list& textures, NormalTextureFormat normals, BakeOptions& options);
+
+/// The maps of a bake by their names, with a report that has these warnings.
+PyBake py_bake(BakeResult result, const std::vector<Warning>& warnings,
+               const std::string& low_name);
+
+/// Refuses pictures of materials of a mesh that came from no file. \throws Error(usage)
+void check_transfers(const Job& job, const PyMesh& high);
 
 /// Figures of a bake as Python has them: a dict of dicts.
 nb::dict describe(const BakeReport& report);

@@ -3,6 +3,7 @@
 
 #include <nanobind/nanobind.h>
 
+#include <algorithm>
 #include <filesystem>
 #include <string>
 #include <string_view>
@@ -34,6 +35,20 @@ class Call {
     const nb::gil_scoped_release unlocked;
     const ProgressScope scope(progress());
     return function();
+  }
+
+  /// Runs a function that takes a Progress and tells shares of the whole: calls within it, which know their own part
+  /// alone, give signs of life. Shares never fall.
+  template <typename Function>
+  auto run_whole(Function&& function) const {
+    const nb::gil_scoped_release unlocked;
+    const Progress tell = progress();
+    double last = 0;
+    const ProgressScope scope([&](double, std::string_view stage) { return tell(last, stage); });
+    return function([&](double done, std::string_view stage) {
+      last = std::max(last, done);
+      return tell(last, stage);
+    });
   }
 
  private:

@@ -1,13 +1,21 @@
 #include "job.h"
 
+#include <nanobind/stl/filesystem.h>
 #include <nanobind/stl/optional.h>
+#include <nanobind/stl/set.h>
 #include <nanobind/stl/string.h>
 
+#include <map>
+#include <set>
 #include <string>
 
 #include "arrays.h"
+#include "bake.h"
+#include "job/run.h"
+#include "kiln/files.h"
 #include "kiln/job.h"
 #include "kiln/options.h"
+#include "match.h"
 #include "mesh.h"
 
 namespace kiln::python {
@@ -15,17 +23,53 @@ namespace {
 
 using nb::literals::operator""_a;
 
+/// A mesh of Python's with the materials of its file.
+JobInput input_of(const PyMesh& mesh, const Call& call) {
+  return call.run([&] {
+    Asset asset;
+    asset.mesh = *mesh.mesh;
+    if (mesh.materials) {
+      asset.materials = *mesh.materials;
+    } else if (!mesh.file.empty() && !mesh.mesh->material_files.empty()) {
+      asset.materials = load_materials(*mesh.mesh, mesh.file);
+    }
+    const std::string& name = mesh.file.empty() ? asset.mesh.name : mesh.file;
+    JobInput input(std::move(asset), name.empty() ? "mesh" : name);
+    input.simplified = mesh.made;
+    return input;
+  });
+}
+
+/// Calls the caller's function with a match. \returns its images by their names
+std::map<std::string, Image> sampled(const nb::object& function, const Match& match,
+                                     const Mesh& high) {
+  Mesh places;  // all that a match's positions are computed from
+  places.origin = high.origin;
+  places.positions = high.positions;
+  places.triangles = high.triangles;
+  auto kept = shared(std::move(places));
+  auto found = std::make_shared<const Match>(match);
+  const nb::gil_scoped_acquire locked;
+  const nb::dict made =
+      nb::cast<nb::dict>(function(PyMatch{std::move(found), PyMesh{std::move(kept)}, nb::none()}));
+  std::map<std::string, Image> images;
+  for (const auto [name, pixels] : made) {
+    images[nb::cast<std::string>(name)] = image_of(pixels, "sample");
+  }
+  return images;
+}
+
 /// \param json  options, and the files of sides that are no mesh here
-nb::dict run_job(const std::string& json, const std::optional<PyMesh>& high,
-                 const std::optional<PyMesh>& low, bool in_memory, nb::object progress) {
+nb::dict run_whole_job(const std::string& json, const std::optional<PyMesh>& high,
+                       const std::optional<PyMesh>& low, bool in_memory, nb::object progress) {
   const Call call(std::move(progress));
   Job job = job_from_json(json);
-  if (high) job.high = {JobInput(*high->mesh, "high")};
-  if (low) job.low.given = {JobInput(*low->mesh, "low")};
+  if (high) job.high = {input_of(*high, call)};
+  if (low) job.low.given = {input_of(*low, call)};
   job.in_memory = in_memory;
-  JobResult made = call.run([&] {
+  JobResult made = call.run_whole([&](const Progress& progress) {
     check(job);
-    return run(device_of(job.device), job, call.progress());
+    return run(device_of(job.device), job, progress);
   });
   check_cancelled(made.cancelled);
   warn(made.causes);
@@ -51,10 +95,65 @@ nb::dict run_job(const std::string& json, const std::optional<PyMesh>& high,
   return d;
 }
 
+/// A job whose output is a GLB in memory.
+/// \param json         options, and the high poly's file where `high` is none
+/// \param not_written  maps that are baked beside others alone
+/// \param sample       none, or called with a kiln.Match; returns images by the names of their slots in a material
+/// \returns the file; the low poly; the maps as baked, or none
+nb::tuple run_glb(const std::string& json, const std::optional<PyMesh>& high,
+                  const std::set<std::string>& not_written, const nb::object& sample,
+                  nb::object progress) {
+  const Call call(std::move(progress));
+  Job job = job_from_json(json);
+  job.in_memory = true;
+  if (high) {
+    job.high = {input_of(*high, call)};
+    check_transfers(job, *high);
+  }
+  RunHooks hooks;
+  hooks.needs_uvs = true;
+  hooks.not_written = not_written;
+  if (!sample.is_none()) {
+    hooks.sample = [&](const Match& match, const Mesh& mesh) {
+      return sampled(sample, match, mesh);
+    };
+  }
+  std::optional<BakeResult> result;
+  PyMesh low;
+  hooks.on_baked = [&](BakeRun& run) {
+    if (!run.result.maps.empty()) result = run.result;
+    if (run.low.simplified) {
+      low.made = std::make_shared<const SimplifyReport>(*run.low.simplified);
+    }
+  };
+  JobResult made = call.run_whole([&](const Progress& progress) {
+    return run_job([&] { return device_of(job.device); }, job, progress, hooks);
+  });
+  check_cancelled(made.cancelled);
+  warn(made.causes);
+  low.mesh = shared(std::move(made.low));
+  nb::object bake = nb::none();
+  if (result) bake = nb::cast(py_bake(std::move(*result), made.warnings, low.mesh->name));
+  return nb::make_tuple(nb::bytes(reinterpret_cast<const char*>(made.glb.data()), made.glb.size()),
+                        low, bake);
+}
+
+void write_file(const std::filesystem::path& path, nb::bytes data) {
+  const Call call;
+  const std::string_view bytes(data.c_str(), data.size());
+  call.run([&] {
+    OutputSet::check(path);
+    save_text(path, bytes);
+  });
+}
+
 }  // namespace
 
 void add_job(nb::module_& module) {
-  module.def("run_job", &run_job, "json"_a, "high"_a.none(), "low"_a.none(), "in_memory"_a,
+  module.def("run_glb", &run_glb, "json"_a, "high"_a.none(), "not_written"_a, "sample"_a.none(),
+             "progress"_a.none());
+  module.def("write_file", &write_file, "path"_a, "data"_a);
+  module.def("run_job", &run_whole_job, "json"_a, "high"_a.none(), "low"_a.none(), "in_memory"_a,
              "progress"_a.none());
   module.def("job_schema", &job_schema);
 }

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <array>
-#include <map>
 #include <string_view>
 
 #include "job/job_options.h"
@@ -29,26 +28,6 @@ std::string keyword_of(std::string flag) {
   return flag;
 }
 
-Job parsed(const Keywords& words, bool plans) {
-  Job job;
-  // The meshes are no files: names that the checks take for such.
-  job.high = {"high.ply"};
-  if (!plans) job.low = JobLow("low.obj");
-  job.out = ".";
-  std::map<std::string, std::vector<std::string>> values;
-  for (const auto& [keyword, value] : words)
-    values[keyword].push_back(value.empty() ? "true" : value);
-  for (const auto& [keyword, list] : values) {
-    if (list.size() == 1) {
-      set_option(job, keyword, list[0]);
-    } else {
-      set_option(job, keyword, list);
-    }
-  }
-  if (plans && !job.given.contains("--match")) job.match_auto = true;
-  return job;
-}
-
 }  // namespace
 
 std::vector<Keyword> keywords() {
@@ -60,14 +39,13 @@ std::vector<Keyword> keywords() {
   return list;
 }
 
-double glb_occlusion_error(const Keywords& words) {
-  Job job = parsed(words, false);
-  smooth_occlusion(job);
-  return job.bake.occlusion.max_error;
-}
-
-Job job_of(const Keywords& words, bool plans) {
-  Job job = parsed(words, plans);
+Job job_of(const Keywords& keywords) {
+  Job job;
+  // The meshes are in memory: these stand for them.
+  job.high = {JobInput(Asset{}, "high")};
+  job.low.given = {JobInput(Asset{}, "low")};
+  job.in_memory = true;
+  set_options(job, keywords);
   check_settled(job);
   return job;
 }

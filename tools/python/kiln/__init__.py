@@ -7,7 +7,7 @@
     bake.save("out")
 """
 
-from ._bake import Bake, MapError, Report, SampleStatus, Source, bake, bake_sets, match, options
+from ._bake import Bake, MapError, Report, SampleStatus, Source, bake, bake_sets, match
 from ._core import Match, Mesh
 from ._core import devices as devices
 from ._core import version as _version
@@ -17,6 +17,7 @@ from ._glb import Glb, pack_glb, sampled, to_glb
 from ._job import JobMap, JobResult, job_schema, run
 from ._measure import NormalError, measure, render
 from ._meshes import as_mesh, load
+from ._options import options
 from ._plan import Plan, plan
 from ._session import BakeSession, ViewSession
 from ._surface import clean, simplify, unwrap

@@ -14,6 +14,7 @@ from . import _core
 from ._core import Match, Mesh
 from ._errors import Error, KilnWarning, device_of, path_of, quiet, texture_set
 from ._meshes import as_high, as_mesh
+from ._options import checked, is_number, json_of, plain
 from ._progress import callback_of
 
 if TYPE_CHECKING:
@@ -23,8 +24,6 @@ if TYPE_CHECKING:
     import numpy.typing as npt
 
     from ._keywords import Keywords
-
-_known: dict[str, bool] = {}
 
 #: Formats that endings of files stand for, and endings of pictures that are not written.
 _FORMATS = {
@@ -38,78 +37,6 @@ _FORMATS = {
     ".dds": "dds",
 }
 _NO_PICTURES = (".bmp", ".gif", ".hdr", ".jpeg", ".jpg")
-
-
-def options() -> dict[str, str]:
-    """The keywords of bake() and what each means, as the command's help has it.
-
-    >>> import kiln
-    >>> "samples" in kiln.options()
-    True
-    """
-    return {name: text for name, is_flag, text in _core.keywords()}
-
-
-def words_of(given: Mapping[str, Any]) -> list[tuple[str, str]]:
-    """Keywords as the command line writes them."""
-    if not _known:
-        _known.update((name, is_flag) for name, is_flag, text in _core.keywords())
-    words: list[tuple[str, str]] = []
-    for name, value in given.items():
-        if name not in _known:
-            near = _core.nearest_keyword(name)
-            raise TypeError(
-                f"bake() got an unexpected keyword argument '{name}'"
-                + (f"; did you mean {near}?" if near else "; kiln.options() lists them")
-            )
-        if value is None:
-            continue
-        if _known[name]:
-            if not isinstance(value, bool):
-                raise Error(f"{name}: expected True or False, not {value!r}.", "option-type", "usage", name)
-            if value:
-                words.append((name, ""))
-            continue
-        words.extend((name, word) for word in _texts(name, value))
-    return words
-
-
-def _texts(name: str, value: Any) -> Iterator[str]:
-    value = _plain(value)
-    if isinstance(value, Mapping):
-        for key, part in value.items():
-            yield f"{key}={_text(name, part)}"
-    elif isinstance(value, (list, tuple)) and not all(_is_number(part) for part in value):
-        for part in value:
-            yield _text(name, part)
-    elif isinstance(value, (list, tuple)) and not value:
-        raise Error(f"{name}: the list is empty.", "option-type", "usage", name)
-    else:
-        yield _text(name, value)
-
-
-def _is_number(value: Any) -> bool:
-    return isinstance(value, (int, float)) and not isinstance(value, bool)
-
-
-def _plain(value: Any) -> Any:
-    """Python's own numbers and lists, where they are NumPy's."""
-    if hasattr(value, "tolist"):
-        return value.tolist()
-    if isinstance(value, (list, tuple)):
-        return [_plain(part) for part in value]
-    return value
-
-
-def _text(name: str, value: Any) -> str:
-    value = _plain(value)
-    if isinstance(value, str) and value:
-        return value
-    if _is_number(value):
-        return repr(value)
-    if isinstance(value, (list, tuple)) and value and all(_is_number(part) for part in value):
-        return ("x" if name == "size" else ",").join(repr(part) for part in value)
-    raise Error(f"{name}: cannot be {value!r}.", "option-type", "usage", name)
 
 
 class SampleStatus(enum.IntEnum):
@@ -403,7 +330,7 @@ class Wanted(NamedTuple):
     """What the core needs of bake()'s arguments."""
 
     low: Mesh
-    words: list[tuple[str, str]]
+    options: str
     cage: Mesh | None
     others: list[Mesh]
     by_high: bool
@@ -420,15 +347,18 @@ def wanted(
     ao_occluders: Sequence[Any] | str,
     textures: Mapping[str, Any] | None,
     keywords: Mapping[str, Any],
+    **more: Any,
 ) -> Wanted:
     occluders = [ao_occluders] if isinstance(ao_occluders, str) else list(ao_occluders)
     named = [item for item in occluders if isinstance(item, str) and item in ("high", "low")]
     others = [as_mesh(item, "ao_occluders") for item in occluders if not (isinstance(item, str) and item in named)]
     names = [maps] if isinstance(maps, str) else list(maps)
-    words = words_of({"size": size, "maps": names, "match": match, **keywords})
+    if not names:
+        raise Error("maps: the list is empty.", "option-type", "usage", "maps")
+    options = json_of({**checked({"size": size, "maps": names, "match": match, **keywords}), **more})
     low_mesh = as_mesh(low, "low")
     cage = None if cage_mesh is None else as_mesh(cage_mesh, "cage_mesh")
-    return Wanted(low_mesh, words, cage, others, "high" in named, "low" in named, _textures_of(textures))
+    return Wanted(low_mesh, options, cage, others, "high" in named, "low" in named, _textures_of(textures))
 
 
 def bake(
@@ -481,9 +411,8 @@ def bake(
     method = None if isinstance(match, Match) else match
     if max_error is not None and match is None:
         method = "auto"
-    given = wanted(low, size, maps, method, cage_mesh, ao_occluders, textures, keywords)
-    if max_error is not None:
-        given.words.append(("max_error", error_bound(max_error)))
+    bound = None if max_error is None else error_bound(max_error)
+    given = wanted(low, size, maps, method, cage_mesh, ao_occluders, textures, keywords, max_error=bound)
     report = callback_of(progress)
     source = _source_of(high, device, report, high_normals)
     core = _core.bake(source._core, *given, saved, report)
@@ -527,8 +456,8 @@ def bake(
 
 def error_bound(max_error: str | float) -> str:
     """As the command takes it: degrees of rendered normals, or bounds of maps by name."""
-    max_error = _plain(max_error)
-    if _is_number(max_error):
+    max_error = plain(max_error)
+    if is_number(max_error):
         return f"normal={max_error!r}"
     if not isinstance(max_error, str) or "=" not in max_error:
         raise Error(
@@ -635,9 +564,9 @@ def match(
     >>> found.face.shape, found.position.shape, found.barycentrics.shape
     ((16, 16), (16, 16, 3), (16, 16, 3))
     """
-    words = words_of({"size": size, "match": match, **keywords})
+    options = json_of(checked({"size": size, "match": match, **keywords}))
     low_mesh = as_mesh(low, "low")
     cage = None if cage_mesh is None else as_mesh(cage_mesh, "cage_mesh")
     report = callback_of(progress)
     source = _source_of(high, device, report, high_normals)
-    return _core.match(source._core, low_mesh, words, cage, report)
+    return _core.match(source._core, low_mesh, options, cage, report)

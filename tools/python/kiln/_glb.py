@@ -8,12 +8,13 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from . import _core
-from ._bake import Bake, Source, bake, error_bound, match, words_of
+from ._bake import Bake, error_bound
 from ._core import Mesh
-from ._errors import Error, count_of, device_of, path_of, untold, warn
-from ._meshes import as_high, as_mesh
-from ._plan import plan
-from ._progress import callback_of, done
+from ._errors import Error, count_of, device_of, path_of, untold
+from ._meshes import as_mesh, kept_file
+from ._options import checked, json_of
+from ._plan import screen_of
+from ._progress import callback_of
 from ._surface import cleaned
 
 if TYPE_CHECKING:
@@ -87,7 +88,7 @@ class Glb:
 
 
 def arrays_of(data: bytes) -> dict[str, np.ndarray]:
-    """Vertices with all attributes, and one list of indices, of a GLB of Kiln's. Its nodes only translate or scale."""
+    """Vertices with all attributes, and one list of indices, of a GLB of Kiln's, in the scene's space."""
     import json
 
     import numpy as np
@@ -109,30 +110,60 @@ def arrays_of(data: bytes) -> dict[str, np.ndarray]:
     parts: dict[str, list[np.ndarray]] = {name: [] for name in ("vertices", "faces", "uvs", "normals", "tangents")}
     count = 0
 
-    def visit(index: int, shift: np.ndarray, scale: np.ndarray) -> None:
+    def add(primitive: dict[str, Any], world: np.ndarray) -> None:
         nonlocal count
+        attributes = primitive["attributes"]
+        if "TEXCOORD_0" not in attributes:  # a collision hull
+            return
+        positions, normals, tangents = (values(attributes[name]) for name in ("POSITION", "NORMAL", "TANGENT"))
+        faces = values(primitive["indices"]).reshape(-1, 3) + np.uint32(count)
+        if (world != np.eye(4)).any():
+            linear = world[:3, :3]
+            positions = positions @ linear.T + world[:3, 3]
+            normals = _unit(normals @ np.linalg.inv(linear)).astype(np.float32)
+            along = _unit(tangents[:, :3] @ linear.T)
+            sign = tangents[:, 3:] * np.sign(np.linalg.det(linear))
+            tangents = np.concatenate([along, sign], axis=1).astype(np.float32)
+            if np.linalg.det(linear) < 0:
+                faces = faces[:, ::-1]
+        parts["vertices"].append(positions)
+        parts["faces"].append(faces)
+        parts["uvs"].append(np.array([0, 1], np.float32) + values(attributes["TEXCOORD_0"]) * np.array([1, -1], np.float32))
+        parts["normals"].append(normals)
+        parts["tangents"].append(tangents)
+        count += len(positions)
+
+    def visit(index: int, parent: np.ndarray) -> None:
         node = document["nodes"][index]
-        shift = shift + scale * np.array(node.get("translation", [0, 0, 0]), float)
-        scale = scale * np.array(node.get("scale", [1, 1, 1]), float)
+        world = parent @ _transform_of(node)
         for primitive in document["meshes"][node["mesh"]]["primitives"] if "mesh" in node else ():
-            attributes = primitive["attributes"]
-            positions = values(attributes["POSITION"])
-            if shift.any() or (scale != 1).any():
-                positions = positions * scale + shift
-            parts["vertices"].append(positions)
-            parts["faces"].append(values(primitive["indices"]).reshape(-1, 3) + np.uint32(count))
-            parts["uvs"].append(
-                np.array([0, 1], np.float32) + values(attributes["TEXCOORD_0"]) * np.array([1, -1], np.float32)
-            )
-            parts["normals"].append(values(attributes["NORMAL"]))
-            parts["tangents"].append(values(attributes["TANGENT"]))
-            count += len(positions)
+            add(primitive, world)
         for child in node.get("children", ()):
-            visit(child, shift, scale)
+            visit(child, world)
 
     for root in document["scenes"][document.get("scene", 0)]["nodes"]:
-        visit(root, np.zeros(3), np.ones(3))
+        visit(root, np.eye(4))
     return {name: np.concatenate(arrays) for name, arrays in parts.items()}
+
+
+def _unit(vectors: np.ndarray) -> np.ndarray:
+    import numpy as np
+
+    lengths: np.ndarray = np.linalg.norm(vectors, axis=1, keepdims=True)
+    scaled: np.ndarray = vectors / np.maximum(lengths, np.finfo(np.float64).tiny)
+    return scaled
+
+
+def _transform_of(node: Mapping[str, Any]) -> np.ndarray:
+    """A node's matrix to its parent, as Kiln writes it: whole, or a translation and a scale."""
+    import numpy as np
+
+    if "matrix" in node:
+        return np.array(node["matrix"], float).reshape(4, 4).T
+    matrix = np.eye(4)
+    matrix[[0, 1, 2], [0, 1, 2]] = node.get("scale", [1, 1, 1])
+    matrix[:3, 3] = node.get("translation", [0, 0, 0])
+    return matrix
 
 
 def sampled(
@@ -233,7 +264,9 @@ def pack_glb(
     mesh = as_mesh(low, "low")
     files = {name: image(maps[name], "maps") for name in SLOTS if name in maps}
     _check_pictures("maps", files)
-    return Glb(_write(mesh, files, path, _Looks({}, alpha, double_sided), None), mesh, files, None)
+    data = _core.encode_glb(mesh, files, alpha, double_sided)
+    _write(data, path)
+    return Glb(data, mesh, files, None)
 
 
 def _check_slots(parameter: str, maps: Iterable[str]) -> None:
@@ -319,204 +352,102 @@ def to_glb(
     keywords         as bake() takes them: match, samples, fallback... Ambient occlusion is smoothed (ao_error=1)
                      where none of ao_rays, ao_error, ao_by and ao_views is given, as in the command's GLB
 
-    Repairs are warnings. Returns a kiln.Glb.
+    It is the job of `kiln bake HIGH --sets one --out NAME.glb`: of a file, its nodes and materials stay, and the bytes
+    are the command's. Repairs are warnings. Returns a kiln.Glb.
     """
-    whole = vertices if faces is None else None
-    high = as_mesh(whole, "vertices") if faces is None else Mesh(vertices, faces, colors=colors)
-    if faces is None and colors is not None:
-        high = Mesh(high.vertices, high.faces, colors=colors, name=high.name)
     _check_output(path, "mask" if alpha is None else alpha)
-    unasked = maps is None
-    high, has, transfers, of_materials = _of_materials(high, unasked and sample is None)
-    looks = _Looks(of_materials, alpha, double_sided)
-    if maps is None:
-        maps = ["normal", "ao", *has] if sample is None else ["normal", "ao"]
-        transfers = transfers if sample is None else []
-    else:
-        maps = [maps] if isinstance(maps, str) else list(maps)
-        _check_slots("maps", maps)
-        transfers = [f"mtl:{name}" for name in maps if name in OF_MATERIALS]
-        maps = [name for name in maps if name not in OF_MATERIALS]
     texture_size = count_of(texture_size, "texture_size", 16, 16384)
     if faces_target is not None and max_error is not None:
         text = "faces_target: max_error chooses the number of triangles: leave one of them out."
         raise Error(text, "option-contradiction", "usage", "faces_target")
-    faces_target = count_of(10_000 if faces_target is None else faces_target, "faces_target", 1, 2**31)
-    words = words_of({"size": texture_size, **{key: value for key, value in keywords.items() if key != "match"}})
-    for name in ("space", "flip_y", "two_component", "raw", "mips", "visibility_clusters"):
-        if keywords.get(name):
-            raise Error(f"{name}: is not for a GLB: leave it out.", "option-contradiction", "usage", name)
+    count = count_of(10_000 if faces_target is None else faces_target, "faces_target", 1, 2**31)
+    sides = None if double_sided is None else "yes" if double_sided else "no"
+    options: dict[str, Any] = checked({"size": texture_size, **keywords})
+    options |= {"sets": "one", "device": device_of(device) or None, "alpha": alpha, "double_sided": sides}
+    options |= {"screen": screen_of(screen), "max_outline": max_outline, "high_normals": str(high_normals)}
+    options |= {"max_error": error_bound(max_error)} if max_error is not None else {"faces": count}
+    wanted, left_out = _maps_of(maps, sample is not None)
+    if wanted is not None:
+        _check_slots("maps", wanted)
+        options["maps"] = [name for name in wanted if name not in OF_MATERIALS] or ["normal"]
+        if options["maps"] != wanted:
+            given = options.get("transfer", [])
+            given = [given] if isinstance(given, str) else list(given)
+            transfers = [f"mtl:{name}" for name in wanted if name in OF_MATERIALS]
+            options["transfer"] = list(dict.fromkeys(transfers + given)) or None
+            left_out |= {"normal"} - set(wanted)
     report = callback_of(progress)
-    drop_hidden = drop_hidden and "opacity" not in maps  # inner surfaces show through what is not opaque
-    high = cleaned(high, weld, orient, fill_holes, drop_floaters, drop_hidden, _part(report, 0, 0.02))
-    high = as_high(high, high_normals)
-    if max_error is not None:
-        words.append(("max_error", error_bound(max_error)))
-    smooth = _core.glb_occlusion_error(words)
-    if "ao" in maps and smooth > 0:
-        keywords["ao_error"] = smooth
-    given = keywords.pop("transfer", None)
-    transfers += [given] if isinstance(given, str) else list(given or [])
-    if max_error is not None:
-        return _planned(
-            high,
-            max_error,
-            texture_size,
-            maps,
-            transfers,
-            unasked,
-            sample,
-            path,
-            looks,
-            device,
-            report,
-            {"screen": screen, "max_outline": max_outline, **keywords},
-        )
-    if screen is not None or max_outline is not None:
-        parameter = "screen" if screen is not None else "max_outline"
-        raise Error(f"{parameter}: is for max_error: give that, or leave it out.", "usage", "usage", parameter)
-    low = _core.simplify(high, faces_target, 0.002, False, False, False, False, _part(report, 0.02, 0.2))
-    low = _core.unwrap(low, texture_size, "charts", None, None, _part(report, 0.2, 0.35))
-    low = _core.fit_normals(low, high, _part(report, 0.35, 0.4))
-    with Source(high, device=device, progress=_part(report, 0.4, 0.5)) as source:
-        files: dict[str, np.ndarray] = {}
-        if sample is not None:
-            found = match(source, low, size=texture_size, progress=_part(report, 0.5, 0.6), **_of_match(keywords))
-            files = sampled(found, sample, device)
-            _check_slots("sample", files)
-            _check_pictures("sample", files)
-            looks.opacity_is_own = "opacity" in files
-            maps = [name for name in maps if name not in files]
-            transfers = [text for text in transfers if text.removeprefix("mtl:") not in files]
-        baked, strength = None, 1.0
-        if maps or transfers:
-            keywords |= _with_transfers(maps, transfers)
-            with untold("material-value" if unasked else None):
-                baked = bake(source, low, size=texture_size, progress=_part(report, 0.6, 0.95), **keywords)
-            ours, strength = _pictures_of(baked, maps, unasked)
-            strength = 1.0 if "emission" in files else strength
-            files = {**ours, **files}
+    repairs = (weld, orient, fill_holes, drop_floaters, drop_hidden)
+    mesh, kept = None, None
+    if repairs == (1e-5, True, True, True, True) and faces is None and colors is None:
+        options["high"], kept = _file_of(vertices)
+    if not options.get("high"):
+        high = as_mesh(vertices, "vertices") if faces is None else Mesh(vertices, faces, colors=colors)
+        if faces is None and colors is not None:
+            high = Mesh(high.vertices, high.faces, colors=colors, name=high.name)
+        mesh = high
+        if repairs != (1e-5, True, True, True, True):
+            shows_inside = "opacity" in (wanted or ()) or (wanted is None and _core.is_transparent(high))
+            mesh = cleaned(high, *repairs[:4], drop_hidden and not shows_inside, _part(report, 0, 0.02))
+            options["clean"] = "none"
+    options["out"] = _name_of(path, mesh, options.get("high"))
+    files: dict[str, np.ndarray] = {}
+
+    def call(found: _core.Match) -> dict[str, np.ndarray]:
+        assert sample is not None
+        files.update(sampled(found, sample, device))
+        _check_slots("sample", files)
+        _check_pictures("sample", files)
+        return files
+
+    with untold("low-heavy" if faces_target is None else None):
+        function = None if sample is None else call
+        data, low, core = _core.run_glb(json_of(options), mesh, left_out, function, report)
+    del kept
+    baked = None if core is None else Bake(core, keywords)
+    strength = 1.0
+    if baked is not None:
+        ours, strength = _pictures_of(baked, left_out)
+        files = {**ours, **files}
     files = {name: files[name] for name in SLOTS if name in files}
-    data = _write(low, files, path, looks, baked, strength)
-    return done(report, Glb(data, low, files, baked, strength))
+    _write(data, path)
+    return Glb(data, low, files, baked, strength)
 
 
-def _planned(
-    high: Mesh,
-    max_error: str | float,
-    size: int,
-    maps: list[str],
-    transfers: list[str],
-    unasked: bool,
-    sample: Callable[[np.ndarray], Any] | None,
-    path: str | os.PathLike[str] | None,
-    looks: _Looks,
-    device: str | int,
-    report: Any,
-    keywords: dict[str, Any],
-) -> Glb:
-    with Source(high, device=device, progress=_part(report, 0.02, 0.1)) as source:
-        by = keywords | _with_transfers(maps, transfers)
-        with untold("material-value" if unasked else None):
-            made = plan(source, max_error=max_error, size=size, progress=_part(report, 0.1, 0.8), **by)
-        files: dict[str, np.ndarray] = {}
-        strength = 1.0
-        low = made.mesh
-        if low.uvs is None:  # it needs no map, but a GLB has UVs
-            low = _core.unwrap(low, size, "charts", None, None, None)
-        if made.bake is not None:
-            files, strength = _pictures_of(made.bake, maps, unasked)
-        if sample is not None:
-            words = _of_match({key: value for key, value in keywords.items() if key not in ("screen", "max_outline")})
-            words["match"] = made.chosen["match"]
-            if made.bake is not None and not {"max_distance", "cage"} & words.keys():
-                words["max_distance"] = made.bake.report.max_distance  # so that all maps are of one match
-            found = match(source, low, size=made.chosen["size"] or size, progress=_part(report, 0.8, 0.9), **words)
-            ours = sampled(found, sample, device)
-            _check_slots("sample", ours)
-            _check_pictures("sample", ours)
-            looks.opacity_is_own = "opacity" in ours
-            files.update(ours)
-            strength = 1.0 if "emission" in ours else strength
-    files = {name: files[name] for name in SLOTS if name in files}
-    data = _write(low, files, path, looks, made.bake, strength)
-    return done(report, Glb(data, low, files, made.bake, strength))
+def _maps_of(maps: Sequence[str] | None, samples: bool) -> tuple[list[str] | None, set[str]]:
+    """The maps that are asked for; None: what the materials have. And those that are baked for no other's sake."""
+    if maps is None:
+        return (["normal", "ao"] if samples else None), set()
+    wanted = [maps] if isinstance(maps, str) else list(maps)
+    return wanted, set() if wanted else {"normal"}
 
 
-class _Looks:
-    """Alpha modes, cutoffs and sides of a GLB's materials."""
-
-    def __init__(
-        self, of_materials: Mapping[str, tuple[str, float, bool]], alpha: str | None, double_sided: bool | None
-    ) -> None:
-        self._of_materials = of_materials
-        self._alpha = alpha
-        self._double_sided = double_sided
-        self.opacity_is_own = False  # of the caller's function, not of the materials
-
-    def shown(self, has_opacity: bool) -> tuple[dict[str, tuple[str, float, bool]], tuple[str, float, bool]]:
-        """As a file has them: by the high poly's materials, and of triangles that have none of these."""
-        modes = {mode for mode, _, _ in self._of_materials.values()} - {"opaque"}
-        as_they_are = self._alpha is None and bool(modes) and not self.opacity_is_own
-        alike = self._alpha or ("blend" if "blend" in modes else "mask")
-
-        def look(mode: str, cutoff: float, shows_back: bool) -> tuple[str, float, bool]:
-            written = "opaque" if not has_opacity else mode if as_they_are else alike
-            own_cutoff = written == mode == "mask" and not self.opacity_is_own
-            sides = shows_back if self._double_sided is None else self._double_sided
-            return written, cutoff if own_cutoff else 0.5, sides
-
-        otherwise = look("opaque" if modes else "mask", 0.5, False)
-        return {name: look(*said) for name, said in self._of_materials.items()}, otherwise
+def _file_of(given: Any) -> tuple[str | None, object]:
+    """The file that a high poly is, and what it lives as long as; None: it is a mesh in memory."""
+    if isinstance(given, (str, os.PathLike)):
+        return path_of(given, "vertices"), None
+    if isinstance(given, (bytes, bytearray, memoryview)) and bytes(given[:4]) == b"glTF":
+        return kept_file(bytes(given))
+    return None, None
 
 
-def _of_materials(
-    high: Mesh, baked: bool
-) -> tuple[Mesh, list[str], list[str], dict[str, tuple[str, float, bool]]]:
-    """The mesh; what its materials ask for: maps, transfers; and their looks."""
-    try:
-        return _core.material_maps(high, baked)
-    except Error:
-        if baked:
-            raise
-        return high, [], [], {}  # files of materials that nothing is read from need not be there
+def _name_of(path: str | os.PathLike[str] | None, mesh: Mesh | None, file: str | None) -> str:
+    """A GLB's name, after which its low poly is named."""
+    if path is not None:
+        name = Path(path_of(path))
+        return str(name if name.suffix else name.with_name(name.name + ".glb"))
+    name_of_high = mesh.name if mesh is not None else Path(file or "").stem
+    plain = "".join("_" if c in "\0/\\" else c for c in name_of_high)
+    return f"{plain if plain.strip('.') else 'mesh'}.glb"
 
 
-def _with_transfers(maps: list[str], transfers: list[str]) -> dict[str, Any]:
-    """Keywords of a bake, which has one map of the shape at least."""
-    names = maps or ["normal"]
-    return {"maps": names, "transfer": list(dict.fromkeys(transfers))} if transfers else {"maps": names}
-
-
-def _pictures_of(baked: Bake, maps: list[str], unasked: bool) -> tuple[dict[str, np.ndarray], float]:
-    """The maps as a material has them, and what 1 of emission stands for. What it has no place for is told."""
-    files, strength, left = _core.asset_maps(baked._core, list(SLOTS))
-    if left:
-        warn("maps-left-out", f"A GLB's material has no place for {left}: bake them by kiln.bake().", 1)
-    if unasked:
-        baked.report.warnings = [w for w in baked.report.warnings if w["code"] != "material-value"]
-    if not maps and "normals" not in baked:
-        files.pop("normal", None)  # which was not asked for
+def _pictures_of(baked: Bake, left_out: set[str]) -> tuple[dict[str, np.ndarray], float]:
+    """The maps as a material has them, and what 1 of emission stands for."""
+    files, strength, _ = _core.asset_maps(baked._core, list(SLOTS))
+    if "normal" in left_out and "normals" not in baked:
+        files.pop("normal", None)
     # A slot of one channel holds the first.
     return {name: file[:, :, : SLOTS[name]].copy() for name, file in files.items()}, strength
-
-
-def _of_match(keywords: Mapping[str, Any]) -> dict[str, Any]:
-    """Without what is of maps alone."""
-    maps = (
-        "transfer",
-        "ao_",
-        "range",
-        "curvature_radius",
-        "light",
-        "id_by",
-        "origin",
-        "gutter",
-        "report_error",
-        "recall",
-        "bitangent",
-    )
-    return {name: value for name, value in keywords.items() if not name.startswith(maps)}
 
 
 def _part(report: Callable[[float, str], object] | None, start: float, end: float) -> Any:
@@ -526,27 +457,6 @@ def _part(report: Callable[[float, str], object] | None, start: float, end: floa
     return lambda done, stage: report(start + (end - start) * done, stage)
 
 
-def _write(
-    low: Mesh,
-    files: dict[str, np.ndarray],
-    path: str | os.PathLike[str] | None,
-    looks: _Looks,
-    baked: Bake | None,
-    emission_strength: float = 1,
-) -> bytes:
-    import json
-    import tempfile
-
-    extras: dict[str, Any] = {"version": _core.version()}
-    if baked is not None:
-        extras["texels"] = {"covered": baked.report.texels, "missed_samples": baked.report.missed}
-    shown = looks.shown("opacity" in files)
-    text = json.dumps(extras)
+def _write(data: bytes, path: str | os.PathLike[str] | None) -> None:
     if path is not None:
-        file = Path(path_of(path))
-        _core.save_glb(low, files, emission_strength, file, *shown, text)
-        return file.read_bytes()
-    with tempfile.TemporaryDirectory() as folder:
-        file = Path(folder) / "low.glb"
-        _core.save_glb(low, files, emission_strength, file, *shown, text)
-        return file.read_bytes()
+        _core.write_file(path_of(path), data)

@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import json
-import os
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from . import _core
-from ._bake import _plain
 from ._core import Mesh
 from ._errors import Error
+from ._options import json_of
 from ._progress import callback_of
 
 if TYPE_CHECKING:
@@ -72,8 +71,7 @@ def run(
         raise Error(f"job: expected a dict or JSON of an object, not {type(job).__name__}.", "option-type", "usage", "job")
     given = {**(job or {}), **options}
     meshes = {side: given.pop(side) for side in ("high", "low") if isinstance(given.get(side), Mesh)}
-    text = json.dumps({name: _json_of(name, value) for name, value in given.items() if value is not None})
-    made = _core.run_job(text, meshes.get("high"), meshes.get("low"), in_memory, callback_of(progress))
+    made = _core.run_job(json_of(given), meshes.get("high"), meshes.get("low"), in_memory, callback_of(progress))
     maps = [JobMap(each["name"], each["set"], each["tile"], each["pixels"]) for each in made["maps"]]
     report = json.loads(made["report"])
     return JobResult(made["files"], made["glb"], maps, made["mesh"], report, made["summary"], made["failure"])
@@ -83,15 +81,3 @@ def job_schema() -> dict[str, Any]:
     """A JSON Schema (2020-12) of what run() takes."""
     return dict(json.loads(_core.job_schema()))
 
-
-def _json_of(name: str, value: Any) -> Any:
-    value = _plain(value)
-    if isinstance(value, os.PathLike):
-        return os.fspath(value)
-    if isinstance(value, (list, tuple)):
-        return [_json_of(name, part) for part in value]
-    if isinstance(value, Mapping):
-        return {str(key): _json_of(name, part) for key, part in value.items()}
-    if isinstance(value, (str, int, float, bool)):
-        return value
-    raise Error(f"{name}: cannot be {value!r}.", "option-type", "usage", name)

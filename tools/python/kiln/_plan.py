@@ -6,9 +6,10 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from . import _core
-from ._bake import Bake, _source_of, error_bound, words_of
+from ._bake import Bake, _source_of, error_bound
 from ._core import Mesh
 from ._errors import KilnWarning, count_of
+from ._options import checked, json_of
 from ._progress import callback_of
 
 if TYPE_CHECKING:
@@ -53,14 +54,10 @@ def plan(
     A warning says where the error is not reached. Returns a kiln.Plan.
     """
     names = [maps] if isinstance(maps, str) else list(maps)
-    words = words_of({"size": size, "maps": names, **keywords})
-    words.append(("max_error", error_bound(max_error)))
-    if screen is not None:
-        words.append(("screen", screen if isinstance(screen, str) else f"{count_of(screen, 'screen', 16, 16384)}px"))
-    if max_outline is not None:
-        words.append(("max_outline", max_outline))
+    options = checked({"size": size, "maps": names, **keywords})
+    options |= {"max_error": error_bound(max_error), "screen": screen_of(screen), "max_outline": max_outline}
     report = callback_of(progress)
-    mesh, core, chosen = _core.plan(_source_of(high, device, report, high_normals)._core, words, report)
+    mesh, core, chosen = _core.plan(_source_of(high, device, report, high_normals)._core, json_of(options), report)
     if not chosen["reached"]:
         import warnings
 
@@ -68,3 +65,9 @@ def plan(
         warnings.warn(KilnWarning(text, "error-not-reached", 1), stacklevel=2)
     return Plan(mesh, None if core is None else Bake(core, keywords), chosen)
 
+
+def screen_of(screen: int | str | None) -> str | None:
+    """The size on screen as a job has it."""
+    if screen is None or isinstance(screen, str):
+        return screen
+    return f"{count_of(screen, 'screen', 16, 16384)}px"

@@ -6,10 +6,11 @@ from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple, NoReturn
 
 from . import _core
-from ._bake import Bake, _source_of, wanted, words_of
+from ._bake import Bake, _source_of, wanted
 from ._core import Match, Mesh
 from ._errors import Error, count_of, device_of
 from ._meshes import as_high, as_mesh
+from ._options import checked, json_of
 
 if TYPE_CHECKING:
     from typing import Unpack
@@ -184,7 +185,7 @@ class ViewSession:
         no_view_refine: bool = False,
         device: str | int = "",
     ) -> None:
-        words = words_of(
+        options = checked(
             {
                 "size": size,
                 "match": "views",
@@ -197,7 +198,7 @@ class ViewSession:
             }
         )
         low_mesh = as_mesh(low, "low")
-        self._core = _core.ViewSessionCore(_source_of(source, device, None)._core, low_mesh, words)
+        self._core = _core.ViewSessionCore(_source_of(source, device, None)._core, low_mesh, json_of(options))
 
     def add(self, direction: Any) -> Step:
         """Adds a view. direction: three numbers, from the mesh to the viewer, of any length above 0."""

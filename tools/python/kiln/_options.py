@@ -1,0 +1,74 @@
+"""Keywords as options of a job: values of Python as JSON, which the library reads."""
+
+from __future__ import annotations
+
+import json
+import math
+import os
+from collections.abc import Mapping
+from typing import Any
+
+from . import _core
+from ._errors import Error
+
+_known: dict[str, bool] = {}
+
+
+def options() -> dict[str, str]:
+    """The keywords of bake() and what each means, as the command's help has it.
+
+    >>> import kiln
+    >>> "samples" in kiln.options()
+    True
+    """
+    return {name: text for name, is_flag, text in _core.keywords()}
+
+
+def checked(given: Mapping[str, Any]) -> dict[str, Any]:
+    """The keywords of a bake that have a value. Raises TypeError for one that there is not."""
+    if not _known:
+        _known.update((name, is_flag) for name, is_flag, text in _core.keywords())
+    for name, value in given.items():
+        if name not in _known:
+            near = _core.nearest_keyword(name)
+            raise TypeError(
+                f"bake() got an unexpected keyword argument '{name}'"
+                + (f"; did you mean {near}?" if near else "; kiln.options() lists them")
+            )
+        if _known[name] and value is not None and not isinstance(value, bool):
+            raise Error(f"{name}: expected True or False, not {value!r}.", "option-type", "usage", name)
+    return {name: value for name, value in given.items() if value is not None and not (_known[name] and not value)}
+
+
+def json_of(options: Mapping[str, Any]) -> str:
+    """Options and their values, as the library reads them."""
+    return json.dumps({name: _value(name, value) for name, value in options.items() if value is not None})
+
+
+def plain(value: Any) -> Any:
+    """Python's own numbers and lists, where they are NumPy's."""
+    if hasattr(value, "tolist"):
+        return value.tolist()
+    if isinstance(value, (list, tuple)):
+        return [plain(part) for part in value]
+    return value
+
+
+def is_number(value: Any) -> bool:
+    return isinstance(value, (int, float)) and not isinstance(value, bool)
+
+
+def _value(name: str, value: Any) -> Any:
+    value = plain(value)
+    if isinstance(value, os.PathLike):
+        value = os.fspath(value)
+    if isinstance(value, list) and value:
+        return [_value(name, part) for part in value]
+    if isinstance(value, Mapping) and value:
+        return {str(key): _value(name, part) for key, part in value.items()}
+    if is_number(value):
+        # JSON has no such numbers: as text, the library says which option has them.
+        return value if math.isfinite(value) and abs(value) < 2**63 else repr(value)
+    if isinstance(value, bool) or (isinstance(value, str) and value):
+        return value
+    raise Error(f"{name}: cannot be {value!r}.", "option-type", "usage", name)
