@@ -168,8 +168,8 @@ TEST(OpenMesh, DoublesFarAwayKeepTheirDigitsAndFractionsAreColors) {
 TEST(OpenMesh, ConcavePolygonsComeBackWhole) {
   PolyMesh mesh;
   std::vector<PolyMesh::VertexHandle> v;
-  for (const auto& [x, y] : std::vector<std::array<float, 2>>{
-           {0, 0}, {1, -1}, {0.25F, 0}, {1, 1}, {0.1F, 0.05F}}) {
+  for (const auto& [x, y] :
+       std::vector<std::array<float, 2>>{{0, 0}, {1, -1}, {0.25F, 0}, {1, 1}, {0.1F, 0.05F}}) {
     v.push_back(mesh.add_vertex({x, y, 0}));
   }
   mesh.add_face(v);

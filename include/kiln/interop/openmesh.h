@@ -154,8 +154,8 @@ Mesh from_openmesh(const OpenMeshT& mesh, std::string name = "mesh",
     if (has_status && mesh.status(v).deleted()) continue;
     number[i] = static_cast<std::uint32_t>(points.size());
     const auto& p = mesh.point(v);
-    points.push_back({static_cast<double>(p[0]), static_cast<double>(p[1]),
-                      static_cast<double>(p[2])});
+    points.push_back(
+        {static_cast<double>(p[0]), static_cast<double>(p[1]), static_cast<double>(p[2])});
     if (vertex_uvs) {
       const auto& uv = mesh.texcoord2D(v);
       result.uvs.push_back({static_cast<float>(uv[0]), static_cast<float>(uv[1])});
@@ -310,8 +310,9 @@ OpenMeshT to_openmesh(const Mesh& mesh) {
         }
         if (has_normals) {
           const Vec3& n = mesh.normals[mesh.normal_triangles[c / 3][c % 3]];
-          result.set_normal(*h, Normal(static_cast<NormalScalar>(n.x), static_cast<NormalScalar>(n.y),
-                                       static_cast<NormalScalar>(n.z)));
+          result.set_normal(*h,
+                            Normal(static_cast<NormalScalar>(n.x), static_cast<NormalScalar>(n.y),
+                                   static_cast<NormalScalar>(n.z)));
         }
       }
     }
