@@ -506,9 +506,10 @@ Texture load_texture(const std::vector<Material>& materials, MaterialSlot slot,
     texture.factors.push_back(factor_of(material, slot, picture));
     // glTF multiplies its base colour, alpha included, with the vertices'.
     texture.times_vertex_colors.push_back(
-        material.multiplies &&
-        (slot == MaterialSlot::color ||
-         (slot == MaterialSlot::opacity && material.alpha_mode != AlphaMode::opaque)));
+        (material.vertex_color && slot == MaterialSlot::color) ||
+        (material.multiplies &&
+         (slot == MaterialSlot::color ||
+          (slot == MaterialSlot::opacity && material.alpha_mode != AlphaMode::opaque))));
     if (picture.empty()) continue;
     if (!known_sets.has(picture.uv_set)) {
       fail_of_uv_set(material, slot, picture.uv_set, known_sets.own);
