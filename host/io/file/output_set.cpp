@@ -1,12 +1,14 @@
 #include "io/file/output_set.h"
 
 #include <algorithm>
+#include <iterator>
 #include <mutex>
 #include <set>
 #include <string>
 #include <utility>
 #include <vector>
 
+#include "base/input_log.h"
 #include "kiln/error.h"
 #include "kiln/files.h"
 
@@ -23,6 +25,12 @@ struct State {
 State& state() {
   static State the_state;
   return the_state;
+}
+
+/// Where the bytes of a file can be read.
+std::filesystem::path bytes_of(const HeldFile& file) {
+  return file.temporary.empty() ? std::filesystem::path(os::name_of_open(file.descriptor))
+                                : file.temporary.path();
 }
 
 /// A file's name before links are followed.
@@ -48,17 +56,70 @@ OutputSet::~OutputSet() {
   dropped.swap(state().files);
 }
 
+namespace {
+
+void place_held(std::vector<HeldFile>& files) {
+  // Refuses inputs, too, that were read after a file of that name was written.
+  for (const HeldFile& file : files) {
+    if (const auto found = os::facts_of(file.target)) refuse_input(file.destination, found->id);
+  }
+  place_files(files);
+}
+
+}  // namespace
+
 void OutputSet::commit() {
   std::vector<HeldFile> files;
   {
     const std::lock_guard lock(state().mutex);
     files.swap(state().files);
   }
-  // Refuses inputs, too, that were read after a file of that name was written.
-  for (const HeldFile& file : files) {
-    if (const auto found = os::facts_of(file.target)) refuse_input(file.destination, found->id);
+  place_held(files);
+}
+
+namespace {
+
+/// Takes the files of a run out of the set. The caller has the lock.
+std::vector<HeldFile> take_files_of(const InputLog& run) {
+  std::vector<HeldFile>& files = state().files;
+  const auto first = std::stable_partition(files.begin(), files.end(),
+                                           [&](const HeldFile& file) { return file.run != &run; });
+  std::vector<HeldFile> some(std::make_move_iterator(first), std::make_move_iterator(files.end()));
+  files.erase(first, files.end());
+  return some;
+}
+
+}  // namespace
+
+void commit_outputs(const InputLog& run) {
+  std::vector<HeldFile> files;
+  {
+    const std::lock_guard lock(state().mutex);
+    files = take_files_of(run);
   }
-  place_files(files);
+  place_held(files);
+}
+
+void discard_outputs(const InputLog& run) {
+  std::vector<HeldFile> dropped;
+  const std::lock_guard lock(state().mutex);
+  dropped = take_files_of(run);
+}
+
+std::vector<HeldOutput> outputs_of(const InputLog& run) {
+  const std::lock_guard lock(state().mutex);
+  std::vector<HeldOutput> outputs;
+  for (const HeldFile& file : state().files) {
+    if (file.run != &run) continue;
+    std::erase_if(outputs, [&](const HeldOutput& o) { return o.destination == file.destination; });
+    outputs.push_back({file.destination, bytes_of(file)});
+  }
+  return outputs;
+}
+
+std::size_t held_outputs() {
+  const std::lock_guard lock(state().mutex);
+  return state().files.size();
 }
 
 std::filesystem::path OutputSet::held(const std::filesystem::path& destination) {
@@ -68,11 +129,11 @@ std::filesystem::path OutputSet::held(const std::filesystem::path& destination) 
     return file.destination == destination;
   });
   if (found == files.rend()) return {};
-  if (!found->temporary.empty()) return found->temporary.path();
-  return os::name_of_open(found->descriptor);
+  return bytes_of(*found);
 }
 
 void OutputSet::protect(const std::filesystem::path& input) {
+  note_whether_file(input);
   if (const auto found = os::facts_of(input)) note_read(found->id);
 }
 
@@ -83,7 +144,13 @@ void OutputSet::check(const std::filesystem::path& destination) {
 bool hold_output(HeldFile& file) {
   const std::lock_guard lock(state().mutex);
   if (!state().is_open) return false;
+  file.run = current_input_log();
   for (const HeldFile& other : state().files) {
+    if (other.target == file.target && other.run != file.run) {
+      throw Error(ErrorCode::usage, "'" + file.destination.string() +
+                                        "' is written by another bake of this run, too: give each "
+                                        "a folder of its own.");
+    }
     if (other.target != file.target || whole_name(other) == whole_name(file)) continue;
     throw Error(ErrorCode::usage, "'" + file.destination.string() + "' and '" +
                                       other.destination.string() +
