@@ -262,8 +262,23 @@ void encode_asset_maps(BakeRun& run) {
   }
   run.has_opacity |= maps.opacity != nullptr;
   maps.coverage = run.result.coverage;
-  run.pictures.push_back(
-      std::make_shared<const AssetPictures>(encode_maps(maps, run.save_options.format)));
+  const Job& job = run.arguments;
+  run.pictures.push_back(std::make_shared<const AssetPictures>(encode_maps(maps, job.pictures)));
+  if (job.pictures.format == PictureFormat::jpeg && maps.opacity != nullptr) {
+    run.warnings.push_back({"jpeg-alpha",
+                            "JPEG has no alpha: colours with opacity are a PNG. --format webp "
+                            "packs them, too.",
+                            1});
+  }
+  if (job.pictures.max_normal_error > 0 && maps.normal != nullptr &&
+      run.pictures.back()->normal_quality == 0) {
+    run.warnings.push_back(
+        {"normal-error",
+         formatted("No lossy quality keeps normals within %.3g degrees in the mean: they are "
+                   "lossless. Allow more --normal-error.",
+                   job.pictures.max_normal_error),
+         1});
+  }
   for (const AssetError& error : run.pictures.back()->errors) {
     run.stored_errors[std::string(error.map)] = describe(error.error, error.is_normal);
   }
@@ -285,6 +300,7 @@ bool save_asset(BakeRun& run) {
   options.extras = beside.extras;
   options.copyright = beside.copyright;
   options.scene = beside.scene;
+  options.compression = arguments.mesh_compression;
   const BakeReport& report = run.result.report;
   Json extras = {{"version", version()},
                  {"inputs", {{"high", hashes_of(arguments.high)}}},
