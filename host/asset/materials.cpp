@@ -17,6 +17,7 @@
 #include "asset/udim_files.h"
 #include "base/counted.h"
 #include "base/formatted.h"
+#include "base/input_log.h"
 #include "image/grey.h"
 #include "image/normal_channels.h"
 #include "io/file/bounds.h"
@@ -266,6 +267,8 @@ bool look_alike(const MaterialPicture& a, const MaterialPicture& b, ComparedFile
   const auto [known, added] = compared.try_emplace({a.file, b.file});
   if (!added) return known->second;
   std::error_code error;
+  note_whether_file(a.file);
+  note_whether_file(b.file);
   if (fs::equivalent(a.file, b.file, error)) return known->second = true;
   std::ifstream one(a.file, std::ios::binary), other(b.file, std::ios::binary);
   using Byte = std::istreambuf_iterator<char>;
@@ -516,8 +519,8 @@ Texture load_texture(const std::vector<Material>& materials, MaterialSlot slot,
     }
     check_transform(material, picture.uv_transform);
     std::error_code error;
-    if (picture.bytes == nullptr && !fs::exists(picture.file, error) &&
-        !is_picture_file(picture.file)) {
+    if (picture.bytes == nullptr && !note_whether_file(picture.file) &&
+        !fs::exists(picture.file, error) && !is_picture_file(picture.file)) {
       if (missing.count() == 0) first_missing = picture.file.string();
       missing.add(material);
       continue;
@@ -637,8 +640,7 @@ Asset load_asset(const std::filesystem::path& path, const LoadMeshOptions& optio
   FileFinder finder(path.parent_path());
   const auto is_there = [&](std::string file) {
     std::replace(file.begin(), file.end(), '\\', '/');
-    std::error_code error;
-    return fs::is_regular_file(finder.find(path.parent_path() / file, path.string()), error);
+    return note_whether_file(finder.find(path.parent_path() / file, path.string()));
   };
   const std::vector<std::string>& files = asset.mesh.material_files;
   if (asset.materials.empty() && !is_gltf_name(path) && !files.empty() &&

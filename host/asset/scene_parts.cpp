@@ -5,6 +5,7 @@
 
 #include "asset/mesh_builder.h"
 #include "base/counted.h"
+#include "base/input_log.h"
 #include "io/file/text_scanner.h"
 
 namespace kiln {
@@ -112,9 +113,7 @@ std::filesystem::path ScenePictures::find(const std::string& name) {
 
 void ScenePictures::count_missing(const std::string& name) {
   const std::filesystem::path plain = std::filesystem::path(name).lexically_normal();
-  std::error_code error;
-  const bool is_kept_out =
-      !input_.options.outside && std::filesystem::is_regular_file(folder_ / plain, error);
+  const bool is_kept_out = !input_.options.outside && note_whether_file(folder_ / plain);
   (is_kept_out ? outside_ : missing_).add(name);
 }
 

@@ -480,6 +480,10 @@ void check_height_field(const Job& a) {
 
 }  // namespace
 
+bool is_served(const OptionRow& row, const Job& a) {
+  return serves_match(row, a) && serves_map(row, a);
+}
+
 void check_served(const Job& a) {
   for (const OptionRow& row : bake_rows()) {
     if (!a.given.contains(row.flag)) continue;

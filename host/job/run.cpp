@@ -494,7 +494,12 @@ bool run_stages(BakeRun& run, const std::function<Device()>& open, JobResult& re
   std::optional<Source> built;
   if (run.hooks.high == nullptr) {
     if (!run.console.progress(kAtSource, "preparing the high poly")) return false;
-    built.emplace(device, run.high.mesh, run.arguments.traversal);
+    const RayTraversal traversal = run.arguments.traversal;
+    if (run.hooks.make_source) {
+      built = run.hooks.make_source(device, run.high.mesh, traversal);
+    } else {
+      built.emplace(device, run.high.mesh, traversal);
+    }
   }
   const Source& source = run.hooks.high != nullptr ? run.hooks.high->source : *built;
   run.stages.build = run.watch.lap();

@@ -6,6 +6,7 @@
 #include <memory>
 #include <system_error>
 
+#include "base/input_log.h"
 #include "job/files.h"
 #include "job/map_words.h"
 #include "job/mesh_files.h"
@@ -279,7 +280,7 @@ std::optional<std::string> last_part(std::string& text) {
 bool is_there(const std::string& file) {
   if (file.size() >= PATH_MAX) return false;
   std::error_code ignored;
-  return fs::exists(file, ignored) || is_picture_file(file);
+  return note_whether_file(file) || fs::exists(file, ignored) || is_picture_file(file);
 }
 
 /// If there is no such file, but one before a colon: the words after it are wrong. \throws Error(usage)

@@ -1,5 +1,7 @@
 #include "io/file/output_set.h"
 
+#include <algorithm>
+#include <iterator>
 #include <mutex>
 #include <set>
 #include <string>
@@ -7,6 +9,7 @@
 #include <utility>
 #include <vector>
 
+#include "base/input_log.h"
 #include "kiln/error.h"
 #include "kiln/files.h"
 
@@ -32,17 +35,32 @@ struct State {
   Index by_destination;  ///< The last of each destination
   std::set<os::FileId> read;
 
-  /// Hands over the files that are held, and forgets them.
-  std::vector<HeldFile> release() {
+  /// After files went.
+  void index() {
     by_target.clear();
     by_destination.clear();
-    return std::exchange(files, {});
+    for (std::size_t i = 0; i < files.size(); ++i) {
+      by_target.emplace(files[i].target, i);
+      by_destination[files[i].destination] = i;
+    }
+  }
+  /// Hands over the files that are held, and forgets them.
+  std::vector<HeldFile> release() {
+    std::vector<HeldFile> all = std::exchange(files, {});
+    index();
+    return all;
   }
 };
 
 State& state() {
   static State the_state;
   return the_state;
+}
+
+/// Where the bytes of a file can be read.
+std::filesystem::path bytes_of(const HeldFile& file) {
+  return file.temporary.empty() ? std::filesystem::path(os::name_of_open(file.descriptor))
+                                : file.temporary.path();
 }
 
 /// A file's name before links are followed.
@@ -68,12 +86,9 @@ OutputSet::~OutputSet() {
   dropped = state().release();
 }
 
-void OutputSet::commit() {
-  std::vector<HeldFile> files;
-  {
-    const std::lock_guard lock(state().mutex);
-    files = state().release();
-  }
+namespace {
+
+void place_held(std::vector<HeldFile>& files) {
   // Refuses inputs, too, that were read after a file of that name was written.
   for (const HeldFile& file : files) {
     if (const auto found = os::facts_of(file.target)) refuse_input(file.destination, found->id);
@@ -81,16 +96,72 @@ void OutputSet::commit() {
   place_files(files);
 }
 
+}  // namespace
+
+void OutputSet::commit() {
+  std::vector<HeldFile> files;
+  {
+    const std::lock_guard lock(state().mutex);
+    files = state().release();
+  }
+  place_held(files);
+}
+
+namespace {
+
+/// Takes the files of a run out of the set. The caller has the lock.
+std::vector<HeldFile> take_files_of(const InputLog& run) {
+  std::vector<HeldFile>& files = state().files;
+  const auto first = std::stable_partition(files.begin(), files.end(),
+                                           [&](const HeldFile& file) { return file.run != &run; });
+  std::vector<HeldFile> some(std::make_move_iterator(first), std::make_move_iterator(files.end()));
+  files.erase(first, files.end());
+  state().index();
+  return some;
+}
+
+}  // namespace
+
+void commit_outputs(const InputLog& run) {
+  std::vector<HeldFile> files;
+  {
+    const std::lock_guard lock(state().mutex);
+    files = take_files_of(run);
+  }
+  place_held(files);
+}
+
+void discard_outputs(const InputLog& run) {
+  std::vector<HeldFile> dropped;
+  const std::lock_guard lock(state().mutex);
+  dropped = take_files_of(run);
+}
+
+std::vector<HeldOutput> outputs_of(const InputLog& run) {
+  const std::lock_guard lock(state().mutex);
+  std::vector<HeldOutput> outputs;
+  for (const HeldFile& file : state().files) {
+    if (file.run != &run) continue;
+    std::erase_if(outputs, [&](const HeldOutput& o) { return o.destination == file.destination; });
+    outputs.push_back({file.destination, bytes_of(file)});
+  }
+  return outputs;
+}
+
+std::size_t held_outputs() {
+  const std::lock_guard lock(state().mutex);
+  return state().files.size();
+}
+
 std::filesystem::path OutputSet::held(const std::filesystem::path& destination) {
   const std::lock_guard lock(state().mutex);
   const auto found = state().by_destination.find(destination);
-  if (found == state().by_destination.end()) return {};
-  const HeldFile& file = state().files[found->second];
-  if (!file.temporary.empty()) return file.temporary.path();
-  return os::name_of_open(file.descriptor);
+  return found == state().by_destination.end() ? std::filesystem::path()
+                                               : bytes_of(state().files[found->second]);
 }
 
 void OutputSet::protect(const std::filesystem::path& input) {
+  note_whether_file(input);
   if (const auto found = os::facts_of(input)) note_read(found->id);
 }
 
@@ -101,12 +172,18 @@ void OutputSet::check(const std::filesystem::path& destination) {
 bool hold_output(HeldFile& file) {
   const std::lock_guard lock(state().mutex);
   if (!state().is_open) return false;
-  // Files of one target that were let in have one whole name, so the first of them stands for all.
+  file.run = current_input_log();
+  // Files of one target that were let in have one whole name and one run, so the first of them stands for all.
   const std::size_t number = state().files.size();
   if (number >= kMostUnnamed) file.name();
   const auto [first, is_new] = state().by_target.emplace(file.target, number);
   if (!is_new) {
     const HeldFile& other = state().files[first->second];
+    if (other.run != file.run) {
+      throw Error(ErrorCode::usage, "'" + file.destination.string() +
+                                        "' is written by another bake of this run, too: give each "
+                                        "a folder of its own.");
+    }
     if (whole_name(other) != whole_name(file)) {
       throw Error(ErrorCode::usage, "'" + file.destination.string() + "' and '" +
                                         other.destination.string() +
