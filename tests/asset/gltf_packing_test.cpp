@@ -89,6 +89,30 @@ void expect_alike(const Mesh& plain, const Mesh& packed, double place, double de
   ASSERT_EQ(packed.colors.empty(), plain.colors.empty());
   ASSERT_EQ(packed.tangents.size(), plain.tangents.size());
   const std::vector<Corner> a = corners_of(plain), b = corners_of(packed);
+  // Triangles are those of before, in another order: their middles, and the sides they show.
+  const auto middles = [](const std::vector<Corner>& corners) {
+    std::vector<std::array<double, 6>> all;
+    for (std::size_t i = 0; i < corners.size(); i += 3) {
+      const Vec3 &p = corners[i].position, &q = corners[i + 1].position,
+                 &r = corners[i + 2].position;
+      const Vec3 u = subtract(q, p), v = subtract(r, p);
+      all.push_back({(double{p.x} + q.x + r.x) / 3, (double{p.y} + q.y + r.y) / 3,
+                     (double{p.z} + q.z + r.z) / 3, double{u.y} * v.z - double{u.z} * v.y,
+                     double{u.z} * v.x - double{u.x} * v.z, double{u.x} * v.y - double{u.y} * v.x});
+    }
+    return all;
+  };
+  const std::vector<std::array<double, 6>> before = middles(a), after = middles(b);
+  for (const std::array<double, 6>& triangle : after) {
+    double least = 1e9;
+    for (const std::array<double, 6>& other : before) {
+      double most = 0;
+      for (std::size_t k = 0; k < 6; ++k) most = std::max(most, std::abs(triangle[k] - other[k]));
+      least = std::min(least, most);
+    }
+    ASSERT_LE(least,
+              4 * place);  // an edge of 1 at most turns by twice the ends' error, on both sides
+  }
   for (const Corner& corner : b) {
     double best = 1e9;
     const Corner* nearest = nullptr;
