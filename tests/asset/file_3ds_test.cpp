@@ -233,8 +233,9 @@ struct Up {
   std::size_t coordinate;
   double sign;
 };
-constexpr Up kUps[] = {{UpAxis::x, 0, 1},       {UpAxis::y, 1, 1},       {UpAxis::z, 2, 1},
-                       {UpAxis::minus_x, 0, -1}, {UpAxis::minus_y, 1, -1}, {UpAxis::minus_z, 2, -1}};
+constexpr Up kUps[] = {{UpAxis::x, 0, 1},        {UpAxis::y, 1, 1},
+                       {UpAxis::z, 2, 1},        {UpAxis::minus_x, 0, -1},
+                       {UpAxis::minus_y, 1, -1}, {UpAxis::minus_z, 2, -1}};
 
 std::array<double, 3> world(const Mesh& mesh, std::uint32_t v) {
   const Vec3& p = mesh.positions[v];
@@ -261,8 +262,8 @@ void expect_up(const Mesh& mesh, const Up& up) {
   double volume = 0;
   for (const Triangle& t : mesh.triangles) {
     const auto a = world(mesh, t[0]), b = world(mesh, t[1]), c = world(mesh, t[2]);
-    volume += dot(Vec3d(a[0], a[1], a[2]),
-                  cross(Vec3d(b[0], b[1], b[2]), Vec3d(c[0], c[1], c[2]))) / 6;
+    volume +=
+        dot(Vec3d(a[0], a[1], a[2]), cross(Vec3d(b[0], b[1], b[2]), Vec3d(c[0], c[1], c[2]))) / 6;
   }
   EXPECT_NEAR(volume, 1, 1e-5);
 }
@@ -326,9 +327,11 @@ TEST(Smoothing3ds, MasksFollowTheFacesIntoParts) {
   const std::vector<Part3ds> joined = {{"Red", 5}};
   EXPECT_EQ(masks_of_parts(mesh, joined), (Masks{{1, 2, 3, 4, 5}}));
   // Numbers of faces that do not fit.
-  for (const std::vector<Part3ds>& parts :
-       {std::vector<Part3ds>{{"red", 2}}, {{"red", 2}, {"a", 2}}, {{"red", 2}, {"a", 1}, {"b", 2}},
-        {{"red", 1}, {"a", 4}}, {}}) {
+  for (const std::vector<Part3ds>& parts : {std::vector<Part3ds>{{"red", 2}},
+                                            {{"red", 2}, {"a", 2}},
+                                            {{"red", 2}, {"a", 1}, {"b", 2}},
+                                            {{"red", 1}, {"a", 4}},
+                                            {}}) {
     EXPECT_EQ(masks_of_parts(mesh, parts), std::nullopt);
   }
 }
