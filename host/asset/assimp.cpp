@@ -380,20 +380,18 @@ class SceneReader {
         if (mesh.mMaterialIndex >= scene_.mNumMaterials) continue;  // mesh() refuses it
         const aiMaterial& material = *scene_.mMaterials[mesh.mMaterialIndex];
         for (int kind = aiTextureType_DIFFUSE; kind <= AI_TEXTURE_TYPE_MAX; ++kind) {
-          const unsigned set = uv_set_of(material, static_cast<aiTextureType>(kind));
+          aiString path;
+          unsigned set = 0;
+          if (material.GetTexture(static_cast<aiTextureType>(kind), 0, &path, nullptr, &set) !=
+              AI_SUCCESS) {
+            continue;
+          }
           if (own != set && mesh.HasTextureCoords(set)) others.insert(set);
         }
       }
     }
     others.erase(read.value_or(0));
     for (const unsigned set : others) builder_.other_uvs.push_back({set, {}});
-  }
-
-  static unsigned uv_set_of(const aiMaterial& material, aiTextureType kind) {
-    aiString path;
-    unsigned set = 0;
-    material.GetTexture(kind, 0, &path, nullptr, &set);
-    return set;
   }
 
   /// The channel of the set that is asked for, where a mesh has it.

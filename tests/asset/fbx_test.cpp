@@ -654,11 +654,12 @@ TEST(Fbx, MirroredPolygonsAreCutAsTheOthers) {
     heptagon.insert(heptagon.end(), {away * std::cos(angle), away * std::sin(angle), 0.02 * i});
   }
   arrow = {0, 0, 0, 3, -1, 0, 1, 0.25, 0, 2.5, 2, 0, 0.25, 1.5, 0};
-  for (const std::vector<double>& shape : {bent_quad, heptagon, arrow}) {
+  const std::vector<double> triangle = {0, 0, 0, 1, 0, 0, 0, 1, 0};
+  for (const std::vector<double>& shape : {triangle, bent_quad, heptagon, arrow}) {
     const std::size_t count = shape.size() / 3;
     for (const Triangulation rule : {Triangulation::automatic, Triangulation::blender,
                                      Triangulation::fan, Triangulation::shortest}) {
-      for (const auto& scale : {std::array<double, 3>{-1, 1, 1}, {1, -2, 1}, {1, 1, -1}}) {
+      for (const auto& scale : {std::array<double, 3>{-1, 1, 1}, {2, -2, 2}, {1, 1, -1}}) {
         FbxScene scene;
         std::vector<std::int32_t> corners;
         for (std::size_t i = 0; i < count; ++i) corners.push_back(static_cast<std::int32_t>(i));

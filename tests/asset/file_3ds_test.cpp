@@ -195,6 +195,7 @@ TEST(File3ds, MeshesAreApart) {
   Object3ds upper = prism(1, 2), bare = prism(0, 0);
   upper.name = "upper";
   for (auto& v : upper.vertices) v[2] += 1;
+  std::reverse(upper.faces.begin(), upper.faces.end());  // no corner is like the lower one's
   Object3ds lower = prism(1, 2);
   const Mesh two = read_3ds(file_3ds({lower, upper}));
   std::size_t caps = 0;
