@@ -160,7 +160,7 @@ TEST(Friction, NamesTheValueThatWasMeant) {
            {{"--maps", "cavity"}, {"'cavity'", "did you mean curvature?", "convexity"}},
            {{"--maps", "ambient-occlusion"}, {"did you mean ao?"}},
            {{"--maps", "world_normal"}, {"did you mean normal_object?"}},
-           {{"--format", "png"}, {"did you mean png16?", "png8"}},
+           {{"--format", "pgn16"}, {"did you mean png16?", "png8"}},
            {{"--fallback", "none"}, {"did you mean mark?"}},
            {{"--maps", "shadow", "--light", "sun"}, {"--light 'sun'", "X,Y,Z"}},
            {{"--maps", ""}, {"--maps", "was given nothing", "curvature"}},
