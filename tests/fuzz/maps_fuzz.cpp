@@ -51,6 +51,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     words.push_back(line.c_str());  // as the system gives them: without zeros
   }
   std::getline(text, source, '\0');
+  if (words.empty()) return 0;  // The flag is never given without a word.
   try {
     take(words, source);
   } catch (const kiln::Error& error) {
