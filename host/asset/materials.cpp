@@ -305,22 +305,24 @@ namespace {
 
 /// Leaves out files of materials that are not there, and warns of them, where another one is there: programs that read OBJ
 /// take that one's.
-template <typename PathOf>
-void drop_missing_libraries(std::vector<std::string>& files, const PathOf& path_of,
-                            const fs::path& mesh_file, std::vector<Warning>* warnings) {
-  std::vector<std::string> there, missing;
-  for (const std::string& file : files) {
+void drop_missing_libraries(std::vector<fs::path>& paths, const fs::path& mesh_file,
+                            std::vector<Warning>* warnings) {
+  std::vector<fs::path> there, missing;
+  for (const fs::path& path : paths) {
     std::error_code error;
-    (fs::exists(path_of(file), error) ? there : missing).push_back(file);
+    (fs::exists(path, error) ? there : missing).push_back(path);
   }
   if (there.empty() || missing.empty()) return;
-  files = there;
+  paths = there;
   if (warnings == nullptr) return;
+  const auto name_of = [&](const fs::path& path) {
+    return path.lexically_proximate(mesh_file.parent_path()).string();
+  };
   const std::string more =
       missing.size() == 1 ? "" : " and " + std::to_string(missing.size() - 1) + " more";
   warnings->push_back({"mtl-missing",
-                       mesh_file.string() + " names the materials of '" + missing[0] + "'" + more +
-                           ", which is not there: those of '" + there[0] +
+                       mesh_file.string() + " names the materials of '" + name_of(missing[0]) +
+                           "'" + more + ", which is not there: those of '" + name_of(there[0]) +
                            "' were taken. Put it beside the mesh, or take its line out.",
                        missing.size()});
 }
@@ -333,13 +335,13 @@ std::vector<Material> load_materials(const Mesh& mesh, const fs::path& mesh_file
   FileFinder finder(mesh_file.parent_path(), warnings);
   std::vector<std::string> files = mesh.material_files;
   if (files.empty() && has_own_materials(mesh_file)) files.push_back(mesh_file.filename().string());
-  const auto path_of = [&](std::string file) {
+  std::vector<fs::path> paths;
+  for (std::string& file : files) {
     std::replace(file.begin(), file.end(), '\\', '/');
-    return finder.find(mesh_file.parent_path() / file, mesh_file.string());
-  };
-  drop_missing_libraries(files, path_of, mesh_file, warnings);
-  for (const std::string& file : files) {
-    const fs::path path = path_of(file);
+    paths.push_back(finder.find(mesh_file.parent_path() / file, mesh_file.string()));
+  }
+  drop_missing_libraries(paths, mesh_file, warnings);
+  for (const fs::path& path : paths) {
     MeshInput input{path.string(), {}, warnings};
     const FailWith fail = [&](const std::string& place, const std::string& problem,
                               const std::string& remedy) {
