@@ -10,12 +10,14 @@
 namespace kiln {
 namespace {
 
-/// Collapses that leave bad shapes wait until they are this much cheaper than good ones. Refusing
-/// them for good would leave the slivers of a high poly (at a sphere's poles) to stay as they are.
-constexpr double kPenalty = 1.5, kPenaltyOfSquares = 6;
-constexpr double kStale = 1.01;  ///< At a hub, costs may be out of date by this share.
-/// Refused edges are tried again while a round takes at least one step in so many triangles, or a few rounds more.
-constexpr std::size_t kWorthAnother = 64, kMostPoorRounds = 4;
+/// Factor by which a collapse that leaves bad shapes must be cheaper than others to go first, for costs of distances
+/// and of squared distances. Rejecting such collapses altogether would keep the high poly's slivers (at a sphere's
+/// poles).
+constexpr double kBadShapeFactor = 1.5, kBadShapeFactorOfSquares = 6;
+constexpr double kHubCostTolerance = 1.01;  ///< At a hub, costs may be outdated by this factor.
+/// Rejected edges are tried again after each round that collapses at least one edge per kTrianglesPerCollapse
+/// triangles, and after at most kMaxUnproductiveRounds others.
+constexpr std::size_t kTrianglesPerCollapse = 64, kMaxUnproductiveRounds = 4;
 
 }  // namespace
 
@@ -26,16 +28,16 @@ EdgeCollapser::EdgeCollapser(CollapseMesh& mesh, CollapseConstraint* rule, Snap 
       snap_(std::move(snap)),
       shape_(mesh),
       quadrics_(mesh.points.size()),
-      off_(mesh.points.size()),
+      base_errors_(mesh.points.size()),
       stamps_(mesh.points.size(), 0),
       fixed_(std::move(fixed)),
       border_(mesh.points.size(), 0),
-      penalty_(rule == nullptr ? kPenalty : kPenaltyOfSquares) {
+      penalty_(rule == nullptr ? kBadShapeFactor : kBadShapeFactorOfSquares) {
   renew_queue();
 }
 
-/// True if some triangle of a and one of b have their other two corners in common.
-bool EdgeCollapser::lies_on_another(std::uint32_t a, std::uint32_t b) {
+/// True if a triangle of `a` and one of `b` share their other two corners.
+bool EdgeCollapser::would_duplicate_triangle(std::uint32_t a, std::uint32_t b) {
   const std::span<const std::uint32_t> around = mesh_.around(b);
   mesh_.visits += around.size();
   const auto is_common = [&](std::uint32_t v) {
@@ -47,7 +49,7 @@ bool EdgeCollapser::lies_on_another(std::uint32_t a, std::uint32_t b) {
     const std::size_t k = v[0] == b ? 0 : v[1] == b ? 1 : 2;
     const std::uint32_t p = v[(k + 1) % 3], q = v[(k + 2) % 3];
     if (!is_common(p) || !is_common(q)) continue;
-    if (mesh_.is_hub(p) && mesh_.is_hub(q)) return true;  // Too many to look at.
+    if (mesh_.is_hub(p) && mesh_.is_hub(q)) return true;  // Both fans are too large to search.
     mesh_.visits += std::min(mesh_.valence[p], mesh_.valence[q]);
     bool twin = false;
     mesh_.each_on_edge(p, q, [&](std::uint32_t other) { twin = twin || mesh_.contains(other, a); });
@@ -72,13 +74,13 @@ bool EdgeCollapser::keeps_topology(std::uint32_t a, std::uint32_t b) {
   mesh_.find_common(near_a_, near_b_, common_);
   if (on_edge == 0 || common_.size() != on_edge) return false;
   if (border_a && border_b && on_edge != 1) return false;
-  // Something must be left, and no two triangles may come to lie on the same corners.
+  // Some triangles must remain, and no two triangles may get the same corners.
   if (mesh_.valence[a] + mesh_.valence[b] <= 2 * on_edge) return false;
-  return !lies_on_another(a, b);
+  return !would_duplicate_triangle(a, b);
 }
 
-/// The same without a look at all triangles of the hub: only the other's neighbours count. A step next to
-/// a second hub waits.
+/// As keeps_topology() without visiting all triangles of the hub: only the neighbours of `b` count. Rejects edges
+/// beside a second hub.
 bool EdgeCollapser::keeps_topology_at_hub(std::uint32_t hub, std::uint32_t b) {
   mesh_.gather(b, near_b_);
   std::uint32_t on_edge = 0;
@@ -98,7 +100,7 @@ bool EdgeCollapser::keeps_topology_at_hub(std::uint32_t hub, std::uint32_t b) {
   }
   if (on_edge == 0 || common_.size() != on_edge) return false;
   if (border_[hub] != 0 && border_b && on_edge != 1) return false;
-  return !lies_on_another(hub, b);
+  return !would_duplicate_triangle(hub, b);
 }
 
 bool EdgeCollapser::keeps_shapes(const Entry& e, const Step& step) {
@@ -109,14 +111,14 @@ bool EdgeCollapser::keeps_shapes(const Entry& e, const Step& step) {
 }
 
 void EdgeCollapser::collapse(std::uint32_t a, std::uint32_t b, const Step& step) {
-  // The fan around the vertex that goes is walked, so a hub is kept.
+  // The merge visits all triangles of the removed vertex, so a hub is the end that is kept.
   const bool swap = step.anchor == Anchor::second;
   const std::uint32_t kept = swap ? b : a, gone = swap ? a : b;
   if (rule_ != nullptr) rule_->collapse(mesh_, a, b, step.anchor, step.target, kept);
   if (deviation_bound_ != nullptr) deviation_bound_->collapse();
   mesh_.points[kept] = step.target;
   quadrics_[kept] += quadrics_[gone];
-  off_[kept] = quadrics_[kept].off(step.target);
+  base_errors_[kept] = quadrics_[kept].off(step.target);
   if (!lines_.empty()) lines_[kept] += lines_[gone];
   border_[kept] = border_[kept] | border_[gone];
   shape_.merge(kept, gone);
@@ -124,7 +126,7 @@ void EdgeCollapser::collapse(std::uint32_t a, std::uint32_t b, const Step& step)
   mesh_.merge(kept, gone);
   ++stamps_[gone];
   if (step.anchor != Anchor::none) {
-    // Entries of the hub's other edges stay: their costs are brought up to date when their turn comes.
+    // Queue entries of the hub's other edges remain; their costs are updated when they are popped.
     for (const CollapseMesh::Neighbour& n : near_b_) {
       if (n.vertex != kept) push(kept, n.vertex);
     }
@@ -142,13 +144,13 @@ void EdgeCollapser::collapse(std::uint32_t a, std::uint32_t b, const Step& step)
   for (const CollapseMesh::Neighbour& n : near_a_) touched_[n.vertex] = 1;
 }
 
-/// Takes a step if it may be taken; if it only leaves bad shapes, it waits.
+/// Collapses an edge if allowed. A collapse that only leaves bad shapes is queued again at a higher cost.
 bool EdgeCollapser::take(const Entry& entry) {
   Step step = step_for(entry.a, entry.b);
   if (!step.allowed) return false;
   if (step.anchor != Anchor::none) {
     const double cost = step.cost * std::pow(penalty_, entry.leniency);
-    if (cost > kStale * entry.cost) {
+    if (cost > kHubCostTolerance * entry.cost) {
       ++mesh_.visits;
       Entry later = entry;
       later.cost = cost;
@@ -161,7 +163,7 @@ bool EdgeCollapser::take(const Entry& entry) {
       keeps_shapes(entry, step) &&
       (rule_ == nullptr || rule_->keeps(mesh_, entry.a, entry.b, step.anchor, step.target));
   if (!shapes) {
-    if (entry.leniency == CollapseShape::kMostLenient) return false;
+    if (entry.leniency == CollapseShape::kMaxLeniency) return false;
     Entry later = entry;
     later.cost *= penalty_;
     ++later.leniency;
@@ -174,7 +176,7 @@ bool EdgeCollapser::take(const Entry& entry) {
   return true;
 }
 
-/// True if the step of a copy may be taken, too.
+/// The collapse of a UV copy, if it is allowed too.
 std::optional<EdgeCollapser::Step> EdgeCollapser::step_of_twin(const Entry& twin) {
   Step step = step_for(twin.a, twin.b);
   if (!step.allowed || step.anchor != Anchor::none) return std::nullopt;
@@ -185,7 +187,7 @@ std::optional<EdgeCollapser::Step> EdgeCollapser::step_of_twin(const Entry& twin
   return may ? std::optional(step) : std::nullopt;
 }
 
-/// Takes a step that may be taken, and those of its copies, or none of them.
+/// Collapses an edge and its UV copies, or none of them if one is not allowed.
 bool EdgeCollapser::take_with_twins(const Entry& entry, Step& step) {
   std::vector<std::array<std::uint32_t, 2>> twins;
   bool all = rule_->find_twins(mesh_, entry.a, entry.b, step.anchor, step.target, twins);
@@ -197,19 +199,19 @@ bool EdgeCollapser::take_with_twins(const Entry& entry, Step& step) {
   };
   for (std::size_t i = 0; all && i < twins.size(); ++i)
     all = step_of_twin(entry_of(twins[i])).has_value();
-  // Asked last, as the bound remembers.
+  // Last check: the bound remembers the collapse that it allowed.
   if (all && !twins.empty()) all = is_within_bound(entry, step);
   if (all) {
     collapse(entry.a, entry.b, step);
     std::unordered_map<std::uint32_t, std::uint32_t> merged{
-        {entry.b, entry.a}};  // into which vertex
+        {entry.b, entry.a}};  // edge that goes, and the vertex that it becomes
     for (std::array<std::uint32_t, 2> last : twins) {
       for (std::uint32_t& end : last) {
         for (auto into = merged.find(end); into != merged.end(); into = merged.find(end)) {
           end = into->second;
         }
       }
-      // If a collapse next to another may not be done any more, triangles around it have lost their copies, and stay.
+      // If the first collapse has made this one impossible, its triangles have lost their copies and stay.
       const std::optional<Step> own = step_of_twin(entry_of(last));
       if (!own) break;
       collapse(last[0], last[1], *own);
@@ -217,7 +219,7 @@ bool EdgeCollapser::take_with_twins(const Entry& entry, Step& step) {
     }
   }
   rule_->end_twins();
-  if (all || entry.leniency == CollapseShape::kMostLenient) return all;
+  if (all || entry.leniency == CollapseShape::kMaxLeniency) return all;
   Entry later = entry;
   later.cost *= penalty_;
   ++later.leniency;
@@ -225,13 +227,14 @@ bool EdgeCollapser::take_with_twins(const Entry& entry, Step& step) {
   return false;
 }
 
-/// A sum of planes counts most of them twice and thrice, and some of surface that lies elsewhere by now: planes of
-/// the mesh as it is place vertices better (Lindstrom and Turk 1998, "Fast and Memory Efficient Polygonal
-/// Simplification"). At powers of two, so that a way through several numbers of faces is the same as to the last.
+/// Rebuilds quadrics from the current mesh. Summed planes count most planes two or three times, and some belong to
+/// surface that has moved; planes of the current mesh place vertices better (Lindstrom and Turk 1998, "Fast and
+/// Memory Efficient Polygonal Simplification"). It happens at powers of two triangles, so that the result does not
+/// depend on intermediate targets.
 bool EdgeCollapser::renew() {
   if (rule_ != nullptr || mesh_.faces > next_renewal_) return false;
-  // Beside a hub most edges wait: to look at all of them again and again would cost too much.
-  const auto is_hub = [](std::uint32_t valence) { return valence > CollapseMesh::kMostAround; };
+  // No rebuild if there is a hub: most of its edges are deferred, and evaluating all of them each time is too slow.
+  const auto is_hub = [](std::uint32_t valence) { return valence > CollapseMesh::kMaxValence; };
   if (std::any_of(mesh_.valence.begin(), mesh_.valence.end(), is_hub)) {
     next_renewal_ = 0;
     return false;
@@ -247,16 +250,16 @@ void EdgeCollapser::compact() {
   queue_.renumber(number, stamps_);
   shape_.renumber(number);
   renumber_values(quadrics_, number);
-  renumber_values(off_, number);
+  renumber_values(base_errors_, number);
   renumber_values(stamps_, number);
   renumber_values(fixed_, number);
   renumber_values(border_, number);
 }
 
-/// Brings to the cache what the next entries will look at: the cheapest edges lie anywhere in the mesh.
+/// Prefetches data of the next queue entries, since the cheapest edges are scattered in memory.
 void EdgeCollapser::fetch_ahead() const {
-  constexpr std::size_t kCorners = 1, kTriangles = 2, kList = 4, kVertex = 8;
-  if (const Entry* e = queue_.ahead(kVertex)) {
+  constexpr std::size_t kCornersAhead = 1, kTrianglesAhead = 2, kListAhead = 4, kVertexAhead = 8;
+  if (const Entry* e = queue_.ahead(kVertexAhead)) {
     for (const std::uint32_t v : {e->a, e->b}) {
       prefetch(&stamps_[v]);
       mesh_.fetch(v);
@@ -266,16 +269,16 @@ void EdgeCollapser::fetch_ahead() const {
     const Entry* const e = queue_.ahead(others);
     return e != nullptr && is_current(*e) ? e : nullptr;
   };
-  if (const Entry* e = current(kList)) {
+  if (const Entry* e = current(kListAhead)) {
     for (const std::uint32_t v : {e->a, e->b}) {
       mesh_.fetch_list(v);
       fetch_planes(v);
     }
   }
-  if (const Entry* e = current(kTriangles)) {
+  if (const Entry* e = current(kTrianglesAhead)) {
     for (const std::uint32_t v : {e->a, e->b}) mesh_.fetch_triangles(v);
   }
-  if (const Entry* e = current(kCorners)) {
+  if (const Entry* e = current(kCornersAhead)) {
     for (const std::uint32_t v : {e->a, e->b}) mesh_.fetch_corners(v);
   }
 }
@@ -306,12 +309,12 @@ void EdgeCollapser::run_cheap(double cost) {
 }
 
 void EdgeCollapser::run(std::size_t faces) {
-  constexpr std::size_t kBeat = 1024;
+  constexpr std::size_t kPollInterval = 1024;
   std::size_t poor = 0, looked = 0;
   while (true) {
     std::size_t taken = 0;
     while (mesh_.all_faces() > faces && queue_.front(stamps_) != nullptr) {
-      if (++looked % kBeat == 0) ProgressGuard::poll();
+      if (++looked % kPollInterval == 0) ProgressGuard::poll();
       if (renew()) continue;
       const Entry entry = *queue_.front(stamps_);
       queue_.pop();
@@ -319,8 +322,9 @@ void EdgeCollapser::run(std::size_t faces) {
       if (is_current(entry)) taken += take(entry);
     }
     if (mesh_.all_faces() <= faces || taken == 0) return;
-    if (taken * kWorthAnother < mesh_.faces && ++poor > kMostPoorRounds) return;
-    fill_queue(mesh_.edges(), deviation_bound_ != nullptr);  // Refused edges may be allowed by now.
+    if (taken * kTrianglesPerCollapse < mesh_.faces && ++poor > kMaxUnproductiveRounds) return;
+    // Rejected edges may be allowed by now.
+    fill_queue(mesh_.edges(), deviation_bound_ != nullptr);
   }
 }
 

@@ -22,34 +22,35 @@
 
 namespace kiln {
 
-/// Reduces a triangle mesh step by step. The edge whose collapse costs least goes first, to the point
-/// that its quadric calls best (Garland and Heckbert 1997, "Surface Simplification Using Quadric Error
-/// Metrics"). Planes hold open borders in place (section 6). Without a rule, a step costs what
-/// it adds to distances, not to their squares. Quadrics are made anew whenever half of the triangles are gone then.
+/// Reduces a triangle mesh by edge collapses. The cheapest collapse goes first; the merged vertex lies at the minimum
+/// of its quadric (Garland and Heckbert 1997, "Surface Simplification Using Quadric Error Metrics"). Planes upright
+/// on open borders hold these in place (section 6 there). Without a constraint, the cost is the increase of the
+/// distance, not of the squared distance. Quadrics are rebuilt whenever the number of triangles has halved.
 ///
-/// Kept at every step: the topology (link condition; borders do not pinch, components do not vanish).
-/// Triangles do not turn over, fold onto a neighbour or lose their area. Unless that costs several times
-/// as much, they do not become slivers or turn far either.
-/// Edges with any number of triangles are allowed. Deterministic: ties go to the lower vertices.
-/// Coordinates should be of about unit size; arithmetic is in double precision.
-/// Cost: about 5 microseconds a collapse, n log n in all: a vertex of very many triangles stays where it
-/// is, and its neighbours come to it.
+/// Each collapse keeps the topology (link condition; borders do not pinch, components do not vanish). Triangles do
+/// not flip, fold onto a neighbour or lose their area. They become slivers or turn far only if every other collapse
+/// costs several times as much.
+/// Edges may have any number of triangles. Deterministic: ties go to the lower vertices. Coordinates should be of
+/// about unit size; arithmetic is in double precision.
+/// Cost: about 5 microseconds a collapse, O(n log n) in all. A vertex of over 256 triangles (a hub) does not move;
+/// its neighbours collapse into it.
 class EdgeCollapser {
  public:
-  /// To where the mesh's numbers can hold a point.
+  /// Rounds a point to one that the caller's mesh can store.
   using Snap = std::function<Vec3d(const Vec3d&)>;
 
-  /// Triangles must have three different vertices, and no twin of the same orientation.
-  /// \param mesh  must outlive this. As it gets smaller, what is left of it gets new numbers (CollapseMesh::compact()),
-  ///              unless there is a rule or a bound
-  /// \param rule  what must be kept beside the shape; may be null; must outlive this
-  /// \param fixed  by vertex, whether no edge there may go; empty: all may
+  /// Triangles must have three different vertices, and no duplicate of the same orientation.
+  /// \param mesh  must outlive this. Its triangles and vertices are renumbered as it shrinks
+  ///              (CollapseMesh::compact()), unless there is a constraint or a bound
+  /// \param rule  constraint besides the shape; may be null; must outlive this
+  /// \param fixed  by vertex, 1 if its edges may not collapse; empty: all may
   explicit EdgeCollapser(CollapseMesh& mesh, CollapseConstraint* rule = nullptr, Snap snap = {},
                          std::vector<std::uint8_t> fixed = {});
 
-  /// From now on no step that this refuses is taken. It must have been made of the mesh as it is, and outlive this.
-  /// \param sharpening  how much sharper sharp edges may become (cosine); none may become sharp
-  /// \param bound       of lines between labels: how far they may be from where they are now, root mean square
+  /// Rejects collapses that `deviation` refuses from now on. It must have been made from the mesh in its present
+  /// state, and outlive this.
+  /// \param sharpening  by how much sharp edges may become sharper (cosine); no other edge may become sharp
+  /// \param bound       largest root-mean-square distance of lines between labels from their present place
   void limit_deviation(DeviationBound* deviation, double sharpening, double bound) {
     deviation_bound_ = deviation;
     shape_.limit_edges(sharpening);
@@ -57,27 +58,28 @@ class EdgeCollapser {
     bound_lines(bound);
   }
 
-  /// Moves vertices, one after another, to where the distances around them are less and the bound allows them. Makes
-  /// quadrics anew.
+  /// Moves one vertex after another to where the distances around it are least within the bound. Then rebuilds
+  /// quadrics.
   void relax(Distances which);
 
-  /// Collapses until at most `faces` triangles are left (backs of two-sided ones count), or nothing more is allowed.
-  /// May be called again with lower `faces`, and goes on where it stopped.
+  /// Collapses until at most `faces` triangles are left (backs of two-sided triangles count), or no collapse is
+  /// allowed. A later call with fewer `faces` continues.
   void run(std::size_t faces);
 
-  /// The planes that a vertex stands for.
+  /// Sum of the planes of the surface that was merged into the vertex.
   const Quadric& quadric(std::uint32_t vertex) const { return quadrics_[vertex]; }
 
-  /// Takes collapses that cost at most so much, in order. Edges of a vertex that changes wait for the next call.
+  /// Collapses all edges that cost at most `cost`, cheapest first. Edges of a changed vertex are deferred to the next
+  /// call.
   void run_cheap(double cost);
 
-  /// Moves a corner of a bad triangle or collapses one of its sides, whatever strays least. No triangle
-  /// around is bad then. False where there is no such way.
+  /// Moves a corner of a bad triangle or collapses one of its sides, whichever deviates least. No triangle around is
+  /// bad afterwards. Returns false if no such step exists.
   bool mend(std::uint32_t triangle, const std::function<bool(const TriangleCorners&)>& bad);
 
  private:
   using Entry = CollapseEntry;
-  /// A collapse as it would be taken.
+  /// A candidate collapse.
   struct Step {
     explicit Step(const Quadric& planes) : sum(planes) {}
     bool allowed = false;
@@ -110,7 +112,7 @@ class EdgeCollapser {
   void push_all(std::uint32_t v, const std::vector<CollapseMesh::Neighbour>& others);
   bool keeps_topology(std::uint32_t a, std::uint32_t b);
   bool keeps_topology_at_hub(std::uint32_t hub, std::uint32_t b);
-  bool lies_on_another(std::uint32_t a, std::uint32_t b);
+  bool would_duplicate_triangle(std::uint32_t a, std::uint32_t b);
   bool keeps_shapes(const Entry& entry, const Step& step);
   void collapse(std::uint32_t a, std::uint32_t b, const Step& step);
   void relax_at(std::uint32_t vertex, Distances which);
@@ -129,23 +131,26 @@ class EdgeCollapser {
   CollapseShape shape_;
   DeviationBound* deviation_bound_ = nullptr;
   std::vector<std::uint8_t>
-      touched_;  ///< Under a bound: whether what is around changed since the queue was filled.
+      touched_;  ///< With a bound: 1 if a vertex's surroundings changed since the queue was filled.
   std::vector<Quadric> quadrics_;
-  std::vector<double> off_;  ///< Quadric::off() of each vertex where it is, without a rule.
-  std::vector<Quadric>
-      lines_;  ///< Under a bound: planes on lines between labels; empty without any.
+  /// Quadric::off() of each vertex at its position; unused with a constraint.
+  std::vector<double> base_errors_;
+  /// With a bound: planes upright on lines between labels; empty if there are no labels.
+  std::vector<Quadric> lines_;
   double lines_bound_ = 0;
   std::size_t next_renewal_ = 0;  ///< Triangle count at which quadrics are rebuilt next.
   std::vector<std::uint32_t> stamps_;
-  std::vector<std::uint8_t> fixed_;   ///< May be empty.
-  std::vector<std::uint8_t> border_;  ///< True if a vertex came from one on an open border.
-  double penalty_;  ///< By how many times a step that leaves bad shapes must be cheaper.
+  std::vector<std::uint8_t> fixed_;  ///< By vertex, 1 if it may not move; empty: all may.
+  /// By vertex, 1 if a vertex on an open border was merged into it.
+  std::vector<std::uint8_t> border_;
+  double penalty_;  ///< Factor on the cost of a collapse that leaves bad shapes.
   CollapseQueue queue_;
-  std::optional<std::vector<std::uint32_t>> deferred_;  ///< Changed vertices whose edges wait.
+  /// Changed vertices whose edges are not queued yet.
+  std::optional<std::vector<std::uint32_t>> deferred_;
   std::vector<CollapseMesh::Neighbour> near_a_, near_b_;
   std::vector<std::uint64_t> edges_;  ///< Scratch of push_all()
   std::vector<Entry> entries_;
-  std::vector<std::uint32_t> common_;  ///< Vertices next to both ends of an edge.
+  std::vector<std::uint32_t> common_;  ///< Common neighbours of an edge's ends.
 };
 
 }  // namespace kiln

@@ -1,4 +1,4 @@
-// EdgeCollapser: steps under a bound.
+// EdgeCollapser: collapses within a bound.
 #include "simplify/collapse.h"
 
 namespace kiln {
@@ -17,7 +17,7 @@ bool EdgeCollapser::keeps_lines(std::uint32_t a, std::uint32_t b, const Vec3d& t
   return sum.at(target) <= lines_bound_ * lines_bound_ * sum.area;
 }
 
-/// True if the bound allows a step, or one to a place near by.
+/// True if the bound allows the collapse, or one to a position close by, which then replaces it.
 bool EdgeCollapser::is_within_bound(const Entry& entry, Step& step) {
   if (!keeps_lines(entry.a, entry.b, step.target)) return false;
   if (bound_keeps(entry.a, entry.b, step.anchor, step.target)) return true;
@@ -34,7 +34,8 @@ void EdgeCollapser::relax_at(std::uint32_t v, Distances which) {
   const Vec3d from = mesh_.points[v];
   if (!bound_keeps(v, kNoVertex, Anchor::none, from)) return;
   const double before = deviation_bound_->energy(which);
-  deviation_bound_->collapse();  // Samples may be nearer to others of the triangles around.
+  // Reassigns samples, which may be nearer to other triangles of the star now.
+  deviation_bound_->collapse();
   const Vec3d way = deviation_bound_->better(from, which) - from;
   if (!(dot(way, way) > 0)) return;
   for (const double part : {1.0, 0.5, 0.2}) {

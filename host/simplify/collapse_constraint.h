@@ -14,40 +14,41 @@ namespace kiln {
 /// The end of an edge that may not move.
 enum class Anchor : std::uint8_t { none, first, second };
 
-/// Asked by EdgeCollapser before every step, and told of it. place() must allow calls from several threads.
+/// Interface that EdgeCollapser calls before and at each collapse. place() must be safe to call from several threads.
 class CollapseConstraint {
  public:
   virtual ~CollapseConstraint() = default;
 
-  /// Adds planes that hold what must stay in place, at the start.
+  /// Adds the constraint's planes to the quadrics of its vertices, before the first collapse.
   virtual void add_planes(const CollapseMesh&, std::vector<Quadric>&) const {}
 
-  /// Allowed position of the merged vertex, near the best point by `sum`; nothing: the edge must stay. The cost
-  /// beyond the shape is added to `sum`.
+  /// Allowed position of the merged vertex, close to the minimum of `sum`; nullopt if the edge may not collapse. Adds
+  /// the cost of the constraint itself (such as UV error) to `sum`.
   virtual std::optional<Vec3d> place(const CollapseMesh& mesh, std::uint32_t a, std::uint32_t b,
                                      Anchor anchor, Quadric& sum) const = 0;
 
-  /// True if a step that mends may go anywhere that keeps() allows, not to place()'s alone.
+  /// True if repairs may use every position that keeps() allows, not only the one from place().
   virtual bool any_place() const { return false; }
 
-  /// True if the step leaves what must stay. Called for few edges, just before the step.
+  /// True if the collapse keeps the constraint. Called for few edges, just before the collapse.
   virtual bool keeps(const CollapseMesh& mesh, std::uint32_t a, std::uint32_t b, Anchor anchor,
                      const Vec3d& target) const = 0;
 
-  /// Steps that must be taken with this one, which keeps() allows: of copies, which stay copies. Each edge has the end
-  /// that corresponds to `a` first. Until end_twins() the rule takes steps of these edges as parts of it.
-  /// \returns false where one of them cannot be, so that this one must not
+  /// Finds collapses that must happen together with this one: those of its UV copies, which must stay copies. keeps()
+  /// has allowed this one. Each edge starts with the end that corresponds to `a`. Until end_twins(), the constraint
+  /// treats collapses of these edges as parts of this one.
+  /// \returns false if one of them is impossible, which rejects all
   virtual bool find_twins(const CollapseMesh&, std::uint32_t, std::uint32_t, Anchor, const Vec3d&,
                           std::vector<std::array<std::uint32_t, 2>>&) {
     return true;
   }
   virtual void end_twins() {}
 
-  /// The step is about to be taken: both ends become `kept`, at `target`.
+  /// Notifies the constraint of the collapse: both ends become `kept`, at `target`.
   virtual void collapse(const CollapseMesh& mesh, std::uint32_t a, std::uint32_t b, Anchor anchor,
                         const Vec3d& target, std::uint32_t kept) = 0;
 
-  /// True if a vertex may be moved to another place.
+  /// True if the constraint allows the vertex at `target`.
   virtual bool may_move(const CollapseMesh& mesh, std::uint32_t vertex,
                         const Vec3d& target) const = 0;
 };

@@ -1,4 +1,4 @@
-// EdgeCollapser: what edges cost, and their entries in the queue.
+// EdgeCollapser: costs of edges, and their entries in the queue.
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -11,20 +11,21 @@
 namespace kiln {
 namespace {
 
-/// Share of the edge length that counts as deviation: where the surface is flat, short edges go first and triangles
-/// stay even. So little that no face stays there that curved places need.
+/// Share of the edge length that is added to the cost: on flat surfaces, short edges collapse first and triangles
+/// stay even. It is too small to keep triangles there that curved places need.
 constexpr double kLengthWeight = 1e-7;
-/// Under a rule: the same of squared deviation, more than single precision loses. By the square of the length, 1e-8 was
-/// too much for long edges.
+/// With a constraint: share of the squared edge length that is added to the squared deviation. It exceeds the
+/// rounding of single precision; 1e-8 made long edges too expensive.
 constexpr double kLengthWeightOfSquares = 1e-12;
-/// Edges that a thread looks at at a time: more than a piece of a mesh has, which is one thread's already.
-constexpr std::size_t kEdgesOfPart = std::size_t{1} << 15;
+/// Edges per batch of a parallel loop. Pieces of a mesh have fewer edges and are processed by one thread each.
+constexpr std::size_t kEdgesPerBatch = std::size_t{1} << 15;
 
 }  // namespace
 
-/// Position and cost of an edge's collapse. A hub stays: moving it would move its whole fan.
-/// A step costs what the surface is farther off by it, distance times weight: pictures show a deviation by its size,
-/// not by its square. Under a rule, whose planes weigh against squares, it costs these, as Garland and Heckbert have it.
+/// Position and cost of an edge's collapse. A hub keeps its position, since moving it would move its whole fan.
+/// The cost is the increase of distance times weight, since pictures show a deviation by its size and not by its
+/// square. With a constraint, whose planes are weighed against squares, it is the squared distance, as in Garland and
+/// Heckbert.
 EdgeCollapser::Step EdgeCollapser::step_for(std::uint32_t a, std::uint32_t b) const {
   Step step(quadrics_[a] + quadrics_[b]);
   const bool hub_a = mesh_.is_hub(a), hub_b = mesh_.is_hub(b);
@@ -44,13 +45,13 @@ EdgeCollapser::Step EdgeCollapser::step_for(std::uint32_t a, std::uint32_t b) co
     step.cost = step.sum.at(step.target) + kLengthWeightOfSquares * size * step.sum.area;
     return step;
   }
-  const double already = off_[a] + off_[b];
+  const double already = base_errors_[a] + base_errors_[b];
   step.cost =
       std::max(0.0, step.sum.off(step.target) - already) + kLengthWeight * size * step.sum.area;
   return step;
 }
 
-/// An edge that may not go has endless cost.
+/// Entry of an edge; its cost is infinite if the edge may not collapse.
 EdgeCollapser::Entry EdgeCollapser::entry_for(std::uint32_t a, std::uint32_t b) const {
   const Step step = step_for(a, b);
   const double cost = step.allowed ? step.cost : std::numeric_limits<double>::infinity();
@@ -58,7 +59,7 @@ EdgeCollapser::Entry EdgeCollapser::entry_for(std::uint32_t a, std::uint32_t b) 
 }
 
 /// \param edges    as CollapseMesh::edges()
-/// \param entries  out: one of each
+/// \param entries  out: one entry per edge
 void EdgeCollapser::make_entries(std::span<const std::uint64_t> edges, Entry* entries) const {
   for (const std::uint64_t edge : edges) {
     *entries++ =
@@ -66,13 +67,15 @@ void EdgeCollapser::make_entries(std::span<const std::uint64_t> edges, Entry* en
   }
 }
 
-/// \param all           edges of the mesh, each once
-/// \param only_touched  leaves out those around which nothing changed since the last time
+/// \param all           all edges of the mesh, each once
+/// \param only_touched  skips edges whose surroundings have not changed since the last call
 void EdgeCollapser::fill_queue(std::vector<std::uint64_t> all, bool only_touched) {
   if (rule_ == nullptr) {
-    parallel_for(off_.size(), std::size_t{1} << 14, [&](std::size_t begin, std::size_t end) {
-      for (std::size_t v = begin; v < end; ++v) off_[v] = quadrics_[v].off(mesh_.points[v]);
-    });
+    parallel_for(base_errors_.size(), std::size_t{1} << 14,
+                 [&](std::size_t begin, std::size_t end) {
+                   for (std::size_t v = begin; v < end; ++v)
+                     base_errors_[v] = quadrics_[v].off(mesh_.points[v]);
+                 });
   }
   if (only_touched) {
     std::erase_if(all, [&](std::uint64_t e) {
@@ -82,14 +85,14 @@ void EdgeCollapser::fill_queue(std::vector<std::uint64_t> all, bool only_touched
   if (deviation_bound_ != nullptr) touched_.assign(mesh_.points.size(), 0);
   mesh_.visits += all.size();
   std::vector<Entry> entries(all.size());
-  parallel_for(all.size(), kEdgesOfPart, [&](std::size_t begin, std::size_t end) {
+  parallel_for(all.size(), kEdgesPerBatch, [&](std::size_t begin, std::size_t end) {
     make_entries(std::span(all).subspan(begin, end - begin), &entries[begin]);
   });
   std::erase_if(entries, [](const Entry& e) { return std::isinf(e.cost); });
   queue_.assign(std::move(entries));
 }
 
-/// Makes quadrics anew, and all entries.
+/// Rebuilds the quadrics and the queue.
 void EdgeCollapser::renew_queue() {
   std::vector<std::uint64_t> edges = build_quadrics();
   if (rule_ != nullptr) rule_->add_planes(mesh_, quadrics_);
@@ -102,7 +105,7 @@ void EdgeCollapser::push(std::uint32_t a, std::uint32_t b) {
   if (!std::isinf(entry.cost)) queue_.push(entry);
 }
 
-/// Pushes the edges from a vertex to others.
+/// Queues the edges from a vertex to some of its neighbours.
 void EdgeCollapser::push_all(std::uint32_t v, const std::vector<CollapseMesh::Neighbour>& others) {
   for (const CollapseMesh::Neighbour& n : others) fetch_planes(n.vertex);
   mesh_.visits += others.size();

@@ -1,4 +1,4 @@
-// EdgeCollapser: steps that mend bad triangles.
+// EdgeCollapser: steps that repair bad triangles.
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -8,7 +8,7 @@
 
 namespace kiln {
 
-/// Moves a corner: to the middle of its neighbours, or between there and where it is.
+/// Moves a corner towards the mean of its neighbours, all the way or partly.
 bool EdgeCollapser::mend_by_moving(std::uint32_t triangle, const auto& bad) {
   double least = std::numeric_limits<double>::infinity();
   std::uint32_t mover = kNoVertex;
@@ -38,14 +38,15 @@ bool EdgeCollapser::mend_by_moving(std::uint32_t triangle, const auto& bad) {
     deviation_bound_->collapse();
   }
   mesh_.points[mover] = best;
-  off_[mover] = quadrics_[mover].off(best);
+  base_errors_[mover] = quadrics_[mover].off(best);
   ++stamps_[mover];
   mesh_.gather(mover, near_a_);
   for (const CollapseMesh::Neighbour& n : near_a_) push(mover, n.vertex);
   return true;
 }
 
-/// True if copies would have to collapse, too: they need no mending, or are mended themselves.
+/// True if UV copies would have to collapse, too. Such collapses are no repairs: copies are sound, or are repaired
+/// themselves.
 bool EdgeCollapser::has_twins(std::uint32_t a, std::uint32_t b, const Step& step) {
   std::vector<std::array<std::uint32_t, 2>> twins;
   const bool all = rule_->find_twins(mesh_, a, b, step.anchor, step.target, twins);
@@ -53,7 +54,7 @@ bool EdgeCollapser::has_twins(std::uint32_t a, std::uint32_t b, const Step& step
   return !all || !twins.empty();
 }
 
-/// Collapses a side: to an end, the middle, or the best point.
+/// Collapses a side to an end, the middle, or the quadric's minimum.
 bool EdgeCollapser::mend_by_collapse(std::uint32_t triangle, const auto& bad) {
   Step best{Quadric()};
   best.cost = std::numeric_limits<double>::infinity();
@@ -96,7 +97,7 @@ bool EdgeCollapser::mend(std::uint32_t triangle,
   struct Around {
     const CollapseMesh& mesh;
     const std::function<bool(const TriangleCorners&)>& bad;
-    std::uint32_t mended;  ///< Looked at first: it most often stays bad.
+    std::uint32_t mended;  ///< Checked first, since it most often stays bad.
     bool none_around(std::uint32_t moved, std::uint32_t other, const Vec3d& target) const {
       const auto is_bad = [&](std::uint32_t t) {
         if (mesh.alive[t] == 0 || mesh.contains(t, other)) return false;

@@ -75,7 +75,7 @@ void CollapseMesh::find_common(const std::vector<Neighbour>& one,
 }
 
 std::vector<std::uint64_t> CollapseMesh::edges() const {
-  // Half-edges bucketed by their lower vertex; the few in a bucket are then sorted.
+  // Half-edges are bucketed by their lower vertex; each bucket has few and is sorted.
   std::vector<std::uint32_t> start(points.size() + 1, 0);
   const auto each = [&](const auto& body) {
     for (std::size_t t = 0; t < triangles.size(); ++t) {
@@ -102,7 +102,7 @@ std::vector<std::uint64_t> CollapseMesh::edges() const {
   return result;
 }
 
-/// Drops dead triangles from a list once they are the greater part: a step for each that died.
+/// Removes dead triangles from a vertex's list once they are the majority: O(1) per removed triangle, amortized.
 void CollapseMesh::tidy(std::uint32_t vertex) {
   List& list = lists_[vertex];
   if (list.size <= 2 * std::size_t{valence[vertex]}) return;
@@ -113,7 +113,7 @@ void CollapseMesh::tidy(std::uint32_t vertex) {
   list.size = static_cast<std::uint32_t>(end - begin);
 }
 
-/// Moves a list that has no room for so many more to the end, and makes its room twice as large.
+/// Moves a list without room for `more` triangles to the end of the pool, with twice its capacity.
 void CollapseMesh::make_room(std::uint32_t vertex, std::uint32_t more) {
   List& list = lists_[vertex];
   if (list.size + more <= list.capacity) return;

@@ -1,4 +1,4 @@
-// The mesh that edge collapses work on: which triangles lie around which vertex.
+// Triangle mesh with lists of triangles per vertex, for edge collapses.
 #pragma once
 
 #include <cstddef>
@@ -16,16 +16,16 @@ namespace kiln {
 
 inline constexpr std::uint32_t kNoVertex = std::numeric_limits<std::uint32_t>::max();
 
-/// A triangle mesh whose vertices can be merged. Looking at a vertex costs as many steps as it has
-/// triangles; merging costs as many as the one that goes has. `visits` counts these steps, so that
-/// tests can tell how cost grows without a clock.
+/// A triangle mesh whose vertices can be merged. Visiting a vertex costs as many steps as it has triangles; merging
+/// costs as many steps as the removed vertex has triangles. `visits` counts these steps, so that tests can measure
+/// how the cost grows without a clock.
 class CollapseMesh {
  public:
   struct Neighbour {
     std::uint32_t vertex, triangles;
   };
-  /// Vertices of more triangles are hubs: no step may look at all of these.
-  static constexpr std::uint32_t kMostAround = 256;
+  /// Vertices with more triangles are hubs: no collapse may visit all triangles of a hub.
+  static constexpr std::uint32_t kMaxValence = 256;
 
   /// Triangles must have three different vertices.
   /// \param labels  by triangle; empty: none
@@ -36,8 +36,8 @@ class CollapseMesh {
     const Triangle& t = triangles[triangle];
     return t[0] == vertex || t[1] == vertex || t[2] == vertex;
   }
-  bool is_hub(std::uint32_t vertex) const { return valence[vertex] > kMostAround; }
-  /// Triangles of an edge, in order of the list of the end with fewer triangles.
+  bool is_hub(std::uint32_t vertex) const { return valence[vertex] > kMaxValence; }
+  /// Calls `body` for each triangle of an edge, in the order of the end that has fewer triangles.
   template <class Body>
   void each_on_edge(std::uint32_t a, std::uint32_t b, const Body& body) const {
     if (valence[b] < valence[a]) std::swap(a, b);
@@ -51,13 +51,13 @@ class CollapseMesh {
       if (alive[t] != 0) body(t);
     }
   }
-  /// Triangles of a vertex, some no longer alive.
+  /// Triangles of a vertex; some may be dead.
   std::span<const std::uint32_t> around(std::uint32_t vertex) const {
     const List& list = lists_[vertex];
     return {pool_.data() + list.first, list.size};
   }
-  /// Brings to the processor's cache what is soon looked at. First a vertex's own, later the list of its triangles, then
-  /// these, and at last their corners: each is found by what came before.
+  /// Prefetches a vertex into the processor's cache. Each of these fetches needs what the one before has loaded: the
+  /// vertex's record, its list, the list's triangles, their corners.
   void fetch(std::uint32_t vertex) const {
     prefetch(&lists_[vertex]);
     prefetch(&points[vertex]);
@@ -76,33 +76,33 @@ class CollapseMesh {
       for (const std::uint32_t v : triangles[t]) prefetch(&points[v]);
     }
   }
-  /// Neighbours with the number of triangles on the edge to each, by vertex.
+  /// Neighbours of a vertex in order of their numbers, each with the number of triangles on the edge to it.
   void gather(std::uint32_t vertex, std::vector<Neighbour>& neighbours);
-  /// The same in any order, in less time.
+  /// As gather(), unordered and faster.
   void gather_unordered(std::uint32_t vertex, std::vector<Neighbour>& neighbours);
-  /// Vertices that are in both.
+  /// Vertices in both lists.
   void find_common(const std::vector<Neighbour>& one, const std::vector<Neighbour>& other,
                    std::vector<std::uint32_t>& common);
   /// All edges, each once, as lower vertex << 32 | higher vertex, in order.
   std::vector<std::uint64_t> edges() const;
-  /// `gone` becomes `kept`; triangles with both vanish.
+  /// Replaces `gone` by `kept`. Triangles that have both are removed.
   void merge(std::uint32_t kept, std::uint32_t gone);
-  /// From now on some triangles count for two: those of two-sided sheets.
+  /// Sets which triangles have a back, so that all_faces() counts them twice.
   void count_sides(std::vector<std::uint8_t> of_triangles);
-  /// Triangles with those on backs.
+  /// Number of triangles, backs included.
   std::size_t all_faces() const { return faces + backs; }
-  /// Drops what is no longer alive, so that the rest lies close together. Triangles and vertices keep their order.
-  /// \returns the new number of each vertex, or kNoVertex
+  /// Removes dead triangles and vertices from the arrays. The others keep their order.
+  /// \returns the new number of each vertex; kNoVertex: removed
   std::vector<std::uint32_t> compact();
-  /// The number that a triangle had when it was given, and a vertex.
+  /// Number of a triangle, or of a vertex, in the mesh that the constructor received.
   std::uint32_t given_triangle(std::uint32_t triangle) const {
     return given_triangles_.empty() ? triangle : given_triangles_[triangle];
   }
   std::uint32_t given_vertex(std::uint32_t vertex) const {
     return given_vertices_.empty() ? vertex : given_vertices_[vertex];
   }
-  /// The remaining mesh, with only the vertices in use, in their original order.
-  /// \param sources  the index that each triangle had when it was given
+  /// Returns the remaining mesh with only its used vertices, in their original order.
+  /// \param sources  each triangle's number in the mesh that the constructor received
   void extract(std::vector<Vec3d>& positions, std::vector<Triangle>& left,
                std::vector<std::uint32_t>& sources) const;
 
@@ -125,11 +125,12 @@ class CollapseMesh {
 
   std::vector<List> lists_;
   std::vector<std::uint32_t> pool_;
-  std::vector<std::uint32_t> marks_;  ///< By vertex; 0 but while neighbours are gathered.
-  std::vector<std::uint32_t> given_triangles_, given_vertices_;  ///< Empty: all as they were given.
+  std::vector<std::uint32_t> marks_;  ///< By vertex; 0 except within gather().
+  /// Original numbers; empty: not renumbered.
+  std::vector<std::uint32_t> given_triangles_, given_vertices_;
 };
 
-/// Keeps values by vertex where vertices are renumbered, which keep their order.
+/// Moves per-vertex values to renumbered vertices, which keep their order.
 template <class Value>
 void renumber_values(std::vector<Value>& values, const std::vector<std::uint32_t>& number) {
   if (values.empty()) return;

@@ -1,4 +1,4 @@
-// A high poly brought near its goal piece by piece, on all threads.
+// Edge collapse in pieces of a mesh, on all threads.
 #pragma once
 
 #include <cstddef>
@@ -9,10 +9,10 @@
 
 namespace kiln {
 
-/// Collapses edges of a mesh down to about `faces`, piece by piece: as EdgeCollapser would, but where pieces meet. There
-/// nothing moves, nor where labels meet. All pieces stop at the same cost, so that flat ones lose more. The pieces
-/// depend on the mesh alone. Vertices that are left over go.
-/// \param untouched  where nothing moves either
+/// Collapses edges of a mesh down to about `faces`, as EdgeCollapser does, but in pieces on all threads. Vertices
+/// where pieces or labels meet do not move. All pieces stop at the same cost, so that flat pieces lose more
+/// triangles. The pieces depend on the mesh alone, not on threads. Unused vertices are removed.
+/// \param untouched  places where no vertex moves
 /// \param positions  the mesh's points
 Work collapsed_in_pieces(const Work& dense, std::span<const Vec3> positions, std::size_t faces,
                          std::span<const Place> untouched, const EdgeCollapser::Snap& snap);

@@ -1,4 +1,4 @@
-// The planes that hold a mesh in place while its edges collapse.
+// EdgeCollapser: the quadrics that hold a mesh in place.
 #include <algorithm>
 #include <array>
 #include <bit>
@@ -14,13 +14,13 @@
 namespace kiln {
 namespace {
 
-/// Under a rule, weight of the planes that stand on open borders, against a triangle's own.
+/// With a constraint: weight of planes upright on open borders, relative to a triangle's own plane.
 constexpr double kBorderWeight = 10;
-/// Weight of the sum of planes so far beside planes of the mesh as it is. Without it, what a thin rim has lost is
-/// forgotten, and it loses more.
-constexpr double kMemory = 0.1;
-/// Weight of the planes that stand on lines between labels, against those on open borders, for each unit of an edge's
-/// mean length: a line is as wide as a face. So steps of dense lines do not hold what few faces are left.
+/// Weight of the previous quadrics when they are rebuilt. Without it, the error of a thin rim would be forgotten at
+/// each rebuild and accumulate.
+constexpr double kPreviousQuadricWeight = 0.1;
+/// Weight of planes upright on lines between labels, relative to those on open borders, per mean edge length: a line
+/// counts as wide as a face. Otherwise densely lined areas would keep too many faces.
 constexpr double kLineWeight = 2;
 /// An edge between two labels, with a triangle of each.
 struct LabelLine {
@@ -28,7 +28,7 @@ struct LabelLine {
   std::array<std::uint32_t, 2> triangles;
 };
 
-/// All of them.
+/// All lines between labels, with their lengths.
 struct LabelLines {
   std::vector<LabelLine> lines;
   double length = 0, length_of_all = 0, edges = 0;
@@ -50,15 +50,15 @@ struct LabelLines {
   double room() const { return room_for_lines(length, length_of_all); }
 };
 
-/// The triangles that are left, and their labels.
-class Left {
+/// The live triangles of a mesh, and their labels.
+class LiveTriangles {
   std::vector<Triangle> own_triangles_;
   std::vector<std::uint32_t> own_labels_;
 
  public:
   const std::vector<Triangle>& triangles;
   const std::vector<std::uint32_t>& labels;
-  explicit Left(const CollapseMesh& mesh)
+  explicit LiveTriangles(const CollapseMesh& mesh)
       : triangles(is_whole(mesh) ? mesh.triangles : own_triangles_),
         labels(is_whole(mesh) ? mesh.labels : own_labels_) {
     if (is_whole(mesh)) return;
@@ -80,11 +80,12 @@ Vec3d normal_at(const std::vector<Vec3d>& points, const Triangle& v) {
 
 }  // namespace
 
-/// Planes on each line, by its length. A crease is held by its faces, whose samples have a bound.
+/// Adds planes upright on each line, weighted by its length. Creases need none: their faces are held by samples
+/// within the bound.
 void EdgeCollapser::bound_lines(double bound) {
   lines_.clear();
   lines_bound_ = bound;
-  const Left left(mesh_);
+  const LiveTriangles left(mesh_);
   if (left.labels.empty()) return;
   LabelLines found;
   SideLists(left.triangles, mesh_.points.size())
@@ -102,15 +103,15 @@ void EdgeCollapser::bound_lines(double bound) {
   }
 }
 
-/// Makes values on all threads, in parts that fit in a cache, and gives them out in order.
+/// Computes values in parallel, in batches that fit in a cache, and passes them to `give` in order.
 template <class Value, class Make, class Give>
-void made_in_parts(std::size_t count, const Make& make, const Give& give) {
-  constexpr std::size_t kPart = std::size_t{1} << 15, kOfThread = std::size_t{1} << 13;
-  std::vector<Value> values(std::min(count, kPart));
-  for (std::size_t first = 0; first < count; first += kPart) {
-    const std::size_t part = std::min(kPart, count - first);
-    // A piece of a mesh is one thread's already.
-    parallel_for(part, count <= kPart ? kPart : kOfThread, [&](std::size_t begin, std::size_t end) {
+void compute_in_batches(std::size_t count, const Make& make, const Give& give) {
+  constexpr std::size_t kBatch = std::size_t{1} << 15, kGrain = std::size_t{1} << 13;
+  std::vector<Value> values(std::min(count, kBatch));
+  for (std::size_t first = 0; first < count; first += kBatch) {
+    const std::size_t part = std::min(kBatch, count - first);
+    // A batch from one piece runs on one thread, as pieces already run in parallel.
+    parallel_for(part, count <= kBatch ? kBatch : kGrain, [&](std::size_t begin, std::size_t end) {
       for (std::size_t i = begin; i < end; ++i) values[i] = make(first + i);
     });
     for (std::size_t i = 0; i < part; ++i) give(first + i, values[i]);
@@ -120,12 +121,12 @@ void made_in_parts(std::size_t count, const Make& make, const Give& give) {
 /// \returns all edges, each once, as CollapseMesh::edges()
 std::vector<std::uint64_t> EdgeCollapser::build_quadrics() {
   const std::vector<Vec3d>& points = mesh_.points;
-  const Left left(mesh_);
+  const LiveTriangles left(mesh_);
   const std::vector<Triangle>& triangles = left.triangles;
-  for (Quadric& sum : quadrics_) sum *= kMemory;
+  for (Quadric& sum : quadrics_) sum *= kPreviousQuadricWeight;
   next_renewal_ = std::bit_floor(std::max<std::size_t>(mesh_.faces, 1) - 1);
   const auto normal_of = [&](const Triangle& v) { return normal_at(points, v); };
-  made_in_parts<Quadric>(
+  compute_in_batches<Quadric>(
       triangles.size(),
       [&](std::size_t t) {
         const Vec3d normal = normal_of(triangles[t]);
@@ -153,7 +154,7 @@ std::vector<std::uint64_t> EdgeCollapser::build_quadrics() {
     return std::pair(static_cast<std::uint32_t>(edges[i] >> 32),
                      static_cast<std::uint32_t>(edges[i]));
   };
-  made_in_parts<Quadric>(
+  compute_in_batches<Quadric>(
       edges.size(),
       [&](std::size_t i) {
         const std::span<const SideLists::Item> of_edge = of_edges[i];

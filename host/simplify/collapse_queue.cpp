@@ -8,10 +8,10 @@
 namespace kiln {
 namespace {
 
-/// Edges sorted at a time: at least, and as a share of all.
-constexpr std::size_t kLeastTaken = 1024, kShareTaken = 16;
-/// Costs that are looked at to find how dear these are.
-constexpr std::size_t kLookedAt = 4096;
+/// Edges sorted at a time: at least kMinBatch, and one in kBatchDivisor.
+constexpr std::size_t kMinBatch = 1024, kBatchDivisor = 16;
+/// Number of costs sampled to estimate the limit of the next batch.
+constexpr std::size_t kCostSamples = 4096;
 
 void erase_old(std::vector<CollapseEntry>& entries, const std::vector<std::uint32_t>& stamps) {
   std::erase_if(entries, [&](const CollapseEntry& e) {
@@ -59,14 +59,14 @@ void CollapseQueue::renumber(const std::vector<std::uint32_t>& number,
   std::make_heap(late_.begin(), late_.end());
 }
 
-void CollapseQueue::take_nearest(const std::vector<std::uint32_t>& stamps) {
+void CollapseQueue::sort_next_batch(const std::vector<std::uint32_t>& stamps) {
   erase_old(far_, stamps);
   if (far_.empty()) return;
   limit_ = std::numeric_limits<double>::infinity();
-  if (const std::size_t taken = std::max(kLeastTaken, far_.size() / kShareTaken);
+  if (const std::size_t taken = std::max(kMinBatch, far_.size() / kBatchDivisor);
       taken < far_.size()) {
     costs_.clear();
-    const std::size_t step = (far_.size() + kLookedAt - 1) / kLookedAt;
+    const std::size_t step = (far_.size() + kCostSamples - 1) / kCostSamples;
     for (std::size_t i = 0; i < far_.size(); i += step) costs_.push_back(far_[i].cost);
     const auto last = costs_.begin() + static_cast<std::ptrdiff_t>(taken / step);
     std::nth_element(costs_.begin(), last, costs_.end());

@@ -11,29 +11,29 @@ namespace {
 
 /// Cosine of the largest turn of a triangle in one collapse, by leniency.
 constexpr std::array<double, 3> kTurnLimits{0.5, 0.2, 0.0};
-/// Quality below which a triangle must not get worse. 1: equilateral; 0: no area. Long triangles along bevels and
-/// creases stand for the surface better than even ones: this is 80 times as long as high. With 0.35, rendered
-/// normals were up to 13% worse.
+/// Quality (1: equilateral; 0: no area) below which a triangle may not get worse. This limit, a triangle 80 times as
+/// long as high, is low because long triangles along bevels and creases approximate the surface better than even
+/// ones: with 0.35, errors of rendered normals were up to 13% larger.
 constexpr double kQualityLimit = 0.02;
-/// Doubled area over the square of the longest side: below this it must not get worse either, however
-/// lenient. Single precision tells such a triangle from one without area.
+/// Limit of doubled area over the squared longest side below which a triangle may not get worse at any leniency.
+/// Triangles at this limit are still safely non-degenerate in single precision.
 constexpr double kAreaLimit = 1e-5;
-/// And below this it has none.
+/// The same ratio below which a triangle has no area.
 constexpr double kNoArea = 1e-12;
-/// Cosine of the angle between a triangle and the surface that its corners stand for.
+/// Smallest cosine between a triangle's normal and the surface that its corners replace, by leniency.
 constexpr std::array<double, 3> kFacingLimits{0.2, 0.0, -0.1};
-/// Length of the mean of unit normals below which they have no direction in common.
-constexpr double kLeastAgreement = 0.3;
-/// Cosine of the angle between the normals of neighbours, by leniency: beyond it they are folded.
+/// Length of a mean of unit normals below which they have no common direction.
+constexpr double kMinDirectionLength = 0.3;
+/// Cosine between normals of neighbours below which they are folded, by leniency.
 constexpr std::array<double, 3> kFoldLimits{-0.8, -0.9, -0.985};
-/// Cosine of a turn that folds nothing: on flat places hardly anything has to be looked at.
-constexpr double kHardlyTurned = 0.9999;
-/// The same where collapses go on until nothing more is allowed.
-constexpr double kStrictFold = -0.5;
-/// Triangles around, above which they are sorted to find one.
-constexpr std::size_t kManyAround = 32;
+/// Cosine of a turn that cannot fold anything. On flat surfaces it spares nearly all checks.
+constexpr double kSafeTurnCosine = 0.9999;
+/// kFoldLimits where collapses run until none is allowed.
+constexpr double kStrictFoldLimit = -0.5;
+/// Number of triangles around a vertex above which they are sorted for searching.
+constexpr std::size_t kMinValenceToSort = 32;
 
-/// \param sides  the sum of their squares
+/// \param sides  sum of the squared sides
 double quality(double sides, double doubled_area) {
   return 2 * std::sqrt(3.0) * doubled_area / sides;
 }
@@ -54,18 +54,19 @@ CollapseShape::Facing& CollapseShape::Facing::operator+=(const Facing& other) {
   return *this;
 }
 
-/// Cosine of the angle to the mean direction; 1 if the surface faces all ways and has none.
+/// Cosine to the mean direction; 1 if there is none because the surface faces all ways.
 double CollapseShape::Facing::cosine(const Vec3d& unit_normal) const {
   const double size = length(sum);
-  return size > kLeastAgreement * area ? dot(unit_normal, sum) / size : 1;
+  return size > kMinDirectionLength * area ? dot(unit_normal, sum) / size : 1;
 }
 
-/// Adds the triangles around `moved` that survive; false where one may not be.
+/// Adds the remaining triangles around `moved` to the star; false if one of them is not allowed.
 bool CollapseShape::add(CollapseMesh& mesh, std::uint32_t moved, std::uint32_t other,
                         const Vec3d& target, std::uint32_t leniency, const Facing& facing) {
   mesh.visits += mesh.around(moved).size();
   const Vec3d& a = mesh.points[moved];
-  const Double2 ax{a.x, target.x}, ay{a.y, target.y}, az{a.z, target.z};  // Before and after.
+  // Before and after the move.
+  const Double2 ax{a.x, target.x}, ay{a.y, target.y}, az{a.z, target.z};
   for (const std::uint32_t t : mesh.around(moved)) {
     if (mesh.alive[t] == 0 || mesh.contains(t, other)) continue;
     const Triangle& v = mesh.triangles[t];
@@ -91,13 +92,13 @@ bool CollapseShape::add(CollapseMesh& mesh, std::uint32_t moved, std::uint32_t o
     if (had_area && !(turn > kTurnLimits[leniency] * length_before * length_after)) return false;
     const Vec3d normal = after * (1 / length_after);
     const Vec3d was = had_area ? before * (1 / length_before) : Vec3d{};
-    const bool turned = !had_area || !(dot(was, normal) > kHardlyTurned);
+    const bool turned = !had_area || !(dot(was, normal) > kSafeTurnCosine);
     if (sharpening_ || turned) {
       Facing surface = facing;
       surface += facing_[first];
       surface += facing_[second];
       if (const double cosine = surface.cosine(normal); cosine < kFacingLimits[leniency]) {
-        // Unless it faced away already, and more.
+        // Allowed only if it faced away even more before.
         if (!had_area || !(cosine > surface.cosine(was))) return false;
       }
     }
@@ -111,12 +112,12 @@ bool CollapseShape::add(CollapseMesh& mesh, std::uint32_t moved, std::uint32_t o
   return true;
 }
 
-/// True if neighbours come to lie back to back that did not before.
+/// True if the collapse newly folds neighbours onto each other.
 bool CollapseShape::folds(CollapseMesh& mesh, std::uint32_t a, std::uint32_t b,
                           std::uint32_t leniency) {
   if (!any_turned_) return false;
   double before = 1, after = 1;
-  const bool many = star_.size() > kManyAround;
+  const bool many = star_.size() > kMinValenceToSort;
   const auto is_less = [](const Star& x, std::uint32_t v) { return x.first < v; };
   if (many) {
     std::sort(star_.begin(), star_.end(),
@@ -139,14 +140,14 @@ bool CollapseShape::folds(CollapseMesh& mesh, std::uint32_t a, std::uint32_t b,
       const Vec3d normal =
           cross(mesh.points[v[1]] - mesh.points[v[0]], mesh.points[v[2]] - mesh.points[v[0]]);
       const double size = length(normal);
-      // Only a neighbour that runs the other way along the edge is the same surface.
+      // A triangle that runs along the edge in the same direction belongs to another sheet.
       const std::size_t k = v[0] == s.second ? 0 : v[1] == s.second ? 1 : 2;
       if (!(size > 0) || v[(k + 1) % 3] != s.first) return;
       before = std::min(before, dot(s.before, normal) / size);
       after = std::min(after, dot(s.after, normal) / size);
     });
   }
-  if (sharpening_) return after < kStrictFold && after < before - *sharpening_;
+  if (sharpening_) return after < kStrictFoldLimit && after < before - *sharpening_;
   return after < kFoldLimits[leniency] && after < before;
 }
 

@@ -1,4 +1,4 @@
-// Shape criteria for the triangles an edge collapse leaves.
+// Shape criteria for the triangles that an edge collapse leaves.
 #pragma once
 
 #include <array>
@@ -12,37 +12,37 @@ namespace kiln {
 
 using TriangleCorners = std::array<Vec3d, 3>;
 
-/// Looks at the triangles around an edge before and after its collapse.
+/// Compares the triangles around an edge before and after its collapse.
 class CollapseShape {
  public:
-  /// Times a collapse may be refused for its shapes before only folds stop it.
-  static constexpr std::uint32_t kMostLenient = 2;
+  /// Rejections for bad shapes after which a collapse is rejected for folds only.
+  static constexpr std::uint32_t kMaxLeniency = 2;
 
   explicit CollapseShape(const CollapseMesh& mesh);
 
-  /// From now on no edge may become sharp, or a sharp one sharper by more than this (cosine).
+  /// Lets no edge become sharp, and no sharp edge sharper by more than `sharpening` (cosine).
   void limit_edges(double sharpening) { sharpening_ = sharpening; }
 
-  /// True if the triangles that survive have an area and turn little enough for `leniency`. Nor may they face
-  /// away from the surface that they stand for, or fold onto a neighbour where none did.
+  /// True if the remaining triangles have an area, turn less than the limit for `leniency`, do not face away from the
+  /// surface that they replace, and do not newly fold onto a neighbour.
   /// \param b      kNoVertex: `a` is moved alone
-  /// \param fixed  an end that does not move: its triangles stay as they are; or kNoVertex
+  /// \param fixed  an end that does not move, whose triangles thus stay as they are; or kNoVertex
   bool keeps(CollapseMesh& mesh, std::uint32_t a, std::uint32_t b, const Vec3d& target,
              std::uint32_t fixed, std::uint32_t leniency);
 
-  /// The surface around both is what `kept` stands for.
+  /// Adds the orientation of the surface around `gone` to that of `kept`.
   void merge(std::uint32_t kept, std::uint32_t gone) { facing_[kept] += facing_[gone]; }
-  /// Follows CollapseMesh::compact().
+  /// Renumbers after CollapseMesh::compact().
   void renumber(const std::vector<std::uint32_t>& number) { renumber_values(facing_, number); }
 
  private:
-  /// A triangle around the vertex that the two become: the corners that stay, in order.
+  /// A triangle around the merged vertex: its other two corners, in order.
   struct Star {
     std::uint32_t first, second;
-    bool turned;          ///< By more than a little.
-    Vec3d before, after;  ///< Unit normals; before: zero where there was no area.
+    bool turned;          ///< True if it turns by more than kSafeTurnCosine.
+    Vec3d before, after;  ///< Unit normals; before: zero if the triangle had no area.
   };
-  /// Normals, weighted by area, and the area.
+  /// Sum of normals weighted by area, and of areas.
   struct Facing {
     Vec3d sum;
     double area = 0;
@@ -53,9 +53,10 @@ class CollapseShape {
            std::uint32_t leniency, const Facing& facing);
   bool folds(CollapseMesh& mesh, std::uint32_t a, std::uint32_t b, std::uint32_t leniency);
 
-  std::vector<Facing> facing_;  ///< Mean orientation of the surface each vertex stands for.
+  /// Mean orientation of the surface that was merged into each vertex.
+  std::vector<Facing> facing_;
   std::vector<Star> star_;
-  bool any_turned_ = false;  ///< True if star_ has any that may fold.
+  bool any_turned_ = false;  ///< True if star_ has a turned triangle.
   std::optional<double> sharpening_;
 };
 

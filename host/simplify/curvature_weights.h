@@ -1,4 +1,4 @@
-// Weights of high-poly samples while a low poly is fitted.
+// Curvature-dependent weights of high-poly samples for fitting a low poly.
 #pragma once
 
 #include <cstddef>
@@ -12,7 +12,7 @@
 
 namespace kiln {
 
-/// Weights of places of a high poly: larger in curved areas, as in bent_planes().
+/// Weight of each triangle of a high poly: larger in curved areas, as in bent_planes().
 class CurvatureWeights {
  public:
   CurvatureWeights(std::span<const Vec3> positions, std::span<const Triangle> triangles)
@@ -25,7 +25,7 @@ class CurvatureWeights {
       if (const double size = length(normal); size > 0) normal = normal * (1 / size);
     }
   }
-  /// For each unit of area: 1 where it is flat. Curvature is the mean of that along the sides.
+  /// Weight per unit of area: 1 where the surface is flat. The curvature is the mean over the triangle's sides.
   double of(const Triangle& t) const {
     double bent = 0;
     for (std::size_t k = 0; k < 3; ++k) {
@@ -34,12 +34,13 @@ class CurvatureWeights {
       const double turn = dot(facing_[b] - facing_[a], side), square = dot(side, side);
       if (square > 0) bent += (turn > 0 ? turn : -kHollowWeight * turn) / square;
     }
-    return 1 + kMore * bent / 3;
+    return 1 + kSampleCurvatureWeight * bent / 3;
   }
 
  private:
-  /// Weight of a sample per unit of curvature: fitted vertices have more to lose on outlines than collapses.
-  static constexpr double kMore = 1;
+  /// Weight per unit of curvature. Fitting gives curvature more weight than collapsing does, since outlines depend on
+  /// it.
+  static constexpr double kSampleCurvatureWeight = 1;
 
   Vec3d at(std::uint32_t vertex) const { return Vec3d(positions_[vertex]); }
 

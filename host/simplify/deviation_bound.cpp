@@ -10,12 +10,12 @@
 namespace kiln {
 namespace {
 
-/// Samples that say where to move, at most.
-constexpr std::size_t kMost = 128;
-/// Weight of samples on the surface against those at the bound, and of distances along the surface.
-constexpr double kAlike = 0.01, kBoundAcross = 0.02;
+/// Largest number of samples that better() uses.
+constexpr std::size_t kMaxMoveSamples = 128;
+/// Weight of close samples relative to those at the bound, and of moving along the surface.
+constexpr double kUniformWeight = 0.01, kBoundTangentialWeight = 0.02;
 
-/// As single precision holds it: what is measured in the end.
+/// Rounds to single precision, in which final deviations are measured.
 Vec3d rounded(const Vec3d& p) { return Vec3d(to_float(p)); }
 
 double to_segment(const Vec3d& offset, const Vec3d& edge, double edge2, double& share) {
@@ -25,8 +25,8 @@ double to_segment(const Vec3d& offset, const Vec3d& edge, double edge2, double& 
   return dot(rest, rest);
 }
 
-/// The squared distance of a triangle, and the shares of its corners at the nearest point.
-/// \param best  what is farther for sure need not be exact
+/// Squared distance of a point to a triangle, and barycentric coordinates of the nearest point.
+/// \param best  the result may be infinity if the distance certainly exceeds this
 template <class Face>
 double to_face(const Face& f, const Vec3d& p, double best, std::array<double, 3>* share) {
   const Vec3d ap = p - f.a;
@@ -163,14 +163,14 @@ void DeviationBound::gather(const CollapseMesh& mesh, std::uint32_t a, std::uint
   slot_.clear();
   star_.clear();
   const Vec3d place = rounded(target);
-  // The fan around an anchor stays as it is.
+  // Triangles that only the unmoved end has do not change.
   if (anchor != Anchor::first) add_around(mesh, a, b, place, true);
   if (b != kNoVertex && anchor != Anchor::second) {
     add_around(mesh, b, a, place, anchor == Anchor::first);
   }
 }
 
-/// The nearest triangle of the star; that at `first` is looked at before the others.
+/// The nearest triangle of the star. Tests the one at `first` before the others, since it most often is the nearest.
 DeviationBound::Assigned DeviationBound::nearest(std::uint32_t sample, std::size_t first) const {
   Assigned result{sample, 0, std::numeric_limits<double>::infinity()};
   const Vec3d p(samples_.points[sample]);
@@ -185,7 +185,8 @@ DeviationBound::Assigned DeviationBound::nearest(std::uint32_t sample, std::size
   return result;
 }
 
-/// Assigns all samples around. \returns false at the first that is too far, which will be the first of the next time
+/// Reassigns all samples of the star.
+/// \returns false at the first one out of bounds, which is tested first next time
 bool DeviationBound::assign() {
   assigned_.clear();
   for (std::size_t i = 0; i < before_.size(); ++i) {
@@ -206,18 +207,19 @@ bool DeviationBound::assign() {
   return true;
 }
 
-/// True if the triangles of the star are near the high poly: where they meet, in their middles, and halfway along
-/// the edges that move.
+/// True if the star's triangles are within the bound of the high poly at their corner, centroids and middles of moved
+/// edges.
 bool DeviationBound::is_near(const Vec3d& place) {
   const auto is_off = [&](const Vec3d& p) {
     const Vec3 at = to_float(p);
     if (samples_.surface.is_within(at, bound_)) return false;
-    refused_ = samples_.surface.is_within(at, kNear * bound_) ? 1 : kNear;
+    refused_ =
+        samples_.surface.is_within(at, kMaxRecoverableRatio * bound_) ? 1 : kMaxRecoverableRatio;
     return true;
   };
   const auto is_face_off = [&](const Face& f) {
     if (is_off(f.a + (f.ab + f.ac) * (1.0 / 3)) || is_off(f.a + f.ab * 0.5)) return true;
-    // Its other edge is a neighbour's first, but for the last one of a border.
+    // The other moved edge is the first one of a neighbour, except on a border.
     const bool shared = std::any_of(star_.begin(), star_.end(), [&](const Face& other) {
       return other.ab.x == f.ac.x && other.ab.y == f.ac.y && other.ab.z == f.ac.z;
     });
@@ -247,16 +249,15 @@ void DeviationBound::collapse() {
   }
 }
 
-/// Least squares of the distances along the way to each sample; where the large ones count, weights are fourth
-/// powers.
+/// Minimizes the squared distances in the directions of the samples; Distances::large weighs them by fourth powers.
 Vec3d DeviationBound::better(const Vec3d& target, Distances which) {
   double xx = 0, xy = 0, xz = 0, yy = 0, yz = 0, zz = 0, weight = 0;
   Vec3d right;
   std::size_t count = 0;
   for (const std::uint32_t t : before_) count += count_[t];
-  const std::size_t stride = std::max<std::size_t>(1, count / kMost);
+  const std::size_t stride = std::max<std::size_t>(1, count / kMaxMoveSamples);
   for (std::size_t i = 0; i < before_.size(); ++i) {
-    // The first of a triangle is often the farthest.
+    // Starts with a triangle's first sample, which often is the farthest.
     std::size_t skip = 0;
     for (std::uint32_t s = first_[before_[i]]; s != kNoVertex; s = next_[s]) {
       if (skip++ % stride != 0) continue;
@@ -271,7 +272,7 @@ Vec3d DeviationBound::better(const Vec3d& target, Distances which) {
       Vec3d along = f.size > 0 ? f.normal * (1 / std::sqrt(f.size)) : Vec3d{};
       if (relative > 1e-6) along = rest * (1 / size);
       const double w =
-          which == Distances::all ? share[0] : (relative * relative + kAlike) * share[0];
+          which == Distances::all ? share[0] : (relative * relative + kUniformWeight) * share[0];
       const double square = w * share[0], pull = w * dot(along, rest);
       xx += square * along.x * along.x, xy += square * along.x * along.y;
       xz += square * along.x * along.z, yy += square * along.y * along.y;
@@ -281,7 +282,7 @@ Vec3d DeviationBound::better(const Vec3d& target, Distances which) {
     }
   }
   if (!(weight > 0)) return target;
-  const double more = kBoundAcross * weight;
+  const double more = kBoundTangentialWeight * weight;
   const Vec3d row0{xx + more, xy, xz}, row1{xy, yy + more, yz}, row2{xz, yz, zz + more};
   const Vec3d c12 = cross(row1, row2), c20 = cross(row2, row0), c01 = cross(row0, row1);
   return target + (c12 * right.x + c20 * right.y + c01 * right.z) * (1 / dot(row0, c12));
@@ -290,7 +291,8 @@ Vec3d DeviationBound::better(const Vec3d& target, Distances which) {
 double DeviationBound::energy(Distances which) const {
   double sum = 0;
   for (const Assigned& s : assigned_) {
-    sum += which == Distances::all ? s.squared : s.squared * (s.squared * s.squared + kAlike);
+    sum +=
+        which == Distances::all ? s.squared : s.squared * (s.squared * s.squared + kUniformWeight);
   }
   return sum;
 }

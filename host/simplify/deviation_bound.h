@@ -16,64 +16,64 @@
 
 namespace kiln {
 
-/// Points of the high poly that deviations are measured at: those of one_sided_distance(), each once.
+/// Points of the high poly at which deviations are measured: those of one_sided_distance(), without duplicates.
 struct BoundSamples {
-  /// \param most  as one_sided_distance() takes it
+  /// \param most  largest number of samples, as for one_sided_distance()
   BoundSamples(std::span<const Vec3> positions, std::span<const Triangle> triangles,
                std::uint64_t most);
 
   std::vector<Vec3> points;
-  std::vector<std::uint32_t> triangles;  ///< One of the high poly that each lies on.
+  std::vector<std::uint32_t> triangles;  ///< By sample, the high-poly triangle that it lies on.
   SurfaceDistance surface;               ///< The high poly.
 };
 
-/// The norm that moved vertices minimise: large distances above all, or all alike.
+/// The norm that moved vertices minimize: `large` weighs large distances most (sixth powers); `all` is least squares.
 enum class Distances : std::uint8_t { large, all };
 
-/// Refuses a collapse after which samples of the high poly would be too far from the low poly.
-/// Each sample is assigned to a triangle. Those around a collapse go to the nearest of the triangles that it
-/// leaves (Klein, Liebich and Strasser 1996, "Mesh Reduction with Error Control"). The true nearest point is no
-/// farther. Nor may corners, centroids and middles of edges be farther from the high poly: no sample would tell, but
-/// thin bars would grow thick.
+/// Rejects collapses after which a high-poly sample would be farther from the low poly than a bound.
+/// Each sample is assigned to a triangle. A collapse reassigns the samples of the triangles around it to the nearest
+/// of those that remain (Klein, Liebich and Strasser 1996, "Mesh Reduction with Error Control"). The distance to the
+/// assigned triangle is an upper bound of the true distance. Corners, centroids and middles of edges of the low poly
+/// must be within the bound of the high poly, too: samples do not notice that a thin bar grows thick.
 class DeviationBound {
  public:
   /// \param samples  must outlive this
-  /// \param own      whether the mesh is the high poly itself; else each sample's triangle is searched for
+  /// \param own      true if the mesh is the high poly itself; else the nearest triangle of each sample is searched
   DeviationBound(const CollapseMesh& mesh, const BoundSamples& samples, double bound, bool own);
 
-  /// True if all samples were within the bound to begin with.
+  /// True if all samples were within the bound at the start.
   bool holds() const { return holds_; }
-  /// Samples in any of some balls may be only a quarter as far as so far.
+  /// Divides the limit by 4 for samples in any of the balls.
   void narrow(std::span<const Place> places);
 
-  /// True if an edge may go to a place. The result is kept for collapse().
+  /// True if an edge may collapse to `target`. Remembers the new assignment for collapse().
   /// \param b  kNoVertex: `a` is moved alone
   bool keeps(const CollapseMesh& mesh, std::uint32_t a, std::uint32_t b, Anchor anchor,
              const Vec3d& target);
-  /// True if a place near the one that keeps() just refused may do.
-  bool may_be_near() const { return refused_ < kNear; }
-  /// A place that the samples are less far from than from the one that keeps() looked at last.
+  /// True if a position close to the one that keeps() just rejected may be within the bound.
+  bool may_be_near() const { return refused_ < kMaxRecoverableRatio; }
+  /// A position whose distances to the samples of the last keeps() are less.
   Vec3d better(const Vec3d& target, Distances which);
-  /// True if it ever refused.
+  /// True if it ever rejected a collapse.
   bool has_refused() const { return has_refused_; }
-  /// Takes the step that keeps() looked at last, and allowed.
+  /// Applies the assignment of the last keeps(), which must have returned true.
   void collapse();
 
-  /// Distances of the samples of the last keeps(): sums of sixth powers, or of squares.
+  /// Sum of powers of the sample distances of the last keeps(): sixth powers or squares.
   double energy(Distances which) const;
 
  private:
-  /// A sample may be off by this many times the squared bound and yet be brought within it.
-  static constexpr double kNear = 2;
-  /// A triangle that a step would leave.
+  /// Ratio of a sample's squared distance to its squared limit up to which moving the vertex can still help.
+  static constexpr double kMaxRecoverableRatio = 2;
+  /// A triangle that a collapse would leave.
   struct Face {
-    Vec3d a, ab, ac, normal;  ///< `a` is where the moved vertex is.
+    Vec3d a, ab, ac, normal;  ///< `a` is the moved vertex.
     double size, ab2, ac2, ab_ac;
     std::uint32_t triangle;
   };
   struct Assigned {
     std::uint32_t sample, face;
-    double squared;  ///< Distance, over what the sample may be off.
+    double squared;  ///< Squared distance over the sample's squared limit.
   };
   static Face face_of(std::uint32_t triangle, const Vec3d& a, const Vec3d& b, const Vec3d& c);
   void gather(const CollapseMesh& mesh, std::uint32_t a, std::uint32_t b, Anchor anchor,
@@ -89,12 +89,13 @@ class DeviationBound {
   double bound_;                ///< Squared bound of the low poly's own points.
   bool holds_ = true, has_refused_ = false;
   double refused_ =
-      0;  ///< Squared distance for which keeps() said no, over what the sample may be off.
-  std::vector<std::uint32_t> first_;   ///< Sample of each triangle, or kNoVertex.
-  std::vector<std::uint32_t> count_;   ///< Samples of each triangle.
+      0;  ///< Ratio of squared distance to squared limit that made keeps() return false.
+  std::vector<std::uint32_t> first_;   ///< First sample of each triangle, or kNoVertex.
+  std::vector<std::uint32_t> count_;   ///< Number of samples of each triangle.
   std::vector<std::uint32_t> next_;    ///< The next sample in the same triangle, or kNoVertex.
-  std::vector<std::uint32_t> before_;  ///< Triangles whose samples a step assigns anew.
-  std::vector<std::uint32_t> slot_;    ///< And where each is in the star; kNoVertex: it goes.
+  std::vector<std::uint32_t> before_;  ///< Triangles whose samples a collapse reassigns.
+  /// By triangle of before_, its place in star_; kNoVertex: removed.
+  std::vector<std::uint32_t> slot_;
   std::vector<Face> star_;
   std::vector<Assigned> assigned_;
 };

@@ -9,19 +9,19 @@
 namespace kiln {
 namespace {
 
-/// Rounding of double precision, in a mesh of unit size.
+/// Bound on rounding of double precision in a mesh of unit size.
 constexpr double kHullRounding = 1e-14;
-/// Two half-spaces whose normals' sine is below this are parallel.
+/// Sine between normals below which half-spaces are parallel.
 constexpr double kParallel = 1e-9;
 
-/// The least value of a symmetric matrix's form: x.M.x / 2 - r.x, from the middle of an edge.
+/// Quadratic form x.M.x / 2 - r.x of a symmetric matrix; x is relative to the middle of an edge.
 struct Form {
   Vec3d row0, row1, row2, right;
 
   Vec3d times(const Vec3d& v) const { return {dot(row0, v), dot(row1, v), dot(row2, v)}; }
 };
 
-/// Along a line from `at`: the least point with all half-spaces before `count`.
+/// Minimum of the form on a line through `at`, within all half-spaces in `spaces`.
 std::optional<Vec3d> least_on_line(const Form& form, const Vec3d& at, const Vec3d& along,
                                    std::span<const HalfSpace> spaces) {
   double low = -std::numeric_limits<double>::infinity(), high = -low;
@@ -41,7 +41,7 @@ std::optional<Vec3d> least_on_line(const Form& form, const Vec3d& at, const Vec3
   return at + along * std::min(std::max(best, low), high);
 }
 
-/// In the plane that bounds a half-space.
+/// Minimum of the form on the plane that bounds a half-space, within all half-spaces in `spaces`.
 std::optional<Vec3d> least_on_plane(const Form& form, const HalfSpace& plane,
                                     std::span<const HalfSpace> spaces) {
   const Vec3d& n = plane.normal;
@@ -62,7 +62,7 @@ std::optional<Vec3d> least_on_plane(const Form& form, const HalfSpace& plane,
     const Vec3d along = cross(n, space.normal);
     const double sine = length(along);
     if (sine < kParallel) return std::nullopt;
-    // The point of both planes in the plane of their normals.
+    // Point of the line in which both planes meet.
     const double cosine = dot(n, space.normal);
     const double share = 1 / (sine * sine);
     const Vec3d at = n * ((plane.offset - space.offset * cosine) * share) +
@@ -75,12 +75,12 @@ std::optional<Vec3d> least_on_plane(const Form& form, const HalfSpace& plane,
   return best;
 }
 
-/// Calls `body` with the ends of each open edge of a vertex, as its triangle has them, and with that triangle's normal.
+/// Calls `body` for each open edge of a vertex: its ends in the order of its triangle, and that triangle's normal.
 template <class Body>
 void each_open_edge(const CollapseMesh& mesh, std::uint32_t vertex, const Body& body) {
   struct Side {
     std::uint32_t other, triangle;
-    bool out;  ///< From the vertex to the other
+    bool out;  ///< The edge starts at the vertex.
   };
   thread_local std::vector<Side> sides;
   sides.clear();
@@ -106,7 +106,7 @@ void each_open_edge(const CollapseMesh& mesh, std::uint32_t vertex, const Body& 
 
 void add_space(const Vec3d& normal, const Vec3d& through, std::vector<HalfSpace>& spaces) {
   const double size = length(normal);
-  if (!(size > 0)) return;  // No point makes a tetrahedron with it.
+  if (!(size > 0)) return;  // Degenerate: it bounds no tetrahedron.
   const Vec3d unit = normal * (1 / size);
   spaces.push_back({unit, dot(unit, through)});
 }
@@ -126,12 +126,12 @@ void add_spaces(const CollapseMesh& mesh, std::uint32_t vertex, bool open,
 
 }  // namespace
 
-/// One half-space after the other: where the least point so far lies outside of one, the new one lies on its plane
-/// (Seidel 1991, for linear programs).
+/// Adds one half-space after another: if the minimum so far violates it, the new minimum lies on its plane (Seidel
+/// 1991, for linear programs).
 std::optional<Vec3d> least_within(const Quadric& q, const Vec3d& a, const Vec3d& b,
                                   std::span<const HalfSpace> spaces, double slack) {
   const Vec3d middle = (a + b) * 0.5;
-  // As Quadric::best_near: a slight pull to the middle keeps the matrix regular.
+  // A slight pull to the middle keeps the matrix regular, as in Quadric::best_near.
   const double pull = 1e-3 * (q.xx + q.yy + q.zz) + std::numeric_limits<double>::min();
   Form form{{q.xx + pull, q.xy, q.xz},
             {q.xy, q.yy + pull, q.yz},
@@ -152,7 +152,7 @@ std::optional<Vec3d> least_within(const Quadric& q, const Vec3d& a, const Vec3d&
     if (!on_plane) return std::nullopt;
     best = *on_plane;
   }
-  // Far positions are rejected; also false for NaN.
+  // Rejects positions far from the edge, and NaN.
   const Vec3d edge = b - a;
   if (!(dot(best, best) <= 4 * dot(edge, edge))) return std::nullopt;
   return middle + best;
@@ -183,7 +183,7 @@ EnclosingHullConstraint::EnclosingHullConstraint(const CollapseMesh& mesh, Snap 
   }
 }
 
-/// True if a vertex that goes there takes nothing away.
+/// True if moving the vertex to `target` cuts nothing from the solid.
 bool EnclosingHullConstraint::is_outside(const CollapseMesh& mesh, std::uint32_t vertex,
                                          const Vec3d& target) const {
   bool outside = true;
@@ -215,7 +215,7 @@ std::optional<Vec3d> EnclosingHullConstraint::place(const CollapseMesh& mesh, st
   spaces.clear();
   add_spaces(mesh, a, open_[a] != 0, spaces);
   add_spaces(mesh, b, open_[b] != 0, spaces);
-  // On the planes themselves where the mesh's numbers allow, or else a little outside.
+  // Tries the planes themselves first, then positions a little outside, which survive rounding to the mesh's numbers.
   for (const double slack : {0.0, slack_, 4 * slack_}) {
     const std::optional<Vec3d> best =
         least_within(sum, mesh.points[a], mesh.points[b], spaces, slack);

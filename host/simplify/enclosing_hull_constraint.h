@@ -1,4 +1,4 @@
-// Hulls: no step takes anything away from what the surface encloses.
+// Hulls: no collapse cuts anything from the enclosed solid.
 #pragma once
 
 #include <cstdint>
@@ -17,22 +17,23 @@ struct HalfSpace {
   double offset = 0;
 };
 
-/// The minimum of a quadric within all of the half-spaces, each moved out by `slack`; nothing if they have no
-/// point in common. Near the middle of a and b where the quadric leaves a direction free.
+/// The minimum of a quadric within all half-spaces, each moved out by `slack`; nullopt if they have no common point.
+/// Where the quadric leaves a direction free, the result is near the middle of a and b.
 std::optional<Vec3d> least_within(const Quadric& quadric, const Vec3d& a, const Vec3d& b,
                                   std::span<const HalfSpace> spaces, double slack);
 
-/// After Sander, Gu, Gortler, Hoppe and Snyder 2000 ("Silhouette Clipping", section 4.1): a vertex comes to lie
-/// outside of, or on, the planes of all triangles around the edge. So each step only adds tetrahedra to the solid.
-/// The winding number of the surface around any point never falls, also where the surface crosses itself. Vertices of
-/// open borders lie beyond the planes that stand on the border's edges, too: the border moves outwards alone. Where
-/// triangles disagree on what is outside, vertices stay in place.
+/// Keeps the simplified surface outside of the original one, after Sander, Gu, Gortler, Hoppe and Snyder 2000
+/// ("Silhouette Clipping", section 4.1): the merged vertex lies on or outside the planes of all triangles around the
+/// edge, so that each collapse only adds tetrahedra to the solid. The winding number of the surface around any point
+/// never falls, even if the surface intersects itself. Vertices on open borders also stay outside the planes upright
+/// on the border's edges, so that borders only move outwards. Vertices where triangles disagree on the outside do not
+/// move.
 class EnclosingHullConstraint : public CollapseConstraint {
  public:
   using Snap = std::function<Vec3d(const Vec3d&)>;
 
-  /// \param snap   to where the mesh's numbers can hold a point
-  /// \param slack  how far that moves a point, at most
+  /// \param snap   rounds a point to one that the caller's mesh can store
+  /// \param slack  largest distance by which that moves a point
   EnclosingHullConstraint(const CollapseMesh& mesh, Snap snap, double slack);
 
   std::optional<Vec3d> place(const CollapseMesh& mesh, std::uint32_t a, std::uint32_t b,
@@ -48,8 +49,8 @@ class EnclosingHullConstraint : public CollapseConstraint {
 
   Snap snap_;
   double slack_;
-  std::vector<std::uint8_t> fixed_;  ///< Vertices where triangles disagree on what is outside
-  std::vector<std::uint8_t> open_;   ///< Vertices on open borders
+  std::vector<std::uint8_t> fixed_;  ///< By vertex, 1 where triangles disagree on the outside.
+  std::vector<std::uint8_t> open_;   ///< By vertex, 1 on open borders.
 };
 
 }  // namespace kiln

@@ -46,32 +46,34 @@ Extent extent_of(const Image& image, const HeightFieldOptions& options) {
   return extent;
 }
 
-/// Snaps UVs that rounding moved off the unit square's border.
-float to_border(double u) {
+/// Snaps UVs that rounding moved off the border of the unit square.
+float snap_to_border(double u) {
   constexpr double kRounding = 1e-6;
   if (std::abs(u) < kRounding) return 0;
   return std::abs(u - 1) < kRounding ? 1 : static_cast<float>(u);
 }
 
-/// How numbers that stand for "no height" are told from heights.
+/// Detects numbers that stand for "no data" in a height field.
 ///
-/// Surveys write a number that no height has. It is looked for at both ends of the heights: the lowest or the highest
-/// number is none if it is farther from the next than all the rest are from each other, and one that programs are known
-/// to write. Of other numbers that stand so far off in several pixels a warning can say so. A surface whose own heights
-/// are spread as widely (the sea's floor and -9999) keeps them all.
+/// Surveys mark missing heights by an extreme number. The lowest or highest value is such a mark if its distance to
+/// the next value exceeds the range of all others, and it is a number that known programs write. Other values as far
+/// off that occur in several pixels only cause a warning. A surface whose own heights have such a range (ocean floor
+/// with -9999) is not changed.
 struct NoDataRule {
-  /// Those of GDAL, ArcGIS, SRTM, Surfer, and the ends of single precision.
+  /// Marks of GDAL, ArcGIS, SRTM and Surfer, and the extremes of single precision.
   static constexpr double kKnown[] = {
       -9999,         -99999, -999999,      -32768,     -32767, -10000, 9999, 99999, 32767,
       -3.4028235e38, -1e38,  3.4028235e38, 1.70141e38, 1e30,   -1e30,  1e20, -1e20};
-  static constexpr double kSame = 1e-6;   ///< Share of a number up to which another is the same
-  static constexpr double kLeastGap = 1;  ///< Of the range of all others
-  static constexpr double kDoubtfulGap =
-      10;  ///< The same, of numbers that no program is known to write
-  static constexpr std::uint64_t kSeveral = 2;  ///< Pixels of a doubtful number, at least
+  static constexpr double kRelativeTolerance = 1e-6;  ///< Relative tolerance of comparisons
+  /// Minimum gap, as a multiple of the range of all other values
+  static constexpr double kMinGap = 1;
+  static constexpr double kMinDoubtfulGap =
+      10;  ///< Minimum gap for numbers that no known program writes
+  static constexpr std::uint64_t kMinDoubtfulPixels =
+      2;  ///< Minimum number of pixels with a doubtful number
 
   static bool is(double value, double other) {
-    return std::abs(value - other) <= kSame * std::abs(other);
+    return std::abs(value - other) <= kRelativeTolerance * std::abs(other);
   }
   static bool is_known(double value) {
     return std::any_of(std::begin(kKnown), std::end(kKnown),
@@ -79,10 +81,10 @@ struct NoDataRule {
   }
 };
 
-/// The lowest and the highest of the heights, how often each is there, and their neighbours.
+/// Lowest and highest value, their counts, and the values next to them.
 struct Ends {
   struct End {
-    double value = 0, next = 0;  ///< Equal where there is one number alone
+    double value = 0, next = 0;  ///< Equal if there is only one value
     std::uint64_t count = 0;
   };
   End low, high;
@@ -122,21 +124,21 @@ struct Ends {
 
 NoData mark_no_data(Heights& heights, std::optional<double> value, bool guess) {
   Image& image = heights.image;
-  constexpr float kNone = std::numeric_limits<float>::quiet_NaN();
+  constexpr float kNoHeight = std::numeric_limits<float>::quiet_NaN();
   NoData found;
   const auto drop = [&](const auto& is_none) {
     std::uint64_t count = 0;
     for (std::size_t i = 0; i < image.pixels.size(); i += image.channels) {
       float& pixel = image.pixels[i];
       if (!std::isfinite(pixel) || !is_none(double{pixel})) continue;
-      pixel = kNone;
+      pixel = kNoHeight;
       ++count;
     }
     return count;
   };
   const std::optional<double> given = value ? value : guess ? heights.no_data : std::nullopt;
   if (given && std::isfinite(*given)) {
-    // A number such as the lowest float may be written beyond it.
+    // Files may state a number such as the lowest float with rounding beyond it.
     constexpr double kLargestFloat = std::numeric_limits<float>::max();
     const double wanted = std::clamp(*given, -kLargestFloat, kLargestFloat);
     const auto is_given = [&](double pixel) {
@@ -152,15 +154,15 @@ NoData mark_no_data(Heights& heights, std::optional<double> value, bool guess) {
         const bool is_low = end.value == ends.low.value;
         const double gap = std::abs(end.next - end.value);
         const double rest = is_low ? ends.high.value - end.next : end.next - ends.low.value;
-        if (gap == 0 || gap <= NoDataRule::kLeastGap * rest) continue;
+        if (gap == 0 || gap <= NoDataRule::kMinGap * rest) continue;
         if (NoDataRule::is_known(end.value)) {
           drop([&](double pixel) { return pixel == end.value; });
           found.values.push_back(end.value);
           again = true;
           break;
         }
-        if (gap > NoDataRule::kDoubtfulGap * rest && rest > 0 &&
-            end.count >= NoDataRule::kSeveral) {
+        if (gap > NoDataRule::kMinDoubtfulGap * rest && rest > 0 &&
+            end.count >= NoDataRule::kMinDoubtfulPixels) {
           found.doubtful = end.value;
         }
       }
@@ -190,7 +192,7 @@ Mesh height_field_mesh(const Image& image, const HeightFieldOptions& options) {
     const double v = 1 - row / (image.height - 1.0);
     for (std::uint32_t column = 0; column < image.width; ++column) {
       const double u = column / (image.width - 1.0);
-      // No triangle has the vertex of a hole.
+      // A vertex without height has no triangle.
       const float value = *image.at(column, row);
       mesh.positions.push_back(
           {static_cast<float>((u - 0.5) * extent.width),
@@ -243,11 +245,12 @@ void lay_out_over_height_field(Mesh& mesh, const Image& image, const HeightField
 
 namespace {
 
-/// The rectangle over which a field's own UVs span the unit square, where they are linear in x and y: holes at its
-/// border make its box smaller. None where the box is all of it.
-std::optional<FieldRectangle> by_layout(const Mesh& field, const std::array<double, 2>& low,
-                                        const std::array<double, 2>& high) {
-  constexpr double kLinear = 1e-4;
+/// The rectangle over which a field's own UVs span the unit square, if they are linear in x and y. It exceeds the
+/// bounding box if there are holes at the border. nullopt if the box is the whole rectangle.
+std::optional<FieldRectangle> rectangle_from_uvs(const Mesh& field,
+                                                 const std::array<double, 2>& low,
+                                                 const std::array<double, 2>& high) {
+  constexpr double kLinearTolerance = 1e-4;
   if (field.uv_triangles.size() != field.triangles.size() || field.uvs.empty()) return std::nullopt;
   std::array<double, 2> first{HUGE_VAL, HUGE_VAL}, last{-HUGE_VAL, -HUGE_VAL};
   for (const Triangle& t : field.uv_triangles) {
@@ -264,7 +267,8 @@ std::optional<FieldRectangle> by_layout(const Mesh& field, const std::array<doub
     return std::nullopt;
   FieldRectangle whole{};
   for (std::size_t k = 0; k < 2; ++k) {
-    if (!(last[k] > first[k]) || first[k] < -kLinear || last[k] > 1 + kLinear) return std::nullopt;
+    if (!(last[k] > first[k]) || first[k] < -kLinearTolerance || last[k] > 1 + kLinearTolerance)
+      return std::nullopt;
     whole.size[k] = (high[k] - low[k]) / (last[k] - first[k]);
     whole.center[k] = low[k] + (0.5 - first[k]) * whole.size[k];
   }
@@ -274,7 +278,8 @@ std::optional<FieldRectangle> by_layout(const Mesh& field, const std::array<doub
       const Vec2& uv = field.uvs[field.uv_triangles[t][k]];
       const double u = (p.x + field.origin[0] - whole.center[0]) / whole.size[0] + 0.5;
       const double v = (p.y + field.origin[1] - whole.center[1]) / whole.size[1] + 0.5;
-      if (!(std::abs(u - uv.x) < kLinear && std::abs(v - uv.y) < kLinear)) return std::nullopt;
+      if (!(std::abs(u - uv.x) < kLinearTolerance && std::abs(v - uv.y) < kLinearTolerance))
+        return std::nullopt;
     }
   }
   return whole;
@@ -294,7 +299,7 @@ FieldRectangle FieldRectangle::of(const Mesh& field) {
         ErrorCode::input,
         "Mesh '" + field.name + "' has no area in the plane of x and y, so it is no height field.");
   }
-  if (const auto whole = by_layout(field, low, high)) return *whole;
+  if (const auto whole = rectangle_from_uvs(field, low, high)) return *whole;
   return {{(low[0] + high[0]) / 2, (low[1] + high[1]) / 2}, {high[0] - low[0], high[1] - low[1]}};
 }
 
@@ -304,7 +309,7 @@ void lay_out_over(Mesh& mesh, const FieldRectangle& rectangle) {
   for (const Vec3& p : mesh.positions) {
     const double u = (p.x + mesh.origin[0] - center[0]) / size[0] + 0.5;
     const double v = (p.y + mesh.origin[1] - center[1]) / size[1] + 0.5;
-    mesh.uvs.push_back({to_border(u), to_border(v)});
+    mesh.uvs.push_back({snap_to_border(u), snap_to_border(v)});
   }
   mesh.uv_triangles = mesh.triangles;
 }

@@ -12,11 +12,12 @@ struct FieldRectangle {
   std::array<double, 2> center{};
   std::array<double, 2> size{};
 
-  /// The one that a height field's vertices span. \throws Error(input) where it has no area
+  /// The bounding rectangle of a height field's vertices.
+  /// \throws Error(input) if it has no area
   static FieldRectangle of(const Mesh& field);
 };
 
-/// UVs by x and y: the rectangle is the unit square. Replaces what UVs there are.
+/// Sets UVs from x and y so that the rectangle becomes the unit square. Replaces existing UVs.
 void lay_out_over(Mesh& mesh, const FieldRectangle& rectangle);
 
 }  // namespace kiln

@@ -5,7 +5,7 @@
 namespace kiln {
 namespace {
 
-/// Sides of the rectangle.
+/// Bits for the sides of the rectangle.
 constexpr std::uint8_t kLeft = 1, kRight = 2, kBottom = 4, kTop = 8;
 
 }  // namespace
@@ -36,14 +36,14 @@ std::optional<Vec3d> HeightfieldConstraint::place(const CollapseMesh& mesh, std:
                                                   Quadric& sum) const {
   const Vec3d &pa = mesh.points[a], &pb = mesh.points[b];
   const auto on = static_cast<std::uint8_t>(sides_[a] | sides_[b]);
-  // From one side to another: one would leave its own.
+  // Vertices on different sides may not merge, since one would leave its side.
   if (on != sides_[a] && on != sides_[b]) return std::nullopt;
   if (anchor != Anchor::none) {
     const std::uint32_t fixed = anchor == Anchor::first ? a : b;
     return sides_[fixed] == on ? std::optional(mesh.points[fixed]) : std::nullopt;
   }
   if (on == 0) return sum.best_near(pa, pb);
-  // Along the side that one of them lies on; a corner stays.
+  // Moves along the side on which one of them lies; a corner keeps its position.
   const Vec3d& fixed = sides_[a] == on ? pa : pb;
   const bool x_fixed = (on & (kLeft | kRight)) != 0, y_fixed = (on & (kBottom | kTop)) != 0;
   if (x_fixed && y_fixed) return fixed;
@@ -63,7 +63,7 @@ bool HeightfieldConstraint::faces_up(const CollapseMesh& mesh, std::uint32_t mov
       if (mesh.triangles[t][k] == moved) p[k] = target;
     }
     const double after = upward(p[0], p[1], p[2]);
-    if (after < kLeastUpward && !(after > before)) return false;
+    if (after < kMinUpward && !(after > before)) return false;
   }
   return true;
 }

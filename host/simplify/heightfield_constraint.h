@@ -1,4 +1,4 @@
-// Height fields keep their rectangle and face up.
+// Constraint for height fields: they keep their rectangle and face up.
 #pragma once
 
 #include <cstdint>
@@ -8,8 +8,8 @@
 
 namespace kiln {
 
-/// Vertices on the sides of the bounding rectangle in x and y stay on them, corners where they are. No
-/// triangle turns over as seen from +z, or nearly loses its area there.
+/// Vertices on the sides of the bounding rectangle (x and y) stay on them; its corners do not move. Seen from +z, no
+/// triangle flips or nearly loses its area.
 class HeightfieldConstraint : public CollapseConstraint {
  public:
   explicit HeightfieldConstraint(const CollapseMesh& mesh);
@@ -24,14 +24,16 @@ class HeightfieldConstraint : public CollapseConstraint {
  private:
   bool faces_up(const CollapseMesh& mesh, std::uint32_t moved, std::uint32_t other,
                 const Vec3d& target) const;
-  std::vector<std::uint8_t> sides_;  ///< Sides of the rectangle that a vertex lies on, a bit each.
+  /// By vertex, the rectangle's sides on which it lies, one bit each.
+  std::vector<std::uint8_t> sides_;
 };
 
-/// Twice the area of a triangle seen from +z over the square of its longest side there; negative where it
-/// faces down, 0 for a point.
+/// Twice a triangle's area seen from +z over the square of its longest side there; negative if it faces down, 0 if it
+/// degenerates to a point.
 double upward(const Vec3d& a, const Vec3d& b, const Vec3d& c);
 
-/// Triangles below this may not get worse: single precision still tells them from ones without area.
-inline constexpr double kLeastUpward = 1e-4;
+/// Limit of upward() below which a triangle may not get worse. Triangles at this limit are still safely non-degenerate
+/// in single precision.
+inline constexpr double kMinUpward = 1e-4;
 
 }  // namespace kiln

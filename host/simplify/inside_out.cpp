@@ -14,8 +14,8 @@
 namespace kiln {
 namespace {
 
-/// Comparisons of boxes at most: where parts are very many, none of them is called inside out.
-constexpr std::size_t kMostComparisons = 10'000'000;
+/// Maximum number of box comparisons. With more components than that allows, none is reported.
+constexpr std::size_t kMaxComparisons = 10'000'000;
 
 struct Part {
   double volume = 0;
@@ -63,7 +63,7 @@ InsideOut find_inside_out(const Work& work) {
   found.closed = parts.size();
   std::vector<const Part*> solid, turned;
   for (const Part& part : parts) (part.volume < 0 ? turned : solid).push_back(&part);
-  if (solid.size() * turned.size() > kMostComparisons) return found;
+  if (solid.size() * turned.size() > kMaxComparisons) return found;
   for (const Part* part : turned) {
     if (std::any_of(solid.begin(), solid.end(), [&](const Part* s) { return s->holds(*part); })) {
       continue;

@@ -11,18 +11,19 @@
 
 namespace kiln {
 
-/// Parts of a mesh, by shared vertices, that are closed and inside out.
+/// Counts of closed components that are inside out. Components share vertices.
 struct InsideOut {
-  std::uint64_t closed = 0;  ///< Parts without an open edge
+  std::uint64_t closed = 0;  ///< Components without an open edge.
   std::uint64_t count =
-      0;        ///< Parts with negative volume, outside the box of every part with positive volume
-  Vec3d place;  ///< In the first of them
+      0;  ///< Components of negative volume that lie in no box of a component of positive volume.
+  Vec3d place;  ///< A point of the first of them.
 };
 
-/// Inner sides of shells face inwards rightly: they lie in the box of another part.
+/// Inner walls of shells are no errors: they lie within the box of another component.
 InsideOut find_inside_out(const Work& work);
 
-/// For hulls, which would lie within. \param in_words  a place
+/// Warns that hulls of these components would lie inside of them.
+/// \param in_words  formats a point
 void warn_of_inside_out(const Work& work, const std::function<std::string(const Vec3d&)>& in_words,
                         std::vector<Warning>& warnings);
 

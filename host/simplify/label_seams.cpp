@@ -51,7 +51,7 @@ void LabelSeams::add(const std::vector<Triangle>& triangles,
 
 std::vector<std::uint32_t> LabelSeams::of(const std::vector<Triangle>& triangles,
                                           const std::vector<std::uint32_t>& origin) {
-  // The first label seen wins.
+  // A stable sort: the first label seen wins.
   std::stable_sort(noted_.begin(), noted_.end(),
                    [](const Noted& a, const Noted& b) { return a.first < b.first; });
   std::vector<std::uint32_t> labels;

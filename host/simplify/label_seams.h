@@ -1,4 +1,4 @@
-// Borders between labels as seams, for what knows of no labels.
+// Borders between labels as seams, for code that knows no labels.
 #pragma once
 
 #include <cstdint>
@@ -10,29 +10,32 @@
 
 namespace kiln {
 
-/// A mesh whose vertices are parted where labels meet: copies at the same place, each of one label. meshoptimizer
-/// takes such borders for seams, whose vertices only move along them, both sides together.
+/// Splits the vertices where labels meet into copies of one label each. meshoptimizer treats such borders as seams:
+/// their vertices only move along them, both sides together.
 class LabelSeams {
  public:
-  /// \param triangles  [in, out] their corners become copies
-  /// \param positions  [in, out] those of the copies are added
+  /// \param triangles  [in, out] corners are replaced by the copies
+  /// \param positions  [in, out] positions of the copies are appended
   LabelSeams(const std::vector<std::uint32_t>& labels, std::vector<Triangle>& triangles,
              std::vector<Vec3>& positions);
 
-  /// True if copies are so few that a mesh still goes far down: where labels meet nearly everywhere, all would stay.
-  bool pays() const { return origin_.size() - vertices_ <= vertices_ / kMostCopies; }
+  /// True if the copies are few enough for a large reduction. If labels meet nearly everywhere, nearly no vertex
+  /// could go.
+  bool is_worthwhile() const {
+    return origin_.size() - vertices_ <= vertices_ / kMinVerticesPerCopy;
+  }
 
-  /// Takes note of the labels of what is left, and gives it the vertices that there were.
+  /// Stores the labels of the remaining triangles, and restores their original vertices.
   void join(std::vector<Triangle>& triangles);
-  /// Takes note of triangles with the vertices that there were.
+  /// Stores the labels of triangles with original vertices.
   void add(const std::vector<Triangle>& triangles, const std::vector<std::uint32_t>& labels);
-  /// Labels of triangles that were noted, in any order.
-  /// \param origin  of each of their vertices, that which there was
+  /// Labels of stored triangles, in any order.
+  /// \param origin  by vertex of `triangles`, the original vertex
   std::vector<std::uint32_t> of(const std::vector<Triangle>& triangles,
                                 const std::vector<std::uint32_t>& origin);
 
  private:
-  static constexpr std::size_t kMostCopies = 4;
+  static constexpr std::size_t kMinVerticesPerCopy = 4;
   using Noted = std::pair<Triangle, std::uint32_t>;
 
   std::size_t vertices_;

@@ -11,8 +11,8 @@
 namespace kiln {
 namespace {
 
-/// Points a side at which the layout is looked at for overlaps.
-constexpr std::uint32_t kProbes = 1024;
+/// Probe points along a side of the layout for finding overlaps.
+constexpr std::uint32_t kProbesPerSide = 1024;
 constexpr std::uint32_t kNoBorder = 0xFFFFFFFFU, kNoIndex = 0xFFFFFFFFU;
 
 double doubled(const Vec2& a, const Vec2& b, const Vec2& c) {
@@ -28,14 +28,14 @@ std::uint32_t root(std::vector<std::uint32_t>& parent, std::uint32_t item) {
   return item;
 }
 
-/// Calls body with each probe strictly inside a triangle.
+/// Calls `body` with each probe strictly inside of a triangle.
 template <class Body>
 void each_probe(const std::array<Vec2, 3>& p, const Vec2& low, const Vec2& size, const Body& body) {
-  // Off by shares of a step that layouts are unlikely to have their edges at.
-  constexpr double kOffU = 0.38196601125, kOffV = 0.61803398875;
+  // Offsets of probes within their cells: irrational, so that edges of layouts hardly ever hit them.
+  constexpr double kProbeOffsetU = 0.38196601125, kProbeOffsetV = 0.61803398875;
   const auto first = [](double value, double off) {
     return static_cast<std::uint32_t>(
-        std::clamp(std::ceil(value * kProbes - off), 0.0, 1.0 * kProbes));
+        std::clamp(std::ceil(value * kProbesPerSide - off), 0.0, 1.0 * kProbesPerSide));
   };
   std::array<double, 3> u{}, v{};
   for (std::size_t k = 0; k < 3; ++k) {
@@ -43,9 +43,9 @@ void each_probe(const std::array<Vec2, 3>& p, const Vec2& low, const Vec2& size,
     v[k] = (double{p[k].y} - low.y) / size.y;
   }
   const auto [least_v, most_v] = std::minmax({v[0], v[1], v[2]});
-  const std::uint32_t last = first(most_v, kOffV);
-  for (std::uint32_t y = first(least_v, kOffV); y < last; ++y) {
-    const double at = (y + kOffV) / kProbes;
+  const std::uint32_t last = first(most_v, kProbeOffsetV);
+  for (std::uint32_t y = first(least_v, kProbeOffsetV); y < last; ++y) {
+    const double at = (y + kProbeOffsetV) / kProbesPerSide;
     double from = 2, to = -1;
     for (std::size_t k = 0; k < 3; ++k) {
       const std::size_t l = (k + 1) % 3;
@@ -54,8 +54,8 @@ void each_probe(const std::array<Vec2, 3>& p, const Vec2& low, const Vec2& size,
       from = std::min(from, x);
       to = std::max(to, x);
     }
-    const std::uint32_t end = first(to, kOffU);
-    for (std::uint32_t x = first(from, kOffU); x < end; ++x) body(y * kProbes + x);
+    const std::uint32_t end = first(to, kProbeOffsetU);
+    for (std::uint32_t x = first(from, kProbeOffsetU); x < end; ++x) body(y * kProbesPerSide + x);
   }
 }
 
@@ -122,10 +122,10 @@ void LayoutBorders::find_overlaps(std::span<const Vec2> uvs, std::span<const Tri
   group_.resize(count);
   std::iota(group_.begin(), group_.end(), 0U);
   std::vector<std::uint8_t> twice(count, 0);
-  std::vector<std::uint32_t> owner(std::size_t{kProbes} * kProbes, kNoBorder);
+  std::vector<std::uint32_t> owner(std::size_t{kProbesPerSide} * kProbesPerSide, kNoBorder);
   std::vector<std::uint8_t> meets_others(corners.size(), 0);
-  // True if a triangle has the UVs of its first copy, and that one shares no probe with others: nor does it, then.
-  // Thousands of cards over one picture are looked at once.
+  // True if a triangle has the UVs of its first copy and that copy shares no probe with others, which then holds for
+  // this triangle, too. Thousands of copies over one picture are thus tested once.
   const auto is_known = [&](std::size_t t) {
     const std::uint32_t first = copies_->first_triangle(static_cast<std::uint32_t>(t));
     if (first == t || meets_others[first] != 0) return false;
@@ -206,7 +206,7 @@ bool LayoutBorders::free(std::span<const Vec2> uvs, std::uint32_t before, std::u
               sign * doubled(c, a, p) >= 0)) {
           continue;
         }
-        // Charts that overlap from the start do not hold each other.
+        // Borders do not block each other if their charts overlap from the start.
         const auto holds = [&](std::uint32_t other) {
           return overlapping_[own] == 0 || group_[chart_[other]] != own;
         };

@@ -1,4 +1,4 @@
-// Chart borders in a UV layout, so that no chart is drawn over another.
+// Chart borders in a UV layout, to keep charts from overlapping.
 #pragma once
 
 #include <array>
@@ -11,24 +11,24 @@
 
 namespace kiln {
 
-/// Corners of chart borders in a grid over the layout. Charts that overlap from the start, not as
-/// copies, are not held apart from each other.
+/// A grid over the layout with the corners of chart borders. Charts that overlap from the start, and are no copies,
+/// may overlap further.
 class LayoutBorders {
  public:
   /// \param corners  indices into uvs, by triangle
-  /// \param on_border  by UV: whether it lies on a chart's border
-  /// \param copies  of the same corners; outlives this
+  /// \param on_border  by UV, 1 on a chart's border
+  /// \param copies  copies among these corners; must outlive this
   LayoutBorders(std::span<const Vec2> uvs, std::span<const Triangle> corners,
                 std::span<const std::uint32_t> charts, const std::vector<std::uint8_t>& on_border,
                 const LayoutCopies& copies);
 
-  /// A border that goes from `before` straight to `after`, without `gone` between them, sweeps over a
-  /// triangle. Whether no corner of a border lies in it. That is enough where no borders cross:
-  /// what entered the triangle would have to leave it through one of the old sides.
+  /// True if the triangle (before, gone, after), which a border sweeps when it skips `gone`, holds no corner of
+  /// another border. This suffices if no borders cross: a border that enters the triangle without a corner in it
+  /// would have to leave through one of the old sides.
   bool free(std::span<const Vec2> uvs, std::uint32_t before, std::uint32_t gone,
             std::uint32_t after) const;
 
-  /// A corner is no longer on a border.
+  /// Removes a corner from its border.
   void remove(std::uint32_t uv);
 
  private:
@@ -37,22 +37,22 @@ class LayoutBorders {
   std::uint32_t column(float u) const;
   std::uint32_t row(float v) const;
 
-  /// Corners at one place that are copies of each other: mostly, one of them answers for all.
+  /// Corners at one position that are copies of each other; usually one of them represents all.
   struct Place {
-    std::uint32_t first = 0, count = 0;  ///< Range in items_ of those that are still on a border.
+    std::uint32_t first = 0, count = 0;  ///< Range of remaining border corners in items_.
   };
 
   const LayoutCopies* copies_;
-  std::vector<std::uint32_t> chart_;       ///< By UV.
-  std::vector<std::uint32_t> group_;       ///< By chart: those that overlap each other are in one.
+  std::vector<std::uint32_t> chart_;  ///< By UV.
+  std::vector<std::uint32_t> group_;  ///< By chart: charts that overlap each other form a group.
   std::vector<std::uint8_t> overlapping_;  ///< By group.
   Vec2 low_{}, size_{1, 1};
-  std::uint32_t side_ = 1;            ///< Cells of the grid.
-  std::vector<std::uint32_t> start_;  ///< By cell, and one more: its first place.
+  std::uint32_t side_ = 1;            ///< Cells along a side of the grid.
+  std::vector<std::uint32_t> start_;  ///< By cell, its first place; one extra entry.
   std::vector<Place> places_;
   std::vector<std::uint32_t> items_;     ///< UVs, by place.
-  std::vector<std::uint32_t> place_of_;  ///< By UV; of those on borders.
-  std::vector<std::uint32_t> index_of_;  ///< By UV: where it is in items_; kNoIndex: on no border.
+  std::vector<std::uint32_t> place_of_;  ///< By UV on a border.
+  std::vector<std::uint32_t> index_of_;  ///< By UV, its index in items_; kNoIndex: not on a border.
 };
 
 }  // namespace kiln

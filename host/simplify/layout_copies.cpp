@@ -11,15 +11,18 @@
 namespace kiln {
 namespace {
 
-/// Largest distance of corners that are the same, and the side of the cells in which they are looked for.
-constexpr double kNear = 1e-5, kCell = 1.0 / 1024;
+/// Distance up to which corners are the same, and the side of the grid cells for searching; UV units.
+constexpr double kMaxCopyDistance = 1e-5, kCellSize = 1.0 / 1024;
 
 struct CopyPlace {
-  std::array<double, 2> whole{};  ///< Taken off, so that the middle lies in the unit square.
+  /// Whole-number offset that moves the middle into the unit square.
+  std::array<double, 2> whole{};
   std::array<double, 2> middle{};
 };
 
-std::int64_t cell_of(double value) { return static_cast<std::int64_t>(std::floor(value / kCell)); }
+std::int64_t cell_of(double value) {
+  return static_cast<std::int64_t>(std::floor(value / kCellSize));
+}
 
 std::uint64_t key_of(std::int64_t x, std::int64_t y) {
   return static_cast<std::uint64_t>(x + 2) << 32 | static_cast<std::uint64_t>(y + 2);
@@ -38,14 +41,16 @@ LayoutCopies::LayoutCopies(std::span<const Vec2> uvs, std::span<const Triangle> 
     const Vec2& uv = uvs[corners[t][k]];
     return std::array<double, 2>{uv.x - places[t].whole[0], uv.y - places[t].whole[1]};
   };
-  /// Which corner of `other` is the same as each of t; false where one has none.
+  /// Finds for each corner of t the same corner of `other`; false if one has none.
   const auto matches = [&](std::uint32_t t, std::uint32_t other, std::array<std::size_t, 3>& of) {
     std::array<bool, 3> taken{};
     for (std::size_t k = 0; k < 3; ++k) {
       const auto p = at(t, k);
       for (of[k] = 0; of[k] < 3; ++of[k]) {
         const auto q = at(other, of[k]);
-        if (!taken[of[k]] && std::abs(p[0] - q[0]) < kNear && std::abs(p[1] - q[1]) < kNear) break;
+        if (!taken[of[k]] && std::abs(p[0] - q[0]) < kMaxCopyDistance &&
+            std::abs(p[1] - q[1]) < kMaxCopyDistance)
+          break;
       }
       if (of[k] == 3) return false;
       taken[of[k]] = true;
@@ -78,7 +83,7 @@ LayoutCopies::LayoutCopies(std::span<const Vec2> uvs, std::span<const Triangle> 
       }
     }
     if (found == t) {
-      cells[key_of(x, y)].push_back(t);  // the first of its copies stands for all
+      cells[key_of(x, y)].push_back(t);  // The first of its copies represents all of them.
       continue;
     }
     any_ = true;

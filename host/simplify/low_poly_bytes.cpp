@@ -1,4 +1,4 @@
-// Bytes of low polys in a renderer's memory.
+// Memory of low polys and their maps in a renderer.
 #include <algorithm>
 #include <array>
 #include <vector>
@@ -12,9 +12,9 @@ LowPolyBytes low_poly_bytes(std::uint64_t vertices, std::uint64_t faces, std::ui
   LowPolyBytes bytes;
   bytes.vertices = vertices * (size == 0 ? 16 : 24) + faces * 3 * (vertices > 65536 ? 4 : 2);
   const std::uint64_t texels = std::uint64_t{size} * size;
-  std::uint64_t halves = 0;  // bytes a texel, twice
+  std::uint64_t halves = 0;  // Half bytes per texel.
   for (const std::uint32_t count : channels) {
-    // A normal map has two channels: the third follows.
+    // Block formats: a normal map has two channels, as the third is computed.
     halves += bits > 8 ? 4 * std::uint64_t{std::min(count, 2U)} : count == 1 ? 1 : 2;
   }
   bytes.texels = (texels * halves / 2 * 4 + 2) / 3;

@@ -14,7 +14,7 @@ struct Item {
   std::uint32_t triangle;
 };
 
-/// Halves a list across the longest side of its box.
+/// Splits a list in halves across the longest side of its bounding box.
 void halve(std::span<Item> items) {
   Vec3 low{items[0].x, items[0].y, items[0].z}, high = low;
   for (const Item& p : items) {

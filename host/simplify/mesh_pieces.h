@@ -1,4 +1,4 @@
-// A mesh in pieces, for several threads.
+// Splits a mesh into pieces for several threads.
 #pragma once
 
 #include <cstddef>
@@ -10,8 +10,8 @@
 
 namespace kiln {
 
-/// Triangles by piece, in order: halves along the longest side, of halves, and so on, until one more time would leave
-/// fewer than `least`. As the mesh alone says.
+/// Triangles by piece, in order. Halves the mesh across its longest side, recursively, while all pieces keep at least
+/// `least` triangles. Depends on the mesh alone.
 std::vector<std::vector<std::uint32_t>> pieces_of(std::span<const Vec3> positions,
                                                   std::span<const Triangle> triangles,
                                                   std::size_t least);

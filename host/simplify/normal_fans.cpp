@@ -11,10 +11,10 @@
 namespace kiln {
 namespace {
 
-/// Cosine of the angle between a normal and each face around it: tangent space reaches no farther than 90 degrees.
-constexpr double kLeastFacing = 0.05;
+/// Smallest cosine between a normal and the faces around it: tangent space covers angles below 90 degrees only.
+constexpr double kMinFacingCosine = 0.05;
 
-/// For each UV, the first of the same value.
+/// By UV, the index of the first UV of the same value.
 std::vector<std::uint32_t> first_uvs(const Mesh& low) {
   std::vector<Vec3> flat;
   flat.reserve(low.uvs.size());
@@ -22,7 +22,7 @@ std::vector<std::uint32_t> first_uvs(const Mesh& low) {
   return weld_vertices(flat);
 }
 
-/// For each normal, the least cosine of its angles to the faces around.
+/// By normal, the smallest cosine to the faces around it.
 std::vector<double> least_facing(const std::vector<Vec3>& positions,
                                  const std::vector<Triangle>& triangles,
                                  const std::vector<std::uint32_t>& slots, const Normals& normals) {
@@ -67,18 +67,18 @@ Normals angle_weighted(const std::vector<Vec3>& positions, const std::vector<Tri
 
 void keep_facing(const std::vector<Vec3>& positions, const std::vector<Triangle>& triangles,
                  const std::vector<std::uint32_t>& slots, Normals& normals) {
-  constexpr int kSteps = 4;
+  constexpr int kBlendSteps = 4;
   const Normals fitted = normals;
   const Normals base =
       angle_weighted(positions, triangles, slots, static_cast<std::size_t>(normals.rows()));
   const std::vector<double> of_base = least_facing(positions, triangles, slots, base);
-  for (int step = 1; step <= kSteps; ++step) {
+  for (int step = 1; step <= kBlendSteps; ++step) {
     const std::vector<double> least = least_facing(positions, triangles, slots, normals);
-    const double share = static_cast<double>(step) / kSteps;
+    const double share = static_cast<double>(step) / kBlendSteps;
     bool any = false;
     for (Eigen::Index i = 0; i < normals.rows(); ++i) {
       const auto k = static_cast<std::size_t>(i);
-      if (least[k] >= std::min(kLeastFacing, of_base[k])) continue;
+      if (least[k] >= std::min(kMinFacingCosine, of_base[k])) continue;
       normals.row(i) = (fitted.row(i) * (1 - share) + base.row(i) * share).normalized();
       any = true;
     }
@@ -120,7 +120,8 @@ NormalFans::NormalFans(const Mesh& low, const TwoSided& sides, double least_turn
   if (!uvs_.empty() || creased) find_seams(vertices);
 }
 
-/// Gives backs of two-sided sheets vertices of their own, and fronts of those by themselves. \returns how many there are then
+/// Splits the vertices of two-sided sheets (fronts from backs) and of one-sided sheets (from bodies).
+/// \returns the number of vertices afterwards
 std::size_t NormalFans::part_sides(const TwoSided& sides, std::size_t vertices) {
   if (sides.empty()) return vertices;
   for (std::size_t t = 0; t < welded_.size(); ++t) {

@@ -1,4 +1,4 @@
-// Corners of a low poly that share a normal, and the angle of normals to faces.
+// Groups of low-poly corners that share a normal, and angles between normals and faces.
 #pragma once
 
 #include <Eigen/Core>
@@ -14,7 +14,7 @@
 
 namespace kiln {
 
-/// Rows of normals.
+/// One normal per row.
 using Normals = Eigen::Matrix<double, Eigen::Dynamic, 3>;
 
 /// A triangle's normal, twice its area long.
@@ -23,45 +23,46 @@ inline Vec3d face_of(const std::vector<Vec3>& positions, const Triangle& t) {
   return cross(Vec3d(positions[t[1]]) - a, Vec3d(positions[t[2]]) - a);
 }
 
-/// Makes rows unit; (0, 0, 1) where one has no direction.
+/// Normalizes rows; zero rows become (0, 0, 1).
 void normalize(Normals& normals);
 
-/// Angle-weighted normals, which look the way of all faces around, if any does.
-/// \param slots  of each corner, its normal's row, of `count`
+/// Angle-weighted normals that face the same way as all faces around, if possible.
+/// \param slots  by corner, its normal's row, of `count`
 Normals angle_weighted(const std::vector<Vec3>& positions, const std::vector<Triangle>& triangles,
                        const std::vector<std::uint32_t>& slots, std::size_t count);
 
-/// Takes normals towards the angle-weighted ones, where a face would look too far from its normal.
-/// \param slots  of each corner, its normal's row
+/// Blends normals with the angle-weighted ones where the angle to a face would be too large.
+/// \param slots  by corner, its normal's row
 void keep_facing(const std::vector<Vec3>& positions, const std::vector<Triangle>& triangles,
                  const std::vector<std::uint32_t>& slots, Normals& normals);
 
-/// Corners share a normal if they share a vertex and its UVs. Normals split at seams thus cost no
-/// vertices. At creases, where these are asked for, they do.
+/// Corners share a normal if they share a vertex and its UVs. Splitting normals at UV seams thus costs no extra
+/// vertices; splitting them at creases, which is optional, does.
 class NormalFans {
  public:
-  /// \param sides  of `low`: fronts and backs of two-sided sheets share none, nor do sheets by themselves with bodies
-  /// \param least_turn  cosine: edges whose faces turn by more are creases, which part normals; -1: none
-  /// \param hard  sides of triangles that are creases however they turn, 3 * triangle + corner; empty: none
+  /// \param sides  of `low`: fronts and backs of two-sided sheets share no normal, nor do one-sided sheets with
+  ///               bodies
+  /// \param least_turn  cosine: edges whose faces turn by more are creases, which split normals; -1: none
+  /// \param hard  by side, 3 * triangle + corner: true if it is a crease at any angle; empty: none
   explicit NormalFans(const Mesh& low, const TwoSided& sides, double least_turn = -1,
                       const std::vector<bool>& hard = {});
 
-  /// Joins normals over seams where they part by less at both ends.
-  /// \param of_seams, of_creases  cosines: of UV seams, and of creases that are none
+  /// Merges the normals on both sides of seams whose angle at both ends is below a limit.
+  /// \param of_seams, of_creases  cosines of the limits: at UV seams, and at creases without a seam
   void soften(const Normals& normals, const std::vector<std::uint32_t>& slots, double of_seams,
               double of_creases);
 
-  /// The normal of each corner; numbered in the order of vertices.
+  /// By corner, the number of its normal; numbered in the order of vertices.
   std::vector<std::uint32_t> slots();
   std::size_t count() const { return count_; }
-  /// Edges that part normals.
+  /// Number of edges that split normals.
   std::size_t hard() const { return seams_.size(); }
 
  private:
-  /// Corners on the two sides of both ends of an edge.
+  /// Corners on both sides of an edge, at both of its ends.
   struct Seam {
     std::array<std::array<std::uint32_t, 2>, 2> ends;
-    bool crease;  ///< It is no UV seam.
+    bool crease;  ///< True if it is no UV seam.
   };
 
   std::uint32_t corner(std::uint32_t triangle, std::uint32_t vertex) const {
@@ -82,8 +83,7 @@ class NormalFans {
 
   DisjointSets sets_;
   std::vector<Triangle> welded_;
-  std::vector<std::uint32_t>
-      uvs_;  ///< By corner, the first UV of the same value; empty: there are none
+  std::vector<std::uint32_t> uvs_;    ///< By corner, the first UV of the same value; empty: no UVs
   std::vector<std::uint32_t> order_;  ///< Corners by vertex
   std::vector<Seam> seams_;
   std::size_t count_ = 0;

@@ -25,45 +25,45 @@
 namespace kiln {
 namespace {
 
-/// Samples of the high poly for each face, and at least; of what is only looked at, a quarter, and no more than the high
-/// poly has triangles.
-constexpr std::size_t kNormalSamplesOfFace = 16, kLeastNormalSamples = std::size_t{1} << 15,
-                      kRough = 4;
-constexpr std::size_t kGrainOfSamples = 1024;
+/// High-poly samples per face, and at least. Rough fits divide these by kRoughDivisor, and use no more samples than
+/// the high poly has triangles.
+constexpr std::size_t kNormalSamplesPerFace = 16, kMinNormalSamples = std::size_t{1} << 15,
+                      kRoughDivisor = 4;
+constexpr std::size_t kSamplesPerTask = 1024;
 constexpr std::uint32_t kNoSide = 0xFFFFFFFFU;
-constexpr double kEndless = std::numeric_limits<double>::infinity();
-/// More than double precision loses of squared distances, as a share.
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+/// Bound on the relative rounding of squared distances in double precision.
 constexpr double kNormalRounding = 1e-9;
-/// Without normals of its own, a high poly of more triangles is sampled by its faces' normals: there is no telling
-/// them from smooth ones.
-constexpr std::size_t kDense = 200'000;
-/// Residual at which a solution is taken, as a share of the right side; and of solutions that are only compared.
+/// A high poly without normals and with more triangles than this is sampled by its face normals, which then do not
+/// differ visibly from smooth ones.
+constexpr std::size_t kMaxSmoothedTriangles = 200'000;
+/// Relative residual at which the solver stops, for results and for rough fits.
 constexpr double kTolerance = 1e-6, kRoughTolerance = 1e-3;
-/// A sample counts where the low poly's face looks the same way, at least so nearly (cosine).
-constexpr double kNormalAgreement = 0.2;
-/// Weight of the area-weighted normal of the faces around, beside that of the samples: where normals leave nothing of
-/// the samples, and at most. With less on rough surfaces, normals are nearer where there is no map, and bend more from
-/// face to face, which a map has to undo.
-constexpr double kLeastTowardsFaces = 0.001, kMostTowardsFaces = 0.6;
-/// The mean square of what normals leave at which half of that is due: that of 1.6 degrees.
-constexpr double kRoughness = 0.0008;
+/// Smallest cosine between the normals of a sample and of the low-poly face for which the sample counts.
+constexpr double kMinNormalCosine = 0.2;
+/// Range of the weight of the faces' area-weighted normal relative to the samples, from smooth to rough surfaces.
+/// With less weight on rough surfaces, normals fit better without a map but vary more between faces, which a normal
+/// map has to undo.
+constexpr double kMinFaceNormalWeight = 0.001, kMaxFaceNormalWeight = 0.6;
+/// Mean squared residual at which the weight is in the middle of that range: the square of 1.6 degrees in radians.
+constexpr double kMidRoughness = 0.0008;
 
-/// By how much normals part at creases, degrees: less is not worth vertices. Along hard edges of the high poly that is
-/// known to be no chance of few faces.
-constexpr double kCreaseParts = 45, kHardParts = 30;
-/// A hard edge of the high poly lies along one of the low poly's no farther from it than this share of its length. That
-/// one is hard where so much of its length has some along it.
-constexpr double kMostBeside = 0.25, kLeastAlong = 0.5;
+/// Smallest angle between the two fitted normals of a crease, in degrees: smaller angles are not worth the extra
+/// vertices. The limit is lower along hard edges of the high poly, where the angle is no artifact of few faces.
+constexpr double kMinFittedCreaseDegrees = 45, kMinHardEdgeDegrees = 30;
+/// A hard edge of the high poly belongs to a low-poly edge if its distance is below this share of that edge's length.
+/// The low-poly edge is hard if hard edges along it cover this share of its length.
+constexpr double kMaxHardEdgeDistance = 0.25, kMinHardEdgeCoverage = 0.5;
 
 double cosine_of(double degrees) { return std::cos(degrees * std::numbers::pi / 180); }
 
 }  // namespace
 
-/// A point of the high poly, and where it lies on the low poly.
+/// A sample of the high poly, and its position on the low poly.
 struct NormalFit::Place {
   std::uint32_t triangle = 0;
   std::array<double, 3> share{};
-  Vec3d normal;  ///< Zero: it does not count
+  Vec3d normal;  ///< Zero: the sample does not count
   bool counts() const { return dot(normal, normal) > 0; }
 };
 
@@ -72,7 +72,8 @@ NormalFit::Samples::~Samples() = default;
 
 NormalFit::NormalFit(const Mesh& high)
     : high_(high), frame_(Frame::of(high)), positions_(frame_.to_frame(high)) {
-  if (high.normal_triangles.size() != high.triangles.size() && high.triangles.size() <= kDense) {
+  if (high.normal_triangles.size() != high.triangles.size() &&
+      high.triangles.size() <= kMaxSmoothedTriangles) {
     smooth_ = corner_normals(high, positions_);
   }
   area_until_.resize(high.triangles.size());
@@ -103,7 +104,7 @@ void NormalFit::find_hard_edges() {
     const std::size_t k = t[0] == vertex ? 0 : t[1] == vertex ? 1 : 2;
     return Vec3d(high_.normals[high_.normal_triangles[triangle][k]]);
   };
-  const double most = cosine_of(kHardParts);
+  const double most = cosine_of(kMinHardEdgeDegrees);
   const auto parts = [&](const Vec3d& a, const Vec3d& b) {
     return dot(a, b) < most * length(a) * length(b);
   };
@@ -120,7 +121,8 @@ void NormalFit::find_hard_edges() {
       });
 }
 
-/// Sides of a low poly's triangles along the high poly's hard edges, 3 * triangle + corner. Empty where there are none.
+/// By side of a low-poly triangle (3 * triangle + corner), true if it lies along hard edges of the high poly. Empty
+/// if there are none.
 std::vector<bool> NormalFit::along_hard_edges(const std::vector<Vec3>& positions,
                                               const std::vector<Triangle>& triangles) const {
   if (hard_edges_.empty()) return {};
@@ -136,11 +138,11 @@ std::vector<bool> NormalFit::along_hard_edges(const std::vector<Vec3>& positions
   if (finite.empty()) return {};
   const SurfaceDistance surface(positions, finite);
   std::vector<std::uint32_t> side_of(hard_edges_.size(), kNoSide);
-  parallel_for(hard_edges_.size(), kGrainOfSamples, [&](std::size_t begin, std::size_t end) {
+  parallel_for(hard_edges_.size(), kSamplesPerTask, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
       const Vec3d at(hard_edges_[i].middle);
       const std::uint32_t t = source[surface.nearest(hard_edges_[i].middle)];
-      double least = kMostBeside;
+      double least = kMaxHardEdgeDistance;
       for (std::size_t k = 0; k < 3; ++k) {
         const Vec3d from(positions[triangles[t][k]]);
         const Vec3d along = Vec3d(positions[triangles[t][(k + 1) % 3]]) - from;
@@ -169,15 +171,15 @@ std::vector<bool> NormalFit::along_hard_edges(const std::vector<Vec3>& positions
         double sum = 0;
         for (const SideLists::Item& side : sides) sum += along[side.index];
         const Vec3d edge = Vec3d(positions[SideLists::higher(sides[0])]) - Vec3d(positions[a]);
-        if (!(sum > 0) || sum < kLeastAlong * length(edge)) return;
+        if (!(sum > 0) || sum < kMinHardEdgeCoverage * length(edge)) return;
         for (const SideLists::Item& side : sides) result[side.index] = true;
       });
   return result;
 }
 
-/// The high poly's normal on a triangle, as it is interpolated: not of unit length.
-/// \param face  of the triangle, unit; taken where there is no other
-/// \returns false where it has no direction
+/// Interpolated normal of the high poly, not of unit length.
+/// \param face  the triangle's unit normal, used if it has no others
+/// \returns false if the normal has no direction
 bool NormalFit::normal_at(std::size_t triangle, const std::array<double, 3>& share,
                           const Vec3d& face, Vec3d& normal) const {
   const bool own = high_.normal_triangles.size() == high_.triangles.size();
@@ -197,8 +199,8 @@ bool NormalFit::normal_at(std::size_t triangle, const std::array<double, 3>& sha
   return length(normal) > 0;
 }
 
-/// Samples of even area, each matched with the nearest point of the low poly; on two-sided sheets, with that of its
-/// side.
+/// Draws samples of equal area and matches each with the nearest point of the low poly; on two-sided sheets, of the
+/// same side.
 std::vector<NormalFit::Place> NormalFit::places(std::size_t count, const Mesh& low,
                                                 const TwoSided& sides) const {
   std::vector<Place> result(count);
@@ -216,14 +218,14 @@ std::vector<NormalFit::Place> NormalFit::places(std::size_t count, const Mesh& l
   }
   if (triangles.empty()) return result;
   const SurfaceDistance surface(low_points, triangles);
-  // A triangle's squared distance, and a bound of its rounding.
+  // Squared distance to a triangle, enlarged by a bound on its rounding.
   const auto surely_within = [&](const Vec3& point, std::uint32_t triangle) {
     const Triangle& c = triangles[triangle];
     const std::array<Vec3, 3> corners{low_points[c[0]], low_points[c[1]], low_points[c[2]]};
-    const double known = squared_to_triangle(Vec3d(point), corners.data(), kEndless);
+    const double known = squared_to_triangle(Vec3d(point), corners.data(), kInfinity);
     return known * (1 + kNormalRounding) + kNormalRounding * kNormalRounding;
   };
-  parallel_for(count, kGrainOfSamples, [&](std::size_t begin, std::size_t end) {
+  parallel_for(count, kSamplesPerTask, [&](std::size_t begin, std::size_t end) {
     std::uint32_t nearest = 0;
     for (std::size_t i = begin; i < end; ++i) {
       const double at = whole * (static_cast<double>(i) + 0.5) / static_cast<double>(count);
@@ -241,7 +243,7 @@ std::vector<NormalFit::Place> NormalFit::places(std::size_t count, const Mesh& l
                           Vec3d(positions_[c[2]]) * share[2];
       Place& place = result[i];
       const Vec3 rounded = to_float(point);
-      // Samples follow the high poly's triangles, so the last one's is seldom far.
+      // Starts from the previous match: samples follow the order of the high poly's triangles, so it is usually near.
       nearest = surface.nearest(rounded, surely_within(rounded, nearest));
       place.triangle = source[nearest];
       Vec3d below = face_of(low_points, low.triangles[place.triangle]);
@@ -251,7 +253,7 @@ std::vector<NormalFit::Place> NormalFit::places(std::size_t count, const Mesh& l
         below = below * -1.0;
       }
       const Triangle& l = low.triangles[place.triangle];
-      if (!(dot(below, unit) > kNormalAgreement * length(below))) continue;
+      if (!(dot(below, unit) > kMinNormalCosine * length(below))) continue;
       place.share = barycentric_projection(point, Vec3d(low_points[l[0]]), Vec3d(low_points[l[1]]),
                                            Vec3d(low_points[l[2]]));
       place.normal = normal;
@@ -260,11 +262,11 @@ std::vector<NormalFit::Place> NormalFit::places(std::size_t count, const Mesh& l
   return result;
 }
 
-/// The best normals of given numbers for the samples of a low poly.
+/// Solves for the normals that fit the samples of a low poly best, for any sharing of normals.
 class NormalFit::Solver {
  public:
-  /// \param sample_area  of each place
-  /// \param tolerance    of solutions
+  /// \param sample_area  area that each sample represents
+  /// \param tolerance    relative residual of solutions
   Solver(const std::vector<Place>& places, double sample_area, const std::vector<Vec3>& positions,
          const std::vector<Triangle>& triangles, NormalPurpose purpose, double tolerance)
       : places_(places),
@@ -283,13 +285,14 @@ class NormalFit::Solver {
     }
   }
 
-  /// \param slots  of each corner, its normal's number, below `count`
+  /// \param slots  by corner, the number of its normal, below `count`
   Normals solve(const std::vector<std::uint32_t>& slots, std::size_t count) const {
     Normals faces = Normals::Zero(static_cast<Eigen::Index>(count), 3), right = faces;
     std::vector<double> weights(count, 1e-12);
     std::vector<Eigen::Triplet<double>> entries;
     entries.reserve(9 * triangles_.size() + count);
-    constexpr std::array<std::array<std::size_t, 3>, 3> kPair{{{0, 1, 2}, {1, 3, 4}, {2, 4, 5}}};
+    constexpr std::array<std::array<std::size_t, 3>, 3> kPairIndex{
+        {{0, 1, 2}, {1, 3, 4}, {2, 4, 5}}};
     for (std::size_t t = 0; t < triangles_.size(); ++t) {
       const Vec3d face = face_of(positions_, triangles_[t]);
       const double doubled = length(face);
@@ -297,9 +300,9 @@ class NormalFit::Solver {
       for (std::size_t i = 0; i < 3; ++i) {
         const std::uint32_t slot = slots[3 * t + i];
         if (purpose_ == NormalPurpose::shading) faces.row(slot) += row_of(face);
-        weights[slot] += doubled / 3 * towards_faces(left_[t]);
+        weights[slot] += doubled / 3 * face_normal_weight(left_[t]);
         for (std::size_t k = 0; k < 3; ++k) {
-          entries.emplace_back(slot, slots[3 * t + k], sums_[t][kPair[i][k]]);
+          entries.emplace_back(slot, slots[3 * t + k], sums_[t][kPairIndex[i][k]]);
         }
       }
     }
@@ -329,9 +332,10 @@ class NormalFit::Solver {
     return normals;
   }
 
-  /// Finds how rough the surface is by what normals leave. Where samples are few, as rough as on the whole.
+  /// Estimates the surface's roughness per triangle from the squared residuals, blended with the overall mean where
+  /// samples are few.
   void find_roughness(const Normals& normals, const std::vector<std::uint32_t>& slots) {
-    constexpr double kPrior = 4;  // As many samples.
+    constexpr double kPriorSamples = 4;  // Weight of the overall mean, in samples.
     std::vector<double> number(left_.size(), 0.0);
     left_.assign(left_.size(), 0.0);
     double all = 0, count = 0;
@@ -348,34 +352,35 @@ class NormalFit::Solver {
     }
     const double mean = count > 0 ? all / count : 0;
     for (std::size_t t = 0; t < left_.size(); ++t) {
-      left_[t] = (left_[t] + kPrior * mean) / (number[t] + kPrior);
+      left_[t] = (left_[t] + kPriorSamples * mean) / (number[t] + kPriorSamples);
     }
   }
 
  private:
   static Eigen::RowVector3d row_of(const Vec3d& v) { return {v.x, v.y, v.z}; }
-  static double towards_faces(double left) {
-    return kLeastTowardsFaces +
-           (kMostTowardsFaces - kLeastTowardsFaces) * left / (left + kRoughness);
+  static double face_normal_weight(double left) {
+    return kMinFaceNormalWeight +
+           (kMaxFaceNormalWeight - kMinFaceNormalWeight) * left / (left + kMidRoughness);
   }
 
   const std::vector<Place>& places_;
   double sample_area_;
-  NormalPurpose purpose_;  ///< Not by_uvs
+  NormalPurpose purpose_;  ///< Not NormalPurpose::by_uvs
   double tolerance_;
   const std::vector<Vec3>& positions_;
   const std::vector<Triangle>& triangles_;
   std::vector<std::array<double, 6>>
-      sums_;                  ///< Sums of products of barycentric weights, by triangle
-  std::vector<double> left_;  ///< Mean square residual of each triangle's samples
+      sums_;                  ///< Sums of products of barycentric coordinates, by triangle
+  std::vector<double> left_;  ///< Mean squared residual of each triangle's samples
 };
 
-const std::vector<NormalFit::Place>& NormalFit::taken(const Mesh& low, const TwoSided& sides,
-                                                      Samples& last) const {
+const std::vector<NormalFit::Place>& NormalFit::sampled_places(const Mesh& low,
+                                                               const TwoSided& sides,
+                                                               Samples& last) const {
   const bool known = !last.places_.empty() && last.triangles_ == low.triangles;
   if (known && last.positions_ == low.positions) return last.places_;
   const std::size_t wanted =
-      std::max(kLeastNormalSamples, kNormalSamplesOfFace * low.triangles.size());
+      std::max(kMinNormalSamples, kNormalSamplesPerFace * low.triangles.size());
   last.places_ = places(wanted, low, sides);
   last.positions_ = low.positions;
   last.triangles_ = low.triangles;
@@ -390,17 +395,17 @@ void NormalFit::run(Mesh& low, const FitNormalsOptions& options, FitNormalsRepor
   }
   const TwoSided sides = TwoSided::of(low);
   Samples none;
-  fit(low, sides, taken(low, sides, last != nullptr ? *last : none), purpose, options, kTolerance,
-      report);
+  fit(low, sides, sampled_places(low, sides, last != nullptr ? *last : none), purpose, options,
+      kTolerance, report);
 }
 
 std::array<Mesh, 2> NormalFit::run_roughly(const Mesh& low,
                                            const FitNormalsOptions& options) const {
   const std::size_t wanted =
-      std::max(kLeastNormalSamples, kNormalSamplesOfFace * low.triangles.size());
+      std::max(kMinNormalSamples, kNormalSamplesPerFace * low.triangles.size());
   const TwoSided sides = TwoSided::of(low);
-  const std::size_t rough =
-      std::min(wanted / kRough, std::max(kLeastNormalSamples / kRough, high_.triangles.size()));
+  const std::size_t rough = std::min(
+      wanted / kRoughDivisor, std::max(kMinNormalSamples / kRoughDivisor, high_.triangles.size()));
   const std::vector<Place> found = places(rough, low, sides);
   std::array<Mesh, 2> result{low, low};
   fit(result[0], sides, found, NormalPurpose::shading, options, kRoughTolerance, nullptr);
@@ -414,8 +419,8 @@ void NormalFit::fit(Mesh& low, const TwoSided& sides, const std::vector<Place>& 
   const std::vector<Vec3> positions = frame_.to_frame(low);
   const double sample_area = area_until_.back() / static_cast<double>(found.size());
   Solver solver(found, sample_area, positions, low.triangles, purpose, tolerance);
-  // A map undoes what normals turn too far: there a crease is not worth a seam's vertices, but for the high poly's own,
-  // which normals that are smooth over them leave as a step within each texel.
+  // Under a normal map, which corrects normals, a crease is not worth the extra vertices. Hard edges of the high poly
+  // are: smooth normals across them would leave a step within a texel.
   const bool shaded = purpose == NormalPurpose::shading || low.uv_triangles.empty();
   const bool creased = shaded && options.crease_degrees < 180;
   const std::vector<bool> hard = along_hard_edges(positions, low.triangles);
@@ -424,7 +429,7 @@ void NormalFit::fit(Mesh& low, const TwoSided& sides, const std::vector<Place>& 
   Normals normals = solver.solve(slots, fans.count());
   solver.find_roughness(normals, slots);
   fans.soften(normals, slots, cosine_of(options.hard_degrees),
-              cosine_of(hard.empty() ? kCreaseParts : kHardParts));
+              cosine_of(hard.empty() ? kMinFittedCreaseDegrees : kMinHardEdgeDegrees));
   slots = fans.slots();
   normals = solver.solve(slots, fans.count());
   low.normals.resize(fans.count());
@@ -437,7 +442,7 @@ void NormalFit::fit(Mesh& low, const TwoSided& sides, const std::vector<Place>& 
   for (std::size_t t = 0; t < low.triangles.size(); ++t) {
     low.normal_triangles[t] = {slots[3 * t], slots[3 * t + 1], slots[3 * t + 2]};
   }
-  low.tangents.clear();  // Those of other normals.
+  low.tangents.clear();  // They belong to the old normals.
   if (report == nullptr) return;
   report->normals = fans.count();
   report->hard_edges = fans.hard();

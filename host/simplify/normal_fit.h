@@ -1,4 +1,4 @@
-// Normals of a low poly that come nearest to the high poly's.
+// Normals of a low poly, fitted to the high poly's.
 #pragma once
 
 #include <array>
@@ -13,26 +13,26 @@
 
 namespace kiln {
 
-/// A high poly ready to be sampled: see fit_normals(). Immutable; keeps the mesh by reference.
+/// A high poly prepared for sampling: see fit_normals(). Immutable; keeps the mesh by reference.
 class NormalFit {
  public:
-  /// \throws Error(input) where no triangle has an extent
+  /// \throws Error(input) if no triangle has an area
   explicit NormalFit(const Mesh& high);
 
   class Samples;
-  /// Looks for the high poly's hard edges: low polys then have hard edges along them, for shading and under maps.
+  /// Finds the high poly's hard edges. Low-poly edges along them become hard, both for plain shading and under maps.
   void find_hard_edges();
-  /// Gives a low poly normals. Deterministic on any number of threads.
-  /// \param last  samples of the low poly before, which are taken where only UVs differ, and then of this one; may be
-  /// null
+  /// Fits a low poly's normals. Deterministic on any number of threads.
+  /// \param last  [in, out] samples of the previous low poly, which are reused if only the UVs differ; receives those
+  ///              of this one; may be null
   void run(Mesh& low, const FitNormalsOptions& options = {}, FitNormalsReport* report = nullptr,
            Samples* last = nullptr) const;
-  /// The same for a mesh that is only measured, with a quarter of the samples: for shading and for a map.
+  /// The same with a quarter of the samples, for meshes that are only measured: once for shading, once for a map.
   std::array<Mesh, 2> run_roughly(const Mesh& low, const FitNormalsOptions& options) const;
 
  private:
   struct Place;
-  /// An edge where normals part.
+  /// An edge at which normals are split.
   struct HardEdge {
     Vec3 middle;
     double length = 0;
@@ -46,17 +46,18 @@ class NormalFit {
 
   std::vector<bool> along_hard_edges(const std::vector<Vec3>& positions,
                                      const std::vector<Triangle>& triangles) const;
-  const std::vector<Place>& taken(const Mesh& low, const TwoSided& sides, Samples& last) const;
+  const std::vector<Place>& sampled_places(const Mesh& low, const TwoSided& sides,
+                                           Samples& last) const;
 
   const Mesh& high_;
   Frame frame_;
   std::vector<Vec3> positions_;
-  CornerNormals smooth_;              ///< Normals of a small mesh that has none; else empty
+  CornerNormals smooth_;  ///< Computed normals of a small mesh without normals; else empty
   std::vector<HardEdge> hard_edges_;  ///< Of the high poly; empty: none, or not looked for
-  std::vector<double> area_until_;    ///< Doubled, of all triangles up to each
+  std::vector<double> area_until_;    ///< Prefix sums of doubled triangle areas
 };
 
-/// Places of high-poly samples on a low poly.
+/// Positions of high-poly samples on a low poly.
 class NormalFit::Samples {
  public:
   Samples();

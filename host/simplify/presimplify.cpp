@@ -24,36 +24,38 @@
 namespace kiln {
 namespace {
 
-/// Height fields are brought down to this share of their heights for it.
-constexpr double kFlattened = 0.1;
-/// Other meshes are bent by this. On flat places meshoptimizer's collapses cost nothing: it leaves long slivers from rim
-/// to rim, and folds, which hinder all collapses that follow.
-constexpr float kBend = 0.05F;
-/// Triangles of a piece, at least. Pieces are halved until one more time would leave fewer.
-constexpr std::size_t kPresimplifyPiece = 125'000;
-/// Pieces keep their borders. Where these leave this many times the goal, as on meshes of many small parts, the
-/// mesh goes on as a whole.
-constexpr double kTooMany = 1.25;
-/// Share of the goal above which triangles along these borders would leave hardly any between
-/// them (an urn of 4.5 million faces on the way to 50,000: 57,000 along borders, and its relief gone). Then pieces are
-/// left that many more, and the mesh goes on as a whole.
-constexpr double kMostAlongBorders = 0.75;
-/// Triangles of a small component, at most.
-constexpr std::size_t kSmallComponent = 64;
-/// meshoptimizer's time grows with the square of the triangles around a vertex: 0.2 ns times their sum of squares,
-/// where EdgeCollapser takes 10 us a triangle. So it is left out above this sum for each triangle.
-constexpr double kWorthSquares = 50'000;
-/// Cosine of the angle between neighbours' normals from which on one of them may be folded.
-constexpr double kMaybeFolded = 0;
+/// Factor on heights of height fields, so that meshoptimizer sees them nearly from above.
+constexpr double kHeightScale = 0.1;
+/// Strength of the bend of other meshes. On flat surfaces meshoptimizer's collapses cost nothing, which would leave
+/// long slivers and folds that hinder all later collapses.
+constexpr float kBendStrength = 0.05F;
+/// Minimum number of triangles per piece; meshes are halved until smaller pieces would result.
+constexpr std::size_t kMinPresimplifyPiece = 125'000;
+/// Pieces keep their borders. If the result has over this many times the goal, as for meshes of many small
+/// components, the whole mesh is simplified further.
+constexpr double kMaxGoalExcess = 1.25;
+/// Largest share of the goal for triangles along borders of pieces. Above it, few triangles would remain between the
+/// borders (an urn of 4.5 million triangles on the way to 50,000: 57,000 along borders, and no relief left). The
+/// pieces then keep correspondingly more triangles, and the whole mesh is simplified further.
+constexpr double kMaxBorderShare = 0.75;
+/// Maximum number of triangles of a small component.
+constexpr std::size_t kMaxSmallComponent = 64;
+/// Limit for the sum of squared valences per triangle. meshoptimizer's time is quadratic in the valence: 0.2 ns times
+/// that sum, while EdgeCollapser takes 10 us per triangle. Above this limit meshoptimizer is slower.
+constexpr double kMaxMeanSquaredValence = 50'000;
+/// Cosine between neighbours' normals below which one of them may be folded.
+constexpr double kMaxFoldCosine = 0;
 
 struct Input {
   const std::vector<Vec3>& positions;
   const std::vector<Triangle>& triangles;
 };
 
-/// Bends space a little, so that hardly a plane stays flat.
+/// Bends space slightly, so that hardly any surface remains flat.
 void bend(std::vector<Vec3>& positions) {
-  const auto along = [](float a, float b) { return kBend * (a * a + 0.6F * b * b + 0.5F * a * b); };
+  const auto along = [](float a, float b) {
+    return kBendStrength * (a * a + 0.6F * b * b + 0.5F * a * b);
+  };
   for (Vec3& p : positions) {
     p = {p.x + along(p.y, p.z), p.y + along(p.z, p.x), p.z + along(p.x, p.y)};
   }
@@ -75,8 +77,8 @@ std::vector<Triangle> simplified(const Input& mesh, std::size_t faces, double er
   return result;
 }
 
-/// A piece by itself: its border stays. Nothing here is of the whole mesh's size.
-/// \param scale  of the whole mesh
+/// Simplifies one piece and keeps its border. Memory is proportional to the piece, not to the mesh.
+/// \param scale  scale of the whole mesh
 std::vector<Triangle> simplified_piece(const Input& mesh, const std::vector<std::uint32_t>& piece,
                                        std::size_t faces, double error, float scale) {
   std::unordered_map<std::uint32_t, std::uint32_t> number;
@@ -97,7 +99,7 @@ std::vector<Triangle> simplified_piece(const Input& mesh, const std::vector<std:
     }
     triangles.push_back(corners);
   }
-  // meshoptimizer takes errors as shares of what it is given.
+  // meshoptimizer's errors are relative to the mesh that it receives.
   const double larger = scale / std::max(scale_of(positions), 1e-12F);
   std::vector<Triangle> result =
       simplified({positions, triangles}, faces, error * larger, meshopt_SimplifyLockBorder);
@@ -107,7 +109,7 @@ std::vector<Triangle> simplified_piece(const Input& mesh, const std::vector<std:
   return result;
 }
 
-/// By piece, the triangles with an edge on its border.
+/// By piece, the number of triangles with an edge on its border.
 std::vector<std::size_t> count_along_borders(const std::vector<std::vector<std::uint32_t>>& pieces,
                                              const Input& mesh) {
   const std::vector<std::uint8_t> between =
@@ -123,9 +125,9 @@ std::vector<std::size_t> count_along_borders(const std::vector<std::vector<std::
   return count;
 }
 
-/// Piece by piece on all threads, then as a whole where need be.
-/// \param stays      by triangle, whether it does; empty: none
-/// \param meanwhile  other work, done on one of the threads
+/// Simplifies the pieces on all threads, then the whole mesh if needed.
+/// \param stays      by triangle, 1 if it is kept; empty: none
+/// \param meanwhile  other work to run on one of the threads
 /// \param known      as for presimplify()
 std::vector<Triangle> simplified_by_pieces(const Input& mesh,
                                            const std::vector<std::uint8_t>& stays,
@@ -133,14 +135,14 @@ std::vector<Triangle> simplified_by_pieces(const Input& mesh,
                                            const std::function<void()>& meanwhile,
                                            PresimplifiedPieces& known) {
   std::vector<std::vector<std::uint32_t>> pieces =
-      pieces_of(mesh.positions, mesh.triangles, kPresimplifyPiece);
+      pieces_of(mesh.positions, mesh.triangles, kMinPresimplifyPiece);
   if (pieces.size() == 1 && stays.empty()) {
     meanwhile();
     return simplified(mesh, faces, error, 0);
   }
   std::vector<std::size_t> more = count_along_borders(pieces, mesh);
   if (static_cast<double>(std::accumulate(more.begin(), more.end(), std::size_t{0})) <=
-      kMostAlongBorders * static_cast<double>(faces)) {
+      kMaxBorderShare * static_cast<double>(faces)) {
     more.assign(pieces.size(), 0);
   }
   const double share = static_cast<double>(faces) / static_cast<double>(mesh.triangles.size());
@@ -175,12 +177,12 @@ std::vector<Triangle> simplified_by_pieces(const Input& mesh,
   }
   if (stays.empty()) known = std::move(parts);
   const bool near =
-      static_cast<double>(result.size() - untouched) <= kTooMany * static_cast<double>(faces);
+      static_cast<double>(result.size() - untouched) <= kMaxGoalExcess * static_cast<double>(faces);
   if (near || !stays.empty()) return result;
   return simplified({mesh.positions, result}, faces, error, 0);
 }
 
-/// True if some vertices have so many triangles that meshoptimizer would be slower than EdgeCollapser.
+/// True if valences are so high that meshoptimizer is slower than EdgeCollapser.
 bool has_costly_hubs(const std::vector<Triangle>& triangles, std::size_t vertices) {
   std::vector<std::uint32_t> around(vertices, 0);
   for (const Triangle& t : triangles) {
@@ -188,10 +190,10 @@ bool has_costly_hubs(const std::vector<Triangle>& triangles, std::size_t vertice
   }
   double squares = 0;
   for (const std::uint32_t n : around) squares += static_cast<double>(n) * n;
-  return squares > kWorthSquares * static_cast<double>(triangles.size());
+  return squares > kMaxMeanSquaredValence * static_cast<double>(triangles.size());
 }
 
-/// True if each triangle lies in one of the places; empty where there are none.
+/// By triangle, 1 if it lies in one of the places; empty if there are no places.
 std::vector<std::uint8_t> in_places(const Work& work, std::span<const Place> places) {
   if (places.empty()) return {};
   constexpr std::size_t kTrianglesOfPiece = std::size_t{1} << 15;
@@ -208,7 +210,7 @@ std::vector<std::uint8_t> in_places(const Work& work, std::span<const Place> pla
   return result;
 }
 
-/// Triangles beside sharp edges: one that is folded, where its neighbours are not, is among them.
+/// Triangles at sharp edges. A folded triangle with unfolded neighbours is always among them.
 std::vector<std::uint32_t> beside_sharp_edges(const std::vector<Vec3d>& normals,
                                               const std::vector<Triangle>& triangles,
                                               std::size_t vertices) {
@@ -218,7 +220,7 @@ std::vector<std::uint32_t> beside_sharp_edges(const std::vector<Vec3d>& normals,
         for (std::size_t i = 1; i < sides.size(); ++i) {
           const std::uint32_t a = sides[i - 1].index / 3, b = sides[i].index / 3;
           if (dot(normals[a], normals[b]) <=
-              kMaybeFolded * length(normals[a]) * length(normals[b])) {
+              kMaxFoldCosine * length(normals[a]) * length(normals[b])) {
             found[a] = found[b] = 1;
           }
         }
@@ -230,8 +232,7 @@ std::vector<std::uint32_t> beside_sharp_edges(const std::vector<Vec3d>& normals,
   return result;
 }
 
-/// By vertex, the number of its part: triangles of a dense mesh that hang together by edges. None where several parts
-/// touch.
+/// By vertex, the component of the dense mesh, connected over edges; none for vertices where components touch.
 std::vector<std::uint32_t> dense_parts(const std::vector<Triangle>& dense, const SideLists& sides) {
   DisjointSets parts(dense.size());
   sides.each_edge([&](std::uint32_t, std::span<const SideLists::Item> of_edge) {
@@ -253,7 +254,7 @@ std::vector<std::uint32_t> dense_parts(const std::vector<Triangle>& dense, const
 }
 
 /// Triangles that face away from the dense triangles around their corners.
-/// \param origin  of each vertex of `triangles`, the dense one
+/// \param origin  by vertex of `triangles`, its dense vertex
 std::vector<Fold> folds_of(const std::vector<Vec3d>& points, const std::vector<Triangle>& dense,
                            const std::vector<Triangle>& triangles,
                            const std::vector<std::uint32_t>& origin) {
@@ -301,26 +302,27 @@ void drop_small_components(std::vector<Triangle>& triangles, const std::vector<T
   join_parts(triangles, parts);
   std::vector<std::uint32_t> size(origin.size(), 0);
   for (const Triangle& t : triangles) ++size[parts.find(t[0])];
-  std::vector<std::uint8_t> torn(origin.size(), 0);  // Small parts beside a cut.
+  // By vertex, 1 in a small component beside a cut.
+  std::vector<std::uint8_t> torn(origin.size(), 0);
   bool any = false;
   for (auto v = static_cast<std::uint32_t>(dense_sides.vertices()); v < origin.size(); ++v) {
     for (const std::uint32_t end : {v, origin[v]}) {
       const std::uint32_t part = parts.find(end);
-      torn[part] = size[part] > 0 && size[part] <= kSmallComponent;
+      torn[part] = size[part] > 0 && size[part] <= kMaxSmallComponent;
       any = any || torn[part] != 0;
     }
   }
   if (!any) return;
-  // All vertices of a small component that one dense part alone has are of the same part: it was cut off that.
+  // If all vertices of a small component belong to one dense component alone, it was cut off from that.
   const std::vector<std::uint32_t> dense_part = dense_parts(dense, dense_sides);
-  std::vector<std::uint8_t> lives(dense.size(), 0);  // Dense parts of which more is left.
+  std::vector<std::uint8_t> lives(dense.size(), 0);  // Dense components of which more is left.
   std::vector<std::uint32_t> cut_off(
       origin.size(),
-      kNoVertex);  // The vertex that a small component was cut off from.
+      kNoVertex);  // By vertex of a small component, the vertex from which it was cut off.
   for (std::uint32_t v = 0; v < origin.size(); ++v) {
     const std::uint32_t from = dense_part[origin[v]], part = parts.find(v);
     if (from == kNoVertex) continue;
-    if (size[part] > kSmallComponent) lives[from] = 1;
+    if (size[part] > kMaxSmallComponent) lives[from] = 1;
     if (torn[part] != 0) cut_off[part] = from;
   }
   for (std::size_t part = 0; part < torn.size(); ++part) {
@@ -329,16 +331,16 @@ void drop_small_components(std::vector<Triangle>& triangles, const std::vector<T
   std::erase_if(triangles, [&](const Triangle& t) { return torn[parts.find(t[0])] != 0; });
 }
 
-/// meshoptimizer leaves pairs of triangles back to back, and edges with four triangles, where the high
-/// poly had none: the former are removed, the latter cut. It also lets no triangle turn over, but as seen
-/// from the side: height fields are made flat for it, so that this is nearly as seen from above.
+/// meshoptimizer leaves triangles back to back, and edges of four triangles, where the high poly had none: the former
+/// are removed, the latter are cut. It prevents flips only as seen along the surface's normal, so height fields are
+/// flattened first, which makes this nearly the view from above.
 void presimplify(Work& work, std::size_t faces, double error, bool height_field,
                  std::span<const Place> untouched, bool parts, PresimplifiedPieces* known) {
   if (has_costly_hubs(work.triangles, work.points.size())) return;
   std::vector<Vec3> positions = to_floats(work.points);
   if (height_field) {
-    for (Vec3& p : positions) p.z *= static_cast<float>(kFlattened);
-    error *= kFlattened;
+    for (Vec3& p : positions) p.z *= static_cast<float>(kHeightScale);
+    error *= kHeightScale;
   } else {
     bend(positions);
   }
@@ -347,7 +349,7 @@ void presimplify(Work& work, std::size_t faces, double error, bool height_field,
   std::optional<LabelSeams> seams;
   if (!work.labels.empty()) {
     seams.emplace(work.labels, given, positions);
-    if (!seams->pays()) {
+    if (!seams->is_worthwhile()) {
       if (work.keep_labels) return;
       seams.reset();
       given = work.triangles;
@@ -368,7 +370,7 @@ void presimplify(Work& work, std::size_t faces, double error, bool height_field,
   if (triangles.empty()) return;
   if (seams) seams->join(triangles);
   if (height_field && std::any_of(triangles.begin(), triangles.end(), [&](const Triangle& t) {
-        return !(upward(work.points[t[0]], work.points[t[1]], work.points[t[2]]) > kLeastUpward);
+        return !(upward(work.points[t[0]], work.points[t[1]], work.points[t[2]]) > kMinUpward);
       })) {
     return;
   }

@@ -14,9 +14,9 @@
 namespace kiln {
 namespace {
 
-constexpr std::size_t kPointsOfPiece = std::size_t{1} << 15;
-/// Points of the square lattice for each of the grid, at most: long strips would need many.
-constexpr std::size_t kMostLattice = 8;
+constexpr std::size_t kPointsPerTask = std::size_t{1} << 15;
+/// Largest ratio of lattice points to grid points. Long strips, which need a large square, exceed it.
+constexpr std::size_t kMaxLatticeRatio = 8;
 
 /// Heights over a grid of columns (x) and rows (y), row by row.
 struct Grid {
@@ -27,14 +27,14 @@ std::vector<double> distinct(const std::vector<Vec3d>& points, double Vec3d::*ax
   std::vector<double> values(points.size());
   std::transform(points.begin(), points.end(), values.begin(),
                  [axis](const Vec3d& p) { return p.*axis; });
-  // Rows lie one after the other in most meshes: what repeats at once goes before the sort.
+  // Most meshes list vertices row by row: dropping repeats first makes sorting cheap.
   values.erase(std::unique(values.begin(), values.end()), values.end());
   std::sort(values.begin(), values.end());
   values.erase(std::unique(values.begin(), values.end()), values.end());
   return values;
 }
 
-/// The grid that a mesh is; nothing where it is none.
+/// The grid of heights that a mesh forms; nullopt if it is none.
 std::optional<Grid> grid_of(const Work& work) {
   Grid grid{distinct(work.points, &Vec3d::x), distinct(work.points, &Vec3d::y), {}};
   const std::size_t columns = grid.x.size(), rows = grid.y.size();
@@ -50,7 +50,7 @@ std::optional<Grid> grid_of(const Work& work) {
     return static_cast<std::uint32_t>(std::lower_bound(values.begin(), values.end(), value) -
                                       values.begin());
   };
-  parallel_for(at.size(), kPointsOfPiece, [&](std::size_t begin, std::size_t end) {
+  parallel_for(at.size(), kPointsPerTask, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
       at[i] = {index(grid.x, work.points[i].x), index(grid.y, work.points[i].y)};
     }
@@ -62,7 +62,7 @@ std::optional<Grid> grid_of(const Work& work) {
     if (std::exchange(taken[place], 1) != 0) return std::nullopt;
     grid.z[place] = work.points[i].z;
   }
-  // As many triangles as fill all cells, each within one of them and facing up: so they do fill these.
+  // As many triangles as fill all cells, each within one cell and facing up: so they fill each cell exactly.
   const bool fits =
       std::all_of(work.triangles.begin(), work.triangles.end(), [&](const Triangle& t) {
         const auto [left, right] = std::minmax({at[t[0]].column, at[t[1]].column, at[t[2]].column});
@@ -73,7 +73,7 @@ std::optional<Grid> grid_of(const Work& work) {
   return fits ? std::optional(std::move(grid)) : std::nullopt;
 }
 
-/// The grid's surface over a square of a power of two of cells, which halving needs.
+/// The grid's surface resampled to a square of 2^n cells, as recursive halving requires.
 class Lattice {
  public:
   static std::size_t cells_for(const Grid& grid) {
@@ -108,7 +108,7 @@ class Lattice {
   }
 
  private:
-  /// The row or column at or before a place, and how far on it is to the next.
+  /// The row or column at or before a lattice position, and the fraction to the next.
   std::pair<std::size_t, double> cell(std::size_t place, std::size_t count) const {
     const std::size_t scaled = place * (count - 1);
     return {scaled / cells_, static_cast<double>(scaled % cells_) / static_cast<double>(cells_)};
@@ -126,17 +126,18 @@ class Lattice {
   std::vector<double> x_, y_, z_;
 };
 
-/// For each place but the corners: how far heights are off, at most, where no triangle is halved there.
+/// By lattice point, except the corners: the largest error of heights if no triangle is halved there.
 std::vector<double> errors_of(const Lattice& lattice) {
   const std::size_t side = lattice.side();
   std::vector<double> errors(side * side, 0);
-  // Middles of hypotenuses, from the smallest triangles on: first those of the sides of squares, then of diagonals.
+  // Middles of hypotenuses, from the smallest triangles on: at each size first those on sides of squares, then on
+  // diagonals.
   for (std::size_t step = 1; step < lattice.cells(); step *= 2) {
     const std::size_t square = 2 * step;
     const auto off = [&](std::size_t at, std::size_t from, std::size_t to) {
       return std::abs(lattice.height(at) - (lattice.height(from) + lattice.height(to)) / 2);
     };
-    // Halves of the triangles on a square's side have the middles of the squares of half the size beside it.
+    // Children of the triangles on a square's side have their middles at the centres of half-size squares beside it.
     parallel_for(lattice.cells() / step + 1, 8, [&](std::size_t begin, std::size_t end) {
       for (std::size_t row = begin; row < end; ++row) {
         const std::size_t j = row * step;
@@ -160,7 +161,7 @@ std::vector<double> errors_of(const Lattice& lattice) {
         }
       }
     });
-    // Diagonals run from the corners of the square of twice the size to its middle.
+    // Diagonals run from the corners of the square of double size to its centre.
     parallel_for(lattice.cells() / square, 8, [&](std::size_t begin, std::size_t end) {
       for (std::size_t row = begin; row < end; ++row) {
         for (std::size_t column = 0; column < lattice.cells() / square; ++column) {
@@ -177,9 +178,9 @@ std::vector<double> errors_of(const Lattice& lattice) {
   return errors;
 }
 
-/// The error that triangles are halved above, so that about `faces` are left.
+/// The error above which triangles are halved, so that about `faces` are left.
 double limit_for(const std::vector<double>& errors, std::size_t faces, double error) {
-  const std::size_t middles = faces / 2;  // Each halving makes two more triangles, at the rim one.
+  const std::size_t middles = faces / 2;  // Each halving adds two triangles, or one at the border.
   if (middles >= errors.size()) return std::min(0.0, error);
   std::vector<double> sorted = errors;
   std::nth_element(sorted.begin(), sorted.begin() + static_cast<std::ptrdiff_t>(middles),
@@ -187,7 +188,7 @@ double limit_for(const std::vector<double>& errors, std::size_t faces, double er
   return std::min(sorted[middles], error);
 }
 
-/// Triangles that are halved where the error is above the limit.
+/// Halves triangles recursively where the error exceeds the limit.
 class TriangleHalving {
  public:
   TriangleHalving(const Lattice& lattice, const std::vector<double>& errors, double limit)
@@ -200,7 +201,7 @@ class TriangleHalving {
   std::vector<Triangle> triangles;
 
  private:
-  /// \param a, b, c  places, counter-clockwise: a hypotenuse, and the corner at the right angle
+  /// \param a, b, c  lattice points, counter-clockwise; ab is the hypotenuse, c the right angle
   void add(std::size_t a, std::size_t b, std::size_t c) {
     const std::size_t middle = (a + b) / 2;
     const bool smallest =
@@ -232,7 +233,7 @@ bool simplify_to_rtin(Work& work, std::size_t faces, double error) {
   const std::optional<Grid> grid = grid_of(work);
   if (!grid) return false;
   const std::size_t side = Lattice::cells_for(*grid) + 1;
-  if (side * side > kMostLattice * work.points.size()) return false;
+  if (side * side > kMaxLatticeRatio * work.points.size()) return false;
   const Lattice lattice(*grid);
   const std::vector<double> errors = errors_of(lattice);
   TriangleHalving halving(lattice, errors, limit_for(errors, faces, error));

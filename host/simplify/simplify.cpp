@@ -26,15 +26,15 @@
 namespace kiln {
 namespace {
 
-/// Beside the mesh. Measured with 2 million faces: 160 bytes a face. Where an error is the goal, which is looked for on
-/// the whole mesh: 430 a face of 300,000, 338 of 1.2 million.
+/// Peak memory in bytes, besides the mesh. Measured: 160 bytes per face of 2 million for a goal of faces. For a goal
+/// of an error, which simplifies the whole mesh: 430 per face of 300,000, 338 per face of 1.2 million.
 std::uint64_t bytes_of(std::uint64_t faces, bool within) {
-  constexpr std::uint64_t kMany = 300000;
-  return within ? 320 * faces + 80 * std::min(faces, kMany) : 160 * faces;
+  constexpr std::uint64_t kMaxCostlyFaces = 300000;
+  return within ? 320 * faces + 80 * std::min(faces, kMaxCostlyFaces) : 160 * faces;
 }
-/// Levels may do without a map, and without UVs: edges whose faces turn by so many degrees are hard then. Charts end
-/// at such edges, so levels look as they do with UVs.
-constexpr double kCrease = 75;
+/// Angle between faces, in degrees, above which edges of levels are hard. Levels may be used without maps and UVs;
+/// charts end at such edges, so that they look the same with UVs.
+constexpr double kCreaseDegrees = 75;
 
 void check(const Mesh& high, const SimplifyOptions& options) {
   if (options.faces == 0 && !(options.max_error > 0 && options.max_error <= 1)) {
@@ -100,24 +100,24 @@ struct SimplifyLevels::Impl {
     of_high.input_faces = high.triangles.size();
   }
 
-  /// A level that was fitted and mended, and what was found meanwhile.
-  struct Made {
+  /// A fitted and repaired level, with its measurements.
+  struct FinishedLevel {
     SimplifyResult result;
     SimplifyReport report;
     bool flawed = false, measured = false;
   };
 
-  /// Begins to work on a level.
-  void turn_to(std::size_t level) {
+  /// Starts work on a level.
+  void select_level(std::size_t level) {
     options.faces = asked.at(level);
     report = of_high;
   }
 
-  Made& made(std::size_t level) {
+  FinishedLevel& finished_level(std::size_t level) {
     const auto found = meshes.find(level);
     if (found != meshes.end()) return found->second;
-    turn_to(level);
-    Made next{results.at(level), {}};
+    select_level(level);
+    FinishedLevel next{results.at(level), {}};
     next.flawed = !job->improve(next.result) && job->may_solve();
     next.report = report;
     return meshes[level] = std::move(next);
@@ -134,7 +134,7 @@ struct SimplifyLevels::Impl {
   Mesh finished(const SimplifyResult& result) {
     Mesh mesh = job->finish(result);
     transfer_labels(high, mesh);
-    normals().run(mesh, {.crease_degrees = kCrease}, nullptr, &samples);
+    normals().run(mesh, {.crease_degrees = kCreaseDegrees}, nullptr, &samples);
     lay_out(mesh);
     return mesh;
   }
@@ -144,15 +144,15 @@ struct SimplifyLevels::Impl {
   }
 
   SimplifyReport report, of_high;
-  const std::optional<Mesh> repaired;  ///< With finite UVs, where some were not
+  const std::optional<Mesh> repaired;  ///< Copy with finite UVs; nullopt: all were finite
   const Mesh& high;
-  std::vector<std::uint32_t> asked;  ///< Face count asked for each of `results`
+  std::vector<std::uint32_t> asked;  ///< Requested face count of each of `results`
   SimplifyOptions options;
   std::optional<SimplifyJob> job;
-  std::optional<NormalFit> fit;  ///< Made where it is first needed
-  NormalFit::Samples samples;    ///< Samples of the last mesh
+  std::optional<NormalFit> fit;  ///< Built on first use
+  NormalFit::Samples samples;    ///< Samples of the previous mesh, for reuse
   std::vector<SimplifyResult> results;
-  std::map<std::size_t, Made> meshes;  ///< By level
+  std::map<std::size_t, FinishedLevel> meshes;  ///< By level
 };
 
 SimplifyLevels::SimplifyLevels(const Mesh& high, std::span<const std::uint32_t> faces,
@@ -173,29 +173,29 @@ std::size_t SimplifyLevels::vertices(std::size_t level) const {
 
 Mesh SimplifyLevels::mesh(std::size_t level, SimplifyReport* report) const {
   if (report != nullptr) *report = this->report(level);
-  Impl::Made& made = impl_->made(level);
-  impl_->turn_to(level);
-  impl_->report = made.report;
-  return impl_->finished(made.result);
+  Impl::FinishedLevel& entry = impl_->finished_level(level);
+  impl_->select_level(level);
+  impl_->report = entry.report;
+  return impl_->finished(entry.result);
 }
 
 SimplifyReport SimplifyLevels::report(std::size_t level) const {
-  Impl::Made& made = impl_->made(level);
-  if (!std::exchange(made.measured, true)) {
-    made.result.deviation = impl_->job->deviation(made.result);
+  Impl::FinishedLevel& entry = impl_->finished_level(level);
+  if (!std::exchange(entry.measured, true)) {
+    entry.result.deviation = impl_->job->deviation(entry.result);
   }
-  impl_->turn_to(level);
-  impl_->report = made.report;
-  impl_->job->finish(made.result, /*measured=*/true);
+  impl_->select_level(level);
+  impl_->report = entry.report;
+  impl_->job->finish(entry.result, /*measured=*/true);
   return impl_->report;
 }
 
 std::array<Mesh, 2> SimplifyLevels::rough_meshes(std::size_t level) const {
-  impl_->turn_to(level);
+  impl_->select_level(level);
   SimplifyResult result = impl_->results.at(level);
   impl_->job->fit_roughly(result);
   std::array<Mesh, 2> rough =
-      impl_->normals().run_roughly(impl_->job->finish(result), {.crease_degrees = kCrease});
+      impl_->normals().run_roughly(impl_->job->finish(result), {.crease_degrees = kCreaseDegrees});
   for (Mesh& mesh : rough) impl_->lay_out(mesh);
   return rough;
 }
@@ -204,20 +204,22 @@ void SimplifyLevels::fit_normals(Mesh& low) const {
   impl_->normals().run(low, {}, nullptr, &impl_->samples);
 }
 
-bool SimplifyLevels::can_be_solved(std::size_t level) const { return impl_->made(level).flawed; }
+bool SimplifyLevels::can_be_solved(std::size_t level) const {
+  return impl_->finished_level(level).flawed;
+}
 
 bool SimplifyLevels::has_flaws(std::size_t level) const {
-  const SimplifyReport& report = impl_->made(level).report;
+  const SimplifyReport& report = impl_->finished_level(level).report;
   return report.folded + report.without_area + report.holes > 0;
 }
 
 void SimplifyLevels::solve(std::size_t level) const {
-  Impl::Made& made = impl_->made(level);
-  if (!std::exchange(made.flawed, false)) return;
-  impl_->turn_to(level);
-  made.result = impl_->job->solve();
-  made.report = impl_->report;
-  made.measured = false;
+  Impl::FinishedLevel& entry = impl_->finished_level(level);
+  if (!std::exchange(entry.flawed, false)) return;
+  impl_->select_level(level);
+  entry.result = impl_->job->solve();
+  entry.report = impl_->report;
+  entry.measured = false;
 }
 
 }  // namespace kiln

@@ -15,31 +15,32 @@ namespace kiln {
 namespace {
 
 using flaw_rules::is_flat;
-using flaw_rules::kAway;
-using flaw_rules::kBackToBack;
+using flaw_rules::kMaxAwayCosine;
+using flaw_rules::kMaxBackToBackCosine;
+using flaw_rules::kMaxSuspiciousCosine;
 using flaw_rules::kNoArea;
-using flaw_rules::kSuspicious;
 using flaw_rules::normal_of;
 using flaw_rules::unit_or_zero;
 
-/// The high poly has a sharp edge where normals this far apart are near each other.
-constexpr double kSharp = -0.5;
-/// A triangle does not face away where the high poly faces its way, as a cosine, and this near, a share of its longest side. Between its corners
-/// a triangle misses a bent surface: those of a thin shell reach beyond its other side.
-constexpr double kSameWay = 0.5, kBetweenCorners = 0.05;
-/// Search radius for the high poly around a triangle, share of the diagonal.
-constexpr double kReach = 0.02;
-/// And how much farther triangles are kept.
-constexpr double kSpare = 0.01;
-/// Cells a side of the grid that finds dense triangles near some place.
-constexpr int kCells = 128;
+/// Cosine between nearby normals of the high poly below which it has a sharp edge.
+constexpr double kSharpCosine = -0.5;
+/// At thin shells, a triangle does not face away if high-poly triangles within kShellReach (share of its longest
+/// side) agree with its normal by at least kShellCosine (cosine): between its corners, it cuts through a curved shell
+/// and may come out on the other side.
+constexpr double kShellCosine = 0.5, kShellReach = 0.05;
+/// Search radius for the high poly around a triangle; share of the diagonal.
+constexpr double kSearchRadius = 0.02;
+/// Extra radius for triangles that are kept in the tree.
+constexpr double kSearchMargin = 0.01;
+/// Cells along a side of the grid that finds dense triangles near a point.
+constexpr int kGridCells = 128;
 constexpr std::size_t kTrianglesOfPiece = std::size_t{1} << 15;
 
 TriangleCorners corners_of(const std::vector<Vec3d>& points, const Triangle& t) {
   return {points[t[0]], points[t[1]], points[t[2]]};
 }
 
-/// Sides by edge: triangles that run along it, neighbours of opposite sense first.
+/// Sides of triangles grouped by edge; neighbours of opposite orientation first.
 struct Side {
   std::uint64_t key;
   std::uint32_t triangle;
@@ -61,13 +62,13 @@ std::vector<Side> sorted_sides(std::span<const Triangle> triangles) {
   return sides;
 }
 
-/// A triangle's neighbours: the least cosine between its normal and one of theirs, and how many are suspicious.
+/// Smallest cosine between a triangle's normal and its neighbours', and the number of suspicious neighbours.
 struct Neighbours {
   double least = 1;
   int suspicious = 0;
   void add(double cosine) {
     least = std::min(least, cosine);
-    suspicious += cosine < kSuspicious;
+    suspicious += cosine < kMaxSuspiciousCosine;
   }
 };
 
@@ -85,18 +86,18 @@ std::vector<Neighbours> neighbours_of(const std::vector<Vec3d>& normals,
   return found;
 }
 
-/// Cells of a grid over [-1, 1]^3 that a box touches, as runs along x: of each the first cell and their count.
-/// \param body  \returns whether to go on
+/// Calls `body` with the cells of a grid over [-1, 1]^3 that a box touches, as runs along x: first cell and count.
+/// \param body  returns whether to continue
 template <class Body>
 void each_run(const Vec3d& low, const Vec3d& high, const Body& body) {
   const auto at = [](double x) {
     return static_cast<std::size_t>(
-        std::clamp(static_cast<int>((x + 1) / 2 * kCells), 0, kCells - 1));
+        std::clamp(static_cast<int>((x + 1) / 2 * kGridCells), 0, kGridCells - 1));
   };
   const std::size_t first = at(low.x), count = at(high.x) - first + 1;
   for (std::size_t z = at(low.z); z <= at(high.z); ++z) {
     for (std::size_t y = at(low.y); y <= at(high.y); ++y) {
-      if (!body((z * kCells + y) * kCells + first, count)) return;
+      if (!body((z * kGridCells + y) * kGridCells + first, count)) return;
     }
   }
 }
@@ -110,19 +111,20 @@ void bounds(const TriangleCorners& p, Vec3d& low, Vec3d& high) {
 
 }  // namespace
 
-/// Keeps a tree of the high poly's triangles around the candidates: most meshes have few of these.
+/// Builds a tree of the high poly's triangles around the candidates, which are few in most meshes.
 void SimplifyCheck::load_near(const std::vector<Vec3d>& points,
                               const std::vector<Triangle>& triangles,
                               std::span<const std::uint32_t> candidates) {
-  if (surface_ && marked_.empty()) return;  // All of it.
-  // Wider than needed, so that the tree still serves when a few of the candidates have been mended.
-  std::vector<std::uint8_t> needed(std::size_t{kCells} * kCells * kCells, 0), marked = needed;
+  if (surface_ && marked_.empty()) return;  // The tree holds all triangles.
+  // A margin, so that the tree still serves after repairs have moved some candidates.
+  std::vector<std::uint8_t> needed(std::size_t{kGridCells} * kGridCells * kGridCells, 0),
+      marked = needed;
   Vec3d low, high;
   for (const std::uint32_t t : candidates) {
     bounds(corners_of(points, triangles[t]), low, high);
-    const double reach = kReach + length(high - low);
+    const double reach = kSearchRadius + length(high - low);
     for (auto* cells : {&needed, &marked}) {
-      const double wide = cells == &needed ? reach : reach + kSpare;
+      const double wide = cells == &needed ? reach : reach + kSearchMargin;
       const Vec3d margin{wide, wide, wide};
       each_run(low - margin, high + margin, [&](std::size_t first, std::size_t count) {
         std::memset(cells->data() + first, 1, count);
@@ -154,41 +156,41 @@ void SimplifyCheck::load_near(const std::vector<Vec3d>& points,
   marked_ = std::move(marked);
 }
 
-/// True if the high poly near each of four of its points faces the other way.
-/// \param shell  whether that of a thin shell may, if the other side is near enough
+/// True if the high poly faces the other way near at least three of four points of the triangle.
+/// \param shell  true: the other wall of a thin shell is accepted if it is near enough
 bool SimplifyCheck::faces_away(const TriangleCorners& p, bool shell) const {
   const Vec3d normal = unit_or_zero(normal_of(p));
   const double longest = std::max({length(p[1] - p[0]), length(p[2] - p[1]), length(p[0] - p[2])});
-  const double between = shell ? std::min(kBetweenCorners * longest, kReach) : 0;
+  const double between = shell ? std::min(kShellReach * longest, kSearchRadius) : 0;
   std::size_t away = 0;
   for (std::size_t i = 0; i < 4; ++i) {
     Vec3d at;
     for (std::size_t k = 0; k < 3; ++k) at += p[k] * (i == 3 ? 1.0 / 3 : i == k ? 0.6 : 0.2);
     const Vec3 point = to_float(at);
     const Vec3* corners = nullptr;
-    const double nearest = surface_->squared(point, kReach * kReach, corners);
+    const double nearest = surface_->squared(point, kSearchRadius * kSearchRadius, corners);
     if (corners == nullptr) return false;
     const auto agreement = [&](const Vec3* c) {
       return dot(normal, unit_or_zero(normal_of({Vec3d(c[0]), Vec3d(c[1]), Vec3d(c[2])})));
     };
     double best = agreement(corners);
     const double radius = 1.1 * std::sqrt(nearest) + 1e-4;
-    if (best < kAway) {
+    if (best < kMaxAwayCosine) {
       surface_->each_within(point, radius * radius,
                             [&](const Vec3* c) { best = std::max(best, agreement(c)); });
     }
-    if (best < kAway && between > radius) {
+    if (best < kMaxAwayCosine && between > radius) {
       surface_->each_within(point, between * between, [&](const Vec3* c) {
-        if (agreement(c) > kSameWay) best = 1;
+        if (agreement(c) > kShellCosine) best = 1;
       });
     }
-    away += best < kAway;
-    if (i >= away + 1) return false;  // Two do not.
+    away += best < kMaxAwayCosine;
+    if (i >= away + 1) return false;  // Two points do not face away.
   }
   return away >= 3;
 }
 
-/// True if the high poly turns sharply near the triangle, or is thin there.
+/// True if the high poly near the triangle has a sharp edge or is thin.
 bool SimplifyCheck::has_edge(const TriangleCorners& p) const {
   const Vec3d center = (p[0] + p[1] + p[2]) * (1.0 / 3);
   double radius = 0;
@@ -201,7 +203,7 @@ bool SimplifyCheck::has_edge(const TriangleCorners& p) const {
     most = std::max(most, cosine);
     least = std::min(least, cosine);
   });
-  return most > -kSharp && least < kSharp;
+  return most > -kSharpCosine && least < kSharpCosine;
 }
 
 Flaws SimplifyCheck::find(const std::vector<Vec3d>& points,
@@ -239,7 +241,7 @@ Flaws SimplifyCheck::find_in(const std::vector<Vec3d>& points,
     if (!counts(t)) continue;
     int against = 0;
     for (const std::uint32_t v : triangles[t]) against += dot(normals[t], around[v]) < 0;
-    if (neighbours[t].least < kSuspicious || against >= 2) candidates.push_back(t);
+    if (neighbours[t].least < kMaxSuspiciousCosine || against >= 2) candidates.push_back(t);
   }
   std::vector<std::uint32_t> looked_at = candidates;
   looked_at.insert(looked_at.end(), flaws.flat.begin(), flaws.flat.end());
@@ -253,10 +255,10 @@ Flaws SimplifyCheck::find_in(const std::vector<Vec3d>& points,
       const std::uint32_t t = candidates[i];
       const TriangleCorners corners = corners_of(points, triangles[t]);
       if (is_flat(corners)) continue;
-      // At a shell's rim, a triangle turns away from one neighbour; one that is folded from several.
+      // At a shell's rim, a triangle turns away from one neighbour; a folded one turns away from several.
       const bool rim = neighbours[t].suspicious == 1;
-      folded[i] =
-          faces_away(corners, rim) || (neighbours[t].least < kBackToBack && !has_edge(corners));
+      folded[i] = faces_away(corners, rim) ||
+                  (neighbours[t].least < kMaxBackToBackCosine && !has_edge(corners));
     }
   });
   for (std::size_t i = 0; i < candidates.size(); ++i) {
@@ -267,7 +269,7 @@ Flaws SimplifyCheck::find_in(const std::vector<Vec3d>& points,
 
 bool SimplifyCheck::is_flaw(const TriangleCorners& p) const {
   if (is_flat(p) || faces_away(p, true)) return true;
-  return height_field_ && !(upward(p[0], p[1], p[2]) > kLeastUpward);
+  return height_field_ && !(upward(p[0], p[1], p[2]) > kMinUpward);
 }
 
 std::uint64_t count_rims(std::span<const Triangle> triangles, std::size_t vertices) {

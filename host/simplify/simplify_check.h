@@ -1,4 +1,4 @@
-// Flaws of a low poly: folds, triangles without area, new holes.
+// Flaws of a low poly: folds, degenerate triangles, new holes.
 #pragma once
 
 #include <algorithm>
@@ -13,23 +13,25 @@
 
 namespace kiln {
 
-/// Triangles that a low poly should not have.
+/// Triangles with flaws.
 struct Flaws {
-  std::vector<std::uint32_t> folded;  ///< They face away from the high poly, or lie on a neighbour.
-  std::vector<std::uint32_t> flat;    ///< They have no area, as single precision holds them.
+  /// Triangles that face away from the high poly, or lie on a neighbour.
+  std::vector<std::uint32_t> folded;
+  std::vector<std::uint32_t> flat;         ///< Triangles without area in single precision.
   std::vector<std::uint32_t> facing_down;  ///< Triangles of a height field that face down.
   bool none() const { return folded.empty() && flat.empty() && facing_down.empty(); }
   std::size_t count() const { return folded.size() + flat.size() + facing_down.size(); }
 };
 
-/// Thresholds for a triangle by itself, and beside its neighbours.
+/// Thresholds for a single triangle, and for neighbours.
 namespace flaw_rules {
 
-/// Cosine between neighbours' normals: below the first, both are looked at; below the second, one lies on the other.
-inline constexpr double kSuspicious = -0.5, kBackToBack = -0.985;
-/// A triangle faces away where the best of the dense normals near it is below this.
-inline constexpr double kAway = -0.2;
-/// Height of a triangle without area, a share of its longest side.
+/// Cosine between neighbours' normals: below kMaxSuspiciousCosine both triangles are checked; below
+/// kMaxBackToBackCosine one lies on the other.
+inline constexpr double kMaxSuspiciousCosine = -0.5, kMaxBackToBackCosine = -0.985;
+/// A triangle faces away if its largest cosine to the high poly's normals near it is below this.
+inline constexpr double kMaxAwayCosine = -0.2;
+/// Height of a degenerate triangle, as a share of its longest side.
 inline constexpr double kNoArea = 1e-12;
 
 inline Vec3d normal_of(const TriangleCorners& p) { return cross(p[1] - p[0], p[2] - p[0]); }
@@ -37,7 +39,7 @@ inline Vec3d unit_or_zero(const Vec3d& v) {
   const double size = length(v);
   return size > 0 ? v * (1 / size) : Vec3d{};
 }
-/// True if a triangle is no higher than a share of its longest side.
+/// True if a triangle's height is at most `share` of its longest side.
 inline bool is_thin(const TriangleCorners& p, double share) {
   const Vec3d ab = p[1] - p[0], bc = p[2] - p[1], ca = p[0] - p[2];
   return !(length(normal_of(p)) > share * std::max({dot(ab, ab), dot(bc, bc), dot(ca, ca)}));
@@ -46,7 +48,7 @@ inline bool is_flat(const TriangleCorners& p) { return is_thin(p, kNoArea); }
 
 }  // namespace flaw_rules
 
-/// Compares a low poly with the high poly that it stands for. Coordinates of about unit size.
+/// Compares a low poly with its high poly. Coordinates of about unit size.
 class SimplifyCheck {
  public:
   /// Spans must outlive this.
@@ -54,7 +56,7 @@ class SimplifyCheck {
                 bool height_field)
       : positions_(positions), triangles_(triangles), height_field_(height_field) {}
 
-  /// With a high poly that is small enough to be looked at as a whole.
+  /// For a high poly that is small enough to keep in one tree.
   SimplifyCheck(std::span<const Vec3> positions, std::span<const Triangle> triangles)
       : positions_(positions),
         triangles_(triangles),
@@ -62,11 +64,11 @@ class SimplifyCheck {
         surface_(std::make_unique<SurfaceDistance>(positions, triangles)) {}
 
   Flaws find(const std::vector<Vec3d>& points, const std::vector<Triangle>& triangles);
-  /// Checks some triangles alone.
+  /// Checks only the triangles in `some`.
   Flaws find_among(const std::vector<Vec3d>& points, const std::vector<Triangle>& triangles,
                    std::span<const std::uint32_t> some);
 
-  /// True if a triangle near one that find() looked at is a flaw by itself.
+  /// True if a triangle is a flaw by itself. It must lie near one that find() checked.
   bool is_flaw(const TriangleCorners& corners) const;
 
  private:
@@ -81,11 +83,11 @@ class SimplifyCheck {
   std::span<const Triangle> triangles_;
   bool height_field_;
   std::vector<Triangle> near_;        ///< Triangles of the high poly near the candidates.
-  std::vector<std::uint8_t> marked_;  ///< Cells of a grid that these touch.
+  std::vector<std::uint8_t> marked_;  ///< Cells of a grid that near_ touches.
   std::unique_ptr<SurfaceDistance> surface_;
 };
 
-/// Loops of open edges: holes and rims.
+/// Counts loops of open edges: holes and rims.
 std::uint64_t count_rims(std::span<const Triangle> triangles, std::size_t vertices);
 
 }  // namespace kiln

@@ -1,4 +1,4 @@
-// simplify() at work: vertices moved until faces lie on the high poly.
+// SimplifyJob: fitting of vertices to the high poly.
 #include <utility>
 
 #include "simplify/simplify_job.h"
@@ -6,26 +6,27 @@
 namespace kiln {
 namespace {
 
-/// Vertices are fitted where the high poly has at least this many triangles for each face. With fewer, quadrics
-/// meet its edges better (assembly of hard surfaces to a quarter of its triangles: normals 9% worse when fitted).
-constexpr std::size_t kLeastToFit = 6;
+/// Smallest ratio of high-poly triangles to faces at which vertices are fitted. Below it, quadrics meet the high
+/// poly's edges better (a hard-surface assembly reduced to a quarter: normals 9% worse when fitted).
+constexpr std::size_t kMinTrianglesPerFace = 6;
 
 }  // namespace
 
-/// True if vertices of a low poly move to where its faces lie on the high poly.
+/// True if a low poly's vertices are fitted to the high poly.
 bool SimplifyJob::is_fitted(std::size_t faces) const {
   return !options_.hull && !options_.keep_uvs && options_.faces != 0 &&
-         dense_.triangles.size() >= kLeastToFit * faces;
+         dense_.triangles.size() >= kMinTrianglesPerFace * faces;
 }
 
-/// Does what fit() needs of the high poly alone. \returns whether there is a fit
+/// Prepares the part of the fit that depends on the high poly alone.
+/// \returns true if there will be a fit
 bool SimplifyJob::prepare_fit() {
   if (!is_fitted(options_.faces)) return false;
   surface_fit().prepare(options_.faces);
   return true;
 }
 
-/// The planes that hold a low poly's vertices while they are fitted. Those of height fields hold its rectangle, too.
+/// Quadrics that hold a low poly's vertices during the fit. Those of height fields also hold the rectangle.
 std::span<const Quadric> SimplifyJob::planes_of(const SimplifyResult& result) const {
   if (options_.height_field) return {};
   return result.quadrics;
@@ -45,8 +46,8 @@ void SimplifyJob::fit_roughly(SimplifyResult& result) {
                     /*rough=*/true);
 }
 
-/// Corners of triangles that are no good go back to where they were.
-void SimplifyJob::take_back_flaws(SimplifyResult& fitted, const SimplifyResult& before) {
+/// Restores the corners of flawed triangles to their positions before the fit.
+void SimplifyJob::revert_flawed(SimplifyResult& fitted, const SimplifyResult& before) {
   for (int round = 0; round < kMendingRounds; ++round) {
     const Flaws flaws = check_.find(fitted.points, fitted.triangles);
     bool any = false;
@@ -63,13 +64,13 @@ void SimplifyJob::take_back_flaws(SimplifyResult& fitted, const SimplifyResult& 
   }
 }
 
-/// Moves vertices so that the faces lie on the high poly, and mends that, where nothing else says how vertices may
-/// move. \returns whether that was good; else `result` is as it was
+/// Fits vertices and repairs flaws of that, unless a constraint places the vertices.
+/// \returns true on success; else `result` is restored
 bool SimplifyJob::fit(SimplifyResult& result) {
   if (!is_fitted(result.triangles.size())) return false;
   SimplifyResult fitted = result;
   surface_fit().run(fitted.points, fitted.triangles, fitted.labels, planes_of(fitted));
-  take_back_flaws(fitted, result);
+  revert_flawed(fitted, result);
   report_.mended = mend(fitted);
   if (!is_good(fitted)) return false;
   result = std::move(fitted);

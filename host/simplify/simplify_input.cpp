@@ -25,7 +25,7 @@
 namespace kiln {
 namespace {
 
-/// Counts what is left out, and remembers the first of each kind.
+/// Counts removed triangles by reason, and stores the first of each.
 struct Dropped {
   std::uint64_t count = 0;
   std::size_t first = 0;
@@ -46,15 +46,15 @@ struct Dropped {
 
 enum class Usable : std::uint8_t { yes, not_finite, degenerate };
 
-constexpr std::size_t kTrianglesOfPart = std::size_t{1} << 15;
+constexpr std::size_t kTrianglesPerTask = std::size_t{1} << 15;
 
-/// Triangles that repeat another.
+/// Duplicate triangles.
 struct Repeats {
-  std::vector<std::uint8_t> twin;  ///< True if each repeats an earlier one; empty: none does.
-  bool turned = false;             ///< True if some are each other turned round.
+  std::vector<std::uint8_t> twin;  ///< 1 if it repeats an earlier triangle; empty: none does.
+  bool turned = false;             ///< True if some duplicates have opposite orientation.
 };
 
-/// \param triangles  with the lowest vertex first
+/// \param triangles  each with its lowest vertex first
 Repeats find_repeats(const std::vector<Triangle>& triangles, std::size_t vertices) {
   const VertexLists lists(
       vertices, triangles.size(), [&](std::size_t i) { return triangles[i][0]; },
@@ -62,7 +62,7 @@ Repeats find_repeats(const std::vector<Triangle>& triangles, std::size_t vertice
   Repeats found{std::vector<std::uint8_t>(triangles.size(), 0)};
   std::atomic<bool> any_turned = false, any_twin = false;
   const auto less = [](const VertexLists::Item& item, std::uint64_t key) { return item.key < key; };
-  parallel_for(vertices, kTrianglesOfPart, [&](std::size_t begin, std::size_t end) {
+  parallel_for(vertices, kTrianglesPerTask, [&](std::size_t begin, std::size_t end) {
     bool turned = false, twin = false;
     for (std::size_t v = begin; v < end; ++v) {
       const std::span<const VertexLists::Item> items = lists.of(v);
@@ -97,7 +97,8 @@ Triangle welded_corners(const Mesh& mesh, const std::vector<std::uint32_t>& weld
   return v;
 }
 
-/// Leaves out the backs of two-sided sheets. \returns Work::backs
+/// Removes the backs of two-sided sheets.
+/// \returns Work::backs
 std::vector<std::uint32_t> drop_backs(std::vector<Triangle>& triangles,
                                       std::vector<SourceTriangle>& sources, std::size_t vertices) {
   const TwoSided sides = TwoSided::of(triangles, vertices);
@@ -128,7 +129,7 @@ std::vector<Triangle> clean(const Mesh& mesh, std::vector<SourceTriangle>& sourc
   std::vector<Usable> usable(result.size());
   sources.resize(result.size());
   std::atomic<bool> all_usable = true;
-  parallel_for(result.size(), kTrianglesOfPart, [&](std::size_t begin, std::size_t end) {
+  parallel_for(result.size(), kTrianglesPerTask, [&](std::size_t begin, std::size_t end) {
     bool all = true;
     for (std::size_t t = begin; t < end; ++t) {
       const Triangle v = welded_corners(mesh, welded, t);
@@ -143,7 +144,7 @@ std::vector<Triangle> clean(const Mesh& mesh, std::vector<SourceTriangle>& sourc
     }
     if (!all) all_usable = false;
   });
-  /// Keeps some triangles.
+  /// Removes the triangles that do not satisfy a predicate.
   const auto keep_if = [&](const auto& is_kept) {
     std::size_t kept = 0;
     for (std::size_t i = 0; i < result.size(); ++i) {
@@ -192,13 +193,13 @@ Scale::Scale(const Mesh& mesh, const std::vector<Triangle>& triangles) {
       high = {std::max(high.x, most.x), std::max(high.y, most.y), std::max(high.z, most.z)};
     }
   };
-  std::vector<Box> boxes(triangles.size() / kTrianglesOfPart + 1);
-  parallel_for(triangles.size(), kTrianglesOfPart, [&](std::size_t begin, std::size_t end) {
+  std::vector<Box> boxes(triangles.size() / kTrianglesPerTask + 1);
+  parallel_for(triangles.size(), kTrianglesPerTask, [&](std::size_t begin, std::size_t end) {
     Box box;
     for (std::size_t t = begin; t < end; ++t) {
       for (const std::uint32_t v : triangles[t]) box.add(mesh.positions[v], mesh.positions[v]);
     }
-    boxes[begin / kTrianglesOfPart] = box;
+    boxes[begin / kTrianglesPerTask] = box;
   });
   Box all;
   for (const Box& box : boxes) all.add(box.low, box.high);
@@ -280,7 +281,7 @@ Labels labels_of(const Mesh& mesh, const Work& work) {
 Layout layout_of(const Mesh& mesh, const Work& work) {
   struct Corner {
     std::uint32_t vertex;
-    std::uint64_t uv;  ///< The bits of its value.
+    std::uint64_t uv;  ///< Bit pattern of its value.
     std::uint32_t place;
     auto key() const { return std::tuple(vertex, uv, place); }
   };
@@ -297,7 +298,7 @@ Layout layout_of(const Mesh& mesh, const Work& work) {
     layout.charts.push_back(charts[source.index]);
     for (std::uint32_t k = 0; k < 3; ++k) {
       const Vec2& given = mesh.uvs[mesh.uv_triangles[source.index][(k + source.first) % 3]];
-      const Vec2 uv{given.x + 0.0F, given.y + 0.0F};  // -0 is 0.
+      const Vec2 uv{given.x + 0.0F, given.y + 0.0F};  // Turns -0 into 0.
       const std::uint64_t bits = std::uint64_t{std::bit_cast<std::uint32_t>(uv.x)} << 32 |
                                  std::bit_cast<std::uint32_t>(uv.y);
       corners.push_back({work.triangles[t][k], bits, 3 * t + k});
@@ -323,7 +324,8 @@ std::vector<Vec3> to_floats(const std::vector<Vec3d>& points) {
 }
 
 bool turn_outwards(const Mesh& mesh, std::vector<Triangle>& triangles) {
-  constexpr double kClosed = 1e-6;  // Areas as vectors cancel out then.
+  // Length of the summed area vectors of a closed mesh, as a share of the area.
+  constexpr double kMaxOpenShare = 1e-6;
   const auto at = [&](std::uint32_t v) {
     const Vec3& p = mesh.positions[v];
     return Vec3d{p.x, p.y, p.z};
@@ -333,8 +335,8 @@ bool turn_outwards(const Mesh& mesh, std::vector<Triangle>& triangles) {
     Vec3d face;
     double area = 0, volume = 0;
   };
-  std::vector<Sums> parts(triangles.size() / kTrianglesOfPart + 1);
-  parallel_for(triangles.size(), kTrianglesOfPart, [&](std::size_t begin, std::size_t end) {
+  std::vector<Sums> parts(triangles.size() / kTrianglesPerTask + 1);
+  parallel_for(triangles.size(), kTrianglesPerTask, [&](std::size_t begin, std::size_t end) {
     Sums sums;
     for (std::size_t t = begin; t < end; ++t) {
       const Triangle& v = triangles[t];
@@ -344,7 +346,7 @@ bool turn_outwards(const Mesh& mesh, std::vector<Triangle>& triangles) {
       sums.area += length(face);
       sums.volume += dot(a, cross(b, c));
     }
-    parts[begin / kTrianglesOfPart] = sums;
+    parts[begin / kTrianglesPerTask] = sums;
   });
   Vec3d sum{0, 0, 0};
   double area = 0, volume = 0;
@@ -353,16 +355,16 @@ bool turn_outwards(const Mesh& mesh, std::vector<Triangle>& triangles) {
     area += part.area;
     volume += part.volume;
   }
-  if (!(volume < 0) || !(length(sum) <= kClosed * area)) return false;
+  if (!(volume < 0) || !(length(sum) <= kMaxOpenShare * area)) return false;
   for (Triangle& t : triangles) std::swap(t[1], t[2]);
   return true;
 }
 
 bool is_finely_curved(const Work& work) {
-  constexpr double kCosine = 0.99996192306;  // of half a degree
-  constexpr std::size_t kShare = 15, kAll = 100;
+  constexpr double kAlikeCosine = 0.99996192306;  // Of half a degree.
+  constexpr std::size_t kMinAlikePercent = 15, kWholePercent = 100;
   std::vector<Vec3d> first(work.points.size(),
-                           Vec3d{0, 0, 0});  // normal of a vertex's first triangle
+                           Vec3d{0, 0, 0});  // By vertex, the normal of its first triangle.
   std::size_t alike = 0, all = 0;
   for (const Triangle& t : work.triangles) {
     const Vec3d &a = work.points[t[0]], &b = work.points[t[1]], &c = work.points[t[2]];
@@ -376,10 +378,10 @@ bool is_finely_curved(const Work& work) {
         continue;
       }
       ++all;
-      if (dot(first[v], normal) > kCosine) ++alike;
+      if (dot(first[v], normal) > kAlikeCosine) ++alike;
     }
   }
-  return kAll * alike >= kShare * all && all > 0;
+  return kWholePercent * alike >= kMinAlikePercent * all && all > 0;
 }
 
 }  // namespace kiln

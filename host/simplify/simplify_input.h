@@ -1,4 +1,4 @@
-// Input of simplification: the mesh without unusable triangles, about unit size.
+// Input of simplification: usable triangles, scaled to unit size.
 #pragma once
 
 #include <cstdint>
@@ -15,10 +15,10 @@ namespace kiln {
 /// A triangle of the given mesh.
 struct SourceTriangle {
   std::uint32_t index;
-  std::uint32_t first;  ///< Its corner that comes first now.
+  std::uint32_t first;  ///< Corner of the given triangle that became the first one.
 };
 
-/// A triangle that faces away from the surface that it stands for.
+/// A triangle that faces away from the surface that it approximates.
 struct Fold {
   std::uint32_t triangle;
   Vec3d surface;  ///< The high poly's normal there, of any length.
@@ -30,39 +30,40 @@ struct Place {
   double radius;
 };
 
-/// A mesh as the collapser takes it: welded, centred, its bounding box's diagonal 1.
+/// The mesh that is simplified: welded, centred, with a bounding box of diagonal 1.
 struct Work {
   std::vector<Vec3d> points;
   std::vector<Triangle> triangles;
   std::vector<SourceTriangle>
-      sources;  ///< By triangle; empty once presimplification has made new ones.
+      sources;  ///< By triangle; empty after presimplification, which makes new triangles.
   std::vector<std::uint32_t> labels;  ///< By triangle; empty: all have one. See Labels.
-  /// By triangle, the given mesh's triangle on its back, or TwoSided::kNone; empty: none has two sides. For
-  /// labels_of() alone, which gives triangles of one side and of two different labels.
+  /// By triangle, the given mesh's triangle on its back, or TwoSided::kNone; empty: none is two-sided. Only for
+  /// labels_of(), which assigns triangles labels of their fronts and backs.
   std::vector<std::uint32_t> backs;
-  bool keep_labels = false;  ///< Labels may not be lost: some triangles alone have two sides.
+  bool keep_labels = false;  ///< Labels must be kept, since only some triangles are two-sided.
   std::vector<Fold> folds;   ///< Folds that presimplification left.
-  std::vector<Vec3d> torn;   ///< Places where edges of too many triangles were cut.
+  std::vector<Vec3d> torn;   ///< Places where edges of more than two triangles were cut.
 };
 
 /// True if much of a mesh is flat, or curved in far finer steps than low polys need: around at least 15% of the
-/// corners, triangles lie within half a degree of each other. meshoptimizer collapses these edges at next to no
-/// cost, and leaves slivers. Hard surfaces and smooth tubes have 23% to 64%, scans and rocks 1% to 5%.
+/// corners, triangles lie within half a degree of each other. meshoptimizer collapses these edges at nearly no cost,
+/// and leaves slivers. Hard surfaces and smooth tubes have 23% to 64% such corners; scans and rocks have 1% to 5%.
 bool is_finely_curved(const Work& work);
 
-/// Turns all triangles round where they are closed and inside out, as marching cubes often leaves them. Outlines and
-/// hollows differ in weight, so which way is out counts. \returns whether it did
+/// Reverses all triangles if the closed ones are inside out, as marching cubes often leaves them: convex and concave
+/// places differ in weight, so the orientation matters.
+/// \returns true if reversed
 bool turn_outwards(const Mesh& mesh, std::vector<Triangle>& triangles);
 
-/// Between the mesh's own coordinates and the collapser's.
+/// Transform between the mesh's coordinates and the collapser's.
 class Scale {
  public:
   Scale(const Mesh& mesh, const std::vector<Triangle>& triangles);
   Vec3d to_work(const Vec3& p) const;
   Vec3 to_mesh(const Vec3d& p) const { return to_float(p * diagonal_ + center_); }
-  /// To where the mesh's numbers can hold a point.
+  /// Rounds a point to one that the given mesh can store.
   Vec3d snap(const Vec3d& p) const { return to_work(to_mesh(p)); }
-  /// The largest distance a point moves by that.
+  /// Largest distance by which snap() moves a point.
   double slack() const;
 
  private:
@@ -70,26 +71,26 @@ class Scale {
   double diagonal_ = 1;
 };
 
-/// Triangles over welded vertices, without those that have no area or a twin.
-/// \param backs  where to note backs of two-sided sheets, which are left out then, by triangle: see Work; null: all stay
-/// \throws Error(input) for an index out of range, or where nothing is left
+/// Triangles over welded vertices, without degenerate and duplicate ones.
+/// \param backs  receives Work::backs, and backs of two-sided sheets are left out; null: they are kept
+/// \throws Error(input) for an index out of range, or if no triangle is left
 std::vector<Triangle> clean(const Mesh& mesh, std::vector<SourceTriangle>& sources,
                             std::vector<std::uint32_t>* backs, std::vector<Warning>& warnings);
 
-/// Renumbers to the vertices in use.
+/// Removes unused vertices and renumbers the rest.
 Work compact(const Mesh& mesh, std::vector<Triangle> triangles, std::vector<SourceTriangle> sources,
              std::vector<std::uint32_t> backs, const Scale& scale);
 
-/// Group, object and material of a triangle's front, and of its back, if any; as one number.
+/// Labels: combinations of group, object and material of a triangle's front, and of its back if it has one.
 struct Labels {
-  std::vector<std::uint32_t> of;      ///< By triangle; empty: the mesh has none.
+  std::vector<std::uint32_t> of;      ///< By triangle; empty: the mesh has no labels.
   std::vector<std::uint32_t> source;  ///< By label, a triangle of the given mesh that has it.
-  std::vector<std::uint32_t>
-      backs;  ///< By label, one on its back, or TwoSided::kNone; empty: none has two sides.
+  /// By label, a triangle on the back of such a one, or TwoSided::kNone; empty: none is two-sided.
+  std::vector<std::uint32_t> backs;
 };
 Labels labels_of(const Mesh& mesh, const Work& work);
 
-/// The given mesh's UVs and groups at the triangles of `work`.
+/// UVs and groups of the given mesh for the triangles of `work`.
 Layout layout_of(const Mesh& mesh, const Work& work);
 
 std::vector<Vec3> to_floats(const std::vector<Vec3d>& points);

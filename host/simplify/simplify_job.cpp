@@ -27,32 +27,33 @@
 namespace kiln {
 namespace {
 
-/// Denser meshes are first brought down to kDirectLimit or, on the way to few faces, less. Finely curved ones, which
-/// meshoptimizer does no good, in pieces, up to kFineLimit.
-constexpr std::size_t kDirectLimit = 100'000, kLeastStart = 50'000, kFineLimit = 2'500'000;
-/// But to no less than so many times the goal: up to the limit, and above it.
-constexpr std::size_t kStartShare = 10, kLargeStartShare = 4;
-/// Faces of a closed part at least.
-constexpr std::uint32_t kLeastOfPart = 4;
-/// A low poly of so many times the faces asked for has too many parts for them; how often some are left out then.
-constexpr double kFarAbove = 1.1;
-constexpr int kMostSurplusRounds = 3;
-/// Samples that measure which components are small.
-constexpr std::uint64_t kGuidingSamples = 1 << 14;
-/// Presimplifications at most, and places in all: where these are not enough, presimplification does not help.
-constexpr int kMostStarts = 4;
-/// The same with a bound, which looks for ways around flaws itself.
-constexpr int kMostBoundStarts = 2;
-constexpr std::size_t kMostPlaces = 256;
+/// Denser meshes are presimplified to kDirectLimit triangles, or down to kMinDirectLimit for small goals. Finely curved
+/// meshes, which meshoptimizer spoils, are collapsed in pieces instead, up to kFineLimit triangles.
+constexpr std::size_t kDirectLimit = 100'000, kMinDirectLimit = 50'000, kFineLimit = 2'500'000;
+/// Smallest ratio of presimplified triangles to the goal: for meshes up to kDirectLimit, and for larger goals.
+constexpr std::size_t kMinStartRatio = 10, kMinLargeStartRatio = 4;
+/// Fewest faces of a closed component.
+constexpr std::uint32_t kMinComponentFaces = 4;
+/// Ratio of faces to the requested number above which components are removed, and the largest number of such rounds.
+constexpr double kMaxFaceExcess = 1.1;
+constexpr int kMaxSurplusRounds = 3;
+/// Samples for estimating which components are small.
+constexpr std::uint64_t kComponentSamples = 1 << 14;
+/// Largest number of presimplifications, and (kMaxFlawedPlaces) of flawed places for which they are repeated.
+constexpr int kMaxStarts = 4;
+/// Largest number of presimplifications with a bound, which avoids flaws by itself.
+constexpr int kMaxBoundStarts = 2;
+constexpr std::size_t kMaxFlawedPlaces = 256;
 
-/// To how many faces presimplification goes. \param faces  goal; 0: by error
-std::size_t goal_of_start(std::size_t faces) {
+/// Number of faces to presimplify to.
+/// \param faces  goal; 0: the goal is an error
+std::size_t presimplified_faces(std::size_t faces) {
   if (faces == 0) return kDirectLimit;
-  const std::size_t small = std::clamp(kStartShare * faces, kLeastStart, kDirectLimit);
-  return std::max(small, kLargeStartShare * faces);
+  const std::size_t small = std::clamp(kMinStartRatio * faces, kMinDirectLimit, kDirectLimit);
+  return std::max(small, kMinLargeStartRatio * faces);
 }
 
-/// \param place_of  of a triangle without area (false), or of one that is folded (true)
+/// \param place_of  formats the place of a degenerate (false) or folded (true) triangle
 void warn_of_flaws(SimplifyReport& report, const std::function<std::string(bool)>& place_of) {
   const auto warn = [&](const char* code, std::uint64_t count, const std::string& what,
                         std::optional<bool> folded = {}) {
@@ -77,9 +78,9 @@ void warn_of_flaws(SimplifyReport& report, const std::function<std::string(bool)
 
 }  // namespace
 
-/// Turns folded triangles back, as far as that goes.
+/// Turns folded triangles back where possible.
 void SimplifyState::unfold(std::span<const Fold> folds) {
-  constexpr int kRounds = 3;  // One fold may be in another's way.
+  constexpr int kRounds = 3;  // One fold may block the repair of another.
   for (int round = 0; round < kRounds; ++round) {
     bool any = false;
     for (const Fold& fold : folds) {
@@ -96,10 +97,10 @@ void SimplifyState::unfold(std::span<const Fold> folds) {
   }
 }
 
-void SimplifyJob::tell(double share) {
-  if (!told_) return;
-  told_ = std::max(*told_, share);
-  ProgressGuard::poll_at(*told_, "simplifying");
+void SimplifyJob::report_progress(double share) {
+  if (!reported_) return;
+  reported_ = std::max(*reported_, share);
+  ProgressGuard::poll_at(*reported_, "simplifying");
 }
 
 SimplifyResult SimplifyJob::to_count(const Work& work) const {
@@ -111,7 +112,8 @@ SimplifyResult SimplifyJob::to_count(const Work& work) const {
   return result;
 }
 
-/// Mends what it can; returns how many triangles were mended.
+/// Repairs flaws.
+/// \returns the number of repaired triangles
 std::size_t SimplifyJob::mend(SimplifyResult& result) {
   Flaws flaws = check_.find(result.points, result.triangles);
   const std::size_t found = flaws.count();
@@ -130,7 +132,7 @@ std::size_t SimplifyJob::mend(SimplifyResult& result) {
   return found - std::min(found, flaws.count());
 }
 
-/// Counts what is left: folds, triangles without area, and holes that the high poly does not have.
+/// Counts remaining folds, degenerate triangles, and holes that the high poly does not have.
 bool SimplifyJob::is_good(SimplifyResult& result) {
   const Flaws flaws = check_.find(result.points, result.triangles);
   report_.folded = flaws.folded.size() + flaws.facing_down.size();
@@ -144,13 +146,13 @@ bool SimplifyJob::is_good(SimplifyResult& result) {
       const Triangle& v = result.triangles[t];
       const Vec3d &a = result.points[v[0]], &b = result.points[v[1]], &c = result.points[v[2]];
       const double longest = std::max({length(b - a), length(c - b), length(a - c)});
-      result.flawed.push_back({(a + b + c) * (1.0 / 3), longest + kAroundFlaws});
+      result.flawed.push_back({(a + b + c) * (1.0 / 3), longest + kFlawRadius});
     }
   }
   return flaws.none() && report_.holes == 0;
 }
 
-/// True if the high poly is brought down in pieces first.
+/// True if the high poly is first reduced in pieces, see is_finely_curved().
 bool SimplifyJob::is_fine() {
   if (!is_fine_) {
     const std::size_t count = dense_.triangles.size();
@@ -160,13 +162,13 @@ bool SimplifyJob::is_fine() {
   return *is_fine_;
 }
 
-/// The high poly, or what presimplification leaves of it on the way to a number of faces.
-/// \param parts  whether none of its parts may vanish
-/// \param fine   whether it goes in pieces, not by meshoptimizer
+/// The high poly, or its presimplification for a number of faces.
+/// \param parts  true: none of its components may vanish
+/// \param fine   true: reduce in pieces instead of by meshoptimizer
 /// \param known  as for presimplify(); may be null
 Work SimplifyJob::start(std::size_t faces, std::span<const Place> untouched, bool parts, bool fine,
                         PresimplifiedPieces* known) const {
-  const std::size_t near_goal = goal_of_start(faces);
+  const std::size_t near_goal = presimplified_faces(faces);
   const bool dense = dense_.triangles.size() > std::max(kDirectLimit, near_goal) &&
                      !options_.keep_uvs && !options_.hull;
   if (dense && fine) {
@@ -193,7 +195,7 @@ std::vector<SimplifyResult> SimplifyJob::levels(std::vector<std::uint32_t>& face
   std::vector<std::uint32_t> found;
   for (const std::uint32_t goal : faces) {
     const std::size_t before = shrinking.faces();
-    // A collapse takes two faces, so that the level before may have as few.
+    // A collapse removes two faces, so the previous level may already have as few.
     if (!results.empty() && before <= goal) continue;
     shrinking.collapser().run(goal);
     if (!results.empty() && shrinking.faces() == before) break;
@@ -216,8 +218,9 @@ DistanceReport SimplifyJob::deviation(const SimplifyResult& result) const {
   return measure(result, kMostSamples);
 }
 
-/// The low poly of what presimplification left, or of the high poly itself. \returns whether it is good
-/// \param last  whether to take it in any case
+/// Simplifies `work`, which is presimplified or the high poly itself.
+/// \returns true if the result has no flaws
+/// \param last  true: accept the result in any case
 bool SimplifyJob::try_from(const Work& work, bool last, SimplifyResult& result) {
   const bool by_error = options_.faces == 0;
   if (by_error) {
@@ -227,7 +230,7 @@ bool SimplifyJob::try_from(const Work& work, bool last, SimplifyResult& result) 
     result = to_count(work);
     prepared.get();
   }
-  tell(0.5);
+  report_progress(0.5);
   if (result.triangles.empty()) {
     if (last) result = unchanged();
     result.bound = true;
@@ -235,7 +238,7 @@ bool SimplifyJob::try_from(const Work& work, bool last, SimplifyResult& result) 
   }
   if (by_error) return is_good(result) || last;
   const bool fits = fit(result);
-  tell(0.7);
+  report_progress(0.7);
   if (fits) return true;
   report_.mended = mend(result);
   return is_good(result) || last;
@@ -246,7 +249,7 @@ std::vector<Place> SimplifyJob::flawed_places(const SimplifyResult& result,
                                               const Work& work) const {
   std::vector<Place> places = result.flawed;
   if (report_.holes > 0) {
-    for (const Vec3d& p : work.torn) places.push_back({p, kAroundFlaws});
+    for (const Vec3d& p : work.torn) places.push_back({p, kFlawRadius});
   }
   return places;
 }
@@ -256,22 +259,23 @@ SimplifyResult SimplifyJob::solve() {
   std::vector<Place> places;
   PresimplifiedPieces known;
   const bool fine = is_fine();
-  const int starts = options_.faces == 0 ? kMostBoundStarts : kMostStarts;
+  const int starts = options_.faces == 0 ? kMaxBoundStarts : kMaxStarts;
   for (int attempt = 0; attempt < starts; ++attempt) {
     const Work work = start(options_.faces, places, true, fine, &known);
-    tell(0.2);
+    report_progress(0.2);
     if (work.triangles.size() == dense_.triangles.size()) break;
     if (try_from(work, false, result)) return result;
     if (result.triangles.empty()) break;
     const std::vector<Place> flawed = flawed_places(result, work);
     places.insert(places.end(), flawed.begin(), flawed.end());
-    if (flawed.empty() || places.size() > kMostPlaces) break;
+    if (flawed.empty() || places.size() > kMaxFlawedPlaces) break;
   }
   try_from(dense_, true, result);
   return result;
 }
 
-/// Leaves out parts of the high poly. \param dropped  by part
+/// Removes components of the high poly.
+/// \param dropped  by component
 void SimplifyJob::leave_out(const ComponentSizes& parts, const std::vector<std::uint8_t>& dropped,
                             const std::string& why) {
   const auto count = static_cast<std::uint64_t>(std::count(dropped.begin(), dropped.end(), 1));
@@ -288,30 +292,31 @@ void SimplifyJob::leave_out(const ComponentSizes& parts, const std::vector<std::
                               count});
 }
 
-/// Leaves out parts for which there are too few faces, the smallest first, and then those that are smaller than a low
-/// poly's body is off. \returns whether there are any
+/// Removes components for which there are too few faces, smallest first, and those smaller than the deviation of the
+/// largest component.
+/// \returns true if any was removed
 bool SimplifyJob::drop_small_components() {
   if (options_.keep_parts || options_.faces == 0 || !is_free(options_)) return false;
-  AsyncTask<bool> fine([this] { return is_fine(); });  // Most meshes stay as they are.
+  AsyncTask<bool> fine([this] { return is_fine(); });  // Computed in parallel; rarely needed below.
   const ComponentSizes parts(dense_);
   fine.get();
   if (parts.is_whole()) return false;
   const std::size_t of_one_side =
       std::max<std::size_t>(options_.faces * dense_.triangles.size() / faces_of_dense(), 1);
   const std::string faces = counted(options_.faces, "face");
-  const std::vector<std::uint8_t> surplus = parts.surplus(of_one_side, kLeastOfPart);
+  const std::vector<std::uint8_t> surplus = parts.surplus(of_one_side, kMinComponentFaces);
   if (std::find(surplus.begin(), surplus.end(), 1) != surplus.end()) {
     leave_out(parts, surplus, "others that need all of the " + faces + " asked for");
     return true;
   }
-  // No low poly is off by more than its triangles are long.
+  // A low poly never deviates by more than its edge length.
   if (parts.count_below(mean_edge(dense_, of_one_side)) == 0) return false;
-  // A stray part may be far off: how far the body is, which is most of what is seen, decides.
+  // The deviation of the largest component decides, since stray components may deviate far.
   const SimplifyResult guess = to_count(start(options_.faces, {}, true, /*fine=*/false));
-  const double size =
-      one_sided_distance(dense_positions_, parts.body(dense_),
-                         SurfaceDistance(to_floats(guess.points), guess.triangles), kGuidingSamples)
-          .largest;
+  const double size = one_sided_distance(dense_positions_, parts.body(dense_),
+                                         SurfaceDistance(to_floats(guess.points), guess.triangles),
+                                         kComponentSamples)
+                          .largest;
   const std::vector<std::uint8_t> below = parts.below(size);
   if (std::find(below.begin(), below.end(), 1) == below.end()) return false;
   leave_out(parts, below,
@@ -319,11 +324,12 @@ bool SimplifyJob::drop_small_components() {
   return true;
 }
 
-/// Leaves out the smallest parts where a result shows that parts need more faces than they are thought to: holes and
-/// handles stay. \returns whether there are any
+/// Removes the smallest components if a result shows that components need more faces than estimated, as for holes and
+/// handles.
+/// \returns true if any was removed
 bool SimplifyJob::drop_surplus(const SimplifyResult& result) {
   const double above = static_cast<double>(count_faces(result)) / options_.faces;
-  if (options_.keep_parts || options_.faces == 0 || !is_free(options_) || above <= kFarAbove) {
+  if (options_.keep_parts || options_.faces == 0 || !is_free(options_) || above <= kMaxFaceExcess) {
     return false;
   }
   const ComponentSizes parts(dense_);
@@ -425,8 +431,8 @@ Mesh SimplifyJob::finish(const SimplifyResult& result, bool measured) {
 }
 
 Mesh SimplifyJob::run(bool with_deviation) {
-  told_ = 0;
-  tell(0.1);
+  reported_ = 0;
+  report_progress(0.1);
   if (options_.hull) {
     warn_of_inside_out(
         dense_, [&](const Vec3d& p) { return place_in_words(p); }, report_.warnings);
@@ -437,11 +443,11 @@ Mesh SimplifyJob::run(bool with_deviation) {
       return finish(unchanged(), with_deviation);
     }
     SimplifyResult result = solve();
-    for (int round = 0; round < kMostSurplusRounds && drop_surplus(result); ++round) {
+    for (int round = 0; round < kMaxSurplusRounds && drop_surplus(result); ++round) {
       if (faces_of_dense() <= options_.faces) return finish(unchanged(), with_deviation);
       result = solve();
     }
-    tell(0.8);
+    report_progress(0.8);
     if (options_.faces != 0 && with_deviation) result.deviation = measure(result, kMostSamples);
     return finish(result, with_deviation);
   }

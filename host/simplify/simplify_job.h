@@ -1,4 +1,4 @@
-// simplify() at work: the high poly, ways down from it, what is mended and checked.
+// Implementation of simplify(): preparation, reduction, repair and checks.
 #pragma once
 
 #include <cstddef>
@@ -26,30 +26,29 @@
 
 namespace kiln {
 
-/// Rounds of finding and mending flaws.
+/// Rounds of finding and repairing flaws.
 inline constexpr int kMendingRounds = 4;
-/// Samples of the high poly that the deviation is measured at, at most.
+/// Largest number of high-poly samples for measuring the deviation.
 inline constexpr std::uint64_t kMostSamples = 1 << 18;
-/// Radius around flaws in which another presimplification keeps the high poly, share of the diagonal.
-inline constexpr double kAroundFlaws = 0.01;
+/// Radius around flaws within which the next presimplification keeps the high poly; share of the diagonal.
+inline constexpr double kFlawRadius = 0.01;
 
-/// A low poly at about unit size.
+/// A low poly in collapser coordinates (unit size).
 struct SimplifyResult {
   std::vector<Vec3d> points;
   std::vector<Triangle> triangles;
-  std::vector<std::uint32_t>
-      labels;     ///< By triangle, of SimplifyJob::labels(); empty: none are known.
-  Layout layout;  ///< Empty where none is kept.
-  /// By point, the planes that it stands for; empty: none are known.
+  std::vector<std::uint32_t> labels;  ///< By triangle, of SimplifyJob::labels(); empty: unknown.
+  Layout layout;                      ///< Empty if no layout is kept.
+  /// By point, its quadric; empty: unknown.
   std::vector<Quadric> quadrics;
   DistanceReport deviation;
-  DistanceReport back;  ///< The other way, with a bound.
-  bool bound = false;   ///< True if a bound stopped collapses.
-  /// Triangles that are no good, as SimplifyJob::is_good() found: those without area first.
+  DistanceReport back;  ///< From low to high poly, within a bound.
+  bool bound = false;   ///< True if a bound limited the collapses.
+  /// Flawed triangles that SimplifyJob::is_good() found: degenerate ones first.
   std::vector<Place> flawed;
 };
 
-/// A mesh under simplification, with what must be kept of it.
+/// A mesh during simplification, with its constraints.
 class SimplifyState {
  public:
   SimplifyState(const Work& work, const Layout* layout, const SimplifyOptions& options,
@@ -70,8 +69,9 @@ class SimplifyState {
         collapser_(mesh_, rule(), [scale](const Vec3d& p) { return scale.snap(p); }) {}
 
   EdgeCollapser& collapser() { return collapser_; }
-  /// Bounds how far samples may be from now on. \returns whether they are within the bound
-  /// \param close  where the bound is closer, and closer still
+  /// Bounds the distance of samples from now on.
+  /// \returns true if they are within the bound now
+  /// \param close  places with a tighter bound, tighter with each set
   bool limit_deviation(const BoundSamples& samples, double bound, bool own,
                        std::span<const std::vector<Place>> close, double sharpening) {
     deviation_bound_ = std::make_unique<DeviationBound>(mesh_, samples, bound, own);
@@ -82,12 +82,12 @@ class SimplifyState {
   void run_within();
   bool is_bound() const { return deviation_bound_->has_refused(); }
   std::size_t faces() const { return mesh_.all_faces(); }
-  /// \param of_triangles  as CollapseMesh::two_sided
+  /// \param of_triangles  see CollapseMesh::two_sided
   void count_sides(std::vector<std::uint8_t> of_triangles) {
     mesh_.count_sides(std::move(of_triangles));
   }
 
-  /// \param of  where to write which triangle each one was; may be null
+  /// \param of  receives the original number of each triangle; may be null
   void extract(SimplifyResult& result, std::vector<std::uint32_t>* of = nullptr) const {
     std::vector<std::uint32_t> own;
     std::vector<std::uint32_t>& sources = of != nullptr ? *of : own;
@@ -115,7 +115,7 @@ class SimplifyState {
 
  private:
   void unfold(std::span<const Fold> folds);
-  /// True if vertices may be moved beside collapses.
+  /// True if vertices may also move without a collapse.
   bool may_relax() const { return !layout_ && !hull_; }
   CollapseConstraint* rule() const {
     if (layout_) return layout_.get();
@@ -130,7 +130,7 @@ class SimplifyState {
   std::unique_ptr<DeviationBound> deviation_bound_;
 };
 
-/// The state of simplify().
+/// One run of simplify(): input, intermediate meshes and report.
 class SimplifyJob {
  public:
   SimplifyJob(const Mesh& high, const SimplifyOptions& options, SimplifyReport& report)
@@ -148,37 +148,39 @@ class SimplifyJob {
       find_labels();
   }
 
-  /// Tells the calling thread's callback how far it is.
+  /// Simplifies, and reports progress to the calling thread's callback.
   Mesh run(bool with_deviation);
 
-  /// One mesh a number of faces, not yet mended, as long as there are fewer to come to.
-  /// \param faces  falling; those that give a mesh of their own stay
+  /// One unrepaired mesh for each face count.
+  /// \param faces  descending; counts that yield no mesh of their own are removed
   std::vector<SimplifyResult> levels(std::vector<std::uint32_t>& faces);
-  /// Fits one of them, and mends what that does not. \returns whether it is good
+  /// Fits and repairs a level.
+  /// \returns true if it has no flaws
   bool improve(SimplifyResult& result);
-  /// Fits one roughly, to look at.
+  /// Fits a level roughly, for measuring only.
   void fit_roughly(SimplifyResult& result);
-  /// True if solve() may find what improve() does not: levels come from one presimplification, which it makes anew.
+  /// True if solve() may succeed where improve() fails: levels share one presimplification, and solve() makes
+  /// another.
   bool may_solve();
-  /// The low poly, mended; where presimplification left what cannot be mended, from one that leaves the high poly as it is
-  /// there; where that does not end, from the high poly itself.
+  /// The repaired low poly. Where presimplification causes flaws that cannot be repaired, it is run again and keeps
+  /// the high poly there; if flaws remain, the high poly itself is simplified.
   SimplifyResult solve();
-  /// Deviation of a low poly, over all samples.
+  /// Deviation of a low poly from all samples.
   DistanceReport deviation(const SimplifyResult& result) const;
-  /// Triangles of its mesh, and vertices: backs of two-sided sheets have their own.
+  /// Triangles of the resulting mesh; count_vertices(): its vertices. Backs of two-sided sheets have their own.
   std::size_t count_faces(const SimplifyResult& result) const {
     return count_faces(result.triangles.size(), result.labels);
   }
   std::size_t count_vertices(const SimplifyResult& result) const;
-  /// The mesh of what was found, and the report.
-  /// \param measured  the report also says how far UVs stray, which takes a while
+  /// The resulting mesh and the report.
+  /// \param measured  true: the report includes the deviation of UVs, which is slow
   Mesh finish(const SimplifyResult& result, bool measured = false);
 
  private:
-  /// Tells the callback a share of run(), which never falls though some work is done again. Not of levels.
-  void tell(double share);
-  /// True if no rule says how vertices may move. Then backs of two-sided sheets are left out meanwhile, and what is inside
-  /// out is turned.
+  /// Reports the progress of run(), which never falls although steps may be repeated. Not used for levels.
+  void report_progress(double share);
+  /// True if vertices may move without constraints. Then backs of two-sided sheets are left out during
+  /// simplification, and inside-out meshes are reversed.
   static bool is_free(const SimplifyOptions& options) {
     return !options.keep_uvs && !options.hull && !options.height_field;
   }
@@ -187,14 +189,14 @@ class SimplifyJob {
     if (label_back_.empty()) return false;
     return !dense_.keep_labels || label_back_[labels[triangle]] != TwoSided::kNone;
   }
-  /// Triangles with their backs.
+  /// Number of triangles, backs included.
   std::size_t count_faces(std::size_t triangles, const std::vector<std::uint32_t>& labels) const;
   std::size_t faces_of_dense() const { return count_faces(dense_.triangles.size(), dense_.labels); }
   std::vector<std::uint8_t> sides_of(const Work& work) const;
   void add_backs(const SimplifyResult& result, std::vector<Vec3d>& points,
                  std::vector<Triangle>& triangles) const;
   DistanceReport measure(const SimplifyResult& result, std::uint64_t samples) const;
-  /// The cleaned mesh, made ready for collapses.
+  /// The cleaned mesh, prepared for collapses.
   Work prepared() {
     turned_ = is_free(options_) && backs_.empty() && turn_outwards(high_, cleaned_);
     return compact(high_, std::move(cleaned_), std::move(sources_), std::move(backs_), scale_);
@@ -219,7 +221,7 @@ class SimplifyJob {
   std::span<const Quadric> planes_of(const SimplifyResult& result) const;
   SurfaceFit& surface_fit();
   bool fit(SimplifyResult& result);
-  void take_back_flaws(SimplifyResult& fitted, const SimplifyResult& before);
+  void revert_flawed(SimplifyResult& fitted, const SimplifyResult& before);
   std::size_t mend(SimplifyResult& result);
   bool is_good(SimplifyResult& result);
   bool try_from(const Work& work, bool last, SimplifyResult& result);
@@ -238,18 +240,17 @@ class SimplifyJob {
   std::vector<std::uint32_t> backs_;
   std::vector<Triangle> cleaned_;
   Scale scale_;
-  bool turned_ =
-      false;  ///< True if all triangles of dense_ face the other way than the given mesh's.
+  bool turned_ = false;  ///< True if dense_ is reversed against the given mesh.
   Work dense_;
   std::vector<Vec3> dense_positions_;
   SimplifyCheck check_;
   Layout layout_;
   std::vector<std::uint32_t> label_source_;      ///< By label, a triangle of the high poly.
   std::vector<std::uint32_t> label_back_;        ///< As Labels::backs
-  std::unique_ptr<BoundSamples> bound_samples_;  ///< Once asked for.
-  std::optional<bool> is_fine_;                  ///< Once asked for.
-  std::optional<double> told_;     ///< Largest share that run() told; none: it does not run
-  std::optional<SurfaceFit> fit_;  ///< Once asked for.
+  std::unique_ptr<BoundSamples> bound_samples_;  ///< Built on first use.
+  std::optional<bool> is_fine_;                  ///< Computed on first use.
+  std::optional<double> reported_;  ///< Largest progress reported; nullopt: run() is not active
+  std::optional<SurfaceFit> fit_;   ///< Built on first use.
 };
 
 }  // namespace kiln

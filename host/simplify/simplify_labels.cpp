@@ -1,4 +1,4 @@
-// simplify() at work: groups, objects and materials, whose borders are lines on the surface.
+// SimplifyJob: groups, objects and materials, whose borders are kept as lines on the surface.
 #include <algorithm>
 #include <span>
 #include <utility>
@@ -10,8 +10,8 @@
 namespace kiln {
 namespace {
 
-/// True if a low poly's lines were held at all: else a vote of places names its triangles better.
-bool are_held(const SimplifyResult& result) {
+/// True if lines between labels were held during simplification. Otherwise, transfer_labels() names triangles better.
+bool have_held_lines(const SimplifyResult& result) {
   double length_of_lines = 0, length_of_all = 0;
   SideLists(result.triangles, result.points.size())
       .each_edge([&](std::uint32_t a, std::span<const SideLists::Item> sides) {
@@ -27,7 +27,7 @@ bool are_held(const SimplifyResult& result) {
 
 }  // namespace
 
-/// Groups, objects and materials to hold where triangles differ.
+/// Finds the labels to keep, if triangles differ in group, object or material.
 void SimplifyJob::find_labels() {
   Labels labels = labels_of(high_, dense_);
   dense_.backs = {};
@@ -39,7 +39,7 @@ void SimplifyJob::find_labels() {
   if (label_source_.size() > 1) dense_.labels = std::move(labels.of);
 }
 
-/// Groups, objects and materials of the triangles that each came from, then those of their backs.
+/// Copies group, object and material from the triangles of origin, first for fronts, then for backs.
 void SimplifyJob::name(const SimplifyResult& result, Mesh& mesh) const {
   const bool laid_out = options_.keep_uvs;
   const std::vector<std::uint32_t> one(label_source_.size() == 1 ? result.triangles.size() : 0, 0);
@@ -47,7 +47,7 @@ void SimplifyJob::name(const SimplifyResult& result, Mesh& mesh) const {
                                              : one.empty() ? result.labels
                                                            : one;
   const std::vector<std::uint32_t>& source = laid_out ? layout_.group_of : label_source_;
-  if (labels.empty() || (!laid_out && one.empty() && !are_held(result))) return;
+  if (labels.empty() || (!laid_out && one.empty() && !have_held_lines(result))) return;
   const auto keep = [&](const std::vector<std::uint32_t>& from, std::vector<std::uint32_t>& to) {
     if (from.size() != high_.triangles.size()) return;
     for (const std::uint32_t label : labels) to.push_back(from[source[label]]);

@@ -1,4 +1,4 @@
-// simplify() at work: two-sided sheets, of which only the fronts are simplified.
+// SimplifyJob: two-sided sheets, of which only the fronts are simplified.
 #include <algorithm>
 
 #include "simplify/simplify_job.h"
@@ -26,7 +26,8 @@ std::size_t SimplifyJob::count_vertices(const SimplifyResult& result) const {
   return points.size();
 }
 
-/// Adds the backs of all fronts, with vertices of their own: many programs refuse two faces of the same vertices.
+/// Adds the backs of all fronts. They get vertices of their own, since many programs reject two faces with the same
+/// vertices.
 void SimplifyJob::add_backs(const SimplifyResult& result, std::vector<Vec3d>& points,
                             std::vector<Triangle>& triangles) const {
   if (label_back_.empty()) return;
@@ -46,7 +47,7 @@ void SimplifyJob::add_backs(const SimplifyResult& result, std::vector<Vec3d>& po
   }
 }
 
-/// Samples of triangles with backs count twice, if only some have them.
+/// Measures the deviation; samples on two-sided triangles count twice if only some triangles are two-sided.
 DistanceReport SimplifyJob::measure(const SimplifyResult& result, std::uint64_t samples) const {
   const SurfaceDistance low(to_floats(result.points), result.triangles);
   if (!dense_.keep_labels) {

@@ -18,10 +18,10 @@ namespace {
 
 constexpr std::uint32_t kNone = std::numeric_limits<std::uint32_t>::max();
 
-/// A corner without a finite UV, in triangles where others have one: those of one vertex and UV are one.
+/// A corner without a finite UV, in triangles that have some: one entry per vertex and UV index.
 struct BareCorner {
-  double u = 0, v = 0, count = 0;  ///< Sums of the finite UVs of its triangles
-  std::uint32_t given = kNone;     ///< The UV that a triangle beside has there
+  double u = 0, v = 0, count = 0;  ///< Sum and number of the finite UVs of its triangles
+  std::uint32_t given = kNone;     ///< UV of an adjacent triangle of the same chart at that vertex
 
   Vec2 mean() const { return {static_cast<float>(u / count), static_cast<float>(v / count)}; }
 };
@@ -29,15 +29,15 @@ struct BareCorner {
 /// By vertex, then UV.
 using BareCorners = std::map<std::array<std::uint32_t, 2>, BareCorner>;
 
-/// Corners of a triangle without a finite UV.
+/// Number of a triangle's corners without a finite UV.
 int bare_corners(const Mesh& mesh, std::size_t t) {
   const Triangle& uv = mesh.uv_triangles[t];
   return static_cast<int>(std::count_if(uv.begin(), uv.end(),
                                         [&](std::uint32_t v) { return !is_finite(mesh.uvs[v]); }));
 }
 
-/// True if two triangles have a vertex other than `at` with the same finite UV: one chart goes on.
-bool goes_on(const Mesh& mesh, std::size_t t, std::size_t other, std::uint32_t at) {
+/// True if two triangles share a vertex other than `at` with the same finite UV, so that they belong to one chart.
+bool continues_chart(const Mesh& mesh, std::size_t t, std::size_t other, std::uint32_t at) {
   for (std::size_t i = 0; i < 3; ++i) {
     const std::uint32_t vertex = mesh.triangles[t][i], uv = mesh.uv_triangles[t][i];
     for (std::size_t k = 0; k < 3; ++k) {
@@ -52,7 +52,7 @@ bool goes_on(const Mesh& mesh, std::size_t t, std::size_t other, std::uint32_t a
 
 BareCorners find_bare(const Mesh& mesh, std::span<const std::uint32_t> partly) {
   BareCorners found;
-  std::map<std::uint32_t, std::vector<std::uint32_t>> at;  // Triangles that lack a vertex's UV
+  std::map<std::uint32_t, std::vector<std::uint32_t>> at;  // By vertex, triangles that lack its UV
   for (const std::uint32_t t : partly) {
     for (std::size_t k = 0; k < 3; ++k) {
       const std::uint32_t vertex = mesh.triangles[t][k], uv = mesh.uv_triangles[t][k];
@@ -70,7 +70,7 @@ BareCorners find_bare(const Mesh& mesh, std::span<const std::uint32_t> partly) {
       const auto here = at.find(mesh.triangles[s][k]);
       if (here == at.end() || !is_finite(mesh.uvs[mesh.uv_triangles[s][k]])) continue;
       for (const std::uint32_t t : here->second) {
-        if (!goes_on(mesh, t, s, here->first)) continue;
+        if (!continues_chart(mesh, t, s, here->first)) continue;
         const auto own = std::find(mesh.triangles[t].begin(), mesh.triangles[t].end(), here->first);
         const std::uint32_t bare =
             mesh.uv_triangles[t][static_cast<std::size_t>(own - mesh.triangles[t].begin())];
@@ -130,8 +130,8 @@ std::uint64_t count_outside(const Mesh& mesh) {
 
 namespace {
 
-/// Triangles of finite UVs, in the plane z = 0. Copies stand once: a search among thousands that share a place would
-/// visit them all, since a point on them is a rounding error away from each.
+/// Triangles of finite UVs in the plane z = 0, without duplicates: a search among thousands of copies at one place
+/// would visit all of them, since their distances differ by rounding only.
 struct FlatUvs {
   std::vector<Vec3> positions;
   std::vector<Triangle> triangles;

@@ -1,4 +1,4 @@
-// UVs of a mesh whose layout simplify() keeps.
+// UVs of meshes whose layout simplify() keeps.
 #pragma once
 
 #include <cstdint>
@@ -9,17 +9,16 @@
 
 namespace kiln {
 
-/// The mesh with UVs where single corners have none, or one that is not finite. They get the UV that their chart has
-/// there, or else the mean of their triangles' others. Triangles without any stay so.
-/// Nothing where there are none such.
-/// \param warnings  where to count the triangles
+/// Returns the mesh with UVs for corners that have no finite UV in triangles that have some. Such a corner gets the
+/// UV that its chart has at that vertex, or the mean of its triangles' finite UVs. Triangles without a finite UV stay
+/// so. Returns nullopt if there are no such corners.
+/// \param warnings  receives a warning with the number of triangles
 std::optional<Mesh> with_finite_uvs(const Mesh& mesh, std::vector<Warning>& warnings);
 
-/// Triangles with finite UVs, of which one lies out of the unit square.
+/// Number of triangles with finite UVs of which at least one lies outside of the unit square.
 std::uint64_t count_outside(const Mesh& mesh);
 
-/// Largest distance of a low poly's UVs from the high poly's UV triangles; 0 if either has none that are
-/// finite.
+/// Largest distance of a low poly's UVs from the high poly's UV triangles; 0 if either has no finite UVs.
 double uvs_stray(const Mesh& low, const Mesh& high);
 
 }  // namespace kiln

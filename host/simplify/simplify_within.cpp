@@ -1,4 +1,4 @@
-// simplify() at work: few faces within a bound.
+// SimplifyJob: simplification within a bound on the deviation.
 #include <algorithm>
 #include <array>
 #include <string>
@@ -10,35 +10,38 @@
 namespace kiln {
 namespace {
 
-/// Rounds of moving vertices, which makes room for collapses: each saves a tenth, then a thirtieth of the faces.
+/// Rounds of moving vertices to make room for further collapses: the first saves about 10% of the faces, the second
+/// 3%.
 constexpr int kRelaxRounds = 2;
-/// Rounds of moving vertices in the end, to lower the mean deviation.
-constexpr int kEvenRounds = 2;
-/// Distances are compared in double precision: by so much they may differ from those that are measured.
-constexpr double kRounding = 1e-6;
-/// Allowed sharpening of sharp edges (cosines), at first and around folds: a blade at 0.1% takes a tenth
-/// more faces without.
+/// Rounds of moving vertices at the end, to lower the mean deviation.
+constexpr int kFinalRelaxRounds = 2;
+/// Tolerance of distances, which are compared in double precision but finally measured in single precision.
+constexpr double kDistanceRounding = 1e-6;
+/// Allowed sharpening of sharp edges (cosine), first everywhere, then only away from folds. Without it, a blade at
+/// 0.1% takes 10% more faces.
 constexpr double kSharpening = 0.05;
-/// Restarts: without sharper edges, then with a closer bound around flaws.
-constexpr int kMostRuns = 4;
-/// Flaws that this is done for, at most: so many, and one in so many faces. More are the high poly's own.
-constexpr std::size_t kMostFlaws = 32, kFacesOfFlaw = 500;
+/// Largest number of runs: first repeated without sharpening, then with a tighter bound around flaws.
+constexpr int kMaxRuns = 4;
+/// Largest number of flaws for which runs are repeated: kMaxFlaws, or one per kFacesPerFlaw faces. More flaws belong
+/// to the high poly itself.
+constexpr std::size_t kMaxFlaws = 32, kFacesPerFlaw = 500;
 
 }  // namespace
 
-/// As few faces as the bound allows.
+/// Collapses to the fewest faces that the bound allows.
 void SimplifyState::run_within() {
   collapser_.run(0);
   for (int round = 0; round < kRelaxRounds && may_relax(); ++round) {
     collapser_.relax(Distances::large);
     collapser_.run(0);
   }
-  for (int round = 0; round < kEvenRounds && may_relax(); ++round) {
+  for (int round = 0; round < kFinalRelaxRounds && may_relax(); ++round) {
     collapser_.relax(Distances::all);
   }
 }
 
-/// Mends what the bound allows. \returns how many triangles were mended
+/// Repairs flaws within the bound.
+/// \returns the number of repaired triangles
 std::size_t SimplifyJob::mend_within(SimplifyState& shrinking, SimplifyResult& result) {
   std::vector<std::uint32_t> sources;
   shrinking.extract(result, &sources);
@@ -59,20 +62,20 @@ std::size_t SimplifyJob::mend_within(SimplifyState& shrinking, SimplifyResult& r
   return found - std::min(found, flaws.count());
 }
 
-/// Few faces that all samples are within a bound of. Where triangles are no good, the bound is closer there the next
-/// time. \returns no triangles where there is no such way from `work`
+/// Simplifies to the fewest faces within a bound. Runs again with a tighter bound around flaws.
+/// \returns no triangles if `work` cannot stay within the bound
 SimplifyResult SimplifyJob::within(double bound, const Work& work) {
   const bool own = work.triangles.size() == dense_.triangles.size();
   if (!bound_samples_) {
     bound_samples_ =
         std::make_unique<BoundSamples>(dense_positions_, dense_.triangles, kMostSamples);
   }
-  double limit = (1 - kRounding) * bound;
+  double limit = (1 - kDistanceRounding) * bound;
   std::vector<std::vector<Place>> close;
   SimplifyResult best;
   std::size_t best_mended = 0;
   double sharpening = kSharpening;
-  for (int run = 0; run < kMostRuns; ++run) {
+  for (int run = 0; run < kMaxRuns; ++run) {
     SimplifyState shrinking(work, layout(), options_, scale_);
     if (!shrinking.limit_deviation(*bound_samples_, limit, own, close, sharpening)) break;
     shrinking.run_within();
@@ -91,17 +94,18 @@ SimplifyResult SimplifyJob::within(double bound, const Work& work) {
       best = result;
       best_mended = mended;
     }
-    const std::size_t most = kMostFlaws + result.triangles.size() / kFacesOfFlaw;
+    const std::size_t most = kMaxFlaws + result.triangles.size() / kFacesPerFlaw;
     if (good || result.flawed.empty() || result.flawed.size() > most) break;
     if (std::exchange(sharpening, 0) > 0) continue;
     close.push_back(result.flawed);
-    for (Place& place : close.back()) place.radius -= kAroundFlaws;  // As far as the triangle.
+    // Shrinks to the triangle's own radius.
+    for (Place& place : close.back()) place.radius -= kFlawRadius;
   }
   report_.mended = best_mended;
   return best;
 }
 
-/// Warns if a bound keeps all faces, or next to none.
+/// Warns if the bound keeps nearly all faces.
 void SimplifyJob::warn_of_bound(const SimplifyResult& result) {
   if (options_.faces != 0) return;
   const std::size_t left = count_faces(result), all = faces_of_dense();

@@ -18,14 +18,15 @@ ComponentSizes::ComponentSizes(const Work& work) : part_(work.triangles.size()) 
     return;
   }
   constexpr std::uint32_t kNoComponent = std::numeric_limits<std::uint32_t>::max();
-  constexpr double kFar = std::numeric_limits<double>::max();
+  constexpr double kMaxDouble = std::numeric_limits<double>::max();
   std::vector<std::uint32_t> number(work.points.size(), kNoComponent);
   std::vector<std::pair<Vec3d, Vec3d>> boxes;
   for (std::size_t t = 0; t < part_.size(); ++t) {
     std::uint32_t& part = number[sets.find(work.triangles[t][0])];
     if (part == kNoComponent) {
       part = static_cast<std::uint32_t>(boxes.size());
-      boxes.push_back({{kFar, kFar, kFar}, {-kFar, -kFar, -kFar}});
+      boxes.push_back(
+          {{kMaxDouble, kMaxDouble, kMaxDouble}, {-kMaxDouble, -kMaxDouble, -kMaxDouble}});
       faces_.push_back(0);
     }
     part_[t] = part;

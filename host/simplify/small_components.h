@@ -1,4 +1,4 @@
-// Parts of a mesh that are too small to be seen.
+// Components of a mesh that are too small to be seen.
 #pragma once
 
 #include <cstdint>
@@ -9,22 +9,24 @@
 
 namespace kiln {
 
-/// The parts of a mesh, by shared vertices, and how large each is.
+/// Sizes of a mesh's components (connected over shared vertices).
 class ComponentSizes {
  public:
   explicit ComponentSizes(const Work& work);
 
-  /// True if it is one part alone, of which nothing can be left out.
+  /// True if the mesh has a single component.
   bool is_whole() const { return diagonal_.size() < 2; }
-  /// Parts whose box has a diagonal below `size`; never the largest.
+  /// Number of components whose bounding box has a diagonal below `size`; the largest never counts.
   std::uint64_t count_below(double size) const;
-  /// By part, 1 for these.
+  /// By component, 1 if count_below() counts it.
   std::vector<std::uint8_t> below(double size) const;
-  /// By part, 1 for the smallest, which go first where so many faces are too few for `least` a part, or all that it has.
+  /// By component, 1 for the smallest ones, which must go if `faces` are too few: each remaining component needs
+  /// `least` triangles, or all of its own if it has fewer.
   std::vector<std::uint8_t> surplus(std::size_t faces, std::uint32_t least) const;
-  /// The mesh without some parts, its vertices renumbered. \param dropped  by part
+  /// The mesh without some components, vertices renumbered.
+  /// \param dropped  by component
   Work without(const Work& work, const std::vector<std::uint8_t>& dropped) const;
-  /// Triangles of the part of the largest area.
+  /// Triangles of the component with the largest area.
   std::vector<Triangle> body(const Work& work) const;
 
  private:
@@ -37,18 +39,18 @@ class ComponentSizes {
   std::uint32_t largest_ = 0;
 };
 
-/// Joins the vertices of each part.
-/// \param parts  [in, out] of all vertices
+/// Unites the vertices of each component.
+/// \param parts  [in, out] all vertices
 void join_parts(const std::vector<Triangle>& triangles, DisjointSets& parts);
 
-/// Gives back the triangles of parts of which none is left.
-/// \param triangles  [in, out] what is left
-/// \param origin     of each of its vertices, the dense one
-/// \param parts      of the dense vertices, joined
+/// Restores the triangles of dense components of which nothing is left.
+/// \param triangles  [in, out] remaining triangles
+/// \param origin     by remaining vertex, its dense vertex
+/// \param parts      dense vertices, united by component
 void restore_lost_parts(std::vector<Triangle>& triangles, const std::vector<Triangle>& dense,
                         const std::vector<std::uint32_t>& origin, DisjointSets& parts);
 
-/// The mean edge of a mesh with this area and as many equilateral triangles.
+/// Edge length of `faces` equilateral triangles that have the mesh's total area.
 double mean_edge(const Work& work, std::size_t faces);
 
 }  // namespace kiln

@@ -17,39 +17,41 @@
 namespace kiln {
 namespace {
 
-/// Samples of the high poly for each face, and at least.
-constexpr std::size_t kSamplesOfFace = 24, kLeastSamples = 1 << 15;
-constexpr int kRounds = 4;
-/// The same of what is only looked at.
-constexpr std::size_t kRoughSamplesOfFace = 6, kLeastRoughSamples = 1 << 11;
-constexpr int kRoughRounds = 2;
-/// A sample and the triangle that it is matched with face the same way, at least so nearly (cosine).
-constexpr double kAgreement = 0.3;
-/// Weight of distances across the high poly's normal, and of staying in place.
-constexpr double kAcross = 0.002, kStay = 0.02;
+/// High-poly samples per face, and at least.
+constexpr std::size_t kSamplesPerFace = 24, kMinSamples = 1 << 15;
+constexpr int kFitRounds = 4;
+/// The same for rough fits.
+constexpr std::size_t kRoughSamplesPerFace = 6, kMinRoughSamples = 1 << 11;
+constexpr int kRoughFitRounds = 2;
+/// Smallest cosine between the normals of a sample and of the triangle that it may match.
+constexpr double kMinMatchCosine = 0.3;
+/// Weights, relative to distances along the high poly's normal: of distances tangential to it, and of staying in
+/// place.
+constexpr double kTangentialWeight = 0.002, kStayWeight = 0.02;
 /// Weight of staying on lines between labels.
-constexpr double kOnLine = 6;
-/// Weight of a sample at a side over one in the middle of a triangle. Outlines are made of sides: without
-/// this, silhouettes of smooth shapes are a little too wide.
-constexpr double kAtSides = 6;
-/// Weight of a vertex's distance from the high poly's nearest plane, against that of the faces around. Outlines are made
-/// of vertices that stick out.
-constexpr double kOntoPlane = 0.05;
-/// Weight of a vertex's own planes, where collapses met them as badly as samples are off; where they met them better, as
-/// many times more, up to a bound. Flats and creases are met to rounding: few samples must not move vertices off them.
-constexpr double kOnPlanes = 0.003, kMostMet = 1000;
-/// A step's length, against that of the shortest side around.
-constexpr double kLongestStep = 0.3;
+constexpr double kLineStayWeight = 6;
+/// Extra weight of a sample at a side, relative to a triangle's centre. Outlines consist of sides: without it,
+/// silhouettes of smooth shapes are slightly too wide.
+constexpr double kSideWeight = 6;
+/// Weight of a vertex's distance from the high poly's nearest plane, relative to the faces around it. Protruding
+/// vertices form outlines.
+constexpr double kNearestPlaneWeight = 0.05;
+/// Weight of a vertex's quadric, if its error after collapses equals that of the samples; for a smaller error it
+/// grows in proportion, up to kMaxQuadricFactor times. Planes and creases were met to rounding, and noise of few
+/// samples must not move vertices off them.
+constexpr double kQuadricWeight = 0.003, kMaxQuadricFactor = 1000;
+/// Longest step, as a share of the shortest side around.
+constexpr double kMaxStepShare = 0.3;
 /// Cosine of the largest turn of a triangle in one step.
-constexpr double kTurnLimit = 0.9;
-/// Doubled area over the square of the longest side, below which it may not fall.
-constexpr double kLeastShape = 1e-3;
-/// More than single precision loses of distances at about unit size.
+constexpr double kMinStepTurnCosine = 0.9;
+/// Doubled area over the squared longest side below which a triangle may not fall.
+constexpr double kMinShape = 1e-3;
+/// Bound on the rounding of distances in single precision, at unit size.
 constexpr double kSingleRounding = 1e-6;
 
 Vec3d normal_of(const Vec3d& a, const Vec3d& b, const Vec3d& c) { return cross(b - a, c - a); }
 
-/// Shares of the corners at the point of a triangle that is nearest.
+/// Barycentric coordinates of a triangle's nearest point.
 std::array<double, 3> shares_at(const Vec3d& p, const std::array<Vec3d, 3>& c) {
   const Vec3d n = normal_of(c[0], c[1], c[2]);
   const double whole = dot(n, n);
@@ -76,7 +78,7 @@ std::array<double, 3> shares_at(const Vec3d& p, const std::array<Vec3d, 3>& c) {
   return share;
 }
 
-/// Mean of squares of the unit directions across the lines that meet at a vertex.
+/// Sum of squares (outer products) of unit directions perpendicular to the lines at a vertex.
 struct AcrossLines {
   double xx = 0, xy = 0, xz = 0, yy = 0, yz = 0, zz = 0, count = 0;
   void add(const Vec3d& n, double w) {
@@ -86,7 +88,7 @@ struct AcrossLines {
   }
 };
 
-/// By vertex, the lines between labels; empty without any.
+/// By vertex, its lines between labels; empty if there are none.
 std::vector<AcrossLines> lines_of(const std::vector<Vec3d>& points,
                                   const std::vector<Triangle>& low,
                                   std::span<const std::uint32_t> labels) {
@@ -115,54 +117,57 @@ std::vector<AcrossLines> lines_of(const std::vector<Vec3d>& points,
       });
   const double room = room_for_lines(length_of_lines, length_of_all);
   for (AcrossLines& of : lines) {
-    const double w = of.count > 0 ? kOnLine * room / of.count : 0;
+    const double w = of.count > 0 ? kLineStayWeight * room / of.count : 0;
     for (double* sum : {&of.xx, &of.xy, &of.xz, &of.yy, &of.yz, &of.zz}) *sum *= w;
   }
   return lines;
 }
 
-/// Sums of weighted squares of distances, quadratic in a step.
+/// Normal equations of a vertex's step: a weighted sum of squared distances.
 struct Pull {
   double xx = 0, xy = 0, xz = 0, yy = 0, yz = 0, zz = 0;
   Vec3d right;
-  double weight = 0, missed = 0;  ///< Sums of weights, and of squares as they are.
+  /// Sum of weights, and weighted sum of squared distances at the current position.
+  double weight = 0, missed = 0;
 
   void add(const Vec3d& normal, const Vec3d& missing, double share, double w) {
     const double along = dot(normal, missing), square = w * share * share;
     xx += square * normal.x * normal.x, xy += square * normal.x * normal.y;
     xz += square * normal.x * normal.z, yy += square * normal.y * normal.y;
     yz += square * normal.y * normal.z, zz += square * normal.z * normal.z;
-    right += normal * (w * share * along) + missing * (w * share * kAcross);
+    right += normal * (w * share * along) + missing * (w * share * kTangentialWeight);
     weight += square;
     missed += square * along * along;
   }
-  /// Draws onto a plane, but not along it: where planes hardly hold a vertex, as on shallow fillets, that moved it off.
+  /// Pulls towards a plane, but not along it: tangential pull displaced vertices that their quadrics hardly hold, as
+  /// on shallow fillets.
   void draw(const Vec3d& normal, const Vec3d& missing, double w) {
     add(normal, normal * dot(normal, missing), 1, w);
   }
-  /// Lets a step go less far across lines, for as many times the weight so far.
+  /// Penalizes moving across lines, in proportion to the total weight so far.
   void hold(const AcrossLines& lines) {
     xx += weight * lines.xx, xy += weight * lines.xy, xz += weight * lines.xz;
     yy += weight * lines.yy, yz += weight * lines.yz, zz += weight * lines.zz;
   }
-  /// Draws onto the planes that a vertex at p stands for. \param met  where collapses put it
+  /// Pulls towards the planes of the vertex's quadric.
+  /// \param met  its position after the collapses
   void hold(const Quadric& planes, const Vec3d& met, const Vec3d& p) {
     if (!(missed > 0) || !(planes.area > 0)) return;
-    const double off = planes.at(met) / planes.area + missed / weight / kMostMet;
-    const double w = kOnPlanes * missed / off / planes.area;
+    const double off = planes.at(met) / planes.area + missed / weight / kMaxQuadricFactor;
+    const double w = kQuadricWeight * missed / off / planes.area;
     xx += w * planes.xx, xy += w * planes.xy, xz += w * planes.xz;
     yy += w * planes.yy, yz += w * planes.yz, zz += w * planes.zz;
     right += planes.slope(p) * -w;
   }
   Vec3d step() const {
-    const double more = (kAcross + kStay) * weight;
+    const double more = (kTangentialWeight + kStayWeight) * weight;
     const Vec3d row0{xx + more, xy, xz}, row1{xy, yy + more, yz}, row2{xz, yz, zz + more};
     const Vec3d c12 = cross(row1, row2), c20 = cross(row2, row0), c01 = cross(row0, row1);
     return (c12 * right.x + c20 * right.y + c01 * right.z) * (1 / dot(row0, c12));
   }
 };
 
-/// A low poly whose vertices move.
+/// A low poly during the fit, with its movable vertices.
 class Moving {
  public:
   Moving(std::vector<Vec3d>& points, const std::vector<Triangle>& triangles, bool height_field)
@@ -181,7 +186,7 @@ class Moving {
   }
 
   bool fixed(std::uint32_t vertex) const { return fixed_[vertex] != 0; }
-  /// Triangles with a corner that may move.
+  /// By triangle, 1 if it has a movable corner.
   std::vector<std::uint8_t> loose() const {
     std::vector<std::uint8_t> result(triangles_.size());
     std::transform(triangles_.begin(), triangles_.end(), result.begin(), [&](const Triangle& t) {
@@ -189,7 +194,7 @@ class Moving {
     });
     return result;
   }
-  /// Corners, as 3 * triangle + corner.
+  /// Corners at a vertex, as 3 * triangle + corner.
   std::span<const VertexLists::Item> corners(std::uint32_t vertex) const {
     return corners_.of(vertex);
   }
@@ -200,7 +205,7 @@ class Moving {
       const Vec3d edge = points_[t[(corner.index + 1) % 3]] - points_[vertex];
       shortest = std::min(shortest, dot(edge, edge));
     }
-    return kLongestStep * std::sqrt(shortest);
+    return kMaxStepShare * std::sqrt(shortest);
   }
   bool allows(std::uint32_t vertex, const Vec3d& target) const {
     for (const VertexLists::Item& corner : corners(vertex)) {
@@ -211,9 +216,9 @@ class Moving {
       const double size = length(after);
       const Vec3d ab = b - target, bc = c - b, ca = target - c;
       const double longest = std::max({dot(ab, ab), dot(bc, bc), dot(ca, ca)});
-      if (!(size > kLeastShape * longest)) return false;
-      if (!(dot(before, after) > kTurnLimit * length(before) * size)) return false;
-      if (height_field_ && !(upward(target, b, c) > kLeastUpward)) return false;
+      if (!(size > kMinShape * longest)) return false;
+      if (!(dot(before, after) > kMinStepTurnCosine * length(before) * size)) return false;
+      if (height_field_ && !(upward(target, b, c) > kMinUpward)) return false;
     }
     return true;
   }
@@ -229,11 +234,11 @@ class Moving {
 }  // namespace
 
 std::size_t SurfaceFit::wanted_for(std::size_t faces, bool rough) {
-  return rough ? std::max(kLeastRoughSamples, kRoughSamplesOfFace * faces)
-               : std::max(kLeastSamples, kSamplesOfFace * faces);
+  return rough ? std::max(kMinRoughSamples, kRoughSamplesPerFace * faces)
+               : std::max(kMinSamples, kSamplesPerFace * faces);
 }
 
-/// By area, on height fields; else by how bent they are, too.
+/// Weighs samples by area, and (except on height fields) by curvature.
 void SurfaceFit::weigh() {
   share_.resize(triangles_.size());
   std::optional<CurvatureWeights> bent;
@@ -247,21 +252,22 @@ void SurfaceFit::weigh() {
   });
 }
 
-/// Evenly spaced in the list of triangles, by weight: fillets, rims and edges have next to no area, and faces there would
-/// move at random by one or two samples. Where there are few triangles, three of each.
+/// Draws samples evenly along the list of triangles by weight, and three from each triangle if there are few
+/// triangles. Weighing by area alone would leave fillets, rims and edges with one or two samples, and faces there
+/// would move at random.
 void SurfaceFit::take_samples(std::size_t wanted) {
   if (wanted_ == wanted) return;
   wanted_ = wanted;
   if (share_.empty()) weigh();
   using Shares = std::array<double, 3>;
-  constexpr std::array<Shares, 3> kThree{
+  constexpr std::array<Shares, 3> kThreePoints{
       {{2.0 / 3, 1.0 / 6, 1.0 / 6}, {1.0 / 6, 2.0 / 3, 1.0 / 6}, {1.0 / 6, 1.0 / 6, 2.0 / 3}}};
-  constexpr std::array<Shares, 1> kOne{{{1.0 / 3, 1.0 / 3, 1.0 / 3}}};
-  const bool all = kThree.size() * triangles_.size() < wanted;
+  constexpr std::array<Shares, 1> kCentroid{{{1.0 / 3, 1.0 / 3, 1.0 / 3}}};
+  const bool all = kThreePoints.size() * triangles_.size() < wanted;
   const double step =
       std::accumulate(share_.begin(), share_.end(), 0.0) / static_cast<double>(wanted);
   samples_.clear();
-  samples_.reserve(all ? kThree.size() * triangles_.size() : wanted + wanted / 2);
+  samples_.reserve(all ? kThreePoints.size() * triangles_.size() : wanted + wanted / 2);
   double sum = 0;
   for (std::size_t i = 0; i < share_.size(); ++i) {
     if (!(share_[i] > 0)) continue;
@@ -269,8 +275,8 @@ void SurfaceFit::take_samples(std::size_t wanted) {
     sum += share_[i];
     const double picked = std::floor(sum / step) - before;
     if (!all && picked < 1) continue;
-    const std::span<const Shares> places =
-        all || picked > 1 ? std::span<const Shares>(kThree) : std::span<const Shares>(kOne);
+    const std::span<const Shares> places = all || picked > 1 ? std::span<const Shares>(kThreePoints)
+                                                             : std::span<const Shares>(kCentroid);
     const Triangle& t = triangles_[i];
     const Vec3d a(positions_[t[0]]), b(positions_[t[1]]), c(positions_[t[2]]);
     const Vec3d normal = normal_of(a, b, c);
@@ -279,7 +285,7 @@ void SurfaceFit::take_samples(std::size_t wanted) {
       Sample& sample = samples_.emplace_back();
       sample.point = a * corners[0] + b * corners[1] + c * corners[2];
       sample.normal = normal * (1 / size);
-      // A triangle stands for those that are left out.
+      // Each sampled triangle also represents the skipped ones.
       sample.weight =
           (all ? share_[i] : std::max(share_[i], step)) / static_cast<double>(places.size());
     }
@@ -293,8 +299,8 @@ Vec3d SurfaceFit::place_of(const Sample& s, const std::vector<Vec3d>& points,
   return points[t[0]] * s.share[0] + points[t[1]] * s.share[1] + points[t[2]] * s.share[2];
 }
 
-/// A bound of the squared distance of the nearest triangle: that to where a sample was matched, and what rounding
-/// to single precision may add to it. Endless where it was matched with nothing.
+/// Upper bound of the squared distance to the nearest triangle: the distance to the previous match plus rounding to
+/// single precision. Infinity if there was no match.
 double SurfaceFit::surely_within(const Sample& known, const Vec3d& point,
                                  const std::vector<Vec3d>& points,
                                  const std::vector<Triangle>& low) {
@@ -303,11 +309,11 @@ double SurfaceFit::surely_within(const Sample& known, const Vec3d& point,
   return distance * distance;
 }
 
-/// Matches the samples with the low poly as it is now.
-/// \param loose   triangles that samples may move. Others' samples are not told apart: leaves and strands are full of
-///                these, and lie so close that a search among them all takes long
-/// \param before  what they were matched with in the last round; empty in the first
-/// \param found   out: the samples, matched
+/// Matches the samples with the current low poly.
+/// \param loose   by triangle, 1 if samples may move it. The match among other triangles is not resolved, since
+///               vegetation has lots of them at nearly equal distances, where an exact search is slow
+/// \param before  matches of the previous round; empty in the first
+/// \param found   out: the matched samples
 void SurfaceFit::match(const std::vector<std::uint8_t>& loose, const std::vector<Sample>& before,
                        const std::vector<Vec3d>& points, const std::vector<Triangle>& low,
                        std::vector<Sample>& found) const {
@@ -320,7 +326,7 @@ void SurfaceFit::match(const std::vector<std::uint8_t>& loose, const std::vector
   }
   const bool all_move = moved.size() == low.size();
   const SurfaceDistance moved_tree(floats, all_move ? std::span<const Triangle>() : moved);
-  // True if a triangle that stays is nearer than all that move.
+  // True if a fixed triangle is nearer than all movable ones.
   const auto is_at_rest = [&](const Vec3& point, std::uint32_t triangle) {
     if (loose[triangle] != 0) return false;
     const Triangle& t = low[triangle];
@@ -334,7 +340,7 @@ void SurfaceFit::match(const std::vector<std::uint8_t>& loose, const std::vector
     for (std::size_t i = begin; i < end; ++i) {
       Sample& s = found[i] = samples_[i];
       if (s.weight == 0) continue;
-      // No farther than where it was, or where its neighbour in the list is.
+      // Bounds the search by the previous match, or by the match of the preceding sample.
       const Sample* known = !before.empty() ? &before[i] : i > begin ? &found[i - 1] : nullptr;
       const double within = known == nullptr ? std::numeric_limits<double>::infinity()
                                              : surely_within(*known, s.point, points, low);
@@ -344,9 +350,9 @@ void SurfaceFit::match(const std::vector<std::uint8_t>& loose, const std::vector
       const Triangle& t = low[s.triangle];
       const std::array<Vec3d, 3> corners{points[t[0]], points[t[1]], points[t[2]]};
       const Vec3d normal = normal_of(corners[0], corners[1], corners[2]);
-      if (!(dot(normal, s.normal) > kAgreement * length(normal))) s.weight = 0;
+      if (!(dot(normal, s.normal) > kMinMatchCosine * length(normal))) s.weight = 0;
       s.share = shares_at(s.point, corners);
-      s.weight *= 1 + kAtSides * (1 - 27 * s.share[0] * s.share[1] * s.share[2]);
+      s.weight *= 1 + kSideWeight * (1 - 27 * s.share[0] * s.share[1] * s.share[2]);
     }
   });
 }
@@ -361,7 +367,7 @@ void SurfaceFit::run(std::vector<Vec3d>& points, const std::vector<Triangle>& lo
   const std::vector<std::uint8_t> loose = moving.loose();
   if (std::find(loose.begin(), loose.end(), 1) == loose.end()) return;
   const std::vector<AcrossLines> lines = lines_of(points, low, labels);
-  for (int round = 0; round < (rough ? kRoughRounds : kRounds); ++round) {
+  for (int round = 0; round < (rough ? kRoughFitRounds : kFitRounds); ++round) {
     before.swap(found);
     match(loose, before, points, low, found);
     const VertexLists of_triangle(
@@ -383,13 +389,13 @@ void SurfaceFit::run(std::vector<Vec3d>& points, const std::vector<Triangle>& lo
         }
       }
       if (!(pull.weight > 0)) continue;
-      const double onto = height_field_ ? 0 : kOntoPlane * pull.weight;
+      const double onto = height_field_ ? 0 : kNearestPlaneWeight * pull.weight;
       pull.draw(nearest->normal, nearest->point - points[v], onto);
       if (!planes.empty()) pull.hold(planes[v], met[v], points[v]);
       if (!lines.empty()) pull.hold(lines[v]);
       Vec3d step = pull.step();
       const double size = length(step), longest = moving.longest_step(v);
-      if (!(size > 0)) continue;  // Also where it is not a number.
+      if (!(size > 0)) continue;  // Also skips NaN.
       if (size > longest) step = step * (longest / size);
       for (const double part : {1.0, 0.5}) {
         const Vec3d target = snap_(points[v] + step * part);

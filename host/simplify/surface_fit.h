@@ -1,4 +1,4 @@
-// Vertices of a low poly moved so that its faces, not only its corners, lie on the high poly.
+// Fits vertices of a low poly so that its faces, not only its corners, lie on the high poly.
 #pragma once
 
 #include <array>
@@ -16,14 +16,15 @@
 
 namespace kiln {
 
-/// Quadrics put each vertex where the planes around it meet; between vertices, a bent surface is then missed on
-/// one side. This evens it out: samples of the high poly are matched with their nearest points of the low poly.
-/// Samples of curved places weigh more (quadric.h), but on height fields.
-/// Vertices move, one after another, to where the squared distances along the high poly's normals are least (Hoppe,
-/// DeRose, Duchamp, McDonald and Stuetzle 1993, "Mesh Optimization", section 4.1). A few rounds, each matched anew. Coordinates of about unit size.
+/// Quadrics put each vertex at the intersection of the planes around it, so that the faces between lie on one side of
+/// a curved surface. The fit centres them: it matches samples of the high poly with their nearest points on the low
+/// poly, then moves one vertex after another to minimize the squared distances along the high poly's normals (Hoppe,
+/// DeRose, Duchamp, McDonald and Stuetzle 1993, "Mesh Optimization", section 4.1). It repeats both steps for a few
+/// rounds. Samples of curved places weigh more (quadric.h), except on height fields. Coordinates should be of about
+/// unit size.
 class SurfaceFit {
  public:
-  /// To where the mesh's numbers can hold a point.
+  /// Rounds a point to one that the caller's mesh can store.
   using Snap = std::function<Vec3d(const Vec3d&)>;
 
   /// Spans must outlive this.
@@ -34,23 +35,23 @@ class SurfaceFit {
         height_field_(height_field),
         snap_(std::move(snap)) {}
 
-  /// Takes the samples for a low poly of so many faces: run() does not have to, if it gets that.
+  /// Draws the samples for a low poly of `faces` triangles ahead of run(), to overlap other work.
   void prepare(std::size_t faces) { take_samples(wanted_for(faces, /*rough=*/false)); }
 
-  /// Moves vertices of a low poly. Those on open edges, or where more than two triangles meet at an edge, stay.
-  /// No triangle turns far, loses its area or, of a height field, faces down. Does not depend on threads.
-  /// \param rough  with a quarter of the samples and half the rounds, for meshes that are only looked at
-  /// \param labels  by triangle: along lines between labels, vertices move along these; empty: none
-  /// \param planes  by point, those that it stands for and is held by; empty: none
+  /// Moves vertices of a low poly. Vertices on open edges, or on edges of more than two triangles, do not move. No
+  /// triangle turns far, loses its area or (on a height field) faces down. Deterministic on any number of threads.
+  /// \param rough  a quarter of the samples and half the rounds, for meshes that are only measured
+  /// \param labels  by triangle; vertices on lines between labels only move along them; empty: none
+  /// \param planes  by point, quadrics that hold it; empty: none
   void run(std::vector<Vec3d>& points, const std::vector<Triangle>& low,
            std::span<const std::uint32_t> labels, std::span<const Quadric> planes,
            bool rough = false);
 
  private:
-  /// A point of the high poly, and where it was matched.
+  /// A point of the high poly, and its match on the low poly.
   struct Sample {
     Vec3d point, normal;
-    double weight = 0;  ///< Its area, more where it is bent; 0: matched with nothing.
+    double weight = 0;  ///< Area, larger where the surface is curved; 0: no match.
     std::uint32_t triangle = 0;
     std::array<double, 3> share{};  ///< Barycentric weights of the triangle's corners.
   };
@@ -69,9 +70,9 @@ class SurfaceFit {
   std::span<const Triangle> triangles_;
   bool height_field_;
   Snap snap_;
-  std::vector<double> share_;  ///< Share of the samples, by triangle; empty until it is needed.
+  std::vector<double> share_;  ///< Cumulative weight by triangle; empty until used.
   std::vector<Sample> samples_;
-  std::size_t wanted_ = 0;  ///< For which samples_ were taken.
+  std::size_t wanted_ = 0;  ///< Number of samples requested for samples_.
 };
 
 }  // namespace kiln

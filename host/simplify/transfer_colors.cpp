@@ -23,15 +23,15 @@ namespace {
 using Rgba = Eigen::Array4d;
 using Colors = Eigen::Matrix<double, Eigen::Dynamic, 4>;
 
-constexpr std::size_t kLeastPlaces = 100000;
-constexpr std::size_t kPlacesOfVertex = 40;
-constexpr std::size_t kGrainOfPlaces = 256;
-// Extra share of a vertex's weight for its nearest place: colours would ring with few places.
-constexpr double kTowardsNearest = 0.01;
-// A vertex is on one side of a sheet where its faces look one way by this share of their area.
-constexpr double kOneSide = 0.1;
+constexpr std::size_t kMinPlaces = 100000;
+constexpr std::size_t kPlacesPerVertex = 40;
+constexpr std::size_t kPlacesPerTask = 256;
+// Extra share of a vertex's weight for its nearest sample; damps ringing where samples are few.
+constexpr double kNearestWeight = 0.01;
+// A vertex lies on one side of a sheet if its summed normals exceed this share of its faces' area.
+constexpr double kMinOneSidedShare = 0.1;
 
-/// Place of a high-poly vertex on the low poly.
+/// A high-poly vertex's nearest point on the low poly.
 struct ColoredPlace {
   Triangle corners{};
   std::array<double, 3> share{};
@@ -44,16 +44,16 @@ Rgba linear_of(const std::array<std::uint8_t, 4>& color) {
   return {linear[color[0]], linear[color[1]], linear[color[2]], color[3] / 255.0};
 }
 
-/// Faces around each vertex, in frame units.
+/// Area and normals of the faces around each vertex.
 struct Surroundings {
-  std::vector<double> area;  ///< A third of the triangles'; 0 where a corner is not finite.
+  std::vector<double> area;  ///< A third of the triangles' area; 0 if a corner is not finite.
   std::vector<Vec3d>
-      facing;  ///< Six times the same as a vector; about 0 where a vertex is on both sides of a sheet.
+      facing;  ///< Sum of cross products; about 0 where a vertex is on both sides of a sheet.
 
-  /// Side of a sheet a vertex is on: along the normal of a triangle (1), against it (-1), or both (0).
+  /// Side of a triangle on which a vertex lies: along its normal (1), against it (-1), or both (0).
   int side(std::size_t vertex, const Vec3d& normal) const {
     const double agrees = dot(facing[vertex], normal);
-    if (std::abs(agrees) < kOneSide * 6 * area[vertex] * length(normal)) return 0;
+    if (std::abs(agrees) < kMinOneSidedShare * 6 * area[vertex] * length(normal)) return 0;
     return agrees > 0 ? 1 : -1;
   }
 };
@@ -78,12 +78,12 @@ std::vector<ColoredPlace> places_of(const Mesh& high, const Mesh& low) {
   const Surroundings around = around_vertices(high, high_points);
   const SurfaceDistance surface(low_points, low.triangles);
   const TwoSided sides = TwoSided::of(low);
-  const std::size_t most = std::max(kLeastPlaces, kPlacesOfVertex * low.positions.size());
+  const std::size_t most = std::max(kMinPlaces, kPlacesPerVertex * low.positions.size());
   const std::size_t step = (high_points.size() + most - 1) / most;
   const std::size_t count = (high_points.size() + step - 1) / step;
-  // Places of vertices on both sides of a sheet have a second one, on its back.
+  // Vertices on both sides of a sheet get a second sample on its back.
   std::vector<ColoredPlace> places(sides.empty() ? count : 2 * count);
-  parallel_for(count, kGrainOfPlaces, [&](std::size_t begin, std::size_t end) {
+  parallel_for(count, kPlacesPerTask, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
       const Vec3& point = high_points[i * step];
       if (!(around.area[i * step] > 0) || !is_finite(point)) continue;
@@ -108,10 +108,10 @@ std::vector<ColoredPlace> places_of(const Mesh& high, const Mesh& low) {
   return places;
 }
 
-/// Sums at each vertex.
+/// Sums per low-poly vertex.
 struct VertexColors {
-  std::vector<double> weight;  ///< Weight of its places; 0: it has none
-  Colors nearest;              ///< The colour of the place that is nearest, by its share
+  std::vector<double> weight;  ///< Weight of its samples; 0: it has none
+  Colors nearest;  ///< Colour of its nearest sample, and that sample's barycentric coordinate
 };
 
 VertexColors nearest_places(const std::vector<ColoredPlace>& places, std::size_t count) {
@@ -130,8 +130,8 @@ VertexColors nearest_places(const std::vector<ColoredPlace>& places, std::size_t
   return result;
 }
 
-/// Vertices without a colour take the mean of their neighbours', step by step.
-void spread(const Mesh& low, VertexColors& vertices) {
+/// Fills vertices without a colour with the mean of their neighbours, ring by ring.
+void fill_uncolored(const Mesh& low, VertexColors& vertices) {
   auto& [weight, mean] = vertices;
   for (bool changed = true; changed;) {
     changed = false;
@@ -151,13 +151,13 @@ void spread(const Mesh& low, VertexColors& vertices) {
       if (count[v] == 0) continue;
       const auto row = static_cast<Eigen::Index>(v);
       mean.row(row) = sum.row(row) / count[v];
-      weight[v] = 1e-30;  // It has a colour now.
+      weight[v] = 1e-30;  // Marks it as coloured.
       changed = true;
     }
   }
 }
 
-/// Least squares over all places.
+/// Least-squares fit over all samples.
 Colors fit(const std::vector<ColoredPlace>& places, const VertexColors& vertices) {
   const Eigen::Index count = vertices.nearest.rows();
   std::vector<Eigen::Triplet<double>> entries;
@@ -174,7 +174,7 @@ Colors fit(const std::vector<ColoredPlace>& places, const VertexColors& vertices
     }
   }
   for (Eigen::Index v = 0; v < count; ++v) {
-    const double w = kTowardsNearest * vertices.weight[static_cast<std::size_t>(v)];
+    const double w = kNearestWeight * vertices.weight[static_cast<std::size_t>(v)];
     entries.emplace_back(v, v, w);
     right.row(v) += w * vertices.nearest.row(v);
   }
@@ -202,7 +202,7 @@ void transfer_colors(const Mesh& high, Mesh& low) {
   }
   const std::vector<ColoredPlace> places = places_of(high, low);
   VertexColors vertices = nearest_places(places, low.positions.size());
-  spread(low, vertices);
+  fill_uncolored(low, vertices);
   const Colors colors = fit(places, vertices);
   low.colors.resize(low.positions.size());
   for (std::size_t v = 0; v < low.colors.size(); ++v) {

@@ -17,15 +17,15 @@ namespace {
 
 using Names = std::vector<std::uint32_t>;
 
-constexpr std::size_t kGrain = 256;
+constexpr std::size_t kNamesPerTask = 256;
 
-/// True if triangles have different names. All of one name are told at once.
-bool differ(const Names& names) {
+/// True if triangles have different names.
+bool have_several_names(const Names& names) {
   return std::any_of(names.begin(), names.end(),
                      [&](std::uint32_t name) { return name != names.front(); });
 }
 
-/// The high poly's nearest triangles to four places of each of the low poly's; of two-sided sheets, those of its side.
+/// The nearest high-poly triangles to four points of each low-poly triangle; on two-sided sheets, of the same side.
 std::vector<std::array<std::uint32_t, 4>> nearest_of(const Mesh& high, const Mesh& low) {
   const Frame frame = Frame::of(high);
   const std::vector<Vec3> high_points = frame.to_frame(high), low_points = frame.to_frame(low);
@@ -49,7 +49,7 @@ std::vector<std::array<std::uint32_t, 4>> nearest_of(const Mesh& high, const Mes
     return away ? sides.twins[found] : found;
   };
   std::vector<std::array<std::uint32_t, 4>> nearest(low.triangles.size());
-  parallel_for(nearest.size(), kGrain, [&](std::size_t begin, std::size_t end) {
+  parallel_for(nearest.size(), kNamesPerTask, [&](std::size_t begin, std::size_t end) {
     for (std::size_t t = begin; t < end; ++t) {
       std::array<Vec3d, 3> corner;
       for (std::size_t k = 0; k < 3; ++k) corner[k] = Vec3d(low_points[low.triangles[t][k]]);
@@ -64,8 +64,8 @@ std::vector<std::array<std::uint32_t, 4>> nearest_of(const Mesh& high, const Mes
   return nearest;
 }
 
-/// The name that most of four have; of several the first's.
-std::uint32_t most(const std::array<std::uint32_t, 4>& nearest, const Names& names) {
+/// The majority of four names; the first on a tie.
+std::uint32_t majority_of(const std::array<std::uint32_t, 4>& nearest, const Names& names) {
   std::uint32_t best = names[nearest[0]];
   std::ptrdiff_t votes = 0;
   for (const std::uint32_t t : nearest) {
@@ -97,9 +97,10 @@ void transfer_labels(const Mesh& high, Mesh& low) {
     if (kind.from.size() != high.triangles.size() || !kind.to.empty()) continue;
     kind.names_to = kind.names;
     kind.to.assign(low.triangles.size(), kind.from.front());
-    if (!differ(kind.from)) continue;
+    if (!have_several_names(kind.from)) continue;
     if (nearest.empty()) nearest = nearest_of(high, low);
-    for (std::size_t t = 0; t < nearest.size(); ++t) kind.to[t] = most(nearest[t], kind.from);
+    for (std::size_t t = 0; t < nearest.size(); ++t)
+      kind.to[t] = majority_of(nearest[t], kind.from);
   }
   if (!low.materials.empty()) low.material_files = high.material_files;
 }

@@ -5,10 +5,10 @@
 
 namespace kiln {
 
-/// Gives each triangle of a simplified mesh the group, object and material that most of it lies on: of the
-/// nearest dense triangles to its middle and to three places around that. What `low` has already stays: where
-/// borders are lines (SimplifyJob::name), it has the names of the triangles that it came from.
-/// \param high  names of one kind that are not there for all triangles are left out
+/// Gives each triangle of a simplified mesh the group, object and material of most of the surface under it: a vote of
+/// the high-poly triangles nearest to its centroid and three points around that. Names that `low` already has are
+/// kept: where borders between labels are lines on the surface (SimplifyJob::name), triangles have exact names.
+/// \param high  kinds of names that are not defined for all triangles are skipped
 void transfer_labels(const Mesh& high, Mesh& low);
 
 }  // namespace kiln

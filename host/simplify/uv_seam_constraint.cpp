@@ -10,13 +10,13 @@
 namespace kiln {
 namespace {
 
-/// Weight of squared distances in the layout, brought to the surface's scale, against those to planes: the
-/// map holds what is at a UV, so a shift along the surface matters less than one away from it.
+/// Weight of squared UV distances, scaled to the surface, relative to distances from planes: the map stores detail by
+/// UV, so a shift along the surface matters less than leaving it.
 constexpr double kUvWeight = 0.02;
-/// Weight of the planes that stand on seams and borders of groups, against a triangle's own.
+/// Weight of planes upright on seams and borders of groups, relative to a triangle's own plane.
 constexpr double kSeamWeight = 10;
-/// A UV triangle's doubled area over its longest side squared: below this it may not get worse.
-constexpr double kLeastUvArea = 1e-3;
+/// Limit of a UV triangle's doubled area over its squared longest side, below which it may not get worse.
+constexpr double kMinUvShape = 1e-3;
 constexpr std::uint8_t kInside = 0, kLine = 2, kCorner = 3;
 
 double squared(const Vec2& a, const Vec2& b) {
@@ -29,7 +29,7 @@ double doubled(const std::array<Vec2, 3>& p) {
          (double{p[1].y} - p[0].y) * (double{p[2].x} - p[0].x);
 }
 
-/// Doubled area over the longest side squared, with the sign of the turning; 0 for a point.
+/// Signed doubled area over the squared longest side; 0 for a point.
 double uv_shape(const std::array<Vec2, 3>& p) {
   const double longest = std::max({squared(p[0], p[1]), squared(p[1], p[2]), squared(p[2], p[0])});
   return longest > 0 ? doubled(p) / longest : 0;
@@ -37,8 +37,7 @@ double uv_shape(const std::array<Vec2, 3>& p) {
 
 double axis_of(const Vec2& uv, std::size_t axis) { return axis == 0 ? uv.x : uv.y; }
 
-/// The reciprocal frame of a triangle: what is 0, 1, 2 at its corners has the gradient sum of value *
-/// frame. Nothing where it has no area.
+/// Gradients of a triangle's barycentric coordinates. False if it has no area.
 bool corner_gradients(const std::array<Vec3d, 3>& p, std::array<Vec3d, 3>& gradients,
                       double& area) {
   const Vec3d normal = cross(p[1] - p[0], p[2] - p[0]);
@@ -63,7 +62,7 @@ UvSeamConstraint::Attributes& UvSeamConstraint::Attributes::operator+=(const Att
   return *this;
 }
 
-/// The value that the affine maps agree on best at a point.
+/// The value at a point on which the affine maps agree best.
 double UvSeamConstraint::Attributes::best(std::size_t axis, const Vec3d& p) const {
   return (dot(gradient[axis], p) + offset[axis]) / weight;
 }
@@ -91,7 +90,7 @@ UvSeamConstraint::UvSeamConstraint(const CollapseMesh& mesh, Layout layout)
   add_attributes(mesh);
 }
 
-/// Classifies each vertex by the seams and borders of groups that meet there: inside, on a line, or at a corner.
+/// Classifies each vertex by the seams and group borders that meet there.
 void UvSeamConstraint::classify(const CollapseMesh& mesh, std::span<const std::uint64_t> edges) {
   std::vector<std::uint32_t> lines(mesh.points.size(), 0), seams(mesh.points.size(), 0);
   for (const std::uint64_t edge : edges) {
@@ -105,7 +104,7 @@ void UvSeamConstraint::classify(const CollapseMesh& mesh, std::span<const std::u
   }
   vertex_class_.resize(mesh.points.size());
   for (std::size_t v = 0; v < lines.size(); ++v) {
-    // A seam that ends on a border of groups stops both lines.
+    // A seam that ends at a group border is a corner of both lines.
     const bool passes = lines[v] == 2 && seams[v] != 1;
     vertex_class_[v] = lines[v] == 0 ? kInside : passes ? kLine : kCorner;
   }
@@ -147,7 +146,7 @@ void UvSeamConstraint::add_attributes(const CollapseMesh& mesh) {
   }
 }
 
-/// Planes upright on the triangles along each line; open borders have theirs already.
+/// Adds planes upright on the triangles along each line. Open borders already have them.
 void UvSeamConstraint::add_planes(const CollapseMesh& mesh, std::vector<Quadric>& quadrics) const {
   for (const std::uint64_t edge : mesh.edges()) {
     const auto a = static_cast<std::uint32_t>(edge >> 32), b = static_cast<std::uint32_t>(edge);
@@ -204,7 +203,7 @@ bool UvSeamConstraint::is_line(const CollapseMesh& mesh, std::uint32_t a, std::u
   return !same;
 }
 
-/// Finds the corners that merge, from the edge's triangles. False if more than two sides meet.
+/// Finds the pairs of corners that merge, from the edge's triangles. False if the edge has more than two sides.
 bool UvSeamConstraint::pair_corners(const CollapseMesh& mesh, Plan& plan) const {
   bool fits = true;
   mesh.each_on_edge(plan.gone, plan.kept, [&](std::uint32_t t) {
@@ -236,7 +235,7 @@ UvSeamConstraint::Plan UvSeamConstraint::plan(const CollapseMesh& mesh, std::uin
     } else {
       onto(b, a);
       if (plan.kind != Plan::Kind::onto) return plan;
-      // Borders between copies and others stay, and so do folds.
+      // Borders between copies and other triangles stay in place, and so do folds.
       const int gone = rank(plan.pairs[0].gone), kept = rank(plan.pairs[0].kept);
       if (gone == kept) {
         plan.kind = Plan::Kind::inside;
@@ -255,19 +254,19 @@ UvSeamConstraint::Plan UvSeamConstraint::plan(const CollapseMesh& mesh, std::uin
   const Plan other = plan;
   onto(b, a);
   if (other.kind == Plan::Kind::none) return plan;
-  // All copies go the same way.
+  // All copies collapse in the same direction.
   const int goes = rank(plan.pairs[0].gone), stays = rank(plan.pairs[0].kept);
   if (goes != stays) return goes < stays ? plan : other;
   if (has_copies(plan) || has_copies(other)) {
     const auto key = [&](const Plan& p) { return copies_.first(p.pairs[0].kept); };
     return key(other) < key(plan) ? other : plan;
   }
-  // Either way: the cheaper. What the shape costs differs little where a line is straight.
+  // Chooses the cheaper direction. On a straight line, the shape's cost hardly depends on it.
   const Quadric keeps_b = cost_of(other), keeps_a = cost_of(plan);
   return keeps_b.at(mesh.points[b]) < keeps_a.at(mesh.points[a]) ? other : plan;
 }
 
-/// The error of UVs as a quadric of the place.
+/// The error of UVs as a quadric of the merged vertex's position.
 Quadric UvSeamConstraint::cost_of(const Plan& plan) const {
   const double weight = kUvWeight;
   Quadric cost;
@@ -279,7 +278,7 @@ Quadric UvSeamConstraint::cost_of(const Plan& plan) const {
       Quadric part = sum.linear[axis];
       part.area = 0;
       if (plan.kind == Plan::Kind::inside) {
-        // With the best value at each place: Hoppe 1999, section 3, with the value eliminated.
+        // With the best value at each position: Hoppe 1999, section 3, with the value eliminated.
         part.add_linear(sum.gradient[axis], sum.offset[axis], -1 / sum.weight);
       } else {
         const double value = scale_ * axis_of(layout_.uvs[plan.pairs[i].kept], axis);
@@ -306,8 +305,8 @@ std::optional<Vec3d> UvSeamConstraint::place(const CollapseMesh& mesh, std::uint
   return sum.best_near(mesh.points[a], mesh.points[b]);
 }
 
-/// The UV of the vertex that two inside a chart become: the one that their triangles' maps call best, not
-/// far outside of the two.
+/// UV of the merged vertex inside a chart: the best fit of the triangles' maps, clamped to the surroundings of the
+/// two UVs.
 Vec2 UvSeamConstraint::uv_at(const Plan& plan, const Vec3d& target) const {
   const Vec2 &a = layout_.uvs[plan.pairs[0].gone], &b = layout_.uvs[plan.pairs[0].kept];
   if (plan.kind == Plan::Kind::onto) return b;
@@ -327,7 +326,7 @@ Vec2 UvSeamConstraint::uv_at(const Plan& plan, const Vec3d& target) const {
   return {uv[0], uv[1]};
 }
 
-/// True if triangles around a vertex of the edge keep their sense in the layout.
+/// True if the UV triangles around a vertex of the edge do not flip.
 bool UvSeamConstraint::keeps_uvs(const CollapseMesh& mesh, std::uint32_t vertex, const Plan& plan,
                                  const Vec2& inside_uv) const {
   const std::uint32_t other = vertex == plan.gone ? plan.kept : plan.gone;
@@ -345,7 +344,8 @@ bool UvSeamConstraint::keeps_uvs(const CollapseMesh& mesh, std::uint32_t vertex,
       const auto pair =
           std::find_if(plan.pairs.begin(), plan.pairs.begin() + plan.count,
                        [&](const Pair& candidate) { return candidate.gone == corner; });
-      if (pair == plan.pairs.begin() + plan.count) return false;  // A side that the edge lacks.
+      // The edge has no triangle on this side.
+      if (pair == plan.pairs.begin() + plan.count) return false;
       moved = layout_.uvs[pair->kept];
     } else if (corner != plan.pairs[0].gone && corner != plan.pairs[0].kept) {
       return false;
@@ -357,13 +357,13 @@ bool UvSeamConstraint::keeps_uvs(const CollapseMesh& mesh, std::uint32_t vertex,
       if (after != 0 && !std::isnan(after)) return false;
       continue;
     }
-    const double least = std::min(kLeastUvArea, std::abs(before));
+    const double least = std::min(kMinUvShape, std::abs(before));
     if (!((before > 0 ? after : -after) >= least)) return false;
   }
   return true;
 }
 
-/// True if the line that bends at the vertex that goes may run straight instead.
+/// True if the line may run straight past the removed vertex.
 bool UvSeamConstraint::keeps_line(const CollapseMesh& mesh, const Plan& plan) const {
   std::uint32_t before = kNoVertex;
   bool free = true;
@@ -371,7 +371,7 @@ bool UvSeamConstraint::keeps_line(const CollapseMesh& mesh, const Plan& plan) co
     for (const std::uint32_t v : mesh.triangles[t]) {
       if (v == plan.gone || v == plan.kept || !is_line(mesh, plan.gone, v)) continue;
       before = v;
-      // A triangle with three lines is a chart or a group of its own.
+      // A triangle with three lines is a chart or a group by itself.
       if (mesh.contains(t, plan.kept) && is_line(mesh, v, plan.kept)) free = false;
     }
   });
@@ -437,14 +437,14 @@ bool UvSeamConstraint::has_copies(const Plan& plan) const {
   return false;
 }
 
-/// Steps that must be taken together, as they move copies of the same corners. All lookups take constant time, so that
-/// a group takes time linear in the number of copies.
+/// Collapses that must happen together because they move copies of the same corners. Lookups take constant time, so
+/// that a group is linear in the number of copies.
 struct UvSeamConstraint::TwinGroup {
   std::vector<Plan> steps;
-  std::unordered_map<std::uint32_t, std::uint32_t> kept_of;  ///< By the vertex that goes.
-  std::unordered_set<std::uint32_t> kept;                    ///< Vertices that stay.
-  /// Pairs of corners whose copies were all added, by the first copies: (gone, kept). Each of these copies leads to the
-  /// same steps again.
+  std::unordered_map<std::uint32_t, std::uint32_t> kept_of;  ///< By removed vertex.
+  std::unordered_set<std::uint32_t> kept;                    ///< Vertices that are kept.
+  /// Pairs (gone, kept) of first copies whose copies are all in the group: each copy of such a pair leads to the same
+  /// collapses.
   std::unordered_set<std::uint64_t> complete;
 
   void add(const Plan& step) {
@@ -454,11 +454,12 @@ struct UvSeamConstraint::TwinGroup {
   }
 };
 
-/// The copy of pair.kept that shares a triangle with `gone`, a copy of pair.gone; kNoVertex where none does. Among
-/// several, the last in the order of LayoutCopies::each(pair.kept). \param unique  cleared if there are several
+/// The copy of pair.kept that shares a triangle with `gone`, a copy of pair.gone; kNoVertex if there is none. Of
+/// several, the last in the order of LayoutCopies::each(pair.kept).
+/// \param unique  set to false if there are several
 std::uint32_t UvSeamConstraint::find_twin_corner(const CollapseMesh& mesh, std::uint32_t gone,
                                                  const Pair& pair, bool& unique) const {
-  // each() goes down from pair.kept to the lowest copy, then down from the highest one.
+  // each() descends from pair.kept to the lowest copy, then from the highest one.
   const auto order = [&](std::uint32_t uv) {
     if (uv == pair.kept) return std::pair<int, std::uint32_t>(0, 0);
     return std::pair<int, std::uint32_t>(uv < pair.kept ? 1 : 2, ~uv);
@@ -478,7 +479,8 @@ std::uint32_t UvSeamConstraint::find_twin_corner(const CollapseMesh& mesh, std::
   return found;
 }
 
-/// Adds the steps of copies of the corners of step `of`. False where a copy has no such edge, or cannot go that way.
+/// Adds the collapses of copies of the corners of collapse `of`. False if a copy has no such edge or cannot collapse
+/// in that direction.
 bool UvSeamConstraint::add_twins(const CollapseMesh& mesh, TwinGroup& group, std::size_t of) const {
   const Plan::Kind kind = group.steps[of].kind;
   const auto add = [&](std::uint32_t gone, std::uint32_t kept) {
@@ -526,7 +528,7 @@ bool UvSeamConstraint::find_twins(const CollapseMesh& mesh, std::uint32_t a, std
   const Plan lead = plan(mesh, a, b, anchor);
   for (std::size_t i = 0; i < lead.count; ++i) {
     const Pair& pair = lead.pairs[i];
-    if (rank(pair.gone) > rank(pair.kept)) return false;  // off a fold, or out of the copies
+    if (rank(pair.gone) > rank(pair.kept)) return false;  // It would leave a fold or the copies.
   }
   if (!has_copies(lead)) return true;
   if (anchor != Anchor::none) return false;
@@ -538,7 +540,7 @@ bool UvSeamConstraint::find_twins(const CollapseMesh& mesh, std::uint32_t a, std
   const Vec2 from = layout_.uvs[lead.pairs[0].kept], to = uv_at(lead, target);
   for (std::size_t i = 1; i < group.steps.size(); ++i) {
     const Plan& twin = group.steps[i];
-    twins.push_back({twin.kept, twin.gone});  // the order in which plan() has that end go
+    twins.push_back({twin.kept, twin.gone});  // The order in which plan() removes that end.
     if (twin.kind != Plan::Kind::inside) continue;
     const std::uint32_t corner = twin.pairs[0].kept;
     const Vec2& own = layout_.uvs[corner];

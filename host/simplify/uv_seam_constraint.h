@@ -1,4 +1,4 @@
-// Simplification that keeps a UV layout, and the borders between groups.
+// Constraint that keeps a UV layout, and borders between groups.
 #pragma once
 
 #include <array>
@@ -15,25 +15,26 @@
 
 namespace kiln {
 
-/// Attributes of a mesh at its triangles' corners, and per triangle.
+/// UVs by corner, and groups and charts by triangle.
 struct Layout {
   std::vector<Vec2> uvs;
-  std::vector<Triangle> corners;        ///< Indices into uvs, by triangle.
-  std::vector<std::uint32_t> groups;    ///< By triangle, of group, object and material; empty: one.
-  std::vector<std::uint32_t> group_of;  ///< A triangle of the given mesh that is in a group.
+  std::vector<Triangle> corners;  ///< Indices into uvs, by triangle.
+  /// By triangle, a number for group, object and material; empty: all have one.
+  std::vector<std::uint32_t> groups;
+  std::vector<std::uint32_t> group_of;  ///< By group, a triangle of the given mesh.
   std::vector<std::uint32_t> charts;    ///< By triangle.
 };
 
-/// Keeps seams, their ends and crossings, open borders, and borders between groups where they are: on the
-/// surface and in the layout. Lets no UV triangle turn over, and no charts come to overlap.
+/// Keeps UV seams, their ends and crossings, open borders, and borders between groups in place, on the surface and in
+/// the layout. No UV triangle flips, and no charts begin to overlap.
 ///
-/// Inside a chart, a moved vertex gets the UV that the affine maps of its triangles call best.
-/// Their error counts (Hoppe 1999, "New Quadric Metric for Simplifying Meshes with Appearance Attributes",
-/// section 3). Copies, as of mirrored halves, collapse together, so that they stay copies.
-/// Vertices of seams and borders only move along these, onto their next: both sides together.
+/// Inside a chart, a moved vertex gets the UV that fits the affine maps of its triangles best, and their error adds
+/// to the cost (Hoppe 1999, "New Quadric Metric for Simplifying Meshes with Appearance Attributes", section 3). UV
+/// copies, such as mirrored halves, collapse together, so that they stay copies. Vertices of seams and borders
+/// collapse only along these, into the next vertex there, on both sides together.
 class UvSeamConstraint : public CollapseConstraint {
  public:
-  /// \param layout  UVs equal by value at a vertex must have one index
+  /// \param layout  UVs of equal value at a vertex must have one index
   UvSeamConstraint(const CollapseMesh& mesh, Layout layout);
 
   UvSeamConstraint(const UvSeamConstraint&) = delete;
@@ -51,26 +52,26 @@ class UvSeamConstraint : public CollapseConstraint {
   void end_twins() override { moved_.clear(); }
   bool may_move(const CollapseMesh& mesh, std::uint32_t vertex, const Vec3d& target) const override;
 
-  /// UVs now; corners are indices into them, by the triangles given at first.
+  /// Current UVs; corners are indices into them, by the triangles that the constructor received.
   const Layout& layout() const { return layout_; }
 
  private:
-  /// Squared errors of affine maps, weighted by area: of position and UV.
+  /// Sums, weighted by area, of squared errors of affine maps from position to UV.
   struct Attributes {
     std::array<Quadric, 2> linear;   ///< For u and v each: sum of w (g . p + d)^2
-    std::array<Vec3d, 2> gradient;   ///< of w g
-    std::array<double, 2> offset{};  ///< of w d
+    std::array<Vec3d, 2> gradient;   ///< sum of w g
+    std::array<double, 2> offset{};  ///< sum of w d
     double weight = 0;
     Attributes& operator+=(const Attributes& other);
     double best(std::size_t axis, const Vec3d& p) const;
   };
-  /// Merged corners: the one that goes, and the one that it becomes.
+  /// A pair of corners that merge: `gone` is replaced by `kept`.
   struct Pair {
     std::uint32_t gone, kept;
   };
   struct Plan {
     enum class Kind : std::uint8_t { none, inside, onto } kind = Kind::none;
-    std::uint32_t gone = 0, kept = 0;  ///< Vertices. Inside: both move.
+    std::uint32_t gone = 0, kept = 0;  ///< Vertices. Inside a chart, both move.
     std::array<Pair, 2> pairs{};
     std::size_t count = 0;
   };
@@ -88,7 +89,7 @@ class UvSeamConstraint : public CollapseConstraint {
                  const Vec2& uv) const;
   bool keeps_line(const CollapseMesh& mesh, const Plan& plan) const;
 
-  /// 0: a corner without copies; 1: with copies; 2: on a fold. What has less goes, where two become one.
+  /// 0: a corner without copies; 1: with copies; 2: on a fold. Of two merging corners, the lower rank is removed.
   int rank(std::uint32_t uv) const;
   bool has_copies(const Plan& plan) const;
   struct TwinGroup;
@@ -99,11 +100,11 @@ class UvSeamConstraint : public CollapseConstraint {
   Layout layout_;
   LayoutCopies copies_;
   std::vector<std::uint32_t> vertex_of_;           ///< By UV.
-  std::unordered_map<std::uint32_t, Vec2> moved_;  ///< New UVs of copies, of the step under way.
+  std::unordered_map<std::uint32_t, Vec2> moved_;  ///< New UVs of copies during a collapse.
   LayoutBorders borders_;
   std::vector<Attributes> attributes_;  ///< By UV.
   std::vector<std::uint8_t>
-      vertex_class_;  ///< kInside, kLine, along which a vertex may move, or kCorner
+      vertex_class_;  ///< kInside; kLine: may move along a line only; or kCorner: fixed
   double scale_ = 1;  ///< Length of a UV unit on the surface.
 };
 
