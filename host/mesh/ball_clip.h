@@ -11,22 +11,22 @@
 
 namespace kiln {
 
-/// Part of a triangle that lies in a ball.
+/// Area and edge lengths of a triangle inside of a ball.
 struct BallClip {
   double area = 0;
-  std::array<double, 3> share{};  ///< Share of the length of edge k, from corner k
+  std::array<double, 3> share{};  ///< Share of the length of edge k (from corner k) inside
 };
 
-/// Clips a triangle by a ball around 0: each edge to its part inside the ball, the area by the circle that the ball
-/// cuts out of the triangle's plane, as triangles and sectors from the circle's centre.
+/// Clips a triangle by a ball around the origin. Edges are clipped to their part in the ball; the area is clipped by
+/// the circle in which the ball cuts the triangle's plane, as triangles and sectors from the circle's centre.
 inline BallClip clip_by_ball(const std::array<Vec3d, 3>& corners, double squared_radius) {
   BallClip clip;
   const Vec3d across = cross(corners[1] - corners[0], corners[2] - corners[0]);
   const double doubled_area = length(across);
   const Vec3d normal = doubled_area > 0 ? across * (1 / doubled_area) : Vec3d{};
   const double away = dot(normal, corners[0]);
-  const double squared = squared_radius - away * away;  // of the circle's radius
-  // Sectors' angles add up to that of a product of complex numbers, which takes one arc tangent.
+  const double squared = squared_radius - away * away;  // squared radius of the circle
+  // Sums the sectors' angles by multiplying complex numbers, so that one atan2() suffices.
   double real = 1, imaginary = 0;
   const auto turn = [&](double cosine, double sine) {
     const double before = real;
@@ -49,7 +49,7 @@ inline BallClip clip_by_ball(const std::array<Vec3d, 3>& corners, double squared
     }
     if (end > begin) clip.share[k] = end - begin;
     if (!(squared > 0)) continue;
-    // In the plane, from the circle's centre: dot and cross products of points on the edge.
+    // Relative to the circle's centre: dot and cross products of points on the edge.
     const double in_plane = start - away * away, side = dot(normal, cross(p, way));
     centre_inside = centre_inside && side >= 0;
     lines_far = lines_far && side * side > 0.81 * squared * whole;
@@ -62,8 +62,8 @@ inline BallClip clip_by_ball(const std::array<Vec3d, 3>& corners, double squared
     }
   }
   if (!(squared > 0) || !(doubled_area > 0)) return clip;
-  // In 0 to a full turn; if the centre lies outside, a half at most. Rounding must not turn an angle of 0 into a full
-  // turn, nor the reverse.
+  // The angle lies in [0, 2 pi], or below pi if the centre lies outside. Rounding must not turn 0 into a full turn,
+  // or vice versa.
   double angle = std::atan2(imaginary, real);
   constexpr double kNone = 1e-9;
   if (centre_inside && std::abs(angle) < kNone) {

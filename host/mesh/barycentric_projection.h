@@ -1,4 +1,4 @@
-// Foot of a point on a triangle, in barycentric coordinates.
+// Projection of a point onto a triangle, in barycentric coordinates.
 #pragma once
 
 #include <algorithm>
@@ -8,7 +8,7 @@
 
 namespace kiln {
 
-/// Barycentric weights of a point's foot on a triangle; beyond an edge, of a place on it.
+/// Barycentric coordinates of a point's projection onto a triangle's plane, clamped to an edge if it lies outside.
 inline std::array<double, 3> barycentric_projection(const Vec3d& p, const Vec3d& a, const Vec3d& b,
                                                     const Vec3d& c) {
   const Vec3d normal = cross(b - a, c - a);

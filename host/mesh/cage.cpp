@@ -21,17 +21,19 @@ namespace {
 
 constexpr const char* kInner = "inner";
 constexpr std::uint32_t kNoPartner = 0xFFFFFFFFU;
-constexpr std::size_t kLargestFace = 64;  // in triangles, that may be cut otherwise
-// A vertex of a cage is far from its own one of the low poly where that lies so many times farther than the nearest.
-constexpr double kFarther = 4;
-constexpr double kFewFar = 1.0 / 16, kManyFar = 1.0 / 2;  // of its vertices
-constexpr std::size_t kLookedAt = 256;
+// Triangles per polygon that may be triangulated differently
+constexpr std::size_t kMaxPolygonTriangles = 64;
+// A cage's vertex is far from its partner if its distance is this many times that to the nearest vertex.
+constexpr double kFarRatio = 4;
+constexpr double kMinFarShare = 1.0 / 16,
+                 kMaxFarShare = 1.0 / 2;  // Shares of vertices that are far
+constexpr std::size_t kSampledCorners = 256;
 
 /// Triangles of one object or group, in order.
 struct Piece {
   std::string name;
   std::vector<std::uint32_t> triangles;
-  std::array<Vec3d, 2> box;  ///< Bounding box of their finite corners
+  std::array<Vec3d, 2> box;  ///< Bounding box of the finite corners
 };
 
 void find_boxes(const Mesh& mesh, std::span<const Vec3> positions, std::vector<Piece>& pieces) {
@@ -52,7 +54,7 @@ void find_boxes(const Mesh& mesh, std::span<const Vec3> positions, std::vector<P
   }
 }
 
-/// The pieces of triangles [first, first + count). One without a name where the mesh has no names.
+/// The pieces of triangles [first, first + count). A single unnamed piece if the mesh has no names.
 std::vector<Piece> pieces_of(const Mesh& mesh, std::span<const Vec3> positions, bool objects,
                              std::size_t first, std::size_t count) {
   const std::vector<std::uint32_t>& of = objects ? mesh.objects : mesh.groups;
@@ -67,7 +69,8 @@ std::vector<Piece> pieces_of(const Mesh& mesh, std::span<const Vec3> positions, 
   return pieces;
 }
 
-/// Parts of triangles [first, first + count) that share no place, in the order of their first triangles.
+/// Components of triangles [first, first + count), connected over equal positions, in the order of their first
+/// triangles.
 std::vector<Piece> parts_of(const Mesh& mesh, std::span<const Vec3> positions, std::size_t first,
                             std::size_t count) {
   const std::vector<std::uint32_t> place_of = weld_vertices(positions);
@@ -89,8 +92,8 @@ std::vector<Piece> parts_of(const Mesh& mesh, std::span<const Vec3> positions, s
   return pieces;
 }
 
-/// A name without what tells low polys, their cages and copies apart, in lower case.
-std::string bare_name(std::string name) {
+/// A name in lower case without suffixes for low polys, cages and copies.
+std::string stem_of(std::string name) {
   name = lower_case(name);
   for (bool again = true; again;) {
     again = false;
@@ -103,11 +106,11 @@ std::string bare_name(std::string name) {
   return name;
 }
 
-/// For each piece of the low poly the one of the cage, by names: the same, else bare. Empty where a name is twice.
-/// kNoPartner: there is none.
-std::vector<std::uint32_t> by_names(const std::vector<Piece>& low, const std::vector<Piece>& cage,
-                                    bool bare) {
-  const auto name = [&](const Piece& piece) { return bare ? bare_name(piece.name) : piece.name; };
+/// For each piece of the low poly, the piece of the cage with the same name (stem_of() if `bare`). kNoPartner:
+/// none. Empty if names are not unique.
+std::vector<std::uint32_t> pair_by_names(const std::vector<Piece>& low,
+                                         const std::vector<Piece>& cage, bool bare) {
+  const auto name = [&](const Piece& piece) { return bare ? stem_of(piece.name) : piece.name; };
   std::map<std::string, std::uint32_t> of_cage;
   for (std::uint32_t i = 0; i < cage.size(); ++i) {
     if (!of_cage.emplace(name(cage[i]), i).second) return {};
@@ -122,9 +125,10 @@ std::vector<std::uint32_t> by_names(const std::vector<Piece>& low, const std::ve
   return pairs;
 }
 
-/// By how near the corners of their boxes lie, among those of as many triangles. Empty where one is nearest to two.
-std::vector<std::uint32_t> by_places(const std::vector<Piece>& low,
-                                     const std::vector<Piece>& cage) {
+/// Pairs pieces of equal triangle counts by the distance of their bounding boxes. Empty if one is nearest to two
+/// pieces.
+std::vector<std::uint32_t> pair_by_distance(const std::vector<Piece>& low,
+                                            const std::vector<Piece>& cage) {
   std::vector<std::uint32_t> pairs;
   std::vector<bool> taken(cage.size());
   for (const Piece& piece : low) {
@@ -143,12 +147,12 @@ std::vector<std::uint32_t> by_places(const std::vector<Piece>& low,
   return pairs;
 }
 
-/// The share of a cage's vertices that lie far from those of the low poly that they stand for, as its nearest ones go.
-/// \param corners  of the low poly's triangles, in order; some of them are looked at
+/// Share of a cage's vertices that lie far from their partners in the low poly, compared with the nearest vertices.
+/// \param corners  of the low poly's triangles, in order; a subset of them is tested
 double far_share(const Mesh& low, std::span<const Vec3> low_positions,
                  std::span<const Vec3> corners) {
   std::size_t count = 0, farther = 0;
-  const std::size_t step = 1 + corners.size() / kLookedAt;
+  const std::size_t step = 1 + corners.size() / kSampledCorners;
   for (std::size_t i = 0; i < corners.size(); i += step) {
     if (!is_finite(corners[i])) continue;
     const auto off = [&](std::uint32_t vertex) {
@@ -160,7 +164,7 @@ double far_share(const Mesh& low, std::span<const Vec3> low_positions,
       for (const std::uint32_t vertex : t) nearest = std::min(nearest, off(vertex));
     }
     ++count;
-    farther += own > kFarther * nearest ? 1 : 0;
+    farther += own > kFarRatio * nearest ? 1 : 0;
   }
   return count == 0 ? 0 : static_cast<double>(farther) / static_cast<double>(count);
 }
@@ -169,18 +173,18 @@ bool complete(const std::vector<std::uint32_t>& pairs) {
   return !pairs.empty() && std::find(pairs.begin(), pairs.end(), kNoPartner) == pairs.end();
 }
 
-/// Vertices of the cage that stand for those of the low poly.
+/// Maps vertices of the low poly to vertices of the cage, piece by piece.
 class Partners {
  public:
   Partners(const Mesh& low, const Mesh& cage, std::span<const Vec3> positions)
       : low_(low), cage_(cage), positions_(positions), corners_(3 * low.triangles.size()) {}
 
-  /// \returns whether the pieces fit: by triangles in order, else by vertices in order
-  bool take(const Piece& low, const Piece& cage) {
-    return in_order(low, cage) || by_rank(low, cage);
+  /// \returns true if the pieces correspond: by triangles in order, else by vertices in order
+  bool pair(const Piece& low, const Piece& cage) {
+    return in_order(low, cage) || pair_by_rank(low, cage);
   }
 
-  /// Three corners a triangle of the low poly; empty where a vertex of it would lie in two places.
+  /// Three corners per triangle of the low poly; empty if a vertex of it would have two positions.
   std::vector<Vec3> corners() const {
     std::vector<std::uint32_t> partner(low_.positions.size(), kNoPartner);
     std::vector<Vec3> result;
@@ -223,15 +227,15 @@ class Partners {
     return all;
   }
 
-  /// The faces in order have the same vertices, counted in each piece, but may be cut otherwise.
-  bool by_rank(const Piece& low, const Piece& cage) {
+  /// Pairs vertices by their rank within each piece; polygons may be triangulated differently.
+  bool pair_by_rank(const Piece& low, const Piece& cage) {
     const std::vector<std::uint32_t> of_low = vertices(low_, low), of_cage = vertices(cage_, cage);
     if (of_low.size() != of_cage.size()) return false;
     const auto partner = [&](std::uint32_t vertex) {
       return of_cage[static_cast<std::size_t>(
           std::lower_bound(of_low.begin(), of_low.end(), vertex) - of_low.begin())];
     };
-    std::multiset<std::uint32_t> ours, theirs;  // of the triangles since faces agreed
+    std::multiset<std::uint32_t> ours, theirs;  // of the triangles since the last agreement
     std::size_t since = 0;
     for (std::size_t i = 0; i < low.triangles.size(); ++i) {
       for (std::size_t k = 0; k < 3; ++k) {
@@ -245,7 +249,7 @@ class Partners {
         ours.clear();
         theirs.clear();
         since = 0;
-      } else if (since > kLargestFace) {
+      } else if (since > kMaxPolygonTriangles) {
         return false;
       }
     }
@@ -260,8 +264,8 @@ class Partners {
 
 std::string in_quotes(const std::string& name) { return "'" + name + "'"; }
 
-/// The corners of triangles [first, first + those of the low poly); none where they are no copy of the low poly's.
-/// \param misfit  out: in words, why there are none
+/// The corners of triangles [first, first + those of the low poly); empty if they are no copy of the low poly's.
+/// \param misfit  [out] the reason, if they resemble one
 std::vector<Vec3> corners_of(const Mesh& low, std::span<const Vec3> low_positions, const Mesh& cage,
                              std::span<const Vec3> positions, std::size_t first, bool named,
                              std::string& misfit) {
@@ -276,10 +280,10 @@ std::vector<Vec3> corners_of(const Mesh& low, std::span<const Vec3> low_position
     ours = pieces_of(low, low_positions, objects, 0, low.triangles.size());
     theirs = pieces_of(cage, positions, objects, first, count);
   }
-  std::vector<std::uint32_t> pairs = by_names(ours, theirs, false);
-  if (!complete(pairs)) pairs = by_names(ours, theirs, true);
+  std::vector<std::uint32_t> pairs = pair_by_names(ours, theirs, false);
+  if (!complete(pairs)) pairs = pair_by_names(ours, theirs, true);
   if (!complete(pairs) && ours.size() == theirs.size()) {
-    if (auto near = by_places(ours, theirs); complete(near)) pairs = std::move(near);
+    if (auto near = pair_by_distance(ours, theirs); complete(near)) pairs = std::move(near);
   }
   const bool some =
       std::any_of(pairs.begin(), pairs.end(), [](auto pair) { return pair != kNoPartner; });
@@ -312,10 +316,10 @@ std::vector<Vec3> corners_of(const Mesh& low, std::span<const Vec3> low_position
     theirs = whole(cage, first, low.triangles.size());
     pairs = {0};
   }
-  const auto take = [&] {
+  const auto pair_all = [&] {
     Partners partners(low, cage, positions);
     for (std::size_t i = 0; i < ours.size(); ++i) {
-      if (partners.take(ours[i], theirs[pairs[i]])) continue;
+      if (partners.pair(ours[i], theirs[pairs[i]])) continue;
       misfit = "faces of its " + in_quotes(theirs[pairs[i]].name) +
                " do not have the vertices of the low poly's " + in_quotes(ours[i].name) +
                " in their order";
@@ -325,12 +329,12 @@ std::vector<Vec3> corners_of(const Mesh& low, std::span<const Vec3> low_position
     if (corners.empty()) misfit = "vertices of the low poly would lie in two places";
     return corners;
   };
-  std::vector<Vec3> corners = take();
+  std::vector<Vec3> corners = pair_all();
   if (by_piece || !named) return corners;
   const auto far = [&] { return corners.empty() ? 1 : far_share(low, low_positions, corners); };
   const double far_in_order = far();
-  if (far_in_order <= kFewFar) return corners;
-  // Without names that say so, parts may still be in another order.
+  if (far_in_order <= kMinFarShare) return corners;
+  // Without names to pair them, components may still be in another order.
   const std::vector<Vec3> in_order = corners;
   const std::string wrong =
       corners.empty()
@@ -339,11 +343,12 @@ std::vector<Vec3> corners_of(const Mesh& low, std::span<const Vec3> low_position
   misfit.clear();
   ours = parts_of(low, low_positions, 0, low.triangles.size());
   theirs = parts_of(cage, positions, first, low.triangles.size());
-  pairs = ours.size() == theirs.size() ? by_places(ours, theirs) : std::vector<std::uint32_t>{};
-  corners = complete(pairs) ? take() : std::vector<Vec3>{};
-  if (const double found = far(); found < far_in_order && found <= kManyFar) return corners;
-  misfit = far_in_order <= kManyFar ? "" : wrong;
-  return far_in_order <= kManyFar ? in_order : std::vector<Vec3>{};
+  pairs =
+      ours.size() == theirs.size() ? pair_by_distance(ours, theirs) : std::vector<std::uint32_t>{};
+  corners = complete(pairs) ? pair_all() : std::vector<Vec3>{};
+  if (const double found = far(); found < far_in_order && found <= kMaxFarShare) return corners;
+  misfit = far_in_order <= kMaxFarShare ? "" : wrong;
+  return far_in_order <= kMaxFarShare ? in_order : std::vector<Vec3>{};
 }
 
 bool begins_with_inner(const Mesh& cage) {

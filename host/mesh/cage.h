@@ -1,4 +1,4 @@
-// A cage mesh as the low poly's triangles take it.
+// A cage mesh, matched with the low poly's triangles.
 #pragma once
 
 #include <memory>
@@ -12,32 +12,34 @@
 
 namespace kiln {
 
-/// Any closed mesh around the low poly, in its frame.
+/// A closed mesh around the low poly, in the low poly's frame.
 struct CageHull {
   std::string name;
   std::vector<Vec3> positions;
   std::vector<Triangle> triangles;
-  std::size_t low_triangles = 0;  ///< Triangles that a copy of the low poly would have
-  std::string
-      misfit;  ///< In words, why it is no copy of the low poly though it seems to be; or empty
+  /// Triangles of the low poly, which a cage with its topology would have
+  std::size_t low_triangles = 0;
+  /// Why the mesh is no copy of the low poly although it resembles one; empty if it does not
+  std::string misfit;
 };
 
-/// See CageKind. Positions are in the frame, three a triangle of the low poly.
+/// A cage mesh by CageKind. Positions are in the frame, three per triangle of the low poly.
 struct CageCorners {
   CageKind kind = CageKind::offsets;
-  std::vector<Vec3> outer;               ///< Set for CageKind::offsets and shells
-  std::vector<Vec3> inner;               ///< Set for CageKind::shells
-  std::shared_ptr<const CageHull> hull;  ///< Set for CageKind::hull
+  std::vector<Vec3> outer;               ///< For CageKind::offsets and shells
+  std::vector<Vec3> inner;               ///< For CageKind::shells
+  std::shared_ptr<const CageHull> hull;  ///< For CageKind::hull
 };
 
-/// A mesh whose triangles are those of the low poly, in order and with no vertex torn apart, has offsets; one
-/// with twice as many has shells where both halves are so; any other is a hull. Objects, or else groups, of the
-/// two meshes pair by their names, with or without endings such as _low and _cage. Where not all do, those of as
-/// many triangles pair whose boxes have the nearest corners; where that is not clear, all are taken in order.
-/// Without names all are taken in order, too, unless vertices then lie far from those that they stand for, and parts
-/// that share no vertex pair by their places so that fewer do.
-/// In a piece, faces may be cut otherwise where its vertices are those of the low poly in order.
-/// \throws Error(input) for a mesh that is no mesh
+/// Classifies a cage mesh. If its triangles correspond to those of the low poly, in order and without splitting a
+/// vertex, it holds offsets; if both halves of twice as many triangles do, it holds two shells; any other mesh is a
+/// hull.
+/// Objects (else groups) of the two meshes are paired by name, with or without suffixes such as _low and _cage. If
+/// some have no partner, pieces of equal triangle counts are paired by the distance of their bounding boxes; if that
+/// is ambiguous, all are paired in order. Without names, all are paired in order, unless vertices then lie far from
+/// their partners: then components are paired by distance if that leaves fewer such vertices.
+/// Within a piece, polygons may be triangulated differently if the vertices are those of the low poly, in order.
+/// \throws Error(input) for an invalid mesh
 CageCorners read_cage(const Mesh& low, const Mesh& cage, const Frame& frame);
 
 }  // namespace kiln

@@ -10,7 +10,7 @@
 namespace kiln {
 namespace {
 
-/// Remembers the first value given for each key: open addressing, at most half full.
+/// Hash map that keeps the first value of each key: open addressing, at most half full.
 class FirstValues {
  public:
   explicit FirstValues(std::size_t largest_count)
@@ -31,10 +31,10 @@ class FirstValues {
  private:
   std::size_t mask_;
   std::vector<std::uint64_t> keys_;
-  std::vector<std::uint32_t> values_;  // + 1; 0: free
+  std::vector<std::uint32_t> values_;  // value + 1; 0: free
 };
 
-/// The lowest triangle that a triangle is known to be connected with.
+/// Root of a triangle's tree in the union-find forest.
 std::uint32_t root(std::vector<std::uint32_t>& parent, std::uint32_t triangle) {
   while (parent[triangle] != triangle) {
     parent[triangle] = parent[parent[triangle]];

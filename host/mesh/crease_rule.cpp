@@ -16,56 +16,66 @@ namespace {
 
 constexpr std::uint32_t kNoPart = 0xFFFFFFFFU;
 
-/// The histogram of turns, degrees, and what counts as a gap in it: see find_creases().
+/// Parameters of the histogram of turns (degrees) and of gaps in it: see find_creases().
 struct GapRule {
   static constexpr std::size_t kBins = 181;
-  static constexpr std::size_t kFirst = 20;  ///< kLeastCut
+  static constexpr std::size_t kFirstBin = 20;  ///< kMinCreaseDegrees
   static constexpr std::size_t kRightAngle = 90;
-  static constexpr double kMostInside = 0.1;  ///< Share of the weight above
-  static constexpr double kLeastRatio = 1.5;  ///< Of the gap's ends
-  static constexpr double kLeastWeight =
-      2e-4;  ///< Share above: a cube of ten million triangles has 1e-3
-  static constexpr double kLeastLines = 0.8;     ///< Share of the edges above, by weight
-  static constexpr std::size_t kFewEdges = 100;  ///< Parts of fewer have planes, or no smooth edges
-  static constexpr double kPlanesOfFew = 0.1, kWeakOfFew = 0.05;  ///< Shares by weight
-  static constexpr std::size_t kLeastEdges =
-      12;  ///< A tetrahedron's has 6; smaller parts are judged together
+  /// Largest weight within a gap, as a share of the weight above it
+  static constexpr double kMaxGapWeight = 0.1;
+  static constexpr double kMinRatio = 1.5;  ///< Smallest ratio of a gap's ends
+  static constexpr double kMinWeightAbove =
+      2e-4;  ///< Smallest share of the weight above a gap: a cube of ten million triangles has 1e-3
+  /// Smallest share (by weight) of the edges above a gap that form lines
+  static constexpr double kMinLineShare = 0.8;
+  /// Parts with fewer edges need planes, or few weak edges
+  static constexpr std::size_t kMinEdgesWithoutPlanes = 100;
+  static constexpr double kMinPlaneShareOfSmall = 0.1,
+                          kMaxWeakShareOfSmall = 0.05;  ///< Shares by weight
+  static constexpr std::size_t kMinEdges =
+      12;  ///< Smaller parts are judged together; a tetrahedron has 6 edges
 };
 
-/// Parts of planes and edges, but without a gap.
+/// Parameters for parts with planes and edges but without a gap.
 struct PlaneRule {
-  static constexpr double kLeastPlanes = 0.25;  ///< Share of edges within planes, by weight
-  static constexpr double kLeastLines = 0.9;
-  static constexpr std::size_t kFirst = 25, kLast = 50;  ///< Where the angle is looked for, degrees
+  /// Smallest share (by weight) of edges within planes
+  static constexpr double kMinPlaneShare = 0.25;
+  static constexpr double kMinLineShare = 0.9;
+  static constexpr std::size_t kFirstBin = 25, kLastBin = 50;  ///< Range of the threshold, degrees
 };
 
-/// Vertices that the file splits.
+/// Parameters for vertices that are split in the file.
 struct SplitRule {
-  static constexpr double kLeastMedian = 25;  ///< Turn of split edges, degrees
-  static constexpr double kLeastRatio =
-      2;  ///< To the turn that nine tenths of the others stay below
-  static constexpr double kLeastTurn = 1;      ///< Splits in planes are no edges, degrees
-  static constexpr double kLeastShared = 0.1;  ///< Share of the edges that are not split, by number
+  static constexpr double kMinMedianTurn = 25;  ///< Smallest median turn of split edges, degrees
+  static constexpr double kMinRatio =
+      2;  ///< Smallest ratio of that to the 90% quantile of other edges
+  /// Smallest turn of split edges that count, degrees: splits within planes are no edges
+  static constexpr double kMinTurn = 1;
+  /// Smallest share (by number) of edges that are not split
+  static constexpr double kMinSharedShare = 0.1;
 };
 
-/// Surfaces of labelled voxels.
+/// Parameters for surfaces of labelled voxels.
 struct LatticeRule {
-  static constexpr std::size_t kLeastEdges = 200;
-  static constexpr double kMostSteps = 2;    ///< Of the lattice along an axis, of an edge
-  static constexpr double kRounding = 2e-3;  ///< Of a step
-  static constexpr double kLeastSlanted =
-      0.05;  ///< Share of edges that turn by 30 to 65 degrees, by weight
+  static constexpr std::size_t kMinEdges = 200;
+  /// Largest length of an edge along an axis, in lattice steps
+  static constexpr double kMaxSteps = 2;
+  static constexpr double kStepTolerance = 2e-3;  ///< Tolerance, in lattice steps
+  static constexpr double kMinSlantedShare =
+      0.05;  ///< Smallest share (by weight) of edges that turn by 30 to 65 degrees
 };
 
-/// Edges where planes meet.
+/// Parameters for single edges between planes.
 struct RegionRule {
-  static constexpr float kPlane = 0.1F;  ///< Turn within a plane, degrees
-  static constexpr double kFlat = 0.5;   ///< Turn of a plane's triangle from the whole, degrees
-  static constexpr double kLeastCrease = 5;
-  static constexpr double kLess = 0.4, kMore = 2.5;  ///< Turns between these ratios are alike
-  static constexpr double kMostRound = 46;           ///< Degrees
-  static constexpr double kSameTurn = 2;             ///< Degrees
-  static constexpr double kSameArea = 0.1;           ///< Share
+  static constexpr float kMaxPlaneTurn = 0.1F;  ///< Largest turn within a plane, degrees
+  /// Largest angle between a triangle and its plane's mean normal, degrees
+  static constexpr double kMaxPlaneDeviation = 0.5;
+  static constexpr double kMinSingleTurn = 5;
+  static constexpr double kMinSimilarRatio = 0.4,
+                          kMaxSimilarRatio = 2.5;  ///< Range of ratios between similar turns
+  static constexpr double kMaxRoundTurn = 46;      ///< Largest turn of a round, degrees
+  static constexpr double kTurnTolerance = 2;      ///< Tolerance of equal turns, degrees
+  static constexpr double kAreaTolerance = 0.1;    ///< Relative tolerance of equal areas
 };
 
 std::size_t bin_of_turn(float turn) {
@@ -81,11 +91,11 @@ class CreaseFinder {
 
   void group();
   void judge();
-  /// \param is_hard  of an edge, but for those within polygons
+  /// Sets hard edges by a predicate, except within polygons.
   template <typename IsHard>
   void cut(const IsHard& is_hard);
   void find_regions();
-  void see_to_single_edges();
+  void correct_single_edges();
   Creases finish();
 
  private:
@@ -106,17 +116,18 @@ class CreaseFinder {
   double lines_from(std::span<const std::uint32_t> edges, double degrees);
   bool is_lattice(std::span<const std::uint32_t> edges, const Histogram& turns) const;
   bool judge_splits(std::span<const std::uint32_t> edges);
-  double cut_of(std::span<const std::uint32_t> edges);
+  double find_threshold(std::span<const std::uint32_t> edges);
   void judge_part(std::span<const std::uint32_t> edges);
 
   const Mesh& mesh_;
   const FaceEdges& faces_;
   Creases result_;
-  std::vector<std::uint32_t> part_of_;       // per triangle; a triangle of it
-  Adjacency edges_of_;                       // per part
-  std::vector<std::uint32_t> part_numbers_;  // per triangle that stands for a part
-  std::vector<bool> by_file_;         // per triangle that stands for a part: split vertices say
-  std::vector<std::uint8_t> strong_;  // per welded vertex, scratch of lines_from()
+  std::vector<std::uint32_t> part_of_;       // By triangle, its part, named by one of its triangles
+  Adjacency edges_of_;                       // By part
+  std::vector<std::uint32_t> part_numbers_;  // By triangle that names a part, the part's number
+  std::vector<bool>
+      split_in_file_;  // By triangle that names a part: true if split vertices decided
+  std::vector<std::uint8_t> line_edges_;  // By welded vertex; scratch of lines_from()
 };
 
 void CreaseFinder::group() {
@@ -127,17 +138,17 @@ void CreaseFinder::group() {
   for (std::uint32_t t = 0; t < part_of_.size(); ++t) part_of_[t] = sets.find(t);
   for (const FaceEdge& e : faces_.edges) ++edges[part_of_[e.sides[0] / 3]];
   part_numbers_.assign(part_of_.size(), kNoPart);
-  std::uint32_t next = 1;  // 0: small ones together
+  std::uint32_t next = 1;  // 0: all small parts together
   for (std::uint32_t t = 0; t < part_of_.size(); ++t) {
     if (part_of_[t] != t || faces_.areas[t] == 0) continue;
     ++result_.parts;
-    part_numbers_[t] = edges[t] < GapRule::kLeastEdges ? 0 : next++;
+    part_numbers_[t] = edges[t] < GapRule::kMinEdges ? 0 : next++;
   }
   edges_of_ = Adjacency::make(next, faces_.edges.size(), [&](std::size_t e) {
     return part_numbers_[part_of_[faces_.edges[e].sides[0] / 3]];
   });
-  strong_.resize(mesh_.positions.size());
-  by_file_.resize(part_of_.size());
+  line_edges_.resize(mesh_.positions.size());
+  split_in_file_.resize(part_of_.size());
 }
 
 CreaseFinder::Histogram CreaseFinder::histogram(std::span<const std::uint32_t> edges) const {
@@ -146,12 +157,12 @@ CreaseFinder::Histogram CreaseFinder::histogram(std::span<const std::uint32_t> e
     const double w = weight(edge(e));
     result.weight[edge(e).inner ? 0 : bin_of_turn(edge(e).turn)] += w;
     result.total += w;
-    if (edge(e).inner || edge(e).turn < RegionRule::kPlane) result.planes += w;
+    if (edge(e).inner || edge(e).turn < RegionRule::kMaxPlaneTurn) result.planes += w;
   }
   return result;
 }
 
-/// Share of the edges from an angle on, by weight, that go on at both ends; 0 where there are none.
+/// Share (by weight) of the edges with at least this turn that continue at both ends; 0 if there are no such edges.
 double CreaseFinder::lines_from(std::span<const std::uint32_t> edges, double degrees) {
   const auto each = [&](const auto& call) {
     for (const std::uint32_t e : edges) {
@@ -160,25 +171,27 @@ double CreaseFinder::lines_from(std::span<const std::uint32_t> edges, double deg
   };
   each([&](const FaceEdge& e) {
     for (const std::uint32_t end : ends(e)) {
-      strong_[end] = static_cast<std::uint8_t>(std::min(strong_[end] + 1, 2));
+      line_edges_[end] = static_cast<std::uint8_t>(std::min(line_edges_[end] + 1, 2));
     }
   });
   double lines = 0, all = 0;
   each([&](const FaceEdge& e) {
-    const auto goes_on = [&](std::uint32_t end) { return strong_[end] > 1 || faces_.borders[end]; };
+    const auto goes_on = [&](std::uint32_t end) {
+      return line_edges_[end] > 1 || faces_.borders[end];
+    };
     all += weight(e);
     if (goes_on(ends(e)[0]) && goes_on(ends(e)[1])) lines += weight(e);
   });
   each([&](const FaceEdge& e) {
-    for (const std::uint32_t end : ends(e)) strong_[end] = 0;
+    for (const std::uint32_t end : ends(e)) line_edges_[end] = 0;
   });
   return all > 0 ? lines / all : 0;
 }
 
 bool CreaseFinder::is_lattice(std::span<const std::uint32_t> edges, const Histogram& turns) const {
-  if (edges.size() < LatticeRule::kLeastEdges) return false;
+  if (edges.size() < LatticeRule::kMinEdges) return false;
   const double slanted = std::accumulate(&turns.weight[30], &turns.weight[66], 0.0);
-  if (slanted < LatticeRule::kLeastSlanted * turns.total) return false;
+  if (slanted < LatticeRule::kMinSlantedShare * turns.total) return false;
   const auto along = [&](std::uint32_t e) {
     const auto [a, b] = ends(edge(e));
     const Vec3d d = Vec3d(mesh_.positions[b]) - Vec3d(mesh_.positions[a]);
@@ -190,7 +203,7 @@ bool CreaseFinder::is_lattice(std::span<const std::uint32_t> edges, const Histog
   }
   for (const std::uint32_t e : edges) {
     for (std::size_t k = 0; k < 3; ++k) {
-      if (along(e)[k] > most[k] / (2 * LatticeRule::kMostSteps)) {
+      if (along(e)[k] > most[k] / (2 * LatticeRule::kMaxSteps)) {
         step[k] = std::min(step[k], along(e)[k]);
       }
     }
@@ -198,8 +211,8 @@ bool CreaseFinder::is_lattice(std::span<const std::uint32_t> edges, const Histog
   return std::all_of(edges.begin(), edges.end(), [&](std::uint32_t e) {
     for (std::size_t k = 0; k < 3; ++k) {
       const double steps = along(e)[k] / step[k];
-      if (steps > LatticeRule::kMostSteps + LatticeRule::kRounding ||
-          std::abs(steps - std::round(steps)) > LatticeRule::kRounding) {
+      if (steps > LatticeRule::kMaxSteps + LatticeRule::kStepTolerance ||
+          std::abs(steps - std::round(steps)) > LatticeRule::kStepTolerance) {
         return false;
       }
     }
@@ -207,21 +220,22 @@ bool CreaseFinder::is_lattice(std::span<const std::uint32_t> edges, const Histog
   });
 }
 
-/// \return whether the file's vertices say which edges are hard: then that is set
+/// Sets hard edges from split vertices.
+/// \returns false if these give no information
 bool CreaseFinder::judge_splits(std::span<const std::uint32_t> edges) {
   std::vector<float> split, shared;
   for (const std::uint32_t e : edges) {
     if (edge(e).inner) continue;
     if (!edge(e).split) {
       shared.push_back(edge(e).turn);
-    } else if (edge(e).turn >= SplitRule::kLeastTurn) {
+    } else if (edge(e).turn >= SplitRule::kMinTurn) {
       split.push_back(edge(e).turn);
     }
   }
   const auto inner = static_cast<std::size_t>(
       std::count_if(edges.begin(), edges.end(), [&](std::uint32_t e) { return edge(e).inner; }));
   if (split.empty() || static_cast<double>(shared.size() + inner) <
-                           SplitRule::kLeastShared * static_cast<double>(edges.size())) {
+                           SplitRule::kMinSharedShare * static_cast<double>(edges.size())) {
     return false;
   }
   const auto quantile = [](std::vector<float>& turns, double share) {
@@ -231,65 +245,66 @@ bool CreaseFinder::judge_splits(std::span<const std::uint32_t> edges) {
     return turns[static_cast<std::size_t>(at)];
   };
   const double median = quantile(split, 0.5), others = quantile(shared, 0.9);
-  if (median < SplitRule::kLeastMedian || median < SplitRule::kLeastRatio * others) return false;
+  if (median < SplitRule::kMinMedianTurn || median < SplitRule::kMinRatio * others) return false;
   for (const std::uint32_t e : edges) {
-    result_.hard[e] = edge(e).split && edge(e).turn >= SplitRule::kLeastTurn;
+    result_.hard[e] = edge(e).split && edge(e).turn >= SplitRule::kMinTurn;
   }
   return true;
 }
 
-/// The angle from which on a part's edges are hard; 180: none.
-double CreaseFinder::cut_of(std::span<const std::uint32_t> edges) {
+/// The turn above which a part's edges are hard; 180: none.
+double CreaseFinder::find_threshold(std::span<const std::uint32_t> edges) {
   constexpr double kSmooth = 180;
   const Histogram turns = histogram(edges);
-  std::array<double, GapRule::kBins + 1> above{};  // weight from a bin on
+  std::array<double, GapRule::kBins + 1> above{};  // Weight of all bins from each one on
   for (std::size_t i = GapRule::kBins; i-- > 0;) above[i] = above[i + 1] + turns.weight[i];
-  if (!(above[GapRule::kFirst] > 0)) return kSmooth;
+  if (!(above[GapRule::kFirstBin] > 0)) return kSmooth;
   std::size_t from = 0, to = 0;
   double widest = 0;
-  for (std::size_t a = GapRule::kFirst; a < GapRule::kRightAngle; ++a) {
+  for (std::size_t a = GapRule::kFirstBin; a < GapRule::kRightAngle; ++a) {
     for (std::size_t b = a + 1; b < GapRule::kBins; ++b) {
-      // Bins between a and b are the gap. A right angle is thought to be above.
+      // Bins between a and b form the gap. A virtual edge of 90 degrees bounds it if there is none above.
       const bool thought = b == GapRule::kRightAngle && !(above[a + 1] > 0);
       if (!thought && !(turns.weight[b] > 0)) continue;
-      if (above[a + 1] - above[b] > GapRule::kMostInside * above[b]) continue;
+      if (above[a + 1] - above[b] > GapRule::kMaxGapWeight * above[b]) continue;
       const double ratio =
           static_cast<double>(std::min(b, GapRule::kRightAngle)) / static_cast<double>(a);
       if (ratio > widest) std::tie(widest, from, to) = std::tuple(ratio, a, b);
     }
   }
   if (is_lattice(edges, turns)) return kSmooth;
-  if (widest >= GapRule::kLeastRatio) {
-    if (above[to] <= GapRule::kLeastWeight * turns.total) return kSmooth;
+  if (widest >= GapRule::kMinRatio) {
+    if (above[to] <= GapRule::kMinWeightAbove * turns.total) return kSmooth;
     const double cut = std::sqrt(static_cast<double>(from) *
                                  static_cast<double>(std::min(to, GapRule::kRightAngle)));
-    // Of few turns some gap is easily found: of a scan's crumbs, too.
+    // Few edges have a gap by chance, as in small fragments of scans.
     const double weak =
         turns.total - turns.planes - above[static_cast<std::size_t>(std::ceil(cut))];
-    if (edges.size() < GapRule::kFewEdges && turns.planes < GapRule::kPlanesOfFew * turns.total &&
-        weak > GapRule::kWeakOfFew * turns.total) {
+    if (edges.size() < GapRule::kMinEdgesWithoutPlanes &&
+        turns.planes < GapRule::kMinPlaneShareOfSmall * turns.total &&
+        weak > GapRule::kMaxWeakShareOfSmall * turns.total) {
       return kSmooth;
     }
-    if (lines_from(edges, cut) >= GapRule::kLeastLines) return cut;
+    if (lines_from(edges, cut) >= GapRule::kMinLineShare) return cut;
   }
-  if (turns.planes < PlaneRule::kLeastPlanes * turns.total) return kSmooth;
-  std::size_t emptiest = PlaneRule::kFirst;
+  if (turns.planes < PlaneRule::kMinPlaneShare * turns.total) return kSmooth;
+  std::size_t emptiest = PlaneRule::kFirstBin;
   const auto around = [&](std::size_t at) {
     return std::accumulate(&turns.weight[at - 2], &turns.weight[at + 3], 0.0) *
            static_cast<double>(at);
   };
-  for (std::size_t at = PlaneRule::kFirst; at <= PlaneRule::kLast; ++at) {
+  for (std::size_t at = PlaneRule::kFirstBin; at <= PlaneRule::kLastBin; ++at) {
     if (around(at) < around(emptiest)) emptiest = at;
   }
   const auto cut = static_cast<double>(emptiest);
-  return lines_from(edges, cut) >= PlaneRule::kLeastLines ? cut : kSmooth;
+  return lines_from(edges, cut) >= PlaneRule::kMinLineShare ? cut : kSmooth;
 }
 
 void CreaseFinder::judge_part(std::span<const std::uint32_t> edges) {
   bool any = judge_splits(edges);
   const bool split = any;
   if (!any) {
-    const double cut = cut_of(edges);
+    const double cut = find_threshold(edges);
     for (const std::uint32_t e : edges) {
       result_.hard[e] = edge(e).turn >= cut && !edge(e).inner;
       any = any || result_.hard[e];
@@ -301,7 +316,7 @@ void CreaseFinder::judge_part(std::span<const std::uint32_t> edges) {
   for (const std::uint32_t e : edges) {
     const std::uint32_t part = part_of_[edge(e).sides[0] / 3];
     result_.hard_part[part] = true;
-    by_file_[part] = split;
+    split_in_file_[part] = split;
   }
 }
 
@@ -321,12 +336,13 @@ void CreaseFinder::cut(const IsHard& is_hard) {
       std::count(result_.hard_part.begin(), result_.hard_part.end(), true));
 }
 
-/// Planes of hard parts: triangles that edges without a turn connect.
+/// Finds planar regions of hard parts: triangles connected over edges without a turn.
 void CreaseFinder::find_regions() {
   if (result_.hard_parts == 0) return;
   DisjointSets sets(mesh_.triangles.size());
   for (const FaceEdge& e : faces_.edges) {
-    if (result_.hard_part[part_of_[e.sides[0] / 3]] && (e.inner || e.turn < RegionRule::kPlane)) {
+    if (result_.hard_part[part_of_[e.sides[0] / 3]] &&
+        (e.inner || e.turn < RegionRule::kMaxPlaneTurn)) {
       sets.join(e.sides[0] / 3, e.sides[1] / 3);
     }
   }
@@ -340,9 +356,9 @@ void CreaseFinder::find_regions() {
     sums[region] += Vec3d(faces_.normals[t]) * faces_.areas[t];
     areas[region] += faces_.areas[t];
   }
-  // A round of many small turns is no plane, though none of its edges shows it.
+  // A round of many tiny turns is no plane, although none of its edges shows that.
   std::vector<bool> bent(count);
-  const double least = std::cos(RegionRule::kFlat * 3.14159265358979 / 180);
+  const double least = std::cos(RegionRule::kMaxPlaneDeviation * 3.14159265358979 / 180);
   for (std::uint32_t t = 0; t < count; ++t) {
     const std::uint32_t region = result_.regions[t];
     if (faces_.areas[t] > 0 &&
@@ -357,15 +373,15 @@ void CreaseFinder::find_regions() {
   }
 }
 
-void CreaseFinder::see_to_single_edges() {
+void CreaseFinder::correct_single_edges() {
   if (result_.hard_parts == 0) return;
-  // Where two planes meet: once a pair of planes, however many edges.
-  struct Meeting {
+  // Edge between two planes; one per pair of planes, however many edges they share.
+  struct PlaneBorder {
     std::uint32_t from, to;
     float turn;
     bool convex, hard;
   };
-  std::vector<Meeting> meetings;
+  std::vector<PlaneBorder> meetings;
   const auto plane = [&](std::uint32_t side) { return result_.regions[side / 3]; };
   for (std::size_t e = 0; e < faces_.edges.size(); ++e) {
     const FaceEdge& edge = faces_.edges[e];
@@ -374,35 +390,38 @@ void CreaseFinder::see_to_single_edges() {
     meetings.push_back({a, b, edge.turn, edge.convex, result_.hard[e]});
     meetings.push_back({b, a, edge.turn, edge.convex, result_.hard[e]});
   }
-  std::sort(meetings.begin(), meetings.end(), [](const Meeting& x, const Meeting& y) {
+  std::sort(meetings.begin(), meetings.end(), [](const PlaneBorder& x, const PlaneBorder& y) {
     return std::tie(x.from, x.to, x.turn) < std::tie(y.from, y.to, y.turn);
   });
   const auto of = [&](std::uint32_t region) {
-    return std::equal_range(meetings.begin(), meetings.end(), Meeting{region, 0, 0, false, false},
-                            [](const Meeting& x, const Meeting& y) { return x.from < y.from; });
+    return std::equal_range(
+        meetings.begin(), meetings.end(), PlaneBorder{region, 0, 0, false, false},
+        [](const PlaneBorder& x, const PlaneBorder& y) { return x.from < y.from; });
   };
   const auto& areas = result_.region_areas;
   const auto any = [&](std::uint32_t region, std::uint32_t but, const auto& alike) {
     const auto [begin, end] = of(region);
-    return std::any_of(begin, end, [&](const Meeting& m) { return m.to != but && alike(m); });
+    return std::any_of(begin, end, [&](const PlaneBorder& m) { return m.to != but && alike(m); });
   };
   std::vector<bool> hard = result_.hard;
   for (std::size_t e = 0; e < faces_.edges.size(); ++e) {
     const FaceEdge& edge = faces_.edges[e];
     const std::uint32_t a = plane(edge.sides[0]), b = plane(edge.sides[1]);
     if (a == b || !(areas[a] > 0) || !(areas[b] > 0)) continue;
-    if (by_file_[part_of_[edge.sides[0] / 3]]) continue;
-    if (result_.hard[e] && edge.turn <= RegionRule::kMostRound) {
-      const auto equal = [&](const Meeting& m) {
-        return m.convex == edge.convex && std::abs(m.turn - edge.turn) < RegionRule::kSameTurn &&
-               std::abs(areas[m.to] - areas[m.from]) < RegionRule::kSameArea * areas[m.from];
+    if (split_in_file_[part_of_[edge.sides[0] / 3]]) continue;
+    if (result_.hard[e] && edge.turn <= RegionRule::kMaxRoundTurn) {
+      const auto equal = [&](const PlaneBorder& m) {
+        return m.convex == edge.convex &&
+               std::abs(m.turn - edge.turn) < RegionRule::kTurnTolerance &&
+               std::abs(areas[m.to] - areas[m.from]) < RegionRule::kAreaTolerance * areas[m.from];
       };
-      hard[e] = !(std::abs(areas[a] - areas[b]) < RegionRule::kSameArea * areas[a] &&
+      hard[e] = !(std::abs(areas[a] - areas[b]) < RegionRule::kAreaTolerance * areas[a] &&
                   any(a, b, equal) && any(b, a, equal));
-    } else if (!result_.hard[e] && edge.turn >= RegionRule::kLeastCrease) {
-      const auto alike = [&](const Meeting& m) {
-        return !m.hard && m.convex == edge.convex && m.turn > RegionRule::kLess * edge.turn &&
-               m.turn < RegionRule::kMore * edge.turn;
+    } else if (!result_.hard[e] && edge.turn >= RegionRule::kMinSingleTurn) {
+      const auto alike = [&](const PlaneBorder& m) {
+        return !m.hard && m.convex == edge.convex &&
+               m.turn > RegionRule::kMinSimilarRatio * edge.turn &&
+               m.turn < RegionRule::kMaxSimilarRatio * edge.turn;
       };
       hard[e] = !any(a, b, alike) && !any(b, a, alike);
     }
@@ -433,7 +452,7 @@ Creases find_creases(const Mesh& mesh, const FaceEdges& faces) {
   rule.group();
   rule.judge();
   rule.find_regions();
-  rule.see_to_single_edges();
+  rule.correct_single_edges();
   return rule.finish();
 }
 

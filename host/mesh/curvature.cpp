@@ -18,38 +18,39 @@
 namespace kiln {
 namespace {
 
-// Longest edge of a triangle as a share of the radius, and largest difference of its corners' values as a share of one over it, for values to be
-// interpolated.
-constexpr double kShort = 1.0 / 4, kAlike = 1.0 / 256;
+// Limits for interpolation: longest edge of a triangle over the radius, and largest difference of its corners'
+// curvatures times the radius.
+constexpr double kMaxEdgeShare = 1.0 / 4, kMaxCornerDifference = 1.0 / 256;
 constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
-constexpr std::size_t kGrainOfSums = 256;
-constexpr std::size_t kGrainOfTriangles = std::size_t{1} << 12;
+constexpr std::size_t kSumsPerTask = 256;
+constexpr std::size_t kTrianglesPerTask = std::size_t{1} << 12;
 
 Vec3d area_normal(std::span<const Vec3> positions, const Triangle& t) {
   const Vec3d first(positions[t[0]]);
   return cross(Vec3d(positions[t[1]]) - first, Vec3d(positions[t[2]]) - first);
 }
 
-/// The angle at an edge of one triangle to another. \param way  along the edge, as the first one
-/// runs
+/// Signed angle between the normals of two triangles at their edge.
+/// \param way  along the edge, in the direction of the first triangle
 double angle_between(const Vec3d& normal, const Vec3d& other, const Vec3d& way) {
-  // Folded flat is convex, whatever the sign of the 0.
+  // Adding +0 avoids -0: faces folded back count as convex.
   const double sine = dot(cross(normal, other), way) / length(way) + 0.0;
   return std::atan2(sine, dot(normal, other));
 }
 
-/// An edge of two triangles, which run along it in opposite senses.
+/// An edge of two triangles that traverse it in opposite directions.
 struct Joint {
-  std::array<std::uint32_t, 2> corner;  ///< The corner at its start in each: 3 * triangle + k
+  /// The corner at the edge's start in each triangle: 3 * triangle + k
+  std::array<std::uint32_t, 2> corner;
   double length;
-  std::array<double, 2> height;  ///< Height of each triangle over it
+  std::array<double, 2> height;  ///< Height of each triangle above the edge
   double angle;                  ///< Signed
 };
 
 std::vector<std::uint8_t> find_usable(std::span<const Vec3> positions,
                                       std::span<const Triangle> triangles) {
   std::vector<std::uint8_t> usable(triangles.size());
-  parallel_for(triangles.size(), kGrainOfTriangles, [&](std::size_t begin, std::size_t end) {
+  parallel_for(triangles.size(), kTrianglesPerTask, [&](std::size_t begin, std::size_t end) {
     for (std::size_t t = begin; t < end; ++t) {
       usable[t] = has_area(positions, triangles[t]) ? 1 : 0;
     }
@@ -57,8 +58,9 @@ std::vector<std::uint8_t> find_usable(std::span<const Vec3> positions,
   return usable;
 }
 
-/// Calls body(vertex, Joint) for each such edge, once, from several threads: those of one vertex in order, from one.
-/// \param across  out, sized before: MeanCurvature::across_; empty: not wanted
+/// Calls body(vertex, Joint) once for each such edge, from several threads; the edges of one vertex come in order, on
+/// one thread.
+/// \param across  [out] MeanCurvature::across_, already sized; empty: not needed
 template <typename Body>
 void for_each_joint(std::span<const Vec3> positions, std::span<const Triangle> triangles,
                     std::span<const std::uint8_t> usable, std::span<std::uint32_t> across,
@@ -70,12 +72,12 @@ void for_each_joint(std::span<const Vec3> positions, std::span<const Triangle> t
       });
   struct Side {
     std::uint32_t other, inward,
-        corner;  // the place at its end; 1: runs from there; where it starts
+        corner;  // Position at its end; 1: it starts at the vertex; corner at its start
     bool operator<(const Side& b) const {
       return std::tie(other, inward, corner) < std::tie(b.other, b.inward, b.corner);
     }
   };
-  parallel_for(positions.size(), kGrainOfSums, [&](std::size_t begin, std::size_t end) {
+  parallel_for(positions.size(), kSumsPerTask, [&](std::size_t begin, std::size_t end) {
     std::vector<Side> sides;
     for (std::size_t v = begin; v < end; ++v) {
       sides.clear();
@@ -113,7 +115,7 @@ void for_each_joint(std::span<const Vec3> positions, std::span<const Triangle> t
   });
 }
 
-/// Signed angle at each triangle's edges; edge k begins at corner k.
+/// Signed angle at each triangle's edges; edge k starts at corner k.
 std::vector<std::array<float, 3>> find_angles(std::span<const Vec3> positions,
                                               std::span<const Triangle> triangles,
                                               std::span<const std::uint8_t> usable,
@@ -134,7 +136,7 @@ double facet_size(std::span<const Vec3> positions, std::span<const Triangle> tri
     double weight = 0, size = 0;
   };
   std::vector<Sums> sums(
-      positions.size());  // of vertices: the order of sums is not left to threads
+      positions.size());  // By vertex: keeps the order of sums independent of threads
   for_each_joint(positions, triangles, find_usable(positions, triangles), {},
                  [&](std::size_t vertex, const Joint& joint) {
                    if (std::abs(joint.angle) > 1 / kFacetsARadius) return;
@@ -173,8 +175,8 @@ double MeanCurvature::at(const Vec3d& point, Scratch& scratch) const {
   return sums.area > 0 ? sums.bend / sums.area : 0;
 }
 
-/// Finds the triangles that are connected with a point's, across edges that the ball around it reaches.
-/// \returns false where they are more than fit
+/// Finds the triangles connected with a point's triangle over edges within the ball.
+/// \returns false if there are too many
 bool MeanCurvature::flood(const Vec3d& point, std::uint32_t triangle, Scratch& scratch) const {
   TriangleSet& connected = scratch.connected;
   std::vector<std::uint32_t>& reached = scratch.reached;
@@ -201,7 +203,7 @@ bool MeanCurvature::flood(const Vec3d& point, std::uint32_t triangle, Scratch& s
   return true;
 }
 
-/// At a point of a triangle's sheet.
+/// Curvature at a point of a triangle, of its sheet.
 double MeanCurvature::on_sheet(const Vec3d& point, std::uint32_t triangle, Scratch& scratch) const {
   const Vec3d normal = area_normal(positions_, triangles_[triangle]);
   const double size = length(normal);
@@ -213,7 +215,7 @@ double MeanCurvature::on_sheet(const Vec3d& point, std::uint32_t triangle, Scrat
   return sums.area > 0 ? sums.bend / sums.area : 0;
 }
 
-/// Threads that ask for the same vertex at once find the same value.
+/// Thread-safe without a lock: concurrent computations of a vertex give the same value.
 double MeanCurvature::at_vertex(std::uint32_t vertex, Scratch& scratch) const {
   std::atomic<double>& kept = at_vertex_[vertex];
   double value = kept.load(std::memory_order_relaxed);
@@ -229,10 +231,10 @@ double MeanCurvature::on(std::uint32_t triangle, double u, double v, Scratch& sc
   const std::array<Vec3d, 3> p = {Vec3d(positions_[t[0]]), Vec3d(positions_[t[1]]),
                                   Vec3d(positions_[t[2]])};
   const double longest = std::max({length(p[1] - p[0]), length(p[2] - p[1]), length(p[0] - p[2])});
-  if (longest <= radius_ * kShort) {
+  if (longest <= radius_ * kMaxEdgeShare) {
     const double a = at_vertex(t[0], scratch), b = at_vertex(t[1], scratch),
                  c = at_vertex(t[2], scratch);
-    if (std::max({a, b, c}) - std::min({a, b, c}) <= kAlike / radius_) {
+    if (std::max({a, b, c}) - std::min({a, b, c}) <= kMaxCornerDifference / radius_) {
       return a + (b - a) * u + (c - a) * v;
     }
   }

@@ -14,19 +14,19 @@ namespace {
 
 constexpr std::uint32_t kNoCorner = 0xFFFFFFFFU;
 constexpr std::uint64_t kMostTests = std::uint64_t{1} << 26;
-constexpr std::size_t kFan = 64;
-// Below this many corners a grid costs more than it saves.
-constexpr std::size_t kFewCorners = 64;
-// Coordinates are about 1 and rounded to 2^-53, and so are their products.
+constexpr std::size_t kMaxFanCorners = 64;
+// Number of corners below which a grid costs more than it saves.
+constexpr std::size_t kMinGridCorners = 64;
+// Bound on rounding of doubled areas: coordinates are about 1, rounded to 2^-53, and so are their products.
 constexpr double kSignRounding = 1e-12;
 
 using Point = std::array<double, 2>;
 
-/// Corners by the cells of a grid over the polygon.
+/// Corners of the polygon in the cells of a grid.
 class CornerGrid {
  public:
   explicit CornerGrid(const FlatPolygon& flat) {
-    if (flat.size() < kFewCorners) return;
+    if (flat.size() < kMinGridCorners) return;
     low_ = high_ = flat[0];
     for (const Point& p : flat) {
       for (std::size_t k = 0; k < 2; ++k) {
@@ -45,8 +45,8 @@ class CornerGrid {
 
   bool empty() const { return corners_.empty(); }
 
-  /// Calls `stop` with the corners of all cells that a triangle may touch, until it returns true.
-  /// \param tests  cells and corners are counted off; none are left where it is 0
+  /// Calls `stop` with the corners in all cells that a triangle may touch, until it returns true.
+  /// \param tests  [in, out] budget, reduced by visited cells and corners; 0: exhausted
   template <typename Stop>
   void visit(const std::array<Point, 3>& triangle, std::uint64_t& tests, const Stop& stop) const {
     const auto [bottom, top] = std::minmax({triangle[0][1], triangle[1][1], triangle[2][1]});
@@ -73,11 +73,11 @@ class CornerGrid {
     return std::size_t{row(p[1], 1)} * side_ + row(p[0], 0);
   }
 
-  /// The columns that a triangle covers in a row, or one more.
+  /// Columns that a triangle covers in a row, possibly one too many.
   std::pair<std::uint32_t, std::uint32_t> columns(const std::array<Point, 3>& triangle,
                                                   std::uint32_t y) const {
     const double height = (high_[1] - low_[1]) / side_;
-    // A row's corners lie between its lines but for rounding.
+    // The row's bounds, enlarged by rounding of its corners.
     const double from = low_[1] + (y - 0.001) * height, to = low_[1] + (y + 1.001) * height;
     double left = std::numeric_limits<double>::infinity(), right = -left;
     const auto reach = [&](double x) {
@@ -110,7 +110,7 @@ class Ears {
         grid_(flat),
         left_(static_cast<std::uint32_t>(flat.size())),
         version_(flat.size()),
-        blocks_(flat.size(), kNoCorner) {
+        last_blocked_(flat.size(), kNoCorner) {
     for (std::uint32_t i = 0; i < left_; ++i) {
       next_.push_back((i + 1) % left_);
       before_.push_back((i + left_ - 1) % left_);
@@ -122,7 +122,7 @@ class Ears {
     for (std::uint32_t i = 0; i < flat_.size(); ++i) consider(i);
     while (left_ > 3) {
       if (cuts_.empty()) {
-        clean = force(triangles) && clean;
+        clean = cut_non_ear(triangles) && clean;
       } else {
         const Cut cut = cuts_.top();
         cuts_.pop();
@@ -143,13 +143,14 @@ class Ears {
 
  private:
   struct Cut {
-    double length;  // squared
+    double length;  // Squared
     std::uint32_t tip, version;
-    bool operator<(const Cut& other) const {  // a queue's top is its largest
+    // Reversed: a priority queue has its largest element on top
+    bool operator<(const Cut& other) const {
       return std::tie(other.length, other.tip) < std::tie(length, tip);
     }
   };
-  struct Waiting {
+  struct BlockedCorner {
     std::uint32_t tip, version, next;
   };
 
@@ -172,7 +173,8 @@ class Ears {
     }
   }
 
-  /// True if the tip can be cut off. If another corner is in the way, it waits until that one is cut off.
+  /// True if the tip can be cut off. Otherwise, records the corner that blocks it, whose removal triggers another
+  /// test.
   bool is_ear(std::uint32_t tip) {
     if (has_no_sides(tip)) return true;
     const std::uint32_t before = before_[tip], next = next_[tip];
@@ -195,8 +197,8 @@ class Ears {
       grid_.visit({a, b, c}, tests_, lies_in);
     }
     if (blocks == kNoCorner) return tests_ != 0;
-    waiting_.push_back({tip, version_[tip], blocks_[blocks]});
-    blocks_[blocks] = static_cast<std::uint32_t>(waiting_.size() - 1);
+    blocked_.push_back({tip, version_[tip], last_blocked_[blocks]});
+    last_blocked_[blocks] = static_cast<std::uint32_t>(blocked_.size() - 1);
     return false;
   }
 
@@ -211,13 +213,14 @@ class Ears {
       ++version_[beside];
       consider(beside);
     }
-    for (std::uint32_t w = blocks_[tip]; w != kNoCorner; w = waiting_[w].next) {
-      if (waiting_[w].version == version_[waiting_[w].tip]) consider(waiting_[w].tip);
+    for (std::uint32_t w = last_blocked_[tip]; w != kNoCorner; w = blocked_[w].next) {
+      if (blocked_[w].version == version_[blocked_[w].tip]) consider(blocked_[w].tip);
     }
   }
 
-  /// \returns whether it was a corner on a straight line, which rounding alone keeps from being an ear
-  bool force(CornerTriangles& triangles) {
+  /// Cuts a corner that is no ear.
+  /// \returns true if the corner lies on a straight line and is no ear due to rounding alone
+  bool cut_non_ear(CornerTriangles& triangles) {
     std::uint32_t first = 0, best = kNoCorner;
     while (version_[first] == kNoCorner) ++first;
     std::tuple<bool, double, std::uint32_t> least;
@@ -238,14 +241,14 @@ class Ears {
   std::uint64_t tests_ = kMostTests;
   std::vector<std::uint32_t> next_, before_;
   std::vector<std::uint32_t>
-      version_;  ///< How often a corner's neighbours changed; kNoCorner: cut off
+      version_;  ///< Number of changes of a corner's neighbours; kNoCorner: cut off
   std::priority_queue<Cut> cuts_;
-  std::vector<Waiting> waiting_;
+  std::vector<BlockedCorner> blocked_;
   std::vector<std::uint32_t>
-      blocks_;  ///< The last of `waiting_` that each corner keeps from being an ear
+      last_blocked_;  ///< By corner, the last element of `blocked_` that it blocks
 };
 
-/// Sine of a triangle's smallest angle; not above 0 where it has no area or turns right.
+/// Sine of a triangle's smallest angle; 0 or less if it has no area or turns right.
 double smallest_angle(const FlatPolygon& flat, const std::array<std::uint32_t, 3>& t) {
   std::array<double, 3> sides{};
   for (std::size_t k = 0; k < 3; ++k) {
@@ -306,7 +309,7 @@ bool shortest_ears(PolygonCorners corners, const FlatPolygon& flat, CornerTriang
 }
 
 void split_as_convex(std::span<const std::uint32_t> corners, CornerTriangles& triangles) {
-  if (corners.size() > kFan) {
+  if (corners.size() > kMaxFanCorners) {
     const std::size_t middle = corners.size() / 2;
     triangles.push_back({corners.front(), corners[middle], corners.back()});
     split_as_convex(corners.subspan(0, middle + 1), triangles);
@@ -319,7 +322,7 @@ void split_as_convex(std::span<const std::uint32_t> corners, CornerTriangles& tr
 }
 
 void raise_angles(const FlatPolygon& flat, CornerTriangles& triangles) {
-  // Neighbours across each side, by its corners in ascending order.
+  // Sides by their corners in ascending order, to find the neighbour across each.
   std::vector<std::tuple<std::uint32_t, std::uint32_t, std::uint32_t>> sides;
   for (std::uint32_t t = 0; t < triangles.size(); ++t) {
     for (std::uint32_t k = 0; k < 3; ++k) {
@@ -329,7 +332,7 @@ void raise_angles(const FlatPolygon& flat, CornerTriangles& triangles) {
   }
   std::sort(sides.begin(), sides.end());
   std::vector<std::uint32_t> across(3 * triangles.size(),
-                                    kNoCorner);  // the side of the other triangle
+                                    kNoCorner);  // The opposite triangle's side
   for (std::size_t i = 1; i < sides.size(); ++i) {
     const auto& [a, b, one] = sides[i - 1];
     const auto& [c, d, other] = sides[i];
@@ -345,7 +348,7 @@ void raise_angles(const FlatPolygon& flat, CornerTriangles& triangles) {
   for (const auto& t : triangles) angles.push_back(smallest_angle(flat, t));
   std::queue<std::uint32_t> open;
   for (std::uint32_t s = 0; s < across.size(); ++s) open.push(s);
-  // Each flip raises the sorted angles, so there is an end; nearly all polygons have it after a few a corner.
+  // Each flip increases the sorted list of angles, so flipping terminates, usually after a few flips per corner.
   std::uint64_t flips = 64 * std::uint64_t{triangles.size()};
   for (; !open.empty() && flips != 0; open.pop()) {
     const std::uint32_t side = open.front(), other = across[side];

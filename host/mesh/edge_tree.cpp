@@ -12,26 +12,27 @@
 namespace kiln {
 namespace {
 
-constexpr std::size_t kLeaf = 4;      // pieces
-constexpr double kFinest = 1.0 / 16;  // of the radius: half the diagonal of boxes not opened
-// A box whose diagonal is so many radii lies in no ball: 2, and what rounding could take.
-constexpr double kSurelyWider = 2.001;
+constexpr std::size_t kPiecesPerLeaf = 4;  // Pieces in a leaf of the tree
+// Largest half diagonal, in radii, of boxes that are not opened.
+constexpr double kMaxUnopenedShare = 1.0 / 16;
+// Diagonal in radii above which a box lies in no ball: 2, plus rounding.
+constexpr double kMinOutsideDiagonal = 2.001;
 constexpr float kFlat = 0;
-constexpr std::size_t kMostCut = 4096;     // pieces that a ball's border crosses
-constexpr std::size_t kMostLeaves = 8192;  // that its border may cross
-constexpr std::size_t kMostBoxes = 64;     // of one level, where a ball has more
-constexpr std::size_t kFewPieces = 256;    // near a cube, to be looked at one by one
-constexpr std::size_t kCells = 64;         // cubes that a thread keeps
-// Balls of points all over the mesh's box that touch a piece's box, on average: fewer need no shorter pieces.
-constexpr double kFewTouched = 8;
-constexpr std::size_t kMostPieces = 4;  // of a triangle, on average
-constexpr double kWorthCutting = 8;     // times the least reach
-constexpr std::uint32_t kMostHalvings = 60;
-// Share of the squared radius that clipping may give a piece beside the ball for its area, by rounding.
+constexpr std::size_t kMaxCutPieces = 4096;    // Most pieces on a ball's boundary for exact sums
+constexpr std::size_t kMaxCutLeaves = 8192;    // Most leaves on a ball's boundary before sampling
+constexpr std::size_t kMaxBoxesPerLevel = 64;  // Most boxes opened per level when sampling
+constexpr std::size_t kMaxCellPieces = 256;    // Most pieces that a cell lists one by one
+constexpr std::size_t kCachedCells = 64;       // Cells cached per thread
+// Mean number of balls (around points in the mesh's box) that touch a piece's box; below it, pieces need no cutting.
+constexpr double kMaxTouchingBalls = 8;
+constexpr std::size_t kMaxPiecesPerTriangle = 4;  // Mean over all triangles, after cutting
+constexpr double kMinReachFactor = 8;             // Multiple of the reach of a point
+constexpr std::uint32_t kMaxHalvings = 60;
+// Bound on rounding of a piece's clipped area, as a share of the squared radius.
 constexpr double kRoundedArea = 1e-9;
-constexpr std::size_t kMostSampledLeaves = 2048;  // that stand for more, of one sheet
+constexpr std::size_t kMaxSampledLeaves = 2048;  // Most leaves that represent a sheet
 
-/// Squared distances from 0 to a box.
+/// Squared distance from the origin to a box.
 double nearest(const Vec3d& low, const Vec3d& high) {
   const Vec3d way{std::max({low.x, -high.x, 0.0}), std::max({low.y, -high.y, 0.0}),
                   std::max({low.z, -high.z, 0.0})};
@@ -49,7 +50,7 @@ struct Box {
     low = {std::min(low.x, p.x), std::min(low.y, p.y), std::min(low.z, p.z)};
     high = {std::max(high.x, p.x), std::max(high.y, p.y), std::max(high.z, p.z)};
   }
-  /// Volume of the places that are within a radius of it, as a box.
+  /// Volume of the box enlarged by a radius on all sides.
   double reach(double radius) const {
     const Vec3d size = Vec3d(high) - Vec3d(low);
     return (size.x + 2 * radius) * (size.y + 2 * radius) * (size.z + 2 * radius);
@@ -83,27 +84,27 @@ void cut(const BendPiece& piece, double radius, double most, std::uint32_t left,
   cut(second, radius, most, left - 1, body);
 }
 
-/// Long triangles in all directions have boxes that each ball touches: cuts them, as far as the number of pieces
-/// allows.
+/// Cuts long triangles in random directions, whose boxes every ball would touch, within the limit on the number of
+/// pieces.
 std::vector<BendPiece> cut_long(std::vector<BendPiece> pieces, double radius) {
   Box all;
   for (const BendPiece& piece : pieces) {
     for (const Vec3& p : piece.corner) all.add(p);
   }
   const auto with = [&](double most, const auto& body) {
-    for (const BendPiece& piece : pieces) cut(piece, radius, most, kMostHalvings, body);
+    for (const BendPiece& piece : pieces) cut(piece, radius, most, kMaxHalvings, body);
   };
   const double room = all.reach(radius);
-  // Pieces of about a radius reach no less far when they are cut.
-  const double least = Box{{0, 0, 0}, {0, 0, 0}}.reach(radius) * kWorthCutting;
+  // Cutting pieces of about one radius does not reduce their reach.
+  const double least = Box{{0, 0, 0}, {0, 0, 0}}.reach(radius) * kMinReachFactor;
   double best = std::numeric_limits<double>::infinity();
   for (double most = room; most >= least; most /= 2) {
     double touched = 0;
     std::size_t count = 0;
     with(best, [&](const BendPiece& piece) { touched += box_of(piece).reach(radius) / room; });
-    if (touched <= kFewTouched) break;
+    if (touched <= kMaxTouchingBalls) break;
     with(most, [&](const BendPiece&) { ++count; });
-    if (count > kMostPieces * pieces.size()) break;
+    if (count > kMaxPiecesPerTriangle * pieces.size()) break;
     best = most;
   }
   if (best > room) return pieces;
@@ -149,7 +150,7 @@ EdgeTree::EdgeTree(std::span<const Vec3> positions, std::span<const Triangle> tr
     const Vec3 centre = to_float(sum * (1.0 / 3));
     order[i] = {{centre.x, centre.y, centre.z}, i};
   }
-  while (count_ >> levels_ > kLeaf) ++levels_;
+  while (count_ >> levels_ > kPiecesPerLeaf) ++levels_;
   for (std::uint32_t level = 0; level < levels_; ++level) {
     for_each_of(level, [&](std::size_t i) { split(order, level, i); });
   }
@@ -158,7 +159,7 @@ EdgeTree::EdgeTree(std::span<const Vec3> positions, std::span<const Triangle> tr
   for_each_of(levels_, [&](std::size_t leaf) {
     const auto begin = order.begin() + static_cast<std::ptrdiff_t>(begin_of(levels_, leaf));
     const auto end = order.begin() + static_cast<std::ptrdiff_t>(begin_of(levels_, leaf + 1));
-    // The order of sums is not left to nth_element.
+    // Sorts again, since the order of sums must not depend on nth_element().
     std::sort(begin, end, [](const Item& a, const Item& b) { return a.piece < b.piece; });
     for (auto item = begin; item != end; ++item) {
       pieces_[static_cast<std::size_t>(item - order.begin())] = pieces[item->piece];
@@ -170,12 +171,13 @@ EdgeTree::EdgeTree(std::span<const Vec3> positions, std::span<const Triangle> tr
   }
 }
 
-/// Pieces that balls around a point may hold, found for its cube: so they are the same whatever was asked before.
+/// Candidates for balls around points in a cell. They are found for the whole cell, so that they do not depend on
+/// previous queries.
 const EdgeTree::Cell& EdgeTree::cell_of(const Vec3d& centre, Scratch& scratch) const {
   const auto along = [&](double at) { return static_cast<std::int64_t>(std::floor(at / radius_)); };
   const std::array<std::int64_t, 3> at = {along(centre.x), along(centre.y), along(centre.z)};
-  scratch.cells.resize(kCells);
-  const auto slot = static_cast<std::uint64_t>(at[0] + 7 * at[1] + 53 * at[2]) % kCells;
+  scratch.cells.resize(kCachedCells);
+  const auto slot = static_cast<std::uint64_t>(at[0] + 7 * at[1] + 53 * at[2]) % kCachedCells;
   Cell& cell = scratch.cells[slot];
   if (cell.known && cell.at == at) return cell;
   cell.at = at;
@@ -185,18 +187,19 @@ const EdgeTree::Cell& EdgeTree::cell_of(const Vec3d& centre, Scratch& scratch) c
                  (static_cast<double>(at[1]) + up) * radius_,
                  (static_cast<double>(at[2]) + up) * radius_};
   };
-  constexpr double kRounding = 1e-3;  // of the radius, more than division rounds
+  constexpr double kRounding = 1e-3;  // Of the radius; exceeds the rounding of the division
   const Vec3d low = end(-kRounding), high = end(1 + kRounding);
   cell.few = gather(low, high, cell, scratch.steps);
   if (!cell.few) begin(low, high, cell, scratch.steps);
   return cell;
 }
 
-/// All pieces within a radius of a box. \returns false where there are many
+/// Collects all pieces within a radius of a box.
+/// \returns false if there are too many
 bool EdgeTree::gather(const Vec3d& low, const Vec3d& high, Cell& cell, std::uint64_t& steps) const {
   cell.pieces.clear();
   if (count_ == 0) return true;
-  std::array<std::size_t, 66> stack{};  // one level leaves one behind
+  std::array<std::size_t, 66> stack{};  // Each level leaves one entry
   std::size_t height = 1;
   while (height != 0) {
     const std::size_t at = stack[--height];
@@ -220,26 +223,26 @@ bool EdgeTree::gather(const Vec3d& low, const Vec3d& high, Cell& cell, std::uint
       }
       cell.pieces.push_back({pieces_[i], centre, farthest});
     }
-    if (cell.pieces.size() > kFewPieces) return false;
+    if (cell.pieces.size() > kMaxCellPieces) return false;
   }
   return true;
 }
 
-/// Start of searches for balls around points of a box: boxes too large to lie in one of them are opened, boxes beyond
-/// all of them left out.
+/// Finds the boxes at which searches start for balls around points of a cell: opens boxes too large to lie in a ball,
+/// and drops boxes out of reach.
 void EdgeTree::begin(const Vec3d& low, const Vec3d& high, Cell& cell, std::uint64_t& steps) const {
   cell.boxes.clear();
-  std::array<std::size_t, 66> stack{};  // one level leaves one behind
+  std::array<std::size_t, 66> stack{};  // Each level leaves one entry
   std::size_t height = 1;
   while (height != 0) {
     const std::size_t at = stack[--height];
     const Node& node = nodes_[at];
     ++steps;
     if (nearest(Vec3d(node.low) - high, Vec3d(node.high) - low) >= squared_) continue;
-    const bool opens = length(Vec3d(node.high) - Vec3d(node.low)) > radius_ * kSurelyWider;
+    const bool opens = length(Vec3d(node.high) - Vec3d(node.low)) > radius_ * kMinOutsideDiagonal;
     if (!opens || at >= first_of(levels_)) {
       cell.boxes.push_back(at);
-      if (cell.boxes.size() <= kMostLeaves) continue;
+      if (cell.boxes.size() <= kMaxCutLeaves) continue;
       cell.boxes.assign(1, 0);
       return;
     }
@@ -248,7 +251,7 @@ void EdgeTree::begin(const Vec3d& low, const Vec3d& high, Cell& cell, std::uint6
   }
 }
 
-/// True if a normal of the node's box may look the other way.
+/// True if a normal in the node's box may be opposed to the sheet.
 bool EdgeTree::Node::may_be_opposed(const Sheet& sheet) const {
   const auto least = [](double along, std::int8_t from, std::int8_t to) {
     return along * (along > 0 ? from : to);
@@ -271,7 +274,7 @@ bool EdgeTree::may_hold_opposed(const Vec3d& centre, const Sheet& sheet, Scratch
       return sheet.is_opposed(near.piece.normal) && reaches(near.piece);
     });
   }
-  std::array<std::size_t, 66> stack{};  // one level leaves one behind
+  std::array<std::size_t, 66> stack{};  // Each level leaves one entry
   std::size_t height = 0;
   for (std::size_t box = 0; height != 0 || box < cell.boxes.size();) {
     const std::size_t at = height != 0 ? stack[--height] : cell.boxes[box++];
@@ -298,36 +301,38 @@ bool EdgeTree::may_hold_opposed(const Vec3d& centre, const Sheet& sheet, Scratch
 BendSums EdgeTree::within(const Vec3d& centre, const Sheet& sheet, Scratch& scratch) const {
   const Cell& cell = cell_of(centre, scratch);
   if (cell.few) {
-    return by_pieces(cell, centre, scratch,
-                     [&](const BendPiece& piece) { return sheet.counts(piece); });
+    return sum_by_pieces(cell, centre, scratch,
+                         [&](const BendPiece& piece) { return sheet.counts(piece); });
   }
   BendSums sums;
   bool left_out = false;
-  std::array<std::size_t, 66> stack{};  // one level leaves one behind
+  std::array<std::size_t, 66> stack{};  // Each level leaves one entry
   std::size_t height = 0, leaves = 0;
   for (std::size_t box = 0; height != 0 || box < cell.boxes.size();) {
     const std::size_t at = height != 0 ? stack[--height] : cell.boxes[box++];
     const Node& node = nodes_[at];
     ++scratch.steps;
     if (nearest(Vec3d(node.low) - centre, Vec3d(node.high) - centre) >= squared_) continue;
-    if (!node.may_be_opposed(sheet) && settled(node, centre, /*coarse=*/false, sums)) continue;
+    if (!node.may_be_opposed(sheet) && try_add_unopened(node, centre, /*coarse=*/false, sums))
+      continue;
     if (at < first_of(levels_)) {
       stack[height++] = 2 * at + 2;
       stack[height++] = 2 * at + 1;
       continue;
     }
-    if (++leaves > kMostLeaves) return by_leaves_of(sheet, centre, scratch);
-    const BendSums counted = of_leaf(at - first_of(levels_), sheet, centre, left_out);
+    if (++leaves > kMaxCutLeaves) return sum_by_leaves(sheet, centre, scratch);
+    const BendSums counted = sum_leaf(at - first_of(levels_), sheet, centre, left_out);
     sums += counted;
-    scratch.steps += kLeaf;
+    scratch.steps += kPiecesPerLeaf;
   }
-  // The same surface, summed in another order, is another number in its last bits.
+  // If nothing was left out, returns the sums in within()'s order, to be bit-identical.
   return left_out ? sums : within(centre, scratch);
 }
 
-/// What counts of a leaf's pieces. \param left_out  becomes true where some of it does not
-BendSums EdgeTree::of_leaf(std::size_t leaf, const Sheet& sheet, const Vec3d& centre,
-                           bool& left_out) const {
+/// Sums of a leaf's pieces that belong to the sheet.
+/// \param left_out  set to true if some do not
+BendSums EdgeTree::sum_leaf(std::size_t leaf, const Sheet& sheet, const Vec3d& centre,
+                            bool& left_out) const {
   BendSums sums;
   for (std::size_t i = begin_of(levels_, leaf); i < begin_of(levels_, leaf + 1); ++i) {
     bool is_cut = false;
@@ -341,13 +346,13 @@ BendSums EdgeTree::of_leaf(std::size_t leaf, const Sheet& sheet, const Vec3d& ce
   return sums;
 }
 
-/// The sums of a sheet in a ball that holds very many pieces: boxes are opened level by level while they are few, then
-/// a leaf in the middle of each stands for it, by its share of the box's area.
-BendSums EdgeTree::by_leaves_of(const Sheet& sheet, const Vec3d& centre, Scratch& scratch) const {
+/// Sums of a sheet in a ball with very many pieces: opens boxes level by level up to a limit, then represents each
+/// box by a leaf in its middle, scaled by area.
+BendSums EdgeTree::sum_by_leaves(const Sheet& sheet, const Vec3d& centre, Scratch& scratch) const {
   BendSums sums;
-  const std::uint32_t level = open_levels(kMostSampledLeaves, scratch, [&](const Node& node) {
+  const std::uint32_t level = open_levels(kMaxSampledLeaves, scratch, [&](const Node& node) {
     if (nearest(Vec3d(node.low) - centre, Vec3d(node.high) - centre) >= squared_) return true;
-    return !node.may_be_opposed(sheet) && settled(node, centre, /*coarse=*/true, sums);
+    return !node.may_be_opposed(sheet) && try_add_unopened(node, centre, /*coarse=*/true, sums);
   });
   for (const std::size_t at : scratch.next) {
     const std::size_t below = levels_ - level;
@@ -356,27 +361,27 @@ BendSums EdgeTree::by_leaves_of(const Sheet& sheet, const Vec3d& centre, Scratch
     const Node& all = nodes_[first_of(levels_) + leaf];
     if (!(all.sums.area > 0)) continue;
     bool left_out = false;
-    const BendSums counted = of_leaf(leaf, sheet, centre, left_out);
+    const BendSums counted = sum_leaf(leaf, sheet, centre, left_out);
     const double times = nodes_[at].sums.area / all.sums.area;
     sums += {counted.area * times, counted.bend * times};
   }
-  scratch.steps += scratch.next.size() * kLeaf;
+  scratch.steps += scratch.next.size() * kPiecesPerLeaf;
   return sums;
 }
 
 BendSums EdgeTree::within(const Vec3d& centre, Scratch& scratch) const {
   const Cell& cell = cell_of(centre, scratch);
-  if (cell.few) return by_pieces(cell, centre, scratch, [](const BendPiece&) { return true; });
+  if (cell.few) return sum_by_pieces(cell, centre, scratch, [](const BendPiece&) { return true; });
   BendSums sums;
   for (const bool coarse : {false, true}) {
-    if (by_boxes(cell, centre, coarse, scratch, sums)) return sums;
+    if (sum_by_boxes(cell, centre, coarse, scratch, sums)) return sums;
   }
-  return by_levels(centre, scratch);
+  return sum_by_levels(centre, scratch);
 }
 
 template <typename Counts>
-BendSums EdgeTree::by_pieces(const Cell& cell, const Vec3d& centre, Scratch& scratch,
-                             const Counts& counts) const {
+BendSums EdgeTree::sum_by_pieces(const Cell& cell, const Vec3d& centre, Scratch& scratch,
+                                 const Counts& counts) const {
   BendSums sums;
   for (const Near& near : cell.pieces) {
     const Vec3d way = near.centre - centre;
@@ -389,16 +394,17 @@ BendSums EdgeTree::by_pieces(const Cell& cell, const Vec3d& centre, Scratch& scr
   return sums;
 }
 
-/// \param coarse  small boxes count by their shares \returns false where it would take too long
-bool EdgeTree::by_boxes(const Cell& cell, const Vec3d& centre, bool coarse, Scratch& scratch,
-                        BendSums& sums) const {
+/// \param coarse  small boxes count by their fractions
+/// \returns false if it would take too long
+bool EdgeTree::sum_by_boxes(const Cell& cell, const Vec3d& centre, bool coarse, Scratch& scratch,
+                            BendSums& sums) const {
   sums = {};
-  std::array<std::size_t, 66> stack{};  // one level leaves one behind
+  std::array<std::size_t, 66> stack{};  // Each level leaves one entry
   std::size_t height = 0, cuts = 0, leaves = 0;
   for (std::size_t box = 0; height != 0 || box < cell.boxes.size();) {
     const std::size_t at = height != 0 ? stack[--height] : cell.boxes[box++];
     ++scratch.steps;
-    if (settled(nodes_[at], centre, coarse, sums)) continue;
+    if (try_add_unopened(nodes_[at], centre, coarse, sums)) continue;
     if (at < first_of(levels_)) {
       stack[height++] = 2 * at + 2;
       stack[height++] = 2 * at + 1;
@@ -411,14 +417,14 @@ bool EdgeTree::by_boxes(const Cell& cell, const Vec3d& centre, bool coarse, Scra
       cuts += is_cut ? 1 : 0;
       ++scratch.steps;
     }
-    if (cuts > kMostCut || ++leaves > kMostLeaves) return false;
+    if (cuts > kMaxCutPieces || ++leaves > kMaxCutLeaves) return false;
   }
   return true;
 }
 
-/// Opens boxes from the root on, all of a level before those of the next, while there are at most so many.
-/// \param settle  true of a box that need not be opened
-/// \returns the level of the boxes that are left, which are in scratch.next
+/// Opens boxes from the root on, level by level, up to a number of boxes per level.
+/// \param settle  returns true for a box that need not be opened
+/// \returns the level of the remaining boxes, which are in scratch.next
 template <typename Settle>
 std::uint32_t EdgeTree::open_levels(std::size_t most, Scratch& scratch,
                                     const Settle& settle) const {
@@ -438,11 +444,11 @@ std::uint32_t EdgeTree::open_levels(std::size_t most, Scratch& scratch,
   }
 }
 
-/// The sums in a ball; a piece in the middle of each box that is left stands for it.
-BendSums EdgeTree::by_levels(const Vec3d& centre, Scratch& scratch) const {
+/// Sums in a ball; each remaining box is represented by a piece in its middle.
+BendSums EdgeTree::sum_by_levels(const Vec3d& centre, Scratch& scratch) const {
   BendSums sums;
-  const std::uint32_t level = open_levels(kMostBoxes, scratch, [&](const Node& node) {
-    return settled(node, centre, /*coarse=*/true, sums);
+  const std::uint32_t level = open_levels(kMaxBoxesPerLevel, scratch, [&](const Node& node) {
+    return try_add_unopened(node, centre, /*coarse=*/true, sums);
   });
   for (const std::size_t at : scratch.next) {
     const std::size_t i = at - first_of(level);
@@ -454,8 +460,10 @@ BendSums EdgeTree::by_levels(const Vec3d& centre, Scratch& scratch) const {
   return sums;
 }
 
-/// Adds what is known of a box without opening it. \returns whether that is all of it
-bool EdgeTree::settled(const Node& node, const Vec3d& centre, bool coarse, BendSums& sums) const {
+/// Adds what is known of a box without opening it.
+/// \returns true if nothing remains to be done for it
+bool EdgeTree::try_add_unopened(const Node& node, const Vec3d& centre, bool coarse,
+                                BendSums& sums) const {
   const Vec3d low = Vec3d(node.low) - centre, high = Vec3d(node.high) - centre;
   if (nearest(low, high) >= squared_) return true;
   if (farthest(low, high) <= squared_) {
@@ -464,7 +472,7 @@ bool EdgeTree::settled(const Node& node, const Vec3d& centre, bool coarse, BendS
   }
   if (!coarse) return false;
   const double half = length(high - low) / 2;
-  if (half >= radius_ * kFinest) return false;
+  if (half >= radius_ * kMaxUnopenedShare) return false;
   const double away = length(low + high) / 2;
   const double share = std::clamp((radius_ + half - away) / (2 * half), 0.0, 1.0);
   sums += {node.sums.area * share, node.sums.bend * share};
@@ -473,14 +481,14 @@ bool EdgeTree::settled(const Node& node, const Vec3d& centre, bool coarse, BendS
 
 template <typename Body>
 void EdgeTree::for_each_of(std::uint32_t level, const Body& body) const {
-  // Some thousand triangles a piece, so that threads are worth it.
+  // Several thousand triangles per task, to outweigh the cost of threads.
   const std::size_t grain = 1 + (std::size_t{1} << 13) / (1 + (count_ >> level));
   parallel_for(std::size_t{1} << level, grain, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) body(i);
   });
 }
 
-/// Halves a node's pieces along the widest side of their centres' box.
+/// Splits a node's pieces along the longest side of the bounding box of their centres.
 void EdgeTree::split(std::vector<Item>& order, std::uint32_t level, std::size_t i) const {
   const auto at = [&](std::size_t item) {
     return order.begin() + static_cast<std::ptrdiff_t>(item);
@@ -551,7 +559,8 @@ std::array<Vec3d, 3> corners(const BendPiece& piece, const Vec3d& from) {
 
 }  // namespace
 
-/// \param cut  becomes true where the ball's border may cross it
+/// Sums of a piece within a ball.
+/// \param cut  set to true if the ball's boundary may cross the piece
 BendSums EdgeTree::clipped(const BendPiece& piece, const Vec3d& centre, bool& cut) const {
   const std::array<Vec3d, 3> p = corners(piece, centre);
   const auto inside = [&](const Vec3d& c) { return dot(c, c) <= squared_; };
@@ -570,8 +579,8 @@ BendSums EdgeTree::clipped(const BendPiece& piece, const Vec3d& centre, bool& cu
   return sums;
 }
 
-/// One piece's, for all of its box: of its bend by lengths and the angles' sizes, since angles of
-/// both signs may add up to nothing.
+/// Fractions of one piece, used for its whole box. The bend's fraction uses lengths and absolute angles, since angles
+/// of opposite signs may cancel out.
 EdgeTree::Shares EdgeTree::shares(const BendPiece& piece, const Vec3d& centre) const {
   const std::array<Vec3d, 3> p = corners(piece, centre);
   const BallClip clip = clip_by_ball(p, squared_);

@@ -18,11 +18,11 @@ namespace {
 constexpr std::size_t kTrianglesAtOnce = 1 << 14;
 constexpr std::size_t kVerticesAtOnce = 1 << 12;
 
-/// A triangle's side, by its ends.
+/// A triangle's side, identified by its ends.
 struct EdgeSide {
-  std::uint32_t high = 0;  ///< The end with the greater number
+  std::uint32_t high = 0;  ///< Higher vertex
   std::uint32_t at = 0;    ///< 3 * triangle + corner
-  bool rising = false;     ///< It runs from the lower number to the greater one
+  bool rising = false;     ///< It starts at the lower vertex
 };
 
 float turn_between(const Vec3& a, const Vec3& b) {
@@ -30,7 +30,7 @@ float turn_between(const Vec3& a, const Vec3& b) {
   return static_cast<float>(std::atan2(length(cross(x, y)), dot(x, y)) * 180 / std::numbers::pi);
 }
 
-/// Twice a triangle's area, along its normal.
+/// Normal of a triangle, with a length of twice its area.
 Vec3d area_vector(const Mesh& mesh, std::size_t triangle) {
   const Triangle& at = mesh.triangles[triangle];
   const Vec3d corner(mesh.positions[at[0]]);
@@ -41,7 +41,8 @@ class EdgeFinder {
  public:
   EdgeFinder(const Mesh& mesh, FaceEdges& result) : mesh_(mesh), result_(result) {}
 
-  /// Edges and lonely sides whose lower end is a vertex. \param sides  all of that vertex; changed
+  /// Finds edges and unpaired sides at their lower vertex.
+  /// \param sides  all sides of that vertex; modified
   void add(std::uint32_t vertex, std::vector<EdgeSide>& sides, std::vector<FaceEdge>& edges,
            std::vector<std::uint32_t>& lonely) const {
     std::sort(sides.begin(), sides.end(), [](const EdgeSide& a, const EdgeSide& b) {
@@ -55,13 +56,13 @@ class EdgeFinder {
         continue;
       }
       lonely.insert(lonely.end(), {vertex, run[0].high});
-      if (run.size() > 2 && run.size() <= kMostFaces) pair(run, edges);
+      if (run.size() > 2 && run.size() <= kMaxFacesPerEdge) pair(run, edges);
     }
   }
 
  private:
-  /// Edges of more faces are taken for hard ones: the pairs are the square of their number.
-  static constexpr std::size_t kMostFaces = 16;
+  /// Edges with more faces count as hard, since the number of pairs is quadratic.
+  static constexpr std::size_t kMaxFacesPerEdge = 16;
 
   FaceEdge edge(const EdgeSide& a, const EdgeSide& b) const {
     FaceEdge result;
@@ -107,8 +108,8 @@ class EdgeFinder {
 
 namespace {
 
-/// False if no edge turns by an angle. Of the faces at an end of such an edge, one is half the angle or more off any
-/// direction, also off their mean.
+/// False if certainly no edge turns by `degrees`. At such an edge, one of the faces deviates from any direction,
+/// including their mean, by at least half of the angle.
 bool may_turn(const Mesh& mesh, const FaceEdges& faces, double degrees) {
   std::vector<Vec3> sums(mesh.positions.size());
   for_each_alive(mesh.triangles.size(), [&](std::size_t t) {
@@ -118,7 +119,7 @@ bool may_turn(const Mesh& mesh, const FaceEdges& faces, double degrees) {
       sum = {sum.x + n.x, sum.y + n.y, sum.z + n.z};
     }
   });
-  const double least = std::cos(degrees / 2 * std::numbers::pi / 180) + 1e-5;  // and rounding
+  const double least = std::cos(degrees / 2 * std::numbers::pi / 180) + 1e-5;  // minus rounding
   std::atomic<bool> found = false;
   parallel_for(mesh.triangles.size(), kTrianglesAtOnce, [&](std::size_t begin, std::size_t end) {
     for (std::size_t t = begin; t < end && !found; ++t) {
@@ -144,7 +145,7 @@ FaceEdges FaceEdges::of(const Mesh& mesh, double least_degrees) {
   parallel_for(triangles, kTrianglesAtOnce, [&](std::size_t begin, std::size_t end) {
     std::vector<CornerWeights> weights;
     for (std::size_t t = begin; t < end; ++t) {
-      // A polygon is done by the thread whose range has its first triangle.
+      // A polygon is processed by the thread that has its first triangle.
       const bool polygons = !mesh.polygons.empty();
       if (polygons && t > 0 && mesh.polygons[t] == mesh.polygons[t - 1]) continue;
       std::size_t last = t + 1;

@@ -13,18 +13,19 @@
 namespace kiln {
 namespace {
 
-/// A plane's vertices have its normal where all other faces of the corner are smaller than this share of it.
-constexpr float kSmallBesidePlane = 1.0F / 4;
-/// A tip: this many faces or more share a normal that is this far off one of them, cosine; or fewer, the second cosine.
-constexpr std::size_t kFacesOfTip = 8;
-constexpr double kTip = 0.8660, kSharpTip = 0.7071;  // 30 and 45 degrees
+/// A plane determines the normal of a vertex if all other faces there are smaller than this share of its area.
+constexpr float kMaxBesidePlaneShare = 1.0F / 4;
+/// A corner is a tip if a face's cosine to the shared normal is below kMaxTipCosine with at least kMinTipFaces faces,
+/// or below kMaxSharpTipCosine with fewer.
+constexpr std::size_t kMinTipFaces = 8;
+constexpr double kMaxTipCosine = 0.8660, kMaxSharpTipCosine = 0.7071;  // 30 and 45 degrees
 
 Vec3d unit_of_sum(const Vec3d& v) {
   const double size = length(v);
   return size > 0 ? v * (1 / size) : Vec3d();
 }
 
-/// Normals of corners that smooth edges connect.
+/// Normals of corners that are connected over smooth edges.
 class FanNormals {
  public:
   FanNormals(const Mesh& mesh, const FaceEdges& faces, const Creases& creases)
@@ -34,7 +35,7 @@ class FanNormals {
     });
   }
 
-  /// \param triangles  that get normals; others stay as they are
+  /// \param triangles  true for those that get normals
   void give(const std::vector<bool>& triangles, Mesh& mesh) const;
 
  private:
@@ -55,7 +56,8 @@ class FanNormals {
   std::vector<CornerWeights> weights_;
 };
 
-/// Corners by fans, in order of their lowest ones. Parts without hard edges share normals at each place, as smooth meshes do.
+/// Groups corners into fans, in order of their lowest corners. In parts without hard edges, all corners at a position
+/// form one fan.
 Adjacency FanNormals::fans(const std::vector<bool>& triangles) const {
   DisjointSets sets(3 * mesh_.triangles.size());
   std::vector<std::uint32_t> first(mesh_.positions.size(), 0xFFFFFFFFU);
@@ -86,7 +88,7 @@ Adjacency FanNormals::fans(const std::vector<bool>& triangles) const {
                          [&](std::size_t i) -> std::size_t { return number[i]; });
 }
 
-/// Summed in the order of triangles, without what is small beside a plane.
+/// Sum of normals in triangle order, without faces that are small beside a plane.
 Vec3d FanNormals::sum_of(std::span<const std::uint32_t> fan) const {
   float most = 0;
   for (const std::uint32_t corner : fan) most = std::max(most, area_around(corner));
@@ -95,14 +97,14 @@ Vec3d FanNormals::sum_of(std::span<const std::uint32_t> fan) const {
   });
   Vec3d sum;
   for (const std::uint32_t corner : fan) {
-    if (plane && area_around(corner) < kSmallBesidePlane * most) continue;
+    if (plane && area_around(corner) < kMaxBesidePlaneShare * most) continue;
     sum += face(corner) * weights_[corner / 3].angles[corner % 3];
   }
   return sum;
 }
 
 bool FanNormals::is_tip(std::span<const std::uint32_t> fan, const Vec3d& normal) const {
-  const double least = fan.size() < kFacesOfTip ? kSharpTip : kTip;
+  const double least = fan.size() < kMinTipFaces ? kMaxSharpTipCosine : kMaxTipCosine;
   return std::any_of(fan.begin(), fan.end(), [&](std::uint32_t corner) {
     return weights_[corner / 3].angles[corner % 3] > 0 && dot(face(corner), normal) < least;
   });
@@ -124,7 +126,7 @@ void FanNormals::give(const std::vector<bool>& triangles, Mesh& mesh) const {
       mesh.normals.push_back(to_float(face(corner)));
     }
   }
-  // Sums that cancel out, and triangles without area, take what their face says.
+  // Sums that cancel out, and degenerate triangles, get the normal of their face.
   const auto zero = static_cast<std::uint32_t>(mesh.normals.size());
   for (std::uint32_t t = 0; t < triangles.size(); ++t) {
     if (!triangles[t]) continue;

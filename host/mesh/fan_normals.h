@@ -1,4 +1,4 @@
-// Normals that part at hard edges.
+// Normals that are split at hard edges.
 #pragma once
 
 #include <vector>
@@ -9,14 +9,14 @@
 
 namespace kiln {
 
-/// Gives triangles normals that corners share where smooth edges connect them: angle-weighted, summed in the order of
-/// triangles. Corners of parts without hard edges share one at each place.
+/// Computes triangles' corner normals that are shared across smooth edges: angle-weighted, summed in triangle order.
+/// In parts without hard edges, all corners at a position share one.
 ///
-/// A plane of several triangles gives its normal to vertices that it shares with faces of less than a quarter of its
-/// area: at the border of a flat and a rounded edge, the surface has the flat's normal. At tips, as of cones, where
-/// the shared normal is far off its faces, each has its own.
-/// \param triangles  those that get normals; others keep what they have
-/// \param mesh  that the edges are of; its normal_triangles are parallel to its triangles. Changed
+/// A planar region of several triangles keeps its own normal at vertices whose other faces have less than a quarter
+/// of its area: at the border between a plane and a rounded edge, the normal is the plane's. At sharp tips (cones),
+/// where a shared normal deviates far from its faces, each face has its own normal.
+/// \param triangles  true for those that get normals; others keep theirs
+/// \param mesh  [in, out] the mesh of `faces`; its normal_triangles are parallel to its triangles
 void give_fan_normals(const FaceEdges& faces, const Creases& creases,
                       const std::vector<bool>& triangles, Mesh& mesh);
 

@@ -10,7 +10,7 @@ namespace kiln {
 namespace {
 
 struct Side {
-  std::uint64_t key;  ///< Lower vertex, higher vertex.
+  std::uint64_t key;  ///< Lower and higher vertex
   std::uint32_t triangle;
   std::uint8_t corner, forward;  ///< The side starts at this corner; forward: at the lower vertex.
 };
@@ -54,7 +54,7 @@ void remove_back_to_back(std::vector<Triangle>& triangles) {
   struct Item {
     Triangle sorted;
     std::uint32_t index;
-    std::uint8_t odd;  ///< Sense: parity of the sorting.
+    std::uint8_t odd;  ///< Parity of the permutation that sorts the corners
   };
   std::vector<Item> items;
   items.reserve(triangles.size());
@@ -100,10 +100,11 @@ std::vector<std::uint32_t> split_into_fans(std::span<Triangle> triangles, std::s
   const auto corner = [](const Side& side, std::uint32_t offset) {
     return side.triangle * 3 + (side.corner + offset) % 3;
   };
-  std::vector<std::uint64_t> shifted;  // Edges whose sides are joined out of step, once an entry.
+  // Edges whose sides are paired with an offset: one entry per unit of offset
+  std::vector<std::uint64_t> shifted;
   std::vector<std::uint32_t> copies;
   for (int attempt = 0; attempt < kAttempts; ++attempt) {
-    // Corners are items: two belong together where their triangles are joined along a side there.
+    // Union-find over corners: two are united if their triangles are joined at a side there.
     DisjointSets fans(given.size() * 3);
     for (std::size_t begin = 0, end = 0; begin < sides.size(); begin = end) {
       std::size_t backward = begin;
@@ -121,7 +122,7 @@ std::vector<std::uint32_t> split_into_fans(std::span<Triangle> triangles, std::s
         fans.join(corner(ahead, 1), corner(back, 0));
       }
     }
-    // The first fan met keeps the vertex.
+    // The first fan keeps the original vertex.
     std::vector<std::uint32_t> owner(vertices, kNone), number(given.size() * 3, kNone);
     copies.clear();
     for (std::uint32_t c = 0; c < given.size() * 3; ++c) {
@@ -138,7 +139,7 @@ std::vector<std::uint32_t> split_into_fans(std::span<Triangle> triangles, std::s
       }
       triangles[c / 3][c % 3] = number[fan];
     }
-    // One fan may come back to an edge it has passed already: join the edge's sides the other way.
+    // A fan may pass an edge twice: pair that edge's sides with another offset.
     const std::vector<Side> check = sorted_sides(triangles);
     const std::size_t before = shifted.size();
     const auto original = [&](std::uint64_t v) { return v < vertices ? v : copies[v - vertices]; };

@@ -1,4 +1,4 @@
-// Connectivity of triangle meshes: repeated sides, fans, connected parts.
+// Connectivity of triangle meshes: repeated sides, fans, components.
 #pragma once
 
 #include <cstdint>
@@ -10,22 +10,22 @@
 
 namespace kiln {
 
-/// True if two triangles run along an edge in the same sense: never so on an oriented manifold.
+/// True if two triangles traverse an edge in the same direction, which never happens on an oriented manifold.
 bool has_repeated_sides(std::span<const Triangle> triangles);
-/// The same where the sides are at hand.
+/// The same for existing side lists.
 bool has_repeated_sides(const SideLists& sides);
 
-/// Removes pairs of triangles with the same corners and opposite senses. Closed meshes stay closed.
+/// Removes pairs of triangles with the same corners in opposite order. Closed meshes remain closed.
 void remove_back_to_back(std::vector<Triangle>& triangles);
 
-/// Gives each fan of triangles around a vertex a vertex of its own: sides of opposite sense along an
-/// edge are joined in pairs, and whatever is not joined that way is cut. Closed meshes stay closed. The
-/// result is an oriented manifold but in rare cases where a fan meets itself whatever is joined.
-/// \param vertices  how many there are; new ones are numbered from there
-/// \returns for each new vertex the one that it is a copy of
+/// Splits vertices so that each has a single fan of triangles: sides of opposite directions along an edge are joined
+/// in pairs; unpaired sides are cut. Closed meshes remain closed. The result is an oriented manifold, except in rare
+/// cases in which a fan meets itself in every pairing.
+/// \param vertices  number of vertices; new ones are numbered from there
+/// \returns for each new vertex, its original vertex
 std::vector<std::uint32_t> split_into_fans(std::span<Triangle> triangles, std::size_t vertices);
 
-/// Number of parts that share no vertex.
+/// Number of components (connected over shared vertices).
 std::uint64_t count_components(std::span<const Triangle> triangles, std::size_t vertices);
 
 }  // namespace kiln

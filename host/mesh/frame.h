@@ -1,4 +1,4 @@
-// The working frame: all device work happens in a box of about unit size around the origin.
+// The working frame, in which all device work happens: a box of about unit size around the origin.
 #pragma once
 
 #include <array>
@@ -9,29 +9,33 @@
 
 namespace kiln {
 
-/// Maps world coordinates to the frame and back: frame = (world - center) * scale. The scale is a
-/// power of two, so that scaling is exact; the high poly's bounding box has a diagonal in (0.5, 1]
-/// there, but for vertices that lie absurdly far out, see bulk_bounds(): they would leave the others no digits. Scenes of 1e-30 or 1e30 units, or far from the origin, thus meet the kernels alike.
+/// Maps world coordinates to the frame and back: frame = (world - center) * scale. The scale is a power of two, so
+/// that scaling is exact. In the frame, the high poly's bounding box has a diagonal in (0.5, 1]. Extreme outliers do
+/// not count (see bulk_bounds()), as they would leave no precision to the others. Kernels thus see scenes of 1e-30 or
+/// 1e30 units, or far from the origin, alike.
 struct Frame {
   std::array<double, 3> center{};
   double scale = 1;
   double diagonal = 1;  ///< Diagonal of that box, world units.
 
-  /// From the triangles with area, see bulk_bounds(). \throws Error(input) where there are none
+  /// From the triangles with area, see bulk_bounds().
+  /// \throws Error(input) if there are none
   static Frame of(const Mesh& mesh);
-  /// From a box that the mesh lies in, as it moves. \throws Error(usage) for one without size
+  /// From a box that contains the mesh during its motion.
+  /// \throws Error(usage) if the box has no size
   static Frame of(const Mesh& mesh, const Bounds& bounds);
 
   Vec3 to_frame(const Mesh& mesh, std::size_t vertex) const;
-  /// All vertices, but NaN for those that no triangle with area uses and that lie beyond `reach`: rounded there, a
-  /// triangle without area could get one, and be a large one. \param reach  0.5: all of the high poly's box
+  /// All vertices in the frame. Vertices beyond `reach` that only degenerate triangles use become NaN, since rounding
+  /// there could turn these into large triangles.
+  /// \param reach  0.5: the high poly's box
   std::vector<Vec3> to_frame_within(const Mesh& mesh, double reach) const;
   std::vector<Vec3> to_frame(const Mesh& mesh) const { return to_frame_within(mesh, 0.500001); }
 };
 
-/// Origin of a mesh's coordinates, such that single precision holds them: near the middle of its box where
-/// that lies farther from 0 than 16 diagonals, rounded to a power of two above the diagonal; else 0. Nearly the same
-/// box gives the same origin, and a position minus it is exact in double.
+/// An origin relative to which single precision can hold a mesh's coordinates: near the centre of its box (rounded to
+/// a power of two above the diagonal) if that is farther from 0 than 16 diagonals; else 0. Similar boxes give the
+/// same origin, and subtracting it from a position is exact in double precision.
 std::array<double, 3> local_origin(const std::array<double, 3>& center, double diagonal);
 
 }  // namespace kiln

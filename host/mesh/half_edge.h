@@ -6,7 +6,7 @@
 
 namespace kiln {
 
-/// Marks an absent triangle or half-edge.
+/// Marks a missing triangle or half-edge.
 inline constexpr std::uint32_t kNoIndex = std::numeric_limits<std::uint32_t>::max();
 
 inline std::uint32_t next_half_edge(std::uint32_t h) { return h % 3 == 2 ? h - 2 : h + 1; }

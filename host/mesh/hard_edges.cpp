@@ -13,16 +13,16 @@
 namespace kiln {
 namespace {
 
-constexpr double kSameNormal = 0.99996192306;  // cos 0.5 degrees
-constexpr std::size_t kGrainOfEdges = 256;
+constexpr double kSameNormalCosine = 0.99996192306;  // cos 0.5 degrees
+constexpr std::size_t kEdgesPerTask = 256;
 
 struct HardSide {
   std::uint32_t a = 0, b = 0;  ///< Welded corners, a < b
   std::uint32_t triangle = 0;
-  std::uint8_t at_a = 0, at_b = 0;  ///< Corners of the triangle
+  std::uint8_t at_a = 0, at_b = 0;  ///< Corners within the triangle
 };
 
-/// Sides of which an end has several normals: others are not hard.
+/// Sides with several normals at an end; others cannot be hard.
 std::vector<HardSide> sides_of(const LowSurface& surface) {
   std::vector<Vec3> positions;
   positions.reserve(3 * surface.triangles.size());
@@ -60,7 +60,7 @@ std::vector<HardSide> sides_of(const LowSurface& surface) {
 }
 
 bool parts(const Vec3& a, const Vec3& b) {
-  return dot(Vec3d(a), Vec3d(b)) < kSameNormal * length(Vec3d(a)) * length(Vec3d(b));
+  return dot(Vec3d(a), Vec3d(b)) < kSameNormalCosine * length(Vec3d(a)) * length(Vec3d(b));
 }
 
 struct EdgeBox {
@@ -86,22 +86,23 @@ bool overlap(const EdgeBox& a, const EdgeBox& b) {
   return true;
 }
 
-/// Boxes of edges, halved along their longest axis: a sweep along one axis met n^(2/3) of n edges that fill a space.
+/// Box tree of edges, split at the median of the longest axis. A sweep along one axis takes O(n^(2/3)) per query for
+/// edges that fill a volume.
 class EdgeBoxTree {
  public:
   explicit EdgeBoxTree(const std::vector<EdgeBox>& boxes)
-      : boxes_(boxes), order_(boxes.size()), nodes_(4 * (boxes.size() / kLeaf + 1)) {
+      : boxes_(boxes), order_(boxes.size()), nodes_(4 * (boxes.size() / kEdgesPerLeaf + 1)) {
     std::iota(order_.begin(), order_.end(), 0U);
     build(0, 0, order_.size());
   }
 
-  /// Adds the edges whose boxes overlap.
+  /// Appends the edges whose boxes overlap.
   void find(const EdgeBox& box, std::vector<std::uint32_t>& found) const {
     find(0, 0, order_.size(), box, found);
   }
 
  private:
-  static constexpr std::size_t kLeaf = 8;
+  static constexpr std::size_t kEdgesPerLeaf = 8;
 
   void build(std::size_t node, std::size_t begin, std::size_t end) {
     EdgeBox& all = nodes_[node] = box_of({}, 0);
@@ -111,7 +112,7 @@ class EdgeBoxTree {
         all.hi[k] = std::max(all.hi[k], boxes_[order_[i]].hi[k]);
       }
     }
-    if (end - begin <= kLeaf) return;
+    if (end - begin <= kEdgesPerLeaf) return;
     std::size_t axis = 0;
     for (const std::size_t k : {1, 2}) {
       if (all.hi[k] - all.lo[k] > all.hi[axis] - all.lo[axis]) axis = k;
@@ -128,7 +129,7 @@ class EdgeBoxTree {
   void find(std::size_t node, std::size_t begin, std::size_t end, const EdgeBox& box,
             std::vector<std::uint32_t>& found) const {
     if (!overlap(nodes_[node], box)) return;
-    if (end - begin <= kLeaf) {
+    if (end - begin <= kEdgesPerLeaf) {
       for (std::size_t i = begin; i < end; ++i) {
         if (overlap(boxes_[order_[i]], box)) found.push_back(order_[i]);
       }
@@ -141,7 +142,7 @@ class EdgeBoxTree {
 
   const std::vector<EdgeBox>& boxes_;
   std::vector<std::uint32_t> order_;
-  std::vector<EdgeBox> nodes_;  // a node's halves are 2 n + 1 and 2 n + 2
+  std::vector<EdgeBox> nodes_;  // Children of n are 2 n + 1 and 2 n + 2
 };
 
 }  // namespace
@@ -164,7 +165,7 @@ HardEdges HardEdges::of(const LowSurface& surface) {
     }
     const Vec3 from = corner(one, one.at_a).position;
     const Vec3 along = to_float(Vec3d(corner(one, one.at_b).position) - Vec3d(from));
-    // A float's square must not vanish.
+    // The squared length must not underflow.
     if (hard && length(Vec3d(along)) > 1e-15) {
       result.edges.push_back({from, along, {one.triangle, sides[first + 1].triangle}});
     }
@@ -180,7 +181,7 @@ HardEdges::Near HardEdges::near(const LowSurface& surface, std::span<const float
   }
   const EdgeBoxTree tree(boxes);
   std::vector<std::vector<std::uint32_t>> lists(surface.triangles.size());
-  parallel_for(lists.size(), kGrainOfEdges, [&](std::size_t begin, std::size_t end) {
+  parallel_for(lists.size(), kEdgesPerTask, [&](std::size_t begin, std::size_t end) {
     for (std::size_t t = begin; t < end; ++t) {
       if (surface.usable[t] == 0) continue;
       const auto& [a, b, c] = surface.triangles[t];

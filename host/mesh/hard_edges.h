@@ -1,4 +1,4 @@
-// Hard edges: where the normals of a low poly's faces part.
+// Hard edges of a low poly, where the normals of adjacent faces differ.
 #pragma once
 
 #include <array>
@@ -10,21 +10,22 @@
 
 namespace kiln {
 
-/// Edges that two or more faces share. At one end at least, two of their normals part by more than half a
-/// degree. Faces meet where their corners lie in exactly the same place. Faces that are not usable have none.
+/// Edges of two or more faces whose normals differ by more than half a degree at one end at least. Faces are adjacent
+/// if their corners have exactly equal positions. Unusable triangles have no edges.
 struct HardEdges {
   struct Edge {
     Vec3 from, along;                      ///< The other end is from + along
-    std::array<std::uint32_t, 2> faces{};  ///< Two triangles that share it: the first two in order
+    std::array<std::uint32_t, 2> faces{};  ///< The first two triangles that share it
   };
-  std::vector<Edge> edges;  ///< Without length: none
+  std::vector<Edge> edges;  ///< Edges of length 0 are left out
 
   static HardEdges of(const LowSurface& surface);
 
-  /// Edges that may come nearer to points of each triangle than their widths; some may not.
-  /// \param widths  of each edge
+  /// Edges that may be nearer to points of a triangle than their widths (a conservative list).
+  /// \param widths  by edge
   struct Near {
-    std::vector<std::uint32_t> first;  ///< Per triangle its first element of `edge`, and the end
+    /// Per triangle, its first element of `edge`; one extra entry
+    std::vector<std::uint32_t> first;
     std::vector<std::uint32_t> edge;
   };
   Near near(const LowSurface& surface, std::span<const float> widths) const;

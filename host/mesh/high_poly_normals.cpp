@@ -9,7 +9,7 @@
 namespace kiln {
 namespace {
 
-constexpr std::size_t kGrainOfNormals = 1 << 12;
+constexpr std::size_t kNormalsPerTask = 1 << 12;
 
 bool same_bits(const Vec3& a, const Vec3& b) { return std::memcmp(&a, &b, sizeof a) == 0; }
 
@@ -36,7 +36,7 @@ HighPolyNormals::Change HighPolyNormals::rebuild(const Mesh& mesh,
   if (computed_) {
     first_ = weld_vertices(positions);
     weights_.resize(mesh.triangles.size());
-    parallel_for(weights_.size(), kGrainOfNormals, [&](std::size_t begin, std::size_t end) {
+    parallel_for(weights_.size(), kNormalsPerTask, [&](std::size_t begin, std::size_t end) {
       corner_weights(positions, mesh.triangles, mesh.polygons, begin, end, &weights_[begin]);
     });
   }
@@ -60,7 +60,7 @@ HighPolyNormals::Change HighPolyNormals::move(const Mesh& mesh, std::span<const 
   if (!computed_ && !has_extra(mesh)) return {};
   if (has_extra(mesh) || weld_vertices(positions) != first_) return rebuild(mesh, positions);
   const std::vector<std::uint32_t> firsts = first_of_polygons(mesh, triangles);
-  parallel_for(firsts.size(), kGrainOfNormals, [&](std::size_t begin, std::size_t end) {
+  parallel_for(firsts.size(), kNormalsPerTask, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
       const std::uint32_t t = firsts[i];
       corner_weights(positions, mesh.triangles, mesh.polygons, t, t + 1, &weights_[t]);
@@ -80,9 +80,9 @@ HighPolyNormals::Change HighPolyNormals::move(const Mesh& mesh, std::span<const 
     } while (t < mesh.polygons.size() && mesh.polygons[t] == mesh.polygons[first]);
   }
   std::sort(touched.begin(), touched.end());
-  // Summed in the order of triangles, as for all of them.
+  // Sums in triangle order, as for the whole mesh.
   std::vector<Vec3> sums(touched.size());
-  parallel_for(touched.size(), kGrainOfNormals, [&](std::size_t begin, std::size_t end) {
+  parallel_for(touched.size(), kNormalsPerTask, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
       Vec3d sum;
       double total = 0;

@@ -1,4 +1,4 @@
-// The high poly's normals, kept up to date as it moves.
+// The high poly's normals, updated as it moves.
 #pragma once
 
 #include <cstdint>
@@ -9,7 +9,7 @@
 
 namespace kiln {
 
-/// For each of some keys, a list of items in ascending order.
+/// Lists of items by key, each in ascending order.
 struct Adjacency {
   std::vector<std::uint32_t> first;  ///< [keys + 1]
   std::vector<std::uint32_t> items;
@@ -17,7 +17,7 @@ struct Adjacency {
   std::span<const std::uint32_t> of(std::size_t key) const {
     return {items.data() + first[key], items.data() + first[key + 1]};
   }
-  /// \param key_of  the key of an item, or `keys` or more for none
+  /// \param key_of  key of an item; `keys` or more: none
   template <typename KeyOf>
   static Adjacency make(std::size_t keys, std::size_t items, const KeyOf& key_of) {
     Adjacency result;
@@ -35,43 +35,45 @@ struct Adjacency {
   }
 };
 
-/// Updates normals to those that corner_normals() gives for the mesh as it is now, to the bit, at the cost of what changed. (But for
-/// finding out which vertices share a place, which goes over all of them where they moved.)
+/// Updates normals after changes. The results are bit-identical to corner_normals() of the whole mesh, but the cost
+/// is proportional to the changes (except for welding, which visits all vertices if positions changed).
 class HighPolyNormals {
  public:
   /// \param positions  in the working frame
   HighPolyNormals(const Mesh& mesh, std::span<const Vec3> positions);
 
-  /// Which entries of the pool changed; or the pool is another.
+  /// Changed entries of the pool, or a flag that the whole pool was replaced.
   struct Change {
     bool rebuilt = false;
-    std::vector<std::uint32_t> entries;  ///< In ascending order
+    std::vector<std::uint32_t> entries;  ///< Ascending
   };
   /// \param triangles  those with a moved corner
   Change move(const Mesh& mesh, std::span<const Vec3> positions,
               std::span<const std::uint32_t> triangles);
-  /// Takes over entries of the mesh's own pool that were set. \param entries  in ascending order
+  /// Copies changed entries of the mesh's own normal pool.
+  /// \param entries  ascending
   Change set(const Mesh& mesh, std::span<const Vec3> positions,
              std::span<const std::uint32_t> entries);
 
   const CornerNormals& corners() const { return corners_; }
-  /// Corners (3 * triangle + corner) that use an entry of the pool.
+  /// Corners (3 * triangle + corner) that use a pool entry.
   std::span<const std::uint32_t> corners_of(std::uint32_t entry) const { return users_.of(entry); }
 
  private:
   Change rebuild(const Mesh& mesh, std::span<const Vec3> positions);
-  /// The first triangles of the polygons that the given ones belong to.
+  /// The first triangles of the polygons of given triangles.
   static std::vector<std::uint32_t> first_of_polygons(const Mesh& mesh,
                                                       std::span<const std::uint32_t> triangles);
   void index();
-  /// Some normals are made up for corners that have none: no entry by itself says what they are.
+  /// True if some corners have computed normals in place of invalid ones, so that pool entries do not determine all
+  /// normals.
   bool has_extra(const Mesh& mesh) const;
 
-  bool computed_;  // from positions
+  bool computed_;  // From positions
   std::vector<std::uint32_t> first_;
   CornerNormals corners_;
   Adjacency users_;
-  std::vector<CornerWeights> weights_;  // per triangle, where computed
+  std::vector<CornerWeights> weights_;  // Per triangle, if computed
 };
 
 }  // namespace kiln

@@ -1,4 +1,4 @@
-// Several meshes made one.
+// Joins several meshes into one.
 #include <algorithm>
 #include <limits>
 #include <string>
@@ -11,7 +11,7 @@ namespace kiln {
 namespace {
 
 constexpr std::size_t kMostNamed = 3;
-constexpr std::uint64_t kMost = 0x7FFFFFFFU;
+constexpr std::uint64_t kMaxCount = 0x7FFFFFFFU;
 constexpr std::array<std::uint8_t, 4> kWhite = {255, 255, 255, 255};
 
 std::string joined_name(std::span<const Mesh> meshes) {
@@ -23,12 +23,12 @@ std::string joined_name(std::span<const Mesh> meshes) {
   return name;
 }
 
-/// Names of triangles of one kind: groups, objects or materials.
+/// Collects names of one kind: groups, objects or materials.
 class Names {
  public:
   Names(std::vector<std::uint32_t>& of, std::vector<std::string>& names) : of_(of), names_(names) {}
 
-  /// \param alone  the name of all triangles of a mesh that has none
+  /// \param alone  name for all triangles of a mesh without names of this kind
   void add(const std::vector<std::uint32_t>& of, const std::vector<std::string>& names,
            std::size_t triangles, const std::string& alone) {
     if (of.empty()) {
@@ -54,9 +54,9 @@ class Names {
 };
 
 void check_size(const std::string& name, std::uint64_t count, const char* what) {
-  if (count <= kMost) return;
+  if (count <= kMaxCount) return;
   throw Error(ErrorCode::input, "The meshes '" + name + "' have together more than " +
-                                    std::to_string(kMost) + " " + what +
+                                    std::to_string(kMaxCount) + " " + what +
                                     ": bake them apart, or simplify them.");
 }
 
@@ -75,7 +75,7 @@ void check_sizes(std::span<const Mesh> meshes, const std::string& name) {
   check_size(name, normals, "normals");
 }
 
-/// Adds the other sets of UVs of a mesh whose own were just added; NaN where it or the whole has none.
+/// Appends a mesh's additional UV sets after its first one; NaN for sets that only one side has.
 void append_other_uvs(Mesh& whole, const Mesh& mesh, std::size_t before) {
   constexpr float kNowhere = std::numeric_limits<float>::quiet_NaN();
   for (const UvSet& set : mesh.other_uvs) {
@@ -92,13 +92,14 @@ void append_other_uvs(Mesh& whole, const Mesh& mesh, std::size_t before) {
   for (UvSet& set : whole.other_uvs) set.uvs.resize(whole.uvs.size(), {kNowhere, kNowhere});
 }
 
-/// Which attributes the whole has.
-struct Has {
+/// Attributes of the joined mesh.
+struct PresentAttributes {
   bool uvs = false, normals = false, tangents = false, colors = false;
   bool materials = false, polygons = false;
 };
 
-/// Appends triangles into a pool. \param alone  stands for the pool of a mesh that has none
+/// Appends indexed values to a pool.
+/// \param alone  value for meshes without a pool
 template <typename T>
 void append(std::vector<T>& pool, std::vector<Triangle>& indices, const std::vector<T>& from,
             const std::vector<Triangle>& from_indices, std::size_t triangles, T alone) {
@@ -131,7 +132,7 @@ void append_positions(Mesh& whole, const Mesh& mesh) {
   }
 }
 
-void append_attributes(Mesh& whole, const Mesh& mesh, const Has& has,
+void append_attributes(Mesh& whole, const Mesh& mesh, const PresentAttributes& has,
                        std::vector<Warning>* warnings) {
   const std::size_t triangles = mesh.triangles.size();
   const auto warn = [&](const char* code, const char* what, std::uint64_t count) {
@@ -184,7 +185,7 @@ Mesh join_meshes(std::span<const Mesh> meshes, std::vector<Warning>* warnings) {
                                  [&](const Mesh& mesh) { return mesh.metres == meshes[0].metres; });
   whole.metres = alike ? meshes[0].metres : 0;
   check_sizes(meshes, whole.name);
-  Has has;
+  PresentAttributes has;
   for (const Mesh& mesh : meshes) {
     has.uvs = has.uvs || !mesh.uv_triangles.empty();
     has.normals = has.normals || !mesh.normal_triangles.empty();

@@ -1,4 +1,4 @@
-// Shading frames of the low poly, as the kernels that write and read normal maps take them.
+// Shading frames of the low poly, for the kernels that write and read normal maps.
 #pragma once
 
 #include <vector>
@@ -8,8 +8,8 @@
 
 namespace kiln {
 
-/// Corner normals, tangents and face frames of every triangle, in the surface's order.
-/// \param with_uvs  of those alone, which texels show; zeros for all others: a texture set may have few
+/// Corner normals, tangents and face frames of all triangles, in the surface's order.
+/// \param with_uvs  true: zeros for triangles without UVs, which no texel shows; saves time for texture sets
 std::vector<kiln_low_shading> low_shading(const LowSurface& surface, bool with_uvs = false);
 
 }  // namespace kiln

@@ -25,8 +25,8 @@ constexpr Vec2 kNoUv = {kNaN, kNaN};
 
 std::string quoted(const Mesh& mesh) { return "'" + mesh.name + "'"; }
 
-/// Takes over a corner's values from a cage.
-void take_cage(const CageCorners& cage, std::size_t index, LowSurface::Corner& corner) {
+/// Sets a corner's ray direction and distances from a cage.
+void apply_cage(const CageCorners& cage, std::size_t index, LowSurface::Corner& corner) {
   const Vec3d offset = Vec3d(cage.outer[index]) - Vec3d(corner.position);
   if (cage.kind == CageKind::offsets) {
     corner.direction = to_float(offset);
@@ -34,15 +34,15 @@ void take_cage(const CageCorners& cage, std::size_t index, LowSurface::Corner& c
   }
   const double outward = length(offset);
   corner.outward = static_cast<float>(outward);
-  // The direction stays where the shell does not leave the mesh.
+  // If the shell coincides with the mesh, the direction is kept.
   if (outward > 0) corner.direction = to_float(offset * (1 / outward));
   const Vec3d in = Vec3d(corner.position) - Vec3d(cage.inner[index]);
   corner.inward = static_cast<float>(dot(in, Vec3d(corner.direction)));
 }
 
-/// Default length of rays from a cage: twice the longest way to it, or from shell to shell. They
-/// may lean more than the shells' vertices do.
-double longest_way(const LowSurface& surface) {
+/// Default length of rays from a cage: twice the largest distance to the cage, or between shells, since rays may be
+/// more oblique than the offsets of the vertices.
+double longest_ray(const LowSurface& surface) {
   double outward = 0, inward = 0;
   for (const std::size_t i : surface.usable_triangles()) {
     for (const LowSurface::Corner& corner : surface.triangles[i]) {
@@ -61,8 +61,8 @@ bool has_area(const Vec3& a, const Vec3& b, const Vec3& c) {
   return size > 0 && std::isfinite(size);
 }
 
-/// The caller's own tangent, where it has a direction: else returns false.
-bool take_tangent(const Tangent& given, Vec3& direction, float& sign) {
+/// Uses the caller's tangent. Returns false if it has no direction.
+bool use_given_tangent(const Tangent& given, Vec3& direction, float& sign) {
   const double size = length(Vec3d(given.direction));
   if (!(size > 0 && std::isfinite(size))) return false;
   direction = to_float(Vec3d(given.direction) * (1 / size));
@@ -70,7 +70,8 @@ bool take_tangent(const Tangent& given, Vec3& direction, float& sign) {
   return true;
 }
 
-/// The caller's own tangents, and MikkTSpace's where it gives none. \param at  position and normal of a corner
+/// The caller's tangents, completed by MikkTSpace's where they are missing.
+/// \param at  returns position and normal of a corner
 template <typename At>
 std::vector<Tangent> corner_tangents(const Mesh& low, const At& at) {
   const std::size_t count = low.triangles.size();
@@ -78,7 +79,7 @@ std::vector<Tangent> corner_tangents(const Mesh& low, const At& at) {
   const auto take_given = [&] {
     bool all = !low.tangents.empty();
     for (std::size_t i = 0; i < low.tangents.size(); ++i) {
-      all = take_tangent(low.tangents[i], result[i].direction, result[i].sign) && all;
+      all = use_given_tangent(low.tangents[i], result[i].direction, result[i].sign) && all;
     }
     return all;
   };
@@ -183,10 +184,10 @@ LowSurface LowSurface::without_uvs(const Mesh& low, const Frame& frame, const Me
           corner.straight = static_cast<float>(low.colors[vertex][0]) / 255.0F;
         }
         if (!directions.empty()) {
-          // The sides of a card without thickness have no direction in common: each takes its own.
+          // Opposite normals of a card without thickness cancel out: each side uses its own normal.
           corner.direction = directions[vertex] == Vec3{} ? corner.normal : directions[vertex];
         }
-        if (!corners.outer.empty()) take_cage(corners, 3 * t + k, corner);
+        if (!corners.outer.empty()) apply_cage(corners, 3 * t + k, corner);
         finite = finite && is_finite(corner.direction) && std::isfinite(corner.inward);
       }
       const auto& [a, b, c] = surface.triangles[t];
@@ -212,7 +213,7 @@ LowSurface LowSurface::without_uvs(const Mesh& low, const Frame& frame, const Me
                                       ": check the file's coordinates" +
                                       (cage != nullptr ? " and the cage's." : "."));
   }
-  if (cage != nullptr && corners.hull == nullptr) surface.cage_length = longest_way(surface);
+  if (cage != nullptr && corners.hull == nullptr) surface.cage_length = longest_ray(surface);
   return surface;
 }
 
@@ -242,7 +243,7 @@ void LowSurface::lay_out(const Mesh& low) {
       for (std::size_t k = 0; k < 3; ++k) {
         Corner& corner = triangles[t][k];
         corner.uv = low.uvs[low.uv_triangles[t][k]];
-        given = given && take_tangent(low.tangents[3 * t + k], corner.tangent, corner.sign);
+        given = given && use_given_tangent(low.tangents[3 * t + k], corner.tangent, corner.sign);
       }
     }
     if (!given) all_given = false;

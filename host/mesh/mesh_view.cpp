@@ -8,12 +8,12 @@
 namespace kiln {
 namespace {
 
-constexpr std::size_t kGrainOfCopies = std::size_t{1} << 15;
+constexpr std::size_t kCopiesPerTask = std::size_t{1} << 15;
 
 /// Calls put(i) for every element, in parallel.
 template <typename Put>
 void for_all(std::size_t count, const Put& put) {
-  parallel_for(count, kGrainOfCopies, [&](std::size_t begin, std::size_t end) {
+  parallel_for(count, kCopiesPerTask, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) put(i);
   });
 }
@@ -64,7 +64,7 @@ std::vector<Triangle> triangles_of(const MeshView& view) {
                   [](std::size_t i) { return static_cast<std::uint32_t>(i); });
 }
 
-void take_tangents(const MeshView& view, Mesh& mesh) {
+void copy_tangents(const MeshView& view, Mesh& mesh) {
   if (view.tangents.empty()) return;
   mesh.tangents.resize(3 * mesh.triangles.size());
   for_all(mesh.triangles.size(), [&](std::size_t t) {
@@ -108,8 +108,8 @@ Mesh to_mesh(const MeshView& view) {
     mesh.colors.resize(view.colors.size());
     for_all(view.colors.size(), [&](std::size_t i) { mesh.colors[i] = view.colors[i]; });
   }
-  validate(mesh);  // before its triangles are followed
-  take_tangents(view, mesh);
+  validate(mesh);  // Checks indices before they are used
+  copy_tangents(view, mesh);
   return mesh;
 }
 

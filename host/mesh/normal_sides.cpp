@@ -1,4 +1,4 @@
-// Normals that oppose their faces, and parts that face inwards.
+// Detects and corrects normals that oppose their faces, and parts that face inwards.
 #include <algorithm>
 #include <array>
 #include <atomic>
@@ -24,7 +24,7 @@
 namespace kiln {
 namespace {
 
-/// Signs of a mirror image's axes. The first leaves all as it is, the second turns all.
+/// Signs of a mirror image's axes. The first entry changes nothing, the second negates all axes.
 using Signs = std::array<double, 3>;
 constexpr std::array<Signs, 8> kMirrors = {{{1, 1, 1},
                                             {-1, -1, -1},
@@ -36,30 +36,31 @@ constexpr std::array<Signs, 8> kMirrors = {{{1, 1, 1},
                                             {1, -1, -1}}};
 constexpr std::size_t kAsIs = 0, kTurned = 1;
 
-/// True if a triangle's normals oppose it: the cosine between the two, of what fits best.
-constexpr double kOpposed = -0.2;
-/// Share of a part's area that must be opposed.
-constexpr double kAll = 0.95;
-/// A part's normals are off by 1 less the mean cosine. Turned, they may be off by as much.
-constexpr double kFits = 0.1;
-/// The same of mirror images, which fit by chance more easily: and so many times better than as they are.
-constexpr double kMirrorFits = 0.02, kMirrorGain = 10;
-/// Triangles of open parts that tell of a mirror image.
-constexpr std::uint32_t kEnough = 16;
-/// Mean error of ordinary normals: nothing is looked for below.
-constexpr double kOrdinary = 0.02;
-/// Normals of open parts that fit neither as they are nor turned are those of another shape, on purpose. Of so much
-/// of the open area all open parts stay.
-constexpr double kNeither = 0.15, kStyled = 0.2;
-/// Flux of an open part, as a share of what it could be at most, that makes it nearly closed. A closed part has an
-/// inside where it has more than rounding.
-constexpr double kNearlyClosed = 0.3, kSomeVolume = 1e-3;
-/// A quick look sees no more parts than those of less flux inwards.
-constexpr double kPerhapsInward = -0.02;
+/// Cosine between a triangle and its best-fitting normals below which they are opposed.
+constexpr double kMaxOpposedCosine = -0.2;
+/// Smallest share of a part's area that must be opposed.
+constexpr double kMinOpposedShare = 0.95;
+/// Largest mean error (1 - cosine) of a part's normals after negation.
+constexpr double kMaxNegatedError = 0.1;
+/// The same for mirror images, which fit by chance more easily, so they must also be better by this factor than the
+/// original normals.
+constexpr double kMaxMirrorError = 0.02, kMinMirrorGain = 10;
+/// Smallest number of triangles of an open part for detecting a mirror image.
+constexpr std::uint32_t kMinMirrorTriangles = 16;
+/// Mean error of normals below which nothing is checked.
+constexpr double kMaxOrdinaryError = 0.02;
+/// Normals of an open part that fit neither as they are nor negated (mean error above kMinForeignError) imitate
+/// another shape on purpose. If such parts exceed kMaxForeignShare of the open area, no open part is changed.
+constexpr double kMinForeignError = 0.15, kMaxForeignShare = 0.2;
+/// Smallest flux of an open part, relative to its maximum, at which it counts as nearly closed; and smallest flux of
+/// a closed part, above rounding, at which it has an inside.
+constexpr double kMinOpenFlux = 0.3, kMinClosedFlux = 1e-3;
+/// Relative flux below which the quick check suspects that a part faces inwards.
+constexpr double kMaxSuspectFlux = -0.02;
 constexpr std::size_t kGrain = std::size_t{1} << 15;
 
 struct SidePart {
-  double area = 0, opposed = 0;  // twice the area
+  double area = 0, opposed = 0;  // Twice the area
   std::array<double, kMirrors.size()> off{};
   double flux = 0, most_flux = 0;
   Vec3d middle{};
@@ -68,11 +69,11 @@ struct SidePart {
   bool open = false;
 
   bool is_used() const { return area > 0; }
-  /// Share of the flux out of its middle that it could have: above 0 where it faces outwards.
+  /// Flux out of the part's centre, relative to its maximum: positive if it faces outwards.
   double outward() const { return most_flux > 0 ? flux / most_flux : 0; }
-  /// 1: faces outwards; -1: inwards; 0: is a sheet, which has no inside.
+  /// 1: faces outwards; -1: faces inwards; 0: a sheet, which has no inside.
   int side() const {
-    const double least = open ? kNearlyClosed : kSomeVolume;
+    const double least = open ? kMinOpenFlux : kMinClosedFlux;
     return outward() > least ? 1 : outward() < -least ? -1 : 0;
   }
   bool holds(const SidePart& other) const {
@@ -84,8 +85,8 @@ struct SidePart {
 };
 
 struct SideFace {
-  Vec3d normal, middle;  // unit, where it has an area
-  double area = 0;       // twice
+  Vec3d normal, middle;  // Unit normal, if it has an area
+  double area = 0;       // Twice the area
 };
 
 SideFace face_of(const Mesh& mesh, std::size_t t) {
@@ -101,7 +102,7 @@ SideFace face_of(const Mesh& mesh, std::size_t t) {
   return face;
 }
 
-/// Cosines between a triangle's normals and what they may be like: the face, or the smooth surface.
+/// Largest cosine between a triangle's normals and its face, or the smooth surface.
 double agreement(const Mesh& mesh, const std::vector<Vec3>& smooth, std::size_t t,
                  const Vec3d& face, const Signs& signs) {
   double sum = 0;
@@ -118,12 +119,12 @@ double agreement(const Mesh& mesh, const std::vector<Vec3>& smooth, std::size_t 
   return count == 0 ? 1 : sum / count;
 }
 
-/// MeshParts of a mesh, by numbers.
+/// The parts of a mesh.
 struct MeshParts {
   std::vector<SidePart> list;
-  std::vector<std::uint32_t> of;  // of a triangle
+  std::vector<std::uint32_t> of;  // By triangle, its part
   std::vector<std::pair<std::uint32_t, std::uint32_t>>
-      against;  // triangles at an edge that face differently
+      against;  // Pairs of triangles at an edge with opposite orientation
 };
 
 MeshParts parts_of(const Mesh& mesh) {
@@ -142,7 +143,7 @@ MeshParts parts_of(const Mesh& mesh) {
       });
   parts.of.resize(welded.size());
   for (std::uint32_t t = 0; t < welded.size(); ++t) {
-    const std::uint32_t root = sets.find(t);  // the lowest of the part
+    const std::uint32_t root = sets.find(t);  // Lowest triangle of the part
     if (root == t) {
       parts.of[t] = static_cast<std::uint32_t>(parts.list.size());
       parts.list.emplace_back().first = t;
@@ -179,17 +180,17 @@ MeshParts parts_of(const Mesh& mesh) {
   return parts;
 }
 
-/// True if a quick look finds normals that ordinary meshes do not have.
+/// True if a quick check finds no unusual normals.
 bool is_ordinary(const Mesh& mesh) {
   const std::size_t pieces = (mesh.triangles.size() + kGrain - 1) / kGrain;
-  std::vector<std::pair<double, double>> sums(pieces);  // area, and the same times how far off
+  std::vector<std::pair<double, double>> sums(pieces);  // Area, and area times error
   std::atomic<bool> opposed{false};
   parallel_for(mesh.triangles.size(), kGrain, [&](std::size_t begin, std::size_t end) {
     for (std::size_t t = begin; t < end; ++t) {
       const SideFace face = face_of(mesh, t);
       if (face.area == 0) continue;
       const double cosine = agreement(mesh, {}, t, face.normal, kMirrors[kAsIs]);
-      if (cosine < kOpposed) opposed = true;
+      if (cosine < kMaxOpposedCosine) opposed = true;
       sums[begin / kGrain].first += face.area;
       sums[begin / kGrain].second += face.area * (1 - cosine);
     }
@@ -199,31 +200,31 @@ bool is_ordinary(const Mesh& mesh) {
     area += a;
     off += o;
   }
-  return !opposed && !(off > kOrdinary * area);
+  return !opposed && !(off > kMaxOrdinaryError * area);
 }
 
-/// Fault of a part's normals.
+/// Detected error of a part.
 struct Fault {
-  std::size_t mirror = kAsIs;  ///< The mirroring that makes them fit the faces
-  bool faces = false;          ///< The faces are wrong
+  std::size_t mirror = kAsIs;  ///< Mirroring that makes the normals fit the faces
+  bool faces = false;          ///< True if the faces are wrong, not the normals
   bool decided = false;
 };
 
-class Judge {
+class FaultFinder {
  public:
-  Judge(const Mesh& mesh, MeshParts& parts, Trusted trust) : parts_(parts), trust_(trust) {
+  FaultFinder(const Mesh& mesh, MeshParts& parts, Trusted trust) : parts_(parts), trust_(trust) {
     measure(mesh);
     faults_.resize(parts.list.size());
-    const bool styled = is_styled();
+    const bool styled = has_foreign_normals();
     for (std::size_t p = 0; p < parts.list.size(); ++p) {
       if (!(parts.list[p].open && styled)) faults_[p].mirror = mirror_of(parts.list[p]);
     }
     decide();
   }
   const Fault& fault(std::uint32_t triangle) const { return faults_[parts_.of[triangle]]; }
-  bool is_strange(std::uint32_t triangle) const {
+  bool has_foreign_part(std::uint32_t triangle) const {
     const SidePart& part = parts_.list[parts_.of[triangle]];
-    return fault(triangle).mirror == kAsIs && part.triangles >= kEnough &&
+    return fault(triangle).mirror == kAsIs && part.triangles >= kMinMirrorTriangles &&
            2 * part.opposed > part.area;
   }
 
@@ -240,31 +241,33 @@ class Judge {
       for (std::size_t m = 0; m < kMirrors.size(); ++m) {
         const double cosine = agreement(mesh, smooth, t, face.normal, kMirrors[m]);
         part.off[m] += face.area * (1 - cosine) / part.area;
-        if (m == kAsIs && cosine < kOpposed) part.opposed += face.area;
+        if (m == kAsIs && cosine < kMaxOpposedCosine) part.opposed += face.area;
       }
     }
   }
 
-  bool is_styled() const {
+  bool has_foreign_normals() const {
     double open = 0, neither = 0;
     for (const SidePart& part : parts_.list) {
       if (!part.open) continue;
       open += part.area;
-      const std::size_t mirrors = part.triangles < kEnough ? kTurned + 1 : kMirrors.size();
-      if (*std::min_element(part.off.begin(), part.off.begin() + mirrors) > kNeither) {
+      const std::size_t mirrors =
+          part.triangles < kMinMirrorTriangles ? kTurned + 1 : kMirrors.size();
+      if (*std::min_element(part.off.begin(), part.off.begin() + mirrors) > kMinForeignError) {
         neither += part.area;
       }
     }
-    return neither > kStyled * open;
+    return neither > kMaxForeignShare * open;
   }
 
   static std::size_t mirror_of(const SidePart& part) {
     if (!part.is_used()) return kAsIs;
-    if (part.opposed >= kAll * part.area && part.off[kTurned] < kFits) return kTurned;
-    if (part.open && part.triangles < kEnough) return kAsIs;
+    if (part.opposed >= kMinOpposedShare * part.area && part.off[kTurned] < kMaxNegatedError)
+      return kTurned;
+    if (part.open && part.triangles < kMinMirrorTriangles) return kAsIs;
     const auto best = std::min_element(part.off.begin(), part.off.end());
-    if (!(*best < kMirrorFits && kMirrorGain * *best < part.off[kAsIs])) return kAsIs;
-    // A flat part, or a rod, fits several.
+    if (!(*best < kMaxMirrorError && kMinMirrorGain * *best < part.off[kAsIs])) return kAsIs;
+    // Flat parts and rods fit several mirrorings.
     const auto fits = [&](std::size_t m) { return part.off[m] < *best + 1e-6; };
     if (fits(kAsIs)) return kAsIs;
     return fits(kTurned) ? kTurned : static_cast<std::size_t>(best - part.off.begin());
@@ -280,21 +283,21 @@ class Judge {
       faults_[p].faces = parts_.list[p].side() < 0;
       solid.push_back(p);
     }
-    // From the largest on: what lies in another part, as the inner side of a shell, has its fault.
+    // From the largest part on: a part within another, such as the inner wall of a shell, has the same error.
     const auto size = [&](std::uint32_t p) { return std::abs(parts_.list[p].flux); };
     std::stable_sort(solid.begin(), solid.end(),
                      [&](std::uint32_t a, std::uint32_t b) { return size(a) > size(b); });
-    constexpr std::size_t kMostHolders = 1000;  // of very many parts the largest
+    constexpr std::size_t kMaxContainers = 1000;  // Only the largest parts are tested as containers
     for (std::size_t i = 1; i < solid.size(); ++i) {
-      for (std::size_t k = 0; k < std::min(i, kMostHolders); ++k) {
+      for (std::size_t k = 0; k < std::min(i, kMaxContainers); ++k) {
         if (!parts_.list[solid[k]].holds(parts_.list[solid[i]])) continue;
         faults_[solid[i]].faces = faults_[solid[k]].faces;
         break;
       }
     }
-    double faces = 0, normals = 0;  // areas
+    double faces = 0, normals = 0;  // Areas
     for (const std::uint32_t p : solid) (faults_[p].faces ? faces : normals) += parts_.list[p].area;
-    // Who faces against a sound neighbour is turned round.
+    // A faulty part whose faces oppose a correct neighbour is reversed.
     for (const auto& [a, b] : parts_.against) {
       for (const auto& [own, other] :
            {std::pair(parts_.of[a], parts_.of[b]), std::pair(parts_.of[b], parts_.of[a])}) {
@@ -317,7 +320,7 @@ class Judge {
   std::vector<Fault> faults_;
 };
 
-/// Gives triangles other normals, each made once.
+/// Replaces normals of triangles; each new normal is created once.
 class OtherNormals {
  public:
   explicit OtherNormals(Mesh& mesh) : mesh_(mesh) {}
@@ -334,7 +337,7 @@ class OtherNormals {
                                  own.z * static_cast<float>(signs[2])});
       }
       n = found->second;
-      if (!mesh_.tangents.empty()) mesh_.tangents[3 * t + k].sign *= -1;  // The same bitangent.
+      if (!mesh_.tangents.empty()) mesh_.tangents[3 * t + k].sign *= -1;  // Keeps the bitangent.
     }
   }
 
@@ -343,7 +346,7 @@ class OtherNormals {
   std::map<std::pair<std::uint32_t, std::size_t>, std::uint32_t> other_;
 };
 
-void turn_round(Mesh& mesh, std::size_t t) {
+void reverse_triangle(Mesh& mesh, std::size_t t) {
   for (std::vector<Triangle>* corners :
        {&mesh.triangles, &mesh.uv_triangles, &mesh.normal_triangles}) {
     if (!corners->empty()) std::swap((*corners)[t][1], (*corners)[t][2]);
@@ -358,12 +361,12 @@ AgreedNormals agree_normals(Mesh& mesh, Trusted trust) {
   AgreedNormals result;
   if (mesh.normal_triangles.empty() || is_ordinary(mesh)) return result;
   MeshParts parts = parts_of(mesh);
-  const Judge judge(mesh, parts, trust);
+  const FaultFinder judge(mesh, parts, trust);
   OtherNormals other(mesh);
   std::optional<std::uint32_t> first;
   for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t) {
     const Fault& fault = judge.fault(t);
-    const bool strange = judge.is_strange(t);
+    const bool strange = judge.has_foreign_part(t);
     if (strange) ++result.strange;
     if ((strange || fault.mirror != kAsIs) && !first) first = t;
     if (fault.mirror == kAsIs) continue;
@@ -381,7 +384,7 @@ AgreedNormals agree_normals(Mesh& mesh, Trusted trust) {
                   "mirrored-normals");
     }
     if (!as_is) other.give(t, signs, 2 * fault.mirror + (fault.faces ? 1 : 0));
-    if (fault.faces) turn_round(mesh, t);
+    if (fault.faces) reverse_triangle(mesh, t);
     ++(fault.faces ? result.faces : result.normals);
     result.mirrored += as_is || turned ? 0 : 1;
     result.unclear += fault.decided ? 0 : 1;
@@ -392,7 +395,7 @@ AgreedNormals agree_normals(Mesh& mesh, Trusted trust) {
 
 namespace {
 
-/// A quick look, by shared vertices alone.
+/// Quick check with parts by shared vertices.
 bool may_face_inwards(const Mesh& mesh, std::span<const Triangle> triangles) {
   DisjointSets sets(mesh.positions.size());
   for (const Triangle& t : triangles) {
@@ -420,7 +423,7 @@ bool may_face_inwards(const Mesh& mesh, std::span<const Triangle> triangles) {
     part.most += face.area * length(way);
   }
   return std::any_of(sums.begin(), sums.end(),
-                     [](const Sums& part) { return part.flux < kPerhapsInward * part.most; });
+                     [](const Sums& part) { return part.flux < kMaxSuspectFlux * part.most; });
 }
 
 }  // namespace
@@ -437,8 +440,8 @@ InwardParts inward_parts(const Mesh& mesh) {
     (part.side() < 0 ? inward : outward).push_back(&part);
   }
   result.parts = inward.size() + outward.size();
-  constexpr std::size_t kMostComparisons = 10'000'000;
-  if (inward.size() * outward.size() > kMostComparisons) return result;
+  constexpr std::size_t kMaxComparisons = 10'000'000;
+  if (inward.size() * outward.size() > kMaxComparisons) return result;
   for (const SidePart* part : inward) {
     if (std::any_of(outward.begin(), outward.end(),
                     [&](const SidePart* other) { return other->holds(*part); })) {

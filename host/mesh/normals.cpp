@@ -13,11 +13,12 @@
 namespace kiln {
 namespace {
 
-/// Share of its parts below which a sum is rounding and no direction, as where two faces lie back to back.
-constexpr double kCancelled = 1e-3;
-/// Agreement from which normals say more than faces that cancel out, as those of a card do: each side may have
-/// been given some of its own.
-constexpr double kAgree = 0.25;
+/// Ratio of a sum's length to the summed lengths below which it is rounding and has no direction, as for faces back
+/// to back.
+constexpr double kMinSumRatio = 1e-3;
+/// Agreement at which the mesh's normals decide where face normals cancel out: on a card without thickness, each side
+/// may have its own normals.
+constexpr double kMinAgreement = 0.25;
 
 }  // namespace
 
@@ -41,12 +42,12 @@ CornerWeights corner_weights(std::span<const Vec3> positions, const Triangle& tr
 
 Vec3 normalized_sum(const Vec3d& sum, double total) {
   const double size = length(sum);
-  return size > kCancelled * total ? to_float(sum * (1 / size)) : Vec3{};
+  return size > kMinSumRatio * total ? to_float(sum * (1 / size)) : Vec3{};
 }
 
 namespace {
 
-/// Calls add(triangle index, weights) in triangle order; the weights are computed in parallel.
+/// Calls add(triangle index, weights) in triangle order, while the weights are computed in parallel.
 template <typename Add>
 void for_each_weights(std::span<const Vec3> positions, std::span<const Triangle> triangles,
                       std::span<const std::uint32_t> polygons, const Add& add) {
@@ -54,7 +55,7 @@ void for_each_weights(std::span<const Vec3> positions, std::span<const Triangle>
   std::vector<CornerWeights> weights;
   for (std::size_t first = 0, last = 0; first < triangles.size(); first = last) {
     last = std::min(first + kChunk, triangles.size());
-    // Whole polygons.
+    // Extends the chunk to whole polygons.
     while (!polygons.empty() && last < triangles.size() && polygons[last] == polygons[last - 1]) {
       ++last;
     }
@@ -66,7 +67,8 @@ void for_each_weights(std::span<const Vec3> positions, std::span<const Triangle>
   }
 }
 
-/// Unit sums; zero where the parts cancel out. \param totals  the parts' lengths added up
+/// Normalizes sums; zero if their terms cancel out.
+/// \param totals  summed lengths of the terms
 std::vector<Vec3> normalized(const std::vector<Vec3d>& sums, const std::vector<double>& totals) {
   std::vector<Vec3> result(sums.size());
   parallel_for(sums.size(), 1 << 16, [&](std::size_t begin, std::size_t end) {
@@ -77,8 +79,8 @@ std::vector<Vec3> normalized(const std::vector<Vec3d>& sums, const std::vector<d
   return result;
 }
 
-/// Angle-weighted face normals added up at each vertex; zero where they cancel out.
-/// \param sums_of  to whose sums a triangle's corners add
+/// Angle-weighted face normals summed per vertex; zero if they cancel out.
+/// \param sums_of  returns the sums to which a triangle's corners add
 std::vector<Vec3> summed_normals(std::span<const Vec3> positions,
                                  std::span<const Triangle> triangles,
                                  std::span<const std::uint32_t> polygons,
@@ -95,7 +97,7 @@ std::vector<Vec3> summed_normals(std::span<const Vec3> positions,
   return normalized(sums, totals);
 }
 
-/// Gives corners with a zero normal their face's own.
+/// Replaces zero normals of corners by the face's normal.
 void use_faces_where_zero(std::span<const Vec3> positions, std::span<const Triangle> triangles,
                           CornerNormals& corners) {
   for_each_alive(triangles.size(), [&](std::size_t i) {
@@ -103,7 +105,7 @@ void use_faces_where_zero(std::span<const Vec3> positions, std::span<const Trian
     if (std::none_of(corners.triangles[i].begin(), corners.triangles[i].end(), is_zero)) return;
     const Vec3d face = corner_weights(positions, triangles[i]).normal;
     const auto added = static_cast<std::uint32_t>(corners.normals.size());
-    // A triangle without area is never hit: any unit vector will do.
+    // A triangle without area is never hit, so any unit vector will do.
     corners.normals.push_back(length(face) > 0 ? to_float(face) : Vec3{0, 0, 1});
     for (std::uint32_t& index : corners.triangles[i]) {
       if (is_zero(index)) index = added;
@@ -148,7 +150,7 @@ std::vector<Vec3> vertex_normals(std::span<const Vec3> positions,
                                  std::span<const Triangle> triangles,
                                  std::span<const std::uint32_t> polygons) {
   std::vector<Vec3> result = summed_normals(positions, triangles, polygons, triangles);
-  // If all cancels out, the first face's; without faces, up.
+  // If the normals cancel out: the first face's normal; without faces: up.
   for_each_alive(triangles.size(), [&](std::size_t i) {
     for (const std::uint32_t vertex : triangles[i]) {
       if (result[vertex] != Vec3{}) continue;
@@ -176,7 +178,7 @@ CornerNormals corner_normals(const Mesh& mesh, std::span<const Vec3> frame_posit
   }
   result.normals = mesh.normals;
   result.triangles = mesh.normal_triangles;
-  std::vector<Vec3> computed;  // only where some normal cannot be used
+  std::vector<Vec3> computed;  // Only computed if some normal is invalid
   for_each_alive(result.normals.size(), [&](std::size_t i) {
     Vec3& n = result.normals[i];
     if (is_usable_normal(n)) n = to_float(Vec3d(n) * (1 / length(Vec3d(n))));
@@ -209,10 +211,11 @@ std::vector<Vec3> continuous_directions(std::span<const Vec3> positions,
       totals[vertex] += weights.angles[k];
     }
   });
-  // Corner normals that cancel out say nothing of a direction; the faces may.
+  // If corner normals cancel out, face normals may still have a direction.
   for (std::size_t i = 0; i < sums.size(); ++i) {
-    const bool card = length(face_sums[i]) <= kCancelled * totals[i];
-    if (length(sums[i]) <= (card ? kAgree : kCancelled) * totals[i]) sums[i] = face_sums[i];
+    const bool card = length(face_sums[i]) <= kMinSumRatio * totals[i];
+    if (length(sums[i]) <= (card ? kMinAgreement : kMinSumRatio) * totals[i])
+      sums[i] = face_sums[i];
   }
   std::vector<Vec3> result = normalized(sums, totals);
   for (std::size_t i = 0; i < result.size(); ++i) result[i] = result[first[i]];

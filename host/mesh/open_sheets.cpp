@@ -22,7 +22,7 @@ Vec3d normal_of(const std::array<LowSurface::Corner, 3>& t) {
   return cross(Vec3d(t[1].position) - a, Vec3d(t[2].position) - a);
 }
 
-/// Connected parts by welded corners: a triangle's part is named by one of its corners.
+/// Connected parts over welded corners, each named by one of its corners.
 class Connection {
  public:
   explicit Connection(const LowSurface& surface) {
@@ -59,7 +59,7 @@ std::vector<float> sheet_sizes(const LowSurface& surface) {
     Part& part = parts[connection.part(t)];
     if (!(dot(normal_of(surface.triangles[t]), part.normal) > 0)) part.one_side = false;
   }
-  // Closed parts, which are most, have two sides: there is nothing to sort.
+  // Most parts are closed, and have no single side: sorting is skipped for them.
   std::vector<std::pair<std::pair<std::uint32_t, std::uint32_t>, std::uint32_t>> sides;
   for (const std::uint32_t t : surface.usable_triangles()) {
     const std::uint32_t name = connection.part(t);

@@ -1,4 +1,4 @@
-// Single open sheets of a low poly: leaf cards, decals, planes under a relief.
+// Open sheets of a low poly: leaf cards, decals, planes under a relief.
 #pragma once
 
 #include <vector>
@@ -7,9 +7,9 @@
 
 namespace kiln {
 
-/// Half the diagonal of the box of each triangle's sheet, frame units; 0 where it is on none. A sheet
-/// is a connected part with a border. Its faces all look to one side, so that all of it can be seen at
-/// once. What such a sheet stands for may lie far off it, since nothing of its own is in the way.
+/// Per triangle, half the diagonal of the bounding box of its sheet, in frame units; 0 if it is on none. A sheet is a
+/// connected part with a border whose faces are all visible from one direction. Its high poly may be far away, since
+/// no other surface of the part lies between.
 std::vector<float> sheet_sizes(const LowSurface& surface);
 
 }  // namespace kiln

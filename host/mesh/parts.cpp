@@ -1,4 +1,4 @@
-// NamedGroups of two meshes paired by their names.
+// Pairs the groups of two meshes by name.
 #include <algorithm>
 #include <array>
 #include <map>
@@ -15,14 +15,14 @@
 namespace kiln {
 namespace {
 
-constexpr std::size_t kMostNamedParts = 5;  // in a warning
-constexpr std::size_t kLongestShown = 80;   // of a name
-constexpr std::size_t kMostEdits = 32;      // a name farther off is not near
-constexpr std::size_t kMostAsked = 64;      // names that patterns are guessed from
-constexpr std::size_t kMostGuesses = 8;
+constexpr std::size_t kMaxNamesInWarning = 5;  // Names in a warning
+constexpr std::size_t kMaxNameLength = 80;     // Characters of a name
+constexpr std::size_t kMaxEdits = 32;          // A name with more edits is not similar
+constexpr std::size_t kMaxSampledNames = 64;   // Names from which patterns are guessed
+constexpr std::size_t kMaxPatternGuesses = 8;
 
-/// The text that a pattern's first `*` stands for, the shortest that fits; empty text for a pattern without one.
-/// None where the text does not fit. Pieces between stars are taken where they come first, which is enough.
+/// The shortest text for which the pattern's first `*` stands; empty for a pattern without one. nullopt if the text
+/// does not match. Texts between stars match at their first occurrence, which is sufficient.
 std::optional<std::string_view> first_star(std::string_view text, std::string_view pattern) {
   const std::size_t first = pattern.find('*'), last = pattern.rfind('*');
   if (first == std::string_view::npos) {
@@ -46,7 +46,7 @@ std::optional<std::string_view> first_star(std::string_view text, std::string_vi
   return text.substr(first, star_end - first);
 }
 
-/// A name without the number that Blender gives to copies, `.001`; the whole name where it has none.
+/// A name without Blender's copy suffix, such as `.001`; the whole name if it has none.
 std::string_view without_copy_number(std::string_view name) {
   const std::size_t dot = name.find_last_not_of("0123456789");
   const bool numbered = dot != std::string_view::npos && name[dot] == '.' && name.size() - dot > 3;
@@ -55,7 +55,7 @@ std::string_view without_copy_number(std::string_view name) {
 
 enum class PartSide { low, high };
 
-/// Names of parts by patterns, or by a list.
+/// Maps names of groups to parts, by patterns or by a list.
 class PartNamer {
  public:
   explicit PartNamer(const PartNames& names) : names_(names) {
@@ -67,16 +67,16 @@ class PartNamer {
     }
   }
 
-  /// The part that a group is of.
+  /// The part of a group.
   std::string operator()(const std::string& group, PartSide side) const {
-    if (auto part = by_rule(group, side)) return *part;
-    // No name of the other side, nor one in the list: a list is all there is.
+    if (auto part = match_rule(group, side)) return *part;
+    // Not for lists: these name all pairs, so no other names match.
     if (names_.by != PartsBy::list) return group;
     return (side == PartSide::low ? "low\n" : "high\n") + group;
   }
 
-  /// The part that a pattern or the list says; none: neither knows the name.
-  std::optional<std::string> by_rule(const std::string& group, PartSide side) const {
+  /// The part by the patterns or the list; nullopt if the name matches none.
+  std::optional<std::string> match_rule(const std::string& group, PartSide side) const {
     if (names_.by == PartsBy::list) {
       const auto pair = (side == PartSide::low ? of_low_ : of_high_).first(group);
       return pair ? std::optional(names_.list[*pair].low) : std::nullopt;
@@ -84,7 +84,7 @@ class PartNamer {
     if (names_.by != PartsBy::name) return std::nullopt;
     for (const std::string_view name : {std::string_view(group), without_copy_number(group)}) {
       const std::string text = lower_case(name);
-      // A low poly that was made of the high poly keeps its names.
+      // A low poly that was made from the high poly keeps the high poly's names.
       const bool is_low = side == PartSide::low;
       for (const auto* patterns : {is_low ? &low_ : &high_, is_low ? &high_ : nullptr}) {
         if (patterns == nullptr) continue;
@@ -98,8 +98,8 @@ class PartNamer {
   }
 
  private:
-  /// Patterns of one side of a list: the first that fits counts. Looked up by what stands before their first star,
-  /// behind their last, and by the longest text between two, so that many patterns and many names are not all compared.
+  /// Patterns of one side of a list; the first match counts. Indexed by the text before the first star, the text
+  /// after the last, and the longest text between stars, so that not every name is compared with every pattern.
   class List {
    public:
     void add(const std::string& pattern, std::size_t pair) {
@@ -150,13 +150,13 @@ class PartNamer {
   };
 
   const PartNames& names_;
-  std::vector<std::string> low_, high_;  // in lower case
+  std::vector<std::string> low_, high_;  // In lower case
   List of_low_, of_high_;
 };
 
-/// Number of letters that must change (Levenshtein), if fewer than `limit`; else `limit`. Only what lies so near to the
-/// diagonal is looked at (Ukkonen 1985).
-std::size_t edits(std::string_view a, std::string_view b, std::size_t limit) {
+/// Edit distance (Levenshtein) if below `limit`; else `limit`. Only the band around the diagonal is computed (Ukkonen
+/// 1985).
+std::size_t edit_distance(std::string_view a, std::string_view b, std::size_t limit) {
   if (a.size() > b.size()) std::swap(a, b);
   if (b.size() - a.size() >= limit) return limit;
   std::vector<std::size_t> row(b.size() + 1, limit);
@@ -175,22 +175,23 @@ std::size_t edits(std::string_view a, std::string_view b, std::size_t limit) {
   return row.back();
 }
 
-/// The first of the nearest; null where none is near.
-const std::string* nearest_name(const std::string& name, const std::vector<std::string>& others) {
+/// The most similar name, the first of equals; null if none is similar.
+const std::string* most_similar_name(const std::string& name,
+                                     const std::vector<std::string>& others) {
   const std::string* nearest = nullptr;
-  std::size_t least = kMostEdits;
+  std::size_t least = kMaxEdits;
   for (const std::string& other : others) {
-    const std::size_t changed = edits(name, other, least);
+    const std::size_t changed = edit_distance(name, other, least);
     if (changed < least) std::tie(least, nearest) = std::pair(changed, &other);
   }
   return nearest;
 }
 
 std::string quoted(const std::string& name) {
-  return "'" + (name.size() > kLongestShown ? name.substr(0, kLongestShown) + "..." : name) + "'";
+  return "'" + (name.size() > kMaxNameLength ? name.substr(0, kMaxNameLength) + "..." : name) + "'";
 }
 
-/// Words for a kind of names of triangles, and its statement in an OBJ.
+/// Terms for a kind of names, and its statement in an OBJ file.
 struct Kind {
   const char* one;
   const char* many;
@@ -208,19 +209,20 @@ Kind kind_of(PartsBy by) {
           "use an OBJ whose parts have names (lines `o NAME` or `g NAME`)"};
 }
 
-/// A mesh's groups, objects or materials, by the parts that they are of.
+/// A mesh's groups, objects or materials, and the parts to which they belong.
 struct NamedGroups {
-  const std::vector<std::uint32_t>* of;  ///< Per triangle
-  std::vector<std::string> used;         ///< Names of groups that have triangles
-  std::vector<std::string> used_parts;   ///< Of each of these
-  std::vector<std::string> part_of;      ///< Per group
-  std::vector<std::size_t> groups_used;  ///< Of each of `used`
-  /// Per group, the parts of an OBJ group's several names ("g head_high skin"), which its whole name may have none of:
-  /// those that a pattern or the list knows, and the others. Empty for most.
+  const std::vector<std::uint32_t>* of;  ///< Per triangle, its group
+  std::vector<std::string> used;         ///< Names of groups with triangles
+  std::vector<std::string> used_parts;   ///< Parts of these
+  std::vector<std::string> part_of;      ///< Per group, its part
+  std::vector<std::size_t> groups_used;  ///< Number of groups per element of `used`
+  /// Per group: parts for the separate words of an OBJ group with several names ("g head_high skin"), in case the
+  /// whole name matches nothing. First those that match a pattern or the list, then the others. Empty for most
+  /// groups.
   std::vector<std::array<std::vector<std::string>, 2>> words;
 
   NamedGroups(const Mesh& mesh, const PartNames& names, const PartNamer& part_name, PartSide side) {
-    // Formats that know no groups, such as glTF, have objects alone.
+    // Formats without groups, such as glTF, only have objects.
     const bool materials = names.by == PartsBy::material;
     const bool objects = names.by == PartsBy::object || (!materials && mesh.groups.empty());
     of = objects ? &mesh.objects : materials ? &mesh.materials : &mesh.groups;
@@ -241,7 +243,7 @@ struct NamedGroups {
     words.resize(all.size());
     for (std::size_t g = 0; g < all.size(); ++g) {
       part_of.push_back(part_name(all[g], side));
-      // The name of an object (`o`) is one, whatever its blanks.
+      // The name of an object (`o`) is one name, even with blanks.
       if (has_several && !of_objects.contains(all[g])) {
         words[g] = parts_of_words(all[g], part_name, side, names.by);
       }
@@ -263,7 +265,7 @@ struct NamedGroups {
       const std::string word(all.substr(at, end - at));
       at = end + 1;
       if (word.empty() || word.size() == all.size()) continue;
-      if (auto part = part_name.by_rule(word, side)) {
+      if (auto part = part_name.match_rule(word, side)) {
         parts[0].push_back(std::move(*part));
       } else if (by != PartsBy::list) {
         parts[1].push_back(word);
@@ -273,9 +275,9 @@ struct NamedGroups {
   }
 };
 
-/// Pairs groups of several names by any of them, where their whole names have no pair. Of several names that both sides
-/// have, one that a pattern or the list knows goes before others; then the one that the fewest groups have, which tells
-/// most; then the first by the alphabet. So both sides choose alike.
+/// Pairs groups with several names by any of them, if their whole names have no partner. Among names that both sides
+/// have, a name that matches a pattern or the list has priority; then the name of the fewest groups, which is the
+/// most specific; then the first in alphabetical order. Both sides thus choose the same name.
 void pair_by_words(NamedGroups& low, NamedGroups& high, std::vector<Warning>& warnings) {
   struct Use {
     std::array<std::size_t, 2> groups{};
@@ -325,14 +327,14 @@ void pair_by_words(NamedGroups& low, NamedGroups& high, std::vector<Warning>& wa
                       by_word});
 }
 
-/// A pair of patterns by which two names have the same part.
+/// A pair of patterns that maps two names to the same part.
 struct PatternPair {
   std::string low, high;
   auto operator<=>(const PatternPair&) const = default;
 };
 
-/// By what both names begin with and by what they end with: the whole of it, and up to the end of a word. Parts'
-/// names of two letters are the shortest.
+/// Patterns from the common prefix and suffix of two names: whole, and cut at the end of a word. Names of parts have
+/// at least two letters.
 std::vector<PatternPair> patterns_of(std::string_view low, std::string_view high) {
   constexpr std::string_view kBetween = "_-. ";
   const auto head = static_cast<std::size_t>(
@@ -342,7 +344,7 @@ std::vector<PatternPair> patterns_of(std::string_view low, std::string_view high
   std::vector<PatternPair> patterns;
   const std::string_view first = low.substr(0, head), last = low.substr(low.size() - tail);
   for (const std::size_t end : {first.size(), first.find_last_of(kBetween)}) {
-    // The separator between the name and the rest goes with the rest.
+    // The separator belongs to the suffix, not to the name.
     const std::size_t name = first.substr(0, end).find_last_not_of(kBetween) + 1;
     if (end > head || name < 2) continue;
     patterns.push_back({"*" + std::string(low.substr(name)), "*" + std::string(high.substr(name))});
@@ -366,10 +368,11 @@ std::size_t pairs_by(const PartNames& names, const NamedGroups& low, const Named
       [&](const std::string& name) { return parts.contains(part_name(name, PartSide::low)); }));
 }
 
-/// Patterns by which more of the low poly's groups have a pair, in words; else empty. They are those that most
-/// of the names without a pair have in common with their nearest.
-std::string other_patterns(const PartNames& names, const NamedGroups& low, const NamedGroups& high,
-                           const std::map<std::string, std::uint32_t>& pairs) {
+/// Describes patterns that would pair more groups of the low poly; empty if there are none. They are those shared by
+/// most unpaired names and their most similar names.
+std::string suggest_patterns(const PartNames& names, const NamedGroups& low,
+                             const NamedGroups& high,
+                             const std::map<std::string, std::uint32_t>& pairs) {
   if (names.by != PartsBy::name) return {};
   std::map<PatternPair, std::size_t> votes;
   std::size_t asked = 0, paired = 0;
@@ -378,16 +381,16 @@ std::string other_patterns(const PartNames& names, const NamedGroups& low, const
       ++paired;
       continue;
     }
-    if (++asked > kMostAsked || low.used[g].size() > kLongestShown) continue;
-    const std::string* nearest = nearest_name(low.used[g], high.used);
-    if (nearest == nullptr || nearest->size() > kLongestShown) continue;
+    if (++asked > kMaxSampledNames || low.used[g].size() > kMaxNameLength) continue;
+    const std::string* nearest = most_similar_name(low.used[g], high.used);
+    if (nearest == nullptr || nearest->size() > kMaxNameLength) continue;
     for (const PatternPair& patterns : patterns_of(low.used[g], *nearest)) ++votes[patterns];
   }
   std::vector<std::pair<std::size_t, PatternPair>> guesses;
   for (const auto& [patterns, count] : votes) guesses.emplace_back(count, patterns);
   std::sort(guesses.rbegin(), guesses.rend());
-  if (guesses.size() > kMostGuesses) guesses.resize(kMostGuesses);
-  // Among patterns by which as many pair, the one that says most.
+  if (guesses.size() > kMaxPatternGuesses) guesses.resize(kMaxPatternGuesses);
+  // Among patterns with equally many pairs, the most specific one.
   std::tuple<std::size_t, std::size_t, PatternPair> best;
   for (const auto& [count, patterns] : guesses) {
     const std::size_t would = pairs_by({{patterns.low}, {patterns.high}}, low, high);
@@ -401,7 +404,7 @@ std::string other_patterns(const PartNames& names, const NamedGroups& low, const
          " would have a pair.";
 }
 
-/// Adds a warning that names groups without a pair.
+/// Adds a warning with the names of unpaired groups.
 void warn(PartSide side, const NamedGroups& groups, PartsBy by, const NamedGroups& others,
           const std::map<std::string, std::uint32_t>& pairs, const std::string& remedy,
           std::vector<Warning>& warnings) {
@@ -409,13 +412,14 @@ void warn(PartSide side, const NamedGroups& groups, PartsBy by, const NamedGroup
   std::size_t count = 0;
   for (std::size_t g = 0; g < groups.used.size(); ++g) {
     if (pairs.contains(groups.used_parts[g])) continue;
-    if (++count > kMostNamedParts) continue;
+    if (++count > kMaxNamesInWarning) continue;
     list += (count == 1 ? "" : ", ") + quoted(groups.used[g]);
-    const std::string* nearest = nearest_name(groups.used[g], others.used);
+    const std::string* nearest = most_similar_name(groups.used[g], others.used);
     if (nearest != nullptr) list += " (nearest: " + quoted(*nearest) + ")";
   }
   if (count == 0) return;
-  if (count > kMostNamedParts) list += " and " + std::to_string(count - kMostNamedParts) + " more";
+  if (count > kMaxNamesInWarning)
+    list += " and " + std::to_string(count - kMaxNamesInWarning) + " more";
   std::string kind = kind_of(by).one;
   kind[0] = static_cast<char>(kind[0] - 'a' + 'A');
   warnings.push_back({"unmatched-parts",
@@ -462,10 +466,10 @@ Parts pair_parts(const Mesh& high, const Mesh& low, const PartNames& names) {
   for (const std::string& part : of_low.used_parts) {
     if (in_high.contains(part)) pairs.emplace(part, 0);
   }
-  const std::string remedy = other_patterns(names, of_low, of_high, pairs);
+  const std::string remedy = suggest_patterns(names, of_low, of_high, pairs);
   if (pairs.empty()) {
     const std::string& name = of_low.used.front();
-    const std::string* nearest = nearest_name(name, of_high.used);
+    const std::string* nearest = most_similar_name(name, of_high.used);
     throw Error(
         ErrorCode::input,
         "No " + std::string(kind_of(names.by).one) +

@@ -9,11 +9,11 @@
 namespace kiln {
 namespace {
 
-// A quad's triangle with less of its area than this is a needle, whose third corner lies on its side but for
+// Share of a quad's area below which a triangle is a needle, with its third corner on the opposite side up to
 // rounding.
-constexpr double kNeedle = 1e-4;
+constexpr double kMinNeedleShare = 1e-4;
 
-/// The corner from which the list of positions is the least in lexicographic order (Shiloach 1981).
+/// The start at which the list of positions is least in lexicographic order (Shiloach 1981).
 std::size_t least_start(PolygonCorners corners) {
   const std::size_t n = corners.size();
   std::size_t i = 0, j = 1, k = 0;
@@ -30,8 +30,8 @@ std::size_t least_start(PolygonCorners corners) {
   return std::min(i, j);
 }
 
-/// Along corners 0 and 2, as nearly all programs cut; along 1 and 3 where that alone spares a triangle that is
-/// turned over or a needle.
+/// Cuts between corners 0 and 2, as nearly all programs do; between 1 and 3 only if this avoids a flipped triangle or
+/// a needle.
 bool cut_quad_by_shape(PolygonCorners corners, CornerTriangles& triangles) {
   double extent = 0;
   for (const auto& corner : corners)
@@ -44,13 +44,13 @@ bool cut_quad_by_shape(PolygonCorners corners, CornerTriangles& triangles) {
     at[i] = {(corners[i][0] - corners[0][0]) / extent, (corners[i][1] - corners[0][1]) / extent,
              (corners[i][2] - corners[0][2]) / extent};
   }
-  const Vec3d normal = cross(at[2] - at[0], at[3] - at[1]);  // twice the area, either way
+  const Vec3d normal = cross(at[2] - at[0], at[3] - at[1]);  // Twice the area, for both cuts
   const double whole = dot(normal, normal);
   const auto least = [&](std::size_t first) {
     const Vec3d &a = at[first], &b = at[first + 1], &c = at[first + 2], &d = at[(first + 3) % 4];
     return std::min(dot(cross(b - a, c - a), normal), dot(cross(c - a, d - a), normal));
   };
-  const double along_0_2 = least(0), along_1_3 = least(1), needle = kNeedle * whole;
+  const double along_0_2 = least(0), along_1_3 = least(1), needle = kMinNeedleShare * whole;
   if (along_0_2 > needle) return true;
   if (along_1_3 > needle || along_1_3 > along_0_2 + needle) {
     triangles.assign({{1, 2, 3}, {0, 1, 3}});

@@ -1,4 +1,4 @@
-// Polygons into triangles as other programs cut them.
+// Triangulation of polygons as in other programs.
 #include <algorithm>
 #include <cmath>
 
@@ -22,7 +22,7 @@ std::array<double, 3> cross_from(const std::array<double, 3>& at, const std::arr
   return {u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]};
 }
 
-/// True if a quad folds over where it is cut along corners `i` and i + 2.
+/// True if a quad folds over when cut between corners `i` and i + 2.
 bool folds(Corners corners, std::size_t i) {
   const auto& at = corners[i];
   const auto& across = corners[(i + 2) % 4];
@@ -35,7 +35,7 @@ void fan(std::size_t corners, Triples& triangles) {
   for (std::uint32_t i = 1; i + 1 < corners; ++i) triangles.push_back({0, i, i + 1});
 }
 
-/// Cuts a quad along corners 0 and 2, or along 1 and 3.
+/// Cuts a quad between corners 0 and 2, or 1 and 3.
 void cut_quad(bool along_1_3, Triples& triangles) {
   if (along_1_3) {
     triangles.assign({{0, 1, 3}, {1, 2, 3}});
@@ -44,8 +44,8 @@ void cut_quad(bool along_1_3, Triples& triangles) {
   }
 }
 
-/// Blender's polyfill: ears in turn, but after each cut one corner is passed over, and where the next is no
-/// convex one the way turns back.
+/// Blender's polyfill: cuts ears in turn, skips one corner after each cut, and reverses the direction if the next
+/// corner is not convex.
 class Polyfill {
  public:
   explicit Polyfill(const FlatPolygon& flat) : count_(static_cast<std::uint32_t>(flat.size())) {
@@ -63,7 +63,7 @@ class Polyfill {
     }
   }
 
-  /// \returns false where a corner that is no ear had to be cut
+  /// \returns false if a corner that is no ear had to be cut
   bool run(Triples& triangles) {
     bool clean = true, back = false;
     std::uint32_t from = 0;
@@ -92,7 +92,7 @@ class Polyfill {
   }
 
  private:
-  /// 1: left, which is convex; -1: right; 0: straight on.
+  /// 1: left (convex); -1: right; 0: straight.
   int turn(std::uint32_t a, std::uint32_t b, std::uint32_t c) const {
     const auto &p = points_[a], &q = points_[b], &r = points_[c];
     const float twice = (q[0] - p[0]) * (r[1] - p[1]) - (r[0] - p[0]) * (q[1] - p[1]);
@@ -131,8 +131,8 @@ class Polyfill {
   std::vector<int> turns_;
 };
 
-// More corners than this make Blender's search for each ear too long.
-constexpr std::size_t kMostCorners = 4096;
+// Number of corners above which Blender's quadratic search takes too long.
+constexpr std::size_t kMaxPolyfillCorners = 4096;
 
 }  // namespace
 
@@ -151,7 +151,7 @@ bool triangulate(std::span<const std::array<double, 3>> corners, Triangulation r
     cut_quad(other, triangles);
     return true;
   }
-  const bool too_many = rule == Triangulation::blender && corners.size() > kMostCorners;
+  const bool too_many = rule == Triangulation::blender && corners.size() > kMaxPolyfillCorners;
   const FlatPolygon flat =
       rule == Triangulation::fan || too_many ? FlatPolygon() : seen_along_normal(corners);
   if (flat.empty()) {

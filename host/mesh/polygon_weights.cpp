@@ -1,4 +1,4 @@
-// Corner weights of polygons: what each of their triangles adds to the normals of vertices.
+// Corner weights of polygons for vertex normals.
 #include <algorithm>
 #include <cmath>
 #include <utility>
@@ -11,13 +11,13 @@ namespace {
 
 using Edge = std::pair<std::uint32_t, std::uint32_t>;
 
-/// The polygon's corners with those before and after them.
+/// A corner of a polygon with its neighbours.
 struct Corner {
   std::uint32_t vertex, before, after;
 };
 
-/// Sides of the triangles that only one of them has, in turn: the polygon's own. Empty where they make no
-/// single ring through as many vertices as it has corners. In the order of their vertices.
+/// Sides of the polygon, that is, sides of its triangles that only one of them has, in order of their vertices. Empty
+/// if they do not form one ring through as many vertices as the polygon has corners.
 std::vector<Corner> ring_of(std::span<const Triangle> triangles) {
   std::vector<Edge> edges;
   edges.reserve(3 * triangles.size());
@@ -37,7 +37,7 @@ std::vector<Corner> ring_of(std::span<const Triangle> triangles) {
     return std::lower_bound(sides.begin(), sides.end(), Edge{vertex, 0}) - sides.begin();
   };
   for (std::size_t i = 0; i < sides.size(); ++i) {
-    // Sides start at each vertex once, in ascending order.
+    // Each vertex must start exactly one side.
     if (i > 0 && sides[i].first == sides[i - 1].first) return {};
     corners[i].vertex = sides[i].first;
     corners[i].after = sides[i].second;
@@ -52,7 +52,7 @@ std::vector<Corner> ring_of(std::span<const Triangle> triangles) {
   return corners;
 }
 
-/// \return whether it is a polygon that can be weighted as one
+/// \returns true if the polygon can be weighted as one
 bool weigh(std::span<const Vec3> positions, std::span<const Triangle> triangles,
            CornerWeights* weights) {
   Vec3d area;
@@ -71,7 +71,7 @@ bool weigh(std::span<const Vec3> positions, std::span<const Triangle> triangles,
     weights[t] = {};
     weights[t].normal = area * (1 / size);
   }
-  // The first triangle at each corner has its angle.
+  // The first triangle at each corner gets the whole angle.
   std::vector<bool> given(corners.size());
   for (std::size_t t = 0; t < triangles.size(); ++t) {
     for (std::size_t k = 0; k < 3; ++k) {
@@ -99,7 +99,8 @@ void corner_weights(std::span<const Vec3> positions, std::span<const Triangle> t
   for (std::size_t first = begin, last = begin; first < end; first = last) {
     last = first + 1;
     if (!polygons.empty()) {
-      if (first > 0 && polygons[first] == polygons[first - 1]) continue;  // another's
+      // Belongs to another range
+      if (first > 0 && polygons[first] == polygons[first - 1]) continue;
       while (last < triangles.size() && polygons[last] == polygons[first]) ++last;
     }
     const std::span<const Triangle> own = triangles.subspan(first, last - first);

@@ -24,8 +24,8 @@ Quadric& Quadric::operator*=(double weight) {
 
 Vec3d Quadric::best_near(const Vec3d& pa, const Vec3d& pb) const {
   const Vec3d middle = (pa + pb) * 0.5;
-  // Solve for the step from the middle, with a slight pull towards it, which keeps the matrix regular.
-  const double pull = kPull * (xx + yy + zz);
+  // Solves for the step from the middle, with a slight pull to it, which keeps the matrix regular.
+  const double pull = kMiddlePull * (xx + yy + zz);
   const double m00 = xx + pull, m11 = yy + pull, m22 = zz + pull;
   const Vec3d r = slope(middle) * -1.0;
   const Vec3d row0{m00, xy, xz}, row1{xy, m11, yz}, row2{xz, yz, m22};
@@ -33,7 +33,7 @@ Vec3d Quadric::best_near(const Vec3d& pa, const Vec3d& pb) const {
   const double determinant = dot(row0, c12);
   const Vec3d step = (c12 * r.x + c20 * r.y + c01 * r.z) * (1 / determinant);
   const Vec3d edge = pb - pa;
-  if (dot(step, step) <= dot(edge, edge)) {  // Also false where the step is not a number.
+  if (dot(step, step) <= dot(edge, edge)) {  // False for NaN
     return middle + step;
   }
   const double at_a = at(pa), at_b = at(pb), at_middle = at(middle);
@@ -48,7 +48,7 @@ Quadric bent_planes(const Vec3d& a, const Vec3d& b, const Vec3d& c, const Vec3d&
   if (!(size_n > 0) || !(size_m > 0)) return sum;
   const double angle = std::atan2(length(cross(n, m)), dot(n, m));
   const double share = dot(n, d - a) < 0 ? kCurvatureWeight : kCurvatureWeight * kHollowWeight;
-  // A half for each triangle, and of that a half for each end.
+  // Half for each of the two triangles, half of that for each end.
   const double weight = share * angle * edge / 4;
   sum.add_plane(n * (1 / size_n), a, weight);
   sum.add_plane(m * (1 / size_m), a, weight);
@@ -65,7 +65,7 @@ Quadric standing_plane(const Vec3d& a, const Vec3d& b, const Vec3d& face, double
 }
 
 Quadric border_planes(const Vec3d& a, const Vec3d& b, const Vec3d& face) {
-  // One triangle instead of two, and a half for each end.
+  // One triangle instead of two, and half for each end.
   const double weight = kCurvatureWeight * std::numbers::pi * length(b - a) / 2;
   Quadric sum = standing_plane(a, b, face, weight);
   const double size = length(face);
@@ -75,21 +75,22 @@ Quadric border_planes(const Vec3d& a, const Vec3d& b, const Vec3d& face) {
   return sum;
 }
 
-double line_share(const Vec3d& one, const Vec3d& other) {
+double line_weight(const Vec3d& one, const Vec3d& other) {
   const double sizes = length(one) * length(other);
   return sizes > 0 ? std::max(0.0, dot(one, other) / sizes) : 0;
 }
 
-double room_for_lines(double length_of_lines, double length_of_edges) {
-  constexpr double kAllHeld = 0.25, kNoneHeld = 0.5;
-  if (!(length_of_lines < kNoneHeld * length_of_edges)) return 0;
-  return std::min(1.0, (kNoneHeld - length_of_lines / length_of_edges) / (kNoneHeld - kAllHeld));
+double max_line_weight(double length_of_lines, double length_of_edges) {
+  constexpr double kFullHoldShare = 0.25, kNoHoldShare = 0.5;
+  if (!(length_of_lines < kNoHoldShare * length_of_edges)) return 0;
+  return std::min(
+      1.0, (kNoHoldShare - length_of_lines / length_of_edges) / (kNoHoldShare - kFullHoldShare));
 }
 
 Quadric line_planes(const Vec3d& a, const Vec3d& b, const Vec3d& one, const Vec3d& other,
                     double share) {
   const double weight =
-      share * line_share(one, other) * kCurvatureWeight * std::numbers::pi * length(b - a) / 4;
+      share * line_weight(one, other) * kCurvatureWeight * std::numbers::pi * length(b - a) / 4;
   Quadric sum;
   for (const Vec3d& face : {one, other}) {
     const Quadric plane = standing_plane(a, b, face, weight);

@@ -8,16 +8,17 @@
 
 namespace kiln {
 
-/// Sum of squared distances to planes, each with a weight: symmetric matrix, vector, constant (Garland
-/// and Heckbert 1997, "Surface Simplification Using Quadric Error Metrics", section 5).
+/// Weighted sum of squared distances to planes: symmetric matrix, vector, constant (Garland and Heckbert 1997,
+/// "Surface Simplification Using Quadric Error Metrics", section 5).
 struct Quadric {
-  /// Weight of a pull to the middle of an edge, against that of all planes. Where normals differ by an angle, their
-  /// planes hold a place across it by about its square: with 1e-3, vertices on shallow fillets were pulled off, and a
-  /// little with 1e-6.
-  static constexpr double kPull = 1e-9;
+  /// Weight of the pull towards an edge's middle, relative to the sum of all planes. Nearly parallel planes resist
+  /// motion only by the square of the angle between them: 1e-3 pulled vertices off shallow fillets, and 1e-6 still
+  /// did slightly.
+  static constexpr double kMiddlePull = 1e-9;
 
   double xx = 0, xy = 0, xz = 0, yy = 0, yz = 0, zz = 0, x = 0, y = 0, z = 0, c = 0;
-  double area = 0;  ///< Weight of the planes that the surface has; what rules add has none.
+  /// Total weight of the surface's own planes; planes of constraints do not count.
+  double area = 0;
 
   /// \param normal  unit length
   void add_plane(const Vec3d& normal, const Vec3d& through, double weight);
@@ -25,14 +26,14 @@ struct Quadric {
   void add_linear(const Vec3d& gradient, double offset, double weight);
   Quadric& operator+=(const Quadric& other);
   Quadric& operator*=(double weight);
-  /// The sum at a point, at least 0.
+  /// The sum at a point; at least 0.
   double at(const Vec3d& p) const;
-  /// Root mean square of the distances from a point, times the weight of the surface's planes.
+  /// Root-mean-square distance at a point, times `area`.
   double off(const Vec3d& p) const;
-  /// Half of its gradient at a point.
+  /// Half of the gradient at a point.
   Vec3d slope(const Vec3d& p) const;
-  /// Place where the sum is least, near the edge from a to b: with a slight pull to its middle, which decides
-  /// where the planes leave a direction free. One of a, b and the middle where that is far off.
+  /// Position of the minimum, near the edge from a to b. A slight pull to the edge's middle resolves directions that
+  /// the planes leave free. If the minimum is far away, the best of a, b and the middle.
   Vec3d best_near(const Vec3d& a, const Vec3d& b) const;
 };
 
@@ -60,38 +61,38 @@ inline Vec3d Quadric::slope(const Vec3d& p) const {
           xz * p.x + yz * p.y + zz * p.z + z};
 }
 
-/// Additional weight of planes of a bent surface, for each unit of curvature.
-/// A place is on the outline of a view as often as it is curved. A bent place that is off shows wrong normals.
-/// The sum over all views of what outlines miss is the integral of distance times curvature. So flat places alone
-/// weigh by area. Coordinates whose bounds have a diagonal of about 1.
+/// Extra weight of planes on curved surfaces, per unit of curvature, which counts outlines: a point lies on the
+/// outline of a share of all views that is proportional to its curvature, so the error of outlines over all views is
+/// the integral of distance times curvature. Only flat surfaces weigh by area alone. For coordinates with a diagonal
+/// of about 1.
 inline constexpr double kCurvatureWeight = 0.3;
-/// The same of hollows, against that: they are on no outline, but show normals.
+/// Factor on that weight for concave edges, which form no outlines but affect normals.
 inline constexpr double kHollowWeight = 0.5;
 
-/// The planes of two triangles at an edge from a to b, for one of its ends. Their weight is the edge's length times
-/// the angle between them. It does not depend on how finely a curved surface is cut into triangles.
+/// Planes of the two triangles at an edge from a to b, for one of its ends. They weigh by length times angle, which
+/// does not depend on how finely a curved surface is tessellated.
 /// \param c, d  third corners: the triangles are abc and bad
 Quadric bent_planes(const Vec3d& a, const Vec3d& b, const Vec3d& c, const Vec3d& d);
 
-/// The plane that stands on an open border from a to b; none where that has no direction.
+/// The plane through an open border from a to b, perpendicular to the face; empty if it has no direction.
 /// \param face  the triangle's normal, of any length
 Quadric standing_plane(const Vec3d& a, const Vec3d& b, const Vec3d& face, double weight);
 
-/// Planes of bent_planes() at an open border: it is on the outline of every view from which it is seen, as an edge that
-/// turns back is. The triangle's plane holds it as much as the standing one.
+/// bent_planes() of an open border. A border lies on the outline of every view that shows it, like an edge with a
+/// full turn. The triangle's plane weighs as much as the perpendicular one.
 Quadric border_planes(const Vec3d& a, const Vec3d& b, const Vec3d& face);
 
-/// Weight of a line between two triangles beside what they hold, 0 to 1: a crease is held by its faces.
+/// Weight of a line between two triangles, 0 to 1, relative to an open border: at a crease the faces already hold it.
 /// \param one, other  their normals, of any length
-double line_share(const Vec3d& one, const Vec3d& other);
+double line_weight(const Vec3d& one, const Vec3d& other);
 
-/// Largest weight of lines that are so long together, beside all edges, 0 to 1. Less where they are more than a
-/// quarter, and not at all from a half on: where labels meet nearly everywhere, the shape comes first.
-double room_for_lines(double length_of_lines, double length_of_edges);
+/// Largest weight of lines, 0 to 1, given their total length. It falls from a quarter of all edges on and reaches 0
+/// at a half: if labels meet nearly everywhere, the shape has priority.
+double max_line_weight(double length_of_lines, double length_of_edges);
 
-/// The planes that stand on a line that is drawn on a surface, as of open borders.
+/// Planes perpendicular to the surface through a line on it, as for open borders.
 /// \param one, other  normals of the two triangles, of any length
-/// \param share       of the weight that an open border has
+/// \param share       weight relative to an open border
 Quadric line_planes(const Vec3d& a, const Vec3d& b, const Vec3d& one, const Vec3d& other,
                     double share);
 

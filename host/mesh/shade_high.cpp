@@ -1,4 +1,4 @@
-// Normals of a high poly by its hard edges.
+// Shading normals of a high poly without normals, by its hard edges.
 #include <algorithm>
 #include <cmath>
 #include <string>
@@ -15,12 +15,12 @@
 namespace kiln {
 namespace {
 
-/// A plane is shaded as bent from this angle on, cosine; a warning is worth this share of the area.
-constexpr double kBent = 0.93969262;  // 20 degrees
-constexpr double kLeastBent = 0.1;
+/// Largest cosine at which a plane's shading counts as bent, and smallest share of the area for a warning.
+constexpr double kMaxBentCosine = 0.93969262;  // 20 degrees
+constexpr double kMinBentShare = 0.1;
 
-/// Each polygon's own normal.
-void give_flat(const FaceEdges& faces, Mesh& mesh) {
+/// Sets each polygon's own normal.
+void set_flat_normals(const FaceEdges& faces, Mesh& mesh) {
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
     const bool same = t > 0 && !mesh.polygons.empty() && mesh.polygons[t] == mesh.polygons[t - 1] &&
                       faces.normals[t] == mesh.normals.back();
@@ -32,7 +32,7 @@ void give_flat(const FaceEdges& faces, Mesh& mesh) {
   }
 }
 
-/// Triangles that have no normal at all.
+/// Triangles without any normal.
 std::vector<bool> without_normals(const Mesh& mesh) {
   std::vector<bool> result(mesh.triangles.size(), true);
   for (std::size_t t = 0; t < mesh.normal_triangles.size(); ++t) {
@@ -43,14 +43,15 @@ std::vector<bool> without_normals(const Mesh& mesh) {
   return result;
 }
 
-/// True if the normal in the middle of a triangle is far off its plane's.
+/// True if the interpolated normal at a triangle's centre deviates far from its plane's.
 bool is_bent(const std::vector<Vec3>& normals, const Triangle& corners, const Vec3& plane) {
   Vec3d sum;
   for (const std::uint32_t n : corners) sum += Vec3d(normals[n]);
-  return dot(sum, Vec3d(plane)) < kBent * length(sum);
+  return dot(sum, Vec3d(plane)) < kMaxBentCosine * length(sum);
 }
 
-/// False if the mesh's own normals are near its faces' nearly everywhere, at a twentieth of the cost of its edges.
+/// False if the mesh's normals are close to its faces' nearly everywhere. Takes a twentieth of the time of finding
+/// edges.
 bool may_be_bent(const Mesh& mesh) {
   double bent = 0, all = 0;
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
@@ -64,10 +65,10 @@ bool may_be_bent(const Mesh& mesh) {
     if (is_bent(mesh.normals, mesh.normal_triangles[t], to_float(normal * (1 / area))))
       bent += area;
   }
-  return bent >= kLeastBent * all;
+  return bent >= kMinBentShare * all;
 }
 
-/// Area of the triangles that two functions are true of, as a share of all. The second is called for those that the first is true of.
+/// Share of the area of triangles for which two predicates hold. The second is only evaluated if the first holds.
 template <typename First, typename Second>
 double share_of_area(const Mesh& mesh, const FaceEdges& faces, const First& first,
                      const Second& second) {
@@ -79,7 +80,7 @@ double share_of_area(const Mesh& mesh, const FaceEdges& faces, const First& firs
   return all > 0 ? some / all : 0;
 }
 
-/// See ShadingReport::bent_planes. What costs least is looked at first: scans have hardly any planes.
+/// See ShadingReport::bent_planes. Cheap tests come first, as scans have hardly any planes.
 double share_of_bent_planes(const Mesh& mesh, const FaceEdges& faces) {
   if (faces.left_out) return 0;
   std::vector<bool> plane(mesh.triangles.size());
@@ -88,7 +89,8 @@ double share_of_bent_planes(const Mesh& mesh, const FaceEdges& faces) {
     for (const std::uint32_t side : edge.sides) plane[side / 3] = true;
   }
   const auto is_plane = [&](std::size_t t) { return plane[t]; };
-  if (share_of_area(mesh, faces, is_plane, [](std::size_t) { return true; }) < kLeastBent) return 0;
+  if (share_of_area(mesh, faces, is_plane, [](std::size_t) { return true; }) < kMinBentShare)
+    return 0;
   const CornerNormals corners = corner_normals(mesh, mesh.positions);
   return share_of_area(mesh, faces, is_plane, [&](std::size_t t) {
     return is_bent(corners.normals, corners.triangles[t], faces.normals[t]);
@@ -96,7 +98,7 @@ double share_of_bent_planes(const Mesh& mesh, const FaceEdges& faces) {
 }
 
 void warn_of_bent_planes(const Mesh& mesh, bool own, ShadingReport& report) {
-  if (report.bent_planes < kLeastBent) return;
+  if (report.bent_planes < kMinBentShare) return;
   const std::string text = formatted(
       "HIGH '%s': on %.0f%% of its area flat faces are shaded round: %s more than 20 degrees off "
       "them. Maps will show "
@@ -135,11 +137,11 @@ ShadingReport shade_high(Mesh& mesh, const ShadingOptions& options) {
                   : options.rule == ShadingRule::flat ? ShadingRule::flat
                                                       : ShadingRule::smooth;
   if (missing == 0 && !may_be_bent(mesh)) return report;
-  const FaceEdges faces =
-      FaceEdges::of(mesh, options.rule == ShadingRule::automatic && missing > 0 ? kLeastCut : 0);
+  const FaceEdges faces = FaceEdges::of(
+      mesh, options.rule == ShadingRule::automatic && missing > 0 ? kMinCreaseDegrees : 0);
   if (options.rule == ShadingRule::flat) {
     mesh.normal_triangles.resize(mesh.triangles.size());
-    give_flat(faces, mesh);
+    set_flat_normals(faces, mesh);
     return report;
   }
   const bool sought = options.rule == ShadingRule::angle ||

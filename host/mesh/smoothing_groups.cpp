@@ -13,7 +13,7 @@ namespace kiln {
 
 CornerNormals group_normals(const Mesh& mesh, std::span<const std::uint32_t> groups) {
   const std::vector<std::uint32_t> welded = weld_vertices(mesh.positions);
-  // Corners of one place that share a normal: by place, then whether flat, then group or polygon.
+  // Corners with equal keys share a normal: position, whether flat, and group or polygon.
   using Key = std::array<std::uint32_t, 3>;
   std::vector<Key> keys(3 * mesh.triangles.size());
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {

@@ -1,4 +1,4 @@
-// Hard edges as files tell them by smoothing groups, where they have no normals.
+// Normals from smoothing groups, for files without normals.
 #pragma once
 
 #include <cstdint>
@@ -9,17 +9,17 @@
 
 namespace kiln {
 
-/// A triangle of no smoothing group: its polygon is flat.
+/// A triangle without a smoothing group: its polygon is flat.
 inline constexpr std::uint32_t kFlatGroup = 0xFFFFFFFFU;
 
-/// Normals that are smooth within each group and apart between groups, angle-weighted as vertex_normals(). Vertices
-/// at one place count as one.
-/// \param groups  per triangle of the mesh; kFlatGroup: none
+/// Normals that are smooth within each group and split between groups, angle-weighted as vertex_normals(). Vertices
+/// of equal position count as one.
+/// \param groups  per triangle; kFlatGroup: none
 CornerNormals group_normals(const Mesh& mesh, std::span<const std::uint32_t> groups);
 
-/// Gives a mesh normals by smoothing groups as 3DS and FBX have them, several to a triangle: they part at edges whose
-/// faces share none. See give_fan_normals().
-/// \param masks  a bit a group, per triangle; 0: its polygon is flat
+/// Computes normals from smoothing groups as in 3DS and FBX, where a triangle may have several: normals are split at
+/// edges whose faces have no group in common. See give_fan_normals().
+/// \param masks  per triangle, one bit per group; 0: its polygon is flat
 void give_group_normals(Mesh& mesh, std::span<const std::uint32_t> masks);
 
 }  // namespace kiln

@@ -1,4 +1,4 @@
-// UV seams on edges whose normals do not part.
+// UV seams on edges with smooth normals.
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -16,16 +16,16 @@
 namespace kiln {
 namespace {
 
-constexpr double kSameSeamNormal = 0.99996192306;  // cos 0.5 degrees, as of hard edges
+constexpr double kSameSeamCosine = 0.99996192306;  // cos 0.5 degrees, as for hard edges
 
-/// A triangle's side by its welded ends, a < b.
+/// A triangle's side, identified by its welded ends, a < b.
 struct SeamSide {
   std::uint32_t a = 0, b = 0, triangle = 0;
-  std::uint8_t at_a = 0, at_b = 0;  ///< Corners of the triangle
+  std::uint8_t at_a = 0, at_b = 0;  ///< Corners within the triangle
 };
 
-/// Two triangles that share a side.
-struct Shared {
+/// Two triangles with a common side.
+struct SharedSide {
   SeamSide one, other;
   bool parts_uvs = false, hard = false;
 };
@@ -48,7 +48,7 @@ struct Surface {
 };
 
 bool same_normal(const Vec3& a, const Vec3& b) {
-  return !(dot(Vec3d(a), Vec3d(b)) < kSameSeamNormal * length(Vec3d(a)) * length(Vec3d(b)));
+  return !(dot(Vec3d(a), Vec3d(b)) < kSameSeamCosine * length(Vec3d(a)) * length(Vec3d(b)));
 }
 
 bool same_uv(const Mesh& mesh, std::uint32_t t, std::size_t i, std::uint32_t u, std::size_t k) {
@@ -56,11 +56,11 @@ bool same_uv(const Mesh& mesh, std::uint32_t t, std::size_t i, std::uint32_t u, 
   return a == b || (mesh.uvs[a].x == mesh.uvs[b].x && mesh.uvs[a].y == mesh.uvs[b].y);
 }
 
-/// Neighbours over edges: of edges of more than two triangles, each with the first one.
-std::vector<Shared> shared_sides(const Mesh& mesh, const Surface& surface) {
+/// Adjacent triangles. On edges of more than two triangles, each is paired with the first one.
+std::vector<SharedSide> shared_sides(const Mesh& mesh, const Surface& surface) {
   std::vector<SeamSide> sides;
   for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t) {
-    if (length(surface.weights[t].normal) == 0) continue;  // no area, or not finite
+    if (length(surface.weights[t].normal) == 0) continue;  // Degenerate or not finite
     for (std::uint8_t k = 0; k < 3; ++k) {
       const auto next = static_cast<std::uint8_t>((k + 1) % 3);
       SeamSide side{surface.welded[mesh.triangles[t][k]], surface.welded[mesh.triangles[t][next]],
@@ -75,14 +75,14 @@ std::vector<Shared> shared_sides(const Mesh& mesh, const Surface& surface) {
   std::sort(sides.begin(), sides.end(), [](const SeamSide& x, const SeamSide& y) {
     return std::tie(x.a, x.b, x.triangle) < std::tie(y.a, y.b, y.triangle);
   });
-  std::vector<Shared> shared;
+  std::vector<SharedSide> shared;
   for (std::size_t first = 0, i = 1; i < sides.size(); ++i) {
     const SeamSide &one = sides[first], &other = sides[i];
     if (one.a != other.a || one.b != other.b) {
       first = i;
       continue;
     }
-    Shared edge{one, other};
+    SharedSide edge{one, other};
     const std::uint32_t t = one.triangle, u = other.triangle;
     edge.parts_uvs =
         !same_uv(mesh, t, one.at_a, u, other.at_a) || !same_uv(mesh, t, one.at_b, u, other.at_b);
@@ -93,20 +93,20 @@ std::vector<Shared> shared_sides(const Mesh& mesh, const Surface& surface) {
   return shared;
 }
 
-double turn_degrees(const Surface& surface, const Shared& edge) {
+double turn_degrees(const Surface& surface, const SharedSide& edge) {
   const Vec3d &a = surface.weights[edge.one.triangle].normal,
               &b = surface.weights[edge.other.triangle].normal;
   return std::acos(std::clamp(dot(a, b) / (length(a) * length(b)), -1.0, 1.0)) * 180 /
          std::numbers::pi;
 }
 
-/// Which triangles have a neighbour in their own plane.
-std::vector<bool> in_flats(const Mesh& mesh, const Surface& surface,
-                           const std::vector<Shared>& sides) {
-  constexpr double kFlatDegrees = 1;
+/// By triangle, true if it has a neighbour in its own plane.
+std::vector<bool> find_flat_triangles(const Mesh& mesh, const Surface& surface,
+                                      const std::vector<SharedSide>& sides) {
+  constexpr double kMaxFlatDegrees = 1;
   std::vector<bool> flat(mesh.triangles.size());
-  for (const Shared& edge : sides) {
-    if (turn_degrees(surface, edge) >= kFlatDegrees) continue;
+  for (const SharedSide& edge : sides) {
+    if (turn_degrees(surface, edge) >= kMaxFlatDegrees) continue;
     flat[edge.one.triangle] = flat[edge.other.triangle] = true;
   }
   return flat;
@@ -122,9 +122,9 @@ SoftSeams soft_seams(const Mesh& mesh, double least_degrees) {
   SoftSeams result;
   if (mesh.uv_triangles.empty()) return result;
   const Surface surface(mesh);
-  const std::vector<Shared> sides = shared_sides(mesh, surface);
-  const std::vector<bool> flat = in_flats(mesh, surface, sides);
-  for (const Shared& edge : sides) {
+  const std::vector<SharedSide> sides = shared_sides(mesh, surface);
+  const std::vector<bool> flat = find_flat_triangles(mesh, surface, sides);
+  for (const SharedSide& edge : sides) {
     if (!edge.parts_uvs) continue;
     ++result.seams;
     if (edge.hard) continue;
@@ -151,9 +151,9 @@ Mesh split_at_seams(const Mesh& mesh) {
         "Mesh '" + mesh.name + "' has no UVs, so it has no seams to split: unwrap it first.");
   }
   const Surface surface(mesh);
-  const std::vector<Shared> edges = shared_sides(mesh, surface);
+  const std::vector<SharedSide> edges = shared_sides(mesh, surface);
   DisjointSets corners(3 * mesh.triangles.size());
-  for (const Shared& edge : edges) {
+  for (const SharedSide& edge : edges) {
     if (edge.parts_uvs) continue;
     const auto join = [&](std::uint8_t a, std::uint8_t b) {
       if (same_normal(surface.normal(edge.one.triangle, a), surface.normal(edge.other.triangle, b)))
@@ -162,8 +162,8 @@ Mesh split_at_seams(const Mesh& mesh) {
     join(edge.one.at_a, edge.other.at_a);
     join(edge.one.at_b, edge.other.at_b);
   }
-  std::vector<std::uint8_t> at_seam(3 * mesh.triangles.size());  // corners joined
-  for (const Shared& edge : edges) {
+  std::vector<std::uint8_t> at_seam(3 * mesh.triangles.size());  // 1: already joined
+  for (const SharedSide& edge : edges) {
     if (!edge.parts_uvs || edge.hard) continue;
     for (const SeamSide& side : {edge.one, edge.other}) {
       at_seam[corners.find(3 * side.triangle + side.at_a)] = 1;
@@ -183,7 +183,7 @@ Mesh split_at_seams(const Mesh& mesh) {
   split.tangents.clear();
   split.normals = surface.normals.normals;
   split.normal_triangles = surface.normals.triangles;
-  std::vector<std::uint32_t> own(sums.size(), 0);  // a group's normal, plus 1
+  std::vector<std::uint32_t> own(sums.size(), 0);  // Number of a group's normal + 1; 0: none yet
   for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t) {
     for (std::uint32_t k = 0; k < 3; ++k) {
       const std::uint32_t all = corners.find(3 * t + k);

@@ -10,25 +10,25 @@
 namespace kiln {
 namespace {
 
-/// Edges of fewer steps than this are coarse. A vertex is off by up to half a step, by 0.3 in the mean along each
-/// axis; so a normal is off by about 0.4 steps an edge: 0.1 degrees.
-constexpr double kStepsAnEdge = 256;
-constexpr double kRadiansAStep = 0.4;
-constexpr std::size_t kMostTriangles = 4096;  // that are looked at
-/// Vertices this many times farther from the middle than three quarters of all are outliers: where steps are coarse, and
-/// where nobody asks about steps.
-constexpr double kFar = 16, kAbsurd = 1e5;
+/// Edge length in steps below which edges are coarse. Vertices have errors of up to half a step, 0.3 on average per
+/// axis, so normals have errors of about 0.4 steps per edge length: 0.1 degrees.
+constexpr double kMinStepsPerEdge = 256;
+constexpr double kRadiansPerStep = 0.4;
+constexpr std::size_t kMaxSampledTriangles = 4096;  // Sampled triangles
+/// Ratio of a vertex's distance to that of three quarters of all vertices above which it is an outlier: if steps are
+/// coarse, and in general.
+constexpr double kOutlierRatio = 16, kExtremeOutlierRatio = 1e5;
 
-/// Calls take(t) for triangles spread evenly over all.
+/// Calls take(t) for evenly spaced triangles.
 template <typename Take>
-void for_some(std::size_t count, const Take& take) {
-  const std::size_t every = count / kMostTriangles + 1;
+void for_sample(std::size_t count, const Take& take) {
+  const std::size_t every = count / kMaxSampledTriangles + 1;
   for (std::size_t t = 0; t < count; t += every) take(t);
 }
 
 std::array<double, 3> axes(const Vec3d& p) { return {p.x, p.y, p.z}; }
 
-/// Step of single precision at a number.
+/// Spacing of single-precision numbers at a value.
 double float_step(double at) { return at == 0 ? 0 : std::ldexp(1.0, std::ilogb(at) - 23); }
 
 template <typename T, typename Less = std::less<>>
@@ -41,7 +41,7 @@ T quantile(std::vector<T>& values, double share, const Less& less = {}) {
 
 std::string text_of(const Vec3d& p) { return place_text(p.x, p.y, p.z); }
 
-/// Most vertices lie within a radius of a center.
+/// A sphere that contains most of the vertices.
 struct Bulk {
   Vec3d center;
   double radius = 0;
@@ -65,7 +65,7 @@ struct Bulk {
   }
 };
 
-/// Vertices of triangles that count, each once.
+/// Vertices of usable triangles, each once.
 std::vector<std::uint32_t> used_vertices(const SteppedMesh& mesh) {
   std::vector<std::uint32_t> used;
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
@@ -76,29 +76,29 @@ std::vector<std::uint32_t> used_vertices(const SteppedMesh& mesh) {
   return used;
 }
 
-/// Corners of some triangles that count.
-std::vector<std::uint32_t> some_vertices(const SteppedMesh& mesh) {
+/// Corners of a sample of usable triangles.
+std::vector<std::uint32_t> sample_vertices(const SteppedMesh& mesh) {
   std::vector<std::uint32_t> some;
-  for_some(mesh.triangles.size(), [&](std::size_t t) {
+  for_sample(mesh.triangles.size(), [&](std::size_t t) {
     if (mesh.counts(t)) some.insert(some.end(), mesh.triangles[t].begin(), mesh.triangles[t].end());
   });
   return some;
 }
 
-/// The distance of the farthest vertex, in radii; 0 where it is not absurd.
-double absurd_reach(const SteppedMesh& mesh, const Bulk& bulk) {
-  const double least = kAbsurd * bulk.radius;
+/// Distance of the farthest vertex in radii; 0 if it is below kExtremeOutlierRatio.
+double outlier_reach(const SteppedMesh& mesh, const Bulk& bulk) {
+  const double least = kExtremeOutlierRatio * bulk.radius;
   double farthest = least;
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
     double reach = 0;
     for (const std::uint32_t v : mesh.triangles[t]) reach = std::max(reach, bulk.distance(mesh, v));
-    if (reach > farthest && mesh.counts(t)) farthest = reach;  // few are asked whether they count
+    if (reach > farthest && mesh.counts(t)) farthest = reach;  // counts() is only called for few
   }
   return farthest > least ? farthest / bulk.radius : 0;
 }
 
-/// Names the vertices that stretch the box; empty where none lies `far` radii from the middle.
-std::string outliers(const SteppedMesh& mesh, double far) {
+/// Describes the vertices that extend the box; empty if none is `far` radii from the centre.
+std::string describe_outliers(const SteppedMesh& mesh, double far) {
   const std::vector<std::uint32_t> used = used_vertices(mesh);
   const Bulk bulk(mesh, used);
   const auto count =
@@ -122,7 +122,7 @@ FloatGrid::FloatGrid(std::span<const Triangle> triangles,
                      const std::function<Vec3d(std::uint32_t vertex)>& position) {
   std::array<double, 3> most{};
   const auto each = [&](const auto& take) {
-    for_some(triangles.size(), [&](std::size_t t) {
+    for_sample(triangles.size(), [&](std::size_t t) {
       for (const std::uint32_t v : triangles[t]) {
         const std::array<double, 3> p = axes(position(v));
         for (std::size_t k = 0; k < 3; ++k) {
@@ -132,8 +132,8 @@ FloatGrid::FloatGrid(std::span<const Triangle> triangles,
     });
   };
   each([&](std::size_t k, double x) { most[k] = std::max(most[k], std::abs(x)); });
-  // Numbers of the largest power of two: what was rounded has even and odd multiples of the step.
-  constexpr double kSlack = 1.0 / 16;  // of a step: text may hold floats with nine digits
+  // Compares numbers in the largest binade: rounded values have both even and odd multiples of the step.
+  constexpr double kSlack = 1.0 / 16;  // Of a step: text files may hold floats with nine digits
   std::array<bool, 3> off{}, even{}, odd{};
   each([&](std::size_t k, double x) {
     if (most[k] == 0 || std::ilogb(x) != std::ilogb(most[k])) return;
@@ -160,7 +160,7 @@ std::string coarse_steps(const SteppedMesh& mesh, const char* how) {
     double share() const { return step.size / length; }
   };
   std::vector<Edge> edges;
-  for_some(mesh.triangles.size(), [&](std::size_t t) {
+  for_sample(mesh.triangles.size(), [&](std::size_t t) {
     if (!mesh.counts(t)) return;
     for (std::size_t k = 0; k < 3; ++k) {
       const std::uint32_t a = mesh.triangles[t][k], b = mesh.triangles[t][(k + 1) % 3];
@@ -175,26 +175,26 @@ std::string coarse_steps(const SteppedMesh& mesh, const char* how) {
   if (edges.empty()) return {};
   const Edge coarse =
       quantile(edges, 0.75, [](const Edge& a, const Edge& b) { return a.share() < b.share(); });
-  if (!(coarse.share() > 1 / kStepsAnEdge)) return {};
+  if (!(coarse.share() > 1 / kMinStepsPerEdge)) return {};
   constexpr double kDegrees = 57.29577951308232;
   const std::string text = formatted(
       "coordinates near %.7g are %s in steps of %.2g, where edges are %.2g long: normals "
       "are off by about %.2g degrees. ",
       coarse.at, how, coarse.step.size, coarse.length,
-      kDegrees * std::atan(kRadiansAStep * coarse.share()));
-  const std::string far = outliers(mesh, kFar);
+      kDegrees * std::atan(kRadiansPerStep * coarse.share()));
+  const std::string far = describe_outliers(mesh, kOutlierRatio);
   return text + (!far.empty() ? far
                               : "Export it in double precision, or moved to the world's origin; or "
                                 "split it into parts.");
 }
 
 std::string stretched_box(const SteppedMesh& mesh) {
-  const std::vector<std::uint32_t> some = some_vertices(mesh);
+  const std::vector<std::uint32_t> some = sample_vertices(mesh);
   if (some.empty()) return {};
   const Bulk bulk(mesh, some);
   if (bulk.radius == 0) return {};
-  const double reach = absurd_reach(mesh, bulk);
-  const std::string far = reach > 0 ? outliers(mesh, kAbsurd) : std::string();
+  const double reach = outlier_reach(mesh, bulk);
+  const std::string far = reach > 0 ? describe_outliers(mesh, kExtremeOutlierRatio) : std::string();
   if (far.empty()) return {};
   const std::string text =
       formatted("it reaches %.2g times as far as most of its vertices. ", reach);
@@ -202,26 +202,27 @@ std::string stretched_box(const SteppedMesh& mesh) {
 }
 
 Bounds bulk_bounds(const Mesh& mesh, const Bounds& all) {
-  constexpr double kFarthest = 0x1p40;
+  constexpr double kMaxOutlierRatio = 0x1p40;
   const SteppedMesh own{mesh.triangles,
                         [&](std::size_t t) { return has_area(mesh.positions, mesh.triangles[t]); },
                         [&](std::uint32_t v) { return Vec3d(mesh.positions[v]); },
                         {}};
-  const std::vector<std::uint32_t> some = some_vertices(own);
+  const std::vector<std::uint32_t> some = sample_vertices(own);
   if (some.empty()) return all;
   const Bulk bulk(own, some);
   const Vec3d low(all.low[0], all.low[1], all.low[2]), high(all.high[0], all.high[1], all.high[2]);
   const double reach = std::max(length(low - bulk.center), length(high - bulk.center));
-  if (!(reach > kAbsurd * bulk.radius) || !(reach < kFarthest * bulk.radius)) return all;
-  if (absurd_reach(own, bulk) == 0) return all;
+  if (!(reach > kExtremeOutlierRatio * bulk.radius) || !(reach < kMaxOutlierRatio * bulk.radius))
+    return all;
+  if (outlier_reach(own, bulk) == 0) return all;
   const std::vector<std::uint32_t> used = used_vertices(own);
   const Bulk whole(own, used);
   Bounds bounds{all.high, all.low};
   for (const std::uint32_t v : used) {
-    if (whole.distance(own, v) > kAbsurd * whole.radius) continue;
+    if (whole.distance(own, v) > kExtremeOutlierRatio * whole.radius) continue;
     const std::array<double, 3> p = axes(own.position(v));
     for (std::size_t k = 0; k < 3; ++k) {
-      bounds.low[k] = std::min(bounds.low[k], p[k] + 0.0);  // of 0 and -0 none is first
+      bounds.low[k] = std::min(bounds.low[k], p[k] + 0.0);  // Turns -0 into 0
       bounds.high[k] = std::max(bounds.high[k], p[k] + 0.0);
     }
   }

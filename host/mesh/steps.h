@@ -1,4 +1,4 @@
-// True if coordinates are fine enough for a mesh's own edges.
+// Checks whether coordinates are precise enough for a mesh's edges.
 #pragma once
 
 #include <array>
@@ -13,51 +13,52 @@
 
 namespace kiln {
 
-/// The coarsest step that a vertex' coordinates are kept in, world units, and whose axis it is. 0: they are as fine as
-/// double precision.
+/// Quantization step of a vertex's coordinates in world units, and its axis. 0: as fine as double precision.
 struct Step {
   double size = 0;
   std::size_t axis = 0;
 };
 
-/// Which axes hold multiples of single precision's steps alone, although they came in double: they were stored in
-/// single precision once. An axis on a coarser grid, such as whole metres, uses no such step, and lost nothing.
+/// Axes whose double-precision coordinates are all multiples of single-precision steps, so they were stored in single
+/// precision before. Axes on a coarser grid, such as whole metres, do not count, since they lost nothing.
 class FloatGrid {
  public:
   FloatGrid(std::span<const Triangle> triangles,
             const std::function<Vec3d(std::uint32_t vertex)>& position);
-  /// The coarsest of a place's three.
+  /// The largest step of the three axes at a point.
   Step step(const Vec3d& p) const;
 
  private:
   std::array<bool, 3> on_grid_{};
 };
 
-/// A mesh, and how coarsely its coordinates are kept.
+/// Accessors of a mesh whose coordinates are quantized.
 struct SteppedMesh {
   std::span<const Triangle> triangles;
-  std::function<bool(std::size_t triangle)> counts;     ///< Finite and with an area
-  std::function<Vec3d(std::uint32_t vertex)> position;  ///< As far as it is known
+  /// True if the triangle is finite and has an area
+  std::function<bool(std::size_t triangle)> counts;
+  std::function<Vec3d(std::uint32_t vertex)> position;  ///< Best known position of a vertex
   std::function<Step(std::uint32_t vertex)> step;
 };
 
-/// Says if a quarter of the edges are shorter than 256 steps (normals are off by 0.1 degrees there): "coordinates near
-/// 500000 are kept in steps of 0.031, and its edges are 0.05 long (median): normals are off by 20 degrees", and what
-/// to do. It names vertices that lie far from all others.
+/// Describes the problem if a quarter of the edges are shorter than 256 steps (at which normals have errors of 0.1
+/// degrees): "coordinates near 500000 are kept in steps of 0.031, and its edges are 0.05 long (median): normals are
+/// off by 20 degrees", with a remedy. Names vertices that lie far from all others.
 /// \param how  "stored" or "rounded"
-/// \returns the empty string where they are finer
+/// \returns the empty string if steps are fine enough
 std::string coarse_steps(const SteppedMesh& mesh, const char* how);
 
-/// Says if some vertices lie over 100,000 times as far out as three quarters of the others, and which: single precision
-/// has no digits left for the others, and lengths in % are theirs no more. Of triangles that count; no steps are needed.
-/// \returns the empty string where none does
+/// Describes vertices that lie over 100,000 times as far from the centre as three quarters of the others: single
+/// precision has no digits left for these, and lengths in % become meaningless. Only vertices of usable triangles
+/// count.
+/// \returns the empty string if there are none
 std::string stretched_box(const SteppedMesh& mesh);
 
-/// Box, as Bounds::of() has it, of the vertices that stretched_box() names none of; `all` where it names none, or where
-/// one lies farther than 2^40 times as far out, which squares in single precision do not bear.
+/// Bounding box without the vertices that stretched_box() reports; `all` if there are none, or if one is more than
+/// 2^40 times as far out, whose square overflows single precision.
 Bounds bulk_bounds(const Mesh& mesh, const Bounds& all);
 
-/// coarse_steps() of a mesh's own floats, and of what the working frame rounds them to; or else stretched_box().
+/// coarse_steps() for a mesh's own floats and for rounding to the working frame; if both are fine, stretched_box().
 std::string coarse_steps(const Mesh& mesh, const Frame& frame);
 
 }  // namespace kiln

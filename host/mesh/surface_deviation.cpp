@@ -1,4 +1,4 @@
-// Deviation of two meshes from each other.
+// Deviation between two meshes.
 #include <algorithm>
 #include <array>
 #include <atomic>
@@ -13,13 +13,13 @@
 namespace kiln {
 namespace {
 
-/// Factor and sum by which bounds of squared distances exceed what rounding may take off.
-constexpr double kMoreThanRounding = 1.0001, kTiny = 1e-14;
+/// Margins on bounds of squared distances for rounding: relative and absolute.
+constexpr double kRoundingFactor = 1.0001, kRoundingOffset = 1e-14;
 
-/// Triangles by their corners, wherever these begin.
+/// Hash set of triangles by their corners, in any rotation.
 class KeptTriangles {
  public:
-  /// \param corners  three a triangle; must outlive this
+  /// \param corners  three per triangle; must outlive this
   explicit KeptTriangles(std::span<const Vec3> corners)
       : corners_(corners), slots_(std::bit_ceil(corners.size() / 3 * 2 + 1), kNone) {
     for (std::size_t t = 0; 3 * t < corners.size(); ++t) {
@@ -30,7 +30,7 @@ class KeptTriangles {
     }
   }
 
-  /// The corners of one that has these corners, else nothing.
+  /// The corners of an equal triangle, or null.
   const Vec3* find(const std::array<Vec3, 3>& triangle) const {
     const Key key = key_of(triangle.data());
     for (std::size_t i = slot_of(key); slots_[i] != kNone; i = (i + 1) & (slots_.size() - 1)) {
@@ -69,7 +69,7 @@ class KeptTriangles {
   std::vector<std::uint32_t> slots_;
 };
 
-/// \param squared  at least one
+/// \param squared  must not be empty
 void summarize(const std::vector<double>& squared, DistanceReport& report) {
   double sum = 0, sum_of_squares = 0, largest = 0;
   for (const double value : squared) {
@@ -110,11 +110,11 @@ DistanceReport one_sided_distance(std::span<const Vec3> dense_positions,
         squared[i] =
             squared_to_triangle(Vec3d(point), same, std::numeric_limits<double>::infinity());
       } else {
-        // No farther than the sample before, and than the way from there.
+        // Bounds the search by the previous sample's distance plus the distance from there.
         double within = std::numeric_limits<double>::infinity();
         if (i > begin) {
           const double farthest = std::sqrt(squared[i - 1]) + length(Vec3d(point) - before);
-          within = kMoreThanRounding * farthest * farthest + kTiny;
+          within = kRoundingFactor * farthest * farthest + kRoundingOffset;
         }
         squared[i] = low.squared(point, within);
         ++searches;

@@ -15,24 +15,23 @@ namespace kiln {
 namespace {
 
 constexpr std::uint32_t kLeafSize = 4;
-/// Parts of a tree that are built by themselves, and triangles below which none is halved for that.
-constexpr std::size_t kParts = 32, kLeastPart = 4096;
-/// A triangle is farther than the best for sure where its plane is, by more than rounding. Where the squared sine of an
-/// angle is below kSliver, the plane may be wrong, and the triangle is as far as its sides are.
-constexpr double kSurelyFarther = 1.0001, kSliver = 1e-12;
+/// Number of subtrees that are built in parallel, and fewest triangles of a range that is split for them.
+constexpr std::size_t kMaxSubtrees = 32, kMinSubtreeTriangles = 4096;
+/// A triangle is certainly farther than the best if its plane is, times kFartherFactor for rounding. Triangles with a
+/// squared sine below kMinSquaredSine are tested by their sides, as their plane is inaccurate.
+constexpr double kFartherFactor = 1.0001, kMinSquaredSine = 1e-12;
 
-/// Long triangles askew have boxes that hold them in one corner: thousands of them, as hair and stems have, lie in each
-/// other's boxes, and a search meets a share of all. Where boxes have so many times the area that those of triangles
-/// along the axes would have, triangles are cut into pieces, each with a box of its own; so many at most.
-constexpr double kWasteful = 6, kWasteOfPiece = 2;
-constexpr int kMostPieces = 12;
-/// In larger meshes building the tree would take longer than searches do.
-constexpr std::size_t kMostToCut = 300'000;
-/// By how much the box of a piece is wider than rounding may make it, as a share of the triangle.
+/// Long diagonal triangles (hair, stems) have mostly empty, overlapping boxes, of which a search visits a constant
+/// share. If the boxes' total area exceeds kMaxBoxAreaRatio times that of the triangles, triangles are cut into
+/// pieces with separate boxes: one piece per kBoxAreaRatioPerPiece of a triangle's own ratio, at most kMaxPieces.
+constexpr double kMaxBoxAreaRatio = 6, kBoxAreaRatioPerPiece = 2;
+constexpr int kMaxPieces = 12;
+/// Number of triangles above which cutting takes longer than it saves.
+constexpr std::size_t kMaxTrianglesToCut = 300'000;
+/// Margin of a piece's box against rounding, as a share of the triangle's longest side.
 constexpr float kPieceMargin = 1e-6F;
 
-/// Boxes of a tree over so many triangles, level by level: each has parts of at most two sizes, `size` and one
-/// more.
+/// Number of boxes of a tree over `count` triangles. Each level has parts of at most two sizes, `size` and size + 1.
 std::size_t boxes_of(std::size_t count) {
   std::size_t boxes = 0, size = count, smaller = 1, larger = 0;
   while (size > kLeafSize) {
@@ -55,7 +54,7 @@ double squared_to_segment(const Vec3d& offset, const Vec3d& edge) {
   return squared(offset - (along < length2 ? edge * (along / length2) : edge));
 }
 
-/// True if both of two triangles are farther than the best for sure, by their planes.
+/// True if two triangles are both certainly farther than the best, by their planes.
 bool both_farther(const Vec3d& p, const Vec3* one, const Vec3* other, double best) {
   const Double2 ax{one[0].x, other[0].x}, ay{one[0].y, other[0].y}, az{one[0].z, other[0].z};
   const Double2 bx = Double2{one[1].x, other[1].x} - ax, by = Double2{one[1].y, other[1].y} - ay,
@@ -66,9 +65,9 @@ bool both_farther(const Vec3d& p, const Vec3* one, const Vec3* other, double bes
   const Double2 n2 = nx * nx + ny * ny + nz * nz;
   const Double2 along =
       (Double2{p.x, p.x} - ax) * nx + (Double2{p.y, p.y} - ay) * ny + (Double2{p.z, p.z} - az) * nz;
-  const Double2 bound = kSurelyFarther * best * n2;
+  const Double2 bound = kFartherFactor * best * n2;
   const Double2 b2 = bx * bx + by * by + bz * bz, c2 = cx * cx + cy * cy + cz * cz;
-  const auto farther = (along * along > bound) & (n2 > kSliver * b2 * c2);
+  const auto farther = (along * along > bound) & (n2 > kMinSquaredSine * b2 * c2);
   return farther[0] != 0 && farther[1] != 0;
 }
 
@@ -87,9 +86,9 @@ double squared_to_triangle(const Vec3d& p, const Vec3* c, double best) {
   const Vec3d n = cross(ab, ac);
   const double n2 = dot(n, n);
   const double d00 = dot(ab, ab), d11 = dot(ac, ac);
-  if (n2 > kSliver * d00 * d11) {
+  if (n2 > kMinSquaredSine * d00 * d11) {
     const double along = dot(ap, n);
-    if (along * along > kSurelyFarther * best * n2) return best;
+    if (along * along > kFartherFactor * best * n2) return best;
     const double d01 = dot(ab, ac), d20 = dot(ap, ab), d21 = dot(ap, ac);
     const double v = d11 * d20 - d01 * d21;
     const double w = d00 * d21 - d01 * d20;
@@ -104,7 +103,7 @@ double squared_to_triangle(const Vec3d& p, const Vec3* c, double best) {
 SurfaceDistance::SurfaceDistance(std::span<const Vec3> positions,
                                  std::span<const Triangle> triangles) {
   if (triangles.empty()) return;
-  if (triangles.size() <= kMostToCut) cut_up(positions, triangles);
+  if (triangles.size() <= kMaxTrianglesToCut) cut_up(positions, triangles);
   std::vector<Item> items(pieces_.empty() ? triangles.size() : pieces_.size());
   const auto each = [&](const auto& body) {
     parallel_for(items.size(), std::size_t{1} << 15, [&](std::size_t begin, std::size_t end) {
@@ -124,9 +123,9 @@ SurfaceDistance::SurfaceDistance(std::span<const Vec3> positions,
                 static_cast<std::uint32_t>(i)};
   });
   boxes_.resize(boxes_of(items.size()));
-  // Level by level, until there are enough parts for all threads; what is above them has its box last.
+  // Splits level by level until there are enough parts for all threads; boxes above these are fitted last.
   std::vector<Part> parts{{0, items.size(), 0}}, above;
-  while (parts.size() < kParts && parts[0].last - parts[0].first > kLeastPart) {
+  while (parts.size() < kMaxSubtrees && parts[0].last - parts[0].first > kMinSubtreeTriangles) {
     std::vector<std::array<Part, 2>> halves(parts.size());
     parallel_for(parts.size(), 1, [&](std::size_t begin, std::size_t end) {
       for (std::size_t i = begin; i < end; ++i) split(items, parts[i], halves[i]);
@@ -156,9 +155,9 @@ SurfaceDistance::SurfaceDistance(std::span<const Vec3> positions,
   pieces_ = {};
 }
 
-/// Cuts triangles across their longest sides, if these waste boxes.
+/// Cuts triangles across their longest sides if their boxes are mostly empty.
 void SurfaceDistance::cut_up(std::span<const Vec3> positions, std::span<const Triangle> triangles) {
-  std::vector<double> waste(triangles.size());  // As many times the area as the box needs.
+  std::vector<double> waste(triangles.size());  // Ratio of the box's area to the triangle's
   double areas = 0, boxes = 0;
   for (std::size_t i = 0; i < triangles.size(); ++i) {
     const Triangle& t = triangles[i];
@@ -171,7 +170,7 @@ void SurfaceDistance::cut_up(std::span<const Vec3> positions, std::span<const Tr
     areas += area;
     boxes += box;
   }
-  if (!(boxes > kWasteful * areas)) return;
+  if (!(boxes > kMaxBoxAreaRatio * areas)) return;
   pieces_.reserve(2 * triangles.size());
   for (std::uint32_t i = 0; i < triangles.size(); ++i) {
     const Triangle& t = triangles[i];
@@ -188,7 +187,7 @@ void SurfaceDistance::cut_up(std::span<const Vec3> positions, std::span<const Tr
     const double length2 = dot(along, along);
     const double apex = dot(p[2] - p[0], along) / length2;
     const int count =
-        static_cast<int>(std::clamp(waste[i] / kWasteOfPiece, 1.0, 1.0 * kMostPieces));
+        static_cast<int>(std::clamp(waste[i] / kBoxAreaRatioPerPiece, 1.0, 1.0 * kMaxPieces));
     const auto margin = kPieceMargin * static_cast<float>(std::sqrt(length2));
     for (int piece = 0; piece < count; ++piece) {
       const double from = 1.0 * piece / count, to = (piece + 1.0) / count;
@@ -208,8 +207,9 @@ void SurfaceDistance::cut_up(std::span<const Vec3> positions, std::span<const Tr
   }
 }
 
-/// Halves a part, and says where the halves' boxes are: depth first, the left one next to its parent. Halving
-/// the count bounds the depth by log2(n). \returns false for a leaf
+/// Splits a range in halves, and sets the places of their boxes: depth-first order, the left child next to its
+/// parent. Halving the count bounds the depth by log2(n).
+/// \returns false for a leaf
 bool SurfaceDistance::split(std::span<Item> items, const Part& part, std::array<Part, 2>& halves) {
   Box& box = boxes_[part.box];
   if (part.last - part.first <= kLeafSize) {
@@ -242,7 +242,7 @@ void SurfaceDistance::build(std::span<Item> items, const Part& part) {
   build(items, halves[1]);
 }
 
-/// The bounds of a box: those of a leaf's corners, else those of its children, which come first.
+/// Fits a box to its leaf's corners, or to its children's boxes, which must be done.
 void SurfaceDistance::fit_box(std::size_t index) {
   Box& box = boxes_[index];
   if (box.count == 0) {
@@ -300,7 +300,7 @@ double SurfaceDistance::search(const Vec3& point, std::uint32_t& place, double b
     std::uint32_t box;
     double distance;
   };
-  std::array<Entry, 64> stack;  // The depth is at most 32, and each level leaves one entry behind.
+  std::array<Entry, 64> stack;  // The depth is at most 32, and each level leaves one entry.
   std::size_t top = 0;
   Entry entry{0, squared_to_boxes(at, boxes_[0], boxes_[0])[0]};
   for (;;) {
@@ -310,7 +310,7 @@ double SurfaceDistance::search(const Vec3& point, std::uint32_t& place, double b
     }
     const Box& box = boxes_[entry.box];
     if (box.count != 0) {
-      look_at(at, box, place, best);
+      test_leaf(at, box, place, best);
       if (best <= enough) return best;
       entry.distance = std::numeric_limits<double>::infinity();
       continue;
@@ -325,9 +325,9 @@ double SurfaceDistance::search(const Vec3& point, std::uint32_t& place, double b
   }
 }
 
-/// At the triangles of a leaf.
-void SurfaceDistance::look_at(const Vec3d& at, const Box& leaf, std::uint32_t& place,
-                              double& best) const {
+/// Tests the triangles of a leaf.
+void SurfaceDistance::test_leaf(const Vec3d& at, const Box& leaf, std::uint32_t& place,
+                                double& best) const {
   const std::uint32_t end = leaf.first + leaf.count;
   for (std::uint32_t i = leaf.first; i < end; i += 2) {
     const std::uint32_t next = std::min(i + 1, end - 1);

@@ -1,4 +1,4 @@
-// Distance from points to a triangle mesh, on the host: how far a low poly strays from a high poly.
+// Distances from points to a triangle mesh: how far a low poly deviates from a high poly.
 #pragma once
 
 #include <array>
@@ -15,34 +15,32 @@ namespace kiln {
 
 struct Vec3d;
 
-/// A box tree over triangles that answers "how far is the nearest surface point". Immutable after
-/// construction; queries may run on several threads. Degenerate triangles count as the segment or
-/// point that they are. Meant for coordinates of about unit size.
-/// Cost: n log n to build; about 1 microsecond a query near the surface of 5,000 triangles.
+/// A box tree over triangles for nearest-point queries. Immutable after construction; queries may run on several
+/// threads. Degenerate triangles count as segments or points. For coordinates of about unit size.
+/// Cost: O(n log n) to build; about 1 microsecond per query near a surface of 5,000 triangles.
 class SurfaceDistance {
  public:
-  /// Copies what it needs. Triangles must have finite corners.
+  /// Copies its input. Triangles must have finite corners.
   SurfaceDistance(std::span<const Vec3> positions, std::span<const Triangle> triangles);
 
-  /// Squared distance, in the units of the positions, squared. Infinite where there is no triangle.
-  /// \param within  as nearest()
+  /// Squared distance to the surface; infinity if there is no triangle.
+  /// \param within  as for nearest()
   double squared(const Vec3& point, double within = std::numeric_limits<double>::infinity()) const;
-  /// The same, and the corners of the triangle that is nearest; null where there is none.
+  /// The same, with the corners of the nearest triangle; null if there is none.
   double squared(const Vec3& point, double within, const Vec3*& corners) const;
-  /// True if some triangle is no farther than a squared distance. Quicker than finding the nearest.
+  /// True if a triangle is within a squared distance. Faster than finding the nearest one.
   bool is_within(const Vec3& point, double squared) const;
-  /// The triangle that is nearest, as numbered when it was given; 0 where there is none. Of several it is
-  /// always the same one.
-  /// \param within  a squared distance that one surely is nearer than; what is known of it spares most of the search
+  /// Number of the nearest triangle; 0 if there is none. Ties are resolved deterministically.
+  /// \param within  an upper bound of the squared distance, if one is known; speeds up the search
   std::uint32_t nearest(const Vec3& point,
                         double within = std::numeric_limits<double>::infinity()) const;
 
-  /// Calls `body` with the three corners of each triangle that a ball touches, of some several times. The order depends
-  /// on the triangles alone.
+  /// Calls `body` with the three corners of each triangle that a ball touches, for some triangles repeatedly. The
+  /// order depends on the triangles alone.
   void each_within(const Vec3& center, double squared_radius,
                    const std::function<void(const Vec3*)>& body) const;
 
-  /// Corners of all triangles, three a triangle, in an order of its own; of some several times.
+  /// Corners of all triangles, three per triangle, in tree order; some triangles occur repeatedly.
   std::span<const Vec3> corners() const { return corners_; }
 
  private:
@@ -55,7 +53,7 @@ class SurfaceDistance {
     Vec3 center;
     std::uint32_t triangle;
   };
-  /// Triangles from `first` to `last`, whose box is `box`.
+  /// A range of triangles of the tree, and the index of its box.
   struct Part {
     std::size_t first, last, box;
   };
@@ -65,21 +63,22 @@ class SurfaceDistance {
   void fit_box(std::size_t box);
 
   std::vector<Box> boxes_;
-  /// While the tree is built of pieces of triangles: these, which Item::triangle and order_ then number.
+  /// Pieces of triangles, if the tree is built over them; Item::triangle and order_ then number pieces.
   std::vector<Box> pieces_;
-  /// \returns the squared distance. \param place  out: in the order of the leaves
-  /// \param best    no triangle from so far on counts
-  /// \param enough  one that is no farther than this ends the search
+  /// \returns the squared distance
+  /// \param place  [out] index of the nearest triangle in leaf order
+  /// \param best    only triangles nearer than this count
+  /// \param enough  ends the search at the first triangle within this distance
   double search(const Vec3& point, std::uint32_t& place, double best, double enough = -1) const;
-  void look_at(const Vec3d& at, const Box& leaf, std::uint32_t& place, double& best) const;
+  void test_leaf(const Vec3d& at, const Box& leaf, std::uint32_t& place, double& best) const;
 
-  std::vector<Vec3> corners_;         ///< Three a triangle, in the order of the leaves.
-  std::vector<std::uint32_t> order_;  ///< Triangles in the order of the leaves.
+  std::vector<Vec3> corners_;         ///< Three per triangle, in leaf order.
+  std::vector<std::uint32_t> order_;  ///< Triangle numbers in leaf order.
 };
 
-/// Squared distance of a triangle: the plane's where the foot lies inside, else the nearest edge's.
-/// \param corners  three
-/// \param best     what is farther for sure need not be exact
+/// Squared distance of a point to a triangle: to its plane if the projection is inside, else to the nearest edge.
+/// \param corners  three corners
+/// \param best     results above this need not be exact
 double squared_to_triangle(const Vec3d& point, const Vec3* corners, double best);
 
 /// One-sided distance statistics.
@@ -88,11 +87,12 @@ struct DistanceReport {
   double mean = 0;
   double root_mean_square = 0;
   std::uint64_t samples = 0;
-  std::uint64_t searched = 0;  ///< Those among them that no kept triangle answers.
+  /// Samples that required a search, since no unchanged triangle covers them.
+  std::uint64_t searched = 0;
 };
 
-/// Which of all samples the i-th of `count` is: evenly spaced in the list of four a triangle, its corners, then its
-/// centroid.
+/// Index of the i-th of `count` samples, evenly spaced in the list of four samples per triangle (corners, then
+/// centroid).
 inline std::uint64_t distance_sample(std::uint64_t i, std::uint64_t count,
                                      std::uint64_t available) {
   const auto sample = static_cast<std::uint64_t>(
@@ -106,16 +106,16 @@ inline Vec3 distance_point(std::span<const Vec3> positions, const Triangle& t, s
   return {(a.x + b.x + c.x) / 3, (a.y + b.y + c.y) / 3, (a.z + b.z + c.z) / 3};
 }
 
-/// Distances from the low poly to the high poly. Samples are corners, centroids and middles of edges of its triangles.
+/// Distances from the low poly to the high poly, sampled at corners, centroids and edge midpoints of its triangles.
 /// `searched` stays 0. Does not depend on threads.
 DistanceReport distance_back(const SurfaceDistance& dense, std::span<const Vec3> positions,
                              std::span<const Triangle> triangles);
 
-/// Distances from the high poly to the low poly, sampled at the high poly's triangles' centroids and
-/// corners: all of them up to `max_samples`, else evenly spaced ones. Degenerate dense triangles are
-/// sampled like the others; all corners must be finite. Does not depend on threads.
-/// A triangle that the low poly keeps answers for its own samples: in soups, which keep all, boxes overlap so much
-/// that a search would meet a share of them all.
+/// Distances from the high poly to the low poly, sampled at corners and centroids of the high poly's triangles: all
+/// if there are at most `max_samples`, else evenly spaced ones. Degenerate triangles count; all corners must be
+/// finite. Does not depend on threads.
+/// Samples on triangles that the low poly contains unchanged have distance 0 without a search. Triangle soups, which
+/// keep all triangles, have boxes that overlap too much for fast searches.
 DistanceReport one_sided_distance(std::span<const Vec3> dense_positions,
                                   std::span<const Triangle> dense_triangles,
                                   const SurfaceDistance& low, std::uint64_t max_samples);

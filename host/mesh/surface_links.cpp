@@ -12,14 +12,14 @@
 namespace kiln {
 namespace {
 
-/// Triangles that a straight way may cross.
-constexpr int kLongestWalk = 64;
+/// Largest number of triangles in a walk.
+constexpr int kMaxWalkTriangles = 64;
 
 struct LinkSide {
-  std::uint32_t low, high;  // vertices
+  std::uint32_t low, high;  // Vertices
   std::uint32_t triangle;
-  std::uint8_t edge;  // opposite this corner
-  bool rising;        // runs from the lower vertex to the higher
+  std::uint8_t edge;  // Opposite this corner
+  bool rising;        // From the lower to the higher vertex
 };
 
 std::uint32_t root_of_link(std::vector<std::uint32_t>& parent, std::uint32_t triangle) {
@@ -34,7 +34,7 @@ bool same_uv(const Vec2& a, const Vec2& b) { return a.x == b.x && a.y == b.y; }
 
 using Weights = std::array<double, 3>;
 
-/// Weights of the corners at a place in a triangle's UVs. False where these have no area.
+/// Barycentric coordinates of a point in a triangle's UVs. False if these have no area.
 bool uv_weights(const std::array<LowSurface::Corner, 3>& corners, const std::array<double, 2>& at,
                 Weights& weights) {
   const Vec2& a = corners[0].uv;
@@ -57,7 +57,7 @@ Vec3d point_at(const std::array<LowSurface::Corner, 3>& corners, const Weights& 
          Vec3d(corners[2].position) * weights[2];
 }
 
-/// Weights of the corners at a point in a triangle's plane.
+/// Barycentric coordinates of a point in a triangle's plane.
 Weights plane_weights(const std::array<LowSurface::Corner, 3>& corners, const Vec3d& point) {
   const Vec3d a(corners[0].position);
   const Vec3d b = Vec3d(corners[1].position) - a;
@@ -72,7 +72,7 @@ Weights plane_weights(const std::array<LowSurface::Corner, 3>& corners, const Ve
   return weights;
 }
 
-/// Unit, along an edge; and within the triangle's plane, across it, to the outside.
+/// Unit vectors along an edge, and perpendicular to it in the triangle's plane, pointing outwards.
 struct EdgeFrame {
   Vec3d along, outward;
   EdgeFrame(const std::array<LowSurface::Corner, 3>& corners, std::size_t edge) {
@@ -156,8 +156,8 @@ SurfacePlace walk_surface(const LowSurface& surface, const SurfaceTopology& topo
   Weights at{};
   Weights goal{};
   if (!uv_weights(*corners, from, at) || !uv_weights(*corners, to, goal)) return {};
-  std::size_t entered = 3;  // the edge that the way came in by
-  for (int step = 0; step < kLongestWalk; ++step) {
+  std::size_t entered = 3;  // Edge at which the walk entered
+  for (int step = 0; step < kMaxWalkTriangles; ++step) {
     std::size_t exit = 3;
     double share = std::numeric_limits<double>::infinity();
     for (std::size_t k = 0; k < 3; ++k) {
@@ -193,7 +193,8 @@ SurfacePlace walk_surface(const LowSurface& surface, const SurfaceTopology& topo
     const Vec3d beyond = rest * (1 - share);
     const EdgeFrame here(*corners, exit);
     corners = &surface.triangles[next];
-    // Along the edge the same way, whichever way the other triangle runs; its inside is our outside.
+    // The direction along the edge is kept, whatever the other triangle's orientation; across it, outside becomes
+    // inside.
     const EdgeFrame there(*corners, back);
     const double across = dot(beyond, here.outward);
     const Vec3d goal_point =
@@ -220,7 +221,7 @@ TexelLinks TexelLinks::of(const LowSurface& surface, const SurfaceTopology& topo
     const std::uint32_t triangle = texel_triangle[static_cast<std::size_t>(y * w + x)];
     return triangle == KILN_NO_TRIANGLE ? kNoChart : topology.chart[triangle];
   };
-  /// The texel of a chart that a place lies in, or the nearest one beside it.
+  /// The texel of a chart that contains a point, or the nearest one beside it.
   const auto texel_at = [&](const SurfacePlace& place) {
     if (place.triangle == KILN_NO_TRIANGLE) return KILN_VISIBILITY_NO_LINK;
     const double px = place.u * static_cast<double>(width);
@@ -252,7 +253,7 @@ TexelLinks TexelLinks::of(const LowSurface& surface, const SurfaceTopology& topo
   constexpr std::size_t kRows = 16;
   std::vector<std::vector<std::uint32_t>> parts((rows + kRows - 1) / kRows);
   parallel_for(rows, kRows, [&](std::size_t begin, std::size_t end) {
-    // One thread may get all rows at once.
+    // One thread may process all rows.
     std::vector<std::uint32_t>& part = parts[begin / kRows];
     for (auto y = static_cast<std::int64_t>(begin); y < static_cast<std::int64_t>(end); ++y) {
       for (std::int64_t x = 0; x < w; ++x) {
@@ -263,7 +264,7 @@ TexelLinks TexelLinks::of(const LowSurface& surface, const SurfaceTopology& topo
         const std::uint32_t own = texel_triangle[texel];
         const bool within = x > 0 && y > 0 && x + 1 < w && y + 1 < h;
         for (const auto& [dx, dy] : kSteps) {
-          // Most neighbours lie on the same triangle.
+          // Fast path: most neighbours lie on the same triangle.
           if (within && texel_triangle[static_cast<std::size_t>((y + dy) * w + x + dx)] == own) {
             continue;
           }

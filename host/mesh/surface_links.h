@@ -1,4 +1,4 @@
-// Which texels are neighbours on the surface, across the seams of the UV layout.
+// Links between neighbouring texels, across the seams of the UV layout.
 #pragma once
 
 #include <array>
@@ -10,39 +10,40 @@
 
 namespace kiln {
 
-/// Neighbours of a low poly's triangles.
+/// Adjacency of a low poly's triangles.
 struct SurfaceTopology {
-  std::vector<std::array<std::uint32_t, 3>> vertices;  ///< Per triangle; those at one place are one
-  std::vector<std::array<std::uint32_t, 3>> neighbour;  ///< Across the edge opposite corner k, or
-                                                        ///< KILN_NO_TRIANGLE
-  std::vector<std::uint32_t> chart;                     ///< Per triangle
+  /// Per triangle; vertices of equal position are one
+  std::vector<std::array<std::uint32_t, 3>> vertices;
+  /// Per triangle: the neighbour across the edge opposite corner k, or KILN_NO_TRIANGLE
+  std::vector<std::array<std::uint32_t, 3>> neighbour;
+  std::vector<std::uint32_t> chart;  ///< Per triangle
   std::uint32_t vertex_count = 0;
 
-  /// Triangles are neighbours where exactly two share an edge, running along it in opposite senses.
-  /// Unusable ones have no neighbours. Charts join neighbours that share the edge in the UVs, too.
+  /// Triangles are neighbours if exactly two share an edge, in opposite directions. Unusable triangles have no
+  /// neighbours. A chart consists of neighbours that share the edge in UV space, too.
   static SurfaceTopology of(const LowSurface& surface);
 };
 
-/// A texel's place after going straight on over the surface.
+/// End of a straight walk over the surface.
 struct SurfacePlace {
-  std::uint32_t triangle = 0xFFFFFFFFU;  ///< KILN_NO_TRIANGLE: the way ends at the mesh's border
-  double u = 0, v = 0;                   ///< In the UV layout there
+  std::uint32_t triangle = 0xFFFFFFFFU;  ///< KILN_NO_TRIANGLE: the walk ended at the mesh's border
+  double u = 0, v = 0;                   ///< UVs in that triangle
 };
 
-/// Goes from a place of a triangle the way that its UVs show. Over edges it goes straight on, as if
-/// the triangles beyond lay in the same plane.
-/// \param from,to  UVs; `from` inside the triangle
+/// Walks from one point to another in a triangle's UVs, and continues across edges as if the triangles beyond lay in
+/// the same plane.
+/// \param from,to  UVs; `from` inside of the triangle
 SurfacePlace walk_surface(const LowSurface& surface, const SurfaceTopology& topology,
                           std::uint32_t triangle, const std::array<double, 2>& from,
                           const std::array<double, 2>& to);
 
-/// Links between texels, for smoothing a field of them.
+/// Links between texels, for smoothing a field over the surface.
 struct TexelLinks {
-  std::vector<std::uint8_t> kind;    ///< Per pixel: KILN_VISIBILITY_EMPTY, _INNER, _BORDER
-  std::vector<std::uint32_t> links;  ///< 9 a border texel, see kiln_visibility_link
+  std::vector<std::uint8_t> kind;    ///< Per pixel: KILN_VISIBILITY_EMPTY, _INNER or _BORDER
+  std::vector<std::uint32_t> links;  ///< 9 per border texel, see kiln_visibility_link
 
-  /// \param texel_triangle  of each pixel, row by row from the top (v = 1), or KILN_NO_TRIANGLE
-  /// \param first_row       the pixels are a band of rows, from this one on, which knows nothing of others
+  /// \param texel_triangle  by pixel, row by row from the top (v = 1); KILN_NO_TRIANGLE: none
+  /// \param first_row       first row if the pixels are a band of rows; links to other bands are omitted
   static TexelLinks of(const LowSurface& surface, const SurfaceTopology& topology,
                        std::span<const std::uint32_t> texel_triangle, std::uint32_t width,
                        std::uint32_t height, std::uint32_t first_row = 0);

@@ -13,12 +13,13 @@ namespace {
 constexpr std::uint32_t kNone = 0xFFFFFFFFU;
 constexpr std::uint32_t kNoGroup = kNone;
 
-/// A triangle's own part in the tangent field, before neighbours are asked.
+/// A triangle's contribution to the tangent field, before grouping.
 struct Face {
   Vec3d tangent;            ///< Unit dP/du, zero where the UVs do not define one
-  bool preserving = false;  ///< The UVs run the same way round as the surface
-  bool flexible = false;    ///< No UV direction: takes the orientation of the first group it meets
-  bool degenerate = false;  ///< Two corners coincide, or a value is not finite: takes no part
+  bool preserving = false;  ///< The UVs have the same orientation as the surface
+  /// UVs without orientation: adopts that of the first group that reaches it
+  bool flexible = false;
+  bool degenerate = false;  ///< Two corners coincide, or a value is not finite: ignored
   std::array<std::uint32_t, 3> neighbor{kNone, kNone, kNone};  ///< Across the edge k -> k + 1
   std::array<std::uint32_t, 3> group{kNoGroup, kNoGroup, kNoGroup};
 };
@@ -32,7 +33,7 @@ struct Corners {
 using Key = std::array<std::uint32_t, 8>;
 
 Key key_of(const Corners& corners, std::size_t i) {
-  // Adding zero turns -0 into 0, so that equal values have equal bits.
+  // Adding +0 turns -0 into 0, so that equal values have equal bits.
   const auto bits = [](float value) { return std::bit_cast<std::uint32_t>(value + 0.0F); };
   const Vec3& p = corners.positions[i];
   const Vec3& n = corners.normals[i];
@@ -40,7 +41,7 @@ Key key_of(const Corners& corners, std::size_t i) {
   return {bits(p.x), bits(p.y), bits(p.z), bits(n.x), bits(n.y), bits(n.z), bits(uv.x), bits(uv.y)};
 }
 
-/// For each corner the first one with equal position, normal and UV.
+/// For each corner, the first one with equal position, normal and UV.
 std::vector<std::uint32_t> weld_corners(const Corners& corners) {
   const std::size_t count = corners.positions.size();
   const std::size_t mask = std::bit_ceil(count * 2 + 1) - 1;
@@ -74,7 +75,7 @@ Vec3d unit_or_zero(const Vec3d& v) {
   return size > 0 && std::isfinite(size) ? v * (1 / size) : Vec3d();
 }
 
-/// The first-order tangent of each triangle (Mikkelsen 2008, section 2.1): P is linear in u and v.
+/// First-order tangent of each triangle (Mikkelsen 2008, section 2.1): P is linear in u and v.
 std::vector<Face> first_order(const Corners& corners, std::span<const std::uint32_t> vertex) {
   std::vector<Face> faces(vertex.size() / 3);
   parallel_for(faces.size(), 1 << 14, [&](std::size_t begin, std::size_t end) {
@@ -97,8 +98,8 @@ std::vector<Face> first_order(const Corners& corners, std::span<const std::uint3
       const double v1 = double{uv[1].y} - uv[0].y;
       const double u2 = double{uv[2].x} - uv[0].x;
       const double v2 = double{uv[2].y} - uv[0].y;
-      // Each product is exact in double, so the sign is the true one but for tiny differences of
-      // products, which carry no direction anyway.
+      // Each product is exact in double precision, so the sign is correct except for tiny differences of products,
+      // which have no significant direction.
       const double area = u1 * v2 - v1 * u2;
       const Vec3d along_u = edge1 * v2 - edge2 * v1;
       const Vec3d along_v = edge2 * u1 - edge1 * u2;
@@ -110,11 +111,11 @@ std::vector<Face> first_order(const Corners& corners, std::span<const std::uint3
   return faces;
 }
 
-/// Pairs triangles that run along the same welded edge in opposite directions.
+/// Pairs triangles that traverse the same welded edge in opposite directions.
 void find_neighbors(std::span<const std::uint32_t> vertex, std::vector<Face>& faces) {
-  // Edges sorted by their smaller vertex (by counting), then within each small bucket.
+  // Edges in buckets by their smaller vertex (counting sort), sorted within each bucket.
   struct HalfEdge {
-    std::uint32_t other;   // larger vertex
+    std::uint32_t other;   // Larger vertex
     std::uint32_t corner;  // 3 * face + k
   };
   std::vector<std::uint32_t> start(vertex.size() + 1, 0);
@@ -143,7 +144,7 @@ void find_neighbors(std::span<const std::uint32_t> vertex, std::vector<Face>& fa
     for (auto i = begin; i != end; ++i) {
       Face& face = faces[i->corner / 3];
       if (face.neighbor[i->corner % 3] != kNone) continue;
-      // The first later triangle that runs the other way and is still free.
+      // The first later triangle of opposite direction that has no partner.
       for (auto j = i + 1; j != end && j->other == i->other; ++j) {
         Face& candidate = faces[j->corner / 3];
         if (candidate.neighbor[j->corner % 3] != kNone) continue;
@@ -156,9 +157,9 @@ void find_neighbors(std::span<const std::uint32_t> vertex, std::vector<Face>& fa
   }
 }
 
-/// Triangles around one vertex that share a tangent: connected by edges, with one UV orientation.
+/// Groups of triangles around a vertex that share a tangent: connected over edges, with equal UV orientation.
 struct Groups {
-  std::vector<std::uint32_t> members;   ///< Corners (3 * face + k), group after group
+  std::vector<std::uint32_t> members;   ///< Corners (3 * face + k), group by group
   std::vector<std::uint32_t> first{0};  ///< [groups + 1]
 };
 
@@ -186,7 +187,7 @@ Groups grow_groups(std::span<const std::uint32_t> vertex, std::vector<Face>& fac
       if (face.preserving != preserving) continue;
       face.group[k] = group;
       groups.members.push_back(static_cast<std::uint32_t>(3 * f + k));
-      // The edge before the corner is pushed first: the one after it is followed first.
+      // The edge before the corner is pushed first, so the edge after it is followed first.
       if (face.neighbor[(k + 2) % 3] != kNone) stack.push_back(face.neighbor[(k + 2) % 3]);
       if (face.neighbor[k] != kNone) stack.push_back(face.neighbor[k]);
     }
@@ -199,7 +200,7 @@ Vec3d projected(const Vec3d& v, const Vec3d& normal) {
   return unit_or_zero(v - normal * dot(normal, v));
 }
 
-/// A corner's share of its group's tangent: projected, and weighted by the projected angle.
+/// A corner's contribution to its group's tangent: projected, and weighted by the projected angle.
 Vec3d contribution(const Corners& corners, const Face& face, std::size_t corner) {
   const std::size_t f = corner / 3;
   const std::size_t k = corner % 3;
@@ -250,8 +251,8 @@ std::vector<CornerTangent> mikk_tangents(std::span<const Vec3> positions,
     }
   });
 
-  // Degenerate triangles are left, and flexible ones that no group reached. They borrow from the
-  // first good corner of the same welded vertex, else from any at the same position.
+  // Degenerate triangles remain, and flexible ones that no group reached. They copy the tangent of the first valid
+  // corner of the same welded vertex, else of any at the same position.
   std::vector<std::uint32_t> lender(positions.size(), kNone);
   bool complete = true;
   for (std::size_t i = 0; i < positions.size(); ++i) {

@@ -17,9 +17,9 @@ namespace kiln {
 namespace {
 
 constexpr std::uint32_t kTilesAcross = 10,
-                        kTilesUp = 900;      // UDIM numbers are 1001 to 9999 and some
-constexpr std::uint32_t kOverlapGrid = 512;  // cells a side, to find overlap
-constexpr double kClearlyOverlap = 0.01;     // of the unit square
+                        kTilesUp = 900;      // UDIM numbers 1001 to 9999 with margin
+constexpr std::uint32_t kOverlapGrid = 512;  // Cells per side for finding overlap
+constexpr double kMaxOverlapShare = 0.01;    // Share of the unit square
 
 using UvCorners = std::array<Vec2, 3>;
 
@@ -39,18 +39,19 @@ bool has_area_in_uv(const UvCorners& uvs) {
   return u1 * v2 - u2 * v1 != 0;
 }
 
-/// The tile that a triangle's middle lies in.
+/// Tile that contains a triangle's centroid.
 std::pair<std::int64_t, std::int64_t> tile_of(const UvCorners& uvs) {
   const double u = (double{uvs[0].x} + uvs[1].x + uvs[2].x) / 3;
   const double v = (double{uvs[0].y} + uvs[1].y + uvs[2].y) / 3;
   const auto whole = [](double value) {
-    constexpr double kMost = 1e9;
-    return static_cast<std::int64_t>(std::floor(std::clamp(value, -kMost, kMost)));
+    constexpr double kMaxTile = 1e9;
+    return static_cast<std::int64_t>(std::floor(std::clamp(value, -kMaxTile, kMaxTile)));
   };
   return {whole(u), whole(v)};
 }
 
-/// Calls `use` with each cell of a grid over the unit square whose middle lies inside a triangle that is moved there.
+/// Calls `use` with each cell of a grid over the unit square whose centre lies inside of a triangle that is shifted
+/// there.
 template <typename Use>
 void over_uv_cells(const UvCorners& uvs, double move_u, double move_v, const Use& use) {
   std::array<std::array<double, 2>, 3> p{};
@@ -82,9 +83,9 @@ void over_uv_cells(const UvCorners& uvs, double move_u, double move_v, const Use
   }
 }
 
-/// True if two triangles have the same UVs, whole numbers aside, in any order: copies of one part.
+/// True if two triangles have the same UVs up to whole numbers, in any order: copies of one part.
 bool are_copies(const UvCorners& a, const UvCorners& b) {
-  constexpr float kSame = 1e-4F;
+  constexpr float kSameUvTolerance = 1e-4F;
   const auto sorted = [](UvCorners uvs) {
     const auto [u, v] = tile_of(uvs);
     for (Vec2& uv : uvs) uv = {uv.x - static_cast<float>(u), uv.y - static_cast<float>(v)};
@@ -95,20 +96,22 @@ bool are_copies(const UvCorners& a, const UvCorners& b) {
   };
   const UvCorners p = sorted(a), q = sorted(b);
   for (std::size_t k = 0; k < 3; ++k) {
-    if (std::abs(p[k].x - q[k].x) > kSame || std::abs(p[k].y - q[k].y) > kSame) return false;
+    if (std::abs(p[k].x - q[k].x) > kSameUvTolerance ||
+        std::abs(p[k].y - q[k].y) > kSameUvTolerance)
+      return false;
   }
   return true;
 }
 
-/// True if triangles of different sets meet on over a hundredth of the unit square. \param in_tile  every tile is moved
-/// there, and copies do not count
+/// True if triangles of different sets overlap in over 1% of the unit square.
+/// \param in_tile  shifts every tile to the unit square, and ignores copies
 template <typename SetOf>
 bool clearly_overlap(const Mesh& low, const SetOf& set_of, bool in_tile) {
-  constexpr std::uint32_t kNobody = 0xFFFFFFFFU;
-  std::vector<std::uint32_t> owner(std::size_t{kOverlapGrid} * kOverlapGrid, kNobody);
+  constexpr std::uint32_t kUnowned = 0xFFFFFFFFU;
+  std::vector<std::uint32_t> owner(std::size_t{kOverlapGrid} * kOverlapGrid, kUnowned);
   std::vector<std::uint8_t> shared(owner.size(), 0);
   const auto enough =
-      static_cast<std::uint64_t>(kClearlyOverlap * static_cast<double>(owner.size()));
+      static_cast<std::uint64_t>(kMaxOverlapShare * static_cast<double>(owner.size()));
   std::uint64_t cells = 0;
   const auto is_copy_in_tile = [&](const UvCorners& uvs) {
     const auto cell = [&](float a, float b, float c) {
@@ -117,15 +120,15 @@ bool clearly_overlap(const Mesh& low, const SetOf& set_of, bool in_tile) {
     };
     const std::uint32_t known = owner[cell(uvs[0].y, uvs[1].y, uvs[2].y) * kOverlapGrid +
                                       cell(uvs[0].x, uvs[1].x, uvs[2].x)];
-    return known != kNobody && are_copies(corner_uvs(low, known), uvs);
+    return known != kUnowned && are_copies(corner_uvs(low, known), uvs);
   };
   for (std::uint32_t t = 0; t < low.triangles.size() && cells <= enough; ++t) {
     const UvCorners uvs = corner_uvs(low, t);
     if (!has_uvs(uvs)) continue;
     const auto [u, v] = in_tile ? tile_of(uvs) : std::pair<std::int64_t, std::int64_t>(0, 0);
-    if (in_tile && is_copy_in_tile(uvs)) continue;  // all of its cells are that one's
+    if (in_tile && is_copy_in_tile(uvs)) continue;  // All of its cells belong to the copy
     over_uv_cells(uvs, static_cast<double>(u), static_cast<double>(v), [&](std::size_t cell) {
-      if (owner[cell] == kNobody) owner[cell] = t;
+      if (owner[cell] == kUnowned) owner[cell] = t;
       if (shared[cell] != 0 || set_of(owner[cell]) == set_of(t)) return;
       if (in_tile && are_copies(corner_uvs(low, owner[cell]), uvs)) return;
       shared[cell] = 1;
@@ -158,7 +161,7 @@ std::vector<TextureSet> by_names(const Mesh& low, const std::vector<std::uint32_
   return sets;
 }
 
-/// \throws Error(input) for a triangle that lies in no tile of UDIM
+/// \throws Error(input) for a triangle outside of UDIM's tiles
 void check_tiles(const Mesh& low) {
   for (std::size_t t = 0; t < low.triangles.size(); ++t) {
     const UvCorners uvs = corner_uvs(low, t);
@@ -176,8 +179,8 @@ void check_tiles(const Mesh& low) {
 }
 
 std::vector<TextureSet> by_tiles(const Mesh& low) {
-  check_tiles(low);  // before sets are made of thousands of tiles
-  std::map<std::pair<std::int64_t, std::int64_t>, TextureSet> tiles;  // row by row
+  check_tiles(low);  // Before thousands of sets are created
+  std::map<std::pair<std::int64_t, std::int64_t>, TextureSet> tiles;  // Row by row
   for (std::size_t t = 0; t < low.triangles.size(); ++t) {
     const UvCorners uvs = corner_uvs(low, t);
     if (!has_uvs(uvs) || !has_area_in_uv(uvs)) continue;
@@ -197,7 +200,7 @@ std::vector<TextureSet> by_tiles(const Mesh& low) {
   return sets;
 }
 
-/// True if all triangles lie in UDIM's tiles, and one of them beyond the unit square.
+/// True if all triangles lie in UDIM tiles, and at least one of them beyond the unit square.
 bool lies_in_tiles(const Mesh& low) {
   bool tiled = false, in_tiles = true;
   for (std::size_t t = 0; t < low.triangles.size(); ++t) {
@@ -210,13 +213,13 @@ bool lies_in_tiles(const Mesh& low) {
   return tiled && in_tiles;
 }
 
-/// True if charts of several tiles would overlap in one, and are no copies of each other.
+/// True if charts of several tiles would overlap in one tile and are not copies of each other.
 bool tiles_overlap(const Mesh& low) {
   const auto tile = [&](std::uint32_t t) { return tile_of(corner_uvs(low, t)); };
   return clearly_overlap(low, tile, /*in_tile=*/true);
 }
 
-/// The low poly with UVs for a set's triangles alone.
+/// Removes the UVs of all triangles outside of a set.
 void keep_uvs_of(const TextureSet& set, Mesh& low) {
   constexpr float kNaN = std::numeric_limits<float>::quiet_NaN();
   const auto nowhere = static_cast<std::uint32_t>(low.uvs.size());
@@ -226,7 +229,7 @@ void keep_uvs_of(const TextureSet& set, Mesh& low) {
   low.uv_triangles = std::move(kept);
 }
 
-/// The one tile in which all triangles of a set with an area in UV space lie, if there is one.
+/// The tile that contains all triangles of a set with UV area; nullopt if there are several.
 std::optional<std::pair<std::uint32_t, std::uint32_t>> only_tile(const Mesh& low,
                                                                  const TextureSet& set) {
   std::optional<std::pair<std::uint32_t, std::uint32_t>> only;
@@ -240,7 +243,7 @@ std::optional<std::pair<std::uint32_t, std::uint32_t>> only_tile(const Mesh& low
   return only;
 }
 
-/// Sets of materials or objects, those that span tiles parted by these.
+/// Splits sets of materials or objects that span several tiles.
 std::vector<TextureSet> with_tiles(const Mesh& low, std::vector<TextureSet> sets) {
   if (!lies_in_tiles(low)) return sets;
   std::vector<TextureSet> result;

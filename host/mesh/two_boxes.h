@@ -1,4 +1,4 @@
-// Two boxes as one vector.
+// Distances of two boxes at once.
 #pragma once
 
 #include "base/vectors.h"
@@ -6,7 +6,7 @@
 
 namespace kiln {
 
-/// Squared distances of two boxes, without branches: which side of a box a point is on cannot be foretold.
+/// Squared distances of a point to two boxes as a vector, without branches, which would be unpredictable.
 template <typename Box>
 Double2 squared_to_boxes(const Vec3d& p, const Box& one, const Box& other) {
   const auto outside = [](double at, float low, float other_low, float high, float other_high) {

@@ -9,7 +9,7 @@
 namespace kiln {
 namespace {
 
-/// A neighbour in a sheet, and whether both run along their edge in the same sense.
+/// A neighbour within a sheet, and whether both triangles traverse the edge in the same direction.
 struct Link {
   std::uint32_t to = TwoSided::kNone;
   bool turned = false;
@@ -39,7 +39,7 @@ std::vector<std::uint32_t> find_twins(std::span<const Triangle> welded, std::siz
   return twins;
 }
 
-/// Neighbours of each triangle across its three edges, where exactly two share the edge.
+/// Neighbours of each triangle across its three edges, if exactly two share the edge.
 std::vector<std::array<Link, 3>> links_of(const std::vector<Triangle>& triangles,
                                           std::size_t vertices) {
   std::vector<std::array<Link, 3>> links(triangles.size());
@@ -59,7 +59,7 @@ std::vector<std::array<Link, 3>> links_of(const std::vector<Triangle>& triangles
 TwoSided TwoSided::of(std::span<const Triangle> welded, std::size_t vertices) {
   TwoSided result{find_twins(welded, vertices), {}, {}};
   if (result.empty()) return result;
-  // One of each pair, and all others.
+  // One triangle of each pair, and all unpaired ones.
   std::vector<std::uint32_t> source;
   std::vector<Triangle> firsts;
   for (std::uint32_t t = 0; t < welded.size(); ++t) {

@@ -1,4 +1,4 @@
-// Two-sided sheets: triangles back to back, as game assets have them for cloth, flags and leaves.
+// Two-sided sheets: pairs of opposite triangles, as game assets have for cloth, flags and leaves.
 #pragma once
 
 #include <cstddef>
@@ -11,22 +11,24 @@
 
 namespace kiln {
 
-/// Which triangles have a twin: the same three corners, the other way round.
+/// Triangles with a twin: the same three corners in opposite order.
 struct TwoSided {
   static constexpr std::uint32_t kNone = std::numeric_limits<std::uint32_t>::max();
 
-  /// By triangle, its twin, or kNone. Empty: none has any. Where more than two have the same corners, none of them.
+  /// By triangle, its twin, or kNone. Empty if no triangle has one. More than two triangles of the same corners have
+  /// none.
   std::vector<std::uint32_t> twins;
-  /// By triangle, whether it is the back of its pair. Fronts that share an edge look to one side of their sheet: as the
-  /// surface goes on without pairs, or else as the sheet's first triangle. Where sheets cross, each starts anew.
+  /// By triangle, 1 if it is the back of its pair. Fronts that share an edge face one side of their sheet: they
+  /// continue the surface of unpaired triangles, or else follow the sheet's first triangle. Where sheets intersect,
+  /// each is oriented separately.
   std::vector<std::uint8_t> backs;
-  /// By triangle, whether it is of a sheet by itself: the surface does not go on without pairs at an edge.
+  /// By triangle, 1 if its sheet shares no edge with unpaired triangles.
   std::vector<std::uint8_t> alone;
 
   bool empty() const { return twins.empty(); }
-  /// \param welded  triangles whose corners are equal where their positions are
+  /// \param welded  triangles with equal indices for equal positions
   static TwoSided of(std::span<const Triangle> welded, std::size_t vertices);
-  /// Two-sided sheets of a mesh, corners welded.
+  /// Two-sided sheets of a mesh, by position.
   static TwoSided of(const Mesh& mesh);
 };
 

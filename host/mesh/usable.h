@@ -1,4 +1,4 @@
-// Which triangles count.
+// Tests for usable triangles.
 #pragma once
 
 #include <array>
@@ -10,8 +10,8 @@
 
 namespace kiln {
 
-/// True if a triangle is finite and has an area. In double precision a product of two differences
-/// of floats is exact or nearly so: parallel edges are found out.
+/// True if a triangle is finite and has an area. In double precision, products of two differences of floats are
+/// (nearly) exact, so parallel edges are detected.
 inline bool has_area(std::span<const Vec3> positions, const Triangle& triangle) {
   for (const std::uint32_t corner : triangle) {
     if (!is_finite(positions[corner])) return false;
@@ -22,10 +22,10 @@ inline bool has_area(std::span<const Vec3> positions, const Triangle& triangle) 
   return a.y * b.z != a.z * b.y || a.z * b.x != a.x * b.z || a.x * b.y != a.y * b.x;
 }
 
-/// The same in double precision, as files hold corners: what lies within their rounding of one line has no area.
+/// The same for double-precision corners, as in files: false if they are collinear up to their rounding.
 bool has_area(const Vec3d& a, const Vec3d& b, const Vec3d& c);
 
-/// Triangles that do not count.
+/// Number of degenerate and non-finite triangles.
 std::uint64_t count_without_area(std::span<const Vec3> positions,
                                  std::span<const Triangle> triangles);
 

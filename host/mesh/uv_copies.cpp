@@ -10,8 +10,9 @@
 namespace kiln {
 namespace {
 
-constexpr double kWhole = 1e-3;         // share of a triangle's area that may stay uncovered
-constexpr std::size_t kMostCover = 64;  // triangles over one that another triangulation cuts
+constexpr double kMaxUncovered = 1e-3;  // Share of a triangle's area that may remain uncovered
+constexpr std::size_t kMaxCoverTriangles =
+    64;  // Triangles that cover one with another triangulation
 constexpr std::array<std::array<std::size_t, 3>, 6> kOrders = {
     {{0, 1, 2}, {1, 2, 0}, {2, 0, 1}, {0, 2, 1}, {2, 1, 0}, {1, 0, 2}}};
 
@@ -25,15 +26,15 @@ bool same(const UvPlace& a, const UvPlace& b) {
   });
 }
 
-/// The baked triangles that stand for another one: one of the same corners; or, where the other one's polygon is cut
-/// along other diagonals, those that cover it. No two of them overlap in it then, and its corners are corners of
-/// theirs. They are found by walking over their corners from the one at its middle.
-class Cover {
+/// Finds the baked triangles that cover another one: one with the same corners or, if the polygon is triangulated
+/// differently, several that cover it without overlap and whose corners include all of its corners. Searches from the
+/// triangle at its centroid on, from corner to corner.
+class CoverFinder {
  public:
-  Cover(const std::vector<UvPlace>& places, const UvSquares& baked)
+  CoverFinder(const std::vector<UvPlace>& places, const UvSquares& baked)
       : places_(places), baked_(baked) {}
 
-  /// The triangles over `t`, the one with the largest share first; none where they do not cover it wholly.
+  /// The triangles that cover `t`, the one with the largest share first; empty if they do not cover it completely.
   const std::vector<std::uint32_t>& of(std::uint32_t t) {
     found_.clear();
     const bool twin = baked_.any_at(places_[t].middle, [&](std::uint32_t other) {
@@ -48,10 +49,10 @@ class Cover {
  private:
   bool walk(std::uint32_t t) {
     outline_ = places_[t].uv;
-    if (!visit_all(t, places_[t].middle) || !snap(t)) return false;
+    if (!add_covering(t, places_[t].middle) || !snap(t)) return false;
     for (std::size_t i = 0; i < found_.size(); ++i) {
       for (const UvPosition& corner : places_[found_[i]].uv) {
-        if (!visit_all(t, corner)) return false;
+        if (!add_covering(t, corner)) return false;
       }
     }
     double sum = 0, most = 0;
@@ -63,11 +64,12 @@ class Cover {
       most = share;
       std::swap(found_[0], triangle);
     }
-    return std::abs(sum - area) <= kWhole * area;
+    return std::abs(sum - area) <= kMaxUncovered * area;
   }
 
-  /// Adds what lies at a point and over the triangle. \return false where that is too much
-  bool visit_all(std::uint32_t t, const UvPosition& point) {
+  /// Adds triangles at a point that overlap `t`.
+  /// \returns false if there are too many
+  bool add_covering(std::uint32_t t, const UvPosition& point) {
     return !baked_.any_at(point, [&](std::uint32_t other) {
       const UvPlace& place = places_[other];
       const double near = std::min(place.near(), places_[t].near());
@@ -77,13 +79,14 @@ class Cover {
                       });
       if (!at || std::find(found_.begin(), found_.end(), other) != found_.end()) return false;
       const double least = std::min(std::abs(place.area), std::abs(places_[t].area));
-      if (shared_area(outline_, place.uv) <= kWhole * least) return false;
+      if (shared_area(outline_, place.uv) <= kMaxUncovered * least) return false;
       found_.push_back(other);
-      return found_.size() > kMostCover;
+      return found_.size() > kMaxCoverTriangles;
     });
   }
 
-  /// Moves the outline's corners onto those of baked triangles. \return false where one has none
+  /// Moves the outline's corners onto those of baked triangles.
+  /// \returns false if a corner has none nearby
   bool snap(std::uint32_t t) {
     for (UvPosition& corner : outline_) {
       const bool found = baked_.any_at(corner, [&](std::uint32_t other) {
@@ -107,7 +110,7 @@ class Cover {
   std::vector<std::uint32_t> found_;
 };
 
-/// Triangles whose UVs have their middle in another one, in their order; the others are added to the grid.
+/// Triangles whose UV centroid lies in another one, in order; the others are added to the grid.
 std::vector<std::uint32_t> overlapping(const std::vector<UvPlace>& places, UvSquares& others) {
   const auto count = static_cast<std::uint32_t>(places.size());
   UvSquares all(places);
@@ -128,7 +131,7 @@ std::vector<std::uint32_t> overlapping(const std::vector<UvPlace>& places, UvSqu
   return result;
 }
 
-/// The charts of the triangles that have UVs, of which a texture set's mesh may have few.
+/// Charts of the triangles that have UVs, which are few in a texture set.
 std::vector<std::uint32_t> charts_of(const Mesh& low, const LowSurface& surface) {
   Mesh part;
   for (const std::uint32_t t : surface.with_uvs) {
@@ -147,8 +150,8 @@ std::vector<std::uint32_t> charts_of(const Mesh& low, const LowSurface& surface)
 
 void find_uv_copies(const Mesh& low, UvCopies rule, LowSurface& surface) {
   const std::size_t count = surface.triangles.size();
-  std::vector<UvPlace> places;          // of those triangles alone that have one
-  std::vector<std::uint32_t> laid_out;  // the triangle of each
+  std::vector<UvPlace> places;          // Of usable triangles only
+  std::vector<std::uint32_t> laid_out;  // By place, its triangle
   for (const std::uint32_t t : surface.with_uvs) {
     if (surface.usable[t] == 0) continue;
     const UvPlace place = UvPlace::of(surface.triangles[t]);
@@ -172,7 +175,7 @@ void find_uv_copies(const Mesh& low, UvCopies rule, LowSurface& surface) {
                    [&](std::uint32_t a, std::uint32_t b) { return rank[a] < rank[b]; });
   std::vector<std::uint32_t> copy_of(count, LowSurface::kNoCopy);
   std::vector<std::uint8_t> shared(places.size());
-  Cover cover(places, baked);
+  CoverFinder cover(places, baked);
   bool any = false;
   for (const std::uint32_t i : order) {
     const std::vector<std::uint32_t>& over = cover.of(i);

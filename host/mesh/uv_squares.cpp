@@ -7,20 +7,20 @@
 namespace kiln {
 namespace {
 
-constexpr double kFarthestTile = 1e6;  // whole numbers beyond are no tiles
-constexpr double kHoldsSlack = 1e-3;   // of a triangle's height
-constexpr int kSmallestSquare = -30;   // squares of 1e-9 at least
+constexpr double kMaxTileOffset = 1e6;     // Larger offsets are no tiles
+constexpr double kInsideTolerance = 1e-3;  // Share of a triangle's height
+constexpr int kMinSquareLog2 = -30;        // Binary logarithm: squares of at least 1e-9
 
 double twice_area(const UvPosition& a, const UvPosition& b, const UvPosition& c) {
   return (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]);
 }
 
-/// A convex polygon of a triangle cut by three lines: six corners at most.
+/// Intersection of a triangle with three half-planes: a convex polygon of at most six corners.
 struct CutPolygon {
   std::array<UvPosition, 9> corner{};
   std::size_t count = 0;
 
-  /// Keeps what lies left of the line from `a` to `b`.
+  /// Keeps the part left of the line from `a` to `b`.
   void cut(const UvPosition& a, const UvPosition& b) {
     const CutPolygon whole = *this;
     count = 0;
@@ -44,7 +44,7 @@ UvPlace UvPlace::of(const std::array<LowSurface::Corner, 3>& corners) {
       place.uv[k][axis] = axis == 0 ? corners[k].uv.x : corners[k].uv.y;
       place.middle[axis] += place.uv[k][axis] / 3;
     }
-    if (!(std::abs(place.middle[axis]) < kFarthestTile)) return place;
+    if (!(std::abs(place.middle[axis]) < kMaxTileOffset)) return place;
     place.offset[axis] = std::floor(place.middle[axis]);
     place.middle[axis] -= place.offset[axis];
     for (auto& uv : place.uv) uv[axis] -= place.offset[axis];
@@ -62,7 +62,7 @@ UvPlace UvPlace::of(const std::array<LowSurface::Corner, 3>& corners) {
 double UvPlace::near() const { return std::min(1e-4, 0.05 * side); }
 
 bool UvPlace::holds(const UvPosition& point) const {
-  const double least = -kHoldsSlack * std::abs(area), sign = area < 0 ? -1 : 1;
+  const double least = -kInsideTolerance * std::abs(area), sign = area < 0 ? -1 : 1;
   for (std::size_t k = 0; k < 3; ++k) {
     if (!(sign * twice_area(uv[k], uv[(k + 1) % 3], point) >= least)) return false;
   }
@@ -95,8 +95,8 @@ UvSquares::UvSquares(std::span<const UvPlace> places)
 
 void UvSquares::add(std::uint32_t triangle) {
   const UvPlace& place = places_[triangle];
-  // A square holds the triangle with what is near it.
-  const int level = std::max(std::ilogb(1.2 * place.side) + 1, kSmallestSquare);
+  // The square must contain the triangle and its tolerance.
+  const int level = std::max(std::ilogb(1.2 * place.side) + 1, kMinSquareLog2);
   if (std::find(levels_.begin(), levels_.end(), level) == levels_.end()) levels_.push_back(level);
   UvPosition low = place.uv[0], high = low;
   for (const UvPosition& uv : place.uv) {

@@ -1,4 +1,4 @@
-// True if a mesh holds together: what everything else takes for granted.
+// Checks invariants of meshes that all other code relies on.
 #include <atomic>
 #include <cmath>
 #include <string>
@@ -9,17 +9,17 @@
 namespace kiln {
 namespace {
 
-constexpr std::size_t kGrainOfChecks = std::size_t{1} << 16;
+constexpr std::size_t kChecksPerTask = std::size_t{1} << 16;
 
 [[noreturn]] void fail(const Mesh& mesh, const std::string& problem, const char* id) {
   throw Error(ErrorCode::input, "Mesh '" + mesh.name + "' " + problem, id);
 }
 
-/// The first place that does not satisfy `good`, or `count`.
+/// The first index for which `good` fails, or `count`.
 template <typename Good>
 std::size_t first_bad(std::size_t count, const Good& good) {
   std::atomic<std::size_t> first{count};
-  parallel_for(count, kGrainOfChecks, [&](std::size_t begin, std::size_t end) {
+  parallel_for(count, kChecksPerTask, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
       if (good(i)) continue;
       std::size_t seen = first;
@@ -46,7 +46,7 @@ void check_indices(const Mesh& mesh, const std::vector<Triangle>& list, std::siz
               "mesh-index");
 }
 
-/// One to each triangle, or none at all.
+/// Checks that an attribute has one entry per triangle, or none.
 void check_parallel(const Mesh& mesh, std::size_t count, const char* what) {
   if (count == 0 || count == mesh.triangles.size()) return;
   fail(mesh,
@@ -55,7 +55,7 @@ void check_parallel(const Mesh& mesh, std::size_t count, const char* what) {
        "mesh-size");
 }
 
-/// Indices of triangles into names.
+/// Checks triangles' indices of names.
 void check_names(const Mesh& mesh, const std::vector<std::uint32_t>& of_triangles,
                  const std::vector<std::string>& names, const std::string& what) {
   check_parallel(mesh, of_triangles.size(), (what + "s").c_str());

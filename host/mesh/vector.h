@@ -1,4 +1,4 @@
-// Small double-precision vectors for host-side geometry.
+// Double-precision vectors for host-side geometry.
 #pragma once
 
 #include <cmath>

@@ -1,4 +1,4 @@
-// Points of the plane, such as texture coordinates, in double precision.
+// Double-precision points of the plane, such as texture coordinates.
 #pragma once
 
 namespace kiln {

@@ -1,4 +1,4 @@
-// Items in lists by vertex: what to use in place of sorting millions of sides.
+// Lists of items by vertex, as a faster alternative to sorting millions of triangle sides.
 #pragma once
 
 #include <algorithm>
@@ -13,14 +13,14 @@
 
 namespace kiln {
 
-/// A triangle turned so that its lowest corner comes first: equal for those of the same corners and sense.
+/// Rotates a triangle so that its lowest corner comes first: equal for triangles of the same corners and orientation.
 inline Triangle lowest_first(Triangle corners) {
   std::rotate(corners.begin(), std::min_element(corners.begin(), corners.end()), corners.end());
   return corners;
 }
 
-/// Items in lists, one list a vertex, each in order of key, then of index. Counted and dealt out, then every
-/// list is sorted by itself, on all threads: a few times as fast as one sort of all.
+/// Lists of items, one per vertex, sorted by key and then by index. A counting sort distributes the items, then the
+/// lists are sorted in parallel: several times as fast as one sort.
 class VertexLists {
  public:
   struct Item {
@@ -28,9 +28,9 @@ class VertexLists {
     std::uint32_t index;
   };
 
-  /// \param count   items, numbered from 0
-  /// \param vertex  of an item: below `vertices`
-  /// \param key     of an item
+  /// \param count   number of items
+  /// \param vertex  returns an item's vertex: below `vertices`
+  /// \param key     returns an item's key
   template <class Vertex, class Key>
   VertexLists(std::size_t vertices, std::size_t count, const Vertex& vertex, const Key& key)
       : VertexLists(vertices, count) {
@@ -53,12 +53,12 @@ class VertexLists {
   void fill(const Each& each) {
     each([&](std::size_t, std::uint32_t vertex, std::uint64_t) { ++start_[vertex + 2]; });
     for (std::size_t v = 2; v < start_.size(); ++v) start_[v] += start_[v - 1];
-    // The place of a list's next item is one on: at last, all begin where the list before ends.
+    // Writes at list ends and shifts them, so that finally each list begins where the previous one ends.
     each([&](std::size_t i, std::uint32_t vertex, std::uint64_t key) {
       items_[start_[vertex + 1]++] = {key, static_cast<std::uint32_t>(i)};
     });
-    constexpr std::size_t kListsOfPiece = std::size_t{1} << 14;
-    parallel_for(vertices(), kListsOfPiece, [&](std::size_t begin, std::size_t end) {
+    constexpr std::size_t kListsPerTask = std::size_t{1} << 14;
+    parallel_for(vertices(), kListsPerTask, [&](std::size_t begin, std::size_t end) {
       for (std::size_t v = begin; v < end; ++v) {
         std::sort(items_.get() + start_[v], items_.get() + start_[v + 1],
                   [](const Item& a, const Item& b) {
@@ -73,9 +73,8 @@ class VertexLists {
   std::unique_ptr<Item[]> items_;
 };
 
-/// Sides of triangles by the lower vertex of their edge; item i is the side of triangle i / 3 that starts at
-/// corner i % 3. Those of one edge follow each other, and of these the ones that start at the lower vertex
-/// come first.
+/// Sides of triangles by the lower vertex of their edge; item i is the side of triangle i / 3 that starts at corner i
+/// % 3. Sides of one edge are contiguous, those that start at the lower vertex first.
 class SideLists : public VertexLists {
  public:
   SideLists(std::span<const Triangle> triangles, std::size_t vertices)

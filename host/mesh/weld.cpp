@@ -11,9 +11,10 @@ namespace kiln {
 
 namespace {
 
-constexpr std::size_t kVerticesOfPart = std::size_t{1} << 15;
-/// Tables, each for the hashes that begin alike: so many fit in caches, and are filled on all threads.
-constexpr std::size_t kTables = 16;
+constexpr std::size_t kVerticesPerBlock = std::size_t{1} << 15;
+/// Number of hash tables; vertices are distributed by the leading bits of their hash, so that tables fit in caches
+/// and are filled in parallel.
+constexpr std::size_t kHashTables = 16;
 
 std::uint32_t hash_of(const Vec3& p) {
   const auto bits = [](float value) { return std::bit_cast<std::uint32_t>(value + 0.0f); };
@@ -24,10 +25,10 @@ std::uint32_t hash_of(const Vec3& p) {
 }
 std::size_t table_of(std::uint32_t hash) { return hash >> 28; }
 
-/// Welds some vertices, in order, with each other.
+/// Welds a subset of vertices, in order.
 void weld(std::span<const Vec3> positions, std::span<const std::uint32_t> some,
           const std::vector<std::uint32_t>& hashes, std::vector<std::uint32_t>& first) {
-  // Open addressing with at most half the slots in use; a slot holds vertex + 1.
+  // Open addressing, at most half full; a slot holds vertex + 1.
   const std::size_t mask = std::bit_ceil(some.size() * 2 + 2) - 1;
   std::vector<std::uint32_t> table(mask + 1, 0);
   for (const std::uint32_t i : some) {
@@ -49,27 +50,27 @@ void weld(std::span<const Vec3> positions, std::span<const std::uint32_t> some,
 std::vector<std::uint32_t> weld_vertices(std::span<const Vec3> positions) {
   const std::size_t count = positions.size();
   std::vector<std::uint32_t> hashes(count), order(count), first(count);
-  // Vertices by table, in order: by part and table, first how many, then where the next one goes.
-  std::vector<std::array<std::uint32_t, kTables>> next(count / kVerticesOfPart + 1);
+  // Counting sort of vertices by table: counts per block and table, then write positions.
+  std::vector<std::array<std::uint32_t, kHashTables>> next(count / kVerticesPerBlock + 1);
   const auto each_part = [&](const auto& body) {
-    parallel_for(count, kVerticesOfPart, [&](std::size_t begin, std::size_t end) {
-      for (std::size_t i = begin; i < end; ++i) body(i, next[begin / kVerticesOfPart]);
+    parallel_for(count, kVerticesPerBlock, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t i = begin; i < end; ++i) body(i, next[begin / kVerticesPerBlock]);
     });
   };
-  each_part([&](std::size_t i, std::array<std::uint32_t, kTables>& own) {
+  each_part([&](std::size_t i, std::array<std::uint32_t, kHashTables>& own) {
     hashes[i] = hash_of(positions[i]);
     ++own[table_of(hashes[i])];
   });
-  std::array<std::uint32_t, kTables + 1> start{};
+  std::array<std::uint32_t, kHashTables + 1> start{};
   std::uint32_t sum = 0;
-  for (std::size_t table = 0; table < kTables; ++table) {
+  for (std::size_t table = 0; table < kHashTables; ++table) {
     for (auto& own : next) sum += std::exchange(own[table], sum);
     start[table + 1] = sum;
   }
-  each_part([&](std::size_t i, std::array<std::uint32_t, kTables>& own) {
+  each_part([&](std::size_t i, std::array<std::uint32_t, kHashTables>& own) {
     order[own[table_of(hashes[i])]++] = static_cast<std::uint32_t>(i);
   });
-  parallel_for(kTables, count > kVerticesOfPart ? 1 : kTables,
+  parallel_for(kHashTables, count > kVerticesPerBlock ? 1 : kHashTables,
                [&](std::size_t begin, std::size_t end) {
                  for (std::size_t table = begin; table < end; ++table) {
                    const std::size_t size = start[table + 1] - start[table];

@@ -1,4 +1,4 @@
-// Vertices at exactly the same position made one.
+// Welding of vertices at exactly equal positions.
 #pragma once
 
 #include <cstdint>
@@ -9,11 +9,11 @@
 
 namespace kiln {
 
-/// For every vertex the lowest-numbered vertex at exactly the same position (+0 equals -0). Vertices
-/// that are not finite stand for themselves.
+/// For every vertex, the lowest vertex at exactly the same position (+0 equals -0). Non-finite vertices are not
+/// welded.
 std::vector<std::uint32_t> weld_vertices(std::span<const Vec3> positions);
 
-/// A mesh's triangles, with these for corners.
+/// A mesh's triangles with welded corners.
 std::vector<Triangle> welded_triangles(const Mesh& mesh);
 
 }  // namespace kiln

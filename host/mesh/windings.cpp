@@ -1,4 +1,4 @@
-// Triangles that face against those beside them.
+// Detection and reversal of inconsistently oriented triangles.
 #include "mesh/windings.h"
 
 #include <algorithm>
@@ -21,11 +21,11 @@
 namespace kiln {
 namespace {
 
-/// Share of a part's area above which its smaller side is no small mistake.
-constexpr double kMinority = 0.4;
+/// Share of a part's area up to which the smaller side is clearly the wrong one.
+constexpr double kMaxWrongShare = 0.4;
 
-/// True if two triangles run along an edge from the same end to the other, as those that face alike do not.
-bool any_side_twice(std::span<const Triangle> triangles, std::size_t vertices) {
+/// True if two triangles traverse an edge in the same direction, which consistently oriented triangles never do.
+bool has_repeated_side(std::span<const Triangle> triangles, std::size_t vertices) {
   std::vector<std::uint32_t> start(vertices + 1, 0), ends(triangles.size() * 3);
   for (const Triangle& t : triangles) {
     for (const std::uint32_t v : t) ++start[v];
@@ -35,13 +35,13 @@ bool any_side_twice(std::span<const Triangle> triangles, std::size_t vertices) {
   for (const Triangle& t : triangles) {
     for (std::size_t k = 0; k < 3; ++k) ends[--start[t[k]]] = t[(k + 1) % 3];
   }
-  constexpr std::size_t kListsOfPiece = std::size_t{1} << 14, kShort = 16;
-  std::vector<std::uint8_t> found((vertices + kListsOfPiece - 1) / kListsOfPiece, 0);
-  parallel_for(vertices, kListsOfPiece, [&](std::size_t begin, std::size_t end) {
+  constexpr std::size_t kListsPerTask = std::size_t{1} << 14, kMaxLinearSearch = 16;
+  std::vector<std::uint8_t> found((vertices + kListsPerTask - 1) / kListsPerTask, 0);
+  parallel_for(vertices, kListsPerTask, [&](std::size_t begin, std::size_t end) {
     bool any = false;
     for (std::size_t v = begin; v < end && !any; ++v) {
       const std::span<std::uint32_t> list(ends.data() + start[v], ends.data() + start[v + 1]);
-      if (list.size() > kShort) {
+      if (list.size() > kMaxLinearSearch) {
         std::sort(list.begin(), list.end());
         any = std::adjacent_find(list.begin(), list.end()) != list.end();
         continue;
@@ -51,15 +51,15 @@ bool any_side_twice(std::span<const Triangle> triangles, std::size_t vertices) {
                list.begin() + static_cast<std::ptrdiff_t>(i);
       }
     }
-    found[begin / kListsOfPiece] = any;
+    found[begin / kListsPerTask] = any;
   });
   return std::find(found.begin(), found.end(), 1) != found.end();
 }
 
-/// A triangle beside another, at an edge that no third one has.
+/// An adjacent triangle at an edge of exactly two triangles.
 struct Neighbour {
   std::uint32_t triangle;
-  bool against;  ///< Faces the other way
+  bool against;  ///< Opposite orientation
 };
 
 bool same_corners(Triangle a, Triangle b) {
@@ -68,11 +68,11 @@ bool same_corners(Triangle a, Triangle b) {
   return a == b;
 }
 
-/// Up to three a triangle.
+/// Up to three neighbours per triangle.
 struct Neighbours {
   std::vector<std::array<Neighbour, 3>> of;
   std::vector<std::uint8_t> count;
-  std::vector<std::uint8_t> open;  ///< Triangles with an edge that two do not share
+  std::vector<std::uint8_t> open;  ///< By triangle, 1 if it has an edge of other than two triangles
 
   Neighbours(std::span<const Triangle> triangles, std::size_t vertices)
       : of(triangles.size()), count(triangles.size(), 0), open(triangles.size(), 0) {
@@ -90,7 +90,7 @@ struct Neighbours {
   }
 };
 
-/// Finds the wrong side of a part: the one of less area, or else the one that makes a closed part face inwards.
+/// Finds the wrong side of a part: the side with less area, or else the side that makes a closed part face inwards.
 class WrongSides {
  public:
   WrongSides(const Mesh& mesh, const FacingParts& parts) : sums_(parts.parts.size()) {
@@ -112,7 +112,7 @@ class WrongSides {
   std::uint8_t of(const FacingParts& parts, std::uint32_t part) const {
     const auto& [area, volume] = sums_[part];
     const std::uint8_t wrong = area[1] <= area[0] ? 1 : 0;
-    const bool unclear = area[wrong] > kMinority * (area[0] + area[1]);
+    const bool unclear = area[wrong] > kMaxWrongShare * (area[0] + area[1]);
     if (!unclear || !parts.parts[part].closed || volume == 0) return wrong;
     return volume > 0 ? 1 : 0;
   }
@@ -120,12 +120,12 @@ class WrongSides {
  private:
   struct Sums {
     std::array<double, 2> area{};
-    double volume = 0;  ///< As the first triangle faces
+    double volume = 0;  ///< Oriented as the first triangle
   };
   std::vector<Sums> sums_;
 };
 
-/// Its own normals that face as a triangle did, turned with it.
+/// Reverses the normals that faced the same way as their triangle.
 class TurnedNormals {
  public:
   explicit TurnedNormals(Mesh& mesh) : mesh_(mesh) {}
@@ -145,7 +145,7 @@ class TurnedNormals {
           other_.try_emplace(n, static_cast<std::uint32_t>(mesh_.normals.size()));
       if (is_new) mesh_.normals.push_back({-own.x, -own.y, -own.z});
       n = found->second;
-      if (!mesh_.tangents.empty()) mesh_.tangents[3 * t + k].sign *= -1;  // The same bitangent.
+      if (!mesh_.tangents.empty()) mesh_.tangents[3 * t + k].sign *= -1;  // Keeps the bitangent.
     }
   }
 
@@ -211,10 +211,10 @@ TurnedTriangles turn_triangles(Mesh& mesh, std::span<const std::uint8_t> turned)
 
 TurnedTriangles agree_windings(Mesh& mesh) {
   validate(mesh);
-  // A mesh of few vertices shares them already.
+  // A mesh with few vertices already shares them.
   const bool shared = mesh.positions.size() < mesh.triangles.size();
   const std::vector<Triangle> triangles = shared ? mesh.triangles : welded_triangles(mesh);
-  if (!any_side_twice(triangles, mesh.positions.size())) return {};
+  if (!has_repeated_side(triangles, mesh.positions.size())) return {};
   const FacingParts parts(triangles, mesh.positions.size());
   const std::vector<std::uint8_t> wrong = wrong_sides(mesh, parts);
   std::vector<std::uint8_t> turned(triangles.size(), 0);

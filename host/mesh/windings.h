@@ -1,4 +1,4 @@
-// Which way triangles face within their parts, and turning them round.
+// Consistent orientation of triangles within connected parts.
 #pragma once
 
 #include <cstdint>
@@ -10,31 +10,32 @@
 
 namespace kiln {
 
-/// Parts, which edges of exactly two triangles connect, and how triangles face within them.
+/// Parts (connected over edges of exactly two triangles), and the orientation of triangles within them.
 struct FacingParts {
   static constexpr std::uint32_t kNone = std::numeric_limits<std::uint32_t>::max();
 
   struct Part {
-    std::uint32_t first = 0;      ///< Its lowest triangle
+    std::uint32_t first = 0;      ///< Lowest triangle
     std::uint32_t triangles = 0;  ///< Number of triangles
-    bool closed = true;           ///< Every edge is shared by two
-    bool agrees = true;           ///< All face as the first one
-    bool one_sided = false;       ///< No sides can be told apart, as of a Möbius strip
+    bool closed = true;           ///< Every edge has two triangles
+    bool agrees = true;           ///< All triangles are oriented as the first one
+    bool one_sided = false;       ///< Not orientable, such as a Möbius strip
   };
   std::vector<Part> parts;
-  std::vector<std::uint32_t> of;   ///< Part of a triangle
-  std::vector<std::uint8_t> side;  ///< 0: it faces as the part's first triangle; 1: the other way
+  std::vector<std::uint32_t> of;  ///< By triangle, its part
+  /// By triangle, 1 if its orientation is opposite to that of the part's first triangle
+  std::vector<std::uint8_t> side;
 
-  /// \param triangles  whose corners are equal where their positions are
+  /// \param triangles  with equal indices for equal positions
   FacingParts(std::span<const Triangle> triangles, std::size_t vertices);
 };
 
-/// Triangles on the wrong side of each part that disagrees: the side with less area; if the sides of a closed one are nearly alike, the side that
-/// makes it face inwards.
+/// Triangles to reverse in inconsistently oriented parts: the side with less area; if both sides of a closed part are
+/// about equal, the side that makes it face inwards.
 std::vector<std::uint8_t> wrong_sides(const Mesh& mesh, const FacingParts& parts);
 
-/// Turns triangles round, and their own normals with them where they faced as the triangles did.
-/// \param turned  by triangle
+/// Reverses triangles, and their normals if these faced the same way.
+/// \param turned  by triangle, 1 to reverse
 TurnedTriangles turn_triangles(Mesh& mesh, std::span<const std::uint8_t> turned);
 
 }  // namespace kiln

@@ -47,7 +47,7 @@ struct LabelLines {
       length += size;
     }
   }
-  double room() const { return room_for_lines(length, length_of_all); }
+  double room() const { return max_line_weight(length, length_of_all); }
 };
 
 /// The live triangles of a mesh, and their labels.

@@ -22,7 +22,7 @@ bool have_held_lines(const SimplifyResult& result) {
           if (result.labels[one] != result.labels[other]) length_of_lines += size;
         }
       });
-  return room_for_lines(length_of_lines, length_of_all) > 0;
+  return max_line_weight(length_of_lines, length_of_all) > 0;
 }
 
 }  // namespace

@@ -112,10 +112,10 @@ std::vector<AcrossLines> lines_of(const std::vector<Vec3d>& points,
         const double size = length(across);
         if (!(size > 0) || !std::isfinite(size)) return;
         for (const std::uint32_t v : {a, b}) {
-          lines[v].add(across * (1 / size), line_share(one, other));
+          lines[v].add(across * (1 / size), line_weight(one, other));
         }
       });
-  const double room = room_for_lines(length_of_lines, length_of_all);
+  const double room = max_line_weight(length_of_lines, length_of_all);
   for (AcrossLines& of : lines) {
     const double w = of.count > 0 ? kLineStayWeight * room / of.count : 0;
     for (double* sum : {&of.xx, &of.xy, &of.xz, &of.yy, &of.yz, &of.zz}) *sum *= w;

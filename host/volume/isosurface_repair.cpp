@@ -23,9 +23,9 @@ namespace {
 // As SimplifyCheck looks at triangles, but with the fine vertices that their corners stand for.
 using flaw_rules::is_flat;
 using flaw_rules::is_thin;
-using flaw_rules::kAway;
-using flaw_rules::kBackToBack;
-using flaw_rules::kSuspicious;
+using flaw_rules::kMaxAwayCosine;
+using flaw_rules::kMaxBackToBackCosine;
+using flaw_rules::kMaxSuspiciousCosine;
 using flaw_rules::normal_of;
 using flaw_rules::unit_or_zero;
 
@@ -87,7 +87,7 @@ struct Both {
         least = std::min(least, dot(n, normal));
       });
     }
-    return most > -kSuspicious && least < kSuspicious;
+    return most > -kMaxSuspiciousCosine && least < kMaxSuspiciousCosine;
   }
   /// True if the nearest fine vertices of its corners' face away from a triangle.
   bool may_face_away(const Triangle& t) const {
@@ -110,7 +110,8 @@ struct Both {
         }
       });
     }
-    return std::count_if(cosines.begin(), cosines.end(), [](double c) { return c < kAway; }) >= 3;
+    return std::count_if(cosines.begin(), cosines.end(),
+                         [](double c) { return c < kMaxAwayCosine; }) >= 3;
   }
 };
 
@@ -190,8 +191,8 @@ std::vector<std::uint32_t> find_suspects(const Both& both, const IsosurfaceFaces
       if (SideLists::forward(of[i - 1]) == SideLists::forward(of[i])) continue;
       const std::uint32_t a = of[i - 1].index / 3, b = of[i].index / 3;
       const double cosine = dot(normals[a], normals[b]);
-      if (cosine < kSuspicious) looked_at[a] = looked_at[b] = 1;
-      if (cosine < kBackToBack && of.size() == 2) back_to_back[a] = back_to_back[b] = 1;
+      if (cosine < kMaxSuspiciousCosine) looked_at[a] = looked_at[b] = 1;
+      if (cosine < kMaxBackToBackCosine && of.size() == 2) back_to_back[a] = back_to_back[b] = 1;
     }
   });
   std::vector<std::uint32_t> candidates, result;
