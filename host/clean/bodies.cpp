@@ -1,4 +1,4 @@
-// Triangles that nobody misses: floaters, and what no view from outside sees.
+// Finds superfluous triangles: floaters, and parts that are invisible from outside.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -13,18 +13,20 @@
 namespace kiln {
 namespace {
 
-/// Largest share of the area that counts as floaters: more is there on purpose.
-constexpr double kMostFloating = 0.1;
-/// Places of triangles that are looked at, so that time stays bounded.
-constexpr double kMostPlaces = 8e6;
-/// Share of the box below which the largest body makes all be looked at again in its scale.
-constexpr double kFarSmaller = 0.5;
-constexpr int kMostScales = 4;
+/// Largest share of the area that may be floaters; larger shares are there on purpose.
+constexpr double kMaxFloaterShare = 0.1;
+/// Largest number of grid cells that triangles touch, which bounds the time.
+constexpr double kMaxTouchedCells = 8e6;
+/// If the largest body's diagonal is below this share of the box, the search is repeated at that body's scale, up to
+/// kMaxScales times.
+constexpr double kMaxRescaleShare = 0.5;
+constexpr int kMaxScales = 4;
 
-/// Pixels that a part must cover to be called hidden.
-constexpr std::uint32_t kEnoughDrawn = 256;
-/// Past backs first, which hides least; then leaves of which but the back is seen. The first 32 are looked along in
-/// rounds, since one of these finds most parts, and the more are found the less is drawn.
+/// Pixels that a part must cover in all views to count as hidden.
+constexpr std::uint32_t kMinHiddenPixels = 256;
+/// First views without back faces, which occlude least; then views with back faces, for leaves of which only the back
+/// is visible. The first 32 directions are drawn in rounds: each round shows most parts, and those need not be
+/// counted in the next.
 constexpr std::array<OutsideViews, 6> kViews{{{.step = 8, .first = 0, .backs = false},
                                               {.step = 8, .first = 4, .backs = false},
                                               {.step = 4, .first = 2, .backs = false},
@@ -32,7 +34,7 @@ constexpr std::array<OutsideViews, 6> kViews{{{.step = 8, .first = 0, .backs = f
                                               {},
                                               {.count = 64, .backs = false}}};
 
-/// Triangles that shared vertices connect, numbered in order.
+/// Components over shared vertices, numbered in order.
 struct SharedParts {
   std::vector<std::uint32_t> of;
   std::size_t count = 0;
@@ -44,7 +46,7 @@ struct SharedParts {
       sets.join(t[0], t[1]);
       sets.join(t[1], t[2]);
     }
-    std::vector<std::uint32_t> number(mesh.positions.size(), 0);  // and 1
+    std::vector<std::uint32_t> number(mesh.positions.size(), 0);  // Number + 1; 0: none yet
     for (std::size_t t = 0; t < of.size(); ++t) {
       std::uint32_t& part = number[sets.find(corners[t][0])];
       if (part == 0) part = static_cast<std::uint32_t>(++count);
@@ -58,7 +60,7 @@ bool is_finite_triangle(const Mesh& mesh, const Triangle& t) {
          is_finite(mesh.positions[t[2]]);
 }
 
-/// Parts that gaps below a cell's size connect, each named by one of them.
+/// Clusters of parts with gaps below the size of a grid cell, each named by one of its parts.
 class Bodies {
  public:
   Bodies(const Mesh& mesh, const SharedParts& parts, const Vec3d& low, double cell)
@@ -73,7 +75,7 @@ class Bodies {
   std::uint32_t of(std::uint32_t part) { return sets_.find(part); }
 
  private:
-  using Place = std::pair<std::uint64_t, std::uint32_t>;  ///< A cell and a part in it
+  using Place = std::pair<std::uint64_t, std::uint32_t>;  ///< A cell, and a part that touches it
   static constexpr int kBits = 21;
 
   void add(const Mesh& mesh, const Triangle& t, std::uint32_t part) {
@@ -85,7 +87,8 @@ class Bodies {
       for (int k = 0; k <= steps - i; ++k) {
         const double step = steps == 0 ? 0 : 1.0 / steps;
         const Place place{cell_of(a + u * (i * step) + v * (k * step)), part};
-        // Neighbours mostly share places. Repeats that this leaves are dropped after sorting.
+        // Neighbouring triangles mostly touch the same cells: a small cache drops most repeats, and sorting finds the
+        // rest.
         const std::uint64_t mixed =
             place.first ^ place.first >> (kBits - 4) ^ place.first >> 2 * (kBits - 4);
         Place& recent = recent_[mixed % recent_.size()];
@@ -94,24 +97,24 @@ class Bodies {
     }
   }
   std::uint64_t cell_of(const Vec3d& p) const {
-    // From 1 on, so that there are cells before each: parts without extent may lie before all others.
+    // Cell numbers start at 1, so that each cell has predecessors, even for parts of no extent.
     const auto along = [&](double x) {
       return static_cast<std::uint64_t>(std::clamp(x / cell_ + 1, 1.0, (1 << kBits) - 2.0));
     };
     return along(p.x - low_.x) << 2 * kBits | along(p.y - low_.y) << kBits | along(p.z - low_.z);
   }
-  /// Joins what lies in one cell, and in cells side by side.
+  /// Unites parts that touch the same cell or adjacent cells.
   void join() {
     for (std::size_t i = 1; i < places_.size(); ++i) {
       if (places_[i].first == places_[i - 1].first) {
         sets_.join(places_[i].second, places_[i - 1].second);
       }
     }
-    // One place stands for its cell.
+    // One part represents its cell.
     places_.erase(std::unique(places_.begin(), places_.end(),
                               [](const Place& a, const Place& b) { return a.first == b.first; }),
                   places_.end());
-    // The 13 of the 26 cells around that come before: one in the same row, and three in each of four rows.
+    // 13 of the 26 adjacent cells precede a cell: one in its row, and three in each of four rows.
     constexpr std::uint64_t kRow = std::uint64_t{1} << kBits, kSlice = kRow << kBits;
     for (const std::uint64_t back :
          {std::uint64_t{0}, kRow, kSlice - kRow, kSlice, kSlice + kRow}) {
@@ -130,7 +133,7 @@ class Bodies {
   double cell_;
   DisjointSets sets_;
   std::vector<Place> places_;
-  std::array<Place, 4096> recent_{};  ///< The last place of each of these slots
+  std::array<Place, 4096> recent_{};  ///< Cache of recent places, by slot
 };
 
 }  // namespace
@@ -161,8 +164,8 @@ std::vector<std::uint8_t> find_floaters(const Mesh& mesh, double share, Cleaned&
   std::vector<Box> of_body;
   std::vector<double> area_of;
   std::vector<std::uint32_t> body(parts.count);
-  for (int scale = 0; scale < kMostScales && diagonal > 0; ++scale) {
-    const double cell = std::max(0.5 * share * diagonal, std::sqrt(area / kMostPlaces));
+  for (int scale = 0; scale < kMaxScales && diagonal > 0; ++scale) {
+    const double cell = std::max(0.5 * share * diagonal, std::sqrt(area / kMaxTouchedCells));
     Bodies bodies(mesh, parts, whole.low, cell);
     of_body.assign(parts.count, {});
     area_of.assign(parts.count, 0);
@@ -174,7 +177,7 @@ std::vector<std::uint8_t> find_floaters(const Mesh& mesh, double share, Cleaned&
     }
     const auto largest = std::max_element(area_of.begin(), area_of.end()) - area_of.begin();
     const double own = of_body[static_cast<std::size_t>(largest)].diagonal();
-    const bool again = own < kFarSmaller * diagonal;
+    const bool again = own < kMaxRescaleShare * diagonal;
     diagonal = own;
     if (!again) break;
   }
@@ -187,7 +190,7 @@ std::vector<std::uint8_t> find_floaters(const Mesh& mesh, double share, Cleaned&
     floating += areas[p];
     if (body[p] == p && found.count++ == 0) found.example = to_float(boxes[p].low);
   }
-  if (found.count == 0 || floating > kMostFloating * area) return {};
+  if (found.count == 0 || floating > kMaxFloaterShare * area) return {};
   floaters = found;
   std::vector<std::uint8_t> dropped(parts.of.size());
   for (std::size_t t = 0; t < dropped.size(); ++t) dropped[t] = is_floater[parts.of[t]];
@@ -199,9 +202,9 @@ std::vector<std::uint8_t> find_inner(const Mesh& mesh, Cleaned& inner) {
   if (parts.count < 2) return {};
   std::vector<SeenPixels> seen(parts.count);
   const auto is_hidden = [](const SeenPixels& of) {
-    return of.front + of.back == 0 && of.drawn >= kEnoughDrawn;
+    return of.front + of.back == 0 && of.drawn >= kMinHiddenPixels;
   };
-  std::vector<std::uint8_t> unseen;  // So far, of a part
+  std::vector<std::uint8_t> unseen;  // By part, 1 if not visible so far
   for (const OutsideViews& views : kViews) {
     const std::vector<SeenPixels> more =
         look_from_outside(mesh, parts.of, parts.count, views, unseen);
@@ -214,7 +217,7 @@ std::vector<std::uint8_t> find_inner(const Mesh& mesh, Cleaned& inner) {
     unseen.resize(parts.count);
     std::transform(seen.begin(), seen.end(), unseen.begin(),
                    [](const SeenPixels& of) { return of.front + of.back == 0; });
-    const bool is_round = views.step > 2;  // Views that follow may draw more of a part
+    const bool is_round = views.step > 2;  // Later views may cover more pixels of a part
     if (!is_round && std::none_of(seen.begin(), seen.end(), is_hidden)) return {};
     if (is_round && std::none_of(unseen.begin(), unseen.end(), [](auto is) { return is != 0; })) {
       return {};

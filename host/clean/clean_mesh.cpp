@@ -39,7 +39,7 @@ double diagonal_of(const Mesh& mesh) {
   return box.diagonal();
 }
 
-/// Finds triangles without area, and those that repeat another. Those that are not finite stay.
+/// Finds degenerate and duplicate triangles. Non-finite triangles are kept.
 std::vector<std::uint8_t> find_useless(const Mesh& mesh, CleanReport& report) {
   const std::vector<Triangle> corners = welded_triangles(mesh);
   std::vector<std::uint8_t> dropped(corners.size(), 0);
@@ -72,7 +72,7 @@ std::vector<std::uint8_t> find_useless(const Mesh& mesh, CleanReport& report) {
   return dropped;
 }
 
-/// \returns how many were left out; all are none
+/// \returns the number of removed triangles; 0 if it would be all of them, which are kept
 std::uint64_t drop(Mesh& mesh, const std::vector<std::uint8_t>& dropped) {
   const auto count = static_cast<std::size_t>(std::count(dropped.begin(), dropped.end(), 1));
   if (count == 0 || count == dropped.size()) return 0;
@@ -82,12 +82,12 @@ std::uint64_t drop(Mesh& mesh, const std::vector<std::uint8_t>& dropped) {
 
 std::string percent_words(double share) { return formatted("%.3g%% of the diagonal", 100 * share); }
 
-/// Puts what was done into words.
-class Words {
+/// Adds a warning for each kind of repair.
+class RepairWarnings {
  public:
-  Words(const Mesh& mesh, CleanReport& report) : mesh_(mesh), report_(report) {}
+  RepairWarnings(const Mesh& mesh, CleanReport& report) : mesh_(mesh), report_(report) {}
 
-  void say(const char* code, const Cleaned& cleaned, const std::string& what) {
+  void add_warning(const char* code, const Cleaned& cleaned, const std::string& what) {
     if (cleaned.count == 0) return;
     const Vec3& p = cleaned.example;
     const std::string place = formatted(", one at (%.5g, %.5g, %.5g)", mesh_.origin[0] + p.x,
@@ -103,45 +103,51 @@ class Words {
   CleanReport& report_;
 };
 
-std::string many(std::uint64_t count, const char* noun, const char* one, const char* several) {
+std::string count_phrase(std::uint64_t count, const char* noun, const char* one,
+                         const char* several) {
   return counted(count, noun) + " " + (count == 1 ? one : several);
 }
 
-void put_in_words(const Mesh& mesh, const CleanOptions& options, CleanReport& r,
+void add_warnings(const Mesh& mesh, const CleanOptions& options, CleanReport& r,
                   std::uint64_t given, std::uint64_t floating, std::uint64_t hidden) {
-  Words words(mesh, r);
-  words.say("welded-vertices", r.welded,
-            std::to_string(r.welded.count) + (r.welded.count == 1 ? " vertex" : " vertices") +
-                " of open edges within " + percent_words(options.weld) + " of another @: welded.");
-  words.say("degenerate-triangles", r.degenerate,
-            many(r.degenerate.count, "triangle", "has no area", "have no area") + " @: left out.");
-  words.say(
+  RepairWarnings words(mesh, r);
+  words.add_warning("welded-vertices", r.welded,
+                    std::to_string(r.welded.count) +
+                        (r.welded.count == 1 ? " vertex" : " vertices") + " of open edges within " +
+                        percent_words(options.weld) + " of another @: welded.");
+  words.add_warning("degenerate-triangles", r.degenerate,
+                    count_phrase(r.degenerate.count, "triangle", "has no area", "have no area") +
+                        " @: left out.");
+  words.add_warning(
       "duplicate-triangles", r.duplicates,
-      many(r.duplicates.count, "triangle", "repeats another", "repeat another") + " @: left out.");
-  words.say("split-at-junctions", r.junctions,
-            counted(r.junctions.count, "open edge") + " on which others end @: cut there.");
-  words.say("dropped-fins", r.fins,
-            counted(r.fins.count, "fin") + " below " + percent_words(options.floater) +
-                " across on edges that two other triangles share @: left out.");
-  words.say(
+      count_phrase(r.duplicates.count, "triangle", "repeats another", "repeat another") +
+          " @: left out.");
+  words.add_warning("split-at-junctions", r.junctions,
+                    counted(r.junctions.count, "open edge") + " on which others end @: cut there.");
+  words.add_warning("dropped-fins", r.fins,
+                    counted(r.fins.count, "fin") + " below " + percent_words(options.floater) +
+                        " across on edges that two other triangles share @: left out.");
+  words.add_warning(
       "turned-triangles", r.turned,
       std::to_string(r.turned.count) + " of " + counted(given, "triangle") +
           " faced against those beside them, or away from all views from outside @; they were "
           "turned round. To be rid of this, let the program that made the mesh recalculate its "
           "normals.");
-  words.say("faces-inwards", r.inward,
-            "Views from outside see backs of its faces almost alone @. If it is no room, turn its "
-            "faces round "
-            "(flip normals) in the modelling tool.");
-  words.say("filled-holes", r.holes,
-            many(r.holes.count, "hole", "of a few edges", "of a few edges") + ", below " +
-                percent_words(options.max_hole) + " around @: filled.");
-  words.say("dropped-floaters", r.floaters,
-            counted(r.floaters.count, "floater") + " below " + percent_words(options.floater) +
-                " across, of " + counted(floating, "triangle") + " @: left out.");
-  words.say("dropped-inner", r.inner,
-            counted(r.inner.count, "part") + " that no view from outside sees, of " +
-                counted(hidden, "triangle") + " @: left out.");
+  words.add_warning(
+      "faces-inwards", r.inward,
+      "Views from outside see backs of its faces almost alone @. If it is no room, turn its "
+      "faces round "
+      "(flip normals) in the modelling tool.");
+  words.add_warning("filled-holes", r.holes,
+                    count_phrase(r.holes.count, "hole", "of a few edges", "of a few edges") +
+                        ", below " + percent_words(options.max_hole) + " around @: filled.");
+  words.add_warning("dropped-floaters", r.floaters,
+                    counted(r.floaters.count, "floater") + " below " +
+                        percent_words(options.floater) + " across, of " +
+                        counted(floating, "triangle") + " @: left out.");
+  words.add_warning("dropped-inner", r.inner,
+                    counted(r.inner.count, "part") + " that no view from outside sees, of " +
+                        counted(hidden, "triangle") + " @: left out.");
 }
 
 }  // namespace
@@ -155,14 +161,14 @@ CleanReport clean_mesh(Mesh& mesh, const CleanOptions& options) {
   std::uint64_t floating = 0, hidden = 0;
   const double diagonal = diagonal_of(mesh);
   const bool whole = !options.windings_alone;
-  // Each step that is to be done, one after the other; who waits hears how far it is, and may stop it between two.
+  // Runs the enabled steps in order, with progress and cancellation between steps.
   constexpr int kSteps = 9;
   int done = 0;
   const auto step = [&](bool is, const auto& body) {
     if (is) body();
     ProgressGuard::poll_at(static_cast<double>(++done) / kSteps, "cleaning");
   };
-  // Doubled triangles hide open edges; what is welded may double more.
+  // Duplicates hide open edges, so they are removed first, and again after welding, which may create more.
   step(whole, [&] { drop(mesh, find_useless(mesh, report)); });
   step(whole && options.weld > 0,
        [&] { report.welded = weld_near(mesh, options.weld * diagonal); });
@@ -178,7 +184,7 @@ CleanReport clean_mesh(Mesh& mesh, const CleanOptions& options) {
   step(whole && options.floater > 0,
        [&] { floating = drop(mesh, find_floaters(mesh, options.floater, report.floaters)); });
   step(whole && !options.keep_inner, [&] { hidden = drop(mesh, find_inner(mesh, report.inner)); });
-  put_in_words(mesh, options, report, given, floating, hidden);
+  add_warnings(mesh, options, report, given, floating, hidden);
   report.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   return report;
 }

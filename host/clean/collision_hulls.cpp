@@ -1,4 +1,4 @@
-// Collision hulls of game engines, told by their names.
+// Collision hulls of game engines, recognized by their names.
 #include "kiln/collision_hulls.h"
 
 #include <algorithm>
@@ -15,14 +15,15 @@
 namespace kiln {
 namespace {
 
-/// What a name says of an object.
+/// Meaning of an object's name.
 enum class Shape {
-  shown,  ///< Nothing, so it is drawn
-  both,  ///< Drawn and a hull as well (Godot's -col): a hull where LOW has anything else that is drawn
-  hidden,  ///< A hull alone
+  shown,  ///< No hull: drawn
+  both,   ///< Drawn and a hull as well (Godot's -col); only a hull if anything else of LOW is drawn
+  hidden,  ///< Hull only
 };
 
-/// Unreal's prefixes: convex, box, sphere, capsule. Godot's endings, before a copy's number ("crate-col.001").
+/// Unreal's prefixes for convex, box, sphere and capsule hulls; Godot's suffixes, before a copy's number
+/// ("crate-col.001").
 Shape shape_of(const std::string& name) {
   const std::string lower = lower_case(name);
   std::string_view text = lower;
@@ -30,14 +31,14 @@ Shape shape_of(const std::string& name) {
     if (text.starts_with(prefix)) return Shape::hidden;
   }
   const std::size_t last = text.find_last_not_of("0123456789. ");
-  text = text.substr(0, last + 1);  // npos + 1: nothing
+  text = text.substr(0, last + 1);  // npos + 1 is 0: empty
   for (const char* ending : {"-colonly", "-convcolonly"}) {
     if (text.ends_with(ending)) return Shape::hidden;
   }
   return text.ends_with("-col") || text.ends_with("-convcol") ? Shape::both : Shape::shown;
 }
 
-/// Leaves out names that no triangle has.
+/// Removes names without triangles.
 void drop_unused(std::vector<std::uint32_t>& of, std::vector<std::string>& names) {
   std::vector<std::uint32_t> number(names.size(), 0);
   for (const std::uint32_t name : of) number[name] = 1;
@@ -51,7 +52,7 @@ void drop_unused(std::vector<std::uint32_t>& of, std::vector<std::string>& names
   for (std::uint32_t& name : of) name = number[name];
 }
 
-/// Leaves out what no corner has.
+/// Removes pool entries that no corner uses.
 template <typename T>
 void drop_unused(std::vector<Triangle>& of, std::vector<T>& pool) {
   std::vector<std::uint32_t> number(pool.size(), 0);
@@ -70,7 +71,7 @@ void drop_unused(std::vector<Triangle>& of, std::vector<T>& pool) {
   }
 }
 
-/// A mesh without some of its triangles, and without what only these had.
+/// Removes triangles, and all data that only they used.
 Mesh without(Mesh mesh, const std::vector<std::uint8_t>& dropped) {
   drop_triangles(mesh, dropped);
   drop_unused(mesh.uv_triangles, mesh.uvs);
@@ -87,7 +88,7 @@ std::vector<Shape> shapes_of(const std::vector<std::string>& names) {
   return shapes;
 }
 
-/// Name of a hull's triangle: its object's, or its group's, as OBJ may have it.
+/// Name of a hull's triangle: its object, or else its group, as in OBJ files.
 const std::string& hull_name(const Mesh& hulls, const std::vector<Shape>& objects, std::size_t t) {
   const bool by_object =
       !hulls.objects.empty() && (hulls.groups.empty() || objects[hulls.objects[t]] != Shape::shown);
@@ -107,7 +108,8 @@ std::vector<Shape> shapes_of_triangles(const Mesh& mesh) {
   return shapes;
 }
 
-/// Names of hulls, in the order of their first triangles. \param of  the name of each triangle, by number
+/// Names of hulls, in the order of their first triangles.
+/// \param of  [out] by triangle, the number of its name
 std::vector<std::string> list_hulls(const Mesh& hulls, std::vector<std::uint32_t>& of) {
   std::vector<std::string> names;
   const std::vector<Shape> objects = shapes_of(hulls.object_names);
@@ -120,15 +122,15 @@ std::vector<std::string> list_hulls(const Mesh& hulls, std::vector<std::uint32_t
   return names;
 }
 
-/// The first few names, for a message.
+/// The first names as a quoted list, for a message.
 std::string quote_names(const std::vector<std::string>& names) {
-  constexpr std::size_t kMostNamed = 5;
+  constexpr std::size_t kMaxNamesInWarning = 5;
   std::string list;
-  for (std::size_t i = 0; i < std::min(names.size(), kMostNamed); ++i) {
+  for (std::size_t i = 0; i < std::min(names.size(), kMaxNamesInWarning); ++i) {
     list += (i == 0 ? "'" : ", '") + names[i] + "'";
   }
-  if (names.size() > kMostNamed)
-    list += " and " + std::to_string(names.size() - kMostNamed) + " more";
+  if (names.size() > kMaxNamesInWarning)
+    list += " and " + std::to_string(names.size() - kMaxNamesInWarning) + " more";
   return list;
 }
 
@@ -136,7 +138,7 @@ std::string quote_names(const std::vector<std::string>& names) {
 
 std::vector<std::uint8_t> collision_hulls(const Mesh& low) {
   const std::vector<Shape> shapes = shapes_of_triangles(low);
-  // A LOW of -col alone is drawn.
+  // If LOW consists of -col objects only, they are drawn.
   const bool others = std::find(shapes.begin(), shapes.end(), Shape::shown) != shapes.end();
   const Shape least = others ? Shape::both : Shape::hidden;
   std::vector<std::uint8_t> is_hull(shapes.size());

@@ -1,4 +1,4 @@
-// Fins: a few faces that hang on an edge which two others share.
+// Fins: few faces attached to an edge of two others.
 #include <algorithm>
 
 #include "clean/steps.h"
@@ -10,8 +10,8 @@
 namespace kiln {
 namespace {
 
-/// Largest share of the area that counts as fins: more is there on purpose.
-constexpr double kMostFins = 0.1;
+/// Largest share of the area that may be fins; larger shares are there on purpose.
+constexpr double kMaxFinShare = 0.1;
 
 }  // namespace
 
@@ -57,7 +57,7 @@ std::vector<std::uint8_t> find_fins(const Mesh& mesh, double size, Cleaned& fins
     area += sums[p].area;
     if (found.count++ == 0) found.example = mesh.positions[mesh.triangles[parts.parts[p].first][0]];
   }
-  if (found.count == 0 || area > kMostFins * whole) return {};
+  if (found.count == 0 || area > kMaxFinShare * whole) return {};
   fins = found;
   std::vector<std::uint8_t> dropped(corners.size());
   for (std::size_t t = 0; t < dropped.size(); ++t) dropped[t] = is_fin(sums[parts.of[t]]);

@@ -1,4 +1,4 @@
-// Collision hulls in a high poly.
+// Collision hulls within a high poly.
 #pragma once
 
 #include <vector>
@@ -8,9 +8,9 @@
 
 namespace kiln {
 
-/// Leaves out objects and groups of a high poly that engines never draw: UCX_, UBX_, USP_, UCP_, -colonly, -convcolonly.
-/// -col and -convcol stay, which Godot draws. A mesh of nothing else stays as it is.
-/// \param warnings  where to append "collision-hulls", which names them
+/// Removes objects and groups of a high poly that engines never draw: UCX_, UBX_, USP_, UCP_, -colonly, -convcolonly.
+/// Keeps -col and -convcol, which Godot draws. A mesh that consists of hidden hulls alone is not changed.
+/// \param warnings  receives "collision-hulls" with their names
 void drop_hidden_hulls(Mesh& high, std::vector<Warning>& warnings);
 
 }  // namespace kiln

@@ -1,4 +1,4 @@
-// T-junctions: open edges on which others end.
+// T-junctions: open edges on which vertices of other open edges lie.
 #include <algorithm>
 #include <limits>
 
@@ -10,12 +10,13 @@
 namespace kiln {
 namespace {
 
-/// A piece of an edge's length that its parts may be at least, and rounds: a triangle is cut at one edge a round.
-constexpr double kLeastPiece = 0.02;
-constexpr int kRounds = 3;
-/// Most open edges at a vertex that is tried as a junction. With more, sheets hang on one vertex: no place for a junction,
-/// and all pairs of edges would be looked at.
-constexpr std::size_t kMostEdgesAtHub = 256;
+/// Smallest piece of a split edge as a share of its length, and rounds, in each of which a triangle is split at one
+/// edge.
+constexpr double kMinPieceShare = 0.02;
+constexpr int kSplitRounds = 3;
+/// Largest number of open edges at a vertex that is tested as a junction. More belong to sheets that share a vertex,
+/// which is no junction, and testing all pairs would be quadratic.
+constexpr std::size_t kMaxOpenEdgesAtVertex = 256;
 
 /// Open edges by both of their ends.
 class OpenEdges {
@@ -30,17 +31,17 @@ class OpenEdges {
 
   const std::vector<std::uint32_t>& sides() const { return sides_; }
 
-  /// Vertices along a side, by open edges of others from its one end to the other; none where these do not lead there.
+  /// Vertices along a side: the chain of other open edges from one end to the other; empty if there is no such chain.
   std::vector<OnEdge> along(std::uint32_t side, double distance) const {
     const std::uint32_t a = end_of(side, 0), b = end_of(side, 1);
     const Vec3d from = point_of(mesh_, a), way = point_of(mesh_, b) - from;
     const double squared = dot(way, way);
-    const double off = std::min(distance, kLeastPiece * std::sqrt(squared));
+    const double off = std::min(distance, kMinPieceShare * std::sqrt(squared));
     std::vector<OnEdge> found;
     std::uint32_t at = a;
     for (double share = 0;;) {
       OnEdge next{b, 2};
-      if (at_.of(at).size() > kMostEdgesAtHub) return {};
+      if (at_.of(at).size() > kMaxOpenEdgesAtVertex) return {};
       for (const VertexLists::Item& item : at_.of(at)) {
         const std::uint32_t other = sides_[item.index / 2];
         if (other / 3 == side / 3) continue;
@@ -51,7 +52,7 @@ class OpenEdges {
         }
         const Vec3d to = point_of(mesh_, v) - from;
         const double s = v == b ? 1 : dot(to, way) / squared;
-        if (!(s >= share + kLeastPiece && s < next.share) || (v != b && s > 1 - kLeastPiece))
+        if (!(s >= share + kMinPieceShare && s < next.share) || (v != b && s > 1 - kMinPieceShare))
           continue;
         if (v == b || length(to - way * s) <= off) next = {v, s};
       }
@@ -79,7 +80,7 @@ class OpenEdges {
 
 Cleaned cut_at_junctions(Mesh& mesh, double distance) {
   Cleaned cut;
-  for (int round = 0; round < kRounds; ++round) {
+  for (int round = 0; round < kSplitRounds; ++round) {
     const std::uint64_t before = cut.count;
     const std::vector<Triangle> corners = welded_triangles(mesh);
     const OpenEdges open(mesh, corners);

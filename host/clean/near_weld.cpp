@@ -1,4 +1,4 @@
-// Vertices that were meant to be one: of open edges, a rounding apart.
+// Welds vertices of open edges that differ by rounding.
 #include <algorithm>
 #include <bit>
 #include <cmath>
@@ -12,12 +12,12 @@
 namespace kiln {
 namespace {
 
-/// Farthest that a vertex may move, as a share of its shortest edge.
-constexpr double kOfEdge = 0.25;
-/// Vertices of one cell that are looked at: in a crowd, edges are too short to weld anyway.
-constexpr int kMostInCell = 64;
+/// Largest motion of a vertex, as a share of its shortest edge.
+constexpr double kMaxMoveShare = 0.25;
+/// Largest number of vertices tested per cell; where vertices are dense, edges are too short for welding.
+constexpr int kMaxPerCell = 64;
 
-/// Vertices by cells of space, each cell a chain.
+/// Hash grid of vertices; each cell is a linked list.
 class Cells {
  public:
   Cells(double size, std::size_t vertices, std::size_t entries)
@@ -31,14 +31,14 @@ class Cells {
     next_[v] = head;
     head = v;
   }
-  /// Calls body(vertex) for those in all cells within `reach`; some are of other cells.
+  /// Calls body(vertex) for the vertices in all cells within `reach`; collisions add vertices of other cells.
   template <typename Body>
   void each_near(const Vec3d& p, double reach, const Body& body) const {
     for (std::int64_t x = cell(p.x - reach); x <= cell(p.x + reach); ++x) {
       for (std::int64_t y = cell(p.y - reach); y <= cell(p.y + reach); ++y) {
         for (std::int64_t z = cell(p.z - reach); z <= cell(p.z + reach); ++z) {
           int count = 0;
-          for (std::uint32_t v = head_[slot(x, y, z)]; v != kEnd && count < kMostInCell;
+          for (std::uint32_t v = head_[slot(x, y, z)]; v != kEnd && count < kMaxPerCell;
                v = next_[v]) {
             body(v);
             ++count;
@@ -83,7 +83,7 @@ Cleaned weld_near(Mesh& mesh, double distance) {
     for (std::size_t k = 0; k < 3; ++k) {
       const std::uint32_t a = t[k], b = t[(k + 1) % 3];
       if ((open[a] | open[b]) == 0 || a == b) continue;
-      const double edge = kOfEdge * length(point_of(mesh, a) - point_of(mesh, b));
+      const double edge = kMaxMoveShare * length(point_of(mesh, a) - point_of(mesh, b));
       reach[a] = std::min(reach[a], edge);
       reach[b] = std::min(reach[b], edge);
     }

@@ -16,19 +16,19 @@
 namespace kiln {
 namespace {
 
-/// Places are whole numbers of so many a pixel, so that edges of two triangles leave no gap.
-constexpr std::int32_t kSteps = 256;
-/// Depths closer than this, as a share of the radius, are one place.
-constexpr float kSamePlace = 1e-6F;
-/// Triangles of a block.
-constexpr std::uint32_t kBlock = 32;
-/// Times that triangles may cover a picture on average. Where they cover it more often, the picture is smaller, so that
-/// time is linear in the number of triangles. Closed bodies cover it one to ten times; pictures of the least side are of
-/// meshes that repeat themselves tens of thousands of times.
-constexpr double kMostCover = 32;
-constexpr std::uint32_t kLeastPixels = 16;
-/// Pixels of a side of a tile, a power of two.
-constexpr std::int32_t kTile = 4;
+/// Subpixel steps per pixel. Integer coordinates leave no gaps at shared edges.
+constexpr std::int32_t kSubpixelSteps = 256;
+/// Depths that differ by less than this share of the radius are equal.
+constexpr float kDepthTolerance = 1e-6F;
+/// Triangles in a block.
+constexpr std::uint32_t kTrianglesPerBlock = 32;
+/// Mean number of times that triangles may cover a picture. Above it, pictures are smaller, so that the time is
+/// linear in the number of triangles. Closed bodies cover a picture one to ten times; kMinPictureSide is only reached
+/// by meshes that overlap themselves tens of thousands of times.
+constexpr double kMaxMeanCover = 32;
+constexpr std::uint32_t kMinPictureSide = 16;
+/// Side of a tile in pixels, a power of two.
+constexpr std::int32_t kTileSide = 4;
 constexpr float kFar = 1e30F;
 constexpr std::uint32_t kNothing = std::numeric_limits<std::uint32_t>::max();
 
@@ -37,7 +37,7 @@ struct Ball {
   double radius = 0;
 };
 
-/// The box of triangles that are asked together whether they can hide anything.
+/// Box of triangles that are tested together for occlusion.
 struct Block {
   Vec3d middle, half;
 };
@@ -50,16 +50,18 @@ Ball ball_around(const Mesh& mesh, std::span<const Triangle> triangles) {
   return {(box.low + box.high) * 0.5, 0.5 * box.diagonal()};
 }
 
-/// The side of pictures of so much area. Seen from all around, a triangle shows half of its area in the mean (Cauchy).
+/// Side of pictures for a mesh's area. Over all directions, a triangle's mean projected area is half of its area
+/// (Cauchy).
 std::uint32_t bounded_side(const Mesh& mesh, const Ball& ball, std::uint32_t pixels) {
   double area = 0;
   for (const Triangle& t : mesh.triangles) area += area_of(mesh, t);
   const double cover = area / 2 / (4 * ball.radius * ball.radius);
-  if (cover <= kMostCover) return pixels;
-  return std::max(kLeastPixels, static_cast<std::uint32_t>(pixels * std::sqrt(kMostCover / cover)));
+  if (cover <= kMaxMeanCover) return pixels;
+  return std::max(kMinPictureSide,
+                  static_cast<std::uint32_t>(pixels * std::sqrt(kMaxMeanCover / cover)));
 }
 
-/// Directions on a spiral around the sphere.
+/// Direction i of `count` on a spiral around the sphere.
 Vec3d direction(std::uint32_t i, std::uint32_t count) {
   const double z = 1 - (2.0 * i + 1) / count;
   const double angle = i * std::numbers::pi * (3 - std::sqrt(5.0));
@@ -68,9 +70,9 @@ Vec3d direction(std::uint32_t i, std::uint32_t count) {
 }
 
 /// A vertex in a picture.
-struct Dot {
+struct PicturePoint {
   std::int32_t x, y;
-  float depth;  ///< Towards the viewer
+  float depth;  ///< Increases towards the viewer
 };
 
 class Picture {
@@ -86,30 +88,30 @@ class Picture {
     right_ = cross(other, toward);
     right_ = right_ * (1 / length(right_));
     up_ = cross(toward, right_);
-    scale_ = 0.5 * views.pixels * kSteps / ball.radius;
-    dots_.resize(mesh.positions.size());
-    std::transform(mesh.positions.begin(), mesh.positions.end(), dots_.begin(),
-                   [&](const Vec3& v) { return dot_of(Vec3d(v)); });
+    scale_ = 0.5 * views.pixels * kSubpixelSteps / ball.radius;
+    points_.resize(mesh.positions.size());
+    std::transform(mesh.positions.begin(), mesh.positions.end(), points_.begin(),
+                   [&](const Vec3& v) { return picture_point_of(Vec3d(v)); });
   }
 
-  /// \returns how many pixels it covers
+  /// \returns the number of covered pixels
   std::uint32_t draw(std::uint32_t t) {
     return each_pixel(t, [&](Pixel& at, float depth, std::uint32_t id) {
-      if (depth < at.depth - kSamePlace) return;
-      if (depth <= at.depth + kSamePlace && !(is_front(id) && !is_front(at.id))) return;
+      if (depth < at.depth - kDepthTolerance) return;
+      if (depth <= at.depth + kDepthTolerance && !(is_front(id) && !is_front(at.id))) return;
       at = {depth, id};
     });
   }
   struct Pixel {
     float depth = -kFar;
-    /// Twice the triangle that it shows, and 1 for its back; or kNothing.
+    /// Twice the visible triangle, plus 1 if its back is visible; or kNothing.
     std::uint32_t id = kNothing;
   };
   const std::vector<Pixel>& pixels() const { return pixels_; }
 
-  /// From now on nothing more is drawn, but what is shown may be hidden by others.
-  void end_of_drawing() {
-    tiles_side_ = (views_.pixels + kTile - 1) / kTile;
+  /// Ends drawing: builds tiles, for triangles that may still occlude others.
+  void end_drawing() {
+    tiles_side_ = (views_.pixels + kTileSide - 1) / kTileSide;
     tiles_.resize(std::size_t{tiles_side_} * tiles_side_);
     for (std::uint32_t i = 0; i < pixels_.size(); ++i) {
       Pixel& at = pixels_[i];
@@ -122,11 +124,11 @@ class Picture {
       ++tile.shown;
     }
   }
-  /// Pixels that would show this triangle, had all been drawn in order, show nothing.
+  /// Clears the pixels that would show this triangle if all triangles had been drawn in order.
   void hide(std::uint32_t t) {
     each_pixel(t, [&](Pixel& at, float depth, std::uint32_t id) {
-      if (depth < at.depth - kSamePlace) return;
-      if (depth <= at.depth + kSamePlace) {
+      if (depth < at.depth - kDepthTolerance) return;
+      if (depth <= at.depth + kDepthTolerance) {
         const bool first = id < at.id;
         if (is_front(id) == is_front(at.id) ? !first : !is_front(id)) return;
       }
@@ -136,9 +138,9 @@ class Picture {
       if (--tile.shown == 0) tile.farthest = kFar;
     });
   }
-  /// False if nothing in a block hides anything.
+  /// False if no triangle of a block can occlude anything.
   bool may_hide(const Block& block) const {
-    const Dot middle = dot_of(block.middle);
+    const PicturePoint middle = picture_point_of(block.middle);
     const auto reach = [&](const Vec3d& axis) {
       return std::abs(axis.x) * block.half.x + std::abs(axis.y) * block.half.y +
              std::abs(axis.z) * block.half.z;
@@ -148,61 +150,67 @@ class Picture {
     };
     const Extent extent = extent_of(middle.x - steps(right_), middle.x + steps(right_),
                                     middle.y - steps(up_), middle.y + steps(up_));
-    // No less than all depths in it, however these are rounded.
-    const float top = middle.depth + static_cast<float>(reach(toward_) / ball_.radius) + kSamePlace;
-    for (std::int32_t y = extent.y0; y <= extent.y1; y = (y | (kTile - 1)) + 1) {
+    // An upper bound of all depths in the block, including rounding.
+    const float top =
+        middle.depth + static_cast<float>(reach(toward_) / ball_.radius) + kDepthTolerance;
+    for (std::int32_t y = extent.y0; y <= extent.y1; y = (y | (kTileSide - 1)) + 1) {
       if (may_hide(extent, y, top)) return true;
     }
     return false;
   }
 
  private:
-  /// Pixels whose centres a box holds, from first to last.
+  /// Pixels whose centres lie in a box, from first to last.
   struct Extent {
     std::int32_t x0, x1, y0, y1;
   };
   Extent extent_of(std::int32_t left, std::int32_t right, std::int32_t low,
                    std::int32_t high) const {
-    const auto first = [](std::int32_t x) { return std::max((x + kSteps / 2 - 1) / kSteps, 0); };
+    const auto first = [](std::int32_t x) {
+      return std::max((x + kSubpixelSteps / 2 - 1) / kSubpixelSteps, 0);
+    };
     const auto last = [&](std::int32_t x) {
-      return std::min((x + kSteps / 2) / kSteps, static_cast<std::int32_t>(views_.pixels)) - 1;
+      return std::min((x + kSubpixelSteps / 2) / kSubpixelSteps,
+                      static_cast<std::int32_t>(views_.pixels)) -
+             1;
     };
     return {first(left), last(right), first(low), last(high)};
   }
-  Dot dot_of(const Vec3d& point) const {
+  PicturePoint picture_point_of(const Vec3d& point) const {
     const Vec3d p = point - ball_.middle;
     const auto place = [&](const Vec3d& axis) {
-      // In this order, what is not a number becomes 0.
+      // This order of arguments turns NaN into 0.
       const double steps = std::max(0.0, (dot(p, axis) + ball_.radius) * scale_);
       return static_cast<std::int32_t>(std::min(steps, 1e8));
     };
     return {place(right_), place(up_), static_cast<float>(dot(p, toward_) / ball_.radius)};
   }
   static bool is_front(std::uint32_t id) { return (id & 1) == 0; }
-  /// A square of pixels, by which triangles that hide none of them are told without a look at each.
+  /// A square of pixels. Triangles behind all of its pixels are rejected without testing each pixel.
   struct Tile {
-    float farthest = kFar;    ///< No pixel shows anything behind this depth.
-    std::uint32_t shown = 0;  ///< Pixels that show anything.
+    float farthest = kFar;    ///< Smallest visible depth: nothing is visible behind it.
+    std::uint32_t shown = 0;  ///< Number of pixels that show a triangle.
   };
   Tile& tile_at(std::uint32_t x, std::uint32_t y) {
-    return tiles_[std::size_t{y / kTile} * tiles_side_ + x / kTile];
+    return tiles_[std::size_t{y / kTileSide} * tiles_side_ + x / kTileSide];
   }
-  /// False if in this row's tiles nothing up to a depth hides anything.
+  /// False if no tile of this row has a pixel that a triangle up to depth `top` can occlude.
   bool may_hide(const Extent& extent, std::int32_t y, float top) const {
-    const Tile* const row = &tiles_[static_cast<std::size_t>(y / kTile) * tiles_side_];
-    for (std::int32_t x = extent.x0 / kTile; x <= extent.x1 / kTile; ++x) {
-      if (!(top < row[x].farthest - kSamePlace)) return true;
+    const Tile* const row = &tiles_[static_cast<std::size_t>(y / kTileSide) * tiles_side_];
+    for (std::int32_t x = extent.x0 / kTileSide; x <= extent.x1 / kTileSide; ++x) {
+      if (!(top < row[x].farthest - kDepthTolerance)) return true;
     }
     return false;
   }
 
-  /// \param body  of pixels that a triangle covers, with its depth and what it shows
-  /// \returns how many
+  /// Rasterizes a triangle.
+  /// \param body  called per covered pixel with its depth and content
+  /// \returns the number of covered pixels
   template <class Body>
   std::uint32_t each_pixel(std::uint32_t t, const Body& body) {
     const Triangle& v = triangles_[t];
-    std::array<const Dot*, 3> p{&dots_[v[0]], &dots_[v[1]], &dots_[v[2]]};
-    // Not of a list, which would branch on places that cannot be foretold.
+    std::array<const PicturePoint*, 3> p{&points_[v[0]], &points_[v[1]], &points_[v[2]]};
+    // std::min() of a list would branch unpredictably.
     const auto least = [](std::int32_t a, std::int32_t b, std::int32_t c) {
       return std::min(std::min(a, b), c);
     };
@@ -213,7 +221,8 @@ class Picture {
         extent_of(least(p[0]->x, p[1]->x, p[2]->x), most(p[0]->x, p[1]->x, p[2]->x),
                   least(p[0]->y, p[1]->y, p[2]->y), most(p[0]->y, p[1]->y, p[2]->y));
     if (extent.x0 > extent.x1 || extent.y0 > extent.y1) return 0;
-    const auto turn = [](const Dot& a, const Dot& b, std::int64_t x, std::int64_t y) {
+    const auto turn = [](const PicturePoint& a, const PicturePoint& b, std::int64_t x,
+                         std::int64_t y) {
       return (b.x - a.x) * (y - a.y) - (b.y - a.y) * (x - a.x);
     };
     std::int64_t area = turn(*p[0], *p[1], p[2]->x, p[2]->y);
@@ -224,24 +233,27 @@ class Picture {
       area = -area;
     }
     const float top = std::max({p[0]->depth, p[1]->depth, p[2]->depth});
-    const std::int64_t step0 = kSteps * (p[1]->y - p[2]->y), step1 = kSteps * (p[2]->y - p[0]->y);
+    const std::int64_t step0 = kSubpixelSteps * (p[1]->y - p[2]->y),
+                       step1 = kSubpixelSteps * (p[2]->y - p[0]->y);
     std::uint32_t count = 0;
     for (std::int32_t py = extent.y0; py <= extent.y1; ++py) {
-      if (!tiles_.empty() && (py == extent.y0 || py % kTile == 0) && !may_hide(extent, py, top)) {
-        py |= kTile - 1;
+      if (!tiles_.empty() && (py == extent.y0 || py % kTileSide == 0) &&
+          !may_hide(extent, py, top)) {
+        py |= kTileSide - 1;
         continue;
       }
       Pixel* const row = &pixels_[static_cast<std::size_t>(py) * views_.pixels];
-      const std::int64_t x = extent.x0 * kSteps + kSteps / 2, y = py * kSteps + kSteps / 2;
+      const std::int64_t x = extent.x0 * kSubpixelSteps + kSubpixelSteps / 2,
+                         y = py * kSubpixelSteps + kSubpixelSteps / 2;
       std::int64_t w0 = turn(*p[1], *p[2], x, y), w1 = turn(*p[2], *p[0], x, y);
       for (std::int32_t px = extent.x0; px <= extent.x1; ++px, w0 += step0, w1 += step1) {
         const std::int64_t w2 = area - w0 - w1;
-        // One branch, since which pixels are inside cannot be foretold.
+        // A single branch, since coverage is unpredictable.
         if ((w0 | w1 | w2) < 0) continue;
         ++count;
-        if (top < row[px].depth - kSamePlace) continue;
-        // Whole numbers below 2^53: only the depth is rounded.
-        const auto of = [](std::int64_t w, const Dot& dot) {
+        if (top < row[px].depth - kDepthTolerance) continue;
+        // Integers below 2^53 are exact: only the depth is rounded.
+        const auto of = [](std::int64_t w, const PicturePoint& dot) {
           return static_cast<double>(w) * dot.depth;
         };
         const auto depth = static_cast<float>((of(w0, *p[0]) + of(w1, *p[1]) + of(w2, *p[2])) /
@@ -256,18 +268,18 @@ class Picture {
   const OutsideViews& views_;
   Ball ball_;
   Vec3d toward_, right_, up_;
-  double scale_ = 0;  ///< Steps a unit of length
-  std::vector<Dot> dots_;
+  double scale_ = 0;  ///< Steps per unit of length
+  std::vector<PicturePoint> points_;
   std::vector<Pixel> pixels_;
-  std::vector<Tile> tiles_;  ///< None while drawing
+  std::vector<Tile> tiles_;  ///< Empty while drawing
   std::uint32_t tiles_side_ = 0;
 };
 
 std::vector<Block> blocks_of(const Mesh& mesh, std::span<const std::uint32_t> triangles) {
   std::vector<Block> blocks;
-  for (std::size_t first = 0; first < triangles.size(); first += kBlock) {
+  for (std::size_t first = 0; first < triangles.size(); first += kTrianglesPerBlock) {
     Box box;
-    for (std::size_t i = first; i < std::min(first + kBlock, triangles.size()); ++i) {
+    for (std::size_t i = first; i < std::min(first + kTrianglesPerBlock, triangles.size()); ++i) {
       for (const std::uint32_t v : mesh.triangles[triangles[i]]) box.add(point_of(mesh, v));
     }
     const bool any = box.diagonal() > 0;
@@ -295,14 +307,15 @@ std::vector<SeenPixels> look_from_outside(const Mesh& mesh, std::span<const std:
   std::vector<Triangle> triangles = mesh.triangles;
   for (Triangle& t : triangles) {
     const auto finite = [&](std::uint32_t v) { return is_finite(mesh.positions[v]); };
-    if (!std::all_of(t.begin(), t.end(), finite)) t = {};  // Covers nothing.
+    if (!std::all_of(t.begin(), t.end(), finite)) t = {};  // Covers no pixel
   }
-  std::mutex mutex;  // Whole numbers are summed: their order does not matter.
+  std::mutex mutex;  // Integer sums do not depend on the order of threads
   const std::uint32_t pictures = (views.count - views.first + views.step - 1) / views.step;
   parallel_for(pictures, 1, [&](std::size_t number, std::size_t) {
     const auto view = views.first + static_cast<std::uint32_t>(number) * views.step;
     Picture picture(mesh, triangles, ball, direction(view, views.count), views);
-    std::vector<std::pair<std::uint32_t, std::uint32_t>> drawn;  // of runs of one group
+    // Runs of one group: group and count
+    std::vector<std::pair<std::uint32_t, std::uint32_t>> drawn;
     for (const std::uint32_t t : shown) {
       const std::uint32_t pixels = picture.draw(t);
       if (pixels == 0) continue;
@@ -310,10 +323,10 @@ std::vector<SeenPixels> look_from_outside(const Mesh& mesh, std::span<const std:
       drawn.back().second += pixels;
     }
     if (!others.empty()) {
-      picture.end_of_drawing();
+      picture.end_drawing();
       for (std::size_t i = 0; i < others.size(); ++i) {
-        if (i % kBlock == 0 && !picture.may_hide(blocks[i / kBlock])) {
-          i += kBlock - 1;
+        if (i % kTrianglesPerBlock == 0 && !picture.may_hide(blocks[i / kTrianglesPerBlock])) {
+          i += kTrianglesPerBlock - 1;
         } else {
           picture.hide(others[i]);
         }

@@ -1,4 +1,4 @@
-// Views of a mesh from all around: pictures of triangles, drawn on the host.
+// Rasterized views of a mesh from all directions, drawn on the host.
 #pragma once
 
 #include <cstdint>
@@ -9,28 +9,28 @@
 
 namespace kiln {
 
-/// Pixels of a group of triangles, of all views together.
+/// Pixel counts of a group of triangles over all views.
 struct SeenPixels {
-  std::uint32_t drawn = 0;  ///< Pixels that it covers, seen or not
-  std::uint32_t front = 0;  ///< Pixels that show a front of it
-  std::uint32_t back = 0;   ///< Pixels that show a back of it
+  std::uint32_t drawn = 0;  ///< Covered pixels, visible or not
+  std::uint32_t front = 0;  ///< Pixels that show a front face of the group
+  std::uint32_t back = 0;   ///< Pixels that show a back face of the group
 };
 
-/// Settings of the views.
+/// Which views to draw, and how large.
 struct OutsideViews {
-  std::uint32_t count = 32;    ///< Directions, spread evenly
-  std::uint32_t step = 1;      ///< Every so many of these are looked along
-  std::uint32_t first = 0;     ///< ... from this one on
-  std::uint32_t pixels = 512;  ///< A side of a picture
-  bool backs = true;           ///< Backs are drawn, too; else one looks through them
+  std::uint32_t count = 32;    ///< Number of directions, evenly distributed
+  std::uint32_t step = 1;      ///< Draws every `step`-th of these directions
+  std::uint32_t first = 0;     ///< First direction to draw
+  std::uint32_t pixels = 512;  ///< Side of a picture
+  bool backs = true;  ///< True: back faces are drawn and occlude; false: they are transparent
 };
 
-/// Draws orthographic views of a mesh, and counts what they show. Where a back and a front lie in one place, the front
-/// is seen. Pixels are points at their centres. Time is bounded by the number of triangles: pictures that these cover
-/// over 32 times are smaller.
-/// \param group   of a triangle
-/// \param groups  how many
-/// \param asked   of a group, whether it is asked for: others only hide it, and have no counts. Empty: all are
+/// Draws orthographic views of a mesh and counts visible pixels per group. If a back face and a front face coincide,
+/// the front face is visible. Pixels are sampled at their centres. The time is linear in the number of triangles:
+/// pictures are smaller if triangles cover them over 32 times.
+/// \param group   group of each triangle
+/// \param groups  number of groups
+/// \param asked   by group, 0: it only occludes others and is not counted; empty: all are counted
 std::vector<SeenPixels> look_from_outside(const Mesh& mesh, std::span<const std::uint32_t> group,
                                           std::size_t groups, const OutsideViews& views,
                                           std::span<const std::uint8_t> asked = {});

@@ -1,4 +1,4 @@
-// Windings by what views from outside see.
+// Orientation of parts by what views from outside show.
 #include <algorithm>
 #include <array>
 
@@ -11,29 +11,30 @@
 namespace kiln {
 namespace {
 
-/// Pixels that tell of a part. Of these, how many times as many must show one side as the other: of a part that disagrees,
-/// and of one that agrees.
-constexpr std::uint64_t kEnough = 16, kMore = 2, kFarMore = 8;
-/// A part that agrees is turned where at least so large a share of its pixels, hidden ones among them, shows its back. A
-/// body or a patch of one that faces the wrong way shows half, a sheet that others cover, such as a shirt below a
-/// jacket, little: of that one, what is seen of its back through openings tells nothing.
-constexpr double kLeastShown = 0.25;
-/// Ratio of seen backs to seen fronts above which the mesh is meant to be seen from inside.
-constexpr std::uint64_t kInward = 3;
+/// Fewest visible pixels of a part for a decision, and how many times as many pixels must show one side as the other:
+/// for inconsistently oriented parts (kMinInconsistentRatio) and for consistent ones (kMinConsistentRatio).
+constexpr std::uint64_t kMinVisiblePixels = 16, kMinInconsistentRatio = 2, kMinConsistentRatio = 8;
+/// Smallest share of a consistent part's pixels, hidden ones included, that must show its back for reversal. A
+/// reversed body shows half of its pixels; a covered sheet (a shirt below a jacket) shows few, and its back is only
+/// visible through openings, which means nothing.
+constexpr double kMinBackShare = 0.25;
+/// Ratio of visible backs to fronts above which the mesh is meant to be seen from inside.
+constexpr std::uint64_t kMaxInwardRatio = 3;
 
-/// True if pixels tell which way triangles face.
+/// True if pixels show clearly which way triangles face.
 bool is_clear(std::uint64_t front, std::uint64_t back) {
-  return front + back >= kEnough && std::max(front, back) > kMore * std::min(front, back);
+  return front + back >= kMinVisiblePixels &&
+         std::max(front, back) > kMinInconsistentRatio * std::min(front, back);
 }
 
-/// Six times the volume between a triangle and a place; below 0 where the triangle faces the place. Of a closed part the
-/// sum is six times its volume, below 0 where it faces inwards.
+/// Six times the signed volume between a triangle and a point; negative if the triangle faces the point. Over a
+/// closed part, the sum is six times the part's volume, negative if it faces inwards.
 double volume_of(const Mesh& mesh, const Triangle& v, const Vec3d& place) {
   return dot(point_of(mesh, v[0]) - place,
              cross(point_of(mesh, v[1]) - place, point_of(mesh, v[2]) - place));
 }
 
-/// True if a mesh of one part that agrees may face inwards, as far as a sum tells: of an open one, from its middle.
+/// True if a consistently oriented mesh of one part may face inwards, by the sign of its volume around its centre.
 bool may_face_inwards(const Mesh& mesh) {
   Vec3d middle{};
   for (const Triangle& v : mesh.triangles) {
@@ -45,7 +46,7 @@ bool may_face_inwards(const Mesh& mesh) {
   return volume < 0;
 }
 
-/// True if views could find a part that faces the wrong way.
+/// True if views could reveal a part that faces the wrong way.
 bool may_face_wrongly(const Mesh& mesh, const FacingParts& parts, bool open_alone) {
   if (std::any_of(parts.parts.begin(), parts.parts.end(),
                   [](const auto& part) { return !part.agrees; })) {
@@ -76,7 +77,7 @@ Cleaned turn_outward(Mesh& mesh, bool open_alone, Cleaned& inward) {
     fronts += of.front;
     backs += of.back;
   }
-  const bool is_inward = backs > kInward * fronts;
+  const bool is_inward = backs > kMaxInwardRatio * fronts;
   if (is_inward) inward = {1, mesh.positions[mesh.triangles[0][0]]};
   const std::vector<std::uint8_t> less = wrong_sides(mesh, parts);
   std::vector<std::array<std::uint32_t, 2>> counts(parts.parts.size());
@@ -86,28 +87,29 @@ Cleaned turn_outward(Mesh& mesh, bool open_alone, Cleaned& inward) {
   for (std::size_t p = 0; p < wrong.size(); ++p) {
     const FacingParts::Part& part = parts.parts[p];
     if (part.one_sided) continue;
-    // As the first triangle faces.
+    // Counts in the orientation of the first triangle.
     const SeenPixels first = seen[2 * p], other{0, seen[2 * p + 1].back, seen[2 * p + 1].front};
     std::uint64_t front = std::uint64_t{first.front} + other.front;
     std::uint64_t back = std::uint64_t{first.back} + other.back;
-    const bool tells = !is_inward && front + back >= kEnough;
+    const bool tells = !is_inward && front + back >= kMinVisiblePixels;
     const double drawn = static_cast<double>(seen[2 * p].drawn) + seen[2 * p + 1].drawn;
-    const bool shown = static_cast<double>(back) >= kLeastShown * drawn;
+    const bool shown = static_cast<double>(back) >= kMinBackShare * drawn;
     if (!part.agrees) {
       bool clear = tells && is_clear(front, back);
-      // A large flap is seen from both sides, and hides in the sum what the rest says.
+      // A large flap shows both sides, which would mask the result of the other group in the sum.
       const bool by_first = is_clear(first.front, first.back);
       if (!clear && tells && by_first != is_clear(other.front, other.back)) {
         clear = true;
         front = by_first ? first.front : other.front;
         back = by_first ? first.back : other.back;
       }
-      // A large triangle may outweigh all others by its area: with windings alone, number decides, too.
+      // A large triangle may have more area than all others: without views, the number of triangles must agree, too.
       const bool few = 2 * counts[p][less[p]] < part.triangles;
       wrong[p] = clear                ? (front > back ? 1 : 0)
                  : few || !open_alone ? less[p]
                                       : std::uint8_t{kNoSide};
-    } else if (tells && back > kFarMore * front && !(open_alone && part.closed) && shown) {
+    } else if (tells && back > kMinConsistentRatio * front && !(open_alone && part.closed) &&
+               shown) {
       wrong[p] = kBoth;
     }
   }

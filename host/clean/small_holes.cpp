@@ -1,4 +1,4 @@
-// Holes no larger than a few faces, in a surface that goes on across them.
+// Holes of a few edges in a surface that continues across them.
 #include <algorithm>
 #include <limits>
 
@@ -10,25 +10,26 @@
 namespace kiln {
 namespace {
 
-constexpr std::size_t kMostEdges = 12;
-/// Cosine between the hole and each face around it: a tube's end and a sheet's rim are no holes.
-constexpr double kGoesOn = 0.5;
-/// Largest area of all holes together, as a share of the mesh's: a sieve is one on purpose.
-constexpr double kSieve = 0.15;
+constexpr std::size_t kMaxRimEdges = 12;
+/// Smallest cosine between the hole and each face around it: ends of tubes and rims of sheets are no holes.
+constexpr double kMinContinuationCosine = 0.5;
+/// Largest area of all holes together, as a share of the mesh's area; a sieve has more on purpose.
+constexpr double kMaxHoleShare = 0.15;
 
 Vec3d normal_of(const Vec3d& a, const Vec3d& b, const Vec3d& c) { return cross(b - a, c - a); }
 
-/// A corner of a hole: of the triangle whose open side starts there.
+/// A corner of a hole: the triangle's corner at which an open side starts.
 struct RimCorner {
   CornerOf corner;
   Vec3d point;
 };
 
-/// A rim, the way round that its fill has.
+/// The corners of a hole's rim, in the orientation of its fill.
 using Rim = std::vector<RimCorner>;
 using Fill = std::vector<std::array<CornerOf, 3>>;
 
-/// Cuts ears, the one with the shortest new edge first. \returns false where none can be cut
+/// Fills by ear clipping, the shortest new edge first.
+/// \returns false if no ear is left
 bool cut_ears(Rim rim, const Vec3d& normal, Fill& fill) {
   while (rim.size() > 3) {
     std::size_t best = rim.size();
@@ -52,7 +53,7 @@ bool cut_ears(Rim rim, const Vec3d& normal, Fill& fill) {
   return true;
 }
 
-/// Open sides by the vertex where they start.
+/// Open sides by the vertex at which they start.
 class OpenSides {
  public:
   OpenSides(const Mesh& mesh, std::span<const Triangle> corners)
@@ -66,14 +67,14 @@ class OpenSides {
   std::uint32_t end(std::uint32_t side) const { return corners_[side / 3][(side + 1) % 3]; }
   const std::vector<std::uint32_t>& all() const { return sides_; }
 
-  /// The rim of fewest edges that a side is of; empty: it has too many. Rims may touch at vertices.
+  /// The shortest rim (in edges) through a side; empty if it has too many edges. Rims may touch at vertices.
   std::vector<std::uint32_t> rim(std::uint32_t first) const {
     struct Step {
       std::uint32_t side;
       std::size_t before, length;
     };
     std::vector<Step> steps{{first, 0, 1}};
-    for (std::size_t i = 0; i < steps.size() && steps.size() < kMostSteps; ++i) {
+    for (std::size_t i = 0; i < steps.size() && steps.size() < kMaxRimSteps; ++i) {
       const Step step = steps[i];
       if (end(step.side) == start(first)) {
         std::vector<std::uint32_t> rim(step.length);
@@ -81,7 +82,7 @@ class OpenSides {
           rim[k] = steps[at].side;
         return rim;
       }
-      if (step.length == kMostEdges) continue;
+      if (step.length == kMaxRimEdges) continue;
       for (const VertexLists::Item& item : at_.of(end(step.side))) {
         steps.push_back({sides_[item.index], i, step.length + 1});
       }
@@ -90,7 +91,7 @@ class OpenSides {
   }
 
  private:
-  static constexpr std::size_t kMostSteps = 64;
+  static constexpr std::size_t kMaxRimSteps = 64;
   std::span<const Triangle> corners_;
   std::vector<std::uint32_t> sides_;
   VertexLists at_;
@@ -108,7 +109,7 @@ Cleaned fill_small_holes(Mesh& mesh, double perimeter) {
   Cleaned filled;
   Fill fills;
   double area = 0;
-  std::vector<std::uint8_t> known(3 * corners.size(), 0);  // sides
+  std::vector<std::uint8_t> known(3 * corners.size(), 0);  // Sides of rims that were found
   for (const std::uint32_t first : open.all()) {
     if (known[first] != 0) continue;
     const std::vector<std::uint32_t> sides = open.rim(first);
@@ -131,7 +132,7 @@ Cleaned fill_small_holes(Mesh& mesh, double perimeter) {
     const double size = length(normal);
     const bool goes_on = std::all_of(sides.begin(), sides.end(), [&](std::uint32_t side) {
       const Vec3d beside = face(side / 3);
-      return dot(beside, normal) > kGoesOn * length(beside) * size;
+      return dot(beside, normal) > kMinContinuationCosine * length(beside) * size;
     });
     Fill fill;
     if (!goes_on || !cut_ears(rim, normal, fill)) continue;
@@ -141,7 +142,7 @@ Cleaned fill_small_holes(Mesh& mesh, double perimeter) {
   }
   double whole = 0;
   for (std::uint32_t t = 0; t < corners.size() && !fills.empty(); ++t) whole += length(face(t));
-  if (area > kSieve * whole) return {};
+  if (area > kMaxHoleShare * whole) return {};
   for (const auto& triangle : fills) add_triangle(mesh, triangle);
   return filled;
 }

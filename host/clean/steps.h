@@ -8,27 +8,31 @@
 
 namespace kiln {
 
-/// Moves vertices of open edges to those within a distance, never farther than a quarter of the shortest edge at both.
+/// Welds vertices of open edges to others within a distance, at most a quarter of the shortest edge at either vertex.
 Cleaned weld_near(Mesh& mesh, double distance);
 
-/// Cuts triangles whose open edges run along open edges of others, whose ends lie on them within a distance.
+/// Splits triangles with open edges at vertices of adjacent open edges that lie on them within a distance
+/// (T-junctions).
 Cleaned cut_at_junctions(Mesh& mesh, double distance);
 
-/// Finds fins below a size: parts with open edges that hang on edges which two other triangles share. \returns which
-/// triangles are of such; empty: none
+/// Finds fins below a size: parts with open edges that are attached to edges of two other triangles.
+/// \returns by triangle, 1 on a fin; empty: none
 std::vector<std::uint8_t> find_fins(const Mesh& mesh, double size, Cleaned& fins);
 
-/// Turns triangles so that parts face where views from outside see them.
-/// \param inward  what CleanReport::inward becomes \param open_alone  parts that agree and are closed stay
+/// Reverses triangles so that parts face the outside, by views from all directions.
+/// \param inward  receives CleanReport::inward
+/// \param open_alone  true: closed, consistently oriented parts are not changed
 Cleaned turn_outward(Mesh& mesh, bool open_alone, Cleaned& inward);
 
 /// Fills holes of few edges up to a perimeter.
 Cleaned fill_small_holes(Mesh& mesh, double perimeter);
 
-/// Finds bodies with a diagonal below a share of the largest one's. \returns which triangles are of such; empty: none
+/// Finds bodies whose diagonal is below a share of the largest body's.
+/// \returns by triangle, 1 on a floater; empty: none
 std::vector<std::uint8_t> find_floaters(const Mesh& mesh, double share, Cleaned& floaters);
 
-/// Finds parts of which views from outside see nothing. \returns which triangles are of such; empty: none
+/// Finds parts that no view from outside shows.
+/// \returns by triangle, 1 on such a part; empty: none
 std::vector<std::uint8_t> find_inner(const Mesh& mesh, Cleaned& inner);
 
 }  // namespace kiln
